@@ -1,0 +1,37 @@
+// How a command of the program is written: declare options, give an action; the action's error becomes one line on
+// standard error and the exit code.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+#include "palpate/core/expected.h"
+
+namespace palpate::app {
+
+using Action = std::function<Expected<void>()>;
+
+// The action of whichever command was chosen; set by its callback while parsing, run by main afterwards.
+void set_action(Action action);
+
+// Runs `action` when `command` is chosen.
+inline void on(CLI::App* command, Action action) {
+  command->callback([action = std::move(action)] { set_action(action); });
+}
+
+// One function per command, each in a file of its own.
+void add_calibrate_pivot(CLI::App& calibrate);
+void add_calibrate_points(CLI::App& calibrate);
+void add_calibrate_arm(CLI::App& calibrate);
+void add_calibrate_surface(CLI::App& calibrate);
+void add_calibrate_camera(CLI::App& calibrate);
+void add_calibrate_hand_eye(CLI::App& calibrate);
+void add_calibrate_all(CLI::App& calibrate);
+void add_world(CLI::App& program);
+void add_rig(CLI::App& program);
+void add_study(CLI::App& program);
+void add_physics(CLI::App& program);
+void add_graphics(CLI::App& program);
+void add_demo(CLI::App& program);
+
+}  // namespace palpate::app

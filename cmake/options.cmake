@@ -1,0 +1,20 @@
+# Warnings, sanitizers and the language settings every target shares, carried by one interface target.
+add_library(palpate_options INTERFACE)
+target_include_directories(palpate_options INTERFACE ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/generated)
+target_compile_options(palpate_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor
+  -Woverloaded-virtual -Wno-missing-field-initializers)
+if(PALPATE_WERROR)
+  target_compile_options(palpate_options INTERFACE -Werror)
+endif()
+# GCC 12 reports array bounds and uninitialised values inside Eigen's own vectorised code; both are known
+# false alarms of that compiler version, and stay visible as warnings of newer ones.
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+  target_compile_options(palpate_options INTERFACE -Wno-maybe-uninitialized -Wno-array-bounds
+    -Wno-stringop-overflow -Wno-stringop-overread -Wno-restrict)
+endif()
+# Results must be the same on every run and build: no fused operations chosen by the optimiser's mood.
+target_compile_options(palpate_options INTERFACE -ffp-contract=off)
+if(PALPATE_SANITIZE)
+  target_compile_options(palpate_options INTERFACE -fsanitize=${PALPATE_SANITIZE} -fno-omit-frame-pointer)
+  target_link_options(palpate_options INTERFACE -fsanitize=${PALPATE_SANITIZE})
+endif()

@@ -1,0 +1,56 @@
+// Comma-separated tables of numbers, read strictly: every complaint names file, line and column.
+//
+// Lines starting with '#' and blank lines are skipped. A first line in which any cell is not a number is the header.
+// Cells of columns named in `text_columns` may hold any text. NaN and infinity are refused: no device of ours reports
+// them, and they poison every least-squares sum.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "palpate/core/expected.h"
+
+namespace palpate {
+
+struct CsvTable {
+  std::string source;                           // for messages: the file's name
+  std::vector<std::string> header;              // empty where the file has none
+  std::vector<std::vector<double>> rows;        // numbers; a text cell reads as NaN here
+  std::vector<std::vector<std::string>> text;   // the same cells as written, trimmed
+  std::vector<int> line;                        // line number of each row
+
+  std::size_t columns() const { return header.empty() ? (rows.empty() ? 0 : rows.front().size()) : header.size(); }
+  std::optional<std::size_t> find(std::string_view column) const;
+  bool has(std::string_view column) const { return find(column).has_value(); }
+  // The column's position, or wrong use naming the columns there are.
+  Expected<std::size_t> require(std::string_view column) const;
+};
+
+struct CsvOptions {
+  // Names of columns whose cells may be text (labels, image names); every column is tried when "*".
+  std::vector<std::string> text_columns = {"label", "name", "image", "phase", "status"};
+};
+
+Expected<CsvTable> parse_csv(std::string_view content, std::string source, const CsvOptions& options = {});
+Expected<CsvTable> read_csv(const std::filesystem::path& path, const CsvOptions& options = {});
+
+// Builds a CSV text. Numbers are written with up to 10 significant digits unless the column asks for more.
+class CsvWriter {
+ public:
+  explicit CsvWriter(std::vector<std::string> header);
+  void row(const std::vector<double>& values);
+  void row(const std::vector<std::string>& cells);
+  const std::string& content() const { return content_; }
+
+ private:
+  std::size_t columns_;
+  std::string content_;
+};
+
+// A number as CSV and JSON readers expect it, shortest form that keeps 12 significant digits.
+std::string number_text(double value);
+
+}  // namespace palpate

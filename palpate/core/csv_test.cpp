@@ -1,0 +1,39 @@
+#include "palpate/core/csv.h"
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+TEST(Csv, ReadsHeaderCommentsAndNumbers) {
+  const auto table = parse_csv("# comment\nt_s,x_mm\n0,1.5\n\n1,-2e3\r\n", "a.csv");
+  ASSERT_TRUE(table.has_value());
+  ASSERT_EQ(table->rows.size(), 2u);
+  EXPECT_EQ(table->rows[1][1], -2000.0);
+  EXPECT_EQ(table->line[1], 5);
+}
+
+TEST(Csv, NamesFileLineAndColumnOfAnOddCell) {
+  const auto table = parse_csv("t_s,x_mm\n0,1\n1,abc\n", "a.csv");
+  ASSERT_FALSE(table.has_value());
+  EXPECT_EQ(table.error().message, "a.csv:3: x_mm is 'abc', a number is expected");
+  EXPECT_EQ(table.error().exit_code(), 2);
+}
+
+TEST(Csv, RefusesNanInfinityRaggedRowsEmptyAndBinaryFiles) {
+  EXPECT_FALSE(parse_csv("a,b\n1,nan\n", "f").has_value());
+  EXPECT_FALSE(parse_csv("a,b\n1,inf\n", "f").has_value());
+  EXPECT_FALSE(parse_csv("a,b\n1,1e999\n", "f").has_value());
+  EXPECT_FALSE(parse_csv("a,b\n1\n", "f").has_value());
+  EXPECT_FALSE(parse_csv("", "f").has_value());
+  EXPECT_FALSE(parse_csv(std::string("a\0b", 3), "f").has_value());
+}
+
+TEST(Csv, KeepsLabelsAsText) {
+  const auto table = parse_csv("label,x_mm\nleft,1\n", "f");
+  ASSERT_TRUE(table.has_value());
+  EXPECT_EQ(table->text[0][0], "left");
+}
+
+}  // namespace
+}  // namespace palpate

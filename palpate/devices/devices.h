@@ -1,0 +1,92 @@
+// What a device is to the rest of the system. Simulated twins and real drivers implement the same small interfaces.
+//
+// One stamped sample per cycle, stamped in the device's own clock. No default behaviour: a device that is absent is
+// an error at opening, never an object that returns zeros. Each object is used by one thread.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "palpate/core/expected.h"
+#include "palpate/geometry/pose.h"
+#include "palpate/time/instant.h"
+
+namespace palpate {
+
+// --- haptic arm -----------------------------------------------------------------------------------------------
+
+struct ArmSample {
+  Instant<ArmClock> stamp;
+  Vector3 joints = Vector3::Zero();  // psi, encoder readings as angles, rad, uncorrected
+  Vector3 gimbal = Vector3::Zero();  // rad, uncorrected
+};
+
+class ArmDevice {
+ public:
+  virtual ~ArmDevice() = default;
+  // The newest encoder reading. Called at 1 kHz by the haptic loop: does not allocate, lock or throw.
+  virtual ArmSample read() = 0;
+  // Force at the tip in ArmBase axes as the device's own nominal kinematics sees them, N; held until the next
+  // command. The device clamps to its own limits.
+  virtual void command(const Vector3& force) = 0;
+};
+
+// --- optical tracker ------------------------------------------------------------------------------------------
+
+enum class MarkerId : std::uint8_t { tip_marker, camera_marker, pointer };
+
+struct TrackerSample {
+  Instant<TrackerClock> stamp;  // when the LEDs were seen
+  MarkerId marker = MarkerId::tip_marker;
+  bool seen = false;            // enough LEDs for a pose; the rest is meaningless otherwise
+  Quaternion rotation = Quaternion::Identity();  // marker in World
+  Vector3 translation = Vector3::Zero();
+  // Of rotation (rad, World axes, left perturbation) then translation (m), as the tracker believes it: white noise
+  // of the LEDs carried through the fit.
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  int leds = 0;
+};
+
+class TrackerDevice {
+ public:
+  virtual ~TrackerDevice() = default;
+  // All samples that arrived since the last call, oldest first.
+  virtual std::vector<TrackerSample> poll() = 0;
+};
+
+// --- camera ---------------------------------------------------------------------------------------------------
+
+struct CameraImage {
+  Instant<CameraClock> mid_exposure;
+  std::uint64_t frame = 0;  // counts frames taken: a gap is a dropped frame
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgb;  // width * height * 3, row 0 on top
+};
+
+class CameraDevice {
+ public:
+  virtual ~CameraDevice() = default;
+  // The newest image that has arrived since the last call (older ones are dropped), or none.
+  virtual std::optional<CameraImage> poll() = 0;
+};
+
+// --- the hand of a simulated person, or of a scripted player ---------------------------------------------------
+
+// Where a player wants the stylus: the only way in which a script moves the simulated hand. World frame, as the
+// player believes it. The hand follows as a hand does: late, soft, with bounded acceleration.
+struct HandTarget {
+  Point<World> tip;
+  Vector3 velocity = Vector3::Zero();  // m/s
+  Quaternion R_world_tip = Quaternion::Identity();
+};
+
+class HandDevice {
+ public:
+  virtual ~HandDevice() = default;
+  virtual void move_to(const HandTarget& target) = 0;
+};
+
+}  // namespace palpate

@@ -1,0 +1,111 @@
+// The rig: everything known about one real (or simulated) set of devices, as it stands in the rig file.
+//
+// A rig restores the whole system after a restart: nothing is calibrated twice. Each part carries its provenance and
+// is absent until it has been calibrated. SI and radians inside; the file (TOML) has units in its key names. Values;
+// copied freely. The truth of a simulated laboratory is never in here.
+#pragma once
+
+#include <Eigen/Core>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "palpate/core/expected.h"
+#include "palpate/geometry/pose.h"
+#include "palpate/model/camera.h"
+#include "palpate/model/phantom.h"
+#include "palpate/time/instant.h"
+
+namespace palpate {
+
+// Where a calibration came from.
+struct Provenance {
+  std::string date;       // ISO 8601, UTC
+  std::string data_hash;  // content_hash of the samples
+  std::string method;     // "joint", "algebraic", ...
+  double rms_mm = 0.0;    // of its residuals, per component (px for the camera's lens)
+};
+
+struct PivotCalibration {  // of a rigid body with a tip: TipMarker or Pointer
+  Vector3 tip_in_marker = Vector3::Zero();  // m
+  Matrix3 covariance = Matrix3::Zero();     // m^2
+  Provenance from;
+};
+
+struct ArmCalibration {
+  std::string model = "phantom-premium-1.5";
+  PhantomLengths lengths;
+  JointCorrection correction;
+  Pose<World, ArmBase> X_world_base;
+  Vector3 tip_in_marker = Vector3::Zero();  // as the joint solve sees it
+  // Turn of the marker on the stylus; fitted beside the arm, from gimbal angles and marker poses.
+  Quaternion R_tip_marker = Quaternion::Identity();
+  Vector3 gimbal_gain = Vector3::Ones();
+  Vector3 gimbal_offset = Vector3::Zero();
+  // Standard deviations and covariance in the order gains 3, offsets 3, base rotation 3 (rad), base translation 3 (m),
+  // tip 3 (m); zero where fixed.
+  Eigen::MatrixXd covariance;
+  // Encoder readings with the arm in its rest (reset) position at calibration: a later start whose rest readings
+  // differ has lost its encoder zero.
+  Vector3 rest_readings = Vector3::Zero();
+  double held_out_mean = 0.0;  // m
+  Provenance from;
+};
+
+struct CameraCalibration {
+  CameraModel model;
+  Provenance from;
+};
+
+struct HandEyeCalibration {  // camera in its marker
+  Pose<CameraMarker, CameraOptical> X_marker_camera;
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  // rotation (rad) then translation (m)
+  Provenance from;
+};
+
+// Constant delays left between the devices' host stamps: device time = stamp - delay, in the arm's time.
+struct DelayCalibration {
+  double tracker_after_arm_s = 0.0;     // a tracker stamp t shows the world at t - this
+  double camera_after_tracker_s = 0.0;  // a camera stamp t equals the tracker stamp t - this
+  double tracker_std_s = 0.0, camera_std_s = 0.0;
+};
+
+// A real rectangle: pose of its corner frame (x to corner 2, y to corner 4, z = x cross y) and its sides.
+struct SurfaceCalibration {
+  std::string name;  // "table", "wall"
+  Pose<World, Rectangle> X_world_rectangle;
+  double width = 0.0, height = 0.0;  // m, along x and y
+  Provenance from;
+  Point<World> corner(int i) const;  // 0..3, in touching order
+};
+
+struct Landmark {  // a round dot of known size at a calibrated place
+  Point<World> place;
+  Matrix3 covariance = Matrix3::Zero();
+  Vector3 normal = Vector3::UnitY();
+  double diameter = 0.008;
+};
+
+struct Rig {
+  std::string name = "rig";
+  PhantomLengths nominal_lengths;
+  std::vector<Vector3> tip_marker_leds, camera_marker_leds, pointer_leds;  // m, marker frames
+  std::optional<PivotCalibration> tip_pivot, pointer_pivot;
+  std::optional<ArmCalibration> arm;
+  std::optional<CameraCalibration> camera;
+  std::optional<HandEyeCalibration> hand_eye;
+  std::optional<DelayCalibration> delays;
+  std::vector<SurfaceCalibration> surfaces;
+  std::vector<Landmark> landmarks;
+
+  const SurfaceCalibration* surface(std::string_view surface_name) const;
+};
+
+// Reads a rig file. Unknown keys, wrong types and impossible values are wrong use, named with file and line.
+Expected<Rig> read_rig(const std::filesystem::path& path);
+// The file's text; read back it gives the same rig.
+std::string rig_text(const Rig& rig);
+Expected<void> write_rig(const std::filesystem::path& path, const Rig& rig);
+
+}  // namespace palpate

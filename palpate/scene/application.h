@@ -1,0 +1,91 @@
+// What an application (ping-pong, ...) is to the system: rules and bodies on the physics side, things to draw on the
+// graphics side. A few hundred lines each; the servers know nothing else about it.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "palpate/geometry/pose.h"
+#include "palpate/scene/mesh.h"
+#include "palpate/scene/world_state.h"
+
+namespace palpate {
+
+// The stylus as the physics server knows it: measured joints through the calibrated arm, World frame, SI.
+struct TipState {
+  Instant<PhysicsClock> time;
+  Pose<World, Tip> X_world_tip;
+  Vector3 velocity = Vector3::Zero();
+  Vector3 angular_velocity = Vector3::Zero();
+};
+
+// A real rectangle as calibrated: corners in touching order, World, m; its front is corner[1]-corner[0] x
+// corner[3]-corner[0].
+struct SceneSurface {
+  std::string name;
+  std::array<Vector3, 4> corners;
+  double restitution = 0.9;
+};
+
+// What physics and picture both have to know before they start; the physics server sends it to whoever connects.
+struct SceneDescription {
+  std::string application;
+  std::vector<SceneSurface> surfaces;
+  Vector3 gravity{0.0, -9.81, 0.0};
+  // Ball and bat of ping-pong-like applications.
+  double ball_radius = 0.020, ball_mass = 0.0027;
+  double bat_radius = 0.075, bat_restitution = 0.80;
+  Vector3 bat_offset{0.0, 0.0, -0.09};  // disc centre in Tip; Bat axes are the Tip's, the faces are +-y
+  double contact_s = 0.004;             // duration of a bat contact
+  std::array<double, 2> serve_speed{2.0, 3.5};
+};
+
+// A blow the hand must feel: starts at `start`, lasts `duration`; impulse along `direction` (on the hand, World).
+struct ContactEvent {
+  std::uint64_t number = 0;  // 1, 2, ...; 0 = none yet
+  Instant<PhysicsClock> start;
+  Duration duration{0};
+  Vector3 direction = Vector3::Zero();  // unit, force on the hand
+  Vector3 point = Vector3::Zero();      // World, where it acts
+  double approach_speed = 0.0;          // normal component of the relative velocity, m/s, > 0
+  double mass = 0.0;                    // of the ball
+  double restitution = 1.0;
+};
+
+enum class Control : std::uint8_t { none, serve, reset, pause, resume };
+
+// Physics side. step() runs in the physics loop: no lock, no allocation, no exception, no text.
+class Application {
+ public:
+  virtual ~Application() = default;
+  // Advances the virtual world to `now` (dt since the last call) with the stylus at `tip`; fills bodies, counters,
+  // force fields of `state`.
+  virtual void step(Instant<PhysicsClock> now, Duration dt, const TipState& tip, WorldState& state) = 0;
+  // The newest blow, number 0 if none so far.
+  virtual const ContactEvent& contact() const = 0;
+  virtual void control(Control command) = 0;
+};
+
+// Graphics side: a mesh at a place. `material` names a look the compositor knows.
+enum class Material : std::uint8_t { ball, bat_front, bat_back, handle, highlight };
+struct DrawItem {
+  const TriangleMesh* mesh = nullptr;  // owned by the application's artist, lives as long as it
+  Material material = Material::ball;
+  Quaternion rotation = Quaternion::Identity();
+  Vector3 position = Vector3::Zero();
+  bool casts_shadow = true;
+};
+
+class Artist {
+ public:
+  virtual ~Artist() = default;
+  virtual std::vector<DrawItem> draw(const WorldState& state) const = 0;
+  // Lines of text for a person (score, rally), newest state.
+  virtual std::vector<std::string> captions(const WorldState& state) const = 0;
+};
+
+}  // namespace palpate

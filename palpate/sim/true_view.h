@@ -1,0 +1,37 @@
+// Everything the simulated camera needs to take one picture of the real (simulated) world: truth, for sim only.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "palpate/geometry/pose.h"
+#include "palpate/model/camera.h"
+#include "palpate/model/phantom.h"
+
+namespace palpate::sim {
+
+struct Dot {  // a round landmark glued onto a surface
+  Vector3 centre;
+  Vector3 normal;
+  double diameter = 0.008;
+};
+
+struct TrueView {
+  CameraModel lens;
+  Pose<World, CameraOptical> X_world_camera;
+  std::array<Vector3, 4> table{}, wall{};  // corners, in touching order
+  std::vector<Dot> dots;
+  // The real arm: base, links, gimbal, stylus with its marker. The virtual bat is NOT here.
+  Pose<World, ArmBase> X_world_base;
+  PhantomLengths lengths;
+  Vector3 theta = Vector3::Zero(), gimbal = Vector3::Zero();
+  Pose<Tip, TipMarker> X_tip_marker;
+  std::vector<Vector3> marker_leds;
+  std::optional<Pose<World, Board>> board;  // a chessboard with 10 x 7 squares (9 x 6 inner corners)
+  double board_square = 0.025;
+  double noise_sd = 0.0;        // grey levels of 255
+  std::uint64_t noise_seed = 0;  // changes every frame
+};
+
+}  // namespace palpate::sim
