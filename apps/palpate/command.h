@@ -1,5 +1,5 @@
-// How a command of the program is written: declare options, give an action; the action's error becomes one line on
-// standard error and the exit code.
+// How a command of the program is written: declare options, give an action; the action's error becomes one
+// line on standard error and the exit code.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -15,7 +15,8 @@ int main(int argc, char** argv) {
   CLI::App program("palpate - high-precision augmented-reality haptics", "palpate");
   program.require_subcommand(1);
   program.set_version_flag("--version", PALPATE_VERSION);
-  auto* calibrate = program.add_subcommand("calibrate", "Calibrate arm, tracker, camera and surfaces to each other");
+  auto* calibrate =
+      program.add_subcommand("calibrate", "Calibrate arm, tracker, camera and surfaces to each other");
   calibrate->require_subcommand(1);
   try {
     program.parse(argc, argv);

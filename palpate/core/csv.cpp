@@ -61,7 +61,8 @@ std::optional<std::size_t> CsvTable::find(std::string_view column) const {
 
 Expected<std::size_t> CsvTable::require(std::string_view column) const {
   if (const auto at = find(column)) return *at;
-  if (header.empty()) return wrong_use("{}: column '{}' is needed, but the file has no header line", source, column);
+  if (header.empty())
+    return wrong_use("{}: column '{}' is needed, but the file has no header line", source, column);
   std::string names;
   for (const auto& name : header) names += (names.empty() ? "" : ",") + shown(name);
   if (names.size() > 160) names = names.substr(0, 160) + "...";
@@ -71,7 +72,8 @@ Expected<std::size_t> CsvTable::require(std::string_view column) const {
 Expected<CsvTable> parse_csv(std::string_view content, std::string source, const CsvOptions& options) {
   CsvTable table;
   table.source = std::move(source);
-  if (looks_binary(content)) return wrong_use("{}: is not a text file; a CSV table is expected", table.source);
+  if (looks_binary(content))
+    return wrong_use("{}: is not a text file; a CSV table is expected", table.source);
   std::size_t width = 0;
   std::vector<bool> may_be_text;
   bool first = true;
@@ -97,20 +99,23 @@ Expected<CsvTable> parse_csv(std::string_view content, std::string source, const
       }
     }
     if (cells.size() != width)
-      return wrong_use("{}:{}: {} cells, but the first line has {}", table.source, line_number, cells.size(), width);
+      return wrong_use("{}:{}: {} cells, but the first line has {}", table.source, line_number, cells.size(),
+                       width);
     std::vector<double> row(width);
     for (std::size_t i = 0; i < width; ++i) {
       const auto value = number(cells[i]);
-      const std::string column = table.header.empty() ? fmt::format("column {}", i + 1) : shown(table.header[i]);
+      const std::string column =
+          table.header.empty() ? fmt::format("column {}", i + 1) : shown(table.header[i]);
       if (value && std::isfinite(*value)) {
         row[i] = *value;
       } else if (may_be_text[i]) {
         row[i] = std::numeric_limits<double>::quiet_NaN();
       } else if (value) {
-        return wrong_use("{}:{}: {} is '{}'; finite numbers are expected, remove or repair the row", table.source,
-                         line_number, column, shown(cells[i]));
+        return wrong_use("{}:{}: {} is '{}'; finite numbers are expected, remove or repair the row",
+                         table.source, line_number, column, shown(cells[i]));
       } else {
-        return wrong_use("{}:{}: {} is '{}', a number is expected", table.source, line_number, column, shown(cells[i]));
+        return wrong_use("{}:{}: {} is '{}', a number is expected", table.source, line_number, column,
+                         shown(cells[i]));
       }
     }
     table.rows.push_back(std::move(row));

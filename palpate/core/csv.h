@@ -1,8 +1,8 @@
 // Comma-separated tables of numbers, read strictly: every complaint names file, line and column.
 //
-// Lines starting with '#' and blank lines are skipped. A first line in which any cell is not a number is the header.
-// Cells of columns named in `text_columns` may hold any text. NaN and infinity are refused: no device of ours reports
-// them, and they poison every least-squares sum.
+// Lines starting with '#' and blank lines are skipped. A first line in which any cell is not a number is the
+// header. Cells of columns named in `text_columns` may hold any text. NaN and infinity are refused: no device
+// of ours reports them, and they poison every least-squares sum.
 #pragma once
 
 #include <filesystem>
@@ -16,13 +16,15 @@
 namespace palpate {
 
 struct CsvTable {
-  std::string source;                           // for messages: the file's name
-  std::vector<std::string> header;              // empty where the file has none
-  std::vector<std::vector<double>> rows;        // numbers; a text cell reads as NaN here
-  std::vector<std::vector<std::string>> text;   // the same cells as written, trimmed
-  std::vector<int> line;                        // line number of each row
+  std::string source;                          // for messages: the file's name
+  std::vector<std::string> header;             // empty where the file has none
+  std::vector<std::vector<double>> rows;       // numbers; a text cell reads as NaN here
+  std::vector<std::vector<std::string>> text;  // the same cells as written, trimmed
+  std::vector<int> line;                       // line number of each row
 
-  std::size_t columns() const { return header.empty() ? (rows.empty() ? 0 : rows.front().size()) : header.size(); }
+  std::size_t columns() const {
+    return header.empty() ? (rows.empty() ? 0 : rows.front().size()) : header.size();
+  }
   std::optional<std::size_t> find(std::string_view column) const;
   bool has(std::string_view column) const { return find(column).has_value(); }
   // The column's position, or wrong use naming the columns there are.

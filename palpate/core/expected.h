@@ -33,7 +33,8 @@ tl::unexpected<Error> refused(fmt::format_string<Args...> format, Args&&... args
 
 template <typename... Args>
 tl::unexpected<Error> wrong_use(fmt::format_string<Args...> format, Args&&... args) {
-  return tl::unexpected<Error>(Error{Error::Kind::wrong_use, fmt::format(format, std::forward<Args>(args)...)});
+  return tl::unexpected<Error>(
+      Error{Error::Kind::wrong_use, fmt::format(format, std::forward<Args>(args)...)});
 }
 
 }  // namespace palpate

@@ -21,7 +21,8 @@ Expected<std::string> read_file(const fs::path& path) {
   if (!fs::exists(status)) return wrong_use("{}: no such file; check the path", path.string());
   if (fs::is_directory(status)) return wrong_use("{}: is a folder, a file is expected", path.string());
   std::ifstream in(path, std::ios::binary);
-  if (!in) return wrong_use("{}: cannot be opened ({}); check its permissions", path.string(), std::strerror(errno));
+  if (!in)
+    return wrong_use("{}: cannot be opened ({}); check its permissions", path.string(), std::strerror(errno));
   std::ostringstream content;
   content << in.rdbuf();
   if (in.bad()) return refused("{}: reading failed ({})", path.string(), std::strerror(errno));
@@ -45,13 +46,15 @@ Expected<void> write_file(const fs::path& path, std::string_view content) {
   if (fs::is_directory(status)) return wrong_use("{}: is a folder, a file name is expected", path.string());
   std::string name = in_place ? path.string() : (path.string() + ".part-XXXXXX");
   const int fd = in_place ? ::open(name.c_str(), O_WRONLY | O_CLOEXEC) : ::mkstemp(name.data());
-  if (fd < 0) return wrong_use("{}: cannot be written ({}); check the folder's permissions", path.string(), std::strerror(errno));
+  if (fd < 0)
+    return wrong_use("{}: cannot be written ({}); check the folder's permissions", path.string(),
+                     std::strerror(errno));
   const auto fail = [&](const char* what) -> Expected<void> {
     const int cause = errno;
     ::close(fd);
     if (!in_place) ::unlink(name.c_str());
-    return refused("{}: {} failed ({}); nothing was changed, free some space and try again", path.string(), what,
-                   std::strerror(cause));
+    return refused("{}: {} failed ({}); nothing was changed, free some space and try again", path.string(),
+                   what, std::strerror(cause));
   };
   std::size_t done = 0;
   while (done < content.size()) {
@@ -69,7 +72,8 @@ Expected<void> write_file(const fs::path& path, std::string_view content) {
   if (::close(fd) != 0 || ::rename(name.c_str(), path.c_str()) != 0) {
     const int cause = errno;
     ::unlink(name.c_str());
-    return refused("{}: cannot be put in place ({}); nothing was changed", path.string(), std::strerror(cause));
+    return refused("{}: cannot be put in place ({}); nothing was changed", path.string(),
+                   std::strerror(cause));
   }
   return {};
 }
@@ -78,7 +82,8 @@ Expected<void> make_folder(const fs::path& path) {
   std::error_code code;
   fs::create_directories(path, code);
   if (code || !fs::is_directory(path))
-    return wrong_use("{}: the folder cannot be created ({})", path.string(), code ? code.message() : "a file is in the way");
+    return wrong_use("{}: the folder cannot be created ({})", path.string(),
+                     code ? code.message() : "a file is in the way");
   return {};
 }
 

@@ -12,7 +12,8 @@ namespace palpate {
 // The whole file as bytes. Wrong use when it is missing, a folder or unreadable.
 Expected<std::string> read_file(const std::filesystem::path& path);
 
-// Writes to a temporary neighbour, syncs, then renames over `path`: a full disk or a crash leaves the old file.
+// Writes to a temporary neighbour, syncs, then renames over `path`: a full disk or a crash leaves the old
+// file.
 // "-" writes to standard output. Missing parent folders are an error (wrong use).
 Expected<void> write_file(const std::filesystem::path& path, std::string_view content);
 

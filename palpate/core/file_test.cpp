@@ -8,7 +8,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-fs::path scratch(const std::string& name) { return fs::temp_directory_path() / fmt::format("palpate-{}-{}", ::getpid(), name); }
+fs::path scratch(const std::string& name) {
+  return fs::temp_directory_path() / fmt::format("palpate-{}-{}", ::getpid(), name);
+}
 
 TEST(File, ComesBackAsWritten) {
   const auto path = scratch("whole");

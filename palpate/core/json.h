@@ -1,4 +1,5 @@
-// JSON results. Keys keep the order in which they were written, so that files read like the code that made them.
+// JSON results. Keys keep the order in which they were written, so that files read like the code that made
+// them.
 #pragma once
 
 #include <filesystem>

@@ -1,8 +1,9 @@
 // Random numbers that are the same on every machine and library for the same seed.
 //
-// The standard distributions differ between libraries, so the few we need are written out. Each purpose takes a
-// generator of its own (Random(seed, "tracker/white")), so that a new consumer never shifts another's numbers.
-// Generator: xoshiro256++ (Blackman & Vigna 2019), seeded through splitmix64. Not thread-safe: one per thread.
+// The standard distributions differ between libraries, so the few we need are written out. Each purpose takes
+// a generator of its own (Random(seed, "tracker/white")), so that a new consumer never shifts another's
+// numbers. Generator: xoshiro256++ (Blackman & Vigna 2019), seeded through splitmix64. Not thread-safe: one
+// per thread.
 #pragma once
 
 #include <array>
@@ -44,10 +45,13 @@ class Random {
   double uniform() { return static_cast<double>(bits() >> 11) * 0x1.0p-53; }
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
   // Uniform in 0 ... count-1.
-  std::uint64_t below(std::uint64_t count) { return static_cast<std::uint64_t>(uniform() * static_cast<double>(count)); }
+  std::uint64_t below(std::uint64_t count) {
+    return static_cast<std::uint64_t>(uniform() * static_cast<double>(count));
+  }
   bool chance(double probability) { return uniform() < probability; }
 
-  // Standard normal (Box & Muller 1958; the second value is thrown away so that the stream has no hidden state).
+  // Standard normal (Box & Muller 1958; the second value is thrown away so that the stream has no hidden
+  // state).
   double normal() {
     const double u = 1.0 - uniform();
     const double v = uniform();

@@ -1,7 +1,8 @@
-// What a device is to the rest of the system. Simulated twins and real drivers implement the same small interfaces.
+// What a device is to the rest of the system. Simulated twins and real drivers implement the same small
+// interfaces.
 //
-// One stamped sample per cycle, stamped in the device's own clock. No default behaviour: a device that is absent is
-// an error at opening, never an object that returns zeros. Each object is used by one thread.
+// One stamped sample per cycle, stamped in the device's own clock. No default behaviour: a device that is
+// absent is an error at opening, never an object that returns zeros. Each object is used by one thread.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,7 +17,8 @@
 
 namespace palpate {
 
-// --- haptic arm -----------------------------------------------------------------------------------------------
+// --- haptic arm
+// -----------------------------------------------------------------------------------------------
 
 struct ArmSample {
   Instant<ArmClock> stamp;
@@ -34,18 +36,19 @@ class ArmDevice {
   virtual void command(const Vector3& force) = 0;
 };
 
-// --- optical tracker ------------------------------------------------------------------------------------------
+// --- optical tracker
+// ------------------------------------------------------------------------------------------
 
 enum class MarkerId : std::uint8_t { tip_marker, camera_marker, pointer };
 
 struct TrackerSample {
   Instant<TrackerClock> stamp;  // when the LEDs were seen
   MarkerId marker = MarkerId::tip_marker;
-  bool seen = false;            // enough LEDs for a pose; the rest is meaningless otherwise
+  bool seen = false;                             // enough LEDs for a pose; the rest is meaningless otherwise
   Quaternion rotation = Quaternion::Identity();  // marker in World
   Vector3 translation = Vector3::Zero();
-  // Of rotation (rad, World axes, left perturbation) then translation (m), as the tracker believes it: white noise
-  // of the LEDs carried through the fit.
+  // Of rotation (rad, World axes, left perturbation) then translation (m), as the tracker believes it: white
+  // noise of the LEDs carried through the fit.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   int leds = 0;
 };
@@ -57,7 +60,8 @@ class TrackerDevice {
   virtual std::vector<TrackerSample> poll() = 0;
 };
 
-// --- camera ---------------------------------------------------------------------------------------------------
+// --- camera
+// ---------------------------------------------------------------------------------------------------
 
 struct CameraImage {
   Instant<CameraClock> mid_exposure;
@@ -73,10 +77,11 @@ class CameraDevice {
   virtual std::optional<CameraImage> poll() = 0;
 };
 
-// --- the hand of a simulated person, or of a scripted player ---------------------------------------------------
+// --- the hand of a simulated person, or of a scripted player
+// ---------------------------------------------------
 
-// Where a player wants the stylus: the only way in which a script moves the simulated hand. World frame, as the
-// player believes it. The hand follows as a hand does: late, soft, with bounded acceleration.
+// Where a player wants the stylus: the only way in which a script moves the simulated hand. World frame, as
+// the player believes it. The hand follows as a hand does: late, soft, with bounded acceleration.
 struct HandTarget {
   Point<World> tip;
   Vector3 velocity = Vector3::Zero();  // m/s

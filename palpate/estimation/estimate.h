@@ -1,7 +1,7 @@
 // What a calibration gives back: a value that knows how good it is.
 //
-// `covariance` is that of the tangent vector the estimator names (units in its header); directions the data cannot
-// see are listed in `unobservable` and carry no variance there. Values, no thread rule.
+// `covariance` is that of the tangent vector the estimator names (units in its header); directions the data
+// cannot see are listed in `unobservable` and carry no variance there. Values, no thread rule.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,11 +16,11 @@ enum class Termination { closed_form, converged, iteration_limit };
 template <typename T>
 struct Estimate {
   T value{};
-  Eigen::MatrixXd covariance;             // tangent order and units: see the estimator
+  Eigen::MatrixXd covariance;              // tangent order and units: see the estimator
   std::vector<Eigen::Vector3d> residuals;  // metres, one per observation, unweighted
-  std::vector<bool> inlier;               // same order; empty where the estimator has no outlier rule
-  double condition = 0.0;                 // of the scaled normal equations; large = the data barely carry it
-  std::vector<std::string> unobservable;  // names of directions held fixed
+  std::vector<bool> inlier;                // same order; empty where the estimator has no outlier rule
+  double condition = 0.0;                  // of the scaled normal equations; large = the data barely carry it
+  std::vector<std::string> unobservable;   // names of directions held fixed
   Termination termination = Termination::closed_form;
   int iterations = 0;
 

@@ -1,8 +1,9 @@
 // Typed points, directions and rigid poses: a wrong chain of frames does not compile.
 //
-// Pose<A, B> is the pose of frame B in frame A; it maps B coordinates to A coordinates. Written X_A_B, so that
-// neighbours cancel: X_world_tip = X_world_base * X_base_tip. Metres; unit quaternions. Values, freely copied, no
-// thread rule. After Murray, Li, Sastry (1994), chapter 2; notation as in Drake's multibody documentation.
+// Pose<A, B> is the pose of frame B in frame A; it maps B coordinates to A coordinates. Written X_A_B, so
+// that neighbours cancel: X_world_tip = X_world_base * X_base_tip. Metres; unit quaternions. Values, freely
+// copied, no thread rule. After Murray, Li, Sastry (1994), chapter 2; notation as in Drake's multibody
+// documentation.
 #pragma once
 
 #include <type_traits>
@@ -25,9 +26,13 @@ struct Direction {
 };
 
 template <typename F>
-Direction<F> operator-(const Point<F>& a, const Point<F>& b) { return {a.m - b.m}; }
+Direction<F> operator-(const Point<F>& a, const Point<F>& b) {
+  return {a.m - b.m};
+}
 template <typename F>
-Point<F> operator+(const Point<F>& a, const Direction<F>& b) { return {a.m + b.v}; }
+Point<F> operator+(const Point<F>& a, const Direction<F>& b) {
+  return {a.m + b.v};
+}
 
 template <typename A, typename B>
 struct Pose {
@@ -47,12 +52,15 @@ struct Pose {
 
 template <typename A, typename B, typename C>
 Pose<A, C> operator*(const Pose<A, B>& X_a_b, const Pose<B, C>& X_b_c) {
-  return {(X_a_b.rotation * X_b_c.rotation).normalized(), X_a_b.rotation * X_b_c.translation + X_a_b.translation};
+  return {(X_a_b.rotation * X_b_c.rotation).normalized(),
+          X_a_b.rotation * X_b_c.translation + X_a_b.translation};
 }
 
 // For tests of what must not compile.
 template <typename X, typename Y>
-concept Composable = requires(const X& x, const Y& y) { x * y; };
+concept Composable = requires(const X& x, const Y& y) {
+  x* y;
+};
 
 // Pose between two poses: 0 gives a, 1 gives b; rotation along the shortest arc.
 template <typename A, typename B>

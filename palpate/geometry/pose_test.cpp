@@ -8,7 +8,8 @@
 namespace palpate {
 namespace {
 
-// What must not compile: chains whose inner frames differ, points of another frame, points used as directions.
+// What must not compile: chains whose inner frames differ, points of another frame, points used as
+// directions.
 static_assert(Composable<Pose<World, ArmBase>, Pose<ArmBase, Tip>>);
 static_assert(!Composable<Pose<World, ArmBase>, Pose<CameraMarker, Tip>>);
 static_assert(!Composable<Pose<World, Tip>, Point<World>>);

@@ -1,5 +1,6 @@
 // Rotations: exponential, logarithm and small helpers, exact also near zero and near half a turn.
-// Source: Sola, Deray, Atchuthan, "A micro Lie theory for state estimation in robotics" (2018), equations 132-146.
+// Source: Sola, Deray, Atchuthan, "A micro Lie theory for state estimation in robotics" (2018), equations
+// 132-146.
 #pragma once
 
 #include <Eigen/Core>
@@ -38,11 +39,14 @@ inline Vector3 so3_log(const Quaternion& q) {
 }
 
 // Angle between two rotations, radians in [0, pi].
-inline double angle_between(const Quaternion& a, const Quaternion& b) { return so3_log(a.conjugate() * b).norm(); }
+inline double angle_between(const Quaternion& a, const Quaternion& b) {
+  return so3_log(a.conjugate() * b).norm();
+}
 
 // Rotation from angles in radians about the fixed axes x, then y, then z (R = Rz Ry Rx).
 inline Quaternion rotation_from_xyz(const Vector3& angles) {
-  return Quaternion(Eigen::AngleAxisd(angles.z(), Vector3::UnitZ()) * Eigen::AngleAxisd(angles.y(), Vector3::UnitY()) *
+  return Quaternion(Eigen::AngleAxisd(angles.z(), Vector3::UnitZ()) *
+                    Eigen::AngleAxisd(angles.y(), Vector3::UnitY()) *
                     Eigen::AngleAxisd(angles.x(), Vector3::UnitX()));
 }
 

@@ -6,21 +6,26 @@ namespace palpate {
 namespace {
 
 // Distorted point and its 2x2 derivative with respect to the ideal point.
-Eigen::Vector2d distorted(const std::array<double, 5>& d, const Eigen::Vector2d& n, Eigen::Matrix2d* derivative) {
+Eigen::Vector2d distorted(const std::array<double, 5>& d, const Eigen::Vector2d& n,
+                          Eigen::Matrix2d* derivative) {
   const double k1 = d[0], k2 = d[1], p1 = d[2], p2 = d[3], k3 = d[4];
   const double x = n.x(), y = n.y(), r2 = x * x + y * y;
   const double radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
   if (derivative != nullptr) {
     const double slope = 2.0 * (k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3));  // d radial / d(r2) * 2
-    (*derivative) << radial + slope * x * x + 2 * p1 * y + 6 * p2 * x, slope * x * y + 2 * p1 * x + 2 * p2 * y,
-        slope * x * y + 2 * p1 * x + 2 * p2 * y, radial + slope * y * y + 6 * p1 * y + 2 * p2 * x;
+    (*derivative) << radial + slope * x * x + 2 * p1 * y + 6 * p2 * x,
+        slope * x * y + 2 * p1 * x + 2 * p2 * y, slope * x * y + 2 * p1 * x + 2 * p2 * y,
+        radial + slope * y * y + 6 * p1 * y + 2 * p2 * x;
   }
-  return {x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x), y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y};
+  return {x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+          y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y};
 }
 
 }  // namespace
 
-Eigen::Vector2d CameraModel::distort(const Eigen::Vector2d& n) const { return distorted(distortion, n, nullptr); }
+Eigen::Vector2d CameraModel::distort(const Eigen::Vector2d& n) const {
+  return distorted(distortion, n, nullptr);
+}
 
 std::optional<Eigen::Vector2d> CameraModel::undistort(const Eigen::Vector2d& target) const {
   Eigen::Vector2d n = target;

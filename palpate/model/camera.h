@@ -1,7 +1,8 @@
 // Pinhole camera with Brown-Conrady distortion (k1 k2 p1 p2 k3, as OpenCV orders them).
 //
-// CameraOptical frame: x right, y down, z forward, metres. Pixels: u right, v down, (0,0) is the CENTRE of the first
-// pixel. Pure functions, safe from any thread. Source: Brown (1966); OpenCV calib3d documentation for the order.
+// CameraOptical frame: x right, y down, z forward, metres. Pixels: u right, v down, (0,0) is the CENTRE of
+// the first pixel. Pure functions, safe from any thread. Source: Brown (1966); OpenCV calib3d documentation
+// for the order.
 #pragma once
 
 #include <Eigen/Core>
@@ -20,7 +21,9 @@ struct CameraModel {
   std::array<double, 5> distortion{};
 
   // Ideal pinhole (no lens): the pixel of the undistorted picture. Needs z > 0.
-  Pixel project_undistorted(const Vector3& p) const { return {fx * p.x() / p.z() + cx, fy * p.y() / p.z() + cy}; }
+  Pixel project_undistorted(const Vector3& p) const {
+    return {fx * p.x() / p.z() + cx, fy * p.y() / p.z() + cy};
+  }
   // Through the lens: the pixel in the camera's image. Needs z > 0.
   Pixel project(const Vector3& p) const;
   // Normalised coordinates (x/z, y/z), with and without the lens.

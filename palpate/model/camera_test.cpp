@@ -28,8 +28,10 @@ TEST(CameraModel, AgreesWithAHandComputedPoint) {
   camera.fx = camera.fy = 100.0, camera.cx = camera.cy = 0.0;
   camera.distortion = {0.1, 0, 0.01, 0.02, 0};
   // x = 0.5, y = 0.25: r2 = 0.3125, radial = 1.03125
-  EXPECT_NEAR(camera.project({1.0, 0.5, 2.0}).x(), 100.0 * (0.515625 + 2 * 0.01 * 0.125 + 0.02 * (0.3125 + 0.5)), 1e-12);
-  EXPECT_NEAR(camera.project({1.0, 0.5, 2.0}).y(), 100.0 * (0.2578125 + 0.01 * (0.3125 + 0.125) + 2 * 0.02 * 0.125), 1e-12);
+  EXPECT_NEAR(camera.project({1.0, 0.5, 2.0}).x(),
+              100.0 * (0.515625 + 2 * 0.01 * 0.125 + 0.02 * (0.3125 + 0.5)), 1e-12);
+  EXPECT_NEAR(camera.project({1.0, 0.5, 2.0}).y(),
+              100.0 * (0.2578125 + 0.01 * (0.3125 + 0.125) + 2 * 0.02 * 0.125), 1e-12);
 }
 
 TEST(CameraModel, JacobianAgreesWithFiniteDifferences) {

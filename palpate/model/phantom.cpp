@@ -7,7 +7,8 @@ namespace palpate {
 
 Point<ArmBase> phantom_tip(const Vector3& theta, const PhantomLengths& lengths) {
   const double reach = lengths.l1 * std::cos(theta[1]) + lengths.l2 * std::sin(theta[2]);
-  return {{std::sin(theta[0]) * reach, lengths.l2 - lengths.l2 * std::cos(theta[2]) + lengths.l1 * std::sin(theta[1]),
+  return {{std::sin(theta[0]) * reach,
+           lengths.l2 - lengths.l2 * std::cos(theta[2]) + lengths.l1 * std::sin(theta[1]),
            -lengths.l1 + std::cos(theta[0]) * reach}};
 }
 
@@ -25,7 +26,8 @@ Matrix3 phantom_jacobian(const Vector3& theta, const PhantomLengths& lengths) {
 
 namespace {
 Quaternion forearm(const Vector3& theta) {
-  return Quaternion(Eigen::AngleAxisd(theta[0], Vector3::UnitY()) * Eigen::AngleAxisd(-theta[2], Vector3::UnitX()));
+  return Quaternion(Eigen::AngleAxisd(theta[0], Vector3::UnitY()) *
+                    Eigen::AngleAxisd(-theta[2], Vector3::UnitX()));
 }
 }  // namespace
 
@@ -44,7 +46,8 @@ Vector3 phantom_gimbal(const Vector3& theta, const Quaternion& R_base_tip) {
 
 bool phantom_inverse(const Point<ArmBase>& tip, const PhantomLengths& lengths, Vector3& theta) {
   const double l1 = lengths.l1, l2 = lengths.l2;
-  // In the vertical plane through the first axis: reach R = l1 cos t2 + l2 sin t3, height H = l1 sin t2 - l2 cos t3.
+  // In the vertical plane through the first axis: reach R = l1 cos t2 + l2 sin t3, height H = l1 sin t2 - l2
+  // cos t3.
   const double forward = tip.m.z() + l1;
   const double reach = std::hypot(tip.m.x(), forward);
   const double height = tip.m.y() - l2;
@@ -52,7 +55,8 @@ bool phantom_inverse(const Point<ArmBase>& tip, const PhantomLengths& lengths, V
   const double distance = std::sqrt(distance2);
   if (distance > l1 + l2 || distance < std::abs(l1 - l2) || distance < 1e-9) return false;
   const double beta = std::atan2(height, reach);
-  const double gamma = std::acos(std::clamp((l1 * l1 + distance2 - l2 * l2) / (2.0 * l1 * distance), -1.0, 1.0));
+  const double gamma =
+      std::acos(std::clamp((l1 * l1 + distance2 - l2 * l2) / (2.0 * l1 * distance), -1.0, 1.0));
   theta[0] = std::atan2(tip.m.x(), forward);
   theta[1] = beta + gamma;
   theta[2] = std::atan2(reach - l1 * std::cos(theta[1]), l1 * std::sin(theta[1]) - height);

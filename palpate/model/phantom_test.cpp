@@ -23,7 +23,8 @@ TEST(Phantom, JacobianAgreesWithFiniteDifferences) {
     for (int j = 0; j < 3; ++j) {
       const double h = 1e-6;
       const Vector3 step = h * Vector3::Unit(j);
-      const Vector3 numeric = (phantom_tip(theta + step, lengths).m - phantom_tip(theta - step, lengths).m) / (2 * h);
+      const Vector3 numeric =
+          (phantom_tip(theta + step, lengths).m - phantom_tip(theta - step, lengths).m) / (2 * h);
       EXPECT_NEAR((J.col(j) - numeric).norm(), 0.0, 1e-9);  // central difference: h^2 and 1e-16 / h
     }
   }

@@ -1,8 +1,8 @@
 // The rig: everything known about one real (or simulated) set of devices, as it stands in the rig file.
 //
-// A rig restores the whole system after a restart: nothing is calibrated twice. Each part carries its provenance and
-// is absent until it has been calibrated. SI and radians inside; the file (TOML) has units in its key names. Values;
-// copied freely. The truth of a simulated laboratory is never in here.
+// A rig restores the whole system after a restart: nothing is calibrated twice. Each part carries its
+// provenance and is absent until it has been calibrated. SI and radians inside; the file (TOML) has units in
+// its key names. Values; copied freely. The truth of a simulated laboratory is never in here.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,7 +27,7 @@ struct Provenance {
   double rms_mm = 0.0;    // of its residuals, per component (px for the camera's lens)
 };
 
-struct PivotCalibration {  // of a rigid body with a tip: TipMarker or Pointer
+struct PivotCalibration {                   // of a rigid body with a tip: TipMarker or Pointer
   Vector3 tip_in_marker = Vector3::Zero();  // m
   Matrix3 covariance = Matrix3::Zero();     // m^2
   Provenance from;
@@ -43,11 +43,11 @@ struct ArmCalibration {
   Quaternion R_tip_marker = Quaternion::Identity();
   Vector3 gimbal_gain = Vector3::Ones();
   Vector3 gimbal_offset = Vector3::Zero();
-  // Standard deviations and covariance in the order gains 3, offsets 3, base rotation 3 (rad), base translation 3 (m),
-  // tip 3 (m); zero where fixed.
+  // Standard deviations and covariance in the order gains 3, offsets 3, base rotation 3 (rad), base
+  // translation 3 (m), tip 3 (m); zero where fixed.
   Eigen::MatrixXd covariance;
-  // Encoder readings with the arm in its rest (reset) position at calibration: a later start whose rest readings
-  // differ has lost its encoder zero.
+  // Encoder readings with the arm in its rest (reset) position at calibration: a later start whose rest
+  // readings differ has lost its encoder zero.
   Vector3 rest_readings = Vector3::Zero();
   double held_out_mean = 0.0;  // m
   Provenance from;
@@ -60,7 +60,8 @@ struct CameraCalibration {
 
 struct HandEyeCalibration {  // camera in its marker
   Pose<CameraMarker, CameraOptical> X_marker_camera;
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  // rotation (rad) then translation (m)
+  Eigen::Matrix<double, 6, 6> covariance =
+      Eigen::Matrix<double, 6, 6>::Zero();  // rotation (rad) then translation (m)
   Provenance from;
 };
 

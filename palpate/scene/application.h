@@ -1,5 +1,5 @@
-// What an application (ping-pong, ...) is to the system: rules and bodies on the physics side, things to draw on the
-// graphics side. A few hundred lines each; the servers know nothing else about it.
+// What an application (ping-pong, ...) is to the system: rules and bodies on the physics side, things to draw
+// on the graphics side. A few hundred lines each; the servers know nothing else about it.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,8 @@ struct SceneSurface {
   double restitution = 0.9;
 };
 
-// What physics and picture both have to know before they start; the physics server sends it to whoever connects.
+// What physics and picture both have to know before they start; the physics server sends it to whoever
+// connects.
 struct SceneDescription {
   std::string application;
   std::vector<SceneSurface> surfaces;
@@ -44,7 +45,8 @@ struct SceneDescription {
   std::array<double, 2> serve_speed{2.0, 3.5};
 };
 
-// A blow the hand must feel: starts at `start`, lasts `duration`; impulse along `direction` (on the hand, World).
+// A blow the hand must feel: starts at `start`, lasts `duration`; impulse along `direction` (on the hand,
+// World).
 struct ContactEvent {
   std::uint64_t number = 0;  // 1, 2, ...; 0 = none yet
   Instant<PhysicsClock> start;
@@ -62,8 +64,8 @@ enum class Control : std::uint8_t { none, serve, reset, pause, resume };
 class Application {
  public:
   virtual ~Application() = default;
-  // Advances the virtual world to `now` (dt since the last call) with the stylus at `tip`; fills bodies, counters,
-  // force fields of `state`.
+  // Advances the virtual world to `now` (dt since the last call) with the stylus at `tip`; fills bodies,
+  // counters, force fields of `state`.
   virtual void step(Instant<PhysicsClock> now, Duration dt, const TipState& tip, WorldState& state) = 0;
   // The newest blow, number 0 if none so far.
   virtual const ContactEvent& contact() const = 0;

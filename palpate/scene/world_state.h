@@ -1,7 +1,7 @@
 // The state of the virtual world at one moment: what the physics server keeps in its history and sends out.
 //
-// Fixed size and trivially copyable, so that one writer can hand it to many readers without locks. World frame,
-// SI. What body 0, 1, ... and the counters mean is the application's business (see Application).
+// Fixed size and trivially copyable, so that one writer can hand it to many readers without locks. World
+// frame, SI. What body 0, 1, ... and the counters mean is the application's business (see Application).
 #pragma once
 
 #include <array>
@@ -19,7 +19,8 @@ struct BodyState {
   std::array<double, 4> orientation{1, 0, 0, 0};  // w x y z
   std::array<double, 3> velocity{};
   std::array<double, 3> angular_velocity{};
-  // Counts jumps (impacts, serves): between two states whose counts differ no path may be interpolated across.
+  // Counts jumps (impacts, serves): between two states whose counts differ no path may be interpolated
+  // across.
   std::uint32_t jumps = 0;
   std::uint32_t visible = 1;
 
@@ -41,8 +42,8 @@ struct WorldState {
   std::int32_t body_count = 0;
   std::array<BodyState, kBodies> bodies{};
   std::array<std::int32_t, kCounters> counters{};
-  std::array<double, 3> force{};      // N, on the hand, World
-  double contact = 0.0;               // 0 = none, else progress of the contact in (0, 1]
+  std::array<double, 3> force{};  // N, on the hand, World
+  double contact = 0.0;           // 0 = none, else progress of the contact in (0, 1]
   std::array<double, 3> contact_point{};
 };
 static_assert(std::is_trivially_copyable_v<WorldState>);
@@ -56,8 +57,8 @@ struct StateAnswer {
   WorldState state;
 };
 
-// State between two neighbours, s in [0, 1]; a body whose jump count differs moves ballistically from the nearer side
-// instead of being interpolated across the jump (gravity is the caller's, (0,0,0) for none).
+// State between two neighbours, s in [0, 1]; a body whose jump count differs moves ballistically from the
+// nearer side instead of being interpolated across the jump (gravity is the caller's, (0,0,0) for none).
 WorldState interpolate(const WorldState& a, const WorldState& b, double s, const Vector3& gravity);
 
 // State carried on by `ahead` from `a` at constant velocity.

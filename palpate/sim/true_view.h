@@ -1,4 +1,5 @@
-// Everything the simulated camera needs to take one picture of the real (simulated) world: truth, for sim only.
+// Everything the simulated camera needs to take one picture of the real (simulated) world: truth, for sim
+// only.
 #pragma once
 
 #include <array>
@@ -30,7 +31,7 @@ struct TrueView {
   std::vector<Vector3> marker_leds;
   std::optional<Pose<World, Board>> board;  // a chessboard with 10 x 7 squares (9 x 6 inner corners)
   double board_square = 0.025;
-  double noise_sd = 0.0;        // grey levels of 255
+  double noise_sd = 0.0;         // grey levels of 255
   std::uint64_t noise_seed = 0;  // changes every frame
 };
 

@@ -1,5 +1,6 @@
-// Something that tells the time and can be waited on: the machine's monotonic clock, or a virtual one that moves
-// only when its owner says so. All behaviour is written against Clock, so that tests run on the virtual one.
+// Something that tells the time and can be waited on: the machine's monotonic clock, or a virtual one that
+// moves only when its owner says so. All behaviour is written against Clock, so that tests run on the virtual
+// one.
 #pragma once
 
 #include <time.h>
@@ -17,8 +18,8 @@ class Clock {
   virtual void sleep_until(Instant<C> t) = 0;
 };
 
-// CLOCK_MONOTONIC, optionally shown with an offset and a drift, so that one machine can play two hosts whose clocks
-// differ by a known truth. Safe from any thread.
+// CLOCK_MONOTONIC, optionally shown with an offset and a drift, so that one machine can play two hosts whose
+// clocks differ by a known truth. Safe from any thread.
 template <typename C>
 class MonotonicClock : public Clock<C> {
  public:

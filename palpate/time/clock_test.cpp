@@ -9,7 +9,9 @@ namespace {
 
 // Instants of two clocks neither subtract nor compare.
 template <typename A, typename B>
-concept Subtractable = requires(Instant<A> a, Instant<B> b) { a - b; };
+concept Subtractable = requires(Instant<A> a, Instant<B> b) {
+  a - b;
+};
 static_assert(Subtractable<ArmClock, ArmClock>);
 static_assert(!Subtractable<ArmClock, TrackerClock>);
 static_assert(!std::convertible_to<Instant<ArmClock>, Instant<PhysicsClock>>);

@@ -1,5 +1,5 @@
-// A moment on one particular clock. Instants of different clocks do not mix; only a ClockModel leads from one to
-// another. Integer nanoseconds, so that a day of running loses nothing.
+// A moment on one particular clock. Instants of different clocks do not mix; only a ClockModel leads from one
+// to another. Integer nanoseconds, so that a day of running loses nothing.
 #pragma once
 
 #include <chrono>
@@ -37,10 +37,16 @@ struct Instant {
 };
 
 template <typename C>
-Instant<C> operator+(Instant<C> t, Duration d) { return {t.since_epoch + d}; }
+Instant<C> operator+(Instant<C> t, Duration d) {
+  return {t.since_epoch + d};
+}
 template <typename C>
-Instant<C> operator-(Instant<C> t, Duration d) { return {t.since_epoch - d}; }
+Instant<C> operator-(Instant<C> t, Duration d) {
+  return {t.since_epoch - d};
+}
 template <typename C>
-Duration operator-(Instant<C> a, Instant<C> b) { return a.since_epoch - b.since_epoch; }
+Duration operator-(Instant<C> a, Instant<C> b) {
+  return a.since_epoch - b.since_epoch;
+}
 
 }  // namespace palpate
