@@ -1,0 +1,24 @@
+# Sourced by scripts/demo, scripts/test and .ci/run: how a preset is configured and built here.
+
+# ccache where it is installed; CMake reads this at the first configuration of a build folder.
+if [ -z "${CMAKE_CXX_COMPILER_LAUNCHER:-}" ] && command -v ccache > /dev/null; then
+  export CMAKE_CXX_COMPILER_LAUNCHER=ccache
+fi
+
+# One job per core, but not more than memory carries: a translation unit with Ceres takes up to 1.5 GB.
+build_jobs() {
+  local cores memory
+  cores=$(nproc 2> /dev/null || echo 2)
+  memory=$(awk '/^MemAvailable:/ { jobs = int($2 / 1500000); print jobs < 1 ? 1 : jobs }' /proc/meminfo 2> /dev/null || echo "$cores")
+  echo $((cores < memory ? cores : memory))
+}
+
+# build_preset PRESET [TARGET ...]
+build_preset() {
+  local preset=$1
+  shift
+  local log=build/$preset-configure.log
+  mkdir -p build
+  cmake --preset "$preset" > "$log" 2>&1 || { cat "$log" >&2; return 1; }
+  cmake --build --preset "$preset" --parallel "$(build_jobs)" ${1:+--target "$@"}
+}
