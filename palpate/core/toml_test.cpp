@@ -1,0 +1,114 @@
+#include "palpate/core/toml.h"
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+TomlTable parsed(std::string_view content) {
+  auto table = parse_toml(content, "file.toml");
+  EXPECT_TRUE(table.has_value());
+  return *table;
+}
+
+std::string complaint(const TomlTable& table) {
+  const auto done = table.finish();
+  return done ? "none" : done.error().message;
+}
+
+TEST(Toml, ReadsEveryKindOfValue) {
+  const auto file = parsed(
+      "name = 'a'\nrate_hz = 100\non = true\nlist = [1, 2.5, 3]\nrows = [[1, 2], [3, 4]]\n"
+      "[sub]\nx = 1.5\n[[joint]]\na = 1\n[[joint]]\na = 2\n");
+  EXPECT_EQ(file.text("name"), "a");
+  EXPECT_EQ(file.number("rate_hz"), 100.0);
+  EXPECT_TRUE(file.flag("on"));
+  EXPECT_EQ((file.numbers<3>("list")), (std::array<double, 3>{1.0, 2.5, 3.0}));
+  EXPECT_EQ(file.rows("rows", 2)[1][0], 3.0);
+  EXPECT_EQ(file.table("sub").number("x"), 1.5);
+  const auto joints = file.tables("joint");
+  ASSERT_EQ(joints.size(), 2u);
+  EXPECT_EQ(joints[0].integer("a") + joints[1].integer("a"), 3);
+  EXPECT_EQ(file.number_or("absent", 7.0), 7.0);
+  EXPECT_FALSE(file.table("nothing").exists());
+  EXPECT_EQ(complaint(file), "none");
+}
+
+TEST(Toml, UnknownKeysAreNamedWithFileAndLine) {
+  const auto file = parsed("[arm]\ngain_sd = 0.1\ngain_sdd = 0.2\n");
+  file.table("arm").number("gain_sd");
+  EXPECT_EQ(complaint(file), "file.toml:3: unknown key 'arm.gain_sdd'; did you mean 'gain_sd'?");
+}
+
+TEST(Toml, UnknownTablesAreNamed) {
+  const auto file = parsed("x = 1\n[[thing]]\ny = 1\n");
+  file.number("x");
+  EXPECT_NE(complaint(file).find("file.toml:2: unknown key 'thing'"), std::string::npos) << complaint(file);
+}
+
+TEST(Toml, UnknownKeysInsideListsOfTablesAreFound) {
+  const auto file = parsed("[[joint]]\na = 1\n[[joint]]\na = 2\nbb = 3\n");
+  for (const auto& joint : file.tables("joint")) joint.number("a");
+  EXPECT_NE(complaint(file).find("file.toml:5: unknown key 'joint[2].bb'"), std::string::npos)
+      << complaint(file);
+}
+
+TEST(Toml, WrongTypesRangesAndMissingKeysAreNamed) {
+  const auto check = [](std::string_view content, auto read, std::string_view expected) {
+    const auto file = parsed(content);
+    read(file);
+    EXPECT_NE(complaint(file).find(expected), std::string::npos) << complaint(file);
+    EXPECT_EQ(file.finish().error().kind, Error::Kind::wrong_use);
+  };
+  check(
+      "a = 'x'", [](auto& f) { f.number("a"); }, "file.toml:1: a: is a text, a number is expected");
+  check(
+      "\na = -1", [](auto& f) { f.number("a", kPositive); }, "file.toml:2: a: is -1, a number above 0");
+  check(
+      "a = nan", [](auto& f) { f.number("a"); }, "finite");
+  check(
+      "a = 3", [](auto& f) { f.number("a", {.low = 0, .high = 2}); }, "0 to 2 is expected");
+  check(
+      "", [](auto& f) { f.number("a"); }, "a: is missing");
+  check(
+      "a = [1, 2]", [](auto& f) { f.numbers("a", 3); }, "has 2 entries, a list of 3 numbers");
+  check(
+      "a = [[1, 2], [3]]", [](auto& f) { f.rows("a", 2); }, "entry 2 is not a list of 2 numbers");
+  check(
+      "a = 1.5", [](auto& f) { f.integer("a"); }, "a whole number is expected");
+  check(
+      "a = 'z'",
+      [](auto& f) {
+        f.choice("a", {"x", "y"});
+      },
+      "one of \"x\", \"y\" is expected");
+  check(
+      "a = 1", [](auto& f) { f.table("a"); }, "a table is expected");
+  check(
+      "", [](auto& f) { f.table("a").number("b"); }, "a.b: is missing");
+}
+
+TEST(Toml, OnlyTheFirstComplaintIsReported) {
+  const auto file = parsed("a = 'x'\nb = 'y'\n");
+  file.number("b");
+  file.number("a");
+  EXPECT_NE(complaint(file).find("file.toml:2: b"), std::string::npos);
+}
+
+TEST(Toml, BrokenSyntaxIsOneLineWithItsPlace) {
+  const auto broken = parse_toml("a = 1\nb = = 2\n", "file.toml");
+  ASSERT_FALSE(broken.has_value());
+  EXPECT_EQ(broken.error().message.find("file.toml:2: is not valid TOML"), 0u) << broken.error().message;
+  EXPECT_EQ(broken.error().message.find('\n'), std::string::npos);
+}
+
+TEST(Toml, NumbersAndTextsSurviveWritingAndReading) {
+  for (double value : {0.1, 1.0, -1e-17, 123456789.123456789, 2e300}) {
+    const auto file = parsed("a = " + toml_number(value));
+    EXPECT_EQ(file.number("a"), value);
+  }
+  EXPECT_EQ(parsed("a = " + toml_quoted("x\"\\\ty")).text("a"), "x\"\\\ty");
+}
+
+}  // namespace
+}  // namespace palpate
