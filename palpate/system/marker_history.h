@@ -1,0 +1,39 @@
+// The last seconds of one marker's tracked poses, asked for at an image's time.
+//
+// Times are the graphics host's, as the clock model of the tracker gives them. One thread. Asking outside
+// what was seen, or across a gap in which the marker was hidden for longer than `longest_gap`, gives nothing:
+// no guess.
+#pragma once
+
+#include <Eigen/Core>
+#include <deque>
+#include <optional>
+
+#include "palpate/geometry/pose.h"
+#include "palpate/time/instant.h"
+
+namespace palpate {
+
+struct TrackedPose {
+  Instant<GraphicsClock> time;
+  Quaternion rotation = Quaternion::Identity();
+  Vector3 translation = Vector3::Zero();
+  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  // rotation, then translation
+};
+
+class MarkerHistory {
+ public:
+  explicit MarkerHistory(Duration longest_gap = seconds(0.1), Duration kept = seconds(2.0))
+      : longest_gap_(longest_gap), kept_(kept) {}
+
+  // Poses older than the newest are ignored (a tracker's packets may arrive twice or late).
+  void add(const TrackedPose& pose);
+  std::optional<TrackedPose> at(Instant<GraphicsClock> time) const;
+  bool empty() const { return poses_.empty(); }
+
+ private:
+  Duration longest_gap_, kept_;
+  std::deque<TrackedPose> poses_;
+};
+
+}  // namespace palpate
