@@ -1,4 +1,4 @@
-#include "palpate/system/marker_history.h"
+#include "palpate/graphics_server/marker_history.h"
 
 #include <gtest/gtest.h>
 
