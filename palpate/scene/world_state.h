@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "palpate/geometry/pose.h"
+#include "palpate/time/answer.h"
 #include "palpate/time/instant.h"
 
 namespace palpate {
@@ -48,14 +49,8 @@ struct WorldState {
 };
 static_assert(std::is_trivially_copyable_v<WorldState>);
 
-// How a history or a server knew a state.
-enum class AnswerKind : std::uint8_t { exact, interpolated, extrapolated, too_old, too_new };
-
-struct StateAnswer {
-  AnswerKind kind = AnswerKind::too_old;
-  Duration extrapolated_by{0};
-  WorldState state;
-};
+// A state, and how a history or a server knew it.
+using StateAnswer = HistoryAnswer<WorldState>;
 
 // State between two neighbours, s in [0, 1]; a body whose jump count differs moves ballistically from the
 // nearer side instead of being interpolated across the jump (gravity is the caller's, (0,0,0) for none).
