@@ -51,6 +51,18 @@ std::optional<Pixel> CameraModel::undistort_pixel(const Pixel& pixel) const {
   return Pixel{fx * n->x() + cx, fy * n->y() + cy};
 }
 
+Pixel project(const CameraModel& camera, const Vector3& p, Eigen::Matrix<double, 2, 3>& jacobian) {
+  const double iz = 1.0 / p.z(), x = p.x() * iz, y = p.y() * iz;
+  Eigen::Matrix2d lens;
+  const auto n = distorted(camera.distortion, {x, y}, &lens);
+  Eigen::Matrix<double, 2, 3> ideal;
+  ideal << iz, 0, -x * iz, 0, iz, -y * iz;
+  jacobian.noalias() = lens * ideal;
+  jacobian.row(0) *= camera.fx;
+  jacobian.row(1) *= camera.fy;
+  return {camera.fx * n.x() + camera.cx, camera.fy * n.y() + camera.cy};
+}
+
 Eigen::Matrix<double, 2, 3> projection_jacobian(const CameraModel& camera, const Vector3& p) {
   Eigen::Matrix<double, 2, 3> J;
   const double z = p.z();

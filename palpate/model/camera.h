@@ -33,6 +33,9 @@ struct CameraModel {
   std::optional<Pixel> undistort_pixel(const Pixel& pixel) const;
 };
 
+// Through the lens, with d pixel / d p (2x3, px per metre). Needs z > 0.
+Pixel project(const CameraModel& camera, const Vector3& p, Eigen::Matrix<double, 2, 3>& jacobian);
+
 // d project_undistorted / d p, 2x3, px per metre.
 Eigen::Matrix<double, 2, 3> projection_jacobian(const CameraModel& camera, const Vector3& p);
 

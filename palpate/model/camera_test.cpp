@@ -45,5 +45,17 @@ TEST(CameraModel, JacobianAgreesWithFiniteDifferences) {
   }
 }
 
+TEST(CameraModel, JacobianThroughTheLensAgreesWithFiniteDifferences) {
+  const auto camera = lens();
+  const Vector3 p(0.35, -0.25, 0.8);  // near a corner of the image, where the lens bends most
+  Eigen::Matrix<double, 2, 3> J;
+  EXPECT_NEAR((project(camera, p, J) - camera.project(p)).norm(), 0.0, 1e-12);
+  for (int i = 0; i < 3; ++i) {
+    const Vector3 h = 1e-6 * Vector3::Unit(i);
+    const Pixel numeric = (camera.project(p + h) - camera.project(p - h)) / 2e-6;
+    EXPECT_NEAR((J.col(i) - numeric).norm(), 0.0, 1e-5);  // J is some 700 px/m, the difference loses 1e-9 of it
+  }
+}
+
 }  // namespace
 }  // namespace palpate
