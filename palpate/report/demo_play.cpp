@@ -1,0 +1,231 @@
+// The demo report's lock-step part: overlay, exchange, forces and play.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "palpate/report/demo_sections.h"
+
+namespace palpate::report {
+namespace {
+
+constexpr double kForceLimit = 8.5;  // N, of the simulated arm
+
+struct Blow {
+  std::size_t first = 0, last = 0;  // rows
+  double peak_asked = 0.0, peak_given = 0.0;
+};
+
+// Contiguous runs of force, kept apart where 5 ms or more pass without any.
+std::vector<Blow> blows_in(const std::vector<double>& time, const std::vector<double>& asked,
+                           const std::vector<double>& given) {
+  std::vector<Blow> blows;
+  for (std::size_t i = 0; i < time.size(); ++i) {
+    if (!(std::abs(asked[i]) > 1e-3)) continue;
+    if (blows.empty() || time[i] - time[blows.back().last] > 0.005) blows.push_back({i, i, 0.0, 0.0});
+    Blow& blow = blows.back();
+    blow.last = i;
+    blow.peak_asked = std::max(blow.peak_asked, std::abs(asked[i]));
+    blow.peak_given = std::max(blow.peak_given, std::abs(given[i]));
+  }
+  return blows;
+}
+
+// The player hits the ball within a few frames of flight; a jump farther than this between frames is a new
+// serve.
+constexpr double kServeJump = 0.35;  // m
+
+Plot ball_path(const CsvTable& ball, const char* horizontal, const char* vertical) {
+  Plot plot{.equal_axes = true};
+  Series path{.name = "ball", .tone = Tone::ours};
+  const auto x = column(ball, "x_m"), y = column(ball, "y_m"), z = column(ball, "z_m");
+  const auto h = column(ball, horizontal), v = column(ball, vertical);
+  for (std::size_t i = 0; i < h.size(); ++i) {
+    const bool jump = i > 0 && std::hypot(x[i] - x[i - 1], y[i] - y[i - 1], z[i] - z[i - 1]) > kServeJump;
+    if (jump) {
+      path.x.push_back(NAN);
+      path.y.push_back(NAN);
+    }
+    path.x.push_back(h[i]);
+    path.y.push_back(v[i]);
+  }
+  plot.series.push_back(path);
+  return plot;
+}
+
+// Outlines of the touched surfaces, as calibrated.
+void outline(Plot& plot, const DemoData& data, std::string_view horizontal, std::string_view vertical) {
+  const CsvTable* surface = data.raw("surface.csv");
+  if (surface == nullptr || !has_columns(*surface, {"label", "x_mm", "y_mm", "z_mm"})) return;
+  const auto label = *surface->find("label");
+  const auto h = column(*surface, horizontal), v = column(*surface, vertical);
+  for (std::size_t i = 0; i + 3 < surface->rows.size(); i += 4) {
+    Series side{.name = surface->text[i][label],
+                .tone = plot.series.size() % 2 == 1 ? Tone::third : Tone::fourth};
+    for (std::size_t k : {0, 1, 2, 3, 0}) {
+      side.x.push_back(h[i + k] / 1000.0);
+      side.y.push_back(v[i + k] / 1000.0);
+    }
+    plot.series.push_back(side);
+  }
+}
+
+}  // namespace
+
+void tell_overlay(Report& page, const DemoData& data) {
+  const auto world = data.number("registration/world_px_rms"), tip = data.number("registration/tip_px_rms");
+  if (!world && !tip) return;
+  page.section("The picture fits the world", "overlay");
+  page.paragraph(
+      "For every frame, points on table and wall that were not used for the registration are drawn where the "
+      "system "
+      "believes them to be, and compared with where the true camera sees them. The stylus tip is harder: its "
+      "error also "
+      "holds the arm's calibration and the moment in time for which the state was asked.");
+  std::vector<Figure> figures;
+  if (world)
+    figures.push_back({"Real scene, rms", shown(world, "px"), "at most 1.5 px", at_most(*world, 1.5)});
+  if (const auto p95 = data.number("registration/world_px_p95"))
+    figures.push_back({"Real scene, 95 % of points below", shown(p95, "px"), "", Verdict::none});
+  if (const auto only = data.number("registration/world_px_rms_tracker_only")) {
+    figures.push_back({"Real scene, by the tracker alone", shown(only, "px"),
+                       "without the landmarks in the picture", Verdict::none});
+  }
+  if (tip) figures.push_back({"Stylus tip, rms", shown(tip, "px"), "at most 2.0 px", at_most(*tip, 2.0)});
+  if (const auto p95 = data.number("registration/tip_px_p95"))
+    figures.push_back({"Stylus tip, 95 % of frames below", shown(p95, "px"), "", Verdict::none});
+  page.figures(figures);
+  const CsvTable* frames = data.raw("frames.csv");
+  if (frames == nullptr || !has_columns(*frames, {"mid_exposure_s", "world_px", "tip_px"})) return;
+  auto time = column(*frames, "mid_exposure_s");
+  const double start = *std::min_element(time.begin(), time.end());
+  for (double& t : time) t -= start;
+  const auto world_px = column(*frames, "world_px"), tip_px = column(*frames, "tip_px");
+  Plot over_time{.title = "Overlay error, frame by frame", .x_label = "s", .y_label = "px"};
+  over_time.series = {
+      {.name = "stylus tip", .x = time, .y = tip_px, .mark = Mark::points, .tone = Tone::rival},
+      {.name = "real scene", .x = time, .y = world_px, .mark = Mark::points, .tone = Tone::ours}};
+  const double most = std::max({quantile(world_px, 0.995), quantile(tip_px, 0.995), 0.1}) * 1.1;
+  Plot shares{.title = "Frames by overlay error", .x_label = "px", .y_label = "frames"};
+  for (const auto& [name, values, tone] :
+       {std::tuple{"stylus tip", &tip_px, Tone::rival}, {"real scene", &world_px, Tone::ours}}) {
+    Series counts = histogram(name, *values, 0.0, most, 60, tone);
+    counts.mark = Mark::area;
+    shares.series.push_back(std::move(counts));
+  }
+  page.plots({over_time, shares});
+}
+
+void tell_exchange(Report& page, const DemoData& data) {
+  const auto frames = data.number("exchange/frames");
+  if (!frames) return;
+  page.section("Two servers, one moment", "exchange");
+  page.paragraph(
+      "The graphics server asks the physics server for the state at the moment the picture was taken, goes "
+      "on working, and "
+      "uses the answer when the frame is done. It never waits: if an answer is late, the last known state is "
+      "carried on. "
+      "Each answer says how it was known.");
+  std::vector<Figure> figures{{"Frames", fmt::format("{:.0f}", *frames), "", Verdict::none}};
+  if (const auto late = data.number("exchange/late")) {
+    figures.push_back({"Late answers", fmt::format("{:.0f}", *late),
+                       fmt::format("{:.2f} % of the frames", *frames > 0 ? 100.0 * *late / *frames : 0.0),
+                       Verdict::none});
+  }
+  const std::array<std::pair<const char*, const char*>, 4> kinds{
+      {{"exact", "Answers exact"},
+       {"interpolated", "Answers between two entries"},
+       {"extrapolated", "Answers carried ahead"},
+       {"too_old", "Answers too old"}}};
+  for (const auto& [key, label] : kinds) {
+    if (const auto count = data.number(fmt::format("exchange/answers/{}", key)))
+      figures.push_back({label, fmt::format("{:.0f}", *count), "", Verdict::none});
+  }
+  page.figures(figures);
+}
+
+void tell_forces(Report& page, const DemoData& data) {
+  const auto peak = data.number("force/peak_n");
+  if (!peak) return;
+  page.section("What the hand feels", "forces");
+  page.paragraph(
+      "A hit lasts about four milliseconds. The force follows a damped spring whose impulse equals the "
+      "change of the ball's "
+      "momentum, and is given to the arm at 1 kHz. What the arm cannot give is cut off and counted, not "
+      "hidden.");
+  std::vector<Figure> figures{
+      {"Peak force", shown(peak, "N"), "the arm's limit is 8.5 N", at_most(*peak, kForceLimit)}};
+  if (const auto v = data.number("force/limited_ticks"))
+    figures.push_back({"Milliseconds at the limit", fmt::format("{:.0f}", *v), "", Verdict::none});
+  if (const auto v = data.number("force/lost_impulse_rel"))
+    figures.push_back(
+        {"Impulse lost to the limit", shown(100.0 * *v, "%"), "of all impulse asked for", Verdict::none});
+  if (const auto v = data.number("force/impulse_error_rel_max"))
+    figures.push_back({"Impulse error, worst blow", fmt::format("{:.1e}", *v),
+                       "asked for, against m (1 + e) v", at_most(*v, 1e-9)});
+  page.figures(figures);
+  const CsvTable* haptics = data.raw("haptics.csv");
+  if (haptics == nullptr || !has_columns(*haptics, {"time_s", "asked_n", "given_n"})) return;
+  const auto time = column(*haptics, "time_s"), asked = column(*haptics, "asked_n"),
+             given = column(*haptics, "given_n");
+  const auto blows = blows_in(time, asked, given);
+  if (blows.empty()) return;
+  const Blow& largest = *std::max_element(
+      blows.begin(), blows.end(), [](const Blow& a, const Blow& b) { return a.peak_given < b.peak_given; });
+  Plot detail{.title = "The strongest blow, millisecond by millisecond",
+              .x_label = "ms since the contact began",
+              .y_label = "N"};
+  Series wanted{.name = "asked for", .mark = Mark::steps, .tone = Tone::rival, .dashed = true};
+  Series felt{.name = "given", .mark = Mark::steps, .tone = Tone::ours};
+  for (std::size_t i = 0; i < time.size(); ++i) {
+    const double ms = 1000.0 * (time[i] - time[largest.first]);
+    if (ms < -3.0 || ms > 1000.0 * (time[largest.last] - time[largest.first]) + 4.0) continue;
+    wanted.x.push_back(ms);
+    wanted.y.push_back(asked[i]);
+    felt.x.push_back(ms);
+    felt.y.push_back(given[i]);
+  }
+  detail.series = {felt, wanted};
+  Plot peaks{.title = "Every blow's peak", .x_label = "s", .y_label = "N"};
+  Series points{.name = "given", .mark = Mark::points, .tone = Tone::ours};
+  for (const Blow& blow : blows) {
+    points.x.push_back(time[blow.first]);
+    points.y.push_back(blow.peak_given);
+  }
+  peaks.series = {points};
+  peaks.levels.push_back({.at = kForceLimit, .label = "limit of the arm", .tone = Tone::bad});
+  peaks.y_range = {0.0, 9.5};
+  page.plots({detail, peaks});
+}
+
+void tell_play(Report& page, const DemoData& data) {
+  const auto serves = data.number("rally/serves");
+  if (!serves) return;
+  page.section("The game", "game");
+  page.paragraph(
+      "The scripted player knows only what the graphics server shows, learns it 150 ms late, aims with noise "
+      "and cannot "
+      "accelerate the hand faster than a person. It plays so that the whole chain is tried, not to win.");
+  std::vector<Figure> figures{{"Serves", fmt::format("{:.0f}", *serves), "", Verdict::none}};
+  if (const auto v = data.number("rally/returned"))
+    figures.push_back({"Returned", fmt::format("{:.0f}", *v), "at least 60 %", at_least(*v, 0.6 * *serves)});
+  if (const auto v = data.number("rally/longest"))
+    figures.push_back({"Longest rally", fmt::format("{:.0f}", *v), "hits in a row", Verdict::none});
+  page.figures(figures);
+  const CsvTable* ball = data.raw("ball.csv");
+  if (ball == nullptr || !has_columns(*ball, {"x_m", "y_m", "z_m"})) return;
+  Plot side = ball_path(*ball, "z_m", "y_m");
+  side.title = "The ball from the side";
+  side.x_label = "towards the player \u2190 m \u2192 towards the wall";
+  side.y_label = "up, m";
+  side.flip_x = true;
+  outline(side, data, "z_mm", "y_mm");
+  Plot top = ball_path(*ball, "z_m", "x_m");
+  top.title = "The ball from above";
+  top.x_label = side.x_label;
+  top.y_label = "to the player's right, m";
+  top.flip_x = top.flip_y = true;
+  outline(top, data, "z_mm", "x_mm");
+  page.plots({side, top});
+}
+
+}  // namespace palpate::report

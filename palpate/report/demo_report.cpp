@@ -1,0 +1,91 @@
+#include "palpate/report/demo_report.h"
+
+#include <algorithm>
+
+#include "palpate/report/demo_sections.h"
+
+namespace palpate::report {
+namespace fs = std::filesystem;
+namespace {
+
+// Frame pictures shown in the page; more would make it heavy, not clearer.
+constexpr std::size_t kMostPictures = 4;
+
+void add_figure(std::vector<Figure>& figures, const DemoData& data, std::string_view path, std::string label,
+                std::string_view unit, std::optional<double> at_most_this, std::string bar) {
+  const auto value = data.number(path);
+  if (!value) return;
+  const Verdict verdict = at_most_this ? at_most(*value, *at_most_this) : Verdict::none;
+  figures.push_back({std::move(label), shown(value, unit), std::move(bar), verdict});
+}
+
+}  // namespace
+
+void tell_what_you_see(Report& page, const DemoData& data) {
+  page.section("What you see", "see");
+  page.paragraph(
+      "A person holds the stylus of a haptic arm and looks at the scene through a camera worn on the head. "
+      "Table and "
+      "wall are real; ball and bat exist only in the computer. The bat rides on the stylus, the ball bounces "
+      "off the "
+      "real table and the real wall, and each hit is felt in the hand. In this run every device is "
+      "simulated: arm, "
+      "optical tracker, camera, clocks, hand and player. That is what lets every error below be measured "
+      "against "
+      "the truth, which the program itself never gets to see.");
+  if (data.has("video.mp4")) {
+    page.video(data.bytes("video.mp4"), data.bytes("poster.png"),
+               "The player's view: the camera's picture, undistorted, with ball and bat drawn into it.");
+  } else if (data.has("poster.png")) {
+    page.picture(data.bytes("poster.png"),
+                 "The player's view: the camera's picture, undistorted, with ball and bat drawn into it.");
+  }
+  std::vector<Figure> figures;
+  const auto bar = arm_bar_mm(data);
+  add_figure(figures, data, "arm/error_to_truth_mean_mm", "Arm: the tip's error against the truth", "mm", bar,
+             fmt::format("at most {}, half of the best of the paper's methods or 0.3 mm", shown(bar, "mm")));
+  add_figure(figures, data, "registration/world_px_rms", "Overlay on the real scene, rms", "px", 1.5,
+             "at most 1.5 px");
+  add_figure(figures, data, "registration/tip_px_rms", "Overlay on the stylus tip, rms", "px", 2.0,
+             "at most 2.0 px");
+  const auto serves = data.number("rally/serves"), returned = data.number("rally/returned");
+  if (serves && returned && *serves > 0) {
+    figures.push_back({"Serves returned", fmt::format("{:.0f} of {:.0f}", *returned, *serves),
+                       "at least 60 %", at_least(*returned, 0.6 * *serves)});
+  }
+  add_figure(figures, data, "force/peak_n", "Strongest blow the hand felt", "N", 8.5,
+             "the arm's limit is 8.5 N");
+  add_figure(figures, data, "realtime/exchange/round_trip_us/median",
+             "Asking for the state, round trip, median", "\u00b5s", std::nullopt,
+             "real time, between two processes");
+  page.figures(figures);
+}
+
+Expected<Report> demo_report(const fs::path& folder) {
+  const auto data = DemoData::read(folder);
+  if (!data) return tl::unexpected(data.error());
+  std::string subtitle =
+      "A report of one demonstration of Palpate on the simulated rig: calibrate everything, play ping-pong, "
+      "and hold each "
+      "figure against the truth.";
+  if (const auto seed = data->number("seed")) subtitle += fmt::format(" Seed {:.0f}.", *seed);
+  Report page("Palpate: ping-pong you can see and feel", subtitle);
+  tell_what_you_see(page, *data);
+  tell_arm(page, *data);
+  tell_tip_and_camera(page, *data);
+  tell_overlay(page, *data);
+  tell_exchange(page, *data);
+  tell_forces(page, *data);
+  tell_play(page, *data);
+  tell_real_time(page, *data);
+  tell_how(page, *data);
+  return page;
+}
+
+Expected<void> write_demo_report(const fs::path& folder) {
+  const auto page = demo_report(folder);
+  if (!page) return tl::unexpected(page.error());
+  return page->write(folder / "report.html");
+}
+
+}  // namespace palpate::report

@@ -1,0 +1,182 @@
+#include "palpate/report/demo_report.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <numbers>
+
+#include "palpate/core/json.h"
+#include "palpate/core/random.h"
+
+namespace palpate::report {
+namespace {
+namespace fs = std::filesystem;
+
+// A folder as a demo leaves it, filled with numbers that look like a run but stand for nothing.
+class DemoReport : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const char* keep = std::getenv("PALPATE_KEEP_REPORT");  // a folder to look at afterwards
+    folder_ = keep != nullptr ? fs::path(keep)
+                              : fs::temp_directory_path() / fmt::format("palpate-report-{}", ::getpid());
+    keep_ = keep != nullptr;
+    fs::create_directories(folder_ / "raw");
+    write("summary.json", summary().dump());
+  }
+  void TearDown() override {
+    if (!keep_) fs::remove_all(folder_);
+  }
+
+  void write(const std::string& name, const std::string& content) {
+    ASSERT_TRUE(write_file(folder_ / name, content).has_value()) << name;
+  }
+
+  static Json summary() {
+    return Json::parse(R"({"seed": 1,
+      "arm": {"error_to_truth_mean_mm": 0.105, "heldout_mean_mm": 0.19, "uncorrected_mean_mm": 3.05, "one_pass_error_to_truth_mm": 1.31,
+        "uncorrected_error_to_truth_mm": 3.02, "alternating_error_to_truth_mm": 0.98, "eq7_error_to_truth_mm": 0.86, "samples": 70,
+        "true_tip_one_pass_error_to_truth_mm": 0.61, "true_tip_alternating_error_to_truth_mm": 0.14,
+        "true_tip_eq7_error_to_truth_mm": 0.10, "true_tip_joint_error_to_truth_mm": 0.10},
+      "pivot": {"error_to_truth_mm": 0.97}, "hand_eye": {"error_to_truth_mm": 0.41, "rotation_error_deg": 0.05}, "camera": {"rms_px": 0.21},
+      "registration": {"world_px_rms": 0.27, "world_px_p95": 0.49, "world_px_rms_tracker_only": 0.91, "tip_px_rms": 0.55, "tip_px_p95": 2.31},
+      "exchange": {"frames": 900, "late": 4, "answers": {"exact": 12, "interpolated": 880, "extrapolated": 8, "too_old": 0}},
+      "rally": {"serves": 24, "returned": 13, "longest": 6},
+      "force": {"peak_n": 7.9, "limited_ticks": 3, "lost_impulse_rel": 0.002, "impulse_error_rel_max": 3e-13},
+      "realtime": {"exchange": {"round_trip_us": {"median": 118, "p99": 402}, "frames": 300, "late": 0},
+        "sync": {"offset_error_us_p99": 14, "uncertainty_us": 31}, "haptic": {"rate_hz": 1000, "overruns": 0, "jitter_us": {"p50": 4, "p99": 37, "max": 210}},
+        "physics": {"rate_hz": 1000}, "graphics": {"rate_hz": 27.4}}})");
+  }
+
+  void write_raw() {
+    Random random(7, "report/synthetic");
+    std::string errors = "method,pose,error_mm,x_mm,y_mm,z_mm,dx_mm,dy_mm,dz_mm\n";
+    const std::pair<const char*, double> methods[] = {
+        {"uncorrected", 1.75}, {"one-pass", 0.75}, {"alternating", 0.57}, {"eq7", 0.5}, {"joint", 0.06}};
+    for (const auto& [name, sd] : methods) {
+      for (int i = 0; i < 1000; ++i) {
+        const double a = 0.13 * i, b = 0.031 * i, s = 209 * (std::cos(a) * 0.5 + 0.8);
+        const double dx = sd * std::cos(a), dy = sd * std::sin(b),
+                     dz = sd * std::sin(a) + random.normal(0.1 * sd);
+        errors += fmt::format("{},{},{:.4f},{:.1f},{:.1f},{:.1f},{:.4f},{:.4f},{:.4f}\n", name, i,
+                              std::hypot(dx, dy, dz), s * std::sin(b), 150 * std::sin(a), s * std::cos(b), dx,
+                              dy, dz);
+      }
+    }
+    write("raw/arm_errors.csv", errors);
+    std::string pivot = "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n";
+    for (int i = 0; i < 600; ++i) {
+      const double a = 0.21 * i, tilt = 0.9 * std::sqrt(i / 600.0);
+      pivot += fmt::format("{:.2f},{:.3f},{:.3f},{:.3f},1,0,0,0\n", 0.01 * i,
+                           118 * std::sin(tilt) * std::cos(a) + random.normal(0.3),
+                           118 * std::cos(tilt) + random.normal(0.3), 118 * std::sin(tilt) * std::sin(a));
+    }
+    write("raw/pivot.csv", pivot);
+    write("raw/lens.csv",
+          "which,fx,fy,cx,cy,k1,k2,p1,p2,k3\nest,560.31,561.62,318.4,242.5,-0.2793,0.0881,0.00103,-0.00049,0."
+          "0002\n"
+          "true,560,561.5,318.7,242.1,-0.28,0.09,0.001,-0.0005,0\n");
+    write("raw/surface.csv",
+          "label,x_mm,y_mm,z_mm\ntable,-375,-1520,1800\ntable,375,-1520,1800\ntable,375,-1520,800\ntable,-"
+          "375,-1520,800\n"
+          "wall,-375,-1520,800\nwall,375,-1520,800\nwall,375,-920,800\nwall,-375,-920,800\n");
+    std::string frames = "frame,mid_exposure_s,answer,late,world_px,tip_px\n",
+                ball = "frame,time_s,x_m,y_m,z_m\n";
+    for (int i = 0; i < 900; ++i) {
+      frames += fmt::format("{},{:.4f},interpolated,0,{:.4f},{}\n", i, 3.2 + i / 30.0,
+                            std::abs(0.2 + random.normal(0.08)),
+                            i % 50 == 7 ? "" : fmt::format("{:.4f}", std::abs(0.45 + random.normal(0.2))));
+      const double t = std::fmod(i / 30.0, 1.25), z = 1.7 - 0.9 * std::sin(std::numbers::pi * t / 1.25),
+                   hop = std::fmod(t, 0.42) / 0.42;
+      ball += fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f}\n", i, i / 30.0,
+                          0.2 * std::sin(0.004 * i) + 0.1 * (t - 0.6), -1.5 + 0.9 * hop * (1 - hop), z);
+    }
+    write("raw/frames.csv", frames);
+    write("raw/ball.csv", ball);
+    std::string haptics = "time_s,force_x_n,force_y_n,force_z_n,asked_n,given_n\n";
+    for (int hit = 0; hit < 20; ++hit) {
+      const double peak = random.uniform(2.5, 9.2);
+      for (int ms = -6; ms < 12; ++ms) {
+        const double asked = ms > 0 && ms < 5 ? peak * std::sin(std::numbers::pi * ms / 5.0) : 0.0;
+        haptics += fmt::format("{:.3f},0,0,{:.4f},{:.4f},{:.4f}\n", 1.5 * hit + 1 + ms / 1000.0, asked, asked,
+                               std::min(asked, 8.5));
+      }
+    }
+    write("raw/haptics.csv", haptics);
+    std::string trips = "frame,time_s,round_trip_us\n", sync = "time_s,offset_error_us,uncertainty_us\n";
+    for (int i = 0; i < 300; ++i)
+      trips += fmt::format("{},{:.3f},{:.1f}\n", i, i / 30.0, 95 + 25 * std::exp(random.normal(0.7)));
+    for (int i = 0; i < 100; ++i)
+      sync +=
+          fmt::format("{:.2f},{:.2f},{:.2f}\n", 0.1 * i, random.normal(5.0), 28 + 30 * std::exp(-0.1 * i));
+    write("raw/realtime_frames.csv", trips);
+    write("raw/realtime_sync.csv", sync);
+  }
+
+  fs::path folder_;
+  bool keep_ = false;
+};
+
+TEST_F(DemoReport, IsWrittenFromTheSummaryAlone) {
+  ASSERT_TRUE(write_demo_report(folder_).has_value());
+  const std::string page = read_file(folder_ / "report.html").value();
+  EXPECT_NE(page.find("0.105\u00a0mm"), std::string::npos);
+  EXPECT_EQ(page.find("<video"), std::string::npos);
+  EXPECT_EQ(page.find("The ball from the side"), std::string::npos);
+}
+
+TEST_F(DemoReport, LeavesOutSectionsWithoutFigures) {
+  write("summary.json", R"({"seed": 3})");
+  ASSERT_TRUE(write_demo_report(folder_).has_value());
+  const std::string page = read_file(folder_ / "report.html").value();
+  EXPECT_EQ(page.find("Against the wall clock"), std::string::npos);
+  EXPECT_NE(page.find("Seed 3."), std::string::npos);
+}
+
+TEST_F(DemoReport, SaysWhereABarIsMissed) {
+  ASSERT_TRUE(write_demo_report(folder_).has_value());  // 13 of 24 is less than 60 %
+  EXPECT_NE(read_file(folder_ / "report.html").value().find("<b>falls short</b> at least 60 %"),
+            std::string::npos);
+}
+
+TEST_F(DemoReport, RefusesAMissingOrBrokenSummaryAndABrokenTable) {
+  EXPECT_EQ(write_demo_report(folder_ / "nowhere").error().exit_code(), 2);
+  write("raw/frames.csv", "a,b\n1\n");
+  EXPECT_NE(write_demo_report(folder_).error().message.find("frames.csv:2"), std::string::npos);
+  fs::remove(folder_ / "raw/frames.csv");
+  write("summary.json", "[1]");
+  EXPECT_NE(write_demo_report(folder_).error().message.find("not a JSON object"), std::string::npos);
+}
+
+TEST_F(DemoReport, IsTheSameForTheSameFolder) {
+  write_raw();
+  EXPECT_EQ(demo_report(folder_)->html(), demo_report(folder_)->html());
+}
+
+#ifdef PALPATE_CHROMIUM
+TEST_F(DemoReport, IsDrawnByABrowserWithoutANetwork) {
+  write_raw();
+  ASSERT_TRUE(write_demo_report(folder_).has_value());
+  const std::string command =
+      fmt::format(PALPATE_CHROMIUM
+                  " --headless --no-sandbox --disable-gpu --host-resolver-rules='MAP * ~NOTFOUND' "
+                  "--user-data-dir='{0}/profile' "
+                  "--virtual-time-budget=20000 --dump-dom 'file://{0}/report.html' 2> /dev/null",
+                  folder_.string());
+  std::FILE* pipe = ::popen(command.c_str(), "r");
+  ASSERT_NE(pipe, nullptr);
+  std::string dom;
+  char buffer[65536];
+  for (std::size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) dom.append(buffer, n);
+  ::pclose(pipe);
+  fs::remove_all(folder_ / "profile");
+  // page.js counts what it has drawn: 10 plots and 2 clouds; an error in drawing would leave the mark out.
+  EXPECT_NE(dom.find("data-drawn=\"12\""), std::string::npos);
+  EXPECT_NE(dom.find("class=\"main-svg\""), std::string::npos);
+}
+#endif
+
+}  // namespace
+}  // namespace palpate::report

@@ -1,0 +1,171 @@
+// Draws the page's plots and clouds from the JSON beside them, in the colours of the reader's light or dark setting.
+'use strict';
+(() => {
+  const css = (name) => getComputedStyle(document.documentElement).getPropertyValue('--' + name).trim();
+  const faded = (colour, alpha) => {
+    const v = parseInt(colour.slice(1), 16);
+    return `rgba(${v >> 16},${(v >> 8) & 255},${v & 255},${alpha})`;
+  };
+  const touch = matchMedia('(pointer: coarse)').matches;
+
+  function trace(s, plot) {
+    const colour = css(s.tone);
+    const t = { name: s.name, x: s.x, y: s.y, showlegend: s.legend && s.name !== '' };
+    if (s.hover.length) Object.assign(t, { text: s.hover, hoverinfo: 'text' });
+    if (s.mark === 'bars') {
+      Object.assign(t, { type: 'bar', marker: { color: colour } });
+      if (s.written.length) Object.assign(t, { text: s.written, textposition: 'outside', cliponaxis: false, textfont: { color: css('ink') } });
+      if (plot.sideways) Object.assign(t, { orientation: 'h', x: s.y, y: s.x });
+    } else {
+      t.type = 'scatter';
+      t.mode = s.mark === 'points' ? 'markers' : 'lines';
+      t.line = { color: colour, width: 1.8, dash: s.dashed ? 'dash' : 'solid', shape: s.mark === 'steps' ? 'hv' : 'linear' };
+      t.marker = { color: faded(colour, 0.75), size: 4.5 };
+      if (s.mark === 'area') Object.assign(t, { fill: 'tozeroy', fillcolor: faded(colour, 0.18) });
+      if (s.filled) Object.assign(t, { fill: 'toself', fillcolor: faded(colour, 0.15), line: { width: 0 }, hoverinfo: 'skip' });
+    }
+    return t;
+  }
+
+  function axis(label, log, range) {
+    const a = {
+      title: { text: label, font: { size: 13, color: css('soft') }, standoff: 8 }, gridcolor: css('line'), zerolinecolor: css('line'),
+      linecolor: css('muted'), tickfont: { color: css('soft') }, automargin: true,
+    };
+    if (log) Object.assign(a, { type: 'log', dtick: 1 });
+    if (range) a.range = log ? range.map(Math.log10) : range;
+    return a;
+  }
+
+  function layout(plot) {
+    const l = {
+      font: { family: getComputedStyle(document.body).fontFamily, size: 12.5, color: css('ink') },
+      margin: { l: 50, r: 16, t: 34, b: 44 }, paper_bgcolor: 'rgba(0,0,0,0)', plot_bgcolor: 'rgba(0,0,0,0)', bargap: plot.sideways ? 0.35 : 0.06,
+      legend: { orientation: 'h', x: 0, y: 1.01, yanchor: 'bottom', font: { size: 12 } }, dragmode: touch ? false : 'zoom', hovermode: 'closest',
+      xaxis: axis(plot.x, plot.logx, plot.xrange), yaxis: axis(plot.y, plot.logy, plot.yrange), shapes: [], annotations: [],
+      hoverlabel: { bgcolor: css('paper'), bordercolor: css('line'), font: { color: css('ink') } },
+    };
+    if (plot.equal) Object.assign(l.yaxis, { scaleanchor: 'x', scaleratio: 1 });
+    if (plot.flipx) l.xaxis.autorange = 'reversed';
+    if (plot.flipy) l.yaxis.autorange = 'reversed';
+    if (plot.sideways) Object.assign(l.yaxis, { autorange: 'reversed', ticksuffix: '  ' });
+    if (plot.series.some((s) => s.mark === 'bars' && typeof s.x[0] === 'number')) { l.barmode = 'overlay'; l.bargap = 0; }
+    for (const level of plot.levels) {
+      const colour = css(level.tone);
+      const log = level.upright ? plot.logx : plot.logy;
+      const line = { type: 'line', line: { color: colour, width: 1.4, dash: 'dot' } };
+      const note = { text: level.label, showarrow: false, font: { size: 11.5, color: colour } };
+      if (level.upright) {
+        l.shapes.push({ ...line, x0: level.at, x1: level.at, yref: 'paper', y0: 0, y1: 1 });
+        l.annotations.push({ ...note, x: log ? Math.log10(level.at) : level.at, yref: 'paper', y: 1, xanchor: 'left', yanchor: 'top', xshift: 3 });
+      } else {
+        l.shapes.push({ ...line, y0: level.at, y1: level.at, xref: 'paper', x0: 0, x1: 1 });
+        l.annotations.push({ ...note, y: log ? Math.log10(level.at) : level.at, xref: 'paper', x: 1, xanchor: 'right', yanchor: 'bottom' });
+      }
+    }
+    return l;
+  }
+
+  function cloud(figure) {
+    const canvas = figure.querySelector('canvas');
+    const data = JSON.parse(figure.querySelector('script').textContent);
+    const all = [];
+    for (const g of data.groups) for (let i = 0; i < g.p.length; i += 3) if (g.p[i] !== null) all.push(g.p.slice(i, i + 3));
+    const low = [0, 1, 2].map((k) => Math.min(...all.map((p) => p[k])));
+    const high = [0, 1, 2].map((k) => Math.max(...all.map((p) => p[k])));
+    const middle = low.map((v, k) => (v + high[k]) / 2);
+    const radius = Math.max(1e-9, Math.hypot(...high.map((v, k) => (v - low[k]) / 2)));
+    // Axes in right-handed order with `up` second: right, up, towards the reader.
+    const order = [(data.up + 2) % 3, data.up, (data.up + 1) % 3];
+    let turn = (data.turn * Math.PI) / 180, tilt = (data.tilt * Math.PI) / 180;
+
+    function draw() {
+      const width = canvas.clientWidth, height = canvas.clientHeight, dense = window.devicePixelRatio || 1;
+      canvas.width = width * dense;
+      canvas.height = height * dense;
+      const pen = canvas.getContext('2d');
+      pen.scale(dense, dense);
+      const scale = (0.48 * Math.min(width * 0.9, height)) / radius;
+      const see = (p) => {
+        const [r, u, f] = order.map((k) => p[k] - middle[k]);
+        const x = Math.cos(turn) * r - Math.sin(turn) * f, d = Math.sin(turn) * r + Math.cos(turn) * f;
+        return [width / 2 + scale * x, height / 2 - scale * (Math.cos(tilt) * u - Math.sin(tilt) * d), Math.sin(tilt) * u + Math.cos(tilt) * d];
+      };
+      pen.strokeStyle = css('line');
+      pen.lineWidth = 1;
+      for (let a = 0; a < 3; a++) for (const s of [0, 1]) for (const t of [0, 1]) {  // the box around everything
+        const p = [0, 0, 0], q = [0, 0, 0], b = (a + 1) % 3, c = (a + 2) % 3;
+        p[a] = low[a]; q[a] = high[a]; p[b] = q[b] = s ? high[b] : low[b]; p[c] = q[c] = t ? high[c] : low[c];
+        const [x0, y0] = see(p), [x1, y1] = see(q);
+        pen.beginPath(); pen.moveTo(x0, y0); pen.lineTo(x1, y1); pen.stroke();
+        if (!s && !t) {
+          pen.fillStyle = css('soft');
+          pen.font = `12px ${getComputedStyle(document.body).fontFamily}`;
+          pen.fillText(`${'xyz'[a]} ${(high[a] - low[a]).toPrecision(3)} ${data.unit}`, (x0 + x1) / 2 + 4, (y0 + y1) / 2 + 14);
+        }
+      }
+      const dots = [];
+      for (const g of data.groups) {
+        const colour = css(g.tone);
+        if (g.joined) {
+          pen.strokeStyle = colour;
+          pen.lineWidth = g.size;
+          pen.beginPath();
+          let up = true;
+          for (let i = 0; i < g.p.length; i += 3) {
+            if (g.p[i] === null) { up = true; continue; }
+            const [x, y] = see(g.p.slice(i, i + 3));
+            if (up) pen.moveTo(x, y); else pen.lineTo(x, y);
+            up = false;
+          }
+          pen.stroke();
+        } else for (let i = 0; i < g.p.length; i += 3) if (g.p[i] !== null) dots.push([...see(g.p.slice(i, i + 3)), g.size, colour]);
+      }
+      dots.sort((a, b) => a[2] - b[2]);
+      for (const [x, y, depth, size, colour] of dots) {
+        pen.globalAlpha = 0.55 + 0.4 * Math.min(1, Math.max(-1, depth / radius)) ;
+        pen.fillStyle = colour;
+        pen.beginPath(); pen.arc(x, y, size * (1 + 0.25 * depth / radius), 0, 2 * Math.PI); pen.fill();
+      }
+      pen.globalAlpha = 1;
+      let x = 8;
+      pen.font = `12px ${getComputedStyle(document.body).fontFamily}`;
+      for (const g of data.groups) {
+        if (!g.name) continue;
+        pen.fillStyle = css(g.tone); pen.beginPath(); pen.arc(x + 4, 12, 4, 0, 2 * Math.PI); pen.fill();
+        pen.fillStyle = css('ink'); pen.fillText(g.name, x + 13, 16);
+        x += pen.measureText(g.name).width + 32;
+      }
+    }
+    let from = null;
+    canvas.addEventListener('pointerdown', (e) => { from = [e.clientX, e.clientY]; canvas.setPointerCapture(e.pointerId); });
+    canvas.addEventListener('pointerup', () => { from = null; });
+    canvas.addEventListener('pointercancel', () => { from = null; });
+    canvas.addEventListener('pointermove', (e) => {
+      if (!from) return;
+      turn += (e.clientX - from[0]) / 120;
+      if (!touch) tilt = Math.max(-1.5, Math.min(1.5, tilt + (e.clientY - from[1]) / 120));
+      from = [e.clientX, e.clientY];
+      draw();
+    });
+    addEventListener('resize', draw);
+    return draw;
+  }
+
+  const plots = [...document.querySelectorAll('figure.plot')].map((figure) => ({
+    canvas: figure.querySelector('.canvas'), data: JSON.parse(figure.querySelector('script').textContent),
+  }));
+  const clouds = [...document.querySelectorAll('figure.cloud')].map(cloud);
+  const drawPlot = ({ canvas, data }) => Plotly.react(canvas, data.series.map((s) => trace(s, data)), layout(data),
+    { responsive: true, displayModeBar: false, doubleClick: 'reset' });
+
+  async function drawAll() {
+    for (const draw of clouds) draw();
+    for (const plot of plots) await drawPlot(plot);
+    document.documentElement.dataset.drawn = String(plots.length + clouds.length);
+  }
+  drawAll();
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', drawAll);
+  addEventListener('beforeprint', drawAll);
+  addEventListener('afterprint', drawAll);
+})();
