@@ -1,0 +1,337 @@
+#include "palpate/network/messages.h"
+
+#include <palpate.pb.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate {
+
+namespace {
+
+using Doubles = google::protobuf::RepeatedField<double>;
+
+// Instants further from zero than this (146 years) could overflow when subtracted.
+constexpr std::int64_t kMaxTimeNs = std::int64_t{1} << 62;
+constexpr double kUnitTolerance = 1e-3;  // of a quaternion's norm: a sanity check, not a normalisation
+
+// ---------------------------------------------------------------------------- values to wire
+
+template <std::size_t N>
+void put(Doubles* field, const std::array<double, N>& values) {
+  field->Reserve(static_cast<int>(N));
+  for (double value : values) field->Add(value);
+}
+
+std::array<double, 3> plain(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+void put(wire::WorldState* out, const WorldState& state) {
+  out->set_time_ns(state.time.ns());
+  out->set_tick(state.tick);
+  for (int i = 0; i < std::clamp(state.body_count, 0, WorldState::kBodies); ++i) {
+    const BodyState& body = state.bodies[static_cast<std::size_t>(i)];
+    wire::BodyState* to = out->add_bodies();
+    put(to->mutable_position_m(), body.position);
+    put(to->mutable_orientation_wxyz(), body.orientation);
+    put(to->mutable_velocity_m_per_s(), body.velocity);
+    put(to->mutable_angular_velocity_rad_per_s(), body.angular_velocity);
+    to->set_jumps(body.jumps);
+    to->set_visible(body.visible != 0);
+  }
+  for (std::int32_t counter : state.counters) out->add_counters(counter);
+  put(out->mutable_force_n(), state.force);
+  out->set_contact_progress(state.contact);
+  put(out->mutable_contact_point_m(), state.contact_point);
+}
+
+void put(wire::SceneDescription* out, const SceneDescription& scene) {
+  out->set_application(scene.application);
+  for (const SceneSurface& surface : scene.surfaces) {
+    wire::SceneSurface* to = out->add_surfaces();
+    to->set_name(surface.name);
+    for (const Vector3& corner : surface.corners) {
+      for (double x : plain(corner)) to->add_corners_m(x);
+    }
+    to->set_restitution(surface.restitution);
+  }
+  put(out->mutable_gravity_m_per_s2(), plain(scene.gravity));
+  out->set_ball_radius_m(scene.ball_radius);
+  out->set_ball_mass_kg(scene.ball_mass);
+  out->set_bat_radius_m(scene.bat_radius);
+  out->set_bat_restitution(scene.bat_restitution);
+  put(out->mutable_bat_offset_m(), plain(scene.bat_offset));
+  out->set_contact_duration_s(scene.contact_s);
+  out->set_serve_speed_min_m_per_s(scene.serve_speed[0]);
+  out->set_serve_speed_max_m_per_s(scene.serve_speed[1]);
+}
+
+void put(wire::ToPhysics& out, const Hello& message) {
+  out.mutable_hello()->set_client(message.client);
+  out.mutable_hello()->set_known_session(message.known_session);
+  out.mutable_hello()->set_name(message.name);
+}
+void put(wire::ToPhysics& out, const StateRequest& message) {
+  out.mutable_state_request()->set_number(message.number);
+  out.mutable_state_request()->set_time_ns(message.time.ns());
+}
+void put(wire::ToPhysics& out, const SyncRequest& message) {
+  out.mutable_sync_request()->set_number(message.number);
+}
+void put(wire::ToPhysics& out, const ControlCall& message) {
+  out.mutable_control_call()->set_client(message.client);
+  out.mutable_control_call()->set_number(message.number);
+  out.mutable_control_call()->set_control(static_cast<wire::Control>(message.control));
+}
+void put(wire::ToGraphics& out, const Welcome& message) {
+  out.mutable_welcome()->set_session(message.session);
+  if (message.scene) put(out.mutable_welcome()->mutable_scene(), *message.scene);
+}
+void put(wire::ToGraphics& out, const StateReply& message) {
+  wire::StateReply* to = out.mutable_state_reply();
+  to->set_number(message.number);
+  to->set_asked_time_ns(message.asked.ns());
+  to->set_kind(static_cast<wire::AnswerKind>(message.answer.kind));
+  to->set_extrapolated_ns(message.answer.extrapolated_by.count());
+  put(to->mutable_state(), message.answer.state);
+}
+void put(wire::ToGraphics& out, const SyncReply& message) {
+  out.mutable_sync_reply()->set_number(message.number);
+  out.mutable_sync_reply()->set_received_ns(message.t2.ns());
+  out.mutable_sync_reply()->set_sent_ns(message.t3.ns());
+}
+void put(wire::ToGraphics& out, const ControlReply& message) {
+  out.mutable_control_reply()->set_number(message.number);
+}
+void put(wire::ToGraphics& out, const Refusal& message) {
+  out.mutable_refusal()->set_reason(message.reason.substr(0, kMaxReasonBytes));
+}
+
+// ---------------------------------------------------------------------------- wire to values, checked
+
+// Reads one message; the first thing found wrong stays as the reason.
+class Check {
+ public:
+  bool good() const { return reason_.empty(); }
+  const std::string& reason() const { return reason_; }
+  void fail(std::string reason) {
+    if (good()) reason_ = std::move(reason);
+  }
+
+  void require(bool condition, const char* field, const char* expectation) {
+    if (!condition) fail(fmt::format("{} must be {}", field, expectation));
+  }
+  template <typename C>
+  Instant<C> time(std::int64_t ns, const char* field) {
+    require(ns > -kMaxTimeNs && ns < kMaxTimeNs, field, "within 146 years of the clock's zero");
+    return good() ? Instant<C>{Duration(ns)} : Instant<C>{};
+  }
+  std::uint64_t number(std::uint64_t value, const char* field) {
+    require(value != 0, field, "1 or more");
+    return value;
+  }
+  double finite(double value, const char* field) {
+    require(std::isfinite(value), field, "a finite number");
+    return value;
+  }
+  double positive(double value, const char* field) {
+    require(std::isfinite(value) && value > 0.0, field, "finite and above 0");
+    return value;
+  }
+  double fraction(double value, const char* field) {
+    require(value >= 0.0 && value <= 1.0, field, "between 0 and 1");
+    return value;
+  }
+  template <std::size_t N>
+  std::array<double, N> numbers(const Doubles& values, const char* field) {
+    std::array<double, N> result{};
+    if (values.size() != static_cast<int>(N)) {
+      fail(fmt::format("{} must be {} numbers, not {}", field, N, values.size()));
+      return result;
+    }
+    for (std::size_t i = 0; i < N; ++i) result[i] = finite(values[static_cast<int>(i)], field);
+    return result;
+  }
+  Vector3 vector(const Doubles& values, const char* field) {
+    const auto v = numbers<3>(values, field);
+    return {v[0], v[1], v[2]};
+  }
+  std::string text(const std::string& value, std::size_t limit, const char* field) {
+    if (value.size() > limit)
+      fail(fmt::format("{} must be at most {} bytes, not {}", field, limit, value.size()));
+    return good() ? value : std::string();
+  }
+  void count(int value, int limit, const char* field) {
+    if (value > limit) fail(fmt::format("{} must be at most {}, not {}", field, limit, value));
+  }
+
+ private:
+  std::string reason_;
+};
+
+BodyState read(Check& check, const wire::BodyState& in) {
+  BodyState body;
+  body.position = check.numbers<3>(in.position_m(), "position_m");
+  body.orientation = check.numbers<4>(in.orientation_wxyz(), "orientation_wxyz");
+  double square = 0.0;
+  for (double q : body.orientation) square += q * q;
+  check.require(std::abs(std::sqrt(square) - 1.0) < kUnitTolerance, "orientation_wxyz", "a unit quaternion");
+  body.velocity = check.numbers<3>(in.velocity_m_per_s(), "velocity_m_per_s");
+  body.angular_velocity = check.numbers<3>(in.angular_velocity_rad_per_s(), "angular_velocity_rad_per_s");
+  body.jumps = in.jumps();
+  body.visible = in.visible() ? 1 : 0;
+  return body;
+}
+
+WorldState read(Check& check, const wire::WorldState& in) {
+  WorldState state;
+  state.time = check.time<PhysicsClock>(in.time_ns(), "time_ns");
+  state.tick = in.tick();
+  check.count(in.bodies_size(), WorldState::kBodies, "bodies");
+  check.count(in.counters_size(), WorldState::kCounters, "counters");
+  if (!check.good()) return state;
+  state.body_count = in.bodies_size();
+  for (int i = 0; i < in.bodies_size(); ++i) {
+    state.bodies[static_cast<std::size_t>(i)] = read(check, in.bodies(i));
+  }
+  for (int i = 0; i < in.counters_size(); ++i) state.counters[static_cast<std::size_t>(i)] = in.counters(i);
+  state.force = check.numbers<3>(in.force_n(), "force_n");
+  state.contact = check.fraction(in.contact_progress(), "contact_progress");
+  state.contact_point = check.numbers<3>(in.contact_point_m(), "contact_point_m");
+  return state;
+}
+
+SceneSurface read(Check& check, const wire::SceneSurface& in) {
+  SceneSurface surface;
+  surface.name = check.text(in.name(), kMaxNameBytes, "surface name");
+  const auto x = check.numbers<12>(in.corners_m(), "corners_m");
+  for (std::size_t i = 0; i < 4; ++i) surface.corners[i] = {x[3 * i], x[3 * i + 1], x[3 * i + 2]};
+  surface.restitution = check.fraction(in.restitution(), "surface restitution");
+  return surface;
+}
+
+SceneDescription read(Check& check, const wire::SceneDescription& in) {
+  SceneDescription scene;
+  scene.application = check.text(in.application(), kMaxNameBytes, "application");
+  check.count(in.surfaces_size(), kMaxSurfaces, "surfaces");
+  if (!check.good()) return scene;
+  for (const wire::SceneSurface& surface : in.surfaces()) scene.surfaces.push_back(read(check, surface));
+  scene.gravity = check.vector(in.gravity_m_per_s2(), "gravity_m_per_s2");
+  scene.ball_radius = check.positive(in.ball_radius_m(), "ball_radius_m");
+  scene.ball_mass = check.positive(in.ball_mass_kg(), "ball_mass_kg");
+  scene.bat_radius = check.positive(in.bat_radius_m(), "bat_radius_m");
+  scene.bat_restitution = check.fraction(in.bat_restitution(), "bat_restitution");
+  scene.bat_offset = check.vector(in.bat_offset_m(), "bat_offset_m");
+  scene.contact_s = check.positive(in.contact_duration_s(), "contact_duration_s");
+  scene.serve_speed = {check.finite(in.serve_speed_min_m_per_s(), "serve_speed_min_m_per_s"),
+                       check.finite(in.serve_speed_max_m_per_s(), "serve_speed_max_m_per_s")};
+  check.require(scene.serve_speed[0] <= scene.serve_speed[1], "serve_speed_min_m_per_s",
+                "at most the maximum");
+  return scene;
+}
+
+ClientMessage read(Check& check, const wire::ToPhysics& in) {
+  switch (in.body_case()) {
+    case wire::ToPhysics::kHello:
+      return Hello{check.number(in.hello().client(), "client"), in.hello().known_session(),
+                   check.text(in.hello().name(), kMaxNameBytes, "name")};
+    case wire::ToPhysics::kStateRequest:
+      return StateRequest{check.number(in.state_request().number(), "number"),
+                          check.time<PhysicsClock>(in.state_request().time_ns(), "time_ns")};
+    case wire::ToPhysics::kSyncRequest:
+      return SyncRequest{check.number(in.sync_request().number(), "number")};
+    case wire::ToPhysics::kControlCall: {
+      const auto& call = in.control_call();
+      check.require(call.control() >= wire::CONTROL_NONE && call.control() <= wire::CONTROL_RESUME, "control",
+                    "a known control");
+      return ControlCall{check.number(call.client(), "client"), check.number(call.number(), "number"),
+                         check.good() ? static_cast<Control>(call.control()) : Control::none};
+    }
+    case wire::ToPhysics::BODY_NOT_SET:
+      break;
+  }
+  check.fail("the message is of no known kind");
+  return Hello{};
+}
+
+StateReply read(Check& check, const wire::StateReply& in) {
+  StateReply reply;
+  reply.number = check.number(in.number(), "number");
+  reply.asked = check.time<PhysicsClock>(in.asked_time_ns(), "asked_time_ns");
+  check.require(in.kind() >= wire::ANSWER_EXACT && in.kind() <= wire::ANSWER_TOO_NEW, "kind",
+                "a known answer kind");
+  reply.answer.extrapolated_by =
+      check.time<PhysicsClock>(in.extrapolated_ns(), "extrapolated_ns").since_epoch;
+  if (check.good()) reply.answer.kind = static_cast<AnswerKind>(in.kind());
+  reply.answer.state = read(check, in.state());
+  return reply;
+}
+
+ServerMessage read(Check& check, const wire::ToGraphics& in) {
+  switch (in.body_case()) {
+    case wire::ToGraphics::kWelcome: {
+      Welcome welcome{check.number(in.welcome().session(), "session"), std::nullopt};
+      if (in.welcome().has_scene()) welcome.scene = read(check, in.welcome().scene());
+      return welcome;
+    }
+    case wire::ToGraphics::kStateReply:
+      return read(check, in.state_reply());
+    case wire::ToGraphics::kSyncReply: {
+      const auto& sync = in.sync_reply();
+      check.require(sync.sent_ns() >= sync.received_ns(), "sent_ns", "not before received_ns");
+      return SyncReply{check.number(sync.number(), "number"),
+                       check.time<PhysicsClock>(sync.received_ns(), "received_ns"),
+                       check.time<PhysicsClock>(sync.sent_ns(), "sent_ns")};
+    }
+    case wire::ToGraphics::kControlReply:
+      return ControlReply{check.number(in.control_reply().number(), "number")};
+    case wire::ToGraphics::kRefusal:
+      return Refusal{check.text(in.refusal().reason(), kMaxReasonBytes, "reason")};
+    case wire::ToGraphics::BODY_NOT_SET:
+      break;
+  }
+  check.fail("the message is of no known kind");
+  return ControlReply{};
+}
+
+template <typename Wire, typename Message>
+std::string encode_as(const Message& message) {
+  Wire out;
+  out.set_protocol(kProtocol);
+  std::visit([&](const auto& body) { put(out, body); }, message);
+  return out.SerializeAsString();
+}
+
+template <typename Wire, typename Message>
+Expected<Message> decode_as(std::string_view bytes) {
+  if (bytes.size() > kMaxMessageBytes) {
+    return refused("message refused: {} bytes, at most {} are allowed", bytes.size(), kMaxMessageBytes);
+  }
+  Wire in;
+  if (!in.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+    return refused("message refused: {} bytes that are not a message of palpate.proto", bytes.size());
+  }
+  if (in.protocol() != kProtocol) {
+    return refused(
+        "message refused: protocol {}, this side speaks {}; use the same release of palpate on both",
+        in.protocol(), kProtocol);
+  }
+  Check check;
+  Message message = read(check, in);
+  if (!check.good()) return refused("message refused: {}", check.reason());
+  return message;
+}
+
+}  // namespace
+
+std::string encode(const ClientMessage& message) { return encode_as<wire::ToPhysics>(message); }
+std::string encode(const ServerMessage& message) { return encode_as<wire::ToGraphics>(message); }
+
+Expected<ClientMessage> decode_client_message(std::string_view bytes) {
+  return decode_as<wire::ToPhysics, ClientMessage>(bytes);
+}
+
+Expected<ServerMessage> decode_server_message(std::string_view bytes) {
+  return decode_as<wire::ToGraphics, ServerMessage>(bytes);
+}
+
+}  // namespace palpate

@@ -1,0 +1,75 @@
+// The messages between physics server and graphics servers as plain values, and their bytes
+// (proto/palpate.proto).
+//
+// decode() checks everything before it returns: size, protocol, counts, finite numbers, ranges; what it
+// returns can be used without a further look. It never throws and never crashes, whatever the bytes. Any
+// thread.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "palpate/core/expected.h"
+#include "palpate/scene/application.h"
+#include "palpate/scene/world_state.h"
+#include "palpate/time/instant.h"
+
+namespace palpate {
+
+inline constexpr std::uint32_t kProtocol = 1;
+inline constexpr std::size_t kMaxMessageBytes = 64 * 1024;  // a description with 64 surfaces takes 12 KiB
+inline constexpr int kMaxSurfaces = 64;
+inline constexpr std::size_t kMaxNameBytes = 64;
+inline constexpr std::size_t kMaxReasonBytes = 512;
+
+// Graphics server to physics server.
+struct Hello {
+  std::uint64_t client = 0;         // random, for life, not 0
+  std::uint64_t known_session = 0;  // whose description the client has, 0 = none
+  std::string name;
+};
+struct StateRequest {
+  std::uint64_t number = 0;
+  Instant<PhysicsClock> time;
+};
+struct SyncRequest {
+  std::uint64_t number = 0;
+};
+struct ControlCall {
+  std::uint64_t client = 0;
+  std::uint64_t number = 0;
+  Control control = Control::none;
+};
+using ClientMessage = std::variant<Hello, StateRequest, SyncRequest, ControlCall>;
+
+// Physics server to graphics server.
+struct Welcome {
+  std::uint64_t session = 0;  // random, for the server's life, not 0
+  std::optional<SceneDescription> scene;
+};
+struct StateReply {
+  std::uint64_t number = 0;
+  Instant<PhysicsClock> asked;
+  StateAnswer answer;
+};
+struct SyncReply {
+  std::uint64_t number = 0;
+  Instant<PhysicsClock> t2, t3;
+};
+struct ControlReply {
+  std::uint64_t number = 0;
+};
+struct Refusal {
+  std::string reason;
+};
+using ServerMessage = std::variant<Welcome, StateReply, SyncReply, ControlReply, Refusal>;
+
+std::string encode(const ClientMessage& message);
+std::string encode(const ServerMessage& message);
+Expected<ClientMessage> decode_client_message(std::string_view bytes);
+Expected<ServerMessage> decode_server_message(std::string_view bytes);
+
+}  // namespace palpate

@@ -1,0 +1,101 @@
+#include "palpate/network/service_core.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+namespace palpate {
+
+ServiceCore::ServiceCore(StateSource source, SceneDescription scene, std::uint64_t session, Now now)
+    : source_(std::move(source)), scene_(std::move(scene)), session_(session), now_(std::move(now)) {
+  if (!source_ || !now_) throw std::invalid_argument("state service: no state source or no clock");
+  // A description no client would accept is a mistake of this program, found here and not on the other side.
+  const auto checked = decode_server_message(encode(Welcome{session_, scene_}));
+  if (!checked) throw std::invalid_argument("state service: " + checked.error().message);
+}
+
+ServerMessage ServiceCore::answer(std::string_view bytes, Instant<PhysicsClock> received) {
+  const Expected<ClientMessage> message = decode_client_message(bytes);
+  if (!message) {
+    rejected();
+    return Refusal{message.error().message};
+  }
+  return std::visit([&](const auto& body) { return answer(body, received); }, *message);
+}
+
+ServiceCore::Client* ServiceCore::find(std::uint64_t id) {
+  const auto client =
+      std::find_if(clients_.begin(), clients_.end(), [&](const Client& c) { return c.id == id; });
+  return client == clients_.end() ? nullptr : &*client;
+}
+
+ServiceCore::Client* ServiceCore::admit(std::uint64_t id, Instant<PhysicsClock> now) {
+  if (Client* known = find(id)) return known;
+  Client* place = find(0);
+  if (place == nullptr) {
+    place = &*std::min_element(clients_.begin(), clients_.end(),
+                               [](const Client& a, const Client& b) { return a.heard < b.heard; });
+    if (now - place->heard <= kClientGoneAfter) return nullptr;
+  }
+  *place = {.id = id};
+  return place;
+}
+
+ServerMessage ServiceCore::answer(const Hello& message, Instant<PhysicsClock> received) {
+  Client* client = admit(message.client, received);
+  if (client == nullptr) {
+    rejected();
+    return Refusal{fmt::format("{} clients are connected already, this server takes no more", kMaxClients)};
+  }
+  client->heard = received;
+  count_clients();
+  if (message.known_session == session_) return Welcome{session_, std::nullopt};
+  return Welcome{session_, scene_};
+}
+
+ServerMessage ServiceCore::answer(const StateRequest& message, Instant<PhysicsClock>) {
+  requests_.fetch_add(1, std::memory_order_relaxed);
+  return StateReply{message.number, message.time, source_(message.time)};
+}
+
+ServerMessage ServiceCore::answer(const SyncRequest& message, Instant<PhysicsClock> received) {
+  syncs_.fetch_add(1, std::memory_order_relaxed);
+  return SyncReply{message.number, received, now_()};
+}
+
+ServerMessage ServiceCore::answer(const ControlCall& message, Instant<PhysicsClock>) {
+  Client* client = find(message.client);
+  if (client == nullptr) return Refusal{"a control call needs a Hello before it"};
+  if (message.number > client->last_control) {
+    if (!controls_.push(message.control))
+      return Refusal{"too many control calls are waiting; it will be tried again"};
+    client->last_control = message.number;
+    control_count_.fetch_add(1, std::memory_order_relaxed);
+  }
+  return ControlReply{message.number};
+}
+
+void ServiceCore::count_clients() {
+  const Instant<PhysicsClock> now = now_();
+  client_count_.store(static_cast<int>(std::count_if(
+                          clients_.begin(), clients_.end(),
+                          [&](const Client& c) { return c.id != 0 && now - c.heard <= kClientGoneAfter; })),
+                      std::memory_order_relaxed);
+}
+
+std::optional<Control> ServiceCore::take_control() {
+  Control control = Control::none;
+  if (!controls_.pop(control)) return std::nullopt;
+  return control;
+}
+
+ServiceCounters ServiceCore::counters() const {
+  return {.clients = client_count_.load(std::memory_order_relaxed),
+          .requests = requests_.load(std::memory_order_relaxed),
+          .syncs = syncs_.load(std::memory_order_relaxed),
+          .controls = control_count_.load(std::memory_order_relaxed),
+          .rejected = rejected_.load(std::memory_order_relaxed),
+          .unsent = unsent_.load(std::memory_order_relaxed)};
+}
+
+}  // namespace palpate

@@ -1,0 +1,60 @@
+// What a physics server answers to each message, whatever engine carries it.
+//
+// answer() on one thread (the engine's); take_control() on one other (the physics loop); counters() anywhere.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <functional>
+
+#include "palpate/network/handover_queue.h"
+#include "palpate/network/messages.h"
+#include "palpate/network/state_service.h"
+
+namespace palpate {
+
+class ServiceCore {
+ public:
+  static constexpr Duration kClientGoneAfter = std::chrono::seconds(1);
+  static constexpr std::size_t kMaxClients = 64;
+  using Now = std::function<Instant<PhysicsClock>()>;
+
+  // `session` is a random number for the server's life, not 0. `now` gives the time stamps.
+  ServiceCore(StateSource source, SceneDescription scene, std::uint64_t session, Now now);
+
+  // The reply to the bytes of one message that came at `received`. Bytes that fail the check are refused in
+  // words.
+  ServerMessage answer(std::string_view bytes, Instant<PhysicsClock> received);
+  // Counts the clients anew; call a few times per second.
+  void count_clients();
+  void unsent() { unsent_.fetch_add(1, std::memory_order_relaxed); }
+  void rejected() { rejected_.fetch_add(1, std::memory_order_relaxed); }
+
+  std::optional<Control> take_control();
+  ServiceCounters counters() const;
+
+ private:
+  struct Client {
+    std::uint64_t id = 0;
+    std::uint64_t last_control = 0;
+    Instant<PhysicsClock> heard;
+  };
+
+  ServerMessage answer(const Hello& message, Instant<PhysicsClock> received);
+  ServerMessage answer(const StateRequest& message, Instant<PhysicsClock> received);
+  ServerMessage answer(const SyncRequest& message, Instant<PhysicsClock> received);
+  ServerMessage answer(const ControlCall& message, Instant<PhysicsClock> received);
+  Client* find(std::uint64_t id);
+  Client* admit(std::uint64_t id, Instant<PhysicsClock> now);
+
+  StateSource source_;
+  SceneDescription scene_;
+  std::uint64_t session_;
+  Now now_;
+  std::array<Client, kMaxClients> clients_{};
+  HandoverQueue<Control, 32> controls_;
+  std::atomic<int> client_count_{0};
+  std::atomic<std::uint64_t> requests_{0}, syncs_{0}, control_count_{0}, rejected_{0}, unsent_{0};
+};
+
+}  // namespace palpate

@@ -1,0 +1,133 @@
+#include "palpate/network/state_link.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace palpate {
+
+namespace {
+constexpr std::size_t kMaxWishes = 16;
+constexpr std::size_t kMaxSyncsKept = 64;
+}  // namespace
+
+StateLink::StateLink(std::unique_ptr<LinkWire> wire, std::uint64_t client, std::string name)
+    : wire_(std::move(wire)), client_(client), name_(std::move(name)) {
+  name_.resize(std::min(name_.size(), kMaxNameBytes));
+  arrived_.reserve(64);
+}
+
+std::optional<Instant<GraphicsClock>> StateLink::send(const ClientMessage& message) {
+  const auto sent = wire_->send(message);
+  if (!unanswered_since_) unanswered_since_ = sent ? *sent : wire_->now();
+  return sent;
+}
+
+bool StateLink::request(std::uint64_t number, Instant<PhysicsClock> time) {
+  if (!ledger_.may_send(number)) return false;
+  const auto sent = send(StateRequest{number, time});
+  if (!sent) {
+    ledger_.unsent();
+    return false;
+  }
+  ledger_.sent(number, *sent);
+  return true;
+}
+
+void StateLink::poll() {
+  arrived_.clear();
+  Arrival arrival;
+  while (wire_->take(arrival)) {
+    if (!arrival.message) {
+      ledger_.rejected();
+      continue;
+    }
+    last_word_ = arrival.received;
+    unanswered_since_.reset();
+    std::visit([&](const auto& message) { take(message, arrival.received); }, *arrival.message);
+  }
+  const Instant<GraphicsClock> now = wire_->now();
+  ledger_.expire(now);
+  say_hello(now);
+  press_wishes(now);
+}
+
+void StateLink::say_hello(Instant<GraphicsClock> now) {
+  if (last_hello_ && now - *last_hello_ < kHelloEvery) return;
+  // Without a connection the next poll tries again, so that the first word follows the connection at once.
+  if (send(Hello{client_, description_ ? session_ : 0, name_})) last_hello_ = now;
+}
+
+void StateLink::press_wishes(Instant<GraphicsClock> now) {
+  while (!wishes_.empty() && now - wishes_.front().made > kControlKept) {
+    wishes_.pop_front();
+    ++controls_dropped_;
+  }
+  if (wishes_.empty() || session_ == 0) return;
+  Wish& wish = wishes_.front();
+  if (wish.sent && now - *wish.sent < kHelloEvery) return;
+  if (send(wish.call)) wish.sent = now;
+}
+
+bool StateLink::send_control(Control control) {
+  if (wishes_.size() >= kMaxWishes) return false;
+  const Instant<GraphicsClock> now = wire_->now();
+  wishes_.push_back({.call = {client_, ++wishes_made_, control}, .made = now});
+  press_wishes(now);
+  return true;
+}
+
+bool StateLink::send_sync() {
+  const std::uint64_t number = syncs_ + 1;
+  const auto sent = send(SyncRequest{number});
+  if (!sent) return false;
+  syncs_ = number;
+  syncs_sent_[number % syncs_sent_.size()] = {number, *sent};
+  return true;
+}
+
+std::optional<SyncStamps> StateLink::take_sync() {
+  if (syncs_done_.empty()) return std::nullopt;
+  const SyncStamps stamps = syncs_done_.front();
+  syncs_done_.pop_front();
+  return stamps;
+}
+
+void StateLink::take(const Welcome& message, Instant<GraphicsClock>) {
+  session_ = message.session;
+  if (message.scene) description_ = message.scene;
+}
+
+void StateLink::take(const StateReply& message, Instant<GraphicsClock> received) {
+  const ExchangeLedger::Noted noted = ledger_.reply(message.number, message.answer.kind);
+  if (!noted.first) return;
+  arrived_.push_back({message, noted.sent, received, noted.newest});
+  if (noted.newest) newest_ = arrived_.back();
+}
+
+void StateLink::take(const SyncReply& message, Instant<GraphicsClock> received) {
+  SentSync& sent = syncs_sent_[message.number % syncs_sent_.size()];
+  if (message.number == 0 || sent.number != message.number) return;  // twice, or long forgotten
+  sent.number = 0;
+  if (syncs_done_.size() >= kMaxSyncsKept) syncs_done_.pop_front();
+  syncs_done_.push_back({sent.t1, message.t2, message.t3, received});
+}
+
+void StateLink::take(const ControlReply& message, Instant<GraphicsClock>) {
+  if (wishes_.empty() || wishes_.front().call.number != message.number) return;
+  wishes_.pop_front();
+  press_wishes(wire_->now());
+}
+
+void StateLink::take(const Refusal& message, Instant<GraphicsClock>) { refusal_ = message.reason; }
+
+bool StateLink::peer_alive() const {
+  if (!last_word_) return false;
+  return !unanswered_since_ || wire_->now() - *unanswered_since_ <= kGoneAfter;
+}
+
+std::optional<Duration> StateLink::since_last_word() const {
+  if (!last_word_) return std::nullopt;
+  return wire_->now() - *last_word_;
+}
+
+}  // namespace palpate

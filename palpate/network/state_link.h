@@ -1,0 +1,139 @@
+// A graphics server's end of the exchange: ask for the state at the image's time, go on working, take what
+// has come.
+//
+// Nothing here waits for the network. All calls from one thread, the graphics loop; poll() once or more per
+// frame. The link says hello, notices within a second when the physics server has gone, and is back by itself
+// when it returns. The engine underneath is a LinkWire: ZeroMQ (zmq_engine.h) or the in-process twin
+// (in_process.h).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "palpate/network/exchange_ledger.h"
+#include "palpate/network/messages.h"
+
+namespace palpate {
+
+// A message from the physics server with the moment it reached this machine; nothing inside: it failed the
+// check.
+struct Arrival {
+  Instant<GraphicsClock> received;
+  std::optional<ServerMessage> message;
+};
+
+// What carries a link's messages. One caller's thread; neither call waits.
+class LinkWire {
+ public:
+  virtual ~LinkWire() = default;
+  virtual Instant<GraphicsClock> now() const = 0;
+  // The moment just before the bytes left, or nothing where nobody is connected.
+  virtual std::optional<Instant<GraphicsClock>> send(const ClientMessage& message) = 0;
+  // The next message that has come, in the order of arrival.
+  virtual bool take(Arrival& arrival) = 0;
+};
+
+// A reply with the moments its request left and it came: received - sent is the round trip.
+struct ArrivedState {
+  StateReply reply;
+  Instant<GraphicsClock> sent, received;
+  bool newest = false;  // false: overtaken by the reply to a later request
+};
+
+// Four time stamps of one exchange: sent, received there, answered there, received here (RFC 5905, section
+// 8).
+struct SyncStamps {
+  Instant<GraphicsClock> t1;
+  Instant<PhysicsClock> t2, t3;
+  Instant<GraphicsClock> t4;
+};
+
+class StateLink {
+ public:
+  static constexpr Duration kHelloEvery = std::chrono::milliseconds(200);
+  static constexpr Duration kGoneAfter = std::chrono::milliseconds(600);  // of a question without any answer
+  static constexpr Duration kControlKept =
+      std::chrono::seconds(2);  // a wish older than this is not carried out
+
+  // `client` is a random number that names this client for its life, not 0.
+  StateLink(std::unique_ptr<LinkWire> wire, std::uint64_t client, std::string name);
+
+  // Asks for the state at `time`. Numbers must grow. False when the request could not go out.
+  bool request(std::uint64_t number, Instant<PhysicsClock> time);
+  // Takes what has come and says hello when that is due.
+  void poll();
+  // The frame that wanted reply `number` has been drawn, with it or without.
+  void frame_drawn(std::uint64_t number) { ledger_.drawn(number); }
+
+  // Reply to the latest request answered so far.
+  const std::optional<ArrivedState>& newest() const { return newest_; }
+  // What the last poll() brought, in the order of arrival.
+  std::span<const ArrivedState> arrived() const { return arrived_; }
+
+  // Starts one clock exchange; its stamps come out of take_sync() after a later poll().
+  bool send_sync();
+  std::optional<SyncStamps> take_sync();
+
+  // Hands a person's wish to the physics server, once, as soon as it answers; false when 16 are already
+  // waiting.
+  bool send_control(Control control);
+
+  // What the physics server shows; empty until it has been reached once. Replaced when another server takes
+  // its place.
+  const std::optional<SceneDescription>& description() const { return description_; }
+  // Number of the server's life; 0 before the first word. A new number means it was started anew.
+  std::uint64_t session() const { return session_; }
+
+  bool peer_alive() const;
+  // Time since anything came from the physics server; empty before the first word.
+  std::optional<Duration> since_last_word() const;
+  // Why the server refused a message of ours, newest.
+  const std::optional<std::string>& refusal() const { return refusal_; }
+  const ExchangeCounters& counters() const { return ledger_.counters(); }
+  std::uint64_t controls_dropped() const { return controls_dropped_; }
+
+ private:
+  struct Wish {
+    ControlCall call;
+    Instant<GraphicsClock> made;
+    std::optional<Instant<GraphicsClock>> sent;
+  };
+  struct SentSync {
+    std::uint64_t number = 0;
+    Instant<GraphicsClock> t1;
+  };
+
+  std::optional<Instant<GraphicsClock>> send(const ClientMessage& message);
+  void take(const Welcome& message, Instant<GraphicsClock> received);
+  void take(const StateReply& message, Instant<GraphicsClock> received);
+  void take(const SyncReply& message, Instant<GraphicsClock> received);
+  void take(const ControlReply& message, Instant<GraphicsClock> received);
+  void take(const Refusal& message, Instant<GraphicsClock> received);
+  void say_hello(Instant<GraphicsClock> now);
+  void press_wishes(Instant<GraphicsClock> now);
+
+  std::unique_ptr<LinkWire> wire_;
+  std::uint64_t client_;
+  std::string name_;
+  ExchangeLedger ledger_;
+  std::optional<ArrivedState> newest_;
+  std::vector<ArrivedState> arrived_;
+  std::array<SentSync, 16> syncs_sent_{};
+  std::uint64_t syncs_ = 0;
+  std::deque<SyncStamps> syncs_done_;
+  std::deque<Wish> wishes_;
+  std::uint64_t wishes_made_ = 0, controls_dropped_ = 0;
+  std::optional<SceneDescription> description_;
+  std::uint64_t session_ = 0;
+  std::optional<Instant<GraphicsClock>> last_hello_, last_word_;
+  std::optional<Instant<GraphicsClock>> unanswered_since_;  // first thing sent since the last word
+  std::optional<std::string> refusal_;
+};
+
+}  // namespace palpate

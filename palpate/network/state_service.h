@@ -1,0 +1,41 @@
+// The physics server's end of the exchange: answers graphics servers from the state history, beside the
+// loops.
+//
+// The answering happens in the engine (a network thread of its own with ZeroMQ); the physics loop calls
+// nothing but take_control(), which neither locks nor allocates. A destroyed service stops answering at once.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "palpate/scene/application.h"
+#include "palpate/scene/world_state.h"
+
+namespace palpate {
+
+// Looks a state up for a time; called on the network thread, must not wait and must not throw.
+using StateSource = std::function<StateAnswer(Instant<PhysicsClock>)>;
+
+struct ServiceCounters {
+  int clients = 0;             // heard of within the last second
+  std::uint64_t requests = 0;  // states answered
+  std::uint64_t syncs = 0;     // clock exchanges answered
+  std::uint64_t controls = 0;  // wishes handed over
+  std::uint64_t rejected = 0;  // messages that failed the check
+  std::uint64_t unsent = 0;    // answers that could not leave: the client does not take them
+};
+
+class StateService {
+ public:
+  virtual ~StateService() = default;
+  // The next wish of a person at a graphics server. One thread, the physics loop.
+  virtual std::optional<Control> take_control() = 0;
+  // Any thread.
+  virtual ServiceCounters counters() const = 0;
+  // Where it listens, as a client would name it.
+  virtual std::string endpoint() const = 0;
+};
+
+}  // namespace palpate
