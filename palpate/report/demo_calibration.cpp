@@ -19,12 +19,12 @@ struct Method {
 constexpr std::array<Method, 5> kMethods{{
     {"uncorrected", "arm/uncorrected_error_to_truth_mm", "", "uncorrected", Tone::muted},
     {"one-pass", "arm/one_pass_error_to_truth_mm", "arm/true_tip_one_pass_error_to_truth_mm",
-     "one pass (paper)", Tone::fourth},
+     "paper: one pass", Tone::fourth},
     {"alternating", "arm/alternating_error_to_truth_mm", "arm/true_tip_alternating_error_to_truth_mm",
-     "alternating (paper)", Tone::third},
-    {"eq7", "arm/eq7_error_to_truth_mm", "arm/true_tip_eq7_error_to_truth_mm", "equations 7 and 8 (paper)",
+     "paper: alternating", Tone::third},
+    {"eq7", "arm/eq7_error_to_truth_mm", "arm/true_tip_eq7_error_to_truth_mm", "paper: equations 7, 8",
      Tone::rival},
-    {"joint", "arm/error_to_truth_mean_mm", "arm/true_tip_joint_error_to_truth_mm", "joint with tip (ours)",
+    {"joint", "arm/error_to_truth_mean_mm", "arm/true_tip_joint_error_to_truth_mm", "ours: joint with tip",
      Tone::ours},
 }};
 
@@ -52,17 +52,18 @@ void draw_errors_by_method(Report& page, const DemoData& data) {
     if (!value) continue;
     measured.labels.push_back(method.label);
     measured.y.push_back(*value);
-    measured.written.push_back(shown(value, "", 2));
+    measured.written.push_back(shown(value, ""));
     if (const auto perfect = data.number(method.true_tip_key)) {
       given.labels.push_back(method.label);
       given.y.push_back(*perfect);
-      given.written.push_back(shown(perfect, "", 2));
+      given.written.push_back(shown(perfect, ""));
     }
   }
   bars.series.push_back(measured);
   if (!given.y.empty()) bars.series.push_back(given);
   if (const auto bar = arm_bar_mm(data)) {
-    bars.levels.push_back({.at = *bar, .label = "bar", .tone = Tone::good, .upright = true});
+    bars.levels.push_back(
+        {.at = *bar, .label = "bar " + shown(bar, "mm"), .tone = Tone::good, .upright = true});
   }
   std::vector<Plot> plots{bars};
   if (const CsvTable* errors = data.raw("arm_errors.csv")) {
@@ -102,10 +103,12 @@ void draw_error_cloud(Report& page, const DemoData& data) {
   page.cloud(
       {.title = "Errors across the workspace, drawn ten times as long as they are (turn it)",
        .unit = "mm",
-       .groups = {strokes("uncorrected", "before", Tone::rival), strokes("joint", "after", Tone::ours)},
+       .groups = {strokes("uncorrected", "before", Tone::muted),
+                  strokes("eq7", "paper: equations 7, 8", Tone::rival), strokes("joint", "ours", Tone::ours)},
        .caption =
            "Each stroke begins at a true place of the tip and points to where the calibrated arm believes "
-           "it is. Before the calibration the strokes follow the joints; afterwards little is left."});
+           "it is. Before the calibration the strokes follow the joints; with a slightly wrong tip they "
+           "follow the marker; with the tip solved for, little is left."});
 }
 
 }  // namespace

@@ -64,6 +64,17 @@ std::string DemoData::bytes(std::string_view name) const { return read_file(fold
 
 bool DemoData::has(std::string_view name) const { return fs::is_regular_file(folder_ / name); }
 
+std::vector<std::string> DemoData::pictures(std::string_view folder) const {
+  std::vector<std::string> names;
+  if (!fs::is_directory(folder_ / folder)) return names;
+  for (const auto& entry : fs::directory_iterator(folder_ / folder)) {
+    if (entry.path().extension() == ".png")
+      names.push_back((fs::path(folder) / entry.path().filename()).string());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
 std::vector<double> column(const CsvTable& table, std::string_view name) {
   std::vector<double> values;
   const auto at = table.find(name);
@@ -81,8 +92,13 @@ std::string shown(std::optional<double> value, std::string_view unit, int digits
   if (!value || !std::isfinite(*value)) return "\u2014";
   const double size = std::abs(*value);
   const int before = size < 1.0 ? 0 : static_cast<int>(std::floor(std::log10(size))) + 1;
-  const std::string number = fmt::format("{:.{}f}", *value, std::max(0, digits - before));
-  return unit.empty() ? number : fmt::format("{}\u00a0{}", number, unit);
+  std::string number = fmt::format("{:.{}f}", *value, std::max(0, digits - before));
+  if (number.find('.') != std::string::npos) {
+    number.erase(number.find_last_not_of('0') + 1);
+    if (number.back() == '.') number.pop_back();
+  }
+  if (unit.empty()) return number;
+  return number + (unit == "\u00b0" ? "" : "\u00a0") + std::string(unit);
 }
 
 }  // namespace palpate::report

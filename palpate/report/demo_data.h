@@ -28,6 +28,8 @@ class DemoData {
   // A file's bytes; empty where it is missing.
   std::string bytes(std::string_view name) const;
   bool has(std::string_view name) const;
+  // Names of the PNG files in a folder, sorted, with the folder in front ("pictures/a.png").
+  std::vector<std::string> pictures(std::string_view folder) const;
 
  private:
   std::filesystem::path folder_;
@@ -39,8 +41,7 @@ class DemoData {
 std::vector<double> column(const CsvTable& table, std::string_view name);
 bool has_columns(const CsvTable& table, std::initializer_list<std::string_view> names);
 
-// "0.123 mm": three significant digits at most two of which are decimals lost to rounding; an em dash where
-// missing.
+// "0.123 mm": at most `digits` significant digits, no idle zeros; a dash where there is no value.
 std::string shown(std::optional<double> value, std::string_view unit, int digits = 3);
 
 }  // namespace palpate::report

@@ -100,7 +100,8 @@ void tell_overlay(Report& page, const DemoData& data) {
   const double start = *std::min_element(time.begin(), time.end());
   for (double& t : time) t -= start;
   const auto world_px = column(*frames, "world_px"), tip_px = column(*frames, "tip_px");
-  Plot over_time{.title = "Overlay error, frame by frame", .x_label = "s", .y_label = "px"};
+  Plot over_time{
+      .title = "Overlay error, frame by frame", .x_label = "s", .y_label = "px", .from_zero = true};
   over_time.series = {
       {.name = "stylus tip", .x = time, .y = tip_px, .mark = Mark::points, .tone = Tone::rival},
       {.name = "real scene", .x = time, .y = world_px, .mark = Mark::points, .tone = Tone::ours}};
@@ -131,16 +132,21 @@ void tell_exchange(Report& page, const DemoData& data) {
                        fmt::format("{:.2f} % of the frames", *frames > 0 ? 100.0 * *late / *frames : 0.0),
                        Verdict::none});
   }
-  const std::array<std::pair<const char*, const char*>, 4> kinds{
-      {{"exact", "Answers exact"},
-       {"interpolated", "Answers between two entries"},
-       {"extrapolated", "Answers carried ahead"},
-       {"too_old", "Answers too old"}}};
-  for (const auto& [key, label] : kinds) {
-    if (const auto count = data.number(fmt::format("exchange/answers/{}", key)))
-      figures.push_back({label, fmt::format("{:.0f}", *count), "", Verdict::none});
-  }
   page.figures(figures);
+  const std::array<std::pair<const char*, const char*>, 4> kinds{{
+      {"exact", "exact: an entry of the history lies at that moment"},
+      {"interpolated", "interpolated between two entries, a millisecond apart"},
+      {"extrapolated", "extrapolated: carried ahead of the newest entry"},
+      {"too_old", "too old: the history no longer reaches back"},
+  }};
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& [key, what] : kinds) {
+    const auto count = data.number(fmt::format("exchange/answers/{}", key));
+    if (!count) continue;
+    rows.push_back({what, fmt::format("{:.0f}", *count),
+                    fmt::format("{:.1f} %", *frames > 0 ? 100.0 * *count / *frames : 0.0)});
+  }
+  if (!rows.empty()) page.table({"How the answer was known", "frames", "share"}, rows);
 }
 
 void tell_forces(Report& page, const DemoData& data) {

@@ -40,6 +40,13 @@ void tell_what_you_see(Report& page, const DemoData& data) {
     page.picture(data.bytes("poster.png"),
                  "The player's view: the camera's picture, undistorted, with ball and bat drawn into it.");
   }
+  std::vector<std::pair<std::string, std::string>> pictures;
+  for (const auto& name : data.pictures("pictures")) {
+    if (pictures.size() == kMostPictures) break;
+    const std::string file = fs::path(name).filename().string();
+    pictures.emplace_back(data.bytes(name), data.text("pictures/" + file).value_or(file));
+  }
+  if (!pictures.empty()) page.pictures(pictures);
   std::vector<Figure> figures;
   const auto bar = arm_bar_mm(data);
   add_figure(figures, data, "arm/error_to_truth_mean_mm", "Arm: the tip's error against the truth", "mm", bar,

@@ -135,6 +135,21 @@ TEST_F(DemoReport, LeavesOutSectionsWithoutFigures) {
   EXPECT_NE(page.find("Seed 3."), std::string::npos);
 }
 
+TEST_F(DemoReport, ShowsVideoAndPicturesWithTheirCaptions) {
+  Json with_caption = summary();
+  with_caption["pictures"] = {{"a.png", "The serve & the wall"}};
+  write("summary.json", with_caption.dump());
+  fs::create_directories(folder_ / "pictures");
+  write("pictures/a.png", "picture A");
+  write("video.mp4", "film");
+  write("poster.png", "poster");
+  const std::string page = demo_report(folder_)->html();
+  EXPECT_NE(page.find("data:image/png;base64," + base64("picture A")), std::string::npos);
+  EXPECT_NE(page.find("<figcaption>The serve &amp; the wall</figcaption>"), std::string::npos);
+  EXPECT_NE(page.find("data:video/mp4;base64," + base64("film")), std::string::npos);
+  EXPECT_NE(page.find("poster=\"data:image/png;base64," + base64("poster")), std::string::npos);
+}
+
 TEST_F(DemoReport, SaysWhereABarIsMissed) {
   ASSERT_TRUE(write_demo_report(folder_).has_value());  // 13 of 24 is less than 60 %
   EXPECT_NE(read_file(folder_ / "report.html").value().find("<b>falls short</b> at least 60 %"),

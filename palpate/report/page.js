@@ -32,7 +32,11 @@
       title: { text: label, font: { size: 13, color: css('soft') }, standoff: 8 }, gridcolor: css('line'), zerolinecolor: css('line'),
       linecolor: css('muted'), tickfont: { color: css('soft') }, automargin: true,
     };
-    if (log) Object.assign(a, { type: 'log', dtick: 1 });
+    if (log) {
+      const ticks = [];
+      for (let e = -9; e < 7; e++) for (const m of [1, 2, 5]) ticks.push(m * 10 ** e);
+      Object.assign(a, { type: 'log', tickvals: ticks, ticktext: ticks.map((v) => String(Number(v.toPrecision(1)))) });
+    }
     if (range) a.range = log ? range.map(Math.log10) : range;
     return a;
   }
@@ -41,10 +45,11 @@
     const l = {
       font: { family: getComputedStyle(document.body).fontFamily, size: 12.5, color: css('ink') },
       margin: { l: 50, r: 16, t: 34, b: 44 }, paper_bgcolor: 'rgba(0,0,0,0)', plot_bgcolor: 'rgba(0,0,0,0)', bargap: plot.sideways ? 0.35 : 0.06,
-      legend: { orientation: 'h', x: 0, y: 1.01, yanchor: 'bottom', font: { size: 12 } }, dragmode: touch ? false : 'zoom', hovermode: 'closest',
+      legend: { orientation: 'h', x: 0, y: plot.levels.some((v) => v.upright) ? 1.07 : 1.01, yanchor: 'bottom', font: { size: 12 } }, dragmode: touch ? false : 'zoom', hovermode: 'closest',
       xaxis: axis(plot.x, plot.logx, plot.xrange), yaxis: axis(plot.y, plot.logy, plot.yrange), shapes: [], annotations: [],
       hoverlabel: { bgcolor: css('paper'), bordercolor: css('line'), font: { color: css('ink') } },
     };
+    if (plot.zero) l.yaxis.rangemode = 'tozero';
     if (plot.equal) Object.assign(l.yaxis, { scaleanchor: 'x', scaleratio: 1 });
     if (plot.flipx) l.xaxis.autorange = 'reversed';
     if (plot.flipy) l.yaxis.autorange = 'reversed';
@@ -57,7 +62,7 @@
       const note = { text: level.label, showarrow: false, font: { size: 11.5, color: colour } };
       if (level.upright) {
         l.shapes.push({ ...line, x0: level.at, x1: level.at, yref: 'paper', y0: 0, y1: 1 });
-        l.annotations.push({ ...note, x: log ? Math.log10(level.at) : level.at, yref: 'paper', y: 1, xanchor: 'left', yanchor: 'top', xshift: 3 });
+        l.annotations.push({ ...note, x: log ? Math.log10(level.at) : level.at, yref: 'paper', y: 1, xanchor: 'center', yanchor: 'bottom' });
       } else {
         l.shapes.push({ ...line, y0: level.at, y1: level.at, xref: 'paper', x0: 0, x1: 1 });
         l.annotations.push({ ...note, y: log ? Math.log10(level.at) : level.at, xref: 'paper', x: 1, xanchor: 'right', yanchor: 'bottom' });
@@ -74,7 +79,8 @@
     const low = [0, 1, 2].map((k) => Math.min(...all.map((p) => p[k])));
     const high = [0, 1, 2].map((k) => Math.max(...all.map((p) => p[k])));
     const middle = low.map((v, k) => (v + high[k]) / 2);
-    const radius = Math.max(1e-9, Math.hypot(...high.map((v, k) => (v - low[k]) / 2)));
+    const half = high.map((v, k) => Math.max(1e-9, (v - low[k]) / 2));
+    const radius = Math.hypot(...half);
     // Axes in right-handed order with `up` second: right, up, towards the reader.
     const order = [(data.up + 2) % 3, data.up, (data.up + 1) % 3];
     let turn = (data.turn * Math.PI) / 180, tilt = (data.tilt * Math.PI) / 180;
@@ -85,7 +91,10 @@
       canvas.height = height * dense;
       const pen = canvas.getContext('2d');
       pen.scale(dense, dense);
-      const scale = (0.48 * Math.min(width * 0.9, height)) / radius;
+      // As large as the box allows at this tilt, whichever way it is turned.
+      const wide = Math.hypot(half[order[0]], half[order[2]]);
+      const tall = Math.cos(tilt) * half[order[1]] + Math.abs(Math.sin(tilt)) * wide;
+      const scale = Math.min((0.47 * width) / wide, (0.5 * height - 30) / tall);
       const see = (p) => {
         const [r, u, f] = order.map((k) => p[k] - middle[k]);
         const x = Math.cos(turn) * r - Math.sin(turn) * f, d = Math.sin(turn) * r + Math.cos(turn) * f;
@@ -123,7 +132,7 @@
       }
       dots.sort((a, b) => a[2] - b[2]);
       for (const [x, y, depth, size, colour] of dots) {
-        pen.globalAlpha = 0.55 + 0.4 * Math.min(1, Math.max(-1, depth / radius)) ;
+        pen.globalAlpha = 0.55 + 0.4 * Math.min(1, Math.max(-1, depth / radius));
         pen.fillStyle = colour;
         pen.beginPath(); pen.arc(x, y, size * (1 + 0.25 * depth / radius), 0, 2 * Math.PI); pen.fill();
       }
