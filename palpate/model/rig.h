@@ -44,7 +44,7 @@ struct ArmCalibration {
   Vector3 gimbal_gain = Vector3::Ones();
   Vector3 gimbal_offset = Vector3::Zero();
   // Standard deviations and covariance in the order gains 3, offsets 3, base rotation 3 (rad), base
-  // translation 3 (m), tip 3 (m); zero where fixed.
+  // translation 3 (m), tip 3 (m); 15 x 15, zero where fixed, empty where unknown.
   Eigen::MatrixXd covariance;
   // Encoder readings with the arm in its rest (reset) position at calibration: a later start whose rest
   // readings differ has lost its encoder zero.
@@ -55,6 +55,7 @@ struct ArmCalibration {
 
 struct CameraCalibration {
   CameraModel model;
+  Eigen::MatrixXd covariance;  // 9x9: fx fy cx cy (px) k1 k2 p1 p2 k3; empty where unknown
   Provenance from;
 };
 
@@ -70,6 +71,7 @@ struct DelayCalibration {
   double tracker_after_arm_s = 0.0;     // a tracker stamp t shows the world at t - this
   double camera_after_tracker_s = 0.0;  // a camera stamp t equals the tracker stamp t - this
   double tracker_std_s = 0.0, camera_std_s = 0.0;
+  Provenance from;
 };
 
 // A real rectangle: pose of its corner frame (x to corner 2, y to corner 4, z = x cross y) and its sides.
@@ -99,14 +101,34 @@ struct Rig {
   std::optional<DelayCalibration> delays;
   std::vector<SurfaceCalibration> surfaces;
   std::vector<Landmark> landmarks;
+  Provenance landmarks_from;
 
   const SurfaceCalibration* surface(std::string_view surface_name) const;
 };
 
+// By how much the arm's rest readings differ from those at calibration, rad. The encoders count from wherever
+// the arm stood when it was switched on: a change means that the zero, and with it the calibration, has
+// moved.
+Vector3 rest_change(const ArmCalibration& arm, const Vector3& rest_readings);
+// A hand puts an arm back into its rest position to a few tenths of a degree.
+inline constexpr double kRestTolerance = 0.0087;  // rad, half a degree
+
+// The parts a rig still lacks, in the order in which they are calibrated, each with the command that brings
+// it.
+struct MissingPart {
+  std::string part, remedy;
+};
+std::vector<MissingPart> missing_parts(const Rig& rig);
+
+// Now, as Provenance writes it.
+std::string utc_now();
+
 // Reads a rig file. Unknown keys, wrong types and impossible values are wrong use, named with file and line.
 Expected<Rig> read_rig(const std::filesystem::path& path);
-// The file's text; read back it gives the same rig.
+Expected<Rig> parse_rig(std::string_view content, std::string source);
+// The file's text; read back it gives the same rig, to 1e-12 of each number.
 std::string rig_text(const Rig& rig);
+// Refuses a rig that could not be read again (a covariance of the wrong size, a quaternion that is none).
 Expected<void> write_rig(const std::filesystem::path& path, const Rig& rig);
 
 }  // namespace palpate
