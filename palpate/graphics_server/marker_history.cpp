@@ -4,23 +4,23 @@
 
 namespace palpate {
 
-void MarkerHistory::add(const TrackedPose& pose) {
+void MarkerHistory::add(const MarkerPose& pose) {
   if (!poses_.empty() && pose.time <= poses_.back().time) return;
   poses_.push_back(pose);
   while (poses_.back().time - poses_.front().time > kept_) poses_.pop_front();
 }
 
-std::optional<TrackedPose> MarkerHistory::at(Instant<GraphicsClock> time) const {
+std::optional<MarkerPose> MarkerHistory::at(Instant<GraphicsClock> time) const {
   const auto after =
       std::lower_bound(poses_.begin(), poses_.end(), time,
-                       [](const TrackedPose& pose, Instant<GraphicsClock> t) { return pose.time < t; });
+                       [](const MarkerPose& pose, Instant<GraphicsClock> t) { return pose.time < t; });
   if (after == poses_.end()) return std::nullopt;
   if (after->time == time) return *after;
   if (after == poses_.begin()) return std::nullopt;
   const auto before = std::prev(after);
   if (after->time - before->time > longest_gap_) return std::nullopt;
   const double s = to_seconds(time - before->time) / to_seconds(after->time - before->time);
-  TrackedPose result;
+  MarkerPose result;
   result.time = time;
   result.rotation = before->rotation.slerp(s, after->rotation);
   result.translation = (1 - s) * before->translation + s * after->translation;

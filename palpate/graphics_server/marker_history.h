@@ -14,7 +14,7 @@
 
 namespace palpate {
 
-struct TrackedPose {
+struct MarkerPose {
   Instant<GraphicsClock> time;
   Quaternion rotation = Quaternion::Identity();
   Vector3 translation = Vector3::Zero();
@@ -27,13 +27,13 @@ class MarkerHistory {
       : longest_gap_(longest_gap), kept_(kept) {}
 
   // Poses older than the newest are ignored (a tracker's packets may arrive twice or late).
-  void add(const TrackedPose& pose);
-  std::optional<TrackedPose> at(Instant<GraphicsClock> time) const;
+  void add(const MarkerPose& pose);
+  std::optional<MarkerPose> at(Instant<GraphicsClock> time) const;
   bool empty() const { return poses_.empty(); }
 
  private:
   Duration longest_gap_, kept_;
-  std::deque<TrackedPose> poses_;
+  std::deque<MarkerPose> poses_;
 };
 
 }  // namespace palpate

@@ -7,8 +7,8 @@ namespace {
 
 Instant<GraphicsClock> at(double s) { return Instant<GraphicsClock>::from_seconds(s); }
 
-TrackedPose pose(double time, double x) {
-  TrackedPose p;
+MarkerPose pose(double time, double x) {
+  MarkerPose p;
   p.time = at(time);
   p.translation = {x, 0, 0};
   p.rotation = so3_exp({0, 0, x});
