@@ -1,0 +1,40 @@
+// The constant delay between two streams that saw the same point move: the arm's tip by its encoders, and by
+// the tracker.
+//
+// Model: late(t) = early(t - d) + c + noise. d is the delay (s), c a constant offset (m) that soaks up what
+// the calibrations of place have left, so that it cannot pass for time. Gauss-Newton on d and c with the
+// early stream interpolated linearly (it is the fast one), residuals weighted by Huber's rule with the scale
+// from the median. Pure functions. Refused: fewer than 20 points in the common time, a point that hardly
+// moves, no convergence.
+#pragma once
+
+#include <vector>
+
+#include "palpate/core/expected.h"
+#include "palpate/estimation/estimate.h"
+#include "palpate/geometry/so3.h"
+
+namespace palpate {
+
+struct TimedPoint {
+  double time_s = 0.0;
+  Vector3 place = Vector3::Zero();  // m
+};
+
+struct StreamDelay {
+  double delay_s = 0.0;              // late stream's stamps minus the early stream's, for the same moment
+  Vector3 offset = Vector3::Zero();  // c, m
+  double rms_speed = 0.0;            // m/s, of the early stream: what the delay is seen by
+};
+
+struct StreamDelayOptions {
+  double longest_s = 0.5;      // delays beyond +- this are not looked for
+  double needed_speed = 0.02;  // m/s, rms
+};
+
+// Both streams in time order. Covariance order: delay (s), offset 3 (m).
+Expected<Estimate<StreamDelay>> estimate_stream_delay(const std::vector<TimedPoint>& early,
+                                                      const std::vector<TimedPoint>& late,
+                                                      const StreamDelayOptions& options = {});
+
+}  // namespace palpate
