@@ -33,5 +33,6 @@ void add_study(CLI::App& program);
 void add_physics(CLI::App& program);
 void add_graphics(CLI::App& program);
 void add_demo(CLI::App& program);
+void add_apps(CLI::App& program);
 
 }  // namespace palpate::app
