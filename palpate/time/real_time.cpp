@@ -1,0 +1,72 @@
+#include "palpate/time/real_time.h"
+
+#include <fmt/format.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/prctl.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+namespace palpate {
+namespace {
+
+[[gnu::noinline]] void touch_stack() {
+  std::array<char, 64 * 1024> stack;
+  for (std::size_t i = 0; i < stack.size(); i += 1024) *static_cast<volatile char*>(&stack[i]) = 0;
+}
+
+}  // namespace
+
+void sharpen_sleep() { prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL); }
+
+void name_and_pin_thread(const char* name, int cpu) {
+  std::array<char, 16> shortened{};
+  std::strncpy(shortened.data(), name, shortened.size() - 1);
+  pthread_setname_np(pthread_self(), shortened.data());
+  if (cpu < 0) return;
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  CPU_SET(static_cast<std::size_t>(cpu), &set);
+  pthread_setaffinity_np(pthread_self(), sizeof set, &set);
+}
+
+RealTimeGrant enter_real_time(int priority) {
+  RealTimeGrant grant;
+  sharpen_sleep();
+  if (mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) == 0) {
+    grant.memory_locked = true;
+  } else {
+    grant.memory_errno = errno;
+  }
+  touch_stack();
+  sched_param parameters{};
+  parameters.sched_priority = priority;
+  grant.fifo_errno = pthread_setschedparam(pthread_self(), SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters);
+  if (grant.fifo_errno == 0) grant.fifo_priority = priority;
+  return grant;
+}
+
+std::string RealTimeGrant::describe() const {
+  std::string text;
+  if (fifo()) {
+    text = fmt::format("SCHED_FIFO priority {}", fifo_priority);
+  } else if (fifo_errno == 0) {
+    text = "ordinary scheduling, as asked";
+  } else {
+    text =
+        fmt::format("ordinary scheduling: SCHED_FIFO refused ({}), an rtprio entry in limits.conf allows it",
+                    std::strerror(fifo_errno));
+  }
+  if (memory_locked) {
+    text += "; memory locked";
+  } else if (memory_errno != 0) {
+    text += fmt::format("; memory not locked ({}), a memlock entry in limits.conf allows it",
+                        std::strerror(memory_errno));
+  }
+  return text;
+}
+
+}  // namespace palpate
