@@ -1,0 +1,36 @@
+#include "palpate/core/run_directory.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+namespace palpate {
+
+Expected<std::filesystem::path> private_directory(const std::filesystem::path& folder) {
+  if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
+    return refused("{}: cannot make this private folder: {}", folder.string(), std::strerror(errno));
+  struct stat info {};
+  if (lstat(folder.c_str(), &info) != 0)
+    return refused("{}: cannot look at this folder: {}", folder.string(), std::strerror(errno));
+  if (!S_ISDIR(info.st_mode))
+    return refused("{}: expected a folder of our own, found something else; remove it", folder.string());
+  if (info.st_uid != geteuid())
+    return refused("{}: belongs to user {}, expected user {}; set XDG_RUNTIME_DIR to a folder of your own",
+                   folder.string(), info.st_uid, geteuid());
+  if ((info.st_mode & 0077) != 0)
+    return refused("{}: open to other users (mode {:o}), expected 700; chmod 700 it", folder.string(),
+                   info.st_mode & 0777u);
+  return folder;
+}
+
+Expected<std::filesystem::path> run_directory() {
+  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
+  if (runtime != nullptr && *runtime == '/')
+    return private_directory(std::filesystem::path(runtime) / "palpate");
+  return private_directory(fmt::format("/dev/shm/palpate-{}", geteuid()));
+}
+
+}  // namespace palpate

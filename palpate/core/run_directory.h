@@ -1,0 +1,17 @@
+// A folder for sockets and shared memory that belongs to this user alone.
+#pragma once
+
+#include <filesystem>
+
+#include "palpate/core/expected.h"
+
+namespace palpate {
+
+// $XDG_RUNTIME_DIR/palpate, or /dev/shm/palpate-<uid> where there is no such variable; made with mode 0700 if
+// it is not there. Refused where the folder belongs to someone else, is a link, or is open to others.
+Expected<std::filesystem::path> run_directory();
+
+// The same checks for a folder of one's own choice; its parent must exist.
+Expected<std::filesystem::path> private_directory(const std::filesystem::path& folder);
+
+}  // namespace palpate

@@ -1,0 +1,52 @@
+#include "palpate/core/run_directory.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cstdlib>
+
+namespace palpate {
+namespace {
+
+class RunDirectory : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = testing::TempDir() + "palpate-run-XXXXXX";
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    base_ = pattern;
+  }
+  void TearDown() override { std::filesystem::remove_all(base_); }
+  std::filesystem::path base_;
+};
+
+TEST_F(RunDirectory, IsMadeForThisUserAlone) {
+  const auto folder = private_directory(base_ / "mine");
+  ASSERT_TRUE(folder.has_value()) << folder.error().message;
+  struct stat info {};
+  ASSERT_EQ(stat(folder->c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 0777, 0700u);
+  EXPECT_TRUE(private_directory(base_ / "mine").has_value());  // and found again
+}
+
+TEST_F(RunDirectory, RefusesWhatOthersCouldReachOrPlant) {
+  ASSERT_EQ(mkdir((base_ / "open").c_str(), 0700), 0);
+  ASSERT_EQ(chmod((base_ / "open").c_str(), 0755), 0);
+  EXPECT_FALSE(private_directory(base_ / "open").has_value());
+  std::filesystem::create_directory_symlink(base_, base_ / "link");
+  EXPECT_FALSE(private_directory(base_ / "link").has_value());
+  EXPECT_FALSE(private_directory(base_ / "missing" / "deep").has_value());
+}
+
+TEST_F(RunDirectory, FollowsTheRuntimeFolderOfTheLogin) {
+  const char* old = std::getenv("XDG_RUNTIME_DIR");
+  const std::string kept = old != nullptr ? old : "";
+  setenv("XDG_RUNTIME_DIR", base_.c_str(), 1);
+  const auto folder = run_directory();
+  old != nullptr ? setenv("XDG_RUNTIME_DIR", kept.c_str(), 1) : unsetenv("XDG_RUNTIME_DIR");
+  ASSERT_TRUE(folder.has_value()) << folder.error().message;
+  EXPECT_EQ(*folder, base_ / "palpate");
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,288 @@
+#include "palpate/devices/lab_channel.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "palpate/devices/lab_memory.h"
+#include "palpate/time/clock.h"
+
+namespace palpate {
+namespace {
+
+std::int64_t monotonic_ns() { return MonotonicClock<TrueTime>::monotonic_ns(); }
+
+bool process_gone(std::int32_t pid) { return pid != 0 && kill(pid, 0) != 0 && errno == ESRCH; }
+
+// Takes what only one client may have: from nobody, or from a process that is no more.
+Expected<void> take(std::atomic<std::uint32_t>& holder, const LabClient& client, const char* what) {
+  std::uint32_t current = holder.load();
+  while (true) {
+    if (current != 0) {
+      const std::int32_t pid = client.memory()->peers[current - 1].pid.load();
+      if (pid != 0 && !process_gone(pid))
+        return refused("the {} of laboratory '{}' is held by process {}: stop it first", what, client.name(),
+                       pid);
+    }
+    if (holder.compare_exchange_weak(current, client.peer() + 1)) return {};
+  }
+}
+
+void let_go(std::atomic<std::uint32_t>& holder, const LabClient& client) {
+  std::uint32_t mine = client.peer() + 1;
+  holder.compare_exchange_strong(mine, 0);
+}
+
+}  // namespace
+
+// --- server
+// ---------------------------------------------------------------------------------------------------
+
+Expected<std::unique_ptr<LabServer>> LabServer::open(const std::string& name, const LabSettings& settings) {
+  if (settings.cameras < 1 || settings.cameras > 2 || settings.width < 1 || settings.width > 8192 ||
+      settings.height < 1 || settings.height > 8192)
+    return wrong_use("laboratory '{}': {} cameras of {} x {} pixels, expected 1 or 2 of at most 8192 x 8192",
+                     name, settings.cameras, settings.width, settings.height);
+  const auto file = lab::file_of(name, settings.folder);
+  if (!file) return tl::unexpected(file.error());
+  // The kernel drops this lock when the process ends, however it ends: no stale lock, no guessing by process
+  // number.
+  const std::string lock_file = file->string() + ".lock";
+  const int lock = ::open(lock_file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
+  if (lock < 0) return refused("{}: cannot open: {}", lock_file, std::strerror(errno));
+  if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
+    const int reason = errno;
+    close(lock);
+    if (reason == EWOULDBLOCK)
+      return refused(
+          "laboratory '{}': address in use: another process serves {}; stop it or choose another name", name,
+          file->string());
+    return refused("{}: cannot lock: {}", lock_file, std::strerror(reason));
+  }
+  auto mapping = lab::create(*file, settings.cameras, settings.width, settings.height);
+  if (!mapping) {
+    close(lock);
+    return tl::unexpected(mapping.error());
+  }
+  return std::unique_ptr<LabServer>(
+      new LabServer(std::make_unique<lab::Mapping>(std::move(*mapping)), *file, lock));
+}
+
+LabServer::LabServer(std::unique_ptr<lab::Mapping> mapping, std::filesystem::path file, int lock)
+    : mapping_(std::move(mapping)), memory_(mapping_->memory()), file_(std::move(file)), lock_(lock) {
+  heartbeat();
+}
+
+LabServer::~LabServer() {
+  memory_->closed.store(1, std::memory_order_release);
+  unlink(file_.c_str());
+  close(lock_);
+}
+
+void LabServer::heartbeat() noexcept { memory_->beat_ns.store(monotonic_ns(), std::memory_order_release); }
+
+void LabServer::publish_arm(const ArmSample& sample) noexcept { memory_->arm.write(lab::pack(sample)); }
+
+std::optional<ForceCommand> LabServer::take_force() const noexcept {
+  lab::ForceWire wire;
+  const std::uint64_t count = memory_->force.count();
+  if (!memory_->force.read(wire)) return std::nullopt;
+  return ForceCommand{Vector3(wire.force.data()), Duration(monotonic_ns() - wire.sent_ns), count};
+}
+
+void LabServer::publish_tracker(const TrackerSample& sample) noexcept {
+  memory_->tracker.push(lab::pack(sample));
+}
+
+bool LabServer::publish_image(const CameraImage& image, int camera) noexcept {
+  const std::size_t bytes =
+      static_cast<std::size_t>(memory_->width) * static_cast<std::size_t>(memory_->height) * 3;
+  if (camera < 0 || camera >= memory_->cameras || image.width != memory_->width ||
+      image.height != memory_->height || image.rgb.size() != bytes)
+    return false;
+  lab::image_slots(memory_, camera).push({image.mid_exposure.ns(), image.frame}, image.rgb.data());
+  return true;
+}
+
+std::optional<HandTarget> LabServer::take_hand_target() noexcept {
+  const std::uint64_t count = memory_->hand.count();
+  lab::HandWire wire;
+  if (count == hand_targets_ || !memory_->hand.read(wire)) return std::nullopt;
+  hand_targets_ = count;
+  return lab::unpack(wire);
+}
+
+LabServer::Peers LabServer::peers() const noexcept {
+  Peers peers;
+  const std::int64_t now = monotonic_ns();
+  for (const lab::Peer& peer : memory_->peers)
+    peers.clients += peer.pid.load() != 0 && now - peer.beat_ns.load() < lab::kSilenceNs;
+  const auto held = [&](const std::atomic<std::uint32_t>& holder) {
+    const std::uint32_t index = holder.load();
+    return index != 0 && index <= lab::kPeers &&
+           now - memory_->peers[index - 1].beat_ns.load() < lab::kSilenceNs;
+  };
+  peers.arm = held(memory_->arm_holder);
+  peers.hand = held(memory_->hand_holder);
+  return peers;
+}
+
+// --- clients
+// --------------------------------------------------------------------------------------------------
+
+Expected<std::shared_ptr<LabClient>> LabClient::open(const std::string& name,
+                                                     const std::filesystem::path& folder) {
+  const auto file = lab::file_of(name, folder);
+  if (!file) return tl::unexpected(file.error());
+  auto mapping = lab::attach(name, *file);
+  if (!mapping) return tl::unexpected(mapping.error());
+  auto held = std::make_unique<lab::Mapping>(std::move(*mapping));
+  lab::LabMemory* memory = held->memory();
+  for (std::uint32_t i = 0; i < lab::kPeers; ++i) {
+    lab::Peer& peer = memory->peers[i];
+    std::int32_t pid = peer.pid.load();
+    if (pid != 0 && !process_gone(pid)) continue;
+    if (!peer.pid.compare_exchange_strong(pid, static_cast<std::int32_t>(getpid()))) continue;
+    // What a process held that died in this place is nobody's now.
+    std::uint32_t left_behind = i + 1;
+    memory->arm_holder.compare_exchange_strong(left_behind, 0);
+    left_behind = i + 1;
+    memory->hand_holder.compare_exchange_strong(left_behind, 0);
+    std::shared_ptr<LabClient> client(new LabClient(name, std::move(held), i));
+    if (const auto living = client->check(); !living) return tl::unexpected(living.error());
+    return client;
+  }
+  return refused("laboratory '{}': {} clients already, no more places: stop one", name, lab::kPeers);
+}
+
+LabClient::LabClient(std::string name, std::unique_ptr<lab::Mapping> mapping, std::uint32_t peer)
+    : name_(std::move(name)), mapping_(std::move(mapping)), memory_(mapping_->memory()), peer_(peer) {
+  heartbeat();
+}
+
+LabClient::~LabClient() {
+  memory_->peers[peer_].beat_ns.store(0);
+  memory_->peers[peer_].pid.store(0);
+}
+
+void LabClient::heartbeat() noexcept {
+  memory_->peers[peer_].beat_ns.store(monotonic_ns(), std::memory_order_relaxed);
+}
+
+bool LabClient::alive() const noexcept {
+  return memory_->closed.load(std::memory_order_acquire) == 0 &&
+         monotonic_ns() - memory_->beat_ns.load(std::memory_order_acquire) < lab::kSilenceNs;
+}
+
+Expected<void> LabClient::check() const {
+  if (alive()) return {};
+  if (memory_->closed.load() != 0)
+    return refused("laboratory '{}' has been closed: start it with palpate world run", name_);
+  return refused(
+      "laboratory '{}' has been silent for {:.1f} s, expected a sign of life every second: process {} has "
+      "died or stands still; start it again with palpate world run",
+      name_, static_cast<double>(monotonic_ns() - memory_->beat_ns.load()) * 1e-9, memory_->server_pid);
+}
+
+int LabClient::cameras() const noexcept { return memory_->cameras; }
+
+Expected<std::unique_ptr<LabArm>> LabArm::open(std::shared_ptr<LabClient> client) {
+  if (const auto taken = take(client->memory()->arm_holder, *client, "arm"); !taken)
+    return tl::unexpected(taken.error());
+  std::unique_ptr<LabArm> arm(new LabArm(std::move(client)));
+  arm->command(Vector3::Zero());
+  // A device that has nothing to say yet would have to invent its first sample.
+  const std::int64_t until = monotonic_ns() + lab::kSilenceNs;
+  while (arm->client_->memory()->arm.count() == 0) {
+    if (monotonic_ns() > until)
+      return refused("the arm of laboratory '{}' gave no sample within a second", arm->client_->name());
+    usleep(1000);
+  }
+  return arm;
+}
+
+LabArm::~LabArm() {
+  command(Vector3::Zero());
+  let_go(client_->memory()->arm_holder, *client_);
+}
+
+ArmSample LabArm::read() {
+  client_->heartbeat();
+  lab::ArmWire wire;
+  client_->memory()->arm.read(wire);  // open() has seen that there is one
+  return lab::unpack(wire);
+}
+
+void LabArm::command(const Vector3& force) {
+  client_->heartbeat();
+  client_->memory()->force.write({monotonic_ns(), {force.x(), force.y(), force.z()}});
+}
+
+LabTracker::LabTracker(std::shared_ptr<LabClient> client)
+    : client_(std::move(client)), next_(client_->memory()->tracker.count()) {}
+
+std::vector<TrackerSample> LabTracker::poll() {
+  client_->heartbeat();
+  const auto& ring = client_->memory()->tracker;
+  std::vector<TrackerSample> samples;
+  lab::TrackerWire wire;
+  for (std::uint64_t count = ring.count(); next_ < count; ++next_) {
+    if (ring.read(next_, wire)) {
+      samples.push_back(lab::unpack(wire));
+    } else {
+      ++lost_;
+    }
+  }
+  return samples;
+}
+
+Expected<std::unique_ptr<LabCamera>> LabCamera::open(std::shared_ptr<LabClient> client, int camera) {
+  if (camera < 0 || camera >= client->cameras())
+    return wrong_use("laboratory '{}': no camera {}, it has {}", client->name(), camera, client->cameras());
+  return std::unique_ptr<LabCamera>(new LabCamera(std::move(client), camera));
+}
+
+LabCamera::LabCamera(std::shared_ptr<LabClient> client, int camera)
+    : client_(std::move(client)),
+      camera_(camera),
+      next_(lab::image_slots(client_->memory(), camera).count()) {}
+
+std::optional<CameraImage> LabCamera::poll() {
+  client_->heartbeat();
+  const lab::ImageSlots slots = lab::image_slots(client_->memory(), camera_);
+  lab::ImageWire info;
+  CameraImage image;
+  while (slots.count() > next_) {
+    if (image.rgb.empty()) {
+      image.width = client_->memory()->width;
+      image.height = client_->memory()->height;
+      image.rgb.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 3);
+    }
+    const std::uint64_t newest = slots.count() - 1;
+    if (!slots.read(newest, info, image.rgb.data())) continue;  // lapped by four images: there is a newer one
+    next_ = newest + 1;
+    image.mid_exposure = {Duration(info.mid_exposure_ns)};
+    image.frame = info.frame;
+    return image;
+  }
+  return std::nullopt;
+}
+
+Expected<std::unique_ptr<LabHand>> LabHand::open(std::shared_ptr<LabClient> client) {
+  if (const auto taken = take(client->memory()->hand_holder, *client, "hand"); !taken)
+    return tl::unexpected(taken.error());
+  return std::unique_ptr<LabHand>(new LabHand(std::move(client)));
+}
+
+LabHand::~LabHand() { let_go(client_->memory()->hand_holder, *client_); }
+
+void LabHand::move_to(const HandTarget& target) {
+  client_->heartbeat();
+  client_->memory()->hand.write(lab::pack(target));
+}
+
+}  // namespace palpate

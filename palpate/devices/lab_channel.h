@@ -1,0 +1,150 @@
+// The laboratory's devices across a process border: the process that owns the simulated laboratory serves,
+// the physics and graphics servers are its clients. Shared memory on one machine, raw samples in the devices'
+// own clocks, never truth; receive times are the clients' own.
+//
+// A laboratory has a name; its file lies in a folder of this user alone (palpate/core/run_directory.h). A
+// lock held by the serving process says whether it lives, so what a dead one left behind is replaced without
+// asking. Clients notice by a heartbeat that the server is gone.
+//
+// Threads. Server: one thread per channel (arm and force; tracker; each camera; hand), heartbeat() from any
+// of them. Clients: each device object in one thread, all of them may share one LabClient. Arm and force
+// neither lock, allocate nor throw. Memory model: palpate/core/broadcast_ring.h.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "palpate/core/expected.h"
+#include "palpate/devices/devices.h"
+
+namespace palpate {
+
+namespace lab {
+class Mapping;
+struct LabMemory;
+}  // namespace lab
+
+struct LabSettings {
+  int cameras = 1;  // 1 or 2
+  int width = 640, height = 480;
+  std::filesystem::path folder;  // empty: run_directory()
+};
+
+// --- the process that owns the laboratory
+// --------------------------------------------------------------------
+
+struct ForceCommand {
+  Vector3 force = Vector3::Zero();  // N, ArmBase
+  Duration age{0};                  // since it was commanded: what is too old is no command any more
+  std::uint64_t count = 0;
+};
+
+class LabServer {
+ public:
+  // Refused where another process serves this name, or the folder or memory cannot be had.
+  static Expected<std::unique_ptr<LabServer>> open(const std::string& name, const LabSettings& settings = {});
+  ~LabServer();  // tells the clients, removes the file
+
+  void publish_arm(const ArmSample& sample) noexcept;
+  std::optional<ForceCommand> take_force() const noexcept;  // the newest; none was ever commanded: nothing
+  void publish_tracker(const TrackerSample& sample) noexcept;
+  // False where the size is not the laboratory's, or there is no such camera.
+  bool publish_image(const CameraImage& image, int camera = 0) noexcept;
+  std::optional<HandTarget> take_hand_target() noexcept;  // the newest, if there is one since the last call
+
+  // At least every 0.2 s; a second of silence means dead.
+  void heartbeat() noexcept;
+  struct Peers {
+    int clients = 0;                 // heard of within the last second
+    bool arm = false, hand = false;  // someone holds it
+  };
+  Peers peers() const noexcept;
+
+ private:
+  LabServer(std::unique_ptr<lab::Mapping> mapping, std::filesystem::path file, int lock);
+  std::unique_ptr<lab::Mapping> mapping_;
+  lab::LabMemory* memory_;
+  std::filesystem::path file_;
+  int lock_;
+  std::uint64_t hand_targets_ = 0;
+};
+
+// --- its clients
+// ----------------------------------------------------------------------------------------------
+
+class LabClient {
+ public:
+  // Refused where there is no such laboratory, it has died, or it is of another build.
+  static Expected<std::shared_ptr<LabClient>> open(const std::string& name,
+                                                   const std::filesystem::path& folder = {});
+  ~LabClient();
+
+  bool alive() const noexcept;
+  Expected<void> check() const;  // the same, with the reason
+  int cameras() const noexcept;
+  lab::LabMemory* memory() const noexcept { return memory_; }
+  std::uint32_t peer() const noexcept { return peer_; }
+  const std::string& name() const { return name_; }
+  void heartbeat() noexcept;  // the devices call it whenever they are used
+
+ private:
+  LabClient(std::string name, std::unique_ptr<lab::Mapping> mapping, std::uint32_t peer);
+  std::string name_;
+  std::unique_ptr<lab::Mapping> mapping_;
+  lab::LabMemory* memory_;
+  std::uint32_t peer_;
+};
+
+class LabArm : public ArmDevice {
+ public:
+  // Refused where another living process holds the arm, or no sample comes within a second. A new holder
+  // begins at zero force; so does the arm when it is let go.
+  static Expected<std::unique_ptr<LabArm>> open(std::shared_ptr<LabClient> client);
+  ~LabArm() override;
+  ArmSample read() override;
+  void command(const Vector3& force) override;
+
+ private:
+  explicit LabArm(std::shared_ptr<LabClient> client) : client_(std::move(client)) {}
+  std::shared_ptr<LabClient> client_;
+};
+
+class LabTracker : public TrackerDevice {
+ public:
+  explicit LabTracker(std::shared_ptr<LabClient> client);  // samples from now on
+  std::vector<TrackerSample> poll() override;
+  std::uint64_t lost() const { return lost_; }  // overwritten before they were polled
+
+ private:
+  std::shared_ptr<LabClient> client_;
+  std::uint64_t next_ = 0, lost_ = 0;
+};
+
+class LabCamera : public CameraDevice {
+ public:
+  // Wrong use where the laboratory has no such camera.
+  static Expected<std::unique_ptr<LabCamera>> open(std::shared_ptr<LabClient> client, int camera = 0);
+  std::optional<CameraImage> poll() override;
+
+ private:
+  LabCamera(std::shared_ptr<LabClient> client, int camera);
+  std::shared_ptr<LabClient> client_;
+  int camera_;
+  std::uint64_t next_ = 0;
+};
+
+class LabHand : public HandDevice {
+ public:
+  // Refused where another living process moves the hand.
+  static Expected<std::unique_ptr<LabHand>> open(std::shared_ptr<LabClient> client);
+  ~LabHand() override;
+  void move_to(const HandTarget& target) override;
+
+ private:
+  explicit LabHand(std::shared_ptr<LabClient> client) : client_(std::move(client)) {}
+  std::shared_ptr<LabClient> client_;
+};
+
+}  // namespace palpate
