@@ -19,6 +19,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <new>
 #include <optional>
 #include <type_traits>
 
@@ -57,6 +58,18 @@ inline void load_words(void* to, const AtomicWord* from, std::size_t bytes) noex
     std::memcpy(target + 8 * i, &word, bytes % 8);
   }
 }
+
+// Room for a T that is about to be copied into: spares setting every byte twice.
+template <typename T>
+class Room {
+  static_assert(std::is_trivially_copyable_v<T>);
+
+ public:
+  T& value() { return *std::launder(reinterpret_cast<T*>(bytes_)); }
+
+ private:
+  alignas(T) unsigned char bytes_[sizeof(T)];
+};
 
 template <typename T, std::size_t N>
 class BroadcastRing {
@@ -112,8 +125,8 @@ class Mailbox {
     }
   }
   std::optional<T> newest() const noexcept {
-    T value;
-    return read(value) ? std::optional<T>(value) : std::nullopt;
+    Room<T> room;
+    return read(room.value()) ? std::optional<T>(room.value()) : std::nullopt;
   }
 
  private:

@@ -44,40 +44,28 @@ class StateHistory {
   template <typename Interpolate, typename Extrapolate>
   Answer at(Time when, Interpolate&& interpolate, Extrapolate&& extrapolate) const {
     const std::int64_t t = when.ns();
-    Answer answer;
+    Room<State> room_a, room_b;
+    State &a = room_a.value(), &b = room_b.value();
     while (true) {
       const std::uint64_t n = data_->ring.count();
-      if (n == 0) {
-        answer.kind = AnswerKind::too_new;
-        return answer;
-      }
+      if (n == 0) return {AnswerKind::too_new, Duration(0), State{}};
       const std::uint64_t newest = n - 1, oldest = n < N ? 0 : n - (N - 1);
       // Times are read first and may be overwritten meanwhile; what counts is the time inside the entry that
       // is copied afterwards. Where the two disagree the writer has lapped us and we look again.
-      State a;
       if (t >= time(newest)) {
         if (!data_->ring.read(newest, a) || a.time > when) continue;
         return beyond(when, a, extrapolate);
       }
       if (t < time(oldest)) {
         if (!data_->ring.read(oldest, a) || a.time <= when) continue;
-        answer.kind = AnswerKind::too_old;
-        answer.extrapolated_by = when - a.time;
-        answer.state = a;
-        return answer;
+        return {AnswerKind::too_old, when - a.time, a};
       }
       const std::uint64_t k = search(t, oldest, newest);
       if (!data_->ring.read(k, a) || a.time > when) continue;
-      if (a.time == when) {
-        answer.kind = AnswerKind::exact;
-        answer.state = a;
-        return answer;
-      }
-      State b;
+      if (a.time == when) return {AnswerKind::exact, Duration(0), a};
       if (!data_->ring.read(k + 1, b) || b.time <= when) continue;
-      answer.kind = AnswerKind::interpolated;
-      answer.state = interpolate(a, b, to_seconds(when - a.time) / to_seconds(b.time - a.time));
-      return answer;
+      return {AnswerKind::interpolated, Duration(0),
+              interpolate(a, b, to_seconds(when - a.time) / to_seconds(b.time - a.time))};
     }
   }
 

@@ -151,7 +151,8 @@ template <std::size_t N>
 void readers_beside_a_writer(int entries) {
   StateHistory<Ball, N> history(Duration(300));
   std::atomic<bool> done{false};
-  std::array<std::uint64_t, 2> wrong{}, usable{}, torn{};
+  std::array<std::uint64_t, 2> wrong{}, torn{};
+  std::array<std::atomic<int>, 2> usable{};
   std::vector<std::thread> readers;
   for (std::size_t r = 0; r < 2; ++r)
     readers.emplace_back([&, r] {
@@ -168,9 +169,10 @@ void readers_beside_a_writer(int entries) {
         wrong[r] += std::abs(answer.state.position - 1e-3 * static_cast<double>(when)) > 1e-6;
       }
     });
-  for (int i = 0; i < entries; ++i) {
-    history.push(ball(1000 * (i + 1), i + 1.0, 1e6));
-    if (i % 16 == 0) std::this_thread::yield();
+  // On until both readers have had their turn.
+  for (int i = 0; i < entries || usable[0] == 0 || usable[1] == 0; ++i) {
+    history.push(ball(1000ll * (i + 1), i + 1.0, 1e6));
+    if (i % 64 == 0) std::this_thread::yield();
   }
   done.store(true, std::memory_order_release);
   for (auto& thread : readers) thread.join();
