@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "palpate/network/exchange_rig_test.h"
+#include "palpate/network/zmq_rig_test.h"
 
 namespace palpate {
 namespace {
@@ -178,10 +179,11 @@ TEST_P(Exchange, SeveralClientsAreAnsweredEachItsOwn) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Engines, Exchange,
-                         ::testing::Values(Engine{"InProcess",
-                                                  [] { return std::make_unique<testing::InProcessRig>(); }}),
-                         [](const auto& engine) { return engine.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Engines, Exchange,
+    ::testing::Values(Engine{"InProcess", [] { return std::make_unique<testing::InProcessRig>(); }},
+                      Engine{"ZeroMq", [] { return std::make_unique<testing::ZmqRig>(); }}),
+    [](const auto& engine) { return engine.param.name; });
 
 }  // namespace
 }  // namespace palpate

@@ -1,0 +1,217 @@
+#include "palpate/network/local_endpoint.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
+#include <utility>
+
+namespace palpate {
+
+namespace {
+
+constexpr std::size_t kMaxSocketPath = sizeof(sockaddr_un{}.sun_path) - 1;  // 107 bytes
+
+std::string reason() { return std::strerror(errno); }
+
+bool exists(const std::filesystem::path& path, struct stat& info) { return lstat(path.c_str(), &info) == 0; }
+
+// Ours, no link, and nobody else may write there (nor enter, where `closed`).
+Expected<void> check_folder(const std::filesystem::path& folder, bool closed) {
+  struct stat info {};
+  if (!exists(folder, info)) return wrong_use("{}: {}; make the folder first", folder.string(), reason());
+  if (!S_ISDIR(info.st_mode))
+    return wrong_use("{}: not a folder; servers meet in a folder of their user", folder.string());
+  if (info.st_uid != geteuid()) {
+    return wrong_use("{}: belongs to user {}, not to {}; sockets must lie in a folder of your own",
+                     folder.string(), info.st_uid, geteuid());
+  }
+  const mode_t open_to_others = info.st_mode & (closed ? 0077 : 0022);
+  if (open_to_others != 0) {
+    return wrong_use("{}: others can {} it (mode {:o}); chmod 700 it", folder.string(),
+                     closed ? "enter" : "write to", info.st_mode & 07777);
+  }
+  return {};
+}
+
+Expected<void> check_length(const std::filesystem::path& socket) {
+  const std::size_t length = socket.native().size();
+  if (length <= kMaxSocketPath) return {};
+  return wrong_use("{}: {} bytes, a unix socket's path has at most {}; choose a shorter one", socket.string(),
+                   length, kMaxSocketPath);
+}
+
+Expected<Endpoint> parse_ipc(std::string_view path_text, bool insecure) {
+  if (path_text.empty() || path_text.front() == '@' || path_text == "*") {
+    return wrong_use(
+        "ipc://{}: needs the path of a socket file, such as ipc:///run/user/1000/palpate/physics.sock",
+        path_text);
+  }
+  std::error_code error;
+  const std::filesystem::path socket = std::filesystem::absolute(path_text, error).lexically_normal();
+  if (error || !socket.has_filename()) return wrong_use("ipc://{}: not the path of a socket file", path_text);
+  if (auto length = check_length(socket); !length) return tl::unexpected(length.error());
+  if (!insecure) {
+    std::filesystem::path folder = std::filesystem::canonical(socket.parent_path(), error);
+    if (error) folder = socket.parent_path();
+    if (auto own = check_folder(folder, false); !own) {
+      return wrong_use("{} (or take the risk with --insecure)", own.error().message);
+    }
+  }
+  return Endpoint{"ipc://" + socket.string(), socket};
+}
+
+Expected<Endpoint> parse_tcp(std::string_view text, EndpointUse use, bool insecure) {
+  const std::string_view rest = text.substr(6);
+  const std::size_t colon = rest.rfind(':');
+  const std::string_view host = rest.substr(0, colon == std::string_view::npos ? 0 : colon);
+  std::string_view port_text = colon == std::string_view::npos ? std::string_view() : rest.substr(colon + 1);
+  if (port_text == "*") port_text = "0";
+  int port = -1;
+  const auto parsed = std::from_chars(port_text.data(), port_text.data() + port_text.size(), port);
+  const bool number = parsed.ec == std::errc() && parsed.ptr == port_text.data() + port_text.size();
+  const int lowest = use == EndpointUse::listen ? 0 : 1;
+  const bool host_good = !host.empty() && host.size() <= 253 &&
+                         host.find_first_of("/;@ \t") == std::string_view::npos &&
+                         (use == EndpointUse::listen || host != "*");
+  if (!host_good || !number || port < lowest || port > 65535) {
+    return wrong_use("{}: not of the form tcp://HOST:PORT with a port from {} to 65535", text, lowest);
+  }
+  if (!insecure) {
+    return wrong_use(
+        "{}: anyone who reaches this address could read the scene and send commands; add --insecure to "
+        "accept that, "
+        "or leave the address out to use a private socket on this machine",
+        text);
+  }
+  // ZeroMQ binds to interfaces and numbers, not to names.
+  const std::string_view known = use == EndpointUse::listen && host == "localhost" ? "127.0.0.1" : host;
+  return Endpoint{fmt::format("tcp://{}:{}", known, port), {}};
+}
+
+// True where somebody accepts connections.
+bool somebody_listens(const std::filesystem::path& socket_path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  std::memcpy(address.sun_path, socket_path.c_str(), socket_path.native().size());
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (fd < 0) return false;
+  const int connected = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  const bool listens = connected == 0 || errno == EAGAIN;  // EAGAIN: its queue is full
+  ::close(fd);
+  return listens;
+}
+
+std::filesystem::path lock_path(const std::filesystem::path& socket) { return socket.string() + ".lock"; }
+
+// Opens and locks the file, and makes sure that the locked file is still the one at that path: its last
+// holder removes it before letting go.
+Expected<int> lock_file(const std::filesystem::path& path, const std::filesystem::path& socket) {
+  for (int attempt = 0; attempt < 100; ++attempt) {
+    const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
+    if (fd < 0) return refused("{}: cannot be opened: {}", path.string(), reason());
+    if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+      char holder[32] = {};
+      const ssize_t length = ::pread(fd, holder, sizeof holder - 1, 0);
+      ::close(fd);
+      return refused("ipc://{}: address in use by process {}; stop it or listen at another address",
+                     socket.string(), length > 0 ? holder : "(unknown)");
+    }
+    struct stat held {
+    }, there{};
+    if (::fstat(fd, &held) == 0 && exists(path, there) && held.st_ino == there.st_ino &&
+        held.st_dev == there.st_dev) {
+      const std::string pid = std::to_string(::getpid());
+      // The number is for people only; the lock holds without it.
+      static_cast<void>(::ftruncate(fd, 0) == 0 && ::pwrite(fd, pid.data(), pid.size(), 0) > 0);
+      return fd;
+    }
+    ::close(fd);
+  }
+  return refused("{}: other servers keep taking the lock; try again", path.string());
+}
+
+}  // namespace
+
+Expected<std::filesystem::path> private_folder() {
+  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
+  std::filesystem::path folder = fmt::format("/tmp/palpate-{}", geteuid());
+  if (runtime != nullptr && runtime[0] == '/' && check_folder(runtime, true)) {
+    folder = std::filesystem::path(runtime) / "palpate";
+  }
+  if (::mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) {
+    return refused("{}: cannot be made: {}", folder.string(), reason());
+  }
+  if (auto own = check_folder(folder, true); !own) {
+    return refused("{}; it holds the servers' sockets, remove it if it is not yours to keep",
+                   own.error().message);
+  }
+  return folder;
+}
+
+Expected<Endpoint> default_endpoint(std::string_view name) {
+  const auto folder = private_folder();
+  if (!folder) return tl::unexpected(folder.error());
+  const std::filesystem::path socket = *folder / fmt::format("{}.sock", name);
+  if (auto length = check_length(socket); !length) return tl::unexpected(length.error());
+  return Endpoint{"ipc://" + socket.string(), socket};
+}
+
+Expected<Endpoint> parse_endpoint(std::string_view text, EndpointUse use, bool insecure) {
+  if (text.starts_with("ipc://")) return parse_ipc(text.substr(6), insecure);
+  if (text.starts_with("tcp://")) return parse_tcp(text, use, insecure);
+  return wrong_use("{}: not an address; expected ipc://PATH or tcp://HOST:PORT", text);
+}
+
+Expected<SocketClaim> SocketClaim::take(const std::filesystem::path& socket) {
+  auto lock = lock_file(lock_path(socket), socket);
+  if (!lock) return tl::unexpected(lock.error());
+  SocketClaim claim(*lock, socket);
+  struct stat info {};
+  if (!exists(socket, info)) {
+    claim.ours_ = true;
+    return claim;
+  }
+  if (!S_ISSOCK(info.st_mode)) {
+    return refused("{}: exists and is not a socket; remove it or listen at another address", socket.string());
+  }
+  if (somebody_listens(socket)) {
+    return refused("ipc://{}: address in use by another program; stop it or listen at another address",
+                   socket.string());
+  }
+  if (::unlink(socket.c_str()) != 0) {
+    return refused("{}: a dead server's socket cannot be removed: {}", socket.string(), reason());
+  }
+  claim.ours_ = true;
+  return claim;
+}
+
+SocketClaim::SocketClaim(SocketClaim&& other) noexcept
+    : lock_(std::exchange(other.lock_, -1)), socket_(std::move(other.socket_)), ours_(other.ours_) {}
+
+SocketClaim& SocketClaim::operator=(SocketClaim&& other) noexcept {
+  if (this != &other) {
+    release();
+    lock_ = std::exchange(other.lock_, -1);
+    socket_ = std::move(other.socket_);
+    ours_ = other.ours_;
+  }
+  return *this;
+}
+
+SocketClaim::~SocketClaim() { release(); }
+
+void SocketClaim::release() {
+  if (lock_ < 0) return;
+  if (ours_) ::unlink(socket_.c_str());
+  ::unlink(lock_path(socket_).c_str());
+  ::close(std::exchange(lock_, -1));
+}
+
+}  // namespace palpate

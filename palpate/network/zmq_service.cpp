@@ -1,0 +1,111 @@
+#include <sys/stat.h>
+#include <zmq.h>
+
+#include <cerrno>
+#include <thread>
+
+#include "palpate/network/service_core.h"
+#include "palpate/network/zmq_engine.h"
+#include "palpate/network/zmq_socket.h"
+
+namespace palpate {
+
+namespace {
+
+class ZmqService : public StateService {
+ public:
+  ZmqService(zmq::Socket socket, std::optional<SocketClaim> claim, const Clock<PhysicsClock>& clock,
+             StateSource source, SceneDescription scene)
+      : claim_(std::move(claim)),
+        socket_(std::move(socket)),
+        endpoint_(socket_.endpoint()),
+        clock_(clock),
+        core_(std::move(source), std::move(scene), zmq::new_name("network/session"),
+              [&clock] { return clock.now(); }),
+        thread_([this] { run(); }) {}
+  ~ZmqService() override {
+    stop_.set();
+    thread_.join();
+  }
+  ZmqService(const ZmqService&) = delete;
+  ZmqService& operator=(const ZmqService&) = delete;
+
+  std::optional<Control> take_control() override { return core_.take_control(); }
+  ServiceCounters counters() const override { return core_.counters(); }
+  std::string endpoint() const override { return endpoint_; }
+
+ private:
+  static constexpr long kCountEveryMs = 100;
+
+  void run() {
+    pthread_setname_np(pthread_self(), "palpate-net");
+    zmq_pollitem_t items[] = {{socket_.get(), 0, ZMQ_POLLIN, 0}, {nullptr, stop_.fd(), ZMQ_POLLIN, 0}};
+    while (true) {
+      const int ready = zmq_poll(items, 2, kCountEveryMs);
+      if (ready < 0 && errno != EINTR) return;  // the context has gone
+      if (ready > 0 && (items[1].revents & ZMQ_POLLIN) != 0) return;
+      if (ready > 0 && (items[0].revents & ZMQ_POLLIN) != 0) answer_what_has_come();
+      core_.count_clients();
+    }
+  }
+
+  void answer_what_has_come() {
+    // Bounded, so that a flood cannot keep the thread from its other duties.
+    for (int i = 0; i < zmq::kQueueLength; ++i) {
+      const auto received = socket_.receive(2, &peer_, body_);
+      const Instant<PhysicsClock> now = clock_.now();
+      if (received == zmq::Socket::Received::nothing) return;
+      if (received == zmq::Socket::Received::rejected) {
+        core_.rejected();
+        continue;
+      }
+      // A peer that has gone or does not take its mail loses the answer; nobody waits for it.
+      const std::string reply = encode(core_.answer(body_, now));
+      if (!socket_.send(peer_, true) || !socket_.send(reply)) core_.unsent();
+    }
+  }
+
+  // Destroyed from below: the thread has ended, the socket closes, and only then is the address given up.
+  std::optional<SocketClaim> claim_;
+  zmq::Socket socket_;
+  std::string endpoint_;
+  const Clock<PhysicsClock>& clock_;
+  ServiceCore core_;
+  zmq::Stop stop_;
+  std::string peer_, body_;
+  std::thread thread_;
+};
+
+}  // namespace
+
+Expected<std::unique_ptr<StateService>> serve_states(const Endpoint& endpoint,
+                                                     const Clock<PhysicsClock>& clock, StateSource source,
+                                                     SceneDescription scene) {
+  std::optional<SocketClaim> claim;
+  if (endpoint.local()) {
+    auto taken = SocketClaim::take(endpoint.socket);
+    if (!taken) return tl::unexpected(taken.error());
+    claim = std::move(*taken);
+  }
+  auto socket = zmq::Socket::make(ZMQ_ROUTER);
+  if (!socket) return tl::unexpected(socket.error());
+  const mode_t before = umask(0177);  // the socket file is ours alone from its first moment
+  const int bound = zmq_bind(socket->get(), endpoint.address.c_str());
+  const int error = errno;
+  umask(before);
+  if (bound != 0) {
+    if (error == EADDRINUSE) {
+      return refused("{}: address in use; stop the other server or listen at another address",
+                     endpoint.address);
+    }
+    return refused("{}: cannot listen there: {}", endpoint.address, zmq_strerror(error));
+  }
+  try {
+    return std::make_unique<ZmqService>(std::move(*socket), std::move(claim), clock, std::move(source),
+                                        std::move(scene));
+  } catch (const std::exception& failure) {
+    return refused("{}: the server cannot start: {}", endpoint.address, failure.what());
+  }
+}
+
+}  // namespace palpate

@@ -1,0 +1,114 @@
+#include "palpate/network/zmq_socket.h"
+
+#include <sys/eventfd.h>
+#include <unistd.h>
+#include <zmq.h>
+
+#include <atomic>
+#include <cerrno>
+#include <stdexcept>
+#include <utility>
+
+#include "palpate/core/random.h"
+#include "palpate/network/messages.h"
+#include "palpate/time/clock.h"
+
+namespace palpate::zmq {
+
+Expected<Socket> Socket::make(int type) {
+  void* context = zmq_ctx_new();
+  if (context == nullptr) return refused("ZeroMQ cannot start: {}", zmq_strerror(errno));
+  zmq_ctx_set(context, ZMQ_BLOCKY, 0);
+  void* socket = zmq_socket(context, type);
+  if (socket == nullptr) {
+    const int error = errno;
+    zmq_ctx_term(context);
+    return refused("ZeroMQ gives no socket: {}", zmq_strerror(error));
+  }
+  Socket result(context, socket);
+  const auto set = [&](int option, int value) {
+    return zmq_setsockopt(socket, option, &value, sizeof value) == 0;
+  };
+  const std::int64_t limit = static_cast<std::int64_t>(kMaxMessageBytes);
+  const bool good = set(ZMQ_LINGER, 0) && set(ZMQ_SNDHWM, kQueueLength) && set(ZMQ_RCVHWM, kQueueLength) &&
+                    set(ZMQ_IMMEDIATE, 1) && set(ZMQ_RECONNECT_IVL, kReconnectMs) &&
+                    set(ZMQ_HEARTBEAT_IVL, kHeartbeatMs) && set(ZMQ_HEARTBEAT_TIMEOUT, kHeartbeatTimeoutMs) &&
+                    set(ZMQ_HANDSHAKE_IVL, kHandshakeMs) &&
+                    zmq_setsockopt(socket, ZMQ_MAXMSGSIZE, &limit, sizeof limit) == 0 &&
+                    // Says so when a peer has gone or its queue is full, instead of dropping in silence.
+                    (type != ZMQ_ROUTER || set(ZMQ_ROUTER_MANDATORY, 1));
+  if (!good) return refused("ZeroMQ refuses a socket option: {}", zmq_strerror(errno));
+  return result;
+}
+
+Socket::Socket(Socket&& other) noexcept
+    : context_(std::exchange(other.context_, nullptr)), socket_(std::exchange(other.socket_, nullptr)) {}
+
+Socket::~Socket() {
+  if (socket_ != nullptr) zmq_close(socket_);
+  if (context_ != nullptr) zmq_ctx_term(context_);
+}
+
+int Socket::fd() const {
+  int fd = -1;
+  std::size_t size = sizeof fd;
+  zmq_getsockopt(socket_, ZMQ_FD, &fd, &size);
+  return fd;
+}
+
+bool Socket::readable() const {
+  int events = 0;
+  std::size_t size = sizeof events;
+  return zmq_getsockopt(socket_, ZMQ_EVENTS, &events, &size) == 0 && (events & ZMQ_POLLIN) != 0;
+}
+
+std::string Socket::endpoint() const {
+  char text[512] = {};
+  std::size_t size = sizeof text;
+  return zmq_getsockopt(socket_, ZMQ_LAST_ENDPOINT, text, &size) == 0 ? std::string(text) : std::string();
+}
+
+Socket::Received Socket::receive(int frames, std::string* peer, std::string& body) {
+  int count = 0;
+  for (bool more = true; more; ++count) {
+    zmq_msg_t frame;
+    zmq_msg_init(&frame);
+    if (zmq_msg_recv(&frame, socket_, ZMQ_DONTWAIT) < 0) {
+      zmq_msg_close(&frame);
+      return count == 0 ? Received::nothing : Received::rejected;
+    }
+    std::string* target = count == frames - 1 ? &body : peer;
+    if (count < frames && target != nullptr) {
+      target->assign(static_cast<const char*>(zmq_msg_data(&frame)), zmq_msg_size(&frame));
+    }
+    more = zmq_msg_more(&frame) != 0;
+    zmq_msg_close(&frame);
+  }
+  return count == frames ? Received::message : Received::rejected;
+}
+
+bool Socket::send(std::string_view bytes, bool more) {
+  return zmq_send(socket_, bytes.data(), bytes.size(), ZMQ_DONTWAIT | (more ? ZMQ_SNDMORE : 0)) >= 0;
+}
+
+std::uint64_t new_name(std::string_view purpose) {
+  static std::atomic<std::uint64_t> count{0};
+  const auto time = static_cast<std::uint64_t>(MonotonicClock<PhysicsClock>::monotonic_ns());
+  const auto process = static_cast<std::uint64_t>(::getpid());
+  Random random(time ^ (process << 40) ^ (count.fetch_add(1) << 32), purpose);
+  std::uint64_t name = random.bits();
+  while (name == 0) name = random.bits();
+  return name;
+}
+
+Stop::Stop() : fd_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
+  if (fd_ < 0) throw std::runtime_error("no eventfd left on this machine: raise the limit of open files");
+}
+Stop::~Stop() { ::close(fd_); }
+void Stop::set() {
+  const std::uint64_t one = 1;
+  // Fails only when the counter is full, and then it is set.
+  static_cast<void>(!::write(fd_, &one, sizeof one));
+}
+
+}  // namespace palpate::zmq

@@ -1,0 +1,62 @@
+// A ZeroMQ context with one socket in it, set up as every socket of ours is. Private to the engine's two
+// files.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "palpate/core/expected.h"
+
+namespace palpate::zmq {
+
+// Messages waiting per peer and direction. A peer this far behind has more than a second to catch up on.
+inline constexpr int kQueueLength = 64;
+inline constexpr int kReconnectMs = 50;
+inline constexpr int kHeartbeatMs = 200;
+inline constexpr int kHeartbeatTimeoutMs = 400;
+inline constexpr int kHandshakeMs = 1000;
+
+class Socket {
+ public:
+  // `type` is ZMQ_ROUTER or ZMQ_DEALER.
+  static Expected<Socket> make(int type);
+  Socket(Socket&& other) noexcept;
+  Socket& operator=(Socket&& other) = delete;
+  ~Socket();
+
+  void* get() const { return socket_; }
+  int fd() const;                // readable when events() may have changed
+  bool readable() const;         // a message can be received now
+  std::string endpoint() const;  // bound to
+
+  enum class Received { nothing, message, rejected };
+  // The next message of `frames` frames, without waiting; the last frame goes to `body`, the one before to
+  // `peer`. rejected: a message with another number of frames.
+  Received receive(int frames, std::string* peer, std::string& body);
+  // One frame, without waiting. False when it cannot leave now.
+  bool send(std::string_view bytes, bool more = false);
+
+ private:
+  Socket(void* context, void* socket) : context_(context), socket_(socket) {}
+  void* context_;
+  void* socket_;
+};
+
+// A random number that is not 0, other at each call and in each process. Names, not secrets.
+std::uint64_t new_name(std::string_view purpose);
+
+// The eventfd that ends a waiting thread.
+class Stop {
+ public:
+  Stop();
+  ~Stop();
+  Stop(const Stop&) = delete;
+  Stop& operator=(const Stop&) = delete;
+  void set();
+  int fd() const { return fd_; }
+
+ private:
+  int fd_;
+};
+
+}  // namespace palpate::zmq
