@@ -18,6 +18,8 @@ int main(int argc, char** argv) {
   auto* calibrate =
       program.add_subcommand("calibrate", "Calibrate arm, tracker, camera and surfaces to each other");
   calibrate->require_subcommand(1);
+  app::add_calibrate_pivot(*calibrate);
+  app::add_calibrate_points(*calibrate);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -53,7 +53,8 @@ TEST(CameraModel, JacobianThroughTheLensAgreesWithFiniteDifferences) {
   for (int i = 0; i < 3; ++i) {
     const Vector3 h = 1e-6 * Vector3::Unit(i);
     const Pixel numeric = (camera.project(p + h) - camera.project(p - h)) / 2e-6;
-    EXPECT_NEAR((J.col(i) - numeric).norm(), 0.0, 1e-5);  // J is some 700 px/m, the difference loses 1e-9 of it
+    EXPECT_NEAR((J.col(i) - numeric).norm(), 0.0,
+                1e-5);  // J is some 700 px/m, the difference loses 1e-9 of it
   }
 }
 

@@ -1,0 +1,171 @@
+#include <memory>
+
+#include "apps/palpate/command.h"
+#include "apps/palpate/result_output.h"
+#include "palpate/calibration/pivot.h"
+#include "palpate/core/csv.h"
+#include "palpate/core/units.h"
+#include "palpate/model/arm_model.h"
+#include "palpate/model/arm_samples.h"
+#include "palpate/model/pose_file.h"
+
+namespace palpate::app {
+namespace {
+
+constexpr double kMm = kMillimetresPerMetre;
+
+struct Options {
+  ResultOptions result;
+  std::string poses, transform, method = "algebraic", segments, pivots_out, arm = "phantom-premium-1.5";
+  std::vector<double> tip_mm;
+  bool with_arm = false;
+};
+
+Expected<void> add_arm_motion(const Options& options, std::vector<PivotPose>& poses) {
+  const auto model = read_arm_model(options.arm);
+  if (!model) return tl::unexpected(model.error());
+  const auto samples = read_arm_samples(options.poses);
+  if (!samples) return tl::unexpected(samples.error());
+  if (samples->observations.size() != poses.size())
+    return wrong_use("{}: --with-arm needs one row of joint readings per pose", options.poses);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const auto& joints = samples->observations[i].joints;
+    if (joints.size() != model->joint_count())
+      return wrong_use("{}: has {} joint columns, the arm {} has {} joints", options.poses, joints.size(),
+                       model->name, model->joint_count());
+    poses[i].motion = arm_tip(*model, joints).m;
+  }
+  return {};
+}
+
+Expected<void> write_pivots(const std::string& path, const PoseFile& file,
+                            const Estimate<PivotSolution>& estimate) {
+  CsvWriter csv({"label", "x_mm", "y_mm", "z_mm", "std_x_mm", "std_y_mm", "std_z_mm"});
+  for (std::size_t s = 0; s < estimate.value.segments.size(); ++s) {
+    std::vector<std::string> cells{file.segments.empty() ? std::string("1") : file.segments[s]};
+    for (int i = 0; i < 3; ++i) cells.push_back(number_text(kMm * estimate.value.segments[s].pivot[i]));
+    for (Eigen::Index i = 0; i < 3; ++i)
+      cells.push_back(
+          number_text(kMm * estimate.standard_deviation(3 + 3 * static_cast<Eigen::Index>(s) + i)));
+    csv.row(cells);
+  }
+  return write_file(path, csv.content());
+}
+
+Json to_json(const Options& options, const PoseFile& file, const Estimate<PivotSolution>& estimate) {
+  const PivotSolution& solution = estimate.value;
+  const auto std_all = standard_deviations(estimate.covariance);
+  std::size_t inliers = 0;
+  double square = 0.0;
+  for (std::size_t i = 0; i < estimate.residuals.size(); ++i) {
+    if (!estimate.inlier.empty() && !estimate.inlier[i]) continue;
+    ++inliers;
+    square += estimate.residuals[i].squaredNorm();
+  }
+  const double rms_3d = std::sqrt(square / static_cast<double>(inliers));
+  Json json;
+  json["method"] = options.method;
+  json["tip_mm"] = json_list(solution.tip, kMm);
+  json["tip_std_mm"] = json_list(std_all.head<3>(), kMm);
+  if (solution.segments.size() == 1) {
+    json["pivot_mm"] = json_list(solution.segments[0].pivot, kMm);
+    json["pivot_std_mm"] = json_list(std_all.segment<3>(3), kMm);
+  }
+  json["rms_mm"] = kMm * rms_3d / std::sqrt(3.0);
+  json["rms_3d_mm"] = kMm * rms_3d;
+  json["poses"] = estimate.residuals.size();
+  json["inliers"] = inliers;
+  json["rotation_range_deg"] = degrees_from_radians(solution.rotation_range);
+  json["condition"] = estimate.condition;
+  json["correlation"] = solution.correlation;
+  if (solution.tip_scatter.trace() > 0.0)
+    json["tip_scatter_mm"] = json_list(standard_deviations(solution.tip_scatter), kMm);
+  if (options.with_arm) json["arm_in_world_qwxyz"] = json_quaternion(solution.R_world_arm);
+  json["segments"] = Json::array();
+  std::vector<std::string> names{"tip_x_mm", "tip_y_mm", "tip_z_mm"};
+  for (std::size_t s = 0; s < solution.segments.size(); ++s) {
+    const auto& segment = solution.segments[s];
+    const std::string label = file.segments.empty() ? "1" : file.segments[s];
+    for (const char* axis : {"x", "y", "z"}) names.push_back(fmt::format("pivot_{}_{}_mm", label, axis));
+    Json entry;
+    entry["label"] = label;
+    entry["poses"] = segment.poses;
+    entry["tip_mm"] = segment.own_tip ? json_list(*segment.own_tip, kMm) : Json();
+    entry["pivot_mm"] = json_list(segment.pivot, kMm);
+    entry["rms_mm"] = kMm * segment.own_rms;
+    entry["rms_common_tip_mm"] = kMm * segment.rms;
+    json["segments"].push_back(entry);
+  }
+  json["std"] = Json{{"tip_mm", json_list(std_all.head<3>(), kMm)}};
+  json["covariance"] =
+      json_covariance(names, estimate.covariance, Eigen::VectorXd::Constant(std_all.size(), kMm));
+  json["data"] = Json{{"file", file.source}, {"hash", file.hash}};
+  return json;
+}
+
+Expected<void> run(const Options& options) {
+  if (options.with_arm && options.method == "sphere")
+    return wrong_use("--with-arm goes with --method algebraic or robust, not sphere");
+  const auto file =
+      read_poses(options.poses, {.transform = options.transform, .segment_column = options.segments});
+  if (!file) return tl::unexpected(file.error());
+  std::vector<PivotPose> poses;
+  for (const auto& pose : file->poses)
+    poses.push_back(
+        {pose.rotation, pose.translation, options.segments.empty() ? 0 : pose.segment, std::nullopt});
+  if (options.with_arm)
+    if (const auto done = add_arm_motion(options, poses); !done) return done;
+  PivotOptions how;
+  how.method = options.method == "sphere"   ? PivotMethod::sphere
+               : options.method == "robust" ? PivotMethod::robust
+                                            : PivotMethod::algebraic;
+  how.with_motion = options.with_arm;
+  if (!options.tip_mm.empty())
+    how.given_tip = Vector3(options.tip_mm[0], options.tip_mm[1], options.tip_mm[2]) / kMm;
+  const auto estimate = calibrate_pivot(poses, how);
+  if (!estimate) return refused("{}: {}", file->source, estimate.error().message);
+  if (!options.pivots_out.empty())
+    if (const auto done = write_pivots(options.pivots_out, *file, *estimate); !done) return done;
+  Result result{to_json(options, *file, *estimate), {}};
+  result.summary.push_back(fmt::format("tip in marker  {} mm  +- {}", shown(estimate->value.tip, kMm),
+                                       shown(standard_deviations(estimate->covariance).head<3>(), kMm)));
+  result.summary.push_back(
+      fmt::format("residual       {:.4f} mm rms per component, {} of {} poses, turning by {:.1f} deg",
+                  result.json["rms_mm"].get<double>(), result.json["inliers"].get<int>(),
+                  result.json["poses"].get<int>(), degrees_from_radians(estimate->value.rotation_range)));
+  return write_result(options.result, result);
+}
+
+}  // namespace
+
+void add_calibrate_pivot(CLI::App& calibrate) {
+  auto options = std::make_shared<Options>();
+  auto* command =
+      calibrate.add_subcommand("pivot", "The tip in its marker's frame, from poses around a resting tip");
+  command->add_option("--poses", options->poses, "Marker poses: CSV, .igs.mha, or a folder of matrices")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("--transform", options->transform, "Which transform of an .igs.mha sequence")
+      ->type_name("AToB");
+  command->add_option("--method", options->method, "How the tip is found")
+      ->check(CLI::IsMember({"algebraic", "sphere", "robust"}))
+      ->capture_default_str();
+  command
+      ->add_option("--segments", options->segments, "Column that numbers the pivots (0 or empty = in none)")
+      ->type_name("COLUMN");
+  command->add_option("--tip-mm", options->tip_mm, "A known tip: estimate the pivots only")
+      ->delimiter(',')
+      ->expected(3)
+      ->type_name("X,Y,Z");
+  command->add_option("--pivots-out", options->pivots_out, "Write the pivots as a point list")
+      ->type_name("FILE");
+  command->add_flag("--with-arm", options->with_arm,
+                    "Subtract the tip's own motion, from the file's joint readings");
+  command->add_option("--arm", options->arm, "Arm model for --with-arm")
+      ->type_name("MODEL")
+      ->capture_default_str();
+  add_result_options(*command, options->result);
+  on(command, [options] { return run(*options); });
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,45 @@
+// What every `calibrate` does with its result: lines for a person, JSON for a script, the rig file, a file of
+// its own.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "palpate/core/expected.h"
+#include "palpate/core/json.h"
+#include "palpate/geometry/so3.h"
+
+namespace palpate::app {
+
+struct ResultOptions {
+  std::string json;  // --json FILE
+};
+
+void add_result_options(CLI::App& command, ResultOptions& options);
+
+struct Result {
+  Json json;
+  std::vector<std::string> summary;  // for a person, a line each
+};
+
+// Prints the summary (to standard error where standard output carries the JSON) and writes every file asked
+// for.
+Expected<void> write_result(const ResultOptions& options, const Result& result);
+
+// Vectors and matrices as JSON lists, each entry multiplied by `scale`.
+Json json_list(const Eigen::Ref<const Eigen::VectorXd>& vector, double scale = 1.0);
+Json json_rows(const Eigen::Ref<const Eigen::MatrixXd>& matrix, double scale = 1.0);
+Json json_quaternion(const Quaternion& rotation);  // w, x, y, z with w >= 0
+// {"order": names, "matrix": rows}; entry (i, j) is scaled by scales i and j. A name carries its unit.
+Json json_covariance(const std::vector<std::string>& names, const Eigen::MatrixXd& covariance,
+                     const Eigen::VectorXd& scales);
+Eigen::VectorXd standard_deviations(const Eigen::MatrixXd& covariance);
+
+// "12.345 6.789 -3.000", to 4 digits after the point, for summaries.
+std::string shown(const Eigen::Ref<const Eigen::VectorXd>& vector, double scale = 1.0);
+
+}  // namespace palpate::app

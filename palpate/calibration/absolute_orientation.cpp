@@ -1,0 +1,125 @@
+#include "palpate/calibration/absolute_orientation.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "palpate/core/units.h"
+
+namespace palpate {
+namespace {
+
+// Second largest extent against the largest below which points count as lying on a line.
+constexpr double kLineRatio = 1e-3;
+// A rotation known worse than this (one sigma, about the worst axis) is no answer.
+constexpr double kWorstRotation = 0.15;  // rad
+
+Vector3 weighted_mean(const std::vector<Vector3>& points, const std::vector<double>& weights) {
+  Vector3 sum = Vector3::Zero();
+  double total = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double w = weights.empty() ? 1.0 : weights[i];
+    sum += w * points[i];
+    total += w;
+  }
+  return sum / total;
+}
+
+// Extents (standard deviations) of the cloud along its principal axes, largest first.
+Vector3 extents(const std::vector<Vector3>& points, const std::vector<double>& weights) {
+  const Vector3 mean = weighted_mean(points, weights);
+  Matrix3 scatter = Matrix3::Zero();
+  double total = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double w = weights.empty() ? 1.0 : weights[i];
+    scatter += w * (points[i] - mean) * (points[i] - mean).transpose();
+    total += w;
+  }
+  const Vector3 values =
+      Eigen::SelfAdjointEigenSolver<Matrix3>(scatter / total, Eigen::EigenvaluesOnly).eigenvalues();
+  return values.reverse().cwiseMax(0.0).cwiseSqrt();
+}
+
+}  // namespace
+
+RigidTransform fit_rigid(const std::vector<Vector3>& from, const std::vector<Vector3>& to,
+                         const std::vector<double>& weights) {
+  const Vector3 mean_from = weighted_mean(from, weights), mean_to = weighted_mean(to, weights);
+  Matrix3 H = Matrix3::Zero();
+  for (std::size_t i = 0; i < from.size(); ++i)
+    H += (weights.empty() ? 1.0 : weights[i]) * (from[i] - mean_from) * (to[i] - mean_to).transpose();
+  const Eigen::JacobiSVD<Matrix3> svd(H, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Matrix3 turn = svd.matrixV() * svd.matrixU().transpose();
+  RigidTransform result;
+  Vector3 signs = Vector3::Ones();
+  if (turn.determinant() < 0.0) {  // the best orthogonal matrix is a reflection: flip its weakest axis
+    signs[2] = -1.0;
+    result.mirrored = svd.singularValues()[2] > 0.05 * svd.singularValues()[1];
+  }
+  result.rotation = svd.matrixV() * signs.asDiagonal() * svd.matrixU().transpose();
+  result.translation = mean_to - result.rotation * mean_from;
+  return result;
+}
+
+Expected<Estimate<RigidTransform>> absolute_orientation(const std::vector<Vector3>& from,
+                                                        const std::vector<Vector3>& to,
+                                                        const std::vector<double>& weights) {
+  if (from.size() != to.size())
+    return wrong_use("absolute orientation: {} points against {}; lists of the same length are expected",
+                     from.size(), to.size());
+  if (!weights.empty() && weights.size() != from.size())
+    return wrong_use("absolute orientation: {} weights for {} points", weights.size(), from.size());
+  std::size_t used = 0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const double w = weights.empty() ? 1.0 : weights[i];
+    if (!from[i].allFinite() || !to[i].allFinite() || !std::isfinite(w) || w < 0.0)
+      return refused(
+          "absolute orientation: point {} is not finite or has a negative weight; remove or repair it",
+          i + 1);
+    used += w > 0.0;
+  }
+  if (used < 3)
+    return refused("absolute orientation: {} points; at least 3, not on one line, are needed", used);
+  for (const auto* points : {&from, &to}) {
+    const Vector3 extent = extents(*points, weights);
+    if (!(extent[1] > kLineRatio * extent[0]))
+      return refused(
+          "absolute orientation: the {} points lie on a line ({:.3g} mm long, {:.2g} mm wide), so the turn "
+          "about "
+          "it cannot be known; measure at least one point well beside it",
+          points == &from ? "first" : "second", mm_from_metres(extent[0]), mm_from_metres(extent[1]));
+  }
+
+  Estimate<RigidTransform> estimate;
+  estimate.value = fit_rigid(from, to, weights);
+  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
+  double chi2 = 0.0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const double w = weights.empty() ? 1.0 : weights[i];
+    const Vector3 turned = estimate.value.rotation * from[i];
+    estimate.residuals.push_back(to[i] - turned - estimate.value.translation);
+    chi2 += w * estimate.residuals.back().squaredNorm();
+    Eigen::Matrix<double, 3, 6> J;
+    J << -hat(turned), Matrix3::Identity();
+    normal += w * J.transpose() * J;
+  }
+  const double variance = chi2 / (3.0 * static_cast<double>(used) - 6.0);
+  estimate.covariance = variance * normal.inverse();
+  const Matrix3 turning = estimate.covariance.topLeftCorner<3, 3>();
+  const Vector3 spread =
+      Eigen::SelfAdjointEigenSolver<Matrix3>(turning, Eigen::EigenvaluesOnly).eigenvalues();
+  const double worst = std::sqrt(std::max(0.0, spread[2]));
+  if (worst > kWorstRotation)
+    return refused(
+        "absolute orientation: the points are too close to a line or fit too badly (rms {:.3g} mm): the "
+        "rotation "
+        "is known to {:.0f} deg only; spread the points and check their order",
+        mm_from_metres(rms_per_component(estimate.residuals)), degrees_from_radians(worst));
+  const Vector3 extent = extents(from, weights);
+  estimate.condition = extent[0] / extent[1];
+  return estimate;
+}
+
+}  // namespace palpate

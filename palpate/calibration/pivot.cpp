@@ -1,0 +1,389 @@
+#include "palpate/calibration/pivot.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "palpate/calibration/absolute_orientation.h"
+#include "palpate/calibration/robust_scale.h"
+#include "palpate/core/units.h"
+#include "palpate/geometry/pose.h"
+
+namespace palpate {
+namespace {
+
+// The used poses, with what the linear algebra needs.
+struct Data {
+  std::vector<Matrix3> R;
+  std::vector<Vector3> p;
+  std::vector<Vector3> motion;  // A (g_i - mean), zero without motion
+  std::vector<std::size_t> segment;
+  std::vector<double> weight;
+  std::size_t segments = 0;
+
+  std::size_t size() const { return R.size(); }
+  Vector3 tip_at(std::size_t i, const Vector3& t) const { return R[i] * t + p[i] - motion[i]; }
+};
+
+// Weighted mean over each segment of what `of(i)` gives.
+template <typename Value, typename F>
+std::vector<Value> segment_means(const Data& data, const Value& zero, F of) {
+  std::vector<Value> sum(data.segments, zero);
+  std::vector<double> total(data.segments, 0.0);
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    sum[data.segment[i]] += data.weight[i] * of(i);
+    total[data.segment[i]] += data.weight[i];
+  }
+  for (std::size_t s = 0; s < data.segments; ++s) sum[s] /= std::max(total[s], 1e-300);
+  return sum;
+}
+
+struct TipSystem {  // A t = b, the pivots eliminated
+  Matrix3 A = Matrix3::Zero();
+  Vector3 b = Vector3::Zero();
+  std::vector<Matrix3> mean_R;
+};
+
+TipSystem tip_system(const Data& data) {
+  TipSystem system;
+  system.mean_R = segment_means(data, Matrix3(Matrix3::Zero()), [&](std::size_t i) { return data.R[i]; });
+  const auto mean_p = segment_means(data, Vector3(Vector3::Zero()),
+                                    [&](std::size_t i) { return Vector3(data.p[i] - data.motion[i]); });
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    const Matrix3 dR = data.R[i] - system.mean_R[data.segment[i]];
+    system.A += data.weight[i] * dR.transpose() * dR;
+    system.b -= data.weight[i] * dR.transpose() * (data.p[i] - data.motion[i] - mean_p[data.segment[i]]);
+  }
+  return system;
+}
+
+std::vector<Vector3> pivots_of(const Data& data, const Vector3& tip) {
+  return segment_means(data, Vector3(Vector3::Zero()), [&](std::size_t i) { return data.tip_at(i, tip); });
+}
+
+std::vector<Vector3> residuals_of(const Data& data, const Vector3& tip, const std::vector<Vector3>& pivots) {
+  std::vector<Vector3> residuals;
+  for (std::size_t i = 0; i < data.size(); ++i)
+    residuals.push_back(pivots[data.segment[i]] - data.tip_at(i, tip));
+  return residuals;
+}
+
+double largest_rotation(const Data& data) {
+  double largest = 0.0;
+  for (std::size_t s = 0; s < data.segments; ++s) {
+    std::vector<Quaternion> turns;
+    for (std::size_t i = 0; i < data.size(); ++i)
+      if (data.segment[i] == s) turns.emplace_back(data.R[i]);
+    const std::size_t stride = turns.size() / 400 + 1;  // all pairs of thousands of poses would take seconds
+    for (std::size_t i = 0; i < turns.size(); i += stride)
+      for (std::size_t j = 0; j < i; j += stride)
+        largest = std::max(largest, angle_between(turns[i], turns[j]));
+  }
+  return largest;
+}
+
+// 1 + 2 sum of the autocorrelation, up to where it drowns in its own noise.
+double integrated_correlation(const Data& data, const std::vector<Vector3>& residuals) {
+  double square = 0.0;
+  for (const auto& r : residuals) square += r.squaredNorm();
+  if (square <= 0.0) return 1.0;
+  const double floor = 2.0 / std::sqrt(3.0 * static_cast<double>(data.size()));
+  double sum = 1.0;
+  for (std::size_t lag = 1; lag < data.size() / 4; ++lag) {
+    double product = 0.0;
+    for (std::size_t i = lag; i < data.size(); ++i)
+      if (data.segment[i] == data.segment[i - lag]) product += residuals[i].dot(residuals[i - lag]);
+    if (product / square < floor) break;
+    sum += 2.0 * product / square;
+  }
+  return sum;
+}
+
+Expected<void> check_rotation(const Data& data, double range, const Matrix3& A, const PivotOptions& options) {
+  if (range < options.needed_rotation)
+    return refused(
+        "pivot: the marker turns by {:.1f} deg only, at least {:.0f} deg are needed; swing it further while "
+        "the "
+        "tip rests",
+        degrees_from_radians(range), degrees_from_radians(options.needed_rotation));
+  const double least = Eigen::SelfAdjointEigenSolver<Matrix3>(A, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  double total = 0.0;
+  for (double w : data.weight) total += w;
+  const double tilt = std::sqrt(std::max(0.0, least) / total);
+  if (tilt < options.needed_tilt)
+    return refused(
+        "pivot: the marker turns about one axis only ({:.2f} deg rms about the weakest, {:.0f} deg are "
+        "needed), so "
+        "the tip's place along it cannot be known; swing it in two directions",
+        degrees_from_radians(tilt), degrees_from_radians(options.needed_tilt));
+  return {};
+}
+
+struct Sphere {
+  std::vector<Vector3> centres;
+  double radius = 0.0;
+  Eigen::MatrixXd normal;  // of centres 3S, then radius
+};
+
+// Centres and a shared radius by Gauss-Newton on |p - c| - r, from the linear (algebraic) sphere.
+Expected<Sphere> fit_spheres(const Data& data) {
+  const auto S = static_cast<Eigen::Index>(data.segments);
+  Sphere sphere;
+  const auto mean = segment_means(data, Vector3(Vector3::Zero()), [&](std::size_t i) { return data.p[i]; });
+  for (std::size_t s = 0; s < data.segments; ++s) {
+    Eigen::Matrix4d N = Eigen::Matrix4d::Zero();
+    Eigen::Vector4d b = Eigen::Vector4d::Zero();
+    double count = 0.0;
+    for (std::size_t i = 0; i < data.size(); ++i) {
+      if (data.segment[i] != s) continue;
+      const Vector3 q = data.p[i] - data.motion[i] - mean[s];
+      const Eigen::Vector4d row(2.0 * q.x(), 2.0 * q.y(), 2.0 * q.z(), 1.0);
+      N += row * row.transpose();
+      b += row * q.squaredNorm();
+      count += 1.0;
+    }
+    const Matrix3 spread = N.topLeftCorner<3, 3>() / (4.0 * std::max(count, 1.0));
+    const Vector3 axes = Eigen::SelfAdjointEigenSolver<Matrix3>(spread, Eigen::EigenvaluesOnly).eigenvalues();
+    if (count < 4.0 || !(axes[0] > 1e-6 * axes[2]))
+      return refused(
+          "pivot: the marker's origins ({} of them) lie in a plane, so no sphere is determined; swing the "
+          "marker in "
+          "two directions, or use --method algebraic",
+          count);
+    const Eigen::Vector4d solution = N.ldlt().solve(b);
+    sphere.centres.push_back(mean[s] + solution.head<3>());
+    sphere.radius +=
+        std::sqrt(std::max(0.0, solution[3] + solution.head<3>().squaredNorm())) / static_cast<double>(S);
+  }
+  for (int iteration = 0; iteration < 100; ++iteration) {
+    sphere.normal = Eigen::MatrixXd::Zero(3 * S + 1, 3 * S + 1);
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(3 * S + 1);
+    for (std::size_t i = 0; i < data.size(); ++i) {
+      const Vector3 d = data.p[i] - data.motion[i] - sphere.centres[data.segment[i]];
+      const double distance = d.norm();
+      Eigen::VectorXd J = Eigen::VectorXd::Zero(3 * S + 1);
+      J.segment<3>(3 * static_cast<Eigen::Index>(data.segment[i])) = -d / distance;
+      J[3 * S] = -1.0;
+      sphere.normal += J * J.transpose();
+      gradient += J * (distance - sphere.radius);
+    }
+    const Eigen::VectorXd step = sphere.normal.ldlt().solve(-gradient);
+    if (!step.allFinite()) return refused("pivot: the sphere fit does not converge; use --method algebraic");
+    for (Eigen::Index s = 0; s < S; ++s)
+      sphere.centres[static_cast<std::size_t>(s)] += step.segment<3>(3 * s);
+    sphere.radius += step[3 * S];
+    if (step.norm() < 1e-13) return sphere;
+  }
+  return refused("pivot: the sphere fit does not converge on these poses; use --method algebraic");
+}
+
+// Alternates the tip (linear) with the rotation that carries the arm's motion into the tracker's frame.
+Vector3 solve_with_motion(Data& data, const std::vector<Vector3>& centred, Quaternion& turn) {
+  Vector3 tip = tip_system(data).A.ldlt().solve(tip_system(data).b);
+  for (int round = 0; round < 2000; ++round) {
+    std::fill(data.motion.begin(), data.motion.end(), Vector3::Zero());
+    const auto pivots = pivots_of(data, tip);
+    std::vector<Vector3> moved;
+    for (std::size_t i = 0; i < data.size(); ++i)
+      moved.push_back(data.tip_at(i, tip) - pivots[data.segment[i]]);
+    turn = Quaternion(fit_rigid(centred, moved, data.weight).rotation);
+    for (std::size_t i = 0; i < data.size(); ++i) data.motion[i] = turn * centred[i];
+    const auto system = tip_system(data);
+    const Vector3 next = system.A.ldlt().solve(system.b);
+    const double change = (next - tip).norm();
+    tip = next;
+    if (change < 1e-12) break;
+  }
+  return tip;
+}
+
+}  // namespace
+
+Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& poses,
+                                                  const PivotOptions& options) {
+  Data data;
+  std::vector<Vector3> arm_motion;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const auto& pose = poses[i];
+    if (!pose.translation.allFinite() || !pose.rotation.coeffs().allFinite())
+      return refused("pivot: pose {} is not finite; remove it", i + 1);
+    if (pose.segment < 0) continue;
+    if (options.with_motion && !pose.motion)
+      return wrong_use("pivot: pose {} has no joint readings for --with-arm", i + 1);
+    data.R.push_back(pose.rotation.toRotationMatrix());
+    data.p.push_back(pose.translation);
+    data.motion.push_back(Vector3::Zero());
+    data.segment.push_back(static_cast<std::size_t>(pose.segment));
+    data.weight.push_back(1.0);
+    data.segments = std::max(data.segments, data.segment.back() + 1);
+    if (options.with_motion) arm_motion.push_back(*pose.motion);
+  }
+  const std::size_t needed = options.given_tip ? 1 : 4;
+  if (data.size() < needed) return refused("pivot: {} poses; at least {} are needed", data.size(), needed);
+  std::vector<int> count(data.segments, 0);
+  for (std::size_t s : data.segment) ++count[s];
+  if (const auto empty = std::find(count.begin(), count.end(), 0); empty != count.end())
+    return wrong_use("pivot: segment {} has no poses; number the segments without gaps",
+                     empty - count.begin());
+
+  Estimate<PivotSolution> estimate;
+  PivotSolution& solution = estimate.value;
+  solution.rotation_range = largest_rotation(data);
+  if (!options.given_tip)
+    if (const auto enough = check_rotation(data, solution.rotation_range, tip_system(data).A, options);
+        !enough)
+      return tl::unexpected(enough.error());
+
+  std::vector<Vector3> centred;
+  if (options.with_motion) {
+    const auto mean =
+        segment_means(data, Vector3(Vector3::Zero()), [&](std::size_t i) { return arm_motion[i]; });
+    for (std::size_t i = 0; i < data.size(); ++i) centred.push_back(arm_motion[i] - mean[data.segment[i]]);
+  }
+  const auto solve = [&] {
+    if (options.given_tip) return *options.given_tip;
+    if (options.with_motion) return solve_with_motion(data, centred, solution.R_world_arm);
+    const auto system = tip_system(data);
+    return Vector3(system.A.ldlt().solve(system.b));
+  };
+
+  const double parameters = 3.0 * static_cast<double>(data.segments) + (options.given_tip ? 0.0 : 3.0) +
+                            (options.with_motion ? 3.0 : 0.0);
+  const auto S = static_cast<Eigen::Index>(data.segments);
+  estimate.covariance = Eigen::MatrixXd::Zero(3 + 3 * S, 3 + 3 * S);
+  std::vector<Vector3> pivots;
+  if (options.method == PivotMethod::sphere && !options.given_tip) {
+    const auto sphere = fit_spheres(data);
+    if (!sphere) return tl::unexpected(sphere.error());
+    pivots = sphere->centres;
+    Eigen::MatrixXd K = Eigen::MatrixXd::Zero(3, 3 * S + 1);  // d tip / d (centres, radius)
+    const double n = static_cast<double>(data.size());
+    double chi2 = 0.0;
+    for (std::size_t i = 0; i < data.size(); ++i) {
+      const Vector3 d = pivots[data.segment[i]] - data.p[i] + data.motion[i];
+      solution.tip += data.R[i].transpose() * d / n;
+      K.middleCols<3>(3 * static_cast<Eigen::Index>(data.segment[i])) += data.R[i].transpose() / n;
+      chi2 += std::pow(d.norm() - sphere->radius, 2);
+    }
+    const double variance = chi2 / std::max(1.0, n - 3.0 * static_cast<double>(S) - 1.0);
+    const Eigen::MatrixXd C = variance * sphere->normal.inverse();
+    estimate.covariance.topLeftCorner<3, 3>() = K * C * K.transpose() + variance / n * Matrix3::Identity();
+    estimate.covariance.bottomRightCorner(3 * S, 3 * S) = C.topLeftCorner(3 * S, 3 * S);
+    estimate.covariance.topRightCorner(3, 3 * S) = (K * C).leftCols(3 * S);
+    estimate.covariance.bottomLeftCorner(3 * S, 3) = estimate.covariance.topRightCorner(3, 3 * S).transpose();
+    estimate.residuals = residuals_of(data, solution.tip, pivots);
+    estimate.termination = Termination::converged;
+  } else {
+    solution.tip = solve();
+    pivots = pivots_of(data, solution.tip);
+    estimate.residuals = residuals_of(data, solution.tip, pivots);
+    if (options.method == PivotMethod::robust) {
+      for (int round = 0; round < 100; ++round) {
+        const double scale = robust_scale(estimate.residuals, parameters);
+        for (std::size_t i = 0; i < data.size(); ++i)
+          data.weight[i] = round < 10 ? huber_weight(estimate.residuals[i].norm(), scale)
+                                      : tukey_weight(estimate.residuals[i].norm(), scale);
+        const Vector3 before = solution.tip;
+        solution.tip = solve();
+        pivots = pivots_of(data, solution.tip);
+        estimate.residuals = residuals_of(data, solution.tip, pivots);
+        estimate.iterations = round + 1;
+        if (round > 10 && (solution.tip - before).norm() < 1e-11) break;
+      }
+      double inliers = 0.0;
+      for (double& w : data.weight) {
+        estimate.inlier.push_back(w > 0.0);
+        w = w > 0.0 ? 1.0 : 0.0;
+        inliers += w;
+      }
+      if (inliers < static_cast<double>(needed))
+        return refused("pivot: only {} of {} poses agree with one another; the tip did not rest", inliers,
+                       data.size());
+      estimate.termination = Termination::converged;
+    }
+    double chi2 = 0.0, used = 0.0;
+    for (std::size_t i = 0; i < data.size(); ++i) {
+      chi2 += data.weight[i] * estimate.residuals[i].squaredNorm();
+      used += data.weight[i];
+    }
+    const double freedom = 3.0 * used - parameters;
+    const double variance = freedom > 0.0 ? chi2 / freedom : std::numeric_limits<double>::quiet_NaN();
+    const auto system = tip_system(data);
+    Matrix3 tip_covariance = Matrix3::Zero();
+    if (options.with_motion && !options.given_tip) {
+      Eigen::Matrix<double, 6, 6> N = Eigen::Matrix<double, 6, 6>::Zero();
+      for (std::size_t i = 0; i < data.size(); ++i) {
+        Eigen::Matrix<double, 3, 6> J;
+        J << data.R[i] - system.mean_R[data.segment[i]], hat(data.motion[i]);
+        N += data.weight[i] * J.transpose() * J;
+      }
+      tip_covariance = variance * N.completeOrthogonalDecomposition().pseudoInverse().topLeftCorner<3, 3>();
+    } else if (!options.given_tip) {
+      tip_covariance = variance * system.A.inverse();
+    }
+    estimate.covariance.topLeftCorner<3, 3>() = tip_covariance;
+    std::vector<double> weight(data.segments, 0.0);
+    for (std::size_t i = 0; i < data.size(); ++i) weight[data.segment[i]] += data.weight[i];
+    for (Eigen::Index s = 0; s < S; ++s) {  // c_s = mean_R t + mean_p
+      const Matrix3& M = system.mean_R[static_cast<std::size_t>(s)];
+      for (Eigen::Index q = 0; q < S; ++q)
+        estimate.covariance.block<3, 3>(3 + 3 * s, 3 + 3 * q) =
+            M * tip_covariance * system.mean_R[static_cast<std::size_t>(q)].transpose();
+      estimate.covariance.block<3, 3>(3 + 3 * s, 3 + 3 * s) +=
+          variance / weight[static_cast<std::size_t>(s)] * Matrix3::Identity();
+      estimate.covariance.block<3, 3>(3 + 3 * s, 0) = M * tip_covariance;
+      estimate.covariance.block<3, 3>(0, 3 + 3 * s) = (M * tip_covariance).transpose();
+    }
+  }
+  const auto final_system = tip_system(data);
+  const Vector3 spread =
+      Eigen::SelfAdjointEigenSolver<Matrix3>(final_system.A, Eigen::EigenvaluesOnly).eigenvalues();
+  estimate.condition = std::sqrt(spread[2] / std::max(spread[0], 1e-300));
+  solution.correlation = integrated_correlation(data, estimate.residuals);
+  estimate.covariance *= solution.correlation;
+
+  // Each segment by itself: the spread of the tips shows what residuals cannot.
+  solution.segments.resize(data.segments);
+  Vector3 mean_tip = Vector3::Zero();
+  double own = 0.0;
+  for (std::size_t s = 0; s < data.segments; ++s) {
+    PivotSegment& segment = solution.segments[s];
+    segment.pivot = pivots[s];
+    Data alone;
+    alone.segments = 1;
+    std::vector<Vector3> common;
+    for (std::size_t i = 0; i < data.size(); ++i) {
+      if (data.segment[i] != s) continue;
+      ++segment.poses;
+      if (data.weight[i] == 0.0) continue;
+      common.push_back(estimate.residuals[i]);
+      alone.R.push_back(data.R[i]);
+      alone.p.push_back(data.p[i]);
+      alone.motion.push_back(data.motion[i]);
+      alone.segment.push_back(0);
+      alone.weight.push_back(1.0);
+    }
+    segment.rms = segment.own_rms = rms_per_component(common);
+    if (options.given_tip || alone.size() < 4) continue;
+    const auto system = tip_system(alone);
+    if (!check_rotation(alone, largest_rotation(alone), system.A, options)) continue;
+    segment.own_tip = system.A.ldlt().solve(system.b);
+    segment.own_rms =
+        rms_per_component(residuals_of(alone, *segment.own_tip, pivots_of(alone, *segment.own_tip)));
+    mean_tip += *segment.own_tip;
+    own += 1.0;
+  }
+  if (own >= 3.0) {
+    mean_tip /= own;
+    for (const auto& segment : solution.segments)
+      if (segment.own_tip)
+        solution.tip_scatter +=
+            (*segment.own_tip - mean_tip) * (*segment.own_tip - mean_tip).transpose() / (own - 1.0);
+  }
+  return estimate;
+}
+
+}  // namespace palpate

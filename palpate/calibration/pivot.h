@@ -1,0 +1,66 @@
+// Pivot calibration: where a tip sits in its marker's frame, from poses taken while the tip rested at fixed
+// points.
+//
+// Frames: a pose (R_i, p_i) maps marker coordinates to the tracker's; the tip t is constant in the marker,
+// the pivot c_s constant in the tracker's frame during segment s: R_i t + p_i = c_s. Metres. Pure functions.
+// Methods:
+//  - algebraic: the linear least squares of that equation over all segments at once (Tuceryan et al. 1995);
+//  - robust: the same, iteratively reweighted (Huber, then Tukey; scale from the median), outliers named;
+//  - sphere: a sphere through the marker's origins (shared radius), the tip from its centres; what the 2006
+//  paper does.
+// Where the tip itself moved a little and the arm measured how (`motion`), c_s + A * (motion_i - their mean)
+// takes the pivot's place, A a rotation found with the rest. Covariance order: tip 3, then 3 per pivot (m^2).
+// It grows with the correlation of neighbouring residuals
+// (`correlation`, 1 = white): a tracker's bias makes samples tell less than their number.
+// Refused: fewer than 4 poses, too little rotation or rotation about one axis only, numbers that are not
+// finite.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "palpate/core/expected.h"
+#include "palpate/estimation/estimate.h"
+#include "palpate/geometry/so3.h"
+
+namespace palpate {
+
+struct PivotPose {
+  Quaternion rotation = Quaternion::Identity();
+  Vector3 translation = Vector3::Zero();  // m
+  int segment = 0;                        // 0, 1, ...; negative = not used
+  std::optional<Vector3> motion;          // m, the tip as the arm saw it, ArmBase
+};
+
+enum class PivotMethod { algebraic, sphere, robust };
+
+struct PivotOptions {
+  PivotMethod method = PivotMethod::algebraic;
+  std::optional<Vector3> given_tip;  // m; then only the pivots are estimated
+  bool with_motion = false;          // subtract the tip's own motion; every used pose must have it
+  double needed_rotation = 0.1745;   // rad: largest angle between two poses of a segment, 10 deg
+  double needed_tilt = 0.0175;  // rad: rms swing about the weakest axis, 1 deg (ten times a tracker's noise)
+};
+
+struct PivotSegment {
+  Vector3 pivot = Vector3::Zero();  // m
+  std::optional<Vector3> own_tip;   // m, from this segment alone; none where it turns too little
+  double rms = 0.0;                 // m, per component, with the common tip
+  double own_rms = 0.0;             // m, with its own tip
+  int poses = 0;
+};
+
+struct PivotSolution {
+  Vector3 tip = Vector3::Zero();  // m, marker frame
+  std::vector<PivotSegment> segments;
+  double rotation_range = 0.0;            // rad, largest angle between two poses of one segment
+  double correlation = 1.0;               // integrated autocorrelation of the residuals
+  Matrix3 tip_scatter = Matrix3::Zero();  // m^2, of the segments' own tips; zero with fewer than three
+  Quaternion R_world_arm = Quaternion::Identity();  // A, with motion only
+};
+
+// Residuals are c_s - (R_i t + p_i) (with the sphere method too), one per pose with segment >= 0, in order.
+Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& poses,
+                                                  const PivotOptions& options = {});
+
+}  // namespace palpate

@@ -1,0 +1,189 @@
+#include "palpate/calibration/pivot.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <filesystem>
+
+#include "palpate/calibration/absolute_orientation.h"
+#include "palpate/core/random.h"
+#include "palpate/model/point_file.h"
+#include "palpate/model/pose_file.h"
+
+namespace palpate {
+namespace {
+
+Vector3 normal3(Random& random, double sd = 1.0) {
+  return {random.normal(sd), random.normal(sd), random.normal(sd)};
+}
+
+const Vector3 kTip(0.004, -0.018, -0.118);
+
+struct Motion {
+  int segments = 1, poses = 100;
+  double swing = 0.4;        // rad, sd of the marker's turn about each axis
+  double place_noise = 0.0;  // m
+  bool one_axis = false;
+};
+
+std::vector<PivotPose> swing(Random& random, const Motion& motion) {
+  std::vector<PivotPose> poses;
+  for (int s = 0; s < motion.segments; ++s) {
+    const Vector3 pivot = normal3(random, 0.3);
+    const Quaternion mean = so3_exp(normal3(random));
+    for (int i = 0; i < motion.poses; ++i) {
+      const Vector3 turn =
+          motion.one_axis ? Vector3(random.normal(motion.swing), 0, 0) : normal3(random, motion.swing);
+      PivotPose pose{mean * so3_exp(turn), Vector3::Zero(), s, std::nullopt};
+      pose.translation = pivot - pose.rotation * kTip + normal3(random, motion.place_noise);
+      poses.push_back(pose);
+    }
+  }
+  return poses;
+}
+
+double tip_error(const Expected<Estimate<PivotSolution>>& estimate) {
+  EXPECT_TRUE(estimate.has_value()) << estimate.error().message;
+  return estimate ? (estimate->value.tip - kTip).norm() : 1.0;
+}
+
+TEST(Pivot, ExactPosesGiveTheExactTipByEveryMethod) {
+  Random random(1);
+  const auto poses = swing(random, {.segments = 3, .poses = 30});
+  for (auto method : {PivotMethod::algebraic, PivotMethod::robust, PivotMethod::sphere})
+    EXPECT_LT(tip_error(calibrate_pivot(poses, {.method = method})), 1e-13);
+}
+
+TEST(Pivot, AGivenTipLeavesOnlyThePivots) {
+  Random random(2);
+  const auto poses = swing(random, {.segments = 2, .poses = 10, .swing = 0.01});
+  const auto estimate = calibrate_pivot(poses, {.given_tip = kTip});
+  ASSERT_TRUE(estimate.has_value()) << estimate.error().message;
+  const Vector3 pivot = poses[0].rotation * kTip + poses[0].translation;
+  EXPECT_NEAR((estimate->value.segments[0].pivot - pivot).norm(), 0.0, 1e-14);
+  EXPECT_EQ(estimate->covariance.topLeftCorner(3, 3).norm(), 0.0);
+}
+
+// White noise on the marker's place: the normalised squared error is chi-square with 3 degrees of freedom
+// (mean 3, sd 2.4; of 300 runs 3 +- 0.14). The correlation factor only ever enlarges the covariance, by a few
+// per cent here.
+TEST(Pivot, ErrorsAgreeWithTheCovariance) {
+  Random random(3);
+  for (auto method : {PivotMethod::algebraic, PivotMethod::robust, PivotMethod::sphere}) {
+    double sum = 0.0;
+    for (int run = 0; run < 300; ++run) {
+      const auto poses = swing(random, {.segments = 2, .poses = 60, .place_noise = 2e-4});
+      const auto estimate = calibrate_pivot(poses, {.method = method});
+      ASSERT_TRUE(estimate.has_value()) << estimate.error().message;
+      const Vector3 error = estimate->value.tip - kTip;
+      const Matrix3 C = estimate->covariance.topLeftCorner<3, 3>();
+      sum += error.dot(C.ldlt().solve(error));
+    }
+    EXPECT_GT(sum / 300, 2.3) << static_cast<int>(method);
+    EXPECT_LT(sum / 300, 3.5) << static_cast<int>(method);
+  }
+}
+
+TEST(Pivot, CorrelatedErrorsWidenTheCovariance) {
+  Random random(4);
+  auto poses = swing(random, {.poses = 400});
+  Vector3 drift = Vector3::Zero();  // first-order process with correlation length 20 samples
+  for (auto& pose : poses) {
+    drift = 0.95 * drift + normal3(random, 1e-4);
+    pose.translation += drift;
+  }
+  const auto estimate = calibrate_pivot(poses);
+  ASSERT_TRUE(estimate.has_value());
+  EXPECT_GT(estimate->value.correlation, 10.0);  // (1 + 0.95) / (1 - 0.95) = 39 for an endless record
+}
+
+TEST(Pivot, RobustMethodIgnoresOutliersAndNamesThem) {
+  Random random(5);
+  auto poses = swing(random, {.poses = 200, .place_noise = 2e-4});
+  for (std::size_t i = 0; i < poses.size(); i += 10) poses[i].translation += normal3(random, 0.02);
+  const auto robust = calibrate_pivot(poses, {.method = PivotMethod::robust});
+  const auto plain = calibrate_pivot(poses);
+  EXPECT_LT(tip_error(robust), 2e-4);
+  EXPECT_GT(tip_error(plain), 3.0 * tip_error(robust));
+  EXPECT_FALSE(robust->inlier[0]);
+  EXPECT_GE(std::count(robust->inlier.begin(), robust->inlier.end(), true), 178);
+}
+
+// The tip is dragged by 1-2 mm in a direction that turns with the marker: the biased tip of a soft fixation.
+TEST(Pivot, TheArmsReadingsRemoveTheTipsOwnMotion) {
+  Random random(6);
+  auto poses = swing(random, {.poses = 300, .place_noise = 2e-4});
+  const Quaternion R_world_arm = so3_exp(Vector3(0.3, -1.2, 0.5));
+  for (auto& pose : poses) {
+    const Vector3 dragged = pose.rotation * Vector3(0, 0, 0.0015) + normal3(random, 3e-4);
+    pose.translation += dragged;
+    pose.motion = Vector3(0.1, 0.2, 0.3) + R_world_arm.conjugate() * dragged;
+  }
+  const auto with = calibrate_pivot(poses, {.with_motion = true});
+  EXPECT_GT(tip_error(calibrate_pivot(poses)), 1e-3);
+  EXPECT_LT(tip_error(with), 2e-4);
+  EXPECT_LT(angle_between(with->value.R_world_arm, R_world_arm), 0.1);
+}
+
+TEST(Pivot, TooLittleMotionIsRefusedWithFigures) {
+  Random random(7);
+  const auto refusal = [](const std::vector<PivotPose>& poses) {
+    const auto estimate = calibrate_pivot(poses);
+    return estimate ? std::string("none") : estimate.error().message;
+  };
+  EXPECT_NE(refusal(swing(random, {.poses = 3})).find("3 poses; at least 4"), std::string::npos);
+  EXPECT_NE(refusal(swing(random, {.swing = 0.01})).find("at least 10 deg are needed"), std::string::npos);
+  EXPECT_NE(refusal(swing(random, {.place_noise = 2e-4, .one_axis = true})).find("about one axis only"),
+            std::string::npos);
+  auto broken = swing(random, {});
+  broken[5].translation.x() = std::nan("");
+  EXPECT_NE(refusal(broken).find("pose 6 is not finite"), std::string::npos);
+  EXPECT_FALSE(
+      calibrate_pivot(swing(random, {.place_noise = 2e-4, .one_axis = true}), {.method = PivotMethod::sphere})
+          .has_value());
+}
+
+// A real recording; reference figures from numpy (data/plus_eight_landmark_pivots/ORIGIN.md).
+class RealPivots : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto file = read_poses(folder / "stylus_to_reference.csv", {.segment_column = "landmark"});
+    ASSERT_TRUE(file.has_value()) << file.error().message;
+    for (const auto& pose : file->poses)
+      poses.push_back({pose.rotation, pose.translation, pose.segment, std::nullopt});
+  }
+  const std::filesystem::path folder = std::filesystem::path(PALPATE_DATA_DIR) / "plus_eight_landmark_pivots";
+  std::vector<PivotPose> poses;
+};
+
+TEST_F(RealPivots, EightSegmentsGiveOneTip) {
+  const auto estimate = calibrate_pivot(poses);
+  ASSERT_TRUE(estimate.has_value()) << estimate.error().message;
+  // the recording's matrices are rotations to 1e-5 only; the reference used them as they are
+  EXPECT_LT((1e3 * estimate->value.tip - Vector3(109.6255, 6.6077, 2.7924)).norm(), 0.05);
+  ASSERT_EQ(estimate->value.segments.size(), 8u);
+  EXPECT_NEAR(1e3 * rms_per_component(estimate->residuals), 0.2922, 0.003);
+  EXPECT_NEAR(1e3 * estimate->value.segments[4].own_tip.value().x(), 109.6776, 0.05);
+  // formal errors alone would say 0.03 mm; the segments scatter by ten times as much
+  EXPECT_GT(1e3 * estimate->standard_deviation(0), 0.08);
+}
+
+TEST_F(RealPivots, LandmarksGiveThePhantomsPose) {
+  const auto estimate = calibrate_pivot(poses, {.given_tip = Vector3(0.108565, 0.00777385, 0.0025389)});
+  ASSERT_TRUE(estimate.has_value()) << estimate.error().message;
+  const auto landmarks = read_points(folder / "landmarks_phantom.csv");
+  ASSERT_TRUE(landmarks.has_value()) << landmarks.error().message;
+  std::vector<Vector3> pivots;
+  for (const auto& segment : estimate->value.segments) pivots.push_back(segment.pivot);
+  const auto fit = absolute_orientation(landmarks->points, pivots);
+  ASSERT_TRUE(fit.has_value()) << fit.error().message;
+  Matrix3 peer;
+  peer << -0.00479115, 0.00329566, -0.999983, -0.0127965, 0.999912, 0.00335674, 0.999907, 0.0128124,
+      -0.00474856;
+  EXPECT_LT((1e3 * fit->value.translation - Vector3(22.7064, -39.7536, 25.6504)).norm(), 0.35);
+  EXPECT_LT(angle_between(Quaternion(fit->value.rotation), Quaternion(peer)), 0.0035);  // 0.2 deg
+  EXPECT_NEAR(1e3 * mean_norm(fit->residuals), 0.262, 0.005);
+}
+
+}  // namespace
+}  // namespace palpate

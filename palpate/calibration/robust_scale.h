@@ -1,0 +1,42 @@
+// Robust statistics of vector residuals: scale from the median, weights of Huber (1964) and Tukey (1974).
+//
+// The residuals are 3-vectors with independent, equal, normal components: their length then follows a chi
+// distribution with 3 degrees of freedom, whose median is 1.5382.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace palpate {
+
+inline constexpr double kMedianOfChi3 = 1.5382;
+// Lengths in units of the scale: 2.8 is exceeded by 5 % of good residuals, 5 by one in 65000.
+inline constexpr double kHuberKnee = 2.8;
+inline constexpr double kTukeyEnd = 5.0;
+// Below this the data are exact and only rounding is left.
+inline constexpr double kLeastScale = 1e-12;  // m
+
+// Standard deviation per component, `parameters` of them having been fitted.
+inline double robust_scale(const std::vector<Eigen::Vector3d>& residuals, double parameters) {
+  if (residuals.empty()) return kLeastScale;
+  std::vector<double> lengths;
+  lengths.reserve(residuals.size());
+  for (const auto& r : residuals) lengths.push_back(r.norm());
+  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::nth_element(lengths.begin(), middle, lengths.end());
+  const double n = 3.0 * static_cast<double>(residuals.size());
+  return std::max(kLeastScale, *middle / kMedianOfChi3 * std::sqrt(n / std::max(1.0, n - parameters)));
+}
+
+inline double huber_weight(double length, double scale) {
+  return length <= kHuberKnee * scale ? 1.0 : kHuberKnee * scale / length;
+}
+
+inline double tukey_weight(double length, double scale) {
+  const double u = length / (kTukeyEnd * scale);
+  return u >= 1.0 ? 0.0 : (1.0 - u * u) * (1.0 - u * u);
+}
+
+}  // namespace palpate

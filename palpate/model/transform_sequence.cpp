@@ -1,0 +1,161 @@
+#include "palpate/model/transform_sequence.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <deque>
+#include <map>
+#include <set>
+
+namespace palpate {
+namespace {
+
+struct Frame {
+  double time_s = 0.0;
+  int line = 0;
+  std::map<std::string, std::array<double, 16>, std::less<>> matrices;  // by name, without "Transform"
+  std::set<std::string, std::less<>> invalid;
+};
+
+struct Edge {  // maps `from` coordinates to `to` coordinates
+  std::string from, to;
+};
+
+// "StylusToTracker" -> Stylus, Tracker. The first "To" inside, followed by a capital, separates.
+std::optional<Edge> split_name(std::string_view name) {
+  for (std::size_t at = name.find("To", 1); at != std::string_view::npos; at = name.find("To", at + 1))
+    if (at + 2 < name.size() && name[at + 2] >= 'A' && name[at + 2] <= 'Z')
+      return Edge{std::string(name.substr(0, at)), std::string(name.substr(at + 2))};
+  return std::nullopt;
+}
+
+struct Step {
+  std::string name;
+  bool inverted;
+};
+
+// Shortest chain of the file's transforms, forwards or inverted, breadth first.
+std::optional<std::vector<Step>> find_chain(const std::set<std::string>& names, const Edge& wanted) {
+  std::map<std::string, std::vector<Step>> reached{{wanted.from, {}}};
+  std::deque<std::string> open{wanted.from};
+  while (!open.empty()) {
+    const std::string at = open.front();
+    open.pop_front();
+    if (at == wanted.to) return reached[at];
+    for (const auto& name : names) {
+      const auto edge = split_name(name);
+      if (!edge) continue;
+      for (const bool inverted : {false, true}) {
+        const auto& from = inverted ? edge->to : edge->from;
+        const auto& to = inverted ? edge->from : edge->to;
+        if (from != at || reached.contains(to)) continue;
+        auto steps = reached[at];
+        steps.push_back({name, inverted});
+        reached[to] = std::move(steps);
+        open.push_back(to);
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+bool read_numbers(std::string_view text, std::array<double, 16>& m) {
+  std::size_t count = 0;
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  while (at != end) {
+    if (*at == ' ' || *at == '\t' || *at == '\r') {
+      ++at;
+      continue;
+    }
+    double value = 0.0;
+    const auto [next, code] = std::from_chars(at, end, value);
+    if (code != std::errc() || !std::isfinite(value) || count == 16) return false;
+    m[count++] = value;
+    at = next;
+  }
+  return count == 16;
+}
+
+}  // namespace
+
+bool is_transform_sequence(std::string_view content) {
+  return content.substr(0, 10) == "ObjectType" &&
+         content.substr(0, 2000).find("NDims") != std::string_view::npos;
+}
+
+Expected<std::vector<StampedPose>> parse_transform_sequence(std::string_view content,
+                                                            const std::string& source,
+                                                            const std::string& transform) {
+  std::map<int, Frame> frames;
+  std::set<std::string> names;
+  int line_number = 0;
+  while (!content.empty()) {
+    const auto end = content.find('\n');
+    const auto line = content.substr(0, end);
+    content.remove_prefix(end == std::string_view::npos ? content.size() : end + 1);
+    ++line_number;
+    if (line.substr(0, 15) == "ElementDataFile") break;  // pixels follow
+    const std::string_view start = "Seq_Frame";
+    if (line.substr(0, start.size()) != start) continue;
+    const auto equals = line.find(" = ");
+    int number = 0;
+    const auto [rest, code] = std::from_chars(line.data() + start.size(), line.data() + line.size(), number);
+    if (code != std::errc() || equals == std::string_view::npos || *rest != '_') continue;
+    const std::string_view key(rest + 1, static_cast<std::size_t>(line.data() + equals - rest - 1));
+    auto value = line.substr(equals + 3);
+    while (!value.empty() && (value.back() == ' ' || value.back() == '\r')) value.remove_suffix(1);
+    Frame& frame = frames[number];
+    if (frame.line == 0) frame.line = line_number;
+    if (key == "Timestamp") {
+      std::from_chars(value.data(), value.data() + value.size(), frame.time_s);
+    } else if (key.ends_with("TransformStatus")) {
+      if (value != "OK") frame.invalid.emplace(key.substr(0, key.size() - 15));
+    } else if (key.ends_with("Transform")) {
+      const auto name = std::string(key.substr(0, key.size() - 9));
+      if (!read_numbers(value, frame.matrices[name]))
+        return wrong_use("{}:{}: {} is not a matrix of 16 finite numbers", source, line_number, key);
+      names.insert(name);
+    }
+  }
+  std::string list;
+  for (const auto& name : names) list += (list.empty() ? "" : ", ") + name;
+  if (names.empty()) return wrong_use("{}: holds no transforms (Seq_Frame..._...Transform)", source);
+  if (transform.empty() && names.size() > 1)
+    return wrong_use("{}: holds several transforms ({}); say which with --transform AToB", source, list);
+  const auto wanted = split_name(transform.empty() ? *names.begin() : transform);
+  if (!wanted) return wrong_use("--transform {}: a name of the form AToB is expected", transform);
+  const auto chain = find_chain(names, *wanted);
+  if (!chain || chain->empty())
+    return wrong_use("{}: {} cannot be composed from the transforms there are ({})", source, transform, list);
+
+  std::vector<StampedPose> poses;
+  for (const auto& [number, frame] : frames) {
+    StampedPose pose;
+    bool usable = true;
+    for (const auto& [name, inverted] : *chain) {
+      const auto matrix = frame.matrices.find(name);
+      if (matrix == frame.matrices.end() || frame.invalid.contains(name)) {
+        usable = false;
+        break;
+      }
+      auto step = pose_from_matrix(matrix->second.data(), 1e-3,
+                                   fmt::format("{}:{}: frame {}, {}", source, frame.line, number, name));
+      if (!step) return tl::unexpected(step.error());
+      if (inverted) {
+        step->rotation = step->rotation.conjugate();
+        step->translation = -(step->rotation * step->translation);
+      }
+      pose.translation = step->rotation * pose.translation + step->translation;
+      pose.rotation = (step->rotation * pose.rotation).normalized();
+    }
+    if (!usable) continue;
+    pose.time_s = frame.time_s;
+    poses.push_back(pose);
+  }
+  if (poses.empty())
+    return refused("{}: no frame has all transforms of {} with status OK", source, transform);
+  return poses;
+}
+
+}  // namespace palpate
