@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   calibrate->require_subcommand(1);
   app::add_calibrate_pivot(*calibrate);
   app::add_calibrate_points(*calibrate);
+  app::add_world(program);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -1,0 +1,77 @@
+// palpate world: makes, shows and samples simulated laboratories.
+#include "apps/palpate/command.h"
+#include "palpate/core/file.h"
+#include "palpate/system/world_sample.h"
+
+namespace palpate::app {
+namespace {
+
+struct WorldOptions {
+  std::string file, kind, out;
+  std::uint64_t seed = 1;
+  int points = 0;
+  bool continuous = false;
+};
+
+Expected<sim::WorldFile> world_from(const std::string& file) {
+  return file.empty() ? Expected<sim::WorldFile>(sim::reference_world()) : sim::read_world(file);
+}
+
+}  // namespace
+
+void add_world(CLI::App& program) {
+  auto options = std::make_shared<WorldOptions>();
+  auto* world = program.add_subcommand("world", "The simulated laboratory: make, show, sample");
+  world->require_subcommand(1);
+
+  auto* make = world->add_subcommand("new", "Write the reference world to a file to be changed");
+  make->add_option("file", options->file, "File to write; must not exist (- is standard output)")->required();
+  on(make, [options]() -> Expected<void> {
+    if (options->file != "-" && std::filesystem::exists(options->file))
+      return wrong_use("{}: exists already; name a new file, or remove it first", options->file);
+    return write_file(options->file, sim::reference_world_text());
+  });
+
+  auto* show =
+      world->add_subcommand("show", "Check a world file and print all its values, defaults filled in");
+  show->add_option("file", options->file, "World file; the reference world where none is named");
+  on(show, [options]() -> Expected<void> {
+    const auto file = world_from(options->file);
+    if (!file) return tl::unexpected(file.error());
+    return write_file("-", sim::world_text(*file));
+  });
+
+  auto* sample =
+      world->add_subcommand("sample", "Write what the devices would have recorded, and the truth beside it");
+  sample->add_option("kind", options->kind, "pivot, arm, hand-eye, camera or surface")
+      ->required()
+      ->check(CLI::IsMember({"pivot", "arm", "hand-eye", "camera", "surface"}));
+  sample->add_option("--world", options->file, "World file; the reference world where none is named");
+  sample->add_option("--seed", options->seed, "Draws everything called sd, and all noise")
+      ->capture_default_str();
+  sample
+      ->add_option(
+          "--points", options->points,
+          "Poses, images or touches (default: pivot 400, arm 140, hand-eye 600, camera 15, surface 4)")
+      ->check(CLI::Range(1, 100000));
+  sample->add_flag("--continuous", options->continuous, "arm: record while the stylus moves freely");
+  sample->add_option("--out", options->out, "Folder for the files")->required();
+  on(sample, [options]() -> Expected<void> {
+    const auto file = world_from(options->file);
+    if (!file) return tl::unexpected(file.error());
+    SampleRequest request;
+    request.seed = options->seed;
+    request.points = options->points;
+    request.continuous = options->continuous;
+    request.kind = options->kind == "pivot"      ? SampleKind::pivot
+                   : options->kind == "arm"      ? SampleKind::arm
+                   : options->kind == "hand-eye" ? SampleKind::hand_eye
+                   : options->kind == "camera"   ? SampleKind::camera
+                                                 : SampleKind::surface;
+    if (request.continuous && request.kind != SampleKind::arm)
+      return wrong_use("--continuous: goes with arm, not with {}", options->kind);
+    return sample_world(*file, request, options->out);
+  });
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,64 @@
+// The recording procedures: what to ask the person, what to do with the arm meanwhile, and what to keep.
+//
+// They return samples, not calibrations, and know nothing of what is true. Frames: markers in World (=
+// tracker). SI. Errors: refused, where the devices did not show what a calibration needs (with the likely
+// reason and remedy).
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "palpate/acquisition/fixation.h"
+#include "palpate/acquisition/recorder.h"
+
+namespace palpate {
+
+struct PivotOptions {
+  int poses = 400;        // kept, spread evenly over the swing
+  double seconds = 20.0;  // of swinging; more where the poses need it
+  FixationSettings fixation;
+  std::function<void()> holding;  // called when the arm has begun to hold the tip
+};
+// The stylus is swung about its tip, which the arm holds.
+Expected<std::vector<TrackedPose>> record_pivot(Laboratory lab, const PivotOptions& options);
+
+// The pointer is swung about its tip, which stands in a divot. No arm readings.
+Expected<std::vector<TrackedPose>> record_pointer_pivot(Laboratory lab, int poses, double seconds_long);
+
+// The stylus held still in `points` poses over the reach; one tracker frame each.
+Expected<std::vector<TrackedPose>> record_arm(Laboratory lab, int points);
+
+// The stylus moved freely: arm and tracker streams, for the delay between them and for continuous
+// calibration.
+struct MovingRecord {
+  std::vector<ArmReading> arm;      // 1 kHz
+  std::vector<TrackedPose> marker;  // tracker rate, with readings interpolated at the uncorrected host time
+};
+Expected<MovingRecord> record_moving(Laboratory lab, double seconds_long);
+
+// Mean encoder readings with the arm at rest: what a later start is compared with.
+Expected<Vector3> record_rest(Laboratory lab);
+
+struct HandEyeRecord {
+  std::vector<StampedPose<World, CameraMarker>> hand;  // by the tracker, host time
+  std::vector<StampedPose<Board, CameraOptical>> eye;  // by the board, host time
+};
+// The head moves around the board. `see` finds the camera's pose from one image, or none.
+using SeeBoard = std::function<std::optional<Pose<Board, CameraOptical>>(const CameraImage&)>;
+Expected<HandEyeRecord> record_hand_eye(Laboratory lab, double seconds_long, const SeeBoard& see);
+
+struct Touch {
+  std::string what;
+  int index = 0;
+  Vector3 place = Vector3::Zero();  // World, mean over the frames of the touch
+  Matrix3 covariance =
+      Matrix3::Zero();  // as the tracker believes, m^2; what the person missed by is not in it
+};
+// The pointer's tip (calibrated: `tip` in Pointer) held on each place in turn.
+Expected<std::vector<Touch>> record_touches(Laboratory lab, const std::vector<Request>& places,
+                                            const Vector3& tip);
+
+// Requests for the four corners of a surface.
+std::vector<Request> corner_requests(const std::string& surface);
+
+}  // namespace palpate

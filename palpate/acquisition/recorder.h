@@ -1,0 +1,71 @@
+// Keeps what the devices report while a procedure runs, and brings it into the host's time afterwards.
+//
+// tick() is one millisecond: wait, read the arm, poll the tracker, feed the clock estimators. Stamps become
+// host time by the clock models at the end of the recording; the smallest latency of each device stays in
+// them (see ClockEstimator) and is calibrated as a delay elsewhere. One thread.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "palpate/acquisition/laboratory.h"
+#include "palpate/time/clock_model.h"
+
+namespace palpate {
+
+// A marker's pose with the arm's readings at the same host time.
+struct TrackedPose {
+  double time_s = 0.0;  // host time
+  TrackerSample marker;
+  Vector3 joints = Vector3::Zero(), gimbal = Vector3::Zero();  // rad, uncorrected
+};
+
+struct ArmReading {
+  double time_s = 0.0;  // host time
+  Vector3 joints = Vector3::Zero(), gimbal = Vector3::Zero();
+};
+
+template <typename A, typename B>
+struct StampedPose {
+  double time_s = 0.0;
+  Pose<A, B> pose;
+};
+
+class Recorder {
+ public:
+  explicit Recorder(Laboratory laboratory) : lab_(laboratory) {}
+
+  // What to do with each arm reading within the tick (hold the tip); none by default.
+  void set_control(std::function<void(const ArmSample&)> control) { control_ = std::move(control); }
+
+  void tick();
+  void run(double seconds_long);
+  // Ticks until the person is ready; false after `patience` seconds.
+  bool run_until_ready(double patience);
+  // Forgets the samples, keeps the clocks.
+  void clear();
+
+  double now_s() const { return lab_.clock.now().seconds(); }
+  double host_time(Instant<TrackerClock> stamp) const { return tracker_clock_.model().to(stamp).seconds(); }
+  const ArmSample& newest_arm() const { return arm_.back(); }
+  const std::vector<TrackerSample>& tracker_samples() const { return tracked_; }
+
+  // Seen poses of a marker, oldest first, with arm readings interpolated at their host time; poses outside
+  // the recorded arm readings are left out.
+  std::vector<TrackedPose> poses(MarkerId marker) const;
+  std::vector<ArmReading> arm_readings() const;
+  int missed(MarkerId marker) const;  // frames in which it was not seen
+
+ private:
+  Laboratory lab_;
+  std::function<void(const ArmSample&)> control_;
+  std::optional<Instant<PhysicsClock>> next_;
+  long ticks_ = 0;
+  std::vector<ArmSample> arm_;
+  std::vector<TrackerSample> tracked_;
+  ClockEstimator<ArmClock, PhysicsClock> arm_clock_;
+  ClockEstimator<TrackerClock, PhysicsClock> tracker_clock_;
+};
+
+}  // namespace palpate

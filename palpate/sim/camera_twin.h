@@ -1,0 +1,58 @@
+// The simulated head camera: when it takes pictures, and when they arrive. Drawing them is another's work.
+//
+// The picture of a frame is that of its mid-exposure, stamped in the camera's clock; it arrives `latency`
+// later. A dropped frame leaves a gap in the frame count. The picture is drawn only when somebody takes it.
+// With a rolling shutter each band of rows has its own moment; the stamp is the middle of the picture. One
+// thread.
+#pragma once
+
+#include <deque>
+#include <functional>
+
+#include "palpate/core/random.h"
+#include "palpate/devices/devices.h"
+#include "palpate/sim/true_view.h"
+#include "palpate/sim/world_file.h"
+
+namespace palpate::sim {
+
+// Fills width * height * 3 bytes, row 0 on top.
+using RenderView = std::function<void(const TrueView&, std::vector<std::uint8_t>&)>;
+
+class CameraTwin {
+ public:
+  CameraTwin(const WorldFile& world, std::uint64_t seed);
+
+  static constexpr int kRollingBands = 8;
+  int bands() const { return rolling_ ? kRollingBands : 1; }
+  // Moment of a band's middle, relative to mid-exposure.
+  Duration band_offset(int band) const;
+
+  // Mid-exposure of the next frame, true time.
+  Instant<TrueTime> next_mid_exposure() const { return next_; }
+  // The next frame is exposed now: `views` holds one view per band. Drawn when taken.
+  void expose(Instant<CameraClock> stamp, std::vector<TrueView> views);
+  // Lets a frame pass without a view (nobody draws).
+  void skip() { expose({}, {}); }
+
+  // The newest image arrived by `now`, drawn by `render`; older ones are forgotten.
+  std::optional<CameraImage> take(Instant<TrueTime> now, const RenderView& render);
+
+ private:
+  struct Pending {
+    Instant<TrueTime> arrival;
+    Instant<CameraClock> stamp;
+    std::uint64_t frame = 0;
+    std::vector<TrueView> views;
+  };
+  double interval_s_ = 0.0;
+  Duration latency_{0};
+  double drop_ = 0.0, readout_s_ = 0.0;
+  bool rolling_ = false;
+  std::uint64_t frame_ = 0;
+  Instant<TrueTime> first_, next_;
+  std::deque<Pending> pending_;
+  Random drops_;
+};
+
+}  // namespace palpate::sim

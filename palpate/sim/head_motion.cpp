@@ -1,0 +1,81 @@
+#include "palpate/sim/head_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "palpate/core/units.h"
+
+namespace palpate::sim {
+namespace {
+
+constexpr double kNeck = 0.12;  // m from the eye back to the axis about which the head turns
+
+double wave(double hz, double t, double phase = 0.0) {
+  return std::sin(2.0 * std::numbers::pi * hz * t + phase);
+}
+
+}  // namespace
+
+Pose<World, CameraOptical> looking(const Vector3& eye, const Vector3& target) {
+  const Vector3 z = (target - eye).normalized();
+  Vector3 x = z.cross(Vector3::UnitY());
+  if (x.norm() < 1e-6) x = Vector3::UnitX();  // straight up or down
+  x.normalize();
+  Matrix3 R;
+  R << x, z.cross(x), z;
+  return {Quaternion(R), eye};
+}
+
+HeadMotion::HeadMotion(const WorldFile& world, const Vector3& board)
+    : eye_(world.head.eye),
+      look_at_(world.head.look_at),
+      board_(board),
+      turn_(world.head.turn_peak / (2.0 * std::numbers::pi * world.head.turn_hz)),
+      turn_hz_(world.head.turn_hz),
+      shake_(world.head.shake),
+      shake_hz_(world.head.shake_hz) {}
+
+void HeadMotion::change(bool around, double t) {
+  if (around == around_) return;
+  share_at_change_ = share_around(t);
+  around_ = around;
+  changed_ = t;
+}
+
+double HeadMotion::share_around(double t) const {
+  const double s = std::clamp((t - changed_) / kChange, 0.0, 1.0);
+  const double smooth = s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
+  return share_at_change_ + ((around_ ? 1.0 : 0.0) - share_at_change_) * smooth;
+}
+
+Pose<World, CameraOptical> HeadMotion::in_use(double t) const {
+  const auto straight = looking(eye_, look_at_);
+  const Vector3 ahead = straight.rotation * Vector3::UnitZ();
+  const Quaternion turn(Eigen::AngleAxisd(turn_ * wave(turn_hz_, t), Vector3::UnitY()));
+  const Quaternion shake =
+      so3_exp({shake_ * wave(shake_hz_, t), 0.5 * shake_ * wave(0.83 * shake_hz_, t, 1.0),
+               0.5 * shake_ * wave(0.71 * shake_hz_, t, 2.0)});
+  const Vector3 neck = eye_ - kNeck * ahead;
+  return {(turn * straight.rotation * shake).normalized(), neck + kNeck * (turn * ahead)};
+}
+
+Pose<World, CameraOptical> HeadMotion::around_board(double t) const {
+  const Vector3 outward = (eye_ - board_).normalized();
+  const double side = 0.45 * wave(0.23, t), rise = 0.30 * wave(0.31, t, 0.7);
+  const Quaternion orbit = Quaternion(Eigen::AngleAxisd(side, Vector3::UnitY())) *
+                           Quaternion(Eigen::AngleAxisd(rise, Vector3::UnitX()));
+  const double distance = 0.55 + 0.08 * wave(0.19, t, 1.3);
+  const auto at_board = looking(board_ + distance * (orbit * outward), board_);
+  const Vector3 turn(0.09 * wave(0.41, t, 0.4), 0.12 * wave(0.37, t, 2.1), 0.55 * wave(0.29, t, 1.1));
+  return {(at_board.rotation * so3_exp(turn)).normalized(), at_board.translation};
+}
+
+Pose<World, CameraOptical> HeadMotion::at(double t) const {
+  const double share = share_around(t);
+  if (share <= 0.0) return in_use(t);
+  if (share >= 1.0) return around_board(t);
+  return interpolate(in_use(t), around_board(t), share);
+}
+
+}  // namespace palpate::sim

@@ -1,0 +1,78 @@
+// The simulated person: hand, pointer and head, acting on what a procedure asks for.
+//
+// Moves only through the hand's spring, never the truth directly; knows the laboratory as somebody standing
+// in it does. World frame, SI, true time. Its chance has purposes of its own. One thread.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "palpate/core/random.h"
+#include "palpate/devices/person.h"
+#include "palpate/sim/arm_twin.h"
+#include "palpate/sim/head_motion.h"
+
+namespace palpate::sim {
+
+class SimPerson : public Person {
+ public:
+  SimPerson(const WorldFile& world, const Truth& truth, std::uint64_t seed, ArmTwin& arm, HandTwin& hand);
+
+  Expected<void> ask(const Request& request) override;
+  bool ready() override;
+
+  // A player leads the stylus: gestures end.
+  void play(const HandTarget& target, double t);
+
+  // Called about once a millisecond, before the arm steps.
+  void update(double t);
+
+  const HeadMotion& head() const { return head_; }
+  std::optional<Pose<World, Pointer>> pointer(double t) const;  // none: put down
+  bool board_in_place() const { return gesture_ == Gesture::look_around_board; }
+  bool playing() const { return playing_; }
+  Gesture gesture() const { return gesture_; }
+
+ private:
+  struct JointPath {  // straight in joint angles, smooth in time
+    Vector3 from = Vector3::Zero(), to = Vector3::Zero();
+    double start = 0.0, duration = 1.0;
+  };
+  void follow_path(const JointPath& path, double t, const Quaternion& orientation);
+  void lead(const Vector3& tip, const Vector3& velocity, const Quaternion& orientation);
+  Vector3 hand_joints() const;
+  Vector3 random_joints();
+  Quaternion facing(const Vector3& normal, const Vector3& place) const;
+  Quaternion random_marker_orientation(const Vector3& place);
+  // A wide swing about the direction to the tracker: tilt up to `cone`, roll up to `roll`, rad.
+  Quaternion swung(const Quaternion& neutral, const Vector3& place, double t, double cone, double roll) const;
+  Expected<void> begin_touch(const Request& request);
+  Vector3 wander_joints(double t) const;
+
+  const WorldFile& world_;
+  const Truth& truth_;
+  ArmTwin& arm_;
+  HandTwin& hand_;
+  HeadMotion head_;
+  Vector3 tracker_;  // middle of its cameras
+  Pose<ArmBase, World> X_base_world_;
+  Random poses_, touches_, phases_;
+
+  Gesture gesture_ = Gesture::rest;
+  double now_ = 0.0, began_ = -1e9;
+  bool playing_ = false;
+  HandTarget played_;
+  double played_at_ = 0.0;
+
+  JointPath path_;
+  Quaternion held_orientation_ = Quaternion::Identity(), neutral_ = Quaternion::Identity();
+  std::array<double, 6> phase_{};
+
+  struct PointerPlace {
+    Vector3 tip = Vector3::Zero();
+    Quaternion rotation = Quaternion::Identity();
+  };
+  std::optional<PointerPlace> pointer_from_, pointer_to_;
+};
+
+}  // namespace palpate::sim

@@ -1,0 +1,214 @@
+#include "palpate/sim/sim_world.h"
+
+#include <deque>
+
+#include "palpate/sim/arm_twin.h"
+#include "palpate/sim/sim_person.h"
+#include "palpate/sim/tracker_twin.h"
+
+namespace palpate::sim {
+
+struct SimWorld::Parts : ArmDevice, TrackerDevice, HandDevice, Clock<PhysicsClock> {
+  Parts(WorldFile world, std::uint64_t seed_number)
+      : file(std::move(world)),
+        seed(seed_number),
+        truth(draw_truth(file, seed)),
+        arm_twin(file, truth),
+        hand_twin({file.hand.mass, file.hand.damping, file.hand.stiffness, file.player.max_hand_acceleration,
+                   file.arm.max_speed},
+                  arm_twin.state().tip, arm_twin.state().orientation),
+        person(file, truth, seed, arm_twin, hand_twin),
+        tracker_twin(file, seed),
+        camera_twin(file, seed),
+        arm_clock(file.clocks.arm),
+        tracker_clock(file.clocks.tracker),
+        camera_clock(file.clocks.camera),
+        graphics_clock(file.clocks.graphics_host),
+        step_s(1.0 / file.rate_hz),
+        person_interval(std::max(1, static_cast<int>(file.rate_hz / 1000.0 + 0.5))),
+        before(arm_twin.state()) {}
+
+  Instant<TrueTime> step_time(std::int64_t n) const {
+    return Instant<TrueTime>::from_seconds(static_cast<double>(n) * step_s);
+  }
+  Instant<TrueTime> next_tracker_frame() const {
+    return Instant<TrueTime>::from_seconds(static_cast<double>(tracker_frames + 1) / file.tracker.rate_hz);
+  }
+
+  // Arm state at t between the last two steps.
+  ArmTwin::State arm_state(Instant<TrueTime> t) const {
+    const auto& after = arm_twin.state();
+    const double s = 1.0 - to_seconds(step_time(steps) - t) / step_s;
+    if (s >= 1.0) return after;
+    ArmTwin::State state;
+    state.tip = before.tip + s * (after.tip - before.tip);
+    state.velocity = before.velocity + s * (after.velocity - before.velocity);
+    state.orientation = before.orientation.slerp(s, after.orientation);
+    state.spin = before.spin + s * (after.spin - before.spin);
+    return state;
+  }
+
+  TrueState state_at(Instant<TrueTime> t) const {
+    const auto arm = arm_state(t);
+    TrueState state;
+    state.X_world_tip = {arm.orientation, arm.tip};
+    state.tip_velocity = arm.velocity;
+    state.X_world_tip_marker = state.X_world_tip * truth.X_tip_marker;
+    state.X_world_camera = person.head().at(t.seconds());
+    state.X_world_camera_marker = state.X_world_camera * truth.X_marker_camera.inverse();
+    state.X_world_pointer = person.pointer(t.seconds());
+    state.theta = arm_twin.theta_of(arm);
+    state.gimbal = arm_twin.gimbal_of(arm, state.theta);
+    state.motor_force = arm_twin.motor_force();
+    return state;
+  }
+
+  TrueView view_at(Instant<TrueTime> t) const {
+    const auto state = state_at(t);
+    TrueView view;
+    view.lens = truth.lens;
+    view.X_world_camera = state.X_world_camera;
+    view.table = truth.table;
+    view.wall = truth.wall;
+    view.dots = truth.landmarks;
+    view.X_world_base = truth.X_world_base;
+    view.lengths = truth.lengths;
+    view.theta = state.theta;
+    view.gimbal = state.gimbal;
+    view.X_tip_marker = truth.X_tip_marker;
+    view.marker_leds = file.tip_marker.leds;
+    if (person.board_in_place()) view.board = truth.X_world_board;
+    view.noise_sd = file.camera.noise_sd;
+    view.noise_seed = Random(seed + static_cast<std::uint64_t>(t.ns()), "camera/noise").bits();
+    return view;
+  }
+
+  void track(Instant<TrueTime> t) {
+    const auto state = state_at(t);
+    const auto stamp = tracker_clock.at(t);
+    const auto arrival = t + seconds(file.tracker.latency_s);
+    const auto add = [&](MarkerId id, const std::vector<Vector3>& leds, const Vector3& normal,
+                         const auto& pose) {
+      tracked.push_back(
+          {arrival, tracker_twin.measure(stamp, {id, &leds, normal, pose.rotation, pose.translation})});
+    };
+    add(MarkerId::tip_marker, file.tip_marker.leds, tip_marker_normal(), state.X_world_tip_marker);
+    add(MarkerId::camera_marker, file.camera_marker.leds, camera_marker_normal(),
+        state.X_world_camera_marker);
+    if (state.X_world_pointer)
+      add(MarkerId::pointer, file.pointer.leds, pointer_normal(), *state.X_world_pointer);
+    ++tracker_frames;
+    // Nobody takes samples that are half a minute old.
+    while (tracked.size() > 8192) tracked.pop_front();
+  }
+
+  void expose_due(Instant<TrueTime> until) {
+    while (true) {
+      const auto band = static_cast<int>(views.size());
+      const auto t = camera_twin.next_mid_exposure() + camera_twin.band_offset(band);
+      if (t > until) return;
+      views.push_back(view_at(t));
+      if (band + 1 < camera_twin.bands()) continue;
+      camera_twin.expose(camera_clock.at(camera_twin.next_mid_exposure()), std::move(views));
+      views.clear();
+    }
+  }
+
+  void advance(Instant<TrueTime> t) {
+    while (step_time(steps) < t) {
+      if (steps % person_interval == 0) person.update(step_time(steps).seconds());
+      before = arm_twin.state();
+      arm_twin.step(step_s, hand_twin);
+      ++steps;
+      const auto reached = step_time(steps);
+      while (next_tracker_frame() <= reached) track(next_tracker_frame());
+      expose_due(reached);
+    }
+    if (t > time) time = t;
+  }
+
+  // --- devices ---
+  ArmSample read() override {
+    const auto state = arm_state(time);
+    const Vector3 theta = arm_twin.theta_of(state);
+    return {arm_clock.at(time), arm_twin.joint_readings(theta),
+            arm_twin.gimbal_readings(arm_twin.gimbal_of(state, theta))};
+  }
+  void command(const Vector3& force) override { arm_twin.command(force); }
+  std::vector<TrackerSample> poll() override {
+    std::vector<TrackerSample> arrived;
+    while (!tracked.empty() && tracked.front().arrival <= time) {
+      arrived.push_back(tracked.front().sample);
+      tracked.pop_front();
+    }
+    return arrived;
+  }
+  void move_to(const HandTarget& target) override { person.play(target, time.seconds()); }
+  Instant<PhysicsClock> now() const override { return physics_time(time); }
+  void sleep_until(Instant<PhysicsClock> t) override { advance(true_time(t)); }
+
+  struct Camera : CameraDevice {
+    explicit Camera(Parts& owner) : parts(owner) {}
+    std::optional<CameraImage> poll() override { return parts.camera_twin.take(parts.time, parts.render); }
+    Parts& parts;
+  };
+
+  struct Tracked {
+    Instant<TrueTime> arrival;
+    TrackerSample sample;
+  };
+
+  WorldFile file;
+  std::uint64_t seed;
+  Truth truth;
+  ArmTwin arm_twin;
+  HandTwin hand_twin;
+  SimPerson person;
+  TrackerTwin tracker_twin;
+  CameraTwin camera_twin;
+  DeviceClock<ArmClock> arm_clock;
+  DeviceClock<TrackerClock> tracker_clock;
+  DeviceClock<CameraClock> camera_clock;
+  DeviceClock<GraphicsClock> graphics_clock;
+  Camera camera{*this};
+  RenderView render;
+  double step_s;
+  int person_interval;
+  std::int64_t steps = 0, tracker_frames = 0;
+  Instant<TrueTime> time;
+  ArmTwin::State before;
+  std::deque<Tracked> tracked;
+  std::vector<TrueView> views;  // bands of the frame under exposure
+};
+
+SimWorld::SimWorld(WorldFile file, std::uint64_t seed)
+    : parts_(std::make_unique<Parts>(std::move(file), seed)) {}
+SimWorld::~SimWorld() = default;
+
+Instant<TrueTime> SimWorld::now() const { return parts_->time; }
+void SimWorld::advance_to(Instant<TrueTime> t) { parts_->advance(t); }
+
+ArmDevice& SimWorld::arm() { return *parts_; }
+TrackerDevice& SimWorld::tracker() { return *parts_; }
+CameraDevice& SimWorld::camera() { return parts_->camera; }
+HandDevice& SimWorld::hand() { return *parts_; }
+Person& SimWorld::person() { return parts_->person; }
+Clock<PhysicsClock>& SimWorld::physics_clock() { return *parts_; }
+void SimWorld::set_renderer(RenderView render) { parts_->render = std::move(render); }
+
+const WorldFile& SimWorld::file() const { return parts_->file; }
+std::uint64_t SimWorld::seed() const { return parts_->seed; }
+const Truth& SimWorld::truth() const { return parts_->truth; }
+TrueState SimWorld::true_state() const { return parts_->state_at(parts_->time); }
+TrueView SimWorld::true_view() const { return parts_->view_at(parts_->time); }
+Pose<World, CameraOptical> SimWorld::true_camera_at(Instant<TrueTime> t) const {
+  return parts_->person.head().at(t.seconds());
+}
+bool SimWorld::board_in_place() const { return parts_->person.board_in_place(); }
+
+const DeviceClock<ArmClock>& SimWorld::arm_clock() const { return parts_->arm_clock; }
+const DeviceClock<TrackerClock>& SimWorld::tracker_clock() const { return parts_->tracker_clock; }
+const DeviceClock<CameraClock>& SimWorld::camera_clock() const { return parts_->camera_clock; }
+const DeviceClock<GraphicsClock>& SimWorld::graphics_clock() const { return parts_->graphics_clock; }
+
+}  // namespace palpate::sim

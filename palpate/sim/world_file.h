@@ -1,0 +1,125 @@
+// The world file: everything a simulated laboratory is made of, as numbers a person may change.
+//
+// The form is that of data/worlds/reference.toml; what a file leaves out has the reference's value. In the
+// file millimetres, degrees and milliseconds (named in the keys), here SI and radians. Quantities called sd
+// are drawn per seed, see truth.h. Values, copied freely. Errors: wrong use with file and line.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "palpate/core/expected.h"
+#include "palpate/geometry/so3.h"
+
+namespace palpate::sim {
+
+struct ClockSettings {  // device time = host time (1 + drift) + offset
+  double offset_s = 0.0;
+  double drift = 0.0;
+};
+
+using Range = std::array<double, 2>;
+using Corners = std::array<Vector3, 4>;  // in touching order
+
+struct WorldFile {
+  Vector3 gravity = Vector3::Zero();
+  double rate_hz = 0.0;
+
+  struct {
+    ClockSettings arm, tracker, camera, graphics_host;
+  } clocks;
+
+  struct {
+    std::array<Vector3, 3> cameras{};
+    Vector3 look_at = Vector3::Zero();
+    double optimal_distance = 0.0, rate_hz = 0.0, latency_s = 0.0;
+    double white_rms = 0.0, bias_rms = 0.0, bias_correlation = 0.0;
+    double dropout = 0.0;
+    double max_led_angle = 0.0;
+  } tracker;
+
+  struct {
+    std::vector<Vector3> leds;
+    Vector3 tip = Vector3::Zero();
+    double mount_sd = 0.0;
+  } tip_marker;
+
+  struct {
+    std::vector<Vector3> leds;
+    Vector3 camera_translation = Vector3::Zero(), camera_rotation = Vector3::Zero();  // angles about x, y, z
+    double mount_sd = 0.0, mount_sd_rad = 0.0;
+  } camera_marker;
+
+  struct {
+    std::vector<Vector3> leds;
+    Vector3 tip = Vector3::Zero();
+    double touch_sd = 0.0;
+  } pointer;
+
+  struct {
+    std::string model;
+    std::array<double, 2> lengths{};
+    double length_sd = 0.0, gain_sd = 0.0, offset_sd = 0.0, gimbal_gain_sd = 0.0, gimbal_offset_sd = 0.0;
+    double hysteresis = 0.0, encoder_quantum = 0.0, gimbal_quantum = 0.0;
+    std::array<Range, 3> joint_range{};
+    Vector3 workspace = Vector3::Zero();
+    Vector3 translation = Vector3::Zero(),
+            rotation = Vector3::Zero();  // ArmBase in World, angles about x, y, z
+    double max_force = 0.0, continuous_force = 0.0, friction = 0.0, apparent_mass = 0.0, max_stiffness = 0.0;
+    double max_speed = 0.0;
+    int force_dof = 3;
+  } arm;
+
+  struct {
+    double mass = 0.0, damping = 0.0, stiffness = 0.0;
+    Range pull{};  // N
+    double fixation_stiffness = 0.0;
+  } hand;
+
+  struct {
+    std::array<int, 2> size{};
+    double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;
+    std::array<double, 5> distortion{};
+    double rate_hz = 0.0, exposure_s = 0.0, latency_s = 0.0;
+    std::string shutter;
+    double readout_s = 0.0;  // first to last row; rolling shutter only
+    double noise_sd = 0.0, drop = 0.0, stereo_baseline = 0.0;
+  } camera;
+
+  struct {
+    Vector3 eye = Vector3::Zero(), look_at = Vector3::Zero();
+    double turn_peak = 0.0, turn_hz = 0.0, shake = 0.0, shake_hz = 0.0;  // rad/s, Hz, rad, Hz
+  } head;
+
+  struct {
+    Corners table{}, wall{};
+    int landmarks = 0;
+    double bat_radius = 0.0;
+    Vector3 bat_offset = Vector3::Zero();
+  } scene;
+
+  struct {
+    double mass = 0.0, radius = 0.0, restitution_table = 0.0, restitution_bat = 0.0, contact_s = 0.0;
+    Range serve_speed{};
+  } ball;
+
+  struct {
+    double reaction_s = 0.0, aim_sd = 0.0, max_hand_acceleration = 0.0;
+  } player;
+};
+
+// The reference world, compiled in: as a file with its comments, and as values.
+std::string_view reference_world_text();
+const WorldFile& reference_world();
+
+Expected<WorldFile> parse_world(std::string_view content, const std::string& source);
+Expected<WorldFile> read_world(const std::filesystem::path& path);
+
+// The world as a file (no comments); read back it gives the same world.
+std::string world_text(const WorldFile& world);
+
+}  // namespace palpate::sim

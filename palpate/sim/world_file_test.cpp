@@ -1,0 +1,79 @@
+#include "palpate/sim/world_file.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "palpate/core/file.h"
+
+namespace palpate::sim {
+namespace {
+
+TEST(WorldFile, ReferenceWorldIsTheFileInTheDataFolder) {
+  const auto content = read_file(PALPATE_DATA_DIR "/worlds/reference.toml");
+  ASSERT_TRUE(content);
+  EXPECT_EQ(*content, reference_world_text());
+  const auto& world = reference_world();
+  EXPECT_DOUBLE_EQ(world.tracker.white_rms, 0.165e-3);
+  EXPECT_DOUBLE_EQ(world.arm.joint_range[1][1], 85.0 / 180.0 * std::numbers::pi);
+  EXPECT_EQ(world.scene.wall[3], Vector3(-0.375, -0.92, 0.80));
+  EXPECT_EQ(world.tip_marker.leds.size(), 6u);
+}
+
+TEST(WorldFile, WrittenTextReadsBackToTheSameText) {
+  auto world = reference_world();
+  world.arm.gain_sd = 0.1234567890123;
+  world.tracker.white_rms = 1e-3 / 3.0;
+  world.camera.shutter = "rolling";
+  world.camera.readout_s = 0.02;
+  const auto text = world_text(world);
+  const auto again = parse_world(text, "again");
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(world_text(*again), text);
+  EXPECT_EQ(again->tracker.white_rms, world.tracker.white_rms);
+  EXPECT_EQ(again->arm.gain_sd, world.arm.gain_sd);
+}
+
+TEST(WorldFile, WhatIsLeftOutIsTheReferences) {
+  const auto world = parse_world("[arm]\nfriction_n = 0.5\n", "small.toml");
+  ASSERT_TRUE(world) << world.error().message;
+  EXPECT_EQ(world->arm.friction, 0.5);
+  auto expected = reference_world();
+  expected.arm.friction = 0.5;
+  EXPECT_EQ(world_text(*world), world_text(expected));
+}
+
+struct Mistake {
+  const char* text;
+  const char* line;  // of the file, as it must be named
+  const char* word;
+};
+
+TEST(WorldFile, MistakesAreNamedWithFileLineAndKey) {
+  const Mistake mistakes[] = {
+      {"[arm]\ngain_sdd = 0.1\n", "bad.toml:2", "gain_sdd"},
+      {"[arm]\n\nfriction_n = \"much\"\n", "bad.toml:3", "friction_n"},
+      {"[tracker]\nled_white_rms_mm = -1\n", "bad.toml:2", "led_white_rms_mm"},
+      {"[tracker]\ndropout_probability = 1.5\n", "bad.toml:2", "dropout_probability"},
+      {"[armm]\nfriction_n = 1\n", "bad.toml:1", "armm"},
+      {"[pointer]\nleds_mm = [[0, 0, 0], [1, 0, 0]]\n", "bad.toml:2", "leds_mm"},
+      {"[pointer]\nleds_mm = [[0, 0, 0], [50, 0, 0], [90, 0, 0]]\n", "bad.toml:2", "line"},
+      {"[tracker]\ncamera_positions_m = [[0, 0, 0], [1, 0, 0]]\n", "bad.toml:2", "camera_positions_m"},
+      {"[arm]\njoint_range_deg = [[45, -45], [-10, 85], [-25, 65]]\n", "bad.toml:2", "joint_range_deg"},
+      {"[camera]\nshutter = \"global\"\nexposure_ms = 50\n", "bad.toml:3", "exposure_ms"},
+      {"[camera]\nshutter = \"rolling\"\n", "bad.toml:2", "readout_ms"},
+      {"[clocks]\narm = { offset = 1 }\n", "bad.toml:2", "offset"},
+      {"[world]\nrate_hz = 4000\nrate_hz = 5000\n", "bad.toml", "rate_hz"},
+  };
+  for (const auto& mistake : mistakes) {
+    const auto world = parse_world(mistake.text, "bad.toml");
+    ASSERT_FALSE(world) << mistake.text;
+    EXPECT_EQ(world.error().kind, Error::Kind::wrong_use);
+    EXPECT_NE(world.error().message.find(mistake.line), std::string::npos) << world.error().message;
+    EXPECT_NE(world.error().message.find(mistake.word), std::string::npos) << world.error().message;
+    EXPECT_EQ(world.error().message.find('\n'), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace palpate::sim

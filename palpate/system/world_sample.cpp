@@ -1,0 +1,160 @@
+#include "palpate/system/world_sample.h"
+
+#include "palpate/acquisition/sample_csv.h"
+#include "palpate/calibration/camera.h"
+#include "palpate/core/csv.h"
+#include "palpate/core/json.h"
+#include "palpate/sim/board_view.h"
+#include "palpate/sim/truth_json.h"
+
+namespace palpate {
+namespace {
+
+using sim::SimWorld;
+
+struct Files {
+  std::vector<std::pair<std::string, std::string>> csv;  // name, content
+  Json truth;
+};
+
+BoardView view_of(std::string name, const std::vector<Pixel>& corners) {
+  BoardView view{std::move(name), {}, corners};
+  const BoardShape shape{sim::kBoardColumns, sim::kBoardRows, sim::kBoardSquare};
+  for (int i = 0; i < shape.corners(); ++i) view.board.push_back(shape.corner(i));
+  return view;
+}
+
+Expected<Files> sample_pivot(SimWorld& world, const SampleRequest& request) {
+  PivotOptions options;
+  if (request.points > 0) options.poses = request.points;
+  options.fixation.nominal = {world.file().arm.lengths[0], world.file().arm.lengths[1]};
+  options.fixation.stiffness = world.file().hand.fixation_stiffness;
+  Vector3 held = Vector3::Zero();
+  options.holding = [&] { held = world.true_state().X_world_tip.translation; };
+  const auto poses = record_pivot(laboratory_of(world), options);
+  if (!poses) return tl::unexpected(poses.error());
+  return Files{{{"pivot.csv", pivot_csv(*poses, true)}}, sim::pivot_truth_json(world.truth(), held)};
+}
+
+Expected<Files> sample_arm(SimWorld& world, const SampleRequest& request) {
+  const double delay = world.file().tracker.latency_s;
+  // The covariance is that of the tip as the maker of the stylus states it; this world's own tip is not known
+  // yet.
+  const Vector3 stated_tip = world.file().tip_marker.tip;
+  if (!request.continuous) {
+    const auto poses = record_arm(laboratory_of(world), request.points > 0 ? request.points : 140);
+    if (!poses) return tl::unexpected(poses.error());
+    return Files{{{"arm.csv", arm_csv(*poses, stated_tip)}}, sim::arm_truth_json(world.truth(), delay)};
+  }
+  const int points = request.points > 0 ? request.points : 2000;
+  const auto moving = record_moving(laboratory_of(world), points / world.file().tracker.rate_hz * 1.02 + 0.5);
+  if (!moving) return tl::unexpected(moving.error());
+  auto poses = moving->marker;
+  if (static_cast<int>(poses.size()) > points) poses.resize(static_cast<std::size_t>(points));
+  return Files{{{"arm.csv", arm_csv(poses, stated_tip)}}, sim::arm_truth_json(world.truth(), delay)};
+}
+
+Expected<Files> sample_hand_eye(SimWorld& world, const SampleRequest& request) {
+  const int images = request.points > 0 ? request.points : 600;
+  const auto record =
+      record_hand_eye(laboratory_of(world), images / world.file().camera.rate_hz, see_board_in(world));
+  if (!record) return tl::unexpected(record.error());
+  const double delay = world.file().tracker.latency_s - world.file().camera.latency_s;
+  return Files{{{"hand.csv", poses_csv(record->hand)}, {"eye.csv", poses_csv(record->eye)}},
+               sim::hand_eye_truth_json(world.truth(), delay)};
+}
+
+Expected<Files> sample_camera(SimWorld& world, const SampleRequest& request) {
+  const int views = request.points > 0 ? request.points : 15;
+  Random random(world.seed(), "sample/camera");
+  const auto& lens = world.truth().lens;
+  const auto poses = sim::board_poses(lens, views, random);
+  if (static_cast<int>(poses.size()) < views)
+    return refused(
+        "camera: the whole board fits {} times into this camera's picture where {} views are wanted; a wider "
+        "lens shows it",
+        poses.size(), views);
+  CsvWriter csv({"image", "corner", "board_x_squares", "board_y_squares", "u_px", "v_px"});
+  int number = 0;
+  for (const auto& pose : poses) {
+    const auto corners = sim::board_corners(lens, pose, sim::kCornerNoise, random);
+    if (!corners) continue;
+    const std::string name = fmt::format("view{:02d}", ++number);
+    for (std::size_t i = 0; i < corners->size(); ++i)
+      csv.row(std::vector<std::string>{name, std::to_string(i), std::to_string(i % sim::kBoardColumns),
+                                       std::to_string(i / sim::kBoardColumns), number_text((*corners)[i].x()),
+                                       number_text((*corners)[i].y())});
+  }
+  auto truth = sim::camera_truth_json(world.truth());
+  truth["width_px"] = lens.width;
+  truth["height_px"] = lens.height;
+  return Files{{{"corners.csv", csv.content()}}, truth};
+}
+
+Expected<Files> sample_surface(SimWorld& world, const SampleRequest& request) {
+  // --points counts touches: the corners in turn, as often as it takes.
+  const int touches = request.points > 0 ? request.points : 4;
+  const auto touch = [&](const std::string& surface) -> Expected<std::string> {
+    std::vector<Request> places;
+    const auto corners = corner_requests(surface);
+    for (int i = 0; i < touches; ++i) places.push_back(corners[static_cast<std::size_t>(i % 4)]);
+    const auto touched = record_touches(laboratory_of(world), places, world.file().pointer.tip);
+    if (!touched) return tl::unexpected(touched.error());
+    return points_csv(*touched);
+  };
+  const auto table = touch("table");
+  if (!table) return tl::unexpected(table.error());
+  const auto wall = touch("wall");
+  if (!wall) return tl::unexpected(wall.error());
+  auto truth = sim::surface_truth_json(world.truth().table);
+  truth["wall"] = sim::surface_truth_json(world.truth().wall);
+  return Files{{{"surface.csv", *table}, {"wall.csv", *wall}}, truth};
+}
+
+Expected<Files> sample(SimWorld& world, const SampleRequest& request) {
+  switch (request.kind) {
+    case SampleKind::pivot:
+      return sample_pivot(world, request);
+    case SampleKind::arm:
+      return sample_arm(world, request);
+    case SampleKind::hand_eye:
+      return sample_hand_eye(world, request);
+    case SampleKind::camera:
+      return sample_camera(world, request);
+    case SampleKind::surface:
+      return sample_surface(world, request);
+  }
+  return wrong_use("sample: unknown kind");
+}
+
+}  // namespace
+
+Laboratory laboratory_of(SimWorld& world) {
+  return {world.physics_clock(), world.arm(), world.tracker(), &world.camera(), world.person()};
+}
+
+SeeBoard see_board_in(SimWorld& world) {
+  auto random = std::make_shared<Random>(world.seed(), "sample/corners");
+  return [&world, random](const CameraImage& image) -> std::optional<Pose<Board, CameraOptical>> {
+    const auto t = world.camera_clock().true_time(image.mid_exposure);
+    const auto X_camera_board = world.true_camera_at(t).inverse() * world.truth().X_world_board;
+    const auto corners = sim::board_corners(world.truth().lens, X_camera_board, sim::kCornerNoise, *random);
+    if (!corners) return std::nullopt;
+    const auto pose = board_pose(world.truth().lens, view_of("", *corners));
+    if (!pose || pose->value.ambiguous) return std::nullopt;
+    return pose->value.X_camera_board.inverse();
+  };
+}
+
+Expected<void> sample_world(const sim::WorldFile& file, const SampleRequest& request,
+                            const std::filesystem::path& folder) {
+  SimWorld world(file, request.seed);
+  const auto files = sample(world, request);
+  if (!files) return tl::unexpected(files.error());
+  if (const auto made = make_folder(folder); !made) return made;
+  for (const auto& [name, content] : files->csv)
+    if (const auto written = write_file(folder / name, content); !written) return written;
+  return write_json(folder / "truth.json", files->truth);
+}
+
+}  // namespace palpate

@@ -1,0 +1,37 @@
+// `palpate world sample`: what the devices of a simulated laboratory would have recorded, as files.
+//
+// The recordings are those of the acquisition procedures, run on the simulated devices; truth.json beside
+// them has the keys of the matching calibration's result. Deterministic for a seed. Errors: wrong use for
+// unknown kinds and counts, refused where the world's devices cannot show what is asked for.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "palpate/acquisition/procedures.h"
+#include "palpate/core/expected.h"
+#include "palpate/sim/sim_world.h"
+
+namespace palpate {
+
+enum class SampleKind { pivot, arm, hand_eye, camera, surface };
+
+struct SampleRequest {
+  SampleKind kind = SampleKind::arm;
+  std::uint64_t seed = 1;
+  int points = 0;           // 0: the kind's usual number
+  bool continuous = false;  // arm: the stylus moves while it is recorded
+};
+
+// The devices of a simulated world, as procedures want them.
+Laboratory laboratory_of(sim::SimWorld& world);
+
+// Camera pose from the board in an image of the simulated camera, found without drawing: true corners with
+// the noise of finding them, solved with the true lens.
+SeeBoard see_board_in(sim::SimWorld& world);
+
+// Writes the files of `request.kind` into `folder`, which is made where it is missing.
+Expected<void> sample_world(const sim::WorldFile& file, const SampleRequest& request,
+                            const std::filesystem::path& folder);
+
+}  // namespace palpate
