@@ -1,0 +1,188 @@
+#include "palpate/applications/pingpong/ball_world.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "palpate/applications/pingpong/scene_for_tests.h"
+#include "palpate/core/random.h"
+
+namespace palpate::pingpong {
+namespace {
+
+Vector3 random_vector(Random& random, double size) {
+  return {random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
+}
+
+BatMotion far_away() {
+  BatMotion bat;
+  bat.before.translation = bat.after.translation = {10, 10, 10};
+  return bat;
+}
+
+// A bat that moves with constant velocity, face +y along `normal`; where it is at time t.
+struct SteadyBat {
+  Quaternion rotation;
+  Vector3 start, velocity;
+  BatMotion over(double t, double dt) const {
+    return {
+        {rotation, start + t * velocity}, {rotation, start + (t + dt) * velocity}, velocity, Vector3::Zero()};
+  }
+  Vector3 normal() const { return rotation * Vector3::UnitY(); }
+};
+
+TEST(BallWorld, TheTableGivesBackItsRestitutionExactly) {
+  for (const double speed : {3.0, 10.0, 20.0, 30.0}) {
+    for (int phase = 0; phase < 20; ++phase) {
+      auto scene = scene_for_tests();
+      scene.gravity.setZero();
+      BallWorld world(scene, Physics::paper);
+      world.place({{0, -1.4 + 0.0007 * phase, 1.3}, {0, -speed, 0}, Vector3::Zero()});
+      double approach = 0.0;
+      for (int i = 0; i < 200 && approach == 0.0; ++i) {
+        for (const auto& touch : world.step(0.001, far_away())) approach = touch.approach_speed;
+      }
+      ASSERT_GT(approach, 0.0);
+      EXPECT_NEAR(world.ball().velocity.y() / approach, 0.93, 1e-12);
+    }
+  }
+}
+
+TEST(BallWorld, NothingIsFlownThroughAtAnySpeed) {
+  Random random(1, "world/tunnel");
+  const auto scene = scene_for_tests();
+  for (int k = 0; k < 2000; ++k) {
+    BallWorld world(scene, k % 2 ? Physics::paper : Physics::full);
+    const double speed = std::exp(random.uniform(std::log(0.5), std::log(100.0)));
+    const Vector3 on(random.uniform(-0.3, 0.3), -1.52, random.uniform(0.9, 1.7));
+    Vector3 u = random_vector(random, 1.0).normalized();
+    u.y() = 0.05 + std::abs(u.y());
+    u.normalize();
+    world.place(
+        {on + random.uniform(0.03, 0.2) * u + Vector3(0, 0.021, 0), -speed * u, random_vector(random, 100)});
+    for (int i = 0; i < 60; ++i) {
+      world.step(0.001, far_away());
+      const Vector3 p = world.ball().position;
+      if (std::abs(p.x()) < 0.37 && p.z() > 0.81 && p.z() < 1.79) {
+        // 20 um: the bend of a flight with strong spin within a millisecond
+        ASSERT_GT(p.y(), -1.52 + scene.ball_radius - 2e-5) << "case " << k << " at " << speed << " m/s";
+      }
+    }
+  }
+}
+
+TEST(BallWorld, ASwungBatNeverLetsTheBallThroughAndKeepsItsRestitution) {
+  Random random(2, "world/bat");
+  auto scene = scene_for_tests();
+  scene.gravity.setZero();
+  int contacts = 0;
+  for (int k = 0; k < 400; ++k) {
+    BallWorld world(scene, Physics::paper);
+    const double relative = std::exp(random.uniform(std::log(0.5), std::log(100.0)));
+    SteadyBat bat;
+    bat.rotation = so3_exp(random_vector(random, 0.4));
+    bat.velocity = random_vector(random, 2.0);
+    bat.start = {0, 5, 0};  // away from table and wall
+    const Vector3 n = bat.normal();
+    const Vector3 aim = bat.rotation * Vector3(random.uniform(-0.03, 0.03), 0, random.uniform(-0.03, 0.03));
+    Vector3 u = (n + 0.3 * random_vector(random, 1.0)).normalized();
+    const double lead = random.uniform(0.001, 0.01);
+    world.place(
+        {bat.start + aim + (0.03 + lead * relative) * u, bat.velocity - relative * u, Vector3::Zero()});
+    const double dt = 0.001;
+    double approach = 0.0;
+    bool released = false;
+    for (int i = 0; i < 40 && !released; ++i) {
+      const auto motion = bat.over(i * dt, dt);
+      for (const auto& touch : world.step(dt, motion)) {
+        if (touch.what == Touched::bat) approach = touch.approach_speed;
+        if (touch.what == Touched::bat_released) released = true;
+      }
+      const Vector3 local = (motion.after.inverse() * Point<World>{world.ball().position}).m;
+      const double depth = approach * world.contact_law().peak_penetration();
+      if (local.head<1>().norm() < 0.07) {
+        ASSERT_GT(local.y(), 0.006 + 0.020 - depth - 1e-6)
+            << "the centre stays in front, sunk in at most as the spring says";
+      }
+      if (released) {
+        ++contacts;
+        const double leaving = n.dot(world.ball().velocity - bat.velocity);
+        ASSERT_NEAR(leaving / approach, 0.80, 1e-9);
+        ASSERT_NEAR(approach, relative * n.dot(u), 1e-9 * relative);
+      }
+    }
+  }
+  EXPECT_GT(contacts, 350);
+}
+
+TEST(BallWorld, TheDrawnBallSinksInAtMostThreeMillimetres) {
+  auto scene = scene_for_tests();
+  scene.gravity.setZero();
+  BallWorld world(scene, Physics::paper);
+  SteadyBat bat{Quaternion::Identity(), {0, 5, 0}, Vector3::Zero()};
+  world.place({{0, 5.05, 0}, {0, -20, 0}, Vector3::Zero()});
+  double lowest = 1.0;
+  for (int i = 0; i < 200; ++i) {
+    world.step(1e-4, bat.over(0, 1e-4));
+    lowest = std::min(lowest, world.drawn_position().y() - 5.026);
+  }
+  EXPECT_LT(lowest, -0.002);
+  EXPECT_GT(lowest, -BallWorld::kDrawnPenetration);
+}
+
+TEST(BallWorld, ContactLastsAsLongAsTheSceneSays) {
+  auto scene = scene_for_tests();
+  scene.gravity.setZero();
+  BallWorld world(scene, Physics::paper);
+  SteadyBat bat{Quaternion::Identity(), {0, 5, 0}, {0, 1, 0}};
+  world.place({{0, 5.1, 0}, {0, -2, 0}, Vector3::Zero()});
+  double begin = 0.0, end = 0.0, impulse = 0.0;
+  const double dt = 1e-4;
+  for (int i = 0; i < 500 && end == 0.0; ++i) {
+    for (const auto& touch : world.step(dt, bat.over(i * dt, dt))) {
+      (touch.what == Touched::bat ? begin : end) = i * dt + touch.at;
+    }
+    impulse += dt * world.contact_force().norm();
+  }
+  EXPECT_NEAR(end - begin, 0.004, 1e-9);
+  EXPECT_NEAR(impulse, 0.0027 * 1.8 * 3.0, 0.01 * 0.0027 * 1.8 * 3.0);  // a sum of samples every 0.1 ms
+}
+
+TEST(BallWorld, ABatThatPressesTheBallOntoTheTableEndsTheContactThere) {
+  auto scene = scene_for_tests();
+  BallWorld world(scene, Physics::full);
+  // Half a millimetre above the table, hit downwards.
+  world.place({{0, -1.52 + 0.0205, 1.3}, Vector3::Zero(), Vector3::Zero()});
+  const Quaternion down = Quaternion(Eigen::AngleAxisd(M_PI, Vector3::UnitX()));
+  SteadyBat bat{down, {0, -1.52 + 0.0205 + 0.0265, 1.3}, {0, -1.0, 0}};
+  int cut = 0, table = 0;
+  for (int i = 0; i < 4; ++i) {  // then the bat would be in the table itself
+    for (const auto& touch : world.step(0.001, bat.over(0.001 * i, 0.001))) {
+      cut += touch.what == Touched::bat_cut_short;
+      table += touch.what == Touched::table;
+    }
+    ASSERT_GT(world.ball().position.y(), -1.52 + 0.02 - 2e-5);
+    ASSERT_LT(world.ball().velocity.norm(), 20.0);
+  }
+  EXPECT_GE(cut, 1);
+  EXPECT_GE(table, 1);
+}
+
+TEST(BallWorld, AFrictionlessBatTouchesOnlyTheNormalComponent) {
+  auto scene = scene_for_tests();
+  scene.gravity.setZero();
+  BallWorld world(scene, Physics::paper);
+  SteadyBat bat{Quaternion::Identity(), {0, 5, 0}, {0.5, 0, 0.2}};
+  world.place({{0, 5.05, 0}, {1, -2, -0.5}, Vector3::Zero()});
+  for (int i = 0; i < 30; ++i) world.step(0.001, bat.over(0.001 * i, 0.001));
+  EXPECT_NEAR((world.ball().velocity - Vector3(1, 1.6, -0.5)).norm(), 0.0, 1e-12);
+}
+
+TEST(BallWorld, ASceneWithoutATableIsRefused) {
+  auto scene = scene_for_tests();
+  scene.surfaces.pop_back();
+  EXPECT_THROW(BallWorld(scene, Physics::paper), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace palpate::pingpong

@@ -1,0 +1,202 @@
+#include "palpate/applications/pingpong/pingpong.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate::pingpong {
+namespace {
+
+constexpr int kServesPrepared = 64;
+constexpr double kTeleport_m = 0.15;     // a bat that moves further in one step was put there, not swung
+constexpr double kBehind_m = 0.45;       // beyond the near edge a ball is out of reach
+constexpr double kBelow_m = 0.12;        // below the table
+constexpr double kLongestServe_s = 3.0;  // whatever happens, then comes the next
+
+std::vector<BallState> serves(const SceneDescription& scene, const BallWorld& world,
+                              const Settings& settings) {
+  Random random(settings.seed, "pingpong/serve");
+  return make_serves(scene, world, settings.serve, kServesPrepared, random);
+}
+
+}  // namespace
+
+PingPong::PingPong(const SceneDescription& scene, const Settings& settings)
+    : scene_(scene),
+      settings_(settings),
+      world_(scene, settings.physics),
+      serves_(serves(scene, world_, settings)) {
+  const auto& c = find_surface(scene, "table").corners;
+  const Vector3 right = (c[1] - c[0]).normalized();
+  up_ = (c[1] - c[0]).cross(c[3] - c[0]).normalized();
+  near_ = right.cross(up_);
+  edge_ = 0.5 * (c[0] + c[1]);
+}
+
+void PingPong::control(Control command) {
+  switch (command) {
+    case Control::none:
+      break;
+    case Control::serve:
+      serve_now_ = true;
+      break;
+    case Control::pause:
+      paused_ = true;
+      break;
+    case Control::resume:
+      paused_ = false;
+      break;
+    case Control::reset:
+      counters_.fill(0);
+      started_ = -1.0;
+      break;
+  }
+}
+
+void PingPong::step(Instant<PhysicsClock> now, Duration dt, const TipState& tip, WorldState& state) {
+  const double t = now.seconds(), h = to_seconds(dt);
+  const Pose<Tip, Bat> X_tip_bat{Quaternion::Identity(), scene_.bat_offset};
+  const auto X_world_bat = tip.X_world_tip * X_tip_bat;
+  const bool seen = X_world_bat.translation.allFinite();
+  if (!has_bat_ || (X_world_bat.translation - bat_before_.translation).norm() > kTeleport_m)
+    bat_before_ = X_world_bat;
+  has_bat_ = has_bat_ || seen;
+  const Vector3 lever = X_world_bat.translation - tip.X_world_tip.translation;
+  const BatMotion bat{bat_before_, X_world_bat, tip.velocity + tip.angular_velocity.cross(lever),
+                      tip.angular_velocity};
+  if (seen) bat_before_ = X_world_bat;
+
+  if (!paused_) schedule(t, h);
+  if (!paused_ && h > 0.0 && (phase() == Phase::incoming || phase() == Phase::outgoing)) {
+    for (const Touch& touch : world_.step(h, bat, seen)) {
+      ++ball_jumps_;
+      if (touch.what == Touched::bat) feel(touch, now - seconds(h - touch.at));
+      judge(touch, t);
+      if (phase() == Phase::waiting) break;
+    }
+    watch_limits(t);
+  }
+
+  state.body_count = 2;
+  auto& ball = state.bodies[kBall];
+  const BallState& b = world_.ball();
+  ball.visible = phase() != Phase::waiting;
+  ball.set_p(world_.drawn_position());
+  const bool flies = phase() == Phase::incoming || phase() == Phase::outgoing;
+  ball.set_v(flies && !paused_ ? b.velocity : Vector3::Zero());
+  ball.set_w(flies && !paused_ ? b.spin : Vector3::Zero());
+  if (flies && !paused_) ball.set_q((so3_exp(h * b.spin) * ball.q()).normalized());
+  ball.jumps = ball_jumps_;
+  auto& body = state.bodies[kBat];
+  body.visible = seen;
+  if (seen) {
+    body.set_p(X_world_bat.translation);
+    body.set_q(X_world_bat.rotation);
+    body.set_v(bat.velocity);
+    body.set_w(bat.angular_velocity);
+  }
+  state.counters = counters_;
+  const Vector3 force = flies ? world_.contact_force() : Vector3::Zero();
+  state.force = {force.x(), force.y(), force.z()};
+  // A contact that began at this very instant has progress 0, which would read as none.
+  state.contact = flies && world_.in_contact() ? std::max(world_.contact_progress(), 1e-6) : 0.0;
+  const Vector3 point = world_.contact_point();
+  state.contact_point = {point.x(), point.y(), point.z()};
+}
+
+void PingPong::schedule(double now, double dt) {
+  if (started_ < 0.0) {
+    started_ = now - dt;
+    next_time_ = started_ + settings_.first_serve_s;
+    set_phase(Phase::waiting);
+  }
+  if (serve_now_) {
+    serve_now_ = false;
+    if (phase() == Phase::incoming || phase() == Phase::outgoing) end(now, false);
+    next_time_ = now;
+  }
+  if (phase() == Phase::waiting && now >= next_time_ - settings_.ready_s) {
+    world_.place({serves_[next_serve_].position, Vector3::Zero(), Vector3::Zero()});
+    ++ball_jumps_;
+    set_phase(Phase::ready);
+  }
+  if (phase() == Phase::ready && now >= next_time_) serve(now);
+}
+
+void PingPong::serve(double now) {
+  world_.place(serves_[next_serve_]);
+  next_serve_ = (next_serve_ + 1) % serves_.size();
+  ++ball_jumps_;
+  ++count(kServes);
+  count(kRally) = 0;
+  bounces_since_hit_ = 0;
+  bounced_ = false;
+  served_at_ = now;
+  set_phase(Phase::incoming);
+}
+
+void PingPong::judge(const Touch& touch, double now) {
+  switch (touch.what) {
+    case Touched::table:
+      ++count(kTableBounces);
+      ++bounces_since_hit_;
+      if (bounces_since_hit_ >= 2) end(now, true);
+      break;
+    case Touched::wall:
+      ++count(kWallBounces);
+      if (phase() != Phase::outgoing) break;
+      if (++count(kRally) == 1) ++count(kReturned);
+      count(kLongest) = std::max(count(kLongest), count(kRally));
+      bounces_since_hit_ = 0;
+      set_phase(Phase::incoming);
+      if (settings_.pace_s > 0.0) {
+        const double served = started_ + settings_.first_serve_s;
+        const double due = served + settings_.pace_s * count(kServes) + settings_.credit_s;
+        if (now + settings_.next_return_s > due) end(now, false);
+      }
+      break;
+    case Touched::bat:
+      ++count(kHits);
+      bounces_since_hit_ = 0;
+      set_phase(Phase::outgoing);
+      break;
+    case Touched::bat_released:
+      break;
+    case Touched::bat_cut_short:
+      ++count(kSecondContacts);
+      break;
+    case Touched::squeezed:
+      end(now, true);
+      break;
+  }
+}
+
+// A ball that nobody can reach any more is out of play.
+void PingPong::watch_limits(double now) {
+  if (phase() != Phase::incoming && phase() != Phase::outgoing) return;
+  const Vector3 p = world_.ball().position - edge_;
+  const double above = up_.dot(p), behind = near_.dot(p);
+  if (!p.allFinite() || above < -kBelow_m || behind > kBehind_m || p.norm() > 3.0 ||
+      now - served_at_ > kLongestServe_s) {
+    end(now, true);
+  }
+}
+
+void PingPong::end(double now, bool missed) {
+  if (missed && count(kRally) == 0) ++count(kMisses);
+  set_phase(Phase::waiting);
+  ++ball_jumps_;
+  next_time_ = now + settings_.pause_s + settings_.ready_s;
+}
+
+void PingPong::feel(const Touch& touch, Instant<PhysicsClock> start) {
+  ++event_.number;
+  event_.start = start;
+  event_.duration = seconds(world_.contact_law().duration());
+  event_.direction = -touch.normal;
+  event_.point = touch.point;
+  event_.approach_speed = touch.approach_speed;
+  event_.mass = scene_.ball_mass;
+  event_.restitution = scene_.bat_restitution;
+}
+
+}  // namespace palpate::pingpong

@@ -1,0 +1,237 @@
+#include "palpate/applications/pingpong/pingpong.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <new>
+
+#include "palpate/applications/pingpong/artist.h"
+#include "palpate/applications/pingpong/scene_for_tests.h"
+#include "palpate/applications/pingpong/swing.h"
+#include "palpate/physics/flight.h"
+
+namespace {
+std::size_t allocations = 0;  // of this program; the tests here run in one thread
+}
+void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* p = std::malloc(size)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+
+namespace palpate::pingpong {
+namespace {
+
+struct Session {
+  explicit Session(const Settings& settings = {}) : game(scene_for_tests(), settings) {
+    tip.X_world_tip.translation = {0.1, 3.0, 1.8};  // out of the way
+  }
+  void run(double s) {
+    const auto end = now + seconds(s);
+    while (now < end) step();
+  }
+  void step() {
+    now += Duration(1'000'000);
+    tip.time = now;
+    game.step(now, Duration(1'000'000), tip, state);
+    state.time = now;
+  }
+  PingPong game;
+  TipState tip;
+  WorldState state;
+  Instant<PhysicsClock> now = Instant<PhysicsClock>::from_seconds(100.0);
+};
+
+TEST(PingPong, ServesNobodyReturnsAreMissesAndKeepComing) {
+  Session session;
+  session.run(30.0);
+  const auto& c = session.state.counters;
+  EXPECT_GE(c[kServes], 20);
+  EXPECT_LE(c[kServes], 40);
+  EXPECT_EQ(c[kReturned], 0);
+  EXPECT_EQ(c[kHits], 0);
+  EXPECT_GE(c[kMisses], c[kServes] - 1);
+  EXPECT_EQ(session.game.contact().number, 0u);
+}
+
+TEST(PingPong, EveryServeHasTheAskedSpeedBouncesOnceAndReachesThePlayer) {
+  const auto scene = scene_for_tests();
+  for (const auto physics : {Physics::paper, Physics::full}) {
+    const BallWorld world(scene, physics);
+    Random random(3, "test");
+    const auto serves = make_serves(scene, world, {}, 50, random);
+    ASSERT_EQ(serves.size(), 50u);
+    for (const auto& serve : serves) {
+      EXPECT_GE(serve.velocity.norm(), scene.serve_speed[0] - 1e-12);
+      EXPECT_LE(serve.velocity.norm(), scene.serve_speed[1] + 1e-12);
+      // Through the game's own dynamics, not the planes the serve was found with.
+      BallWorld trial = world;
+      trial.place(serve);
+      BatMotion nowhere;
+      nowhere.before.translation = nowhere.after.translation = {9, 9, 9};
+      int bounces = 0;
+      while (trial.ball().position.z() < 1.77) {
+        for (const auto& touch : trial.step(0.001, nowhere)) bounces += touch.what == Touched::table;
+      }
+      EXPECT_EQ(bounces, 1);
+      EXPECT_GT(trial.ball().position.y(), -1.52 + 0.15);
+      EXPECT_LT(trial.ball().position.y(), -1.52 + 0.45);
+    }
+  }
+}
+
+TEST(PingPong, ABallBroughtToTheWallCountsAsReturnedAndTheHandGetsOneBlow) {
+  Session session;
+  // A wall of a bat: stands in the serve's way with its front towards the back wall and moves towards it.
+  int tried = 0;
+  while (session.state.counters[kHits] == 0 && tried++ < 20000) {
+    session.step();
+    const auto& ball = session.state.bodies[kBall];
+    const bool close =
+        session.state.counters[kPhase] == static_cast<int>(Phase::incoming) && ball.p().z() > 1.6;
+    if (!close) continue;
+    // Held 45 degrees up in front of the ball, pushed against it at 2 m/s.
+    const Vector3 n = Vector3(0, 0.30, -1.0).normalized();
+    const Quaternion R = Quaternion::FromTwoVectors(Vector3::UnitY(), n);
+    session.tip.X_world_tip.rotation = R;
+    session.tip.X_world_tip.translation = ball.p() - 0.033 * n - R * Vector3(0, 0, -0.09);
+    session.tip.velocity = 1.2 * n;
+    for (int i = 0; i < 40 && session.state.counters[kHits] == 0; ++i) {
+      session.tip.X_world_tip.translation += 0.001 * session.tip.velocity;
+      session.step();
+    }
+    break;
+  }
+  ASSERT_EQ(session.state.counters[kHits], 1);
+  const auto event = session.game.contact();
+  EXPECT_EQ(event.number, 1u);
+  EXPECT_NEAR(event.direction.norm(), 1.0, 1e-12);
+  EXPECT_GT(event.direction.z(), 0.5) << "the hand is pushed back towards the player";
+  EXPECT_GT(event.approach_speed, 1.0);
+  EXPECT_LT(event.approach_speed, 6.0);
+  EXPECT_EQ(event.duration, seconds(0.004));
+  EXPECT_LE(event.start, session.now);
+  EXPECT_GT(event.start, session.now - Duration(1'000'001));
+  EXPECT_GT(session.state.contact, 0.0);
+  EXPECT_GT(Vector3(session.state.force.data()).dot(event.direction), 0.0);
+  session.tip.X_world_tip.translation = {0.1, 3.0, 1.8};
+  session.tip.velocity.setZero();
+  session.run(0.6);
+  EXPECT_EQ(session.state.counters[kReturned], 1);
+  EXPECT_EQ(session.state.counters[kLongest], 1);
+  EXPECT_EQ(session.game.contact().number, 1u);
+}
+
+TEST(PingPong, ImpactsAreMarkedAsJumps) {
+  Session session;
+  std::uint32_t jumps = 0;
+  Vector3 v = Vector3::Zero(), p = Vector3::Zero();
+  bool visible = false;
+  for (int i = 0; i < 5000; ++i) {
+    session.step();
+    const auto& ball = session.state.bodies[kBall];
+    if (i > 0 && visible && ball.jumps == jumps) {
+      EXPECT_LT((ball.v() - v).norm(), 0.05)
+          << "velocity may only change by gravity and air within a millisecond";
+      EXPECT_LT((ball.p() - p).norm(), 0.01);
+    }
+    jumps = ball.jumps;
+    v = ball.v();
+    p = ball.p();
+    visible = ball.visible != 0;
+  }
+}
+
+TEST(PingPong, ControlsServePauseAndReset) {
+  Session session;
+  session.run(0.1);
+  session.game.control(Control::serve);
+  session.run(0.25);
+  EXPECT_EQ(session.state.counters[kServes], 1);
+  session.game.control(Control::pause);
+  session.run(0.01);
+  const Vector3 p = session.state.bodies[kBall].p();
+  session.run(1.0);
+  EXPECT_EQ(session.state.bodies[kBall].p(), p);
+  EXPECT_EQ(session.state.bodies[kBall].v(), Vector3::Zero());
+  session.game.control(Control::resume);
+  session.run(0.02);
+  EXPECT_NE(session.state.bodies[kBall].p(), p);
+  session.game.control(Control::reset);
+  session.run(0.1);
+  EXPECT_EQ(session.state.counters[kServes], 0);
+}
+
+TEST(PingPong, StepDoesNotAllocate) {
+  Session session;
+  session.step();
+  const std::size_t before = allocations;
+  for (int i = 0; i < 8000; ++i) {
+    // A bat that waves through the ball's way now and then.
+    session.tip.X_world_tip.translation = {0.05, -1.25 + 0.1 * std::sin(0.011 * i), 1.75};
+    session.step();
+  }
+  EXPECT_EQ(allocations - before, 0u);
+}
+
+TEST(PingPong, ATipThatIsNotANumberIsNoBat) {
+  Session session;
+  session.tip.X_world_tip.translation.setConstant(std::nan(""));
+  session.run(3.0);
+  EXPECT_EQ(session.state.bodies[kBat].visible, 0u);
+  EXPECT_TRUE(session.state.bodies[kBall].p().allFinite());
+  EXPECT_GE(session.state.counters[kServes], 1);
+}
+
+TEST(PingPong, AServeSpeedThatCannotReachThePlayerIsRefused) {
+  auto scene = scene_for_tests();
+  scene.serve_speed = {0.1, 0.2};
+  EXPECT_THROW(PingPong{scene}, std::runtime_error);
+}
+
+TEST(PingPongArtist, DrawsWhatIsVisibleWhereItIs) {
+  const PingPongArtist artist(scene_for_tests());
+  WorldState state;
+  state.body_count = 2;
+  state.bodies[kBall].set_p({1, 2, 3});
+  const auto items = artist.draw(state);
+  ASSERT_EQ(items.size(), 4u);  // ball, two sides of the bat, handle
+  EXPECT_EQ(items[0].material, Material::ball);
+  EXPECT_EQ(items[0].position, Vector3(1, 2, 3));
+  state.bodies[kBall].visible = 0;
+  EXPECT_EQ(artist.draw(state).size(), 3u);
+  EXPECT_EQ(artist.captions(state).size(), 2u);
+}
+
+TEST(PingPongArtist, TheHandleEndsAtTheTip) {
+  const auto scene = scene_for_tests();
+  const PingPongArtist artist(scene);
+  WorldState state;
+  state.body_count = 2;
+  double nearest = 1.0;
+  for (const auto& item : artist.draw(state)) {
+    if (item.material != Material::handle) continue;
+    for (const auto& v : item.mesh->vertices) nearest = std::min(nearest, (v + scene.bat_offset).norm());
+  }
+  EXPECT_LT(nearest, 1e-9);  // the middle of the cylinder's end
+}
+
+TEST(Quintic, MeetsBothEndsWithPositionVelocityAndAcceleration) {
+  const HandState a{{1, 2, 3}, {0.1, 0.2, -0.3}, {1, -2, 0.5}}, b{{1.1, 1.8, 3.2}, {0.5, -1, 0}, {0, 3, 1}};
+  const Quintic path(a, b, 0.37);
+  EXPECT_NEAR((path.at(0).position - a.position).norm(), 0, 1e-14);
+  EXPECT_NEAR((path.at(0.37).position - b.position).norm(), 0, 1e-13);
+  EXPECT_NEAR((path.at(0.37).velocity - b.velocity).norm(), 0, 1e-12);
+  EXPECT_NEAR((path.at(0.37).acceleration - b.acceleration).norm(), 0, 1e-11);
+  const double h = 1e-5, t = 0.2;
+  EXPECT_NEAR(((path.at(t + h).position - path.at(t - h).position) / (2 * h) - path.at(t).velocity).norm(), 0,
+              1e-7);
+  EXPECT_NEAR(((path.at(t + h).acceleration - path.at(t - h).acceleration) / (2 * h) - path.jerk(t)).norm(),
+              0, 1e-5);
+  EXPECT_NEAR(((path.jerk(t + h) - path.jerk(t - h)) / (2 * h) - path.snap(t)).norm(), 0, 1e-4);
+}
+
+}  // namespace
+}  // namespace palpate::pingpong

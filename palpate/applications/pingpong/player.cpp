@@ -1,0 +1,264 @@
+#include "palpate/applications/pingpong/player.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate::pingpong {
+namespace {
+
+constexpr double kCommit_s = 0.05;       // nearer than this to the stroke nothing is changed any more
+constexpr double kLeastNotice_s = 0.07;  // a stroke that would have to come sooner is let go
+constexpr double kFollow_s = 0.030;      // the bat keeps its speed that long after the meeting
+constexpr double kHomeward_s = 0.30;
+constexpr double kLookAhead_s = 1.6;
+constexpr double kTurned_s = 0.04;  // the blade is turned that long before the meeting
+constexpr double kTilt = 0.6;       // rad: the handle leans that much to the side, as a hand holds it
+
+double smooth(double s) {
+  s = std::clamp(s, 0.0, 1.0);
+  return s * s * s * (10.0 + s * (6.0 * s - 15.0));
+}
+
+}  // namespace
+
+bool Reach::contains(const Vector3& tip_world) const {
+  Vector3 theta;
+  if (!phantom_inverse(X_world_base.inverse() * Point<World>{tip_world}, lengths, theta)) return false;
+  return ((theta - joints[0]).array() > margin).all() && ((joints[1] - theta).array() > margin).all();
+}
+
+Vector3 Reach::home() const {
+  constexpr double kShoulder = 0.52, kElbow = 0.42;  // rad: 30 and 24 degrees, the middle of the upper half
+  return (X_world_base * phantom_tip({0.0, kShoulder, kElbow}, lengths)).m;
+}
+
+ScriptedPlayer::ScriptedPlayer(const SceneDescription& scene, const Reach& reach,
+                               const PlayerSettings& settings)
+    : scene_(scene), reach_(reach), settings_(settings), random_(settings.seed, "pingpong/player") {
+  const BallWorld world(scene, settings.physics);
+  model_ = world.model();
+  bat_ = world.bat_law();
+  const auto &table = find_surface(scene, "table"), &wall = find_surface(scene, "wall");
+  planes_ = {bounce_plane(table.corners, scene.ball_radius, world.table_law()),
+             bounce_plane(wall.corners, scene.ball_radius, world.wall_law())};
+  up_ = planes_[0].normal;
+  right_ = (table.corners[1] - table.corners[0]).normalized();
+  near_ = right_.cross(up_);
+  wall_middle_ = 0.5 * (wall.corners[0] + wall.corners[1]) + scene.ball_radius * planes_[1].normal;
+  table_middle_ = planes_[0].point;
+  home_ = reach_.home();
+  home_rotation_ = hold((-near_ + 0.25 * up_).normalized());
+  target_.position = home_;
+  target_rotation_ = home_rotation_;
+  plan_.path =
+      Quintic({home_, Vector3::Zero(), Vector3::Zero()}, {home_, Vector3::Zero(), Vector3::Zero()}, 1.0);
+  plan_.rotation_from = plan_.rotation_to = home_rotation_;
+}
+
+void ScriptedPlayer::show(const WorldState& state, Instant<PhysicsClock> displayed) {
+  waiting_.push_back({state, displayed + seconds(settings_.reaction_s)});
+}
+
+std::optional<Instant<PhysicsClock>> ScriptedPlayer::planned_hit() const {
+  if (!plan_.stroke) return std::nullopt;
+  return Instant<PhysicsClock>::from_seconds(plan_.hit);
+}
+
+// Orientation of the stylus with the bat's front along `normal`: blade above the hand, handle leaning to the
+// side.
+Quaternion ScriptedPlayer::hold(const Vector3& normal) const {
+  // Bat y = normal; stylus z (away from the blade) as far down as the face allows, then turned about the
+  // normal.
+  const Vector3 down = (-up_ + up_.dot(normal) * normal).normalized();
+  Matrix3 R;
+  R.col(1) = normal;
+  R.col(2) = down;
+  R.col(0) = normal.cross(down);
+  return Quaternion(R) * Quaternion(Eigen::AngleAxisd(kTilt, Vector3::UnitY()));
+}
+
+Vector3 ScriptedPlayer::tip_for(const Vector3& ball, const Vector3& normal, const Quaternion& R) const {
+  const Vector3 centre = ball - (scene_.ball_radius + 0.5 * BallWorld::kBatThickness) * normal;
+  return centre - R * scene_.bat_offset;
+}
+
+Stroke ScriptedPlayer::stroke_for(const BallState& in, const Vector3& v_out) const {
+  // Without friction dv = (1 + e) (u - v.n) n; friction is corrected for by aiming off until the bounce comes
+  // out right.
+  Stroke stroke;
+  Vector3 aim = v_out;
+  for (int i = 0; i < 6; ++i) {
+    const Vector3 dv = aim - in.velocity;
+    stroke.normal = dv.normalized();
+    stroke.speed =
+        std::clamp(dv.norm() / (1.0 + bat_.restitution) + stroke.normal.dot(in.velocity), 0.1, 1.8);
+    const BallState out = bounce(model_, in, stroke.normal, bat_, stroke.speed * stroke.normal);
+    aim += 0.7 * (v_out - out.velocity);
+  }
+  return stroke;
+}
+
+void ScriptedPlayer::notice(const WorldState& state, double now) {
+  const auto& ball = state.bodies[kBall];
+  const std::array<std::int32_t, 2> score{state.counters[kServes], state.counters[kHits]};
+  const auto phase = static_cast<Phase>(state.counters[kPhase]);
+  if (score != score_) {
+    score_ = score;
+    seen_.clear();
+    aim_error_ = {random_.normal(settings_.aim_sd), random_.normal(settings_.aim_sd),
+                  random_.normal(settings_.aim_sd)};
+  }
+  if (ball.visible == 0 || phase == Phase::waiting || phase == Phase::ready) {
+    seen_.clear();
+    if (plan_.stroke && plan_.hit > now + kCommit_s) go_home(now);
+    return;
+  }
+  if (state.contact > 0.0) return;
+  const Vector3 noise(random_.normal(settings_.perception_sd), random_.normal(settings_.perception_sd),
+                      random_.normal(settings_.perception_sd));
+  const double t = state.time.seconds();
+  if (!seen_.empty() && t <= seen_.back().time) return;
+  seen_.push_back({t, ball.p() + noise});
+  think(now);
+}
+
+void ScriptedPlayer::think(double now) {
+  if (plan_.stroke && now > plan_.hit - kCommit_s && now < plan_.hit + 0.1) return;
+  if (seen_.size() < 3) return;
+  const auto fit = fit_flight(model_, planes_, seen_);
+  if (!fit) return;
+  // Follow the flight ahead; remember the place within reach that asks least of the arm.
+  BallState ball = fit->state;
+  double t = fit->time;
+  int bounces = 0;
+  bool turned_back = near_.dot(ball.velocity) > 0.0;
+  double best_cost = 1e9, best_time = 0.0;
+  BallState best;
+  constexpr double kStep = 0.005;
+  const Vector3 usual = tip_for(Vector3::Zero(), home_rotation_ * Vector3::UnitY(), home_rotation_);
+  while (t < now + kLookAhead_s) {
+    const bool away = near_.dot(ball.velocity) < 0.0;
+    const int n = advance(model_, planes_, ball, kStep);
+    t += kStep;
+    if (away && near_.dot(ball.velocity) > 0.0) {
+      turned_back = true;  // off the wall
+      bounces = 0;
+    } else if (turned_back) {
+      bounces += n;
+    }
+    if (bounces >= 2) break;
+    if (!turned_back || bounces == 0 || t < now + kLeastNotice_s) continue;
+    const Vector3 tip = ball.position + usual;
+    if (!reach_.contains(tip) || up_.dot(ball.position - table_middle_) < 0.07) continue;
+    double cost = (tip - home_).norm() + 0.03 * std::abs(up_.dot(ball.velocity));
+    if (t < now + 0.22) cost += 0.5 * (now + 0.22 - t);  // time to swing
+    if (plan_.stroke) cost += 0.2 * std::abs(t - plan_.hit);
+    if (cost < best_cost) {
+      best_cost = cost;
+      best_time = t;
+      best = ball;
+    }
+  }
+  if (best_cost > 1e8) {
+    if (plan_.stroke) go_home(now);
+    return;
+  }
+
+  // Back to the wall: straight at a place above the table, the ball's fall allowed for, air by its mean
+  // slowing.
+  const Vector3 goal =
+      wall_middle_ + settings_.return_height * up_ + 0.5 * right_.dot(home_ - wall_middle_) * right_;
+  const Vector3 way = goal - best.position;
+  const double distance = std::abs(near_.dot(way));
+  const double slowing = 0.5 * model_.drag * distance;
+  const double time = distance / (settings_.return_speed * (1.0 - slowing));
+  const Vector3 v_out = (way / time - 0.5 * time * model_.gravity) * (1.0 + slowing);
+  const Stroke stroke = stroke_for(best, v_out);
+  const Quaternion R = hold(stroke.normal);
+
+  const HandState from = planned(now);
+  const double left = best_time - now;
+  HandState to;
+  to.position = tip_for(best.position, stroke.normal, R) + aim_error_;
+  Quintic path;
+  for (double scale = 1.0; scale > 0.25;
+       scale -= 0.15) {  // a gentler stroke where the full one asks too much
+    to.velocity = scale * stroke.speed * stroke.normal;
+    path = Quintic(from, to, left);
+    if (path.largest_acceleration() < 0.8 * settings_.max_acceleration) break;
+  }
+  const Quaternion turned_now = turned(now);
+  plan_ = {now, best_time, true, path, turned_now, R};
+}
+
+void ScriptedPlayer::go_home(double now) {
+  const HandState from = planned(now);
+  const double d = (home_ - from.position).norm();
+  // Least jerk: the largest acceleration is about 6 d / T^2, and what is left of the swing must be braked.
+  const double T = std::max({kHomeward_s, std::sqrt(8.0 * d / settings_.max_acceleration),
+                             5.0 * from.velocity.norm() / settings_.max_acceleration});
+  const Quaternion turned_now = turned(now);
+  plan_ = {now,        now + T,       false, Quintic(from, {home_, Vector3::Zero(), Vector3::Zero()}, T),
+           turned_now, home_rotation_};
+}
+
+HandState ScriptedPlayer::planned(double t) const {
+  HandState s = plan_.path.at(t - plan_.begin);
+  const double over = t - plan_.begin - plan_.path.duration();
+  if (over > 0.0) {
+    s.position += over * s.velocity;
+    s.acceleration.setZero();
+  }
+  return s;
+}
+
+Quaternion ScriptedPlayer::turned(double t) const {
+  const double span = std::max(0.02, plan_.hit - kTurned_s - plan_.begin);
+  return plan_.rotation_from.slerp(smooth((t - plan_.begin) / span), plan_.rotation_to);
+}
+
+HandTarget ScriptedPlayer::act(Instant<PhysicsClock> instant) {
+  const double now = instant.seconds();
+  if (!started_) {
+    started_ = true;
+    last_ = now;
+    plan_.begin = now;
+    plan_.hit = now;
+  }
+  while (!waiting_.empty() && waiting_.front().ready <= instant) {
+    const WorldState state = waiting_.front().state;
+    waiting_.pop_front();
+    notice(state, now);
+  }
+  if (plan_.stroke && now > plan_.hit + kFollow_s) go_home(now);
+
+  // The target runs after the plan with an acceleration that is bounded whatever the plan asks.
+  constexpr double kStep = 0.001, kLongest = 0.1, kOmega = 90.0;
+  double t = std::max(last_, now - kLongest);
+  const double ahead = settings_.hand_mass / settings_.hand_stiffness;
+  while (t < now) {
+    const double h = std::min(kStep, now - t);
+    const double tau = t - plan_.begin;
+    const bool on = tau >= 0.0 && tau < plan_.path.duration();
+    HandState want = planned(t);
+    if (on) {
+      const Vector3 jerk = plan_.path.jerk(tau), snap = plan_.path.snap(tau);
+      want.position += ahead * want.acceleration;
+      want.velocity += ahead * jerk;
+      want.acceleration += ahead * snap;
+    }
+    Vector3 a = want.acceleration + kOmega * kOmega * (want.position - target_.position) +
+                1.8 * kOmega * (want.velocity - target_.velocity);
+    const double size = a.norm();
+    if (size > settings_.max_acceleration) a *= settings_.max_acceleration / size;
+    target_.position += h * target_.velocity + 0.5 * h * h * a;
+    target_.velocity += h * a;
+    target_.acceleration = a;
+    t += h;
+  }
+  last_ = now;
+  target_rotation_ = turned(now);
+  return {{target_.position}, target_.velocity, target_rotation_};
+}
+
+}  // namespace palpate::pingpong
