@@ -74,6 +74,7 @@ class Recompute(unittest.TestCase):
     def test_each_figure_that_lies_is_named(self):
         for path in ("arm/error_to_truth_mean_mm", "pivot/error_to_truth_mm", "hand_eye/error_to_truth_mm", "hand_eye/rotation_error_deg", "registration/world_px_rms",
                      "registration/tip_px_p95", "exchange/late", "exchange/answers/exact", "force/peak_n"):
+            self.tearDown()
             self.setUp()
             part = self.summary
             *folders, key = path.split("/")
