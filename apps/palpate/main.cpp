@@ -21,6 +21,8 @@ int main(int argc, char** argv) {
   app::add_calibrate_pivot(*calibrate);
   app::add_calibrate_points(*calibrate);
   app::add_world(program);
+  app::add_physics(program);
+  app::add_apps(program);
   app::add_study(program);
   try {
     program.parse(argc, argv);

@@ -119,8 +119,8 @@ Expected<void> study_flights(const FlightsOptions& options) {
 
   Json result;
   CsvWriter table({"mode", "flight", "error_100_mm", "error_300_mm", "error_500_mm"});
-  // The first two differ in the air only: what the table does is taken from the recordings for both. The third is the
-  // paper to the letter, whose table does not rub.
+  // The first two differ in the air only: what the table does is taken from the recordings for both. The
+  // third is the paper to the letter, whose table does not rub.
   for (const std::string mode : {"paper", "full", "paper_without_friction"}) {
     BallModel model = mode == "full" ? BallModel() : BallModel::paper();
     model.gravity = {0.0, 0.0, -9.81};  // these recordings have z upwards

@@ -2,7 +2,7 @@
 //
 // Forces come in World axes and leave in ArmBase axes. tick() is called by the haptic thread at a fixed rate,
 // or by a test; after construction it does not allocate, lock, throw or write text. Input and output are
-// mailboxes: one other thread (physics) writes the input and reads the tip. A fault is a state (ForceFault):
+// triple buffers: one other thread (physics) writes the input and reads the tip. A fault is a state (ForceFault):
 // forces fade, and the last seconds are kept in records().
 #pragma once
 
@@ -15,7 +15,7 @@
 #include "palpate/haptics/tip_filter.h"
 #include "palpate/model/rig.h"
 #include "palpate/scene/application.h"
-#include "palpate/time/mailbox.h"
+#include "palpate/time/triple_buffer.h"
 
 namespace palpate {
 
@@ -56,7 +56,7 @@ class HapticLoop {
  public:
   // The references must outlive the loop. Throws std::invalid_argument for settings that cannot be.
   HapticLoop(ArmDevice& arm, const ArmCalibration& calibration, const PhantomLengths& nominal,
-             const HapticSettings& settings, Mailbox<HapticInput>& input, Mailbox<TipState>& output);
+             const HapticSettings& settings, TripleBuffer<HapticInput>& input, TripleBuffer<TipState>& output);
 
   void tick(Instant<PhysicsClock> now);
   void rearm() { limiter_.rearm(); }  // by the haptic thread
@@ -76,8 +76,8 @@ class HapticLoop {
   ArmCalibration calibration_;
   PhantomLengths nominal_;
   HapticSettings settings_;
-  Mailbox<HapticInput>& input_;
-  Mailbox<TipState>& output_;
+  TripleBuffer<HapticInput>& input_;
+  TripleBuffer<TipState>& output_;
   TipFilter filter_;
   ContactPlayer player_;
   ForceLimiter limiter_;

@@ -61,8 +61,8 @@ struct Bench {
     tick();
   }
   FakeArm arm;
-  Mailbox<HapticInput> input;
-  Mailbox<TipState> output;
+  TripleBuffer<HapticInput> input;
+  TripleBuffer<TipState> output;
   HapticInput message;
   Instant<PhysicsClock> now;
   HapticLoop loop;

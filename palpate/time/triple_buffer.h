@@ -11,7 +11,7 @@
 namespace palpate {
 
 template <typename T>
-class Mailbox {
+class TripleBuffer {
  public:
   // The writing thread only.
   void write(const T& value) {

@@ -1,4 +1,4 @@
-#include "palpate/time/mailbox.h"
+#include "palpate/time/triple_buffer.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 namespace palpate {
 namespace {
 
-TEST(Mailbox, KeepsTheNewestAndGivesItOnce) {
-  Mailbox<int> box;
+TEST(TripleBuffer, KeepsTheNewestAndGivesItOnce) {
+  TripleBuffer<int> box;
   int value = -1;
   EXPECT_FALSE(box.read(value));
   EXPECT_EQ(value, -1);
@@ -25,9 +25,9 @@ TEST(Mailbox, KeepsTheNewestAndGivesItOnce) {
 
 // A torn value would have unequal words; a stale one would go back in time. The thread sanitizer watches as
 // well.
-TEST(Mailbox, NeverTearsAndNeverGoesBack) {
+TEST(TripleBuffer, NeverTearsAndNeverGoesBack) {
   using Words = std::array<std::uint64_t, 32>;
-  Mailbox<Words> box;
+  TripleBuffer<Words> box;
   constexpr std::uint64_t kLast = 100000;
   std::jthread writer([&] {
     Words words;

@@ -1,0 +1,67 @@
+#include <fmt/format.h>
+
+#include "apps/palpate/command.h"
+#include "palpate/core/json.h"
+#include "palpate/sim/world_file.h"
+#include "palpate/system/physics_process.h"
+#include "palpate/system/scene_settings.h"
+
+namespace palpate::app {
+
+void add_physics(CLI::App& program) {
+  auto* command = program.add_subcommand(
+      "physics", "The physics server: 1 kHz force loop, virtual world, states for graphics servers");
+  struct Options {
+    std::string rig, world, json;
+    PhysicsProcessOptions process;
+  };
+  auto options = std::make_shared<Options>();
+  command->add_option("--rig", options->rig, "Calibrated rig file")->required();
+  command
+      ->add_option("--app", options->process.scene.application,
+                   "Application to run; `palpate apps` lists them")
+      ->default_val("pingpong");
+  command->add_option("--listen", options->process.endpoint,
+                      "ZeroMQ address; the default is a socket private to this user (ipc://...)");
+  command->add_flag("--insecure", options->process.insecure,
+                    "Allow tcp:// without keys: anyone who reaches it may connect");
+  command->add_option("--lab", options->process.lab, "Name of the laboratory `palpate world run` serves")
+      ->default_val("lab");
+  command->add_option("--world", options->world, "World file to take ball, bat and serve settings from");
+  command->add_option("--seed", options->process.seed, "Seed of the serves")->default_val(1);
+  command->add_option("--seconds", options->process.seconds, "Stop after this long; 0 = at Ctrl-C")
+      ->default_val(0.0);
+  command->add_option("--physics-hz", options->process.physics_hz, "Rate of the physics loop")
+      ->default_val(1000.0)
+      ->check(CLI::Range(1000.0, 20000.0));
+  command->add_option("--json", options->json,
+                      "Write loop and exchange figures here at the end; - = standard output");
+  on(command, [options]() -> Expected<void> {
+    auto rig = read_rig(options->rig);
+    if (!rig) return tl::unexpected(rig.error());
+    if (!rig->arm)
+      return refused("{}: has no arm calibration; run `palpate calibrate arm ... --rig {}`", options->rig,
+                     options->rig);
+    options->process.rig = *rig;
+    const std::string application = options->process.scene.application;
+    sim::WorldFile world = sim::reference_world();
+    if (!options->world.empty()) {
+      auto read = sim::read_world(options->world);
+      if (!read) return tl::unexpected(read.error());
+      world = *read;
+    }
+    options->process.scene = scene_settings(world, application);
+    options->process.surface_restitution = world.ball.restitution_table;
+    auto result = run_physics_process(options->process);
+    if (!result) return tl::unexpected(result.error());
+    if (!options->json.empty()) return write_json(options->json, *result);
+    fmt::print("haptic loop {:.0f} Hz, {} overruns, jitter p99 {:.0f} us; {} states answered\n",
+               (*result)["haptic"]["rate_hz"].get<double>(),
+               (*result)["haptic"]["overruns"].get<std::uint64_t>(),
+               (*result)["haptic"]["jitter_us"]["p99"].get<double>(),
+               (*result)["service"]["requests"].get<std::uint64_t>());
+    return {};
+  });
+}
+
+}  // namespace palpate::app

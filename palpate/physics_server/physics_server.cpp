@@ -1,0 +1,51 @@
+#include "palpate/physics_server/physics_server.h"
+
+#include <stdexcept>
+
+namespace palpate {
+namespace {
+
+const ArmCalibration& arm_of(const Rig& rig) {
+  if (!rig.arm)
+    throw std::invalid_argument(
+        "physics server: the rig has no arm calibration; run `palpate calibrate arm`");
+  return *rig.arm;
+}
+
+}  // namespace
+
+PhysicsServer::PhysicsServer(const Rig& rig, const SceneDescription& scene,
+                             std::unique_ptr<Application> application, ArmDevice& arm,
+                             const HapticSettings& settings)
+    : application_(std::move(application)),
+      haptic_(arm, arm_of(rig), rig.nominal_lengths, settings, to_haptic_, to_physics_),
+      history_(scene.gravity) {}
+
+void PhysicsServer::haptic_tick(Instant<PhysicsClock> now) { haptic_.tick(now); }
+
+void PhysicsServer::physics_tick(Instant<PhysicsClock> now) {
+  to_physics_.read(tip_);
+  if (tip_.time.ns() == 0) return;  // no arm yet: nothing moves in the world before its first reading
+  const Duration dt = last_ ? now - *last_ : Duration(1'000'000);
+  if (dt <= Duration(0)) return;
+  last_ = now;
+  state_.time = now;
+  ++state_.tick;
+  application_->step(now, dt, tip_, state_);
+  history_.push(state_);
+  to_haptic_.write(haptic_input(state_, application_->contact()));
+}
+
+SceneDescription scene_from_rig(const Rig& rig, SceneDescription settings, double restitution) {
+  settings.surfaces.clear();
+  for (const auto& surface : rig.surfaces) {
+    SceneSurface s;
+    s.name = surface.name;
+    s.restitution = restitution;
+    for (int i = 0; i < 4; ++i) s.corners[static_cast<std::size_t>(i)] = surface.corner(i).m;
+    settings.surfaces.push_back(s);
+  }
+  return settings;
+}
+
+}  // namespace palpate

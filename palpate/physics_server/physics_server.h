@@ -1,0 +1,59 @@
+// The physics server: arm in, force out, the virtual world's states kept for whoever asks.
+//
+// Two loops. haptic_tick() reads the arm, knows the tip and commands the force; physics_tick() moves the
+// virtual world on and stores its state. They meet in two triple buffers only, so each may run in a thread of its
+// own at its own rate, or one after the other in lock-step. Neither locks, allocates, throws or calls the
+// network. state_at() is for the network's threads. It knows no tracker and no camera, and builds without
+// them.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "palpate/devices/devices.h"
+#include "palpate/haptics/haptic_loop.h"
+#include "palpate/model/rig.h"
+#include "palpate/scene/application.h"
+#include "palpate/scene/world_history.h"
+#include "palpate/time/clock_model.h"
+
+namespace palpate {
+
+class PhysicsServer {
+ public:
+  // Throws std::invalid_argument where the rig has no arm calibration. The arm must outlive the server.
+  PhysicsServer(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Application> application,
+                ArmDevice& arm, const HapticSettings& settings);
+
+  // The haptic thread, 1 kHz.
+  void haptic_tick(Instant<PhysicsClock> now);
+  // The physics thread, 1 kHz or faster.
+  void physics_tick(Instant<PhysicsClock> now);
+  // The physics thread: a person's wish.
+  void control(Control command) { application_->control(command); }
+
+  // Any thread.
+  StateAnswer state_at(Instant<PhysicsClock> time) const { return history_.at(time); }
+
+  const HapticLoop& haptic() const { return haptic_; }
+  // The physics thread's own view.
+  const WorldState& newest() const { return state_; }
+  const ContactEvent& contact() const { return application_->contact(); }
+
+ private:
+  std::unique_ptr<Application> application_;
+  TripleBuffer<HapticInput> to_haptic_;
+  TripleBuffer<TipState> to_physics_;
+  HapticLoop haptic_;
+  WorldHistory history_;
+  TipState tip_;
+  WorldState state_;
+  std::optional<Instant<PhysicsClock>> last_;
+};
+
+// What both servers have to know about the scene: the rig's surfaces, which bounce a ball with `restitution`,
+// and everything else as in `settings`.
+SceneDescription scene_from_rig(const Rig& rig, SceneDescription settings, double restitution);
+
+}  // namespace palpate

@@ -1,0 +1,52 @@
+#include "palpate/system/applications.h"
+
+#include "palpate/applications/pingpong/artist.h"
+#include "palpate/applications/pingpong/pingpong.h"
+
+namespace palpate {
+
+const std::vector<ApplicationInfo>& applications() {
+  static const std::vector<ApplicationInfo> list = {
+      {"pingpong", "Return a virtual ball over a real table to a real wall, with a bat you feel"}};
+  return list;
+}
+
+namespace {
+
+Expected<void> known(const std::string& name) {
+  std::string names;
+  for (const auto& application : applications()) {
+    if (application.name == name) return {};
+    names += (names.empty() ? "" : ", ") + application.name;
+  }
+  return wrong_use("application '{}' is not known; there are: {}", name, names);
+}
+
+Expected<void> has_surface(const SceneDescription& scene, std::string_view name) {
+  for (const auto& surface : scene.surfaces)
+    if (surface.name == name) return {};
+  return refused("{}: the rig has no calibrated surface '{}'; run `palpate calibrate surface`",
+                 scene.application, name);
+}
+
+Expected<void> ready(const SceneDescription& scene) {
+  if (auto ok = known(scene.application); !ok) return ok;
+  if (auto ok = has_surface(scene, "table"); !ok) return ok;
+  return has_surface(scene, "wall");
+}
+
+}  // namespace
+
+Expected<std::unique_ptr<Application>> make_application(const SceneDescription& scene, std::uint64_t seed) {
+  if (auto ok = ready(scene); !ok) return tl::unexpected(ok.error());
+  pingpong::Settings settings;
+  settings.seed = seed;
+  return std::make_unique<pingpong::PingPong>(scene, settings);
+}
+
+Expected<std::unique_ptr<Artist>> make_artist(const SceneDescription& scene) {
+  if (auto ok = ready(scene); !ok) return tl::unexpected(ok.error());
+  return std::make_unique<pingpong::PingPongArtist>(scene);
+}
+
+}  // namespace palpate

@@ -1,0 +1,95 @@
+#include "palpate/system/physics_process.h"
+
+#include <fmt/format.h>
+
+#include "palpate/core/stop_signal.h"
+#include "palpate/devices/lab_channel.h"
+#include "palpate/network/zmq_engine.h"
+#include "palpate/physics_server/physics_server.h"
+#include "palpate/system/applications.h"
+#include "palpate/time/periodic_loop.h"
+
+namespace palpate {
+namespace {
+
+Json loop_json(const LoopStatistics& loop, double elapsed_s) {
+  const auto us = [](Duration d) { return static_cast<double>(d.count()) * 1e-3; };
+  return {{"rate_hz", elapsed_s > 0 ? static_cast<double>(loop.ticks) / elapsed_s : 0.0},
+          {"ticks", loop.ticks},
+          {"overruns", loop.overruns},
+          {"missed", loop.missed},
+          {"jitter_us", {{"p50", us(loop.late_p50)}, {"p99", us(loop.late_p99)}, {"max", us(loop.late_max)}}},
+          {"busy_us", {{"p50", us(loop.busy_p50)}, {"p99", us(loop.busy_p99)}, {"max", us(loop.busy_max)}}}};
+}
+
+}  // namespace
+
+Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
+  const auto& stop = stop_requested();
+  const SceneDescription scene = scene_from_rig(options.rig, options.scene, options.surface_restitution);
+  auto application = make_application(scene, options.seed);
+  if (!application) return tl::unexpected(application.error());
+  auto endpoint = options.endpoint.empty()
+                      ? default_endpoint()
+                      : parse_endpoint(options.endpoint, EndpointUse::listen, options.insecure);
+  if (!endpoint) return tl::unexpected(endpoint.error());
+  auto client = LabClient::open(options.lab);
+  if (!client) return tl::unexpected(client.error());
+  auto arm = LabArm::open(*client);
+  if (!arm) return tl::unexpected(arm.error());
+
+  MonotonicClock<PhysicsClock> clock;
+  PhysicsServer server(options.rig, scene, std::move(*application), **arm, HapticSettings{});
+  auto service = serve_states(
+      *endpoint, clock, [&server](Instant<PhysicsClock> t) { return server.state_at(t); }, scene);
+  if (!service) return tl::unexpected(service.error());
+
+  const auto start = clock.now();
+  Json result;
+  std::string gone;
+  {
+    PeriodicLoop<PhysicsClock> haptic(
+        clock, {.rate_hz = 1000.0, .name = "palpate-haptic", .real_time = options.real_time, .priority = 80},
+        [&](Instant<PhysicsClock> t) { server.haptic_tick(t); });
+    // The physics loop sleeps only: two loops that spin would starve each other on a small machine.
+    PeriodicLoop<PhysicsClock> physics(clock,
+                                       {.rate_hz = options.physics_hz,
+                                        .name = "palpate-physics",
+                                        .real_time = options.real_time,
+                                        .priority = 70,
+                                        .spin = Duration(0)},
+                                       [&](Instant<PhysicsClock> t) {
+                                         while (const auto wish = (*service)->take_control())
+                                           server.control(*wish);
+                                         server.physics_tick(t);
+                                       });
+    while (!stop.load() && (options.seconds <= 0.0 || to_seconds(clock.now() - start) < options.seconds)) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      if (auto alive = (*client)->check(); !alive) {
+        gone = alive.error().message;
+        break;
+      }
+    }
+    const double elapsed = to_seconds(clock.now() - start);
+    haptic.stop();
+    physics.stop();
+    result["haptic"] = loop_json(haptic.statistics(), elapsed);
+    result["haptic"]["scheduling"] = haptic.grant().describe();
+    result["physics"] = loop_json(physics.statistics(), elapsed);
+  }
+  const auto counters = (*service)->counters();
+  const auto& statistics = server.haptic().statistics();
+  result["service"] = {{"endpoint", (*service)->endpoint()},
+                       {"requests", counters.requests},
+                       {"syncs", counters.syncs},
+                       {"rejected", counters.rejected},
+                       {"unsent", counters.unsent}};
+  result["force"] = {{"peak_n", statistics.peak_n},
+                     {"limited_ticks", statistics.limited_ticks},
+                     {"lost_impulse_rel", statistics.lost_impulse_rel()},
+                     {"blows", statistics.blows}};
+  if (!gone.empty() && options.seconds > 0.0) return refused("physics: {}", gone);
+  return result;
+}
+
+}  // namespace palpate

@@ -1,0 +1,32 @@
+// The physics server as a process: haptic loop and physics loop in threads of their own, states served over
+// ZeroMQ.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "palpate/core/expected.h"
+#include "palpate/core/json.h"
+#include "palpate/model/rig.h"
+#include "palpate/scene/application.h"
+
+namespace palpate {
+
+struct PhysicsProcessOptions {
+  Rig rig;
+  SceneDescription scene;  // without surfaces: those are the rig's
+  double surface_restitution = 0.93;
+  std::string lab = "lab";
+  std::string endpoint;  // empty = this user's default socket
+  bool insecure = false;
+  std::uint64_t seed = 1;
+  double seconds = 0.0;  // 0 = until asked to stop
+  double physics_hz = 1000.0;
+  bool real_time = true;
+};
+
+// Rates, overruns, jitter, forces and exchange counts of the whole run; also written by `palpate physics
+// --json`.
+Expected<Json> run_physics_process(const PhysicsProcessOptions& options);
+
+}  // namespace palpate

@@ -1,0 +1,19 @@
+#include "palpate/system/scene_settings.h"
+
+namespace palpate {
+
+SceneDescription scene_settings(const sim::WorldFile& world, const std::string& application) {
+  SceneDescription scene;
+  scene.application = application;
+  scene.gravity = world.gravity;
+  scene.ball_radius = world.ball.radius;
+  scene.ball_mass = world.ball.mass;
+  scene.bat_radius = world.scene.bat_radius;
+  scene.bat_offset = world.scene.bat_offset;
+  scene.bat_restitution = world.ball.restitution_bat;
+  scene.contact_s = world.ball.contact_s;
+  scene.serve_speed = world.ball.serve_speed;
+  return scene;
+}
+
+}  // namespace palpate

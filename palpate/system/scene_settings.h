@@ -1,0 +1,15 @@
+// The virtual things of an application (ball, bat, serves) as a world file describes them: settings, not
+// truth about the laboratory.
+#pragma once
+
+#include <string>
+
+#include "palpate/scene/application.h"
+#include "palpate/sim/world_file.h"
+
+namespace palpate {
+
+// Everything but the surfaces, which are the rig's.
+SceneDescription scene_settings(const sim::WorldFile& world, const std::string& application);
+
+}  // namespace palpate
