@@ -28,7 +28,8 @@ void GraphicsServer::service(Instant<GraphicsClock> now) {
   link_.poll();
   for (const auto& arrived : link_.arrived()) {
     round_trips_.push_back(to_seconds(arrived.received - arrived.sent));
-    if (arrived.newest) last_answer_ = arrived.reply.answer;
+    // A server that has no state yet answers with an empty one: nothing to draw.
+    if (arrived.newest && arrived.reply.answer.state.tick > 0) last_answer_ = arrived.reply.answer;
   }
   while (const auto stamps = link_.take_sync()) sync_.add(stamps->t1, stamps->t2, stamps->t3, stamps->t4);
   if (!last_sync_sent_ || now - *last_sync_sent_ >= sync_.interval()) {

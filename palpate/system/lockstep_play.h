@@ -1,0 +1,65 @@
+// World, physics server and graphics server in one process on one virtual clock: a game played in lock-step.
+//
+// Deterministic to the bit for the same world, rig and seed. The three parts meet only over their channels:
+// devices, and the in-process twin of the network with seeded delay. Truth is looked at beside the play,
+// frame by frame, for the report; no part of it flows back.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "palpate/graphics_server/frame_record.h"
+#include "palpate/graphics_server/graphics_server.h"
+#include "palpate/haptics/haptic_loop.h"
+#include "palpate/model/rig.h"
+#include "palpate/network/in_process.h"
+#include "palpate/scene/application.h"
+#include "palpate/sim/sim_world.h"
+#include "palpate/system/overlay.h"
+
+namespace palpate {
+
+struct LockstepOptions {
+  double seconds = 30.0;
+  double warm_up_s = 2.0;  // clocks settle and the person takes the stylus; nothing is counted
+  std::uint64_t seed = 1;
+  ChannelModel channel;
+  Duration drawing_time = std::chrono::milliseconds(12);  // from an image's arrival to its picture, virtual
+  double player_extra_delay_s = 0.0;
+};
+
+// The parts that need pixels. Without them the play runs blind: the tracker's pose alone, nothing drawn.
+struct LockstepPictures {
+  sim::RenderView camera;  // what the simulated camera sees
+  PoseRefiner refiner;
+  FramePainter painter;
+  std::function<void(const FrameRecord&)> shown;  // each frame with its pixels
+};
+
+// What a frame showed, and what was true when its image was taken.
+struct PlayedFrame {
+  FrameRecord record;  // without pixels
+  CameraView truth;
+  Vector3 true_tip = Vector3::Zero();
+};
+
+struct LockstepResult {
+  std::vector<PlayedFrame> frames;
+  std::vector<HapticRecord> haptics;  // 1 kHz, around the blows
+  HapticStatistics haptic;
+  ExchangeCounters exchange;
+  WorldState final_state;
+  std::vector<double> round_trips_s;  // virtual: the channel model's
+  std::vector<double> sync_errors_s;  // true error of the clock synchronisation, each frame
+};
+
+// Plays on from wherever the world stands. Refused where the rig lacks what a part needs.
+Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, const SceneDescription& scene,
+                                          const LockstepOptions& options, const LockstepPictures& pictures,
+                                          const std::function<void(double)>& progress);
+
+// The tip of the stylus as a state shows it: the bat's pose taken back along its offset.
+Vector3 shown_tip(const WorldState& state, const SceneDescription& scene);
+
+}  // namespace palpate

@@ -1,0 +1,43 @@
+#include "palpate/system/player_seat.h"
+
+namespace palpate {
+namespace {
+
+pingpong::Reach reach_of(const Rig& rig, const sim::WorldFile& world) {
+  pingpong::Reach reach;
+  reach.X_world_base = rig.arm->X_world_base;
+  reach.lengths = rig.arm->lengths;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    reach.joints[0][i] = world.arm.joint_range[static_cast<std::size_t>(i)][0];
+    reach.joints[1][i] = world.arm.joint_range[static_cast<std::size_t>(i)][1];
+  }
+  return reach;
+}
+
+pingpong::PlayerSettings settings_of(const sim::WorldFile& world, std::uint64_t seed, double extra_delay_s) {
+  pingpong::PlayerSettings settings;
+  settings.reaction_s = world.player.reaction_s + extra_delay_s;
+  settings.aim_sd = world.player.aim_sd;
+  settings.max_acceleration = world.player.max_hand_acceleration;
+  settings.hand_mass = world.hand.mass + world.arm.apparent_mass;
+  settings.hand_stiffness = world.hand.stiffness;
+  settings.seed = seed;
+  return settings;
+}
+
+}  // namespace
+
+PlayerSeat::PlayerSeat(const SceneDescription& scene, const Rig& rig, const sim::WorldFile& world,
+                       std::uint64_t seed, double extra_delay_s)
+    : player_(scene, reach_of(rig, world), settings_of(world, seed, extra_delay_s)) {}
+
+void PlayerSeat::show(const FrameRecord& frame, const GraphicsServer& server) {
+  if (frame.have_state) player_.show(frame.state, server.sync().model().to(frame.drawn));
+}
+
+void PlayerSeat::act(Instant<GraphicsClock> now, const GraphicsServer& server, HandDevice& hand) {
+  if (server.sync().exchanges() == 0) return;
+  hand.move_to(player_.act(server.sync().model().to(now)));
+}
+
+}  // namespace palpate

@@ -1,0 +1,29 @@
+// The scripted player in front of the picture: sees frames as they are shown, says where the hand should be.
+//
+// The only way from picture to hand in demos and tests; a person with a real arm takes its place. Times go
+// through the graphics server's clock synchronisation, as everything there. One thread.
+#pragma once
+
+#include "palpate/applications/pingpong/player.h"
+#include "palpate/devices/devices.h"
+#include "palpate/graphics_server/graphics_server.h"
+#include "palpate/model/rig.h"
+#include "palpate/sim/world_file.h"
+
+namespace palpate {
+
+class PlayerSeat {
+ public:
+  PlayerSeat(const SceneDescription& scene, const Rig& rig, const sim::WorldFile& world, std::uint64_t seed,
+             double extra_delay_s = 0.0);
+
+  // A frame has been shown.
+  void show(const FrameRecord& frame, const GraphicsServer& server);
+  // Leads the hand; call every millisecond or so.
+  void act(Instant<GraphicsClock> now, const GraphicsServer& server, HandDevice& hand);
+
+ private:
+  pingpong::ScriptedPlayer player_;
+};
+
+}  // namespace palpate
