@@ -42,7 +42,7 @@ double tracker_frames_per_second(const Recorder& recorder, MarkerId marker, doub
 
 }  // namespace
 
-Expected<std::vector<TrackedPose>> record_pivot(Laboratory lab, const PivotOptions& options) {
+Expected<std::vector<TrackedPose>> record_pivot(Laboratory lab, const PivotRecordingOptions& options) {
   Recorder recorder(lab);
   recorder.tick();
   if (const auto begun = begin(lab, recorder, {Gesture::swing_stylus, "", 0}, "pivot"); !begun)
@@ -150,32 +150,47 @@ Expected<Vector3> record_rest(Laboratory lab) {
   return Vector3(sum / static_cast<double>(readings.size()));
 }
 
-Expected<HandEyeRecord> record_hand_eye(Laboratory lab, double seconds_long, const SeeBoard& see) {
-  if (lab.camera == nullptr) return refused("hand-eye: no camera; add one to the rig");
+Expected<ViewRecord> record_views(Laboratory lab, Gesture gesture, double seconds_long, const KeepImage& keep) {
+  if (lab.camera == nullptr) return refused("views: no camera; add one to the rig");
   Recorder recorder(lab);
   recorder.tick();
-  if (const auto begun = begin(lab, recorder, {Gesture::look_around_board, "", 0}, "hand-eye"); !begun)
+  if (const auto begun = begin(lab, recorder, {gesture, "", 0}, "views"); !begun)
     return tl::unexpected(begun.error());
   recorder.clear();
   lab.camera->poll();  // pictures from before
   ClockEstimator<CameraClock, PhysicsClock> camera_clock;
-  std::vector<std::pair<Instant<CameraClock>, Pose<Board, CameraOptical>>> seen;
+  std::vector<Instant<CameraClock>> kept;
   const double end = recorder.now_s() + seconds_long;
   while (recorder.now_s() < end) {
     recorder.tick();
     const auto image = lab.camera->poll();
     if (!image) continue;
     camera_clock.add(image->mid_exposure, lab.clock.now());
-    if (const auto pose = see(*image)) seen.emplace_back(image->mid_exposure, *pose);
+    if (keep(*image)) kept.push_back(image->mid_exposure);
   }
-  HandEyeRecord record;
-  for (const auto& pose : recorder.poses(MarkerId::camera_marker))
+  ViewRecord record;
+  record.tracked = recorder.poses(MarkerId::camera_marker);
+  for (const auto& pose : record.tracked)
     record.hand.push_back({pose.time_s, {pose.marker.rotation, pose.marker.translation}});
   const auto model = camera_clock.model();
-  for (const auto& [stamp, pose] : seen) record.eye.push_back({model.to(stamp).seconds(), pose});
+  for (const auto& stamp : kept) record.image_times_s.push_back(model.to(stamp).seconds());
   constexpr int kFewest = 10;
-  if (static_cast<int>(record.hand.size()) < kFewest)
-    return not_seen("hand-eye", record.hand.size(), kFewest);
+  if (static_cast<int>(record.hand.size()) < kFewest) return not_seen("views", record.hand.size(), kFewest);
+  return record;
+}
+
+Expected<HandEyeRecord> record_hand_eye(Laboratory lab, double seconds_long, const SeeBoard& see) {
+  std::vector<Pose<Board, CameraOptical>> seen;
+  auto views = record_views(lab, Gesture::look_around_board, seconds_long, [&](const CameraImage& image) {
+    const auto pose = see(image);
+    if (pose) seen.push_back(*pose);
+    return pose.has_value();
+  });
+  if (!views) return tl::unexpected(views.error());
+  HandEyeRecord record;
+  record.hand = std::move(views->hand);
+  for (std::size_t i = 0; i < seen.size(); ++i) record.eye.push_back({views->image_times_s[i], seen[i]});
+  constexpr int kFewest = 10;
   if (static_cast<int>(record.eye.size()) < kFewest)
     return refused(
         "hand-eye: the camera saw the board {} times where {} are wanted; keep the whole board in view",

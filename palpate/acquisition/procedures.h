@@ -13,14 +13,14 @@
 
 namespace palpate {
 
-struct PivotOptions {
+struct PivotRecordingOptions {
   int poses = 400;        // kept, spread evenly over the swing
   double seconds = 20.0;  // of swinging; more where the poses need it
   FixationSettings fixation;
   std::function<void()> holding;  // called when the arm has begun to hold the tip
 };
 // The stylus is swung about its tip, which the arm holds.
-Expected<std::vector<TrackedPose>> record_pivot(Laboratory lab, const PivotOptions& options);
+Expected<std::vector<TrackedPose>> record_pivot(Laboratory lab, const PivotRecordingOptions& options);
 
 // The pointer is swung about its tip, which stands in a divot. No arm readings.
 Expected<std::vector<TrackedPose>> record_pointer_pivot(Laboratory lab, int poses, double seconds_long);
@@ -39,9 +39,18 @@ Expected<MovingRecord> record_moving(Laboratory lab, double seconds_long);
 // Mean encoder readings with the arm at rest: what a later start is compared with.
 Expected<Vector3> record_rest(Laboratory lab);
 
+// Pictures with the camera marker's stream, while the person makes a gesture.
+struct ViewRecord {
+  std::vector<TimedPose<World, CameraMarker>> hand;  // by the tracker, host time
+  std::vector<TrackedPose> tracked;                  // the same with covariance
+  std::vector<double> image_times_s;                 // of the images `keep` kept, host time
+};
+using KeepImage = std::function<bool(const CameraImage&)>;
+Expected<ViewRecord> record_views(Laboratory lab, Gesture gesture, double seconds_long, const KeepImage& keep);
+
 struct HandEyeRecord {
-  std::vector<StampedPose<World, CameraMarker>> hand;  // by the tracker, host time
-  std::vector<StampedPose<Board, CameraOptical>> eye;  // by the board, host time
+  std::vector<TimedPose<World, CameraMarker>> hand;  // by the tracker, host time
+  std::vector<TimedPose<Board, CameraOptical>> eye;  // by the board, host time
 };
 // The head moves around the board. `see` finds the camera's pose from one image, or none.
 using SeeBoard = std::function<std::optional<Pose<Board, CameraOptical>>(const CameraImage&)>;

@@ -27,7 +27,7 @@ struct ArmReading {
 };
 
 template <typename A, typename B>
-struct StampedPose {
+struct TimedPose {
   double time_s = 0.0;
   Pose<A, B> pose;
 };

@@ -72,7 +72,7 @@ std::string points_csv(const std::vector<Touch>& touches) {
 }
 
 template <typename A, typename B>
-std::string poses_csv(const std::vector<StampedPose<A, B>>& poses) {
+std::string poses_csv(const std::vector<TimedPose<A, B>>& poses) {
   CsvWriter csv(kPoseColumns);
   for (const auto& pose : poses) {
     std::vector<double> row{pose.time_s};
@@ -83,7 +83,7 @@ std::string poses_csv(const std::vector<StampedPose<A, B>>& poses) {
   return csv.content();
 }
 
-template std::string poses_csv(const std::vector<StampedPose<World, CameraMarker>>&);
-template std::string poses_csv(const std::vector<StampedPose<Board, CameraOptical>>&);
+template std::string poses_csv(const std::vector<TimedPose<World, CameraMarker>>&);
+template std::string poses_csv(const std::vector<TimedPose<Board, CameraOptical>>&);
 
 }  // namespace palpate

@@ -17,6 +17,6 @@ std::string arm_csv(const std::vector<TrackedPose>& poses, const Vector3& tip);
 std::string points_csv(const std::vector<Touch>& touches);
 
 template <typename A, typename B>
-std::string poses_csv(const std::vector<StampedPose<A, B>>& poses);
+std::string poses_csv(const std::vector<TimedPose<A, B>>& poses);
 
 }  // namespace palpate

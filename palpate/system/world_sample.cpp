@@ -25,7 +25,7 @@ BoardView view_of(std::string name, const std::vector<Pixel>& corners) {
 }
 
 Expected<Files> sample_pivot(SimWorld& world, const SampleRequest& request) {
-  PivotOptions options;
+  PivotRecordingOptions options;
   if (request.points > 0) options.poses = request.points;
   options.fixation.nominal = {world.file().arm.lengths[0], world.file().arm.lengths[1]};
   options.fixation.stiffness = world.file().hand.fixation_stiffness;

@@ -1,0 +1,67 @@
+// Calibrating a whole rig through its devices, in the order in which each step can use the ones before.
+//
+// Rest readings, pointer tip, surfaces, landmarks, stylus tip, arm, delay arm-tracker, lens, hand-eye with delay
+// camera-tracker, landmarks again from pictures. Every step goes through Laboratory (devices and a person who is asked
+// for gestures), writes its part of the rig, and is skipped where the rig has it already: a session that broke off goes
+// on where it stopped. No truth in here. One thread. Errors: the step's refusal, which says what to do.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "palpate/acquisition/procedures.h"
+#include "palpate/calibration/arm.h"
+#include "palpate/calibration/board.h"
+#include "palpate/model/rig.h"
+
+namespace palpate {
+
+struct CalibrationPlan {
+  int pivot_poses = 400;
+  double pivot_s = 20.0;
+  int arm_points = 70, arm_test_points = 70;
+  double moving_s = 8.0;
+  double board_s = 12.0;  // head around the calibration board: lens and hand-eye
+  int board_every = 2;    // every so many images are searched for the board
+  int lens_views = 30;    // of these, used for the lens
+  double look_s = 5.0;    // head as in use: landmarks from pictures
+  std::string date;       // ISO 8601, for the provenance
+};
+
+// What was recorded, for raw data and figures; parts that were skipped are empty.
+struct CalibrationRecordings {
+  std::vector<TrackedPose> pointer_pivot, tip_pivot;
+  std::vector<Touch> corners, landmark_touches;
+  std::vector<ArmObservation> arm_train, arm_test;
+  std::vector<TrackedPose> arm_poses;  // the same as recorded
+  std::vector<BoardView> lens_views;
+  std::vector<TimedPose<World, CameraMarker>> hand;
+  std::vector<TimedPose<Board, CameraOptical>> eye;
+  double landmark_rms_px_before = 0.0, landmark_rms_px = 0.0;
+};
+
+// Finds landmarks in an image: predicted from the camera's pose, as the compositor's detector does it.
+struct FoundLandmark {
+  std::size_t landmark = 0;
+  Pixel centre = Pixel::Zero();
+};
+using FindLandmarks = std::function<std::vector<FoundLandmark>(const CameraImage&, const CameraModel&,
+                                                               const Pose<World, CameraOptical>&, const std::vector<Landmark>&)>;
+
+struct SessionHooks {
+  std::function<void(std::size_t step, std::size_t steps, const std::string& name)> progress;
+  std::function<Expected<void>(const Rig&)> save;  // after each step, so that nothing is lost
+  FindLandmarks find_landmarks;                    // empty: the last step is left out
+};
+
+Expected<CalibrationRecordings> calibrate_rig(Laboratory lab, Rig& rig, const CalibrationPlan& plan,
+                                              const SessionHooks& hooks);
+
+// The recording as calibrate_arm wants it; the tip's covariance as the tracker believes it for a tip at `tip`.
+std::vector<ArmObservation> arm_observations(const std::vector<TrackedPose>& poses, const Vector3& tip);
+
+// The arm's result as the rig keeps it.
+ArmCalibration rig_arm(const Estimate<ArmSolution>& estimate);
+
+}  // namespace palpate
