@@ -1,15 +1,42 @@
 #include "apps/palpate/result_output.h"
 
 #include <cstdio>
+#include <filesystem>
 
 namespace palpate::app {
 
 void add_result_options(CLI::App& command, ResultOptions& options) {
   command.add_option("--json", options.json, "Write the result as JSON to FILE (- = standard output)")
       ->type_name("FILE");
+  command
+      .add_option("--rig", options.rig, "Rig file: start values are read there, the result is written there")
+      ->type_name("FILE");
+  command.add_option("--out", options.out, "Write the result alone, as a rig file of one part")
+      ->type_name("FILE");
+}
+
+Expected<Rig> start_rig(const ResultOptions& options) {
+  if (options.rig.empty()) return Rig{};
+  auto rig = read_rig(options.rig);
+  if (!rig && !std::filesystem::exists(options.rig))
+    return wrong_use("{}: no such file; palpate rig new {} makes one", options.rig, options.rig);
+  return rig;
 }
 
 Expected<void> write_result(const ResultOptions& options, const Result& result) {
+  if ((!options.rig.empty() || !options.out.empty()) && !result.store)
+    return wrong_use("--rig and --out: this result has no place in a rig file; --json writes it");
+  if (!options.rig.empty()) {
+    auto rig = start_rig(options);
+    if (!rig) return tl::unexpected(rig.error());
+    result.store(*rig);
+    if (const auto done = write_rig(options.rig, *rig); !done) return done;
+  }
+  if (!options.out.empty()) {
+    Rig alone;
+    result.store(alone);
+    if (const auto done = write_rig(options.out, alone); !done) return done;
+  }
   if (!options.json.empty())
     if (const auto done = write_json(options.json, result.json); !done) return done;
   std::FILE* const stream = options.json == "-" ? stderr : stdout;

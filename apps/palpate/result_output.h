@@ -12,11 +12,14 @@
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/geometry/so3.h"
+#include "palpate/model/rig.h"
 
 namespace palpate::app {
 
 struct ResultOptions {
   std::string json;  // --json FILE
+  std::string rig;   // --rig FILE: start values are read there, the result is written there
+  std::string out;   // --out FILE: the result alone, as a rig file that holds nothing else
 };
 
 void add_result_options(CLI::App& command, ResultOptions& options);
@@ -24,7 +27,12 @@ void add_result_options(CLI::App& command, ResultOptions& options);
 struct Result {
   Json json;
   std::vector<std::string> summary;  // for a person, a line each
+  std::function<void(Rig&)>
+      store;  // puts the result, with its provenance, into a rig; none where it has no place there
 };
+
+// The rig named by --rig, an empty one without. Read it before the work starts: a bad file is told at once.
+Expected<Rig> start_rig(const ResultOptions& options);
 
 // Prints the summary (to standard error where standard output carries the JSON) and writes every file asked
 // for.

@@ -29,12 +29,12 @@ int refinement_half_window(const std::vector<cv::Point2f>& corners, const BoardS
   return std::clamp(static_cast<int>(0.45 * nearest), 2, 11);
 }
 
-std::optional<std::vector<Pixel>> corners_in(const cv::Mat& grey, const BoardShape& shape) {
+std::optional<std::vector<Pixel>> corners_in(const cv::Mat& grey, const BoardShape& shape, int half_window) {
   std::vector<cv::Point2f> corners;
   const cv::Size size(shape.columns, shape.rows);
   const int flags = cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE;
   if (!cv::findChessboardCorners(grey, size, corners, flags)) return std::nullopt;
-  const int half = refinement_half_window(corners, shape);
+  const int half = half_window > 0 ? half_window : refinement_half_window(corners, shape);
   cv::cornerSubPix(grey, corners, {half, half}, {-1, -1},
                    {cv::TermCriteria::EPS | cv::TermCriteria::MAX_ITER, 30, 0.001});
   std::vector<Pixel> pixels;
@@ -83,7 +83,8 @@ std::optional<std::vector<Pixel>> find_board_corners(std::span<const std::uint8_
       grey.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
     return std::nullopt;
   // OpenCV wants a writable pointer; it only reads here.
-  return corners_in(cv::Mat(height, width, CV_8UC1, const_cast<std::uint8_t*>(grey.data())), shape);
+  return corners_in(cv::Mat(height, width, CV_8UC1, const_cast<std::uint8_t*>(grey.data())), shape,
+                    half_window);
 }
 
 std::vector<std::uint8_t> grey_from_rgb(std::span<const std::uint8_t> rgb) {
@@ -94,7 +95,7 @@ std::vector<std::uint8_t> grey_from_rgb(std::span<const std::uint8_t> rgb) {
   return grey;
 }
 
-Expected<BoardViews> read_board_images(const std::string& pattern, const BoardShape& shape) {
+Expected<BoardViews> read_board_images(const std::string& pattern, const BoardShape& shape, int half_window) {
   const auto files = matching_files(pattern);
   if (files.empty())
     return wrong_use("{}: no such file; a path or a quoted pattern such as 'boards/*.jpg' is expected",
@@ -119,7 +120,7 @@ Expected<BoardViews> read_board_images(const std::string& pattern, const BoardSh
       return wrong_use("{}: is {}x{} px, but {} is {}x{}; one camera at one resolution is expected", file,
                        image.cols, image.rows, files.front(), result.width, result.height);
     const std::string name = std::filesystem::path(file).filename().string();
-    if (auto corners = corners_in(image, shape))
+    if (auto corners = corners_in(image, shape, half_window))
       result.views.push_back({name, board_points(shape), std::move(*corners)});
     else
       result.not_found.push_back(name);

@@ -55,7 +55,8 @@ std::optional<std::vector<Pixel>> find_board_corners(std::span<const std::uint8_
 std::vector<std::uint8_t> grey_from_rgb(std::span<const std::uint8_t> rgb);
 
 // Every image file the pattern (shell wildcards, one argument) names, in name order.
-Expected<BoardViews> read_board_images(const std::string& pattern, const BoardShape& shape);
+Expected<BoardViews> read_board_images(const std::string& pattern, const BoardShape& shape,
+                                       int half_window = 0);
 
 // Table with columns image, corner, board_x_squares, board_y_squares, u_px, v_px and, optionally, width_px,
 // height_px.

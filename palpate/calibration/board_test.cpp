@@ -53,7 +53,7 @@ TEST(Board, AnEmptyImageHasNoBoard) {
 }
 
 TEST(Board, PhotographsGiveTheCornersOfTheTable) {
-  const auto images = read_board_images(kData + "left*.jpg", {});
+  const auto images = read_board_images(kData + "left*.jpg", {}, 11);
   const auto table = read_board_corners(kData + "corners_left.csv", {});
   ASSERT_TRUE(images) << images.error().message;
   ASSERT_TRUE(table) << table.error().message;

@@ -53,6 +53,20 @@ TEST(So3, LogarithmUndoesTheExponentialUpToHalfATurn) {
   }
 }
 
+TEST(So3, InverseLeftJacobianAgreesWithFiniteDifferences) {
+  Random random(4);
+  for (double angle : {0.0, 1e-6, 0.005, 0.02, 0.5, 2.0, 3.0}) {
+    const Vector3 r = angle * Vector3(random.normal(), random.normal(), random.normal()).normalized();
+    Matrix3 numeric;
+    for (int i = 0; i < 3; ++i) {
+      const Vector3 h = 1e-6 * Vector3::Unit(i);
+      numeric.col(i) = (so3_log(so3_exp(h) * so3_exp(r)) - so3_log(so3_exp(-h) * so3_exp(r))) / 2e-6;
+    }
+    // central differences err by h^2 times the third derivative, which grows towards half a turn
+    EXPECT_NEAR((so3_left_jacobian_inverse(r) - numeric).norm(), 0.0, 1e-8) << angle;
+  }
+}
+
 TEST(So3, FixedAxisAnglesAreAppliedInTheOrderXYZ) {
   const Quaternion q = rotation_from_xyz(Vector3(radians_from_degrees(90), 0, radians_from_degrees(90)));
   // y -> z by the turn about x; z stays under the turn about z

@@ -38,6 +38,15 @@ inline Vector3 so3_log(const Quaternion& q) {
   return sign * k * q.vec();
 }
 
+// Inverse of the left Jacobian: log(exp(e) exp(r)) = r + this * e for small e. Equation 146; |r| < pi.
+inline Matrix3 so3_left_jacobian_inverse(const Vector3& r) {
+  const double angle2 = r.squaredNorm(), angle = std::sqrt(angle2);
+  // by its series where the difference of two large numbers would lose digits
+  const double k = angle < 1e-2 ? 1.0 / 12.0 + angle2 / 720.0
+                                : 1.0 / angle2 - (1.0 + std::cos(angle)) / (2.0 * angle * std::sin(angle));
+  return Matrix3::Identity() - 0.5 * hat(r) + k * hat(r) * hat(r);
+}
+
 // Angle between two rotations, radians in [0, pi].
 inline double angle_between(const Quaternion& a, const Quaternion& b) {
   return so3_log(a.conjugate() * b).norm();

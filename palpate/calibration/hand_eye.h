@@ -1,0 +1,53 @@
+// Hand-eye calibration: where a camera sits in the marker it carries, from the marker's poses in the tracker
+// (hand) and the camera's poses at a board (eye), and by how much the two clocks differ.
+//
+// Equation: hand(t + delay) X = Z eye(t), with hand = X_World_CameraMarker, X = X_CameraMarker_CameraOptical,
+// Z = X_World_Board, eye = X_Board_CameraOptical and t the eye's time. Every eye pose gives six residuals in
+// the camera's axes: rotation log((hand X)^-1 Z eye) and translation. Solved for X, Z and delay together
+// (Levenberg-Marquardt, Cauchy loss); the residuals' 6x6 scatter is learnt from the residuals themselves, so
+// that depth, sideways place and rotation weigh as they deserve. Start: Park & Martin (1994) by Kabsch over
+// relative rotations, then linear translations; delay by motion_correlation.h. Covariance: sandwich with
+// Bartlett weights over the residuals' correlation time (Newey & West 1987), because consecutive poses share
+// their errors, and grown where eight stretches of the recording disagree more than it says. Metres, radians,
+// seconds. Pure function; refuses what cannot be observed.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "palpate/core/expected.h"
+#include "palpate/estimation/estimate.h"
+#include "palpate/model/pose_file.h"
+
+namespace palpate {
+
+struct HandEyeOptions {
+  bool estimate_delay = false;
+  double delay_s = 0.0;         // used as it is where it is not estimated
+  double max_hand_gap_s = 0.1;  // an eye pose is used where hand poses this close together enclose it
+};
+
+struct HandEyeSolution {
+  Pose<CameraMarker, CameraOptical> X_marker_camera;
+  Pose<World, Board> X_world_board;
+  double delay_s = 0.0;  // hand time = eye time + delay
+  double delay_std_s = 0.0;
+  double rotation_residual_median = 0.0;     // rad
+  double translation_residual_median = 0.0;  // m
+  double translation_rms = 0.0;              // m, per component, inliers
+  int pairs = 0;                             // eye poses used
+  double rotation_range = 0.0;               // rad, largest angle between two hand poses used
+  double second_axis_spread = 0.0;           // rad, rms turn about the second most turned axis
+  double correlation_time_s = 0.0;           // of the residuals
+  double stretch_inflation = 1.0;  // factor on the deviations because stretches of the recording disagree
+  std::vector<std::string> warnings;
+};
+
+// Covariance order: X rotation (rad, CameraMarker axes, left perturbation), X translation (m), Z rotation
+// (World axes), Z translation, delay (s; zero where it is not estimated). Poses may come in any order; equal
+// times are kept once. `inlier` and `residuals` (m, camera axes) belong to the eye poses used, in time order.
+Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<StampedPose> hand,
+                                                       std::vector<StampedPose> eye,
+                                                       const HandEyeOptions& options = {});
+
+}  // namespace palpate

@@ -1,0 +1,122 @@
+#include "palpate/calibration/landmark_refinement.h"
+
+#include <gtest/gtest.h>
+
+#include "palpate/calibration/synthetic_room.h"
+
+namespace palpate {
+namespace {
+
+using namespace synthetic;
+
+struct Recording {
+  std::vector<Landmark> truth, touched;
+  HandEyeCalibration true_hand_eye, hand_eye;
+  std::vector<LandmarkFrame> frames;
+};
+
+// A user's session: every dot touched once, then `count` pictures from a turning head.
+Recording record(int count, double touch_sd, double pixel_sd, const Matrix6& tracker,
+                 const Matrix6& hand_eye_covariance, std::uint64_t seed,
+                 const Vector6& shared = Vector6::Zero()) {
+  Random random(seed, "landmark refinement");
+  Recording r;
+  r.truth = r.touched = dots();
+  for (auto& dot : r.touched) {
+    dot.place.m += normal3(random, touch_sd);
+    dot.covariance = touch_sd * touch_sd * Matrix3::Identity();
+  }
+  r.true_hand_eye = r.hand_eye = hand_eye();
+  r.hand_eye.covariance = hand_eye_covariance;
+  if (hand_eye_covariance.norm() > 0)
+    r.hand_eye.X_marker_camera = disturbed(r.hand_eye.X_marker_camera, draw(hand_eye_covariance, random));
+  for (int f = 0; f < count; ++f) {
+    const auto X = camera_pose(0.2 * f);
+    const auto marker = X * r.true_hand_eye.X_marker_camera.inverse();
+    LandmarkFrame frame;
+    frame.X_world_marker = disturbed(marker, Vector6(draw(tracker, random) + shared));
+    frame.covariance = tracker;
+    frame.sightings = sightings(lens(), X, r.truth, pixel_sd, random);
+    r.frames.push_back(frame);
+  }
+  return r;
+}
+
+double rms_error(const std::vector<Landmark>& a, const std::vector<Landmark>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i].place.m - b[i].place.m).squaredNorm();
+  return std::sqrt(sum / (3.0 * static_cast<double>(a.size())));
+}
+
+TEST(LandmarkRefinement, PerfectPicturesMendBadTouches) {
+  const auto r = record(40, 0.002, 0.0, diagonal(1e-7, 1e-7), Matrix6::Zero(), 1);
+  const auto fit = refine_landmarks(lens(), r.hand_eye, r.touched, r.frames,
+                                    {.pixel_sd = 1e-4, .correct_hand_eye = false});
+  ASSERT_TRUE(fit) << fit.error().message;
+  EXPECT_LT(rms_error(fit->value.landmarks, r.truth), 1e-6);
+  EXPECT_EQ(fit->value.hand_eye.X_marker_camera.translation, r.hand_eye.X_marker_camera.translation);
+  EXPECT_GT(fit->value.rms_px_before, 0.5);
+  EXPECT_LT(fit->value.rms_px, 1e-3);
+}
+
+TEST(LandmarkRefinement, PlacesBecomeBetterThanTheTouches) {
+  double before = 0.0, after = 0.0;
+  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+    const auto r = record(150, 0.0003, 0.1, diagonal(0.002, 0.0002), diagonal(0.001, 0.0005), 10 + seed);
+    const auto fit = refine_landmarks(lens(), r.hand_eye, r.touched, r.frames);
+    ASSERT_TRUE(fit) << fit.error().message;
+    before += rms_error(r.touched, r.truth) / 5, after += rms_error(fit->value.landmarks, r.truth) / 5;
+    EXPECT_LT(error(r.true_hand_eye.X_marker_camera, fit->value.hand_eye.X_marker_camera).head<3>().norm(),
+              error(r.true_hand_eye.X_marker_camera, r.hand_eye.X_marker_camera).head<3>().norm() + 3e-4);
+  }
+  EXPECT_GT(before, 0.00025);
+  EXPECT_LT(
+      after,
+      0.65 * before);  // the touches share a shift and a turn: sqrt(6 / 36) stays even with perfect pictures
+}
+
+TEST(LandmarkRefinement, ErrorsAgreeWithTheCovarianceItClaims) {
+  double sum = 0.0;
+  constexpr int kRuns = 20;
+  for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
+    const auto C = diagonal(0.001, 0.0005);
+    const auto r = record(40, 0.0003, 0.1, diagonal(0.002, 0.0002), C, 100 + seed);
+    const auto fit = refine_landmarks(lens(), r.hand_eye, r.touched, r.frames,
+                                      {.shared_rotation_sd = 0.0, .shared_translation_sd = 0.0});
+    ASSERT_TRUE(fit) << fit.error().message;
+    Eigen::VectorXd e(6 + 3 * r.truth.size());
+    e.head<6>() = error(r.true_hand_eye.X_marker_camera, fit->value.hand_eye.X_marker_camera);
+    for (std::size_t i = 0; i < r.truth.size(); ++i)
+      e.segment<3>(static_cast<Eigen::Index>(6 + 3 * i)) =
+          r.truth[i].place.m - fit->value.landmarks[i].place.m;
+    sum += e.dot(fit->covariance.ldlt().solve(e));
+  }
+  // chi-squared with 42 degrees, 20 times: mean 42, deviation 2; Huber's loss adds a few per cent
+  EXPECT_NEAR(sum / kRuns, 42.0, 9.0);
+}
+
+TEST(LandmarkRefinement, ABiasSharedByAllFramesDoesNotMoveThePlaces) {
+  Vector6 shared;
+  shared << 0.0008, -0.0006, 0.0008, 0.0001, -0.0001,
+      0.0001;  // 0.1 mm over a marker's 70 mm, the same in every frame
+  const auto r = record(300, 0.0003, 0.1, diagonal(0.002, 0.0002), diagonal(0.0005, 0.0005), 7, shared);
+  const auto with = refine_landmarks(lens(), r.hand_eye, r.touched, r.frames);
+  const auto without = refine_landmarks(lens(), r.hand_eye, r.touched, r.frames, {.correct_hand_eye = false});
+  ASSERT_TRUE(with && without);
+  EXPECT_LT(rms_error(with->value.landmarks, r.truth), rms_error(r.touched, r.truth));
+  EXPECT_GT(rms_error(without->value.landmarks, r.truth), 1.5 * rms_error(with->value.landmarks, r.truth));
+}
+
+TEST(LandmarkRefinement, RefusesDotsNobodySaw) {
+  auto r = record(4, 0.0003, 0.1, diagonal(0.002, 0.0002), diagonal(0.001, 0.0005), 8);
+  const auto few = refine_landmarks(lens(), r.hand_eye, r.touched, r.frames);
+  ASSERT_FALSE(few);
+  EXPECT_EQ(few.error().exit_code(), 1);
+  r.frames[0].sightings[0].landmark = 99;
+  const auto wrong = refine_landmarks(lens(), r.hand_eye, r.touched, r.frames);
+  ASSERT_FALSE(wrong);
+  EXPECT_EQ(wrong.error().exit_code(), 2);
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,99 @@
+// Landmarks on a table's edge and a wall, a head that looks at them, and a noisy tracker: for tests only.
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <vector>
+
+#include "palpate/calibration/pose_refinement.h"
+#include "palpate/core/random.h"
+
+namespace palpate::synthetic {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+inline CameraModel lens() {
+  CameraModel camera;
+  camera.fx = 560.0, camera.fy = 561.5, camera.cx = 318.7, camera.cy = 242.1;
+  camera.distortion = {-0.28, 0.09, 0.001, -0.0005, 0.0};
+  return camera;
+}
+
+inline Vector3 normal3(Random& random, double sd) {
+  return {random.normal(sd), random.normal(sd), random.normal(sd)};
+}
+
+inline Vector6 draw(const Matrix6& covariance, Random& random) {
+  Vector6 n;
+  for (int i = 0; i < 6; ++i) n(i) = random.normal();
+  return covariance.llt().matrixL() * n;
+}
+
+template <typename A, typename B>
+Pose<A, B> disturbed(const Pose<A, B>& X, const Vector6& d) {
+  return {so3_exp(d.head<3>()) * X.rotation, X.translation + d.tail<3>()};
+}
+
+// Deviation of `truth` from `estimate` in the convention of the covariances.
+template <typename A, typename B>
+Vector6 error(const Pose<A, B>& truth, const Pose<A, B>& estimate) {
+  Vector6 e;
+  e << so3_log(truth.rotation * estimate.rotation.conjugate()), truth.translation - estimate.translation;
+  return e;
+}
+
+inline Matrix6 diagonal(double turn, double shift) {
+  Matrix6 C = Matrix6::Zero();
+  C.diagonal() << turn * turn, turn * turn, turn * turn, shift * shift, shift * shift, shift * shift;
+  return C;
+}
+
+// Twelve dots: six along the table's far and side edges, six on the wall behind it.
+inline std::vector<Landmark> dots() {
+  std::vector<Landmark> result;
+  for (int i = 0; i < 6; ++i) {
+    Landmark table, wall;
+    table.place.m = Vector3(-0.35 + 0.14 * i, -1.52, i % 2 == 0 ? 1.6 : 0.95);
+    wall.place.m = Vector3(-0.35 + 0.14 * i, i % 2 == 0 ? -1.4 : -1.0, 0.8);
+    wall.normal = Vector3::UnitZ();
+    result.push_back(table), result.push_back(wall);
+  }
+  return result;
+}
+
+inline HandEyeCalibration hand_eye() {
+  HandEyeCalibration h;
+  h.X_marker_camera = {so3_exp(Vector3(0.07, -0.05, 3.1)), Vector3(0.012, -0.065, 0.034)};
+  return h;
+}
+
+// The camera at the head's place, looking at the table's middle, turned a little at time t.
+inline Pose<World, CameraOptical> camera_pose(double t) {
+  const Vector3 eye(0.05 * std::sin(0.9 * t), -0.95 + 0.03 * std::sin(0.7 * t),
+                    2.3 + 0.05 * std::cos(0.5 * t));
+  const Vector3 z = (Vector3(0, -1.4, 1.2) - eye).normalized(),
+                x = Vector3::UnitY().cross(z).normalized() * -1.0;
+  Matrix3 R;
+  R << x, z.cross(x), z;
+  return {
+      Quaternion(R) * so3_exp(Vector3(0.12 * std::sin(1.3 * t), 0.15 * std::sin(t), 0.1 * std::sin(1.7 * t))),
+      eye};
+}
+
+inline std::vector<Sighting> sightings(const CameraModel& camera, const Pose<World, CameraOptical>& X,
+                                       const std::vector<Landmark>& landmarks, double noise_px,
+                                       Random& random) {
+  std::vector<Sighting> result;
+  const auto inverse = X.inverse();
+  for (std::size_t i = 0; i < landmarks.size(); ++i) {
+    const Vector3 p = (inverse * landmarks[i].place).m;
+    if (p.z() < 0.1) continue;
+    const Pixel u = camera.project(p);
+    if (u.x() < 4 || u.y() < 4 || u.x() > camera.width - 5 || u.y() > camera.height - 5) continue;
+    result.push_back({i, u + Pixel(random.normal(noise_px), random.normal(noise_px))});
+  }
+  return result;
+}
+
+}  // namespace palpate::synthetic
