@@ -78,7 +78,7 @@ Expected<BoardShape> board_shape(const std::string& text, double square) {
 }
 
 std::optional<std::vector<Pixel>> find_board_corners(std::span<const std::uint8_t> grey, int width,
-                                                     int height, const BoardShape& shape) {
+                                                     int height, const BoardShape& shape, int half_window) {
   if (width <= 0 || height <= 0 ||
       grey.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
     return std::nullopt;
