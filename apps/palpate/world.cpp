@@ -1,13 +1,21 @@
 // palpate world: makes, shows and samples simulated laboratories.
+#include <atomic>
+#include <csignal>
+
 #include "apps/palpate/command.h"
 #include "palpate/core/file.h"
+#include "palpate/system/world_process.h"
 #include "palpate/system/world_sample.h"
 
 namespace palpate::app {
 namespace {
 
+std::atomic<bool> stopped{false};
+void stop(int) { stopped = true; }
+
 struct WorldOptions {
-  std::string file, kind, out;
+  std::string file, kind, out, name = "lab";
+  double seconds = 0.0;
   std::uint64_t seed = 1;
   int points = 0;
   bool continuous = false;
@@ -21,7 +29,7 @@ Expected<sim::WorldFile> world_from(const std::string& file) {
 
 void add_world(CLI::App& program) {
   auto options = std::make_shared<WorldOptions>();
-  auto* world = program.add_subcommand("world", "The simulated laboratory: make, show, sample");
+  auto* world = program.add_subcommand("world", "The simulated laboratory: make, show, sample, run");
   world->require_subcommand(1);
 
   auto* make = world->add_subcommand("new", "Write the reference world to a file to be changed");
@@ -71,6 +79,32 @@ void add_world(CLI::App& program) {
     if (request.continuous && request.kind != SampleKind::arm)
       return wrong_use("--continuous: goes with arm, not with {}", options->kind);
     return sample_world(*file, request, options->out);
+  });
+
+  auto* run =
+      world->add_subcommand("run", "Run the laboratory in real time, its devices open to the two servers");
+  run->add_option("--world", options->file, "World file; the reference world where none is named");
+  run->add_option("--seed", options->seed, "Draws everything called sd, and all noise")
+      ->capture_default_str();
+  run->add_option("--name", options->name, "Name under which the servers find this laboratory")
+      ->capture_default_str();
+  run->add_option("--seconds", options->seconds,
+                  "Stop by itself after this time (default: run until stopped)")
+      ->check(CLI::NonNegativeNumber);
+  on(run, [options]() -> Expected<void> {
+    const auto file = world_from(options->file);
+    if (!file) return tl::unexpected(file.error());
+    WorldProcessOptions process;
+    process.name = options->name;
+    process.seed = options->seed;
+    process.seconds = options->seconds;
+    std::signal(SIGINT, stop);
+    std::signal(SIGTERM, stop);
+    const auto report = run_world(*file, process, stopped);
+    if (!report) return tl::unexpected(report.error());
+    fmt::print("{} ticks, {} late by more than 1 ms, worst {:.1f} ms; {} pictures\n", report->ticks,
+               report->late_ticks, report->worst_late_s * 1e3, report->images);
+    return {};
   });
 }
 

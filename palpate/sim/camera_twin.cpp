@@ -23,7 +23,7 @@ Duration CameraTwin::band_offset(int band) const {
 void CameraTwin::expose(Instant<CameraClock> stamp, std::vector<TrueView> views) {
   const bool dropped = drops_.chance(drop_);
   if (!dropped && !views.empty()) {
-    pending_.push_back({next_ + latency_, stamp, frame_, std::move(views)});
+    pending_.push_back({next_ + latency_, {stamp, frame_, std::move(views)}});
     // Nobody takes images that are seconds old.
     if (pending_.size() > 64) pending_.pop_front();
   }
@@ -31,27 +31,30 @@ void CameraTwin::expose(Instant<CameraClock> stamp, std::vector<TrueView> views)
   next_ = first_ + seconds(static_cast<double>(frame_) * interval_s_);
 }
 
-std::optional<CameraImage> CameraTwin::take(Instant<TrueTime> now, const RenderView& render) {
-  std::optional<Pending> newest;
+std::optional<CameraShot> CameraTwin::take(Instant<TrueTime> now) {
+  std::optional<CameraShot> newest;
   while (!pending_.empty() && pending_.front().arrival <= now) {
-    newest = std::move(pending_.front());
+    newest = std::move(pending_.front().shot);
     pending_.pop_front();
   }
-  if (!newest) return std::nullopt;
+  return newest;
+}
+
+CameraImage draw_shot(const CameraShot& shot, const RenderView& render) {
   CameraImage image;
-  image.mid_exposure = newest->stamp;
-  image.frame = newest->frame;
-  image.width = newest->views.front().lens.width;
-  image.height = newest->views.front().lens.height;
+  image.mid_exposure = shot.mid_exposure;
+  image.frame = shot.frame;
+  image.width = shot.views.front().lens.width;
+  image.height = shot.views.front().lens.height;
   if (!render) return image;
-  render(newest->views.front(), image.rgb);
+  render(shot.views.front(), image.rgb);
   const auto rows = static_cast<std::size_t>(image.height),
              row_bytes = static_cast<std::size_t>(image.width) * 3;
   std::vector<std::uint8_t> band_picture;
-  for (std::size_t band = 1; band < newest->views.size(); ++band) {
-    render(newest->views[band], band_picture);
-    const std::size_t from = rows * band / newest->views.size() * row_bytes;
-    const std::size_t to = rows * (band + 1) / newest->views.size() * row_bytes;
+  for (std::size_t band = 1; band < shot.views.size(); ++band) {
+    render(shot.views[band], band_picture);
+    const std::size_t from = rows * band / shot.views.size() * row_bytes;
+    const std::size_t to = rows * (band + 1) / shot.views.size() * row_bytes;
     std::copy(band_picture.begin() + static_cast<std::ptrdiff_t>(from),
               band_picture.begin() + static_cast<std::ptrdiff_t>(to),
               image.rgb.begin() + static_cast<std::ptrdiff_t>(from));

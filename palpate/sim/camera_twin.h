@@ -19,6 +19,15 @@ namespace palpate::sim {
 // Fills width * height * 3 bytes, row 0 on top.
 using RenderView = std::function<void(const TrueView&, std::vector<std::uint8_t>&)>;
 
+// A frame that has arrived but is not drawn yet: may be drawn in another thread.
+struct CameraShot {
+  Instant<CameraClock> mid_exposure;
+  std::uint64_t frame = 0;
+  std::vector<TrueView> views;  // one per band of rows
+};
+// The shot as an image; without a renderer it has no pixels.
+CameraImage draw_shot(const CameraShot& shot, const RenderView& render);
+
 class CameraTwin {
  public:
   CameraTwin(const WorldFile& world, std::uint64_t seed);
@@ -35,15 +44,13 @@ class CameraTwin {
   // Lets a frame pass without a view (nobody draws).
   void skip() { expose({}, {}); }
 
-  // The newest image arrived by `now`, drawn by `render`; older ones are forgotten.
-  std::optional<CameraImage> take(Instant<TrueTime> now, const RenderView& render);
+  // The newest frame that has arrived by `now`; older ones are forgotten.
+  std::optional<CameraShot> take(Instant<TrueTime> now);
 
  private:
   struct Pending {
     Instant<TrueTime> arrival;
-    Instant<CameraClock> stamp;
-    std::uint64_t frame = 0;
-    std::vector<TrueView> views;
+    CameraShot shot;
   };
   double interval_s_ = 0.0;
   Duration latency_{0};

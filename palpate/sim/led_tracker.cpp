@@ -9,7 +9,8 @@ namespace {
 
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
-constexpr double kNearest = 0.05;  // m in front of a camera; no lens sees closer
+constexpr double kFlattest = 1e-6;  // cameras side by side at a thousandth of the distance
+constexpr double kNearest = 0.05;   // m in front of a camera; no lens sees closer
 
 // Closed form with scalar weights; false where the LEDs lie (nearly) in one line.
 bool arun(std::span<const Vector3> body, std::span<const LedPoint> seen, BodyFit& fit) {
@@ -68,8 +69,10 @@ std::optional<LedPoint> triangulate(std::span<const LinearCamera> cameras, std::
       information += row * row.transpose();
       right += row * row.dot(cameras[i].place);
     }
+    // Product of the eigenvalues against their mean cubed: zero where a direction is not measured at all.
+    const double mean = information.trace() / 3.0;
+    if (information.determinant() < kFlattest * mean * mean * mean) return std::nullopt;
     const Eigen::LDLT<Matrix3> solver(information);
-    if (solver.info() != Eigen::Success || solver.rcond() < 1e-9) return std::nullopt;
     p = solver.solve(right);
   }
   return LedPoint{p, sd * sd * information.inverse()};

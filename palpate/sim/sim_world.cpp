@@ -149,7 +149,11 @@ struct SimWorld::Parts : ArmDevice, TrackerDevice, HandDevice, Clock<PhysicsCloc
 
   struct Camera : CameraDevice {
     explicit Camera(Parts& owner) : parts(owner) {}
-    std::optional<CameraImage> poll() override { return parts.camera_twin.take(parts.time, parts.render); }
+    std::optional<CameraImage> poll() override {
+      const auto shot = parts.camera_twin.take(parts.time);
+      if (!shot) return std::nullopt;
+      return draw_shot(*shot, parts.render);
+    }
     Parts& parts;
   };
 
@@ -194,6 +198,7 @@ CameraDevice& SimWorld::camera() { return parts_->camera; }
 HandDevice& SimWorld::hand() { return *parts_; }
 Person& SimWorld::person() { return parts_->person; }
 Clock<PhysicsClock>& SimWorld::physics_clock() { return *parts_; }
+std::optional<CameraShot> SimWorld::take_shot() { return parts_->camera_twin.take(parts_->time); }
 void SimWorld::set_renderer(RenderView render) { parts_->render = std::move(render); }
 
 const WorldFile& SimWorld::file() const { return parts_->file; }

@@ -50,6 +50,8 @@ class SimWorld {
   Clock<PhysicsClock>& physics_clock();
   // Without a renderer the camera's images have stamps but no pixels.
   void set_renderer(RenderView render);
+  // Instead of camera().poll(), where the picture is to be drawn elsewhere.
+  std::optional<CameraShot> take_shot();
 
   const WorldFile& file() const;
   std::uint64_t seed() const;

@@ -1,0 +1,132 @@
+#include "palpate/system/world_process.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+#include "palpate/devices/lab_channel.h"
+
+namespace palpate {
+namespace {
+
+constexpr Duration kTick = std::chrono::milliseconds(1);
+constexpr Duration kForceStale =
+    std::chrono::milliseconds(20);  // a server that is silent so long has stopped
+
+// Draws the newest shot in a thread of its own; a shot that finds it busy replaces the one that waits.
+class Painter {
+ public:
+  Painter(LabServer& server, std::function<sim::RenderView()> make_renderer)
+      : server_(server), make_renderer_(std::move(make_renderer)), thread_([this] { run(); }) {}
+  ~Painter() {
+    {
+      const std::lock_guard lock(mutex_);
+      done_ = true;
+    }
+    wake_.notify_one();
+    thread_.join();
+  }
+  void draw(sim::CameraShot shot) {
+    {
+      const std::lock_guard lock(mutex_);
+      next_ = std::move(shot);
+    }
+    wake_.notify_one();
+  }
+  std::uint64_t images() const { return images_; }
+  // Why drawing ended early, empty while all is well.
+  std::string fault() const {
+    const std::lock_guard lock(mutex_);
+    return fault_;
+  }
+
+ private:
+  void run() {
+    try {
+      const auto render = make_renderer_();
+      while (true) {
+        sim::CameraShot shot;
+        {
+          std::unique_lock lock(mutex_);
+          wake_.wait(lock, [this] { return done_ || next_.has_value(); });
+          if (done_) return;
+          shot = std::move(*next_);
+          next_.reset();
+        }
+        if (server_.publish_image(sim::draw_shot(shot, render))) ++images_;
+      }
+    } catch (const std::exception& error) {
+      const std::lock_guard lock(mutex_);
+      fault_ = error.what();
+    }
+  }
+
+  LabServer& server_;
+  std::function<sim::RenderView()> make_renderer_;
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  std::optional<sim::CameraShot> next_;
+  bool done_ = false;
+  std::string fault_;
+  std::atomic<std::uint64_t> images_{0};
+  std::thread thread_;
+};
+
+}  // namespace
+
+Expected<WorldProcessReport> run_world(const sim::WorldFile& file, const WorldProcessOptions& options,
+                                       const std::atomic<bool>& stop) {
+  LabSettings settings;
+  settings.width = file.camera.size[0];
+  settings.height = file.camera.size[1];
+  settings.folder = options.folder;
+  auto opened = LabServer::open(options.name, settings);
+  if (!opened) return tl::unexpected(opened.error());
+  LabServer& server = **opened;
+  sim::SimWorld world(file, options.seed);
+  std::optional<Painter> painter;
+  if (options.make_renderer) painter.emplace(server, options.make_renderer);
+
+  WorldProcessReport report;
+  const MonotonicClock<TrueTime> clock(0.0, 0.0);
+  const auto start = clock.now();
+  const auto end =
+      options.seconds > 0.0 ? start + seconds(options.seconds) : Instant<TrueTime>{Duration::max()};
+  auto tick = start;
+  std::uint64_t last_force = 0;
+  MonotonicClock<TrueTime> waiting;
+  while (!stop.load(std::memory_order_relaxed) && tick < end) {
+    tick += kTick;
+    waiting.sleep_until(tick);
+    const auto now = waiting.now();
+    const double late = to_seconds(now - tick);
+    ++report.ticks;
+    if (late > 1e-3) ++report.late_ticks;
+    report.worst_late_s = std::max(report.worst_late_s, late);
+    if (now > tick + std::chrono::milliseconds(100))
+      tick = now;  // after a pause of the machine: go on from here
+
+    if (const auto force = server.take_force()) {
+      if (force->age > kForceStale)
+        world.arm().command(Vector3::Zero());
+      else if (force->count != last_force)
+        world.arm().command(force->force);
+      last_force = force->count;
+    }
+    if (const auto target = server.take_hand_target()) world.hand().move_to(*target);
+    world.advance_to(Instant<TrueTime>{} + (now - start));
+    server.publish_arm(world.arm().read());
+    for (const auto& sample : world.tracker().poll()) server.publish_tracker(sample);
+    if (auto shot = world.take_shot(); shot && painter) painter->draw(std::move(*shot));
+    server.heartbeat();
+    if (painter && report.ticks % 100 == 0)
+      if (const auto fault = painter->fault(); !fault.empty())
+        return refused("world: the camera's picture cannot be drawn: {}", fault);
+  }
+  if (painter) report.images = painter->images();
+  return report;
+}
+
+}  // namespace palpate

@@ -1,0 +1,39 @@
+// `palpate world run`: the simulated laboratory as a process in real time, whose devices others use over
+// LabServer.
+//
+// The world's time is the machine's monotonic clock since the start. One thread moves the world and serves
+// arm, tracker and hand once a millisecond; another draws the camera's pictures, so that drawing never holds
+// up the arm. A world that cannot keep up falls behind in what it shows, never in its stamps; how far is
+// counted.
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "palpate/core/expected.h"
+#include "palpate/sim/sim_world.h"
+
+namespace palpate {
+
+struct WorldProcessOptions {
+  std::string name = "lab";
+  std::filesystem::path folder;  // of the channel's file; empty: the user's run directory
+  std::uint64_t seed = 1;
+  double seconds = 0.0;  // 0: until stopped
+  // Makes the renderer, in the thread that will use it; none: no pictures.
+  std::function<sim::RenderView()> make_renderer;
+};
+
+struct WorldProcessReport {
+  std::uint64_t ticks = 0, late_ticks = 0;  // late: served more than a millisecond after its time
+  double worst_late_s = 0.0;
+  std::uint64_t images = 0;
+};
+
+// Serves until `stop` is set or the time is over.
+Expected<WorldProcessReport> run_world(const sim::WorldFile& file, const WorldProcessOptions& options,
+                                       const std::atomic<bool>& stop);
+
+}  // namespace palpate

@@ -1,0 +1,86 @@
+#include "palpate/system/world_process.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "palpate/devices/lab_channel.h"
+
+namespace palpate {
+namespace {
+
+TEST(WorldProcess, ServesArmTrackerHandAndPicturesAcrossTheChannel) {
+  WorldProcessOptions options;
+  options.name = "world-process-test";
+  options.folder = std::filesystem::path(testing::TempDir()) / "palpate-world-process";
+  std::filesystem::create_directories(options.folder);
+  std::filesystem::permissions(options.folder, std::filesystem::perms::owner_all);
+  options.make_renderer = [] {
+    return [](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
+      rgb.assign(static_cast<std::size_t>(view.lens.width * view.lens.height) * 3, 42);
+    };
+  };
+  std::atomic<bool> stop{false};
+  Expected<WorldProcessReport> report = refused("not run");
+  std::thread process([&] { report = run_world(sim::reference_world(), options, stop); });
+
+  const MonotonicClock<PhysicsClock> clock;
+  const auto patience = clock.now() + seconds(10.0);
+  MonotonicClock<PhysicsClock> waiting;
+  const auto wait = [&] { waiting.sleep_until(clock.now() + std::chrono::milliseconds(2)); };
+  Expected<std::shared_ptr<LabClient>> client = refused("not opened");
+  while (!client && clock.now() < patience) {
+    client = LabClient::open(options.name, options.folder);
+    wait();
+  }
+  if (client) {
+    auto arm = LabArm::open(*client);
+    auto hand = LabHand::open(*client);
+    auto camera = LabCamera::open(*client);
+    LabTracker tracker(*client);
+    EXPECT_TRUE(arm && hand && camera);
+    if (arm && hand && camera) {
+      const auto first = (*arm)->read();
+      HandTarget target;
+      target.tip.m = Vector3(0.0, -1.30, 1.75);
+      std::size_t tracked = 0;
+      std::optional<CameraImage> image;
+      Vector3 moved = Vector3::Zero();
+      while (clock.now() < patience && (moved.norm() < 0.1 || tracked < 10 || !image)) {
+        (*hand)->move_to(target);
+        moved = (*arm)->read().joints - first.joints;
+        tracked += tracker.poll().size();
+        if (auto next = (*camera)->poll()) image = std::move(next);
+        wait();
+      }
+      EXPECT_GE(moved.norm(), 0.1);  // the hand took the stylus 0.1 m away
+      EXPECT_GE(tracked, 10u);
+      ASSERT_TRUE(image);
+      EXPECT_EQ(image->rgb.size(), 640u * 480u * 3u);
+      EXPECT_EQ(image->rgb.back(), 42);
+    }
+  } else {
+    ADD_FAILURE() << client.error().message;
+  }
+  stop = true;
+  process.join();
+  ASSERT_TRUE(report) << report.error().message;
+  EXPECT_GT(report->ticks, 0u);
+}
+
+TEST(WorldProcess, PicturesThatCannotBeDrawnEndItWithTheReason) {
+  WorldProcessOptions options;
+  options.name = "world-process-fault";
+  options.folder = std::filesystem::path(testing::TempDir()) / "palpate-world-fault";
+  std::filesystem::create_directories(options.folder);
+  std::filesystem::permissions(options.folder, std::filesystem::perms::owner_all);
+  options.seconds = 20.0;
+  options.make_renderer = []() -> sim::RenderView { throw std::runtime_error("no display and no EGL"); };
+  const std::atomic<bool> stop{false};
+  const auto report = run_world(sim::reference_world(), options, stop);
+  ASSERT_FALSE(report);
+  EXPECT_NE(report.error().message.find("no display and no EGL"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace palpate
