@@ -1,0 +1,36 @@
+// The arm as one mesh in World, moved to new joint angles every frame. Thread: the context's.
+#pragma once
+
+#include <vector>
+
+#include "palpate/draw/arm_shape.h"
+#include "palpate/draw/mesh_buffer.h"
+
+namespace palpate::draw {
+
+struct ArmConfiguration {
+  Pose<World, ArmBase> X_world_base;
+  PhantomLengths lengths;
+  Vector3 theta = Vector3::Zero(), gimbal = Vector3::Zero();
+  Pose<Tip, TipMarker> X_tip_marker;
+};
+
+class ArmBody {
+ public:
+  ArmBody(const PhantomLengths& lengths, const ArmShapeSettings& settings);
+  void move(const ArmConfiguration& configuration);
+  // World frame; the vertices' look is an ArmLook.
+  const MeshBuffer& mesh() const { return buffer_; }
+  const std::vector<ShadedVertex>& vertices() const { return moved_; }
+
+ private:
+  struct Range {
+    std::size_t begin, end;
+    ArmFrame frame;
+  };
+  std::vector<Range> ranges_;
+  std::vector<ShadedVertex> still_, moved_;
+  MeshBuffer buffer_;
+};
+
+}  // namespace palpate::draw

@@ -1,0 +1,94 @@
+#include "palpate/draw/arm_shape.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate::draw {
+namespace {
+
+Quaternion about(const Vector3& axis, double angle) { return Quaternion(Eigen::AngleAxisd(angle, axis)); }
+
+// The lower rod of the parallelogram runs beside the upper arm, this far behind the elbow on the forearm's
+// line.
+constexpr double kCrank = 0.034;
+
+}  // namespace
+
+std::vector<ArmPart> arm_parts(const PhantomLengths& lengths, const ArmShapeSettings& settings) {
+  std::vector<ArmPart> parts;
+  const auto tube = [&](ArmFrame frame, ArmLook look, const Vector3& a, const Vector3& b, double radius) {
+    parts.push_back({cylinder_mesh(a, b, radius, settings.segments), frame, look});
+  };
+  const auto box = [&](ArmFrame frame, ArmLook look, const Vector3& low, const Vector3& high) {
+    parts.push_back({box_mesh(low, high), frame, look});
+  };
+  // Base frame: under the shoulder, origin at the shoulder (where the first two axes meet).
+  const double foot = -(lengths.l2 + settings.base_below);
+  box(ArmFrame::base, ArmLook::black, {-0.085, foot, -0.10}, {0.085, foot + 0.018, 0.075});
+  tube(ArmFrame::base, ArmLook::dark, {0, foot + 0.018, 0}, {0, foot + 0.055, 0}, 0.055);
+  tube(ArmFrame::base, ArmLook::black, {0, foot + 0.055, 0}, {0, -0.125, 0}, 0.030);
+  tube(ArmFrame::base, ArmLook::metal, {0, -0.125, 0}, {0, -0.112, 0}, 0.062);
+  // Turntable: the drum that turns about the vertical, two motors lying across, side cheeks.
+  tube(ArmFrame::turntable, ArmLook::dark, {0, -0.112, 0}, {0, -0.070, 0}, 0.046);
+  box(ArmFrame::turntable, ArmLook::black, {-0.036, -0.074, -0.030}, {-0.028, 0.022, 0.030});
+  box(ArmFrame::turntable, ArmLook::black, {0.028, -0.074, -0.030}, {0.036, 0.022, 0.030});
+  tube(ArmFrame::turntable, ArmLook::metal, {-0.044, 0, 0}, {0.044, 0, 0}, 0.011);
+  tube(ArmFrame::turntable, ArmLook::dark, {-0.082, -0.040, -0.048}, {-0.036, -0.040, -0.048}, 0.019);
+  tube(ArmFrame::turntable, ArmLook::dark, {0.036, -0.040, -0.048}, {0.082, -0.040, -0.048}, 0.019);
+  tube(ArmFrame::turntable, ArmLook::metal, {-0.084, -0.040, -0.048}, {-0.082, -0.040, -0.048}, 0.016);
+  tube(ArmFrame::turntable, ArmLook::metal, {0.082, -0.040, -0.048}, {0.084, -0.040, -0.048}, 0.016);
+  // Upper arm (z towards the elbow) with its cable sector, and the rod of the parallelogram below it.
+  tube(ArmFrame::upper, ArmLook::metal, {0, 0, -0.045}, {0, 0, lengths.l1}, 0.0095);
+  tube(ArmFrame::upper, ArmLook::dark, {0.014, 0, 0}, {0.021, 0, 0}, 0.052);
+  tube(ArmFrame::upper, ArmLook::black, {-0.014, 0, lengths.l1}, {0.014, 0, lengths.l1}, 0.015);
+  tube(ArmFrame::upper, ArmLook::black, {0, 0, -0.070}, {0, 0, -0.040}, 0.021);  // counterweight
+  tube(ArmFrame::rod, ArmLook::metal, {0.012, 0, 0}, {0.012, 0, lengths.l1}, 0.0045);
+  tube(ArmFrame::rod, ArmLook::dark, {-0.021, 0, 0}, {-0.014, 0, 0}, 0.038);
+  // Forearm (-y towards the tip).
+  tube(ArmFrame::forearm, ArmLook::metal, {0, kCrank, 0}, {0, -lengths.l2 + 0.020, 0}, 0.0080);
+  tube(ArmFrame::forearm, ArmLook::black, {-0.016, kCrank, 0}, {0.016, kCrank, 0}, 0.010);
+  tube(ArmFrame::forearm, ArmLook::black, {0, -lengths.l2 + 0.036, 0}, {0, -lengths.l2 + 0.014, 0}, 0.0125);
+  // Stylus: the gimbal's knuckle at the tip, the handle behind it.
+  parts.push_back(
+      {sphere_mesh(0.0125, settings.segments / 2, settings.segments), ArmFrame::stylus, ArmLook::dark});
+  tube(ArmFrame::stylus, ArmLook::metal, {0, 0, 0}, {0, 0, 0.030}, 0.0050);
+  tube(ArmFrame::stylus, ArmLook::black, {0, 0, 0.028}, {0, 0, 0.112}, 0.0078);
+  // Marker: a round plate behind the LEDs.
+  if (!settings.leds.empty()) {
+    double reach = 0.0;
+    for (const Vector3& led : settings.leds) reach = std::max(reach, led.head<2>().norm());
+    tube(ArmFrame::marker, ArmLook::black, {0, 0, -0.008}, {0, 0, -0.004}, reach + 0.008);
+    tube(ArmFrame::marker, ArmLook::metal, {0, 0, -0.020}, {0, 0, -0.008}, 0.012);
+    for (const Vector3& led : settings.leds) {
+      tube(ArmFrame::marker, ArmLook::dark, {led.x(), led.y(), -0.006}, led - Vector3(0, 0, 0.0005), 0.0055);
+      TriangleMesh lens = sphere_mesh(0.0032, 8, 16);
+      for (Vector3& v : lens.vertices) v += led;
+      parts.push_back({std::move(lens), ArmFrame::marker, ArmLook::red});
+    }
+  }
+  return parts;
+}
+
+std::array<PartPose, static_cast<std::size_t>(ArmFrame::count)> arm_part_poses(
+    const PhantomLengths& lengths, const Vector3& theta, const Vector3& gimbal,
+    const Pose<Tip, TipMarker>& X_tip_marker) {
+  std::array<PartPose, static_cast<std::size_t>(ArmFrame::count)> poses;
+  const auto at = [&](ArmFrame frame) -> PartPose& { return poses[static_cast<std::size_t>(frame)]; };
+  const Vector3 shoulder(0, lengths.l2, -lengths.l1);
+  const Quaternion turn = about(Vector3::UnitY(), theta[0]);
+  const Quaternion upper = turn * about(Vector3::UnitX(), -theta[1]);
+  const Quaternion forearm = turn * about(Vector3::UnitX(), -theta[2]);
+  const Vector3 elbow = shoulder + upper * Vector3(0, 0, lengths.l1);
+  at(ArmFrame::base) = {Quaternion::Identity(), shoulder};
+  at(ArmFrame::turntable) = {turn, shoulder};
+  at(ArmFrame::upper) = {upper, shoulder};
+  at(ArmFrame::rod) = {upper, shoulder + forearm * Vector3(0, kCrank, 0)};
+  at(ArmFrame::forearm) = {forearm, elbow};
+  const Pose<ArmBase, Tip> X_base_tip = phantom_pose(theta, gimbal, lengths);
+  at(ArmFrame::stylus) = {X_base_tip.rotation, X_base_tip.translation};
+  const Pose<ArmBase, TipMarker> X_base_marker = X_base_tip * X_tip_marker;
+  at(ArmFrame::marker) = {X_base_marker.rotation, X_base_marker.translation};
+  return poses;
+}
+
+}  // namespace palpate::draw

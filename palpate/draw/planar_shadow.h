@@ -1,0 +1,47 @@
+// Soft shadows of bodies on a rectangle: how much of the lamp each place of the rectangle cannot see.
+//
+// The lamp is a disc, sampled at sixteen points; each sample throws the bodies flat onto the rectangle, and
+// the samples are averaged. So a shadow is sharp at the contact and softens with distance, as a real one.
+// Only the part of the rectangle that the bodies can darken is drawn. World frame, metres. Thread: the
+// context's.
+#pragma once
+
+#include <span>
+
+#include "palpate/draw/mesh_buffer.h"
+#include "palpate/draw/room_light.h"
+
+namespace palpate::draw {
+
+struct ShadowCaster {
+  const MeshBuffer* mesh = nullptr;
+  Matrix4f X_world_mesh = Matrix4f::Identity();
+  bool closed = true;  // one side of it throws the whole shadow
+};
+
+// Corner and unit sides; the normal is side_x cross side_y.
+struct ShadowReceiver {
+  Vector3 corner = Vector3::Zero(), side_x = Vector3::UnitX(), side_y = Vector3::UnitY();
+  double width = 1.0, height = 1.0;
+};
+
+class PlanarShadow {
+ public:
+  // `size` texels along each side of the darkened part.
+  explicit PlanarShadow(int size = 128);
+
+  // False where no shadow falls on the rectangle. Leaves its own framebuffer bound.
+  bool draw(std::span<const ShadowCaster> casters, const ShadowReceiver& receiver, const RoomLight& light,
+            const FullScreen& screen);
+  // Of the last draw: hidden share of the lamp, and the darkened part as (x, y, width, height) in metres on
+  // the rectangle.
+  const Texture& texture() const { return result_.texture(); }
+  const Vector4f& part() const { return part_; }
+
+ private:
+  Program cast_, gather_;
+  Target tiles_, result_;
+  Vector4f part_ = Vector4f::Zero();
+};
+
+}  // namespace palpate::draw

@@ -1,0 +1,22 @@
+// The simulated camera's shaders: how table, wall, room, dots, board and arm look. GLSL 3.30, without
+// #version.
+#pragma once
+
+#include <string>
+
+namespace palpate::sim {
+
+std::string table_shader();
+std::string side_shader();  // of the table's slab
+std::string wall_shader();
+std::string leg_shader();    // of the table: a flat strip turned to the eye, shaded as a tube
+std::string floor_shader();  // drawn once into a texture
+std::string room_shader();   // floor and walls behind everything
+std::string dot_shader();
+std::string board_shader();
+std::string layer_shader();            // the arm's picture, bent through the lens
+extern const char* const kTileVertex;  // parts of the picture instead of the whole
+extern const char* const kArmVertex;
+extern const char* const kArmFragment;
+
+}  // namespace palpate::sim
