@@ -111,7 +111,8 @@ std::optional<BodyFit> fit_body(std::span<const Vector3> body, std::span<const L
     const Vector6 step = information.ldlt().solve(right);
     fit.rotation = (so3_exp(step.head<3>()) * fit.rotation).normalized();
     fit.translation += step.tail<3>();
-    if (step.head<3>().norm() < 1e-11 && step.tail<3>().norm() < 1e-12) break;
+    // Convergence is quadratic: the next step would be far below rounding.
+    if (step.head<3>().norm() < 1e-7 && step.tail<3>().norm() < 1e-8) break;
   }
   if (!(fit.translation.norm() < 1e6)) return std::nullopt;
   fit.covariance = seen.front().covariance.trace() > 0 ? Matrix6(information.inverse()) : Matrix6::Zero();
