@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Recomputes a demo's errors from its raw files and compares them with summary.json.
 
-    recompute.py FOLDER [--palpate PROGRAM] [--tolerance 1e-6]
+    recompute.py FOLDER [--palpate PROGRAM [--world FILE]] [--tolerance 1e-6]
 
 Standard library only, and no code shared with the program: kinematics, rotations and lens are written here again.
 Prints a line per figure; exit 1 with a line per difference where one exceeds the tolerance (relative), 2 for wrong use.
@@ -11,7 +11,8 @@ What it reads in FOLDER (a figure whose files are missing is not recomputed, and
   raw/estimates.json     {"arm": {"joint": R, "one-pass": R, "alternating": R, "eq7": R}, "pivot": R, "hand_eye": R}, each R the
                          result of the matching `calibrate --json`
   raw/truth.json         {"arm": T, "pivot": T, "hand_eye": T}, each T the truth.json of the matching `world sample`.
-                         With --palpate these come from the program instead: FOLDER/world.toml and the summary's seed.
+                         With --palpate these come from the program instead, for the world (else FOLDER/world.toml) and
+                         the summary's seed.
   raw/arm_poses.csv      pose,joint_1_deg,joint_2_deg,joint_3_deg: readings at which the arm is held against the truth
   raw/arm_held_out.csv   arm samples not used for the calibration: joint_1_deg..,marker_x_mm..,marker_qw..
   raw/frames.csv         frame,mid_exposure_s,cam_x_m..cam_qz,tip_x_m,tip_y_m,tip_z_m,answer,late,world_px,tip_px  (estimates;
@@ -137,11 +138,11 @@ def overlay_px(est_pose, est_lens, est_point, true_pose, true_lens, true_point):
 # --- files and comparison ------------------------------------------------------------------------------------------
 
 class Demo:
-    def __init__(self, folder, program):
+    def __init__(self, folder, program, world):
         self.folder = folder
         self.summary = self.json("summary.json") or {}
         self.estimates = self.json("raw/estimates.json") or {}
-        self.truth = self.from_program(program) if program else self.json("raw/truth.json") or {}
+        self.truth = self.from_program(program, world or os.path.join(folder, "world.toml")) if program else self.json("raw/truth.json") or {}
 
     def json(self, name):
         path = os.path.join(self.folder, name)
@@ -157,11 +158,11 @@ class Demo:
         with open(path, encoding="utf-8", newline="") as file:
             return list(csv.DictReader(line for line in file if line.strip() and not line.startswith("#")))
 
-    def from_program(self, program):
+    def from_program(self, program, world):
         truth = {}
         for kind, key in (("arm", "arm"), ("pivot", "pivot"), ("hand-eye", "hand_eye")):
             with tempfile.TemporaryDirectory() as out:
-                subprocess.run([program, "world", "sample", kind, "--world", os.path.join(self.folder, "world.toml"), "--seed",
+                subprocess.run([program, "world", "sample", kind, "--world", world, "--seed",
                                 str(self.summary["seed"]), "--out", out], check=True, stdout=subprocess.DEVNULL)
                 with open(os.path.join(out, "truth.json"), encoding="utf-8") as file:
                     truth[key] = json.load(file)
@@ -297,12 +298,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder")
     parser.add_argument("--palpate", metavar="PROGRAM", help="take the truth from `PROGRAM world sample` instead of raw/truth.json")
+    parser.add_argument("--world", metavar="FILE", help="the world of the demo; with --palpate")
     parser.add_argument("--tolerance", type=float, default=1e-6, help="relative; default 1e-6")
     options = parser.parse_args()
     if not os.path.isfile(os.path.join(options.folder, "summary.json")):
         print(f"recompute.py: {options.folder}: no summary.json; give the folder a demo wrote", file=sys.stderr)
         return 2
-    demo = Demo(options.folder, options.palpate)
+    demo = Demo(options.folder, options.palpate, options.world)
     differ = Differences(options.tolerance)
     done = set()
     for figures in (arm_figures(demo), offset_figures(demo), overlay_figures(demo, differ), count_figures(demo)):
