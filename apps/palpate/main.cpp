@@ -26,6 +26,8 @@ int main(int argc, char** argv) {
   app::add_world(program);
   app::add_physics(program);
   app::add_apps(program);
+  app::add_graphics(program);
+  app::add_demo(program);
   app::add_study(program);
   try {
     program.parse(argc, argv);

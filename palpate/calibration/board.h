@@ -47,9 +47,10 @@ struct BoardViews {
 
 // All inner corners of the board in a grey image (row 0 on top, `stride` bytes a row), in the board's order,
 // or none. A board with rows + columns odd has two admissible numberings, half a turn apart; the detector's
-// choice is kept.
+// choice is kept. `half_window` is that of the sub-pixel refinement, px; 0 chooses it by the squares' size.
 std::optional<std::vector<Pixel>> find_board_corners(std::span<const std::uint8_t> grey, int width,
-                                                     int height, const BoardShape& shape);
+                                                     int height, const BoardShape& shape,
+                                                     int half_window = 0);
 
 // Luminance of an RGB image, 3 bytes a pixel.
 std::vector<std::uint8_t> grey_from_rgb(std::span<const std::uint8_t> rgb);

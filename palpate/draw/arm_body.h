@@ -8,13 +8,6 @@
 
 namespace palpate::draw {
 
-struct ArmConfiguration {
-  Pose<World, ArmBase> X_world_base;
-  PhantomLengths lengths;
-  Vector3 theta = Vector3::Zero(), gimbal = Vector3::Zero();
-  Pose<Tip, TipMarker> X_tip_marker;
-};
-
 class ArmBody {
  public:
   ArmBody(const PhantomLengths& lengths, const ArmShapeSettings& settings);

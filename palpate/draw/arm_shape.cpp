@@ -53,15 +53,14 @@ std::vector<ArmPart> arm_parts(const PhantomLengths& lengths, const ArmShapeSett
       {sphere_mesh(0.0125, settings.segments / 2, settings.segments), ArmFrame::stylus, ArmLook::dark});
   tube(ArmFrame::stylus, ArmLook::metal, {0, 0, 0}, {0, 0, 0.030}, 0.0050);
   tube(ArmFrame::stylus, ArmLook::black, {0, 0, 0.028}, {0, 0, 0.112}, 0.0078);
-  // Marker: a round plate behind the LEDs.
+  // Marker: a star of thin bars, each ending in an LED, so that it hides little of what is behind it.
   if (!settings.leds.empty()) {
-    double reach = 0.0;
-    for (const Vector3& led : settings.leds) reach = std::max(reach, led.head<2>().norm());
-    tube(ArmFrame::marker, ArmLook::black, {0, 0, -0.008}, {0, 0, -0.004}, reach + 0.008);
-    tube(ArmFrame::marker, ArmLook::metal, {0, 0, -0.020}, {0, 0, -0.008}, 0.012);
+    tube(ArmFrame::marker, ArmLook::metal, {0, 0, -0.020}, {0, 0, 0.002}, 0.0105);
     for (const Vector3& led : settings.leds) {
-      tube(ArmFrame::marker, ArmLook::dark, {led.x(), led.y(), -0.006}, led - Vector3(0, 0, 0.0005), 0.0055);
-      TriangleMesh lens = sphere_mesh(0.0032, 8, 16);
+      const Vector3 end = led - Vector3(0, 0, 0.005);
+      if (led.head<2>().norm() > 0.012) tube(ArmFrame::marker, ArmLook::black, {0, 0, -0.006}, end, 0.0032);
+      tube(ArmFrame::marker, ArmLook::dark, end - Vector3(0, 0, 0.003), led - Vector3(0, 0, 0.0005), 0.0060);
+      TriangleMesh lens = sphere_mesh(0.0036, 8, 16);
       for (Vector3& v : lens.vertices) v += led;
       parts.push_back({std::move(lens), ArmFrame::marker, ArmLook::red});
     }

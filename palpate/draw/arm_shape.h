@@ -26,6 +26,13 @@ struct ArmPart {
   ArmLook look;
 };
 
+struct ArmConfiguration {
+  Pose<World, ArmBase> X_world_base;
+  PhantomLengths lengths;
+  Vector3 theta = Vector3::Zero(), gimbal = Vector3::Zero();
+  Pose<Tip, TipMarker> X_tip_marker;
+};
+
 struct ArmShapeSettings {
   double base_below = 0.12;       // m, from ArmBase's origin down to what the arm stands on
   std::span<const Vector3> leds;  // m, marker frame; none: no marker is drawn

@@ -9,6 +9,7 @@
 #include "palpate/calibration/pivot.h"
 #include "palpate/calibration/stream_delay.h"
 #include "palpate/calibration/surface.h"
+#include "palpate/core/file.h"
 #include "palpate/core/units.h"
 #include "palpate/graphics_server/marker_history.h"
 
@@ -168,7 +169,7 @@ struct Steps {
     ArmOptions options;
     options.free.lengths = false;
     options.tip = rig.tip_pivot->tip_in_marker;
-    auto estimate = calibrate_arm(out.arm_train, phantom_model(rig.nominal_lengths), options);
+    auto estimate = calibrate_arm(out.arm_train, ArmModel{.lengths = rig.nominal_lengths}, options);
     if (!estimate) return failed(estimate);
     rig.arm = rig_arm(*estimate);
     rig.arm->rest_readings = *rest;
@@ -225,7 +226,7 @@ struct Steps {
     for (std::size_t i = 0; i < wanted; ++i) chosen.push_back(views[i * views.size() / wanted]);
     auto lens = calibrate_camera(chosen, width, height);
     if (!lens) return failed(lens);
-    rig.camera = CameraCalibration{lens->value.model, provenance(plan, views.front().name, "chessboard", lens->value.rms_px)};
+    rig.camera = CameraCalibration{lens->value.model, lens->covariance, provenance(plan, views.front().name, "chessboard", lens->value.rms_px)};
 
     std::vector<StampedPose> hand, eye;
     for (const auto& pose : record->tracked)

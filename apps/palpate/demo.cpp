@@ -1,0 +1,60 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "apps/palpate/command.h"
+#include "palpate/system/applications.h"
+#include "palpate/system/demo.h"
+
+namespace palpate::app {
+
+void add_demo(CLI::App& program) {
+  auto* command = program.add_subcommand(
+      "demo", "Calibrate a simulated rig, play ping-pong on it in lock-step and in real time, write a report");
+  struct Options {
+    DemoOptions demo;
+    std::string world;
+    bool headless = false;
+  };
+  auto options = std::make_shared<Options>();
+  command->add_option("--app", options->demo.application, "Application; `palpate apps` lists them")->default_val("pingpong");
+  command->add_option("--seconds", options->demo.seconds, "Length of the play in lock-step")
+      ->default_val(30.0)
+      ->check(CLI::Range(1.0, 3600.0));
+  command->add_option("--seed", options->demo.seed, "Draws the laboratory's imperfections, noise, serves and player")->default_val(1);
+  command->add_option("--world", options->world, "World file; the reference laboratory where none is named");
+  command->add_option("--out", options->demo.out, "Folder for report, summary, pictures, video and raw data")
+      ->default_val("./palpate-report");
+  command->add_flag("--headless", options->headless, "No window (this version never opens one)");
+  auto* quick = command->add_flag("--quick", options->demo.quick, "Under 30 s: a shorter play");
+  auto* seconds = command->get_option("--seconds");
+  on(command, [options, quick, seconds]() -> Expected<void> {
+    auto& demo = options->demo;
+    bool known = false;
+    for (const auto& application : applications()) known = known || application.name == demo.application;
+    if (!known) return wrong_use("--app {}: not known; `palpate apps` lists the applications there are", demo.application);
+    demo.world = sim::reference_world();
+    demo.command = "palpate demo";
+    if (!options->world.empty()) {
+      auto world = sim::read_world(options->world);
+      if (!world) return tl::unexpected(world.error());
+      demo.world = *world;
+      demo.command += " --world " + options->world;
+    }
+    demo.command += fmt::format(" --seed {}", demo.seed);
+    if (quick->count() > 0) {
+      if (seconds->count() == 0) demo.seconds = 5.0;
+      demo.realtime_s = 3.0;
+      demo.command += " --quick";
+    }
+    if (seconds->count() > 0) demo.command += fmt::format(" --seconds {:g}", demo.seconds);
+    std::error_code ignored;
+    demo.program = std::filesystem::read_symlink("/proc/self/exe", ignored);
+    auto summary = run_demo(demo);
+    if (!summary) return tl::unexpected(summary.error());
+    for (const auto& line : closing_lines(*summary, demo.out)) fmt::print("{}\n", line);
+    return {};
+  });
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,79 @@
+// Calibration of a haptic arm against the tracker: joint correction theta = gain * psi + offset, the arm's
+// place in the world, and whatever else is asked to be free (lengths or Denavit-Hartenberg rows, the tip in
+// its marker).
+//
+// Frames: World (tracker), ArmBase, TipMarker. SI and radians. Pure functions, deterministic, safe from any
+// thread. Methods (Bianchi, Knoerlein, Szekely, Harders 2006, section 4.3; phi = gains, offsets, lengths):
+//  - one_pass: absolute orientation R, T with phi at its nominal values, then Levenberg-Marquardt over phi;
+//  - alternating: both in turn until the residual changes by less than 1e-4 of itself, at most 50 rounds;
+//  - eq7: equations 7 and 8 as printed, R and T minimised inside the residual of phi;
+//  - joint: one robust solve over phi, R, T and, with marker poses, the tip in the marker; whitened by the
+//  samples'
+//    covariances where given; outliers by Huber, then Tukey weights, scale from the median. A wide prior
+//    about the nominal values (gains 0.1, offsets 1 rad, lengths 20 mm, twists 10 deg, tip 100 mm, tool 500
+//    mm; one sigma) keeps directions still that the data do not see; these are named in
+//    Estimate::unobservable.
+// The paper's methods take the tip as given (ArmOptions::tip, or the samples' measured points).
+// A PHANToM's first offset trades exactly with a turn of the base: `joint` holds it at 0, all methods name
+// it. Covariance (joint only) in the order of ArmSolution::parameters. Refused: fewer samples than parameters
+// need, numbers that are not finite, a tip that no motion determines.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "palpate/core/expected.h"
+#include "palpate/estimation/estimate.h"
+#include "palpate/model/arm_model.h"
+#include "palpate/model/arm_samples.h"
+
+namespace palpate {
+
+enum class ArmMethod { one_pass, alternating, eq7, joint };
+
+struct ArmFree {
+  bool gains = true, offsets = true;
+  bool lengths = true;  // l1, l2; of a Denavit-Hartenberg arm its a and d
+  bool tip = true;      // in the marker; only `joint`, only with marker poses
+  bool dh = false;      // every number of the rows, a, d, alpha and the joint offsets, and the gains
+};
+
+struct ArmOptions {
+  ArmMethod method = ArmMethod::joint;
+  ArmFree free;
+  std::optional<Vector3>
+      tip;             // m, in the marker, from a pivot calibration: given, or the start where it is free
+  bool robust = true;  // joint only
+};
+
+struct ArmSolution {
+  ArmModel model;  // with the estimated lengths, rows and tool point
+  Eigen::VectorXd gain, offset;
+  Pose<World, ArmBase> X_world_base;
+  Vector3 tip_in_marker = Vector3::Zero();
+  bool tip_known = false;  // samples with marker poses were used with this tip
+  std::vector<std::string>
+      parameters;  // names of what was estimated: "gain_1", "offset_2", "base_rotation_x", ...
+};
+
+Expected<Estimate<ArmSolution>> calibrate_arm(const std::vector<ArmObservation>& samples,
+                                              const ArmModel& model, const ArmOptions& options = {});
+
+// The arm as its maker describes it, only placed in the world (and its unknown tool or tip point fitted).
+Expected<Estimate<ArmSolution>> uncorrected_arm(const std::vector<ArmObservation>& samples,
+                                                const ArmModel& model, const ArmOptions& options = {});
+
+// Where the tip is when the encoders read psi.
+Point<World> predict_tip(const ArmSolution& arm, const Eigen::VectorXd& psi);
+// Where the tracker saw it.
+Point<World> measured_tip(const ArmSolution& arm, const ArmObservation& sample);
+// measured - predicted, m, one per sample.
+std::vector<Vector3> arm_errors(const ArmSolution& arm, const std::vector<ArmObservation>& samples);
+
+// Held-out mean errors (m): the samples are cut into `regions` parts of the workspace by repeated halving
+// across the longest side, and each part is predicted by a calibration that has not seen it.
+Expected<std::vector<double>> held_out_by_region(const std::vector<ArmObservation>& samples,
+                                                 const ArmModel& model, const ArmOptions& options,
+                                                 int regions = 8);
+
+}  // namespace palpate

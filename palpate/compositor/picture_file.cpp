@@ -1,0 +1,123 @@
+#include "palpate/compositor/picture_file.h"
+
+#include <algorithm>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/videoio.hpp>
+#include <stdexcept>
+#include <system_error>
+
+#include "palpate/core/file.h"
+
+namespace palpate {
+namespace {
+
+cv::Mat blue_first(std::span<const std::uint8_t> rgb, int width, int height) {
+  if (width <= 0 || height <= 0 ||
+      rgb.size() != static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3) {
+    throw std::invalid_argument("picture: " + std::to_string(rgb.size()) + " bytes for " +
+                                std::to_string(width) + "x" + std::to_string(height));
+  }
+  cv::Mat view(height, width, CV_8UC3, const_cast<std::uint8_t*>(rgb.data())), turned;
+  cv::cvtColor(view, turned, cv::COLOR_RGB2BGR);
+  return turned;
+}
+
+}  // namespace
+
+std::string png_bytes(std::span<const std::uint8_t> rgb, int width, int height) {
+  std::vector<std::uint8_t> bytes;
+  if (!cv::imencode(".png", blue_first(rgb, width, height), bytes, {cv::IMWRITE_PNG_COMPRESSION, 6})) {
+    throw std::runtime_error("picture: PNG encoding failed");
+  }
+  return {bytes.begin(), bytes.end()};
+}
+
+Expected<void> write_png(const std::filesystem::path& path, std::span<const std::uint8_t> rgb, int width,
+                         int height) {
+  return write_file(path, png_bytes(rgb, width, height));
+}
+
+void burn_captions(std::vector<std::uint8_t>& rgb, int width, int height,
+                   const std::vector<std::string>& lines) {
+  if (lines.empty()) return;
+  cv::Mat view(height, width, CV_8UC3, rgb.data());
+  constexpr int font = cv::FONT_HERSHEY_SIMPLEX;
+  const double scale = 0.5 * height / 480.0;
+  const int line_height = static_cast<int>(std::lround(22.0 * height / 480.0)), border = line_height / 2;
+  int widest = 0;
+  for (const auto& line : lines)
+    widest = std::max(widest, cv::getTextSize(line, font, scale, 1, nullptr).width);
+  const cv::Rect band =
+      cv::Rect(0, 0, widest + 2 * border, static_cast<int>(lines.size()) * line_height + border) &
+      cv::Rect(0, 0, width, height);
+  view(band) *= 0.35;
+  int y = line_height;
+  for (const auto& line : lines) {
+    cv::putText(view, line, {border, y}, font, scale, {245, 245, 245}, 1, cv::LINE_AA);
+    y += line_height;
+  }
+}
+
+struct VideoFile::Impl {
+  std::filesystem::path path, unfinished;
+  int width = 0, height = 0;
+  std::string codec;
+  cv::VideoWriter writer;
+  bool open = false;
+  ~Impl() {
+    if (!open) return;
+    writer.release();
+    std::error_code ignored;
+    std::filesystem::remove(unfinished, ignored);
+  }
+};
+
+VideoFile::VideoFile(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+VideoFile::VideoFile(VideoFile&&) noexcept = default;
+VideoFile& VideoFile::operator=(VideoFile&&) noexcept = default;
+VideoFile::~VideoFile() = default;
+const std::string& VideoFile::codec() const { return impl_->codec; }
+
+Expected<VideoFile> VideoFile::create(const std::filesystem::path& path, int width, int height,
+                                      double frames_per_s) {
+  if (width <= 0 || height <= 0 || width % 2 != 0 || height % 2 != 0 || !(frames_per_s > 0)) {
+    return wrong_use("video {}: {}x{} at {} frames/s; H.264 needs an even, positive size and a positive rate",
+                     path.string(), width, height, frames_per_s);
+  }
+  auto impl = std::make_unique<Impl>();
+  impl->path = path;
+  impl->unfinished = path.parent_path() / ("." + path.stem().string() + ".unfinished.mp4");
+  impl->width = width;
+  impl->height = height;
+  const std::pair<int, const char*> codecs[] = {{cv::VideoWriter::fourcc('a', 'v', 'c', '1'), "h264"},
+                                                {cv::VideoWriter::fourcc('m', 'p', '4', 'v'), "mpeg4"}};
+  for (const auto& [code, name] : codecs) {
+    if (impl->writer.open(impl->unfinished.string(), cv::CAP_FFMPEG, code, frames_per_s, {width, height},
+                          true)) {
+      impl->codec = name;
+      impl->open = true;
+      return VideoFile(std::move(impl));
+    }
+  }
+  return refused(
+      "video {}: cannot be opened for H.264 or MPEG-4; is the folder writable, and does OpenCV have FFmpeg "
+      "(libopencv-videoio-dev)?",
+      path.string());
+}
+
+void VideoFile::add(std::span<const std::uint8_t> rgb) {
+  impl_->writer.write(blue_first(rgb, impl_->width, impl_->height));
+}
+
+Expected<void> VideoFile::close() {
+  if (!impl_->open) return {};
+  impl_->writer.release();
+  impl_->open = false;
+  std::error_code error;
+  std::filesystem::rename(impl_->unfinished, impl_->path, error);
+  if (error) return refused("video {}: {}", impl_->path.string(), error.message());
+  return {};
+}
+
+}  // namespace palpate

@@ -1,0 +1,39 @@
+// The main job: calibrate a simulated laboratory through its devices, play in lock-step, then in real time as three
+// processes, and leave a folder that a person can read and a script can check.
+//
+// Writes summary.json, report.html, rig.toml, video.mp4, pictures/ and raw/ into the folder. Everything outside
+// summary.json's "realtime" is the same to the bit for the same world, seed and options.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "palpate/core/expected.h"
+#include "palpate/core/json.h"
+#include "palpate/sim/world_file.h"
+
+namespace palpate {
+
+struct DemoOptions {
+  std::string application = "pingpong";
+  double seconds = 30.0;
+  double realtime_s = 10.0;
+  std::uint64_t seed = 1;
+  sim::WorldFile world;
+  std::filesystem::path world_path;  // for the real-time processes; empty = the reference world
+  std::filesystem::path out = "palpate-report";
+  std::filesystem::path program;  // this executable, for the real-time leg; empty leaves that leg out
+  std::string command;            // as typed, for the report
+  bool quick = false;
+};
+
+// The summary that was written.
+Expected<Json> run_demo(const DemoOptions& options);
+
+// The five plain lines a demo ends with.
+std::vector<std::string> closing_lines(const Json& summary, const std::filesystem::path& out);
+
+}  // namespace palpate

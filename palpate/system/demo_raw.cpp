@@ -1,0 +1,190 @@
+#include "palpate/system/demo_raw.h"
+
+#include "palpate/acquisition/sample_csv.h"
+#include "palpate/core/csv.h"
+#include "palpate/core/units.h"
+#include "palpate/sim/truth_json.h"
+
+namespace palpate {
+namespace {
+
+using Cells = std::vector<std::string>;
+
+void put(Cells& row, double value) { row.push_back(number_text(value)); }
+void put(Cells& row, const Vector3& v) {
+  for (int i = 0; i < 3; ++i) put(row, v[i]);
+}
+template <typename A, typename B>
+void put(Cells& row, const Pose<A, B>& X) {
+  put(row, X.translation);
+  put(row, X.rotation.w());
+  put(row, X.rotation.vec());
+}
+void put(Cells& row, const std::optional<double>& value) { row.push_back(value ? number_text(*value) : ""); }
+
+Json list(const Vector3& v, double unit) { return {v.x() * unit, v.y() * unit, v.z() * unit}; }
+Json wxyz(const Quaternion& q) { return {q.w(), q.x(), q.y(), q.z()}; }
+
+std::string corners_csv(const std::vector<BoardView>& views) {
+  CsvWriter csv({"image", "corner", "board_x_squares", "board_y_squares", "u_px", "v_px"});
+  const double square = BoardShape{}.square;
+  for (const auto& view : views)
+    for (std::size_t i = 0; i < view.image.size(); ++i)
+      csv.row(Cells{view.name, number_text(static_cast<double>(i)), number_text(view.board[i].x() / square),
+                    number_text(view.board[i].y() / square), number_text(view.image[i].x()), number_text(view.image[i].y())});
+  return csv.content();
+}
+
+std::string lens_csv(const CameraModel& estimated, const CameraModel& truth) {
+  CsvWriter csv({"which", "fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "width", "height"});
+  for (const auto& [name, lens] : {std::pair{"est", &estimated}, std::pair{"true", &truth}}) {
+    Cells row{name};
+    for (double value : {lens->fx, lens->fy, lens->cx, lens->cy}) put(row, value);
+    for (double value : lens->distortion) put(row, value);
+    put(row, static_cast<double>(lens->width));
+    put(row, static_cast<double>(lens->height));
+    csv.row(row);
+  }
+  return csv.content();
+}
+
+}  // namespace
+
+const char* answer_name(AnswerKind kind) {
+  switch (kind) {
+    case AnswerKind::exact: return "exact";
+    case AnswerKind::interpolated: return "interpolated";
+    case AnswerKind::extrapolated: return "extrapolated";
+    case AnswerKind::too_old: return "too_old";
+    case AnswerKind::too_new: return "too_new";
+  }
+  return "unknown";
+}
+
+Json arm_result_json(const ArmSolution& arm) {
+  Json json;
+  json["gains"] = list(arm.gain.head<3>(), 1.0);
+  json["offsets_deg"] = list(arm.offset.head<3>(), kDegreesPerRadian);
+  json["lengths_mm"] = {mm_from_metres(arm.model.lengths.l1), mm_from_metres(arm.model.lengths.l2)};
+  json["tip_mm"] = list(arm.tip_in_marker, kMillimetresPerMetre);
+  json["base"] = {{"translation_mm", list(arm.X_world_base.translation, kMillimetresPerMetre)},
+                  {"rotation_qwxyz", wxyz(arm.X_world_base.rotation)}};
+  return json;
+}
+
+Expected<void> write_calibration_raw(const std::filesystem::path& raw, const CalibrationRecordings& recordings, const Rig& rig,
+                                     const sim::Truth& truth, const std::vector<Vector3>& poses,
+                                     const std::vector<MethodErrors>& methods) {
+  const Vector3 tip = rig.tip_pivot->tip_in_marker;
+  const auto split = recordings.arm_poses.begin() + static_cast<std::ptrdiff_t>(recordings.arm_train.size());
+  Json estimates, truths;
+  CsvWriter errors({"method", "pose", "error_mm", "x_mm", "y_mm", "z_mm", "dx_mm", "dy_mm", "dz_mm"});
+  CsvWriter judged({"pose", "joint_1_deg", "joint_2_deg", "joint_3_deg"});
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    Cells row{number_text(static_cast<double>(i))};
+    put(row, Vector3(poses[i] * kDegreesPerRadian));
+    judged.row(row);
+  }
+  for (const auto& method : methods) {
+    estimates["arm"][method.method] = arm_result_json(method.solution);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      Cells row{method.method, number_text(static_cast<double>(i)), number_text(mm_from_metres(method.errors[i]))};
+      const Vector3 estimate = predict_tip(method.solution, poses[i]).m;
+      put(row, Vector3((estimate - method.differences[i]) * kMillimetresPerMetre));
+      put(row, Vector3(method.differences[i] * kMillimetresPerMetre));
+      errors.row(row);
+    }
+  }
+  estimates["pivot"] = {{"tip_mm", list(tip, kMillimetresPerMetre)}};
+  estimates["hand_eye"] = {{"translation_mm", list(rig.hand_eye->X_marker_camera.translation, kMillimetresPerMetre)},
+                           {"rotation_qwxyz", wxyz(rig.hand_eye->X_marker_camera.rotation)}};
+  truths["arm"] = sim::arm_truth_json(truth, 0.0);
+  truths["pivot"] = {{"tip_mm", list(truth.tip_in_marker, kMillimetresPerMetre)}};
+  truths["hand_eye"] = {{"translation_mm", list(truth.X_marker_camera.translation, kMillimetresPerMetre)},
+                        {"rotation_qwxyz", wxyz(truth.X_marker_camera.rotation)}};
+
+  std::vector<Touch> touched = recordings.corners;
+  touched.insert(touched.end(), recordings.landmark_touches.begin(), recordings.landmark_touches.end());
+  const std::vector<std::pair<std::string, std::string>> files{
+      {"pivot.csv", pivot_csv(recordings.tip_pivot, true)},
+      {"pointer_pivot.csv", pivot_csv(recordings.pointer_pivot, false)},
+      {"arm_calibration.csv", arm_csv({recordings.arm_poses.begin(), split}, tip)},
+      {"arm_held_out.csv", arm_csv({split, recordings.arm_poses.end()}, tip)},
+      {"arm_poses.csv", judged.content()},
+      {"arm_errors.csv", errors.content()},
+      {"surface.csv", points_csv(recordings.corners)},
+      {"touches.csv", points_csv(touched)},
+      {"hand.csv", poses_csv(recordings.hand)},
+      {"eye.csv", poses_csv(recordings.eye)},
+      {"corners.csv", corners_csv(recordings.lens_views)},
+      {"estimates.json", estimates.dump(2) + "\n"},
+      {"truth.json", truths.dump(2) + "\n"}};
+  for (const auto& [name, content] : files)
+    if (auto done = write_file(raw / name, content); !done) return done;
+  return {};
+}
+
+Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepResult& play, const SceneDescription& scene,
+                              const std::vector<FrameErrors>& errors, const std::vector<CheckPoint>& points,
+                              const CameraModel& estimated_lens, const CameraModel& true_lens) {
+  CsvWriter frames({"frame", "mid_exposure_s", "cam_x_m", "cam_y_m", "cam_z_m", "cam_qw", "cam_qx", "cam_qy", "cam_qz",
+                    "tip_x_m", "tip_y_m", "tip_z_m", "answer", "late", "world_px", "tip_px", "tracker_cam_x_m",
+                    "tracker_cam_y_m", "tracker_cam_z_m", "tracker_cam_qw", "tracker_cam_qx", "tracker_cam_qy",
+                    "tracker_cam_qz", "landmarks_used", "landmark_rms_px"});
+  CsvWriter truths({"frame", "cam_x_m", "cam_y_m", "cam_z_m", "cam_qw", "cam_qx", "cam_qy", "cam_qz", "tip_x_m", "tip_y_m",
+                    "tip_z_m"});
+  CsvWriter ball({"time_s", "x_m", "y_m", "z_m"});
+  for (std::size_t i = 0; i < play.frames.size(); ++i) {
+    const auto& frame = play.frames[i];
+    const auto& r = frame.record;
+    Cells row{number_text(static_cast<double>(r.number)), number_text(r.stamp.seconds())};
+    put(row, r.X_world_camera);
+    put(row, shown_tip(r.state, scene));
+    row.push_back(answer_name(r.answer));
+    row.push_back(r.late ? "1" : "0");
+    put(row, errors[i].world_px);
+    put(row, errors[i].tip_px);
+    if (r.pose_source == PoseSource::none)
+      row.insert(row.end(), 7, "");
+    else
+      put(row, r.X_world_camera_tracker);
+    put(row, static_cast<double>(r.landmarks_used));
+    put(row, r.landmark_rms_px);
+    frames.row(row);
+
+    Cells true_row{number_text(static_cast<double>(r.number))};
+    put(true_row, frame.truth.X_world_camera);
+    put(true_row, frame.true_tip);
+    truths.row(true_row);
+
+    if (r.state.body_count > 0 && r.state.bodies[0].visible != 0) {
+      Cells ball_row{number_text(r.state.time.seconds())};
+      put(ball_row, r.state.bodies[0].p());
+      ball.row(ball_row);
+    }
+  }
+  CsvWriter checks({"point", "true_x_m", "true_y_m", "true_z_m", "est_x_m", "est_y_m", "est_z_m"});
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    Cells row{number_text(static_cast<double>(i))};
+    put(row, points[i].truth);
+    put(row, points[i].estimate);
+    checks.row(row);
+  }
+  CsvWriter haptics({"time_s", "force_x_n", "force_y_n", "force_z_n", "asked_n", "given_n", "tip_x_m", "tip_y_m", "tip_z_m"});
+  for (const auto& record : play.haptics) {
+    Cells row{number_text(record.time.seconds())};
+    put(row, record.commanded);
+    put(row, record.asked.norm());
+    put(row, record.commanded.norm());
+    put(row, record.tip);
+    haptics.row(row);
+  }
+  for (const auto& [name, content] : {std::pair{"frames.csv", frames.content()}, std::pair{"truth_frames.csv", truths.content()},
+                                      std::pair{"ball.csv", ball.content()}, std::pair{"check_points.csv", checks.content()},
+                                      std::pair{"haptics.csv", haptics.content()},
+                                      std::pair{"lens.csv", lens_csv(estimated_lens, true_lens)}})
+    if (auto done = write_file(raw / name, content); !done) return done;
+  return {};
+}
+
+}  // namespace palpate

@@ -1,0 +1,37 @@
+// The raw files of a demo: every calibration's samples and each frame's estimates, so that anybody can recompute what
+// the summary claims (tests/recompute.py does). Columns carry their units; twelve significant digits.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "palpate/core/json.h"
+#include "palpate/system/arm_comparison.h"
+#include "palpate/system/calibration_session.h"
+#include "palpate/system/lockstep_play.h"
+
+namespace palpate {
+
+// A surveyed point of table or wall: where it truly is, and where the calibrated surface says it is.
+struct CheckPoint {
+  Vector3 truth, estimate;
+};
+
+struct FrameErrors {
+  std::optional<double> world_px, world_px_tracker, tip_px;  // rms over the points seen; empty where none was
+};
+
+Expected<void> write_calibration_raw(const std::filesystem::path& raw, const CalibrationRecordings& recordings, const Rig& rig,
+                                     const sim::Truth& truth, const std::vector<Vector3>& poses,
+                                     const std::vector<MethodErrors>& methods);
+
+Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepResult& play, const SceneDescription& scene,
+                              const std::vector<FrameErrors>& errors, const std::vector<CheckPoint>& points,
+                              const CameraModel& estimated_lens, const CameraModel& true_lens);
+
+// Result of `calibrate arm` with these keys: gains, offsets_deg, lengths_mm, tip_mm, base.
+Json arm_result_json(const ArmSolution& arm);
+
+const char* answer_name(AnswerKind kind);
+
+}  // namespace palpate

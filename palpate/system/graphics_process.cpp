@@ -1,0 +1,136 @@
+#include "palpate/system/graphics_process.h"
+
+#include <algorithm>
+#include <thread>
+
+#include "palpate/core/csv.h"
+#include "palpate/core/stop_signal.h"
+#include "palpate/devices/lab_channel.h"
+#include "palpate/network/zmq_engine.h"
+#include "palpate/system/applications.h"
+#include "palpate/system/demo_raw.h"
+#include "palpate/system/picture_parts.h"
+#include "palpate/system/player_seat.h"
+
+namespace palpate {
+namespace {
+
+// How long a physics server may take to answer for the first time before the wait is given up.
+constexpr double kPatience = 10.0;
+
+struct Logs {
+  CsvWriter frames{{"frame", "time_s", "round_trip_us", "late", "answer", "landmarks_used", "busy_us"}};
+  CsvWriter sync{{"time_s", "offset_error_us", "uncertainty_us"}};
+};
+
+}  // namespace
+
+Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
+  const auto& stop = stop_requested();
+  auto endpoint = options.endpoint.empty() ? default_endpoint()
+                                           : parse_endpoint(options.endpoint, EndpointUse::connect, options.insecure);
+  if (!endpoint) return tl::unexpected(endpoint.error());
+  auto client = LabClient::open(options.lab);
+  if (!client) return tl::unexpected(client.error());
+  LabTracker tracker(*client);
+  auto camera = LabCamera::open(*client);
+  if (!camera) return tl::unexpected(camera.error());
+  std::unique_ptr<LabHand> hand;
+  if (options.player) {
+    auto opened = LabHand::open(*client);
+    if (!opened) return tl::unexpected(opened.error());
+    hand = std::move(*opened);
+  }
+  const MonotonicClock<GraphicsClock> clock(options.disguise_offset_s, options.disguise_drift_ppm,
+                                            MonotonicClock<GraphicsClock>::monotonic_ns());
+  auto link = connect_states(*endpoint, clock);
+  if (!link) return tl::unexpected(link.error());
+
+  // Who is there, and what is played?
+  const auto start = clock.now();
+  while (!(*link)->description()) {
+    (*link)->poll();
+    if (stop.load()) return refused("graphics: stopped before the physics server answered");
+    if (to_seconds(clock.now() - start) > kPatience)
+      return refused("graphics: no physics server answers at {} after {:.0f} s; start `palpate physics` first",
+                     endpoint->address, kPatience);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  const SceneDescription scene = *(*link)->description();
+  auto artist = make_artist(scene);
+  if (!artist) return tl::unexpected(artist.error());
+  PictureParts pictures(options.rig, scene, std::move(*artist));
+  GraphicsServer server(options.rig, **link, tracker, **camera, pictures.refiner(), pictures.painter());
+  std::optional<PlayerSeat> player;
+  if (hand) player.emplace(scene, options.rig, options.world, options.seed);
+
+  Logs logs;
+  std::vector<double> round_trips, sync_errors, uncertainties;
+  std::uint64_t frames = 0, late = 0;
+  const auto begun = clock.now();
+  auto next = begun;
+  while (!stop.load() && (options.seconds <= 0.0 || to_seconds(clock.now() - begun) < options.seconds)) {
+    // A millisecond's rhythm: often enough for arrival times, cheap enough to leave the core to others.
+    next += std::chrono::milliseconds(1);
+    const auto now = clock.now();
+    if (next < now) next = now;
+    std::this_thread::sleep_for(next - now);
+    if (auto alive = (*client)->check(); !alive) {
+      if (options.seconds > 0.0) return refused("graphics: {}", alive.error().message);
+      break;
+    }
+    server.service(clock.now());
+    if (server.begin_frame(clock.now())) {
+      const FrameRecord& frame = server.finish_frame(clock.now());
+      ++frames;
+      late += frame.late ? 1 : 0;
+      if (player) player->show(frame, server);
+      double trip_us = 0.0;
+      for (double s : server.take_round_trips()) {
+        trip_us = s * 1e6;
+        round_trips.push_back(trip_us);
+      }
+      const double t = to_seconds(clock.now() - begun);
+      logs.frames.row(std::vector<std::string>{
+          number_text(static_cast<double>(frame.number)), number_text(t), trip_us > 0 ? number_text(trip_us) : "",
+          frame.late ? "1" : "0", answer_name(frame.answer), number_text(frame.landmarks_used),
+          number_text(to_seconds(clock.now() - frame.begun) * 1e6)});
+      if (server.sync().exchanges() > 0) {
+        // The physics host's clock is this machine's own, undisguised: that is the truth to compare with.
+        const auto here = clock.now();
+        const double error_us =
+            static_cast<double>(server.sync().model().to(here).ns() - clock.to_monotonic(here)) * 1e-3;
+        const double stated_us = to_seconds(server.sync().model().uncertainty(here)) * 1e6;
+        sync_errors.push_back(std::abs(error_us));
+        uncertainties.push_back(stated_us);
+        logs.sync.row(std::vector<double>{t, error_us, stated_us});
+      }
+    }
+    if (player) player->act(clock.now(), server, *hand);
+  }
+  const double elapsed = to_seconds(clock.now() - begun);
+  const auto quantile = [](std::vector<double> values, double share) {
+    ErrorSummary summary;
+    for (double v : values) summary.add(v);
+    return summary.quantile(share);
+  };
+  const auto& counters = (*link)->counters();
+  Json result;
+  result["exchange"] = {{"round_trip_us", {{"median", quantile(round_trips, 0.5)}, {"p99", quantile(round_trips, 0.99)}}},
+                        {"frames", frames},
+                        {"late", late},
+                        {"lost", counters.lost}};
+  result["sync"] = {{"offset_error_us_p99", quantile(sync_errors, 0.99)},
+                    {"uncertainty_us", quantile(uncertainties, 0.5)},
+                    {"exchanges", server.sync().exchanges()}};
+  result["graphics"] = {{"rate_hz", elapsed > 0 ? static_cast<double>(frames) / elapsed : 0.0}};
+  if (!options.out.empty()) {
+    if (auto done = write_file(options.out / "realtime_frames.csv", logs.frames.content()); !done)
+      return tl::unexpected(done.error());
+    if (auto done = write_file(options.out / "realtime_sync.csv", logs.sync.content()); !done)
+      return tl::unexpected(done.error());
+  }
+  return result;
+}
+
+}  // namespace palpate

@@ -1,0 +1,32 @@
+// The graphics server as a process: camera and tracker from the laboratory's channel, states over ZeroMQ, a picture per
+// image; in demos the scripted player sits in front of it.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+
+#include "palpate/core/expected.h"
+#include "palpate/core/json.h"
+#include "palpate/model/rig.h"
+#include "palpate/sim/world_file.h"
+
+namespace palpate {
+
+struct GraphicsProcessOptions {
+  Rig rig;
+  sim::WorldFile world;  // how the player's own arm feels
+  std::string lab = "lab";
+  std::string endpoint;  // empty = this user's default socket
+  bool insecure = false;
+  bool player = false;  // the scripted player holds the stylus
+  std::uint64_t seed = 1;
+  double seconds = 0.0;  // 0 = until asked to stop
+  // Shows this machine's clock with an offset and a drift, so that the synchronisation has something to find.
+  double disguise_offset_s = 0.0, disguise_drift_ppm = 0.0;
+  std::filesystem::path out;  // realtime_frames.csv and realtime_sync.csv; empty = none
+};
+
+Expected<Json> run_graphics_process(const GraphicsProcessOptions& options);
+
+}  // namespace palpate

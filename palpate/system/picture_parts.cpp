@@ -1,0 +1,76 @@
+#include "palpate/system/picture_parts.h"
+
+#include "palpate/calibration/pose_refinement.h"
+#include "palpate/compositor/picture_file.h"
+#include "palpate/system/lockstep_play.h"
+
+namespace palpate {
+
+PictureParts::PictureParts(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Artist> artist)
+    : rig_(rig), scene_(scene), artist_(std::move(artist)) {}
+
+PoseRefiner PictureParts::refiner() {
+  return [this](const CameraImage& image, const Eigen::Matrix<double, 6, 6>& covariance, FrameRecord& record) {
+    refine(image, covariance, record);
+  };
+}
+
+FramePainter PictureParts::painter() {
+  return [this](const CameraImage& image, FrameRecord& record) { paint(image, record); };
+}
+
+void PictureParts::refine(const CameraImage& image, const Eigen::Matrix<double, 6, 6>& covariance,
+                          FrameRecord& record) const {
+  const CameraModel& lens = rig_.camera->model;
+  CameraPosePrior prior = camera_from_marker(record.X_world_camera * rig_.hand_eye->X_marker_camera.inverse(),
+                                             Eigen::Matrix<double, 6, 6>::Zero(), *rig_.hand_eye);
+  prior.covariance += covariance;
+  record.landmarks_predicted = predicted_landmarks(lens, prior.X_world_camera, rig_.landmarks);
+  std::vector<Sighting> sightings;
+  for (const auto& seen : detect_landmarks(image, lens, prior.X_world_camera, rig_.landmarks))
+    sightings.push_back({seen.landmark, seen.centre});
+  const RefinedPose refined = refine_camera_pose(lens, prior, rig_.landmarks, sightings);
+  if (!refined.refined) return;
+  record.X_world_camera = refined.X_world_camera;
+  record.pose_source = PoseSource::refined;
+  record.landmarks_used = refined.inliers;
+  record.landmark_rms_px = refined.rms_px;
+}
+
+void PictureParts::paint(const CameraImage& image, FrameRecord& record) {
+  RealScene real;
+  real.surfaces = scene_.surfaces;
+  real.marker_leds = rig_.tip_marker_leds;
+  if (record.have_state) {
+    // The arm's joints are not sent: they follow from the stylus, which is.
+    const auto& bat = record.state.bodies[1];
+    const Point<World> tip{shown_tip(record.state, scene_)};
+    const auto X_base_world = rig_.arm->X_world_base.inverse();
+    draw::ArmConfiguration arm;
+    arm.X_world_base = rig_.arm->X_world_base;
+    arm.lengths = rig_.arm->lengths;
+    if (phantom_inverse(X_base_world * tip, arm.lengths, arm.theta)) {
+      arm.gimbal = phantom_gimbal(arm.theta, X_base_world.rotation * bat.q());
+      arm.X_tip_marker.rotation = rig_.arm->R_tip_marker;
+      arm.X_tip_marker.translation = -(rig_.arm->R_tip_marker * rig_.arm->tip_in_marker);
+      real.arm = arm;
+    }
+  }
+  const auto items = record.have_state ? artist_->draw(record.state) : std::vector<DrawItem>{};
+  record.width = rig_.camera->model.width;
+  record.height = rig_.camera->model.height;
+  compositor_.draw(image, rig_.camera->model, record.X_world_camera, items, real, record.rgb);
+  if (record.have_state) burn_captions(record.rgb, record.width, record.height, artist_->captions(record.state));
+}
+
+FindLandmarks landmark_finder() {
+  return [](const CameraImage& image, const CameraModel& lens, const Pose<World, CameraOptical>& X_world_camera,
+            const std::vector<Landmark>& landmarks) {
+    std::vector<FoundLandmark> found;
+    for (const auto& seen : detect_landmarks(image, lens, X_world_camera, landmarks))
+      found.push_back({seen.landmark, seen.centre});
+    return found;
+  };
+}
+
+}  // namespace palpate

@@ -1,0 +1,39 @@
+// What the graphics server needs to see and to draw: landmark detection with pose refinement, and the compositor.
+//
+// Made from the rig and the scene; used on the thread that made it (it owns an OpenGL context). Throws where no OpenGL
+// is to be had.
+#pragma once
+
+#include <memory>
+
+#include "palpate/compositor/compositor.h"
+#include "palpate/compositor/landmark_detector.h"
+#include "palpate/graphics_server/graphics_server.h"
+#include "palpate/model/rig.h"
+#include "palpate/scene/application.h"
+#include "palpate/system/calibration_session.h"
+
+namespace palpate {
+
+class PictureParts {
+ public:
+  PictureParts(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Artist> artist);
+
+  PoseRefiner refiner();
+  // Draws the frame with score and rally in its corner.
+  FramePainter painter();
+
+ private:
+  void refine(const CameraImage& image, const Eigen::Matrix<double, 6, 6>& covariance, FrameRecord& record) const;
+  void paint(const CameraImage& image, FrameRecord& record);
+
+  Rig rig_;
+  SceneDescription scene_;
+  std::unique_ptr<Artist> artist_;
+  Compositor compositor_;
+};
+
+// The detector as the calibration session wants it.
+FindLandmarks landmark_finder();
+
+}  // namespace palpate

@@ -1,0 +1,27 @@
+// The demo's real-time leg: laboratory, physics server and graphics server as three processes on the machine's clock.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "palpate/core/expected.h"
+#include "palpate/core/json.h"
+#include "palpate/sim/world_file.h"
+
+namespace palpate {
+
+struct RealtimeLegOptions {
+  std::filesystem::path program;  // this executable
+  std::filesystem::path rig;      // file
+  std::filesystem::path world;    // file
+  std::filesystem::path out;      // folder for its raw files
+  std::uint64_t seed = 1;
+  double seconds = 10.0;
+  sim::ClockSettings graphics_clock;  // what the graphics process disguises its clock with
+};
+
+// The summary's "realtime" part. Refused where a process fails; what it said last is in the message.
+Expected<Json> run_realtime_leg(const RealtimeLegOptions& options, const std::function<void(double)>& progress);
+
+}  // namespace palpate
