@@ -23,10 +23,7 @@ struct BoardShape {
   double square = 0.025;      // m
 
   int corners() const { return columns * rows; }
-  Vector3 corner(int i) const {
-    const int column = i % columns, row = i / columns;
-    return square * Vector3(column, row, 0);
-  }
+  Vector3 corner(int i) const { return square * Vector3(i % columns, i / columns, 0); }
 };
 
 // "9x6" and the side of a square in metres.
@@ -45,9 +42,10 @@ struct BoardViews {
   std::string data_hash;               // of the files
 };
 
-// All inner corners of the board in a grey image (row 0 on top, `stride` bytes a row), in the board's order,
-// or none. A board with rows + columns odd has two admissible numberings, half a turn apart; the detector's
-// choice is kept. `half_window` is that of the sub-pixel refinement, px; 0 chooses it by the squares' size.
+// All inner corners of the board in a grey image (row 0 on top, no gaps between rows), in the board's order,
+// or none. Boards with one odd and one even count of corners (9x6) are numbered the same way from every
+// side; others are not, and do for a lens but not for a hand-eye calibration. `half_window` px around each
+// corner are used to refine it; 0 = as much as fits between neighbours in this view.
 std::optional<std::vector<Pixel>> find_board_corners(std::span<const std::uint8_t> grey, int width,
                                                      int height, const BoardShape& shape,
                                                      int half_window = 0);
