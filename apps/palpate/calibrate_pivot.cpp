@@ -13,17 +13,23 @@ namespace palpate::app {
 namespace {
 
 constexpr double kMm = kMillimetresPerMetre;
+// A held tip wanders by 1-2 mm; beyond this it did not rest.
+constexpr double kRestlessTip = 0.004;  // m, rms
 
 struct Options {
   ResultOptions result;
-  std::string poses, transform, method = "algebraic", segments, pivots_out, arm = "phantom-premium-1.5";
+  std::string poses, transform, method = "algebraic", segments, pivots_out, arm, marker = "tip";
   std::vector<double> tip_mm;
   bool with_arm = false;
 };
 
-Expected<void> add_arm_motion(const Options& options, std::vector<PivotPose>& poses) {
-  const auto model = read_arm_model(options.arm);
+// The tip's places as the arm saw them: by its calibration where the rig has one, else by its nominal
+// kinematics.
+Expected<void> add_arm_motion(const Options& options, const Rig& rig, std::vector<PivotPose>& poses) {
+  auto model = read_arm_model(options.arm.empty() ? ArmModel{}.name : options.arm);
   if (!model) return tl::unexpected(model.error());
+  const bool calibrated = rig.arm && options.arm.empty();
+  if (options.arm.empty()) model->lengths = calibrated ? rig.arm->lengths : rig.nominal_lengths;
   const auto samples = read_arm_samples(options.poses);
   if (!samples) return tl::unexpected(samples.error());
   if (samples->observations.size() != poses.size())
@@ -33,7 +39,8 @@ Expected<void> add_arm_motion(const Options& options, std::vector<PivotPose>& po
     if (joints.size() != model->joint_count())
       return wrong_use("{}: has {} joint columns, the arm {} has {} joints", options.poses, joints.size(),
                        model->name, model->joint_count());
-    poses[i].motion = arm_tip(*model, joints).m;
+    const Eigen::VectorXd theta = calibrated ? Eigen::VectorXd(rig.arm->correction.apply(joints)) : joints;
+    poses[i].motion = arm_tip(*model, theta).m;
   }
   return {};
 }
@@ -99,6 +106,10 @@ Json to_json(const Options& options, const PoseFile& file, const Estimate<PivotS
   json["std"] = Json{{"tip_mm", json_list(std_all.head<3>(), kMm)}};
   json["covariance"] =
       json_covariance(names, estimate.covariance, Eigen::VectorXd::Constant(std_all.size(), kMm));
+  json["warnings"] = Json::array();
+  if (rms_3d > kRestlessTip)
+    json["warnings"].push_back(
+        "the poses agree badly: the tip did not rest, or the file holds several pivots (--segments COLUMN)");
   json["data"] = Json{{"file", file.source}, {"hash", file.hash}};
   return json;
 }
@@ -106,6 +117,8 @@ Json to_json(const Options& options, const PoseFile& file, const Estimate<PivotS
 Expected<void> run(const Options& options) {
   if (options.with_arm && options.method == "sphere")
     return wrong_use("--with-arm goes with --method algebraic or robust, not sphere");
+  const auto rig = start_rig(options.result);
+  if (!rig) return tl::unexpected(rig.error());
   const auto file =
       read_poses(options.poses, {.transform = options.transform, .segment_column = options.segments});
   if (!file) return tl::unexpected(file.error());
@@ -114,8 +127,8 @@ Expected<void> run(const Options& options) {
     poses.push_back(
         {pose.rotation, pose.translation, options.segments.empty() ? 0 : pose.segment, std::nullopt});
   if (options.with_arm)
-    if (const auto done = add_arm_motion(options, poses); !done) return done;
-  PivotOptions how;
+    if (const auto done = add_arm_motion(options, *rig, poses); !done) return done;
+  PivotCalibrationOptions how;
   how.method = options.method == "sphere"   ? PivotMethod::sphere
                : options.method == "robust" ? PivotMethod::robust
                                             : PivotMethod::algebraic;
@@ -126,13 +139,21 @@ Expected<void> run(const Options& options) {
   if (!estimate) return refused("{}: {}", file->source, estimate.error().message);
   if (!options.pivots_out.empty())
     if (const auto done = write_pivots(options.pivots_out, *file, *estimate); !done) return done;
-  Result result{to_json(options, *file, *estimate), {}};
+  Result result{to_json(options, *file, *estimate), {}, {}};
   result.summary.push_back(fmt::format("tip in marker  {} mm  +- {}", shown(estimate->value.tip, kMm),
                                        shown(standard_deviations(estimate->covariance).head<3>(), kMm)));
   result.summary.push_back(
       fmt::format("residual       {:.4f} mm rms per component, {} of {} poses, turning by {:.1f} deg",
                   result.json["rms_mm"].get<double>(), result.json["inliers"].get<int>(),
                   result.json["poses"].get<int>(), degrees_from_radians(estimate->value.rotation_range)));
+  for (const auto& warning : result.json["warnings"])
+    result.summary.push_back("warning: " + warning.get<std::string>());
+  result.store = [&](Rig& target) {
+    auto& place = options.marker == "pointer" ? target.pointer_pivot : target.tip_pivot;
+    place = PivotCalibration{estimate->value.tip,
+                             estimate->covariance.topLeftCorner<3, 3>(),
+                             {utc_now(), file->hash, options.method, result.json["rms_mm"].get<double>()}};
+  };
   return write_result(options.result, result);
 }
 
@@ -161,8 +182,12 @@ void add_calibrate_pivot(CLI::App& calibrate) {
       ->type_name("FILE");
   command->add_flag("--with-arm", options->with_arm,
                     "Subtract the tip's own motion, from the file's joint readings");
-  command->add_option("--arm", options->arm, "Arm model for --with-arm")
-      ->type_name("MODEL")
+  command
+      ->add_option("--arm", options->arm,
+                   "Arm model for --with-arm (default: the rig's, else phantom-premium-1.5)")
+      ->type_name("MODEL");
+  command->add_option("--marker", options->marker, "Whose tip it is, for --rig and --out")
+      ->check(CLI::IsMember({"tip", "pointer"}))
       ->capture_default_str();
   add_result_options(*command, options->result);
   on(command, [options] { return run(*options); });

@@ -20,9 +20,8 @@ int main(int argc, char** argv) {
   calibrate->require_subcommand(1);
   app::add_calibrate_pivot(*calibrate);
   app::add_calibrate_points(*calibrate);
-  app::add_calibrate_camera(*calibrate);
-  app::add_calibrate_hand_eye(*calibrate);
-  app::add_rig(program);
+  app::add_calibrate_arm(*calibrate);
+  app::add_calibrate_surface(*calibrate);
   app::add_world(program);
   app::add_physics(program);
   app::add_apps(program);

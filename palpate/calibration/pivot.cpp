@@ -102,7 +102,8 @@ double integrated_correlation(const Data& data, const std::vector<Vector3>& resi
   return sum;
 }
 
-Expected<void> check_rotation(const Data& data, double range, const Matrix3& A, const PivotOptions& options) {
+Expected<void> check_rotation(const Data& data, double range, const Matrix3& A,
+                              const PivotCalibrationOptions& options) {
   if (range < options.needed_rotation)
     return refused(
         "pivot: the marker turns by {:.1f} deg only, at least {:.0f} deg are needed; swing it further while "
@@ -203,7 +204,7 @@ Vector3 solve_with_motion(Data& data, const std::vector<Vector3>& centred, Quate
 }  // namespace
 
 Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& poses,
-                                                  const PivotOptions& options) {
+                                                  const PivotCalibrationOptions& options) {
   Data data;
   std::vector<Vector3> arm_motion;
   for (std::size_t i = 0; i < poses.size(); ++i) {

@@ -34,7 +34,7 @@ struct PivotPose {
 
 enum class PivotMethod { algebraic, sphere, robust };
 
-struct PivotOptions {
+struct PivotCalibrationOptions {
   PivotMethod method = PivotMethod::algebraic;
   std::optional<Vector3> given_tip;  // m; then only the pivots are estimated
   bool with_motion = false;          // subtract the tip's own motion; every used pose must have it
@@ -61,6 +61,6 @@ struct PivotSolution {
 
 // Residuals are c_s - (R_i t + p_i) (with the sphere method too), one per pose with segment >= 0, in order.
 Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& poses,
-                                                  const PivotOptions& options = {});
+                                                  const PivotCalibrationOptions& options = {});
 
 }  // namespace palpate

@@ -1,0 +1,105 @@
+#include "palpate/calibration/surface.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+
+#include "palpate/core/random.h"
+
+namespace palpate {
+namespace {
+
+Vector3 normal3(Random& random, double sd = 1.0) {
+  return {random.normal(sd), random.normal(sd), random.normal(sd)};
+}
+
+constexpr double kWidth = 0.75, kHeight = 1.0;
+const Pose<World, Rectangle> kPose{so3_exp(Vector3(-1.2, 0.4, 0.3)), Vector3(0.1, -1.5, 1.8)};
+
+std::vector<TouchedPoint> touch(Random& random, double noise, int rounds = 1) {
+  std::vector<TouchedPoint> points;
+  for (int round = 0; round < rounds; ++round)
+    for (int c = 1; c <= 4; ++c) {
+      const Vector3 inside(c == 2 || c == 3 ? kWidth : 0.0, c >= 3 ? kHeight : 0.0, 0.0);
+      points.push_back({{(kPose * Point<Rectangle>{inside}).m + normal3(random, noise)}, rounds > 1 ? c : 0});
+    }
+  return points;
+}
+
+std::string refusal(const std::vector<TouchedPoint>& points) {
+  const auto fit = fit_rectangle(points);
+  return fit ? "none" : fit.error().message;
+}
+
+TEST(Surface, ExactCornersGiveTheExactRectangle) {
+  Random random(1);
+  const auto fit = fit_rectangle(touch(random, 0.0));
+  ASSERT_TRUE(fit.has_value()) << fit.error().message;
+  EXPECT_NEAR(fit->value.width, kWidth, 1e-14);
+  EXPECT_NEAR(fit->value.height, kHeight, 1e-14);
+  EXPECT_NEAR((fit->value.X_world_rectangle.translation - kPose.translation).norm(), 0.0, 1e-14);
+  EXPECT_NEAR(angle_between(fit->value.X_world_rectangle.rotation, kPose.rotation), 0.0, 1e-9);
+  EXPECT_NEAR((fit->value.corner(3).m - touch(random, 0.0)[2].place.m).norm(), 0.0, 1e-14);
+}
+
+// Eight touches: the normalised square is 8 F(8, 16), mean 8 * 16 / 14 = 9.1, sd about 6; mean of 400 is 9.1
+// +- 0.3.
+TEST(Surface, ErrorsAgreeWithTheCovariance) {
+  Random random(2);
+  double sum = 0.0;
+  for (int run = 0; run < 400; ++run) {
+    const auto fit = fit_rectangle(touch(random, 3e-4, 2));
+    ASSERT_TRUE(fit.has_value()) << fit.error().message;
+    Eigen::Matrix<double, 8, 1> error;
+    error << so3_log(fit->value.X_world_rectangle.rotation * kPose.rotation.conjugate()),
+        fit->value.X_world_rectangle.translation - kPose.translation, fit->value.width - kWidth,
+        fit->value.height - kHeight;
+    sum += error.dot(fit->covariance.ldlt().solve(error));
+  }
+  EXPECT_NEAR(sum / 400, 9.1, 1.2);
+}
+
+TEST(Surface, FurtherPointsOnTheSurfaceSharpenThePlane) {
+  Random random(3);
+  auto points = touch(random, 3e-4);
+  const double before = fit_rectangle(points)->covariance.topLeftCorner<3, 3>().trace();
+  for (int i = 0; i < 200; ++i)
+    points.push_back(
+        {{(kPose * Point<Rectangle>{Vector3(random.uniform(0, kWidth), random.uniform(0, kHeight), 0)}).m +
+          normal3(random, 3e-4)},
+         0});
+  for (int c = 0; c < 4; ++c) points[static_cast<std::size_t>(c)].corner = c + 1;
+  const auto fit = fit_rectangle(points);
+  ASSERT_TRUE(fit.has_value()) << fit.error().message;
+  EXPECT_LT((fit->covariance.topLeftCorner<3, 3>().trace()), before);
+  const Vector3 normal = fit->value.X_world_rectangle.matrix().col(2);
+  EXPECT_LT(normal.cross(Vector3(kPose.matrix().col(2))).norm(),
+            3e-4);  // 0.3 mm / sqrt(200) over some 0.25 m rms, times 4
+}
+
+TEST(Surface, ImpossibleCornersAreRefused) {
+  Random random(4);
+  const auto good = touch(random, 3e-4);
+  EXPECT_EQ(refusal(good), "none");
+  EXPECT_NE(refusal({good[0], good[1], good[2]}).find("3 points"), std::string::npos);
+  EXPECT_NE(refusal({good[0], good[2], good[1], good[3]}).find("crosswise"), std::string::npos);
+  EXPECT_NE(refusal({good[0], good[1], good[1], good[3]}).find("same place"), std::string::npos);
+  auto bent = good;
+  bent[2].place.m += 0.1 * kPose.matrix().col(2);
+  EXPECT_NE(refusal(bent).find("off the plane"), std::string::npos) << refusal(bent);
+  auto skew = good;
+  for (std::size_t c : {2u, 3u}) skew[c].place.m += 0.2 * kPose.matrix().col(0);
+  EXPECT_NE(refusal(skew).find("away from its corner"), std::string::npos) << refusal(skew);
+  auto line = good;
+  for (int c = 0; c < 4; ++c) line[static_cast<std::size_t>(c)].place.m = Vector3(0.3 * c, 0, 0);
+  EXPECT_NE(refusal(line).find("on a line"), std::string::npos) << refusal(line);
+  auto broken = good;
+  broken[1].place.m.y() = std::nan("");
+  EXPECT_NE(refusal(broken).find("point 2 is not finite"), std::string::npos);
+  auto numbered = good;
+  for (auto& p : numbered) p.corner = 1;
+  EXPECT_NE(refusal(numbered).find("corner 2 was not touched"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace palpate
