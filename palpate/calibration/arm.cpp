@@ -56,7 +56,7 @@ ArmSolution nominal_arm(const ArmModel& model) {
 
 // What a solve works on: samples, start, and what the tip is.
 struct Setting {
-  std::vector<ArmSample> samples;
+  std::vector<WeighedSample> samples;
   ArmSolution nominal;     // placed in the world by its nominal values
   bool tip_free = false;   // estimated with the rest
   bool tip_found = false;  // not given: found by the linear start
@@ -80,7 +80,7 @@ Expected<Setting> prepare(const std::vector<ArmObservation>& observations, const
   }
   double mean_variance = 0.0;
   for (const auto& o : observations) {
-    ArmSample sample{&o, Matrix3::Identity(), 1.0};
+    WeighedSample sample{&o, Matrix3::Identity(), 1.0};
     if (o.covariance && options.method == ArmMethod::joint) {
       const Matrix3 L = o.covariance->llt().matrixL();
       sample.whitening = L.inverse();
@@ -101,7 +101,7 @@ Expected<Setting> prepare(const std::vector<ArmObservation>& observations, const
   return setting;
 }
 
-std::vector<Vector3> whitened_residuals(const std::vector<ArmSample>& samples, const ArmSolution& arm) {
+std::vector<Vector3> whitened_residuals(const std::vector<WeighedSample>& samples, const ArmSolution& arm) {
   std::vector<Vector3> residuals;
   for (const auto& s : samples)
     residuals.push_back(s.whitening * arm_residual(arm, *s.observation, {}, nullptr));

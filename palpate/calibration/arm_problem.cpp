@@ -60,7 +60,7 @@ Vector3 rotation_part(const std::vector<ArmParameter>& parameters, const Eigen::
 // Residuals of all samples, then of the prior.
 class ArmCost : public ceres::CostFunction {
  public:
-  ArmCost(const std::vector<ArmSample>& samples, const ArmSolution& start,
+  ArmCost(const std::vector<WeighedSample>& samples, const ArmSolution& start,
           const std::vector<ArmParameter>& parameters, const ArmSolution& nominal, double prior_scale)
       : samples_(samples),
         start_(start),
@@ -108,7 +108,7 @@ class ArmCost : public ceres::CostFunction {
   }
 
  private:
-  const std::vector<ArmSample>& samples_;
+  const std::vector<WeighedSample>& samples_;
   const ArmSolution& start_;
   const std::vector<ArmParameter>& parameters_;
   const ArmSolution& nominal_;
@@ -116,7 +116,7 @@ class ArmCost : public ceres::CostFunction {
 };
 
 // The base that fits best, given everything else.
-void place_base(const std::vector<ArmSample>& samples, ArmSolution& at) {
+void place_base(const std::vector<WeighedSample>& samples, ArmSolution& at) {
   std::vector<Vector3> from, to;
   std::vector<double> weights;
   for (const auto& sample : samples) {
@@ -132,7 +132,7 @@ void place_base(const std::vector<ArmSample>& samples, ArmSolution& at) {
 // out.
 class InsideCost : public ceres::CostFunction {
  public:
-  InsideCost(const std::vector<ArmSample>& samples, const ArmSolution& start,
+  InsideCost(const std::vector<WeighedSample>& samples, const ArmSolution& start,
              const std::vector<ArmParameter>& parameters)
       : samples_(samples),
         start_(start),
@@ -169,7 +169,7 @@ class InsideCost : public ceres::CostFunction {
   }
 
  private:
-  const std::vector<ArmSample>& samples_;
+  const std::vector<WeighedSample>& samples_;
   const ArmSolution& start_;
   const std::vector<ArmParameter>& parameters_;
   const std::vector<ArmParameter> base_;
@@ -204,7 +204,7 @@ Outcome run_solver(ceres::CostFunction* cost, Eigen::Index size, int most_iterat
   return outcome;
 }
 
-double weighted_cost(const std::vector<ArmSample>& samples, const ArmSolution& at) {
+double weighted_cost(const std::vector<WeighedSample>& samples, const ArmSolution& at) {
   double sum = 0.0;
   for (const auto& sample : samples)
     sum +=
@@ -306,7 +306,7 @@ Vector3 arm_residual(const ArmSolution& at, const ArmObservation& sample,
   return turned + at.X_world_base.translation - measured_tip(at, sample).m;
 }
 
-ArmFit solve_arm(const std::vector<ArmSample>& samples, const ArmSolution& start,
+ArmFit solve_arm(const std::vector<WeighedSample>& samples, const ArmSolution& start,
                  const std::vector<ArmParameter>& parameters, const ArmSolution& nominal, double prior_scale,
                  int most_iterations) {
   const auto outcome = run_solver(new ArmCost(samples, start, parameters, nominal, prior_scale),
@@ -316,7 +316,7 @@ ArmFit solve_arm(const std::vector<ArmSample>& samples, const ArmSolution& start
   return fit;
 }
 
-ArmFit solve_arm_inside(const std::vector<ArmSample>& samples, const ArmSolution& start,
+ArmFit solve_arm_inside(const std::vector<WeighedSample>& samples, const ArmSolution& start,
                         const std::vector<ArmParameter>& parameters, int most_iterations) {
   const auto outcome = run_solver(new InsideCost(samples, start, parameters),
                                   static_cast<Eigen::Index>(parameters.size()), most_iterations);
@@ -326,7 +326,7 @@ ArmFit solve_arm_inside(const std::vector<ArmSample>& samples, const ArmSolution
   return fit;
 }
 
-Expected<ArmSolution> place_arm(const std::vector<ArmSample>& samples, const ArmSolution& at, bool fit_tip,
+Expected<ArmSolution> place_arm(const std::vector<WeighedSample>& samples, const ArmSolution& at, bool fit_tip,
                                 bool fit_tool) {
   ArmSolution result = at;
   if (fit_tip) {

@@ -31,7 +31,7 @@ std::vector<ArmParameter> list_parameters(const ArmModel& model, const ArmFreedo
 ArmSolution moved(const ArmSolution& at, const std::vector<ArmParameter>& parameters,
                   const Eigen::VectorXd& x);
 
-struct ArmSample {
+struct WeighedSample {
   const ArmObservation* observation = nullptr;
   Matrix3 whitening = Matrix3::Identity();  // keeps metres
   double weight = 1.0;
@@ -50,16 +50,16 @@ struct ArmFit {
 
 // Levenberg-Marquardt from `start`. `prior_scale` (m) is the noise that weighs the prior about `nominal`; 0 =
 // no prior.
-ArmFit solve_arm(const std::vector<ArmSample>& samples, const ArmSolution& start,
+ArmFit solve_arm(const std::vector<WeighedSample>& samples, const ArmSolution& start,
                  const std::vector<ArmParameter>& parameters, const ArmSolution& nominal, double prior_scale,
                  int most_iterations = 100);
 
 // The same with the base minimised inside the residual (equations 7 and 8); `parameters` without the base.
-ArmFit solve_arm_inside(const std::vector<ArmSample>& samples, const ArmSolution& start,
+ArmFit solve_arm_inside(const std::vector<WeighedSample>& samples, const ArmSolution& start,
                         const std::vector<ArmParameter>& parameters, int most_iterations = 100);
 
 // Base (and tip, and tool, where free) from the present joint correction.
-Expected<ArmSolution> place_arm(const std::vector<ArmSample>& samples, const ArmSolution& at, bool fit_tip,
+Expected<ArmSolution> place_arm(const std::vector<WeighedSample>& samples, const ArmSolution& at, bool fit_tip,
                                 bool fit_tool);
 
 }  // namespace palpate
