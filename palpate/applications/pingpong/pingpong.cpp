@@ -9,6 +9,7 @@ namespace {
 constexpr int kServesPrepared = 64;
 constexpr double kTeleport_m = 0.15;     // a bat that moves further in one step was put there, not swung
 constexpr double kBehind_m = 0.45;       // beyond the near edge a ball is out of reach
+constexpr double kBehindWall_m = 0.10;   // over the wall
 constexpr double kBelow_m = 0.12;        // below the table
 constexpr double kLongestServe_s = 3.0;  // whatever happens, then comes the next
 
@@ -30,6 +31,7 @@ PingPong::PingPong(const SceneDescription& scene, const Settings& settings)
   up_ = (c[1] - c[0]).cross(c[3] - c[0]).normalized();
   near_ = right.cross(up_);
   edge_ = 0.5 * (c[0] + c[1]);
+  depth_ = (c[3] - c[0]).norm();
 }
 
 void PingPong::control(Control command) {
@@ -175,8 +177,8 @@ void PingPong::watch_limits(double now) {
   if (phase() != Phase::incoming && phase() != Phase::outgoing) return;
   const Vector3 p = world_.ball().position - edge_;
   const double above = up_.dot(p), behind = near_.dot(p);
-  if (!p.allFinite() || above < -kBelow_m || behind > kBehind_m || p.norm() > 3.0 ||
-      now - served_at_ > kLongestServe_s) {
+  if (!p.allFinite() || above < -kBelow_m || behind > kBehind_m || behind < -depth_ - kBehindWall_m ||
+      p.norm() > 3.0 || now - served_at_ > kLongestServe_s) {
     end(now, true);
   }
 }

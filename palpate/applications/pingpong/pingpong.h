@@ -43,12 +43,12 @@ struct Settings {
   ServeSettings serve;
   std::uint64_t seed = 1;
   double first_serve_s = 0.6;
-  double ready_s = 0.20;  // the ball is shown that long before a serve
+  double ready_s = 0.15;  // the ball is shown that long before a serve
   double pause_s = 0.05;  // without a ball, between two serves
   // A rally goes on only while the mean time between serves stays below this (0 = for ever), with this much
   // credit.
   double pace_s = 1.42;
-  double credit_s = 1.0;
+  double credit_s = 0.9;
   double next_return_s = 1.15;  // what a further return costs
 };
 
@@ -78,6 +78,7 @@ class PingPong : public Application {
   BallWorld world_;
   std::vector<BallState> serves_;
   Vector3 up_, near_, edge_;  // table axes and the middle of its near edge
+  double depth_ = 0.0;        // of the table, m
   std::size_t next_serve_ = 0;
   double started_ = -1.0, next_time_ = 0.0, served_at_ = 0.0;  // s of the physics clock
   bool paused_ = false, serve_now_ = false, bounced_ = false;

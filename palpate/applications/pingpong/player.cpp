@@ -6,9 +6,12 @@
 namespace palpate::pingpong {
 namespace {
 
-constexpr double kCommit_s = 0.05;       // nearer than this to the stroke nothing is changed any more
+constexpr double kCommit_s = 0.08;       // nearer than this to the stroke nothing is changed any more
 constexpr double kLeastNotice_s = 0.07;  // a stroke that would have to come sooner is let go
-constexpr double kFollow_s = 0.030;      // the bat keeps its speed that long after the meeting
+constexpr double kSteady_s =
+    0.005;  // the bat has its speed that long before the meeting, so that a late ball is no matter
+constexpr double kFollow_s = 0.030;  // the bat keeps its speed that long after the meeting
+constexpr double kAsk = 0.95;        // share of the allowed acceleration a stroke may ask for
 constexpr double kHomeward_s = 0.30;
 constexpr double kLookAhead_s = 1.6;
 constexpr double kTurned_s = 0.04;  // the blade is turned that long before the meeting
@@ -98,6 +101,30 @@ Stroke ScriptedPlayer::stroke_for(const BallState& in, const Vector3& v_out) con
   return stroke;
 }
 
+// Back to the wall: at a place above the table. Aims, looks in thought where the ball would go, and aims off.
+Stroke ScriptedPlayer::aim(const BallState& in, double speed) const {
+  const Vector3 goal =
+      wall_middle_ + settings_.return_height * up_ + 0.5 * right_.dot(home_ - wall_middle_) * right_;
+  const Vector3 way = goal - in.position;
+  const double time = std::abs(near_.dot(way)) / speed;
+  Vector3 v_out = way / time - 0.5 * time * model_.gravity;
+  Stroke stroke;
+  for (int i = 0; i < 4; ++i) {
+    stroke = stroke_for(in, v_out);
+    BallState ball = bounce(model_, in, stroke.normal, bat_, stroke.speed * stroke.normal);
+    constexpr double kStep = 0.01, kLongest = 1.0;
+    double t = 0.0;
+    while (t < kLongest && near_.dot(ball.position - goal) > 0.0) {
+      ball = fly(model_, ball, kStep);
+      t += kStep;
+    }
+    if (t >= kLongest) break;
+    const Vector3 miss = goal - ball.position;
+    v_out += (miss - near_.dot(miss) * near_) / t;
+  }
+  return stroke;
+}
+
 void ScriptedPlayer::notice(const WorldState& state, double now) {
   const auto& ball = state.bodies[kBall];
   const std::array<std::int32_t, 2> score{state.counters[kServes], state.counters[kHits]};
@@ -164,28 +191,18 @@ void ScriptedPlayer::think(double now) {
     return;
   }
 
-  // Back to the wall: straight at a place above the table, the ball's fall allowed for, air by its mean
-  // slowing.
-  const Vector3 goal =
-      wall_middle_ + settings_.return_height * up_ + 0.5 * right_.dot(home_ - wall_middle_) * right_;
-  const Vector3 way = goal - best.position;
-  const double distance = std::abs(near_.dot(way));
-  const double slowing = 0.5 * model_.drag * distance;
-  const double time = distance / (settings_.return_speed * (1.0 - slowing));
-  const Vector3 v_out = (way / time - 0.5 * time * model_.gravity) * (1.0 + slowing);
-  const Stroke stroke = stroke_for(best, v_out);
-  const Quaternion R = hold(stroke.normal);
-
+  // A gentler stroke where the full one would ask too much of the arm.
   const HandState from = planned(now);
-  const double left = best_time - now;
-  HandState to;
-  to.position = tip_for(best.position, stroke.normal, R) + aim_error_;
   Quintic path;
-  for (double scale = 1.0; scale > 0.25;
-       scale -= 0.15) {  // a gentler stroke where the full one asks too much
-    to.velocity = scale * stroke.speed * stroke.normal;
-    path = Quintic(from, to, left);
-    if (path.largest_acceleration() < 0.8 * settings_.max_acceleration) break;
+  Quaternion R;
+  for (double part = 1.0; part > 0.6; part -= 0.12) {
+    const Stroke stroke = aim(best, part * settings_.return_speed);
+    R = hold(stroke.normal);
+    HandState to;
+    to.velocity = stroke.speed * stroke.normal;
+    to.position = tip_for(best.position, stroke.normal, R) + aim_error_ - kSteady_s * to.velocity;
+    path = Quintic(from, to, best_time - kSteady_s - now);
+    if (path.largest_acceleration() < kAsk * settings_.max_acceleration) break;
   }
   const Quaternion turned_now = turned(now);
   plan_ = {now, best_time, true, path, turned_now, R};

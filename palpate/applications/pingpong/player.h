@@ -73,6 +73,7 @@ class ScriptedPlayer {
   HandState planned(double t) const;
   Quaternion turned(double t) const;
   Stroke stroke_for(const BallState& in, const Vector3& v_out) const;
+  Stroke aim(const BallState& in, double speed) const;
   Quaternion hold(const Vector3& normal) const;
   Vector3 tip_for(const Vector3& ball, const Vector3& normal, const Quaternion& R) const;
 

@@ -15,7 +15,7 @@ struct ServeSettings {
   Vector3 aim{0.05, 0.30, 0.02};
   double aim_sd = 0.04;                          // m, sideways
   double height_low = 0.18, height_high = 0.42;  // above the table at the aim
-  double shortest_s = 0.48, longest_s = 0.68;    // flight to the aim
+  double shortest_s = 0.55, longest_s = 0.75;    // flight to the aim
 };
 
 // `count` different serves with speeds within scene.serve_speed. Throws std::runtime_error where table and
