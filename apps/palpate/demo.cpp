@@ -10,18 +10,23 @@ namespace palpate::app {
 
 void add_demo(CLI::App& program) {
   auto* command = program.add_subcommand(
-      "demo", "Calibrate a simulated rig, play ping-pong on it in lock-step and in real time, write a report");
+      "demo",
+      "Calibrate a simulated rig, play ping-pong on it in lock-step and in real time, write a report");
   struct Options {
     DemoOptions demo;
     std::string world;
     bool headless = false;
   };
   auto options = std::make_shared<Options>();
-  command->add_option("--app", options->demo.application, "Application; `palpate apps` lists them")->default_val("pingpong");
+  command->add_option("--app", options->demo.application, "Application; `palpate apps` lists them")
+      ->default_val("pingpong");
   command->add_option("--seconds", options->demo.seconds, "Length of the play in lock-step")
       ->default_val(30.0)
       ->check(CLI::Range(1.0, 3600.0));
-  command->add_option("--seed", options->demo.seed, "Draws the laboratory's imperfections, noise, serves and player")->default_val(1);
+  command
+      ->add_option("--seed", options->demo.seed,
+                   "Draws the laboratory's imperfections, noise, serves and player")
+      ->default_val(1);
   command->add_option("--world", options->world, "World file; the reference laboratory where none is named");
   command->add_option("--out", options->demo.out, "Folder for report, summary, pictures, video and raw data")
       ->default_val("./palpate-report");
@@ -32,7 +37,9 @@ void add_demo(CLI::App& program) {
     auto& demo = options->demo;
     bool known = false;
     for (const auto& application : applications()) known = known || application.name == demo.application;
-    if (!known) return wrong_use("--app {}: not known; `palpate apps` lists the applications there are", demo.application);
+    if (!known)
+      return wrong_use("--app {}: not known; `palpate apps` lists the applications there are",
+                       demo.application);
     demo.world = sim::reference_world();
     demo.command = "palpate demo";
     if (!options->world.empty()) {

@@ -3,8 +3,8 @@
 #include <csignal>
 
 #include "apps/palpate/command.h"
-#include "palpate/sim/camera_renderer.h"
 #include "palpate/core/file.h"
+#include "palpate/sim/camera_renderer.h"
 #include "palpate/system/world_process.h"
 #include "palpate/system/world_sample.h"
 
@@ -101,7 +101,9 @@ void add_world(CLI::App& program) {
     process.seconds = options->seconds;
     process.make_renderer = []() -> sim::RenderView {
       auto renderer = std::make_shared<sim::CameraRenderer>();
-      return [renderer](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) { renderer->render(view, rgb); };
+      return [renderer](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
+        renderer->render(view, rgb);
+      };
     };
     std::signal(SIGINT, stop);
     std::signal(SIGTERM, stop);

@@ -150,7 +150,8 @@ Expected<Vector3> record_rest(Laboratory lab) {
   return Vector3(sum / static_cast<double>(readings.size()));
 }
 
-Expected<ViewRecord> record_views(Laboratory lab, Gesture gesture, double seconds_long, const KeepImage& keep) {
+Expected<ViewRecord> record_views(Laboratory lab, Gesture gesture, double seconds_long,
+                                  const KeepImage& keep) {
   if (lab.camera == nullptr) return refused("views: no camera; add one to the rig");
   Recorder recorder(lab);
   recorder.tick();

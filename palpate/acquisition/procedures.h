@@ -46,7 +46,8 @@ struct ViewRecord {
   std::vector<double> image_times_s;                 // of the images `keep` kept, host time
 };
 using KeepImage = std::function<bool(const CameraImage&)>;
-Expected<ViewRecord> record_views(Laboratory lab, Gesture gesture, double seconds_long, const KeepImage& keep);
+Expected<ViewRecord> record_views(Laboratory lab, Gesture gesture, double seconds_long,
+                                  const KeepImage& keep);
 
 struct HandEyeRecord {
   std::vector<TimedPose<World, CameraMarker>> hand;  // by the tracker, host time

@@ -326,8 +326,8 @@ ArmFit solve_arm_inside(const std::vector<WeighedSample>& samples, const ArmSolu
   return fit;
 }
 
-Expected<ArmSolution> place_arm(const std::vector<WeighedSample>& samples, const ArmSolution& at, bool fit_tip,
-                                bool fit_tool) {
+Expected<ArmSolution> place_arm(const std::vector<WeighedSample>& samples, const ArmSolution& at,
+                                bool fit_tip, bool fit_tool) {
   ArmSolution result = at;
   if (fit_tip) {
     // R_i t + p_i = M f_i + T is linear in t, T and the nine entries of M; then M's nearest rotation, and t,

@@ -59,7 +59,7 @@ ArmFit solve_arm_inside(const std::vector<WeighedSample>& samples, const ArmSolu
                         const std::vector<ArmParameter>& parameters, int most_iterations = 100);
 
 // Base (and tip, and tool, where free) from the present joint correction.
-Expected<ArmSolution> place_arm(const std::vector<WeighedSample>& samples, const ArmSolution& at, bool fit_tip,
-                                bool fit_tool);
+Expected<ArmSolution> place_arm(const std::vector<WeighedSample>& samples, const ArmSolution& at,
+                                bool fit_tip, bool fit_tool);
 
 }  // namespace palpate

@@ -12,6 +12,9 @@ namespace {
 
 // The ring reaches three times as far as the disc; what is fitted ends inside it.
 constexpr double kWindow = 2.2;  // radii of the disc
+// px: neighbouring residuals hang together (levels, a ring's outer edge, shadows), which the fit's covariance
+// ignores.
+constexpr double kModel = 0.012;
 
 struct Prediction {
   Pixel centre;
@@ -44,22 +47,36 @@ std::optional<Prediction> predict(const CameraModel& camera, const Pose<CameraOp
   return p;
 }
 
-class Light {
+// The neighbourhood of a prediction in linear light, cut to the image.
+class Patch {
  public:
-  Light(const CameraImage& image, double gamma) : image_(image) {
-    for (std::size_t i = 0; i < 256; ++i) linear_[i] = std::pow(static_cast<double>(i) / 255.0, gamma);
+  Patch(const CameraImage& image, const std::array<double, 256>& linear, const Pixel& middle, double half_u,
+        double half_v) {
+    left_ = std::max(0, static_cast<int>(std::floor(middle.x() - half_u)));
+    above_ = std::max(0, static_cast<int>(std::floor(middle.y() - half_v)));
+    width_ = std::min(image.width - 1, static_cast<int>(std::ceil(middle.x() + half_u))) - left_ + 1;
+    height_ = std::min(image.height - 1, static_cast<int>(std::ceil(middle.y() + half_v))) - above_ + 1;
+    values_.reserve(static_cast<std::size_t>(std::max(0, width_) * std::max(0, height_)));
+    for (int v = above_; v < above_ + height_; ++v) {
+      const std::uint8_t* at =
+          image.rgb.data() + 3 * (static_cast<std::size_t>(v) * static_cast<std::size_t>(image.width) +
+                                  static_cast<std::size_t>(left_));
+      for (int u = 0; u < width_; ++u, at += 3) {
+        values_.push_back((linear[at[0]] + linear[at[1]] + linear[at[2]]) / 3.0);
+      }
+    }
   }
   double at(int u, int v) const {
-    const std::size_t i = 3 * (static_cast<std::size_t>(v) * static_cast<std::size_t>(image_.width) +
-                               static_cast<std::size_t>(u));
-    return (linear_[image_.rgb[i]] + linear_[image_.rgb[i + 1]] + linear_[image_.rgb[i + 2]]) / 3.0;
+    return values_[static_cast<std::size_t>(v - above_) * static_cast<std::size_t>(width_) +
+                   static_cast<std::size_t>(u - left_)];
   }
-  int width() const { return image_.width; }
-  int height() const { return image_.height; }
+  bool holds(double left, double above, double right, double below) const {
+    return left >= left_ && above >= above_ && right <= left_ + width_ - 1 && below <= above_ + height_ - 1;
+  }
 
  private:
-  const CameraImage& image_;
-  std::array<double, 256> linear_{};
+  int left_, above_, width_, height_;
+  std::vector<double> values_;
 };
 
 // Share of a pixel covered by the disc, and its derivative with respect to the disc's centre. `q` is the
@@ -93,7 +110,7 @@ Cover cover(const Eigen::Matrix2d& to_circle, const Eigen::Vector2d& offset) {
 }
 
 // Where, within the search range, a disc of the predicted size stands out most from what surrounds it.
-std::optional<Pixel> coarse(const Light& light, const Prediction& p, double search) {
+std::optional<Pixel> coarse(const Patch& light, const Prediction& p, double search) {
   const Eigen::Matrix2d to_circle = p.radii.inverse();
   const double reach_u = kWindow * p.radii.row(0).norm(), reach_v = kWindow * p.radii.row(1).norm();
   // The disc sampled once: bright and dark places relative to its centre.
@@ -121,10 +138,10 @@ std::optional<Pixel> coarse(const Light& light, const Prediction& p, double sear
     for (int du = -range; du <= range; ++du) {
       if (du * du + dv * dv > search * search + 1.0) continue;
       const int u = u0 + du, v = v0 + dv;
-      if (u - reach_u < 0 || v - reach_v < 0 || u + reach_u > light.width() - 1 ||
-          v + reach_v > light.height() - 1)
-        continue;
-      // The middle must be bright at all: most places are passed over after one look.
+      if (!light.holds(u - reach_u, v - reach_v, u + reach_u, v + reach_v)) continue;
+      // The middle must be brighter than the best contrast so far: most places are passed over after one
+      // look.
+      if (light.at(u, v) < best) continue;
       double sum = 0.0;
       for (std::size_t i = 0; i < count; ++i)
         sum += weights[i] * light.at(u + places[i][0], v + places[i][1]);
@@ -137,7 +154,7 @@ std::optional<Pixel> coarse(const Light& light, const Prediction& p, double sear
   return place;
 }
 
-std::optional<LandmarkSighting> fit(const Light& light, const Prediction& p, Pixel centre,
+std::optional<LandmarkSighting> fit(const Patch& light, const Prediction& p, Pixel centre,
                                     const LandmarkDetectorSettings& settings) {
   const Eigen::Matrix2d to_circle = p.radii.inverse();
   const double reach_u = kWindow * p.radii.row(0).norm(), reach_v = kWindow * p.radii.row(1).norm();
@@ -154,7 +171,7 @@ std::optional<LandmarkSighting> fit(const Light& light, const Prediction& p, Pix
               right = static_cast<int>(std::floor(centre.x() + reach_u));
     const int above = static_cast<int>(std::ceil(centre.y() - reach_v)),
               below = static_cast<int>(std::floor(centre.y() + reach_v));
-    if (left < 0 || above < 0 || right >= light.width() || below >= light.height()) return std::nullopt;
+    if (!light.holds(left, above, right, below)) return std::nullopt;
     for (int v = above; v <= below; ++v) {
       for (int u = left; u <= right; ++u) {
         const Eigen::Vector2d offset = Pixel(u, v) - centre;
@@ -197,7 +214,9 @@ std::optional<LandmarkSighting> fit(const Light& light, const Prediction& p, Pix
   }
   if (!settled || result.contrast < settings.least_contrast || result.residual > settings.most_residual)
     return std::nullopt;
+  if (ground > settings.most_ground * bright) return std::nullopt;  // bright, but not in a dark ring
   if ((result.centre - p.centre).norm() > settings.search_px + 1.0) return std::nullopt;
+  result.covariance += kModel * kModel * Eigen::Matrix2d::Identity();
   return result;
 }
 
@@ -212,12 +231,16 @@ std::vector<LandmarkSighting> detect_landmarks(const CameraImage& image, const C
           static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height) * 3) {
     throw std::invalid_argument("landmarks: image and camera differ in size");
   }
-  const Light light(image, settings.gamma);
+  std::array<double, 256> linear{};
+  for (std::size_t i = 0; i < 256; ++i) linear[i] = std::pow(static_cast<double>(i) / 255.0, settings.gamma);
   const Pose<CameraOptical, World> X = X_world_camera.inverse();
   std::vector<LandmarkSighting> sightings;
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     const auto prediction = predict(camera, X, landmarks[i]);
     if (!prediction || prediction->short_axis < settings.least_radius_px) continue;
+    const double margin = settings.search_px + 3.0;
+    const Patch light(image, linear, prediction->centre, kWindow * prediction->radii.row(0).norm() + margin,
+                      kWindow * prediction->radii.row(1).norm() + margin);
     const auto start = coarse(light, *prediction, settings.search_px);
     if (!start) continue;
     auto sighting = fit(light, *prediction, *start, settings);

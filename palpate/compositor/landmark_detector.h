@@ -19,19 +19,21 @@
 namespace palpate {
 
 struct LandmarkDetectorSettings {
-  double search_px = 10.0;       // how far from its prediction a landmark is looked for
-  double gamma = 2.0;            // of the camera's encoding; 1 for cameras that deliver linear values
-  double least_contrast = 0.08;  // bright minus dark, linear light of 0..1
-  double least_radius_px = 0.9;  // of the short half axis; smaller discs carry no place worth having
-  double most_residual = 0.12;   // rms of the fit over the contrast; an undisturbed disc leaves 0.01 to 0.06
+  double search_px = 10.0;        // how far from its prediction a landmark is looked for
+  double gamma = 2.0;             // of the camera's encoding; 1 for cameras that deliver linear values
+  double least_contrast = 0.08;   // bright minus dark, linear light of 0..1
+  double most_ground = 0.10;      // the ring's light over the disc's; printed black on white has 0.03 to 0.06
+  double least_radius_px = 0.45;  // of the short half axis; smaller discs carry no place worth having
+  double most_residual = 0.12;    // rms of the fit over the contrast; an undisturbed disc leaves 0.01 to 0.06
 };
 
 struct LandmarkSighting {
-  std::size_t landmark = 0;                              // index into the landmarks
-  Pixel centre = Pixel::Zero();                          // image of the disc's centre, distorted
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();  // px^2, from the fit's own residual
-  double contrast = 0.0;                                 // linear light
-  double residual = 0.0;                                 // rms over the contrast: 0 is perfect
+  std::size_t landmark = 0;      // index into the landmarks
+  Pixel centre = Pixel::Zero();  // image of the disc's centre, distorted
+  Eigen::Matrix2d covariance =
+      Eigen::Matrix2d::Zero();  // px^2: the fit's residual, and 0.012 px for what a disc is not
+  double contrast = 0.0;        // linear light
+  double residual = 0.0;        // rms over the contrast: 0 is perfect
 };
 
 // The landmarks in view, in their order. Throws std::invalid_argument when image and camera differ in size.

@@ -19,7 +19,8 @@ ForceLimits inner_limits(ForceLimits limits) {
 }  // namespace
 
 HapticLoop::HapticLoop(ArmDevice& arm, const ArmCalibration& calibration, const PhantomLengths& nominal,
-                       const HapticSettings& settings, TripleBuffer<HapticInput>& input, TripleBuffer<TipState>& output)
+                       const HapticSettings& settings, TripleBuffer<HapticInput>& input,
+                       TripleBuffer<TipState>& output)
     : arm_(arm),
       calibration_(calibration),
       nominal_(nominal),

@@ -2,8 +2,8 @@
 //
 // Forces come in World axes and leave in ArmBase axes. tick() is called by the haptic thread at a fixed rate,
 // or by a test; after construction it does not allocate, lock, throw or write text. Input and output are
-// triple buffers: one other thread (physics) writes the input and reads the tip. A fault is a state (ForceFault):
-// forces fade, and the last seconds are kept in records().
+// triple buffers: one other thread (physics) writes the input and reads the tip. A fault is a state
+// (ForceFault): forces fade, and the last seconds are kept in records().
 #pragma once
 
 #include <cstdint>
@@ -56,7 +56,8 @@ class HapticLoop {
  public:
   // The references must outlive the loop. Throws std::invalid_argument for settings that cannot be.
   HapticLoop(ArmDevice& arm, const ArmCalibration& calibration, const PhantomLengths& nominal,
-             const HapticSettings& settings, TripleBuffer<HapticInput>& input, TripleBuffer<TipState>& output);
+             const HapticSettings& settings, TripleBuffer<HapticInput>& input,
+             TripleBuffer<TipState>& output);
 
   void tick(Instant<PhysicsClock> now);
   void rearm() { limiter_.rearm(); }  // by the haptic thread

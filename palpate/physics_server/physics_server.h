@@ -1,8 +1,8 @@
 // The physics server: arm in, force out, the virtual world's states kept for whoever asks.
 //
 // Two loops. haptic_tick() reads the arm, knows the tip and commands the force; physics_tick() moves the
-// virtual world on and stores its state. They meet in two triple buffers only, so each may run in a thread of its
-// own at its own rate, or one after the other in lock-step. Neither locks, allocates, throws or calls the
+// virtual world on and stores its state. They meet in two triple buffers only, so each may run in a thread of
+// its own at its own rate, or one after the other in lock-step. Neither locks, allocates, throws or calls the
 // network. state_at() is for the network's threads. It knows no tracker and no camera, and builds without
 // them.
 #pragma once

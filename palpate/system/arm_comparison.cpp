@@ -19,8 +19,9 @@ std::vector<Vector3> judging_poses(const sim::WorldFile& world, std::uint64_t se
 }
 
 Expected<std::vector<MethodErrors>> compare_arm_methods(const std::vector<ArmObservation>& train,
-                                                        const std::vector<ArmObservation>& test, const PhantomLengths& nominal,
-                                                        const Vector3& tip, const sim::Truth& truth,
+                                                        const std::vector<ArmObservation>& test,
+                                                        const PhantomLengths& nominal, const Vector3& tip,
+                                                        const sim::Truth& truth,
                                                         const std::vector<Vector3>& poses) {
   const ArmModel model{.lengths = nominal};
   ArmOptions options;
@@ -42,13 +43,15 @@ Expected<std::vector<MethodErrors>> compare_arm_methods(const std::vector<ArmObs
     result.push_back(std::move(errors));
     return {};
   };
-  if (auto done = add("uncorrected", uncorrected_arm(train, model, options)); !done) return tl::unexpected(done.error());
+  if (auto done = add("uncorrected", uncorrected_arm(train, model, options)); !done)
+    return tl::unexpected(done.error());
   for (const auto& [name, method] : {std::pair{"one-pass", ArmMethod::one_pass},
                                      {"alternating", ArmMethod::alternating},
                                      {"eq7", ArmMethod::eq7},
                                      {"joint", ArmMethod::joint}}) {
     options.method = method;
-    if (auto done = add(name, calibrate_arm(train, model, options)); !done) return tl::unexpected(done.error());
+    if (auto done = add(name, calibrate_arm(train, model, options)); !done)
+      return tl::unexpected(done.error());
   }
   return result;
 }

@@ -18,13 +18,15 @@ struct MethodErrors {
   std::vector<Vector3> differences;  // m, estimate minus truth, one per pose
 };
 
-// Joint angles psi as the encoders would read them, uniform in the joint range: the poses errors are judged at.
+// Joint angles psi as the encoders would read them, uniform in the joint range: the poses errors are judged
+// at.
 std::vector<Vector3> judging_poses(const sim::WorldFile& world, std::uint64_t seed, int count = 1000);
 
 // `tip` as known (from the pivot, or the truth to show what a perfect tip would change).
 Expected<std::vector<MethodErrors>> compare_arm_methods(const std::vector<ArmObservation>& train,
-                                                        const std::vector<ArmObservation>& test, const PhantomLengths& nominal,
-                                                        const Vector3& tip, const sim::Truth& truth,
+                                                        const std::vector<ArmObservation>& test,
+                                                        const PhantomLengths& nominal, const Vector3& tip,
+                                                        const sim::Truth& truth,
                                                         const std::vector<Vector3>& poses);
 
 }  // namespace palpate

@@ -16,8 +16,8 @@
 namespace palpate {
 namespace {
 
-// A hand misses what it touches by about this much, whatever the tracker believes (the reference laboratory's figure
-// for a corner; a dot's centre is no easier).
+// A hand misses what it touches by about this much, whatever the tracker believes (the reference laboratory's
+// figure for a corner; a dot's centre is no easier).
 constexpr double kTouchSd = 0.0003;  // m
 
 template <typename T>
@@ -25,7 +25,8 @@ tl::unexpected<Error> failed(const Expected<T>& step) {
   return tl::unexpected(step.error());
 }
 
-Provenance provenance(const CalibrationPlan& plan, const std::string& data, const std::string& method, double rms_mm) {
+Provenance provenance(const CalibrationPlan& plan, const std::string& data, const std::string& method,
+                      double rms_mm) {
   return {plan.date, content_hash(data), method, rms_mm};
 }
 
@@ -38,7 +39,8 @@ std::string bytes_of(const std::vector<TrackedPose>& poses) {
 
 std::vector<PivotPose> pivot_poses(const std::vector<TrackedPose>& poses) {
   std::vector<PivotPose> result;
-  for (const auto& pose : poses) result.push_back({pose.marker.rotation, pose.marker.translation, 0, std::nullopt});
+  for (const auto& pose : poses)
+    result.push_back({pose.marker.rotation, pose.marker.translation, 0, std::nullopt});
   return result;
 }
 
@@ -46,10 +48,10 @@ PivotCalibration rig_pivot(const Estimate<PivotSolution>& estimate, const Proven
   return {estimate.value.tip, estimate.covariance.topLeftCorner<3, 3>(), from};
 }
 
-// The board looks the same after half a turn, and the detector numbers its corners from either end. Our board has a
-// dark square outside its first corner and a light one outside its last: that tells the two apart.
-std::vector<Pixel> numbered(std::vector<Pixel> corners, const BoardShape& shape, const std::vector<std::uint8_t>& grey,
-                            int width, int height) {
+// The board looks the same after half a turn, and the detector numbers its corners from either end. Our board
+// has a dark square outside its first corner and a light one outside its last: that tells the two apart.
+std::vector<Pixel> numbered(std::vector<Pixel> corners, const BoardShape& shape,
+                            const std::vector<std::uint8_t>& grey, int width, int height) {
   const auto brightness = [&](const Pixel& p) -> double {
     const int u = static_cast<int>(std::lround(p.x())), v = static_cast<int>(std::lround(p.y()));
     double sum = 0.0;
@@ -57,12 +59,15 @@ std::vector<Pixel> numbered(std::vector<Pixel> corners, const BoardShape& shape,
     for (int dv = -1; dv <= 1; ++dv)
       for (int du = -1; du <= 1; ++du) {
         const int x = std::clamp(u + du, 0, width - 1), y = std::clamp(v + dv, 0, height - 1);
-        sum += grey[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+        sum +=
+            grey[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
         ++count;
       }
     return sum / count;
   };
-  const auto at = [&](int column, int row) { return corners[static_cast<std::size_t>(row * shape.columns + column)]; };
+  const auto at = [&](int column, int row) {
+    return corners[static_cast<std::size_t>(row * shape.columns + column)];
+  };
   // Middle of the square diagonally outside a corner, by the step from the corner diagonally inside.
   const Pixel first = at(0, 0) + 0.5 * (at(0, 0) - at(1, 1));
   const Pixel last = at(shape.columns - 1, shape.rows - 1) +
@@ -86,8 +91,9 @@ struct Steps {
     options.method = PivotMethod::robust;
     auto estimate = calibrate_pivot(pivot_poses(*poses), options);
     if (!estimate) return failed(estimate);
-    rig.pointer_pivot = rig_pivot(*estimate, provenance(plan, bytes_of(*poses), "robust",
-                                                        mm_from_metres(rms_per_component(estimate->residuals))));
+    rig.pointer_pivot = rig_pivot(
+        *estimate,
+        provenance(plan, bytes_of(*poses), "robust", mm_from_metres(rms_per_component(estimate->residuals))));
     out.pointer_pivot = std::move(*poses);
     return {};
   }
@@ -174,7 +180,8 @@ struct Steps {
     rig.arm = rig_arm(*estimate);
     rig.arm->rest_readings = *rest;
     rig.arm->held_out_mean = mean_norm(arm_errors(estimate->value, out.arm_test));
-    rig.arm->from = provenance(plan, bytes_of(*poses), "joint", mm_from_metres(rms_per_component(estimate->residuals)));
+    rig.arm->from =
+        provenance(plan, bytes_of(*poses), "joint", mm_from_metres(rms_per_component(estimate->residuals)));
     out.arm_poses = std::move(*poses);
     return {};
   }
@@ -184,10 +191,13 @@ struct Steps {
     if (!moving) return failed(moving);
     std::vector<TimedPoint> by_arm, by_tracker;
     for (const auto& reading : moving->arm)
-      by_arm.push_back({reading.time_s, (rig.arm->X_world_base *
-                                         phantom_tip(rig.arm->correction.apply(reading.joints), rig.arm->lengths)).m});
+      by_arm.push_back(
+          {reading.time_s,
+           (rig.arm->X_world_base * phantom_tip(rig.arm->correction.apply(reading.joints), rig.arm->lengths))
+               .m});
     for (const auto& pose : moving->marker)
-      by_tracker.push_back({pose.time_s, pose.marker.translation + pose.marker.rotation * rig.arm->tip_in_marker});
+      by_tracker.push_back(
+          {pose.time_s, pose.marker.translation + pose.marker.rotation * rig.arm->tip_in_marker});
     auto delay = estimate_stream_delay(by_arm, by_tracker);
     if (!delay) return failed(delay);
     if (!rig.delays) rig.delays.emplace();
@@ -218,15 +228,18 @@ struct Steps {
     if (!record) return failed(record);
     constexpr std::size_t kFewest = 12;
     if (views.size() < kFewest)
-      return refused("camera: the board was found in {} images, at least {} are needed; keep all of it in view, in good light",
-                     views.size(), kFewest);
+      return refused(
+          "camera: the board was found in {} images, at least {} are needed; keep all of it in view, in good "
+          "light",
+          views.size(), kFewest);
     // Views spread evenly over the movement.
     std::vector<BoardView> chosen;
     const std::size_t wanted = std::min(views.size(), static_cast<std::size_t>(plan.lens_views));
     for (std::size_t i = 0; i < wanted; ++i) chosen.push_back(views[i * views.size() / wanted]);
     auto lens = calibrate_camera(chosen, width, height);
     if (!lens) return failed(lens);
-    rig.camera = CameraCalibration{lens->value.model, lens->covariance, provenance(plan, views.front().name, "chessboard", lens->value.rms_px)};
+    rig.camera = CameraCalibration{lens->value.model, lens->covariance,
+                                   provenance(plan, views.front().name, "chessboard", lens->value.rms_px)};
 
     std::vector<StampedPose> hand, eye;
     for (const auto& pose : record->tracked)
@@ -245,7 +258,8 @@ struct Steps {
     HandEyeCalibration hand_eye;
     hand_eye.X_marker_camera = estimate->value.X_marker_camera;
     hand_eye.covariance = estimate->covariance.topLeftCorner<6, 6>();
-    hand_eye.from = provenance(plan, bytes_of(record->tracked), "hand-eye", mm_from_metres(estimate->value.translation_rms));
+    hand_eye.from = provenance(plan, bytes_of(record->tracked), "hand-eye",
+                               mm_from_metres(estimate->value.translation_rms));
     rig.hand_eye = hand_eye;
     if (!rig.delays) rig.delays.emplace();
     rig.delays->camera_after_tracker_s = -estimate->value.delay_s;  // hand time = eye time + delay
@@ -268,18 +282,19 @@ struct Steps {
     if (!record) return failed(record);
     MarkerHistory history(seconds(0.1), seconds(1e4));
     for (const auto& pose : record->tracked)
-      history.add({Instant<GraphicsClock>::from_seconds(pose.time_s), pose.marker.rotation, pose.marker.translation,
-                   pose.marker.covariance});
+      history.add({Instant<GraphicsClock>::from_seconds(pose.time_s), pose.marker.rotation,
+                   pose.marker.translation, pose.marker.covariance});
     std::vector<LandmarkFrame> frames;
     for (std::size_t i = 0; i < images.size(); ++i) {
-      const auto marker = history.at(
-          Instant<GraphicsClock>::from_seconds(record->image_times_s[i] - rig.delays->camera_after_tracker_s));
+      const auto marker = history.at(Instant<GraphicsClock>::from_seconds(
+          record->image_times_s[i] - rig.delays->camera_after_tracker_s));
       if (!marker) continue;
       LandmarkFrame frame;
       frame.X_world_marker = {marker->rotation, marker->translation};
       frame.covariance = marker->covariance;
-      for (const auto& found : hooks.find_landmarks(images[i], rig.camera->model,
-                                                    frame.X_world_marker * rig.hand_eye->X_marker_camera, rig.landmarks))
+      for (const auto& found :
+           hooks.find_landmarks(images[i], rig.camera->model,
+                                frame.X_world_marker * rig.hand_eye->X_marker_camera, rig.landmarks))
         frame.sightings.push_back({found.landmark, found.centre});
       frames.push_back(std::move(frame));
     }
@@ -321,10 +336,21 @@ ArmCalibration rig_arm(const Estimate<ArmSolution>& estimate) {
   arm.X_world_base = s.X_world_base;
   arm.tip_in_marker = s.tip_in_marker;
   // The rig's order is fixed; what was not estimated has no variance.
-  const std::vector<std::string> order{"gain_1", "gain_2", "gain_3", "offset_1", "offset_2", "offset_3",
-                                       "base_rotation_x", "base_rotation_y", "base_rotation_z",
-                                       "base_translation_x", "base_translation_y", "base_translation_z",
-                                       "tip_x", "tip_y", "tip_z"};
+  const std::vector<std::string> order{"gain_1",
+                                       "gain_2",
+                                       "gain_3",
+                                       "offset_1",
+                                       "offset_2",
+                                       "offset_3",
+                                       "base_rotation_x",
+                                       "base_rotation_y",
+                                       "base_rotation_z",
+                                       "base_translation_x",
+                                       "base_translation_y",
+                                       "base_translation_z",
+                                       "tip_x",
+                                       "tip_y",
+                                       "tip_z"};
   arm.covariance = Eigen::MatrixXd::Zero(15, 15);
   std::vector<Eigen::Index> place(order.size(), -1);
   for (std::size_t i = 0; i < order.size(); ++i) {
@@ -334,7 +360,8 @@ ArmCalibration rig_arm(const Estimate<ArmSolution>& estimate) {
   for (std::size_t i = 0; i < order.size(); ++i)
     for (std::size_t j = 0; j < order.size(); ++j)
       if (place[i] >= 0 && place[j] >= 0 && estimate.covariance.rows() > std::max(place[i], place[j]))
-        arm.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = estimate.covariance(place[i], place[j]);
+        arm.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+            estimate.covariance(place[i], place[j]);
   return arm;
 }
 
@@ -356,7 +383,8 @@ Expected<CalibrationRecordings> calibrate_rig(Laboratory lab, Rig& rig, const Ca
       {"arm", rig.arm.has_value(), &Steps::arm},
       {"delay of the tracker", rig.delays.has_value(), &Steps::arm_delay},
       {"lens and hand-eye", rig.camera.has_value() && rig.hand_eye.has_value(), &Steps::camera},
-      {"landmarks from pictures", rig.camera.has_value() && rig.hand_eye.has_value(), &Steps::landmarks_again},
+      {"landmarks from pictures", rig.camera.has_value() && rig.hand_eye.has_value(),
+       &Steps::landmarks_again},
   };
   for (std::size_t i = 0; i < list.size(); ++i) {
     if (hooks.progress) hooks.progress(i, list.size(), list[i].name);

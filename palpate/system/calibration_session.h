@@ -1,9 +1,10 @@
 // Calibrating a whole rig through its devices, in the order in which each step can use the ones before.
 //
-// Rest readings, pointer tip, surfaces, landmarks, stylus tip, arm, delay arm-tracker, lens, hand-eye with delay
-// camera-tracker, landmarks again from pictures. Every step goes through Laboratory (devices and a person who is asked
-// for gestures), writes its part of the rig, and is skipped where the rig has it already: a session that broke off goes
-// on where it stopped. No truth in here. One thread. Errors: the step's refusal, which says what to do.
+// Rest readings, pointer tip, surfaces, landmarks, stylus tip, arm, delay arm-tracker, lens, hand-eye with
+// delay camera-tracker, landmarks again from pictures. Every step goes through Laboratory (devices and a
+// person who is asked for gestures), writes its part of the rig, and is skipped where the rig has it already:
+// a session that broke off goes on where it stopped. No truth in here. One thread. Errors: the step's
+// refusal, which says what to do.
 #pragma once
 
 #include <functional>
@@ -46,8 +47,8 @@ struct FoundLandmark {
   std::size_t landmark = 0;
   Pixel centre = Pixel::Zero();
 };
-using FindLandmarks = std::function<std::vector<FoundLandmark>(const CameraImage&, const CameraModel&,
-                                                               const Pose<World, CameraOptical>&, const std::vector<Landmark>&)>;
+using FindLandmarks = std::function<std::vector<FoundLandmark>(
+    const CameraImage&, const CameraModel&, const Pose<World, CameraOptical>&, const std::vector<Landmark>&)>;
 
 struct SessionHooks {
   std::function<void(std::size_t step, std::size_t steps, const std::string& name)> progress;
@@ -58,7 +59,8 @@ struct SessionHooks {
 Expected<CalibrationRecordings> calibrate_rig(Laboratory lab, Rig& rig, const CalibrationPlan& plan,
                                               const SessionHooks& hooks);
 
-// The recording as calibrate_arm wants it; the tip's covariance as the tracker believes it for a tip at `tip`.
+// The recording as calibrate_arm wants it; the tip's covariance as the tracker believes it for a tip at
+// `tip`.
 std::vector<ArmObservation> arm_observations(const std::vector<TrackedPose>& poses, const Vector3& tip);
 
 // The arm's result as the rig keeps it.

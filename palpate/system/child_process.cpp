@@ -12,7 +12,8 @@ extern char** environ;
 
 namespace palpate {
 
-Expected<ChildProcess> ChildProcess::start(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+Expected<ChildProcess> ChildProcess::start(const std::filesystem::path& program,
+                                           const std::vector<std::string>& arguments,
                                            const std::filesystem::path& log) {
   std::string name = program.string(), log_name = log.string();
   std::vector<std::string> copy = arguments;

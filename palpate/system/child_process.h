@@ -17,7 +17,8 @@ namespace palpate {
 class ChildProcess {
  public:
   // Standard output is thrown away; standard error goes to `log`.
-  static Expected<ChildProcess> start(const std::filesystem::path& program, const std::vector<std::string>& arguments,
+  static Expected<ChildProcess> start(const std::filesystem::path& program,
+                                      const std::vector<std::string>& arguments,
                                       const std::filesystem::path& log);
   ChildProcess(ChildProcess&& other) noexcept : pid_(std::exchange(other.pid_, -1)), status_(other.status_) {}
   ChildProcess& operator=(ChildProcess&&) = delete;

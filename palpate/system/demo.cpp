@@ -52,8 +52,10 @@ std::vector<CheckPoint> check_points(const sim::Truth& truth, const Rig& rig) {
     for (int i = 0; i < 5; ++i)
       for (int j = 0; j < 4; ++j) {
         const double u = 0.1 + 0.2 * i, v = 0.125 + 0.25 * j;
-        points.push_back({(*corners)[0] + u * x + v * y,
-                          (surface->X_world_rectangle * Point<Rectangle>{{u * surface->width, v * surface->height, 0.0}}).m});
+        points.push_back(
+            {(*corners)[0] + u * x + v * y,
+             (surface->X_world_rectangle * Point<Rectangle>{{u * surface->width, v * surface->height, 0.0}})
+                 .m});
       }
   }
   return points;
@@ -68,7 +70,8 @@ FrameErrors errors_of(const PlayedFrame& frame, const CameraModel& lens, const S
   for (const auto& point : points) {
     if (const auto e = overlay_error(drawn, point.estimate, frame.truth, point.truth)) world.add(*e);
     if (record.pose_source == PoseSource::none) continue;
-    if (const auto e = overlay_error(tracker, point.estimate, frame.truth, point.truth)) world_tracker.add(*e);
+    if (const auto e = overlay_error(tracker, point.estimate, frame.truth, point.truth))
+      world_tracker.add(*e);
   }
   if (!world.empty()) errors.world_px = world.rms();
   if (!world_tracker.empty()) errors.world_px_tracker = world_tracker.rms();
@@ -84,20 +87,25 @@ Overlay overlay_of(const LockstepResult& play, const CameraModel& lens, const Sc
                    const std::vector<CheckPoint>& points) {
   Overlay all;
   for (const auto& frame : play.frames) {
-    const CameraView drawn{lens, frame.record.X_world_camera}, tracker{lens, frame.record.X_world_camera_tracker};
+    const CameraView drawn{lens, frame.record.X_world_camera},
+        tracker{lens, frame.record.X_world_camera_tracker};
     for (const auto& point : points) {
       if (const auto e = overlay_error(drawn, point.estimate, frame.truth, point.truth)) all.world.add(*e);
       if (frame.record.pose_source == PoseSource::none) continue;
-      if (const auto e = overlay_error(tracker, point.estimate, frame.truth, point.truth)) all.world_tracker.add(*e);
+      if (const auto e = overlay_error(tracker, point.estimate, frame.truth, point.truth))
+        all.world_tracker.add(*e);
     }
-    if (const auto e = overlay_error(drawn, shown_tip(frame.record.state, scene), frame.truth, frame.true_tip)) all.tip.add(*e);
+    if (const auto e =
+            overlay_error(drawn, shown_tip(frame.record.state, scene), frame.truth, frame.true_tip))
+      all.tip.add(*e);
   }
   return all;
 }
 
 double mm(double metres) { return mm_from_metres(metres); }
 
-Json arm_json(const std::vector<MethodErrors>& methods, const std::vector<MethodErrors>& with_true_tip, std::size_t samples) {
+Json arm_json(const std::vector<MethodErrors>& methods, const std::vector<MethodErrors>& with_true_tip,
+              std::size_t samples) {
   Json json;
   const auto& joint = methods.back();
   json["error_to_truth_mean_mm"] = mm(joint.error_to_truth_mean);
@@ -116,10 +124,12 @@ Json arm_json(const std::vector<MethodErrors>& methods, const std::vector<Method
   return json;
 }
 
-// Pictures of moments a person wants to see: evenly over the play, and the frame next to each of the first hits.
+// Pictures of moments a person wants to see: evenly over the play, and the frame next to each of the first
+// hits.
 class PictureBook {
  public:
-  PictureBook(std::filesystem::path folder, double seconds) : folder_(std::move(folder)), every_(seconds / 5.0) {}
+  PictureBook(std::filesystem::path folder, double seconds)
+      : folder_(std::move(folder)), every_(seconds / 5.0) {}
 
   Expected<void> look(const FrameRecord& frame) {
     const auto& counters = frame.state.counters;
@@ -155,7 +165,8 @@ Expected<Json> run_demo(const DemoOptions& options) {
     if (auto made = make_folder(folder); !made) return tl::unexpected(made.error());
   // What an earlier demo left must not be taken for this one's.
   std::error_code ignored;
-  for (const auto& old : {options.out / "summary.json", options.out / "report.html", options.out / "video.mp4"})
+  for (const auto& old :
+       {options.out / "summary.json", options.out / "report.html", options.out / "video.mp4"})
     std::filesystem::remove(old, ignored);
   for (const auto& old : std::filesystem::directory_iterator(options.out / "pictures", ignored))
     if (old.path().extension() == ".png") std::filesystem::remove(old.path(), ignored);
@@ -196,7 +207,8 @@ Expected<Json> run_demo(const DemoOptions& options) {
 
   // --- play in lock-step
   progress.begin(kPlaying);
-  const auto scene = scene_from_rig(rig, scene_settings(options.world, options.application), options.world.ball.restitution_table);
+  const auto scene = scene_from_rig(rig, scene_settings(options.world, options.application),
+                                    options.world.ball.restitution_table);
   auto artist = make_artist(scene);
   if (!artist) return tl::unexpected(artist.error());
   PictureParts pictures(rig, scene, std::move(*artist));
@@ -216,45 +228,57 @@ Expected<Json> run_demo(const DemoOptions& options) {
   LockstepOptions lockstep;
   lockstep.seconds = options.seconds;
   lockstep.seed = options.seed;
-  auto play = play_in_lockstep(world, rig, scene, lockstep, parts, [&progress](double share) { progress.update(share); });
+  auto play = play_in_lockstep(world, rig, scene, lockstep, parts,
+                               [&progress](double share) { progress.update(share); });
   if (!play) return tl::unexpected(play.error());
   if (!shown) return tl::unexpected(shown.error());
   if (auto closed = video->close(); !closed) return tl::unexpected(closed.error());
-  if (play->frames.empty()) return refused("demo: no frame was drawn in {:.0f} s; is the camera's latency longer than that?", options.seconds);
+  if (play->frames.empty())
+    return refused("demo: no frame was drawn in {:.0f} s; is the camera's latency longer than that?",
+                   options.seconds);
 
   // --- raw data and summary
   const auto points = check_points(world.truth(), rig);
   std::vector<FrameErrors> frame_errors;
-  for (const auto& frame : play->frames) frame_errors.push_back(errors_of(frame, rig.camera->model, scene, points));
+  for (const auto& frame : play->frames)
+    frame_errors.push_back(errors_of(frame, rig.camera->model, scene, points));
   const Overlay overlay = overlay_of(*play, rig.camera->model, scene, points);
-  if (auto done = write_calibration_raw(options.out / "raw", *recordings, rig, world.truth(), poses, *methods); !done)
+  if (auto done =
+          write_calibration_raw(options.out / "raw", *recordings, rig, world.truth(), poses, *methods);
+      !done)
     return tl::unexpected(done.error());
-  if (auto done = write_play_raw(options.out / "raw", *play, scene, frame_errors, points, rig.camera->model, world.truth().lens);
+  if (auto done = write_play_raw(options.out / "raw", *play, scene, frame_errors, points, rig.camera->model,
+                                 world.truth().lens);
       !done)
     return tl::unexpected(done.error());
   const auto world_path = options.out / "world.toml";
-  if (auto done = write_file(world_path, sim::world_text(options.world)); !done) return tl::unexpected(done.error());
+  if (auto done = write_file(world_path, sim::world_text(options.world)); !done)
+    return tl::unexpected(done.error());
 
   Json summary;
   summary["seed"] = options.seed;
   summary["command"] = options.command;
   summary["seconds"] = options.seconds;
   summary["arm"] = arm_json(*methods, *with_true_tip, recordings->arm_train.size());
-  summary["pivot"] = {{"error_to_truth_mm", mm((rig.tip_pivot->tip_in_marker - world.truth().tip_in_marker).norm())},
-                      {"stated_std_mm", mm(std::sqrt(rig.tip_pivot->covariance.trace()))},
-                      {"joint_error_to_truth_mm", mm((rig.arm->tip_in_marker - world.truth().tip_in_marker).norm())},
-                      {"poses", recordings->tip_pivot.size()}};
+  summary["pivot"] = {
+      {"error_to_truth_mm", mm((rig.tip_pivot->tip_in_marker - world.truth().tip_in_marker).norm())},
+      {"stated_std_mm", mm(std::sqrt(rig.tip_pivot->covariance.trace()))},
+      {"joint_error_to_truth_mm", mm((rig.arm->tip_in_marker - world.truth().tip_in_marker).norm())},
+      {"poses", recordings->tip_pivot.size()}};
   summary["hand_eye"] = {
-      {"error_to_truth_mm", mm((rig.hand_eye->X_marker_camera.translation - world.truth().X_marker_camera.translation).norm())},
+      {"error_to_truth_mm",
+       mm((rig.hand_eye->X_marker_camera.translation - world.truth().X_marker_camera.translation).norm())},
       {"rotation_error_deg", degrees_from_radians(angle_between(rig.hand_eye->X_marker_camera.rotation,
                                                                 world.truth().X_marker_camera.rotation))},
       {"images", recordings->eye.size()}};
   summary["camera"] = {{"rms_px", rig.camera->from.rms_mm}, {"views", recordings->lens_views.size()}};
-  summary["delays"] = {{"tracker_after_arm_s", rig.delays->tracker_after_arm_s},
-                       {"tracker_after_arm_error_s", rig.delays->tracker_after_arm_s - options.world.tracker.latency_s},
-                       {"camera_after_tracker_s", rig.delays->camera_after_tracker_s},
-                       {"camera_after_tracker_error_s", rig.delays->camera_after_tracker_s -
-                                                            (options.world.camera.latency_s - options.world.tracker.latency_s)}};
+  summary["delays"] = {
+      {"tracker_after_arm_s", rig.delays->tracker_after_arm_s},
+      {"tracker_after_arm_error_s", rig.delays->tracker_after_arm_s - options.world.tracker.latency_s},
+      {"camera_after_tracker_s", rig.delays->camera_after_tracker_s},
+      {"camera_after_tracker_error_s",
+       rig.delays->camera_after_tracker_s -
+           (options.world.camera.latency_s - options.world.tracker.latency_s)}};
   summary["registration"] = {{"world_px_rms", overlay.world.rms()},
                              {"world_px_p95", overlay.world.quantile(0.95)},
                              {"world_px_rms_tracker_only", overlay.world_tracker.rms()},
@@ -271,8 +295,11 @@ Expected<Json> run_demo(const DemoOptions& options) {
   }
   ErrorSummary sync;
   for (double e : play->sync_errors_s) sync.add(std::abs(e) * 1e6);
-  summary["exchange"] = {{"frames", play->frames.size()}, {"late", late}, {"answers", answers},
-                         {"lost", play->exchange.lost}, {"sync_error_us_p99", sync.quantile(0.99)}};
+  summary["exchange"] = {{"frames", play->frames.size()},
+                         {"late", late},
+                         {"answers", answers},
+                         {"lost", play->exchange.lost},
+                         {"sync_error_us_p99", sync.quantile(0.99)}};
   const auto& counters = play->final_state.counters;
   summary["rally"] = {{"serves", counters[pingpong::kServes]},
                       {"returned", counters[pingpong::kReturned]},
@@ -308,32 +335,39 @@ Expected<Json> run_demo(const DemoOptions& options) {
   }
 
   progress.begin(kWriting);
-  if (auto done = write_json(options.out / "summary.json", summary); !done) return tl::unexpected(done.error());
+  if (auto done = write_json(options.out / "summary.json", summary); !done)
+    return tl::unexpected(done.error());
   if (auto done = report::write_demo_report(options.out); !done) return tl::unexpected(done.error());
   progress.finish();
   return summary;
 }
 
 std::vector<std::string> closing_lines(const Json& summary, const std::filesystem::path& out) {
-  const auto number = [&summary](const char* part, const char* key) { return summary[part][key].get<double>(); };
+  const auto number = [&summary](const char* part, const char* key) {
+    return summary[part][key].get<double>();
+  };
   std::vector<std::string> lines;
-  lines.push_back(fmt::format("arm:      {:.2f} mm before calibration, {:.3f} mm to the truth after (the paper's best way: {:.2f} mm)",
-                              number("arm", "uncorrected_mean_mm"), number("arm", "error_to_truth_mean_mm"),
-                              std::min({number("arm", "one_pass_error_to_truth_mm"),
-                                        number("arm", "alternating_error_to_truth_mm"),
-                                        number("arm", "eq7_error_to_truth_mm")})));
-  lines.push_back(fmt::format("overlay:  table and wall {:.2f} px, stylus tip {:.2f} px rms", number("registration", "world_px_rms"),
-                              number("registration", "tip_px_rms")));
+  lines.push_back(fmt::format(
+      "arm:      {:.2f} mm before calibration, {:.3f} mm to the truth after (the paper's best way: {:.2f} "
+      "mm)",
+      number("arm", "uncorrected_mean_mm"), number("arm", "error_to_truth_mean_mm"),
+      std::min({number("arm", "one_pass_error_to_truth_mm"), number("arm", "alternating_error_to_truth_mm"),
+                number("arm", "eq7_error_to_truth_mm")})));
+  lines.push_back(fmt::format("overlay:  table and wall {:.2f} px, stylus tip {:.2f} px rms",
+                              number("registration", "world_px_rms"), number("registration", "tip_px_rms")));
   if (summary.contains("realtime")) {
     const auto& realtime = summary["realtime"];
-    lines.push_back(fmt::format(
-        "exchange: {:.0f} us round trip, {} of {} frames late; clocks within {:.0f} us; haptic loop {:.0f} Hz, {} overruns",
-        realtime["exchange"]["round_trip_us"]["median"].get<double>(), realtime["exchange"]["late"].get<int>(),
-        realtime["exchange"]["frames"].get<int>(), realtime["sync"]["offset_error_us_p99"].get<double>(),
-        realtime["haptic"]["rate_hz"].get<double>(), realtime["haptic"]["overruns"].get<int>()));
+    lines.push_back(
+        fmt::format("exchange: {:.0f} us round trip, {} of {} frames late; clocks within {:.0f} us; haptic "
+                    "loop {:.0f} Hz, {} overruns",
+                    realtime["exchange"]["round_trip_us"]["median"].get<double>(),
+                    realtime["exchange"]["late"].get<int>(), realtime["exchange"]["frames"].get<int>(),
+                    realtime["sync"]["offset_error_us_p99"].get<double>(),
+                    realtime["haptic"]["rate_hz"].get<double>(), realtime["haptic"]["overruns"].get<int>()));
   } else {
     lines.push_back(fmt::format("exchange: {} of {} frames late in lock-step; no real-time leg was run",
-                                summary["exchange"]["late"].get<int>(), summary["exchange"]["frames"].get<int>()));
+                                summary["exchange"]["late"].get<int>(),
+                                summary["exchange"]["frames"].get<int>()));
   }
   lines.push_back(fmt::format("rally:    {} of {} serves returned, longest rally {}, peak force {:.1f} N",
                               summary["rally"]["returned"].get<int>(), summary["rally"]["serves"].get<int>(),

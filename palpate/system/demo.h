@@ -1,8 +1,8 @@
-// The main job: calibrate a simulated laboratory through its devices, play in lock-step, then in real time as three
-// processes, and leave a folder that a person can read and a script can check.
+// The main job: calibrate a simulated laboratory through its devices, play in lock-step, then in real time as
+// three processes, and leave a folder that a person can read and a script can check.
 //
-// Writes summary.json, report.html, rig.toml, video.mp4, pictures/ and raw/ into the folder. Everything outside
-// summary.json's "realtime" is the same to the bit for the same world, seed and options.
+// Writes summary.json, report.html, rig.toml, video.mp4, pictures/ and raw/ into the folder. Everything
+// outside summary.json's "realtime" is the same to the bit for the same world, seed and options.
 #pragma once
 
 #include <cstdint>

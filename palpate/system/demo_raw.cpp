@@ -31,7 +31,8 @@ std::string corners_csv(const std::vector<BoardView>& views) {
   for (const auto& view : views)
     for (std::size_t i = 0; i < view.image.size(); ++i)
       csv.row(Cells{view.name, number_text(static_cast<double>(i)), number_text(view.board[i].x() / square),
-                    number_text(view.board[i].y() / square), number_text(view.image[i].x()), number_text(view.image[i].y())});
+                    number_text(view.board[i].y() / square), number_text(view.image[i].x()),
+                    number_text(view.image[i].y())});
   return csv.content();
 }
 
@@ -52,11 +53,16 @@ std::string lens_csv(const CameraModel& estimated, const CameraModel& truth) {
 
 const char* answer_name(AnswerKind kind) {
   switch (kind) {
-    case AnswerKind::exact: return "exact";
-    case AnswerKind::interpolated: return "interpolated";
-    case AnswerKind::extrapolated: return "extrapolated";
-    case AnswerKind::too_old: return "too_old";
-    case AnswerKind::too_new: return "too_new";
+    case AnswerKind::exact:
+      return "exact";
+    case AnswerKind::interpolated:
+      return "interpolated";
+    case AnswerKind::extrapolated:
+      return "extrapolated";
+    case AnswerKind::too_old:
+      return "too_old";
+    case AnswerKind::too_new:
+      return "too_new";
   }
   return "unknown";
 }
@@ -72,7 +78,8 @@ Json arm_result_json(const ArmSolution& arm) {
   return json;
 }
 
-Expected<void> write_calibration_raw(const std::filesystem::path& raw, const CalibrationRecordings& recordings, const Rig& rig,
+Expected<void> write_calibration_raw(const std::filesystem::path& raw,
+                                     const CalibrationRecordings& recordings, const Rig& rig,
                                      const sim::Truth& truth, const std::vector<Vector3>& poses,
                                      const std::vector<MethodErrors>& methods) {
   const Vector3 tip = rig.tip_pivot->tip_in_marker;
@@ -88,7 +95,8 @@ Expected<void> write_calibration_raw(const std::filesystem::path& raw, const Cal
   for (const auto& method : methods) {
     estimates["arm"][method.method] = arm_result_json(method.solution);
     for (std::size_t i = 0; i < poses.size(); ++i) {
-      Cells row{method.method, number_text(static_cast<double>(i)), number_text(mm_from_metres(method.errors[i]))};
+      Cells row{method.method, number_text(static_cast<double>(i)),
+                number_text(mm_from_metres(method.errors[i]))};
       const Vector3 estimate = predict_tip(method.solution, poses[i]).m;
       put(row, Vector3((estimate - method.differences[i]) * kMillimetresPerMetre));
       put(row, Vector3(method.differences[i] * kMillimetresPerMetre));
@@ -96,8 +104,9 @@ Expected<void> write_calibration_raw(const std::filesystem::path& raw, const Cal
     }
   }
   estimates["pivot"] = {{"tip_mm", list(tip, kMillimetresPerMetre)}};
-  estimates["hand_eye"] = {{"translation_mm", list(rig.hand_eye->X_marker_camera.translation, kMillimetresPerMetre)},
-                           {"rotation_qwxyz", wxyz(rig.hand_eye->X_marker_camera.rotation)}};
+  estimates["hand_eye"] = {
+      {"translation_mm", list(rig.hand_eye->X_marker_camera.translation, kMillimetresPerMetre)},
+      {"rotation_qwxyz", wxyz(rig.hand_eye->X_marker_camera.rotation)}};
   truths["arm"] = sim::arm_truth_json(truth, 0.0);
   truths["pivot"] = {{"tip_mm", list(truth.tip_in_marker, kMillimetresPerMetre)}};
   truths["hand_eye"] = {{"translation_mm", list(truth.X_marker_camera.translation, kMillimetresPerMetre)},
@@ -124,15 +133,25 @@ Expected<void> write_calibration_raw(const std::filesystem::path& raw, const Cal
   return {};
 }
 
-Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepResult& play, const SceneDescription& scene,
-                              const std::vector<FrameErrors>& errors, const std::vector<CheckPoint>& points,
-                              const CameraModel& estimated_lens, const CameraModel& true_lens) {
-  CsvWriter frames({"frame", "mid_exposure_s", "cam_x_m", "cam_y_m", "cam_z_m", "cam_qw", "cam_qx", "cam_qy", "cam_qz",
-                    "tip_x_m", "tip_y_m", "tip_z_m", "answer", "late", "world_px", "tip_px", "tracker_cam_x_m",
-                    "tracker_cam_y_m", "tracker_cam_z_m", "tracker_cam_qw", "tracker_cam_qx", "tracker_cam_qy",
-                    "tracker_cam_qz", "landmarks_used", "landmark_rms_px"});
-  CsvWriter truths({"frame", "cam_x_m", "cam_y_m", "cam_z_m", "cam_qw", "cam_qx", "cam_qy", "cam_qz", "tip_x_m", "tip_y_m",
-                    "tip_z_m"});
+Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepResult& play,
+                              const SceneDescription& scene, const std::vector<FrameErrors>& errors,
+                              const std::vector<CheckPoint>& points, const CameraModel& estimated_lens,
+                              const CameraModel& true_lens) {
+  CsvWriter frames({"frame",           "mid_exposure_s",
+                    "cam_x_m",         "cam_y_m",
+                    "cam_z_m",         "cam_qw",
+                    "cam_qx",          "cam_qy",
+                    "cam_qz",          "tip_x_m",
+                    "tip_y_m",         "tip_z_m",
+                    "answer",          "late",
+                    "world_px",        "tip_px",
+                    "tracker_cam_x_m", "tracker_cam_y_m",
+                    "tracker_cam_z_m", "tracker_cam_qw",
+                    "tracker_cam_qx",  "tracker_cam_qy",
+                    "tracker_cam_qz",  "landmarks_used",
+                    "landmark_rms_px"});
+  CsvWriter truths({"frame", "cam_x_m", "cam_y_m", "cam_z_m", "cam_qw", "cam_qx", "cam_qy", "cam_qz",
+                    "tip_x_m", "tip_y_m", "tip_z_m"});
   CsvWriter ball({"time_s", "x_m", "y_m", "z_m"});
   for (std::size_t i = 0; i < play.frames.size(); ++i) {
     const auto& frame = play.frames[i];
@@ -170,7 +189,8 @@ Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepRe
     put(row, points[i].estimate);
     checks.row(row);
   }
-  CsvWriter haptics({"time_s", "force_x_n", "force_y_n", "force_z_n", "asked_n", "given_n", "tip_x_m", "tip_y_m", "tip_z_m"});
+  CsvWriter haptics({"time_s", "force_x_n", "force_y_n", "force_z_n", "asked_n", "given_n", "tip_x_m",
+                     "tip_y_m", "tip_z_m"});
   for (const auto& record : play.haptics) {
     Cells row{number_text(record.time.seconds())};
     put(row, record.commanded);
@@ -179,10 +199,11 @@ Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepRe
     put(row, record.tip);
     haptics.row(row);
   }
-  for (const auto& [name, content] : {std::pair{"frames.csv", frames.content()}, std::pair{"truth_frames.csv", truths.content()},
-                                      std::pair{"ball.csv", ball.content()}, std::pair{"check_points.csv", checks.content()},
-                                      std::pair{"haptics.csv", haptics.content()},
-                                      std::pair{"lens.csv", lens_csv(estimated_lens, true_lens)}})
+  for (const auto& [name, content] :
+       {std::pair{"frames.csv", frames.content()}, std::pair{"truth_frames.csv", truths.content()},
+        std::pair{"ball.csv", ball.content()}, std::pair{"check_points.csv", checks.content()},
+        std::pair{"haptics.csv", haptics.content()},
+        std::pair{"lens.csv", lens_csv(estimated_lens, true_lens)}})
     if (auto done = write_file(raw / name, content); !done) return done;
   return {};
 }

@@ -1,5 +1,6 @@
-// The raw files of a demo: every calibration's samples and each frame's estimates, so that anybody can recompute what
-// the summary claims (tests/recompute.py does). Columns carry their units; twelve significant digits.
+// The raw files of a demo: every calibration's samples and each frame's estimates, so that anybody can
+// recompute what the summary claims (tests/recompute.py does). Columns carry their units; twelve significant
+// digits.
 #pragma once
 
 #include <filesystem>
@@ -21,13 +22,15 @@ struct FrameErrors {
   std::optional<double> world_px, world_px_tracker, tip_px;  // rms over the points seen; empty where none was
 };
 
-Expected<void> write_calibration_raw(const std::filesystem::path& raw, const CalibrationRecordings& recordings, const Rig& rig,
+Expected<void> write_calibration_raw(const std::filesystem::path& raw,
+                                     const CalibrationRecordings& recordings, const Rig& rig,
                                      const sim::Truth& truth, const std::vector<Vector3>& poses,
                                      const std::vector<MethodErrors>& methods);
 
-Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepResult& play, const SceneDescription& scene,
-                              const std::vector<FrameErrors>& errors, const std::vector<CheckPoint>& points,
-                              const CameraModel& estimated_lens, const CameraModel& true_lens);
+Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepResult& play,
+                              const SceneDescription& scene, const std::vector<FrameErrors>& errors,
+                              const std::vector<CheckPoint>& points, const CameraModel& estimated_lens,
+                              const CameraModel& true_lens);
 
 // Result of `calibrate arm` with these keys: gains, offsets_deg, lengths_mm, tip_mm, base.
 Json arm_result_json(const ArmSolution& arm);

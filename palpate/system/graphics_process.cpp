@@ -27,8 +27,9 @@ struct Logs {
 
 Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   const auto& stop = stop_requested();
-  auto endpoint = options.endpoint.empty() ? default_endpoint()
-                                           : parse_endpoint(options.endpoint, EndpointUse::connect, options.insecure);
+  auto endpoint = options.endpoint.empty()
+                      ? default_endpoint()
+                      : parse_endpoint(options.endpoint, EndpointUse::connect, options.insecure);
   if (!endpoint) return tl::unexpected(endpoint.error());
   auto client = LabClient::open(options.lab);
   if (!client) return tl::unexpected(client.error());
@@ -52,8 +53,9 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     (*link)->poll();
     if (stop.load()) return refused("graphics: stopped before the physics server answered");
     if (to_seconds(clock.now() - start) > kPatience)
-      return refused("graphics: no physics server answers at {} after {:.0f} s; start `palpate physics` first",
-                     endpoint->address, kPatience);
+      return refused(
+          "graphics: no physics server answers at {} after {:.0f} s; start `palpate physics` first",
+          endpoint->address, kPatience);
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   const SceneDescription scene = *(*link)->description();
@@ -92,9 +94,9 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
       }
       const double t = to_seconds(clock.now() - begun);
       logs.frames.row(std::vector<std::string>{
-          number_text(static_cast<double>(frame.number)), number_text(t), trip_us > 0 ? number_text(trip_us) : "",
-          frame.late ? "1" : "0", answer_name(frame.answer), number_text(frame.landmarks_used),
-          number_text(to_seconds(clock.now() - frame.begun) * 1e6)});
+          number_text(static_cast<double>(frame.number)), number_text(t),
+          trip_us > 0 ? number_text(trip_us) : "", frame.late ? "1" : "0", answer_name(frame.answer),
+          number_text(frame.landmarks_used), number_text(to_seconds(clock.now() - frame.begun) * 1e6)});
       if (server.sync().exchanges() > 0) {
         // The physics host's clock is this machine's own, undisguised: that is the truth to compare with.
         const auto here = clock.now();
@@ -116,10 +118,11 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   };
   const auto& counters = (*link)->counters();
   Json result;
-  result["exchange"] = {{"round_trip_us", {{"median", quantile(round_trips, 0.5)}, {"p99", quantile(round_trips, 0.99)}}},
-                        {"frames", frames},
-                        {"late", late},
-                        {"lost", counters.lost}};
+  result["exchange"] = {
+      {"round_trip_us", {{"median", quantile(round_trips, 0.5)}, {"p99", quantile(round_trips, 0.99)}}},
+      {"frames", frames},
+      {"late", late},
+      {"lost", counters.lost}};
   result["sync"] = {{"offset_error_us_p99", quantile(sync_errors, 0.99)},
                     {"uncertainty_us", quantile(uncertainties, 0.5)},
                     {"exchanges", server.sync().exchanges()}};

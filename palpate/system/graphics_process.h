@@ -1,5 +1,5 @@
-// The graphics server as a process: camera and tracker from the laboratory's channel, states over ZeroMQ, a picture per
-// image; in demos the scripted player sits in front of it.
+// The graphics server as a process: camera and tracker from the laboratory's channel, states over ZeroMQ, a
+// picture per image; in demos the scripted player sits in front of it.
 #pragma once
 
 #include <cstdint>

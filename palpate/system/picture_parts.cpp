@@ -10,9 +10,8 @@ PictureParts::PictureParts(const Rig& rig, const SceneDescription& scene, std::u
     : rig_(rig), scene_(scene), artist_(std::move(artist)) {}
 
 PoseRefiner PictureParts::refiner() {
-  return [this](const CameraImage& image, const Eigen::Matrix<double, 6, 6>& covariance, FrameRecord& record) {
-    refine(image, covariance, record);
-  };
+  return [this](const CameraImage& image, const Eigen::Matrix<double, 6, 6>& covariance,
+                FrameRecord& record) { refine(image, covariance, record); };
 }
 
 FramePainter PictureParts::painter() {
@@ -60,12 +59,13 @@ void PictureParts::paint(const CameraImage& image, FrameRecord& record) {
   record.width = rig_.camera->model.width;
   record.height = rig_.camera->model.height;
   compositor_.draw(image, rig_.camera->model, record.X_world_camera, items, real, record.rgb);
-  if (record.have_state) burn_captions(record.rgb, record.width, record.height, artist_->captions(record.state));
+  if (record.have_state)
+    burn_captions(record.rgb, record.width, record.height, artist_->captions(record.state));
 }
 
 FindLandmarks landmark_finder() {
-  return [](const CameraImage& image, const CameraModel& lens, const Pose<World, CameraOptical>& X_world_camera,
-            const std::vector<Landmark>& landmarks) {
+  return [](const CameraImage& image, const CameraModel& lens,
+            const Pose<World, CameraOptical>& X_world_camera, const std::vector<Landmark>& landmarks) {
     std::vector<FoundLandmark> found;
     for (const auto& seen : detect_landmarks(image, lens, X_world_camera, landmarks))
       found.push_back({seen.landmark, seen.centre});

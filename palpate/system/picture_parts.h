@@ -1,7 +1,8 @@
-// What the graphics server needs to see and to draw: landmark detection with pose refinement, and the compositor.
+// What the graphics server needs to see and to draw: landmark detection with pose refinement, and the
+// compositor.
 //
-// Made from the rig and the scene; used on the thread that made it (it owns an OpenGL context). Throws where no OpenGL
-// is to be had.
+// Made from the rig and the scene; used on the thread that made it (it owns an OpenGL context). Throws where
+// no OpenGL is to be had.
 #pragma once
 
 #include <memory>
@@ -24,7 +25,8 @@ class PictureParts {
   FramePainter painter();
 
  private:
-  void refine(const CameraImage& image, const Eigen::Matrix<double, 6, 6>& covariance, FrameRecord& record) const;
+  void refine(const CameraImage& image, const Eigen::Matrix<double, 6, 6>& covariance,
+              FrameRecord& record) const;
   void paint(const CameraImage& image, FrameRecord& record);
 
   Rig rig_;

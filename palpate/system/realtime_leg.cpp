@@ -33,7 +33,8 @@ Expected<Json> read_json(const std::filesystem::path& path) {
 
 }  // namespace
 
-Expected<Json> run_realtime_leg(const RealtimeLegOptions& options, const std::function<void(double)>& progress) {
+Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
+                                const std::function<void(double)>& progress) {
   const std::string name = fmt::format("demo-{}", ::getpid());
   const auto endpoint = default_endpoint(name);
   if (!endpoint) return tl::unexpected(endpoint.error());
@@ -47,27 +48,29 @@ Expected<Json> run_realtime_leg(const RealtimeLegOptions& options, const std::fu
   };
 
   // The laboratory outlives the leg's length and is asked to stop at its end.
-  auto world = ChildProcess::start(options.program, arguments({"world", "run", "--name", name}), file("world", ".log"));
+  auto world = ChildProcess::start(options.program, arguments({"world", "run", "--name", name}),
+                                   file("world", ".log"));
   if (!world) return tl::unexpected(world.error());
   for (int i = 0;; ++i) {
     if (LabClient::open(name)) break;
-    if (!world->running()) return refused("real-time leg: the laboratory ended: {}", last_words(file("world", ".log")));
+    if (!world->running())
+      return refused("real-time leg: the laboratory ended: {}", last_words(file("world", ".log")));
     if (i > 1000) return refused("real-time leg: the laboratory did not open its devices within 10 s");
     std::this_thread::sleep_for(milliseconds(10));
   }
-  auto physics = ChildProcess::start(
-      options.program,
-      arguments({"physics", "--rig", options.rig.string(), "--lab", name, "--listen", endpoint->address, "--json",
-                 file("physics", ".json").string()}),
-      file("physics", ".log"));
+  auto physics =
+      ChildProcess::start(options.program,
+                          arguments({"physics", "--rig", options.rig.string(), "--lab", name, "--listen",
+                                     endpoint->address, "--json", file("physics", ".json").string()}),
+                          file("physics", ".log"));
   if (!physics) return tl::unexpected(physics.error());
   auto graphics = ChildProcess::start(
       options.program,
-      arguments({"graphics", "--rig", options.rig.string(), "--lab", name, "--connect", endpoint->address, "--player",
-                 "--seconds", fmt::format("{}", options.seconds), "--disguise-offset-s",
+      arguments({"graphics", "--rig", options.rig.string(), "--lab", name, "--connect", endpoint->address,
+                 "--player", "--seconds", fmt::format("{}", options.seconds), "--disguise-offset-s",
                  fmt::format("{:.9f}", options.graphics_clock.offset_s), "--disguise-drift-ppm",
-                 fmt::format("{:.6f}", options.graphics_clock.drift * 1e6), "--out", options.out.string(), "--json",
-                 file("graphics", ".json").string()}),
+                 fmt::format("{:.6f}", options.graphics_clock.drift * 1e6), "--out", options.out.string(),
+                 "--json", file("graphics", ".json").string()}),
       file("graphics", ".log"));
   if (!graphics) return tl::unexpected(graphics.error());
 
@@ -82,12 +85,14 @@ Expected<Json> run_realtime_leg(const RealtimeLegOptions& options, const std::fu
     if (code) break;
     if (!physics->running())
       return refused("real-time leg: the physics server ended: {}", last_words(file("physics", ".log")));
-    if (elapsed > patience) return refused("real-time leg: the graphics server did not end within {:.0f} s", patience);
+    if (elapsed > patience)
+      return refused("real-time leg: the graphics server did not end within {:.0f} s", patience);
   }
   physics->ask_to_stop();
   const auto code = physics->wait(std::chrono::seconds(5));
   if (!code || *code != 0)
-    return refused("real-time leg: the physics server did not end in order: {}", last_words(file("physics", ".log")));
+    return refused("real-time leg: the physics server did not end in order: {}",
+                   last_words(file("physics", ".log")));
   world->ask_to_stop();
   world->wait(std::chrono::seconds(5));
 

@@ -1,4 +1,5 @@
-// The demo's real-time leg: laboratory, physics server and graphics server as three processes on the machine's clock.
+// The demo's real-time leg: laboratory, physics server and graphics server as three processes on the
+// machine's clock.
 #pragma once
 
 #include <filesystem>
@@ -22,6 +23,7 @@ struct RealtimeLegOptions {
 };
 
 // The summary's "realtime" part. Refused where a process fails; what it said last is in the message.
-Expected<Json> run_realtime_leg(const RealtimeLegOptions& options, const std::function<void(double)>& progress);
+Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
+                                const std::function<void(double)>& progress);
 
 }  // namespace palpate

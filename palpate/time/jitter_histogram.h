@@ -18,27 +18,22 @@
 namespace palpate {
 
 class JitterHistogram {
-public:
+ public:
   // Negative durations count as zero.
   void add(Duration d) noexcept {
-    const std::uint64_t ns =
-        static_cast<std::uint64_t>(std::max<std::int64_t>(0, d.count()));
-    std::atomic<std::uint64_t> &bin = bins_[bin_of(ns)];
-    bin.store(bin.load(std::memory_order_relaxed) + 1,
-              std::memory_order_relaxed);
-    if (ns > max_.load(std::memory_order_relaxed))
-      max_.store(ns, std::memory_order_relaxed);
+    const std::uint64_t ns = static_cast<std::uint64_t>(std::max<std::int64_t>(0, d.count()));
+    std::atomic<std::uint64_t>& bin = bins_[bin_of(ns)];
+    bin.store(bin.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+    if (ns > max_.load(std::memory_order_relaxed)) max_.store(ns, std::memory_order_relaxed);
   }
 
   std::uint64_t count() const noexcept {
     std::uint64_t sum = 0;
-    for (const auto &bin : bins_)
-      sum += bin.load(std::memory_order_relaxed);
+    for (const auto& bin : bins_) sum += bin.load(std::memory_order_relaxed);
     return sum;
   }
   Duration max() const noexcept {
-    return Duration(
-        static_cast<std::int64_t>(max_.load(std::memory_order_relaxed)));
+    return Duration(static_cast<std::int64_t>(max_.load(std::memory_order_relaxed)));
   }
 
   // The upper edge of the bin that holds the quantile q in [0, 1], at most
@@ -49,26 +44,21 @@ public:
     std::uint64_t below = 0;
     for (std::size_t i = 0; i < kBins; ++i) {
       below += bins_[i].load(std::memory_order_relaxed);
-      if (below > rank || (n > 0 && below == n))
-        return std::min(max(), Duration(upper_edge(i)));
+      if (below > rank || (n > 0 && below == n)) return std::min(max(), Duration(upper_edge(i)));
     }
     return Duration(0);
   }
 
-private:
+ private:
   static constexpr std::size_t kBins = 16 * 37;
 
   static std::size_t bin_of(std::uint64_t ns) {
-    if (ns < 16)
-      return static_cast<std::size_t>(ns);
+    if (ns < 16) return static_cast<std::size_t>(ns);
     const unsigned shift = static_cast<unsigned>(std::bit_width(ns)) - 5;
-    return std::min<std::size_t>(
-        kBins - 1,
-        16 * (shift + 1) + static_cast<std::size_t>((ns >> shift) - 16));
+    return std::min<std::size_t>(kBins - 1, 16 * (shift + 1) + static_cast<std::size_t>((ns >> shift) - 16));
   }
   static std::int64_t upper_edge(std::size_t bin) {
-    if (bin < 16)
-      return static_cast<std::int64_t>(bin);
+    if (bin < 16) return static_cast<std::int64_t>(bin);
     const std::size_t shift = bin / 16 - 1;
     return (static_cast<std::int64_t>(bin % 16 + 17) << shift) - 1;
   }
@@ -77,4 +67,4 @@ private:
   std::atomic<std::uint64_t> max_{0};
 };
 
-} // namespace palpate
+}  // namespace palpate

@@ -27,49 +27,45 @@ namespace palpate {
 
 struct PeriodicLoopSettings {
   double rate_hz = 1000.0;
-  const char *name =
-      "palpate-loop";    // as tools that list threads show it; 15 characters
-  bool real_time = true; // ask for SCHED_FIFO and locked memory; the loop runs
-                         // without them as well
-  int priority = 80;     // of SCHED_FIFO, 1 ... 99
-  Duration spin = std::chrono::microseconds(
-      100); // before a deadline, under SCHED_FIFO only; 0 on a virtual clock
-  int cpu = -1; // bind to this core; -1: any
+  const char* name = "palpate-loop";  // as tools that list threads show it; 15 characters
+  bool real_time = true;              // ask for SCHED_FIFO and locked memory; the loop runs
+                                      // without them as well
+  int priority = 80;                  // of SCHED_FIFO, 1 ... 99
+  Duration spin =
+      std::chrono::microseconds(100);  // before a deadline, under SCHED_FIFO only; 0 on a virtual clock
+  int cpu = -1;                        // bind to this core; -1: any
 };
 
 struct LoopStatistics {
   std::uint64_t ticks = 0;
-  std::uint64_t overruns =
-      0; // ticks that were still at work at the next deadline
-  std::uint64_t missed = 0; // deadlines skipped because of that
-  Duration late_p50{0}, late_p99{0},
-      late_max{0}; // begin of a tick after its deadline
-  Duration busy_p50{0}, busy_p99{0}, busy_max{0}; // what the callable took
+  std::uint64_t overruns = 0;                      // ticks that were still at work at the next deadline
+  std::uint64_t missed = 0;                        // deadlines skipped because of that
+  Duration late_p50{0}, late_p99{0}, late_max{0};  // begin of a tick after its deadline
+  Duration busy_p50{0}, busy_p99{0}, busy_max{0};  // what the callable took
 };
 
-template <typename C> class PeriodicLoop {
-public:
+template <typename C>
+class PeriodicLoop {
+ public:
   using Work = std::function<void(Instant<C> deadline)>;
 
   // Starts at once; the first deadline is one period from now. The clock must
   // outlive the loop.
-  PeriodicLoop(Clock<C> &clock, const PeriodicLoopSettings &settings, Work work)
+  PeriodicLoop(Clock<C>& clock, const PeriodicLoopSettings& settings, Work work)
       : clock_(clock), settings_(settings), work_(std::move(work)) {
     if (!(settings.rate_hz > 0.0) || settings.rate_hz > 1e5)
-      throw std::invalid_argument(
-          "PeriodicLoop: rate_hz must lie in (0, 100000]");
+      throw std::invalid_argument("PeriodicLoop: rate_hz must lie in (0, 100000]");
     thread_ = std::thread([this] { run(); });
   }
   ~PeriodicLoop() { stop(); }
-  PeriodicLoop(const PeriodicLoop &) = delete;
-  PeriodicLoop &operator=(const PeriodicLoop &) = delete;
+  PeriodicLoop(const PeriodicLoop&) = delete;
+  PeriodicLoop& operator=(const PeriodicLoop&) = delete;
 
   // Returns when the thread has ended, at the latest after the tick under way
   // and one period. Not from the callable.
   void stop() {
     stopping_.store(true, std::memory_order_relaxed);
-    if (thread_.joinable())
-      thread_.join();
+    if (thread_.joinable()) thread_.join();
   }
 
   LoopStatistics statistics() const {
@@ -85,15 +81,14 @@ public:
   }
 
   // What the scheduler granted. Waits until the thread has asked.
-  const RealTimeGrant &grant() const {
+  const RealTimeGrant& grant() const {
     granted_.wait(false);
     return grant_;
   }
 
-private:
+ private:
   Instant<C> deadline(Instant<C> start, std::uint64_t k) const {
-    return start + Duration(std::llround(static_cast<double>(k) *
-                                         (1e9 / settings_.rate_hz)));
+    return start + Duration(std::llround(static_cast<double>(k) * (1e9 / settings_.rate_hz)));
   }
 
   void run() {
@@ -111,34 +106,27 @@ private:
       const Instant<C> due = deadline(start, k);
       clock_.sleep_until(due - spin);
       Instant<C> begun = clock_.now();
-      while (begun < due)
-        begun = clock_.now();
-      if (stopping_.load(std::memory_order_relaxed))
-        break;
+      while (begun < due) begun = clock_.now();
+      if (stopping_.load(std::memory_order_relaxed)) break;
       work_(due);
       const Instant<C> ended = clock_.now();
       late_.add(begun - due);
       busy_.add(ended - begun);
       increase(ticks_, 1);
-      if (ended < deadline(start, k + 1))
-        continue;
+      if (ended < deadline(start, k + 1)) continue;
       increase(overruns_, 1);
       const std::uint64_t before = k;
-      k = std::max(k, static_cast<std::uint64_t>(to_seconds(ended - start) *
-                                                 settings_.rate_hz) -
-                          1);
-      while (deadline(start, k + 1) <= ended)
-        ++k;
+      k = std::max(k, static_cast<std::uint64_t>(to_seconds(ended - start) * settings_.rate_hz) - 1);
+      while (deadline(start, k + 1) <= ended) ++k;
       increase(missed_, k - before);
     }
   }
 
-  static void increase(std::atomic<std::uint64_t> &counter, std::uint64_t by) {
-    counter.store(counter.load(std::memory_order_relaxed) + by,
-                  std::memory_order_relaxed);
+  static void increase(std::atomic<std::uint64_t>& counter, std::uint64_t by) {
+    counter.store(counter.load(std::memory_order_relaxed) + by, std::memory_order_relaxed);
   }
 
-  Clock<C> &clock_;
+  Clock<C>& clock_;
   PeriodicLoopSettings settings_;
   Work work_;
   JitterHistogram late_, busy_;
@@ -148,4 +136,4 @@ private:
   std::thread thread_;
 };
 
-} // namespace palpate
+}  // namespace palpate
