@@ -14,7 +14,7 @@ namespace {
 constexpr double kWindow = 2.2;  // radii of the disc
 // px: neighbouring residuals hang together (levels, a ring's outer edge, shadows), which the fit's covariance
 // ignores.
-constexpr double kModel = 0.012;
+constexpr double kModel = 0.02;
 
 struct Prediction {
   Pixel centre;

@@ -31,7 +31,7 @@ struct LandmarkSighting {
   std::size_t landmark = 0;      // index into the landmarks
   Pixel centre = Pixel::Zero();  // image of the disc's centre, distorted
   Eigen::Matrix2d covariance =
-      Eigen::Matrix2d::Zero();  // px^2: the fit's residual, and 0.012 px for what a disc is not
+      Eigen::Matrix2d::Zero();  // px^2: the fit's residual, and 0.02 px for what a disc is not
   double contrast = 0.0;        // linear light
   double residual = 0.0;        // rms over the contrast: 0 is perfect
 };

@@ -31,7 +31,7 @@ std::vector<Landmark> room() {
   return all;
 }
 
-// Brute force: each pixel asks 8 x 8 rays whether they hit the disc (bright), its ring (dark) or the
+// Brute force: each pixel asks 12 x 12 rays whether they hit the disc (bright), its ring (dark) or the
 // ground. `hidden` covers what lies left of this share of the disc.
 CameraImage photograph(const std::vector<Landmark>& marks, double noise_sd, std::uint64_t seed,
                        double hidden = -2.0) {
@@ -41,12 +41,12 @@ CameraImage photograph(const std::vector<Landmark>& marks, double noise_sd, std:
   image.rgb.assign(640u * 480u * 3u, 100);
   for (const Landmark& m : marks) {
     const Pixel near = kCamera.project(m.place.m);
-    for (int v = static_cast<int>(near.y()) - 11; v <= static_cast<int>(near.y()) + 11; ++v) {
-      for (int u = static_cast<int>(near.x()) - 11; u <= static_cast<int>(near.x()) + 11; ++u) {
+    for (int v = static_cast<int>(near.y()) - 14; v <= static_cast<int>(near.y()) + 14; ++v) {
+      for (int u = static_cast<int>(near.x()) - 14; u <= static_cast<int>(near.x()) + 14; ++u) {
         double light = 0.0;
-        for (int j = 0; j < 8; ++j) {
-          for (int i = 0; i < 8; ++i) {
-            const double su = u + (i - 3.5) / 8.0, sv = v + (j - 3.5) / 8.0;
+        for (int j = 0; j < 12; ++j) {
+          for (int i = 0; i < 12; ++i) {
+            const double su = u + (i - 5.5) / 12.0, sv = v + (j - 5.5) / 12.0;
             const auto n =
                 kCamera.undistort({(su - kCamera.cx) / kCamera.fx, (sv - kCamera.cy) / kCamera.fy});
             const Vector3 ray(n->x(), n->y(), 1.0);
@@ -58,7 +58,7 @@ CameraImage photograph(const std::vector<Landmark>& marks, double noise_sd, std:
         }
         for (std::size_t c = 0; c < 3; ++c) {
           image.rgb[static_cast<std::size_t>(3 * (v * 640 + u)) + c] =
-              static_cast<std::uint8_t>(std::lround(255.0 * std::sqrt(light / 64.0)));
+              static_cast<std::uint8_t>(std::lround(255.0 * std::sqrt(light / 144.0)));
         }
       }
     }
@@ -89,7 +89,7 @@ TEST(LandmarkDetector, StaysWithinATenthOfAPixelWithNoiseAndAWrongPose) {
   Random random(5, "poses");
   double squares = 0.0, whitened = 0.0;
   int count = 0, expected = 0;
-  for (std::uint64_t frame = 0; frame < 4; ++frame) {
+  for (std::uint64_t frame = 0; frame < 6; ++frame) {
     const CameraImage image = photograph(marks, 2.0, frame);
     // The prior is off by up to half a degree and 3 mm: 5 to 8 px.
     Pose<World, CameraOptical> prior;

@@ -87,7 +87,7 @@ struct Steps {
   Expected<void> pointer() {
     auto poses = record_pointer_pivot(lab, plan.pivot_poses / 2, plan.pivot_s / 2);
     if (!poses) return failed(poses);
-    PivotOptions options;
+    PivotCalibrationOptions options;
     options.method = PivotMethod::robust;
     auto estimate = calibrate_pivot(pivot_poses(*poses), options);
     if (!estimate) return failed(estimate);

@@ -42,7 +42,7 @@ TEST(RecordPivot, HeldTipIsDraggedAMillimetreOrTwoInADirectionThatTurnsWithTheMa
     in_world.push_back(drag);
     in_marker.push_back(state.X_world_tip_marker.rotation.conjugate() * drag);
   });
-  PivotOptions options;
+  PivotRecordingOptions options;
   options.holding = [&] {
     holding = true;
     held_at = world.now().seconds();
