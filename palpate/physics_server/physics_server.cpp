@@ -19,9 +19,16 @@ PhysicsServer::PhysicsServer(const Rig& rig, const SceneDescription& scene,
                              const HapticSettings& settings)
     : application_(std::move(application)),
       haptic_(arm, arm_of(rig), rig.nominal_lengths, settings, to_haptic_, to_physics_),
-      history_(scene.gravity) {}
+      history_(scene.gravity),
+      calm_speed_(0.5 * settings.limits.max_tip_speed_m_s) {}
 
-void PhysicsServer::haptic_tick(Instant<PhysicsClock> now) { haptic_.tick(now); }
+void PhysicsServer::haptic_tick(Instant<PhysicsClock> now) {
+  haptic_.tick(now);
+  constexpr int kCalmTicks = 500;
+  const bool calm = haptic_.fault() == ForceFault::overspeed && haptic_.tip().velocity.norm() < calm_speed_;
+  calm_ticks_ = calm ? calm_ticks_ + 1 : 0;
+  if (calm_ticks_ >= kCalmTicks) haptic_.rearm();
+}
 
 void PhysicsServer::physics_tick(Instant<PhysicsClock> now) {
   to_physics_.read(tip_);

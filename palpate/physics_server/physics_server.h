@@ -26,7 +26,8 @@ class PhysicsServer {
   PhysicsServer(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Application> application,
                 ArmDevice& arm, const HapticSettings& settings);
 
-  // The haptic thread, 1 kHz.
+  // The haptic thread, 1 kHz. Forces that were switched off because the tip was too fast come back, ramped,
+  // once the tip has been slow for half a second; every fault stays counted.
   void haptic_tick(Instant<PhysicsClock> now);
   // The physics thread, 1 kHz or faster.
   void physics_tick(Instant<PhysicsClock> now);
@@ -47,6 +48,8 @@ class PhysicsServer {
   TripleBuffer<TipState> to_physics_;
   HapticLoop haptic_;
   WorldHistory history_;
+  int calm_ticks_ = 0;  // haptic thread
+  double calm_speed_;   // m/s
   TipState tip_;
   WorldState state_;
   std::optional<Instant<PhysicsClock>> last_;

@@ -42,12 +42,12 @@ struct Settings {
   Physics physics = Physics::full;
   ServeSettings serve;
   std::uint64_t seed = 1;
-  double first_serve_s = 0.6;
+  double first_serve_s = 0.4;
   double ready_s = 0.15;  // the ball is shown that long before a serve
-  double pause_s = 0.05;  // without a ball, between two serves
+  double pause_s = 0.02;  // without a ball, between two serves
   // A rally goes on only while the mean time between serves stays below this (0 = for ever), with this much
   // credit.
-  double pace_s = 1.42;
+  double pace_s = 1.36;
   double credit_s = 0.9;
   double next_return_s = 1.15;  // what a further return costs
 };

@@ -97,7 +97,7 @@ TEST(PingPong, ABallBroughtToTheWallCountsAsReturnedAndTheHandGetsOneBlow) {
     const Quaternion R = Quaternion::FromTwoVectors(Vector3::UnitY(), n);
     session.tip.X_world_tip.rotation = R;
     session.tip.X_world_tip.translation = ball.p() - 0.033 * n - R * Vector3(0, 0, -0.09);
-    session.tip.velocity = 1.2 * n;
+    session.tip.velocity = 2.0 * n;
     for (int i = 0; i < 40 && session.state.counters[kHits] == 0; ++i) {
       session.tip.X_world_tip.translation += 0.001 * session.tip.velocity;
       session.step();
@@ -118,7 +118,7 @@ TEST(PingPong, ABallBroughtToTheWallCountsAsReturnedAndTheHandGetsOneBlow) {
   EXPECT_GT(Vector3(session.state.force.data()).dot(event.direction), 0.0);
   session.tip.X_world_tip.translation = {0.1, 3.0, 1.8};
   session.tip.velocity.setZero();
-  session.run(0.6);
+  session.run(0.9);
   EXPECT_EQ(session.state.counters[kReturned], 1);
   EXPECT_EQ(session.state.counters[kLongest], 1);
   EXPECT_EQ(session.game.contact().number, 1u);

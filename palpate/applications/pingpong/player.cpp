@@ -31,7 +31,7 @@ bool Reach::contains(const Vector3& tip_world) const {
 }
 
 Vector3 Reach::home() const {
-  constexpr double kShoulder = 0.52, kElbow = 0.30;  // rad: 30 and 17 degrees, with room for a backswing
+  constexpr double kShoulder = 0.52, kElbow = 0.42;  // rad: 30 and 24 degrees, the middle of the upper half
   return (X_world_base * phantom_tip({0.0, kShoulder, kElbow}, lengths)).m;
 }
 
@@ -202,7 +202,7 @@ void ScriptedPlayer::think(double now) {
     to.velocity = stroke.speed * stroke.normal;
     to.position = tip_for(best.position, stroke.normal, R) + aim_error_ - kSteady_s * to.velocity;
     path = Quintic(from, to, best_time - kSteady_s - now);
-    if (path.largest_acceleration() < kAsk * settings_.max_acceleration && within_reach(path)) break;
+    if (path.largest_acceleration() < kAsk * settings_.max_acceleration) break;
   }
   const Quaternion turned_now = turned(now);
   plan_ = {now, best_time, true, path, turned_now, R};
@@ -227,14 +227,6 @@ HandState ScriptedPlayer::planned(double t) const {
     s.acceleration.setZero();
   }
   return s;
-}
-
-bool ScriptedPlayer::within_reach(const Quintic& path) const {
-  constexpr int kSamples = 8;
-  for (int i = 1; i <= kSamples; ++i) {
-    if (!reach_.contains(path.at(path.duration() * i / kSamples).position)) return false;
-  }
-  return true;
 }
 
 Quaternion ScriptedPlayer::turned(double t) const {

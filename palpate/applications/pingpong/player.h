@@ -71,7 +71,6 @@ class ScriptedPlayer {
   void think(double now);
   void go_home(double now);
   HandState planned(double t) const;
-  bool within_reach(const Quintic& path) const;
   Quaternion turned(double t) const;
   Stroke stroke_for(const BallState& in, const Vector3& v_out) const;
   Stroke aim(const BallState& in, double speed) const;

@@ -12,8 +12,8 @@ namespace palpate::pingpong {
 struct ServeSettings {
   // Where a serve is aimed, from the middle of the table's near edge: to the right, above the table, towards
   // the wall, m. A right-handed player's arm stands there.
-  Vector3 aim{0.06, 0.30, 0.04};
-  double aim_sd = 0.03;                          // m, sideways
+  Vector3 aim{0.05, 0.30, 0.02};
+  double aim_sd = 0.04;                          // m, sideways
   double height_low = 0.18, height_high = 0.42;  // above the table at the aim
   double shortest_s = 0.55, longest_s = 0.75;    // flight to the aim
 };
