@@ -294,13 +294,13 @@ class Differences:
             print(f"agrees   {name}: {recomputed:.9g}")
 
 
-def main():
+def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder")
     parser.add_argument("--palpate", metavar="PROGRAM", help="take the truth from `PROGRAM world sample` instead of raw/truth.json")
     parser.add_argument("--world", metavar="FILE", help="the world of the demo; with --palpate")
     parser.add_argument("--tolerance", type=float, default=1e-6, help="relative; default 1e-6")
-    options = parser.parse_args()
+    options = parser.parse_args(arguments)
     if not os.path.isfile(os.path.join(options.folder, "summary.json")):
         print(f"recompute.py: {options.folder}: no summary.json; give the folder a demo wrote", file=sys.stderr)
         return 2
