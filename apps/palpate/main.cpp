@@ -22,12 +22,16 @@ int main(int argc, char** argv) {
   app::add_calibrate_points(*calibrate);
   app::add_calibrate_arm(*calibrate);
   app::add_calibrate_surface(*calibrate);
-  app::add_world(program);
-  app::add_physics(program);
-  app::add_apps(program);
-  app::add_graphics(program);
+  app::add_calibrate_camera(*calibrate);
+  app::add_calibrate_hand_eye(*calibrate);
+  app::add_calibrate_all(*calibrate);
   app::add_demo(program);
+  app::add_apps(program);
+  app::add_world(program);
+  app::add_rig(program);
   app::add_study(program);
+  app::add_physics(program);
+  app::add_graphics(program);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -1,0 +1,82 @@
+#include <fmt/format.h>
+
+#include <ctime>
+#include <filesystem>
+
+#include "apps/palpate/command.h"
+#include "palpate/core/progress.h"
+#include "palpate/core/units.h"
+#include "palpate/sim/camera_renderer.h"
+#include "palpate/system/calibration_session.h"
+#include "palpate/system/picture_parts.h"
+#include "palpate/system/world_sample.h"
+
+namespace palpate::app {
+namespace {
+
+std::string now_utc() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  ::gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+}  // namespace
+
+void add_calibrate_all(CLI::App& calibrate) {
+  auto* command = calibrate.add_subcommand(
+      "all", "All of it through the devices of a simulated laboratory; goes on where an earlier run stopped");
+  struct Options {
+    std::string rig, world;
+    std::uint64_t seed = 1;
+  };
+  auto options = std::make_shared<Options>();
+  command->add_option("--rig", options->rig, "Rig file: written after each step; what it has already is kept")
+      ->required();
+  command->add_option("--world", options->world, "World file; the reference laboratory where none is named");
+  command->add_option("--seed", options->seed, "Draws the laboratory's imperfections and noise")
+      ->capture_default_str();
+  on(command, [options]() -> Expected<void> {
+    sim::WorldFile file = sim::reference_world();
+    if (!options->world.empty()) {
+      auto read = sim::read_world(options->world);
+      if (!read) return tl::unexpected(read.error());
+      file = *read;
+    }
+    Rig rig;
+    if (std::filesystem::exists(options->rig)) {
+      auto read = read_rig(options->rig);
+      if (!read) return tl::unexpected(read.error());
+      rig = *read;
+    }
+    rig.nominal_lengths = {file.arm.lengths[0], file.arm.lengths[1]};
+    rig.tip_marker_leds = file.tip_marker.leds;
+    rig.camera_marker_leds = file.camera_marker.leds;
+    rig.pointer_leds = file.pointer.leds;
+    sim::CameraRenderer renderer;
+    sim::SimWorld world(file, options->seed);
+    world.set_renderer([&renderer](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
+      renderer.render(view, rgb);
+    });
+    Progress progress({{"calibrating", 25.0}});
+    SessionHooks hooks;
+    hooks.progress = [&progress](std::size_t step, std::size_t steps, const std::string&) {
+      progress.begin(0);
+      progress.update(static_cast<double>(step) / static_cast<double>(steps));
+    };
+    hooks.save = [&options](const Rig& so_far) { return write_rig(options->rig, so_far); };
+    hooks.find_landmarks = landmark_finder();
+    CalibrationPlan plan;
+    plan.date = now_utc();
+    auto done = calibrate_rig(laboratory_of(world), rig, plan, hooks);
+    progress.finish();
+    if (!done) return tl::unexpected(done.error());
+    fmt::print("{}: complete; held-out error of the arm {:.3f} mm\n", options->rig,
+               mm_from_metres(rig.arm->held_out_mean));
+    return {};
+  });
+}
+
+}  // namespace palpate::app
