@@ -93,7 +93,7 @@ Expected<void> write_calibration_raw(const std::filesystem::path& raw,
     judged.row(row);
   }
   for (const auto& method : methods) {
-    estimates["arm"][method.method] = arm_result_json(method.solution);
+    if (method.method != "uncorrected") estimates["arm"][method.method] = arm_result_json(method.solution);
     for (std::size_t i = 0; i < poses.size(); ++i) {
       Cells row{method.method, number_text(static_cast<double>(i)),
                 number_text(mm_from_metres(method.errors[i]))};
