@@ -50,7 +50,7 @@ void add_demo(CLI::App& program) {
     }
     demo.command += fmt::format(" --seed {}", demo.seed);
     if (quick->count() > 0) {
-      if (seconds->count() == 0) demo.seconds = 5.0;
+      if (seconds->count() == 0) demo.seconds = 4.0;
       demo.realtime_s = 3.0;
       demo.command += " --quick";
     }

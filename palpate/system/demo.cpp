@@ -32,10 +32,10 @@ Rig blank_rig(const sim::WorldFile& world) {
 CalibrationPlan plan_for(const DemoOptions& options) {
   CalibrationPlan plan;
   if (options.quick) {
-    plan.board_s = 8.0;
-    plan.board_every = 4;
+    plan.board_s = 6.0;
+    plan.board_every = 3;
     plan.lens_views = 20;
-    plan.look_s = 3.0;
+    plan.look_s = 2.0;
   }
   // A simulated laboratory has no calendar: the same run gives the same file, on whatever day.
   plan.date = "1970-01-01T00:00:00Z";

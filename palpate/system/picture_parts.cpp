@@ -37,6 +37,7 @@ void PictureParts::refine(const CameraImage& image, const Eigen::Matrix<double, 
 }
 
 void PictureParts::paint(const CameraImage& image, FrameRecord& record) {
+  if (!record.have_state) return;  // nothing is known of the game yet: no picture is better than half of one
   RealScene real;
   real.surfaces = scene_.surfaces;
   real.marker_leds = rig_.tip_marker_leds;
