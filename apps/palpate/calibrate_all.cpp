@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <ctime>
 #include <filesystem>
 
 #include "apps/palpate/command.h"
@@ -12,19 +11,6 @@
 #include "palpate/system/world_sample.h"
 
 namespace palpate::app {
-namespace {
-
-std::string now_utc() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  ::gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
-}
-
-}  // namespace
-
 void add_calibrate_all(CLI::App& calibrate) {
   auto* command = calibrate.add_subcommand(
       "all", "All of it through the devices of a simulated laboratory; goes on where an earlier run stopped");
@@ -69,7 +55,7 @@ void add_calibrate_all(CLI::App& calibrate) {
     hooks.save = [&options](const Rig& so_far) { return write_rig(options->rig, so_far); };
     hooks.find_landmarks = landmark_finder();
     CalibrationPlan plan;
-    plan.date = now_utc();
+    plan.date = utc_now();
     auto done = calibrate_rig(laboratory_of(world), rig, plan, hooks);
     progress.finish();
     if (!done) return tl::unexpected(done.error());
