@@ -13,10 +13,9 @@
 namespace palpate::app {
 namespace {
 
-constexpr double kMm = kMillimetresPerMetre;
 constexpr int kFolds = 5;
 
-struct Options {
+struct ArmArguments {
   ResultOptions result;
   std::string samples, test, arm, method = "joint", free;
   std::vector<double> tip_mm;
@@ -88,7 +87,7 @@ struct HeldOut {
   std::vector<Vector3> errors, uncorrected;
 };
 
-Expected<HeldOut> hold_out(const Options& options, const std::vector<ArmObservation>& samples,
+Expected<HeldOut> hold_out(const ArmArguments& options, const std::vector<ArmObservation>& samples,
                            const ArmModel& model, const ArmOptions& how, const ArmSolution& arm,
                            const ArmSolution& uncorrected) {
   HeldOut held;
@@ -231,7 +230,7 @@ void put_into(Rig& rig, const Estimate<ArmSolution>& estimate, double held_out_m
   rig.arm = std::move(result);
 }
 
-Expected<void> run(const Options& options) {
+Expected<void> run_arm(const ArmArguments& options) {
   const auto rig = start_rig(options.result);
   if (!rig) return tl::unexpected(rig.error());
   if (options.arm.empty() && options.result.rig.empty())
@@ -354,7 +353,7 @@ Expected<void> run(const Options& options) {
 }  // namespace
 
 void add_calibrate_arm(CLI::App& calibrate) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ArmArguments>();
   auto* command = calibrate.add_subcommand(
       "arm", "Joint correction and place of the arm, from encoder readings and the tracker");
   command->add_option("--samples", options->samples, "Joint readings with measured tips or marker poses, CSV")
@@ -376,7 +375,7 @@ void add_calibrate_arm(CLI::App& calibrate) {
       ->type_name("X,Y,Z");
   command->add_option("--seed", options->seed, "Draws the folds")->capture_default_str();
   add_result_options(*command, options->result);
-  on(command, [options] { return run(*options); });
+  on(command, [options] { return run_arm(*options); });
 }
 
 }  // namespace palpate::app

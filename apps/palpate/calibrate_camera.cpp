@@ -8,7 +8,7 @@
 namespace palpate::app {
 namespace {
 
-struct Options {
+struct CameraArguments {
   ResultOptions result;
   std::string images, corners, board = "9x6", size;
   double square_mm = 25.0;
@@ -19,7 +19,7 @@ struct Options {
 const std::vector<std::string> kLensNames = {"fx_px", "fy_px", "cx_px", "cy_px", "k1",
                                              "k2",    "p1",    "p2",    "k3"};
 
-Expected<BoardViews> read_views(const Options& options) {
+Expected<BoardViews> read_views(const CameraArguments& options) {
   if (options.images.empty() == options.corners.empty())
     return wrong_use("calibrate camera: exactly one of --images and --corners is expected");
   const auto shape = board_shape(options.board, metres_from_mm(options.square_mm));
@@ -45,7 +45,8 @@ bool usual_size(BoardViews& views) {
   return false;
 }
 
-Expected<void> set_size(const Options& options, BoardViews& views, std::vector<std::string>& warnings) {
+Expected<void> set_size(const CameraArguments& options, BoardViews& views,
+                        std::vector<std::string>& warnings) {
   if (!options.size.empty()) {
     int width = 0, height = 0;
     char rest = 0;
@@ -98,7 +99,7 @@ Json to_json(const BoardViews& views, const Estimate<CameraSolution>& fit,
   return json;
 }
 
-Expected<void> run(const Options& options) {
+Expected<void> run_camera(const CameraArguments& options) {
   if (const auto rig = start_rig(options.result); !rig) return tl::unexpected(rig.error());
   auto views = read_views(options);
   if (!views) return tl::unexpected(views.error());
@@ -138,7 +139,7 @@ Expected<void> run(const Options& options) {
 }  // namespace
 
 void add_calibrate_camera(CLI::App& calibrate) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CameraArguments>();
   auto* command = calibrate.add_subcommand("camera", "A camera's lens, from views of a chessboard");
   command
       ->add_option("--images", options->images,
@@ -161,7 +162,7 @@ void add_calibrate_camera(CLI::App& calibrate) {
   command->add_flag("--reject-outlier-views", options->reject_outliers,
                     "Fit again without the views that are flagged");
   add_result_options(*command, options->result);
-  on(command, [options] { return run(*options); });
+  on(command, [options] { return run_camera(*options); });
 }
 
 }  // namespace palpate::app

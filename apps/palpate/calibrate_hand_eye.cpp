@@ -10,16 +10,14 @@
 namespace palpate::app {
 namespace {
 
-constexpr double kMm = kMillimetresPerMetre;
-
-struct Options {
+struct HandEyeArguments {
   ResultOptions result;
   std::string hand, eye;
   bool estimate_delay = false;
   double delay_s = 0.0;
 };
 
-Json to_json(const Options& options, const Estimate<HandEyeSolution>& fit, const std::string& hash) {
+Json to_json(const HandEyeArguments& options, const Estimate<HandEyeSolution>& fit, const std::string& hash) {
   const auto& s = fit.value;
   const auto sd = standard_deviations(fit.covariance);
   Json json;
@@ -58,7 +56,7 @@ Json to_json(const Options& options, const Estimate<HandEyeSolution>& fit, const
   return json;
 }
 
-Expected<void> run(const Options& options) {
+Expected<void> run_hand_eye(const HandEyeArguments& options) {
   if (const auto rig = start_rig(options.result); !rig) return tl::unexpected(rig.error());
   const auto hand = read_poses(options.hand);
   if (!hand) return tl::unexpected(hand.error());
@@ -114,7 +112,7 @@ Expected<void> run(const Options& options) {
 }  // namespace
 
 void add_calibrate_hand_eye(CLI::App& calibrate) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<HandEyeArguments>();
   auto* command =
       calibrate.add_subcommand("hand-eye", "The camera in its marker's frame, and the clocks' offset");
   command->add_option("--hand", options->hand, "Poses of the marker in the tracker")
@@ -129,7 +127,7 @@ void add_calibrate_hand_eye(CLI::App& calibrate) {
       ->excludes(estimate)
       ->capture_default_str();
   add_result_options(*command, options->result);
-  on(command, [options] { return run(*options); });
+  on(command, [options] { return run_hand_eye(*options); });
 }
 
 }  // namespace palpate::app

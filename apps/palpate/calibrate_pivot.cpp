@@ -12,11 +12,10 @@
 namespace palpate::app {
 namespace {
 
-constexpr double kMm = kMillimetresPerMetre;
 // A held tip wanders by 1-2 mm; beyond this it did not rest.
 constexpr double kRestlessTip = 0.004;  // m, rms
 
-struct Options {
+struct PivotArguments {
   ResultOptions result;
   std::string poses, transform, method = "algebraic", segments, pivots_out, arm, marker = "tip";
   std::vector<double> tip_mm;
@@ -25,7 +24,7 @@ struct Options {
 
 // The tip's places as the arm saw them: by its calibration where the rig has one, else by its nominal
 // kinematics.
-Expected<void> add_arm_motion(const Options& options, const Rig& rig, std::vector<PivotPose>& poses) {
+Expected<void> add_arm_motion(const PivotArguments& options, const Rig& rig, std::vector<PivotPose>& poses) {
   auto model = read_arm_model(options.arm.empty() ? ArmModel{}.name : options.arm);
   if (!model) return tl::unexpected(model.error());
   const bool calibrated = rig.arm && options.arm.empty();
@@ -59,7 +58,7 @@ Expected<void> write_pivots(const std::string& path, const PoseFile& file,
   return write_file(path, csv.content());
 }
 
-Json to_json(const Options& options, const PoseFile& file, const Estimate<PivotSolution>& estimate) {
+Json to_json(const PivotArguments& options, const PoseFile& file, const Estimate<PivotSolution>& estimate) {
   const PivotSolution& solution = estimate.value;
   const auto std_all = standard_deviations(estimate.covariance);
   std::size_t inliers = 0;
@@ -114,7 +113,7 @@ Json to_json(const Options& options, const PoseFile& file, const Estimate<PivotS
   return json;
 }
 
-Expected<void> run(const Options& options) {
+Expected<void> run_pivot(const PivotArguments& options) {
   if (options.with_arm && options.method == "sphere")
     return wrong_use("--with-arm goes with --method algebraic or robust, not sphere");
   const auto rig = start_rig(options.result);
@@ -160,7 +159,7 @@ Expected<void> run(const Options& options) {
 }  // namespace
 
 void add_calibrate_pivot(CLI::App& calibrate) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PivotArguments>();
   auto* command =
       calibrate.add_subcommand("pivot", "The tip in its marker's frame, from poses around a resting tip");
   command->add_option("--poses", options->poses, "Marker poses: CSV, .igs.mha, or a folder of matrices")
@@ -190,7 +189,7 @@ void add_calibrate_pivot(CLI::App& calibrate) {
       ->check(CLI::IsMember({"tip", "pointer"}))
       ->capture_default_str();
   add_result_options(*command, options->result);
-  on(command, [options] { return run(*options); });
+  on(command, [options] { return run_pivot(*options); });
 }
 
 }  // namespace palpate::app

@@ -11,9 +11,7 @@
 namespace palpate::app {
 namespace {
 
-constexpr double kMm = kMillimetresPerMetre;
-
-struct Options {
+struct PointsArguments {
   ResultOptions result;
   std::string from, to;
 };
@@ -53,7 +51,7 @@ Expected<Pairs> pair_up(const PointFile& from, const PointFile& to) {
   return pairs;
 }
 
-Expected<void> run(const Options& options) {
+Expected<void> run_points(const PointsArguments& options) {
   const auto from = read_points(options.from);
   if (!from) return tl::unexpected(from.error());
   const auto to = read_points(options.to);
@@ -109,13 +107,13 @@ Expected<void> run(const Options& options) {
 }  // namespace
 
 void add_calibrate_points(CLI::App& calibrate) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PointsArguments>();
   auto* command =
       calibrate.add_subcommand("points", "The rotation and translation between two lists of points");
   command->add_option("--from", options->from, "Points A, CSV")->required()->type_name("A.csv");
   command->add_option("--to", options->to, "Points B, CSV; B = R A + t")->required()->type_name("B.csv");
   add_result_options(*command, options->result);
-  on(command, [options] { return run(*options); });
+  on(command, [options] { return run_points(*options); });
 }
 
 }  // namespace palpate::app

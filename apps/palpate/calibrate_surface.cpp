@@ -10,9 +10,7 @@
 namespace palpate::app {
 namespace {
 
-constexpr double kMm = kMillimetresPerMetre;
-
-struct Options {
+struct SurfaceArguments {
   ResultOptions result;
   std::string points, name;
 };
@@ -93,7 +91,7 @@ Json to_json(const std::string& name, const Estimate<RectangleFit>& estimate) {
   return json;
 }
 
-Expected<void> run(const Options& options) {
+Expected<void> run_surface(const SurfaceArguments& options) {
   if (const auto rig = start_rig(options.result); !rig) return tl::unexpected(rig.error());
   const auto file = read_points(options.points);
   if (!file) return tl::unexpected(file.error());
@@ -141,7 +139,7 @@ Expected<void> run(const Options& options) {
 }  // namespace
 
 void add_calibrate_surface(CLI::App& calibrate) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<SurfaceArguments>();
   auto* command =
       calibrate.add_subcommand("surface", "A rectangle from touched points: its corners in order around it");
   command
@@ -152,7 +150,7 @@ void add_calibrate_surface(CLI::App& calibrate) {
   command->add_option("--name", options->name, "Name of the surface; with a surface column, which one")
       ->type_name("NAME");
   add_result_options(*command, options->result);
-  on(command, [options] { return run(*options); });
+  on(command, [options] { return run_surface(*options); });
 }
 
 }  // namespace palpate::app

@@ -11,10 +11,13 @@
 
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
+#include "palpate/core/units.h"
 #include "palpate/geometry/so3.h"
 #include "palpate/model/rig.h"
 
 namespace palpate::app {
+
+inline constexpr double kMm = kMillimetresPerMetre;  // what people read is in millimetres
 
 struct ResultOptions {
   std::string json;  // --json FILE

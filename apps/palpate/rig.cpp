@@ -12,9 +12,7 @@
 namespace palpate::app {
 namespace {
 
-constexpr double kMm = kMillimetresPerMetre;
-
-struct Options {
+struct RigArguments {
   std::string file;
   std::vector<double> rest_readings_deg;
   double rest_tolerance_deg = degrees_from_radians(kRestTolerance);
@@ -38,7 +36,7 @@ Rig nominal_rig() {
   return rig;
 }
 
-Expected<void> make_new(const Options& options) {
+Expected<void> make_new(const RigArguments& options) {
   if (!options.force && options.file != "-" && std::filesystem::exists(options.file))
     return wrong_use("{}: exists already; choose another name, or --force to replace it", options.file);
   const std::string head =
@@ -92,7 +90,7 @@ void show_camera(const CameraCalibration& camera) {
   line("  k1 k2 p1 p2 k3", shown(Eigen::Map<const Eigen::VectorXd>(m.distortion.data(), 5)));
 }
 
-Expected<void> show(const Options& options) {
+Expected<void> show(const RigArguments& options) {
   const auto rig = read_rig(options.file);
   if (!rig) return tl::unexpected(rig.error());
   line("rig", rig->name);
@@ -135,7 +133,7 @@ Expected<void> show(const Options& options) {
   return {};
 }
 
-Expected<void> check_rest(const Options& options, const Rig& rig) {
+Expected<void> check_rest(const RigArguments& options, const Rig& rig) {
   if (!rig.arm)
     return refused(
         "{}: holds no arm calibration whose rest readings could be compared; palpate calibrate arm",
@@ -159,7 +157,7 @@ Expected<void> check_rest(const Options& options, const Rig& rig) {
       degrees_from_radians(rig.arm->rest_readings[joint]), options.rest_tolerance_deg);
 }
 
-Expected<void> check(const Options& options) {
+Expected<void> check(const RigArguments& options) {
   const auto rig = read_rig(options.file);
   if (!rig) return tl::unexpected(rig.error());
   if (!options.rest_readings_deg.empty())
@@ -181,7 +179,7 @@ Expected<void> check(const Options& options) {
 }  // namespace
 
 void add_rig(CLI::App& program) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RigArguments>();
   auto* rig = program.add_subcommand("rig", "The rig file: devices, calibrations, uncertainty, provenance");
   rig->require_subcommand(1);
   const auto with_file = [&](const char* name, const char* help) {

@@ -1,12 +1,11 @@
 #include "palpate/calibration/absolute_orientation.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
 #include "palpate/core/units.h"
+#include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
 namespace {
@@ -37,8 +36,7 @@ Vector3 extents(const std::vector<Vector3>& points, const std::vector<double>& w
     scatter += w * (points[i] - mean) * (points[i] - mean).transpose();
     total += w;
   }
-  const Vector3 values =
-      Eigen::SelfAdjointEigenSolver<Matrix3>(scatter / total, Eigen::EigenvaluesOnly).eigenvalues();
+  const Vector3 values = symmetric_eigenvalues(scatter / total);
   return values.reverse().cwiseMax(0.0).cwiseSqrt();
 }
 
@@ -49,16 +47,12 @@ RigidTransform fit_rigid(const std::vector<Vector3>& from, const std::vector<Vec
   const Vector3 mean_from = weighted_mean(from, weights), mean_to = weighted_mean(to, weights);
   Matrix3 H = Matrix3::Zero();
   for (std::size_t i = 0; i < from.size(); ++i)
-    H += (weights.empty() ? 1.0 : weights[i]) * (from[i] - mean_from) * (to[i] - mean_to).transpose();
-  const Eigen::JacobiSVD<Matrix3> svd(H, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const Matrix3 turn = svd.matrixV() * svd.matrixU().transpose();
+    H += (weights.empty() ? 1.0 : weights[i]) * (to[i] - mean_to) * (from[i] - mean_from).transpose();
+  const auto turn = nearest_rotation(H);
   RigidTransform result;
-  Vector3 signs = Vector3::Ones();
-  if (turn.determinant() < 0.0) {  // the best orthogonal matrix is a reflection: flip its weakest axis
-    signs[2] = -1.0;
-    result.mirrored = svd.singularValues()[2] > 0.05 * svd.singularValues()[1];
-  }
-  result.rotation = svd.matrixV() * signs.asDiagonal() * svd.matrixU().transpose();
+  // Points in a plane mirror as well as they turn; only a solid cloud tells.
+  result.mirrored = turn.mirrored && turn.values[2] > 0.05 * turn.values[1];
+  result.rotation = turn.rotation;
   result.translation = mean_to - result.rotation * mean_from;
   return result;
 }
@@ -106,10 +100,9 @@ Expected<Estimate<RigidTransform>> absolute_orientation(const std::vector<Vector
     normal += w * J.transpose() * J;
   }
   const double variance = chi2 / (3.0 * static_cast<double>(used) - 6.0);
-  estimate.covariance = variance * normal.inverse();
+  estimate.covariance = variance * inverse_symmetric(normal);
   const Matrix3 turning = estimate.covariance.topLeftCorner<3, 3>();
-  const Vector3 spread =
-      Eigen::SelfAdjointEigenSolver<Matrix3>(turning, Eigen::EigenvaluesOnly).eigenvalues();
+  const Vector3 spread = symmetric_eigenvalues(turning);
   const double worst = std::sqrt(std::max(0.0, spread[2]));
   if (worst > kWorstRotation)
     return refused(

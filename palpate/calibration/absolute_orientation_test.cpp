@@ -2,14 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "palpate/core/random.h"
+#include "palpate/geometry/random_vector.h"
 
 namespace palpate {
 namespace {
-
-Vector3 normal3(Random& random, double sd = 1.0) {
-  return {random.normal(sd), random.normal(sd), random.normal(sd)};
-}
 
 struct Case {
   std::vector<Vector3> from, to;

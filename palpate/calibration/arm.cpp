@@ -1,8 +1,6 @@
 #include "palpate/calibration/arm.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +8,7 @@
 
 #include "palpate/calibration/arm_problem.h"
 #include "palpate/calibration/robust_scale.h"
+#include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
 namespace {
@@ -82,8 +81,9 @@ Expected<Setting> prepare(const std::vector<ArmObservation>& observations, const
   for (const auto& o : observations) {
     WeighedSample sample{&o, Matrix3::Identity(), 1.0};
     if (o.covariance && options.method == ArmMethod::joint) {
-      const Matrix3 L = o.covariance->llt().matrixL();
-      sample.whitening = L.inverse();
+      Eigen::MatrixXd L;
+      lower_cholesky(*o.covariance, L);
+      sample.whitening = Matrix3(L).inverse();
       mean_variance += o.covariance->trace() / 3.0 / static_cast<double>(observations.size());
     }
     setting.samples.push_back(sample);
@@ -170,11 +170,11 @@ std::vector<std::string> name_unobservable(const Eigen::MatrixXd& J,
   for (std::size_t k = 0; k < parameters.size(); ++k)
     sizes[static_cast<Eigen::Index>(k)] = parameters[k].size;
   const Eigen::MatrixXd scaled = J * sizes.asDiagonal() / scale;
-  const Eigen::BDCSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeThinV);
+  const auto svd = singular_values(scaled);
   std::vector<std::string> names;
-  for (Eigen::Index k = 0; k < svd.singularValues().size(); ++k) {
-    if (svd.singularValues()[k] >= 1.0) continue;
-    const Eigen::VectorXd v = svd.matrixV().col(k).cwiseAbs();
+  for (Eigen::Index k = 0; k < svd.values.size(); ++k) {
+    if (svd.values[k] >= 1.0) continue;
+    const Eigen::VectorXd v = svd.V.col(k).cwiseAbs();
     double largest = 0.0;
     for (std::size_t p = 0; p < parameters.size(); ++p)
       if (!is_base(parameters[p])) largest = std::max(largest, v[static_cast<Eigen::Index>(p)]);
@@ -190,7 +190,7 @@ std::vector<std::string> name_unobservable(const Eigen::MatrixXd& J,
 double condition_of(const Eigen::MatrixXd& J) {
   Eigen::VectorXd norms = J.colwise().norm().transpose();
   for (double& n : norms) n = n > 0.0 ? 1.0 / n : 0.0;
-  const Eigen::VectorXd values = Eigen::BDCSVD<Eigen::MatrixXd>(J * norms.asDiagonal()).singularValues();
+  const Eigen::VectorXd values = singular_values(J * norms.asDiagonal()).values;
   return values[0] / std::max(values[values.size() - 1], 1e-300);
 }
 
@@ -219,7 +219,7 @@ void add_covariance(Estimate<ArmSolution>& estimate, const Setting& setting,
   // scaled by its diagonal before inverting: the entries differ by many orders of magnitude
   const Eigen::VectorXd d = information.diagonal().cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd scaled = d.asDiagonal() * information * d.asDiagonal();
-  estimate.covariance = d.asDiagonal() * scaled.inverse() * d.asDiagonal();
+  estimate.covariance = d.asDiagonal() * inverse_symmetric(scaled) * d.asDiagonal();
   estimate.condition = condition_of(J);
   estimate.unobservable = name_unobservable(J, parameters, std::max(sigma, 1e-7));
   if (setting.nominal.model.kind == ArmModel::Kind::phantom)

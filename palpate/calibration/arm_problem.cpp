@@ -2,11 +2,10 @@
 
 #include <ceres/ceres.h>
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <cmath>
 
 #include "palpate/calibration/absolute_orientation.h"
+#include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
 namespace {
@@ -161,7 +160,7 @@ class InsideCost : public ceres::CostFunction {
       B.middleRows<3>(at_row) = w * base_row;
     }
     if (derive) {
-      const Eigen::MatrixXd projected = J - B * B.householderQr().solve(J);
+      const Eigen::MatrixXd projected = J - B * least_squares_columns(B, J);
       Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
           jacobians[0], num_residuals(), P) = projected;
     }
@@ -350,24 +349,21 @@ Expected<ArmSolution> place_arm(const std::vector<WeighedSample>& samples, const
       for (Eigen::Index k = 0; k < 3; ++k) A.block<3, 3>(3 * i, 6 + 3 * k) = -point[k] * Matrix3::Identity();
       b.segment<3>(3 * i) = -samples[as_size(i)].observation->marker->translation;
     }
-    const Eigen::VectorXd linear = A.colPivHouseholderQr().solve(b);
+    const Eigen::VectorXd linear = least_squares(A, b);
     Matrix3 M;
     M << linear.segment<3>(6), linear.segment<3>(9), linear.segment<3>(12);
-    const Eigen::JacobiSVD<Matrix3> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0.0 ? -1.0 : 1.0;
-    const Matrix3 turn = svd.matrixU() * Vector3(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+    const Matrix3 turn = nearest_rotation(M).rotation;
     B = A.leftCols<6>();
     for (Eigen::Index i = 0; i < n; ++i)
       c.segment<3>(3 * i) = b.segment<3>(3 * i) + turn * (f[as_size(i)] - mean);
-    const Eigen::JacobiSVD<Eigen::MatrixXd> solver(B, Eigen::ComputeThinU | Eigen::ComputeThinV);
-    const double least = solver.singularValues()[5] / std::sqrt(static_cast<double>(n));
+    const double least = singular_values(B).values[5] / std::sqrt(static_cast<double>(n));
     if (!(least > 0.02))
       return refused(
           "arm: the stylus hardly turns over the samples ({:.3f} rad rms about the weakest axis, 0.02 are "
           "needed), "
           "so its tip cannot be found with the arm; turn it more, or give the tip of a pivot calibration",
           least);
-    const Eigen::VectorXd tip_and_place = solver.solve(c);
+    const Eigen::VectorXd tip_and_place = least_squares(B, c);
     result.tip_in_marker = tip_and_place.head<3>();
     result.tip_known = true;
     result.X_world_base = {Quaternion(turn).normalized(), tip_and_place.tail<3>() - turn * mean};

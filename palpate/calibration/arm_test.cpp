@@ -6,15 +6,11 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "palpate/core/random.h"
 #include "palpate/core/units.h"
+#include "palpate/geometry/random_vector.h"
 
 namespace palpate {
 namespace {
-
-Vector3 normal3(Random& random, double sd = 1.0) {
-  return {random.normal(sd), random.normal(sd), random.normal(sd)};
-}
 
 // A PHANToM with its faults, a marker on its stylus, and a tracker.
 struct Laboratory {

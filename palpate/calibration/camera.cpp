@@ -1,10 +1,11 @@
 #include "palpate/calibration/camera.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
+
+#include "palpate/calibration/robust_scale.h"
+#include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
 namespace {
@@ -30,13 +31,6 @@ CvViews cv_views(const std::vector<BoardView>& views, const std::vector<bool>& u
       image.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
   }
   return result;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 std::vector<bool> outliers(const std::vector<double>& rms, double deviations) {
@@ -94,7 +88,7 @@ Eigen::Matrix<double, kLens, kLens> lens_information(const CameraModel& camera,
       B += Jl.transpose() * Jp;
       information += Jl.transpose() * Jl;
     }
-    information -= B * A.ldlt().solve(B.transpose());
+    information -= B * solve_symmetric_columns(A, B.transpose());
   }
   return information;
 }
@@ -212,13 +206,13 @@ Expected<Estimate<CameraSolution>> calibrate_camera(const std::vector<BoardView>
   const int free = options.free_k3 ? kLens : kLens - 1;
   const Eigen::MatrixXd block = information.topLeftCorner(free, free);
   const Eigen::VectorXd scale = block.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scale.asDiagonal() * block * scale.asDiagonal());
-  const double low = eigen.eigenvalues().minCoeff(), high = eigen.eigenvalues().maxCoeff();
+  const auto eigen = symmetric_eigen(scale.asDiagonal() * block * scale.asDiagonal());
+  const double low = eigen.values.minCoeff(), high = eigen.values.maxCoeff();
   result.condition = std::sqrt(high / std::max(low, 1e-300));
   result.covariance = Eigen::MatrixXd::Zero(kLens, kLens);
   if (low > 1e-13 * high) {
-    const Eigen::MatrixXd inverse = eigen.eigenvectors() * eigen.eigenvalues().cwiseInverse().asDiagonal() *
-                                    eigen.eigenvectors().transpose();
+    const Eigen::MatrixXd inverse =
+        eigen.vectors * eigen.values.cwiseInverse().asDiagonal() * eigen.vectors.transpose();
     result.covariance.topLeftCorner(free, free) =
         (sum / freedom) * (scale.asDiagonal() * inverse * scale.asDiagonal());
   }
@@ -268,7 +262,7 @@ double refine(const CameraModel& camera, const BoardView& view, Pose<CameraOptic
     }
     Matrix6 damped = normal;
     damped.diagonal() *= 1.0 + damping;
-    const Vector6 step = -damped.ldlt().solve(gradient);
+    const Vector6 step = -solve_symmetric(damped, gradient);
     const Pose<CameraOptical, Board> next{(so3_exp(step.head<3>()) * X.rotation).normalized(),
                                           X.translation + step.tail<3>()};
     const double sum = squared_error(camera, view, next);
@@ -343,10 +337,9 @@ Expected<Estimate<BoardPose>> board_pose(const CameraModel& camera, const BoardV
         "view '{}': the best pose leaves {:.2f} px rms, at most {:.2f} is expected; check lens, board and "
         "corners",
         view.name, result.value.rms_px, options.max_rms_px);
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(best_normal);
-  result.condition =
-      std::sqrt(eigen.eigenvalues().maxCoeff() / std::max(eigen.eigenvalues().minCoeff(), 1e-300));
-  result.covariance = (first / (2.0 * n - 6.0)) * best_normal.ldlt().solve(Matrix6::Identity());
+  const Vector6 values = symmetric_eigenvalues(best_normal);
+  result.condition = std::sqrt(values.maxCoeff() / std::max(values.minCoeff(), 1e-300));
+  result.covariance = (first / (2.0 * n - 6.0)) * inverse_symmetric(best_normal);
   result.termination = Termination::converged;
   return result;
 }

@@ -1,14 +1,13 @@
 #include "palpate/calibration/hand_eye.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
 #include "palpate/calibration/motion_correlation.h"
+#include "palpate/calibration/robust_scale.h"
 #include "palpate/core/units.h"
+#include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
 namespace {
@@ -29,13 +28,6 @@ constexpr double kMedianNorm3 = 1.538;  // median length of a normal 3-vector wi
 // Below this turn about a second axis the camera's place cannot be told from the board's: refused. Four times
 // that is asked for by a warning.
 const double kLeastSpread = radians_from_degrees(1.5), kGoodSpread = radians_from_degrees(6.0);
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 void sort_by_time(std::vector<StampedPose>& poses) {
   std::stable_sort(poses.begin(), poses.end(),
@@ -105,7 +97,7 @@ Vector6 residual(const State& x, const HandAt& hand, const StampedPose& eye, Jac
 }
 
 // One problem: the eye poses that the hand stream encloses at every delay tried.
-struct Problem {
+struct HandEyeProblem {
   const std::vector<StampedPose>& hand;
   std::vector<StampedPose> eye;
   double max_gap_s;
@@ -159,7 +151,7 @@ struct Problem {
       while (damping < 1e10) {
         Normal damped = A;
         damped.diagonal() *= 1.0 + damping;
-        const Unknowns step = -damped.ldlt().solve(b);
+        const Unknowns step = -solve_symmetric(damped, b);
         const State next = x.moved(step);
         const double c = cost(next);
         if (c <= best) {
@@ -200,9 +192,7 @@ Quaternion start_rotation(const std::vector<HandAt>& hand, const std::vector<Sta
     Matrix3 M = Matrix3::Zero();
     for (std::size_t i = 0; i < a.size(); ++i)
       M += a[i] * b[i].transpose() / (1.0 + std::pow(misfit[i] / scale, 2));
-    const Eigen::JacobiSVD<Matrix3> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
-    const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;
-    R = Quaternion(Matrix3(svd.matrixU() * Vector3(1, 1, sign).asDiagonal() * svd.matrixV().transpose()));
+    R = Quaternion(nearest_rotation(M).rotation);
     for (std::size_t i = 0; i < a.size(); ++i) misfit[i] = (a[i] - R * b[i]).norm();
   }
   return R;
@@ -222,7 +212,7 @@ State start_state(const std::vector<HandAt>& hand, const std::vector<StampedPose
       const Eigen::Vector4d q = (hand[i].R * Rx * eye[i].rotation.conjugate()).coeffs();
       M += q * q.transpose() / (1.0 + std::pow(misfit[i] / scale, 2));
     }
-    x.Rz.coeffs() = Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(M).eigenvectors().col(3);
+    x.Rz.coeffs() = symmetric_eigen(M).vectors.col(3);
     for (std::size_t i = 0; i < eye.size(); ++i)
       misfit[i] = angle_between(hand[i].R * Rx, x.Rz * eye[i].rotation);
   }
@@ -238,7 +228,7 @@ State start_state(const std::vector<HandAt>& hand, const std::vector<StampedPose
       const double w = 1.0 / (1.0 + std::pow(misfit[i] / scale, 2));
       A += w * J.transpose() * J, b += w * J.transpose() * d;
     }
-    const Vector6 t = A.ldlt().solve(b);
+    const Vector6 t = solve_symmetric(A, b);
     x.tx = t.head<3>(), x.tz = t.tail<3>();
     for (std::size_t i = 0; i < eye.size(); ++i)
       misfit[i] = (hand[i].R * x.tx + hand[i].t - x.Rz * eye[i].translation - x.tz).norm();
@@ -265,10 +255,9 @@ Matrix6 whitening(const std::vector<Vector6>& residuals, const Matrix6* before) 
   }
   // A floor far below any device's noise: perfect data must not make the scatter singular.
   scatter.diagonal().array() += 1e-16;
-  const Eigen::SelfAdjointEigenSolver<Matrix6> eigen(scatter);
-  Matrix6 W = eigen.eigenvectors() *
-              eigen.eigenvalues().cwiseMax(1e-17).cwiseSqrt().cwiseInverse().asDiagonal() *
-              eigen.eigenvectors().transpose();
+  const auto eigen = symmetric_eigen(scatter);
+  Matrix6 W = eigen.vectors * eigen.values.cwiseMax(1e-17).cwiseSqrt().cwiseInverse().asDiagonal() *
+              eigen.vectors.transpose();
   for (const auto& r : residuals) squared.push_back((W * r).squaredNorm());
   const double middle = median(squared);
   return middle > 1e-6 ? Matrix6(W * std::sqrt(kMedianChi2With6 / middle)) : W;
@@ -292,14 +281,13 @@ Vector3 turn_spread(const std::vector<HandAt>& hand) {
   Eigen::Matrix4d M = Eigen::Matrix4d::Zero();
   for (const auto& h : hand) M += h.R.coeffs() * h.R.coeffs().transpose();
   Quaternion mean;
-  mean.coeffs() = Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(M).eigenvectors().col(3);
+  mean.coeffs() = symmetric_eigen(M).vectors.col(3);
   Matrix3 scatter = Matrix3::Zero();
   for (const auto& h : hand) {
     const Vector3 w = so3_log(mean.conjugate() * h.R);
     scatter += w * w.transpose();
   }
-  const Vector3 values =
-      Eigen::SelfAdjointEigenSolver<Matrix3>(scatter / static_cast<double>(hand.size())).eigenvalues();
+  const Vector3 values = symmetric_eigenvalues(scatter / static_cast<double>(hand.size()));
   return values.cwiseMax(0.0).cwiseSqrt().reverse();
 }
 
@@ -318,7 +306,7 @@ Start start_at(const std::vector<StampedPose>& hand, const std::vector<StampedPo
   Start start;
   if (kept.size() < 8) return start;
   start.state = start_state(at, kept, start_rotation(at, kept), delay);
-  Problem problem{hand, kept, gap, free_delay};
+  HandEyeProblem problem{hand, kept, gap, free_delay};
   problem.whiten = whitening(problem.residuals(start.state), nullptr);
   int iterations = 0;
   problem.solve(start.state, 25, iterations);
@@ -331,7 +319,7 @@ Start start_at(const std::vector<StampedPose>& hand, const std::vector<StampedPo
 
 // Sandwich covariance of the estimate; tells how long residuals stay alike, and how much the stretches
 // disagree.
-Normal covariance_of(const Problem& problem, const State& x, double& correlation_time_s,
+Normal covariance_of(const HandEyeProblem& problem, const State& x, double& correlation_time_s,
                      double& stretch_inflation, double& condition) {
   Normal A = Normal::Zero();
   std::vector<Unknowns> scores;
@@ -351,12 +339,12 @@ Normal covariance_of(const Problem& problem, const State& x, double& correlation
   if (!problem.free_delay) A(12, 12) = 1.0;
   const Unknowns scale = A.diagonal().cwiseAbs().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Normal scaled = scale.asDiagonal() * A * scale.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Normal> eigen(scaled);
-  const Unknowns values = eigen.eigenvalues();
+  const auto eigen = symmetric_eigen(scaled);
+  const Unknowns values = eigen.values;
   condition = values(0) <= 0 ? 1e300 : std::sqrt(values(12) / values(0));
-  const Normal inverse = scale.asDiagonal() * eigen.eigenvectors() *
+  const Normal inverse = scale.asDiagonal() * eigen.vectors *
                          values.cwiseMax(1e-14 * values(12)).cwiseInverse().asDiagonal() *
-                         eigen.eigenvectors().transpose() * scale.asDiagonal();
+                         eigen.vectors.transpose() * scale.asDiagonal();
   for (auto& g : scores) g = inverse * g;  // influence of each pose on the unknowns
   Normal sum = Normal::Zero();
   for (const auto& g : scores) sum += g * g.transpose();
@@ -461,7 +449,7 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<StampedPose> 
                    [](const auto& a, const auto& b) { return a.quality < b.quality; });
   State x = starts.front().state;
 
-  Problem problem{hand, {}, options.max_hand_gap_s, options.estimate_delay};
+  HandEyeProblem problem{hand, {}, options.max_hand_gap_s, options.estimate_delay};
   const auto at = enclosed(hand, eye, starts.front().quality < 1e300 ? x.delay : options.delay_s,
                            options.max_hand_gap_s, problem.eye);
   if (at.size() < 10)

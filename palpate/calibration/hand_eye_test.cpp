@@ -13,7 +13,7 @@ namespace {
 
 // A head that looks at a board: smooth turning about all axes, known transforms, two streams with their own
 // rates.
-struct Laboratory {
+struct TwoStreams {
   Pose<CameraMarker, CameraOptical> X{so3_exp(Vector3(0.1, -0.2, 3.0)), Vector3(0.012, -0.065, 0.034)};
   Pose<World, Board> Z{so3_exp(Vector3(-1.2, 0.3, 0.1)), Vector3(0.1, -1.4, 1.5)};
   double delay = 0.137;  // hand time = eye time + delay
@@ -69,7 +69,7 @@ std::vector<StampedPose> ethz(const char* file) {
 }
 
 TEST(HandEye, PerfectPosesGiveEverythingBack) {
-  Laboratory lab;
+  TwoStreams lab;
   lab.hand_rate = 1000.0;  // between hand poses 1 ms apart the straight line errs by 1e-7 m
   Random random(1, "hand-eye");
   const auto fit = calibrate_hand_eye(lab.hand(random), lab.eye(random), {.estimate_delay = true});
@@ -82,7 +82,7 @@ TEST(HandEye, PerfectPosesGiveEverythingBack) {
 }
 
 TEST(HandEye, OrderAndRepetitionOfRowsDoNotMatter) {
-  Laboratory lab;
+  TwoStreams lab;
   lab.eye_turn_noise = 0.002, lab.eye_place_noise = 0.001;
   Random random(2, "hand-eye");
   const auto hand = lab.hand(random), eye = lab.eye(random);
@@ -97,7 +97,7 @@ TEST(HandEye, OrderAndRepetitionOfRowsDoNotMatter) {
 }
 
 TEST(HandEye, AKnownDelayIsUsedAsItIs) {
-  Laboratory lab;
+  TwoStreams lab;
   Random random(3, "hand-eye");
   const auto fit = calibrate_hand_eye(lab.hand(random), lab.eye(random), {.delay_s = lab.delay});
   ASSERT_TRUE(fit) << fit.error().message;
@@ -107,7 +107,7 @@ TEST(HandEye, AKnownDelayIsUsedAsItIs) {
 }
 
 TEST(HandEye, ErrorsAgreeWithTheCovarianceItClaims) {
-  Laboratory lab;
+  TwoStreams lab;
   lab.seconds = 20.0;
   lab.eye_turn_noise = 0.003, lab.eye_place_noise = 0.002, lab.hand_turn_noise = 0.0005,
   lab.hand_place_noise = 0.0002;
@@ -132,7 +132,7 @@ TEST(HandEye, ErrorsAgreeWithTheCovarianceItClaims) {
 }
 
 TEST(HandEye, ClocksFarApartAreFound) {
-  Laboratory lab;
+  TwoStreams lab;
   lab.eye_turn_noise = 0.01, lab.eye_place_noise = 0.005;
   for (double delay : {-1491754391.25, -7.3, 0.0, 6.2, 3600.5}) {
     lab.delay = delay;
@@ -144,7 +144,7 @@ TEST(HandEye, ClocksFarApartAreFound) {
 }
 
 TEST(HandEye, RegularSwingingDoesNotFitASwingOff) {
-  Laboratory lab;  // turns at one frequency, with a small irregular tremble
+  TwoStreams lab;  // turns at one frequency, with a small irregular tremble
   lab.turn = [](double t) {
     const double a = 2 * std::numbers::pi * 0.8 * t;
     return Vector3(0.15 * std::sin(a) + 0.01 * std::sin(7.3 * t),
@@ -159,15 +159,15 @@ TEST(HandEye, RegularSwingingDoesNotFitASwingOff) {
 }
 
 TEST(HandEye, BlundersDoNotPull) {
-  Laboratory lab;
+  TwoStreams lab;
   lab.eye_turn_noise = 0.003, lab.eye_place_noise = 0.002;
   Random random(7, "hand-eye"), blunder(7, "blunders");
   auto eye = lab.eye(random);
   const auto clean = calibrate_hand_eye(lab.hand(random), eye, {.estimate_delay = true});
   for (auto& pose : eye)
     if (blunder.chance(0.15)) {
-      pose.rotation = pose.rotation * so3_exp(Laboratory::noise(blunder, 0.3));
-      pose.translation += Laboratory::noise(blunder, 0.2);
+      pose.rotation = pose.rotation * so3_exp(TwoStreams::noise(blunder, 0.3));
+      pose.translation += TwoStreams::noise(blunder, 0.2);
     }
   const auto fit = calibrate_hand_eye(lab.hand(random), eye, {.estimate_delay = true});
   ASSERT_TRUE(clean && fit);
@@ -177,7 +177,7 @@ TEST(HandEye, BlundersDoNotPull) {
 }
 
 TEST(HandEye, RefusesTurnsAboutOneAxisOnly) {
-  Laboratory lab;
+  TwoStreams lab;
   lab.turn = [](double t) { return Vector3(0, 0.5 * std::sin(1.3 * t), 0); };
   lab.eye_turn_noise = 0.002, lab.eye_place_noise = 0.001;
   Random random(8, "hand-eye");
@@ -188,7 +188,7 @@ TEST(HandEye, RefusesTurnsAboutOneAxisOnly) {
 }
 
 TEST(HandEye, RefusesACameraThatDoesNotTurn) {
-  Laboratory lab;
+  TwoStreams lab;
   lab.turn = [](double) { return Vector3(0.1, 0.2, 0.3); };
   lab.eye_turn_noise = 0.002, lab.eye_place_noise = 0.001;
   for (bool estimate : {false, true}) {
@@ -201,7 +201,7 @@ TEST(HandEye, RefusesACameraThatDoesNotTurn) {
 }
 
 TEST(HandEye, WarnsOfNearlyParallelAxes) {
-  Laboratory lab;
+  TwoStreams lab;
   lab.turn = [](double t) {
     return Vector3(0.06 * std::sin(2.1 * t), 0.5 * std::sin(1.3 * t), 0.06 * std::sin(0.7 * t));
   };
@@ -214,7 +214,7 @@ TEST(HandEye, WarnsOfNearlyParallelAxes) {
 }
 
 TEST(HandEye, SaysWhenTheClocksDoNotOverlap) {
-  Laboratory lab;
+  TwoStreams lab;
   lab.delay = 500.0;
   Random random(11, "hand-eye");
   const auto fit = calibrate_hand_eye(lab.hand(random), lab.eye(random), {});
@@ -223,7 +223,7 @@ TEST(HandEye, SaysWhenTheClocksDoNotOverlap) {
 }
 
 TEST(HandEye, RefusesStreamsOfDifferentRecordings) {
-  Laboratory lab, other;
+  TwoStreams lab, other;
   other.turn = [](double t) {
     return Vector3(0.3 * std::sin(3.1 * t), 0.2 * std::cos(0.3 * t * t),
                    0.3 * std::sin(2.9 * t + 0.1 * t * t));
@@ -251,7 +251,7 @@ TEST(HandEye, RealRecordingAgreesWithAnIndependentFit) {
 }
 
 TEST(MotionCorrelation, FindsDelayAndRotationToAFractionOfItsGrid) {
-  Laboratory lab;
+  TwoStreams lab;
   lab.delay = 2.3456;
   lab.eye_turn_noise = 0.01;
   Random random(13, "hand-eye");

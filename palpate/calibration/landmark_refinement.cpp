@@ -1,7 +1,8 @@
 #include "palpate/calibration/landmark_refinement.h"
 
-#include <Eigen/Cholesky>
 #include <cmath>
+
+#include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
 namespace {
@@ -14,10 +15,10 @@ constexpr int kHandEye = 6;
 
 Matrix6 inverse(Matrix6 covariance) {
   covariance.diagonal().array() += 1e-18;  // a perfect prior stays invertible
-  return covariance.ldlt().solve(Matrix6::Identity());
+  return inverse_symmetric(covariance);
 }
 
-struct Unknowns {
+struct RefinementState {
   Pose<CameraMarker, CameraOptical> X;
   std::vector<Pose<World, CameraMarker>> frames;
   std::vector<Vector3> places;
@@ -41,7 +42,7 @@ Matrix6 deviation_jacobian(const Vector6& e) {
   return J;
 }
 
-struct Problem {
+struct RefinementProblem {
   const CameraModel& camera;
   const HandEyeCalibration& hand_eye;
   const std::vector<Landmark>& touched;
@@ -52,7 +53,7 @@ struct Problem {
   std::vector<Matrix3> place_information;
 
   // Residual of one sighting in px; false where the landmark is behind the camera.
-  bool residual(const Unknowns& x, std::size_t f, const Sighting& seen, Eigen::Vector2d& r,
+  bool residual(const RefinementState& x, std::size_t f, const Sighting& seen, Eigen::Vector2d& r,
                 Eigen::Matrix<double, 2, 3>& Jp, Vector3& arm_world, Vector3& arm_marker) const {
     arm_world = x.places[seen.landmark] - x.frames[f].translation;
     arm_marker = x.frames[f].rotation.conjugate() * arm_world - x.X.translation;
@@ -68,7 +69,7 @@ struct Problem {
     return length <= k ? squared : k * (2 * length - k);
   }
 
-  double cost(const Unknowns& x) const {
+  double cost(const RefinementState& x) const {
     const Vector6 eh = deviation(x.X, hand_eye.X_marker_camera);
     double sum = eh.dot(hand_eye_information * eh);
     for (std::size_t i = 0; i < touched.size(); ++i) {
@@ -95,7 +96,7 @@ struct Problem {
   };
 
   // Shared unknowns' normal equations, and each frame's block.
-  void linearise(const Unknowns& x, MatrixXd& A, VectorXd& b, std::vector<Frame>& blocks) const {
+  void linearise(const RefinementState& x, MatrixXd& A, VectorXd& b, std::vector<Frame>& blocks) const {
     const auto n = static_cast<Eigen::Index>(kHandEye + 3 * touched.size());
     A = MatrixXd::Zero(n, n);
     b = VectorXd::Zero(n);
@@ -148,7 +149,7 @@ struct Problem {
   }
 };
 
-double rms_px(const Problem& problem, const Unknowns& x, int* inliers) {
+double rms_px(const RefinementProblem& problem, const RefinementState& x, int* inliers) {
   double sum = 0.0;
   int n = 0, good = 0;
   Eigen::Vector2d r;
@@ -188,7 +189,7 @@ Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraModel& camer
         "turning the head",
         often, touched.size());
 
-  Problem problem{camera, hand_eye, touched, frames, options, {}, {}, {}};
+  RefinementProblem problem{camera, hand_eye, touched, frames, options, {}, {}, {}};
   Matrix6 hand_eye_covariance = hand_eye.covariance;
   hand_eye_covariance.diagonal().head<3>().array() += options.shared_rotation_sd * options.shared_rotation_sd;
   hand_eye_covariance.diagonal().tail<3>().array() +=
@@ -196,10 +197,9 @@ Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraModel& camer
   problem.hand_eye_information = inverse(hand_eye_covariance);
   for (const auto& frame : frames) problem.frame_information.push_back(inverse(frame.covariance));
   for (const auto& landmark : touched)
-    problem.place_information.push_back(
-        Matrix3(landmark.covariance + 1e-18 * Matrix3::Identity()).ldlt().solve(Matrix3::Identity()));
+    problem.place_information.push_back(inverse_symmetric(landmark.covariance + 1e-18 * Matrix3::Identity()));
 
-  Unknowns x{hand_eye.X_marker_camera, {}, {}};
+  RefinementState x{hand_eye.X_marker_camera, {}, {}};
   for (const auto& frame : frames) x.frames.push_back(frame.X_world_marker);
   for (const auto& landmark : touched) x.places.push_back(landmark.place.m);
 
@@ -209,7 +209,7 @@ Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraModel& camer
   double best = problem.cost(x), damping = 1e-6;
   MatrixXd A, S;
   VectorXd b;
-  std::vector<Problem::Frame> blocks;
+  std::vector<RefinementProblem::Frame> blocks;
   result.termination = Termination::iteration_limit;
   bool done = false;
   for (; result.iterations < options.max_iterations && !done; ++result.iterations) {
@@ -222,14 +222,14 @@ Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraModel& camer
       for (const auto& block : blocks) {
         Matrix6 D = block.A;
         D.diagonal() *= 1.0 + damping;
-        solved.push_back(D.ldlt().solve(Matrix6::Identity()));
+        solved.push_back(inverse_symmetric(D));
         const MatrixXd CD = block.C.transpose() * solved.back();
         S.noalias() -= CD * block.C;
         g.noalias() -= CD * block.b;
       }
-      VectorXd step = -S.ldlt().solve(g);
+      VectorXd step = -solve_symmetric(S, g);
       if (!options.correct_hand_eye) step.head<kHandEye>().setZero();
-      Unknowns next = x;
+      RefinementState next = x;
       next.X = moved(x.X, step.head<kHandEye>());
       for (std::size_t i = 0; i < touched.size(); ++i)
         next.places[i] += step.segment<3>(static_cast<Eigen::Index>(kHandEye + 3 * i));
@@ -252,8 +252,9 @@ Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraModel& camer
 
   problem.linearise(x, A, b, blocks);
   S = A;
-  for (const auto& block : blocks) S.noalias() -= block.C.transpose() * block.A.ldlt().solve(block.C);
-  result.covariance = S.ldlt().solve(MatrixXd::Identity(S.rows(), S.cols()));
+  for (const auto& block : blocks)
+    S.noalias() -= block.C.transpose() * solve_symmetric_columns(block.A, block.C);
+  result.covariance = inverse_symmetric(S);
   if (!options.correct_hand_eye) {
     result.covariance.topRows<kHandEye>().setZero();
     result.covariance.leftCols<kHandEye>().setZero();

@@ -1,9 +1,10 @@
 #include "palpate/calibration/motion_correlation.h"
 
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+
+#include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
 namespace {
@@ -82,14 +83,13 @@ std::vector<DelayCandidate> delay_candidates(const std::vector<StampedPose>& han
       const double hh = H.squared.segment(first + lag, n).dot(e_valid),
                    ee = E.squared.segment(first, n).dot(h_valid);
       const Matrix3 M = H.w.middleCols(first + lag, n) * E.w.middleCols(first, n).transpose();
-      const Eigen::JacobiSVD<Matrix3> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
-      const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;
-      const Vector3 s = svd.singularValues();
-      if (hh > 0 && ee > 0) c.correlation = (s(0) + s(1) + sign * s(2)) / std::sqrt(hh * ee);
+      const auto turn = nearest_rotation(M);
+      const Vector3& s = turn.values;
+      if (hh > 0 && ee > 0)
+        c.correlation = (s(0) + s(1) + (turn.mirrored ? -s(2) : s(2))) / std::sqrt(hh * ee);
       c.score = std::atanh(std::min(c.correlation, 0.999999)) * std::sqrt(both);
       c.overlap_s = both * grid;
-      c.R_hand_eye =
-          Quaternion(Matrix3(svd.matrixU() * Vector3(1, 1, sign).asDiagonal() * svd.matrixV().transpose()));
+      c.R_hand_eye = Quaternion(turn.rotation);
     }
     lags.push_back(c);
   }

@@ -1,7 +1,5 @@
 #include "palpate/calibration/pivot.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include "palpate/calibration/absolute_orientation.h"
 #include "palpate/calibration/robust_scale.h"
 #include "palpate/core/units.h"
+#include "palpate/estimation/linear_algebra.h"
 #include "palpate/geometry/pose.h"
 
 namespace palpate {
@@ -110,7 +109,7 @@ Expected<void> check_rotation(const Data& data, double range, const Matrix3& A,
         "the "
         "tip rests",
         degrees_from_radians(range), degrees_from_radians(options.needed_rotation));
-  const double least = Eigen::SelfAdjointEigenSolver<Matrix3>(A, Eigen::EigenvaluesOnly).eigenvalues()[0];
+  const double least = symmetric_eigenvalues(A)[0];
   double total = 0.0;
   for (double w : data.weight) total += w;
   const double tilt = std::sqrt(std::max(0.0, least) / total);
@@ -147,14 +146,14 @@ Expected<Sphere> fit_spheres(const Data& data) {
       count += 1.0;
     }
     const Matrix3 spread = N.topLeftCorner<3, 3>() / (4.0 * std::max(count, 1.0));
-    const Vector3 axes = Eigen::SelfAdjointEigenSolver<Matrix3>(spread, Eigen::EigenvaluesOnly).eigenvalues();
+    const Vector3 axes = symmetric_eigenvalues(spread);
     if (count < 4.0 || !(axes[0] > 1e-6 * axes[2]))
       return refused(
           "pivot: the marker's origins ({} of them) lie in a plane, so no sphere is determined; swing the "
           "marker in "
           "two directions, or use --method algebraic",
           count);
-    const Eigen::Vector4d solution = N.ldlt().solve(b);
+    const Eigen::Vector4d solution = solve_symmetric(N, b);
     sphere.centres.push_back(mean[s] + solution.head<3>());
     sphere.radius +=
         std::sqrt(std::max(0.0, solution[3] + solution.head<3>().squaredNorm())) / static_cast<double>(S);
@@ -171,7 +170,7 @@ Expected<Sphere> fit_spheres(const Data& data) {
       sphere.normal += J * J.transpose();
       gradient += J * (distance - sphere.radius);
     }
-    const Eigen::VectorXd step = sphere.normal.ldlt().solve(-gradient);
+    const Eigen::VectorXd step = solve_symmetric(sphere.normal, -gradient);
     if (!step.allFinite()) return refused("pivot: the sphere fit does not converge; use --method algebraic");
     for (Eigen::Index s = 0; s < S; ++s)
       sphere.centres[static_cast<std::size_t>(s)] += step.segment<3>(3 * s);
@@ -183,7 +182,8 @@ Expected<Sphere> fit_spheres(const Data& data) {
 
 // Alternates the tip (linear) with the rotation that carries the arm's motion into the tracker's frame.
 Vector3 solve_with_motion(Data& data, const std::vector<Vector3>& centred, Quaternion& turn) {
-  Vector3 tip = tip_system(data).A.ldlt().solve(tip_system(data).b);
+  const auto at_rest = tip_system(data);
+  Vector3 tip = solve_symmetric(at_rest.A, at_rest.b);
   for (int round = 0; round < 2000; ++round) {
     std::fill(data.motion.begin(), data.motion.end(), Vector3::Zero());
     const auto pivots = pivots_of(data, tip);
@@ -193,7 +193,7 @@ Vector3 solve_with_motion(Data& data, const std::vector<Vector3>& centred, Quate
     turn = Quaternion(fit_rigid(centred, moved, data.weight).rotation);
     for (std::size_t i = 0; i < data.size(); ++i) data.motion[i] = turn * centred[i];
     const auto system = tip_system(data);
-    const Vector3 next = system.A.ldlt().solve(system.b);
+    const Vector3 next = solve_symmetric(system.A, system.b);
     const double change = (next - tip).norm();
     tip = next;
     if (change < 1e-12) break;
@@ -248,7 +248,7 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
     if (options.given_tip) return *options.given_tip;
     if (options.with_motion) return solve_with_motion(data, centred, solution.R_world_arm);
     const auto system = tip_system(data);
-    return Vector3(system.A.ldlt().solve(system.b));
+    return Vector3(solve_symmetric(system.A, system.b));
   };
 
   const double parameters = 3.0 * static_cast<double>(data.segments) + (options.given_tip ? 0.0 : 3.0) +
@@ -270,7 +270,7 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
       chi2 += std::pow(d.norm() - sphere->radius, 2);
     }
     const double variance = chi2 / std::max(1.0, n - 3.0 * static_cast<double>(S) - 1.0);
-    const Eigen::MatrixXd C = variance * sphere->normal.inverse();
+    const Eigen::MatrixXd C = variance * inverse_symmetric(sphere->normal);
     estimate.covariance.topLeftCorner<3, 3>() = K * C * K.transpose() + variance / n * Matrix3::Identity();
     estimate.covariance.bottomRightCorner(3 * S, 3 * S) = C.topLeftCorner(3 * S, 3 * S);
     estimate.covariance.topRightCorner(3, 3 * S) = (K * C).leftCols(3 * S);
@@ -321,7 +321,7 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
         J << data.R[i] - system.mean_R[data.segment[i]], hat(data.motion[i]);
         N += data.weight[i] * J.transpose() * J;
       }
-      tip_covariance = variance * N.completeOrthogonalDecomposition().pseudoInverse().topLeftCorner<3, 3>();
+      tip_covariance = variance * pseudo_inverse_symmetric(N).topLeftCorner<3, 3>();
     } else if (!options.given_tip) {
       tip_covariance = variance * system.A.inverse();
     }
@@ -340,8 +340,7 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
     }
   }
   const auto final_system = tip_system(data);
-  const Vector3 spread =
-      Eigen::SelfAdjointEigenSolver<Matrix3>(final_system.A, Eigen::EigenvaluesOnly).eigenvalues();
+  const Vector3 spread = symmetric_eigenvalues(final_system.A);
   estimate.condition = std::sqrt(spread[2] / std::max(spread[0], 1e-300));
   solution.correlation = integrated_correlation(data, estimate.residuals);
   estimate.covariance *= solution.correlation;
@@ -371,7 +370,7 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
     if (options.given_tip || alone.size() < 4) continue;
     const auto system = tip_system(alone);
     if (!check_rotation(alone, largest_rotation(alone), system.A, options)) continue;
-    segment.own_tip = system.A.ldlt().solve(system.b);
+    segment.own_tip = solve_symmetric(system.A, system.b);
     segment.own_rms =
         rms_per_component(residuals_of(alone, *segment.own_tip, pivots_of(alone, *segment.own_tip)));
     mean_tip += *segment.own_tip;

@@ -6,16 +6,12 @@
 #include <filesystem>
 
 #include "palpate/calibration/absolute_orientation.h"
-#include "palpate/core/random.h"
+#include "palpate/geometry/random_vector.h"
 #include "palpate/model/point_file.h"
 #include "palpate/model/pose_file.h"
 
 namespace palpate {
 namespace {
-
-Vector3 normal3(Random& random, double sd = 1.0) {
-  return {random.normal(sd), random.normal(sd), random.normal(sd)};
-}
 
 const Vector3 kTip(0.004, -0.018, -0.118);
 

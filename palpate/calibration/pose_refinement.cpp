@@ -1,8 +1,9 @@
 #include "palpate/calibration/pose_refinement.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <cmath>
+
+#include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
 namespace {
@@ -65,7 +66,7 @@ RefinedPose refine_camera_pose(const CameraModel& camera, const CameraPosePrior&
   RefinedPose result{prior.X_world_camera, prior.covariance};
   Matrix6 prior_covariance = prior.covariance;
   prior_covariance.diagonal().array() += 1e-18;  // a prior said to be perfect stays invertible
-  const Matrix6 information = prior_covariance.ldlt().solve(Matrix6::Identity());
+  const Matrix6 information = inverse_symmetric(prior_covariance);
   const double variance = options.pixel_sd * options.pixel_sd;
   std::vector<bool> use(sightings.size(), true);
 
@@ -99,7 +100,7 @@ RefinedPose refine_camera_pose(const CameraModel& camera, const CameraPosePrior&
   for (int pass = 0; pass < 2; ++pass) {  // with everything, then without what proved false
     for (int i = 0; i < options.max_iterations; ++i) {
       ++result.iterations;
-      const Vector6 step = -s.A.ldlt().solve(s.b);
+      const Vector6 step = -solve_symmetric(s.A, s.b);
       double share = 1.0;  // halved where the full step overshoots, as a false sighting may make it
       bool better = false;
       for (int half = 0; half < 5 && !better; ++half, share *= 0.5) {
@@ -130,7 +131,7 @@ RefinedPose refine_camera_pose(const CameraModel& camera, const CameraPosePrior&
     s = system_at(X);
   }
   result.X_world_camera = X;
-  result.covariance = s.A.ldlt().solve(Matrix6::Identity());
+  result.covariance = inverse_symmetric(s.A);
   result.refined = true;
   return result;
 }

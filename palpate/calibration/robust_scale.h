@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace palpate {
@@ -18,16 +19,23 @@ inline constexpr double kTukeyEnd = 5.0;
 // Below this the data are exact and only rounding is left.
 inline constexpr double kLeastScale = 1e-12;  // m
 
+// The upper one of the two middle values where there are two; 0 for none.
+inline double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 // Standard deviation per component, `parameters` of them having been fitted.
 inline double robust_scale(const std::vector<Eigen::Vector3d>& residuals, double parameters) {
   if (residuals.empty()) return kLeastScale;
   std::vector<double> lengths;
   lengths.reserve(residuals.size());
   for (const auto& r : residuals) lengths.push_back(r.norm());
-  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
-  std::nth_element(lengths.begin(), middle, lengths.end());
   const double n = 3.0 * static_cast<double>(residuals.size());
-  return std::max(kLeastScale, *middle / kMedianOfChi3 * std::sqrt(n / std::max(1.0, n - parameters)));
+  return std::max(kLeastScale,
+                  median(std::move(lengths)) / kMedianOfChi3 * std::sqrt(n / std::max(1.0, n - parameters)));
 }
 
 inline double huber_weight(double length, double scale) {

@@ -1,9 +1,10 @@
 #include "palpate/calibration/stream_delay.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <optional>
+
+#include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
 namespace {
@@ -104,7 +105,7 @@ Expected<Estimate<StreamDelay>> estimate_stream_delay(const std::vector<TimedPoi
     // 1.345 standard deviations; the median norm of 3-D noise is 1.538 standard deviations per axis
     const double scale = 1.345 * std::sqrt(3.0) * median_norm(plain.residuals) / 1.538;
     fit = linearise(early, late, x, scale, &gradient);
-    const Eigen::Vector4d step = -fit.normal.ldlt().solve(gradient);
+    const Eigen::Vector4d step = -solve_symmetric(fit.normal, gradient);
     x += step;
     estimate.iterations = i + 1;
     converged = std::abs(step[0]) < 1e-9 && step.tail<3>().norm() < 1e-9;
@@ -115,7 +116,7 @@ Expected<Estimate<StreamDelay>> estimate_stream_delay(const std::vector<TimedPoi
         options.longest_s);
   const double variance = fit.cost / (3.0 * fit.used - 4.0);
   estimate.value = {x[0], x.tail<3>(), speed};
-  estimate.covariance = variance * fit.normal.inverse();
+  estimate.covariance = variance * inverse_symmetric(fit.normal);
   estimate.residuals = std::move(fit.residuals);
   estimate.termination = Termination::converged;
   return estimate;

@@ -1,12 +1,12 @@
 #include "palpate/calibration/surface.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "palpate/core/units.h"
+#include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
 namespace {
@@ -122,7 +122,7 @@ Expected<Estimate<RectangleFit>> fit_rectangle(std::vector<TouchedPoint> points,
       }
       chi2 += estimate.residuals.back().squaredNorm();
     }
-    const Eigen::Matrix<double, 8, 1> step = normal.ldlt().solve(gradient);
+    const Eigen::Matrix<double, 8, 1> step = solve_symmetric(normal, gradient);
     estimate.iterations = iteration + 1;
     fit.X_world_rectangle.rotation = (so3_exp(step.head<3>()) * fit.X_world_rectangle.rotation).normalized();
     fit.X_world_rectangle.translation += step.segment<3>(3);
@@ -131,7 +131,8 @@ Expected<Estimate<RectangleFit>> fit_rectangle(std::vector<TouchedPoint> points,
     if (step.norm() < 1e-13) break;
   }
   estimate.termination = Termination::converged;
-  estimate.covariance = chi2 / static_cast<double>(std::max<Eigen::Index>(1, rows - 8)) * normal.inverse();
+  estimate.covariance =
+      chi2 / static_cast<double>(std::max<Eigen::Index>(1, rows - 8)) * inverse_symmetric(normal);
 
   const double limit =
       std::max(options.least_tolerance, options.tolerance * std::hypot(fit.width, fit.height));

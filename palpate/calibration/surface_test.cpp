@@ -4,14 +4,10 @@
 
 #include <Eigen/Cholesky>
 
-#include "palpate/core/random.h"
+#include "palpate/geometry/random_vector.h"
 
 namespace palpate {
 namespace {
-
-Vector3 normal3(Random& random, double sd = 1.0) {
-  return {random.normal(sd), random.normal(sd), random.normal(sd)};
-}
 
 constexpr double kWidth = 0.75, kHeight = 1.0;
 const Pose<World, Rectangle> kPose{so3_exp(Vector3(-1.2, 0.4, 0.3)), Vector3(0.1, -1.5, 1.8)};

@@ -6,7 +6,8 @@
 #include <vector>
 
 #include "palpate/calibration/pose_refinement.h"
-#include "palpate/core/random.h"
+
+#include "palpate/geometry/random_vector.h"
 
 namespace palpate::synthetic {
 
@@ -18,10 +19,6 @@ inline CameraModel lens() {
   camera.fx = 560.0, camera.fy = 561.5, camera.cx = 318.7, camera.cy = 242.1;
   camera.distortion = {-0.28, 0.09, 0.001, -0.0005, 0.0};
   return camera;
-}
-
-inline Vector3 normal3(Random& random, double sd) {
-  return {random.normal(sd), random.normal(sd), random.normal(sd)};
 }
 
 inline Vector6 draw(const Matrix6& covariance, Random& random) {

@@ -10,7 +10,7 @@
 namespace palpate {
 namespace {
 
-const CameraModel kCamera{640, 480, 560, 561.5, 318.7, 242.1, {-0.28, 0.09, 0.001, -0.0005, 0.0}};
+const CameraModel kLens{640, 480, 560, 561.5, 318.7, 242.1, {-0.28, 0.09, 0.001, -0.0005, 0.0}};
 
 Landmark mark(const Vector3& place, const Vector3& normal) {
   Landmark m;
@@ -36,19 +36,18 @@ std::vector<Landmark> room() {
 CameraImage photograph(const std::vector<Landmark>& marks, double noise_sd, std::uint64_t seed,
                        double hidden = -2.0) {
   CameraImage image;
-  image.width = kCamera.width;
-  image.height = kCamera.height;
+  image.width = kLens.width;
+  image.height = kLens.height;
   image.rgb.assign(640u * 480u * 3u, 100);
   for (const Landmark& m : marks) {
-    const Pixel near = kCamera.project(m.place.m);
+    const Pixel near = kLens.project(m.place.m);
     for (int v = static_cast<int>(near.y()) - 14; v <= static_cast<int>(near.y()) + 14; ++v) {
       for (int u = static_cast<int>(near.x()) - 14; u <= static_cast<int>(near.x()) + 14; ++u) {
         double light = 0.0;
         for (int j = 0; j < 12; ++j) {
           for (int i = 0; i < 12; ++i) {
             const double su = u + (i - 5.5) / 12.0, sv = v + (j - 5.5) / 12.0;
-            const auto n =
-                kCamera.undistort({(su - kCamera.cx) / kCamera.fx, (sv - kCamera.cy) / kCamera.fy});
+            const auto n = kLens.undistort({(su - kLens.cx) / kLens.fx, (sv - kLens.cy) / kLens.fy});
             const Vector3 ray(n->x(), n->y(), 1.0);
             const Vector3 hit = ray * (m.place.m.dot(m.normal) / ray.dot(m.normal)) - m.place.m;
             const double r = hit.norm() / (0.5 * m.diameter);
@@ -75,11 +74,11 @@ CameraImage photograph(const std::vector<Landmark>& marks, double noise_sd, std:
 TEST(LandmarkDetector, FindsTheProjectedCentreOfSlantedDots) {
   const auto marks = room();
   const CameraImage image = photograph(marks, 0.0, 1);
-  const auto seen = detect_landmarks(image, kCamera, {}, marks);
+  const auto seen = detect_landmarks(image, kLens, {}, marks);
   ASSERT_EQ(seen.size(), marks.size());
   for (const LandmarkSighting& s : seen) {
     // No noise: left are 8-bit levels and the edge's straightness within a pixel.
-    EXPECT_LT((s.centre - kCamera.project(marks[s.landmark].place.m)).norm(), 0.02) << s.landmark;
+    EXPECT_LT((s.centre - kLens.project(marks[s.landmark].place.m)).norm(), 0.02) << s.landmark;
     EXPECT_LT(s.residual, 0.05);
   }
 }
@@ -96,8 +95,8 @@ TEST(LandmarkDetector, StaysWithinATenthOfAPixelWithNoiseAndAWrongPose) {
     prior.rotation =
         so3_exp(Vector3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)) * 0.0075);
     prior.translation = Vector3(random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)) * 0.003;
-    for (const LandmarkSighting& s : detect_landmarks(image, kCamera, prior, marks)) {
-      const Eigen::Vector2d error = s.centre - kCamera.project(marks[s.landmark].place.m);
+    for (const LandmarkSighting& s : detect_landmarks(image, kLens, prior, marks)) {
+      const Eigen::Vector2d error = s.centre - kLens.project(marks[s.landmark].place.m);
       squares += error.squaredNorm();
       whitened += error.dot(s.covariance.inverse() * error);
       ++count;
@@ -115,25 +114,25 @@ TEST(LandmarkDetector, StaysWithinATenthOfAPixelWithNoiseAndAWrongPose) {
 TEST(LandmarkDetector, LeavesOutWhatIsHalfHidden) {
   const auto marks = room();
   const CameraImage image = photograph(marks, 2.0, 3, 0.0);
-  for (const LandmarkSighting& s : detect_landmarks(image, kCamera, {}, marks)) {
+  for (const LandmarkSighting& s : detect_landmarks(image, kLens, {}, marks)) {
     ADD_FAILURE() << "landmark " << s.landmark << " accepted with residual " << s.residual << ", off by "
-                  << (s.centre - kCamera.project(marks[s.landmark].place.m)).norm() << " px";
+                  << (s.centre - kLens.project(marks[s.landmark].place.m)).norm() << " px";
   }
 }
 
 TEST(LandmarkDetector, SeesNothingOnAnEmptyWallBehindTheCameraOrFromTheBack) {
   auto marks = room();
   const CameraImage empty = photograph({}, 2.0, 4);
-  EXPECT_TRUE(detect_landmarks(empty, kCamera, {}, marks).empty());
+  EXPECT_TRUE(detect_landmarks(empty, kLens, {}, marks).empty());
   const CameraImage image = photograph(marks, 0.0, 4);
   for (Landmark& m : marks) m.normal = -m.normal;
-  EXPECT_TRUE(detect_landmarks(image, kCamera, {}, marks).empty());
-  EXPECT_EQ(predicted_landmarks(kCamera, {}, marks), 0);
+  EXPECT_TRUE(detect_landmarks(image, kLens, {}, marks).empty());
+  EXPECT_EQ(predicted_landmarks(kLens, {}, marks), 0);
   for (Landmark& m : marks) m = mark(-m.place.m, m.normal);
-  EXPECT_EQ(predicted_landmarks(kCamera, {}, marks), 0);
+  EXPECT_EQ(predicted_landmarks(kLens, {}, marks), 0);
   CameraImage small = image;
   small.rgb.pop_back();
-  EXPECT_THROW(detect_landmarks(small, kCamera, {}, marks), std::invalid_argument);
+  EXPECT_THROW(detect_landmarks(small, kLens, {}, marks), std::invalid_argument);
 }
 
 }  // namespace

@@ -1,9 +1,8 @@
 #include "palpate/model/arm_samples.h"
 
-#include <Eigen/Cholesky>
-
 #include "palpate/core/file.h"
 #include "palpate/core/units.h"
+#include "palpate/estimation/linear_algebra.h"
 #include "palpate/model/pose_file.h"
 
 namespace palpate {
@@ -99,8 +98,9 @@ Expected<ArmSampleFile> read_arm_samples(const std::filesystem::path& path) {
     if (!covariance.empty()) {
       const auto c = [&](std::size_t k) { return covariance_scale * row[covariance[k]]; };
       Matrix3 C;
+      Eigen::MatrixXd lower;
       C << c(0), c(1), c(2), c(1), c(3), c(4), c(2), c(4), c(5);
-      if (C.llt().info() != Eigen::Success)
+      if (!lower_cholesky(C, lower))
         return wrong_use("{}:{}: the covariance is not positive definite; repair or remove the cov_ columns",
                          table.source, table.line[i]);
       sample.covariance = C;

@@ -1,12 +1,12 @@
 #include "palpate/model/pose_file.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 
 #include "palpate/core/file.h"
 #include "palpate/core/units.h"
+#include "palpate/estimation/linear_algebra.h"
 #include "palpate/model/transform_sequence.h"
 
 namespace palpate {
@@ -60,9 +60,8 @@ Expected<StampedPose> pose_from_matrix(const double* m, double metres_per_unit, 
         "{}: the left 3x3 part is no rotation (R R' differs from 1 by {:.2g}, determinant {:.3g}); "
         "a rigid pose is expected",
         where, defect, R.determinant());
-  const Eigen::JacobiSVD<Matrix3> svd(R, Eigen::ComputeFullU | Eigen::ComputeFullV);  // nearest rotation
   StampedPose pose;
-  pose.rotation = Quaternion(Matrix3(svd.matrixU() * svd.matrixV().transpose())).normalized();
+  pose.rotation = Quaternion(nearest_rotation(R).rotation).normalized();
   pose.translation = metres_per_unit * Vector3(m[3], m[7], m[11]);
   return pose;
 }

@@ -2,14 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "palpate/core/random.h"
+#include "palpate/geometry/random_vector.h"
 
 namespace palpate {
 namespace {
-
-Vector3 random_vector(Random& random, double size) {
-  return {random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
-}
 
 TEST(Ball, ThePapersBallFallsExactlyInOneStep) {
   const auto model = BallModel::paper();
@@ -64,9 +60,9 @@ TEST(Ball, RestitutionIsExactOnAMovingSurface) {
   Random random(1, "bounce");
   const BallModel model;
   for (int i = 0; i < 1000; ++i) {
-    const Vector3 n = random_vector(random, 1.0).normalized();
-    const BallState ball{Vector3::Zero(), random_vector(random, 10.0), random_vector(random, 100.0)};
-    const Vector3 surface = random_vector(random, 3.0);
+    const Vector3 n = uniform3(random, 1.0).normalized();
+    const BallState ball{Vector3::Zero(), uniform3(random, 10.0), uniform3(random, 100.0)};
+    const Vector3 surface = uniform3(random, 3.0);
     const double e = random.uniform(0.1, 1.0), approach = -n.dot(ball.velocity - surface);
     const auto after = bounce(model, ball, n, {e, 0.25}, surface);
     if (approach <= 0.0) {
@@ -94,8 +90,8 @@ TEST(Ball, FrictionNeverGainsEnergyAndKeepsAngularMomentumAboutTheContact) {
     return 0.5 * model.mass * b.velocity.squaredNorm() + 0.5 * inertia * b.spin.squaredNorm();
   };
   for (int i = 0; i < 1000; ++i) {
-    const Vector3 n = random_vector(random, 1.0).normalized();
-    const BallState ball{Vector3::Zero(), random_vector(random, 10.0), random_vector(random, 300.0)};
+    const Vector3 n = uniform3(random, 1.0).normalized();
+    const BallState ball{Vector3::Zero(), uniform3(random, 10.0), uniform3(random, 300.0)};
     const auto after = bounce(model, ball, n, {1.0, random.uniform(0.0, 2.0)});
     EXPECT_LE(energy(after), energy(ball) * (1 + 1e-12));
     const auto about_contact = [&](const BallState& b) {

@@ -1,8 +1,9 @@
 #include "palpate/physics/flight.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+
+#include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
 
@@ -148,7 +149,7 @@ Expected<FlightFit> fit_flight(const BallModel& model, std::span<const BouncePla
     bool better = false;
     for (int attempt = 0; attempt < 8 && !better; ++attempt) {  // Levenberg: a bounce makes the way uneven
       const Matrix6 damped = H + damping * Matrix6(H.diagonal().asDiagonal());
-      const Vector6 y = x - damped.ldlt().solve(g);
+      const Vector6 y = x - solve_symmetric(damped, g);
       places(y, moved);
       const double c = cost(moved);
       if (std::isfinite(c) && c <= best) {

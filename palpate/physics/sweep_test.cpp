@@ -2,14 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "palpate/core/random.h"
+#include "palpate/geometry/random_vector.h"
 
 namespace palpate {
 namespace {
-
-Vector3 random_vector(Random& random, double size) {
-  return {random.uniform(-size, size), random.uniform(-size, size), random.uniform(-size, size)};
-}
 
 double distance_to(const TriangleMesh& mesh, const Vector3& p) {
   double best = 1e300;
@@ -37,8 +33,8 @@ double plain_distance(const Triangle& t, const Vector3& p) {
 TEST(Sweep, ClosestPointAgreesWithFeetOnFaceAndEdges) {
   Random random(1, "sweep/closest");
   for (int i = 0; i < 5000; ++i) {
-    const Triangle t{random_vector(random, 1), random_vector(random, 1), random_vector(random, 1)};
-    const Vector3 p = random_vector(random, 2);
+    const Triangle t{uniform3(random, 1), uniform3(random, 1), uniform3(random, 1)};
+    const Vector3 p = uniform3(random, 2);
     ASSERT_NEAR((p - closest_point(t, p)).norm(), plain_distance(t, p), 1e-12);
   }
 }
@@ -49,9 +45,9 @@ TEST(Sweep, TouchesOneTriangleWhenMarchingSaysSo) {
   Random random(2, "sweep/march");
   int hits = 0, faces = 0;
   for (int i = 0; i < 4000; ++i) {
-    const Triangle t{random_vector(random, 1), random_vector(random, 1), random_vector(random, 1)};
+    const Triangle t{uniform3(random, 1), uniform3(random, 1), uniform3(random, 1)};
     const double radius = random.uniform(0.05, 0.4);
-    const Vector3 from = random_vector(random, 2), to = random_vector(random, 2);
+    const Vector3 from = uniform3(random, 2), to = uniform3(random, 2);
     if (plain_distance(t, from) <= radius) continue;
     const auto hit = sweep_sphere(t, from, to, radius);
     constexpr int kSteps = 400;
@@ -113,8 +109,8 @@ TEST(Sweep, TheTreeFindsWhatBruteForceFinds) {
   const CollisionMesh tree(mesh);
   int hits = 0;
   for (int k = 0; k < 500; ++k) {
-    const Vector3 from = random_vector(random, 1.0).cwiseProduct(Vector3(1, 0.15, 1));
-    const Vector3 to = from + random_vector(random, 0.2);
+    const Vector3 from = uniform3(random, 1.0).cwiseProduct(Vector3(1, 0.15, 1));
+    const Vector3 to = from + uniform3(random, 0.2);
     std::optional<SweepHit> best;
     std::optional<double> ray;
     for (const auto& t : mesh.triangles) {
@@ -147,14 +143,14 @@ TEST(Sweep, AMovingBatIsMetWhenFineMarchingSaysSo) {
   const double radius = 0.02;
   int hits = 0;
   for (int k = 0; k < 150; ++k) {
-    const Pose<World, Bat> X0{so3_exp(random_vector(random, 2)), random_vector(random, 0.05)};
-    const Pose<World, Bat> X1{(so3_exp(random_vector(random, 0.03)) * X0.rotation).normalized(),
-                              X0.translation + random_vector(random, 0.01)};
+    const Pose<World, Bat> X0{so3_exp(uniform3(random, 2)), uniform3(random, 0.05)};
+    const Pose<World, Bat> X1{(so3_exp(uniform3(random, 0.03)) * X0.rotation).normalized(),
+                              X0.translation + uniform3(random, 0.01)};
     const double speed = std::exp(random.uniform(std::log(0.5), std::log(100.0)));
     // Aimed at a point of the blade, from a little further away than one step leads.
     const double travel = 0.001 * speed;
     const Point<Bat> spot{{random.uniform(-0.07, 0.07), 0.0, random.uniform(-0.07, 0.07)}};
-    const Vector3 u = random_vector(random, 1).normalized();
+    const Vector3 u = uniform3(random, 1).normalized();
     const Vector3 from = (X0 * spot).m + (radius + 0.007 + random.uniform(0.0, 0.8) * travel) * u;
     const Vector3 to = from - travel * u;
     const auto gap = [&](double s) {

@@ -7,7 +7,7 @@
 namespace palpate {
 namespace {
 
-const Vector3 kGravity(0.0, -9.81, 0.0);
+const Vector3 kDown(0.0, -9.81, 0.0);
 
 // A body in free flight, as it is at time t, seconds.
 WorldState flight(double t, const Vector3& p0, const Vector3& v0, const Vector3& w) {
@@ -15,8 +15,8 @@ WorldState flight(double t, const Vector3& p0, const Vector3& v0, const Vector3&
   state.time = Instant<PhysicsClock>::from_seconds(t);
   state.body_count = 1;
   auto& body = state.bodies[0];
-  body.set_p(p0 + t * v0 + 0.5 * t * t * kGravity);
-  body.set_v(v0 + t * kGravity);
+  body.set_p(p0 + t * v0 + 0.5 * t * t * kDown);
+  body.set_v(v0 + t * kDown);
   body.set_w(w);
   body.set_q(so3_exp(t * w));
   return state;
@@ -25,7 +25,7 @@ WorldState flight(double t, const Vector3& p0, const Vector3& v0, const Vector3&
 TEST(WorldState, TheEndsAreTheStatesThemselves) {
   const auto a = flight(0.0, {1, 2, 3}, {4, 5, 6}, {7, 8, 9}),
              b = flight(0.001, {1, 2, 3}, {4, 5, 6}, {7, 8, 9});
-  const auto at_a = interpolate(a, b, 0.0, kGravity), at_b = interpolate(a, b, 1.0, kGravity);
+  const auto at_a = interpolate(a, b, 0.0, kDown), at_b = interpolate(a, b, 1.0, kDown);
   EXPECT_EQ(at_a.bodies[0].position, a.bodies[0].position);
   EXPECT_EQ(at_b.bodies[0].position, b.bodies[0].position);
   EXPECT_EQ(at_b.time, b.time);
@@ -36,7 +36,7 @@ TEST(WorldState, FreeFlightIsInterpolatedExactly) {
   const auto a = flight(0.0, p, v, w), b = flight(0.010, p, v, w);
   for (double s : {0.1, 0.37, 0.5, 0.93}) {
     const auto truth = flight(0.010 * s, p, v, w);
-    const auto state = interpolate(a, b, s, kGravity);
+    const auto state = interpolate(a, b, s, kDown);
     EXPECT_EQ(state.time, truth.time);
     EXPECT_NEAR((state.bodies[0].p() - truth.bodies[0].p()).norm(), 0.0, 1e-14);
     EXPECT_NEAR((state.bodies[0].v() - truth.bodies[0].v()).norm(), 0.0, 1e-14);
@@ -69,7 +69,7 @@ TEST(WorldState, GravityBendsThePathBesideAnImpact) {
   auto a = flight(0.0, {0, 1, 0}, {1, 0, 0}, Vector3::Zero());
   auto b = flight(0.010, {5, 1, 0}, {1, 0, 0}, Vector3::Zero());
   b.bodies[0].jumps = 1;
-  const auto state = interpolate(a, b, 0.4, kGravity);
+  const auto state = interpolate(a, b, 0.4, kDown);
   const auto truth = flight(0.004, {0, 1, 0}, {1, 0, 0}, Vector3::Zero());
   EXPECT_NEAR((state.bodies[0].p() - truth.bodies[0].p()).norm(), 0.0, 1e-15);
 }

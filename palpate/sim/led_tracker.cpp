@@ -1,8 +1,8 @@
 #include "palpate/sim/led_tracker.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <Eigen/SVD>
+
+#include "palpate/estimation/linear_algebra.h"
 
 namespace palpate::sim {
 namespace {
@@ -27,16 +27,12 @@ bool arun(std::span<const Vector3> body, std::span<const LedPoint> seen, BodyFit
   Matrix3 H = Matrix3::Zero(), spread = Matrix3::Zero();
   for (std::size_t i = 0; i < body.size(); ++i) {
     const double weight = 1.0 / (seen[i].covariance.trace() + 1e-30) / total;
-    H += weight * (body[i] - body_mean) * (seen[i].place - seen_mean).transpose();
+    H += weight * (seen[i].place - seen_mean) * (body[i] - body_mean).transpose();
     spread += weight * (body[i] - body_mean) * (body[i] - body_mean).transpose();
   }
-  const Eigen::JacobiSVD<Matrix3> shape(spread);
-  if (shape.singularValues()[1] < 1e-6 * shape.singularValues()[0] || shape.singularValues()[0] < 1e-12)
-    return false;
-  const Eigen::JacobiSVD<Matrix3> svd(H, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Matrix3 D = Matrix3::Identity();
-  D(2, 2) = (svd.matrixV() * svd.matrixU().transpose()).determinant() < 0 ? -1.0 : 1.0;  // no mirror images
-  fit.rotation = Quaternion(Matrix3(svd.matrixV() * D * svd.matrixU().transpose())).normalized();
+  const Vector3 shape = symmetric_eigenvalues(spread);
+  if (shape[1] < 1e-6 * shape[2] || shape[2] < 1e-12) return false;  // LEDs in one line
+  fit.rotation = Quaternion(nearest_rotation(H).rotation).normalized();
   fit.translation = seen_mean - fit.rotation * body_mean;
   return true;
 }
@@ -72,8 +68,7 @@ std::optional<LedPoint> triangulate(std::span<const LinearCamera> cameras, std::
     // Product of the eigenvalues against their mean cubed: zero where a direction is not measured at all.
     const double mean = information.trace() / 3.0;
     if (information.determinant() < kFlattest * mean * mean * mean) return std::nullopt;
-    const Eigen::LDLT<Matrix3> solver(information);
-    p = solver.solve(right);
+    p = solve_symmetric(information, right);
   }
   return LedPoint{p, sd * sd * information.inverse()};
 }
@@ -108,14 +103,15 @@ std::optional<BodyFit> fit_body(std::span<const Vector3> body, std::span<const L
       right += J.transpose() * weights[i] * residual;
       fit.chi2 += residual.dot(weights[i] * residual);
     }
-    const Vector6 step = information.ldlt().solve(right);
+    const Vector6 step = solve_symmetric(information, right);
     fit.rotation = (so3_exp(step.head<3>()) * fit.rotation).normalized();
     fit.translation += step.tail<3>();
     // Convergence is quadratic: the next step would be far below rounding.
     if (step.head<3>().norm() < 1e-7 && step.tail<3>().norm() < 1e-8) break;
   }
   if (!(fit.translation.norm() < 1e6)) return std::nullopt;
-  fit.covariance = seen.front().covariance.trace() > 0 ? Matrix6(information.inverse()) : Matrix6::Zero();
+  fit.covariance =
+      seen.front().covariance.trace() > 0 ? Matrix6(inverse_symmetric(information)) : Matrix6::Zero();
   return fit;
 }
 

@@ -1,0 +1,76 @@
+#include "palpate/estimation/linear_algebra.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <cmath>
+#include <limits>
+
+namespace palpate {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+VectorXd solve_symmetric(const ConstMatrixRef& A, const ConstVectorRef& b) {
+  return Eigen::LDLT<MatrixXd>(A).solve(b);
+}
+
+MatrixXd solve_symmetric_columns(const ConstMatrixRef& A, const ConstMatrixRef& B) {
+  return Eigen::LDLT<MatrixXd>(A).solve(B);
+}
+
+MatrixXd inverse_symmetric(const ConstMatrixRef& A) {
+  return solve_symmetric_columns(A, MatrixXd::Identity(A.rows(), A.cols()));
+}
+
+MatrixXd pseudo_inverse_symmetric(const ConstMatrixRef& A) {
+  const auto eigen = symmetric_eigen(A);
+  const double least = static_cast<double>(A.rows()) * std::numeric_limits<double>::epsilon() *
+                       eigen.values.cwiseAbs().maxCoeff();
+  VectorXd inverse = VectorXd::Zero(A.rows());
+  for (Eigen::Index i = 0; i < A.rows(); ++i)
+    if (std::abs(eigen.values[i]) > least) inverse[i] = 1.0 / eigen.values[i];
+  return eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose();
+}
+
+SymmetricEigen symmetric_eigen(const ConstMatrixRef& A) {
+  const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(A);
+  return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+VectorXd symmetric_eigenvalues(const ConstMatrixRef& A) {
+  return Eigen::SelfAdjointEigenSolver<MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues();
+}
+
+SingularValues singular_values(const ConstMatrixRef& A) {
+  const Eigen::JacobiSVD<MatrixXd> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  return {svd.matrixU(), svd.singularValues(), svd.matrixV()};
+}
+
+VectorXd least_squares(const ConstMatrixRef& A, const ConstVectorRef& b) {
+  return Eigen::ColPivHouseholderQR<MatrixXd>(A).solve(b);
+}
+
+MatrixXd least_squares_columns(const ConstMatrixRef& A, const ConstMatrixRef& B) {
+  return Eigen::ColPivHouseholderQR<MatrixXd>(A).solve(B);
+}
+
+bool lower_cholesky(const ConstMatrixRef& A, MatrixXd& L) {
+  const Eigen::LLT<MatrixXd> llt(A);
+  L = llt.matrixL();
+  return llt.info() == Eigen::Success;
+}
+
+NearestRotation nearest_rotation(const Eigen::Matrix3d& M) {
+  // One-sided Jacobi: accurate to the last digit, and for equal singular values too.
+  const Eigen::JacobiSVD<MatrixXd> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const Eigen::Matrix3d U = svd.matrixU(), V = svd.matrixV();
+  NearestRotation result;
+  result.values = svd.singularValues();
+  result.mirrored = (U * V.transpose()).determinant() < 0.0;
+  result.rotation = U * Eigen::Vector3d(1.0, 1.0, result.mirrored ? -1.0 : 1.0).asDiagonal() * V.transpose();
+  return result;
+}
+
+}  // namespace palpate

@@ -1,0 +1,55 @@
+// The decompositions the estimators need, compiled once.
+//
+// Eigen builds each decomposition anew for every size and every file that names one, at ten seconds of
+// compiler time apiece; behind these functions it is built once, for any size. Sizes are those of the
+// arguments; a mismatch is a mistake of the caller and asserts. Pure functions, no thread rule. They
+// allocate: not for the haptic loop.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace palpate {
+
+using ConstMatrixRef = Eigen::Ref<const Eigen::MatrixXd>;
+using ConstVectorRef = Eigen::Ref<const Eigen::VectorXd>;
+
+// A x = b for a symmetric, positive semidefinite A (L D L^T, pivoted); a singular direction gets no part of
+// x.
+Eigen::VectorXd solve_symmetric(const ConstMatrixRef& A, const ConstVectorRef& b);
+Eigen::MatrixXd solve_symmetric_columns(const ConstMatrixRef& A, const ConstMatrixRef& B);
+Eigen::MatrixXd inverse_symmetric(const ConstMatrixRef& A);
+Eigen::MatrixXd pseudo_inverse_symmetric(const ConstMatrixRef& A);
+
+// A = V diag(values) V^T for a symmetric A; values rise.
+struct SymmetricEigen {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd vectors;
+};
+SymmetricEigen symmetric_eigen(const ConstMatrixRef& A);
+Eigen::VectorXd symmetric_eigenvalues(const ConstMatrixRef& A);
+
+// A = U diag(values) V^T, thin; values fall.
+struct SingularValues {
+  Eigen::MatrixXd U;
+  Eigen::VectorXd values;
+  Eigen::MatrixXd V;
+};
+SingularValues singular_values(const ConstMatrixRef& A);
+
+// x of least |A x - b|, for each column of B (Householder QR with column pivots).
+Eigen::VectorXd least_squares(const ConstMatrixRef& A, const ConstVectorRef& b);
+Eigen::MatrixXd least_squares_columns(const ConstMatrixRef& A, const ConstMatrixRef& B);
+
+// Lower L with L L^T = A, and whether A was positive definite at all.
+bool lower_cholesky(const ConstMatrixRef& A, Eigen::MatrixXd& L);
+
+// The rotation R of largest trace(R^T M) (Kabsch 1976; sign by Umeyama 1991): of all rotations the nearest to
+// M, and with M = sum of b a^T the one that turns the a onto the b best.
+struct NearestRotation {
+  Eigen::Matrix3d rotation;
+  Eigen::Vector3d values;  // singular values of M, falling
+  bool mirrored = false;   // the nearest orthogonal matrix is a reflection: the weakest axis was flipped
+};
+NearestRotation nearest_rotation(const Eigen::Matrix3d& M);
+
+}  // namespace palpate
