@@ -28,7 +28,9 @@ Expected<std::filesystem::path> private_directory(const std::filesystem::path& f
 
 Expected<std::filesystem::path> run_directory() {
   const char* runtime = std::getenv("XDG_RUNTIME_DIR");
-  if (runtime != nullptr && *runtime == '/')
+  std::error_code ignored;
+  // Within `su` and containers the variable often names a folder that is not there.
+  if (runtime != nullptr && *runtime == '/' && std::filesystem::is_directory(runtime, ignored))
     return private_directory(std::filesystem::path(runtime) / "palpate");
   return private_directory(fmt::format("/dev/shm/palpate-{}", geteuid()));
 }

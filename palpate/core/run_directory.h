@@ -7,8 +7,8 @@
 
 namespace palpate {
 
-// $XDG_RUNTIME_DIR/palpate, or /dev/shm/palpate-<uid> where there is no such variable; made with mode 0700 if
-// it is not there. Refused where the folder belongs to someone else, is a link, or is open to others.
+// $XDG_RUNTIME_DIR/palpate, or /dev/shm/palpate-<uid> where that variable names no folder; made with mode
+// 0700 if it is not there. Refused where the folder belongs to someone else, is a link, or is open to others.
 Expected<std::filesystem::path> run_directory();
 
 // The same checks for a folder of one's own choice; its parent must exist.

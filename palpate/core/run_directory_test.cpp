@@ -48,5 +48,17 @@ TEST_F(RunDirectory, FollowsTheRuntimeFolderOfTheLogin) {
   EXPECT_EQ(*folder, base_ / "palpate");
 }
 
+TEST_F(RunDirectory, WithoutARuntimeFolderTheUsersNumberNamesOneInSharedMemory) {
+  const char* old = std::getenv("XDG_RUNTIME_DIR");
+  const std::string kept = old != nullptr ? old : "";
+  for (const std::string& value : {std::string("not/absolute"), (base_ / "missing").string()}) {
+    setenv("XDG_RUNTIME_DIR", value.c_str(), 1);
+    const auto folder = run_directory();
+    ASSERT_TRUE(folder.has_value()) << folder.error().message;
+    EXPECT_EQ(*folder, fmt::format("/dev/shm/palpate-{}", geteuid()));
+  }
+  old != nullptr ? setenv("XDG_RUNTIME_DIR", kept.c_str(), 1) : unsetenv("XDG_RUNTIME_DIR");
+}
+
 }  // namespace
 }  // namespace palpate

@@ -8,9 +8,10 @@
 #include <unistd.h>
 
 #include <charconv>
-#include <cstdlib>
 #include <cstring>
 #include <utility>
+
+#include "palpate/core/run_directory.h"
 
 namespace palpate {
 
@@ -22,8 +23,8 @@ std::string reason() { return std::strerror(errno); }
 
 bool exists(const std::filesystem::path& path, struct stat& info) { return lstat(path.c_str(), &info) == 0; }
 
-// Ours, no link, and nobody else may write there (nor enter, where `closed`).
-Expected<void> check_folder(const std::filesystem::path& folder, bool closed) {
+// Ours, no link, and nobody else may write there.
+Expected<void> check_folder(const std::filesystem::path& folder) {
   struct stat info {};
   if (!exists(folder, info)) return wrong_use("{}: {}; make the folder first", folder.string(), reason());
   if (!S_ISDIR(info.st_mode))
@@ -32,11 +33,9 @@ Expected<void> check_folder(const std::filesystem::path& folder, bool closed) {
     return wrong_use("{}: belongs to user {}, not to {}; sockets must lie in a folder of your own",
                      folder.string(), info.st_uid, geteuid());
   }
-  const mode_t open_to_others = info.st_mode & (closed ? 0077 : 0022);
-  if (open_to_others != 0) {
-    return wrong_use("{}: others can {} it (mode {:o}); chmod 700 it", folder.string(),
-                     closed ? "enter" : "write to", info.st_mode & 07777);
-  }
+  if ((info.st_mode & 0022) != 0)
+    return wrong_use("{}: others can write to it (mode {:o}); chmod 700 it", folder.string(),
+                     info.st_mode & 07777);
   return {};
 }
 
@@ -60,7 +59,7 @@ Expected<Endpoint> parse_ipc(std::string_view path_text, bool insecure) {
   if (!insecure) {
     std::filesystem::path folder = std::filesystem::canonical(socket.parent_path(), error);
     if (error) folder = socket.parent_path();
-    if (auto own = check_folder(folder, false); !own) {
+    if (auto own = check_folder(folder); !own) {
       return wrong_use("{} (or take the risk with --insecure)", own.error().message);
     }
   }
@@ -139,24 +138,8 @@ Expected<int> lock_file(const std::filesystem::path& path, const std::filesystem
 
 }  // namespace
 
-Expected<std::filesystem::path> private_folder() {
-  const char* runtime = std::getenv("XDG_RUNTIME_DIR");
-  std::filesystem::path folder = fmt::format("/tmp/palpate-{}", geteuid());
-  if (runtime != nullptr && runtime[0] == '/' && check_folder(runtime, true)) {
-    folder = std::filesystem::path(runtime) / "palpate";
-  }
-  if (::mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) {
-    return refused("{}: cannot be made: {}", folder.string(), reason());
-  }
-  if (auto own = check_folder(folder, true); !own) {
-    return refused("{}; it holds the servers' sockets, remove it if it is not yours to keep",
-                   own.error().message);
-  }
-  return folder;
-}
-
 Expected<Endpoint> default_endpoint(std::string_view name) {
-  const auto folder = private_folder();
+  const auto folder = run_directory();
   if (!folder) return tl::unexpected(folder.error());
   const std::filesystem::path socket = *folder / fmt::format("{}.sock", name);
   if (auto length = check_length(socket); !length) return tl::unexpected(length.error());

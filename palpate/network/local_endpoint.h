@@ -23,11 +23,7 @@ struct Endpoint {
 
 enum class EndpointUse { listen, connect };
 
-// The folder for this user's sockets, made if it is not there: $XDG_RUNTIME_DIR/palpate, else
-// /tmp/palpate-<uid>. Refused when it is a link, belongs to somebody else or others can enter it.
-Expected<std::filesystem::path> private_folder();
-
-// ipc://<private folder>/<name>.sock
+// ipc://<run_directory()>/<name>.sock
 Expected<Endpoint> default_endpoint(std::string_view name = "physics");
 
 // ipc://PATH or tcp://HOST:PORT. Wrong use: any other form, a path too long for a unix socket, an ipc folder
