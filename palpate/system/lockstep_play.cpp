@@ -76,6 +76,9 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
   std::uint64_t last_blow = 0;
   std::vector<double> blow_times;
   constexpr Duration kTick = std::chrono::milliseconds(1);
+  bool playing = false;
+  HapticStatistics before_play;
+  physics.control(Control::pause);  // while warming up the haptic loop hears of a world at rest
 
   for (Instant<TrueTime> t = start + kTick; to_seconds(t - start) <= total; t += kTick) {
     world.advance_to(t);
@@ -84,10 +87,13 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
 
     network.advance_to(t);
     physics.haptic_tick(physics_time(t));
-    if (counted) {
-      while (const auto wish = (*service)->take_control()) physics.control(*wish);
-      physics.physics_tick(physics_time(t));
+    if (counted && !playing) {
+      playing = true;
+      before_play = physics.haptic().statistics();
+      physics.control(Control::resume);
     }
+    while (const auto wish = (*service)->take_control()) physics.control(*wish);
+    physics.physics_tick(physics_time(t));
     if (physics.contact().number != last_blow) {
       last_blow = physics.contact().number;
       blow_times.push_back(physics.contact().start.seconds());
@@ -134,6 +140,10 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
     }
   }
   result.haptic = physics.haptic().statistics();
+  result.haptic.ticks -= before_play.ticks;
+  result.haptic.limited_ticks -= before_play.limited_ticks;
+  result.haptic.fault_ticks -= before_play.fault_ticks;
+  result.haptic.bad_samples -= before_play.bad_samples;
   result.exchange = link->counters();
   result.final_state = physics.newest();
   result.round_trips_s = graphics.take_round_trips();

@@ -19,8 +19,7 @@ pingpong::PlayerSettings settings_of(const sim::WorldFile& world, std::uint64_t 
   settings.reaction_s = world.player.reaction_s + extra_delay_s;
   settings.aim_sd = world.player.aim_sd;
   settings.max_acceleration = world.player.max_hand_acceleration;
-  settings.hand_mass = world.hand.mass + world.arm.apparent_mass;
-  settings.hand_stiffness = world.hand.stiffness;
+  settings.max_speed = 0.73 * world.arm.max_speed;
   settings.seed = seed;
   return settings;
 }

@@ -14,8 +14,14 @@ constexpr double kFollow_s = 0.030;  // the bat keeps its speed that long after 
 constexpr double kAsk = 0.95;        // share of the allowed acceleration a stroke may ask for
 constexpr double kHomeward_s = 0.30;
 constexpr double kLookAhead_s = 1.6;
+constexpr double kSwing_s = 0.22;   // a swing likes to have that much time
+constexpr double kLowest_m = 0.07;  // over the table no ball is met
+constexpr std::size_t kTries = 10;  // places of a flight that are tried for a stroke
+// Shares of the usual speed and height at the wall: what a stroke may fall back to.
+constexpr std::array<std::array<double, 2>, 4> kGentler{{{1.0, 1.0}, {0.85, 0.85}, {0.8, 0.6}, {0.7, 0.4}}};
 constexpr double kTurned_s = 0.04;  // the blade is turned that long before the meeting
-constexpr double kTilt = 0.6;       // rad: the handle leans that much to the side, as a hand holds it
+constexpr double kWristLead = 2.0;  // what a critically damped wrist lags a steady turn, in 1 / its rate
+constexpr double kTilt = -0.6;      // rad: the handle leans that much to the right, as a right hand holds it
 
 double smooth(double s) {
   s = std::clamp(s, 0.0, 1.0);
@@ -27,11 +33,20 @@ double smooth(double s) {
 bool Reach::contains(const Vector3& tip_world) const {
   Vector3 theta;
   if (!phantom_inverse(X_world_base.inverse() * Point<World>{tip_world}, lengths, theta)) return false;
-  return ((theta - joints[0]).array() > margin).all() && ((joints[1] - theta).array() > margin).all();
+  return ((theta - joints[0]).array() > margin).all() && ((joints[1] - theta).array() > margin).all() &&
+         theta[1] - theta[2] < widest_elbow - margin;
+}
+
+bool Reach::contains(const Quintic& path) const {
+  constexpr int kSamples = 12;
+  for (int i = 1; i <= kSamples; ++i) {
+    if (!contains(path.at(path.duration() * i / kSamples).position)) return false;
+  }
+  return true;
 }
 
 Vector3 Reach::home() const {
-  constexpr double kShoulder = 0.52, kElbow = 0.42;  // rad: 30 and 24 degrees, the middle of the upper half
+  constexpr double kShoulder = 0.52, kElbow = 0.30;  // rad: 30 and 17 degrees, the middle of the upper half
   return (X_world_base * phantom_tip({0.0, kShoulder, kElbow}, lengths)).m;
 }
 
@@ -53,6 +68,8 @@ ScriptedPlayer::ScriptedPlayer(const SceneDescription& scene, const Reach& reach
   home_rotation_ = hold((-near_ + 0.25 * up_).normalized());
   target_.position = home_;
   target_rotation_ = home_rotation_;
+  meeting_ = home_ - tip_for(Vector3::Zero(), home_rotation_ * Vector3::UnitY(), home_rotation_);
+  choose_return();
   plan_.path =
       Quintic({home_, Vector3::Zero(), Vector3::Zero()}, {home_, Vector3::Zero(), Vector3::Zero()}, 1.0);
   plan_.rotation_from = plan_.rotation_to = home_rotation_;
@@ -101,10 +118,11 @@ Stroke ScriptedPlayer::stroke_for(const BallState& in, const Vector3& v_out) con
   return stroke;
 }
 
-// Back to the wall: at a place above the table. Aims, looks in thought where the ball would go, and aims off.
-Stroke ScriptedPlayer::aim(const BallState& in, double speed) const {
+// Back to the wall: at a place above the table, half way between here and where the ball is wanted back.
+// Aims, looks in thought where the ball would go, and aims off.
+Stroke ScriptedPlayer::aim(const BallState& in, double speed, double height) const {
   const Vector3 goal =
-      wall_middle_ + settings_.return_height * up_ + 0.5 * right_.dot(home_ - wall_middle_) * right_;
+      wall_middle_ + height * up_ + right_.dot(0.5 * (in.position + meeting_) - wall_middle_) * right_;
   const Vector3 way = goal - in.position;
   const double time = std::abs(near_.dot(way)) / speed;
   Vector3 v_out = way / time - 0.5 * time * model_.gravity;
@@ -123,6 +141,40 @@ Stroke ScriptedPlayer::aim(const BallState& in, double speed) const {
     v_out += (miss - near_.dot(miss) * near_) / t;
   }
   return stroke;
+}
+
+// How fast and how high at the wall a ball must be sent back so that it returns to where it can be met again,
+// over one bounce: tried in thought once, with the ball that usually comes.
+void ScriptedPlayer::choose_return() {
+  const BallState usual{meeting_, 1.3 * near_ - 0.3 * up_, Vector3::Zero()};
+  double best = 1e9;
+  for (double speed = 2.0; speed < 3.45; speed += 0.1) {
+    for (double height = 0.20; height < 0.50; height += 0.025) {
+      const Stroke stroke = aim(usual, speed, height);
+      BallState ball = bounce(model_, usual, stroke.normal, bat_, stroke.speed * stroke.normal);
+      double t = 0.0;
+      int table = 0;
+      constexpr double kStep = 0.005, kLongest = 2.0;
+      bool back = false;
+      while (t < kLongest && !(back && near_.dot(ball.position - meeting_) >= 0.0)) {
+        const bool away = near_.dot(ball.velocity) < 0.0;
+        table += advance(model_, planes_, ball, kStep);
+        if (away && near_.dot(ball.velocity) > 0.0) {
+          back = true;
+          table = 0;
+        }
+        t += kStep;
+      }
+      if (t >= kLongest || table != 1) continue;
+      const Vector3 miss = ball.position - meeting_;
+      const double cost = std::abs(up_.dot(miss)) + 0.1 * std::abs(up_.dot(ball.velocity)) + 0.05 * t;
+      if (cost < best) {
+        best = cost;
+        return_speed_ = speed;
+        return_height_ = height;
+      }
+    }
+  }
 }
 
 void ScriptedPlayer::notice(const WorldState& state, double now) {
@@ -154,13 +206,16 @@ void ScriptedPlayer::think(double now) {
   if (seen_.size() < 3) return;
   const auto fit = fit_flight(model_, planes_, seen_);
   if (!fit) return;
-  // Follow the flight ahead; remember the place within reach that asks least of the arm.
+  // Follow the flight ahead; remember the places within reach, and what each asks of the arm.
+  struct Place {
+    double cost, time;
+    BallState ball;
+  };
+  std::vector<Place> places;
   BallState ball = fit->state;
   double t = fit->time;
   int bounces = 0;
   bool turned_back = near_.dot(ball.velocity) > 0.0;
-  double best_cost = 1e9, best_time = 0.0;
-  BallState best;
   constexpr double kStep = 0.005;
   const Vector3 usual = tip_for(Vector3::Zero(), home_rotation_ * Vector3::UnitY(), home_rotation_);
   while (t < now + kLookAhead_s) {
@@ -176,36 +231,42 @@ void ScriptedPlayer::think(double now) {
     if (bounces >= 2) break;
     if (!turned_back || bounces == 0 || t < now + kLeastNotice_s) continue;
     const Vector3 tip = ball.position + usual;
-    if (!reach_.contains(tip) || up_.dot(ball.position - table_middle_) < 0.07) continue;
+    if (!reach_.contains(tip) || up_.dot(ball.position - table_middle_) < kLowest_m) continue;
     double cost = (tip - home_).norm() + 0.03 * std::abs(up_.dot(ball.velocity));
-    if (t < now + 0.22) cost += 0.5 * (now + 0.22 - t);  // time to swing
+    if (t < now + kSwing_s) cost += 0.5 * (now + kSwing_s - t);
     if (plan_.stroke) cost += 0.2 * std::abs(t - plan_.hit);
-    if (cost < best_cost) {
-      best_cost = cost;
-      best_time = t;
-      best = ball;
+    places.push_back({cost, t, ball});
+  }
+  std::stable_sort(places.begin(), places.end(),
+                   [](const Place& a, const Place& b) { return a.cost < b.cost; });
+  // The best place to which there is a way, with a gentler stroke where the full one asks too much.
+  const std::size_t stride = std::max<std::size_t>(1, places.size() / kTries);
+  for (std::size_t i = 0; i < places.size(); i += stride) {
+    for (const auto& [faster, higher] : kGentler) {
+      if (const auto plan = swing_to(places[i].ball, places[i].time, faster, higher, now)) {
+        plan_ = *plan;
+        return;
+      }
     }
   }
-  if (best_cost > 1e8) {
-    if (plan_.stroke) go_home(now);
-    return;
-  }
+  if (plan_.stroke) go_home(now);
+}
 
-  // A gentler stroke where the full one would ask too much of the arm.
-  const HandState from = planned(now);
-  Quintic path;
-  Quaternion R;
-  for (double part = 1.0; part > 0.6; part -= 0.12) {
-    const Stroke stroke = aim(best, part * settings_.return_speed);
-    R = hold(stroke.normal);
-    HandState to;
-    to.velocity = stroke.speed * stroke.normal;
-    to.position = tip_for(best.position, stroke.normal, R) + aim_error_ - kSteady_s * to.velocity;
-    path = Quintic(from, to, best_time - kSteady_s - now);
-    if (path.largest_acceleration() < kAsk * settings_.max_acceleration) break;
-  }
-  const Quaternion turned_now = turned(now);
-  plan_ = {now, best_time, true, path, turned_now, R};
+// The way from where the hand is to a meeting with the ball, if the arm can go it.
+std::optional<ScriptedPlayer::Plan> ScriptedPlayer::swing_to(const BallState& ball, double hit, double faster,
+                                                             double higher, double now) const {
+  const Stroke stroke = aim(ball, faster * return_speed_, higher * return_height_);
+  const Quaternion R = hold(stroke.normal);
+  HandState to;
+  to.velocity = stroke.speed * stroke.normal;
+  to.position = tip_for(ball.position, stroke.normal, R) + aim_error_ - kSteady_s * to.velocity;
+  const Quintic path(planned(now), to, hit - kSteady_s - now);
+  if (path.largest_acceleration() > kAsk * settings_.max_acceleration) return std::nullopt;
+  if (path.largest_speed() > settings_.max_speed || !reach_.contains(path)) return std::nullopt;
+  // Room to follow through and brake.
+  const double brake = kSteady_s + kFollow_s + to.velocity.norm() / settings_.max_acceleration;
+  if (!reach_.contains(to.position + brake * to.velocity)) return std::nullopt;
+  return Plan{now, hit, true, path, turned(now), R};
 }
 
 void ScriptedPlayer::go_home(double now) {
@@ -249,21 +310,21 @@ HandTarget ScriptedPlayer::act(Instant<PhysicsClock> instant) {
   }
   if (plan_.stroke && now > plan_.hit + kFollow_s) go_home(now);
 
-  // The target runs after the plan with an acceleration that is bounded whatever the plan asks.
+  // The hand lags its target: led ahead by the offset that the hand's own law asks for the planned
+  // acceleration. The target runs after that with an acceleration that is bounded whatever the plan asks.
   constexpr double kStep = 0.001, kLongest = 0.1, kOmega = 90.0;
   double t = std::max(last_, now - kLongest);
-  const double ahead = settings_.hand_mass / settings_.hand_stiffness;
   while (t < now) {
     const double h = std::min(kStep, now - t);
     const double tau = t - plan_.begin;
     const bool on = tau >= 0.0 && tau < plan_.path.duration();
     HandState want = planned(t);
-    if (on) {
-      const Vector3 jerk = plan_.path.jerk(tau), snap = plan_.path.snap(tau);
-      want.position += ahead * want.acceleration;
-      want.velocity += ahead * jerk;
-      want.acceleration += ahead * snap;
-    }
+    const Vector3 jerk = on ? plan_.path.jerk(tau) : Vector3::Zero();
+    const Vector3 lead_rate = (want.acceleration - settings_.hand_stiffness * lead_) / settings_.hand_damping;
+    want.position += lead_;
+    want.velocity += lead_rate;
+    want.acceleration += (jerk - settings_.hand_stiffness * lead_rate) / settings_.hand_damping;
+    lead_ += h * lead_rate;
     Vector3 a = want.acceleration + kOmega * kOmega * (want.position - target_.position) +
                 1.8 * kOmega * (want.velocity - target_.velocity);
     const double size = a.norm();
@@ -274,7 +335,7 @@ HandTarget ScriptedPlayer::act(Instant<PhysicsClock> instant) {
     t += h;
   }
   last_ = now;
-  target_rotation_ = turned(now);
+  target_rotation_ = turned(now + kWristLead / settings_.wrist_rate);
   return {{target_.position}, target_.velocity, target_rotation_};
 }
 

@@ -1,11 +1,12 @@
 // A scripted player: sees what the graphics server shows, thinks, and says where the hand should be.
 //
 // It knows only shown states, each `reaction_s` after it was displayed and with a little noise; the scene as
-// calibrated; and its own arm (how heavy and how stiff). From what it has seen of a flight it estimates that
-// flight (fit_flight), predicts it over the table into the arm's reach, chooses a stroke that brings the ball
-// back to the wall, and plans a path of bounded acceleration to be there. Times are of the physics clock as
-// stamped in the shown states; `displayed` and `now` are of the same clock (the caller converts). One thread;
-// deterministic for a seed.
+// calibrated; and its own arm (where it reaches, how it goes after a target). From what it has seen of a
+// flight it estimates that flight (fit_flight), predicts it over the table into the arm's reach, chooses a
+// stroke that brings the ball back to the wall and from there to itself, and plans a path of bounded speed
+// and acceleration to be there. A stroke whose path would leave the reach is not begun. Times are of the
+// physics clock as stamped in the shown states; `displayed` and `now` are of the same clock (the caller
+// converts). One thread; deterministic for a seed.
 #pragma once
 
 #include <array>
@@ -26,21 +27,23 @@ struct Reach {
   Pose<World, ArmBase> X_world_base;
   PhantomLengths lengths;
   std::array<Vector3, 2> joints{Vector3(-0.7854, -0.1745, -0.4363), Vector3(0.7854, 1.4835, 1.1345)};  // rad
-  double margin = 0.05;  // rad, kept from the ends
+  double widest_elbow = 1.40;  // rad, theta2 - theta3: at pi/2 the elbow is stretched
+  double margin = 0.05;        // rad, kept from the ends
 
   bool contains(const Vector3& tip_world) const;
-  Vector3 home() const;  // a comfortable place for the tip, World
+  bool contains(const Quintic& path) const;  // sampled
+  Vector3 home() const;                      // a comfortable place for the tip, World
 };
 
 struct PlayerSettings {
   double reaction_s = 0.150;
   double aim_sd = 0.005;         // m: how well the bat meets the place it is meant for, drawn once per stroke
   double perception_sd = 0.002;  // m, per shown state and axis
-  double max_acceleration = 30.0;
-  // The player's notion of the own arm: a target ahead by (mass / stiffness) a makes the hand arrive in time.
-  double hand_mass = 0.225, hand_stiffness = 250.0;
-  double return_speed = 2.6;        // m/s towards the wall
-  double return_height = 0.30;      // above the table, at the wall
+  double max_acceleration = 30.0, max_speed = 2.2;  // of the tip: the arm's motors switch off at 3 m/s
+  // The player's notion of the own hand, learnt by moving it: its acceleration is hand_stiffness (target -
+  // hand) + hand_damping (the difference of their velocities), per mass, 1/s^2 and 1/s; the wrist turns
+  // after its target with this natural frequency, critically damped, rad/s.
+  double hand_stiffness = 1600.0, hand_damping = 80.0, wrist_rate = 30.0;
   Physics physics = Physics::full;  // what it believes of balls
   std::uint64_t seed = 1;
 };
@@ -69,11 +72,14 @@ class ScriptedPlayer {
   };
   void notice(const WorldState& state, double now);
   void think(double now);
+  std::optional<Plan> swing_to(const BallState& ball, double hit, double faster, double higher,
+                               double now) const;
   void go_home(double now);
   HandState planned(double t) const;
   Quaternion turned(double t) const;
   Stroke stroke_for(const BallState& in, const Vector3& v_out) const;
-  Stroke aim(const BallState& in, double speed) const;
+  Stroke aim(const BallState& in, double speed, double height) const;
+  void choose_return();
   Quaternion hold(const Vector3& normal) const;
   Vector3 tip_for(const Vector3& ball, const Vector3& normal, const Quaternion& R) const;
 
@@ -89,13 +95,15 @@ class ScriptedPlayer {
   std::vector<SeenBall> seen_;
   std::array<std::int32_t, 2> score_{};  // serves and hits, as shown
   Vector3 aim_error_ = Vector3::Zero();
-  Vector3 home_;
+  Vector3 home_, meeting_;  // of the tip; of the ball, where the bat at home would meet it
+  double return_speed_ = 2.6, return_height_ = 0.30;  // towards the wall, m/s; above the table at the wall, m
   Quaternion home_rotation_;
   Plan plan_;
   // The target as given out.
   bool started_ = false;
   double last_ = 0.0;
   HandState target_;
+  Vector3 lead_ = Vector3::Zero();  // of the target before the plan
   Quaternion target_rotation_;
 };
 

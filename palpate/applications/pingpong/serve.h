@@ -14,7 +14,7 @@ struct ServeSettings {
   // the wall, m. A right-handed player's arm stands there.
   Vector3 aim{0.05, 0.30, 0.02};
   double aim_sd = 0.04;                          // m, sideways
-  double height_low = 0.18, height_high = 0.42;  // above the table at the aim
+  double height_low = 0.24, height_high = 0.42;  // above the table at the aim
   double shortest_s = 0.55, longest_s = 0.75;    // flight to the aim
 };
 

@@ -36,6 +36,12 @@ Vector3 Quintic::snap(double t) const {
   return 24.0 * c_[4] + t * 120.0 * c_[5];
 }
 
+double Quintic::largest_speed() const {
+  double most = 0.0;
+  for (int i = 0; i <= 16; ++i) most = std::max(most, at(duration_ * i / 16).velocity.norm());
+  return most;
+}
+
 double Quintic::largest_acceleration() const {
   double most = 0.0;
   for (int i = 0; i <= 16; ++i) most = std::max(most, at(duration_ * i / 16).acceleration.norm());

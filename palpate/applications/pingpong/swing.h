@@ -21,6 +21,7 @@ class Quintic {
   Vector3 jerk(double t) const;
   Vector3 snap(double t) const;
   double duration() const { return duration_; }
+  double largest_speed() const;         // sampled
   double largest_acceleration() const;  // sampled
 
  private:
