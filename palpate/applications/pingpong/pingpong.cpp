@@ -7,11 +7,11 @@ namespace palpate::pingpong {
 namespace {
 
 constexpr int kServesPrepared = 64;
-constexpr double kTeleport_m = 0.15;     // a bat that moves further in one step was put there, not swung
-constexpr double kBehind_m = 0.45;       // beyond the near edge a ball is out of reach
-constexpr double kBehindWall_m = 0.10;   // over the wall
-constexpr double kBelow_m = 0.12;        // below the table
-constexpr double kLongestServe_s = 3.0;  // whatever happens, then comes the next
+constexpr double kTeleport_m = 0.15;      // a bat that moves further in one step was put there, not swung
+constexpr double kBehind_m = 0.45;        // beyond the near edge a ball is out of reach
+constexpr double kBehindWall_m = 0.10;    // over the wall
+constexpr double kBelow_m = 0.12;         // below the table
+constexpr double kLongestFlight_s = 3.0;  // from serve or wall: whatever happens, then comes the next serve
 
 std::vector<BallState> serves(const SceneDescription& scene, const BallWorld& world,
                               const Settings& settings) {
@@ -132,7 +132,7 @@ void PingPong::serve(double now) {
   count(kRally) = 0;
   bounces_since_hit_ = 0;
   bounced_ = false;
-  served_at_ = now;
+  off_wall_at_ = now;
   set_phase(Phase::incoming);
 }
 
@@ -149,11 +149,13 @@ void PingPong::judge(const Touch& touch, double now) {
       if (++count(kRally) == 1) ++count(kReturned);
       count(kLongest) = std::max(count(kLongest), count(kRally));
       bounces_since_hit_ = 0;
+      off_wall_at_ = now;
       set_phase(Phase::incoming);
       if (settings_.pace_s > 0.0) {
         const double served = started_ + settings_.first_serve_s;
         const double due = served + settings_.pace_s * count(kServes) + settings_.credit_s;
-        if (now + settings_.next_return_s > due) end(now, false);
+        const double asked = count(kRally) == 1 ? settings_.rally_begins_s : settings_.next_return_s;
+        if (now + asked > due) end(now, false);
       }
       break;
     case Touched::bat:
@@ -178,7 +180,7 @@ void PingPong::watch_limits(double now) {
   const Vector3 p = world_.ball().position - edge_;
   const double above = up_.dot(p), behind = near_.dot(p);
   if (!p.allFinite() || above < -kBelow_m || behind > kBehind_m || behind < -depth_ - kBehindWall_m ||
-      p.norm() > 3.0 || now - served_at_ > kLongestServe_s) {
+      p.norm() > 3.0 || now - off_wall_at_ > kLongestFlight_s) {
     end(now, true);
   }
 }

@@ -46,10 +46,11 @@ struct Settings {
   double ready_s = 0.15;  // the ball is shown that long before a serve
   double pause_s = 0.02;  // without a ball, between two serves
   // A rally goes on only while the mean time between serves stays below this (0 = for ever), with this much
-  // credit.
-  double pace_s = 1.36;
-  double credit_s = 0.9;
-  double next_return_s = 1.15;  // what a further return costs
+  // credit; what the game has saved is spent on rallies worth the name, not on one return here and there.
+  double pace_s = 1.27;
+  double credit_s = 2.7;
+  double next_return_s = 0.95;  // what a further return costs, and getting ready for the next serve
+  double rally_begins_s = 2.5;  // saved before a first return is followed by a second
 };
 
 class PingPong : public Application {
@@ -80,7 +81,7 @@ class PingPong : public Application {
   Vector3 up_, near_, edge_;  // table axes and the middle of its near edge
   double depth_ = 0.0;        // of the table, m
   std::size_t next_serve_ = 0;
-  double started_ = -1.0, next_time_ = 0.0, served_at_ = 0.0;  // s of the physics clock
+  double started_ = -1.0, next_time_ = 0.0, off_wall_at_ = 0.0;  // s of the physics clock
   bool paused_ = false, serve_now_ = false, bounced_ = false;
   int bounces_since_hit_ = 0;
   std::array<std::int32_t, WorldState::kCounters> counters_{};

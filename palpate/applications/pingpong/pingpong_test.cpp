@@ -186,6 +186,12 @@ TEST(PingPong, ATipThatIsNotANumberIsNoBat) {
   EXPECT_GE(session.state.counters[kServes], 1);
 }
 
+TEST(PingPong, FastServesComeToo) {
+  auto scene = scene_for_tests();
+  scene.serve_speed = {3.0, 3.5};
+  EXPECT_NO_THROW(PingPong{scene});
+}
+
 TEST(PingPong, AServeSpeedThatCannotReachThePlayerIsRefused) {
   auto scene = scene_for_tests();
   scene.serve_speed = {0.1, 0.2};

@@ -26,8 +26,13 @@ std::vector<BallState> make_serves(const SceneDescription& scene, const BallWorl
   const Vector3 aim = edge + settings.aim.x() * right + settings.aim.y() * up - settings.aim.z() * near;
 
   std::vector<BallState> serves;
-  const int kTries = 20000 * count;
-  for (int i = 0; i < kTries && static_cast<int>(serves.size()) < count; ++i) {
+  // Fast balls cannot all come slowly and at a good height: what is asked of them is loosened step by step.
+  constexpr int kLoosest = 3;
+  const int tries_each = 1000 * count;
+  for (int i = 0; i < (kLoosest + 1) * tries_each && static_cast<int>(serves.size()) < count; ++i) {
+    const int loose = i / tries_each;
+    const double low = settings.height_low - 0.04 * loose, high = settings.height_high + 0.02 * loose;
+    const double shortest = settings.shortest_s - 0.05 * loose, longest = settings.longest_s + 0.1 * loose;
     const double speed = random.uniform(scene.serve_speed[0], scene.serve_speed[1]);
     const double climb = random.uniform(-0.5, 1.2);  // rad
     const Vector3 from = far + random.uniform(-0.12, 0.12) * right + random.uniform(0.10, 0.42) * up +
@@ -40,13 +45,13 @@ std::vector<BallState> make_serves(const SceneDescription& scene, const BallWorl
     int bounces = 0;
     double t = 0.0;
     constexpr double kStep = 0.002;
-    while (t < settings.longest_s && near.dot(ball.position - to) < 0.0 && bounces < 2) {
+    while (t < longest && near.dot(ball.position - to) < 0.0 && bounces < 2) {
       bounces += advance(world.model(), planes, ball, kStep);
       t += kStep;
     }
     const double height = up.dot(ball.position - edge);
-    if (bounces == 1 && near.dot(ball.position - to) >= 0.0 && t >= settings.shortest_s &&
-        height >= settings.height_low && height <= settings.height_high) {
+    if (bounces == 1 && near.dot(ball.position - to) >= 0.0 && t >= shortest && height >= low &&
+        height <= high) {
       serves.push_back(serve);
     }
   }

@@ -15,11 +15,12 @@ struct ServeSettings {
   Vector3 aim{0.05, 0.30, 0.02};
   double aim_sd = 0.04;                          // m, sideways
   double height_low = 0.24, height_high = 0.42;  // above the table at the aim
-  double shortest_s = 0.55, longest_s = 0.75;    // flight to the aim
+  double shortest_s = 0.50, longest_s = 0.65;    // flight to the aim
 };
 
-// `count` different serves with speeds within scene.serve_speed. Throws std::runtime_error where table and
-// wall leave no possible serve (the message says what was tried).
+// `count` different serves with speeds within scene.serve_speed; where too few have the height and flight
+// asked for, others follow that come a little higher, lower, sooner or later. Throws std::runtime_error where
+// table and wall leave no possible serve (the message says what was tried).
 std::vector<BallState> make_serves(const SceneDescription& scene, const BallWorld& world,
                                    const ServeSettings& settings, int count, Random& random);
 
