@@ -263,21 +263,31 @@ std::optional<ScriptedPlayer::Plan> ScriptedPlayer::swing_to(const BallState& ba
   const Quintic path(planned(now), to, hit - kSteady_s - now);
   if (path.largest_acceleration() > kAsk * settings_.max_acceleration) return std::nullopt;
   if (path.largest_speed() > settings_.max_speed || !reach_.contains(path)) return std::nullopt;
-  // Room to follow through and brake.
-  const double brake = kSteady_s + kFollow_s + to.velocity.norm() / settings_.max_acceleration;
-  if (!reach_.contains(to.position + brake * to.velocity)) return std::nullopt;
+  // Room to follow through and to come back.
+  HandState after = to;
+  after.position += (kSteady_s + kFollow_s) * to.velocity;
+  if (!reach_.contains(after.position) || !reach_.contains(way_home(after))) return std::nullopt;
   return Plan{now, hit, true, path, turned(now), R};
 }
 
-void ScriptedPlayer::go_home(double now) {
-  const HandState from = planned(now);
-  const double d = (home_ - from.position).norm();
+// Back to the middle; a little faster or slower where that keeps the arm within its reach.
+Quintic ScriptedPlayer::way_home(const HandState& from) const {
+  const HandState home{home_, Vector3::Zero(), Vector3::Zero()};
   // Least jerk: the largest acceleration is about 6 d / T^2, and what is left of the swing must be braked.
+  const double d = (home_ - from.position).norm();
   const double T = std::max({kHomeward_s, std::sqrt(8.0 * d / settings_.max_acceleration),
                              5.0 * from.velocity.norm() / settings_.max_acceleration});
+  for (const double share : {1.0, 0.8, 1.25, 0.65}) {
+    const Quintic path(from, home, share * T);
+    if (path.largest_acceleration() < settings_.max_acceleration && reach_.contains(path)) return path;
+  }
+  return {from, home, T};
+}
+
+void ScriptedPlayer::go_home(double now) {
+  const Quintic path = way_home(planned(now));
   const Quaternion turned_now = turned(now);
-  plan_ = {now,        now + T,       false, Quintic(from, {home_, Vector3::Zero(), Vector3::Zero()}, T),
-           turned_now, home_rotation_};
+  plan_ = {now, now + path.duration(), false, path, turned_now, home_rotation_};
 }
 
 HandState ScriptedPlayer::planned(double t) const {

@@ -4,9 +4,9 @@
 // calibrated; and its own arm (where it reaches, how it goes after a target). From what it has seen of a
 // flight it estimates that flight (fit_flight), predicts it over the table into the arm's reach, chooses a
 // stroke that brings the ball back to the wall and from there to itself, and plans a path of bounded speed
-// and acceleration to be there. A stroke whose path would leave the reach is not begun. Times are of the
-// physics clock as stamped in the shown states; `displayed` and `now` are of the same clock (the caller
-// converts). One thread; deterministic for a seed.
+// and acceleration to be there. A stroke whose path, or whose way back, would leave the reach is not begun.
+// Times are of the physics clock as stamped in the shown states; `displayed` and `now` are of the same clock
+// (the caller converts). One thread; deterministic for a seed.
 #pragma once
 
 #include <array>
@@ -74,6 +74,7 @@ class ScriptedPlayer {
   void think(double now);
   std::optional<Plan> swing_to(const BallState& ball, double hit, double faster, double higher,
                                double now) const;
+  Quintic way_home(const HandState& from) const;
   void go_home(double now);
   HandState planned(double t) const;
   Quaternion turned(double t) const;

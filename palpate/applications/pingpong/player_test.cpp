@@ -134,6 +134,7 @@ TEST(Player, ReturnsMostServesAndKeepsThePace) {
     EXPECT_GE(game.returned, 0.6 * game.serves) << "seed " << seed;
     EXPECT_GE(game.hits, game.returned);
     EXPECT_LT(game.hardest, 6.0);
+    EXPECT_EQ(game.outside, 0) << "milliseconds at the arm's joint stops, of 30000";
     serves += game.serves;
     returned += game.returned;
     long_rallies += game.longest >= 3;

@@ -28,7 +28,7 @@ std::vector<BallState> make_serves(const SceneDescription& scene, const BallWorl
   std::vector<BallState> serves;
   // Fast balls cannot all come slowly and at a good height: what is asked of them is loosened step by step.
   constexpr int kLoosest = 3;
-  const int tries_each = 1000 * count;
+  const int tries_each = 500 * count;
   for (int i = 0; i < (kLoosest + 1) * tries_each && static_cast<int>(serves.size()) < count; ++i) {
     const int loose = i / tries_each;
     const double low = settings.height_low - 0.04 * loose, high = settings.height_high + 0.02 * loose;
@@ -44,7 +44,7 @@ std::vector<BallState> make_serves(const SceneDescription& scene, const BallWorl
     const BallState serve = ball;
     int bounces = 0;
     double t = 0.0;
-    constexpr double kStep = 0.002;
+    constexpr double kStep = 0.004;
     while (t < longest && near.dot(ball.position - to) < 0.0 && bounces < 2) {
       bounces += advance(world.model(), planes, ball, kStep);
       t += kStep;
