@@ -86,12 +86,12 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
     const bool counted = to_seconds(t - start) > options.warm_up_s;
 
     network.advance_to(t);
-    physics.haptic_tick(physics_time(t));
     if (counted && !playing) {
       playing = true;
       before_play = physics.haptic().statistics();
       physics.control(Control::resume);
     }
+    physics.haptic_tick(physics_time(t));
     while (const auto wish = (*service)->take_control()) physics.control(*wish);
     physics.physics_tick(physics_time(t));
     if (physics.contact().number != last_blow) {
