@@ -14,7 +14,6 @@ constexpr double kStopMargin = 0.05;       // rad beyond the stated range
 constexpr double kFoldLimit = 1.45;        // rad, largest t2 - t3: the singular line is at pi/2
 constexpr double kStopStiffness = 2000.0;  // N/m at the tip
 constexpr double kFrictionSpeed = 0.002;   // m/s at which dry friction has taken its full size
-constexpr double kTurnRate = 30.0;         // rad/s, natural frequency of the wrist turning the stylus
 
 double quantised(double value, double quantum) {
   return quantum > 0.0 ? quantum * std::round(value / quantum) : value;

@@ -18,6 +18,8 @@ namespace palpate::sim {
 
 class ArmTwin {
  public:
+  static constexpr double kTurnRate = 30.0;  // rad/s, natural frequency of the wrist turning the stylus
+
   ArmTwin(const WorldFile& world, const Truth& truth);
 
   // One integration step of h seconds.

@@ -5,9 +5,7 @@
 
 namespace palpate::sim {
 namespace {
-constexpr double kApproachRate = 20.0;  // 1/s: the last centimetres of a reach take about 1/20 s each e-fold
-constexpr double kSpeedRate = 80.0;     // 1/s: how fast the planned speed takes the wanted one
-constexpr double kBrake = 0.7;          // share of the acceleration planned for stopping
+constexpr double kBrake = 0.7;  // share of the acceleration planned for stopping
 }  // namespace
 
 void HandTwin::take(Grip grip, const Vector3& place, const Vector3& velocity) {

@@ -24,6 +24,9 @@ struct HandSettings {
 
 class HandTwin {
  public:
+  static constexpr double kApproachRate = 20.0;  // 1/s: the last centimetres of a reach, per e-fold
+  static constexpr double kSpeedRate = 80.0;     // 1/s: how fast the planned speed takes the wanted one
+
   HandTwin(const HandSettings& settings, const Vector3& place, const Quaternion& orientation)
       : settings_(settings), place_(place), target_place_(place), orientation_(orientation) {}
 

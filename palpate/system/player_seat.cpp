@@ -1,7 +1,12 @@
 #include "palpate/system/player_seat.h"
 
+#include "palpate/sim/arm_twin.h"
+#include "palpate/sim/hand_twin.h"
+
 namespace palpate {
 namespace {
+
+constexpr double kSpeedShare = 0.73;  // of the speed at which the arm's motors switch off, planned at most
 
 pingpong::Reach reach_of(const Rig& rig, const sim::WorldFile& world) {
   pingpong::Reach reach;
@@ -19,7 +24,11 @@ pingpong::PlayerSettings settings_of(const sim::WorldFile& world, std::uint64_t 
   settings.reaction_s = world.player.reaction_s + extra_delay_s;
   settings.aim_sd = world.player.aim_sd;
   settings.max_acceleration = world.player.max_hand_acceleration;
-  settings.max_speed = 0.73 * world.arm.max_speed;
+  settings.max_speed = kSpeedShare * world.arm.max_speed;
+  // How its hand follows a target a player knows from having one.
+  settings.hand_stiffness = sim::HandTwin::kApproachRate * sim::HandTwin::kSpeedRate;
+  settings.hand_damping = sim::HandTwin::kSpeedRate;
+  settings.wrist_rate = sim::ArmTwin::kTurnRate;
   settings.seed = seed;
   return settings;
 }
