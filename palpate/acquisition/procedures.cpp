@@ -1,6 +1,7 @@
 #include "palpate/acquisition/procedures.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace palpate {
 namespace {
@@ -150,24 +151,28 @@ Expected<Vector3> record_rest(Laboratory lab) {
   return Vector3(sum / static_cast<double>(readings.size()));
 }
 
-Expected<ViewRecord> record_views(Laboratory lab, Gesture gesture, double seconds_long,
+Expected<ViewRecord> record_views(Laboratory lab, Gesture gesture, double seconds_long, int every,
                                   const KeepImage& keep) {
+  if (every < 1) throw std::invalid_argument("views: one image in `every` must be kept, at least 1");
   if (lab.camera == nullptr) return refused("views: no camera; add one to the rig");
   Recorder recorder(lab);
   recorder.tick();
   if (const auto begun = begin(lab, recorder, {gesture, "", 0}, "views"); !begun)
     return tl::unexpected(begun.error());
   recorder.clear();
-  lab.camera->poll();  // pictures from before
+  lab.camera->poll_unseen();  // pictures from before
   ClockEstimator<CameraClock, PhysicsClock> camera_clock;
   std::vector<Instant<CameraClock>> kept;
+  int arrived = 0;
   const double end = recorder.now_s() + seconds_long;
   while (recorder.now_s() < end) {
     recorder.tick();
-    const auto image = lab.camera->poll();
+    const bool wanted = arrived % every == 0;
+    const auto image = wanted ? lab.camera->poll() : lab.camera->poll_unseen();
     if (!image) continue;
+    ++arrived;
     camera_clock.add(image->mid_exposure, lab.clock.now());
-    if (keep(*image)) kept.push_back(image->mid_exposure);
+    if (wanted && keep(*image)) kept.push_back(image->mid_exposure);
   }
   ViewRecord record;
   record.tracked = recorder.poses(MarkerId::camera_marker);
@@ -182,7 +187,7 @@ Expected<ViewRecord> record_views(Laboratory lab, Gesture gesture, double second
 
 Expected<HandEyeRecord> record_hand_eye(Laboratory lab, double seconds_long, const SeeBoard& see) {
   std::vector<Pose<Board, CameraOptical>> seen;
-  auto views = record_views(lab, Gesture::look_around_board, seconds_long, [&](const CameraImage& image) {
+  auto views = record_views(lab, Gesture::look_around_board, seconds_long, 1, [&](const CameraImage& image) {
     const auto pose = see(image);
     if (pose) seen.push_back(*pose);
     return pose.has_value();

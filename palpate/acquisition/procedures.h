@@ -45,8 +45,9 @@ struct ViewRecord {
   std::vector<TrackedPose> tracked;                  // the same with covariance
   std::vector<double> image_times_s;                 // of the images `keep` kept, host time
 };
+// One image in `every` is shown to `keep`, the first of them included; the others only tell the time.
 using KeepImage = std::function<bool(const CameraImage&)>;
-Expected<ViewRecord> record_views(Laboratory lab, Gesture gesture, double seconds_long,
+Expected<ViewRecord> record_views(Laboratory lab, Gesture gesture, double seconds_long, int every,
                                   const KeepImage& keep);
 
 struct HandEyeRecord {

@@ -75,6 +75,12 @@ class CameraDevice {
   virtual ~CameraDevice() = default;
   // The newest image that has arrived since the last call (older ones are dropped), or none.
   virtual std::optional<CameraImage> poll() = 0;
+  // The same for a caller who will not look at it: rgb stays empty, and a simulated camera need not draw.
+  virtual std::optional<CameraImage> poll_unseen() {
+    auto image = poll();
+    if (image) image->rgb.clear();
+    return image;
+  }
 };
 
 // --- the hand of a simulated person, or of a scripted player

@@ -126,17 +126,16 @@ Program& Program::set(const char* name, const std::vector<Vector3f>& values) {
 }
 
 Texture::Texture(int width, int height, Format format, Filter filter)
-    : width_(width), height_(height), format_(format), filter_(filter) {
+    : width_(width), height_(height), format_(format) {
   glGenTextures(1, &handle_);
   glBindTexture(GL_TEXTURE_2D, handle_);
-  const GLint wrap = filter == Filter::mipmapped_repeat ? GL_REPEAT : GL_CLAMP_TO_EDGE;
-  const GLint magnify = filter == Filter::nearest ? GL_NEAREST : GL_LINEAR;
+  const GLint wrap = filter == Filter::linear_repeat ? GL_REPEAT : GL_CLAMP_TO_EDGE;
+  const GLint scaled = filter == Filter::nearest ? GL_NEAREST : GL_LINEAR;
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, wrap);
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, wrap);
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, magnify);
-  // Anisotropic filtering stays off: in software it costs more than everything else together.
-  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER,
-                  filter == Filter::mipmapped_repeat ? GL_LINEAR_MIPMAP_LINEAR : magnify);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, scaled);
+  // Neither mipmaps nor anisotropic filtering: nothing needs them, and in software they are dear.
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, scaled);
   const auto [internal, external, type] = gl_format(format);
   glTexImage2D(GL_TEXTURE_2D, 0, internal, width, height, 0, external, type, nullptr);
 }
@@ -149,7 +148,6 @@ Texture& Texture::operator=(Texture&& other) noexcept {
   std::swap(width_, other.width_);
   std::swap(height_, other.height_);
   std::swap(format_, other.format_);
-  std::swap(filter_, other.filter_);
   return *this;
 }
 
@@ -158,7 +156,6 @@ void Texture::upload(const void* pixels) {
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   const auto [internal, external, type] = gl_format(format_);
   glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width_, height_, external, type, pixels);
-  if (filter_ == Filter::mipmapped_repeat) glGenerateMipmap(GL_TEXTURE_2D);
 }
 
 void Texture::bind(int unit) const {

@@ -45,7 +45,7 @@ class Program {
 };
 
 enum class Format { r8, rgb8, rgba8, rg32f };
-enum class Filter { nearest, linear, mipmapped_repeat };
+enum class Filter { nearest, linear, linear_repeat };
 
 class Texture {
  public:
@@ -67,7 +67,6 @@ class Texture {
   unsigned handle_ = 0;
   int width_ = 0, height_ = 0;
   Format format_ = Format::rgba8;
-  Filter filter_ = Filter::nearest;
 };
 
 // A place to draw into: colour as a texture, optionally depth; with samples > 1 it is resolved into the

@@ -93,7 +93,7 @@ struct CameraRenderer::Impl {
       layer{"sim/layer", draw::kFullScreen, layer_shader()},
       arm{"sim/arm", kArmVertex, std::string(draw::kLightGlsl) + kArmFragment};
   draw::PlanarShadow table_shadow{160}, wall_shadow{96};
-  draw::Texture grain_texture{256, 256, draw::Format::r8, draw::Filter::mipmapped_repeat};
+  draw::Texture grain_texture{256, 256, draw::Format::r8, draw::Filter::linear_repeat};
 
   CameraModel lens;  // for which the next four were made
   draw::Texture rays;

@@ -149,10 +149,12 @@ struct SimWorld::Parts : ArmDevice, TrackerDevice, HandDevice, Clock<PhysicsCloc
 
   struct Camera : CameraDevice {
     explicit Camera(Parts& owner) : parts(owner) {}
-    std::optional<CameraImage> poll() override {
+    std::optional<CameraImage> poll() override { return take(parts.render); }
+    std::optional<CameraImage> poll_unseen() override { return take({}); }
+    std::optional<CameraImage> take(const RenderView& render) {
       const auto shot = parts.camera_twin.take(parts.time);
       if (!shot) return std::nullopt;
-      return draw_shot(*shot, parts.render);
+      return draw_shot(*shot, render);
     }
     Parts& parts;
   };

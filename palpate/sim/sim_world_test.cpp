@@ -175,6 +175,29 @@ TEST(SimWorld, CameraStampsMidExposureAndArrivesLate) {
   EXPECT_GT(newest->frame, 25u);
 }
 
+TEST(SimWorld, AnImageNobodyLooksAtIsNotDrawnAndChangesNoOther) {
+  const auto second_image = [](bool look_at_first, int& drawn) {
+    SimWorld world(reference_world(), 1);
+    world.set_renderer([&](const TrueView& view, std::vector<std::uint8_t>& rgb) {
+      ++drawn;
+      rgb.assign(8, static_cast<std::uint8_t>(view.noise_seed));
+    });
+    world.advance_to(at(0.1));
+    const auto first = look_at_first ? world.camera().poll() : world.camera().poll_unseen();
+    EXPECT_TRUE(first && first->rgb.empty() != look_at_first && first->width == 640);
+    world.advance_to(at(0.2));
+    return world.camera().poll();
+  };
+  int drawn = 0, drawn_unseen = 0;
+  const auto after_seen = second_image(true, drawn), after_unseen = second_image(false, drawn_unseen);
+  EXPECT_EQ(drawn, 2);
+  EXPECT_EQ(drawn_unseen, 1);
+  ASSERT_TRUE(after_seen && after_unseen);
+  EXPECT_EQ(after_seen->frame, after_unseen->frame);
+  EXPECT_EQ(after_seen->mid_exposure, after_unseen->mid_exposure);
+  EXPECT_EQ(after_seen->rgb, after_unseen->rgb);
+}
+
 TEST(SimWorld, DroppedFramesLeaveGapsInTheCount) {
   auto file = reference_world();
   file.camera.drop = 0.3;

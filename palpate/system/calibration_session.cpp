@@ -210,21 +210,22 @@ struct Steps {
   Expected<void> camera() {
     const BoardShape shape;
     std::vector<BoardView> views;
-    int width = 0, height = 0, count = 0;
-    auto record = record_views(lab, Gesture::look_around_board, plan.board_s, [&](const CameraImage& image) {
-      if (count++ % plan.board_every != 0) return false;
-      width = image.width;
-      height = image.height;
-      const auto grey = grey_from_rgb(image.rgb);
-      const auto corners = find_board_corners(grey, width, height, shape);
-      if (!corners) return false;
-      BoardView view;
-      view.name = fmt::format("image {}", image.frame);
-      view.image = numbered(*corners, shape, grey, width, height);
-      for (int i = 0; i < shape.corners(); ++i) view.board.push_back(shape.corner(i));
-      views.push_back(std::move(view));
-      return true;
-    });
+    int width = 0, height = 0;
+    auto record = record_views(lab, Gesture::look_around_board, plan.board_s, plan.board_every,
+                               [&](const CameraImage& image) {
+                                 width = image.width;
+                                 height = image.height;
+                                 const auto grey = grey_from_rgb(image.rgb);
+                                 const auto corners = find_board_corners(grey, width, height, shape);
+                                 if (!corners) return false;
+                                 BoardView view;
+                                 view.name = fmt::format("image {}", image.frame);
+                                 view.image = numbered(*corners, shape, grey, width, height);
+                                 for (int i = 0; i < shape.corners(); ++i)
+                                   view.board.push_back(shape.corner(i));
+                                 views.push_back(std::move(view));
+                                 return true;
+                               });
     if (!record) return failed(record);
     constexpr std::size_t kFewest = 12;
     if (views.size() < kFewest)
@@ -272,10 +273,8 @@ struct Steps {
   Expected<void> landmarks_again() {
     if (!hooks.find_landmarks) return {};
     std::vector<CameraImage> images;
-    // Every third image: neighbours say the same again.
-    int count = 0;
-    auto record = record_views(lab, Gesture::look, plan.look_s, [&](const CameraImage& image) {
-      if (count++ % 3 != 0) return false;
+    constexpr int every = 3;  // neighbours say the same again
+    auto record = record_views(lab, Gesture::look, plan.look_s, every, [&](const CameraImage& image) {
       images.push_back(image);
       return true;
     });

@@ -13,17 +13,26 @@ namespace {
 // Haptic records are kept from this long before a blow's start to this long after it.
 constexpr double kBlowBefore = 0.010, kBlowAfter = 0.040;
 
+// The camera's pictures are drawn from this long before the first frame that counts.
+constexpr double kOpenBefore = 0.1;
+
 // Keeps what the camera saw of the truth, and passes the view on to whoever draws it.
 class WatchedCamera {
  public:
   WatchedCamera(sim::SimWorld& world, sim::RenderView render) : world_(world), render_(std::move(render)) {
     world_.set_renderer([this](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
       views_.push_back(view);
-      if (render_) render_(view, rgb);
+      if (closed_)
+        rgb.assign(3 * static_cast<std::size_t>(view.lens.width) * static_cast<std::size_t>(view.lens.height),
+                   0);
+      else if (render_)
+        render_(view, rgb);
     });
   }
   ~WatchedCamera() { world_.set_renderer(render_); }
   void forget() { views_.clear(); }
+  // While closed its images are black: nothing is drawn that nobody looks at.
+  void close(bool closed) { closed_ = closed; }
   bool has_view() const { return !views_.empty(); }
   // A rolling shutter gives one view per band; the stamp is that of the middle.
   const sim::TrueView& view() const { return views_[views_.size() / 2]; }
@@ -32,6 +41,7 @@ class WatchedCamera {
   sim::SimWorld& world_;
   sim::RenderView render_;
   std::vector<sim::TrueView> views_;
+  bool closed_ = false;
 };
 
 Vector3 true_tip(const sim::TrueView& view) {
@@ -100,6 +110,7 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
     }
 
     camera.forget();
+    camera.close(to_seconds(t - start) < options.warm_up_s - kOpenBefore);
     graphics.service(now);
     if (!graphics.frame_begun() && graphics.begin_frame(now)) {
       finish_at = t + options.drawing_time;
