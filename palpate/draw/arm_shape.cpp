@@ -16,8 +16,19 @@ constexpr double kCrank = 0.034;
 
 std::vector<ArmPart> arm_parts(const PhantomLengths& lengths, const ArmShapeSettings& settings) {
   std::vector<ArmPart> parts;
+  // Thin things need fewer corners for the same distance between outline and circle.
+  const auto corners = [&settings](double radius) {
+    constexpr double widest = 0.030;  // m; from here on `segments`
+    return std::max(
+        6, static_cast<int>(std::lround(settings.segments * std::sqrt(std::min(1.0, radius / widest)))));
+  };
   const auto tube = [&](ArmFrame frame, ArmLook look, const Vector3& a, const Vector3& b, double radius) {
-    parts.push_back({cylinder_mesh(a, b, radius, settings.segments), frame, look});
+    parts.push_back({cylinder_mesh(a, b, radius, corners(radius)), frame, look});
+  };
+  const auto sphere = [&](ArmFrame frame, ArmLook look, const Vector3& centre, double radius) {
+    TriangleMesh mesh = sphere_mesh(radius, corners(radius) / 2, corners(radius));
+    for (Vector3& v : mesh.vertices) v += centre;
+    parts.push_back({std::move(mesh), frame, look});
   };
   const auto box = [&](ArmFrame frame, ArmLook look, const Vector3& low, const Vector3& high) {
     parts.push_back({box_mesh(low, high), frame, look});
@@ -49,8 +60,7 @@ std::vector<ArmPart> arm_parts(const PhantomLengths& lengths, const ArmShapeSett
   tube(ArmFrame::forearm, ArmLook::black, {-0.016, kCrank, 0}, {0.016, kCrank, 0}, 0.010);
   tube(ArmFrame::forearm, ArmLook::black, {0, -lengths.l2 + 0.036, 0}, {0, -lengths.l2 + 0.014, 0}, 0.0125);
   // Stylus: the gimbal's knuckle at the tip, the handle behind it.
-  parts.push_back(
-      {sphere_mesh(0.0125, settings.segments / 2, settings.segments), ArmFrame::stylus, ArmLook::dark});
+  sphere(ArmFrame::stylus, ArmLook::dark, Vector3::Zero(), 0.0125);
   tube(ArmFrame::stylus, ArmLook::metal, {0, 0, 0}, {0, 0, 0.030}, 0.0050);
   tube(ArmFrame::stylus, ArmLook::black, {0, 0, 0.028}, {0, 0, 0.112}, 0.0078);
   // Marker: a star of thin bars, each ending in an LED, so that it hides little of what is behind it.
@@ -60,9 +70,7 @@ std::vector<ArmPart> arm_parts(const PhantomLengths& lengths, const ArmShapeSett
       const Vector3 end = led - Vector3(0, 0, 0.005);
       if (led.head<2>().norm() > 0.012) tube(ArmFrame::marker, ArmLook::black, {0, 0, -0.006}, end, 0.0032);
       tube(ArmFrame::marker, ArmLook::dark, end - Vector3(0, 0, 0.003), led - Vector3(0, 0, 0.0005), 0.0060);
-      TriangleMesh lens = sphere_mesh(0.0036, 8, 16);
-      for (Vector3& v : lens.vertices) v += led;
-      parts.push_back({std::move(lens), ArmFrame::marker, ArmLook::red});
+      sphere(ArmFrame::marker, ArmLook::red, led, 0.0036);
     }
   }
   return parts;

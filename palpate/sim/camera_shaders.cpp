@@ -46,17 +46,28 @@ std::string with(const char* a, const char* b, const char* c) {
   return std::string(draw::kLightGlsl) + a + b + c;
 }
 
+// The inside of a surface needs neither a soft edge nor, away from the shadow, a look at it.
+std::string surface(SurfacePart part, const char* main) {
+  const bool edge = part == SurfacePart::edge, shadowed = part != SurfacePart::plain;
+  const std::string switches = std::string("const bool EDGE = ") + (edge ? "true" : "false") +
+                               ", SHADOWED = " + (shadowed ? "true" : "false") + ";\n";
+  return switches + with(kRay, kFlat, main);
+}
+
 }  // namespace
 
-std::string table_shader() {
-  return with(kRay, kFlat, R"(
+std::string table_shader(SurfacePart part) {
+  return surface(part, R"(
 void main() {
   vec2 r = ray();
   vec3 h = to_plane * vec3(r, 1.0);
   vec2 p = h.xy / h.z;
   vec2 w = footprint(p);
-  float alpha = h.z > 0.0 ? inside(p, w) : 0.0;
-  if (alpha <= 0.0) discard;
+  float alpha = 1.0;
+  if (EDGE) {
+    alpha = h.z > 0.0 ? inside(p, w) : 0.0;
+    if (alpha <= 0.0) discard;
+  }
   vec3 q = world(p);
   float cloth = noise(p * 2.3) * 0.14;
   vec3 paint = vec3(0.020, 0.118, 0.300) * (1.0 + cloth);
@@ -64,7 +75,7 @@ void main() {
   float middle = band(p.x, 0.5 * size.x - 0.0016, 0.5 * size.x + 0.0016, w.x);
   vec3 albedo = mix(paint, vec3(0.72, 0.73, 0.71) * (1.0 + 0.2 * cloth), max(border, middle));
   vec3 n = cross(side_x, side_y);
-  float lamp_seen = visible(p);
+  float lamp_seen = (SHADOWED ? visible(p) : 1.0);
   vec3 light = lit(albedo, q, n, lamp_seen, open(q)) + 0.05 * gloss(q, n, eye, lamp_seen);
   colour = seen(light, alpha, r);
 }
@@ -88,21 +99,24 @@ void main() {
 )");
 }
 
-std::string wall_shader() {
-  return with(kRay, kFlat, R"(
+std::string wall_shader(SurfacePart part) {
+  return surface(part, R"(
 void main() {
   vec2 r = ray();
   vec3 h = to_plane * vec3(r, 1.0);
   vec2 p = h.xy / h.z;
   vec2 w = footprint(p);
-  float alpha = h.z > 0.0 ? inside(p, w) : 0.0;
-  if (alpha <= 0.0) discard;
+  float alpha = 1.0;
+  if (EDGE) {
+    alpha = h.z > 0.0 ? inside(p, w) : 0.0;
+    if (alpha <= 0.0) discard;
+  }
   vec3 q = world(p);
   float frame = 1.0 - band(p.x, 0.010, size.x - 0.010, w.x) * band(p.y, -1.0, size.y - 0.010, w.y);
   float plaster = noise(p * 2.1) * 0.07;
   float wood = plaster * 6.0;
   vec3 albedo = mix(vec3(0.66, 0.64, 0.60) * (1.0 + plaster), vec3(0.50, 0.31, 0.15) * (1.0 + wood), frame);
-  colour = seen(lit(albedo, q, cross(side_x, side_y), visible(p), open(q)), alpha, r);
+  colour = seen(lit(albedo, q, cross(side_x, side_y), (SHADOWED ? visible(p) : 1.0), open(q)), alpha, r);
 }
 )");
 }

@@ -6,9 +6,11 @@
 
 namespace palpate::sim {
 
-std::string table_shader();
+// Table and wall are drawn in parts that need more or less.
+enum class SurfacePart { plain, shadowed, edge };
+std::string table_shader(SurfacePart part);
 std::string side_shader();  // of the table's slab
-std::string wall_shader();
+std::string wall_shader(SurfacePart part);
 std::string leg_shader();    // of the table: a flat strip turned to the eye, shaded as a tube
 std::string floor_shader();  // drawn once into a texture
 std::string room_shader();   // floor and walls behind everything
