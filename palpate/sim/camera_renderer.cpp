@@ -73,7 +73,7 @@ struct CameraRenderer::Impl {
   std::vector<Vector3> arm_leds;
   double arm_foot = 0.0;
   std::unique_ptr<draw::ArmBody> arm_body, arm_shadow_body;
-  std::array<Vector3, 4> floor_table{};
+  std::optional<std::array<Vector3, 4>> floor_table;  // none drawn yet
   draw::Target boards{512, 512, draw::Format::rgb8, false};
   SensorNoise noise{0.0};
 

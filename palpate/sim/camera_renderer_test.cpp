@@ -95,8 +95,11 @@ TEST(CameraRenderer, IsTheSameToTheBitAndNoiseFollowsItsSeed) {
   view.noise_sd = 2.0;
   view.noise_seed = 7;
   std::vector<std::uint8_t> first, again, other;
+  // Another renderer's memory, come back with its old content, must not be taken for one's own.
+  for (int i = 0; i < 4; ++i) CameraRenderer().render(view, other);
   CameraRenderer a;
   a.render(view, first);
+  EXPECT_EQ(first, other);
   {
     CameraRenderer b;  // fresh textures, other history
     TrueView before = view;
