@@ -4,26 +4,10 @@
 
 #include <Eigen/LU>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
-#include <new>
 
 #include "palpate/core/random.h"
-
-// The counting operator new below hands out malloc's memory and its delete gives it back to free: a matched
-// pair that the compiler cannot see as one.
-#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
-
-namespace {
-std::size_t allocations = 0;  // of this program; the tests here run in one thread
-}
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+#include "tests/allocation_count.h"
 
 namespace palpate {
 namespace {
@@ -216,7 +200,7 @@ TEST(HapticLoop, TickDoesNotAllocate) {
   Bench bench(without_ramp());
   Random random(1, "loop/alloc");
   bench.live();
-  const std::size_t before = allocations;
+  const std::size_t before = allocations();
   for (int i = 0; i < 3000; ++i) {
     if (i % 50 == 0) {
       bench.message.contact =
@@ -228,7 +212,7 @@ TEST(HapticLoop, TickDoesNotAllocate) {
       bench.tick();  // faults must not allocate either
     }
   }
-  EXPECT_EQ(allocations - before, 0u);
+  EXPECT_EQ(allocations() - before, 0u);
 }
 
 TEST(HapticLoop, TheLastSecondsAreKept) {

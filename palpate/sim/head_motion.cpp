@@ -5,15 +5,12 @@
 #include <numbers>
 
 #include "palpate/core/units.h"
+#include "palpate/sim/wave.h"
 
 namespace palpate::sim {
 namespace {
 
 constexpr double kNeck = 0.12;  // m from the eye back to the axis about which the head turns
-
-double wave(double hz, double t, double phase = 0.0) {
-  return std::sin(2.0 * std::numbers::pi * hz * t + phase);
-}
 
 }  // namespace
 

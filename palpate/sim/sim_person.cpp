@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "palpate/core/units.h"
+#include "palpate/sim/wave.h"
 
 namespace palpate::sim {
 namespace {
@@ -20,8 +21,6 @@ const double kCone = radians_from_degrees(40.0);  // tilt of a marker away from 
 const double kRollSwing = radians_from_degrees(60.0);
 const double kGimbalLimit = radians_from_degrees(75.0);  // second gimbal angle a person uses
 constexpr double kAlongStylus = 0.85, kDownwards = 0.5;  // how a swinging hand's pull splits
-
-double wave(double hz, double t, double phase) { return std::sin(2.0 * kPi * hz * t + phase); }
 
 // 0 to 1 with zero speed and acceleration at both ends, and its derivative.
 double smooth(double s) { return s * s * s * (10.0 - 15.0 * s + 6.0 * s * s); }

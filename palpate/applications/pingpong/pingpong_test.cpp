@@ -2,24 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
-
 #include "palpate/applications/pingpong/artist.h"
 #include "palpate/applications/pingpong/scene_for_tests.h"
 #include "palpate/applications/pingpong/swing.h"
 #include "palpate/physics/flight.h"
-
-namespace {
-std::size_t allocations = 0;  // of this program; the tests here run in one thread
-}
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+#include "tests/allocation_count.h"
 
 namespace palpate::pingpong {
 namespace {
@@ -168,13 +155,13 @@ TEST(PingPong, ControlsServePauseAndReset) {
 TEST(PingPong, StepDoesNotAllocate) {
   Session session;
   session.step();
-  const std::size_t before = allocations;
+  const std::size_t before = allocations();
   for (int i = 0; i < 8000; ++i) {
     // A bat that waves through the ball's way now and then.
     session.tip.X_world_tip.translation = {0.05, -1.25 + 0.1 * std::sin(0.011 * i), 1.75};
     session.step();
   }
-  EXPECT_EQ(allocations - before, 0u);
+  EXPECT_EQ(allocations() - before, 0u);
 }
 
 TEST(PingPong, ATipThatIsNotANumberIsNoBat) {
