@@ -23,7 +23,10 @@ struct BoardShape {
   double square = 0.025;      // m
 
   int corners() const { return columns * rows; }
-  Vector3 corner(int i) const { return square * Vector3(i % columns, i / columns, 0); }
+  Vector3 corner(int i) const {
+    const int row = i / columns, column = i % columns;
+    return square * Vector3(column, row, 0);
+  }
 };
 
 // "9x6" and the side of a square in metres.

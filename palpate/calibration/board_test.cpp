@@ -6,6 +6,7 @@
 
 #include "palpate/calibration/synthetic_board.h"
 #include "palpate/core/file.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate {
 namespace {
@@ -73,9 +74,9 @@ TEST(Board, PhotographsGiveTheCornersOfTheTable) {
 }
 
 TEST(Board, WrongFilesAreNamed) {
-  const auto folder = std::filesystem::path(testing::TempDir());
+  const ScratchFolder folder;
   const auto message = [&](const std::string& content) {
-    const auto file = folder / "palpate_corners.csv";
+    const auto file = folder / "corners.csv";
     EXPECT_TRUE(write_file(file, content));
     const auto read = read_board_corners(file.string(), {});
     EXPECT_FALSE(read);

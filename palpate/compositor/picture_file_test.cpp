@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <unistd.h>
-
 #include <filesystem>
 #include <stdexcept>
 
@@ -11,6 +9,7 @@
 #include <opencv2/videoio.hpp>
 
 #include "palpate/core/file.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate {
 namespace {
@@ -19,12 +18,8 @@ namespace fs = std::filesystem;
 
 class PictureFile : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("palpate_picture_" + std::to_string(::getpid()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  fs::path folder_;
+  ScratchFolder scratch_;
+  const fs::path folder_ = scratch_.path();
 };
 
 std::vector<std::uint8_t> gradient(int width, int height, int shift) {

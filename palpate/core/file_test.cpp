@@ -1,23 +1,20 @@
 #include "palpate/core/file.h"
 
+#include "tests/scratch_folder.h"
+
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 namespace palpate {
 namespace {
 
 namespace fs = std::filesystem;
 
-fs::path scratch(const std::string& name) {
-  return fs::temp_directory_path() / fmt::format("palpate-{}-{}", ::getpid(), name);
-}
-
 TEST(File, ComesBackAsWritten) {
-  const auto path = scratch("whole");
+  const ScratchFolder scratch;
+  const auto path = scratch / "whole";
   ASSERT_TRUE(write_file(path, "first").has_value());
   ASSERT_TRUE(write_file(path, "second").has_value());
   EXPECT_EQ(read_file(path).value(), "second");
-  fs::remove(path);
 }
 
 TEST(File, AFullDiskIsSaidAndNothingIsLeft) {
@@ -28,12 +25,15 @@ TEST(File, AFullDiskIsSaidAndNothingIsLeft) {
 }
 
 TEST(File, AMissingFolderIsWrongUse) {
-  const auto written = write_file(scratch("no-folder") / "a.json", "text");
+  const ScratchFolder scratch;
+  const auto written = write_file(scratch / "no-folder" / "a.json", "text");
   ASSERT_FALSE(written.has_value());
   EXPECT_EQ(written.error().exit_code(), 2);
 }
 
-TEST(File, AMissingFileIsWrongUse) { EXPECT_EQ(read_file(scratch("absent")).error().exit_code(), 2); }
+TEST(File, AMissingFileIsWrongUse) {
+  EXPECT_EQ(read_file(ScratchFolder() / "absent").error().exit_code(), 2);
+}
 
 }  // namespace
 }  // namespace palpate

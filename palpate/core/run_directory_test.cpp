@@ -1,5 +1,7 @@
 #include "palpate/core/run_directory.h"
 
+#include "tests/scratch_folder.h"
+
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -11,13 +13,8 @@ namespace {
 
 class RunDirectory : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = testing::TempDir() + "palpate-run-XXXXXX";
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    base_ = pattern;
-  }
-  void TearDown() override { std::filesystem::remove_all(base_); }
-  std::filesystem::path base_;
+  ScratchFolder scratch_;
+  const std::filesystem::path base_ = scratch_.path();
 };
 
 TEST_F(RunDirectory, IsMadeForThisUserAlone) {

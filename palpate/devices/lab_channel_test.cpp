@@ -12,19 +12,13 @@
 
 #include "palpate/core/file.h"
 #include "palpate/core/random.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate {
 namespace {
 
 class LabChannel : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = testing::TempDir() + "palpate-lab-XXXXXX";
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
-
   LabSettings settings(int width = 64, int height = 48, int cameras = 1) const {
     return {cameras, width, height, folder_};
   }
@@ -53,7 +47,8 @@ class LabChannel : public testing::Test {
     EXPECT_EQ(result.error().message.find('\n'), std::string::npos);
   }
 
-  std::filesystem::path folder_;
+  ScratchFolder scratch_;
+  const std::filesystem::path folder_ = scratch_.path();
 };
 
 CameraImage image(std::uint64_t frame, int width = 64, int height = 48) {

@@ -7,6 +7,7 @@
 
 #include "palpate/core/file.h"
 #include "palpate/core/random.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate {
 namespace {
@@ -91,11 +92,10 @@ TEST(ArmModel, JacobianAgreesWithFiniteDifferences) {
 }
 
 Expected<ArmModel> from_text(const std::string& text) {
-  const auto path = std::filesystem::temp_directory_path() / "palpate_arm_model_test.toml";
+  const ScratchFolder scratch;
+  const auto path = scratch / "arm.toml";
   EXPECT_TRUE(write_file(path, text).has_value());
-  auto model = read_arm_model(path.string());
-  std::filesystem::remove(path);
-  return model;
+  return read_arm_model(path.string());
 }
 
 TEST(ArmModel, IsReadFromToml) {

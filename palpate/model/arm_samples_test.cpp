@@ -2,13 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <unistd.h>
-
 #include <filesystem>
 #include <numbers>
 
 #include "palpate/core/file.h"
 #include "palpate/model/point_file.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate {
 namespace {
@@ -17,11 +16,10 @@ namespace fs = std::filesystem;
 
 template <typename Read>
 auto from_text(const std::string& text, Read read) {
-  const auto path = fs::temp_directory_path() / fmt::format("palpate_samples_{}.csv", ::getpid());
+  const ScratchFolder scratch;
+  const auto path = scratch / "samples.csv";
   EXPECT_TRUE(write_file(path, text).has_value());
-  auto result = read(path);
-  fs::remove(path);
-  return result;
+  return read(path);
 }
 
 TEST(ArmSamples, MarkerPosesGimbalAndCovarianceAreRead) {

@@ -2,12 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <unistd.h>
-
 #include <filesystem>
 
 #include "palpate/core/file.h"
 #include "palpate/core/random.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate {
 namespace {
@@ -16,11 +15,6 @@ namespace fs = std::filesystem;
 
 class PoseFileTest : public testing::Test {
  protected:
-  void SetUp() override {
-    folder = fs::temp_directory_path() / fmt::format("palpate_pose_file_{}", ::getpid());
-    fs::create_directories(folder);
-  }
-  void TearDown() override { fs::remove_all(folder); }
   fs::path put(const std::string& name, const std::string& content) {
     EXPECT_TRUE(write_file(folder / name, content).has_value());
     return folder / name;
@@ -31,7 +25,8 @@ class PoseFileTest : public testing::Test {
     EXPECT_EQ(file.error().kind, Error::Kind::wrong_use);
     return file.error().message;
   }
-  fs::path folder;
+  ScratchFolder scratch;
+  const fs::path folder = scratch.path();
 };
 
 const Quaternion kTurn = so3_exp(Vector3(0.3, -0.7, 1.1));

@@ -6,6 +6,7 @@
 
 #include "palpate/core/file.h"
 #include "palpate/core/random.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate {
 namespace {
@@ -137,7 +138,8 @@ TEST(Rig, EmptyRigReadsBackAndLacksEverything) {
 }
 
 TEST(Rig, WholeFilesOnly) {
-  const auto path = std::filesystem::path(testing::TempDir()) / "palpate_rig_test.toml";
+  const ScratchFolder scratch;
+  const auto path = scratch / "rig.toml";
   const Rig rig = full_rig();
   ASSERT_TRUE(write_rig(path, rig));
   Rig broken = rig;

@@ -10,12 +10,10 @@
 #include <cstring>
 
 #include "palpate/core/file.h"
-#include "palpate/network/scratch_folder_test.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate {
 namespace {
-
-using testing::ScratchFolder;
 
 // $XDG_RUNTIME_DIR for the life of a test.
 class RuntimeFolder {

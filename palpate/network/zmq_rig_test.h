@@ -4,8 +4,8 @@
 #include <thread>
 
 #include "palpate/network/exchange_rig_test.h"
-#include "palpate/network/scratch_folder_test.h"
 #include "palpate/network/zmq_engine.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate::testing {
 

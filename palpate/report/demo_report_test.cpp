@@ -1,7 +1,6 @@
 #include "palpate/report/demo_report.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <cstdio>
@@ -10,6 +9,7 @@
 
 #include "palpate/core/json.h"
 #include "palpate/core/random.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate::report {
 namespace {
@@ -20,14 +20,9 @@ class DemoReport : public ::testing::Test {
  protected:
   void SetUp() override {
     const char* keep = std::getenv("PALPATE_KEEP_REPORT");  // a folder to look at afterwards
-    folder_ = keep != nullptr ? fs::path(keep)
-                              : fs::temp_directory_path() / fmt::format("palpate-report-{}", ::getpid());
-    keep_ = keep != nullptr;
+    folder_ = keep != nullptr ? fs::path(keep) : scratch_.path();
     fs::create_directories(folder_ / "raw");
     write("summary.json", summary().dump());
-  }
-  void TearDown() override {
-    if (!keep_) fs::remove_all(folder_);
   }
 
   void write(const std::string& name, const std::string& content) {
@@ -115,8 +110,8 @@ class DemoReport : public ::testing::Test {
     write("raw/realtime_sync.csv", sync);
   }
 
+  ScratchFolder scratch_;
   fs::path folder_;
-  bool keep_ = false;
 };
 
 TEST_F(DemoReport, IsWrittenFromTheSummaryAlone) {

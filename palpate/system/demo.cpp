@@ -9,6 +9,7 @@
 #include "palpate/sim/camera_renderer.h"
 #include "palpate/system/applications.h"
 #include "palpate/system/demo_raw.h"
+#include "palpate/system/picture_book.h"
 #include "palpate/system/picture_parts.h"
 #include "palpate/system/realtime_leg.h"
 #include "palpate/system/scene_settings.h"
@@ -124,40 +125,6 @@ Json arm_json(const std::vector<MethodErrors>& methods, const std::vector<Method
   return json;
 }
 
-// Pictures of moments a person wants to see: evenly over the play, and the frame next to each of the first
-// hits.
-class PictureBook {
- public:
-  PictureBook(std::filesystem::path folder, double seconds)
-      : folder_(std::move(folder)), every_(seconds / 5.0) {}
-
-  Expected<void> look(const FrameRecord& frame) {
-    const auto& counters = frame.state.counters;
-    const bool hit = counters[pingpong::kHits] > hits_;
-    hits_ = counters[pingpong::kHits];
-    if (!started_) {
-      started_ = true;
-      next_ = frame.state.time.seconds() + every_ / 2;
-    }
-    const bool due = frame.state.time.seconds() >= next_;
-    if (!due && !(hit && hit_pictures_ < 3)) return {};
-    if (due) next_ += every_;
-    if (hit) ++hit_pictures_;
-    const std::string name = fmt::format("{:02d}-{}.png", ++count_, hit ? "hit" : "play");
-    captions_[name] = hit ? "Just after the bat met the ball" : "During play";
-    return write_png(folder_ / name, frame.rgb, frame.width, frame.height);
-  }
-  const Json& captions() const { return captions_; }
-
- private:
-  std::filesystem::path folder_;
-  double every_, next_ = 0.0;
-  bool started_ = false;
-  int count_ = 0, hit_pictures_ = 0;
-  std::int32_t hits_ = 0;
-  Json captions_ = Json::object();
-};
-
 }  // namespace
 
 Expected<Json> run_demo(const DemoOptions& options) {
@@ -215,7 +182,7 @@ Expected<Json> run_demo(const DemoOptions& options) {
   auto video = VideoFile::create(options.out / "video.mp4", rig.camera->model.width, rig.camera->model.height,
                                  options.world.camera.rate_hz);
   if (!video) return tl::unexpected(video.error());
-  PictureBook book(options.out / "pictures", options.seconds);
+  PictureBook book(options.out / "pictures", options.seconds, rig.camera->model, scene);
   Expected<void> shown;
   LockstepPictures parts;
   parts.camera = render;

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "palpate/devices/lab_channel.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate {
 namespace {
@@ -12,9 +13,8 @@ namespace {
 TEST(WorldProcess, ServesArmTrackerHandAndPicturesAcrossTheChannel) {
   WorldProcessOptions options;
   options.name = "world-process-test";
-  options.folder = std::filesystem::path(testing::TempDir()) / "palpate-world-process";
-  std::filesystem::create_directories(options.folder);
-  std::filesystem::permissions(options.folder, std::filesystem::perms::owner_all);
+  const ScratchFolder folder;
+  options.folder = folder.path();
   options.make_renderer = [] {
     return [](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
       rgb.assign(static_cast<std::size_t>(view.lens.width * view.lens.height) * 3, 42);
@@ -71,9 +71,8 @@ TEST(WorldProcess, ServesArmTrackerHandAndPicturesAcrossTheChannel) {
 TEST(WorldProcess, PicturesThatCannotBeDrawnEndItWithTheReason) {
   WorldProcessOptions options;
   options.name = "world-process-fault";
-  options.folder = std::filesystem::path(testing::TempDir()) / "palpate-world-fault";
-  std::filesystem::create_directories(options.folder);
-  std::filesystem::permissions(options.folder, std::filesystem::perms::owner_all);
+  const ScratchFolder folder;
+  options.folder = folder.path();
   options.seconds = 20.0;
   options.make_renderer = []() -> sim::RenderView { throw std::runtime_error("no display and no EGL"); };
   const std::atomic<bool> stop{false};

@@ -6,6 +6,7 @@
 #include "palpate/core/file.h"
 #include "palpate/core/json.h"
 #include "palpate/core/units.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate {
 namespace {
@@ -217,7 +218,7 @@ TEST(RecordPointerPivot, PointerSwingsAboutADivot) {
 }
 
 TEST(SampleWorld, WritesTheSameFilesForTheSameSeed) {
-  const auto folder = std::filesystem::path(testing::TempDir()) / "palpate-world-sample";
+  const ScratchFolder folder;
   for (const auto kind : {SampleKind::arm, SampleKind::camera, SampleKind::surface}) {
     SampleRequest request;
     request.kind = kind;
@@ -236,21 +237,19 @@ TEST(SampleWorld, WritesTheSameFilesForTheSameSeed) {
     EXPECT_NE(*read_file(folder / "a" / name), *read_file(folder / "c" / name));
     EXPECT_EQ(*read_file(folder / "a" / "truth.json"), *read_file(folder / "b" / "truth.json"));
   }
-  std::filesystem::remove_all(folder);
 }
 
 TEST(SampleWorld, ArmTruthHasTheKeysOfTheCalibration) {
-  const auto folder = std::filesystem::path(testing::TempDir()) / "palpate-world-truth";
+  const ScratchFolder folder;
   SampleRequest request;
   request.points = 3;
-  ASSERT_TRUE(sample_world(reference_world(), request, folder));
+  ASSERT_TRUE(sample_world(reference_world(), request, folder.path()));
   const auto truth = Json::parse(*read_file(folder / "truth.json"));
   for (const char* key : {"gains", "offsets_deg", "lengths_mm", "tip_mm"})
     EXPECT_TRUE(truth.contains(key)) << key;
   EXPECT_EQ(truth["base"]["translation_mm"].size(), 3u);
   EXPECT_EQ(truth["base"]["rotation_qwxyz"].size(), 4u);
   EXPECT_EQ(truth["offsets_deg"][0], 0.0);
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <stdexcept>
 
-namespace palpate::testing {
+namespace palpate {
 
 class ScratchFolder {
  public:
@@ -21,9 +21,10 @@ class ScratchFolder {
   ScratchFolder(const ScratchFolder&) = delete;
   ScratchFolder& operator=(const ScratchFolder&) = delete;
   const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path operator/(const std::filesystem::path& name) const { return path_ / name; }
 
  private:
   std::filesystem::path path_;
 };
 
-}  // namespace palpate::testing
+}  // namespace palpate

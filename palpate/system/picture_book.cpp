@@ -1,0 +1,60 @@
+#include "palpate/system/picture_book.h"
+
+#include <fmt/format.h>
+
+#include "palpate/applications/pingpong/pingpong.h"
+#include "palpate/compositor/picture_file.h"
+#include "palpate/system/overlay.h"
+
+namespace palpate {
+namespace {
+
+constexpr int kPlayPictures = 5, kHitPictures = 3;
+constexpr double kAfterHit = 0.25;  // s after a hit in which a picture still shows it
+constexpr double kPatience = 0.5;   // of the time between two pictures: then one without the ball is taken
+
+}  // namespace
+
+bool ball_in_sight(const FrameRecord& frame, const CameraModel& lens, const SceneDescription& scene) {
+  const auto& ball = frame.state.bodies[pingpong::kBall];
+  const auto& bat = frame.state.bodies[pingpong::kBat];
+  if (!frame.have_state || frame.state.body_count <= pingpong::kBat || ball.visible == 0) return false;
+  const auto pixel = drawn_pixel({lens, frame.X_world_camera}, ball.p());
+  if (!pixel || pixel->x() < 0.0 || pixel->x() > lens.width || pixel->y() < 0.0 || pixel->y() > lens.height)
+    return false;
+  if (bat.visible == 0) return true;
+  // Where the line from eye to ball goes through the bat's plane.
+  const Vector3 eye = frame.X_world_camera.translation, sight = ball.p() - eye;
+  const Vector3 normal = bat.q() * Vector3::UnitY();
+  const double along = normal.dot(bat.p() - eye) / normal.dot(sight);
+  if (!(along > 0.0 && along < 1.0)) return true;
+  return (eye + along * sight - bat.p()).norm() > scene.bat_radius;
+}
+
+PictureBook::PictureBook(std::filesystem::path folder, double seconds, const CameraModel& lens,
+                         const SceneDescription& scene)
+    : folder_(std::move(folder)), lens_(lens), scene_(scene), every_(seconds / kPlayPictures) {}
+
+Expected<void> PictureBook::look(const FrameRecord& frame) {
+  const double now = frame.state.time.seconds();
+  if (!started_) next_ = now + every_ / 4;
+  started_ = true;
+  const auto hits = frame.state.counters[pingpong::kHits];
+  if (hits > hits_ && hit_pictures_ < kHitPictures) hit_until_ = now + kAfterHit;
+  hits_ = hits;
+
+  const bool seen = ball_in_sight(frame, lens_, scene_);
+  const bool hit = seen && now <= hit_until_;
+  const bool due = now >= next_ + (seen ? 0.0 : kPatience * every_);
+  if (!hit && !due) return {};
+  if (due) next_ += every_;
+  if (hit) {
+    ++hit_pictures_;
+    hit_until_ = 0.0;
+  }
+  const std::string name = fmt::format("{:02d}-{}.png", ++count_, hit ? "hit" : "play");
+  captions_[name] = hit ? "Just after the bat met the ball" : "During play";
+  return write_png(folder_ / name, frame.rgb, frame.width, frame.height);
+}
+
+}  // namespace palpate

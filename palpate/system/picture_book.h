@@ -1,0 +1,40 @@
+// Pictures for the report: moments of a game that a person wants to see, chosen while it is played.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "palpate/core/expected.h"
+#include "palpate/core/json.h"
+#include "palpate/graphics_server/frame_record.h"
+#include "palpate/model/camera.h"
+#include "palpate/scene/application.h"
+
+namespace palpate {
+
+// The ball's centre is inside the drawn picture and the bat does not hide it. World frame; pure.
+bool ball_in_sight(const FrameRecord& frame, const CameraModel& lens, const SceneDescription& scene);
+
+// Moments evenly over the play, and one after each of the first hits: each the next frame in which the ball
+// is in sight. One thread.
+class PictureBook {
+ public:
+  PictureBook(std::filesystem::path folder, double seconds, const CameraModel& lens,
+              const SceneDescription& scene);
+
+  // Frames in order; writes the picture when this is a moment. Refuses when it cannot be written.
+  Expected<void> look(const FrameRecord& frame);
+  const Json& captions() const { return captions_; }  // by file name
+
+ private:
+  std::filesystem::path folder_;
+  CameraModel lens_;
+  SceneDescription scene_;
+  double every_, next_ = 0.0, hit_until_ = 0.0;
+  bool started_ = false;
+  int count_ = 0, hit_pictures_ = 0;
+  std::int32_t hits_ = 0;
+  Json captions_ = Json::object();
+};
+
+}  // namespace palpate

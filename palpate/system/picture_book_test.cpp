@@ -1,0 +1,81 @@
+#include "palpate/system/picture_book.h"
+
+#include <gtest/gtest.h>
+
+#include "palpate/applications/pingpong/pingpong.h"
+#include "tests/scratch_folder.h"
+
+namespace palpate {
+namespace {
+
+CameraModel lens() {
+  CameraModel model;
+  model.width = 64, model.height = 48;
+  model.fx = model.fy = 56.0, model.cx = 32.0, model.cy = 24.0;
+  return model;
+}
+
+// The camera looks along +z from the origin; the bat faces it half a metre away.
+FrameRecord frame(double s, const Vector3& ball, int hits = 0) {
+  FrameRecord f;
+  f.have_state = true;
+  f.state.time = Instant<PhysicsClock>(seconds(s));
+  f.state.body_count = 2;
+  f.state.bodies[pingpong::kBall].set_p(ball);
+  f.state.bodies[pingpong::kBat].set_p({0.0, 0.0, 0.5});
+  f.state.bodies[pingpong::kBat].set_q(Quaternion::FromTwoVectors(Vector3::UnitY(), Vector3::UnitZ()));
+  f.state.counters[pingpong::kHits] = hits;
+  f.width = 64, f.height = 48;
+  f.rgb.assign(64 * 48 * 3, 100);
+  return f;
+}
+const Vector3 kBehindBat(0.0, 0.05, 0.8), kBeside(0.2, 0.0, 0.8), kInFront(0.0, 0.05, 0.4);
+
+TEST(BallInSight, HiddenOnlyBehindTheBatOrOutOfThePicture) {
+  const SceneDescription scene;
+  EXPECT_FALSE(ball_in_sight(frame(0, kBehindBat), lens(), scene));
+  EXPECT_TRUE(ball_in_sight(frame(0, kBeside), lens(), scene));
+  EXPECT_TRUE(ball_in_sight(frame(0, kInFront), lens(), scene));
+  EXPECT_FALSE(ball_in_sight(frame(0, {2.0, 0.0, 0.8}), lens(), scene));
+  EXPECT_FALSE(ball_in_sight(frame(0, {0.0, 0.0, -0.8}), lens(), scene));
+  auto nothing = frame(0, kBeside);
+  nothing.have_state = false;
+  EXPECT_FALSE(ball_in_sight(nothing, lens(), scene));
+}
+
+TEST(BallInSight, RimOfTheBatIsWhereTheLineOfSightGrazesIt) {
+  SceneDescription scene;
+  scene.bat_radius = 0.1;  // at 0.5 m; a ball at 1 m is hidden up to 0.2 m aside
+  EXPECT_FALSE(ball_in_sight(frame(0, {0.199, 0.0, 1.0}), lens(), scene));
+  EXPECT_TRUE(ball_in_sight(frame(0, {0.201, 0.0, 1.0}), lens(), scene));
+}
+
+TEST(PictureBook, WaitsForTheBallAndThenTakesWhatThereIs) {
+  const ScratchFolder folder;
+  PictureBook book(folder.path(), 5.0, lens(), {});
+  // The first moment comes after a quarter of a second, unseen until 0.5 s; the second never sees the ball.
+  for (int i = 0; i < 180; ++i) {
+    const double t = i / 100.0;
+    ASSERT_TRUE(book.look(frame(t, t >= 0.5 && t < 1.0 ? kBeside : kBehindBat)));
+    EXPECT_EQ(book.captions().size(), t < 0.5 ? 0u : t < 1.75 ? 1u : 2u) << t;
+  }
+  EXPECT_TRUE(std::filesystem::exists(folder / "01-play.png"));
+}
+
+TEST(PictureBook, AHitIsShownWhenTheBallComesOutBehindTheBatSoonEnough) {
+  const ScratchFolder folder;
+  PictureBook book(folder.path(), 1000.0, lens(), {});
+  int hits = 0;
+  for (int i = 0; i < 500; ++i) {
+    const double t = i / 100.0, since = t - std::floor(t);
+    hits =
+        static_cast<int>(t);  // one each second; the ball is seen 0.1 s later, but after the second hit 0.4 s
+    const bool seen = hits > 0 && since > (hits == 2 ? 0.4 : 0.1);
+    ASSERT_TRUE(book.look(frame(t, seen ? kBeside : kBehindBat, hits)));
+  }
+  EXPECT_EQ(book.captions().size(), 3u);
+  EXPECT_TRUE(book.captions().contains("03-hit.png"));
+}
+
+}  // namespace
+}  // namespace palpate
