@@ -13,10 +13,26 @@ std::atomic<std::size_t> count = 0;
 
 std::size_t palpate::allocations() { return count; }
 
-void* operator new(std::size_t size) {
+// Every form is replaced, so that each delete meets memory of its own new.
+
+namespace {
+void* take(std::size_t size, std::size_t alignment = alignof(std::max_align_t)) noexcept {
   ++count;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
+  return std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+}
+void* given(void* p) {
+  if (p == nullptr) throw std::bad_alloc();
+  return p;
+}
+}  // namespace
+
+void* operator new(std::size_t size) { return given(take(size)); }
+void* operator new(std::size_t size, const std::nothrow_t&) noexcept { return take(size); }
+void* operator new(std::size_t size, std::align_val_t to) {
+  return given(take(size, static_cast<std::size_t>(to)));
 }
 void operator delete(void* p) noexcept { std::free(p); }
 void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+void operator delete(void* p, const std::nothrow_t&) noexcept { std::free(p); }
+void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }

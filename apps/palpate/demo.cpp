@@ -5,6 +5,7 @@
 #include "apps/palpate/command.h"
 #include "palpate/system/applications.h"
 #include "palpate/system/demo.h"
+#include "palpate/system/demo_summary.h"
 
 namespace palpate::app {
 

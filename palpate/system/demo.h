@@ -33,7 +33,4 @@ struct DemoOptions {
 // The summary that was written.
 Expected<Json> run_demo(const DemoOptions& options);
 
-// The five plain lines a demo ends with.
-std::vector<std::string> closing_lines(const Json& summary, const std::filesystem::path& out);
-
 }  // namespace palpate

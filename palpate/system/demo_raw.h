@@ -10,17 +10,9 @@
 #include "palpate/system/arm_comparison.h"
 #include "palpate/system/calibration_session.h"
 #include "palpate/system/lockstep_play.h"
+#include "palpate/system/overlay_of_play.h"
 
 namespace palpate {
-
-// A surveyed point of table or wall: where it truly is, and where the calibrated surface says it is.
-struct CheckPoint {
-  Vector3 truth, estimate;
-};
-
-struct FrameErrors {
-  std::optional<double> world_px, world_px_tracker, tip_px;  // rms over the points seen; empty where none was
-};
 
 Expected<void> write_calibration_raw(const std::filesystem::path& raw,
                                      const CalibrationRecordings& recordings, const Rig& rig,

@@ -1,0 +1,35 @@
+// How far a played game's pictures were from the truth: each frame's overlay errors and all of them together.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "palpate/model/rig.h"
+#include "palpate/sim/truth.h"
+#include "palpate/system/lockstep_play.h"
+#include "palpate/system/overlay.h"
+
+namespace palpate {
+
+// A surveyed point of table or wall: where it truly is, and where the calibrated surface says it is. World,
+// m.
+struct CheckPoint {
+  Vector3 truth, estimate;
+};
+
+// A grid over each surface that the rig knows.
+std::vector<CheckPoint> check_points(const sim::Truth& truth, const Rig& rig);
+
+struct FrameErrors {
+  std::optional<double> world_px, world_px_tracker, tip_px;  // rms over the points seen; empty where none was
+};
+
+struct OverlayOfPlay {
+  std::vector<FrameErrors> frames;         // one per frame
+  ErrorSummary world, world_tracker, tip;  // px, every point of every frame
+};
+
+OverlayOfPlay overlay_of_play(const LockstepResult& play, const CameraModel& lens,
+                              const SceneDescription& scene, const std::vector<CheckPoint>& points);
+
+}  // namespace palpate
