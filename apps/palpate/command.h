@@ -3,7 +3,9 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <functional>
+#include <string>
 
 #include "palpate/core/expected.h"
 
@@ -18,6 +20,9 @@ void set_action(Action action);
 inline void on(CLI::App* command, Action action) {
   command->callback([action = std::move(action)] { set_action(action); });
 }
+
+// What a person should know while a server runs: a line on standard error.
+inline void notice(const std::string& line) { std::fprintf(stderr, "palpate: %s\n", line.c_str()); }
 
 // One function per command, each in a file of its own.
 void add_calibrate_pivot(CLI::App& calibrate);

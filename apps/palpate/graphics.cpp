@@ -48,6 +48,7 @@ void add_graphics(CLI::App& program) {
       if (!world) return tl::unexpected(world.error());
       options->process.world = *world;
     }
+    options->process.notice = notice;
     auto result = run_graphics_process(options->process);
     if (!result) return tl::unexpected(result.error());
     if (!options->json.empty()) return write_json(options->json, *result);

@@ -1,4 +1,8 @@
+#include <cerrno>
+#include <cmath>
+#include <csignal>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 
 #include "apps/palpate/command.h"
@@ -8,10 +12,38 @@ namespace {
 Action chosen;
 }
 void set_action(Action action) { chosen = std::move(action); }
+
+namespace {
+// "nan" and "inf" pass as numbers, and a comparison with a range lets the former through.
+Expected<void> all_finite(const CLI::App& command) {
+  for (const auto* option : command.get_options()) {
+    const std::string type = option->get_type_name();
+    if (type != "FLOAT" && type.find(',') == std::string::npos) continue;
+    for (const auto& text : option->results()) {
+      double value = 0.0;
+      if (CLI::detail::lexical_cast(text, value) && !std::isfinite(value))
+        return wrong_use("{}: is '{}', a finite number is expected; see --help", option->get_name(), text);
+    }
+  }
+  for (const auto* chosen_command : command.get_subcommands())
+    if (auto fine = all_finite(*chosen_command); !fine) return fine;
+  return {};
+}
+
+// What was printed may still be on its way: that the disk behind it is full shows only now.
+int after_printing() {
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
+  std::fprintf(stderr, "palpate: standard output: writing failed (%s); free some space and try again\n",
+               std::strerror(errno));
+  return 1;
+}
+}  // namespace
 }  // namespace palpate::app
 
 int main(int argc, char** argv) {
   using namespace palpate;
+  // A file that may not grow further is then an error of write(), not the end of the program.
+  std::signal(SIGXFSZ, SIG_IGN);
   CLI::App program("palpate - high-precision augmented-reality haptics", "palpate");
   program.require_subcommand(1);
   program.set_version_flag("--version", PALPATE_VERSION);
@@ -35,13 +67,17 @@ int main(int argc, char** argv) {
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return program.exit(error);
+    if (error.get_exit_code() == 0) {
+      program.exit(error);
+      return app::after_printing();
+    }
     std::fprintf(stderr, "palpate: %s; see --help\n", error.what());
     return 2;
   }
   try {
-    const auto done = app::chosen();
-    if (done) return 0;
+    auto done = app::all_finite(program);
+    if (done) done = app::chosen();
+    if (done) return app::after_printing();
     std::fprintf(stderr, "palpate: %s\n", done.error().message.c_str());
     return done.error().exit_code();
   } catch (const std::exception& error) {

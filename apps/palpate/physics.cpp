@@ -52,6 +52,7 @@ void add_physics(CLI::App& program) {
     }
     options->process.scene = scene_settings(world, application);
     options->process.surface_restitution = world.ball.restitution_table;
+    options->process.notice = notice;
     auto result = run_physics_process(options->process);
     if (!result) return tl::unexpected(result.error());
     if (!options->json.empty()) return write_json(options->json, *result);

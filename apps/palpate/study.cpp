@@ -149,6 +149,14 @@ Expected<void> study_flights(const FlightsOptions& options) {
     for (const auto& [name, errors] : sets) by_set[name] = {{"horizons", horizons(errors)}};
     result[mode] = {{"horizons", horizons(all)}, {"sets", by_set}};
   }
+  if (!options.out.empty()) {
+    const fs::path out = options.out;
+    if (auto done = make_folder(out); !done) return done;
+    if (auto done = write_file(out / "flights.csv", table.content()); !done) return done;
+    if (auto done = write_json(out / "flights.json", result); !done) return done;
+  }
+  if (!options.json.empty())
+    if (auto done = write_json(options.json, result); !done) return done;
   for (const char* mode : {"paper", "full"}) {
     for (const auto& h : result[mode]["horizons"]) {
       fmt::print(stderr, "{:5}  +{} ms  median {:6.1f} mm  p90 {:6.1f} mm  of {} flights\n", mode,
@@ -156,13 +164,6 @@ Expected<void> study_flights(const FlightsOptions& options) {
                  h["flights"].get<int>());
     }
   }
-  if (!options.out.empty()) {
-    const fs::path out = options.out;
-    if (auto done = make_folder(out); !done) return done;
-    if (auto done = write_file(out / "flights.csv", table.content()); !done) return done;
-    if (auto done = write_json(out / "flights.json", result); !done) return done;
-  }
-  if (!options.json.empty()) return write_json(options.json, result);
   return {};
 }
 

@@ -105,6 +105,7 @@ void add_world(CLI::App& program) {
         renderer->render(view, rgb);
       };
     };
+    process.notice = notice;
     std::signal(SIGINT, stop);
     std::signal(SIGTERM, stop);
     const auto report = run_world(*file, process, stopped);

@@ -140,6 +140,7 @@ Expected<BoardViews> read_board_corners(const std::string& file, const BoardShap
     if (!column) return tl::unexpected(column.error());
     at.push_back(*column);
   }
+  if (table->rows.empty()) return wrong_use("{}: holds a header but no corners", file);
   const auto width = table->find("width_px"), height = table->find("height_px");
   BoardViews result;
   result.data_hash = content_hash(*content);

@@ -1,6 +1,7 @@
 #include "palpate/compositor/picture_file.h"
 
 #include <algorithm>
+#include <fstream>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
@@ -59,6 +60,31 @@ void burn_captions(std::vector<std::uint8_t>& rgb, int width, int height,
   }
 }
 
+// True where the file consists of whole boxes (ISO 14496-12) with an index among them. The encoder does not
+// tell when the disk is full; a film cut off lacks its index, which is written last.
+bool whole_film(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::uintmax_t size = std::filesystem::file_size(path, error);
+  std::ifstream in(path, std::ios::binary);
+  std::uintmax_t at = 0;
+  bool index = false;
+  while (in && !error && at < size) {
+    const auto number = [&in](int bytes) {
+      std::uintmax_t value = 0;
+      for (; bytes > 0; --bytes) value = value << 8 | static_cast<unsigned char>(in.get());
+      return value;
+    };
+    in.seekg(static_cast<std::streamoff>(at));
+    std::uintmax_t length = number(4);
+    const std::uintmax_t kind = number(4);
+    if (length == 1) length = number(8);
+    if (length < 8 || length > size - at) return false;
+    index = index || kind == 0x6d6f6f76;  // "moov"
+    at += length;
+  }
+  return index && at == size;
+}
+
 struct VideoFile::Impl {
   std::filesystem::path path, unfinished;
   int width = 0, height = 0;
@@ -115,6 +141,11 @@ Expected<void> VideoFile::close() {
   impl_->writer.release();
   impl_->open = false;
   std::error_code error;
+  if (!whole_film(impl_->unfinished)) {
+    std::filesystem::remove(impl_->unfinished, error);
+    return refused("video {}: could not be written whole; is the disk full? free some space and try again",
+                   impl_->path.string());
+  }
   std::filesystem::rename(impl_->unfinished, impl_->path, error);
   if (error) return refused("video {}: {}", impl_->path.string(), error.message());
   return {};

@@ -128,6 +128,7 @@ LabServer::Peers LabServer::peers() const noexcept {
   };
   peers.arm = held(memory_->arm_holder);
   peers.hand = held(memory_->hand_holder);
+  peers.arm_lost = !peers.arm && memory_->arm_holder.load() != 0;
   return peers;
 }
 

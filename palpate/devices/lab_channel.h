@@ -59,6 +59,7 @@ class LabServer {
   struct Peers {
     int clients = 0;                 // heard of within the last second
     bool arm = false, hand = false;  // someone holds it
+    bool arm_lost = false;           // its holder has gone silent without letting go
   };
   Peers peers() const noexcept;
 

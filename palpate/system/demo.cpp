@@ -2,6 +2,7 @@
 
 #include "palpate/compositor/picture_file.h"
 #include "palpate/core/progress.h"
+#include "palpate/core/stop_signal.h"
 #include "palpate/physics_server/physics_server.h"
 #include "palpate/report/demo_report.h"
 #include "palpate/sim/camera_renderer.h"
@@ -16,6 +17,13 @@
 
 namespace palpate {
 namespace {
+
+// Thrown where the demo looks at Ctrl-C: on its way out the processes it started end and unfinished files go.
+struct Interrupted {};
+
+void go_on_unless_stopped() {
+  if (stop_requested().load()) throw Interrupted{};
+}
 
 enum PhaseIndex : std::size_t { kCalibrating, kPlaying, kRealtime, kWriting };
 
@@ -42,9 +50,7 @@ CalibrationPlan plan_for(const DemoOptions& options) {
   return plan;
 }
 
-}  // namespace
-
-Expected<Json> run_demo(const DemoOptions& options) {
+Expected<Json> demo(const DemoOptions& options) {
   for (const auto& folder : {options.out, options.out / "raw", options.out / "pictures"})
     if (auto made = make_folder(folder); !made) return tl::unexpected(made.error());
   // What an earlier demo left must not be taken for this one's.
@@ -60,10 +66,15 @@ Expected<Json> run_demo(const DemoOptions& options) {
                      {"playing in real time", options.realtime_s + 2.0},
                      {"writing the report", 2.0}});
   progress.begin(kCalibrating);
+  const auto go_on = [&progress](double share) {
+    go_on_unless_stopped();
+    progress.update(share);
+  };
 
   // The renderer outlives the world, which holds on to it.
   sim::CameraRenderer renderer;
   const sim::RenderView render = [&renderer](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
+    go_on_unless_stopped();
     renderer.render(view, rgb);
   };
   sim::SimWorld world(options.world, options.seed);
@@ -74,6 +85,7 @@ Expected<Json> run_demo(const DemoOptions& options) {
   const CalibrationPlan plan = plan_for(options);
   SessionHooks hooks;
   hooks.progress = [&progress](std::size_t step, std::size_t steps, const std::string&) {
+    go_on_unless_stopped();
     progress.update(static_cast<double>(step) / static_cast<double>(steps));
   };
   hooks.save = [&rig_path](const Rig& so_far) { return write_rig(rig_path, so_far); };
@@ -112,8 +124,7 @@ Expected<Json> run_demo(const DemoOptions& options) {
   LockstepOptions lockstep;
   lockstep.seconds = options.seconds;
   lockstep.seed = options.seed;
-  auto play = play_in_lockstep(world, rig, scene, lockstep, parts,
-                               [&progress](double share) { progress.update(share); });
+  auto play = play_in_lockstep(world, rig, scene, lockstep, parts, go_on);
   if (!play) return tl::unexpected(play.error());
   if (!shown) return tl::unexpected(shown.error());
   if (auto closed = video->close(); !closed) return tl::unexpected(closed.error());
@@ -151,7 +162,7 @@ Expected<Json> run_demo(const DemoOptions& options) {
     leg.seed = options.seed;
     leg.seconds = options.realtime_s;
     leg.graphics_clock = options.world.clocks.graphics_host;
-    auto realtime = run_realtime_leg(leg, [&progress](double share) { progress.update(share); });
+    auto realtime = run_realtime_leg(leg, go_on);
     if (!realtime) return tl::unexpected(realtime.error());
     summary["realtime"] = *realtime;
   }
@@ -164,4 +175,17 @@ Expected<Json> run_demo(const DemoOptions& options) {
   return summary;
 }
 
+}  // namespace
+
+Expected<Json> run_demo(const DemoOptions& options) {
+  stop_requested();  // from here on Ctrl-C is a request
+  try {
+    return demo(options);
+  } catch (const Interrupted&) {
+    return refused(
+        "demo: stopped before its end; {} holds what was finished until then, without summary and "
+        "report: start it again",
+        options.out.string());
+  }
+}
 }  // namespace palpate

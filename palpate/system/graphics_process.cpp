@@ -22,6 +22,31 @@ constexpr double kPatience = 10.0;
 // meanwhile, and a frame of 33 ms does not miss it.
 constexpr Duration kDrawAfter = std::chrono::milliseconds(2);
 
+// Tells once that the physics server has gone, and once that it is back.
+class ServerWatch {
+ public:
+  ServerWatch(const StateLink& link, std::string address, const std::function<void(const std::string&)>& say)
+      : link_(link), address_(std::move(address)), say_(say) {}
+  void look() {
+    if (link_.peer_alive() == there_) return;
+    there_ = !there_;
+    if (say_)
+      say_(there_ ? fmt::format("graphics: the physics server at {} answers again", address_)
+                  : absence() + "; drawing goes on with the last state");
+  }
+  bool there() const { return there_; }
+  std::string absence() const {
+    return fmt::format("graphics: the physics server at {} no longer answers; start `palpate physics` again",
+                       address_);
+  }
+
+ private:
+  const StateLink& link_;
+  std::string address_;
+  const std::function<void(const std::string&)>& say_;
+  bool there_ = true;
+};
+
 struct Logs {
   CsvWriter frames{{"frame", "time_s", "round_trip_us", "late", "answer", "landmarks_used", "busy_us"}};
   CsvWriter sync{{"time_s", "offset_error_us", "uncertainty_us"}};
@@ -70,6 +95,10 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   std::optional<PlayerSeat> player;
   if (hand) player.emplace(scene, options.rig, options.world, options.seed);
 
+  if (options.notice)
+    options.notice(
+        fmt::format("graphics: shows {} of the physics server at {}", scene.application, endpoint->address));
+  ServerWatch physics(**link, endpoint->address, options.notice);
   Logs logs;
   std::vector<double> round_trips, sync_errors, uncertainties;
   std::uint64_t frames = 0, late = 0;
@@ -82,11 +111,9 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     const auto now = clock.now();
     if (next < now) next = now;
     std::this_thread::sleep_for(next - now);
-    if (auto alive = (*client)->check(); !alive) {
-      if (options.seconds > 0.0) return refused("graphics: {}", alive.error().message);
-      break;
-    }
+    if (auto alive = (*client)->check(); !alive) return refused("graphics: {}", alive.error().message);
     server.service(clock.now());
+    physics.look();
     if (!server.frame_begun()) {
       if (server.begin_frame(clock.now())) draw_at = clock.now() + kDrawAfter;
     } else if (clock.now() >= draw_at) {
@@ -117,6 +144,8 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     }
     if (player) player->act(clock.now(), server, *hand);
   }
+  // Figures of a measured run without its server would be figures of something else.
+  if (!physics.there() && options.seconds > 0.0 && !stop.load()) return refused("{}", physics.absence());
   const double elapsed = to_seconds(clock.now() - begun);
   const auto quantile = [](std::vector<double> values, double share) {
     ErrorSummary summary;

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "palpate/core/expected.h"
@@ -24,7 +25,8 @@ struct GraphicsProcessOptions {
   double seconds = 0.0;  // 0 = until asked to stop
   // Shows this machine's clock with an offset and a drift, so that the synchronisation has something to find.
   double disguise_offset_s = 0.0, disguise_drift_ppm = 0.0;
-  std::filesystem::path out;  // realtime_frames.csv and realtime_sync.csv; empty = none
+  std::filesystem::path out;                       // realtime_frames.csv and realtime_sync.csv; empty = none
+  std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
 };
 
 Expected<Json> run_graphics_process(const GraphicsProcessOptions& options);

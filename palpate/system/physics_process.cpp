@@ -63,6 +63,8 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
                                            server.control(*wish);
                                          server.physics_tick(t);
                                        });
+    if (options.notice)
+      options.notice(fmt::format("physics: answers graphics servers at {}", (*service)->endpoint()));
     while (!stop.load() && (options.seconds <= 0.0 || to_seconds(clock.now() - start) < options.seconds)) {
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
       if (auto alive = (*client)->check(); !alive) {
@@ -88,7 +90,7 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
                      {"limited_ticks", statistics.limited_ticks},
                      {"lost_impulse_rel", statistics.lost_impulse_rel()},
                      {"blows", statistics.blows}};
-  if (!gone.empty() && options.seconds > 0.0) return refused("physics: {}", gone);
+  if (!gone.empty()) return refused("physics: {}", gone);
   return result;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "palpate/core/expected.h"
@@ -23,6 +24,7 @@ struct PhysicsProcessOptions {
   double seconds = 0.0;  // 0 = until asked to stop
   double physics_hz = 1000.0;
   bool real_time = true;
+  std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
 };
 
 // Rates, overruns, jitter, forces and exchange counts of the whole run; also written by `palpate physics

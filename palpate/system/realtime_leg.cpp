@@ -47,14 +47,20 @@ Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
     return list;
   };
 
-  // The laboratory outlives the leg's length and is asked to stop at its end.
-  auto world = ChildProcess::start(options.program, arguments({"world", "run", "--name", name}),
-                                   file("world", ".log"));
+  // The laboratory outlives the leg's length and is asked to stop at its end. It ends by itself, and the
+  // physics server with it, where nobody is left to ask.
+  const double patience = options.seconds + 30.0;
+  auto world = ChildProcess::start(
+      options.program,
+      arguments({"world", "run", "--name", name, "--seconds", fmt::format("{}", patience + 30.0)}),
+      file("world", ".log"));
   if (!world) return tl::unexpected(world.error());
   for (int i = 0;; ++i) {
+    if (progress) progress(0.0);
     if (LabClient::open(name)) break;
     if (!world->running())
-      return refused("real-time leg: the laboratory ended: {}", last_words(file("world", ".log")));
+      return refused("real-time leg: the laboratory ended (exit {}): {}", *world->wait({}),
+                     last_words(file("world", ".log")));
     if (i > 1000) return refused("real-time leg: the laboratory did not open its devices within 10 s");
     std::this_thread::sleep_for(milliseconds(10));
   }
@@ -75,16 +81,17 @@ Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
   if (!graphics) return tl::unexpected(graphics.error());
 
   const auto begun = std::chrono::steady_clock::now();
-  const double patience = options.seconds + 30.0;
   while (true) {
     const auto code = graphics->wait(milliseconds(100));
     const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
     if (progress) progress(elapsed / (options.seconds + 1.0));
     if (code && *code != 0)
-      return refused("real-time leg: the graphics server ended: {}", last_words(file("graphics", ".log")));
+      return refused("real-time leg: the graphics server ended (exit {}): {}", *code,
+                     last_words(file("graphics", ".log")));
     if (code) break;
     if (!physics->running())
-      return refused("real-time leg: the physics server ended: {}", last_words(file("physics", ".log")));
+      return refused("real-time leg: the physics server ended (exit {}): {}", *physics->wait({}),
+                     last_words(file("physics", ".log")));
     if (elapsed > patience)
       return refused("real-time leg: the graphics server did not end within {:.0f} s", patience);
   }

@@ -96,6 +96,7 @@ Expected<WorldProcessReport> run_world(const sim::WorldFile& file, const WorldPr
       options.seconds > 0.0 ? start + seconds(options.seconds) : Instant<TrueTime>{Duration::max()};
   auto tick = start;
   std::uint64_t last_force = 0;
+  bool arm_lost = false;
   MonotonicClock<TrueTime> waiting;
   while (!stop.load(std::memory_order_relaxed) && tick < end) {
     tick += kTick;
@@ -121,6 +122,15 @@ Expected<WorldProcessReport> run_world(const sim::WorldFile& file, const WorldPr
     for (const auto& sample : world.tracker().poll()) server.publish_tracker(sample);
     if (auto shot = world.take_shot(); shot && painter) painter->draw(std::move(*shot));
     server.heartbeat();
+    if (report.ticks == 1 && options.notice)
+      options.notice(fmt::format("world: the devices of laboratory '{}' are open", options.name));
+    if (const bool lost = server.peers().arm_lost; lost != arm_lost) {
+      arm_lost = lost;
+      if (lost && options.notice)
+        options.notice(
+            "world: whoever commanded the arm has gone silent; it is without force until another "
+            "`palpate physics` takes it");
+    }
     if (painter && report.ticks % 100 == 0)
       if (const auto fault = painter->fault(); !fault.empty())
         return refused("world: the camera's picture cannot be drawn: {}", fault);

@@ -24,6 +24,7 @@ struct WorldProcessOptions {
   double seconds = 0.0;  // 0: until stopped
   // Makes the renderer, in the thread that will use it; none: no pictures.
   std::function<sim::RenderView()> make_renderer;
+  std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
 };
 
 struct WorldProcessReport {

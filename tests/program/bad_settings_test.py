@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""Rig, world and arm model files that are missing or wrong: file and line are named, and nothing is started or written."""
+import unittest
+
+from program import ProgramTest
+
+
+def with_line(text, before, line):
+    """The text with a line put in before the first that begins with `before`, and its number."""
+    lines = text.splitlines()
+    at = next(i for i, content in enumerate(lines) if content.startswith(before))
+    return "\n".join([*lines[:at], line, *lines[at:]]) + "\n", at + 1
+
+
+class BadSettings(ProgramTest):
+    good = {}  # of what the program itself writes, asked once
+
+    def setUp(self):
+        super().setUp()
+        if not self.good:
+            self.runs("rig", "new", "good.toml")
+            self.good.update(rig=self.read("good.toml").decode(), world=self.runs("world", "new", "-").out)
+        self.rig, self.world = self.good["rig"], self.good["world"]
+        self.write("good.toml", self.rig)
+        self.poses = self.write("poses.csv", "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n0,1,2,3,1,0,0,0\n")
+
+    def rig_readers(self):
+        yield "rig", "show"
+        yield "physics", "--rig"
+        yield "graphics", "--rig"
+        yield "calibrate", "all", "--rig"
+        yield "calibrate", "pivot", "--poses", self.poses, "--rig"
+
+    def world_readers(self):
+        yield "world", "show"
+        yield "world", "run", "--world"
+        yield "world", "sample", "pivot", "--out", "samples", "--world"
+        yield "demo", "--out", "report", "--world"
+        yield "calibrate", "all", "--rig", "new.toml", "--world"
+
+    def refuses_all(self, readers, *words):
+        for command in readers:
+            with self.subTest(command):
+                self.refuses([*command, "bad.toml"], 2, "bad.toml", *words)
+
+    def test_a_missing_rig_is_named(self):
+        for command in self.rig_readers():
+            if command[:2] != ("calibrate", "all"):  # which makes it
+                with self.subTest(command):
+                    self.refuses([*command, "nowhere.toml"], 2, "nowhere.toml: no such file")
+
+    def test_an_unknown_key_of_a_rig_is_named_with_file_line_and_the_nearest_known_one(self):
+        text, number = with_line(self.rig, "leds_mm", "led_mm = []")
+        self.write("bad.toml", text)
+        self.refuses_all(self.rig_readers(), f"bad.toml:{number}: ", "unknown key", ".led_mm'", "did you mean 'leds_mm'?")
+
+    def test_a_missing_world_is_named(self):
+        for command in self.world_readers():
+            with self.subTest(command):
+                self.refuses([*command, "nowhere.toml"], 2, "nowhere.toml: no such file")
+
+    def test_an_unknown_key_of_a_world_is_named_with_file_line_and_the_nearest_known_one(self):
+        text, number = with_line(self.world, "rate_hz", "rate_hertz = 100")
+        self.write("bad.toml", text)
+        self.refuses_all(self.world_readers(), f"bad.toml:{number}: ", "unknown key 'world.rate_hertz'", "did you mean 'rate_hz'?")
+
+    def test_an_unknown_part_of_a_world_is_named(self):
+        self.write("bad.toml", self.world + "[robot]\nlegs = 2\n")
+        self.refuses(["world", "show", "bad.toml"], 2, f"bad.toml:{len(self.world.splitlines()) + 1}: ", "unknown key 'robot'")
+
+    def test_what_is_not_toml_is_named_with_its_line(self):
+        for text, commands in ((self.rig, ["rig", "show"]), (self.world, ["world", "show"])):
+            self.write("bad.toml", text + "half a line\n")
+            self.refuses([*commands, "bad.toml"], 2, f"bad.toml:{len(text.splitlines()) + 1}: ", "not valid TOML")
+
+    def test_nan_and_words_in_place_of_numbers_are_named_with_their_line(self):
+        for value, words in (("nan", "a finite number is expected"), ('"fast"', "a number is expected"), ("-5", "is expected")):
+            text, number = with_line(self.world, "rate_hz", f"rate_hz = {value}")
+            lines = text.splitlines()
+            del lines[number]  # the right one
+            self.write("bad.toml", "\n".join(lines) + "\n")
+            self.refuses(["world", "show", "bad.toml"], 2, f"bad.toml:{number}: ", "world.rate_hz", words)
+
+    def test_a_bad_arm_model_is_named(self):
+        samples = self.write("arm.csv", "joint_1_deg,joint_2_deg,x_mm,y_mm,z_mm\n1,2,3,4,5\n")
+        command = ["calibrate", "arm", "--samples", samples, "--json", "result.json", "--arm"]
+        self.refuses([*command, "nowhere.toml"], 2, "nowhere.toml")
+        self.write("bad.toml", 'type = "dh"\n[[joint]]\na_mm = 1.0\nalpha_deg = 0.0\nd_mm = nan\ntheta_offset_deg = 0.0\n')
+        self.refuses([*command, "bad.toml"], 2, "bad.toml:5: ", "nan")
+        self.write("bad.toml", 'type = "dh"\n[[joint]]\na_mm = 1.0\nalpha_deg = 0.0\nd_mm = 0.0\ntheta_deg = 0.0\n')
+        self.refuses([*command, "bad.toml"], 2, "bad.toml:", "theta_offset_deg")
+
+    def test_a_rig_without_calibrations_starts_no_server(self):
+        self.refuses(["physics", "--rig", "good.toml"], 1, "good.toml", "arm calibration", "calibrate arm")
+        self.refuses(["graphics", "--rig", "good.toml"], 1, "good.toml", "calibrate all")
+        self.assertEqual(self.run_program("rig", "check", "good.toml").code, 1)
+
+    def test_unknown_options_values_and_commands_are_wrong_use(self):
+        for command in (["calibrate", "pivot"], ["calibrate", "pivot", "--poses", "x", "--method", "magic"], ["demo", "--app", "golf"],
+                        ["demo", "--seconds", "nan"], ["world", "sample", "pivot", "--out", "x", "--points", "-1"], ["nothing"], [],
+                        ["physics", "--rig", "good.toml", "--physics-hz", "5"]):
+            with self.subTest(command):
+                self.refuses(command, 2)
+
+
+if __name__ == "__main__":
+    unittest.main()

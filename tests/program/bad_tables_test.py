@@ -1,0 +1,91 @@
+#!/usr/bin/env python3
+"""Tables of numbers that are missing, malformed or hold what is no number, given to every command that reads one."""
+import os
+import unittest
+
+from program import ProgramTest
+
+POSES = "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n"
+POINTS = "x_mm,y_mm,z_mm\n"
+# Option under test: file name, command (FILE stands for the bad one), header, a good row.
+TABLES = {
+    "pivot --poses": (["calibrate", "pivot", "--poses", "FILE"], POSES, "0,1,2,3,1,0,0,0\n"),
+    "points --from": (["calibrate", "points", "--from", "FILE", "--to", "points.csv"], POINTS, "1,2,3\n"),
+    "points --to": (["calibrate", "points", "--from", "points.csv", "--to", "FILE"], POINTS, "1,2,3\n"),
+    "surface --points": (["calibrate", "surface", "--points", "FILE"], POINTS, "1,2,3\n"),
+    "arm --samples": (["calibrate", "arm", "--arm", "phantom-premium-1.5", "--samples", "FILE"],
+                      "joint_1_deg,joint_2_deg,joint_3_deg,x_mm,y_mm,z_mm\n", "1,2,3,4,5,6\n"),
+    "camera --corners": (["calibrate", "camera", "--corners", "FILE"],
+                         "image,corner,board_x_squares,board_y_squares,u_px,v_px\n", "one,0,0,0,100,100\n"),
+    "hand-eye --hand": (["calibrate", "hand-eye", "--hand", "FILE", "--eye", "poses.csv"], POSES, "0,1,2,3,1,0,0,0\n"),
+    "hand-eye --eye": (["calibrate", "hand-eye", "--hand", "poses.csv", "--eye", "FILE"], POSES, "0,1,2,3,1,0,0,0\n"),
+}
+
+
+class BadTables(ProgramTest):
+    def setUp(self):
+        super().setUp()
+        self.write("poses.csv", POSES + "0,1,2,3,1,0,0,0\n")
+        self.write("points.csv", POINTS + "1,2,3\n")
+
+    def refuses_in_all(self, content, *words, only=TABLES):
+        """`content` makes the file from its header and a good row; `only` where all tables go the same way."""
+        for option in only:
+            with self.subTest(option):
+                command, header, row = TABLES[option]
+                if content is not None:
+                    self.write("bad.csv", content(header, row))
+                bad = [self.path("bad.csv") if word == "FILE" else word for word in command]
+                self.refuses([*bad, "--json", "result.json"], 2, "bad.csv", *words)
+
+    def test_a_missing_file_is_named(self):
+        self.refuses_in_all(None, "no such file; check the path")
+
+    def test_an_empty_file_is_named(self):
+        self.refuses_in_all(lambda header, row: "", "is empty", only=["pivot --poses", "camera --corners"])
+
+    def test_a_header_without_rows_is_not_enough(self):
+        self.refuses_in_all(lambda header, row: header)
+
+    def test_bytes_are_not_a_table(self):
+        self.refuses_in_all(lambda header, row: bytes(range(256)), "not a text file", only=["pivot --poses"])
+
+    def test_nan_is_named_with_its_line_and_column(self):
+        self.refuses_in_all(lambda header, row: header + row + row.rsplit(",", 1)[0] + ",nan\n",
+                            "bad.csv:3: ", "is 'nan'", "finite numbers are expected")
+
+    def test_infinity_is_no_number_either(self):
+        self.refuses_in_all(lambda header, row: header + row + row.rsplit(",", 1)[0] + ",-inf\n", "bad.csv:3: ", "'-inf'",
+                            only=["arm --samples"])
+
+    def test_a_word_among_numbers_is_named_with_its_line(self):
+        self.refuses_in_all(lambda header, row: header + row + row.rsplit(",", 1)[0] + ",three\n",
+                            "bad.csv:3: ", "is 'three', a number is expected")
+
+    def test_a_row_cut_short_is_named_with_its_line(self):
+        self.refuses_in_all(lambda header, row: header + row + row + row.rsplit(",", 1)[0] + "\n", "bad.csv:4: ", "cells",
+                            only=["surface --points", "hand-eye --eye"])
+
+    def test_a_column_that_is_needed_is_named(self):
+        self.refuses_in_all(lambda header, row: "a,b,c\n1,2,3\n", "a,b,c", only=["points --from", "arm --samples", "camera --corners"])
+
+    def test_a_quaternion_of_no_length_is_no_rotation(self):
+        self.write("bad.csv", POSES + "0,1,2,3,1,0,0,0\n1,1,2,3,0,0,0,0\n")
+        self.refuses(["calibrate", "pivot", "--poses", "bad.csv"], 2, "bad.csv:3: ", "quaternion")
+
+    def test_one_bad_flight_in_a_folder_is_named(self):
+        os.mkdir(self.path("flights"))
+        study = ["study", "flights", "--data", "flights", "--out", "figures", "--json", "result.json"]
+        self.refuses(study, 2, "flights", "*.csv")
+        self.write("flights/one.csv", "t_s,x_m,y_m,z_m\n0,0,0,1\n0.1,0,nan,1\n")
+        self.refuses(study, 2, "one.csv:3: ", "nan")
+        self.refuses(["study", "flights", "--data", "nowhere"], 2, "nowhere")
+
+    def test_images_that_are_none_are_named(self):
+        self.refuses(["calibrate", "camera", "--images", "left*.jpg"], 2, "left*.jpg")
+        self.write("left1.jpg", bytes(range(256)))
+        self.refuses(["calibrate", "camera", "--images", "left*.jpg"], 2, "left1.jpg", "not an image")
+
+
+if __name__ == "__main__":
+    unittest.main()

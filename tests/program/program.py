@@ -1,0 +1,139 @@
+"""Runs the program from outside: to its end, or in the background as a server. Nothing waits for a fixed time."""
+import os
+import shutil
+import subprocess
+import tempfile
+import time
+import unittest
+
+PROGRAM = os.environ["PALPATE"]
+DATA = os.environ["PALPATE_DATA"]
+PATIENCE_S = 120.0  # for what ought to take seconds, on a busy machine and under sanitizers
+
+
+def wait_until(condition, what):
+    until = time.monotonic() + PATIENCE_S
+    while not condition():
+        if time.monotonic() > until:
+            raise AssertionError(f"waited {PATIENCE_S:.0f} s until {what}")
+        time.sleep(0.02)
+
+
+class Done:
+    """A command that has ended."""
+
+    def __init__(self, code, out, err):
+        self.code, self.out, self.err = code, out, err
+        self.lines = err.splitlines()
+
+    def __str__(self):
+        return f"exit {self.code}\nstandard output: {self.out}\nstandard error: {self.err}"
+
+
+class Running:
+    """A command in the background. Its output goes to files, so that no full pipe can stop it."""
+
+    def __init__(self, arguments, folder, environment):
+        self.arguments = [str(a) for a in arguments]
+        self.files = [tempfile.NamedTemporaryFile(dir=folder, suffix=s) for s in (".out", ".err")]
+        self.process = subprocess.Popen([PROGRAM, *self.arguments], stdin=subprocess.DEVNULL, stdout=self.files[0],
+                                        stderr=self.files[1], env=environment, cwd=os.path.dirname(folder))
+
+    def _text(self, file):
+        with open(file.name, encoding="utf-8") as again:
+            return again.read()
+
+    def lines(self):
+        """The whole lines on standard error so far."""
+        return self._text(self.files[1]).split("\n")[:-1]
+
+    def ended(self):
+        return self.process.poll() is not None
+
+    def says(self, words):
+        """Waits for a line with these words; False where the command ends without it."""
+        def said():
+            return any(words in line for line in self.lines())
+        wait_until(lambda: said() or self.ended(), f"{self.arguments} says '{words}'; so far {self.lines()}")
+        return said()
+
+    def send(self, number):
+        self.process.send_signal(number)
+
+    def ends(self):
+        wait_until(self.ended, f"{self.arguments} ends; so far {self.lines()}")
+        return Done(self.process.returncode, self._text(self.files[0]), self._text(self.files[1]))
+
+    def remove(self):
+        if not self.ended():
+            self.process.kill()
+            self.process.wait()
+        for file in self.files:
+            file.close()
+
+
+class ProgramTest(unittest.TestCase):
+    """A scratch folder, also for sockets and shared memory, and the checks every refusal has to pass."""
+
+    def setUp(self):
+        # Short, because a socket's path has at most 107 bytes.
+        self.root = tempfile.mkdtemp(prefix="palpate-", dir="/tmp")
+        self.addCleanup(shutil.rmtree, self.root, ignore_errors=True)
+        self.folder, self.logs, self.meeting = (os.path.join(self.root, name) for name in ("files", "logs", "run"))
+        for folder in (self.folder, self.logs, self.meeting):
+            os.mkdir(folder, 0o700)
+        self.environment = {**os.environ, "XDG_RUNTIME_DIR": self.meeting}
+
+    def path(self, *names):
+        return os.path.join(self.folder, *names)
+
+    def write(self, name, content):
+        with open(self.path(name), "wb") as file:
+            file.write(content if isinstance(content, bytes) else content.encode())
+        return self.path(name)
+
+    def read(self, *names):
+        with open(self.path(*names), "rb") as file:
+            return file.read()
+
+    def files(self):
+        """Every file below the scratch folder with its content, folders with nothing."""
+        found = {}
+        for place, folders, names in os.walk(self.folder):
+            found.update((os.path.relpath(os.path.join(place, name), self.folder), None) for name in folders)
+            for name in names:
+                path = os.path.relpath(os.path.join(place, name), self.folder)
+                found[path] = self.read(path) if os.path.isfile(self.path(path)) else None
+        return found
+
+    def run_program(self, *arguments, stdout=subprocess.PIPE, before=None):
+        done = subprocess.run([PROGRAM, *map(str, arguments)], stdin=subprocess.DEVNULL, stdout=stdout,
+                              stderr=subprocess.PIPE, text=True, timeout=PATIENCE_S, check=False,
+                              env=self.environment, cwd=self.folder, preexec_fn=before)
+        return Done(done.returncode, done.stdout or "", done.stderr)
+
+    def runs(self, *arguments):
+        done = self.run_program(*arguments)
+        self.assertEqual(done.code, 0, f"{arguments}: {done}")
+        return done
+
+    def start(self, *arguments):
+        running = Running(arguments, self.logs, self.environment)
+        self.addCleanup(running.remove)
+        return running
+
+    def says_no(self, done, code, *words):
+        """One line on standard error with these words, nothing on standard output, this exit code."""
+        self.assertEqual(done.code, code, done)
+        self.assertEqual(len(done.lines), 1, done)
+        self.assertTrue(done.lines[0].startswith("palpate: "), done)
+        for word in words:
+            self.assertIn(word, done.lines[0])
+        self.assertEqual(done.out, "", done)
+
+    def refuses(self, arguments, code, *words, **how):
+        """Says no and leaves every file as it was."""
+        before = self.files()
+        self.says_no(self.run_program(*arguments, **how), code, *words)
+        self.assertEqual(self.files(), before, arguments)
+        self.assertEqual(os.listdir(self.meeting), [])
