@@ -1,0 +1,66 @@
+#!/usr/bin/env python3
+"""A demo stopped at different stages: it ends soon, says so, and leaves only whole files and no process."""
+import json
+import os
+import signal
+import unittest
+
+from program import PROGRAM, ProgramTest, wait_until
+
+
+class DemoStopped(ProgramTest):
+    def start_demo_until(self, what):
+        demo = self.start("demo", "--quick", "--seconds", "1", "--out", "report")
+        wait_until(lambda: demo.ended() or os.path.exists(self.path("report", what)), f"report/{what} is there; so far {demo.lines()}")
+        self.assertFalse(demo.ended(), demo.lines())
+        return demo
+
+    def children(self, demo):
+        """Processes that the demo started, by their command line."""
+        found = []
+        for pid in filter(str.isdigit, os.listdir("/proc")):
+            try:
+                with open(f"/proc/{pid}/cmdline", encoding="utf-8") as file:
+                    words = file.read().split("\0")
+                if words[0] == os.path.realpath(PROGRAM) and f"demo-{demo.process.pid}" in words:
+                    found.append(int(pid))
+            except (OSError, UnicodeDecodeError):
+                pass  # it has ended meanwhile
+        return found
+
+    def stopped(self, demo):
+        self.says_no(demo.ends(), 1, "demo: stopped before its end", "report", "start it again")
+        files = self.files()
+        for name in ("summary.json", "report.html", "video.mp4"):
+            self.assertNotIn("report/" + name, files)
+        for name, content in files.items():
+            self.assertNotIn(".part-", name)
+            self.assertNotIn("unfinished", name)
+            if name.endswith(".json"):
+                json.loads(content)
+            if name.endswith((".csv", ".toml")):
+                self.assertTrue(content.endswith(b"\n"), name)
+
+    def test_while_it_calibrates(self):
+        demo = self.start_demo_until("rig.toml")
+        demo.send(signal.SIGINT)
+        self.stopped(demo)
+        self.runs("rig", "show", "report/rig.toml")
+
+    def test_while_it_plays(self):
+        demo = self.start_demo_until(".video.unfinished.mp4")
+        demo.send(signal.SIGTERM)
+        self.stopped(demo)
+
+    def test_while_three_processes_play_and_ctrl_c_reaches_them_all(self):
+        demo = self.start_demo_until("raw/realtime_graphics.log")
+        for pid in [demo.process.pid, *self.children(demo)]:
+            os.kill(pid, signal.SIGINT)
+        self.stopped(demo)
+        self.assertEqual(self.children(demo), [])
+        place = os.path.join(self.meeting, "palpate")
+        self.assertEqual([name for name in os.listdir(place) if not name.endswith(".lock")], [])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,61 @@
+#!/usr/bin/env python3
+"""Each of the three processes killed in turn: the others notice, say so in one line, and a restart finds nothing in its way."""
+import unittest
+
+from laboratory import BACK, GONE, LaboratoryTest, told
+
+
+class KilledPeers(LaboratoryTest):
+    def test_without_their_laboratory_both_servers_end_and_all_can_start_again(self):
+        world, physics, graphics = self.start_all()
+        world.remove()
+        for server, name in ((physics, "physics"), (graphics, "graphics")):
+            done = server.ends()
+            self.assertEqual((done.code, done.out), (1, ""), done)
+            lines = told(done)
+            self.assertEqual(len(lines), 1, done)
+            for words in (f"palpate: {name}: ", "laboratory 'lab' has been silent", f"process {world.process.pid} has died", "palpate world run"):
+                self.assertIn(words, lines[0])
+        self.assertNotIn("physics.sock", self.left_behind())
+        self.says_no(self.run_program("physics", "--rig", self.rig), 1, "laboratory 'lab' has been silent", "palpate world run")
+        world, physics, graphics = self.start_all()
+        self.assertEqual(self.stop_in_order(graphics, physics, world), [[], [], []])
+        self.assertEqual(self.left_behind(), [])
+
+    def test_a_laboratory_that_closes_is_noticed_too(self):
+        world, physics, graphics = self.start_all()
+        self.assertEqual(self.stop_in_order(world), [[]])
+        for server in (physics, graphics):
+            done = server.ends()
+            self.assertEqual(done.code, 1, done)
+            self.assertEqual(len(told(done)), 1, done)
+            self.assertIn("has been closed", done.lines[-1])
+        self.assertEqual(self.left_behind(), [])
+
+    def test_without_its_physics_server_graphics_goes_on_and_takes_the_next(self):
+        world, physics, graphics = self.start_all()
+        measured = self.start_graphics("--seconds", "4")
+        physics.remove()
+        self.assertTrue(graphics.says(GONE), graphics.lines())
+        self.assertTrue(world.says("whoever commanded the arm has gone silent"), world.lines())
+        done = measured.ends()  # its figures would be those of something else
+        self.assertEqual((done.code, done.out), (1, ""), done)
+        self.assertIn(GONE, done.lines[-1])
+        self.assertIn("start `palpate physics` again", done.lines[-1])
+        self.assertIn("physics.sock", self.left_behind())  # which blocks nobody:
+        physics = self.start_physics()
+        self.assertTrue(graphics.says(BACK), graphics.lines())
+        self.assertEqual(self.stop_in_order(graphics, physics), [[], []])
+        self.assertEqual(len(self.stop_in_order(world)[0]), 1)
+        self.assertEqual(self.left_behind(), [])
+
+    def test_without_graphics_the_others_go_on_and_serve_the_next(self):
+        world, physics, graphics = self.start_all()
+        graphics.remove()
+        graphics = self.start_graphics()
+        self.assertEqual(self.stop_in_order(graphics, physics, world), [[], [], []])
+        self.assertEqual(self.left_behind(), [])
+
+
+if __name__ == "__main__":
+    unittest.main()

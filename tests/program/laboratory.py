@@ -1,0 +1,75 @@
+"""Laboratory, physics server and graphics server as three processes, for the tests of servers."""
+import os
+import signal
+
+from program import ProgramTest, wait_until
+
+READY = {"world": "are open", "physics": "answers graphics servers at", "graphics": "shows pingpong"}
+GONE, BACK = "no longer answers", "answers again"
+
+
+def told(done):
+    """What a server said beside that it was ready. A machine so busy that the physics server missed a beat is no matter."""
+    lines = [line for line in done.lines if not any(words in line for words in READY.values())]
+    while (at := next((i for i in range(len(lines) - 1) if GONE in lines[i] and BACK in lines[i + 1]), None)) is not None:
+        del lines[at:at + 2]
+    return lines
+
+
+class LaboratoryTest(ProgramTest):
+    _rig = None  # calibrated once, from samples of the simulated laboratory
+
+    def setUp(self):
+        super().setUp()
+        if LaboratoryTest._rig is None:
+            for kind in ("arm", "camera", "hand-eye", "surface"):
+                self.runs("world", "sample", kind, "--out", "samples")
+            self.runs("rig", "new", "rig.toml")
+            for kind in (["arm", "--arm", "phantom-premium-1.5", "--samples", "samples/arm.csv"], ["camera", "--corners", "samples/corners.csv"],
+                         ["hand-eye", "--estimate-delay", "--hand", "samples/hand.csv", "--eye", "samples/eye.csv"],
+                         ["surface", "--points", "samples/surface.csv"], ["surface", "--points", "samples/wall.csv"]):
+                self.runs("calibrate", *kind, "--rig", "rig.toml")
+            LaboratoryTest._rig = self.read("rig.toml")
+        self.rig = self.write("rig.toml", LaboratoryTest._rig)
+
+    def start_world(self, *options):
+        world = self.start("world", "run", *options)
+        self.assertTrue(world.says(READY["world"]), world.lines())
+        return world
+
+    def start_physics(self, *options):
+        physics = self.start("physics", "--rig", self.rig, *options)
+        self.assertTrue(physics.says(READY["physics"]), physics.lines())
+        return physics
+
+    def start_graphics(self, *options):
+        graphics = self.start("graphics", "--rig", self.rig, *options)
+        self.assertTrue(graphics.says(READY["graphics"]), graphics.lines())
+        return graphics
+
+    def start_all(self):
+        return self.start_world(), self.start_physics(), self.start_graphics()
+
+    def stop_in_order(self, *servers, number=signal.SIGTERM):
+        """Each ends at once with exit 0 and its figures; returns what each said."""
+        said = []
+        for server in servers:
+            server.send(number)
+            done = server.ends()
+            self.assertEqual(done.code, 0, f"{server.arguments}: {done}")
+            self.assertEqual(len(done.out.splitlines()), 1, done)
+            said.append(told(done))
+        return said
+
+    def left_behind(self):
+        """Sockets and shared memory; lock files that nobody holds block nobody."""
+        place = os.path.join(self.meeting, "palpate")
+        return [name for name in os.listdir(place) if not name.endswith(".lock")] if os.path.isdir(place) else []
+
+    def catches(self, running, number):
+        """Waits until the process has a handler for the signal."""
+        def caught():
+            with open(f"/proc/{running.process.pid}/status", encoding="ascii") as status:
+                mask = next(line for line in status if line.startswith("SigCgt")).split()[1]
+            return int(mask, 16) >> (number - 1) & 1
+        wait_until(lambda: running.ended() or caught(), f"{running.arguments} catches signal {number}")

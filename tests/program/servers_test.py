@@ -1,0 +1,84 @@
+#!/usr/bin/env python3
+"""Servers that find no peer, or their address taken; and how they end when asked to."""
+import os
+import signal
+import socket
+import unittest
+
+from laboratory import LaboratoryTest
+
+
+class Servers(LaboratoryTest):
+    def test_without_a_laboratory_no_server_starts(self):
+        for command in ("physics", "graphics"):
+            self.says_no(self.run_program(command, "--rig", self.rig, "--lab", "nowhere"), 1, "laboratory 'nowhere' is not there", "palpate world run")
+        self.says_no(self.run_program("physics", "--rig", self.rig, "--lab", "../up"), 2, "'../up'", "letters, digits")
+
+    def test_graphics_without_a_physics_server_gives_up_and_names_the_remedy(self):
+        world = self.start_world()
+        self.says_no(self.run_program("graphics", "--rig", self.rig), 1, "no physics server answers at ipc://", "start `palpate physics` first")
+        self.assertEqual(self.stop_in_order(world), [[]])
+
+    def test_graphics_can_be_stopped_while_it_waits_for_a_physics_server(self):
+        self.start_world()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            graphics = self.start("graphics", "--rig", self.rig)
+            self.catches(graphics, number)
+            graphics.send(number)
+            self.says_no(graphics.ends(), 1, "stopped before the physics server answered")
+
+    def test_addresses_that_are_none_are_wrong_use(self):
+        for address in ("nonsense", "tcp://localhost", "tcp://localhost:99999", "ipc://", "tcp://localhost:5555", "udp://localhost:1"):
+            for option in (["physics", "--listen"], ["graphics", "--connect"]):
+                with self.subTest(address=address, option=option):
+                    self.says_no(self.run_program(option[0], "--rig", self.rig, option[1], address), 2, address)
+
+    def test_a_second_laboratory_of_the_same_name_is_refused_and_the_first_goes_on(self):
+        world = self.start_world()
+        self.says_no(self.run_program("world", "run"), 1, "laboratory 'lab'", "address in use", "choose another name")
+        other = self.start_world("--name", "other")
+        self.assertEqual(self.stop_in_order(other, world), [[], []])
+        self.assertEqual(self.left_behind(), [])
+
+    def test_a_second_physics_server_is_refused_and_the_first_goes_on(self):
+        world, physics, other = self.start_world(), self.start_physics(), self.start_world("--name", "other")
+        self.says_no(self.run_program("physics", "--rig", self.rig), 1, "arm of laboratory 'lab'", "held by process", "stop it first")
+        self.says_no(self.run_program("physics", "--rig", self.rig, "--lab", "other"), 1, "physics.sock", f"address in use by process {physics.process.pid}", "listen at another")
+        self.stop_in_order(self.start_graphics(), physics, world, other)
+        self.assertEqual(self.left_behind(), [])
+
+    def test_an_address_that_another_program_has_is_refused(self):
+        self.start_world()
+        place = os.path.join(self.meeting, "palpate", "physics.sock")
+        with socket.socket(socket.AF_UNIX) as unix, socket.socket() as tcp:
+            unix.bind(place)
+            unix.listen()
+            tcp.bind(("127.0.0.1", 0))
+            tcp.listen()
+            self.says_no(self.run_program("physics", "--rig", self.rig), 1, place, "address in use")
+            self.assertTrue(os.path.exists(place))
+            address = f"tcp://127.0.0.1:{tcp.getsockname()[1]}"
+            self.says_no(self.run_program("physics", "--rig", self.rig, "--insecure", "--listen", address), 1, address, "in use")
+        os.remove(place)
+        with open(place, "w", encoding="ascii") as file:
+            file.write("letters of somebody")
+        self.says_no(self.run_program("physics", "--rig", self.rig), 1, place, "is not a socket", "remove it")
+        self.assertEqual(os.path.getsize(place), 19)
+
+    def test_each_ends_in_order_when_asked_and_leaves_nothing_behind(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            world, physics, graphics = self.start_all()
+            self.assertEqual(self.stop_in_order(graphics, physics, world, number=number), [[], [], []])
+            self.assertEqual(self.left_behind(), [])
+
+    def test_figures_that_find_no_place_are_told_at_the_end(self):
+        self.start_world()
+        physics = self.start_physics("--seconds", "0.1", "--json", "/dev/full")
+        done = physics.ends()
+        self.assertEqual((done.code, done.out), (1, ""), done)
+        self.assertIn("/dev/full", done.lines[-1])
+        self.assertEqual(len(done.lines), 2, done)
+
+
+if __name__ == "__main__":
+    unittest.main()
