@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
+
+#include <csignal>
 #include <filesystem>
+#include <random>
 #include <stdexcept>
 
 #include <opencv2/imgcodecs.hpp>
@@ -68,6 +72,31 @@ TEST_F(PictureFile, VideoHasItsFramesAndAppearsOnlyWhenClosed) {
   EXPECT_EQ(frames, 12);
   EXPECT_FALSE(VideoFile::create(folder_ / "odd.mp4", 63, 48, 30));
   EXPECT_FALSE(VideoFile::create(folder_ / "no" / "a.mp4", 64, 48, 30));
+}
+
+// What the encoder keeps to itself: a file that may not grow is as good as a full disk, for root as well.
+TEST_F(PictureFile, AVideoThatDoesNotFitIsRefusedAndLeavesNothing) {
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  for (const rlim_t room : {100u, 4000u, 40000u}) {  // header only; a part of the film; nearly all of it
+    rlimit little = before;
+    little.rlim_cur = room;
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &little), 0);
+    auto video = VideoFile::create(folder_ / "a.mp4", 64, 48, 30);
+    ASSERT_TRUE(video) << video.error().message;
+    std::mt19937 noise(7);
+    std::vector<std::uint8_t> rgb(64 * 48 * 3);
+    for (int i = 0; i < 30; ++i) {
+      for (auto& value : rgb) value = static_cast<std::uint8_t>(noise());
+      video->add(rgb);
+    }
+    const auto closed = video->close();
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+    ASSERT_FALSE(closed) << room;
+    EXPECT_NE(closed.error().message.find("could not be written whole"), std::string::npos);
+    EXPECT_TRUE(fs::is_empty(folder_)) << room;
+  }
 }
 
 TEST_F(PictureFile, CaptionsChangeOnlyTheirCorner) {

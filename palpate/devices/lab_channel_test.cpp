@@ -185,6 +185,7 @@ TEST_F(LabChannel, ArmAndHandHaveOneHolderEach) {
     expect_refused(LabHand::open(first), "is held by process");
     (*arm)->command({1, 2, 3});
   }
+  EXPECT_FALSE(server->peers().arm || server->peers().arm_lost);
   EXPECT_EQ(server->take_force()->force, Vector3::Zero());  // let go, so no force is left behind
   EXPECT_TRUE(LabArm::open(second).has_value());
   EXPECT_TRUE(LabHand::open(first).has_value());
@@ -280,8 +281,11 @@ TEST_F(LabChannel, WhatADeadClientHeldIsFreeAgain) {
   ASSERT_EQ(waitpid(child, &status, 0), child);
   ASSERT_EQ(WEXITSTATUS(status), 0);
   EXPECT_EQ(server->take_force()->force.z(), 5.0);  // it says how old it is; the laboratory stops obeying
+  for (int i = 0; i < 500 && !server->peers().arm_lost; ++i) usleep(10'000);
+  EXPECT_TRUE(server->peers().arm_lost);
   const auto client = connect(*server);
   EXPECT_TRUE(LabArm::open(client).has_value());
+  EXPECT_FALSE(server->peers().arm_lost);
 }
 
 // All channels at once, a thread each, as in a running system; for the thread sanitizer above all.

@@ -45,7 +45,8 @@ class BadTables(ProgramTest):
         self.refuses_in_all(lambda header, row: "", "is empty", only=["pivot --poses", "camera --corners"])
 
     def test_a_header_without_rows_is_not_enough(self):
-        self.refuses_in_all(lambda header, row: header)
+        self.refuses_in_all(lambda header, row: header,
+                            only=["pivot --poses", "points --from", "arm --samples", "camera --corners"])
 
     def test_bytes_are_not_a_table(self):
         self.refuses_in_all(lambda header, row: bytes(range(256)), "not a text file", only=["pivot --poses"])
@@ -60,7 +61,7 @@ class BadTables(ProgramTest):
 
     def test_a_word_among_numbers_is_named_with_its_line(self):
         self.refuses_in_all(lambda header, row: header + row + row.rsplit(",", 1)[0] + ",three\n",
-                            "bad.csv:3: ", "is 'three', a number is expected")
+                            "bad.csv:3: ", "is 'three', a number is expected", only=["points --to", "arm --samples"])
 
     def test_a_row_cut_short_is_named_with_its_line(self):
         self.refuses_in_all(lambda header, row: header + row + row + row.rsplit(",", 1)[0] + "\n", "bad.csv:4: ", "cells",

@@ -1,4 +1,5 @@
 """Runs the program from outside: to its end, or in the background as a server. Nothing waits for a fixed time."""
+import hashlib
 import os
 import shutil
 import subprocess
@@ -7,7 +8,6 @@ import time
 import unittest
 
 PROGRAM = os.environ["PALPATE"]
-DATA = os.environ["PALPATE_DATA"]
 PATIENCE_S = 120.0  # for what ought to take seconds, on a busy machine and under sanitizers
 
 
@@ -33,11 +33,11 @@ class Done:
 class Running:
     """A command in the background. Its output goes to files, so that no full pipe can stop it."""
 
-    def __init__(self, arguments, folder, environment):
+    def __init__(self, arguments, logs, **how):
         self.arguments = [str(a) for a in arguments]
-        self.files = [tempfile.NamedTemporaryFile(dir=folder, suffix=s) for s in (".out", ".err")]
+        self.files = [tempfile.NamedTemporaryFile(dir=logs, suffix=s) for s in (".out", ".err")]
         self.process = subprocess.Popen([PROGRAM, *self.arguments], stdin=subprocess.DEVNULL, stdout=self.files[0],
-                                        stderr=self.files[1], env=environment, cwd=os.path.dirname(folder))
+                                        stderr=self.files[1], **how)
 
     def _text(self, file):
         with open(file.name, encoding="utf-8") as again:
@@ -97,13 +97,13 @@ class ProgramTest(unittest.TestCase):
             return file.read()
 
     def files(self):
-        """Every file below the scratch folder with its content, folders with nothing."""
+        """Every file below the scratch folder with its content's hash, folders with nothing."""
         found = {}
         for place, folders, names in os.walk(self.folder):
             found.update((os.path.relpath(os.path.join(place, name), self.folder), None) for name in folders)
             for name in names:
                 path = os.path.relpath(os.path.join(place, name), self.folder)
-                found[path] = self.read(path) if os.path.isfile(self.path(path)) else None
+                found[path] = hashlib.sha256(self.read(path)).hexdigest() if os.path.isfile(self.path(path)) else None
         return found
 
     def run_program(self, *arguments, stdout=subprocess.PIPE, before=None):
@@ -118,7 +118,7 @@ class ProgramTest(unittest.TestCase):
         return done
 
     def start(self, *arguments):
-        running = Running(arguments, self.logs, self.environment)
+        running = Running(arguments, self.logs, env=self.environment, cwd=self.folder)
         self.addCleanup(running.remove)
         return running
 

@@ -28,10 +28,12 @@ class Servers(LaboratoryTest):
             self.says_no(graphics.ends(), 1, "stopped before the physics server answered")
 
     def test_addresses_that_are_none_are_wrong_use(self):
-        for address in ("nonsense", "tcp://localhost", "tcp://localhost:99999", "ipc://", "tcp://localhost:5555", "udp://localhost:1"):
-            for option in (["physics", "--listen"], ["graphics", "--connect"]):
-                with self.subTest(address=address, option=option):
-                    self.says_no(self.run_program(option[0], "--rig", self.rig, option[1], address), 2, address)
+        for command, option, address, words in (("physics", "--listen", "nonsense", "not an address"),
+                                                ("graphics", "--connect", "tcp://localhost:99999", "a port from 1 to 65535"),
+                                                ("graphics", "--connect", "udp://localhost:1", "expected ipc://PATH or tcp://HOST:PORT"),
+                                                ("physics", "--listen", "tcp://localhost:5555", "--insecure")):
+            with self.subTest(address):
+                self.says_no(self.run_program(command, "--rig", self.rig, option, address), 2, address, words)
 
     def test_a_second_laboratory_of_the_same_name_is_refused_and_the_first_goes_on(self):
         world = self.start_world()
@@ -44,7 +46,7 @@ class Servers(LaboratoryTest):
         world, physics, other = self.start_world(), self.start_physics(), self.start_world("--name", "other")
         self.says_no(self.run_program("physics", "--rig", self.rig), 1, "arm of laboratory 'lab'", "held by process", "stop it first")
         self.says_no(self.run_program("physics", "--rig", self.rig, "--lab", "other"), 1, "physics.sock", f"address in use by process {physics.process.pid}", "listen at another")
-        self.stop_in_order(self.start_graphics(), physics, world, other)
+        self.assertEqual(self.stop_in_order(physics, world, other), [[], [], []])
         self.assertEqual(self.left_behind(), [])
 
     def test_an_address_that_another_program_has_is_refused(self):
