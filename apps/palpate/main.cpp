@@ -17,8 +17,8 @@ namespace {
 // "nan" and "inf" pass as numbers, and a comparison with a range lets the former through.
 Expected<void> all_finite(const CLI::App& command) {
   for (const auto* option : command.get_options()) {
-    const std::string type = option->get_type_name();
-    if (type != "FLOAT" && type.find(',') == std::string::npos) continue;
+    const std::string type = option->get_type_name();  // with its range, where it has one
+    if (!type.starts_with("FLOAT") && type.find(',') == std::string::npos) continue;
     for (const auto& text : option->results()) {
       double value = 0.0;
       if (CLI::detail::lexical_cast(text, value) && !std::isfinite(value))

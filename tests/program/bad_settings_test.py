@@ -97,7 +97,7 @@ class BadSettings(ProgramTest):
 
     def test_unknown_options_values_and_commands_are_wrong_use(self):
         for command in (["calibrate", "pivot"], ["calibrate", "pivot", "--poses", "x", "--method", "magic"], ["demo", "--app", "golf"],
-                        ["demo", "--seconds", "nan"], ["world", "sample", "pivot", "--out", "x", "--points", "-1"], ["nothing"], [],
+                        ["demo", "--seconds", "nan"], ["calibrate", "pivot", "--poses", self.poses, "--tip-mm", "1,inf,3"], ["world", "sample", "pivot", "--out", "x", "--points", "-1"], ["nothing"], [],
                         ["physics", "--rig", "good.toml", "--physics-hz", "5"]):
             with self.subTest(command):
                 self.refuses(command, 2)
