@@ -188,4 +188,5 @@ Expected<Json> run_demo(const DemoOptions& options) {
         options.out.string());
   }
 }
+
 }  // namespace palpate
