@@ -32,7 +32,9 @@ void add_demo(CLI::App& program) {
   command->add_option("--out", options->demo.out, "Folder for report, summary, pictures, video and raw data")
       ->default_val("./palpate-report");
   command->add_flag("--headless", options->headless, "No window (this version never opens one)");
-  auto* quick = command->add_flag("--quick", options->demo.quick, "Under 30 s: a shorter play");
+  auto* quick = command->add_flag(
+      "--quick", options->demo.quick,
+      "A shorter play, under 30 s on an idle machine; too short to judge the share of returned serves");
   auto* seconds = command->get_option("--seconds");
   on(command, [options, quick, seconds]() -> Expected<void> {
     auto& demo = options->demo;

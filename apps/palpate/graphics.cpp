@@ -7,8 +7,8 @@
 namespace palpate::app {
 
 void add_graphics(CLI::App& program) {
-  auto* command =
-      program.add_subcommand("graphics", "The graphics server: camera and tracker in, augmented picture out");
+  auto* command = program.add_subcommand(
+      "graphics", "The graphics server: camera and tracker in, augmented picture out (no window yet)");
   struct Options {
     std::string rig, world, json;
     GraphicsProcessOptions process;
@@ -21,9 +21,10 @@ void add_graphics(CLI::App& program) {
   command->add_option("--lab", options->process.lab, "Name of the laboratory `palpate world run` serves")
       ->default_val("lab");
   command->add_flag("--player", options->process.player, "Let the scripted player hold the stylus");
-  command->add_option("--world", options->world, "World file: how the scripted player's hand and arm feel");
+  command->add_option("--world", options->world,
+                      "World file of that laboratory: how the scripted player's hand and arm feel");
   command->add_option("--seed", options->process.seed, "Seed of the scripted player")->default_val(1);
-  command->add_option("--seconds", options->process.seconds, "Stop after this long; 0 = at Ctrl-C")
+  command->add_option("--seconds", options->process.seconds, "Stop after this many seconds; 0 = at Ctrl-C")
       ->default_val(0.0);
   command
       ->add_option("--disguise-offset-s", options->process.disguise_offset_s,
@@ -31,7 +32,8 @@ void add_graphics(CLI::App& program) {
       ->default_val(0.0);
   command->add_option("--disguise-drift-ppm", options->process.disguise_drift_ppm, "... and with a drift")
       ->default_val(0.0);
-  command->add_option("--out", options->process.out, "Folder for realtime_frames.csv and realtime_sync.csv");
+  command->add_option("--out", options->process.out,
+                      "Folder, which must exist, for realtime_frames.csv and realtime_sync.csv");
   command->add_option("--json", options->json,
                       "Write exchange and clock figures here at the end; - = standard output");
   on(command, [options]() -> Expected<void> {

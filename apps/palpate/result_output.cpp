@@ -9,7 +9,9 @@ void add_result_options(CLI::App& command, ResultOptions& options) {
   command.add_option("--json", options.json, "Write the result as JSON to FILE (- = standard output)")
       ->type_name("FILE");
   command
-      .add_option("--rig", options.rig, "Rig file: start values are read there, the result is written there")
+      .add_option(
+          "--rig", options.rig,
+          "Rig file (palpate rig new makes one): start values are read there, the result is written there")
       ->type_name("FILE");
   command.add_option("--out", options.out, "Write the result alone, as a rig file of one part")
       ->type_name("FILE");
