@@ -159,7 +159,7 @@ void tell_forces(Report& page, const DemoData& data) {
       "momentum, and is given to the arm at 1 kHz. What the arm cannot give is cut off and counted, not "
       "hidden.");
   std::vector<Figure> figures{
-      {"Peak force", shown(peak, "N"), "the arm's limit is 8.5 N", at_most(*peak, kForceLimit)}};
+      {"Peak force", shown(peak, "N"), "at most 8.5 N, the arm's limit", at_most(*peak, kForceLimit)}};
   if (const auto v = data.number("force/limited_ticks"))
     figures.push_back({"Milliseconds at the limit", fmt::format("{:.0f}", *v), "", Verdict::none});
   if (const auto v = data.number("force/lost_impulse_rel"))
@@ -167,7 +167,7 @@ void tell_forces(Report& page, const DemoData& data) {
         {"Impulse lost to the limit", shown(100.0 * *v, "%"), "of all impulse asked for", Verdict::none});
   if (const auto v = data.number("force/impulse_error_rel_max"))
     figures.push_back({"Impulse error, worst blow", fmt::format("{:.1e}", *v),
-                       "asked for, against m (1 + e) v", at_most(*v, 1e-9)});
+                       "at most 1e-9; relative, asked for against m (1 + e) v", at_most(*v, 1e-9)});
   page.figures(figures);
   const CsvTable* haptics = data.raw("haptics.csv");
   if (haptics == nullptr || !has_columns(*haptics, {"time_s", "asked_n", "given_n"})) return;

@@ -30,16 +30,19 @@ void tell_real_time(Report& page, const DemoData& data) {
       50.0);
   add("realtime/sync/uncertainty_us", "Uncertainty it states itself", "\u00b5s", "");
   add("realtime/haptic/rate_hz", "Haptic loop", "Hz", "");
-  add("realtime/haptic/overruns", "Haptic overruns", "", "ticks that missed their millisecond");
+  add("realtime/haptic/overruns", "Haptic overruns", "", "ticks still at work when the next was due");
   add("realtime/haptic/jitter_us/p99", "Haptic jitter, 99 % below", "\u00b5s", "");
   add("realtime/physics/rate_hz", "Physics loop", "Hz", "");
-  add("realtime/graphics/rate_hz", "Pictures", "Hz", "as fast as this machine draws without a graphics card");
+  add("realtime/graphics/rate_hz", "Pictures", "Hz",
+      "as fast as this machine draws two pictures, the camera's and ours");
   if (figures.empty()) return;
   page.section("Against the wall clock", "real-time");
   page.paragraph(
-      "Everything above ran in lock-step on a virtual clock, so that it is the same on every machine. This "
+      "Everything above ran in lock-step on a virtual clock, so that no figure depends on how quick the "
+      "machine is. This "
       "part ran in real "
-      "time: world, physics server and graphics server as three processes, each on its own clock. Its "
+      "time: world, physics server and graphics server as three processes, the last one's clock disguised "
+      "with an offset and a drift. Its "
       "figures belong to "
       "the machine it ran on.");
   page.figures(figures);

@@ -61,7 +61,7 @@ void tell_what_you_see(Report& page, const DemoData& data) {
                        "at least 60 %", at_least(*returned, 0.6 * *serves)});
   }
   add_figure(figures, data, "force/peak_n", "Strongest blow the hand felt", "N", 8.5,
-             "the arm's limit is 8.5 N");
+             "at most 8.5 N, the arm's limit");
   add_figure(figures, data, "realtime/exchange/round_trip_us/median",
              "Asking for the state, round trip, median", "\u00b5s", std::nullopt,
              "real time, between two processes");
