@@ -77,6 +77,26 @@ def arm_tip(model, readings_deg):
     return [u + v for u, v in zip(rotate(base["rotation_qwxyz"], tip), base["translation_mm"])]
 
 
+def product(*quaternions):
+    w, u = 1.0, [0.0, 0.0, 0.0]
+    for q in quaternions:
+        t = q[1:]
+        w, u = w * q[0] - sum(a * b for a, b in zip(u, t)), [w * b + q[0] * a + c for a, b, c in zip(u, t, cross(u, t))]
+    return [w, *u]
+
+
+def turn(axis, angle):
+    return [math.cos(angle / 2), *(math.sin(angle / 2) if k == axis else 0.0 for k in range(3))]
+
+
+def stylus(arm, gimbal, joints_deg, gimbal_deg):
+    """Orientation of the stylus in World: base Ry(t1) Rx(-t3) Ry(t4) Rx(t5) Rz(t6)."""
+    t1, _, t3 = (g * math.radians(r) + math.radians(o) for g, r, o in zip(arm["gains"], joints_deg, arm["offsets_deg"]))
+    t4, t5, t6 = (g * math.radians(r) + math.radians(o)
+                  for g, r, o in zip(gimbal["gimbal_gains"], gimbal_deg, gimbal["gimbal_offsets_deg"]))
+    return product(arm["base"]["rotation_qwxyz"], turn(1, t1), turn(0, -t3), turn(1, t4), turn(0, t5), turn(2, t6))
+
+
 class Lens:
     def __init__(self, row):
         self.fx, self.fy, self.cx, self.cy, self.k1, self.k2, self.p1, self.p2, self.k3 = (
@@ -211,6 +231,11 @@ def arm_figures(demo):
             tip = arm_tip(joint, numbers(s, "joint_1_deg", "joint_2_deg", "joint_3_deg"))
             total += math.dist(tip, [a + b for a, b in zip(marker, turned)])
         yield "arm/heldout_mean_mm", total / len(held_out)
+    if held_out and joint and truth and "gimbal" in demo.estimates:
+        readings = [(numbers(s, "joint_1_deg", "joint_2_deg", "joint_3_deg"), numbers(s, "gimbal_1_deg", "gimbal_2_deg", "gimbal_3_deg"))
+                    for s in held_out]
+        turns = [turn_between_deg(stylus(joint, demo.estimates["gimbal"], *r), stylus(truth, truth, *r)) for r in readings]
+        yield "arm/stylus_error_to_truth_deg", sum(turns) / len(turns)
 
 
 def offset_figures(demo):

@@ -121,6 +121,16 @@ class Recompute(unittest.TestCase):
         self.assertAlmostEqual(y, 0)
         self.assertAlmostEqual(z, -200)
 
+    def test_the_stylus_turns_with_arm_and_gimbal(self):
+        arm = {"gains": [1, 1, 1], "offsets_deg": [0, 0, 0], "base": {"rotation_qwxyz": [1, 0, 0, 0]}}
+        gimbal = {"gimbal_gains": [1, 2, 1], "gimbal_offsets_deg": [10, 0, 0]}
+        # 30 from the first joint, 20 + 10 from the gimbal's first, all about y
+        about_y = recompute.stylus(arm, gimbal, [30, 0, 0], [20, 0, 0])
+        self.assertAlmostEqual(recompute.turn_between_deg(about_y, recompute.turn(1, math.radians(60))), 0, places=9)
+        # the third joint bends the forearm down as the gimbal's second, at gain 2, bends the stylus up
+        flat = recompute.stylus(arm, dict(gimbal, gimbal_offsets_deg=[0, 0, 0]), [0, 0, 40], [0, 20, 0])
+        self.assertAlmostEqual(recompute.turn_between_deg(flat, [1, 0, 0, 0]), 0, places=9)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -7,6 +7,7 @@
 #include "apps/palpate/command.h"
 #include "apps/palpate/result_output.h"
 #include "palpate/calibration/arm.h"
+#include "palpate/calibration/gimbal.h"
 #include "palpate/core/random.h"
 #include "palpate/core/units.h"
 
@@ -22,8 +23,15 @@ struct ArmArguments {
   std::uint64_t seed = 1;
 };
 
-Expected<ArmFree> parse_free(const std::string& list) {
-  ArmFree free{false, false, false, false, false};
+// What is estimated: of the arm, and whether the gimbal is beside it.
+struct FreeList {
+  ArmFree arm;
+  bool gimbal = false;
+};
+
+Expected<FreeList> parse_free(const std::string& list) {
+  FreeList all{{false, false, false, false, false}, false};
+  ArmFree& free = all.arm;
   std::istringstream stream(list);
   for (std::string name; std::getline(stream, name, ',');) {
     if (name == "gains")
@@ -36,14 +44,17 @@ Expected<ArmFree> parse_free(const std::string& list) {
       free.tip = true;
     else if (name == "dh")
       free.dh = true;
-    else if (name == "gimbal" || name == "quadratic" || name == "hysteresis" || name == "delay")
-      return wrong_use("--free {}: not available in this version; gains, offsets, lengths, tip and dh are",
-                       name);
+    else if (name == "gimbal")
+      all.gimbal = true;
+    else if (name == "quadratic" || name == "hysteresis" || name == "delay")
+      return wrong_use(
+          "--free {}: not available in this version; gains, offsets, lengths, tip, gimbal and dh are", name);
     else
-      return wrong_use("--free {}: unknown; a list of gains, offsets, lengths, tip, dh is expected, or auto",
-                       name);
+      return wrong_use(
+          "--free {}: unknown; a list of gains, offsets, lengths, tip, gimbal, dh is expected, or auto",
+          name);
   }
-  return free;
+  return all;
 }
 
 // The set with the smallest error in regions it has not seen; a larger set must win by 1 %.
@@ -70,12 +81,13 @@ Expected<ArmFree> choose_free(const std::vector<ArmObservation>& samples, const 
   return best;
 }
 
-std::string free_text(const ArmFree& free) {
+std::string free_text(const ArmFree& free, bool gimbal) {
   std::string text;
   for (const auto& [on, name] : {std::pair{free.gains, "gains"},
                                  {free.offsets, "offsets"},
                                  {free.lengths, "lengths"},
                                  {free.tip, "tip"},
+                                 {gimbal, "gimbal"},
                                  {free.dh, "dh"}})
     if (on) text += (text.empty() ? "" : ",") + std::string(name);
   return text;
@@ -196,6 +208,16 @@ void put_arm(Json& json, const ArmSolution& arm) {
                       {"rotation_qwxyz", json_quaternion(arm.X_world_base.rotation)}};
 }
 
+void put_gimbal(Json& json, const Estimate<GimbalSolution>& gimbal, const std::vector<Vector3>& errors) {
+  json["gimbal_gains"] = json_list(gimbal.value.correction.gain);
+  json["gimbal_offsets_deg"] = json_list(gimbal.value.correction.offset, kDegreesPerRadian);
+  json["marker_on_stylus_qwxyz"] = json_quaternion(gimbal.value.R_tip_marker);
+  std::vector<Vector3> trained;
+  for (std::size_t i = 0; i < errors.size(); ++i)
+    if (gimbal.inlier[i]) trained.push_back(errors[i]);
+  json["orientation_rms_deg"] = degrees_from_radians(rms_per_component(trained));
+}
+
 // The rig's order: gains, offsets, base rotation, base translation, tip; zero where fixed.
 Eigen::MatrixXd rig_covariance(const Estimate<ArmSolution>& estimate) {
   std::vector<std::string> order{"gain_1", "gain_2", "gain_3", "offset_1", "offset_2", "offset_3"};
@@ -216,7 +238,8 @@ Eigen::MatrixXd rig_covariance(const Estimate<ArmSolution>& estimate) {
   return C;
 }
 
-void put_into(Rig& rig, const Estimate<ArmSolution>& estimate, double held_out_mean, Provenance from) {
+void put_into(Rig& rig, const Estimate<ArmSolution>& estimate,
+              const std::optional<Estimate<GimbalSolution>>& gimbal, double held_out_mean, Provenance from) {
   const ArmSolution& arm = estimate.value;
   ArmCalibration result = rig.arm.value_or(ArmCalibration{});  // keeps what is fitted beside the arm
   result.model = arm.model.name;
@@ -224,6 +247,7 @@ void put_into(Rig& rig, const Estimate<ArmSolution>& estimate, double held_out_m
   result.correction = {arm.gain, arm.offset};
   result.X_world_base = arm.X_world_base;
   result.tip_in_marker = arm.tip_in_marker;
+  if (gimbal) put_gimbal_into(result, gimbal->value);
   result.covariance = rig_covariance(estimate);
   result.held_out_mean = held_out_mean;
   result.from = std::move(from);
@@ -247,6 +271,11 @@ Expected<void> run_arm(const ArmArguments& options) {
   const bool markers =
       std::all_of(samples.begin(), samples.end(), [](const auto& s) { return s.marker.has_value(); });
 
+  const bool has_gimbal =
+      markers && model->kind == ArmModel::Kind::phantom &&
+      std::all_of(samples.begin(), samples.end(), [](const auto& s) { return s.gimbal.has_value(); });
+  bool wants_gimbal = has_gimbal;
+
   ArmOptions how;
   how.method = options.method == "one-pass"      ? ArmMethod::one_pass
                : options.method == "alternating" ? ArmMethod::alternating
@@ -267,7 +296,13 @@ Expected<void> run_arm(const ArmArguments& options) {
   } else {
     const auto free = parse_free(options.free);
     if (!free) return tl::unexpected(free.error());
-    how.free = *free;
+    how.free = free->arm;
+    wants_gimbal = free->gimbal;
+    if (wants_gimbal && !has_gimbal)
+      return wrong_use(
+          "--free gimbal: needs gimbal angles (gimbal_1_deg ...) and marker poses of a PHANToM in every row "
+          "of {}",
+          file->source);
     if (how.free.tip && !markers)
       return wrong_use("--free tip: needs marker poses (marker_x_mm ... marker_qz), {} has none",
                        file->source);
@@ -277,6 +312,13 @@ Expected<void> run_arm(const ArmArguments& options) {
   if (!estimate)
     return tl::unexpected(Error{estimate.error().kind, file->source + ": " + estimate.error().message});
   const ArmSolution& arm = estimate->value;
+  std::optional<Estimate<GimbalSolution>> gimbal;
+  if (wants_gimbal) {
+    auto fitted = calibrate_gimbal(samples, arm);
+    if (!fitted)
+      return tl::unexpected(Error{fitted.error().kind, file->source + ": " + fitted.error().message});
+    gimbal = std::move(*fitted);
+  }
   const auto uncorrected = uncorrected_arm(samples, *model, how);
   if (!uncorrected) return tl::unexpected(uncorrected.error());
   const auto held = hold_out(options, samples, *model, how, arm, uncorrected->value);
@@ -290,7 +332,7 @@ Expected<void> run_arm(const ArmArguments& options) {
   Json& json = result.json;
   json["method"] = options.method;
   json["arm"] = model->name;
-  json["free"] = free_text(how.free);
+  json["free"] = free_text(how.free, gimbal.has_value());
   json["train_mean_mm"] = kMm * mean_norm(trained);
   json["test_mean_mm"] = kMm * mean_norm(held->errors);
   json["test_rms_mm"] = kMm * std::sqrt(3.0) * rms_per_component(held->errors);
@@ -298,6 +340,7 @@ Expected<void> run_arm(const ArmArguments& options) {
   json["uncorrected_test_mean_mm"] = kMm * mean_norm(held->uncorrected);
   json["test_from"] = held->from;
   put_arm(json, arm);
+  if (gimbal) put_gimbal(json, *gimbal, gimbal_errors(samples, arm, gimbal->value));
   json["rms_mm"] = kMm * rms_per_component(trained);
   json["samples"] = samples.size();
   json["inliers"] = trained.size();
@@ -317,6 +360,14 @@ Expected<void> run_arm(const ArmArguments& options) {
     names.push_back(name);
   }
   json["std"] = std_json(*estimate);
+  if (gimbal) {
+    const Eigen::VectorXd deviations = gimbal->covariance.diagonal().cwiseSqrt();
+    json["std"]["gimbal_gains"] = json_list(deviations.head<3>());
+    json["std"]["gimbal_offsets_deg"] =
+        json_list(Vector3(deviations[3], deviations[4], 0.0), kDegreesPerRadian);
+    json["std"]["marker_on_stylus_deg"] = json_list(deviations.tail<3>(), kDegreesPerRadian);
+    for (const auto& name : gimbal->unobservable) json["unobservable"].push_back(name);
+  }
   json["covariance"] = json_covariance(names, estimate->covariance, scales);
   json["warnings"] = Json::array();
   if (!joint && how.free.tip)
@@ -337,14 +388,21 @@ Expected<void> run_arm(const ArmArguments& options) {
       fmt::format("offsets      {} deg", shown(arm.offset, kDegreesPerRadian))};
   if (arm.tip_known)
     result.summary.push_back(fmt::format("tip          {} mm in its marker", shown(arm.tip_in_marker, kMm)));
+  if (gimbal) {
+    result.summary.push_back(fmt::format(
+        "gimbal       gains {}, offsets {} deg; {:.3f} deg rms to the marker",
+        shown(gimbal->value.correction.gain), shown(gimbal->value.correction.offset, kDegreesPerRadian),
+        json["orientation_rms_deg"].get<double>()));
+  }
   std::string unseen;
   for (const auto& name : estimate->unobservable) unseen += (unseen.empty() ? "" : ", ") + name;
   if (!unseen.empty())
-    result.summary.push_back("not seen by these data (held at the nominal value): " + unseen);
+    result.summary.push_back("hardly seen by these data (kept near the nominal value by the prior): " +
+                             unseen);
   for (const auto& warning : json["warnings"])
     result.summary.push_back("warning: " + warning.get<std::string>());
   result.store = [&](Rig& target) {
-    put_into(target, *estimate, mean_norm(held->errors),
+    put_into(target, *estimate, gimbal, mean_norm(held->errors),
              {utc_now(), file->hash, options.method, json["rms_mm"].get<double>()});
   };
   return write_result(options.result, result);
@@ -367,7 +425,8 @@ void add_calibrate_arm(CLI::App& calibrate) {
   command->add_option("--method", options->method, "joint, or one of the 2006 paper's")
       ->check(CLI::IsMember({"joint", "eq7", "alternating", "one-pass"}))
       ->capture_default_str();
-  command->add_option("--free", options->free, "What is estimated: gains,offsets,lengths,tip,dh, or auto")
+  command
+      ->add_option("--free", options->free, "What is estimated: gains,offsets,lengths,tip,gimbal,dh, or auto")
       ->type_name("LIST");
   command->add_option("--tip-mm", options->tip_mm, "The tip in its marker, from a pivot calibration")
       ->delimiter(',')

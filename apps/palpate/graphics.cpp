@@ -25,6 +25,7 @@ void add_graphics(CLI::App& program) {
                       "World file of that laboratory: how the scripted player's hand and arm feel");
   command->add_option("--seed", options->process.seed, "Seed of the scripted player")->default_val(1);
   command->add_option("--seconds", options->process.seconds, "Stop after this many seconds; 0 = at Ctrl-C")
+      ->check(CLI::NonNegativeNumber)
       ->default_val(0.0);
   command
       ->add_option("--disguise-offset-s", options->process.disguise_offset_s,
@@ -33,7 +34,7 @@ void add_graphics(CLI::App& program) {
   command->add_option("--disguise-drift-ppm", options->process.disguise_drift_ppm, "... and with a drift")
       ->default_val(0.0);
   command->add_option("--out", options->process.out,
-                      "Folder, which must exist, for realtime_frames.csv and realtime_sync.csv");
+                      "Folder for realtime_frames.csv and realtime_sync.csv, written at the end");
   command->add_option("--json", options->json,
                       "Write exchange and clock figures here at the end; - = standard output");
   on(command, [options]() -> Expected<void> {
@@ -50,6 +51,8 @@ void add_graphics(CLI::App& program) {
       if (!world) return tl::unexpected(world.error());
       options->process.world = *world;
     }
+    if (!options->process.out.empty())  // now, not after an hour of play
+      if (auto made = make_folder(options->process.out); !made) return made;
     options->process.notice = notice;
     auto result = run_graphics_process(options->process);
     if (!result) return tl::unexpected(result.error());

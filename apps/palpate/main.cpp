@@ -15,9 +15,16 @@ void set_action(Action action) { chosen = std::move(action); }
 
 namespace {
 // "nan" and "inf" pass as numbers, and a comparison with a range lets the former through.
-Expected<void> all_finite(const CLI::App& command) {
+Expected<void> numbers_in_range(const CLI::App& command) {
   for (const auto* option : command.get_options()) {
     const std::string type = option->get_type_name();  // with its range, where it has one
+    if (type.starts_with("UINT")) {                    // a sign or too many digits would wrap round
+      for (const auto& text : option->results())
+        if (text.starts_with('-') || text.size() > 19)
+          return wrong_use("{}: is '{}', a whole number from 0 to 1e19 is expected; see --help",
+                           option->get_name(), text);
+      continue;
+    }
     if (!type.starts_with("FLOAT") && type.find(',') == std::string::npos) continue;
     for (const auto& text : option->results()) {
       double value = 0.0;
@@ -26,7 +33,7 @@ Expected<void> all_finite(const CLI::App& command) {
     }
   }
   for (const auto* chosen_command : command.get_subcommands())
-    if (auto fine = all_finite(*chosen_command); !fine) return fine;
+    if (auto fine = numbers_in_range(*chosen_command); !fine) return fine;
   return {};
 }
 
@@ -75,7 +82,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    auto done = app::all_finite(program);
+    auto done = app::numbers_in_range(program);
     if (done) done = app::chosen();
     if (done) return app::after_printing();
     std::fprintf(stderr, "palpate: %s\n", done.error().message.c_str());

@@ -30,6 +30,7 @@ void add_physics(CLI::App& program) {
   command->add_option("--world", options->world, "World file to take ball, bat and serve settings from");
   command->add_option("--seed", options->process.seed, "Seed of the serves")->default_val(1);
   command->add_option("--seconds", options->process.seconds, "Stop after this many seconds; 0 = at Ctrl-C")
+      ->check(CLI::NonNegativeNumber)
       ->default_val(0.0);
   command->add_option("--physics-hz", options->process.physics_hz, "Rate of the physics loop")
       ->default_val(1000.0)

@@ -148,6 +148,10 @@ void tell_arm(Report& page, const DemoData& data) {
                        shown(before, "mm") + " \u2192 " + shown(held, "mm"),
                        "before \u2192 after; contains the tracker's own noise", Verdict::none});
   }
+  if (const auto turned = data.number("arm/stylus_error_to_truth_deg")) {
+    figures.push_back({"Stylus turned away from the truth", shown(turned, "\u00b0"),
+                       "gimbal corrected from the same poses; samples held out", Verdict::none});
+  }
   if (const auto samples = data.number("arm/samples")) {
     figures.push_back({"Poses used", fmt::format("{:.0f}", *samples), "", Verdict::none});
   }

@@ -191,10 +191,13 @@ void tell_forces(Report& page, const DemoData& data) {
     felt.y.push_back(given[i]);
   }
   detail.series = {felt, wanted};
-  Plot peaks{.title = "Every blow's peak", .x_label = "s", .y_label = "N"};
+  Plot peaks{.title = "Every blow's peak", .x_label = "s since play began", .y_label = "N"};
+  const CsvTable* ball = data.raw("ball.csv");
+  const double begun =
+      ball != nullptr && ball->has("time_s") && !ball->rows.empty() ? column(*ball, "time_s").front() : 0.0;
   Series points{.name = "given", .mark = Mark::points, .tone = Tone::ours};
   for (const Blow& blow : blows) {
-    points.x.push_back(time[blow.first]);
+    points.x.push_back(time[blow.first] - begun);
     points.y.push_back(blow.peak_given);
   }
   peaks.series = {points};
@@ -213,7 +216,9 @@ void tell_play(Report& page, const DemoData& data) {
       "accelerate the hand faster than a person. It plays so that the whole chain is tried, not to win.");
   std::vector<Figure> figures{{"Serves", fmt::format("{:.0f}", *serves), "", Verdict::none}};
   if (const auto v = data.number("rally/returned"))
-    figures.push_back({"Returned", fmt::format("{:.0f}", *v), "at least 60 %", at_least(*v, 0.6 * *serves)});
+    figures.push_back({"Returned", fmt::format("{:.0f}", *v),
+                       *serves < kEnoughServes ? "too few serves for a verdict" : "at least 60 %",
+                       *serves < kEnoughServes ? Verdict::none : at_least(*v, 0.6 * *serves)});
   if (const auto v = data.number("rally/longest"))
     figures.push_back({"Longest rally", fmt::format("{:.0f}", *v), "hits in a row", Verdict::none});
   page.figures(figures);

@@ -29,9 +29,14 @@ void tell_real_time(Report& page, const DemoData& data) {
   add("realtime/sync/offset_error_us_p99", "Clocks agree, 99 % within", "\u00b5s", "at most 50 \u00b5s",
       50.0);
   add("realtime/sync/uncertainty_us", "Uncertainty it states itself", "\u00b5s", "");
-  add("realtime/haptic/rate_hz", "Haptic loop", "Hz", "");
+  if (const auto rate = data.number("realtime/haptic/rate_hz"))
+    figures.push_back({"Haptic loop", shown(*rate, "Hz"), "at least 990 Hz of 1000", at_least(*rate, 990.0)});
   add("realtime/haptic/overruns", "Haptic overruns", "", "ticks still at work when the next was due");
+  add("realtime/haptic/missed", "Haptic ticks left out", "", "the machine gave the loop no time for them");
   add("realtime/haptic/jitter_us/p99", "Haptic jitter, 99 % below", "\u00b5s", "");
+  if (const auto lost = data.number("realtime/force/lost_impulse_rel"))
+    figures.push_back({"Impulse the hand did not get", shown(100.0 * *lost, "%"),
+                       "at most 1 %; more where ticks were left out during a blow", at_most(*lost, 0.01)});
   add("realtime/physics/rate_hz", "Physics loop", "Hz", "");
   add("realtime/graphics/rate_hz", "Pictures", "Hz",
       "as fast as this machine draws two pictures, the camera's and ours");

@@ -19,6 +19,15 @@ void add_figure(std::vector<Figure>& figures, const DemoData& data, std::string_
   figures.push_back({std::move(label), shown(value, unit), std::move(bar), verdict});
 }
 
+// The picture a film shows before it plays: a hit, where there is one.
+std::string poster_of(const DemoData& data) {
+  if (data.has("poster.png")) return "poster.png";
+  const auto pictures = data.pictures("pictures");
+  for (const auto& name : pictures)
+    if (name.find("-hit") != std::string::npos) return name;
+  return pictures.empty() ? "poster.png" : pictures.front();
+}
+
 }  // namespace
 
 void tell_what_you_see(Report& page, const DemoData& data) {
@@ -34,7 +43,7 @@ void tell_what_you_see(Report& page, const DemoData& data) {
       "against "
       "the truth, which the program itself never gets to see.");
   if (data.has("video.mp4")) {
-    page.video(data.bytes("video.mp4"), data.bytes("poster.png"),
+    page.video(data.bytes("video.mp4"), data.bytes(poster_of(data)),
                "The player's view: the camera's picture, undistorted, with ball and bat drawn into it.");
   } else if (data.has("poster.png")) {
     page.picture(data.bytes("poster.png"),
@@ -58,7 +67,8 @@ void tell_what_you_see(Report& page, const DemoData& data) {
   const auto serves = data.number("rally/serves"), returned = data.number("rally/returned");
   if (serves && returned && *serves > 0) {
     figures.push_back({"Serves returned", fmt::format("{:.0f} of {:.0f}", *returned, *serves),
-                       "at least 60 %", at_least(*returned, 0.6 * *serves)});
+                       *serves < kEnoughServes ? "too few for a verdict" : "at least 60 %",
+                       *serves < kEnoughServes ? Verdict::none : at_least(*returned, 0.6 * *serves)});
   }
   add_figure(figures, data, "force/peak_n", "Strongest blow the hand felt", "N", 8.5,
              "at most 8.5 N, the arm's limit");

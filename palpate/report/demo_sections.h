@@ -16,6 +16,9 @@ void tell_play(Report& page, const DemoData& data);
 void tell_real_time(Report& page, const DemoData& data);
 void tell_how(Report& page, const DemoData& data);
 
+// Fewer serves than this say nothing about the player.
+inline constexpr double kEnoughServes = 20.0;
+
 // The bar of the arm's error: 0.3 mm and half of the best of the paper's methods, where those are known.
 std::optional<double> arm_bar_mm(const DemoData& data);
 

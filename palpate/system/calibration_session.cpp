@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "palpate/calibration/camera.h"
+#include "palpate/calibration/gimbal.h"
 #include "palpate/calibration/hand_eye.h"
 #include "palpate/calibration/landmark_refinement.h"
 #include "palpate/calibration/pivot.h"
@@ -177,7 +178,10 @@ struct Steps {
     options.tip = rig.tip_pivot->tip_in_marker;
     auto estimate = calibrate_arm(out.arm_train, ArmModel{.lengths = rig.nominal_lengths}, options);
     if (!estimate) return failed(estimate);
+    const auto gimbal = calibrate_gimbal(out.arm_train, estimate->value);
+    if (!gimbal) return failed(gimbal);
     rig.arm = rig_arm(*estimate);
+    put_gimbal_into(*rig.arm, gimbal->value);
     rig.arm->rest_readings = *rest;
     rig.arm->held_out_mean = mean_norm(arm_errors(estimate->value, out.arm_test));
     rig.arm->from =

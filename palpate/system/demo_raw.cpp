@@ -103,6 +103,8 @@ Expected<void> write_calibration_raw(const std::filesystem::path& raw,
       errors.row(row);
     }
   }
+  estimates["gimbal"] = {{"gimbal_gains", list(rig.arm->gimbal_gain, 1.0)},
+                         {"gimbal_offsets_deg", list(rig.arm->gimbal_offset, kDegreesPerRadian)}};
   estimates["pivot"] = {{"tip_mm", list(tip, kMillimetresPerMetre)}};
   estimates["hand_eye"] = {
       {"translation_mm", list(rig.hand_eye->X_marker_camera.translation, kMillimetresPerMetre)},

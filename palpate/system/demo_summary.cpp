@@ -31,6 +31,21 @@ Json arm_json(const std::vector<MethodErrors>& methods, const std::vector<Method
   return json;
 }
 
+// Mean angle between the stylus as it is and as the calibrated arm and gimbal say, over readings that they
+// have not seen.
+double stylus_error(const ArmCalibration& arm, const sim::Truth& truth,
+                    const std::vector<ArmObservation>& unseen) {
+  double sum = 0.0;
+  for (const auto& sample : unseen) {
+    const Vector3 gimbal = arm.gimbal_gain.cwiseProduct(*sample.gimbal) + arm.gimbal_offset;
+    sum +=
+        angle_between(arm.X_world_base.rotation * phantom_stylus(arm.correction.apply(sample.joints), gimbal),
+                      truth.X_world_base.rotation * phantom_stylus(truth.joints.apply(sample.joints),
+                                                                   truth.gimbal.apply(*sample.gimbal)));
+  }
+  return sum / static_cast<double>(unseen.size());
+}
+
 }  // namespace
 
 Json demo_summary(const DemoOutcome& outcome) {
@@ -40,6 +55,8 @@ Json demo_summary(const DemoOutcome& outcome) {
   summary["command"] = options.command;
   summary["seconds"] = options.seconds;
   summary["arm"] = arm_json(methods, with_true_tip, recordings.arm_train.size());
+  summary["arm"]["stylus_error_to_truth_deg"] =
+      degrees_from_radians(stylus_error(*rig.arm, truth, recordings.arm_test));
   summary["pivot"] = {{"error_to_truth_mm", mm((rig.tip_pivot->tip_in_marker - truth.tip_in_marker).norm())},
                       {"stated_std_mm", mm(std::sqrt(rig.tip_pivot->covariance.trace()))},
                       {"joint_error_to_truth_mm", mm((rig.arm->tip_in_marker - truth.tip_in_marker).norm())},

@@ -1,0 +1,218 @@
+#include "palpate/calibration/gimbal.h"
+
+#include <cmath>
+
+#include "palpate/calibration/robust_scale.h"
+#include "palpate/estimation/linear_algebra.h"
+
+namespace palpate {
+namespace {
+
+constexpr Eigen::Index kGimbalUnknowns = 8;  // gains 3, offsets 2, marker 3
+constexpr double kGimbalGainSize = 0.1, kGimbalOffsetSize = 1.0;
+constexpr std::size_t kFewestGimbalSamples = 6;
+constexpr int kGimbalRounds = 40, kGimbalHuberRounds = 5;
+
+using GimbalRow = Eigen::Matrix<double, 3, kGimbalUnknowns>;
+
+// One sample: the stylus before the gimbal, and what was read and seen.
+struct SeenStylus {
+  Quaternion forearm, marker;  // R_world_..., the former with the gimbal at zero
+  Vector3 psi;
+};
+
+std::vector<SeenStylus> usable_for_gimbal(const std::vector<ArmObservation>& samples,
+                                          const ArmSolution& arm) {
+  std::vector<SeenStylus> list;
+  for (const auto& s : samples) {
+    if (!s.gimbal || !s.marker) continue;
+    const Vector3 theta = arm.gain.cwiseProduct(s.joints) + arm.offset;
+    list.push_back(
+        {arm.X_world_base.rotation * phantom_stylus(theta, Vector3::Zero()), s.marker->rotation, *s.gimbal});
+  }
+  return list;
+}
+
+Quaternion turn_about(double angle, const Vector3& axis) {
+  return Quaternion(Eigen::AngleAxisd(angle, axis));
+}
+
+// Rotation error in the marker, and its derivatives by the unknowns.
+Vector3 stylus_error(const SeenStylus& seen, const GimbalSolution& at, GimbalRow* J) {
+  const Vector3 angles = at.correction.apply(seen.psi);
+  const Quaternion first = turn_about(angles[0], Vector3::UnitY()),
+                   second = turn_about(angles[1], Vector3::UnitX()),
+                   third = turn_about(angles[2], Vector3::UnitZ());
+  const Quaternion predicted = seen.forearm * first * second * third * at.R_tip_marker;
+  const Vector3 e = so3_log(seen.marker.conjugate() * predicted);
+  if (J != nullptr) {
+    const Quaternion after3 = at.R_tip_marker.conjugate(), after2 = after3 * third.conjugate(),
+                     after1 = after2 * second.conjugate();
+    const std::array<Vector3, 3> axis{after1 * Vector3::UnitY(), after2 * Vector3::UnitX(),
+                                      after3 * Vector3::UnitZ()};
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      J->col(i) = seen.psi[i] * axis[static_cast<std::size_t>(i)];
+      if (i < 2) J->col(3 + i) = axis[static_cast<std::size_t>(i)];
+    }
+    J->rightCols<3>().setIdentity();
+    // log(exp(e) exp(d)) for a small d: the right Jacobian's inverse, which is the left one's of -e.
+    *J = (so3_left_jacobian_inverse(-e) * *J).eval();
+  }
+  return e;
+}
+
+GimbalSolution moved(const GimbalSolution& at, const Eigen::VectorXd& x) {
+  GimbalSolution result = at;
+  result.correction.gain += x.head<3>();
+  result.correction.offset.head<2>() += x.segment<2>(3);
+  result.R_tip_marker = (at.R_tip_marker * so3_exp(x.tail<3>())).normalized();
+  return result;
+}
+
+// GimbalNormal equations with the prior about gains of 1 and offsets of 0, in units of the noise.
+struct GimbalNormal {
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(kGimbalUnknowns, kGimbalUnknowns);
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(kGimbalUnknowns);
+  double cost = 0.0;
+};
+GimbalNormal normal_equations(const std::vector<SeenStylus>& all, const std::vector<double>& weights,
+                              const GimbalSolution& at, double scale, bool prior) {
+  GimbalNormal n;
+  GimbalRow J;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const Vector3 e = stylus_error(all[i], at, &J);
+    const double w = weights[i] / (scale * scale);
+    n.information += w * J.transpose() * J;
+    n.gradient += w * J.transpose() * e;
+    n.cost += w * e.squaredNorm();
+  }
+  for (Eigen::Index k = 0; k < 5 && prior; ++k) {
+    const double size = k < 3 ? kGimbalGainSize : kGimbalOffsetSize;
+    const double off = k < 3 ? at.correction.gain[k] - 1.0 : at.correction.offset[k - 3];
+    n.information(k, k) += 1.0 / (size * size);
+    n.gradient[k] += off / (size * size);
+    n.cost += off * off / (size * size);
+  }
+  return n;
+}
+
+// The mean turn of the marker on the stylus that the readings as they are suggest.
+Quaternion mean_mount(const std::vector<SeenStylus>& all) {
+  Matrix3 sum = Matrix3::Zero();
+  for (const auto& seen : all) {
+    const Quaternion stylus = seen.forearm * turn_about(seen.psi[0], Vector3::UnitY()) *
+                              turn_about(seen.psi[1], Vector3::UnitX()) *
+                              turn_about(seen.psi[2], Vector3::UnitZ());
+    sum += (stylus.conjugate() * seen.marker).toRotationMatrix();
+  }
+  return Quaternion(nearest_rotation(sum).rotation).normalized();
+}
+
+// Damped steps until they no longer help.
+int descend_gimbal(const std::vector<SeenStylus>& all, const std::vector<double>& weights, double scale,
+                   GimbalSolution& at) {
+  GimbalNormal here = normal_equations(all, weights, at, scale, true);
+  double damping = 1e-6;
+  for (int i = 1; i <= 60; ++i) {
+    Eigen::MatrixXd A = here.information;
+    A.diagonal() *= 1.0 + damping;
+    const Eigen::VectorXd step = solve_symmetric(A, -here.gradient);
+    const GimbalSolution next = moved(at, step);
+    const GimbalNormal there = normal_equations(all, weights, next, scale, true);
+    if (!(there.cost <= here.cost)) {
+      if ((damping *= 10.0) > 1e8) return i;
+      continue;
+    }
+    at = next;
+    here = there;
+    damping = std::max(1e-12, 0.1 * damping);
+    if (step.norm() < 1e-12) return i;
+  }
+  return 60;
+}
+
+// The marker without a twist about the stylus; the last joint's zero takes it.
+void without_twist(GimbalSolution& at) {
+  const Quaternion& q = at.R_tip_marker;
+  const double twist = 2.0 * std::atan2(q.z(), q.w());
+  at.correction.offset[2] += std::remainder(twist, 2.0 * std::numbers::pi);
+  at.R_tip_marker = (turn_about(-twist, Vector3::UnitZ()) * q).normalized();
+}
+
+}  // namespace
+
+std::vector<Vector3> gimbal_errors(const std::vector<ArmObservation>& samples, const ArmSolution& arm,
+                                   const GimbalSolution& gimbal) {
+  std::vector<Vector3> errors;
+  for (const auto& seen : usable_for_gimbal(samples, arm))
+    errors.push_back(stylus_error(seen, gimbal, nullptr));
+  return errors;
+}
+
+Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<ArmObservation>& samples,
+                                                    const ArmSolution& arm) {
+  if (arm.model.kind != ArmModel::Kind::phantom)
+    return wrong_use("gimbal: {} has none that is known here; only arms of the PHANToM kind have",
+                     arm.model.name);
+  const auto all = usable_for_gimbal(samples, arm);
+  if (all.size() < kFewestGimbalSamples)
+    return refused("gimbal: {} samples with gimbal angles and a marker pose; at least {} are needed",
+                   all.size(), kFewestGimbalSamples);
+  for (const auto& seen : all)
+    if (!seen.psi.allFinite() || !seen.marker.coeffs().allFinite())
+      return refused("gimbal: a reading is not finite; remove it");
+
+  Estimate<GimbalSolution> estimate;
+  GimbalSolution& at = estimate.value;
+  at.R_tip_marker = mean_mount(all);
+  std::vector<double> weights(all.size(), 1.0);
+  std::vector<Vector3> errors(all.size());
+  double scale = 0.1;  // rad; the residuals' own after the first round
+  estimate.termination = Termination::iteration_limit;
+  for (int round = 0; round < kGimbalRounds; ++round) {
+    const GimbalSolution before = at;
+    estimate.iterations += descend_gimbal(all, weights, scale, at);
+    for (std::size_t i = 0; i < all.size(); ++i) errors[i] = stylus_error(all[i], at, nullptr);
+    scale = robust_scale(errors, kGimbalUnknowns);
+    for (std::size_t i = 0; i < all.size(); ++i)
+      weights[i] = round < kGimbalHuberRounds ? huber_weight(errors[i].norm(), scale)
+                                              : tukey_weight(errors[i].norm(), scale);
+    const double change = (at.correction.gain - before.correction.gain).norm() +
+                          (at.correction.offset - before.correction.offset).norm() +
+                          angle_between(at.R_tip_marker, before.R_tip_marker);
+    if (round > kGimbalHuberRounds && change < 1e-3 * scale + 1e-12) {
+      estimate.termination = Termination::converged;
+      break;
+    }
+  }
+
+  double inliers = 0.0, squares = 0.0;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const bool inlier = weights[i] > 0.0;
+    estimate.inlier.push_back(inlier);
+    weights[i] = inlier ? 1.0 : 0.0;
+    inliers += weights[i];
+    squares += weights[i] * errors[i].squaredNorm();
+  }
+  const double freedom = 3.0 * inliers - static_cast<double>(kGimbalUnknowns);
+  if (!(freedom > 0.0) || inliers < static_cast<double>(kFewestGimbalSamples))
+    return refused("gimbal: only {:.0f} of {} samples agree with one model; check units and joint order",
+                   inliers, all.size());
+  const double sigma = std::max(kLeastScale, std::sqrt(squares / freedom));
+  const GimbalNormal data = normal_equations(all, weights, at, sigma, false);
+  estimate.covariance = inverse_symmetric(normal_equations(all, weights, at, sigma, true).information);
+  // What the data leave to the prior: less is known of it than was plausible before.
+  for (Eigen::Index k = 0; k < 5; ++k) {
+    const double size = k < 3 ? kGimbalGainSize : kGimbalOffsetSize;
+    if (estimate.standard_deviation(k) > 0.7 * size)
+      estimate.unobservable.push_back(k < 3 ? fmt::format("gimbal_gain_{}", k + 1)
+                                            : fmt::format("gimbal_offset_{}", k - 2));
+  }
+  estimate.unobservable.push_back("gimbal_offset_3");
+  const Eigen::VectorXd values = symmetric_eigenvalues(data.information);
+  estimate.condition = std::sqrt(values[values.size() - 1] / std::max(values[0], 1e-300));
+  without_twist(at);
+  return estimate;
+}
+
+}  // namespace palpate
