@@ -102,6 +102,12 @@ class BadSettings(ProgramTest):
             with self.subTest(command):
                 self.refuses(command, 2)
 
+    def test_numbers_out_of_range_are_named_before_anything_is_read(self):
+        for option, value in (("--seed", "-1"), ("--seed", "9" * 23), ("--seconds", "-3")):
+            command = ["demo"] if option == "--seed" else ["physics", "--rig", "absent.toml"]
+            with self.subTest(option=option, value=value):
+                self.refuses([*command, option, value], 2, option)
+
 
 if __name__ == "__main__":
     unittest.main()
