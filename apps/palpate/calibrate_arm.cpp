@@ -6,7 +6,7 @@
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/result_output.h"
-#include "palpate/calibration/arm.h"
+#include "palpate/calibration/arm_validation.h"
 #include "palpate/calibration/gimbal.h"
 #include "palpate/core/random.h"
 #include "palpate/core/units.h"

@@ -1,6 +1,6 @@
 // Calibration of a haptic arm against the tracker: joint correction theta = gain * psi + offset, the arm's
 // place in the world, and whatever else is asked to be free (lengths or Denavit-Hartenberg rows, the tip in
-// its marker).
+// its marker, quadratic joint terms, hysteresis, the tracker's delay).
 //
 // Frames: World (tracker), ArmBase, TipMarker. SI and radians. Pure functions, deterministic, safe from any
 // thread. Methods (Bianchi, Knoerlein, Szekely, Harders 2006, section 4.3; phi = gains, offsets, lengths):
@@ -10,9 +10,9 @@
 //  - joint: one robust solve over phi, R, T and, with marker poses, the tip in the marker; whitened by the
 //  samples'
 //    covariances where given; outliers by Huber, then Tukey weights, scale from the median. A wide prior
-//    about the nominal values (gains 0.1, offsets 1 rad, lengths 20 mm, twists 10 deg, tip 100 mm, tool 500
-//    mm; one sigma) keeps directions still that the data do not see; these are named in
-//    Estimate::unobservable.
+//    about the nominal values (gains 0.1, offsets 1 rad, quadratic terms 0.1 per rad, hysteresis 20 mrad,
+//    delay 0.2 s, lengths 20 mm, twists 10 deg, tip 100 mm, tool 500 mm; one sigma) keeps directions still
+//    that the data do not see; these are named in Estimate::unobservable.
 // The paper's methods take the tip as given (ArmOptions::tip, or the samples' measured points).
 // A PHANToM's first offset trades exactly with a turn of the base: `joint` holds it at 0, all methods name
 // it. Covariance (joint only) in the order of ArmSolution::parameters. Refused: fewer samples than parameters
@@ -36,6 +36,11 @@ struct ArmFree {
   bool lengths = true;  // l1, l2; of a Denavit-Hartenberg arm its a and d
   bool tip = true;      // in the marker; only `joint`, only with marker poses
   bool dh = false;      // every number of the rows, a, d, alpha and the joint offsets, and the gains
+  // `joint` alone knows these:
+  bool quadratic = false;   // theta = gain psi + quadratic psi^2 + offset
+  bool hysteresis = false;  // + hysteresis * direction of the last motion; needs times
+  bool delay = false;       // the measured point is where the tip was `delay` before; needs motion and times
+  bool operator==(const ArmFree&) const = default;
 };
 
 struct ArmOptions {
@@ -49,6 +54,8 @@ struct ArmOptions {
 struct ArmSolution {
   ArmModel model;  // with the estimated lengths, rows and tool point
   Eigen::VectorXd gain, offset;
+  Eigen::VectorXd quadratic, hysteresis;  // 1/rad, rad; empty where they are not modelled
+  double delay_s = 0.0;                   // the tracker's stamps minus the encoders', for the same moment
   Pose<World, ArmBase> X_world_base;
   Vector3 tip_in_marker = Vector3::Zero();
   bool tip_known = false;  // samples with marker poses were used with this tip
@@ -63,17 +70,11 @@ Expected<Estimate<ArmSolution>> calibrate_arm(const std::vector<ArmObservation>&
 Expected<Estimate<ArmSolution>> uncorrected_arm(const std::vector<ArmObservation>& samples,
                                                 const ArmModel& model, const ArmOptions& options = {});
 
-// Where the tip is when the encoders read psi.
+// Where the tip is when the encoders read psi and hysteresis plays no part.
 Point<World> predict_tip(const ArmSolution& arm, const Eigen::VectorXd& psi);
 // Where the tracker saw it.
 Point<World> measured_tip(const ArmSolution& arm, const ArmObservation& sample);
-// measured - predicted, m, one per sample.
+// measured - predicted, m, one per sample; readings brought to the measurement's moment by arm.delay_s.
 std::vector<Vector3> arm_errors(const ArmSolution& arm, const std::vector<ArmObservation>& samples);
-
-// Held-out mean errors (m): the samples are cut into `regions` parts of the workspace by repeated halving
-// across the longest side, and each part is predicted by a calibration that has not seen it.
-Expected<std::vector<double>> held_out_by_region(const std::vector<ArmObservation>& samples,
-                                                 const ArmModel& model, const ArmOptions& options,
-                                                 int regions = 8);
 
 }  // namespace palpate

@@ -1,10 +1,9 @@
 #include "palpate/calibration/arm_problem.h"
 
-#include <ceres/ceres.h>
-
 #include <cmath>
 
 #include "palpate/calibration/absolute_orientation.h"
+#include "palpate/estimation/levenberg_marquardt.h"
 #include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
@@ -24,102 +23,142 @@ Matrix3 left_jacobian(const Vector3& w) {
          (angle - std::sin(angle)) / (a2 * angle) * W * W;
 }
 
-// The number a parameter stands for; not for the base's rotation.
-double& number_of(ArmSolution& arm, const ArmParameter& parameter) {
-  const auto i = parameter.index;
-  switch (parameter.part) {
-    case Part::gain:
-      return arm.gain[i];
-    case Part::offset:
-      return arm.offset[i];
-    case Part::length:
-      return i == 0 ? arm.model.lengths.l1 : arm.model.lengths.l2;
-    case Part::a:
-      return arm.model.joints[as_size(i)].a;
-    case Part::d:
-      return arm.model.joints[as_size(i)].d;
-    case Part::alpha:
-      return arm.model.joints[as_size(i)].alpha;
-    case Part::tool:
-      return arm.model.tool[i];
-    case Part::tip:
-      return arm.tip_in_marker[i];
-    default:
-      return arm.X_world_base.translation[i];
-  }
-}
-
-Vector3 rotation_part(const std::vector<ArmParameter>& parameters, const Eigen::VectorXd& x) {
-  Vector3 w = Vector3::Zero();
-  for (std::size_t k = 0; k < parameters.size(); ++k)
-    if (parameters[k].part == Part::base_rotation) w[parameters[k].index] = x[static_cast<Eigen::Index>(k)];
-  return w;
-}
-
-// Residuals of all samples, then of the prior.
-class ArmCost : public ceres::CostFunction {
- public:
-  ArmCost(const std::vector<WeighedSample>& samples, const ArmSolution& start,
-          const std::vector<ArmParameter>& parameters, const ArmSolution& nominal, double prior_scale)
-      : samples_(samples),
-        start_(start),
-        parameters_(parameters),
-        nominal_(nominal),
-        prior_scale_(prior_scale) {
-    const auto P = static_cast<int>(parameters.size());
-    set_num_residuals(3 * static_cast<int>(samples.size()) + (prior_scale > 0.0 ? P : 0));
-    mutable_parameter_block_sizes()->push_back(P);
-  }
-
-  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    const auto P = static_cast<Eigen::Index>(parameters_.size());
-    const Eigen::Map<const Eigen::VectorXd> x(blocks[0], P);
-    ArmSolution at = moved(start_, parameters_, x);
-    Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
-    using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-    Eigen::Map<RowMajor> J(jacobians ? jacobians[0] : nullptr, jacobians ? num_residuals() : 0, P);
-    const bool derive = jacobians && jacobians[0];
-    const Matrix3 turn = left_jacobian(rotation_part(parameters_, x));
-    Eigen::Matrix3Xd row(3, P);
-    for (std::size_t i = 0; i < samples_.size(); ++i) {
-      const auto at_row = 3 * static_cast<Eigen::Index>(i);
-      const Matrix3 W = std::sqrt(samples_[i].weight) * samples_[i].whitening;
-      r.segment<3>(at_row) =
-          W * arm_residual(at, *samples_[i].observation, parameters_, derive ? &row : nullptr);
-      if (!derive) continue;
-      if (!parameters_.empty() && parameters_[0].part == Part::base_rotation)
-        row.leftCols<3>() = (row.leftCols<3>() * turn).eval();
-      J.middleRows<3>(at_row) = W * row;
-    }
-    if (prior_scale_ > 0.0) {
-      const auto first = 3 * static_cast<Eigen::Index>(samples_.size());
-      if (derive) J.bottomRows(P).setZero();
-      ArmSolution nominal = nominal_;
-      for (Eigen::Index k = 0; k < P; ++k) {
-        const auto& parameter = parameters_[as_size(k)];
-        const bool base = parameter.part == Part::base_rotation || parameter.part == Part::base_translation;
-        const double stiffness = base ? 0.0 : prior_scale_ / parameter.size;
-        r[first + k] = base ? 0.0 : stiffness * (number_of(at, parameter) - number_of(nominal, parameter));
-        if (derive) J(first + k, k) = stiffness;
-      }
-    }
-    return r.allFinite();
-  }
-
- private:
-  const std::vector<WeighedSample>& samples_;
-  const ArmSolution& start_;
-  const std::vector<ArmParameter>& parameters_;
-  const ArmSolution& nominal_;
-  double prior_scale_;
+// What a linearisation works with, kept between samples: allocating it anew costs as much as the arithmetic.
+struct Scratch {
+  Eigen::VectorXd theta;
+  ArmJacobian D;
 };
+
+void angles_into(const ArmSolution& arm, const ArmMotion& motion, Eigen::VectorXd& theta) {
+  theta = arm.gain.cwiseProduct(motion.joints) + arm.offset;
+  if (arm.quadratic.size() > 0) theta += arm.quadratic.cwiseProduct(motion.joints.cwiseAbs2());
+  if (arm.hysteresis.size() > 0 && motion.direction.size() > 0)
+    theta += arm.hysteresis.cwiseProduct(motion.direction);
+}
+
+// The tip in World without the base's translation; `J` without the marker's part.
+Vector3 turned_tip(const ArmSolution& at, const ArmMotion& motion,
+                   const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd* J, Scratch& scratch) {
+  angles_into(at, motion, scratch.theta);
+  const Matrix3 R = at.X_world_base.matrix();
+  if (!J) return R * arm_tip(at.model, scratch.theta).m;
+  const ArmJacobian& D = scratch.D;
+  const Vector3 turned = R * arm_tip(at.model, scratch.theta, scratch.D).m;
+  const Eigen::VectorXd& psi = motion.joints;
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const auto i = parameters[k].index;
+    auto column = J->col(static_cast<Eigen::Index>(k));
+    switch (parameters[k].part) {
+      case Part::base_rotation:
+        column = Vector3::Unit(i).cross(turned);
+        break;
+      case Part::base_translation:
+        column = Vector3::Unit(i);
+        break;
+      case Part::gain:
+        column = R * D.theta.col(i) * psi[i];
+        break;
+      case Part::offset:
+        column = R * D.theta.col(i);
+        break;
+      case Part::quadratic:
+        column = R * D.theta.col(i) * (psi[i] * psi[i]);
+        break;
+      case Part::hysteresis:
+        column = R * D.theta.col(i) * (motion.direction.size() > 0 ? motion.direction[i] : 0.0);
+        break;
+      case Part::delay: {
+        column.setZero();
+        for (Eigen::Index j = 0; j < motion.rate.size(); ++j) {
+          const double slope = at.gain[j] + (at.quadratic.size() > 0 ? 2.0 * at.quadratic[j] * psi[j] : 0.0);
+          column -= R * D.theta.col(j) * (slope * motion.rate[j]);
+        }
+        break;
+      }
+      case Part::length:
+        column = R * D.lengths.col(i);
+        break;
+      case Part::a:
+        column = R * D.a.col(i);
+        break;
+      case Part::d:
+        column = R * D.d.col(i);
+        break;
+      case Part::alpha:
+        column = R * D.alpha.col(i);
+        break;
+      case Part::tool:
+        column = R * D.tool.col(i);
+        break;
+      case Part::tip:
+        column.setZero();
+        break;
+    }
+  }
+  return turned;
+}
+
+Vector3 residual_with(const ArmSolution& at, const ArmObservation& sample, const ArmMotion& motion,
+                      const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd* J, Scratch& scratch) {
+  const Vector3 turned = turned_tip(at, motion, parameters, J, scratch);
+  if (J && sample.marker) {
+    const Matrix3 R = sample.marker->matrix();
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+      if (parameters[k].part == Part::tip) J->col(static_cast<Eigen::Index>(k)) = -R.col(parameters[k].index);
+  }
+  return turned + at.X_world_base.translation - measured_tip(at, sample).m;
+}
+
+// All residuals, whitened and weighed, below each other; with their derivatives where `J` is given.
+struct Stack {
+  Eigen::VectorXd r;
+  Eigen::MatrixXd J;
+};
+
+void stack_residuals(const std::vector<WeighedSample>& samples, const ArmSolution& at,
+                     const ArmSolution& moved_from, const std::vector<ArmParameter>& parameters, bool derive,
+                     Stack& stack, Scratch& scratch) {
+  const auto P = static_cast<Eigen::Index>(parameters.size());
+  stack.r.resize(3 * static_cast<Eigen::Index>(samples.size()));
+  if (derive) stack.J.resize(stack.r.size(), P);
+  Eigen::Matrix3Xd row(3, P);
+  const double delay_moved = at.delay_s - moved_from.delay_s;
+  ArmMotion shifted;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const WeighedSample& sample = samples[i];
+    const auto at_row = 3 * static_cast<Eigen::Index>(i);
+    const ArmMotion* motion = &sample.motion;
+    if (delay_moved != 0.0) {
+      shifted = sample.motion;
+      shifted.joints -= delay_moved * sample.motion.rate;
+      motion = &shifted;
+    }
+    const Matrix3 W = std::sqrt(sample.weight) * sample.whitening;
+    stack.r.segment<3>(at_row) =
+        W * residual_with(at, *sample.observation, *motion, parameters, derive ? &row : nullptr, scratch);
+    if (derive) stack.J.middleRows<3>(at_row).noalias() = W * row;
+  }
+}
+
+double weighted_cost(const std::vector<WeighedSample>& samples, const ArmSolution& at) {
+  Stack stack;
+  Scratch scratch;
+  stack_residuals(samples, at, at, {}, false, stack, scratch);
+  return stack.r.squaredNorm();
+}
+
+void square(const Eigen::MatrixXd& J, const Eigen::VectorXd& r, NormalEquations& at) {
+  at.JtJ.selfadjointView<Eigen::Lower>().rankUpdate(J.transpose());
+  at.Jtr.noalias() += J.transpose() * r;
+  at.cost += r.squaredNorm();
+}
 
 // The base that fits best, given everything else.
 void place_base(const std::vector<WeighedSample>& samples, ArmSolution& at) {
   std::vector<Vector3> from, to;
   std::vector<double> weights;
   for (const auto& sample : samples) {
-    from.push_back(arm_tip(at.model, at.gain.cwiseProduct(sample.observation->joints) + at.offset).m);
+    from.push_back(arm_tip(at.model, joint_angles(at, sample.motion)).m);
     to.push_back(measured_tip(at, *sample.observation).m);
     weights.push_back(sample.weight);
   }
@@ -127,200 +166,107 @@ void place_base(const std::vector<WeighedSample>& samples, ArmSolution& at) {
   at.X_world_base = {Quaternion(fit.rotation).normalized(), fit.translation};
 }
 
-// Variable projection (Golub, Pereyra 1973; Kaufman's form): derivatives with the base's own reaction taken
-// out.
-class InsideCost : public ceres::CostFunction {
- public:
-  InsideCost(const std::vector<WeighedSample>& samples, const ArmSolution& start,
-             const std::vector<ArmParameter>& parameters)
-      : samples_(samples),
-        start_(start),
-        parameters_(parameters),
-        base_(list_parameters(start.model, ArmFreedom{})) {
-    set_num_residuals(3 * static_cast<int>(samples.size()));
-    mutable_parameter_block_sizes()->push_back(static_cast<int>(parameters.size()));
-  }
-
-  bool Evaluate(double const* const* blocks, double* residuals, double** jacobians) const override {
-    const auto P = static_cast<Eigen::Index>(parameters_.size());
-    ArmSolution at = moved(start_, parameters_, Eigen::Map<const Eigen::VectorXd>(blocks[0], P));
-    place_base(samples_, at);
-    Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
-    const bool derive = jacobians && jacobians[0];
-    Eigen::MatrixXd J(num_residuals(), P), B(num_residuals(), 6);
-    Eigen::Matrix3Xd row(3, P), base_row(3, 6);
-    for (std::size_t i = 0; i < samples_.size(); ++i) {
-      const auto at_row = 3 * static_cast<Eigen::Index>(i);
-      const double w = std::sqrt(samples_[i].weight);
-      r.segment<3>(at_row) =
-          w * arm_residual(at, *samples_[i].observation, parameters_, derive ? &row : nullptr);
-      if (!derive) continue;
-      arm_residual(at, *samples_[i].observation, base_, &base_row);
-      J.middleRows<3>(at_row) = w * row;
-      B.middleRows<3>(at_row) = w * base_row;
-    }
-    if (derive) {
-      const Eigen::MatrixXd projected = J - B * least_squares_columns(B, J);
-      Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
-          jacobians[0], num_residuals(), P) = projected;
-    }
-    return r.allFinite();
-  }
-
- private:
-  const std::vector<WeighedSample>& samples_;
-  const ArmSolution& start_;
-  const std::vector<ArmParameter>& parameters_;
-  const std::vector<ArmParameter> base_;
-};
-
-struct Outcome {
-  Eigen::VectorXd x;
-  int iterations = 0;
-  bool converged = false;
-};
-
-Outcome run_solver(ceres::CostFunction* cost, Eigen::Index size, int most_iterations) {
-  Outcome outcome{Eigen::VectorXd::Zero(size), 0, true};
-  if (size == 0) {
-    delete cost;
-    return outcome;
-  }
-  ceres::Problem problem;
-  problem.AddResidualBlock(cost, nullptr, outcome.x.data());
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_QR;
-  options.max_num_iterations = most_iterations;
-  options.function_tolerance = 1e-14;
-  options.gradient_tolerance = 1e-18;
-  options.parameter_tolerance = 1e-13;
-  options.logging_type = ceres::SILENT;
-  options.num_threads = 1;
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  outcome.iterations = static_cast<int>(summary.iterations.size());
-  outcome.converged = summary.termination_type == ceres::CONVERGENCE;
-  return outcome;
-}
-
-double weighted_cost(const std::vector<WeighedSample>& samples, const ArmSolution& at) {
-  double sum = 0.0;
-  for (const auto& sample : samples)
-    sum +=
-        sample.weight * (sample.whitening * arm_residual(at, *sample.observation, {}, nullptr)).squaredNorm();
-  return sum;
-}
-
 }  // namespace
 
-std::vector<ArmParameter> list_parameters(const ArmModel& model, const ArmFreedom& freedom) {
-  std::vector<ArmParameter> list;
-  const auto joints = model.joint_count();
-  const auto per_joint = [&](Part part, const char* name, double size) {
-    for (Eigen::Index j = 0; j < joints; ++j)
-      if (part != Part::offset || j > 0 || freedom.first_offset)
-        list.push_back({part, j, fmt::format("{}_{}", name, j + 1), size});
-  };
-  const auto per_axis = [&](Part part, const char* name, double size) {
-    for (Eigen::Index i = 0; i < 3; ++i)
-      list.push_back({part, i, fmt::format("{}_{}", name, "xyz"[i]), size});
-  };
-  const bool dh = model.kind == ArmModel::Kind::dh;
-  if (freedom.base) {
-    per_axis(Part::base_rotation, "base_rotation", 1.0);
-    per_axis(Part::base_translation, "base_translation", 1.0);
-  }
-  if (freedom.gains) per_joint(Part::gain, "gain", 0.1);
-  if (freedom.offsets) per_joint(Part::offset, "offset", 1.0);
-  if (freedom.lengths && !dh) {
-    list.push_back({Part::length, 0, "length_1", 0.02});
-    list.push_back({Part::length, 1, "length_2", 0.02});
-  }
-  if (freedom.lengths && dh) {
-    per_joint(Part::a, "a", 0.02);
-    per_joint(Part::d, "d", 0.02);
-  }
-  if (freedom.alpha) per_joint(Part::alpha, "alpha", 0.175);
-  if (freedom.tool) per_axis(Part::tool, "tool", 0.5);
-  if (freedom.tip) per_axis(Part::tip, "tip", 0.1);
-  return list;
+Eigen::VectorXd joint_angles(const ArmSolution& arm, const ArmMotion& motion) {
+  Eigen::VectorXd theta;
+  angles_into(arm, motion, theta);
+  return theta;
 }
 
-ArmSolution moved(const ArmSolution& at, const std::vector<ArmParameter>& parameters,
-                  const Eigen::VectorXd& x) {
-  ArmSolution result = at;
-  for (std::size_t k = 0; k < parameters.size(); ++k)
-    if (parameters[k].part != Part::base_rotation)
-      number_of(result, parameters[k]) += x[static_cast<Eigen::Index>(k)];
-  result.X_world_base.rotation =
-      (so3_exp(rotation_part(parameters, x)) * at.X_world_base.rotation).normalized();
-  return result;
+Vector3 arm_residual(const ArmSolution& at, const ArmObservation& sample, const ArmMotion& motion,
+                     const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd* J) {
+  Scratch scratch;
+  return residual_with(at, sample, motion, parameters, J, scratch);
 }
 
 Vector3 arm_residual(const ArmSolution& at, const ArmObservation& sample,
                      const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd* J) {
-  const Eigen::VectorXd theta = at.gain.cwiseProduct(sample.joints) + at.offset;
-  ArmJacobian D;
-  const Vector3 tip = J ? arm_tip(at.model, theta, D).m : arm_tip(at.model, theta).m;
-  const Matrix3 R = at.X_world_base.matrix();
-  const Vector3 turned = R * tip;
-  if (J) {
-    for (std::size_t k = 0; k < parameters.size(); ++k) {
-      const auto i = parameters[k].index;
-      auto column = J->col(static_cast<Eigen::Index>(k));
-      switch (parameters[k].part) {
-        case Part::base_rotation:
-          column = Vector3::Unit(i).cross(turned);
-          break;
-        case Part::base_translation:
-          column = Vector3::Unit(i);
-          break;
-        case Part::gain:
-          column = R * D.theta.col(i) * sample.joints[i];
-          break;
-        case Part::offset:
-          column = R * D.theta.col(i);
-          break;
-        case Part::length:
-          column = R * D.lengths.col(i);
-          break;
-        case Part::a:
-          column = R * D.a.col(i);
-          break;
-        case Part::d:
-          column = R * D.d.col(i);
-          break;
-        case Part::alpha:
-          column = R * D.alpha.col(i);
-          break;
-        case Part::tool:
-          column = R * D.tool.col(i);
-          break;
-        case Part::tip:
-          column = sample.marker ? Vector3(-sample.marker->matrix().col(i)) : Vector3(Vector3::Zero());
-          break;
-      }
-    }
-  }
-  return turned + at.X_world_base.translation - measured_tip(at, sample).m;
+  const auto rest = Eigen::VectorXd::Zero(sample.joints.size());
+  return arm_residual(at, sample, {sample.joints, rest, rest}, parameters, J);
+}
+
+void predicted_tip_derivatives(const ArmSolution& at, const ArmMotion& motion,
+                               const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd& J) {
+  Scratch scratch;
+  J.resize(3, static_cast<Eigen::Index>(parameters.size()));
+  turned_tip(at, motion, parameters, &J, scratch);
 }
 
 ArmFit solve_arm(const std::vector<WeighedSample>& samples, const ArmSolution& start,
                  const std::vector<ArmParameter>& parameters, const ArmSolution& nominal, double prior_scale,
                  int most_iterations) {
-  const auto outcome = run_solver(new ArmCost(samples, start, parameters, nominal, prior_scale),
-                                  static_cast<Eigen::Index>(parameters.size()), most_iterations);
-  ArmFit fit{moved(start, parameters, outcome.x), 0.0, outcome.iterations, outcome.converged};
-  fit.cost = weighted_cost(samples, fit.solution);
+  const auto P = static_cast<Eigen::Index>(parameters.size());
+  Stack stack;
+  Scratch scratch;
+  // Adds the prior to the cost; to the equations too where they are given.
+  const auto prior = [&](const ArmSolution& at, NormalEquations* equations) {
+    double cost = 0.0;
+    for (Eigen::Index k = 0; k < P && prior_scale > 0.0; ++k) {
+      const auto& parameter = parameters[as_size(k)];
+      if (parameter.of_base()) continue;
+      const double stiffness = prior_scale / parameter.size;
+      const double r = stiffness * (number_of(at, parameter) - number_of(nominal, parameter));
+      cost += r * r;
+      if (!equations) continue;
+      equations->JtJ(k, k) += stiffness * stiffness;
+      equations->Jtr[k] += stiffness * r;
+    }
+    return cost;
+  };
+  const LeastSquaresProblem problem{
+      [&](const Eigen::VectorXd& x) {
+        const ArmSolution at = moved(start, parameters, x);
+        stack_residuals(samples, at, start, parameters, false, stack, scratch);
+        return stack.r.squaredNorm() + prior(at, nullptr);
+      },
+      [&](const Eigen::VectorXd& x, NormalEquations& equations) {
+        const ArmSolution at = moved(start, parameters, x);
+        stack_residuals(samples, at, start, parameters, true, stack, scratch);
+        if (!parameters.empty() && parameters[0].part == Part::base_rotation)
+          stack.J.leftCols<3>() =
+              (stack.J.leftCols<3>() * left_jacobian(rotation_part(parameters, x))).eval();
+        square(stack.J, stack.r, equations);
+        equations.cost += prior(at, &equations);
+      }};
+  const auto solved =
+      least_squares_from(Eigen::VectorXd::Zero(P), problem, {.most_iterations = most_iterations});
+  ArmFit fit{moved(start, parameters, solved.x), 0.0, solved.iterations, solved.converged};
+  stack_residuals(samples, fit.solution, start, {}, false, stack, scratch);
+  fit.cost = stack.r.squaredNorm();
   return fit;
 }
 
+// Variable projection (Golub, Pereyra 1973; Kaufman's form): derivatives with the base's own reaction taken
+// out.
 ArmFit solve_arm_inside(const std::vector<WeighedSample>& samples, const ArmSolution& start,
                         const std::vector<ArmParameter>& parameters, int most_iterations) {
-  const auto outcome = run_solver(new InsideCost(samples, start, parameters),
-                                  static_cast<Eigen::Index>(parameters.size()), most_iterations);
-  ArmFit fit{moved(start, parameters, outcome.x), 0.0, outcome.iterations, outcome.converged};
-  place_base(samples, fit.solution);
+  const auto P = static_cast<Eigen::Index>(parameters.size());
+  const auto base = list_parameters(start.model, ArmFreedom{});
+  Stack stack, base_stack;
+  Scratch scratch;
+  const auto placed = [&](const Eigen::VectorXd& x) {
+    ArmSolution at = moved(start, parameters, x);
+    place_base(samples, at);
+    return at;
+  };
+  const LeastSquaresProblem problem{
+      [&](const Eigen::VectorXd& x) {
+        stack_residuals(samples, placed(x), start, parameters, false, stack, scratch);
+        return stack.r.squaredNorm();
+      },
+      [&](const Eigen::VectorXd& x, NormalEquations& equations) {
+        const ArmSolution at = placed(x);
+        stack_residuals(samples, at, start, parameters, true, stack, scratch);
+        stack_residuals(samples, at, start, base, true, base_stack, scratch);
+        const Eigen::MatrixXd reaction = solve_symmetric_columns(base_stack.J.transpose() * base_stack.J,
+                                                                 base_stack.J.transpose() * stack.J);
+        const Eigen::MatrixXd projected = stack.J - base_stack.J * reaction;
+        square(projected, stack.r, equations);
+      }};
+  const auto solved =
+      least_squares_from(Eigen::VectorXd::Zero(P), problem, {.most_iterations = most_iterations});
+  ArmFit fit{placed(solved.x), 0.0, solved.iterations, solved.converged};
   fit.cost = weighted_cost(samples, fit.solution);
   return fit;
 }
@@ -338,7 +284,7 @@ Expected<ArmSolution> place_arm(const std::vector<WeighedSample>& samples, const
     Vector3 mean = Vector3::Zero();
     std::vector<Vector3> f;
     for (const auto& sample : samples) {
-      f.push_back(arm_tip(at.model, at.gain.cwiseProduct(sample.observation->joints) + at.offset).m);
+      f.push_back(arm_tip(at.model, joint_angles(at, sample.motion)).m);
       mean += f.back() / static_cast<double>(n);
     }
     for (Eigen::Index i = 0; i < n; ++i) {

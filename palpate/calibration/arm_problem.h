@@ -1,45 +1,36 @@
-// The least-squares problem behind the arm's calibration: which numbers are free, residuals, derivatives, the
-// solver.
+// The least-squares problem behind the arm's calibration: residuals, derivatives, the solves.
 //
-// Residual of a sample: predicted - measured tip, metres, World. Internal to this module. No thread rule.
+// Residual of a sample: predicted - measured tip, metres, World. Internal to this module and to what plans
+// with it. No thread rule.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "palpate/calibration/arm.h"
+#include "palpate/calibration/arm_motion.h"
+#include "palpate/calibration/arm_parameters.h"
 
 namespace palpate {
 
-struct ArmFreedom {
-  bool base = true, gains = false, offsets = false, first_offset = true, lengths = false, alpha = false,
-       tool = false, tip = false;
-};
-
-// One free number of the solution.
-struct ArmParameter {
-  enum class Part { base_rotation, base_translation, gain, offset, length, a, d, alpha, tool, tip };
-  Part part;
-  Eigen::Index index;
-  std::string name;
-  double size;  // what is plausible, one sigma: SI units; the prior's width (none on the base)
-};
-
-std::vector<ArmParameter> list_parameters(const ArmModel& model, const ArmFreedom& freedom);
-
-// The solution with x added to its free numbers; the base turned by exp(x) on the left.
-ArmSolution moved(const ArmSolution& at, const std::vector<ArmParameter>& parameters,
-                  const Eigen::VectorXd& x);
-
 struct WeighedSample {
   const ArmObservation* observation = nullptr;
+  ArmMotion motion;                         // readings at the measurement's moment, for the present delay
   Matrix3 whitening = Matrix3::Identity();  // keeps metres
   double weight = 1.0;
 };
 
+// Corrected joint angles.
+Eigen::VectorXd joint_angles(const ArmSolution& arm, const ArmMotion& motion);
+
 // Predicted minus measured; `J` (3 x parameters) holds its derivatives where asked for.
+Vector3 arm_residual(const ArmSolution& at, const ArmObservation& sample, const ArmMotion& motion,
+                     const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd* J);
+// Of a sample taken at rest.
 Vector3 arm_residual(const ArmSolution& at, const ArmObservation& sample,
                      const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd* J);
+// Derivatives of the predicted tip alone.
+void predicted_tip_derivatives(const ArmSolution& at, const ArmMotion& motion,
+                               const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd& J);
 
 struct ArmFit {
   ArmSolution solution;
@@ -49,7 +40,7 @@ struct ArmFit {
 };
 
 // Levenberg-Marquardt from `start`. `prior_scale` (m) is the noise that weighs the prior about `nominal`; 0 =
-// no prior.
+// no prior. The delay moves linearly about the samples' motion: call again with the motion taken anew.
 ArmFit solve_arm(const std::vector<WeighedSample>& samples, const ArmSolution& start,
                  const std::vector<ArmParameter>& parameters, const ArmSolution& nominal, double prior_scale,
                  int most_iterations = 100);

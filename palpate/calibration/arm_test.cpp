@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "palpate/calibration/arm_validation.h"
 #include "palpate/core/units.h"
 #include "palpate/geometry/random_vector.h"
 

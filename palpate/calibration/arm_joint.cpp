@@ -1,0 +1,159 @@
+// The joint solve: every free number at once, robust, from the start that fits best.
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "palpate/calibration/arm_setting.h"
+#include "palpate/calibration/arm_uncertainty.h"
+#include "palpate/calibration/robust_scale.h"
+
+namespace palpate {
+namespace {
+
+// Where an encoder zero may be when the arm was reset in an odd position, rad (40 deg): starts for offsets 2
+// and 3.
+constexpr double kResetStart = 0.7;
+// A fit that leaves less than this share of the points' spread is not in a wrong basin, which leaves
+// centimetres.
+constexpr double kGoodFit = 0.01;
+// Delays tried as starts, s.
+constexpr double kLongestDelay = 0.24, kDelayStep = 0.02;
+constexpr std::size_t kDelayStartSamples = 200;
+
+constexpr int kHuberRounds = 5, kFewestRounds = 8, kMostRounds = 40;
+constexpr int kStepsPerRound = 2;  // the weights move meanwhile: solving to the end would be for nothing
+
+double spread_of(const std::vector<WeighedSample>& samples, const ArmSolution& arm) {
+  Vector3 mean = Vector3::Zero();
+  double square = 0.0;
+  const double n = static_cast<double>(samples.size());
+  for (const auto& s : samples) mean += measured_tip(arm, *s.observation).m / n;
+  for (const auto& s : samples) square += (measured_tip(arm, *s.observation).m - mean).squaredNorm() / n;
+  return std::sqrt(square);
+}
+
+// The best of several starts of a PHANToM's offsets 2 and 3: encoders that were zeroed in an odd position.
+ArmSolution best_start(const ArmSetting& setting, const std::vector<ArmParameter>& parameters) {
+  const auto nominal = solve_arm(setting.samples, setting.nominal, parameters, setting.nominal, 1e-3, 30);
+  const double left = robust_scale(whitened_residuals(setting.samples, nominal.solution),
+                                   static_cast<double>(parameters.size()));
+  if (left < kGoodFit * spread_of(setting.samples, nominal.solution)) return nominal.solution;
+  struct Candidate {
+    ArmSolution arm;
+    double cost;
+  };
+  std::vector<Candidate> candidates;
+  for (double second : {0.0, -kResetStart, kResetStart}) {
+    for (double third : {0.0, -kResetStart, kResetStart}) {
+      if (second == 0.0 && third == 0.0) continue;
+      ArmSolution start = setting.nominal;
+      start.offset[1] = second;
+      start.offset[2] = third;
+      const auto placed = place_arm(setting.samples, start, setting.tip_found, false);
+      if (!placed) continue;
+      candidates.push_back({*placed, solve_arm(setting.samples, *placed, {}, setting.nominal, 0.0).cost});
+    }
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const auto& a, const auto& b) { return a.cost < b.cost; });
+  Candidate best{nominal.solution, nominal.cost};
+  for (std::size_t i = 0; i < std::min<std::size_t>(4, candidates.size()); ++i) {
+    const auto fit = solve_arm(setting.samples, candidates[i].arm, parameters, setting.nominal, 1e-3, 30);
+    // a later start must be clearly better: equal basins keep the nominal one
+    if (fit.cost < 0.99 * best.cost) best = {fit.solution, fit.cost};
+  }
+  return best.arm;
+}
+
+// The delay near which the search begins: that of the least cost with everything else fitted.
+double first_delay(const ArmSetting& setting, const std::vector<ArmParameter>& parameters) {
+  std::vector<ArmParameter> others;
+  for (const auto& parameter : parameters)
+    if (parameter.part != ArmParameter::Part::delay) others.push_back(parameter);
+  auto all = setting.samples;
+  const std::size_t stride = all.size() / kDelayStartSamples + 1;
+  double best = 0.0, least = std::numeric_limits<double>::infinity();
+  for (double delay = -kLongestDelay; delay <= kLongestDelay + 1e-9; delay += kDelayStep) {
+    take_motion(all, delay);
+    std::vector<WeighedSample> some;
+    for (std::size_t i = 0; i < all.size(); i += stride) some.push_back(all[i]);
+    const auto fit = solve_arm(some, setting.nominal, others, setting.nominal, 1e-3, 15);
+    if (fit.cost < least) {
+      least = fit.cost;
+      best = delay;
+    }
+  }
+  return best;
+}
+
+}  // namespace
+
+Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions& options) {
+  const ArmModel& model = setting.nominal.model;
+  const bool phantom = model.kind == ArmModel::Kind::phantom;
+  ArmFreedom freedom = freedom_of(options, model);
+  freedom.first_offset = !phantom;
+  freedom.tip = setting.tip_free;
+  const auto parameters = list_parameters(model, freedom);
+  if (const auto fine = enough_samples(setting.samples.size(), parameters.size()); !fine)
+    return tl::unexpected(fine.error());
+  const auto P = static_cast<double>(parameters.size());
+
+  Estimate<ArmSolution> estimate;
+  if (freedom.delay) {
+    setting.nominal.delay_s = first_delay(setting, parameters);
+    take_motion(setting.samples, setting.nominal.delay_s);
+  }
+  ArmSolution nominal = setting.nominal;
+  nominal.delay_s = 0.0;  // what the prior holds to
+  ArmSolution arm = phantom && options.free.offsets
+                        ? best_start(setting, parameters)
+                        : solve_arm(setting.samples, setting.nominal, parameters, nominal, 1e-3).solution;
+  double scale = 1e-3;  // m; replaced by the residuals' own
+  for (int round = 0; round < kMostRounds; ++round) {
+    if (freedom.delay) take_motion(setting.samples, arm.delay_s);
+    const auto fit = solve_arm(setting.samples, arm, parameters, nominal, scale, kStepsPerRound);
+    const Vector3 before = arm.X_world_base.translation;
+    const Eigen::VectorXd offset_before = arm.offset;
+    const double delay_before = arm.delay_s;
+    arm = fit.solution;
+    estimate.iterations += fit.iterations;
+    if (freedom.delay) take_motion(setting.samples, arm.delay_s);
+    const double last_scale = scale;
+    const auto residuals = whitened_residuals(setting.samples, arm);
+    scale = robust_scale(residuals, P);
+    if (options.robust)
+      for (std::size_t i = 0; i < residuals.size(); ++i)
+        setting.samples[i].weight = round < kHuberRounds ? huber_weight(residuals[i].norm(), scale)
+                                                         : tukey_weight(residuals[i].norm(), scale);
+    const double change = (arm.X_world_base.translation - before).norm() +
+                          0.2 * (arm.offset - offset_before).norm() +
+                          0.2 * std::abs(arm.delay_s - delay_before);  // at 0.2 m/s
+    estimate.termination = Termination::iteration_limit;
+    if (round + 1 >= kFewestRounds && (change < 1e-9 || change < 1e-4 * scale) &&
+        std::abs(scale - last_scale) < 1e-3 * scale + 2 * kLeastScale) {
+      estimate.termination = Termination::converged;
+      break;
+    }
+  }
+
+  // Covariance at the solution, inliers counting fully.
+  std::size_t inliers = 0;
+  for (auto& sample : setting.samples) {
+    const bool inlier = sample.weight > 0.0;
+    estimate.inlier.push_back(inlier);
+    sample.weight = inlier ? 1.0 : 0.0;
+    inliers += inlier;
+  }
+  if (const auto fine = enough_samples(inliers, parameters.size()); !fine)
+    return refused(
+        "arm: only {} of {} samples agree with one model of the arm ({} unknowns); check units and joint "
+        "order",
+        inliers, setting.samples.size(), parameters.size());
+  estimate.value = std::move(arm);
+  add_arm_covariance(estimate, setting, parameters);
+  return estimate;
+}
+
+}  // namespace palpate

@@ -1,0 +1,144 @@
+#include "palpate/calibration/arm_setting.h"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "palpate/estimation/linear_algebra.h"
+
+namespace palpate {
+namespace {
+
+Expected<void> check_arm_samples(const std::vector<ArmObservation>& samples, const ArmModel& model,
+                                 const ArmOptions& options) {
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const auto& s = samples[i];
+    if (s.joints.size() != model.joint_count())
+      return wrong_use("arm: sample {} has {} joint readings, {} has {} joints", i + 1, s.joints.size(),
+                       model.name, model.joint_count());
+    if (!s.joints.allFinite() || (s.tip && !s.tip->m.allFinite()) ||
+        (s.marker && !(s.marker->translation.allFinite() && s.marker->rotation.coeffs().allFinite())))
+      return refused("arm: sample {} is not finite; remove it", i + 1);
+    if (!s.tip && !s.marker)
+      return wrong_use("arm: sample {} has neither a measured tip nor a marker pose", i + 1);
+  }
+  if ((options.free.quadratic || options.free.hysteresis || options.free.delay) &&
+      options.method != ArmMethod::joint)
+    return wrong_use(
+        "arm: quadratic, hysteresis and delay are estimated by the joint method alone; the methods of the "
+        "paper know gains, offsets and lengths");
+  if ((options.free.hysteresis || options.free.delay) && !all_have_times(samples))
+    return wrong_use("arm: hysteresis and delay need the time of each sample (time_s), some have none");
+  if (options.free.delay && !taken_in_motion(samples))
+    return refused(
+        "arm: the delay shows in motion only, and most samples are more than {:.0f} ms apart; record while "
+        "the stylus moves, at 20 Hz or faster",
+        1e3 * kMotionGap);
+  if (options.free.dh && model.kind != ArmModel::Kind::dh)
+    return wrong_use("arm: {} has no Denavit-Hartenberg rows to free; use lengths", model.name);
+  return {};
+}
+
+bool all_have_markers(const std::vector<ArmObservation>& samples) {
+  return std::all_of(samples.begin(), samples.end(), [](const auto& s) { return s.marker.has_value(); });
+}
+
+bool all_have_tips(const std::vector<ArmObservation>& samples) {
+  return std::all_of(samples.begin(), samples.end(), [](const auto& s) { return s.tip.has_value(); });
+}
+
+ArmSolution nominal_arm(const ArmModel& model, const ArmFree& free) {
+  ArmSolution arm;
+  arm.model = model;
+  arm.gain = Eigen::VectorXd::Ones(model.joint_count());
+  arm.offset = Eigen::VectorXd::Zero(model.joint_count());
+  if (free.quadratic) arm.quadratic = Eigen::VectorXd::Zero(model.joint_count());
+  if (free.hysteresis) arm.hysteresis = Eigen::VectorXd::Zero(model.joint_count());
+  return arm;
+}
+
+}  // namespace
+
+void take_motion(std::vector<WeighedSample>& samples, double delay_s) {
+  std::vector<ArmObservation> observations;
+  observations.reserve(samples.size());
+  for (const auto& sample : samples) observations.push_back(*sample.observation);
+  auto motions = arm_motions(observations, delay_s);
+  for (std::size_t i = 0; i < samples.size(); ++i) samples[i].motion = std::move(motions[i]);
+}
+
+Expected<ArmSetting> prepare_arm(const std::vector<ArmObservation>& observations, const ArmModel& model,
+                                 const ArmOptions& options) {
+  if (const auto fine = check_arm_samples(observations, model, options); !fine)
+    return tl::unexpected(fine.error());
+  ArmSetting setting;
+  const bool markers = all_have_markers(observations), tips = all_have_tips(observations);
+  const bool wants_tip = options.method == ArmMethod::joint && options.free.tip && markers;
+  setting.tip_free = wants_tip;
+  if (!tips && !markers)
+    return wrong_use("arm: some samples have a marker pose, others a measured tip; give one kind");
+  setting.nominal = nominal_arm(model, options.free);
+  const bool use_markers = markers && (wants_tip || options.tip || !tips);
+  if (use_markers) {
+    setting.nominal.tip_known = true;
+    setting.tip_found = !options.tip;
+    if (options.tip) setting.nominal.tip_in_marker = *options.tip;
+  }
+  double mean_variance = 0.0;
+  for (const auto& o : observations) {
+    WeighedSample sample{&o, {}, Matrix3::Identity(), 1.0};
+    if (o.covariance && options.method == ArmMethod::joint) {
+      Eigen::MatrixXd L;
+      lower_cholesky(*o.covariance, L);
+      sample.whitening = Matrix3(L).inverse();
+      mean_variance += o.covariance->trace() / 3.0 / static_cast<double>(observations.size());
+    }
+    setting.samples.push_back(sample);
+  }
+  for (auto& sample : setting.samples)  // back to metres, so that scales stay readable
+    if (sample.observation->covariance && options.method == ArmMethod::joint)
+      sample.whitening *= std::sqrt(mean_variance);
+  take_motion(setting.samples, 0.0);
+  const std::size_t needed = 6;
+  if (observations.size() < needed)
+    return refused("arm: {} samples; at least {} are needed", observations.size(), needed);
+  const auto placed = place_arm(setting.samples, setting.nominal, setting.tip_found,
+                                model.kind == ArmModel::Kind::dh && !model.tool_known);
+  if (!placed) return tl::unexpected(placed.error());
+  setting.nominal = *placed;
+  return setting;
+}
+
+std::vector<Vector3> whitened_residuals(const std::vector<WeighedSample>& samples, const ArmSolution& arm) {
+  std::vector<Vector3> residuals;
+  residuals.reserve(samples.size());
+  for (const auto& s : samples)
+    residuals.push_back(s.whitening * arm_residual(arm, *s.observation, s.motion, {}, nullptr));
+  return residuals;
+}
+
+ArmFreedom freedom_of(const ArmOptions& options, const ArmModel& model) {
+  ArmFreedom freedom;
+  const bool joint = options.method == ArmMethod::joint;
+  const bool dh = model.kind == ArmModel::Kind::dh;
+  freedom.base = true;
+  freedom.gains = options.free.gains || options.free.dh;
+  freedom.offsets = options.free.offsets || options.free.dh;
+  freedom.lengths = options.free.lengths || options.free.dh;
+  freedom.alpha = options.free.dh;
+  freedom.quadratic = joint && options.free.quadratic;
+  freedom.hysteresis = joint && options.free.hysteresis;
+  freedom.delay = joint && options.free.delay;
+  freedom.tool = dh && !model.tool_known;
+  return freedom;
+}
+
+Expected<void> enough_samples(std::size_t samples, std::size_t parameters) {
+  const std::size_t needed = (parameters + 2) / 3 + 1;
+  if (samples < needed)
+    return refused("arm: {} samples for {} unknowns; at least {} are needed, spread over the workspace",
+                   samples, parameters, needed);
+  return {};
+}
+
+}  // namespace palpate

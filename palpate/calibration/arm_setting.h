@@ -1,0 +1,35 @@
+// What the methods of the arm's calibration work on: checked samples, a start, and what is free.
+//
+// Internal to this module. SI. No thread rule.
+#pragma once
+
+#include <vector>
+
+#include "palpate/calibration/arm_problem.h"
+
+namespace palpate {
+
+struct ArmSetting {
+  std::vector<WeighedSample> samples;
+  ArmSolution nominal;     // placed in the world by its nominal values
+  bool tip_free = false;   // estimated with the rest
+  bool tip_found = false;  // not given: found by the linear start
+};
+
+Expected<ArmSetting> prepare_arm(const std::vector<ArmObservation>& observations, const ArmModel& model,
+                                 const ArmOptions& options);
+
+// What all methods free alike; `joint` adds to it.
+ArmFreedom freedom_of(const ArmOptions& options, const ArmModel& model);
+
+Expected<void> enough_samples(std::size_t samples, std::size_t parameters);
+
+std::vector<Vector3> whitened_residuals(const std::vector<WeighedSample>& samples, const ArmSolution& arm);
+
+// The readings at the measurements' moments for this delay.
+void take_motion(std::vector<WeighedSample>& samples, double delay_s);
+
+Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions& options);
+Expected<Estimate<ArmSolution>> solve_as_in_the_paper(const ArmSetting& setting, const ArmOptions& options);
+
+}  // namespace palpate

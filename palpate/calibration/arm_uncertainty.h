@@ -1,0 +1,14 @@
+// How well an arm's calibration is determined: covariance, condition, and the directions no sample sees.
+//
+// Internal to this module. SI, radians. Pure functions.
+#pragma once
+
+#include "palpate/calibration/arm_setting.h"
+
+namespace palpate {
+
+// Covariance, condition and unobservable directions at the estimate, from samples whose weight is not zero.
+void add_arm_covariance(Estimate<ArmSolution>& estimate, const ArmSetting& setting,
+                        const std::vector<ArmParameter>& parameters);
+
+}  // namespace palpate

@@ -1,0 +1,80 @@
+#include "palpate/estimation/levenberg_marquardt.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "palpate/estimation/linear_algebra.h"
+
+namespace palpate {
+namespace {
+
+// A column this much shorter than the longest is rounding: its unknown stays where it is.
+constexpr double kRounding = 1e-12;
+constexpr double kLeastDamping = 1e-14, kMostDamping = 1e12;
+
+}  // namespace
+
+LeastSquaresResult least_squares_from(Eigen::VectorXd start, const LeastSquaresProblem& problem,
+                                      const LeastSquaresOptions& options) {
+  LeastSquaresResult result{std::move(start), 0.0, 0, false};
+  const Eigen::Index n = result.x.size();
+  if (n == 0) {
+    result.cost = problem.cost(result.x);
+    result.converged = true;
+    return result;
+  }
+  NormalEquations at;
+  const auto linearise = [&] {
+    at.JtJ.setZero(n, n);
+    at.Jtr.setZero(n);
+    at.cost = 0.0;
+    problem.linearise(result.x, at);
+    result.cost = at.cost;
+  };
+  linearise();
+  double damping = options.first_damping, growth = 2.0;
+  while (result.iterations < options.most_iterations) {
+    ++result.iterations;
+    // Columns scaled to unit length: the damping is then lambda on the diagonal, and the solve well scaled.
+    Eigen::VectorXd scale = at.JtJ.diagonal().cwiseSqrt();
+    const double least = kRounding * scale.maxCoeff();
+    for (double& s : scale) s = s > least ? 1.0 / s : 0.0;
+    Eigen::MatrixXd scaled = at.JtJ.selfadjointView<Eigen::Lower>();
+    scaled = scale.asDiagonal() * scaled * scale.asDiagonal();
+    const Eigen::VectorXd gradient = scale.cwiseProduct(at.Jtr);
+    scaled.diagonal().array() += damping;
+    const Eigen::VectorXd step_scaled = solve_symmetric(scaled, -gradient);
+    const Eigen::VectorXd step = scale.cwiseProduct(step_scaled);
+    if (!step.allFinite()) return result;
+    if (step_scaled.norm() <= options.tolerance * std::sqrt(std::max(result.cost, 1e-300))) {
+      result.converged = true;
+      return result;
+    }
+    const Eigen::VectorXd next = result.x + step;
+    const double cost = problem.cost(next);
+    const double predicted = step_scaled.dot(damping * step_scaled - gradient);
+    if (std::isfinite(cost) && cost < result.cost && predicted > 0.0) {
+      const double gain = (result.cost - cost) / predicted;
+      const bool tiny = result.cost - cost <= 1e-15 * result.cost;
+      result.x = next;
+      linearise();
+      if (tiny) {
+        result.converged = true;
+        return result;
+      }
+      const double cube = 2.0 * gain - 1.0;
+      damping = std::max(kLeastDamping, damping * std::max(1.0 / 10.0, 1.0 - cube * cube * cube));
+      growth = 2.0;
+    } else {
+      damping *= growth;
+      growth *= 2.0;
+      if (damping > kMostDamping) {  // no step lowers the cost: rounding is all that is left
+        result.converged = true;
+        return result;
+      }
+    }
+  }
+  return result;
+}
+
+}  // namespace palpate
