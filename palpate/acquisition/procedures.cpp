@@ -233,11 +233,9 @@ Expected<std::vector<Touch>> record_touches(Laboratory lab, const std::vector<Re
     Touch touch{place.what, place.index};
     const double n = static_cast<double>(frames.size());
     for (const auto& frame : frames) {
-      const Vector3 arm = frame.marker.rotation * tip;
-      Eigen::Matrix<double, 3, 6> J;
-      J << -hat(arm), Matrix3::Identity();
-      touch.place += (arm + frame.marker.translation) / n;
-      touch.covariance += J * frame.marker.covariance * J.transpose() / (n * n);
+      touch.place += (frame.marker.rotation * tip + frame.marker.translation) / n;
+      const Matrix3& systematic = frame.marker.systematic;  // the same in all frames
+      touch.covariance += (frame.marker.point_covariance(tip) - systematic) / (n * n) + systematic / n;
     }
     touches.push_back(touch);
   }

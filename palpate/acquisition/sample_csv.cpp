@@ -44,7 +44,7 @@ std::string arm_csv(const std::vector<TrackedPose>& poses, const Vector3& tip) {
   auto columns = kArmColumns;
   columns.insert(columns.end(), {"time_s", "marker_x_mm", "marker_y_mm", "marker_z_mm", "marker_qw",
                                  "marker_qx", "marker_qy", "marker_qz", "cov_xx_mm2", "cov_xy_mm2",
-                                 "cov_xz_mm2", "cov_yy_mm2", "cov_yz_mm2", "cov_zz_mm2"});
+                                 "cov_xz_mm2", "cov_yy_mm2", "cov_yz_mm2", "cov_zz_mm2", "systematic_mm"});
   CsvWriter csv(columns);
   for (const auto& pose : poses) {
     std::vector<double> row;
@@ -52,11 +52,9 @@ std::string arm_csv(const std::vector<TrackedPose>& poses, const Vector3& tip) {
     row.push_back(pose.time_s);
     append(row, pose.marker.translation, kMillimetresPerMetre);
     append(row, pose.marker.rotation);
-    Eigen::Matrix<double, 3, 6> J;
-    J << -hat(pose.marker.rotation * tip), Matrix3::Identity();
-    const Matrix3 c =
-        J * pose.marker.covariance * J.transpose() * (kMillimetresPerMetre * kMillimetresPerMetre);
-    row.insert(row.end(), {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2)});
+    const Matrix3 c = pose.marker.point_covariance(tip) * (kMillimetresPerMetre * kMillimetresPerMetre);
+    row.insert(row.end(), {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2),
+                           std::sqrt(pose.marker.systematic.trace()) * kMillimetresPerMetre});
     csv.row(row);
   }
   return csv.content();

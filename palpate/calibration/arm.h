@@ -49,6 +49,17 @@ struct ArmOptions {
   std::optional<Vector3>
       tip;             // m, in the marker, from a pivot calibration: given, or the start where it is free
   bool robust = true;  // joint only
+  // The covariance allows for a smooth systematic error of the tracker (correlated_errors.h); costs about
+  // as much as the solve.
+  bool allow_field = true;
+};
+
+// What the residuals say of the tracker, per component, in the units of the whitening (metres at the mean of
+// the stated covariances).
+struct ArmNoise {
+  double sigma = 0.0;        // m
+  double field_share = 0.0;  // of the variance: a smooth systematic error
+  double field_reach = 0.0;  // m, over which it changes; 0 where none is seen
 };
 
 struct ArmSolution {
@@ -58,6 +69,7 @@ struct ArmSolution {
   double delay_s = 0.0;                   // the tracker's stamps minus the encoders', for the same moment
   Pose<World, ArmBase> X_world_base;
   Vector3 tip_in_marker = Vector3::Zero();
+  ArmNoise noise;
   bool tip_known = false;  // samples with marker poses were used with this tip
   std::vector<std::string>
       parameters;  // names of what was estimated: "gain_1", "offset_2", "base_rotation_x", ...

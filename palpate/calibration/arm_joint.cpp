@@ -138,7 +138,6 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
     }
   }
 
-  // Covariance at the solution, inliers counting fully.
   std::size_t inliers = 0;
   for (auto& sample : setting.samples) {
     const bool inlier = sample.weight > 0.0;
@@ -151,8 +150,16 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
         "arm: only {} of {} samples agree with one model of the arm ({} unknowns); check units and joint "
         "order",
         inliers, setting.samples.size(), parameters.size());
+  // The weights have told who belongs; those that do now count alike, which wastes nothing of what they say.
+  for (int round = 0; round < 3; ++round) {
+    if (freedom.delay) take_motion(setting.samples, arm.delay_s);
+    const auto fit = solve_arm(setting.samples, arm, parameters, nominal, scale, 10);
+    estimate.iterations += fit.iterations;
+    arm = fit.solution;
+    if (!freedom.delay) break;
+  }
   estimate.value = std::move(arm);
-  add_arm_covariance(estimate, setting, parameters);
+  add_arm_covariance(estimate, setting, parameters, options.allow_field);
   return estimate;
 }
 

@@ -49,7 +49,7 @@ Expected<Estimate<ArmSolution>> solve_as_in_the_paper(const ArmSetting& setting,
   estimate.value = std::move(fit.solution);
   freedom.base = true;
   freedom.first_offset = setting.nominal.model.kind != ArmModel::Kind::phantom;
-  add_arm_covariance(estimate, setting, list_parameters(setting.nominal.model, freedom));
+  add_arm_covariance(estimate, setting, list_parameters(setting.nominal.model, freedom), false);
   return estimate;
 }
 

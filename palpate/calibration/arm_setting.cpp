@@ -95,6 +95,13 @@ Expected<ArmSetting> prepare_arm(const std::vector<ArmObservation>& observations
     }
     setting.samples.push_back(sample);
   }
+  setting.stated_variance = mean_variance;
+  double systematic = 0.0;
+  for (const auto& o : observations)
+    if (o.systematic)
+      systematic += *o.systematic * *o.systematic / 3.0 / static_cast<double>(observations.size());
+  if (mean_variance > 0.0 && observations.front().systematic)
+    setting.stated_share = std::min(1.0, systematic / mean_variance);
   for (auto& sample : setting.samples)  // back to metres, so that scales stay readable
     if (sample.observation->covariance && options.method == ArmMethod::joint)
       sample.whitening *= std::sqrt(mean_variance);

@@ -11,9 +11,11 @@ namespace palpate {
 
 struct ArmSetting {
   std::vector<WeighedSample> samples;
-  ArmSolution nominal;     // placed in the world by its nominal values
-  bool tip_free = false;   // estimated with the rest
-  bool tip_found = false;  // not given: found by the linear start
+  ArmSolution nominal;                 // placed in the world by its nominal values
+  bool tip_free = false;               // estimated with the rest
+  bool tip_found = false;              // not given: found by the linear start
+  double stated_variance = 0.0;        // m^2 per component, of whitened residuals; 0 where none is stated
+  std::optional<double> stated_share;  // of the tracker's systematic error in it
 };
 
 Expected<ArmSetting> prepare_arm(const std::vector<ArmObservation>& observations, const ArmModel& model,

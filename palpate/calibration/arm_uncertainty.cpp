@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/calibration/correlated_errors.h"
 #include "palpate/calibration/robust_scale.h"
 #include "palpate/estimation/linear_algebra.h"
 
@@ -44,31 +45,52 @@ double condition_of(const Eigen::MatrixXd& J) {
 }  // namespace
 
 void add_arm_covariance(Estimate<ArmSolution>& estimate, const ArmSetting& setting,
-                        const std::vector<ArmParameter>& parameters) {
+                        const std::vector<ArmParameter>& parameters, bool allow_field) {
   const auto P = static_cast<Eigen::Index>(parameters.size());
-  Eigen::MatrixXd J(3 * static_cast<Eigen::Index>(setting.samples.size()), P);
+  CorrelationInput input;
+  Eigen::MatrixXd& J = input.J;
+  Eigen::VectorXd& r = input.residuals;
+  J.resize(3 * static_cast<Eigen::Index>(setting.samples.size()), P);
+  r.resize(J.rows());
   Eigen::Matrix3Xd row(3, P);
   Eigen::Index rows = 0;
-  double chi2 = 0.0;
   for (const auto& sample : setting.samples) {
     if (sample.weight == 0.0) continue;
-    chi2 += (sample.whitening *
-             arm_residual(estimate.value, *sample.observation, sample.motion, parameters, &row))
-                .squaredNorm();
+    const auto& observed = *sample.observation;
+    r.segment<3>(rows) =
+        sample.whitening * arm_residual(estimate.value, observed, sample.motion, parameters, &row);
     J.middleRows<3>(rows) = sample.whitening * row;
     rows += 3;
+    // The tracker's error belongs to where the LEDs are, a stylus away from the tip.
+    input.places.push_back(observed.marker ? observed.marker->translation : observed.tip->m);
+    input.levers.push_back(observed.marker ? Matrix3(sample.whitening * hat(observed.marker->rotation *
+                                                                            estimate.value.tip_in_marker))
+                                           : Matrix3(Matrix3::Zero()));
   }
   J.conservativeResize(rows, P);
-  const double sigma = std::max(kLeastScale, std::sqrt(chi2 / std::max(1.0, static_cast<double>(rows - P))));
-  Eigen::MatrixXd information = J.transpose() * J / (sigma * sigma);
-  for (Eigen::Index k = 0; k < P; ++k)
-    if (!parameters[static_cast<std::size_t>(k)].of_base())
-      information(k, k) +=
-          1.0 / (parameters[static_cast<std::size_t>(k)].size * parameters[static_cast<std::size_t>(k)].size);
-  // scaled by its diagonal before inverting: the entries differ by many orders of magnitude
-  const Eigen::VectorXd d = information.diagonal().cwiseSqrt().cwiseInverse();
-  const Eigen::MatrixXd scaled = d.asDiagonal() * information * d.asDiagonal();
-  estimate.covariance = d.asDiagonal() * inverse_symmetric(scaled) * d.asDiagonal();
+  r.conservativeResize(rows);
+  const double freedom = std::max(1.0, static_cast<double>(rows - P));
+  const double sigma = std::max(kLeastScale, std::sqrt(r.squaredNorm() / freedom));
+  input.precision = Eigen::MatrixXd::Zero(P, P);
+  for (Eigen::Index k = 0; k < P; ++k) {
+    const auto& parameter = parameters[static_cast<std::size_t>(k)];
+    if (!parameter.of_base()) input.precision(k, k) = sigma * sigma / (parameter.size * parameter.size);
+  }
+  input.stated_variance = setting.stated_variance;
+  input.stated_share = allow_field ? setting.stated_share : std::optional<double>(0.0);
+  if (rows > P && sigma > kLeastScale) {
+    const auto errors = correlated_covariance(input);
+    estimate.covariance = errors.covariance;
+    estimate.value.noise = {errors.sigma, errors.share, errors.reach};
+  } else {
+    Eigen::MatrixXd H = J.transpose() * J + input.precision;
+    const Eigen::VectorXd d = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
+    H = d.asDiagonal() * H * d.asDiagonal();
+    estimate.covariance = sigma * sigma * (d.asDiagonal() * inverse_symmetric(H) * d.asDiagonal());
+    estimate.value.noise = {sigma, 0.0, 0.0};
+  }
+  // Where the noise is known from few residuals only: the variance of Student's distribution.
+  if (freedom > 4.0 && setting.stated_variance == 0.0) estimate.covariance *= freedom / (freedom - 2.0);
   estimate.condition = condition_of(J);
   estimate.unobservable = name_unobservable(J, parameters, std::max(sigma, 1e-7));
   if (setting.nominal.model.kind == ArmModel::Kind::phantom)

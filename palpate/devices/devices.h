@@ -50,7 +50,17 @@ struct TrackerSample {
   // Of rotation (rad, World axes, left perturbation) then translation (m), as the tracker believes it: white
   // noise of the LEDs carried through the fit.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  // m^2, of the translation: what the tracker's stated accuracy leaves beyond that noise, the same for poses
+  // near each other. It does not average out.
+  Matrix3 systematic = Matrix3::Zero();
   int leds = 0;
+
+  // m^2, of a point fixed to the marker: noise and systematic part.
+  Matrix3 point_covariance(const Vector3& in_marker) const {
+    Eigen::Matrix<double, 3, 6> J;
+    J << -hat(rotation * in_marker), Matrix3::Identity();
+    return J * covariance * J.transpose() + systematic;
+  }
 };
 
 class TrackerDevice {

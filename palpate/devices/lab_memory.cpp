@@ -173,6 +173,7 @@ TrackerWire pack(const TrackerSample& sample) {
                    .rotation = array(sample.rotation),
                    .translation = array(sample.translation)};
   for (int i = 0; i < 36; ++i) wire.covariance[static_cast<std::size_t>(i)] = sample.covariance(i / 6, i % 6);
+  for (int i = 0; i < 9; ++i) wire.systematic[static_cast<std::size_t>(i)] = sample.systematic(i / 3, i % 3);
   return wire;
 }
 TrackerSample unpack(const TrackerWire& wire) {
@@ -183,6 +184,7 @@ TrackerSample unpack(const TrackerWire& wire) {
                        .translation = vector(wire.translation),
                        .leds = wire.leds};
   for (int i = 0; i < 36; ++i) sample.covariance(i / 6, i % 6) = wire.covariance[static_cast<std::size_t>(i)];
+  for (int i = 0; i < 9; ++i) sample.systematic(i / 3, i % 3) = wire.systematic[static_cast<std::size_t>(i)];
   return sample;
 }
 

@@ -40,6 +40,7 @@ struct TrackerWire {
   std::array<double, 4> rotation{};  // w x y z
   std::array<double, 3> translation{};
   std::array<double, 36> covariance{};  // row by row
+  std::array<double, 9> systematic{};
 };
 struct HandWire {
   std::array<double, 3> tip{}, velocity{};

@@ -56,6 +56,7 @@ Expected<ArmSampleFile> read_arm_samples(const std::filesystem::path& path) {
     return wrong_use("{}: has {} gimbal columns, gimbal_1 to gimbal_3 are expected", table.source,
                      gimbal.at.size());
   const auto time = table.find("time_s");
+  const auto systematic = table.find("systematic_mm");
   const auto marker = find_pose_columns(table, "marker_");
   const auto tip_mm = find_triple(table, "_mm"), tip_m = find_triple(table, "_m");
   if (!marker && !tip_mm && !tip_m && !target_form)
@@ -104,6 +105,12 @@ Expected<ArmSampleFile> read_arm_samples(const std::filesystem::path& path) {
         return wrong_use("{}:{}: the covariance is not positive definite; repair or remove the cov_ columns",
                          table.source, table.line[i]);
       sample.covariance = C;
+    }
+    if (systematic) {
+      if (row[*systematic] < 0.0)
+        return wrong_use("{}:{}: systematic_mm is {}, a length of 0 or more is expected", table.source,
+                         table.line[i], row[*systematic]);
+      sample.systematic = 1e-3 * row[*systematic];
     }
     file.observations.push_back(std::move(sample));
   }

@@ -54,6 +54,13 @@ Vector3 TrackerTwin::bias(const Vector3& place) const {
   return point ? Vector3(point->place - place) : Vector3::Zero();
 }
 
+Matrix3 TrackerTwin::stated_systematic(const Vector3& place) const {
+  std::array<double, 3> u{};
+  for (std::size_t i = 0; i < 3; ++i) u[i] = cameras_[i].measure(place);
+  const auto point = triangulate(cameras_, u, bias_sd_);
+  return point ? point->covariance : Matrix3(Matrix3::Zero());
+}
+
 TrackerSample TrackerTwin::measure(Instant<TrackerClock> stamp, const SeenBody& body) {
   TrackerSample sample;
   sample.stamp = stamp;
@@ -77,6 +84,7 @@ TrackerSample TrackerTwin::measure(Instant<TrackerClock> stamp, const SeenBody& 
     sample.rotation = fit->rotation;
     sample.translation = fit->translation;
     sample.covariance = fit->covariance;
+    sample.systematic = stated_systematic(fit->translation);
   }
   return sample;
 }

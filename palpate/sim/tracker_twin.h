@@ -3,8 +3,8 @@
 //
 // Each 1-D measurement carries white noise and a fixed smooth bias field. Both are scaled so that one LED at
 // the optimal distance along the line of sight is triangulated with the stated 3-D rms errors; nearer and
-// farther the error follows from the geometry. What it reports as covariance is the white noise alone: it
-// does not know its own bias. World frame = tracker frame, metres. One thread.
+// farther the error follows from the geometry. What it reports as covariance is the white noise; its
+// bias it does not know, only how large it is at most places: its stated accuracy. World frame = tracker frame, metres. One thread.
 #pragma once
 
 #include <array>
@@ -42,6 +42,8 @@ class TrackerTwin {
   double white_sd() const { return white_sd_; }  // of one 1-D measurement
   // The systematic error of the triangulated place of an LED there, m.
   Vector3 bias(const Vector3& place) const;
+  // Covariance of one LED's bias over draws of the field, m^2: what a maker states.
+  Matrix3 stated_systematic(const Vector3& place) const;
 
  private:
   bool visible(const Vector3& place, const Vector3& normal) const;

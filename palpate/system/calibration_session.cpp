@@ -322,9 +322,8 @@ std::vector<ArmObservation> arm_observations(const std::vector<TrackedPose>& pos
     sample.gimbal = pose.gimbal;
     sample.time_s = pose.time_s;
     sample.marker = Pose<World, TipMarker>{pose.marker.rotation, pose.marker.translation};
-    Eigen::Matrix<double, 3, 6> J;  // of the tip, by a turn and a shift of the marker
-    J << -hat(pose.marker.rotation * tip), Matrix3::Identity();
-    sample.covariance = J * pose.marker.covariance * J.transpose();
+    sample.covariance = pose.marker.point_covariance(tip);
+    sample.systematic = std::sqrt(pose.marker.systematic.trace());
     result.push_back(sample);
   }
   return result;
