@@ -1,14 +1,10 @@
 #include <algorithm>
-#include <limits>
 #include <memory>
-#include <numeric>
 #include <sstream>
 
+#include "apps/palpate/arm_result.h"
 #include "apps/palpate/command.h"
-#include "apps/palpate/result_output.h"
-#include "palpate/calibration/arm_validation.h"
-#include "palpate/calibration/gimbal.h"
-#include "palpate/core/random.h"
+#include "palpate/calibration/arm_motion.h"
 #include "palpate/core/units.h"
 
 namespace palpate::app {
@@ -30,7 +26,7 @@ struct FreeList {
 };
 
 Expected<FreeList> parse_free(const std::string& list) {
-  FreeList all{{false, false, false, false, false}, false};
+  FreeList all{{.gains = false, .offsets = false, .lengths = false, .tip = false}, false};
   ArmFree& free = all.arm;
   std::istringstream stream(list);
   for (std::string name; std::getline(stream, name, ',');) {
@@ -46,63 +42,31 @@ Expected<FreeList> parse_free(const std::string& list) {
       free.dh = true;
     else if (name == "gimbal")
       all.gimbal = true;
-    else if (name == "quadratic" || name == "hysteresis" || name == "delay")
-      return wrong_use(
-          "--free {}: not available in this version; gains, offsets, lengths, tip, gimbal and dh are", name);
+    else if (name == "quadratic")
+      free.quadratic = true;
+    else if (name == "hysteresis")
+      free.hysteresis = true;
+    else if (name == "delay")
+      free.delay = true;
     else
       return wrong_use(
-          "--free {}: unknown; a list of gains, offsets, lengths, tip, gimbal, dh is expected, or auto",
+          "--free {}: unknown; a list of gains, offsets, lengths, tip, gimbal, quadratic, hysteresis, delay, "
+          "dh is expected, or auto",
           name);
   }
   return all;
 }
 
-// The set with the smallest error in regions it has not seen; a larger set must win by 1 %.
-Expected<ArmFree> choose_free(const std::vector<ArmObservation>& samples, const ArmModel& model,
-                              ArmOptions how) {
-  const bool dh = model.kind == ArmModel::Kind::dh;
-  std::vector<ArmFree> sets{{true, true, false, how.free.tip, false}, {true, true, !dh, how.free.tip, dh}};
-  ArmFree best = sets[0];
-  double least = std::numeric_limits<double>::infinity();
-  for (const auto& set : sets) {
-    how.free = set;
-    const auto means = held_out_by_region(samples, model, how);
-    if (!means) {
-      if (least == std::numeric_limits<double>::infinity()) return tl::unexpected(means.error());
-      continue;
-    }
-    const double mean =
-        std::accumulate(means->begin(), means->end(), 0.0) / static_cast<double>(means->size());
-    if (mean < 0.99 * least) {
-      least = mean;
-      best = set;
-    }
-  }
-  return best;
-}
-
-std::string free_text(const ArmFree& free, bool gimbal) {
-  std::string text;
-  for (const auto& [on, name] : {std::pair{free.gains, "gains"},
-                                 {free.offsets, "offsets"},
-                                 {free.lengths, "lengths"},
-                                 {free.tip, "tip"},
-                                 {gimbal, "gimbal"},
-                                 {free.dh, "dh"}})
-    if (on) text += (text.empty() ? "" : ",") + std::string(name);
-  return text;
-}
-
 // Errors on samples that the calibration has not seen: of the test file, or of five folds drawn by the seed.
-struct HeldOut {
+struct Unseen {
   std::string from;
   std::vector<Vector3> errors, uncorrected;
 };
 
-Expected<HeldOut> hold_out(const ArmArguments& options, const std::vector<ArmObservation>& samples,
-                           const ArmModel& model, const ArmOptions& how, const ArmSolution& arm,
-                           const ArmSolution& uncorrected) {
-  HeldOut held;
+Expected<Unseen> judge(const ArmArguments& options, const std::vector<ArmObservation>& samples,
+                       const ArmModel& model, const ArmOptions& how, const ArmSolution& arm,
+                       const ArmSolution& uncorrected) {
+  Unseen unseen;
   if (!options.test.empty()) {
     const auto test = read_arm_samples(options.test);
     if (!test) return tl::unexpected(test.error());
@@ -113,145 +77,17 @@ Expected<HeldOut> hold_out(const ArmArguments& options, const std::vector<ArmObs
       if (arm.tip_known && !sample.marker && !sample.tip)
         return wrong_use("{}: has no measured tips", options.test);
     }
-    held.from = test->source;
-    held.errors = arm_errors(arm, test->observations);
-    held.uncorrected = arm_errors(uncorrected, test->observations);
-    return held;
+    unseen.from = test->source;
+    unseen.errors = arm_errors(arm, test->observations);
+    unseen.uncorrected = arm_errors(uncorrected, test->observations);
+    return unseen;
   }
-  held.from = fmt::format("{} folds of the samples", kFolds);
-  std::vector<std::size_t> order(samples.size());
-  std::iota(order.begin(), order.end(), 0u);
-  Random random(options.seed, "calibrate arm/folds");
-  for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
-  for (int fold = 0; fold < kFolds; ++fold) {
-    std::vector<ArmObservation> training, test;
-    for (std::size_t i = 0; i < order.size(); ++i)
-      (static_cast<int>(i) % kFolds == fold ? test : training).push_back(samples[order[i]]);
-    const auto estimate = calibrate_arm(training, model, how);
-    if (!estimate) return tl::unexpected(estimate.error());
-    const auto errors = arm_errors(estimate->value, test);
-    held.errors.insert(held.errors.end(), errors.begin(), errors.end());
-  }
-  held.uncorrected = arm_errors(uncorrected, samples);
-  return held;
-}
-
-double largest(const std::vector<Vector3>& errors) {
-  double most = 0.0;
-  for (const auto& e : errors) most = std::max(most, e.norm());
-  return most;
-}
-
-// Units of each parameter in the files people read.
-std::pair<std::string, double> with_unit(const std::string& name) {
-  const auto starts = [&](const char* prefix) { return name.rfind(prefix, 0) == 0; };
-  if (starts("gain_")) return {name, 1.0};
-  if (starts("offset_") || starts("alpha_") || starts("base_rotation_"))
-    return {name + "_deg", kDegreesPerRadian};
-  return {name + "_mm", kMm};
-}
-
-// Standard deviations by group; 0 for what was held fixed.
-Json std_json(const Estimate<ArmSolution>& estimate) {
-  Json json = Json::object();
-  const auto n = static_cast<std::size_t>(estimate.value.gain.size());
-  const auto group = [&](const char* key, const std::vector<std::string>& names) {
-    Json list = Json::array();
-    bool any = false;
-    for (const auto& name : names) {
-      const auto at = std::find(estimate.value.parameters.begin(), estimate.value.parameters.end(), name);
-      const bool found = at != estimate.value.parameters.end();
-      any = any || found;
-      list.push_back(found ? with_unit(name).second *
-                                 estimate.standard_deviation(at - estimate.value.parameters.begin())
-                           : 0.0);
-    }
-    if (any) json[key] = list;
-  };
-  const auto numbered = [&](const char* stem, std::size_t count) {
-    std::vector<std::string> names;
-    for (std::size_t i = 0; i < count; ++i) names.push_back(fmt::format("{}_{}", stem, i + 1));
-    return names;
-  };
-  const auto axes = [](const std::string& stem) {
-    return std::vector<std::string>{stem + "_x", stem + "_y", stem + "_z"};
-  };
-  group("gains", numbered("gain", n));
-  group("offsets_deg", numbered("offset", n));
-  group("lengths_mm", numbered("length", 2));
-  group("a_mm", numbered("a", n));
-  group("d_mm", numbered("d", n));
-  group("alpha_deg", numbered("alpha", n));
-  group("tool_mm", axes("tool"));
-  group("tip_mm", axes("tip"));
-  group("base_rotation_deg", axes("base_rotation"));
-  group("base_translation_mm", axes("base_translation"));
-  return json;
-}
-
-void put_arm(Json& json, const ArmSolution& arm) {
-  json["gains"] = json_list(arm.gain);
-  json["offsets_deg"] = json_list(arm.offset, kDegreesPerRadian);
-  if (arm.model.kind == ArmModel::Kind::phantom) {
-    json["lengths_mm"] = Json::array({kMm * arm.model.lengths.l1, kMm * arm.model.lengths.l2});
-  } else {
-    json["joints"] = Json::array();
-    for (const auto& row : arm.model.joints)
-      json["joints"].push_back(Json{{"a_mm", kMm * row.a},
-                                    {"alpha_deg", degrees_from_radians(row.alpha)},
-                                    {"d_mm", kMm * row.d},
-                                    {"theta_offset_deg", degrees_from_radians(row.theta_offset)}});
-    json["tool_mm"] = json_list(arm.model.tool, kMm);
-  }
-  json["tip_mm"] = arm.tip_known ? json_list(arm.tip_in_marker, kMm) : Json();
-  json["base"] = Json{{"translation_mm", json_list(arm.X_world_base.translation, kMm)},
-                      {"rotation_qwxyz", json_quaternion(arm.X_world_base.rotation)}};
-}
-
-void put_gimbal(Json& json, const Estimate<GimbalSolution>& gimbal, const std::vector<Vector3>& errors) {
-  json["gimbal_gains"] = json_list(gimbal.value.correction.gain);
-  json["gimbal_offsets_deg"] = json_list(gimbal.value.correction.offset, kDegreesPerRadian);
-  json["marker_on_stylus_qwxyz"] = json_quaternion(gimbal.value.R_tip_marker);
-  std::vector<Vector3> trained;
-  for (std::size_t i = 0; i < errors.size(); ++i)
-    if (gimbal.inlier[i]) trained.push_back(errors[i]);
-  json["orientation_rms_deg"] = degrees_from_radians(rms_per_component(trained));
-}
-
-// The rig's order: gains, offsets, base rotation, base translation, tip; zero where fixed.
-Eigen::MatrixXd rig_covariance(const Estimate<ArmSolution>& estimate) {
-  std::vector<std::string> order{"gain_1", "gain_2", "gain_3", "offset_1", "offset_2", "offset_3"};
-  for (const char* stem : {"base_rotation_", "base_translation_", "tip_"})
-    for (const char axis : {'x', 'y', 'z'}) order.push_back(std::string(stem) + axis);
-  const auto& names = estimate.value.parameters;
-  const auto place = [&](std::size_t i) {
-    return std::find(names.begin(), names.end(), order[i]) - names.begin();
-  };
-  const auto known = static_cast<std::ptrdiff_t>(names.size());
-  const auto n = static_cast<Eigen::Index>(order.size());
-  Eigen::MatrixXd C = Eigen::MatrixXd::Zero(n, n);
-  for (Eigen::Index i = 0; i < n; ++i)
-    for (Eigen::Index j = 0; j < n; ++j) {
-      const auto a = place(static_cast<std::size_t>(i)), b = place(static_cast<std::size_t>(j));
-      if (a < known && b < known) C(i, j) = estimate.covariance(a, b);
-    }
-  return C;
-}
-
-void put_into(Rig& rig, const Estimate<ArmSolution>& estimate,
-              const std::optional<Estimate<GimbalSolution>>& gimbal, double held_out_mean, Provenance from) {
-  const ArmSolution& arm = estimate.value;
-  ArmCalibration result = rig.arm.value_or(ArmCalibration{});  // keeps what is fitted beside the arm
-  result.model = arm.model.name;
-  result.lengths = arm.model.lengths;
-  result.correction = {arm.gain, arm.offset};
-  result.X_world_base = arm.X_world_base;
-  result.tip_in_marker = arm.tip_in_marker;
-  if (gimbal) put_gimbal_into(result, gimbal->value);
-  result.covariance = rig_covariance(estimate);
-  result.held_out_mean = held_out_mean;
-  result.from = std::move(from);
-  rig.arm = std::move(result);
+  unseen.from = fmt::format("{} folds of the samples", kFolds);
+  const auto held = held_out_by_folds(samples, model, how, options.seed, kFolds);
+  if (!held) return tl::unexpected(held.error());
+  unseen.errors = held->errors;
+  unseen.uncorrected = arm_errors(uncorrected, samples);
+  return unseen;
 }
 
 Expected<void> run_arm(const ArmArguments& options) {
@@ -284,15 +120,19 @@ Expected<void> run_arm(const ArmArguments& options) {
   if (!options.tip_mm.empty())
     how.tip = Vector3(options.tip_mm[0], options.tip_mm[1], options.tip_mm[2]) / kMm;
   if (!how.tip && rig->tip_pivot) how.tip = rig->tip_pivot->tip_in_marker;
+  std::optional<ArmChoice> choice;
   const bool joint = how.method == ArmMethod::joint;
   if (options.free.empty()) {
     how.free.lengths = model->kind == ArmModel::Kind::phantom;
     how.free.tip = markers && joint;
+    how.free.delay = joint && taken_in_motion(samples);
   } else if (options.free == "auto") {
     how.free.tip = markers && joint;
-    const auto chosen = choose_free(samples, *model, how);
+    if (!joint) return wrong_use("--free auto: chooses for the joint method, not for {}", options.method);
+    auto chosen = choose_free(samples, *model, how);
     if (!chosen) return refused("{}: {}", file->source, chosen.error().message);
-    how.free = *chosen;
+    how.free = chosen->free;
+    choice = std::move(*chosen);
   } else {
     const auto free = parse_free(options.free);
     if (!free) return tl::unexpected(free.error());
@@ -314,96 +154,45 @@ Expected<void> run_arm(const ArmArguments& options) {
   const ArmSolution& arm = estimate->value;
   std::optional<Estimate<GimbalSolution>> gimbal;
   if (wants_gimbal) {
-    auto fitted = calibrate_gimbal(samples, arm);
+    auto fitted = calibrate_gimbal(with_delay_removed(samples, arm.delay_s), arm);
     if (!fitted)
       return tl::unexpected(Error{fitted.error().kind, file->source + ": " + fitted.error().message});
     gimbal = std::move(*fitted);
   }
   const auto uncorrected = uncorrected_arm(samples, *model, how);
   if (!uncorrected) return tl::unexpected(uncorrected.error());
-  const auto held = hold_out(options, samples, *model, how, arm, uncorrected->value);
-  if (!held) return tl::unexpected(held.error());
+  const auto unseen = judge(options, samples, *model, how, arm, uncorrected->value);
+  if (!unseen) return tl::unexpected(unseen.error());
   const auto regions = held_out_by_region(samples, *model, how);
 
-  std::vector<Vector3> trained;
-  for (std::size_t i = 0; i < estimate->residuals.size(); ++i)
-    if (estimate->inlier.empty() || estimate->inlier[i]) trained.push_back(estimate->residuals[i]);
-  Result result;
-  Json& json = result.json;
-  json["method"] = options.method;
-  json["arm"] = model->name;
-  json["free"] = free_text(how.free, gimbal.has_value());
-  json["train_mean_mm"] = kMm * mean_norm(trained);
-  json["test_mean_mm"] = kMm * mean_norm(held->errors);
-  json["test_rms_mm"] = kMm * std::sqrt(3.0) * rms_per_component(held->errors);
-  json["test_max_mm"] = kMm * largest(held->errors);
-  json["uncorrected_test_mean_mm"] = kMm * mean_norm(held->uncorrected);
-  json["test_from"] = held->from;
-  put_arm(json, arm);
-  if (gimbal) put_gimbal(json, *gimbal, gimbal_errors(samples, arm, gimbal->value));
-  json["rms_mm"] = kMm * rms_per_component(trained);
-  json["samples"] = samples.size();
-  json["inliers"] = trained.size();
-  json["unobservable"] = estimate->unobservable;
-  json["held_out_by_region_mm"] = Json::array();
-  if (regions)
-    for (double mean : *regions) json["held_out_by_region_mm"].push_back(kMm * mean);
-  json["delay_s"] = 0.0;
-  json["condition"] = estimate->condition;
-  json["iterations"] = estimate->iterations;
-  json["converged"] = estimate->termination != Termination::iteration_limit;
-  std::vector<std::string> names;
-  Eigen::VectorXd scales(estimate->covariance.rows());
-  for (const auto& parameter : arm.parameters) {
-    const auto [name, scale] = with_unit(parameter);
-    scales[static_cast<Eigen::Index>(names.size())] = scale;
-    names.push_back(name);
-  }
-  json["std"] = std_json(*estimate);
-  if (gimbal) {
-    const Eigen::VectorXd deviations = gimbal->covariance.diagonal().cwiseSqrt();
-    json["std"]["gimbal_gains"] = json_list(deviations.head<3>());
-    json["std"]["gimbal_offsets_deg"] =
-        json_list(Vector3(deviations[3], deviations[4], 0.0), kDegreesPerRadian);
-    json["std"]["marker_on_stylus_deg"] = json_list(deviations.tail<3>(), kDegreesPerRadian);
-    for (const auto& name : gimbal->unobservable) json["unobservable"].push_back(name);
-  }
-  json["covariance"] = json_covariance(names, estimate->covariance, scales);
-  json["warnings"] = Json::array();
+  ArmFindings found{.method = options.method,
+                    .free = free_text(how.free) + (gimbal ? ",gimbal" : ""),
+                    .samples = *file,
+                    .estimate = *estimate,
+                    .gimbal = gimbal,
+                    .unseen = unseen->errors,
+                    .unseen_uncorrected = unseen->uncorrected,
+                    .unseen_from = unseen->from,
+                    .regions = regions ? regions->means : std::vector<double>{},
+                    .choice = choice,
+                    .warnings = {}};
   if (!joint && how.free.tip)
-    json["warnings"].push_back(
+    found.warnings.push_back(
         fmt::format("method {} takes the tip as given; it was not estimated", options.method));
   if (!joint && arm.tip_known && !how.tip)
-    json["warnings"].push_back("no tip was given (--tip-mm): it was found with the arm's nominal kinematics");
+    found.warnings.push_back("no tip was given (--tip-mm): it was found with the arm's nominal kinematics");
   if (estimate->termination == Termination::iteration_limit)
-    json["warnings"].push_back("the solution had not settled at the iteration limit");
-  json["data"] = Json{{"file", file->source}, {"hash", file->hash}};
-
-  result.summary = {
-      fmt::format("uncorrected  {:.4f} mm mean", json["uncorrected_test_mean_mm"].get<double>()),
-      fmt::format("{:<11}  {:.4f} mm mean on unseen samples ({:.4f} on its own), largest {:.4f}; unseen: {}",
-                  options.method, json["test_mean_mm"].get<double>(), json["train_mean_mm"].get<double>(),
-                  json["test_max_mm"].get<double>(), held->from),
-      fmt::format("gains        {}", shown(arm.gain)),
-      fmt::format("offsets      {} deg", shown(arm.offset, kDegreesPerRadian))};
-  if (arm.tip_known)
-    result.summary.push_back(fmt::format("tip          {} mm in its marker", shown(arm.tip_in_marker, kMm)));
-  if (gimbal) {
-    result.summary.push_back(fmt::format(
-        "gimbal       gains {}, offsets {} deg; {:.3f} deg rms to the marker",
-        shown(gimbal->value.correction.gain), shown(gimbal->value.correction.offset, kDegreesPerRadian),
-        json["orientation_rms_deg"].get<double>()));
-  }
-  std::string unseen;
-  for (const auto& name : estimate->unobservable) unseen += (unseen.empty() ? "" : ", ") + name;
-  if (!unseen.empty())
-    result.summary.push_back("hardly seen by these data (kept near the nominal value by the prior): " +
-                             unseen);
-  for (const auto& warning : json["warnings"])
-    result.summary.push_back("warning: " + warning.get<std::string>());
+    found.warnings.push_back("the solution had not settled at the iteration limit");
+  if (joint && !how.free.delay && taken_in_motion(samples))
+    found.warnings.push_back(
+        "the samples were taken in motion: any delay between encoders and tracker went into the errors; free "
+        "it "
+        "(--free ...,delay)");
+  Result result;
+  result.json = arm_json(found);
+  result.summary = arm_summary(found, result.json);
   result.store = [&](Rig& target) {
-    put_into(target, *estimate, gimbal, mean_norm(held->errors),
-             {utc_now(), file->hash, options.method, json["rms_mm"].get<double>()});
+    put_into(target, found, {utc_now(), file->hash, options.method, result.json["rms_mm"].get<double>()});
   };
   return write_result(options.result, result);
 }
@@ -426,7 +215,10 @@ void add_calibrate_arm(CLI::App& calibrate) {
       ->check(CLI::IsMember({"joint", "eq7", "alternating", "one-pass"}))
       ->capture_default_str();
   command
-      ->add_option("--free", options->free, "What is estimated: gains,offsets,lengths,tip,gimbal,dh, or auto")
+      ->add_option("--free", options->free,
+                   "What is estimated: of gains,offsets,lengths,tip,gimbal,quadratic,hysteresis,delay,dh; or "
+                   "auto: what "
+                   "lowers the error in regions not seen")
       ->type_name("LIST");
   command->add_option("--tip-mm", options->tip_mm, "The tip in its marker, from a pivot calibration")
       ->delimiter(',')

@@ -29,12 +29,20 @@ std::vector<Vector3> arm_errors(const ArmSolution& arm, const std::vector<ArmObs
 }
 
 Expected<Estimate<ArmSolution>> calibrate_arm(const std::vector<ArmObservation>& samples,
-                                              const ArmModel& model, const ArmOptions& options) {
-  auto setting = prepare_arm(samples, model, options);
+                                              const ArmModel& model, const ArmOptions& options,
+                                              const std::vector<bool>& used) {
+  auto setting = prepare_arm(samples, model, options, used);
   if (!setting) return tl::unexpected(setting.error());
   auto estimate = options.method == ArmMethod::joint ? solve_joint(std::move(*setting), options)
                                                      : solve_as_in_the_paper(*setting, options);
-  if (estimate) estimate->residuals = arm_errors(estimate->value, samples);
+  if (!estimate) return estimate;
+  estimate->residuals = arm_errors(estimate->value, samples);
+  if (!used.empty() && !estimate->inlier.empty()) {
+    std::vector<bool> of_all(samples.size(), false);
+    for (std::size_t i = 0, k = 0; i < samples.size(); ++i)
+      if (used[i]) of_all[i] = estimate->inlier[k++];
+    estimate->inlier = std::move(of_all);
+  }
   return estimate;
 }
 

@@ -75,8 +75,11 @@ struct ArmSolution {
       parameters;  // names of what was estimated: "gain_1", "offset_2", "base_rotation_x", ...
 };
 
+// `used` says which samples to fit (empty: all); the others still tell how the arm moved between them.
+// Residuals come for all samples, `inlier` is false for those that were not used.
 Expected<Estimate<ArmSolution>> calibrate_arm(const std::vector<ArmObservation>& samples,
-                                              const ArmModel& model, const ArmOptions& options = {});
+                                              const ArmModel& model, const ArmOptions& options = {},
+                                              const std::vector<bool>& used = {});
 
 // The arm as its maker describes it, only placed in the world (and its unknown tool or tip point fitted).
 Expected<Estimate<ArmSolution>> uncorrected_arm(const std::vector<ArmObservation>& samples,

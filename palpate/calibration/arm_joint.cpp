@@ -19,7 +19,7 @@ constexpr double kResetStart = 0.7;
 constexpr double kGoodFit = 0.01;
 // Delays tried as starts, s.
 constexpr double kLongestDelay = 0.24, kDelayStep = 0.02;
-constexpr std::size_t kDelayStartSamples = 200;
+constexpr std::size_t kDelayStartSamples = 80;
 
 constexpr int kHuberRounds = 5, kFewestRounds = 8, kMostRounds = 40;
 constexpr int kStepsPerRound = 2;  // the weights move meanwhile: solving to the end would be for nothing
@@ -67,18 +67,17 @@ ArmSolution best_start(const ArmSetting& setting, const std::vector<ArmParameter
 }
 
 // The delay near which the search begins: that of the least cost with everything else fitted.
-double first_delay(const ArmSetting& setting, const std::vector<ArmParameter>& parameters) {
+double first_delay(ArmSetting setting, const std::vector<ArmParameter>& parameters) {
   std::vector<ArmParameter> others;
   for (const auto& parameter : parameters)
     if (parameter.part != ArmParameter::Part::delay) others.push_back(parameter);
-  auto all = setting.samples;
-  const std::size_t stride = all.size() / kDelayStartSamples + 1;
+  const std::size_t stride = setting.samples.size() / kDelayStartSamples + 1;
   double best = 0.0, least = std::numeric_limits<double>::infinity();
   for (double delay = -kLongestDelay; delay <= kLongestDelay + 1e-9; delay += kDelayStep) {
-    take_motion(all, delay);
+    take_motion(setting, delay);
     std::vector<WeighedSample> some;
-    for (std::size_t i = 0; i < all.size(); i += stride) some.push_back(all[i]);
-    const auto fit = solve_arm(some, setting.nominal, others, setting.nominal, 1e-3, 15);
+    for (std::size_t i = 0; i < setting.samples.size(); i += stride) some.push_back(setting.samples[i]);
+    const auto fit = solve_arm(some, setting.nominal, others, setting.nominal, 1e-3, 5);
     if (fit.cost < least) {
       least = fit.cost;
       best = delay;
@@ -103,7 +102,7 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
   Estimate<ArmSolution> estimate;
   if (freedom.delay) {
     setting.nominal.delay_s = first_delay(setting, parameters);
-    take_motion(setting.samples, setting.nominal.delay_s);
+    take_motion(setting, setting.nominal.delay_s);
   }
   ArmSolution nominal = setting.nominal;
   nominal.delay_s = 0.0;  // what the prior holds to
@@ -112,14 +111,14 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
                         : solve_arm(setting.samples, setting.nominal, parameters, nominal, 1e-3).solution;
   double scale = 1e-3;  // m; replaced by the residuals' own
   for (int round = 0; round < kMostRounds; ++round) {
-    if (freedom.delay) take_motion(setting.samples, arm.delay_s);
+    if (freedom.delay) take_motion(setting, arm.delay_s);
     const auto fit = solve_arm(setting.samples, arm, parameters, nominal, scale, kStepsPerRound);
     const Vector3 before = arm.X_world_base.translation;
     const Eigen::VectorXd offset_before = arm.offset;
     const double delay_before = arm.delay_s;
     arm = fit.solution;
     estimate.iterations += fit.iterations;
-    if (freedom.delay) take_motion(setting.samples, arm.delay_s);
+    if (freedom.delay) take_motion(setting, arm.delay_s);
     const double last_scale = scale;
     const auto residuals = whitened_residuals(setting.samples, arm);
     scale = robust_scale(residuals, P);
@@ -152,7 +151,7 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
         inliers, setting.samples.size(), parameters.size());
   // The weights have told who belongs; those that do now count alike, which wastes nothing of what they say.
   for (int round = 0; round < 3; ++round) {
-    if (freedom.delay) take_motion(setting.samples, arm.delay_s);
+    if (freedom.delay) take_motion(setting, arm.delay_s);
     const auto fit = solve_arm(setting.samples, arm, parameters, nominal, scale, 10);
     estimate.iterations += fit.iterations;
     arm = fit.solution;

@@ -78,6 +78,25 @@ std::vector<ArmParameter> list_parameters(const ArmModel& model, const ArmFreedo
   return list;
 }
 
+std::vector<ArmParameter> parameters_named(const ArmModel& model, const std::vector<std::string>& names) {
+  const auto all = list_parameters(model, {.base = true,
+                                           .gains = true,
+                                           .offsets = true,
+                                           .first_offset = true,
+                                           .quadratic = true,
+                                           .hysteresis = true,
+                                           .delay = true,
+                                           .lengths = true,
+                                           .alpha = true,
+                                           .tool = model.kind == ArmModel::Kind::dh,
+                                           .tip = true});
+  std::vector<ArmParameter> list;
+  for (const auto& name : names)
+    for (const auto& parameter : all)
+      if (parameter.name == name) list.push_back(parameter);
+  return list;
+}
+
 Vector3 rotation_part(const std::vector<ArmParameter>& parameters, const Eigen::VectorXd& x) {
   Vector3 w = Vector3::Zero();
   for (std::size_t k = 0; k < parameters.size(); ++k)

@@ -44,6 +44,9 @@ struct ArmParameter {
 
 std::vector<ArmParameter> list_parameters(const ArmModel& model, const ArmFreedom& freedom);
 
+// Those of these names, in their order (Estimate<ArmSolution>::value.parameters).
+std::vector<ArmParameter> parameters_named(const ArmModel& model, const std::vector<std::string>& names);
+
 // The number a parameter stands for; not for the base's rotation.
 double& number_of(ArmSolution& arm, const ArmParameter& parameter);
 double number_of(const ArmSolution& arm, const ArmParameter& parameter);

@@ -59,16 +59,16 @@ ArmSolution nominal_arm(const ArmModel& model, const ArmFree& free) {
 
 }  // namespace
 
-void take_motion(std::vector<WeighedSample>& samples, double delay_s) {
-  std::vector<ArmObservation> observations;
-  observations.reserve(samples.size());
-  for (const auto& sample : samples) observations.push_back(*sample.observation);
-  auto motions = arm_motions(observations, delay_s);
-  for (std::size_t i = 0; i < samples.size(); ++i) samples[i].motion = std::move(motions[i]);
+void take_motion(ArmSetting& setting, double delay_s) {
+  const auto motions = arm_motions(*setting.recording, delay_s);
+  for (std::size_t k = 0; k < setting.samples.size(); ++k)
+    setting.samples[k].motion = motions[setting.used[k]];
 }
 
 Expected<ArmSetting> prepare_arm(const std::vector<ArmObservation>& observations, const ArmModel& model,
-                                 const ArmOptions& options) {
+                                 const ArmOptions& options, const std::vector<bool>& used) {
+  if (!used.empty() && used.size() != observations.size())
+    return wrong_use("arm: {} marks for {} samples", used.size(), observations.size());
   if (const auto fine = check_arm_samples(observations, model, options); !fine)
     return tl::unexpected(fine.error());
   ArmSetting setting;
@@ -85,30 +85,33 @@ Expected<ArmSetting> prepare_arm(const std::vector<ArmObservation>& observations
     if (options.tip) setting.nominal.tip_in_marker = *options.tip;
   }
   double mean_variance = 0.0;
-  for (const auto& o : observations) {
+  setting.recording = &observations;
+  for (std::size_t i = 0; i < observations.size(); ++i)
+    if (used.empty() || used[i]) setting.used.push_back(i);
+  const std::size_t needed = 6;
+  if (setting.used.size() < needed)
+    return refused("arm: {} samples; at least {} are needed", setting.used.size(), needed);
+  const double count = static_cast<double>(setting.used.size());
+  double systematic = 0.0;
+  for (const std::size_t i : setting.used) {
+    const ArmObservation& o = observations[i];
     WeighedSample sample{&o, {}, Matrix3::Identity(), 1.0};
     if (o.covariance && options.method == ArmMethod::joint) {
       Eigen::MatrixXd L;
       lower_cholesky(*o.covariance, L);
       sample.whitening = Matrix3(L).inverse();
-      mean_variance += o.covariance->trace() / 3.0 / static_cast<double>(observations.size());
+      mean_variance += o.covariance->trace() / 3.0 / count;
     }
+    if (o.systematic) systematic += *o.systematic * *o.systematic / 3.0 / count;
     setting.samples.push_back(sample);
   }
   setting.stated_variance = mean_variance;
-  double systematic = 0.0;
-  for (const auto& o : observations)
-    if (o.systematic)
-      systematic += *o.systematic * *o.systematic / 3.0 / static_cast<double>(observations.size());
   if (mean_variance > 0.0 && observations.front().systematic)
     setting.stated_share = std::min(1.0, systematic / mean_variance);
   for (auto& sample : setting.samples)  // back to metres, so that scales stay readable
     if (sample.observation->covariance && options.method == ArmMethod::joint)
       sample.whitening *= std::sqrt(mean_variance);
-  take_motion(setting.samples, 0.0);
-  const std::size_t needed = 6;
-  if (observations.size() < needed)
-    return refused("arm: {} samples; at least {} are needed", observations.size(), needed);
+  take_motion(setting, 0.0);
   const auto placed = place_arm(setting.samples, setting.nominal, setting.tip_found,
                                 model.kind == ArmModel::Kind::dh && !model.tool_known);
   if (!placed) return tl::unexpected(placed.error());

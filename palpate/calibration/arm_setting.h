@@ -10,6 +10,8 @@
 namespace palpate {
 
 struct ArmSetting {
+  const std::vector<ArmObservation>* recording = nullptr;  // all of it: it tells the motion
+  std::vector<std::size_t> used;                           // which of it the samples are
   std::vector<WeighedSample> samples;
   ArmSolution nominal;                 // placed in the world by its nominal values
   bool tip_free = false;               // estimated with the rest
@@ -19,7 +21,7 @@ struct ArmSetting {
 };
 
 Expected<ArmSetting> prepare_arm(const std::vector<ArmObservation>& observations, const ArmModel& model,
-                                 const ArmOptions& options);
+                                 const ArmOptions& options, const std::vector<bool>& used = {});
 
 // What all methods free alike; `joint` adds to it.
 ArmFreedom freedom_of(const ArmOptions& options, const ArmModel& model);
@@ -29,7 +31,7 @@ Expected<void> enough_samples(std::size_t samples, std::size_t parameters);
 std::vector<Vector3> whitened_residuals(const std::vector<WeighedSample>& samples, const ArmSolution& arm);
 
 // The readings at the measurements' moments for this delay.
-void take_motion(std::vector<WeighedSample>& samples, double delay_s);
+void take_motion(ArmSetting& setting, double delay_s);
 
 Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions& options);
 Expected<Estimate<ArmSolution>> solve_as_in_the_paper(const ArmSetting& setting, const ArmOptions& options);

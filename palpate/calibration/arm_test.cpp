@@ -78,23 +78,39 @@ TEST(ArmCalibration, ExactSamplesGiveTheExactArm) {
   EXPECT_EQ(estimate->unobservable, std::vector<std::string>{"offset_1"});
 }
 
-// Gains 3, offsets 2, base 6, tip 3: the normalised square of 14 errors is 14 F(14, 196), mean 14.1, sd 5.7;
-// over 60 runs 14.1 +- 0.75. Tukey weights and the wide prior change less than that.
-TEST(ArmCalibration, ErrorsAgreeWithTheCovariance) {
+// Errors in the order of arm.parameters, in units of the covariance, squared; mean over seeds.
+double mean_square_error(bool stated) {
   double sum = 0.0;
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
     Laboratory lab(100 + seed);
-    const auto estimate = calibrate_arm(lab.record(70, 2e-4), lab.model, {.free = kGainsOffsetsTip});
-    ASSERT_TRUE(estimate.has_value()) << estimate.error().message;
+    auto samples = lab.record(70, 2e-4);
+    if (stated)
+      for (auto& sample : samples) {
+        sample.covariance = 4e-8 * Matrix3::Identity();
+        sample.systematic = 0.0;
+      }
+    const auto estimate = calibrate_arm(samples, lab.model, {.free = kGainsOffsetsTip});
+    if (!estimate || estimate->value.parameters.size() != 14) return -1.0;
     const auto& arm = estimate->value;
-    ASSERT_EQ(arm.parameters.size(), 14u);
-    Eigen::VectorXd error(14);  // in the order of arm.parameters
+    Eigen::VectorXd error(14);
     error << so3_log(arm.X_world_base.rotation * lab.truth.X_world_base.rotation.conjugate()),
         arm.X_world_base.translation - lab.truth.X_world_base.translation, arm.gain - lab.truth.gain,
         (arm.offset - lab.truth.offset).tail(2), arm.tip_in_marker - lab.truth.tip_in_marker;
-    sum += error.dot(estimate->covariance.ldlt().solve(error));
+    sum += error.dot(estimate->covariance.ldlt().solve(error)) / 60;
   }
-  EXPECT_NEAR(sum / 60, 14.1, 3.0);
+  return sum;
+}
+
+// Gains 3, offsets 2, base 6, tip 3: with the noise known, the normalised square of 14 errors has mean 14, sd
+// 5.3; over 60 runs 14 +- 0.7.
+TEST(ArmCalibration, ErrorsAgreeWithTheCovariance) { EXPECT_NEAR(mean_square_error(true), 14.0, 2.1); }
+
+// Where the tracker states nothing, some of the noise may be systematic: the covariance is wider, not by more
+// than a factor of two in the square.
+TEST(ArmCalibration, WithoutAStatedAccuracyTheCovarianceIsCautious) {
+  const double square = mean_square_error(false);
+  EXPECT_LT(square, 13.5);
+  EXPECT_GT(square, 7.0);
 }
 
 TEST(ArmCalibration, TheJointSolveBeatsEveryVariantOfThePaperWhenTheTipIsOneMillimetreOff) {
@@ -212,8 +228,8 @@ TEST(ArmCalibration, HeldOutErrorByRegionIsNotFarAboveTheNoise) {
   Laboratory lab(7);
   const auto means = held_out_by_region(lab.record(80, 2e-4), lab.model, {.free = kGainsOffsetsTip});
   ASSERT_TRUE(means.has_value()) << means.error().message;
-  ASSERT_EQ(means->size(), 8u);
-  for (double mean : *means) {
+  ASSERT_EQ(means->means.size(), 8u);
+  for (double mean : means->means) {
     EXPECT_GT(mean, 1e-4);  // mean length of the noise alone: 0.32 mm
     EXPECT_LT(mean, 1e-3);
   }

@@ -3,8 +3,13 @@
 #include <algorithm>
 #include <numeric>
 
+#include "palpate/calibration/arm_motion.h"
+#include "palpate/core/random.h"
+
 namespace palpate {
 namespace {
+
+constexpr double kWorthFreeing = 0.99;
 
 // Halves the samples' indices across the longest side until there are `parts` parts.
 void halve(const std::vector<Vector3>& places, std::vector<std::size_t> indices, int parts,
@@ -27,11 +32,38 @@ void halve(const std::vector<Vector3>& places, std::vector<std::size_t> indices,
   halve(places, {middle, indices.end()}, parts - parts / 2, out);
 }
 
+Expected<HeldOut> hold_out(const std::vector<ArmObservation>& samples, const ArmModel& model,
+                           ArmOptions options, const std::vector<std::vector<std::size_t>>& parts) {
+  options.allow_field = false;  // no covariance is looked at
+  HeldOut held;
+  for (const auto& part : parts) {
+    if (part.empty()) continue;
+    std::vector<bool> used(samples.size(), true);
+    for (const std::size_t i : part) used[i] = false;
+    const auto estimate = calibrate_arm(samples, model, options, used);
+    if (!estimate) return tl::unexpected(estimate.error());
+    std::vector<Vector3> errors;
+    for (const std::size_t i : part) errors.push_back(estimate->residuals[i]);
+    held.means.push_back(mean_norm(errors));
+    held.errors.insert(held.errors.end(), errors.begin(), errors.end());
+  }
+  held.mean = mean_norm(held.errors);
+  return held;
+}
+
+struct Term {
+  const char* name;
+  bool ArmFree::*on;
+};
+constexpr Term kTerms[]{{"gains", &ArmFree::gains},         {"offsets", &ArmFree::offsets},
+                        {"lengths", &ArmFree::lengths},     {"tip", &ArmFree::tip},
+                        {"quadratic", &ArmFree::quadratic}, {"hysteresis", &ArmFree::hysteresis},
+                        {"delay", &ArmFree::delay},         {"dh", &ArmFree::dh}};
+
 }  // namespace
 
-Expected<std::vector<double>> held_out_by_region(const std::vector<ArmObservation>& samples,
-                                                 const ArmModel& model, const ArmOptions& options,
-                                                 int regions) {
+Expected<HeldOut> held_out_by_region(const std::vector<ArmObservation>& samples, const ArmModel& model,
+                                     const ArmOptions& options, int regions) {
   const auto first = uncorrected_arm(samples, model, options);
   if (!first) return tl::unexpected(first.error());
   std::vector<Vector3> places;
@@ -40,17 +72,70 @@ Expected<std::vector<double>> held_out_by_region(const std::vector<ArmObservatio
   std::iota(all.begin(), all.end(), 0u);
   std::vector<std::vector<std::size_t>> parts;
   halve(places, all, regions, parts);
-  std::vector<double> means;
-  for (const auto& part : parts) {
-    std::vector<ArmObservation> training, test;
-    for (std::size_t i = 0; i < samples.size(); ++i)
-      (std::find(part.begin(), part.end(), i) == part.end() ? training : test).push_back(samples[i]);
-    if (test.empty()) continue;
-    const auto estimate = calibrate_arm(training, model, options);
-    if (!estimate) return tl::unexpected(estimate.error());
-    means.push_back(mean_norm(arm_errors(estimate->value, test)));
+  return hold_out(samples, model, options, parts);
+}
+
+Expected<HeldOut> held_out_by_folds(const std::vector<ArmObservation>& samples, const ArmModel& model,
+                                    const ArmOptions& options, std::uint64_t seed, int folds) {
+  std::vector<std::size_t> order(samples.size());
+  std::iota(order.begin(), order.end(), 0u);
+  Random random(seed, "calibrate arm/folds");
+  for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
+  std::vector<std::vector<std::size_t>> parts(static_cast<std::size_t>(folds));
+  for (std::size_t i = 0; i < order.size(); ++i) parts[i % parts.size()].push_back(order[i]);
+  return hold_out(samples, model, options, parts);
+}
+
+std::string free_text(const ArmFree& free) {
+  std::string text;
+  for (const auto& term : kTerms)
+    if (free.*term.on) text += (text.empty() ? "" : ",") + std::string(term.name);
+  return text;
+}
+
+Expected<ArmChoice> choose_free(const std::vector<ArmObservation>& samples, const ArmModel& model,
+                                const ArmOptions& options) {
+  const bool dh = model.kind == ArmModel::Kind::dh;
+  std::vector<Term> candidates;
+  if (taken_in_motion(samples)) candidates.push_back({"delay", &ArmFree::delay});
+  candidates.push_back(dh ? Term{"dh", &ArmFree::dh} : Term{"lengths", &ArmFree::lengths});
+  candidates.push_back({"quadratic", &ArmFree::quadratic});
+  if (all_have_times(samples)) candidates.push_back({"hysteresis", &ArmFree::hysteresis});
+
+  ArmChoice choice;
+  choice.free = {.gains = true, .offsets = true, .lengths = false, .tip = options.free.tip};
+  ArmOptions how = options;
+  how.free = choice.free;
+  auto best = held_out_by_region(samples, model, how);
+  if (!best) return tl::unexpected(best.error());
+  choice.tried.emplace_back(free_text(choice.free), best->mean);
+  choice.why = fmt::format("{} {:.4f} mm in regions not seen", free_text(choice.free), 1e3 * best->mean);
+  while (!candidates.empty()) {
+    std::size_t winner = candidates.size();
+    HeldOut won = *best;
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+      how.free = choice.free;
+      how.free.*candidates[k].on = true;
+      const auto held = held_out_by_region(samples, model, how);
+      if (!held) continue;  // too few samples for so many unknowns
+      choice.tried.emplace_back(free_text(how.free), held->mean);
+      std::size_t better = 0;
+      for (std::size_t i = 0; i < held->means.size(); ++i) better += held->means[i] < best->means[i];
+      if (held->mean < std::min(kWorthFreeing * best->mean, won.mean) && 2 * better > held->means.size()) {
+        winner = k;
+        won = *held;
+      }
+    }
+    if (winner == candidates.size()) break;
+    choice.free.*candidates[winner].on = true;
+    choice.why += fmt::format("; {} lowers it to {:.4f} mm", candidates[winner].name, 1e3 * won.mean);
+    candidates.erase(candidates.begin() + static_cast<std::ptrdiff_t>(winner));
+    *best = std::move(won);
   }
-  return means;
+  std::string left;
+  for (const auto& candidate : candidates) left += (left.empty() ? "" : ", ") + std::string(candidate.name);
+  if (!left.empty()) choice.why += fmt::format("; {}: not better by 1 %, or not in most regions", left);
+  return choice;
 }
 
 }  // namespace palpate

@@ -3,6 +3,7 @@
 // Errors in metres. Deterministic. Pure functions, no thread rule.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -10,10 +11,35 @@
 
 namespace palpate {
 
-// Held-out mean errors (m): the samples are cut into `regions` parts of the workspace by repeated halving
-// across the longest side, and each part is predicted by a calibration that has not seen it.
-Expected<std::vector<double>> held_out_by_region(const std::vector<ArmObservation>& samples,
-                                                 const ArmModel& model, const ArmOptions& options,
-                                                 int regions = 8);
+struct HeldOut {
+  std::vector<double> means;    // per part
+  std::vector<Vector3> errors;  // measured - predicted, part after part
+  double mean = 0.0;            // of all errors
+};
+
+// The samples are cut into `regions` parts of the workspace by repeated halving across the longest side, and
+// each part is predicted by a calibration that has not seen it.
+Expected<HeldOut> held_out_by_region(const std::vector<ArmObservation>& samples, const ArmModel& model,
+                                     const ArmOptions& options, int regions = 8);
+
+// The same with parts drawn by the seed.
+Expected<HeldOut> held_out_by_folds(const std::vector<ArmObservation>& samples, const ArmModel& model,
+                                    const ArmOptions& options, std::uint64_t seed, int folds = 5);
+
+// "gains,offsets,tip".
+std::string free_text(const ArmFree& free);
+
+struct ArmChoice {
+  ArmFree free;
+  std::vector<std::pair<std::string, double>> tried;  // what was free, and the error in regions not seen, m
+  std::string why;
+};
+
+// What lowers the error in regions not seen: beginning with gains, offsets and, where there are marker poses,
+// the tip, the term that helps most is added (delay, lengths or the whole Denavit-Hartenberg rows, quadratic,
+// hysteresis, as far as the samples can tell of them) as long as one lowers it by more than 1 %, and in more
+// regions than not.
+Expected<ArmChoice> choose_free(const std::vector<ArmObservation>& samples, const ArmModel& model,
+                                const ArmOptions& options);
 
 }  // namespace palpate

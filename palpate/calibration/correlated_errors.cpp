@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::array kShares{0.15, 0.35, 0.6, 0.85};
 constexpr std::array kReaches{0.25, 0.5, 1.0, 2.0};  // of the places' extent
-constexpr double kPriorOfWhite = 0.5;
+constexpr double kPriorOfWhite = 0.8;
 constexpr double kPriorOfStated = 0.7;      // that the stated variance is right
 constexpr double kUnknownScale = 4.6;       // else log s is uniform over so much: a factor of ten each way
 constexpr std::size_t kMostPlaces = 100;    // the likelihood costs their cube

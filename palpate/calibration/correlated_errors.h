@@ -3,7 +3,7 @@
 //
 // Model: the whitened errors of sample i are e_i = white + field(place_i), three independent components, with
 // Cov(e_i, e_j) = s^2 ((1 - share) [i = j] + share exp(-|place_i - place_j|^2 / (2 reach^2))). Share and
-// reach are weighed over a grid by their restricted likelihood (Patterson, Thompson 1971), half of the prior
+// reach are weighed over a grid by their restricted likelihood (Patterson, Thompson 1971), four
 // on share = 0 and the rest spread evenly; the covariance of a least-squares estimate that took the errors
 // for white is the weighed mean of the sandwich H^-1 J^T V J H^-1. Lengths in metres, errors in any unit.
 // Pure function, deterministic. A field that shifts a marker by sd s sqrt(share) also turns it, by about that
