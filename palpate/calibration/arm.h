@@ -49,6 +49,7 @@ struct ArmOptions {
   std::optional<Vector3>
       tip;             // m, in the marker, from a pivot calibration: given, or the start where it is free
   bool robust = true;  // joint only
+  std::optional<double> delay_start;  // s, where the search for the delay begins; else it is looked for
   // The covariance allows for a smooth systematic error of the tracker (correlated_errors.h); costs about
   // as much as the solve.
   bool allow_field = true;

@@ -101,7 +101,7 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
 
   Estimate<ArmSolution> estimate;
   if (freedom.delay) {
-    setting.nominal.delay_s = first_delay(setting, parameters);
+    setting.nominal.delay_s = options.delay_start ? *options.delay_start : first_delay(setting, parameters);
     take_motion(setting, setting.nominal.delay_s);
   }
   ArmSolution nominal = setting.nominal;

@@ -259,7 +259,7 @@ TEST(ArmPrediction, CoversTheTruth) {
   for (std::uint64_t seed = 0; seed < 80; ++seed) {
     MovingArm arm(100 + seed);
     const auto estimate =
-        calibrate_arm(arm.record(70, 0.0), arm.truth.model,
+        calibrate_arm(arm.poses(70), arm.truth.model,
                       {.free = {.gains = true, .offsets = true, .lengths = false, .tip = true}});
     ASSERT_TRUE(estimate.has_value()) << estimate.error().message;
     const Vector3 psi(0.5, 1.0, 0.9);

@@ -35,6 +35,11 @@ void halve(const std::vector<Vector3>& places, std::vector<std::size_t> indices,
 Expected<HeldOut> hold_out(const std::vector<ArmObservation>& samples, const ArmModel& model,
                            ArmOptions options, const std::vector<std::vector<std::size_t>>& parts) {
   options.allow_field = false;  // no covariance is looked at
+  if (options.free.delay && !options.delay_start) {
+    const auto all = calibrate_arm(samples, model, options);
+    if (!all) return tl::unexpected(all.error());
+    options.delay_start = all->value.delay_s;
+  }
   HeldOut held;
   for (const auto& part : parts) {
     if (part.empty()) continue;
