@@ -21,8 +21,15 @@ constexpr double kGoodFit = 0.01;
 constexpr double kLongestDelay = 0.24, kDelayStep = 0.02;
 constexpr std::size_t kDelayStartSamples = 80;
 
-constexpr int kHuberRounds = 5, kFewestRounds = 8, kMostRounds = 40;
-constexpr int kStepsPerRound = 2;  // the weights move meanwhile: solving to the end would be for nothing
+constexpr int kHuberRounds = 4, kFewestRounds = 6, kMostRounds = 40;
+// Residuals within so many scales of a plain fit: nobody would be weighed down in the end.
+constexpr double kNoOutlier = 4.5;
+constexpr int kStepsPerRound = 1;  // the weights move meanwhile: solving to the end would be for nothing
+constexpr int kLastRounds = 10, kLastSteps = 20;
+constexpr double kDelaySettled = 1e-10;  // s
+// A start need not be solved to the end: steps that change the residuals by less than this share of their
+// length are left to what follows.
+constexpr double kNear = 1e-3;
 
 double spread_of(const std::vector<WeighedSample>& samples, const ArmSolution& arm) {
   Vector3 mean = Vector3::Zero();
@@ -35,7 +42,8 @@ double spread_of(const std::vector<WeighedSample>& samples, const ArmSolution& a
 
 // The best of several starts of a PHANToM's offsets 2 and 3: encoders that were zeroed in an odd position.
 ArmSolution best_start(const ArmSetting& setting, const std::vector<ArmParameter>& parameters) {
-  const auto nominal = solve_arm(setting.samples, setting.nominal, parameters, setting.nominal, 1e-3, 30);
+  const auto nominal =
+      solve_arm(setting.samples, setting.nominal, parameters, setting.nominal, 1e-3, 30, kNear);
   const double left = robust_scale(whitened_residuals(setting.samples, nominal.solution),
                                    static_cast<double>(parameters.size()));
   if (left < kGoodFit * spread_of(setting.samples, nominal.solution)) return nominal.solution;
@@ -59,7 +67,8 @@ ArmSolution best_start(const ArmSetting& setting, const std::vector<ArmParameter
                    [](const auto& a, const auto& b) { return a.cost < b.cost; });
   Candidate best{nominal.solution, nominal.cost};
   for (std::size_t i = 0; i < std::min<std::size_t>(4, candidates.size()); ++i) {
-    const auto fit = solve_arm(setting.samples, candidates[i].arm, parameters, setting.nominal, 1e-3, 30);
+    const auto fit =
+        solve_arm(setting.samples, candidates[i].arm, parameters, setting.nominal, 1e-3, 30, kNear);
     // a later start must be clearly better: equal basins keep the nominal one
     if (fit.cost < 0.99 * best.cost) best = {fit.solution, fit.cost};
   }
@@ -110,7 +119,19 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
                         ? best_start(setting, parameters)
                         : solve_arm(setting.samples, setting.nominal, parameters, nominal, 1e-3).solution;
   double scale = 1e-3;  // m; replaced by the residuals' own
-  for (int round = 0; round < kMostRounds; ++round) {
+  const auto doubtful = [&] {
+    if (!options.robust) return false;
+    const auto residuals = whitened_residuals(setting.samples, arm);
+    const double found = robust_scale(residuals, P);
+    return std::any_of(residuals.begin(), residuals.end(),
+                       [&](const Vector3& r) { return r.norm() > kNoOutlier * found; });
+  };
+  const bool weigh = freedom.delay || doubtful();
+  if (!weigh) {
+    scale = robust_scale(whitened_residuals(setting.samples, arm), P);
+    estimate.termination = Termination::converged;
+  }
+  for (int round = 0; weigh && round < kMostRounds; ++round) {
     if (freedom.delay) take_motion(setting, arm.delay_s);
     const auto fit = solve_arm(setting.samples, arm, parameters, nominal, scale, kStepsPerRound);
     const Vector3 before = arm.X_world_base.translation;
@@ -150,12 +171,15 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
         "order",
         inliers, setting.samples.size(), parameters.size());
   // The weights have told who belongs; those that do now count alike, which wastes nothing of what they say.
-  for (int round = 0; round < 3; ++round) {
+  for (int round = 0; round < kLastRounds; ++round) {
     if (freedom.delay) take_motion(setting, arm.delay_s);
-    const auto fit = solve_arm(setting.samples, arm, parameters, nominal, scale, 10);
+    const auto fit = solve_arm(setting.samples, arm, parameters, nominal, scale, kLastSteps);
     estimate.iterations += fit.iterations;
+    const double delay_moved = std::abs(fit.solution.delay_s - arm.delay_s);
     arm = fit.solution;
-    if (!freedom.delay) break;
+    const double last_scale = scale;
+    scale = robust_scale(whitened_residuals(setting.samples, arm), P);  // it weighs the prior
+    if (delay_moved < kDelaySettled && std::abs(scale - last_scale) < 1e-3 * scale + 2 * kLeastScale) break;
   }
   estimate.value = std::move(arm);
   add_arm_covariance(estimate, setting, parameters, options.allow_field);

@@ -136,7 +136,7 @@ void stack_residuals(const std::vector<WeighedSample>& samples, const ArmSolutio
     const Matrix3 W = std::sqrt(sample.weight) * sample.whitening;
     stack.r.segment<3>(at_row) =
         W * residual_with(at, *sample.observation, *motion, parameters, derive ? &row : nullptr, scratch);
-    if (derive) stack.J.middleRows<3>(at_row).noalias() = W * row;
+    if (derive) stack.J.middleRows<3>(at_row) = W.lazyProduct(row);  // too small for the blocked product
   }
 }
 
@@ -195,7 +195,7 @@ void predicted_tip_derivatives(const ArmSolution& at, const ArmMotion& motion,
 
 ArmFit solve_arm(const std::vector<WeighedSample>& samples, const ArmSolution& start,
                  const std::vector<ArmParameter>& parameters, const ArmSolution& nominal, double prior_scale,
-                 int most_iterations) {
+                 int most_iterations, double tolerance) {
   const auto P = static_cast<Eigen::Index>(parameters.size());
   Stack stack;
   Scratch scratch;
@@ -229,8 +229,8 @@ ArmFit solve_arm(const std::vector<WeighedSample>& samples, const ArmSolution& s
         square(stack.J, stack.r, equations);
         equations.cost += prior(at, &equations);
       }};
-  const auto solved =
-      least_squares_from(Eigen::VectorXd::Zero(P), problem, {.most_iterations = most_iterations});
+  const auto solved = least_squares_from(Eigen::VectorXd::Zero(P), problem,
+                                         {.most_iterations = most_iterations, .tolerance = tolerance});
   ArmFit fit{moved(start, parameters, solved.x), 0.0, solved.iterations, solved.converged};
   stack_residuals(samples, fit.solution, start, {}, false, stack, scratch);
   fit.cost = stack.r.squaredNorm();
@@ -302,7 +302,8 @@ Expected<ArmSolution> place_arm(const std::vector<WeighedSample>& samples, const
     B = A.leftCols<6>();
     for (Eigen::Index i = 0; i < n; ++i)
       c.segment<3>(3 * i) = b.segment<3>(3 * i) + turn * (f[as_size(i)] - mean);
-    const double least = singular_values(B).values[5] / std::sqrt(static_cast<double>(n));
+    const double least =
+        std::sqrt(std::max(0.0, symmetric_eigenvalues(B.transpose() * B)[0]) / static_cast<double>(n));
     if (!(least > 0.02))
       return refused(
           "arm: the stylus hardly turns over the samples ({:.3f} rad rms about the weakest axis, 0.02 are "

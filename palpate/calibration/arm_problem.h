@@ -43,7 +43,7 @@ struct ArmFit {
 // no prior. The delay moves linearly about the samples' motion: call again with the motion taken anew.
 ArmFit solve_arm(const std::vector<WeighedSample>& samples, const ArmSolution& start,
                  const std::vector<ArmParameter>& parameters, const ArmSolution& nominal, double prior_scale,
-                 int most_iterations = 100);
+                 int most_iterations = 100, double tolerance = 1e-10);
 
 // The same with the base minimised inside the residual (equations 7 and 8); `parameters` without the base.
 ArmFit solve_arm_inside(const std::vector<WeighedSample>& samples, const ArmSolution& start,

@@ -18,11 +18,11 @@ std::vector<std::string> name_unobservable(const Eigen::MatrixXd& J,
   for (std::size_t k = 0; k < parameters.size(); ++k)
     sizes[static_cast<Eigen::Index>(k)] = parameters[k].size;
   const Eigen::MatrixXd scaled = J * sizes.asDiagonal() / scale;
-  const auto svd = singular_values(scaled);
+  const auto eigen = symmetric_eigen(scaled.transpose() * scaled);  // squares of the singular values, rising
   std::vector<std::string> names;
-  for (Eigen::Index k = 0; k < svd.values.size(); ++k) {
-    if (svd.values[k] >= 1.0) continue;
-    const Eigen::VectorXd v = svd.V.col(k).cwiseAbs();
+  for (Eigen::Index k = eigen.values.size(); k-- > 0;) {
+    if (eigen.values[k] >= 1.0) continue;
+    const Eigen::VectorXd v = eigen.vectors.col(k).cwiseAbs();
     double largest = 0.0;
     for (std::size_t p = 0; p < parameters.size(); ++p)
       if (!parameters[p].of_base()) largest = std::max(largest, v[static_cast<Eigen::Index>(p)]);
@@ -38,8 +38,9 @@ std::vector<std::string> name_unobservable(const Eigen::MatrixXd& J,
 double condition_of(const Eigen::MatrixXd& J) {
   Eigen::VectorXd norms = J.colwise().norm().transpose();
   for (double& n : norms) n = n > 0.0 ? 1.0 / n : 0.0;
-  const Eigen::VectorXd values = singular_values(J * norms.asDiagonal()).values;
-  return values[0] / std::max(values[values.size() - 1], 1e-300);
+  const Eigen::MatrixXd scaled = J * norms.asDiagonal();
+  const Eigen::VectorXd squares = symmetric_eigenvalues(scaled.transpose() * scaled);  // rising
+  return std::sqrt(squares[squares.size() - 1] / std::max(squares[0], 1e-30));
 }
 
 }  // namespace

@@ -31,10 +31,12 @@ LeastSquaresResult least_squares_from(Eigen::VectorXd start, const LeastSquaresP
     problem.linearise(result.x, at);
     result.cost = at.cost;
   };
-  linearise();
+  bool stale = true;
   double damping = options.first_damping, growth = 2.0;
   while (result.iterations < options.most_iterations) {
     ++result.iterations;
+    if (stale) linearise();
+    stale = false;
     // Columns scaled to unit length: the damping is then lambda on the diagonal, and the solve well scaled.
     Eigen::VectorXd scale = at.JtJ.diagonal().cwiseSqrt();
     const double least = kRounding * scale.maxCoeff();
@@ -57,7 +59,8 @@ LeastSquaresResult least_squares_from(Eigen::VectorXd start, const LeastSquaresP
       const double gain = (result.cost - cost) / predicted;
       const bool tiny = result.cost - cost <= 1e-15 * result.cost;
       result.x = next;
-      linearise();
+      result.cost = cost;
+      stale = true;
       if (tiny) {
         result.converged = true;
         return result;

@@ -37,12 +37,17 @@ Point<ArmBase> arm_tip(const ArmModel& model, const Eigen::VectorXd& theta) {
 Point<ArmBase> arm_tip(const ArmModel& model, const Eigen::VectorXd& theta, ArmJacobian& jacobian) {
   check_joints(model, theta);
   if (model.kind == ArmModel::Kind::phantom) {
-    const double s1 = std::sin(theta[0]), c1 = std::cos(theta[0]);
-    jacobian.theta = phantom_jacobian(theta, model.lengths);
-    jacobian.lengths << s1 * std::cos(theta[1]), s1 * std::sin(theta[2]),  //
-        std::sin(theta[1]), 1.0 - std::cos(theta[2]),                      //
-        -1.0 + c1 * std::cos(theta[1]), c1 * std::sin(theta[2]);
-    return phantom_tip(theta, model.lengths);
+    // As phantom_tip and phantom_jacobian have it, with each sine taken once: solvers live here.
+    const auto [l1, l2] = model.lengths;
+    const double s1 = std::sin(theta[0]), c1 = std::cos(theta[0]), s2 = std::sin(theta[1]),
+                 c2 = std::cos(theta[1]), s3 = std::sin(theta[2]), c3 = std::cos(theta[2]);
+    const double reach = l1 * c2 + l2 * s3;
+    jacobian.theta.resize(3, 3);
+    jacobian.theta << c1 * reach, -s1 * l1 * s2, s1 * l2 * c3,  //
+        0.0, l1 * c2, l2 * s3,                                  //
+        -s1 * reach, -c1 * l1 * s2, c1 * l2 * c3;
+    jacobian.lengths << s1 * c2, s1 * s3, s2, 1.0 - c3, -1.0 + c1 * c2, c1 * s3;
+    return {Vector3(s1 * reach, l2 - l2 * c3 + l1 * s2, -l1 + c1 * reach)};
   }
   const auto n = static_cast<Eigen::Index>(model.joints.size());
   jacobian.theta.resize(3, n);
