@@ -10,6 +10,10 @@ namespace {
 
 // A column this much shorter than the longest is rounding: its unknown stays where it is.
 constexpr double kRounding = 1e-12;
+// Costs as near as this do not tell which of two places is better. The steps do: each is a thousandth of the
+// one before where the model is right, so a few more are taken without looking at the cost.
+constexpr double kSameCost = 1e-13;
+constexpr int kBlindSteps = 2;
 constexpr double kLeastDamping = 1e-14, kMostDamping = 1e12;
 
 }  // namespace
@@ -32,6 +36,7 @@ LeastSquaresResult least_squares_from(Eigen::VectorXd start, const LeastSquaresP
     result.cost = at.cost;
   };
   bool stale = true;
+  int blind_steps = 0;
   double damping = options.first_damping, growth = 2.0;
   while (result.iterations < options.most_iterations) {
     ++result.iterations;
@@ -55,13 +60,13 @@ LeastSquaresResult least_squares_from(Eigen::VectorXd start, const LeastSquaresP
     const Eigen::VectorXd next = result.x + step;
     const double cost = problem.cost(next);
     const double predicted = step_scaled.dot(damping * step_scaled - gradient);
-    if (std::isfinite(cost) && cost < result.cost && predicted > 0.0) {
-      const double gain = (result.cost - cost) / predicted;
-      const bool tiny = result.cost - cost <= 1e-15 * result.cost;
+    const bool rounding = std::abs(result.cost - cost) <= kSameCost * result.cost;
+    if (std::isfinite(cost) && (cost < result.cost || rounding) && predicted > 0.0) {
+      const double gain = rounding ? 1.0 : (result.cost - cost) / predicted;
       result.x = next;
       result.cost = cost;
       stale = true;
-      if (tiny) {
+      if (rounding && ++blind_steps == kBlindSteps) {
         result.converged = true;
         return result;
       }
