@@ -119,16 +119,12 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
                         ? best_start(setting, parameters)
                         : solve_arm(setting.samples, setting.nominal, parameters, nominal, 1e-3).solution;
   double scale = 1e-3;  // m; replaced by the residuals' own
-  const auto doubtful = [&] {
-    if (!options.robust) return false;
-    const auto residuals = whitened_residuals(setting.samples, arm);
-    const double found = robust_scale(residuals, P);
-    return std::any_of(residuals.begin(), residuals.end(),
-                       [&](const Vector3& r) { return r.norm() > kNoOutlier * found; });
-  };
-  const bool weigh = freedom.delay || doubtful();
+  bool weigh = freedom.delay;
   if (!weigh) {
-    scale = robust_scale(whitened_residuals(setting.samples, arm), P);
+    const auto residuals = whitened_residuals(setting.samples, arm);
+    scale = robust_scale(residuals, P);
+    weigh = options.robust && std::any_of(residuals.begin(), residuals.end(),
+                                          [&](const Vector3& r) { return r.norm() > kNoOutlier * scale; });
     estimate.termination = Termination::converged;
   }
   for (int round = 0; weigh && round < kMostRounds; ++round) {
@@ -179,7 +175,7 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
     arm = fit.solution;
     const double last_scale = scale;
     scale = robust_scale(whitened_residuals(setting.samples, arm), P);  // it weighs the prior
-    if (delay_moved < kDelaySettled && std::abs(scale - last_scale) < 1e-3 * scale + 2 * kLeastScale) break;
+    if (delay_moved < kDelaySettled && std::abs(scale - last_scale) < 1e-2 * scale + 2 * kLeastScale) break;
   }
   estimate.value = std::move(arm);
   add_arm_covariance(estimate, setting, parameters, options.allow_field);

@@ -232,8 +232,7 @@ ArmFit solve_arm(const std::vector<WeighedSample>& samples, const ArmSolution& s
   const auto solved = least_squares_from(Eigen::VectorXd::Zero(P), problem,
                                          {.most_iterations = most_iterations, .tolerance = tolerance});
   ArmFit fit{moved(start, parameters, solved.x), 0.0, solved.iterations, solved.converged};
-  stack_residuals(samples, fit.solution, start, {}, false, stack, scratch);
-  fit.cost = stack.r.squaredNorm();
+  fit.cost = solved.cost - prior(fit.solution, nullptr);
   return fit;
 }
 

@@ -95,19 +95,21 @@ struct Likelihood {
   double variance = 0.0;                        // s^2 at its best
 };
 
-// Restricted log-likelihood of V = s^2 V0.
+// Restricted log-likelihood of V = s^2 V0; an empty V0 is the identity.
 Likelihood restricted_likelihood(const Thinned& data, const Eigen::MatrixXd& V0,
                                  const Eigen::MatrixXd& precision, double stated_variance) {
+  const bool white = V0.size() == 0;
   Eigen::MatrixXd L;
-  if (!lower_cholesky(V0, L)) return {};
-  const Eigen::Index n = V0.rows(), P = data.J.cols();
+  if (!white && !lower_cholesky(V0, L)) return {};
+  const auto n = static_cast<Eigen::Index>(data.places.size());
+  const Eigen::Index P = data.J.cols();
   Eigen::MatrixXd A = precision;
   Eigen::VectorXd b = Eigen::VectorXd::Zero(P);
   double square = 0.0;
   for (Eigen::Index c = 0; c < 3; ++c) {
     Eigen::MatrixXd Z(n, P + 1);
     Z << data.J.middleRows(c * n, n), data.r.segment(c * n, n);
-    L.triangularView<Eigen::Lower>().solveInPlace(Z);
+    if (!white) L.triangularView<Eigen::Lower>().solveInPlace(Z);
     A.noalias() += Z.leftCols(P).transpose() * Z.leftCols(P);
     b.noalias() += Z.leftCols(P).transpose() * Z.col(P);
     square += Z.col(P).squaredNorm();
@@ -121,7 +123,8 @@ Likelihood restricted_likelihood(const Thinned& data, const Eigen::MatrixXd& V0,
   const double freedom = std::max(1.0, static_cast<double>(3 * n - P));
   const double chi2 = std::max(1e-300, square - y.squaredNorm());
   const double variance = chi2 / freedom;
-  const double common = 3.0 * log_determinant(L) + log_determinant(LA) - 2.0 * d.array().log().sum();
+  const double common =
+      3.0 * (white ? 0.0 : log_determinant(L)) + log_determinant(LA) - 2.0 * d.array().log().sum();
   Likelihood result;
   result.variance = variance;
   const double width = std::sqrt(std::numbers::pi / freedom);  // sqrt(2 pi) times the deviation of log s
@@ -137,8 +140,6 @@ CorrelatedErrors correlated_covariance(const CorrelationInput& input) {
   const Eigen::MatrixXd& J = input.J;
   const auto& places = input.places;
   const Thinned few = thinned(places, J, input.residuals, kMostPlaces);
-  const Thinned all = thinned(places, J, input.residuals, kMostOfMiddle);
-  const Thinned turned = thinned(places, turning(input), input.residuals, kMostOfMiddle);
   const auto n = static_cast<Eigen::Index>(few.places.size());
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(n, n);
   const Eigen::MatrixXd JtJ = J.transpose() * J;
@@ -160,8 +161,10 @@ CorrelatedErrors correlated_covariance(const CorrelationInput& input) {
   };
   const double prior_of_white =
       !input.stated_share ? kPriorOfWhite : (*input.stated_share < kLeastShare ? 1.0 : 0.0);
-  if (prior_of_white > 0.0) add(0.0, 0.0, identity, prior_of_white, JtJ);
+  if (prior_of_white > 0.0) add(0.0, 0.0, {}, prior_of_white, JtJ);
   if (prior_of_white < 1.0) {
+    const Thinned all = thinned(places, J, input.residuals, kMostOfMiddle);
+    const Thinned turned = thinned(places, turning(input), input.residuals, kMostOfMiddle);
     std::vector<double> shares(kShares.begin(), kShares.end());
     if (input.stated_share) shares = {std::min(*input.stated_share, kMostShare)};
     const double each = (1.0 - prior_of_white) / static_cast<double>(shares.size() * kReaches.size());
