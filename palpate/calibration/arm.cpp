@@ -9,8 +9,7 @@ Point<World> predict_tip(const ArmSolution& arm, const Eigen::VectorXd& psi) {
 }
 
 Point<World> measured_tip(const ArmSolution& arm, const ArmObservation& sample) {
-  if (sample.marker && (arm.tip_known || !sample.tip))
-    return *sample.marker * Point<TipMarker>{arm.tip_in_marker};
+  if (by_marker(arm, sample)) return *sample.marker * Point<TipMarker>{arm.tip_in_marker};
   return *sample.tip;
 }
 

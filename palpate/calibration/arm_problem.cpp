@@ -27,6 +27,7 @@ Matrix3 left_jacobian(const Vector3& w) {
 struct Scratch {
   Eigen::VectorXd theta;
   ArmJacobian D;
+  Eigen::Matrix3Xd turning;  // R D.theta
 };
 
 void angles_into(const ArmSolution& arm, const ArmMotion& motion, Eigen::VectorXd& theta) {
@@ -45,6 +46,8 @@ Vector3 turned_tip(const ArmSolution& at, const ArmMotion& motion,
   const ArmJacobian& D = scratch.D;
   const Vector3 turned = R * arm_tip(at.model, scratch.theta, scratch.D).m;
   const Eigen::VectorXd& psi = motion.joints;
+  scratch.turning = R.lazyProduct(D.theta);
+  const Eigen::Matrix3Xd& turning = scratch.turning;
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     const auto i = parameters[k].index;
     auto column = J->col(static_cast<Eigen::Index>(k));
@@ -56,22 +59,22 @@ Vector3 turned_tip(const ArmSolution& at, const ArmMotion& motion,
         column = Vector3::Unit(i);
         break;
       case Part::gain:
-        column = R * D.theta.col(i) * psi[i];
+        column = turning.col(i) * psi[i];
         break;
       case Part::offset:
-        column = R * D.theta.col(i);
+        column = turning.col(i);
         break;
       case Part::quadratic:
-        column = R * D.theta.col(i) * (psi[i] * psi[i]);
+        column = turning.col(i) * (psi[i] * psi[i]);
         break;
       case Part::hysteresis:
-        column = R * D.theta.col(i) * (motion.direction.size() > 0 ? motion.direction[i] : 0.0);
+        column = turning.col(i) * (motion.direction.size() > 0 ? motion.direction[i] : 0.0);
         break;
       case Part::delay: {
         column.setZero();
         for (Eigen::Index j = 0; j < motion.rate.size(); ++j) {
           const double slope = at.gain[j] + (at.quadratic.size() > 0 ? 2.0 * at.quadratic[j] * psi[j] : 0.0);
-          column -= R * D.theta.col(j) * (slope * motion.rate[j]);
+          column -= turning.col(j) * (slope * motion.rate[j]);
         }
         break;
       }
@@ -101,12 +104,13 @@ Vector3 turned_tip(const ArmSolution& at, const ArmMotion& motion,
 Vector3 residual_with(const ArmSolution& at, const ArmObservation& sample, const ArmMotion& motion,
                       const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd* J, Scratch& scratch) {
   const Vector3 turned = turned_tip(at, motion, parameters, J, scratch);
-  if (J && sample.marker) {
-    const Matrix3 R = sample.marker->matrix();
+  const Vector3 predicted = turned + at.X_world_base.translation;
+  if (!by_marker(at, sample)) return predicted - sample.tip->m;
+  const Matrix3 R = sample.marker->matrix();
+  if (J)
     for (std::size_t k = 0; k < parameters.size(); ++k)
       if (parameters[k].part == Part::tip) J->col(static_cast<Eigen::Index>(k)) = -R.col(parameters[k].index);
-  }
-  return turned + at.X_world_base.translation - measured_tip(at, sample).m;
+  return predicted - R * at.tip_in_marker - sample.marker->translation;
 }
 
 // All residuals, whitened and weighed, below each other; with their derivatives where `J` is given.

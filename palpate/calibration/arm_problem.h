@@ -19,6 +19,11 @@ struct WeighedSample {
   double weight = 1.0;
 };
 
+// Whether a sample's measured tip is told by its marker's pose.
+inline bool by_marker(const ArmSolution& arm, const ArmObservation& sample) {
+  return sample.marker && (arm.tip_known || !sample.tip);
+}
+
 // Corrected joint angles.
 Eigen::VectorXd joint_angles(const ArmSolution& arm, const ArmMotion& motion);
 
