@@ -76,7 +76,7 @@ function(palpate_add_floors)
       add_subdirectory(palpate/${module} modules/${module})  # leaves <build>/palpate to the program
     endif()
   endforeach()
-  foreach(folder apps/palpate examples tests)
+  foreach(folder apps/palpate examples tests fuzz)
     if(EXISTS ${PROJECT_SOURCE_DIR}/${folder}/CMakeLists.txt)
       add_subdirectory(${folder} modules/${folder})
     endif()

@@ -1,0 +1,65 @@
+// Recorded arm samples into every method of the arm's calibration, and the gimbal's.
+#include "palpate/model/arm_samples.h"
+#include "fuzz/check.h"
+#include "palpate/calibration/arm.h"
+#include "palpate/calibration/gimbal.h"
+
+namespace palpate::fuzz {
+namespace {
+
+// As many joints as the samples have: a PHANToM for three, else a chain of equal links in turning directions.
+ArmModel model_for(Eigen::Index joints) {
+  ArmModel model;
+  if (joints == 3) return model;
+  model.kind = ArmModel::Kind::dh;
+  model.name = "chain";
+  for (Eigen::Index j = 0; j < joints; ++j)
+    model.joints.push_back({0.2, j % 2 == 0 ? 1.5707963 : 0.0, 0.1, 0.0});
+  model.tool = {0.0, 0.0, 0.1};
+  return model;
+}
+
+void hold_arm(const ArmSolution& arm, const std::vector<ArmObservation>& samples) {
+  hold_finite(arm.gain, "gains are finite");
+  hold_finite(arm.offset, "offsets are finite");
+  hold_finite(arm.X_world_base, "the base's pose is rigid");
+  hold_finite(arm.tip_in_marker, "a tip is finite");
+  for (const auto& error : arm_errors(arm, samples)) hold_finite(error, "an arm's errors are finite");
+}
+
+}  // namespace
+
+Refusals arm_samples(std::string_view file) {
+  constexpr Eigen::Index kMostJoints = 7;
+  Refusals refusals;
+  const auto read = parse_arm_samples(file, "arm.csv");
+  if (!answered(read, refusals)) return refusals;
+  auto samples = read->observations;
+  cut(samples, 24);
+  if (samples.front().joints.size() > kMostJoints) return refusals;
+  const ArmModel model = model_for(samples.front().joints.size());
+  ArmOptions options;
+  options.free.tip = samples.front().marker.has_value();
+  for (const auto method : {ArmMethod::one_pass, ArmMethod::alternating, ArmMethod::eq7, ArmMethod::joint}) {
+    options.method = method;
+    if (method != ArmMethod::joint) options.free.tip = false;
+    if (method == ArmMethod::joint) options.free.tip = samples.front().marker.has_value();
+    const auto arm = calibrate_arm(samples, model, options);
+    if (!answered(arm, refusals)) continue;
+    hold_arm(arm->value, samples);
+    if (method != ArmMethod::joint) continue;
+    if (model.kind == ArmModel::Kind::phantom && samples.front().gimbal && samples.front().marker) {
+      const auto gimbal = calibrate_gimbal(samples, arm->value);
+      if (answered(gimbal, refusals)) hold_finite(gimbal->value.correction.gain, "gimbal gains are finite");
+    }
+  }
+  if (model.kind == ArmModel::Kind::dh) {
+    options.free.dh = true;
+    const auto arm = calibrate_arm(samples, model, options);
+    if (answered(arm, refusals)) hold_arm(arm->value, samples);
+  }
+  answered(uncorrected_arm(samples, model, options), refusals);
+  return refusals;
+}
+
+}  // namespace palpate::fuzz

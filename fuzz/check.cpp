@@ -1,0 +1,46 @@
+#include "fuzz/check.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+
+namespace palpate::fuzz {
+
+void hold(bool promise, std::string_view what) {
+  if (promise) return;
+  std::fprintf(stderr, "broken promise: %.*s\n", static_cast<int>(what.size()), what.data());
+  std::abort();
+}
+
+void hold_one_line(const Error& error) {
+  constexpr std::size_t kLongest = 600;
+  const auto& text = error.message;
+  const bool fine =
+      !text.empty() && text.size() <= kLongest && std::none_of(text.begin(), text.end(), [](char c) {
+        return static_cast<unsigned char>(c) < 32 || static_cast<unsigned char>(c) == 127;
+      });
+  if (!fine) std::fprintf(stderr, "the error is '%s'\n", text.c_str());
+  hold(fine, "an error is one line without control characters, of at most 600 bytes");
+}
+
+const std::vector<NamedTarget>& all_targets() {
+  static const std::vector<NamedTarget> targets = {
+      {"arm_models", arm_models},
+      {"arm_samples", arm_samples},
+      {"corners", corners},
+      {"endpoints", endpoints},
+      {"flights", flights},
+      {"hand_eye", hand_eye},
+      {"matrices", matrices},
+      {"messages", messages},
+      {"points", points},
+      {"poses", poses},
+      {"rigs", rigs},
+      {"sequences", sequences},
+      {"surfaces", surfaces},
+      {"worlds", worlds},
+  };
+  return targets;
+}
+
+}  // namespace palpate::fuzz

@@ -1,0 +1,31 @@
+// Two lists of points into the absolute orientation.
+#include "fuzz/check.h"
+#include "fuzz/split.h"
+#include "palpate/calibration/absolute_orientation.h"
+#include "palpate/model/point_file.h"
+
+namespace palpate::fuzz {
+
+Refusals points(std::string_view file) {
+  Refusals refusals;
+  const auto [first, second] = split_files(file);
+  auto from = parse_points(first, "from.csv");
+  auto to = parse_points(second, "to.csv");
+  if (!answered(from, refusals) || !answered(to, refusals)) return refusals;
+  for (const auto& list : {*from, *to})
+    for (const auto& point : list.points) hold_finite(point, "points read are finite");
+  const auto count = std::min({from->points.size(), to->points.size(), kMostRows});
+  for (auto* list : {&*from, &*to}) {
+    cut(list->points, count);
+    cut(list->weights, count);
+  }
+  for (const auto& weights : {std::vector<double>(), to->weights}) {
+    const auto fit = absolute_orientation(from->points, to->points, weights);
+    if (!answered(fit, refusals)) continue;
+    hold_finite(fit->value.rotation, "a rotation is finite");
+    hold_finite(fit->value.translation, "a translation is finite");
+  }
+  return refusals;
+}
+
+}  // namespace palpate::fuzz

@@ -1,0 +1,27 @@
+// Touched points into the rectangle fit: in order, and with corners numbered.
+#include "fuzz/check.h"
+#include "palpate/calibration/surface.h"
+#include "palpate/model/point_file.h"
+
+namespace palpate::fuzz {
+
+Refusals surfaces(std::string_view file) {
+  Refusals refusals;
+  const auto read = parse_points(file, "surface.csv");
+  if (!answered(read, refusals)) return refusals;
+  std::vector<TouchedPoint> points;
+  for (const auto& point : read->points) points.push_back({{point}, 0});
+  cut(points);
+  const auto fits = [&] {
+    const auto fit = fit_rectangle(points);
+    if (!answered(fit, refusals)) return;
+    hold_finite(fit->value.X_world_rectangle, "a rectangle's pose is rigid");
+    hold(fit->value.width > 0.0 && fit->value.height > 0.0, "a rectangle has sides");
+  };
+  fits();
+  for (std::size_t i = 0; i < points.size(); ++i) points[i].corner = static_cast<int>(i % 6);
+  fits();
+  return refusals;
+}
+
+}  // namespace palpate::fuzz
