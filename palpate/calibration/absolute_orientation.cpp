@@ -104,7 +104,7 @@ Expected<Estimate<RigidTransform>> absolute_orientation(const std::vector<Vector
   const Matrix3 turning = estimate.covariance.topLeftCorner<3, 3>();
   const Vector3 spread = symmetric_eigenvalues(turning);
   const double worst = std::sqrt(std::max(0.0, spread[2]));
-  if (worst > kWorstRotation)
+  if (!(worst <= kWorstRotation))
     return refused(
         "absolute orientation: the points are too close to a line or fit too badly (rms {:.3g} mm): the "
         "rotation "

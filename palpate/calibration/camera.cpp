@@ -219,12 +219,12 @@ Expected<Estimate<CameraSolution>> calibrate_camera(const std::vector<BoardView>
   // A focal length known to no better than a tenth is no calibration: boards all parallel, or all in one
   // place.
   const double f_std = result.standard_deviation(0) / solution.model.fx;
-  if (low <= 1e-13 * high || !(f_std < 0.1))
+  if (!(low > 1e-13 * high) || !(f_std < 0.1))
     return refused(
         "the views do not fix the focal length (standard deviation {:.0f} %); tilt the board by 20 to 45 deg "
         "in "
         "different directions",
-        low <= 1e-13 * high ? 100.0 : 100.0 * f_std);
+        low > 1e-13 * high ? 100.0 * f_std : 100.0);
   result.termination = Termination::converged;
 
   for (const auto& name : solution.outlier_views())

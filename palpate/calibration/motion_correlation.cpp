@@ -62,7 +62,9 @@ std::vector<DelayCandidate> delay_candidates(const std::vector<StampedPose>& han
   const double slower = std::max(median_period(hand), median_period(eye));
   // 20 ms resolves a hand's motion; long recordings take a coarser grid so that the work stays at 2e7
   // products.
-  const double grid = std::max(0.02, std::sqrt(hand_s * eye_s / 2e7));
+  // A stream much longer than the other (one wrong time stamp does) must not fill the memory: 1e6 grid
+  // points.
+  const double grid = std::max({0.02, std::sqrt(hand_s * eye_s / 2e7), std::max(hand_s, eye_s) / 1e6});
   // Noise of single camera poses (a degree and more) must not drown the velocity: difference over at least
   // 0.2 s.
   const double half_window = std::max({0.1, grid, slower});

@@ -35,7 +35,7 @@ Expected<std::array<Vector3, 4>> mean_corners(const std::vector<TouchedPoint>& p
   const Vector3 normal = (corners[2] - corners[0]).cross(corners[3] - corners[1]);
   for (std::size_t c = 0; c < 4; ++c) {
     const Vector3 in = corners[c] - corners[(c + 3) % 4], out = corners[(c + 1) % 4] - corners[c];
-    if (in.norm() < 0.01 * diagonal)
+    if (in.norm() <= 0.01 * diagonal)
       return refused(
           "surface: corners {} and {} are the same place ({:.1f} mm apart); touch four different corners",
           (c + 3) % 4 + 1, c + 1, mm_from_metres(in.norm()));

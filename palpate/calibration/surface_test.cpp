@@ -80,6 +80,7 @@ TEST(Surface, ImpossibleCornersAreRefused) {
   EXPECT_NE(refusal({good[0], good[1], good[2]}).find("3 points"), std::string::npos);
   EXPECT_NE(refusal({good[0], good[2], good[1], good[3]}).find("crosswise"), std::string::npos);
   EXPECT_NE(refusal({good[0], good[1], good[1], good[3]}).find("same place"), std::string::npos);
+  EXPECT_NE(refusal({good[0], good[0], good[0], good[0]}).find("same place"), std::string::npos);
   auto bent = good;
   bent[2].place.m += 0.1 * kPose.matrix().col(2);
   EXPECT_NE(refusal(bent).find("off the plane"), std::string::npos) << refusal(bent);
