@@ -6,6 +6,7 @@
 #include <exception>
 
 #include "apps/palpate/command.h"
+#include "palpate/core/text.h"
 
 namespace palpate::app {
 namespace {
@@ -85,10 +86,10 @@ int main(int argc, char** argv) {
     auto done = app::numbers_in_range(program);
     if (done) done = app::chosen();
     if (done) return app::after_printing();
-    std::fprintf(stderr, "palpate: %s\n", done.error().message.c_str());
+    std::fprintf(stderr, "palpate: %s\n", excerpt(done.error().message, 8192).c_str());
     return done.error().exit_code();
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "palpate: %s\n", error.what());
+    std::fprintf(stderr, "palpate: %s\n", excerpt(error.what(), 8192).c_str());
     return 1;
   }
 }

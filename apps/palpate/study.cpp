@@ -10,6 +10,7 @@
 #include "palpate/core/json.h"
 #include "palpate/core/units.h"
 #include "palpate/physics/flight.h"
+#include "palpate/physics/flight_file.h"
 
 namespace palpate::app {
 namespace {
@@ -28,23 +29,12 @@ struct Flight {
   std::vector<SeenBall> balls;
 };
 
-Expected<Flight> read_flight(const fs::path& path) {
-  const auto table = read_csv(path);
-  if (!table) return tl::unexpected(table.error());
-  std::array<std::size_t, 4> column{};
-  constexpr std::array kNames = {"t_s", "x_m", "y_m", "z_m"};
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto found = table->require(kNames[i]);
-    if (!found) return tl::unexpected(found.error());
-    column[i] = *found;
-  }
-  Flight flight{path.stem().string(), path.stem().string(), {}};
+Expected<Flight> flight_of(const fs::path& path) {
+  auto balls = read_flight(path);
+  if (!balls) return tl::unexpected(balls.error());
+  Flight flight{path.stem().string(), path.stem().string(), std::move(*balls)};
   const auto end = flight.set.find_last_not_of("0123456789_");
   if (end != std::string::npos) flight.set.resize(end + 1);
-  for (const auto& row : table->rows) {
-    const SeenBall ball{row[column[0]], {row[column[1]], row[column[2]], row[column[3]]}};
-    if (flight.balls.empty() || ball.time > flight.balls.back().time) flight.balls.push_back(ball);
-  }
   return flight;
 }
 
@@ -131,7 +121,7 @@ Expected<void> study_flights(const FlightsOptions& options) {
     std::array<std::vector<double>, kHorizons_ms.size()> all;
     std::map<std::string, std::array<std::vector<double>, kHorizons_ms.size()>> sets;
     for (const auto& file : files) {
-      const auto flight = read_flight(file);
+      const auto flight = flight_of(file);
       if (!flight) return tl::unexpected(flight.error());
       const auto errors = prediction_errors(model, plane, *flight);
       if (!errors) return tl::unexpected(errors.error());

@@ -14,6 +14,7 @@
 
 #include "palpate/core/csv.h"
 #include "palpate/core/file.h"
+#include "palpate/core/text.h"
 
 namespace palpate {
 namespace {
@@ -132,7 +133,12 @@ Expected<BoardViews> read_board_images(const std::string& pattern, const BoardSh
 Expected<BoardViews> read_board_corners(const std::string& file, const BoardShape& shape) {
   const auto content = read_file(file);
   if (!content) return tl::unexpected(content.error());
-  const auto table = parse_csv(*content, file);
+  return parse_board_corners(*content, file, shape);
+}
+
+Expected<BoardViews> parse_board_corners(std::string_view content, const std::string& source,
+                                         const BoardShape& shape) {
+  const auto table = parse_csv(content, source);
   if (!table) return tl::unexpected(table.error());
   std::vector<std::size_t> at;
   for (const char* name : {"image", "board_x_squares", "board_y_squares", "u_px", "v_px"}) {
@@ -140,14 +146,20 @@ Expected<BoardViews> read_board_corners(const std::string& file, const BoardShap
     if (!column) return tl::unexpected(column.error());
     at.push_back(*column);
   }
-  if (table->rows.empty()) return wrong_use("{}: holds a header but no corners", file);
+  if (table->rows.empty()) return wrong_use("{}: holds a header but no corners", source);
   const auto width = table->find("width_px"), height = table->find("height_px");
+  constexpr double kLargestImage = 1e5;  // px
+  std::vector<std::size_t> in_pixels{at[3], at[4]};
+  for (const auto& column : {width, height})
+    if (column) in_pixels.push_back(*column);
+  if (const auto fine = table->require_within(in_pixels, kLargestImage); !fine)
+    return tl::unexpected(fine.error());
   BoardViews result;
-  result.data_hash = content_hash(*content);
+  result.data_hash = content_hash(content);
   std::set<std::pair<int, int>> seen;  // squares of the current view
   for (std::size_t i = 0; i < table->rows.size(); ++i) {
     const auto& row = table->rows[i];
-    const auto where = fmt::format("{}:{}", file, table->line[i]);
+    const auto where = fmt::format("{}:{}", source, table->line[i]);
     const double x = row[at[1]], y = row[at[2]];
     if (x != std::floor(x) || y != std::floor(y) || x < 0 || y < 0 || x >= shape.columns || y >= shape.rows)
       return wrong_use(
@@ -158,12 +170,13 @@ Expected<BoardViews> read_board_corners(const std::string& file, const BoardShap
       for (const auto& view : result.views)
         if (view.name == image)
           return wrong_use("{}: image '{}' appears a second time; its rows must stand together", where,
-                           image);
+                           excerpt(image));
       result.views.push_back({image, {}, {}});
       seen.clear();
     }
     if (!seen.insert({static_cast<int>(x), static_cast<int>(y)}).second)
-      return wrong_use("{}: corner ({:g}, {:g}) of '{}' is given twice; remove one", where, x, y, image);
+      return wrong_use("{}: corner ({:g}, {:g}) of '{}' is given twice; remove one", where, x, y,
+                       excerpt(image));
     result.views.back().board.push_back(shape.square * Vector3(x, y, 0));
     result.views.back().image.emplace_back(row[at[3]], row[at[4]]);
     if (width && height) {

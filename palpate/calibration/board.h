@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "palpate/core/expected.h"
@@ -63,5 +64,7 @@ Expected<BoardViews> read_board_images(const std::string& pattern, const BoardSh
 // Table with columns image, corner, board_x_squares, board_y_squares, u_px, v_px and, optionally, width_px,
 // height_px.
 Expected<BoardViews> read_board_corners(const std::string& file, const BoardShape& shape);
+Expected<BoardViews> parse_board_corners(std::string_view content, const std::string& source,
+                                         const BoardShape& shape);
 
 }  // namespace palpate

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "palpate/core/file.h"
+#include "palpate/core/text.h"
 
 namespace palpate {
 namespace {
@@ -47,9 +48,7 @@ bool looks_binary(std::string_view content) {
   return odd > 0;
 }
 
-std::string shown(std::string_view cell) {
-  return std::string(cell.substr(0, 24)) + (cell.size() > 24 ? "..." : "");
-}
+std::string shown(std::string_view cell) { return excerpt(cell, 24); }
 
 }  // namespace
 
@@ -67,6 +66,17 @@ Expected<std::size_t> CsvTable::require(std::string_view column) const {
   for (const auto& name : header) names += (names.empty() ? "" : ",") + shown(name);
   if (names.size() > 160) names = names.substr(0, 160) + "...";
   return wrong_use("{}: column '{}' is missing; the header reads {}", source, column, names);
+}
+
+Expected<void> CsvTable::require_within(const std::vector<std::size_t>& at, double limit) const {
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    for (const auto column : at)
+      if (std::abs(rows[i][column]) > limit)
+        return wrong_use("{}:{}: {} is {:g}; at most {:g} is expected, check the unit or remove the row",
+                         source, line[i],
+                         header.empty() ? fmt::format("column {}", column + 1) : shown(header[column]),
+                         rows[i][column], limit);
+  return {};
 }
 
 Expected<CsvTable> parse_csv(std::string_view content, std::string source, const CsvOptions& options) {

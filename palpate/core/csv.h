@@ -29,6 +29,9 @@ struct CsvTable {
   bool has(std::string_view column) const { return find(column).has_value(); }
   // The column's position, or wrong use naming the columns there are.
   Expected<std::size_t> require(std::string_view column) const;
+  // Wrong use with line and column where a number of these columns is larger than `limit`, either sign:
+  // finite, but its square may not be, and no device reports it.
+  Expected<void> require_within(const std::vector<std::size_t>& at, double limit) const;
 };
 
 struct CsvOptions {

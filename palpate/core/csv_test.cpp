@@ -35,5 +35,25 @@ TEST(Csv, KeepsLabelsAsText) {
   EXPECT_EQ(table->text[0][0], "left");
 }
 
+TEST(Csv, NumbersTooLargeForTheirColumnAreNamed) {
+  const auto table = parse_csv("t_s,x_mm\n0,1\n-1e300,5\n", "a.csv");
+  ASSERT_TRUE(table.has_value());
+  EXPECT_TRUE(table->require_within({1}, 5.0).has_value());
+  const auto refused = table->require_within({1, 0}, 10.0);
+  ASSERT_FALSE(refused.has_value());
+  EXPECT_EQ(refused.error().message,
+            "a.csv:3: t_s is -1e+300; at most 10 is expected, check the unit or remove the row");
+}
+
+TEST(Csv, WhatAMessageQuotesStaysOnItsLine) {
+  const auto table = parse_csv("t_s,x\v\n0,\x1b[31m\n", "a.csv");
+  ASSERT_FALSE(table.has_value());
+  EXPECT_EQ(table.error().message, "a.csv: is not a text file; a CSV table is expected");
+  // beyond the first 4096 bytes nobody looks for such characters
+  const auto late = parse_csv("t_s,x\n" + std::string(5000, '#') + "\n0,\x1b[31m\n", "a.csv");
+  ASSERT_FALSE(late.has_value());
+  EXPECT_EQ(late.error().message, "a.csv:3: x is '?[31m', a number is expected");
+}
+
 }  // namespace
 }  // namespace palpate

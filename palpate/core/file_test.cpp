@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "palpate/core/json.h"
+
 namespace palpate {
 namespace {
 
@@ -33,6 +35,12 @@ TEST(File, AMissingFolderIsWrongUse) {
 
 TEST(File, AMissingFileIsWrongUse) {
   EXPECT_EQ(read_file(ScratchFolder() / "absent").error().exit_code(), 2);
+}
+
+TEST(Json, LabelsThatAreNoUtf8DoNotStopAResult) {
+  const ScratchFolder scratch;
+  ASSERT_TRUE(write_json(scratch / "result.json", Json{{"label", "M\xFCller"}}).has_value());
+  EXPECT_EQ(*read_file(scratch / "result.json"), "{\n  \"label\": \"M\xEF\xBF\xBDller\"\n}\n");
 }
 
 }  // namespace

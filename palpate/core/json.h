@@ -11,9 +11,10 @@ namespace palpate {
 
 using Json = nlohmann::ordered_json;
 
-// Writes indented JSON, whole or not at all; "-" is standard output.
+// Writes indented JSON, whole or not at all; "-" is standard output. Bytes that are no UTF-8 (labels of
+// people's tables) are written as U+FFFD.
 inline Expected<void> write_json(const std::filesystem::path& path, const Json& value) {
-  return write_file(path, value.dump(2) + "\n");
+  return write_file(path, value.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
 }  // namespace palpate

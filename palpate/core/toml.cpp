@@ -8,8 +8,12 @@
 #include <set>
 
 #include "palpate/core/file.h"
+#include "palpate/core/text.h"
 
 namespace palpate {
+namespace {
+constexpr std::size_t kLongestMessage = 480;  // bytes
+}
 
 struct TomlTable::Document {
   std::string source;
@@ -20,8 +24,9 @@ struct TomlTable::Document {
 
   void complain(int line, const std::string& message) {
     if (error) return;
-    error = Error{Error::Kind::wrong_use, line > 0 ? fmt::format("{}:{}: {}", source, line, message)
-                                                   : fmt::format("{}: {}", source, message)};
+    const auto shown = excerpt(message, kLongestMessage);  // keys and texts of the file are in it
+    error = Error{Error::Kind::wrong_use, line > 0 ? fmt::format("{}:{}: {}", source, line, shown)
+                                                   : fmt::format("{}: {}", source, shown)};
   }
 };
 
@@ -223,7 +228,7 @@ std::string TomlTable::choice(std::string_view key, const std::vector<std::strin
   if (std::find(allowed.begin(), allowed.end(), value) == allowed.end()) {
     std::string list;
     for (const auto& name : allowed) list += (list.empty() ? "\"" : ", \"") + name + "\"";
-    complain(key, fmt::format("is \"{}\", one of {} is expected", value, list));
+    complain(key, fmt::format("is \"{}\", one of {} is expected", excerpt(value), list));
   }
   return value;
 }
@@ -315,7 +320,7 @@ void find_unused(const toml::table& table, const std::string& path, const std::s
       const int line = static_cast<int>(key.source().begin.line);
       if (first && first->line <= line) continue;
       const auto known = asked.find(&table);
-      first = Unknown{line, fmt::format("unknown key '{}{}'; {}", path, key.str(),
+      first = Unknown{line, fmt::format("unknown key '{}{}'; {}", path, excerpt(key.str()),
                                         remedy(key.str(), known == asked.end() ? decltype(known->second){}
                                                                                : known->second))};
     } else if (const auto* inner = node.as_table(); inner && asked.contains(inner)) {
@@ -346,9 +351,8 @@ Expected<TomlTable> parse_toml(std::string_view content, std::string source) {
   try {
     document->root = toml::parse(content, document->source);
   } catch (const toml::parse_error& error) {
-    std::string what(error.description());
-    std::replace(what.begin(), what.end(), '\n', ' ');
-    return wrong_use("{}:{}: is not valid TOML ({})", document->source, error.source().begin.line, what);
+    return wrong_use("{}:{}: is not valid TOML ({})", document->source, error.source().begin.line,
+                     excerpt(error.description(), kLongestMessage));
   }
   const toml::table* root = &document->root;
   document->asked[root];

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <stdexcept>
 
+#include "palpate/core/file.h"
 #include "palpate/core/toml.h"
 #include "palpate/core/units.h"
 
@@ -79,14 +80,20 @@ Point<ArmBase> arm_tip(const ArmModel& model, const Eigen::VectorXd& theta, ArmJ
 }
 
 Expected<ArmModel> read_arm_model(const std::string& name_or_file) {
-  ArmModel model;
-  if (name_or_file == model.name) return model;
+  if (name_or_file == ArmModel{}.name) return ArmModel{};
   if (!std::filesystem::exists(name_or_file))
     return wrong_use("arm model {}: neither a known arm (phantom-premium-1.5) nor a file; check the path",
                      name_or_file);
-  const auto file = read_toml(name_or_file);
+  const auto content = read_file(name_or_file);
+  if (!content) return tl::unexpected(content.error());
+  return parse_arm_model(*content, name_or_file);
+}
+
+Expected<ArmModel> parse_arm_model(std::string_view content, std::string source) {
+  const auto file = parse_toml(content, source);
   if (!file) return tl::unexpected(file.error());
-  model.name = file->text_or("name", std::filesystem::path(name_or_file).stem().string());
+  ArmModel model;
+  model.name = file->text_or("name", std::filesystem::path(source).stem().string());
   if (file->choice("type", {"dh", "phantom"}) == "phantom") {
     const auto lengths = file->numbers<2>("lengths_mm", kPositive);
     model.lengths = {metres_from_mm(lengths[0]), metres_from_mm(lengths[1])};

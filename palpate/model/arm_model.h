@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "palpate/core/expected.h"
@@ -50,5 +51,6 @@ Point<ArmBase> arm_tip(const ArmModel& model, const Eigen::VectorXd& theta, ArmJ
 // "phantom-premium-1.5", or a TOML file: type = "dh" with one [[joint]] per joint (a_mm, alpha_deg, d_mm,
 // theta_offset_deg) and optional tool_mm; or type = "phantom" with lengths_mm.
 Expected<ArmModel> read_arm_model(const std::string& name_or_file);
+Expected<ArmModel> parse_arm_model(std::string_view content, std::string source);  // such a file's content
 
 }  // namespace palpate

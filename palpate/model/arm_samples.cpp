@@ -42,10 +42,14 @@ Vector3 triple(const std::vector<double>& row, const std::array<std::size_t, 3>&
 Expected<ArmSampleFile> read_arm_samples(const std::filesystem::path& path) {
   const auto content = read_file(path);
   if (!content) return tl::unexpected(content.error());
-  const auto parsed = parse_csv(*content, path.string());
+  return parse_arm_samples(*content, path.string());
+}
+
+Expected<ArmSampleFile> parse_arm_samples(std::string_view content, std::string source) {
+  const auto parsed = parse_csv(content, std::move(source));
   if (!parsed) return tl::unexpected(parsed.error());
   const CsvTable& table = *parsed;
-  ArmSampleFile file{path.string(), content_hash(*content), {}};
+  ArmSampleFile file{table.source, content_hash(content), {}};
 
   const auto target = find_triple(table, "_t"), difference = find_triple(table, "_dif");
   const bool target_form = target && difference;
@@ -75,6 +79,19 @@ Expected<ArmSampleFile> read_arm_samples(const std::filesystem::path& path) {
       covariance.push_back(*at);
     }
   }
+
+  const auto within = [&](const std::vector<std::size_t>& at, double limit) {
+    return table.require_within(at, limit);
+  };
+  Expected<void> fine = within(joints.at, kLargestAngle / joints.radians_per_unit);
+  if (fine) fine = within(gimbal.at, kLargestAngle / gimbal.radians_per_unit);
+  if (fine && time) fine = within({*time}, kLatestTime);
+  for (const auto& places : {target, difference, tip_mm})
+    if (fine && places)
+      fine = within({places->begin(), places->end()}, kMillimetresPerMetre * kFarthestPlace);
+  if (fine && tip_m) fine = within({tip_m->begin(), tip_m->end()}, kFarthestPlace);
+  if (fine) fine = within(covariance, kFarthestPlace * kFarthestPlace / covariance_scale);
+  if (!fine) return tl::unexpected(fine.error());
 
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const auto& row = table.rows[i];

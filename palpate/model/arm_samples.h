@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "palpate/core/expected.h"
@@ -36,5 +37,6 @@ struct ArmSampleFile {
 };
 
 Expected<ArmSampleFile> read_arm_samples(const std::filesystem::path& path);
+Expected<ArmSampleFile> parse_arm_samples(std::string_view content, std::string source);
 
 }  // namespace palpate

@@ -74,6 +74,10 @@ TEST(ArmSamples, BadFilesAreRefused) {
           "1,1,1,1,1,2,0,1,0,1\n")
           .find("not positive definite"),
       std::string::npos);
+  EXPECT_NE(complaint("joint_1_deg,x_mm,y_mm,z_mm\n1e8,1,1,1\n").find("joint_1_deg is 1e+08; at most"),
+            std::string::npos);
+  EXPECT_NE(complaint("joint_1_deg,x_mm,y_mm,z_mm\n1,1,1,1e200\n").find("z_mm is 1e+200; at most 1e+11"),
+            std::string::npos);
 }
 
 TEST(PointFile, LabelsUnitsAndWeightsAreRead) {
@@ -85,6 +89,9 @@ TEST(PointFile, LabelsUnitsAndWeightsAreRead) {
   EXPECT_DOUBLE_EQ(from_text("x_mm,y_mm,z_mm\n1,2,3\n", read_points)->points[0].x(), 0.001);
   EXPECT_FALSE(from_text("x_mm,y_mm\n1,2\n", read_points).has_value());
   EXPECT_FALSE(from_text("x_mm,y_mm,z_mm\n", read_points).has_value());
+  EXPECT_FALSE(from_text("x_m,y_m,z_m\n1,2,-1e200\n", read_points).has_value())
+      << "finite, its square is not";
+  EXPECT_FALSE(from_text("x_m,y_m,z_m,weight\n1,2,3,1e200\n", read_points).has_value());
 }
 
 }  // namespace

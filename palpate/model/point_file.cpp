@@ -1,21 +1,26 @@
 #include "palpate/model/point_file.h"
 
 #include "palpate/core/file.h"
+#include "palpate/core/units.h"
 
 namespace palpate {
 
 Expected<PointFile> read_points(const std::filesystem::path& path) {
   const auto content = read_file(path);
   if (!content) return tl::unexpected(content.error());
+  return parse_points(*content, path.string());
+}
+
+Expected<PointFile> parse_points(std::string_view content, std::string source) {
   PointFile file;
-  file.source = path.string();
-  file.hash = content_hash(*content);
+  file.source = std::move(source);
+  file.hash = content_hash(content);
   const std::vector<std::string> label_columns = {"label",  "name",    "landmark", "point",
                                                   "corner", "segment", "id"};
   CsvOptions csv;
   csv.text_columns = label_columns;
   csv.text_columns.push_back("surface");
-  auto table = parse_csv(*content, file.source, csv);
+  auto table = parse_csv(content, file.source, csv);
   if (!table) return tl::unexpected(table.error());
   const bool metres = !table->has("x_mm") && table->has("x_m");
   std::array<std::size_t, 3> at{};
@@ -24,7 +29,15 @@ Expected<PointFile> read_points(const std::filesystem::path& path) {
     if (!column) return tl::unexpected(column.error());
     at[i] = *column;
   }
+  if (const auto fine = table->require_within({at[0], at[1], at[2]},
+                                              (metres ? 1.0 : kMillimetresPerMetre) * kFarthestPlace);
+      !fine)
+    return tl::unexpected(fine.error());
   const auto weight = table->find("weight");
+  constexpr double kLargestWeight = 1e12;
+  if (weight)
+    if (const auto fine = table->require_within({*weight}, kLargestWeight); !fine)
+      return tl::unexpected(fine.error());
   for (std::size_t i = 0; i < table->rows.size(); ++i) {
     const auto& row = table->rows[i];
     file.points.push_back((metres ? 1.0 : 1e-3) * Vector3(row[at[0]], row[at[1]], row[at[2]]));

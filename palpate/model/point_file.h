@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "palpate/core/csv.h"
@@ -21,5 +22,6 @@ struct PointFile {
 };
 
 Expected<PointFile> read_points(const std::filesystem::path& path);
+Expected<PointFile> parse_points(std::string_view content, std::string source);
 
 }  // namespace palpate

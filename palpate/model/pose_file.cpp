@@ -1,10 +1,12 @@
 #include "palpate/model/pose_file.h"
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 
 #include "palpate/core/file.h"
+#include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/estimation/linear_algebra.h"
 #include "palpate/model/transform_sequence.h"
@@ -30,10 +32,18 @@ std::optional<PoseColumns> find_pose_columns(const CsvTable& table, const std::s
 
 namespace {
 
+Expected<void> place_within_reach(const Vector3& place, const std::string& where) {
+  const double largest = place.cwiseAbs().maxCoeff();
+  if (largest <= kFarthestPlace) return {};
+  return wrong_use("{}: is {:.3g} m away, at most {:g} m is expected; check the unit or remove the row",
+                   where, largest, kFarthestPlace);
+}
+
 Expected<StampedPose> pose_from_numbers(const Vector3& translation, double w, double x, double y, double z,
                                         const std::string& where) {
+  if (const auto near = place_within_reach(translation, where); !near) return tl::unexpected(near.error());
   const double length = std::sqrt(w * w + x * x + y * y + z * z);
-  if (std::abs(length - 1.0) > 0.02)
+  if (!(std::abs(length - 1.0) <= 0.02))
     return wrong_use(
         "{}: the quaternion has length {:.4g}, a rotation (length 1) is expected; remove or repair the row",
         where, length);
@@ -63,6 +73,8 @@ Expected<StampedPose> pose_from_matrix(const double* m, double metres_per_unit, 
   StampedPose pose;
   pose.rotation = Quaternion(nearest_rotation(R).rotation).normalized();
   pose.translation = metres_per_unit * Vector3(m[3], m[7], m[11]);
+  if (const auto near = place_within_reach(pose.translation, where); !near)
+    return tl::unexpected(near.error());
   return pose;
 }
 
@@ -98,6 +110,9 @@ Expected<void> read_with_header(PoseFile& file) {
   }
   const auto time = table.find("time_s");
   file.has_time = time.has_value();
+  if (time)
+    if (const auto fine = table.require_within({*time}, kLatestTime); !fine)
+      return tl::unexpected(fine.error());
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     Expected<StampedPose> pose;
     if (columns) {
@@ -122,6 +137,8 @@ Expected<void> read_without_header(PoseFile& file) {
         "{}: has no header and {} columns; 8 (t,x,y,z,qx,qy,qz,qw in s and m), 12 or 16 (a matrix, mm) "
         "are expected",
         table.source, width);
+  if (width == 8)
+    if (const auto fine = table.require_within({0}, kLatestTime); !fine) return tl::unexpected(fine.error());
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     const auto& v = table.rows[i];
     const auto where = fmt::format("{}:{}", table.source, table.line[i]);
@@ -143,6 +160,30 @@ Expected<void> read_without_header(PoseFile& file) {
   return {};
 }
 
+// The 16 numbers of one row-major 4x4 matrix, separated by blanks, commas, semicolons or line ends.
+Expected<std::array<double, 16>> matrix_from_text(std::string_view text, const std::string& source) {
+  std::array<double, 16> numbers{};
+  std::size_t count = 0;
+  while (true) {
+    const auto start = text.find_first_not_of(" \t\r\n,;");
+    if (start == std::string_view::npos) break;
+    text.remove_prefix(start);
+    const auto word = text.substr(0, text.find_first_of(" \t\r\n,;"));
+    const auto digits = word.substr(word.front() == '+' ? 1 : 0);
+    double value = 0.0;
+    const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    if (code != std::errc() || end != digits.data() + digits.size() || !std::isfinite(value))
+      return wrong_use("{}: '{}' is not a finite number; a 4x4 matrix is expected", source,
+                       word.substr(0, 16));
+    if (count < numbers.size()) numbers[count] = value;
+    ++count;
+    text.remove_prefix(word.size());
+  }
+  if (count != numbers.size())
+    return wrong_use("{}: holds {} numbers; the 16 of a 4x4 matrix are expected", source, count);
+  return numbers;
+}
+
 Expected<PoseFile> read_folder(const fs::path& folder) {
   std::vector<fs::path> names;
   for (const auto& entry : fs::directory_iterator(folder)) {
@@ -161,27 +202,7 @@ Expected<PoseFile> read_folder(const fs::path& folder) {
     const auto content = read_file(name);
     if (!content) return tl::unexpected(content.error());
     all += *content;
-    std::vector<double> numbers;
-    const char* at = content->data();
-    const char* const end = at + content->size();
-    while (at != end) {
-      if (*at == ' ' || *at == '\t' || *at == '\r' || *at == '\n' || *at == ',' || *at == ';') {
-        ++at;
-        continue;
-      }
-      double value = 0.0;
-      const auto [next, code] = std::from_chars(*at == '+' ? at + 1 : at, end, value);
-      if (code != std::errc() || !std::isfinite(value))
-        return wrong_use("{}: '{}' is not a finite number; a 4x4 matrix is expected", name.string(),
-                         std::string(at, std::min<std::size_t>(16, static_cast<std::size_t>(end - at)))
-                             .substr(0, std::string(at, end).find('\n')));
-      numbers.push_back(value);
-      at = next;
-    }
-    if (numbers.size() != 16)
-      return wrong_use("{}: holds {} numbers; the 16 of a 4x4 matrix are expected", name.string(),
-                       numbers.size());
-    auto pose = pose_from_matrix(numbers.data(), kMetresPerMm, name.string());
+    auto pose = parse_matrix(*content, name.string());
     if (!pose) return tl::unexpected(pose.error());
     pose->time_s = static_cast<double>(file.poses.size());
     file.poses.push_back(*pose);
@@ -192,6 +213,12 @@ Expected<PoseFile> read_folder(const fs::path& folder) {
 
 }  // namespace
 
+Expected<StampedPose> parse_matrix(std::string_view content, const std::string& source) {
+  const auto numbers = matrix_from_text(content, source);
+  if (!numbers) return tl::unexpected(numbers.error());
+  return pose_from_matrix(numbers->data(), kMetresPerMm, source);
+}
+
 Expected<PoseFile> read_poses(const fs::path& path, const PoseFileOptions& options) {
   std::error_code code;
   if (fs::is_directory(path, code)) {
@@ -201,33 +228,37 @@ Expected<PoseFile> read_poses(const fs::path& path, const PoseFileOptions& optio
   }
   const auto content = read_file(path);
   if (!content) return tl::unexpected(content.error());
+  return parse_poses(*content, path.string(), options);
+}
+
+Expected<PoseFile> parse_poses(std::string_view content, std::string source, const PoseFileOptions& options) {
   PoseFile file;
-  if (is_transform_sequence(*content)) {
-    auto poses = parse_transform_sequence(*content, path.string(), options.transform);
+  if (is_transform_sequence(content)) {
+    auto poses = parse_transform_sequence(content, source, options.transform);
     if (!poses) return tl::unexpected(poses.error());
     if (!options.segment_column.empty())
-      return wrong_use("{}: a transform sequence has no column '{}'", path.string(), options.segment_column);
+      return wrong_use("{}: a transform sequence has no column '{}'", source, options.segment_column);
     file.poses = std::move(*poses);
     file.has_time = true;
   } else {
     if (!options.transform.empty())
-      return wrong_use("{}: a transform name ({}) needs a transform sequence (.igs.mha)", path.string(),
+      return wrong_use("{}: a transform name ({}) needs a transform sequence (.igs.mha)", source,
                        options.transform);
     CsvOptions csv;
     csv.text_columns.push_back("surface");
     if (!options.segment_column.empty()) csv.text_columns.push_back(options.segment_column);
-    auto table = parse_csv(*content, path.string(), csv);
+    auto table = parse_csv(content, source, csv);
     if (!table) return tl::unexpected(table.error());
     file.table = std::move(*table);
-    if (file.table.rows.empty()) return wrong_use("{}: holds a header but no poses", path.string());
+    if (file.table.rows.empty()) return wrong_use("{}: holds a header but no poses", source);
     const auto read = file.table.header.empty() ? read_without_header(file) : read_with_header(file);
     if (!read) return tl::unexpected(read.error());
     if (!options.segment_column.empty())
       if (const auto done = read_segments(file, options.segment_column); !done)
         return tl::unexpected(done.error());
   }
-  file.source = path.string();
-  file.hash = content_hash(*content);
+  file.source = std::move(source);
+  file.hash = content_hash(content);
   return file;
 }
 

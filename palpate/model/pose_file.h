@@ -15,6 +15,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "palpate/core/csv.h"
@@ -49,6 +50,11 @@ struct PoseFileOptions {
 };
 
 Expected<PoseFile> read_poses(const std::filesystem::path& path, const PoseFileOptions& options = {});
+// A table or sequence whose content is read already; `source` names it in messages.
+Expected<PoseFile> parse_poses(std::string_view content, std::string source,
+                               const PoseFileOptions& options = {});
+// One file of a folder: a row-major 4x4 matrix in mm.
+Expected<StampedPose> parse_matrix(std::string_view content, const std::string& source);
 
 // The header's columns of a pose, "marker_" or "" in front; none where the header has no such pose.
 struct PoseColumns {

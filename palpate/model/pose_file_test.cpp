@@ -143,8 +143,43 @@ TEST_F(PoseFileTest, BadFilesAreRefusedWithTheirPlace) {
   EXPECT_NE(complaint("1,2,3\n").find("no header and 3 columns"), std::string::npos);
   EXPECT_NE(complaint(head + "0,1,2,3,1,0,0,0\n", {.segment_column = "hole"}).find("'hole' is missing"),
             std::string::npos);
+  EXPECT_NE(complaint(head + "0,1,2,1e300,1,0,0,0\n").find("bad.csv:2: is 1e+297 m away"), std::string::npos);
+  EXPECT_NE(complaint(head + "1.7e18,1,2,3,1,0,0,0\n").find("time_s is 1.7e+18; at most 1e+11"),
+            std::string::npos)
+      << "a time in nanoseconds";
+  EXPECT_NE(complaint("1,0,0,1e300,0,1,0,0,0,0,1,0\n").find("m away"), std::string::npos);
+  EXPECT_NE(complaint("1e300,0,0,0,0,1,0,0,0,0,1,0\n").find("is no rotation"), std::string::npos);
   EXPECT_FALSE(read_poses(folder / "none.csv").has_value());
   EXPECT_FALSE(read_poses(folder).has_value()) << "the folder holds bad.csv";
+}
+
+TEST_F(PoseFileTest, BrokenSequencesAreRefusedWithTheirPlace) {
+  const std::string head = "ObjectType = Image\nNDims = 3\n",
+                    pose = "Seq_Frame7_AToBTransform = 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n";
+  EXPECT_NE(complaint(head + "Seq_Frame0012").find("holds no transforms"), std::string::npos)
+      << "cut short inside a number";
+  EXPECT_NE(complaint(head + "Seq_Frame7_Timestamp = inf\n" + pose).find("bad.csv:3: Timestamp is 'inf'"),
+            std::string::npos);
+  EXPECT_NE(complaint(head + "Seq_Frame7_Timestamp =  \n" + pose).find("bad.csv:3: Timestamp is ''"),
+            std::string::npos);
+  EXPECT_NE(complaint(head + "Seq_Frame7_AToBTransform = 1 2 3\n").find("not a matrix of 16 finite numbers"),
+            std::string::npos);
+}
+
+TEST_F(PoseFileTest, AFolderOfMatricesNamesTheFileThatIsNone) {
+  fs::create_directory(folder / "poses");
+  put("poses/1.txt", matrix_text(" "));
+  const auto complaint_about = [&](const std::string& content) {
+    put("poses/2.txt", content);
+    const auto file = read_poses(folder / "poses");
+    return file ? "none" : file.error().message;
+  };
+  EXPECT_EQ(complaint_about(matrix_text("; ")), "none");
+  EXPECT_NE(complaint_about("1 0 0").find("2.txt: holds 3 numbers; the 16 of a 4x4 matrix are expected"),
+            std::string::npos);
+  EXPECT_NE(complaint_about("1 0 0 +\n0").find("2.txt: '+' is not a finite number"), std::string::npos);
+  EXPECT_NE(complaint_about(matrix_text(" ") + " inf").find("'inf' is not a finite number"),
+            std::string::npos);
 }
 
 }  // namespace

@@ -7,6 +7,9 @@
 #include <map>
 #include <set>
 
+#include "palpate/core/text.h"
+#include "palpate/core/units.h"
+
 namespace palpate {
 namespace {
 
@@ -101,25 +104,32 @@ Expected<std::vector<StampedPose>> parse_transform_sequence(std::string_view con
     const auto equals = line.find(" = ");
     int number = 0;
     const auto [rest, code] = std::from_chars(line.data() + start.size(), line.data() + line.size(), number);
-    if (code != std::errc() || equals == std::string_view::npos || *rest != '_') continue;
+    if (code != std::errc() || equals == std::string_view::npos || rest == line.data() + line.size() ||
+        *rest != '_')
+      continue;
     const std::string_view key(rest + 1, static_cast<std::size_t>(line.data() + equals - rest - 1));
     auto value = line.substr(equals + 3);
     while (!value.empty() && (value.back() == ' ' || value.back() == '\r')) value.remove_suffix(1);
     Frame& frame = frames[number];
     if (frame.line == 0) frame.line = line_number;
     if (key == "Timestamp") {
-      std::from_chars(value.data(), value.data() + value.size(), frame.time_s);
+      const auto [end_of_time, time_code] =
+          std::from_chars(value.data(), value.data() + value.size(), frame.time_s);
+      if (time_code != std::errc() || !(std::abs(frame.time_s) <= kLatestTime))
+        return wrong_use("{}:{}: {} is '{}'; a time in seconds is expected", source, line_number,
+                         excerpt(key), excerpt(value));
     } else if (key.ends_with("TransformStatus")) {
       if (value != "OK") frame.invalid.emplace(key.substr(0, key.size() - 15));
     } else if (key.ends_with("Transform")) {
       const auto name = std::string(key.substr(0, key.size() - 9));
       if (!read_numbers(value, frame.matrices[name]))
-        return wrong_use("{}:{}: {} is not a matrix of 16 finite numbers", source, line_number, key);
+        return wrong_use("{}:{}: {} is not a matrix of 16 finite numbers", source, line_number, excerpt(key));
       names.insert(name);
     }
   }
   std::string list;
-  for (const auto& name : names) list += (list.empty() ? "" : ", ") + name;
+  for (const auto& name : names) list += (list.empty() ? "" : ", ") + excerpt(name);
+  list = excerpt(list, 160);
   if (names.empty()) return wrong_use("{}: holds no transforms (Seq_Frame..._...Transform)", source);
   if (transform.empty() && names.size() > 1)
     return wrong_use("{}: holds several transforms ({}); say which with --transform AToB", source, list);
