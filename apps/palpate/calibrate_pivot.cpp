@@ -46,11 +46,15 @@ Expected<void> add_arm_motion(const PivotArguments& options, const Rig& rig, std
 
 Expected<void> write_pivots(const std::string& path, const PoseFile& file,
                             const Estimate<PivotSolution>& estimate) {
-  CsvWriter csv({"label", "x_mm", "y_mm", "z_mm", "std_x_mm", "std_y_mm", "std_z_mm"});
+  // One pose for each pivot says nothing of its errors; readers of the file would stumble over a "nan".
+  const bool with_std = estimate.covariance.allFinite();
+  std::vector<std::string> header{"label", "x_mm", "y_mm", "z_mm"};
+  if (with_std) header.insert(header.end(), {"std_x_mm", "std_y_mm", "std_z_mm"});
+  CsvWriter csv(header);
   for (std::size_t s = 0; s < estimate.value.segments.size(); ++s) {
     std::vector<std::string> cells{file.segments.empty() ? std::string("1") : file.segments[s]};
     for (int i = 0; i < 3; ++i) cells.push_back(number_text(kMm * estimate.value.segments[s].pivot[i]));
-    for (Eigen::Index i = 0; i < 3; ++i)
+    for (Eigen::Index i = 0; with_std && i < 3; ++i)
       cells.push_back(
           number_text(kMm * estimate.standard_deviation(3 + 3 * static_cast<Eigen::Index>(s) + i)));
     csv.row(cells);

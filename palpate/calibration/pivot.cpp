@@ -122,6 +122,31 @@ Expected<void> check_rotation(const Data& data, double range, const Matrix3& A,
   return {};
 }
 
+// What is left once outliers have gone must carry the answer by itself.
+Expected<void> check_inliers(const Data& data, const PivotCalibrationOptions& options) {
+  std::vector<double> left(data.segments, 0.0);
+  for (std::size_t i = 0; i < data.size(); ++i) left[data.segment[i]] += data.weight[i];
+  for (std::size_t s = 0; s < data.segments; ++s)
+    if (left[s] == 0.0)
+      return refused(
+          "pivot: no pose of segment {} agrees with the other segments; check that the marker sits as "
+          "before, "
+          "or leave it out",
+          s + 1);
+  if (options.given_tip) return {};
+  Data inliers = data;
+  for (std::size_t i = data.size(); i-- > 0;)  // those without weight must not count as rotation
+    if (data.weight[i] == 0.0) {
+      const auto at = static_cast<std::ptrdiff_t>(i);
+      inliers.R.erase(inliers.R.begin() + at);
+      inliers.p.erase(inliers.p.begin() + at);
+      inliers.motion.erase(inliers.motion.begin() + at);
+      inliers.segment.erase(inliers.segment.begin() + at);
+      inliers.weight.erase(inliers.weight.begin() + at);
+    }
+  return check_rotation(inliers, largest_rotation(inliers), tip_system(inliers).A, options);
+}
+
 struct Sphere {
   std::vector<Vector3> centres;
   double radius = 0.0;
@@ -303,6 +328,7 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
       if (inliers < static_cast<double>(needed))
         return refused("pivot: only {} of {} poses agree with one another; the tip did not rest", inliers,
                        data.size());
+      if (const auto enough = check_inliers(data, options); !enough) return tl::unexpected(enough.error());
       estimate.termination = Termination::converged;
     }
     double chi2 = 0.0, used = 0.0;

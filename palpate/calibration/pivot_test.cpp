@@ -181,5 +181,31 @@ TEST_F(RealPivots, LandmarksGiveThePhantomsPose) {
   EXPECT_NEAR(1e3 * mean_norm(fit->residuals), 0.262, 0.005);
 }
 
+// The fourth marker slipped: its poses are outliers, all of them, and its pivot would have no weight at all.
+TEST(Pivot, ASegmentWithoutAnyInlierIsNamed) {
+  Random random(20);
+  auto poses = swing(random, {.segments = 4, .poses = 30, .place_noise = 1e-4});
+  for (auto& pose : poses)
+    if (pose.segment == 3) pose.translation += 0.3 * normal3(random);
+  const auto estimate = calibrate_pivot(poses, {.method = PivotMethod::robust});
+  ASSERT_FALSE(estimate.has_value());
+  EXPECT_NE(estimate.error().message.find("no pose of segment 4 agrees"), std::string::npos)
+      << estimate.error().message;
+}
+
+// All turns but those about one axis go with the outliers: what is left cannot carry the tip.
+TEST(Pivot, InliersThatTurnAboutOneAxisOnlyAreRefused) {
+  Random random(21);
+  auto poses = swing(random, {.poses = 60, .one_axis = true});
+  for (int i = 0; i < 6; ++i) {
+    PivotPose pose{so3_exp(normal3(random, 0.5)), normal3(random, 0.3), 0, std::nullopt};
+    poses.push_back(pose);
+  }
+  const auto estimate = calibrate_pivot(poses, {.method = PivotMethod::robust});
+  ASSERT_FALSE(estimate.has_value());
+  EXPECT_NE(estimate.error().message.find("about one axis only"), std::string::npos)
+      << estimate.error().message;
+}
+
 }  // namespace
 }  // namespace palpate
