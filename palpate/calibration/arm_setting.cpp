@@ -47,6 +47,27 @@ bool all_have_tips(const std::vector<ArmObservation>& samples) {
   return std::all_of(samples.begin(), samples.end(), [](const auto& s) { return s.tip.has_value(); });
 }
 
+// The base's turn shows in places of the tip that do not lie on a line.
+Expected<void> check_spread(const ArmSetting& setting) {
+  constexpr double kLeastWidth = 1e-3;  // m rms, across the line
+  Vector3 mean = Vector3::Zero();
+  std::vector<Vector3> tips;
+  for (const auto& sample : setting.samples) {
+    tips.push_back(arm_tip(setting.nominal.model, joint_angles(setting.nominal, sample.motion)).m);
+    mean += tips.back() / static_cast<double>(setting.samples.size());
+  }
+  Matrix3 scatter = Matrix3::Zero();
+  for (const auto& tip : tips)
+    scatter += (tip - mean) * (tip - mean).transpose() / static_cast<double>(tips.size());
+  const double width = std::sqrt(std::max(0.0, symmetric_eigenvalues(scatter)[1]));
+  if (width >= kLeastWidth) return {};
+  return refused(
+      "arm: the tip moves along one line only ({:.2f} mm rms across it, {:.0f} mm are needed), so how the "
+      "base is "
+      "turned cannot be known; move the arm through its workspace",
+      1e3 * width, 1e3 * kLeastWidth);
+}
+
 ArmSolution nominal_arm(const ArmModel& model, const ArmFree& free) {
   ArmSolution arm;
   arm.model = model;
@@ -116,6 +137,7 @@ Expected<ArmSetting> prepare_arm(const std::vector<ArmObservation>& observations
                                 model.kind == ArmModel::Kind::dh && !model.tool_known);
   if (!placed) return tl::unexpected(placed.error());
   setting.nominal = *placed;
+  if (const auto fine = check_spread(setting); !fine) return tl::unexpected(fine.error());
   return setting;
 }
 

@@ -277,5 +277,25 @@ TEST_F(RealArm, AllKinematicParametersPredictUnseenPosesToATenthOfAMillimetre) {
   EXPECT_LE(held_out_mm({.free = {.dh = true}}), 0.100);
 }
 
+TEST(ArmCalibration, AnArmThatStandsStillOrMovesAlongALineIsRefused) {
+  Laboratory lab(5);
+  for (const double turn : {0.0, 0.3}) {
+    auto samples = lab.record(1, 0.0, false);
+    for (int i = 1; i < 12; ++i) {
+      samples.push_back(samples.front());
+      samples.back().joints[2] = 1e-3 * turn * i;  // a few mm of nearly straight arc
+      samples.back().tip = predict_tip(lab.truth, samples.back().joints);
+    }
+    samples.erase(samples.begin());
+    for (const auto method :
+         {ArmMethod::one_pass, ArmMethod::alternating, ArmMethod::eq7, ArmMethod::joint}) {
+      const auto estimate = calibrate_arm(samples, lab.model, {.method = method});
+      ASSERT_FALSE(estimate.has_value());
+      EXPECT_NE(estimate.error().message.find("along one line only"), std::string::npos)
+          << estimate.error().message;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace palpate
