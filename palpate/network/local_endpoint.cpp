@@ -7,11 +7,13 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cstring>
 #include <utility>
 
 #include "palpate/core/run_directory.h"
+#include "palpate/core/text.h"
 
 namespace palpate {
 
@@ -19,6 +21,7 @@ namespace {
 
 constexpr std::size_t kMaxSocketPath = sizeof(sockaddr_un{}.sun_path) - 1;  // 107 bytes
 
+std::string shown(std::string_view address) { return excerpt(address, 160); }
 std::string reason() { return std::strerror(errno); }
 
 bool exists(const std::filesystem::path& path, struct stat& info) { return lstat(path.c_str(), &info) == 0; }
@@ -26,15 +29,16 @@ bool exists(const std::filesystem::path& path, struct stat& info) { return lstat
 // Ours, no link, and nobody else may write there.
 Expected<void> check_folder(const std::filesystem::path& folder) {
   struct stat info {};
-  if (!exists(folder, info)) return wrong_use("{}: {}; make the folder first", folder.string(), reason());
+  if (!exists(folder, info))
+    return wrong_use("{}: {}; make the folder first", shown(folder.string()), reason());
   if (!S_ISDIR(info.st_mode))
-    return wrong_use("{}: not a folder; servers meet in a folder of their user", folder.string());
+    return wrong_use("{}: not a folder; servers meet in a folder of their user", shown(folder.string()));
   if (info.st_uid != geteuid()) {
     return wrong_use("{}: belongs to user {}, not to {}; sockets must lie in a folder of your own",
-                     folder.string(), info.st_uid, geteuid());
+                     shown(folder.string()), info.st_uid, geteuid());
   }
   if ((info.st_mode & 0022) != 0)
-    return wrong_use("{}: others can write to it (mode {:o}); chmod 700 it", folder.string(),
+    return wrong_use("{}: others can write to it (mode {:o}); chmod 700 it", shown(folder.string()),
                      info.st_mode & 07777);
   return {};
 }
@@ -42,19 +46,20 @@ Expected<void> check_folder(const std::filesystem::path& folder) {
 Expected<void> check_length(const std::filesystem::path& socket) {
   const std::size_t length = socket.native().size();
   if (length <= kMaxSocketPath) return {};
-  return wrong_use("{}: {} bytes, a unix socket's path has at most {}; choose a shorter one", socket.string(),
-                   length, kMaxSocketPath);
+  return wrong_use("{}: {} bytes, a unix socket's path has at most {}; choose a shorter one",
+                   shown(socket.string()), length, kMaxSocketPath);
 }
 
 Expected<Endpoint> parse_ipc(std::string_view path_text, bool insecure) {
   if (path_text.empty() || path_text.front() == '@' || path_text == "*") {
     return wrong_use(
         "ipc://{}: needs the path of a socket file, such as ipc:///run/user/1000/palpate/physics.sock",
-        path_text);
+        shown(path_text));
   }
   std::error_code error;
   const std::filesystem::path socket = std::filesystem::absolute(path_text, error).lexically_normal();
-  if (error || !socket.has_filename()) return wrong_use("ipc://{}: not the path of a socket file", path_text);
+  if (error || !socket.has_filename())
+    return wrong_use("ipc://{}: not the path of a socket file", shown(path_text));
   if (auto length = check_length(socket); !length) return tl::unexpected(length.error());
   if (!insecure) {
     std::filesystem::path folder = std::filesystem::canonical(socket.parent_path(), error);
@@ -76,18 +81,19 @@ Expected<Endpoint> parse_tcp(std::string_view text, EndpointUse use, bool insecu
   const auto parsed = std::from_chars(port_text.data(), port_text.data() + port_text.size(), port);
   const bool number = parsed.ec == std::errc() && parsed.ptr == port_text.data() + port_text.size();
   const int lowest = use == EndpointUse::listen ? 0 : 1;
-  const bool host_good = !host.empty() && host.size() <= 253 &&
-                         host.find_first_of("/;@ \t") == std::string_view::npos &&
-                         (use == EndpointUse::listen || host != "*");
+  const bool host_good =
+      !host.empty() && host.size() <= 253 && host.find_first_of("/;@") == std::string_view::npos &&
+      std::none_of(host.begin(), host.end(), [](char c) { return c <= ' ' || c == 127; }) &&
+      (use == EndpointUse::listen || host != "*");
   if (!host_good || !number || port < lowest || port > 65535) {
-    return wrong_use("{}: not of the form tcp://HOST:PORT with a port from {} to 65535", text, lowest);
+    return wrong_use("{}: not of the form tcp://HOST:PORT with a port from {} to 65535", shown(text), lowest);
   }
   if (!insecure) {
     return wrong_use(
         "{}: anyone who reaches this address could read the scene and send commands; add --insecure to "
         "accept that, "
         "or leave the address out to use a private socket on this machine",
-        text);
+        shown(text));
   }
   // ZeroMQ binds to interfaces and numbers, not to names.
   const std::string_view known = use == EndpointUse::listen && host == "localhost" ? "127.0.0.1" : host;
@@ -149,7 +155,7 @@ Expected<Endpoint> default_endpoint(std::string_view name) {
 Expected<Endpoint> parse_endpoint(std::string_view text, EndpointUse use, bool insecure) {
   if (text.starts_with("ipc://")) return parse_ipc(text.substr(6), insecure);
   if (text.starts_with("tcp://")) return parse_tcp(text, use, insecure);
-  return wrong_use("{}: not an address; expected ipc://PATH or tcp://HOST:PORT", text);
+  return wrong_use("{}: not an address; expected ipc://PATH or tcp://HOST:PORT", shown(text));
 }
 
 Expected<SocketClaim> SocketClaim::take(const std::filesystem::path& socket) {

@@ -89,6 +89,7 @@ TEST(LocalEndpoint, AddressesThatMeanNothingAreWrongUse) {
     EXPECT_EQ(endpoint.error().kind, Error::Kind::wrong_use) << text;
   }
   EXPECT_FALSE(parse_endpoint("tcp://host:0", EndpointUse::connect, true));
+  EXPECT_FALSE(parse_endpoint("tcp://two\nlines:5555", EndpointUse::connect, true));
   EXPECT_FALSE(parse_endpoint("tcp://*:5555", EndpointUse::connect, true));
   EXPECT_TRUE(parse_endpoint("tcp://127.0.0.1:*", EndpointUse::listen, true));
 }
