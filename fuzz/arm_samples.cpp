@@ -38,26 +38,30 @@ Refusals arm_samples(std::string_view file) {
   cut(samples, 24);
   if (samples.front().joints.size() > kMostJoints) return refusals;
   const ArmModel model = model_for(samples.front().joints.size());
+  const bool markers = samples.front().marker.has_value();
   ArmOptions options;
-  options.free.tip = samples.front().marker.has_value();
-  for (const auto method : {ArmMethod::one_pass, ArmMethod::alternating, ArmMethod::eq7, ArmMethod::joint}) {
+  const auto calibrated = [&](ArmMethod method, const ArmFree& free) {
     options.method = method;
-    if (method != ArmMethod::joint) options.free.tip = false;
-    if (method == ArmMethod::joint) options.free.tip = samples.front().marker.has_value();
-    const auto arm = calibrate_arm(samples, model, options);
-    if (!answered(arm, refusals)) continue;
-    hold_arm(arm->value, samples);
-    if (method != ArmMethod::joint) continue;
-    if (model.kind == ArmModel::Kind::phantom && samples.front().gimbal && samples.front().marker) {
-      const auto gimbal = calibrate_gimbal(samples, arm->value);
-      if (answered(gimbal, refusals)) hold_finite(gimbal->value.correction.gain, "gimbal gains are finite");
-    }
+    options.free = free;
+    auto arm = calibrate_arm(samples, model, options);
+    const bool given = answered(arm, refusals);
+    if (given) hold_arm(arm->value, samples);
+    return given ? std::optional<ArmSolution>(std::move(arm->value)) : std::nullopt;
+  };
+  ArmFree free;
+  free.tip = false;
+  for (const auto method : {ArmMethod::one_pass, ArmMethod::alternating, ArmMethod::eq7})
+    calibrated(method, free);
+  free.tip = markers;
+  const auto arm = calibrated(ArmMethod::joint, free);
+  if (arm && model.kind == ArmModel::Kind::phantom && samples.front().gimbal && markers) {
+    const auto gimbal = calibrate_gimbal(samples, *arm);
+    if (answered(gimbal, refusals)) hold_finite(gimbal->value.correction.gain, "gimbal gains are finite");
   }
-  if (model.kind == ArmModel::Kind::dh) {
-    options.free.dh = true;
-    const auto arm = calibrate_arm(samples, model, options);
-    if (answered(arm, refusals)) hold_arm(arm->value, samples);
-  }
+  free.quadratic = true;
+  free.hysteresis = free.delay = samples.front().time_s.has_value();
+  free.dh = model.kind == ArmModel::Kind::dh;
+  calibrated(ArmMethod::joint, free);
   answered(uncorrected_arm(samples, model, options), refusals);
   return refusals;
 }

@@ -18,8 +18,12 @@ void pivot_of(const PoseFile& file, bool with_segments, Refusals& refusals) {
     const auto pivot = calibrate_pivot(poses, {.method = method});
     if (answered(pivot, refusals)) hold_finite(pivot->value.tip, "a tip is finite");
   }
-  const auto pivots_only = calibrate_pivot(poses, {.given_tip = Vector3(0.01, -0.02, 0.15)});
-  answered(pivots_only, refusals);
+  // One pose for each pivot leaves nothing over to judge the errors by: then, and only then, no variance is
+  // known.
+  const auto pivots = calibrate_pivot(poses, {.given_tip = Vector3(0.01, -0.02, 0.15)});
+  const bool judged = !pivots || pivots->residuals.size() > pivots->value.segments.size();
+  if (judged ? answered(pivots, refusals) : answered<Estimate<PivotSolution>>(pivots, refusals))
+    for (const auto& segment : pivots->value.segments) hold_finite(segment.pivot, "a pivot is finite");
   // The tip moved by what the marker did: any motion of the arm does here.
   for (auto& pose : poses) pose.motion = pose.rotation * Vector3(0.001, 0.0, 0.002);
   answered(calibrate_pivot(poses, {.with_motion = true}), refusals);
