@@ -174,7 +174,7 @@ Expected<std::array<double, 16>> matrix_from_text(std::string_view text, const s
     const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
     if (code != std::errc() || end != digits.data() + digits.size() || !std::isfinite(value))
       return wrong_use("{}: '{}' is not a finite number; a 4x4 matrix is expected", source,
-                       word.substr(0, 16));
+                       excerpt(word, 16));
     if (count < numbers.size()) numbers[count] = value;
     ++count;
     text.remove_prefix(word.size());

@@ -178,6 +178,7 @@ TEST_F(PoseFileTest, AFolderOfMatricesNamesTheFileThatIsNone) {
   EXPECT_NE(complaint_about("1 0 0").find("2.txt: holds 3 numbers; the 16 of a 4x4 matrix are expected"),
             std::string::npos);
   EXPECT_NE(complaint_about("1 0 0 +\n0").find("2.txt: '+' is not a finite number"), std::string::npos);
+  EXPECT_NE(complaint_about("1 \b0").find("2.txt: '?0' is not a finite number"), std::string::npos);
   EXPECT_NE(complaint_about(matrix_text(" ") + " inf").find("'inf' is not a finite number"),
             std::string::npos);
 }
