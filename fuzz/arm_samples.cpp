@@ -59,9 +59,10 @@ Refusals arm_samples(std::string_view file) {
     if (answered(gimbal, refusals)) hold_finite(gimbal->value.correction.gain, "gimbal gains are finite");
   }
   free.quadratic = true;
-  free.hysteresis = free.delay = samples.front().time_s.has_value();
   free.dh = model.kind == ArmModel::Kind::dh;
   calibrated(ArmMethod::joint, free);
+  free.hysteresis = free.delay = true;
+  if (samples.front().time_s) calibrated(ArmMethod::joint, free);
   answered(uncorrected_arm(samples, model, options), refusals);
   return refusals;
 }

@@ -58,19 +58,21 @@ TEST(Corpus, EveryFileOfEveryTargetKeepsThePromises) {
   EXPECT_EQ(targets.size(), all_targets().size()) << "each target has files to start from";
 }
 
-TEST(Corpus, EveryTargetAcceptsAtLeastOneFile) {
-  for (const auto& target : all_targets())
+// Else no solver behind the reader would be reached.
+TEST(Corpus, EveryCalibrationAcceptsAtLeastOneFile) {
+  for (const char* target :
+       {"arm_models", "arm_samples", "corners", "flights", "hand_eye", "points", "poses", "surfaces"})
     EXPECT_TRUE(
         std::any_of(whole_corpus().begin(), whole_corpus().end(),
-                    [&](const auto& entry) { return entry.target == target.name && entry.messages.empty(); }))
-        << target.name << " refuses all of its files: no solver behind its reader is reached";
+                    [&](const auto& entry) { return entry.target == target && entry.messages.empty(); }))
+        << target << " refuses all of its files";
 }
 
 TEST(Refusals, SayWhatIsExpectedOrWhatToDo) {
   const std::regex remedy(
-      "expected|needed|needs|missing|remove|repair|check|touch|tilt|turn "
+      "expected|make |needed|needs|missing|remove|repair|check|touch|tilt|turn "
       "|swing|spread|measure|move|choose|use |give|"
-      "did you mean|known here|say which|at least|at most|at different|allowed|must|record|collect");
+      "did you mean|known here|say which|accepted|must|record");
   for (const auto& entry : whole_corpus())
     for (const auto& message : entry.messages)
       EXPECT_TRUE(std::regex_search(message, remedy)) << entry.target << '/' << entry.file << ": " << message;
@@ -85,8 +87,9 @@ TEST(Refusals, ReadAsOnThePage) {
     page += "\n" + entry.target + "/" + entry.file + "\n";
     for (const auto& message : entry.messages) page += "  " + message + "\n";
   }
-  if (std::getenv("PALPATE_WRITE_REFUSALS") != nullptr)
+  if (std::getenv("PALPATE_WRITE_REFUSALS") != nullptr) {
     ASSERT_TRUE(write_file(kFolder / "refusals.txt", page));
+  }
   EXPECT_EQ(without_numbers(*read_file(kFolder / "refusals.txt")), without_numbers(page));
 }
 

@@ -35,6 +35,7 @@ Refusals poses(std::string_view file) {
   Refusals refusals;
   const auto read = parse_poses(file, "poses.csv");
   if (answered(read, refusals)) pivot_of(*read, false, refusals);
+  if (file.find("segment") == std::string_view::npos) return refusals;
   const auto in_segments = parse_poses(file, "poses.csv", {.segment_column = "segment"});
   if (answered(in_segments, refusals)) pivot_of(*in_segments, true, refusals);
   return refusals;

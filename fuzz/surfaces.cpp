@@ -11,16 +11,15 @@ Refusals surfaces(std::string_view file) {
   if (!answered(read, refusals)) return refusals;
   std::vector<TouchedPoint> points;
   for (const auto& point : read->points) points.push_back({{point}, 0});
+  const auto corner = read->table.find("corner");
+  for (std::size_t i = 0; corner && i < points.size(); ++i)
+    if (const double number = read->table.rows[i][*corner]; number >= 0.0 && number <= 5.0)
+      points[i].corner = static_cast<int>(number);  // 5: out of range for the fit to find
   cut(points);
-  const auto fits = [&] {
-    const auto fit = fit_rectangle(points);
-    if (!answered(fit, refusals)) return;
-    hold_finite(fit->value.X_world_rectangle, "a rectangle's pose is rigid");
-    hold(fit->value.width > 0.0 && fit->value.height > 0.0, "a rectangle has sides");
-  };
-  fits();
-  for (std::size_t i = 0; i < points.size(); ++i) points[i].corner = static_cast<int>(i % 6);
-  fits();
+  const auto fit = fit_rectangle(points);
+  if (!answered(fit, refusals)) return refusals;
+  hold_finite(fit->value.X_world_rectangle, "a rectangle's pose is rigid");
+  hold(fit->value.width > 0.0 && fit->value.height > 0.0, "a rectangle has sides");
   return refusals;
 }
 

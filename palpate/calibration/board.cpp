@@ -146,7 +146,8 @@ Expected<BoardViews> parse_board_corners(std::string_view content, const std::st
     if (!column) return tl::unexpected(column.error());
     at.push_back(*column);
   }
-  if (table->rows.empty()) return wrong_use("{}: holds a header but no corners", source);
+  if (table->rows.empty())
+    return wrong_use("{}: holds a header but no corners; at least one row is expected", source);
   const auto width = table->find("width_px"), height = table->find("height_px");
   constexpr double kLargestImage = 1e5;  // px
   std::vector<std::size_t> in_pixels{at[3], at[4]};

@@ -323,7 +323,8 @@ Expected<Estimate<BoardPose>> board_pose(const CameraModel& camera, const BoardV
     minima.push_back(X);
   }
   if (sums.empty())
-    return refused("view '{}': no pose fits its corners; are they all on one line?", view.name);
+    return refused("view '{}': no pose fits its corners; corners that do not lie on one line are needed",
+                   view.name);
   const double n = static_cast<double>(view.board.size());
   const double first = *std::min_element(sums.begin(), sums.end());
   result.value.rms_px = std::sqrt(first / n);

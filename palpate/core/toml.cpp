@@ -351,8 +351,8 @@ Expected<TomlTable> parse_toml(std::string_view content, std::string source) {
   try {
     document->root = toml::parse(content, document->source);
   } catch (const toml::parse_error& error) {
-    return wrong_use("{}:{}: is not valid TOML ({})", document->source, error.source().begin.line,
-                     excerpt(error.description(), kLongestMessage));
+    return wrong_use("{}:{}: is not valid TOML ({}); repair the line", document->source,
+                     error.source().begin.line, excerpt(error.description(), kLongestMessage));
   }
   const toml::table* root = &document->root;
   document->asked[root];

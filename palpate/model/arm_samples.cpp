@@ -131,7 +131,8 @@ Expected<ArmSampleFile> parse_arm_samples(std::string_view content, std::string 
     }
     file.observations.push_back(std::move(sample));
   }
-  if (file.observations.empty()) return wrong_use("{}: holds a header but no samples", table.source);
+  if (file.observations.empty())
+    return wrong_use("{}: holds a header but no samples; at least one row is expected", table.source);
   return file;
 }
 

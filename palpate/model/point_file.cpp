@@ -53,7 +53,8 @@ Expected<PointFile> parse_points(std::string_view content, std::string source) {
     for (const auto& cells : table->text) file.labels.push_back(cells[*column]);
     break;
   }
-  if (file.points.empty()) return wrong_use("{}: holds a header but no points", file.source);
+  if (file.points.empty())
+    return wrong_use("{}: holds a header but no points; at least one row is expected", file.source);
   file.table = std::move(*table);
   return file;
 }

@@ -105,7 +105,8 @@ Expected<void> read_with_header(PoseFile& file) {
     if (matrix.size() != 12) {
       const auto x = table.require("x_mm");
       if (!x) return wrong_use("{} (poses are x_mm,y_mm,z_mm,qw,qx,qy,qz or m00 ... m23)", x.error().message);
-      return wrong_use("{}: the header has x_mm but not all of y_mm,z_mm,qw,qx,qy,qz", table.source);
+      return wrong_use("{}: the header has x_mm but not all of y_mm,z_mm,qw,qx,qy,qz, which are needed too",
+                       table.source);
     }
   }
   const auto time = table.find("time_s");
@@ -155,7 +156,7 @@ Expected<void> read_without_header(PoseFile& file) {
     const auto repeated = std::unique(file.poses.begin(), file.poses.end(),
                                       [](const auto& a, const auto& b) { return a.time_s == b.time_s; });
     file.poses.erase(repeated, file.poses.end());
-    file.table = {};  // its rows no longer belong to the poses one by one
+    file.table = {.source = table.source};  // its rows no longer belong to the poses one by one
   }
   return {};
 }
@@ -250,7 +251,8 @@ Expected<PoseFile> parse_poses(std::string_view content, std::string source, con
     auto table = parse_csv(content, source, csv);
     if (!table) return tl::unexpected(table.error());
     file.table = std::move(*table);
-    if (file.table.rows.empty()) return wrong_use("{}: holds a header but no poses", source);
+    if (file.table.rows.empty())
+      return wrong_use("{}: holds a header but no poses; at least one row is expected", source);
     const auto read = file.table.header.empty() ? read_without_header(file) : read_with_header(file);
     if (!read) return tl::unexpected(read.error());
     if (!options.segment_column.empty())

@@ -143,6 +143,9 @@ TEST_F(PoseFileTest, BadFilesAreRefusedWithTheirPlace) {
   EXPECT_NE(complaint("1,2,3\n").find("no header and 3 columns"), std::string::npos);
   EXPECT_NE(complaint(head + "0,1,2,3,1,0,0,0\n", {.segment_column = "hole"}).find("'hole' is missing"),
             std::string::npos);
+  EXPECT_NE(
+      complaint("0,0,0,0,0,0,0,1\n", {.segment_column = "hole"}).find("bad.csv: column 'hole' is needed"),
+      std::string::npos);
   EXPECT_NE(complaint(head + "0,1,2,1e300,1,0,0,0\n").find("bad.csv:2: is 1e+297 m away"), std::string::npos);
   EXPECT_NE(complaint(head + "1.7e18,1,2,3,1,0,0,0\n").find("time_s is 1.7e+18; at most 1e+11"),
             std::string::npos)
@@ -162,7 +165,7 @@ TEST_F(PoseFileTest, BrokenSequencesAreRefusedWithTheirPlace) {
             std::string::npos);
   EXPECT_NE(complaint(head + "Seq_Frame7_Timestamp =  \n" + pose).find("bad.csv:3: Timestamp is ''"),
             std::string::npos);
-  EXPECT_NE(complaint(head + "Seq_Frame7_AToBTransform = 1 2 3\n").find("not a matrix of 16 finite numbers"),
+  EXPECT_NE(complaint(head + "Seq_Frame7_AToBTransform = 1 2 3\n").find("16 finite numbers are expected"),
             std::string::npos);
 }
 

@@ -123,21 +123,28 @@ Expected<std::vector<StampedPose>> parse_transform_sequence(std::string_view con
     } else if (key.ends_with("Transform")) {
       const auto name = std::string(key.substr(0, key.size() - 9));
       if (!read_numbers(value, frame.matrices[name]))
-        return wrong_use("{}:{}: {} is not a matrix of 16 finite numbers", source, line_number, excerpt(key));
+        return wrong_use("{}:{}: {} is no matrix; 16 finite numbers are expected", source, line_number,
+                         excerpt(key));
       names.insert(name);
     }
   }
   std::string list;
   for (const auto& name : names) list += (list.empty() ? "" : ", ") + excerpt(name);
   list = excerpt(list, 160);
-  if (names.empty()) return wrong_use("{}: holds no transforms (Seq_Frame..._...Transform)", source);
+  if (names.empty())
+    return wrong_use("{}: holds no transforms; lines Seq_Frame0000_AToBTransform = 16 numbers are expected",
+                     source);
   if (transform.empty() && names.size() > 1)
     return wrong_use("{}: holds several transforms ({}); say which with --transform AToB", source, list);
-  const auto wanted = split_name(transform.empty() ? *names.begin() : transform);
-  if (!wanted) return wrong_use("--transform {}: a name of the form AToB is expected", transform);
+  const std::string& name_wanted = transform.empty() ? *names.begin() : transform;
+  const auto wanted = split_name(name_wanted);
+  if (!wanted)
+    return wrong_use("{}: the transform '{}' has no name of the form AToB, which is expected", source,
+                     excerpt(name_wanted));
   const auto chain = find_chain(names, *wanted);
   if (!chain || chain->empty())
-    return wrong_use("{}: {} cannot be composed from the transforms there are ({})", source, transform, list);
+    return wrong_use("{}: {} cannot be composed from the transforms there are ({}); choose one that can",
+                     source, excerpt(transform), list);
 
   std::vector<StampedPose> poses;
   for (const auto& [number, frame] : frames) {
@@ -164,7 +171,8 @@ Expected<std::vector<StampedPose>> parse_transform_sequence(std::string_view con
     poses.push_back(pose);
   }
   if (poses.empty())
-    return refused("{}: no frame has all transforms of {} with status OK", source, transform);
+    return refused("{}: no frame has all transforms of {} with status OK; record with both tools in sight",
+                   source, excerpt(name_wanted));
   return poses;
 }
 

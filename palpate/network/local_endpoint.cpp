@@ -86,7 +86,8 @@ Expected<Endpoint> parse_tcp(std::string_view text, EndpointUse use, bool insecu
       std::none_of(host.begin(), host.end(), [](char c) { return c <= ' ' || c == 127; }) &&
       (use == EndpointUse::listen || host != "*");
   if (!host_good || !number || port < lowest || port > 65535) {
-    return wrong_use("{}: not of the form tcp://HOST:PORT with a port from {} to 65535", shown(text), lowest);
+    return wrong_use("{}: the form tcp://HOST:PORT with a port from {} to 65535 is expected", shown(text),
+                     lowest);
   }
   if (!insecure) {
     return wrong_use(

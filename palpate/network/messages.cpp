@@ -249,7 +249,7 @@ ClientMessage read(Check& check, const wire::ToPhysics& in) {
     case wire::ToPhysics::BODY_NOT_SET:
       break;
   }
-  check.fail("the message is of no known kind");
+  check.fail("the message is of no known kind; use the same release of palpate on both");
   return Hello{};
 }
 

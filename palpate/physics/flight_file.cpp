@@ -37,7 +37,8 @@ Expected<std::vector<SeenBall>> parse_flight(std::string_view content, std::stri
   if (!balls.empty() && balls.back().time - balls.front().time > kLongestFlight)
     return wrong_use("{}: lasts {:.3g} s; one flight of at most {:g} s is expected, check the unit of t_s",
                      table->source, balls.back().time - balls.front().time, kLongestFlight);
-  if (balls.empty()) return wrong_use("{}: holds a header but no balls", table->source);
+  if (balls.empty())
+    return wrong_use("{}: holds a header but no balls; at least one row is expected", table->source);
   return balls;
 }
 

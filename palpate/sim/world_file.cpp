@@ -302,10 +302,10 @@ void check_whole(Reader& reader, const WorldFile& w) {
                                              "the outer cameras need a base line across the view");
   if (!is_rectangle_like(w.scene.table))
     reader.section_table("scene").complain("table_corners_m",
-                                           "four corners of a rectangle, in order, are wanted");
+                                           "four corners of a rectangle, in order, are expected");
   if (!is_rectangle_like(w.scene.wall))
     reader.section_table("scene").complain("wall_corners_m",
-                                           "four corners of a rectangle, in order, are wanted");
+                                           "four corners of a rectangle, in order, are expected");
   if ((w.head.look_at - w.head.eye).norm() < 1e-3)
     reader.section_table("head").complain("look_at_m", "must lie away from eye_m");
   if (w.hand.pull[0] > w.hand.pull[1])
@@ -313,8 +313,9 @@ void check_whole(Reader& reader, const WorldFile& w) {
   if (w.ball.serve_speed[0] > w.ball.serve_speed[1])
     reader.section_table("ball").complain("serve_speed_m_s", "[low, high] with low <= high");
   if (w.camera.exposure_s * w.camera.rate_hz > 1.0)
-    reader.section_table("camera").complain("exposure_ms",
-                                            "longer than the time between two pictures (1 / rate_hz)");
+    reader.section_table("camera").complain(
+        "exposure_ms",
+        "is longer than the time between two pictures (1 / rate_hz); at most that is expected");
   if (w.camera.shutter == "rolling" && w.camera.readout_s <= 0.0)
     reader.section_table("camera").complain("shutter", "a rolling shutter needs readout_ms > 0");
 }
