@@ -5,7 +5,7 @@ set(PALPATE_FLOOR_1 geometry time estimation)
 set(PALPATE_FLOOR_2 model scene)
 set(PALPATE_FLOOR_3 devices calibration physics network draw)
 set(PALPATE_FLOOR_4 sim drivers acquisition haptics compositor report)
-set(PALPATE_FLOOR_5 applications/pingpong)
+set(PALPATE_FLOOR_5 applications/pingpong studies)
 set(PALPATE_FLOOR_6 physics_server graphics_server)
 set(PALPATE_FLOOR_7 system)
 

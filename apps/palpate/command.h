@@ -35,6 +35,7 @@ void add_calibrate_all(CLI::App& calibrate);
 void add_world(CLI::App& program);
 void add_rig(CLI::App& program);
 void add_study(CLI::App& program);
+void add_study_flights(CLI::App& study);
 void add_physics(CLI::App& program);
 void add_graphics(CLI::App& program);
 void add_demo(CLI::App& program);

@@ -37,6 +37,7 @@ class BadSettings(ProgramTest):
         yield "world", "sample", "pivot", "--out", "samples", "--world"
         yield "demo", "--out", "report", "--world"
         yield "calibrate", "all", "--rig", "new.toml", "--world"
+        yield "study", "points", "--runs", "1", "--world"
 
     def refuses_all(self, readers, *words):
         for command in readers:

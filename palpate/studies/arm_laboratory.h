@@ -1,0 +1,50 @@
+// A simulated laboratory at rest: what tracker and encoders report of poses that stand still, without the
+// time between them.
+//
+// The same truth, tracker, LEDs, quantisation and ranges as the moving laboratory, at a thousandth of its
+// cost: the studies need a thousand of them. Not in it: what motion brings (delays, a pose not quite at
+// rest). The held tip of the pivot recording gives way by pull / stiffness, along the stylus and downwards,
+// as in the moving one. World, SI. Deterministic for a seed. Errors: refused where the tracker sees no pose.
+#pragma once
+
+#include <vector>
+
+#include "palpate/calibration/arm.h"
+#include "palpate/core/expected.h"
+#include "palpate/sim/truth.h"
+#include "palpate/studies/cramer_rao.h"
+
+namespace palpate {
+
+struct LaboratorySettings {
+  int samples = 140;                // the paper's
+  int unused = 70;                  // more poses that no calibration sees
+  int judged = 250;                 // joint configurations at which errors to truth are taken
+  int swing = 400;                  // poses of the pivot recording
+  Vector3 reset = Vector3::Zero();  // encoder zeros moved by this much, rad
+};
+
+struct ArmLaboratory {
+  sim::Truth truth;
+  std::vector<ArmObservation> samples, unused;
+  std::vector<Vector3> judged;          // encoder readings
+  Vector3 pivot_tip = Vector3::Zero();  // as the pivot calibration (algebraic) has it
+  TrueArm arm() const { return {truth.lengths, truth.joints, truth.X_world_base}; }
+};
+
+Expected<ArmLaboratory> record_laboratory(const sim::WorldFile& world, std::uint64_t seed,
+                                          const LaboratorySettings& settings = {});
+
+// The world with white noise alone (0.2 mm per LED): what bounds are stated for.
+sim::WorldFile white_world(sim::WorldFile world);
+
+// The arm as its maker describes it.
+ArmModel nominal_model(const sim::WorldFile& world);
+
+// Distances between estimated and true tip at the judged readings, m.
+std::vector<double> errors_to_truth(const ArmSolution& arm, const ArmLaboratory& laboratory);
+
+// The samples as the bound wants them.
+std::vector<BoundSample> bound_samples(const std::vector<ArmObservation>& samples);
+
+}  // namespace palpate

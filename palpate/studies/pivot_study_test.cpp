@@ -1,0 +1,111 @@
+#include "palpate/studies/pivot_study.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "palpate/core/units.h"
+#include "palpate/studies/study.h"
+
+namespace palpate {
+namespace {
+
+double rms_error(const SwingSettings& settings, PivotMethod method, bool centre, int runs,
+                 bool with_motion = false) {
+  const auto& world = sim::reference_world();
+  double sum = 0.0;
+  for (int run = 0; run < runs; ++run) {
+    PivotCalibrationOptions options;
+    options.method = method;
+    options.with_motion = with_motion;
+    const auto estimate =
+        calibrate_pivot(swing(world, settings, static_cast<std::uint64_t>(run)).poses, options);
+    if (!estimate) throw std::runtime_error(estimate.error().message);
+    sum += centre ? estimate->value.segments[0].pivot.squaredNorm()
+                  : (estimate->value.tip - world.tip_marker.tip).squaredNorm();
+  }
+  return std::sqrt(sum / runs);
+}
+
+// Uniform orientations have mean zero, so centre and tip separate and each is a mean of n displacements: rms
+// x / sqrt(n). The sphere fit sees only the part of each along the radius, the normal matrix is n/3: rms
+// sqrt(3) x / sqrt(n). 300 runs of three components determine an rms to 1 / sqrt(1800) = 2.4 %; 8 % adds what
+// is of higher order in 1/n.
+TEST(PivotStudy, ARandomlyMovingTipOnAFullSphereIsTheClosedForm) {
+  SwingSettings settings;
+  settings.tip_rms = 1e-3;
+  const double expected = settings.tip_rms / std::sqrt(static_cast<double>(settings.poses));
+  EXPECT_NEAR(rms_error(settings, PivotMethod::algebraic, true, 300) / expected, 1.0, 0.08);
+  EXPECT_NEAR(rms_error(settings, PivotMethod::algebraic, false, 300) / expected, 1.0, 0.08);
+  EXPECT_NEAR(rms_error(settings, PivotMethod::sphere, true, 300) / expected, std::sqrt(3.0), 0.14);
+}
+
+TEST(PivotStudy, AQuarterOfTheSphereIsHarder) {
+  SwingSettings settings;
+  settings.led_rms = 0.2e-3;
+  const double full = rms_error(settings, PivotMethod::sphere, true, 40);
+  settings.coverage = Coverage::quarter_sphere;
+  EXPECT_GT(rms_error(settings, PivotMethod::sphere, true, 40), 2.0 * full);
+}
+
+// A displacement along the stylus is the same in the marker's frame in every pose: its mean goes into the
+// tip.
+TEST(PivotStudy, ADraggedTipIsOffByTheMeanPullUnlessTheArmsReadingIsUsed) {
+  SwingSettings settings;
+  settings.coverage = Coverage::quarter_sphere;
+  settings.motion = TipMotion::dragged;
+  settings.tip_rms = 1e-3;
+  const double mean_pull = settings.tip_rms / std::sqrt(13.0 / 12.0);
+  EXPECT_NEAR(rms_error(settings, PivotMethod::algebraic, false, 40), mean_pull, 0.1 * mean_pull);
+  EXPECT_LT(rms_error(settings, PivotMethod::algebraic, false, 40, true), 0.1 * mean_pull);
+}
+
+// The pivot is then the mean place of the tip, not the place it is held at.
+TEST(PivotStudy, WithTheArmsReadingTheCentreIsTheMeanPlaceOfTheTip) {
+  SwingSettings settings;
+  settings.coverage = Coverage::quarter_sphere;
+  settings.motion = TipMotion::dragged;
+  settings.tip_rms = 2e-3;
+  const auto swung = swing(sim::reference_world(), settings, 1);
+  PivotCalibrationOptions options;
+  options.with_motion = true;
+  const auto estimate = calibrate_pivot(swung.poses, options);
+  ASSERT_TRUE(estimate) << estimate.error().message;
+  EXPECT_GT(swung.mean_place.norm(), 1e-3);
+  EXPECT_LT((estimate->value.segments[0].pivot - swung.mean_place).norm(), 0.1e-3);
+}
+
+TEST(PivotStudy, LedErrorsHaveTheSizeTheyAreSaidToHave) {
+  // A marker's place is the mean of six LEDs where the errors are white: rms x / sqrt(6).
+  SwingSettings exact, noisy;
+  noisy.led_rms = 0.5e-3;
+  double sum = 0.0;
+  const auto& world = sim::reference_world();
+  Vector3 middle = Vector3::Zero();
+  for (const auto& led : world.tip_marker.leds)
+    middle += led / static_cast<double>(world.tip_marker.leds.size());
+  constexpr int kRuns = 20;
+  for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
+    const auto a = swing(world, exact, seed).poses, b = swing(world, noisy, seed).poses;
+    for (std::size_t i = 0; i < a.size(); ++i)
+      sum += (b[i].rotation * middle + b[i].translation - a[i].rotation * middle - a[i].translation)
+                 .squaredNorm() /
+             static_cast<double>(a.size() * kRuns);
+  }
+  EXPECT_NEAR(std::sqrt(sum), noisy.led_rms / std::sqrt(6.0), 0.04 * noisy.led_rms / std::sqrt(6.0));
+}
+
+TEST(PivotStudy, WithoutNoiseThereIsNoErrorAndMoreNoiseMeansMore) {
+  StudyOptions options;
+  options.runs = 4;
+  const auto study = study_marker_noise(options);
+  ASSERT_TRUE(study) << study.error().message;
+  for (const auto& curve : study->curves) {
+    EXPECT_LT(curve.points.front().y.mean, 1e-6) << curve.figure << curve.label;
+    EXPECT_GT(curve.points.back().y.mean, curve.points[2].y.mean) << curve.figure << curve.label;
+    EXPECT_EQ(curve.points.back().y.runs, 4);
+  }
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,92 @@
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include "palpate/calibration/absolute_orientation.h"
+#include "palpate/core/units.h"
+#include "palpate/geometry/random_vector.h"
+#include "palpate/sim/smooth_field.h"
+#include "palpate/studies/pivot_study.h"
+
+namespace palpate {
+namespace {
+
+const double kCapAngle = radians_from_degrees(60.0);  // a cap of a quarter of the sphere's area
+const double kRoll = radians_from_degrees(60.0);
+constexpr double kArmGainError = 0.01, kArmNoise = 0.03e-3;  // m, per axis
+
+Quaternion any_orientation(Random& random) {
+  for (;;) {
+    const Eigen::Vector4d q(random.normal(), random.normal(), random.normal(), random.normal());
+    if (q.norm() > 1e-3) return Quaternion(q[0], q[1], q[2], q[3]).normalized();
+  }
+}
+
+// The marker's direction from the tip within the cap about +z.
+Quaternion in_cap(const Vector3& towards_marker, Random& random) {
+  const double tilt = std::acos(random.uniform(std::cos(kCapAngle), 1.0));
+  const double around = random.uniform(0.0, 2.0 * std::numbers::pi), roll = random.uniform(-kRoll, kRoll);
+  const Quaternion upright = Quaternion::FromTwoVectors(towards_marker, Vector3::UnitZ());
+  const Vector3 axis(std::cos(around), std::sin(around), 0.0);
+  return (Quaternion(Eigen::AngleAxisd(tilt, axis)) * Quaternion(Eigen::AngleAxisd(roll, Vector3::UnitZ())) *
+          upright)
+      .normalized();
+}
+
+}  // namespace
+
+double bias_share_of(const sim::WorldFile& world) {
+  const double white = std::pow(world.tracker.white_rms, 2), bias = std::pow(world.tracker.bias_rms, 2);
+  return white + bias > 0.0 ? bias / (white + bias) : 0.0;
+}
+
+Swing swing(const sim::WorldFile& world, const SwingSettings& settings, std::uint64_t seed) {
+  Random poses(seed, "study/swing"), noise(seed, "study/led-noise"), motion(seed, "study/tip-motion"),
+      arm(seed, "study/arm-reading");
+  const Vector3 tip = world.tip_marker.tip;
+  const Vector3 towards_marker = -tip.normalized();
+  const double white = settings.led_rms * std::sqrt((1.0 - settings.bias_share) / 3.0);
+  const double bias = settings.led_rms * std::sqrt(settings.bias_share / 3.0);
+  std::vector<sim::SmoothField> field;
+  if (bias > 0.0)
+    for (const char* purpose : {"study/bias-x", "study/bias-y", "study/bias-z"})
+      field.emplace_back(seed, purpose, world.tracker.bias_correlation);
+  const Quaternion R_world_arm = any_orientation(arm);
+  Swing result;
+  for (int i = 0; i < settings.poses; ++i) {
+    PivotPose pose;
+    const Quaternion R =
+        settings.coverage == Coverage::full_sphere ? any_orientation(poses) : in_cap(towards_marker, poses);
+    Vector3 displacement;
+    if (settings.motion == TipMotion::random) {
+      displacement = normal3(motion, settings.tip_rms / std::sqrt(3.0));
+    } else {
+      // A pull of 0.5 to 1.5 of its mean; sqrt(13/12) is the rms of that factor.
+      displacement =
+          R * towards_marker * (motion.uniform(0.5, 1.5) * settings.tip_rms / std::sqrt(13.0 / 12.0));
+    }
+    const Vector3 origin = displacement - R * tip;
+    if (settings.led_rms > 0.0) {
+      std::vector<Vector3> seen;
+      for (const auto& led : world.tip_marker.leds) {
+        const Vector3 place = R * led + origin;
+        Vector3 error = normal3(noise, white);
+        for (std::size_t axis = 0; axis < field.size(); ++axis)
+          error[static_cast<Eigen::Index>(axis)] += bias * field[axis].at(place);
+        seen.push_back(place + error);
+      }
+      const auto fit = fit_rigid(world.tip_marker.leds, seen);
+      pose.rotation = Quaternion(fit.rotation).normalized();
+      pose.translation = fit.translation;
+    } else {
+      pose.rotation = R;
+      pose.translation = origin;
+    }
+    pose.motion = R_world_arm.conjugate() * ((1.0 + kArmGainError) * displacement) + normal3(arm, kArmNoise);
+    result.poses.push_back(pose);
+    result.mean_place += displacement / static_cast<double>(settings.poses);
+  }
+  return result;
+}
+
+}  // namespace palpate
