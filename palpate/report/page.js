@@ -59,13 +59,14 @@
       const colour = css(level.tone);
       const log = level.upright ? plot.logx : plot.logy;
       const line = { type: 'line', line: { color: colour, width: 1.4, dash: 'dot' } };
+      if (level.to !== level.at) Object.assign(line, { type: 'rect', fillcolor: faded(colour, 0.12), layer: 'below' });
       const note = { text: level.label, showarrow: false, font: { size: 11.5, color: colour } };
       if (level.upright) {
-        l.shapes.push({ ...line, x0: level.at, x1: level.at, yref: 'paper', y0: 0, y1: 1 });
-        l.annotations.push({ ...note, x: log ? Math.log10(level.at) : level.at, yref: 'paper', y: 1, xanchor: 'center', yanchor: 'bottom' });
+        l.shapes.push({ ...line, x0: level.at, x1: level.to, yref: 'paper', y0: 0, y1: 1 });
+        l.annotations.push({ ...note, x: log ? Math.log10(level.at * level.to) / 2 : (level.at + level.to) / 2, yref: 'paper', y: 1, xanchor: 'center', yanchor: 'bottom' });
       } else {
-        l.shapes.push({ ...line, y0: level.at, y1: level.at, xref: 'paper', x0: 0, x1: 1 });
-        l.annotations.push({ ...note, y: log ? Math.log10(level.at) : level.at, xref: 'paper', x: 1, xanchor: 'right', yanchor: 'bottom' });
+        l.shapes.push({ ...line, y0: level.at, y1: level.to, xref: 'paper', x0: 0, x1: 1 });
+        l.annotations.push({ ...note, y: log ? Math.log10(level.to) : level.to, xref: 'paper', x: 1, xanchor: 'right', yanchor: 'bottom' });
       }
     }
     return l;

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -33,7 +34,8 @@ struct Level {  // a straight line across the plot: a bar to reach, a paper's fi
   double at = 0.0;
   std::string label;
   Tone tone = Tone::muted;
-  bool upright = false;  // at an x instead of a y
+  bool upright = false;      // at an x instead of a y
+  std::optional<double> to;  // a band from `at` to there
 };
 
 struct Plot {

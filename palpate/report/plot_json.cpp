@@ -106,8 +106,9 @@ std::string plot_json(const Plot& plot) {
   out += "],\"levels\":[";
   for (std::size_t i = 0; i < plot.levels.size(); ++i) {
     const Level& level = plot.levels[i];
-    out += fmt::format("{}{{\"at\":{:.6g},\"label\":{},\"tone\":\"{}\",\"upright\":{}}}", i ? "," : "",
-                       level.at, text(level.label), name_of(level.tone), yes(level.upright));
+    out += fmt::format("{}{{\"at\":{:.6g},\"to\":{:.6g},\"label\":{},\"tone\":\"{}\",\"upright\":{}}}",
+                       i ? "," : "", level.at, level.to.value_or(level.at), text(level.label),
+                       name_of(level.tone), yes(level.upright));
   }
   out += "]";
   if (plot.y_range[0] != plot.y_range[1])

@@ -134,12 +134,15 @@ TEST(PlotJson, IsJsonWithEverythingInIt) {
   Plot plot{.title = "a \"b\"",
             .series = {{.name = "s", .x = {1, 2}, .y = {3, NAN}, .mark = Mark::bars, .labels = {"p", "q"}}}};
   plot.levels.push_back({.at = 0.3, .label = "bar", .upright = true});
+  plot.levels.push_back({.at = 1.0, .label = "band", .to = 2.0});
   plot.y_range = {0, 5};
   const Json parsed = Json::parse(plot_json(plot));
   EXPECT_EQ(parsed["title"], "a \"b\"");
   EXPECT_EQ(parsed["series"][0]["x"], (Json{"p", "q"}));
   EXPECT_TRUE(parsed["series"][0]["y"][1].is_null());
   EXPECT_EQ(parsed["levels"][0]["at"], 0.3);
+  EXPECT_EQ(parsed["levels"][0]["to"], 0.3);
+  EXPECT_EQ(parsed["levels"][1]["to"], 2.0);
   EXPECT_EQ(parsed["yrange"], (Json{0, 5}));
 }
 

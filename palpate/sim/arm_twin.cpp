@@ -11,15 +11,14 @@ namespace {
 
 constexpr double kUpdateInterval = 0.001;  // s, of joint angles, motor torques and stops
 constexpr double kStopMargin = 0.05;       // rad beyond the stated range
-constexpr double kFoldLimit = 1.45;        // rad, largest t2 - t3: the singular line is at pi/2
 constexpr double kStopStiffness = 2000.0;  // N/m at the tip
 constexpr double kFrictionSpeed = 0.002;   // m/s at which dry friction has taken its full size
+
+}  // namespace
 
 double quantised(double value, double quantum) {
   return quantum > 0.0 ? quantum * std::round(value / quantum) : value;
 }
-
-}  // namespace
 
 ArmTwin::ArmTwin(const WorldFile& world, const Truth& truth)
     : lengths_(truth.lengths),

@@ -16,9 +16,13 @@
 
 namespace palpate::sim {
 
+// To the nearest whole step, as an encoder reads; exact where the step is 0.
+double quantised(double value, double quantum);
+
 class ArmTwin {
  public:
-  static constexpr double kTurnRate = 30.0;  // rad/s, natural frequency of the wrist turning the stylus
+  static constexpr double kTurnRate = 30.0;   // rad/s, natural frequency of the wrist turning the stylus
+  static constexpr double kFoldLimit = 1.45;  // rad, largest t2 - t3: the singular line is at pi/2
 
   ArmTwin(const WorldFile& world, const Truth& truth);
 

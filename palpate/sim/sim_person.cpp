@@ -4,23 +4,19 @@
 #include <cmath>
 #include <numbers>
 
-#include "palpate/core/units.h"
+#include "palpate/sim/stylus_habits.h"
 #include "palpate/sim/wave.h"
 
 namespace palpate::sim {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kReachTime = 0.5;                // s from one held pose to the next
-constexpr double kSettleTime = 0.3;               // s until a held pose stands still
-constexpr double kTouchTime = 0.6;                // s to bring the pointer to the next place
-constexpr double kBringTime = 0.8;                // s to bring the stylus where it will be swung
-constexpr double kSwingDelay = 0.3;               // s between being there and beginning to swing
-constexpr double kSureAngle = 0.9;                // of the largest angle at which LEDs are seen
-const double kCone = radians_from_degrees(40.0);  // tilt of a marker away from the tracker
-const double kRollSwing = radians_from_degrees(60.0);
-const double kGimbalLimit = radians_from_degrees(75.0);  // second gimbal angle a person uses
-constexpr double kAlongStylus = 0.85, kDownwards = 0.5;  // how a swinging hand's pull splits
+constexpr double kReachTime = 0.5;   // s from one held pose to the next
+constexpr double kSettleTime = 0.3;  // s until a held pose stands still
+constexpr double kTouchTime = 0.6;   // s to bring the pointer to the next place
+constexpr double kBringTime = 0.8;   // s to bring the stylus where it will be swung
+constexpr double kSwingDelay = 0.3;  // s between being there and beginning to swing
+constexpr double kSureAngle = 0.9;   // of the largest angle at which LEDs are seen
 
 // 0 to 1 with zero speed and acceleration at both ends, and its derivative.
 double smooth(double s) { return s * s * s * (10.0 - 15.0 * s + 6.0 * s * s); }
@@ -35,7 +31,7 @@ SimPerson::SimPerson(const WorldFile& world, const Truth& truth, std::uint64_t s
       arm_(arm),
       hand_(hand),
       head_(world, (truth.X_world_board * Point<Board>{{0.100, 0.0625, 0.0}}).m),
-      tracker_((world.tracker.cameras[0] + world.tracker.cameras[1] + world.tracker.cameras[2]) / 3.0),
+      tracker_(middle_of_tracker(world)),
       X_base_world_(truth.X_world_base.inverse()),
       poses_(seed, "person/arm-poses"),
       touches_(seed, "person/touches"),
@@ -45,31 +41,8 @@ SimPerson::SimPerson(const WorldFile& world, const Truth& truth, std::uint64_t s
 
 Vector3 SimPerson::hand_joints() const { return arm_.theta_of(arm_.state()); }
 
-Vector3 SimPerson::random_joints() {
-  for (int attempt = 0; attempt < 10000; ++attempt) {
-    Vector3 theta;
-    for (int i = 0; i < 3; ++i) {
-      const auto& [low, high] = world_.arm.joint_range[static_cast<std::size_t>(i)];
-      theta[i] = poses_.uniform(low, high);
-    }
-    if (arm_.within_range(theta)) return theta;
-  }
-  return hand_joints();
-}
-
-Quaternion SimPerson::facing(const Vector3& normal, const Vector3& place) const {
-  return Quaternion::FromTwoVectors(normal, (tracker_ - place).normalized());
-}
-
-Quaternion SimPerson::random_marker_orientation(const Vector3& place) {
-  const Vector3 towards = (tracker_ - place).normalized();
-  // Uniform over the cap around the direction to the tracker, any roll.
-  const double cos_tilt = poses_.uniform(std::cos(kCone), 1.0), around = poses_.uniform(0.0, 2.0 * kPi);
-  const Vector3 side = towards.unitOrthogonal();
-  const Vector3 axis = std::cos(around) * side + std::sin(around) * towards.cross(side);
-  const Quaternion tilt(Eigen::AngleAxisd(std::acos(cos_tilt), axis));
-  const Quaternion roll(Eigen::AngleAxisd(poses_.uniform(-kPi, kPi), towards));
-  return (tilt * roll * facing(tip_marker_normal(), place)).normalized();
+Quaternion SimPerson::facing_tracker(const Vector3& normal, const Vector3& place) const {
+  return facing(normal, (tracker_ - place).normalized());
 }
 
 Quaternion SimPerson::swung(const Quaternion& neutral, const Vector3& place, double t, double cone,
@@ -162,22 +135,21 @@ Expected<void> SimPerson::ask(const Request& request) {
   switch (request.gesture) {
     case Gesture::next_pose: {
       for (int attempt = 0; attempt < 1000; ++attempt) {
-        path_ = {hand_joints(), random_joints(), t, kReachTime};
+        path_ = {hand_joints(), random_joints(world_, poses_).value_or(hand_joints()), t, kReachTime};
         const Vector3 tip = (truth_.X_world_base * phantom_tip(path_.to, truth_.lengths)).m;
-        held_orientation_ = random_marker_orientation(tip) * truth_.X_tip_marker.rotation.conjugate();
+        const Quaternion marker =
+            random_orientation(tip_marker_normal(), (tracker_ - tip).normalized(), kAnyRoll, poses_);
+        held_orientation_ = marker * truth_.X_tip_marker.rotation.conjugate();
         const Vector3 gimbal = phantom_gimbal(path_.to, X_base_world_.rotation * held_orientation_);
-        if (std::abs(gimbal[1]) < kGimbalLimit) break;
+        if (std::abs(gimbal[1]) < kGimbalReach) break;
       }
       break;
     }
     case Gesture::swing_stylus: {
-      Vector3 middle;
-      for (int i = 0; i < 3; ++i)
-        middle[i] = 0.5 * (world_.arm.joint_range[static_cast<std::size_t>(i)][0] +
-                           world_.arm.joint_range[static_cast<std::size_t>(i)][1]);
+      const Vector3 middle = middle_joints(world_);
       path_ = {hand_joints(), middle, t, kBringTime};
       const Vector3 tip = (truth_.X_world_base * phantom_tip(middle, truth_.lengths)).m;
-      neutral_ = facing(tip_marker_normal(), tip);
+      neutral_ = facing_tracker(tip_marker_normal(), tip);
       held_orientation_ = neutral_ * truth_.X_tip_marker.rotation.conjugate();
       break;
     }
@@ -190,7 +162,7 @@ Expected<void> SimPerson::ask(const Request& request) {
     case Gesture::swing_pointer: {
       const Vector3 across = truth_.table[1] - truth_.table[0], along = truth_.table[3] - truth_.table[0];
       const Vector3 divot = truth_.table[0] + 0.75 * across + 0.5 * along;
-      pointer_to_ = PointerPlace{divot, facing(pointer_normal(), divot)};
+      pointer_to_ = PointerPlace{divot, facing_tracker(pointer_normal(), divot)};
       pointer_from_ = pointer_to_;
       break;
     }
@@ -270,13 +242,11 @@ void SimPerson::update(double t) {
       }
       if (hand_.grip() != Grip::swing) hand_.take(Grip::swing, arm_.state().tip, arm_.state().velocity);
       const Vector3 tip = arm_.state().tip;
-      const Quaternion marker = swung(neutral_, tip, swing, kCone, kRollSwing);
+      const Quaternion marker = swung(neutral_, tip, swing, kMarkerTilt, kSwingRoll);
       hand_.set_target(tip, Vector3::Zero(), marker * truth_.X_tip_marker.rotation.conjugate());
       const auto& [low, high] = world_.hand.pull;
       const double size = low + (high - low) * 0.5 * (1.0 + wave(0.37, t, phase_[3]));
-      const Vector3 direction =
-          kAlongStylus * (arm_.state().orientation * Vector3::UnitZ()) - kDownwards * Vector3::UnitY();
-      hand_.set_pull(std::min(1.0, since) * size * direction.normalized());
+      hand_.set_pull(std::min(1.0, since) * size * pull_direction(arm_.state().orientation));
       break;
     }
     case Gesture::wander: {
@@ -287,7 +257,8 @@ void SimPerson::update(double t) {
         return Vector3(arm_.within_reach((truth_.X_world_base * phantom_tip(theta, truth_.lengths)).m));
       };
       const Vector3 tip = place(t), velocity = (place(t + step) - tip) / step;
-      const Quaternion marker = swung(facing(tip_marker_normal(), tip), tip, since, kCone, kRollSwing);
+      const Quaternion marker =
+          swung(facing_tracker(tip_marker_normal(), tip), tip, since, kMarkerTilt, kSwingRoll);
       lead(tip, velocity, marker * truth_.X_tip_marker.rotation.conjugate());
       break;
     }
@@ -308,7 +279,7 @@ std::optional<Pose<World, Pointer>> SimPerson::pointer(double t) const {
     place.tip = pointer_from_->tip + s * (pointer_to_->tip - pointer_from_->tip);
     place.rotation = pointer_from_->rotation.slerp(s, pointer_to_->rotation);
   } else {
-    place.rotation = swung(place.rotation, place.tip, std::max(0.0, since - 0.5), kCone, kRollSwing);
+    place.rotation = swung(place.rotation, place.tip, std::max(0.0, since - 0.5), kMarkerTilt, kSwingRoll);
   }
   return Pose<World, Pointer>{place.rotation, place.tip - place.rotation * truth_.pointer_tip};
 }

@@ -41,9 +41,7 @@ class SimPerson : public Person {
   void follow_path(const JointPath& path, double t, const Quaternion& orientation);
   void lead(const Vector3& tip, const Vector3& velocity, const Quaternion& orientation);
   Vector3 hand_joints() const;
-  Vector3 random_joints();
-  Quaternion facing(const Vector3& normal, const Vector3& place) const;
-  Quaternion random_marker_orientation(const Vector3& place);
+  Quaternion facing_tracker(const Vector3& normal, const Vector3& place) const;
   // A wide swing about the direction to the tracker: tilt up to `cone`, roll up to `roll`, rad.
   Quaternion swung(const Quaternion& neutral, const Vector3& place, double t, double cone, double roll) const;
   Expected<void> begin_touch(const Request& request);
