@@ -7,7 +7,7 @@
 
 #include "palpate/core/csv.h"
 #include "palpate/core/units.h"
-#include "palpate/studies/arm_laboratory.h"
+#include "palpate/studies/arm_methods.h"
 #include "palpate/studies/study.h"
 
 namespace palpate {
@@ -75,13 +75,10 @@ Json json_of(const Clouds& clouds) {
 Expected<StudyResult> study_clouds(const StudyOptions& options) {
   const auto laboratory = record_laboratory(options.world, repeat_seed(options.seed, "study/clouds", 0));
   if (!laboratory) return tl::unexpected(laboratory.error());
-  ArmOptions arm;
-  arm.free.lengths = false;
-  arm.tip = laboratory->pivot_tip;
   const auto model = nominal_model(options.world);
-  const auto nominal = uncorrected_arm(laboratory->samples, model, arm);
+  const auto nominal = solve_as(kUncorrected, laboratory->samples, model, laboratory->pivot_tip);
   if (!nominal) return tl::unexpected(nominal.error());
-  const auto joint = calibrate_arm(laboratory->samples, model, arm);
+  const auto joint = solve_as(kJoint, laboratory->samples, model, laboratory->pivot_tip);
   if (!joint) return tl::unexpected(joint.error());
   const Clouds before = clouds_of(nominal->value, laboratory->samples);
   const Clouds after = clouds_of(joint->value, laboratory->samples);
@@ -99,7 +96,7 @@ Expected<StudyResult> study_clouds(const StudyOptions& options) {
       for (const double m : (*cloud)[i]) row.push_back(mm_from_metres(m));
     csv.row(row);
   }
-  study.files.emplace_back("clouds-points.csv", csv.content());
+  study.files.emplace_back("clouds.csv", csv.content());
   study.lines.push_back(
       fmt::format("clouds: mean distance {:.3f} -> {:.3f} mm, radial part {:.3f} -> {:.3f} mm sd",
                   mm_from_metres(before.mean), mm_from_metres(after.mean), mm_from_metres(before.radial_sd),
@@ -108,7 +105,8 @@ Expected<StudyResult> study_clouds(const StudyOptions& options) {
     page.section("The two clouds (Figures 11, 12)", "clouds");
     page.paragraph(
         "The tracker's points and the arm's, in the arm's frame, as in the paper: before with the best rigid "
-        "transformation alone, after with the calibration. Turn them; the differences are drawn twenty times "
+        "transformation alone, after with the calibration. Turn them with the mouse; the differences are "
+        "drawn twenty times "
         "as long "
         "as they are.");
     constexpr double kMagnified = 20.0;

@@ -54,20 +54,23 @@ struct Errors {
   double centre_mm = kNoValue, tip_mm = kNoValue;
 };
 
+using Levels = std::vector<std::pair<double, SwingErrors>>;  // what the axis shows, and what it means
+
 // Errors of each method at each level of each setting, for one run.
-template <typename Settings, typename Methods, typename Levels>
+template <typename Settings, typename Methods>
 std::vector<Errors> try_methods(const StudyOptions& options, const Settings& settings, const Methods& methods,
                                 const Levels& levels, std::string_view purpose, std::size_t run) {
   std::vector<Errors> errors;
   for (std::size_t s = 0; s < settings.size(); ++s) {
+    SwingSettings swing_settings;
+    swing_settings.coverage = settings[s].coverage;
+    swing_settings.motion = settings[s].motion;
+    swing_settings.bias_share = settings[s].biased ? bias_share_of(options.world) : 0.0;
     // Every level sees the same poses and the same chance, larger or smaller.
-    const auto seed = repeat_seed(options.seed, purpose, run * settings.size() + s);
-    for (std::size_t level = 0; level < levels.size(); ++level) {
-      SwingSettings swing_settings = levels[level].second;
-      swing_settings.coverage = settings[s].coverage;
-      swing_settings.motion = settings[s].motion;
-      if (!settings[s].biased) swing_settings.bias_share = 0.0;
-      const auto swung = swing(options.world, swing_settings, seed);
+    const SwingDraw draw(options.world, swing_settings,
+                         repeat_seed(options.seed, purpose, run * settings.size() + s));
+    for (const auto& level : levels) {
+      const auto swung = draw.with(level.second);
       for (const auto& method : methods) {
         PivotCalibrationOptions pivot;
         pivot.method = method.method;
@@ -88,7 +91,7 @@ std::vector<Errors> try_methods(const StudyOptions& options, const Settings& set
   return errors;
 }
 
-template <typename Settings, typename Methods, typename Levels>
+template <typename Settings, typename Methods>
 std::vector<Curve> pivot_curves(const StudyOptions& options, const Settings& settings, const Methods& methods,
                                 const Levels& levels, std::string_view purpose, const std::string& x_name) {
   std::vector<std::vector<Errors>> slots(static_cast<std::size_t>(options.runs));
@@ -155,26 +158,16 @@ void add_level(StudyResult& study, const Settings& settings, const Methods& meth
   }
 }
 
-std::vector<std::pair<double, SwingSettings>> marker_levels(const StudyOptions& options) {
-  std::vector<std::pair<double, SwingSettings>> levels;
-  for (int i = 0; i <= 10; ++i) {
-    SwingSettings swing_settings;
-    swing_settings.led_rms = metres_from_mm(0.1 * i);
-    swing_settings.bias_share = bias_share_of(options.world);
-    levels.emplace_back(0.1 * i, swing_settings);
-  }
+Levels marker_levels() {
+  Levels levels;
+  for (int i = 0; i <= 10; ++i) levels.push_back({0.1 * i, {metres_from_mm(0.1 * i), 0.0}});
   return levels;
 }
 
-std::vector<std::pair<double, SwingSettings>> tip_levels(const StudyOptions& options) {
-  std::vector<std::pair<double, SwingSettings>> levels;
-  for (int i = 0; i <= 6; ++i) {
-    SwingSettings swing_settings;
-    swing_settings.led_rms = metres_from_mm(paper::kTrackerRms_mm);
-    swing_settings.bias_share = bias_share_of(options.world);
-    swing_settings.tip_rms = metres_from_mm(0.5 * i);
-    levels.emplace_back(0.5 * i, swing_settings);
-  }
+Levels tip_levels() {
+  Levels levels;
+  for (int i = 0; i <= 6; ++i)
+    levels.push_back({0.5 * i, {metres_from_mm(paper::kTrackerRms_mm), metres_from_mm(0.5 * i)}});
   return levels;
 }
 
@@ -183,8 +176,8 @@ std::vector<std::pair<double, SwingSettings>> tip_levels(const StudyOptions& opt
 Expected<StudyResult> study_marker_noise(const StudyOptions& options) {
   StudyResult study;
   study.name = "marker-noise";
-  study.curves = pivot_curves(options, kMarkerSettings, kStill, marker_levels(options), "study/marker-noise",
-                              "led_rms_mm");
+  study.curves =
+      pivot_curves(options, kMarkerSettings, kStill, marker_levels(), "study/marker-noise", "led_rms_mm");
   study.values["paper"] = {{"full_sphere_centre_below_mm", paper::kFullSphere_mm},
                            {"quarter_sphere_centre_up_to_mm", paper::kQuarterSphere_mm},
                            {"at_tracker_rms_mm", paper::kTrackerRms_mm},
@@ -206,19 +199,29 @@ Expected<StudyResult> study_marker_noise(const StudyOptions& options) {
         auto plot = plot_of(curves, kStill, what, setting.name,
                             fmt::format("Figure 4: {}, {}", what, setting.title), "error of one LED, mm rms");
         plot.levels.push_back(
-            {.at = paper::kTrackerRms_mm, .label = "the tracker's 0.2 mm", .upright = true});
+            {.at = paper::kTrackerRms_mm, .label = "the tracker's 0.2 mm (paper, 3)", .upright = true});
         if (what == std::string_view("centre")) {
           const bool full = setting.coverage == Coverage::full_sphere;
-          plot.levels.push_back(
-              {.at = full ? paper::kFullSphere_mm : paper::kQuarterSphere_mm,
-               .label = full ? "paper at 0.2 mm: below 0.05" : "paper at 0.2 mm: up to 0.2"});
+          plot.levels.push_back({.at = full ? paper::kFullSphere_mm : paper::kQuarterSphere_mm,
+                                 .label = full ? "paper, 4.2.2: below 0.05 mm at 0.2 mm"
+                                               : "paper, 4.2.2: up to 0.2 mm at 0.2 mm"});
         }
         plots.push_back(plot);
       }
       page.plots(plots);
     }
+    std::vector<report::Figure> figures;
+    for (const auto& setting : kMarkerSettings) {
+      const bool full = setting.coverage == Coverage::full_sphere;
+      const auto& curve = curve_named(curves, figure_of("centre", setting.name), kStill[0].label);
+      figures.push_back({fmt::format("Sphere fit, {}, LEDs 0.2 mm: centre", setting.title),
+                         fmt::format("{:.3f} mm", mean_at(curve, paper::kTrackerRms_mm)),
+                         full ? "the paper: below 0.05 mm (4.2.2)" : "the paper: up to 0.2 mm (4.2.2)",
+                         report::Verdict::none});
+    }
+    page.figures(figures);
     page.aside(
-        "The paper's values: section 4.2.2. Quarter sphere: a cap of a quarter of the area, rolled by up to "
+        "Quarter sphere: a cap of a quarter of the area, rolled by up to "
         "60 degrees; "
         "100 poses each. A smooth bias moves all places near one another alike, so it does not average out "
         "and sets "
@@ -230,8 +233,7 @@ Expected<StudyResult> study_marker_noise(const StudyOptions& options) {
 Expected<StudyResult> study_tip_noise(const StudyOptions& options) {
   StudyResult study;
   study.name = "tip-noise";
-  study.curves =
-      pivot_curves(options, kTipSettings, kMoving, tip_levels(options), "study/tip-noise", "tip_rms_mm");
+  study.curves = pivot_curves(options, kTipSettings, kMoving, tip_levels(), "study/tip-noise", "tip_rms_mm");
   study.values["paper"] = {{"tip_moves_mm", {paper::kTipMotionLow_mm, paper::kTipMotionHigh_mm}},
                            {"global_error_below_mm", paper::kPivotGlobal_mm},
                            {"source", "section 4.2.2, Figure 5"}};
@@ -253,14 +255,27 @@ Expected<StudyResult> study_tip_noise(const StudyOptions& options) {
         auto plot =
             plot_of(curves, kMoving, what, setting.name, fmt::format("Figure 5: {}, {}", what, setting.title),
                     "motion of the tip, mm rms");
-        plot.levels.push_back({.at = paper::kPivotGlobal_mm, .label = "paper: below 1 mm"});
         plot.levels.push_back(
-            {.at = paper::kTipMotionHigh_mm, .label = "paper saw 1 to 2 mm", .upright = true});
+            {.at = paper::kPivotGlobal_mm, .label = "paper, 4.2.2: global error below 1 mm"});
+        plot.levels.push_back({.at = paper::kTipMotionLow_mm,
+                               .label = "paper, 4.2.2: the stylus moves 1 to 2 mm",
+                               .upright = true,
+                               .to = paper::kTipMotionHigh_mm});
         plots.push_back(plot);
       }
       page.plots(plots);
     }
-    page.aside("The paper's values: section 4.2.2. Error of one LED 0.2 mm rms throughout; 100 poses each.");
+    std::vector<report::Figure> figures;
+    for (const auto& setting : kTipSettings) {
+      const auto& curve = curve_named(curves, figure_of("centre", setting.name), kMoving[0].label);
+      const double still = mean_at(curve, 0.0), moving = mean_at(curve, paper::kTipMotionLow_mm);
+      figures.push_back(
+          {fmt::format("Sphere fit, {}: centre with 1 mm of motion, and without", setting.title),
+           fmt::format("{:.3f}, {:.3f} mm", moving, still), "the paper: the motion dominates (4.2.2)",
+           report::Verdict::none});
+    }
+    page.figures(figures);
+    page.aside("Error of one LED 0.2 mm rms throughout; 100 poses each.");
   };
   return study;
 }

@@ -10,16 +10,16 @@
 namespace palpate {
 namespace {
 
-double rms_error(const SwingSettings& settings, PivotMethod method, bool centre, int runs,
-                 bool with_motion = false) {
+double rms_error(const SwingSettings& settings, const SwingErrors& errors, PivotMethod method, bool centre,
+                 int runs, bool with_motion = false) {
   const auto& world = sim::reference_world();
   double sum = 0.0;
   for (int run = 0; run < runs; ++run) {
     PivotCalibrationOptions options;
     options.method = method;
     options.with_motion = with_motion;
-    const auto estimate =
-        calibrate_pivot(swing(world, settings, static_cast<std::uint64_t>(run)).poses, options);
+    const auto estimate = calibrate_pivot(
+        SwingDraw(world, settings, static_cast<std::uint64_t>(run)).with(errors).poses, options);
     if (!estimate) throw std::runtime_error(estimate.error().message);
     sum += centre ? estimate->value.segments[0].pivot.squaredNorm()
                   : (estimate->value.tip - world.tip_marker.tip).squaredNorm();
@@ -32,20 +32,20 @@ double rms_error(const SwingSettings& settings, PivotMethod method, bool centre,
 // sqrt(3) x / sqrt(n). 300 runs of three components determine an rms to 1 / sqrt(1800) = 2.4 %; 8 % adds what
 // is of higher order in 1/n.
 TEST(PivotStudy, ARandomlyMovingTipOnAFullSphereIsTheClosedForm) {
-  SwingSettings settings;
-  settings.tip_rms = 1e-3;
-  const double expected = settings.tip_rms / std::sqrt(static_cast<double>(settings.poses));
-  EXPECT_NEAR(rms_error(settings, PivotMethod::algebraic, true, 300) / expected, 1.0, 0.08);
-  EXPECT_NEAR(rms_error(settings, PivotMethod::algebraic, false, 300) / expected, 1.0, 0.08);
-  EXPECT_NEAR(rms_error(settings, PivotMethod::sphere, true, 300) / expected, std::sqrt(3.0), 0.14);
+  const SwingSettings settings;
+  const SwingErrors errors{0.0, 1e-3};
+  const double expected = errors.tip_rms / std::sqrt(static_cast<double>(settings.poses));
+  EXPECT_NEAR(rms_error(settings, errors, PivotMethod::algebraic, true, 300) / expected, 1.0, 0.08);
+  EXPECT_NEAR(rms_error(settings, errors, PivotMethod::algebraic, false, 300) / expected, 1.0, 0.08);
+  EXPECT_NEAR(rms_error(settings, errors, PivotMethod::sphere, true, 300) / expected, std::sqrt(3.0), 0.14);
 }
 
 TEST(PivotStudy, AQuarterOfTheSphereIsHarder) {
   SwingSettings settings;
-  settings.led_rms = 0.2e-3;
-  const double full = rms_error(settings, PivotMethod::sphere, true, 40);
+  const SwingErrors errors{0.2e-3, 0.0};
+  const double full = rms_error(settings, errors, PivotMethod::sphere, true, 40);
   settings.coverage = Coverage::quarter_sphere;
-  EXPECT_GT(rms_error(settings, PivotMethod::sphere, true, 40), 2.0 * full);
+  EXPECT_GT(rms_error(settings, errors, PivotMethod::sphere, true, 40), 2.0 * full);
 }
 
 // A displacement along the stylus is the same in the marker's frame in every pose: its mean goes into the
@@ -54,10 +54,10 @@ TEST(PivotStudy, ADraggedTipIsOffByTheMeanPullUnlessTheArmsReadingIsUsed) {
   SwingSettings settings;
   settings.coverage = Coverage::quarter_sphere;
   settings.motion = TipMotion::dragged;
-  settings.tip_rms = 1e-3;
-  const double mean_pull = settings.tip_rms / std::sqrt(13.0 / 12.0);
-  EXPECT_NEAR(rms_error(settings, PivotMethod::algebraic, false, 40), mean_pull, 0.1 * mean_pull);
-  EXPECT_LT(rms_error(settings, PivotMethod::algebraic, false, 40, true), 0.1 * mean_pull);
+  const SwingErrors errors{0.0, 1e-3};
+  const double mean_pull = errors.tip_rms / std::sqrt(13.0 / 12.0);
+  EXPECT_NEAR(rms_error(settings, errors, PivotMethod::algebraic, false, 40), mean_pull, 0.1 * mean_pull);
+  EXPECT_LT(rms_error(settings, errors, PivotMethod::algebraic, false, 40, true), 0.1 * mean_pull);
 }
 
 // The pivot is then the mean place of the tip, not the place it is held at.
@@ -65,8 +65,7 @@ TEST(PivotStudy, WithTheArmsReadingTheCentreIsTheMeanPlaceOfTheTip) {
   SwingSettings settings;
   settings.coverage = Coverage::quarter_sphere;
   settings.motion = TipMotion::dragged;
-  settings.tip_rms = 2e-3;
-  const auto swung = swing(sim::reference_world(), settings, 1);
+  const auto swung = SwingDraw(sim::reference_world(), settings, 1).with({0.0, 2e-3});
   PivotCalibrationOptions options;
   options.with_motion = true;
   const auto estimate = calibrate_pivot(swung.poses, options);
@@ -77,8 +76,7 @@ TEST(PivotStudy, WithTheArmsReadingTheCentreIsTheMeanPlaceOfTheTip) {
 
 TEST(PivotStudy, LedErrorsHaveTheSizeTheyAreSaidToHave) {
   // A marker's place is the mean of six LEDs where the errors are white: rms x / sqrt(6).
-  SwingSettings exact, noisy;
-  noisy.led_rms = 0.5e-3;
+  constexpr double kLedRms = 0.5e-3;
   double sum = 0.0;
   const auto& world = sim::reference_world();
   Vector3 middle = Vector3::Zero();
@@ -86,13 +84,14 @@ TEST(PivotStudy, LedErrorsHaveTheSizeTheyAreSaidToHave) {
     middle += led / static_cast<double>(world.tip_marker.leds.size());
   constexpr int kRuns = 20;
   for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
-    const auto a = swing(world, exact, seed).poses, b = swing(world, noisy, seed).poses;
+    const SwingDraw draw(world, {}, seed);
+    const auto a = draw.with({}).poses, b = draw.with({kLedRms, 0.0}).poses;
     for (std::size_t i = 0; i < a.size(); ++i)
       sum += (b[i].rotation * middle + b[i].translation - a[i].rotation * middle - a[i].translation)
                  .squaredNorm() /
              static_cast<double>(a.size() * kRuns);
   }
-  EXPECT_NEAR(std::sqrt(sum), noisy.led_rms / std::sqrt(6.0), 0.04 * noisy.led_rms / std::sqrt(6.0));
+  EXPECT_NEAR(std::sqrt(sum), kLedRms / std::sqrt(6.0), 0.04 * kLedRms / std::sqrt(6.0));
 }
 
 TEST(PivotStudy, WithoutNoiseThereIsNoErrorAndMoreNoiseMeansMore) {

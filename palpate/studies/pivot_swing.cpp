@@ -40,51 +40,60 @@ double bias_share_of(const sim::WorldFile& world) {
   return white + bias > 0.0 ? bias / (white + bias) : 0.0;
 }
 
-Swing swing(const sim::WorldFile& world, const SwingSettings& settings, std::uint64_t seed) {
+SwingDraw::SwingDraw(const sim::WorldFile& world, const SwingSettings& settings, std::uint64_t seed)
+    : model_(world.tip_marker.leds), tip_(world.tip_marker.tip) {
   Random poses(seed, "study/swing"), noise(seed, "study/led-noise"), motion(seed, "study/tip-motion"),
       arm(seed, "study/arm-reading");
-  const Vector3 tip = world.tip_marker.tip;
-  const Vector3 towards_marker = -tip.normalized();
-  const double white = settings.led_rms * std::sqrt((1.0 - settings.bias_share) / 3.0);
-  const double bias = settings.led_rms * std::sqrt(settings.bias_share / 3.0);
+  const Vector3 towards_marker = -tip_.normalized();
+  const double white = std::sqrt((1.0 - settings.bias_share) / 3.0);
+  const double bias = std::sqrt(settings.bias_share / 3.0);
   std::vector<sim::SmoothField> field;
   if (bias > 0.0)
     for (const char* purpose : {"study/bias-x", "study/bias-y", "study/bias-z"})
       field.emplace_back(seed, purpose, world.tracker.bias_correlation);
-  const Quaternion R_world_arm = any_orientation(arm);
-  Swing result;
+  R_world_arm_ = any_orientation(arm);
   for (int i = 0; i < settings.poses; ++i) {
-    PivotPose pose;
-    const Quaternion R =
+    Look look;
+    look.rotation =
         settings.coverage == Coverage::full_sphere ? any_orientation(poses) : in_cap(towards_marker, poses);
-    Vector3 displacement;
     if (settings.motion == TipMotion::random) {
-      displacement = normal3(motion, settings.tip_rms / std::sqrt(3.0));
+      look.shift = normal3(motion, 1.0 / std::sqrt(3.0));
     } else {
       // A pull of 0.5 to 1.5 of its mean; sqrt(13/12) is the rms of that factor.
-      displacement =
-          R * towards_marker * (motion.uniform(0.5, 1.5) * settings.tip_rms / std::sqrt(13.0 / 12.0));
+      look.shift = look.rotation * towards_marker * (motion.uniform(0.5, 1.5) / std::sqrt(13.0 / 12.0));
     }
-    const Vector3 origin = displacement - R * tip;
-    if (settings.led_rms > 0.0) {
-      std::vector<Vector3> seen;
-      for (const auto& led : world.tip_marker.leds) {
-        const Vector3 place = R * led + origin;
-        Vector3 error = normal3(noise, white);
-        for (std::size_t axis = 0; axis < field.size(); ++axis)
-          error[static_cast<Eigen::Index>(axis)] += bias * field[axis].at(place);
-        seen.push_back(place + error);
-      }
-      const auto fit = fit_rigid(world.tip_marker.leds, seen);
+    for (const auto& led : model_) {
+      const Vector3 place = look.rotation * (led - tip_);
+      Vector3 error = normal3(noise, white);
+      for (std::size_t axis = 0; axis < field.size(); ++axis)
+        error[static_cast<Eigen::Index>(axis)] += bias * field[axis].at(place);
+      look.leds.push_back(error);
+    }
+    look.arm_noise = normal3(arm, kArmNoise);
+    looks_.push_back(std::move(look));
+  }
+}
+
+Swing SwingDraw::with(const SwingErrors& errors) const {
+  Swing result;
+  std::vector<Vector3> seen(model_.size());
+  for (const auto& look : looks_) {
+    PivotPose pose;
+    const Vector3 displacement = errors.tip_rms * look.shift;
+    const Vector3 origin = displacement - look.rotation * tip_;
+    if (errors.led_rms > 0.0) {
+      for (std::size_t k = 0; k < seen.size(); ++k)
+        seen[k] = look.rotation * model_[k] + origin + errors.led_rms * look.leds[k];
+      const auto fit = fit_rigid(model_, seen);
       pose.rotation = Quaternion(fit.rotation).normalized();
       pose.translation = fit.translation;
     } else {
-      pose.rotation = R;
+      pose.rotation = look.rotation;
       pose.translation = origin;
     }
-    pose.motion = R_world_arm.conjugate() * ((1.0 + kArmGainError) * displacement) + normal3(arm, kArmNoise);
+    pose.motion = R_world_arm_.conjugate() * ((1.0 + kArmGainError) * displacement) + look.arm_noise;
     result.poses.push_back(pose);
-    result.mean_place += displacement / static_cast<double>(settings.poses);
+    result.mean_place += displacement / static_cast<double>(looks_.size());
   }
   return result;
 }

@@ -21,8 +21,6 @@ Expected<void> can_be_written(const std::filesystem::path& out) {
   return {};
 }
 
-Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
 }  // namespace
 
 Summary summary_of(const std::vector<double>& values) {
@@ -56,6 +54,12 @@ report::Series series_of(const Curve& curve, report::Tone tone, Drawn drawn) {
     series.y.push_back(drawn == Drawn::mean ? point.y.mean : drawn == Drawn::sd ? point.y.sd : point.y.rms);
   }
   return series;
+}
+
+Summary Curve::at(double x) const {
+  for (const auto& point : points)
+    if (std::abs(point.x - x) < 1e-9) return point.y;
+  throw std::invalid_argument(fmt::format("study: curve {} has no point at {}", label, x));
 }
 
 const Curve& curve_named(const std::vector<Curve>& curves, std::string_view figure, std::string_view label) {
@@ -140,8 +144,9 @@ Expected<std::vector<StudyResult>> run_studies(std::string_view name, const Stud
                       {"curves", curves_json(result->curves)}};
       if (auto done = write_json(out / (result->name + ".json"), json); !done)
         return tl::unexpected(done.error());
-      if (auto done = write_file(out / (result->name + ".csv"), curves_csv(result->curves)); !done)
-        return tl::unexpected(done.error());
+      if (!result->curves.empty())
+        if (auto done = write_file(out / (result->name + ".csv"), curves_csv(result->curves)); !done)
+          return tl::unexpected(done.error());
       for (const auto& [file, content] : result->files)
         if (auto done = write_file(out / file, content); !done) return tl::unexpected(done.error());
     }

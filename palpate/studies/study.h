@@ -6,6 +6,7 @@
 // haptics", sections 4.2 to 4.4.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -50,6 +51,8 @@ struct Curve {
   std::string label;   // the method
   std::string x_name, y_name;
   std::vector<CurvePoint> points;
+
+  Summary at(double x) const;  // wrong use (exception) where the curve has no point there
 };
 
 struct StudyResult {
@@ -83,6 +86,8 @@ report::Series series_of(const Curve& curve, report::Tone tone, Drawn drawn = Dr
 inline std::string figure_of(std::string_view what, std::string_view setting) {
   return fmt::format("{}, {}", what, setting);
 }
+inline double mean_at(const Curve& curve, double x) { return curve.at(x).mean; }
+inline Json number_or_null(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 const Curve& curve_named(const std::vector<Curve>& curves, std::string_view figure, std::string_view label);
 
 std::string curves_csv(const std::vector<Curve>& curves);
