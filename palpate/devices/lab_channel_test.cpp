@@ -82,8 +82,9 @@ TEST_F(LabChannel, CarriesEverySampleUnchanged) {
   EXPECT_GE(server->take_force()->age, Duration(0));
 
   LabTracker tracker(client);
-  TrackerSample sent{{Duration(-5)}, MarkerId::pointer, true, q(), v3(), {}, 5};
+  TrackerSample sent{{Duration(-5)}, MarkerId::pointer, true, q(), v3(), {}, {}, 5};
   for (int i = 0; i < 36; ++i) sent.covariance(i / 6, i % 6) = random.normal();
+  for (int i = 0; i < 9; ++i) sent.systematic(i / 3, i % 3) = random.normal();
   server->publish_tracker(sent);
   const auto samples = tracker.poll();
   ASSERT_EQ(samples.size(), 1u);
@@ -93,6 +94,7 @@ TEST_F(LabChannel, CarriesEverySampleUnchanged) {
   EXPECT_EQ(samples[0].rotation.coeffs(), sent.rotation.coeffs());
   EXPECT_EQ(samples[0].translation, sent.translation);
   EXPECT_EQ(samples[0].covariance, sent.covariance);
+  EXPECT_EQ(samples[0].systematic, sent.systematic);
   EXPECT_EQ(samples[0].leds, sent.leds);
   EXPECT_TRUE(tracker.poll().empty());
 
