@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "apps/palpate/command.h"
+#include "palpate/core/csv.h"
 #include "palpate/core/json.h"
 #include "palpate/core/units.h"
 #include "palpate/physics/flight.h"
