@@ -48,19 +48,28 @@ void add_calibrate_all(CLI::App& calibrate) {
     });
     Progress progress({{"calibrating", 25.0}});
     SessionHooks hooks;
-    hooks.progress = [&progress](std::size_t step, std::size_t steps, const std::string&) {
+    GuidanceState guidance;
+    hooks.progress = [&progress](std::size_t step, std::size_t steps, const std::string& name) {
       progress.begin(0);
+      progress.say(name);
       progress.update(static_cast<double>(step) / static_cast<double>(steps));
+    };
+    hooks.guidance = [&progress, &guidance](const GuidanceState& state, int of) {
+      guidance = state;
+      progress.say(fmt::format("arm: pose {} of {}, {}", state.poses, of, guidance_text(state)));
     };
     hooks.save = [&options](const Rig& so_far) { return write_rig(options->rig, so_far); };
     hooks.find_landmarks = landmark_finder();
     CalibrationPlan plan;
+    plan.reach = reach_of(file);
+    plan.guidance_seed = options->seed;
     plan.date = utc_now();
     auto done = calibrate_rig(laboratory_of(world), rig, plan, hooks);
     progress.finish();
     if (!done) return tl::unexpected(done.error());
     fmt::print("{}: complete; held-out error of the arm {:.3f} mm\n", options->rig,
                mm_from_metres(rig.arm->held_out_mean));
+    if (guidance.poses > 0) fmt::print("arm: {} guided poses, {}\n", guidance.poses, guidance_text(guidance));
     return {};
   });
 }

@@ -19,7 +19,7 @@ struct WorldOptions {
   double seconds = 0.0;
   std::uint64_t seed = 1;
   int points = 0;
-  bool continuous = false;
+  bool continuous = false, guided = false;
 };
 
 Expected<sim::WorldFile> world_from(const std::string& file) {
@@ -64,6 +64,8 @@ void add_world(CLI::App& program) {
           "Poses, images or touches (default: pivot 400, arm 140, hand-eye 600, camera 15, surface 4)")
       ->check(CLI::Range(1, 100000));
   sample->add_flag("--continuous", options->continuous, "arm: record while the stylus moves freely");
+  sample->add_flag("--guided", options->guided,
+                   "arm: show the person where the next pose helps the calibration most");
   sample->add_option("--out", options->out, "Folder for the files")->required();
   on(sample, [options]() -> Expected<void> {
     const auto file = world_from(options->file);
@@ -79,6 +81,10 @@ void add_world(CLI::App& program) {
                                                  : SampleKind::surface;
     if (request.continuous && request.kind != SampleKind::arm)
       return wrong_use("--continuous: goes with arm, not with {}", options->kind);
+    request.guided = options->guided;
+    if (request.guided && (request.kind != SampleKind::arm || request.continuous))
+      return wrong_use("--guided: goes with arm in held poses, not with {}",
+                       request.continuous ? "--continuous" : options->kind);
     return sample_world(*file, request, options->out);
   });
 

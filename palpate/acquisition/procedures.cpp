@@ -95,13 +95,23 @@ Expected<std::vector<TrackedPose>> record_pointer_pivot(Laboratory lab, int pose
 }
 
 Expected<std::vector<TrackedPose>> record_arm(Laboratory lab, int points) {
+  ArmRecordingOptions options;
+  options.points = points;
+  return record_arm(lab, options);
+}
+
+Expected<std::vector<TrackedPose>> record_arm(Laboratory lab, const ArmRecordingOptions& options) {
+  const int points = options.points;
   Recorder recorder(lab);
   recorder.tick();
   std::vector<TrackedPose> result;
   const int attempts = 3 * points + 10;
   for (int attempt = 0; attempt < attempts && static_cast<int>(result.size()) < points; ++attempt) {
-    if (const auto begun = begin(lab, recorder, {Gesture::next_pose, "", 0}, "arm pose"); !begun)
-      return tl::unexpected(begun.error());
+    Request request{Gesture::next_pose, "", 0};
+    if (options.next) request.target = options.next(result);
+    const auto begun = begin(lab, recorder, request, "arm pose");
+    if (!begun && request.target) continue;  // out of reach after all; another one is asked for
+    if (!begun) return tl::unexpected(begun.error());
     recorder.clear();
     const double still_since = recorder.now_s();
     std::optional<TrackedPose> frame;
@@ -114,7 +124,10 @@ Expected<std::vector<TrackedPose>> record_arm(Laboratory lab, int points) {
           if (!poses.empty() && poses.back().marker.stamp == sample.stamp) frame = poses.back();
         }
     }
-    if (frame) result.push_back(*frame);
+    if (frame) {
+      result.push_back(*frame);
+      if (options.kept) options.kept(result);
+    }
     if (attempt == 20 && result.empty()) break;  // hidden altogether
   }
   if (const auto rest = lab.person.ask({Gesture::rest, "", 0}); !rest) return tl::unexpected(rest.error());

@@ -26,6 +26,13 @@ Expected<std::vector<TrackedPose>> record_pivot(Laboratory lab, const PivotRecor
 Expected<std::vector<TrackedPose>> record_pointer_pivot(Laboratory lab, int poses, double seconds_long);
 
 // The stylus held still in `points` poses over the reach; one tracker frame each.
+struct ArmRecordingOptions {
+  int points = 140;
+  // Where to put the stylus next, given the poses so far; empty, or none: wherever the person likes.
+  std::function<std::optional<PoseTarget>(const std::vector<TrackedPose>&)> next;
+  std::function<void(const std::vector<TrackedPose>&)> kept;  // called after each pose with all of them
+};
+Expected<std::vector<TrackedPose>> record_arm(Laboratory lab, const ArmRecordingOptions& options);
 Expected<std::vector<TrackedPose>> record_arm(Laboratory lab, int points);
 
 // The stylus moved freely: arm and tracker streams, for the delay between them and for continuous

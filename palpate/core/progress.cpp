@@ -26,7 +26,13 @@ void Progress::begin(std::size_t phase) {
   for (std::size_t i = 0; i < phase && i < phases_.size(); ++i) before_ += phases_[i].expected_s;
   phase_ = std::min(phase, phases_.size() - 1);
   share_ = 0.0;
+  said_.clear();
   draw(true);
+}
+
+void Progress::say(std::string what) {
+  said_ = std::move(what);
+  draw(false);
 }
 
 void Progress::update(double share) {
@@ -51,7 +57,7 @@ void Progress::draw(bool force) {
   std::fprintf(stderr, "\r\x1b[K[%s%s] %3.0f %%  %s  (%s)",
                std::string(static_cast<std::size_t>(filled), '#').c_str(),
                std::string(static_cast<std::size_t>(width - filled), '.').c_str(), 100.0 * done,
-               phases_[phase_].name.c_str(), time_left_text(left).c_str());
+               (said_.empty() ? phases_[phase_].name : said_).c_str(), time_left_text(left).c_str());
   std::fflush(stderr);
   drawn_ = true;
 }

@@ -24,6 +24,8 @@ class Progress {
   void begin(std::size_t phase);
   // Share of the current phase that is done, 0 ... 1.
   void update(double share);
+  // Shown beside the bar instead of the phase's name, until the next phase begins.
+  void say(std::string what);
   // Removes the bar; later calls draw nothing.
   void finish();
 
@@ -35,6 +37,7 @@ class Progress {
 
   using Clock = std::chrono::steady_clock;
   std::vector<Phase> phases_;
+  std::string said_;
   double total_ = 0.0, before_ = 0.0, share_ = 0.0;
   std::size_t phase_ = 0;
   bool on_terminal_ = false, drawn_ = false;

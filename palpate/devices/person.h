@@ -4,9 +4,11 @@
 // against this interface alone and so serve both. One thread.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "palpate/core/expected.h"
+#include "palpate/geometry/pose.h"
 
 namespace palpate {
 
@@ -21,10 +23,17 @@ enum class Gesture {
   look,               // move the head as in use
 };
 
+// Where a person is shown to put the stylus, "here, and turned so"; they will be about there.
+struct PoseTarget {
+  Point<World> tip;
+  Quaternion R_world_marker = Quaternion::Identity();
+};
+
 struct Request {
   Gesture gesture = Gesture::rest;
   std::string what;  // touch: "table", "wall" (corners, index 0 to 3) or "landmark"
   int index = 0;
+  std::optional<PoseTarget> target{};  // next_pose: this one; none: whichever the person likes
 };
 
 class Person {

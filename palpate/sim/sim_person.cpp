@@ -17,6 +17,10 @@ constexpr double kTouchTime = 0.6;   // s to bring the pointer to the next place
 constexpr double kBringTime = 0.8;   // s to bring the stylus where it will be swung
 constexpr double kSwingDelay = 0.3;  // s between being there and beginning to swing
 constexpr double kSureAngle = 0.9;   // of the largest angle at which LEDs are seen
+// How well a person puts the stylus where they are shown: 10 mm and 5 degrees off, rms.
+const double kShownPlaceSd = 0.010 / std::sqrt(3.0),
+             kShownTurnSd = radians_from_degrees(5.0) / std::sqrt(3.0);
+constexpr double kFarOut = 0.10;  // m beyond the arm's reach: nobody tries
 
 // 0 to 1 with zero speed and acceleration at both ends, and its derivative.
 double smooth(double s) { return s * s * s * (10.0 - 15.0 * s + 6.0 * s * s); }
@@ -34,6 +38,7 @@ SimPerson::SimPerson(const WorldFile& world, const Truth& truth, std::uint64_t s
       tracker_(middle_of_tracker(world)),
       X_base_world_(truth.X_world_base.inverse()),
       poses_(seed, "person/arm-poses"),
+      shown_(seed, "person/shown-poses"),
       touches_(seed, "person/touches"),
       phases_(seed, "person/phases") {
   for (auto& phase : phase_) phase = phases_.uniform(0.0, 2.0 * kPi);
@@ -82,6 +87,40 @@ Vector3 SimPerson::wander_joints(double t) const {
   return theta;
 }
 
+void SimPerson::begin_pose_of_their_own() {
+  for (int attempt = 0; attempt < 1000; ++attempt) {
+    path_ = {hand_joints(), random_joints(world_, poses_).value_or(hand_joints()), now_, kReachTime};
+    const Vector3 tip = (truth_.X_world_base * phantom_tip(path_.to, truth_.lengths)).m;
+    const Quaternion marker =
+        random_orientation(tip_marker_normal(), (tracker_ - tip).normalized(), kAnyRoll, poses_);
+    held_orientation_ = marker * truth_.X_tip_marker.rotation.conjugate();
+    const Vector3 gimbal = phantom_gimbal(path_.to, X_base_world_.rotation * held_orientation_);
+    if (std::abs(gimbal[1]) < kGimbalReach) break;
+  }
+}
+
+// As near to what is shown as hand, joints and gimbal allow.
+Expected<void> SimPerson::begin_shown_pose(const PoseTarget& target) {
+  const Vector3 miss(shown_.normal(kShownPlaceSd), shown_.normal(kShownPlaceSd),
+                     shown_.normal(kShownPlaceSd));
+  const Vector3 turn(shown_.normal(kShownTurnSd), shown_.normal(kShownTurnSd), shown_.normal(kShownTurnSd));
+  if (!target.tip.m.allFinite() || !target.R_world_marker.coeffs().allFinite())
+    return refused("next pose: the place that is shown is not a number");
+  const Vector3 tip = arm_.within_reach(target.tip.m + miss);
+  Vector3 theta;
+  if ((tip - target.tip.m - miss).norm() > kFarOut ||
+      !phantom_inverse(X_base_world_ * Point<World>{tip}, truth_.lengths, theta))
+    return refused("next pose: ({:.0f}, {:.0f}, {:.0f}) mm is out of the arm's reach; show a nearer place",
+                   1e3 * target.tip.m.x(), 1e3 * target.tip.m.y(), 1e3 * target.tip.m.z());
+  const Quaternion marker = so3_exp(turn) * target.R_world_marker.normalized();
+  Vector3 gimbal =
+      phantom_gimbal(theta, X_base_world_.rotation * marker * truth_.X_tip_marker.rotation.conjugate());
+  gimbal[1] = std::clamp(gimbal[1], -kGimbalReach, kGimbalReach);
+  path_ = {hand_joints(), theta, now_, kReachTime};
+  held_orientation_ = (truth_.X_world_base.rotation * phantom_stylus(theta, gimbal)).normalized();
+  return {};
+}
+
 Expected<void> SimPerson::begin_touch(const Request& request) {
   Vector3 place, front;
   const auto corner = [&](const Corners& corners) {
@@ -121,6 +160,9 @@ Expected<void> SimPerson::ask(const Request& request) {
   if (request.gesture == Gesture::touch) {
     if (const auto done = begin_touch(request); !done) return done;
   }
+  if (request.gesture == Gesture::next_pose && request.target) {
+    if (const auto done = begin_shown_pose(*request.target); !done) return done;
+  }
   const double t = now_;
   const bool needs_stylus = request.gesture == Gesture::next_pose ||
                             request.gesture == Gesture::swing_stylus || request.gesture == Gesture::wander ||
@@ -133,18 +175,9 @@ Expected<void> SimPerson::ask(const Request& request) {
   gesture_ = request.gesture;
   began_ = t;
   switch (request.gesture) {
-    case Gesture::next_pose: {
-      for (int attempt = 0; attempt < 1000; ++attempt) {
-        path_ = {hand_joints(), random_joints(world_, poses_).value_or(hand_joints()), t, kReachTime};
-        const Vector3 tip = (truth_.X_world_base * phantom_tip(path_.to, truth_.lengths)).m;
-        const Quaternion marker =
-            random_orientation(tip_marker_normal(), (tracker_ - tip).normalized(), kAnyRoll, poses_);
-        held_orientation_ = marker * truth_.X_tip_marker.rotation.conjugate();
-        const Vector3 gimbal = phantom_gimbal(path_.to, X_base_world_.rotation * held_orientation_);
-        if (std::abs(gimbal[1]) < kGimbalReach) break;
-      }
+    case Gesture::next_pose:
+      if (!request.target) begin_pose_of_their_own();
       break;
-    }
     case Gesture::swing_stylus: {
       const Vector3 middle = middle_joints(world_);
       path_ = {hand_joints(), middle, t, kBringTime};

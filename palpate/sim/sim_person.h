@@ -44,6 +44,8 @@ class SimPerson : public Person {
   Quaternion facing_tracker(const Vector3& normal, const Vector3& place) const;
   // A wide swing about the direction to the tracker: tilt up to `cone`, roll up to `roll`, rad.
   Quaternion swung(const Quaternion& neutral, const Vector3& place, double t, double cone, double roll) const;
+  void begin_pose_of_their_own();
+  Expected<void> begin_shown_pose(const PoseTarget& target);
   Expected<void> begin_touch(const Request& request);
   Vector3 wander_joints(double t) const;
 
@@ -54,7 +56,7 @@ class SimPerson : public Person {
   HeadMotion head_;
   Vector3 tracker_;  // middle of its cameras
   Pose<ArmBase, World> X_base_world_;
-  Random poses_, touches_, phases_;
+  Random poses_, shown_, touches_, phases_;
 
   Gesture gesture_ = Gesture::rest;
   double now_ = 0.0, began_ = -1e9;

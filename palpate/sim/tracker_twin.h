@@ -4,7 +4,8 @@
 // Each 1-D measurement carries white noise and a fixed smooth bias field. Both are scaled so that one LED at
 // the optimal distance along the line of sight is triangulated with the stated 3-D rms errors; nearer and
 // farther the error follows from the geometry. What it reports as covariance is the white noise; its
-// bias it does not know, only how large it is at most places: its stated accuracy. World frame = tracker frame, metres. One thread.
+// bias it does not know, only how large it is at most places: its stated accuracy. World frame = tracker
+// frame, metres. One thread.
 #pragma once
 
 #include <array>

@@ -168,14 +168,28 @@ struct Steps {
   Expected<void> arm() {
     auto rest = record_rest(lab);
     if (!rest) return failed(rest);
-    auto poses = record_arm(lab, plan.arm_points + plan.arm_test_points);
-    if (!poses) return failed(poses);
-    auto samples = arm_observations(*poses, rig.tip_pivot->tip_in_marker);
-    out.arm_train.assign(samples.begin(), samples.begin() + plan.arm_points);
-    out.arm_test.assign(samples.begin() + plan.arm_points, samples.end());
     ArmOptions options;
     options.free.lengths = false;
     options.tip = rig.tip_pivot->tip_in_marker;
+    GuidanceOptions guidance;
+    guidance.model.lengths = rig.nominal_lengths;
+    guidance.arm = options;
+    guidance.tip = rig.tip_pivot->tip_in_marker;
+    guidance.reach = plan.reach;
+    guidance.seed = plan.guidance_seed;
+    guidance.report = [this](const GuidanceState& state) {
+      if (hooks.guidance) hooks.guidance(state, plan.arm_points);
+    };
+    GuidedPoses guide(guidance);
+    auto poses =
+        plan.guided ? record_arm(lab, guide.recording(plan.arm_points)) : record_arm(lab, plan.arm_points);
+    if (!poses) return failed(poses);
+    const auto unguided = record_arm(lab, plan.arm_test_points);
+    if (!unguided) return failed(unguided);
+    poses->insert(poses->end(), unguided->begin(), unguided->end());
+    auto samples = arm_observations(*poses, rig.tip_pivot->tip_in_marker);
+    out.arm_train.assign(samples.begin(), samples.begin() + plan.arm_points);
+    out.arm_test.assign(samples.begin() + plan.arm_points, samples.end());
     auto estimate = calibrate_arm(out.arm_train, ArmModel{.lengths = rig.nominal_lengths}, options);
     if (!estimate) return failed(estimate);
     const auto gimbal = calibrate_gimbal(out.arm_train, estimate->value);
@@ -186,6 +200,10 @@ struct Steps {
     rig.arm->held_out_mean = mean_norm(arm_errors(estimate->value, out.arm_test));
     rig.arm->from =
         provenance(plan, bytes_of(*poses), "joint", mm_from_metres(rms_per_component(estimate->residuals)));
+    DesignOptions design;
+    design.free = options.free;
+    out.arm_predicted = predicted_error_curve(estimate->value, out.arm_train, plan.reach, design);
+    out.arm_predicted_random = predicted_error_curve(estimate->value, out.arm_test, plan.reach, design);
     out.arm_poses = std::move(*poses);
     return {};
   }

@@ -15,13 +15,17 @@
 #include "palpate/calibration/arm.h"
 #include "palpate/calibration/board.h"
 #include "palpate/model/rig.h"
+#include "palpate/system/guided_poses.h"
 
 namespace palpate {
 
 struct CalibrationPlan {
   int pivot_poses = 400;
   double pivot_s = 20.0;
-  int arm_points = 70, arm_test_points = 70;
+  int arm_points = 70, arm_test_points = 70;  // the latter always of the person's own choice
+  bool guided = true;                         // the former are shown to the person where they help most
+  ReachablePoses reach;                       // of this arm, where this tracker sees its stylus
+  std::uint64_t guidance_seed = 1;            // draws the candidates
   double moving_s = 8.0;
   double board_s = 12.0;  // head around the calibration board: lens and hand-eye
   int board_every = 2;    // every so many images are searched for the board
@@ -36,6 +40,9 @@ struct CalibrationRecordings {
   std::vector<Touch> corners, landmark_touches;
   std::vector<ArmObservation> arm_train, arm_test;
   std::vector<TrackedPose> arm_poses;  // the same as recorded
+  // Predicted error of the arm (m rms over its range) after each pose, for the poses of the calibration and
+  // for as many of the held-out ones, which the person chose.
+  std::vector<double> arm_predicted, arm_predicted_random;
   std::vector<BoardView> lens_views;
   std::vector<TimedPose<World, CameraMarker>> hand;
   std::vector<TimedPose<Board, CameraOptical>> eye;
@@ -52,8 +59,9 @@ using FindLandmarks = std::function<std::vector<FoundLandmark>(
 
 struct SessionHooks {
   std::function<void(std::size_t step, std::size_t steps, const std::string& name)> progress;
-  std::function<Expected<void>(const Rig&)> save;  // after each step, so that nothing is lost
-  FindLandmarks find_landmarks;                    // empty: the last step is left out
+  std::function<Expected<void>(const Rig&)> save;              // after each step, so that nothing is lost
+  FindLandmarks find_landmarks;                                // empty: the last step is left out
+  std::function<void(const GuidanceState&, int of)> guidance;  // after each guided pose of the arm
 };
 
 Expected<CalibrationRecordings> calibrate_rig(Laboratory lab, Rig& rig, const CalibrationPlan& plan,

@@ -6,6 +6,7 @@
 #include "palpate/core/json.h"
 #include "palpate/sim/board_view.h"
 #include "palpate/sim/truth_json.h"
+#include "palpate/system/guided_poses.h"
 
 namespace palpate {
 namespace {
@@ -42,7 +43,16 @@ Expected<Files> sample_arm(SimWorld& world, const SampleRequest& request) {
   // yet.
   const Vector3 stated_tip = world.file().tip_marker.tip;
   if (!request.continuous) {
-    const auto poses = record_arm(laboratory_of(world), request.points > 0 ? request.points : 140);
+    ArmRecordingOptions recording;
+    if (request.points > 0) recording.points = request.points;
+    GuidanceOptions guidance;
+    guidance.model.lengths = {world.file().arm.lengths[0], world.file().arm.lengths[1]};
+    guidance.tip = stated_tip;
+    guidance.reach = reach_of(world.file());
+    guidance.seed = request.seed;
+    GuidedPoses guide(guidance);
+    if (request.guided) recording = guide.recording(recording.points);
+    const auto poses = record_arm(laboratory_of(world), recording);
     if (!poses) return tl::unexpected(poses.error());
     return Files{{{"arm.csv", arm_csv(*poses, stated_tip)}}, sim::arm_truth_json(world.truth(), delay)};
   }
@@ -131,6 +141,13 @@ Expected<Files> sample(SimWorld& world, const SampleRequest& request) {
 
 Laboratory laboratory_of(SimWorld& world) {
   return {world.physics_clock(), world.arm(), world.tracker(), &world.camera(), world.person()};
+}
+
+ReachablePoses reach_of(const sim::WorldFile& file) {
+  ReachablePoses reach;
+  reach.joint_range = file.arm.joint_range;
+  reach.tracker = (file.tracker.cameras[0] + file.tracker.cameras[1] + file.tracker.cameras[2]) / 3.0;
+  return reach;
 }
 
 SeeBoard see_board_in(SimWorld& world) {

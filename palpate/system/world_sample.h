@@ -9,6 +9,7 @@
 #include <string>
 
 #include "palpate/acquisition/procedures.h"
+#include "palpate/calibration/pose_candidates.h"
 #include "palpate/core/expected.h"
 #include "palpate/sim/sim_world.h"
 
@@ -21,10 +22,14 @@ struct SampleRequest {
   std::uint64_t seed = 1;
   int points = 0;           // 0: the kind's usual number
   bool continuous = false;  // arm: the stylus moves while it is recorded
+  bool guided = false;      // arm: the person is shown where the next pose helps most
 };
 
 // The devices of a simulated world, as procedures want them.
 Laboratory laboratory_of(sim::SimWorld& world);
+
+// What the makers of this world's arm and tracker state about where a stylus can be and be seen.
+ReachablePoses reach_of(const sim::WorldFile& file);
 
 // Camera pose from the board in an image of the simulated camera, found without drawing: true corners with
 // the noise of finding them, solved with the true lens.
