@@ -81,6 +81,42 @@ void draw_errors_by_method(Report& page, const DemoData& data) {
   page.plots(plots);
 }
 
+// How the predicted error falls with the poses, shown where they help most and chosen by the person.
+void draw_guidance(Report& page, const DemoData& data) {
+  const CsvTable* table = data.raw("arm_guidance.csv");
+  if (table == nullptr || !has_columns(*table, {"poses", "guided_mm", "chosen_mm"})) return;
+  const auto poses = column(*table, "poses"), guided = column(*table, "guided_mm"),
+             chosen = column(*table, "chosen_mm");
+  Plot plot{.title = "Predicted error of the tip against the number of poses",
+            .x_label = "poses",
+            .y_label = "mm rms over the workspace",
+            .log_y = true,
+            .height_px = 300};
+  Series ours{.name = "shown where the next pose helps most", .mark = Mark::line, .tone = Tone::ours},
+      theirs{.name = "chosen by the person (the samples held out)", .mark = Mark::line, .tone = Tone::muted};
+  ours.x = theirs.x = poses;
+  ours.y = guided;
+  theirs.y = chosen;
+  plot.series = {ours, theirs};
+  plot.caption =
+      "While the poses are collected, the arm is solved again and again, and the person is shown where to "
+      "hold the stylus next.";
+  // As many poses of the person's own choice as are as good as thirty shown ones.
+  const auto thirty = std::find(poses.begin(), poses.end(), 30.0);
+  if (thirty != poses.end()) {
+    const double there = guided[static_cast<std::size_t>(thirty - poses.begin())];
+    const auto as_good =
+        std::find_if(chosen.begin(), chosen.end(), [&](double error) { return error <= there; });
+    plot.caption +=
+        as_good == chosen.end()
+            ? fmt::format(" Thirty of them are worth more than {:.0f} of the person's own choice.",
+                          poses.back())
+            : fmt::format(" Thirty of them are worth {:.0f} of the person's own choice.",
+                          poses[static_cast<std::size_t>(as_good - chosen.begin())]);
+  }
+  page.plots({plot});
+}
+
 // The errors as strokes in space, before and after.
 void draw_error_cloud(Report& page, const DemoData& data) {
   const CsvTable* errors = data.raw("arm_errors.csv");
@@ -163,6 +199,7 @@ void tell_arm(Report& page, const DemoData& data) {
         "gap between "
         "each pair is what a wrong tip offset costs.");
   }
+  draw_guidance(page, data);
   draw_error_cloud(page, data);
 }
 

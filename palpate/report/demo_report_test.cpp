@@ -61,6 +61,10 @@ class DemoReport : public ::testing::Test {
       }
     }
     write("raw/arm_errors.csv", errors);
+    std::string guidance = "poses,guided_mm,chosen_mm\n";
+    for (int i = 8; i <= 70; ++i)
+      guidance += fmt::format("{},{:.4f},{:.4f}\n", i, 0.36 / std::sqrt(i), 0.5 / std::sqrt(i));
+    write("raw/arm_guidance.csv", guidance);
     std::string pivot = "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n";
     for (int i = 0; i < 600; ++i) {
       const double a = 0.21 * i, tilt = 0.9 * std::sqrt(i / 600.0);
@@ -160,6 +164,12 @@ TEST_F(DemoReport, RefusesAMissingOrBrokenSummaryAndABrokenTable) {
   EXPECT_NE(write_demo_report(folder_).error().message.find("not a JSON object"), std::string::npos);
 }
 
+// 0.36 / sqrt(30) is 0.5 / sqrt(57.9).
+TEST_F(DemoReport, TellsWhatThirtyGuidedPosesAreWorth) {
+  write_raw();
+  EXPECT_NE(demo_report(folder_)->html().find("Thirty of them are worth 58 of"), std::string::npos);
+}
+
 TEST_F(DemoReport, IsTheSameForTheSameFolder) {
   write_raw();
   EXPECT_EQ(demo_report(folder_)->html(), demo_report(folder_)->html());
@@ -182,8 +192,8 @@ TEST_F(DemoReport, IsDrawnByABrowserWithoutANetwork) {
   for (std::size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) dom.append(buffer, n);
   ::pclose(pipe);
   fs::remove_all(folder_ / "profile");
-  // page.js counts what it has drawn: 10 plots and 2 clouds; an error in drawing would leave the mark out.
-  EXPECT_NE(dom.find("data-drawn=\"12\""), std::string::npos);
+  // page.js counts what it has drawn: 11 plots and 2 clouds; an error in drawing would leave the mark out.
+  EXPECT_NE(dom.find("data-drawn=\"13\""), std::string::npos);
   EXPECT_NE(dom.find("class=\"main-svg\""), std::string::npos);
 }
 #endif

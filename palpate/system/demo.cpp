@@ -45,6 +45,8 @@ CalibrationPlan plan_for(const DemoOptions& options) {
     plan.lens_views = 20;
     plan.look_s = 2.0;
   }
+  plan.reach = reach_of(options.world);
+  plan.guidance_seed = options.seed;
   // A simulated laboratory has no calendar: the same run gives the same file, on whatever day.
   plan.date = "1970-01-01T00:00:00Z";
   return plan;

@@ -49,6 +49,19 @@ std::string lens_csv(const CameraModel& estimated, const CameraModel& truth) {
   return csv.content();
 }
 
+// Predicted error of the arm against the number of poses, as far as both orders go.
+std::string guidance_csv(const CalibrationRecordings& recordings) {
+  CsvWriter csv({"poses", "guided_mm", "chosen_mm"});
+  for (std::size_t i = 0;
+       i < std::min(recordings.arm_predicted.size(), recordings.arm_predicted_random.size()); ++i) {
+    const double guided = recordings.arm_predicted[i], chosen = recordings.arm_predicted_random[i];
+    if (std::isfinite(guided) && std::isfinite(chosen))
+      csv.row(
+          std::vector<double>{static_cast<double>(i + 1), mm_from_metres(guided), mm_from_metres(chosen)});
+  }
+  return csv.content();
+}
+
 }  // namespace
 
 const char* answer_name(AnswerKind kind) {
@@ -123,6 +136,7 @@ Expected<void> write_calibration_raw(const std::filesystem::path& raw,
       {"arm_held_out.csv", arm_csv({split, recordings.arm_poses.end()}, tip)},
       {"arm_poses.csv", judged.content()},
       {"arm_errors.csv", errors.content()},
+      {"arm_guidance.csv", guidance_csv(recordings)},
       {"surface.csv", points_csv(recordings.corners)},
       {"touches.csv", points_csv(touched)},
       {"hand.csv", poses_csv(recordings.hand)},

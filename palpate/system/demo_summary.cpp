@@ -57,6 +57,10 @@ Json demo_summary(const DemoOutcome& outcome) {
   summary["arm"] = arm_json(methods, with_true_tip, recordings.arm_train.size());
   summary["arm"]["stylus_error_to_truth_deg"] =
       degrees_from_radians(stylus_error(*rig.arm, truth, recordings.arm_test));
+  if (!recordings.arm_predicted.empty() && !recordings.arm_predicted_random.empty()) {
+    summary["arm"]["predicted_error_mm"] = mm(recordings.arm_predicted.back());
+    summary["arm"]["predicted_error_unguided_mm"] = mm(recordings.arm_predicted_random.back());
+  }
   summary["pivot"] = {{"error_to_truth_mm", mm((rig.tip_pivot->tip_in_marker - truth.tip_in_marker).norm())},
                       {"stated_std_mm", mm(std::sqrt(rig.tip_pivot->covariance.trace()))},
                       {"joint_error_to_truth_mm", mm((rig.arm->tip_in_marker - truth.tip_in_marker).norm())},
