@@ -35,7 +35,9 @@ Json to_json(const HandEyeArguments& options, const Estimate<HandEyeSolution>& f
   json["rotation_range_deg"] = degrees_from_radians(s.rotation_range);
   json["second_axis_spread_deg"] = degrees_from_radians(s.second_axis_spread);
   json["correlation_time_s"] = s.correlation_time_s;
-  json["std_grown_by"] = s.stretch_inflation;
+  json["std_grown_by"] = s.grown_by;
+  json["error_length_mm"] = kMm * s.error_length;
+  json["method_scatter_mm"] = kMm * s.method_scatter;
   json["condition"] = fit.condition;
   json["std"] = {{"rotation_deg", json_list(sd.segment<3>(0), kDegreesPerRadian)},
                  {"translation_mm", json_list(sd.segment<3>(3), kMm)},

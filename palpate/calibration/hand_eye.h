@@ -5,11 +5,10 @@
 // Z = X_World_Board, eye = X_Board_CameraOptical and t the eye's time. Every eye pose gives six residuals in
 // the camera's axes: rotation log((hand X)^-1 Z eye) and translation. Solved for X, Z and delay together
 // (Levenberg-Marquardt, Cauchy loss); the residuals' 6x6 scatter is learnt from the residuals themselves, so
-// that depth, sideways place and rotation weigh as they deserve. Start: Park & Martin (1994) by Kabsch over
-// relative rotations, then linear translations; delay by motion_correlation.h. Covariance: sandwich with
-// Bartlett weights over the residuals' correlation time (Newey & West 1987), because consecutive poses share
-// their errors, and grown where eight stretches of the recording disagree more than it says. Metres, radians,
-// seconds. Pure function; refuses what cannot be observed.
+// that depth, sideways place and rotation weigh as they deserve. Start: hand_eye_start.h; delay by
+// motion_correlation.h. Covariance: hand_eye_covariance.h, which knows that poses share errors in time and by
+// the pose. Metres, radians, seconds. Pure function; refuses what cannot be observed and warns
+// (hand_eye_motion.h) where the motion carries the answer badly.
 #pragma once
 
 #include <string>
@@ -39,7 +38,9 @@ struct HandEyeSolution {
   double rotation_range = 0.0;               // rad, largest angle between two hand poses used
   double second_axis_spread = 0.0;           // rad, rms turn about the second most turned axis
   double correlation_time_s = 0.0;           // of the residuals
-  double stretch_inflation = 1.0;  // factor on the deviations because stretches of the recording disagree
+  double grown_by = 1.0;                     // factor on the deviations because poses share errors
+  double error_length = 0.0;                 // m, over which errors that change with the pose stay alike
+  double method_scatter = 0.0;               // m, largest distance between closed-form answers
   std::vector<std::string> warnings;
 };
 
