@@ -15,6 +15,8 @@ namespace {
 // A held tip wanders by 1-2 mm; beyond this it did not rest.
 constexpr double kRestlessTip = 0.004;  // m, rms
 
+constexpr double kShiftThatMatters = 0.0001;  // m
+
 struct PivotArguments {
   ResultOptions result;
   std::string poses, transform, method = "algebraic", segments, pivots_out, arm, marker = "tip";
@@ -88,9 +90,17 @@ Json to_json(const PivotArguments& options, const PoseFile& file, const Estimate
   json["rotation_range_deg"] = degrees_from_radians(solution.rotation_range);
   json["condition"] = estimate.condition;
   json["correlation"] = solution.correlation;
+  if (solution.bootstrap_block > 0) {
+    json["bootstrap_tip_std_mm"] = json_list(solution.bootstrap_std, kMm);
+    json["bootstrap_block_poses"] = solution.bootstrap_block;
+    json["shared_error_mm"] = kMm * solution.field_sd;
+  }
+  if (solution.tip_motion > 0.0) json["tip_motion_rms_mm"] = kMm * solution.tip_motion;
+  if (solution.tip_shift) json["tip_shift_by_motion_mm"] = json_list(*solution.tip_shift, kMm);
   if (solution.tip_scatter.trace() > 0.0)
     json["tip_scatter_mm"] = json_list(standard_deviations(solution.tip_scatter), kMm);
   if (options.with_arm) json["arm_in_world_qwxyz"] = json_quaternion(solution.R_world_arm);
+  if (options.with_arm) json["delay_s"] = solution.delay;
   json["segments"] = Json::array();
   std::vector<std::string> names{"tip_x_mm", "tip_y_mm", "tip_z_mm"};
   for (std::size_t s = 0; s < solution.segments.size(); ++s) {
@@ -101,7 +111,10 @@ Json to_json(const PivotArguments& options, const PoseFile& file, const Estimate
     entry["label"] = label;
     entry["poses"] = segment.poses;
     entry["tip_mm"] = segment.own_tip ? json_list(*segment.own_tip, kMm) : Json();
+    entry["tip_std_mm"] =
+        segment.own_covariance ? json_list(standard_deviations(*segment.own_covariance), kMm) : Json();
     entry["pivot_mm"] = json_list(segment.pivot, kMm);
+    entry["pivot_std_mm"] = json_list(std_all.segment<3>(3 + 3 * static_cast<Eigen::Index>(s)), kMm);
     entry["rms_mm"] = kMm * segment.own_rms;
     entry["rms_common_tip_mm"] = kMm * segment.rms;
     json["segments"].push_back(entry);
@@ -113,6 +126,12 @@ Json to_json(const PivotArguments& options, const PoseFile& file, const Estimate
   if (rms_3d > kRestlessTip)
     json["warnings"].push_back(
         "the poses agree badly: the tip did not rest, or the file holds several pivots (--segments COLUMN)");
+  if (solution.tip_shift && solution.tip_shift->norm() > kShiftThatMatters)
+    json["warnings"].push_back(
+        fmt::format("the arm's readings show that the tip moved by {:.2f} mm rms, which puts it {:.2f} mm "
+                    "off; subtract it with "
+                    "--with-arm",
+                    kMm * solution.tip_motion, kMm * solution.tip_shift->norm()));
   json["data"] = Json{{"file", file.source}, {"hash", file.hash}};
   return json;
 }
@@ -127,15 +146,22 @@ Expected<void> run_pivot(const PivotArguments& options) {
   if (!file) return tl::unexpected(file.error());
   std::vector<PivotPose> poses;
   for (const auto& pose : file->poses)
-    poses.push_back(
-        {pose.rotation, pose.translation, options.segments.empty() ? 0 : pose.segment, std::nullopt});
+    poses.push_back({pose.rotation, pose.translation, options.segments.empty() ? 0 : pose.segment,
+                     std::nullopt, file->has_time ? std::optional(pose.time_s) : std::nullopt});
   if (options.with_arm)
     if (const auto done = add_arm_motion(options, *rig, poses); !done) return done;
+  // Readings that lie beside the poses show whether the tip rested, asked for or not.
+  if (!options.with_arm && options.marker == "tip")
+    if (!add_arm_motion(options, *rig, poses))
+      for (auto& pose : poses) pose.motion.reset();
   PivotCalibrationOptions how;
   how.method = options.method == "sphere"   ? PivotMethod::sphere
                : options.method == "robust" ? PivotMethod::robust
                                             : PivotMethod::algebraic;
   how.with_motion = options.with_arm;
+  how.shared_errors = true;
+  // A calibrated arm's gains are known to a tenth of a percent; what is left is flexing.
+  if (rig->arm && options.arm.empty()) how.motion_strain = 0.005;
   if (!options.tip_mm.empty())
     how.given_tip = Vector3(options.tip_mm[0], options.tip_mm[1], options.tip_mm[2]) / kMm;
   const auto estimate = calibrate_pivot(poses, how);

@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "palpate/calibration/absolute_orientation.h"
+#include "palpate/calibration/pivot_covariance.h"
+#include "palpate/calibration/pivot_problem.h"
 #include "palpate/calibration/robust_scale.h"
 #include "palpate/core/units.h"
 #include "palpate/estimation/linear_algebra.h"
@@ -14,102 +17,9 @@
 namespace palpate {
 namespace {
 
-// The used poses, with what the linear algebra needs.
-struct Data {
-  std::vector<Matrix3> R;
-  std::vector<Vector3> p;
-  std::vector<Vector3> motion;  // A (g_i - mean), zero without motion
-  std::vector<std::size_t> segment;
-  std::vector<double> weight;
-  std::size_t segments = 0;
+constexpr double kLongestStep = 0.5;  // s, over which a difference still tells a speed
 
-  std::size_t size() const { return R.size(); }
-  Vector3 tip_at(std::size_t i, const Vector3& t) const { return R[i] * t + p[i] - motion[i]; }
-};
-
-// Weighted mean over each segment of what `of(i)` gives.
-template <typename Value, typename F>
-std::vector<Value> segment_means(const Data& data, const Value& zero, F of) {
-  std::vector<Value> sum(data.segments, zero);
-  std::vector<double> total(data.segments, 0.0);
-  for (std::size_t i = 0; i < data.size(); ++i) {
-    sum[data.segment[i]] += data.weight[i] * of(i);
-    total[data.segment[i]] += data.weight[i];
-  }
-  for (std::size_t s = 0; s < data.segments; ++s) sum[s] /= std::max(total[s], 1e-300);
-  return sum;
-}
-
-struct TipSystem {  // A t = b, the pivots eliminated
-  Matrix3 A = Matrix3::Zero();
-  Vector3 b = Vector3::Zero();
-  std::vector<Matrix3> mean_R;
-};
-
-TipSystem tip_system(const Data& data) {
-  TipSystem system;
-  system.mean_R = segment_means(data, Matrix3(Matrix3::Zero()), [&](std::size_t i) { return data.R[i]; });
-  const auto mean_p = segment_means(data, Vector3(Vector3::Zero()),
-                                    [&](std::size_t i) { return Vector3(data.p[i] - data.motion[i]); });
-  for (std::size_t i = 0; i < data.size(); ++i) {
-    const Matrix3 dR = data.R[i] - system.mean_R[data.segment[i]];
-    system.A += data.weight[i] * dR.transpose() * dR;
-    system.b -= data.weight[i] * dR.transpose() * (data.p[i] - data.motion[i] - mean_p[data.segment[i]]);
-  }
-  return system;
-}
-
-std::vector<Vector3> pivots_of(const Data& data, const Vector3& tip) {
-  return segment_means(data, Vector3(Vector3::Zero()), [&](std::size_t i) { return data.tip_at(i, tip); });
-}
-
-std::vector<Vector3> residuals_of(const Data& data, const Vector3& tip, const std::vector<Vector3>& pivots) {
-  std::vector<Vector3> residuals;
-  for (std::size_t i = 0; i < data.size(); ++i)
-    residuals.push_back(pivots[data.segment[i]] - data.tip_at(i, tip));
-  return residuals;
-}
-
-double largest_rotation(const Data& data) {
-  double largest = 0.0;
-  for (std::size_t s = 0; s < data.segments; ++s) {
-    std::vector<Quaternion> turns;
-    for (std::size_t i = 0; i < data.size(); ++i)
-      if (data.segment[i] == s) turns.emplace_back(data.R[i]);
-    const std::size_t stride = turns.size() / 400 + 1;  // all pairs of thousands of poses would take seconds
-    // The angle between two falls with their quaternions' |dot|: one arc tangent is enough.
-    std::size_t from = 0, to = 0;
-    double least = 1.0;
-    for (std::size_t i = 0; i < turns.size(); i += stride)
-      for (std::size_t j = 0; j < i; j += stride)
-        if (const double dot = std::abs(turns[i].coeffs().dot(turns[j].coeffs())); dot < least) {
-          least = dot;
-          from = i;
-          to = j;
-        }
-    if (from != to) largest = std::max(largest, angle_between(turns[from], turns[to]));
-  }
-  return largest;
-}
-
-// 1 + 2 sum of the autocorrelation, up to where it drowns in its own noise.
-double integrated_correlation(const Data& data, const std::vector<Vector3>& residuals) {
-  double square = 0.0;
-  for (const auto& r : residuals) square += r.squaredNorm();
-  if (square <= 0.0) return 1.0;
-  const double floor = 2.0 / std::sqrt(3.0 * static_cast<double>(data.size()));
-  double sum = 1.0;
-  for (std::size_t lag = 1; lag < data.size() / 4; ++lag) {
-    double product = 0.0;
-    for (std::size_t i = lag; i < data.size(); ++i)
-      if (data.segment[i] == data.segment[i - lag]) product += residuals[i].dot(residuals[i - lag]);
-    if (product / square < floor) break;
-    sum += 2.0 * product / square;
-  }
-  return sum;
-}
-
-Expected<void> check_rotation(const Data& data, double range, const Matrix3& A,
+Expected<void> check_rotation(const PivotData& data, double range, const Matrix3& A,
                               const PivotCalibrationOptions& options) {
   if (range < options.needed_rotation)
     return refused(
@@ -131,27 +41,26 @@ Expected<void> check_rotation(const Data& data, double range, const Matrix3& A,
 }
 
 // What is left once outliers have gone must carry the answer by itself.
-Expected<void> check_inliers(const Data& data, const PivotCalibrationOptions& options) {
+Expected<void> check_inliers(const PivotData& data, const PivotCalibrationOptions& options) {
+  PivotData inliers;  // those without weight must not count as rotation
+  inliers.segments = data.segments;
   std::vector<double> left(data.segments, 0.0);
-  for (std::size_t i = 0; i < data.size(); ++i) left[data.segment[i]] += data.weight[i];
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    if (data.weight[i] == 0.0) continue;
+    left[data.segment[i]] += data.weight[i];
+    inliers.R.push_back(data.R[i]);
+    inliers.p.push_back(data.p[i]);
+    inliers.motion.push_back(data.motion[i]);
+    inliers.segment.push_back(data.segment[i]);
+    inliers.weight.push_back(data.weight[i]);
+  }
   for (std::size_t s = 0; s < data.segments; ++s)
     if (left[s] == 0.0)
       return refused(
           "pivot: no pose of segment {} agrees with the other segments; check that the marker sits as "
-          "before, "
-          "or leave it out",
+          "before, or leave it out",
           s + 1);
   if (options.given_tip) return {};
-  Data inliers = data;
-  for (std::size_t i = data.size(); i-- > 0;)  // those without weight must not count as rotation
-    if (data.weight[i] == 0.0) {
-      const auto at = static_cast<std::ptrdiff_t>(i);
-      inliers.R.erase(inliers.R.begin() + at);
-      inliers.p.erase(inliers.p.begin() + at);
-      inliers.motion.erase(inliers.motion.begin() + at);
-      inliers.segment.erase(inliers.segment.begin() + at);
-      inliers.weight.erase(inliers.weight.begin() + at);
-    }
   return check_rotation(inliers, largest_rotation(inliers), tip_system(inliers).A, options);
 }
 
@@ -162,7 +71,7 @@ struct Sphere {
 };
 
 // Centres and a shared radius by Gauss-Newton on |p - c| - r, from the linear (algebraic) sphere.
-Expected<Sphere> fit_spheres(const Data& data) {
+Expected<Sphere> fit_spheres(const PivotData& data) {
   const auto S = static_cast<Eigen::Index>(data.segments);
   Sphere sphere;
   const auto mean = segment_means(data, Vector3(Vector3::Zero()), [&](std::size_t i) { return data.p[i]; });
@@ -213,33 +122,83 @@ Expected<Sphere> fit_spheres(const Data& data) {
   return refused("pivot: the sphere fit does not converge on these poses; use --method algebraic");
 }
 
-// Alternates the tip (linear) with the rotation that carries the arm's motion into the tracker's frame.
-Vector3 solve_with_motion(Data& data, const std::vector<Vector3>& centred, Quaternion& turn) {
+// The arm's part: its motion about each segment's mean, and how fast it changes (zero where times are
+// unknown).
+struct TipMotion {
+  std::vector<Vector3> centred, rate;
+};
+
+// Tip, the rotation that carries the arm's motion into the tracker's frame, and by how much the tracker's
+// stamps are late against the arm's, together (Gauss-Newton on columns from which the segments' means are
+// taken). The delay is held near zero as strongly as kDelay says: a slow swing hardly shows it.
+Vector3 solve_with_motion(PivotData& data, const TipMotion& arm, Quaternion& turn, double& delay) {
+  constexpr double kDelay = 0.02;  // s
+  std::fill(data.motion.begin(), data.motion.end(), Vector3::Zero());
   const auto at_rest = tip_system(data);
   Vector3 tip = solve_symmetric(at_rest.A, at_rest.b);
-  for (int round = 0; round < 2000; ++round) {
-    std::fill(data.motion.begin(), data.motion.end(), Vector3::Zero());
-    const auto pivots = pivots_of(data, tip);
-    std::vector<Vector3> moved;
+  const auto moved_from = pivots_of(data, tip);
+  std::vector<Vector3> moved;
+  for (std::size_t i = 0; i < data.size(); ++i)
+    moved.push_back(data.tip_at(i, tip) - moved_from[data.segment[i]]);
+  turn = Quaternion(fit_rigid(arm.centred, moved, data.weight).rotation);
+  delay = 0.0;
+  using Row = Eigen::Matrix<double, 3, 8>;  // tip, turn, delay, residual
+  for (int round = 0; round < 200; ++round) {
+    std::vector<Row> rows;
+    double square = 0.0, used = 0.0;
+    for (std::size_t i = 0; i < data.size(); ++i) {
+      data.motion[i] = turn * (arm.centred[i] + delay * arm.rate[i]);
+      Row row;
+      row << -data.R[i], -hat(data.motion[i]), turn * arm.rate[i], -data.tip_at(i, tip);
+      rows.push_back(row);
+    }
+    const auto mean = segment_means(data, Row(Row::Zero()), [&](std::size_t i) { return rows[i]; });
+    Eigen::Matrix<double, 8, 8> N = Eigen::Matrix<double, 8, 8>::Zero();
+    for (std::size_t i = 0; i < data.size(); ++i) {
+      const Row row = rows[i] - mean[data.segment[i]];
+      N += data.weight[i] * row.transpose() * row;
+      square += data.weight[i] * row.col(7).squaredNorm(), used += 3.0 * data.weight[i];
+    }
+    const double prior = square / std::max(used, 1.0) / (kDelay * kDelay);
+    N(6, 6) += prior + 1e-300, N(6, 7) += prior * delay;
+    const Eigen::Matrix<double, 7, 1> step =
+        -solve_symmetric(N.topLeftCorner<7, 7>(), N.topRightCorner<7, 1>());
+    tip += step.head<3>();
+    turn = (so3_exp(step.segment<3>(3)) * turn).normalized();
+    delay += step[6];
     for (std::size_t i = 0; i < data.size(); ++i)
-      moved.push_back(data.tip_at(i, tip) - pivots[data.segment[i]]);
-    turn = Quaternion(fit_rigid(centred, moved, data.weight).rotation);
-    for (std::size_t i = 0; i < data.size(); ++i) data.motion[i] = turn * centred[i];
-    const auto system = tip_system(data);
-    const Vector3 next = solve_symmetric(system.A, system.b);
-    const double change = (next - tip).norm();
-    tip = next;
-    if (change < 1e-12) break;
+      data.motion[i] = turn * (arm.centred[i] + delay * arm.rate[i]);
+    if (step.head<3>().norm() < 1e-12 && std::abs(step[6]) < 1e-9) break;
   }
+  data.rate.clear();
+  for (const auto& rate : arm.rate) data.rate.push_back(turn * rate);
   return tip;
+}
+
+// Of a motion at these times, by differences over both neighbours within a segment; zero without times.
+std::vector<Vector3> rates_of(const PivotData& data, const std::vector<Vector3>& motion,
+                              const std::vector<double>& time_s) {
+  std::vector<Vector3> rates(motion.size(), Vector3::Zero());
+  if (time_s.size() != motion.size()) return rates;
+  std::vector<std::size_t> order(motion.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return time_s[a] < time_s[b]; });
+  for (std::size_t k = 1; k + 1 < order.size(); ++k) {
+    const std::size_t a = order[k - 1], b = order[k + 1], i = order[k];
+    const double span = time_s[b] - time_s[a];
+    if (data.segment[a] != data.segment[i] || data.segment[b] != data.segment[i]) continue;
+    if (span > 0.0 && span < kLongestStep) rates[i] = (motion[b] - motion[a]) / span;
+  }
+  return rates;
 }
 
 }  // namespace
 
 Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& poses,
                                                   const PivotCalibrationOptions& options) {
-  Data data;
+  PivotData data;
   std::vector<Vector3> arm_motion;
+  std::vector<double> time_s;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const auto& pose = poses[i];
     if (!pose.translation.allFinite() || !pose.rotation.coeffs().allFinite())
@@ -253,7 +212,8 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
     data.segment.push_back(static_cast<std::size_t>(pose.segment));
     data.weight.push_back(1.0);
     data.segments = std::max(data.segments, data.segment.back() + 1);
-    if (options.with_motion) arm_motion.push_back(*pose.motion);
+    if (pose.motion) arm_motion.push_back(*pose.motion);
+    if (pose.time_s) time_s.push_back(*pose.time_s);
   }
   const std::size_t needed = options.given_tip ? 1 : 4;
   if (data.size() < needed) return refused("pivot: {} poses; at least {} are needed", data.size(), needed);
@@ -271,15 +231,17 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
         !enough)
       return tl::unexpected(enough.error());
 
-  std::vector<Vector3> centred;
-  if (options.with_motion) {
+  TipMotion arm;
+  std::vector<Vector3>& centred = arm.centred;
+  if (arm_motion.size() == data.size()) {
     const auto mean =
         segment_means(data, Vector3(Vector3::Zero()), [&](std::size_t i) { return arm_motion[i]; });
     for (std::size_t i = 0; i < data.size(); ++i) centred.push_back(arm_motion[i] - mean[data.segment[i]]);
+    arm.rate = rates_of(data, arm_motion, time_s);
   }
   const auto solve = [&] {
     if (options.given_tip) return *options.given_tip;
-    if (options.with_motion) return solve_with_motion(data, centred, solution.R_world_arm);
+    if (options.with_motion) return solve_with_motion(data, arm, solution.R_world_arm, solution.delay);
     const auto system = tip_system(data);
     return Vector3(solve_symmetric(system.A, system.b));
   };
@@ -377,7 +339,37 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
   const Vector3 spread = symmetric_eigenvalues(final_system.A);
   estimate.condition = std::sqrt(spread[2] / std::max(spread[0], 1e-300));
   solution.correlation = integrated_correlation(data, estimate.residuals);
-  estimate.covariance *= solution.correlation;
+  const bool shared = options.shared_errors && options.method != PivotMethod::sphere;
+  PivotErrors errors{.tip_free = !options.given_tip,
+                     .turn_free = options.with_motion,
+                     .motion_strain = options.with_motion ? options.motion_strain : 0.0,
+                     .seed = options.seed};
+  if (shared) {
+    const auto known = pivot_covariance(data, estimate.residuals, errors);
+    estimate.covariance = known.total;
+    solution.bootstrap_std = known.bootstrap_std;
+    solution.bootstrap_block = known.block;
+    solution.field_sd = known.field_sd;
+  } else {
+    estimate.covariance *= solution.correlation;
+  }
+  if (arm_motion.size() == data.size()) {
+    for (const auto& m : centred)
+      solution.tip_motion += m.squaredNorm() / static_cast<double>(centred.size());
+    solution.tip_motion = std::sqrt(solution.tip_motion);
+  }
+  if (shared && !options.with_motion && !options.given_tip && !centred.empty() && solution.tip_motion > 0.0) {
+    PivotData moved = data;
+    Quaternion turn;
+    double delay = 0.0;
+    solution.tip_shift = solve_with_motion(moved, arm, turn, delay) - solution.tip;
+    Eigen::MatrixXd carried(3 + 3 * S, 3);  // the pivots go with the tip
+    carried.topRows(3).setIdentity();
+    for (Eigen::Index s = 0; s < S; ++s)
+      carried.middleRows(3 + 3 * s, 3) = final_system.mean_R[static_cast<std::size_t>(s)];
+    const Eigen::VectorXd off = carried * *solution.tip_shift;
+    estimate.covariance += off * off.transpose();
+  }
 
   // Each segment by itself: the spread of the tips shows what residuals cannot.
   solution.segments.resize(data.segments);
@@ -386,7 +378,7 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
   for (std::size_t s = 0; s < data.segments; ++s) {
     PivotSegment& segment = solution.segments[s];
     segment.pivot = pivots[s];
-    Data alone;
+    PivotData alone;
     alone.segments = 1;
     std::vector<Vector3> common;
     for (std::size_t i = 0; i < data.size(); ++i) {
@@ -405,8 +397,12 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
     const auto system = tip_system(alone);
     if (!check_rotation(alone, largest_rotation(alone), system.A, options)) continue;
     segment.own_tip = solve_symmetric(system.A, system.b);
-    segment.own_rms =
-        rms_per_component(residuals_of(alone, *segment.own_tip, pivots_of(alone, *segment.own_tip)));
+    const auto own_residuals = residuals_of(alone, *segment.own_tip, pivots_of(alone, *segment.own_tip));
+    segment.own_rms = rms_per_component(own_residuals);
+    if (shared && !solution.tip_shift) {
+      errors.turn_free = false;
+      segment.own_covariance = pivot_covariance(alone, own_residuals, errors).total.topLeftCorner<3, 3>();
+    }
     mean_tip += *segment.own_tip;
     own += 1.0;
   }
@@ -416,6 +412,9 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
       if (segment.own_tip)
         solution.tip_scatter +=
             (*segment.own_tip - mean_tip) * (*segment.own_tip - mean_tip).transpose() / (own - 1.0);
+    const double stated = estimate.covariance.topLeftCorner<3, 3>().trace();
+    if (shared && stated * own < solution.tip_scatter.trace())
+      estimate.covariance *= solution.tip_scatter.trace() / (own * stated);
   }
   return estimate;
 }
