@@ -9,7 +9,7 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kGroups = 200;  // of neighbouring poses, for the field
+constexpr std::size_t kHandEyeGroups = 200;  // of neighbouring poses, for the field
 // Two devices' clocks brought to one time line keep an offset of some 50 us, the same for a whole recording:
 // it is in the delay and in no residual.
 constexpr double kClockOffset = 4e-5;  // s, standard deviation
@@ -102,7 +102,7 @@ Eigen::MatrixXd world_axes(const HandEyeProblem& problem, const HandEyeState& x,
 
 SmoothError field_part(const HandEyeProblem& problem, const HandEyeState& x, const Influences& of) {
   const bool free_delay = problem.free_delay;
-  const std::size_t n = of.score.size(), size = (n + kGroups - 1) / kGroups;
+  const std::size_t n = of.score.size(), size = (n + kHandEyeGroups - 1) / kHandEyeGroups;
   const std::size_t groups = (n + size - 1) / size;
   const auto rows = static_cast<Eigen::Index>(groups);
   const Eigen::Index unknowns = free_delay ? kHandEyeUnknowns : kHandEyeUnknowns - 1;

@@ -344,12 +344,14 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
                      .turn_free = options.with_motion,
                      .motion_strain = options.with_motion ? options.motion_strain : 0.0,
                      .seed = options.seed};
+  SmoothError field;
   if (shared) {
     const auto known = pivot_covariance(data, estimate.residuals, errors);
     estimate.covariance = known.total;
     solution.bootstrap_std = known.bootstrap_std;
     solution.bootstrap_block = known.block;
-    solution.field_sd = known.field_sd;
+    solution.field_sd = known.field.field_sd.norm() / std::sqrt(3.0);
+    field = known.field;
   } else {
     estimate.covariance *= solution.correlation;
   }
@@ -401,6 +403,7 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
     segment.own_rms = rms_per_component(own_residuals);
     if (shared && !solution.tip_shift) {
       errors.turn_free = false;
+      errors.field = &field;
       segment.own_covariance = pivot_covariance(alone, own_residuals, errors).total.topLeftCorner<3, 3>();
     }
     mean_tip += *segment.own_tip;

@@ -2,23 +2,22 @@
 
 #include <cmath>
 
-#include "palpate/calibration/smooth_error.h"
 #include "palpate/core/random.h"
 #include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
 namespace {
 
-constexpr int kDraws = 200;           // a standard deviation to 5 %
-constexpr std::size_t kGroups = 200;  // of neighbouring poses, for the field
+constexpr int kDraws = 200;                // a standard deviation to 5 %
+constexpr std::size_t kPivotGroups = 200;  // of neighbouring poses, for the field
 
 // Residual c_s - (R t + p) + Q g by tip, pivots and Q's rotation.
-struct Linear {
+struct LinearPivot {
   Eigen::Index tip = -1, turn = -1, delay = -1, first_pivot = 0, size = 0;
   std::vector<Eigen::MatrixXd> J;  // 3 x size, one per pose
   Eigen::MatrixXd inverse;         // of sum w J' J
 
-  Linear(const PivotData& data, const PivotErrors& how) {
+  LinearPivot(const PivotData& data, const PivotErrors& how) {
     if (how.tip_free) tip = 0, first_pivot = 3;
     size = first_pivot + 3 * static_cast<Eigen::Index>(data.segments);
     if (how.turn_free) turn = size, size += 3;
@@ -39,8 +38,8 @@ struct Linear {
   }
 };
 
-Eigen::MatrixXd bootstrap(const PivotData& data, const std::vector<Vector3>& residuals, const Linear& linear,
-                          std::uint64_t seed, int block) {
+Eigen::MatrixXd bootstrap(const PivotData& data, const std::vector<Vector3>& residuals,
+                          const LinearPivot& linear, std::uint64_t seed, int block) {
   std::vector<std::vector<std::size_t>> rows(data.segments);
   for (std::size_t i = 0; i < data.size(); ++i) rows[data.segment[i]].push_back(i);
   Random random(seed, "pivot bootstrap");
@@ -69,9 +68,10 @@ Eigen::MatrixXd bootstrap(const PivotData& data, const std::vector<Vector3>& res
   return scatter;
 }
 
-SmoothError field(const PivotData& data, const std::vector<Vector3>& residuals, const Linear& linear) {
+PoseErrors pose_errors(const PivotData& data, const std::vector<Vector3>& residuals,
+                       const LinearPivot& linear) {
   PoseErrors errors;
-  const std::size_t size = data.size() / kGroups + 1;
+  const std::size_t size = data.size() / kPivotGroups + 1;
   std::vector<std::pair<std::size_t, std::size_t>> groups;
   for (std::size_t first = 0; first < data.size();) {
     std::size_t last = first + 1;
@@ -105,11 +105,11 @@ SmoothError field(const PivotData& data, const std::vector<Vector3>& residuals, 
       }
     }
   }
-  return smooth_error(errors);
+  return errors;
 }
 
 // An error E m_i of the motion m_i, E's nine numbers independent with unit variance.
-Eigen::MatrixXd strain(const PivotData& data, const Linear& linear) {
+Eigen::MatrixXd strain(const PivotData& data, const LinearPivot& linear) {
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(linear.size, linear.size);
   for (Eigen::Index to = 0; to < 3; ++to)
     for (Eigen::Index from = 0; from < 3; ++from) {
@@ -126,15 +126,16 @@ Eigen::MatrixXd strain(const PivotData& data, const Linear& linear) {
 
 PivotCovariance pivot_covariance(const PivotData& data, const std::vector<Vector3>& residuals,
                                  const PivotErrors& how) {
-  const Linear linear(data, how);
+  const LinearPivot linear(data, how);
   double square = 0.0, used = 0.0;
   for (std::size_t i = 0; i < data.size(); ++i)
     square += data.weight[i] * residuals[i].squaredNorm(), used += data.weight[i] > 0.0 ? 1.0 : 0.0;
   const double freedom = 3.0 * used - static_cast<double>(linear.size);
   PivotCovariance result;
-  const auto fitted = field(data, residuals, linear);
-  result.field_sd = fitted.field_sd.norm() / std::sqrt(3.0);
-  Eigen::MatrixXd total = square / std::max(freedom, 1.0) * linear.inverse + fitted.covariance;
+  const PoseErrors errors = pose_errors(data, residuals, linear);
+  result.field = how.field != nullptr ? *how.field : smooth_error(errors);
+  Eigen::MatrixXd total =
+      square / std::max(freedom, 1.0) * linear.inverse + smooth_error_covariance(errors, result.field);
   if (how.motion_strain > 0.0) total += how.motion_strain * how.motion_strain * strain(data, linear);
 
   const double correlation = integrated_correlation(data, residuals);

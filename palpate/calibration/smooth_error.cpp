@@ -12,7 +12,7 @@ namespace {
 
 // Lengths of the field in units of the motion's rms extent: from what changes between neighbouring views to
 // what is all but linear over the whole recording.
-constexpr std::array kLengths{0.25, 0.5, 1.0};
+constexpr std::array kLengths{0.25, 0.5, 1.0, 2.0};
 // Variance of the field against that of one observation's white noise.
 constexpr std::array kRatios{0.0, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 1000.0};
 
@@ -23,12 +23,12 @@ double squared_distance(const PoseErrors& e, std::size_t i, std::size_t j) {
 
 // What one component says for one ratio of field to white noise: its part of the normal equations J' V^-1 J,
 // J' V^-1 r, r' V^-1 r and log |V|, V the variance of its residuals; and the field's variance.
-struct Part {
+struct FieldPart {
   Eigen::MatrixXd N;
   Eigen::VectorXd b;
   double q = 0.0, log_det = 0.0, field_variance = 0.0;
 };
-using Component = std::vector<Part>;  // by ratio
+using FieldComponent = std::vector<FieldPart>;  // by ratio
 
 double log_determinant(const Eigen::MatrixXd& N) {
   double sum = 0.0;
@@ -39,12 +39,13 @@ double log_determinant(const Eigen::MatrixXd& N) {
 
 // r and J in the eigenvectors of the kernel, whose values are given. The white variance is the one that fits
 // this component alone best, as many columns projected out as it has.
-Component component_of(const Eigen::VectorXd& r, const Eigen::MatrixXd& J, const Eigen::VectorXd& values) {
-  Component parts;
+FieldComponent component_of(const Eigen::VectorXd& r, const Eigen::MatrixXd& J,
+                            const Eigen::VectorXd& values) {
+  FieldComponent parts;
   for (double ratio : kRatios) {
     const Eigen::ArrayXd total = 1.0 + ratio * values.array().max(0.0);
     const Eigen::MatrixXd weighted = total.inverse().matrix().asDiagonal() * J;
-    Part part;
+    FieldPart part;
     part.N = J.transpose() * weighted;
     part.b = weighted.transpose() * r;
     part.q = (r.array().square() / total).sum();
@@ -60,26 +61,26 @@ Component component_of(const Eigen::VectorXd& r, const Eigen::MatrixXd& J, const
 }
 
 // Restricted log likelihood of all components together, at one ratio each.
-double likelihood(const std::vector<Component>& components, const std::vector<std::size_t>& ratio) {
+double likelihood(const std::vector<FieldComponent>& components, const std::vector<std::size_t>& ratio) {
   Eigen::MatrixXd N = Eigen::MatrixXd::Zero(components[0][0].N.rows(), components[0][0].N.cols());
   Eigen::VectorXd b = Eigen::VectorXd::Zero(N.rows());
   double q = 0.0, log_det = 0.0;
   for (std::size_t c = 0; c < components.size(); ++c) {
-    const Part& part = components[c][ratio[c]];
+    const FieldPart& part = components[c][ratio[c]];
     N += part.N, b += part.b, q += part.q, log_det += part.log_det;
   }
   return -0.5 * (log_det + log_determinant(N) + q - b.dot(solve_symmetric(N, b)));
 }
 
-struct Judgement {
+struct FieldJudgement {
   double log_evidence = 0.0;       // of the length, the ratios averaged out
   Eigen::VectorXd field_variance;  // square of the deviation's mean over the ratios
 };
 
 // Climbs to the likeliest ratios, one component at a time, then averages about them.
-Judgement judge(const std::vector<Component>& components) {
+FieldJudgement judge(const std::vector<FieldComponent>& components) {
   std::vector<std::size_t> ratio(components.size(), kRatios.size() / 2);
-  Judgement result{0.0, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(components.size()))};
+  FieldJudgement result{0.0, Eigen::VectorXd::Zero(static_cast<Eigen::Index>(components.size()))};
   for (int sweep = 0; sweep < 20; ++sweep) {
     const auto before = ratio;
     double averaged = 0.0, best = 0.0;
@@ -137,21 +138,50 @@ Eigen::MatrixXd in_fixed_axes(const PoseErrors& errors, const Eigen::VectorXd& v
   return covariance;
 }
 
-}  // namespace
-
-SmoothError smooth_error(const PoseErrors& errors) {
+Eigen::MatrixXd squared_distances(const PoseErrors& errors) {
   const auto n = static_cast<Eigen::Index>(errors.place.size());
-  const auto components = errors.residual.cols();
-  const auto parameters = errors.influence.front().rows();
-  SmoothError result{Eigen::MatrixXd::Zero(parameters, parameters), Eigen::VectorXd::Zero(components), 0.0};
-  if (n < 12) return result;
   Eigen::MatrixXd distance(n, n);
   for (Eigen::Index i = 0; i < n; ++i)
     for (Eigen::Index j = 0; j <= i; ++j)
       distance(i, j) = distance(j, i) =
           squared_distance(errors, static_cast<std::size_t>(i), static_cast<std::size_t>(j));
-  const double extent2 = 0.5 * distance.mean();  // mean square distance from the middle
-  if (!(extent2 > 0.0)) return result;
+  return distance;
+}
+
+Eigen::MatrixXd kernel_of(const Eigen::MatrixXd& distance, double length) {
+  return (-distance.array() / (2.0 * length * length)).exp();
+}
+
+}  // namespace
+
+Eigen::MatrixXd smooth_error_covariance(const PoseErrors& errors, const SmoothError& told) {
+  const auto parameters = errors.influence.front().rows();
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(parameters, parameters);
+  const Eigen::MatrixXd distance = squared_distances(errors);
+  for (const auto& candidate : told.candidates) {
+    const Eigen::MatrixXd kernel = kernel_of(distance, candidate.length);
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(parameters, parameters);
+    for (Eigen::Index c = 0; c < candidate.variance.size(); ++c) {
+      const auto& G = errors.influence[static_cast<std::size_t>(c)];
+      covariance += candidate.variance[c] * (G * kernel * G.transpose());
+    }
+    if (!errors.axes.empty())
+      covariance = 0.5 * (covariance + in_fixed_axes(errors, candidate.variance, kernel));
+    sum += candidate.weight * covariance;
+  }
+  return sum;
+}
+
+SmoothError smooth_error(const PoseErrors& errors) {
+  const auto n = static_cast<Eigen::Index>(errors.place.size());
+  const auto components = errors.residual.cols();
+  const auto parameters = errors.influence.front().rows();
+  SmoothError result{
+      Eigen::MatrixXd::Zero(parameters, parameters), Eigen::VectorXd::Zero(components), 0.0, {}};
+  if (n < 12) return result;
+  const Eigen::MatrixXd distance = squared_distances(errors);
+  const double extent = std::sqrt(0.5 * distance.mean());  // rms distance from the middle
+  if (!(extent > 0.0)) return result;
 
   const Eigen::VectorXd root = errors.white.cwiseSqrt().cwiseInverse();
   const Eigen::MatrixXd& first = errors.jacobian.front();
@@ -160,14 +190,10 @@ SmoothError smooth_error(const PoseErrors& errors) {
   for (const auto& J : errors.jacobian) norms += J.colwise().squaredNorm().transpose();
   const Eigen::VectorXd column = norms.cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
   std::array<double, kLengths.size()> evidence{};
-  std::array<Eigen::MatrixXd, kLengths.size()> covariance;
-  std::array<Eigen::VectorXd, kLengths.size()> variances;
   for (std::size_t l = 0; l < kLengths.size(); ++l) {
-    const double L2 = kLengths[l] * kLengths[l] * extent2;
-    const Eigen::MatrixXd kernel = (-distance.array() / (2.0 * L2)).exp();
-    const auto eigen = symmetric_eigen(root.asDiagonal() * kernel * root.asDiagonal());
-    covariance[l] = Eigen::MatrixXd::Zero(parameters, parameters);
-    std::vector<Component> told;
+    const double length = kLengths[l] * extent;
+    const auto eigen = symmetric_eigen(root.asDiagonal() * kernel_of(distance, length) * root.asDiagonal());
+    std::vector<FieldComponent> told;
     for (Eigen::Index c = 0; c < components; ++c) {
       const auto& J = errors.jacobian[static_cast<std::size_t>(c)];
       told.push_back(component_of(eigen.vectors.transpose() * (root.asDiagonal() * errors.residual.col(c)),
@@ -176,26 +202,21 @@ SmoothError smooth_error(const PoseErrors& errors) {
     }
     const auto judged = judge(told);
     evidence[l] = judged.log_evidence;
-    variances[l] = judged.field_variance;
-    for (Eigen::Index c = 0; c < components; ++c) {
-      const auto& G = errors.influence[static_cast<std::size_t>(c)];
-      covariance[l] += variances[l][c] * (G * kernel * G.transpose());
-    }
-    if (!errors.axes.empty())
-      covariance[l] = 0.5 * (covariance[l] + in_fixed_axes(errors, variances[l], kernel));
+    result.candidates.push_back({length, 0.0, judged.field_variance});
   }
   const double best = *std::max_element(evidence.begin(), evidence.end());
-  double sum = 0.0, log_length = 0.0;
+  double sum = 0.0;
+  for (double value : evidence) sum += std::exp(value - best);
+  double log_length = 0.0;
   for (std::size_t l = 0; l < kLengths.size(); ++l) {
-    const double weight = std::exp(evidence[l] - best);
-    sum += weight;
-    result.covariance += weight * covariance[l];
-    result.field_sd += weight * variances[l];
-    log_length += weight * std::log(kLengths[l] * std::sqrt(extent2));
+    auto& candidate = result.candidates[l];
+    candidate.weight = std::exp(evidence[l] - best) / sum;
+    result.field_sd += candidate.weight * candidate.variance;
+    log_length += candidate.weight * std::log(candidate.length);
   }
-  result.covariance /= sum;
-  result.field_sd = (result.field_sd / sum).cwiseSqrt();
-  result.length = std::exp(log_length / sum);
+  result.field_sd = result.field_sd.cwiseSqrt();
+  result.length = std::exp(log_length);
+  result.covariance = smooth_error_covariance(errors, result);
   return result;
 }
 

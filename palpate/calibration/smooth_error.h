@@ -37,10 +37,19 @@ struct SmoothError {
   Eigen::MatrixXd covariance;  // of the parameters, from the field alone
   Eigen::VectorXd field_sd;    // per component
   double length = 0.0;         // m, mean of L over what is likely (geometric)
+  struct Candidate {
+    double length = 0.0, weight = 0.0;  // m; weights sum to 1
+    Eigen::VectorXd variance;           // per component
+  };
+  std::vector<Candidate> candidates;  // what the means are made of
 };
 
 // At most about 300 rows are wise: the work grows with their third power. Fewer than 12 rows, or no motion at
 // all, give a covariance of zero.
 SmoothError smooth_error(const PoseErrors& errors);
+
+// What a field told from other observations of the same devices does to this estimate; residuals do not
+// matter.
+Eigen::MatrixXd smooth_error_covariance(const PoseErrors& errors, const SmoothError& told);
 
 }  // namespace palpate
