@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <memory>
 
 #include "apps/palpate/command.h"
@@ -154,6 +155,10 @@ Expected<void> run_pivot(const PivotArguments& options) {
   if (!options.with_arm && options.marker == "tip")
     if (!add_arm_motion(options, *rig, poses))
       for (auto& pose : poses) pose.motion.reset();
+  // Neighbours in time share errors, wherever their rows stand.
+  if (file->has_time)
+    std::stable_sort(poses.begin(), poses.end(),
+                     [](const auto& a, const auto& b) { return a.time_s < b.time_s; });
   PivotCalibrationOptions how;
   how.method = options.method == "sphere"   ? PivotMethod::sphere
                : options.method == "robust" ? PivotMethod::robust

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
+#include <array>
 #include <filesystem>
 
 #include "palpate/calibration/absolute_orientation.h"
@@ -121,6 +122,106 @@ TEST(Pivot, TheArmsReadingsRemoveTheTipsOwnMotion) {
   EXPECT_LT(angle_between(with->value.R_world_arm, R_world_arm), 0.1);
 }
 
+// Arm readings that are late: the motion at t belongs to the pose at t - 15 ms.
+TEST(Pivot, AConstantDelayOfTheArmIsFound) {
+  Random random(9);
+  const auto turn = [](double t) {
+    return Vector3(0.5 * std::sin(3.1 * t), 0.5 * std::sin(2.3 * t + 1), 0.3 * std::sin(1.3 * t));
+  };
+  const auto dragged = [&](double t) {
+    return Vector3(so3_exp(turn(t)) * Vector3(2e-4, 0, 0.0015) +
+                   8e-4 * Vector3(std::sin(1.7 * t), std::cos(2.9 * t), std::sin(4.1 * t)));
+  };
+  std::vector<PivotPose> poses;
+  for (int i = 0; i < 400; ++i) {
+    const double t = 0.03 * i;
+    PivotPose pose{so3_exp(turn(t)), Vector3::Zero(), 0, dragged(t + 0.015), t};
+    pose.translation = dragged(t) - pose.rotation * kTip + normal3(random, 1e-4);
+    poses.push_back(pose);
+  }
+  const auto with = calibrate_pivot(poses, {.with_motion = true});
+  EXPECT_LT(tip_error(with), 5e-5);
+  EXPECT_NEAR(with->value.delay, -0.015, 0.003);
+  for (auto& pose : poses) pose.time_s.reset();
+  EXPECT_GT(tip_error(calibrate_pivot(poses, {.with_motion = true})), 2.0 * tip_error(with));
+}
+
+// A bias of the tracker that changes smoothly with the marker's place, besides white noise: the stated 95 %
+// region holds the tip in at least 90 % of the recordings; the autocorrelation alone would not.
+TEST(Pivot, ASmoothBiasIsInTheCovariance) {
+  int inside = 0, inside_before = 0;
+  double stated = 0.0, error = 0.0;
+  constexpr int kRuns = 40;
+  for (int run = 0; run < kRuns; ++run) {
+    Random random(static_cast<std::uint64_t>(run), "pivot bias");
+    auto poses = swing(random, {.poses = 150, .place_noise = 1e-4});
+    std::vector<std::array<Vector3, 2>> waves;
+    std::vector<double> phases;
+    for (int w = 0; w < 24; ++w) {
+      waves.push_back({normal3(random, 1.0 / 0.15), normal3(random, 1e-4 * std::sqrt(2.0 / 24.0))});
+      phases.push_back(random.uniform(0.0, 6.28));
+    }
+    for (auto& pose : poses) {
+      Vector3 bias = Vector3::Zero();
+      for (std::size_t w = 0; w < waves.size(); ++w)
+        bias += std::cos(waves[w][0].dot(pose.translation) + phases[w]) * waves[w][1];
+      pose.translation += bias;
+    }
+    const auto plain = calibrate_pivot(poses), shared = calibrate_pivot(poses, {.shared_errors = true});
+    ASSERT_TRUE(plain && shared);
+    EXPECT_EQ(plain->value.tip, shared->value.tip);
+    const Vector3 off = shared->value.tip - kTip;
+    const auto holds = [&](const auto& estimate) {
+      const Matrix3 C = estimate->covariance.template topLeftCorner<3, 3>();
+      return off.dot(C.llt().solve(off)) < 7.815;  // chi-square, 3 degrees of freedom
+    };
+    inside += holds(shared), inside_before += holds(plain);
+    stated += shared->covariance.topLeftCorner<3, 3>().trace(), error += off.squaredNorm();
+  }
+  EXPECT_GE(inside, 36);
+  EXPECT_LT(inside_before, 32);
+  EXPECT_LT(stated, 9.0 * error);  // three times as wide as the errors at most
+}
+
+TEST(Pivot, TheBootstrapIsTheSameForASeedAndLongerBlocksForSlowerErrors) {
+  Random random(10);
+  auto poses = swing(random, {.segments = 2, .poses = 150, .place_noise = 2e-4});
+  const auto a = calibrate_pivot(poses, {.shared_errors = true, .seed = 3}),
+             b = calibrate_pivot(poses, {.shared_errors = true, .seed = 3}),
+             c = calibrate_pivot(poses, {.shared_errors = true, .seed = 4});
+  ASSERT_TRUE(a && b && c);
+  EXPECT_EQ(a->value.bootstrap_std, b->value.bootstrap_std);
+  EXPECT_NE(a->value.bootstrap_std, c->value.bootstrap_std);
+  // white noise: the bootstrap scatters as the formal covariance says, 200 draws to 5 %
+  const auto formal = calibrate_pivot(poses);
+  EXPECT_NEAR(a->value.bootstrap_std.norm() / std::sqrt(formal->covariance.topLeftCorner<3, 3>().trace()),
+              1.0, 0.2);
+  Vector3 drift = Vector3::Zero();
+  for (auto& pose : poses) {
+    drift = 0.9 * drift + normal3(random, 2e-4);
+    pose.translation += drift;
+  }
+  const auto slow = calibrate_pivot(poses, {.shared_errors = true});
+  ASSERT_TRUE(slow);
+  EXPECT_GT(slow->value.bootstrap_block, 2 * a->value.bootstrap_block);
+  EXPECT_GE(slow->value.bootstrap_block, 19);  // a correlation time of (1 + 0.9) / (1 - 0.9) samples
+}
+
+TEST(Pivot, MotionThatIsNotSubtractedIsToldAndCounted) {
+  Random random(6);
+  auto poses = swing(random, {.poses = 200, .place_noise = 2e-4});
+  for (auto& pose : poses) {
+    const Vector3 dragged = pose.rotation * Vector3(0, 0, 0.0015) + normal3(random, 3e-4);
+    pose.translation += dragged;
+    pose.motion = dragged;
+  }
+  const auto without = calibrate_pivot(poses, {.shared_errors = true});
+  ASSERT_TRUE(without);
+  ASSERT_TRUE(without->value.tip_shift.has_value());
+  EXPECT_NEAR(without->value.tip_shift->z(), -0.0015, 2e-4);
+  EXPECT_LT(std::abs(without->value.tip.z() - kTip.z()), 2.0 * without->standard_deviation(2));
+}
+
 TEST(Pivot, TooLittleMotionIsRefusedWithFigures) {
   Random random(7);
   const auto refusal = [](const std::vector<PivotPose>& poses) {
@@ -162,6 +263,25 @@ TEST_F(RealPivots, EightSegmentsGiveOneTip) {
   EXPECT_NEAR(1e3 * estimate->value.segments[4].own_tip.value().x(), 109.6776, 0.05);
   // formal errors alone would say 0.03 mm; the segments scatter by ten times as much
   EXPECT_GT(1e3 * estimate->standard_deviation(0), 0.08);
+}
+
+TEST_F(RealPivots, StatedDeviationsCoverTheScatterBetweenSegments) {
+  for (const auto method : {PivotMethod::algebraic, PivotMethod::robust}) {
+    const auto estimate = calibrate_pivot(poses, {.method = method, .shared_errors = true});
+    ASSERT_TRUE(estimate.has_value()) << estimate.error().message;
+    const auto& s = estimate->value;
+    int inside = 0;
+    for (const auto& segment : s.segments) {
+      ASSERT_TRUE(segment.own_tip && segment.own_covariance);
+      const Vector3 off = *segment.own_tip - s.tip;
+      inside += off.dot(segment.own_covariance->llt().solve(off)) < 7.815;
+    }
+    EXPECT_EQ(inside, 8);
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      EXPECT_GT(estimate->standard_deviation(i), std::sqrt(s.tip_scatter(i, i) / 8.0)) << i;
+      EXPECT_LT(estimate->standard_deviation(i), 0.001) << i;  // and yet says something
+    }
+  }
 }
 
 TEST_F(RealPivots, LandmarksGiveThePhantomsPose) {
