@@ -10,8 +10,6 @@
 namespace palpate {
 namespace {
 
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 constexpr int kLens = 9;  // fx fy cx cy k1 k2 p1 p2 k3
 
 struct CvViews {

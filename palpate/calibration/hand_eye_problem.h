@@ -13,9 +13,6 @@
 
 namespace palpate {
 
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-
 constexpr int kHandEyeUnknowns = 13;
 using HandEyeNormal = Eigen::Matrix<double, kHandEyeUnknowns, kHandEyeUnknowns>;
 using HandEyeUnknowns = Eigen::Matrix<double, kHandEyeUnknowns, 1>;

@@ -7,8 +7,6 @@
 namespace palpate {
 namespace {
 
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 constexpr int kHandEye = 6;

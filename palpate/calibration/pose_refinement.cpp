@@ -8,8 +8,6 @@
 namespace palpate {
 namespace {
 
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 using Matrix26 = Eigen::Matrix<double, 2, 6>;
 constexpr double kNearest =
     0.01;  // m in front of the lens: nothing nearer is in focus, and the projection stays finite

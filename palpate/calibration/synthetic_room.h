@@ -11,9 +11,6 @@
 
 namespace palpate::synthetic {
 
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-
 inline CameraModel lens() {
   CameraModel camera;
   camera.fx = 560.0, camera.fy = 561.5, camera.cx = 318.7, camera.cy = 242.1;

@@ -74,9 +74,6 @@ int advance(const BallModel& model, std::span<const BouncePlane> planes, BallSta
 
 namespace {
 
-using Vector6 = Eigen::Matrix<double, 6, 1>;
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-
 BallState state_of(const Vector6& x, const Vector3& spin) { return {x.head<3>(), x.tail<3>(), spin}; }
 
 // Straight parabola through the first observations, where the search starts.

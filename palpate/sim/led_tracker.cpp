@@ -7,8 +7,6 @@
 namespace palpate::sim {
 namespace {
 
-using Matrix6 = Eigen::Matrix<double, 6, 6>;
-using Vector6 = Eigen::Matrix<double, 6, 1>;
 constexpr double kFlattest = 1e-6;  // cameras side by side at a thousandth of the distance
 constexpr double kNearest = 0.05;   // m in front of a camera; no lens sees closer
 

@@ -151,10 +151,10 @@ struct SimWorld::Parts : ArmDevice, TrackerDevice, HandDevice, Clock<PhysicsCloc
     explicit Camera(Parts& owner) : parts(owner) {}
     std::optional<CameraImage> poll() override { return take(parts.render); }
     std::optional<CameraImage> poll_unseen() override { return take({}); }
-    std::optional<CameraImage> take(const RenderView& render) {
+    std::optional<CameraImage> take(const RenderView& how) {
       const auto shot = parts.camera_twin.take(parts.time);
       if (!shot) return std::nullopt;
-      return draw_shot(*shot, render);
+      return draw_shot(*shot, how);
     }
     Parts& parts;
   };
