@@ -156,8 +156,9 @@ Expected<std::vector<StampedPose>> parse_transform_sequence(std::string_view con
         usable = false;
         break;
       }
-      auto step = pose_from_matrix(matrix->second.data(), 1e-3,
-                                   fmt::format("{}:{}: frame {}, {}", source, frame.line, number, name));
+      auto step =
+          pose_from_matrix(matrix->second.data(), 1e-3,
+                           fmt::format("{}:{}: frame {}, {}", source, frame.line, number, excerpt(name)));
       if (!step) return tl::unexpected(step.error());
       if (inverted) {
         step->rotation = step->rotation.conjugate();
