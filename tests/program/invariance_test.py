@@ -67,7 +67,7 @@ def hand_and_eye(chance, count):
 class Invariance(ProgramTest):
     def answer(self, *arguments):
         self.runs(*arguments, "--json", "result.json")
-        return json.load(open(self.path("result.json"), encoding="utf-8"))
+        return json.loads(self.read("result.json"))
 
     def alike(self, answers, *keys):
         for name, answer in answers.items():
@@ -129,7 +129,7 @@ class Invariance(ProgramTest):
     def test_a_real_hand_and_eye_with_its_delay(self):
         hand = os.path.join(REAL, "2017-04-09-18-13-10_vicon_prime_sense.csv")
         with open(os.path.join(REAL, "2017-04-09-18-13-10_W_camera_rgb_image_raw.csv"), encoding="utf-8") as file:
-            rows = file.read().split()
+            rows = file.read().splitlines()
         chance = random.Random(4)
         mixed = rows[:]
         chance.shuffle(mixed)
