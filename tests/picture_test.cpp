@@ -94,7 +94,7 @@ TEST(Picture, AVirtualMarkerCoversTheRealDotItBelongsTo) {
   for (const sim::Dot& dot : view.dots) {
     DrawItem item;
     item.mesh = &disc;
-    item.rotation = Quaternion::FromTwoVectors(Vector3::UnitY(), dot.normal);
+    item.rotation = rotation_between(Vector3::UnitY(), dot.normal);
     item.position = dot.centre + 0.0008 * dot.normal;
     items.push_back(item);
   }

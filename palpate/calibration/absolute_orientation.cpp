@@ -88,28 +88,34 @@ Expected<Estimate<RigidTransform>> absolute_orientation(const std::vector<Vector
 
   Estimate<RigidTransform> estimate;
   estimate.value = fit_rigid(from, to, weights);
-  Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
-  double chi2 = 0.0;
+  // About the middle of the points turn and shift do not mix, whatever the distance from the origin.
+  const Matrix3& R = estimate.value.rotation;
+  const Vector3 middle = R * weighted_mean(from, weights);
+  Matrix3 turning = Matrix3::Zero();  // information on the turn
+  double chi2 = 0.0, total = 0.0;
   for (std::size_t i = 0; i < from.size(); ++i) {
     const double w = weights.empty() ? 1.0 : weights[i];
-    const Vector3 turned = estimate.value.rotation * from[i];
+    const Vector3 turned = R * from[i];
     estimate.residuals.push_back(to[i] - turned - estimate.value.translation);
     chi2 += w * estimate.residuals.back().squaredNorm();
-    Eigen::Matrix<double, 3, 6> J;
-    J << -hat(turned), Matrix3::Identity();
-    normal += w * J.transpose() * J;
+    turning += w * hat(turned - middle).transpose() * hat(turned - middle);
+    total += w;
   }
   const double variance = chi2 / (3.0 * static_cast<double>(used) - 6.0);
-  estimate.covariance = variance * inverse_symmetric(normal);
-  const Matrix3 turning = estimate.covariance.topLeftCorner<3, 3>();
-  const Vector3 spread = symmetric_eigenvalues(turning);
-  const double worst = std::sqrt(std::max(0.0, spread[2]));
+  const auto turn = symmetric_eigen(variance * covariance_from_information(turning));
+  const double worst = std::sqrt(turn.values[2]);
   if (!(worst <= kWorstRotation))
     return refused(
         "absolute orientation: the points are too close to a line or fit too badly (rms {:.3g} mm): the "
         "rotation "
         "is known to {:.0f} deg only; spread the points and check their order",
         mm_from_metres(rms_per_component(estimate.residuals)), degrees_from_radians(worst));
+  // The translation is the origin's: the middle's shift and, across the lever, the turn.
+  const Matrix3 root = turn.vectors * turn.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  Eigen::Matrix<double, 6, 3> by_turn;
+  by_turn << root, hat(middle) * root;
+  estimate.covariance = by_turn * by_turn.transpose();
+  estimate.covariance.bottomRightCorner<3, 3>() += variance / total * Matrix3::Identity();
   const Vector3 extent = extents(from, weights);
   estimate.condition = extent[0] / extent[1];
   return estimate;

@@ -84,10 +84,7 @@ void add_arm_covariance(Estimate<ArmSolution>& estimate, const ArmSetting& setti
     estimate.covariance = errors.covariance;
     estimate.value.noise = {errors.sigma, errors.share, errors.reach};
   } else {
-    Eigen::MatrixXd H = J.transpose() * J + input.precision;
-    const Eigen::VectorXd d = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-    H = d.asDiagonal() * H * d.asDiagonal();
-    estimate.covariance = sigma * sigma * (d.asDiagonal() * inverse_symmetric(H) * d.asDiagonal());
+    estimate.covariance = sigma * sigma * covariance_from_information(J.transpose() * J + input.precision);
     estimate.value.noise = {sigma, 0.0, 0.0};
   }
   // Where the noise is known from few residuals only: the variance of Student's distribution.

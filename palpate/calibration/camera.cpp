@@ -338,7 +338,7 @@ Expected<Estimate<BoardPose>> board_pose(const CameraModel& camera, const BoardV
         view.name, result.value.rms_px, options.max_rms_px);
   const Vector6 values = symmetric_eigenvalues(best_normal);
   result.condition = std::sqrt(values.maxCoeff() / std::max(values.minCoeff(), 1e-300));
-  result.covariance = (first / (2.0 * n - 6.0)) * inverse_symmetric(best_normal);
+  result.covariance = (first / (2.0 * n - 6.0)) * covariance_from_information(best_normal);
   result.termination = Termination::converged;
   return result;
 }

@@ -197,12 +197,7 @@ CorrelatedErrors correlated_covariance(const CorrelationInput& input) {
   }
   if (of_field > 0.0) result.reach /= of_field;
   result.sigma = std::sqrt(variance);
-  // scaled by its diagonal before inverting: the entries differ by many orders of magnitude
-  Eigen::MatrixXd H = JtJ + input.precision;
-  const Eigen::VectorXd d = H.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
-  H = d.asDiagonal() * H * d.asDiagonal();
-  const Eigen::MatrixXd inverse = d.asDiagonal() * inverse_symmetric(H) * d.asDiagonal();
-  result.covariance = inverse * (middle + variance * input.precision) * inverse;
+  result.covariance = sandwich_covariance(JtJ + input.precision, middle + variance * input.precision);
   return result;
 }
 

@@ -200,7 +200,8 @@ Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<ArmObserva
                    inliers, all.size());
   const double sigma = std::max(kLeastScale, std::sqrt(squares / freedom));
   const GimbalNormal data = normal_equations(all, weights, at, sigma, false);
-  estimate.covariance = inverse_symmetric(normal_equations(all, weights, at, sigma, true).information);
+  estimate.covariance =
+      covariance_from_information(normal_equations(all, weights, at, sigma, true).information);
   // What the data leave to the prior: less is known of it than was plausible before.
   for (Eigen::Index k = 0; k < 5; ++k) {
     const double size = k < 3 ? kGimbalGainSize : kGimbalOffsetSize;

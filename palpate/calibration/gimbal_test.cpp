@@ -75,7 +75,7 @@ TEST(Gimbal, ZerosFarOffAreFound) {
   EXPECT_LT((found->value.correction.offset - truth.correction.offset).norm(), 3e-3);
 }
 
-TEST(Gimbal, ErrorsAgreeWithTheCovariance) {
+TEST(GimbalStatistics, ErrorsAgreeWithTheCovariance) {
   const auto truth = a_gimbal();
   constexpr int kRuns = 200;
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(5);

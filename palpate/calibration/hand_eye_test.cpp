@@ -108,7 +108,7 @@ TEST(HandEye, AKnownDelayIsUsedAsItIs) {
   EXPECT_LT(lab.place_error(fit->value), 1e-4);  // straight lines between hand poses 10 ms apart
 }
 
-TEST(HandEye, ErrorsAgreeWithTheCovarianceItClaims) {
+TEST(HandEyeStatistics, ErrorsAgreeWithTheCovarianceItClaims) {
   TwoStreams lab;
   lab.seconds = 20.0;
   lab.eye_turn_noise = 0.003, lab.eye_place_noise = 0.002, lab.hand_turn_noise = 0.0005,
@@ -160,7 +160,7 @@ struct BiasField {
   }
 };
 
-TEST(HandEye, ATrackersSmoothBiasIsInTheCovariance) {
+TEST(HandEyeStatistics, ATrackersSmoothBiasIsInTheCovariance) {
   TwoStreams lab;
   lab.seconds = 20.0;
   lab.eye_turn_noise = 0.001, lab.eye_place_noise = 0.0005, lab.hand_turn_noise = 0.0005,

@@ -252,7 +252,7 @@ Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraModel& camer
   S = A;
   for (const auto& block : blocks)
     S.noalias() -= block.C.transpose() * solve_symmetric_columns(block.A, block.C);
-  result.covariance = inverse_symmetric(S);
+  result.covariance = covariance_from_information(S);
   if (!options.correct_hand_eye) {
     result.covariance.topRows<kHandEye>().setZero();
     result.covariance.leftCols<kHandEye>().setZero();

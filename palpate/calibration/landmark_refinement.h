@@ -23,7 +23,7 @@ namespace palpate {
 
 struct LandmarkFrame {
   Pose<World, CameraMarker> X_world_marker;  // from the tracker, at the image's mid-exposure
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  Matrix6 covariance = Matrix6::Zero();
   std::vector<Sighting> sightings;
 };
 

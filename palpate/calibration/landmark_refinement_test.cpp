@@ -75,7 +75,7 @@ TEST(LandmarkRefinement, PlacesBecomeBetterThanTheTouches) {
       0.65 * before);  // the touches share a shift and a turn: sqrt(6 / 36) stays even with perfect pictures
 }
 
-TEST(LandmarkRefinement, ErrorsAgreeWithTheCovarianceItClaims) {
+TEST(LandmarkRefinementStatistics, ErrorsAgreeWithTheCovarianceItClaims) {
   double sum = 0.0;
   constexpr int kRuns = 20;
   for (std::uint64_t seed = 0; seed < kRuns; ++seed) {

@@ -118,10 +118,7 @@ struct PoseDesign::Parts {
   }
 
   Eigen::MatrixXd covariance(const DesignState& at) const {
-    // scaled by its diagonal before inverting: the entries differ by many orders of magnitude
-    const Eigen::VectorXd d = at.information.diagonal().cwiseSqrt().cwiseInverse();
-    return d.asDiagonal() * inverse_symmetric(d.asDiagonal() * at.information * d.asDiagonal()) *
-           d.asDiagonal();
+    return covariance_from_information(at.information);
   }
 
   DesignTrial trial(const DesignState& at) const {

@@ -32,7 +32,7 @@ struct PoseLab {
     const Vector3 towards = -predict_tip(truth, psi).m.normalized();
     const Quaternion tilt = so3_exp(0.35 * normal3(random)),
                      roll(Eigen::AngleAxisd(random.uniform(-3.1, 3.1), towards));
-    return place(psi, (tilt * roll * Quaternion::FromTwoVectors(Vector3::UnitZ(), towards)).normalized());
+    return place(psi, (tilt * roll * rotation_between(Vector3::UnitZ(), towards)).normalized());
   }
   ArmObservation place(const Vector3& psi, const Quaternion& R) const {
     ArmObservation pose;
@@ -75,7 +75,7 @@ struct PoseLab {
                     .tip_in_marker = {},
                     .tip_known = true,
                     .parameters = {}};
-  Eigen::Matrix<double, 6, 6> pose_covariance;
+  Matrix6 pose_covariance;
 };
 
 std::vector<Eigen::VectorXd> workspace(int per_joint = 4) {
@@ -325,7 +325,7 @@ TEST(PoseDesign, APlanComesInTheOrderInWhichItHelps) {
 // A tip that has been seen from one side only is looked at from another.
 TEST(PoseDesign, AsksForMarkersTurnedOtherwise) {
   PoseLab lab(7);
-  const Quaternion same = Quaternion::FromTwoVectors(Vector3::UnitZ(), Vector3(0.0, 0.6, -0.8));
+  const Quaternion same = rotation_between(Vector3::UnitZ(), Vector3(0.0, 0.6, -0.8));
   DesignOptions options;
   options.criterion = DesignCriterion::d_optimal;
   std::vector<ArmObservation> taken, candidates;

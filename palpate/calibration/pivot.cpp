@@ -265,7 +265,7 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
       chi2 += std::pow(d.norm() - sphere->radius, 2);
     }
     const double variance = chi2 / std::max(1.0, n - 3.0 * static_cast<double>(S) - 1.0);
-    const Eigen::MatrixXd C = variance * inverse_symmetric(sphere->normal);
+    const Eigen::MatrixXd C = variance * covariance_from_information(sphere->normal);
     estimate.covariance.topLeftCorner<3, 3>() = K * C * K.transpose() + variance / n * Matrix3::Identity();
     estimate.covariance.bottomRightCorner(3 * S, 3 * S) = C.topLeftCorner(3 * S, 3 * S);
     estimate.covariance.topRightCorner(3, 3 * S) = (K * C).leftCols(3 * S);
@@ -311,7 +311,7 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
     const auto system = tip_system(data);
     Matrix3 tip_covariance = Matrix3::Zero();
     if (options.with_motion && !options.given_tip) {
-      Eigen::Matrix<double, 6, 6> N = Eigen::Matrix<double, 6, 6>::Zero();
+      Matrix6 N = Matrix6::Zero();
       for (std::size_t i = 0; i < data.size(); ++i) {
         Eigen::Matrix<double, 3, 6> J;
         J << data.R[i] - system.mean_R[data.segment[i]], hat(data.motion[i]);

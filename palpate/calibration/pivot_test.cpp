@@ -64,7 +64,7 @@ TEST(Pivot, AGivenTipLeavesOnlyThePivots) {
 // White noise on the marker's place: the normalised squared error is chi-square with 3 degrees of freedom
 // (mean 3, sd 2.4; of 300 runs 3 +- 0.14). The correlation factor only ever enlarges the covariance, by a few
 // per cent here.
-TEST(Pivot, ErrorsAgreeWithTheCovariance) {
+TEST(PivotStatistics, ErrorsAgreeWithTheCovariance) {
   Random random(3);
   for (auto method : {PivotMethod::algebraic, PivotMethod::robust, PivotMethod::sphere}) {
     double sum = 0.0;
@@ -148,7 +148,7 @@ TEST(Pivot, AConstantDelayOfTheArmIsFound) {
 
 // A bias of the tracker that changes smoothly with the marker's place, besides white noise: the stated 95 %
 // region holds the tip in at least 90 % of the recordings; the autocorrelation alone would not.
-TEST(Pivot, ASmoothBiasIsInTheCovariance) {
+TEST(PivotStatistics, ASmoothBiasIsInTheCovariance) {
   int inside = 0, inside_before = 0;
   double stated = 0.0, error = 0.0;
   constexpr int kRuns = 40;

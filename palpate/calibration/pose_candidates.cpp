@@ -36,7 +36,7 @@ std::vector<ArmObservation> candidate_poses(const ArmSolution& arm, const Reacha
     const Vector3 axis = std::cos(around) * side + std::sin(around) * towards.cross(side);
     const Quaternion R =
         (Quaternion(Eigen::AngleAxisd(tilt, axis)) * Quaternion(Eigen::AngleAxisd(roll, towards)) *
-         Quaternion::FromTwoVectors(reach.marker_normal, towards))
+         rotation_between(reach.marker_normal, towards))
             .normalized();
     if (R_tip_marker) {
       const Vector3 gimbal =

@@ -29,7 +29,7 @@ struct ReachablePoses {
 // Of a marker's pose, as a tracker gives it: rotation, translation, World axes; and what its stated accuracy
 // leaves beyond that, m^2.
 struct PoseNoise {
-  Eigen::Matrix<double, 6, 6> pose;
+  Matrix6 pose;
   Matrix3 systematic = Matrix3::Zero();
 };
 

@@ -129,7 +129,7 @@ RefinedPose refine_camera_pose(const CameraModel& camera, const CameraPosePrior&
     s = system_at(X);
   }
   result.X_world_camera = X;
-  result.covariance = inverse_symmetric(s.A);
+  result.covariance = covariance_from_information(s.A);
   result.refined = true;
   return result;
 }

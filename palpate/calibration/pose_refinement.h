@@ -19,13 +19,12 @@ namespace palpate {
 
 struct CameraPosePrior {
   Pose<World, CameraOptical> X_world_camera;
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  Matrix6 covariance = Matrix6::Zero();
 };
 
 // What tracker and hand-eye together say about the camera, with both uncertainties.
 CameraPosePrior camera_from_marker(const Pose<World, CameraMarker>& X_world_marker,
-                                   const Eigen::Matrix<double, 6, 6>& marker_covariance,
-                                   const HandEyeCalibration& hand_eye);
+                                   const Matrix6& marker_covariance, const HandEyeCalibration& hand_eye);
 
 struct Sighting {
   std::size_t landmark = 0;      // index into the landmarks
@@ -42,7 +41,7 @@ struct RefinementOptions {
 
 struct RefinedPose {
   Pose<World, CameraOptical> X_world_camera;
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  Matrix6 covariance = Matrix6::Zero();
   bool refined = false;  // false: this is the prior
   int inliers = 0;
   double rms_px = 0.0;  // of the inliers, sqrt(sum |r|^2 / n)

@@ -60,14 +60,14 @@ Told run(double field_sd, double white_sd) {
   return told;
 }
 
-TEST(SmoothError, FindsAFieldsSizeAndWhatItDoesToTheFit) {
+TEST(SmoothErrorStatistics, FindsAFieldsSizeAndWhatItDoesToTheFit) {
   const auto told = run(1.0, 0.5);
   EXPECT_NEAR(told.field_sd, 1.0, 0.2);  // one draw of the field has its own size, 15 % off
   EXPECT_GT(told.stated2, 0.6 * told.slope_error2);
   EXPECT_LT(told.stated2, 1.8 * told.slope_error2);
 }
 
-TEST(SmoothError, WhiteNoiseIsNotTakenForAField) {
+TEST(SmoothErrorStatistics, WhiteNoiseIsNotTakenForAField) {
   const auto told = run(0.0, 0.5);
   EXPECT_LT(told.field_sd, 0.1);
   EXPECT_LT(told.stated2, told.slope_error2);  // white noise is counted elsewhere; this must add less

@@ -116,7 +116,7 @@ Expected<Estimate<StreamDelay>> estimate_stream_delay(const std::vector<TimedPoi
         options.longest_s);
   const double variance = fit.cost / (3.0 * fit.used - 4.0);
   estimate.value = {x[0], x.tail<3>(), speed};
-  estimate.covariance = variance * inverse_symmetric(fit.normal);
+  estimate.covariance = variance * covariance_from_information(fit.normal);
   estimate.residuals = std::move(fit.residuals);
   estimate.termination = Termination::converged;
   return estimate;

@@ -31,7 +31,7 @@ std::vector<TimedPoint> late_stream(double delay, double noise, Random& random, 
   return stream;
 }
 
-TEST(StreamDelay, FindsTheDelayWithinItsStatedError) {
+TEST(StreamDelayStatistics, FindsTheDelayWithinItsStatedError) {
   double chi2 = 0.0;
   const int runs = 60;
   for (int run = 0; run < runs; ++run) {

@@ -130,9 +130,11 @@ Expected<Estimate<RectangleFit>> fit_rectangle(std::vector<TouchedPoint> points,
     fit.height += step[7];
     if (step.norm() < 1e-13) break;
   }
+  if (!(fit.width > 0.0 && fit.height > 0.0))  // corners touched again elsewhere pull a thin one inside out
+    return refused("surface: no rectangle fits the touched points; touch the four corners again, in order");
   estimate.termination = Termination::converged;
   estimate.covariance =
-      chi2 / static_cast<double>(std::max<Eigen::Index>(1, rows - 8)) * inverse_symmetric(normal);
+      chi2 / static_cast<double>(std::max<Eigen::Index>(1, rows - 8)) * covariance_from_information(normal);
 
   const double limit =
       std::max(options.least_tolerance, options.tolerance * std::hypot(fit.width, fit.height));

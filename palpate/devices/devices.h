@@ -49,7 +49,7 @@ struct TrackerSample {
   Vector3 translation = Vector3::Zero();
   // Of rotation (rad, World axes, left perturbation) then translation (m), as the tracker believes it: white
   // noise of the LEDs carried through the fit.
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  Matrix6 covariance = Matrix6::Zero();
   // m^2, of the translation: what the tracker's stated accuracy leaves beyond that noise, the same for poses
   // near each other. It does not average out.
   Matrix3 systematic = Matrix3::Zero();

@@ -12,6 +12,25 @@ namespace palpate {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+namespace {
+
+// B with B B^T = A^-1, so that every variance made of it is a sum of squares.
+MatrixXd inverse_root(const ConstMatrixRef& A) {
+  VectorXd scale = VectorXd::Zero(A.rows());
+  for (Eigen::Index i = 0; i < A.rows(); ++i)
+    if (A(i, i) > 0.0) scale[i] = 1.0 / std::sqrt(A(i, i));
+  const MatrixXd scaled = scale.asDiagonal() * A * scale.asDiagonal();
+  const double least = static_cast<double>(A.rows()) * std::numeric_limits<double>::epsilon();
+  const Eigen::LLT<MatrixXd> llt(scaled);
+  if (llt.info() == Eigen::Success && llt.matrixLLT().diagonal().minCoeff() > std::sqrt(least))
+    return scale.asDiagonal() * MatrixXd(llt.matrixU().solve(MatrixXd::Identity(A.rows(), A.cols())));
+  const auto eigen = symmetric_eigen(scaled);
+  return scale.asDiagonal() * eigen.vectors *
+         eigen.values.cwiseMax(least).cwiseSqrt().cwiseInverse().asDiagonal();
+}
+
+}  // namespace
+
 VectorXd solve_symmetric(const ConstMatrixRef& A, const ConstVectorRef& b) {
   return Eigen::LDLT<MatrixXd>(A).solve(b);
 }
@@ -32,6 +51,18 @@ MatrixXd pseudo_inverse_symmetric(const ConstMatrixRef& A) {
   for (Eigen::Index i = 0; i < A.rows(); ++i)
     if (std::abs(eigen.values[i]) > least) inverse[i] = 1.0 / eigen.values[i];
   return eigen.vectors * inverse.asDiagonal() * eigen.vectors.transpose();
+}
+
+MatrixXd covariance_from_information(const ConstMatrixRef& A) {
+  const MatrixXd B = inverse_root(A);
+  return B * B.transpose();
+}
+
+MatrixXd sandwich_covariance(const ConstMatrixRef& A, const ConstMatrixRef& M) {
+  const MatrixXd B = inverse_root(A);
+  const auto eigen = symmetric_eigen(B.transpose() * M * B);
+  const MatrixXd C = B * eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
+  return C * C.transpose();
 }
 
 SymmetricEigen symmetric_eigen(const ConstMatrixRef& A) {

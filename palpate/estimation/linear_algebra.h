@@ -20,6 +20,15 @@ Eigen::MatrixXd solve_symmetric_columns(const ConstMatrixRef& A, const ConstMatr
 Eigen::MatrixXd inverse_symmetric(const ConstMatrixRef& A);
 Eigen::MatrixXd pseudo_inverse_symmetric(const ConstMatrixRef& A);
 
+// The covariance of estimates with this information (A^-1, A symmetric and positive semidefinite), scaled by
+// A's diagonal first, as the entries of a calibration differ by many orders of magnitude. Never a negative
+// variance: what the data do not tell, to the last digit, comes out enormous and not zero. A parameter
+// without any information (a zero diagonal) counts as held fixed: variance 0.
+Eigen::MatrixXd covariance_from_information(const ConstMatrixRef& A);
+// A^-1 M A^-1 in the same way: the covariance where the errors are not those that A was weighed for (Huber
+// 1967). M symmetric and positive semidefinite.
+Eigen::MatrixXd sandwich_covariance(const ConstMatrixRef& A, const ConstMatrixRef& M);
+
 // A = V diag(values) V^T for a symmetric A; values rise.
 struct SymmetricEigen {
   Eigen::VectorXd values;

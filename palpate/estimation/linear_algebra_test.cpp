@@ -40,6 +40,34 @@ TEST(LinearAlgebra, PseudoInverseOfASingularMatrixMeetsPenroseConditions) {
   EXPECT_LT((P * A * P - P).norm(), kRounding);
 }
 
+TEST(LinearAlgebra, CovarianceIsTheInverseWhateverTheUnits) {
+  Random random(4, "linear algebra");
+  const MatrixXd J = random_matrix(random, 20, 6), A = J.transpose() * J;
+  const MatrixXd K = random_matrix(random, 9, 6), M = K.transpose() * K;
+  const VectorXd units = (VectorXd(6) << 1e-9, 1e-3, 1.0, 1e3, 1e6, 1e9).finished();
+  const MatrixXd Au = units.asDiagonal() * A * units.asDiagonal(),
+                 Mu = units.asDiagonal() * M * units.asDiagonal();
+  const MatrixXd C = units.asDiagonal() * covariance_from_information(Au) * units.asDiagonal();
+  EXPECT_LT((C - inverse_symmetric(A)).norm(), kRounding);
+  const MatrixXd S = units.asDiagonal() * sandwich_covariance(Au, Mu) * units.asDiagonal();
+  EXPECT_LT((S - inverse_symmetric(A) * M * inverse_symmetric(A)).norm(), kRounding);
+}
+
+TEST(LinearAlgebra, WhatIsNotKnownHasAnEnormousVarianceAndNeverANegativeOne) {
+  Random random(5, "linear algebra");
+  for (int run = 0; run < 200; ++run) {
+    MatrixXd J = random_matrix(random, 12, 5);
+    J.col(3) = J.col(1) + J.col(2);  // their difference cannot be told
+    J.col(4).setZero();              // held fixed
+    const MatrixXd C = covariance_from_information(J.transpose() * J);
+    EXPECT_GE(C.diagonal().minCoeff(), 0.0);
+    EXPECT_LT(C(0, 0), 10.0);
+    for (const Eigen::Index k : {1, 2, 3}) EXPECT_GT(C(k, k), 1e10);
+    EXPECT_EQ(C(4, 4), 0.0);
+    EXPECT_GE(sandwich_covariance(J.transpose() * J, J.transpose() * J).diagonal().minCoeff(), 0.0);
+  }
+}
+
 TEST(LinearAlgebra, EigenAndSingularValuesRebuildTheirMatrix) {
   Random random(3, "linear algebra");
   const MatrixXd B = random_matrix(random, 9, 5), A = B.transpose() * B;

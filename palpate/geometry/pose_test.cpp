@@ -4,6 +4,7 @@
 
 #include "palpate/core/random.h"
 #include "palpate/core/units.h"
+#include "palpate/geometry/random_vector.h"
 
 namespace palpate {
 namespace {
@@ -64,6 +65,16 @@ TEST(So3, InverseLeftJacobianAgreesWithFiniteDifferences) {
     }
     // central differences err by h^2 times the third derivative, which grows towards half a turn
     EXPECT_NEAR((so3_left_jacobian_inverse(r) - numeric).norm(), 0.0, 1e-8) << angle;
+  }
+}
+
+TEST(So3, RotationBetweenIsTheShortestTurnAlsoWhereDirectionsAreOpposite) {
+  Random random(3, "so3");
+  for (int i = 0; i < 200; ++i) {
+    const Vector3 a = normal3(random), b = i % 10 == 0 ? Vector3(-2.0 * a) : normal3(random);
+    const Quaternion q = rotation_between(a, b);
+    EXPECT_NEAR((q * a.normalized() - b.normalized()).norm(), 0.0, 1e-14);
+    EXPECT_NEAR(angle_between(q, Quaternion::Identity()), std::atan2(a.cross(b).norm(), a.dot(b)), 1e-12);
   }
 }
 

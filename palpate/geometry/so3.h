@@ -54,6 +54,18 @@ inline double angle_between(const Quaternion& a, const Quaternion& b) {
   return so3_log(a.conjugate() * b).norm();
 }
 
+// The shortest turn of direction a onto direction b (any lengths but zero); half a turn about an axis square
+// to a where they are opposite.
+inline Quaternion rotation_between(const Vector3& a, const Vector3& b) {
+  const Vector3 u = a.normalized(), v = b.normalized(), middle = u + v;
+  if (middle.squaredNorm() < 1e-30) {
+    const Vector3 axis = u.unitOrthogonal();
+    return Quaternion(0.0, axis.x(), axis.y(), axis.z());
+  }
+  const Vector3 half = middle.normalized(), axis = u.cross(half);
+  return Quaternion(u.dot(half), axis.x(), axis.y(), axis.z()).normalized();
+}
+
 // Rotation from angles in radians about the fixed axes x, then y, then z (R = Rz Ry Rx).
 inline Quaternion rotation_from_xyz(const Vector3& angles) {
   return Quaternion(Eigen::AngleAxisd(angles.z(), Vector3::UnitZ()) *

@@ -92,7 +92,7 @@ void GraphicsServer::estimate_pose(FrameRecord& record) {
     // The marker's covariance carried along the lever to the camera: a turn w of the marker moves the camera
     // by w x lever.
     const Vector3 lever = record.X_world_camera.translation - marker->translation;
-    Eigen::Matrix<double, 6, 6> J = Eigen::Matrix<double, 6, 6>::Identity();
+    Matrix6 J = Matrix6::Identity();
     J.bottomLeftCorner<3, 3>() = -hat(lever);
     refiner_(*image_, J * marker->covariance * J.transpose(), record);
   }

@@ -29,8 +29,8 @@ namespace palpate {
 // Improves record.X_world_camera by what is seen in the image; `covariance` is that of the tracker's pose
 // (rotation in World axes, then translation). Given by the composition, as is the painter, which draws the
 // frame into record.rgb: so the server runs without pixels in tests.
-using PoseRefiner = std::function<void(const CameraImage& image,
-                                       const Eigen::Matrix<double, 6, 6>& covariance, FrameRecord& record)>;
+using PoseRefiner =
+    std::function<void(const CameraImage& image, const Matrix6& covariance, FrameRecord& record)>;
 using FramePainter = std::function<void(const CameraImage& image, FrameRecord& record)>;
 
 class GraphicsServer {

@@ -18,7 +18,7 @@ struct MarkerPose {
   Instant<GraphicsClock> time;
   Quaternion rotation = Quaternion::Identity();
   Vector3 translation = Vector3::Zero();
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();  // rotation, then translation
+  Matrix6 covariance = Matrix6::Zero();  // rotation, then translation
 };
 
 class MarkerHistory {

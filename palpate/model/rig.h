@@ -61,8 +61,7 @@ struct CameraCalibration {
 
 struct HandEyeCalibration {  // camera in its marker
   Pose<CameraMarker, CameraOptical> X_marker_camera;
-  Eigen::Matrix<double, 6, 6> covariance =
-      Eigen::Matrix<double, 6, 6>::Zero();  // rotation (rad) then translation (m)
+  Matrix6 covariance = Matrix6::Zero();  // rotation (rad) then translation (m)
   Provenance from;
 };
 

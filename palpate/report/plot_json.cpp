@@ -67,7 +67,7 @@ std::string json_numbers(const std::vector<double>& values, bool relative) {
     low = std::min(low, v);
     high = std::max(high, v);
   }
-  const double span = high > low ? high - low : std::max(std::abs(high), 1e-12);
+  const double span = high > low ? high - low : (high == low ? std::max(std::abs(high), 1e-12) : 1.0);
   const int decimals = std::clamp(static_cast<int>(std::ceil(-std::log10(span * 1e-4))), 0, 15);
   std::string out = "[";
   for (double v : values) {

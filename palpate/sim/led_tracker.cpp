@@ -113,8 +113,7 @@ std::optional<BodyFit> fit_body(std::span<const Vector3> body, std::span<const L
   return fit;
 }
 
-Matrix3 point_covariance(const Quaternion& rotation, const Eigen::Matrix<double, 6, 6>& pose_covariance,
-                         const Vector3& p_body) {
+Matrix3 point_covariance(const Quaternion& rotation, const Matrix6& pose_covariance, const Vector3& p_body) {
   Eigen::Matrix<double, 3, 6> J;
   J << -hat(rotation * p_body), Matrix3::Identity();
   return J * pose_covariance * J.transpose();

@@ -50,7 +50,7 @@ struct BodyFit {
   Quaternion rotation = Quaternion::Identity();  // body in World
   Vector3 translation = Vector3::Zero();
   // Rotation (rad, World axes, left perturbation) then translation (m).
-  Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+  Matrix6 covariance = Matrix6::Zero();
   double chi2 = 0.0;  // weighted residual sum; 3 n - 6 expected
 };
 
@@ -58,7 +58,6 @@ struct BodyFit {
 std::optional<BodyFit> fit_body(std::span<const Vector3> body, std::span<const LedPoint> seen);
 
 // Covariance of a point at `p_world` fixed to the body, from the covariance of its pose.
-Matrix3 point_covariance(const Quaternion& rotation, const Eigen::Matrix<double, 6, 6>& pose_covariance,
-                         const Vector3& p_body);
+Matrix3 point_covariance(const Quaternion& rotation, const Matrix6& pose_covariance, const Vector3& p_body);
 
 }  // namespace palpate::sim

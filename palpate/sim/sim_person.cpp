@@ -151,7 +151,7 @@ Expected<void> SimPerson::begin_touch(const Request& request) {
     if (largest < kSureAngle * world_.tracker.max_led_angle) break;
   }
   pointer_from_ = pointer_to_;
-  pointer_to_ = PointerPlace{place + miss, Quaternion::FromTwoVectors(pointer_normal(), shine)};
+  pointer_to_ = PointerPlace{place + miss, rotation_between(pointer_normal(), shine)};
   if (!pointer_from_) pointer_from_ = pointer_to_;
   return {};
 }

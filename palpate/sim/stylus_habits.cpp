@@ -37,9 +37,7 @@ std::optional<Vector3> random_joints(const WorldFile& world, Random& random) {
   return std::nullopt;
 }
 
-Quaternion facing(const Vector3& normal, const Vector3& towards) {
-  return Quaternion::FromTwoVectors(normal, towards);
-}
+Quaternion facing(const Vector3& normal, const Vector3& towards) { return rotation_between(normal, towards); }
 
 Quaternion random_orientation(const Vector3& normal, const Vector3& towards, double roll, Random& random) {
   const double cos_tilt = random.uniform(std::cos(kMarkerTilt), 1.0);

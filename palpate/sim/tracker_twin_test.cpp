@@ -27,7 +27,7 @@ SeenBody facing_body(const WorldFile& world, double turned_away) {
   body.translation = world.tracker.look_at;
   const Vector3 towards = (-world.tracker.look_at).normalized();
   body.rotation = Quaternion(Eigen::AngleAxisd(turned_away, towards.unitOrthogonal())) *
-                  Quaternion::FromTwoVectors(body.normal, towards);
+                  rotation_between(body.normal, towards);
   return body;
 }
 

@@ -37,7 +37,7 @@ Eigen::MatrixXd parameter_bound(const TrueArm& arm, const std::vector<BoundSampl
   constexpr double kSingular = 1e-12;
   if (!scaled.allFinite() || symmetric_eigenvalues(scaled)[0] < kSingular)
     return Eigen::MatrixXd::Constant(size, size, std::numeric_limits<double>::infinity());
-  return d.asDiagonal() * inverse_symmetric(scaled) * d.asDiagonal();
+  return covariance_from_information(information);
 }
 
 double workspace_bound(const TrueArm& arm, const Eigen::MatrixXd& parameter_covariance,

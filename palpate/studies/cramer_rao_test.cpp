@@ -62,14 +62,14 @@ TEST(CramerRao, TheBasesPartIsTheClosedFormOfRigidRegistration) {
   constexpr double kSigma = 0.1e-3;
   constexpr int kPoints = 40;
   std::vector<Vector3> places;
-  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
+  Matrix6 information = Matrix6::Zero();
   for (int i = 0; i < kPoints; ++i) {
     const Vector3 psi = readings(random);
     const Eigen::Matrix<double, 3, 6> J = tip_derivatives(arm, psi, Quaternion::Identity()).leftCols<6>();
     information += J.transpose() * J / (kSigma * kSigma);
     places.push_back(arm.X_world_base.rotation * phantom_tip(arm.joints.apply(psi), arm.lengths).m);
   }
-  const Eigen::Matrix<double, 6, 6> C = information.inverse();
+  const Matrix6 C = information.inverse();
   Vector3 mean = Vector3::Zero();
   for (const auto& p : places) mean += p / kPoints;
   Matrix3 spread = Matrix3::Zero();

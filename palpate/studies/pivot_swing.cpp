@@ -26,7 +26,7 @@ Quaternion any_orientation(Random& random) {
 Quaternion in_cap(const Vector3& towards_marker, Random& random) {
   const double tilt = std::acos(random.uniform(std::cos(kCapAngle), 1.0));
   const double around = random.uniform(0.0, 2.0 * std::numbers::pi), roll = random.uniform(-kRoll, kRoll);
-  const Quaternion upright = Quaternion::FromTwoVectors(towards_marker, Vector3::UnitZ());
+  const Quaternion upright = rotation_between(towards_marker, Vector3::UnitZ());
   const Vector3 axis(std::cos(around), std::sin(around), 0.0);
   return (Quaternion(Eigen::AngleAxisd(tilt, axis)) * Quaternion(Eigen::AngleAxisd(roll, Vector3::UnitZ())) *
           upright)

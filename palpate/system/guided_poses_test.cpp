@@ -115,7 +115,7 @@ TEST(ShownPoses, LeaveTheChoiceOfFreePosesAlone) {
     EXPECT_LT(((*a)[i].joints - (*b)[i].joints).norm(), 2e-3) << i;  // the same place, reached another way
 }
 
-TEST(GuidedPoses, ThirtyAreAFifthBetterThanThirtyOfThePersonsOwnChoice) {
+TEST(GuidedPosesStatistics, ThirtyAreAFifthBetterThanThirtyOfThePersonsOwnChoice) {
   for (const auto& file : {white_world(), reference_world()}) {
     std::vector<double> guided, free;
     for (std::uint64_t seed = 1; seed <= 7; ++seed) {

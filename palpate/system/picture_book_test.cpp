@@ -19,11 +19,11 @@ CameraModel lens() {
 FrameRecord frame(double s, const Vector3& ball, int hits = 0) {
   FrameRecord f;
   f.have_state = true;
-  f.state.time = Instant<PhysicsClock>(seconds(s));
+  f.state.time = Instant<PhysicsClock>{seconds(s)};
   f.state.body_count = 2;
   f.state.bodies[pingpong::kBall].set_p(ball);
   f.state.bodies[pingpong::kBat].set_p({0.0, 0.0, 0.5});
-  f.state.bodies[pingpong::kBat].set_q(Quaternion::FromTwoVectors(Vector3::UnitY(), Vector3::UnitZ()));
+  f.state.bodies[pingpong::kBat].set_q(rotation_between(Vector3::UnitY(), Vector3::UnitZ()));
   f.state.counters[pingpong::kHits] = hits;
   f.width = 64, f.height = 48;
   f.rgb.assign(64 * 48 * 3, 100);

@@ -10,19 +10,19 @@ PictureParts::PictureParts(const Rig& rig, const SceneDescription& scene, std::u
     : rig_(rig), scene_(scene), artist_(std::move(artist)) {}
 
 PoseRefiner PictureParts::refiner() {
-  return [this](const CameraImage& image, const Eigen::Matrix<double, 6, 6>& covariance,
-                FrameRecord& record) { refine(image, covariance, record); };
+  return [this](const CameraImage& image, const Matrix6& covariance, FrameRecord& record) {
+    refine(image, covariance, record);
+  };
 }
 
 FramePainter PictureParts::painter() {
   return [this](const CameraImage& image, FrameRecord& record) { paint(image, record); };
 }
 
-void PictureParts::refine(const CameraImage& image, const Eigen::Matrix<double, 6, 6>& covariance,
-                          FrameRecord& record) const {
+void PictureParts::refine(const CameraImage& image, const Matrix6& covariance, FrameRecord& record) const {
   const CameraModel& lens = rig_.camera->model;
   CameraPosePrior prior = camera_from_marker(record.X_world_camera * rig_.hand_eye->X_marker_camera.inverse(),
-                                             Eigen::Matrix<double, 6, 6>::Zero(), *rig_.hand_eye);
+                                             Matrix6::Zero(), *rig_.hand_eye);
   prior.covariance += covariance;
   record.landmarks_predicted = predicted_landmarks(lens, prior.X_world_camera, rig_.landmarks);
   std::vector<Sighting> sightings;

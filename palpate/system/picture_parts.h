@@ -25,8 +25,7 @@ class PictureParts {
   FramePainter painter();
 
  private:
-  void refine(const CameraImage& image, const Eigen::Matrix<double, 6, 6>& covariance,
-              FrameRecord& record) const;
+  void refine(const CameraImage& image, const Matrix6& covariance, FrameRecord& record) const;
   void paint(const CameraImage& image, FrameRecord& record);
 
   Rig rig_;

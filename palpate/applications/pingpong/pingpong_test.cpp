@@ -81,7 +81,7 @@ TEST(PingPong, ABallBroughtToTheWallCountsAsReturnedAndTheHandGetsOneBlow) {
     if (!close) continue;
     // Held a little upwards in front of the ball, pushed against it at 2 m/s.
     const Vector3 n = Vector3(0, 0.12, -1.0).normalized();
-    const Quaternion R = Quaternion::FromTwoVectors(Vector3::UnitY(), n);
+    const Quaternion R = rotation_between(Vector3::UnitY(), n);
     session.tip.X_world_tip.rotation = R;
     session.tip.X_world_tip.translation = ball.p() - 0.033 * n - R * Vector3(0, 0, -0.09);
     session.tip.velocity = 2.0 * n;

@@ -126,7 +126,7 @@ Game play(const Laboratory& lab) {
   return result;
 }
 
-TEST(Player, ReturnsMostServesAndKeepsThePace) {
+TEST(PlayerStatistics, ReturnsMostServesAndKeepsThePace) {
   int serves = 0, returned = 0, long_rallies = 0;
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     const auto game = play({.seed = seed});
@@ -175,7 +175,7 @@ TEST(Reach, EndsAtTheJointLimitsAndWhereTheElbowIsStretched) {
   EXPECT_FALSE(reach.contains(Quintic(left, right, 0.5)));
 }
 
-TEST(Player, ATenthOfASecondMoreMakesItClearlyWorse) {
+TEST(PlayerStatistics, ATenthOfASecondMoreMakesItClearlyWorse) {
   double now = 0.0, later = 0.0;
   for (std::uint64_t seed = 11; seed <= 14; ++seed) {
     const auto a = play({.seed = seed}), b = play({.extra_delay_s = 0.100, .seed = seed});
