@@ -16,14 +16,12 @@ Point<World> measured_tip(const ArmSolution& arm, const ArmObservation& sample) 
 std::vector<Vector3> arm_errors(const ArmSolution& arm, const std::vector<ArmObservation>& samples) {
   std::vector<Vector3> errors;
   errors.reserve(samples.size());
-  if (arm.delay_s == 0.0 && arm.hysteresis.size() == 0) {
-    for (const auto& sample : samples)
-      errors.push_back((measured_tip(arm, sample) - predict_tip(arm, sample.joints)).v);
-    return errors;
-  }
   const auto motions = arm_motions(samples, arm.delay_s);
+  std::vector<WeighedSample> whole(samples.size());
+  for (std::size_t i = 0; i < samples.size(); ++i) whole[i] = {&samples[i], motions[i]};
+  const Eigen::VectorXd r = whitened_residuals(whole, arm);  // unit whitening: as they are
   for (std::size_t i = 0; i < samples.size(); ++i)
-    errors.push_back(-arm_residual(arm, samples[i], motions[i], {}, nullptr));
+    errors.push_back(-r.segment<3>(3 * static_cast<Eigen::Index>(i)));
   return errors;
 }
 

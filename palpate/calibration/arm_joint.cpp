@@ -26,10 +26,20 @@ constexpr int kHuberRounds = 4, kFewestRounds = 6, kMostRounds = 40;
 constexpr double kNoOutlier = 4.5;
 constexpr int kStepsPerRound = 1;  // the weights move meanwhile: solving to the end would be for nothing
 constexpr int kLastRounds = 10, kLastSteps = 20;
+constexpr double kExact = 1e-7;          // of the residuals' length, before the last step
 constexpr double kDelaySettled = 1e-10;  // s
 // A start need not be solved to the end: steps that change the residuals by less than this share of their
 // length are left to what follows.
 constexpr double kNear = 1e-3;
+
+// Lengths of the samples' whitened residuals.
+std::vector<double> misfits(const std::vector<WeighedSample>& samples, const ArmSolution& arm) {
+  const Eigen::VectorXd r = whitened_residuals(samples, arm);
+  std::vector<double> lengths(samples.size());
+  for (std::size_t i = 0; i < lengths.size(); ++i)
+    lengths[i] = r.segment<3>(3 * static_cast<Eigen::Index>(i)).norm();
+  return lengths;
+}
 
 double spread_of(const std::vector<WeighedSample>& samples, const ArmSolution& arm) {
   Vector3 mean = Vector3::Zero();
@@ -44,8 +54,8 @@ double spread_of(const std::vector<WeighedSample>& samples, const ArmSolution& a
 ArmSolution best_start(const ArmSetting& setting, const std::vector<ArmParameter>& parameters) {
   const auto nominal =
       solve_arm(setting.samples, setting.nominal, parameters, setting.nominal, 1e-3, 30, kNear);
-  const double left = robust_scale(whitened_residuals(setting.samples, nominal.solution),
-                                   static_cast<double>(parameters.size()));
+  const double left =
+      robust_scale(misfits(setting.samples, nominal.solution), static_cast<double>(parameters.size()));
   if (left < kGoodFit * spread_of(setting.samples, nominal.solution)) return nominal.solution;
   struct Candidate {
     ArmSolution arm;
@@ -121,10 +131,9 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
   double scale = 1e-3;  // m; replaced by the residuals' own
   bool weigh = freedom.delay;
   if (!weigh) {
-    const auto residuals = whitened_residuals(setting.samples, arm);
-    scale = robust_scale(residuals, P);
-    weigh = options.robust && std::any_of(residuals.begin(), residuals.end(),
-                                          [&](const Vector3& r) { return r.norm() > kNoOutlier * scale; });
+    const auto lengths = misfits(setting.samples, arm);
+    scale = robust_scale(lengths, P);
+    weigh = options.robust && *std::max_element(lengths.begin(), lengths.end()) > kNoOutlier * scale;
     estimate.termination = Termination::converged;
   }
   for (int round = 0; weigh && round < kMostRounds; ++round) {
@@ -137,12 +146,12 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
     estimate.iterations += fit.iterations;
     if (freedom.delay) take_motion(setting, arm.delay_s);
     const double last_scale = scale;
-    const auto residuals = whitened_residuals(setting.samples, arm);
-    scale = robust_scale(residuals, P);
+    const auto lengths = misfits(setting.samples, arm);
+    scale = robust_scale(lengths, P);
     if (options.robust)
-      for (std::size_t i = 0; i < residuals.size(); ++i)
-        setting.samples[i].weight = round < kHuberRounds ? huber_weight(residuals[i].norm(), scale)
-                                                         : tukey_weight(residuals[i].norm(), scale);
+      for (std::size_t i = 0; i < lengths.size(); ++i)
+        setting.samples[i].weight =
+            round < kHuberRounds ? huber_weight(lengths[i], scale) : tukey_weight(lengths[i], scale);
     const double change = (arm.X_world_base.translation - before).norm() +
                           0.2 * (arm.offset - offset_before).norm() +
                           0.2 * std::abs(arm.delay_s - delay_before);  // at 0.2 m/s
@@ -169,12 +178,12 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
   // The weights have told who belongs; those that do now count alike, which wastes nothing of what they say.
   for (int round = 0; round < kLastRounds; ++round) {
     if (freedom.delay) take_motion(setting, arm.delay_s);
-    const auto fit = solve_arm(setting.samples, arm, parameters, nominal, scale, kLastSteps);
+    const auto fit = solve_arm(setting.samples, arm, parameters, nominal, scale, kLastSteps, kExact);
     estimate.iterations += fit.iterations;
     const double delay_moved = std::abs(fit.solution.delay_s - arm.delay_s);
     arm = fit.solution;
     const double last_scale = scale;
-    scale = robust_scale(whitened_residuals(setting.samples, arm), P);  // it weighs the prior
+    scale = robust_scale(misfits(setting.samples, arm), P);  // it weighs the prior
     if (delay_moved < kDelaySettled && std::abs(scale - last_scale) < 1e-2 * scale + 2 * kLeastScale) break;
   }
   estimate.value = std::move(arm);

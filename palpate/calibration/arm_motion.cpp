@@ -93,9 +93,7 @@ bool taken_in_motion(const std::vector<ArmObservation>& samples) {
 std::vector<ArmMotion> arm_motions(const std::vector<ArmObservation>& samples, double delay_s) {
   std::vector<ArmMotion> motions(samples.size());
   if (samples.empty() || !all_have_times(samples)) {
-    for (std::size_t i = 0; i < samples.size(); ++i)
-      motions[i] = {samples[i].joints, Eigen::VectorXd::Zero(samples[i].joints.size()),
-                    Eigen::VectorXd::Zero(samples[i].joints.size())};
+    for (std::size_t i = 0; i < samples.size(); ++i) motions[i].joints = samples[i].joints;
     return motions;
   }
   const auto order = in_time_order(samples);

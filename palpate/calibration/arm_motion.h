@@ -20,8 +20,8 @@ inline constexpr double kMotionGap = 0.1;
 
 struct ArmMotion {
   Eigen::VectorXd joints;     // psi, rad
-  Eigen::VectorXd rate;       // rad/s; zero at rest or without times
-  Eigen::VectorXd direction;  // -1, 0, +1: how each joint moved last; 0 where it is not known
+  Eigen::VectorXd rate;       // rad/s; zero at rest; empty without times
+  Eigen::VectorXd direction;  // -1, 0, +1: how each joint moved last; 0 where unknown; empty without times
 };
 
 // One per row, in the rows' order.

@@ -113,15 +113,17 @@ Vector3 residual_with(const ArmSolution& at, const ArmObservation& sample, const
   return predicted - R * at.tip_in_marker - sample.marker->translation;
 }
 
-// All residuals, whitened and weighed, below each other; with their derivatives where `J` is given.
+// All residuals below each other; with their derivatives where asked for.
 struct Stack {
   Eigen::VectorXd r;
   Eigen::MatrixXd J;
 };
 
+enum class Rows { whitened, whitened_and_weighed };
+
 void stack_residuals(const std::vector<WeighedSample>& samples, const ArmSolution& at,
                      const ArmSolution& moved_from, const std::vector<ArmParameter>& parameters, bool derive,
-                     Stack& stack, Scratch& scratch) {
+                     Stack& stack, Scratch& scratch, Rows rows = Rows::whitened_and_weighed) {
   const auto P = static_cast<Eigen::Index>(parameters.size());
   stack.r.resize(3 * static_cast<Eigen::Index>(samples.size()));
   if (derive) stack.J.resize(stack.r.size(), P);
@@ -132,12 +134,12 @@ void stack_residuals(const std::vector<WeighedSample>& samples, const ArmSolutio
     const WeighedSample& sample = samples[i];
     const auto at_row = 3 * static_cast<Eigen::Index>(i);
     const ArmMotion* motion = &sample.motion;
-    if (delay_moved != 0.0) {
+    if (delay_moved != 0.0 && sample.motion.rate.size() > 0) {
       shifted = sample.motion;
       shifted.joints -= delay_moved * sample.motion.rate;
       motion = &shifted;
     }
-    const Matrix3 W = std::sqrt(sample.weight) * sample.whitening;
+    const Matrix3 W = (rows == Rows::whitened ? 1.0 : std::sqrt(sample.weight)) * sample.whitening;
     stack.r.segment<3>(at_row) =
         W * residual_with(at, *sample.observation, *motion, parameters, derive ? &row : nullptr, scratch);
     if (derive) stack.J.middleRows<3>(at_row) = W.lazyProduct(row);  // too small for the blocked product
@@ -188,6 +190,15 @@ Vector3 arm_residual(const ArmSolution& at, const ArmObservation& sample,
                      const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd* J) {
   const auto rest = Eigen::VectorXd::Zero(sample.joints.size());
   return arm_residual(at, sample, {sample.joints, rest, rest}, parameters, J);
+}
+
+Eigen::VectorXd whitened_residuals(const std::vector<WeighedSample>& samples, const ArmSolution& at,
+                                   const std::vector<ArmParameter>& parameters, Eigen::MatrixXd* J) {
+  Stack stack;
+  Scratch scratch;
+  stack_residuals(samples, at, at, parameters, J != nullptr, stack, scratch, Rows::whitened);
+  if (J) *J = std::move(stack.J);
+  return std::move(stack.r);
 }
 
 void predicted_tip_derivatives(const ArmSolution& at, const ArmMotion& motion,
@@ -279,41 +290,59 @@ Expected<ArmSolution> place_arm(const std::vector<WeighedSample>& samples, const
   ArmSolution result = at;
   if (fit_tip) {
     // R_i t + p_i = M f_i + T is linear in t, T and the nine entries of M; then M's nearest rotation, and t,
-    // T again.
-    const auto n = static_cast<Eigen::Index>(samples.size());
-    if (n < 6) return refused("arm: {} samples; at least 6 marker poses are needed to find the tip", n);
-    Eigen::MatrixXd A(3 * n, 15), B(3 * n, 6);
-    Eigen::VectorXd b(3 * n), c(3 * n);
+    // T again. Both by their normal equations, whose blocks are sums of R_i and f_i.
+    if (samples.size() < 6)
+      return refused("arm: {} samples; at least 6 marker poses are needed to find the tip", samples.size());
+    const double n = static_cast<double>(samples.size());
     Vector3 mean = Vector3::Zero();
     std::vector<Vector3> f;
     for (const auto& sample : samples) {
       f.push_back(arm_tip(at.model, joint_angles(at, sample.motion)).m);
-      mean += f.back() / static_cast<double>(n);
+      mean += f.back() / n;
     }
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const Vector3 point = f[as_size(i)] - mean;
-      const Matrix3 R = samples[as_size(i)].observation->marker->matrix();
-      A.block<3, 3>(3 * i, 0) = R;
-      A.block<3, 3>(3 * i, 3) = -Matrix3::Identity();
-      for (Eigen::Index k = 0; k < 3; ++k) A.block<3, 3>(3 * i, 6 + 3 * k) = -point[k] * Matrix3::Identity();
-      b.segment<3>(3 * i) = -samples[as_size(i)].observation->marker->translation;
+    Eigen::Matrix<double, 15, 15> N = Eigen::Matrix<double, 15, 15>::Zero();  // t, T, columns of M
+    Eigen::Matrix<double, 15, 1> b = Eigen::Matrix<double, 15, 1>::Zero();
+    const auto I = Matrix3::Identity();
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const auto& marker = *samples[i].observation->marker;
+      const Matrix3 Rt = marker.matrix().transpose();
+      const Vector3& p = marker.translation;
+      const Vector3 point = f[i] - mean;
+      N.block<3, 3>(0, 0) += I;
+      N.block<3, 3>(0, 3) -= Rt;
+      N.block<3, 3>(3, 3) += I;
+      b.segment<3>(0) -= Rt * p;
+      b.segment<3>(3) += p;
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        N.block<3, 3>(0, 6 + 3 * k) -= point[k] * Rt;
+        b.segment<3>(6 + 3 * k) += point[k] * p;
+        for (Eigen::Index l = k; l < 3; ++l)
+          N.block<3, 3>(6 + 3 * k, 6 + 3 * l).diagonal().array() += point[k] * point[l];
+      }
     }
-    const Eigen::VectorXd linear = least_squares(A, b);
+    N.triangularView<Eigen::StrictlyLower>() = N.transpose();
+    const Matrix6 of_tip_and_place = N.topLeftCorner<6, 6>();
+    const Vector6 of_markers = b.head<6>();
+    // Points in a plane tell nothing of M's third column; the nearest rotation completes it.
+    N.diagonal().array() += 1e-10 * N.trace();
+    const Eigen::VectorXd linear = solve_symmetric(N, b);
     Matrix3 M;
     M << linear.segment<3>(6), linear.segment<3>(9), linear.segment<3>(12);
     const Matrix3 turn = nearest_rotation(M).rotation;
-    B = A.leftCols<6>();
-    for (Eigen::Index i = 0; i < n; ++i)
-      c.segment<3>(3 * i) = b.segment<3>(3 * i) + turn * (f[as_size(i)] - mean);
-    const double least =
-        std::sqrt(std::max(0.0, symmetric_eigenvalues(B.transpose() * B)[0]) / static_cast<double>(n));
+    Vector6 c = of_markers;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const Vector3 point = turn * (f[i] - mean);
+      c.head<3>() += samples[i].observation->marker->rotation.conjugate() * point;
+      c.tail<3>() -= point;
+    }
+    const double least = std::sqrt(std::max(0.0, symmetric_eigenvalues(of_tip_and_place)[0]) / n);
     if (!(least > 0.02))
       return refused(
           "arm: the stylus hardly turns over the samples ({:.3f} rad rms about the weakest axis, 0.02 are "
           "needed), "
           "so its tip cannot be found with the arm; turn it more, or give the tip of a pivot calibration",
           least);
-    const Eigen::VectorXd tip_and_place = least_squares(B, c);
+    const Eigen::VectorXd tip_and_place = solve_symmetric(of_tip_and_place, c);
     result.tip_in_marker = tip_and_place.head<3>();
     result.tip_known = true;
     result.X_world_base = {Quaternion(turn).normalized(), tip_and_place.tail<3>() - turn * mean};

@@ -33,6 +33,11 @@ Vector3 arm_residual(const ArmSolution& at, const ArmObservation& sample, const 
 // Of a sample taken at rest.
 Vector3 arm_residual(const ArmSolution& at, const ArmObservation& sample,
                      const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd* J);
+// The whitened residuals of all samples, one below the other, with their derivatives (3n x parameters) where
+// `J` is given; weights do not matter.
+Eigen::VectorXd whitened_residuals(const std::vector<WeighedSample>& samples, const ArmSolution& at,
+                                   const std::vector<ArmParameter>& parameters = {},
+                                   Eigen::MatrixXd* J = nullptr);
 // Derivatives of the predicted tip alone.
 void predicted_tip_derivatives(const ArmSolution& at, const ArmMotion& motion,
                                const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd& J);

@@ -1,6 +1,5 @@
 #include "palpate/calibration/arm_setting.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -81,9 +80,9 @@ ArmSolution nominal_arm(const ArmModel& model, const ArmFree& free) {
 }  // namespace
 
 void take_motion(ArmSetting& setting, double delay_s) {
-  const auto motions = arm_motions(*setting.recording, delay_s);
+  auto motions = arm_motions(*setting.recording, delay_s);
   for (std::size_t k = 0; k < setting.samples.size(); ++k)
-    setting.samples[k].motion = motions[setting.used[k]];
+    setting.samples[k].motion = std::move(motions[setting.used[k]]);
 }
 
 Expected<ArmSetting> prepare_arm(const std::vector<ArmObservation>& observations, const ArmModel& model,
@@ -118,9 +117,8 @@ Expected<ArmSetting> prepare_arm(const std::vector<ArmObservation>& observations
     const ArmObservation& o = observations[i];
     WeighedSample sample{&o, {}, Matrix3::Identity(), 1.0};
     if (o.covariance && options.method == ArmMethod::joint) {
-      Eigen::MatrixXd L;
-      lower_cholesky(*o.covariance, L);
-      sample.whitening = Matrix3(L).inverse();
+      if (!whitening(*o.covariance, sample.whitening))
+        return wrong_use("arm: the covariance of sample {} is not positive definite", i + 1);
       mean_variance += o.covariance->trace() / 3.0 / count;
     }
     if (o.systematic) systematic += *o.systematic * *o.systematic / 3.0 / count;
@@ -139,14 +137,6 @@ Expected<ArmSetting> prepare_arm(const std::vector<ArmObservation>& observations
   setting.nominal = *placed;
   if (const auto fine = check_spread(setting); !fine) return tl::unexpected(fine.error());
   return setting;
-}
-
-std::vector<Vector3> whitened_residuals(const std::vector<WeighedSample>& samples, const ArmSolution& arm) {
-  std::vector<Vector3> residuals;
-  residuals.reserve(samples.size());
-  for (const auto& s : samples)
-    residuals.push_back(s.whitening * arm_residual(arm, *s.observation, s.motion, {}, nullptr));
-  return residuals;
 }
 
 ArmFreedom freedom_of(const ArmOptions& options, const ArmModel& model) {

@@ -28,8 +28,6 @@ ArmFreedom freedom_of(const ArmOptions& options, const ArmModel& model);
 
 Expected<void> enough_samples(std::size_t samples, std::size_t parameters);
 
-std::vector<Vector3> whitened_residuals(const std::vector<WeighedSample>& samples, const ArmSolution& arm);
-
 // The readings at the measurements' moments for this delay.
 void take_motion(ArmSetting& setting, double delay_s);
 

@@ -12,13 +12,14 @@ namespace {
 
 // Directions the data leave to the prior: singular values of the Jacobian, columns in units of what is
 // plausible, rows in units of the noise, below 1. Each is named by its largest parts.
-std::vector<std::string> name_unobservable(const Eigen::MatrixXd& J,
+std::vector<std::string> name_unobservable(const Eigen::MatrixXd& JtJ,
                                            const std::vector<ArmParameter>& parameters, double scale) {
   Eigen::VectorXd sizes(static_cast<Eigen::Index>(parameters.size()));
   for (std::size_t k = 0; k < parameters.size(); ++k)
     sizes[static_cast<Eigen::Index>(k)] = parameters[k].size;
-  const Eigen::MatrixXd scaled = J * sizes.asDiagonal() / scale;
-  const auto eigen = symmetric_eigen(scaled.transpose() * scaled);  // squares of the singular values, rising
+  sizes /= scale;
+  // squares of the singular values, rising
+  const auto eigen = symmetric_eigen(sizes.asDiagonal() * JtJ * sizes.asDiagonal());
   std::vector<std::string> names;
   for (Eigen::Index k = eigen.values.size(); k-- > 0;) {
     if (eigen.values[k] >= 1.0) continue;
@@ -35,11 +36,11 @@ std::vector<std::string> name_unobservable(const Eigen::MatrixXd& J,
   return names;
 }
 
-double condition_of(const Eigen::MatrixXd& J) {
-  Eigen::VectorXd norms = J.colwise().norm().transpose();
+double condition_of(const Eigen::MatrixXd& JtJ) {
+  Eigen::VectorXd norms = JtJ.diagonal().cwiseSqrt();
   for (double& n : norms) n = n > 0.0 ? 1.0 / n : 0.0;
-  const Eigen::MatrixXd scaled = J * norms.asDiagonal();
-  const Eigen::VectorXd squares = symmetric_eigenvalues(scaled.transpose() * scaled);  // rising
+  const Eigen::VectorXd squares =
+      symmetric_eigenvalues(norms.asDiagonal() * JtJ * norms.asDiagonal());  // rising
   return std::sqrt(squares[squares.size() - 1] / std::max(squares[0], 1e-30));
 }
 
@@ -49,27 +50,22 @@ void add_arm_covariance(Estimate<ArmSolution>& estimate, const ArmSetting& setti
                         const std::vector<ArmParameter>& parameters, bool allow_field) {
   const auto P = static_cast<Eigen::Index>(parameters.size());
   CorrelationInput input;
-  Eigen::MatrixXd& J = input.J;
-  Eigen::VectorXd& r = input.residuals;
-  J.resize(3 * static_cast<Eigen::Index>(setting.samples.size()), P);
-  r.resize(J.rows());
-  Eigen::Matrix3Xd row(3, P);
-  Eigen::Index rows = 0;
-  for (const auto& sample : setting.samples) {
-    if (sample.weight == 0.0) continue;
+  std::vector<WeighedSample> inliers;
+  for (const auto& sample : setting.samples)
+    if (sample.weight > 0.0) inliers.push_back(sample);
+  input.residuals = whitened_residuals(inliers, estimate.value, parameters, &input.J);
+  for (const auto& sample : inliers) {
     const auto& observed = *sample.observation;
-    r.segment<3>(rows) =
-        sample.whitening * arm_residual(estimate.value, observed, sample.motion, parameters, &row);
-    J.middleRows<3>(rows) = sample.whitening * row;
-    rows += 3;
     // The tracker's error belongs to where the LEDs are, a stylus away from the tip.
     input.places.push_back(observed.marker ? observed.marker->translation : observed.tip->m);
     input.levers.push_back(observed.marker ? Matrix3(sample.whitening * hat(observed.marker->rotation *
                                                                             estimate.value.tip_in_marker))
                                            : Matrix3(Matrix3::Zero()));
   }
-  J.conservativeResize(rows, P);
-  r.conservativeResize(rows);
+  const Eigen::MatrixXd& J = input.J;
+  const Eigen::VectorXd& r = input.residuals;
+  const Eigen::MatrixXd JtJ = gram(J);
+  const Eigen::Index rows = r.size();
   const double freedom = std::max(1.0, static_cast<double>(rows - P));
   const double sigma = std::max(kLeastScale, std::sqrt(r.squaredNorm() / freedom));
   input.precision = Eigen::MatrixXd::Zero(P, P);
@@ -84,13 +80,13 @@ void add_arm_covariance(Estimate<ArmSolution>& estimate, const ArmSetting& setti
     estimate.covariance = errors.covariance;
     estimate.value.noise = {errors.sigma, errors.share, errors.reach};
   } else {
-    estimate.covariance = sigma * sigma * covariance_from_information(J.transpose() * J + input.precision);
+    estimate.covariance = sigma * sigma * covariance_from_information(JtJ + input.precision);
     estimate.value.noise = {sigma, 0.0, 0.0};
   }
   // Where the noise is known from few residuals only: the variance of Student's distribution.
   if (freedom > 4.0 && setting.stated_variance == 0.0) estimate.covariance *= freedom / (freedom - 2.0);
-  estimate.condition = condition_of(J);
-  estimate.unobservable = name_unobservable(J, parameters, std::max(sigma, 1e-7));
+  estimate.condition = condition_of(JtJ);
+  estimate.unobservable = name_unobservable(JtJ, parameters, std::max(sigma, 1e-7));
   if (setting.nominal.model.kind == ArmModel::Kind::phantom)
     estimate.unobservable.insert(estimate.unobservable.begin(), "offset_1");
   estimate.value.parameters.clear();

@@ -142,7 +142,7 @@ CorrelatedErrors correlated_covariance(const CorrelationInput& input) {
   const Thinned few = thinned(places, J, input.residuals, kMostPlaces);
   const auto n = static_cast<Eigen::Index>(few.places.size());
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(n, n);
-  const Eigen::MatrixXd JtJ = J.transpose() * J;
+  const Eigen::MatrixXd JtJ = gram(J);
   const bool stated = input.stated_variance > 0.0;
 
   struct Hypothesis {

@@ -77,9 +77,8 @@ struct PoseDesign::Parts {
     arm_residual(arm, seen, parameters, &J);
     const Matrix3 S =
         pose.covariance ? *pose.covariance : Matrix3(options.sd * options.sd * Matrix3::Identity());
-    Eigen::MatrixXd L;
-    if (!lower_cholesky(S, L)) throw std::invalid_argument("pose design: a covariance is not positive");
-    const Matrix3 W = Matrix3(L).inverse();
+    Matrix3 W;
+    if (!whitening(S, W)) throw std::invalid_argument("pose design: a covariance is not positive");
     DesignRow row;
     row.A = W * J;
     row.place = seen.marker ? seen.marker->translation : seen.tip->m;

@@ -27,15 +27,18 @@ inline double median(std::vector<double> values) {
   return *middle;
 }
 
-// Standard deviation per component, `parameters` of them having been fitted.
+// Standard deviation per component, from the lengths; `parameters` of the residuals' components were fitted.
+inline double robust_scale(std::vector<double> lengths, double parameters) {
+  if (lengths.empty()) return kLeastScale;
+  const double n = 3.0 * static_cast<double>(lengths.size());
+  return std::max(kLeastScale,
+                  median(std::move(lengths)) / kMedianOfChi3 * std::sqrt(n / std::max(1.0, n - parameters)));
+}
 inline double robust_scale(const std::vector<Eigen::Vector3d>& residuals, double parameters) {
-  if (residuals.empty()) return kLeastScale;
   std::vector<double> lengths;
   lengths.reserve(residuals.size());
   for (const auto& r : residuals) lengths.push_back(r.norm());
-  const double n = 3.0 * static_cast<double>(residuals.size());
-  return std::max(kLeastScale,
-                  median(std::move(lengths)) / kMedianOfChi3 * std::sqrt(n / std::max(1.0, n - parameters)));
+  return robust_scale(std::move(lengths), parameters);
 }
 
 inline double huber_weight(double length, double scale) {

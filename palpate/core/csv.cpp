@@ -20,7 +20,7 @@ std::string_view trimmed(std::string_view text) {
 }
 
 std::optional<double> number(std::string_view cell) {
-  if (!cell.empty() && cell.front() == '+') cell.remove_prefix(1);
+  if (cell.starts_with('+') && !cell.starts_with("+-")) cell.remove_prefix(1);
   double value = 0.0;
   const auto [end, code] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
   if (code == std::errc::result_out_of_range && end == cell.data() + cell.size())

@@ -25,6 +25,7 @@ TEST(Csv, RefusesNanInfinityRaggedRowsEmptyAndBinaryFiles) {
   EXPECT_FALSE(parse_csv("a,b\n1,inf\n", "f").has_value());
   EXPECT_FALSE(parse_csv("a,b\n1,1e999\n", "f").has_value());
   EXPECT_FALSE(parse_csv("a,b\n1\n", "f").has_value());
+  EXPECT_FALSE(parse_csv("a,b\n1,+-1\n", "f").has_value());
   EXPECT_FALSE(parse_csv("", "f").has_value());
   EXPECT_FALSE(parse_csv(std::string("a\0b", 3), "f").has_value());
 }

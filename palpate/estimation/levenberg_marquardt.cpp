@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "palpate/estimation/linear_algebra.h"
 
@@ -27,20 +28,22 @@ LeastSquaresResult least_squares_from(Eigen::VectorXd start, const LeastSquaresP
     result.converged = true;
     return result;
   }
-  NormalEquations at;
-  const auto linearise = [&] {
-    at.JtJ.setZero(n, n);
-    at.Jtr.setZero(n);
-    at.cost = 0.0;
-    problem.linearise(result.x, at);
-    result.cost = at.cost;
+  NormalEquations at, ahead;
+  const auto linearise = [&](const Eigen::VectorXd& x, NormalEquations& equations) {
+    equations.JtJ.setZero(n, n);
+    equations.Jtr.setZero(n);
+    equations.cost = 0.0;
+    problem.linearise(x, equations);
+    return equations.cost;
   };
   bool stale = true;
+  // Most steps are good: the equations there come with the cost, and only after a bad one is asked first.
+  bool hopeful = true;
   int blind_steps = 0;
   double damping = options.first_damping, growth = 2.0;
   while (result.iterations < options.most_iterations) {
     ++result.iterations;
-    if (stale) linearise();
+    if (stale) result.cost = linearise(result.x, at);
     stale = false;
     // Columns scaled to unit length: the damping is then lambda on the diagonal, and the solve well scaled.
     Eigen::VectorXd scale = at.JtJ.diagonal().cwiseSqrt();
@@ -54,18 +57,21 @@ LeastSquaresResult least_squares_from(Eigen::VectorXd start, const LeastSquaresP
     const Eigen::VectorXd step = scale.cwiseProduct(step_scaled);
     if (!step.allFinite()) return result;
     if (step_scaled.norm() <= options.tolerance * std::sqrt(std::max(result.cost, 1e-300))) {
+      result.x += step;
       result.converged = true;
       return result;
     }
     const Eigen::VectorXd next = result.x + step;
-    const double cost = problem.cost(next);
+    const double cost = hopeful ? linearise(next, ahead) : problem.cost(next);
     const double predicted = step_scaled.dot(damping * step_scaled - gradient);
     const bool rounding = std::abs(result.cost - cost) <= kSameCost * result.cost;
     if (std::isfinite(cost) && (cost < result.cost || rounding) && predicted > 0.0) {
       const double gain = rounding ? 1.0 : (result.cost - cost) / predicted;
       result.x = next;
       result.cost = cost;
-      stale = true;
+      stale = !hopeful;
+      if (hopeful) std::swap(at, ahead);
+      hopeful = true;
       if (rounding && ++blind_steps == kBlindSteps) {
         result.converged = true;
         return result;
@@ -74,6 +80,7 @@ LeastSquaresResult least_squares_from(Eigen::VectorXd start, const LeastSquaresP
       damping = std::max(kLeastDamping, damping * std::max(1.0 / 10.0, 1.0 - cube * cube * cube));
       growth = 2.0;
     } else {
+      hopeful = false;
       damping *= growth;
       growth *= 2.0;
       if (damping > kMostDamping) {  // no step lowers the cost: rounding is all that is left

@@ -3,7 +3,7 @@
 //
 // The cost is sum r(x)^2. Damping follows Marquardt's scaling (lambda times the diagonal of J^T J), so that
 // the path does not depend on the units of the unknowns, and Nielsen's rule for lambda. Deterministic; pure
-// but for the caller's functions; no thread rule. Converged: the step would change the residuals by less than
+// but for the caller's functions; no thread rule. Converged: the last step changed the residuals by less than
 // `tolerance` of their length, or no step lowers the cost any more. Sources: Marquardt (1963), "An algorithm
 // for least-squares estimation of nonlinear parameters"; Nielsen (1999), "Damping parameter in Marquardt's
 // method"; Madsen, Nielsen, Tingleff (2004), section 3.2.

@@ -31,6 +31,13 @@ MatrixXd inverse_root(const ConstMatrixRef& A) {
 
 }  // namespace
 
+MatrixXd gram(const ConstMatrixRef& J) {
+  MatrixXd G = MatrixXd::Zero(J.cols(), J.cols());
+  G.selfadjointView<Eigen::Lower>().rankUpdate(J.transpose());
+  G.triangularView<Eigen::StrictlyUpper>() = G.transpose();
+  return G;
+}
+
 VectorXd solve_symmetric(const ConstMatrixRef& A, const ConstVectorRef& b) {
   return Eigen::LDLT<MatrixXd>(A).solve(b);
 }
@@ -90,6 +97,12 @@ MatrixXd least_squares_columns(const ConstMatrixRef& A, const ConstMatrixRef& B)
 bool lower_cholesky(const ConstMatrixRef& A, MatrixXd& L) {
   const Eigen::LLT<MatrixXd> llt(A);
   L = llt.matrixL();
+  return llt.info() == Eigen::Success;
+}
+
+bool whitening(const Eigen::Matrix3d& C, Eigen::Matrix3d& W) {
+  const Eigen::LLT<Eigen::Matrix3d> llt(C);
+  W = llt.matrixL().solve(Eigen::Matrix3d::Identity());
   return llt.info() == Eigen::Success;
 }
 

@@ -13,6 +13,9 @@ namespace palpate {
 using ConstMatrixRef = Eigen::Ref<const Eigen::MatrixXd>;
 using ConstVectorRef = Eigen::Ref<const Eigen::VectorXd>;
 
+// J^T J.
+Eigen::MatrixXd gram(const ConstMatrixRef& J);
+
 // A x = b for a symmetric, positive semidefinite A (L D L^T, pivoted); a singular direction gets no part of
 // x.
 Eigen::VectorXd solve_symmetric(const ConstMatrixRef& A, const ConstVectorRef& b);
@@ -51,6 +54,10 @@ Eigen::MatrixXd least_squares_columns(const ConstMatrixRef& A, const ConstMatrix
 
 // Lower L with L L^T = A, and whether A was positive definite at all.
 bool lower_cholesky(const ConstMatrixRef& A, Eigen::MatrixXd& L);
+
+// W with W^T W = C^-1: errors of covariance C become independent, of variance 1. False: C is not positive
+// definite.
+bool whitening(const Eigen::Matrix3d& C, Eigen::Matrix3d& W);
 
 // The rotation R of largest trace(R^T M) (Kabsch 1976; sign by Umeyama 1991): of all rotations the nearest to
 // M, and with M = sum of b a^T the one that turns the a onto the b best.

@@ -100,6 +100,15 @@ TEST(LinearAlgebra, CholeskySaysWhenThereIsNone) {
   EXPECT_FALSE(lower_cholesky(A, L));
 }
 
+TEST(LinearAlgebra, WhiteningMakesTheCovarianceOne) {
+  Random random(6, "linear algebra");
+  const Eigen::Matrix3d B = random_matrix(random, 3, 3), C = 1e-8 * B * B.transpose();
+  Eigen::Matrix3d W;
+  ASSERT_TRUE(whitening(C, W));
+  EXPECT_LT((W * C * W.transpose() - Eigen::Matrix3d::Identity()).norm(), kRounding);
+  EXPECT_FALSE(whitening(-C, W));
+}
+
 TEST(LinearAlgebra, NearestRotationFindsTheTurnOfPairsAndNeverMirrors) {
   Random random(5, "linear algebra");
   const Eigen::Matrix3d turn = Eigen::AngleAxisd(2.0, Eigen::Vector3d(1, -2, 3).normalized()).matrix();

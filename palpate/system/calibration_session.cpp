@@ -90,6 +90,7 @@ struct Steps {
     if (!poses) return failed(poses);
     PivotCalibrationOptions options;
     options.method = PivotMethod::robust;
+    options.shared_errors = true;
     auto estimate = calibrate_pivot(pivot_poses(*poses), options);
     if (!estimate) return failed(estimate);
     rig.pointer_pivot = rig_pivot(
@@ -157,7 +158,7 @@ struct Steps {
     options.fixation.nominal = rig.nominal_lengths;
     auto poses = record_pivot(lab, options);
     if (!poses) return failed(poses);
-    auto estimate = calibrate_pivot(pivot_poses(*poses));
+    auto estimate = calibrate_pivot(pivot_poses(*poses), {.shared_errors = true});
     if (!estimate) return failed(estimate);
     rig.tip_pivot = rig_pivot(*estimate, provenance(plan, bytes_of(*poses), "algebraic",
                                                     mm_from_metres(rms_per_component(estimate->residuals))));
