@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "palpate/calibration/correlated_errors.h"
 #include "palpate/calibration/robust_scale.h"
@@ -41,7 +42,8 @@ double condition_of(const Eigen::MatrixXd& JtJ) {
   for (double& n : norms) n = n > 0.0 ? 1.0 / n : 0.0;
   const Eigen::VectorXd squares =
       symmetric_eigenvalues(norms.asDiagonal() * JtJ * norms.asDiagonal());  // rising
-  return std::sqrt(squares[squares.size() - 1] / std::max(squares[0], 1e-30));
+  const double most = squares[squares.size() - 1];  // what is below its rounding is not told apart from zero
+  return std::sqrt(most / std::max(squares[0], most * std::numeric_limits<double>::epsilon()));
 }
 
 }  // namespace

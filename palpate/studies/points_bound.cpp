@@ -64,7 +64,6 @@ Expected<BoundRun> try_run(const StudyOptions& options, const sim::WorldFile& wo
   for (std::size_t c = 0; c < kWhiteCounts.size(); ++c) {
     const int count = kWhiteCounts[c];
     if (count > settings.samples || (!white && !in(kCoverageCounts, count))) continue;
-    if (count > kHalf && number % kAllPosesEvery != 0) continue;
     const std::vector<ArmObservation> train(laboratory->samples.begin(), laboratory->samples.begin() + count);
     BoundOutcome& outcome = run[c];
     outcome.tried = true;

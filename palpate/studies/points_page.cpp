@@ -153,7 +153,7 @@ void tell_bound(report::Report& page, const StudyResult& study) {
   Plot coverage{.title = "Do stated 95 % regions hold the truth?",
                 .x_label = "points",
                 .y_label = "share of runs",
-                .y_range = {0.0, 1.0}};
+                .y_range = {0.8, 1.0}};
   for (const auto& [world, tone, other] :
        {std::tuple{"white", Tone::ours, Tone::third}, std::tuple{"reference", Tone::rival, Tone::fourth}}) {
     const auto figure = figure_of("stated 95 % regions", world);
@@ -161,6 +161,8 @@ void tell_bound(report::Report& page, const StudyResult& study) {
          {std::pair{"tip at unseen places", tone}, std::pair{"tip in the marker", other}}) {
       auto series = series_of(curve_named(study.curves, figure, what), colour);
       series.name = fmt::format("{}, {}", what, world);
+      for (const double share : series.y)
+        if (share < coverage.y_range[0]) coverage.y_range = {0.0, 1.0};
       coverage.series.push_back(series);
     }
   }

@@ -18,7 +18,6 @@ inline constexpr std::size_t kRunsPerLaboratory = 5;
 
 // White noise alone, a laboratory for each run: where ours is set against the bound.
 inline constexpr std::array kWhiteCounts{10, 15, 30, 70, 140};
-inline constexpr std::size_t kAllPosesEvery = 4;  // runs: those that also use all 140 poses
 struct BoundBar {
   int points;
   double most;  // of our rms over the bound's

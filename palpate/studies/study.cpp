@@ -108,11 +108,11 @@ Json curves_json(const std::vector<Curve>& curves) {
 
 const std::vector<StudyName>& studies() {
   static const std::vector<StudyName> all{
-      {"marker-noise", "Figure 4: tracker noise and the tip's place", study_marker_noise, 95.0},
-      {"tip-noise", "Figure 5: a held tip that gives way", study_tip_noise, 45.0},
-      {"points", "Figures 7, 8, 9: how many points the arm needs", study_points, 145.0},
-      {"reset", "Figure 10: encoders zeroed in odd positions", study_reset, 90.0},
-      {"clouds", "Figures 11, 12: the two clouds before and after", study_clouds, 1.0}};
+      {"marker-noise", "Figure 4: tracker noise and the tip's place", study_marker_noise, 11.0},
+      {"tip-noise", "Figure 5: a held tip that gives way", study_tip_noise, 18.0},
+      {"points", "Figures 7, 8, 9: how many points the arm needs", study_points, 20.0},
+      {"reset", "Figure 10: encoders zeroed in odd positions", study_reset, 17.0},
+      {"clouds", "Figures 11, 12: the two clouds before and after", study_clouds, 0.2}};
   return all;
 }
 
