@@ -18,6 +18,7 @@ Refusals flights(std::string_view file) {
   if (answered(fit, refusals)) {
     hold_finite(fit->state.position, "a ball's place is finite");
     hold_finite(fit->state.velocity, "a ball's velocity is finite");
+    hold_finite(fit->rms, "a fit's misfit is finite");
   }
   return refusals;
 }

@@ -103,7 +103,9 @@ Expected<void> run_surface(const SurfaceArguments& options) {
   for (const auto& surface : *surfaces) {
     if (!options.name.empty() && surface.name != options.name) continue;
     const auto estimate = fit_rectangle(surface.points);
-    if (!estimate) return refused("{}: {}: {}", file->source, surface.name, estimate.error().message);
+    if (!estimate)
+      return refused("{}: {}{}", file->source, surfaces->size() > 1 ? surface.name + ": " : std::string(),
+                     estimate.error().message);
     all.push_back(to_json(surface.name, *estimate));
     const RectangleFit& fit = estimate->value;
     found.push_back({surface.name,

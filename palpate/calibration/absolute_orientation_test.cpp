@@ -79,6 +79,25 @@ TEST(AbsoluteOrientation, WeightedFitIsAMinimumOfTheWeightedCost) {
   }
 }
 
+TEST(AbsoluteOrientation, FarFromTheOriginVariancesStayWhatTheyAre) {
+  Random random(6);
+  auto c = make(random, 12, 1e-3);
+  const auto near = absolute_orientation(c.from, c.to);
+  ASSERT_TRUE(near.has_value());
+  const double far = 1e6;  // m: squares of it leave nothing of a tenth of a metre
+  for (auto& p : c.from) p.x() += far;
+  for (auto& p : c.to) p += far * c.R.col(0);
+  const auto moved = absolute_orientation(c.from, c.to);
+  ASSERT_TRUE(moved.has_value()) << moved.error().message;
+  const Matrix3 turn = near->covariance.topLeftCorner<3, 3>();
+  EXPECT_LT((moved->covariance.topLeftCorner<3, 3>() - turn).norm(), 1e-3 * turn.norm());
+  // The origin is a lever of 1000 km away.
+  const Matrix3 lever = hat(Vector3(far * near->value.rotation.col(0)));
+  const Matrix3 shift = lever * turn * lever.transpose();
+  EXPECT_LT((moved->covariance.bottomRightCorner<3, 3>() - shift).norm(), 1e-3 * shift.norm());
+  EXPECT_TRUE((moved->covariance.diagonal().array() > 0.0).all());
+}
+
 TEST(AbsoluteOrientation, MirroredPointsStillGiveARotationAndASign) {
   Random random(4);
   auto c = make(random, 20, 0.0);

@@ -5,6 +5,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "palpate/calibration/robust_scale.h"
+#include "palpate/core/units.h"
 #include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
@@ -98,6 +99,18 @@ bool folds_inside(const CameraModel& camera) {
                               Pixel(camera.width - 1, camera.height - 1)})
     if (!camera.undistort_pixel(corner)) return true;
   return false;
+}
+
+// Largest angle between the normals of two boards, rad.
+double largest_turn(const std::vector<ViewFit>& views) {
+  double largest = 0.0;
+  for (const auto& a : views)
+    for (const auto& b : views)
+      if (a.used && b.used) {
+        const Vector3 u = a.X_camera_board.matrix().col(2), v = b.X_camera_board.matrix().col(2);
+        largest = std::max(largest, std::atan2(u.cross(v).norm(), u.dot(v)));
+      }
+  return largest;
 }
 
 Expected<void> check(const std::vector<BoardView>& views) {
@@ -231,6 +244,14 @@ Expected<Estimate<CameraSolution>> calibrate_camera(const std::vector<BoardView>
   if (f_std > 0.01)
     solution.warnings.push_back(
         fmt::format("fx is known to {:.1f} % only; add views with the board tilted more", 100 * f_std));
+  // Errors of corners are not white - paper bends, corners shift with the light - and the less the boards are
+  // turned against each other, the more of that goes into the lens, unseen by the residuals.
+  constexpr double kLeastTurn = 20.0;  // deg; Zhang found the error least near 45
+  if (const double turn = degrees_from_radians(largest_turn(solution.views)); turn < kLeastTurn)
+    solution.warnings.push_back(
+        fmt::format("no two views differ in tilt by more than {:.0f} deg, so fx may be off by more than its "
+                    "standard deviation; add views with the board tilted by 20 to 45 deg",
+                    turn));
   if (solution.rms_px > 1.0)
     solution.warnings.push_back(fmt::format(
         "rms {:.2f} px is large; 0.1 to 0.5 px is usual, check board and focus", solution.rms_px));

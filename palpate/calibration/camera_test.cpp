@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <opencv2/calib3d.hpp>
 
 #include "palpate/calibration/synthetic_board.h"
@@ -126,6 +127,26 @@ TEST(CalibrateCamera, StandardDeviationsAreOpenCVsPerCoordinate) {
   ASSERT_TRUE(fit);
   for (int i = 0; i < 9; ++i)
     EXPECT_NEAR(fit->standard_deviation(i) / (sd.at<double>(i) * per_coordinate(10, 54)), 1.0, 1e-3) << i;
+}
+
+TEST(CalibrateCamera, WarnsOfBoardsThatAreHardlyTurnedAgainstEachOther) {
+  const auto truth = reference_lens();
+  const auto warned = [&](double tilt_deg) {
+    Random random(9, "camera test");
+    std::vector<BoardView> views;
+    for (int i = 0; i < 12; ++i) {
+      const double about = i * std::numbers::pi / 6.0, tilt = 0.5 * radians_from_degrees(tilt_deg);
+      const Quaternion turn = so3_exp(tilt * Vector3(std::cos(about), std::sin(about), 0.0));
+      const Pose<CameraOptical, Board> X{turn, Vector3(-0.1, -0.06, 0.3 + 0.01 * i)};
+      views.push_back(synthetic::view_of(truth, X, {}, 0.01, random, fmt::format("view{}", i)));
+    }
+    const auto fit = calibrate_camera(views, 640, 480);
+    EXPECT_TRUE(fit) << fit.error().message;
+    return fit && std::any_of(fit->value.warnings.begin(), fit->value.warnings.end(),
+                              [](const auto& w) { return w.find("differ in tilt") != std::string::npos; });
+  };
+  EXPECT_TRUE(warned(15.0));
+  EXPECT_FALSE(warned(25.0));
 }
 
 TEST(CalibrateCamera, RefusesWhatCannotCarryALens) {

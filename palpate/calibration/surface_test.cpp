@@ -98,5 +98,26 @@ TEST(Surface, ImpossibleCornersAreRefused) {
   EXPECT_NE(refusal(numbered).find("corner 2 was not touched"), std::string::npos);
 }
 
+// Corners that were touched again somewhere else, and points beside: the best fit may have sides below zero.
+TEST(Surface, WhateverWasTouchedTheSidesArePositiveOrItIsRefused) {
+  Random random(5);
+  int inside_out = 0;
+  for (int run = 0; run < 3000; ++run) {
+    std::vector<TouchedPoint> points;
+    for (int i = 0; i < 8; ++i)
+      points.push_back(
+          {{Vector3(random.uniform(0.0, 1.0), random.uniform(0.0, 0.1), 0.0)}, i < 4 ? i + 1 : run % 5});
+    const auto fit = fit_rectangle(points, {.tolerance = 1e9, .least_tolerance = 1e9});
+    if (fit) {
+      EXPECT_GT(fit->value.width, 0.0);
+      EXPECT_GT(fit->value.height, 0.0);
+      EXPECT_TRUE((fit->covariance.diagonal().array() >= 0.0).all());
+    } else {
+      inside_out += fit.error().message.find("no rectangle fits") != std::string::npos;
+    }
+  }
+  EXPECT_GT(inside_out, 0);  // else this test shows nothing
+}
+
 }  // namespace
 }  // namespace palpate

@@ -48,6 +48,13 @@ bool looks_binary(std::string_view content) {
   return odd > 0;
 }
 
+// What a text column may hold: messages, reports and rig files will quote it.
+constexpr std::size_t kLongestName = 120;
+
+bool is_name(std::string_view cell) {
+  return cell.size() <= kLongestName && excerpt(cell, kLongestName) == cell;
+}
+
 std::string shown(std::string_view cell) { return excerpt(cell, 24); }
 
 }  // namespace
@@ -119,6 +126,10 @@ Expected<CsvTable> parse_csv(std::string_view content, std::string source, const
       if (value && std::isfinite(*value)) {
         row[i] = *value;
       } else if (may_be_text[i]) {
+        if (!is_name(cells[i]))
+          return wrong_use(
+              "{}:{}: {} is '{}'; a name of at most {} bytes without control characters is expected",
+              table.source, line_number, column, shown(cells[i]), kLongestName);
         row[i] = std::numeric_limits<double>::quiet_NaN();
       } else if (value) {
         return wrong_use("{}:{}: {} is '{}'; finite numbers are expected, remove or repair the row",

@@ -1,8 +1,8 @@
 // Comma-separated tables of numbers, read strictly: every complaint names file, line and column.
 //
 // Lines starting with '#' and blank lines are skipped. A first line in which any cell is not a number is the
-// header. Cells of columns named in `text_columns` may hold any text. NaN and infinity are refused: no device
-// of ours reports them, and they poison every least-squares sum.
+// header. Cells of columns named in `text_columns` may be names: at most 120 bytes, no control characters.
+// NaN and infinity are refused: no device of ours reports them, and they poison every least-squares sum.
 #pragma once
 
 #include <filesystem>

@@ -36,6 +36,18 @@ TEST(Csv, KeepsLabelsAsText) {
   EXPECT_EQ(table->text[0][0], "left");
 }
 
+TEST(Csv, ATextCellIsANameAMessageCanQuote) {
+  const auto with = [](const std::string& name) { return parse_csv("name,x\n" + name + ",1\n", "f.csv"); };
+  EXPECT_EQ(with("Größe 3 (links)")->text[0][0], "Größe 3 (links)");
+  EXPECT_EQ(with(std::string(120, 'a'))->text[0][0].size(), 120u);
+  for (const auto& name : {std::string(121, 'a'), std::string("vi\tew"), std::string("vi\vew")}) {
+    const auto table = with(name);
+    ASSERT_FALSE(table.has_value());
+    EXPECT_EQ(table.error().message.find("f.csv:2: name is '"), 0u) << table.error().message;
+    EXPECT_NE(table.error().message.find("at most 120 bytes"), std::string::npos);
+  }
+}
+
 TEST(Csv, NumbersTooLargeForTheirColumnAreNamed) {
   const auto table = parse_csv("t_s,x_mm\n0,1\n-1e300,5\n", "a.csv");
   ASSERT_TRUE(table.has_value());

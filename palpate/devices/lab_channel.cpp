@@ -73,7 +73,12 @@ Expected<std::unique_ptr<LabServer>> LabServer::open(const std::string& name, co
 }
 
 LabServer::LabServer(std::unique_ptr<lab::Mapping> mapping, std::filesystem::path file, int lock)
-    : mapping_(std::move(mapping)), memory_(mapping_->memory()), file_(std::move(file)), lock_(lock) {
+    : mapping_(std::move(mapping)),
+      memory_(mapping_->memory()),
+      file_(std::move(file)),
+      lock_(lock),
+      arm_silence_(lab::kSilenceNs),
+      hand_silence_(lab::kSilenceNs) {
   heartbeat();
 }
 
@@ -116,18 +121,17 @@ std::optional<HandTarget> LabServer::take_hand_target() noexcept {
   return lab::unpack(wire);
 }
 
-LabServer::Peers LabServer::peers() const noexcept {
+LabServer::Peers LabServer::peers() noexcept {
   Peers peers;
   const std::int64_t now = monotonic_ns();
   for (const lab::Peer& peer : memory_->peers)
     peers.clients += peer.pid.load() != 0 && now - peer.beat_ns.load() < lab::kSilenceNs;
-  const auto held = [&](const std::atomic<std::uint32_t>& holder) {
+  const auto held = [&](const std::atomic<std::uint32_t>& holder, SilenceWatch& silence) {
     const std::uint32_t index = holder.load();
-    return index != 0 && index <= lab::kPeers &&
-           now - memory_->peers[index - 1].beat_ns.load() < lab::kSilenceNs;
+    return index != 0 && index <= lab::kPeers && !silence.gone(now, memory_->peers[index - 1].beat_ns.load());
   };
-  peers.arm = held(memory_->arm_holder);
-  peers.hand = held(memory_->hand_holder);
+  peers.arm = held(memory_->arm_holder, arm_silence_);
+  peers.hand = held(memory_->hand_holder, hand_silence_);
   peers.arm_lost = !peers.arm && memory_->arm_holder.load() != 0;
   return peers;
 }
@@ -161,7 +165,11 @@ Expected<std::shared_ptr<LabClient>> LabClient::open(const std::string& name,
 }
 
 LabClient::LabClient(std::string name, std::unique_ptr<lab::Mapping> mapping, std::uint32_t peer)
-    : name_(std::move(name)), mapping_(std::move(mapping)), memory_(mapping_->memory()), peer_(peer) {
+    : name_(std::move(name)),
+      mapping_(std::move(mapping)),
+      memory_(mapping_->memory()),
+      peer_(peer),
+      silence_(lab::kSilenceNs) {
   heartbeat();
 }
 
@@ -174,12 +182,12 @@ void LabClient::heartbeat() noexcept {
   memory_->peers[peer_].beat_ns.store(monotonic_ns(), std::memory_order_relaxed);
 }
 
-bool LabClient::alive() const noexcept {
+bool LabClient::alive() noexcept {
   return memory_->closed.load(std::memory_order_acquire) == 0 &&
-         monotonic_ns() - memory_->beat_ns.load(std::memory_order_acquire) < lab::kSilenceNs;
+         !silence_.gone(monotonic_ns(), memory_->beat_ns.load(std::memory_order_acquire));
 }
 
-Expected<void> LabClient::check() const {
+Expected<void> LabClient::check() {
   if (alive()) return {};
   if (memory_->closed.load() != 0)
     return refused("laboratory '{}' has been closed: start it with palpate world run", name_);

@@ -18,6 +18,7 @@
 
 #include "palpate/core/expected.h"
 #include "palpate/devices/devices.h"
+#include "palpate/devices/silence_watch.h"
 
 namespace palpate {
 
@@ -61,7 +62,7 @@ class LabServer {
     bool arm = false, hand = false;  // someone holds it
     bool arm_lost = false;           // its holder has gone silent without letting go
   };
-  Peers peers() const noexcept;
+  Peers peers() noexcept;
 
  private:
   LabServer(std::unique_ptr<lab::Mapping> mapping, std::filesystem::path file, int lock);
@@ -70,6 +71,7 @@ class LabServer {
   std::filesystem::path file_;
   int lock_;
   std::uint64_t hand_targets_ = 0;
+  SilenceWatch arm_silence_, hand_silence_;
 };
 
 // --- its clients
@@ -82,8 +84,9 @@ class LabClient {
                                                    const std::filesystem::path& folder = {});
   ~LabClient();
 
-  bool alive() const noexcept;
-  Expected<void> check() const;  // the same, with the reason
+  // By one thread, often: silence counts while this process runs itself (silence_watch.h).
+  bool alive() noexcept;
+  Expected<void> check();  // the same, with the reason
   int cameras() const noexcept;
   lab::LabMemory* memory() const noexcept { return memory_; }
   std::uint32_t peer() const noexcept { return peer_; }
@@ -96,6 +99,7 @@ class LabClient {
   std::unique_ptr<lab::Mapping> mapping_;
   lab::LabMemory* memory_;
   std::uint32_t peer_;
+  SilenceWatch silence_;
 };
 
 class LabArm : public ArmDevice {

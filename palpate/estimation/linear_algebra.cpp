@@ -86,10 +86,6 @@ SingularValues singular_values(const ConstMatrixRef& A) {
   return {svd.matrixU(), svd.singularValues(), svd.matrixV()};
 }
 
-VectorXd least_squares(const ConstMatrixRef& A, const ConstVectorRef& b) {
-  return Eigen::ColPivHouseholderQR<MatrixXd>(A).solve(b);
-}
-
 MatrixXd least_squares_columns(const ConstMatrixRef& A, const ConstMatrixRef& B) {
   return Eigen::ColPivHouseholderQR<MatrixXd>(A).solve(B);
 }

@@ -48,8 +48,7 @@ struct SingularValues {
 };
 SingularValues singular_values(const ConstMatrixRef& A);
 
-// x of least |A x - b|, for each column of B (Householder QR with column pivots).
-Eigen::VectorXd least_squares(const ConstMatrixRef& A, const ConstVectorRef& b);
+// X of least |A x - b| for each column b of B (Householder QR with column pivots).
 Eigen::MatrixXd least_squares_columns(const ConstMatrixRef& A, const ConstMatrixRef& B);
 
 // Lower L with L L^T = A, and whether A was positive definite at all.

@@ -103,10 +103,18 @@ Expected<FlightFit> fit_flight(const BallModel& model, std::span<const BouncePla
                                std::span<const SeenBall> seen, const Vector3& spin) {
   if (seen.size() < 3) return refused("flight: {} observations, needs at least 3", seen.size());
   for (std::size_t i = 1; i < seen.size(); ++i) {
-    if (!(seen[i].time > seen[i - 1].time)) {
-      return refused("flight: observation {} at {} s is not later than the one before it; sort them", i,
+    const double step = seen[i].time - seen[i - 1].time;
+    if (!(step > 0.0))
+      return refused("flight: observation {} at {} s is not later than the one before it; sort them", i + 1,
                      seen[i].time);
-    }
+    constexpr double kLeastStep =
+        1e-6;  // s: no camera is as fast, and shorter ones lose themselves in rounding
+    if (step < kLeastStep)
+      return refused(
+          "flight: observation {} comes {:.2g} s after the one before it, at least {:g} s are expected; "
+          "check "
+          "the unit of the times",
+          i + 1, step, kLeastStep);
   }
   const double t0 = seen[0].time;
   const auto places = [&](const Vector6& x, std::vector<Vector3>& out) {
@@ -161,6 +169,9 @@ Expected<FlightFit> fit_flight(const BallModel& model, std::span<const BouncePla
     }
     if (!better) break;
   }
+  if (!std::isfinite(best))
+    return refused("flight: no ball flies through these {} observations; check times and places",
+                   seen.size());
   return FlightFit{state_of(x, spin), t0, std::sqrt(best / (3.0 * static_cast<double>(seen.size()))),
                    iterations};
 }

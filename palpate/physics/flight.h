@@ -48,7 +48,8 @@ struct FlightFit {
 };
 
 // Position and velocity at the first observation that fit all of them best, through bounces (Gauss-Newton;
-// six unknowns, spin taken as given). Refuses fewer than three observations and times that do not increase.
+// six unknowns, spin taken as given). Refuses fewer than three observations, times less than 1 us apart, and
+// places that no ball flies through.
 Expected<FlightFit> fit_flight(const BallModel& model, std::span<const BouncePlane> planes,
                                std::span<const SeenBall> seen, const Vector3& spin = Vector3::Zero());
 

@@ -67,6 +67,20 @@ TEST(Flight, PerfectObservationsGiveTheFlightBackThroughABounce) {
   }
 }
 
+TEST(Flight, ObservationsNoBallCanExplainAreRefused) {
+  const auto refusal = [](const std::vector<SeenBall>& seen) {
+    const auto fit = fit_flight(BallModel{}, {}, seen);
+    return fit ? std::string("none") : fit.error().message;
+  };
+  const std::vector<SeenBall> together{{0.0, {0, 0, 1}}, {2e-301, {16, 0, 1}}, {1.6e-19, {0, 0, 0}}};
+  EXPECT_NE(refusal(together).find("observation 2 comes 2e-301 s after"), std::string::npos)
+      << refusal(together);
+  const std::vector<SeenBall> leaps{
+      {0.0, {0, 0, 1}}, {1e-6, {900, 0, 1}}, {2e-6, {-900, 0, 1}}, {5.0, {900, 900, 900}}};
+  const auto fit = fit_flight(BallModel{}, {}, leaps);
+  EXPECT_TRUE(!fit || std::isfinite(fit->rms)) << fit->rms;
+}
+
 TEST(Flight, TooFewOrUnsortedObservationsAreRefused) {
   const BallModel model;
   std::vector<SeenBall> seen{{0, {0, 1, 0}}, {0.01, {0, 1, 0}}};

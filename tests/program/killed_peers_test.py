@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
 """Each of the three processes killed in turn: the others notice, say so in one line, and a restart finds nothing in its way."""
+import signal
+import time
 import unittest
 
 from laboratory import BACK, GONE, LaboratoryTest, told
@@ -48,6 +50,14 @@ class KilledPeers(LaboratoryTest):
         self.assertEqual(self.stop_in_order(graphics, physics), [[], []])
         self.assertEqual(len(self.stop_in_order(world)[0]), 1)
         self.assertEqual(self.left_behind(), [])
+
+    def test_a_pause_of_the_whole_machine_is_nobodys_death(self):
+        servers = world, physics, graphics = self.start_all()
+        for number in (signal.SIGSTOP, signal.SIGCONT):
+            for server in servers:
+                server.send(number)
+            time.sleep(1.5)  # longer than the silence that means death; and then long enough to notice one
+        self.assertEqual(self.stop_in_order(graphics, physics, world), [[], [], []])
 
     def test_without_graphics_the_others_go_on_and_serve_the_next(self):
         world, physics, graphics = self.start_all()

@@ -1,0 +1,50 @@
+#include "palpate/devices/silence_watch.h"
+
+#include <gtest/gtest.h>
+
+namespace palpate {
+namespace {
+
+constexpr std::int64_t kAllowed = 1000;
+
+// Looks every 20 from `from` up to `to`; when the peer was first found gone, or -1.
+std::int64_t gone_at(SilenceWatch& watch, std::int64_t from, std::int64_t to, std::int64_t beat) {
+  for (std::int64_t now = from; now <= to; now += 20)
+    if (watch.gone(now, beat)) return now;
+  return -1;
+}
+
+TEST(SilenceWatch, APeerIsGoneAfterTheAllowedSilence) {
+  SilenceWatch watch(kAllowed);
+  EXPECT_EQ(gone_at(watch, 5000, 9000, 4900), 5900);
+  EXPECT_FALSE(watch.gone(9020, 9010));  // another has come
+}
+
+TEST(SilenceWatch, WhoWasSilentLongBeforeTheFirstLookIsGoneAtOnce) {
+  SilenceWatch watch(kAllowed);
+  EXPECT_TRUE(watch.gone(5000, 100));
+}
+
+TEST(SilenceWatch, APauseOfBothIsNoSilence) {
+  SilenceWatch watch(kAllowed);
+  EXPECT_EQ(gone_at(watch, 5000, 5100, 5000), -1);
+  EXPECT_EQ(gone_at(watch, 95'000, 95'960, 5080), -1);  // it may wake up a little later than we
+  EXPECT_FALSE(watch.gone(95'980, 95'970));
+}
+
+TEST(SilenceWatch, WhoDiedDuringAPauseIsFoundGoneAfterIt) {
+  SilenceWatch watch(kAllowed);
+  EXPECT_EQ(gone_at(watch, 5000, 5100, 5000), -1);
+  EXPECT_EQ(gone_at(watch, 95'000, 99'000, 5080), 96'000);
+  EXPECT_TRUE(watch.gone(199'000, 5080));  // another pause does not bring it back
+}
+
+TEST(SilenceWatch, WhoLooksRarelyFindsADeadPeerAtTheSecondLook) {
+  SilenceWatch watch(kAllowed);
+  EXPECT_FALSE(watch.gone(10'000, 9999));
+  EXPECT_FALSE(watch.gone(20'000, 10'500));
+  EXPECT_TRUE(watch.gone(30'000, 10'500));
+}
+
+}  // namespace
+}  // namespace palpate
