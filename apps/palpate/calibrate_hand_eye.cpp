@@ -5,6 +5,7 @@
 #include "apps/palpate/result_output.h"
 #include "palpate/calibration/hand_eye.h"
 #include "palpate/core/file.h"
+#include "palpate/core/text.h"
 #include "palpate/core/units.h"
 
 namespace palpate::app {
@@ -73,8 +74,8 @@ Expected<void> run_hand_eye(const HandEyeArguments& options) {
     if (options.estimate_delay)
       return wrong_use("{}: has no times; --estimate-delay needs them", options.hand);
     if (hand->poses.size() != eye->poses.size())
-      return wrong_use("{}: has {} poses, {} has {}; without times they belong together one by one",
-                       options.hand, hand->poses.size(), options.eye, eye->poses.size());
+      return wrong_use("{}: has {}, {} has {}; without times they belong together one by one", options.hand,
+                       counted(hand->poses.size(), "pose"), options.eye, eye->poses.size());
     how.max_hand_gap_s = 1.5;
   }
   const auto fit = calibrate_hand_eye(hand->poses, eye->poses, how);

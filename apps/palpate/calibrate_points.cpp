@@ -5,6 +5,7 @@
 #include "apps/palpate/command.h"
 #include "apps/palpate/result_output.h"
 #include "palpate/calibration/absolute_orientation.h"
+#include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/model/point_file.h"
 
@@ -33,8 +34,8 @@ Expected<Pairs> pair_up(const PointFile& from, const PointFile& to) {
   Pairs pairs;
   pairs.by_label = unique_labels(from) && unique_labels(to);
   if (!pairs.by_label && from.points.size() != to.points.size())
-    return wrong_use("{} has {} points, {} has {}; lists of the same length, or with labels, are expected",
-                     from.source, from.points.size(), to.source, to.points.size());
+    return wrong_use("{} has {}, {} has {}; lists of the same length, or with labels, are expected",
+                     from.source, counted(from.points.size(), "point"), to.source, to.points.size());
   for (std::size_t i = 0; i < from.points.size(); ++i) {
     std::size_t j = i;
     if (pairs.by_label) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/estimation/linear_algebra.h"
 
@@ -75,7 +76,8 @@ Expected<Estimate<RigidTransform>> absolute_orientation(const std::vector<Vector
     used += w > 0.0;
   }
   if (used < 3)
-    return refused("absolute orientation: {} points; at least 3, not on one line, are needed", used);
+    return refused("absolute orientation: {}; at least 3, not on one line, are needed",
+                   counted(used, "point"));
   for (const auto* points : {&from, &to}) {
     const Vector3 extent = extents(*points, weights);
     if (!(extent[1] > kLineRatio * extent[0]))

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "palpate/calibration/absolute_orientation.h"
+#include "palpate/core/text.h"
 #include "palpate/estimation/levenberg_marquardt.h"
 #include "palpate/estimation/linear_algebra.h"
 
@@ -292,7 +293,8 @@ Expected<ArmSolution> place_arm(const std::vector<WeighedSample>& samples, const
     // R_i t + p_i = M f_i + T is linear in t, T and the nine entries of M; then M's nearest rotation, and t,
     // T again. Both by their normal equations, whose blocks are sums of R_i and f_i.
     if (samples.size() < 6)
-      return refused("arm: {} samples; at least 6 marker poses are needed to find the tip", samples.size());
+      return refused("arm: {}; at least 6 marker poses are needed to find the tip",
+                     counted(samples.size(), "sample"));
     const double n = static_cast<double>(samples.size());
     Vector3 mean = Vector3::Zero();
     std::vector<Vector3> f;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/core/text.h"
 #include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
@@ -110,7 +111,7 @@ Expected<ArmSetting> prepare_arm(const std::vector<ArmObservation>& observations
     if (used.empty() || used[i]) setting.used.push_back(i);
   const std::size_t needed = 6;
   if (setting.used.size() < needed)
-    return refused("arm: {} samples; at least {} are needed", setting.used.size(), needed);
+    return refused("arm: {}; at least {} are needed", counted(setting.used.size(), "sample"), needed);
   const double count = static_cast<double>(setting.used.size());
   double systematic = 0.0;
   for (const std::size_t i : setting.used) {
@@ -158,8 +159,8 @@ ArmFreedom freedom_of(const ArmOptions& options, const ArmModel& model) {
 Expected<void> enough_samples(std::size_t samples, std::size_t parameters) {
   const std::size_t needed = (parameters + 2) / 3 + 1;
   if (samples < needed)
-    return refused("arm: {} samples for {} unknowns; at least {} are needed, spread over the workspace",
-                   samples, parameters, needed);
+    return refused("arm: {} for {} unknowns; at least {} are needed, spread over the workspace",
+                   counted(samples, "sample"), parameters, needed);
   return {};
 }
 

@@ -5,6 +5,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "palpate/calibration/robust_scale.h"
+#include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/estimation/linear_algebra.h"
 
@@ -119,12 +120,12 @@ Expected<void> check(const std::vector<BoardView>& views) {
       return wrong_use("view '{}': {} board corners but {} pixels", view.name, view.board.size(),
                        view.image.size());
     if (view.board.size() < 8)
-      return refused("view '{}': {} corners, at least 8 are needed; remove the view or show the whole board",
-                     view.name, view.board.size());
+      return refused("view '{}': {}, at least 8 are needed; remove the view or show the whole board",
+                     view.name, counted(view.board.size(), "corner"));
   }
   if (views.size() < 3)
-    return refused("{} views of the board, at least 3 (better 10 to 20, tilted differently) are needed",
-                   views.size());
+    return refused("{} of the board, at least 3 (better 10 to 20, tilted differently) are needed",
+                   counted(views.size(), "view"));
   return {};
 }
 
@@ -301,7 +302,8 @@ double refine(const CameraModel& camera, const BoardView& view, Pose<CameraOptic
 Expected<Estimate<BoardPose>> board_pose(const CameraModel& camera, const BoardView& view,
                                          const BoardPoseOptions& options) {
   if (view.board.size() < 6 || view.board.size() != view.image.size())
-    return refused("view '{}': {} corners, at least 6 are needed for a pose", view.name, view.image.size());
+    return refused("view '{}': {}, at least 6 are needed for a pose", view.name,
+                   counted(view.image.size(), "corner"));
   std::vector<cv::Point3d> board;
   std::vector<cv::Point2d> rays;
   for (std::size_t j = 0; j < view.board.size(); ++j) {

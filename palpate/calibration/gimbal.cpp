@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "palpate/calibration/robust_scale.h"
+#include "palpate/core/text.h"
 #include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
@@ -156,8 +157,8 @@ Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<ArmObserva
                      arm.model.name);
   const auto all = usable_for_gimbal(samples, arm);
   if (all.size() < kFewestGimbalSamples)
-    return refused("gimbal: {} samples with gimbal angles and a marker pose; at least {} are needed",
-                   all.size(), kFewestGimbalSamples);
+    return refused("gimbal: {} with gimbal angles and a marker pose; at least {} are needed",
+                   counted(all.size(), "sample"), kFewestGimbalSamples);
   for (const auto& seen : all)
     if (!seen.psi.allFinite() || !seen.marker.coeffs().allFinite())
       return refused("gimbal: a reading is not finite; remove it");

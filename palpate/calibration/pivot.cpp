@@ -10,6 +10,7 @@
 #include "palpate/calibration/pivot_covariance.h"
 #include "palpate/calibration/pivot_problem.h"
 #include "palpate/calibration/robust_scale.h"
+#include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/estimation/linear_algebra.h"
 #include "palpate/geometry/pose.h"
@@ -216,7 +217,8 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
     if (pose.time_s) time_s.push_back(*pose.time_s);
   }
   const std::size_t needed = options.given_tip ? 1 : 4;
-  if (data.size() < needed) return refused("pivot: {} poses; at least {} are needed", data.size(), needed);
+  if (data.size() < needed)
+    return refused("pivot: {}; at least {} are needed", counted(data.size(), "pose"), needed);
   std::vector<int> count(data.segments, 0);
   for (std::size_t s : data.segment) ++count[s];
   if (const auto empty = std::find(count.begin(), count.end(), 0); empty != count.end())

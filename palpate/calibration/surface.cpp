@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/estimation/linear_algebra.h"
 
@@ -69,7 +70,8 @@ Expected<Estimate<RectangleFit>> fit_rectangle(std::vector<TouchedPoint> points,
     if (points[i].corner < 0 || points[i].corner > 4)
       return wrong_use("surface: point {} names corner {}; 1 to 4 are expected", i + 1, points[i].corner);
   }
-  if (points.size() < 4) return refused("surface: {} points; the four corners are needed", points.size());
+  if (points.size() < 4)
+    return refused("surface: {}; the four corners are needed", counted(points.size(), "point"));
   if (std::all_of(points.begin(), points.end(), [](const auto& p) { return p.corner == 0; }))
     for (int c = 0; c < 4; ++c) points[static_cast<std::size_t>(c)].corner = c + 1;
   const auto corners = mean_corners(points);

@@ -116,8 +116,8 @@ Expected<CsvTable> parse_csv(std::string_view content, std::string source, const
       }
     }
     if (cells.size() != width)
-      return wrong_use("{}:{}: {} cells, but the first line has {}; repair or remove the row", table.source,
-                       line_number, cells.size(), width);
+      return wrong_use("{}:{}: {}, but the first line has {}; repair or remove the row", table.source,
+                       line_number, counted(cells.size(), "cell"), width);
     std::vector<double> row(width);
     for (std::size_t i = 0; i < width; ++i) {
       const auto value = number(cells[i]);

@@ -1,4 +1,5 @@
-// Text of a file as a message may quote it: of a length a person reads, and on one line whatever it holds.
+// Words for messages. Text of a file as a message may quote it: of a length a person reads, and on one line
+// whatever it holds; and numbers of things.
 #pragma once
 
 #include <string>
@@ -18,6 +19,11 @@ inline std::string excerpt(std::string_view text, std::size_t most = 40) {
   for (char& c : shown)
     if (static_cast<unsigned char>(c) < 32 || static_cast<unsigned char>(c) == 127) c = '?';
   return length < text.size() ? shown + "..." : shown;
+}
+
+// "1 pose", "4 poses"; for nouns whose plural only adds an s.
+inline std::string counted(std::size_t number, std::string_view noun) {
+  return std::to_string(number) + ' ' + std::string(noun) + (number == 1 ? "" : "s");
 }
 
 }  // namespace palpate

@@ -18,5 +18,11 @@ TEST(Excerpt, CutsLongTextBetweenCharacters) {
 
 TEST(Excerpt, IsOneLineWithoutControlCharacters) { EXPECT_EQ(excerpt("a\nb\r\x1b[31m\x7f"), "a?b??[31m?"); }
 
+TEST(Counted, SaysOneOrMany) {
+  EXPECT_EQ(counted(1, "pose"), "1 pose");
+  EXPECT_EQ(counted(0, "pose"), "0 poses");
+  EXPECT_EQ(counted(12, "view"), "12 views");
+}
+
 }  // namespace
 }  // namespace palpate

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/core/text.h"
 #include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
@@ -101,7 +102,7 @@ Vector6 parabola(const BallModel& model, std::span<const SeenBall> seen) {
 
 Expected<FlightFit> fit_flight(const BallModel& model, std::span<const BouncePlane> planes,
                                std::span<const SeenBall> seen, const Vector3& spin) {
-  if (seen.size() < 3) return refused("flight: {} observations, needs at least 3", seen.size());
+  if (seen.size() < 3) return refused("flight: {}, needs at least 3", counted(seen.size(), "observation"));
   for (std::size_t i = 1; i < seen.size(); ++i) {
     const double step = seen[i].time - seen[i - 1].time;
     if (!(step > 0.0))

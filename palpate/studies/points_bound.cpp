@@ -26,12 +26,6 @@ constexpr bool in(const auto& counts, int count) {
   return false;
 }
 
-double rms(const std::vector<double>& values) {
-  double sum = 0.0;
-  for (double v : values) sum += v * v;
-  return std::sqrt(sum / static_cast<double>(values.size()));
-}
-
 // A bound's square: bounds of different laboratories are averaged as variances.
 void add_bound_of(const ArmLaboratory& laboratory, const std::vector<ArmObservation>& train,
                   BoundOutcome& outcome) {
@@ -72,7 +66,7 @@ Expected<BoundRun> try_run(const StudyOptions& options, const sim::WorldFile& wo
                                  {.full_covariance = in(kCoverageCounts, count)});
     if (!solved) continue;
     const auto& arm = solved->value;
-    outcome.truth_rms_mm = mm_from_metres(rms(errors_to_truth(arm, *laboratory)));
+    outcome.truth_rms_mm = mm_from_metres(summary_of(errors_to_truth(arm, *laboratory)).rms);
     outcome.gain_error = arm.gain - laboratory->truth.joints.gain;
     outcome.offset_error_deg = kDegreesPerRadian * (arm.offset - laboratory->truth.joints.offset);
     if (!in(kCoverageCounts, count)) continue;

@@ -202,6 +202,23 @@ void tell_bound(report::Report& page, const StudyResult& study) {
   page.table({"world", "points", "tip at unseen places", "tip in the marker", "asked for", ""}, shares);
 }
 
+void tell_outliers(report::Report& page, const StudyResult& study) {
+  page.paragraph(
+      "Wild poses: a reflection taken for an LED, a hand before the marker. The same recordings solved with "
+      "and "
+      "without every twentieth pose thrown 10 mm to one side.");
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& row : study.values.at("outliers")) {
+    const double rise = number(row.at("rise"));
+    rows.push_back({row.at("world").get<std::string>(), fmt::format("{}", row.at("points").get<int>()),
+                    shown(row.at("clean_rms_mm"), 4), shown(row.at("outliers_rms_mm"), 4),
+                    fmt::format("{:+.1f} %", 100.0 * rise),
+                    fmt::format("at most {:.0f} %", 100.0 * kMostRise),
+                    rise <= kMostRise ? "holds" : "falls short"});
+  }
+  page.table({"world", "points", "without, rms mm", "with, rms mm", "change", "asked for", ""}, rows);
+}
+
 void tell_numbers(report::Report& page, const StudyResult& study) {
   const auto& arm = study.values.at("one_arm");
   page.paragraph(
@@ -282,6 +299,7 @@ void tell_points(report::Report& page, const StudyResult& study) {
   page.section("How many points the arm needs (Figures 7, 8, 9)", "points");
   tell_errors(page, study);
   tell_bound(page, study);
+  tell_outliers(page, study);
   tell_numbers(page, study);
   tell_claims(page, study);
 }

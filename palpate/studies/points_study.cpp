@@ -8,7 +8,8 @@ struct Part {
   Expected<void> (*add)(StudyResult&, const StudyOptions&);
   double share;  // of the time, for the progress bar
 };
-constexpr std::array<Part, 3> kParts{{{add_splits, 0.65}, {add_bound, 0.3}, {add_one_arm, 0.05}}};
+constexpr std::array<Part, 4> kParts{
+    {{add_splits, 0.6}, {add_bound, 0.25}, {add_outliers, 0.1}, {add_one_arm, 0.05}}};
 
 }  // namespace
 

@@ -106,6 +106,10 @@ TEST(Study, MorePointsHelpAndTheJointSolveBeatsThePaper) {
   const double floor = at(curves, "held-out error", kNoiseFloor, 70);
   EXPECT_LT(floor, at(curves, "held-out error", kEq7, 70));
   EXPECT_NEAR(at(curves, "held-out error", kJoint, 70) / floor, 1.0, 0.15);
+  // A pose thrown by 10 mm would tear a plain fit away by some millimetres.
+  ASSERT_EQ(study->values["outliers"].size(), 4u);
+  for (const auto& row : study->values["outliers"])
+    EXPECT_LT(std::abs(row["rise"].get<double>()), 0.5) << row.dump();
   // Without gains the residual of equation 7 is higher, as the paper says.
   const auto residual = [&](std::string_view what) {
     for (const auto& v : study->values["variants"])

@@ -11,6 +11,7 @@
 #include "palpate/calibration/stream_delay.h"
 #include "palpate/calibration/surface.h"
 #include "palpate/core/file.h"
+#include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/graphics_server/marker_history.h"
 
@@ -253,9 +254,9 @@ struct Steps {
     constexpr std::size_t kFewest = 12;
     if (views.size() < kFewest)
       return refused(
-          "camera: the board was found in {} images, at least {} are needed; keep all of it in view, in good "
+          "camera: the board was found in {}, at least {} are needed; keep all of it in view, in good "
           "light",
-          views.size(), kFewest);
+          counted(views.size(), "image"), kFewest);
     // Views spread evenly over the movement.
     std::vector<BoardView> chosen;
     const std::size_t wanted = std::min(views.size(), static_cast<std::size_t>(plan.lens_views));
