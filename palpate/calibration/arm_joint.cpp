@@ -26,7 +26,7 @@ constexpr int kHuberRounds = 4, kFewestRounds = 6, kMostRounds = 40;
 constexpr double kNoOutlier = 4.5;
 constexpr int kStepsPerRound = 1;  // the weights move meanwhile: solving to the end would be for nothing
 constexpr int kLastRounds = 10, kLastSteps = 20;
-constexpr double kExact = 1e-7;          // of the residuals' length, before the last step
+constexpr double kExact = 1e-5;          // of the residuals' length, before the last step
 constexpr double kDelaySettled = 1e-10;  // s
 // A start need not be solved to the end: steps that change the residuals by less than this share of their
 // length are left to what follows.
