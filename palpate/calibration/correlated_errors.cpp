@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "palpate/estimation/linear_algebra.h"
 
@@ -19,7 +20,14 @@ constexpr std::size_t kMostPlaces = 100;    // the likelihood costs their cube
 constexpr std::size_t kMostOfMiddle = 400;  // J^T K J their square
 constexpr double kLeastShare = 1e-6, kMostShare = 0.95;
 
-// Every so many places, so that no more than kMostPlaces are left.
+Vector3 middle_of(const std::vector<Vector3>& places) {
+  Vector3 mean = Vector3::Zero();
+  for (const auto& p : places) mean += p / static_cast<double>(places.size());
+  return mean;
+}
+
+// Some of the places, so that no more than `most` are left: every so many of them in the order of their
+// distances from the middle, which is the same in whatever order they were recorded.
 struct Thinned {
   std::vector<Vector3> places;
   Eigen::MatrixXd J;  // component by component: all x rows, then y, then z
@@ -30,8 +38,14 @@ Thinned thinned(const std::vector<Vector3>& places, const Eigen::MatrixXd& J, co
                 std::size_t most) {
   Thinned few;
   const std::size_t stride = (places.size() + most - 1) / most;
+  std::vector<std::pair<double, std::size_t>> by_distance;
+  const Vector3 middle = middle_of(places);
+  for (std::size_t i = 0; i < places.size(); ++i)
+    by_distance.emplace_back((places[i] - middle).squaredNorm(), i);
+  if (stride > 1) std::sort(by_distance.begin(), by_distance.end());
   std::vector<Eigen::Index> rows;
-  for (std::size_t i = 0; i < places.size(); i += stride) {
+  for (std::size_t k = 0; k < by_distance.size(); k += stride) {
+    const std::size_t i = by_distance[k].second;
     few.places.push_back(places[i]);
     rows.push_back(3 * static_cast<Eigen::Index>(i));
   }
@@ -47,10 +61,9 @@ Thinned thinned(const std::vector<Vector3>& places, const Eigen::MatrixXd& J, co
 }
 
 double extent_of(const std::vector<Vector3>& places) {
-  Vector3 mean = Vector3::Zero();
-  for (const auto& p : places) mean += p / static_cast<double>(places.size());
+  const Vector3 middle = middle_of(places);
   double square = 0.0;
-  for (const auto& p : places) square += (p - mean).squaredNorm() / static_cast<double>(places.size());
+  for (const auto& p : places) square += (p - middle).squaredNorm() / static_cast<double>(places.size());
   return 2.0 * std::sqrt(square);
 }
 
