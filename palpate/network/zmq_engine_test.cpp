@@ -165,6 +165,7 @@ TEST(ZmqEngine, ArrivalsAreStampedWhenTheyComeNotWhenTheyAreTaken) {
   auto link = rig.connect();
   ASSERT_TRUE(rig.until({link.get()}, [&] { return link->peer_alive(); }));
   ASSERT_TRUE(link->send_sync());
+  ASSERT_TRUE(rig.until({}, [&] { return (*server)->counters().syncs == 1; }));
   std::this_thread::sleep_for(std::chrono::milliseconds(800));  // a busy graphics loop
   const Instant<GraphicsClock> looked = rig.graphics_clock.now();
   link->poll();
@@ -199,9 +200,12 @@ TEST(ZmqEngine, TheServersThreadNeverHoldsUpTheLoopsBesideIt) {
   auto link = rig.connect();
   ASSERT_TRUE(rig.until({link.get()}, [&] { return link->peer_alive(); }));
   for (std::uint64_t n = 1; n <= 200; ++n) {
-    link->request(n, {seconds(static_cast<double>(n))});
-    if (n % 20 == 0) link->send_control(Control::serve);
-    link->send_sync();
+    // A machine that stood still may have filled the queue: then a little later.
+    ASSERT_TRUE(rig.until({link.get()}, [&] { return link->request(n, {seconds(static_cast<double>(n))}); }));
+    if (n % 20 == 0) {
+      ASSERT_TRUE(rig.until({link.get()}, [&] { return link->send_control(Control::serve); }));
+    }
+    ASSERT_TRUE(rig.until({link.get()}, [&] { return link->send_sync(); }));
     rig.wait_a_little();
     link->poll();
     link->frame_drawn(n);

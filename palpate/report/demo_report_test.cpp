@@ -181,7 +181,8 @@ TEST_F(DemoReport, IsDrawnByABrowserWithoutANetwork) {
   ASSERT_TRUE(write_demo_report(folder_).has_value());
   const std::string command =
       fmt::format(PALPATE_CHROMIUM
-                  " --headless --no-sandbox --disable-gpu --host-resolver-rules='MAP * ~NOTFOUND' "
+                  " --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --host-resolver-rules='MAP "
+                  "* ~NOTFOUND' "
                   "--user-data-dir='{0}/profile' "
                   "--virtual-time-budget=20000 --dump-dom 'file://{0}/report.html' 2> /dev/null",
                   folder_.string());
