@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
-#include "palpate/calibration/absolute_orientation.h"
 #include "palpate/calibration/pivot_covariance.h"
+#include "palpate/calibration/pivot_motion.h"
 #include "palpate/calibration/pivot_problem.h"
+#include "palpate/calibration/pivot_sphere.h"
 #include "palpate/calibration/robust_scale.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
@@ -17,8 +17,6 @@
 
 namespace palpate {
 namespace {
-
-constexpr double kLongestStep = 0.5;  // s, over which a difference still tells a speed
 
 Expected<void> check_rotation(const PivotData& data, double range, const Matrix3& A,
                               const PivotCalibrationOptions& options) {
@@ -65,134 +63,6 @@ Expected<void> check_inliers(const PivotData& data, const PivotCalibrationOption
   return check_rotation(inliers, largest_rotation(inliers), tip_system(inliers).A, options);
 }
 
-struct Sphere {
-  std::vector<Vector3> centres;
-  double radius = 0.0;
-  Eigen::MatrixXd normal;  // of centres 3S, then radius
-};
-
-// Centres and a shared radius by Gauss-Newton on |p - c| - r, from the linear (algebraic) sphere.
-Expected<Sphere> fit_spheres(const PivotData& data) {
-  const auto S = static_cast<Eigen::Index>(data.segments);
-  Sphere sphere;
-  const auto mean = segment_means(data, Vector3(Vector3::Zero()), [&](std::size_t i) { return data.p[i]; });
-  for (std::size_t s = 0; s < data.segments; ++s) {
-    Eigen::Matrix4d N = Eigen::Matrix4d::Zero();
-    Eigen::Vector4d b = Eigen::Vector4d::Zero();
-    double count = 0.0;
-    for (std::size_t i = 0; i < data.size(); ++i) {
-      if (data.segment[i] != s) continue;
-      const Vector3 q = data.p[i] - data.motion[i] - mean[s];
-      const Eigen::Vector4d row(2.0 * q.x(), 2.0 * q.y(), 2.0 * q.z(), 1.0);
-      N += row * row.transpose();
-      b += row * q.squaredNorm();
-      count += 1.0;
-    }
-    const Matrix3 spread = N.topLeftCorner<3, 3>() / (4.0 * std::max(count, 1.0));
-    const Vector3 axes = symmetric_eigenvalues(spread);
-    if (count < 4.0 || !(axes[0] > 1e-6 * axes[2]))
-      return refused(
-          "pivot: the marker's origins ({} of them) lie in a plane, so no sphere is determined; swing the "
-          "marker in "
-          "two directions, or use --method algebraic",
-          count);
-    const Eigen::Vector4d solution = solve_symmetric(N, b);
-    sphere.centres.push_back(mean[s] + solution.head<3>());
-    sphere.radius +=
-        std::sqrt(std::max(0.0, solution[3] + solution.head<3>().squaredNorm())) / static_cast<double>(S);
-  }
-  for (int iteration = 0; iteration < 100; ++iteration) {
-    sphere.normal = Eigen::MatrixXd::Zero(3 * S + 1, 3 * S + 1);
-    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(3 * S + 1);
-    for (std::size_t i = 0; i < data.size(); ++i) {
-      const Vector3 d = data.p[i] - data.motion[i] - sphere.centres[data.segment[i]];
-      const double distance = d.norm();
-      Eigen::VectorXd J = Eigen::VectorXd::Zero(3 * S + 1);
-      J.segment<3>(3 * static_cast<Eigen::Index>(data.segment[i])) = -d / distance;
-      J[3 * S] = -1.0;
-      sphere.normal += J * J.transpose();
-      gradient += J * (distance - sphere.radius);
-    }
-    const Eigen::VectorXd step = solve_symmetric(sphere.normal, -gradient);
-    if (!step.allFinite()) return refused("pivot: the sphere fit does not converge; use --method algebraic");
-    for (Eigen::Index s = 0; s < S; ++s)
-      sphere.centres[static_cast<std::size_t>(s)] += step.segment<3>(3 * s);
-    sphere.radius += step[3 * S];
-    if (step.norm() < 1e-13) return sphere;
-  }
-  return refused("pivot: the sphere fit does not converge on these poses; use --method algebraic");
-}
-
-// The arm's part: its motion about each segment's mean, and how fast it changes (zero where times are
-// unknown).
-struct TipMotion {
-  std::vector<Vector3> centred, rate;
-};
-
-// Tip, the rotation that carries the arm's motion into the tracker's frame, and by how much the tracker's
-// stamps are late against the arm's, together (Gauss-Newton on columns from which the segments' means are
-// taken). The delay is held near zero as strongly as kDelay says: a slow swing hardly shows it.
-Vector3 solve_with_motion(PivotData& data, const TipMotion& arm, Quaternion& turn, double& delay) {
-  constexpr double kDelay = 0.02;  // s
-  std::fill(data.motion.begin(), data.motion.end(), Vector3::Zero());
-  const auto at_rest = tip_system(data);
-  Vector3 tip = solve_symmetric(at_rest.A, at_rest.b);
-  const auto moved_from = pivots_of(data, tip);
-  std::vector<Vector3> moved;
-  for (std::size_t i = 0; i < data.size(); ++i)
-    moved.push_back(data.tip_at(i, tip) - moved_from[data.segment[i]]);
-  turn = Quaternion(fit_rigid(arm.centred, moved, data.weight).rotation);
-  delay = 0.0;
-  using Row = Eigen::Matrix<double, 3, 8>;  // tip, turn, delay, residual
-  for (int round = 0; round < 200; ++round) {
-    std::vector<Row> rows;
-    double square = 0.0, used = 0.0;
-    for (std::size_t i = 0; i < data.size(); ++i) {
-      data.motion[i] = turn * (arm.centred[i] + delay * arm.rate[i]);
-      Row row;
-      row << -data.R[i], -hat(data.motion[i]), turn * arm.rate[i], -data.tip_at(i, tip);
-      rows.push_back(row);
-    }
-    const auto mean = segment_means(data, Row(Row::Zero()), [&](std::size_t i) { return rows[i]; });
-    Eigen::Matrix<double, 8, 8> N = Eigen::Matrix<double, 8, 8>::Zero();
-    for (std::size_t i = 0; i < data.size(); ++i) {
-      const Row row = rows[i] - mean[data.segment[i]];
-      N += data.weight[i] * row.transpose() * row;
-      square += data.weight[i] * row.col(7).squaredNorm(), used += 3.0 * data.weight[i];
-    }
-    const double prior = square / std::max(used, 1.0) / (kDelay * kDelay);
-    N(6, 6) += prior + 1e-300, N(6, 7) += prior * delay;
-    const Eigen::Matrix<double, 7, 1> step =
-        -solve_symmetric(N.topLeftCorner<7, 7>(), N.topRightCorner<7, 1>());
-    tip += step.head<3>();
-    turn = (so3_exp(step.segment<3>(3)) * turn).normalized();
-    delay += step[6];
-    for (std::size_t i = 0; i < data.size(); ++i)
-      data.motion[i] = turn * (arm.centred[i] + delay * arm.rate[i]);
-    if (step.head<3>().norm() < 1e-12 && std::abs(step[6]) < 1e-9) break;
-  }
-  data.rate.clear();
-  for (const auto& rate : arm.rate) data.rate.push_back(turn * rate);
-  return tip;
-}
-
-// Of a motion at these times, by differences over both neighbours within a segment; zero without times.
-std::vector<Vector3> rates_of(const PivotData& data, const std::vector<Vector3>& motion,
-                              const std::vector<double>& time_s) {
-  std::vector<Vector3> rates(motion.size(), Vector3::Zero());
-  if (time_s.size() != motion.size()) return rates;
-  std::vector<std::size_t> order(motion.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return time_s[a] < time_s[b]; });
-  for (std::size_t k = 1; k + 1 < order.size(); ++k) {
-    const std::size_t a = order[k - 1], b = order[k + 1], i = order[k];
-    const double span = time_s[b] - time_s[a];
-    if (data.segment[a] != data.segment[i] || data.segment[b] != data.segment[i]) continue;
-    if (span > 0.0 && span < kLongestStep) rates[i] = (motion[b] - motion[a]) / span;
-  }
-  return rates;
-}
-
 }  // namespace
 
 Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& poses,
@@ -234,13 +104,7 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
       return tl::unexpected(enough.error());
 
   TipMotion arm;
-  std::vector<Vector3>& centred = arm.centred;
-  if (arm_motion.size() == data.size()) {
-    const auto mean =
-        segment_means(data, Vector3(Vector3::Zero()), [&](std::size_t i) { return arm_motion[i]; });
-    for (std::size_t i = 0; i < data.size(); ++i) centred.push_back(arm_motion[i] - mean[data.segment[i]]);
-    arm.rate = rates_of(data, arm_motion, time_s);
-  }
+  if (arm_motion.size() == data.size()) arm = tip_motion(data, arm_motion, time_s);
   const auto solve = [&] {
     if (options.given_tip) return *options.given_tip;
     if (options.with_motion) return solve_with_motion(data, arm, solution.R_world_arm, solution.delay);
@@ -358,11 +222,12 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
     estimate.covariance *= solution.correlation;
   }
   if (arm_motion.size() == data.size()) {
-    for (const auto& m : centred)
-      solution.tip_motion += m.squaredNorm() / static_cast<double>(centred.size());
+    for (const auto& m : arm.centred)
+      solution.tip_motion += m.squaredNorm() / static_cast<double>(arm.centred.size());
     solution.tip_motion = std::sqrt(solution.tip_motion);
   }
-  if (shared && !options.with_motion && !options.given_tip && !centred.empty() && solution.tip_motion > 0.0) {
+  if (shared && !options.with_motion && !options.given_tip && !arm.centred.empty() &&
+      solution.tip_motion > 0.0) {
     PivotData moved = data;
     Quaternion turn;
     double delay = 0.0;
