@@ -152,6 +152,14 @@ Expected<void> run_arm(const ArmArguments& options) {
   if (!estimate)
     return tl::unexpected(Error{estimate.error().kind, file->source + ": " + estimate.error().message});
   const ArmSolution& arm = estimate->value;
+  constexpr double kNoArm = 0.12, kPoor = 0.03;  // misfit as a share of the motion
+  const auto misfit = arm_misfit(arm, samples);
+  if (joint && !(misfit.share() <= kNoArm))
+    return refused(
+        "{}: arm: half of the samples lie more than {:.1f} mm off the best fit, in a motion of {:.0f} mm: "
+        "this "
+        "is not a {}; check the units, the order of the joints and that rows hold one moment each",
+        file->source, mm_from_metres(misfit.error), mm_from_metres(misfit.spread), model->name);
   std::optional<Estimate<GimbalSolution>> gimbal;
   if (wants_gimbal) {
     auto fitted = calibrate_gimbal(with_delay_removed(samples, arm.delay_s), arm);
@@ -181,6 +189,11 @@ Expected<void> run_arm(const ArmArguments& options) {
         fmt::format("method {} takes the tip as given; it was not estimated", options.method));
   if (!joint && arm.tip_known && !how.tip)
     found.warnings.push_back("no tip was given (--tip-mm): it was found with the arm's nominal kinematics");
+  if (joint && misfit.share() > kPoor)
+    found.warnings.push_back(fmt::format(
+        "half of the samples lie more than {:.1f} mm off the best fit: free more, or check units, joint "
+        "order and that rows hold one moment each",
+        mm_from_metres(misfit.error)));
   if (estimate->termination == Termination::iteration_limit)
     found.warnings.push_back("the solution had not settled at the iteration limit");
   if (joint && !how.free.delay && taken_in_motion(samples))

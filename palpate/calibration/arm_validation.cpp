@@ -1,6 +1,7 @@
 #include "palpate/calibration/arm_validation.h"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 
 #include "palpate/calibration/arm_motion.h"
@@ -89,6 +90,23 @@ Expected<HeldOut> held_out_by_folds(const std::vector<ArmObservation>& samples, 
   std::vector<std::vector<std::size_t>> parts(static_cast<std::size_t>(folds));
   for (std::size_t i = 0; i < order.size(); ++i) parts[i % parts.size()].push_back(order[i]);
   return hold_out(samples, model, options, parts);
+}
+
+ArmMisfit arm_misfit(const ArmSolution& arm, const std::vector<ArmObservation>& samples) {
+  const auto median = [](std::vector<double> values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+  };
+  std::array<std::vector<double>, 3> places;
+  for (const auto& sample : samples)
+    for (std::size_t i = 0; i < 3; ++i)
+      places[i].push_back(measured_tip(arm, sample).m[static_cast<Eigen::Index>(i)]);
+  const Vector3 centre(median(places[0]), median(places[1]), median(places[2]));
+  std::vector<double> errors, distances;
+  for (const auto& error : arm_errors(arm, samples)) errors.push_back(error.norm());
+  for (const auto& sample : samples) distances.push_back((measured_tip(arm, sample).m - centre).norm());
+  return {median(errors), median(distances)};
 }
 
 std::string free_text(const ArmFree& free) {

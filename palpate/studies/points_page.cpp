@@ -1,5 +1,6 @@
 // The page's part on Figures 7, 8 and 9.
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "palpate/studies/paper_values.h"
@@ -187,6 +188,7 @@ void tell_bound(report::Report& page, const StudyResult& study) {
       "bar "
       "is lower there.");
   std::vector<std::vector<std::string>> shares;
+  int runs = 0;
   for (const auto& bar : kCoverageBars) {
     for (const auto& row : study.values.at("coverage").at(std::string(bar.world))) {
       const double places = number(row.at("unseen_places")), tip = number(row.at("tip_in_marker"));
@@ -196,10 +198,17 @@ void tell_bound(report::Report& page, const StudyResult& study) {
                         bar.most < 1.0
                             ? fmt::format("{:.0f} to {:.0f} %", 100.0 * bar.least, 100.0 * bar.most)
                             : fmt::format("at least {:.0f} %", 100.0 * bar.least),
-                        holds ? "holds" : "falls short"});
+                        holds                               ? "holds"
+                        : std::min(places, tip) < bar.least ? "falls short"
+                                                            : "wider than need be"});
+      runs = std::max(runs, row.at("runs").get<int>());
     }
   }
   page.table({"world", "points", "tip at unseen places", "tip in the marker", "asked for", ""}, shares);
+  page.aside(
+      fmt::format("A share of 95 % of {} runs is known to {:.1f} points (standard deviation): with few runs "
+                  "the last column says little.",
+                  runs, 100.0 * std::sqrt(0.95 * 0.05 / std::max(runs, 1))));
 }
 
 void tell_outliers(report::Report& page, const StudyResult& study) {

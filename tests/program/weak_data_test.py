@@ -71,6 +71,22 @@ class WeakData(ProgramTest):
         self.write("arm.csv", "joint_1_deg,joint_2_deg,joint_3_deg,x_mm,y_mm,z_mm\n1,2,3,4,5,6\n2,3,4,5,6,7\n")
         self.refuses(["calibrate", "arm", "--samples", "arm.csv", "--arm", "phantom-premium-1.5", "--json", "result.json"], 1, "arm")
 
+    def test_an_arm_that_did_not_make_these_samples(self):
+        self.runs("world", "sample", "arm", "--points", "70", "--out", "sim")
+        header, *rows = self.read("sim", "arm.csv").decode().splitlines()
+        command = ["calibrate", "arm", "--samples", "odd.csv", "--arm", "phantom-premium-1.5", "--json", "result.json"]
+        cells = [row.split(",") for row in rows]
+        odd = {"joints": (header, [[c[1], c[0], *c[2:]] for c in cells]),
+               "rows": (header, [[*a[:3], *b[3:]] for a, b in zip(cells, cells[17:] + cells[:17])]),
+               "angles": (header.replace("_deg", "_rad"), cells),
+               "places": (header.replace("_mm,", "_m,"), cells)}
+        for name, (columns, table) in odd.items():
+            with self.subTest(name):
+                self.write("odd.csv", "\n".join([columns, *map(",".join, table)]) + "\n")
+                self.refuses(command, 1, "odd.csv", "off the best fit", "check the units")
+        self.write("odd.csv", "\n".join([header, *rows]) + "\n")
+        self.runs(*command)
+
     def test_a_camera_from_one_view(self):
         rows = "".join(f"one,{i},{i % 9},{i // 9},{100 + 20 * (i % 9)},{100 + 20 * (i // 9)}\n" for i in range(54))
         self.write("corners.csv", "image,corner,board_x_squares,board_y_squares,u_px,v_px\n" + rows)
