@@ -20,6 +20,8 @@ Refusals points(std::string_view file) {
     cut(list->weights, count);
   }
   for (const auto& weights : {std::vector<double>(), to->weights}) {
+    const auto stray = misplaced_point(from->points, to->points, weights);
+    hold(!stray || *stray < from->points.size(), "a misplaced point is one of the points");
     const auto fit = absolute_orientation(from->points, to->points, weights);
     if (!answered(fit, refusals)) continue;
     hold_finite(fit->value.rotation, "a rotation is finite");

@@ -1,6 +1,8 @@
-// Touched points into the rectangle fit: in order, and with corners numbered.
+// Touched points into the rectangle fit: in order, and with corners numbered; and as landmarks on that
+// rectangle.
 #include "fuzz/check.h"
 #include "palpate/calibration/surface.h"
+#include "palpate/calibration/touched_landmarks.h"
 #include "palpate/model/point_file.h"
 
 namespace palpate::fuzz {
@@ -20,6 +22,15 @@ Refusals surfaces(std::string_view file) {
   if (!answered(fit, refusals)) return refusals;
   hold_finite(fit->value.X_world_rectangle, "a rectangle's pose is rigid");
   hold(fit->value.width > 0.0 && fit->value.height > 0.0, "a rectangle has sides");
+  SurfaceCalibration surface;
+  surface.X_world_rectangle = fit->value.X_world_rectangle;
+  std::vector<LandmarkTouch> touches;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    touches.push_back({read->labels.empty() ? std::to_string(i) : read->labels[i], points[i].place.m});
+  const auto landmarks = landmarks_from_touches(touches, {surface});
+  if (!answered(landmarks, refusals)) return refusals;
+  for (const auto& landmark : landmarks->value.landmarks)
+    hold_finite(landmark.place.m, "a landmark's place is finite");
   return refusals;
 }
 

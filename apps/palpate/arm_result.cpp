@@ -142,6 +142,13 @@ void put_into(Rig& rig, const ArmFindings& found, Provenance from) {
   if (found.gimbal) put_gimbal_into(result, found.gimbal->value);
   result.covariance = rig_covariance(found.estimate);
   result.held_out_mean = mean_norm(found.unseen);
+  const auto delay = std::find(arm.parameters.begin(), arm.parameters.end(), "delay");
+  if (delay != arm.parameters.end()) {
+    if (!rig.delays) rig.delays.emplace();
+    rig.delays->tracker_after_arm_s = arm.delay_s;
+    rig.delays->tracker_std_s = found.estimate.standard_deviation(delay - arm.parameters.begin());
+    rig.delays->from = from;
+  }
   result.from = std::move(from);
   rig.arm = std::move(result);
 }

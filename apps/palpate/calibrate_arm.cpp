@@ -5,7 +5,9 @@
 #include "apps/palpate/arm_result.h"
 #include "apps/palpate/command.h"
 #include "palpate/calibration/arm_motion.h"
+#include "palpate/core/text.h"
 #include "palpate/core/units.h"
+#include "palpate/model/repeats.h"
 
 namespace palpate::app {
 namespace {
@@ -57,10 +59,20 @@ Expected<FreeList> parse_free(const std::string& list) {
   return all;
 }
 
+// A sample is the same if every device read the same; when does not matter.
+Reading reading_of_sample(const ArmObservation& sample) {
+  Reading reading;
+  reading.add(sample.joints).add_if(sample.gimbal);
+  if (sample.marker) reading.add(sample.marker->rotation.coeffs()).add(sample.marker->translation);
+  if (sample.tip) reading.add(sample.tip->m);
+  return reading;
+}
+
 // Errors on samples that the calibration has not seen: of the test file, or of five folds drawn by the seed.
 struct Unseen {
   std::string from;
   std::vector<Vector3> errors, uncorrected;
+  std::size_t seen = 0;  // of the test file's samples, those that the calibration has seen after all
 };
 
 Expected<Unseen> judge(const ArmArguments& options, const std::vector<ArmObservation>& samples,
@@ -77,6 +89,10 @@ Expected<Unseen> judge(const ArmArguments& options, const std::vector<ArmObserva
       if (arm.tip_known && !sample.marker && !sample.tip)
         return wrong_use("{}: has no measured tips", options.test);
     }
+    auto both = samples, own = test->observations;
+    drop_repeats(own, reading_of_sample);
+    both.insert(both.end(), own.begin(), own.end());
+    unseen.seen = drop_repeats(both, reading_of_sample);
     unseen.from = test->source;
     unseen.errors = arm_errors(arm, test->observations);
     unseen.uncorrected = arm_errors(uncorrected, test->observations);
@@ -101,8 +117,9 @@ Expected<void> run_arm(const ArmArguments& options) {
   if (options.arm.empty()) model->lengths = rig->nominal_lengths;
   if (model->kind == ArmModel::Kind::dh && !(options.result.rig.empty() && options.result.out.empty()))
     return wrong_use("{}: a rig file holds arms of the PHANToM kind only; use --json", model->name);
-  const auto file = read_arm_samples(options.samples);
+  auto file = read_arm_samples(options.samples);
   if (!file) return tl::unexpected(file.error());
+  const std::size_t repeats = drop_repeats(file->observations, reading_of_sample);
   const auto& samples = file->observations;
   const bool markers =
       std::all_of(samples.begin(), samples.end(), [](const auto& s) { return s.marker.has_value(); });
@@ -148,6 +165,14 @@ Expected<void> run_arm(const ArmArguments& options) {
                        file->source);
   }
 
+  if ((how.free.quadratic || how.free.hysteresis) &&
+      !(options.result.rig.empty() && options.result.out.empty()))
+    return wrong_use(
+        "--free {}: a rig file holds gains and offsets, no quadratic or hysteresis terms; leave them out, or "
+        "use "
+        "--json without --rig and --out",
+        free_text(how.free));
+
   const auto estimate = calibrate_arm(samples, *model, how);
   if (!estimate)
     return tl::unexpected(Error{estimate.error().kind, file->source + ": " + estimate.error().message});
@@ -184,6 +209,11 @@ Expected<void> run_arm(const ArmArguments& options) {
                     .regions = regions ? regions->means : std::vector<double>{},
                     .choice = choice,
                     .warnings = {}};
+  if (repeats > 0) found.warnings.push_back(repeats_warning(repeats));
+  if (unseen->seen > 0)
+    found.warnings.push_back(
+        fmt::format("{} of {} stand among the samples too, so they test nothing; record others for --test",
+                    counted(unseen->seen, "row"), unseen->from));
   if (!joint && how.free.tip)
     found.warnings.push_back(
         fmt::format("method {} takes the tip as given; it was not estimated", options.method));

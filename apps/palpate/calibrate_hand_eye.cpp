@@ -65,6 +65,11 @@ Expected<void> run_hand_eye(const HandEyeArguments& options) {
   if (!hand) return tl::unexpected(hand.error());
   const auto eye = read_poses(options.eye);
   if (!eye) return tl::unexpected(eye.error());
+  if (hand->hash == eye->hash)
+    return wrong_use(
+        "{}: holds the same as {}; the marker's poses in the tracker (--hand) and the camera's at the board "
+        "(--eye) are expected",
+        options.eye, options.hand);
   HandEyeOptions how{.estimate_delay = options.estimate_delay, .delay_s = options.delay_s};
   if (hand->has_time != eye->has_time)
     return wrong_use("{}: has no times, {} has; both or neither is expected",
@@ -79,7 +84,9 @@ Expected<void> run_hand_eye(const HandEyeArguments& options) {
     how.max_hand_gap_s = 1.5;
   }
   const auto fit = calibrate_hand_eye(hand->poses, eye->poses, how);
-  if (!fit) return tl::unexpected(fit.error());
+  if (!fit)
+    return tl::unexpected(
+        Error{fit.error().kind, fmt::format("{}, {}: {}", options.hand, options.eye, fit.error().message)});
 
   const auto& s = fit->value;
   const auto sd = standard_deviations(fit->covariance);
@@ -103,8 +110,7 @@ Expected<void> run_hand_eye(const HandEyeArguments& options) {
     const Provenance from{utc_now(), hash, "joint", kMm * s.translation_rms};
     rig.hand_eye = HandEyeCalibration{s.X_marker_camera, fit->covariance.topLeftCorner<6, 6>(), from};
     if (!options.estimate_delay) return;
-    // A deviation of a whole second says that the tracker's delay against the arm has not been measured yet.
-    if (!rig.delays) rig.delays = DelayCalibration{.tracker_std_s = 1.0};
+    if (!rig.delays) rig.delays.emplace();
     rig.delays->camera_after_tracker_s = -s.delay_s;
     rig.delays->camera_std_s = s.delay_std_s;
     rig.delays->from = from;

@@ -9,6 +9,7 @@
 #include "palpate/model/arm_model.h"
 #include "palpate/model/arm_samples.h"
 #include "palpate/model/pose_file.h"
+#include "palpate/model/repeats.h"
 
 namespace palpate::app {
 namespace {
@@ -65,7 +66,23 @@ Expected<void> write_pivots(const std::string& path, const PoseFile& file,
   return write_file(path, csv.content());
 }
 
-Json to_json(const PivotArguments& options, const PoseFile& file, const Estimate<PivotSolution>& estimate) {
+// A pose is the same if marker, tip and segment are; when it was read does not matter.
+Reading reading_of_pose(const PivotPose& pose) {
+  return Reading().add(pose.rotation.coeffs()).add(pose.translation).add(pose.segment).add_if(pose.motion);
+}
+
+// A file whose poses never agree may hold several pivots, in a column that was not named.
+std::string hint_of_segments(const PivotArguments& options, const PoseFile& file) {
+  if (!options.segments.empty()) return "";
+  for (const auto& name : file.table.header)
+    if (name == "segment" || name == "pivot" || name == "landmark")
+      return fmt::format("; its column '{}' may number the pivots (--segments {})", excerpt(name),
+                         excerpt(name));
+  return "";
+}
+
+Json to_json(const PivotArguments& options, const PoseFile& file, const Estimate<PivotSolution>& estimate,
+             std::size_t repeats) {
   const PivotSolution& solution = estimate.value;
   const auto std_all = standard_deviations(estimate.covariance);
   std::size_t inliers = 0;
@@ -124,6 +141,7 @@ Json to_json(const PivotArguments& options, const PoseFile& file, const Estimate
   json["covariance"] =
       json_covariance(names, estimate.covariance, Eigen::VectorXd::Constant(std_all.size(), kMm));
   json["warnings"] = Json::array();
+  if (repeats > 0) json["warnings"].push_back(repeats_warning(repeats));
   if (rms_3d > kRestlessTip)
     json["warnings"].push_back(
         "the poses agree badly: the tip did not rest, or the file holds several pivots (--segments COLUMN)");
@@ -155,6 +173,7 @@ Expected<void> run_pivot(const PivotArguments& options) {
   if (!options.with_arm && options.marker == "tip")
     if (!add_arm_motion(options, *rig, poses))
       for (auto& pose : poses) pose.motion.reset();
+  const std::size_t repeats = drop_repeats(poses, reading_of_pose);
   // Neighbours in time share errors, wherever their rows stand.
   if (file->has_time)
     std::stable_sort(poses.begin(), poses.end(),
@@ -170,10 +189,11 @@ Expected<void> run_pivot(const PivotArguments& options) {
   if (!options.tip_mm.empty())
     how.given_tip = Vector3(options.tip_mm[0], options.tip_mm[1], options.tip_mm[2]) / kMm;
   const auto estimate = calibrate_pivot(poses, how);
-  if (!estimate) return refused("{}: {}", file->source, estimate.error().message);
+  if (!estimate)
+    return refused("{}: {}{}", file->source, estimate.error().message, hint_of_segments(options, *file));
   if (!options.pivots_out.empty())
     if (const auto done = write_pivots(options.pivots_out, *file, *estimate); !done) return done;
-  Result result{to_json(options, *file, *estimate), {}, {}};
+  Result result{to_json(options, *file, *estimate, repeats), {}, {}};
   result.summary.push_back(fmt::format("tip in marker  {} mm  +- {}", shown(estimate->value.tip, kMm),
                                        shown(standard_deviations(estimate->covariance).head<3>(), kMm)));
   result.summary.push_back(

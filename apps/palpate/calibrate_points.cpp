@@ -8,6 +8,7 @@
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/model/point_file.h"
+#include "palpate/model/repeats.h"
 
 namespace palpate::app {
 namespace {
@@ -22,6 +23,7 @@ struct Pairs {
   std::vector<double> weights;
   std::vector<std::string> labels;
   bool by_label = false;
+  std::size_t repeats = 0;  // rows left out
 };
 
 bool unique_labels(const PointFile& file) {
@@ -36,12 +38,17 @@ Expected<Pairs> pair_up(const PointFile& from, const PointFile& to) {
   if (!pairs.by_label && from.points.size() != to.points.size())
     return wrong_use("{} has {}, {} has {}; lists of the same length, or with labels, are expected",
                      from.source, counted(from.points.size(), "point"), to.source, to.points.size());
+  std::set<Reading> known;
   for (std::size_t i = 0; i < from.points.size(); ++i) {
     std::size_t j = i;
     if (pairs.by_label) {
       const auto at = std::find(to.labels.begin(), to.labels.end(), from.labels[i]);
       if (at == to.labels.end()) continue;
       j = static_cast<std::size_t>(at - to.labels.begin());
+    }
+    if (!known.insert(Reading().add(from.points[i]).add(to.points[j])).second) {
+      ++pairs.repeats;
+      continue;
     }
     pairs.from.push_back(from.points[i]);
     pairs.to.push_back(to.points[j]);
@@ -60,7 +67,16 @@ Expected<void> run_points(const PointsArguments& options) {
   const auto pairs = pair_up(*from, *to);
   if (!pairs) return tl::unexpected(pairs.error());
   const auto estimate = absolute_orientation(pairs->from, pairs->to, pairs->weights);
-  if (!estimate) return tl::unexpected(estimate.error());
+  std::string stray;
+  if (const auto odd = misplaced_point(pairs->from, pairs->to, pairs->weights))
+    stray = fmt::format(
+        "without point '{}' the others fit more than five times better: measure it again, or look "
+        "whether it is paired rightly",
+        excerpt(pairs->labels[*odd]));
+  if (!estimate)
+    return tl::unexpected(Error{
+        estimate.error().kind, fmt::format("{}, {}: {}{}", from->source, to->source, estimate.error().message,
+                                           stray.empty() ? "" : "; " + stray)});
   const RigidTransform& fit = estimate->value;
   const Quaternion rotation(fit.rotation);
   const auto std_all = standard_deviations(estimate->covariance);
@@ -89,6 +105,8 @@ Expected<void> run_points(const PointsArguments& options) {
                                         "translation_x_mm", "translation_y_mm", "translation_z_mm"},
                                        estimate->covariance, scales);
   json["warnings"] = Json::array();
+  if (pairs->repeats > 0) json["warnings"].push_back(repeats_warning(pairs->repeats));
+  if (!stray.empty()) json["warnings"].push_back(stray);
   if (fit.mirrored)
     json["warnings"].push_back(
         "a mirror image would fit better: one list may be left-handed or out of order");

@@ -6,6 +6,7 @@
 #include "palpate/calibration/surface.h"
 #include "palpate/core/units.h"
 #include "palpate/model/point_file.h"
+#include "palpate/model/repeats.h"
 
 namespace palpate::app {
 namespace {
@@ -18,7 +19,10 @@ struct SurfaceArguments {
 struct NamedPoints {
   std::string name;
   std::vector<TouchedPoint> points;
+  std::size_t repeats = 0;  // touches left out
 };
+
+Reading reading_of_touch(const TouchedPoint& point) { return Reading().add(point.place.m).add(point.corner); }
 
 // "table_3" -> table, 3; "3" -> "", 3; anything else -> itself, 0.
 std::pair<std::string, int> split_label(const std::string& label) {
@@ -59,10 +63,25 @@ Expected<std::vector<NamedPoints>> group(const PointFile& file, const std::strin
     surfaces.assign(1, {fallback, {}});
     for (const auto& point : file.points) surfaces[0].points.push_back({{point}, 0});
   }
+  for (auto& one : surfaces) one.repeats = drop_repeats(one.points, reading_of_touch);
   return surfaces;
 }
 
-Json to_json(const std::string& name, const Estimate<RectangleFit>& estimate) {
+std::vector<std::string> warnings_of(const NamedPoints& touched) {
+  std::vector<std::string> warnings;
+  if (touched.repeats > 0) warnings.push_back(repeats_warning(touched.repeats));
+  const auto& points = touched.points;
+  if (points.size() > 4 &&
+      std::all_of(points.begin(), points.end(), [](const auto& p) { return p.corner == 0; }))
+    warnings.push_back(
+        fmt::format("{}: no point says which corner it is; the first four are taken as the corners in order, "
+                    "the other {} as lying anywhere on the surface (a corner column, 1 to 4, tells)",
+                    touched.name, points.size() - 4));
+  return warnings;
+}
+
+Json to_json(const std::string& name, const Estimate<RectangleFit>& estimate,
+             const std::vector<std::string>& warnings) {
   const RectangleFit& fit = estimate.value;
   const auto std_all = standard_deviations(estimate.covariance);
   Json json;
@@ -78,6 +97,7 @@ Json to_json(const std::string& name, const Estimate<RectangleFit>& estimate) {
   json["residuals_mm"] = Json::array();
   for (const auto& r : estimate.residuals) json["residuals_mm"].push_back(json_list(r, kMm));
   json["points"] = estimate.residuals.size();
+  json["warnings"] = warnings;
   Eigen::VectorXd scales(8);
   scales << Vector3::Constant(kDegreesPerRadian), Eigen::VectorXd::Constant(5, kMm);
   json["std"] = Json{{"rotation_deg", json_list(std_all.head<3>(), kDegreesPerRadian)},
@@ -106,7 +126,8 @@ Expected<void> run_surface(const SurfaceArguments& options) {
     if (!estimate)
       return refused("{}: {}{}", file->source, surfaces->size() > 1 ? surface.name + ": " : std::string(),
                      estimate.error().message);
-    all.push_back(to_json(surface.name, *estimate));
+    const auto warnings = warnings_of(surface);
+    all.push_back(to_json(surface.name, *estimate, warnings));
     const RectangleFit& fit = estimate->value;
     found.push_back({surface.name,
                      fit.X_world_rectangle,
@@ -117,6 +138,7 @@ Expected<void> run_surface(const SurfaceArguments& options) {
                                          surface.name, kMm * estimate->value.width,
                                          kMm * estimate->value.height, all.back()["rms_mm"].get<double>(),
                                          surface.points.size()));
+    for (const auto& warning : warnings) result.summary.push_back("warning: " + warning);
   }
   if (all.empty()) return wrong_use("{}: has no points of the surface '{}'", file->source, options.name);
   if (all.size() == 1) {

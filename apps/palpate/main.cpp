@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <csignal>
@@ -38,6 +39,25 @@ Expected<void> numbers_in_range(const CLI::App& command) {
   return {};
 }
 
+// A word where a command is expected that is none: named, with those there are. Else empty.
+std::string unknown_command(const CLI::App& program, int argc, char** argv) {
+  const CLI::App* command = &program;
+  for (int i = 1; i < argc && command->get_require_subcommand_min() > 0; ++i) {
+    const std::string word = argv[i];
+    if (word.starts_with('-')) return "";
+    const auto known = command->get_subcommands([](const CLI::App*) { return true; });
+    const auto at = std::find_if(known.begin(), known.end(),
+                                 [&](const CLI::App* other) { return other->check_name(word); });
+    if (at == known.end()) {
+      std::string names;
+      for (const auto* other : known) names += (names.empty() ? "" : ", ") + other->get_name();
+      return fmt::format("{}: no such command; one of {} is expected", excerpt(word), names);
+    }
+    command = *at;
+  }
+  return "";
+}
+
 // What was printed may still be on its way: that the disk behind it is full shows only now.
 int after_printing() {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
@@ -62,6 +82,7 @@ int main(int argc, char** argv) {
   app::add_calibrate_points(*calibrate);
   app::add_calibrate_arm(*calibrate);
   app::add_calibrate_surface(*calibrate);
+  app::add_calibrate_landmarks(*calibrate);
   app::add_calibrate_camera(*calibrate);
   app::add_calibrate_hand_eye(*calibrate);
   app::add_calibrate_all(*calibrate);
@@ -79,7 +100,8 @@ int main(int argc, char** argv) {
       program.exit(error);
       return app::after_printing();
     }
-    std::fprintf(stderr, "palpate: %s; see --help\n", error.what());
+    const auto unknown = app::unknown_command(program, argc, argv);
+    std::fprintf(stderr, "palpate: %s; see --help\n", unknown.empty() ? error.what() : unknown.c_str());
     return 2;
   }
   try {

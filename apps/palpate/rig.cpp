@@ -64,6 +64,10 @@ std::string with_sd(const Vector3& value, const Eigen::MatrixXd& covariance, Eig
   return text;
 }
 
+std::string delay_text(double delay_s, double std_s, bool known) {
+  return known ? fmt::format("{:.3f} +- {:.3f}", 1e3 * delay_s, 1e3 * std_s) : "not measured";
+}
+
 void line(const char* name, const std::string& text) { std::printf("%-22s %s\n", name, text.c_str()); }
 
 void show_arm(const ArmCalibration& arm) {
@@ -114,9 +118,9 @@ Expected<void> show(const RigArguments& options) {
   }
   if (const auto& d = rig->delays)
     line("delays, ms",
-         fmt::format("tracker after arm {:.3f} +- {:.3f}, camera after tracker {:.3f} +- {:.3f}",
-                     1e3 * d->tracker_after_arm_s, 1e3 * d->tracker_std_s, 1e3 * d->camera_after_tracker_s,
-                     1e3 * d->camera_std_s));
+         fmt::format("tracker after arm {}, camera after tracker {}",
+                     delay_text(d->tracker_after_arm_s, d->tracker_std_s, d->tracker_known()),
+                     delay_text(d->camera_after_tracker_s, d->camera_std_s, d->camera_known())));
   for (const auto& s : rig->surfaces)
     line(("surface " + s.name).c_str(),
          fmt::format("{:.1f} x {:.1f} mm, corner at {}  ({})", kMm * s.width, kMm * s.height,

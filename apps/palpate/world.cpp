@@ -1,4 +1,5 @@
 // palpate world: makes, shows and samples simulated laboratories.
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 
@@ -24,6 +25,43 @@ struct WorldOptions {
 
 Expected<sim::WorldFile> world_from(const std::string& file) {
   return file.empty() ? Expected<sim::WorldFile>(sim::reference_world()) : sim::read_world(file);
+}
+
+const std::vector<std::pair<std::string, SampleKind>> kKinds = {
+    {"pivot", SampleKind::pivot},        {"arm", SampleKind::arm},         {"hand-eye", SampleKind::hand_eye},
+    {"camera", SampleKind::camera},      {"pointer", SampleKind::pointer}, {"surface", SampleKind::surface},
+    {"landmarks", SampleKind::landmarks}};
+
+std::vector<std::string> kind_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, kind] : kKinds) names.push_back(name);
+  return names;
+}
+
+Expected<void> sample_into_folder(const WorldOptions& options) {
+  const auto file = world_from(options.file);
+  if (!file) return tl::unexpected(file.error());
+  SampleRequest request;
+  request.seed = options.seed;
+  request.points = options.points;
+  request.continuous = options.continuous;
+  request.kind = std::find_if(kKinds.begin(), kKinds.end(), [&](const auto& known) {
+                   return known.first == options.kind;
+                 })->second;
+  if (request.continuous && request.kind != SampleKind::arm)
+    return wrong_use("--continuous: goes with arm, not with {}", options.kind);
+  request.guided = options.guided;
+  if (request.guided && (request.kind != SampleKind::arm || request.continuous))
+    return wrong_use("--guided: goes with arm in held poses, not with {}",
+                     request.continuous ? "--continuous" : options.kind);
+  const bool replaces = std::filesystem::exists(std::filesystem::path(options.out) / "truth.json");
+  const auto written = sample_world(*file, request, options.out);
+  if (!written) return tl::unexpected(written.error());
+  for (const auto& path : *written) fmt::print("{}\n", path.string());
+  if (replaces)
+    notice(fmt::format("{}: replaced the truth of an earlier sample; a folder each keeps both",
+                       written->back().string()));
+  return {};
 }
 
 }  // namespace
@@ -52,41 +90,23 @@ void add_world(CLI::App& program) {
 
   auto* sample =
       world->add_subcommand("sample", "Write what the devices would have recorded, and the truth beside it");
-  sample->add_option("kind", options->kind, "pivot, arm, hand-eye, camera or surface")
+  sample->add_option("kind", options->kind, "What is recorded")
       ->required()
-      ->check(CLI::IsMember({"pivot", "arm", "hand-eye", "camera", "surface"}));
+      ->check(CLI::IsMember(kind_names()));
   sample->add_option("--world", options->file, "World file; the reference world where none is named");
   sample->add_option("--seed", options->seed, "Draws everything called sd, and all noise")
       ->capture_default_str();
   sample
-      ->add_option(
-          "--points", options->points,
-          "Poses, images or touches (default: pivot 400, arm 140, hand-eye 600, camera 15, surface 4)")
+      ->add_option("--points", options->points,
+                   "Poses, images or touches (default: pivot and pointer 400, arm 140, hand-eye 600, camera "
+                   "15, surface "
+                   "4, landmarks one each)")
       ->check(CLI::Range(1, 100000));
   sample->add_flag("--continuous", options->continuous, "arm: record while the stylus moves freely");
   sample->add_flag("--guided", options->guided,
                    "arm: show the person where the next pose helps the calibration most");
   sample->add_option("--out", options->out, "Folder for the files")->required();
-  on(sample, [options]() -> Expected<void> {
-    const auto file = world_from(options->file);
-    if (!file) return tl::unexpected(file.error());
-    SampleRequest request;
-    request.seed = options->seed;
-    request.points = options->points;
-    request.continuous = options->continuous;
-    request.kind = options->kind == "pivot"      ? SampleKind::pivot
-                   : options->kind == "arm"      ? SampleKind::arm
-                   : options->kind == "hand-eye" ? SampleKind::hand_eye
-                   : options->kind == "camera"   ? SampleKind::camera
-                                                 : SampleKind::surface;
-    if (request.continuous && request.kind != SampleKind::arm)
-      return wrong_use("--continuous: goes with arm, not with {}", options->kind);
-    request.guided = options->guided;
-    if (request.guided && (request.kind != SampleKind::arm || request.continuous))
-      return wrong_use("--guided: goes with arm in held poses, not with {}",
-                       request.continuous ? "--continuous" : options->kind);
-    return sample_world(*file, request, options->out);
-  });
+  on(sample, [options] { return sample_into_folder(*options); });
 
   auto* run =
       world->add_subcommand("run", "Run the laboratory in real time, its devices open to the two servers");

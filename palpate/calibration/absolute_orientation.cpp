@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/calibration/robust_scale.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/estimation/linear_algebra.h"
@@ -15,12 +16,17 @@ namespace {
 constexpr double kLineRatio = 1e-3;
 // A rotation known worse than this (one sigma, about the worst axis) is no answer.
 constexpr double kWorstRotation = 0.15;  // rad
+constexpr double kUnlikeSize = 2.0;      // lists of the same points in the same units differ by less
+
+double weight_at(const std::vector<double>& weights, std::size_t i) {
+  return weights.empty() ? 1.0 : weights[i];
+}
 
 Vector3 weighted_mean(const std::vector<Vector3>& points, const std::vector<double>& weights) {
   Vector3 sum = Vector3::Zero();
   double total = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const double w = weights.empty() ? 1.0 : weights[i];
+    const double w = weight_at(weights, i);
     sum += w * points[i];
     total += w;
   }
@@ -33,12 +39,37 @@ Vector3 extents(const std::vector<Vector3>& points, const std::vector<double>& w
   Matrix3 scatter = Matrix3::Zero();
   double total = 0.0;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const double w = weights.empty() ? 1.0 : weights[i];
+    const double w = weight_at(weights, i);
     scatter += w * (points[i] - mean) * (points[i] - mean).transpose();
     total += w;
   }
   const Vector3 values = symmetric_eigenvalues(scatter / total);
   return values.reverse().cwiseMax(0.0).cwiseSqrt();
+}
+
+// How far the points lie around their middle: the median, which one stray point does not change.
+double typical_distance(const std::vector<Vector3>& points) {
+  Vector3 middle;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const auto& p : points) values.push_back(p[axis]);
+    middle[axis] = median(std::move(values));
+  }
+  std::vector<double> distances;
+  for (const auto& p : points) distances.push_back((p - middle).norm());
+  return median(std::move(distances));
+}
+
+// Weighted sum of squares over degrees of freedom, m^2, of the best fit.
+double variance_of_fit(const std::vector<Vector3>& from, const std::vector<Vector3>& to,
+                       const std::vector<double>& weights) {
+  const RigidTransform fit = fit_rigid(from, to, weights);
+  double chi2 = 0.0, used = 0.0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    chi2 += weight_at(weights, i) * (to[i] - fit(from[i])).squaredNorm();
+    used += weight_at(weights, i) > 0.0;
+  }
+  return chi2 / (3.0 * used - 6.0);
 }
 
 }  // namespace
@@ -48,7 +79,7 @@ RigidTransform fit_rigid(const std::vector<Vector3>& from, const std::vector<Vec
   const Vector3 mean_from = weighted_mean(from, weights), mean_to = weighted_mean(to, weights);
   Matrix3 H = Matrix3::Zero();
   for (std::size_t i = 0; i < from.size(); ++i)
-    H += (weights.empty() ? 1.0 : weights[i]) * (to[i] - mean_to) * (from[i] - mean_from).transpose();
+    H += (weight_at(weights, i)) * (to[i] - mean_to) * (from[i] - mean_from).transpose();
   const auto turn = nearest_rotation(H);
   RigidTransform result;
   // Points in a plane mirror as well as they turn; only a solid cloud tells.
@@ -68,7 +99,7 @@ Expected<Estimate<RigidTransform>> absolute_orientation(const std::vector<Vector
     return wrong_use("absolute orientation: {} weights for {} points", weights.size(), from.size());
   std::size_t used = 0;
   for (std::size_t i = 0; i < from.size(); ++i) {
-    const double w = weights.empty() ? 1.0 : weights[i];
+    const double w = weight_at(weights, i);
     if (!from[i].allFinite() || !to[i].allFinite() || !std::isfinite(w) || w < 0.0)
       return refused(
           "absolute orientation: point {} is not finite or has a negative weight; remove or repair it",
@@ -87,6 +118,12 @@ Expected<Estimate<RigidTransform>> absolute_orientation(const std::vector<Vector
           "it cannot be known; measure at least one point well beside it",
           points == &from ? "first" : "second", mm_from_metres(extent[0]), mm_from_metres(extent[1]));
   }
+  const double ratio = typical_distance(to) / typical_distance(from);
+  if (!(ratio < kUnlikeSize && ratio > 1.0 / kUnlikeSize))
+    return refused(
+        "absolute orientation: the second list is {:.4g} times as large as the first, the same size is "
+        "expected; check the units in the headers (_mm or _m) and that the lists hold the same points",
+        ratio);
 
   Estimate<RigidTransform> estimate;
   estimate.value = fit_rigid(from, to, weights);
@@ -96,7 +133,7 @@ Expected<Estimate<RigidTransform>> absolute_orientation(const std::vector<Vector
   Matrix3 turning = Matrix3::Zero();  // information on the turn
   double chi2 = 0.0, total = 0.0;
   for (std::size_t i = 0; i < from.size(); ++i) {
-    const double w = weights.empty() ? 1.0 : weights[i];
+    const double w = weight_at(weights, i);
     const Vector3 turned = R * from[i];
     estimate.residuals.push_back(to[i] - turned - estimate.value.translation);
     chi2 += w * estimate.residuals.back().squaredNorm();
@@ -106,6 +143,11 @@ Expected<Estimate<RigidTransform>> absolute_orientation(const std::vector<Vector
   const double variance = chi2 / (3.0 * static_cast<double>(used) - 6.0);
   const auto turn = symmetric_eigen(variance * covariance_from_information(turning));
   const double worst = std::sqrt(turn.values[2]);
+  if (!(worst <= kWorstRotation) && estimate.value.mirrored)
+    return refused(
+        "absolute orientation: the points fit badly (rms {:.3g} mm) and their mirror image fits better; one "
+        "list is left-handed or not in the other's order",
+        mm_from_metres(rms_per_component(estimate.residuals)));
   if (!(worst <= kWorstRotation))
     return refused(
         "absolute orientation: the points are too close to a line or fit too badly (rms {:.3g} mm): the "
@@ -121,6 +163,29 @@ Expected<Estimate<RigidTransform>> absolute_orientation(const std::vector<Vector
   const Vector3 extent = extents(from, weights);
   estimate.condition = extent[0] / extent[1];
   return estimate;
+}
+
+std::optional<std::size_t> misplaced_point(const std::vector<Vector3>& from, const std::vector<Vector3>& to,
+                                           const std::vector<double>& weights) {
+  constexpr double kBetter = 25.0;        // in variance: five times in rms
+  constexpr std::size_t kFewest = 5;      // what is left must still be judged
+  constexpr std::size_t kMostTried = 20;  // the worst fitting ones; a stray point is among them
+  if (from.size() < kFewest || from.size() != to.size()) return std::nullopt;
+  const RigidTransform all = fit_rigid(from, to, weights);
+  std::vector<std::pair<double, std::size_t>> worst;
+  for (std::size_t i = 0; i < from.size(); ++i)
+    if (weight_at(weights, i) > 0.0) worst.emplace_back(-(to[i] - all(from[i])).squaredNorm(), i);
+  if (worst.size() < kFewest) return std::nullopt;
+  std::sort(worst.begin(), worst.end());
+  worst.resize(std::min(worst.size(), kMostTried));
+  double least = variance_of_fit(from, to, weights) / kBetter;
+  std::optional<std::size_t> found;
+  for (const auto& [fit, i] : worst) {
+    auto others = weights.empty() ? std::vector<double>(from.size(), 1.0) : weights;
+    others[i] = 0.0;
+    if (const double without = variance_of_fit(from, to, others); without < least) least = without, found = i;
+  }
+  return found;
 }
 
 }  // namespace palpate

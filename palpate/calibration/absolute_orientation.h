@@ -4,11 +4,12 @@
 // Least squares with optional weights: min sum w_i |b_i - R a_i - t|^2, in closed form. Metres. Pure
 // functions. Covariance order: rotation 3 (rad, a turn added in B's axes: R = exp(w) R0), translation 3 (m),
 // for independent errors of equal size in the b_i, that size estimated from the residuals. Refused: fewer
-// than three points, points on a line, numbers that are not finite, weights that leave fewer than three.
-// Source: Arun, Huang, Blostein (1987), "Least-squares fitting of two 3-D point sets", with the reflection
-// case of Umeyama (1991).
+// than three points, points on a line, numbers that are not finite, weights that leave fewer than three,
+// lists of unlike size (one in other units). Source: Arun, Huang, Blostein (1987), "Least-squares fitting of
+// two 3-D point sets", with the reflection case of Umeyama (1991).
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "palpate/core/expected.h"
@@ -31,5 +32,10 @@ Expected<Estimate<RigidTransform>> absolute_orientation(const std::vector<Vector
 // The same without checks, covariance or residuals, for inner loops: at least three points not on a line.
 RigidTransform fit_rigid(const std::vector<Vector3>& from, const std::vector<Vector3>& to,
                          const std::vector<double>& weights = {});
+
+// The one point without which the others fit five times better and more: measured wrongly, or paired with the
+// wrong one. None with fewer than five points.
+std::optional<std::size_t> misplaced_point(const std::vector<Vector3>& from, const std::vector<Vector3>& to,
+                                           const std::vector<double>& weights = {});
 
 }  // namespace palpate

@@ -112,6 +112,21 @@ TEST(AbsoluteOrientation, MirroredPointsStillGiveARotationAndASign) {
   EXPECT_FALSE(fit_rigid(c.from, c.to).mirrored);
 }
 
+TEST(AbsoluteOrientation, TheMisplacedPointIsNamedAndNoneAmongGoodOnes) {
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    Random random(seed);
+    auto c = make(random, 8, 1e-3);
+    std::vector<double> weights(8, 1.0);
+    weights[seed % 8] = 2.0;
+    EXPECT_FALSE(misplaced_point(c.from, c.to, weights)) << seed;
+    c.to[seed % 8] += Vector3(0.03, -0.02, 0.02);
+    EXPECT_EQ(misplaced_point(c.from, c.to, weights), std::optional<std::size_t>(seed % 8)) << seed;
+    std::swap(c.to[(seed + 1) % 8],
+              c.to[(seed + 3) % 8]);  // two more in wrong places: no single one explains it
+    EXPECT_FALSE(misplaced_point(c.from, c.to)) << seed;
+  }
+}
+
 TEST(AbsoluteOrientation, ImpossibleInputIsRefused) {
   Random random(5);
   const auto c = make(random, 5, 0.0);
@@ -129,6 +144,16 @@ TEST(AbsoluteOrientation, ImpossibleInputIsRefused) {
   auto broken = c.to;
   broken[2].y() = std::nan("");
   EXPECT_NE(refusal(c.from, broken).find("point 3 is not finite"), std::string::npos);
+  auto millimetres = c.to;
+  for (auto& p : millimetres) p *= 1000.0;
+  EXPECT_NE(refusal(c.from, millimetres).find("times as large as the first"), std::string::npos);
+  EXPECT_NE(refusal(millimetres, c.from).find("check the units"), std::string::npos);
+  auto far = c.to;  // one stray point does not make a list larger
+  far[0] *= 100.0;
+  EXPECT_EQ(refusal(c.from, far).find("times as large"), std::string::npos);
+  auto mirrored = c.to;
+  for (auto& p : mirrored) p.x() = -p.x();
+  EXPECT_NE(refusal(c.from, mirrored).find("left-handed"), std::string::npos);
   std::vector<Vector3> line, moved;
   for (int i = 0; i < 8; ++i) {
     line.push_back(0.1 * i * Vector3(1, 2, 3));

@@ -19,14 +19,25 @@ struct CvViews {
   std::vector<std::vector<cv::Point2f>> image;
 };
 
-CvViews cv_views(const std::vector<BoardView>& views, const std::vector<bool>& use) {
+// How far a board reaches from its origin, m. The solver's own scale is near 1: it stops early on boards of
+// microns.
+double board_size(const std::vector<BoardView>& views) {
+  double size = 0.0;
+  for (const auto& view : views)
+    for (const auto& p : view.board) size = std::max(size, p.cwiseAbs().maxCoeff());
+  return size;
+}
+
+CvViews cv_views(const std::vector<BoardView>& views, const std::vector<bool>& use, double unit) {
   CvViews result;
   for (std::size_t i = 0; i < views.size(); ++i) {
     if (!use[i]) continue;
     auto& board = result.board.emplace_back();
     auto& image = result.image.emplace_back();
-    for (const auto& p : views[i].board)
-      board.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()));
+    for (const auto& p : views[i].board) {
+      const Vector3 q = p / unit;
+      board.emplace_back(static_cast<float>(q.x()), static_cast<float>(q.y()), static_cast<float>(q.z()));
+    }
     for (const auto& p : views[i].image)
       image.emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
   }
@@ -148,11 +159,14 @@ Expected<Estimate<CameraSolution>> calibrate_camera(const std::vector<BoardView>
   solution.model.width = width, solution.model.height = height;
   for (const auto& view : views) solution.views.push_back({view.name});
   std::vector<bool> use(views.size(), true);
+  const double unit = board_size(views);
+  if (!(unit > 0.0))
+    return wrong_use("all corners of the board are in one place; give the size of its squares");
 
   for (int round = 0;; ++round) {
     cv::Mat K, distortion;
     std::vector<cv::Mat> turns, places;
-    const auto data = cv_views(views, use);
+    const auto data = cv_views(views, use, unit);
     const int flags = options.free_k3 ? 0 : cv::CALIB_FIX_K3;
     try {
       cv::calibrateCamera(data.board, data.image, {width, height}, K, distortion, turns, places, flags,
@@ -181,7 +195,7 @@ Expected<Estimate<CameraSolution>> calibrate_camera(const std::vector<BoardView>
       if (use[i]) {
         const Vector3 turn(turns[k].at<double>(0), turns[k].at<double>(1), turns[k].at<double>(2));
         const Vector3 place(places[k].at<double>(0), places[k].at<double>(1), places[k].at<double>(2));
-        fit.X_camera_board = {so3_exp(turn), place};
+        fit.X_camera_board = {so3_exp(turn), unit * place};
         ++k;
         sum += squared_error(model, views[i], fit.X_camera_board);
         count += views[i].board.size();

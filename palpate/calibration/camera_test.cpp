@@ -99,6 +99,24 @@ TEST(CalibrateCamera, WindowsFittedToTheSquaresMendTheOutlierView) {
   EXPECT_TRUE(fit->value.outlier_views().empty());
 }
 
+TEST(CalibrateCamera, TheSizeOfTheSquaresDoesNotChangeTheLens) {
+  const auto views = views_of(reference_lens(), 12, 0.2, 3);
+  const auto fit = calibrate_camera(views, 640, 480);
+  ASSERT_TRUE(fit);
+  for (const double factor : {1e-4, 1e3}) {
+    auto other = views;
+    for (auto& view : other)
+      for (auto& p : view.board) p *= factor;
+    const auto same = calibrate_camera(other, 640, 480);
+    ASSERT_TRUE(same) << same.error().message;
+    const Eigen::Matrix<double, 9, 1> change = parameters(same->value.model) - parameters(fit->value.model);
+    EXPECT_LT(change.cwiseAbs().maxCoeff(), 1e-3) << factor;
+    const Vector3 place = fit->value.views[0].X_camera_board.translation,
+                  moved = same->value.views[0].X_camera_board.translation;
+    EXPECT_LT((moved / factor - place).norm(), 1e-6) << factor;
+  }
+}
+
 TEST(CalibrateCamera, LeavingTheOutlierViewOutLowersTheResidual) {
   const auto read =
       read_board_corners(std::string(PALPATE_DATA_DIR) + "/opencv_chessboard_left/corners_left.csv", {});

@@ -22,6 +22,7 @@ const double kGoodRange = radians_from_degrees(20.0);
 constexpr int kFewestPoses = 4, kFewPoses = 15, kFewDistinct = 10;
 constexpr double kPlaceKnown = 0.010, kPlaceUnknown = 0.3;  // m, standard deviation
 constexpr double kMethodsAgree = 0.010;                     // m
+constexpr double kFarCamera = 10.0;                         // m, from its marker
 
 // How far the closed forms lie from each other at most, m, over the poses that fit.
 double scatter_of_methods(const std::vector<HandAt>& hand, const std::vector<StampedPose>& eye,
@@ -37,9 +38,31 @@ double scatter_of_methods(const std::vector<HandAt>& hand, const std::vector<Sta
   return most;
 }
 
+// The share of eye poses that would have the board's origin behind the camera.
+double share_behind(const std::vector<StampedPose>& eye) {
+  const auto behind = std::count_if(eye.begin(), eye.end(), [](const StampedPose& X_board_camera) {
+    return (X_board_camera.rotation.conjugate() * -X_board_camera.translation).z() < 0.0;
+  });
+  return static_cast<double>(behind) / static_cast<double>(std::max<std::size_t>(1, eye.size()));
+}
+
+// Where the camera would sit further away than any mount reaches.
+std::string unit_hint(const HandEyeSolution& s) {
+  const double distance = s.X_marker_camera.translation.norm();
+  if (distance <= kFarCamera) return "";
+  return fmt::format(
+      "the camera would sit {:.0f} m from its marker; check the unit in the headers (_mm or _m)", distance);
+}
+
 void add_warnings(HandEyeSolution& s, const HandEyeNormal& covariance, const HandEyeMotion& motion,
-                  double inlier_share, const std::vector<HandEyeStart>& starts) {
+                  double inlier_share, double behind, const std::vector<HandEyeStart>& starts) {
   auto& w = s.warnings;
+  if (behind > 0.9)
+    w.push_back(
+        fmt::format("the board would be behind the camera in {:.0f} % of the eye poses: are hand and eye "
+                    "exchanged, or the eye's poses those of the board in the camera?",
+                    100.0 * behind));
+  if (const auto hint = unit_hint(s); !hint.empty()) w.push_back(hint);
   if (s.second_axis_spread < kGoodSpread)
     w.push_back(
         fmt::format("the rotation axes are nearly parallel (rms {:.1f} deg about the second axis); turn "
@@ -166,8 +189,8 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<StampedPose> 
   if (!(result.condition < 1e7) || !(place < kPlaceUnknown))
     return refused(
         "hand-eye: the motion does not show where the camera sits (standard deviation {:.0f} mm, condition "
-        "{:.1g}); turn more, and about all axes",
-        1e3 * place, result.condition);
+        "{:.1g}); {}",
+        1e3 * place, result.condition, unit_hint(s).empty() ? "turn more, and about all axes" : unit_hint(s));
 
   std::vector<double> turn, shift;
   double sum = 0.0;
@@ -185,7 +208,8 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<StampedPose> 
   s.translation_rms = std::sqrt(sum / std::max(3 * good, 1));
   const auto now = enclosed(problem.hand, problem.eye, x.delay, options.max_hand_gap_s, eye);
   s.method_scatter = scatter_of_methods(now, eye, result.inlier);
-  add_warnings(s, covariance, motion, static_cast<double>(good) / std::max(s.pairs, 1), starts);
+  add_warnings(s, covariance, motion, static_cast<double>(good) / std::max(s.pairs, 1), share_behind(eye),
+               starts);
   return result;
 }
 

@@ -17,7 +17,7 @@ namespace {
 // rates.
 struct TwoStreams {
   Pose<CameraMarker, CameraOptical> X{so3_exp(Vector3(0.1, -0.2, 3.0)), Vector3(0.012, -0.065, 0.034)};
-  Pose<World, Board> Z{so3_exp(Vector3(-1.2, 0.3, 0.1)), Vector3(0.1, -1.4, 1.5)};
+  Pose<World, Board> Z{so3_exp(Vector3(-1.2, 0.3, 0.1)), Vector3(0.1, -1.4, 3.2)};  // before the camera
   double delay = 0.137;  // hand time = eye time + delay
   double seconds = 30.0;
   double hand_rate = 100.0, eye_rate = 30.0;
@@ -269,6 +269,24 @@ TEST(HandEye, WarnsOfNearlyParallelAxes) {
   ASSERT_TRUE(fit) << fit.error().message;
   ASSERT_FALSE(fit->value.warnings.empty());
   EXPECT_NE(fit->value.warnings.front().find("parallel"), std::string::npos);
+}
+
+TEST(HandEye, WarnsOfExchangedRolesAndOfAnotherUnit) {
+  const auto warned = [](const auto& fit, const char* words) {
+    EXPECT_TRUE(fit) << (fit ? "" : fit.error().message);
+    return fit && std::any_of(fit->value.warnings.begin(), fit->value.warnings.end(),
+                              [&](const auto& w) { return w.find(words) != std::string::npos; });
+  };
+  auto tracker = ethz("vicon_prime_sense.csv"), camera = ethz("W_camera_rgb_image_raw.csv");
+  const HandEyeOptions how{.estimate_delay = true};
+  EXPECT_TRUE(warned(calibrate_hand_eye(camera, tracker, how), "hand and eye exchanged"));
+  const auto right = calibrate_hand_eye(tracker, camera, how);
+  EXPECT_FALSE(warned(right, "exchanged"));
+  for (auto* poses : {&tracker, &camera})
+    for (auto& pose : *poses) pose.translation *= 1000.0;
+  const auto metres = calibrate_hand_eye(tracker, camera, how);
+  ASSERT_FALSE(metres);  // known to 4 mm, read as metres
+  EXPECT_NE(metres.error().message.find("check the unit"), std::string::npos) << metres.error().message;
 }
 
 TEST(HandEye, WarnsOfFewPoses) {

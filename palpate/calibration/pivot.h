@@ -13,7 +13,8 @@
 // It grows with the correlation of neighbouring residuals (`correlation`, 1 = white): a tracker's bias makes
 // samples tell less than their number. With `shared_errors`: pivot_covariance.h, and never less than the tips
 // of three and more segments scatter. Refused: fewer than 4 poses, too little rotation or rotation about one
-// axis only, numbers that are not finite.
+// axis only, numbers that are not finite, poses that agree with no resting tip (residual above 10 mm), a tip
+// more than 10 m away.
 #pragma once
 
 #include <cstdint>

@@ -302,6 +302,33 @@ TEST_F(RealPivots, LandmarksGiveThePhantomsPose) {
 }
 
 // The fourth marker slipped: its poses are outliers, all of them, and its pivot would have no weight at all.
+TEST(Pivot, PosesOfNoRestingTipAreRefusedWithTheLikelyReason) {
+  Random random(9);
+  const auto good = swing(random, {.segments = 1, .poses = 200, .place_noise = 0.002});
+  EXPECT_TRUE(calibrate_pivot(good));  // a tip that slips by 2 mm per axis is a tip
+  auto metres = good, turned = good, inverse = good;
+  for (auto& pose : metres) pose.translation *= 1000.0;
+  for (auto& pose : turned) {  // w read as the last number
+    const Quaternion q = pose.rotation;
+    pose.rotation = Quaternion(q.x(), q.y(), q.z(), q.w());
+  }
+  for (auto& pose : inverse) pose.rotation = pose.rotation.conjugate();
+  auto two = swing(random, {.segments = 2, .poses = 100});
+  for (auto& pose : two) pose.segment = 0;
+  for (const auto method : {PivotMethod::algebraic, PivotMethod::sphere}) {
+    const auto refusal = [&](const std::vector<PivotPose>& poses) {
+      const auto estimate = calibrate_pivot(poses, {.method = method});
+      return estimate ? std::string("none") : estimate.error().message;
+    };
+    EXPECT_NE(refusal(metres).find("check the unit"), std::string::npos) << refusal(metres);
+    EXPECT_NE(refusal(turned).find("order of the columns"), std::string::npos) << refusal(turned);
+    EXPECT_NE(refusal(inverse).find("no resting tip"), std::string::npos) << refusal(inverse);
+    EXPECT_NE(refusal(two).find("one pivot only"), std::string::npos) << refusal(two);
+  }
+  EXPECT_FALSE(calibrate_pivot(turned, {.method = PivotMethod::robust}));
+  EXPECT_FALSE(calibrate_pivot(good, {.given_tip = kTip + Vector3(0.1, 0, 0)}));
+}
+
 TEST(Pivot, ASegmentWithoutAnyInlierIsNamed) {
   Random random(20);
   auto poses = swing(random, {.segments = 4, .poses = 30, .place_noise = 1e-4});

@@ -138,6 +138,12 @@ Expected<Estimate<RectangleFit>> fit_rectangle(std::vector<TouchedPoint> points,
   estimate.covariance =
       chi2 / static_cast<double>(std::max<Eigen::Index>(1, rows - 8)) * covariance_from_information(normal);
 
+  constexpr double kLargest = 100.0;  // m
+  if (!(std::hypot(fit.width, fit.height) <= kLargest))
+    return refused(
+        "surface: is {:.0f} x {:.0f} m, at most {:.0f} m is expected; check the unit in the header (_mm or "
+        "_m)",
+        fit.width, fit.height, kLargest);
   const double limit =
       std::max(options.least_tolerance, options.tolerance * std::hypot(fit.width, fit.height));
   const Vector3 out = fit.X_world_rectangle.matrix().col(2);

@@ -93,6 +93,9 @@ TEST(Surface, ImpossibleCornersAreRefused) {
   auto broken = good;
   broken[1].place.m.y() = std::nan("");
   EXPECT_NE(refusal(broken).find("point 2 is not finite"), std::string::npos);
+  auto metres = good;
+  for (auto& p : metres) p.place.m *= 1000.0;
+  EXPECT_NE(refusal(metres).find("check the unit"), std::string::npos) << refusal(metres);
   auto numbered = good;
   for (auto& p : numbered) p.corner = 1;
   EXPECT_NE(refusal(numbered).find("corner 2 was not touched"), std::string::npos);

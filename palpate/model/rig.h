@@ -66,10 +66,14 @@ struct HandEyeCalibration {  // camera in its marker
 };
 
 // Constant delays left between the devices' host stamps: device time = stamp - delay, in the arm's time.
+// A deviation of kUnknownDelay says that nobody has measured this one.
+inline constexpr double kUnknownDelay = 1.0;  // s
 struct DelayCalibration {
   double tracker_after_arm_s = 0.0;     // a tracker stamp t shows the world at t - this
   double camera_after_tracker_s = 0.0;  // a camera stamp t equals the tracker stamp t - this
-  double tracker_std_s = 0.0, camera_std_s = 0.0;
+  double tracker_std_s = kUnknownDelay, camera_std_s = kUnknownDelay;
+  bool tracker_known() const { return tracker_std_s < kUnknownDelay; }
+  bool camera_known() const { return camera_std_s < kUnknownDelay; }
   Provenance from;
 };
 

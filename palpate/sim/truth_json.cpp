@@ -6,11 +6,12 @@ namespace palpate::sim {
 namespace {
 
 Json list(const Vector3& v, double unit = 1.0) { return {v.x() * unit, v.y() * unit, v.z() * unit}; }
-Json mm(const Vector3& v) { return list(v, kMillimetresPerMetre); }
 Json deg(const Vector3& v) { return list(v, kDegreesPerRadian); }
 Json wxyz(const Quaternion& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
 }  // namespace
+
+Json mm_json(const Vector3& place) { return list(place, kMillimetresPerMetre); }
 
 Json arm_truth_json(const Truth& truth, double tracker_delay_s) {
   const auto arm = arm_with_first_offset_zero(truth);
@@ -18,8 +19,8 @@ Json arm_truth_json(const Truth& truth, double tracker_delay_s) {
   json["gains"] = list(arm.joints.gain);
   json["offsets_deg"] = deg(arm.joints.offset);
   json["lengths_mm"] = {mm_from_metres(arm.lengths.l1), mm_from_metres(arm.lengths.l2)};
-  json["tip_mm"] = mm(truth.tip_in_marker);
-  json["base"] = {{"translation_mm", mm(arm.X_world_base.translation)},
+  json["tip_mm"] = mm_json(truth.tip_in_marker);
+  json["base"] = {{"translation_mm", mm_json(arm.X_world_base.translation)},
                   {"rotation_qwxyz", wxyz(arm.X_world_base.rotation)}};
   json["gimbal_gains"] = list(arm.gimbal.gain);
   json["gimbal_offsets_deg"] = deg(arm.gimbal.offset);
@@ -30,14 +31,14 @@ Json arm_truth_json(const Truth& truth, double tracker_delay_s) {
 
 Json pivot_truth_json(const Truth& truth, const Vector3& pivot) {
   Json json;
-  json["tip_mm"] = mm(truth.tip_in_marker);
-  json["pivot_mm"] = mm(pivot);
+  json["tip_mm"] = mm_json(truth.tip_in_marker);
+  json["pivot_mm"] = mm_json(pivot);
   return json;
 }
 
 Json hand_eye_truth_json(const Truth& truth, double delay_s) {
   Json json;
-  json["translation_mm"] = mm(truth.X_marker_camera.translation);
+  json["translation_mm"] = mm_json(truth.X_marker_camera.translation);
   json["rotation_qwxyz"] = wxyz(truth.X_marker_camera.rotation);
   json["delay_s"] = delay_s;
   return json;
@@ -56,7 +57,7 @@ Json camera_truth_json(const Truth& truth) {
 Json surface_truth_json(const Corners& corners) {
   Json json;
   json["corners_mm"] = Json::array();
-  for (const auto& corner : corners) json["corners_mm"].push_back(mm(corner));
+  for (const auto& corner : corners) json["corners_mm"].push_back(mm_json(corner));
   json["width_mm"] = mm_from_metres((corners[1] - corners[0]).norm());
   json["height_mm"] = mm_from_metres((corners[3] - corners[0]).norm());
   return json;

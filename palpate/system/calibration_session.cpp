@@ -10,6 +10,7 @@
 #include "palpate/calibration/pivot.h"
 #include "palpate/calibration/stream_delay.h"
 #include "palpate/calibration/surface.h"
+#include "palpate/calibration/touched_landmarks.h"
 #include "palpate/core/file.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
@@ -17,10 +18,6 @@
 
 namespace palpate {
 namespace {
-
-// A hand misses what it touches by about this much, whatever the tracker believes (the reference laboratory's
-// figure for a corner; a dot's centre is no easier).
-constexpr double kTouchSd = 0.0003;  // m
 
 template <typename T>
 tl::unexpected<Error> failed(const Expected<T>& step) {
@@ -127,29 +124,20 @@ struct Steps {
   }
 
   Expected<void> landmarks() {
-    rig.landmarks.clear();
+    std::vector<LandmarkTouch> touched;
     for (int i = 0;; ++i) {
       auto touch = record_touches(lab, {{Gesture::touch, "landmark", i}}, rig.pointer_pivot->tip_in_marker);
       if (!touch) {
-        if (i >= 3) return {};  // the person says there are no more
-        return failed(touch);
+        if (i < 3) return failed(touch);
+        break;  // the person says there are no more
       }
-      Landmark landmark;
-      landmark.place = {touch->front().place};
-      landmark.covariance = touch->front().covariance + kTouchSd * kTouchSd * Matrix3::Identity();
-      // A dot lies on the surface it is nearest to.
-      double nearest = 1e9;
-      for (const auto& surface : rig.surfaces) {
-        const Vector3 normal = surface.X_world_rectangle.rotation * Vector3::UnitZ();
-        const double distance = std::abs(normal.dot(landmark.place.m - surface.corner(0).m));
-        if (distance < nearest) {
-          nearest = distance;
-          landmark.normal = normal;
-        }
-      }
-      rig.landmarks.push_back(landmark);
+      touched.push_back({std::to_string(i), touch->front().place, touch->front().covariance});
       out.landmark_touches.push_back(touch->front());
     }
+    auto found = landmarks_from_touches(touched, rig.surfaces);
+    if (!found) return failed(found);
+    rig.landmarks = std::move(found->value.landmarks);
+    return {};
   }
 
   Expected<void> tip() {
@@ -403,7 +391,7 @@ Expected<CalibrationRecordings> calibrate_rig(Laboratory lab, Rig& rig, const Ca
       {"landmarks", !rig.landmarks.empty(), &Steps::landmarks},
       {"stylus tip", rig.tip_pivot.has_value(), &Steps::tip},
       {"arm", rig.arm.has_value(), &Steps::arm},
-      {"delay of the tracker", rig.delays.has_value(), &Steps::arm_delay},
+      {"delay of the tracker", rig.delays && rig.delays->tracker_known(), &Steps::arm_delay},
       {"lens and hand-eye", rig.camera.has_value() && rig.hand_eye.has_value(), &Steps::camera},
       {"landmarks from pictures", rig.camera.has_value() && rig.hand_eye.has_value(),
        &Steps::landmarks_again},

@@ -121,6 +121,31 @@ Expected<Files> sample_surface(SimWorld& world, const SampleRequest& request) {
   return Files{{{"surface.csv", *table}, {"wall.csv", *wall}}, truth};
 }
 
+Expected<Files> sample_pointer(SimWorld& world, const SampleRequest& request) {
+  const int poses = request.points > 0 ? request.points : 400;
+  const auto recorded = record_pointer_pivot(laboratory_of(world), poses, 20.0);
+  if (!recorded) return tl::unexpected(recorded.error());
+  Json truth;
+  truth["tip_mm"] = sim::mm_json(world.truth().pointer_tip);
+  return Files{{{"pointer.csv", pivot_csv(*recorded, false)}}, truth};
+}
+
+Expected<Files> sample_landmarks(SimWorld& world, const SampleRequest& request) {
+  const auto& dots = world.truth().landmarks;
+  // --points counts touches: the dots in turn, as often as it takes.
+  const std::size_t touches = request.points > 0 ? static_cast<std::size_t>(request.points) : dots.size();
+  std::vector<Request> places;
+  for (std::size_t i = 0; i < touches && !dots.empty(); ++i)
+    places.push_back({Gesture::touch, "landmark", static_cast<int>(i % dots.size())});
+  if (places.empty()) return refused("landmarks: this world has none");
+  const auto touched = record_touches(laboratory_of(world), places, world.file().pointer.tip);
+  if (!touched) return tl::unexpected(touched.error());
+  Json truth;
+  truth["landmarks"] = Json::array();
+  for (const auto& dot : dots) truth["landmarks"].push_back({{"place_mm", sim::mm_json(dot.centre)}});
+  return Files{{{"landmarks.csv", points_csv(*touched)}}, truth};
+}
+
 Expected<Files> sample(SimWorld& world, const SampleRequest& request) {
   switch (request.kind) {
     case SampleKind::pivot:
@@ -131,8 +156,12 @@ Expected<Files> sample(SimWorld& world, const SampleRequest& request) {
       return sample_hand_eye(world, request);
     case SampleKind::camera:
       return sample_camera(world, request);
+    case SampleKind::pointer:
+      return sample_pointer(world, request);
     case SampleKind::surface:
       return sample_surface(world, request);
+    case SampleKind::landmarks:
+      return sample_landmarks(world, request);
   }
   return wrong_use("sample: unknown kind");
 }
@@ -163,15 +192,21 @@ SeeBoard see_board_in(SimWorld& world) {
   };
 }
 
-Expected<void> sample_world(const sim::WorldFile& file, const SampleRequest& request,
-                            const std::filesystem::path& folder) {
+Expected<std::vector<std::filesystem::path>> sample_world(const sim::WorldFile& file,
+                                                          const SampleRequest& request,
+                                                          const std::filesystem::path& folder) {
   SimWorld world(file, request.seed);
   const auto files = sample(world, request);
   if (!files) return tl::unexpected(files.error());
-  if (const auto made = make_folder(folder); !made) return made;
-  for (const auto& [name, content] : files->csv)
-    if (const auto written = write_file(folder / name, content); !written) return written;
-  return write_json(folder / "truth.json", files->truth);
+  if (const auto made = make_folder(folder); !made) return tl::unexpected(made.error());
+  std::vector<std::filesystem::path> written;
+  for (const auto& [name, content] : files->csv) {
+    written.push_back(folder / name);
+    if (const auto done = write_file(written.back(), content); !done) return tl::unexpected(done.error());
+  }
+  written.push_back(folder / "truth.json");
+  if (const auto done = write_json(written.back(), files->truth); !done) return tl::unexpected(done.error());
+  return written;
 }
 
 }  // namespace palpate

@@ -7,6 +7,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "palpate/acquisition/procedures.h"
 #include "palpate/calibration/pose_candidates.h"
@@ -15,7 +16,7 @@
 
 namespace palpate {
 
-enum class SampleKind { pivot, arm, hand_eye, camera, surface };
+enum class SampleKind { pivot, arm, hand_eye, camera, pointer, surface, landmarks };
 
 struct SampleRequest {
   SampleKind kind = SampleKind::arm;
@@ -35,8 +36,10 @@ ReachablePoses reach_of(const sim::WorldFile& file);
 // the noise of finding them, solved with the true lens.
 SeeBoard see_board_in(sim::SimWorld& world);
 
-// Writes the files of `request.kind` into `folder`, which is made where it is missing.
-Expected<void> sample_world(const sim::WorldFile& file, const SampleRequest& request,
-                            const std::filesystem::path& folder);
+// Writes the files of `request.kind` into `folder`, which is made where it is missing, and returns their
+// paths, truth.json last.
+Expected<std::vector<std::filesystem::path>> sample_world(const sim::WorldFile& file,
+                                                          const SampleRequest& request,
+                                                          const std::filesystem::path& folder);
 
 }  // namespace palpate

@@ -219,23 +219,24 @@ TEST(RecordPointerPivot, PointerSwingsAboutADivot) {
 
 TEST(SampleWorld, WritesTheSameFilesForTheSameSeed) {
   const ScratchFolder folder;
-  for (const auto kind : {SampleKind::arm, SampleKind::camera, SampleKind::surface}) {
+  for (const auto kind : {SampleKind::arm, SampleKind::camera, SampleKind::pointer, SampleKind::surface,
+                          SampleKind::landmarks}) {
     SampleRequest request;
     request.kind = kind;
     request.seed = 5;
     request.points = 8;
-    ASSERT_TRUE(sample_world(reference_world(), request, folder / "a"));
-    ASSERT_TRUE(sample_world(reference_world(), request, folder / "b"));
+    const auto a = sample_world(reference_world(), request, folder / "a");
+    const auto b = sample_world(reference_world(), request, folder / "b");
     request.seed = 6;
-    ASSERT_TRUE(sample_world(reference_world(), request, folder / "c"));
-    const std::string name = kind == SampleKind::arm      ? "arm.csv"
-                             : kind == SampleKind::camera ? "corners.csv"
-                                                          : "surface.csv";
-    const auto a = read_csv(folder / "a" / name);
-    ASSERT_TRUE(a) << a.error().message;
-    EXPECT_EQ(*read_file(folder / "a" / name), *read_file(folder / "b" / name));
-    EXPECT_NE(*read_file(folder / "a" / name), *read_file(folder / "c" / name));
-    EXPECT_EQ(*read_file(folder / "a" / "truth.json"), *read_file(folder / "b" / "truth.json"));
+    const auto c = sample_world(reference_world(), request, folder / "c");
+    ASSERT_TRUE(a && b && c) << (a ? "" : a.error().message);
+    const auto table = read_csv(a->front(), {.text_columns = {"image", "label"}});
+    ASSERT_TRUE(table) << table.error().message;
+    EXPECT_GE(table->rows.size(), 8u) << a->front();
+    EXPECT_EQ(*read_file(a->front()), *read_file(b->front())) << a->front();
+    EXPECT_NE(*read_file(a->front()), *read_file(c->front())) << a->front();
+    EXPECT_EQ(a->back().filename(), "truth.json");
+    EXPECT_EQ(*read_file(a->back()), *read_file(b->back())) << a->front();
   }
 }
 

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Data that are well formed and cannot carry an answer: refused with the reason, exit 1, nothing written."""
+import json
 import math
 import unittest
 
@@ -86,6 +87,51 @@ class WeakData(ProgramTest):
                 self.refuses(command, 1, "odd.csv", "off the best fit", "check the units")
         self.write("odd.csv", "\n".join([header, *rows]) + "\n")
         self.runs(*command)
+
+    def test_rows_that_stand_there_twice_count_once_and_are_told(self):
+        for kind, options in {"pivot": ["--poses"], "arm": ["--arm", "phantom-premium-1.5", "--samples"], "surface": ["--points"]}.items():
+            with self.subTest(kind):
+                self.runs("world", "sample", kind, "--points", "40", "--out", kind)
+                text = self.read(kind, f"{kind}.csv").decode()
+                self.write("once.csv", text)
+                self.write("twice.csv", text + text.split("\n", 1)[1])
+                command = ["calibrate", kind, *options]
+                once, twice = (json.loads(self.runs(*command, file, "--json", "-").out) for file in ("once.csv", "twice.csv"))
+                self.assertEqual(once["std"], twice["std"])
+                self.assertTrue(any("repeat" in w for w in twice["warnings"]), twice["warnings"])
+                self.assertFalse(any("repeat" in w for w in once["warnings"]), once["warnings"])
+
+    def test_test_samples_that_were_trained_on_are_told(self):
+        self.runs("world", "sample", "arm", "--points", "40", "--out", "sim")
+        done = self.runs("calibrate", "arm", "--arm", "phantom-premium-1.5", "--samples", "sim/arm.csv", "--test", "sim/arm.csv")
+        self.assertIn("40 rows of sim/arm.csv stand among the samples too", done.out)
+
+    def test_the_same_file_as_hand_and_eye(self):
+        self.write("poses.csv", poses(TURNS))
+        self.refuses(["calibrate", "hand-eye", "--hand", "poses.csv", "--eye", "poses.csv"], 2, "holds the same")
+
+    def test_a_pivot_file_of_several_pivots_names_its_column(self):
+        rows = poses(TURNS).splitlines()
+        moved = [",".join([c[0], str(float(c[1]) + 300), *c[2:]]) for c in (row.split(",") for row in rows[1:])]
+        self.write("poses.csv", "\n".join([rows[0] + ",segment", *(row + ",1" for row in rows[1:]), *(row + ",2" for row in moved)]) + "\n")
+        self.refuses(["calibrate", "pivot", "--poses", "poses.csv", "--json", "result.json"], 1, "no resting tip", "--segments segment")
+        self.runs("calibrate", "pivot", "--poses", "poses.csv", "--segments", "segment")
+
+    def test_landmarks_before_any_surface_and_dots_of_one_name(self):
+        self.runs("rig", "new", "rig.toml")
+        self.write("dots.csv", "label,x_mm,y_mm,z_mm\na,0,0,0\na,200,0,0\n")
+        command = ["calibrate", "landmarks", "--points", "dots.csv", "--rig", "rig.toml"]
+        self.refuses(command, 1, "dots.csv", "calibrate surface first")
+        self.write("corners.csv", POINTS + "0,0,0\n500,0,0\n500,500,0\n0,500,0\n")
+        self.runs("calibrate", "surface", "--points", "corners.csv", "--name", "table", "--rig", "rig.toml")
+        self.refuses(command, 1, "dots.csv", "label two dots differently")
+        self.write("dots.csv", "label,x_mm,y_mm,z_mm\na,100,100,0\na,100.4,100,0\nb,200,100,0\n")
+        self.runs(*command)
+
+    def test_terms_that_a_rig_file_does_not_hold(self):
+        self.runs("rig", "new", "rig.toml")
+        self.runs("world", "sample", "arm", "--points", "70", "--out", "sim")
+        self.refuses(["calibrate", "arm", "--samples", "sim/arm.csv", "--rig", "rig.toml", "--free", "gains,offsets,quadratic"], 2, "--free", "quadratic", "--json")
 
     def test_a_camera_from_one_view(self):
         rows = "".join(f"one,{i},{i % 9},{i // 9},{100 + 20 * (i % 9)},{100 + 20 * (i // 9)}\n" for i in range(54))

@@ -1,0 +1,107 @@
+#include <algorithm>
+#include <memory>
+
+#include "apps/palpate/command.h"
+#include "apps/palpate/result_output.h"
+#include "palpate/calibration/touched_landmarks.h"
+#include "palpate/core/text.h"
+#include "palpate/core/units.h"
+#include "palpate/model/point_file.h"
+
+namespace palpate::app {
+namespace {
+
+constexpr double kOffSurface = 0.010;  // m; a dot further from every surface lies on none of them
+
+struct LandmarksArguments {
+  ResultOptions result;
+  std::string points;
+  double touch_mm = mm_from_metres(LandmarkTouchOptions{}.touch_sd);
+  double diameter_mm = mm_from_metres(LandmarkTouchOptions{}.diameter);
+};
+
+Json landmarks_json(const Estimate<TouchedLandmarks>& estimate, const PointFile& file) {
+  const TouchedLandmarks& found = estimate.value;
+  const auto sd = standard_deviations(estimate.covariance);
+  Json json;
+  json["landmarks"] = Json::array();
+  json["warnings"] = Json::array();
+  Json all = Json::array();
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < found.landmarks.size(); ++k) {
+    const auto& landmark = found.landmarks[k];
+    const Vector3 std_k = sd.segment<3>(3 * static_cast<Eigen::Index>(k));
+    all.push_back(json_list(std_k, kMm));
+    json["landmarks"].push_back({{"label", found.labels[k]},
+                                 {"place_mm", json_list(landmark.place.m, kMm)},
+                                 {"std_mm", json_list(std_k, kMm)},
+                                 {"normal", json_list(landmark.normal)},
+                                 {"surface", found.surface[k]},
+                                 {"off_surface_mm", kMm * found.distance[k]},
+                                 {"touches", found.touches[k]}});
+    for (const char* axis : {"x", "y", "z"}) names.push_back(fmt::format("{}_{}_mm", found.labels[k], axis));
+    if (found.distance[k] > kOffSurface)
+      json["warnings"].push_back(
+          fmt::format("landmark '{}' lies {:.1f} mm off the nearest surface ({}): its normal is only a guess",
+                      excerpt(found.labels[k]), kMm * found.distance[k], found.surface[k]));
+  }
+  json["touch_sd_mm"] = kMm * found.touch_sd;
+  json["rms_mm"] = kMm * rms_per_component(estimate.residuals);
+  json["std"] = {{"place_mm", all}};
+  json["covariance"] = json_covariance(names, estimate.covariance, Eigen::VectorXd::Constant(sd.size(), kMm));
+  json["data"] = Json{{"file", file.source}, {"hash", file.hash}};
+  return json;
+}
+
+Expected<void> run_landmarks(const LandmarksArguments& options) {
+  const auto rig = start_rig(options.result);
+  if (!rig) return tl::unexpected(rig.error());
+  if (options.result.rig.empty())
+    return wrong_use("--rig is required: its surfaces say how the landmarks are turned");
+  const auto file = read_points(options.points);
+  if (!file) return tl::unexpected(file.error());
+  std::vector<LandmarkTouch> touches;
+  for (std::size_t i = 0; i < file->points.size(); ++i)
+    touches.push_back(
+        {file->labels.empty() ? std::to_string(i + 1) : file->labels[i], file->points[i], Matrix3::Zero()});
+  const auto estimate = landmarks_from_touches(
+      touches, rig->surfaces,
+      {.touch_sd = metres_from_mm(options.touch_mm), .diameter = metres_from_mm(options.diameter_mm)});
+  if (!estimate) return refused("{}: {}", file->source, estimate.error().message);
+  Result result{landmarks_json(*estimate, *file), {}, {}};
+  const auto& found = estimate->value;
+  for (std::size_t k = 0; k < found.landmarks.size(); ++k)
+    result.summary.push_back(fmt::format(
+        "{:<12} {} mm  +- {}, on the {}", excerpt(found.labels[k]), shown(found.landmarks[k].place.m, kMm),
+        shown(standard_deviations(found.landmarks[k].covariance), kMm), found.surface[k]));
+  for (const auto& warning : result.json["warnings"])
+    result.summary.push_back("warning: " + warning.get<std::string>());
+  result.store = [&](Rig& target) {
+    target.landmarks = found.landmarks;
+    target.landmarks_from = {utc_now(), file->hash, "touched", result.json["rms_mm"].get<double>()};
+  };
+  return write_result(options.result, result);
+}
+
+}  // namespace
+
+void add_calibrate_landmarks(CLI::App& calibrate) {
+  auto options = std::make_shared<LandmarksArguments>();
+  auto* command = calibrate.add_subcommand(
+      "landmarks", "The dots on table and walls, from touches of the pointer; needs calibrated surfaces");
+  command
+      ->add_option("--points", options->points,
+                   "Touches of the dots' middles, CSV; a label column allows several of each")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("--touch-sd-mm", options->touch_mm, "How far a touch is off per axis, tracker included")
+      ->check(CLI::Range(0.001, 10.0))
+      ->capture_default_str();
+  command->add_option("--diameter-mm", options->diameter_mm, "Of the dots")
+      ->check(CLI::Range(0.1, 1000.0))
+      ->capture_default_str();
+  add_result_options(*command, options->result);
+  on(command, [options] { return run_landmarks(*options); });
+}
+
+}  // namespace palpate::app

@@ -1,0 +1,82 @@
+#include "palpate/calibration/touched_landmarks.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "palpate/core/random.h"
+#include "palpate/core/units.h"
+
+namespace palpate {
+namespace {
+
+// A table that lies flat and a wall behind it.
+std::vector<SurfaceCalibration> room() {
+  SurfaceCalibration table;
+  table.name = "table";
+  table.width = table.height = 1.0;
+  SurfaceCalibration wall = table;
+  wall.name = "wall";
+  wall.X_world_rectangle = {so3_exp(Vector3(std::numbers::pi / 2, 0, 0)), Vector3(0, 1, 0)};
+  return {table, wall};
+}
+
+TEST(TouchedLandmarks, EachLiesOnItsSurfaceAtTheMeanOfItsTouches) {
+  const std::vector<LandmarkTouch> touches{
+      {"a", {0.2, 0.3, 0.001}}, {"b", {0.4, 0.999, 0.5}}, {"a", {0.202, 0.3, -0.001}}};
+  const auto fit = landmarks_from_touches(touches, room(), {.touch_sd = 0.01, .diameter = 0.012});
+  ASSERT_TRUE(fit) << fit.error().message;
+  const auto& found = fit->value;
+  EXPECT_EQ(found.labels, (std::vector<std::string>{"a", "b"}));
+  EXPECT_EQ(found.surface, (std::vector<std::string>{"table", "wall"}));
+  EXPECT_EQ(found.touches, (std::vector<int>{2, 1}));
+  EXPECT_LT((found.landmarks[0].place.m - Vector3(0.201, 0.3, 0)).norm(), 1e-12);
+  EXPECT_LT((found.landmarks[0].normal - Vector3::UnitZ()).norm(), 1e-12);
+  EXPECT_LT((found.landmarks[1].normal + Vector3::UnitY()).norm(), 1e-12);
+  EXPECT_EQ(found.landmarks[1].diameter, 0.012);
+  EXPECT_NEAR(found.distance[1], 0.001, 1e-12);
+  EXPECT_NEAR(found.landmarks[0].covariance(0, 0), 0.5e-4, 1e-12);  // two touches of 10 mm each
+  EXPECT_NEAR(found.landmarks[1].covariance(2, 2), 1e-4, 1e-12);
+}
+
+TEST(TouchedLandmarksStatistics, AShakyHandIsSeenInTheScatterAndTheTrackersPartIsNotAveragedAway) {
+  constexpr double kShake = 0.001, kTracker = 0.0004;
+  double square = 0.0, stated = 0.0;
+  constexpr int kRuns = 200;
+  for (int run = 0; run < kRuns; ++run) {
+    Random random(static_cast<std::uint64_t>(run + 1), "touches");
+    std::vector<LandmarkTouch> touches;
+    for (int k = 0; k < 8; ++k) {
+      const Vector3 place(0.1 * k, 0.2, 0.0);
+      const Vector3 shared(random.normal(kTracker), random.normal(kTracker), random.normal(kTracker));
+      for (int n = 0; n < 4; ++n)
+        touches.push_back(
+            {std::to_string(k),
+             place + shared + Vector3(random.normal(kShake), random.normal(kShake), random.normal(kShake)),
+             kTracker * kTracker * Matrix3::Identity()});
+    }
+    const auto fit = landmarks_from_touches(touches, room(), {.touch_sd = 0.0003});
+    ASSERT_TRUE(fit) << fit.error().message;
+    for (int k = 0; k < 8; ++k) {
+      const auto& landmark = fit->value.landmarks[static_cast<std::size_t>(k)];
+      square += (landmark.place.m - Vector3(0.1 * k, 0.2, 0.0)).squaredNorm();
+      stated += landmark.covariance.trace();
+    }
+  }
+  EXPECT_NEAR(square / stated, 1.0, 0.1);
+}
+
+TEST(TouchedLandmarks, ImpossibleInputIsRefused) {
+  const LandmarkTouch good{"a", {0.2, 0.3, 0.0}};
+  EXPECT_FALSE(landmarks_from_touches({}, room()));
+  EXPECT_NE(landmarks_from_touches({good}, {}).error().message.find("calibrate surface first"),
+            std::string::npos);
+  const auto apart = landmarks_from_touches({good, {"a", {0.3, 0.3, 0.0}}}, room());
+  ASSERT_FALSE(apart);
+  EXPECT_NE(apart.error().message.find("label two dots differently"), std::string::npos);
+  EXPECT_FALSE(landmarks_from_touches({{"a", {0.2, std::nan(""), 0.0}}}, room()));
+}
+
+}  // namespace
+}  // namespace palpate
