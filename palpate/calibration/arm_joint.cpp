@@ -105,6 +105,12 @@ double first_delay(ArmSetting setting, const std::vector<ArmParameter>& paramete
   return best;
 }
 
+double rms_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(sum / static_cast<double>(a.size()));
+}
+
 }  // namespace
 
 Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions& options) {
@@ -136,11 +142,10 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
     weigh = options.robust && *std::max_element(lengths.begin(), lengths.end()) > kNoOutlier * scale;
     estimate.termination = Termination::converged;
   }
+  std::vector<double> last_lengths(setting.samples.size(), 0.0);
   for (int round = 0; weigh && round < kMostRounds; ++round) {
     if (freedom.delay) take_motion(setting, arm.delay_s);
     const auto fit = solve_arm(setting.samples, arm, parameters, nominal, scale, kStepsPerRound);
-    const Vector3 before = arm.X_world_base.translation;
-    const Eigen::VectorXd offset_before = arm.offset;
     const double delay_before = arm.delay_s;
     arm = fit.solution;
     estimate.iterations += fit.iterations;
@@ -148,13 +153,14 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
     const double last_scale = scale;
     const auto lengths = misfits(setting.samples, arm);
     scale = robust_scale(lengths, P);
+    // What the data do not see may creep for long; the misfits tell whether what they do see stands still.
+    const double change =
+        rms_difference(lengths, last_lengths) + 0.2 * std::abs(arm.delay_s - delay_before);  // at 0.2 m/s
+    last_lengths = lengths;
     if (options.robust)
       for (std::size_t i = 0; i < lengths.size(); ++i)
         setting.samples[i].weight =
             round < kHuberRounds ? huber_weight(lengths[i], scale) : tukey_weight(lengths[i], scale);
-    const double change = (arm.X_world_base.translation - before).norm() +
-                          0.2 * (arm.offset - offset_before).norm() +
-                          0.2 * std::abs(arm.delay_s - delay_before);  // at 0.2 m/s
     estimate.termination = Termination::iteration_limit;
     if (round + 1 >= kFewestRounds && (change < 1e-9 || change < 1e-4 * scale) &&
         std::abs(scale - last_scale) < 1e-3 * scale + 2 * kLeastScale) {

@@ -36,10 +36,14 @@ std::string bytes_of(const std::vector<TrackedPose>& poses) {
   return bytes;
 }
 
-std::vector<PivotPose> pivot_poses(const std::vector<TrackedPose>& poses) {
+// With the tip's motion as an arm of these lengths saw it; without lengths no arm held it.
+std::vector<PivotPose> pivot_poses(const std::vector<TrackedPose>& poses,
+                                   const std::optional<PhantomLengths>& lengths = std::nullopt) {
   std::vector<PivotPose> result;
-  for (const auto& pose : poses)
-    result.push_back({pose.marker.rotation, pose.marker.translation, 0, std::nullopt});
+  for (const auto& pose : poses) {
+    result.push_back({pose.marker.rotation, pose.marker.translation, 0, std::nullopt, pose.time_s});
+    if (lengths) result.back().motion = phantom_tip(pose.joints, *lengths).m;
+  }
   return result;
 }
 
@@ -147,7 +151,9 @@ struct Steps {
     options.fixation.nominal = rig.nominal_lengths;
     auto poses = record_pivot(lab, options);
     if (!poses) return failed(poses);
-    auto estimate = calibrate_pivot(pivot_poses(*poses), {.shared_errors = true});
+    // The paper's way, which the methods of the paper go on from: the motion of the held tip stays in the
+    // tip, and in its covariance. The joint solve of the arm finds the tip anew.
+    auto estimate = calibrate_pivot(pivot_poses(*poses, rig.nominal_lengths), {.shared_errors = true});
     if (!estimate) return failed(estimate);
     rig.tip_pivot = rig_pivot(*estimate, provenance(plan, bytes_of(*poses), "algebraic",
                                                     mm_from_metres(rms_per_component(estimate->residuals))));
