@@ -52,12 +52,12 @@ void Progress::draw(bool force) {
   const double done = share();
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   const int width = 28, filled = static_cast<int>(done * width);
-  // Before anything has been done there is nothing to extrapolate from: trust the expected times.
-  const double left = done > 0.02 ? elapsed * (1.0 - done) / done : total_ - elapsed;
-  std::fprintf(stderr, "\r\x1b[K[%s%s] %3.0f %%  %s  (%s)",
+  // Before something has been done there is nothing to tell the time left from.
+  const std::string left = done > 0.02 ? "  (" + time_left_text(elapsed * (1.0 - done) / done) + ")" : "";
+  std::fprintf(stderr, "\r\x1b[K[%s%s] %3d %%  %s%s",
                std::string(static_cast<std::size_t>(filled), '#').c_str(),
-               std::string(static_cast<std::size_t>(width - filled), '.').c_str(), 100.0 * done,
-               (said_.empty() ? phases_[phase_].name : said_).c_str(), time_left_text(left).c_str());
+               std::string(static_cast<std::size_t>(width - filled), '.').c_str(), static_cast<int>(100.0 * done),
+               (said_.empty() ? phases_[phase_].name : said_).c_str(), left.c_str());
   std::fflush(stderr);
   drawn_ = true;
 }

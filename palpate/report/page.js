@@ -27,16 +27,21 @@
     return t;
   }
 
-  function axis(label, log, range) {
+  // Ticks of a logarithmic axis: as fine as it takes for several to fall among the values.
+  function logTicks(values) {
+    const seen = values.filter((v) => v > 0), span = Math.max(...seen) / Math.min(...seen);
+    const steps = span < 2.5 ? [1, 1.2, 1.4, 1.6, 1.8, 2, 2.5, 3, 3.5, 4, 5, 6, 7, 8, 9] : span < 15 ? [1, 1.5, 2, 3, 4, 6, 8] : [1, 2, 5];
+    const ticks = [];
+    for (let e = -9; e < 7; e++) for (const m of steps) ticks.push(m * 10 ** e);
+    return { type: 'log', tickvals: ticks, ticktext: ticks.map((v) => String(Number(v.toPrecision(2)))) };
+  }
+
+  function axis(label, log, range, values) {
     const a = {
-      title: { text: label, font: { size: 13, color: css('soft') }, standoff: 8 }, gridcolor: css('line'), zerolinecolor: css('line'),
+      title: { text: log ? `${label} (log scale)` : label, font: { size: 13, color: css('soft') }, standoff: 8 }, gridcolor: css('line'), zerolinecolor: css('line'),
       linecolor: css('muted'), tickfont: { color: css('soft') }, automargin: true,
     };
-    if (log) {
-      const ticks = [];
-      for (let e = -9; e < 7; e++) for (const m of [1, 2, 5]) ticks.push(m * 10 ** e);
-      Object.assign(a, { type: 'log', tickvals: ticks, ticktext: ticks.map((v) => String(Number(v.toPrecision(1)))) });
-    }
+    if (log) Object.assign(a, logTicks(range || values));
     if (range) a.range = log ? range.map(Math.log10) : range;
     return a;
   }
@@ -46,7 +51,8 @@
       font: { family: getComputedStyle(document.body).fontFamily, size: 12.5, color: css('ink') },
       margin: { l: 50, r: 16, t: 34, b: 44 }, paper_bgcolor: 'rgba(0,0,0,0)', plot_bgcolor: 'rgba(0,0,0,0)', bargap: plot.sideways ? 0.35 : 0.06,
       legend: { orientation: 'h', x: 0, y: plot.levels.some((v) => v.upright) ? 1.07 : 1.01, yanchor: 'bottom', font: { size: 12 } }, dragmode: touch ? false : 'zoom', hovermode: 'closest',
-      xaxis: axis(plot.x, plot.logx, plot.xrange), yaxis: axis(plot.y, plot.logy, plot.yrange), shapes: [], annotations: [],
+      xaxis: axis(plot.x, plot.logx, plot.xrange, plot.series.flatMap((s) => s.x)),
+      yaxis: axis(plot.y, plot.logy, plot.yrange, plot.series.flatMap((s) => s.y)), shapes: [], annotations: [],
       hoverlabel: { bgcolor: css('paper'), bordercolor: css('line'), font: { color: css('ink') } },
     };
     if (plot.zero) l.yaxis.rangemode = 'tozero';
@@ -60,7 +66,7 @@
       const log = level.upright ? plot.logx : plot.logy;
       const line = { type: 'line', line: { color: colour, width: 1.4, dash: 'dot' } };
       if (level.to !== level.at) Object.assign(line, { type: 'rect', fillcolor: faded(colour, 0.12), layer: 'below' });
-      const note = { text: level.label, showarrow: false, font: { size: 11.5, color: colour } };
+      const note = { text: level.label, showarrow: false, bgcolor: faded(css('paper'), 0.8), borderpad: 1, font: { size: 11.5, color: colour } };
       if (level.upright) {
         l.shapes.push({ ...line, x0: level.at, x1: level.to, yref: 'paper', y0: 0, y1: 1 });
         l.annotations.push({ ...note, x: log ? Math.log10(level.at * level.to) / 2 : (level.at + level.to) / 2, yref: 'paper', y: 1, xanchor: 'center', yanchor: 'bottom' });
@@ -111,7 +117,14 @@
         if (!s && !t) {
           pen.fillStyle = css('soft');
           pen.font = `12px ${getComputedStyle(document.body).fontFamily}`;
-          pen.fillText(`${'xyz'[a]} ${(high[a] - low[a]).toPrecision(3)} ${data.unit}`, (x0 + x1) / 2 + 4, (y0 + y1) / 2 + 14);
+          const digits = Math.max(0, Math.ceil(2 - Math.log10(high[a] - low[a] || 1)));
+          const written = (v) => String(Number(v.toFixed(digits)));
+          pen.textAlign = 'center';
+          pen.fillText(`${'xyz'[a]}, ${data.unit}`, (x0 + x1) / 2 + 4, (y0 + y1) / 2 + 14);
+          // A little inside the ends: three axes meet in one corner.
+          pen.fillText(written(low[a]), x0 + 0.12 * (x1 - x0), y0 + 0.12 * (y1 - y0) + 14);
+          pen.fillText(written(high[a]), x1 - 0.06 * (x1 - x0), y1 - 0.06 * (y1 - y0) + 14);
+          pen.textAlign = 'left';
         }
       }
       const dots = [];
