@@ -16,7 +16,7 @@ namespace palpate {
 class Reading {
  public:
   Reading& add(double number) {
-    numbers_.push_back(number + 0.0);  // -0 is 0
+    numbers_.push_back(number);
     return *this;
   }
   Reading& add(const Eigen::Ref<const Eigen::VectorXd>& numbers) {
