@@ -54,10 +54,10 @@ void Progress::draw(bool force) {
   const int width = 28, filled = static_cast<int>(done * width);
   // Before something has been done there is nothing to tell the time left from.
   const std::string left = done > 0.02 ? "  (" + time_left_text(elapsed * (1.0 - done) / done) + ")" : "";
-  std::fprintf(stderr, "\r\x1b[K[%s%s] %3d %%  %s%s",
-               std::string(static_cast<std::size_t>(filled), '#').c_str(),
-               std::string(static_cast<std::size_t>(width - filled), '.').c_str(), static_cast<int>(100.0 * done),
-               (said_.empty() ? phases_[phase_].name : said_).c_str(), left.c_str());
+  std::fprintf(
+      stderr, "\r\x1b[K[%s%s] %3d %%  %s%s", std::string(static_cast<std::size_t>(filled), '#').c_str(),
+      std::string(static_cast<std::size_t>(width - filled), '.').c_str(), static_cast<int>(100.0 * done),
+      (said_.empty() ? phases_[phase_].name : said_).c_str(), left.c_str());
   std::fflush(stderr);
   drawn_ = true;
 }
