@@ -13,6 +13,7 @@ namespace palpate::app {
 namespace {
 
 constexpr int kFolds = 5;
+constexpr double kPoorGimbal = 1.0;  // deg
 
 struct ArmArguments {
   ResultOptions result;
@@ -195,7 +196,13 @@ Expected<void> run_arm(const ArmArguments& options) {
   const auto uncorrected = uncorrected_arm(samples, *model, how);
   if (!uncorrected) return tl::unexpected(uncorrected.error());
   const auto unseen = judge(options, samples, *model, how, arm, uncorrected->value);
-  if (!unseen) return tl::unexpected(unseen.error());
+  if (!unseen)
+    return options.test.empty()
+               ? tl::unexpected(
+                     Error{unseen.error().kind, fmt::format("{}: {} (a fifth of the samples is held out to "
+                                                            "judge by; --test FILE judges by others)",
+                                                            file->source, unseen.error().message)})
+               : tl::unexpected(unseen.error());
   const auto regions = held_out_by_region(samples, *model, how);
 
   ArmFindings found{.method = options.method,
@@ -214,6 +221,14 @@ Expected<void> run_arm(const ArmArguments& options) {
     found.warnings.push_back(
         fmt::format("{} of {} stand among the samples too, so they test nothing; record others for --test",
                     counted(unseen->seen, "row"), unseen->from));
+  if (gimbal)
+    if (const double off = degrees_from_radians(
+            rms_per_component(gimbal_errors(with_delay_removed(samples, arm.delay_s), arm, gimbal->value)));
+        off > kPoorGimbal)
+      found.warnings.push_back(fmt::format(
+          "the gimbal's angles leave the stylus {:.1f} deg rms off its marker: check their unit, their "
+          "order and that of the joints",
+          off));
   if (!joint && how.free.tip)
     found.warnings.push_back(
         fmt::format("method {} takes the tip as given; it was not estimated", options.method));

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <memory>
+#include <set>
 
 #include "apps/palpate/command.h"
 #include "apps/palpate/result_output.h"
@@ -7,6 +8,7 @@
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/model/point_file.h"
+#include "palpate/model/repeats.h"
 
 namespace palpate::app {
 namespace {
@@ -17,6 +19,7 @@ struct LandmarksArguments {
   ResultOptions result;
   std::string points;
   double touch_mm = mm_from_metres(LandmarkTouchOptions{}.touch_sd);
+  double tracker_mm = 0.1;
   double diameter_mm = mm_from_metres(LandmarkTouchOptions{}.diameter);
 };
 
@@ -61,14 +64,22 @@ Expected<void> run_landmarks(const LandmarksArguments& options) {
   const auto file = read_points(options.points);
   if (!file) return tl::unexpected(file.error());
   std::vector<LandmarkTouch> touches;
-  for (std::size_t i = 0; i < file->points.size(); ++i)
-    touches.push_back(
-        {file->labels.empty() ? std::to_string(i + 1) : file->labels[i], file->points[i], Matrix3::Zero()});
+  const double tracker = metres_from_mm(options.tracker_mm);
+  std::set<std::pair<std::string, Reading>> known;
+  std::size_t repeats = 0;
+  for (std::size_t i = 0; i < file->points.size(); ++i) {
+    const auto label = file->labels.empty() ? std::to_string(i + 1) : file->labels[i];
+    if (known.insert({label, Reading().add(file->points[i])}).second)
+      touches.push_back({label, file->points[i], tracker * tracker * Matrix3::Identity()});
+    else
+      ++repeats;
+  }
   const auto estimate = landmarks_from_touches(
       touches, rig->surfaces,
       {.touch_sd = metres_from_mm(options.touch_mm), .diameter = metres_from_mm(options.diameter_mm)});
   if (!estimate) return refused("{}: {}", file->source, estimate.error().message);
   Result result{landmarks_json(*estimate, *file), {}, {}};
+  if (repeats > 0) result.json["warnings"].push_back(repeats_warning(repeats));
   const auto& found = estimate->value;
   for (std::size_t k = 0; k < found.landmarks.size(); ++k)
     result.summary.push_back(fmt::format(
@@ -94,8 +105,15 @@ void add_calibrate_landmarks(CLI::App& calibrate) {
                    "Touches of the dots' middles, CSV; a label column allows several of each")
       ->required()
       ->type_name("FILE");
-  command->add_option("--touch-sd-mm", options->touch_mm, "How far a touch is off per axis, tracker included")
+  command
+      ->add_option("--touch-sd-mm", options->touch_mm,
+                   "How far a hand misses per axis, what the tracker adds by chance included")
       ->check(CLI::Range(0.001, 10.0))
+      ->capture_default_str();
+  command
+      ->add_option("--tracker-sd-mm", options->tracker_mm,
+                   "The tracker's error per axis that touches of one place share")
+      ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
   command->add_option("--diameter-mm", options->diameter_mm, "Of the dots")
       ->check(CLI::Range(0.1, 1000.0))

@@ -17,6 +17,8 @@ namespace {
 // A held tip wanders by 1-2 mm; beyond this it did not rest.
 constexpr double kRestlessTip = 0.004;  // m, rms
 
+constexpr double kNearTip = 0.001;  // m; nearer, metres stand where millimetres are said
+
 constexpr double kShiftThatMatters = 0.0001;  // m
 
 struct PivotArguments {
@@ -142,6 +144,10 @@ Json to_json(const PivotArguments& options, const PoseFile& file, const Estimate
       json_covariance(names, estimate.covariance, Eigen::VectorXd::Constant(std_all.size(), kMm));
   json["warnings"] = Json::array();
   if (repeats > 0) json["warnings"].push_back(repeats_warning(repeats));
+  if (solution.tip.norm() < kNearTip)
+    json["warnings"].push_back(fmt::format(
+        "the tip lies only {:.4f} mm from its marker's origin: check the unit in the header (_mm or _m)",
+        kMm * solution.tip.norm()));
   if (rms_3d > kRestlessTip)
     json["warnings"].push_back(
         "the poses agree badly: the tip did not rest, or the file holds several pivots (--segments COLUMN)");
@@ -169,6 +175,8 @@ Expected<void> run_pivot(const PivotArguments& options) {
                      std::nullopt, file->has_time ? std::optional(pose.time_s) : std::nullopt});
   if (options.with_arm)
     if (const auto done = add_arm_motion(options, *rig, poses); !done) return done;
+  if (!options.arm.empty())
+    if (const auto model = read_arm_model(options.arm); !model) return tl::unexpected(model.error());
   // Readings that lie beside the poses show whether the tip rested, asked for or not.
   if (!options.with_arm && options.marker == "tip")
     if (!add_arm_motion(options, *rig, poses))

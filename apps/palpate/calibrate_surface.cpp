@@ -11,6 +11,9 @@
 namespace palpate::app {
 namespace {
 
+constexpr double kSmallSurface = 0.02;                    // m
+constexpr double kPoorTouch = 0.002, kPoorShare = 0.002;  // m; of the diagonal
+
 struct SurfaceArguments {
   ResultOptions result;
   std::string points, name;
@@ -67,8 +70,20 @@ Expected<std::vector<NamedPoints>> group(const PointFile& file, const std::strin
   return surfaces;
 }
 
-std::vector<std::string> warnings_of(const NamedPoints& touched) {
+std::vector<std::string> warnings_of(const NamedPoints& touched, const Estimate<RectangleFit>& estimate) {
   std::vector<std::string> warnings;
+  const double diagonal = std::hypot(estimate.value.width, estimate.value.height);
+  if (diagonal < kSmallSurface)
+    warnings.push_back(fmt::format("{}: is only {:.1f} mm across; check the unit in the header (_mm or _m)",
+                                   touched.name, kMm * diagonal));
+  // One wrong corner is shared out among all four: no residual of theirs is much larger than another.
+  double worst = 0.0;
+  for (const auto& r : estimate.residuals) worst = std::max(worst, r.norm());
+  if (worst > std::max(kPoorTouch, kPoorShare * diagonal))
+    warnings.push_back(fmt::format(
+        "{}: the touches miss the best rectangle by up to {:.1f} mm, where a hand misses by some tenths: "
+        "one of the corners was touched wrongly, or it is no rectangle; touch it again",
+        touched.name, kMm * worst));
   if (touched.repeats > 0) warnings.push_back(repeats_warning(touched.repeats));
   const auto& points = touched.points;
   if (points.size() > 4 &&
@@ -126,7 +141,7 @@ Expected<void> run_surface(const SurfaceArguments& options) {
     if (!estimate)
       return refused("{}: {}{}", file->source, surfaces->size() > 1 ? surface.name + ": " : std::string(),
                      estimate.error().message);
-    const auto warnings = warnings_of(surface);
+    const auto warnings = warnings_of(surface, *estimate);
     all.push_back(to_json(surface.name, *estimate, warnings));
     const RectangleFit& fit = estimate->value;
     found.push_back({surface.name,

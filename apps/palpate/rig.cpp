@@ -43,7 +43,8 @@ Expected<void> make_new(const RigArguments& options) {
       "# A new rig: link lengths and LEDs below are nominal, replace them by those of your devices (arm "
       "frame and marker\n"
       "# frames, mm). Everything else is added by the calibrations, each with date, data and uncertainty:\n"
-      "#   palpate calibrate pivot | arm | camera | hand-eye | surface ... --rig FILE,   or   palpate "
+      "#   palpate calibrate pivot | arm | camera | hand-eye | surface | landmarks ... --rig FILE,   or   "
+      "palpate "
       "calibrate all --rig FILE\n"
       "# `palpate rig check FILE` says what is still missing.\n";
   return write_file(options.file, head + rig_text(nominal_rig()));

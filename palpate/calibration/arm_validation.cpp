@@ -85,6 +85,11 @@ Expected<HeldOut> held_out_by_folds(const std::vector<ArmObservation>& samples, 
                                     const ArmOptions& options, std::uint64_t seed, int folds) {
   std::vector<std::size_t> order(samples.size());
   std::iota(order.begin(), order.end(), 0u);
+  // In an order of the readings' own: the folds are the same however the rows stand.
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const auto &u = samples[a].joints, &v = samples[b].joints;
+    return std::lexicographical_compare(u.begin(), u.end(), v.begin(), v.end());
+  });
   Random random(seed, "calibrate arm/folds");
   for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
   std::vector<std::vector<std::size_t>> parts(static_cast<std::size_t>(folds));

@@ -6,11 +6,12 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
-#include <utility>
+#include <tuple>
 
 #include "palpate/core/csv.h"
 #include "palpate/core/file.h"
@@ -157,7 +158,8 @@ Expected<BoardViews> parse_board_corners(std::string_view content, const std::st
     return tl::unexpected(fine.error());
   BoardViews result;
   result.data_hash = content_hash(content);
-  std::set<std::pair<int, int>> seen;  // squares of the current view
+  std::set<std::tuple<std::size_t, int, int>> seen;  // view and square
+  std::map<std::string, std::size_t> view_of;
   for (std::size_t i = 0; i < table->rows.size(); ++i) {
     const auto& row = table->rows[i];
     const auto where = fmt::format("{}:{}", source, table->line[i]);
@@ -167,19 +169,14 @@ Expected<BoardViews> parse_board_corners(std::string_view content, const std::st
           "{}: corner at square ({:g}, {:g}) is not on a board of {}x{} inner corners; check --board", where,
           x, y, shape.columns, shape.rows);
     const auto& image = table->text[i][at[0]];
-    if (result.views.empty() || result.views.back().name != image) {
-      for (const auto& view : result.views)
-        if (view.name == image)
-          return wrong_use("{}: image '{}' appears a second time; its rows must stand together", where,
-                           excerpt(image));
-      result.views.push_back({image, {}, {}});
-      seen.clear();
-    }
-    if (!seen.insert({static_cast<int>(x), static_cast<int>(y)}).second)
+    const auto [known, is_new] = view_of.try_emplace(image, result.views.size());
+    if (is_new) result.views.push_back({image, {}, {}});
+    BoardView& view = result.views[known->second];
+    if (!seen.insert({known->second, static_cast<int>(x), static_cast<int>(y)}).second)
       return wrong_use("{}: corner ({:g}, {:g}) of '{}' is given twice; remove one", where, x, y,
                        excerpt(image));
-    result.views.back().board.push_back(shape.square * Vector3(x, y, 0));
-    result.views.back().image.emplace_back(row[at[3]], row[at[4]]);
+    view.board.push_back(shape.square * Vector3(x, y, 0));
+    view.image.emplace_back(row[at[3]], row[at[4]]);
     if (width && height) {
       const int w = static_cast<int>(row[*width]), h = static_cast<int>(row[*height]);
       if (result.width != 0 && (w != result.width || h != result.height))

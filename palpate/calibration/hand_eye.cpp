@@ -22,7 +22,8 @@ const double kGoodRange = radians_from_degrees(20.0);
 constexpr int kFewestPoses = 4, kFewPoses = 15, kFewDistinct = 10;
 constexpr double kPlaceKnown = 0.010, kPlaceUnknown = 0.3;  // m, standard deviation
 constexpr double kMethodsAgree = 0.010;                     // m
-constexpr double kFarCamera = 10.0;                         // m, from its marker
+constexpr double kFarCamera = 10.0, kNearCamera = 0.001;    // m, from its marker
+constexpr double kShortTake = 5.0;                          // s
 
 // How far the closed forms lie from each other at most, m, over the poses that fit.
 double scatter_of_methods(const std::vector<HandAt>& hand, const std::vector<StampedPose>& eye,
@@ -55,13 +56,24 @@ std::string unit_hint(const HandEyeSolution& s) {
 }
 
 void add_warnings(HandEyeSolution& s, const HandEyeNormal& covariance, const HandEyeMotion& motion,
-                  double inlier_share, double behind, const std::vector<HandEyeStart>& starts) {
+                  double inlier_share, double behind, double eye_seconds,
+                  const std::vector<HandEyeStart>& starts) {
   auto& w = s.warnings;
   if (behind > 0.9)
     w.push_back(
         fmt::format("the board would be behind the camera in {:.0f} % of the eye poses: are hand and eye "
                     "exchanged, or the eye's poses those of the board in the camera?",
                     100.0 * behind));
+  if (eye_seconds < kShortTake)
+    w.push_back(
+        fmt::format("{:.1f} s of eye poses are little to find a delay by: another stretch of the hand's "
+                    "motion may fit as well; "
+                    "record 20 s and more",
+                    eye_seconds));
+  if (s.X_marker_camera.translation.norm() < kNearCamera)
+    w.push_back(fmt::format(
+        "the camera would sit only {:.2f} mm from its marker; check the unit in the headers (_mm or _m)",
+        1e3 * s.X_marker_camera.translation.norm()));
   if (const auto hint = unit_hint(s); !hint.empty()) w.push_back(hint);
   if (s.second_axis_spread < kGoodSpread)
     w.push_back(
@@ -209,7 +221,7 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<StampedPose> 
   const auto now = enclosed(problem.hand, problem.eye, x.delay, options.max_hand_gap_s, eye);
   s.method_scatter = scatter_of_methods(now, eye, result.inlier);
   add_warnings(s, covariance, motion, static_cast<double>(good) / std::max(s.pairs, 1), share_behind(eye),
-               starts);
+               options.estimate_delay ? eye.back().time_s - eye.front().time_s : kShortTake, starts);
   return result;
 }
 

@@ -91,6 +91,8 @@ Expected<CsvTable> parse_csv(std::string_view content, std::string source, const
   table.source = std::move(source);
   if (looks_binary(content))
     return wrong_use("{}: is not a text file; a CSV table is expected", table.source);
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // what spreadsheets put before UTF-8
+  if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
   std::size_t width = 0;
   std::vector<bool> may_be_text;
   bool first = true;

@@ -301,7 +301,7 @@ std::vector<MissingPart> missing_parts(const Rig& rig) {
   need(rig.hand_eye.has_value(), "hand_eye", "palpate calibrate hand-eye");
   need(rig.surface("table") != nullptr, "surface 'table'", "palpate calibrate surface");
   need(rig.surface("wall") != nullptr, "surface 'wall'", "palpate calibrate surface");
-  need(rig.landmarks.size() >= 3, "landmarks", "palpate calibrate all");
+  need(rig.landmarks.size() >= 3, "landmarks", "palpate calibrate landmarks, or all");
   return missing;
 }
 

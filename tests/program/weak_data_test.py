@@ -133,6 +133,63 @@ class WeakData(ProgramTest):
         self.runs("world", "sample", "arm", "--points", "70", "--out", "sim")
         self.refuses(["calibrate", "arm", "--samples", "sim/arm.csv", "--rig", "rig.toml", "--free", "gains,offsets,quadratic"], 2, "--free", "quadratic", "--json")
 
+    def warned(self, words, *command):
+        done = self.runs(*command)
+        self.assertIn(words, done.out)
+
+    def test_data_that_only_a_mistake_explains_are_warned_of(self):
+        for kind in ("arm", "pivot", "surface", "hand-eye"):
+            self.runs("world", "sample", kind, *([] if kind == "hand-eye" else ["--points", "70"]), "--out", kind)
+        arm = self.read("arm", "arm.csv").decode()
+        self.write("gimbal.csv", arm.replace("gimbal_1", "gimbal_x").replace("gimbal_3", "gimbal_1").replace("gimbal_x", "gimbal_3"))
+        self.warned("off its marker", "calibrate", "arm", "--arm", "phantom-premium-1.5", "--samples", "gimbal.csv")
+        metres = {}
+        for kind in ("pivot", "surface"):
+            header, *rows = self.read(kind, f"{kind}.csv").decode().splitlines()
+            at = [i for i, name in enumerate(header.split(",")) if name.endswith("_mm")]
+            cells = [row.split(",") for row in rows]
+            for row in cells:
+                for i in at:
+                    row[i] = str(float(row[i]) / 1000)
+            metres[kind] = self.write(f"{kind}_m.csv", "\n".join([header, *map(",".join, cells)]) + "\n")
+        self.warned("check the unit", "calibrate", "pivot", "--poses", metres["pivot"])
+        self.warned("check the unit", "calibrate", "surface", "--points", metres["surface"])
+        header, *eye = self.read("hand-eye", "eye.csv").decode().splitlines()
+        self.write("short.csv", "\n".join([header, *eye[:60]]) + "\n")
+        self.warned("little to find a delay by", "calibrate", "hand-eye", "--hand", "hand-eye/hand.csv", "--eye", "short.csv", "--estimate-delay")
+        self.write("corners.csv", POINTS + "0,0,0\n750,0,0\n790,1000,0\n0,1000,0\n")
+        self.warned("touched wrongly", "calibrate", "surface", "--points", "corners.csv")
+
+    def test_results_apart_and_the_rig_as_it_was_where_another_result_fails(self):
+        self.runs("rig", "new", "rig.toml")
+        self.write("poses.csv", poses(TURNS))
+        command = ["calibrate", "pivot", "--poses", "poses.csv"]
+        self.refuses([*command, "--json", "poses.csv"], 2, "poses.csv", "a file of its own")
+        self.refuses([*command, "--rig", "rig.toml", "--json", self.path("rig.toml")], 2, "a file of its own")
+        self.refuses([*command, "--json", "a", "--out", "./a"], 2, "a file of its own")
+        self.refuses([*command, "--rig", "rig.toml", "--json", "/nowhere/result.json"], 2, "/nowhere")
+        self.refuses([*command, "--rig", "rig.toml", "--out", "/nowhere/part.toml"], 2, "/nowhere")
+        self.refuses([*command, "--rig", ""], 2, "--rig", "empty")
+        self.refuses([*command, "--arm", "nosuch"], 2, "nosuch")
+
+    def test_rows_in_another_order_give_the_same_camera_and_the_same_folds(self):
+        self.runs("world", "sample", "camera", "--out", "camera")
+        self.runs("world", "sample", "arm", "--points", "40", "--out", "arm")
+        for kind, file, options, keys in (("camera", "camera/corners.csv", ["--corners"], ["fx", "fy", "cx", "cy"]),
+                                          ("arm", "arm/arm.csv", ["--arm", "phantom-premium-1.5", "--samples"], ["test_mean_mm", "test_max_mm"])):
+            header, *rows = self.read(file).decode().splitlines()
+            self.write("turned.csv", "\n".join([header, *rows[::-1]]) + "\n")
+            this, other = (json.loads(self.runs("calibrate", kind, *options, name, "--json", "-").out) for name in (file, "turned.csv"))
+            for key in keys:
+                self.assertAlmostEqual(this[key], other[key], delta=1e-5 if kind == "camera" else 1e-6)
+
+    def test_a_byte_order_mark_is_no_part_of_the_header(self):
+        self.write("plain.csv", poses(TURNS))
+        self.write("marked.csv", b"\xef\xbb\xbf" + poses(TURNS).encode())
+        plain, marked = (json.loads(self.runs("calibrate", "pivot", "--poses", name, "--json", "-").out) for name in ("plain.csv", "marked.csv"))
+        self.assertEqual(plain["tip_mm"], marked["tip_mm"])
+        self.assertEqual(plain["std"], marked["std"])
+
     def test_a_camera_from_one_view(self):
         rows = "".join(f"one,{i},{i % 9},{i // 9},{100 + 20 * (i % 9)},{100 + 20 * (i // 9)}\n" for i in range(54))
         self.write("corners.csv", "image,corner,board_x_squares,board_y_squares,u_px,v_px\n" + rows)
