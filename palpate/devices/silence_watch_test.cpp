@@ -39,11 +39,20 @@ TEST(SilenceWatch, WhoDiedDuringAPauseIsFoundGoneAfterIt) {
   EXPECT_TRUE(watch.gone(199'000, 5080));  // another pause does not bring it back
 }
 
-TEST(SilenceWatch, WhoLooksRarelyFindsADeadPeerAtTheSecondLook) {
+TEST(SilenceWatch, WhoLooksRarelyFindsADeadPeerAtTheFourthLook) {
   SilenceWatch watch(kAllowed);
   EXPECT_FALSE(watch.gone(10'000, 9999));
-  EXPECT_FALSE(watch.gone(20'000, 10'500));
-  EXPECT_TRUE(watch.gone(30'000, 10'500));
+  for (const std::int64_t now : {20'000, 30'000, 40'000}) EXPECT_FALSE(watch.gone(now, 10'500)) << now;
+  EXPECT_TRUE(watch.gone(50'000, 10'500));
+}
+
+TEST(SilenceWatch, APauseIsNoSilenceForWhoLooksRarelyEither) {
+  SilenceWatch watch(kAllowed);
+  EXPECT_FALSE(watch.gone(10'000, 9900));
+  EXPECT_FALSE(watch.gone(10'600, 10'550));  // a slow picture; the peer is stopped now, then we
+  EXPECT_FALSE(watch.gone(12'100, 10'550));
+  EXPECT_FALSE(watch.gone(12'700, 10'550));  // the peer has not been woken yet
+  EXPECT_FALSE(watch.gone(13'300, 13'290));
 }
 
 }  // namespace
