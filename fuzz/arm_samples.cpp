@@ -46,7 +46,7 @@ Refusals arm_samples(std::string_view file) {
     auto arm = calibrate_arm(samples, model, options);
     const bool given = answered(arm, refusals);
     if (given) hold_arm(arm->value, samples);
-    return given ? std::optional<ArmSolution>(std::move(arm->value)) : std::nullopt;
+    return given ? std::optional(std::move(*arm)) : std::nullopt;
   };
   ArmFree free;
   free.tip = false;

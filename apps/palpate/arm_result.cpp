@@ -205,7 +205,7 @@ Json arm_json(const ArmFindings& found) {
     const Eigen::VectorXd deviations = gimbal->covariance.diagonal().cwiseSqrt();
     json["std"]["gimbal_gains"] = json_list(deviations.head<3>());
     json["std"]["gimbal_offsets_deg"] =
-        json_list(Vector3(deviations[3], deviations[4], 0.0), kDegreesPerRadian);
+        json_list(deviations.segment<3>(3), kDegreesPerRadian);
     json["std"]["marker_on_stylus_deg"] = json_list(deviations.tail<3>(), kDegreesPerRadian);
     for (const auto& name : gimbal->unobservable) json["unobservable"].push_back(name);
   }

@@ -188,7 +188,7 @@ Expected<void> run_arm(const ArmArguments& options) {
         file->source, mm_from_metres(misfit.error), mm_from_metres(misfit.spread), model->name);
   std::optional<Estimate<GimbalSolution>> gimbal;
   if (wants_gimbal) {
-    auto fitted = calibrate_gimbal(with_delay_removed(samples, arm.delay_s), arm);
+    auto fitted = calibrate_gimbal(with_delay_removed(samples, arm.delay_s), *estimate);
     if (!fitted)
       return tl::unexpected(Error{fitted.error().kind, file->source + ": " + fitted.error().message});
     gimbal = std::move(*fitted);

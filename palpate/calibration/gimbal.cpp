@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "palpate/calibration/arm_problem.h"
 #include "palpate/calibration/robust_scale.h"
 #include "palpate/core/text.h"
 #include "palpate/estimation/linear_algebra.h"
@@ -27,7 +28,7 @@ std::vector<SeenStylus> usable_for_gimbal(const std::vector<ArmObservation>& sam
   std::vector<SeenStylus> list;
   for (const auto& s : samples) {
     if (!s.gimbal || !s.marker) continue;
-    const Vector3 theta = arm.gain.cwiseProduct(s.joints) + arm.offset;
+    const Vector3 theta = joint_angles(arm, {s.joints, {}, {}});
     list.push_back(
         {arm.X_world_base.rotation * phantom_stylus(theta, Vector3::Zero()), s.marker->rotation, *s.gimbal});
   }
@@ -132,12 +133,51 @@ int descend_gimbal(const std::vector<SeenStylus>& all, const std::vector<double>
   return 60;
 }
 
-// The marker without a twist about the stylus; the last joint's zero takes it.
-void without_twist(GimbalSolution& at) {
-  const Quaternion& q = at.R_tip_marker;
+// What the arm's own uncertainty adds: how the estimate answers to each axis of the arm's covariance.
+Eigen::MatrixXd covariance_from_arm(const std::vector<ArmObservation>& samples,
+                                    const Estimate<ArmSolution>& arm, const GimbalSolution& at,
+                                    const std::vector<double>& weights, double sigma,
+                                    const Eigen::MatrixXd& information) {
+  if (arm.covariance.size() == 0) return Eigen::MatrixXd::Zero(kGimbalUnknowns, kGimbalUnknowns);
+  const auto parameters = parameters_named(arm.value.model, arm.value.parameters);
+  const auto axes = symmetric_eigen(arm.covariance);
+  const auto all = usable_for_gimbal(samples, arm.value);
+  Eigen::MatrixXd gradients = Eigen::MatrixXd::Zero(kGimbalUnknowns, axes.values.size());
+  for (Eigen::Index k = 0; k < axes.values.size(); ++k) {
+    const Eigen::VectorXd step = std::sqrt(std::max(0.0, axes.values[k])) * axes.vectors.col(k);
+    const auto other = usable_for_gimbal(samples, moved(arm.value, parameters, step));
+    GimbalRow J;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const Vector3 e = stylus_error(all[i], at, &J);
+      const Vector3 change = stylus_error(other[i], at, nullptr) - e;
+      gradients.col(k) += weights[i] / (sigma * sigma) * J.transpose() * change;
+    }
+  }
+  const Eigen::MatrixXd answers = solve_symmetric_columns(information, gradients);
+  return answers * answers.transpose();
+}
+
+// The marker without a twist about the stylus; the last joint's zero takes it. Gives how the unknowns with
+// that zero among them (gains 3, offsets 3, marker 3) follow from those of the solve.
+Eigen::MatrixXd without_twist(GimbalSolution& at) {
+  const Quaternion q = at.R_tip_marker;
   const double twist = 2.0 * std::atan2(q.z(), q.w());
   at.correction.offset[2] += std::remainder(twist, 2.0 * std::numbers::pi);
   at.R_tip_marker = (turn_about(-twist, Vector3::UnitZ()) * q).normalized();
+
+  // q exp(x): the twist is 2 atan2(z, w), and half of q (0, x) is q's change.
+  Eigen::RowVector3d by_marker;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const Vector3 x = Vector3::Unit(i);
+    const Quaternion change = q * Quaternion(0.0, x[0], x[1], x[2]);
+    by_marker[i] = (q.w() * change.z() - q.z() * change.w()) / (q.w() * q.w() + q.z() * q.z());
+  }
+  Eigen::MatrixXd follows = Eigen::MatrixXd::Zero(kGimbalUnknowns + 1, kGimbalUnknowns);
+  follows.topLeftCorner<5, 5>().setIdentity();
+  follows.block<1, 3>(5, 5) = by_marker;
+  follows.bottomRightCorner<3, 3>() =
+      Matrix3::Identity() - (at.R_tip_marker.conjugate() * Vector3::UnitZ()) * by_marker;
+  return follows;
 }
 
 }  // namespace
@@ -151,7 +191,8 @@ std::vector<Vector3> gimbal_errors(const std::vector<ArmObservation>& samples, c
 }
 
 Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<ArmObservation>& samples,
-                                                    const ArmSolution& arm) {
+                                                    const Estimate<ArmSolution>& arm_estimate) {
+  const ArmSolution& arm = arm_estimate.value;
   if (arm.model.kind != ArmModel::Kind::phantom)
     return wrong_use("gimbal: {} has none that is known here; only arms of the PHANToM kind have",
                      arm.model.name);
@@ -201,8 +242,9 @@ Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<ArmObserva
                    inliers, all.size());
   const double sigma = std::max(kLeastScale, std::sqrt(squares / freedom));
   const GimbalNormal data = normal_equations(all, weights, at, sigma, false);
-  estimate.covariance =
-      covariance_from_information(normal_equations(all, weights, at, sigma, true).information);
+  const Eigen::MatrixXd information = normal_equations(all, weights, at, sigma, true).information;
+  estimate.covariance = covariance_from_information(information) +
+                        covariance_from_arm(samples, arm_estimate, at, weights, sigma, information);
   // What the data leave to the prior: less is known of it than was plausible before.
   for (Eigen::Index k = 0; k < 5; ++k) {
     const double size = k < 3 ? kGimbalGainSize : kGimbalOffsetSize;
@@ -213,7 +255,8 @@ Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<ArmObserva
   estimate.unobservable.push_back("gimbal_offset_3");
   const Eigen::VectorXd values = symmetric_eigenvalues(data.information);
   estimate.condition = std::sqrt(values[values.size() - 1] / std::max(values[0], 1e-300));
-  without_twist(at);
+  const Eigen::MatrixXd follows = without_twist(at);
+  estimate.covariance = (follows * estimate.covariance * follows.transpose()).eval();
   return estimate;
 }
 

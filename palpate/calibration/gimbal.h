@@ -6,9 +6,10 @@
 // of the marker about the stylus: the marker is taken to be mounted without a twist about the stylus' axis
 // (no z part in the quaternion), and offset 3 takes what is left; `unobservable` names it. Gauss-Newton on
 // the rotation error, robust as the arm (Huber, then Tukey), with the same wide prior (gains 0.1, offsets 1
-// rad) that keeps directions still which the data do not see. Covariance: gains 3, offsets 1 and 2, marker 3
-// (turn on its own side, right perturbation). Refused: too few samples with gimbal and marker, arms of
-// another kind. Pure function, deterministic.
+// rad) that keeps directions still which the data do not see. Covariance: gains 3, offsets 3, marker 3 (turn
+// on its own side, right perturbation); offset 3 as if the marker had no twist, so the matrix has rank 8. It
+// holds what the arm's covariance, where there is one, leaves open. Refused: too few samples with gimbal and
+// marker, arms of another kind. Pure function, deterministic.
 #pragma once
 
 #include <vector>
@@ -24,7 +25,7 @@ struct GimbalSolution {
 };
 
 Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<ArmObservation>& samples,
-                                                    const ArmSolution& arm);
+                                                    const Estimate<ArmSolution>& arm);
 
 // How the marker is turned away from where it is predicted, rad, in the marker; one per sample with gimbal
 // and marker.

@@ -2,19 +2,22 @@
 
 #include <gtest/gtest.h>
 
+#include "palpate/calibration/arm_parameters.h"
 #include "palpate/core/random.h"
 #include "palpate/core/units.h"
+#include "palpate/estimation/linear_algebra.h"
 #include "palpate/geometry/random_vector.h"
 
 namespace palpate {
 namespace {
 
-ArmSolution an_arm() {
-  ArmSolution arm;
+Estimate<ArmSolution> an_arm() {
+  Estimate<ArmSolution> estimate;
+  ArmSolution& arm = estimate.value;
   arm.gain = Vector3(1.01, 0.99, 1.005);
   arm.offset = Vector3(0.0, 0.02, -0.015);
   arm.X_world_base = {rotation_from_xyz({0.02, -0.6, 0.01}), {0.1, -1.4, 1.7}};
-  return arm;
+  return estimate;
 }
 
 GimbalSolution a_gimbal() {
@@ -27,8 +30,8 @@ GimbalSolution a_gimbal() {
 
 // Readings of the joints and, turned by noise, the marker.
 std::vector<ArmObservation> samples_of(const GimbalSolution& truth, int count, double noise,
-                                       std::uint64_t seed, double roll = 2.0) {
-  const ArmSolution arm = an_arm();
+                                       std::uint64_t seed, double roll = 2.0,
+                                       const ArmSolution& arm = an_arm().value) {
   Random random(seed, "test/gimbal");
   std::vector<ArmObservation> samples;
   for (int i = 0; i < count; ++i) {
@@ -37,7 +40,8 @@ std::vector<ArmObservation> samples_of(const GimbalSolution& truth, int count, d
     sample.joints = psi;
     sample.gimbal =
         Vector3(random.uniform(-1.0, 1.0), random.uniform(-1.0, 1.0), random.uniform(-roll, roll));
-    const Vector3 theta = arm.gain.cwiseProduct(sample.joints) + arm.offset;
+    Vector3 theta = arm.gain.cwiseProduct(sample.joints) + arm.offset;
+    if (arm.quadratic.size() > 0) theta += arm.quadratic.cwiseProduct(sample.joints.cwiseAbs2());
     const Quaternion R = arm.X_world_base.rotation *
                          phantom_stylus(theta, truth.correction.apply(*sample.gimbal)) * truth.R_tip_marker *
                          so3_exp(normal3(random, noise));
@@ -75,22 +79,74 @@ TEST(Gimbal, ZerosFarOffAreFound) {
   EXPECT_LT((found->value.correction.offset - truth.correction.offset).norm(), 3e-3);
 }
 
+TEST(Gimbal, QuadraticTermsOfTheArmCount) {
+  const auto truth = a_gimbal();
+  auto arm = an_arm();
+  arm.value.quadratic = Vector3(0.02, -0.03, 0.05);
+  const auto found = calibrate_gimbal(samples_of(truth, 12, 0.0, 1, 2.0, arm.value), arm);
+  ASSERT_TRUE(found);
+  EXPECT_LT((found->value.correction.offset - truth.correction.offset).norm(), 1e-8);
+}
+
+// Mean squares of errors over stated deviations: gains 3, offsets 3, and what the marker's turn without a
+// twist has left: two.
+Eigen::VectorXd squares_of_errors(const GimbalSolution& truth, const Estimate<GimbalSolution>& found) {
+  Eigen::VectorXd off(9), squares(7);
+  off << found.value.correction.gain - truth.correction.gain,
+      found.value.correction.offset - truth.correction.offset,
+      so3_log(truth.R_tip_marker.conjugate() * found.value.R_tip_marker);
+  squares.head<6>() = off.head<6>().array().square() / found.covariance.diagonal().head<6>().array();
+  // Along the axes that the marker's turn is free about.
+  const auto marker = symmetric_eigen(found.covariance.bottomRightCorner<3, 3>());
+  const Vector3 along = marker.vectors.transpose() * off.tail<3>();
+  EXPECT_LT(marker.values[0], 1e-9 * marker.values[2]);
+  squares[6] = 0.5 * (along[1] * along[1] / marker.values[1] + along[2] * along[2] / marker.values[2]);
+  return squares;
+}
+
 TEST(GimbalStatistics, ErrorsAgreeWithTheCovariance) {
   const auto truth = a_gimbal();
   constexpr int kRuns = 200;
-  Eigen::VectorXd squares = Eigen::VectorXd::Zero(5);
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(7);
   for (int run = 0; run < kRuns; ++run) {
     const auto found =
         calibrate_gimbal(samples_of(truth, 40, 2.5e-3, 100 + static_cast<std::uint64_t>(run)), an_arm());
     ASSERT_TRUE(found);
-    for (Eigen::Index k = 0; k < 5; ++k) {
-      const double off = k < 3 ? found->value.correction.gain[k] - truth.correction.gain[k]
-                               : found->value.correction.offset[k - 3] - truth.correction.offset[k - 3];
-      squares[k] += off * off / found->covariance(k, k);
-    }
+    squares += squares_of_errors(truth, *found);
   }
-  for (Eigen::Index k = 0; k < 5; ++k)  // chi-square of 200: 3 standard deviations are 0.3
+  for (Eigen::Index k = 0; k < 7; ++k)  // chi-square of 200: 3 standard deviations are 0.3
     EXPECT_NEAR(squares[k] / kRuns, 1.0, 0.35) << k;
+}
+
+// The readings are of an arm a little other than the one given, as its covariance says.
+TEST(GimbalStatistics, TheArmsUncertaintyIsInTheCovariance) {
+  const auto truth = a_gimbal();
+  auto arm = an_arm();
+  arm.value.parameters = {"base_rotation_x", "base_rotation_y", "base_rotation_z", "gain_2",
+                          "gain_3",          "offset_2",        "offset_3"};
+  Eigen::VectorXd sd(7);
+  sd << 2e-3, 1e-3, 3e-3, 4e-3, 4e-3, 5e-3, 3e-3;
+  arm.covariance = sd.cwiseAbs2().asDiagonal();
+  arm.covariance(0, 5) = arm.covariance(5, 0) = 0.9 * sd[0] * sd[5];
+  const Eigen::MatrixXd root = arm.covariance.llt().matrixL();
+  constexpr int kRuns = 200;
+  Random random(7, "test/gimbal-arm");
+  Eigen::VectorXd squares = Eigen::VectorXd::Zero(7), from_readings = squares;
+  for (int run = 0; run < kRuns; ++run) {
+    Eigen::VectorXd x(7);
+    for (auto& value : x) value = random.normal();
+    const auto real = moved(arm.value, parameters_named(arm.value.model, arm.value.parameters), root * x);
+    const auto samples = samples_of(truth, 40, 2.5e-3, 100 + static_cast<std::uint64_t>(run), 2.0, real);
+    const auto found = calibrate_gimbal(samples, arm);
+    ASSERT_TRUE(found);
+    squares += squares_of_errors(truth, *found);
+    Estimate<ArmSolution> as_if_exact;
+    as_if_exact.value = arm.value;
+    from_readings += squares_of_errors(truth, *calibrate_gimbal(samples, as_if_exact));
+  }
+  for (Eigen::Index k = 0; k < 7; ++k) EXPECT_NEAR(squares[k] / kRuns, 1.0, 0.35) << k;
+  EXPECT_GT(from_readings[3] / kRuns,
+            3.0);  // the arm taken as exact explains little of the first zero's error
 }
 
 TEST(Gimbal, AFewWrongPosesDoNotMatter) {
@@ -124,8 +180,8 @@ TEST(Gimbal, TooFewSamplesAndOtherArmsAreRefused) {
   auto broken = samples_of(a_gimbal(), 12, 0.0, 1);
   (*broken[3].gimbal)[1] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(calibrate_gimbal(broken, an_arm()));
-  ArmSolution robot = an_arm();
-  robot.model.kind = ArmModel::Kind::dh;
+  auto robot = an_arm();
+  robot.value.model.kind = ArmModel::Kind::dh;
   EXPECT_EQ(calibrate_gimbal(samples_of(a_gimbal(), 12, 0.0, 1), robot).error().exit_code(), 2);
 }
 

@@ -188,7 +188,7 @@ struct Steps {
     out.arm_test.assign(samples.begin() + plan.arm_points, samples.end());
     auto estimate = calibrate_arm(out.arm_train, ArmModel{.lengths = rig.nominal_lengths}, options);
     if (!estimate) return failed(estimate);
-    const auto gimbal = calibrate_gimbal(out.arm_train, estimate->value);
+    const auto gimbal = calibrate_gimbal(out.arm_train, *estimate);
     if (!gimbal) return failed(gimbal);
     rig.arm = rig_arm(*estimate);
     put_gimbal_into(*rig.arm, gimbal->value);

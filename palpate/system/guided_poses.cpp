@@ -104,7 +104,7 @@ void GuidedPoses::plan(const std::vector<TrackedPose>& poses) {
   if (!arm_) return;
   const auto samples = arm_observations(poses, options_.tip);
   std::optional<Quaternion> mount;
-  if (const auto gimbal = calibrate_gimbal(samples, *arm_)) mount = gimbal->value.R_tip_marker;
+  if (const auto gimbal = calibrate_gimbal(samples, {.value = *arm_})) mount = gimbal->value.R_tip_marker;
   const auto drawn =
       candidate_poses(*arm_, options_.reach, options_.candidates, candidates_, mount,
                       PoseNoise{poses.back().marker.covariance, poses.back().marker.systematic});
