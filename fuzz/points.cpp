@@ -1,4 +1,6 @@
 // Two lists of points into the absolute orientation.
+#include <cmath>
+
 #include "fuzz/check.h"
 #include "fuzz/split.h"
 #include "palpate/calibration/absolute_orientation.h"
@@ -26,6 +28,10 @@ Refusals points(std::string_view file) {
     if (!answered(fit, refusals)) continue;
     hold_finite(fit->value.rotation, "a rotation is finite");
     hold_finite(fit->value.translation, "a translation is finite");
+    for (const auto i : stray_points(*fit, weights))
+      hold(i < from->points.size(), "a stray point is one of the points");
+    const SizeRatio size = size_ratio(from->points, to->points, weights);
+    hold(std::isfinite(size.ratio) && std::isfinite(size.sd), "a ratio of sizes is finite");
   }
   return refusals;
 }

@@ -204,8 +204,7 @@ Json arm_json(const ArmFindings& found) {
   if (gimbal) {
     const Eigen::VectorXd deviations = gimbal->covariance.diagonal().cwiseSqrt();
     json["std"]["gimbal_gains"] = json_list(deviations.head<3>());
-    json["std"]["gimbal_offsets_deg"] =
-        json_list(deviations.segment<3>(3), kDegreesPerRadian);
+    json["std"]["gimbal_offsets_deg"] = json_list(deviations.segment<3>(3), kDegreesPerRadian);
     json["std"]["marker_on_stylus_deg"] = json_list(deviations.tail<3>(), kDegreesPerRadian);
     for (const auto& name : gimbal->unobservable) json["unobservable"].push_back(name);
   }
@@ -238,6 +237,10 @@ std::vector<std::string> arm_summary(const ArmFindings& found, const Json& json)
                                 shown(found.gimbal->value.correction.offset, kDegreesPerRadian),
                                 json["orientation_rms_deg"].get<double>()));
   }
+  const auto all = found.estimate.residuals.size(), fitting = json["inliers"].get<std::size_t>();
+  if (fitting < all)
+    lines.push_back(
+        fmt::format("left out     {} of {} samples, which do not fit the others", all - fitting, all));
   if (found.choice) lines.push_back("free         " + found.choice->why);
   if (json.contains("delay_std_s"))
     lines.push_back(fmt::format("delay        {:.2f} +- {:.2f} ms, tracker behind encoders",

@@ -4,6 +4,7 @@
 #include "apps/palpate/result_output.h"
 #include "palpate/calibration/camera.h"
 #include "palpate/core/units.h"
+#include "palpate/model/repeats.h"
 
 namespace palpate::app {
 namespace {
@@ -111,6 +112,15 @@ Expected<void> run_camera(const CameraArguments& options) {
     return refused("{}: no complete board of {} inner corners was found; check --board", source,
                    options.board);
   if (const auto done = set_size(options, *views, warnings); !done) return done;
+  const auto repeats = drop_repeats(views->views, [](const BoardView& view) {
+    Reading reading;
+    for (const auto& corner : view.image) reading.add(corner);
+    return reading;
+  });
+  if (repeats > 0)
+    warnings.push_back(counted(repeats, "view") + (repeats == 1 ? " shows" : " show") +
+                       " the corners of an earlier one to the last digit (the same photograph twice?); each "
+                       "counts once");
   const auto fit = calibrate_camera(views->views, views->width, views->height,
                                     {.reject_outlier_views = options.reject_outliers});
   if (!fit) return refused("{}: {}", source, fit.error().message);

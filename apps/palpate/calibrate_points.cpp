@@ -59,6 +59,33 @@ Expected<Pairs> pair_up(const PointFile& from, const PointFile& to) {
   return pairs;
 }
 
+// What the fit says of single points and of the lists' sizes.
+std::vector<std::string> warnings_of(const Pairs& pairs, const Estimate<RigidTransform>& estimate) {
+  constexpr double kUnlike = 0.01, kSure = 5.0;  // of the size; standard deviations
+  constexpr std::size_t kMostNamed = 5;
+  std::vector<std::string> warnings;
+  if (pairs.repeats > 0) warnings.push_back(repeats_warning(pairs.repeats));
+  if (estimate.value.mirrored)
+    warnings.push_back("a mirror image would fit better: one list may be left-handed or out of order");
+  if (const auto stray = stray_points(estimate, pairs.weights); !stray.empty()) {
+    std::vector<std::string> named;
+    for (std::size_t k = 0; k < std::min(stray.size(), kMostNamed); ++k)
+      named.push_back(fmt::format("'{}' by {:.3g} mm", excerpt(pairs.labels[stray[k]]),
+                                  kMm * estimate.residuals[stray[k]].norm()));
+    warnings.push_back(fmt::format("{} far off what suits the others: {}{}; measure again, or leave out",
+                                   counted(stray.size(), "point") + (stray.size() == 1 ? " lies" : " lie"),
+                                   fmt::join(named, ", "), stray.size() > kMostNamed ? ", ..." : ""));
+  }
+  const SizeRatio size = size_ratio(pairs.from, pairs.to, pairs.weights);
+  if (std::abs(size.ratio - 1.0) > std::max(kUnlike, kSure * size.sd))
+    warnings.push_back(
+        fmt::format("the second list is {:.4f} +- {:.4f} times as large as the first, which no rotation "
+                    "explains: do both "
+                    "measure in the same unit, and truly?",
+                    size.ratio, size.sd));
+  return warnings;
+}
+
 Expected<void> run_points(const PointsArguments& options) {
   const auto from = read_points(options.from);
   if (!from) return tl::unexpected(from.error());
@@ -104,12 +131,8 @@ Expected<void> run_points(const PointsArguments& options) {
   json["covariance"] = json_covariance({"rotation_x_deg", "rotation_y_deg", "rotation_z_deg",
                                         "translation_x_mm", "translation_y_mm", "translation_z_mm"},
                                        estimate->covariance, scales);
-  json["warnings"] = Json::array();
-  if (pairs->repeats > 0) json["warnings"].push_back(repeats_warning(pairs->repeats));
+  json["warnings"] = warnings_of(*pairs, *estimate);
   if (!stray.empty()) json["warnings"].push_back(stray);
-  if (fit.mirrored)
-    json["warnings"].push_back(
-        "a mirror image would fit better: one list may be left-handed or out of order");
   json["data"] = Json{{"from", {{"file", from->source}, {"hash", from->hash}}},
                       {"to", {{"file", to->source}, {"hash", to->hash}}}};
   result.summary = {

@@ -39,12 +39,16 @@ Expected<void> numbers_in_range(const CLI::App& command) {
   return {};
 }
 
-// A word where a command is expected that is none: named, with those there are. Else empty.
+// A word where a command is expected that is none, or an option there that is none: named. Else empty.
 std::string unknown_command(const CLI::App& program, int argc, char** argv) {
   const CLI::App* command = &program;
   for (int i = 1; i < argc && command->get_require_subcommand_min() > 0; ++i) {
     const std::string word = argv[i];
-    if (word.starts_with('-')) return "";
+    if (word.starts_with('-'))
+      return command->get_option_no_throw(word.substr(0, word.find('='))) != nullptr
+                 ? ""
+                 : fmt::format("{}: no such option of '{}', which expects a command", excerpt(word),
+                               command->get_name());
     const auto known = command->get_subcommands([](const CLI::App*) { return true; });
     const auto at = std::find_if(known.begin(), known.end(),
                                  [&](const CLI::App* other) { return other->check_name(word); });

@@ -204,6 +204,7 @@ void add_rig(CLI::App& program) {
       ->expected(3)
       ->type_name("PSI1,PSI2,PSI3");
   checked->add_option("--rest-tolerance-deg", options->rest_tolerance_deg, "How well the arm is put to rest")
+      ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   on(checked, [options] { return check(*options); });
 }

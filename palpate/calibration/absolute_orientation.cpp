@@ -188,4 +188,38 @@ std::optional<std::size_t> misplaced_point(const std::vector<Vector3>& from, con
   return found;
 }
 
+std::vector<std::size_t> stray_points(const Estimate<RigidTransform>& fit,
+                                      const std::vector<double>& weights) {
+  constexpr double kFar = 8.0;
+  constexpr std::size_t kFewest = 8;
+  std::vector<double> errors;
+  for (std::size_t i = 0; i < fit.residuals.size(); ++i)
+    errors.push_back(std::sqrt(weight_at(weights, i)) * fit.residuals[i].norm());
+  std::vector<std::size_t> stray;
+  if (errors.size() < kFewest) return stray;
+  const double sd = robust_scale(errors, 6.0);
+  for (std::size_t i = 0; i < errors.size(); ++i)
+    if (errors[i] > kFar * sd) stray.push_back(i);
+  return stray;
+}
+
+SizeRatio size_ratio(const std::vector<Vector3>& from, const std::vector<Vector3>& to,
+                     const std::vector<double>& weights) {
+  const RigidTransform fit = fit_rigid(from, to, weights);
+  const Vector3 mean_from = weighted_mean(from, weights), mean_to = weighted_mean(to, weights);
+  double along = 0.0, squares = 0.0, chi2 = 0.0, used = 0.0;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const Vector3 a = fit.rotation * (from[i] - mean_from), b = to[i] - mean_to;
+    along += weight_at(weights, i) * a.dot(b);
+    squares += weight_at(weights, i) * a.squaredNorm();
+  }
+  const double ratio = along / squares;
+  for (std::size_t i = 0; i < from.size(); ++i) {
+    const Vector3 a = fit.rotation * (from[i] - mean_from), b = to[i] - mean_to;
+    chi2 += weight_at(weights, i) * (b - ratio * a).squaredNorm();
+    used += weight_at(weights, i) > 0.0;
+  }
+  return {ratio, std::sqrt(chi2 / std::max(1.0, 3.0 * used - 7.0) / squares)};
+}
+
 }  // namespace palpate

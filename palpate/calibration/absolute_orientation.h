@@ -38,4 +38,17 @@ RigidTransform fit_rigid(const std::vector<Vector3>& from, const std::vector<Vec
 std::optional<std::size_t> misplaced_point(const std::vector<Vector3>& from, const std::vector<Vector3>& to,
                                            const std::vector<double>& weights = {});
 
+// The points that lie far off a fit that suits most: further than eight standard deviations of the median's
+// kind, of at least eight points. Of few or half wrong points the fit itself is wrong, and none may be told.
+std::vector<std::size_t> stray_points(const Estimate<RigidTransform>& fit,
+                                      const std::vector<double>& weights = {});
+
+// How many times as large the second list is as the first: 1 where both are in the same units of rulers that
+// agree. Least squares with the rotation and translation (Umeyama 1991).
+struct SizeRatio {
+  double ratio = 1.0, sd = 0.0;
+};
+SizeRatio size_ratio(const std::vector<Vector3>& from, const std::vector<Vector3>& to,
+                     const std::vector<double>& weights = {});
+
 }  // namespace palpate

@@ -127,6 +127,35 @@ TEST(AbsoluteOrientation, TheMisplacedPointIsNamedAndNoneAmongGoodOnes) {
   }
 }
 
+TEST(AbsoluteOrientation, StrayPointsAreToldAndNoneAmongGoodOnes) {
+  for (std::uint64_t seed = 1; seed <= 50; ++seed) {
+    Random random(seed);
+    auto c = make(random, 40, 1e-3);
+    EXPECT_TRUE(stray_points(*absolute_orientation(c.from, c.to)).empty()) << seed;
+    c.to[7] += Vector3(0.03, -0.02, 0.02), c.to[20] -= Vector3(0.03, 0.03, 0.0);
+    EXPECT_EQ(stray_points(*absolute_orientation(c.from, c.to)), (std::vector<std::size_t>{7, 20})) << seed;
+    std::vector<double> weights(40, 1.0);
+    weights[7] = 1e-4;  // known to be measured badly
+    EXPECT_EQ(stray_points(*absolute_orientation(c.from, c.to, weights), weights),
+              (std::vector<std::size_t>{20}))
+        << seed;
+  }
+}
+
+TEST(AbsoluteOrientation, TheSizeRatioIsFoundWithItsDeviation) {
+  double squares = 0.0;
+  constexpr int kRuns = 200;
+  for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
+    Random random(seed);
+    auto c = make(random, 12, 1e-3);
+    for (auto& p : c.from) p /= 1.1;
+    const auto size = size_ratio(c.from, c.to);
+    const double off = (size.ratio - 1.1) / size.sd;
+    squares += off * off;
+  }
+  EXPECT_NEAR(squares / kRuns, 1.0, 0.35);
+}
+
 TEST(AbsoluteOrientation, ImpossibleInputIsRefused) {
   Random random(5);
   const auto c = make(random, 5, 0.0);

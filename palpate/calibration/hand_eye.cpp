@@ -127,6 +127,7 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<StampedPose> 
                                                        const HandEyeOptions& options) {
   sort_by_time(hand);
   sort_by_time(eye);
+  const std::size_t stray = drop_stray_times(hand) + drop_stray_times(eye);
   const std::size_t least = options.estimate_delay ? 10 : kFewestPoses;
   if (hand.size() < least || eye.size() < least)
     return refused(
@@ -220,6 +221,8 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<StampedPose> 
   s.translation_rms = std::sqrt(sum / std::max(3 * good, 1));
   const auto now = enclosed(problem.hand, problem.eye, x.delay, options.max_hand_gap_s, eye);
   s.method_scatter = scatter_of_methods(now, eye, result.inlier);
+  if (stray > 0)
+    s.warnings.push_back(counted(stray, "pose") + " left out: the time lies far beyond that of all others");
   add_warnings(s, covariance, motion, static_cast<double>(good) / std::max(s.pairs, 1), share_behind(eye),
                options.estimate_delay ? eye.back().time_s - eye.front().time_s : kShortTake, starts);
   return result;

@@ -23,6 +23,18 @@ void sort_by_time(std::vector<StampedPose>& poses) {
               poses.end());
 }
 
+std::size_t drop_stray_times(std::vector<StampedPose>& poses) {
+  constexpr double kFar = 100.0;       // times the recording's middle half
+  constexpr std::size_t kOneIn = 100;  // more than that is no stray stamp
+  const std::size_t n = poses.size();
+  if (n < 4) return 0;
+  const double middle = poses[n / 2].time_s, half = poses[3 * n / 4].time_s - poses[n / 4].time_s;
+  const auto stray = [&](const StampedPose& p) { return std::abs(p.time_s - middle) > kFar * half; };
+  const auto count = static_cast<std::size_t>(std::count_if(poses.begin(), poses.end(), stray));
+  if (count > std::max<std::size_t>(1, n / kOneIn)) return 0;
+  return std::erase_if(poses, stray);
+}
+
 bool hand_at(const std::vector<StampedPose>& hand, double time_s, double max_gap_s, HandAt& out) {
   const auto next = std::lower_bound(hand.begin(), hand.end(), time_s,
                                      [](const auto& p, double s) { return p.time_s < s; });

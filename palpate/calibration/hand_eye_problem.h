@@ -25,6 +25,10 @@ constexpr double kHandEyeCauchy = 24.0;
 // By time; poses of equal time once.
 void sort_by_time(std::vector<StampedPose>& poses);
 
+// Leaves out the few poses whose time lies far beyond the others' (a wrong stamp stretches a stream to hours,
+// and the search for the delay with it); how many. Sorted poses.
+std::size_t drop_stray_times(std::vector<StampedPose>& poses);
+
 // The hand between two of its poses.
 struct HandAt {
   Quaternion R = Quaternion::Identity();

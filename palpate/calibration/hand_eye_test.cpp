@@ -289,6 +289,23 @@ TEST(HandEye, WarnsOfExchangedRolesAndOfAnotherUnit) {
   EXPECT_NE(metres.error().message.find("check the unit"), std::string::npos) << metres.error().message;
 }
 
+TEST(HandEye, AWrongTimeStampIsLeftOutAndTold) {
+  TwoStreams lab;
+  lab.eye_turn_noise = 0.001, lab.eye_place_noise = 0.0005;
+  Random random(21, "hand-eye");
+  const auto hand = lab.hand(random), eye = lab.eye(random);
+  for (const bool of_eye : {false, true})
+    for (const double time : {1e9, -1e6}) {
+      auto broken_hand = hand, broken_eye = eye;
+      (of_eye ? broken_eye : broken_hand)[20].time_s = time;
+      const auto fit = calibrate_hand_eye(broken_hand, broken_eye, {.estimate_delay = true});
+      ASSERT_TRUE(fit) << fit.error().message;
+      EXPECT_LT(lab.place_error(fit->value), 0.005);
+      ASSERT_FALSE(fit->value.warnings.empty());
+      EXPECT_NE(fit->value.warnings.front().find("1 pose left out"), std::string::npos);
+    }
+}
+
 TEST(HandEye, WarnsOfFewPoses) {
   TwoStreams lab;
   lab.seconds = 200.0, lab.hand_rate = lab.eye_rate = 0.05, lab.delay = 0.0;

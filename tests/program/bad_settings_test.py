@@ -102,6 +102,9 @@ class BadSettings(ProgramTest):
                         ["physics", "--rig", "good.toml", "--physics-hz", "5"]):
             with self.subTest(command):
                 self.refuses(command, 2)
+        self.refuses(["--fast"], 2, "--fast: no such option")
+        self.refuses(["rig", "--fast=2"], 2, "--fast=2: no such option of 'rig'")
+        self.refuses(["rig", "check", "good.toml", "--rest-readings", "1,2,3", "--rest-tolerance-deg", "-1"], 2, "--rest-tolerance-deg")
 
     def test_numbers_out_of_range_are_named_before_anything_is_read(self):
         for option, value in (("--seed", "-1"), ("--seed", "9" * 23), ("--seconds", "-3")):

@@ -160,6 +160,37 @@ class WeakData(ProgramTest):
         self.write("corners.csv", POINTS + "0,0,0\n750,0,0\n790,1000,0\n0,1000,0\n")
         self.warned("touched wrongly", "calibrate", "surface", "--points", "corners.csv")
 
+    def test_points_far_off_and_lists_of_two_sizes_are_told(self):
+        place = [(97 * i % 500, 61 * i % 300, 37 * i % 200) for i in range(50)]
+        self.write("from.csv", POINTS + "".join(f"{x},{y},{z}\n" for x, y, z in place))
+        noise = [(0.3 * math.sin(7 * i), 0.3 * math.cos(11 * i), 0.3 * math.sin(5 * i)) for i in range(50)]
+        for file, size, off in (("to.csv", 1, 0), ("stray.csv", 1, 50), ("larger.csv", 1.1, 0)):
+            self.write(file, POINTS + "".join(f"{size * x + a + off * (i == 20)},{size * y + b},{size * z + c}\n"
+                                              for i, ((x, y, z), (a, b, c)) in enumerate(zip(place, noise))))
+        points = ["calibrate", "points", "--from", "from.csv", "--to"]
+        self.assertNotIn("warning", self.runs(*points, "to.csv").out)
+        self.warned("1 point lies far off what suits the others: '21' by 4", *points, "stray.csv")
+        self.warned("the second list is 1.100", *points, "larger.csv")
+
+    def test_a_photograph_under_two_names_counts_once_and_is_told(self):
+        self.runs("world", "sample", "camera", "--out", "camera")
+        header, *rows = self.read("camera", "corners.csv").decode().splitlines()
+        first = rows[0].split(",")[0]
+        again = ["copy," + row.split(",", 1)[1] for row in rows if row.split(",")[0] == first]
+        self.write("more.csv", "\n".join([header, *rows, *again]) + "\n")
+        once, twice = (json.loads(self.runs("calibrate", "camera", "--corners", file, "--json", "-").out) for file in ("camera/corners.csv", "more.csv"))
+        self.assertEqual(once["std"], twice["std"])
+        self.assertTrue(any("the same photograph twice" in w for w in twice["warnings"]), twice["warnings"])
+
+    def test_samples_that_do_not_fit_are_counted(self):
+        self.runs("world", "sample", "arm", "--points", "40", "--out", "sim")
+        header, *rows = self.read("sim", "arm.csv").decode().splitlines()
+        at = header.split(",").index("marker_x_mm")
+        cells = rows[7].split(",")
+        cells[at] = str(float(cells[at]) + 30)
+        self.write("arm.csv", "\n".join([header, *rows[:7], ",".join(cells), *rows[8:]]) + "\n")
+        self.warned("1 of 40 samples, which do not fit", "calibrate", "arm", "--arm", "phantom-premium-1.5", "--samples", "arm.csv")
+
     def test_results_apart_and_the_rig_as_it_was_where_another_result_fails(self):
         self.runs("rig", "new", "rig.toml")
         self.write("poses.csv", poses(TURNS))
