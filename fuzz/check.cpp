@@ -31,6 +31,7 @@ const std::vector<NamedTarget>& all_targets() {
       {"endpoints", endpoints},
       {"flights", flights},
       {"hand_eye", hand_eye},
+      {"keys", keys},
       {"matrices", matrices},
       {"messages", messages},
       {"points", points},

@@ -21,6 +21,7 @@ Refusals corners(std::string_view file);
 Refusals endpoints(std::string_view file);
 Refusals flights(std::string_view file);
 Refusals hand_eye(std::string_view file);
+Refusals keys(std::string_view file);
 Refusals matrices(std::string_view file);
 Refusals messages(std::string_view file);
 Refusals points(std::string_view file);

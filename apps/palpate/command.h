@@ -41,5 +41,6 @@ void add_physics(CLI::App& program);
 void add_graphics(CLI::App& program);
 void add_demo(CLI::App& program);
 void add_apps(CLI::App& program);
+void add_keys(CLI::App& program);
 
 }  // namespace palpate::app

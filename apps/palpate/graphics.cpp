@@ -17,7 +17,10 @@ void add_graphics(CLI::App& program) {
   command->add_option("--rig", options->rig, "Calibrated rig file")->required();
   command->add_option("--connect", options->process.endpoint,
                       "ZeroMQ address of the physics server; the default is this user's private socket");
-  command->add_flag("--insecure", options->process.insecure, "Allow tcp:// without keys");
+  command->add_option("--keys", options->process.keys, "Folder of keys for tcp://; see palpate keys");
+  command->add_option("--server-key", options->process.server_key,
+                      "Public key of the physics server; without, the one entered with palpate keys trust");
+  command->add_flag("--insecure", options->process.insecure, "Use tcp:// without keys");
   command->add_option("--lab", options->process.lab, "Name of the laboratory `palpate world run` serves")
       ->default_val("lab");
   command->add_flag("--player", options->process.player, "Let the scripted player hold the stylus");

@@ -97,6 +97,7 @@ int main(int argc, char** argv) {
   app::add_study(program);
   app::add_physics(program);
   app::add_graphics(program);
+  app::add_keys(program);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

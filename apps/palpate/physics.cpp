@@ -23,8 +23,9 @@ void add_physics(CLI::App& program) {
       ->default_val("pingpong");
   command->add_option("--listen", options->process.endpoint,
                       "ZeroMQ address; the default is a socket private to this user (ipc://...)");
+  command->add_option("--keys", options->process.keys, "Folder of keys for tcp://; see palpate keys");
   command->add_flag("--insecure", options->process.insecure,
-                    "Allow tcp:// without keys: anyone who reaches it may connect");
+                    "Serve tcp:// without keys: anyone who reaches it sees and commands");
   command->add_option("--lab", options->process.lab, "Name of the laboratory `palpate world run` serves")
       ->default_val("lab");
   command->add_option("--world", options->world, "World file to take ball, bat and serve settings from");

@@ -29,7 +29,7 @@ Expected<std::string> read_file(const fs::path& path) {
   return content.str();
 }
 
-Expected<void> write_file(const fs::path& path, std::string_view content) {
+Expected<void> write_file(const fs::path& path, std::string_view content, FileMode mode) {
   if (path == "-") {
     const auto written = std::fwrite(content.data(), 1, content.size(), stdout);
     if (written != content.size() || std::fflush(stdout) != 0)
@@ -67,7 +67,7 @@ Expected<void> write_file(const fs::path& path, std::string_view content) {
     ::close(fd);
     return {};
   }
-  if (::fchmod(fd, 0644) != 0) return fail("setting permissions");
+  if (::fchmod(fd, static_cast<mode_t>(mode)) != 0) return fail("setting permissions");
   if (::fsync(fd) != 0) return fail("writing to disk");
   if (::close(fd) != 0 || ::rename(name.c_str(), path.c_str()) != 0) {
     const int cause = errno;

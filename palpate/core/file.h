@@ -12,10 +12,13 @@ namespace palpate {
 // The whole file as bytes. Wrong use when it is missing, a folder or unreadable.
 Expected<std::string> read_file(const std::filesystem::path& path);
 
+enum class FileMode : unsigned { all = 0644, own = 0600 };  // who may read it
+
 // Writes to a temporary neighbour, syncs, then renames over `path`: a full disk or a crash leaves the old
 // file.
 // "-" writes to standard output. Missing parent folders are an error (wrong use).
-Expected<void> write_file(const std::filesystem::path& path, std::string_view content);
+Expected<void> write_file(const std::filesystem::path& path, std::string_view content,
+                          FileMode mode = FileMode::all);
 
 // Creates a folder and its parents.
 Expected<void> make_folder(const std::filesystem::path& path);

@@ -12,9 +12,11 @@ namespace palpate {
 
 struct InProcessNetwork::Net {
   struct Line {  // one link's two directions
-    explicit Line(std::uint64_t seed, int id)
-        : random{Random(seed, fmt::format("network/{}/to physics", id)),
+    Line(std::uint64_t seed, int id, Role client)
+        : role(client),
+          random{Random(seed, fmt::format("network/{}/to physics", id)),
                  Random(seed, fmt::format("network/{}/to graphics", id))} {}
+    Role role;
     std::array<Random, 2> random;
     std::array<Instant<TrueTime>, 2> last{};  // when the latest message kept in order arrives
     std::deque<Arrival> inbox;
@@ -74,7 +76,9 @@ struct InProcessNetwork::Net {
       return;
     }
     if (server == nullptr || event.session != session) return;  // it died on the way
-    const ServerMessage answer = server->answer(event.bytes, physics_time(now));
+    const auto line = lines.find(event.line);
+    if (line == lines.end()) return;  // so did the client
+    const ServerMessage answer = server->answer(event.bytes, physics_time(now), line->second.role);
     send({.line = event.line, .to_physics = false, .bytes = encode(answer)});
   }
 };
@@ -140,9 +144,9 @@ Expected<std::unique_ptr<StateService>> InProcessNetwork::serve(StateSource sour
   return std::make_unique<Service>(net_, std::move(source), std::move(scene));
 }
 
-std::unique_ptr<StateLink> InProcessNetwork::connect(std::string name) {
+std::unique_ptr<StateLink> InProcessNetwork::connect(std::string name, Role role) {
   const int line = ++net_->lines_made;
-  net_->lines.emplace(line, Net::Line(net_->seed, line));
+  net_->lines.emplace(line, Net::Line(net_->seed, line, role));
   return std::make_unique<StateLink>(std::make_unique<Wire>(net_, line), static_cast<std::uint64_t>(line),
                                      std::move(name));
 }

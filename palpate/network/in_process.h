@@ -39,7 +39,7 @@ class InProcessNetwork {
   // Starts a physics server; refused while another one lives, as an address in use.
   Expected<std::unique_ptr<StateService>> serve(StateSource source, SceneDescription scene);
   // A new graphics server's link; the physics server need not be there.
-  std::unique_ptr<StateLink> connect(std::string name = "graphics");
+  std::unique_ptr<StateLink> connect(std::string name = "graphics", Role role = Role::operator_);
 
   void advance_to(Instant<TrueTime> now);
   Instant<TrueTime> now() const;

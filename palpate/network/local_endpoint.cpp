@@ -68,7 +68,7 @@ Expected<Endpoint> parse_ipc(std::string_view path_text, bool insecure) {
       return wrong_use("{} (or take the risk with --insecure)", own.error().message);
     }
   }
-  return Endpoint{"ipc://" + socket.string(), socket};
+  return Endpoint{"ipc://" + socket.string(), socket, false};
 }
 
 Expected<Endpoint> parse_tcp(std::string_view text, EndpointUse use, bool insecure) {
@@ -89,16 +89,9 @@ Expected<Endpoint> parse_tcp(std::string_view text, EndpointUse use, bool insecu
     return wrong_use("{}: the form tcp://HOST:PORT with a port from {} to 65535 is expected", shown(text),
                      lowest);
   }
-  if (!insecure) {
-    return wrong_use(
-        "{}: anyone who reaches this address could read the scene and send commands; add --insecure to "
-        "accept that, "
-        "or leave the address out to use a private socket on this machine",
-        shown(text));
-  }
   // ZeroMQ binds to interfaces and numbers, not to names.
   const std::string_view known = use == EndpointUse::listen && host == "localhost" ? "127.0.0.1" : host;
-  return Endpoint{fmt::format("tcp://{}:{}", known, port), {}};
+  return Endpoint{fmt::format("tcp://{}:{}", known, port), {}, !insecure};
 }
 
 // True where somebody accepts connections.
@@ -150,7 +143,7 @@ Expected<Endpoint> default_endpoint(std::string_view name) {
   if (!folder) return tl::unexpected(folder.error());
   const std::filesystem::path socket = *folder / fmt::format("{}.sock", name);
   if (auto length = check_length(socket); !length) return tl::unexpected(length.error());
-  return Endpoint{"ipc://" + socket.string(), socket};
+  return Endpoint{"ipc://" + socket.string(), socket, false};
 }
 
 Expected<Endpoint> parse_endpoint(std::string_view text, EndpointUse use, bool insecure) {

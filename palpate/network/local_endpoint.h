@@ -2,8 +2,8 @@
 // address.
 //
 // A unix socket lies in a folder that only its user can enter, so nobody else can listen in, answer in the
-// server's place, or send commands. tcp:// has no such protection and is refused unless asked for as
-// insecure.
+// server's place, or send commands. tcp:// has no such protection: it is encrypted and both sides need keys
+// (keys.h), unless it is asked for as insecure.
 #pragma once
 
 #include <filesystem>
@@ -18,6 +18,8 @@ struct Endpoint {
   std::string address;           // as ZeroMQ takes it
   std::filesystem::path socket;  // of ipc://, else empty
 
+  bool encrypted = false;  // tcp:// that was not asked for as insecure
+
   bool local() const { return !socket.empty(); }
 };
 
@@ -27,7 +29,7 @@ enum class EndpointUse { listen, connect };
 Expected<Endpoint> default_endpoint(std::string_view name = "physics");
 
 // ipc://PATH or tcp://HOST:PORT. Wrong use: any other form, a path too long for a unix socket, an ipc folder
-// that others can write to or a tcp address without `insecure`. Port 0 lets the system choose and is for
+// that others can write to without `insecure`. Port 0 lets the system choose and is for
 // listening only.
 Expected<Endpoint> parse_endpoint(std::string_view text, EndpointUse use, bool insecure = false);
 

@@ -68,16 +68,15 @@ TEST(LocalEndpoint, AFolderOpenToOthersIsRefused) {
   EXPECT_NE(open.error().message.find("chmod 700"), std::string::npos) << open.error().message;
 }
 
-TEST(LocalEndpoint, TcpNeedsTheInsecureFlagAndTheLineSaysSo) {
-  const auto refusal = parse_endpoint("tcp://127.0.0.1:5555", EndpointUse::listen);
-  ASSERT_FALSE(refusal);
-  EXPECT_EQ(refusal.error().kind, Error::Kind::wrong_use);
-  EXPECT_NE(refusal.error().message.find("--insecure"), std::string::npos);
-  EXPECT_EQ(refusal.error().message.find('\n'), std::string::npos);
-  const auto accepted = parse_endpoint("tcp://localhost:5555", EndpointUse::listen, true);
-  ASSERT_TRUE(accepted);
-  EXPECT_EQ(accepted->address, "tcp://127.0.0.1:5555");
-  EXPECT_FALSE(accepted->local());
+TEST(LocalEndpoint, TcpIsEncryptedUnlessAskedForAsInsecure) {
+  const auto usual = parse_endpoint("tcp://127.0.0.1:5555", EndpointUse::listen);
+  ASSERT_TRUE(usual);
+  EXPECT_TRUE(usual->encrypted);
+  const auto open = parse_endpoint("tcp://localhost:5555", EndpointUse::listen, true);
+  ASSERT_TRUE(open);
+  EXPECT_FALSE(open->encrypted);
+  EXPECT_EQ(open->address, "tcp://127.0.0.1:5555");
+  EXPECT_FALSE(open->local());
 }
 
 TEST(LocalEndpoint, AddressesThatMeanNothingAreWrongUse) {

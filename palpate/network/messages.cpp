@@ -85,6 +85,7 @@ void put(wire::ToPhysics& out, const ControlCall& message) {
 void put(wire::ToGraphics& out, const Welcome& message) {
   out.mutable_welcome()->set_session(message.session);
   if (message.scene) put(out.mutable_welcome()->mutable_scene(), *message.scene);
+  out.mutable_welcome()->set_role(static_cast<wire::Role>(static_cast<int>(message.role) + 1));
 }
 void put(wire::ToGraphics& out, const StateReply& message) {
   wire::StateReply* to = out.mutable_state_reply();
@@ -101,6 +102,7 @@ void put(wire::ToGraphics& out, const SyncReply& message) {
 }
 void put(wire::ToGraphics& out, const ControlReply& message) {
   out.mutable_control_reply()->set_number(message.number);
+  out.mutable_control_reply()->set_refusal(message.refusal.substr(0, kMaxReasonBytes));
 }
 void put(wire::ToGraphics& out, const Refusal& message) {
   out.mutable_refusal()->set_reason(message.reason.substr(0, kMaxReasonBytes));
@@ -269,7 +271,10 @@ StateReply read(Check& check, const wire::StateReply& in) {
 ServerMessage read(Check& check, const wire::ToGraphics& in) {
   switch (in.body_case()) {
     case wire::ToGraphics::kWelcome: {
-      Welcome welcome{check.number(in.welcome().session(), "session"), std::nullopt};
+      const int role = in.welcome().role();
+      check.require(role >= wire::ROLE_OBSERVER && role <= wire::ROLE_OPERATOR, "role", "a known role");
+      Welcome welcome{check.number(in.welcome().session(), "session"), std::nullopt,
+                      check.good() ? static_cast<Role>(role - 1) : Role::observer};
       if (in.welcome().has_scene()) welcome.scene = read(check, in.welcome().scene());
       return welcome;
     }
@@ -283,7 +288,8 @@ ServerMessage read(Check& check, const wire::ToGraphics& in) {
                        check.time<PhysicsClock>(sync.sent_ns(), "sent_ns")};
     }
     case wire::ToGraphics::kControlReply:
-      return ControlReply{check.number(in.control_reply().number(), "number")};
+      return ControlReply{check.number(in.control_reply().number(), "number"),
+                          check.text(in.control_reply().refusal(), kMaxReasonBytes, "refusal")};
     case wire::ToGraphics::kRefusal:
       return Refusal{check.text(in.refusal().reason(), kMaxReasonBytes, "reason")};
     case wire::ToGraphics::BODY_NOT_SET:

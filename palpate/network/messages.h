@@ -13,6 +13,7 @@
 #include <variant>
 
 #include "palpate/core/expected.h"
+#include "palpate/network/keys.h"
 #include "palpate/scene/application.h"
 #include "palpate/scene/world_state.h"
 #include "palpate/time/instant.h"
@@ -49,6 +50,7 @@ using ClientMessage = std::variant<Hello, StateRequest, SyncRequest, ControlCall
 struct Welcome {
   std::uint64_t session = 0;  // random, for the server's life, not 0
   std::optional<SceneDescription> scene;
+  Role role = Role::observer;  // of the client
 };
 struct StateReply {
   std::uint64_t number = 0;
@@ -61,6 +63,7 @@ struct SyncReply {
 };
 struct ControlReply {
   std::uint64_t number = 0;
+  std::string refusal;  // why it was not carried out; empty: it was
 };
 struct Refusal {
   std::string reason;

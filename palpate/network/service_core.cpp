@@ -10,17 +10,22 @@ ServiceCore::ServiceCore(StateSource source, SceneDescription scene, std::uint64
     : source_(std::move(source)), scene_(std::move(scene)), session_(session), now_(std::move(now)) {
   if (!source_ || !now_) throw std::invalid_argument("state service: no state source or no clock");
   // A description no client would accept is a mistake of this program, found here and not on the other side.
-  const auto checked = decode_server_message(encode(Welcome{session_, scene_}));
+  const auto checked = decode_server_message(encode(Welcome{session_, scene_, Role::observer}));
   if (!checked) throw std::invalid_argument("state service: " + checked.error().message);
 }
 
-ServerMessage ServiceCore::answer(std::string_view bytes, Instant<PhysicsClock> received) {
+ServerMessage ServiceCore::answer(std::string_view bytes, Instant<PhysicsClock> received,
+                                  std::optional<Role> role) {
+  if (!role) {
+    rejected();
+    return Refusal{"this key is not admitted here any more"};
+  }
   const Expected<ClientMessage> message = decode_client_message(bytes);
   if (!message) {
     rejected();
     return Refusal{message.error().message};
   }
-  return std::visit([&](const auto& body) { return answer(body, received); }, *message);
+  return std::visit([&](const auto& body) { return answer(body, received, *role); }, *message);
 }
 
 ServiceCore::Client* ServiceCore::find(std::uint64_t id) {
@@ -41,7 +46,7 @@ ServiceCore::Client* ServiceCore::admit(std::uint64_t id, Instant<PhysicsClock> 
   return place;
 }
 
-ServerMessage ServiceCore::answer(const Hello& message, Instant<PhysicsClock> received) {
+ServerMessage ServiceCore::answer(const Hello& message, Instant<PhysicsClock> received, Role role) {
   Client* client = admit(message.client, received);
   if (client == nullptr) {
     rejected();
@@ -49,21 +54,26 @@ ServerMessage ServiceCore::answer(const Hello& message, Instant<PhysicsClock> re
   }
   client->heard = received;
   count_clients();
-  if (message.known_session == session_) return Welcome{session_, std::nullopt};
-  return Welcome{session_, scene_};
+  if (message.known_session == session_) return Welcome{session_, std::nullopt, role};
+  return Welcome{session_, scene_, role};
 }
 
-ServerMessage ServiceCore::answer(const StateRequest& message, Instant<PhysicsClock>) {
+ServerMessage ServiceCore::answer(const StateRequest& message, Instant<PhysicsClock>, Role) {
   requests_.fetch_add(1, std::memory_order_relaxed);
   return StateReply{message.number, message.time, source_(message.time)};
 }
 
-ServerMessage ServiceCore::answer(const SyncRequest& message, Instant<PhysicsClock> received) {
+ServerMessage ServiceCore::answer(const SyncRequest& message, Instant<PhysicsClock> received, Role) {
   syncs_.fetch_add(1, std::memory_order_relaxed);
   return SyncReply{message.number, received, now_()};
 }
 
-ServerMessage ServiceCore::answer(const ControlCall& message, Instant<PhysicsClock>) {
+ServerMessage ServiceCore::answer(const ControlCall& message, Instant<PhysicsClock>, Role role) {
+  if (!may(role, message.control)) {
+    rejected();
+    return ControlReply{message.number,
+                        fmt::format("the role of this key is {}, which may not do that", role_name(role))};
+  }
   Client* client = find(message.client);
   if (client == nullptr) return Refusal{"a control call needs a Hello before it"};
   if (message.number > client->last_control) {
@@ -72,7 +82,7 @@ ServerMessage ServiceCore::answer(const ControlCall& message, Instant<PhysicsClo
     client->last_control = message.number;
     control_count_.fetch_add(1, std::memory_order_relaxed);
   }
-  return ControlReply{message.number};
+  return ControlReply{message.number, {}};
 }
 
 void ServiceCore::count_clients() {

@@ -8,6 +8,7 @@
 #include <functional>
 
 #include "palpate/network/handover_queue.h"
+#include "palpate/network/keys.h"
 #include "palpate/network/messages.h"
 #include "palpate/network/state_service.h"
 
@@ -22,9 +23,9 @@ class ServiceCore {
   // `session` is a random number for the server's life, not 0. `now` gives the time stamps.
   ServiceCore(StateSource source, SceneDescription scene, std::uint64_t session, Now now);
 
-  // The reply to the bytes of one message that came at `received`. Bytes that fail the check are refused in
-  // words.
-  ServerMessage answer(std::string_view bytes, Instant<PhysicsClock> received);
+  // The reply to the bytes of one message that came at `received` from a client of this role; none: it is not
+  // admitted (any more). Bytes that fail the check, and what the role may not have, are refused in words.
+  ServerMessage answer(std::string_view bytes, Instant<PhysicsClock> received, std::optional<Role> role);
   // Counts the clients anew; call a few times per second.
   void count_clients();
   void unsent() { unsent_.fetch_add(1, std::memory_order_relaxed); }
@@ -40,10 +41,10 @@ class ServiceCore {
     Instant<PhysicsClock> heard;
   };
 
-  ServerMessage answer(const Hello& message, Instant<PhysicsClock> received);
-  ServerMessage answer(const StateRequest& message, Instant<PhysicsClock> received);
-  ServerMessage answer(const SyncRequest& message, Instant<PhysicsClock> received);
-  ServerMessage answer(const ControlCall& message, Instant<PhysicsClock> received);
+  ServerMessage answer(const Hello& message, Instant<PhysicsClock> received, Role role);
+  ServerMessage answer(const StateRequest& message, Instant<PhysicsClock> received, Role role);
+  ServerMessage answer(const SyncRequest& message, Instant<PhysicsClock> received, Role role);
+  ServerMessage answer(const ControlCall& message, Instant<PhysicsClock> received, Role role);
   Client* find(std::uint64_t id);
   Client* admit(std::uint64_t id, Instant<PhysicsClock> now);
 

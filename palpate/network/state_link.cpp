@@ -94,6 +94,7 @@ std::optional<SyncStamps> StateLink::take_sync() {
 
 void StateLink::take(const Welcome& message, Instant<GraphicsClock>) {
   session_ = message.session;
+  role_ = message.role;
   if (message.scene) description_ = message.scene;
 }
 
@@ -115,6 +116,10 @@ void StateLink::take(const SyncReply& message, Instant<GraphicsClock> received) 
 void StateLink::take(const ControlReply& message, Instant<GraphicsClock>) {
   if (wishes_.empty() || wishes_.front().call.number != message.number) return;
   wishes_.pop_front();
+  if (!message.refusal.empty()) {
+    refusal_ = message.refusal;
+    ++controls_dropped_;
+  }
   press_wishes(wire_->now());
 }
 

@@ -37,6 +37,8 @@ class LinkWire {
   virtual std::optional<Instant<GraphicsClock>> send(const ClientMessage& message) = 0;
   // The next message that has come, in the order of arrival.
   virtual bool take(Arrival& arrival) = 0;
+  // Why no connection comes about, where the wire knows; for a person.
+  virtual std::optional<std::string> trouble() const { return std::nullopt; }
 };
 
 // A reply with the moments its request left and it came: received - sent is the round trip.
@@ -90,11 +92,16 @@ class StateLink {
   // Number of the server's life; 0 before the first word. A new number means it was started anew.
   std::uint64_t session() const { return session_; }
 
+  // What the server lets this client do; empty before its first word.
+  std::optional<Role> role() const { return role_; }
+
   bool peer_alive() const;
   // Time since anything came from the physics server; empty before the first word.
   std::optional<Duration> since_last_word() const;
   // Why the server refused a message of ours, newest.
   const std::optional<std::string>& refusal() const { return refusal_; }
+  // Why the server cannot be reached, where that is known: a key not admitted, another key than expected.
+  std::optional<std::string> trouble() const { return wire_->trouble(); }
   const ExchangeCounters& counters() const { return ledger_.counters(); }
   std::uint64_t controls_dropped() const { return controls_dropped_; }
 
@@ -131,6 +138,7 @@ class StateLink {
   std::uint64_t wishes_made_ = 0, controls_dropped_ = 0;
   std::optional<SceneDescription> description_;
   std::uint64_t session_ = 0;
+  std::optional<Role> role_;
   std::optional<Instant<GraphicsClock>> last_hello_, last_word_;
   std::optional<Instant<GraphicsClock>> unanswered_since_;  // first thing sent since the last word
   std::optional<std::string> refusal_;

@@ -19,12 +19,13 @@ namespace palpate {
 using StateSource = std::function<StateAnswer(Instant<PhysicsClock>)>;
 
 struct ServiceCounters {
-  int clients = 0;             // heard of within the last second
-  std::uint64_t requests = 0;  // states answered
-  std::uint64_t syncs = 0;     // clock exchanges answered
-  std::uint64_t controls = 0;  // wishes handed over
-  std::uint64_t rejected = 0;  // messages that failed the check
-  std::uint64_t unsent = 0;    // answers that could not leave: the client does not take them
+  int clients = 0;                // heard of within the last second
+  std::uint64_t requests = 0;     // states answered
+  std::uint64_t syncs = 0;        // clock exchanges answered
+  std::uint64_t controls = 0;     // wishes handed over
+  std::uint64_t rejected = 0;     // messages that failed the check
+  std::uint64_t turned_away = 0;  // knocks at the gate of keys that are not admitted
+  std::uint64_t unsent = 0;       // answers that could not leave: the client does not take them
 };
 
 class StateService {

@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "palpate/network/keys.h"
 #include "palpate/network/local_endpoint.h"
 #include "palpate/network/state_link.h"
 #include "palpate/network/state_service.h"
@@ -16,16 +17,20 @@
 
 namespace palpate {
 
-// Starts answering at `endpoint`; refused where another server does so already. `source` is called on the
-// network thread. `clock` must be safe from any thread and outlive the service.
+// Starts answering at `endpoint`; refused where another server does so already, and where an encrypted
+// endpoint comes without keys. Over an encrypted endpoint each client has the role of its key; at any other,
+// whoever gets there is an operator. `source` is called on the network thread. `clock` must be safe from any
+// thread and outlive the service.
 Expected<std::unique_ptr<StateService>> serve_states(const Endpoint& endpoint,
                                                      const Clock<PhysicsClock>& clock, StateSource source,
-                                                     SceneDescription scene);
+                                                     SceneDescription scene,
+                                                     std::optional<ServerIdentity> identity = {});
 
 // A link to `endpoint`, whether anybody is there yet or not. `clock` must be safe from any thread and outlive
 // it.
 Expected<std::unique_ptr<StateLink>> connect_states(const Endpoint& endpoint,
                                                     const Clock<GraphicsClock>& clock,
-                                                    std::string name = "graphics");
+                                                    std::string name = "graphics",
+                                                    const std::optional<ClientIdentity>& identity = {});
 
 }  // namespace palpate

@@ -5,11 +5,14 @@
 #include <poll.h>
 #include <zmq.h>
 
+#include <atomic>
+#include <cstring>
 #include <mutex>
 #include <thread>
 
 #include "palpate/network/handover_queue.h"
 #include "palpate/network/zmq_engine.h"
+#include "palpate/network/zmq_gate.h"
 #include "palpate/network/zmq_socket.h"
 
 namespace palpate {
@@ -18,8 +21,12 @@ namespace {
 
 class ZmqWire : public LinkWire {
  public:
-  ZmqWire(zmq::Socket socket, const Clock<GraphicsClock>& clock)
-      : socket_(std::move(socket)), clock_(clock), thread_([this] { run(); }) {}
+  ZmqWire(std::string address, zmq::Socket socket, zmq::Socket events, const Clock<GraphicsClock>& clock)
+      : address_(std::move(address)),
+        events_(std::move(events)),
+        socket_(std::move(socket)),
+        clock_(clock),
+        thread_([this] { run(); }) {}
   ~ZmqWire() override {
     stop_.set();
     thread_.join();
@@ -42,17 +49,65 @@ class ZmqWire : public LinkWire {
 
   bool take(Arrival& arrival) override { return arrivals_.pop(arrival); }
 
+  std::optional<std::string> trouble() const override {
+    switch (trouble_.load(std::memory_order_relaxed)) {
+      case Trouble::not_admitted:
+        return "it does not admit the key of this machine (palpate keys show); there, `palpate keys "
+               "authorize` does";
+      case Trouble::no_agreement:
+        return "its encryption does not agree with ours: it has another key than the one entered here "
+               "(palpate keys "
+               "trust), or one side is --insecure";
+      case Trouble::none:
+        break;
+    }
+    return std::nullopt;
+  }
+
  private:
   void run() {
     pthread_setname_np(pthread_self(), "palpate-link");
-    pollfd items[] = {{socket_.fd(), POLLIN, 0}, {stop_.fd(), POLLIN, 0}};
+    pollfd items[] = {{socket_.fd(), POLLIN, 0}, {stop_.fd(), POLLIN, 0}, {events_.fd(), POLLIN, 0}};
     while (true) {
       // The time-out is a safety net; each signal of the socket wakes the thread.
-      ::poll(items, 2, 100);
+      ::poll(items, 3, 100);
       if ((items[1].revents & POLLIN) != 0) return;
+      take_events();
+      begin_anew_where_given_up();
       const std::lock_guard lock(mutex_);
       receive_all();
     }
+  }
+
+  // ZeroMQ tries every kReconnectMs + kConnectMs at the latest; each attempt is a sign.
+  static constexpr Duration kGivenUpAfter = std::chrono::milliseconds(600);
+
+  enum class Trouble { none, not_admitted, no_agreement };
+
+  // What ZeroMQ tells of the connection, in messages of two frames: the event's number, and where.
+  void take_events() {
+    std::string event, where;
+    while (events_.receive(2, &event, where) == zmq::Socket::Received::message) {
+      std::uint16_t number = 0;
+      if (event.size() < sizeof number) continue;
+      std::memcpy(&number, event.data(), sizeof number);
+      last_sign_ = clock_.now();
+      if (number == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) up_ = true, trouble_ = Trouble::none;
+      if (number == ZMQ_EVENT_DISCONNECTED) up_ = false;
+      if (number == ZMQ_EVENT_HANDSHAKE_FAILED_AUTH) trouble_ = Trouble::not_admitted;
+      if (number == ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL || number == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL)
+        trouble_ = Trouble::no_agreement;
+    }
+  }
+
+  // ZeroMQ connects again by itself, but gives up for good where the other side breaks the protocol or turns
+  // us away: then we begin anew, for a key may be admitted and a server replaced.
+  void begin_anew_where_given_up() {
+    if (up_ || clock_.now() - last_sign_ < kGivenUpAfter) return;
+    last_sign_ = clock_.now();
+    const std::lock_guard lock(mutex_);
+    zmq_disconnect(socket_.get(), address_.c_str());  // nothing there any more, mostly
+    zmq_connect(socket_.get(), address_.c_str());
   }
 
   // With the mutex held: it makes the two threads one writer of the queue.
@@ -69,8 +124,14 @@ class ZmqWire : public LinkWire {
     }
   }
 
+  std::string address_;
+  zmq::Socket events_;  // of the connection; the thread's alone
+  std::atomic<Trouble> trouble_{Trouble::none};
   zmq::Socket socket_;
   const Clock<GraphicsClock>& clock_;
+  // Of the thread alone: whether the connection stands, and the last attempt at it.
+  bool up_ = false;
+  Instant<GraphicsClock> last_sign_ = clock_.now();
   std::mutex mutex_;
   std::string body_;
   HandoverQueue<Arrival, 128> arrivals_;
@@ -78,18 +139,43 @@ class ZmqWire : public LinkWire {
   std::thread thread_;
 };
 
+// What becomes of the connection's handshakes, as messages.
+Expected<zmq::Socket> watch_handshakes(zmq::Socket& socket, const zmq::Context& context) {
+  constexpr const char* kPlace = "inproc://handshakes";
+  constexpr int kEvents = ZMQ_EVENT_CONNECTED | ZMQ_EVENT_CONNECT_DELAYED | ZMQ_EVENT_CONNECT_RETRIED |
+                          ZMQ_EVENT_DISCONNECTED | ZMQ_EVENT_HANDSHAKE_SUCCEEDED |
+                          ZMQ_EVENT_HANDSHAKE_FAILED_AUTH | ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL |
+                          ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL;
+  auto events = zmq::Socket::make(ZMQ_PAIR, context);
+  if (!events) return tl::unexpected(events.error());
+  if (zmq_socket_monitor(socket.get(), kPlace, kEvents) != 0 || zmq_connect(events->get(), kPlace) != 0)
+    return refused("ZeroMQ tells nothing of its connections: {}", zmq_strerror(errno));
+  return events;
+}
+
 }  // namespace
 
 Expected<std::unique_ptr<StateLink>> connect_states(const Endpoint& endpoint,
-                                                    const Clock<GraphicsClock>& clock, std::string name) {
-  auto socket = zmq::Socket::make(ZMQ_DEALER);
+                                                    const Clock<GraphicsClock>& clock, std::string name,
+                                                    const std::optional<ClientIdentity>& identity) {
+  if (endpoint.encrypted && !identity)
+    return wrong_use("{}: this machine's keys and the server's are needed to connect there",
+                     endpoint.address);
+  const auto context = zmq::make_context();
+  if (!context) return tl::unexpected(context.error());
+  auto socket = zmq::Socket::make(ZMQ_DEALER, *context);
   if (!socket) return tl::unexpected(socket.error());
+  if (endpoint.encrypted)
+    if (auto done = zmq::encrypt(*socket, *identity); !done) return tl::unexpected(done.error());
+  auto events = watch_handshakes(*socket, *context);
+  if (!events) return tl::unexpected(events.error());
   if (zmq_connect(socket->get(), endpoint.address.c_str()) != 0) {
     return refused("{}: cannot connect there: {}", endpoint.address, zmq_strerror(errno));
   }
   try {
-    return std::make_unique<StateLink>(std::make_unique<ZmqWire>(std::move(*socket), clock),
-                                       zmq::new_name("network/client"), std::move(name));
+    return std::make_unique<StateLink>(
+        std::make_unique<ZmqWire>(endpoint.address, std::move(*socket), std::move(*events), clock),
+        zmq::new_name("network/client"), std::move(name));
   } catch (const std::exception& failure) {
     return refused("{}: the link cannot start: {}", endpoint.address, failure.what());
   }

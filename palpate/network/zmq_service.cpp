@@ -1,11 +1,13 @@
 #include <sys/stat.h>
 #include <zmq.h>
 
+#include <atomic>
 #include <cerrno>
 #include <thread>
 
 #include "palpate/network/service_core.h"
 #include "palpate/network/zmq_engine.h"
+#include "palpate/network/zmq_gate.h"
 #include "palpate/network/zmq_socket.h"
 
 namespace palpate {
@@ -14,9 +16,10 @@ namespace {
 
 class ZmqService : public StateService {
  public:
-  ZmqService(zmq::Socket socket, std::optional<SocketClaim> claim, const Clock<PhysicsClock>& clock,
-             StateSource source, SceneDescription scene)
+  ZmqService(zmq::Socket socket, std::optional<zmq::Gate> gate, std::optional<SocketClaim> claim,
+             const Clock<PhysicsClock>& clock, StateSource source, SceneDescription scene)
       : claim_(std::move(claim)),
+        gate_(std::move(gate)),
         socket_(std::move(socket)),
         endpoint_(socket_.endpoint()),
         clock_(clock),
@@ -31,7 +34,11 @@ class ZmqService : public StateService {
   ZmqService& operator=(const ZmqService&) = delete;
 
   std::optional<Control> take_control() override { return core_.take_control(); }
-  ServiceCounters counters() const override { return core_.counters(); }
+  ServiceCounters counters() const override {
+    ServiceCounters counters = core_.counters();
+    counters.turned_away = turned_away_.load(std::memory_order_relaxed);
+    return counters;
+  }
   std::string endpoint() const override { return endpoint_; }
 
  private:
@@ -39,12 +46,20 @@ class ZmqService : public StateService {
 
   void run() {
     pthread_setname_np(pthread_self(), "palpate-net");
-    zmq_pollitem_t items[] = {{socket_.get(), 0, ZMQ_POLLIN, 0}, {nullptr, stop_.fd(), ZMQ_POLLIN, 0}};
+    zmq_pollitem_t items[] = {{socket_.get(), 0, ZMQ_POLLIN, 0},
+                              {nullptr, stop_.fd(), ZMQ_POLLIN, 0},
+                              {gate_ ? gate_->get() : nullptr, -1, ZMQ_POLLIN, 0}};
+    const int count = gate_ ? 3 : 2;
     while (true) {
-      const int ready = zmq_poll(items, 2, kCountEveryMs);
+      const int ready = zmq_poll(items, count, kCountEveryMs);
       if (ready < 0 && errno != EINTR) return;  // the context has gone
       if (ready > 0 && (items[1].revents & ZMQ_POLLIN) != 0) return;
       if (ready > 0 && (items[0].revents & ZMQ_POLLIN) != 0) answer_what_has_come();
+      if (gate_) {
+        gate_->answer();
+        turned_away_.store(gate_->turned_away(), std::memory_order_relaxed);
+        gate_->look_again(clock_.now().since_epoch);
+      }
       core_.count_clients();
     }
   }
@@ -52,7 +67,7 @@ class ZmqService : public StateService {
   void answer_what_has_come() {
     // Bounded, so that a flood cannot keep the thread from its other duties.
     for (int i = 0; i < zmq::kQueueLength; ++i) {
-      const auto received = socket_.receive(2, &peer_, body_);
+      const auto received = socket_.receive(2, &peer_, body_, &user_);
       const Instant<PhysicsClock> now = clock_.now();
       if (received == zmq::Socket::Received::nothing) return;
       if (received == zmq::Socket::Received::rejected) {
@@ -60,19 +75,22 @@ class ZmqService : public StateService {
         continue;
       }
       // A peer that has gone or does not take its mail loses the answer; nobody waits for it.
-      const std::string reply = encode(core_.answer(body_, now));
+      const auto role = gate_ ? gate_->role_of(user_) : Role::operator_;
+      const std::string reply = encode(core_.answer(body_, now, role));
       if (!socket_.send(peer_, true) || !socket_.send(reply)) core_.unsent();
     }
   }
 
   // Destroyed from below: the thread has ended, the socket closes, and only then is the address given up.
   std::optional<SocketClaim> claim_;
+  std::optional<zmq::Gate> gate_;
   zmq::Socket socket_;
   std::string endpoint_;
   const Clock<PhysicsClock>& clock_;
   ServiceCore core_;
+  std::atomic<std::uint64_t> turned_away_{0};
   zmq::Stop stop_;
-  std::string peer_, body_;
+  std::string peer_, body_, user_;
   std::thread thread_;
 };
 
@@ -80,15 +98,27 @@ class ZmqService : public StateService {
 
 Expected<std::unique_ptr<StateService>> serve_states(const Endpoint& endpoint,
                                                      const Clock<PhysicsClock>& clock, StateSource source,
-                                                     SceneDescription scene) {
+                                                     SceneDescription scene,
+                                                     std::optional<ServerIdentity> identity) {
+  if (endpoint.encrypted && !identity)
+    return wrong_use("{}: this machine's keys are needed to listen there", endpoint.address);
   std::optional<SocketClaim> claim;
   if (endpoint.local()) {
     auto taken = SocketClaim::take(endpoint.socket);
     if (!taken) return tl::unexpected(taken.error());
     claim = std::move(*taken);
   }
-  auto socket = zmq::Socket::make(ZMQ_ROUTER);
+  const auto context = zmq::make_context();
+  if (!context) return tl::unexpected(context.error());
+  auto socket = zmq::Socket::make(ZMQ_ROUTER, *context);
   if (!socket) return tl::unexpected(socket.error());
+  std::optional<zmq::Gate> gate;
+  if (endpoint.encrypted) {
+    auto made = zmq::Gate::make(*context, std::move(*identity));
+    if (!made) return tl::unexpected(made.error());
+    if (auto guarded = made->guard(*socket); !guarded) return tl::unexpected(guarded.error());
+    gate.emplace(std::move(*made));
+  }
   const mode_t before = umask(0177);  // the socket file is ours alone from its first moment
   const int bound = zmq_bind(socket->get(), endpoint.address.c_str());
   const int error = errno;
@@ -101,8 +131,8 @@ Expected<std::unique_ptr<StateService>> serve_states(const Endpoint& endpoint,
     return refused("{}: cannot listen there: {}", endpoint.address, zmq_strerror(error));
   }
   try {
-    return std::make_unique<ZmqService>(std::move(*socket), std::move(claim), clock, std::move(source),
-                                        std::move(scene));
+    return std::make_unique<ZmqService>(std::move(*socket), std::move(gate), std::move(claim), clock,
+                                        std::move(source), std::move(scene));
   } catch (const std::exception& failure) {
     return refused("{}: the server cannot start: {}", endpoint.address, failure.what());
   }

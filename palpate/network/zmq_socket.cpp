@@ -15,17 +15,22 @@
 
 namespace palpate::zmq {
 
-Expected<Socket> Socket::make(int type) {
+Expected<Context> make_context() {
   void* context = zmq_ctx_new();
   if (context == nullptr) return refused("ZeroMQ cannot start: {}", zmq_strerror(errno));
   zmq_ctx_set(context, ZMQ_BLOCKY, 0);
-  void* socket = zmq_socket(context, type);
-  if (socket == nullptr) {
-    const int error = errno;
-    zmq_ctx_term(context);
-    return refused("ZeroMQ gives no socket: {}", zmq_strerror(error));
+  return Context(context, [](void* c) { zmq_ctx_term(c); });
+}
+
+Expected<Socket> Socket::make(int type, Context context) {
+  if (!context) {
+    auto own = make_context();
+    if (!own) return tl::unexpected(own.error());
+    context = std::move(*own);
   }
-  Socket result(context, socket);
+  void* socket = zmq_socket(context.get(), type);
+  if (socket == nullptr) return refused("ZeroMQ gives no socket: {}", zmq_strerror(errno));
+  Socket result(std::move(context), socket);
   const auto set = [&](int option, int value) {
     return zmq_setsockopt(socket, option, &value, sizeof value) == 0;
   };
@@ -33,7 +38,7 @@ Expected<Socket> Socket::make(int type) {
   const bool good = set(ZMQ_LINGER, 0) && set(ZMQ_SNDHWM, kQueueLength) && set(ZMQ_RCVHWM, kQueueLength) &&
                     set(ZMQ_IMMEDIATE, 1) && set(ZMQ_RECONNECT_IVL, kReconnectMs) &&
                     set(ZMQ_HEARTBEAT_IVL, kHeartbeatMs) && set(ZMQ_HEARTBEAT_TIMEOUT, kHeartbeatTimeoutMs) &&
-                    set(ZMQ_HANDSHAKE_IVL, kHandshakeMs) &&
+                    set(ZMQ_HANDSHAKE_IVL, kHandshakeMs) && set(ZMQ_CONNECT_TIMEOUT, kConnectMs) &&
                     zmq_setsockopt(socket, ZMQ_MAXMSGSIZE, &limit, sizeof limit) == 0 &&
                     // Says so when a peer has gone or its queue is full, instead of dropping in silence.
                     (type != ZMQ_ROUTER || set(ZMQ_ROUTER_MANDATORY, 1));
@@ -42,11 +47,10 @@ Expected<Socket> Socket::make(int type) {
 }
 
 Socket::Socket(Socket&& other) noexcept
-    : context_(std::exchange(other.context_, nullptr)), socket_(std::exchange(other.socket_, nullptr)) {}
+    : context_(std::move(other.context_)), socket_(std::exchange(other.socket_, nullptr)) {}
 
 Socket::~Socket() {
   if (socket_ != nullptr) zmq_close(socket_);
-  if (context_ != nullptr) zmq_ctx_term(context_);
 }
 
 int Socket::fd() const {
@@ -68,7 +72,8 @@ std::string Socket::endpoint() const {
   return zmq_getsockopt(socket_, ZMQ_LAST_ENDPOINT, text, &size) == 0 ? std::string(text) : std::string();
 }
 
-Socket::Received Socket::receive(int frames, std::string* peer, std::string& body) {
+Socket::Received Socket::receive(int frames, std::string* peer, std::string& body, std::string* user) {
+  if (user != nullptr) user->clear();
   int count = 0;
   for (bool more = true; more; ++count) {
     zmq_msg_t frame;
@@ -80,6 +85,10 @@ Socket::Received Socket::receive(int frames, std::string* peer, std::string& bod
     std::string* target = count == frames - 1 ? &body : peer;
     if (count < frames && target != nullptr) {
       target->assign(static_cast<const char*>(zmq_msg_data(&frame)), zmq_msg_size(&frame));
+    }
+    if (user != nullptr) {
+      const char* key = zmq_msg_gets(&frame, "User-Id");
+      if (key != nullptr) user->assign(key);
     }
     more = zmq_msg_more(&frame) != 0;
     zmq_msg_close(&frame);

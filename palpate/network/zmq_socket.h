@@ -1,7 +1,7 @@
-// A ZeroMQ context with one socket in it, set up as every socket of ours is. Private to the engine's two
-// files.
+// ZeroMQ sockets, set up as every socket of ours is, and the context they live in. Private to the engine.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <string_view>
 
@@ -15,11 +15,16 @@ inline constexpr int kReconnectMs = 50;
 inline constexpr int kHeartbeatMs = 200;
 inline constexpr int kHeartbeatTimeoutMs = 400;
 inline constexpr int kHandshakeMs = 1000;
+inline constexpr int kConnectMs = 300;  // then another attempt: the system's own wait grows to many seconds
+
+// ZeroMQ's threads; ends with the last socket that lives in it.
+using Context = std::shared_ptr<void>;
+Expected<Context> make_context();
 
 class Socket {
  public:
-  // `type` is ZMQ_ROUTER or ZMQ_DEALER.
-  static Expected<Socket> make(int type);
+  // `type` is ZMQ_ROUTER, ZMQ_DEALER or ZMQ_REP; in a context of its own where none is given.
+  static Expected<Socket> make(int type, Context context = nullptr);
   Socket(Socket&& other) noexcept;
   Socket& operator=(Socket&& other) = delete;
   ~Socket();
@@ -31,14 +36,15 @@ class Socket {
 
   enum class Received { nothing, message, rejected };
   // The next message of `frames` frames, without waiting; the last frame goes to `body`, the one before to
-  // `peer`. rejected: a message with another number of frames.
-  Received receive(int frames, std::string* peer, std::string& body);
+  // `peer`, the sender's key to `user` (empty where the connection is not encrypted). rejected: a message
+  // with another number of frames.
+  Received receive(int frames, std::string* peer, std::string& body, std::string* user = nullptr);
   // One frame, without waiting. False when it cannot leave now.
   bool send(std::string_view bytes, bool more = false);
 
  private:
-  Socket(void* context, void* socket) : context_(context), socket_(socket) {}
-  void* context_;
+  Socket(Context context, void* socket) : context_(std::move(context)), socket_(socket) {}
+  Context context_;
   void* socket_;
 };
 

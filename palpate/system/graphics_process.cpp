@@ -60,6 +60,14 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
                       ? default_endpoint()
                       : parse_endpoint(options.endpoint, EndpointUse::connect, options.insecure);
   if (!endpoint) return tl::unexpected(endpoint.error());
+  std::optional<ClientIdentity> identity;
+  if (endpoint->encrypted) {
+    const auto folder = options.keys.empty() ? keys_folder() : Expected<std::filesystem::path>(options.keys);
+    if (!folder) return tl::unexpected(folder.error());
+    auto known = client_identity(*folder, endpoint->address, options.server_key);
+    if (!known) return tl::unexpected(known.error());
+    identity = std::move(*known);
+  }
   auto client = LabClient::open(options.lab);
   if (!client) return tl::unexpected(client.error());
   LabTracker tracker(*client);
@@ -73,7 +81,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   }
   const MonotonicClock<GraphicsClock> clock(options.disguise_offset_s, options.disguise_drift_ppm,
                                             MonotonicClock<GraphicsClock>::monotonic_ns());
-  auto link = connect_states(*endpoint, clock);
+  auto link = connect_states(*endpoint, clock, "graphics", identity);
   if (!link) return tl::unexpected(link.error());
 
   // Who is there, and what is played?
@@ -81,10 +89,14 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   while (!(*link)->description()) {
     (*link)->poll();
     if (stop.load()) return refused("graphics: stopped before the physics server answered");
-    if (to_seconds(clock.now() - start) > kPatience)
+    if (to_seconds(clock.now() - start) > kPatience) {
+      const auto trouble = (*link)->trouble();
+      if (trouble)
+        return refused("graphics: the physics server at {} turns us away: {}", endpoint->address, *trouble);
       return refused(
           "graphics: no physics server answers at {} after {:.0f} s; start `palpate physics` first",
           endpoint->address, kPatience);
+    }
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   const SceneDescription scene = *(*link)->description();
@@ -95,6 +107,8 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   std::optional<PlayerSeat> player;
   if (hand) player.emplace(scene, options.rig, options.world, options.seed);
 
+  if (options.notice && !endpoint->local() && !endpoint->encrypted)
+    options.notice(fmt::format("graphics: warning: {} is neither encrypted nor guarded", endpoint->address));
   if (options.notice)
     options.notice(
         fmt::format("graphics: shows {} of the physics server at {}", scene.application, endpoint->address));

@@ -20,7 +20,9 @@ struct GraphicsProcessOptions {
   std::string lab = "lab";
   std::string endpoint;  // empty = this user's default socket
   bool insecure = false;
-  bool player = false;  // the scripted player holds the stylus
+  std::filesystem::path keys;  // folder; empty = this user's
+  std::string server_key;      // empty = the one known for the address
+  bool player = false;         // the scripted player holds the stylus
   std::uint64_t seed = 1;
   double seconds = 0.0;  // 0 = until asked to stop
   // Shows this machine's clock with an offset and a drift, so that the synchronisation has something to find.

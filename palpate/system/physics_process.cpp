@@ -12,6 +12,33 @@
 namespace palpate {
 namespace {
 
+// The keys an encrypted endpoint needs.
+Expected<std::optional<ServerIdentity>> identity_for(const Endpoint& endpoint,
+                                                     const std::filesystem::path& chosen) {
+  if (!endpoint.encrypted) return std::nullopt;
+  const auto folder = chosen.empty() ? keys_folder() : Expected<std::filesystem::path>(chosen);
+  if (!folder) return tl::unexpected(folder.error());
+  auto identity = server_identity(*folder);
+  if (!identity) return tl::unexpected(identity.error());
+  return std::optional(std::move(*identity));
+}
+
+// What a person should know of who may come in.
+void tell_who_is_admitted(const Endpoint& endpoint, const std::optional<ServerIdentity>& identity,
+                          const std::function<void(const std::string&)>& notice) {
+  if (!notice) return;
+  if (!endpoint.local() && !identity)
+    notice(fmt::format(
+        "physics: warning: {} is neither encrypted nor guarded: whoever reaches it sees and commands",
+        endpoint.address));
+  if (!identity) return;
+  notice("physics: key of this server " + identity->own.public_key);
+  const auto admitted = read_authorized_keys(identity->folder).value_or(AuthorizedKeys{});
+  for (const auto& complaint : admitted.complaints) notice("physics: warning: " + complaint);
+  if (admitted.keys.empty())
+    notice("physics: warning: nobody is admitted yet; `palpate keys authorize` admits");
+}
+
 Json loop_json(const LoopStatistics& loop, double elapsed_s) {
   const auto us = [](Duration d) { return static_cast<double>(d.count()) * 1e-3; };
   return {{"rate_hz", elapsed_s > 0 ? static_cast<double>(loop.ticks) / elapsed_s : 0.0},
@@ -33,6 +60,8 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
                       ? default_endpoint()
                       : parse_endpoint(options.endpoint, EndpointUse::listen, options.insecure);
   if (!endpoint) return tl::unexpected(endpoint.error());
+  auto identity = identity_for(*endpoint, options.keys);
+  if (!identity) return tl::unexpected(identity.error());
   auto client = LabClient::open(options.lab);
   if (!client) return tl::unexpected(client.error());
   auto arm = LabArm::open(*client);
@@ -41,7 +70,7 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
   MonotonicClock<PhysicsClock> clock;
   PhysicsServer server(options.rig, scene, std::move(*application), **arm, HapticSettings{});
   auto service = serve_states(
-      *endpoint, clock, [&server](Instant<PhysicsClock> t) { return server.state_at(t); }, scene);
+      *endpoint, clock, [&server](Instant<PhysicsClock> t) { return server.state_at(t); }, scene, *identity);
   if (!service) return tl::unexpected(service.error());
 
   const auto start = clock.now();
@@ -63,6 +92,7 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
                                            server.control(*wish);
                                          server.physics_tick(t);
                                        });
+    tell_who_is_admitted(*endpoint, *identity, options.notice);
     if (options.notice)
       options.notice(fmt::format("physics: answers graphics servers at {}", (*service)->endpoint()));
     while (!stop.load() && (options.seconds <= 0.0 || to_seconds(clock.now() - start) < options.seconds)) {
@@ -85,6 +115,7 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
                        {"requests", counters.requests},
                        {"syncs", counters.syncs},
                        {"rejected", counters.rejected},
+                       {"turned_away", counters.turned_away},
                        {"unsent", counters.unsent}};
   result["force"] = {{"peak_n", statistics.peak_n},
                      {"limited_ticks", statistics.limited_ticks},

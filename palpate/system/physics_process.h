@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <string>
 
@@ -20,6 +21,7 @@ struct PhysicsProcessOptions {
   std::string lab = "lab";
   std::string endpoint;  // empty = this user's default socket
   bool insecure = false;
+  std::filesystem::path keys;  // folder; empty = this user's
   std::uint64_t seed = 1;
   double seconds = 0.0;  // 0 = until asked to stop
   double physics_hz = 1000.0;

@@ -82,7 +82,8 @@ class ProgramTest(unittest.TestCase):
         self.folder, self.logs, self.meeting = (os.path.join(self.root, name) for name in ("files", "logs", "run"))
         for folder in (self.folder, self.logs, self.meeting):
             os.mkdir(folder, 0o700)
-        self.environment = {**os.environ, "XDG_RUNTIME_DIR": self.meeting}
+        self.environment = {**os.environ, "XDG_RUNTIME_DIR": self.meeting,
+                            "XDG_CONFIG_HOME": os.path.join(self.root, "config")}
 
     def path(self, *names):
         return os.path.join(self.folder, *names)
