@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdlib>
 #include <cstring>
 #include <utility>
 
@@ -150,6 +151,22 @@ Expected<Endpoint> parse_endpoint(std::string_view text, EndpointUse use, bool i
   if (text.starts_with("ipc://")) return parse_ipc(text.substr(6), insecure);
   if (text.starts_with("tcp://")) return parse_tcp(text, use, insecure);
   return wrong_use("{}: not an address; expected ipc://PATH or tcp://HOST:PORT", shown(text));
+}
+
+Expected<Endpoint> states_endpoint(const Endpoint& service) {
+  if (service.local()) {
+    const std::filesystem::path socket = service.socket.string() + ".states";
+    if (auto length = check_length(socket); !length) return tl::unexpected(length.error());
+    return Endpoint{"ipc://" + socket.string(), socket, false};
+  }
+  const std::size_t colon = service.address.rfind(':');
+  const int port = std::atoi(service.address.c_str() + colon + 1);
+  if (port == 65535)
+    return wrong_use("{}: states are published one port above, which there is none; choose a lower port",
+                     service.address);
+  return Endpoint{fmt::format("{}:{}", service.address.substr(0, colon), port == 0 ? 0 : port + 1),
+                  {},
+                  service.encrypted};
 }
 
 Expected<SocketClaim> SocketClaim::take(const std::filesystem::path& socket) {

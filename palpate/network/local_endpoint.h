@@ -33,6 +33,10 @@ Expected<Endpoint> default_endpoint(std::string_view name = "physics");
 // listening only.
 Expected<Endpoint> parse_endpoint(std::string_view text, EndpointUse use, bool insecure = false);
 
+// Where a server at `service` publishes its states: ipc://PATH.states, tcp://HOST:(PORT + 1); port 0 stays
+// the system's choice. Wrong use: a path that becomes too long, port 65535.
+Expected<Endpoint> states_endpoint(const Endpoint& service);
+
 // The right to listen at a socket path, held as a lock on the file <path>.lock for the life of this object;
 // the socket goes with it. ZeroMQ takes over a path that another process listens at without a word; this is
 // what prevents it.

@@ -85,6 +85,7 @@ void put(wire::ToPhysics& out, const ControlCall& message) {
 void put(wire::ToGraphics& out, const Welcome& message) {
   out.mutable_welcome()->set_session(message.session);
   if (message.scene) put(out.mutable_welcome()->mutable_scene(), *message.scene);
+  out.mutable_welcome()->set_states(message.states);
   out.mutable_welcome()->set_role(static_cast<wire::Role>(static_cast<int>(message.role) + 1));
 }
 void put(wire::ToGraphics& out, const StateReply& message) {
@@ -274,7 +275,8 @@ ServerMessage read(Check& check, const wire::ToGraphics& in) {
       const int role = in.welcome().role();
       check.require(role >= wire::ROLE_OBSERVER && role <= wire::ROLE_OPERATOR, "role", "a known role");
       Welcome welcome{check.number(in.welcome().session(), "session"), std::nullopt,
-                      check.good() ? static_cast<Role>(role - 1) : Role::observer};
+                      check.good() ? static_cast<Role>(role - 1) : Role::observer,
+                      check.text(in.welcome().states(), kMaxReasonBytes, "states")};
       if (in.welcome().has_scene()) welcome.scene = read(check, in.welcome().scene());
       return welcome;
     }

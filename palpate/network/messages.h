@@ -51,6 +51,7 @@ struct Welcome {
   std::uint64_t session = 0;  // random, for the server's life, not 0
   std::optional<SceneDescription> scene;
   Role role = Role::observer;  // of the client
+  std::string states;          // where states are published; empty = nowhere
 };
 struct StateReply {
   std::uint64_t number = 0;

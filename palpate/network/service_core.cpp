@@ -10,7 +10,7 @@ ServiceCore::ServiceCore(StateSource source, SceneDescription scene, std::uint64
     : source_(std::move(source)), scene_(std::move(scene)), session_(session), now_(std::move(now)) {
   if (!source_ || !now_) throw std::invalid_argument("state service: no state source or no clock");
   // A description no client would accept is a mistake of this program, found here and not on the other side.
-  const auto checked = decode_server_message(encode(Welcome{session_, scene_, Role::observer}));
+  const auto checked = decode_server_message(encode(Welcome{session_, scene_, Role::observer, {}}));
   if (!checked) throw std::invalid_argument("state service: " + checked.error().message);
 }
 
@@ -54,8 +54,8 @@ ServerMessage ServiceCore::answer(const Hello& message, Instant<PhysicsClock> re
   }
   client->heard = received;
   count_clients();
-  if (message.known_session == session_) return Welcome{session_, std::nullopt, role};
-  return Welcome{session_, scene_, role};
+  if (message.known_session == session_) return Welcome{session_, std::nullopt, role, states_};
+  return Welcome{session_, scene_, role, states_};
 }
 
 ServerMessage ServiceCore::answer(const StateRequest& message, Instant<PhysicsClock>, Role) {

@@ -26,6 +26,8 @@ class ServiceCore {
   // The reply to the bytes of one message that came at `received` from a client of this role; none: it is not
   // admitted (any more). Bytes that fail the check, and what the role may not have, are refused in words.
   ServerMessage answer(std::string_view bytes, Instant<PhysicsClock> received, std::optional<Role> role);
+  // Where states are published, told to every client; before the first message.
+  void publishes_at(std::string states_endpoint) { states_ = std::move(states_endpoint); }
   // Counts the clients anew; call a few times per second.
   void count_clients();
   void unsent() { unsent_.fetch_add(1, std::memory_order_relaxed); }
@@ -51,6 +53,7 @@ class ServiceCore {
   StateSource source_;
   SceneDescription scene_;
   std::uint64_t session_;
+  std::string states_;
   Now now_;
   std::array<Client, kMaxClients> clients_{};
   HandoverQueue<Control, 32> controls_;

@@ -15,7 +15,7 @@
 
 namespace palpate {
 
-// Looks a state up for a time; called on the network thread, must not wait and must not throw.
+// Looks a state up for a time; called on several network threads, must not wait and must not throw.
 using StateSource = std::function<StateAnswer(Instant<PhysicsClock>)>;
 
 struct ServiceCounters {
@@ -37,6 +37,8 @@ class StateService {
   virtual ServiceCounters counters() const = 0;
   // Where it listens, as a client would name it.
   virtual std::string endpoint() const = 0;
+  // Where it publishes states for observers; empty where it does not.
+  virtual std::string states_endpoint() const { return {}; }
 };
 
 }  // namespace palpate

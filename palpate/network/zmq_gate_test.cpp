@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <zmq.h>
 
+#include "palpate/network/state_watch.h"
 #include "palpate/network/zmq_rig_test.h"
 #include "palpate/network/zmq_socket.h"
 
@@ -143,6 +144,32 @@ TEST_F(GuardedServer, ARevokedKeyLosesItsRightsWhileItIsConnectedAndOthersKeepTh
   // And in again, without a restart.
   ASSERT_TRUE(authorize_key(scratch.path(), {Role::graphics, graphics.public_key, ""}));
   EXPECT_TRUE(gets_a_state(*back, 1000));
+}
+
+TEST_F(GuardedServer, ObserversOfStatesComeThroughTheSameGateAndLoseTheirRightsToo) {
+  const auto watch = [&](const KeyPair& keys) {
+    return std::move(*watch_states(endpoint, 100, ClientIdentity{keys, own.public_key}));
+  };
+  auto leaving = watch(observer), staying = watch(graphics), stranger = watch(*make_key_pair());
+  ASSERT_TRUE(rig.until({}, [&] { return leaving->take().has_value(); }));
+  ASSERT_TRUE(rig.until({}, [&] { return staying->take().has_value(); }));
+  EXPECT_FALSE(stranger->take());
+  const auto open = *parse_endpoint(endpoint.address, EndpointUse::connect, true);
+  auto bare = std::move(*watch_states(open, 100));
+  ASSERT_TRUE(revoke_keys(scratch.path(), "observer"));
+  // Half a second until the list is looked at; then the others come in again, and this one does not.
+  Instant<PhysicsClock> last = rig.physics_clock.now();
+  ASSERT_TRUE(rig.until({}, [&] {
+    if (const auto state = leaving->take()) last = state->asked;
+    return rig.physics_clock.now() - last > std::chrono::milliseconds(1500);
+  }));
+  EXPECT_TRUE(rig.until({}, [&] {
+    const auto state = staying->take();
+    return state && state->asked > last;
+  }));
+  EXPECT_FALSE(leaving->take());
+  EXPECT_FALSE(stranger->take());
+  EXPECT_FALSE(bare->take());
 }
 
 TEST_F(GuardedServer, AListThatOthersCanWriteToAdmitsNobodyAnyMore) {

@@ -1,4 +1,3 @@
-#include <sys/stat.h>
 #include <zmq.h>
 
 #include <atomic>
@@ -8,6 +7,7 @@
 #include "palpate/network/service_core.h"
 #include "palpate/network/zmq_engine.h"
 #include "palpate/network/zmq_gate.h"
+#include "palpate/network/zmq_publisher.h"
 #include "palpate/network/zmq_socket.h"
 
 namespace palpate {
@@ -24,11 +24,10 @@ class ZmqService : public StateService {
         endpoint_(socket_.endpoint()),
         clock_(clock),
         core_(std::move(source), std::move(scene), zmq::new_name("network/session"),
-              [&clock] { return clock.now(); }),
-        thread_([this] { run(); }) {}
+              [&clock] { return clock.now(); }) {}
   ~ZmqService() override {
     stop_.set();
-    thread_.join();
+    if (thread_.joinable()) thread_.join();
   }
   ZmqService(const ZmqService&) = delete;
   ZmqService& operator=(const ZmqService&) = delete;
@@ -40,6 +39,19 @@ class ZmqService : public StateService {
     return counters;
   }
   std::string endpoint() const override { return endpoint_; }
+  std::string states_endpoint() const override { return publisher_ ? publisher_->endpoint() : std::string(); }
+
+  // Before the first client comes.
+  Expected<void> publish(const zmq::Context& context, const Endpoint& endpoint, const StateSource& source) {
+    auto publisher = zmq::Publisher::make(context, endpoint, gate_ ? &*gate_ : nullptr, clock_, source);
+    if (!publisher) return tl::unexpected(publisher.error());
+    publisher_ = std::move(*publisher);
+    core_.publishes_at(publisher_->endpoint());
+    return {};
+  }
+  void start() {
+    thread_ = std::thread([this] { run(); });
+  }
 
  private:
   static constexpr long kCountEveryMs = 100;
@@ -58,7 +70,7 @@ class ZmqService : public StateService {
       if (gate_) {
         gate_->answer();
         turned_away_.store(gate_->turned_away(), std::memory_order_relaxed);
-        gate_->look_again(clock_.now().since_epoch);
+        if (gate_->look_again(clock_.now().since_epoch) && publisher_) publisher_->begin_anew();
       }
       core_.count_clients();
     }
@@ -88,20 +100,16 @@ class ZmqService : public StateService {
   std::string endpoint_;
   const Clock<PhysicsClock>& clock_;
   ServiceCore core_;
+  std::unique_ptr<zmq::Publisher> publisher_;
   std::atomic<std::uint64_t> turned_away_{0};
   zmq::Stop stop_;
   std::string peer_, body_, user_;
   std::thread thread_;
 };
 
-}  // namespace
-
-Expected<std::unique_ptr<StateService>> serve_states(const Endpoint& endpoint,
-                                                     const Clock<PhysicsClock>& clock, StateSource source,
-                                                     SceneDescription scene,
-                                                     std::optional<ServerIdentity> identity) {
-  if (endpoint.encrypted && !identity)
-    return wrong_use("{}: this machine's keys are needed to listen there", endpoint.address);
+Expected<std::unique_ptr<StateService>> serve_once(const Endpoint& endpoint, const Clock<PhysicsClock>& clock,
+                                                   const StateSource& source, const SceneDescription& scene,
+                                                   const std::optional<ServerIdentity>& identity) {
   std::optional<SocketClaim> claim;
   if (endpoint.local()) {
     auto taken = SocketClaim::take(endpoint.socket);
@@ -114,25 +122,38 @@ Expected<std::unique_ptr<StateService>> serve_states(const Endpoint& endpoint,
   if (!socket) return tl::unexpected(socket.error());
   std::optional<zmq::Gate> gate;
   if (endpoint.encrypted) {
-    auto made = zmq::Gate::make(*context, std::move(*identity));
+    auto made = zmq::Gate::make(*context, *identity);
     if (!made) return tl::unexpected(made.error());
     if (auto guarded = made->guard(*socket); !guarded) return tl::unexpected(guarded.error());
     gate.emplace(std::move(*made));
   }
-  const mode_t before = umask(0177);  // the socket file is ours alone from its first moment
-  const int bound = zmq_bind(socket->get(), endpoint.address.c_str());
-  const int error = errno;
-  umask(before);
-  if (bound != 0) {
-    if (error == EADDRINUSE) {
-      return refused("{}: address in use; stop the other server or listen at another address",
-                     endpoint.address);
-    }
-    return refused("{}: cannot listen there: {}", endpoint.address, zmq_strerror(error));
-  }
+  if (auto bound = socket->bind(endpoint.address); !bound) return tl::unexpected(bound.error());
+  const auto states = states_endpoint({socket->endpoint(), endpoint.socket, endpoint.encrypted});
+  if (!states) return tl::unexpected(states.error());
+  auto service = std::make_unique<ZmqService>(std::move(*socket), std::move(gate), std::move(claim), clock,
+                                              source, scene);
+  if (auto published = service->publish(*context, *states, source); !published)
+    return tl::unexpected(published.error());
+  service->start();
+  return service;
+}
+
+}  // namespace
+
+Expected<std::unique_ptr<StateService>> serve_states(const Endpoint& endpoint,
+                                                     const Clock<PhysicsClock>& clock, StateSource source,
+                                                     SceneDescription scene,
+                                                     std::optional<ServerIdentity> identity) {
+  if (endpoint.encrypted && !identity)
+    return wrong_use("{}: this machine's keys are needed to listen there", endpoint.address);
+  // Where the system chooses the port, the one above may be taken, where the states would go: then another
+  // pair.
+  int attempts = !endpoint.local() && endpoint.address.ends_with(":0") ? 20 : 1;
   try {
-    return std::make_unique<ZmqService>(std::move(*socket), std::move(gate), std::move(claim), clock,
-                                        std::move(source), std::move(scene));
+    while (true) {
+      auto service = serve_once(endpoint, clock, source, scene, identity);
+      if (service || --attempts == 0) return service;
+    }
   } catch (const std::exception& failure) {
     return refused("{}: the server cannot start: {}", endpoint.address, failure.what());
   }

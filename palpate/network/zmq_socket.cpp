@@ -1,6 +1,7 @@
 #include "palpate/network/zmq_socket.h"
 
 #include <sys/eventfd.h>
+#include <sys/stat.h>
 #include <unistd.h>
 #include <zmq.h>
 
@@ -35,6 +36,9 @@ Expected<Socket> Socket::make(int type, Context context) {
     return zmq_setsockopt(socket, option, &value, sizeof value) == 0;
   };
   const std::int64_t limit = static_cast<std::int64_t>(kMaxMessageBytes);
+  // IMMEDIATE: a question does not wait for a server to appear. It also keeps libzmq 4.3.4 from an assertion
+  // that ends the process: a socket whose full queue has cost it its connection's heartbeat must not keep
+  // that queue.
   const bool good = set(ZMQ_LINGER, 0) && set(ZMQ_SNDHWM, kQueueLength) && set(ZMQ_RCVHWM, kQueueLength) &&
                     set(ZMQ_IMMEDIATE, 1) && set(ZMQ_RECONNECT_IVL, kReconnectMs) &&
                     set(ZMQ_HEARTBEAT_IVL, kHeartbeatMs) && set(ZMQ_HEARTBEAT_TIMEOUT, kHeartbeatTimeoutMs) &&
@@ -51,6 +55,17 @@ Socket::Socket(Socket&& other) noexcept
 
 Socket::~Socket() {
   if (socket_ != nullptr) zmq_close(socket_);
+}
+
+Expected<void> Socket::bind(const std::string& address) {
+  const mode_t before = umask(0177);
+  const int bound = zmq_bind(socket_, address.c_str());
+  const int error = errno;
+  umask(before);
+  if (bound == 0) return {};
+  if (error == EADDRINUSE)
+    return refused("{}: address in use; stop the other server or listen at another address", address);
+  return refused("{}: cannot listen there: {}", address, zmq_strerror(error));
 }
 
 int Socket::fd() const {
@@ -118,6 +133,11 @@ void Stop::set() {
   const std::uint64_t one = 1;
   // Fails only when the counter is full, and then it is set.
   static_cast<void>(!::write(fd_, &one, sizeof one));
+}
+
+void Stop::clear() {
+  std::uint64_t count = 0;
+  static_cast<void>(!::read(fd_, &count, sizeof count));  // empty already: as wanted
 }
 
 }  // namespace palpate::zmq

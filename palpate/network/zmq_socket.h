@@ -23,11 +23,14 @@ Expected<Context> make_context();
 
 class Socket {
  public:
-  // `type` is ZMQ_ROUTER, ZMQ_DEALER or ZMQ_REP; in a context of its own where none is given.
+  // `type` is one of ZeroMQ's; in a context of its own where none is given.
   static Expected<Socket> make(int type, Context context = nullptr);
   Socket(Socket&& other) noexcept;
   Socket& operator=(Socket&& other) = delete;
   ~Socket();
+
+  // Listens there; a unix socket's file is its user's alone from its first moment.
+  Expected<void> bind(const std::string& address);
 
   void* get() const { return socket_; }
   int fd() const;                // readable when events() may have changed
@@ -51,7 +54,7 @@ class Socket {
 // A random number that is not 0, other at each call and in each process. Names, not secrets.
 std::uint64_t new_name(std::string_view purpose);
 
-// The eventfd that ends a waiting thread.
+// The eventfd that wakes a waiting thread, as a rule to end it.
 class Stop {
  public:
   Stop();
@@ -59,6 +62,7 @@ class Stop {
   Stop(const Stop&) = delete;
   Stop& operator=(const Stop&) = delete;
   void set();
+  void clear();
   int fd() const { return fd_; }
 
  private:
