@@ -39,6 +39,29 @@ TEST_P(Exchange, ARequestIsAnsweredWithTheStateAtItsTime) {
   EXPECT_EQ(link->counters().answers[static_cast<std::size_t>(AnswerKind::interpolated)], 1u);
 }
 
+TEST_P(Exchange, WhoAsksHowTheServerIsDoingHearsOfEveryClient) {
+  auto server = rig->serve();
+  auto busy = rig->connect("screen"), asking = rig->connect("status");
+  busy->tell({.frames = 60, .late = 1, .rate_hz = 30.0, .round_trip_median_us = 200.0});
+  ASSERT_TRUE(rig->until({busy.get()}, [&] { return busy->peer_alive(); }));
+  ASSERT_TRUE(rig->until({busy.get(), asking.get()}, [&] {
+    asking->ask_status();
+    return asking->status() && asking->status()->clients.size() == 2;
+  }));
+  const auto& clients = asking->status()->clients;
+  EXPECT_EQ(asking->status()->application, "pingpong");
+  const auto screen =
+      std::find_if(clients.begin(), clients.end(), [](const auto& c) { return c.name == "screen"; });
+  ASSERT_NE(screen, clients.end());
+  EXPECT_EQ(screen->figures.frames, 60u);
+  EXPECT_EQ(screen->figures.round_trip_median_us, 200.0);
+  busy.reset();
+  EXPECT_TRUE(rig->until({asking.get()}, [&] {
+    asking->ask_status();
+    return asking->status()->clients.size() == 1;
+  }));
+}
+
 TEST_P(Exchange, AReplyThatIsNotThereYetLeavesThePreviousStateInUse) {
   auto server = rig->serve();
   auto link = rig->connect();

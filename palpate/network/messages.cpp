@@ -13,6 +13,7 @@ using Doubles = google::protobuf::RepeatedField<double>;
 
 // Instants further from zero than this (146 years) could overflow when subtracted.
 constexpr std::int64_t kMaxTimeNs = std::int64_t{1} << 62;
+constexpr int kMaxLoops = 8, kMaxOctaves = 40, kMaxClientsTold = 64;
 constexpr double kUnitTolerance = 1e-3;  // of a quaternion's norm: a sanity check, not a normalisation
 
 // ---------------------------------------------------------------------------- values to wire
@@ -65,10 +66,40 @@ void put(wire::SceneDescription* out, const SceneDescription& scene) {
   out->set_serve_speed_max_m_per_s(scene.serve_speed[1]);
 }
 
+void put(wire::ClientFigures* out, const ClientFigures& figures) {
+  out->set_frames(figures.frames);
+  out->set_late(figures.late);
+  out->set_lost(figures.lost);
+  out->set_rate_hz(figures.rate_hz);
+  out->set_round_trip_median_us(figures.round_trip_median_us);
+  out->set_round_trip_p99_us(figures.round_trip_p99_us);
+  out->set_clock_offset_s(figures.clock_offset_s);
+  out->set_clock_uncertainty_us(figures.clock_uncertainty_us);
+}
+
+wire::Role wire_role(Role role) { return static_cast<wire::Role>(static_cast<int>(role) + 1); }
+
+void put(wire::LoopStatus* out, const LoopStatus& loop) {
+  out->set_name(loop.name);
+  out->set_rate_hz(loop.rate_hz);
+  out->set_ticks(loop.ticks);
+  out->set_overruns(loop.overruns);
+  out->set_missed(loop.missed);
+  out->set_late_p50_us(loop.late_p50_us);
+  out->set_late_p99_us(loop.late_p99_us);
+  out->set_late_max_us(loop.late_max_us);
+  out->set_busy_p99_us(loop.busy_p99_us);
+  for (const std::uint64_t count : loop.late_octaves) out->add_late_octaves(count);
+}
+
 void put(wire::ToPhysics& out, const Hello& message) {
   out.mutable_hello()->set_client(message.client);
   out.mutable_hello()->set_known_session(message.known_session);
   out.mutable_hello()->set_name(message.name);
+  if (message.figures) put(out.mutable_hello()->mutable_figures(), *message.figures);
+}
+void put(wire::ToPhysics& out, const StatusRequest& message) {
+  out.mutable_status_request()->set_number(message.number);
 }
 void put(wire::ToPhysics& out, const StateRequest& message) {
   out.mutable_state_request()->set_number(message.number);
@@ -86,7 +117,7 @@ void put(wire::ToGraphics& out, const Welcome& message) {
   out.mutable_welcome()->set_session(message.session);
   if (message.scene) put(out.mutable_welcome()->mutable_scene(), *message.scene);
   out.mutable_welcome()->set_states(message.states);
-  out.mutable_welcome()->set_role(static_cast<wire::Role>(static_cast<int>(message.role) + 1));
+  out.mutable_welcome()->set_role(wire_role(message.role));
 }
 void put(wire::ToGraphics& out, const StateReply& message) {
   wire::StateReply* to = out.mutable_state_reply();
@@ -104,6 +135,27 @@ void put(wire::ToGraphics& out, const SyncReply& message) {
 void put(wire::ToGraphics& out, const ControlReply& message) {
   out.mutable_control_reply()->set_number(message.number);
   out.mutable_control_reply()->set_refusal(message.refusal.substr(0, kMaxReasonBytes));
+}
+void put(wire::ToGraphics& out, const StatusReply& message) {
+  wire::StatusReply* to = out.mutable_status_reply();
+  const ServerStatus& status = message.status;
+  to->set_number(message.number);
+  to->set_uptime_s(status.uptime_s);
+  to->set_application(status.application);
+  for (const LoopStatus& loop : status.loops) put(to->add_loops(), loop);
+  for (const ClientStatus& client : status.clients) {
+    wire::ClientStatus* one = to->add_clients();
+    one->set_name(client.name);
+    one->set_role(wire_role(client.role));
+    put(one->mutable_figures(), client.figures);
+  }
+  to->set_requests(status.requests);
+  to->set_syncs(status.syncs);
+  to->set_controls(status.controls);
+  to->set_rejected(status.rejected);
+  to->set_turned_away(status.turned_away);
+  to->set_unsent(status.unsent);
+  to->set_published(status.published);
 }
 void put(wire::ToGraphics& out, const Refusal& message) {
   out.mutable_refusal()->set_reason(message.reason.substr(0, kMaxReasonBytes));
@@ -232,11 +284,71 @@ SceneDescription read(Check& check, const wire::SceneDescription& in) {
   return scene;
 }
 
+Role read_role(Check& check, int role) {
+  check.require(role >= wire::ROLE_OBSERVER && role <= wire::ROLE_OPERATOR, "role", "a known role");
+  return check.good() ? static_cast<Role>(role - 1) : Role::observer;
+}
+
+ClientFigures read(Check& check, const wire::ClientFigures& in) {
+  return {.frames = in.frames(),
+          .late = in.late(),
+          .lost = in.lost(),
+          .rate_hz = check.finite(in.rate_hz(), "rate_hz"),
+          .round_trip_median_us = check.finite(in.round_trip_median_us(), "round_trip_median_us"),
+          .round_trip_p99_us = check.finite(in.round_trip_p99_us(), "round_trip_p99_us"),
+          .clock_offset_s = check.finite(in.clock_offset_s(), "clock_offset_s"),
+          .clock_uncertainty_us = check.finite(in.clock_uncertainty_us(), "clock_uncertainty_us")};
+}
+
+LoopStatus read(Check& check, const wire::LoopStatus& in) {
+  check.count(in.late_octaves_size(), kMaxOctaves, "late_octaves");
+  LoopStatus loop{.name = check.text(in.name(), kMaxNameBytes, "loop name"),
+                  .rate_hz = check.finite(in.rate_hz(), "rate_hz"),
+                  .ticks = in.ticks(),
+                  .overruns = in.overruns(),
+                  .missed = in.missed(),
+                  .late_p50_us = check.finite(in.late_p50_us(), "late_p50_us"),
+                  .late_p99_us = check.finite(in.late_p99_us(), "late_p99_us"),
+                  .late_max_us = check.finite(in.late_max_us(), "late_max_us"),
+                  .busy_p99_us = check.finite(in.busy_p99_us(), "busy_p99_us"),
+                  .late_octaves = {}};
+  if (check.good()) loop.late_octaves.assign(in.late_octaves().begin(), in.late_octaves().end());
+  return loop;
+}
+
+StatusReply read(Check& check, const wire::StatusReply& in) {
+  StatusReply reply;
+  reply.number = check.number(in.number(), "number");
+  ServerStatus& status = reply.status;
+  status.uptime_s = check.finite(in.uptime_s(), "uptime_s");
+  status.application = check.text(in.application(), kMaxNameBytes, "application");
+  check.count(in.loops_size(), kMaxLoops, "loops");
+  check.count(in.clients_size(), kMaxClientsTold, "clients");
+  if (!check.good()) return reply;
+  for (const auto& loop : in.loops()) status.loops.push_back(read(check, loop));
+  for (const auto& client : in.clients())
+    status.clients.push_back({check.text(client.name(), kMaxNameBytes, "client name"),
+                              read_role(check, client.role()), read(check, client.figures())});
+  status.requests = in.requests();
+  status.syncs = in.syncs();
+  status.controls = in.controls();
+  status.rejected = in.rejected();
+  status.turned_away = in.turned_away();
+  status.unsent = in.unsent();
+  status.published = in.published();
+  return reply;
+}
+
 ClientMessage read(Check& check, const wire::ToPhysics& in) {
   switch (in.body_case()) {
-    case wire::ToPhysics::kHello:
-      return Hello{check.number(in.hello().client(), "client"), in.hello().known_session(),
-                   check.text(in.hello().name(), kMaxNameBytes, "name")};
+    case wire::ToPhysics::kHello: {
+      Hello hello{check.number(in.hello().client(), "client"), in.hello().known_session(),
+                  check.text(in.hello().name(), kMaxNameBytes, "name"), std::nullopt};
+      if (in.hello().has_figures()) hello.figures = read(check, in.hello().figures());
+      return hello;
+    }
+    case wire::ToPhysics::kStatusRequest:
+      return StatusRequest{check.number(in.status_request().number(), "number")};
     case wire::ToPhysics::kStateRequest:
       return StateRequest{check.number(in.state_request().number(), "number"),
                           check.time<PhysicsClock>(in.state_request().time_ns(), "time_ns")};
@@ -272,10 +384,8 @@ StateReply read(Check& check, const wire::StateReply& in) {
 ServerMessage read(Check& check, const wire::ToGraphics& in) {
   switch (in.body_case()) {
     case wire::ToGraphics::kWelcome: {
-      const int role = in.welcome().role();
-      check.require(role >= wire::ROLE_OBSERVER && role <= wire::ROLE_OPERATOR, "role", "a known role");
       Welcome welcome{check.number(in.welcome().session(), "session"), std::nullopt,
-                      check.good() ? static_cast<Role>(role - 1) : Role::observer,
+                      read_role(check, in.welcome().role()),
                       check.text(in.welcome().states(), kMaxReasonBytes, "states")};
       if (in.welcome().has_scene()) welcome.scene = read(check, in.welcome().scene());
       return welcome;
@@ -292,6 +402,8 @@ ServerMessage read(Check& check, const wire::ToGraphics& in) {
     case wire::ToGraphics::kControlReply:
       return ControlReply{check.number(in.control_reply().number(), "number"),
                           check.text(in.control_reply().refusal(), kMaxReasonBytes, "refusal")};
+    case wire::ToGraphics::kStatusReply:
+      return read(check, in.status_reply());
     case wire::ToGraphics::kRefusal:
       return Refusal{check.text(in.refusal().reason(), kMaxReasonBytes, "reason")};
     case wire::ToGraphics::BODY_NOT_SET:

@@ -14,6 +14,7 @@
 
 #include "palpate/core/expected.h"
 #include "palpate/network/keys.h"
+#include "palpate/network/status.h"
 #include "palpate/scene/application.h"
 #include "palpate/scene/world_state.h"
 #include "palpate/time/instant.h"
@@ -31,6 +32,10 @@ struct Hello {
   std::uint64_t client = 0;         // random, for life, not 0
   std::uint64_t known_session = 0;  // whose description the client has, 0 = none
   std::string name;
+  std::optional<ClientFigures> figures;
+};
+struct StatusRequest {
+  std::uint64_t number = 0;
 };
 struct StateRequest {
   std::uint64_t number = 0;
@@ -44,7 +49,7 @@ struct ControlCall {
   std::uint64_t number = 0;
   Control control = Control::none;
 };
-using ClientMessage = std::variant<Hello, StateRequest, SyncRequest, ControlCall>;
+using ClientMessage = std::variant<Hello, StateRequest, SyncRequest, ControlCall, StatusRequest>;
 
 // Physics server to graphics server.
 struct Welcome {
@@ -69,7 +74,11 @@ struct ControlReply {
 struct Refusal {
   std::string reason;
 };
-using ServerMessage = std::variant<Welcome, StateReply, SyncReply, ControlReply, Refusal>;
+struct StatusReply {
+  std::uint64_t number = 0;
+  ServerStatus status;
+};
+using ServerMessage = std::variant<Welcome, StateReply, SyncReply, ControlReply, Refusal, StatusReply>;
 
 std::string encode(const ClientMessage& message);
 std::string encode(const ServerMessage& message);

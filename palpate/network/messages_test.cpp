@@ -70,6 +70,38 @@ TEST(Messages, EveryStateComesBackToTheBit) {
   }
 }
 
+TEST(Messages, AStatusComesBackWholeAndIsBounded) {
+  StatusReply reply{7, {}};
+  reply.status.uptime_s = 12.5;
+  reply.status.application = "pingpong";
+  reply.status.loops.push_back(
+      {"haptic", 999.5, 1000, 3, 4, 1.5, 2.5, 3.5, 4.5, std::vector<std::uint64_t>{0, 5, 7}});
+  reply.status.clients.push_back({"screen", Role::graphics, {100, 2, 1, 29.9, 150.0, 300.0, 1234.5, 20.0}});
+  reply.status.requests = 1, reply.status.syncs = 2, reply.status.controls = 3, reply.status.rejected = 4;
+  reply.status.turned_away = 5, reply.status.unsent = 6, reply.status.published = 7;
+  const auto back = decode_server_message(encode(ServerMessage(reply)));
+  ASSERT_TRUE(back) << back.error().message;
+  const auto& got = std::get<StatusReply>(*back).status;
+  EXPECT_EQ(encode(ServerMessage(StatusReply{7, got})), encode(ServerMessage(reply)));
+  ASSERT_EQ(got.loops.size(), 1u);
+  EXPECT_EQ(got.loops[0].late_octaves, reply.status.loops[0].late_octaves);
+  EXPECT_EQ(got.loops[0].late_max_us, 3.5);
+  ASSERT_EQ(got.clients.size(), 1u);
+  EXPECT_EQ(got.clients[0].role, Role::graphics);
+  EXPECT_EQ(got.clients[0].figures.clock_offset_s, 1234.5);
+  EXPECT_EQ(got.published, 7u);
+
+  auto many = reply;
+  many.status.clients.resize(65, reply.status.clients[0]);
+  EXPECT_FALSE(decode_server_message(encode(ServerMessage(many))));
+  auto wide = reply;
+  wide.status.loops[0].late_octaves.resize(41);
+  EXPECT_FALSE(decode_server_message(encode(ServerMessage(wide))));
+  auto odd = reply;
+  odd.status.clients[0].figures.rate_hz = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(decode_server_message(encode(ServerMessage(odd))));
+}
+
 TEST(Messages, ASceneComesBackWhole) {
   SceneDescription scene = testing::table_scene("touch");
   scene.gravity = {0.1, 0.2, -9.7};

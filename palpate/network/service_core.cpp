@@ -53,6 +53,7 @@ ServerMessage ServiceCore::answer(const Hello& message, Instant<PhysicsClock> re
     return Refusal{fmt::format("{} clients are connected already, this server takes no more", kMaxClients)};
   }
   client->heard = received;
+  client->told = {message.name, role, message.figures.value_or(ClientFigures{})};
   count_clients();
   if (message.known_session == session_) return Welcome{session_, std::nullopt, role, states_};
   return Welcome{session_, scene_, role, states_};
@@ -83,6 +84,22 @@ ServerMessage ServiceCore::answer(const ControlCall& message, Instant<PhysicsClo
     control_count_.fetch_add(1, std::memory_order_relaxed);
   }
   return ControlReply{message.number, {}};
+}
+
+ServerMessage ServiceCore::answer(const StatusRequest& message, Instant<PhysicsClock> received, Role) {
+  ServerStatus status = status_ ? status_() : ServerStatus{};
+  status.application = scene_.application;
+  for (const auto& client : clients_)
+    if (client.id != 0 && received - client.heard <= kClientGoneAfter) status.clients.push_back(client.told);
+  const ServiceCounters counts = counters();
+  status.requests = counts.requests;
+  status.syncs = counts.syncs;
+  status.controls = counts.controls;
+  status.rejected = counts.rejected;
+  status.unsent = counts.unsent;
+  status.turned_away = turned_away_;
+  status.published = published_;
+  return StatusReply{message.number, std::move(status)};
 }
 
 void ServiceCore::count_clients() {

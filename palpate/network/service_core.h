@@ -26,6 +26,12 @@ class ServiceCore {
   // The reply to the bytes of one message that came at `received` from a client of this role; none: it is not
   // admitted (any more). Bytes that fail the check, and what the role may not have, are refused in words.
   ServerMessage answer(std::string_view bytes, Instant<PhysicsClock> received, std::optional<Role> role);
+  // Where the status comes from; before the first message.
+  void tells_of(StatusSource status) { status_ = std::move(status); }
+  // Counts kept elsewhere in the engine, for the status.
+  void counts(std::uint64_t turned_away, std::uint64_t published) {
+    turned_away_ = turned_away, published_ = published;
+  }
   // Where states are published, told to every client; before the first message.
   void publishes_at(std::string states_endpoint) { states_ = std::move(states_endpoint); }
   // Counts the clients anew; call a few times per second.
@@ -41,11 +47,13 @@ class ServiceCore {
     std::uint64_t id = 0;
     std::uint64_t last_control = 0;
     Instant<PhysicsClock> heard;
+    ClientStatus told;
   };
 
   ServerMessage answer(const Hello& message, Instant<PhysicsClock> received, Role role);
   ServerMessage answer(const StateRequest& message, Instant<PhysicsClock> received, Role role);
   ServerMessage answer(const SyncRequest& message, Instant<PhysicsClock> received, Role role);
+  ServerMessage answer(const StatusRequest& message, Instant<PhysicsClock> received, Role role);
   ServerMessage answer(const ControlCall& message, Instant<PhysicsClock> received, Role role);
   Client* find(std::uint64_t id);
   Client* admit(std::uint64_t id, Instant<PhysicsClock> now);
@@ -54,6 +62,8 @@ class ServiceCore {
   SceneDescription scene_;
   std::uint64_t session_;
   std::string states_;
+  StatusSource status_;
+  std::uint64_t turned_away_ = 0, published_ = 0;  // the engine's thread alone
   Now now_;
   std::array<Client, kMaxClients> clients_{};
   HandoverQueue<Control, 32> controls_;

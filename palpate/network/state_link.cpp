@@ -54,7 +54,7 @@ void StateLink::poll() {
 void StateLink::say_hello(Instant<GraphicsClock> now) {
   if (last_hello_ && now - *last_hello_ < kHelloEvery) return;
   // Without a connection the next poll tries again, so that the first word follows the connection at once.
-  if (send(Hello{client_, description_ ? session_ : 0, name_})) last_hello_ = now;
+  if (send(Hello{client_, description_ ? session_ : 0, name_, figures_})) last_hello_ = now;
 }
 
 void StateLink::press_wishes(Instant<GraphicsClock> now) {
@@ -122,6 +122,10 @@ void StateLink::take(const ControlReply& message, Instant<GraphicsClock>) {
   }
   press_wishes(wire_->now());
 }
+
+bool StateLink::ask_status() { return send(StatusRequest{++statuses_}).has_value(); }
+
+void StateLink::take(const StatusReply& message, Instant<GraphicsClock>) { status_ = message.status; }
 
 void StateLink::take(const Refusal& message, Instant<GraphicsClock>) { refusal_ = message.reason; }
 

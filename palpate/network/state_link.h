@@ -86,6 +86,12 @@ class StateLink {
   // waiting.
   bool send_control(Control control);
 
+  // How the exchange looks from here; told with every hello.
+  void tell(const ClientFigures& figures) { figures_ = figures; }
+  // Asks how the server is doing; status() holds the newest answer after a later poll().
+  bool ask_status();
+  const std::optional<ServerStatus>& status() const { return status_; }
+
   // What the physics server shows; empty until it has been reached once. Replaced when another server takes
   // its place.
   const std::optional<SceneDescription>& description() const { return description_; }
@@ -121,6 +127,7 @@ class StateLink {
   void take(const StateReply& message, Instant<GraphicsClock> received);
   void take(const SyncReply& message, Instant<GraphicsClock> received);
   void take(const ControlReply& message, Instant<GraphicsClock> received);
+  void take(const StatusReply& message, Instant<GraphicsClock> received);
   void take(const Refusal& message, Instant<GraphicsClock> received);
   void say_hello(Instant<GraphicsClock> now);
   void press_wishes(Instant<GraphicsClock> now);
@@ -139,6 +146,9 @@ class StateLink {
   std::optional<SceneDescription> description_;
   std::uint64_t session_ = 0;
   std::optional<Role> role_;
+  std::optional<ClientFigures> figures_;
+  std::uint64_t statuses_ = 0;
+  std::optional<ServerStatus> status_;
   std::optional<Instant<GraphicsClock>> last_hello_, last_word_;
   std::optional<Instant<GraphicsClock>> unanswered_since_;  // first thing sent since the last word
   std::optional<std::string> refusal_;

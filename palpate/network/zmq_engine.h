@@ -17,6 +17,11 @@
 
 namespace palpate {
 
+struct ServiceOptions {
+  std::optional<ServerIdentity> identity;  // for an encrypted endpoint
+  StatusSource status;                     // for who asks how the server is doing
+};
+
 // Starts answering at `endpoint`; refused where another server does so already, and where an encrypted
 // endpoint comes without keys. Over an encrypted endpoint each client has the role of its key; at any other,
 // whoever gets there is an operator. `source` is called on the network thread. `clock` must be safe from any
@@ -24,7 +29,12 @@ namespace palpate {
 Expected<std::unique_ptr<StateService>> serve_states(const Endpoint& endpoint,
                                                      const Clock<PhysicsClock>& clock, StateSource source,
                                                      SceneDescription scene,
-                                                     std::optional<ServerIdentity> identity = {});
+                                                     const ServiceOptions& options = {});
+
+// The keys a client needs for an encrypted endpoint; `folder` and `server_key` may be empty: this user's
+// keys, the key known for the address.
+Expected<ClientIdentity> client_identity_for(const Endpoint& endpoint, const std::filesystem::path& folder,
+                                             const std::string& server_key);
 
 // A link to `endpoint`, whether anybody is there yet or not. `clock` must be safe from any thread and outlive
 // it.

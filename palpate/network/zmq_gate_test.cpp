@@ -23,8 +23,8 @@ class GuardedServer : public ::testing::Test {
     ASSERT_TRUE(authorize_key(scratch.path(), {Role::operator_, chief.public_key, "operator"}));
     const auto listen = parse_endpoint("tcp://127.0.0.1:0", EndpointUse::listen);
     ASSERT_TRUE(listen && listen->encrypted);
-    auto made =
-        serve_states(*listen, rig.physics_clock, state_at, table_scene(), *server_identity(scratch.path()));
+    auto made = serve_states(*listen, rig.physics_clock, state_at, table_scene(),
+                             {*server_identity(scratch.path()), {}});
     ASSERT_TRUE(made) << made.error().message;
     server = std::move(*made);
     endpoint = *parse_endpoint(server->endpoint(), EndpointUse::connect);

@@ -49,6 +49,7 @@ class ZmqService : public StateService {
     core_.publishes_at(publisher_->endpoint());
     return {};
   }
+  void tells_of(StatusSource status) { core_.tells_of(std::move(status)); }
   void start() {
     thread_ = std::thread([this] { run(); });
   }
@@ -72,6 +73,7 @@ class ZmqService : public StateService {
         turned_away_.store(gate_->turned_away(), std::memory_order_relaxed);
         if (gate_->look_again(clock_.now().since_epoch) && publisher_) publisher_->begin_anew();
       }
+      core_.counts(turned_away_.load(std::memory_order_relaxed), publisher_ ? publisher_->published() : 0);
       core_.count_clients();
     }
   }
@@ -109,7 +111,7 @@ class ZmqService : public StateService {
 
 Expected<std::unique_ptr<StateService>> serve_once(const Endpoint& endpoint, const Clock<PhysicsClock>& clock,
                                                    const StateSource& source, const SceneDescription& scene,
-                                                   const std::optional<ServerIdentity>& identity) {
+                                                   const ServiceOptions& options) {
   std::optional<SocketClaim> claim;
   if (endpoint.local()) {
     auto taken = SocketClaim::take(endpoint.socket);
@@ -122,7 +124,7 @@ Expected<std::unique_ptr<StateService>> serve_once(const Endpoint& endpoint, con
   if (!socket) return tl::unexpected(socket.error());
   std::optional<zmq::Gate> gate;
   if (endpoint.encrypted) {
-    auto made = zmq::Gate::make(*context, *identity);
+    auto made = zmq::Gate::make(*context, *options.identity);
     if (!made) return tl::unexpected(made.error());
     if (auto guarded = made->guard(*socket); !guarded) return tl::unexpected(guarded.error());
     gate.emplace(std::move(*made));
@@ -134,6 +136,7 @@ Expected<std::unique_ptr<StateService>> serve_once(const Endpoint& endpoint, con
                                               source, scene);
   if (auto published = service->publish(*context, *states, source); !published)
     return tl::unexpected(published.error());
+  service->tells_of(options.status);
   service->start();
   return service;
 }
@@ -142,16 +145,15 @@ Expected<std::unique_ptr<StateService>> serve_once(const Endpoint& endpoint, con
 
 Expected<std::unique_ptr<StateService>> serve_states(const Endpoint& endpoint,
                                                      const Clock<PhysicsClock>& clock, StateSource source,
-                                                     SceneDescription scene,
-                                                     std::optional<ServerIdentity> identity) {
-  if (endpoint.encrypted && !identity)
+                                                     SceneDescription scene, const ServiceOptions& options) {
+  if (endpoint.encrypted && !options.identity)
     return wrong_use("{}: this machine's keys are needed to listen there", endpoint.address);
   // Where the system chooses the port, the one above may be taken, where the states would go: then another
   // pair.
   int attempts = !endpoint.local() && endpoint.address.ends_with(":0") ? 20 : 1;
   try {
     while (true) {
-      auto service = serve_once(endpoint, clock, source, scene, identity);
+      auto service = serve_once(endpoint, clock, source, scene, options);
       if (service || --attempts == 0) return service;
     }
   } catch (const std::exception& failure) {

@@ -47,6 +47,23 @@ class ServerWatch {
   bool there_ = true;
 };
 
+// For `palpate status`.
+ClientFigures figures_of(std::uint64_t frames, std::uint64_t late, std::uint64_t lost, double elapsed_s,
+                         const JitterHistogram& trips, const ClockSync<GraphicsClock, PhysicsClock>& sync,
+                         Instant<GraphicsClock> now) {
+  ClientFigures figures{.frames = frames,
+                        .late = late,
+                        .lost = lost,
+                        .rate_hz = elapsed_s > 0.0 ? static_cast<double>(frames) / elapsed_s : 0.0,
+                        .round_trip_median_us = 1e6 * to_seconds(trips.quantile(0.5)),
+                        .round_trip_p99_us = 1e6 * to_seconds(trips.quantile(0.99))};
+  if (sync.exchanges() > 0) {
+    figures.clock_offset_s = 1e-9 * static_cast<double>(sync.model().to(now).ns() - now.ns());
+    figures.clock_uncertainty_us = 1e6 * to_seconds(sync.model().uncertainty(now));
+  }
+  return figures;
+}
+
 struct Logs {
   CsvWriter frames{{"frame", "time_s", "round_trip_us", "late", "answer", "landmarks_used", "busy_us"}};
   CsvWriter sync{{"time_s", "offset_error_us", "uncertainty_us"}};
@@ -62,9 +79,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   if (!endpoint) return tl::unexpected(endpoint.error());
   std::optional<ClientIdentity> identity;
   if (endpoint->encrypted) {
-    const auto folder = options.keys.empty() ? keys_folder() : Expected<std::filesystem::path>(options.keys);
-    if (!folder) return tl::unexpected(folder.error());
-    auto known = client_identity(*folder, endpoint->address, options.server_key);
+    auto known = client_identity_for(*endpoint, options.keys, options.server_key);
     if (!known) return tl::unexpected(known.error());
     identity = std::move(*known);
   }
@@ -114,6 +129,8 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
         fmt::format("graphics: shows {} of the physics server at {}", scene.application, endpoint->address));
   ServerWatch physics(**link, endpoint->address, options.notice);
   Logs logs;
+  JitterHistogram trips;
+  std::optional<Instant<GraphicsClock>> told;
   std::vector<double> round_trips, sync_errors, uncertainties;
   std::uint64_t frames = 0, late = 0;
   const auto begun = clock.now();
@@ -139,8 +156,13 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
       for (double s : server.take_round_trips()) {
         trip_us = s * 1e6;
         round_trips.push_back(trip_us);
+        trips.add(seconds(s));
       }
       const double t = to_seconds(clock.now() - begun);
+      if (!told || clock.now() - *told >= StateLink::kHelloEvery) {
+        told = clock.now();
+        (*link)->tell(figures_of(frames, late, (*link)->counters().lost, t, trips, server.sync(), *told));
+      }
       logs.frames.row(std::vector<std::string>{
           number_text(static_cast<double>(frame.number)), number_text(t),
           trip_us > 0 ? number_text(trip_us) : "", frame.late ? "1" : "0", answer_name(frame.answer),

@@ -69,8 +69,10 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
 
   MonotonicClock<PhysicsClock> clock;
   PhysicsServer server(options.rig, scene, std::move(*application), **arm, HapticSettings{});
-  auto service = serve_states(
-      *endpoint, clock, [&server](Instant<PhysicsClock> t) { return server.state_at(t); }, scene, *identity);
+  StatusBoard board;
+  auto service =
+      serve_states(*endpoint, clock, [&server](Instant<PhysicsClock> t) { return server.state_at(t); }, scene,
+                   {.identity = *identity, .status = [&board] { return board.read(); }});
   if (!service) return tl::unexpected(service.error());
 
   const auto start = clock.now();
@@ -95,7 +97,15 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
     tell_who_is_admitted(*endpoint, *identity, options.notice);
     if (options.notice)
       options.notice(fmt::format("physics: answers graphics servers at {}", (*service)->endpoint()));
-    while (!stop.load() && (options.seconds <= 0.0 || to_seconds(clock.now() - start) < options.seconds)) {
+    const auto look_at_the_loops = [&] {
+      const double up = to_seconds(clock.now() - start);
+      board.write({.uptime_s = up,
+                   .loops = {loop_status("haptic", haptic, up), loop_status("physics", physics, up)}});
+    };
+    for (int look = 0;
+         !stop.load() && (options.seconds <= 0.0 || to_seconds(clock.now() - start) < options.seconds);
+         ++look) {
+      if (look % 10 == 0) look_at_the_loops();
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
       if (auto alive = (*client)->check(); !alive) {
         gone = alive.error().message;

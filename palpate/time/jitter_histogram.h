@@ -49,8 +49,16 @@ class JitterHistogram {
     return Duration(0);
   }
 
+  // Counts below 16 ns, 32 ns, 64 ns, ...: each octave up to the next one's edge.
+  static constexpr std::size_t kOctaves = 37;
+  std::array<std::uint64_t, kOctaves> octaves() const noexcept {
+    std::array<std::uint64_t, kOctaves> counts{};
+    for (std::size_t i = 0; i < kBins; ++i) counts[i / 16] += bins_[i].load(std::memory_order_relaxed);
+    return counts;
+  }
+
  private:
-  static constexpr std::size_t kBins = 16 * 37;
+  static constexpr std::size_t kBins = 16 * kOctaves;
 
   static std::size_t bin_of(std::uint64_t ns) {
     if (ns < 16) return static_cast<std::size_t>(ns);

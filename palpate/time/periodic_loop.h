@@ -80,6 +80,9 @@ class PeriodicLoop {
             busy_.max()};
   }
 
+  // Begin of each tick after its deadline; any thread, any time.
+  const JitterHistogram& lateness() const { return late_; }
+
   // What the scheduler granted. Waits until the thread has asked.
   const RealTimeGrant& grant() const {
     granted_.wait(false);
