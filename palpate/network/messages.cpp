@@ -1,5 +1,6 @@
 #include "palpate/network/messages.h"
 
+#include <google/protobuf/stubs/logging.h>
 #include <palpate.pb.h>
 
 #include <algorithm>
@@ -426,9 +427,13 @@ Expected<Message> decode_as(std::string_view bytes) {
   if (bytes.size() > kMaxMessageBytes) {
     return refused("message refused: {} bytes, at most {} are allowed", bytes.size(), kMaxMessageBytes);
   }
+  // protobuf writes about bad text on standard error: no peer is to fill that.
+  static const bool silent = (google::protobuf::SetLogHandler(nullptr), true);
+  static_cast<void>(silent);
   Wire in;
   if (!in.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-    return refused("message refused: {} bytes that are not a message of palpate.proto", bytes.size());
+    return refused("message refused: {} bytes that are no message of palpate.proto, which is expected",
+                   bytes.size());
   }
   if (in.protocol() != kProtocol) {
     return refused(
