@@ -159,6 +159,30 @@ TEST(ZmqEngine, TheServerRefusesNonsenseInWordsAndServesTheOthers) {
   EXPECT_EQ((*server)->counters().rejected, 2u);
 }
 
+TEST(ZmqEngine, AClientThatFloodsAndNeverListensCostsTheOthersNothing) {
+  ZmqRig rig;
+  auto server = rig.serve();
+  auto link = rig.connect();
+  auto flooder = zmq::Socket::make(ZMQ_DEALER);
+  ASSERT_EQ(zmq_connect(flooder->get(), rig.endpoint.address.c_str()), 0);
+  const std::string request = encode(ClientMessage(StateRequest{1, {seconds(1)}}));
+  std::atomic<bool> stop{false};
+  std::thread flood([&] {
+    while (!stop)
+      if (!flooder->send(request)) std::this_thread::yield();
+  });
+  for (std::uint64_t n = 1; n <= 100; ++n) {
+    ASSERT_TRUE(rig.until({link.get()}, [&] { return link->request(n, {seconds(static_cast<double>(n))}); }));
+    ASSERT_TRUE(rig.until({link.get()}, [&] { return link->newest() && link->newest()->reply.number == n; }));
+  }
+  // Its queue of answers is full: they are dropped and counted, and nothing piles up.
+  EXPECT_TRUE(rig.until({link.get()}, [&] { return (*server)->counters().unsent > 0; }));
+  stop = true;
+  flood.join();
+  EXPECT_EQ(link->counters().lost, 0u);
+  EXPECT_EQ(link->counters().rejected, 0u);
+}
+
 TEST(ZmqEngine, ArrivalsAreStampedWhenTheyComeNotWhenTheyAreTaken) {
   ZmqRig rig;
   auto server = rig.serve();
