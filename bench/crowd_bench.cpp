@@ -1,0 +1,223 @@
+// Eight graphics servers on one physics server, three of them bad company: one never takes its mail, one
+// sends garbage a thousand times a second, one is killed every second. What the five others notice, and the
+// loops.
+//
+// The physics server is a process of its own: a haptic loop and a physics loop at 1 kHz that writes the
+// history, and the service. Three legs in the same run: the five alone, with the bad company, alone again.
+// Late: the reply was not there 10 ms after the request, when the frame would have been drawn. Overruns and
+// memory are the server's.
+//   crowd_bench [seconds per leg = 20; the middle one takes three times as long]
+#include <fmt/format.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <zmq.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <fstream>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "palpate/core/random.h"
+#include "palpate/network/zmq_engine.h"
+#include "palpate/network/zmq_socket.h"
+#include "palpate/scene/world_history.h"
+#include "palpate/time/periodic_loop.h"
+
+namespace {
+
+using namespace palpate;
+
+constexpr int kHealthy = 5;
+constexpr double kFramesHz = 60.0;
+constexpr Duration kDrawAfter = std::chrono::milliseconds(10);
+
+MonotonicClock<PhysicsClock> physics_clock;
+MonotonicClock<GraphicsClock> graphics_clock;
+
+Endpoint endpoint_at(const std::string& address) { return {address, address.substr(6), false}; }
+
+void require(bool condition, const char* what) {
+  if (!condition) throw std::runtime_error(what);
+}
+
+[[noreturn]] void serve(const std::string& address) {
+  WorldHistory history(Vector3(0, -9.81, 0));
+  WorldState state;
+  state.body_count = 3;
+  StatusBoard board;
+  const auto service = serve_states(
+      endpoint_at(address), physics_clock, [&](Instant<PhysicsClock> t) { return history.at(t); },
+      SceneDescription{}, {.identity = {}, .status = [&] { return board.read(); }});
+  require(service.has_value(), "the server cannot listen");
+  PeriodicLoop<PhysicsClock> haptic(physics_clock, {.name = "haptic", .priority = 80},
+                                    [](Instant<PhysicsClock>) {});
+  PeriodicLoop<PhysicsClock> physics(physics_clock, {.name = "physics", .priority = 70, .spin = Duration(0)},
+                                     [&](Instant<PhysicsClock> now) {
+                                       state.time = now;
+                                       ++state.tick;
+                                       history.push(state);
+                                     });
+  const auto start = physics_clock.now();
+  while (true) {
+    const double up = to_seconds(physics_clock.now() - start);
+    board.write(
+        {.uptime_s = up, .loops = {loop_status("haptic", haptic, up), loop_status("physics", physics, up)}});
+    ::usleep(50'000);
+  }
+}
+
+// A graphics server's rhythm: ask, draw a little later, again.
+void draw_frames(StateLink& link, std::atomic<bool>& stop) {
+  const Duration period = seconds(1.0 / kFramesHz);
+  std::uint64_t number = 0;
+  for (auto next = graphics_clock.now(); !stop; next += period) {
+    link.request(++number, physics_clock.now());
+    while (graphics_clock.now() < next + kDrawAfter) {
+      ::usleep(1000);
+      link.poll();
+    }
+    link.frame_drawn(number);
+    while (graphics_clock.now() < next + period) {
+      ::usleep(1000);
+      link.poll();
+    }
+  }
+}
+
+[[noreturn]] void be_short_lived(const std::string& address) {
+  auto link = connect_states(endpoint_at(address), graphics_clock, "short-lived");
+  std::atomic<bool> never{false};
+  draw_frames(**link, never);
+  _exit(0);
+}
+
+[[noreturn]] void be_bad(const std::string& address, bool garbage) {
+  auto socket = zmq::Socket::make(ZMQ_DEALER);
+  zmq_connect(socket->get(), address.c_str());
+  Random random(7, "crowd");
+  for (std::uint64_t number = 1;; ++number) {
+    std::string bytes;
+    if (garbage) {
+      bytes.resize(random.below(60'000));
+      for (std::size_t i = 0; i + 8 <= bytes.size(); i += 8) {
+        const std::uint64_t word = random.bits();
+        std::copy_n(reinterpret_cast<const char*>(&word), 8, bytes.begin() + static_cast<std::ptrdiff_t>(i));
+      }
+    } else {
+      bytes = encode(ClientMessage(StateRequest{number, physics_clock.now()}));
+    }
+    socket->send(bytes);
+    ::usleep(garbage ? 1000 : 16'000);
+  }
+}
+
+pid_t start(const char* part, const std::string& address) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    ::execl("/proc/self/exe", "crowd_bench", part, address.c_str(), nullptr);
+    _exit(127);
+  }
+  return child;
+}
+
+void end(pid_t child) {
+  ::kill(child, SIGKILL);
+  ::waitpid(child, nullptr, 0);
+}
+
+double resident_mib(pid_t process) {
+  std::ifstream file(fmt::format("/proc/{}/statm", process));
+  double pages = 0.0;
+  file >> pages >> pages;
+  return pages * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
+}
+
+ServerStatus status_of(StateLink& link) {
+  const double before = link.status() ? link.status()->uptime_s : -1.0;
+  for (int i = 0; i < 500; ++i) {
+    if (i % 20 == 0) link.ask_status();
+    link.poll();
+    if (link.status() && link.status()->uptime_s > before) return *link.status();
+    ::usleep(10'000);
+  }
+  throw std::runtime_error("the server does not answer");
+}
+
+void leg(const char* name, const std::string& address, pid_t server, StateLink& asking, double length_s,
+         bool crowd) {
+  std::vector<std::unique_ptr<StateLink>> links;
+  for (int i = 0; i < kHealthy; ++i)
+    links.push_back(std::move(*connect_states(endpoint_at(address), graphics_clock, "healthy")));
+  for (auto& link : links)
+    while (!link->peer_alive()) link->poll(), ::usleep(1000);
+  std::vector<pid_t> bad;
+  if (crowd) bad = {start("stalled", address), start("garbage", address)};
+  const ServerStatus first = status_of(asking);
+  const double memory = resident_mib(server);
+  std::atomic<bool> stop{false};
+  std::vector<std::thread> threads;
+  for (auto& link : links) threads.emplace_back([&] { draw_frames(*link, stop); });
+  const auto until = graphics_clock.now() + seconds(length_s);
+  int killed = 0;
+  while (graphics_clock.now() < until) {
+    const pid_t child = crowd ? start("short-lived", address) : 0;
+    ::usleep(1'000'000);
+    if (crowd) end(child), ++killed;
+  }
+  stop = true;
+  for (auto& thread : threads) thread.join();
+  const ServerStatus last = status_of(asking);
+  for (const pid_t child : bad) end(child);
+  std::uint64_t frames = 0, late = 0, lost = 0;
+  for (const auto& link : links) {
+    frames += link->counters().frames;
+    late += link->counters().frames - link->counters().frames_in_time;
+    lost += link->counters().lost;
+  }
+  const double elapsed = last.uptime_s - first.uptime_s;
+  const auto per_minute = [&](std::size_t loop) {
+    return 60.0 * static_cast<double>(last.loops[loop].overruns - first.loops[loop].overruns) / elapsed;
+  };
+  fmt::print(
+      "{:<22} {:6} frames, late {:.2f} %, lost {}; overruns a minute: haptic {:.1f}, physics {:.1f}; memory "
+      "{:.1f} "
+      "-> {:.1f} MiB; {} killed, {} messages refused\n",
+      name, frames, 100.0 * static_cast<double>(late) / static_cast<double>(frames), lost, per_minute(0),
+      per_minute(1), memory, resident_mib(server), killed, last.rejected - first.rejected);
+}
+
+void run(double length_s) {
+  const auto endpoint = default_endpoint(fmt::format("bench-{}", ::getpid()));
+  require(endpoint.has_value(), "no endpoint");
+  const pid_t server = start("serve", endpoint->address);
+  auto asking = connect_states(*endpoint, graphics_clock, "bench");
+  require(asking.has_value(), "no link");
+  status_of(**asking);
+  leg("five graphics servers", endpoint->address, server, **asking, length_s, false);
+  leg("in bad company", endpoint->address, server, **asking, 3 * length_s, true);
+  leg("five, again", endpoint->address, server, **asking, length_s, false);
+  end(server);
+  std::error_code ignored;
+  for (const char* rest : {"", ".lock", ".states", ".states.lock"})
+    std::filesystem::remove(endpoint->socket.string() + rest, ignored);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  try {
+    const std::string part = argc > 2 ? argv[1] : "";
+    if (part == "serve") serve(argv[2]);
+    if (part == "short-lived") be_short_lived(argv[2]);
+    if (part == "stalled" || part == "garbage") be_bad(argv[2], part == "garbage");
+    run(argc > 1 ? std::max(1.0, std::atof(argv[1])) : 20.0);
+  } catch (const std::exception& failure) {
+    fmt::print(stderr, "crowd_bench: {}\n", failure.what());
+    return 1;
+  }
+}
