@@ -253,7 +253,8 @@ class Writer {
   static std::string text(double field, double unit) {
     for (int digits = 1; digits <= 17; ++digits) {
       const std::string short_text = fmt::format("{:.{}g}", field / unit, digits);
-      const double value = std::stod(short_text);
+      // Not std::stod, which throws at numbers too small for all their digits.
+      const double value = std::strtod(short_text.c_str(), nullptr);
       if (value * unit == field) return toml_number(value);
     }
     return toml_number(field / unit);
