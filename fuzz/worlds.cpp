@@ -1,6 +1,6 @@
 // World files: what is read can be written and read again.
 #include "fuzz/check.h"
-#include "palpate/sim/world_file.h"
+#include "palpate/model/world_file.h"
 
 namespace palpate::fuzz {
 

@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
 #include "apps/palpate/command.h"
-#include "palpate/system/applications.h"
+#include "palpate/applications/applications.h"
 
 namespace palpate::app {
 

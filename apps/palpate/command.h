@@ -43,5 +43,6 @@ void add_demo(CLI::App& program);
 void add_apps(CLI::App& program);
 void add_keys(CLI::App& program);
 void add_status(CLI::App& program);
+void add_doctor(CLI::App& program);
 
 }  // namespace palpate::app

@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "apps/palpate/command.h"
-#include "palpate/system/applications.h"
+#include "palpate/applications/applications.h"
 #include "palpate/system/demo.h"
 #include "palpate/system/demo_summary.h"
 

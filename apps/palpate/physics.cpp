@@ -1,10 +1,10 @@
 #include <fmt/format.h>
 
 #include "apps/palpate/command.h"
+#include "palpate/applications/scene_settings.h"
 #include "palpate/core/json.h"
-#include "palpate/sim/world_file.h"
-#include "palpate/system/physics_process.h"
-#include "palpate/system/scene_settings.h"
+#include "palpate/model/world_file.h"
+#include "palpate/physics_server/physics_process.h"
 
 namespace palpate::app {
 

@@ -5,7 +5,7 @@
 #include "apps/palpate/command.h"
 #include "palpate/core/json.h"
 #include "palpate/core/progress.h"
-#include "palpate/sim/world_file.h"
+#include "palpate/model/world_file.h"
 #include "palpate/studies/study.h"
 
 namespace palpate::app {

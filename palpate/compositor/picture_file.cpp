@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fstream>
+#include <opencv2/core/utility.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/videoio.hpp>
@@ -150,5 +151,7 @@ Expected<void> VideoFile::close() {
   if (error) return refused("video {}: {}", impl_->path.string(), error.message());
   return {};
 }
+
+std::string picture_library() { return "OpenCV " + cv::getVersionString(); }
 
 }  // namespace palpate

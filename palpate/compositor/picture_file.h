@@ -46,4 +46,7 @@ class VideoFile {
   std::unique_ptr<Impl> impl_;
 };
 
+// What reads and writes pictures, with the version that runs.
+std::string picture_library();
+
 }  // namespace palpate

@@ -12,6 +12,11 @@ namespace palpate {
 Expected<std::filesystem::path> private_directory(const std::filesystem::path& folder) {
   if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
     return refused("{}: cannot make this private folder: {}", folder.string(), std::strerror(errno));
+  if (auto own = check_private_directory(folder); !own) return tl::unexpected(own.error());
+  return folder;
+}
+
+Expected<void> check_private_directory(const std::filesystem::path& folder) {
   struct stat info {};
   if (lstat(folder.c_str(), &info) != 0)
     return refused("{}: cannot look at this folder: {}", folder.string(), std::strerror(errno));
@@ -23,16 +28,18 @@ Expected<std::filesystem::path> private_directory(const std::filesystem::path& f
   if ((info.st_mode & 0077) != 0)
     return refused("{}: open to other users (mode {:o}), expected 700; chmod 700 it", folder.string(),
                    info.st_mode & 0777u);
-  return folder;
+  return {};
 }
 
-Expected<std::filesystem::path> run_directory() {
+std::filesystem::path run_directory_place() {
   const char* runtime = std::getenv("XDG_RUNTIME_DIR");
   std::error_code ignored;
   // Within `su` and containers the variable often names a folder that is not there.
   if (runtime != nullptr && *runtime == '/' && std::filesystem::is_directory(runtime, ignored))
-    return private_directory(std::filesystem::path(runtime) / "palpate");
-  return private_directory(fmt::format("/dev/shm/palpate-{}", geteuid()));
+    return std::filesystem::path(runtime) / "palpate";
+  return fmt::format("/dev/shm/palpate-{}", geteuid());
 }
+
+Expected<std::filesystem::path> run_directory() { return private_directory(run_directory_place()); }
 
 }  // namespace palpate

@@ -123,9 +123,11 @@ Expected<fs::path> keys_folder() {
 
 Expected<KeyPair> make_key_pair() {
   std::array<char, kKeyCharacters + 1> own{}, secret{};
-  if (zmq_curve_keypair(own.data(), secret.data()) != 0)
-    return refused("keys: this machine's ZeroMQ knows no encryption ({}); install libzmq with CURVE",
-                   zmq_strerror(errno));
+  do {
+    if (zmq_curve_keypair(own.data(), secret.data()) != 0)
+      return refused("keys: this machine's ZeroMQ knows no encryption ({}); install libzmq with CURVE",
+                     zmq_strerror(errno));
+  } while (own[0] == '-');  // on a command line it would look like an option
   return KeyPair{own.data(), secret.data()};
 }
 

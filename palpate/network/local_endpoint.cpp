@@ -95,19 +95,6 @@ Expected<Endpoint> parse_tcp(std::string_view text, EndpointUse use, bool insecu
   return Endpoint{fmt::format("tcp://{}:{}", known, port), {}, !insecure};
 }
 
-// True where somebody accepts connections.
-bool somebody_listens(const std::filesystem::path& socket_path) {
-  sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  std::memcpy(address.sun_path, socket_path.c_str(), socket_path.native().size());
-  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (fd < 0) return false;
-  const int connected = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address);
-  const bool listens = connected == 0 || errno == EAGAIN;  // EAGAIN: its queue is full
-  ::close(fd);
-  return listens;
-}
-
 std::filesystem::path lock_path(const std::filesystem::path& socket) { return socket.string() + ".lock"; }
 
 // Opens and locks the file, and makes sure that the locked file is still the one at that path: its last
@@ -138,6 +125,19 @@ Expected<int> lock_file(const std::filesystem::path& path, const std::filesystem
 }
 
 }  // namespace
+
+bool somebody_listens(const std::filesystem::path& socket_path) {
+  sockaddr_un address{};
+  address.sun_family = AF_UNIX;
+  if (socket_path.native().size() > kMaxSocketPath) return false;
+  std::memcpy(address.sun_path, socket_path.c_str(), socket_path.native().size());
+  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (fd < 0) return false;
+  const int connected = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  const bool listens = connected == 0 || errno == EAGAIN;  // EAGAIN: its queue is full
+  ::close(fd);
+  return listens;
+}
 
 Expected<Endpoint> default_endpoint(std::string_view name) {
   const auto folder = run_directory();

@@ -37,6 +37,9 @@ Expected<Endpoint> parse_endpoint(std::string_view text, EndpointUse use, bool i
 // the system's choice. Wrong use: a path that becomes too long, port 65535.
 Expected<Endpoint> states_endpoint(const Endpoint& service);
 
+// Whether somebody accepts connections at this socket; a dead server's socket accepts none. Disturbs nobody.
+bool somebody_listens(const std::filesystem::path& socket);
+
 // The right to listen at a socket path, held as a lock on the file <path>.lock for the life of this object;
 // the socket goes with it. ZeroMQ takes over a path that another process listens at without a word; this is
 // what prevents it.

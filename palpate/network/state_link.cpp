@@ -16,6 +16,16 @@ StateLink::StateLink(std::unique_ptr<LinkWire> wire, std::uint64_t client, std::
   arrived_.reserve(64);
 }
 
+std::optional<std::string> StateLink::trouble() const {
+  const auto kind = wire_->trouble();
+  if (!kind) return std::nullopt;
+  if (*kind == LinkTrouble::not_admitted)
+    return "it does not admit the key of this machine (palpate keys show); there, `palpate keys authorize` "
+           "does";
+  return "its encryption does not agree with ours: it has another key than the one entered here (palpate "
+         "keys trust), or one side is --insecure";
+}
+
 std::optional<Instant<GraphicsClock>> StateLink::send(const ClientMessage& message) {
   const auto sent = wire_->send(message);
   if (!unanswered_since_) unanswered_since_ = sent ? *sent : wire_->now();

@@ -28,6 +28,10 @@ struct Arrival {
   std::optional<ServerMessage> message;
 };
 
+// Why no connection comes about: their side does not admit our key, or the two sides' encryption does not
+// agree.
+enum class LinkTrouble { not_admitted, no_agreement };
+
 // What carries a link's messages. One caller's thread; neither call waits.
 class LinkWire {
  public:
@@ -37,8 +41,8 @@ class LinkWire {
   virtual std::optional<Instant<GraphicsClock>> send(const ClientMessage& message) = 0;
   // The next message that has come, in the order of arrival.
   virtual bool take(Arrival& arrival) = 0;
-  // Why no connection comes about, where the wire knows; for a person.
-  virtual std::optional<std::string> trouble() const { return std::nullopt; }
+  // Why no connection comes about, where the wire knows.
+  virtual std::optional<LinkTrouble> trouble() const { return std::nullopt; }
 };
 
 // A reply with the moments its request left and it came: received - sent is the round trip.
@@ -107,7 +111,9 @@ class StateLink {
   // Why the server refused a message of ours, newest.
   const std::optional<std::string>& refusal() const { return refusal_; }
   // Why the server cannot be reached, where that is known: a key not admitted, another key than expected.
-  std::optional<std::string> trouble() const { return wire_->trouble(); }
+  // In words for a person, and its kind.
+  std::optional<std::string> trouble() const;
+  std::optional<LinkTrouble> trouble_kind() const { return wire_->trouble(); }
   const ExchangeCounters& counters() const { return ledger_.counters(); }
   std::uint64_t controls_dropped() const { return controls_dropped_; }
 

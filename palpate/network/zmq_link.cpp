@@ -49,15 +49,12 @@ class ZmqWire : public LinkWire {
 
   bool take(Arrival& arrival) override { return arrivals_.pop(arrival); }
 
-  std::optional<std::string> trouble() const override {
+  std::optional<LinkTrouble> trouble() const override {
     switch (trouble_.load(std::memory_order_relaxed)) {
       case Trouble::not_admitted:
-        return "it does not admit the key of this machine (palpate keys show); there, `palpate keys "
-               "authorize` does";
+        return LinkTrouble::not_admitted;
       case Trouble::no_agreement:
-        return "its encryption does not agree with ours: it has another key than the one entered here "
-               "(palpate keys "
-               "trust), or one side is --insecure";
+        return LinkTrouble::no_agreement;
       case Trouble::none:
         break;
     }

@@ -11,8 +11,8 @@
 
 #include "palpate/core/random.h"
 #include "palpate/devices/devices.h"
+#include "palpate/model/world_file.h"
 #include "palpate/sim/true_view.h"
-#include "palpate/sim/world_file.h"
 
 namespace palpate::sim {
 

@@ -4,7 +4,7 @@
 // thread.
 #pragma once
 
-#include "palpate/sim/world_file.h"
+#include "palpate/model/world_file.h"
 #include "palpate/time/instant.h"
 
 namespace palpate::sim {

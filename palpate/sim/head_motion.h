@@ -5,7 +5,7 @@
 #pragma once
 
 #include "palpate/geometry/pose.h"
-#include "palpate/sim/world_file.h"
+#include "palpate/model/world_file.h"
 
 namespace palpate::sim {
 

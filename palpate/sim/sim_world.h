@@ -10,11 +10,11 @@
 
 #include "palpate/devices/devices.h"
 #include "palpate/devices/person.h"
+#include "palpate/model/world_file.h"
 #include "palpate/sim/camera_twin.h"
 #include "palpate/sim/device_clock.h"
 #include "palpate/sim/true_view.h"
 #include "palpate/sim/truth.h"
-#include "palpate/sim/world_file.h"
 #include "palpate/time/clock.h"
 
 namespace palpate::sim {

@@ -9,7 +9,7 @@
 
 #include "palpate/core/random.h"
 #include "palpate/core/units.h"
-#include "palpate/sim/world_file.h"
+#include "palpate/model/world_file.h"
 
 namespace palpate::sim {
 

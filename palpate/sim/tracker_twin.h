@@ -13,9 +13,9 @@
 
 #include "palpate/core/random.h"
 #include "palpate/devices/devices.h"
+#include "palpate/model/world_file.h"
 #include "palpate/sim/led_tracker.h"
 #include "palpate/sim/smooth_field.h"
-#include "palpate/sim/world_file.h"
 
 namespace palpate::sim {
 

@@ -10,8 +10,8 @@
 #include "palpate/geometry/pose.h"
 #include "palpate/model/camera.h"
 #include "palpate/model/phantom.h"
+#include "palpate/model/world_file.h"
 #include "palpate/sim/true_view.h"
-#include "palpate/sim/world_file.h"
 
 namespace palpate::sim {
 

@@ -11,7 +11,7 @@
 
 #include "palpate/calibration/pivot.h"
 #include "palpate/core/random.h"
-#include "palpate/sim/world_file.h"
+#include "palpate/model/world_file.h"
 
 namespace palpate {
 

@@ -18,8 +18,8 @@
 
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
+#include "palpate/model/world_file.h"
 #include "palpate/report/report.h"
-#include "palpate/sim/world_file.h"
 #include "palpate/studies/repeats.h"
 
 namespace palpate {

@@ -1,18 +1,18 @@
 #include "palpate/system/demo.h"
 
+#include "palpate/applications/applications.h"
+#include "palpate/applications/scene_settings.h"
 #include "palpate/compositor/picture_file.h"
 #include "palpate/core/progress.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/physics_server/physics_server.h"
 #include "palpate/report/demo_report.h"
 #include "palpate/sim/camera_renderer.h"
-#include "palpate/system/applications.h"
 #include "palpate/system/demo_raw.h"
 #include "palpate/system/demo_summary.h"
 #include "palpate/system/picture_book.h"
 #include "palpate/system/picture_parts.h"
 #include "palpate/system/realtime_leg.h"
-#include "palpate/system/scene_settings.h"
 #include "palpate/system/world_sample.h"
 
 namespace palpate {

@@ -13,7 +13,7 @@
 
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
-#include "palpate/sim/world_file.h"
+#include "palpate/model/world_file.h"
 
 namespace palpate {
 

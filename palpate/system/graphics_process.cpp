@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <thread>
 
+#include "palpate/applications/applications.h"
 #include "palpate/core/csv.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/devices/lab_channel.h"
 #include "palpate/network/zmq_engine.h"
-#include "palpate/system/applications.h"
 #include "palpate/system/demo_raw.h"
 #include "palpate/system/picture_parts.h"
 #include "palpate/system/player_seat.h"
@@ -16,7 +16,7 @@ namespace palpate {
 namespace {
 
 // How long a physics server may take to answer for the first time before the wait is given up.
-constexpr double kPatience = 10.0;
+constexpr double kPatienceS = 10.0;
 
 // Drawing begins this long after an image was taken up, whether the reply has come or not: the loop goes on
 // meanwhile, and a frame of 33 ms does not miss it.
@@ -104,13 +104,13 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   while (!(*link)->description()) {
     (*link)->poll();
     if (stop.load()) return refused("graphics: stopped before the physics server answered");
-    if (to_seconds(clock.now() - start) > kPatience) {
+    if (to_seconds(clock.now() - start) > kPatienceS) {
       const auto trouble = (*link)->trouble();
       if (trouble)
         return refused("graphics: the physics server at {} turns us away: {}", endpoint->address, *trouble);
       return refused(
           "graphics: no physics server answers at {} after {:.0f} s; start `palpate physics` first",
-          endpoint->address, kPatience);
+          endpoint->address, kPatienceS);
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }

@@ -10,7 +10,7 @@
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/model/rig.h"
-#include "palpate/sim/world_file.h"
+#include "palpate/model/world_file.h"
 
 namespace palpate {
 

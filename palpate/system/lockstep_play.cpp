@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "palpate/applications/applications.h"
 #include "palpate/applications/pingpong/pingpong.h"
 #include "palpate/physics_server/physics_server.h"
-#include "palpate/system/applications.h"
 #include "palpate/system/player_seat.h"
 
 namespace palpate {

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "palpate/applications/pingpong/pingpong.h"
+#include "palpate/applications/scene_settings.h"
 #include "palpate/physics_server/physics_server.h"
-#include "palpate/system/scene_settings.h"
 #include "palpate/system/truth_rig_for_tests.h"
 
 namespace palpate {

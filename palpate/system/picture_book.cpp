@@ -11,7 +11,8 @@ namespace {
 
 constexpr int kPlayPictures = 5, kHitPictures = 3;
 constexpr double kAfterHit = 0.25;  // s after a hit in which a picture still shows it
-constexpr double kPatience = 0.5;   // of the time between two pictures: then one without the ball is taken
+constexpr double kPatienceForBall =
+    0.5;  // of the time between two pictures: then one without the ball is taken
 
 }  // namespace
 
@@ -45,7 +46,7 @@ Expected<void> PictureBook::look(const FrameRecord& frame) {
 
   const bool seen = ball_in_sight(frame, lens_, scene_);
   const bool hit = seen && now <= hit_until_;
-  const bool due = now >= next_ + (seen ? 0.0 : kPatience * every_);
+  const bool due = now >= next_ + (seen ? 0.0 : kPatienceForBall * every_);
   if (!hit && !due) return {};
   if (due) next_ += every_;
   if (hit) {

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kSpeedShare = 0.73;  // of the speed at which the arm's motors switch off, planned at most
 
-pingpong::Reach reach_of(const Rig& rig, const sim::WorldFile& world) {
+pingpong::Reach players_reach(const Rig& rig, const sim::WorldFile& world) {
   pingpong::Reach reach;
   reach.X_world_base = rig.arm->X_world_base;
   reach.lengths = rig.arm->lengths;
@@ -37,7 +37,7 @@ pingpong::PlayerSettings settings_of(const sim::WorldFile& world, std::uint64_t 
 
 PlayerSeat::PlayerSeat(const SceneDescription& scene, const Rig& rig, const sim::WorldFile& world,
                        std::uint64_t seed, double extra_delay_s)
-    : player_(scene, reach_of(rig, world), settings_of(world, seed, extra_delay_s)) {}
+    : player_(scene, players_reach(rig, world), settings_of(world, seed, extra_delay_s)) {}
 
 void PlayerSeat::show(const FrameRecord& frame, const GraphicsServer& server) {
   if (frame.have_state) player_.show(frame.state, server.sync().model().to(frame.drawn));

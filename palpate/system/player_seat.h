@@ -8,7 +8,7 @@
 #include "palpate/devices/devices.h"
 #include "palpate/graphics_server/graphics_server.h"
 #include "palpate/model/rig.h"
-#include "palpate/sim/world_file.h"
+#include "palpate/model/world_file.h"
 
 namespace palpate {
 

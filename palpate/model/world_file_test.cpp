@@ -1,4 +1,4 @@
-#include "palpate/sim/world_file.h"
+#include "palpate/model/world_file.h"
 
 #include <gtest/gtest.h>
 

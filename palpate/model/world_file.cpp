@@ -1,4 +1,4 @@
-#include "palpate/sim/world_file.h"
+#include "palpate/model/world_file.h"
 
 #include <stdexcept>
 #include <type_traits>
@@ -6,7 +6,7 @@
 #include "palpate/core/file.h"
 #include "palpate/core/toml.h"
 #include "palpate/core/units.h"
-#include "palpate/sim/reference_world_text.h"
+#include "palpate/model/reference_world_text.h"
 
 namespace palpate::sim {
 namespace {

@@ -1,4 +1,4 @@
-#include "palpate/system/applications.h"
+#include "palpate/applications/applications.h"
 
 #include "palpate/applications/pingpong/artist.h"
 #include "palpate/applications/pingpong/pingpong.h"

@@ -1,12 +1,12 @@
-#include "palpate/system/physics_process.h"
+#include "palpate/physics_server/physics_process.h"
 
 #include <fmt/format.h>
 
+#include "palpate/applications/applications.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/devices/lab_channel.h"
 #include "palpate/network/zmq_engine.h"
 #include "palpate/physics_server/physics_server.h"
-#include "palpate/system/applications.h"
 #include "palpate/time/periodic_loop.h"
 
 namespace palpate {

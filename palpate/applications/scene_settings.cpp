@@ -1,4 +1,4 @@
-#include "palpate/system/scene_settings.h"
+#include "palpate/applications/scene_settings.h"
 
 namespace palpate {
 

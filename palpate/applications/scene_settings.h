@@ -4,8 +4,8 @@
 
 #include <string>
 
+#include "palpate/model/world_file.h"
 #include "palpate/scene/application.h"
-#include "palpate/sim/world_file.h"
 
 namespace palpate {
 

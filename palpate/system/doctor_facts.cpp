@@ -1,0 +1,188 @@
+#include "palpate/system/doctor_facts.h"
+
+#include <sched.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+#include <sys/timex.h>
+#include <sys/utsname.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include "palpate/compositor/picture_file.h"
+#include "palpate/core/run_directory.h"
+#include "palpate/draw/context.h"
+#include "palpate/system/doctor_network.h"
+
+namespace palpate::doctor {
+namespace {
+
+namespace fs = std::filesystem;
+
+// First line of a file of the kernel's; empty where it cannot be read.
+std::string first_line(const fs::path& path) {
+  std::ifstream in(path);
+  std::string line;
+  std::getline(in, line);
+  return line;
+}
+
+std::optional<long> whole_number(const fs::path& path) {
+  std::istringstream text(first_line(path));
+  long number = 0;
+  if (!(text >> number)) return std::nullopt;
+  return number;
+}
+
+bool all_digits(const std::string& text) {
+  return !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+}
+
+// Soft limit; nothing where there is none.
+std::optional<std::uint64_t> limit_of(__rlimit_resource resource) {
+  rlimit limit{};
+  if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return std::nullopt;
+  return limit.rlim_cur;
+}
+
+std::vector<std::string> governors() {
+  std::vector<std::string> found;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator("/sys/devices/system/cpu", ignored)) {
+    const std::string name = entry.path().filename();
+    if (!name.starts_with("cpu") || !all_digits(name.substr(3))) continue;
+    const std::string governor = first_line(entry.path() / "cpufreq" / "scaling_governor");
+    if (!governor.empty()) found.push_back(governor);
+  }
+  return found;
+}
+
+RealTimeFacts real_time_facts() {
+  RealTimeFacts facts;
+  // In a thread that ends, because the priority would stay; the pages are let go again.
+  std::thread([&facts] { facts.grant = enter_real_time(80); }).join();
+  munlockall();
+  facts.rtprio_limit = limit_of(RLIMIT_RTPRIO);
+  facts.memlock_limit = limit_of(RLIMIT_MEMLOCK);
+  utsname system{};
+  if (uname(&system) == 0) facts.kernel = system.version;
+  facts.kernel_real_time = first_line("/sys/kernel/realtime") == "1";
+  facts.preempt_argument = preempt_argument_of(first_line("/proc/cmdline"));
+  facts.rt_runtime_us = whole_number("/proc/sys/kernel/sched_rt_runtime_us");
+  facts.rt_period_us = whole_number("/proc/sys/kernel/sched_rt_period_us");
+  facts.governors = governors();
+  cpu_set_t cores;
+  CPU_ZERO(&cores);
+  if (sched_getaffinity(0, sizeof cores, &cores) == 0)
+    facts.cores = static_cast<unsigned>(std::max(1, CPU_COUNT(&cores)));
+  timespec resolution{};
+  if (clock_getres(CLOCK_MONOTONIC, &resolution) == 0)
+    facts.timer_resolution_ns = static_cast<std::uint64_t>(resolution.tv_sec) * 1'000'000'000u +
+                                static_cast<std::uint64_t>(resolution.tv_nsec);
+  return facts;
+}
+
+// Programs that keep clocks, as far as this user sees processes of others. The kernel cuts names at 15
+// characters.
+std::vector<std::string> clock_keepers() {
+  std::vector<std::string> found;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator("/proc", ignored)) {
+    if (!all_digits(entry.path().filename())) continue;
+    std::string name = first_line(entry.path() / "comm");
+    if (name == "systemd-timesyn") name = "systemd-timesyncd";
+    for (const char* keeper : {"chronyd", "ntpd", "ntp-daemon", "systemd-timesyncd", "phc2sys"})
+      if (name == keeper && std::find(found.begin(), found.end(), name) == found.end()) found.push_back(name);
+  }
+  return found;
+}
+
+ClockFacts clock_facts() {
+  ClockFacts facts;
+  timex state{};  // no modes: only asks
+  const int answer = adjtimex(&state);
+  facts.known = answer >= 0;
+  if (!facts.known) facts.why_unknown = std::strerror(errno);
+  facts.synchronised = facts.known && answer != TIME_ERROR && (state.status & STA_UNSYNC) == 0;
+  facts.estimated_error_us = state.esterror;
+  facts.maximum_error_us = state.maxerror;
+  facts.keepers = clock_keepers();
+  facts.source = first_line("/sys/devices/system/clocksource/clocksource0/current_clocksource");
+  return facts;
+}
+
+GraphicsFacts graphics_facts() {
+  GraphicsFacts facts;
+  if (const auto context = draw::Context::of_this_thread()) {
+    facts.renderer = (*context)->renderer();
+    facts.platform = (*context)->platform();
+  } else {
+    facts.problem = context.error().message;
+  }
+  return facts;
+}
+
+DeviceFacts device_facts() {
+  DeviceFacts facts;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator("/dev", ignored))
+    if (entry.path().filename().string().starts_with("video"))
+      facts.cameras.push_back({entry.path(), access(entry.path().c_str(), R_OK | W_OK) == 0});
+  std::sort(facts.cameras.begin(), facts.cameras.end(),
+            [](const auto& a, const auto& b) { return a.path < b.path; });
+  return facts;
+}
+
+SpaceFacts space_facts() {
+  SpaceFacts facts;
+  facts.folder = run_directory_place();
+  std::error_code ignored;
+  while (facts.folder.has_relative_path() && !fs::exists(facts.folder, ignored))
+    facts.folder = facts.folder.parent_path();
+  struct statvfs space {};
+  if (statvfs(facts.folder.c_str(), &space) == 0)
+    facts.free_bytes = static_cast<std::uint64_t>(space.f_bavail) * space.f_frsize;
+  facts.open_files = limit_of(RLIMIT_NOFILE);
+  return facts;
+}
+
+}  // namespace
+
+std::string preempt_argument_of(std::string_view command_line) {
+  std::istringstream words{std::string(command_line)};
+  std::string word, value;
+  while (words >> word)
+    if (word.starts_with("preempt=")) value = word.substr(8);  // the last one counts
+  return value;
+}
+
+Expected<Facts> gather_facts(const Options& options) {
+  Facts facts;
+  // First, while nothing else runs: drawing starts threads, and locked memory is the whole process's.
+  facts.real_time = real_time_facts();
+  auto keys = key_facts(options.keys);
+  auto listen = listen_facts(options.listen, keys);
+  if (!listen) return tl::unexpected(listen.error());
+  facts.keys = std::move(keys);
+  facts.listen = std::move(*listen);
+  facts.clock = clock_facts();
+  facts.sockets = socket_facts();
+  facts.devices = device_facts();
+  facts.space = space_facts();
+  facts.libraries = {options.version,
+                     fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION),
+                     picture_library(), network_libraries()};
+  facts.graphics = graphics_facts();
+  return facts;
+}
+
+}  // namespace palpate::doctor

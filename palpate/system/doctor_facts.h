@@ -1,0 +1,130 @@
+// What `palpate doctor` finds on a machine, before anything is judged: one struct per area.
+//
+// Gathered by gather_facts(), judged by doctor_judge.h, and made up by tests. Texts that say why something is
+// not there are empty where it is. Sizes in bytes, times in microseconds. Values, copied freely.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "palpate/network/keys.h"
+#include "palpate/network/probe.h"
+#include "palpate/time/real_time.h"
+
+namespace palpate::doctor {
+
+struct RealTimeFacts {
+  RealTimeGrant grant;                               // of what the haptic loop asks for
+  std::optional<std::uint64_t> rtprio_limit;         // RLIMIT_RTPRIO; nothing: unlimited
+  std::optional<std::uint64_t> memlock_limit;        // RLIMIT_MEMLOCK; nothing: unlimited
+  std::string kernel;                                // as `uname -v` has it
+  bool kernel_real_time = false;                     // /sys/kernel/realtime
+  std::string preempt_argument;                      // preempt=... of the kernel's command line
+  std::optional<long> rt_runtime_us, rt_period_us;   // throttling; runtime -1: off
+  std::vector<std::string> governors;                // a core each; empty where the machine does not tell
+  unsigned cores = 1;                                // this process may use
+  std::optional<std::uint64_t> timer_resolution_ns;  // of CLOCK_MONOTONIC
+};
+
+struct ClockFacts {
+  bool known = false;  // the kernel told its state
+  std::string why_unknown;
+  bool synchronised = false;
+  std::int64_t estimated_error_us = 0, maximum_error_us = 0;
+  std::vector<std::string> keepers;  // programs running that keep clocks: chronyd, ...
+  std::string source;                // tsc, hpet, ...; empty where not told
+};
+
+struct SocketFacts {
+  std::filesystem::path folder;  // where servers of this user meet
+  bool exists = false;
+  std::string folder_problem;  // as check_private_directory() says it
+  unsigned mode = 0;
+  std::string socket_problem;                  // why no unix socket can be made there
+  std::size_t path_bytes = 0, path_limit = 0;  // of the default socket
+  std::vector<std::string> leftovers;          // sockets of dead servers
+  std::vector<std::string> laboratories;       // simulated ones that are open
+  Answered at_default;
+};
+
+// Of --listen, where it is given.
+struct ListenFacts {
+  std::string address;
+  std::string problem;  // as parse_endpoint() says it
+  bool local = false;
+  Listening listening;  // of tcp://
+  Answered answered;    // where somebody is there
+};
+
+struct KeyFacts {
+  std::filesystem::path folder;
+  std::string folder_problem;  // no folder can be named
+  bool needed = false;         // --listen is encrypted
+  bool encryption = false;     // ZeroMQ can
+  unsigned folder_mode = 0;    // 0: not there
+  bool pair_there = false;
+  std::string public_key, pair_problem;
+  std::vector<AuthorizedKey> admitted;
+  std::vector<std::string> complaints;
+  std::string admitted_problem;
+  struct Server {
+    std::string address;
+    Answered answered;  // to the pair of this folder
+  };
+  std::vector<Server> servers;
+  std::string servers_problem;
+};
+
+struct GraphicsFacts {
+  std::string renderer, platform, problem;
+};
+
+struct LibraryFacts {
+  std::string palpate, eigen, pictures;
+  NetworkLibraries network;
+};
+
+struct CameraFile {
+  std::string path;
+  bool readable = false;
+};
+struct DeviceFacts {
+  std::vector<CameraFile> cameras;
+};
+
+struct SpaceFacts {
+  std::filesystem::path folder;  // the nearest one there is to the run folder
+  std::optional<std::uint64_t> free_bytes;
+  std::optional<std::uint64_t> open_files;  // soft limit; nothing: unlimited
+};
+
+struct Facts {
+  RealTimeFacts real_time;
+  ClockFacts clock;
+  SocketFacts sockets;
+  std::optional<ListenFacts> listen;
+  KeyFacts keys;
+  GraphicsFacts graphics;
+  LibraryFacts libraries;
+  DeviceFacts devices;
+  SpaceFacts space;
+};
+
+struct Options {
+  std::filesystem::path keys;  // folder; empty: this user's
+  std::string listen;          // address a physics server is to listen at; empty: the default one only
+  std::string version;         // of the program
+};
+
+// Looks, and leaves the machine as it was: real-time rights are asked for in a thread that ends, a socket
+// lives for a moment. Up to some seconds where servers are there that do not answer. Call it while the
+// process has one thread. Wrong use: a --listen that is no address.
+Expected<Facts> gather_facts(const Options& options);
+
+// Parts of it that read single files; for tests.
+std::string preempt_argument_of(std::string_view command_line);
+
+}  // namespace palpate::doctor
