@@ -42,5 +42,6 @@ void add_graphics(CLI::App& program);
 void add_demo(CLI::App& program);
 void add_apps(CLI::App& program);
 void add_keys(CLI::App& program);
+void add_tracker(CLI::App& program);
 
 }  // namespace palpate::app

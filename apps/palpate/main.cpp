@@ -98,6 +98,7 @@ int main(int argc, char** argv) {
   app::add_physics(program);
   app::add_graphics(program);
   app::add_keys(program);
+  app::add_tracker(program);
   try {
     program.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
