@@ -83,7 +83,7 @@ Expected<RigidPose> read_pose(Reader& reader, const std::string& where) {
 
 Expected<void> write_pose(Writer& writer, const RigidPose& pose, std::string_view name) {
   if (!(std::abs(pose.rotation.norm() - 1.0) < 1e-6) || !pose.translation.allFinite() ||
-      pose.translation.norm() > kFarthestPlace)
+      pose.translation.cwiseAbs().maxCoeff() > kFarthestPlace)
     return refused("{}: the pose to send is not rigid or not within {:g} m; a unit quaternion is expected",
                    excerpt(name), kFarthestPlace);
   const Matrix3 R = pose.rotation.toRotationMatrix();
@@ -233,13 +233,14 @@ struct BodyWriter {
     return {};
   }
   Expected<void> operator()(const Status& status) const {
-    if (status.text.size() > kMostBodyBytes - kStatusBytes - 1)
+    if (status.text.size() > kMostBodyBytes - kStatusBytes)
       return refused("{}: a status text of {} bytes; at most {} are expected", excerpt(device),
-                     status.text.size(), kMostBodyBytes - kStatusBytes - 1);
+                     status.text.size(), kMostBodyBytes - kStatusBytes);
     writer.number(status.code);
     writer.number(static_cast<std::uint64_t>(status.subcode));
     writer.text(status.name, kNameBytes);
-    writer.text(status.text, status.text.size() + 1);
+    // Ends in a 0 where there is room for one.
+    writer.text(status.text, std::min(status.text.size() + 1, kMostBodyBytes - kStatusBytes));
     return {};
   }
   Expected<void> operator()(const StartTracking& start) const {
