@@ -195,6 +195,9 @@ TEST(Loopback, AServerThatTalksNonsenseIsLeftAndTriedAgain) {
   const auto again = accept_one(*server);
   ASSERT_TRUE(again);
   EXPECT_NE(client->state().trouble.find("not OpenIGTLink"), std::string::npos);
+  send_all(again, *encode({"a", {}, Status{13, 0, "Failure", "no camera"}}));
+  ASSERT_TRUE(
+      comes_true([&] { return client->state().trouble.find("13 Failure no camera") != std::string::npos; }));
   std::string damaged = *encode({"a", {}, Transform{}});
   damaged.back() = 'x';
   send_all(again, damaged + *encode({"b", {}, Transform{}}));

@@ -11,6 +11,7 @@
 #include <optional>
 #include <thread>
 
+#include "palpate/core/text.h"
 #include "palpate/drivers/openigtlink/message_stream.h"
 #include "palpate/drivers/openigtlink/socket.h"
 #include "palpate/time/clock.h"
@@ -21,6 +22,7 @@ namespace {
 // Together well below a second: a server that returns has us back within it.
 constexpr int kConnectMs = 400, kRetryMs = 200;
 constexpr std::int64_t kSilenceNs = 500'000'000;
+constexpr std::uint16_t kAllIsWell = 1;  // of STATUS
 
 std::int64_t now_ns() { return MonotonicClock<TrackerClock>::monotonic_ns(); }
 
@@ -143,6 +145,11 @@ class Client : public TrackerClient {
         sample.pose = tool.pose;
         keep(sample);
       }
+    } else if (const auto* status = std::get_if<Status>(&message.content);
+               status && status->code != kAllIsWell) {
+      const std::lock_guard lock(mutex_);
+      state_.trouble = fmt::format("the server says: status {} {} {}", status->code, status->name,
+                                   excerpt(status->text, 120));
     }
   }
 

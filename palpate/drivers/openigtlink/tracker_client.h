@@ -49,7 +49,7 @@ struct TrackerClientState {
   std::uint64_t bad_crc = 0;      // messages damaged on the way
   std::uint64_t refused = 0;      // messages that make no sense
   std::uint64_t skipped = 0;      // messages of kinds that are not read
-  std::string trouble;            // why the newest message was refused or the connection ended; or empty
+  std::string trouble;            // newest: a message refused, a connection ended, an error status; or empty
 };
 
 class TrackerClient {
