@@ -160,6 +160,40 @@ TEST(Codec, PassesOverTheExtendedHeaderAndMetadataOfLaterVersions) {
       << "metadata longer than the body";
 }
 
+// Packed by the library of OpenIGTLink 3.1 (header version 2, metadata): the quarter turn above, seen and out
+// of view, and as tracking data.
+const std::string kSeenByLibrary = from_hex(
+    "00025452414e53464f524d0000005374796c7573546f547261636b65720000000000499602d280000000000000000000006ecdbe"
+    "394d802d0000000c0012000000200000002a000000003f80000000000000bf800000000000000000000000000000000000003f80"
+    "000041200000c1a0000041f400000002000f000300000002000e0003000000015472616e73666f726d5374617475734f4b547261"
+    "6e73666f726d56616c696431");
+const std::string kHiddenByLibrary = from_hex(
+    "00025452414e53464f524d0000005374796c7573546f547261636b65720000000000499602d280000000000000000000007799f1"
+    "dc395225cf25000c0012000000290000002a000000003f80000000000000bf800000000000000000000000000000000000003f80"
+    "000041200000c1a0000041f400000002000f00030000000b000e0003000000015472616e73666f726d5374617475734f55545f4f"
+    "465f564945575472616e73666f726d56616c696430");
+const std::string kToolByLibrary = from_hex(
+    "0002544441544100000000000000547261636b657200000000000000000000000000499602d2800000000000000000000054a730"
+    "2a55daecb8af000c000200000000000000004e6565646c6500000000000000000000000000000200000000003f80000000000000"
+    "bf800000000000000000000000000000000000003f80000041200000c1a0000041f400000000");
+
+TEST(Codec, ReadsWhatTheLibraryOfVersion3Writes) {
+  const auto seen = decode(kSeenByLibrary), hidden = decode(kHiddenByLibrary), tool = decode(kToolByLibrary);
+  ASSERT_TRUE(seen.has_value()) << seen.error().message;
+  ASSERT_TRUE(hidden.has_value()) << hidden.error().message;
+  ASSERT_TRUE(tool.has_value()) << tool.error().message;
+  const auto& transform = std::get<Transform>(seen->content);
+  EXPECT_TRUE(transform.valid);
+  EXPECT_LT((transform.pose.translation - Vector3(0.010, -0.020, 0.0305)).norm(), 1e-12);
+  EXPECT_LT((transform.pose.rotation * Vector3::UnitX() - Vector3::UnitY()).norm(), 1e-12);
+  EXPECT_LT(std::abs(seen->stamp->ns() - 1234567890'500000000), 2);
+  EXPECT_FALSE(std::get<Transform>(hidden->content).valid);
+  const auto& tools = std::get<TrackingData>(tool->content).tools;
+  ASSERT_EQ(tools.size(), 1u);
+  EXPECT_EQ(tools[0].name, "Needle");
+  EXPECT_LT((tools[0].pose.translation - Vector3(0.010, -0.020, 0.0305)).norm(), 1e-12);
+}
+
 TEST(Codec, RefusesEveryTruncation) {
   for (std::size_t size = 0; size < kQuarterTurn.size(); ++size)
     EXPECT_FALSE(decode(std::string_view(kQuarterTurn).substr(0, size)).has_value()) << size;
