@@ -262,7 +262,8 @@ std::uint64_t crc64(std::string_view bytes) {
 std::optional<Instant<TrackerClock>> stamp_from_wire(std::uint64_t fixed) {
   if (fixed == 0) return std::nullopt;
   const std::uint64_t whole = fixed >> 32, fraction = fixed & 0xFFFFFFFFull;
-  const std::uint64_t ns = (fraction * 1'000'000'000ull + (1ull << 31)) >> 32;
+  // To the nearest, but never up into a second that the protocol may no longer have.
+  const auto ns = std::min<std::uint64_t>((fraction * 1'000'000'000ull + (1ull << 31)) >> 32, 999'999'999);
   return Instant<TrackerClock>{Duration(static_cast<std::int64_t>(whole * 1'000'000'000ull + ns))};
 }
 
