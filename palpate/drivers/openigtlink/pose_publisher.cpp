@@ -12,18 +12,16 @@
 #include <thread>
 
 #include "palpate/drivers/openigtlink/message_stream.h"
+#include "palpate/drivers/openigtlink/send_queue.h"
 #include "palpate/drivers/openigtlink/socket.h"
 
 namespace palpate::igtl {
 namespace {
 
-using Bytes = std::shared_ptr<const std::string>;  // one message, shared by the queues of all clients
-
 struct Served {
   Descriptor socket;
   MessageStream stream;
-  std::deque<Bytes> queue;
-  std::size_t sent_of_first = 0;  // bytes; a message that has begun must be finished
+  SendQueue queue;
 };
 
 class Publisher : public PosePublisher {
@@ -97,19 +95,14 @@ class Publisher : public PosePublisher {
   // False when the server is to end.
   bool take_inbox() {
     wake_.clear();
-    std::deque<Bytes> inbox;
+    std::deque<SendQueue::Bytes> inbox;
     {
       const std::lock_guard lock(mutex_);
       if (stop_) return false;
       inbox.swap(inbox_);
     }
     for (const auto& bytes : inbox)
-      for (auto& client : clients_) {
-        client.queue.push_back(bytes);
-        if (client.queue.size() <= options_.most_waiting) continue;
-        client.queue.erase(client.queue.begin() + (client.sent_of_first > 0 ? 1 : 0));
-        ++dropped_;
-      }
+      for (auto& client : clients_) dropped_ += !client.queue.push(bytes, options_.most_waiting);
     return true;
   }
 
@@ -125,14 +118,11 @@ class Publisher : public PosePublisher {
 
   bool write_to(Served& client) {
     while (!client.queue.empty()) {
-      const std::string_view rest = std::string_view(*client.queue.front()).substr(client.sent_of_first);
+      const std::string_view next = client.queue.next();
       const ssize_t count =
-          ::send(client.socket.get(), rest.data(), rest.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+          ::send(client.socket.get(), next.data(), next.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
       if (count < 0) return errno == EAGAIN || errno == EINTR;
-      client.sent_of_first += static_cast<std::size_t>(count);
-      if (static_cast<std::size_t>(count) < rest.size()) return true;
-      client.queue.pop_front();
-      client.sent_of_first = 0;
+      if (!client.queue.sent(static_cast<std::size_t>(count))) return true;
       ++sent_;
     }
     return true;
@@ -180,7 +170,7 @@ class Publisher : public PosePublisher {
 
   mutable std::mutex mutex_;  // held for moments; guards what follows
   std::condition_variable idle_changed_;
-  std::deque<Bytes> inbox_;
+  std::deque<SendQueue::Bytes> inbox_;
   PublisherState state_;
   bool idle_ = true, stop_ = false;
   std::thread thread_;  // last: it uses all of the above

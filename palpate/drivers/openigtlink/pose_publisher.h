@@ -16,7 +16,8 @@ namespace palpate::igtl {
 
 struct PublisherOptions {
   std::size_t most_clients = 16;    // further ones are turned away; sane: 1 to 256
-  std::size_t most_waiting = 1024;  // messages a client, and on their way to the thread; 106 bytes each
+  std::size_t most_waiting = 1024;  // messages a client, and on their way to the thread; 106 bytes each;
+                                    // sane: 16 to 100 000
 };
 
 struct PublisherState {
