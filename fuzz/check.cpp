@@ -34,6 +34,7 @@ const std::vector<NamedTarget>& all_targets() {
       {"keys", keys},
       {"matrices", matrices},
       {"messages", messages},
+      {"openigtlink", openigtlink},
       {"points", points},
       {"poses", poses},
       {"rigs", rigs},

@@ -24,6 +24,7 @@ Refusals hand_eye(std::string_view file);
 Refusals keys(std::string_view file);
 Refusals matrices(std::string_view file);
 Refusals messages(std::string_view file);
+Refusals openigtlink(std::string_view file);
 Refusals points(std::string_view file);
 Refusals poses(std::string_view file);
 Refusals rigs(std::string_view file);

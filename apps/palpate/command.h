@@ -44,5 +44,6 @@ void add_apps(CLI::App& program);
 void add_keys(CLI::App& program);
 void add_status(CLI::App& program);
 void add_doctor(CLI::App& program);
+void add_tracker(CLI::App& program);
 
 }  // namespace palpate::app

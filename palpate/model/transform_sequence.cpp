@@ -80,11 +80,52 @@ bool read_numbers(std::string_view text, std::array<double, 16>& m) {
   return count == 16;
 }
 
+constexpr std::string_view kTransform = "Transform";
+
+struct Entry {  // Seq_Frame<number>_<key> = <value>
+  int number = 0;
+  std::string_view key, value;
+};
+
+// The next line that is one, taken off the content's front; none at the end of the text. Counts lines.
+std::optional<Entry> next_entry(std::string_view& content, int* lines = nullptr) {
+  while (!content.empty()) {
+    const auto end = content.find('\n');
+    const auto line = content.substr(0, end);
+    content.remove_prefix(end == std::string_view::npos ? content.size() : end + 1);
+    if (lines != nullptr) ++*lines;
+    if (line.substr(0, 15) == "ElementDataFile") return std::nullopt;  // pixels follow
+    const std::string_view start = "Seq_Frame";
+    if (line.substr(0, start.size()) != start) continue;
+    const auto equals = line.find(" = ");
+    Entry entry;
+    const auto [rest, code] =
+        std::from_chars(line.data() + start.size(), line.data() + line.size(), entry.number);
+    if (code != std::errc() || equals == std::string_view::npos || rest == line.data() + line.size() ||
+        *rest != '_')
+      continue;
+    entry.key = std::string_view(rest + 1, static_cast<std::size_t>(line.data() + equals - rest - 1));
+    entry.value = line.substr(equals + 3);
+    while (!entry.value.empty() && (entry.value.back() == ' ' || entry.value.back() == '\r'))
+      entry.value.remove_suffix(1);
+    return entry;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 bool is_transform_sequence(std::string_view content) {
   return content.substr(0, 10) == "ObjectType" &&
          content.substr(0, 2000).find("NDims") != std::string_view::npos;
+}
+
+std::vector<std::string> transform_names(std::string_view content) {
+  std::set<std::string> names;
+  while (const auto entry = next_entry(content))
+    if (entry->key.ends_with(kTransform))
+      names.emplace(entry->key.substr(0, entry->key.size() - kTransform.size()));
+  return {names.begin(), names.end()};
 }
 
 Expected<std::vector<StampedPose>> parse_transform_sequence(std::string_view content,
@@ -93,23 +134,8 @@ Expected<std::vector<StampedPose>> parse_transform_sequence(std::string_view con
   std::map<int, Frame> frames;
   std::set<std::string> names;
   int line_number = 0;
-  while (!content.empty()) {
-    const auto end = content.find('\n');
-    const auto line = content.substr(0, end);
-    content.remove_prefix(end == std::string_view::npos ? content.size() : end + 1);
-    ++line_number;
-    if (line.substr(0, 15) == "ElementDataFile") break;  // pixels follow
-    const std::string_view start = "Seq_Frame";
-    if (line.substr(0, start.size()) != start) continue;
-    const auto equals = line.find(" = ");
-    int number = 0;
-    const auto [rest, code] = std::from_chars(line.data() + start.size(), line.data() + line.size(), number);
-    if (code != std::errc() || equals == std::string_view::npos || rest == line.data() + line.size() ||
-        *rest != '_')
-      continue;
-    const std::string_view key(rest + 1, static_cast<std::size_t>(line.data() + equals - rest - 1));
-    auto value = line.substr(equals + 3);
-    while (!value.empty() && (value.back() == ' ' || value.back() == '\r')) value.remove_suffix(1);
+  while (const auto entry = next_entry(content, &line_number)) {
+    const auto& [number, key, value] = *entry;
     Frame& frame = frames[number];
     if (frame.line == 0) frame.line = line_number;
     if (key == "Timestamp") {

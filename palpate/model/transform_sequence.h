@@ -17,6 +17,9 @@ namespace palpate {
 
 bool is_transform_sequence(std::string_view content);
 
+// Names of the transforms there are ("StylusToTracker"), each once, in alphabetical order.
+std::vector<std::string> transform_names(std::string_view content);
+
 // `transform` may be empty where the file has only one.
 Expected<std::vector<StampedPose>> parse_transform_sequence(std::string_view content,
                                                             const std::string& source,

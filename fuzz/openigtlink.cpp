@@ -1,0 +1,52 @@
+// What comes from an OpenIGTLink server or client: the same messages in whatever pieces the bytes arrive, and
+// what is read can be sent on.
+#include <algorithm>
+#include <cmath>
+
+#include "fuzz/check.h"
+#include "palpate/drivers/openigtlink/message_stream.h"
+
+namespace palpate::fuzz {
+namespace {
+
+void hold_rigid(const igtl::RigidPose& pose) {
+  hold(std::abs(pose.rotation.norm() - 1.0) < 1e-6 && pose.translation.allFinite(), "poses read are rigid");
+}
+
+struct HeardBytes {
+  igtl::MessageStream stream;
+  std::vector<std::string> messages;  // encoded again
+  bool alive = true;
+
+  void take(std::string_view bytes) {
+    alive = stream.take(bytes, [this](igtl::Message&& message) {
+      if (const auto* transform = std::get_if<igtl::Transform>(&message.content)) hold_rigid(transform->pose);
+      if (const auto* data = std::get_if<igtl::TrackingData>(&message.content))
+        for (const auto& tool : data->tools) hold_rigid(tool.pose);
+      const auto encoded = igtl::encode(message);
+      hold(encoded.has_value(), "a message that was read can be sent on");
+      const auto header = igtl::decode_header(*encoded);
+      hold(header && igtl::decode_body(*header, std::string_view(*encoded).substr(igtl::kHeaderBytes)),
+           "a message that was sent on can be read");
+      messages.push_back(*encoded);
+    });
+  }
+};
+
+}  // namespace
+
+Refusals openigtlink(std::string_view file) {
+  HeardBytes whole, pieces;
+  whole.take(file);
+  for (std::size_t at = 0, size = 1; at < file.size(); at += size, size = size % 97 + 1)
+    pieces.take(file.substr(at, size));
+  if (file.empty()) pieces.take(file);
+  hold(whole.messages == pieces.messages && whole.alive == pieces.alive &&
+           whole.stream.complaint() == pieces.stream.complaint(),
+       "pieces of any size give the same messages");
+  if (whole.stream.complaint().empty()) return {};
+  hold_one_line({Error::Kind::refused, whole.stream.complaint()});
+  return {whole.stream.complaint()};
+}
+
+}  // namespace palpate::fuzz

@@ -1,0 +1,25 @@
+#include "palpate/drivers/openigtlink/tracker_device.h"
+
+namespace palpate::igtl {
+
+std::vector<TrackerSample> OpenIgtlinkTracker::poll() {
+  std::vector<TrackerSample> samples;
+  for (const auto& heard : client_->poll()) {
+    const auto marker = mapping_.markers.find(heard.tool);
+    if (marker == mapping_.markers.end()) continue;
+    TrackerSample& sample = samples.emplace_back();
+    sample.stamp = heard.stamp;
+    sample.marker = marker->second;
+    sample.seen = heard.seen;
+    const auto X_world_tool =
+        mapping_.X_world_server * Pose<ServerFrame, TipMarker>{heard.pose.rotation, heard.pose.translation};
+    sample.rotation = X_world_tool.rotation;
+    sample.translation = X_world_tool.translation;
+    sample.covariance.diagonal().head<3>().setConstant(mapping_.rotation_sd * mapping_.rotation_sd);
+    sample.covariance.diagonal().tail<3>().setConstant(mapping_.translation_sd * mapping_.translation_sd);
+    sample.systematic.diagonal().setConstant(mapping_.systematic_sd * mapping_.systematic_sd);
+  }
+  return samples;
+}
+
+}  // namespace palpate::igtl

@@ -1,0 +1,41 @@
+// An OpenIGTLink server as the laboratory's optical tracker: names of tools become markers, what has no name
+// here is passed over. Use by one thread.
+//
+// Frames: the server says where a tool is in its own frame S; World is our tracker frame with its axes
+// (docs/conventions.md), and X_world_server leads from one to the other. Stamps are the server's, or times of
+// arrival where it has none. The protocol carries no accuracy: it is stated here.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "palpate/devices/devices.h"
+#include "palpate/drivers/openigtlink/tracker_client.h"
+
+namespace palpate::igtl {
+
+struct ServerFrame;  // what the server measures in
+
+struct TrackerMapping {
+  std::map<std::string, MarkerId> markers;  // by the tool's name as the server sends it
+  Pose<World, ServerFrame> X_world_server;
+  // Of one pose, per component; makers of optical trackers state 0.1 to 0.3 mm rms over the volume.
+  double translation_sd = 0.00025;  // m, sane: 1e-5 to 1e-2
+  double rotation_sd = 0.002;       // rad, 0.25 mm over a marker of 12 cm; sane: 1e-4 to 1e-1
+  double systematic_sd = 0.0;       // m, the part that does not average out
+};
+
+class OpenIgtlinkTracker : public TrackerDevice {
+ public:
+  OpenIgtlinkTracker(std::unique_ptr<TrackerClient> client, TrackerMapping mapping)
+      : client_(std::move(client)), mapping_(std::move(mapping)) {}
+  std::vector<TrackerSample> poll() override;
+  TrackerClientState state() const { return client_->state(); }
+
+ private:
+  std::unique_ptr<TrackerClient> client_;
+  TrackerMapping mapping_;
+};
+
+}  // namespace palpate::igtl
