@@ -51,7 +51,7 @@ TEST(Probe, AServerWithOurOwnKeyIsKnownThoughItDoesNotAdmitUs) {
   ASSERT_TRUE(write_key_pair(rig.scratch / "keys", pair, false));
   const auto any = *parse_endpoint("tcp://127.0.0.1:*", EndpointUse::listen);
   const auto server = serve_states(any, rig.physics_clock, testing::state_at, testing::table_scene(),
-                                   *server_identity(rig.scratch / "keys"));
+                                   {*server_identity(rig.scratch / "keys"), {}});
   ASSERT_TRUE(server) << server.error().message;
   const auto place = *parse_endpoint((*server)->endpoint(), EndpointUse::connect);
   const auto answered = who_answers(place, ClientIdentity{pair, pair.public_key}, kPatienceS);
