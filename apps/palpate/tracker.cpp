@@ -84,6 +84,28 @@ class PoseRecorder {
   CsvWriter csv_{{"time_s", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"}};
 };
 
+// What is new about the connection, also where it came and went between two looks.
+class LinkNews {
+ public:
+  void look(const igtl::TrackerClientState& state, const std::function<void(const char*)>& tell) {
+    if (state.connections != connections_) {
+      if (connected_) tell(kGone);
+      tell("connected");
+      connections_ = state.connections;
+      connected_ = true;
+    }
+    if (connected_ && !state.connected) {
+      tell(kGone);
+      connected_ = false;
+    }
+  }
+
+ private:
+  static constexpr const char* kGone = "the server has gone; waiting for it";
+  std::uint64_t connections_ = 0;
+  bool connected_ = false;
+};
+
 // One line that is written over, on a terminal only.
 class LiveLine {
  public:
@@ -154,14 +176,14 @@ Expected<void> listen_to_tracker(const ListenArguments& options) {
   PoseRecorder recorder(options.tool);
   LiveLine live;
   const std::int64_t start = MonotonicClock<TrackerClock>::monotonic_ns();
-  bool connected = false, last_look = false;
+  LinkNews link;
+  bool last_look = false;
   while (!last_look) {
     last_look = stop || recorder.full() || (options.seconds > 0.0 && since(start) >= options.seconds);
-    if (const bool now = (*client)->state().connected; now != connected) {
-      connected = now;
+    link.look((*client)->state(), [&](const char* what) {
       live.end();
-      notice(fmt::format("{}: {}", where, now ? "connected" : "the server has gone; waiting for it"));
-    }
+      notice(fmt::format("{}: {}", where, what));
+    });
     for (const auto& sample : (*client)->poll()) {
       const bool is_new = !tools.contains(sample.tool);
       auto& tool = tools[sample.tool];

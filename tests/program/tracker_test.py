@@ -69,12 +69,12 @@ class Recording(TrackerTest):
         listen = self.start("tracker", "listen", f"127.0.0.1:{port}", "--tool", "StylusToTracker", "--out", "heard.csv")
         for times in (1, 2):
             replay = self.start("tracker", "replay", RECORDING, "--listen", port, "--loop", "--speed", "100")
-            wait_until(lambda n=times: sum("connected" in line for line in listen.lines()) == n or listen.ended(),
+            wait_until(lambda n=times: sum("connected" in line for line in listen.lines()) >= n or listen.ended(),
                        f"connected {times} times")
             self.assertTrue(listen.says("tool ReferenceToTracker"))
             self.assertTrue(listen.says("tool StylusToTracker"))
             self.assertIn("published", self.ends_at_ctrl_c(replay).out)
-            wait_until(lambda n=times: sum("has gone" in line for line in listen.lines()) == n or listen.ended(), "gone")
+            wait_until(lambda n=times: sum("has gone" in line for line in listen.lines()) >= n or listen.ended(), "gone")
         self.ends_at_ctrl_c(listen)
         self.assertGreater(len(self.rows("heard.csv")), 0)
 
@@ -82,7 +82,10 @@ class Recording(TrackerTest):
         replay, port = self.replay("--loop", "--transform", "StylusToTracker")
         with socket.create_connection(("127.0.0.1", port)) as browser:
             browser.sendall(b"GET / HTTP/1.1\r\nHost: here\r\nUser-Agent: a browser that took a wrong turn\r\n\r\n")
-            while browser.recv(65536):  # until it is thrown out
+            try:
+                while browser.recv(65536):  # until it is thrown out
+                    pass
+            except ConnectionResetError:
                 pass
         listen = self.start("tracker", "listen", f"127.0.0.1:{port}", "--json", "figures.json")
         self.assertTrue(listen.says("tool StylusToTracker"))

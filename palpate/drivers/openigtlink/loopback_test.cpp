@@ -115,7 +115,7 @@ TEST(Loopback, TheClientComesBackByItself) {
   auto publisher = publisher_at();
   const Address address = publisher->address();
   const auto client = client_of(address);
-  ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 1; }));
+  ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 1 && client->state().connected; }));
   publisher.reset();
   ASSERT_TRUE(comes_true([&] { return !client->state().connected; }));
   EXPECT_NE(client->state().trouble, "");
