@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "apps/palpate/command.h"
+#include "apps/palpate/server_options.h"
 #include "palpate/core/json.h"
 #include "palpate/system/graphics_process.h"
 
@@ -15,12 +16,7 @@ void add_graphics(CLI::App& program) {
   };
   auto options = std::make_shared<Options>();
   command->add_option("--rig", options->rig, "Calibrated rig file")->required();
-  command->add_option("--connect", options->process.endpoint,
-                      "ZeroMQ address of the physics server; the default is this user's private socket");
-  command->add_option("--keys", options->process.keys, "Folder of keys for tcp://; see palpate keys");
-  command->add_option("--server-key", options->process.server_key,
-                      "Public key of the physics server; without, the one entered with palpate keys trust");
-  command->add_flag("--insecure", options->process.insecure, "Use tcp:// without keys");
+  add_server_options(*command, options->process.server);
   command->add_option("--lab", options->process.lab, "Name of the laboratory `palpate world run` serves")
       ->default_val("lab");
   command->add_flag("--player", options->process.player, "Let the scripted player hold the stylus");

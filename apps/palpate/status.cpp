@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "apps/palpate/command.h"
+#include "apps/palpate/server_options.h"
 #include "palpate/core/json.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
@@ -17,8 +18,9 @@ namespace {
 constexpr double kAnswerWithin = 5.0;  // s
 
 struct StatusArguments {
-  std::string endpoint, keys, server_key, json;
-  bool insecure = false, once = false;
+  ServerName server;
+  std::string json;
+  bool once = false;
   double interval_s = 0.5;
 };
 
@@ -122,18 +124,11 @@ Json status_json(const ServerStatus& status) {
 
 Expected<void> show_status(const StatusArguments& options) {
   const auto& stop = stop_requested();
-  auto endpoint = options.endpoint.empty()
-                      ? default_endpoint()
-                      : parse_endpoint(options.endpoint, EndpointUse::connect, options.insecure);
-  if (!endpoint) return tl::unexpected(endpoint.error());
-  std::optional<ClientIdentity> identity;
-  if (endpoint->encrypted) {
-    auto known = client_identity_for(*endpoint, options.keys, options.server_key);
-    if (!known) return tl::unexpected(known.error());
-    identity = std::move(*known);
-  }
+  const auto place = server_place(options.server);
+  if (!place) return tl::unexpected(place.error());
+  const Endpoint& endpoint = place->endpoint;
   const MonotonicClock<GraphicsClock> clock;
-  auto link = connect_states(*endpoint, clock, "status", identity);
+  auto link = connect_states(endpoint, clock, "status", place->identity);
   if (!link) return tl::unexpected(link.error());
 
   const bool live = !options.once && options.json.empty();
@@ -149,9 +144,9 @@ Expected<void> show_status(const StatusArguments& options) {
     if (now - heard > seconds(kAnswerWithin)) {
       const auto trouble = (*link)->trouble();
       if (trouble)
-        return refused("status: the physics server at {} turns us away: {}", endpoint->address, *trouble);
+        return refused("status: the physics server at {} turns us away: {}", endpoint.address, *trouble);
       return refused("status: no physics server answers at {}; start `palpate physics` first",
-                     endpoint->address);
+                     endpoint.address);
     }
     if ((!asked || now - *asked >= seconds(options.interval_s)) && (*link)->ask_status()) asked = now;
     if ((*link)->status() && (shown == nullptr || (*link)->status()->uptime_s != last.uptime_s)) {
@@ -159,7 +154,7 @@ Expected<void> show_status(const StatusArguments& options) {
       shown = &last;
       if (!options.json.empty()) return write_json(options.json, status_json(last));
       // On a terminal each view takes the place of the one before.
-      fmt::print("{}{}", live && terminal ? "\x1b[H\x1b[2J" : "", status_text(last, endpoint->address));
+      fmt::print("{}{}", live && terminal ? "\x1b[H\x1b[2J" : "", status_text(last, endpoint.address));
       if (live && !terminal) fmt::print("\n");
       std::fflush(stdout);
       if (!live) return {};
@@ -175,12 +170,7 @@ void add_status(CLI::App& program) {
   auto* command =
       program.add_subcommand("status", "How a running system is doing: loops, clients, exchange; live");
   auto options = std::make_shared<StatusArguments>();
-  command->add_option("--connect", options->endpoint,
-                      "ZeroMQ address of the physics server; the default is this user's private socket");
-  command->add_option("--keys", options->keys, "Folder of keys for tcp://; see palpate keys");
-  command->add_option("--server-key", options->server_key,
-                      "Public key of the physics server; without, the one entered with palpate keys trust");
-  command->add_flag("--insecure", options->insecure, "Use tcp:// without keys");
+  add_server_options(*command, options->server);
   command->add_flag("--once", options->once, "Print one view and end");
   command->add_option("--interval-s", options->interval_s, "Time between two views")
       ->check(CLI::Range(0.1, 60.0))

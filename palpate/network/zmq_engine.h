@@ -31,11 +31,6 @@ Expected<std::unique_ptr<StateService>> serve_states(const Endpoint& endpoint,
                                                      SceneDescription scene,
                                                      const ServiceOptions& options = {});
 
-// The keys a client needs for an encrypted endpoint; `folder` and `server_key` may be empty: this user's
-// keys, the key known for the address.
-Expected<ClientIdentity> client_identity_for(const Endpoint& endpoint, const std::filesystem::path& folder,
-                                             const std::string& server_key);
-
 // A link to `endpoint`, whether anybody is there yet or not. `clock` must be safe from any thread and outlive
 // it.
 Expected<std::unique_ptr<StateLink>> connect_states(const Endpoint& endpoint,

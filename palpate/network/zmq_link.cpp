@@ -152,13 +152,6 @@ Expected<zmq::Socket> watch_handshakes(zmq::Socket& socket, const zmq::Context& 
 
 }  // namespace
 
-Expected<ClientIdentity> client_identity_for(const Endpoint& endpoint, const std::filesystem::path& folder,
-                                             const std::string& server_key) {
-  const auto chosen = folder.empty() ? keys_folder() : Expected<std::filesystem::path>(folder);
-  if (!chosen) return tl::unexpected(chosen.error());
-  return client_identity(*chosen, endpoint.address, server_key);
-}
-
 Expected<std::unique_ptr<StateLink>> connect_states(const Endpoint& endpoint,
                                                     const Clock<GraphicsClock>& clock, std::string name,
                                                     const std::optional<ClientIdentity>& identity) {

@@ -377,8 +377,8 @@ Findings judge(const DeviceFacts& facts) {
   Findings found{
       note(kArea, "haptic arm", "no driver for real arms yet",
            "palpate world run simulates one; drivers are written against palpate/devices/devices.h"),
-      note(kArea, "tracker", "no driver for real trackers yet",
-           "palpate world run simulates one, and files of others can be calibrated")};
+      note(kArea, "tracker", "over OpenIGTLink to record from; no live use yet",
+           "palpate tracker listen records one (docs/openigtlink.md); palpate world run simulates one")};
   if (facts.cameras.empty())
     found.push_back(fine(kArea, "cameras", "none at /dev/video*; no driver for real ones yet"));
   for (const auto& camera : facts.cameras)

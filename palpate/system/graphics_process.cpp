@@ -6,6 +6,7 @@
 #include "palpate/applications/applications.h"
 #include "palpate/core/csv.h"
 #include "palpate/core/stop_signal.h"
+#include "palpate/core/text.h"
 #include "palpate/devices/lab_channel.h"
 #include "palpate/network/zmq_engine.h"
 #include "palpate/system/demo_raw.h"
@@ -28,6 +29,12 @@ class ServerWatch {
   ServerWatch(const StateLink& link, std::string address, const std::function<void(const std::string&)>& say)
       : link_(link), address_(std::move(address)), say_(say) {}
   void look() {
+    if (link_.refusal() != refusal_) {
+      refusal_ = link_.refusal();
+      if (say_ && refusal_)
+        say_(
+            fmt::format("graphics: the physics server at {} refuses: {}", address_, excerpt(*refusal_, 200)));
+    }
     if (link_.peer_alive() == there_) return;
     there_ = !there_;
     if (say_)
@@ -45,6 +52,7 @@ class ServerWatch {
   std::string address_;
   const std::function<void(const std::string&)>& say_;
   bool there_ = true;
+  std::optional<std::string> refusal_;
 };
 
 // For `palpate status`.
@@ -73,16 +81,9 @@ struct Logs {
 
 Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   const auto& stop = stop_requested();
-  auto endpoint = options.endpoint.empty()
-                      ? default_endpoint()
-                      : parse_endpoint(options.endpoint, EndpointUse::connect, options.insecure);
-  if (!endpoint) return tl::unexpected(endpoint.error());
-  std::optional<ClientIdentity> identity;
-  if (endpoint->encrypted) {
-    auto known = client_identity_for(*endpoint, options.keys, options.server_key);
-    if (!known) return tl::unexpected(known.error());
-    identity = std::move(*known);
-  }
+  const auto place = server_place(options.server);
+  if (!place) return tl::unexpected(place.error());
+  const Endpoint& endpoint = place->endpoint;
   auto client = LabClient::open(options.lab);
   if (!client) return tl::unexpected(client.error());
   LabTracker tracker(*client);
@@ -96,7 +97,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   }
   const MonotonicClock<GraphicsClock> clock(options.disguise_offset_s, options.disguise_drift_ppm,
                                             MonotonicClock<GraphicsClock>::monotonic_ns());
-  auto link = connect_states(*endpoint, clock, "graphics", identity);
+  auto link = connect_states(endpoint, clock, "graphics", place->identity);
   if (!link) return tl::unexpected(link.error());
 
   // Who is there, and what is played?
@@ -107,10 +108,10 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     if (to_seconds(clock.now() - start) > kPatienceS) {
       const auto trouble = (*link)->trouble();
       if (trouble)
-        return refused("graphics: the physics server at {} turns us away: {}", endpoint->address, *trouble);
+        return refused("graphics: the physics server at {} turns us away: {}", endpoint.address, *trouble);
       return refused(
           "graphics: no physics server answers at {} after {:.0f} s; start `palpate physics` first",
-          endpoint->address, kPatienceS);
+          endpoint.address, kPatienceS);
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
@@ -122,12 +123,12 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   std::optional<PlayerSeat> player;
   if (hand) player.emplace(scene, options.rig, options.world, options.seed);
 
-  if (options.notice && !endpoint->local() && !endpoint->encrypted)
-    options.notice(fmt::format("graphics: warning: {} is neither encrypted nor guarded", endpoint->address));
+  if (options.notice && !endpoint.local() && !endpoint.encrypted)
+    options.notice(fmt::format("graphics: warning: {} is neither encrypted nor guarded", endpoint.address));
   if (options.notice)
     options.notice(
-        fmt::format("graphics: shows {} of the physics server at {}", scene.application, endpoint->address));
-  ServerWatch physics(**link, endpoint->address, options.notice);
+        fmt::format("graphics: shows {} of the physics server at {}", scene.application, endpoint.address));
+  ServerWatch physics(**link, endpoint.address, options.notice);
   Logs logs;
   JitterHistogram trips;
   std::optional<Instant<GraphicsClock>> told;

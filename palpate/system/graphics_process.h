@@ -11,6 +11,7 @@
 #include "palpate/core/json.h"
 #include "palpate/model/rig.h"
 #include "palpate/model/world_file.h"
+#include "palpate/network/server_place.h"
 
 namespace palpate {
 
@@ -18,11 +19,8 @@ struct GraphicsProcessOptions {
   Rig rig;
   sim::WorldFile world;  // how the player's own arm feels
   std::string lab = "lab";
-  std::string endpoint;  // empty = this user's default socket
-  bool insecure = false;
-  std::filesystem::path keys;  // folder; empty = this user's
-  std::string server_key;      // empty = the one known for the address
-  bool player = false;         // the scripted player holds the stylus
+  ServerName server;
+  bool player = false;  // the scripted player holds the stylus
   std::uint64_t seed = 1;
   double seconds = 0.0;  // 0 = until asked to stop
   // Shows this machine's clock with an offset and a drift, so that the synchronisation has something to find.

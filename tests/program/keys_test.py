@@ -6,6 +6,7 @@ import socket
 import unittest
 
 from laboratory import LaboratoryTest
+from program import wait_until
 
 
 def free_port():
@@ -65,7 +66,14 @@ class Keys(LaboratoryTest):
         graphics = self.runs("graphics", "--rig", self.rig, "--connect", self.address, "--keys", self.there, "--seconds", "1.5", "--json", "figures.json")
         self.assertGreater(json.loads(self.read("figures.json"))["sync"]["exchanges"], 0, graphics)
         self.runs("keys", "revoke", "screen", "--keys", self.here)
-        self.says_no(self.run_program("graphics", "--rig", self.rig, "--connect", self.address, "--keys", self.there), 1, "turns us away", "palpate keys authorize")
+        turned_away = None
+
+        def refused():  # the list is looked at twice a second
+            nonlocal turned_away
+            turned_away = self.run_program("graphics", "--rig", self.rig, "--connect", self.address, "--keys", self.there, "--seconds", "0.2")
+            return "turns us away" in turned_away.err
+        wait_until(refused, "the revoked key is turned away")
+        self.says_no(turned_away, 1, "turns us away", "palpate keys authorize")
         said = self.stop_in_order(physics, world)
         self.assertTrue(any("key of this server " + self.key(self.here) in line for line in said[0]), said)
 
