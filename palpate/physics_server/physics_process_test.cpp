@@ -88,7 +88,7 @@ TEST_F(RestingArm, TheProcessAnswersClientsAndEndsWithItsLaboratory) {
   bool answered = false;
   for (std::uint64_t number = 1; link && !answered && clock.now() - start < patience; ++number) {
     (*link)->poll();
-    if ((*link)->description()) (*link)->request(number, Instant<PhysicsClock>(Duration(clock.now().ns())));
+    if ((*link)->description()) (*link)->request(number, Instant<PhysicsClock>{Duration(clock.now().ns())});
     answered = (*link)->newest() && (*link)->newest()->reply.answer.usable();
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
