@@ -1,49 +1,68 @@
 // Round trip of a state request, beside bare TCP with the same number of bytes, paced like frames.
 //
-// A second process plays the physics server: our exchange on a unix socket and on TCP, and a bare TCP echo
-// (Nagle off, blocking). In each round the three run one after the other, bare TCP at the beginning and at
-// the end; a ratio is the median of ours over the mean of the round's two bare medians, and what is printed
-// is the median of the rounds' ratios with their range. The last line compares bare TCP with itself:
-// differences of that size mean nothing.
-//   exchange_bench [rounds = 10] [requests per leg = 200] [rate_hz = 100]
+// A second process plays the physics server: our exchange on a unix socket, on TCP and on TCP with CURVE, and
+// a bare TCP echo (Nagle off, blocking). In each round all run one after the other, bare TCP at the beginning
+// and at the end; a ratio is the median (or p99) of ours over the mean of the round's two of bare TCP, and
+// what is printed is the median of the rounds' ratios with their range. The last line of a table compares
+// bare TCP with itself: differences of that size mean nothing.
+//
+// Pinned: all threads of the client on core 0, all of the server on core 1, as a rig would be set up; only
+// there a bar applies. Beside the loop: the server also runs a 1 kHz loop under SCHED_FIFO that spins before
+// its deadline and writes the history, on whatever core the server has.
 #include <arpa/inet.h>
 #include <fmt/format.h>
 #include <netinet/tcp.h>
+#include <sched.h>
 #include <signal.h>
+#include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
+#include <new>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include "palpate/network/zmq_engine.h"
+#include "palpate/scene/shape_history.h"
+#include "palpate/scene/world_history.h"
+#include "palpate/time/periodic_loop.h"
 
 namespace {
 
 using namespace palpate;
 
 constexpr std::size_t kRequestBytes = 24;  // of ours, about
+constexpr std::size_t kShapeVertices = 10'000;
+constexpr std::size_t kShapeBytes = kShapeVertices * Shape::kFloatsPerVertex * sizeof(float);
 using Times = std::vector<double>;         // us
 
 MonotonicClock<PhysicsClock> physics_clock;
 MonotonicClock<GraphicsClock> graphics_clock;
 
-StateAnswer answer_at(Instant<PhysicsClock> time) {
-  StateAnswer answer;
-  answer.kind = AnswerKind::interpolated;
-  answer.state.time = time;
-  answer.state.body_count = 3;
-  for (int i = 0; i < 3; ++i) answer.state.bodies[static_cast<std::size_t>(i)].set_p({0.1 * i, 0.2, 0.3});
-  return answer;
-}
+// What both processes see: when the server last looked a state up, on the machine's one clock.
+struct Shared {
+  std::atomic<std::int64_t> looked_up{0}, answered{0};
+};
 
-void require(bool condition, const char* what) {
+void require(bool condition, const std::string& what) {
   if (!condition) throw std::runtime_error(what);
 }
+
+void pin_to(int core) {
+  cpu_set_t cores;
+  CPU_ZERO(&cores);
+  CPU_SET(core, &cores);
+  require(::sched_setaffinity(0, sizeof cores, &cores) == 0, "cannot pin to a core");
+}
+
+// ---------------------------------------------------------------------------- bare TCP
 
 bool transfer_all(int fd, std::vector<char>& buffer, bool out) {
   for (std::size_t done = 0; done < buffer.size();) {
@@ -60,19 +79,78 @@ void no_delay(int fd) {
   ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &one, sizeof one);
 }
 
-[[noreturn]] void play_server(int listener, const Endpoint& ipc, const Endpoint& tcp,
-                              std::size_t reply_bytes) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  const auto over_ipc = serve_states(ipc, physics_clock, answer_at, SceneDescription{});
-  const auto over_tcp = serve_states(tcp, physics_clock, answer_at, SceneDescription{});
-  if (!over_ipc || !over_tcp) _exit(1);
+// Each request's first eight bytes say how long the reply is to be.
+void echo(int listener) {
   const int peer = ::accept(listener, nullptr, nullptr);
   no_delay(peer);
-  std::vector<char> request(kRequestBytes), reply(reply_bytes);
-  while (transfer_all(peer, request, false) && transfer_all(peer, reply, true)) {
+  std::vector<char> request(kRequestBytes), reply;
+  while (transfer_all(peer, request, false)) {
+    std::uint64_t size = 0;
+    std::copy_n(request.data(), sizeof size, reinterpret_cast<char*>(&size));
+    reply.resize(size);
+    if (!transfer_all(peer, reply, true)) break;
   }
+  ::close(peer);
+}
+
+// ---------------------------------------------------------------------------- the server's process
+
+struct Places {
+  Endpoint ipc, tcp, curve;
+  KeyPair server_keys, client_keys;
+  std::filesystem::path folder;  // of authorized_keys
+};
+
+[[noreturn]] void play_server(int listener, const Places& places, bool pinned, bool beside_loop,
+                              Shared& shared) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (pinned) pin_to(1);
+  WorldHistory history(Vector3(0, -9.81, 0));
+  WorldState state;
+  state.body_count = 3;
+  for (int i = 0; i < 3; ++i) state.bodies[static_cast<std::size_t>(i)].set_p({0.1 * i, 0.2, 0.3});
+  const auto step = [&](Instant<PhysicsClock> now) {
+    state.time = now;
+    ++state.tick;
+    history.push(state);
+  };
+  const auto begin = physics_clock.now();
+  for (int i = 8000; i > 0; --i) step(begin - std::chrono::milliseconds(i));
+  const auto source = [&](Instant<PhysicsClock> when) {
+    shared.looked_up.store(physics_clock.now().ns(), std::memory_order_relaxed);
+    auto answer = history.at(when);
+    shared.answered.store(physics_clock.now().ns(), std::memory_order_relaxed);
+    return answer;
+  };
+  // Asked for a time between two shapes, always the same two: nobody writes them where no loop runs.
+  ShapeHistory shapes(kShapeVertices);
+  for (int i = 1; i <= 20; ++i)
+    shapes.push(Instant<PhysicsClock>{std::chrono::milliseconds(8 * i)},
+                std::vector<float>(kShapeVertices * Shape::kFloatsPerVertex, static_cast<float>(i)));
+  const ShapeSource shape = [&](Instant<PhysicsClock>, std::span<float> out) {
+    auto time = shapes.at(Instant<PhysicsClock>{std::chrono::milliseconds(101)}, out);
+    shared.answered.store(physics_clock.now().ns(), std::memory_order_relaxed);
+    return time;
+  };
+  SceneDescription scene;
+  scene.shape_vertices = kShapeVertices;
+  const ServiceOptions open{.identity = {}, .status = {}, .shape = shape};
+  ServiceOptions guarded = open;
+  guarded.identity = ServerIdentity{places.server_keys, places.folder};
+  const auto over_ipc = serve_states(places.ipc, physics_clock, source, scene, open);
+  const auto over_tcp = serve_states(places.tcp, physics_clock, source, scene, open);
+  const auto over_curve = serve_states(places.curve, physics_clock, source, scene, guarded);
+  if (!over_ipc || !over_tcp || !over_curve) {
+    fmt::print(stderr, "the server cannot listen\n");
+    _exit(1);
+  }
+  std::optional<PeriodicLoop<PhysicsClock>> loop;
+  if (beside_loop) loop.emplace(physics_clock, PeriodicLoopSettings{.name = "haptic"}, step);
+  echo(listener);
   _exit(0);
 }
+
+// ---------------------------------------------------------------------------- the client's legs
 
 struct Pace {
   Duration period;
@@ -83,10 +161,20 @@ struct Pace {
   }
 };
 
-Times bare_tcp(int fd, int count, Duration period, std::size_t reply_bytes) {
-  std::vector<char> request(kRequestBytes), reply(reply_bytes);
+struct Load {
+  double rate_hz = 100.0;
+  int requests = 100;  // per leg
+  std::size_t reply_bytes = 0;
+  bool shape = false;
+  Duration period() const { return seconds(1.0 / rate_hz); }
+};
+
+Times bare_tcp(int fd, const Load& load) {
+  std::vector<char> request(kRequestBytes), reply(load.reply_bytes);
+  const std::uint64_t size = load.reply_bytes;
+  std::copy_n(reinterpret_cast<const char*>(&size), sizeof size, request.data());
   Times times;
-  for (Pace pace{period}; static_cast<int>(times.size()) < count;) {
+  for (Pace pace{load.period()}; static_cast<int>(times.size()) < load.requests;) {
     pace.wait();
     const auto sent = graphics_clock.now();
     require(transfer_all(fd, request, true) && transfer_all(fd, reply, false), "the bare TCP peer has gone");
@@ -95,112 +183,251 @@ Times bare_tcp(int fd, int count, Duration period, std::size_t reply_bytes) {
   return times;
 }
 
-Times ours(StateLink& link, std::uint64_t& number, int count, Duration period) {
-  Times times;
-  const auto late_before = link.counters().late;
-  Pace pace{period};
-  for (int i = 0; i < count; ++i) {
+// Where the time of a round trip goes, us.
+struct Parts {
+  Times there, look_up, back;
+};
+
+class Ours {
+ public:
+  Ours(const char* name, std::unique_ptr<StateLink> link) : name_(name), link_(std::move(link)) {}
+  const char* name() const { return name_; }
+  void connect() {
+    for (int i = 0; i < 1000 && !link_->peer_alive(); ++i) {
+      link_->poll();
+      ::usleep(10'000);
+    }
+    require(link_->peer_alive(), fmt::format("{}: the server does not answer", name_));
+  }
+  Times leg(const Load& load, const Shared& shared) {
+    Times times;
+    const auto take = [&] {
+      link_->poll();
+      for (const ArrivedState& a : link_->arrived()) {
+        times.push_back(1e6 * to_seconds(a.received - a.sent));
+        if (a.reply.number != number_) continue;  // the marks are of the newest alone
+        const auto us = [](std::int64_t ns) { return 1e-3 * static_cast<double>(ns); };
+        parts.there.push_back(us(shared.looked_up - a.sent.ns()));
+        parts.look_up.push_back(us(shared.answered - shared.looked_up));
+        parts.back.push_back(us(a.received.ns() - shared.answered));
+      }
+    };
+    Pace pace{load.period()};
+    for (int i = 0; i < load.requests; ++i) {
+      pace.wait();
+      take();
+      link_->frame_drawn(number_);
+      link_->request(++number_, physics_clock.now() - std::chrono::milliseconds(20), load.shape);
+    }
     pace.wait();
-    link.poll();
-    for (const ArrivedState& a : link.arrived()) times.push_back(1e6 * to_seconds(a.received - a.sent));
-    link.frame_drawn(number);
-    link.request(++number, physics_clock.now());
+    ::usleep(20'000);
+    take();
+    require(!times.empty(), fmt::format("{}: no replies", name_));
+    return times;
   }
-  pace.wait();
-  link.poll();
-  for (const ArrivedState& a : link.arrived()) times.push_back(1e6 * to_seconds(a.received - a.sent));
-  require(!times.empty(), "no replies");
-  if (link.counters().late != late_before) {
-    fmt::print("late in this leg: {}\n", link.counters().late - late_before);
-  }
-  return times;
-}
+  Parts parts;
+
+ private:
+  const char* name_;
+  std::unique_ptr<StateLink> link_;
+  std::uint64_t number_ = 0;
+};
 
 double quantile(Times values, double q) {
+  if (values.empty()) return 0.0;
   std::sort(values.begin(), values.end());
   return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1) + 0.5)];
 }
+double median(const Times& values) { return quantile(values, 0.5); }
+double p99(const Times& values) { return quantile(values, 0.99); }
 
-void report(const char* name, const Times& ratios, const Times& all) {
-  fmt::print("{:<22} ratio {:.2f} ({:.2f} to {:.2f})   median {:.0f} us  p99 {:.0f} us  max {:.0f} us\n",
-             name, quantile(ratios, 0.5), quantile(ratios, 0.0), quantile(ratios, 1.0), quantile(all, 0.5),
-             quantile(all, 0.99), quantile(all, 1.0));
+// ---------------------------------------------------------------------------- a table
+
+struct Row {
+  std::string name;
+  Times medians, p99s, all;  // ratios round by round; us
+  double bar = 0.0;          // of the median's ratio; 0: none
+};
+
+void print(const Row& row, double p99_bar) {
+  std::string verdict;
+  if (row.bar > 0.0) {
+    const bool holds = median(row.medians) <= row.bar && median(row.p99s) <= p99_bar;
+    verdict = fmt::format("  bar {:.1f}, p99 {:.1f}: {}", row.bar, p99_bar, holds ? "holds" : "MISSED");
+  }
+  fmt::print("  {:<16} {:6.0f} us  ratio {:.2f} ({:.2f} to {:.2f})   p99 {:6.0f} us  ratio {:.2f}{}\n", row.name,
+             median(row.all), median(row.medians), quantile(row.medians, 0.0), quantile(row.medians, 1.0),
+             p99(row.all), median(row.p99s), verdict);
 }
 
-void run(int rounds, int count, double rate_hz) {
-  const Duration period = seconds(1.0 / rate_hz);
-  const std::size_t reply_bytes =
-      encode(ServerMessage(StateReply{1000, physics_clock.now(), answer_at(physics_clock.now())})).size();
-  const auto ipc = default_endpoint(fmt::format("bench-{}", ::getpid()));
-  const auto tcp = parse_endpoint(fmt::format("tcp://127.0.0.1:{}", 20000 + ::getpid() % 20000),
-                                  EndpointUse::listen, true);
-  require(ipc && tcp, "no endpoint");
+struct Case {
+  Load load;
+  double unix_bar = 0.0, tcp_bar = 0.0, curve_bar = 0.0;
+};
 
+void measure(const Case& what, int rounds, int bare, std::vector<Ours>& links, const Shared& shared) {
+  std::vector<Row> rows;
+  for (const Ours& link : links) rows.push_back({.name = link.name(), .medians = {}, .p99s = {}, .all = {}});
+  const double bars[] = {what.unix_bar, what.tcp_bar, what.curve_bar};
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i].bar = bars[i];
+  Row again{.name = "bare TCP again", .medians = {}, .p99s = {}, .all = {}};
+  Times all_bare;
+  const auto keep = [](Times& all, const Times& leg) { all.insert(all.end(), leg.begin(), leg.end()); };
+  for (Ours& link : links) link.parts = {};
+  for (int round = 0; round < rounds; ++round) {
+    const Times first = bare_tcp(bare, what.load);
+    std::vector<Times> legs;
+    for (Ours& link : links) legs.push_back(link.leg(what.load, shared));
+    const Times last = bare_tcp(bare, what.load);
+    const double base = (median(first) + median(last)) / 2, base99 = (p99(first) + p99(last)) / 2;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      rows[i].medians.push_back(median(legs[i]) / base);
+      rows[i].p99s.push_back(p99(legs[i]) / base99);
+      keep(rows[i].all, legs[i]);
+    }
+    again.medians.push_back(median(last) / median(first));
+    again.p99s.push_back(p99(last) / p99(first));
+    keep(again.all, last);
+    keep(all_bare, first);
+    keep(all_bare, last);
+  }
+  fmt::print(" {} bytes at {:.0f} Hz, {} rounds of {}; bare TCP {:.0f} us, p99 {:.0f} us\n", what.load.reply_bytes,
+             what.load.rate_hz, rounds, what.load.requests, median(all_bare), p99(all_bare));
+  for (const Row& row : rows) print(row, 2.5);
+  print(again, 0.0);
+  for (const Ours& link : links)
+    fmt::print("    {:<14} there {:.0f} us, look-up {:.1f} us, back {:.0f} us\n", link.name(),
+               median(link.parts.there), median(link.parts.look_up), median(link.parts.back));
+}
+
+// ---------------------------------------------------------------------------- the run
+
+int listen_somewhere(sockaddr_in& address) {
   const int listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   socklen_t size = sizeof address;
   auto* generic = reinterpret_cast<sockaddr*>(&address);
   require(::bind(listener, generic, size) == 0 && ::listen(listener, 1) == 0, "no TCP port");
   ::getsockname(listener, generic, &size);
+  return listener;
+}
+
+Places make_places(int turn) {
+  Places places;
+  const int port = 20000 + (::getpid() * 8 + turn * 4) % 20000;
+  const auto tcp = [&](int number, bool insecure) {
+    return parse_endpoint(fmt::format("tcp://127.0.0.1:{}", number), EndpointUse::listen, insecure);
+  };
+  const auto ipc = default_endpoint(fmt::format("bench-{}", ::getpid()));
+  const auto plain = tcp(port, true), curve = tcp(port + 2, false);
+  const auto server = make_key_pair(), client = make_key_pair();
+  require(ipc && plain && curve && server && client, "no endpoint");
+  places = {*ipc, *plain, *curve, *server, *client, ipc->socket.string() + ".keys"};
+  std::filesystem::create_directories(places.folder);
+  std::filesystem::permissions(places.folder, std::filesystem::perms::owner_all);
+  require(authorize_key(places.folder, {Role::graphics, client->public_key, "bench"}).has_value(), "no keys");
+  return places;
+}
+
+void remove_traces(const Places& places) {
+  std::error_code ignored;
+  for (const char* rest : {"", ".lock", ".states", ".states.lock"})
+    std::filesystem::remove(places.ipc.socket.string() + rest, ignored);
+  std::filesystem::remove_all(places.folder, ignored);
+}
+
+// In a process of its own: pinning and threads end with it.
+void layout(bool pinned, bool beside_loop, int rounds, bool short_run, int engines, Shared& shared) {
+  sockaddr_in address{};
+  const int listener = listen_somewhere(address);
+  const Places places = make_places((pinned ? 2 : 0) + (beside_loop ? 1 : 0));
   const pid_t server = ::fork();
-  if (server == 0) play_server(listener, *ipc, *tcp, reply_bytes);
-
+  if (server == 0) play_server(listener, places, pinned, beside_loop, shared);
+  ::close(listener);
+  if (pinned) pin_to(0);
   const int bare = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  require(::connect(bare, generic, size) == 0, "cannot connect the bare TCP rival");
+  require(::connect(bare, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0, "no bare TCP rival");
   no_delay(bare);
-  auto over_ipc = connect_states(*ipc, graphics_clock), over_tcp = connect_states(*tcp, graphics_clock);
-  require(over_ipc && over_tcp, "no link");
-  std::uint64_t ipc_number = 0, tcp_number = 0;
-  // Warm-up, and until both are connected.
-  for (int i = 0; i < 1000 && !((*over_ipc)->peer_alive() && (*over_tcp)->peer_alive()); ++i) {
-    (*over_ipc)->poll();
-    (*over_tcp)->poll();
-    ::usleep(10'000);
-  }
-  require((*over_ipc)->peer_alive() && (*over_tcp)->peer_alive(), "the server does not answer");
-  bare_tcp(bare, 50, period, reply_bytes);
-  ours(**over_ipc, ipc_number, 50, period);
-  ours(**over_tcp, tcp_number, 50, period);
+  std::vector<Ours> links;
+  const auto add = [&](const char* name, const Endpoint& place, const std::optional<ClientIdentity>& identity) {
+    auto link = connect_states(place, graphics_clock, "bench", identity);
+    require(link.has_value(), "no link");
+    links.emplace_back(name, std::move(*link));
+  };
+  add("unix socket", places.ipc, {});
+  add("TCP", places.tcp, {});
+  add("TCP, CURVE", places.curve, ClientIdentity{places.client_keys, places.server_keys.public_key});
+  links.erase(links.begin() + engines, links.end());
+  for (Ours& link : links) link.connect();
 
-  Times bare_all, ipc_all, tcp_all, ipc_ratios, tcp_ratios, bare_ratios;
-  const auto keep = [](Times& all, const Times& leg) { all.insert(all.end(), leg.begin(), leg.end()); };
-  for (int round = 0; round < rounds; ++round) {
-    const Times first = bare_tcp(bare, count, period, reply_bytes);
-    const Times a = ours(**over_ipc, ipc_number, count, period);
-    const Times b = ours(**over_tcp, tcp_number, count, period);
-    const Times last = bare_tcp(bare, count, period, reply_bytes);
-    const double base = (quantile(first, 0.5) + quantile(last, 0.5)) / 2;
-    ipc_ratios.push_back(quantile(a, 0.5) / base);
-    tcp_ratios.push_back(quantile(b, 0.5) / base);
-    bare_ratios.push_back(quantile(last, 0.5) / quantile(first, 0.5));
-    keep(ipc_all, a);
-    keep(tcp_all, b);
-    keep(bare_all, first);
-    keep(bare_all, last);
+  const std::size_t state_bytes = [] {
+    StateAnswer answer;
+    answer.state.body_count = 3;
+    return encode(ServerMessage(StateReply{1000, physics_clock.now(), answer})).size();
+  }();
+  fmt::print("\n{}, {}\n", pinned ? "PINNED" : "UNPINNED (no bar)",
+             beside_loop ? "beside the running 1 kHz loop" : "idle");
+  // Bars where the threads are pinned; the loop next to it makes every wake-up wait.
+  const double b = pinned ? 1.0 : 0.0;
+  std::vector<Case> cases{
+      {{.rate_hz = 100, .requests = 100, .reply_bytes = state_bytes}, b * 1.4, b * (beside_loop ? 2.2 : 1.6),
+       b * (beside_loop ? 2.5 : 1.8)}};
+  if (beside_loop) cases[0].unix_bar = 0.0;
+  cases.push_back({{.rate_hz = 60, .requests = 60, .reply_bytes = state_bytes + kShapeBytes, .shape = true},
+                   0.0,
+                   b * (beside_loop ? 0.0 : 1.8),
+                   b * (beside_loop ? 0.0 : 3.2)});
+  if (!short_run) {
+    cases.push_back({.load = {.rate_hz = 60, .requests = 60, .reply_bytes = state_bytes}});
+    cases.push_back({.load = {.rate_hz = 1000, .requests = 500, .reply_bytes = state_bytes}});
   }
+  for (const Case& one : cases) measure(one, rounds, bare, links, shared);
+  links.clear();
   ::kill(server, SIGKILL);
   ::waitpid(server, nullptr, 0);
-  std::error_code ignored;
-  std::filesystem::remove(ipc->socket, ignored);
-  std::filesystem::remove(ipc->socket.string() + ".lock", ignored);
-
-  fmt::print("{} rounds of {} requests at {} Hz, reply {} bytes; ratios to bare TCP of the same round\n",
-             rounds, count, rate_hz, reply_bytes);
-  report("ours, unix socket", ipc_ratios, ipc_all);
-  report("ours, TCP", tcp_ratios, tcp_all);
-  report("bare TCP, last/first", bare_ratios, bare_all);
+  ::close(bare);
+  remove_traces(places);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  try {
-    run(argc > 1 ? std::max(1, std::atoi(argv[1])) : 10, argc > 2 ? std::max(10, std::atoi(argv[2])) : 200,
-        argc > 3 ? std::max(1.0, std::atof(argv[3])) : 100.0);
-  } catch (const std::exception& failure) {
-    fmt::print(stderr, "exchange_bench: {}\n", failure.what());
-    return 1;
+  CLI::App app("Round trips of the exchange beside bare TCP");
+  int rounds = 10;
+  std::string which = "all";
+  bool short_run = false;
+  int engines = 3;
+  app.add_option("--rounds", rounds, "Rounds per table")->check(CLI::PositiveNumber)->capture_default_str();
+  app.add_option("--layout", which, "all, pinned, unpinned, pinned-idle, pinned-loop, unpinned-idle, unpinned-loop")
+      ->capture_default_str();
+  app.add_option("--engines", engines, "Of the three, the first so many")->capture_default_str();
+  app.add_flag("--short", short_run, "512 bytes at 100 Hz and the shape of 10,000 vertices at 60 Hz alone");
+  CLI11_PARSE(app, argc, argv);
+  void* page = ::mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  auto& shared = *new (page) Shared;
+  int failed = 0;
+  for (const bool pinned : {true, false}) {
+    for (const bool beside_loop : {false, true}) {
+      const std::string name = fmt::format("{}-{}", pinned ? "pinned" : "unpinned", beside_loop ? "loop" : "idle");
+      if (which != "all" && !name.starts_with(which)) continue;
+      std::fflush(stdout);
+      const pid_t child = ::fork();
+      if (child == 0) {
+        ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+        try {
+          layout(pinned, beside_loop, rounds, short_run, engines, shared);
+          std::fflush(stdout);
+          std::_Exit(0);
+        } catch (const std::exception& failure) {
+          fmt::print(stderr, "exchange_bench: {}\n", failure.what());
+          std::_Exit(1);
+        }
+      }
+      int status = 0;
+      ::waitpid(child, &status, 0);
+      failed += status != 0;
+    }
   }
+  return failed == 0 ? 0 : 1;
 }

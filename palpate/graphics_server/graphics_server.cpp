@@ -53,7 +53,8 @@ bool GraphicsServer::begin_frame(Instant<GraphicsClock> now) {
       camera_clock_.model().to(image_->mid_exposure) - seconds(delays.camera_after_tracker_s);
   if (sync_.exchanges() > 0) {
     record_.asked = sync_.remote_time(record_.image_time) - seconds(delays.tracker_after_arm_s);
-    record_.requested = link_.request(record_.number, record_.asked);
+    const bool shape = link_.description() && link_.description()->shape_vertices > 0;
+    record_.requested = link_.request(record_.number, record_.asked, shape);
   }
   estimate_pose(record_);
   return true;

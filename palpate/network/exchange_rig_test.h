@@ -32,6 +32,18 @@ inline SceneDescription table_scene(const std::string& application = "pingpong")
   return scene;
 }
 
+// A surface that can be recognised: number i is the time in seconds plus i thousandths.
+inline std::optional<Instant<PhysicsClock>> shape_at(Instant<PhysicsClock> time, std::span<float> out) {
+  for (std::size_t i = 0; i < out.size(); ++i)
+    out[i] = static_cast<float>(time.seconds() + 1e-3 * static_cast<double>(i));
+  return time;
+}
+inline SceneDescription cloth_scene(std::size_t vertices = 10'000) {
+  SceneDescription scene = table_scene("cloth");
+  scene.shape_vertices = vertices;
+  return scene;
+}
+
 class ExchangeRig {
  public:
   virtual ~ExchangeRig() = default;
@@ -60,7 +72,7 @@ class InProcessRig : public ExchangeRig {
             [](Instant<TrueTime> t) { return Instant<PhysicsClock>{t.since_epoch + seconds(100.0)}; },
             [](Instant<TrueTime> t) { return Instant<GraphicsClock>{t.since_epoch + seconds(7.0)}; }) {}
   Expected<std::unique_ptr<StateService>> serve(SceneDescription scene = table_scene()) override {
-    return network.serve(state_at, std::move(scene));
+    return network.serve(state_at, std::move(scene), shape_at);
   }
   std::unique_ptr<StateLink> connect(std::string name = "graphics") override {
     return network.connect(std::move(name));

@@ -39,6 +39,31 @@ TEST_P(Exchange, ARequestIsAnsweredWithTheStateAtItsTime) {
   EXPECT_EQ(link->counters().answers[static_cast<std::size_t>(AnswerKind::interpolated)], 1u);
 }
 
+TEST_P(Exchange, AShapeComesWithTheStateWhereItIsAskedFor) {
+  auto server = rig->serve(testing::cloth_scene());
+  auto link = rig->connect();
+  ASSERT_TRUE(rig->until({link.get()}, [&] { return link->description().has_value(); }));
+  EXPECT_EQ(link->description()->shape_vertices, 10'000u);
+  ASSERT_TRUE(link->request(1, {seconds(3)}));
+  ASSERT_TRUE(rig->until({link.get()}, [&] { return link->newest().has_value(); }));
+  EXPECT_FALSE(link->newest_shape());  // nobody asked
+  ASSERT_TRUE(link->request(2, {seconds(4)}, true));
+  ASSERT_TRUE(rig->until({link.get()}, [&] { return link->newest_shape() != nullptr; }));
+  EXPECT_EQ(link->newest()->reply.number, 2u);
+  EXPECT_EQ(link->newest_shape()->time, Instant<PhysicsClock>{seconds(4)});
+  std::vector<float> expected(60'000);
+  testing::shape_at({seconds(4)}, expected);
+  EXPECT_EQ(link->newest_shape()->values, expected);
+}
+
+TEST_P(Exchange, WithoutASurfaceThatDeformsAShapeIsAskedForInVain) {
+  auto server = rig->serve();
+  auto link = rig->connect();
+  ASSERT_TRUE(rig->until({link.get()}, [&] { return link->request(1, {seconds(4)}, true); }));
+  ASSERT_TRUE(rig->until({link.get()}, [&] { return link->newest().has_value(); }));
+  EXPECT_FALSE(link->newest_shape());
+}
+
 TEST_P(Exchange, WhoAsksHowTheServerIsDoingHearsOfEveryClient) {
   auto server = rig->serve();
   auto busy = rig->connect("screen"), asking = rig->connect("status");

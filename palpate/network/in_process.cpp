@@ -25,6 +25,7 @@ struct InProcessNetwork::Net {
     int line = 0;
     bool to_physics = false;
     std::string bytes;
+    std::optional<std::string> shape;
     std::uint64_t session = 0;  // to physics: the server it was sent to
   };
 
@@ -71,15 +72,18 @@ struct InProcessNetwork::Net {
       const auto line = lines.find(event.line);
       if (line == lines.end()) return;
       Arrival arrival{graphics_time(now), std::nullopt};
-      if (auto message = decode_server_message(event.bytes)) arrival.message = std::move(*message);
+      if (auto message = decode_server_message(event.bytes, event.shape)) arrival.message = std::move(*message);
       line->second.inbox.push_back(std::move(arrival));
       return;
     }
     if (server == nullptr || event.session != session) return;  // it died on the way
     const auto line = lines.find(event.line);
     if (line == lines.end()) return;  // so did the client
-    const ServerMessage answer = server->answer(event.bytes, physics_time(now), line->second.role);
-    send({.line = event.line, .to_physics = false, .bytes = encode(answer)});
+    const ServerMessage answer = 
+        server->answer(event.bytes, physics_time(now), line->second.role, std::to_string(event.line));
+    Event back{.line = event.line, .to_physics = false, .bytes = encode(answer)};
+    if (const auto shape = shape_of(answer)) back.shape = shape_bytes(*shape);
+    send(std::move(back));
   }
 };
 
@@ -111,10 +115,11 @@ class InProcessNetwork::Wire : public LinkWire {
 
 class InProcessNetwork::Service : public StateService {
  public:
-  Service(std::shared_ptr<Net> net, StateSource source, SceneDescription scene)
+  Service(std::shared_ptr<Net> net, StateSource source, SceneDescription scene, ShapeSource shape)
       : net_(std::move(net)), core_(std::move(source), std::move(scene), ++net_->session, [n = net_.get()] {
           return n->physics_time(n->now);
         }) {
+    core_.shows(std::move(shape));
     net_->server = &core_;
   }
   ~Service() override { net_->server = nullptr; }
@@ -139,9 +144,10 @@ InProcessNetwork::InProcessNetwork(ChannelModel model, std::uint64_t seed, Physi
   net_->graphics_time = std::move(graphics_time);
 }
 
-Expected<std::unique_ptr<StateService>> InProcessNetwork::serve(StateSource source, SceneDescription scene) {
+Expected<std::unique_ptr<StateService>> InProcessNetwork::serve(StateSource source, SceneDescription scene,
+                                                                ShapeSource shape) {
   if (net_->server != nullptr) return refused("in-process network: a physics server is running here already");
-  return std::make_unique<Service>(net_, std::move(source), std::move(scene));
+  return std::make_unique<Service>(net_, std::move(source), std::move(scene), std::move(shape));
 }
 
 std::unique_ptr<StateLink> InProcessNetwork::connect(std::string name, Role role) {

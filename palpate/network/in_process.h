@@ -37,7 +37,8 @@ class InProcessNetwork {
                    GraphicsTime graphics_time);
 
   // Starts a physics server; refused while another one lives, as an address in use.
-  Expected<std::unique_ptr<StateService>> serve(StateSource source, SceneDescription scene);
+  Expected<std::unique_ptr<StateService>> serve(StateSource source, SceneDescription scene,
+                                                ShapeSource shape = {});
   // A new graphics server's link; the physics server need not be there.
   std::unique_ptr<StateLink> connect(std::string name = "graphics", Role role = Role::operator_);
 

@@ -4,7 +4,9 @@
 #include <palpate.pb.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
 
 namespace palpate {
 
@@ -65,6 +67,7 @@ void put(wire::SceneDescription* out, const SceneDescription& scene) {
   out->set_contact_duration_s(scene.contact_s);
   out->set_serve_speed_min_m_per_s(scene.serve_speed[0]);
   out->set_serve_speed_max_m_per_s(scene.serve_speed[1]);
+  out->set_shape_vertices(static_cast<std::uint32_t>(scene.shape_vertices));
 }
 
 void put(wire::ClientFigures* out, const ClientFigures& figures) {
@@ -105,6 +108,7 @@ void put(wire::ToPhysics& out, const StatusRequest& message) {
 void put(wire::ToPhysics& out, const StateRequest& message) {
   out.mutable_state_request()->set_number(message.number);
   out.mutable_state_request()->set_time_ns(message.time.ns());
+  out.mutable_state_request()->set_shape(message.shape);
 }
 void put(wire::ToPhysics& out, const SyncRequest& message) {
   out.mutable_sync_request()->set_number(message.number);
@@ -127,6 +131,9 @@ void put(wire::ToGraphics& out, const StateReply& message) {
   to->set_kind(static_cast<wire::AnswerKind>(message.answer.kind));
   to->set_extrapolated_ns(message.answer.extrapolated_by.count());
   put(to->mutable_state(), message.answer.state);
+  if (!message.shape) return;
+  to->mutable_shape()->set_time_ns(message.shape->time.ns());
+  to->mutable_shape()->set_vertices(static_cast<std::uint32_t>(message.shape->vertices()));
 }
 void put(wire::ToGraphics& out, const SyncReply& message) {
   out.mutable_sync_reply()->set_number(message.number);
@@ -282,6 +289,8 @@ SceneDescription read(Check& check, const wire::SceneDescription& in) {
                        check.finite(in.serve_speed_max_m_per_s(), "serve_speed_max_m_per_s")};
   check.require(scene.serve_speed[0] <= scene.serve_speed[1], "serve_speed_min_m_per_s",
                 "at most the maximum");
+  check.require(in.shape_vertices() <= Shape::kMaxVertices, "shape_vertices", "at most 40000");
+  scene.shape_vertices = in.shape_vertices();
   return scene;
 }
 
@@ -352,7 +361,8 @@ ClientMessage read(Check& check, const wire::ToPhysics& in) {
       return StatusRequest{check.number(in.status_request().number(), "number")};
     case wire::ToPhysics::kStateRequest:
       return StateRequest{check.number(in.state_request().number(), "number"),
-                          check.time<PhysicsClock>(in.state_request().time_ns(), "time_ns")};
+                          check.time<PhysicsClock>(in.state_request().time_ns(), "time_ns"),
+                          in.state_request().shape()};
     case wire::ToPhysics::kSyncRequest:
       return SyncRequest{check.number(in.sync_request().number(), "number")};
     case wire::ToPhysics::kControlCall: {
@@ -367,6 +377,29 @@ ClientMessage read(Check& check, const wire::ToPhysics& in) {
   }
   check.fail("the message is of no known kind; use the same release of palpate on both");
   return Hello{};
+}
+
+// Zero times a number is zero, unless it is infinite or none; in lanes, so that the compiler takes many at once.
+bool all_finite(const std::vector<float>& values) {
+  std::array<float, 8> sums{};
+  std::size_t i = 0;
+  for (; i + 8 <= values.size(); i += 8)
+    for (std::size_t lane = 0; lane < 8; ++lane) sums[lane] += 0.0F * values[i + lane];
+  for (; i < values.size(); ++i) sums[0] += 0.0F * values[i];
+  return std::all_of(sums.begin(), sums.end(), [](float sum) { return sum == 0.0F; });
+}
+
+std::shared_ptr<const Shape> read(Check& check, const wire::ShapeNote& note, std::string_view bytes) {
+  auto shape = std::make_shared<Shape>();
+  shape->time = check.time<PhysicsClock>(note.time_ns(), "shape time_ns");
+  check.require(note.vertices() >= 1 && note.vertices() <= Shape::kMaxVertices, "vertices", "1 to 40000");
+  check.require(bytes.size() == std::size_t{note.vertices()} * Shape::kFloatsPerVertex * sizeof(float),
+                "the second frame", "24 bytes for each vertex");
+  if (!check.good()) return nullptr;
+  shape->values.resize(bytes.size() / sizeof(float));
+  std::memcpy(shape->values.data(), bytes.data(), bytes.size());
+  check.require(all_finite(shape->values), "each number of a shape", "finite");
+  return shape;
 }
 
 StateReply read(Check& check, const wire::StateReply& in) {
@@ -422,8 +455,9 @@ std::string encode_as(const Message& message) {
   return out.SerializeAsString();
 }
 
-template <typename Wire, typename Message>
-Expected<Message> decode_as(std::string_view bytes) {
+// `more` reads what does not stand in the message itself.
+template <typename Wire, typename Message, typename More>
+Expected<Message> decode_as(std::string_view bytes, More&& more) {
   if (bytes.size() > kMaxMessageBytes) {
     return refused("message refused: {} bytes, at most {} are allowed", bytes.size(), kMaxMessageBytes);
   }
@@ -442,6 +476,7 @@ Expected<Message> decode_as(std::string_view bytes) {
   }
   Check check;
   Message message = read(check, in);
+  if (check.good()) more(check, in, message);
   if (!check.good()) return refused("message refused: {}", check.reason());
   return message;
 }
@@ -452,11 +487,27 @@ std::string encode(const ClientMessage& message) { return encode_as<wire::ToPhys
 std::string encode(const ServerMessage& message) { return encode_as<wire::ToGraphics>(message); }
 
 Expected<ClientMessage> decode_client_message(std::string_view bytes) {
-  return decode_as<wire::ToPhysics, ClientMessage>(bytes);
+  return decode_as<wire::ToPhysics, ClientMessage>(bytes, [](auto&...) {});
 }
 
-Expected<ServerMessage> decode_server_message(std::string_view bytes) {
-  return decode_as<wire::ToGraphics, ServerMessage>(bytes);
+Expected<ServerMessage> decode_server_message(std::string_view bytes, std::optional<std::string_view> shape) {
+  return decode_as<wire::ToGraphics, ServerMessage>(
+      bytes, [&](Check& check, const wire::ToGraphics& in, ServerMessage& message) {
+        const bool announced = in.has_state_reply() && in.state_reply().has_shape();
+        check.require(announced == shape.has_value(), "a second frame", "there just where a shape is announced");
+        if (announced && check.good())
+          std::get<StateReply>(message).shape = read(check, in.state_reply().shape(), *shape);
+      });
+}
+
+std::shared_ptr<const Shape> shape_of(const ServerMessage& message) {
+  const auto* reply = std::get_if<StateReply>(&message);
+  return reply == nullptr ? nullptr : reply->shape;
+}
+
+std::string_view shape_bytes(const Shape& shape) {
+  static_assert(std::endian::native == std::endian::little, "shapes travel in this machine's byte order");
+  return {reinterpret_cast<const char*>(shape.values.data()), shape.values.size() * sizeof(float)};
 }
 
 }  // namespace palpate

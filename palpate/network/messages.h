@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -16,6 +17,7 @@
 #include "palpate/network/keys.h"
 #include "palpate/network/status.h"
 #include "palpate/scene/application.h"
+#include "palpate/scene/shape.h"
 #include "palpate/scene/world_state.h"
 #include "palpate/time/instant.h"
 
@@ -23,6 +25,8 @@ namespace palpate {
 
 inline constexpr std::uint32_t kProtocol = 1;
 inline constexpr std::size_t kMaxMessageBytes = 64 * 1024;  // a description with 64 surfaces takes 12 KiB
+inline constexpr std::size_t kMaxShapeBytes =
+    Shape::kMaxVertices * Shape::kFloatsPerVertex * sizeof(float);
 inline constexpr int kMaxSurfaces = 64;
 inline constexpr std::size_t kMaxNameBytes = 64;
 inline constexpr std::size_t kMaxReasonBytes = 512;
@@ -40,6 +44,7 @@ struct StatusRequest {
 struct StateRequest {
   std::uint64_t number = 0;
   Instant<PhysicsClock> time;
+  bool shape = false;  // with the shape of the surface that deforms
 };
 struct SyncRequest {
   std::uint64_t number = 0;
@@ -62,6 +67,8 @@ struct StateReply {
   std::uint64_t number = 0;
   Instant<PhysicsClock> asked;
   StateAnswer answer;
+  // Where it was asked for and there is one. Its numbers travel as a second frame, shape_bytes().
+  std::shared_ptr<const Shape> shape;
 };
 struct SyncReply {
   std::uint64_t number = 0;
@@ -83,6 +90,12 @@ using ServerMessage = std::variant<Welcome, StateReply, SyncReply, ControlReply,
 std::string encode(const ClientMessage& message);
 std::string encode(const ServerMessage& message);
 Expected<ClientMessage> decode_client_message(std::string_view bytes);
-Expected<ServerMessage> decode_server_message(std::string_view bytes);
+// `shape`: the second frame, where one came.
+Expected<ServerMessage> decode_server_message(std::string_view bytes,
+                                              std::optional<std::string_view> shape = std::nullopt);
+
+// The second frame of a message; nothing where it has none.
+std::shared_ptr<const Shape> shape_of(const ServerMessage& message);
+std::string_view shape_bytes(const Shape& shape);
 
 }  // namespace palpate

@@ -230,6 +230,39 @@ TEST(Messages, TheLargestSceneFitsAMessage) {
   EXPECT_TRUE(decode_server_message(encode(ServerMessage(Welcome{1, scene}))));
 }
 
+TEST(Messages, AShapeTravelsInASecondFrameAndIsCheckedWhole) {
+  auto shape = std::make_shared<Shape>();
+  shape->time = {Duration(5)};
+  shape->values.assign(600, 0.25F);
+  shape->values[599] = -1e30F;
+  StateReply reply{1, {Duration(1)}, testing::state_at({seconds(1)}), shape};
+  const std::string bytes = encode(ServerMessage(reply));
+  const std::string_view numbers = shape_bytes(*shape);
+  const auto back = decode_server_message(bytes, numbers);
+  ASSERT_TRUE(back) << back.error().message;
+  ASSERT_TRUE(shape_of(*back));
+  EXPECT_EQ(shape_of(*back)->values, shape->values);
+  EXPECT_EQ(shape_of(*back)->time, shape->time);
+
+  EXPECT_FALSE(decode_server_message(bytes));  // announced, and not there
+  EXPECT_FALSE(decode_server_message(bytes, numbers.substr(1)));
+  EXPECT_FALSE(decode_server_message(bytes, numbers.substr(24)));
+  EXPECT_FALSE(decode_server_message(bytes, ""));
+  reply.shape = nullptr;
+  EXPECT_FALSE(decode_server_message(encode(ServerMessage(reply)), numbers));  // there, and not announced
+  EXPECT_FALSE(decode_server_message(encode(ServerMessage(Refusal{"no"})), numbers));
+  for (const float odd : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
+    for (const std::size_t where : {std::size_t{0}, std::size_t{333}, std::size_t{599}}) {
+      auto spoiled = std::make_shared<Shape>(*shape);
+      spoiled->values[where] = odd;
+      EXPECT_FALSE(decode_server_message(bytes, shape_bytes(*spoiled))) << odd << " at " << where;
+    }
+  }
+  shape->values.resize((Shape::kMaxVertices + 1) * Shape::kFloatsPerVertex, 0.0F);
+  reply.shape = shape;
+  EXPECT_FALSE(decode_server_message(encode(ServerMessage(reply)), shape_bytes(*shape)));
+}
+
 TEST(Messages, GarbageIsRefusedAndDoesNoHarm) {
   Random random(2, "test/garbage");
   int accepted = 0;

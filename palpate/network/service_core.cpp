@@ -15,7 +15,8 @@ ServiceCore::ServiceCore(StateSource source, SceneDescription scene, std::uint64
 }
 
 ServerMessage ServiceCore::answer(std::string_view bytes, Instant<PhysicsClock> received,
-                                  std::optional<Role> role) {
+                                  std::optional<Role> role, std::string_view peer) {
+  peer_ = peer;
   if (!role) {
     rejected();
     return Refusal{"this key is not admitted here any more"};
@@ -61,7 +62,23 @@ ServerMessage ServiceCore::answer(const Hello& message, Instant<PhysicsClock> re
 
 ServerMessage ServiceCore::answer(const StateRequest& message, Instant<PhysicsClock>, Role) {
   requests_.fetch_add(1, std::memory_order_relaxed);
-  return StateReply{message.number, message.time, source_(message.time)};
+  StateReply reply{message.number, message.time, source_(message.time), nullptr};
+  if (!message.shape || scene_.shape_vertices == 0 || !shape_source_) return reply;
+  const auto shape = shapes_.take(peer_);
+  if (!shape) {
+    unsent();
+    return reply;
+  }
+  if (const auto time = shape_source_(message.time, shape->values)) {
+    shape->time = *time;
+    reply.shape = shape;
+  }
+  return reply;
+}
+
+void ServiceCore::shows(ShapeSource source) {
+  shape_source_ = std::move(source);
+  shapes_ = ShapePool(scene_.shape_vertices);
 }
 
 ServerMessage ServiceCore::answer(const SyncRequest& message, Instant<PhysicsClock> received, Role) {

@@ -10,6 +10,7 @@
 #include "palpate/network/handover_queue.h"
 #include "palpate/network/keys.h"
 #include "palpate/network/messages.h"
+#include "palpate/network/shape_pool.h"
 #include "palpate/network/state_service.h"
 
 namespace palpate {
@@ -25,7 +26,11 @@ class ServiceCore {
 
   // The reply to the bytes of one message that came at `received` from a client of this role; none: it is not
   // admitted (any more). Bytes that fail the check, and what the role may not have, are refused in words.
-  ServerMessage answer(std::string_view bytes, Instant<PhysicsClock> received, std::optional<Role> role);
+  // `peer`: whose queue the answer goes to.
+  ServerMessage answer(std::string_view bytes, Instant<PhysicsClock> received, std::optional<Role> role,
+                       std::string_view peer = {});
+  // Where shapes come from; before the first message.
+  void shows(ShapeSource source);
   // Where the status comes from; before the first message.
   void tells_of(StatusSource status) { status_ = std::move(status); }
   // Counts kept elsewhere in the engine, for the status.
@@ -59,6 +64,9 @@ class ServiceCore {
   Client* admit(std::uint64_t id, Instant<PhysicsClock> now);
 
   StateSource source_;
+  ShapeSource shape_source_;
+  ShapePool shapes_{0};
+  std::string_view peer_;  // of the message being answered
   SceneDescription scene_;
   std::uint64_t session_;
   std::string states_;

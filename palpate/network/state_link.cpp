@@ -32,9 +32,9 @@ std::optional<Instant<GraphicsClock>> StateLink::send(const ClientMessage& messa
   return sent;
 }
 
-bool StateLink::request(std::uint64_t number, Instant<PhysicsClock> time) {
+bool StateLink::request(std::uint64_t number, Instant<PhysicsClock> time, bool shape) {
   if (!ledger_.may_send(number)) return false;
-  const auto sent = send(StateRequest{number, time});
+  const auto sent = send(StateRequest{number, time, shape});
   if (!sent) {
     ledger_.unsent();
     return false;
@@ -105,7 +105,9 @@ std::optional<SyncStamps> StateLink::take_sync() {
 void StateLink::take(const Welcome& message, Instant<GraphicsClock>) {
   session_ = message.session;
   role_ = message.role;
-  if (message.scene) description_ = message.scene;
+  if (!message.scene) return;
+  description_ = message.scene;
+  newest_shape_ = nullptr;  // of another scene
 }
 
 void StateLink::take(const StateReply& message, Instant<GraphicsClock> received) {
@@ -113,6 +115,7 @@ void StateLink::take(const StateReply& message, Instant<GraphicsClock> received)
   if (!noted.first) return;
   arrived_.push_back({message, noted.sent, received, noted.newest});
   if (noted.newest) newest_ = arrived_.back();
+  if (noted.newest && message.shape) newest_shape_ = message.shape;
 }
 
 void StateLink::take(const SyncReply& message, Instant<GraphicsClock> received) {

@@ -70,8 +70,9 @@ class StateLink {
   // `client` is a random number that names this client for its life, not 0.
   StateLink(std::unique_ptr<LinkWire> wire, std::uint64_t client, std::string name);
 
-  // Asks for the state at `time`. Numbers must grow. False when the request could not go out.
-  bool request(std::uint64_t number, Instant<PhysicsClock> time);
+  // Asks for the state at `time`, with the shape of the surface that deforms or without. Numbers must grow.
+  // False when the request could not go out.
+  bool request(std::uint64_t number, Instant<PhysicsClock> time, bool shape = false);
   // Takes what has come and says hello when that is due.
   void poll();
   // The frame that wanted reply `number` has been drawn, with it or without.
@@ -79,6 +80,8 @@ class StateLink {
 
   // Reply to the latest request answered so far.
   const std::optional<ArrivedState>& newest() const { return newest_; }
+  // The shape for the latest time that has come so far; empty while there is none.
+  const std::shared_ptr<const Shape>& newest_shape() const { return newest_shape_; }
   // What the last poll() brought, in the order of arrival.
   std::span<const ArrivedState> arrived() const { return arrived_; }
 
@@ -143,6 +146,7 @@ class StateLink {
   std::string name_;
   ExchangeLedger ledger_;
   std::optional<ArrivedState> newest_;
+  std::shared_ptr<const Shape> newest_shape_;
   std::vector<ArrivedState> arrived_;
   std::array<SentSync, 16> syncs_sent_{};
   std::uint64_t syncs_ = 0;

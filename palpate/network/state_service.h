@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "palpate/scene/application.h"
@@ -17,6 +18,10 @@ namespace palpate {
 
 // Looks a state up for a time; called on several network threads, must not wait and must not throw.
 using StateSource = std::function<StateAnswer(Instant<PhysicsClock>)>;
+
+// Fills the numbers of the scene's deforming surface for a time, and says for which time it could; nothing
+// while there is no shape. Called on the network thread, must not wait and must not throw.
+using ShapeSource = std::function<std::optional<Instant<PhysicsClock>>(Instant<PhysicsClock>, std::span<float>)>;
 
 struct ServiceCounters {
   int clients = 0;                // heard of within the last second

@@ -20,6 +20,7 @@ namespace palpate {
 struct ServiceOptions {
   std::optional<ServerIdentity> identity;  // for an encrypted endpoint
   StatusSource status;                     // for who asks how the server is doing
+  ShapeSource shape;                       // of the scene's deforming surface, where it has one
 };
 
 // Starts answering at `endpoint`; refused where another server does so already, and where an encrypted

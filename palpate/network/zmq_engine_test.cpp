@@ -159,6 +159,26 @@ TEST(ZmqEngine, TheServerRefusesNonsenseInWordsAndServesTheOthers) {
   EXPECT_EQ((*server)->counters().rejected, 2u);
 }
 
+TEST(ZmqEngine, WhoTakesNoShapesGetsNoMoreOfThemAndTheOthersStillDo) {
+  ZmqRig rig;
+  auto server = rig.serve(testing::cloth_scene());
+  auto link = rig.connect();
+  auto stalled = zmq::Socket::make(ZMQ_DEALER);
+  ASSERT_EQ(zmq_connect(stalled->get(), rig.endpoint.address.c_str()), 0);
+  const std::string request = encode(ClientMessage(StateRequest{1, {seconds(1)}, true}));
+  ASSERT_TRUE(rig.until({link.get()}, [&] {
+    stalled->send(request);
+    return (*server)->counters().unsent > 0;
+  }));
+  for (std::uint64_t n = 1; n <= 20; ++n) {
+    const Instant<PhysicsClock> time{seconds(static_cast<double>(n))};
+    ASSERT_TRUE(rig.until({link.get()}, [&] { return link->request(n, time, true); }));
+    ASSERT_TRUE(rig.until({link.get()}, [&] { return link->newest() && link->newest()->reply.number == n; }));
+    ASSERT_TRUE(link->newest_shape());
+    EXPECT_EQ(link->newest_shape()->time, time);
+  }
+}
+
 TEST(ZmqEngine, AClientThatFloodsAndNeverListensCostsTheOthersNothing) {
   ZmqRig rig;
   auto server = rig.serve();

@@ -14,6 +14,7 @@
 #include "palpate/network/zmq_engine.h"
 #include "palpate/network/zmq_gate.h"
 #include "palpate/network/zmq_socket.h"
+#include "palpate/time/real_time.h"
 
 namespace palpate {
 
@@ -63,16 +64,19 @@ class ZmqWire : public LinkWire {
 
  private:
   void run() {
-    pthread_setname_np(pthread_self(), "palpate-link");
+    name_and_pin_thread("palpate-link", -1);
+    ask_for_short_turns();
     pollfd items[] = {{socket_.fd(), POLLIN, 0}, {stop_.fd(), POLLIN, 0}, {events_.fd(), POLLIN, 0}};
     while (true) {
       // The time-out is a safety net; each signal of the socket wakes the thread.
       ::poll(items, 3, 100);
       if ((items[1].revents & POLLIN) != 0) return;
+      {
+        const std::lock_guard lock(mutex_);
+        receive_all();
+      }
       take_events();
       begin_anew_where_given_up();
-      const std::lock_guard lock(mutex_);
-      receive_all();
     }
   }
 
@@ -110,11 +114,12 @@ class ZmqWire : public LinkWire {
   // With the mutex held: it makes the two threads one writer of the queue.
   void receive_all() {
     while (socket_.readable()) {
-      const auto received = socket_.receive(1, nullptr, body_);
+      const auto received = socket_.receive(1, nullptr, body_, nullptr, &shape_);
       if (received == zmq::Socket::Received::nothing) return;
       Arrival arrival{clock_.now(), std::nullopt};
       if (received == zmq::Socket::Received::message) {
-        if (auto message = decode_server_message(body_)) arrival.message = std::move(*message);
+        const auto shape = shape_ ? std::optional(shape_->bytes()) : std::nullopt;
+        if (auto message = decode_server_message(body_, shape)) arrival.message = std::move(*message);
       }
       // Full when the graphics loop has stopped for seconds; what is dropped then is counted as lost.
       arrivals_.push(std::move(arrival));
@@ -131,6 +136,7 @@ class ZmqWire : public LinkWire {
   Instant<GraphicsClock> last_sign_ = clock_.now();
   std::mutex mutex_;
   std::string body_;
+  std::optional<zmq::Frame> shape_;
   HandoverQueue<Arrival, 128> arrivals_;
   zmq::Stop stop_;
   std::thread thread_;

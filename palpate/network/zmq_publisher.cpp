@@ -8,6 +8,7 @@
 #include <charconv>
 
 #include "palpate/network/messages.h"
+#include "palpate/time/real_time.h"
 
 namespace palpate::zmq {
 namespace {
@@ -78,7 +79,7 @@ void Publisher::begin_anew() {
 }
 
 void Publisher::run() {
-  pthread_setname_np(pthread_self(), "palpate-pub");
+  name_and_pin_thread("palpate-pub", -1);
   while (true) {
     if (anew_.exchange(false)) reopen();
     const Instant<PhysicsClock> now = clock_.now();
@@ -120,7 +121,7 @@ void Publisher::publish_what_is_due(Instant<PhysicsClock> now) {
     const StateAnswer answer = source_(time);
     if (!answer.usable()) continue;
     if (socket_ && socket_->send(topic_of(hz), true) &&
-        socket_->send(encode(ServerMessage(StateReply{++rate.number, time, answer}))))
+        socket_->send(encode(ServerMessage(StateReply{++rate.number, time, answer, nullptr}))))
       published_.fetch_add(1, std::memory_order_relaxed);
   }
 }

@@ -17,7 +17,8 @@ class ZmqRig : public ExchangeRig {
   explicit ZmqRig(Endpoint at) : endpoint(std::move(at)) {}
 
   Expected<std::unique_ptr<StateService>> serve(SceneDescription scene = table_scene()) override {
-    return serve_states(endpoint, physics_clock, state_at, std::move(scene));
+    return serve_states(endpoint, physics_clock, state_at, std::move(scene),
+                        {.identity = {}, .status = {}, .shape = shape_at});
   }
   std::unique_ptr<StateLink> connect(std::string name = "graphics") override {
     return std::move(*connect_states(endpoint, graphics_clock, std::move(name)));

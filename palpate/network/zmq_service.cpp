@@ -9,6 +9,7 @@
 #include "palpate/network/zmq_gate.h"
 #include "palpate/network/zmq_publisher.h"
 #include "palpate/network/zmq_socket.h"
+#include "palpate/time/real_time.h"
 
 namespace palpate {
 
@@ -49,6 +50,7 @@ class ZmqService : public StateService {
     core_.publishes_at(publisher_->endpoint());
     return {};
   }
+  void shows(ShapeSource shape) { core_.shows(std::move(shape)); }
   void tells_of(StatusSource status) { core_.tells_of(std::move(status)); }
   void start() {
     thread_ = std::thread([this] { run(); });
@@ -58,7 +60,8 @@ class ZmqService : public StateService {
   static constexpr long kCountEveryMs = 100;
 
   void run() {
-    pthread_setname_np(pthread_self(), "palpate-net");
+    name_and_pin_thread("palpate-net", -1);
+    ask_for_short_turns();
     zmq_pollitem_t items[] = {{socket_.get(), 0, ZMQ_POLLIN, 0},
                               {nullptr, stop_.fd(), ZMQ_POLLIN, 0},
                               {gate_ ? gate_->get() : nullptr, -1, ZMQ_POLLIN, 0}};
@@ -90,8 +93,11 @@ class ZmqService : public StateService {
       }
       // A peer that has gone or does not take its mail loses the answer; nobody waits for it.
       const auto role = gate_ ? gate_->role_of(user_) : Role::operator_;
-      const std::string reply = encode(core_.answer(body_, now, role));
-      if (!socket_.send(peer_, true) || !socket_.send(reply)) core_.unsent();
+      const ServerMessage answer = core_.answer(body_, now, role, peer_);
+      const auto shape = shape_of(answer);
+      if (!socket_.send(peer_, true) || !socket_.send(encode(answer), shape != nullptr) ||
+          (shape && !socket_.send(shape_bytes(*shape), shape)))
+        core_.unsent();
     }
   }
 
@@ -137,6 +143,7 @@ Expected<std::unique_ptr<StateService>> serve_once(const Endpoint& endpoint, con
   if (auto published = service->publish(*context, *states, source); !published)
     return tl::unexpected(published.error());
   service->tells_of(options.status);
+  service->shows(options.shape);
   service->start();
   return service;
 }

@@ -8,11 +8,14 @@
 #include <atomic>
 #include <cerrno>
 #include <stdexcept>
+#include <system_error>
+#include <thread>
 #include <utility>
 
 #include "palpate/core/random.h"
 #include "palpate/network/messages.h"
 #include "palpate/time/clock.h"
+#include "palpate/time/real_time.h"
 
 namespace palpate::zmq {
 
@@ -20,6 +23,14 @@ Expected<Context> make_context() {
   void* context = zmq_ctx_new();
   if (context == nullptr) return refused("ZeroMQ cannot start: {}", zmq_strerror(errno));
   zmq_ctx_set(context, ZMQ_BLOCKY, 0);
+  // ZeroMQ starts its threads with the first socket; they inherit the turns of the thread that made it.
+  try {
+    std::thread([context] {
+      ask_for_short_turns();
+      if (void* first = zmq_socket(context, ZMQ_PAIR)) zmq_close(first);
+    }).join();
+  } catch (const std::system_error&) {  // no thread to be had: ZeroMQ will say so
+  }
   return Context(context, [](void* c) { zmq_ctx_term(c); });
 }
 
@@ -35,7 +46,8 @@ Expected<Socket> Socket::make(int type, Context context) {
   const auto set = [&](int option, int value) {
     return zmq_setsockopt(socket, option, &value, sizeof value) == 0;
   };
-  const std::int64_t limit = static_cast<std::int64_t>(kMaxMessageBytes);
+  // Shapes go to graphics servers alone, and are the only large thing.
+  const std::int64_t limit = static_cast<std::int64_t>(type == ZMQ_DEALER ? kMaxShapeBytes : kMaxMessageBytes);
   // IMMEDIATE: a question does not wait for a server to appear. It also keeps libzmq 4.3.4 from an assertion
   // that ends the process: a socket whose full queue has cost it its connection's heartbeat must not keep
   // that queue.
@@ -87,32 +99,42 @@ std::string Socket::endpoint() const {
   return zmq_getsockopt(socket_, ZMQ_LAST_ENDPOINT, text, &size) == 0 ? std::string(text) : std::string();
 }
 
-Socket::Received Socket::receive(int frames, std::string* peer, std::string& body, std::string* user) {
+Socket::Received Socket::receive(int frames, std::string* peer, std::string& body, std::string* user,
+                                 std::optional<Frame>* rest) {
   if (user != nullptr) user->clear();
+  if (rest != nullptr) rest->reset();
   int count = 0;
   for (bool more = true; more; ++count) {
-    zmq_msg_t frame;
-    zmq_msg_init(&frame);
-    if (zmq_msg_recv(&frame, socket_, ZMQ_DONTWAIT) < 0) {
-      zmq_msg_close(&frame);
+    std::optional<Frame> here;
+    Frame& frame = (rest != nullptr && count == frames ? *rest : here).emplace();
+    if (zmq_msg_recv(frame.get(), socket_, ZMQ_DONTWAIT) < 0)
       return count == 0 ? Received::nothing : Received::rejected;
-    }
     std::string* target = count == frames - 1 ? &body : peer;
-    if (count < frames && target != nullptr) {
-      target->assign(static_cast<const char*>(zmq_msg_data(&frame)), zmq_msg_size(&frame));
-    }
+    if (count < frames && target != nullptr) target->assign(frame.bytes());
     if (user != nullptr) {
-      const char* key = zmq_msg_gets(&frame, "User-Id");
+      const char* key = zmq_msg_gets(frame.get(), "User-Id");
       if (key != nullptr) user->assign(key);
     }
-    more = zmq_msg_more(&frame) != 0;
-    zmq_msg_close(&frame);
+    more = zmq_msg_more(frame.get()) != 0;
   }
-  return count == frames ? Received::message : Received::rejected;
+  return count == frames || (rest != nullptr && count == frames + 1) ? Received::message : Received::rejected;
 }
 
 bool Socket::send(std::string_view bytes, bool more) {
   return zmq_send(socket_, bytes.data(), bytes.size(), ZMQ_DONTWAIT | (more ? ZMQ_SNDMORE : 0)) >= 0;
+}
+
+bool Socket::send(std::string_view bytes, std::shared_ptr<const void> owner) {
+  auto hint = std::make_unique<std::shared_ptr<const void>>(std::move(owner));
+  zmq_msg_t frame;
+  const auto let_go = [](void*, void* kept) { delete static_cast<std::shared_ptr<const void>*>(kept); };
+  // ZeroMQ only reads what it sends.
+  if (zmq_msg_init_data(&frame, const_cast<char*>(bytes.data()), bytes.size(), let_go, hint.get()) != 0)
+    return false;
+  static_cast<void>(hint.release());
+  if (zmq_msg_send(&frame, socket_, ZMQ_DONTWAIT) >= 0) return true;
+  zmq_msg_close(&frame);
+  return false;
 }
 
 std::uint64_t new_name(std::string_view purpose) {

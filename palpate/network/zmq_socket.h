@@ -1,7 +1,10 @@
 // ZeroMQ sockets, set up as every socket of ours is, and the context they live in. Private to the engine.
 #pragma once
 
+#include <zmq.h>
+
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -16,6 +19,22 @@ inline constexpr int kHeartbeatMs = 200;
 inline constexpr int kHeartbeatTimeoutMs = 400;
 inline constexpr int kHandshakeMs = 1000;
 inline constexpr int kConnectMs = 300;  // then another attempt: the system's own wait grows to many seconds
+
+// One received frame, where it lies.
+class Frame {
+ public:
+  Frame() { zmq_msg_init(&message_); }
+  ~Frame() { zmq_msg_close(&message_); }
+  Frame(const Frame&) = delete;
+  Frame& operator=(const Frame&) = delete;
+  zmq_msg_t* get() { return &message_; }
+  std::string_view bytes() {
+    return {static_cast<const char*>(zmq_msg_data(&message_)), zmq_msg_size(&message_)};
+  }
+
+ private:
+  zmq_msg_t message_;
+};
 
 // ZeroMQ's threads; ends with the last socket that lives in it.
 using Context = std::shared_ptr<void>;
@@ -39,11 +58,15 @@ class Socket {
 
   enum class Received { nothing, message, rejected };
   // The next message of `frames` frames, without waiting; the last frame goes to `body`, the one before to
-  // `peer`, the sender's key to `user` (empty where the connection is not encrypted). rejected: a message
-  // with another number of frames.
-  Received receive(int frames, std::string* peer, std::string& body, std::string* user = nullptr);
+  // `peer`, the sender's key to `user` (empty where the connection is not encrypted). Where `rest` is given
+  // one more frame may follow, which goes there; `rest` stays empty else. rejected: a message with another
+  // number of frames.
+  Received receive(int frames, std::string* peer, std::string& body, std::string* user = nullptr,
+                   std::optional<Frame>* rest = nullptr);
   // One frame, without waiting. False when it cannot leave now.
   bool send(std::string_view bytes, bool more = false);
+  // The same without a copy: `owner` is let go of when the bytes have left.
+  bool send(std::string_view bytes, std::shared_ptr<const void> owner);
 
  private:
   Socket(Context context, void* socket) : context_(std::move(context)), socket_(socket) {}

@@ -53,7 +53,7 @@ Json loop_json(const LoopStatistics& loop, double elapsed_s) {
 
 Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
   const auto& stop = stop_requested();
-  const SceneDescription scene = scene_from_rig(options.rig, options.scene, options.surface_restitution);
+  SceneDescription scene = scene_from_rig(options.rig, options.scene, options.surface_restitution);
   auto application = make_application(scene, options.seed);
   if (!application) return tl::unexpected(application.error());
   auto endpoint = options.endpoint.empty()
@@ -69,10 +69,14 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
 
   MonotonicClock<PhysicsClock> clock;
   PhysicsServer server(options.rig, scene, std::move(*application), **arm, HapticSettings{});
+  scene.shape_vertices = server.shape_vertices();
   StatusBoard board;
   auto service =
       serve_states(*endpoint, clock, [&server](Instant<PhysicsClock> t) { return server.state_at(t); }, scene,
-                   {.identity = *identity, .status = [&board] { return board.read(); }});
+                   {.identity = *identity,
+                    .status = [&board] { return board.read(); },
+                    .shape =
+                        [&server](Instant<PhysicsClock> t, std::span<float> out) { return server.shape_at(t, out); }});
   if (!service) return tl::unexpected(service.error());
 
   const auto start = clock.now();

@@ -20,6 +20,7 @@ PhysicsServer::PhysicsServer(const Rig& rig, const SceneDescription& scene,
     : application_(std::move(application)),
       haptic_(arm, arm_of(rig), rig.nominal_lengths, settings, to_haptic_, to_physics_),
       history_(scene.gravity),
+      shapes_(application_->shape().size() / Shape::kFloatsPerVertex),
       calm_speed_(0.5 * settings.limits.max_tip_speed_m_s) {}
 
 void PhysicsServer::haptic_tick(Instant<PhysicsClock> now) {
@@ -40,6 +41,10 @@ void PhysicsServer::physics_tick(Instant<PhysicsClock> now) {
   ++state_.tick;
   application_->step(now, dt, tip_, state_);
   history_.push(state_);
+  if (shapes_.vertices() > 0 && (!last_shape_ || now - *last_shape_ >= seconds(1.0 / ShapeHistory::kRateHz))) {
+    shapes_.push(now, application_->shape());
+    last_shape_ = now;
+  }
   to_haptic_.write(haptic_input(state_, application_->contact()));
 }
 

@@ -15,6 +15,7 @@
 #include "palpate/haptics/haptic_loop.h"
 #include "palpate/model/rig.h"
 #include "palpate/scene/application.h"
+#include "palpate/scene/shape_history.h"
 #include "palpate/scene/world_history.h"
 #include "palpate/time/clock_model.h"
 
@@ -36,6 +37,11 @@ class PhysicsServer {
 
   // Any thread.
   StateAnswer state_at(Instant<PhysicsClock> time) const { return history_.at(time); }
+  // Any thread: of the application's surface that deforms (ShapeHistory::at), where it has one.
+  std::optional<Instant<PhysicsClock>> shape_at(Instant<PhysicsClock> time, std::span<float> out) const {
+    return shapes_.at(time, out);
+  }
+  std::size_t shape_vertices() const { return shapes_.vertices(); }
 
   const HapticLoop& haptic() const { return haptic_; }
   // The physics thread's own view.
@@ -48,6 +54,8 @@ class PhysicsServer {
   TripleBuffer<TipState> to_physics_;
   HapticLoop haptic_;
   WorldHistory history_;
+  ShapeHistory shapes_;
+  std::optional<Instant<PhysicsClock>> last_shape_;  // physics thread
   int calm_ticks_ = 0;  // haptic thread
   double calm_speed_;   // m/s
   TipState tip_;

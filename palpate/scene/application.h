@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -43,6 +44,7 @@ struct SceneDescription {
   Vector3 bat_offset{0.0, 0.0, -0.09};  // disc centre in Tip; Bat axes are the Tip's, the faces are +-y
   double contact_s = 0.004;             // duration of a bat contact
   std::array<double, 2> serve_speed{2.0, 3.5};
+  std::size_t shape_vertices = 0;  // of the surface that deforms; 0: there is none
 };
 
 // A blow the hand must feel: starts at `start`, lasts `duration`; impulse along `direction` (on the hand,
@@ -69,6 +71,8 @@ class Application {
   virtual void step(Instant<PhysicsClock> now, Duration dt, const TipState& tip, WorldState& state) = 0;
   // The newest blow, number 0 if none so far.
   virtual const ContactEvent& contact() const = 0;
+  // The surface that deforms as it is now, as Shape::values; always of the same size. Empty: there is none.
+  virtual std::span<const float> shape() const { return {}; }
   virtual void control(Control command) = 0;
 };
 
