@@ -6,7 +6,10 @@
 // history, and the service. Three legs in the same run: the five alone, with the bad company, alone again.
 // Late: the reply was not there 10 ms after the request, when the frame would have been drawn. Overruns and
 // memory are the server's.
-//   crowd_bench [seconds per leg = 20; the middle one takes three times as long]
+//
+// Then a server whose physics loop moves a surface of 10,000 vertices 120 times a second, and one graphics
+// server that asks for it with every frame, 30 times a second; beside it the same without the surface.
+//   crowd_bench [seconds per leg = 20; the second one takes three times as long]
 #include <fmt/format.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -14,7 +17,9 @@
 #include <unistd.h>
 #include <zmq.h>
 
+#include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <stdexcept>
@@ -24,6 +29,7 @@
 #include "palpate/core/random.h"
 #include "palpate/network/zmq_engine.h"
 #include "palpate/network/zmq_socket.h"
+#include "palpate/scene/shape_history.h"
 #include "palpate/scene/world_history.h"
 #include "palpate/time/periodic_loop.h"
 
@@ -44,14 +50,41 @@ void require(bool condition, const char* what) {
   if (!condition) throw std::runtime_error(what);
 }
 
-[[noreturn]] void serve(const std::string& address) {
+// A membrane that swings: what an application would do to a surface.
+class Membrane {
+ public:
+  std::span<const float> at(Instant<PhysicsClock> now) {
+    const float phase = static_cast<float>(std::fmod(now.seconds(), 1.0) * 2.0 * M_PI);
+    for (std::size_t i = 0; i < kVertices; ++i) {
+      const float x = static_cast<float>(i % 100) * 0.01F, y = static_cast<float>(i / 100) * 0.01F;
+      const float height = 0.02F * std::sin(phase + 6.0F * x);
+      const std::array<float, 6> vertex{x, height, y, -0.12F * std::cos(phase + 6.0F * x), 1.0F, 0.0F};
+      std::copy(vertex.begin(), vertex.end(), values_.begin() + static_cast<std::ptrdiff_t>(6 * i));
+    }
+    return values_;
+  }
+  static constexpr std::size_t kVertices = 10'000;
+
+ private:
+  std::vector<float> values_ = std::vector<float>(kVertices * Shape::kFloatsPerVertex);
+};
+
+[[noreturn]] void serve(const std::string& address, bool surface) {
+  keep_freed_memory();
+  Membrane membrane;
+  ShapeHistory shapes(surface ? Membrane::kVertices : 0);
+  SceneDescription scene;
+  scene.shape_vertices = shapes.vertices();
   WorldHistory history(Vector3(0, -9.81, 0));
   WorldState state;
   state.body_count = 3;
   StatusBoard board;
   const auto service = serve_states(
       endpoint_at(address), physics_clock, [&](Instant<PhysicsClock> t) { return history.at(t); },
-      SceneDescription{}, {.identity = {}, .status = [&] { return board.read(); }});
+      scene,
+      {.identity = {},
+       .status = [&] { return board.read(); },
+       .shape = [&](Instant<PhysicsClock> t, std::span<float> out) { return shapes.at(t, out); }});
   require(service.has_value(), "the server cannot listen");
   PeriodicLoop<PhysicsClock> haptic(physics_clock, {.name = "haptic", .priority = 80},
                                     [](Instant<PhysicsClock>) {});
@@ -60,6 +93,7 @@ void require(bool condition, const char* what) {
                                        state.time = now;
                                        ++state.tick;
                                        history.push(state);
+                                       if (surface && state.tick % 8 == 0) shapes.push(now, membrane.at(now));
                                      });
   const auto start = physics_clock.now();
   while (true) {
@@ -71,11 +105,11 @@ void require(bool condition, const char* what) {
 }
 
 // A graphics server's rhythm: ask, draw a little later, again.
-void draw_frames(StateLink& link, std::atomic<bool>& stop) {
-  const Duration period = seconds(1.0 / kFramesHz);
+void draw_frames(StateLink& link, std::atomic<bool>& stop, double rate_hz = kFramesHz, bool shape = false) {
+  const Duration period = seconds(1.0 / rate_hz);
   std::uint64_t number = 0;
   for (auto next = graphics_clock.now(); !stop; next += period) {
-    link.request(++number, physics_clock.now());
+    link.request(++number, physics_clock.now(), shape);
     while (graphics_clock.now() < next + kDrawAfter) {
       ::usleep(1000);
       link.poll();
@@ -148,10 +182,18 @@ ServerStatus status_of(StateLink& link) {
   throw std::runtime_error("the server does not answer");
 }
 
-void leg(const char* name, const std::string& address, pid_t server, StateLink& asking, double length_s,
-         bool crowd) {
+struct Leg {
+  const char* name;
+  double length_s;
+  int clients = kHealthy;
+  double rate_hz = kFramesHz;
+  bool crowd = false, shape = false;
+};
+
+void run_leg(const Leg& leg, const std::string& address, pid_t server, StateLink& asking) {
+  const bool crowd = leg.crowd;
   std::vector<std::unique_ptr<StateLink>> links;
-  for (int i = 0; i < kHealthy; ++i)
+  for (int i = 0; i < leg.clients; ++i)
     links.push_back(std::move(*connect_states(endpoint_at(address), graphics_clock, "healthy")));
   for (auto& link : links)
     while (!link->peer_alive()) link->poll(), ::usleep(1000);
@@ -161,8 +203,8 @@ void leg(const char* name, const std::string& address, pid_t server, StateLink& 
   const double memory = resident_mib(server);
   std::atomic<bool> stop{false};
   std::vector<std::thread> threads;
-  for (auto& link : links) threads.emplace_back([&] { draw_frames(*link, stop); });
-  const auto until = graphics_clock.now() + seconds(length_s);
+  for (auto& link : links) threads.emplace_back([&] { draw_frames(*link, stop, leg.rate_hz, leg.shape); });
+  const auto until = graphics_clock.now() + seconds(leg.length_s);
   int killed = 0;
   while (graphics_clock.now() < until) {
     const pid_t child = crowd ? start("short-lived", address) : 0;
@@ -178,6 +220,7 @@ void leg(const char* name, const std::string& address, pid_t server, StateLink& 
     frames += link->counters().frames;
     late += link->counters().frames - link->counters().frames_in_time;
     lost += link->counters().lost;
+    if (leg.shape && !link->newest_shape()) throw std::runtime_error("the surface never came");
   }
   const double elapsed = last.uptime_s - first.uptime_s;
   const auto per_minute = [&](std::size_t loop) {
@@ -187,20 +230,18 @@ void leg(const char* name, const std::string& address, pid_t server, StateLink& 
       "{:<22} {:6} frames, late {:.2f} %, lost {}; overruns a minute: haptic {:.1f}, physics {:.1f}; memory "
       "{:.1f} "
       "-> {:.1f} MiB; {} killed, {} messages refused\n",
-      name, frames, 100.0 * static_cast<double>(late) / static_cast<double>(frames), lost, per_minute(0),
+      leg.name, frames, 100.0 * static_cast<double>(late) / static_cast<double>(frames), lost, per_minute(0),
       per_minute(1), memory, resident_mib(server), killed, last.rejected - first.rejected);
 }
 
-void run(double length_s) {
+void run_legs(const char* part, const std::vector<Leg>& legs) {
   const auto endpoint = default_endpoint(fmt::format("bench-{}", ::getpid()));
   require(endpoint.has_value(), "no endpoint");
-  const pid_t server = start("serve", endpoint->address);
+  const pid_t server = start(part, endpoint->address);
   auto asking = connect_states(*endpoint, graphics_clock, "bench");
   require(asking.has_value(), "no link");
   status_of(**asking);
-  leg("five graphics servers", endpoint->address, server, **asking, length_s, false);
-  leg("in bad company", endpoint->address, server, **asking, 3 * length_s, true);
-  leg("five, again", endpoint->address, server, **asking, length_s, false);
+  for (const Leg& leg : legs) run_leg(leg, endpoint->address, server, **asking);
   end(server);
   std::error_code ignored;
   for (const char* rest : {"", ".lock", ".states", ".states.lock"})
@@ -212,10 +253,20 @@ void run(double length_s) {
 int main(int argc, char** argv) {
   try {
     const std::string part = argc > 2 ? argv[1] : "";
-    if (part == "serve") serve(argv[2]);
+    if (part == "serve" || part == "serve-surface") serve(argv[2], part == "serve-surface");
     if (part == "short-lived") be_short_lived(argv[2]);
     if (part == "stalled" || part == "garbage") be_bad(argv[2], part == "garbage");
-    run(argc > 1 ? std::max(1.0, std::atof(argv[1])) : 20.0);
+    const double length_s = argc > 1 ? std::max(1.0, std::atof(argv[1])) : 20.0;
+    run_legs("serve", {{.name = "five graphics servers", .length_s = length_s},
+                       {.name = "in bad company", .length_s = 3 * length_s, .crowd = true},
+                       {.name = "five, again", .length_s = length_s}});
+    const Leg one{.name = "one at 30 Hz", .length_s = length_s, .clients = 1, .rate_hz = 30.0};
+    Leg with_surface = one;
+    with_surface.name = "with 10,000 vertices";
+    with_surface.shape = true;
+    run_legs("serve", {one});
+    run_legs("serve-surface", {with_surface});
+    run_legs("serve", {one});
   } catch (const std::exception& failure) {
     fmt::print(stderr, "crowd_bench: {}\n", failure.what());
     return 1;

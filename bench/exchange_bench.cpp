@@ -404,6 +404,7 @@ int main(int argc, char** argv) {
   app.add_option("--engines", engines, "Of the three, the first so many")->capture_default_str();
   app.add_flag("--short", short_run, "512 bytes at 100 Hz and the shape of 10,000 vertices at 60 Hz alone");
   CLI11_PARSE(app, argc, argv);
+  keep_freed_memory();  // as the servers do
   void* page = ::mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
   auto& shared = *new (page) Shared;
   int failed = 0;

@@ -71,6 +71,14 @@ class Room {
   alignas(T) unsigned char bytes_[sizeof(T)];
 };
 
+// A value whose end often carries nothing: used_bytes() says how many of its first bytes do, clear_unused() sets
+// the rest after only these have been copied.
+template <typename T>
+concept PartlyUsed = requires(T value) {
+  { value.used_bytes() } noexcept;
+  { value.clear_unused() } noexcept;
+};
+
 template <typename T, std::size_t N>
 class BroadcastRing {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -84,7 +92,12 @@ class BroadcastRing {
     const std::uint64_t k = count_.load(std::memory_order_relaxed);
     Slot& slot = slots_[k % N];
     slot.state.store(2 * k + 1, std::memory_order_relaxed);
-    store_words(slot.words.data(), &value, sizeof(T));
+    std::size_t bytes = sizeof(T);
+    if constexpr (PartlyUsed<T>) {
+      bytes = value.used_bytes();
+      slot.bytes.store(bytes, std::memory_order_release);
+    }
+    store_words(slot.words.data(), &value, bytes);
     slot.state.store(2 * k + 2, std::memory_order_release);
     count_.store(k + 1, std::memory_order_release);
   }
@@ -96,13 +109,18 @@ class BroadcastRing {
   bool read(std::uint64_t k, T& out) const noexcept {
     const Slot& slot = slots_[k % N];
     if (slot.state.load(std::memory_order_acquire) != 2 * k + 2) return false;
-    load_words(&out, slot.words.data(), sizeof(T));
-    return slot.state.load(std::memory_order_relaxed) == 2 * k + 2;
+    std::size_t bytes = sizeof(T);
+    if constexpr (PartlyUsed<T>) bytes = slot.bytes.load(std::memory_order_acquire);
+    load_words(&out, slot.words.data(), bytes);
+    if (slot.state.load(std::memory_order_relaxed) != 2 * k + 2) return false;
+    if constexpr (PartlyUsed<T>) out.clear_unused();
+    return true;
   }
 
  private:
   struct alignas(64) Slot {
     AtomicWord state{0};
+    AtomicWord bytes{0};  // where not all of T is copied
     std::array<AtomicWord, words_for(sizeof(T))> words{};
   };
   alignas(64) AtomicWord count_{0};

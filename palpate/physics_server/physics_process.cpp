@@ -53,6 +53,7 @@ Json loop_json(const LoopStatistics& loop, double elapsed_s) {
 
 Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
   const auto& stop = stop_requested();
+  keep_freed_memory();
   SceneDescription scene = scene_from_rig(options.rig, options.scene, options.surface_restitution);
   auto application = make_application(scene, options.seed);
   if (!application) return tl::unexpected(application.error());

@@ -1,8 +1,27 @@
 #include "palpate/scene/shape_history.h"
 
+#include <algorithm>
+#include <array>
 #include <stdexcept>
 
 namespace palpate {
+namespace {
+
+// out = a + share * (b - a), block by block: atomic words can only be loaded one by one, what lies in the cache
+// is then mixed many numbers at a time.
+void mix(const AtomicWord* a, const AtomicWord* b, float share, std::span<float> out) noexcept {
+  constexpr std::size_t kBlock = 256;
+  std::array<float, kBlock> ahead;
+  for (std::size_t done = 0; done < out.size(); done += kBlock) {
+    const std::size_t count = std::min(kBlock, out.size() - done), bytes = count * sizeof(float);
+    float* const to = out.data() + done;
+    load_words(to, a + done / 2, bytes);
+    load_words(ahead.data(), b + done / 2, bytes);
+    for (std::size_t i = 0; i < count; ++i) to[i] += share * (ahead[i] - to[i]);
+  }
+}
+
+}  // namespace
 
 ShapeHistory::ShapeHistory(std::size_t vertices)
     : vertices_(vertices), words_each_(words_for(floats() * sizeof(float))) {
@@ -37,31 +56,19 @@ std::optional<Instant<PhysicsClock>> ShapeHistory::at(Instant<PhysicsClock> when
     std::uint64_t k = n - 1;
     while (k > oldest && time(k) > when.ns()) --k;
     const std::int64_t before = time(k);
-    if (!there(k) || !copy(k, out)) continue;
-    if (before >= when.ns() || k + 1 == n) return Instant<PhysicsClock>{Duration(before)};
+    // What is not there any more the writer has overwritten meanwhile, gone right round: once more.
+    if (!there(k)) continue;
+    if (before >= when.ns() || k + 1 == n) {
+      load_words(out.data(), words(k), out.size_bytes());
+      if (still_there(k)) return Instant<PhysicsClock>{Duration(before)};
+      continue;
+    }
     const std::int64_t after = time(k + 1);
-    if (!there(k + 1) || after <= when.ns()) continue;  // the writer has gone right round meanwhile
+    if (!there(k + 1) || after <= when.ns()) continue;
     const double share = static_cast<double>(when.ns() - before) / static_cast<double>(after - before);
-    if (mix_in(k + 1, static_cast<float>(share), out)) return when;
+    mix(words(k), words(k + 1), static_cast<float>(share), out);
+    if (still_there(k) && still_there(k + 1)) return when;
   }
-}
-
-bool ShapeHistory::copy(std::uint64_t k, std::span<float> out) const noexcept {
-  load_words(out.data(), words(k), out.size_bytes());
-  return still_there(k);
-}
-
-// out += share * (entry k - out); a word holds two numbers, and there is an even number of them.
-bool ShapeHistory::mix_in(std::uint64_t k, float share, std::span<float> out) const noexcept {
-  const AtomicWord* from = words(k);
-  for (std::size_t i = 0; i + 1 < out.size(); i += 2) {
-    const std::uint64_t word = from[i / 2].load(std::memory_order_acquire);
-    std::array<float, 2> there_values;
-    std::memcpy(there_values.data(), &word, sizeof word);
-    out[i] += share * (there_values[0] - out[i]);
-    out[i + 1] += share * (there_values[1] - out[i + 1]);
-  }
-  return still_there(k);
 }
 
 }  // namespace palpate

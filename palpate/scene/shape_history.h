@@ -46,8 +46,6 @@ class ShapeHistory {
   bool still_there(std::uint64_t k) const noexcept {
     return slot(k).state.load(std::memory_order_relaxed) == 2 * k + 2;
   }
-  bool copy(std::uint64_t k, std::span<float> out) const noexcept;
-  bool mix_in(std::uint64_t k, float share, std::span<float> out) const noexcept;
 
   std::size_t vertices_, words_each_;
   std::unique_ptr<Slot[]> slots_;

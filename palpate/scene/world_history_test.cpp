@@ -46,6 +46,29 @@ TEST(WorldHistory, FollowsABallThroughItsBounces) {
   EXPECT_GT(impacts, 0);
 }
 
+TEST(WorldHistory, BodiesThatAreNoMoreLeaveNothingBehind) {
+  WorldHistory history(kGravity);
+  StateAnswer answer;
+  for (const int bodies : {WorldState::kBodies, 2, 0, 5}) {
+    for (int i = 0; i < 9000; ++i) {  // once round, so that every place has held more
+      WorldState w;
+      w.time = {Duration(static_cast<std::int64_t>(history.count() + 1) * 1'000'000)};
+      w.body_count = bodies;
+      for (BodyState& body : w.bodies) body.position = {1.0 + bodies, 2.0, 3.0}, body.jumps = 77;
+      history.push(w);
+    }
+    answer = history.at({Duration(static_cast<std::int64_t>(history.count()) * 1'000'000)});
+    ASSERT_EQ(answer.kind, AnswerKind::exact);
+    ASSERT_EQ(answer.state.body_count, bodies);
+    for (int i = 0; i < WorldState::kBodies; ++i) {
+      const BodyState& body = answer.state.bodies[static_cast<std::size_t>(i)];
+      EXPECT_EQ(body.position[0], i < bodies ? 1.0 + bodies : 0.0) << i;
+      EXPECT_EQ(body.jumps, i < bodies ? 77u : 0u) << i;
+      EXPECT_EQ(body.orientation[0], 1.0) << i;
+    }
+  }
+}
+
 TEST(WorldHistory, KeepsEightSecondsAtAKilohertz) {
   WorldHistory history(kGravity);
   for (std::int64_t tick = 0; tick < 20'000; ++tick) ASSERT_TRUE(history.push(bouncing(tick * 1'000'000)));

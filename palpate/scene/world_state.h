@@ -4,7 +4,9 @@
 // frame, SI. What body 0, 1, ... and the counters mean is the application's business (see Application).
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <type_traits>
 
@@ -40,14 +42,26 @@ struct WorldState {
 
   Instant<PhysicsClock> time;
   std::uint64_t tick = 0;
-  std::int32_t body_count = 0;
-  std::array<BodyState, kBodies> bodies{};
   std::array<std::int32_t, kCounters> counters{};
   std::array<double, 3> force{};  // N, on the hand, World
   double contact = 0.0;           // 0 = none, else progress of the contact in (0, 1]
   std::array<double, 3> contact_point{};
+  std::int32_t body_count = 0;
+  std::array<BodyState, kBodies> bodies{};  // last: those beyond body_count are never copied (PartlyUsed)
+
+  std::size_t used_bytes() const noexcept;
+  void clear_unused() noexcept;
 };
 static_assert(std::is_trivially_copyable_v<WorldState>);
+
+inline std::size_t WorldState::used_bytes() const noexcept {
+  return offsetof(WorldState, bodies) +
+         static_cast<std::size_t>(std::clamp(body_count, 0, kBodies)) * sizeof(BodyState);
+}
+inline void WorldState::clear_unused() noexcept {
+  for (int i = std::clamp(body_count, 0, kBodies); i < kBodies; ++i)
+    bodies[static_cast<std::size_t>(i)] = BodyState{};
+}
 
 // A state, and how a history or a server knew it.
 using StateAnswer = HistoryAnswer<WorldState>;

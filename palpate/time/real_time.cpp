@@ -1,6 +1,7 @@
 #include "palpate/time/real_time.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -37,6 +38,11 @@ void ask_for_short_turns() {
   } attributes;
   attributes.nice = getpriority(PRIO_PROCESS, 0);
   syscall(SYS_sched_setattr, 0, &attributes, 0);  // refused where unknown: then it stays as it was
+}
+
+void keep_freed_memory() {
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 64 << 20);
 }
 
 void name_and_pin_thread(const char* name, int cpu) {
