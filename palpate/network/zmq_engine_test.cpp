@@ -198,6 +198,34 @@ TEST(ZmqEngine, ArrivalsAreStampedWhenTheyComeNotWhenTheyAreTaken) {
   EXPECT_GT(looked - stamps->t4, std::chrono::milliseconds(100));
 }
 
+TEST(ZmqEngine, AClockQuestionIsFollowedUpByTheWireWithoutTheLoop) {
+  ZmqRig rig;
+  auto server = rig.serve();
+  auto link = rig.connect();
+  ASSERT_TRUE(rig.until({link.get()}, [&] { return link->peer_alive(); }));
+  for (std::uint64_t train = 1; train <= 2; ++train) {
+    ASSERT_TRUE(link->send_sync());
+    // Nobody polls the link meanwhile.
+    ASSERT_TRUE(rig.until({}, [&] { return (*server)->counters().syncs == train * LinkWire::kSyncTrain; }));
+    std::vector<SyncStamps> all;
+    ASSERT_TRUE(rig.until({link.get()}, [&] {
+      while (const auto stamps = link->take_sync()) all.push_back(*stamps);
+      return all.size() == LinkWire::kSyncTrain;
+    }));
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      EXPECT_LE(all[i].t2, all[i].t3);
+      EXPECT_LE(all[i].t3 - all[i].t2, all[i].t4 - all[i].t1);
+      // The next leaves only when the answer before it has come.
+      if (i > 0) {
+        EXPECT_LE(all[i - 1].t4, all[i].t1);
+        EXPECT_LE(all[i - 1].t3, all[i].t2);
+      }
+    }
+  }
+  for (int i = 0; i < 50; ++i) rig.wait_a_little();
+  EXPECT_EQ((*server)->counters().syncs, 2 * LinkWire::kSyncTrain);
+}
+
 TEST(ZmqEngine, TheServersThreadNeverHoldsUpTheLoopsBesideIt) {
   // Behind the service a loop writes the state the source reads, as the physics loop does; under the thread
   // sanitizer this is where a shared access without order would show.

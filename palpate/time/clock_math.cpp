@@ -8,7 +8,7 @@ namespace palpate::clock_math {
 namespace {
 
 constexpr double kFastestSlew = 500e-6;  // as NTP's: a haptic period is wrong by half a microsecond
-constexpr double kSlewHorizonNs = 1e9;   // corrections are spread over a second where that is slow enough
+constexpr double kSlewHorizonNs = 5e8;   // corrections are spread over this time where that is slow enough
 constexpr double kDriftSd = 200e-6;      // crystal oscillators are sold with 20 to 100 ppm
 constexpr double kDriftSdAfterSilence = 10e-6;  // minutes change the temperature, not the crystal
 constexpr double kDriftWander = 1e-6;  // drift changes by about this much within the window (temperature)
