@@ -189,7 +189,7 @@ TEST(ZmqEngine, ArrivalsAreStampedWhenTheyComeNotWhenTheyAreTaken) {
   auto link = rig.connect();
   ASSERT_TRUE(rig.until({link.get()}, [&] { return link->peer_alive(); }));
   ASSERT_TRUE(link->send_sync());
-  ASSERT_TRUE(rig.until({}, [&] { return (*server)->counters().syncs == 1; }));
+  ASSERT_TRUE(rig.until({}, [&] { return (*server)->counters().syncs >= 1; }));
   std::this_thread::sleep_for(std::chrono::milliseconds(800));  // a busy graphics loop
   const Instant<GraphicsClock> looked = rig.graphics_clock.now();
   link->poll();
