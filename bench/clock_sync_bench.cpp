@@ -37,8 +37,8 @@ class WornClock : public Clock<PhysicsClock> {
   void sleep_until(Instant<PhysicsClock>) override {}
   Instant<PhysicsClock> at(std::int64_t monotonic_ns) const {
     const double t = static_cast<double>(monotonic_ns - base_ns_) * 1e-9, w = 2.0 * M_PI / 30.0;
-    return {Duration(monotonic_ns +
-                     std::llround(1e9 * (3.0 + 80e-6 * t + 2e-6 / w * (1.0 - std::cos(w * t)))))};
+    return {
+        Duration(monotonic_ns + std::llround(1e9 * (3.0 + 80e-6 * t + 2e-6 / w * (1.0 - std::cos(w * t)))))};
   }
 
  private:
@@ -105,7 +105,8 @@ struct Leg {
   void report(int hogs) const {
     const auto us = [](Duration d) { return 1e6 * to_seconds(d); };
     fmt::print(
-        "{:<12} {:>5}   {:>5.0f} {:>6.0f} {:>6.0f}   {:>6.1f} {:>6.1f} {:>6.1f}   {:>6.0f} {:>6.0f}   {:>4} of "
+        "{:<12} {:>5}   {:>5.0f} {:>6.0f} {:>6.0f}   {:>6.1f} {:>6.1f} {:>6.1f}   {:>6.0f} {:>6.0f}   {:>4} "
+        "of "
         "{:<5} {:>6.1f} {:>9} {:>8}\n",
         name, hogs, us(sync.lowest_round_trip()), us(round_trips.quantile(0.5)),
         us(round_trips.quantile(0.99)), us(errors.quantile(0.5)), us(errors.quantile(0.99)), us(errors.max()),
@@ -138,9 +139,9 @@ void run(double length_s, const char* stamps_file) {
   });
   std::FILE* stamps = stamps_file != nullptr ? std::fopen(stamps_file, "w") : nullptr;
   if (stamps != nullptr) fmt::print(stamps, "base,{}\n", base_ns);
-  fmt::print(
-      "{:<12} {:>5}   {:<19}   {:<20}   {:<13}   {:<13} {:>6} {:>9} {:>8}\n", "us", "busy",
-      "trip low, p50, p99", "error p50, p99, max", "stated p50, p99", "outside", "ppm", "exchanges", "restarts");
+  fmt::print("{:<12} {:>5}   {:<19}   {:<20}   {:<13}   {:<13} {:>6} {:>9} {:>8}\n", "us", "busy",
+             "trip low, p50, p99", "error p50, p99, max", "stated p50, p99", "outside", "ppm", "exchanges",
+             "restarts");
   for (const int hogs : {0, 1, 2, 4}) {
     std::vector<pid_t> busy;
     for (int i = 0; i < hogs; ++i)

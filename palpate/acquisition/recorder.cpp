@@ -22,7 +22,8 @@ void Recorder::tick() {
   arm_.push_back(arm);
   for (const auto& sample : lab_.tracker.poll()) {
     // The bodies of one frame share a stamp; a clock estimator wants each moment once.
-    if (tracked_.empty() || sample.stamp != tracked_.back().stamp) tracker_clock_.add(sample.stamp, read_at, waited);
+    if (tracked_.empty() || sample.stamp != tracked_.back().stamp)
+      tracker_clock_.add(sample.stamp, read_at, waited);
     tracked_.push_back(sample);
   }
 }

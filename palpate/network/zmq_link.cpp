@@ -141,7 +141,8 @@ class ZmqWire : public LinkWire {
     if (train_.asked) train_.awaited = reply.number + 1;
   }
 
-  // Clock questions that follow each other: the one an answer is due to, and when it left if this thread asked.
+  // Clock questions that follow each other: the one an answer is due to, and when it left if this thread
+  // asked.
   struct SyncTrainUnderWay {
     std::uint64_t awaited = 0, last = 0;
     std::optional<Instant<GraphicsClock>> asked;

@@ -177,13 +177,12 @@ void Envelope::refit(std::int64_t now) {
     sd = std::max(kJitterFloorNs, std::sqrt(sum / weights));
   }
   const bool starting = newest_ - first_ < kEnvelopeStartNs;
-  fitted_ =
-      Map{.from_ns = now,
-          .to_ns = now + z_reference + std::llround(line.a),
-          .drift = line.b,
-          .uncertainty_ns =
-              3.0 * std::sqrt(line.var_a) + typical + waited + (starting ? kStartUncertaintyNs : 0.0),
-          .drift_uncertainty = 3.0 * std::sqrt(line.var_b) + kDriftWander};
+  fitted_ = Map{.from_ns = now,
+                .to_ns = now + z_reference + std::llround(line.a),
+                .drift = line.b,
+                .uncertainty_ns =
+                    3.0 * std::sqrt(line.var_a) + typical + waited + (starting ? kStartUncertaintyNs : 0.0),
+                .drift_uncertainty = 3.0 * std::sqrt(line.var_b) + kDriftWander};
   published_ = phase_ == Phase::tracking ? slewed(published_, fitted_, now) : fitted_;
   if (!starting) phase_ = Phase::tracking;
 }

@@ -33,8 +33,8 @@ struct Map {
 };
 
 // Keeps `wanted` from jumping: the result agrees with `published` at now and with `wanted` once the remainder
-// has died away, which takes half a second or as long as the fastest allowed slew needs. Both maps are anchored at
-// now.
+// has died away, which takes half a second or as long as the fastest allowed slew needs. Both maps are
+// anchored at now.
 Map slewed(const Map& published, Map wanted, std::int64_t now);
 
 // What the estimators remember: the best point of each half second, over the last twelve seconds.

@@ -101,9 +101,7 @@ class ClockSync {
   int exchanges() const { return core_.count(); }
   Duration lowest_round_trip() const { return Duration(core_.lowest_round_trip_ns()); }
   // When to ask again: a burst at the start, after a restart and in doubt, else ten times a second.
-  Duration interval() const {
-    return Duration(phase() == ClockPhase::tracking ? 100'000'000 : 20'000'000);
-  }
+  Duration interval() const { return Duration(phase() == ClockPhase::tracking ? 100'000'000 : 20'000'000); }
 
   // The remote time at t, never running backwards: for calls whose t does not decrease the result does not
   // decrease, whatever is added between them; it stands still where the model stepped back. Only a peer whose

@@ -64,23 +64,26 @@ TEST_P(ClockSyncFairStatistics, WithinFiftyMicrosecondsAndWithinWhatItStates) {
 INSTANTIATE_TEST_SUITE_P(
     Networks, ClockSyncFairStatistics,
     ::testing::Values(
-        Promise{"idle", kTrains, {}},
-        Promise{"one exchange at a time, the server always asleep", {}, {}},
+        Promise{"idle", kTrains, {}}, Promise{"one exchange at a time, the server always asleep", {}, {}},
         Promise{"loaded: one message in ten held up for milliseconds",
-                with(kTrains, [](Network& n) { n.held_up = 0.1, n.held_up_s = 3e-3; }), {}},
+                with(kTrains, [](Network& n) { n.held_up = 0.1, n.held_up_s = 3e-3; }),
+                {}},
         Promise{"a third of single exchanges held up", {.held_up = 0.3}, {}},
         // Of this tail the 99th percentile is 66 scales, 2.6 and 13 ms.
         Promise{"heavy tail", with(kTrains, [](Network& n) { n.tail_s = 40e-6; }), {}},
         Promise{"heavier tail", with(kTrains, [](Network& n) { n.tail_s = 200e-6; }), {}},
         Promise{"single exchanges through a heavy tail", {.wake_s = 0.0, .tail_s = 40e-6}, {}},
         Promise{"local network", {.forth_s = 200e-6, .back_s = 200e-6, .jitter_s = 100e-6, .train = 8}, {}},
-        Promise{"far", {.forth_s = 2e-3, .back_s = 2e-3, .jitter_s = 300e-6, .held_up = 0.05, .train = 8}, {}},
-        Promise{"congested for two of five seconds",
-                with(kTrains,
-                     [](Network& n) { n.congested_every_s = 5.0, n.congested_for_s = 2.0, n.queue_s = 2e-3; }),
-                {}},
+        Promise{
+            "far", {.forth_s = 2e-3, .back_s = 2e-3, .jitter_s = 300e-6, .held_up = 0.05, .train = 8}, {}},
+        Promise{
+            "congested for two of five seconds",
+            with(kTrains,
+                 [](Network& n) { n.congested_every_s = 5.0, n.congested_for_s = 2.0, n.queue_s = 2e-3; }),
+            {}},
         Promise{"warming", with(kTrains, [](Network& n) { n.held_up = 0.04; }), {.warming_ppm_s = 0.5}},
-        Promise{"wandering", with(kTrains, [](Network& n) { n.held_up = 0.04; }),
+        Promise{"wandering",
+                with(kTrains, [](Network& n) { n.held_up = 0.04; }),
                 {.wander_ppm = 5.0, .wander_period_s = 20.0}},
         Promise{"an hour ahead and slow", kTrains, {.offset_s = 3600.0, .drift_ppm = -80.0}}));
 
@@ -101,21 +104,19 @@ TEST_P(ClockSyncUnfairStatistics, TheErrorIsHalfTheDifferenceAndWithinWhatItStat
 
 INSTANTIATE_TEST_SUITE_P(
     Networks, ClockSyncUnfairStatistics,
-    ::testing::Values(Promise{"back takes twice as long", {.forth_s = 2e-3, .back_s = 4e-3, .train = 8}, {}},
-                      Promise{"nearly all on the way back", {.forth_s = 20e-6, .back_s = 3e-3, .train = 8}, {}},
-                      Promise{"nearly all on the way there", {.forth_s = 3e-3, .back_s = 20e-6, .train = 8}, {}},
-                      Promise{"unfair and loaded",
-                              {.forth_s = 100e-6, .back_s = 500e-6, .held_up = 0.1, .train = 8},
-                              {}}));
+    ::testing::Values(
+        Promise{"back takes twice as long", {.forth_s = 2e-3, .back_s = 4e-3, .train = 8}, {}},
+        Promise{"nearly all on the way back", {.forth_s = 20e-6, .back_s = 3e-3, .train = 8}, {}},
+        Promise{"nearly all on the way there", {.forth_s = 3e-3, .back_s = 20e-6, .train = 8}, {}},
+        Promise{"unfair and loaded", {.forth_s = 100e-6, .back_s = 500e-6, .held_up = 0.1, .train = 8}, {}}));
 
 TEST(ClockSyncStatistics, CongestionFromTheFirstExchangeOnIsStated) {
-  const Outcome outcome({"congested start",
-                         with(kTrains,
-                              [](Network& n) {
-                                n.congested_every_s = 20.0, n.congested_for_s = 8.0, n.queue_s = 1e-3;
-                              }),
-                         {}},
-                        12.0);
+  const Outcome outcome(
+      {"congested start",
+       with(kTrains,
+            [](Network& n) { n.congested_every_s = 20.0, n.congested_for_s = 8.0, n.queue_s = 1e-3; }),
+       {}},
+      12.0);
   EXPECT_LE(outcome.outside, static_cast<int>(outcome.looks / 100));
   EXPECT_EQ(outcome.restarts, 0);
 }
@@ -166,7 +167,8 @@ TEST_P(ClockEstimatorStatistics, TheSmallestLatencyIsWithinWhatItStates) {
 
 INSTANTIATE_TEST_SUITE_P(
     Instruments, ClockEstimatorStatistics,
-    ::testing::Values(Instrument{"arm", 100.0, 0.1e-3, 20e-6}, Instrument{"arm, heavy tail", 100.0, 0.1e-3, 5e-6, 20e-6},
+    ::testing::Values(Instrument{"arm", 100.0, 0.1e-3, 20e-6},
+                      Instrument{"arm, heavy tail", 100.0, 0.1e-3, 5e-6, 20e-6},
                       Instrument{"arm, read every millisecond", 100.0, 0.1e-3, 50e-6, 0.0, 1e-3},
                       Instrument{"fast tracker", 332.0, 4e-3, 200e-6},
                       Instrument{"tracker, heavy tail", 60.0, 8e-3, 5e-6, 100e-6},

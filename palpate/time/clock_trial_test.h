@@ -11,22 +11,23 @@
 
 namespace palpate::testing {
 
-// Each message takes the shortest way, exponential jitter and sometimes more. Defaults: what was measured on a
-// loopback connection with bare time stamps in user space.
+// Each message takes the shortest way, exponential jitter and sometimes more. Defaults: what was measured on
+// a loopback connection with bare time stamps in user space.
 struct Network {
-  double forth_s = 45e-6, back_s = 45e-6;                  // shortest way
-  double wake_s = 40e-6;                                   // how much later the server wakes ...
+  double forth_s = 45e-6, back_s = 45e-6;                     // shortest way
+  double wake_s = 40e-6;                                      // how much later the server wakes ...
   double jitter_s = 5e-6, held_up = 0.0, held_up_s = 1.2e-3;  // a share of the messages is held up
-  double tail_s = 0.0;  // scale of a heavy tail on every message: beyond d with (1 + d / scale)^-1.1, to 0.5 s
-  double congested_every_s = 0.0, congested_for_s = 0.0, queue_s = 0.0;  // full queues at the end of each turn, one way at a time
-  int train = 1;              // exchanges that follow each other at once ...
-  double awake_s = 0.0;       // ... and how much later the server wakes for all but the first
+  double tail_s =
+      0.0;  // scale of a heavy tail on every message: beyond d with (1 + d / scale)^-1.1, to 0.5 s
+  double congested_every_s = 0.0, congested_for_s = 0.0,
+         queue_s = 0.0;  // full queues at the end of each turn, one way at a time
+  int train = 1;         // exchanges that follow each other at once ...
+  double awake_s = 0.0;  // ... and how much later the server wakes for all but the first
 };
 
 // Leads by offset_s and gains drift_ppm, which swings by wander_ppm and rises by warming_ppm_s.
 struct Peer {
-  double offset_s = 1.234567, drift_ppm = 80.0, wander_ppm = 2.0, wander_period_s = 30.0,
-         warming_ppm_s = 0.0;
+  double offset_s = 1.234567, drift_ppm = 80.0, wander_ppm = 2.0, wander_period_s = 30.0, warming_ppm_s = 0.0;
   std::int64_t at(double t) const {
     const double w = 2.0 * M_PI / wander_period_s;
     return std::llround((t + offset_s + drift_ppm * 1e-6 * t + 0.5e-6 * warming_ppm_s * t * t +
@@ -54,7 +55,8 @@ struct Trial {
     if (network.congested_every_s > 0.0) {
       const double turn = std::floor(t / network.congested_every_s);
       const bool full = (turn + 1.0) * network.congested_every_s - t < network.congested_for_s;
-      if (full && forth == (std::fmod(turn, 2.0) < 1.0)) d += network.queue_s * (0.3 + 0.7 * random.uniform());
+      if (full && forth == (std::fmod(turn, 2.0) < 1.0))
+        d += network.queue_s * (0.3 + 0.7 * random.uniform());
     }
     return d;
   }
