@@ -13,6 +13,7 @@
 
 #include "palpate/network/zmq_rig_test.h"
 #include "palpate/network/zmq_socket.h"
+#include "palpate/time/clock_model.h"
 
 namespace palpate {
 namespace {
@@ -224,6 +225,53 @@ TEST(ZmqEngine, AClockQuestionIsFollowedUpByTheWireWithoutTheLoop) {
   }
   for (int i = 0; i < 50; ++i) rig.wait_a_little();
   EXPECT_EQ((*server)->counters().syncs, 2 * LinkWire::kSyncTrain);
+}
+
+// Shows the machine's clock with an offset that may change.
+class SteppedClock : public Clock<PhysicsClock> {
+ public:
+  Instant<PhysicsClock> now() const override { return clock_.now() + Duration(offset_ns_.load()); }
+  void sleep_until(Instant<PhysicsClock>) override {}
+  void step(Duration by) { offset_ns_ += by.count(); }
+
+ private:
+  MonotonicClock<PhysicsClock> clock_;
+  std::atomic<std::int64_t> offset_ns_{0};
+};
+
+TEST(ZmqEngine, AStepOfTheServersClockIsNoticedWithinTwoTrains) {
+  ZmqRig rig;
+  SteppedClock physics_clock;
+  auto server = serve_states(rig.endpoint, physics_clock, state_at, table_scene());
+  ASSERT_TRUE(server);
+  auto link = rig.connect();
+  ASSERT_TRUE(rig.until({link.get()}, [&] { return link->peer_alive(); }));
+  ClockSync<GraphicsClock, PhysicsClock> sync;
+  Instant<PhysicsClock> before{};
+  const auto train = [&] {
+    const int begun = sync.exchanges();
+    EXPECT_TRUE(link->send_sync());
+    EXPECT_TRUE(rig.until({link.get()}, [&] {
+      while (const auto s = link->take_sync()) sync.add(s->t1, s->t2, s->t3, s->t4);
+      return sync.exchanges() == begun + static_cast<int>(LinkWire::kSyncTrain);
+    }));
+    const auto now = sync.remote_time(rig.graphics_clock.now());
+    EXPECT_GE(now, before);
+    before = now;
+  };
+  for (const double step_s : {0.0, -0.5, 0.5, 3600.0}) {
+    const int restarts = sync.restarts();
+    physics_clock.step(seconds(step_s));
+    train();
+    train();
+    EXPECT_EQ(sync.restarts(), restarts + (step_s == 0.0 ? 0 : 1)) << step_s;
+    const auto earliest = physics_clock.now();
+    const auto here = rig.graphics_clock.now();
+    const auto latest = physics_clock.now();
+    const Duration stated = sync.model().uncertainty(here);
+    EXPECT_GE(sync.model().to(here), earliest - stated) << step_s;
+    EXPECT_LE(sync.model().to(here), latest + stated) << step_s;
+  }
 }
 
 TEST(ZmqEngine, TheServersThreadNeverHoldsUpTheLoopsBesideIt) {

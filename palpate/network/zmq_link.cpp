@@ -130,8 +130,8 @@ class ZmqWire : public LinkWire {
     return sent;
   }
 
-  // The first message wakes five sleeping threads on its way there and back, and more slowly there; those
-  // that follow at once find them awake, which makes both ways quick and alike.
+  // The first question wakes every thread on its way, while its answer comes back through some that have just
+  // run; those that follow at once find all awake, which makes both ways quick and alike.
   void follow_up(const SyncReply& reply, Arrival& arrival) {
     if (reply.number != train_.awaited) return;
     arrival.asked = train_.asked;
