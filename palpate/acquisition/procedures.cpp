@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 namespace palpate {
 namespace {
@@ -178,13 +179,15 @@ Expected<ViewRecord> record_views(Laboratory lab, Gesture gesture, double second
   std::vector<Instant<CameraClock>> kept;
   int arrived = 0;
   const double end = recorder.now_s() + seconds_long;
+  auto looked = lab.clock.now();
   while (recorder.now_s() < end) {
     recorder.tick();
     const bool wanted = arrived % every == 0;
+    const auto before = std::exchange(looked, lab.clock.now());
     const auto image = wanted ? lab.camera->poll() : lab.camera->poll_unseen();
     if (!image) continue;
     ++arrived;
-    camera_clock.add(image->mid_exposure, lab.clock.now());
+    camera_clock.add(image->mid_exposure, looked, looked - before);
     if (wanted && keep(*image)) kept.push_back(image->mid_exposure);
   }
   ViewRecord record;

@@ -13,14 +13,17 @@ void Recorder::tick() {
   *next_ += kTick;
   lab_.clock.sleep_until(*next_);
   const auto read_at = lab_.clock.now();
+  const Duration waited = read_at - last_look_.value_or(read_at);
+  last_look_ = read_at;
   const ArmSample arm = lab_.arm.read();
   if (control_) control_(arm);
   // A hundred pairs a second are plenty for a clock.
-  if (ticks_++ % 10 == 0) arm_clock_.add(arm.stamp, read_at);
+  if (ticks_++ % 10 == 0) arm_clock_.add(arm.stamp, read_at, waited);
   arm_.push_back(arm);
   for (const auto& sample : lab_.tracker.poll()) {
     // The bodies of one frame share a stamp; a clock estimator wants each moment once.
-    if (tracked_.empty() || sample.stamp != tracked_.back().stamp) tracker_clock_.add(sample.stamp, read_at);
+    if (tracked_.empty() || sample.stamp != tracked_.back().stamp)
+      tracker_clock_.add(sample.stamp, read_at, waited);
     tracked_.push_back(sample);
   }
 }

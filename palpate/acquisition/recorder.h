@@ -60,7 +60,7 @@ class Recorder {
  private:
   Laboratory lab_;
   std::function<void(const ArmSample&)> control_;
-  std::optional<Instant<PhysicsClock>> next_;
+  std::optional<Instant<PhysicsClock>> next_, last_look_;
   long ticks_ = 0;
   std::vector<ArmSample> arm_;
   std::vector<TrackerSample> tracked_;

@@ -18,8 +18,10 @@ GraphicsServer::GraphicsServer(Rig rig, StateLink& link, TrackerDevice& tracker,
 }
 
 void GraphicsServer::service(Instant<GraphicsClock> now) {
+  const Duration waited = now - last_look_.value_or(now);
+  last_look_ = now;
   for (const auto& sample : tracker_.poll()) {
-    tracker_clock_.add(sample.stamp, now);
+    tracker_clock_.add(sample.stamp, now, waited);
     if (sample.marker != MarkerId::camera_marker || !sample.seen) continue;
     camera_marker_.add(
         {tracker_clock_.model().to(sample.stamp), sample.rotation, sample.translation, sample.covariance});
@@ -37,7 +39,7 @@ void GraphicsServer::service(Instant<GraphicsClock> now) {
   }
 
   if (auto image = camera_.poll()) {
-    camera_clock_.add(image->mid_exposure, now);
+    camera_clock_.add(image->mid_exposure, now, waited);
     arrived_image_ = std::move(image);  // the newest wins: an older one that nobody took up is dropped
   }
 }

@@ -67,7 +67,7 @@ class GraphicsServer {
   ClockEstimator<TrackerClock, GraphicsClock> tracker_clock_;
   ClockEstimator<CameraClock, GraphicsClock> camera_clock_;
   ClockSync<GraphicsClock, PhysicsClock> sync_;
-  std::optional<Instant<GraphicsClock>> last_sync_sent_;
+  std::optional<Instant<GraphicsClock>> last_sync_sent_, last_look_;
   MarkerHistory camera_marker_;
   std::optional<CameraImage> arrived_image_, image_;  // waiting, and being worked on
   std::optional<StateAnswer> last_answer_;

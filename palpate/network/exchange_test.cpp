@@ -200,7 +200,6 @@ TEST_P(Exchange, AClockExchangeBringsFourStampsInOrder) {
   EXPECT_LE(stamps->t2, stamps->t3);
   EXPECT_LE(stamps->t3 - stamps->t2,
             stamps->t4 - stamps->t1);  // the server's share lies inside the round trip
-  EXPECT_FALSE(link->take_sync().has_value());
 }
 
 TEST_P(Exchange, SeveralClientsAreAnsweredEachItsOwn) {

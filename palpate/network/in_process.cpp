@@ -71,7 +71,7 @@ struct InProcessNetwork::Net {
     if (!event.to_physics) {
       const auto line = lines.find(event.line);
       if (line == lines.end()) return;
-      Arrival arrival{graphics_time(now), std::nullopt};
+      Arrival arrival{graphics_time(now), std::nullopt, std::nullopt};
       if (auto message = decode_server_message(event.bytes, event.shape)) arrival.message = std::move(*message);
       line->second.inbox.push_back(std::move(arrival));
       return;

@@ -85,6 +85,7 @@ TEST(InProcessNetwork, ClockStampsShowBothClocksAtTheMomentOfPassage) {
   EXPECT_EQ(stamps->t2.ns(), 100'000'300'000);
   EXPECT_EQ(stamps->t3.ns(), 100'000'300'000);
   EXPECT_EQ(stamps->t4.ns(), 7'000'600'000);
+  EXPECT_FALSE(link->take_sync().has_value());
 }
 
 TEST(InProcessNetwork, LossIsCountedAndNothingElse) {

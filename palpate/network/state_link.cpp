@@ -53,7 +53,7 @@ void StateLink::poll() {
     }
     last_word_ = arrival.received;
     unanswered_since_.reset();
-    std::visit([&](const auto& message) { take(message, arrival.received); }, *arrival.message);
+    std::visit([&](const auto& message) { take(message, arrival); }, *arrival.message);
   }
   const Instant<GraphicsClock> now = wire_->now();
   ledger_.expire(now);
@@ -87,11 +87,10 @@ bool StateLink::send_control(Control control) {
 }
 
 bool StateLink::send_sync() {
-  const std::uint64_t number = syncs_ + 1;
+  const std::uint64_t number = trains_ * LinkWire::kSyncTrain + 1;
   const auto sent = send(SyncRequest{number});
   if (!sent) return false;
-  syncs_ = number;
-  syncs_sent_[number % syncs_sent_.size()] = {number, *sent};
+  syncs_sent_[trains_++ % syncs_sent_.size()] = {number, *sent};
   return true;
 }
 
@@ -102,7 +101,7 @@ std::optional<SyncStamps> StateLink::take_sync() {
   return stamps;
 }
 
-void StateLink::take(const Welcome& message, Instant<GraphicsClock>) {
+void StateLink::take(const Welcome& message, const Arrival&) {
   session_ = message.session;
   role_ = message.role;
   if (!message.scene) return;
@@ -110,23 +109,27 @@ void StateLink::take(const Welcome& message, Instant<GraphicsClock>) {
   newest_shape_ = nullptr;  // of another scene
 }
 
-void StateLink::take(const StateReply& message, Instant<GraphicsClock> received) {
+void StateLink::take(const StateReply& message, const Arrival& arrival) {
   const ExchangeLedger::Noted noted = ledger_.reply(message.number, message.answer.kind);
   if (!noted.first) return;
-  arrived_.push_back({message, noted.sent, received, noted.newest});
+  arrived_.push_back({message, noted.sent, arrival.received, noted.newest});
   if (noted.newest) newest_ = arrived_.back();
   if (noted.newest && message.shape) newest_shape_ = message.shape;
 }
 
-void StateLink::take(const SyncReply& message, Instant<GraphicsClock> received) {
-  SentSync& sent = syncs_sent_[message.number % syncs_sent_.size()];
-  if (message.number == 0 || sent.number != message.number) return;  // twice, or long forgotten
-  sent.number = 0;
+void StateLink::take(const SyncReply& message, const Arrival& arrival) {
+  auto t1 = arrival.asked;
+  if (!t1) {
+    SentSync& sent = syncs_sent_[message.number / LinkWire::kSyncTrain % syncs_sent_.size()];
+    if (message.number == 0 || sent.number != message.number) return;  // twice, or long forgotten
+    sent.number = 0;
+    t1 = sent.t1;
+  }
   if (syncs_done_.size() >= kMaxSyncsKept) syncs_done_.pop_front();
-  syncs_done_.push_back({sent.t1, message.t2, message.t3, received});
+  syncs_done_.push_back({*t1, message.t2, message.t3, arrival.received});
 }
 
-void StateLink::take(const ControlReply& message, Instant<GraphicsClock>) {
+void StateLink::take(const ControlReply& message, const Arrival&) {
   if (wishes_.empty() || wishes_.front().call.number != message.number) return;
   wishes_.pop_front();
   if (!message.refusal.empty()) {
@@ -138,9 +141,9 @@ void StateLink::take(const ControlReply& message, Instant<GraphicsClock>) {
 
 bool StateLink::ask_status() { return send(StatusRequest{++statuses_}).has_value(); }
 
-void StateLink::take(const StatusReply& message, Instant<GraphicsClock>) { status_ = message.status; }
+void StateLink::take(const StatusReply& message, const Arrival&) { status_ = message.status; }
 
-void StateLink::take(const Refusal& message, Instant<GraphicsClock>) { refusal_ = message.reason; }
+void StateLink::take(const Refusal& message, const Arrival&) { refusal_ = message.reason; }
 
 bool StateLink::peer_alive() const {
   if (!last_word_) return false;

@@ -26,6 +26,8 @@ namespace palpate {
 struct Arrival {
   Instant<GraphicsClock> received;
   std::optional<ServerMessage> message;
+  // Of the answer to a clock question that the wire asked by itself: when that left.
+  std::optional<Instant<GraphicsClock>> asked;
 };
 
 // Why no connection comes about: their side does not admit our key, or the two sides' encryption does not
@@ -35,9 +37,12 @@ enum class LinkTrouble { not_admitted, no_agreement };
 // What carries a link's messages. One caller's thread; neither call waits.
 class LinkWire {
  public:
+  static constexpr std::uint64_t kSyncTrain = 8;
   virtual ~LinkWire() = default;
   virtual Instant<GraphicsClock> now() const = 0;
   // The moment just before the bytes left, or nothing where nobody is connected.
+  // A wire may follow a clock question up by itself with the next kSyncTrain - 1 numbers, each the moment the
+  // answer before it has come.
   virtual std::optional<Instant<GraphicsClock>> send(const ClientMessage& message) = 0;
   // The next message that has come, in the order of arrival.
   virtual bool take(Arrival& arrival) = 0;
@@ -85,7 +90,7 @@ class StateLink {
   // What the last poll() brought, in the order of arrival.
   std::span<const ArrivedState> arrived() const { return arrived_; }
 
-  // Starts one clock exchange; its stamps come out of take_sync() after a later poll().
+  // Starts a clock exchange, or a train of them; their stamps come out of take_sync() after a later poll().
   bool send_sync();
   std::optional<SyncStamps> take_sync();
 
@@ -132,12 +137,12 @@ class StateLink {
   };
 
   std::optional<Instant<GraphicsClock>> send(const ClientMessage& message);
-  void take(const Welcome& message, Instant<GraphicsClock> received);
-  void take(const StateReply& message, Instant<GraphicsClock> received);
-  void take(const SyncReply& message, Instant<GraphicsClock> received);
-  void take(const ControlReply& message, Instant<GraphicsClock> received);
-  void take(const StatusReply& message, Instant<GraphicsClock> received);
-  void take(const Refusal& message, Instant<GraphicsClock> received);
+  void take(const Welcome& message, const Arrival& arrival);
+  void take(const StateReply& message, const Arrival& arrival);
+  void take(const SyncReply& message, const Arrival& arrival);
+  void take(const ControlReply& message, const Arrival& arrival);
+  void take(const StatusReply& message, const Arrival& arrival);
+  void take(const Refusal& message, const Arrival& arrival);
   void say_hello(Instant<GraphicsClock> now);
   void press_wishes(Instant<GraphicsClock> now);
 
@@ -149,7 +154,7 @@ class StateLink {
   std::shared_ptr<const Shape> newest_shape_;
   std::vector<ArrivedState> arrived_;
   std::array<SentSync, 16> syncs_sent_{};
-  std::uint64_t syncs_ = 0;
+  std::uint64_t trains_ = 0;  // of clock exchanges
   std::deque<SyncStamps> syncs_done_;
   std::deque<Wish> wishes_;
   std::uint64_t wishes_made_ = 0, controls_dropped_ = 0;

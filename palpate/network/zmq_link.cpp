@@ -40,11 +40,11 @@ class ZmqWire : public LinkWire {
   std::optional<Instant<GraphicsClock>> send(const ClientMessage& message) override {
     const std::string bytes = encode(message);
     const std::lock_guard lock(mutex_);
-    const Instant<GraphicsClock> sent = clock_.now();
-    const bool left = socket_.send(bytes);
+    const auto sent = send_now(bytes);
+    if (const auto* sync = std::get_if<SyncRequest>(&message); sync != nullptr && sent)
+      train_ = {.awaited = sync->number, .last = sync->number + kSyncTrain - 1, .asked = std::nullopt};
     // Sending may have swallowed the signal that something has come; the thread would then sleep over it.
     receive_all();
-    if (!left) return std::nullopt;
     return sent;
   }
 
@@ -116,15 +116,42 @@ class ZmqWire : public LinkWire {
     while (socket_.readable()) {
       const auto received = socket_.receive(1, nullptr, body_, nullptr, &shape_);
       if (received == zmq::Socket::Received::nothing) return;
-      Arrival arrival{clock_.now(), std::nullopt};
+      Arrival arrival{clock_.now(), std::nullopt, std::nullopt};
       if (received == zmq::Socket::Received::message) {
         const auto shape = shape_ ? std::optional(shape_->bytes()) : std::nullopt;
         if (auto message = decode_server_message(body_, shape)) arrival.message = std::move(*message);
+        if (arrival.message)
+          if (const auto* sync = std::get_if<SyncReply>(&*arrival.message)) follow_up(*sync, arrival);
       }
       // Full when the graphics loop has stopped for seconds; what is dropped then is counted as lost.
       arrivals_.push(std::move(arrival));
     }
   }
+
+  // With the mutex held.
+  std::optional<Instant<GraphicsClock>> send_now(const std::string& bytes) {
+    const Instant<GraphicsClock> sent = clock_.now();
+    if (!socket_.send(bytes)) return std::nullopt;
+    return sent;
+  }
+
+  // The first question wakes every thread on its way, while its answer comes back through some that have just
+  // run; those that follow at once find all awake, which makes both ways quick and alike.
+  void follow_up(const SyncReply& reply, Arrival& arrival) {
+    if (reply.number != train_.awaited) return;
+    arrival.asked = train_.asked;
+    train_.awaited = 0;
+    if (reply.number >= train_.last) return;
+    train_.asked = send_now(encode(SyncRequest{reply.number + 1}));
+    if (train_.asked) train_.awaited = reply.number + 1;
+  }
+
+  // Clock questions that follow each other: the one an answer is due to, and when it left if this thread
+  // asked.
+  struct SyncTrainUnderWay {
+    std::uint64_t awaited = 0, last = 0;
+    std::optional<Instant<GraphicsClock>> asked;
+  };
 
   std::string address_;
   zmq::Socket events_;  // of the connection; the thread's alone
@@ -137,6 +164,7 @@ class ZmqWire : public LinkWire {
   std::mutex mutex_;
   std::string body_;
   std::optional<zmq::Frame> shape_;
+  SyncTrainUnderWay train_;
   HandoverQueue<Arrival, 128> arrivals_;
   zmq::Stop stop_;
   std::thread thread_;

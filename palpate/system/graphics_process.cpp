@@ -55,6 +55,24 @@ class ServerWatch {
   std::optional<std::string> refusal_;
 };
 
+// Tells each time the physics server's clock was found stepped or stopped.
+class ClockWatch {
+ public:
+  explicit ClockWatch(const std::function<void(const std::string&)>& say) : say_(say) {}
+  void look(const ClockSync<GraphicsClock, PhysicsClock>& sync) {
+    if (sync.restarts() == restarts_) return;
+    restarts_ = sync.restarts();
+    if (say_)
+      say_(
+          "graphics: the physics server's clock was set, or stood still for a while; the clocks are "
+          "synchronised anew");
+  }
+
+ private:
+  const std::function<void(const std::string&)>& say_;
+  int restarts_ = 0;
+};
+
 // For `palpate status`.
 ClientFigures figures_of(std::uint64_t frames, std::uint64_t late, std::uint64_t lost, double elapsed_s,
                          const JitterHistogram& trips, const ClockSync<GraphicsClock, PhysicsClock>& sync,
@@ -129,6 +147,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     options.notice(
         fmt::format("graphics: shows {} of the physics server at {}", scene.application, endpoint.address));
   ServerWatch physics(**link, endpoint.address, options.notice);
+  ClockWatch clocks(options.notice);
   Logs logs;
   JitterHistogram trips;
   std::optional<Instant<GraphicsClock>> told;
@@ -146,6 +165,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     if (auto alive = (*client)->check(); !alive) return refused("graphics: {}", alive.error().message);
     server.service(clock.now());
     physics.look();
+    clocks.look(server.sync());
     if (!server.frame_begun()) {
       if (server.begin_frame(clock.now())) draw_at = clock.now() + kDrawAfter;
     } else if (clock.now() >= draw_at) {
@@ -198,7 +218,8 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
       {"lost", counters.lost}};
   result["sync"] = {{"offset_error_us_p99", quantile(sync_errors, 0.99)},
                     {"uncertainty_us", quantile(uncertainties, 0.5)},
-                    {"exchanges", server.sync().exchanges()}};
+                    {"exchanges", server.sync().exchanges()},
+                    {"restarts", server.sync().restarts()}};
   result["graphics"] = {{"rate_hz", elapsed > 0 ? static_cast<double>(frames) / elapsed : 0.0}};
   if (!options.out.empty()) {
     if (auto done = write_file(options.out / "realtime_frames.csv", logs.frames.content()); !done)

@@ -8,7 +8,7 @@ namespace palpate::clock_math {
 namespace {
 
 constexpr double kFastestSlew = 500e-6;  // as NTP's: a haptic period is wrong by half a microsecond
-constexpr double kSlewHorizonNs = 1e9;   // corrections are spread over a second where that is slow enough
+constexpr double kSlewHorizonNs = 5e8;   // corrections are spread over this time where that is slow enough
 constexpr double kDriftSd = 200e-6;      // crystal oscillators are sold with 20 to 100 ppm
 constexpr double kDriftSdAfterSilence = 10e-6;  // minutes change the temperature, not the crystal
 constexpr double kDriftWander = 1e-6;  // drift changes by about this much within the window (temperature)
@@ -107,7 +107,7 @@ void Envelope::restart(std::int64_t stamp) {
   late_ = false;
 }
 
-bool Envelope::add(std::int64_t stamp, std::int64_t received) {
+bool Envelope::add(std::int64_t stamp, std::int64_t received, std::int64_t waited) {
   if (phase_ == Phase::empty || stamp < newest_ - kBackwardsNs) {
     restart(stamp);
   } else if (phase_ == Phase::tracking) {
@@ -131,6 +131,7 @@ bool Envelope::add(std::int64_t stamp, std::int64_t received) {
   if (!lowest) return true;
   p->x = stamp;
   p->z = z;
+  p->delay = waited;
   refit(newest_);
   return true;
 }
@@ -146,7 +147,7 @@ void Envelope::refit(std::int64_t now) {
   // A half second whose best sample still came late lies above the line and counts less; nothing lies far
   // below.
   LineFit line;
-  double sd = kJitterGuessNs, typical = kJitterGuessNs;
+  double sd = kJitterGuessNs, typical = kJitterGuessNs, waited = 0.0;
   for (int round = 0; round < 4; ++round) {
     LineFit next;
     window_.each([&](const Point& p) {
@@ -160,25 +161,28 @@ void Envelope::refit(std::int64_t now) {
     std::array<double, Window::kBuckets> residuals{};
     std::size_t n = 0;
     double sum = square(kJitterGuessNs), weights = 1.0;  // the guess counts as one more point
+    waited = 0.0;
     window_.each([&](const Point& p) {
       const double r = as_double(p.z - z_reference) - line.a - line.b * as_double(p.x - now);
       residuals[n++] = std::abs(r);
       const double weight = as_double(p.count) / most / (1.0 + square(std::max(0.0, r) / (2.0 * typical)));
       sum += weight * square(r);
       weights += weight;
+      waited += weight * as_double(p.delay);
     });
+    waited /= weights - 1.0;
     const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(n / 2);
     std::nth_element(residuals.begin(), middle, residuals.begin() + static_cast<std::ptrdiff_t>(n));
     typical = std::max(kJitterFloorNs, *middle);
     sd = std::max(kJitterFloorNs, std::sqrt(sum / weights));
   }
   const bool starting = newest_ - first_ < kEnvelopeStartNs;
-  fitted_ =
-      Map{.from_ns = now,
-          .to_ns = now + z_reference + std::llround(line.a),
-          .drift = line.b,
-          .uncertainty_ns = 3.0 * std::sqrt(line.var_a) + typical + (starting ? kStartUncertaintyNs : 0.0),
-          .drift_uncertainty = 3.0 * std::sqrt(line.var_b) + kDriftWander};
+  fitted_ = Map{.from_ns = now,
+                .to_ns = now + z_reference + std::llround(line.a),
+                .drift = line.b,
+                .uncertainty_ns =
+                    3.0 * std::sqrt(line.var_a) + typical + waited + (starting ? kStartUncertaintyNs : 0.0),
+                .drift_uncertainty = 3.0 * std::sqrt(line.var_b) + kDriftWander};
   published_ = phase_ == Phase::tracking ? slewed(published_, fitted_, now) : fitted_;
   if (!starting) phase_ = Phase::tracking;
 }
@@ -189,6 +193,7 @@ void Envelope::refit(std::int64_t now) {
 namespace {
 
 constexpr std::int64_t kExchangeStartNs = 1'000'000'000;
+constexpr int kSeasoned = 8;             // points in the window that tell drift and shortest trip
 constexpr double kStampSdNs = 3e3;       // clock reading and wake-up, of an exchange that met no delay
 constexpr double kStepMarginNs = 100e3;  // wake-ups that hit one way only reach tens of microseconds
 
@@ -218,11 +223,12 @@ Exchange::Result Exchange::add(std::int64_t t1, std::int64_t t2, std::int64_t t3
     return Result::used;
   }
   // What the fit leaves. Half of the difference to the lowest round trip may be delay: of this exchange, or
-  // of all those before it if this is the quickest so far.
+  // of all those before it if this is the quickest so far. Before a few seconds have shown how quick a trip
+  // can be, only half of the whole trips is sure to explain it.
+  const double least = points_ >= kSeasoned ? as_double(lowest_round_trip_) : 0.0;
   const double residual = as_double(s.x + s.z - fitted_.forward(s.x));
-  const double explained = 0.5 * std::abs(as_double(s.delay - lowest_round_trip_));
-  const double half_trip = 0.5 * as_double(lowest_round_trip_);
-  const double statistical = std::max(0.0, fitted_.uncertainty_at(s.x) - half_trip);
+  const double explained = 0.5 * std::abs(as_double(s.delay) - least);
+  const double statistical = std::max(0.0, fitted_.uncertainty_at(s.x) - 0.5 * least);
   if (std::abs(residual) > explained + statistical + kStepMarginNs) {
     if (suspect_count_ > 0 && !agree(s, suspects_[static_cast<std::size_t>(suspect_count_ - 1)]))
       suspect_count_ = 0;
@@ -260,11 +266,11 @@ void Exchange::take(const Sample& s) {
 
 void Exchange::refit(std::int64_t now) {
   std::int64_t z_reference = 0, lowest = std::numeric_limits<std::int64_t>::max();
-  int points = 0;
+  points_ = 0;
   window_.each([&](const Point& p) {
     z_reference = p.z;
     lowest = std::min(lowest, p.delay);
-    ++points;
+    ++points_;
   });
   lowest_round_trip_ = std::max<std::int64_t>(0, lowest);
   const auto variance = [&](const Point& p) {
@@ -274,7 +280,7 @@ void Exchange::refit(std::int64_t now) {
   window_.each([&](const Point& p) {
     line.add(as_double(p.x - now), as_double(p.z - z_reference), 1.0 / variance(p));
   });
-  const bool silence = phase_ != Phase::starting && points < 4;
+  const bool silence = phase_ != Phase::starting && points_ < 4;
   line.solve(silence ? known_drift_ : 0.0, silence ? kDriftSdAfterSilence : kDriftSd);
 
   double chi2 = 0.0, half_trip = 0.0;
@@ -283,7 +289,7 @@ void Exchange::refit(std::int64_t now) {
     chi2 += square(r) / variance(p);
     half_trip += 0.5 * as_double(p.delay) / variance(p);
   });
-  const double inflate = std::sqrt(std::max(1.0, chi2 / std::max(1, points - 2)));
+  const double inflate = std::sqrt(std::max(1.0, chi2 / std::max(1, points_ - 2)));
   const double unexplained = *std::min_element(unexplained_.begin(), unexplained_.end());
   fitted_ = Map{.from_ns = now,
                 .to_ns = now + z_reference + std::llround(line.a),
@@ -292,7 +298,7 @@ void Exchange::refit(std::int64_t now) {
                 .drift_uncertainty = 3.0 * inflate * std::sqrt(line.var_b) + kDriftWander};
   published_ = phase_ == Phase::starting ? fitted_ : slewed(published_, fitted_, now);
   if (phase_ == Phase::starting && now - first_ >= kExchangeStartNs) phase_ = Phase::tracking;
-  if (points >= 8) known_drift_ = line.b;
+  if (points_ >= kSeasoned) known_drift_ = line.b;
 }
 
 }  // namespace palpate::clock_math

@@ -33,15 +33,15 @@ struct Map {
 };
 
 // Keeps `wanted` from jumping: the result agrees with `published` at now and with `wanted` once the remainder
-// has died away, which takes a second or as long as the fastest allowed slew needs. Both maps are anchored at
-// now.
+// has died away, which takes half a second or as long as the fastest allowed slew needs. Both maps are
+// anchored at now.
 Map slewed(const Map& published, Map wanted, std::int64_t now);
 
 // What the estimators remember: the best point of each half second, over the last twelve seconds.
 struct Point {
   std::int64_t bucket = std::numeric_limits<std::int64_t>::min();
   std::int64_t x = 0, z = 0;  // ns: time, and the other clock's lead at that time
-  std::int64_t delay = 0;     // ns: round trip (exchanges only)
+  std::int64_t delay = 0;     // ns: round trip of an exchange; how long a stamp may have lain unread
   int count = 0;              // how many samples the point was chosen from
 };
 
@@ -89,11 +89,11 @@ enum class Phase : std::uint8_t {
   doubtful,  // the newest exchanges contradict the model: the uncertainty says by how much
 };
 
-// One-way stamps: received = map(stamp) + delay, delay >= 0.
+// One-way stamps: received = map(stamp) + delay, delay >= 0, of which up to `waited` is the receiver's doing.
 class Envelope {
  public:
   // False: the stamp is older than the window and was not used.
-  bool add(std::int64_t stamp, std::int64_t received);
+  bool add(std::int64_t stamp, std::int64_t received, std::int64_t waited);
   const Map& map() const { return published_; }
   Phase phase() const { return phase_; }
   int restarts() const { return restarts_; }
@@ -138,6 +138,7 @@ class Exchange {
   double known_drift_ = 0.0;  // from the last well filled window; what is left to go by after a long silence
   std::array<double, 3> unexplained_{};  // what the last residuals keep when their extra delay is taken off
   std::array<Sample, 3> suspects_{};
+  int points_ = 0;  // in the window
   int suspect_count_ = 0, restarts_ = 0, count_ = 0;
 };
 

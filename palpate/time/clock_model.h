@@ -54,8 +54,12 @@ class ClockModel {
 template <typename From, typename To>
 class ClockEstimator {
  public:
-  // False: the stamp is older than the window and was not used.
-  bool add(Instant<From> stamp, Instant<To> received) { return core_.add(stamp.ns(), received.ns()); }
+  // False: the stamp is older than the window and was not used. `waited`: how long before `received` it may
+  // have come, unseen; the time since one last looked. Where that beats with the device's rhythm the waiting
+  // does not average out, so all of it is in the stated uncertainty.
+  bool add(Instant<From> stamp, Instant<To> received, Duration waited = Duration(0)) {
+    return core_.add(stamp.ns(), received.ns(), waited.count());
+  }
   ClockModel<From, To> model() const { return ClockModel<From, To>(core_.map()); }
   ClockPhase phase() const { return core_.phase(); }
   int restarts() const { return core_.restarts(); }
@@ -81,10 +85,14 @@ class ClockSync {
                   // anew
   };
 
+  static constexpr Duration kStandsStill = std::chrono::seconds(10);
+
   // t1 local send, t2 remote receive, t3 remote send, t4 local receive.
   Result add(Instant<Local> t1, Instant<Remote> t2, Instant<Remote> t3, Instant<Local> t4) {
     const auto result = core_.add(t1.ns(), t2.ns(), t3.ns(), t4.ns());
-    if (result == clock_math::Exchange::Result::restarted) last_.reset();
+    if (result == clock_math::Exchange::Result::restarted && last_ &&
+        last_->remote - model().to(last_->local) > kStandsStill)
+      last_.reset();
     return static_cast<Result>(result);
   }
   ClockModel<Local, Remote> model() const { return ClockModel<Local, Remote>(core_.map()); }
@@ -92,12 +100,12 @@ class ClockSync {
   int restarts() const { return core_.restarts(); }
   int exchanges() const { return core_.count(); }
   Duration lowest_round_trip() const { return Duration(core_.lowest_round_trip_ns()); }
-  // When to ask again: a burst at the start, then ten times a second.
-  Duration interval() const { return Duration(core_.count() < 16 ? 20'000'000 : 100'000'000); }
+  // When to ask again: a burst at the start, after a restart and in doubt, else ten times a second.
+  Duration interval() const { return Duration(phase() == ClockPhase::tracking ? 100'000'000 : 20'000'000); }
 
   // The remote time at t, never running backwards: for calls whose t does not decrease the result does not
-  // decrease, whatever is added between them; it stands still where the model stepped back. A restart breaks
-  // the chain.
+  // decrease, whatever is added between them; it stands still where the model stepped back. Only a peer whose
+  // clock was found set back by more than kStandsStill is followed there: nobody would wait that long.
   Instant<Remote> remote_time(Instant<Local> t) {
     Instant<Remote> result = model().to(t);
     if (last_) result = t >= last_->local ? std::max(result, last_->remote) : std::min(result, last_->remote);
