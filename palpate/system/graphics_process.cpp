@@ -13,6 +13,7 @@
 #include "palpate/system/demo_raw.h"
 #include "palpate/system/picture_parts.h"
 #include "palpate/system/player_seat.h"
+#include "palpate/system/pose_feed.h"
 
 namespace palpate {
 namespace {
@@ -122,7 +123,22 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   const Endpoint& endpoint = place->endpoint;
   auto client = LabClient::open(options.lab);
   if (!client) return tl::unexpected(client.error());
-  LabTracker tracker(*client);
+  LabTracker lab_tracker(*client);
+  std::unique_ptr<igtl::OpenIgtlinkTracker> live_tracker;
+  if (options.tracker) {
+    auto opened = open_live_tracker(*options.tracker);
+    if (!opened) return tl::unexpected(opened.error());
+    live_tracker = std::move(*opened);
+  }
+  TrackerDevice& tracker =
+      live_tracker ? static_cast<TrackerDevice&>(*live_tracker) : static_cast<TrackerDevice&>(lab_tracker);
+  std::optional<PoseFeed> feed;
+  if (options.publish) {
+    auto opened = PoseFeed::open(
+        *options.publish, seconds(options.rig.delays.value_or(DelayCalibration{}).tracker_after_arm_s));
+    if (!opened) return tl::unexpected(opened.error());
+    feed = std::move(*opened);
+  }
   auto camera = LabCamera::open(*client);
   if (!camera) return tl::unexpected(camera.error());
   std::unique_ptr<LabHand> hand;
@@ -156,6 +172,8 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   if (!artist) return tl::unexpected(artist.error());
   PictureParts pictures(options.rig, scene, std::move(*artist));
   GraphicsServer server(options.rig, **link, tracker, **camera, pictures.refiner(), pictures.painter());
+  if (feed)
+    server.tap_markers([&feed](MarkerId marker, const MarkerPose& pose) { feed->marker(marker, pose); });
   std::optional<PlayerSeat> player;
   if (hand) player.emplace(scene, options.rig, options.world, options.seed);
 
@@ -164,6 +182,10 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   if (options.notice)
     options.notice(
         fmt::format("graphics: shows {} of the physics server at {}", scene.application, endpoint.address));
+  if (options.notice && feed)
+    options.notice(fmt::format("graphics: publishes poses over OpenIGTLink at {}", feed->address().text()));
+  std::optional<TrackerWatch> tracker_watch;
+  if (live_tracker) tracker_watch.emplace(*live_tracker, *options.tracker, clock.now());
   ServerWatch physics(**link, endpoint.address, options.notice);
   std::optional<Logs> logs;
   if (!options.out.empty()) {
@@ -186,6 +208,8 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     if (auto alive = (*client)->check(); !alive) return refused("graphics: {}", alive.error().message);
     server.service(clock.now());
     physics.look();
+    if (tracker_watch)
+      if (const auto news = tracker_watch->look(clock.now()); news && options.notice) options.notice(*news);
     if (!server.frame_begun()) {
       if (server.begin_frame(clock.now())) draw_at = clock.now() + kDrawAfter;
     } else if (clock.now() >= draw_at) {
@@ -193,6 +217,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
       ++frames;
       late += frame.late ? 1 : 0;
       if (player) player->show(frame, server);
+      if (feed) feed->frame(frame, scene, server.sync().model());
       double trip_us = 0.0;
       for (double s : server.take_round_trips()) {
         trip_us = s * 1e6;
@@ -235,6 +260,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
                     {"uncertainty_us", uncertainties.us(0.5)},
                     {"exchanges", server.sync().exchanges()}};
   result["graphics"] = {{"rate_hz", elapsed > 0 ? static_cast<double>(frames) / elapsed : 0.0}};
+  if (feed) result["published"] = feed->figures();
   if (logs)
     if (auto done = logs->finish(); !done) return tl::unexpected(done.error());
   return result;
