@@ -54,7 +54,7 @@ void add_graphics(CLI::App& program) {
   command->add_option("--disguise-drift-ppm", options->process.disguise_drift_ppm, "... and with a drift")
       ->default_val(0.0);
   command->add_option("--out", options->process.out,
-                      "Folder for realtime_frames.csv and realtime_sync.csv, written at the end");
+                      "Folder for realtime_frames.csv and realtime_sync.csv, in place at the end");
   command->add_option("--json", options->json,
                       "Write exchange and clock figures here at the end; - = standard output");
   on(command, [options, command]() -> Expected<void> {
