@@ -11,7 +11,9 @@ void add_graphics(CLI::App& program) {
   auto* command = program.add_subcommand(
       "graphics", "The graphics server: camera and tracker in, augmented picture out (no window yet)");
   struct Options {
-    std::string rig, world, json;
+    std::string rig, world, json, tracker, publish;
+    std::vector<std::string> tools;
+    bool igtl_insecure = false;
     GraphicsProcessOptions process;
   };
   auto options = std::make_shared<Options>();
@@ -19,6 +21,25 @@ void add_graphics(CLI::App& program) {
   add_server_options(*command, options->process.server);
   command->add_option("--lab", options->process.lab, "Name of the laboratory `palpate world run` serves")
       ->default_val("lab");
+  command
+      ->add_option("--tracker", options->tracker,
+                   "igtl://HOST:PORT: the tracker of an OpenIGTLink server instead of the laboratory's")
+      ->type_name("ADDRESS");
+  command
+      ->add_option("--tracker-tool", options->tools,
+                   "What that server calls a marker, where it is not MARKERToWorld: CameraMarker, TipMarker "
+                   "or Pointer; several may be named")
+      ->type_name("MARKER=NAME")
+      ->expected(1)
+      ->take_all();
+  command
+      ->add_option(
+          "--igtl-publish", options->publish,
+          "Serve live poses over OpenIGTLink at [HOST:]PORT, for 3D Slicer; 18944 where none is said")
+      ->type_name("ADDRESS")
+      ->expected(0, 1);
+  command->add_flag("--igtl-insecure", options->igtl_insecure,
+                    "Serve poses beyond this machine: the protocol protects nothing");
   command->add_flag("--player", options->process.player, "Let the scripted player hold the stylus");
   command->add_option("--world", options->world,
                       "World file of that laboratory: how the scripted player's hand and arm feel");
@@ -33,10 +54,24 @@ void add_graphics(CLI::App& program) {
   command->add_option("--disguise-drift-ppm", options->process.disguise_drift_ppm, "... and with a drift")
       ->default_val(0.0);
   command->add_option("--out", options->process.out,
-                      "Folder for realtime_frames.csv and realtime_sync.csv, written at the end");
+                      "Folder for realtime_frames.csv and realtime_sync.csv, in place at the end");
   command->add_option("--json", options->json,
                       "Write exchange and clock figures here at the end; - = standard output");
-  on(command, [options]() -> Expected<void> {
+  on(command, [options, command]() -> Expected<void> {
+    if (command->count("--igtl-publish") > 0) {
+      const std::string where =
+          options->publish.empty() ? std::to_string(igtl::kDefaultPort) : options->publish;
+      const auto address = igtl::parse_listen(where, options->igtl_insecure, "--igtl-insecure");
+      if (!address) return tl::unexpected(address.error());
+      options->process.publish = *address;
+    }
+    if (!options->tracker.empty()) {
+      auto tracker = parse_live_tracker(options->tracker, options->tools);
+      if (!tracker) return tl::unexpected(tracker.error());
+      options->process.tracker = *tracker;
+    } else if (!options->tools.empty()) {
+      return wrong_use("--tracker-tool names tools of the server at --tracker igtl://HOST:PORT; say which");
+    }
     auto rig = read_rig(options->rig);
     if (!rig) return tl::unexpected(rig.error());
     if (!rig->arm || !rig->camera || !rig->hand_eye)
@@ -53,6 +88,10 @@ void add_graphics(CLI::App& program) {
     if (!options->process.out.empty())  // now, not after an hour of play
       if (auto made = make_folder(options->process.out); !made) return made;
     options->process.notice = notice;
+    if (options->igtl_insecure && options->process.publish)
+      notice(
+          "warning: poses over OpenIGTLink are neither encrypted nor guarded: anyone who reaches them sees "
+          "them");
     auto result = run_graphics_process(options->process);
     if (!result) return tl::unexpected(result.error());
     if (!options->json.empty()) return write_json(options->json, *result);

@@ -22,9 +22,11 @@ void GraphicsServer::service(Instant<GraphicsClock> now) {
   last_look_ = now;
   for (const auto& sample : tracker_.poll()) {
     tracker_clock_.add(sample.stamp, now, waited);
-    if (sample.marker != MarkerId::camera_marker || !sample.seen) continue;
-    camera_marker_.add(
-        {tracker_clock_.model().to(sample.stamp), sample.rotation, sample.translation, sample.covariance});
+    if (!sample.seen) continue;
+    const MarkerPose pose{tracker_clock_.model().to(sample.stamp), sample.rotation, sample.translation,
+                          sample.covariance};
+    if (sample.marker == MarkerId::camera_marker) camera_marker_.add(pose);
+    if (tap_) tap_(sample.marker, pose);
   }
 
   link_.poll();

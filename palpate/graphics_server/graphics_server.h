@@ -14,6 +14,7 @@
 
 #include <functional>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "palpate/devices/devices.h"
@@ -33,6 +34,9 @@ using PoseRefiner =
     std::function<void(const CameraImage& image, const Matrix6& covariance, FrameRecord& record)>;
 using FramePainter = std::function<void(const CameraImage& image, FrameRecord& record)>;
 
+// Whoever wants to know of each marker that is seen, in the order of arrival; called by service().
+using MarkerTap = std::function<void(MarkerId marker, const MarkerPose& pose)>;
+
 class GraphicsServer {
  public:
   // Throws std::invalid_argument where the rig lacks camera or hand-eye.
@@ -50,6 +54,8 @@ class GraphicsServer {
   // next call.
   const FrameRecord& finish_frame(Instant<GraphicsClock> now);
 
+  void tap_markers(MarkerTap tap) { tap_ = std::move(tap); }
+
   bool frame_begun() const { return image_.has_value(); }
   const ClockSync<GraphicsClock, PhysicsClock>& sync() const { return sync_; }
   // Round trips of requests, s, in the order of arrival, since the last call.
@@ -64,6 +70,7 @@ class GraphicsServer {
   CameraDevice& camera_;
   PoseRefiner refiner_;
   FramePainter painter_;
+  MarkerTap tap_;
   ClockEstimator<TrackerClock, GraphicsClock> tracker_clock_;
   ClockEstimator<CameraClock, GraphicsClock> camera_clock_;
   ClockSync<GraphicsClock, PhysicsClock> sync_;

@@ -5,6 +5,7 @@
 
 #include "palpate/applications/applications.h"
 #include "palpate/core/csv.h"
+#include "palpate/core/csv_file.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
 #include "palpate/devices/lab_channel.h"
@@ -12,6 +13,7 @@
 #include "palpate/system/demo_raw.h"
 #include "palpate/system/picture_parts.h"
 #include "palpate/system/player_seat.h"
+#include "palpate/system/pose_feed.h"
 
 namespace palpate {
 namespace {
@@ -90,9 +92,44 @@ ClientFigures figures_of(std::uint64_t frames, std::uint64_t late, std::uint64_t
   return figures;
 }
 
+// Quantiles of durations in bounded memory: exact for a run of minutes, to 1/16 of the value from then on.
+class Quantiles {
+ public:
+  Quantiles() { first_.reserve(kExact); }
+  void add(Duration d) {
+    if (first_.size() < kExact) first_.push_back(to_seconds(d) * 1e6);
+    all_.add(d);
+  }
+  double us(double share) const {
+    if (all_.count() > kExact) return to_seconds(all_.quantile(share)) * 1e6;
+    ErrorSummary summary;
+    for (const double v : first_) summary.add(v);
+    return summary.quantile(share);
+  }
+  const JitterHistogram& histogram() const { return all_; }
+
+ private:
+  static constexpr std::size_t kExact = 4096;
+  std::vector<double> first_;
+  JitterHistogram all_;
+};
+
+// Written as it goes: a server may run for days.
 struct Logs {
-  CsvWriter frames{{"frame", "time_s", "round_trip_us", "late", "answer", "landmarks_used", "busy_us"}};
-  CsvWriter sync{{"time_s", "offset_error_us", "uncertainty_us"}};
+  CsvFile frames, sync;
+
+  static Expected<Logs> begin(const std::filesystem::path& folder) {
+    auto frames = CsvFile::begin(folder / "realtime_frames.csv", {"frame", "time_s", "round_trip_us", "late",
+                                                                  "answer", "landmarks_used", "busy_us"});
+    if (!frames) return tl::unexpected(frames.error());
+    auto sync = CsvFile::begin(folder / "realtime_sync.csv", {"time_s", "offset_error_us", "uncertainty_us"});
+    if (!sync) return tl::unexpected(sync.error());
+    return Logs{std::move(*frames), std::move(*sync)};
+  }
+  Expected<void> finish() {
+    auto done = frames.finish();
+    return done ? sync.finish() : done;
+  }
 };
 
 }  // namespace
@@ -104,7 +141,22 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   const Endpoint& endpoint = place->endpoint;
   auto client = LabClient::open(options.lab);
   if (!client) return tl::unexpected(client.error());
-  LabTracker tracker(*client);
+  LabTracker lab_tracker(*client);
+  std::unique_ptr<igtl::OpenIgtlinkTracker> live_tracker;
+  if (options.tracker) {
+    auto opened = open_live_tracker(*options.tracker);
+    if (!opened) return tl::unexpected(opened.error());
+    live_tracker = std::move(*opened);
+  }
+  TrackerDevice& tracker =
+      live_tracker ? static_cast<TrackerDevice&>(*live_tracker) : static_cast<TrackerDevice&>(lab_tracker);
+  std::optional<PoseFeed> feed;
+  if (options.publish) {
+    auto opened = PoseFeed::open(
+        *options.publish, seconds(options.rig.delays.value_or(DelayCalibration{}).tracker_after_arm_s));
+    if (!opened) return tl::unexpected(opened.error());
+    feed = std::move(*opened);
+  }
   auto camera = LabCamera::open(*client);
   if (!camera) return tl::unexpected(camera.error());
   std::unique_ptr<LabHand> hand;
@@ -138,6 +190,8 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   if (!artist) return tl::unexpected(artist.error());
   PictureParts pictures(options.rig, scene, std::move(*artist));
   GraphicsServer server(options.rig, **link, tracker, **camera, pictures.refiner(), pictures.painter());
+  if (feed)
+    server.tap_markers([&feed](MarkerId marker, const MarkerPose& pose) { feed->marker(marker, pose); });
   std::optional<PlayerSeat> player;
   if (hand) player.emplace(scene, options.rig, options.world, options.seed);
 
@@ -146,12 +200,20 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   if (options.notice)
     options.notice(
         fmt::format("graphics: shows {} of the physics server at {}", scene.application, endpoint.address));
+  if (options.notice && feed)
+    options.notice(fmt::format("graphics: publishes poses over OpenIGTLink at {}", feed->address().text()));
+  std::optional<TrackerWatch> tracker_watch;
+  if (live_tracker) tracker_watch.emplace(*live_tracker, *options.tracker, clock.now());
   ServerWatch physics(**link, endpoint.address, options.notice);
   ClockWatch clocks(options.notice);
-  Logs logs;
-  JitterHistogram trips;
+  std::optional<Logs> logs;
+  if (!options.out.empty()) {
+    auto begun_logs = Logs::begin(options.out);
+    if (!begun_logs) return tl::unexpected(begun_logs.error());
+    logs.emplace(std::move(*begun_logs));
+  }
+  Quantiles trips, sync_errors, uncertainties;
   std::optional<Instant<GraphicsClock>> told;
-  std::vector<double> round_trips, sync_errors, uncertainties;
   std::uint64_t frames = 0, late = 0;
   const auto begun = clock.now();
   auto next = begun;
@@ -166,6 +228,8 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     server.service(clock.now());
     physics.look();
     clocks.look(server.sync());
+    if (tracker_watch)
+      if (const auto news = tracker_watch->look(clock.now()); news && options.notice) options.notice(*news);
     if (!server.frame_begun()) {
       if (server.begin_frame(clock.now())) draw_at = clock.now() + kDrawAfter;
     } else if (clock.now() >= draw_at) {
@@ -173,30 +237,32 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
       ++frames;
       late += frame.late ? 1 : 0;
       if (player) player->show(frame, server);
+      if (feed) feed->frame(frame, scene, server.sync().model());
       double trip_us = 0.0;
       for (double s : server.take_round_trips()) {
         trip_us = s * 1e6;
-        round_trips.push_back(trip_us);
         trips.add(seconds(s));
       }
       const double t = to_seconds(clock.now() - begun);
       if (!told || clock.now() - *told >= StateLink::kHelloEvery) {
         told = clock.now();
-        (*link)->tell(figures_of(frames, late, (*link)->counters().lost, t, trips, server.sync(), *told));
+        (*link)->tell(
+            figures_of(frames, late, (*link)->counters().lost, t, trips.histogram(), server.sync(), *told));
       }
-      logs.frames.row(std::vector<std::string>{
-          number_text(static_cast<double>(frame.number)), number_text(t),
-          trip_us > 0 ? number_text(trip_us) : "", frame.late ? "1" : "0", answer_name(frame.answer),
-          number_text(frame.landmarks_used), number_text(to_seconds(clock.now() - frame.begun) * 1e6)});
+      if (logs)
+        logs->frames.row(std::vector<std::string>{
+            number_text(static_cast<double>(frame.number)), number_text(t),
+            trip_us > 0 ? number_text(trip_us) : "", frame.late ? "1" : "0", answer_name(frame.answer),
+            number_text(frame.landmarks_used), number_text(to_seconds(clock.now() - frame.begun) * 1e6)});
       if (server.sync().exchanges() > 0) {
         // The physics host's clock is this machine's own, undisguised: that is the truth to compare with.
         const auto here = clock.now();
         const double error_us =
             static_cast<double>(server.sync().model().to(here).ns() - clock.to_monotonic(here)) * 1e-3;
-        const double stated_us = to_seconds(server.sync().model().uncertainty(here)) * 1e6;
-        sync_errors.push_back(std::abs(error_us));
-        uncertainties.push_back(stated_us);
-        logs.sync.row(std::vector<double>{t, error_us, stated_us});
+        const Duration stated = server.sync().model().uncertainty(here);
+        sync_errors.add(seconds(std::abs(error_us) * 1e-6));
+        uncertainties.add(stated);
+        if (logs) logs->sync.row(std::vector<double>{t, error_us, to_seconds(stated) * 1e6});
       }
     }
     if (player) player->act(clock.now(), server, *hand);
@@ -204,29 +270,20 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   // Figures of a measured run without its server would be figures of something else.
   if (!physics.there() && options.seconds > 0.0 && !stop.load()) return refused("{}", physics.absence());
   const double elapsed = to_seconds(clock.now() - begun);
-  const auto quantile = [](std::vector<double> values, double share) {
-    ErrorSummary summary;
-    for (double v : values) summary.add(v);
-    return summary.quantile(share);
-  };
   const auto& counters = (*link)->counters();
   Json result;
-  result["exchange"] = {
-      {"round_trip_us", {{"median", quantile(round_trips, 0.5)}, {"p99", quantile(round_trips, 0.99)}}},
-      {"frames", frames},
-      {"late", late},
-      {"lost", counters.lost}};
-  result["sync"] = {{"offset_error_us_p99", quantile(sync_errors, 0.99)},
-                    {"uncertainty_us", quantile(uncertainties, 0.5)},
+  result["exchange"] = {{"round_trip_us", {{"median", trips.us(0.5)}, {"p99", trips.us(0.99)}}},
+                        {"frames", frames},
+                        {"late", late},
+                        {"lost", counters.lost}};
+  result["sync"] = {{"offset_error_us_p99", sync_errors.us(0.99)},
+                    {"uncertainty_us", uncertainties.us(0.5)},
                     {"exchanges", server.sync().exchanges()},
                     {"restarts", server.sync().restarts()}};
   result["graphics"] = {{"rate_hz", elapsed > 0 ? static_cast<double>(frames) / elapsed : 0.0}};
-  if (!options.out.empty()) {
-    if (auto done = write_file(options.out / "realtime_frames.csv", logs.frames.content()); !done)
-      return tl::unexpected(done.error());
-    if (auto done = write_file(options.out / "realtime_sync.csv", logs.sync.content()); !done)
-      return tl::unexpected(done.error());
-  }
+  if (feed) result["published"] = feed->figures();
+  if (logs)
+    if (auto done = logs->finish(); !done) return tl::unexpected(done.error());
   return result;
 }
 

@@ -1,10 +1,11 @@
-// The graphics server as a process: camera and tracker from the laboratory's channel, states over ZeroMQ, a
-// picture per image; in demos the scripted player sits in front of it.
+// The graphics server as a process: camera and tracker from the laboratory's channel, or the tracker over
+// OpenIGTLink; states over ZeroMQ, a picture per image; in demos the scripted player sits in front of it.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "palpate/core/expected.h"
@@ -12,6 +13,7 @@
 #include "palpate/model/rig.h"
 #include "palpate/model/world_file.h"
 #include "palpate/network/server_place.h"
+#include "palpate/system/live_tracker.h"
 
 namespace palpate {
 
@@ -20,7 +22,9 @@ struct GraphicsProcessOptions {
   sim::WorldFile world;  // how the player's own arm feels
   std::string lab = "lab";
   ServerName server;
-  bool player = false;  // the scripted player holds the stylus
+  std::optional<LiveTracker> tracker;    // instead of the laboratory's
+  std::optional<igtl::Address> publish;  // poses for 3D Slicer and others (pose_feed.h)
+  bool player = false;                   // the scripted player holds the stylus
   std::uint64_t seed = 1;
   double seconds = 0.0;  // 0 = until asked to stop
   // Shows this machine's clock with an offset and a drift, so that the synchronisation has something to find.

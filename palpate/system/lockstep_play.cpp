@@ -104,7 +104,7 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
     physics.haptic_tick(physics_time(t));
     while (const auto wish = (*service)->take_control()) physics.control(*wish);
     physics.physics_tick(physics_time(t));
-    if (physics.contact().number != last_blow) {
+    if (!options.pass_on && physics.contact().number != last_blow) {
       last_blow = physics.contact().number;
       blow_times.push_back(physics.contact().start.seconds());
     }
@@ -129,8 +129,17 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
         if (pictures.shown) pictures.shown(record);
         open->record = record;
         open->record.rgb.clear();
-        result.frames.push_back(std::move(*open));
-        result.sync_errors_s.push_back(to_seconds(graphics.sync().model().to(now) - physics_time(t)));
+        const auto& model = graphics.sync().model();
+        const double sync_error_s = to_seconds(model.to(now) - physics_time(t));
+        if (options.pass_on) {
+          options.pass_on({.played = *open,
+                           .sync_error_s = sync_error_s,
+                           .sync_uncertainty_s = to_seconds(model.uncertainty(now)),
+                           .round_trips_s = graphics.take_round_trips()});
+        } else {
+          result.frames.push_back(std::move(*open));
+          result.sync_errors_s.push_back(sync_error_s);
+        }
       }
       open.reset();
       if (progress) progress(to_seconds(t - start) / total);
@@ -138,7 +147,8 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
     player.act(now, graphics, world.hand());
 
     // The loop keeps five seconds; take what belongs to blows every second.
-    if ((t - start).count() % 1'000'000'000 == 0 || t + kTick > start + seconds(total)) {
+    if (!options.pass_on &&
+        ((t - start).count() % 1'000'000'000 == 0 || t + kTick > start + seconds(total))) {
       const double from = result.haptics.empty() ? 0.0 : result.haptics.back().time.seconds();
       for (const auto& r : physics.haptic().records()) {
         const double at = r.time.seconds();

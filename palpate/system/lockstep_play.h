@@ -20,6 +20,21 @@
 
 namespace palpate {
 
+// What a frame showed, and what was true when its image was taken.
+struct PlayedFrame {
+  FrameRecord record;  // without pixels
+  CameraView truth;
+  Vector3 true_tip = Vector3::Zero();
+};
+
+// A frame as it is passed on, with what the graphics server knew of the exchange then.
+struct LockstepFrame {
+  const PlayedFrame& played;
+  double sync_error_s = 0.0;          // true error of the clock synchronisation
+  double sync_uncertainty_s = 0.0;    // as stated
+  std::vector<double> round_trips_s;  // virtual, since the frame before
+};
+
 struct LockstepOptions {
   double seconds = 30.0;
   double warm_up_s = 2.0;  // clocks settle and the person takes the stylus; nothing is counted
@@ -27,6 +42,8 @@ struct LockstepOptions {
   ChannelModel channel;
   Duration drawing_time = std::chrono::milliseconds(12);  // from an image's arrival to its picture, virtual
   double player_extra_delay_s = 0.0;
+  // Where given, frames go here and nothing of them is kept, nor of the haptic loop: a play of any length.
+  std::function<void(const LockstepFrame&)> pass_on;
 };
 
 // The parts that need pixels. Without them the play runs blind: the tracker's pose alone, nothing drawn.
@@ -35,13 +52,6 @@ struct LockstepPictures {
   PoseRefiner refiner;
   FramePainter painter;
   std::function<void(const FrameRecord&)> shown;  // each frame with its pixels
-};
-
-// What a frame showed, and what was true when its image was taken.
-struct PlayedFrame {
-  FrameRecord record;  // without pixels
-  CameraView truth;
-  Vector3 true_tip = Vector3::Zero();
 };
 
 struct LockstepResult {

@@ -80,6 +80,27 @@ TEST(LockstepPlay, TheSameSeedGivesTheSamePlayToTheBit) {
   EXPECT_EQ(a.haptic.peak_n, b.haptic.peak_n);
 }
 
+TEST(LockstepPlay, FramesPassedOnAreThoseThatAreKeptOtherwise) {
+  const auto kept = play(4.0);
+  LockstepOptions options;
+  std::vector<Vector3> tips;
+  std::size_t trips = 0;
+  options.pass_on = [&](const LockstepFrame& frame) {
+    ASSERT_LT(tips.size(), kept.frames.size());
+    EXPECT_EQ(frame.sync_error_s, kept.sync_errors_s[tips.size()]);
+    EXPECT_LE(std::abs(frame.sync_error_s), frame.sync_uncertainty_s);
+    tips.push_back(frame.played.true_tip);
+    trips += frame.round_trips_s.size();
+  };
+  const auto passed = play(4.0, options);
+  ASSERT_EQ(tips.size(), kept.frames.size());
+  for (std::size_t i = 0; i < tips.size(); ++i) EXPECT_EQ(tips[i], kept.frames[i].true_tip);
+  EXPECT_EQ(trips + passed.round_trips_s.size(), kept.round_trips_s.size());
+  EXPECT_TRUE(passed.frames.empty());
+  EXPECT_TRUE(passed.haptics.empty());
+  EXPECT_EQ(passed.haptic.peak_n, kept.haptic.peak_n);
+}
+
 TEST(LockstepPlay, LostRepliesMeanThePreviousStateAndAreCounted) {
   LockstepOptions options;
   options.channel.loss = 0.2;

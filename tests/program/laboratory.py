@@ -16,19 +16,24 @@ def told(done):
     return lines
 
 
+def calibrate(runs):
+    """rig.toml from samples of the simulated laboratory; runs(*arguments) runs the program in one folder."""
+    for kind in ("arm", "camera", "hand-eye", "surface"):
+        runs("world", "sample", kind, "--out", "samples")
+    runs("rig", "new", "rig.toml")
+    for kind in (["arm", "--arm", "phantom-premium-1.5", "--samples", "samples/arm.csv"], ["camera", "--corners", "samples/corners.csv"],
+                 ["hand-eye", "--estimate-delay", "--hand", "samples/hand.csv", "--eye", "samples/eye.csv"],
+                 ["surface", "--points", "samples/surface.csv"], ["surface", "--points", "samples/wall.csv"]):
+        runs("calibrate", *kind, "--rig", "rig.toml")
+
+
 class LaboratoryTest(ProgramTest):
     _rig = None  # calibrated once, from samples of the simulated laboratory
 
     def setUp(self):
         super().setUp()
         if LaboratoryTest._rig is None:
-            for kind in ("arm", "camera", "hand-eye", "surface"):
-                self.runs("world", "sample", kind, "--out", "samples")
-            self.runs("rig", "new", "rig.toml")
-            for kind in (["arm", "--arm", "phantom-premium-1.5", "--samples", "samples/arm.csv"], ["camera", "--corners", "samples/corners.csv"],
-                         ["hand-eye", "--estimate-delay", "--hand", "samples/hand.csv", "--eye", "samples/eye.csv"],
-                         ["surface", "--points", "samples/surface.csv"], ["surface", "--points", "samples/wall.csv"]):
-                self.runs("calibrate", *kind, "--rig", "rig.toml")
+            calibrate(self.runs)
             LaboratoryTest._rig = self.read("rig.toml")
         self.rig = self.write("rig.toml", LaboratoryTest._rig)
 

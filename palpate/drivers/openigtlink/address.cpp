@@ -62,7 +62,7 @@ Expected<Address> parse_server(std::string_view text) {
   return address;
 }
 
-Expected<Address> parse_listen(std::string_view text, bool insecure) {
+Expected<Address> parse_listen(std::string_view text, bool insecure, std::string_view flag) {
   std::string_view host, port_text;
   Address address{"127.0.0.1", kDefaultPort};
   const bool only_port =
@@ -84,9 +84,8 @@ Expected<Address> parse_listen(std::string_view text, bool insecure) {
   if (!loopback && !insecure)
     return wrong_use(
         "{}: OpenIGTLink protects nothing, anyone who reaches this address sees the poses; use 127.0.0.1 "
-        "(and a "
-        "tunnel), or take the risk with --insecure",
-        address.text());
+        "(and a tunnel), or take the risk with {}",
+        address.text(), flag);
   return address;
 }
 

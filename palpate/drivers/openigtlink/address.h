@@ -20,7 +20,8 @@ struct Address {
 // HOST or HOST:PORT; the port is 18944 where none is said.
 Expected<Address> parse_server(std::string_view text);
 // PORT or HOST:PORT, HOST a number of one of this machine's interfaces, localhost, or * for all of them; port
-// 0 lets the system choose. Beyond this machine only with `insecure`.
-Expected<Address> parse_listen(std::string_view text, bool insecure = false);
+// 0 lets the system choose. Beyond this machine only with `insecure`, which is the option `flag`.
+Expected<Address> parse_listen(std::string_view text, bool insecure = false,
+                               std::string_view flag = "--insecure");
 
 }  // namespace palpate::igtl

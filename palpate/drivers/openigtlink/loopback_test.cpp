@@ -158,6 +158,96 @@ TEST(Loopback, AStalledClientHoldsUpNobody) {
   EXPECT_EQ(stream.counts().bad_crc + stream.counts().refused, 0u);
 }
 
+TEST(Loopback, AClientThatTakesNothingForLongIsDisconnected) {
+  const auto publisher =
+      publisher_at(0, {.most_waiting = 64, .stalled_after = std::chrono::milliseconds(50)});
+  const auto stalled = connect_to(publisher->address());
+  const auto client = client_of(publisher->address());
+  ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 2; }));
+  int sent = 0;
+  EXPECT_TRUE(comes_true([&] {
+    for (int i = 0; i < 100; ++i)
+      EXPECT_TRUE(publisher->publish("a", Stamp::from_seconds(++sent), somewhere(i)).has_value());
+    return publisher->state().stalled >= 1;
+  }));
+  pollfd item{stalled.get(), 0, 0};
+  EXPECT_EQ(::poll(&item, 1, 60'000), 1) << "its end is told at once";
+}
+
+// A client that reads everything, and publishes poses of tools a and b until something has come of it.
+struct Asker {
+  PosePublisher& publisher;
+  Descriptor socket;
+  MessageStream stream;
+  int sent = 0, transforms = 0, other = 0;
+  std::vector<Message> data;
+
+  void read() {
+    pollfd item{socket.get(), POLLIN, 0};
+    while (::poll(&item, 1, 0) == 1) {
+      char buffer[16 * 1024];
+      const ssize_t count = ::recv(socket.get(), buffer, sizeof buffer, 0);
+      if (count <= 0) return;
+      stream.take({buffer, static_cast<std::size_t>(count)}, [this](Message&& message) {
+        if (std::holds_alternative<Transform>(message.content))
+          ++transforms;
+        else if (std::holds_alternative<TrackingData>(message.content))
+          data.push_back(std::move(message));
+        else
+          ++other;
+      });
+    }
+  }
+  bool until(const std::function<bool()>& condition) {
+    return comes_true([&] {
+      ++sent;
+      EXPECT_TRUE(publisher.publish("a", Stamp::from_seconds(sent), somewhere(1)).has_value());
+      EXPECT_TRUE(publisher.publish("b", Stamp::from_seconds(sent + 0.5), somewhere(2)).has_value());
+      read();
+      return condition();
+    });
+  }
+};
+
+TEST(Loopback, TrackingDataComesToWhoAsksForItAndTransformsAgainWhenItHasEnough) {
+  const auto publisher = publisher_at(0, {.tracking_data = true});
+  Asker asker{.publisher = *publisher, .socket = connect_to(publisher->address())};
+  ASSERT_TRUE(asker.until([&] { return asker.transforms > 0; }));
+  EXPECT_TRUE(asker.data.empty());
+  send_all(asker.socket, *encode({"", {}, StartTracking{0, ""}}));
+  const auto tools_of = [](const Message& message) { return std::get<TrackingData>(message.content).tools; };
+  ASSERT_TRUE(asker.until([&] { return !asker.data.empty() && tools_of(asker.data.back()).size() == 2; }));
+  const auto tools = tools_of(asker.data.back());
+  EXPECT_EQ(tools[0].name, "a");
+  EXPECT_EQ(tools[1].name, "b");
+  EXPECT_LT((tools[1].pose.translation - somewhere(2).translation).norm(), 1e-6);  // float32
+  EXPECT_TRUE(asker.data.back().stamp.has_value());
+  const int before = asker.transforms;
+  const auto data_before = asker.data.size();
+  ASSERT_TRUE(asker.until([&] { return asker.data.size() > data_before; }));
+  EXPECT_EQ(asker.transforms, before) << "one or the other";
+  send_all(asker.socket, *encode({"", {}, StopTracking{}}));
+  ASSERT_TRUE(asker.until([&] { return asker.transforms > before; }));
+  EXPECT_EQ(asker.other, 0);
+}
+
+TEST(Loopback, TrackingDataKeepsTheIntervalThatWasAskedFor) {
+  const auto publisher = publisher_at(0, {.tracking_data = true});
+  Asker asker{.publisher = *publisher, .socket = connect_to(publisher->address())};
+  const auto begun = std::chrono::steady_clock::now();
+  send_all(asker.socket, *encode({"", {}, StartTracking{60, ""}}));
+  ASSERT_TRUE(asker.until([&] { return asker.data.size() >= 6; }));
+  EXPECT_GE(std::chrono::steady_clock::now() - begun, std::chrono::milliseconds(5 * 60));
+}
+
+TEST(Loopback, WhoDoesNotServeTrackingDataSendsTransformsToAll) {
+  const auto publisher = publisher_at();
+  Asker asker{.publisher = *publisher, .socket = connect_to(publisher->address())};
+  send_all(asker.socket, *encode({"", {}, StartTracking{0, ""}}));
+  ASSERT_TRUE(asker.until([&] { return asker.transforms > 20; }));
+  EXPECT_TRUE(asker.data.empty());
+}
+
 TEST(Loopback, AClientThatSpeaksSomethingElseIsThrownOut) {
   const auto publisher = publisher_at();
   const auto client = client_of(publisher->address());

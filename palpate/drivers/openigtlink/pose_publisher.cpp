@@ -8,21 +8,46 @@
 #include <condition_variable>
 #include <deque>
 #include <list>
+#include <map>
 #include <mutex>
 #include <thread>
 
 #include "palpate/drivers/openigtlink/message_stream.h"
 #include "palpate/drivers/openigtlink/send_queue.h"
 #include "palpate/drivers/openigtlink/socket.h"
+#include "palpate/time/clock.h"
 
 namespace palpate::igtl {
 namespace {
+
+using Stamp = std::optional<Instant<TrackerClock>>;
+
+// A tool whose pose is older than this has gone out of sight: TDATA has no other way to say so than leaving
+// it out.
+constexpr std::int64_t kSeenNs = 500'000'000;
+
+struct Published {
+  std::string tool;
+  Stamp stamp;
+  RigidPose pose;
+  SendQueue::Bytes transform;
+  std::int64_t at_ns = 0;  // on this machine's monotonic clock
+};
+
+// What a client has asked for.
+struct Tracking {
+  std::int64_t interval_ns = 0, due_ns = 0;
+};
 
 struct Served {
   Descriptor socket;
   MessageStream stream;
   SendQueue queue;
+  std::optional<Tracking> tracking;  // TDATA instead of TRANSFORM
+  std::int64_t took_ns = 0;          // when it last had nothing to take, or took of it
 };
+
+std::int64_t clock_ns() { return MonotonicClock<TrackerClock>::monotonic_ns(); }
 
 class Publisher : public PosePublisher {
  public:
@@ -40,14 +65,14 @@ class Publisher : public PosePublisher {
     thread_.join();
   }
 
-  Expected<void> publish(const std::string& tool, std::optional<Instant<TrackerClock>> stamp,
-                         const RigidPose& pose) override {
+  Expected<void> publish(const std::string& tool, Stamp stamp, const RigidPose& pose) override {
     auto bytes = encode({tool, stamp, Transform{pose}});
     if (!bytes) return tl::unexpected(bytes.error());
     {
       const std::lock_guard lock(mutex_);
       ++state_.published;
-      inbox_.push_back(std::make_shared<const std::string>(std::move(*bytes)));
+      inbox_.push_back(
+          {tool, stamp, pose, std::make_shared<const std::string>(std::move(*bytes)), clock_ns()});
       if (inbox_.size() > options_.most_waiting) {
         inbox_.pop_front();
         state_.dropped += state_.clients;
@@ -84,7 +109,8 @@ class Publisher : public PosePublisher {
       if (items[0].revents != 0 && !take_inbox()) return;
       auto item = items.begin() + 2;
       for (auto client = clients_.begin(); client != clients_.end(); ++item) {
-        const bool alive = (item->revents == 0 || read_from(*client)) && write_to(*client);
+        const bool alive =
+            (item->revents == 0 || read_from(*client)) && write_to(*client) && !stalled(*client);
         client = alive ? std::next(client) : clients_.erase(client);
       }
       if (items[1].revents != 0) accept_clients();
@@ -95,14 +121,63 @@ class Publisher : public PosePublisher {
   // False when the server is to end.
   bool take_inbox() {
     wake_.clear();
-    std::deque<SendQueue::Bytes> inbox;
+    std::deque<Published> inbox;
     {
       const std::lock_guard lock(mutex_);
       if (stop_) return false;
       inbox.swap(inbox_);
     }
-    for (const auto& bytes : inbox)
-      for (auto& client : clients_) dropped_ += !client.queue.push(bytes, options_.most_waiting);
+    for (auto& pose : inbox) {
+      for (auto& client : clients_)
+        if (!client.tracking) dropped_ += !client.queue.push(pose.transform, options_.most_waiting);
+      if (options_.tracking_data) newest_[pose.tool] = std::move(pose);
+    }
+    if (!inbox.empty() && options_.tracking_data) push_tracking_data();
+    return true;
+  }
+
+  // The newest poses to those who have asked for them and whose time has come.
+  void push_tracking_data() {
+    const std::int64_t now = clock_ns();
+    std::erase_if(newest_, [now](const auto& tool) { return now - tool.second.at_ns > kSeenNs; });
+    SendQueue::Bytes bytes;
+    for (auto& client : clients_) {
+      if (!client.tracking || now < client.tracking->due_ns) continue;
+      // In step with the clock, not with the poses: at a third of their rate where that is asked for.
+      client.tracking->due_ns = std::max(client.tracking->due_ns + client.tracking->interval_ns, now);
+      if (!bytes) bytes = tracking_data();
+      if (bytes) dropped_ += !client.queue.push(bytes, options_.most_waiting);
+    }
+  }
+
+  SendQueue::Bytes tracking_data() const {
+    TrackingData data;
+    Stamp stamp;
+    for (const auto& [name, published] : newest_) {
+      data.tools.push_back({.name = name, .pose = published.pose});
+      if (published.stamp && (!stamp || *published.stamp > *stamp)) stamp = published.stamp;
+    }
+    auto bytes = encode({"Palpate", stamp, std::move(data)});
+    return bytes ? std::make_shared<const std::string>(std::move(*bytes)) : nullptr;
+  }
+
+  void hear(Served& client, const Message& message) const {
+    if (!options_.tracking_data) return;
+    if (const auto* start = std::get_if<StartTracking>(&message.content))
+      client.tracking = Tracking{std::int64_t{1'000'000} * std::max(start->resolution_ms, 0), clock_ns()};
+    else if (std::holds_alternative<StopTracking>(message.content))
+      client.tracking.reset();
+  }
+
+  bool stalled(Served& client) {
+    if (client.queue.empty()) client.took_ns = clock_ns();
+    if (options_.stalled_after.count() <= 0 || clock_ns() - client.took_ns <= options_.stalled_after.count())
+      return false;
+    // At once: what it has not taken would keep the connection half open.
+    const linger now_or_never{1, 0};
+    static_cast<void>(
+        ::setsockopt(client.socket.get(), SOL_SOCKET, SO_LINGER, &now_or_never, sizeof now_or_never));
+    ++stalled_;
     return true;
   }
 
@@ -111,7 +186,9 @@ class Publisher : public PosePublisher {
     const ssize_t count = ::recv(client.socket.get(), buffer, sizeof buffer, 0);
     if (count < 0) return errno == EAGAIN || errno == EINTR;
     if (count == 0) return false;
-    if (client.stream.take({buffer, static_cast<std::size_t>(count)}, [](Message&&) {})) return true;
+    if (client.stream.take({buffer, static_cast<std::size_t>(count)},
+                           [this, &client](Message&& message) { hear(client, message); }))
+      return true;
     ++thrown_out_;
     return false;
   }
@@ -122,6 +199,7 @@ class Publisher : public PosePublisher {
       const ssize_t count =
           ::send(client.socket.get(), next.data(), next.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
       if (count < 0) return errno == EAGAIN || errno == EINTR;
+      client.took_ns = clock_ns();
       if (!client.queue.sent(static_cast<std::size_t>(count))) return true;
       ++sent_;
     }
@@ -141,7 +219,9 @@ class Publisher : public PosePublisher {
         ++turned_away_;
         continue;
       }
-      clients_.emplace_back().socket = std::move(socket);
+      Served& client = clients_.emplace_back();
+      client.socket = std::move(socket);
+      client.took_ns = clock_ns();
       ++accepted_;
     }
   }
@@ -154,6 +234,7 @@ class Publisher : public PosePublisher {
     state_.accepted = accepted_;
     state_.turned_away = turned_away_;
     state_.thrown_out = thrown_out_;
+    state_.stalled = stalled_;
     state_.sent = sent_;
     state_.dropped += std::exchange(dropped_, 0);
     idle_ = queues_empty && inbox_.empty();
@@ -166,11 +247,12 @@ class Publisher : public PosePublisher {
   // Of the thread alone.
   std::list<Served> clients_;
   bool full_of_files_ = false;
-  std::uint64_t accepted_ = 0, turned_away_ = 0, thrown_out_ = 0, sent_ = 0, dropped_ = 0;
+  std::map<std::string, Published> newest_;  // of each tool
+  std::uint64_t accepted_ = 0, turned_away_ = 0, thrown_out_ = 0, stalled_ = 0, sent_ = 0, dropped_ = 0;
 
   mutable std::mutex mutex_;  // held for moments; guards what follows
   std::condition_variable idle_changed_;
-  std::deque<SendQueue::Bytes> inbox_;
+  std::deque<Published> inbox_;
   PublisherState state_;
   bool idle_ = true, stop_ = false;
   std::thread thread_;  // last: it uses all of the above

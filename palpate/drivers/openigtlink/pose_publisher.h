@@ -2,9 +2,11 @@
 // version 1), which 3D Slicer shows as a transform of that name.
 //
 // A thread of its own serves the clients; publish() only hands over and never waits for one. Each client has
-// a queue of its own; one that takes too little loses the oldest poses, counted. What clients send is read
-// and ignored; one that sends something else than OpenIGTLink is disconnected. publish() takes metres and
-// writes millimetres. Create it from an ordinary thread: its thread inherits the scheduling class.
+// a queue of its own; one that takes too little loses the oldest poses, counted, and one that takes nothing
+// for long is disconnected. A client that asks for it (STT_TDATA) gets the newest poses of all tools as TDATA
+// instead, at the interval it names, until it has enough (STP_TDATA). What else clients send is read and
+// ignored; one that sends something else than OpenIGTLink is disconnected. publish() takes metres and writes
+// millimetres. Create it from an ordinary thread: its thread inherits the scheduling class.
 #pragma once
 
 #include <memory>
@@ -18,6 +20,8 @@ struct PublisherOptions {
   std::size_t most_clients = 16;    // further ones are turned away; sane: 1 to 256
   std::size_t most_waiting = 1024;  // messages a client, and on their way to the thread; 106 bytes each;
                                     // sane: 16 to 100 000
+  bool tracking_data = false;       // answers STT_TDATA: for live poses, of which only the newest matters
+  Duration stalled_after{0};        // a client that takes nothing for so long is disconnected; 0 = never
 };
 
 struct PublisherState {
@@ -25,6 +29,7 @@ struct PublisherState {
   std::uint64_t accepted = 0;     // clients so far
   std::uint64_t turned_away = 0;  // clients beyond most_clients
   std::uint64_t thrown_out = 0;   // clients that sent something else than OpenIGTLink
+  std::uint64_t stalled = 0;      // clients disconnected since they took nothing
   std::uint64_t published = 0;    // poses handed to publish()
   std::uint64_t sent = 0;         // messages to clients, whole
   std::uint64_t dropped = 0;      // messages a client did not take in time

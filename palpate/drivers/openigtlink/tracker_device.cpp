@@ -6,7 +6,11 @@ std::vector<TrackerSample> OpenIgtlinkTracker::poll() {
   std::vector<TrackerSample> samples;
   for (const auto& heard : client_->poll()) {
     const auto marker = mapping_.markers.find(heard.tool);
-    if (marker == mapping_.markers.end()) continue;
+    if (marker == mapping_.markers.end()) {
+      others_.insert(heard.tool);
+      continue;
+    }
+    seen_[static_cast<std::size_t>(marker->second)] += heard.seen ? 1 : 0;
     TrackerSample& sample = samples.emplace_back();
     sample.stamp = heard.stamp;
     sample.marker = marker->second;

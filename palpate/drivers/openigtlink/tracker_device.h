@@ -6,8 +6,10 @@
 // arrival where it has none. The protocol carries no accuracy: it is stated here.
 #pragma once
 
+#include <array>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 
 #include "palpate/devices/devices.h"
@@ -32,10 +34,16 @@ class OpenIgtlinkTracker : public TrackerDevice {
       : client_(std::move(client)), mapping_(std::move(mapping)) {}
   std::vector<TrackerSample> poll() override;
   TrackerClientState state() const { return client_->state(); }
+  // Poses of this marker so far, those in which it was seen.
+  std::uint64_t seen(MarkerId marker) const { return seen_[static_cast<std::size_t>(marker)]; }
+  // The server's tools that are no markers here, by name.
+  const std::set<std::string>& others() const { return others_; }
 
  private:
   std::unique_ptr<TrackerClient> client_;
   TrackerMapping mapping_;
+  std::array<std::uint64_t, 3> seen_{};
+  std::set<std::string> others_;  // at most TrackerClient::kMostTools
 };
 
 }  // namespace palpate::igtl

@@ -1,0 +1,85 @@
+#include "palpate/system/live_tracker.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+#include "palpate/core/text.h"
+#include "palpate/system/pose_feed.h"
+
+namespace palpate {
+namespace {
+
+constexpr std::string_view kScheme = "igtl://";
+constexpr std::pair<std::string_view, MarkerId> kMarkers[] = {{"TipMarker", MarkerId::tip_marker},
+                                                              {"CameraMarker", MarkerId::camera_marker},
+                                                              {"Pointer", MarkerId::pointer}};
+
+}  // namespace
+
+Expected<LiveTracker> parse_live_tracker(std::string_view address, const std::vector<std::string>& tools) {
+  if (!address.starts_with(kScheme))
+    return wrong_use("'{}': igtl://HOST:PORT of an OpenIGTLink server is expected", excerpt(address, 100));
+  auto server = igtl::parse_server(address.substr(kScheme.size()));
+  if (!server) return tl::unexpected(server.error());
+  LiveTracker tracker{*server, {}};
+  std::map<MarkerId, std::string> names;
+  for (const auto& [word, marker] : kMarkers) names[marker] = live_name(marker);
+  for (const auto& tool : tools) {
+    const auto equals = tool.find('=');
+    const auto* marker = std::find_if(std::begin(kMarkers), std::end(kMarkers), [&](const auto& known) {
+      return equals != std::string::npos && known.first == std::string_view(tool).substr(0, equals);
+    });
+    if (marker == std::end(kMarkers) || equals + 1 == tool.size())
+      return wrong_use(
+          "'{}': MARKER=NAME is expected, MARKER one of TipMarker, CameraMarker, Pointer and NAME the "
+          "server's tool",
+          excerpt(tool, 100));
+    names[marker->second] = tool.substr(equals + 1).substr(0, igtl::kNameBytes);
+  }
+  for (const auto& [marker, name] : names)
+    if (!tracker.tools.emplace(name, marker).second)
+      return wrong_use("'{}': named for two markers; a tool of its own is expected for each",
+                       excerpt(name, 100));
+  return tracker;
+}
+
+Expected<std::unique_ptr<igtl::OpenIgtlinkTracker>> open_live_tracker(const LiveTracker& tracker) {
+  auto client = igtl::TrackerClient::connect(tracker.server);
+  if (!client) return tl::unexpected(client.error());
+  igtl::TrackerMapping mapping;
+  mapping.markers = tracker.tools;
+  return std::make_unique<igtl::OpenIgtlinkTracker>(std::move(*client), std::move(mapping));
+}
+
+std::optional<std::string> TrackerWatch::look(Instant<GraphicsClock> now) {
+  if (const auto seen = tracker_.seen(MarkerId::camera_marker); seen != seen_) {
+    seen_ = seen;
+    heard_ = now;
+    if (!silent_) return std::nullopt;
+    silent_ = false;
+    return fmt::format("graphics: the tracker at {} sees the camera's marker again", named_.server.text());
+  }
+  if (silent_ || now - heard_ < kSilent) return std::nullopt;
+  silent_ = true;
+  return reason() + "; drawing goes on with the camera's last pose";
+}
+
+std::string TrackerWatch::reason() const {
+  const std::string where = named_.server.text();
+  const auto state = tracker_.state();
+  if (!state.connected)
+    return fmt::format("graphics: no OpenIGTLink server answers at {}; start it or check the address", where);
+  const auto name = std::find_if(named_.tools.begin(), named_.tools.end(), [](const auto& tool) {
+                      return tool.second == MarkerId::camera_marker;
+                    })->first;
+  if (seen_ == 0 && !tracker_.others().empty())
+    return fmt::format(
+        "graphics: the tracker at {} sends no '{}'; there are {}: name the camera's marker with "
+        "--tracker-tool CameraMarker=NAME",
+        where, excerpt(name), excerpt(fmt::format("{}", fmt::join(tracker_.others(), ", ")), 160));
+  return fmt::format("graphics: the tracker at {} does not see '{}' (the camera's marker)", where,
+                     excerpt(name));
+}
+
+}  // namespace palpate

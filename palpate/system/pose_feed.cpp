@@ -1,0 +1,73 @@
+#include "palpate/system/pose_feed.h"
+
+#include "palpate/applications/pingpong/pingpong.h"
+#include "palpate/system/lockstep_play.h"
+
+namespace palpate {
+namespace {
+
+// Of live poses only the newest matter: a second or so for a reader that hesitates, not ten.
+constexpr std::size_t kMostWaitingPoses = 256;
+constexpr Duration kStalledReader = std::chrono::seconds(10);
+
+}  // namespace
+
+std::string live_name(MarkerId marker) {
+  switch (marker) {
+    case MarkerId::tip_marker:
+      return "TipMarkerToWorld";
+    case MarkerId::camera_marker:
+      return "CameraMarkerToWorld";
+    case MarkerId::pointer:
+      return "PointerToWorld";
+  }
+  return "";
+}
+
+std::vector<LivePose> live_poses(const FrameRecord& frame, const SceneDescription& scene,
+                                 const ClockModel<GraphicsClock, PhysicsClock>& sync,
+                                 Duration tracker_after_arm) {
+  std::vector<LivePose> poses;
+  if (frame.have_state) {
+    const auto time = sync.back(frame.state.time);
+    const auto& bat = frame.state.bodies[pingpong::kBat];
+    const auto& ball = frame.state.bodies[pingpong::kBall];
+    poses.push_back({"TipToWorld", time, {bat.q(), shown_tip(frame.state, scene)}});
+    poses.push_back({"BatToWorld", time, {bat.q(), bat.p()}});
+    if (ball.visible != 0) poses.push_back({"BallToWorld", time, {ball.q(), ball.p()}});
+  }
+  if (frame.pose_source != PoseSource::none)
+    poses.push_back({"CameraToWorld",
+                     frame.image_time - tracker_after_arm,
+                     {frame.X_world_camera.rotation, frame.X_world_camera.translation}});
+  return poses;
+}
+
+Expected<PoseFeed> PoseFeed::open(const igtl::Address& address, Duration tracker_after_arm) {
+  auto publisher = igtl::PosePublisher::listen(
+      address, {.most_waiting = kMostWaitingPoses, .tracking_data = true, .stalled_after = kStalledReader});
+  if (!publisher) return tl::unexpected(publisher.error());
+  return PoseFeed(std::move(*publisher), tracker_after_arm);
+}
+
+void PoseFeed::marker(MarkerId marker, const MarkerPose& pose) {
+  send({live_name(marker), pose.time - tracker_after_arm_, {pose.rotation, pose.translation}});
+}
+
+void PoseFeed::frame(const FrameRecord& frame, const SceneDescription& scene,
+                     const ClockModel<GraphicsClock, PhysicsClock>& sync) {
+  for (const auto& pose : live_poses(frame, scene, sync, tracker_after_arm_)) send(pose);
+}
+
+void PoseFeed::send(const LivePose& pose) {
+  // Refused only where the protocol has no such number: a pose or time that means nothing is not sent.
+  static_cast<void>(publisher_->publish(pose.name, Instant<TrackerClock>{pose.time.since_epoch}, pose.pose));
+}
+
+Json PoseFeed::figures() const {
+  const auto state = publisher_->state();
+  return {{"published", state.published}, {"sent", state.sent},       {"dropped", state.dropped},
+          {"clients", state.accepted},    {"stalled", state.stalled}, {"thrown_out", state.thrown_out}};
+}
+
+}  // namespace palpate
