@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <thread>
+
 #include "palpate/applications/applications.h"
+#include "palpate/core/csv.h"
+#include "palpate/core/file.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/devices/lab_channel.h"
 #include "palpate/network/zmq_engine.h"
@@ -49,6 +53,22 @@ Json loop_json(const LoopStatistics& loop, double elapsed_s) {
           {"busy_us", {{"p50", us(loop.busy_p50)}, {"p99", us(loop.busy_p99)}, {"max", us(loop.busy_max)}}}};
 }
 
+// Clients and loops as they stand at a moment; counts since the start.
+struct LoopsLog {
+  CsvWriter rows{{"time_s", "clients", "requests", "haptic_ticks", "haptic_overruns", "haptic_missed",
+                  "physics_ticks", "physics_overruns", "physics_missed"}};
+
+  void look(double time_s, const ServiceCounters& service, const LoopStatistics& haptic,
+            const LoopStatistics& physics) {
+    std::vector<double> row{time_s, static_cast<double>(service.clients),
+                            static_cast<double>(service.requests)};
+    for (const auto& loop : {haptic, physics})
+      for (const auto count : {loop.ticks, loop.overruns, loop.missed})
+        row.push_back(static_cast<double>(count));
+    rows.row(row);
+  }
+};
+
 }  // namespace
 
 Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
@@ -77,7 +97,9 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
 
   const auto start = clock.now();
   Json result;
+  result["begun_monotonic_ns"] = clock.to_monotonic(start);
   std::string gone;
+  LoopsLog log;
   {
     PeriodicLoop<PhysicsClock> haptic(
         clock, {.rate_hz = 1000.0, .name = "palpate-haptic", .real_time = options.real_time, .priority = 80},
@@ -106,6 +128,9 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
          !stop.load() && (options.seconds <= 0.0 || to_seconds(clock.now() - start) < options.seconds);
          ++look) {
       if (look % 10 == 0) look_at_the_loops();
+      if (!options.out.empty())
+        log.look(to_seconds(clock.now() - start), (*service)->counters(), haptic.statistics(),
+                 physics.statistics());
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
       if (auto alive = (*client)->check(); !alive) {
         gone = alive.error().message;
@@ -131,6 +156,9 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
                      {"limited_ticks", statistics.limited_ticks},
                      {"lost_impulse_rel", statistics.lost_impulse_rel()},
                      {"blows", statistics.blows}};
+  if (!options.out.empty())
+    if (auto done = write_file(options.out / "realtime_loops.csv", log.rows.content()); !done)
+      return tl::unexpected(done.error());
   if (!gone.empty()) return refused("physics: {}", gone);
   return result;
 }

@@ -70,15 +70,7 @@ void tell_real_time(Report& page, const DemoData& data) {
   if (sync != nullptr && has_columns(*sync, {"time_s", "offset_error_us", "uncertainty_us"})) {
     const auto time = column(*sync, "time_s"), error = column(*sync, "offset_error_us"),
                sure = column(*sync, "uncertainty_us");
-    Series band{.name = "stated uncertainty", .tone = Tone::muted, .filled = true};
-    for (std::size_t i = 0; i < time.size(); ++i) {
-      band.x.push_back(time[i]);
-      band.y.push_back(sure[i]);
-    }
-    for (std::size_t i = time.size(); i-- > 0;) {
-      band.x.push_back(time[i]);
-      band.y.push_back(-sure[i]);
-    }
+    const Series band = band_around("stated uncertainty", time, std::vector<double>(time.size(), 0.0), sure);
     Plot plot{.title = "Clock difference, estimate against truth", .x_label = "s", .y_label = "\u00b5s"};
     plot.series = {band, {.name = "error", .x = time, .y = error, .tone = Tone::ours}};
     plots.push_back(plot);
@@ -104,7 +96,7 @@ void tell_how(Report& page, const DemoData& data) {
   page.code(data.text("command").value_or(seed ? fmt::format("palpate demo --seed {:.0f}", *seed)
                                                : "palpate demo") +
             "\npython3 tests/recompute.py palpate-report");
-  const std::array<std::pair<const char*, const char*>, 16> known{{
+  const std::array<std::pair<const char*, const char*>, 17> known{{
       {"arm_calibration.csv", "joint angles and marker poses the arm was calibrated from"},
       {"arm_errors.csv", "each method's error to truth at 1000 poses"},
       {"pivot.csv", "marker poses while the tip was held"},
@@ -120,7 +112,8 @@ void tell_how(Report& page, const DemoData& data) {
       {"haptics.csv", "forces asked for and given around the hits"},
       {"realtime_frames.csv", "the real-time leg, frame by frame"},
       {"realtime_sync.csv", "clock difference, estimated and true"},
-      {"realtime_haptic.csv", "the haptic loop's lateness"},
+      {"realtime_loops.csv", "clients and loops of the physics server, fifty times a second"},
+      {"realtime_network.csv", "two hosts: what happened when"},
   }};
   std::vector<std::vector<std::string>> rows;
   for (const auto& [name, what] : known) {

@@ -13,6 +13,9 @@
 //   raw/haptics.csv          time_s,asked_n,given_n around the hits
 //   raw/realtime_frames.csv  time_s,round_trip_us                 raw/realtime_sync.csv
 //   time_s,offset_error_us,uncertainty_us
+//   raw/realtime_loops.csv   time_s,haptic_ticks,physics_ticks (counts since the start)
+//   and, where the leg was played on two hosts, realtime_frames.csv's late and summary.json
+//   "realtime/network"
 // Keys of summary.json beyond those acceptance reads, shown where present: seed, command,
 // arm {true_tip_one_pass_error_to_truth_mm, true_tip_alternating_..., true_tip_eq7_..., true_tip_joint_...,
 // samples}, pivot {poses}, hand_eye {rotation_error_deg}, camera {rms_px}.

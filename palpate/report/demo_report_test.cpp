@@ -114,6 +114,32 @@ class DemoReport : public ::testing::Test {
     write("raw/realtime_sync.csv", sync);
   }
 
+  // Ten seconds on two hosts, the cable out from 4 s to 7 s.
+  void write_network() {
+    Json with_network = summary();
+    with_network["realtime"]["network"] =
+        Json::parse(R"({"encrypted": true, "physics_address": "tcp://there:1",
+      "graphics_place": "here", "cut_at_s": 4.0, "cut_for_s": 3.0, "gone_after_s": 0.6, "back_after_s": 0.3,
+      "replies_after_s": 0.35, "client_forgotten_after_s": 0.9, "answers_after_s": 1.2, "unsent": 60, "lost": 12,
+      "repeated": 0, "out_of_order": 0, "cut": {"frames": 90, "late": 89, "clock_inside_share": 1.0}})");
+    write("summary.json", with_network.dump());
+    Random random(8, "report/network");
+    std::string trips = "frame,time_s,round_trip_us,late\n", sync = "time_s,offset_error_us,uncertainty_us\n",
+                loops = "time_s,haptic_ticks,physics_ticks\n";
+    for (int i = 0; i < 300; ++i) {
+      const double t = i / 30.0;
+      const bool out = t > 4.0 && t < 7.35;
+      trips +=
+          fmt::format("{},{:.3f},{},{}\n", i, t,
+                      out ? "" : fmt::format("{:.1f}", 95 + 25 * std::exp(random.normal(0.7))), out ? 1 : 0);
+      sync += fmt::format("{:.3f},{:.2f},{:.2f}\n", t, random.normal(5.0), out ? 30 + 10 * (t - 4) : 30.0);
+      loops += fmt::format("{:.3f},{},{}\n", t, 1000 + std::lround(1000 * t), 1000 + std::lround(1000 * t));
+    }
+    write("raw/realtime_frames.csv", trips);
+    write("raw/realtime_sync.csv", sync);
+    write("raw/realtime_loops.csv", loops);
+  }
+
   ScratchFolder scratch_;
   fs::path folder_;
 };
@@ -175,9 +201,20 @@ TEST_F(DemoReport, IsTheSameForTheSameFolder) {
   EXPECT_EQ(demo_report(folder_)->html(), demo_report(folder_)->html());
 }
 
+TEST_F(DemoReport, TellsOfTheCableThatWasPulled) {
+  write_network();
+  const std::string page = demo_report(folder_)->html();
+  EXPECT_NE(page.find("Two hosts, and a cable pulled"), std::string::npos);
+  EXPECT_NE(page.find("asked the physics server at tcp://there:1, encrypted"), std::string::npos);
+  EXPECT_NE(page.find("<td>4.60 s</td><td>0.60 s after the pull</td>"), std::string::npos);
+  EXPECT_NE(page.find("<td>7.35 s</td><td>0.35 s after the plug</td>"), std::string::npos);
+  EXPECT_NE(page.find("<b>falls short</b> at most 1 s"), std::string::npos);  // answers_after_s is 1.2 s
+}
+
 #ifdef PALPATE_CHROMIUM
 TEST_F(DemoReport, IsDrawnByABrowserWithoutANetwork) {
   write_raw();
+  write_network();
   ASSERT_TRUE(write_demo_report(folder_).has_value());
   const std::string command =
       fmt::format(PALPATE_CHROMIUM
@@ -193,8 +230,8 @@ TEST_F(DemoReport, IsDrawnByABrowserWithoutANetwork) {
   for (std::size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) dom.append(buffer, n);
   ::pclose(pipe);
   fs::remove_all(folder_ / "profile");
-  // page.js counts what it has drawn: 11 plots and 2 clouds; an error in drawing would leave the mark out.
-  EXPECT_NE(dom.find("data-drawn=\"13\""), std::string::npos);
+  // page.js counts what it has drawn: 14 plots and 2 clouds; an error in drawing would leave the mark out.
+  EXPECT_NE(dom.find("data-drawn=\"16\""), std::string::npos);
   EXPECT_NE(dom.find("class=\"main-svg\""), std::string::npos);
 }
 #endif

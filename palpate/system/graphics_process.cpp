@@ -1,6 +1,7 @@
 #include "palpate/system/graphics_process.h"
 
 #include <algorithm>
+#include <deque>
 #include <thread>
 
 #include "palpate/applications/applications.h"
@@ -26,8 +27,14 @@ constexpr Duration kDrawAfter = std::chrono::milliseconds(2);
 // Tells once that the physics server has gone, and once that it is back.
 class ServerWatch {
  public:
-  ServerWatch(const StateLink& link, std::string address, const std::function<void(const std::string&)>& say)
-      : link_(link), address_(std::move(address)), say_(say) {}
+  struct Change {
+    Instant<GraphicsClock> time;
+    bool there = false;
+  };
+
+  ServerWatch(const StateLink& link, const Clock<GraphicsClock>& clock, std::string address,
+              const std::function<void(const std::string&)>& say)
+      : link_(link), clock_(clock), address_(std::move(address)), say_(say) {}
   void look() {
     if (link_.refusal() != refusal_) {
       refusal_ = link_.refusal();
@@ -37,11 +44,15 @@ class ServerWatch {
     }
     if (link_.peer_alive() == there_) return;
     there_ = !there_;
+    changes_.push_back({clock_.now(), there_});
+    if (changes_.size() > 1000) changes_.pop_front();
     if (say_)
       say_(there_ ? fmt::format("graphics: the physics server at {} answers again", address_)
                   : absence() + "; drawing goes on with the last state");
   }
   bool there() const { return there_; }
+  // The latest, should a server come and go for days.
+  const std::deque<Change>& changes() const { return changes_; }
   std::string absence() const {
     return fmt::format("graphics: the physics server at {} no longer answers; start `palpate physics` again",
                        address_);
@@ -49,9 +60,11 @@ class ServerWatch {
 
  private:
   const StateLink& link_;
+  const Clock<GraphicsClock>& clock_;
   std::string address_;
   const std::function<void(const std::string&)>& say_;
   bool there_ = true;
+  std::deque<Change> changes_;
   std::optional<std::string> refusal_;
 };
 
@@ -73,8 +86,10 @@ ClientFigures figures_of(std::uint64_t frames, std::uint64_t late, std::uint64_t
 }
 
 struct Logs {
-  CsvWriter frames{{"frame", "time_s", "round_trip_us", "late", "answer", "landmarks_used", "busy_us"}};
-  CsvWriter sync{{"time_s", "offset_error_us", "uncertainty_us"}};
+  // From `unsent` on: how many since the start.
+  CsvWriter frames{{"frame", "time_s", "round_trip_us", "late", "answer", "landmarks_used", "busy_us",
+                    "unsent", "lost", "repeated", "out_of_order"}};
+  CsvWriter sync{{"time_s", "offset_error_us", "uncertainty_us", "offset_s"}};
 };
 
 }  // namespace
@@ -128,7 +143,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   if (options.notice)
     options.notice(
         fmt::format("graphics: shows {} of the physics server at {}", scene.application, endpoint.address));
-  ServerWatch physics(**link, endpoint.address, options.notice);
+  ServerWatch physics(**link, clock, endpoint.address, options.notice);
   Logs logs;
   JitterHistogram trips;
   std::optional<Instant<GraphicsClock>> told;
@@ -164,10 +179,13 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
         told = clock.now();
         (*link)->tell(figures_of(frames, late, (*link)->counters().lost, t, trips, server.sync(), *told));
       }
+      const auto& so_far = (*link)->counters();
       logs.frames.row(std::vector<std::string>{
           number_text(static_cast<double>(frame.number)), number_text(t),
           trip_us > 0 ? number_text(trip_us) : "", frame.late ? "1" : "0", answer_name(frame.answer),
-          number_text(frame.landmarks_used), number_text(to_seconds(clock.now() - frame.begun) * 1e6)});
+          number_text(frame.landmarks_used), number_text(to_seconds(clock.now() - frame.begun) * 1e6),
+          fmt::format("{}", so_far.unsent), fmt::format("{}", so_far.lost),
+          fmt::format("{}", so_far.duplicated), fmt::format("{}", so_far.out_of_order)});
       if (server.sync().exchanges() > 0) {
         // The physics host's clock is this machine's own, undisguised: that is the truth to compare with.
         const auto here = clock.now();
@@ -176,7 +194,8 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
         const double stated_us = to_seconds(server.sync().model().uncertainty(here)) * 1e6;
         sync_errors.push_back(std::abs(error_us));
         uncertainties.push_back(stated_us);
-        logs.sync.row(std::vector<double>{t, error_us, stated_us});
+        logs.sync.row(
+            std::vector<double>{t, error_us, stated_us, to_seconds(server.sync().model().offset(here))});
       }
     }
     if (player) player->act(clock.now(), server, *hand);
@@ -195,11 +214,18 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
       {"round_trip_us", {{"median", quantile(round_trips, 0.5)}, {"p99", quantile(round_trips, 0.99)}}},
       {"frames", frames},
       {"late", late},
-      {"lost", counters.lost}};
+      {"lost", counters.lost},
+      {"unsent", counters.unsent},
+      {"repeated", counters.duplicated},
+      {"out_of_order", counters.out_of_order}};
   result["sync"] = {{"offset_error_us_p99", quantile(sync_errors, 0.99)},
                     {"uncertainty_us", quantile(uncertainties, 0.5)},
                     {"exchanges", server.sync().exchanges()}};
   result["graphics"] = {{"rate_hz", elapsed > 0 ? static_cast<double>(frames) / elapsed : 0.0}};
+  result["begun_monotonic_ns"] = clock.to_monotonic(begun);
+  result["server_there"] = Json::array();
+  for (const auto& change : physics.changes())
+    result["server_there"].push_back({{"time_s", to_seconds(change.time - begun)}, {"there", change.there}});
   if (!options.out.empty()) {
     if (auto done = write_file(options.out / "realtime_frames.csv", logs.frames.content()); !done)
       return tl::unexpected(done.error());
