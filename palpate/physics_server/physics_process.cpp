@@ -69,6 +69,23 @@ struct LoopsLog {
   }
 };
 
+// How often which loop's ticks began how late, from the first to the last half octave in which any did.
+std::string jitter_csv(const std::vector<std::pair<std::string, const JitterHistogram*>>& loops) {
+  CsvWriter csv({"loop", "late_from_us", "late_to_us", "ticks"});
+  for (const auto& [name, lateness] : loops) {
+    const auto counts = lateness->half_octaves();
+    std::size_t first = 0, end = counts.size();
+    while (first < end && counts[first] == 0) ++first;
+    while (end > first && counts[end - 1] == 0) --end;
+    const auto edge_us = [](std::size_t i) {
+      return number_text(1e-3 * static_cast<double>(JitterHistogram::half_octave_ns(i)));
+    };
+    for (std::size_t i = first; i < end; ++i)
+      csv.row(std::vector<std::string>{name, edge_us(i), edge_us(i + 1), fmt::format("{}", counts[i])});
+  }
+  return csv.content();
+}
+
 }  // namespace
 
 Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
@@ -100,6 +117,7 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
   result["begun_monotonic_ns"] = clock.to_monotonic(start);
   std::string gone;
   LoopsLog log;
+  std::string jitter;
   {
     PeriodicLoop<PhysicsClock> haptic(
         clock, {.rate_hz = 1000.0, .name = "palpate-haptic", .real_time = options.real_time, .priority = 80},
@@ -143,6 +161,7 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
     result["haptic"] = loop_json(haptic.statistics(), elapsed);
     result["haptic"]["scheduling"] = haptic.grant().describe();
     result["physics"] = loop_json(physics.statistics(), elapsed);
+    jitter = jitter_csv({{"haptic", &haptic.lateness()}, {"physics", &physics.lateness()}});
   }
   const auto counters = (*service)->counters();
   const auto& statistics = server.haptic().statistics();
@@ -156,9 +175,12 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
                      {"limited_ticks", statistics.limited_ticks},
                      {"lost_impulse_rel", statistics.lost_impulse_rel()},
                      {"blows", statistics.blows}};
-  if (!options.out.empty())
+  if (!options.out.empty()) {
     if (auto done = write_file(options.out / "realtime_loops.csv", log.rows.content()); !done)
       return tl::unexpected(done.error());
+    if (auto done = write_file(options.out / "realtime_jitter.csv", jitter); !done)
+      return tl::unexpected(done.error());
+  }
   if (!gone.empty()) return refused("physics: {}", gone);
   return result;
 }

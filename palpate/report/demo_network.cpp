@@ -71,7 +71,7 @@ void tell_phases(Report& page, const DemoData& data) {
 }
 
 // Each picture's round trip, or that there was none in time.
-std::optional<Plot> timeline(const DemoData& data) {
+std::optional<Plot> timeline_plot(const DemoData& data) {
   const CsvTable* frames = data.raw("realtime_frames.csv");
   if (frames == nullptr || !has_columns(*frames, {"time_s", "round_trip_us", "late"})) return std::nullopt;
   const auto time = column(*frames, "time_s"), trip = column(*frames, "round_trip_us"),
@@ -100,7 +100,7 @@ std::optional<Plot> timeline(const DemoData& data) {
   return plot;
 }
 
-std::optional<Plot> clocks(const DemoData& data) {
+std::optional<Plot> clocks_plot(const DemoData& data) {
   const CsvTable* sync = data.raw("realtime_sync.csv");
   if (sync == nullptr || !has_columns(*sync, {"time_s", "offset_error_us", "uncertainty_us"}))
     return std::nullopt;
@@ -127,7 +127,7 @@ std::optional<Plot> clocks(const DemoData& data) {
   return plot;
 }
 
-std::optional<Plot> loops(const DemoData& data) {
+std::optional<Plot> loops_plot(const DemoData& data) {
   const CsvTable* table = data.raw("realtime_loops.csv");
   if (table == nullptr || !has_columns(*table, {"time_s", "haptic_ticks", "physics_ticks"}))
     return std::nullopt;
@@ -205,10 +205,10 @@ void tell_network(Report& page, const DemoData& data) {
                        "", Verdict::none});
   page.figures(figures);
   tell_events(page, data, *pulled, *out_for);
-  if (const auto plot = timeline(data)) page.plot(*plot);
+  if (const auto plot = timeline_plot(data)) page.plot(*plot);
   std::vector<Plot> plots;
-  if (const auto plot = clocks(data)) plots.push_back(*plot);
-  if (const auto plot = loops(data)) plots.push_back(*plot);
+  if (const auto plot = clocks_plot(data)) plots.push_back(*plot);
+  if (const auto plot = loops_plot(data)) plots.push_back(*plot);
   if (!plots.empty()) page.plots(plots);
   tell_phases(page, data);
 }

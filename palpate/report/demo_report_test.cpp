@@ -201,6 +201,34 @@ TEST_F(DemoReport, IsTheSameForTheSameFolder) {
   EXPECT_EQ(demo_report(folder_)->html(), demo_report(folder_)->html());
 }
 
+// The figures the page draws: counts of half octaves as they stand in the file, whatever is quicker than
+// 0.128 us in one column, and how much the counts grew in each second.
+TEST_F(DemoReport, ShowsTheInstrumentsOfTheLoops) {
+  write("raw/realtime_jitter.csv",
+        "loop,late_from_us,late_to_us,ticks\nhaptic,0.008,0.016,7000\nhaptic,0.064,0.096,1000\n"
+        "haptic,96,128,31\nphysics,24.576,32.768,9000\n");
+  write("raw/realtime_loops.csv",
+        "time_s,haptic_ticks,physics_ticks,haptic_overruns,haptic_missed,physics_overruns,physics_missed\n"
+        "-0.5,500,500,4,9,0,0\n0.5,1500,1500,4,9,0,0\n1.5,2500,2500,6,12,1,0\n2.5,3500,3500,6,12,1,0\n");
+  const std::string page = demo_report(folder_)->html();
+  EXPECT_NE(page.find("\"y\":[0.5,8000,8000,31,31,0.5]"), std::string::npos);
+  EXPECT_NE(page.find("\"x\":[24.58,24.58,32.77,32.77]"), std::string::npos);
+  EXPECT_NE(page.find("\"name\":\"haptic: overrun\""), std::string::npos);
+  EXPECT_NE(page.find("\"y\":[0,3,0]"), std::string::npos);  // haptic: left out
+}
+
+TEST_F(DemoReport, SaysSoWhereNothingWentWrong) {
+  write("raw/realtime_frames.csv",
+        "time_s,round_trip_us,late,lost,repeated,out_of_order\n0.5,100,0,0,0,0\n1.5,120,0,0,0,0\n");
+  write("raw/realtime_loops.csv",
+        "time_s,haptic_ticks,physics_ticks,haptic_overruns,haptic_missed,physics_overruns,physics_missed\n"
+        "0.5,500,500,0,0,0,0\n1.5,1500,1500,0,0,0,0\n");
+  const std::string page = demo_report(folder_)->html();
+  EXPECT_NE(page.find("No answer came late"), std::string::npos);
+  EXPECT_NE(page.find("No tick of either loop"), std::string::npos);
+  EXPECT_EQ(page.find("Ticks of the loops that went wrong"), std::string::npos);
+}
+
 TEST_F(DemoReport, TellsOfTheCableThatWasPulled) {
   write_network();
   const std::string page = demo_report(folder_)->html();
