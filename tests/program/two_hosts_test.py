@@ -96,6 +96,8 @@ class TwoHosts(ProgramTest):
         """A demo whose physics server is there, with a tap on the cable; and which interfaces its network has."""
         demo = self.start("demo", "--quick", "--seconds", "1", "--two-hosts", *options, "--out", "report")
         wait_until(lambda: demo.ended() or "physics" in self.children(demo), f"physics runs; so far {demo.lines()}")
+        if demo.ended() and any("no cable can be laid" in line for line in demo.lines()):
+            self.skipTest(demo.lines()[-1])
         self.assertFalse(demo.ended(), demo.lines())
         tap = Tap(self.children(demo)["physics"])
         tap.start()
