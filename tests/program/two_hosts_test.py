@@ -136,17 +136,18 @@ class TwoHosts(ProgramTest):
         frames = [(float(row["time_s"]), row["late"] == "0") for row in self.rows("realtime_frames.csv")]
         loops = [{key: float(value) for key, value in row.items()} for row in self.rows("realtime_loops.csv")]
         # A second, and what the machine at its busiest kept from either process at a stretch.
-        a_second = 1.0 + max(longest_gap([t for t, _ in frames]), longest_gap([row["time_s"] for row in loops]))
+        stall = max(longest_gap([t for t, _ in frames]), longest_gap([row["time_s"] for row in loops]))
+        a_second, quiet = 1.0 + stall, pulled + 0.2 + stall
         self.assertLess(events["physics server gone"] - pulled, a_second)
         self.assertLess(events["physics server back"] - plugged, a_second)
-        # An answer under way when the cable was pulled may still be drawn with the next picture.
-        self.assertFalse(any(answered for t, answered in frames if pulled + 0.2 < t < plugged))
-        self.assertTrue(any(pulled + 0.2 < t < plugged for t, _ in frames))
+        # An answer that came just before the cable was pulled is still drawn.
+        self.assertFalse(any(answered for t, answered in frames if quiet < t < plugged))
+        self.assertTrue(any(quiet < t < plugged for t, _ in frames))
         self.assertTrue(any(answered for t, answered in frames if t < pulled))
         back = next(t for t, answered in frames if t > plugged and answered)
         self.assertLess(back - plugged, a_second)
 
-        silent = [row["requests"] for row in loops if pulled + 0.2 < row["time_s"] < plugged]
+        silent = [row["requests"] for row in loops if quiet < row["time_s"] < plugged]
         self.assertEqual(len(set(silent)), 1, "questions came through a pulled cable")
         answers = next(row["time_s"] for row in loops if row["time_s"] > plugged and row["requests"] > silent[-1])
         self.assertLess(answers - plugged, a_second)
@@ -174,8 +175,8 @@ class TwoHosts(ProgramTest):
 
     def test_without_keys_the_same_words_can_be_read_on_the_cable(self):
         demo, tap = self.start_demo("--insecure")
-        wait_until(lambda: demo.ended() or all(any(word in stream for stream in map(bytes, list(tap.streams.values())))
-                                               for word in self.words()), "the words have been seen on the cable")
+        wait_until(lambda: demo.ended() or any(word in stream for stream in map(bytes, list(tap.streams.values()))
+                                               for word in self.words()), "one of the words has been seen on the cable")
         self.assertFalse(demo.ended(), demo.lines())
         wait_until(lambda: demo.ended() or sum(map(len, list(tap.streams.values()))) > 20000, "some states have been sent")
         self.assertNotIn(b"CURVE", tap.stop())
