@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 
 #include "apps/palpate/command.h"
@@ -16,7 +17,7 @@ void add_demo(CLI::App& program) {
   struct Options {
     DemoOptions demo;
     std::string world;
-    bool headless = false;
+    bool headless = false, two_hosts = false, insecure = false;
   };
   auto options = std::make_shared<Options>();
   command->add_option("--app", options->demo.application, "Application; `palpate apps` lists them")
@@ -32,6 +33,15 @@ void add_demo(CLI::App& program) {
   command->add_option("--out", options->demo.out, "Folder for report, summary, pictures, video and raw data")
       ->default_val("./palpate-report");
   command->add_flag("--headless", options->headless, "No window (this version never opens one)");
+  auto* two_hosts = command->add_flag(
+      "--two-hosts", options->two_hosts,
+      "Play the real-time leg across two hosts (network namespaces; needs root, or `unshare "
+      "--map-current-user --keep-caps` in front), encrypted, and pull the cable between them for 3 s in its "
+      "middle");
+  command
+      ->add_flag("--insecure", options->insecure,
+                 "With --two-hosts: without keys, to see what encryption hides")
+      ->needs(two_hosts);
   auto* quick = command->add_flag(
       "--quick", options->demo.quick,
       "A shorter play, under 30 s on an idle machine; too short to judge the share of returned serves");
@@ -56,6 +66,11 @@ void add_demo(CLI::App& program) {
       if (seconds->count() == 0) demo.seconds = 4.0;
       demo.realtime_s = 3.0;
       demo.command += " --quick";
+    }
+    if (options->two_hosts) {
+      demo.two_hosts = TwoHostsOptions{.insecure = options->insecure};
+      demo.realtime_s = std::max(demo.realtime_s, 15.0);
+      demo.command += options->insecure ? " --two-hosts --insecure" : " --two-hosts";
     }
     if (seconds->count() > 0) demo.command += fmt::format(" --seconds {:g}", demo.seconds);
     std::error_code ignored;

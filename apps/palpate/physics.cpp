@@ -36,6 +36,8 @@ void add_physics(CLI::App& program) {
   command->add_option("--physics-hz", options->process.physics_hz, "Rate of the physics loop")
       ->default_val(1000.0)
       ->check(CLI::Range(1000.0, 20000.0));
+  command->add_option("--out", options->process.out,
+                      "Folder for realtime_loops.csv and realtime_jitter.csv, written at the end");
   command->add_option("--json", options->json,
                       "Write loop and exchange figures here at the end; - = standard output");
   on(command, [options]() -> Expected<void> {
@@ -54,6 +56,8 @@ void add_physics(CLI::App& program) {
     }
     options->process.scene = scene_settings(world, application);
     options->process.surface_restitution = world.ball.restitution_table;
+    if (!options->process.out.empty())
+      if (auto made = make_folder(options->process.out); !made) return made;
     options->process.notice = notice;
     auto result = run_physics_process(options->process);
     if (!result) return tl::unexpected(result.error());

@@ -2,7 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <thread>
+
 #include "palpate/applications/applications.h"
+#include "palpate/core/csv.h"
+#include "palpate/core/csv_file.h"
+#include "palpate/core/file.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/devices/lab_channel.h"
 #include "palpate/network/zmq_engine.h"
@@ -49,6 +54,48 @@ Json loop_json(const LoopStatistics& loop, double elapsed_s) {
           {"busy_us", {{"p50", us(loop.busy_p50)}, {"p99", us(loop.busy_p99)}, {"max", us(loop.busy_max)}}}};
 }
 
+// Clients and loops as they stand at a moment; counts since the start. Written as it goes: a server may run for
+// days.
+struct LoopsLog {
+  CsvFile rows;
+
+  static Expected<std::optional<LoopsLog>> begin(const std::filesystem::path& folder) {
+    if (folder.empty()) return std::nullopt;
+    auto rows = CsvFile::begin(folder / "realtime_loops.csv",
+                               {"time_s", "clients", "requests", "haptic_ticks", "haptic_overruns",
+                                "haptic_missed", "physics_ticks", "physics_overruns", "physics_missed"});
+    if (!rows) return tl::unexpected(rows.error());
+    return LoopsLog{std::move(*rows)};
+  }
+
+  void look(double time_s, const ServiceCounters& service, const LoopStatistics& haptic,
+            const LoopStatistics& physics) {
+    std::vector<double> row{time_s, static_cast<double>(service.clients),
+                            static_cast<double>(service.requests)};
+    for (const auto& loop : {haptic, physics})
+      for (const auto count : {loop.ticks, loop.overruns, loop.missed})
+        row.push_back(static_cast<double>(count));
+    rows.row(row);
+  }
+};
+
+// How often which loop's ticks began how late, from the first to the last half octave in which any did.
+std::string jitter_csv(const std::vector<std::pair<std::string, const JitterHistogram*>>& loops) {
+  CsvWriter csv({"loop", "late_from_us", "late_to_us", "ticks"});
+  for (const auto& [name, lateness] : loops) {
+    const auto counts = lateness->half_octaves();
+    std::size_t first = 0, end = counts.size();
+    while (first < end && counts[first] == 0) ++first;
+    while (end > first && counts[end - 1] == 0) --end;
+    const auto edge_us = [](std::size_t i) {
+      return number_text(1e-3 * static_cast<double>(JitterHistogram::half_octave_ns(i)));
+    };
+    for (std::size_t i = first; i < end; ++i)
+      csv.row(std::vector<std::string>{name, edge_us(i), edge_us(i + 1), fmt::format("{}", counts[i])});
+  }
+  return csv.content();
+}
+
 }  // namespace
 
 Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
@@ -82,7 +129,11 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
 
   const auto start = clock.now();
   Json result;
+  result["begun_monotonic_ns"] = clock.to_monotonic(start);
   std::string gone;
+  auto log = LoopsLog::begin(options.out);
+  if (!log) return tl::unexpected(log.error());
+  std::string jitter;
   {
     PeriodicLoop<PhysicsClock> haptic(
         clock, {.rate_hz = 1000.0, .name = "palpate-haptic", .real_time = options.real_time, .priority = 80},
@@ -111,6 +162,9 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
          !stop.load() && (options.seconds <= 0.0 || to_seconds(clock.now() - start) < options.seconds);
          ++look) {
       if (look % 10 == 0) look_at_the_loops();
+      if (*log)
+        (*log)->look(to_seconds(clock.now() - start), (*service)->counters(), haptic.statistics(),
+                 physics.statistics());
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
       if (auto alive = (*client)->check(); !alive) {
         gone = alive.error().message;
@@ -123,6 +177,7 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
     result["haptic"] = loop_json(haptic.statistics(), elapsed);
     result["haptic"]["scheduling"] = haptic.grant().describe();
     result["physics"] = loop_json(physics.statistics(), elapsed);
+    jitter = jitter_csv({{"haptic", &haptic.lateness()}, {"physics", &physics.lateness()}});
   }
   const auto counters = (*service)->counters();
   const auto& statistics = server.haptic().statistics();
@@ -136,6 +191,11 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
                      {"limited_ticks", statistics.limited_ticks},
                      {"lost_impulse_rel", statistics.lost_impulse_rel()},
                      {"blows", statistics.blows}};
+  if (*log) {
+    if (auto done = (*log)->rows.finish(); !done) return tl::unexpected(done.error());
+    if (auto done = write_file(options.out / "realtime_jitter.csv", jitter); !done)
+      return tl::unexpected(done.error());
+  }
   if (!gone.empty()) return refused("physics: {}", gone);
   return result;
 }

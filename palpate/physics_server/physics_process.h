@@ -26,6 +26,7 @@ struct PhysicsProcessOptions {
   double seconds = 0.0;  // 0 = until asked to stop
   double physics_hz = 1000.0;
   bool real_time = true;
+  std::filesystem::path out;                       // realtime_loops.csv and realtime_jitter.csv; empty = none
   std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
 };
 

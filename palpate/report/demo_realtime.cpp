@@ -8,6 +8,158 @@
 
 namespace palpate::report {
 
+namespace {
+
+constexpr double kGround = 0.5;  // below the smallest count, as a logarithmic axis has no zero
+
+// Counts per half octave as an outline that a logarithmic plot can show.
+Series outline(std::string name, const std::vector<std::array<double, 3>>& bins, Tone tone, bool filled) {
+  Series series{.name = std::move(name), .tone = tone, .in_legend = !filled, .filled = filled};
+  const auto add = [&series](double x, double y) {
+    series.x.push_back(x);
+    series.y.push_back(std::max(y, kGround));
+  };
+  add(bins.front()[0], kGround);
+  for (const auto& [from, to, count] : bins) {
+    add(from, count);
+    add(to, count);
+  }
+  add(bins.back()[1], kGround);
+  return series;
+}
+
+std::optional<Plot> jitter_plot(const DemoData& data) {
+  const CsvTable* table = data.raw("realtime_jitter.csv");
+  if (table == nullptr || !has_columns(*table, {"loop", "late_from_us", "late_to_us", "ticks"}))
+    return std::nullopt;
+  const auto from = column(*table, "late_from_us"), to = column(*table, "late_to_us"),
+             ticks = column(*table, "ticks");
+  constexpr std::array<double, 2> kLeast{0.096, 0.128};  // us; whatever is less counts here
+  constexpr double kPeriodUs = 1000.0;
+  Plot plot{.title = "How late the ticks of the loops begin",
+            .x_label = "\u00b5s after they were due",
+            .y_label = "ticks",
+            .log_x = true,
+            .log_y = true};
+  double most = 1.0, latest = kPeriodUs;
+  for (const auto& [loop, tone] : {std::pair("physics", Tone::rival), std::pair("haptic", Tone::ours)}) {
+    std::vector<std::array<double, 3>> bins;
+    for (std::size_t i = 0; i < table->rows.size(); ++i) {
+      if (table->text[i][*table->find("loop")] != loop) continue;
+      const bool least = to[i] <= kLeast[1];
+      const std::array<double, 3> bin =
+          least ? std::array{kLeast[0], kLeast[1], ticks[i]} : std::array{from[i], to[i], ticks[i]};
+      if (!bins.empty() && bins.back()[0] == bin[0])
+        bins.back()[2] += bin[2];
+      else
+        bins.push_back(bin);
+      most = std::max(most, bins.back()[2]);
+      latest = std::max(latest, to[i]);
+    }
+    if (bins.empty()) continue;
+    plot.series.push_back(outline(std::string(loop) + " loop", bins, tone, true));
+    plot.series.push_back(outline(std::string(loop) + " loop", bins, tone, false));
+  }
+  if (plot.series.empty()) return std::nullopt;
+  plot.x_range = {kLeast[0], 1.5 * latest};
+  plot.y_range = {kGround, 2.0 * most};
+  plot.levels = {{.at = kPeriodUs, .label = "next tick due", .tone = Tone::bad, .upright = true}};
+  plot.caption =
+      "Each step is half an octave wide. Both axes are logarithmic: the few late ticks on the right are what "
+      "matters. The column at the left end also counts everything quicker.";
+  return plot;
+}
+
+// How the two clocks stood to each other, as the graphics server believed.
+std::optional<Plot> clock_difference_plot(const CsvTable& sync) {
+  if (!has_columns(sync, {"time_s", "offset_s", "offset_error_us", "uncertainty_us"})) return std::nullopt;
+  const auto time = column(sync, "time_s"), offset = column(sync, "offset_s"),
+             error = column(sync, "offset_error_us"), sure = column(sync, "uncertainty_us");
+  // The first exchanges know little; the change since then is what can be seen.
+  std::size_t first = 0;
+  while (first + 1 < time.size() && time[first] < 0.5) ++first;
+  std::vector<double> x, estimate, truth, half;
+  for (std::size_t i = first; i < time.size(); ++i) {
+    x.push_back(time[i]);
+    estimate.push_back(1e6 * (offset[i] - offset[first]));
+    truth.push_back(estimate.back() - error[i]);
+    half.push_back(sure[i]);
+  }
+  Plot plot{.title = "Physics clock minus graphics clock: the change since the start",
+            .x_label = "s",
+            .y_label = "\u00b5s"};
+  plot.series = {band_around("stated uncertainty", x, estimate, half),
+                 {.name = "truth", .x = x, .y = truth, .tone = Tone::rival, .dashed = true},
+                 {.name = "estimate", .x = x, .y = estimate, .tone = Tone::ours}};
+  plot.caption = fmt::format(
+      "At the start the difference was {:.6f} s. The slope is the clocks' drift against each other: 100 "
+      "\u00b5s in a "
+      "second are 100 parts in a million.",
+      offset[first]);
+  return plot;
+}
+
+// How much counts grew in each second from 0 on; empty where none did.
+std::vector<Series> per_second(const std::vector<double>& time,
+                               const std::vector<std::pair<std::string, std::vector<double>>>& so_far) {
+  constexpr std::array<Tone, 4> kTones{Tone::ours, Tone::rival, Tone::third, Tone::fourth};
+  if (time.empty() || time.back() <= 0.0) return {};
+  const auto seconds = static_cast<std::size_t>(std::min(std::ceil(time.back()), 3600.0));
+  std::vector<Series> list;
+  bool any = false;
+  for (const auto& [name, counts] : so_far) {
+    Series series{.name = name, .mark = Mark::bars, .tone = kTones[list.size() % kTones.size()]};
+    for (std::size_t s = 0; s < seconds; ++s) series.labels.push_back(fmt::format("{}", s));
+    series.y.assign(seconds, 0.0);
+    for (std::size_t i = 0; i < time.size(); ++i) {
+      if (time[i] < 0.0) continue;
+      const auto second = std::min(static_cast<std::size_t>(time[i]), seconds - 1);
+      const double grown = counts[i] - (i > 0 ? counts[i - 1] : 0.0);
+      series.y[second] += grown;
+      any = any || grown > 0.0;
+    }
+    list.push_back(std::move(series));
+  }
+  return any ? list : std::vector<Series>{};
+}
+
+std::optional<Plot> lateness_plot(const CsvTable& frames) {
+  if (!has_columns(frames, {"time_s", "late", "lost", "repeated", "out_of_order"})) return std::nullopt;
+  auto late = column(frames, "late");
+  for (std::size_t i = 1; i < late.size(); ++i) late[i] += late[i - 1];
+  Plot plot{
+      .title = "Answers that were not as they should be", .x_label = "second of the leg", .y_label = "count"};
+  plot.series = per_second(column(frames, "time_s"), {{"late for their picture", late},
+                                                      {"lost", column(frames, "lost")},
+                                                      {"came twice", column(frames, "repeated")},
+                                                      {"out of order", column(frames, "out_of_order")}});
+  if (plot.series.empty()) return std::nullopt;
+  plot.caption =
+      "Late: the picture was drawn with the state before. Lost: no answer within a second, counted when that "
+      "is over.";
+  return plot;
+}
+
+std::optional<Plot> overruns_plot(const CsvTable& loops) {
+  if (!has_columns(loops,
+                   {"time_s", "haptic_overruns", "haptic_missed", "physics_overruns", "physics_missed"}))
+    return std::nullopt;
+  Plot plot{
+      .title = "Ticks of the loops that went wrong", .x_label = "second of the leg", .y_label = "ticks"};
+  plot.series = per_second(column(loops, "time_s"), {{"haptic: overrun", column(loops, "haptic_overruns")},
+                                                     {"haptic: left out", column(loops, "haptic_missed")},
+                                                     {"physics: overrun", column(loops, "physics_overruns")},
+                                                     {"physics: left out", column(loops, "physics_missed")}});
+  if (plot.series.empty()) return std::nullopt;
+  plot.caption =
+      "Of a thousand each second. Overrun: still at work, or kept from it by the machine, when the next tick "
+      "was due. "
+      "Left out: skipped because of that, never made up for in a burst.";
+  return plot;
+}
+
+}  // namespace
+
 void tell_real_time(Report& page, const DemoData& data) {
   if (data.find("realtime") == nullptr) return;
   std::vector<Figure> figures;
@@ -50,8 +202,13 @@ void tell_real_time(Report& page, const DemoData& data) {
       "with an offset and a drift. Its "
       "figures belong to "
       "the machine it ran on.");
+  if (data.find("realtime/network") != nullptr)
+    page.paragraph(
+        "In this run a network cable was pulled for a while, which the figures here include; the next part "
+        "tells "
+        "of it.");
   page.figures(figures);
-  std::vector<Plot> plots;
+  std::vector<Plot> quickness, clocks, counts;
   const CsvTable* frames = data.raw("realtime_frames.csv");
   if (frames != nullptr && frames->has("round_trip_us")) {
     const auto trips = column(*frames, "round_trip_us");
@@ -63,27 +220,37 @@ void tell_real_time(Report& page, const DemoData& data) {
       plot.levels.push_back(
           {.at = quantile(trips, 0.5), .label = "median", .tone = Tone::rival, .upright = true});
       plot.caption = "The outermost column also counts everything slower.";
-      plots.push_back(plot);
+      quickness.push_back(plot);
     }
   }
   const CsvTable* sync = data.raw("realtime_sync.csv");
   if (sync != nullptr && has_columns(*sync, {"time_s", "offset_error_us", "uncertainty_us"})) {
     const auto time = column(*sync, "time_s"), error = column(*sync, "offset_error_us"),
                sure = column(*sync, "uncertainty_us");
-    Series band{.name = "stated uncertainty", .tone = Tone::muted, .filled = true};
-    for (std::size_t i = 0; i < time.size(); ++i) {
-      band.x.push_back(time[i]);
-      band.y.push_back(sure[i]);
-    }
-    for (std::size_t i = time.size(); i-- > 0;) {
-      band.x.push_back(time[i]);
-      band.y.push_back(-sure[i]);
-    }
+    const Series band = band_around("stated uncertainty", time, std::vector<double>(time.size(), 0.0), sure);
     Plot plot{.title = "Clock difference, estimate against truth", .x_label = "s", .y_label = "\u00b5s"};
     plot.series = {band, {.name = "error", .x = time, .y = error, .tone = Tone::ours}};
-    plots.push_back(plot);
+    plot.caption =
+        "Estimate minus truth, which only the simulation knows. Where the line lies inside of the band, what "
+        "the "
+        "system said of its own uncertainty was right.";
+    clocks.push_back(plot);
   }
-  if (!plots.empty()) page.plots(plots);
+  const CsvTable* loops = data.raw("realtime_loops.csv");
+  if (const auto plot = jitter_plot(data)) quickness.push_back(*plot);
+  if (sync != nullptr)
+    if (const auto plot = clock_difference_plot(*sync)) clocks.insert(clocks.begin(), *plot);
+  if (frames != nullptr)
+    if (const auto plot = lateness_plot(*frames)) counts.push_back(*plot);
+  if (loops != nullptr)
+    if (const auto plot = overruns_plot(*loops)) counts.push_back(*plot);
+  for (const auto& plots : {quickness, clocks, counts})
+    if (!plots.empty()) page.plots(plots);
+  const bool punctual = frames != nullptr && frames->has("lost") && !lateness_plot(*frames);
+  const bool steady = loops != nullptr && !overruns_plot(*loops);
+  if (punctual) page.aside("No answer came late, twice or out of order in this run, and none was lost.");
+  if (steady)
+    page.aside("No tick of either loop was still at work when the next was due, and none was left out.");
 }
 
 void tell_how(Report& page, const DemoData& data) {
@@ -104,7 +271,7 @@ void tell_how(Report& page, const DemoData& data) {
   page.code(data.text("command").value_or(seed ? fmt::format("palpate demo --seed {:.0f}", *seed)
                                                : "palpate demo") +
             "\npython3 tests/recompute.py palpate-report");
-  const std::array<std::pair<const char*, const char*>, 16> known{{
+  const std::array<std::pair<const char*, const char*>, 18> known{{
       {"arm_calibration.csv", "joint angles and marker poses the arm was calibrated from"},
       {"arm_errors.csv", "each method's error to truth at 1000 poses"},
       {"pivot.csv", "marker poses while the tip was held"},
@@ -120,7 +287,9 @@ void tell_how(Report& page, const DemoData& data) {
       {"haptics.csv", "forces asked for and given around the hits"},
       {"realtime_frames.csv", "the real-time leg, frame by frame"},
       {"realtime_sync.csv", "clock difference, estimated and true"},
-      {"realtime_haptic.csv", "the haptic loop's lateness"},
+      {"realtime_jitter.csv", "how often ticks of haptic and physics loop began how late"},
+      {"realtime_loops.csv", "clients and loops of the physics server, fifty times a second"},
+      {"realtime_network.csv", "two hosts: what happened when"},
   }};
   std::vector<std::vector<std::string>> rows;
   for (const auto& [name, what] : known) {

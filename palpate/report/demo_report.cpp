@@ -95,6 +95,7 @@ Expected<Report> demo_report(const fs::path& folder) {
   tell_forces(page, *data);
   tell_play(page, *data);
   tell_real_time(page, *data);
+  tell_network(page, *data);
   tell_how(page, *data);
   return page;
 }

@@ -11,8 +11,11 @@
 //   raw/surface.csv          label,x_mm,y_mm,z_mm touched corners, four of each label in touching order
 //   raw/frames.csv           mid_exposure_s,world_px,tip_px,...   raw/ball.csv time_s,x_m,y_m,z_m
 //   raw/haptics.csv          time_s,asked_n,given_n around the hits
-//   raw/realtime_frames.csv  time_s,round_trip_us                 raw/realtime_sync.csv
-//   time_s,offset_error_us,uncertainty_us
+//   raw/realtime_frames.csv  time_s,round_trip_us,late,lost,repeated,out_of_order
+//   raw/realtime_sync.csv    time_s,offset_error_us,uncertainty_us,offset_s
+//   raw/realtime_loops.csv   time_s and, of haptic_ and physics_ each, ticks,overruns,missed since the start
+//   raw/realtime_jitter.csv  loop,late_from_us,late_to_us,ticks
+//   summary.json "realtime/network" where the leg was played on two hosts (system/network_story.h)
 // Keys of summary.json beyond those acceptance reads, shown where present: seed, command,
 // arm {true_tip_one_pass_error_to_truth_mm, true_tip_alternating_..., true_tip_eq7_..., true_tip_joint_...,
 // samples}, pivot {poses}, hand_eye {rotation_error_deg}, camera {rms_px}.

@@ -114,6 +114,32 @@ class DemoReport : public ::testing::Test {
     write("raw/realtime_sync.csv", sync);
   }
 
+  // Ten seconds on two hosts, the cable out from 4 s to 7 s.
+  void write_network() {
+    Json with_network = summary();
+    with_network["realtime"]["network"] =
+        Json::parse(R"({"encrypted": true, "physics_address": "tcp://there:1",
+      "graphics_place": "here", "cut_at_s": 4.0, "cut_for_s": 3.0, "gone_after_s": 0.6, "back_after_s": 0.3,
+      "replies_after_s": 0.35, "client_forgotten_after_s": 0.9, "answers_after_s": 1.2, "unsent": 60, "lost": 12,
+      "repeated": 0, "out_of_order": 0, "cut": {"frames": 90, "late": 89, "clock_inside_share": 1.0}})");
+    write("summary.json", with_network.dump());
+    Random random(8, "report/network");
+    std::string trips = "frame,time_s,round_trip_us,late\n", sync = "time_s,offset_error_us,uncertainty_us\n",
+                loops = "time_s,haptic_ticks,physics_ticks\n";
+    for (int i = 0; i < 300; ++i) {
+      const double t = i / 30.0;
+      const bool out = t > 4.0 && t < 7.35;
+      trips +=
+          fmt::format("{},{:.3f},{},{}\n", i, t,
+                      out ? "" : fmt::format("{:.1f}", 95 + 25 * std::exp(random.normal(0.7))), out ? 1 : 0);
+      sync += fmt::format("{:.3f},{:.2f},{:.2f}\n", t, random.normal(5.0), out ? 30 + 10 * (t - 4) : 30.0);
+      loops += fmt::format("{:.3f},{},{}\n", t, 1000 + std::lround(1000 * t), 1000 + std::lround(1000 * t));
+    }
+    write("raw/realtime_frames.csv", trips);
+    write("raw/realtime_sync.csv", sync);
+    write("raw/realtime_loops.csv", loops);
+  }
+
   ScratchFolder scratch_;
   fs::path folder_;
 };
@@ -175,9 +201,48 @@ TEST_F(DemoReport, IsTheSameForTheSameFolder) {
   EXPECT_EQ(demo_report(folder_)->html(), demo_report(folder_)->html());
 }
 
+// The figures the page draws: counts of half octaves as they stand in the file, whatever is quicker than
+// 0.128 us in one column, and how much the counts grew in each second.
+TEST_F(DemoReport, ShowsTheInstrumentsOfTheLoops) {
+  write("raw/realtime_jitter.csv",
+        "loop,late_from_us,late_to_us,ticks\nhaptic,0.008,0.016,7000\nhaptic,0.064,0.096,1000\n"
+        "haptic,96,128,31\nphysics,24.576,32.768,9000\n");
+  write("raw/realtime_loops.csv",
+        "time_s,haptic_ticks,physics_ticks,haptic_overruns,haptic_missed,physics_overruns,physics_missed\n"
+        "-0.5,500,500,4,9,0,0\n0.5,1500,1500,4,9,0,0\n1.5,2500,2500,6,12,1,0\n2.5,3500,3500,6,12,1,0\n");
+  const std::string page = demo_report(folder_)->html();
+  EXPECT_NE(page.find("\"y\":[0.5,8000,8000,31,31,0.5]"), std::string::npos);
+  EXPECT_NE(page.find("\"x\":[24.58,24.58,32.77,32.77]"), std::string::npos);
+  EXPECT_NE(page.find("\"name\":\"haptic: overrun\""), std::string::npos);
+  EXPECT_NE(page.find("\"y\":[0,3,0]"), std::string::npos);  // haptic: left out
+}
+
+TEST_F(DemoReport, SaysSoWhereNothingWentWrong) {
+  write("raw/realtime_frames.csv",
+        "time_s,round_trip_us,late,lost,repeated,out_of_order\n0.5,100,0,0,0,0\n1.5,120,0,0,0,0\n");
+  write("raw/realtime_loops.csv",
+        "time_s,haptic_ticks,physics_ticks,haptic_overruns,haptic_missed,physics_overruns,physics_missed\n"
+        "0.5,500,500,0,0,0,0\n1.5,1500,1500,0,0,0,0\n");
+  const std::string page = demo_report(folder_)->html();
+  EXPECT_NE(page.find("No answer came late"), std::string::npos);
+  EXPECT_NE(page.find("No tick of either loop"), std::string::npos);
+  EXPECT_EQ(page.find("Ticks of the loops that went wrong"), std::string::npos);
+}
+
+TEST_F(DemoReport, TellsOfTheCableThatWasPulled) {
+  write_network();
+  const std::string page = demo_report(folder_)->html();
+  EXPECT_NE(page.find("Two hosts, and a cable pulled"), std::string::npos);
+  EXPECT_NE(page.find("asked the physics server at tcp://there:1, encrypted"), std::string::npos);
+  EXPECT_NE(page.find("<td>4.60 s</td><td>0.60 s after the pull</td>"), std::string::npos);
+  EXPECT_NE(page.find("<td>7.35 s</td><td>0.35 s after the plug</td>"), std::string::npos);
+  EXPECT_NE(page.find("<b>falls short</b> at most 1 s"), std::string::npos);  // answers_after_s is 1.2 s
+}
+
 #ifdef PALPATE_CHROMIUM
 TEST_F(DemoReport, IsDrawnByABrowserWithoutANetwork) {
   write_raw();
+  write_network();
   ASSERT_TRUE(write_demo_report(folder_).has_value());
   const std::string command =
       fmt::format(PALPATE_CHROMIUM
@@ -193,8 +258,8 @@ TEST_F(DemoReport, IsDrawnByABrowserWithoutANetwork) {
   for (std::size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) dom.append(buffer, n);
   ::pclose(pipe);
   fs::remove_all(folder_ / "profile");
-  // page.js counts what it has drawn: 11 plots and 2 clouds; an error in drawing would leave the mark out.
-  EXPECT_NE(dom.find("data-drawn=\"13\""), std::string::npos);
+  // page.js counts what it has drawn: 14 plots and 2 clouds; an error in drawing would leave the mark out.
+  EXPECT_NE(dom.find("data-drawn=\"16\""), std::string::npos);
   EXPECT_NE(dom.find("class=\"main-svg\""), std::string::npos);
 }
 #endif

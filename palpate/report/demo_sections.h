@@ -14,6 +14,7 @@ void tell_exchange(Report& page, const DemoData& data);
 void tell_forces(Report& page, const DemoData& data);
 void tell_play(Report& page, const DemoData& data);
 void tell_real_time(Report& page, const DemoData& data);
+void tell_network(Report& page, const DemoData& data);
 void tell_how(Report& page, const DemoData& data);
 
 // Fewer serves than this say nothing about the player.

@@ -24,6 +24,20 @@ Series histogram(std::string name, const std::vector<double>& values, double low
   return series;
 }
 
+Series band_around(std::string name, const std::vector<double>& x, const std::vector<double>& middle,
+                   const std::vector<double>& half) {
+  Series band{.name = std::move(name), .tone = Tone::muted, .filled = true};
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    band.x.push_back(x[i]);
+    band.y.push_back(middle[i] + half[i]);
+  }
+  for (std::size_t i = x.size(); i-- > 0;) {
+    band.x.push_back(x[i]);
+    band.y.push_back(middle[i] - half[i]);
+  }
+  return band;
+}
+
 Series cumulative(std::string name, std::vector<double> values, Tone tone, int points) {
   Series series;
   series.name = std::move(name);

@@ -78,6 +78,10 @@ struct Cloud {
 Series histogram(std::string name, const std::vector<double>& values, double low, double high, int bins,
                  Tone tone = Tone::ours);
 
+// The area between `middle` - `half` and `middle` + `half`.
+Series band_around(std::string name, const std::vector<double>& x, const std::vector<double>& middle,
+                   const std::vector<double>& half);
+
 // Share of values (0..1) that are at most x, as a step line of at most `points` points.
 Series cumulative(std::string name, std::vector<double> values, Tone tone = Tone::ours, int points = 200);
 

@@ -53,12 +53,15 @@ CalibrationPlan plan_for(const DemoOptions& options) {
 }
 
 Expected<Json> demo(const DemoOptions& options) {
+  // Known now, not after minutes of calibration.
+  if (options.two_hosts)
+    if (auto possible = TwoHosts::make(); !possible) return tl::unexpected(possible.error());
   for (const auto& folder : {options.out, options.out / "raw", options.out / "pictures"})
     if (auto made = make_folder(folder); !made) return tl::unexpected(made.error());
   // What an earlier demo left must not be taken for this one's.
   std::error_code ignored;
-  for (const auto& old :
-       {options.out / "summary.json", options.out / "report.html", options.out / "video.mp4"})
+  for (const auto& old : {options.out / "summary.json", options.out / "report.html",
+                          options.out / "video.mp4", options.out / "raw" / "realtime_network.csv"})
     std::filesystem::remove(old, ignored);
   for (const auto& old : std::filesystem::directory_iterator(options.out / "pictures", ignored))
     if (old.path().extension() == ".png") std::filesystem::remove(old.path(), ignored);
@@ -163,6 +166,7 @@ Expected<Json> demo(const DemoOptions& options) {
     leg.out = options.out / "raw";
     leg.seed = options.seed;
     leg.seconds = options.realtime_s;
+    leg.two_hosts = options.two_hosts;
     leg.graphics_clock = options.world.clocks.graphics_host;
     auto realtime = run_realtime_leg(leg, go_on);
     if (!realtime) return tl::unexpected(realtime.error());

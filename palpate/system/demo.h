@@ -8,12 +8,14 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/model/world_file.h"
+#include "palpate/system/leg_network.h"
 
 namespace palpate {
 
@@ -28,6 +30,7 @@ struct DemoOptions {
   std::filesystem::path program;  // this executable, for the real-time leg; empty leaves that leg out
   std::string command;            // as typed, for the report
   bool quick = false;
+  std::optional<TwoHostsOptions> two_hosts;  // for the real-time leg
 };
 
 // The summary that was written.

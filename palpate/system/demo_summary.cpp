@@ -146,6 +146,16 @@ std::vector<std::string> closing_lines(const Json& summary, const std::filesyste
                                 summary["exchange"]["late"].get<int>(),
                                 summary["exchange"]["frames"].get<int>()));
   }
+  if (summary.contains("realtime") && summary["realtime"].contains("network")) {
+    const auto& network = summary["realtime"]["network"];
+    const auto after = [&network](const char* key) {
+      return network.contains(key) ? fmt::format("after {:.2f} s", network[key].get<double>()) : "never";
+    };
+    lines.push_back(
+        fmt::format("network:  two hosts, {}; cable out for {:.1f} s: noticed {}, replies again {}",
+                    network["encrypted"].get<bool>() ? "encrypted" : "not encrypted",
+                    network["cut_for_s"].get<double>(), after("gone_after_s"), after("replies_after_s")));
+  }
   lines.push_back(fmt::format("rally:    {} of {} serves returned, longest rally {}, peak force {:.1f} N",
                               summary["rally"]["returned"].get<int>(), summary["rally"]["serves"].get<int>(),
                               summary["rally"]["longest"].get<int>(), number("force", "peak_n")));

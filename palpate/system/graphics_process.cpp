@@ -1,6 +1,7 @@
 #include "palpate/system/graphics_process.h"
 
 #include <algorithm>
+#include <deque>
 #include <thread>
 
 #include "palpate/applications/applications.h"
@@ -14,6 +15,7 @@
 #include "palpate/system/picture_parts.h"
 #include "palpate/system/player_seat.h"
 #include "palpate/system/pose_feed.h"
+#include "palpate/time/real_time.h"
 
 namespace palpate {
 namespace {
@@ -28,8 +30,14 @@ constexpr Duration kDrawAfter = std::chrono::milliseconds(2);
 // Tells once that the physics server has gone, and once that it is back.
 class ServerWatch {
  public:
-  ServerWatch(const StateLink& link, std::string address, const std::function<void(const std::string&)>& say)
-      : link_(link), address_(std::move(address)), say_(say) {}
+  struct Change {
+    Instant<GraphicsClock> time;
+    bool there = false;
+  };
+
+  ServerWatch(const StateLink& link, const Clock<GraphicsClock>& clock, std::string address,
+              const std::function<void(const std::string&)>& say)
+      : link_(link), clock_(clock), address_(std::move(address)), say_(say) {}
   void look() {
     if (link_.refusal() != refusal_) {
       refusal_ = link_.refusal();
@@ -39,11 +47,15 @@ class ServerWatch {
     }
     if (link_.peer_alive() == there_) return;
     there_ = !there_;
+    changes_.push_back({clock_.now(), there_});
+    if (changes_.size() > 1000) changes_.pop_front();
     if (say_)
       say_(there_ ? fmt::format("graphics: the physics server at {} answers again", address_)
                   : absence() + "; drawing goes on with the last state");
   }
   bool there() const { return there_; }
+  // The latest, should a server come and go for days.
+  const std::deque<Change>& changes() const { return changes_; }
   std::string absence() const {
     return fmt::format("graphics: the physics server at {} no longer answers; start `palpate physics` again",
                        address_);
@@ -51,9 +63,11 @@ class ServerWatch {
 
  private:
   const StateLink& link_;
+  const Clock<GraphicsClock>& clock_;
   std::string address_;
   const std::function<void(const std::string&)>& say_;
   bool there_ = true;
+  std::deque<Change> changes_;
   std::optional<std::string> refusal_;
 };
 
@@ -119,10 +133,13 @@ struct Logs {
   CsvFile frames, sync;
 
   static Expected<Logs> begin(const std::filesystem::path& folder) {
-    auto frames = CsvFile::begin(folder / "realtime_frames.csv", {"frame", "time_s", "round_trip_us", "late",
-                                                                  "answer", "landmarks_used", "busy_us"});
+    // From `unsent` on: how many since the start.
+    auto frames = CsvFile::begin(folder / "realtime_frames.csv",
+                                 {"frame", "time_s", "round_trip_us", "late", "answer", "landmarks_used", "busy_us",
+                                  "unsent", "lost", "repeated", "out_of_order"});
     if (!frames) return tl::unexpected(frames.error());
-    auto sync = CsvFile::begin(folder / "realtime_sync.csv", {"time_s", "offset_error_us", "uncertainty_us"});
+    auto sync = CsvFile::begin(folder / "realtime_sync.csv",
+                               {"time_s", "offset_error_us", "uncertainty_us", "offset_s"});
     if (!sync) return tl::unexpected(sync.error());
     return Logs{std::move(*frames), std::move(*sync)};
   }
@@ -136,6 +153,7 @@ struct Logs {
 
 Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   const auto& stop = stop_requested();
+  keep_freed_memory();
   const auto place = server_place(options.server);
   if (!place) return tl::unexpected(place.error());
   const Endpoint& endpoint = place->endpoint;
@@ -204,7 +222,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     options.notice(fmt::format("graphics: publishes poses over OpenIGTLink at {}", feed->address().text()));
   std::optional<TrackerWatch> tracker_watch;
   if (live_tracker) tracker_watch.emplace(*live_tracker, *options.tracker, clock.now());
-  ServerWatch physics(**link, endpoint.address, options.notice);
+  ServerWatch physics(**link, clock, endpoint.address, options.notice);
   ClockWatch clocks(options.notice);
   std::optional<Logs> logs;
   if (!options.out.empty()) {
@@ -249,11 +267,15 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
         (*link)->tell(
             figures_of(frames, late, (*link)->counters().lost, t, trips.histogram(), server.sync(), *told));
       }
-      if (logs)
+      if (logs) {
+        const auto& so_far = (*link)->counters();
         logs->frames.row(std::vector<std::string>{
             number_text(static_cast<double>(frame.number)), number_text(t),
             trip_us > 0 ? number_text(trip_us) : "", frame.late ? "1" : "0", answer_name(frame.answer),
-            number_text(frame.landmarks_used), number_text(to_seconds(clock.now() - frame.begun) * 1e6)});
+            number_text(frame.landmarks_used), number_text(to_seconds(clock.now() - frame.begun) * 1e6),
+            fmt::format("{}", so_far.unsent), fmt::format("{}", so_far.lost),
+            fmt::format("{}", so_far.duplicated), fmt::format("{}", so_far.out_of_order)});
+      }
       if (server.sync().exchanges() > 0) {
         // The physics host's clock is this machine's own, undisguised: that is the truth to compare with.
         const auto here = clock.now();
@@ -262,7 +284,9 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
         const Duration stated = server.sync().model().uncertainty(here);
         sync_errors.add(seconds(std::abs(error_us) * 1e-6));
         uncertainties.add(stated);
-        if (logs) logs->sync.row(std::vector<double>{t, error_us, to_seconds(stated) * 1e6});
+        if (logs)
+          logs->sync.row(std::vector<double>{t, error_us, to_seconds(stated) * 1e6,
+                                             to_seconds(server.sync().model().offset(here))});
       }
     }
     if (player) player->act(clock.now(), server, *hand);
@@ -275,12 +299,19 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   result["exchange"] = {{"round_trip_us", {{"median", trips.us(0.5)}, {"p99", trips.us(0.99)}}},
                         {"frames", frames},
                         {"late", late},
-                        {"lost", counters.lost}};
+                        {"lost", counters.lost},
+                        {"unsent", counters.unsent},
+                        {"repeated", counters.duplicated},
+                        {"out_of_order", counters.out_of_order}};
   result["sync"] = {{"offset_error_us_p99", sync_errors.us(0.99)},
                     {"uncertainty_us", uncertainties.us(0.5)},
                     {"exchanges", server.sync().exchanges()},
                     {"restarts", server.sync().restarts()}};
   result["graphics"] = {{"rate_hz", elapsed > 0 ? static_cast<double>(frames) / elapsed : 0.0}};
+  result["begun_monotonic_ns"] = clock.to_monotonic(begun);
+  result["server_there"] = Json::array();
+  for (const auto& change : physics.changes())
+    result["server_there"].push_back({{"time_s", to_seconds(change.time - begun)}, {"there", change.there}});
   if (feed) result["published"] = feed->figures();
   if (logs)
     if (auto done = logs->finish(); !done) return tl::unexpected(done.error());

@@ -5,9 +5,12 @@
 #include <chrono>
 #include <thread>
 
+#include "palpate/core/csv.h"
+#include "palpate/core/file.h"
 #include "palpate/devices/lab_channel.h"
 #include "palpate/network/local_endpoint.h"
 #include "palpate/system/child_process.h"
+#include "palpate/system/network_story.h"
 
 namespace palpate {
 namespace {
@@ -23,6 +26,11 @@ std::string last_words(const std::filesystem::path& log) {
   return line.empty() ? "no message" : line;
 }
 
+bool says(const std::filesystem::path& log, std::string_view words) {
+  const auto text = read_file(log);
+  return text && text->find(words) != std::string::npos;
+}
+
 Expected<Json> read_json(const std::filesystem::path& path) {
   auto text = read_file(path);
   if (!text) return tl::unexpected(text.error());
@@ -31,29 +39,85 @@ Expected<Json> read_json(const std::filesystem::path& path) {
   return json;
 }
 
+// The physics server writes seconds since its own start; everything else of the leg counts from the graphics
+// server's.
+Expected<void> shift_times(const std::filesystem::path& path, double by_s) {
+  const auto table = read_csv(path);
+  if (!table) return tl::unexpected(table.error());
+  CsvWriter shifted(table->header);
+  for (auto row : table->rows) {
+    row.front() += by_s;
+    shifted.row(row);
+  }
+  return write_file(path, shifted.content());
+}
+
+Expected<Json> tell_network(const LegNetwork& network, const std::filesystem::path& out,
+                            const Json& graphics) {
+  const auto cut = network.cut();
+  if (!cut) return tl::unexpected(cut.error());
+  const auto begun = graphics["begun_monotonic_ns"].get<std::int64_t>();
+  const auto since = [begun](std::int64_t ns) { return 1e-9 * static_cast<double>(ns - begun); };
+  NetworkRecords records;
+  records.encrypted = network.encrypted();
+  records.physics_address = network.address();
+  records.graphics_place = TwoHosts::kPlaces[TwoHosts::kGraphicsHost];
+  records.pulled_s = since(cut->pulled_ns);
+  records.plugged_s = since(cut->plugged_ns);
+  for (const auto& change : graphics["server_there"])
+    records.server_there.push_back({change["time_s"].get<double>(), change["there"].get<bool>()});
+  CsvOptions some_text;
+  some_text.text_columns = {"*"};
+  for (const auto& [name, table] :
+       {std::pair("realtime_frames.csv", &records.frames), std::pair("realtime_sync.csv", &records.sync),
+        std::pair("realtime_loops.csv", &records.loops)}) {
+    auto read = read_csv(out / name, some_text);
+    if (!read) return tl::unexpected(read.error());
+    *table = std::move(*read);
+  }
+  if (auto done = write_file(out / "realtime_network.csv", network_events(records)); !done)
+    return tl::unexpected(done.error());
+  return network_story(records);
+}
+
 }  // namespace
 
 Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
                                 const std::function<void(double)>& progress) {
   const std::string name = fmt::format("demo-{}", ::getpid());
-  const auto endpoint = default_endpoint(name);
-  if (!endpoint) return tl::unexpected(endpoint.error());
+  std::optional<LegNetwork> network;
+  std::vector<std::string> listen, connect;
+  if (options.two_hosts) {
+    auto made = LegNetwork::make(name, *options.two_hosts);
+    if (!made) return tl::unexpected(made.error());
+    network.emplace(std::move(*made));
+    listen = network->listen_options();
+    connect = network->connect_options();
+  } else {
+    const auto endpoint = default_endpoint(name);
+    if (!endpoint) return tl::unexpected(endpoint.error());
+    listen = {"--listen", endpoint->address};
+    connect = {"--connect", endpoint->address};
+  }
+  const auto start_server = [&](TwoHosts::Host host, std::vector<std::string> list,
+                                const std::vector<std::string>& where, const std::filesystem::path& log) {
+    list.insert(list.end(), where.begin(), where.end());
+    list.insert(list.end(), {"--world", options.world.string(), "--seed", std::to_string(options.seed)});
+    return network ? network->start(host, options.program, list, log)
+                   : ChildProcess::start(options.program, list, log);
+  };
   const auto file = [&](const std::string& part, const std::string& ending) {
     return options.out / ("realtime_" + part + ending);
-  };
-  const std::string seed = std::to_string(options.seed);
-  const auto arguments = [&](std::vector<std::string> list) {
-    list.insert(list.end(), {"--world", options.world.string(), "--seed", seed});
-    return list;
   };
 
   // The laboratory outlives the leg's length and is asked to stop at its end. It ends by itself, and the
   // physics server with it, where nobody is left to ask.
   const double patience = options.seconds + 30.0;
-  auto world = ChildProcess::start(
-      options.program,
-      arguments({"world", "run", "--name", name, "--seconds", fmt::format("{}", patience + 30.0)}),
-      file("world", ".log"));
+  auto world =
+      ChildProcess::start(options.program,
+                          {"world", "run", "--name", name, "--seconds", fmt::format("{}", patience + 30.0),
+                           "--world", options.world.string(), "--seed", std::to_string(options.seed)},
+                          file("world", ".log"));
   if (!world) return tl::unexpected(world.error());
   for (int i = 0;; ++i) {
     if (progress) progress(0.0);
@@ -64,25 +128,29 @@ Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
     if (i > 1000) return refused("real-time leg: the laboratory did not open its devices within 10 s");
     std::this_thread::sleep_for(milliseconds(10));
   }
-  auto physics =
-      ChildProcess::start(options.program,
-                          arguments({"physics", "--rig", options.rig.string(), "--lab", name, "--listen",
-                                     endpoint->address, "--json", file("physics", ".json").string()}),
-                          file("physics", ".log"));
+  auto physics = start_server(TwoHosts::kPhysicsHost,
+                              {"physics", "--rig", options.rig.string(), "--lab", name, "--out",
+                               options.out.string(), "--json", file("physics", ".json").string()},
+                              listen, file("physics", ".log"));
   if (!physics) return tl::unexpected(physics.error());
-  auto graphics = ChildProcess::start(
-      options.program,
-      arguments({"graphics", "--rig", options.rig.string(), "--lab", name, "--connect", endpoint->address,
-                 "--player", "--seconds", fmt::format("{}", options.seconds), "--disguise-offset-s",
-                 fmt::format("{:.9f}", options.graphics_clock.offset_s), "--disguise-drift-ppm",
-                 fmt::format("{:.6f}", options.graphics_clock.drift * 1e6), "--out", options.out.string(),
-                 "--json", file("graphics", ".json").string()}),
-      file("graphics", ".log"));
+  auto graphics =
+      start_server(TwoHosts::kGraphicsHost,
+                   {"graphics", "--rig", options.rig.string(), "--lab", name, "--player", "--seconds",
+                    fmt::format("{}", options.seconds), "--disguise-offset-s",
+                    fmt::format("{:.9f}", options.graphics_clock.offset_s), "--disguise-drift-ppm",
+                    fmt::format("{:.6f}", options.graphics_clock.drift * 1e6), "--out", options.out.string(),
+                    "--json", file("graphics", ".json").string()},
+                   connect, file("graphics", ".log"));
   if (!graphics) return tl::unexpected(graphics.error());
 
   const auto begun = std::chrono::steady_clock::now();
+  const double before_s = options.two_hosts ? 0.5 * (options.seconds - options.two_hosts->cut_s) : 0.0;
+  bool playing = false;
   while (true) {
-    const auto code = graphics->wait(milliseconds(100));
+    const auto code = graphics->wait(milliseconds(network ? 10 : 100));
+    if (network && !playing) playing = says(file("graphics", ".log"), "graphics: shows");
+    if (playing)
+      if (auto looked = network->look(before_s); !looked) return tl::unexpected(looked.error());
     const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
     if (progress) progress(elapsed / (options.seconds + 1.0));
     if (code && *code != 0)
@@ -107,7 +175,19 @@ Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
   if (!from_graphics) return tl::unexpected(from_graphics.error());
   auto from_physics = read_json(file("physics", ".json"));
   if (!from_physics) return tl::unexpected(from_physics.error());
+  const auto begun_ns = [](const Json& json) { return json["begun_monotonic_ns"].get<std::int64_t>(); };
+  if (auto done = shift_times(options.out / "realtime_loops.csv",
+                              1e-9 * static_cast<double>(begun_ns(*from_physics) - begun_ns(*from_graphics)));
+      !done)
+    return tl::unexpected(done.error());
   Json result = *from_graphics;
+  result.erase("begun_monotonic_ns");
+  result.erase("server_there");
+  if (network) {
+    auto told = tell_network(*network, options.out, *from_graphics);
+    if (!told) return tl::unexpected(told.error());
+    result["network"] = *told;
+  }
   result["haptic"] = (*from_physics)["haptic"];
   result["physics"] = (*from_physics)["physics"];
   result["force"] = (*from_physics)["force"];

@@ -4,11 +4,13 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/model/world_file.h"
+#include "palpate/system/leg_network.h"
 
 namespace palpate {
 
@@ -19,6 +21,8 @@ struct RealtimeLegOptions {
   std::filesystem::path out;      // folder for its raw files
   std::uint64_t seed = 1;
   double seconds = 10.0;
+  // Physics and graphics on hosts of their own, and the cable between them pulled in the middle of the leg.
+  std::optional<TwoHostsOptions> two_hosts;
   sim::ClockSettings graphics_clock;  // what the graphics process disguises its clock with
 };
 

@@ -57,6 +57,18 @@ class JitterHistogram {
     return counts;
   }
 
+  // Counts of half octaves: i stands for durations from half_octave_ns(i) up to half_octave_ns(i + 1).
+  static constexpr std::size_t kHalfOctaves = 2 * kOctaves;
+  std::array<std::uint64_t, kHalfOctaves> half_octaves() const noexcept {
+    std::array<std::uint64_t, kHalfOctaves> counts{};
+    for (std::size_t i = 0; i < kBins; ++i) counts[i / 8] += bins_[i].load(std::memory_order_relaxed);
+    return counts;
+  }
+  // 0, 8, 16, 24, 32, 48, 64, ...
+  static constexpr std::uint64_t half_octave_ns(std::size_t i) {
+    return i < 4 ? 8 * i : (2 + i % 2) << (i / 2 + 2);
+  }
+
  private:
   static constexpr std::size_t kBins = 16 * kOctaves;
 

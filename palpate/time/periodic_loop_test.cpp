@@ -33,6 +33,16 @@ TEST(JitterHistogram, ItsQuantilesAreThoseOfTheSortedListToASixteenth) {
   EXPECT_EQ(histogram.count(), 20'000u);
 }
 
+TEST(JitterHistogram, ItsHalfOctavesHoldWhatLiesBetweenTheirEdges) {
+  JitterHistogram histogram;
+  constexpr std::size_t kLast = JitterHistogram::kHalfOctaves;
+  for (std::size_t i = 0; i < kLast; ++i) {
+    histogram.add(Duration(static_cast<std::int64_t>(JitterHistogram::half_octave_ns(i))));
+    histogram.add(Duration(static_cast<std::int64_t>(JitterHistogram::half_octave_ns(i + 1)) - 1));
+  }
+  for (const auto count : histogram.half_octaves()) EXPECT_EQ(count, 2u);
+}
+
 TEST(JitterHistogram, TakesEveryDuration) {
   JitterHistogram histogram;
   EXPECT_EQ(histogram.quantile(0.5), Duration(0));
