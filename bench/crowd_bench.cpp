@@ -80,8 +80,7 @@ class Membrane {
   state.body_count = 3;
   StatusBoard board;
   const auto service = serve_states(
-      endpoint_at(address), physics_clock, [&](Instant<PhysicsClock> t) { return history.at(t); },
-      scene,
+      endpoint_at(address), physics_clock, [&](Instant<PhysicsClock> t) { return history.at(t); }, scene,
       {.identity = {},
        .status = [&] { return board.read(); },
        .shape = [&](Instant<PhysicsClock> t, std::span<float> out) { return shapes.at(t, out); }});

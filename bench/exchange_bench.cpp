@@ -41,7 +41,7 @@ using namespace palpate;
 constexpr std::size_t kRequestBytes = 24;  // of ours, about
 constexpr std::size_t kShapeVertices = 10'000;
 constexpr std::size_t kShapeBytes = kShapeVertices * Shape::kFloatsPerVertex * sizeof(float);
-using Times = std::vector<double>;         // us
+using Times = std::vector<double>;  // us
 
 MonotonicClock<PhysicsClock> physics_clock;
 MonotonicClock<GraphicsClock> graphics_clock;
@@ -255,9 +255,9 @@ void print(const Row& row, double p99_bar) {
     const bool holds = median(row.medians) <= row.bar && median(row.p99s) <= p99_bar;
     verdict = fmt::format("  bar {:.1f}, p99 {:.1f}: {}", row.bar, p99_bar, holds ? "holds" : "MISSED");
   }
-  fmt::print("  {:<16} {:6.0f} us  ratio {:.2f} ({:.2f} to {:.2f})   p99 {:6.0f} us  ratio {:.2f}{}\n", row.name,
-             median(row.all), median(row.medians), quantile(row.medians, 0.0), quantile(row.medians, 1.0),
-             p99(row.all), median(row.p99s), verdict);
+  fmt::print("  {:<16} {:6.0f} us  ratio {:.2f} ({:.2f} to {:.2f})   p99 {:6.0f} us  ratio {:.2f}{}\n",
+             row.name, median(row.all), median(row.medians), quantile(row.medians, 0.0),
+             quantile(row.medians, 1.0), p99(row.all), median(row.p99s), verdict);
 }
 
 struct Case {
@@ -291,8 +291,9 @@ void measure(const Case& what, int rounds, int bare, std::vector<Ours>& links, c
     keep(all_bare, first);
     keep(all_bare, last);
   }
-  fmt::print(" {} bytes at {:.0f} Hz, {} rounds of {}; bare TCP {:.0f} us, p99 {:.0f} us\n", what.load.reply_bytes,
-             what.load.rate_hz, rounds, what.load.requests, median(all_bare), p99(all_bare));
+  fmt::print(" {} bytes at {:.0f} Hz, {} rounds of {}; bare TCP {:.0f} us, p99 {:.0f} us\n",
+             what.load.reply_bytes, what.load.rate_hz, rounds, what.load.requests, median(all_bare),
+             p99(all_bare));
   for (const Row& row : rows) print(row, 2.5);
   print(again, 0.0);
   for (const Ours& link : links)
@@ -350,7 +351,8 @@ void layout(bool pinned, bool beside_loop, int rounds, bool short_run, int engin
   require(::connect(bare, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0, "no bare TCP rival");
   no_delay(bare);
   std::vector<Ours> links;
-  const auto add = [&](const char* name, const Endpoint& place, const std::optional<ClientIdentity>& identity) {
+  const auto add = [&](const char* name, const Endpoint& place,
+                       const std::optional<ClientIdentity>& identity) {
     auto link = connect_states(place, graphics_clock, "bench", identity);
     require(link.has_value(), "no link");
     links.emplace_back(name, std::move(*link));
@@ -370,9 +372,10 @@ void layout(bool pinned, bool beside_loop, int rounds, bool short_run, int engin
              beside_loop ? "beside the running 1 kHz loop" : "idle");
   // Bars where the threads are pinned; the loop next to it makes every wake-up wait.
   const double b = pinned ? 1.0 : 0.0;
-  std::vector<Case> cases{
-      {{.rate_hz = 100, .requests = 100, .reply_bytes = state_bytes}, b * 1.4, b * (beside_loop ? 2.2 : 1.6),
-       b * (beside_loop ? 2.5 : 1.8)}};
+  std::vector<Case> cases{{{.rate_hz = 100, .requests = 100, .reply_bytes = state_bytes},
+                           b * 1.4,
+                           b * (beside_loop ? 2.2 : 1.6),
+                           b * (beside_loop ? 2.5 : 1.8)}};
   if (beside_loop) cases[0].unix_bar = 0.0;
   cases.push_back({{.rate_hz = 60, .requests = 60, .reply_bytes = state_bytes + kShapeBytes, .shape = true},
                    0.0,
@@ -399,7 +402,8 @@ int main(int argc, char** argv) {
   bool short_run = false;
   int engines = 3;
   app.add_option("--rounds", rounds, "Rounds per table")->check(CLI::PositiveNumber)->capture_default_str();
-  app.add_option("--layout", which, "all, pinned, unpinned, pinned-idle, pinned-loop, unpinned-idle, unpinned-loop")
+  app.add_option("--layout", which,
+                 "all, pinned, unpinned, pinned-idle, pinned-loop, unpinned-idle, unpinned-loop")
       ->capture_default_str();
   app.add_option("--engines", engines, "Of the three, the first so many")->capture_default_str();
   app.add_flag("--short", short_run, "512 bytes at 100 Hz and the shape of 10,000 vertices at 60 Hz alone");
@@ -410,7 +414,8 @@ int main(int argc, char** argv) {
   int failed = 0;
   for (const bool pinned : {true, false}) {
     for (const bool beside_loop : {false, true}) {
-      const std::string name = fmt::format("{}-{}", pinned ? "pinned" : "unpinned", beside_loop ? "loop" : "idle");
+      const std::string name =
+          fmt::format("{}-{}", pinned ? "pinned" : "unpinned", beside_loop ? "loop" : "idle");
       if (which != "all" && !name.starts_with(which)) continue;
       std::fflush(stdout);
       const pid_t child = ::fork();

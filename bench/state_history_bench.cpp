@@ -1,8 +1,8 @@
 // Look-up of the world's state at a time: WorldHistory against a std::deque behind a mutex that is searched
 // by halves. Both hold the same 8191 states, both interpolate with the same function; "beside a writer" means
 // that another thread pushes ten thousand states a second. The physical limit: copying the bytes of the two
-// states between which the time lies, from where they lie, and nothing else. Ten alternating rounds; the rival
-// runs twice, the difference is the noise.
+// states between which the time lies, from where they lie, and nothing else. Ten alternating rounds; the
+// rival runs twice, the difference is the noise.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

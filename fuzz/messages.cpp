@@ -21,7 +21,8 @@ Refusals messages(std::string_view file) {
   if (file.size() < 2) return refusals;
   const std::size_t length = static_cast<unsigned char>(file[0]) + 256 * static_cast<unsigned char>(file[1]);
   const std::string_view frames = file.substr(2), first = frames.substr(0, length);
-  if (const auto message = decode_server_message(first, frames.substr(first.size())); answered(message, refusals)) {
+  if (const auto message = decode_server_message(first, frames.substr(first.size()));
+      answered(message, refusals)) {
     const auto shape = shape_of(*message);
     hold(shape != nullptr, "a second frame that was accepted is a shape");
     const auto again = decode_server_message(encode(*message), shape_bytes(*shape));

@@ -71,12 +71,14 @@ class Room {
   alignas(T) unsigned char bytes_[sizeof(T)];
 };
 
-// A value whose end often carries nothing: used_bytes() says how many of its first bytes do, clear_unused() sets
-// the rest after only these have been copied.
+// A value whose end often carries nothing: used_bytes() says how many of its first bytes do, clear_unused()
+// sets the rest after only these have been copied.
 template <typename T>
 concept PartlyUsed = requires(T value) {
-  { value.used_bytes() } noexcept;
-  { value.clear_unused() } noexcept;
+  { value.used_bytes() }
+  noexcept;
+  { value.clear_unused() }
+  noexcept;
 };
 
 template <typename T, std::size_t N>

@@ -72,14 +72,15 @@ struct InProcessNetwork::Net {
       const auto line = lines.find(event.line);
       if (line == lines.end()) return;
       Arrival arrival{graphics_time(now), std::nullopt, std::nullopt};
-      if (auto message = decode_server_message(event.bytes, event.shape)) arrival.message = std::move(*message);
+      if (auto message = decode_server_message(event.bytes, event.shape))
+        arrival.message = std::move(*message);
       line->second.inbox.push_back(std::move(arrival));
       return;
     }
     if (server == nullptr || event.session != session) return;  // it died on the way
     const auto line = lines.find(event.line);
     if (line == lines.end()) return;  // so did the client
-    const ServerMessage answer = 
+    const ServerMessage answer =
         server->answer(event.bytes, physics_time(now), line->second.role, std::to_string(event.line));
     Event back{.line = event.line, .to_physics = false, .bytes = encode(answer)};
     if (const auto shape = shape_of(answer)) back.shape = shape_bytes(*shape);

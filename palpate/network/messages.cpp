@@ -379,7 +379,8 @@ ClientMessage read(Check& check, const wire::ToPhysics& in) {
   return Hello{};
 }
 
-// Zero times a number is zero, unless it is infinite or none; in lanes, so that the compiler takes many at once.
+// Zero times a number is zero, unless it is infinite or none; in lanes, so that the compiler takes many at
+// once.
 bool all_finite(const std::vector<float>& values) {
   std::array<float, 8> sums{};
   std::size_t i = 0;
@@ -491,13 +492,13 @@ Expected<ClientMessage> decode_client_message(std::string_view bytes) {
 }
 
 Expected<ServerMessage> decode_server_message(std::string_view bytes, std::optional<std::string_view> shape) {
-  return decode_as<wire::ToGraphics, ServerMessage>(
-      bytes, [&](Check& check, const wire::ToGraphics& in, ServerMessage& message) {
-        const bool announced = in.has_state_reply() && in.state_reply().has_shape();
-        check.require(announced == shape.has_value(), "a second frame", "there just where a shape is announced");
-        if (announced && check.good())
-          std::get<StateReply>(message).shape = read(check, in.state_reply().shape(), *shape);
-      });
+  return decode_as<wire::ToGraphics, ServerMessage>(bytes, [&](Check& check, const wire::ToGraphics& in,
+                                                               ServerMessage& message) {
+    const bool announced = in.has_state_reply() && in.state_reply().has_shape();
+    check.require(announced == shape.has_value(), "a second frame", "there just where a shape is announced");
+    if (announced && check.good())
+      std::get<StateReply>(message).shape = read(check, in.state_reply().shape(), *shape);
+  });
 }
 
 std::shared_ptr<const Shape> shape_of(const ServerMessage& message) {

@@ -25,8 +25,7 @@ namespace palpate {
 
 inline constexpr std::uint32_t kProtocol = 1;
 inline constexpr std::size_t kMaxMessageBytes = 64 * 1024;  // a description with 64 surfaces takes 12 KiB
-inline constexpr std::size_t kMaxShapeBytes =
-    Shape::kMaxVertices * Shape::kFloatsPerVertex * sizeof(float);
+inline constexpr std::size_t kMaxShapeBytes = Shape::kMaxVertices * Shape::kFloatsPerVertex * sizeof(float);
 inline constexpr int kMaxSurfaces = 64;
 inline constexpr std::size_t kMaxNameBytes = 64;
 inline constexpr std::size_t kMaxReasonBytes = 512;

@@ -21,7 +21,8 @@ using StateSource = std::function<StateAnswer(Instant<PhysicsClock>)>;
 
 // Fills the numbers of the scene's deforming surface for a time, and says for which time it could; nothing
 // while there is no shape. Called on the network thread, must not wait and must not throw.
-using ShapeSource = std::function<std::optional<Instant<PhysicsClock>>(Instant<PhysicsClock>, std::span<float>)>;
+using ShapeSource =
+    std::function<std::optional<Instant<PhysicsClock>>(Instant<PhysicsClock>, std::span<float>)>;
 
 struct ServiceCounters {
   int clients = 0;                // heard of within the last second

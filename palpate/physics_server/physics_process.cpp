@@ -54,8 +54,8 @@ Json loop_json(const LoopStatistics& loop, double elapsed_s) {
           {"busy_us", {{"p50", us(loop.busy_p50)}, {"p99", us(loop.busy_p99)}, {"max", us(loop.busy_max)}}}};
 }
 
-// Clients and loops as they stand at a moment; counts since the start. Written as it goes: a server may run for
-// days.
+// Clients and loops as they stand at a moment; counts since the start. Written as it goes: a server may run
+// for days.
 struct LoopsLog {
   CsvFile rows;
 
@@ -123,8 +123,8 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
       serve_states(*endpoint, clock, [&server](Instant<PhysicsClock> t) { return server.state_at(t); }, scene,
                    {.identity = *identity,
                     .status = [&board] { return board.read(); },
-                    .shape =
-                        [&server](Instant<PhysicsClock> t, std::span<float> out) { return server.shape_at(t, out); }});
+                    .shape = [&server](Instant<PhysicsClock> t,
+                                       std::span<float> out) { return server.shape_at(t, out); }});
   if (!service) return tl::unexpected(service.error());
 
   const auto start = clock.now();
@@ -164,7 +164,7 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
       if (look % 10 == 0) look_at_the_loops();
       if (*log)
         (*log)->look(to_seconds(clock.now() - start), (*service)->counters(), haptic.statistics(),
-                 physics.statistics());
+                     physics.statistics());
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
       if (auto alive = (*client)->check(); !alive) {
         gone = alive.error().message;

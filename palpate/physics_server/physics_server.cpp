@@ -41,7 +41,8 @@ void PhysicsServer::physics_tick(Instant<PhysicsClock> now) {
   ++state_.tick;
   application_->step(now, dt, tip_, state_);
   history_.push(state_);
-  if (shapes_.vertices() > 0 && (!last_shape_ || now - *last_shape_ >= seconds(1.0 / ShapeHistory::kRateHz))) {
+  if (shapes_.vertices() > 0 &&
+      (!last_shape_ || now - *last_shape_ >= seconds(1.0 / ShapeHistory::kRateHz))) {
     shapes_.push(now, application_->shape());
     last_shape_ = now;
   }

@@ -7,8 +7,8 @@
 namespace palpate {
 namespace {
 
-// out = a + share * (b - a), block by block: atomic words can only be loaded one by one, what lies in the cache
-// is then mixed many numbers at a time.
+// out = a + share * (b - a), block by block: atomic words can only be loaded one by one, what lies in the
+// cache is then mixed many numbers at a time.
 void mix(const AtomicWord* a, const AtomicWord* b, float share, std::span<float> out) noexcept {
   constexpr std::size_t kBlock = 256;
   std::array<float, kBlock> ahead;

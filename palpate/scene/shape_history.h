@@ -42,7 +42,9 @@ class ShapeHistory {
   std::size_t floats() const { return vertices_ * Shape::kFloatsPerVertex; }
   AtomicWord* words(std::uint64_t k) const noexcept { return &words_[(k % kKept) * words_each_]; }
   const Slot& slot(std::uint64_t k) const noexcept { return slots_[k % kKept]; }
-  bool there(std::uint64_t k) const noexcept { return slot(k).state.load(std::memory_order_acquire) == 2 * k + 2; }
+  bool there(std::uint64_t k) const noexcept {
+    return slot(k).state.load(std::memory_order_acquire) == 2 * k + 2;
+  }
   bool still_there(std::uint64_t k) const noexcept {
     return slot(k).state.load(std::memory_order_relaxed) == 2 * k + 2;
   }

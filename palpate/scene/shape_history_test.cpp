@@ -66,7 +66,8 @@ TEST(ShapeHistory, ReadersBesideAWriterSeeOnlyWholeShapes) {
     const std::int64_t ns = std::max<std::int64_t>(1, newest - 60) * kStepNs + kStepNs / 2;
     const auto given = history.at(moment(ns), out);
     ASSERT_TRUE(given);
-    const float expected = static_cast<float>(static_cast<double>(given->ns()) / static_cast<double>(kStepNs));
+    const float expected =
+        static_cast<float>(static_cast<double>(given->ns()) / static_cast<double>(kStepNs));
     for (const float x : out) ASSERT_FLOAT_EQ(x, expected);
     ++looks;
   }

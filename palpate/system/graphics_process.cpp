@@ -135,8 +135,8 @@ struct Logs {
   static Expected<Logs> begin(const std::filesystem::path& folder) {
     // From `unsent` on: how many since the start.
     auto frames = CsvFile::begin(folder / "realtime_frames.csv",
-                                 {"frame", "time_s", "round_trip_us", "late", "answer", "landmarks_used", "busy_us",
-                                  "unsent", "lost", "repeated", "out_of_order"});
+                                 {"frame", "time_s", "round_trip_us", "late", "answer", "landmarks_used",
+                                  "busy_us", "unsent", "lost", "repeated", "out_of_order"});
     if (!frames) return tl::unexpected(frames.error());
     auto sync = CsvFile::begin(folder / "realtime_sync.csv",
                                {"time_s", "offset_error_us", "uncertainty_us", "offset_s"});

@@ -28,13 +28,13 @@ RealTimeGrant enter_real_time(int priority);
 // scheduler allows.
 void sharpen_sleep();
 
-// Of the calling thread and of those it starts from now on: turns of 0.1 ms, so that the ordinary scheduler lets
-// it in at once when it is woken instead of at the end of another thread's turn. Needs no rights and takes no
-// share from others. Linux 6.12 or later; others ignore it.
+// Of the calling thread and of those it starts from now on: turns of 0.1 ms, so that the ordinary scheduler
+// lets it in at once when it is woken instead of at the end of another thread's turn. Needs no rights and
+// takes no share from others. Linux 6.12 or later; others ignore it.
 void ask_for_short_turns();
 
-// Of the process, once, before its threads start: memory that is freed stays with it, up to 64 MiB, instead of
-// going back to the system. Large messages then cost no page faults.
+// Of the process, once, before its threads start: memory that is freed stays with it, up to 64 MiB, instead
+// of going back to the system. Large messages then cost no page faults.
 void keep_freed_memory();
 
 // Names the calling thread (first 15 characters count) and binds it to one core
