@@ -49,6 +49,7 @@ MonotonicClock<GraphicsClock> graphics_clock;
 // What both processes see: when the server last looked a state up, on the machine's one clock.
 struct Shared {
   std::atomic<std::int64_t> looked_up{0}, answered{0};
+  std::atomic<bool> shape_ready{false};  // to the server: send a shape as it is, without looking one up
 };
 
 void require(bool condition, const std::string& what) {
@@ -128,7 +129,8 @@ struct Places {
     shapes.push(Instant<PhysicsClock>{std::chrono::milliseconds(8 * i)},
                 std::vector<float>(kShapeVertices * Shape::kFloatsPerVertex, static_cast<float>(i)));
   const ShapeSource shape = [&](Instant<PhysicsClock>, std::span<float> out) {
-    auto time = shapes.at(Instant<PhysicsClock>{std::chrono::milliseconds(101)}, out);
+    const Instant<PhysicsClock> between{std::chrono::milliseconds(101)};
+    auto time = shared.shape_ready ? std::optional(between) : shapes.at(between, out);
     shared.answered.store(physics_clock.now().ns(), std::memory_order_relaxed);
     return time;
   };
@@ -261,11 +263,14 @@ void print(const Row& row, double p99_bar) {
 }
 
 struct Case {
+  const char* what = "state";
   Load load;
+  bool shape_ready = false;
   double unix_bar = 0.0, tcp_bar = 0.0, curve_bar = 0.0;
 };
 
-void measure(const Case& what, int rounds, int bare, std::vector<Ours>& links, const Shared& shared) {
+void measure(const Case& what, int rounds, int bare, std::vector<Ours>& links, Shared& shared) {
+  shared.shape_ready = what.shape_ready;
   std::vector<Row> rows;
   for (const Ours& link : links) rows.push_back({.name = link.name(), .medians = {}, .p99s = {}, .all = {}});
   const double bars[] = {what.unix_bar, what.tcp_bar, what.curve_bar};
@@ -291,7 +296,7 @@ void measure(const Case& what, int rounds, int bare, std::vector<Ours>& links, c
     keep(all_bare, first);
     keep(all_bare, last);
   }
-  fmt::print(" {} bytes at {:.0f} Hz, {} rounds of {}; bare TCP {:.0f} us, p99 {:.0f} us\n",
+  fmt::print(" {}: {} bytes at {:.0f} Hz, {} rounds of {}; bare TCP {:.0f} us, p99 {:.0f} us\n", what.what,
              what.load.reply_bytes, what.load.rate_hz, rounds, what.load.requests, median(all_bare),
              p99(all_bare));
   for (const Row& row : rows) print(row, 2.5);
@@ -372,19 +377,23 @@ void layout(bool pinned, bool beside_loop, int rounds, bool short_run, int engin
              beside_loop ? "beside the running 1 kHz loop" : "idle");
   // Bars where the threads are pinned; the loop next to it makes every wake-up wait.
   const double b = pinned ? 1.0 : 0.0;
-  std::vector<Case> cases{{{.rate_hz = 100, .requests = 100, .reply_bytes = state_bytes},
-                           b * 1.4,
-                           b * (beside_loop ? 2.2 : 1.6),
-                           b * (beside_loop ? 2.5 : 1.8)}};
-  if (beside_loop) cases[0].unix_bar = 0.0;
-  cases.push_back({{.rate_hz = 60, .requests = 60, .reply_bytes = state_bytes + kShapeBytes, .shape = true},
-                   0.0,
-                   b * (beside_loop ? 0.0 : 1.8),
-                   b * (beside_loop ? 0.0 : 3.2)});
-  if (!short_run) {
-    cases.push_back({.load = {.rate_hz = 60, .requests = 60, .reply_bytes = state_bytes}});
-    cases.push_back({.load = {.rate_hz = 1000, .requests = 500, .reply_bytes = state_bytes}});
-  }
+  const Load states{.rate_hz = 100, .requests = 100, .reply_bytes = state_bytes};
+  Load shapes{.rate_hz = 60, .requests = 60, .reply_bytes = state_bytes + kShapeBytes, .shape = true};
+  Case hundred{.load = states, .tcp_bar = b * 1.6, .curve_bar = b * 1.8};
+  if (beside_loop)
+    hundred.tcp_bar = b * 2.2, hundred.curve_bar = b * 2.5;
+  else
+    hundred.unix_bar = b * 1.4;
+  Case large{.what = "state and a shape that lies ready", .load = shapes, .shape_ready = true};
+  if (!beside_loop) large.tcp_bar = b * 1.8, large.curve_bar = b * 3.2;
+  Case looked_up = large;
+  looked_up.what = "state and a shape looked up between its neighbours";
+  looked_up.shape_ready = false;
+  std::vector<Case> cases{hundred, large, looked_up};
+  if (!short_run)
+    for (const double rate_hz : {60.0, 1000.0})
+      cases.push_back(
+          {.load = {.rate_hz = rate_hz, .requests = rate_hz > 500 ? 500 : 60, .reply_bytes = state_bytes}});
   for (const Case& one : cases) measure(one, rounds, bare, links, shared);
   links.clear();
   ::kill(server, SIGKILL);
