@@ -36,8 +36,9 @@ void add_physics(CLI::App& program) {
   command->add_option("--physics-hz", options->process.physics_hz, "Rate of the physics loop")
       ->default_val(1000.0)
       ->check(CLI::Range(1000.0, 20000.0));
-  command->add_option("--out", options->process.out,
-                      "Folder for realtime_loops.csv and realtime_jitter.csv, written at the end");
+  command->add_option(
+      "--out", options->process.out,
+      "Folder for realtime_loops.csv and realtime_jitter.csv; there when the server has ended");
   command->add_option("--json", options->json,
                       "Write loop and exchange figures here at the end; - = standard output");
   on(command, [options]() -> Expected<void> {

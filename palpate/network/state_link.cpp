@@ -114,7 +114,10 @@ void StateLink::take(const StateReply& message, const Arrival& arrival) {
   if (!noted.first) return;
   arrived_.push_back({message, noted.sent, arrival.received, noted.newest});
   if (noted.newest) newest_ = arrived_.back();
-  if (noted.newest && message.shape) newest_shape_ = message.shape;
+  // Of the size that was announced, so that whoever draws it need not look again.
+  if (noted.newest && message.shape && description_ &&
+      message.shape->vertices() == description_->shape_vertices)
+    newest_shape_ = message.shape;
 }
 
 void StateLink::take(const SyncReply& message, const Arrival& arrival) {

@@ -85,7 +85,8 @@ class StateLink {
 
   // Reply to the latest request answered so far.
   const std::optional<ArrivedState>& newest() const { return newest_; }
-  // The shape for the latest time that has come so far; empty while there is none.
+  // The shape for the latest time that has come so far, of description()->shape_vertices; empty while there
+  // is none.
   const std::shared_ptr<const Shape>& newest_shape() const { return newest_shape_; }
   // What the last poll() brought, in the order of arrival.
   std::span<const ArrivedState> arrived() const { return arrived_; }

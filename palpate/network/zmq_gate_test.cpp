@@ -23,8 +23,11 @@ class GuardedServer : public ::testing::Test {
     ASSERT_TRUE(authorize_key(scratch.path(), {Role::operator_, chief.public_key, "operator"}));
     const auto listen = parse_endpoint("tcp://127.0.0.1:0", EndpointUse::listen);
     ASSERT_TRUE(listen && listen->encrypted);
-    auto made = serve_states(*listen, rig.physics_clock, state_at, table_scene(),
-                             {*server_identity(scratch.path()), {}});
+    SceneDescription scene = table_scene();
+    scene.shape_vertices = Shape::kMaxVertices;
+    auto made = serve_states(
+        *listen, rig.physics_clock, state_at, scene,
+        {.identity = *server_identity(scratch.path()), .status = {}, .shape = testing::shape_at});
     ASSERT_TRUE(made) << made.error().message;
     server = std::move(*made);
     endpoint = *parse_endpoint(server->endpoint(), EndpointUse::connect);
@@ -73,6 +76,19 @@ TEST_F(GuardedServer, AnswersWhoIsAdmittedWithTheRoleOfTheKey) {
     EXPECT_TRUE(link->description());
     EXPECT_FALSE(link->trouble());
   }
+}
+
+TEST_F(GuardedServer, TheLargestShapeComesThroughSealed) {
+  auto link = connect(graphics);
+  ASSERT_TRUE(rig.until({link.get()}, [&] { return link->description().has_value(); }));
+  for (std::uint64_t number = 1; number <= 3; ++number) {
+    const Instant<PhysicsClock> time{seconds(static_cast<double>(number))};
+    ASSERT_TRUE(rig.until({link.get()}, [&] { return link->request(number, time, true); }));
+    ASSERT_TRUE(
+        rig.until({link.get()}, [&] { return link->newest_shape() && link->newest_shape()->time == time; }));
+    EXPECT_EQ(link->newest_shape()->vertices(), Shape::kMaxVertices);
+  }
+  EXPECT_EQ(link->counters().lost, 0u);
 }
 
 TEST_F(GuardedServer, ControlCallsNeedTheirRole) {

@@ -1,7 +1,7 @@
 // The graphics server's ZeroMQ socket. The graphics loop sends by itself (no second thread to be woken on the
-// way out); a thread waits for replies so that each is stamped when it comes, however busy the loop is. Both
-// reach the socket under one mutex, held for a few non-blocking calls; the loop takes what has come from a
-// queue without it.
+// way out); a thread waits for replies so that each is stamped when it comes, however busy the loop is, and
+// checks them. Both reach the socket under one mutex, held for a few non-blocking calls; the loop takes what
+// has come from a queue without it.
 #include <poll.h>
 #include <zmq.h>
 
@@ -44,7 +44,7 @@ class ZmqWire : public LinkWire {
     if (const auto* sync = std::get_if<SyncRequest>(&message); sync != nullptr && sent)
       train_ = {.awaited = sync->number, .last = sync->number + kSyncTrain - 1, .asked = std::nullopt};
     // Sending may have swallowed the signal that something has come; the thread would then sleep over it.
-    receive_all();
+    if (socket_.readable()) more_.set();
     return sent;
   }
 
@@ -66,15 +66,19 @@ class ZmqWire : public LinkWire {
   void run() {
     name_and_pin_thread("palpate-link", -1);
     ask_for_short_turns();
-    pollfd items[] = {{socket_.fd(), POLLIN, 0}, {stop_.fd(), POLLIN, 0}, {events_.fd(), POLLIN, 0}};
+    pollfd items[] = {{socket_.fd(), POLLIN, 0},
+                      {stop_.fd(), POLLIN, 0},
+                      {events_.fd(), POLLIN, 0},
+                      {more_.fd(), POLLIN, 0}};
     while (true) {
       // The time-out is a safety net; each signal of the socket wakes the thread.
-      ::poll(items, 3, 100);
+      ::poll(items, 4, 100);
       if ((items[1].revents & POLLIN) != 0) return;
-      {
-        const std::lock_guard lock(mutex_);
-        receive_all();
-      }
+      if ((items[3].revents & POLLIN) != 0) more_.clear();
+      // Bounded, so that a server that floods cannot keep the thread from its other duties.
+      int received = 0;
+      while (received < zmq::kQueueLength && receive_one()) ++received;
+      if (received == zmq::kQueueLength) more_.set();
       take_events();
       begin_anew_where_given_up();
     }
@@ -111,21 +115,27 @@ class ZmqWire : public LinkWire {
     zmq_connect(socket_.get(), address_.c_str());
   }
 
-  // With the mutex held: it makes the two threads one writer of the queue.
-  void receive_all() {
-    while (socket_.readable()) {
-      const auto received = socket_.receive(1, nullptr, body_, nullptr, &shape_);
-      if (received == zmq::Socket::Received::nothing) return;
-      Arrival arrival{clock_.now(), std::nullopt, std::nullopt};
-      if (received == zmq::Socket::Received::message) {
-        const auto shape = shape_ ? std::optional(shape_->bytes()) : std::nullopt;
-        if (auto message = decode_server_message(body_, shape)) arrival.message = std::move(*message);
-        if (arrival.message)
-          if (const auto* sync = std::get_if<SyncReply>(&*arrival.message)) follow_up(*sync, arrival);
-      }
-      // Full when the graphics loop has stopped for seconds; what is dropped then is counted as lost.
-      arrivals_.push(std::move(arrival));
+  // The thread's. False when nothing has come. Checking what came, which takes its time for a shape, keeps
+  // nobody from sending.
+  bool receive_one() {
+    Arrival arrival;
+    auto received = zmq::Socket::Received::nothing;
+    {
+      const std::lock_guard lock(mutex_);
+      if (socket_.readable()) received = socket_.receive(1, nullptr, body_, nullptr, &shape_);
+      arrival.received = clock_.now();
     }
+    if (received == zmq::Socket::Received::nothing) return false;
+    if (received == zmq::Socket::Received::message) {
+      const auto shape = shape_ ? std::optional(shape_->bytes()) : std::nullopt;
+      if (auto message = decode_server_message(body_, shape)) arrival.message = std::move(*message);
+      shape_.reset();
+    }
+    if (arrival.message)
+      if (const auto* sync = std::get_if<SyncReply>(&*arrival.message)) follow_up(*sync, arrival);
+    // Full when the graphics loop has stopped for seconds; what is dropped then is counted as lost.
+    arrivals_.push(std::move(arrival));
+    return true;
   }
 
   // With the mutex held.
@@ -138,6 +148,7 @@ class ZmqWire : public LinkWire {
   // The first question wakes every thread on its way, while its answer comes back through some that have just
   // run; those that follow at once find all awake, which makes both ways quick and alike.
   void follow_up(const SyncReply& reply, Arrival& arrival) {
+    const std::lock_guard lock(mutex_);
     if (reply.number != train_.awaited) return;
     arrival.asked = train_.asked;
     train_.awaited = 0;
@@ -162,11 +173,11 @@ class ZmqWire : public LinkWire {
   bool up_ = false;
   Instant<GraphicsClock> last_sign_ = clock_.now();
   std::mutex mutex_;
-  std::string body_;
+  std::string body_;  // the thread's, like the next
   std::optional<zmq::Frame> shape_;
   SyncTrainUnderWay train_;
   HandoverQueue<Arrival, 128> arrivals_;
-  zmq::Stop stop_;
+  zmq::Stop stop_, more_;  // more_: something may have come without a signal
   std::thread thread_;
 };
 

@@ -48,7 +48,7 @@ Expected<Socket> Socket::make(int type, Context context) {
   };
   // Shapes go to graphics servers alone, and are the only large thing.
   const std::int64_t limit =
-      static_cast<std::int64_t>(type == ZMQ_DEALER ? kMaxShapeBytes : kMaxMessageBytes);
+      static_cast<std::int64_t>(type == ZMQ_DEALER ? kMaxShapeBytes + kSealBytes : kMaxMessageBytes);
   // IMMEDIATE: a question does not wait for a server to appear. It also keeps libzmq 4.3.4 from an assertion
   // that ends the process: a socket whose full queue has cost it its connection's heartbeat must not keep
   // that queue.

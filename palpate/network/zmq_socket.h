@@ -20,6 +20,9 @@ inline constexpr int kHeartbeatTimeoutMs = 400;
 inline constexpr int kHandshakeMs = 1000;
 inline constexpr int kConnectMs = 300;  // then another attempt: the system's own wait grows to many seconds
 
+// What CURVE adds to a frame, at most: the limits are of the bytes on the wire.
+inline constexpr std::size_t kSealBytes = 64;
+
 // One received frame, where it lies.
 class Frame {
  public:

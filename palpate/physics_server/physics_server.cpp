@@ -1,5 +1,6 @@
 #include "palpate/physics_server/physics_server.h"
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace palpate {
@@ -41,10 +42,11 @@ void PhysicsServer::physics_tick(Instant<PhysicsClock> now) {
   ++state_.tick;
   application_->step(now, dt, tip_, state_);
   history_.push(state_);
-  if (shapes_.vertices() > 0 &&
-      (!last_shape_ || now - *last_shape_ >= seconds(1.0 / ShapeHistory::kRateHz))) {
+  if (shapes_.vertices() > 0 && now >= next_shape_) {
     shapes_.push(now, application_->shape());
-    last_shape_ = now;
+    const Duration period = seconds(1.0 / ShapeHistory::kRateHz);
+    next_shape_ =
+        std::max(next_shape_ + period, now - period);  // the rate on average; no pause is made up for
   }
   to_haptic_.write(haptic_input(state_, application_->contact()));
 }

@@ -55,9 +55,9 @@ class PhysicsServer {
   HapticLoop haptic_;
   WorldHistory history_;
   ShapeHistory shapes_;
-  std::optional<Instant<PhysicsClock>> last_shape_;  // physics thread
-  int calm_ticks_ = 0;                               // haptic thread
-  double calm_speed_;                                // m/s
+  Instant<PhysicsClock> next_shape_;  // physics thread
+  int calm_ticks_ = 0;                // haptic thread
+  double calm_speed_;                 // m/s
   TipState tip_;
   WorldState state_;
   std::optional<Instant<PhysicsClock>> last_;

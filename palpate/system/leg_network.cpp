@@ -99,8 +99,10 @@ Expected<void> LegNetwork::look(double before_s) {
     if (auto done = hosts_.plug(false); !done) return done;
     pulled_ns_ = monotonic_ns();
   } else if (plugged_ns_ == 0 && passed(pulled_ns_, options_.cut_s)) {
+    // Both stamps lie within the time without a cable: nothing can come through between them.
+    const std::int64_t before_ns = monotonic_ns();
     if (auto done = hosts_.plug(true); !done) return done;
-    plugged_ns_ = monotonic_ns();
+    plugged_ns_ = before_ns;
   }
   return {};
 }

@@ -60,8 +60,11 @@ std::optional<std::string> TrackerWatch::look(Instant<GraphicsClock> now) {
     silent_ = false;
     return fmt::format("graphics: the tracker at {} sees the camera's marker again", named_.server.text());
   }
-  if (silent_ || now - heard_ < kSilent) return std::nullopt;
+  const bool connected = tracker_.state().connected;
+  // Said once, and again where the server itself has gone or come meanwhile.
+  if (now - heard_ < kSilent || (silent_ && connected == connected_)) return std::nullopt;
   silent_ = true;
+  connected_ = connected;
   return reason() + "; drawing goes on with the camera's last pose";
 }
 

@@ -25,7 +25,8 @@ Expected<LiveTracker> parse_live_tracker(std::string_view address, const std::ve
 // Connects in the background. The server measures in World.
 Expected<std::unique_ptr<igtl::OpenIgtlinkTracker>> open_live_tracker(const LiveTracker& tracker);
 
-// Tells once that the camera's marker is not heard of, with the likely reason, and once that it is again.
+// Tells that the camera's marker is not heard of, with the likely reason, once per reason, and once that it
+// is again.
 class TrackerWatch {
  public:
   static constexpr Duration kSilent = std::chrono::seconds(2);
@@ -42,7 +43,7 @@ class TrackerWatch {
   const LiveTracker named_;
   Instant<GraphicsClock> heard_;
   std::uint64_t seen_ = 0;
-  bool silent_ = false;
+  bool silent_ = false, connected_ = false;
 };
 
 }  // namespace palpate

@@ -33,8 +33,8 @@ void sharpen_sleep();
 // takes no share from others. Linux 6.12 or later; others ignore it.
 void ask_for_short_turns();
 
-// Of the process, once, before its threads start: memory that is freed stays with it, up to 64 MiB, instead
-// of going back to the system. Large messages then cost no page faults.
+// Of the process, once, before its threads start: memory that is freed stays with it, up to 64 MiB in each
+// of malloc's arenas, instead of going back to the system. Large messages then cost no page faults.
 void keep_freed_memory();
 
 // Names the calling thread (first 15 characters count) and binds it to one core

@@ -46,7 +46,7 @@ class Soak(ProgramTest):
                 self.verdict(table, f"{figure} of {process}")
         for figure in ("overruns of haptic loop", "overruns of physics loop", "round trip", "clock error", "clock uncertainty"):
             self.verdict(table, figure)
-        self.assertGreater(len(self.samples("realtime.csv")), 10)
+        self.assertGreater(len(self.samples("realtime.csv")), 4)
         self.assertGreater(len(self.samples("realtime_frames.csv")), 0)
 
     def test_a_run_that_cannot_be_is_told_in_one_line(self):
