@@ -126,9 +126,20 @@ bool Socket::send(std::string_view bytes, bool more) {
 }
 
 bool Socket::send(std::string_view bytes, std::shared_ptr<const void> owner) {
-  auto hint = std::make_unique<std::shared_ptr<const void>>(std::move(owner));
+  // ZeroMQ passes it to a thread of its own; `handed_over` does so once more, where a thread sanitizer sees
+  // it.
+  struct Kept {
+    explicit Kept(std::shared_ptr<const void> what) : owner(std::move(what)) {}
+    std::shared_ptr<const void> owner;
+    std::atomic<bool> handed_over{false};
+  };
+  auto hint = std::make_unique<Kept>(std::move(owner));
+  hint->handed_over.store(true, std::memory_order_release);
   zmq_msg_t frame;
-  const auto let_go = [](void*, void* kept) { delete static_cast<std::shared_ptr<const void>*>(kept); };
+  const auto let_go = [](void*, void* pointer) {
+    auto* kept = static_cast<Kept*>(pointer);
+    if (kept->handed_over.load(std::memory_order_acquire)) delete kept;
+  };
   // ZeroMQ only reads what it sends.
   if (zmq_msg_init_data(&frame, const_cast<char*>(bytes.data()), bytes.size(), let_go, hint.get()) != 0)
     return false;
