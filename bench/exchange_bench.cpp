@@ -29,6 +29,7 @@
 #include <thread>
 #include <vector>
 
+#include "bare_zeromq.h"
 #include "palpate/network/zmq_engine.h"
 #include "palpate/scene/shape_history.h"
 #include "palpate/scene/world_history.h"
@@ -98,6 +99,7 @@ void echo(int listener) {
 
 struct Places {
   Endpoint ipc, tcp, curve;
+  std::string bare_ipc, bare_tcp, bare_curve;  // of ZeroMQ by itself
   KeyPair server_keys, client_keys;
   std::filesystem::path folder;  // of authorized_keys
 };
@@ -146,6 +148,9 @@ struct Places {
     fmt::print(stderr, "the server cannot listen\n");
     _exit(1);
   }
+  bare_zeromq::serve(places.bare_ipc, {});
+  bare_zeromq::serve(places.bare_tcp, {});
+  bare_zeromq::serve(places.bare_curve, places.server_keys);
   std::optional<PeriodicLoop<PhysicsClock>> loop;
   if (beside_loop) loop.emplace(physics_clock, PeriodicLoopSettings{.name = "haptic"}, step);
   echo(listener);
@@ -180,6 +185,20 @@ Times bare_tcp(int fd, const Load& load) {
     pace.wait();
     const auto sent = graphics_clock.now();
     require(transfer_all(fd, request, true) && transfer_all(fd, reply, false), "the bare TCP peer has gone");
+    times.push_back(1e6 * to_seconds(graphics_clock.now() - sent));
+  }
+  return times;
+}
+
+Times bare_engine(bare_zeromq::Client& client, const Load& load) {
+  std::vector<char> request(kRequestBytes);
+  const std::uint64_t size = load.reply_bytes;
+  std::copy_n(reinterpret_cast<const char*>(&size), sizeof size, request.data());
+  Times times;
+  for (Pace pace{load.period()}; static_cast<int>(times.size()) < load.requests;) {
+    pace.wait();
+    const auto sent = graphics_clock.now();
+    require(client.exchange(request, load.reply_bytes), "ZeroMQ by itself does not answer");
     times.push_back(1e6 * to_seconds(graphics_clock.now() - sent));
   }
   return times;
@@ -269,21 +288,33 @@ struct Case {
   double unix_bar = 0.0, tcp_bar = 0.0, curve_bar = 0.0;
 };
 
-void measure(const Case& what, int rounds, int bare, std::vector<Ours>& links, Shared& shared) {
+// All that runs in a round: ours beside what it stands on.
+struct Contest {
+  int bare = -1;
+  std::vector<Ours> links;
+  std::vector<std::unique_ptr<bare_zeromq::Client>> engines;  // each under the link of the same place
+};
+
+void measure(const Case& what, int rounds, Contest& contest, Shared& shared) {
   shared.shape_ready = what.shape_ready;
   std::vector<Row> rows;
-  for (const Ours& link : links) rows.push_back({.name = link.name(), .medians = {}, .p99s = {}, .all = {}});
   const double bars[] = {what.unix_bar, what.tcp_bar, what.curve_bar};
-  for (std::size_t i = 0; i < rows.size(); ++i) rows[i].bar = bars[i];
+  for (std::size_t i = 0; i < contest.links.size(); ++i) {
+    rows.push_back({.name = contest.links[i].name(), .medians = {}, .p99s = {}, .all = {}, .bar = bars[i]});
+    rows.push_back({.name = "  ZeroMQ alone", .medians = {}, .p99s = {}, .all = {}});
+    contest.links[i].parts = {};
+  }
   Row again{.name = "bare TCP again", .medians = {}, .p99s = {}, .all = {}};
   Times all_bare;
   const auto keep = [](Times& all, const Times& leg) { all.insert(all.end(), leg.begin(), leg.end()); };
-  for (Ours& link : links) link.parts = {};
   for (int round = 0; round < rounds; ++round) {
-    const Times first = bare_tcp(bare, what.load);
+    const Times first = bare_tcp(contest.bare, what.load);
     std::vector<Times> legs;
-    for (Ours& link : links) legs.push_back(link.leg(what.load, shared));
-    const Times last = bare_tcp(bare, what.load);
+    for (std::size_t i = 0; i < contest.links.size(); ++i) {
+      legs.push_back(contest.links[i].leg(what.load, shared));
+      legs.push_back(bare_engine(*contest.engines[i], what.load));
+    }
+    const Times last = bare_tcp(contest.bare, what.load);
     const double base = (median(first) + median(last)) / 2, base99 = (p99(first) + p99(last)) / 2;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       rows[i].medians.push_back(median(legs[i]) / base);
@@ -301,7 +332,7 @@ void measure(const Case& what, int rounds, int bare, std::vector<Ours>& links, S
              p99(all_bare));
   for (const Row& row : rows) print(row, 2.5);
   print(again, 0.0);
-  for (const Ours& link : links)
+  for (const Ours& link : contest.links)
     fmt::print("    {:<14} there {:.0f} us, look-up {:.1f} us, back {:.0f} us\n", link.name(),
                median(link.parts.there), median(link.parts.look_up), median(link.parts.back));
 }
@@ -321,7 +352,7 @@ int listen_somewhere(sockaddr_in& address) {
 
 Places make_places(int turn) {
   Places places;
-  const int port = 20000 + (::getpid() * 8 + turn * 4) % 20000;
+  const int port = 20000 + (::getpid() * 32 + turn * 8) % 20000;
   const auto tcp = [&](int number, bool insecure) {
     return parse_endpoint(fmt::format("tcp://127.0.0.1:{}", number), EndpointUse::listen, insecure);
   };
@@ -329,7 +360,9 @@ Places make_places(int turn) {
   const auto plain = tcp(port, true), curve = tcp(port + 2, false);
   const auto server = make_key_pair(), client = make_key_pair();
   require(ipc && plain && curve && server && client, "no endpoint");
-  places = {*ipc, *plain, *curve, *server, *client, ipc->socket.string() + ".keys"};
+  const auto bare = [&](int number) { return fmt::format("tcp://127.0.0.1:{}", number); };
+  places = {*ipc,           *plain,  *curve,  ipc->address + ".bare",        bare(port + 4),
+            bare(port + 5), *server, *client, ipc->socket.string() + ".keys"};
   std::filesystem::create_directories(places.folder);
   std::filesystem::permissions(places.folder, std::filesystem::perms::owner_all);
   require(authorize_key(places.folder, {Role::graphics, client->public_key, "bench"}).has_value(), "no keys");
@@ -338,7 +371,7 @@ Places make_places(int turn) {
 
 void remove_traces(const Places& places) {
   std::error_code ignored;
-  for (const char* rest : {"", ".lock", ".states", ".states.lock"})
+  for (const char* rest : {"", ".lock", ".states", ".states.lock", ".bare"})
     std::filesystem::remove(places.ipc.socket.string() + rest, ignored);
   std::filesystem::remove_all(places.folder, ignored);
 }
@@ -352,21 +385,23 @@ void layout(bool pinned, bool beside_loop, int rounds, bool short_run, int engin
   if (server == 0) play_server(listener, places, pinned, beside_loop, shared);
   ::close(listener);
   if (pinned) pin_to(0);
-  const int bare = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  require(::connect(bare, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0, "no bare TCP rival");
-  no_delay(bare);
-  std::vector<Ours> links;
-  const auto add = [&](const char* name, const Endpoint& place,
+  Contest contest{.bare = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0), .links = {}, .engines = {}};
+  require(::connect(contest.bare, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0,
+          "no bare TCP rival");
+  no_delay(contest.bare);
+  const auto add = [&](const char* name, const Endpoint& place, const std::string& below,
                        const std::optional<ClientIdentity>& identity) {
+    if (static_cast<int>(contest.links.size()) == engines) return;
     auto link = connect_states(place, graphics_clock, "bench", identity);
     require(link.has_value(), "no link");
-    links.emplace_back(name, std::move(*link));
+    contest.links.emplace_back(name, std::move(*link));
+    contest.links.back().connect();
+    contest.engines.push_back(std::make_unique<bare_zeromq::Client>(below, identity));
   };
-  add("unix socket", places.ipc, {});
-  add("TCP", places.tcp, {});
-  add("TCP, CURVE", places.curve, ClientIdentity{places.client_keys, places.server_keys.public_key});
-  links.erase(links.begin() + engines, links.end());
-  for (Ours& link : links) link.connect();
+  add("unix socket", places.ipc, places.bare_ipc, {});
+  add("TCP", places.tcp, places.bare_tcp, {});
+  add("TCP, CURVE", places.curve, places.bare_curve,
+      ClientIdentity{places.client_keys, places.server_keys.public_key});
 
   const std::size_t state_bytes = [] {
     StateAnswer answer;
@@ -394,11 +429,12 @@ void layout(bool pinned, bool beside_loop, int rounds, bool short_run, int engin
     for (const double rate_hz : {60.0, 1000.0})
       cases.push_back(
           {.load = {.rate_hz = rate_hz, .requests = rate_hz > 500 ? 500 : 60, .reply_bytes = state_bytes}});
-  for (const Case& one : cases) measure(one, rounds, bare, links, shared);
-  links.clear();
+  for (const Case& one : cases) measure(one, rounds, contest, shared);
+  contest.links.clear();
+  contest.engines.clear();
   ::kill(server, SIGKILL);
   ::waitpid(server, nullptr, 0);
-  ::close(bare);
+  ::close(contest.bare);
   remove_traces(places);
 }
 

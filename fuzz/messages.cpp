@@ -1,4 +1,6 @@
 // What comes over the network: bytes of both directions; what is accepted is encoded and read back the same.
+#include <array>
+
 #include "palpate/network/messages.h"
 
 #include "fuzz/check.h"
@@ -17,15 +19,17 @@ Refusals messages(std::string_view file) {
     const auto again = decode_server_message(bytes);
     hold(again && encode(*again) == bytes, "a server's message that was read can be sent on");
   }
-  // The same with a second frame: the first two bytes say how long the first one is.
+  // The same with a shape in two frames: the first two bytes say how long the first frame is.
   if (file.size() < 2) return refusals;
   const std::size_t length = static_cast<unsigned char>(file[0]) + 256 * static_cast<unsigned char>(file[1]);
   const std::string_view frames = file.substr(2), first = frames.substr(0, length);
-  if (const auto message = decode_server_message(first, frames.substr(first.size()));
-      answered(message, refusals)) {
+  const std::string_view shape_bytes = frames.substr(first.size());
+  const std::size_t half = shape_bytes.size() / 2;
+  const std::array pieces{shape_bytes.substr(0, half), shape_bytes.substr(half)};
+  if (const auto message = decode_server_message(first, pieces); answered(message, refusals)) {
     const auto shape = shape_of(*message);
-    hold(shape != nullptr, "a second frame that was accepted is a shape");
-    const auto again = decode_server_message(encode(*message), shape_bytes(*shape));
+    hold(shape != nullptr, "frames that were accepted are a shape");
+    const auto again = decode_server_message(encode(*message), shape_pieces(*shape));
     hold(again && shape_of(*again)->values == shape->values, "a shape that was read can be sent on");
   }
   return refusals;

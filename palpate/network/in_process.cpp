@@ -25,7 +25,7 @@ struct InProcessNetwork::Net {
     int line = 0;
     bool to_physics = false;
     std::string bytes;
-    std::optional<std::string> shape;
+    std::shared_ptr<const Shape> shape;
     std::uint64_t session = 0;  // to physics: the server it was sent to
   };
 
@@ -72,8 +72,8 @@ struct InProcessNetwork::Net {
       const auto line = lines.find(event.line);
       if (line == lines.end()) return;
       Arrival arrival{graphics_time(now), std::nullopt, std::nullopt};
-      if (auto message = decode_server_message(event.bytes, event.shape))
-        arrival.message = std::move(*message);
+      const auto pieces = event.shape ? shape_pieces(*event.shape) : std::vector<std::string_view>();
+      if (auto message = decode_server_message(event.bytes, pieces)) arrival.message = std::move(*message);
       line->second.inbox.push_back(std::move(arrival));
       return;
     }
@@ -83,7 +83,7 @@ struct InProcessNetwork::Net {
     const ServerMessage answer =
         server->answer(event.bytes, physics_time(now), line->second.role, std::to_string(event.line));
     Event back{.line = event.line, .to_physics = false, .bytes = encode(answer)};
-    if (const auto shape = shape_of(answer)) back.shape = shape_bytes(*shape);
+    back.shape = shape_of(answer);
     send(std::move(back));
   }
 };

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "palpate/network/message_arena.h"
 #include "palpate/network/messages.h"
 
 namespace palpate {
@@ -162,7 +163,8 @@ void put(wire::ToGraphics& out, const Refusal& message) {
 
 template <typename Wire, typename Message>
 std::string encode_as(const Message& message) {
-  Wire out;
+  MessageArena arena;
+  Wire& out = arena.make<Wire>();
   out.set_protocol(kProtocol);
   std::visit([&](const auto& body) { put(out, body); }, message);
   return out.SerializeAsString();
@@ -178,9 +180,16 @@ std::shared_ptr<const Shape> shape_of(const ServerMessage& message) {
   return reply == nullptr ? nullptr : reply->shape;
 }
 
-std::string_view shape_bytes(const Shape& shape) {
+std::vector<std::string_view> shape_pieces(const Shape& shape, std::size_t piece_bytes) {
   static_assert(std::endian::native == std::endian::little, "shapes travel in this machine's byte order");
-  return {reinterpret_cast<const char*>(shape.values.data()), shape.values.size() * sizeof(float)};
+  std::string_view rest(reinterpret_cast<const char*>(shape.values.data()),
+                        shape.values.size() * sizeof(float));
+  std::vector<std::string_view> pieces;
+  while (!rest.empty()) {
+    pieces.push_back(rest.substr(0, piece_bytes));
+    rest.remove_prefix(pieces.back().size());
+  }
+  return pieces;
 }
 
 }  // namespace palpate

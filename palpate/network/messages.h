@@ -9,9 +9,11 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
+#include <vector>
 
 #include "palpate/core/expected.h"
 #include "palpate/network/keys.h"
@@ -26,6 +28,10 @@ namespace palpate {
 inline constexpr std::uint32_t kProtocol = 1;
 inline constexpr std::size_t kMaxMessageBytes = 64 * 1024;  // a description with 64 surfaces takes 12 KiB
 inline constexpr std::size_t kMaxShapeBytes = Shape::kMaxVertices * Shape::kFloatsPerVertex * sizeof(float);
+// Encrypted, a shape travels in pieces of this size: while one is on its way the next is encrypted on this
+// side and the one before decrypted on the other. Else in one, for each piece costs wake-ups.
+inline constexpr std::size_t kShapePieceBytes = 32 * 1024;
+inline constexpr std::size_t kMaxShapePieces = (kMaxShapeBytes + kShapePieceBytes - 1) / kShapePieceBytes;
 inline constexpr int kMaxSurfaces = 64;
 inline constexpr std::size_t kMaxNameBytes = 64;
 inline constexpr std::size_t kMaxReasonBytes = 512;
@@ -66,7 +72,7 @@ struct StateReply {
   std::uint64_t number = 0;
   Instant<PhysicsClock> asked;
   StateAnswer answer;
-  // Where it was asked for and there is one. Its numbers travel as a second frame, shape_bytes().
+  // Where it was asked for and there is one. Its numbers travel in frames of their own, shape_pieces().
   std::shared_ptr<const Shape> shape;
 };
 struct SyncReply {
@@ -89,12 +95,13 @@ using ServerMessage = std::variant<Welcome, StateReply, SyncReply, ControlReply,
 std::string encode(const ClientMessage& message);
 std::string encode(const ServerMessage& message);
 Expected<ClientMessage> decode_client_message(std::string_view bytes);
-// `shape`: the second frame, where one came.
+// `shape`: the frames that came after the first, in their order.
 Expected<ServerMessage> decode_server_message(std::string_view bytes,
-                                              std::optional<std::string_view> shape = std::nullopt);
+                                              std::span<const std::string_view> shape = {});
 
 // The second frame of a message; nothing where it has none.
 std::shared_ptr<const Shape> shape_of(const ServerMessage& message);
-std::string_view shape_bytes(const Shape& shape);
+// Its numbers, cut in pieces of so many bytes; they point into `shape`.
+std::vector<std::string_view> shape_pieces(const Shape& shape, std::size_t piece_bytes = kMaxShapeBytes);
 
 }  // namespace palpate

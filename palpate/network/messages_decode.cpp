@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 
+#include "palpate/network/message_arena.h"
 #include "palpate/network/messages.h"
 
 namespace palpate {
@@ -238,15 +238,19 @@ bool all_finite(const std::vector<float>& values) {
   return std::all_of(sums.begin(), sums.end(), [](float sum) { return sum == 0.0F; });
 }
 
-std::shared_ptr<const Shape> read(Check& check, const wire::ShapeNote& note, std::string_view bytes) {
+std::shared_ptr<const Shape> read(Check& check, const wire::ShapeNote& note,
+                                  std::span<const std::string_view> pieces) {
+  std::size_t bytes = 0;
+  for (const std::string_view piece : pieces) bytes += piece.size();
   auto shape = std::make_shared<Shape>();
   shape->time = check.time<PhysicsClock>(note.time_ns(), "shape time_ns");
   check.require(note.vertices() >= 1 && note.vertices() <= Shape::kMaxVertices, "vertices", "1 to 40000");
-  check.require(bytes.size() == std::size_t{note.vertices()} * Shape::kFloatsPerVertex * sizeof(float),
-                "the second frame", "24 bytes for each vertex");
+  check.require(bytes == std::size_t{note.vertices()} * Shape::kFloatsPerVertex * sizeof(float),
+                "the frames of a shape", "24 bytes for each vertex");
   if (!check.good()) return nullptr;
-  shape->values.resize(bytes.size() / sizeof(float));
-  std::memcpy(shape->values.data(), bytes.data(), bytes.size());
+  shape->values.resize(bytes / sizeof(float));
+  char* to = reinterpret_cast<char*>(shape->values.data());
+  for (const std::string_view piece : pieces) to = std::copy(piece.begin(), piece.end(), to);
   check.require(all_finite(shape->values), "each number of a shape", "finite");
   return shape;
 }
@@ -305,7 +309,8 @@ Expected<Message> decode_as(std::string_view bytes, More&& more) {
   // protobuf writes about bad text on standard error: no peer is to fill that.
   static const bool silent = (google::protobuf::SetLogHandler(nullptr), true);
   static_cast<void>(silent);
-  Wire in;
+  MessageArena arena;
+  Wire& in = arena.make<Wire>();
   if (!in.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
     return refused("message refused: {} bytes that are no message of palpate.proto, which is expected",
                    bytes.size());
@@ -328,14 +333,15 @@ Expected<ClientMessage> decode_client_message(std::string_view bytes) {
   return decode_as<wire::ToPhysics, ClientMessage>(bytes, [](auto&...) {});
 }
 
-Expected<ServerMessage> decode_server_message(std::string_view bytes, std::optional<std::string_view> shape) {
-  return decode_as<wire::ToGraphics, ServerMessage>(bytes, [&](Check& check, const wire::ToGraphics& in,
-                                                               ServerMessage& message) {
-    const bool announced = in.has_state_reply() && in.state_reply().has_shape();
-    check.require(announced == shape.has_value(), "a second frame", "there just where a shape is announced");
-    if (announced && check.good())
-      std::get<StateReply>(message).shape = read(check, in.state_reply().shape(), *shape);
-  });
+Expected<ServerMessage> decode_server_message(std::string_view bytes,
+                                              std::span<const std::string_view> shape) {
+  return decode_as<wire::ToGraphics, ServerMessage>(
+      bytes, [&](Check& check, const wire::ToGraphics& in, ServerMessage& message) {
+        const bool announced = in.has_state_reply() && in.state_reply().has_shape();
+        check.require(announced == !shape.empty(), "further frames", "there just where a shape is announced");
+        if (announced && check.good())
+          std::get<StateReply>(message).shape = read(check, in.state_reply().shape(), shape);
+      });
 }
 
 }  // namespace palpate

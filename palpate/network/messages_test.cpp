@@ -230,37 +230,45 @@ TEST(Messages, TheLargestSceneFitsAMessage) {
   EXPECT_TRUE(decode_server_message(encode(ServerMessage(Welcome{1, scene}))));
 }
 
-TEST(Messages, AShapeTravelsInASecondFrameAndIsCheckedWhole) {
+TEST(Messages, AShapeTravelsInPiecesAndIsCheckedWhole) {
   auto shape = std::make_shared<Shape>();
   shape->time = {Duration(5)};
-  shape->values.assign(600, 0.25F);
-  shape->values[599] = -1e30F;
+  shape->values.assign(60000, 0.25F);
+  shape->values[59999] = -1e30F;
   StateReply reply{1, {Duration(1)}, testing::state_at({seconds(1)}), shape};
   const std::string bytes = encode(ServerMessage(reply));
-  const std::string_view numbers = shape_bytes(*shape);
-  const auto back = decode_server_message(bytes, numbers);
+  const auto pieces = shape_pieces(*shape, kShapePieceBytes);
+  EXPECT_EQ(pieces.size(), 8u);
+  const auto back = decode_server_message(bytes, pieces);
   ASSERT_TRUE(back) << back.error().message;
   ASSERT_TRUE(shape_of(*back));
   EXPECT_EQ(shape_of(*back)->values, shape->values);
   EXPECT_EQ(shape_of(*back)->time, shape->time);
 
   EXPECT_FALSE(decode_server_message(bytes));  // announced, and not there
-  EXPECT_FALSE(decode_server_message(bytes, numbers.substr(1)));
-  EXPECT_FALSE(decode_server_message(bytes, numbers.substr(24)));
-  EXPECT_FALSE(decode_server_message(bytes, ""));
+  for (const std::size_t cut : {std::size_t{1}, std::size_t{24}, pieces[3].size()}) {
+    auto shorter = pieces;
+    shorter[3].remove_prefix(cut);
+    EXPECT_FALSE(decode_server_message(bytes, shorter)) << cut;
+  }
+  EXPECT_FALSE(decode_server_message(bytes, std::array{std::string_view()}));
+  // Any pieces will do that are the numbers together.
+  const std::string_view numbers(pieces[0].data(), shape->values.size() * sizeof(float));
+  EXPECT_TRUE(decode_server_message(bytes, std::array{numbers}));
+  EXPECT_TRUE(decode_server_message(bytes, std::array{numbers.substr(0, 7), numbers.substr(7)}));
   reply.shape = nullptr;
-  EXPECT_FALSE(decode_server_message(encode(ServerMessage(reply)), numbers));  // there, and not announced
-  EXPECT_FALSE(decode_server_message(encode(ServerMessage(Refusal{"no"})), numbers));
+  EXPECT_FALSE(decode_server_message(encode(ServerMessage(reply)), pieces));  // there, and not announced
+  EXPECT_FALSE(decode_server_message(encode(ServerMessage(Refusal{"no"})), pieces));
   for (const float odd : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()}) {
-    for (const std::size_t where : {std::size_t{0}, std::size_t{333}, std::size_t{599}}) {
+    for (const std::size_t where : {std::size_t{0}, std::size_t{33333}, std::size_t{59999}}) {
       auto spoiled = std::make_shared<Shape>(*shape);
       spoiled->values[where] = odd;
-      EXPECT_FALSE(decode_server_message(bytes, shape_bytes(*spoiled))) << odd << " at " << where;
+      EXPECT_FALSE(decode_server_message(bytes, shape_pieces(*spoiled))) << odd << " at " << where;
     }
   }
   shape->values.resize((Shape::kMaxVertices + 1) * Shape::kFloatsPerVertex, 0.0F);
   reply.shape = shape;
-  EXPECT_FALSE(decode_server_message(encode(ServerMessage(reply)), shape_bytes(*shape)));
+  EXPECT_FALSE(decode_server_message(encode(ServerMessage(reply)), shape_pieces(*shape)));
 }
 
 TEST(Messages, GarbageIsRefusedAndDoesNoHarm) {

@@ -127,9 +127,10 @@ class ZmqWire : public LinkWire {
     }
     if (received == zmq::Socket::Received::nothing) return false;
     if (received == zmq::Socket::Received::message) {
-      const auto shape = shape_ ? std::optional(shape_->bytes()) : std::nullopt;
+      std::vector<std::string_view> shape;
+      for (const zmq::Frame& piece : shape_) shape.push_back(piece.bytes());
       if (auto message = decode_server_message(body_, shape)) arrival.message = std::move(*message);
-      shape_.reset();
+      shape_.clear();
     }
     if (arrival.message)
       if (const auto* sync = std::get_if<SyncReply>(&*arrival.message)) follow_up(*sync, arrival);
@@ -174,7 +175,7 @@ class ZmqWire : public LinkWire {
   Instant<GraphicsClock> last_sign_ = clock_.now();
   std::mutex mutex_;
   std::string body_;  // the thread's, like the next
-  std::optional<zmq::Frame> shape_;
+  std::vector<zmq::Frame> shape_;
   SyncTrainUnderWay train_;
   HandoverQueue<Arrival, 128> arrivals_;
   zmq::Stop stop_, more_;  // more_: something may have come without a signal

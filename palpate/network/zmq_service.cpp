@@ -96,9 +96,16 @@ class ZmqService : public StateService {
       const ServerMessage answer = core_.answer(body_, now, role, peer_);
       const auto shape = shape_of(answer);
       if (!socket_.send(peer_, true) || !socket_.send(encode(answer), shape != nullptr) ||
-          (shape && !socket_.send(shape_bytes(*shape), shape)))
+          (shape && !send_shape(shape)))
         core_.unsent();
     }
+  }
+
+  bool send_shape(const std::shared_ptr<const Shape>& shape) {
+    const auto pieces = shape_pieces(*shape, gate_ ? kShapePieceBytes : kMaxShapeBytes);
+    for (const std::string_view& piece : pieces)
+      if (!socket_.send(piece, shape, &piece != &pieces.back())) return false;
+    return true;
   }
 
   // Destroyed from below: the thread has ended, the socket closes, and only then is the address given up.

@@ -48,7 +48,7 @@ Expected<Socket> Socket::make(int type, Context context) {
   };
   // Shapes go to graphics servers alone, and are the only large thing.
   const std::int64_t limit =
-      static_cast<std::int64_t>(type == ZMQ_DEALER ? kMaxShapeBytes + kSealBytes : kMaxMessageBytes);
+      static_cast<std::int64_t>(type == ZMQ_DEALER ? kMaxShapeBytes : kMaxMessageBytes);
   // IMMEDIATE: a question does not wait for a server to appear. It also keeps libzmq 4.3.4 from an assertion
   // that ends the process: a socket whose full queue has cost it its connection's heartbeat must not keep
   // that queue.
@@ -101,31 +101,33 @@ std::string Socket::endpoint() const {
 }
 
 Socket::Received Socket::receive(int frames, std::string* peer, std::string& body, std::string* user,
-                                 std::optional<Frame>* rest) {
+                                 std::vector<Frame>* rest) {
   if (user != nullptr) user->clear();
-  if (rest != nullptr) rest->reset();
+  if (rest != nullptr) rest->clear();
   int count = 0;
   for (bool more = true; more; ++count) {
-    std::optional<Frame> here;
-    Frame& frame = (rest != nullptr && count == frames ? *rest : here).emplace();
+    Frame frame;
     if (zmq_msg_recv(frame.get(), socket_, ZMQ_DONTWAIT) < 0)
       return count == 0 ? Received::nothing : Received::rejected;
     std::string* target = count == frames - 1 ? &body : peer;
     if (count < frames && target != nullptr) target->assign(frame.bytes());
-    if (user != nullptr) {
+    if (user != nullptr && count == frames - 1) {
       const char* key = zmq_msg_gets(frame.get(), "User-Id");
       if (key != nullptr) user->assign(key);
     }
     more = zmq_msg_more(frame.get()) != 0;
+    if (rest != nullptr && count >= frames && rest->size() < kMaxShapePieces)
+      rest->push_back(std::move(frame));
   }
-  return count == frames || (rest != nullptr && count == frames + 1) ? Received::message : Received::rejected;
+  const int most = frames + (rest == nullptr ? 0 : static_cast<int>(kMaxShapePieces));
+  return count >= frames && count <= most ? Received::message : Received::rejected;
 }
 
 bool Socket::send(std::string_view bytes, bool more) {
   return zmq_send(socket_, bytes.data(), bytes.size(), ZMQ_DONTWAIT | (more ? ZMQ_SNDMORE : 0)) >= 0;
 }
 
-bool Socket::send(std::string_view bytes, std::shared_ptr<const void> owner) {
+bool Socket::send(std::string_view bytes, std::shared_ptr<const void> owner, bool more) {
   // ZeroMQ passes it to a thread of its own; `handed_over` does so once more, where a thread sanitizer sees
   // it.
   struct Kept {
@@ -144,7 +146,7 @@ bool Socket::send(std::string_view bytes, std::shared_ptr<const void> owner) {
   if (zmq_msg_init_data(&frame, const_cast<char*>(bytes.data()), bytes.size(), let_go, hint.get()) != 0)
     return false;
   static_cast<void>(hint.release());
-  if (zmq_msg_send(&frame, socket_, ZMQ_DONTWAIT) >= 0) return true;
+  if (zmq_msg_send(&frame, socket_, ZMQ_DONTWAIT | (more ? ZMQ_SNDMORE : 0)) >= 0) return true;
   zmq_msg_close(&frame);
   return false;
 }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "palpate/core/expected.h"
 
@@ -20,19 +21,17 @@ inline constexpr int kHeartbeatTimeoutMs = 400;
 inline constexpr int kHandshakeMs = 1000;
 inline constexpr int kConnectMs = 300;  // then another attempt: the system's own wait grows to many seconds
 
-// What CURVE adds to a frame, at most: the limits are of the bytes on the wire.
-inline constexpr std::size_t kSealBytes = 64;
-
 // One received frame, where it lies.
 class Frame {
  public:
   Frame() { zmq_msg_init(&message_); }
   ~Frame() { zmq_msg_close(&message_); }
-  Frame(const Frame&) = delete;
-  Frame& operator=(const Frame&) = delete;
+  Frame(Frame&& other) noexcept : Frame() { zmq_msg_move(&message_, &other.message_); }
+  Frame& operator=(Frame&& other) = delete;
   zmq_msg_t* get() { return &message_; }
-  std::string_view bytes() {
-    return {static_cast<const char*>(zmq_msg_data(&message_)), zmq_msg_size(&message_)};
+  std::string_view bytes() const {
+    auto* message = const_cast<zmq_msg_t*>(&message_);  // only read, says ZeroMQ's manual
+    return {static_cast<const char*>(zmq_msg_data(message)), zmq_msg_size(message)};
   }
 
  private:
@@ -61,15 +60,15 @@ class Socket {
 
   enum class Received { nothing, message, rejected };
   // The next message of `frames` frames, without waiting; the last frame goes to `body`, the one before to
-  // `peer`, the sender's key to `user` (empty where the connection is not encrypted). Where `rest` is given
-  // one more frame may follow, which goes there; `rest` stays empty else. rejected: a message with another
-  // number of frames.
+  // `peer`, the sender's key to `user` (empty where the connection is not encrypted). The frames
+  // of a shape may follow where `rest` is given, and go there. rejected: a message with another number of
+  // frames.
   Received receive(int frames, std::string* peer, std::string& body, std::string* user = nullptr,
-                   std::optional<Frame>* rest = nullptr);
+                   std::vector<Frame>* rest = nullptr);
   // One frame, without waiting. False when it cannot leave now.
   bool send(std::string_view bytes, bool more = false);
   // The same without a copy: `owner` is let go of when the bytes have left.
-  bool send(std::string_view bytes, std::shared_ptr<const void> owner);
+  bool send(std::string_view bytes, std::shared_ptr<const void> owner, bool more);
 
  private:
   Socket(Context context, void* socket) : context_(std::move(context)), socket_(socket) {}

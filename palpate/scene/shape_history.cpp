@@ -1,73 +1,83 @@
 #include "palpate/scene/shape_history.h"
 
+#include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <stdexcept>
 
 namespace palpate {
-namespace {
 
-// out = a + share * (b - a), block by block: atomic words can only be loaded one by one, what lies in the
-// cache is then mixed many numbers at a time.
-void mix(const AtomicWord* a, const AtomicWord* b, float share, std::span<float> out) noexcept {
-  constexpr std::size_t kBlock = 256;
-  std::array<float, kBlock> ahead;
-  for (std::size_t done = 0; done < out.size(); done += kBlock) {
-    const std::size_t count = std::min(kBlock, out.size() - done), bytes = count * sizeof(float);
-    float* const to = out.data() + done;
-    load_words(to, a + done / 2, bytes);
-    load_words(ahead.data(), b + done / 2, bytes);
-    for (std::size_t i = 0; i < count; ++i) to[i] += share * (ahead[i] - to[i]);
+// Reader and writer each first say what they are about to do and then look at the other (sequentially
+// consistent, so at least one of them sees the other and steps back).
+class ShapeHistory::Held {
+ public:
+  Held(const ShapeHistory& history, std::uint64_t entry) : slot_(history.slot(entry)) {
+    slot_.readers.fetch_add(1, std::memory_order_seq_cst);
+    empty_ = slot_.entry.load(std::memory_order_seq_cst) != entry;
   }
-}
+  ~Held() { slot_.readers.fetch_sub(1, std::memory_order_release); }
+  Held(const Held&) = delete;
+  Held& operator=(const Held&) = delete;
+  bool empty() const { return empty_; }
+  std::int64_t time() const { return slot_.time.load(std::memory_order_relaxed); }
 
-}  // namespace
+ private:
+  const Slot& slot_;
+  bool empty_;
+};
 
-ShapeHistory::ShapeHistory(std::size_t vertices)
-    : vertices_(vertices), words_each_(words_for(floats() * sizeof(float))) {
+ShapeHistory::ShapeHistory(std::size_t vertices) : vertices_(vertices) {
   if (vertices > Shape::kMaxVertices) throw std::invalid_argument("shape history: too many vertices");
   if (vertices == 0) return;
   slots_ = std::make_unique<Slot[]>(kKept);
-  words_ = std::make_unique<AtomicWord[]>(kKept * words_each_);
+  values_ = std::make_unique<float[]>(kKept * floats());
 }
 
 bool ShapeHistory::push(Instant<PhysicsClock> time, std::span<const float> values) noexcept {
   if (vertices_ == 0 || values.size() != floats()) return false;
-  const std::uint64_t k = count_.load(std::memory_order_relaxed);
-  if (k > 0 && time.ns() <= slot(k - 1).time.load(std::memory_order_relaxed)) return false;
-  Slot& target = slots_[k % kKept];
-  target.state.store(2 * k + 1, std::memory_order_relaxed);
-  target.time.store(time.ns(), std::memory_order_release);
-  store_words(words(k), values.data(), values.size_bytes());
-  target.state.store(2 * k + 2, std::memory_order_release);
-  count_.store(k + 1, std::memory_order_release);
+  const std::uint64_t before = newest_.load(std::memory_order_relaxed), entry = before + 1;
+  if (before > 0 && time.ns() <= slot(before).time.load(std::memory_order_relaxed)) return false;
+  Slot& target = slot(entry);
+  const std::uint64_t there = target.entry.load(std::memory_order_relaxed);
+  target.entry.store(kBeingWritten, std::memory_order_seq_cst);
+  if (target.readers.load(std::memory_order_seq_cst) != 0) {
+    target.entry.store(there, std::memory_order_seq_cst);
+    return false;
+  }
+  target.time.store(time.ns(), std::memory_order_relaxed);
+  std::copy(values.begin(), values.end(), this->values(entry));
+  target.entry.store(entry, std::memory_order_seq_cst);
+  newest_.store(entry, std::memory_order_release);
   return true;
 }
 
 std::optional<Instant<PhysicsClock>> ShapeHistory::at(Instant<PhysicsClock> when,
                                                       std::span<float> out) const noexcept {
   if (vertices_ == 0 || out.size() != floats()) return std::nullopt;
-  const auto time = [this](std::uint64_t k) { return slot(k).time.load(std::memory_order_acquire); };
+  using Numbers = Eigen::Map<Eigen::ArrayXf>;
+  const auto numbers = [this](std::uint64_t entry) {
+    return Eigen::Map<const Eigen::ArrayXf>(values(entry), static_cast<Eigen::Index>(floats()));
+  };
+  Numbers given(out.data(), static_cast<Eigen::Index>(out.size()));
   while (true) {
-    const std::uint64_t n = count_.load(std::memory_order_acquire);
-    if (n == 0) return std::nullopt;
+    const std::uint64_t newest = newest_.load(std::memory_order_acquire);
+    if (newest == 0) return std::nullopt;
     // The slot after the newest is being written.
-    const std::uint64_t oldest = n < kKept ? 0 : n - (kKept - 1);
-    std::uint64_t k = n - 1;
-    while (k > oldest && time(k) > when.ns()) --k;
-    const std::int64_t before = time(k);
+    const std::uint64_t oldest = newest < kKept ? 1 : newest - kKept + 2;
+    std::uint64_t entry = newest;
+    while (entry > oldest && slot(entry).time.load(std::memory_order_relaxed) > when.ns()) --entry;
     // What is not there any more the writer has overwritten meanwhile, gone right round: once more.
-    if (!there(k)) continue;
-    if (before >= when.ns() || k + 1 == n) {
-      load_words(out.data(), words(k), out.size_bytes());
-      if (still_there(k)) return Instant<PhysicsClock>{Duration(before)};
-      continue;
+    const Held first(*this, entry);
+    if (first.empty()) continue;
+    if (first.time() >= when.ns() || entry == newest) {
+      given = numbers(entry);
+      return Instant<PhysicsClock>{Duration(first.time())};
     }
-    const std::int64_t after = time(k + 1);
-    if (!there(k + 1) || after <= when.ns()) continue;
-    const double share = static_cast<double>(when.ns() - before) / static_cast<double>(after - before);
-    mix(words(k), words(k + 1), static_cast<float>(share), out);
-    if (still_there(k) && still_there(k + 1)) return when;
+    const Held second(*this, entry + 1);
+    if (second.empty() || second.time() <= when.ns()) continue;
+    const double share =
+        static_cast<double>(when.ns() - first.time()) / static_cast<double>(second.time() - first.time());
+    given = numbers(entry) + static_cast<float>(share) * (numbers(entry + 1) - numbers(entry));
+    return when;
   }
 }
 

@@ -2,17 +2,19 @@
 // second like the world's state (10,000 vertices are 240 kB), smooth enough that 120 a second do.
 //
 // One thread pushes, any number ask; nobody locks or waits for another, and only the constructor allocates.
-// Memory model: palpate/core/broadcast_ring.h. Between two shapes each number goes straight from one to the
-// other: a vertex at 1 m/s that turns about within one interval is then wrong by 2 mm at most, and normals
-// are a little short of unit length.
+// Too large as well to be copied by atomic words: a reader says which two shapes it reads, and the writer
+// leaves these alone. Between two shapes each number goes straight from one to the other: a vertex at 1 m/s
+// that turns about within one interval is then wrong by 2 mm at most, and normals are a little short of unit
+// length.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <optional>
 #include <span>
 
-#include "palpate/core/broadcast_ring.h"
 #include "palpate/scene/shape.h"
+#include "palpate/time/instant.h"
 
 namespace palpate {
 
@@ -26,7 +28,8 @@ class ShapeHistory {
 
   std::size_t vertices() const { return vertices_; }
 
-  // The one writer. False, and nothing stored, for another size or a time that does not increase.
+  // The one writer. False, and nothing stored, for another size, a time that does not increase, or where
+  // somebody still reads the shape of half a second ago that would have to go.
   bool push(Instant<PhysicsClock> time, std::span<const float> values) noexcept;
 
   // Fills `out` (of vertices() * Shape::kFloatsPerVertex) with the shape at `when`, or with the nearest
@@ -35,24 +38,23 @@ class ShapeHistory {
 
  private:
   struct Slot {
-    AtomicWord state{0};  // entry k is there where this is 2k + 2
+    std::atomic<std::uint64_t> entry{0};  // counted from 1; kBeingWritten
     std::atomic<std::int64_t> time{0};
+    mutable std::atomic<int> readers{0};
   };
+  static constexpr std::uint64_t kBeingWritten = ~std::uint64_t{0};
+
+  // One entry, kept from the writer while this lives. empty() where it has gone already.
+  class Held;
 
   std::size_t floats() const { return vertices_ * Shape::kFloatsPerVertex; }
-  AtomicWord* words(std::uint64_t k) const noexcept { return &words_[(k % kKept) * words_each_]; }
-  const Slot& slot(std::uint64_t k) const noexcept { return slots_[k % kKept]; }
-  bool there(std::uint64_t k) const noexcept {
-    return slot(k).state.load(std::memory_order_acquire) == 2 * k + 2;
-  }
-  bool still_there(std::uint64_t k) const noexcept {
-    return slot(k).state.load(std::memory_order_relaxed) == 2 * k + 2;
-  }
+  Slot& slot(std::uint64_t entry) const noexcept { return slots_[entry % kKept]; }
+  float* values(std::uint64_t entry) const noexcept { return &values_[(entry % kKept) * floats()]; }
 
-  std::size_t vertices_, words_each_;
+  std::size_t vertices_;
   std::unique_ptr<Slot[]> slots_;
-  std::unique_ptr<AtomicWord[]> words_;
-  AtomicWord count_{0};
+  std::unique_ptr<float[]> values_;
+  std::atomic<std::uint64_t> newest_{0};  // entry; 0: none
 };
 
 }  // namespace palpate
