@@ -63,7 +63,7 @@ class Client {
   }
 
   // False where the reply is not the one asked for.
-  bool exchange(std::vector<char>& request, std::size_t reply_bytes) {
+  bool exchange(const std::vector<char>& request, std::size_t reply_bytes) {
     zmq_msg_t reply;
     zmq_msg_init(&reply);
     const bool good = zmq_send(socket_, request.data(), request.size(), 0) >= 0 &&

@@ -176,21 +176,9 @@ struct Load {
   Duration period() const { return seconds(1.0 / rate_hz); }
 };
 
-Times bare_tcp(int fd, const Load& load) {
-  std::vector<char> request(kRequestBytes), reply(load.reply_bytes);
-  const std::uint64_t size = load.reply_bytes;
-  std::copy_n(reinterpret_cast<const char*>(&size), sizeof size, request.data());
-  Times times;
-  for (Pace pace{load.period()}; static_cast<int>(times.size()) < load.requests;) {
-    pace.wait();
-    const auto sent = graphics_clock.now();
-    require(transfer_all(fd, request, true) && transfer_all(fd, reply, false), "the bare TCP peer has gone");
-    times.push_back(1e6 * to_seconds(graphics_clock.now() - sent));
-  }
-  return times;
-}
-
-Times bare_engine(bare_zeromq::Client& client, const Load& load) {
+// `exchange` sends the request, whose first eight bytes ask for so many, and takes the reply.
+template <typename Exchange>
+Times bare_leg(const Load& load, Exchange&& exchange) {
   std::vector<char> request(kRequestBytes);
   const std::uint64_t size = load.reply_bytes;
   std::copy_n(reinterpret_cast<const char*>(&size), sizeof size, request.data());
@@ -198,10 +186,22 @@ Times bare_engine(bare_zeromq::Client& client, const Load& load) {
   for (Pace pace{load.period()}; static_cast<int>(times.size()) < load.requests;) {
     pace.wait();
     const auto sent = graphics_clock.now();
-    require(client.exchange(request, load.reply_bytes), "ZeroMQ by itself does not answer");
+    require(exchange(request), "the bare peer has gone");
     times.push_back(1e6 * to_seconds(graphics_clock.now() - sent));
   }
   return times;
+}
+
+Times bare_tcp(int fd, const Load& load) {
+  std::vector<char> reply(load.reply_bytes);
+  return bare_leg(load, [&](std::vector<char>& request) {
+    return transfer_all(fd, request, true) && transfer_all(fd, reply, false);
+  });
+}
+
+Times bare_engine(bare_zeromq::Client& client, const Load& load) {
+  return bare_leg(
+      load, [&](const std::vector<char>& request) { return client.exchange(request, load.reply_bytes); });
 }
 
 // Where the time of a round trip goes, us.
