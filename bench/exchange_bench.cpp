@@ -262,6 +262,31 @@ double quantile(Times values, double q) {
 double median(const Times& values) { return quantile(values, 0.5); }
 double p99(const Times& values) { return quantile(values, 0.99); }
 
+// What reading a request and writing a state takes on a core that has slept, us: medians.
+struct Wording {
+  double decode = 0.0, encode = 0.0;
+};
+Wording wording() {
+  StateAnswer answer;
+  answer.state.body_count = 3;
+  const ServerMessage reply = StateReply{1000, physics_clock.now(), answer, nullptr};
+  const std::string request = encode(ClientMessage(StateRequest{1000, physics_clock.now(), false}));
+  Times decoded, encoded;
+  Pace pace{std::chrono::milliseconds(10)};
+  for (int i = 0; i < 50; ++i) {
+    pace.wait();
+    const auto begin = graphics_clock.now();
+    const bool read = decode_client_message(request).has_value();
+    const auto between = graphics_clock.now();
+    const bool written = !encode(reply).empty();
+    const auto end = graphics_clock.now();
+    require(read && written, "messages that cannot be read");
+    decoded.push_back(1e6 * to_seconds(between - begin));
+    encoded.push_back(1e6 * to_seconds(end - between));
+  }
+  return {median(decoded), median(encoded)};
+}
+
 // ---------------------------------------------------------------------------- a table
 
 struct Row {
@@ -332,9 +357,16 @@ void measure(const Case& what, int rounds, Contest& contest, Shared& shared) {
              p99(all_bare));
   for (const Row& row : rows) print(row, 2.5);
   print(again, 0.0);
-  for (const Ours& link : contest.links)
-    fmt::print("    {:<14} there {:.0f} us, look-up {:.1f} us, back {:.0f} us\n", link.name(),
-               median(link.parts.there), median(link.parts.look_up), median(link.parts.back));
+  fmt::print("  Where the time goes:\n");
+  for (std::size_t i = 0; i < contest.links.size(); ++i) {
+    const Parts& parts = contest.links[i].parts;
+    const double base = median(all_bare), engine = median(rows[2 * i + 1].all), all = median(rows[2 * i].all);
+    fmt::print(
+        "    {:<14} bare TCP {:.0f} us, engine {:+.0f}, ours {:+.0f} us (look-up {:.1f}); there {:.0f}, back "
+        "{:.0f} us\n",
+        contest.links[i].name(), base, engine - base, all - engine, median(parts.look_up),
+        median(parts.there), median(parts.back));
+  }
 }
 
 // ---------------------------------------------------------------------------- the run
@@ -410,6 +442,9 @@ void layout(bool pinned, bool beside_loop, int rounds, bool short_run, int engin
   }();
   fmt::print("\n{}, {}\n", pinned ? "PINNED" : "UNPINNED (no bar)",
              beside_loop ? "beside the running 1 kHz loop" : "idle");
+  const Wording words = wording();
+  fmt::print(" One message on a core that has slept: request read in {:.1f} us, state written in {:.1f} us\n",
+             words.decode, words.encode);
   // Bars where the threads are pinned; the loop next to it makes every wake-up wait.
   const double b = pinned ? 1.0 : 0.0;
   const Load states{.rate_hz = 100, .requests = 100, .reply_bytes = state_bytes};
