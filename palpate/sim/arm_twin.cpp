@@ -142,14 +142,20 @@ void ArmTwin::step(double h, HandTwin& hand) {
   }
   hand.step(h);
   const double mass = mass_ + hand.mass();
-  Vector3 force = hand.force(state_.tip, state_.velocity, mass) + motor_force_ + stop_force_;
-  const double speed = state_.velocity.norm();
+  const HandTwin::Push push = hand.push(state_.tip, mass);
+  Vector3 force = push.force + motor_force_ + stop_force_;
   // Dry friction, smoothed around standstill; v / (|v| + v0) keeps tanh out of the loop.
-  force -= state_.velocity * (friction_ / (speed + kFrictionSpeed));
-  state_.velocity += (h / mass) * force;
-  const double new_speed = state_.velocity.norm();
-  if (new_speed > max_speed_) state_.velocity *= max_speed_ / new_speed;
-  state_.tip += h * state_.velocity;
+  force -= state_.velocity * (friction_ / (state_.velocity.norm() + kFrictionSpeed));
+  // Hand and mass by the trapezoidal rule, with the mean of the velocities before and after: it neither adds
+  // energy nor takes any. With the new velocity alone a sampled wall would stay stable a third beyond its
+  // limit.
+  const Vector3 mean =
+      (2.0 * mass / h * state_.velocity + force) / (2.0 * mass / h + 0.5 * h * push.stiffness + push.damping);
+  const Vector3 before = state_.velocity;
+  state_.velocity = 2.0 * mean - before;
+  const double speed = state_.velocity.norm();
+  if (speed > max_speed_) state_.velocity *= max_speed_ / speed;
+  state_.tip += 0.5 * h * (before + state_.velocity);
 
   if (hand.grip() != Grip::none) {
     // Twice the sine of half the angle, about its axis: the rotation vector for small angles, softer for

@@ -39,17 +39,17 @@ void HandTwin::step(double h) {
   place_ += h * velocity_;
 }
 
-Vector3 HandTwin::force(const Vector3& place, const Vector3& velocity, double mass) const {
+HandTwin::Push HandTwin::push(const Vector3& place, double mass) const {
   switch (grip_) {
     case Grip::none:
-      return Vector3::Zero();
+      return {};
     case Grip::swing:
-      return pull_ - settings_.damping * velocity;
+      return {pull_, 0.0, settings_.damping};
     case Grip::follow:
       break;
   }
-  return mass * acceleration_ + settings_.stiffness * (place_ - place) +
-         settings_.damping * (velocity_ - velocity);
+  return {mass * acceleration_ + settings_.stiffness * (place_ - place) + settings_.damping * velocity_,
+          settings_.stiffness, settings_.damping};
 }
 
 }  // namespace palpate::sim

@@ -42,8 +42,13 @@ class HandTwin {
 
   // Moves the plan on by h seconds.
   void step(double h);
-  // Force on the stylus, N, World; `mass` is all that moves with the tip.
-  Vector3 force(const Vector3& place, const Vector3& velocity, double mass) const;
+  // How the hand pushes the stylus: with `force` (N, World) while it stands at `place`, by `stiffness` (N/m)
+  // less for each metre further on, by `damping` (N s/m) less for its speed. `mass` is all that moves with it.
+  struct Push {
+    Vector3 force = Vector3::Zero();
+    double stiffness = 0.0, damping = 0.0;
+  };
+  Push push(const Vector3& place, double mass) const;
 
   double mass() const { return grip_ == Grip::none ? 0.0 : settings_.mass; }
   const Quaternion& orientation() const { return orientation_; }
