@@ -484,6 +484,8 @@ int main(int argc, char** argv) {
   app.add_option("--rounds", rounds, "Rounds per table")->check(CLI::PositiveNumber)->capture_default_str();
   app.add_option("--layout", which,
                  "all, pinned, unpinned, pinned-idle, pinned-loop, unpinned-idle, unpinned-loop")
+      ->check(CLI::IsMember(
+          {"all", "pinned", "unpinned", "pinned-idle", "pinned-loop", "unpinned-idle", "unpinned-loop"}))
       ->capture_default_str();
   app.add_option("--engines", engines, "Of the three, the first so many")->capture_default_str();
   app.add_flag("--short", short_run, "512 bytes at 100 Hz and the shape of 10,000 vertices at 60 Hz alone");

@@ -9,7 +9,8 @@ subprocess.run(["protoc", f"-I{here}/../proto", f"--python_out={made.name}", "pa
 sys.path.append(made.name)
 import palpate_pb2 as wire
 
-address = sys.argv[1] if len(sys.argv) > 1 else f"ipc://{os.environ['XDG_RUNTIME_DIR']}/palpate/physics.sock"
+run = f"{os.environ['XDG_RUNTIME_DIR']}/palpate" if "XDG_RUNTIME_DIR" in os.environ else f"/dev/shm/palpate-{os.getuid()}"
+address = sys.argv[1] if len(sys.argv) > 1 else f"ipc://{run}/physics.sock"
 count = int(sys.argv[2]) if len(sys.argv) > 2 else 150
 server = zmq.Context.instance().socket(zmq.DEALER)
 server.setsockopt(zmq.RCVTIMEO, 5000)

@@ -11,13 +11,13 @@ void add_graphics(CLI::App& program) {
   auto* command = program.add_subcommand(
       "graphics", "The graphics server: camera and tracker in, augmented picture out (no window yet)");
   struct Options {
-    std::string rig, world, json, tracker, publish;
+    std::string rig = "rig.toml", world, json, tracker, publish;
     std::vector<std::string> tools;
     bool igtl_insecure = false;
     GraphicsProcessOptions process;
   };
   auto options = std::make_shared<Options>();
-  command->add_option("--rig", options->rig, "Calibrated rig file")->required();
+  command->add_option("--rig", options->rig, "Calibrated rig file")->capture_default_str();
   add_server_options(*command, options->process.server);
   command->add_option("--lab", options->process.lab, "Name of the laboratory `palpate world run` serves")
       ->default_val("lab");

@@ -12,11 +12,11 @@ void add_physics(CLI::App& program) {
   auto* command = program.add_subcommand(
       "physics", "The physics server: 1 kHz force loop, virtual world, states for graphics servers");
   struct Options {
-    std::string rig, world, json;
+    std::string rig = "rig.toml", world, json;
     PhysicsProcessOptions process;
   };
   auto options = std::make_shared<Options>();
-  command->add_option("--rig", options->rig, "Calibrated rig file")->required();
+  command->add_option("--rig", options->rig, "Calibrated rig file")->capture_default_str();
   command
       ->add_option("--app", options->process.scene.application,
                    "Application to run; `palpate apps` lists them")

@@ -38,6 +38,9 @@ Expected<void> check_folder(const std::filesystem::path& folder) {
     return wrong_use("{}: belongs to user {}, not to {}; sockets must lie in a folder of your own",
                      shown(folder.string()), info.st_uid, geteuid());
   }
+  if ((info.st_mode & S_ISVTX) != 0)
+    return wrong_use("{}: everybody's (mode {:o}); choose a folder of your own", shown(folder.string()),
+                     info.st_mode & 07777);
   if ((info.st_mode & 0022) != 0)
     return wrong_use("{}: others can write to it (mode {:o}); chmod 700 it", shown(folder.string()),
                      info.st_mode & 07777);

@@ -48,6 +48,10 @@ class Check {
     require(std::isfinite(value) && value > 0.0, field, "finite and above 0");
     return value;
   }
+  double within(double value, double low, double high, const char* field) {
+    if (!(value >= low && value <= high)) fail(fmt::format("{} must be {:g} to {:g}", field, low, high));
+    return good() ? value : 0.0;
+  }
   double fraction(double value, const char* field) {
     require(value >= 0.0 && value <= 1.0, field, "between 0 and 1");
     return value;
@@ -148,14 +152,17 @@ Role read_role(Check& check, int role) {
 }
 
 ClientFigures read(Check& check, const wire::ClientFigures& in) {
-  return {.frames = in.frames(),
-          .late = in.late(),
-          .lost = in.lost(),
-          .rate_hz = check.finite(in.rate_hz(), "rate_hz"),
-          .round_trip_median_us = check.finite(in.round_trip_median_us(), "round_trip_median_us"),
-          .round_trip_p99_us = check.finite(in.round_trip_p99_us(), "round_trip_p99_us"),
-          .clock_offset_s = check.finite(in.clock_offset_s(), "clock_offset_s"),
-          .clock_uncertainty_us = check.finite(in.clock_uncertainty_us(), "clock_uncertainty_us")};
+  constexpr double kDayUs = 86400e6, kMaxTimeS = 1e-9 * static_cast<double>(kMaxTimeNs);
+  return {
+      .frames = in.frames(),
+      .late = in.late(),
+      .lost = in.lost(),
+      .rate_hz = check.within(in.rate_hz(), 0.0, 1e5, "rate_hz"),
+      .round_trip_median_us = check.within(in.round_trip_median_us(), 0.0, kDayUs, "round_trip_median_us"),
+      .round_trip_p99_us = check.within(in.round_trip_p99_us(), 0.0, kDayUs, "round_trip_p99_us"),
+      .clock_offset_s = check.within(in.clock_offset_s(), -kMaxTimeS, kMaxTimeS, "clock_offset_s"),
+      .clock_uncertainty_us =
+          check.within(in.clock_uncertainty_us(), 0.0, 1e6 * kMaxTimeS, "clock_uncertainty_us")};
 }
 
 LoopStatus read(Check& check, const wire::LoopStatus& in) {

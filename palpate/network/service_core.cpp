@@ -15,8 +15,9 @@ ServiceCore::ServiceCore(StateSource source, SceneDescription scene, std::uint64
 }
 
 ServerMessage ServiceCore::answer(std::string_view bytes, Instant<PhysicsClock> received,
-                                  std::optional<Role> role, std::string_view peer) {
+                                  std::optional<Role> role, std::string_view peer, std::string_view key) {
   peer_ = peer;
+  key_ = key;
   if (!role) {
     rejected();
     return Refusal{"this key is not admitted here any more"};
@@ -37,6 +38,15 @@ ServiceCore::Client* ServiceCore::find(std::uint64_t id) {
 
 ServiceCore::Client* ServiceCore::admit(std::uint64_t id, Instant<PhysicsClock> now) {
   if (Client* known = find(id)) return known;
+  const auto lives = [now](const Client& c) { return c.id != 0 && now - c.heard <= kClientGoneAfter; };
+  const auto here = std::find_if(clients_.begin(), clients_.end(), [&](const Client& c) {
+    return lives(c) && !peer_.empty() && c.peer == peer_;
+  });
+  if (here != clients_.end()) return &(*here = {.id = id});
+  const auto of_key = std::count_if(clients_.begin(), clients_.end(), [&](const Client& c) {
+    return lives(c) && !key_.empty() && c.key == key_;
+  });
+  if (of_key >= static_cast<std::ptrdiff_t>(kMaxClientsOfKey)) return nullptr;
   Client* place = find(0);
   if (place == nullptr) {
     place = &*std::min_element(clients_.begin(), clients_.end(),
@@ -51,9 +61,13 @@ ServerMessage ServiceCore::answer(const Hello& message, Instant<PhysicsClock> re
   Client* client = admit(message.client, received);
   if (client == nullptr) {
     rejected();
-    return Refusal{fmt::format("{} clients are connected already, this server takes no more", kMaxClients)};
+    return Refusal{
+        fmt::format("too many clients are connected; this server takes {}, of them {} with the same key",
+                    kMaxClients, kMaxClientsOfKey)};
   }
   client->heard = received;
+  client->peer = peer_;
+  client->key = key_;
   client->told = {message.name, role, message.figures.value_or(ClientFigures{})};
   count_clients();
   if (message.known_session == session_) return Welcome{session_, std::nullopt, role, states_};

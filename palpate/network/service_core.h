@@ -17,8 +17,10 @@ namespace palpate {
 
 class ServiceCore {
  public:
-  static constexpr Duration kClientGoneAfter = std::chrono::seconds(1);
+  // Counted ten times a second, so that it shows within a second.
+  static constexpr Duration kClientGoneAfter = std::chrono::milliseconds(800);
   static constexpr std::size_t kMaxClients = 64;
+  static constexpr std::size_t kMaxClientsOfKey = 16;  // nobody can take all places
   using Now = std::function<Instant<PhysicsClock>()>;
 
   // `session` is a random number for the server's life, not 0. `now` gives the time stamps.
@@ -26,9 +28,10 @@ class ServiceCore {
 
   // The reply to the bytes of one message that came at `received` from a client of this role; none: it is not
   // admitted (any more). Bytes that fail the check, and what the role may not have, are refused in words.
-  // `peer`: whose queue the answer goes to.
+  // `peer`: whose queue the answer goes to, a connection; one client at a time lives on it. `key`: of that
+  // client, empty where the connection is not encrypted.
   ServerMessage answer(std::string_view bytes, Instant<PhysicsClock> received, std::optional<Role> role,
-                       std::string_view peer = {});
+                       std::string_view peer = {}, std::string_view key = {});
   // Where shapes come from; before the first message.
   void shows(ShapeSource source);
   // Where the status comes from; before the first message.
@@ -52,6 +55,7 @@ class ServiceCore {
     std::uint64_t id = 0;
     std::uint64_t last_control = 0;
     Instant<PhysicsClock> heard;
+    std::string peer, key;
     ClientStatus told;
   };
 
@@ -66,7 +70,7 @@ class ServiceCore {
   StateSource source_;
   ShapeSource shape_source_;
   ShapePool shapes_{0};
-  std::string_view peer_;  // of the message being answered
+  std::string_view peer_, key_;  // of the message being answered
   SceneDescription scene_;
   std::uint64_t session_;
   std::string states_;

@@ -8,13 +8,19 @@
 #include <cerrno>
 #include <vector>
 
+#include "palpate/time/clock.h"
+
 namespace palpate::zmq {
 namespace {
 
 constexpr Duration kLookEvery = std::chrono::milliseconds(500);
 constexpr std::size_t kKeyBytes = 32;
 // A question of ZeroMQ's: version, number, domain, address, identity, mechanism, the client's key.
-constexpr std::size_t kQuestionFrames = 7, kNumberFrame = 1, kMechanismFrame = 5, kKeyFrame = 6;
+constexpr std::size_t kQuestionFrames = 7, kNumberFrame = 1, kDomainFrame = 2, kMechanismFrame = 5,
+                      kKeyFrame = 6;
+constexpr Duration kKeptFor = std::chrono::minutes(1);
+
+Duration monotonic() { return Duration(MonotonicClock<PhysicsClock>::monotonic_ns()); }
 
 bool set_text(Socket& socket, int option, const std::string& text) {
   return zmq_setsockopt(socket.get(), option, text.c_str(), text.size()) == 0;
@@ -56,11 +62,11 @@ Expected<Gate> Gate::make(const Context& context, ServerIdentity identity) {
   return gate;
 }
 
-Expected<void> Gate::guard(Socket& socket) const {
+Expected<void> Gate::guard(Socket& socket, std::string_view domain) const {
   const int server = 1;
   if (zmq_setsockopt(socket.get(), ZMQ_CURVE_SERVER, &server, sizeof server) == 0 &&
       set_text(socket, ZMQ_CURVE_SECRETKEY, identity_.own.secret_key) &&
-      set_text(socket, ZMQ_ZAP_DOMAIN, "palpate"))
+      set_text(socket, ZMQ_ZAP_DOMAIN, std::string(domain)))
     return {};
   return refused("ZeroMQ cannot encrypt: {}", zmq_strerror(errno));
 }
@@ -72,7 +78,8 @@ void Gate::answer() {
     if (question.empty()) return;
     const bool whole = question.size() == kQuestionFrames && question[kMechanismFrame] == "CURVE";
     const std::string key = whole ? key_of(question[kKeyFrame]) : std::string();
-    const bool welcome = !key.empty() && admitted_.role_of(key).has_value();
+    const bool welcome = !key.empty() && admitted_.role_of(key).has_value() &&
+                         !(question[kDomainFrame] == kStatesDomain && kept_from_states(key));
     if (!welcome) ++turned_away_;
     const std::string number = question.size() > kNumberFrame ? question[kNumberFrame] : std::string();
     socket_.send("1.0", true);
@@ -82,6 +89,17 @@ void Gate::answer() {
     socket_.send(key, true);
     socket_.send("");
   }
+}
+
+void Gate::keep_from_states(const std::string& user) const {
+  const std::lock_guard lock(kept_->mutex);
+  kept_->until[user] = monotonic() + kKeptFor;
+}
+
+bool Gate::kept_from_states(const std::string& user) const {
+  const std::lock_guard lock(kept_->mutex);
+  const auto kept = kept_->until.find(user);
+  return kept != kept_->until.end() && monotonic() < kept->second;
 }
 
 // What tells one version of the file from another.

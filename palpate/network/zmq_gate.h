@@ -7,7 +7,11 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
+#include <string_view>
 
 #include "palpate/network/keys.h"
 #include "palpate/network/zmq_socket.h"
@@ -15,13 +19,18 @@
 
 namespace palpate::zmq {
 
+inline constexpr std::string_view kRequestsDomain = "palpate", kStatesDomain = "palpate-states";
+
 class Gate {
  public:
   // Before the socket it guards is bound, and in the same context.
   static Expected<Gate> make(const Context& context, ServerIdentity identity);
 
   // Makes `socket` (ROUTER, XPUB) take encrypted connections of admitted clients only.
-  Expected<void> guard(Socket& socket) const;
+  Expected<void> guard(Socket& socket, std::string_view domain = kRequestsDomain) const;
+
+  // This key gets no states for a minute: it has abused them. Any thread; who is connected stays so.
+  void keep_from_states(const std::string& user) const;
 
   void* get() const { return socket_.get(); }
   // Answers the questions that have come.
@@ -35,7 +44,14 @@ class Gate {
   Gate(Socket socket, ServerIdentity identity, AuthorizedKeys admitted)
       : socket_(std::move(socket)), identity_(std::move(identity)), admitted_(std::move(admitted)) {}
   std::string stamp() const;
+  bool kept_from_states(const std::string& user) const;
 
+  // Until when, by key. On the heap, as a gate is moved into its place.
+  struct Kept {
+    std::mutex mutex;
+    std::map<std::string, Duration> until;  // monotonic
+  };
+  std::unique_ptr<Kept> kept_ = std::make_unique<Kept>();
   Socket socket_;  // REP
   ServerIdentity identity_;
   AuthorizedKeys admitted_;

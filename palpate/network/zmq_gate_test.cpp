@@ -2,7 +2,11 @@
 #include <gtest/gtest.h>
 #include <zmq.h>
 
+#include <set>
+
+#include "palpate/network/messages.h"
 #include "palpate/network/state_watch.h"
+#include "palpate/network/zmq_publisher.h"
 #include "palpate/network/zmq_rig_test.h"
 #include "palpate/network/zmq_socket.h"
 
@@ -186,6 +190,59 @@ TEST_F(GuardedServer, ObserversOfStatesComeThroughTheSameGateAndLoseTheirRightsT
   EXPECT_FALSE(leaving->take());
   EXPECT_FALSE(stranger->take());
   EXPECT_FALSE(bare->take());
+}
+
+TEST_F(GuardedServer, AKeyHasFourRatesAndWhatItLeavesGoesToTheOthers) {
+  auto greedy = zmq::Socket::make(ZMQ_SUB);
+  ASSERT_TRUE(greedy && zmq::encrypt(*greedy, {observer, own.public_key}));
+  for (int rate = 1; rate <= 30; ++rate) {
+    const std::string topic = zmq::topic_of(rate);
+    zmq_setsockopt(greedy->get(), ZMQ_SUBSCRIBE, topic.data(), topic.size());
+  }
+  ASSERT_EQ(zmq_connect(greedy->get(), server->states_endpoint().c_str()), 0);
+  std::string body, topic;
+  ASSERT_TRUE(
+      rig.until({}, [&] { return greedy->receive(2, &topic, body) == zmq::Socket::Received::message; }));
+  auto modest = std::move(*watch_states(endpoint, 100, ClientIdentity{graphics, own.public_key}));
+  EXPECT_TRUE(rig.until({}, [&] { return modest->take().has_value(); }));
+  std::set<std::string> topics;
+  rig.until({}, [&] {
+    while (greedy->receive(2, &topic, body) == zmq::Socket::Received::message)
+      if (topic != "state@100;") topics.insert(topic);
+    return topics.size() > zmq::kMaxRatesEach;
+  });
+  EXPECT_EQ(topics.size(), zmq::kMaxRatesEach);
+}
+
+// ZeroMQ keeps every topic that anybody asks for, in memory that a server of ours locks.
+TEST_F(GuardedServer, WhoAsksForTopicsWithoutEndIsShutOutAndTheOthersComeBack) {
+  auto staying = std::move(*watch_states(endpoint, 100, ClientIdentity{graphics, own.public_key}));
+  ASSERT_TRUE(rig.until({}, [&] { return staying->take().has_value(); }));
+  auto greedy = zmq::Socket::make(ZMQ_SUB);
+  ASSERT_TRUE(greedy && zmq::encrypt(*greedy, {observer, own.public_key}));
+  const std::string wanted = "state@50;";
+  zmq_setsockopt(greedy->get(), ZMQ_SUBSCRIBE, wanted.data(), wanted.size());
+  ASSERT_EQ(zmq_connect(greedy->get(), server->states_endpoint().c_str()), 0);
+  std::string body, topic;
+  ASSERT_TRUE(
+      rig.until({}, [&] { return greedy->receive(2, &topic, body) == zmq::Socket::Received::message; }));
+  for (int i = 0; i < 300; ++i) {
+    const std::string nonsense = std::to_string(i) + std::string(2000, 'x');
+    zmq_setsockopt(greedy->get(), ZMQ_SUBSCRIBE, nonsense.data(), nonsense.size());
+    rig.wait_a_little();
+    static_cast<void>(greedy->readable());  // makes room in its own queue
+  }
+  ASSERT_TRUE(rig.until({}, [&] { return server->counters().rejected > 0; }));
+  const auto flooded = rig.physics_clock.now();
+  EXPECT_TRUE(rig.until({}, [&] {
+    const auto state = staying->take();
+    return state && state->asked > flooded + std::chrono::milliseconds(500);
+  }));
+  bool served = false;
+  while (greedy->receive(2, &topic, body) == zmq::Socket::Received::message)
+    served = decode_server_message(body) && std::get<StateReply>(*decode_server_message(body)).asked >
+                                                flooded + std::chrono::milliseconds(500);
+  EXPECT_FALSE(served);
 }
 
 TEST_F(GuardedServer, AListThatOthersCanWriteToAdmitsNobodyAnyMore) {

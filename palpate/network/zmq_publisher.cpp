@@ -33,7 +33,7 @@ Expected<Socket> open_socket(const Context& context, const std::string& address,
   auto socket = Socket::make(ZMQ_XPUB, context);
   if (!socket) return socket;
   if (gate != nullptr)
-    if (auto guarded = gate->guard(*socket); !guarded) return tl::unexpected(guarded.error());
+    if (auto guarded = gate->guard(*socket, kStatesDomain); !guarded) return tl::unexpected(guarded.error());
   if (auto bound = socket->bind(address); !bound) return tl::unexpected(bound.error());
   return socket;
 }
@@ -101,14 +101,47 @@ void Publisher::run() {
 // A wish is one frame: 1 (from now on) or 0 (no longer) and the topic. ZeroMQ tells the first observer's of a
 // topic and the last one's end.
 void Publisher::take_wishes() {
-  std::string wish;
-  while (socket_ && socket_->readable() && socket_->receive(1, nullptr, wish) != Socket::Received::nothing) {
+  std::string wish, user;
+  bool changed = false;
+  while (socket_ && socket_->readable() &&
+         socket_->receive(1, nullptr, wish, &user) != Socket::Received::nothing) {
     if (wish.empty()) continue;
-    const int hz = rate_of(std::string_view(wish).substr(1));
-    if (hz == 0) continue;
-    if (wish[0] == 0) rates_.erase(hz);
-    if (wish[0] == 1 && rates_.size() < kMaxRatesAtOnce) rates_.emplace(hz, Rate{clock_.now()});
+    const std::string topic = wish.substr(1);
+    if (wish[0] == 0 && topics_.erase(topic) > 0) topic_bytes_ -= topic.size(), changed = true;
+    if (wish[0] == 1 && topics_.emplace(topic, user).second) topic_bytes_ += topic.size(), changed = true;
+    if (topic_bytes_ > kMaxTopicBytes) return shut_out_the_greediest();
   }
+  if (changed) choose_rates();
+}
+
+// Those served already go on; a place that has come free is the next one's that waits.
+void Publisher::choose_rates() {
+  std::map<int, const std::string*> wanted;
+  for (const auto& [topic, user] : topics_)
+    if (const int hz = rate_of(topic); hz != 0) wanted.emplace(hz, &user);
+  std::map<std::string, std::size_t> each;
+  for (auto rate = rates_.begin(); rate != rates_.end();) {
+    const auto still = wanted.find(rate->first);
+    if (still != wanted.end()) ++each[*still->second];
+    rate = still == wanted.end() ? rates_.erase(rate) : std::next(rate);
+  }
+  for (const auto& [hz, user] : wanted) {
+    if (rates_.size() >= kMaxRatesAtOnce) return;
+    if (rates_.contains(hz) || (!user->empty() && each[*user] >= kMaxRatesEach)) continue;
+    ++each[*user];
+    rates_.emplace(hz, Rate{clock_.now()});
+  }
+}
+
+// What ZeroMQ holds for a connection goes with the socket alone. The others come back within a moment.
+void Publisher::shut_out_the_greediest() {
+  std::map<std::string, std::size_t> bytes;
+  for (const auto& [topic, user] : topics_) bytes[user] += topic.size();
+  const auto most = std::max_element(bytes.begin(), bytes.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  if (gate_ != nullptr && most != bytes.end() && !most->first.empty()) gate_->keep_from_states(most->first);
+  floods_.fetch_add(1, std::memory_order_relaxed);
+  reopen();
 }
 
 void Publisher::publish_what_is_due(Instant<PhysicsClock> now) {
@@ -128,6 +161,8 @@ void Publisher::publish_what_is_due(Instant<PhysicsClock> now) {
 
 void Publisher::reopen() {
   rates_.clear();
+  topics_.clear();
+  topic_bytes_ = 0;
   socket_.reset();
   // The address comes free a moment after the socket has closed; until then nobody gets anything.
   for (int attempt = 0; attempt < 100 && !socket_; ++attempt) {

@@ -76,6 +76,7 @@ class ZmqService : public StateService {
         turned_away_.store(gate_->turned_away(), std::memory_order_relaxed);
         if (gate_->look_again(clock_.now().since_epoch) && publisher_) publisher_->begin_anew();
       }
+      if (publisher_ && publisher_->floods() > floods_) core_.rejected(), ++floods_;
       core_.counts(turned_away_.load(std::memory_order_relaxed), publisher_ ? publisher_->published() : 0);
       core_.count_clients();
     }
@@ -93,7 +94,7 @@ class ZmqService : public StateService {
       }
       // A peer that has gone or does not take its mail loses the answer; nobody waits for it.
       const auto role = gate_ ? gate_->role_of(user_) : Role::operator_;
-      const ServerMessage answer = core_.answer(body_, now, role, peer_);
+      const ServerMessage answer = core_.answer(body_, now, role, peer_, user_);
       const auto shape = shape_of(answer);
       if (!socket_.send(peer_, true) || !socket_.send(encode(answer), shape != nullptr) ||
           (shape && !send_shape(shape)))
@@ -117,6 +118,7 @@ class ZmqService : public StateService {
   ServiceCore core_;
   std::unique_ptr<zmq::Publisher> publisher_;
   std::atomic<std::uint64_t> turned_away_{0};
+  std::uint64_t floods_ = 0;  // that have been counted as rejected
   zmq::Stop stop_;
   std::string peer_, body_, user_;
   std::thread thread_;

@@ -377,8 +377,10 @@ Findings judge(const DeviceFacts& facts) {
   Findings found{
       note(kArea, "haptic arm", "no driver for real arms yet",
            "palpate world run simulates one; drivers are written against palpate/devices/devices.h"),
-      note(kArea, "tracker", "over OpenIGTLink to record from; no live use yet",
-           "palpate tracker listen records one (docs/openigtlink.md); palpate world run simulates one")};
+      note(kArea, "tracker", "over OpenIGTLink, live and to record from",
+           "palpate graphics --tracker igtl://HOST:PORT, palpate tracker listen (docs/openigtlink.md); "
+           "palpate "
+           "world run simulates one")};
   if (facts.cameras.empty())
     found.push_back(fine(kArea, "cameras", "none at /dev/video*; no driver for real ones yet"));
   for (const auto& camera : facts.cameras)

@@ -194,6 +194,9 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     (*link)->poll();
     if (stop.load()) return refused("graphics: stopped before the physics server answered");
     if (to_seconds(clock.now() - start) > kPatienceS) {
+      if ((*link)->refusal())
+        return refused("graphics: the physics server at {} refuses: {}", endpoint.address,
+                       excerpt(*(*link)->refusal(), 200));
       const auto trouble = (*link)->trouble();
       if (trouble)
         return refused("graphics: the physics server at {} turns us away: {}", endpoint.address, *trouble);
