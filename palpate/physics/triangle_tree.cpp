@@ -10,11 +10,9 @@ constexpr std::uint32_t kLeafSize = 4;
 constexpr std::size_t kBins = 16;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
-float rounded_down(double x) {
-  const auto f = static_cast<float>(x);
-  return static_cast<double>(f) <= x ? f : std::nextafter(f, -kFar);
-}
-float rounded_up(double x) { return -rounded_down(-x); }
+// The next float but one at most: always one step on, without asking whether the rounding went that way.
+float rounded_down(double x) { return std::nextafter(static_cast<float>(x), -kFar); }
+float rounded_up(double x) { return std::nextafter(static_cast<float>(x), kFar); }
 
 }  // namespace
 
