@@ -2,6 +2,8 @@
 // mesh_file.h only.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
 #include <cstdint>
