@@ -33,6 +33,7 @@ const std::vector<NamedTarget>& all_targets() {
       {"hand_eye", hand_eye},
       {"keys", keys},
       {"matrices", matrices},
+      {"meshes", meshes},
       {"messages", messages},
       {"openigtlink", openigtlink},
       {"points", points},

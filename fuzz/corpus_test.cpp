@@ -70,7 +70,7 @@ TEST(Corpus, EveryCalibrationAcceptsAtLeastOneFile) {
 
 TEST(Refusals, SayWhatIsExpectedOrWhatToDo) {
   const std::regex remedy(
-      "expected|make |needed|needs|missing|remove|repair|check|touch|tilt|turn "
+      "expected|make |copy |needed|needs|missing|remove|repair|check|touch|tilt|turn "
       "|swing|spread|measure|move|choose|use |give|"
       "did you mean|known here|say which|accepted|must|record");
   for (const auto& entry : whole_corpus())

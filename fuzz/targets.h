@@ -23,6 +23,7 @@ Refusals flights(std::string_view file);
 Refusals hand_eye(std::string_view file);
 Refusals keys(std::string_view file);
 Refusals matrices(std::string_view file);
+Refusals meshes(std::string_view file);
 Refusals messages(std::string_view file);
 Refusals openigtlink(std::string_view file);
 Refusals points(std::string_view file);

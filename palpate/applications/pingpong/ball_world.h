@@ -36,7 +36,9 @@ struct BatMotion {  // over one step
   Vector3 velocity = Vector3::Zero();  // of the bat frame's origin
   Vector3 angular_velocity = Vector3::Zero();
 
-  Pose<World, Bat> at(double s) const { return interpolate(before, after, s); }
+  Pose<World, Bat> at(double s) const {
+    return s <= 0.0 ? before : s >= 1.0 ? after : interpolate(before, after, s);
+  }
   Vector3 velocity_at(const Vector3& point, double s) const {
     return velocity + angular_velocity.cross(point - at(s).translation);
   }

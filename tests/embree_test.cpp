@@ -1,0 +1,97 @@
+// Our rays beside Embree's on the same mesh. Embree computes in float, which is where the tolerance comes
+// from.
+#include <embree3/rtcore.h>
+#include <gtest/gtest.h>
+
+#include "palpate/geometry/random_vector.h"
+#include "palpate/physics/sweep.h"
+
+namespace palpate {
+namespace {
+
+class Embree {
+ public:
+  explicit Embree(const TriangleMesh& mesh)
+      : device_(rtcNewDevice("threads=1")), scene_(rtcNewScene(device_)) {
+    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+    RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                          RTC_FORMAT_FLOAT3, 12, mesh.vertices.size()));
+    for (const auto& vertex : mesh.vertices)
+      for (int i = 0; i < 3; ++i) *v++ = static_cast<float>(vertex[i]);
+    auto* t = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
+                                                             RTC_FORMAT_UINT3, 12, mesh.triangles.size()));
+    for (const auto& triangle : mesh.triangles)
+      for (const auto i : triangle) *t++ = i;
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene_, geometry);
+    rtcReleaseGeometry(geometry);
+    rtcCommitScene(scene_);
+  }
+  Embree(const Embree&) = delete;
+  Embree& operator=(const Embree&) = delete;
+  ~Embree() {
+    rtcReleaseScene(scene_);
+    rtcReleaseDevice(device_);
+  }
+  std::optional<double> first(const Vector3& from, const Vector3& d) const {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    RTCRayHit ray{};
+    ray.ray.org_x = static_cast<float>(from.x());
+    ray.ray.org_y = static_cast<float>(from.y());
+    ray.ray.org_z = static_cast<float>(from.z());
+    ray.ray.dir_x = static_cast<float>(d.x());
+    ray.ray.dir_y = static_cast<float>(d.y());
+    ray.ray.dir_z = static_cast<float>(d.z());
+    ray.ray.tfar = 1.0f;
+    ray.ray.mask = ~0u;
+    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    rtcIntersect1(scene_, &context, &ray);
+    return ray.hit.geomID == RTC_INVALID_GEOMETRY_ID ? std::nullopt : std::optional<double>(ray.ray.tfar);
+  }
+
+ private:
+  RTCDevice device_;
+  RTCScene scene_;
+};
+
+TEST(Embree, SeesWhatOurRaysSee) {
+  Random random(1, "embree");
+  TriangleMesh mesh;  // 100,352 triangles over 2 m x 2 m, coordinates that floats hold
+  constexpr std::uint32_t n = 224;
+  for (std::uint32_t i = 0; i <= n; ++i)
+    for (std::uint32_t j = 0; j <= n; ++j)
+      mesh.vertices.push_back(Vector3(2.0 * j / n - 1.0, random.uniform(-0.004, 0.004), 2.0 * i / n - 1.0)
+                                  .cast<float>()
+                                  .cast<double>());
+  for (std::uint32_t i = 0; i < n; ++i) {
+    for (std::uint32_t j = 0; j < n; ++j) {
+      const std::uint32_t a = i * (n + 1) + j, b = a + n + 1;
+      mesh.triangles.push_back({a, b, a + 1});
+      mesh.triangles.push_back({a + 1, b, b + 1});
+    }
+  }
+  const Embree embree(mesh);
+  const CollisionMesh ours(mesh);
+  constexpr int kRays = 50000;
+  int hits = 0, apart = 0;
+  for (int k = 0; k < kRays; ++k) {
+    const Vector3 from = uniform3(random, 1.2).cwiseProduct(Vector3(1, 0.1, 1)).cast<float>().cast<double>();
+    const Vector3 d = (uniform3(random, 0.5).cwiseProduct(Vector3(1, 0.6, 1))).cast<float>().cast<double>();
+    const auto theirs = embree.first(from, d);
+    const auto mine = ours.ray(from, from + d);
+    hits += mine.has_value();
+    // Floats place a crossing to 1e-7 m times one over the sine of the angle; a ray that just grazes a ridge,
+    // or ends on the surface, may go on to the next for one of the two.
+    const bool same = mine.has_value() == theirs.has_value() &&
+                      (!mine || std::abs(mine->fraction - *theirs) * d.norm() < 2e-5);
+    apart += !same;
+  }
+  EXPECT_GT(hits, kRays / 5);
+  EXPECT_LT(hits, 4 * kRays / 5);
+  EXPECT_LE(apart, kRays / 5000);
+}
+
+}  // namespace
+}  // namespace palpate
