@@ -234,6 +234,17 @@ std::optional<SweepHit> CollisionMesh::sweep(const Vector3& from, const Vector3&
   return best;
 }
 
+void CollisionMesh::in_box(const Vector3& low, const Vector3& high,
+                           std::vector<std::uint32_t>& places) const {
+  places.clear();
+  visit(low, high, 0.0, [&](std::uint32_t i) {
+    const auto& t = triangles_[i];
+    if ((t[0].cwiseMin(t[1]).cwiseMin(t[2]).array() <= high.array()).all() &&
+        (t[0].cwiseMax(t[1]).cwiseMax(t[2]).array() >= low.array()).all())
+      places.push_back(i);
+  });
+}
+
 std::optional<SweepHit> CollisionMesh::ray(const Vector3& from, const Vector3& to) const {
   std::optional<SweepHit> best;
   visit(from, to, 0.0, [&](std::uint32_t i) {
