@@ -5,7 +5,7 @@ set(PALPATE_FLOOR_1 geometry time estimation)
 set(PALPATE_FLOOR_2 model scene)
 set(PALPATE_FLOOR_3 devices calibration physics network draw)
 set(PALPATE_FLOOR_4 sim drivers/openigtlink acquisition haptics compositor report)
-set(PALPATE_FLOOR_5 applications/pingpong studies)
+set(PALPATE_FLOOR_5 applications/pingpong applications/touch studies)
 set(PALPATE_FLOOR_6 applications)
 set(PALPATE_FLOOR_7 physics_server graphics_server)
 set(PALPATE_FLOOR_8 system)
@@ -16,7 +16,7 @@ set(PALPATE_THREADED core time scene devices network drivers/openigtlink haptics
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.
 set(PALPATE_PHYSICS_PARTS core geometry time estimation model scene devices physics network haptics
-  applications/pingpong applications physics_server)
+  applications/pingpong applications/touch applications physics_server)
 
 set(PALPATE_ALL_MODULES "")
 foreach(floor RANGE 0 8)

@@ -53,6 +53,7 @@ void add_demo(CLI::App& program) {
     if (!known)
       return wrong_use("--app {}: not known; `palpate apps` lists the applications there are",
                        demo.application);
+    if (auto ok = needs_scripted_player(demo.application, "demo"); !ok) return ok;
     demo.world = sim::reference_world();
     demo.command = "palpate demo";
     if (!options->world.empty()) {

@@ -2,12 +2,15 @@
 
 #include "palpate/applications/pingpong/artist.h"
 #include "palpate/applications/pingpong/pingpong.h"
+#include "palpate/applications/touch/artist.h"
+#include "palpate/applications/touch/touch.h"
 
 namespace palpate {
 
 const std::vector<ApplicationInfo>& applications() {
   static const std::vector<ApplicationInfo> list = {
-      {"pingpong", "Return a virtual ball over a real table to a real wall, with a bat you feel"}};
+      {"pingpong", "Return a virtual ball over a real table to a real wall, with a bat you feel", true},
+      {"touch", "Explore a virtual organ on a real table with the tip of the stylus", false}};
   return list;
 }
 
@@ -32,13 +35,22 @@ Expected<void> has_surface(const SceneDescription& scene, std::string_view name)
 Expected<void> ready(const SceneDescription& scene) {
   if (auto ok = known(scene.application); !ok) return ok;
   if (auto ok = has_surface(scene, "table"); !ok) return ok;
-  return has_surface(scene, "wall");
+  return scene.application == "pingpong" ? has_surface(scene, "wall") : Expected<void>{};
 }
 
 }  // namespace
 
+Expected<void> needs_scripted_player(const std::string& name, std::string_view whose) {
+  if (auto ok = known(name); !ok) return ok;
+  for (const auto& application : applications())
+    if (application.name == name && application.scripted_player) return {};
+  return refused("{}: {} has no scripted player yet; `palpate physics --app {}` runs it for a person", whose,
+                 name, name);
+}
+
 Expected<std::unique_ptr<Application>> make_application(const SceneDescription& scene, std::uint64_t seed) {
   if (auto ok = ready(scene); !ok) return tl::unexpected(ok.error());
+  if (scene.application == "touch") return std::make_unique<touch::Touch>(scene);
   pingpong::Settings settings;
   settings.seed = seed;
   return std::make_unique<pingpong::PingPong>(scene, settings);
@@ -46,6 +58,7 @@ Expected<std::unique_ptr<Application>> make_application(const SceneDescription& 
 
 Expected<std::unique_ptr<Artist>> make_artist(const SceneDescription& scene) {
   if (auto ok = ready(scene); !ok) return tl::unexpected(ok.error());
+  if (scene.application == "touch") return std::make_unique<touch::TouchArtist>(scene);
   return std::make_unique<pingpong::PingPongArtist>(scene);
 }
 

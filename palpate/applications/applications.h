@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "palpate/core/expected.h"
@@ -12,8 +13,12 @@ namespace palpate {
 
 struct ApplicationInfo {
   std::string name, summary;
+  bool scripted_player = false;  // one that plays the demo in a person's place
 };
 const std::vector<ApplicationInfo>& applications();
+
+// Wrong use for an unknown name, refused where nobody but a person can play it; `whose` begins the message.
+Expected<void> needs_scripted_player(const std::string& name, std::string_view whose);
 
 // Wrong use for an unknown name, refused where the scene lacks what the application needs.
 Expected<std::unique_ptr<Application>> make_application(const SceneDescription& scene, std::uint64_t seed);

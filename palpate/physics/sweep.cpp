@@ -42,6 +42,20 @@ std::optional<SweepHit> CollisionMesh::sweep(const Vector3& from, const Vector3&
   return best;
 }
 
+void CollisionMesh::in_box(const Vector3& low, const Vector3& high,
+                           std::vector<std::uint32_t>& places) const {
+  places.clear();
+  // By the ball around the box, which the tree takes for a sphere at rest.
+  const Vector3 centre = 0.5 * (low + high);
+  const double never_lowered = 1.0;
+  tree_.visit(centre, centre, 0.5 * (high - low).norm(), never_lowered, [&](std::uint32_t i) {
+    const auto& t = triangles_[i];
+    if ((t[0].cwiseMin(t[1]).cwiseMin(t[2]).array() <= high.array()).all() &&
+        (t[0].cwiseMax(t[1]).cwiseMax(t[2]).array() >= low.array()).all())
+      places.push_back(i);
+  });
+}
+
 std::optional<SweepHit> CollisionMesh::ray(const Vector3& from, const Vector3& to) const {
   std::optional<SweepHit> best;
   double last = 1.0;

@@ -29,6 +29,12 @@ class CollisionMesh {
   std::optional<SweepHit> sweep(const Vector3& from, const Vector3& to, double radius) const;
   // First crossing of the ray of the centre; normal of the face, on the side the ray comes from.
   std::optional<SweepHit> ray(const Vector3& from, const Vector3& to) const;
+  // Places, for at(), of all triangles that reach into the box from `low` to `high`, and of some whose boxes
+  // alone do; those in `places` go.
+  // Allocates nothing where its capacity suffices, as one of size() always does.
+  void in_box(const Vector3& low, const Vector3& high, std::vector<std::uint32_t>& places) const;
+  const Triangle& at(std::uint32_t place) const { return triangles_[place]; }
+  std::uint32_t number(std::uint32_t place) const { return tree_.order()[place]; }  // in the mesh it came from
   std::size_t size() const { return triangles_.size(); }
   double extent() const { return extent_; }  // largest distance of a vertex from the origin
 

@@ -207,6 +207,9 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   const SceneDescription scene = *(*link)->description();
+  if (options.player)
+    if (auto ok = needs_scripted_player(scene.application, "graphics"); !ok)
+      return tl::unexpected(ok.error());
   auto artist = make_artist(scene);
   if (!artist) return tl::unexpected(artist.error());
   PictureParts pictures(options.rig, scene, std::move(*artist));

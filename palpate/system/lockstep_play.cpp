@@ -60,6 +60,7 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
                                           const std::function<void(double)>& progress) {
   if (!rig.arm || !rig.camera || !rig.hand_eye)
     return refused("play: the rig is not calibrated; run `palpate calibrate all`");
+  if (auto ok = needs_scripted_player(scene.application, "play"); !ok) return tl::unexpected(ok.error());
   auto application = make_application(scene, options.seed);
   if (!application) return tl::unexpected(application.error());
 

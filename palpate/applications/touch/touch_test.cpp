@@ -1,0 +1,271 @@
+#include "palpate/applications/touch/touch.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <string>
+
+#include "palpate/applications/touch/artist.h"
+#include "palpate/applications/touch/organ.h"
+#include "tests/allocation_count.h"
+
+namespace palpate::touch {
+namespace {
+
+SceneDescription table_for_tests() {
+  SceneDescription scene;
+  scene.application = "touch";
+  scene.surfaces = {{"table",
+                     {Vector3(-0.375, -1.52, 1.80), Vector3(0.375, -1.52, 1.80), Vector3(0.375, -1.52, 0.80),
+                      Vector3(-0.375, -1.52, 0.80)},
+                     0.93}};
+  scene.bat_offset.setZero();
+  return scene;
+}
+
+constexpr double kTick = 1e-3;
+
+struct Bench {
+  explicit Bench(const Settings& settings = {}) : touch(table_for_tests(), settings) {
+    top = touch.rest().translation + kHalfHeight * Vector3::UnitY();
+    tip.X_world_tip.translation = top + Vector3(0, 0.02, 0);
+  }
+  void step() {
+    now += seconds(kTick);
+    tip.time = now;
+    touch.step(now, seconds(kTick), tip, state);
+    state.time = now;
+  }
+  void go_to(const Vector3& place, double speed) {
+    while ((place - at()).norm() > 1e-9) {
+      const Vector3 way = place - at();
+      const double step_m = std::min(way.norm(), speed * kTick);
+      tip.velocity = step_m / kTick * way.normalized();
+      tip.X_world_tip.translation += step_m * way.normalized();
+      step();
+    }
+    tip.velocity.setZero();
+  }
+  const Vector3& at() const { return tip.X_world_tip.translation; }
+  Vector3 force() const { return Vector3(state.force.data()); }
+  Touch touch;
+  TipState tip;
+  WorldState state;
+  Instant<PhysicsClock> now = Instant<PhysicsClock>::from_seconds(50.0);
+  Vector3 top;
+};
+
+TEST(Organ, IsClosedAndAHundredThousandTrianglesThatLookOutwards) {
+  const TriangleMesh mesh = organ_mesh();
+  EXPECT_EQ(mesh.triangles.size(), 100'352u);
+  EXPECT_EQ(mesh.vertices.size(), mesh.triangles.size() / 2 + 2) << "Euler's formula of a sphere";
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+  for (const auto& t : mesh.triangles) {
+    for (std::size_t i = 0; i < 3; ++i) ++edges[{t[i], t[(i + 1) % 3]}];
+    const Vector3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+    ASSERT_GT((b - a).cross(c - a).dot(a + b + c), 0.0);
+  }
+  for (const auto& [edge, count] : edges) {
+    ASSERT_EQ(count, 1);
+    ASSERT_EQ((edges.count({edge.second, edge.first})), 1u);
+  }
+  EXPECT_THROW(organ_mesh(1), std::invalid_argument);
+}
+
+TEST(Touch, PressesBackWithTheSpringWhereTheTipIsBeneathTheSurface) {
+  Bench bench;
+  bench.step();
+  EXPECT_EQ(bench.force(), Vector3::Zero());
+  bench.go_to(bench.top + Vector3(0, -0.001, 0), 0.05);
+  bench.step();
+  const ProxyState& proxy = bench.touch.proxy();
+  ASSERT_TRUE(proxy.touching);
+  const Vector3 expected = 600.0 * (Vector3(bench.state.bodies[kProxy].p()) - bench.at());
+  EXPECT_LT((bench.force() - expected).norm(), 1e-9);
+  EXPECT_GT(bench.force().y(), 0.5);
+  EXPECT_EQ(bench.state.contact, 1.0);
+  EXPECT_EQ(bench.state.counters[kTouches], 1);
+  EXPECT_EQ(bench.touch.contact().number, 0u) << "a touch is no blow";
+  bench.go_to(bench.top + Vector3(0, 0.02, 0), 0.05);
+  EXPECT_EQ(bench.force(), Vector3::Zero());
+  EXPECT_EQ(bench.state.contact, 0.0);
+  EXPECT_GT(bench.state.counters[kContactMs], 10);
+}
+
+TEST(Touch, TheDamperNeitherPullsNorBeginsWithAJump) {
+  constexpr double kSpeed = 0.2;
+  Bench bench;
+  bench.go_to(bench.top + Vector3(0, 0.006, 0), kSpeed);
+  double before = 0.0, strongest = 0.0;
+  for (int i = 0; i < 60; ++i) {
+    bench.tip.velocity = Vector3(0, i < 30 ? -kSpeed : kSpeed, 0);
+    bench.tip.X_world_tip.translation += kTick * bench.tip.velocity;
+    bench.step();
+    const double force = bench.force().y();
+    ASSERT_GE(force, 0.0);
+    // Per tick of 0.2 mm: the spring's step, and the share of the damper that this is of half a millimetre.
+    // A damper that began at once would give 0.52 N.
+    if (i < 30) {
+      ASSERT_LT(force - before, 600.0 * kSpeed * kTick + 2.0 * kSpeed * 0.4 + 1e-3);
+    }
+    before = force;
+    strongest = std::max(strongest, force);
+  }
+  EXPECT_GT(strongest, 1.0);
+}
+
+// A hand: what arm and hand weigh, pulled after a target by its muscles; the readings have steps like an
+// encoder's and the speed comes from them. Pressed on and let be, it has to come to rest.
+TEST(Touch, AHandThatPressesComesToRest) {
+  for (const double friction : {0.0, 0.3}) {
+    Settings settings;
+    settings.proxy.friction = friction;
+    settings.rings = 40;
+    Bench bench(settings);
+    constexpr double kMass = 0.075 + 0.15, kStiffness = 250.0, kDamping = 4.0, kStep = 3e-5;
+    Vector3 x = bench.at(), v = Vector3::Zero(), filtered = Vector3::Zero();
+    Vector3 low = Vector3::Constant(1e9), high = -low;
+    for (int i = 0; i < 3000; ++i) {
+      const Vector3 target = bench.top + Vector3(0.004, 0.02 - 0.032 * std::min(1.0, i / 300.0), 0.002);
+      const Vector3 seen = (x / kStep).array().round() * kStep;
+      filtered += 0.3 * ((seen - bench.at()) / kTick - filtered);
+      bench.tip.X_world_tip.translation = seen;
+      bench.tip.velocity = filtered;
+      bench.step();
+      for (int k = 0; k < 4; ++k) {
+        const Vector3 force = bench.force() + kStiffness * (target - x) - kDamping * v;
+        v += 0.25 * kTick / kMass * force;
+        x += 0.25 * kTick * v;
+      }
+      if (i < 2500) continue;
+      low = low.cwiseMin(x);
+      high = high.cwiseMax(x);
+    }
+    ASSERT_TRUE(bench.touch.proxy().touching);
+    EXPECT_GT(bench.force().norm(), 1.0);
+    EXPECT_LT((high - low).norm(), 2.0 * kStep) << "friction " << friction;
+  }
+}
+
+TEST(Touch, AMovingOrganPushesATipThatStandsStillAndNeverPassesIt) {
+  Settings settings;
+  settings.rings = 40;
+  settings.sway_hz = 5.0;  // up to 0.4 m/s
+  settings.sway_m = 0.025;
+  settings.sway_rad = 0.2;
+  Bench bench(settings);
+  bench.tip.X_world_tip.translation = bench.top + Vector3(0.002, 0.010, 0.001);
+  bench.step();
+  bench.touch.control(Control::serve);
+  double strongest = 0.0;
+  for (int i = 0; i < 2000; ++i) {
+    bench.step();
+    const auto& organ = bench.state.bodies[kOrgan];
+    const Vector3 in_organ = organ.q().conjugate() * (bench.state.bodies[kProxy].p() - organ.p());
+    ASSERT_GT(in_organ.y(), kHalfHeight - 0.003) << "step " << i;
+    strongest = std::max(strongest, bench.force().y());
+  }
+  EXPECT_GT(strongest, 5.0);
+  EXPECT_GE(bench.state.counters[kTouches], 9);
+  bench.touch.control(Control::serve);
+  bench.step();
+  EXPECT_EQ(bench.state.bodies[kOrgan].v(), Vector3::Zero());
+}
+
+TEST(Touch, ATipThatBeginsInsideFeelsNothingUntilItHasBeenOutside) {
+  Settings settings;
+  settings.rings = 40;
+  Bench bench(settings);
+  bench.tip.X_world_tip.translation = bench.touch.rest().translation;
+  bench.step();
+  EXPECT_EQ(bench.state.bodies[kProxy].visible, 0u);
+  bench.go_to(bench.top + Vector3(0, 0.015, 0), 0.2);
+  EXPECT_EQ(bench.force(), Vector3::Zero());
+  EXPECT_EQ(bench.state.bodies[kProxy].visible, 1u);
+  bench.go_to(bench.top, 0.2);
+  EXPECT_GT(bench.force().y(), 0.5);
+}
+
+TEST(Touch, ATipThatIsNotANumberOrJumpsGivesNoForce) {
+  Settings settings;
+  settings.rings = 40;
+  Bench bench(settings);
+  bench.step();
+  bench.go_to(bench.top, 0.2);
+  EXPECT_GT(bench.force().norm(), 0.5);
+  const Vector3 place = bench.at();
+  bench.tip.X_world_tip.translation.setConstant(std::nan(""));
+  bench.step();
+  EXPECT_EQ(bench.force(), Vector3::Zero());
+  EXPECT_EQ(bench.state.bodies[kStylus].visible, 0u);
+  bench.tip.X_world_tip.translation = place - Vector3(0, 0.06, 0);
+  bench.step();
+  EXPECT_EQ(bench.force(), Vector3::Zero()) << "put there, not moved there";
+}
+
+TEST(Touch, PauseTakesTheForceAwayAndResetTheCounts) {
+  Settings settings;
+  settings.rings = 40;
+  Bench bench(settings);
+  bench.step();
+  bench.go_to(bench.top, 0.2);
+  bench.touch.control(Control::pause);
+  bench.step();
+  EXPECT_EQ(bench.force(), Vector3::Zero());
+  bench.touch.control(Control::resume);
+  bench.step();
+  EXPECT_GT(bench.force().norm(), 0.5);
+  bench.touch.control(Control::reset);
+  bench.step();
+  EXPECT_EQ(bench.state.counters[kTouches], 0);
+}
+
+TEST(Touch, StepDoesNotAllocate) {
+  Bench bench;
+  bench.step();
+  const std::size_t before = allocations();
+  bench.go_to(bench.top + Vector3(0, -0.002, 0), 0.1);
+  bench.go_to(bench.top + Vector3(0.02, -0.004, 0.01), 0.1);
+  EXPECT_EQ(allocations() - before, 0u);
+}
+
+std::string refusal_of(const Settings& settings, const SceneDescription& scene = table_for_tests()) {
+  try {
+    const Touch touch(scene, settings);
+  } catch (const std::invalid_argument& e) {
+    return e.what();
+  }
+  return "";
+}
+
+TEST(Touch, RefusesSettingsThatCannotBeAndASceneWithoutTable) {
+  Settings settings;
+  settings.rings = 4;
+  EXPECT_EQ(refusal_of(settings), "");
+  settings.stiffness = 3000.0;
+  EXPECT_NE(refusal_of(settings).find("touch: stiffness 3000 N/m"), std::string::npos);
+  settings.stiffness = 600.0;
+  settings.damping = -1.0;
+  EXPECT_NE(refusal_of(settings).find("touch: damping -1"), std::string::npos);
+  settings.damping = 2.0;
+  settings.sway_m = 1.0;
+  EXPECT_NE(refusal_of(settings).find("touch: a sway of"), std::string::npos);
+  EXPECT_NE(refusal_of({}, {}).find("no surface 'table'"), std::string::npos);
+}
+
+TEST(TouchArtist, DrawsTheTipOnTheSurfaceWhereTheHandIsBeneath) {
+  Bench bench;
+  bench.step();
+  const TouchArtist artist(table_for_tests());
+  EXPECT_EQ(artist.draw(WorldState{}).size(), 0u);
+  EXPECT_EQ(artist.draw(bench.state).size(), 3u);
+  bench.go_to(bench.top - Vector3(0, 0.002, 0), 0.2);
+  const auto items = artist.draw(bench.state);
+  ASSERT_EQ(items.size(), 3u);
+  EXPECT_EQ(items[1].material, Material::highlight);
+  EXPECT_GT(items[1].position.y(), bench.at().y() + 0.003);
+  EXPECT_EQ(artist.captions(bench.state).size(), 2u);
+}
+
+}  // namespace
+}  // namespace palpate::touch

@@ -1,0 +1,66 @@
+#include <gtest/gtest.h>
+
+#include "palpate/applications/applications.h"
+#include "palpate/applications/scene_settings.h"
+#include "palpate/applications/touch/touch.h"
+#include "palpate/physics_server/physics_server.h"
+#include "palpate/system/truth_rig_for_tests.h"
+
+namespace palpate {
+namespace {
+
+// The whole chain on the virtual clock: simulated hand, arm with friction and encoders, calibrated
+// kinematics, haptic loop with its limits, physics loop, and the force back through the motors.
+TEST(TouchInLockstep, AHandThatPressesOnTheOrganComesToRestAndOneThatStrokesItFeelsItAllTheWay) {
+  sim::SimWorld world(sim::reference_world(), 3);
+  const Rig rig = truth_rig(world);
+  const auto scene =
+      scene_from_rig(rig, scene_settings(world.file(), "touch"), world.file().ball.restitution_table);
+  auto application = make_application(scene, 1);
+  ASSERT_TRUE(application) << application.error().message;
+  auto& touch = dynamic_cast<touch::Touch&>(**application);
+  PhysicsServer server(rig, scene, std::move(*application), world.arm(), HapticSettings{});
+
+  const Vector3 top = touch.rest().translation + Vector3(0.0, 0.040, 0.01);
+  const auto start = world.now();
+  constexpr Duration kStep = std::chrono::milliseconds(1);
+  Vector3 low = Vector3::Constant(1e9), high = -low;
+  int strokes = 0, felt = 0;
+  for (int i = 0; i < 9000; ++i) {
+    const double t = i * 1e-3;
+    HandTarget target;
+    target.tip.m = top + Vector3(0, 0.03, 0);
+    if (t > 2.0) target.tip.m.y() -= 0.034 * std::min(1.0, (t - 2.0) / 0.5);
+    if (t > 6.0) target.tip.m.x() += 0.010 * std::sin(3.0 * (t - 6.0));
+    world.hand().move_to(target);
+    world.advance_to(start + (i + 1) * kStep);
+    const Instant<PhysicsClock> now{world.now().since_epoch};
+    server.haptic_tick(now);
+    server.physics_tick(now);
+    const Vector3 tip = world.true_state().X_world_tip.translation;
+    if (t > 5.0 && t <= 6.0) {
+      low = low.cwiseMin(tip);
+      high = high.cwiseMax(tip);
+    }
+    if (t > 6.0) {
+      ++strokes;
+      felt += touch.proxy().touching;
+    }
+  }
+  EXPECT_LT((high - low).norm(), 1e-4) << "a tenth of a millimetre in a second: three steps of the encoders";
+  EXPECT_EQ(felt, strokes);
+  EXPECT_GT(server.haptic().statistics().peak_n, 0.3);
+  EXPECT_EQ(server.haptic().statistics().rejected_blows, 0u);
+  EXPECT_EQ(server.newest().counters[touch::kUnsettled], 0);
+}
+
+TEST(TouchInLockstep, APlayWithoutAPlayerIsRefused) {
+  EXPECT_FALSE(needs_scripted_player("touch", "demo"));
+  EXPECT_NE(needs_scripted_player("touch", "demo").error().message.find("palpate physics --app touch"),
+            std::string::npos);
+  EXPECT_TRUE(needs_scripted_player("pingpong", "demo"));
+  EXPECT_FALSE(needs_scripted_player("chess", "demo"));
+}
+
+}  // namespace
+}  // namespace palpate
