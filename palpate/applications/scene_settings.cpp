@@ -13,6 +13,10 @@ SceneDescription scene_settings(const sim::WorldFile& world, const std::string& 
   scene.bat_restitution = world.ball.restitution_bat;
   scene.contact_s = world.ball.contact_s;
   scene.serve_speed = world.ball.serve_speed;
+  scene.physics = world.ball.physics == "paper" ? Physics::paper : Physics::full;
+  scene.contact_model = world.ball.contact == "paper"           ? ContactModel::paper
+                        : world.ball.contact == "hunt-crossley" ? ContactModel::hunt_crossley
+                                                                : ContactModel::non_sticky;
   return scene;
 }
 

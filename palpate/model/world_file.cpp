@@ -129,6 +129,8 @@ void visit_person_and_scene(V& v, W& w) {
   v.number("restitution_bat", w.ball.restitution_bat, kSi, kRestitution);
   v.number("contact_ms", w.ball.contact_s, kMs, kPositive);
   v.numbers("serve_speed_m_s", w.ball.serve_speed, kSi, kPositive);
+  v.choice("physics", w.ball.physics, {"full", "paper"});
+  v.choice("contact", w.ball.contact, {"non-sticky", "paper", "hunt-crossley"});
 
   v.section("player");
   v.number("reaction_ms", w.player.reaction_s, kMs, kNotNegative);

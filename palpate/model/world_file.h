@@ -105,6 +105,8 @@ struct WorldFile {
   struct {
     double mass = 0.0, radius = 0.0, restitution_table = 0.0, restitution_bat = 0.0, contact_s = 0.0;
     Range serve_speed{};
+    std::string physics = "full";        // or "paper": gravity alone, nothing rubs
+    std::string contact = "non-sticky";  // or "paper", "hunt-crossley": the bat's spring
   } ball;
 
   struct {

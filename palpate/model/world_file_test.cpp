@@ -49,6 +49,15 @@ struct Mistake {
   const char* word;
 };
 
+TEST(WorldFile, BallsFlyAsThePaperHasItWhereAsked) {
+  EXPECT_EQ(reference_world().ball.physics, "full");
+  EXPECT_EQ(reference_world().ball.contact, "non-sticky");
+  const auto world = parse_world("[ball]\nphysics = \"paper\"\ncontact = \"hunt-crossley\"\n", "paper.toml");
+  ASSERT_TRUE(world) << world.error().message;
+  EXPECT_EQ(world->ball.physics, "paper");
+  EXPECT_EQ(world->ball.contact, "hunt-crossley");
+}
+
 TEST(WorldFile, MistakesAreNamedWithFileLineAndKey) {
   const Mistake mistakes[] = {
       {"[arm]\ngain_sdd = 0.1\n", "bad.toml:2", "gain_sdd"},
@@ -63,6 +72,8 @@ TEST(WorldFile, MistakesAreNamedWithFileLineAndKey) {
       {"[camera]\nshutter = \"global\"\nexposure_ms = 50\n", "bad.toml:3", "exposure_ms"},
       {"[camera]\nshutter = \"rolling\"\n", "bad.toml:2", "readout_ms"},
       {"[clocks]\narm = { offset = 1 }\n", "bad.toml:2", "offset"},
+      {"[ball]\nphysics = \"papyrus\"\n", "bad.toml:2", "paper"},
+      {"[ball]\ncontact = \"glue\"\n", "bad.toml:2", "hunt-crossley"},
       {"[world]\nrate_hz = 4000\nrate_hz = 5000\n", "bad.toml", "rate_hz"},
   };
   for (const auto& mistake : mistakes) {

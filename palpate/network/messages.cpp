@@ -60,6 +60,8 @@ void put(wire::SceneDescription* out, const SceneDescription& scene) {
   out->set_serve_speed_min_m_per_s(scene.serve_speed[0]);
   out->set_serve_speed_max_m_per_s(scene.serve_speed[1]);
   out->set_shape_vertices(static_cast<std::uint32_t>(scene.shape_vertices));
+  out->set_physics(static_cast<std::uint32_t>(scene.physics));
+  out->set_contact_model(static_cast<std::uint32_t>(scene.contact_model));
 }
 
 void put(wire::ClientFigures* out, const ClientFigures& figures) {

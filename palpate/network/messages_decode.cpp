@@ -143,6 +143,11 @@ SceneDescription read(Check& check, const wire::SceneDescription& in) {
                 "at most the maximum");
   check.require(in.shape_vertices() <= Shape::kMaxVertices, "shape_vertices", "at most 40000");
   scene.shape_vertices = in.shape_vertices();
+  check.require(in.physics() <= 1, "physics", "0 or 1");
+  check.require(in.contact_model() <= 2, "contact_model", "0, 1 or 2");
+  if (!check.good()) return scene;
+  scene.physics = static_cast<Physics>(in.physics());
+  scene.contact_model = static_cast<ContactModel>(in.contact_model());
   return scene;
 }
 

@@ -111,6 +111,8 @@ TEST(Messages, ASceneComesBackWhole) {
   scene.bat_radius = 0.08;
   scene.bat_restitution = 0.7;
   scene.contact_s = 0.005;
+  scene.physics = Physics::paper;
+  scene.contact_model = ContactModel::hunt_crossley;
   scene.serve_speed = {1.0, 1.5};
   const auto back = decode_server_message(encode(ServerMessage(Welcome{77, scene})));
   ASSERT_TRUE(back) << back.error().message;
@@ -128,6 +130,11 @@ TEST(Messages, ASceneComesBackWhole) {
   EXPECT_EQ(welcome.scene->bat_radius, 0.08);
   EXPECT_EQ(welcome.scene->bat_restitution, 0.7);
   EXPECT_EQ(welcome.scene->contact_s, 0.005);
+  EXPECT_EQ(welcome.scene->physics, Physics::paper);
+  EXPECT_EQ(welcome.scene->contact_model, ContactModel::hunt_crossley);
+  auto odd = scene;
+  odd.contact_model = static_cast<ContactModel>(3);
+  EXPECT_FALSE(decode_server_message(encode(ServerMessage(Welcome{77, odd}))));
   EXPECT_EQ(welcome.scene->serve_speed, scene.serve_speed);
 }
 

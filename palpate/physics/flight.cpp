@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "palpate/core/text.h"
 #include "palpate/estimation/linear_algebra.h"
@@ -26,56 +28,80 @@ BouncePlane bounce_plane(const std::array<Vector3, 4>& corners, double radius, c
   return plane;
 }
 
+std::optional<PlaneHit> first_plane_hit(const BallModel& model, std::span<const BouncePlane> planes,
+                                        const BallState& ball, double h) {
+  const BallState next = fly(model, ball, h);
+  std::optional<PlaneHit> first;
+  for (const auto& plane : planes) {
+    const double above = plane.normal.dot(ball.position - plane.point);
+    const double below = plane.normal.dot(next.position - plane.point);
+    if (above < -1e-6 || below >= 0.0 || plane.normal.dot(next.velocity) >= 0.0) continue;
+    // Found on the chord and sharpened on the flight itself.
+    double s = h * std::max(above, 0.0) / std::max(above - below, 1e-300);
+    for (int i = 0; i < 4; ++i) {
+      const BallState at = fly(model, ball, s);
+      const double speed = plane.normal.dot(at.velocity);
+      if (speed >= 0.0) break;
+      s = std::clamp(s - plane.normal.dot(at.position - plane.point) / speed, 0.0, h);
+    }
+    if (s < (first ? first->after : h) && plane.covers(fly(model, ball, s).position))
+      first = PlaneHit{s, &plane};
+  }
+  return first;
+}
+
+void bounce_at(const BallModel& model, const BouncePlane& plane, BallState& ball) {
+  ball.position -= std::min(0.0, plane.normal.dot(ball.position - plane.point)) * plane.normal;
+  ball = bounce(model, ball, plane.normal, plane.law);
+}
+
 int advance(const BallModel& model, std::span<const BouncePlane> planes, BallState& ball, double dt,
             double max_step) {
   constexpr int kMostBounces = 64;  // a ball at rest on a plane would bounce for ever
   int bounces = 0;
   while (dt > 0.0) {
     const double h = std::min(dt, max_step);
-    const BallState next = fly(model, ball, h);
-    // The earliest crossing within the step, found on the chord and sharpened on the flight itself.
-    double first = h;
-    const BouncePlane* met = nullptr;
-    for (const auto& plane : planes) {
-      const double above = plane.normal.dot(ball.position - plane.point);
-      const double below = plane.normal.dot(next.position - plane.point);
-      if (above < -1e-6 || below >= 0.0 || plane.normal.dot(next.velocity) >= 0.0) continue;
-      double s = h * std::max(above, 0.0) / std::max(above - below, 1e-300);
-      for (int i = 0; i < 4; ++i) {
-        const BallState at = fly(model, ball, s);
-        const double speed = plane.normal.dot(at.velocity);
-        if (speed >= 0.0) break;
-        s = std::clamp(s - plane.normal.dot(at.position - plane.point) / speed, 0.0, h);
-      }
-      if (s < first && plane.covers(fly(model, ball, s).position)) {
-        first = s;
-        met = &plane;
-      }
-    }
-    if (met == nullptr) {
-      ball = next;
+    const auto hit = first_plane_hit(model, planes, ball, h);
+    if (!hit) {
+      ball = fly(model, ball, h);
       dt -= h;
       continue;
     }
     if (bounces >= kMostBounces) {  // rolls on
-      ball = next;
-      ball.position -= std::min(0.0, met->normal.dot(ball.position - met->point)) * met->normal;
-      ball.velocity -= std::min(0.0, met->normal.dot(ball.velocity)) * met->normal;
+      ball = fly(model, ball, h);
+      const auto& plane = *hit->plane;
+      ball.position -= std::min(0.0, plane.normal.dot(ball.position - plane.point)) * plane.normal;
+      ball.velocity -= std::min(0.0, plane.normal.dot(ball.velocity)) * plane.normal;
       dt -= h;
       continue;
     }
-    ball = fly(model, ball, first);
-    ball.position -= std::min(0.0, met->normal.dot(ball.position - met->point)) * met->normal;
-    ball = bounce(model, ball, met->normal, met->law);
+    ball = fly(model, ball, hit->after);
+    bounce_at(model, *hit->plane, ball);
     ++bounces;
-    dt -= first;
+    dt -= hit->after;
   }
   return bounces;
 }
 
 namespace {
 
-BallState state_of(const Vector6& x, const Vector3& spin) { return {x.head<3>(), x.tail<3>(), spin}; }
+// The unknowns of a fit: place and velocity (6), or these and the spin (9) in units of kSpinUnit, which
+// bends a flight about as much as a velocity of 1 m/s does.
+constexpr double kSpinUnit = 100.0;  // rad/s
+constexpr double kSpinExpected =
+    150.0;                            // rad/s, of nine rally balls in ten; holds what a flight does not tell
+constexpr double kSeenError = 0.003;  // m, of a good camera system: what that expectation is weighed against
+
+struct Fitted {
+  Eigen::VectorXd x;
+  double cost = 0.0;  // of the places alone, m^2
+  double held = 0.0;  // the cost that was minimised: places and what is expected of the spin
+  int iterations = 0;
+};
+
+BallState state_of(const Eigen::VectorXd& x, const Vector3& spin) {
+  return {x.head<3>(), x.segment<3>(3), x.size() > 6 ? Vector3(kSpinUnit * x.tail<3>()) : spin};
+}
 
 // Straight parabola through the first observations, where the search starts.
 Vector6 parabola(const BallModel& model, std::span<const SeenBall> seen) {
@@ -98,11 +124,9 @@ Vector6 parabola(const BallModel& model, std::span<const SeenBall> seen) {
   return x;
 }
 
-}  // namespace
-
-Expected<FlightFit> fit_flight(const BallModel& model, std::span<const BouncePlane> planes,
-                               std::span<const SeenBall> seen, const Vector3& spin) {
-  if (seen.size() < 3) return refused("flight: {}, needs at least 3", counted(seen.size(), "observation"));
+Expected<void> can_be_fitted(std::span<const SeenBall> seen, std::size_t least) {
+  if (seen.size() < least)
+    return refused("flight: {}, needs at least {}", counted(seen.size(), "observation"), least);
   for (std::size_t i = 1; i < seen.size(); ++i) {
     const double step = seen[i].time - seen[i - 1].time;
     if (!(step > 0.0))
@@ -117,9 +141,16 @@ Expected<FlightFit> fit_flight(const BallModel& model, std::span<const BouncePla
           "the unit of the times",
           i + 1, step, kLeastStep);
   }
-  const double t0 = seen[0].time;
-  const auto places = [&](const Vector6& x, std::vector<Vector3>& out) {
-    BallState ball = state_of(x, spin);
+  return {};
+}
+
+// Gauss-Newton from `x` on; Levenberg where a bounce makes the way uneven.
+Fitted minimise(const BallModel& model, std::span<const BouncePlane> planes, std::span<const SeenBall> seen,
+                Eigen::VectorXd x, const Vector3& spin) {
+  const auto unknowns = x.size();
+  const double hold = unknowns > 6 ? std::pow(kSeenError * kSpinUnit / kSpinExpected, 2) : 0.0;
+  const auto places = [&](const Eigen::VectorXd& y, std::vector<Vector3>& out) {
+    BallState ball = state_of(y, spin);
     out.clear();
     for (std::size_t i = 0; i < seen.size(); ++i) {
       advance(model, planes, ball, i == 0 ? 0.0 : seen[i].time - seen[i - 1].time);
@@ -131,19 +162,21 @@ Expected<FlightFit> fit_flight(const BallModel& model, std::span<const BouncePla
     for (std::size_t i = 0; i < seen.size(); ++i) sum += (at[i] - seen[i].position).squaredNorm();
     return sum;
   };
-
-  Vector6 x = parabola(model, seen);
+  const auto held = [&](const Eigen::VectorXd& y) {
+    return unknowns > 6 ? hold * y.tail<3>().squaredNorm() : 0.0;
+  };
   std::vector<Vector3> at, moved;
   places(x, at);
-  double best = cost(at), damping = 1e-9;
+  double best = cost(at) + held(x), damping = 1e-9;
   int iterations = 0;
+  std::vector<Eigen::Matrix<double, 3, Eigen::Dynamic>> J(
+      seen.size(), Eigen::Matrix<double, 3, Eigen::Dynamic>(3, unknowns));
   for (; iterations < 20; ++iterations) {
-    Matrix6 H = Matrix6::Zero();
-    Vector6 g = Vector6::Zero();
-    std::vector<Eigen::Matrix<double, 3, 6>> J(seen.size());
-    for (Eigen::Index k = 0; k < 6; ++k) {
-      constexpr double kStep = 1e-6;  // m and m/s
-      Vector6 y = x;
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(unknowns, unknowns);
+    Eigen::VectorXd g = Eigen::VectorXd::Zero(unknowns);
+    for (Eigen::Index k = 0; k < unknowns; ++k) {
+      constexpr double kStep = 1e-6;  // m, m/s, kSpinUnit
+      Eigen::VectorXd y = x;
       y[k] += kStep;
       places(y, moved);
       for (std::size_t i = 0; i < seen.size(); ++i) J[i].col(k) = (moved[i] - at[i]) / kStep;
@@ -152,12 +185,17 @@ Expected<FlightFit> fit_flight(const BallModel& model, std::span<const BouncePla
       H += J[i].transpose() * J[i];
       g += J[i].transpose() * (at[i] - seen[i].position);
     }
+    if (unknowns > 6) {
+      H.diagonal().tail<3>().array() += hold;
+      g.tail<3>() += hold * x.tail<3>();
+    }
     bool better = false;
-    for (int attempt = 0; attempt < 8 && !better; ++attempt) {  // Levenberg: a bounce makes the way uneven
-      const Matrix6 damped = H + damping * Matrix6(H.diagonal().asDiagonal());
-      const Vector6 y = x - solve_symmetric(damped, g);
+    for (int attempt = 0; attempt < 8 && !better; ++attempt) {
+      Eigen::MatrixXd damped = H;
+      damped.diagonal() *= 1.0 + damping;
+      const Eigen::VectorXd y = x - solve_symmetric(damped, g);
       places(y, moved);
-      const double c = cost(moved);
+      const double c = cost(moved) + held(y);
       if (std::isfinite(c) && c <= best) {
         better = best - c > 1e-12 * best;
         x = y;
@@ -170,11 +208,44 @@ Expected<FlightFit> fit_flight(const BallModel& model, std::span<const BouncePla
     }
     if (!better) break;
   }
-  if (!std::isfinite(best))
+  return {x, cost(at), best, iterations};
+}
+
+Expected<FlightFit> result_of(const Fitted& fitted, std::span<const SeenBall> seen, const Vector3& spin) {
+  if (!std::isfinite(fitted.held))
     return refused("flight: no ball flies through these {} observations; check times and places",
                    seen.size());
-  return FlightFit{state_of(x, spin), t0, std::sqrt(best / (3.0 * static_cast<double>(seen.size()))),
-                   iterations};
+  return FlightFit{state_of(fitted.x, spin), seen[0].time,
+                   std::sqrt(fitted.cost / (3.0 * static_cast<double>(seen.size()))), fitted.iterations};
+}
+
+}  // namespace
+
+Expected<FlightFit> fit_flight(const BallModel& model, std::span<const BouncePlane> planes,
+                               std::span<const SeenBall> seen, const Vector3& spin) {
+  if (const auto can = can_be_fitted(seen, 3); !can) return tl::unexpected(can.error());
+  return result_of(minimise(model, planes, seen, parabola(model, seen), spin), seen, spin);
+}
+
+Expected<FlightFit> fit_flight_and_spin(const BallModel& model, std::span<const BouncePlane> planes,
+                                        std::span<const SeenBall> seen) {
+  if (const auto can = can_be_fitted(seen, 6); !can) return tl::unexpected(can.error());
+  const Vector6 still = parabola(model, seen);
+  const Vector3 up = -model.gravity.normalized();
+  const Vector3 top = up.cross(still.tail<3>()).normalized();  // the axis of topspin
+  // Drag does not care for the sign of a spin: a search begun at none would not know which way to go.
+  constexpr double kStart = 50.0 / kSpinUnit;
+  std::optional<Fitted> best;
+  for (const Vector3& axis : {top, Vector3(-top), up, Vector3(-up)}) {
+    Eigen::VectorXd x(9);
+    x << still, kStart * axis;
+    auto fitted = minimise(model, planes, seen, x, Vector3::Zero());
+    if (std::isfinite(fitted.held) && (!best || fitted.held < best->held)) best = std::move(fitted);
+  }
+  if (!best)
+    return refused("flight: no ball flies through these {} observations; check times and places",
+                   seen.size());
+  return result_of(*best, seen, Vector3::Zero());
 }
 
 }  // namespace palpate

@@ -30,6 +30,16 @@ struct BouncePlane {
 // radius.
 BouncePlane bounce_plane(const std::array<Vector3, 4>& corners, double radius, const Bounce& law);
 
+struct PlaneHit {
+  double after = 0.0;  // s
+  const BouncePlane* plane = nullptr;
+};
+// The first plane that the ball reaches within h from above. The plane is one of `planes`.
+std::optional<PlaneHit> first_plane_hit(const BallModel& model, std::span<const BouncePlane> planes,
+                                        const BallState& ball, double h);
+// Bounces a ball that is at this plane; one that rounding has put below is lifted onto it.
+void bounce_at(const BallModel& model, const BouncePlane& plane, BallState& ball);
+
 // Flies for dt >= 0, bouncing at the planes it reaches; steps of at most `max_step`. Returns the number of
 // bounces.
 int advance(const BallModel& model, std::span<const BouncePlane> planes, BallState& ball, double dt,
@@ -52,5 +62,11 @@ struct FlightFit {
 // places that no ball flies through.
 Expected<FlightFit> fit_flight(const BallModel& model, std::span<const BouncePlane> planes,
                                std::span<const SeenBall> seen, const Vector3& spin = Vector3::Zero());
+
+// The same with the spin unknown, too (nine unknowns, at least six observations). A flight tells spin across
+// its path by drag and lift, spin along it only by a bounce; what it does not tell stays near zero (expected:
+// 150 rad/s per axis, beside places seen to 3 mm).
+Expected<FlightFit> fit_flight_and_spin(const BallModel& model, std::span<const BouncePlane> planes,
+                                        std::span<const SeenBall> seen);
 
 }  // namespace palpate

@@ -89,6 +89,48 @@ TEST(Flight, TooFewOrUnsortedObservationsAreRefused) {
   EXPECT_FALSE(fit_flight(model, {}, seen));
 }
 
+TEST(Flight, SpinIsFoundFromAWholeFlightThroughABounce) {
+  Random random(3, "flight/spin");
+  const BallModel model;
+  const auto plane = floor_at(0.0, {0.93, 0.25});
+  for (int k = 0; k < 20; ++k) {
+    BallState truth{{0, 0.5, 0}, {random.uniform(-1, 1), 1.5, random.uniform(4, 6)}, Vector3::Zero()};
+    truth.spin = {random.uniform(-200, 200), random.uniform(-100, 100), 0.0};  // across the path
+    std::vector<SeenBall> exact, noisy;
+    for (int i = 0; i < 140; ++i) {
+      BallState ball = truth;
+      advance(model, {&plane, 1}, ball, i / 180.0, 0.001);
+      exact.push_back({i / 180.0, ball.position});
+      const Vector3 off(random.normal(0.003), random.normal(0.003), random.normal(0.003));
+      noisy.push_back({i / 180.0, ball.position + off});
+    }
+    const auto fit = fit_flight_and_spin(model, {&plane, 1}, exact);
+    ASSERT_TRUE(fit);
+    EXPECT_LT(fit->rms, 2e-4);
+    // What is expected of a spin pulls by the little that three millimetres are beside a whole flight.
+    EXPECT_NEAR((fit->state.spin - truth.spin).head<2>().norm(), 0.0, 8.0);
+    const auto rough = fit_flight_and_spin(model, {&plane, 1}, noisy);
+    ASSERT_TRUE(rough);
+    EXPECT_NEAR((rough->state.spin - truth.spin).head<2>().norm(), 0.0, 40.0);
+    EXPECT_LT(rough->rms, 0.0035);
+    EXPECT_GT(fit_flight(model, {&plane, 1}, noisy)->rms, rough->rms);
+  }
+}
+
+TEST(Flight, ASpinNobodyCouldSeeStaysNearNone) {
+  std::vector<SeenBall> seen;
+  const BallModel model;
+  BallState ball{{0, 1, 0}, {0, 0, 5}, Vector3::Zero()};
+  for (int i = 0; i < 10; ++i) {
+    seen.push_back({i / 180.0, ball.position});
+    ball = fly(model, ball, 1.0 / 180.0);
+  }
+  const auto fit = fit_flight_and_spin(model, {}, seen);
+  ASSERT_TRUE(fit);
+  EXPECT_LT(fit->state.spin.norm(), 60.0);
+  EXPECT_FALSE(fit_flight_and_spin(model, {}, {seen.data(), 5}));
+}
+
 // Real flights (data/flights): what the first 100 ms say about the ball 300 ms later.
 std::vector<double> errors_on_recordings(const BallModel& air, const std::string& set, int flights) {
   BallModel model = air;

@@ -32,6 +32,12 @@ struct SceneSurface {
   double restitution = 0.9;
 };
 
+// How balls fly and bounce: with drag, spin and friction, or under gravity alone as in the 2006 paper.
+enum class Physics : std::uint8_t { full, paper };
+// What a bat's contact is like (physics/contact.h, hunt_crossley.h): a spring that lets go where its force is
+// zero, the paper's that pulls at its end, or one that stiffens and damps with depth.
+enum class ContactModel : std::uint8_t { non_sticky, paper, hunt_crossley };
+
 // What physics and picture both have to know before they start; the physics server sends it to whoever
 // connects.
 struct SceneDescription {
@@ -43,6 +49,8 @@ struct SceneDescription {
   double bat_radius = 0.075, bat_restitution = 0.80;
   Vector3 bat_offset{0.0, 0.0, -0.09};  // disc centre in Tip; Bat axes are the Tip's, the faces are +-y
   double contact_s = 0.004;             // duration of a bat contact
+  Physics physics = Physics::full;
+  ContactModel contact_model = ContactModel::non_sticky;
   std::array<double, 2> serve_speed{2.0, 3.5};
   std::size_t shape_vertices = 0;  // of the surface that deforms; 0: there is none
 };

@@ -14,14 +14,14 @@ namespace {
 
 constexpr int kMostRuns = 1000000;
 
+}  // namespace
+
 Expected<void> can_be_written(const std::filesystem::path& out) {
   if (auto made = make_folder(out); !made) return made;
   if (::access(out.c_str(), W_OK | X_OK) != 0)
     return wrong_use("study: {} cannot be written to; name another folder with --out", out.string());
   return {};
 }
-
-}  // namespace
 
 Summary summary_of(const std::vector<double>& values) {
   Summary summary;
@@ -116,6 +116,19 @@ const std::vector<StudyName>& studies() {
   return all;
 }
 
+Expected<void> write_study(const StudyResult& result, const Json& about, const std::filesystem::path& out) {
+  Json json{{"study", result.name}};
+  if (about.is_object()) json.update(about);
+  json["values"] = result.values;
+  json["curves"] = curves_json(result.curves);
+  if (auto done = write_json(out / (result.name + ".json"), json); !done) return done;
+  if (!result.curves.empty())
+    if (auto done = write_file(out / (result.name + ".csv"), curves_csv(result.curves)); !done) return done;
+  for (const auto& [file, content] : result.files)
+    if (auto done = write_file(out / file, content); !done) return done;
+  return {};
+}
+
 Expected<std::vector<StudyResult>> run_studies(std::string_view name, const StudyOptions& options,
                                                const std::filesystem::path& out,
                                                const std::function<void(std::size_t)>& begin) {
@@ -136,20 +149,9 @@ Expected<std::vector<StudyResult>> run_studies(std::string_view name, const Stud
     if (begin) begin(i);
     auto result = studies()[i].run(options);
     if (!result) return tl::unexpected(result.error());
-    if (!out.empty()) {
-      const Json json{{"study", result->name},
-                      {"runs", options.runs},
-                      {"seed", options.seed},
-                      {"values", result->values},
-                      {"curves", curves_json(result->curves)}};
-      if (auto done = write_json(out / (result->name + ".json"), json); !done)
-        return tl::unexpected(done.error());
-      if (!result->curves.empty())
-        if (auto done = write_file(out / (result->name + ".csv"), curves_csv(result->curves)); !done)
-          return tl::unexpected(done.error());
-      for (const auto& [file, content] : result->files)
-        if (auto done = write_file(out / file, content); !done) return tl::unexpected(done.error());
-    }
+    const Json about{{"runs", options.runs}, {"seed", options.seed}};
+    if (!out.empty())
+      if (auto done = write_study(*result, about, out); !done) return tl::unexpected(done.error());
     results.push_back(std::move(*result));
   }
   if (!out.empty()) {

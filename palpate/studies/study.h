@@ -93,6 +93,11 @@ const Curve& curve_named(const std::vector<Curve>& curves, std::string_view figu
 std::string curves_csv(const std::vector<Curve>& curves);
 Json curves_json(const std::vector<Curve>& curves);
 
+// Makes the folder; wrong use where nothing can be written there.
+Expected<void> can_be_written(const std::filesystem::path& out);
+// NAME.json (with `about` beside its values and curves), NAME.csv and the study's own files into the folder.
+Expected<void> write_study(const StudyResult& result, const Json& about, const std::filesystem::path& out);
+
 // Runs NAME, or all; with a folder writes report.html and NAME.json, NAME.csv for each. `begin` hears of each
 // study's number before it runs. Errors: wrong use for an unknown name, for fewer than 1 or more than a
 // million runs, for a folder that cannot be written - before anything is computed.

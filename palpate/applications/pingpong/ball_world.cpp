@@ -11,6 +11,9 @@ namespace {
 // Ball on table 0.25 (recorded flights ask for at least 0.23); ball on rubber grips.
 // docs/theory/ball-flight.md
 constexpr double kTableFriction = 0.25, kBatFriction = 0.6;
+// m/s, where Hunt and Crossley's contact has the scene's restitution and duration: half of all rally balls
+// are faster. It gives back less of a harder blow.
+constexpr double kHuntCrossleySpeed = 5.0;
 constexpr int kMostEvents = 12;  // per step; more means the ball is caught between two closing surfaces
 
 TriangleMesh surface_mesh(const SceneSurface& surface) {
@@ -26,13 +29,17 @@ const SceneSurface& find_surface(const SceneDescription& scene, const char* name
   throw std::invalid_argument(std::string("pingpong: the scene has no surface called ") + name);
 }
 
-BallWorld::BallWorld(const SceneDescription& scene, Physics physics)
-    : model_(physics == Physics::paper ? BallModel::paper() : BallModel()),
-      law_(scene.ball_mass, scene.bat_restitution, scene.contact_s, Release::where_force_is_zero) {
+BallWorld::BallWorld(const SceneDescription& scene)
+    : model_(scene.physics == Physics::paper ? BallModel::paper() : BallModel()),
+      law_(scene.ball_mass, scene.bat_restitution, scene.contact_s,
+           scene.contact_model == ContactModel::paper ? Release::where_rest_length_is_back
+                                                      : Release::where_force_is_zero) {
+  if (scene.contact_model == ContactModel::hunt_crossley)
+    stiffening_.emplace(scene.ball_mass, scene.bat_restitution, scene.contact_s, kHuntCrossleySpeed);
   model_.radius = scene.ball_radius;
   model_.mass = scene.ball_mass;
   model_.gravity = scene.gravity;
-  const bool rub = physics == Physics::full;
+  const bool rub = scene.physics == Physics::full;
   const auto &table = find_surface(scene, "table"), &wall = find_surface(scene, "wall");
   table_bounce_ = {table.restitution, rub ? kTableFriction : 0.0};
   wall_bounce_ = {wall.restitution, rub ? kTableFriction : 0.0};
@@ -50,8 +57,20 @@ void BallWorld::place(const BallState& ball) {
 
 Vector3 BallWorld::contact_force() const {
   if (!contact_.active) return Vector3::Zero();
-  return -contact_.speed * law_.force(contact_.elapsed) * contact_.normal_world;
+  return -push(contact_.elapsed) * contact_.normal_world;
 }
+
+double BallWorld::depth(double t) const {
+  return stiffening_ ? blow_.penetration(t) : contact_.speed * law_.penetration(t);
+}
+double BallWorld::inward(double t) const {
+  return stiffening_ ? blow_.velocity(t) : contact_.speed * law_.velocity(t);
+}
+double BallWorld::push(double t) const {
+  return stiffening_ ? blow_.force(t) : contact_.speed * law_.force(t);
+}
+double BallWorld::duration() const { return stiffening_ ? blow_.duration() : law_.duration(); }
+double BallWorld::restitution() const { return stiffening_ ? blow_.restitution() : law_.restitution(); }
 
 void BallWorld::record(const Touch& touch) {
   if (touch_count_ < touches_.size()) touches_[touch_count_++] = touch;
@@ -87,13 +106,13 @@ std::span<const Touch> BallWorld::step(double dt, const BatMotion& bat, bool bat
   if (done < dt && events > kMostEvents) {
     ball_.velocity.setZero();  // stays where it is: on the right side of everything
     contact_.active = false;
-    record({Touched::squeezed, done, ball_.position, Vector3::Zero(), 0.0});
+    record({Touched::squeezed, done, ball_.position, Vector3::Zero()});
   }
   drawn_ = ball_.position;
   if (contact_.active) {
-    const double depth = contact_.speed * law_.penetration(contact_.elapsed);
-    const double shown = kDrawnPenetration * (1.0 - std::exp(-depth / kDrawnPenetration));
-    drawn_ += (depth - shown) * contact_.normal_world;
+    const double deep = depth(contact_.elapsed);
+    const double shown = kDrawnPenetration * (1.0 - std::exp(-deep / kDrawnPenetration));
+    drawn_ += (deep - shown) * contact_.normal_world;
   }
   return {touches_.data(), touch_count_};
 }
@@ -124,7 +143,7 @@ bool BallWorld::fly_on(double dt, double& done, const BatMotion& bat, bool bat_i
   if (what == Touched::bat) {
     begin_contact(*hit, dt, done, bat);
   } else {
-    record({what, done, hit->point, hit->normal, -hit->normal.dot(ball_.velocity)});
+    record({what, done, hit->point, hit->normal, 0.0, 1.0, -hit->normal.dot(ball_.velocity)});
     ball_ = bounce(model_, ball_, hit->normal, what == Touched::table ? table_bounce_ : wall_bounce_);
   }
   return true;
@@ -143,7 +162,8 @@ void BallWorld::begin_contact(const SweepHit& hit, double dt, double done, const
     ball_.velocity += (1e-3 + approach) * hit.normal;
     return;
   }
-  const BallState after = bounce(model_, ball_, hit.normal, bat_, surface);
+  if (stiffening_) blow_ = stiffening_->contact(approach);
+  const BallState after = bounce(model_, ball_, hit.normal, {restitution(), bat_.friction}, surface);
   const auto X_bat_world = bat.at(s).inverse();
   const Vector3 slide = after.velocity - surface - hit.normal.dot(after.velocity - surface) * hit.normal;
   contact_ = {true,
@@ -155,19 +175,19 @@ void BallWorld::begin_contact(const SweepHit& hit, double dt, double done, const
               after.spin,
               hit.normal,
               hit.point};
-  record({Touched::bat, done, hit.point, hit.normal, approach});
+  record({Touched::bat, done, hit.point, hit.normal, duration(), restitution(), approach});
 }
 
 // The bat's contact, up to its end, the end of the step, or a second surface in the way.
 void BallWorld::follow(double dt, double& done, const BatMotion& bat) {
-  const double h = std::min(dt - done, law_.duration() - contact_.elapsed);
+  const double h = std::min(dt - done, duration() - contact_.elapsed);
   const auto X = bat.at((done + h) / dt);
   const double until = contact_.elapsed + h;
-  const Vector3 to = (X * Point<Bat>{in_bat(until, contact_.speed * law_.penetration(until))}).m;
+  const Vector3 to = (X * Point<Bat>{in_bat(until, depth(until))}).m;
   Touched what = Touched::table;
   const auto hit = sweep_surfaces(ball_.position, to, what);
   const double part = hit ? hit->fraction : 1.0;
-  const bool ends = !hit && dt - done >= law_.duration() - contact_.elapsed;
+  const bool ends = !hit && dt - done >= duration() - contact_.elapsed;
   contact_.elapsed += part * h;
   done = ends || hit ? done + part * h : dt;
   const auto X_now = bat.at(std::min(1.0, done / dt));
@@ -175,17 +195,17 @@ void BallWorld::follow(double dt, double& done, const BatMotion& bat) {
   ball_.position += part * (to - ball_.position);
   contact_.point = ball_.position - model_.radius * contact_.normal_world;
   ball_.spin = contact_.spin;
-  const double inward = ends ? -law_.restitution() : law_.velocity(contact_.elapsed);
+  const double sinking = ends ? -restitution() * contact_.speed : inward(contact_.elapsed);
   ball_.velocity = bat.velocity_at(contact_.point, std::min(1.0, done / dt)) +
-                   X_now.rotation * contact_.slide - contact_.speed * inward * contact_.normal_world;
+                   X_now.rotation * contact_.slide - sinking * contact_.normal_world;
   if (hit) {
     contact_.active = false;
-    record({Touched::bat_cut_short, done, contact_.point, contact_.normal_world, contact_.speed});
-    record({what, done, hit->point, hit->normal, -hit->normal.dot(ball_.velocity)});
+    record({Touched::bat_cut_short, done, contact_.point, contact_.normal_world, 0.0, 1.0, contact_.speed});
+    record({what, done, hit->point, hit->normal, 0.0, 1.0, -hit->normal.dot(ball_.velocity)});
     ball_ = bounce(model_, ball_, hit->normal, what == Touched::table ? table_bounce_ : wall_bounce_);
   } else if (ends) {
     contact_.active = false;
-    record({Touched::bat_released, done, contact_.point, contact_.normal_world, contact_.speed});
+    record({Touched::bat_released, done, contact_.point, contact_.normal_world, 0.0, 1.0, contact_.speed});
   }
 }
 

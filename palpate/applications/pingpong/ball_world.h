@@ -2,24 +2,24 @@
 // lasts.
 //
 // Table and wall answer at once. The bat's contact is followed in the bat's frame: the ball sinks in along
-// the normal of the touch as the damped mass on a spring does (physics/contact.h), slides as friction leaves
-// it, and is released with the restitution exact relative to the bat as it then moves. A second surface met
-// during the contact ends it there. Gravity is left out during those few milliseconds. World frame, SI.
-// step() allocates, locks and throws nothing.
+// the normal of the touch as the damped mass on a spring does that the scene asks for, slides as friction
+// leaves it, and is released with the restitution exact relative to the bat as it then moves. A second
+// surface met during the contact ends it there. Gravity is left out during those few milliseconds. World
+// frame, SI. step() allocates, locks and throws nothing.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "palpate/physics/ball.h"
 #include "palpate/physics/contact.h"
+#include "palpate/physics/hunt_crossley.h"
 #include "palpate/physics/sweep.h"
 #include "palpate/scene/application.h"
 
 namespace palpate::pingpong {
-
-enum class Physics : std::uint8_t { paper, full };
 
 enum class Touched : std::uint8_t { table, wall, bat, bat_released, bat_cut_short, squeezed };
 
@@ -27,8 +27,9 @@ struct Touch {
   Touched what = Touched::table;
   double at = 0.0;  // s after the start of the step
   Vector3 point = Vector3::Zero();
-  Vector3 normal = Vector3::Zero();  // towards the ball
-  double approach_speed = 0.0;       // along the normal, relative
+  Vector3 normal = Vector3::Zero();          // towards the ball
+  double duration = 0.0, restitution = 1.0;  // of a bat's contact that begins
+  double approach_speed = 0.0;               // along the normal, relative
 };
 
 struct BatMotion {  // over one step
@@ -51,7 +52,7 @@ class BallWorld {
       0.003;  // m, at most, so that the ball never seems to dive into the bat
 
   // Throws std::invalid_argument where the scene has no surface called "table" and "wall".
-  BallWorld(const SceneDescription& scene, Physics physics);
+  explicit BallWorld(const SceneDescription& scene);
 
   // What was touched, in order; valid until the next step.
   std::span<const Touch> step(double dt, const BatMotion& bat, bool bat_is_there = true);
@@ -61,11 +62,10 @@ class BallWorld {
   // Where to draw the ball: during a contact not deeper in the bat than kDrawnPenetration.
   Vector3 drawn_position() const { return drawn_; }
   bool in_contact() const { return contact_.active; }
-  double contact_progress() const { return contact_.active ? contact_.elapsed / law_.duration() : 0.0; }
+  double contact_progress() const { return contact_.active ? contact_.elapsed / duration() : 0.0; }
   Vector3 contact_force() const;  // on the hand, N, as the model has it now
   Vector3 contact_point() const { return contact_.point; }
   const BallModel& model() const { return model_; }
-  const DampedContact& contact_law() const { return law_; }
   Bounce bat_law() const { return bat_; }
   Bounce table_law() const { return table_bounce_; }
   Bounce wall_law() const { return wall_bounce_; }
@@ -79,6 +79,12 @@ class BallWorld {
     Vector3 normal_world = Vector3::Zero(), point = Vector3::Zero();  // as of now
   };
   void record(const Touch& touch);
+  // The contact there is, by whichever law: m, m/s inwards, N.
+  double depth(double t) const;
+  double inward(double t) const;
+  double push(double t) const;
+  double duration() const;
+  double restitution() const;
   bool fly_on(double dt, double& done, const BatMotion& bat, bool bat_is_there);
   void follow(double dt, double& done, const BatMotion& bat);
   void begin_contact(const SweepHit& hit, double dt, double done, const BatMotion& bat);
@@ -88,7 +94,9 @@ class BallWorld {
   BallModel model_;
   Bounce table_bounce_, wall_bounce_, bat_;
   CollisionMesh table_, wall_, bat_mesh_;
-  DampedContact law_;
+  DampedContact law_;  // linear in the speed: for 1 m/s
+  std::optional<HuntCrossley> stiffening_;
+  HuntCrossleyContact blow_;  // of stiffening_, as hard as the ball came
   BallState ball_;
   Vector3 drawn_ = Vector3::Zero();
   Contact contact_;

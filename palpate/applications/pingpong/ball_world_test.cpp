@@ -36,7 +36,7 @@ TEST(BallWorld, TheTableGivesBackItsRestitutionExactly) {
     for (int phase = 0; phase < 20; ++phase) {
       auto scene = scene_for_tests();
       scene.gravity.setZero();
-      BallWorld world(scene, Physics::paper);
+      BallWorld world(with(scene, Physics::paper));
       world.place({{0, -1.4 + 0.0007 * phase, 1.3}, {0, -speed, 0}, Vector3::Zero()});
       double approach = 0.0;
       for (int i = 0; i < 200 && approach == 0.0; ++i) {
@@ -52,7 +52,7 @@ TEST(BallWorld, NothingIsFlownThroughAtAnySpeed) {
   Random random(1, "world/tunnel");
   const auto scene = scene_for_tests();
   for (int k = 0; k < 2000; ++k) {
-    BallWorld world(scene, k % 2 ? Physics::paper : Physics::full);
+    BallWorld world(with(scene, k % 2 ? Physics::paper : Physics::full));
     const double speed = std::exp(random.uniform(std::log(0.5), std::log(100.0)));
     const Vector3 on(random.uniform(-0.3, 0.3), -1.52, random.uniform(0.9, 1.7));
     Vector3 u = random_vector(random, 1.0).normalized();
@@ -71,13 +71,15 @@ TEST(BallWorld, NothingIsFlownThroughAtAnySpeed) {
   }
 }
 
+const DampedContact law(0.0027, 0.80, 0.004, Release::where_force_is_zero);  // of the scene
+
 TEST(BallWorld, ASwungBatNeverLetsTheBallThroughAndKeepsItsRestitution) {
   Random random(2, "world/bat");
   auto scene = scene_for_tests();
   scene.gravity.setZero();
   int contacts = 0;
   for (int k = 0; k < 400; ++k) {
-    BallWorld world(scene, Physics::paper);
+    BallWorld world(with(scene, Physics::paper));
     const double relative = std::exp(random.uniform(std::log(0.5), std::log(100.0)));
     SteadyBat bat;
     bat.rotation = so3_exp(random_vector(random, 0.4));
@@ -99,7 +101,7 @@ TEST(BallWorld, ASwungBatNeverLetsTheBallThroughAndKeepsItsRestitution) {
         if (touch.what == Touched::bat_released) released = true;
       }
       const Vector3 local = (motion.after.inverse() * Point<World>{world.ball().position}).m;
-      const double depth = approach * world.contact_law().peak_penetration();
+      const double depth = approach * law.peak_penetration();
       if (local.head<1>().norm() < 0.07) {
         ASSERT_GT(local.y(), 0.006 + 0.020 - depth - 1e-6)
             << "the centre stays in front, sunk in at most as the spring says";
@@ -118,7 +120,7 @@ TEST(BallWorld, ASwungBatNeverLetsTheBallThroughAndKeepsItsRestitution) {
 TEST(BallWorld, TheDrawnBallSinksInAtMostThreeMillimetres) {
   auto scene = scene_for_tests();
   scene.gravity.setZero();
-  BallWorld world(scene, Physics::paper);
+  BallWorld world(with(scene, Physics::paper));
   SteadyBat bat{Quaternion::Identity(), {0, 5, 0}, Vector3::Zero()};
   world.place({{0, 5.05, 0}, {0, -20, 0}, Vector3::Zero()});
   double lowest = 1.0;
@@ -133,7 +135,7 @@ TEST(BallWorld, TheDrawnBallSinksInAtMostThreeMillimetres) {
 TEST(BallWorld, ContactLastsAsLongAsTheSceneSays) {
   auto scene = scene_for_tests();
   scene.gravity.setZero();
-  BallWorld world(scene, Physics::paper);
+  BallWorld world(with(scene, Physics::paper));
   SteadyBat bat{Quaternion::Identity(), {0, 5, 0}, {0, 1, 0}};
   world.place({{0, 5.1, 0}, {0, -2, 0}, Vector3::Zero()});
   double begin = 0.0, end = 0.0, impulse = 0.0;
@@ -150,7 +152,7 @@ TEST(BallWorld, ContactLastsAsLongAsTheSceneSays) {
 
 TEST(BallWorld, ABatThatPressesTheBallOntoTheTableEndsTheContactThere) {
   auto scene = scene_for_tests();
-  BallWorld world(scene, Physics::full);
+  BallWorld world(with(scene, Physics::full));
   // Half a millimetre above the table, hit downwards.
   world.place({{0, -1.52 + 0.0205, 1.3}, Vector3::Zero(), Vector3::Zero()});
   const Quaternion down = Quaternion(Eigen::AngleAxisd(M_PI, Vector3::UnitX()));
@@ -171,17 +173,89 @@ TEST(BallWorld, ABatThatPressesTheBallOntoTheTableEndsTheContactThere) {
 TEST(BallWorld, AFrictionlessBatTouchesOnlyTheNormalComponent) {
   auto scene = scene_for_tests();
   scene.gravity.setZero();
-  BallWorld world(scene, Physics::paper);
+  BallWorld world(with(scene, Physics::paper));
   SteadyBat bat{Quaternion::Identity(), {0, 5, 0}, {0.5, 0, 0.2}};
   world.place({{0, 5.05, 0}, {1, -2, -0.5}, Vector3::Zero()});
   for (int i = 0; i < 30; ++i) world.step(0.001, bat.over(0.001 * i, 0.001));
   EXPECT_NEAR((world.ball().velocity - Vector3(1, 1.6, -0.5)).norm(), 0.0, 1e-12);
 }
 
+// A bat in a hand gives way: here a mass that only the blow moves. What the hand is given is m (1 + e) v, of
+// which the ball, leaving relative to a bat that recoils, keeps all but the share m / M.
+TEST(BallWorld, ABatThatRecoilsTakesTheBallsMomentum) {
+  constexpr double kBall = 0.0027, kDt = 1e-5;
+  for (const auto contact : {ContactModel::non_sticky, ContactModel::paper, ContactModel::hunt_crossley}) {
+    for (const double M : {0.17, 0.05}) {
+      auto scene = with(scene_for_tests(), Physics::paper, contact);
+      scene.gravity.setZero();
+      BallWorld world(scene);
+      Vector3 place(0, 5, 0), velocity(0, 1.0, 0);
+      world.place({{0, 5.05, 0}, {0, -4.0, 0}, Vector3::Zero()});
+      double approach = 0.0, e = 0.0, given = 0.0;
+      bool released = false;
+      for (int i = 0; i < 3000 && !released; ++i) {
+        BatMotion bat;
+        bat.before.translation = place;
+        place += kDt * velocity;
+        bat.after.translation = place;
+        bat.velocity = velocity;
+        for (const auto& touch : world.step(kDt, bat)) {
+          if (touch.what == Touched::bat) {
+            approach = touch.approach_speed;
+            e = touch.restitution;
+          }
+          released = touch.what == Touched::bat_released;
+        }
+        velocity += kDt * world.contact_force() / M;
+        given -= kDt * world.contact_force().y();
+      }
+      ASSERT_TRUE(released);
+      EXPECT_NEAR(approach, 5.0, 1e-9);
+      EXPECT_NEAR(given / (kBall * (1 + e) * approach), 1.0, 0.005);  // a sum of samples every 10 us
+      EXPECT_NEAR(1.0 - velocity.y(), kBall * (1 + e) * approach / M, 0.005 * kBall * (1 + e) * approach / M);
+      EXPECT_NEAR((world.ball().velocity.y() - velocity.y()) / approach, e, 2e-3)
+          << "relative to the bat as it moves then";
+      const double before = kBall * -4.0 + M * 1.0,
+                   after = kBall * world.ball().velocity.y() + M * velocity.y();
+      EXPECT_NEAR(after - before, 0.0, 1.05 * kBall / M * kBall * (1 + e) * approach) << M;
+    }
+  }
+}
+
+TEST(BallWorld, EveryContactModelKeepsItsRestitutionAndDuration) {
+  struct Expected {
+    ContactModel model;
+    double duration, restitution;
+  };
+  const HuntCrossley hertz(0.0027, 0.80, 0.004, 5.0);
+  for (const double speed : {1.0, 5.0, 12.0}) {
+    for (const auto& [model, duration, restitution] :
+         {Expected{ContactModel::non_sticky, 0.004, 0.80}, Expected{ContactModel::paper, 0.004, 0.80},
+          Expected{ContactModel::hunt_crossley, hertz.contact(speed).duration(), hertz.restitution(speed)}}) {
+      auto scene = with(scene_for_tests(), Physics::paper, model);
+      scene.gravity.setZero();
+      BallWorld world(scene);
+      const SteadyBat bat{Quaternion::Identity(), {0, 5, 0}, Vector3::Zero()};
+      world.place({{0, 5.03, 0}, {0, -speed, 0}, Vector3::Zero()});
+      double begin = -1.0, end = -1.0;
+      for (int i = 0; i < 100 && end < 0.0; ++i) {
+        for (const auto& touch : world.step(0.001, bat.over(0, 0.001))) {
+          (touch.what == Touched::bat ? begin : end) = 0.001 * i + touch.at;
+          if (touch.what != Touched::bat) continue;
+          EXPECT_NEAR(touch.restitution, restitution, 1e-12);
+          EXPECT_NEAR(touch.duration, duration, 1e-12);
+        }
+      }
+      EXPECT_NEAR(end - begin, duration, 1e-9);
+      EXPECT_NEAR(world.ball().velocity.y(), restitution * speed, 1e-9 * speed);
+    }
+  }
+}
+
 TEST(BallWorld, ASceneWithoutATableIsRefused) {
   auto scene = scene_for_tests();
   scene.surfaces.pop_back();
-  EXPECT_THROW(BallWorld(scene, Physics::paper), std::invalid_argument);
+  EXPECT_THROW(BallWorld(with(scene, Physics::paper)), std::invalid_argument);
 }
 
 }  // namespace

@@ -22,10 +22,7 @@ std::vector<BallState> serves(const SceneDescription& scene, const BallWorld& wo
 }  // namespace
 
 PingPong::PingPong(const SceneDescription& scene, const Settings& settings)
-    : scene_(scene),
-      settings_(settings),
-      world_(scene, settings.physics),
-      serves_(serves(scene, world_, settings)) {
+    : scene_(scene), settings_(settings), world_(scene), serves_(serves(scene, world_, settings)) {
   const auto& c = find_surface(scene, "table").corners;
   const Vector3 right = (c[1] - c[0]).normalized();
   up_ = (c[1] - c[0]).cross(c[3] - c[0]).normalized();
@@ -195,12 +192,12 @@ void PingPong::end(double now, bool missed) {
 void PingPong::feel(const Touch& touch, Instant<PhysicsClock> start) {
   ++event_.number;
   event_.start = start;
-  event_.duration = seconds(world_.contact_law().duration());
+  event_.duration = seconds(touch.duration);
   event_.direction = -touch.normal;
   event_.point = touch.point;
   event_.approach_speed = touch.approach_speed;
   event_.mass = scene_.ball_mass;
-  event_.restitution = scene_.bat_restitution;
+  event_.restitution = touch.restitution;
 }
 
 }  // namespace palpate::pingpong

@@ -39,7 +39,6 @@ enum class Phase : std::int32_t {
 };
 
 struct Settings {
-  Physics physics = Physics::full;
   ServeSettings serve;
   std::uint64_t seed = 1;
   double first_serve_s = 0.4;

@@ -44,9 +44,9 @@ TEST(PingPong, ServesNobodyReturnsAreMissesAndKeepComing) {
 }
 
 TEST(PingPong, EveryServeHasTheAskedSpeedBouncesOnceAndReachesThePlayer) {
-  const auto scene = scene_for_tests();
   for (const auto physics : {Physics::paper, Physics::full}) {
-    const BallWorld world(scene, physics);
+    const auto scene = with(scene_for_tests(), physics);
+    const BallWorld world(scene);
     Random random(3, "test");
     const auto serves = make_serves(scene, world, {}, 50, random);
     ASSERT_EQ(serves.size(), 50u);

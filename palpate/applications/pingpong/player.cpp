@@ -53,7 +53,7 @@ Vector3 Reach::home() const {
 ScriptedPlayer::ScriptedPlayer(const SceneDescription& scene, const Reach& reach,
                                const PlayerSettings& settings)
     : scene_(scene), reach_(reach), settings_(settings), random_(settings.seed, "pingpong/player") {
-  const BallWorld world(scene, settings.physics);
+  const BallWorld world(scene);
   model_ = world.model();
   bat_ = world.bat_law();
   const auto &table = find_surface(scene, "table"), &wall = find_surface(scene, "wall");

@@ -44,7 +44,6 @@ struct PlayerSettings {
   // hand) + hand_damping (the difference of their velocities), per mass, 1/s^2 and 1/s; the wrist turns
   // after its target with this natural frequency, critically damped, rad/s.
   double hand_stiffness = 1600.0, hand_damping = 80.0, wrist_rate = 30.0;
-  Physics physics = Physics::full;  // what it believes of balls
   std::uint64_t seed = 1;
 };
 

@@ -46,16 +46,14 @@ struct Hand {
 };
 
 Game play(const Laboratory& lab) {
-  const auto scene = scene_for_tests();
+  const auto scene = with(scene_for_tests(), lab.physics);
   Settings rules;
   rules.seed = lab.seed;
-  rules.physics = lab.physics;
   PingPong game(scene, rules);
   Reach reach;
   reach.X_world_base = {rotation_from_xyz({0.0262, -0.0698, 0.0140}), lab.arm};
   PlayerSettings player_settings;
   player_settings.seed = lab.seed;
-  player_settings.physics = lab.physics;
   player_settings.hand_stiffness = kStiffness / kMass;
   player_settings.hand_damping = kDamping / kMass;
   player_settings.wrist_rate = 2.0 / kWrist_s;  // lags a steady turn as long

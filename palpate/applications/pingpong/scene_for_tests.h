@@ -20,4 +20,11 @@ inline SceneDescription scene_for_tests() {
   return scene;
 }
 
+inline SceneDescription with(SceneDescription scene, Physics physics,
+                             ContactModel contact = ContactModel::non_sticky) {
+  scene.physics = physics;
+  scene.contact_model = contact;
+  return scene;
+}
+
 }  // namespace palpate::pingpong
