@@ -85,19 +85,23 @@ Lateness our_loop(double rate_hz, double seconds_long, Duration spin) {
   HapticInput message;
   message.sustained = {0.0, 1.0, 0.0};
   {
-    PeriodicLoop<PhysicsClock> loop(
-        clock,
-        {.rate_hz = rate_hz, .name = "bench-haptic", .real_time = true, .priority = kPriority, .spin = spin},
-        [&](Instant<PhysicsClock> due) {
-          const auto begun = reader.now();
-          message.time = due;
-          input.write(message);
-          haptic.tick(due);
-          const std::size_t i = done.load(std::memory_order_relaxed);
-          if (i >= wanted) return;
-          late[i] = (begun - due).count();
-          done.store(i + 1, std::memory_order_release);
-        });
+    PeriodicLoop<PhysicsClock> loop(clock,
+                                    {.rate_hz = rate_hz,
+                                     .name = "bench-haptic",
+                                     .real_time = true,
+                                     .priority = kPriority,
+                                     .spin = spin,
+                                     .keep_cores_awake = true},
+                                    [&](Instant<PhysicsClock> due) {
+                                      const auto begun = reader.now();
+                                      message.time = due;
+                                      input.write(message);
+                                      haptic.tick(due);
+                                      const std::size_t i = done.load(std::memory_order_relaxed);
+                                      if (i >= wanted) return;
+                                      late[i] = (begun - due).count();
+                                      done.store(i + 1, std::memory_order_release);
+                                    });
     if (!loop.grant().fifo()) throw std::runtime_error(loop.grant().describe());
     while (done.load(std::memory_order_acquire) < wanted)
       std::this_thread::sleep_for(std::chrono::milliseconds(20));

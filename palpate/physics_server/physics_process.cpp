@@ -173,7 +173,8 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
                                       {.rate_hz = options.haptic_hz,
                                        .name = "palpate-haptic",
                                        .real_time = options.real_time,
-                                       .priority = 80},
+                                       .priority = 80,
+                                       .keep_cores_awake = true},
                                       [&](Instant<PhysicsClock> t) { server.haptic_tick(t); });
     // The physics loop sleeps only: two loops that spin would starve each other on a small machine.
     PeriodicLoop<PhysicsClock> physics(clock,
