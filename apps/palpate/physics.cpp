@@ -36,9 +36,13 @@ void add_physics(CLI::App& program) {
   command->add_option("--physics-hz", options->process.physics_hz, "Rate of the physics loop")
       ->default_val(1000.0)
       ->check(CLI::Range(1000.0, 20000.0));
+  command->add_option("--haptic-hz", options->process.haptic_hz, "Rate of the haptic loop")
+      ->default_val(1000.0)
+      ->check(CLI::Range(1000.0, 4000.0));
   command->add_option(
       "--out", options->process.out,
-      "Folder for realtime_loops.csv and realtime_jitter.csv; there when the server has ended");
+      "Folder for realtime_loops.csv and realtime_jitter.csv, there when the server has ended, and for "
+      "trip_*.csv, the last seconds before forces were switched off (without --out: in the run folder)");
   command->add_option("--json", options->json,
                       "Write loop and exchange figures here at the end; - = standard output");
   on(command, [options]() -> Expected<void> {

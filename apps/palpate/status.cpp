@@ -65,6 +65,7 @@ std::string status_text(const ServerStatus& status, const std::string& address) 
     lines.push_back(fmt::format("  late  median {}, p99 {}, max {}; at work p99 {}",
                                 duration_text(loop.late_p50_us), duration_text(loop.late_p99_us),
                                 duration_text(loop.late_max_us), duration_text(loop.busy_p99_us)));
+    if (!loop.condition.empty()) lines.push_back(fmt::format("  forces {}", excerpt(loop.condition, 64)));
     for (auto& bar : histogram(loop)) lines.push_back(std::move(bar));
   }
   lines.push_back(fmt::format("\n{}", counted(status.clients.size(), "client")));
@@ -101,7 +102,8 @@ Json status_json(const ServerStatus& status) {
          {"missed", loop.missed},
          {"late_us", {{"p50", loop.late_p50_us}, {"p99", loop.late_p99_us}, {"max", loop.late_max_us}}},
          {"busy_us", {{"p99", loop.busy_p99_us}}},
-         {"late_octaves_from_16_ns", loop.late_octaves}});
+         {"late_octaves_from_16_ns", loop.late_octaves},
+         {"condition", loop.condition}});
   for (const auto& client : status.clients) {
     const auto& f = client.figures;
     json["clients"].push_back(

@@ -24,12 +24,16 @@ struct ArmSample {
   Instant<ArmClock> stamp;
   Vector3 joints = Vector3::Zero();  // psi, encoder readings as angles, rad, uncorrected
   Vector3 gimbal = Vector3::Zero();  // rad, uncorrected
+  // False: the device says that it is gone (unplugged, faulted, closed); the rest is what it said last.
+  // Forces then stay off until somebody re-arms, as its encoders may have lost their zero.
+  bool connected = true;
 };
 
 class ArmDevice {
  public:
   virtual ~ArmDevice() = default;
-  // The newest encoder reading. Called at 1 kHz by the haptic loop: does not allocate, lock or throw.
+  // The newest encoder reading. Called at 1 kHz by the haptic loop: does not allocate, lock or throw. A stamp
+  // that does not move on for 5 ms means that the device has fallen silent; forces fade until it does.
   virtual ArmSample read() = 0;
   // Force at the tip in ArmBase axes as the device's own nominal kinematics sees them, N; held until the next
   // command. The device clamps to its own limits.

@@ -223,7 +223,9 @@ ArmSample LabArm::read() {
   client_->heartbeat();
   lab::ArmWire wire;
   client_->memory()->arm.read(wire);  // open() has seen that there is one
-  return lab::unpack(wire);
+  ArmSample sample = lab::unpack(wire);
+  sample.connected = client_->memory()->closed.load(std::memory_order_acquire) == 0;
+  return sample;
 }
 
 void LabArm::command(const Vector3& force) {

@@ -10,9 +10,13 @@ bool ContactPlayer::start(const ContactEvent& event, Instant<PhysicsClock> now) 
   // The hand feels design B (nothing sticks); below its limit of restitution only the shape changes, not the
   // impulse.
   constexpr double kLeastRestitution = 0.15;
-  if (!(event.mass > 0.0) || !(duration > 0.0) || !(event.approach_speed > 0.0) ||
-      !(event.restitution >= 0.0) || !(event.restitution <= 1.0) || !std::isfinite(event.approach_speed) ||
-      !std::isfinite(event.mass) || !(std::abs(event.direction.norm() - 1.0) < 1e-6)) {
+  // Far beyond anything that hits a hand-held bat: such a number is a mistake, or would hold a place for
+  // ever.
+  constexpr double kMostMass = 100.0, kMostSpeed = 1000.0, kLongest = 1.0;  // kg, m/s, s
+  if (!(event.mass > 0.0 && event.mass < kMostMass) || !(duration > 0.0 && duration < kLongest) ||
+      !(event.approach_speed > 0.0 && event.approach_speed < kMostSpeed) ||
+      !(event.restitution >= 0.0 && event.restitution <= 1.0) ||
+      !(std::abs(event.direction.norm() - 1.0) < 1e-6) || event.start > now + seconds(kLongest)) {
     return false;
   }
   for (auto& slot : blows_) {

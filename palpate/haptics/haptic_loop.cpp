@@ -1,6 +1,7 @@
 #include "palpate/haptics/haptic_loop.h"
 
-#include <Eigen/LU>
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,11 +10,15 @@
 namespace palpate {
 namespace {
 
-// A force at the peak may grow by a few percent when it is turned into the device's nominal axes; that much
-// is kept free, so that nothing is cut after the impulse has been counted.
-ForceLimits inner_limits(ForceLimits limits) {
-  limits.peak_n *= 0.95;
-  return limits;
+HapticSettings checked(const HapticSettings& settings) {
+  if (settings.period <= Duration(0)) throw std::invalid_argument("haptic loop: the period must be > 0");
+  if (!(settings.force_gain >= 0.0 && settings.force_gain <= 1.0))
+    throw std::invalid_argument(
+        fmt::format("haptic loop: force_gain is {}, expected 0 ... 1", settings.force_gain));
+  if (!(settings.record_s >= 0.0))
+    throw std::invalid_argument(fmt::format("haptic loop: record_s is {}, expected >= 0", settings.record_s));
+  check_force_limits(settings.limits);
+  return settings;
 }
 
 }  // namespace
@@ -24,109 +29,169 @@ HapticLoop::HapticLoop(ArmDevice& arm, const ArmCalibration& calibration, const 
     : arm_(arm),
       calibration_(calibration),
       nominal_(nominal),
-      settings_(settings),
+      settings_(checked(settings)),
+      period_(to_seconds(settings.period)),
       input_(input),
       output_(output),
-      limiter_(inner_limits(settings.limits)) {
-  if (settings.period <= Duration(0)) throw std::invalid_argument("haptic loop: the period must be > 0");
-  ring_.resize(static_cast<std::size_t>(std::max(1.0, settings.record_s / to_seconds(settings.period))));
-}
+      filter_(std::pow(0.6, period_ / 1e-3), std::pow(0.8, period_ / 1e-3)),  // the same lag at any rate
+      passivity_(settings.limits.most_damping_n_s_m),
+      guard_(settings.limits),
+      shaper_(settings.limits.longest_debt_s),
+      heat_(settings.limits),
+      clamp_(settings.limits, period_),
+      records_(std::make_unique<HapticRecords>()) {}
 
 void HapticLoop::tick(Instant<PhysicsClock> now) {
-  const double period = to_seconds(settings_.period);
-  const double elapsed = started_ ? to_seconds(now - last_tick_) : 0.0;
+  VitalSigns signs;
+  const double elapsed = started_ ? std::max(0.0, to_seconds(now - last_tick_)) : 0.0;
   last_tick_ = now;
+  started_ = true;
+  signs.elapsed_s = elapsed;
+  signs.clamp_good = !clamp_.tripped();
+  const DeviceForce device_before = device_;
+  read_arm(now, signs);
+  listen(now, signs);
+  AskedForce asked = asked_force(now);
+  signs.asked_good = asked.good();
+  if (!signs.asked_good) asked = AskedForce{};
+  heat_.held(clamp_.last().norm(), elapsed);
+  signs.warm = heat_.warm();
 
+  const ForceFault before = guard_.fault();
+  const double gain_before = guard_.gain();
+  guard_.tick(signs, period_);
+
+  // The device's force is M f. That it stays within the device's limits while M changes is the shaper's room.
+  const Quaternion R_base_world = calibration_.X_world_base.rotation.conjugate();
+  const double turned = ((device_.M - device_before.M) * (R_base_world * shaper_.held())).norm();
+  const ForceRoom room{.peak = heat_.allowed_n() / std::max(1.0, device_.gain),
+                       .step = (settings_.limits.slew_n_s * period_ - turned) / std::max(1.0, device_.gain),
+                       .gain = guard_.gain(),
+                       .fading = guard_.fault() != ForceFault::none,
+                       .forgive = elapsed > settings_.limits.stale_s};
+  const bool touching = asked.sustained != Vector3::Zero() || shaper_.sustained() != Vector3::Zero();
+  passivity_.moved(shaper_.sustained(), moved_, touching);
+  AskedForce damped = asked;
+  if (touching) damped.sustained += passivity_.damping(tip_.velocity, period_);
+  const Vector3 force = shaper_.tick(damped, room, elapsed, period_);
+  arm_.command(clamp_.pass(device_.M * (R_base_world * force)));
+  if (signs.reading_good) output_.write(tip_);
+
+  account();
+  keep(now, asked, before, gain_before);
+}
+
+// Where the reading makes no sense the last good tip stays, and the last way from force to device.
+void HapticLoop::read_arm(Instant<PhysicsClock> now, VitalSigns& signs) {
   const ArmSample sample = arm_.read();
   const Vector3 theta = calibration_.correction.apply(sample.joints);
-  const bool usable = theta.allFinite() && sample.gimbal.allFinite();
-  if (usable) {
-    joints_ = sample.joints;
-    theta_ = theta;
+  signs.connected = sample.connected;
+  signs.reading_good = theta.allFinite() && sample.gimbal.allFinite();
+  if (!sampled_ || sample.stamp != last_stamp_) last_fresh_sample_ = now;
+  last_stamp_ = sample.stamp;
+  joints_ = sample.joints;
+  moved_.setZero();
+  if (signs.reading_good) {
     const Vector3 gimbal = calibration_.gimbal_gain.cwiseProduct(sample.gimbal) + calibration_.gimbal_offset;
+    const Vector3 place = tip_.X_world_tip.translation;
     tip_.time = now;
     tip_.X_world_tip = calibration_.X_world_base * phantom_pose(theta, gimbal, calibration_.lengths);
+    if (sampled_) moved_ = tip_.X_world_tip.translation - place;
     const double since = sampled_ ? to_seconds(now - last_sample_) : 0.0;
     if (!sampled_ || since > 0.0) filter_.update(tip_.X_world_tip, since);
     tip_.velocity = filter_.velocity();
     tip_.angular_velocity = filter_.angular_velocity();
-    sampled_ = true;
     last_sample_ = now;
+    sampled_ = true;
+    const auto device = DeviceForce::at(sample.joints, nominal_, theta, calibration_.lengths);
+    if (device) device_ = *device;
+    signs.inside_workspace = device.has_value();
+    for (int i = 0; i < 3; ++i) {
+      const auto& [low, high] = settings_.limits.joint_range[static_cast<std::size_t>(i)];
+      signs.inside_workspace = signs.inside_workspace && theta[i] >= low && theta[i] <= high;
+    }
   } else {
-    ++statistics_.bad_samples;  // the last good tip stays published; the force fades below
+    ++statistics_.bad_samples;
   }
-
-  listen(now);
-  AskedForce asked;
-  asked.sustained = newest_.sustained;
-  asked.blow = player_.tick(now, settings_.period);
-  asked.blow_active = player_.active();
-  asked.blow_to_come = player_.to_come();
-  asked.tip_speed = usable ? tip_.velocity.norm() : std::nan("");
-  asked.input_age_s = heard_ ? to_seconds(now - last_heard_) : std::numeric_limits<double>::infinity();
-  const Vector3 force = limiter_.tick(asked, elapsed, period);
-  const Vector3 command = sampled_ ? device_force(force) : Vector3::Zero();
-  arm_.command(command);
-  if (usable) output_.write(tip_);
-
-  account();
-  statistics_.peak_n = std::max(statistics_.peak_n, command.norm());
-  ring_[statistics_.ticks % ring_.size()] = {
-      now,     sample.joints,   tip_.X_world_tip.translation, asked.sustained + asked.blow,
-      command, limiter_.fault()};
-  ++statistics_.ticks;
-  statistics_.limited_ticks += limiter_.limited();
-  statistics_.fault_ticks += limiter_.fault() != ForceFault::none;
-  started_ = true;
+  signs.tip_speed = tip_.velocity.norm();
+  signs.reading_age_s =
+      sampled_ ? to_seconds(now - last_fresh_sample_) : std::numeric_limits<double>::infinity();
 }
 
-void HapticLoop::listen(Instant<PhysicsClock> now) {
-  const std::uint64_t before = newest_.contact.number;
-  if (!input_.read(newest_)) return;
-  heard_ = true;
-  last_heard_ = now;
-  if (newest_.contact.number == before || newest_.contact.number == 0) return;
-  if (player_.start(newest_.contact, now)) {
-    ++statistics_.blows;
-  } else {
-    ++statistics_.rejected_blows;
+void HapticLoop::listen(Instant<PhysicsClock> now, VitalSigns& signs) {
+  HapticInput said;
+  if (input_.read(said) && (!heard_ || said.time > newest_.time)) {
+    const std::uint64_t before = newest_.contact.number;
+    newest_ = said;
+    heard_ = true;
+    last_heard_ = now;
+    if (newest_.contact.number != before && newest_.contact.number != 0) {
+      if (player_.start(newest_.contact, now)) {
+        ++statistics_.blows;
+      } else {
+        ++statistics_.rejected_blows;
+      }
+    }
   }
+  signs.input_age_s = heard_ ? to_seconds(now - last_heard_) : std::numeric_limits<double>::infinity();
+}
+
+AskedForce HapticLoop::asked_force(Instant<PhysicsClock> now) {
+  AskedForce asked;
+  asked.sustained = settings_.force_gain * newest_.sustained;
+  asked.blow = settings_.force_gain * player_.tick(now, settings_.period);
+  asked.blow_active = player_.active();
+  asked.blow_to_come = settings_.force_gain * player_.to_come();
+  return asked;
 }
 
 // Compares what was asked with what was given each time the hand has come to rest between blows.
 void HapticLoop::account() {
-  if (player_.active() || !limiter_.settled() || player_.asked() == asked_before_) return;
-  const Vector3 asked = player_.asked() - asked_before_;
-  const double missing = (asked - (limiter_.delivered() - delivered_before_)).norm();
+  if (player_.active() || !shaper_.settled() || player_.asked() == asked_before_) return;
+  const Vector3 asked = settings_.force_gain * (player_.asked() - asked_before_);
+  const double missing = (asked - (shaper_.delivered() - delivered_before_)).norm();
   statistics_.impulse_asked += asked.norm();
   statistics_.impulse_lost += missing;
   if (asked.norm() > 0.0) {
     statistics_.impulse_error_rel_max = std::max(statistics_.impulse_error_rel_max, missing / asked.norm());
   }
   asked_before_ = player_.asked();
-  delivered_before_ = limiter_.delivered();
+  delivered_before_ = shaper_.delivered();
 }
 
-// The device turns a force into motor torques by its own nominal kinematics at its own uncorrected angles. To
-// have the true force at the tip, ask for the one whose torques are right: Jn(psi)^T f_device = J(theta)^T f.
-Vector3 HapticLoop::device_force(const Vector3& world) const {
-  const Vector3 base = calibration_.X_world_base.rotation.conjugate() * world;
-  const Matrix3 nominal = phantom_jacobian(joints_, nominal_).transpose();
-  constexpr double kLeastDeterminant = 1e-4;  // m^3; a folded arm has no force in some direction
-  if (std::abs(nominal.determinant()) < kLeastDeterminant) return base;
-  Vector3 device = nominal.inverse() * (phantom_jacobian(theta_, calibration_.lengths).transpose() * base);
-  const double norm = device.norm();
-  if (!std::isfinite(norm)) return Vector3::Zero();
-  if (norm > settings_.limits.peak_n) device *= settings_.limits.peak_n / norm;
-  return device;
+void HapticLoop::keep(Instant<PhysicsClock> now, const AskedForce& asked, ForceFault before,
+                      double gain_before) {
+  const ForceFault fault = guard_.fault();
+  statistics_.peak_n = std::max(statistics_.peak_n, clamp_.last().norm());
+  ++statistics_.ticks;
+  statistics_.limited_ticks += shaper_.limited() || clamp_.tripped();
+  statistics_.fault_ticks += fault != ForceFault::none;
+  statistics_.damped_ticks += passivity_.injected() > 0.0;
+  statistics_.warm_ticks += heat_.warm();
+  records_->push({now, joints_, tip_.X_world_tip.translation, asked.sustained + asked.blow, clamp_.last(),
+                  fault, guard_.state(), tip_.velocity.norm()});
+
+  const bool became_safe = guard_.state() == HapticState::safe && told_.state != HapticState::safe;
+  const bool forces_taken = fault != ForceFault::none && before == ForceFault::none && gain_before > 0.0;
+  told_.state = guard_.state();
+  told_.fault = fault;
+  told_.ticks = statistics_.ticks;
+  if (became_safe || forces_taken) {
+    ++told_.trips;
+    told_.trip_tick = statistics_.ticks;
+    told_.trip_fault = fault;
+  }
+  condition_.write(told_);
 }
 
-std::vector<HapticRecord> HapticLoop::records() const {
-  const std::size_t count = std::min<std::size_t>(statistics_.ticks, ring_.size());
+std::vector<HapticRecord> HapticLoop::records_before(std::uint64_t tick) const {
+  const std::uint64_t end = std::min(tick, records_->count());
+  const auto wanted = static_cast<std::uint64_t>(
+      std::min(std::max(1.0, settings_.record_s / period_), static_cast<double>(HapticRecords::capacity())));
   std::vector<HapticRecord> list;
-  list.reserve(count);
-  for (std::size_t i = statistics_.ticks - count; i < statistics_.ticks; ++i)
-    list.push_back(ring_[i % ring_.size()]);
+  list.reserve(std::min(wanted, end));
+  for (std::uint64_t i = end - std::min(wanted, end); i < end; ++i)
+    if (const auto record = records_->read(i)) list.push_back(*record);
   return list;
 }
 

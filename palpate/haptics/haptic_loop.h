@@ -1,17 +1,26 @@
 // The sacred millisecond: read the arm, know the tip, feel the contact, limit, command, publish.
 //
-// Forces come in World axes and leave in ArmBase axes. tick() is called by the haptic thread at a fixed rate,
-// or by a test; after construction it does not allocate, lock, throw or write text. Input and output are
-// triple buffers: one other thread (physics) writes the input and reads the tip. A fault is a state
-// (ForceFault): forces fade, and the last seconds are kept in records().
+// Forces come in World axes and leave in ArmBase axes, through the chain of docs/theory/forces.md: blows
+// played by time and the sustained force with the damping that keeps it passive; gain; the shaper under peak,
+// slew and the motors' heat; the device's own kinematics; the last clamp. What may be given at all the guard
+// says. tick() is called by the haptic thread at a fixed rate, or by a test; after construction it does not
+// allocate, lock, throw or write text. Input and output are triple buffers: one other thread (physics) writes
+// the input and reads the tip. condition() and records() are for any thread.
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "palpate/devices/devices.h"
+#include "palpate/haptics/arm_force.h"
 #include "palpate/haptics/contact_player.h"
-#include "palpate/haptics/force_limiter.h"
+#include "palpate/haptics/force_guard.h"
+#include "palpate/haptics/force_shaper.h"
+#include "palpate/haptics/haptic_record.h"
+#include "palpate/haptics/last_clamp.h"
+#include "palpate/haptics/motor_heat.h"
+#include "palpate/haptics/passivity.h"
 #include "palpate/haptics/tip_filter.h"
 #include "palpate/model/rig.h"
 #include "palpate/scene/application.h"
@@ -23,33 +32,40 @@ namespace palpate {
 struct HapticInput {
   ContactEvent contact;                 // the newest blow
   Vector3 sustained = Vector3::Zero();  // N on the hand, World; not a blow
+  Instant<PhysicsClock> time;           // of the state this comes from: where it stands still, physics does
 };
 
 // From an application's step: while a blow is under way the state's force shows that blow and is not asked
 // for twice.
 inline HapticInput haptic_input(const WorldState& state, const ContactEvent& contact) {
   const bool blow = contact.number != 0 && state.contact > 0.0;
-  return {contact, blow ? Vector3::Zero() : Vector3(state.force.data())};
+  return {contact, blow ? Vector3::Zero() : Vector3(state.force.data()), state.time};
 }
 
 struct HapticSettings {
   Duration period{1'000'000};
   ForceLimits limits;
-  double record_s = 5.0;  // kept for inspection
+  double force_gain = 1.0;  // of every force asked for, 0 ... 1
+  double record_s = 5.0;    // kept for inspection; at most HapticRecords::capacity() ticks
 };
 
 struct HapticStatistics {
-  std::uint64_t ticks = 0, limited_ticks = 0, blows = 0, rejected_blows = 0, fault_ticks = 0, bad_samples = 0;
+  std::uint64_t ticks = 0, limited_ticks = 0, blows = 0, rejected_blows = 0, fault_ticks = 0, bad_samples = 0,
+                damped_ticks = 0, warm_ticks = 0;
   double peak_n = 0.0;
   double impulse_asked = 0.0, impulse_lost = 0.0;  // N s, of blows that have ended
   double impulse_error_rel_max = 0.0;  // |delivered - asked| / asked, worst blow (overlapping ones together)
   double lost_impulse_rel() const { return impulse_asked > 0.0 ? impulse_lost / impulse_asked : 0.0; }
 };
 
-struct HapticRecord {
-  Instant<PhysicsClock> time;
-  Vector3 joints, tip, asked, commanded;  // rad; m, N in World; N in ArmBase
+// How the loop is doing, for other threads.
+struct HapticCondition {
+  HapticState state = HapticState::ready;
   ForceFault fault = ForceFault::none;
+  std::uint64_t ticks = 0;
+  // A trip: forces were on and a fault took them, or it made the state safe.
+  std::uint64_t trips = 0, trip_tick = 0;    // the newest trip's tick
+  ForceFault trip_fault = ForceFault::none;  // and its reason
 };
 
 class HapticLoop {
@@ -60,37 +76,58 @@ class HapticLoop {
              TripleBuffer<TipState>& output);
 
   void tick(Instant<PhysicsClock> now);
-  void rearm() { limiter_.rearm(); }  // by the haptic thread
+  bool rearm() { return guard_.rearm(); }  // by the haptic thread; ForceGuard::rearm()
 
+  // Haptic thread, or after it has stopped.
   const TipState& tip() const { return tip_; }
   const HapticStatistics& statistics() const { return statistics_; }
-  ForceFault fault() const { return limiter_.fault(); }
-  // Oldest first. Allocates: after the loop has stopped, or between ticks of a test.
-  std::vector<HapticRecord> records() const;
+  ForceFault fault() const { return guard_.fault(); }
+  HapticState state() const { return guard_.state(); }
+
+  // Any thread. Nothing before the first tick.
+  HapticCondition condition() const { return condition_.newest().value_or(HapticCondition{}); }
+  // The last record_s seconds, oldest first. Allocates.
+  std::vector<HapticRecord> records() const { return records_before(records_->count()); }
+  // Those that ended with this tick (counted from 1), as far as they are still there.
+  std::vector<HapticRecord> records_before(std::uint64_t tick) const;
 
  private:
-  void listen(Instant<PhysicsClock> now);
+  void read_arm(Instant<PhysicsClock> now, VitalSigns& signs);
+  void listen(Instant<PhysicsClock> now, VitalSigns& signs);
+  AskedForce asked_force(Instant<PhysicsClock> now);
   void account();
-  Vector3 device_force(const Vector3& world) const;
+  void keep(Instant<PhysicsClock> now, const AskedForce& asked, ForceFault before, double gain_before);
 
   ArmDevice& arm_;
   ArmCalibration calibration_;
   PhantomLengths nominal_;
   HapticSettings settings_;
+  double period_;
   TripleBuffer<HapticInput>& input_;
   TripleBuffer<TipState>& output_;
+
   TipFilter filter_;
   ContactPlayer player_;
-  ForceLimiter limiter_;
+  PassivityObserver passivity_;
+  ForceGuard guard_;
+  ForceShaper shaper_;
+  MotorHeat heat_;
+  LastClamp clamp_;
+
   HapticInput newest_;
   TipState tip_;
   bool started_ = false, sampled_ = false, heard_ = false;
-  Instant<PhysicsClock> last_tick_, last_sample_, last_heard_;
-  Vector3 joints_ = Vector3::Zero(), theta_ = Vector3::Zero();  // of the last usable sample
+  Instant<PhysicsClock> last_tick_, last_sample_, last_fresh_sample_, last_heard_;
+  Instant<ArmClock> last_stamp_;
+  Vector3 joints_ = Vector3::Zero(),
+          moved_ = Vector3::Zero();  // last reading; the tip's way since the tick before
+  DeviceForce device_;               // at the last pose that had one
   Vector3 asked_before_ = Vector3::Zero(),
           delivered_before_ = Vector3::Zero();  // when the last blow had settled
   HapticStatistics statistics_;
-  std::vector<HapticRecord> ring_;
+  HapticCondition told_;
+  Mailbox<HapticCondition> condition_;
+  std::unique_ptr<HapticRecords> records_;
 };
 
 }  // namespace palpate

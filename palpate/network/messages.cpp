@@ -88,6 +88,7 @@ void put(wire::LoopStatus* out, const LoopStatus& loop) {
   out->set_late_max_us(loop.late_max_us);
   out->set_busy_p99_us(loop.busy_p99_us);
   for (const std::uint64_t count : loop.late_octaves) out->add_late_octaves(count);
+  out->set_condition(loop.condition);
 }
 
 void put(wire::ToPhysics& out, const Hello& message) {

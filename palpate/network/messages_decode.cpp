@@ -181,7 +181,8 @@ LoopStatus read(Check& check, const wire::LoopStatus& in) {
                   .late_p99_us = check.finite(in.late_p99_us(), "late_p99_us"),
                   .late_max_us = check.finite(in.late_max_us(), "late_max_us"),
                   .busy_p99_us = check.finite(in.busy_p99_us(), "busy_p99_us"),
-                  .late_octaves = {}};
+                  .late_octaves = {},
+                  .condition = check.text(in.condition(), kMaxNameBytes, "loop condition")};
   if (check.good()) loop.late_octaves.assign(in.late_octaves().begin(), in.late_octaves().end());
   return loop;
 }

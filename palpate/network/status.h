@@ -30,6 +30,7 @@ struct LoopStatus {
   std::uint64_t ticks = 0, overruns = 0, missed = 0;
   double late_p50_us = 0.0, late_p99_us = 0.0, late_max_us = 0.0, busy_p99_us = 0.0;
   std::vector<std::uint64_t> late_octaves;  // ticks less than 16 ns late, 32 ns, 64 ns, ...
+  std::string condition;  // of the forces, where the loop gives any: "running", "safe: overspeed"
 };
 
 struct ClientStatus {
@@ -82,7 +83,8 @@ LoopStatus loop_status(std::string name, const PeriodicLoop<C>& loop, double ela
           .late_p99_us = us(s.late_p99),
           .late_max_us = us(s.late_max),
           .busy_p99_us = us(s.busy_p99),
-          .late_octaves = {octaves.begin(), octaves.end()}};
+          .late_octaves = {octaves.begin(), octaves.end()},
+          .condition = {}};
 }
 
 }  // namespace palpate

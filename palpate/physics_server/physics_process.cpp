@@ -2,14 +2,18 @@
 
 #include <fmt/format.h>
 
+#include <mutex>
 #include <thread>
+#include <utility>
 
 #include "palpate/applications/applications.h"
 #include "palpate/core/csv.h"
 #include "palpate/core/csv_file.h"
 #include "palpate/core/file.h"
+#include "palpate/core/run_directory.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/devices/lab_channel.h"
+#include "palpate/haptics/trip_writer.h"
 #include "palpate/network/zmq_engine.h"
 #include "palpate/physics_server/physics_server.h"
 #include "palpate/time/periodic_loop.h"
@@ -53,6 +57,23 @@ Json loop_json(const LoopStatistics& loop, double elapsed_s) {
           {"jitter_us", {{"p50", us(loop.late_p50)}, {"p99", us(loop.late_p99)}, {"max", us(loop.late_max)}}},
           {"busy_us", {{"p50", us(loop.busy_p50)}, {"p99", us(loop.busy_p99)}, {"max", us(loop.busy_max)}}}};
 }
+
+// Lines for a person from another thread, until the main one passes them on.
+class Told {
+ public:
+  void add(const std::string& line) {
+    const std::lock_guard lock(mutex_);
+    lines_.push_back(line);
+  }
+  std::vector<std::string> take() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(lines_, {});
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<std::string> lines_;
+};
 
 // Clients and loops as they stand at a moment; counts since the start. Written as it goes: a server may run
 // for days.
@@ -116,7 +137,10 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
   if (!arm) return tl::unexpected(arm.error());
 
   MonotonicClock<PhysicsClock> clock;
-  PhysicsServer server(options.rig, scene, std::move(*application), **arm, HapticSettings{});
+  HapticSettings haptic_settings;
+  haptic_settings.period = seconds(1.0 / options.haptic_hz);
+  if (options.rig.arm) haptic_settings.limits = force_limits_of(options.rig.arm->model);
+  PhysicsServer server(options.rig, scene, std::move(*application), **arm, haptic_settings);
   scene.shape_vertices = server.shape_vertices();
   StatusBoard board;
   auto service =
@@ -127,6 +151,16 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
                                        std::span<float> out) { return server.shape_at(t, out); }});
   if (!service) return tl::unexpected(service.error());
 
+  const auto trip_folder =
+      options.out.empty() ? run_directory() : Expected<std::filesystem::path>(options.out);
+  if (!trip_folder) return tl::unexpected(trip_folder.error());
+  Told told;
+  TripWriter trips(server.haptic(), *trip_folder, [&told](const std::string& line) { told.add(line); });
+  const auto pass_on = [&] {
+    for (const auto& line : told.take())
+      if (options.notice) options.notice("physics: " + line);
+  };
+
   const auto start = clock.now();
   Json result;
   result["begun_monotonic_ns"] = clock.to_monotonic(start);
@@ -135,9 +169,13 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
   if (!log) return tl::unexpected(log.error());
   std::string jitter;
   {
-    PeriodicLoop<PhysicsClock> haptic(
-        clock, {.rate_hz = 1000.0, .name = "palpate-haptic", .real_time = options.real_time, .priority = 80},
-        [&](Instant<PhysicsClock> t) { server.haptic_tick(t); });
+    PeriodicLoop<PhysicsClock> haptic(clock,
+                                      {.rate_hz = options.haptic_hz,
+                                       .name = "palpate-haptic",
+                                       .real_time = options.real_time,
+                                       .priority = 80,
+                                       .keep_cores_awake = true},
+                                      [&](Instant<PhysicsClock> t) { server.haptic_tick(t); });
     // The physics loop sleeps only: two loops that spin would starve each other on a small machine.
     PeriodicLoop<PhysicsClock> physics(clock,
                                        {.rate_hz = options.physics_hz,
@@ -155,13 +193,16 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
       options.notice(fmt::format("physics: answers graphics servers at {}", (*service)->endpoint()));
     const auto look_at_the_loops = [&] {
       const double up = to_seconds(clock.now() - start);
-      board.write({.uptime_s = up,
-                   .loops = {loop_status("haptic", haptic, up), loop_status("physics", physics, up)}});
+      LoopStatus force_loop = loop_status("haptic", haptic, up);
+      const HapticCondition condition = server.haptic().condition();
+      force_loop.condition = condition_text(condition.state, condition.fault);
+      board.write({.uptime_s = up, .loops = {std::move(force_loop), loop_status("physics", physics, up)}});
     };
     for (int look = 0;
          !stop.load() && (options.seconds <= 0.0 || to_seconds(clock.now() - start) < options.seconds);
          ++look) {
       if (look % 10 == 0) look_at_the_loops();
+      pass_on();
       if (*log)
         (*log)->look(to_seconds(clock.now() - start), (*service)->counters(), haptic.statistics(),
                      physics.statistics());
@@ -179,6 +220,8 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
     result["physics"] = loop_json(physics.statistics(), elapsed);
     jitter = jitter_csv({{"haptic", &haptic.lateness()}, {"physics", &physics.lateness()}});
   }
+  trips.stop();
+  pass_on();
   const auto counters = (*service)->counters();
   const auto& statistics = server.haptic().statistics();
   result["service"] = {{"endpoint", (*service)->endpoint()},
@@ -190,7 +233,13 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
   result["force"] = {{"peak_n", statistics.peak_n},
                      {"limited_ticks", statistics.limited_ticks},
                      {"lost_impulse_rel", statistics.lost_impulse_rel()},
-                     {"blows", statistics.blows}};
+                     {"blows", statistics.blows},
+                     {"condition", condition_text(server.haptic().state(), server.haptic().fault())},
+                     {"fault_ticks", statistics.fault_ticks},
+                     {"warm_ticks", statistics.warm_ticks},
+                     {"damped_ticks", statistics.damped_ticks},
+                     {"trips", server.haptic().condition().trips},
+                     {"trip_files", trips.written()}};
   if (*log) {
     if (auto done = (*log)->rows.finish(); !done) return tl::unexpected(done.error());
     if (auto done = write_file(options.out / "realtime_jitter.csv", jitter); !done)

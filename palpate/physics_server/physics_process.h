@@ -24,9 +24,10 @@ struct PhysicsProcessOptions {
   std::filesystem::path keys;  // folder; empty = this user's
   std::uint64_t seed = 1;
   double seconds = 0.0;  // 0 = until asked to stop
-  double physics_hz = 1000.0;
+  double physics_hz = 1000.0, haptic_hz = 1000.0;
   bool real_time = true;
-  std::filesystem::path out;                       // realtime_loops.csv and realtime_jitter.csv; empty = none
+  std::filesystem::path
+      out;  // realtime_loops.csv, realtime_jitter.csv, trip_*.csv; empty = trips only, in the run folder
   std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
 };
 

@@ -29,7 +29,7 @@ void PhysicsServer::haptic_tick(Instant<PhysicsClock> now) {
   constexpr int kCalmTicks = 500;
   const bool calm = haptic_.fault() == ForceFault::overspeed && haptic_.tip().velocity.norm() < calm_speed_;
   calm_ticks_ = calm ? calm_ticks_ + 1 : 0;
-  if (calm_ticks_ >= kCalmTicks) haptic_.rearm();
+  if (calm_ticks_ >= kCalmTicks || rearm_asked_.exchange(false, std::memory_order_relaxed)) haptic_.rearm();
 }
 
 void PhysicsServer::physics_tick(Instant<PhysicsClock> now) {

@@ -7,6 +7,7 @@
 // them.
 #pragma once
 
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -28,12 +29,16 @@ class PhysicsServer {
                 ArmDevice& arm, const HapticSettings& settings);
 
   // The haptic thread, 1 kHz. Forces that were switched off because the tip was too fast come back, ramped,
-  // once the tip has been slow for half a second; every fault stays counted.
+  // once the tip has been slow for half a second; after any other lasting fault (ForceGuard) a person's
+  // `reset` re-arms. Every fault stays counted.
   void haptic_tick(Instant<PhysicsClock> now);
   // The physics thread, 1 kHz or faster.
   void physics_tick(Instant<PhysicsClock> now);
   // The physics thread: a person's wish.
-  void control(Control command) { application_->control(command); }
+  void control(Control command) {
+    if (command == Control::reset) rearm_asked_.store(true, std::memory_order_relaxed);
+    application_->control(command);
+  }
 
   // Any thread.
   StateAnswer state_at(Instant<PhysicsClock> time) const { return history_.at(time); }
@@ -58,6 +63,7 @@ class PhysicsServer {
   Instant<PhysicsClock> next_shape_;  // physics thread
   int calm_ticks_ = 0;                // haptic thread
   double calm_speed_;                 // m/s
+  std::atomic<bool> rearm_asked_{false};
   TipState tip_;
   WorldState state_;
   std::optional<Instant<PhysicsClock>> last_;

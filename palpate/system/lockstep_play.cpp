@@ -68,7 +68,9 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
   const auto physics_time = [](Instant<TrueTime> t) { return Instant<PhysicsClock>{t.since_epoch}; };
   const auto graphics_time = [&world](Instant<TrueTime> t) { return world.graphics_clock().at(t); };
 
-  PhysicsServer physics(rig, scene, std::move(*application), world.arm(), HapticSettings{});
+  HapticSettings haptic_settings;
+  haptic_settings.limits = force_limits_of(rig.arm->model);
+  PhysicsServer physics(rig, scene, std::move(*application), world.arm(), haptic_settings);
   InProcessNetwork network(options.channel, options.seed, physics_time, graphics_time);
   network.advance_to(world.now());
   auto service = network.serve([&physics](Instant<PhysicsClock> t) { return physics.state_at(t); }, scene);

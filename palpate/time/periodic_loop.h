@@ -15,6 +15,7 @@
 
 #include <atomic>
 #include <functional>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -33,6 +34,7 @@ struct PeriodicLoopSettings {
   int priority = 80;                  // of SCHED_FIFO, 1 ... 99
   Duration spin =
       std::chrono::microseconds(100);  // before a deadline, under SCHED_FIFO only; 0 on a virtual clock
+  bool keep_cores_awake = false;       // under SCHED_FIFO only: CoresAwake while the loop runs
   int cpu = -1;                        // bind to this core; -1: any
 };
 
@@ -103,6 +105,8 @@ class PeriodicLoop {
     }
     granted_.store(true);
     granted_.notify_all();
+    std::optional<CoresAwake> awake;
+    if (grant_.fifo() && settings_.keep_cores_awake) awake.emplace();
     const Duration spin = grant_.fifo() ? settings_.spin : Duration(0);
     const Instant<C> start = clock_.now();
     for (std::uint64_t k = 1; !stopping_.load(std::memory_order_relaxed); ++k) {

@@ -25,6 +25,9 @@ class Status(LaboratoryTest):
             self.assertGreater(loop["ticks"], 0)
             self.assertGreater(sum(loop["late_octaves_from_16_ns"]), 0)
             self.assertLessEqual(loop["late_us"]["p50"], loop["late_us"]["p99"])
+        # On a busy machine the laboratory may stand still for milliseconds: forces are degraded then.
+        self.assertIn(seen["loops"][0]["condition"].split(":")[0], ["ready", "running", "degraded"])
+        self.assertEqual(seen["loops"][1]["condition"], "")
         shown = next(c for c in seen["clients"] if c["name"] == "graphics")
         self.assertEqual(shown["role"], "operator")
         self.assertGreater(shown["round_trip_us"]["median"], 0)
@@ -32,7 +35,7 @@ class Status(LaboratoryTest):
         self.assertGreater(shown["clock_uncertainty_us"], 0)
         self.assertGreater(seen["service"]["requests"], 0)
         view = self.runs("status", "--once").out
-        for words in ("pingpong at ipc://", "haptic loop", "overruns", "under", "graphics     operator", "round trip", "states answered"):
+        for words in ("pingpong at ipc://", "haptic loop", "forces ", "overruns", "under", "graphics     operator", "round trip", "states answered"):
             self.assertIn(words, view)
         self.assertNotIn("\x1b", view)
         self.assertEqual(self.stop_in_order(graphics, physics, world), [[], [], []])

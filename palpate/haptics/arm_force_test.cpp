@@ -1,0 +1,79 @@
+#include "palpate/haptics/arm_force.h"
+
+#include <gtest/gtest.h>
+
+#include "palpate/core/random.h"
+#include "palpate/geometry/random_vector.h"
+
+namespace palpate {
+namespace {
+
+struct TrueArm {
+  Vector3 psi, theta;
+  PhantomLengths nominal, lengths{0.2107, 0.2081};
+};
+
+TrueArm any_arm(Random& random) {
+  TrueArm arm;
+  arm.psi = {random.uniform(-0.7, 0.7), random.uniform(-0.1, 1.4), random.uniform(-0.4, 1.1)};
+  JointCorrection correction;
+  for (int i = 0; i < 3; ++i) {
+    correction.gain[i] = random.uniform(0.97, 1.03);
+    correction.offset[i] = random.uniform(-0.03, 0.03);
+  }
+  arm.theta = correction.apply(arm.psi);
+  return arm;
+}
+
+TEST(ArmForce, TorquesDoTheSameWorkAsTheForceAtTheTip) {
+  Random random(1, "arm_force/work");
+  for (int i = 0; i < 200; ++i) {
+    const TrueArm arm = any_arm(random);
+    const Vector3 force = normal3(random, 3.0), turn = normal3(random, 1.0);
+    constexpr double kH = 1e-6;  // central difference: rounding 1e-16 / 1e-6, curvature 1e-12
+    const Vector3 way = (phantom_tip(arm.theta + kH * turn, arm.lengths).m -
+                         phantom_tip(arm.theta - kH * turn, arm.lengths).m) /
+                        (2.0 * kH);
+    EXPECT_NEAR(joint_torques(arm.theta, arm.lengths, force).dot(turn), force.dot(way), 1e-8);
+  }
+}
+
+TEST(ArmForce, TheDevicesOwnTorquesPushTheTrueTipWithTheWantedForce) {
+  Random random(2, "arm_force/device");
+  int possible = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const TrueArm arm = any_arm(random);
+    const auto device = DeviceForce::at(arm.psi, arm.nominal, arm.theta, arm.lengths);
+    if (!device) continue;
+    ++possible;
+    const Vector3 wanted = normal3(random, 3.0);
+    // What a device does with a Cartesian force, and what the true arm needs for the wanted one.
+    const Vector3 by_device = joint_torques(arm.psi, arm.nominal, device->M * wanted);
+    EXPECT_NEAR((by_device - joint_torques(arm.theta, arm.lengths, wanted)).norm(), 0.0, 1e-12);
+  }
+  EXPECT_GT(possible, 1800);
+}
+
+TEST(ArmForce, TheGainIsTheLargestInAnyDirection) {
+  Random random(3, "arm_force/gain");
+  for (int i = 0; i < 20; ++i) {
+    const TrueArm arm = any_arm(random);
+    const auto device = DeviceForce::at(arm.psi, arm.nominal, arm.theta, arm.lengths);
+    if (!device) continue;
+    double largest = 0.0;
+    for (int k = 0; k < 20000; ++k)
+      largest = std::max(largest, (device->M * normal3(random, 1.0).normalized()).norm());
+    EXPECT_LE(largest, device->gain);
+    EXPECT_NEAR(device->gain / largest, 1.0, 1e-3);  // 20,000 directions lie 1 degree apart
+  }
+}
+
+TEST(ArmForce, AFoldedOrStretchedArmHasNoWay) {
+  const double fold = 1.5707;
+  EXPECT_FALSE(DeviceForce::at({0.0, fold, 0.0}, {}, {0.0, fold, 0.0}, {}));
+  EXPECT_FALSE(DeviceForce::at({0.0, 0.5, 0.3}, {}, {0.0, fold, 0.0}, {}));
+  EXPECT_TRUE(DeviceForce::at({0.0, 0.5, 0.3}, {}, {0.0, 0.5, 0.3}, {}));
+}
+
+}  // namespace
+}  // namespace palpate

@@ -1,0 +1,78 @@
+// Whether forces may be given, and how strong: what is watched in every tick, and the state that follows.
+//
+//              all is well                     a fault that heals
+//   ready ------------------> running <-----------------------------> degraded
+//     ^                          |                                      |
+//     |  rearm()                 v      a fault that does not heal      v
+//     +------------------------ safe <----------------------------------+   (also from ready)
+//
+// Ready: no force yet, nothing wrong. Running: forces, along the start ramp first. Degraded: forces fade
+// within fade_s, and come back along the ramp when the reason has gone; also while the motors are warm and
+// the peak is lowered. Safe: forces have faded and stay off until somebody re-arms. Haptic thread alone; no
+// allocation.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "palpate/haptics/force_limits.h"
+
+namespace palpate {
+
+enum class HapticState : std::uint8_t { ready, running, degraded, safe };
+
+enum class ForceFault : std::uint8_t {
+  none,
+  // heal by themselves
+  stale_input,        // physics silent, or frozen: its state does not move on
+  not_finite,         // a force asked for that is no number, or beyond all reason
+  bad_reading,        // encoders say something that is no number
+  arm_silent,         // the arm's stamps do not move on
+  outside_workspace,  // joint range left, or next to a singular pose
+  late_tick,          // the loop itself stood still
+  // do not heal
+  overspeed,
+  arm_lost,      // the device says that it is gone
+  clamp_tripped  // the last clamp had to act
+};
+
+constexpr bool heals(ForceFault fault) { return fault < ForceFault::overspeed; }
+std::string_view name_of(HapticState state);
+std::string_view name_of(ForceFault fault);
+std::string condition_text(HapticState state, ForceFault fault);  // "running", "safe: overspeed"
+
+// What a tick sees. Ages are infinite where nothing has ever come.
+struct VitalSigns {
+  double input_age_s = 0.0;    // since physics' state last moved on
+  double reading_age_s = 0.0;  // since the arm's stamp last moved on
+  double elapsed_s = 0.0;      // since the tick before
+  double tip_speed = 0.0;      // m/s
+  bool connected = true, reading_good = true, inside_workspace = true, asked_good = true, clamp_good = true;
+  bool warm = false;
+};
+
+class ForceGuard {
+ public:
+  explicit ForceGuard(const ForceLimits& limits) : limits_(limits) {}
+
+  void tick(const VitalSigns& signs, double period);
+  // Safe -> ready. False, and nothing changes, where it is not safe or its reason is still there.
+  bool rearm();
+
+  HapticState state() const { return state_; }
+  ForceFault fault() const { return fault_; }
+  double gain() const { return gain_; }  // 0 = off, 1 = full strength
+
+ private:
+  ForceFault healing_fault(const VitalSigns& signs) const;
+  ForceFault lasting_fault(const VitalSigns& signs) const;
+
+  ForceLimits limits_;
+  HapticState state_ = HapticState::ready;
+  ForceFault fault_ = ForceFault::none;
+  ForceFault present_ = ForceFault::none;  // lasting fault seen in the last tick
+  double gain_ = 0.0;
+};
+
+}  // namespace palpate

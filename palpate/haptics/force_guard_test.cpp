@@ -1,0 +1,149 @@
+#include "palpate/haptics/force_guard.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <stdexcept>
+
+namespace palpate {
+namespace {
+
+constexpr double kMillisecond = 0.001;
+
+ForceGuard running_guard() {
+  ForceLimits limits;
+  limits.start_ramp_s = 0.0;
+  ForceGuard guard(limits);
+  guard.tick({}, kMillisecond);
+  EXPECT_EQ(guard.state(), HapticState::running);
+  EXPECT_EQ(guard.gain(), 1.0);
+  return guard;
+}
+
+struct Sign {
+  ForceFault fault;
+  std::function<void(VitalSigns&)> spoil;
+};
+
+const std::vector<Sign> kHealing{
+    {ForceFault::stale_input, [](VitalSigns& s) { s.input_age_s = 0.005; }},
+    {ForceFault::stale_input, [](VitalSigns& s) { s.input_age_s = std::nan(""); }},
+    {ForceFault::not_finite, [](VitalSigns& s) { s.asked_good = false; }},
+    {ForceFault::bad_reading, [](VitalSigns& s) { s.reading_good = false; }},
+    {ForceFault::arm_silent, [](VitalSigns& s) { s.reading_age_s = 0.005; }},
+    {ForceFault::outside_workspace, [](VitalSigns& s) { s.inside_workspace = false; }},
+    {ForceFault::late_tick, [](VitalSigns& s) { s.elapsed_s = 0.005; }}};
+const std::vector<Sign> kLasting{{ForceFault::overspeed, [](VitalSigns& s) { s.tip_speed = 3.01; }},
+                                 {ForceFault::overspeed, [](VitalSigns& s) { s.tip_speed = std::nan(""); }},
+                                 {ForceFault::arm_lost, [](VitalSigns& s) { s.connected = false; }},
+                                 {ForceFault::clamp_tripped, [](VitalSigns& s) { s.clamp_good = false; }}};
+
+TEST(ForceGuard, NothingIsWrongBeforeEverythingHasBeenHeardOf) {
+  ForceGuard guard(ForceLimits{});
+  VitalSigns silence;
+  silence.input_age_s = silence.reading_age_s = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 100; ++i) guard.tick(silence, kMillisecond);
+  EXPECT_EQ(guard.state(), HapticState::ready);
+  EXPECT_EQ(guard.fault(), ForceFault::none);
+  EXPECT_EQ(guard.gain(), 0.0);
+  guard.tick({}, kMillisecond);
+  EXPECT_EQ(guard.state(), HapticState::running);
+  EXPECT_NEAR(guard.gain(), 0.001, 1e-15);  // the first step of a ramp of 1 s
+}
+
+TEST(ForceGuard, EveryHealingFaultFadesTheForceAndComesBackAlongTheRamp) {
+  for (const auto& sign : kHealing) {
+    ForceGuard guard = running_guard();
+    VitalSigns signs;
+    sign.spoil(signs);
+    guard.tick(signs, kMillisecond);
+    EXPECT_EQ(guard.state(), HapticState::degraded) << name_of(sign.fault);
+    EXPECT_EQ(guard.fault(), sign.fault);
+    EXPECT_LT(guard.gain(), 1.0);
+    for (int i = 0; i < 14; ++i) guard.tick(signs, kMillisecond);
+    EXPECT_EQ(guard.gain(), 0.0) << "15 ms after " << name_of(sign.fault);
+    guard.tick({}, kMillisecond);
+    EXPECT_EQ(guard.state(), HapticState::running);
+    EXPECT_FALSE(guard.rearm());  // there is nothing to re-arm
+  }
+}
+
+TEST(ForceGuard, EveryLastingFaultKeepsForcesOffUntilRearmed) {
+  for (const auto& sign : kLasting) {
+    ForceGuard guard = running_guard();
+    VitalSigns signs;
+    sign.spoil(signs);
+    guard.tick(signs, kMillisecond);
+    EXPECT_EQ(guard.state(), HapticState::safe) << name_of(sign.fault);
+    EXPECT_EQ(guard.fault(), sign.fault);
+    EXPECT_FALSE(heals(sign.fault));
+    EXPECT_FALSE(guard.rearm()) << "the reason is still there";
+    for (int i = 0; i < 1000; ++i) guard.tick({}, kMillisecond);
+    EXPECT_EQ(guard.state(), HapticState::safe);
+    EXPECT_EQ(guard.gain(), 0.0);
+    EXPECT_TRUE(guard.rearm());
+    EXPECT_EQ(guard.state(), HapticState::ready);
+    guard.tick({}, kMillisecond);
+    EXPECT_EQ(guard.state(), HapticState::running);
+  }
+}
+
+TEST(ForceGuard, ALastingFaultCountsBeforeTheFirstForceToo) {
+  ForceGuard guard(ForceLimits{});
+  VitalSigns signs;
+  signs.connected = false;
+  signs.input_age_s = 1.0;
+  guard.tick(signs, kMillisecond);
+  EXPECT_EQ(guard.state(), HapticState::safe);
+}
+
+TEST(ForceGuard, WarmMotorsAreDegradedWithoutAFault) {
+  ForceGuard guard = running_guard();
+  VitalSigns signs;
+  signs.warm = true;
+  guard.tick(signs, kMillisecond);
+  EXPECT_EQ(guard.state(), HapticState::degraded);
+  EXPECT_EQ(guard.fault(), ForceFault::none);
+  EXPECT_EQ(guard.gain(), 1.0);
+}
+
+TEST(ForceGuard, AnUnknownArmGetsTheWeakestLimits) {
+  const ForceLimits premium = force_limits_of("phantom-premium-1.5"),
+                    unknown = force_limits_of("no such arm");
+  EXPECT_EQ(premium.peak_n, 8.5);
+  EXPECT_EQ(premium.max_tip_speed_m_s, 3.0);
+  EXPECT_EQ(unknown.peak_n, 3.3);
+  EXPECT_EQ(unknown.max_tip_speed_m_s, 1.2);
+  EXPECT_NO_THROW(check_force_limits(premium));
+  EXPECT_NO_THROW(check_force_limits(unknown));
+}
+
+TEST(ForceGuard, ImpossibleLimitsAreRefusedByName) {
+  const auto refused = [](const char* name, auto&& spoil) {
+    ForceLimits limits;
+    spoil(limits);
+    try {
+      check_force_limits(limits);
+      ADD_FAILURE() << name << " was accepted";
+    } catch (const std::invalid_argument& reason) {
+      EXPECT_NE(std::string(reason.what()).find(name), std::string::npos) << reason.what();
+    }
+  };
+  refused("peak_n", [](ForceLimits& l) { l.peak_n = 0.0; });
+  refused("continuous_n", [](ForceLimits& l) { l.continuous_n = -1.0; });
+  refused("continuous_s", [](ForceLimits& l) { l.continuous_s = 0.01; });
+  refused("slew_n_s", [](ForceLimits& l) { l.slew_n_s = std::nan(""); });
+  refused("start_ramp_s", [](ForceLimits& l) { l.start_ramp_s = -0.1; });
+  refused("fade_s", [](ForceLimits& l) { l.fade_s = std::numeric_limits<double>::infinity(); });
+  refused("max_tip_speed_m_s", [](ForceLimits& l) { l.max_tip_speed_m_s = 0.0; });
+  refused("stale_s", [](ForceLimits& l) { l.stale_s = 0.0; });
+  refused("longest_debt_s", [](ForceLimits& l) { l.longest_debt_s = -1.0; });
+  refused("most_damping_n_s_m", [](ForceLimits& l) { l.most_damping_n_s_m = -1.0; });
+  refused("slew_n_s * fade_s", [](ForceLimits& l) { l.slew_n_s = 100.0; });
+  refused("joint_range", [](ForceLimits& l) { l.joint_range[1] = {1.0, -1.0}; });
+}
+
+}  // namespace
+}  // namespace palpate

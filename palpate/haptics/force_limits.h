@@ -1,0 +1,33 @@
+// What a haptic arm and the hand on it may be given: a device's limits, and how forces come and go.
+//
+// N, s, m, rad. Values; check_force_limits() throws std::invalid_argument for limits that cannot be kept.
+// Defaults are those of a PHANToM Premium 1.5: the makers' 8.5 N peak and 1.4 N continuous; the slew lies
+// below the 4 N per millisecond at which such devices switch themselves off. Formulas: docs/theory/forces.md.
+#pragma once
+
+#include <array>
+#include <string_view>
+
+namespace palpate {
+
+struct ForceLimits {
+  double peak_n = 8.5;
+  double continuous_n = 1.4;  // root mean square over `continuous_s` stays below (motor_heat.h)
+  double continuous_s = 1.0;  // time constant of that mean, 0.5 ... 100 s
+  double slew_n_s = 3000.0;   // 3 N per millisecond
+  double start_ramp_s = 1.0;  // from 0 to full strength, also after a fault
+  double fade_s = 0.015;      // from full strength to 0 in a fault; with stale_s: 20 ms after the last input
+  double max_tip_speed_m_s = 3.0;   // faster: off until rearm()
+  double stale_s = 0.005;           // no fresh input, reading or tick for this long: fade
+  double longest_debt_s = 0.100;    // a blow's impulse still owed this long after it ended is given up
+  double most_damping_n_s_m = 2.0;  // that the passivity observer may inject; 0 switches it off
+  // Corrected joint angles within which forces are rendered: the arm's stated range and a little more.
+  std::array<std::array<double, 2>, 3> joint_range{{{-1.6, 1.6}, {-1.0, 2.1}, {-1.6, 1.6}}};
+};
+
+// Of the arm model a rig names. A model nobody has told us about gets the weakest limits of the table.
+ForceLimits force_limits_of(std::string_view arm_model);
+
+void check_force_limits(const ForceLimits& limits);
+
+}  // namespace palpate

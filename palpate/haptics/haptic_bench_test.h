@@ -1,0 +1,93 @@
+// A haptic loop on an arm made for tests: readings and stamps as told, and every command judged.
+#pragma once
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+#include "palpate/haptics/haptic_loop.h"
+
+namespace palpate {
+
+inline ArmCalibration bench_calibration() {
+  ArmCalibration c;
+  c.correction.gain = {1.01, 0.99, 1.005};
+  c.correction.offset = {0.0, 0.02, -0.015};
+  c.X_world_base = {rotation_from_xyz({0.026, -0.07, 0.014}), {0.10, -1.40, 1.75}};
+  c.gimbal_gain = {1.01, 0.99, 1.0};
+  c.gimbal_offset = {0.03, -0.02, 0.01};
+  return c;
+}
+
+class FakeArm : public ArmDevice {
+ public:
+  ArmSample read() override {
+    if (!frozen) sample.stamp += Duration(1'000'000);
+    return sample;
+  }
+  void command(const Vector3& f) override {
+    steepest = std::max(steepest, (f - force).norm());
+    largest = std::max(largest, f.norm());
+    finite = finite && f.allFinite();
+    force = f;
+  }
+  // What the hand feels: motors' torques by the device's nominal arm, through the real one; World.
+  Vector3 felt(const ArmCalibration& c) const {
+    const Vector3 theta = c.correction.apply(sample.joints);
+    return c.X_world_base.rotation * (phantom_jacobian(theta, c.lengths).transpose().inverse() *
+                                      phantom_jacobian(sample.joints, {}).transpose() * force);
+  }
+  ArmSample sample;
+  bool frozen = false;
+  Vector3 force = Vector3::Zero();
+  double steepest = 0.0, largest = 0.0;  // N, of all commands so far
+  bool finite = true;
+};
+
+struct HapticBench {
+  explicit HapticBench(const HapticSettings& settings = {})
+      : period(settings.period), loop(arm, bench_calibration(), {}, settings, input, output) {
+    arm.sample.joints = {0.1, 0.5, 0.3};
+    arm.sample.gimbal = {0.2, -0.1, 0.3};
+  }
+  void tick() {
+    now += period;
+    loop.tick(now);
+  }
+  // A tick with fresh input, as the physics loop gives it.
+  void live() {
+    message.time = now + period;
+    input.write(message);
+    tick();
+  }
+  void live(int ticks) {
+    for (int i = 0; i < ticks; ++i) live();
+  }
+  Duration period;
+  FakeArm arm;
+  TripleBuffer<HapticInput> input;
+  TripleBuffer<TipState> output;
+  HapticInput message;
+  Instant<PhysicsClock> now;
+  HapticLoop loop;
+};
+
+inline HapticSettings without_ramp() {
+  HapticSettings settings;
+  settings.limits.start_ramp_s = 0.0;
+  return settings;
+}
+
+inline ContactEvent bench_blow(std::uint64_t number, double speed, Instant<PhysicsClock> start) {
+  ContactEvent event;
+  event.number = number;
+  event.start = start;
+  event.duration = seconds(0.004);
+  event.direction = Vector3(0.1, 0.3, 0.9).normalized();
+  event.approach_speed = speed;
+  event.mass = 0.0027;
+  event.restitution = 0.8;
+  return event;
+}
+
+}  // namespace palpate

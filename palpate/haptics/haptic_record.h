@@ -1,0 +1,65 @@
+// What the haptic loop keeps of each tick, for whoever wants to know what happened.
+//
+// One writer (the haptic thread), any number of readers, nobody waits. Names of the columns carry the units.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "palpate/core/broadcast_ring.h"
+#include "palpate/geometry/so3.h"
+#include "palpate/haptics/force_guard.h"
+#include "palpate/time/instant.h"
+
+namespace palpate {
+
+struct HapticRecord {
+  Instant<PhysicsClock> time;
+  Vector3 joints, tip, asked, commanded;  // rad; m, N in World; N in ArmBase
+  ForceFault fault = ForceFault::none;
+  HapticState state = HapticState::ready;
+  double speed = 0.0;  // of the tip, m/s
+};
+
+class HapticRecords {
+ public:
+  // 8 s at 1 kHz, 2 s at 4 kHz.
+  static constexpr std::size_t capacity() { return kSlots - 2; }
+
+  void push(const HapticRecord& r) noexcept {
+    Packed p{
+        r.time.ns(), {}, r.speed, static_cast<std::uint32_t>(r.fault), static_cast<std::uint32_t>(r.state)};
+    double* to = p.numbers.data();
+    for (const Vector3* v : {&r.joints, &r.tip, &r.asked, &r.commanded})
+      for (int i = 0; i < 3; ++i) *to++ = (*v)[i];
+    ring_.push(p);
+  }
+  std::uint64_t count() const noexcept { return ring_.count(); }
+  // Record k, 0 = the first ever; nothing where it has been overwritten.
+  std::optional<HapticRecord> read(std::uint64_t k) const {
+    Packed p;
+    if (!ring_.read(k, p)) return std::nullopt;
+    const auto at = [&p](std::size_t i) { return Vector3(p.numbers[i], p.numbers[i + 1], p.numbers[i + 2]); };
+    return HapticRecord{{Duration(p.time_ns)},
+                        at(0),
+                        at(3),
+                        at(6),
+                        at(9),
+                        static_cast<ForceFault>(p.fault),
+                        static_cast<HapticState>(p.state),
+                        p.speed};
+  }
+
+ private:
+  struct Packed {
+    std::int64_t time_ns = 0;
+    std::array<double, 12> numbers{};
+    double speed = 0.0;
+    std::uint32_t fault = 0, state = 0;
+  };
+  static constexpr std::size_t kSlots = 8192;
+  BroadcastRing<Packed, kSlots> ring_;
+};
+
+}  // namespace palpate

@@ -1,0 +1,93 @@
+#include "palpate/haptics/trip_writer.h"
+
+#include <fmt/format.h>
+
+#include "palpate/core/csv.h"
+#include "palpate/core/file.h"
+#include "palpate/time/real_time.h"
+
+namespace palpate {
+namespace {
+
+constexpr auto kLook = std::chrono::milliseconds(20);
+constexpr auto kAfter = std::chrono::milliseconds(500);
+
+void put(std::vector<std::string>& row, const Vector3& v) {
+  for (int i = 0; i < 3; ++i) row.push_back(number_text(v[i]));
+}
+
+}  // namespace
+
+std::string trip_csv(const HapticCondition& trip, const std::vector<HapticRecord>& records) {
+  CsvWriter csv({"time_s", "state", "fault", "tip_x_m", "tip_y_m", "tip_z_m", "tip_speed_m_s", "asked_x_n",
+                 "asked_y_n", "asked_z_n", "commanded_x_n", "commanded_y_n", "commanded_z_n", "reading_1_rad",
+                 "reading_2_rad", "reading_3_rad"});
+  for (const auto& record : records) {
+    std::vector<std::string> row{fmt::format("{:.6f}", record.time.seconds()),
+                                 std::string(name_of(record.state)), std::string(name_of(record.fault))};
+    put(row, record.tip);
+    row.push_back(number_text(record.speed));
+    put(row, record.asked);
+    put(row, record.commanded);
+    put(row, record.joints);
+    csv.row(row);
+  }
+  return fmt::format("# tripped: {} in tick {}; tip and asked in World, commanded in ArmBase\n{}",
+                     name_of(trip.trip_fault), trip.trip_tick, csv.content());
+}
+
+TripWriter::TripWriter(const HapticLoop& loop, std::filesystem::path folder, Notice notice)
+    : loop_(loop), folder_(std::move(folder)), notice_(std::move(notice)) {
+  thread_ = std::thread([this] { watch(); });
+}
+
+void TripWriter::stop() {
+  stopping_.store(true);
+  if (thread_.joinable()) thread_.join();
+}
+
+void TripWriter::watch() {
+  name_and_pin_thread("palpate-trips", -1);
+  while (!stopping_.load()) {
+    look(false);
+    std::this_thread::sleep_for(kLook);
+  }
+  look(true);
+}
+
+void TripWriter::look(bool at_the_end) {
+  const auto now = std::chrono::steady_clock::now();
+  const HapticCondition condition = loop_.condition();
+  if (condition.trips != seen_) {
+    const std::uint64_t fresh = condition.trips - seen_;
+    seen_ = condition.trips;
+    const bool room =
+        !open_ && written_ < kMostFiles && (written_ == 0 || now - last_written_ >= kLeastApart);
+    left_out_ += room ? fresh - 1 : fresh;
+    if (room) {
+      pending_ = condition;
+      noticed_ = now;
+      open_ = true;
+    }
+  }
+  if (open_ && (at_the_end || now - noticed_ >= kAfter)) write(pending_, condition.ticks);
+}
+
+void TripWriter::write(const HapticCondition& trip, std::uint64_t until) {
+  open_ = false;
+  last_written_ = std::chrono::steady_clock::now();
+  const auto path = folder_ / fmt::format("trip_{}.csv", written_.load() + 1);
+  if (auto done = write_file(path, trip_csv(trip, loop_.records_before(until))); !done) {
+    ++left_out_;
+    if (notice_ && !heals(trip.trip_fault))
+      notice_(fmt::format("forces tripped ({}); the last seconds are lost: {}", name_of(trip.trip_fault),
+                          done.error().message));
+    return;
+  }
+  ++written_;
+  if (notice_ && !heals(trip.trip_fault))
+    notice_(fmt::format("forces tripped ({}); the last seconds are in {}", name_of(trip.trip_fault),
+                        path.string()));
+}
+
+}  // namespace palpate

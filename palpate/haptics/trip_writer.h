@@ -1,0 +1,58 @@
+// Writes the last seconds of a haptic loop to a file whenever something trips, in a thread of its own: the
+// haptic thread never waits for a disk.
+//
+// A trip's file holds the ticks up to half a second after it, oldest first; whole or not at all. Not more
+// than kMostFiles in a run and one in kLeastApart, so that a fault that comes and goes fills no disk; what is
+// left out is counted. The loop must outlive this object.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <thread>
+
+#include "palpate/core/expected.h"
+#include "palpate/haptics/haptic_loop.h"
+
+namespace palpate {
+
+// The table, with a first line that says what tripped.
+std::string trip_csv(const HapticCondition& trip, const std::vector<HapticRecord>& records);
+
+class TripWriter {
+ public:
+  // A line for a person, of a fault that does not heal by itself; from this object's thread.
+  using Notice = std::function<void(const std::string&)>;
+  static constexpr int kMostFiles = 4;
+  static constexpr Duration kLeastApart = std::chrono::seconds(10);
+
+  TripWriter(const HapticLoop& loop, std::filesystem::path folder, Notice notice);
+  ~TripWriter() { stop(); }
+  TripWriter(const TripWriter&) = delete;
+  TripWriter& operator=(const TripWriter&) = delete;
+
+  // Writes what is still to be written and ends the thread. Once; then the counts are final.
+  void stop();
+  std::uint64_t written() const { return written_.load(); }
+  std::uint64_t left_out() const { return left_out_.load(); }
+
+ private:
+  void watch();
+  void look(bool at_the_end);
+  void write(const HapticCondition& trip, std::uint64_t until);
+
+  const HapticLoop& loop_;
+  std::filesystem::path folder_;
+  Notice notice_;
+  HapticCondition pending_;  // where `open_`
+  bool open_ = false;
+  std::uint64_t seen_ = 0;
+  std::chrono::steady_clock::time_point noticed_, last_written_;
+  std::atomic<std::uint64_t> written_{0}, left_out_{0};
+  std::atomic<bool> stopping_{false};
+  std::thread thread_;
+};
+
+}  // namespace palpate
