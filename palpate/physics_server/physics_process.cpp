@@ -9,7 +9,6 @@
 #include "palpate/core/csv_file.h"
 #include "palpate/core/file.h"
 #include "palpate/core/stop_signal.h"
-#include "palpate/devices/lab_channel.h"
 #include "palpate/network/zmq_engine.h"
 #include "palpate/physics_server/physics_server.h"
 #include "palpate/time/periodic_loop.h"
@@ -110,13 +109,15 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
   if (!endpoint) return tl::unexpected(endpoint.error());
   auto identity = identity_for(*endpoint, options.keys);
   if (!identity) return tl::unexpected(identity.error());
-  auto client = LabClient::open(options.lab);
-  if (!client) return tl::unexpected(client.error());
-  auto arm = LabArm::open(*client);
+  ArmChoice choice = options.arm;
+  choice.lengths = options.rig.nominal_lengths;
+  auto arm = open_arm(choice);
   if (!arm) return tl::unexpected(arm.error());
 
   MonotonicClock<PhysicsClock> clock;
-  PhysicsServer server(options.rig, scene, std::move(*application), **arm, HapticSettings{});
+  HapticSettings haptic_settings;
+  haptic_settings.limits = (*arm)->limits(haptic_settings.limits);
+  PhysicsServer server(options.rig, scene, std::move(*application), (*arm)->device(), haptic_settings);
   scene.shape_vertices = server.shape_vertices();
   StatusBoard board;
   auto service =
@@ -166,10 +167,12 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
         (*log)->look(to_seconds(clock.now() - start), (*service)->counters(), haptic.statistics(),
                      physics.statistics());
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      if (auto alive = (*client)->check(); !alive) {
-        gone = alive.error().message;
+      const auto news = (*arm)->look();
+      if (!news) {
+        gone = news.error().message;
         break;
       }
+      if (*news && options.notice) options.notice("physics: " + **news);
     }
     const double elapsed = to_seconds(clock.now() - start);
     haptic.stop();
@@ -191,6 +194,7 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
                      {"limited_ticks", statistics.limited_ticks},
                      {"lost_impulse_rel", statistics.lost_impulse_rel()},
                      {"blows", statistics.blows}};
+  if (Json figures = (*arm)->figures(); !figures.is_null()) result["arm"] = std::move(figures);
   if (*log) {
     if (auto done = (*log)->rows.finish(); !done) return tl::unexpected(done.error());
     if (auto done = write_file(options.out / "realtime_jitter.csv", jitter); !done)

@@ -244,6 +244,8 @@ class OpenHapticsArm::Connection {
     last_cycle_ns_ = now;
 
     const bool usable = look_at_errors(now);
+    if (usable && first_cycle_) lost_.store(false);  // until then what was said last holds
+    first_cycle_ = first_cycle_ && !usable;
     if (usable && sample) samples_.write(*sample);
     alive_ns_.store(now);
     cycles_.fetch_add(1);
@@ -256,7 +258,7 @@ class OpenHapticsArm::Connection {
   // Sets a device's zero only with the motors off, as the maker asks for.
   void look_at_calibration() noexcept {
     const bool waits_for_the_motors = calibration_.load() == hd::kCalibrationNeedsUpdate;
-    if (!waits_for_the_motors && cycles_.load() % kCalibrationEvery != 0) return;
+    if (!first_cycle_ && !waits_for_the_motors && cycles_.load() % kCalibrationEvery != 0) return;
     hd::Enum found = hd_.check_calibration();
     const bool by_word =
         found == hd::kCalibrationNeedsManualInput && reset_wanted_ && calibration_style_ == hd::kEncoderReset;
@@ -399,6 +401,7 @@ class OpenHapticsArm::Connection {
     turret_ = gain_ = 0.0;
     given_.store(0.0);
     last_cycle_ns_ = 0;
+    first_cycle_ = true;
     closing_.store(false);
     done_.store(false);
     connected_ns_.store(now_ns());  // samples from before are of another life
@@ -406,7 +409,6 @@ class OpenHapticsArm::Connection {
     {
       const std::lock_guard line(line_guard_);
       told_lost_ = false;
-      lost_.store(false);
     }
     connected_ = true;
     // Scheduled first: the scheduler then begins with a cycle that asks for no force.
@@ -456,7 +458,7 @@ class OpenHapticsArm::Connection {
   double gain_ = 0.0, turret_ = 0.0;  // turret_: 1, -1, or 0 while not known
   std::int64_t last_cycle_ns_ = 0;
   std::optional<Vector3> between_at_start_;
-  bool reset_wanted_ = false;
+  bool reset_wanted_ = false, first_cycle_ = true;
 
   // Where threads meet.
   Mailbox<SampleWire> samples_;

@@ -52,7 +52,13 @@ struct Everything {
   unsigned long next_handle = 1;
   std::thread scheduler;
   std::atomic<bool> running{false}, frozen{false};
-  std::array<Eigen::Vector3d, kDevices> asked{};
+  std::array<Eigen::Vector3d, kDevices> asked{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(),
+                                              Eigen::Vector3d::Zero()};
+  Everything() { name_devices(); }
+  void name_devices() {
+    static const char* const kNames[kDevices] = {"Default Device", "Left", "Right"};
+    for (std::size_t i = 0; i < kDevices; ++i) devices[i].name = kNames[i];
+  }
 };
 
 Everything& all() {
@@ -154,7 +160,6 @@ extern "C" {
 HdStubDevice* hd_stub_device(int number) { return device_of(static_cast<HHD>(number)); }
 
 void hd_stub_reset() {
-  static const char* const kNames[kDevices] = {"Default Device", "Left", "Right"};
   const std::lock_guard errors(all().errors_guard);
   all().errors.clear();
   all().frozen = false;
@@ -162,9 +167,9 @@ void hd_stub_reset() {
     HdStubDevice& device = all().devices[static_cast<std::size_t>(i)];
     device.~HdStubDevice();
     new (&device) HdStubDevice;
-    device.name = kNames[i];
     all().asked[static_cast<std::size_t>(i)].setZero();
   }
+  all().name_devices();
 }
 
 void hd_stub_freeze(bool frozen) { all().frozen = frozen; }
