@@ -44,6 +44,9 @@ void add_doctor(CLI::App& program) {
   command->add_option("--keys", options->look.keys, "Folder of keys for tcp://; see palpate keys");
   command->add_option("--listen", options->look.listen,
                       "Address a physics server of this machine is to listen at, ipc:// or tcp://");
+  command->add_option("--arm", options->look.arm,
+                      "openhaptics or openhaptics:NAME: open this real arm, ask who it is, give it back; "
+                      "without a force");
   on(command, [options]() -> Expected<void> {
     options->look.version = PALPATE_VERSION;
     const auto facts = doctor::gather_facts(options->look);

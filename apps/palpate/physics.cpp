@@ -26,7 +26,15 @@ void add_physics(CLI::App& program) {
   command->add_option("--keys", options->process.keys, "Folder of keys for tcp://; see palpate keys");
   command->add_flag("--insecure", options->process.insecure,
                     "Serve tcp:// without keys: anyone who reaches it sees and commands");
-  command->add_option("--lab", options->process.lab, "Name of the laboratory `palpate world run` serves")
+  command
+      ->add_option(
+          "--arm", options->process.arm.text,
+          "lab (a simulated laboratory's), openhaptics or openhaptics:NAME (a real PHANToM or Touch, "
+          "and no laboratory)")
+      ->default_val("lab");
+  command->add_flag("--arm-at-reset", options->process.arm.at_reset_position,
+                    "The real arm is in its reset position now: set its encoders' zero there if it is lost");
+  command->add_option("--lab", options->process.arm.lab, "Name of the laboratory `palpate world run` serves")
       ->default_val("lab");
   command->add_option("--world", options->world, "World file to take ball, bat and serve settings from");
   command->add_option("--seed", options->process.seed, "Seed of the serves")->default_val(1);

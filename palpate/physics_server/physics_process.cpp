@@ -12,7 +12,6 @@
 #include "palpate/core/file.h"
 #include "palpate/core/run_directory.h"
 #include "palpate/core/stop_signal.h"
-#include "palpate/devices/lab_channel.h"
 #include "palpate/haptics/trip_writer.h"
 #include "palpate/network/zmq_engine.h"
 #include "palpate/physics_server/physics_server.h"
@@ -131,16 +130,17 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
   if (!endpoint) return tl::unexpected(endpoint.error());
   auto identity = identity_for(*endpoint, options.keys);
   if (!identity) return tl::unexpected(identity.error());
-  auto client = LabClient::open(options.lab);
-  if (!client) return tl::unexpected(client.error());
-  auto arm = LabArm::open(*client);
+  ArmChoice choice = options.arm;
+  choice.lengths = options.rig.nominal_lengths;
+  auto arm = open_arm(choice);
   if (!arm) return tl::unexpected(arm.error());
 
   MonotonicClock<PhysicsClock> clock;
   HapticSettings haptic_settings;
   haptic_settings.period = seconds(1.0 / options.haptic_hz);
   if (options.rig.arm) haptic_settings.limits = force_limits_of(options.rig.arm->model);
-  PhysicsServer server(options.rig, scene, std::move(*application), **arm, haptic_settings);
+  haptic_settings.limits = (*arm)->limits(haptic_settings.limits);
+  PhysicsServer server(options.rig, scene, std::move(*application), (*arm)->device(), haptic_settings);
   scene.shape_vertices = server.shape_vertices();
   StatusBoard board;
   auto service =
@@ -207,10 +207,12 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
         (*log)->look(to_seconds(clock.now() - start), (*service)->counters(), haptic.statistics(),
                      physics.statistics());
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
-      if (auto alive = (*client)->check(); !alive) {
-        gone = alive.error().message;
+      const auto news = (*arm)->look();
+      if (!news) {
+        gone = news.error().message;
         break;
       }
+      if (*news && options.notice) options.notice("physics: " + **news);
     }
     const double elapsed = to_seconds(clock.now() - start);
     haptic.stop();
@@ -240,6 +242,7 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
                      {"damped_ticks", statistics.damped_ticks},
                      {"trips", server.haptic().condition().trips},
                      {"trip_files", trips.written()}};
+  if (Json figures = (*arm)->figures(); !figures.is_null()) result["arm"] = std::move(figures);
   if (*log) {
     if (auto done = (*log)->rows.finish(); !done) return tl::unexpected(done.error());
     if (auto done = write_file(options.out / "realtime_jitter.csv", jitter); !done)

@@ -10,6 +10,7 @@
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/model/rig.h"
+#include "palpate/physics_server/arm_source.h"
 #include "palpate/scene/application.h"
 
 namespace palpate {
@@ -18,7 +19,7 @@ struct PhysicsProcessOptions {
   Rig rig;
   SceneDescription scene;  // without surfaces: those are the rig's
   double surface_restitution = 0.93;
-  std::string lab = "lab";
+  ArmChoice arm;         // its lengths are taken from the rig
   std::string endpoint;  // empty = this user's default socket
   bool insecure = false;
   std::filesystem::path keys;  // folder; empty = this user's

@@ -65,7 +65,7 @@ class RestingArm : public testing::Test {
     PhysicsProcessOptions made;
     made.rig = rig();
     made.scene = scene_settings(sim::reference_world(), "pingpong");
-    made.lab = "bench";
+    made.arm.lab = "bench";
     made.real_time = false;  // a test does not take the machine's cores away
     return made;
   }
@@ -121,7 +121,7 @@ TEST_F(RestingArm, ItsFiguresTellOfBothLoops) {
 
 TEST_F(RestingArm, WithoutLaboratoryOrSurfacesItDoesNotStart) {
   auto elsewhere = options();
-  elsewhere.lab = "elsewhere";
+  elsewhere.arm.lab = "elsewhere";
   EXPECT_FALSE(run_physics_process(elsewhere));
   auto bare = options();
   bare.rig.surfaces.clear();

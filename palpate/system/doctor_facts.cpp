@@ -13,6 +13,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <sstream>
@@ -20,7 +21,9 @@
 
 #include "palpate/compositor/picture_file.h"
 #include "palpate/core/run_directory.h"
+#include "palpate/core/text.h"
 #include "palpate/draw/context.h"
+#include "palpate/drivers/openhaptics/arm.h"
 #include "palpate/system/doctor_network.h"
 
 namespace palpate::doctor {
@@ -131,8 +134,28 @@ GraphicsFacts graphics_facts() {
   return facts;
 }
 
-DeviceFacts device_facts() {
+void look_at_arms(const std::optional<std::string>& asked, DeviceFacts& facts) {
+  facts.arm_nodes = openhaptics::find_arm_nodes();
+  if (const char* settings = std::getenv("GTDD_HOME"); settings != nullptr) {
+    facts.arm_settings = settings;
+    std::error_code ignored;
+    facts.arm_settings_there = fs::is_directory(settings, ignored) && access(settings, R_OK | X_OK) == 0;
+  }
+  facts.arm_library = openhaptics::inspect_library();
+  facts.arm_asked = asked.has_value();
+  if (!asked || facts.arm_library.problem != openhaptics::LibraryProblem::none) return;
+  openhaptics::ArmSettings settings;
+  settings.name = facts.arm_name = *asked;
+  if (const auto who = openhaptics::probe_arm(settings)) {
+    facts.arm_answer = fmt::format("{}, serial {}, {:.1f} N", who->model, who->serial, who->peak_n);
+  } else {
+    facts.arm_problem = who.error().message;
+  }
+}
+
+DeviceFacts device_facts(const std::optional<std::string>& arm) {
   DeviceFacts facts;
+  look_at_arms(arm, facts);
   std::error_code ignored;
   for (const auto& entry : fs::directory_iterator("/dev", ignored))
     if (entry.path().filename().string().starts_with("video"))
@@ -167,6 +190,9 @@ std::string preempt_argument_of(std::string_view command_line) {
 
 Expected<Facts> gather_facts(const Options& options) {
   Facts facts;
+  const auto arm = openhaptics::device_asked_for(options.arm);
+  if (!arm && !options.arm.empty())
+    return wrong_use("--arm: is '{}'; openhaptics or openhaptics:NAME is expected", excerpt(options.arm));
   // First, while nothing else runs: drawing starts threads, and locked memory is the whole process's.
   facts.real_time = real_time_facts();
   auto keys = key_facts(options.keys);
@@ -176,7 +202,7 @@ Expected<Facts> gather_facts(const Options& options) {
   facts.listen = std::move(*listen);
   facts.clock = clock_facts();
   facts.sockets = socket_facts();
-  facts.devices = device_facts();
+  facts.devices = device_facts(arm);
   facts.space = space_facts();
   facts.libraries = {options.version,
                      fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION),

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "palpate/drivers/openhaptics/library.h"
+#include "palpate/drivers/openhaptics/nodes.h"
 #include "palpate/network/keys.h"
 #include "palpate/network/probe.h"
 #include "palpate/time/real_time.h"
@@ -93,6 +95,13 @@ struct CameraFile {
 };
 struct DeviceFacts {
   std::vector<CameraFile> cameras;
+  openhaptics::LibraryFacts arm_library;
+  std::vector<openhaptics::ArmNode> arm_nodes;
+  std::string arm_settings;         // GTDD_HOME: where the maker's driver looks for its devices; may be empty
+  bool arm_settings_there = false;  // it is a folder that this user may read
+  bool arm_asked = false;           // --arm
+  std::string arm_name, arm_answer;  // who answered
+  std::string arm_problem;           // as the driver says it, where nobody did
 };
 
 struct SpaceFacts {
@@ -116,12 +125,13 @@ struct Facts {
 struct Options {
   std::filesystem::path keys;  // folder; empty: this user's
   std::string listen;          // address a physics server is to listen at; empty: the default one only
+  std::string arm;             // openhaptics or openhaptics:NAME: opens it and asks who it is
   std::string version;         // of the program
 };
 
 // Looks, and leaves the machine as it was: real-time rights are asked for in a thread that ends, a socket
 // lives for a moment. Up to some seconds where servers are there that do not answer. Call it while the
-// process has one thread. Wrong use: a --listen that is no address.
+// process has one thread. Wrong use: a --listen that is no address, an --arm that is none.
 Expected<Facts> gather_facts(const Options& options);
 
 // Parts of it that read single files; for tests.

@@ -372,15 +372,59 @@ Findings judge(const LibraryFacts& facts) {
           fine(kArea, "pictures", facts.pictures)};
 }
 
+namespace {
+// Where --arm asks for a real arm, what it lacks is in the way; otherwise nobody may need it.
+Findings judge_arm(const DeviceFacts& facts) {
+  constexpr const char* kArea = "devices";
+  const Verdict lacking = facts.arm_asked ? Verdict::in_the_way : Verdict::worth_knowing;
+  Findings found;
+  const auto& library = facts.arm_library;
+  const bool works = library.problem == openhaptics::LibraryProblem::none;
+  if (works) {
+    found.push_back(fine(
+        kArea, "haptic arm",
+        fmt::format("OpenHaptics {}, {}", library.version.empty() ? "?" : library.version, library.file)));
+  } else {
+    found.push_back(finding(kArea, "haptic arm", lacking, "no real one: " + library.reason(),
+                            library.remedy() + (facts.arm_asked ? "" : "; palpate world run simulates one")));
+  }
+  if (facts.arm_nodes.empty() && (works || facts.arm_asked))
+    found.push_back(note(kArea, "arm node", "no PHANToM or Touch at USB or FireWire",
+                         "see to its cable and power; one at Ethernet does not show here"));
+  for (const auto& node : facts.arm_nodes) {
+    if (node.path.empty()) {
+      found.push_back(finding(kArea, "arm node", lacking, node.device + ": no node in /dev",
+                              "load its kernel driver (modprobe cdc_acm; FireWire: firewire_ohci)"));
+    } else if (node.usable) {
+      found.push_back(fine(kArea, "arm node", fmt::format("{}, {}", node.device, node.path)));
+    } else {
+      found.push_back(finding(
+          kArea, "arm node", lacking,
+          fmt::format("{}, {}: you may not read and write it", node.device, node.path),
+          node.group.empty()
+              ? std::string("install the maker's udev rules, plug it in again")
+              : fmt::format("join group {} (usermod -aG {} USER), log in anew", node.group, node.group)));
+    }
+  }
+  if (!facts.arm_settings.empty() && !facts.arm_settings_there)
+    found.push_back(finding(
+        kArea, "arm settings", lacking, "GTDD_HOME=" + facts.arm_settings + ": no folder that you may read",
+        "run the maker's setup program as yourself, not with sudo, or correct GTDD_HOME"));
+  if (facts.arm_asked && works) {
+    const std::string name = facts.arm_name.empty() ? "default device" : facts.arm_name;
+    found.push_back(facts.arm_problem.empty() ? fine(kArea, "arm", name + ": " + facts.arm_answer)
+                                              : told(Verdict::in_the_way, kArea, "arm", facts.arm_problem));
+  }
+  return found;
+}
+}  // namespace
+
 Findings judge(const DeviceFacts& facts) {
   constexpr const char* kArea = "devices";
-  Findings found{
-      note(kArea, "haptic arm", "no driver for real arms yet",
-           "palpate world run simulates one; drivers are written against palpate/devices/devices.h"),
-      note(kArea, "tracker", "over OpenIGTLink, live and to record from",
-           "palpate graphics --tracker igtl://HOST:PORT, palpate tracker listen (docs/openigtlink.md); "
-           "palpate "
-           "world run simulates one")};
+  Findings found = judge_arm(facts);
+  found.push_back(note(kArea, "tracker", "over OpenIGTLink, live and to record from",
+                       "palpate graphics --tracker igtl://HOST:PORT, palpate tracker listen "
+                       "(docs/openigtlink.md); palpate world run simulates one"));
   if (facts.cameras.empty())
     found.push_back(fine(kArea, "cameras", "none at /dev/video*; no driver for real ones yet"));
   for (const auto& camera : facts.cameras)

@@ -327,6 +327,45 @@ TEST(Doctor, CamerasMayBeReadOrNot) {
   EXPECT_EQ(verdict_on(facts, "haptic arm"), Verdict::worth_knowing);
 }
 
+TEST(Doctor, ARealArmLacksItsLibraryItsNodeItsSettingsOrNothing) {
+  using openhaptics::LibraryProblem;
+  DeviceFacts facts;
+  for (const auto problem :
+       {LibraryProblem::not_found, LibraryProblem::unreadable, LibraryProblem::not_a_library,
+        LibraryProblem::thirty_two_bit, LibraryProblem::other_machine, LibraryProblem::missing_dependency,
+        LibraryProblem::missing_function, LibraryProblem::not_loadable}) {
+    facts.arm_library = {problem, "/usr/lib/libHD.so", "libPhantomIOLib42.so", ""};
+    facts.arm_asked = false;
+    EXPECT_EQ(verdict_on(facts, "haptic arm"), Verdict::worth_knowing);
+    facts.arm_asked = true;
+    EXPECT_EQ(verdict_on(facts, "haptic arm"), Verdict::in_the_way);
+    EXPECT_NE(named(judge(facts), "haptic arm").value.find("/usr/lib/libHD.so"), std::string::npos);
+    expect_useful(judge(facts));
+  }
+  facts.arm_library = {LibraryProblem::none, "/usr/lib/libHD.so", "", "3.4.0"};
+  facts.arm_answer = "Touch, serial 0042, 3.3 N";
+  EXPECT_EQ(verdict_on(facts, "haptic arm"), Verdict::ok);
+  EXPECT_EQ(verdict_on(facts, "arm node"), Verdict::worth_knowing);  // it may be at Ethernet
+  EXPECT_EQ(verdict_on(facts, "arm"), Verdict::ok);
+  facts.arm_problem = "arm openhaptics: device 'X': it does not answer; see that it has power";
+  EXPECT_EQ(verdict_on(facts, "arm"), Verdict::in_the_way);
+  EXPECT_EQ(named(judge(facts), "arm").remedy, "see that it has power");
+  facts.arm_nodes = {{"USB 2988:0302 Touch", "/dev/ttyACM0", false, "dialout"}};
+  EXPECT_EQ(verdict_on(facts, "arm node"), Verdict::in_the_way);
+  EXPECT_NE(named(judge(facts), "arm node").remedy.find("usermod -aG dialout"), std::string::npos);
+  facts.arm_nodes[0].group = "";
+  EXPECT_NE(named(judge(facts), "arm node").remedy.find("udev"), std::string::npos);
+  facts.arm_nodes[0].path = "";
+  EXPECT_NE(named(judge(facts), "arm node").remedy.find("modprobe"), std::string::npos);
+  facts.arm_nodes[0] = {"USB 2988:0302 Touch", "/dev/ttyACM0", true, "dialout"};
+  EXPECT_EQ(verdict_on(facts, "arm node"), Verdict::ok);
+  facts.arm_settings = "/opt/nowhere";
+  EXPECT_EQ(verdict_on(facts, "arm settings"), Verdict::in_the_way);
+  facts.arm_asked = false;
+  EXPECT_EQ(verdict_on(facts, "arm settings"), Verdict::worth_knowing);
+  expect_useful(judge(facts));
+}
+
 TEST(Doctor, SpaceAndOpenFilesAreEnoughScarceOrTooFew) {
   SpaceFacts facts{"/dev/shm", 1ull << 30, std::nullopt};
   EXPECT_EQ(verdict_on(facts, "run folder"), Verdict::ok);

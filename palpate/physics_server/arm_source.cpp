@@ -1,0 +1,101 @@
+#include "palpate/physics_server/arm_source.h"
+
+#include <algorithm>
+
+#include "palpate/core/text.h"
+#include "palpate/devices/lab_channel.h"
+#include "palpate/drivers/openhaptics/arm.h"
+
+namespace palpate {
+namespace {
+
+class LabArmSource : public ArmSource {
+ public:
+  LabArmSource(std::shared_ptr<LabClient> client, std::unique_ptr<LabArm> arm)
+      : client_(std::move(client)), arm_(std::move(arm)) {}
+  ArmDevice& device() override { return *arm_; }
+  ForceLimits limits(const ForceLimits& wanted) const override { return wanted; }
+  Expected<std::optional<std::string>> look() override {
+    if (auto alive = client_->check(); !alive) return tl::unexpected(alive.error());
+    return std::nullopt;
+  }
+  Json figures() const override { return nullptr; }
+
+ private:
+  std::shared_ptr<LabClient> client_;
+  std::unique_ptr<LabArm> arm_;
+};
+
+class OpenHapticsSource : public ArmSource {
+ public:
+  explicit OpenHapticsSource(std::unique_ptr<openhaptics::OpenHapticsArm> arm) : arm_(std::move(arm)) {}
+  ArmDevice& device() override { return *arm_; }
+
+  ForceLimits limits(const ForceLimits& wanted) const override {
+    ForceLimits limits = wanted;
+    limits.peak_n = std::min(limits.peak_n, arm_->facts().peak_n);
+    if (arm_->facts().continuous_n > 0.0)
+      limits.continuous_n = std::min(limits.continuous_n, arm_->facts().continuous_n);
+    return limits;
+  }
+
+  // A real arm is worth waiting for: it never ends the server.
+  Expected<std::optional<std::string>> look() override {
+    const auto status = arm_->status();
+    const bool first = !told_;
+    if (told_ == status.condition) return std::nullopt;
+    told_ = status.condition;
+    if (status.condition != openhaptics::ArmCondition::running) return status.message;
+    const auto& facts = arm_->facts();
+    return first ? fmt::format("arm openhaptics: {} (serial {}, {:.1f} N), {}", facts.model, facts.serial,
+                               facts.peak_n, facts.library)
+                 : "arm openhaptics: works again";
+  }
+
+  Json figures() const override {
+    const auto status = arm_->status();
+    const auto& facts = arm_->facts();
+    return {{"driver", "openhaptics"},
+            {"model", facts.model},
+            {"serial", facts.serial},
+            {"library", facts.library},
+            {"peak_n", facts.peak_n},
+            {"continuous_n", facts.continuous_n},
+            {"cycles", status.cycles},
+            {"force_errors", status.force_errors},
+            {"stale_cycles", status.stale_cycles},
+            {"refused_commands", status.refused_commands},
+            {"times_lost", status.times_lost}};
+  }
+
+ private:
+  std::unique_ptr<openhaptics::OpenHapticsArm> arm_;
+  std::optional<openhaptics::ArmCondition> told_;
+};
+
+Expected<std::unique_ptr<ArmSource>> open_lab_arm(const std::string& lab) {
+  auto client = LabClient::open(lab);
+  if (!client) return tl::unexpected(client.error());
+  auto arm = LabArm::open(*client);
+  if (!arm) return tl::unexpected(arm.error());
+  return std::make_unique<LabArmSource>(std::move(*client), std::move(*arm));
+}
+
+}  // namespace
+
+Expected<std::unique_ptr<ArmSource>> open_arm(const ArmChoice& choice) {
+  if (choice.text == "lab") return open_lab_arm(choice.lab);
+  const auto name = openhaptics::device_asked_for(choice.text);
+  if (!name)
+    return wrong_use("--arm: is '{}'; lab, openhaptics or openhaptics:NAME is expected",
+                     excerpt(choice.text));
+  openhaptics::ArmSettings settings;
+  settings.name = *name;
+  settings.lengths = choice.lengths;
+  settings.at_reset_position = choice.at_reset_position;
+  auto arm = openhaptics::OpenHapticsArm::open(settings);
+  if (!arm) return tl::unexpected(arm.error());
+  return std::make_unique<OpenHapticsSource>(std::move(*arm));
+}
+
+}  // namespace palpate
