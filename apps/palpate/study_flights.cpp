@@ -15,6 +15,8 @@ struct FlightsCommand {
 };
 
 Expected<void> run_flights(FlightsCommand options) {
+  // Where there is nothing to study no folder is made.
+  if (const auto flights = read_flights(options.study); !flights) return tl::unexpected(flights.error());
   if (!options.out.empty())
     if (auto can = can_be_written(options.out); !can) return can;
   Progress progress({{"flights", 1.0}});

@@ -92,8 +92,9 @@ TEST_F(RealArm, UnpluggedDuringPlayItsForceCommandsFadeAndComeBackRampedWhenItRe
   const auto tick = [&] {
     HapticInput wish;
     wish.sustained = {1.0, 0.0, 0.0};
-    input.write(wish);
     now += settings.period;
+    wish.time = now;
+    input.write(wish);
     loop.tick(now);
   };
   const auto given = [&] { return force().x(); };
@@ -104,7 +105,7 @@ TEST_F(RealArm, UnpluggedDuringPlayItsForceCommandsFadeAndComeBackRampedWhenItRe
   with([](HdStubDevice& d) { d.plugged = false; });
   EXPECT_TRUE(comes_true([&] {
     tick();
-    return loop.fault() == ForceFault::not_finite;
+    return loop.fault() == ForceFault::bad_reading;
   }));
   EXPECT_EQ(force().norm(), 0.0);  // the device itself has nothing any more
   const int fade_ticks = static_cast<int>(settings.limits.fade_s / to_seconds(settings.period));
