@@ -34,7 +34,9 @@ class CollisionMesh {
   // Allocates nothing where its capacity suffices, as one of size() always does.
   void in_box(const Vector3& low, const Vector3& high, std::vector<std::uint32_t>& places) const;
   const Triangle& at(std::uint32_t place) const { return triangles_[place]; }
-  std::uint32_t number(std::uint32_t place) const { return tree_.order()[place]; }  // in the mesh it came from
+  std::uint32_t number(std::uint32_t place) const {
+    return tree_.order()[place];
+  }  // in the mesh it came from
   std::size_t size() const { return triangles_.size(); }
   double extent() const { return extent_; }  // largest distance of a vertex from the origin
 
