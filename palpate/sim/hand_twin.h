@@ -43,7 +43,8 @@ class HandTwin {
   // Moves the plan on by h seconds.
   void step(double h);
   // How the hand pushes the stylus: with `force` (N, World) while it stands at `place`, by `stiffness` (N/m)
-  // less for each metre further on, by `damping` (N s/m) less for its speed. `mass` is all that moves with it.
+  // less for each metre further on, by `damping` (N s/m) less for its speed. `mass` is all that moves with
+  // it.
   struct Push {
     Vector3 force = Vector3::Zero();
     double stiffness = 0.0, damping = 0.0;
