@@ -75,7 +75,8 @@ void grow_bounds(B& b, const B& other) {
 
 // What a run of triangles costs: leaves that have to be looked at.
 float leaves_for(std::uint32_t triangles) {
-  return static_cast<float>((triangles + kLeafSize - 1) / kLeafSize);
+  const std::uint32_t whole = (triangles + kLeafSize - 1) / kLeafSize;
+  return static_cast<float>(whole);
 }
 
 }  // namespace
