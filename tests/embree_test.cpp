@@ -1,6 +1,7 @@
 // Our rays beside Embree's on the same mesh. Embree computes in float, which is where the tolerance comes
 // from.
-#include <embree3/rtcore.h>
+#include "tests/embree_rays.h"
+
 #include <gtest/gtest.h>
 
 #include "palpate/geometry/random_vector.h"
@@ -8,53 +9,6 @@
 
 namespace palpate {
 namespace {
-
-class Embree {
- public:
-  explicit Embree(const TriangleMesh& mesh)
-      : device_(rtcNewDevice("threads=1")), scene_(rtcNewScene(device_)) {
-    rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
-    RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
-                                                          RTC_FORMAT_FLOAT3, 12, mesh.vertices.size()));
-    for (const auto& vertex : mesh.vertices)
-      for (int i = 0; i < 3; ++i) *v++ = static_cast<float>(vertex[i]);
-    auto* t = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
-                                                             RTC_FORMAT_UINT3, 12, mesh.triangles.size()));
-    for (const auto& triangle : mesh.triangles)
-      for (const auto i : triangle) *t++ = i;
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene_, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene_);
-  }
-  Embree(const Embree&) = delete;
-  Embree& operator=(const Embree&) = delete;
-  ~Embree() {
-    rtcReleaseScene(scene_);
-    rtcReleaseDevice(device_);
-  }
-  std::optional<double> first(const Vector3& from, const Vector3& d) const {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    RTCRayHit ray{};
-    ray.ray.org_x = static_cast<float>(from.x());
-    ray.ray.org_y = static_cast<float>(from.y());
-    ray.ray.org_z = static_cast<float>(from.z());
-    ray.ray.dir_x = static_cast<float>(d.x());
-    ray.ray.dir_y = static_cast<float>(d.y());
-    ray.ray.dir_z = static_cast<float>(d.z());
-    ray.ray.tfar = 1.0f;
-    ray.ray.mask = ~0u;
-    ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene_, &context, &ray);
-    return ray.hit.geomID == RTC_INVALID_GEOMETRY_ID ? std::nullopt : std::optional<double>(ray.ray.tfar);
-  }
-
- private:
-  RTCDevice device_;
-  RTCScene scene_;
-};
 
 TEST(Embree, SeesWhatOurRaysSee) {
   Random random(1, "embree");
@@ -72,7 +26,7 @@ TEST(Embree, SeesWhatOurRaysSee) {
       mesh.triangles.push_back({a + 1, b, b + 1});
     }
   }
-  const Embree embree(mesh);
+  const EmbreeRays embree(mesh);
   const CollisionMesh ours(mesh);
   constexpr int kRays = 50000;
   int hits = 0, apart = 0;
