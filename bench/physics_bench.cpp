@@ -43,7 +43,7 @@ double timer_ns() {
 // The game's own step where the surfaces are rectangles; for boxes the same with meshes of boxes.
 class Ours : public Engine {
  public:
-  explicit Ours(const Setting& setting) : dt_(setting.dt), world_(scene(setting), pingpong::Physics::paper) {}
+  explicit Ours(const Setting& setting) : dt_(setting.dt), world_(scene(setting)) {}
   void place(const Vector3& position, const Vector3& velocity) override {
     world_.place({position, velocity, Vector3::Zero()});
   }
@@ -61,6 +61,7 @@ class Ours : public Engine {
  private:
   static SceneDescription scene(const Setting& setting) {
     SceneDescription scene;
+    scene.physics = Physics::paper;
     const Vector3 a(-0.375, 0, 0), b(0.375, 0, 0), front(0, 0, 1.0), up(0, 0.6, 0);
     scene.surfaces = {{"table", {Vector3(a + front), Vector3(b + front), b, a}, kRestitution},
                       {"wall", {a, b, Vector3(b + up), Vector3(a + up)}, kRestitution}};
