@@ -19,5 +19,10 @@ if(PALPATE_SANITIZE)
   # compiler time, a null pointer stops under the address sanitizer too, and Eigen asserts its alignment.
   target_compile_options(palpate_options INTERFACE -fsanitize=${PALPATE_SANITIZE}
     -fno-sanitize=null,alignment,object-size -fno-omit-frame-pointer)
+  # A library that is loaded at run time through our own declarations (drivers/openhaptics) has the same binary
+  # interface and, to clang, other types.
+  if(CMAKE_CXX_COMPILER_ID MATCHES Clang)
+    target_compile_options(palpate_options INTERFACE -fno-sanitize=function)
+  endif()
   target_link_options(palpate_options INTERFACE -fsanitize=${PALPATE_SANITIZE})
 endif()
