@@ -151,6 +151,7 @@ class Laboratory:
         done = subprocess.run([self.program, *arguments], cwd=self.root, env=self.environment, stdin=subprocess.DEVNULL,
                               capture_output=True, text=True, timeout=240, check=False)
         if done.returncode != 0:
+            self.all_run()  # whoever has ended is the better answer
             raise Failed(f"palpate {' '.join(arguments)}: {done.stderr.strip()}")
         return done.stdout
 

@@ -76,6 +76,11 @@ def between(series, at):
     return None
 
 
+def speed(series, at):
+    """Millimetres per millisecond between the neighbours of a time."""
+    return next(math.dist(a, b) / (1e3 * (t1 - t0)) for (t0, a), (t1, b) in zip(series, series[1:]) if t0 <= at <= t1 and t1 > t0)
+
+
 class LivePoses(LaboratoryTest):
     def start_feed(self, *options, port=0):
         graphics = self.start_graphics("--igtl-publish", str(port), *options)
@@ -119,15 +124,17 @@ class LivePoses(LaboratoryTest):
             self.assertGreater(len(apart), 10, name)
             self.assertLess(statistics.median(apart), 2.0, name)  # mm; a serve or a blow between two states lies outside the median
 
-        # The tip by the arm's encoders and by the tracker: to what the calibrations are worth, and to a millisecond or
-        # two at the hand's speed. The camera (this rig knows no landmarks) by its marker.
+        # The tip by the arm's encoders and by the tracker: to what the calibrations are worth and, at the speed of the
+        # hand (a blow is a metre per second and more), a millisecond or two, which a busy machine doubles. The camera
+        # (this rig knows no landmarks) by its marker.
         rig = tomllib.loads(self.read("rig.toml").decode())
         for drawn, marker, offset in (("TipToWorld", "TipMarkerToWorld", rig["arm"]["tip_mm"]),
                                       ("CameraToWorld", "CameraMarkerToWorld", rig["hand_eye"]["translation_mm"])):
             seen = [(t, place(matrix, offset)) for t, matrix in listener.heard(marker)]
-            apart = [math.dist(place(matrix), there) for t, matrix in listener.heard(drawn) if (there := between(seen, t)) is not None]
+            apart = [math.dist(place(matrix), there) - 4.0 * speed(seen, t)
+                     for t, matrix in listener.heard(drawn) if (there := between(seen, t)) is not None]
             self.assertGreater(len(apart), 10, drawn)
-            self.assertLess(statistics.median(apart), 5.0, drawn)
+            self.assertLess(statistics.median(apart), 4.0, drawn)
 
     def test_a_reader_that_stalls_is_left_behind_and_costs_the_others_nothing(self):
         world, physics = self.start_world(), self.start_physics()
