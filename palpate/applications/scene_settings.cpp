@@ -9,6 +9,7 @@ SceneDescription scene_settings(const sim::WorldFile& world, const std::string& 
   scene.ball_radius = world.ball.radius;
   scene.ball_mass = world.ball.mass;
   scene.bat_radius = world.scene.bat_radius;
+  if (world.scene.bat_mass > 0.0) scene.bat_mass = world.scene.bat_mass;
   scene.bat_offset = application == "touch" ? Vector3(Vector3::Zero()) : world.scene.bat_offset;  // no bat
   scene.bat_restitution = world.ball.restitution_bat;
   scene.contact_s = world.ball.contact_s;

@@ -27,6 +27,9 @@ struct ArmSample {
   // False: the device says that it is gone (unplugged, faulted, closed); the rest is what it said last.
   // Forces then stay off until somebody re-arms, as its encoders may have lost their zero.
   bool connected = true;
+  // N s, device's axes as of command(), since it was opened: what was commanded and is known not to have been
+  // given (the device's limits, its refusals, ramps of its driver). 0 where a device cannot tell.
+  Vector3 withheld = Vector3::Zero();
 };
 
 class ArmDevice {

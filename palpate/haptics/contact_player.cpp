@@ -4,12 +4,27 @@
 #include <cmath>
 
 namespace palpate {
+namespace {
+
+// Below, a model has no course (contact.h, hunt_crossley.h): then that of this restitution is played, of a
+// blow so much slower that the impulse is the same.
+double least_restitution(ContactModel model) { return model == ContactModel::non_sticky ? 0.15 : 0.05; }
+
+ContactCourse course_of(const ContactEvent& event) {
+  const double e = std::max(event.restitution, least_restitution(event.model));
+  const double speed = event.approach_speed * (1.0 + event.restitution) / (1.0 + e);
+  const double duration = to_seconds(event.duration);
+  if (event.model == ContactModel::hunt_crossley)
+    return ContactCourse(HuntCrossleyContact(event.mass, e, duration, speed));
+  const Release release =
+      event.model == ContactModel::paper ? Release::where_rest_length_is_back : Release::where_force_is_zero;
+  return {DampedContact(event.mass, e, duration, release), speed};
+}
+
+}  // namespace
 
 bool ContactPlayer::start(const ContactEvent& event, Instant<PhysicsClock> now) {
   const double duration = to_seconds(event.duration);
-  // The hand feels design B (nothing sticks); below its limit of restitution only the shape changes, not the
-  // impulse.
-  constexpr double kLeastRestitution = 0.15;
   // Far beyond anything that hits a hand-held bat: such a number is a mistake, or would hold a place for
   // ever.
   constexpr double kMostMass = 100.0, kMostSpeed = 1000.0, kLongest = 1.0;  // kg, m/s, s
@@ -21,10 +36,7 @@ bool ContactPlayer::start(const ContactEvent& event, Instant<PhysicsClock> now) 
   }
   for (auto& slot : blows_) {
     if (slot) continue;
-    const double e = std::max(event.restitution, kLeastRestitution);
-    const double speed = event.approach_speed * (1.0 + event.restitution) / (1.0 + e);
-    slot.emplace(Blow{DampedContact(event.mass, e, duration, Release::where_force_is_zero), event.direction,
-                      speed, std::max(event.start, now)});
+    slot.emplace(Blow{course_of(event), event.direction, std::max(event.start, now)});
     asked_ += event.mass * (1.0 + event.restitution) * event.approach_speed * event.direction;
     return true;
   }
@@ -36,12 +48,11 @@ Vector3 ContactPlayer::tick(Instant<PhysicsClock> now, Duration period) {
   for (auto& slot : blows_) {
     if (!slot) continue;
     Blow& blow = *slot;
-    const double until = std::min(to_seconds(now + period - blow.start), blow.contact.duration());
+    const double until = std::min(to_seconds(now + period - blow.start), blow.course.duration());
     if (until <= blow.played) continue;
-    const double impulse = blow.speed * blow.contact.mean_force(blow.played, until) * (until - blow.played);
-    force += impulse / to_seconds(period) * blow.direction;
+    force += blow.course.impulse(blow.played, until) / to_seconds(period) * blow.direction;
     blow.played = until;
-    if (until >= blow.contact.duration()) slot.reset();
+    if (until >= blow.course.duration()) slot.reset();
   }
   return force;
 }
@@ -50,8 +61,7 @@ Vector3 ContactPlayer::to_come() const {
   Vector3 sum = Vector3::Zero();
   for (const auto& slot : blows_) {
     if (!slot) continue;
-    const auto& c = slot->contact;
-    sum += slot->speed * c.mass() * (c.velocity(slot->played) + c.restitution()) * slot->direction;
+    sum += slot->course.impulse(slot->played, slot->course.duration()) * slot->direction;
   }
   return sum;
 }

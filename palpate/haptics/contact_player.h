@@ -1,15 +1,16 @@
 // Plays blows into the force of each haptic tick, by time, without looking at the hand: an open loop cannot
 // go unstable.
 //
-// Each tick gets the mean force over its span from the closed form, so that the impulse is m (1 + e) v
-// however the ticks fall. Blows may overlap: their forces add. Haptic thread alone; no allocation, lock or
-// exception after construction.
+// A blow takes the course of the contact model that its event names, with the event's own restitution and
+// duration. Each tick gets the mean force over its span, so that the impulse is m (1 + e) v however the ticks
+// fall. Blows may overlap: their forces add. Haptic thread alone; no allocation, lock or exception after
+// construction. start() takes some microseconds, of a blow by Hunt and Crossley some tens.
 #pragma once
 
 #include <array>
 #include <optional>
 
-#include "palpate/physics/contact.h"
+#include "palpate/physics/contact_course.h"
 #include "palpate/scene/application.h"
 
 namespace palpate {
@@ -30,9 +31,8 @@ class ContactPlayer {
 
  private:
   struct Blow {
-    DampedContact contact;
+    ContactCourse course;
     Vector3 direction;
-    double speed;
     Instant<PhysicsClock> start;
     double played = 0.0;  // s of the contact already handed out
   };

@@ -33,8 +33,11 @@ void ForceShaper::lose(const Vector3& impulse) {
 }
 
 // The force the blows want next: what is owed at once, but never so high that the descent at the slew limit
-// would give away more than is owed and still to come.
+// would give away more than is owed and still to come. Where the slew limit has room for all of that within a
+// tick it comes as it is, a course that ends pulling (the paper's) included.
 Vector3 ForceShaper::payment(const Vector3& to_come, double step, double period) const {
+  if (owed_.norm() < kPaid_n_s) return Vector3::Zero();
+  if (owed_.norm() + to_come.norm() <= step * period) return owed_ / period;
   const Vector3 total = owed_ + to_come;
   const double sum = total.norm();
   if (sum < kPaid_n_s) return Vector3::Zero();

@@ -23,6 +23,7 @@ class FakeArm : public ArmDevice {
  public:
   ArmSample read() override {
     if (!frozen) sample.stamp += Duration(1'000'000);
+    sample.withheld += withheld_share * to_seconds(period) * force;
     return sample;
   }
   void command(const Vector3& f) override {
@@ -39,14 +40,18 @@ class FakeArm : public ArmDevice {
   }
   ArmSample sample;
   bool frozen = false;
+  double withheld_share = 0.0;  // of each force, as the device itself reports
+  Duration period{1'000'000};
   Vector3 force = Vector3::Zero();
   double steepest = 0.0, largest = 0.0;  // N, of all commands so far
   bool finite = true;
 };
 
 struct HapticBench {
-  explicit HapticBench(const HapticSettings& settings = {})
-      : period(settings.period), loop(arm, bench_calibration(), {}, settings, input, output) {
+  explicit HapticBench(const HapticSettings& settings = {}) : HapticBench(settings, bench_calibration()) {}
+  HapticBench(const HapticSettings& settings, const ArmCalibration& c)
+      : period(settings.period), calibration(c), loop(arm, calibration, {}, settings, input, output) {
+    arm.period = period;
     arm.sample.joints = {0.1, 0.5, 0.3};
     arm.sample.gimbal = {0.2, -0.1, 0.3};
   }
@@ -63,7 +68,10 @@ struct HapticBench {
   void live(int ticks) {
     for (int i = 0; i < ticks; ++i) live();
   }
+  // What the hand feels now, World, N.
+  Vector3 felt() const { return arm.felt(calibration); }
   Duration period;
+  ArmCalibration calibration;
   FakeArm arm;
   TripleBuffer<HapticInput> input;
   TripleBuffer<TipState> output;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -77,7 +78,7 @@ void HapticLoop::tick(Instant<PhysicsClock> now) {
   arm_.command(clamp_.pass(device_.M * (R_base_world * force)));
   if (signs.reading_good) output_.write(tip_);
 
-  account();
+  account(elapsed);
   keep(now, asked, before, gain_before);
 }
 
@@ -90,6 +91,7 @@ void HapticLoop::read_arm(Instant<PhysicsClock> now, VitalSigns& signs) {
   if (!sampled_ || sample.stamp != last_stamp_) last_fresh_sample_ = now;
   last_stamp_ = sample.stamp;
   joints_ = sample.joints;
+  note_withheld(sample.withheld);
   moved_.setZero();
   if (signs.reading_good) {
     const Vector3 gimbal = calibration_.gimbal_gain.cwiseProduct(sample.gimbal) + calibration_.gimbal_offset;
@@ -116,6 +118,16 @@ void HapticLoop::read_arm(Instant<PhysicsClock> now, VitalSigns& signs) {
   signs.tip_speed = tip_.velocity.norm();
   signs.reading_age_s =
       sampled_ ? to_seconds(now - last_fresh_sample_) : std::numeric_limits<double>::infinity();
+}
+
+// Counts for the blows on their way, all of it: what else was held then is not told apart.
+void HapticLoop::note_withheld(const Vector3& withheld) {
+  if (!withheld.allFinite()) return;
+  const Vector3 change = withheld - device_withheld_;
+  device_withheld_ = withheld;
+  if (player_.asked() == asked_before_) return;
+  const Vector3 felt = device_.M.partialPivLu().solve(change);
+  withheld_ += calibration_.X_world_base.rotation * felt;
 }
 
 void HapticLoop::listen(Instant<PhysicsClock> now, VitalSigns& signs) {
@@ -145,17 +157,21 @@ AskedForce HapticLoop::asked_force(Instant<PhysicsClock> now) {
   return asked;
 }
 
-// Compares what was asked with what was given each time the hand has come to rest between blows.
-void HapticLoop::account() {
-  if (player_.active() || !shaper_.settled() || player_.asked() == asked_before_) return;
+// Compares what was asked with what was given each time the hand has come to rest between blows, and the
+// device has had time to tell what it made of the last force.
+void HapticLoop::account(double elapsed) {
+  settled_s_ = player_.active() || !shaper_.settled() ? 0.0 : settled_s_ + elapsed;
+  constexpr double kDeviceTells = 0.005;  // s
+  if (settled_s_ < kDeviceTells || player_.asked() == asked_before_) return;
   const Vector3 asked = settings_.force_gain * (player_.asked() - asked_before_);
-  const double missing = (asked - (shaper_.delivered() - delivered_before_)).norm();
+  const double missing = (asked - (shaper_.delivered() - delivered_before_ - withheld_)).norm();
   statistics_.impulse_asked += asked.norm();
   statistics_.impulse_lost += missing;
   if (asked.norm() > 0.0) {
     statistics_.impulse_error_rel_max = std::max(statistics_.impulse_error_rel_max, missing / asked.norm());
   }
   asked_before_ = player_.asked();
+  withheld_.setZero();
   delivered_before_ = shaper_.delivered();
 }
 

@@ -53,7 +53,8 @@ struct HapticStatistics {
   std::uint64_t ticks = 0, limited_ticks = 0, blows = 0, rejected_blows = 0, fault_ticks = 0, bad_samples = 0,
                 damped_ticks = 0, warm_ticks = 0;
   double peak_n = 0.0;
-  double impulse_asked = 0.0, impulse_lost = 0.0;  // N s, of blows that have ended
+  double impulse_asked = 0.0, impulse_lost = 0.0;  // N s, of blows that have ended; what the device withheld
+                                                   // meanwhile (ArmSample::withheld) is lost, too
   double impulse_error_rel_max = 0.0;  // |delivered - asked| / asked, worst blow (overlapping ones together)
   double lost_impulse_rel() const { return impulse_asked > 0.0 ? impulse_lost / impulse_asked : 0.0; }
 };
@@ -93,9 +94,10 @@ class HapticLoop {
 
  private:
   void read_arm(Instant<PhysicsClock> now, VitalSigns& signs);
+  void note_withheld(const Vector3& withheld);
   void listen(Instant<PhysicsClock> now, VitalSigns& signs);
   AskedForce asked_force(Instant<PhysicsClock> now);
-  void account();
+  void account(double elapsed);
   void keep(Instant<PhysicsClock> now, const AskedForce& asked, ForceFault before, double gain_before);
 
   ArmDevice& arm_;
@@ -124,6 +126,9 @@ class HapticLoop {
   DeviceForce device_;               // at the last pose that had one
   Vector3 asked_before_ = Vector3::Zero(),
           delivered_before_ = Vector3::Zero();  // when the last blow had settled
+  Vector3 device_withheld_ = Vector3::Zero(),   // as last read: N s, device's axes
+      withheld_ = Vector3::Zero();              // of the blows not yet accounted for: N s, World
+  double settled_s_ = 0.0;
   HapticStatistics statistics_;
   HapticCondition told_;
   Mailbox<HapticCondition> condition_;

@@ -121,6 +121,7 @@ void visit_person_and_scene(V& v, W& w) {
   v.integer("landmarks", w.scene.landmarks, {0.0, 200.0});
   v.number("bat_radius_m", w.scene.bat_radius, kSi, kPositive);
   v.vector("bat_offset_m", w.scene.bat_offset, kSi);
+  v.number("bat_mass_kg", w.scene.bat_mass, kSi, {0.0, 10.0});
 
   v.section("ball");
   v.number("mass_kg", w.ball.mass, kSi, kPositive);
@@ -309,6 +310,16 @@ void check_whole(Reader& reader, const WorldFile& w) {
   if (!is_rectangle_like(w.scene.wall))
     reader.section_table("scene").complain("wall_corners_m",
                                            "four corners of a rectangle, in order, are expected");
+  constexpr double kLightestBat = 0.02;  // kg; the lightest stylus alone weighs more
+  if (w.scene.bat_mass > 0.0 && w.scene.bat_mass < kLightestBat)
+    reader.section_table("scene").complain(
+        "bat_mass_kg", fmt::format("is {}; 0 (held fast), or {} to 10 for bat, stylus and what of the hand "
+                                   "gives way, is expected",
+                                   w.scene.bat_mass, kLightestBat));
+  if (w.scene.bat_mass > 0.0 && w.ball.mass >= w.scene.bat_mass)
+    reader.section_table("ball").complain(
+        "mass_kg", fmt::format("is {}, the bat's {}; a ball lighter than the bat is expected", w.ball.mass,
+                               w.scene.bat_mass));
   if ((w.head.look_at - w.head.eye).norm() < 1e-3)
     reader.section_table("head").complain("look_at_m", "must lie away from eye_m");
   if (w.hand.pull[0] > w.hand.pull[1])

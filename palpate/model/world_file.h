@@ -99,6 +99,7 @@ struct WorldFile {
     Corners table{}, wall{};
     int landmarks = 0;
     double bat_radius = 0.0;
+    double bat_mass = 0.0;  // that a blow has to move, with stylus and hand, kg; 0: held fast
     Vector3 bat_offset = Vector3::Zero();
   } scene;
 

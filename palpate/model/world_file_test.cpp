@@ -58,6 +58,14 @@ TEST(WorldFile, BallsFlyAsThePaperHasItWhereAsked) {
   EXPECT_EQ(world->ball.contact, "hunt-crossley");
 }
 
+TEST(WorldFile, ABatIsHeldFastUnlessItsMassIsSaid) {
+  EXPECT_EQ(reference_world().scene.bat_mass, 0.0);
+  const auto world = parse_world("[scene]\nbat_mass_kg = 0.25\n", "bat.toml");
+  ASSERT_TRUE(world) << world.error().message;
+  EXPECT_EQ(world->scene.bat_mass, 0.25);
+  EXPECT_NE(world_text(*world).find("bat_mass_kg = 0.25"), std::string::npos);
+}
+
 TEST(WorldFile, MistakesAreNamedWithFileLineAndKey) {
   const Mistake mistakes[] = {
       {"[arm]\ngain_sdd = 0.1\n", "bad.toml:2", "gain_sdd"},
@@ -74,6 +82,11 @@ TEST(WorldFile, MistakesAreNamedWithFileLineAndKey) {
       {"[clocks]\narm = { offset = 1 }\n", "bad.toml:2", "offset"},
       {"[ball]\nphysics = \"papyrus\"\n", "bad.toml:2", "paper"},
       {"[ball]\ncontact = \"glue\"\n", "bad.toml:2", "hunt-crossley"},
+      {"[scene]\nbat_mass_kg = -0.1\n", "bad.toml:2", "0 to 10"},
+      {"[scene]\nbat_mass_kg = 1000\n", "bad.toml:2", "0 to 10"},
+      {"[scene]\nbat_mass_kg = 0.001\n", "bad.toml:2", "held fast"},
+      {"[scene]\nbat_mass_kg = \"heavy\"\n", "bad.toml:2", "a number is expected"},
+      {"[ball]\nmass_kg = 0.3\n[scene]\nbat_mass_kg = 0.17\n", "bad.toml:2", "lighter than the bat"},
       {"[world]\nrate_hz = 4000\nrate_hz = 5000\n", "bad.toml", "rate_hz"},
   };
   for (const auto& mistake : mistakes) {

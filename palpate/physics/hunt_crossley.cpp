@@ -8,6 +8,8 @@ namespace palpate {
 namespace {
 
 constexpr double kLeastRestitution = 0.05;
+// a = c v: below, the difference of the two sides of the conserved quantity is lost in rounding.
+constexpr double kSeries = 1e-3;
 
 // x^n for x >= 0; a ball that has just left presses on nothing.
 double raised(double x, double n) {
@@ -19,7 +21,6 @@ double raised(double x, double n) {
 
 // Restitution at a = c v.
 double restitution_of_damping(double a) {
-  constexpr double kSeries = 1e-3;  // below, the difference of the two sides is lost in rounding
   if (a < kSeries) return 1.0 - 2.0 / 3.0 * a + 4.0 / 9.0 * a * a;
   const double target = a - std::log1p(a);
   double low = 0.0, high = std::min(1.0, 1.0 / a);
@@ -43,39 +44,52 @@ struct Unitless {
   }
 };
 
+// a = c v that leaves with this restitution: where the two sides of the conserved quantity agree.
+double damping_of_restitution(double e) {
+  const double lost = 1.0 - e;
+  if (lost <= 0.0) return 0.0;
+  // The series above turned round, as far as it is used there.
+  if (const double root = 1.0 - 4.0 * lost; root > 0.0) {
+    const double a = 0.75 * (1.0 - std::sqrt(root));
+    if (a < kSeries) return a;
+  }
+  double low = 0.5 * kSeries, high = 1.0 / e;
+  for (int i = 0; i < 100; ++i) {
+    const double a = 0.5 * (low + high);
+    (a - std::log1p(a) > -a * e - std::log1p(-a * e) ? low : high) = a;
+  }
+  return 0.5 * (low + high);
+}
+
 double unitless_duration(double a, double n, int steps) {
-  constexpr double kStep = 0.01;
+  constexpr double kStep = 0.05;
   Unitless ball;
   double t = 0.0;
   do {
     ball.step(kStep, a, n);
     t += kStep;
   } while (ball.x > 0.0);
-  t += ball.x / -ball.v;         // free beyond the surface: exact
-  for (int i = 0; i < 2; ++i) {  // the same with the steps that will be kept
-    Unitless again;
-    for (int k = 0; k < steps; ++k) again.step(t / steps, a, n);
-    t += again.x / -again.v;
-  }
-  return t;
+  t += ball.x / -ball.v;  // free beyond the surface: exact
+  Unitless again;         // the same with the steps that will be kept
+  for (int k = 0; k < steps; ++k) again.step(t / steps, a, n);
+  return t + again.x / -again.v;
 }
 
-}  // namespace
-
-HuntCrossley::HuntCrossley(double mass, double restitution, double duration_s, double speed, double exponent)
-    : mass_(mass), exponent_(exponent) {
+void check_contact(double mass, double restitution, double duration_s, double speed, double exponent) {
   if (!(mass > 0.0) || !(duration_s > 0.0) || !(speed > 0.0) || !(restitution >= kLeastRestitution) ||
       !(restitution <= 1.0) || !(exponent >= 1.0) || !(exponent <= 3.0)) {
     throw std::invalid_argument(
         "contact: Hunt-Crossley needs mass, duration and speed > 0, 0.05 <= restitution <= 1 and 1 <= "
         "exponent <= 3");
   }
-  double low = 0.0, high = 10.0 / restitution;  // a = c v
-  for (int i = 0; i < 100 && restitution < 1.0; ++i) {
-    const double a = 0.5 * (low + high);
-    (restitution_of_damping(a) > restitution ? low : high) = a;
-  }
-  const double a = restitution < 1.0 ? 0.5 * (low + high) : 0.0;
+}
+
+}  // namespace
+
+HuntCrossley::HuntCrossley(double mass, double restitution, double duration_s, double speed, double exponent)
+    : mass_(mass), exponent_(exponent) {
+  check_contact(mass, restitution, duration_s, speed, exponent);
+  const double a = damping_of_restitution(restitution);
   damping_ = a / speed;
   const double length = duration_s * speed / unitless_duration(a, exponent, HuntCrossleyContact::kSteps);
   stiffness_ = mass * speed * speed / std::pow(length, exponent + 1.0);
@@ -84,24 +98,36 @@ HuntCrossley::HuntCrossley(double mass, double restitution, double duration_s, d
 double HuntCrossley::restitution(double speed) const { return restitution_of_damping(damping_ * speed); }
 
 HuntCrossleyContact HuntCrossley::contact(double speed) const {
-  HuntCrossleyContact contact;
   const double a = damping_ * speed;
   const double length = std::pow(mass_ * speed * speed / stiffness_, 1.0 / (exponent_ + 1.0));
   const double t = unitless_duration(a, exponent_, HuntCrossleyContact::kSteps);
-  contact.mass_ = mass_;
-  contact.speed_ = speed;
-  contact.stiffness_ = stiffness_;
-  contact.damping_ = damping_;
-  contact.exponent_ = exponent_;
-  contact.duration_ = t * length / speed;
-  contact.restitution_ = restitution_of_damping(a);
+  return {mass_, restitution_of_damping(a), t * length / speed, speed, exponent_, a, t};
+}
+
+HuntCrossleyContact::HuntCrossleyContact(double mass, double restitution, double duration_s, double speed,
+                                         double exponent) {
+  check_contact(mass, restitution, duration_s, speed, exponent);
+  const double a = damping_of_restitution(restitution);
+  *this = {mass, restitution, duration_s, speed, exponent, a, unitless_duration(a, exponent, kSteps)};
+}
+
+// `t`: the unitless duration at a = c v.
+HuntCrossleyContact::HuntCrossleyContact(double mass, double restitution, double duration_s, double speed,
+                                         double exponent, double a, double t)
+    : mass_(mass),
+      speed_(speed),
+      damping_(a / speed),
+      exponent_(exponent),
+      duration_(duration_s),
+      restitution_(restitution) {
+  const double length = duration_s * speed / t;
+  stiffness_ = mass * speed * speed / std::pow(length, exponent + 1.0);
   Unitless ball;
-  for (int k = 0; k <= HuntCrossleyContact::kSteps; ++k) {
-    contact.nodes_[static_cast<std::size_t>(k)] = {length * ball.x, speed * ball.v};
-    ball.step(t / HuntCrossleyContact::kSteps, a, exponent_);
+  for (auto& node : nodes_) {
+    node = {length * ball.x, speed * ball.v};
+    ball.step(t / kSteps, a, exponent);
   }
-  contact.nodes_.back() = {0.0, -contact.restitution_ * speed};  // what integration missed by 1e-7
-  return contact;
+  nodes_.back() = {0.0, -restitution * speed};  // what integration missed by 1e-7
 }
 
 HuntCrossleyContact::Node HuntCrossleyContact::at(double t) const {

@@ -18,6 +18,12 @@ namespace palpate {
 class HuntCrossleyContact {
  public:
   HuntCrossleyContact() = default;
+  // The one that has this restitution and duration at this speed: for who knows of a blow no more than these.
+  // Throws as HuntCrossley does.
+  HuntCrossleyContact(double mass, double restitution, double duration_s, double speed,
+                      double exponent = 1.5);
+  double mass() const { return mass_; }
+  double speed() const { return speed_; }  // of approach, m/s
   double duration() const { return duration_; }
   double restitution() const { return restitution_; }
   // t in [0, duration], clamped to it.
@@ -29,6 +35,8 @@ class HuntCrossleyContact {
 
  private:
   friend class HuntCrossley;
+  HuntCrossleyContact(double mass, double restitution, double duration_s, double speed, double exponent,
+                      double a, double t);
   static constexpr int kSteps = 256;
   struct Node {
     double x, v;

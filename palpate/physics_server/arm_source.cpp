@@ -44,12 +44,15 @@ class OpenHapticsSource : public ArmSource {
     const auto status = arm_->status();
     const bool first = !told_;
     if (told_ == status.condition) return std::nullopt;
+    const bool was_gone = told_ == openhaptics::ArmCondition::gone;
     told_ = status.condition;
     if (status.condition != openhaptics::ArmCondition::running) return status.message;
     const auto& facts = arm_->facts();
     return first ? fmt::format("arm openhaptics: {} (serial {}, {:.1f} N), {}", facts.model, facts.serial,
                                facts.peak_n, facts.library)
-                 : "arm openhaptics: works again";
+           : was_gone ? "arm openhaptics: works again; see that it still knows where it is, then "
+                        "`palpate status --reset` lets forces come back"
+                      : "arm openhaptics: works again";
   }
 
   Json figures() const override {

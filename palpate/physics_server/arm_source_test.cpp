@@ -6,6 +6,7 @@
 
 #include "palpate/drivers/openhaptics/stub_for_tests.h"
 #include "palpate/haptics/haptic_loop.h"
+#include "palpate/time/clock.h"
 
 namespace palpate {
 namespace {
@@ -79,24 +80,31 @@ TEST_F(RealArm, TellsOnceWhoItIsThatItIsGoneAndThatItIsBack) {
   EXPECT_EQ((*arm)->figures()["times_lost"], 1);
 }
 
-// The haptic loop holds a force; the plug is pulled between two of its ticks.
-TEST_F(RealArm, UnpluggedDuringPlayItsForceCommandsFadeAndComeBackRampedWhenItReturns) {
-  auto arm = openhaptics::OpenHapticsArm::open(patient());
-  ASSERT_TRUE(arm) << arm.error().message;
-  ASSERT_TRUE(comes_true([&] { return reads(**arm); }));
-  TripleBuffer<HapticInput> input;
-  TripleBuffer<TipState> output;
-  HapticSettings settings;
-  HapticLoop loop(**arm, ArmCalibration{}, {}, settings, input, output);
-  Instant<PhysicsClock> now;
-  const auto tick = [&] {
-    HapticInput wish;
-    wish.sustained = {1.0, 0.0, 0.0};
-    now += settings.period;
+// The haptic loop on a real arm, with a wish of its own in every tick.
+struct Play {
+  Play(openhaptics::OpenHapticsArm& arm, const HapticSettings& settings)
+      : loop(arm, ArmCalibration{}, {}, settings, input, output) {}
+  void tick(Instant<PhysicsClock> now) {
     wish.time = now;
     input.write(wish);
     loop.tick(now);
-  };
+  }
+  TripleBuffer<HapticInput> input;
+  TripleBuffer<TipState> output;
+  HapticInput wish;
+  HapticLoop loop;
+};
+
+// The haptic loop holds a force; the plug is pulled between two of its ticks.
+TEST_F(RealArm, UnpluggedDuringPlayItsForcesFadeAndStayOffUntilItIsBackAndSomebodyRearms) {
+  auto arm = openhaptics::OpenHapticsArm::open(patient());
+  ASSERT_TRUE(arm) << arm.error().message;
+  ASSERT_TRUE(comes_true([&] { return reads(**arm); }));
+  const HapticSettings settings;
+  Play play(**arm, settings);
+  play.wish.sustained = {1.0, 0.0, 0.0};
+  Instant<PhysicsClock> now;
+  const auto tick = [&] { play.tick(now += settings.period); };
   const auto given = [&] { return force().x(); };
   EXPECT_TRUE(comes_true([&] {
     tick();
@@ -105,23 +113,87 @@ TEST_F(RealArm, UnpluggedDuringPlayItsForceCommandsFadeAndComeBackRampedWhenItRe
   with([](HdStubDevice& d) { d.plugged = false; });
   EXPECT_TRUE(comes_true([&] {
     tick();
-    return loop.fault() == ForceFault::bad_reading;
+    return play.loop.fault() == ForceFault::arm_lost;
   }));
   EXPECT_EQ(force().norm(), 0.0);  // the device itself has nothing any more
+  const auto condition = play.loop.condition();
+  EXPECT_EQ(condition_text(condition.state, condition.fault), "safe: arm lost");
+  EXPECT_EQ(condition.trip_fault, ForceFault::arm_lost);
   const int fade_ticks = static_cast<int>(settings.limits.fade_s / to_seconds(settings.period));
   for (int i = 0; i <= fade_ticks; ++i) tick();
-  EXPECT_EQ(loop.records().back().commanded.norm(), 0.0);
+  EXPECT_EQ(play.loop.records().back().commanded.norm(), 0.0);
   EXPECT_NE((*arm)->status().message.find("HD_"), std::string::npos);
-  with([](HdStubDevice& d) { d.plugged = true; });
+  EXPECT_FALSE(play.loop.rearm()) << "still unplugged";
+  with([](HdStubDevice& d) {
+    d.plugged = true;
+    d.largest_force = 0.0;
+  });
+  EXPECT_TRUE(comes_true([&] {
+    tick();
+    return reads(**arm);
+  }));
+  for (int i = 0; i < 1500; ++i) tick();
+  EXPECT_EQ(play.loop.state(), HapticState::safe);
+  EXPECT_EQ(with([](HdStubDevice& d) { return d.largest_force; }), 0.0);
+  EXPECT_TRUE(play.loop.rearm());
   EXPECT_TRUE(comes_true([&] {
     tick();
     return given() > 0.9;
   }));
-  EXPECT_EQ(static_cast<int>(loop.fault()), static_cast<int>(ForceFault::none));
-  const auto records = loop.records();
+  EXPECT_EQ(play.loop.fault(), ForceFault::none);
+  const auto records = play.loop.records();
   const double largest_step = settings.limits.slew_n_s * to_seconds(settings.period);
   for (std::size_t i = 1; i < records.size(); ++i)
     EXPECT_LE((records[i].commanded - records[i - 1].commanded).norm(), largest_step);
+}
+
+// A long, soft blow, to whose length a busy machine's pauses are short; no pause counts as a fault here.
+double lost_share_of_a_blow(openhaptics::OpenHapticsArm& arm) {
+  HapticSettings settings;
+  settings.limits.start_ramp_s = 0.0;
+  settings.limits.stale_s = 10.0;
+  Play play(arm, settings);
+  const MonotonicClock<PhysicsClock> clock;
+  play.tick(clock.now());
+  auto& blow = play.wish.contact;
+  blow.number = 1;
+  blow.start = clock.now();
+  blow.duration = seconds(0.5);
+  blow.direction = Vector3::UnitX();
+  blow.mass = 1.0;
+  blow.approach_speed = 0.3;
+  blow.restitution = 0.8;
+  EXPECT_TRUE(comes_true([&] {
+    play.tick(clock.now());
+    return play.loop.statistics().impulse_asked > 0.0;
+  }));
+  EXPECT_NEAR(play.loop.statistics().impulse_asked, 0.54, 1e-12);
+  return play.loop.statistics().lost_impulse_rel();
+}
+
+TEST_F(RealArm, WhatItRefusesOrCutsOfABlowCountsAsLostImpulse) {
+  {
+    auto arm = openhaptics::OpenHapticsArm::open(patient());
+    ASSERT_TRUE(arm) << arm.error().message;
+    ASSERT_TRUE(comes_true([&] { return reads(**arm); }));
+    EXPECT_LT(lost_share_of_a_blow(**arm), 0.1);
+  }
+  {
+    with([](HdStubDevice& d) { d.nominal_force = d.true_force = 0.1; });  // of more than 1 N asked
+    auto arm = openhaptics::OpenHapticsArm::open(patient());
+    ASSERT_TRUE(arm) << arm.error().message;
+    ASSERT_TRUE(comes_true([&] { return reads(**arm); }));
+    EXPECT_GT(lost_share_of_a_blow(**arm), 0.8);
+  }
+  with([](HdStubDevice& d) {
+    d.nominal_force = d.true_force = 8.5;
+    d.error = 0x0200;  // HD_WARM_MOTORS
+    d.error_cycles = 1000000;
+  });
+  auto arm = openhaptics::OpenHapticsArm::open(patient());
+  ASSERT_TRUE(arm) << arm.error().message;
+  ASSERT_TRUE(comes_true([&] { return reads(**arm); }));
+  EXPECT_GT(lost_share_of_a_blow(**arm), 0.9);
 }
 
 }  // namespace

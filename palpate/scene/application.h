@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -48,7 +49,10 @@ struct SceneDescription {
   double ball_radius = 0.020, ball_mass = 0.0027;
   double bat_radius = 0.075, bat_restitution = 0.80;
   Vector3 bat_offset{0.0, 0.0, -0.09};  // disc centre in Tip; Bat axes are the Tip's, the faces are +-y
-  double contact_s = 0.004;             // duration of a bat contact
+  // What a blow has to move: bat, stylus and as much of the hand as gives way at once, kg. Infinite: it is
+  // held fast. Physics alone uses it; it is not sent.
+  double bat_mass = std::numeric_limits<double>::infinity();
+  double contact_s = 0.004;  // duration of a bat contact
   Physics physics = Physics::full;
   ContactModel contact_model = ContactModel::non_sticky;
   std::array<double, 2> serve_speed{2.0, 3.5};
@@ -64,8 +68,9 @@ struct ContactEvent {
   Vector3 direction = Vector3::Zero();  // unit, force on the hand
   Vector3 point = Vector3::Zero();      // World, where it acts
   double approach_speed = 0.0;          // normal component of the relative velocity, m/s, > 0
-  double mass = 0.0;                    // of the ball
+  double mass = 0.0;                    // effective: of the ball, and less where what it hits recoils; kg
   double restitution = 1.0;
+  ContactModel model = ContactModel::non_sticky;  // the force's course over `duration`
 };
 
 enum class Control : std::uint8_t { none, serve, reset, pause, resume };

@@ -1,5 +1,7 @@
 #include "palpate/applications/pingpong/ball_world.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -16,6 +18,15 @@ constexpr double kTableFriction = 0.25, kBatFriction = 0.6;
 constexpr double kHuntCrossleySpeed = 5.0;
 constexpr int kMostEvents = 12;  // per step; more means the ball is caught between two closing surfaces
 
+// Of ball and bat against each other; the ball's own where the bat is held fast.
+double effective_mass_of(const SceneDescription& scene) {
+  if (!(scene.bat_mass > scene.ball_mass))
+    throw std::invalid_argument(
+        fmt::format("pingpong: the bat's mass is {} kg, more than the ball's {} kg is expected",
+                    scene.bat_mass, scene.ball_mass));
+  return scene.ball_mass / (1.0 + scene.ball_mass / scene.bat_mass);
+}
+
 TriangleMesh surface_mesh(const SceneSurface& surface) {
   return {{surface.corners.begin(), surface.corners.end()}, {{0, 1, 2}, {0, 2, 3}}};
 }
@@ -31,11 +42,12 @@ const SceneSurface& find_surface(const SceneDescription& scene, const char* name
 
 BallWorld::BallWorld(const SceneDescription& scene)
     : model_(scene.physics == Physics::paper ? BallModel::paper() : BallModel()),
-      law_(scene.ball_mass, scene.bat_restitution, scene.contact_s,
+      law_(effective_mass_of(scene), scene.bat_restitution, scene.contact_s,
            scene.contact_model == ContactModel::paper ? Release::where_rest_length_is_back
-                                                      : Release::where_force_is_zero) {
+                                                      : Release::where_force_is_zero),
+      course_(law_, 1.0) {
   if (scene.contact_model == ContactModel::hunt_crossley)
-    stiffening_.emplace(scene.ball_mass, scene.bat_restitution, scene.contact_s, kHuntCrossleySpeed);
+    stiffening_.emplace(effective_mass_of(scene), scene.bat_restitution, scene.contact_s, kHuntCrossleySpeed);
   model_.radius = scene.ball_radius;
   model_.mass = scene.ball_mass;
   model_.gravity = scene.gravity;
@@ -57,20 +69,8 @@ void BallWorld::place(const BallState& ball) {
 
 Vector3 BallWorld::contact_force() const {
   if (!contact_.active) return Vector3::Zero();
-  return -push(contact_.elapsed) * contact_.normal_world;
+  return -course_.force(contact_.elapsed) * contact_.normal_world;
 }
-
-double BallWorld::depth(double t) const {
-  return stiffening_ ? blow_.penetration(t) : contact_.speed * law_.penetration(t);
-}
-double BallWorld::inward(double t) const {
-  return stiffening_ ? blow_.velocity(t) : contact_.speed * law_.velocity(t);
-}
-double BallWorld::push(double t) const {
-  return stiffening_ ? blow_.force(t) : contact_.speed * law_.force(t);
-}
-double BallWorld::duration() const { return stiffening_ ? blow_.duration() : law_.duration(); }
-double BallWorld::restitution() const { return stiffening_ ? blow_.restitution() : law_.restitution(); }
 
 void BallWorld::record(const Touch& touch) {
   if (touch_count_ < touches_.size()) touches_[touch_count_++] = touch;
@@ -110,7 +110,7 @@ std::span<const Touch> BallWorld::step(double dt, const BatMotion& bat, bool bat
   }
   drawn_ = ball_.position;
   if (contact_.active) {
-    const double deep = depth(contact_.elapsed);
+    const double deep = course_.penetration(contact_.elapsed);
     const double shown = kDrawnPenetration * (1.0 - std::exp(-deep / kDrawnPenetration));
     drawn_ += (deep - shown) * contact_.normal_world;
   }
@@ -162,8 +162,10 @@ void BallWorld::begin_contact(const SweepHit& hit, double dt, double done, const
     ball_.velocity += (1e-3 + approach) * hit.normal;
     return;
   }
-  if (stiffening_) blow_ = stiffening_->contact(approach);
-  const BallState after = bounce(model_, ball_, hit.normal, {restitution(), bat_.friction}, surface);
+  course_ = stiffening_ ? ContactCourse(stiffening_->contact(approach)) : ContactCourse(law_, approach);
+  // Friction is a share of the impulse, which is the effective mass's.
+  const double friction = bat_.friction * (law_.mass() / model_.mass);
+  const BallState after = bounce(model_, ball_, hit.normal, {course_.restitution(), friction}, surface);
   const auto X_bat_world = bat.at(s).inverse();
   const Vector3 slide = after.velocity - surface - hit.normal.dot(after.velocity - surface) * hit.normal;
   contact_ = {true,
@@ -175,19 +177,19 @@ void BallWorld::begin_contact(const SweepHit& hit, double dt, double done, const
               after.spin,
               hit.normal,
               hit.point};
-  record({Touched::bat, done, hit.point, hit.normal, duration(), restitution(), approach});
+  record({Touched::bat, done, hit.point, hit.normal, course_.duration(), course_.restitution(), approach});
 }
 
 // The bat's contact, up to its end, the end of the step, or a second surface in the way.
 void BallWorld::follow(double dt, double& done, const BatMotion& bat) {
-  const double h = std::min(dt - done, duration() - contact_.elapsed);
+  const double h = std::min(dt - done, course_.duration() - contact_.elapsed);
   const auto X = bat.at((done + h) / dt);
   const double until = contact_.elapsed + h;
-  const Vector3 to = (X * Point<Bat>{in_bat(until, depth(until))}).m;
+  const Vector3 to = (X * Point<Bat>{in_bat(until, course_.penetration(until))}).m;
   Touched what = Touched::table;
   const auto hit = sweep_surfaces(ball_.position, to, what);
   const double part = hit ? hit->fraction : 1.0;
-  const bool ends = !hit && dt - done >= duration() - contact_.elapsed;
+  const bool ends = !hit && dt - done >= course_.duration() - contact_.elapsed;
   contact_.elapsed += part * h;
   done = ends || hit ? done + part * h : dt;
   const auto X_now = bat.at(std::min(1.0, done / dt));
@@ -195,7 +197,7 @@ void BallWorld::follow(double dt, double& done, const BatMotion& bat) {
   ball_.position += part * (to - ball_.position);
   contact_.point = ball_.position - model_.radius * contact_.normal_world;
   ball_.spin = contact_.spin;
-  const double sinking = ends ? -restitution() * contact_.speed : inward(contact_.elapsed);
+  const double sinking = ends ? -course_.restitution() * contact_.speed : course_.velocity(contact_.elapsed);
   ball_.velocity = bat.velocity_at(contact_.point, std::min(1.0, done / dt)) +
                    X_now.rotation * contact_.slide - sinking * contact_.normal_world;
   if (hit) {

@@ -4,8 +4,9 @@
 // Table and wall answer at once. The bat's contact is followed in the bat's frame: the ball sinks in along
 // the normal of the touch as the damped mass on a spring does that the scene asks for, slides as friction
 // leaves it, and is released with the restitution exact relative to the bat as it then moves. A second
-// surface met during the contact ends it there. Gravity is left out during those few milliseconds. World
-// frame, SI. step() allocates, locks and throws nothing.
+// surface met during the contact ends it there. Gravity is left out during those few milliseconds. A
+// bat of stated mass M recoils: ball m and bat move against each other as the effective mass m M / (m + M),
+// in the ball's leap as in the hand's blow. World frame, SI. step() allocates, locks and throws nothing.
 #pragma once
 
 #include <array>
@@ -14,8 +15,7 @@
 #include <span>
 
 #include "palpate/physics/ball.h"
-#include "palpate/physics/contact.h"
-#include "palpate/physics/hunt_crossley.h"
+#include "palpate/physics/contact_course.h"
 #include "palpate/physics/sweep.h"
 #include "palpate/scene/application.h"
 
@@ -51,7 +51,8 @@ class BallWorld {
   static constexpr double kDrawnPenetration =
       0.003;  // m, at most, so that the ball never seems to dive into the bat
 
-  // Throws std::invalid_argument where the scene has no surface called "table" and "wall".
+  // Throws std::invalid_argument where the scene has no surface called "table" and "wall", or no bat of a
+  // mass above the ball's.
   explicit BallWorld(const SceneDescription& scene);
 
   // What was touched, in order; valid until the next step.
@@ -62,9 +63,10 @@ class BallWorld {
   // Where to draw the ball: during a contact not deeper in the bat than kDrawnPenetration.
   Vector3 drawn_position() const { return drawn_; }
   bool in_contact() const { return contact_.active; }
-  double contact_progress() const { return contact_.active ? contact_.elapsed / duration() : 0.0; }
+  double contact_progress() const { return contact_.active ? contact_.elapsed / course_.duration() : 0.0; }
   Vector3 contact_force() const;  // on the hand, N, as the model has it now
   Vector3 contact_point() const { return contact_.point; }
+  double effective_mass() const { return law_.mass(); }  // of a blow on the bat, kg
   const BallModel& model() const { return model_; }
   Bounce bat_law() const { return bat_; }
   Bounce table_law() const { return table_bounce_; }
@@ -79,12 +81,6 @@ class BallWorld {
     Vector3 normal_world = Vector3::Zero(), point = Vector3::Zero();  // as of now
   };
   void record(const Touch& touch);
-  // The contact there is, by whichever law: m, m/s inwards, N.
-  double depth(double t) const;
-  double inward(double t) const;
-  double push(double t) const;
-  double duration() const;
-  double restitution() const;
   bool fly_on(double dt, double& done, const BatMotion& bat, bool bat_is_there);
   void follow(double dt, double& done, const BatMotion& bat);
   void begin_contact(const SweepHit& hit, double dt, double done, const BatMotion& bat);
@@ -96,7 +92,7 @@ class BallWorld {
   CollisionMesh table_, wall_, bat_mesh_;
   DampedContact law_;  // linear in the speed: for 1 m/s
   std::optional<HuntCrossley> stiffening_;
-  HuntCrossleyContact blow_;  // of stiffening_, as hard as the ball came
+  ContactCourse course_;  // of the contact there is, or was
   BallState ball_;
   Vector3 drawn_ = Vector3::Zero();
   Contact contact_;

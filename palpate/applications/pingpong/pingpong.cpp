@@ -196,8 +196,9 @@ void PingPong::feel(const Touch& touch, Instant<PhysicsClock> start) {
   event_.direction = -touch.normal;
   event_.point = touch.point;
   event_.approach_speed = touch.approach_speed;
-  event_.mass = scene_.ball_mass;
+  event_.mass = world_.effective_mass();
   event_.restitution = touch.restitution;
+  event_.model = scene_.contact_model;
 }
 
 }  // namespace palpate::pingpong

@@ -12,7 +12,8 @@ namespace palpate::pingpong {
 namespace {
 
 struct Session {
-  explicit Session(const Settings& settings = {}) : game(scene_for_tests(), settings) {
+  explicit Session(const Settings& settings = {}, const SceneDescription& scene = scene_for_tests())
+      : game(scene, settings) {
     tip.X_world_tip.translation = {0.1, 3.0, 1.8};  // out of the way
   }
   void run(double s) {
@@ -69,8 +70,8 @@ TEST(PingPong, EveryServeHasTheAskedSpeedBouncesOnceAndReachesThePlayer) {
   }
 }
 
-TEST(PingPong, ABallBroughtToTheWallCountsAsReturnedAndTheHandGetsOneBlow) {
-  Session session;
+// Until the bat has met a serve.
+void meet_a_serve(Session& session) {
   // A wall of a bat: stands in the serve's way with its front towards the back wall and moves towards it.
   int tried = 0;
   while (session.state.counters[kHits] == 0 && tried++ < 20000) {
@@ -91,6 +92,11 @@ TEST(PingPong, ABallBroughtToTheWallCountsAsReturnedAndTheHandGetsOneBlow) {
     }
     break;
   }
+}
+
+TEST(PingPong, ABallBroughtToTheWallCountsAsReturnedAndTheHandGetsOneBlow) {
+  Session session;
+  meet_a_serve(session);
   ASSERT_EQ(session.state.counters[kHits], 1);
   const auto event = session.game.contact();
   EXPECT_EQ(event.number, 1u);
@@ -110,6 +116,21 @@ TEST(PingPong, ABallBroughtToTheWallCountsAsReturnedAndTheHandGetsOneBlow) {
   EXPECT_EQ(session.state.counters[kReturned], 1);
   EXPECT_EQ(session.state.counters[kLongest], 1);
   EXPECT_EQ(session.game.contact().number, 1u);
+}
+
+TEST(PingPong, TheBlowAtTheHandIsOfTheScenesContactAndOfBallAndBatTogether) {
+  for (const auto contact : {ContactModel::non_sticky, ContactModel::paper, ContactModel::hunt_crossley}) {
+    auto scene = with(scene_for_tests(), Physics::full, contact);
+    scene.bat_mass = 0.17;
+    Session session({}, scene);
+    meet_a_serve(session);
+    const auto event = session.game.contact();
+    ASSERT_EQ(event.number, 1u);
+    EXPECT_EQ(event.model, contact);
+    EXPECT_NEAR(event.mass, 0.0027 * 0.17 / (0.0027 + 0.17), 1e-15);
+    session.run(0.01);
+    EXPECT_EQ(session.game.contact().number, 1u);
+  }
 }
 
 TEST(PingPong, ImpactsAreMarkedAsJumps) {

@@ -12,8 +12,10 @@
 //
 // What can go wrong is a state, told by status(): nobody needs to poll it for safety. While there is no fresh
 // sample read() gives joints that are not numbers, at which the haptic loop fades its forces; while there is
-// no fresh command the driver fades them itself. A device that is gone is given back and opened again when it
-// returns. What is still owed after a fade is not made up for.
+// no fresh command the driver fades them itself. A device that is gone is said to be gone
+// (ArmSample::connected): forces stay off until somebody re-arms. It is given back, and opened again when it
+// returns. What is still owed after a fade is not made up for; what was commanded and not given, for
+// whichever of these reasons, is told with each sample (ArmSample::withheld).
 //
 // Threads: read() and command() by the haptic loop, status() by one ordinary thread; a thread of this object
 // ("palpate-hd") opens, closes and watches. Refused at opening: library or device that cannot be had, with

@@ -180,8 +180,10 @@ TEST_F(OpenHaptics, AForceTheDeviceRefusesIsNotRepeatedAtOnce) {
 TEST_F(OpenHaptics, UnpluggedArmIsNoticedNamedGivenBackAndOpenedAgain) {
   const auto arm = opened(patient());
   ASSERT_TRUE(comes_true([&] { return reads(*arm); }));
+  EXPECT_TRUE(arm->read().connected);
   with([](HdStubDevice& d) { d.plugged = false; });
   EXPECT_TRUE(comes_true([&] { return !reads(*arm); }));
+  EXPECT_FALSE(arm->read().connected);
   EXPECT_EQ(static_cast<int>(arm->status().condition), static_cast<int>(ArmCondition::gone));
   EXPECT_TRUE(says(arm->status().message, {"HD_COMM_ERROR", "connection to it broke", "cable"}));
   EXPECT_TRUE(comes_true([&] { return !with([](HdStubDevice& d) { return d.open; }); }));
@@ -192,6 +194,7 @@ TEST_F(OpenHaptics, UnpluggedArmIsNoticedNamedGivenBackAndOpenedAgain) {
     d.largest_force = 0.0;
   });
   EXPECT_TRUE(comes_true([&] { return reads(*arm); }));
+  EXPECT_TRUE(arm->read().connected);
   EXPECT_EQ(arm->status().message, "");
   EXPECT_EQ(with([](HdStubDevice& d) { return d.times_opened; }), 2);
   EXPECT_EQ(arm->status().times_lost, 1u);

@@ -1,0 +1,171 @@
+// What arrives at the hand of a blow, through the whole chain: its course below the limits, its impulse
+// beyond them, and the account of what did not arrive.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "palpate/core/random.h"
+#include "palpate/geometry/random_vector.h"
+#include "palpate/haptics/haptic_bench_test.h"
+
+namespace palpate {
+namespace {
+
+constexpr ContactModel kContacts[] = {ContactModel::non_sticky, ContactModel::paper,
+                                      ContactModel::hunt_crossley};
+
+HapticSettings at_rate(double hz) {
+  HapticSettings settings = without_ramp();
+  settings.period = seconds(1.0 / hz);
+  return settings;
+}
+
+Vector3 asked_of_hand(const ContactEvent& event) {
+  return event.mass * (1.0 + event.restitution) * event.approach_speed * event.direction;
+}
+
+TEST(HapticBlow, BelowTheLimitsTheHandFeelsTheCourseOfTheModelTickByTick) {
+  Random random(1, "haptic_blow/course");
+  for (const auto model : kContacts)
+    for (const double hz : {1000.0, 4000.0})
+      for (int run = 0; run < 20; ++run) {
+        HapticBench bench(at_rate(hz));
+        bench.live(5);
+        auto event = bench_blow(1, random.uniform(0.1, 0.8), bench.now + seconds(random.uniform(0.0, 2e-3)));
+        event.model = model;
+        bench.message.contact = event;
+        ContactPlayer course;  // itself tested against the equations of motion
+        ASSERT_TRUE(course.start(event, bench.now + bench.period));
+        Vector3 impulse = Vector3::Zero();
+        for (double t = 0.0; t < 0.02; t += 1.0 / hz) {
+          const Vector3 expected = course.tick(bench.now + bench.period, bench.period);
+          bench.live();
+          ASSERT_NEAR((bench.felt() - expected).norm(), 0.0, 1e-9) << static_cast<int>(model) << " at " << t;
+          impulse += bench.felt() / hz;
+        }
+        const Vector3 asked = asked_of_hand(event);
+        EXPECT_NEAR((impulse - asked).norm(), 0.0, 1e-9 * asked.norm());
+        EXPECT_EQ(bench.loop.statistics().limited_ticks, 0u);
+      }
+}
+
+TEST(HapticBlow, ASecondBlowDuringTheFirstArrivesWholeWithIt) {
+  Random random(2, "haptic_blow/second");
+  for (const auto model : kContacts)
+    for (const double hz : {1000.0, 4000.0})
+      for (int run = 0; run < 20; ++run) {
+        HapticBench bench(at_rate(hz));
+        bench.live(5);
+        auto first = bench_blow(1, 0.5, bench.now + seconds(random.uniform(0.0, 1e-3)));
+        auto second = bench_blow(2, 0.4, first.start + seconds(random.uniform(1e-3, 3.5e-3)));
+        first.model = second.model = model;
+        second.direction = (first.direction + normal3(random, 0.5)).normalized();
+        bench.message.contact = first;
+        Vector3 impulse = Vector3::Zero();
+        for (double t = 0.0; t < 0.04; t += 1.0 / hz) {
+          if (second.start <= bench.now) bench.message.contact = second;
+          bench.live();
+          impulse += bench.felt() / hz;
+        }
+        const Vector3 asked = asked_of_hand(first) + asked_of_hand(second);
+        EXPECT_NEAR((impulse - asked).norm(), 0.0, 1e-9 * asked.norm());
+        EXPECT_EQ(bench.loop.statistics().blows, 2u);
+        EXPECT_LT(bench.loop.statistics().impulse_error_rel_max, 1e-9);
+      }
+}
+
+TEST(HapticBlow, BeyondTheLimitsEveryModelsImpulseArrives) {
+  for (const auto model : kContacts)
+    for (const double hz : {1000.0, 4000.0})
+      for (const double speed : {3.0, 12.0}) {
+        HapticBench bench(at_rate(hz));
+        bench.live(5);
+        bench.message.contact = bench_blow(1, speed, bench.now + seconds(0.0003));
+        bench.message.contact.model = model;
+        Vector3 impulse = Vector3::Zero();
+        for (double t = 0.0; t < 0.1; t += 1.0 / hz) {
+          bench.live();
+          impulse += bench.felt() / hz;
+        }
+        const Vector3 asked = asked_of_hand(bench.message.contact);
+        EXPECT_NEAR((impulse - asked).norm(), 0.0, 1e-6 * asked.norm()) << speed;
+        EXPECT_LT(bench.loop.statistics().lost_impulse_rel(), 1e-6);
+        EXPECT_LE(bench.arm.largest, 8.5 * (1.0 + 1e-9));
+        EXPECT_LE(bench.arm.steepest, 3000.0 / hz * (1.0 + 1e-9));
+      }
+}
+
+// The way from force to device turns with the pose, and by far where encoders are off by 15 degrees; the
+// motors grow warm and lower the peak. All of that while impulse is owed.
+TEST(HapticBlow, WhileTheArmSwingsAndItsMotorsWarmWhatIsMissingIsReported) {
+  Random random(3, "haptic_blow/room");
+  ArmCalibration far = bench_calibration();
+  far.correction.offset = {0.0, 0.25, -0.2};
+  for (const double pause : {0.4, 0.05, 0.03}) {  // s between blows: motors stay cool, grow warm, hot
+    HapticBench bench(without_ramp(), far);
+    const auto joints_at = [](double t) {
+      return Vector3(0.5 * std::sin(4.0 * t), 0.35 + 0.4 * std::sin(3.0 * t), 0.3 + 0.4 * std::cos(5.0 * t));
+    };
+    bench.arm.sample.joints = joints_at(0.0);
+    bench.live(5);
+    Vector3 felt = Vector3::Zero(), asked = Vector3::Zero();
+    double next = 0.0;
+    for (int i = 0; i < 8500; ++i) {
+      const double t = 1e-3 * i;
+      bench.arm.sample.joints = joints_at(t);
+      if (t >= next && t < 8.0) {
+        auto& event = bench.message.contact;
+        event = bench_blow(event.number + 1, random.uniform(1.0, 8.0), bench.now);
+        event.direction = normal3(random, 1.0).normalized();
+        asked += asked_of_hand(event);
+        next = t + pause;
+      }
+      bench.live();
+      felt += 1e-3 * bench.felt();
+    }
+    const auto& s = bench.loop.statistics();
+    EXPECT_LE(bench.arm.largest, 8.5 * (1.0 + 1e-9));
+    EXPECT_LE(bench.arm.steepest, 3.0 * (1.0 + 1e-9));
+    EXPECT_EQ(bench.loop.condition().trips, 0u);
+    EXPECT_LE((asked - felt).norm(), s.impulse_lost + 1e-6 * s.impulse_asked) << pause;
+    if (pause == 0.4) {
+      EXPECT_EQ(s.warm_ticks, 0u);
+      EXPECT_LT(s.lost_impulse_rel(), 1e-6);
+    } else {
+      EXPECT_GT(s.warm_ticks, 1000u);
+    }
+  }
+}
+
+TEST(HapticBlow, WhatTheDeviceItselfWithholdsCountsAsLost) {
+  for (const double share : {0.0, 0.25, 1.0}) {
+    HapticBench bench(without_ramp());
+    bench.arm.withheld_share = share;
+    bench.live(5);
+    bench.message.contact = bench_blow(1, 2.0, bench.now);
+    bench.live(60);
+    EXPECT_NEAR(bench.loop.statistics().lost_impulse_rel(), share, 1e-9);
+    EXPECT_NEAR(bench.loop.statistics().impulse_error_rel_max, share, 1e-9);
+  }
+}
+
+TEST(HapticBlow, WhatTheDeviceWithholdsOfASustainedForceBetweenBlowsIsNoLossOfTheirs) {
+  HapticBench bench(without_ramp());
+  bench.message.contact = bench_blow(1, 2.0, bench.now);
+  bench.live(60);
+  bench.arm.withheld_share = 0.5;
+  bench.message.sustained = {0.0, 1.0, 0.0};
+  bench.live(100);
+  bench.message.sustained.setZero();
+  bench.live(10);
+  bench.arm.withheld_share = 0.0;
+  bench.message.contact = bench_blow(2, 2.0, bench.now);
+  bench.live(60);
+  EXPECT_EQ(bench.loop.statistics().blows, 2u);
+  EXPECT_LT(bench.loop.statistics().lost_impulse_rel(), 1e-9);
+  EXPECT_NEAR(bench.loop.statistics().impulse_asked, 2.0 * 0.0027 * 1.8 * 2.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace palpate
