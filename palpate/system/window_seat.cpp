@@ -16,6 +16,7 @@ constexpr double kIdleDraw_s = 0.05;   // between draws while no frames come
 constexpr double kAskStatus_s = 0.1;   // how the forces are: told within 0.5 s
 constexpr double kTakeOver_px = 12.0;  // a mouse that moved that far is meant
 constexpr double kHintStands_s = 6.0;
+constexpr std::int64_t kSameBeat_ns = 5'000'000;  // two clocks read one after the other tell of one word
 constexpr double kRefusalStands_s = 3.0;
 constexpr double kSpeedShare = 0.73;  // of the speed at which the arm's motors switch off, as in player_seat
 constexpr window::Size kFirstSize{960, 720};
@@ -77,6 +78,8 @@ WindowSeat::WindowSeat(const SceneDescription& scene, const Rig& rig, const sim:
       landmarks_known_(!rig.landmarks.empty()),
       full_force_n_(force_limits_of(rig.arm->model).peak_n),
       hand_(rig.camera->model, mouse_hand_settings(scene, rig, world)),
+      camera_silence_(seconds(window::Warnings::kCameraStill_s).count()),
+      physics_silence_(seconds(window::Warnings::kPhysicsSilent_s).count()),
       picture_{rig.camera->model.width, rig.camera->model.height},
       person_plays_(options.mouse && !options.scripted_player) {}
 
@@ -121,6 +124,7 @@ void WindowSeat::show(const FrameRecord& frame, std::vector<std::string> caption
   }
   frame_ = frame;
   frame_.rgb.clear();
+  sources_ = {sources_[1], frame.pose_source};
   draw(now);
 }
 
@@ -203,11 +207,16 @@ void WindowSeat::look(Instant<GraphicsClock> now, StateLink& link) {
     link.ask_status();
   }
   window::Condition c;
-  c.since_picture_s = to_seconds(now - frame_at_.value_or(*begun_));
+  const auto picture = frame_at_.value_or(*begun_);
+  if (camera_silence_.gone(now.ns(), picture.ns())) c.since_picture_s = to_seconds(now - picture);
   const auto silence = link.since_last_word();
-  c.since_physics_s = silence ? to_seconds(*silence) : to_seconds(now - *begun_);
-  c.tracker_sees_camera = frame_.number == 0 || frame_.pose_source != PoseSource::none;
-  c.landmarks_used = frame_.number == 0 || frame_.pose_source == PoseSource::refined;
+  const auto beat = silence ? (now - *silence).ns() : begun_->ns();
+  if (std::abs(beat - physics_beat_ns_) > kSameBeat_ns) physics_beat_ns_ = beat;
+  if (physics_silence_.gone(now.ns(), physics_beat_ns_))
+    c.since_physics_s = 1e-9 * static_cast<double>(now.ns() - physics_beat_ns_);
+  const auto both = [this](auto&& is) { return is(sources_[0]) && is(sources_[1]); };
+  c.tracker_sees_camera = !both([](PoseSource source) { return source == PoseSource::none; });
+  c.landmarks_used = !both([](PoseSource source) { return source != PoseSource::refined; });
   c.landmarks_known = landmarks_known_;
   if (recent_.size() >= 5) {
     const auto late =

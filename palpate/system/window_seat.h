@@ -7,12 +7,14 @@
 // draws.
 #pragma once
 
+#include <array>
 #include <deque>
 #include <memory>
 #include <optional>
 #include <string>
 
 #include "palpate/devices/devices.h"
+#include "palpate/devices/silence_watch.h"
 #include "palpate/graphics_server/graphics_server.h"
 #include "palpate/model/rig.h"
 #include "palpate/model/world_file.h"
@@ -78,6 +80,11 @@ class WindowSeat {
   std::optional<Instant<GraphicsClock>> begun_, drawn_, status_asked_, frame_at_, taken_over_;
   window::HudContent content_;
   FrameRecord frame_;  // without pixels
+  // Silence counts while this loop runs itself.
+  SilenceWatch camera_silence_, physics_silence_;
+  std::int64_t physics_beat_ns_ = 0;
+  // Of the last two frames: one miss is no news.
+  std::array<PoseSource, 2> sources_{PoseSource::refined, PoseSource::refined};
   window::Size picture_;
   std::deque<std::pair<double, bool>> recent_;  // time and lateness of the last second's frames
   std::optional<std::string> refusal_seen_;
