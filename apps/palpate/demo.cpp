@@ -1,12 +1,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 
 #include "apps/palpate/command.h"
 #include "palpate/applications/applications.h"
 #include "palpate/system/demo.h"
 #include "palpate/system/demo_summary.h"
+#include "palpate/window/window.h"
 
 namespace palpate::app {
 
@@ -32,7 +34,7 @@ void add_demo(CLI::App& program) {
   command->add_option("--world", options->world, "World file; the reference laboratory where none is named");
   command->add_option("--out", options->demo.out, "Folder for report, summary, pictures, video and raw data")
       ->default_val("./palpate-report");
-  command->add_flag("--headless", options->headless, "No window (this version never opens one)");
+  command->add_flag("--headless", options->headless, "No window, where there is a display too");
   auto* two_hosts = command->add_flag(
       "--two-hosts", options->two_hosts,
       "Play the real-time leg across two hosts (network namespaces; needs root, or `unshare "
@@ -76,6 +78,13 @@ void add_demo(CLI::App& program) {
     if (seconds->count() > 0) demo.command += fmt::format(" --seconds {:g}", demo.seconds);
     std::error_code ignored;
     demo.program = std::filesystem::read_symlink("/proc/self/exe", ignored);
+    demo.notice = notice;
+    const bool display = std::getenv("DISPLAY") != nullptr && *std::getenv("DISPLAY") != '\0';
+    if (display && !options->headless && !options->two_hosts) {
+      const auto possible = window::Window::possible();
+      demo.window = possible.has_value();
+      if (!possible) notice(possible.error().message + "; the demo goes on without");
+    }
     auto summary = run_demo(demo);
     if (!summary) return tl::unexpected(summary.error());
     for (const auto& line : closing_lines(*summary, demo.out)) fmt::print("{}\n", line);

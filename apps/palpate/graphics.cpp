@@ -8,8 +8,8 @@
 namespace palpate::app {
 
 void add_graphics(CLI::App& program) {
-  auto* command = program.add_subcommand(
-      "graphics", "The graphics server: camera and tracker in, augmented picture out (no window yet)");
+  auto* command =
+      program.add_subcommand("graphics", "The graphics server: camera and tracker in, augmented picture out");
   struct Options {
     std::string rig = "rig.toml", world, json, tracker, publish;
     std::vector<std::string> tools;
@@ -41,10 +41,19 @@ void add_graphics(CLI::App& program) {
   command->add_flag("--igtl-insecure", options->igtl_insecure,
                     "Serve poses beyond this machine: the protocol protects nothing");
   command->add_flag("--player", options->process.player, "Let the scripted player hold the stylus");
+  auto* window = command->add_flag(
+      "--window", options->process.window,
+      "Show the picture in a window, with sound; ? lists its keys. Without, nothing is shown");
+  command
+      ->add_flag("--mouse", options->process.mouse,
+                 "Let the mouse hold the stylus; with --player, from its first movement on")
+      ->needs(window);
   command->add_option("--world", options->world,
-                      "World file of that laboratory: how the scripted player's hand and arm feel");
+                      "World file of that laboratory: how a player's hand and arm feel, the mouse's too");
   command->add_option("--seed", options->process.seed, "Seed of the scripted player")->default_val(1);
-  command->add_option("--seconds", options->process.seconds, "Stop after this many seconds; 0 = at Ctrl-C")
+  command
+      ->add_option("--seconds", options->process.seconds,
+                   "Stop after this many seconds; 0 = at Ctrl-C or when the window is closed")
       ->check(CLI::NonNegativeNumber)
       ->default_val(0.0);
   command

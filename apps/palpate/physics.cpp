@@ -38,6 +38,12 @@ void add_physics(CLI::App& program) {
       ->default_val("lab");
   command->add_option("--world", options->world, "World file to take ball, bat and serve settings from");
   command->add_option("--seed", options->process.seed, "Seed of the serves")->default_val(1);
+  command
+      ->add_option(
+          "--serve-pause-s", options->process.serve_pause_s,
+          "Ping-pong for people: this pause between serves, and rallies that last as long as the ball "
+          "comes back; without, serves follow each other as the scripted player likes them")
+      ->check(CLI::Range(0.0, 3600.0));
   command->add_option("--seconds", options->process.seconds, "Stop after this many seconds; 0 = at Ctrl-C")
       ->check(CLI::NonNegativeNumber)
       ->default_val(0.0);

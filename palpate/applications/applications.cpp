@@ -48,11 +48,18 @@ Expected<void> needs_scripted_player(const std::string& name, std::string_view w
                  name, name);
 }
 
-Expected<std::unique_ptr<Application>> make_application(const SceneDescription& scene, std::uint64_t seed) {
+Expected<std::unique_ptr<Application>> make_application(const SceneDescription& scene, std::uint64_t seed,
+                                                        std::optional<double> serve_pause_s) {
   if (auto ok = ready(scene); !ok) return tl::unexpected(ok.error());
   if (scene.application == "touch") return std::make_unique<touch::Touch>(scene);
   pingpong::Settings settings;
   settings.seed = seed;
+  if (serve_pause_s) {
+    settings.pace_s = 0.0;
+    settings.pause_s = *serve_pause_s;
+    settings.ready_s = 0.6;  // a person wants to see where the ball will come from
+    settings.first_serve_s = 2.0;
+  }
   return std::make_unique<pingpong::PingPong>(scene, settings);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,7 +22,10 @@ const std::vector<ApplicationInfo>& applications();
 Expected<void> needs_scripted_player(const std::string& name, std::string_view whose);
 
 // Wrong use for an unknown name, refused where the scene lacks what the application needs.
-Expected<std::unique_ptr<Application>> make_application(const SceneDescription& scene, std::uint64_t seed);
+// `serve_pause_s`: for people: so long a pause lies between two serves, and a rally lasts as long as the ball
+// comes back. None: serves follow each other at the demo's pace, and rallies are rationed.
+Expected<std::unique_ptr<Application>> make_application(const SceneDescription& scene, std::uint64_t seed,
+                                                        std::optional<double> serve_pause_s = {});
 Expected<std::unique_ptr<Artist>> make_artist(const SceneDescription& scene);
 
 }  // namespace palpate

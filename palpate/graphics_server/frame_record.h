@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "palpate/geometry/pose.h"
@@ -30,7 +31,8 @@ struct FrameRecord {
   Pose<World, CameraOptical> X_world_camera_tracker;  // from tracker and hand-eye alone
   int landmarks_predicted = 0, landmarks_used = 0;
   double landmark_rms_px = 0.0;
-  std::vector<std::uint8_t> rgb;  // the drawn picture; empty where nothing was drawn
+  std::optional<double> stated_overlay_px;  // the overlay error as the pose's own covariance has it, rms
+  std::vector<std::uint8_t> rgb;            // the drawn picture; empty where nothing was drawn
   int width = 0, height = 0;
 };
 

@@ -122,7 +122,7 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
   const auto& stop = stop_requested();
   keep_freed_memory();
   SceneDescription scene = scene_from_rig(options.rig, options.scene, options.surface_restitution);
-  auto application = make_application(scene, options.seed);
+  auto application = make_application(scene, options.seed, options.serve_pause_s);
   if (!application) return tl::unexpected(application.error());
   auto endpoint = options.endpoint.empty()
                       ? default_endpoint()

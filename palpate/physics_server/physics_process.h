@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "palpate/core/expected.h"
@@ -24,7 +25,8 @@ struct PhysicsProcessOptions {
   bool insecure = false;
   std::filesystem::path keys;  // folder; empty = this user's
   std::uint64_t seed = 1;
-  double seconds = 0.0;  // 0 = until asked to stop
+  std::optional<double> serve_pause_s;  // for people (applications.h)
+  double seconds = 0.0;                 // 0 = until asked to stop
   double physics_hz = 1000.0, haptic_hz = 1000.0;
   bool real_time = true;
   std::filesystem::path

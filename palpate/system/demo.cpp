@@ -1,10 +1,13 @@
 #include "palpate/system/demo.h"
 
+#include <algorithm>
+
 #include "palpate/applications/applications.h"
 #include "palpate/applications/scene_settings.h"
 #include "palpate/compositor/picture_file.h"
 #include "palpate/core/progress.h"
 #include "palpate/core/stop_signal.h"
+#include "palpate/core/units.h"
 #include "palpate/physics_server/physics_server.h"
 #include "palpate/report/demo_report.h"
 #include "palpate/sim/camera_renderer.h"
@@ -25,8 +28,6 @@ void go_on_unless_stopped() {
   if (stop_requested().load()) throw Interrupted{};
 }
 
-enum PhaseIndex : std::size_t { kCalibrating, kPlaying, kRealtime, kWriting };
-
 Rig blank_rig(const sim::WorldFile& world) {
   Rig rig;
   rig.name = "simulated rig";
@@ -35,6 +36,15 @@ Rig blank_rig(const sim::WorldFile& world) {
   rig.camera_marker_leds = world.camera_marker.leds;
   rig.pointer_leds = world.pointer.leds;
   return rig;
+}
+
+// Somebody at a desk does not turn the head twenty degrees and back every second; they move it a little,
+// which is how depth is seen.
+sim::WorldFile calm_head(sim::WorldFile world) {
+  world.head.turn_peak = std::min(world.head.turn_peak, radians_from_degrees(4.0));
+  world.head.turn_hz = std::min(world.head.turn_hz, 0.15);
+  world.head.shake = std::min(world.head.shake, radians_from_degrees(0.05));
+  return world;
 }
 
 CalibrationPlan plan_for(const DemoOptions& options) {
@@ -66,11 +76,15 @@ Expected<Json> demo(const DemoOptions& options) {
   for (const auto& old : std::filesystem::directory_iterator(options.out / "pictures", ignored))
     if (old.path().extension() == ".png") std::filesystem::remove(old.path(), ignored);
 
-  Progress progress({{"calibrating", options.quick ? 8.0 : 20.0},
-                     {"playing", 1.5 * options.seconds},
-                     {"playing in real time", options.realtime_s + 2.0},
-                     {"writing the report", 2.0}});
-  progress.begin(kCalibrating);
+  std::vector<Progress::Phase> phases = {{"calibrating", options.quick ? 8.0 : 20.0},
+                                         {"playing", 1.5 * options.seconds},
+                                         {"playing in real time", options.realtime_s + 2.0},
+                                         {"writing the report", 2.0}};
+  // A person at the window comes first.
+  const std::size_t playing = options.window ? 2 : 1, in_real_time = options.window ? 1 : 2;
+  if (options.window) std::swap(phases[1], phases[2]);
+  Progress progress(std::move(phases));
+  progress.begin(0);
   const auto go_on = [&progress](double share) {
     go_on_unless_stopped();
     progress.update(share);
@@ -106,8 +120,42 @@ Expected<Json> demo(const DemoOptions& options) {
                                            world.truth().tip_in_marker, world.truth(), poses);
   if (!with_true_tip) return tl::unexpected(with_true_tip.error());
 
+  const auto world_path = options.out / "world.toml";
+  if (auto done = write_file(world_path, sim::world_text(options.world)); !done)
+    return tl::unexpected(done.error());
+
+  // --- in real time, as three processes
+  std::optional<Json> realtime;
+  const auto play_in_real_time = [&]() -> Expected<void> {
+    if (options.program.empty() || options.realtime_s <= 0.0) return {};
+    progress.begin(in_real_time);
+    RealtimeLegOptions leg;
+    leg.program = options.program;
+    leg.rig = rig_path;
+    leg.world = world_path;
+    leg.out = options.out / "raw";
+    leg.seed = options.seed;
+    leg.seconds = options.realtime_s;
+    leg.two_hosts = options.two_hosts;
+    leg.graphics_clock = options.world.clocks.graphics_host;
+    leg.window = options.window;
+    if (options.window) {
+      leg.world = options.out / "world-window.toml";
+      if (auto done = write_file(leg.world, sim::world_text(calm_head(options.world))); !done) return done;
+      if (options.notice)
+        options.notice(
+            "demo: the window opens; move the mouse in it to play, q ends the game and the report follows");
+    }
+    auto played = run_realtime_leg(leg, go_on);
+    if (!played) return tl::unexpected(played.error());
+    realtime = *played;
+    return {};
+  };
+  if (options.window)
+    if (auto played = play_in_real_time(); !played) return tl::unexpected(played.error());
+
   // --- play in lock-step
-  progress.begin(kPlaying);
+  progress.begin(playing);
   const auto scene = scene_from_rig(rig, scene_settings(options.world, options.application),
                                     options.world.ball.restitution_table);
   auto artist = make_artist(scene);
@@ -148,32 +196,15 @@ Expected<Json> demo(const DemoOptions& options) {
                                  world.truth().lens);
       !done)
     return tl::unexpected(done.error());
-  const auto world_path = options.out / "world.toml";
-  if (auto done = write_file(world_path, sim::world_text(options.world)); !done)
-    return tl::unexpected(done.error());
-
   Json summary = demo_summary(
       {options, world.truth(), rig, *recordings, *methods, *with_true_tip, *play, overlay, points.size()});
   summary["pictures"] = book.captions();
 
-  // --- the same in real time, as three processes
-  if (!options.program.empty() && options.realtime_s > 0.0) {
-    progress.begin(kRealtime);
-    RealtimeLegOptions leg;
-    leg.program = options.program;
-    leg.rig = rig_path;
-    leg.world = world_path;
-    leg.out = options.out / "raw";
-    leg.seed = options.seed;
-    leg.seconds = options.realtime_s;
-    leg.two_hosts = options.two_hosts;
-    leg.graphics_clock = options.world.clocks.graphics_host;
-    auto realtime = run_realtime_leg(leg, go_on);
-    if (!realtime) return tl::unexpected(realtime.error());
-    summary["realtime"] = *realtime;
-  }
+  if (!options.window)
+    if (auto played = play_in_real_time(); !played) return tl::unexpected(played.error());
+  if (realtime) summary["realtime"] = *realtime;
 
-  progress.begin(kWriting);
+  progress.begin(3);
   if (auto done = write_json(options.out / "summary.json", summary); !done)
     return tl::unexpected(done.error());
   if (auto done = report::write_demo_report(options.out); !done) return tl::unexpected(done.error());

@@ -1,6 +1,10 @@
 // The main job: calibrate a simulated laboratory through its devices, play in lock-step, then in real time as
 // three processes, and leave a folder that a person can read and a script can check.
 //
+// With a window the real-time leg comes right after the calibration and a person may play it with the mouse,
+// for as long as they like; the scripted player holds the bat until they do. Where nobody does, the leg ends
+// as it does without a window.
+//
 // Writes summary.json, report.html, rig.toml, video.mp4, pictures/ and raw/ into the folder. Everything
 // outside summary.json's "realtime" is the same to the bit for the same world, seed and options.
 #pragma once
@@ -30,7 +34,9 @@ struct DemoOptions {
   std::filesystem::path program;  // this executable, for the real-time leg; empty leaves that leg out
   std::string command;            // as typed, for the report
   bool quick = false;
-  std::optional<TwoHostsOptions> two_hosts;  // for the real-time leg
+  bool window = false;  // on this machine's display: the real-time leg comes first, and a person may play it
+  std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
+  std::optional<TwoHostsOptions> two_hosts;        // for the real-time leg
 };
 
 // The summary that was written.

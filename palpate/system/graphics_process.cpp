@@ -15,6 +15,7 @@
 #include "palpate/system/picture_parts.h"
 #include "palpate/system/player_seat.h"
 #include "palpate/system/pose_feed.h"
+#include "palpate/system/window_seat.h"
 #include "palpate/time/real_time.h"
 
 namespace palpate {
@@ -154,6 +155,8 @@ struct Logs {
 Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   const auto& stop = stop_requested();
   keep_freed_memory();
+  if (options.window)  // known now, not after waiting for a physics server
+    if (auto possible = window::Window::possible(); !possible) return tl::unexpected(possible.error());
   const auto place = server_place(options.server);
   if (!place) return tl::unexpected(place.error());
   const Endpoint& endpoint = place->endpoint;
@@ -178,7 +181,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   auto camera = LabCamera::open(*client);
   if (!camera) return tl::unexpected(camera.error());
   std::unique_ptr<LabHand> hand;
-  if (options.player) {
+  if (options.player || options.mouse) {
     auto opened = LabHand::open(*client);
     if (!opened) return tl::unexpected(opened.error());
     hand = std::move(*opened);
@@ -213,11 +216,20 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   auto artist = make_artist(scene);
   if (!artist) return tl::unexpected(artist.error());
   PictureParts pictures(options.rig, scene, std::move(*artist));
-  GraphicsServer server(options.rig, **link, tracker, **camera, pictures.refiner(), pictures.painter());
+  GraphicsServer server(options.rig, **link, tracker, **camera, pictures.refiner(),
+                        pictures.painter(!options.window));
   if (feed)
     server.tap_markers([&feed](MarkerId marker, const MarkerPose& pose) { feed->marker(marker, pose); });
   std::optional<PlayerSeat> player;
-  if (hand) player.emplace(scene, options.rig, options.world, options.seed);
+  if (options.player) player.emplace(scene, options.rig, options.world, options.seed);
+  std::unique_ptr<WindowSeat> seat;
+  if (options.window) {
+    auto opened = WindowSeat::open(scene, options.rig, options.world, *place,
+                                   {.mouse = options.mouse, .scripted_player = options.player});
+    if (!opened) return tl::unexpected(opened.error());
+    seat = std::move(*opened);
+    if (options.notice && !seat->notice().empty()) options.notice("graphics: " + seat->notice());
+  }
 
   if (options.notice && !endpoint.local() && !endpoint.encrypted)
     options.notice(fmt::format("graphics: warning: {} is neither encrypted nor guarded", endpoint.address));
@@ -242,7 +254,13 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   const auto begun = clock.now();
   auto next = begun;
   auto draw_at = begun;
-  while (!stop.load() && (options.seconds <= 0.0 || to_seconds(clock.now() - begun) < options.seconds)) {
+  bool quit = false;
+  const auto goes_on = [&] {
+    if (stop.load() || quit) return false;
+    return options.seconds <= 0.0 || to_seconds(clock.now() - begun) < options.seconds ||
+           (seat && seat->attended());
+  };
+  while (goes_on()) {
     // A millisecond's rhythm: often enough for arrival times, cheap enough to leave the core to others.
     next += std::chrono::milliseconds(1);
     const auto now = clock.now();
@@ -261,6 +279,9 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
       ++frames;
       late += frame.late ? 1 : 0;
       if (player) player->show(frame, server);
+      if (seat)
+        seat->show(frame, frame.have_state ? pictures.captions(frame.state) : std::vector<std::string>{},
+                   clock.now());
       if (feed) feed->frame(frame, scene, server.sync().model());
       double trip_us = 0.0;
       for (double s : server.take_round_trips()) {
@@ -295,10 +316,12 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
                                              to_seconds(server.sync().model().offset(here))});
       }
     }
-    if (player) player->act(clock.now(), server, *hand);
+    if (seat) quit = !seat->act(clock.now(), **link, hand.get());
+    if (player && !(seat && seat->person_plays())) player->act(clock.now(), server, *hand);
   }
   // Figures of a measured run without its server would be figures of something else.
-  if (!physics.there() && options.seconds > 0.0 && !stop.load()) return refused("{}", physics.absence());
+  if (!physics.there() && options.seconds > 0.0 && !stop.load() && !quit)
+    return refused("{}", physics.absence());
   const double elapsed = to_seconds(clock.now() - begun);
   const auto& counters = (*link)->counters();
   Json result;
@@ -319,6 +342,10 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   for (const auto& change : physics.changes())
     result["server_there"].push_back({{"time_s", to_seconds(change.time - begun)}, {"there", change.there}});
   if (feed) result["published"] = feed->figures();
+  if (seat)
+    result["window"] = {{"played_by_mouse", seat->person_plays()},
+                        {"blows_heard", seat->blows()},
+                        {"bounces_heard", seat->bounces()}};
   if (logs)
     if (auto done = logs->finish(); !done) return tl::unexpected(done.error());
   return result;

@@ -1,5 +1,6 @@
 // The graphics server as a process: camera and tracker from the laboratory's channel, or the tracker over
-// OpenIGTLink; states over ZeroMQ, a picture per image; in demos the scripted player sits in front of it.
+// OpenIGTLink; states over ZeroMQ, a picture per image; a person, or in demos the scripted player, sits in
+// front of it. With a window: main thread alone.
 #pragma once
 
 #include <cstdint>
@@ -25,8 +26,11 @@ struct GraphicsProcessOptions {
   std::optional<LiveTracker> tracker;    // instead of the laboratory's
   std::optional<igtl::Address> publish;  // poses for 3D Slicer and others (pose_feed.h)
   bool player = false;                   // the scripted player holds the stylus
+  bool window = false;                   // on this machine's display, with sound
+  bool mouse = false;                    // holds the stylus; from a scripted player it takes it when it moves
   std::uint64_t seed = 1;
-  double seconds = 0.0;  // 0 = until asked to stop
+  // 0 = until asked to stop, or the window is closed. A person in front of the window is not cut short.
+  double seconds = 0.0;
   // Shows this machine's clock with an offset and a drift, so that the synchronisation has something to find.
   double disguise_offset_s = 0.0, disguise_drift_ppm = 0.0;
   std::filesystem::path out;                       // realtime_frames.csv and realtime_sync.csv; empty = none

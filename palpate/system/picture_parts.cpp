@@ -1,13 +1,20 @@
 #include "palpate/system/picture_parts.h"
 
 #include "palpate/calibration/pose_refinement.h"
+#include "palpate/calibration/stated_overlay.h"
 #include "palpate/compositor/picture_file.h"
 #include "palpate/system/lockstep_play.h"
 
 namespace palpate {
 
 PictureParts::PictureParts(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Artist> artist)
-    : rig_(rig), scene_(scene), artist_(std::move(artist)) {}
+    : rig_(rig), scene_(scene), artist_(std::move(artist)) {
+  for (const auto& surface : scene_.surfaces) {
+    const auto& c = surface.corners;
+    surface_points_.insert(surface_points_.end(), c.begin(), c.end());
+    surface_points_.push_back(0.25 * (c[0] + c[1] + c[2] + c[3]));
+  }
+}
 
 PoseRefiner PictureParts::refiner() {
   return [this](const CameraImage& image, const Matrix6& covariance, FrameRecord& record) {
@@ -15,8 +22,8 @@ PoseRefiner PictureParts::refiner() {
   };
 }
 
-FramePainter PictureParts::painter() {
-  return [this](const CameraImage& image, FrameRecord& record) { paint(image, record); };
+FramePainter PictureParts::painter(bool captions) {
+  return [this, captions](const CameraImage& image, FrameRecord& record) { paint(image, record, captions); };
 }
 
 void PictureParts::refine(const CameraImage& image, const Matrix6& covariance, FrameRecord& record) const {
@@ -29,6 +36,8 @@ void PictureParts::refine(const CameraImage& image, const Matrix6& covariance, F
   for (const auto& seen : detect_landmarks(image, lens, prior.X_world_camera, rig_.landmarks))
     sightings.push_back({seen.landmark, seen.centre});
   const RefinedPose refined = refine_camera_pose(lens, prior, rig_.landmarks, sightings);
+  record.stated_overlay_px =
+      stated_overlay_px(lens, refined.X_world_camera, refined.covariance, surface_points_);
   if (!refined.refined) return;
   record.X_world_camera = refined.X_world_camera;
   record.pose_source = PoseSource::refined;
@@ -36,7 +45,7 @@ void PictureParts::refine(const CameraImage& image, const Matrix6& covariance, F
   record.landmark_rms_px = refined.rms_px;
 }
 
-void PictureParts::paint(const CameraImage& image, FrameRecord& record) {
+void PictureParts::paint(const CameraImage& image, FrameRecord& record, bool captions) {
   if (!record.have_state) return;  // nothing is known of the game yet: no picture is better than half of one
   RealScene real;
   real.surfaces = scene_.surfaces;
@@ -60,7 +69,7 @@ void PictureParts::paint(const CameraImage& image, FrameRecord& record) {
   record.width = rig_.camera->model.width;
   record.height = rig_.camera->model.height;
   compositor_.draw(image, rig_.camera->model, record.X_world_camera, items, real, record.rgb);
-  if (record.have_state)
+  if (record.have_state && captions)
     burn_captions(record.rgb, record.width, record.height, artist_->captions(record.state));
 }
 

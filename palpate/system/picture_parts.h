@@ -21,15 +21,17 @@ class PictureParts {
   PictureParts(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Artist> artist);
 
   PoseRefiner refiner();
-  // Draws the frame with score and rally in its corner.
-  FramePainter painter();
+  // Draws the frame, with score and rally in its corner unless somebody else shows them.
+  FramePainter painter(bool captions = true);
+  std::vector<std::string> captions(const WorldState& state) const { return artist_->captions(state); }
 
  private:
   void refine(const CameraImage& image, const Matrix6& covariance, FrameRecord& record) const;
-  void paint(const CameraImage& image, FrameRecord& record);
+  void paint(const CameraImage& image, FrameRecord& record, bool captions);
 
   Rig rig_;
   SceneDescription scene_;
+  std::vector<Vector3> surface_points_;  // where the overlay error is stated
   std::unique_ptr<Artist> artist_;
   Compositor compositor_;
 };

@@ -17,6 +17,10 @@ namespace {
 
 using std::chrono::milliseconds;
 
+// A person at the window plays as long as they like; one who has left it open for the night does not.
+constexpr double kLongestVisit_s = 4.0 * 3600.0;
+constexpr double kServePause_s = 0.8;  // between serves, for people
+
 // The last line a process wrote to its log: its error, if it had one.
 std::string last_words(const std::filesystem::path& log) {
   auto text = read_file(log);
@@ -112,7 +116,7 @@ Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
 
   // The laboratory outlives the leg's length and is asked to stop at its end. It ends by itself, and the
   // physics server with it, where nobody is left to ask.
-  const double patience = options.seconds + 30.0;
+  const double patience = (options.window ? kLongestVisit_s : options.seconds) + 30.0;
   auto world =
       ChildProcess::start(options.program,
                           {"world", "run", "--name", name, "--seconds", fmt::format("{}", patience + 30.0),
@@ -128,19 +132,37 @@ Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
     if (i > 1000) return refused("real-time leg: the laboratory did not open its devices within 10 s");
     std::this_thread::sleep_for(milliseconds(10));
   }
-  auto physics = start_server(TwoHosts::kPhysicsHost,
-                              {"physics", "--rig", options.rig.string(), "--lab", name, "--out",
-                               options.out.string(), "--json", file("physics", ".json").string()},
-                              listen, file("physics", ".log"));
+  std::vector<std::string> physics_list = {"physics",
+                                           "--rig",
+                                           options.rig.string(),
+                                           "--lab",
+                                           name,
+                                           "--out",
+                                           options.out.string(),
+                                           "--json",
+                                           file("physics", ".json").string()};
+  if (options.window)
+    physics_list.insert(physics_list.end(), {"--serve-pause-s", fmt::format("{}", kServePause_s)});
+  auto physics = start_server(TwoHosts::kPhysicsHost, physics_list, listen, file("physics", ".log"));
   if (!physics) return tl::unexpected(physics.error());
-  auto graphics =
-      start_server(TwoHosts::kGraphicsHost,
-                   {"graphics", "--rig", options.rig.string(), "--lab", name, "--player", "--seconds",
-                    fmt::format("{}", options.seconds), "--disguise-offset-s",
-                    fmt::format("{:.9f}", options.graphics_clock.offset_s), "--disguise-drift-ppm",
-                    fmt::format("{:.6f}", options.graphics_clock.drift * 1e6), "--out", options.out.string(),
-                    "--json", file("graphics", ".json").string()},
-                   connect, file("graphics", ".log"));
+  std::vector<std::string> graphics_list = {"graphics",
+                                            "--rig",
+                                            options.rig.string(),
+                                            "--lab",
+                                            name,
+                                            "--player",
+                                            "--seconds",
+                                            fmt::format("{}", options.seconds),
+                                            "--disguise-offset-s",
+                                            fmt::format("{:.9f}", options.graphics_clock.offset_s),
+                                            "--disguise-drift-ppm",
+                                            fmt::format("{:.6f}", options.graphics_clock.drift * 1e6),
+                                            "--out",
+                                            options.out.string(),
+                                            "--json",
+                                            file("graphics", ".json").string()};
+  if (options.window) graphics_list.insert(graphics_list.end(), {"--window", "--mouse"});
+  auto graphics = start_server(TwoHosts::kGraphicsHost, graphics_list, connect, file("graphics", ".log"));
   if (!graphics) return tl::unexpected(graphics.error());
 
   const auto begun = std::chrono::steady_clock::now();

@@ -23,6 +23,9 @@ struct RealtimeLegOptions {
   double seconds = 10.0;
   // Physics and graphics on hosts of their own, and the cable between them pulled in the middle of the leg.
   std::optional<TwoHostsOptions> two_hosts;
+  // The graphics server opens a window in which a person may take the bat with the mouse, and play on beyond
+  // `seconds`.
+  bool window = false;
   sim::ClockSettings graphics_clock;  // what the graphics process disguises its clock with
 };
 

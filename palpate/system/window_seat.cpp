@@ -1,0 +1,263 @@
+#include "palpate/system/window_seat.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "palpate/applications/pingpong/player.h"
+#include "palpate/core/text.h"
+#include "palpate/haptics/force_limits.h"
+#include "palpate/system/lockstep_play.h"
+
+namespace palpate {
+namespace {
+
+constexpr double kIdleDraw_s = 0.05;   // between draws while no frames come
+constexpr double kAskStatus_s = 0.1;   // how the forces are: told within 0.5 s
+constexpr double kTakeOver_px = 12.0;  // a mouse that moved that far is meant
+constexpr double kHintStands_s = 6.0;
+constexpr std::int64_t kSameBeat_ns = 5'000'000;  // two clocks read one after the other tell of one word
+constexpr double kRefusalStands_s = 3.0;
+constexpr double kSpeedShare = 0.73;  // of the speed at which the arm's motors switch off, as in player_seat
+constexpr window::Size kFirstSize{960, 720};
+
+const SceneSurface* surface_of(const SceneDescription& scene, std::string_view name) {
+  for (const auto& surface : scene.surfaces)
+    if (surface.name == name) return &surface;
+  return nullptr;
+}
+
+Vector3 middle_of(const SceneSurface& surface) {
+  const auto& c = surface.corners;
+  return 0.25 * (c[0] + c[1] + c[2] + c[3]);
+}
+
+}  // namespace
+
+window::MouseHandSettings mouse_hand_settings(const SceneDescription& scene, const Rig& rig,
+                                              const sim::WorldFile& world) {
+  window::MouseHandSettings settings;
+  pingpong::Reach reach;
+  reach.X_world_base = rig.arm->X_world_base;
+  reach.lengths = rig.arm->lengths;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    reach.joints[0][i] = world.arm.joint_range[static_cast<std::size_t>(i)][0];
+    reach.joints[1][i] = world.arm.joint_range[static_cast<std::size_t>(i)][1];
+  }
+  settings.reachable = [reach](const Vector3& tip) { return reach.contains(tip); };
+  settings.max_acceleration = world.player.max_hand_acceleration;
+  settings.max_speed = kSpeedShare * world.arm.max_speed;
+  settings.offset = scene.bat_offset;
+  if (const SceneSurface* table = surface_of(scene, "table")) {
+    const auto& c = table->corners;
+    settings.right = (c[1] - c[0]).normalized();
+    settings.up = (c[1] - c[0]).cross(c[3] - c[0]).normalized();
+    settings.forward = settings.up.cross(settings.right);
+  }
+  const SceneSurface* wall = surface_of(scene, "wall");
+  if (wall != nullptr && !scene.bat_offset.isZero()) {
+    settings.faces = middle_of(*wall);
+    settings.wheel = settings.forward;
+  } else {
+    // A stylus over something that lies on the table: the pointer moves it level, the wheel up and down.
+    settings.lean = 0.5 * std::numbers::pi;
+    settings.wheel = -settings.up;
+    settings.notch = 0.004;
+  }
+  // The tip in a comfortable place, the bat where that puts it.
+  settings.home = reach.home();
+  const Quaternion R = window::MouseHand(rig.camera->model, settings).act(0.0).R_world_tip;
+  settings.home += R * settings.offset;
+  return settings;
+}
+
+WindowSeat::WindowSeat(const SceneDescription& scene, const Rig& rig, const sim::WorldFile& world,
+                       const WindowSeatOptions& options)
+    : options_(options),
+      scene_(scene),
+      landmarks_known_(!rig.landmarks.empty()),
+      full_force_n_(force_limits_of(rig.arm->model).peak_n),
+      hand_(rig.camera->model, mouse_hand_settings(scene, rig, world)),
+      camera_silence_(seconds(window::Warnings::kCameraStill_s).count()),
+      physics_silence_(seconds(window::Warnings::kPhysicsSilent_s).count()),
+      picture_{rig.camera->model.width, rig.camera->model.height},
+      person_plays_(options.mouse && !options.scripted_player) {}
+
+Expected<std::unique_ptr<WindowSeat>> WindowSeat::open(const SceneDescription& scene, const Rig& rig,
+                                                       const sim::WorldFile& world, const ServerPlace& place,
+                                                       const WindowSeatOptions& options) {
+  std::unique_ptr<WindowSeat> seat(new WindowSeat(scene, rig, world, options));
+  auto opened = window::Window::open("Palpate", kFirstSize);
+  if (!opened) return tl::unexpected(opened.error());
+  seat->window_ = std::move(*opened);
+  auto sound = window::SoundOut::open();
+  if (!sound) seat->notice_ = sound.error().message + "; it plays on in silence";
+  auto hits = HitWatch::begin(place, scene.ball_mass, sound ? std::move(*sound) : nullptr);
+  if (!hits) return tl::unexpected(hits.error());
+  seat->hits_ = std::move(*hits);
+  return seat;
+}
+
+void WindowSeat::show(const FrameRecord& frame, std::vector<std::string> captions,
+                      Instant<GraphicsClock> now) {
+  const double t = to_seconds(now.since_epoch);
+  recent_.emplace_back(t, frame.late);
+  while (recent_.size() > 2 && recent_.front().first < t - 1.0) recent_.pop_front();
+  frame_at_ = now;
+  content_.score = std::move(captions);
+  const double span = recent_.back().first - recent_.front().first;
+  if (span > 0.3) content_.pictures_per_s = static_cast<double>(recent_.size() - 1) / span;
+  const double delay = to_seconds(frame.drawn - frame.image_time);
+  const double before = content_.delay_s.value_or(delay);
+  content_.delay_s = before + 0.1 * (delay - before);
+  hits_->set_delay(std::clamp(*content_.delay_s, 0.0, 0.5));
+  if (frame.stated_overlay_px) {
+    const double overlay_before = content_.overlay_px.value_or(*frame.stated_overlay_px);
+    content_.overlay_px = overlay_before + 0.1 * (*frame.stated_overlay_px - overlay_before);
+  } else {
+    content_.overlay_px.reset();
+  }
+  if (frame.pose_source != PoseSource::none) hand_.see(frame.X_world_camera);
+  if (!frame.rgb.empty()) {
+    picture_ = {frame.width, frame.height};
+    window_->take_picture(frame.rgb, picture_);
+  }
+  frame_ = frame;
+  frame_.rgb.clear();
+  sources_ = {sources_[1], frame.pose_source};
+  draw(now);
+}
+
+void WindowSeat::take_over(Instant<GraphicsClock> now) {
+  if (!options_.mouse || person_plays_) return;
+  person_plays_ = true;
+  taken_over_ = now;
+  if (!frame_.have_state) return;
+  const auto& bat = frame_.state.bodies[1];
+  hand_.take_over({{shown_tip(frame_.state, scene_)}, bat.v(), bat.q()}, to_seconds(now.since_epoch));
+}
+
+bool WindowSeat::obey(window::Key key, StateLink& link) {
+  using window::Key;
+  switch (key) {
+    case Key::serve:
+      link.send_control(Control::serve);
+      break;
+    case Key::pause:
+      paused_ = !paused_;
+      link.send_control(paused_ ? Control::pause : Control::resume);
+      break;
+    case Key::reset:
+      link.send_control(Control::reset);
+      break;
+    case Key::program_plays:
+      if (options_.scripted_player && person_plays_) {
+        person_plays_ = false;
+        moved_px_ = 0.0;
+      } else if (options_.scripted_player) {
+        moved_px_ = kTakeOver_px;
+      }
+      break;
+    case Key::full_screen:
+      window_->toggle_full_screen();
+      break;
+    case Key::help:
+      content_.help = !content_.help;
+      break;
+    case Key::farther:
+      hand_.roll(1.0);
+      break;
+    case Key::nearer:
+      hand_.roll(-1.0);
+      break;
+    case Key::quit:
+      return false;
+  }
+  return true;
+}
+
+bool WindowSeat::act(Instant<GraphicsClock> now, StateLink& link, HandDevice* hand) {
+  const double t = to_seconds(now.since_epoch);
+  if (!begun_) begun_ = now;
+  const window::Input input = window_->poll();
+  attended_ = attended_ || !input.keys.empty();
+  for (const auto key : input.keys)
+    if (!obey(key, link)) return false;
+  moved_px_ += input.moved;
+  if (input.left || input.right || input.wheel != 0.0) moved_px_ = kTakeOver_px;
+  if (moved_px_ >= kTakeOver_px) {
+    attended_ = true;
+    take_over(now);
+  }
+  if (input.pointer)
+    hand_.point(
+        window::picture_pixel(window::letterbox(picture_, window_->framebuffer()), picture_, *input.pointer));
+  hand_.roll(input.wheel);
+  hand_.hold_buttons(input.left, input.right);
+  if (person_plays_ && hand != nullptr) hand->move_to(hand_.act(t));
+  look(now, link);
+  if (!drawn_ || to_seconds(now - *drawn_) > kIdleDraw_s) draw(now);
+  return true;
+}
+
+void WindowSeat::look(Instant<GraphicsClock> now, StateLink& link) {
+  const double t = to_seconds(now.since_epoch);
+  if (!status_asked_ || to_seconds(now - *status_asked_) > kAskStatus_s) {
+    status_asked_ = now;
+    link.ask_status();
+  }
+  window::Condition c;
+  const auto picture = frame_at_.value_or(*begun_);
+  if (camera_silence_.gone(now.ns(), picture.ns())) c.since_picture_s = to_seconds(now - picture);
+  const auto silence = link.since_last_word();
+  const auto beat = silence ? (now - *silence).ns() : begun_->ns();
+  if (std::abs(beat - physics_beat_ns_) > kSameBeat_ns) physics_beat_ns_ = beat;
+  if (physics_silence_.gone(now.ns(), physics_beat_ns_))
+    c.since_physics_s = 1e-9 * static_cast<double>(now.ns() - physics_beat_ns_);
+  const auto both = [this](auto&& is) { return is(sources_[0]) && is(sources_[1]); };
+  c.tracker_sees_camera = !both([](PoseSource source) { return source == PoseSource::none; });
+  c.landmarks_used = !both([](PoseSource source) { return source != PoseSource::refined; });
+  c.landmarks_known = landmarks_known_;
+  if (recent_.size() >= 5) {
+    const auto late =
+        std::count_if(recent_.begin(), recent_.end(), [](const auto& one) { return one.second; });
+    c.late_share = static_cast<double>(late) / static_cast<double>(recent_.size());
+  }
+  c.state_old = frame_.have_state && frame_.answer == AnswerKind::too_old;
+  if (const auto& status = link.status())
+    for (const auto& loop : status->loops)
+      if (!loop.condition.empty()) c.forces = loop.condition;
+  if (link.refusal() != refusal_seen_) {
+    refusal_seen_ = link.refusal();
+    refused_at_ = now;
+  }
+  if (refusal_seen_ && refused_at_ && to_seconds(now - *refused_at_) < kRefusalStands_s)
+    c.refusal = excerpt(*refusal_seen_, 120);
+  warnings_.look(t, c);
+  force_.feel(t, hits_->take_force());
+}
+
+std::string WindowSeat::hint(double t) const {
+  const auto since = [t](const std::optional<Instant<GraphicsClock>>& moment) {
+    return moment ? t - to_seconds(moment->since_epoch) : 1e9;
+  };
+  if (options_.mouse && !person_plays_) return "The program plays. Move the mouse to take the bat";
+  if (since(taken_over_) < kHintStands_s || since(begun_) < kHintStands_s)
+    return options_.mouse ? "You play. ? lists the keys" : "? lists the keys";
+  return hits_->heard() ? "" : since(begun_) < 2.0 * kHintStands_s ? "No sound device: silent" : "";
+}
+
+void WindowSeat::draw(Instant<GraphicsClock> now) {
+  drawn_ = now;
+  const double t = to_seconds(now.since_epoch);
+  content_.warnings.clear();
+  for (const auto& warning : warnings_.shown()) content_.warnings.push_back(warning.words);
+  content_.force_n = force_.level(t);
+  content_.last_force_n = force_.last_peak();
+  content_.full_force_n = full_force_n_;
+  content_.paused = paused_;
+  content_.hint = hint(t);
+  window_->draw(content_);
+}
+
+}  // namespace palpate

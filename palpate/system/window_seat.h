@@ -1,0 +1,96 @@
+// A person in front of the graphics server's picture: the window, the mouse as their hand, and what they are
+// told.
+//
+// Frames go in as they are drawn; keys become wishes to the physics server; the mouse, where it holds the
+// stylus, leads a HandDevice. A scripted player may hold the stylus until the person first moves the mouse.
+// Main thread alone, which is also the frame loop's; act() takes well under a millisecond except where it
+// draws.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "palpate/devices/devices.h"
+#include "palpate/devices/silence_watch.h"
+#include "palpate/graphics_server/graphics_server.h"
+#include "palpate/model/rig.h"
+#include "palpate/model/world_file.h"
+#include "palpate/system/hit_watch.h"
+#include "palpate/window/force_bar.h"
+#include "palpate/window/mouse_hand.h"
+#include "palpate/window/warnings.h"
+#include "palpate/window/window.h"
+
+namespace palpate {
+
+struct WindowSeatOptions {
+  bool mouse = false;            // holds the stylus
+  bool scripted_player = false;  // holds it until the mouse moves
+};
+
+// How the mouse moves this rig's stylus in this scene.
+window::MouseHandSettings mouse_hand_settings(const SceneDescription& scene, const Rig& rig,
+                                              const sim::WorldFile& world);
+
+class WindowSeat {
+ public:
+  // Refused where no window can be had; without sound it goes on, and says so in notice().
+  static Expected<std::unique_ptr<WindowSeat>> open(const SceneDescription& scene, const Rig& rig,
+                                                    const sim::WorldFile& world, const ServerPlace& place,
+                                                    const WindowSeatOptions& options);
+
+  // A frame has been drawn; `captions` are its score.
+  void show(const FrameRecord& frame, std::vector<std::string> captions, Instant<GraphicsClock> now);
+  // Every millisecond or so: reads mouse and keys, leads the hand, keeps the window alive when no frames
+  // come. False when the person has quit.
+  bool act(Instant<GraphicsClock> now, StateLink& link, HandDevice* hand);
+
+  bool person_plays() const { return person_plays_; }
+  // Somebody is there: a key has been pressed or the mouse moved.
+  bool attended() const { return attended_; }
+  // What the person should know from the start, a line for the log; empty: nothing.
+  const std::string& notice() const { return notice_; }
+  // For the process' figures.
+  std::uint64_t blows() const { return hits_ ? hits_->blows() : 0; }
+  std::uint64_t bounces() const { return hits_ ? hits_->bounces() : 0; }
+
+ private:
+  WindowSeat(const SceneDescription& scene, const Rig& rig, const sim::WorldFile& world,
+             const WindowSeatOptions& options);
+  bool obey(window::Key key, StateLink& link);
+  void take_over(Instant<GraphicsClock> now);
+  void look(Instant<GraphicsClock> now, StateLink& link);
+  void draw(Instant<GraphicsClock> now);
+  std::string hint(double t) const;
+
+  WindowSeatOptions options_;
+  SceneDescription scene_;
+  bool landmarks_known_;
+  double full_force_n_;
+  std::unique_ptr<window::Window> window_;
+  std::unique_ptr<HitWatch> hits_;
+  window::MouseHand hand_;
+  window::ForceBar force_;
+  window::Warnings warnings_;
+  std::string notice_;
+
+  std::optional<Instant<GraphicsClock>> begun_, drawn_, status_asked_, frame_at_, taken_over_;
+  window::HudContent content_;
+  FrameRecord frame_;  // without pixels
+  // Silence counts while this loop runs itself.
+  SilenceWatch camera_silence_, physics_silence_;
+  std::int64_t physics_beat_ns_ = 0;
+  // Of the last two frames: one miss is no news.
+  std::array<PoseSource, 2> sources_{PoseSource::refined, PoseSource::refined};
+  window::Size picture_;
+  std::deque<std::pair<double, bool>> recent_;  // time and lateness of the last second's frames
+  std::optional<std::string> refusal_seen_;
+  std::optional<Instant<GraphicsClock>> refused_at_;
+  double moved_px_ = 0.0;
+  bool person_plays_ = false, attended_ = false, paused_ = false;
+};
+
+}  // namespace palpate

@@ -1,0 +1,206 @@
+#include "palpate/window/mouse_hand.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace palpate::window {
+namespace {
+
+// A person behind a table: the eye above and behind the bat, looking down and away.
+struct Seat {
+  CameraModel camera;
+  MouseHandSettings settings;
+  Pose<World, CameraOptical> X_world_camera;
+  Seat() {
+    settings.home = {0.1, -1.2, 1.7};
+    settings.faces = Vector3(0.0, -1.2, 0.8);
+    const Vector3 eye(0.0, -0.95, 2.3), z = (Vector3(0.0, -1.45, 1.4) - eye).normalized();
+    const Vector3 x = z.cross(Vector3::UnitY()).normalized();
+    Matrix3 R;
+    R << x, z.cross(x), z;
+    X_world_camera = {Quaternion(R), eye};
+  }
+  Pixel pixel_of(const Vector3& p) const {
+    return camera.project_undistorted((X_world_camera.inverse() * Point<World>{p}).m);
+  }
+};
+
+Vector3 bat_of(const HandTarget& target, const MouseHandSettings& settings) {
+  return target.tip.m + target.R_world_tip * settings.offset;
+}
+
+HandTarget settle(MouseHand& hand, double from, double to) {
+  HandTarget target;
+  for (double t = from; t <= to; t += 0.004) target = hand.act(t);
+  return target;
+}
+
+TEST(MouseHand, PutsTheBatUnderThePointer) {
+  const Seat seat;
+  for (const Pixel& pixel : {Pixel(300, 200), Pixel(400, 260), Pixel(220, 150)}) {
+    MouseHand hand(seat.camera, seat.settings);
+    hand.see(seat.X_world_camera);
+    hand.point(pixel);
+    const HandTarget target = settle(hand, 0.0, 2.0);
+    // e^-90 of the way is left after 2 s.
+    EXPECT_LT((seat.pixel_of(bat_of(target, seat.settings)) - pixel).norm(), 0.01);
+    EXPECT_LT(target.velocity.norm(), 1e-3);
+  }
+}
+
+TEST(MouseHand, KeepsTheBatUnderARestingPointerWhileTheHeadTurns) {
+  Seat seat;
+  MouseHand hand(seat.camera, seat.settings);
+  hand.see(seat.X_world_camera);
+  hand.point({330, 220});
+  settle(hand, 0.0, 1.0);
+  seat.X_world_camera.rotation =
+      Quaternion(Eigen::AngleAxisd(0.1, Vector3::UnitY())) * seat.X_world_camera.rotation;
+  hand.see(seat.X_world_camera);
+  const HandTarget target = settle(hand, 1.0, 3.0);
+  EXPECT_LT((seat.pixel_of(bat_of(target, seat.settings)) - Pixel(330, 220)).norm(), 0.01);
+}
+
+TEST(MouseHand, PushesTheBatForwardAndUpWithThePointer) {
+  const Seat seat;
+  MouseHand hand(seat.camera, seat.settings);
+  hand.see(seat.X_world_camera);
+  hand.point({330, 260});
+  const Vector3 low = hand.wanted();
+  hand.point({330, 200});
+  const Vector3 high = hand.wanted();
+  EXPECT_GT(high.y() - low.y(), 0.02);
+  EXPECT_LT(high.z() - low.z(), -0.01);
+  // On the plane that leans by 0.6 rad.
+  EXPECT_NEAR((low.z() - high.z()) / (high.y() - low.y()), std::tan(0.6), 1e-9);
+}
+
+TEST(MouseHand, LetsTheWheelMoveTheBatAwayAndBackUpToItsEnds) {
+  const Seat seat;
+  MouseHand hand(seat.camera, seat.settings);
+  EXPECT_DOUBLE_EQ(hand.wanted().z(), 1.7);
+  hand.roll(2.0);
+  EXPECT_DOUBLE_EQ(hand.wanted().z(), 1.67);
+  hand.roll(-4.0);
+  EXPECT_DOUBLE_EQ(hand.wanted().z(), 1.73);
+  hand.roll(-1000.0);
+  EXPECT_DOUBLE_EQ(hand.wanted().z(), 1.8);
+  hand.roll(1.0);  // the wheel's way beyond the end was not stored up
+  EXPECT_DOUBLE_EQ(hand.wanted().z(), 1.785);
+}
+
+TEST(MouseHand, FacesTheMiddleOfTheWallAndLooksUpALittle) {
+  const Seat seat;
+  MouseHand hand(seat.camera, seat.settings);
+  const HandTarget target = settle(hand, 0.0, 0.1);
+  const Vector3 normal = target.R_world_tip * Vector3::UnitY();
+  const Vector3 way = *seat.settings.faces - seat.settings.home;
+  EXPECT_NEAR(normal.x() / normal.z(), way.x() / way.z(), 1e-9);
+  EXPECT_NEAR(normal.y() / std::hypot(normal.x(), normal.z()), 0.25, 1e-9);
+}
+
+TEST(MouseHand, TurnsTheBatWhileAButtonIsHeld) {
+  const Seat seat;
+  MouseHand hand(seat.camera, seat.settings);
+  const auto yaw = [](const HandTarget& target) {
+    const Vector3 normal = target.R_world_tip * Vector3::UnitY();
+    return std::atan2(-normal.x(), -normal.z());
+  };
+  const double straight = yaw(settle(hand, 0.0, 0.1));
+  hand.hold_buttons(true, false);
+  EXPECT_NEAR(yaw(settle(hand, 0.1, 2.0)) - straight, 0.45, 1e-6);  // to the left
+  hand.hold_buttons(false, true);
+  EXPECT_NEAR(yaw(settle(hand, 2.0, 4.0)) - straight, -0.45, 1e-6);
+  hand.hold_buttons(false, false);
+  EXPECT_NEAR(yaw(settle(hand, 4.0, 6.0)), straight, 1e-6);
+}
+
+// Differences of positions a millisecond apart: what a hand would have to do.
+TEST(MouseHand, MovesNoFasterThanAHandHoweverTheMouseJumps) {
+  const Seat seat;
+  MouseHand hand(seat.camera, seat.settings);
+  hand.see(seat.X_world_camera);
+  Vector3 before = bat_of(hand.act(0.0), seat.settings), velocity_before = Vector3::Zero();
+  double fastest = 0.0, hardest = 0.0;
+  for (int ms = 1; ms < 3000; ++ms) {
+    if (ms % 170 == 1) hand.point(ms % 340 == 1 ? Pixel(-5000, 100) : Pixel(5000, 300));
+    const Vector3 now = bat_of(hand.act(ms * 1e-3), seat.settings);
+    const Vector3 velocity = (now - before) / 1e-3;
+    fastest = std::max(fastest, velocity.norm());
+    hardest = std::max(hardest, (velocity - velocity_before).norm() / 1e-3);
+    before = now;
+    velocity_before = velocity;
+  }
+  // As fast as a hand, and no faster, to the rounding of the differences.
+  EXPECT_LE(fastest, seat.settings.max_speed * (1.0 + 1e-6));
+  EXPECT_GT(fastest, 0.9 * seat.settings.max_speed);
+  EXPECT_LE(hardest, seat.settings.max_acceleration * (1.0 + 1e-6));
+  EXPECT_GT(hardest, 0.9 * seat.settings.max_acceleration);
+}
+
+TEST(MouseHand, StopsWhereThePointerIsWithoutGoingPastIt) {
+  const Seat seat;
+  MouseHand hand(seat.camera, seat.settings);
+  hand.see(seat.X_world_camera);
+  hand.point({600, 220});
+  const Vector3 goal = hand.wanted(), start = seat.settings.home, way = (goal - start).normalized();
+  hand.act(0.0);
+  double farthest = 0.0;
+  for (int ms = 1; ms < 2000; ++ms)
+    farthest = std::max(farthest, way.dot(bat_of(hand.act(ms * 1e-3), seat.settings) - start));
+  EXPECT_LT(farthest, (goal - start).norm() + 0.01);
+}
+
+TEST(MouseHand, StaysWithinTheArmsReach) {
+  Seat seat;
+  const Vector3 middle = seat.settings.home - Vector3(0.0, 0.1, 0.0);
+  seat.settings.reachable = [middle](const Vector3& tip) { return (tip - middle).norm() < 0.15; };
+  MouseHand hand(seat.camera, seat.settings);
+  hand.see(seat.X_world_camera);
+  for (const Pixel& pixel : {Pixel(0, 0), Pixel(639, 0), Pixel(0, 479), Pixel(1e6, -1e6), Pixel(320, 240)}) {
+    hand.point(pixel);
+    for (const double notches : {0.0, 10.0, -20.0, 10.0}) {
+      hand.roll(notches);
+      const Vector3 bat = hand.wanted();
+      MouseHand there(seat.camera, seat.settings);  // whose stylus is turned as this bat's is
+      HandTarget at;
+      at.tip.m = bat - at.R_world_tip * seat.settings.offset;
+      there.take_over(at, 0.0);
+      EXPECT_TRUE(seat.settings.reachable(there.act(0.0).tip.m)) << pixel.transpose() << ' ' << notches;
+    }
+  }
+}
+
+TEST(MouseHand, GoesToHomeWhileNothingIsPointedAtOrSeen) {
+  const Seat seat;
+  MouseHand blind(seat.camera, seat.settings);
+  blind.point({100, 100});  // no picture yet
+  EXPECT_EQ(blind.wanted(), seat.settings.home);
+  MouseHand idle(seat.camera, seat.settings);
+  idle.see(seat.X_world_camera);
+  EXPECT_EQ(idle.wanted(), seat.settings.home);
+}
+
+TEST(MouseHand, GoesOnFromWhereSomebodyElseLeftTheHand) {
+  const Seat seat;
+  MouseHand hand(seat.camera, seat.settings);
+  HandTarget left;
+  left.tip.m = seat.settings.home + Vector3(0.1, 0.05, 0.0);
+  hand.take_over(left, 5.0);
+  const HandTarget next = hand.act(5.001);
+  EXPECT_LT((bat_of(next, seat.settings) - bat_of(left, seat.settings)).norm(), 0.003);
+}
+
+TEST(MouseHand, HoldsAStylusUprightWhereThereIsNoBat) {
+  Seat seat;
+  seat.settings.faces.reset();
+  seat.settings.offset.setZero();
+  MouseHand hand(seat.camera, seat.settings);
+  const HandTarget target = settle(hand, 0.0, 0.1);
+  EXPECT_LT((target.R_world_tip * Vector3::UnitZ() - seat.settings.up).norm(), 1e-12);
+  EXPECT_NEAR(Matrix3(target.R_world_tip).determinant(), 1.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace palpate::window

@@ -1,0 +1,136 @@
+#include "palpate/window/warnings.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+namespace palpate::window {
+namespace {
+
+constexpr double kLook = 0.1;  // s between looks: the slowest drawing the header speaks of
+
+bool stands(const Warnings& warnings, Trouble trouble) {
+  for (const auto& one : warnings.shown())
+    if (one.trouble == trouble) return true;
+  return false;
+}
+
+std::string words(const Warnings& warnings, Trouble trouble) {
+  for (const auto& one : warnings.shown())
+    if (one.trouble == trouble) return one.words;
+  return "";
+}
+
+struct Case {
+  Trouble trouble;
+  // How the system looks `since` seconds after the cause began.
+  std::function<void(Condition&, double since)> cause;
+  std::string says;
+};
+
+std::vector<Case> cases() {
+  return {
+      {Trouble::camera, [](Condition& c, double since) { c.since_picture_s = since; }, "camera"},
+      {Trouble::physics, [](Condition& c, double since) { c.since_physics_s = since; }, "physics server"},
+      {Trouble::tracker, [](Condition& c, double) { c.tracker_sees_camera = false; }, "tracker does not see"},
+      {Trouble::landmarks, [](Condition& c, double) { c.landmarks_used = false; }, "tracker alone"},
+      {Trouble::late, [](Condition& c, double) { c.late_share = 0.5; }, "50 %"},
+      {Trouble::old, [](Condition& c, double) { c.state_old = true; }, "no longer has"},
+      {Trouble::forces, [](Condition& c, double) { c.forces = "safe: overspeed"; }, "off (overspeed)"},
+      {Trouble::forces, [](Condition& c, double) { c.forces = "degraded: motors warm"; },
+       "weakened (motors warm)"},
+      {Trouble::refusal, [](Condition& c, double) { c.refusal = "observers may not serve"; },
+       "may not serve"},
+  };
+}
+
+TEST(Warnings, SayNothingWhileAllIsWell) {
+  Warnings warnings;
+  for (const std::string forces : {"running", "ready", ""}) {
+    Condition fine;
+    fine.forces = forces;
+    fine.since_picture_s = 0.1;  // a camera of 10 Hz
+    fine.late_share = 0.1;
+    for (int i = 0; i < 30; ++i) warnings.look(kLook * i, fine);
+    EXPECT_TRUE(warnings.shown().empty()) << words(warnings, warnings.shown().front().trouble);
+  }
+}
+
+TEST(Warnings, ComeWithinHalfASecondAndGoWithTheirCause) {
+  for (const auto& one : cases()) {
+    for (const double phase : {0.0, 0.03, 0.07}) {  // of the looks against the cause's beginning
+      Warnings warnings;
+      double t = phase;
+      for (; t < 1.0; t += kLook) warnings.look(t, {});
+      const double begins = 1.0;
+      double told = 1e9;
+      for (; t < 3.0; t += kLook) {
+        Condition wrong;
+        one.cause(wrong, t - begins);
+        warnings.look(t, wrong);
+        if (told > 1e8 && stands(warnings, one.trouble)) told = t - begins;
+      }
+      EXPECT_LE(told, 0.5) << one.says;
+      EXPECT_NE(words(warnings, one.trouble).find(one.says), std::string::npos)
+          << words(warnings, one.trouble);
+      EXPECT_EQ(warnings.shown().size(), 1u) << one.says;  // and nothing that only follows from it
+      const double ends = t;
+      for (; t < ends + 0.5; t += kLook) warnings.look(t, {});
+      EXPECT_TRUE(warnings.shown().empty()) << one.says;
+    }
+  }
+}
+
+TEST(Warnings, DoNotFlickerForASingleBadSample) {
+  for (const auto& one : cases()) {
+    if (one.trouble == Trouble::camera || one.trouble == Trouble::physics ||
+        one.trouble == Trouble::refusal || one.says.starts_with("off"))
+      continue;  // these say themselves how long, or come once
+    Warnings warnings;
+    for (int i = 0; i < 60; ++i) {
+      Condition c;
+      if (i % 6 == 0) one.cause(c, 0.0);  // one picture of six at 30 Hz
+      warnings.look(i / 30.0, c);
+      EXPECT_TRUE(warnings.shown().empty()) << one.says;
+    }
+  }
+}
+
+TEST(Warnings, StandThroughAShortRecovery) {
+  Warnings warnings;
+  Condition blind;
+  blind.tracker_sees_camera = false;
+  for (double t = 0.0; t < 1.0; t += 0.033) warnings.look(t, blind);
+  ASSERT_TRUE(stands(warnings, Trouble::tracker));
+  warnings.look(1.033, {});
+  warnings.look(1.066, blind);
+  EXPECT_TRUE(stands(warnings, Trouble::tracker));
+  warnings.look(1.100, {});
+  EXPECT_TRUE(stands(warnings, Trouble::tracker));
+}
+
+TEST(Warnings, NameTheMostImportantFirst) {
+  Warnings warnings;
+  Condition c;
+  c.late_share = 1.0;
+  c.tracker_sees_camera = false;
+  c.forces = "safe: arm lost";
+  for (double t = 0.0; t < 1.0; t += kLook) warnings.look(t, c);
+  const auto shown = warnings.shown();
+  ASSERT_EQ(shown.size(), 3u);
+  EXPECT_EQ(shown[0].trouble, Trouble::tracker);
+  EXPECT_EQ(shown[1].trouble, Trouble::late);
+  EXPECT_EQ(shown[2].trouble, Trouble::forces);
+}
+
+TEST(Warnings, DoNotAskForLandmarksThatTheRigDoesNotHave) {
+  Warnings warnings;
+  Condition c;
+  c.landmarks_known = false;
+  c.landmarks_used = false;
+  for (double t = 0.0; t < 1.0; t += kLook) warnings.look(t, c);
+  EXPECT_TRUE(warnings.shown().empty());
+}
+
+}  // namespace
+}  // namespace palpate::window

@@ -1,0 +1,288 @@
+#include "palpate/window/window.h"
+
+#include <epoxy/gl.h>
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+
+#include <cstdlib>
+
+#include "palpate/draw/gl_objects.h"
+
+namespace palpate::window {
+namespace {
+
+// The viewport is the box the image fills; row 0 of the image is its top, row 0 of the window its bottom.
+const char* const kImageFragment = R"(
+uniform sampler2D image;
+uniform vec4 box;            // x, y from below, width, height
+out vec4 colour;
+void main() {
+  vec2 at = (gl_FragCoord.xy - box.xy) / box.zw;
+  colour = texture(image, vec2(at.x, 1.0 - at.y));
+}
+)";
+
+std::string glfw_words;  // what GLFW said last; its callback has no other place to leave it
+
+void keep_words(int /*code*/, const char* words) { glfw_words = words; }
+
+std::string environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value == nullptr ? "" : value;
+}
+
+Expected<GLFWwindow*> make_window(const std::string& title, Size size, bool visible) {
+  glfw_words.clear();
+  glfwSetErrorCallback(keep_words);
+  if (glfwInit() != GLFW_TRUE) {
+    const std::string display = environment("DISPLAY");
+    if (display.empty())
+      return refused("window: no display (DISPLAY is not set); start it on a desktop, or without a window");
+    return refused("window: the display {} cannot be opened ({}); start it on a desktop, or without a window",
+                   display, glfw_words);
+  }
+  glfwWindowHint(GLFW_CLIENT_API, GLFW_OPENGL_API);
+  // The same way to OpenGL as draw::Context: two libraries for one thread's context do not go together.
+  glfwWindowHint(GLFW_CONTEXT_CREATION_API, GLFW_EGL_CONTEXT_API);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+  glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+  glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+  glfwWindowHint(GLFW_DEPTH_BITS, 0);
+  glfwWindowHint(GLFW_STENCIL_BITS, 0);
+  glfwWindowHint(GLFW_VISIBLE, visible ? GLFW_TRUE : GLFW_FALSE);
+  glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_TRUE);
+  glfwWindowHintString(GLFW_X11_CLASS_NAME, "palpate");
+  glfwWindowHintString(GLFW_X11_INSTANCE_NAME, "palpate");
+  GLFWwindow* window = glfwCreateWindow(size.width, size.height, title.c_str(), nullptr, nullptr);
+  if (window == nullptr) {
+    const std::string words = glfw_words;
+    glfwTerminate();
+    return refused(
+        "window: the display {} offers no OpenGL 3.3 ({}); install a graphics driver (libgl1-mesa-dri "
+        "draws without a card), or start without a window",
+        environment("DISPLAY"), words);
+  }
+  return window;
+}
+
+}  // namespace
+
+struct Window::Impl {
+  GLFWwindow* window = nullptr;
+  std::unique_ptr<Hud> hud;
+  std::unique_ptr<draw::Program> image;
+  std::unique_ptr<draw::FullScreen> screen;
+  draw::Texture picture;
+  struct Drawn {
+    std::uint64_t version = 0;
+    draw::Texture texture;
+  };
+  std::vector<Drawn> panels{Hud::kPlaces};
+  std::string renderer;
+  Input input;
+  struct Place {
+    int x = 0, y = 0, width = 0, height = 0;
+  };
+  std::optional<Place> windowed;  // where to go back to from full screen
+
+  ~Impl() {
+    glfwMakeContextCurrent(window);
+    panels.clear();
+    picture = {};
+    screen.reset();
+    image.reset();
+    glfwMakeContextCurrent(nullptr);
+    glfwDestroyWindow(window);
+    glfwTerminate();
+  }
+
+  static Impl& of(GLFWwindow* window) { return *static_cast<Impl*>(glfwGetWindowUserPointer(window)); }
+
+  Size size() const {
+    Size s;
+    glfwGetFramebufferSize(window, &s.width, &s.height);
+    return s;
+  }
+  Box box() const { return letterbox({picture.width(), picture.height()}, size()); }
+
+  void put(const draw::Texture& texture, const Box& at, int height) {
+    const int from_below = height - at.y - at.height;
+    glViewport(at.x, from_below, at.width, at.height);
+    texture.bind(0);
+    image->use()
+        .set("image", 0)
+        .set("box", draw::Vector4f(static_cast<float>(at.x), static_cast<float>(from_below),
+                                   static_cast<float>(at.width), static_cast<float>(at.height)));
+    screen->draw();
+  }
+
+  void on_key(int key, int action, int mods) {
+    if (action == GLFW_RELEASE) return;
+    if (key == GLFW_KEY_UP) return input.keys.push_back(Key::farther);
+    if (key == GLFW_KEY_DOWN) return input.keys.push_back(Key::nearer);
+    if (action == GLFW_REPEAT) return;
+    if (key == GLFW_KEY_ESCAPE) input.keys.push_back(Key::quit);
+    if (key == GLFW_KEY_F11 || (key == GLFW_KEY_ENTER && (mods & GLFW_MOD_ALT) != 0))
+      input.keys.push_back(Key::full_screen);
+    if (key == GLFW_KEY_F1) input.keys.push_back(Key::help);
+  }
+
+  // Letters as the keyboard's own layout has them.
+  void on_letter(unsigned letter) {
+    switch (letter) {
+      case ' ':
+        return input.keys.push_back(Key::serve);
+      case 'p':
+      case 'P':
+        return input.keys.push_back(Key::pause);
+      case 'r':
+      case 'R':
+        return input.keys.push_back(Key::reset);
+      case 'a':
+      case 'A':
+        return input.keys.push_back(Key::program_plays);
+      case 'h':
+      case 'H':
+      case '?':
+        return input.keys.push_back(Key::help);
+      case 'q':
+      case 'Q':
+        return input.keys.push_back(Key::quit);
+      default:
+        return;
+    }
+  }
+
+  void on_pointer(double x, double y) {
+    int width = 0, height = 0;
+    glfwGetWindowSize(window, &width, &height);
+    const Size pixels = size();
+    if (width <= 0 || height <= 0) return;
+    const Eigen::Vector2d at(x * pixels.width / width, y * pixels.height / height);
+    if (input.pointer) input.moved += (at - *input.pointer).norm();
+    input.pointer = at;
+  }
+};
+
+Expected<std::unique_ptr<Window>> Window::open(const std::string& title, Size size) {
+  auto lettering = Lettering::open();
+  if (!lettering) return tl::unexpected(lettering.error());
+  auto made = make_window(title, size, true);
+  if (!made) return tl::unexpected(made.error());
+  auto impl = std::make_unique<Impl>();
+  impl->window = *made;
+  impl->hud = std::make_unique<Hud>(std::move(*lettering));
+  glfwMakeContextCurrent(impl->window);
+  glfwSwapInterval(0);
+  if (const auto* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER))) impl->renderer = name;
+  impl->image = std::make_unique<draw::Program>("window/image", draw::kFullScreen, kImageFragment);
+  impl->screen = std::make_unique<draw::FullScreen>();
+  GLFWwindow* window = impl->window;
+  glfwSetWindowUserPointer(window, impl.get());
+  glfwSetWindowSizeLimits(window, 320, 240, GLFW_DONT_CARE, GLFW_DONT_CARE);
+  glfwSetKeyCallback(window, [](GLFWwindow* w, int key, int, int action, int mods) {
+    Impl::of(w).on_key(key, action, mods);
+  });
+  glfwSetCharCallback(window, [](GLFWwindow* w, unsigned letter) { Impl::of(w).on_letter(letter); });
+  glfwSetScrollCallback(window, [](GLFWwindow* w, double, double y) { Impl::of(w).input.wheel += y; });
+  glfwSetCursorPosCallback(window, [](GLFWwindow* w, double x, double y) { Impl::of(w).on_pointer(x, y); });
+  if (GLFWcursor* cross = glfwCreateStandardCursor(GLFW_CROSSHAIR_CURSOR)) glfwSetCursor(window, cross);
+  return std::unique_ptr<Window>(new Window(std::move(impl)));
+}
+
+Expected<void> Window::possible() {
+  auto made = make_window("palpate", {64, 48}, false);
+  if (!made) return tl::unexpected(made.error());
+  glfwDestroyWindow(*made);
+  glfwTerminate();
+  return {};
+}
+
+Window::Window(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Window::~Window() = default;
+
+Input Window::poll() {
+  Input& input = impl_->input;
+  input.keys.clear();
+  input.wheel = input.moved = 0.0;
+  glfwPollEvents();
+  input.left = glfwGetMouseButton(impl_->window, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
+  input.right = glfwGetMouseButton(impl_->window, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
+  if (glfwWindowShouldClose(impl_->window)) input.keys.push_back(Key::quit);
+  return input;
+}
+
+void Window::take_picture(std::span<const std::uint8_t> rgb, Size picture) {
+  glfwMakeContextCurrent(impl_->window);
+  if (impl_->picture.width() != picture.width || impl_->picture.height() != picture.height)
+    impl_->picture = draw::Texture(picture.width, picture.height, draw::Format::rgb8, draw::Filter::linear);
+  impl_->picture.upload(rgb.data());
+}
+
+void Window::draw(const HudContent& content) {
+  const Size size = impl_->size();
+  if (size.width <= 0 || size.height <= 0) return;  // made an icon of
+  glfwMakeContextCurrent(impl_->window);
+  glBindFramebuffer(GL_FRAMEBUFFER, 0);
+  glDisable(GL_SCISSOR_TEST);
+  glDisable(GL_DEPTH_TEST);
+  glDisable(GL_CULL_FACE);
+  glDisable(GL_BLEND);
+  glViewport(0, 0, size.width, size.height);
+  glClearColor(0, 0, 0, 1);
+  glClear(GL_COLOR_BUFFER_BIT);
+  if (impl_->picture) impl_->put(impl_->picture, impl_->box(), size.height);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+  const auto& panels = impl_->hud->lay_out(content, size);
+  for (std::size_t i = 0; i < panels.size(); ++i) {
+    const Canvas& canvas = panels[i].canvas;
+    if (canvas.width <= 0 || canvas.height <= 0) continue;
+    auto& drawn = impl_->panels[i];
+    if (drawn.version != panels[i].version) {
+      drawn.version = panels[i].version;
+      if (drawn.texture.width() != canvas.width || drawn.texture.height() != canvas.height)
+        drawn.texture =
+            draw::Texture(canvas.width, canvas.height, draw::Format::rgba8, draw::Filter::nearest);
+      drawn.texture.upload(canvas.rgba.data());
+    }
+    impl_->put(drawn.texture, {panels[i].x, panels[i].y, canvas.width, canvas.height}, size.height);
+  }
+  glDisable(GL_BLEND);
+  glfwSwapBuffers(impl_->window);
+}
+
+void Window::toggle_full_screen() {
+  GLFWwindow* window = impl_->window;
+  if (const auto back = impl_->windowed) {
+    glfwSetWindowMonitor(window, nullptr, back->x, back->y, back->width, back->height, GLFW_DONT_CARE);
+    impl_->windowed.reset();
+    return;
+  }
+  Impl::Place here;
+  glfwGetWindowPos(window, &here.x, &here.y);
+  glfwGetWindowSize(window, &here.width, &here.height);
+  // The monitor that holds the window's middle.
+  int count = 0;
+  GLFWmonitor** monitors = glfwGetMonitors(&count);
+  GLFWmonitor* chosen = count > 0 ? monitors[0] : nullptr;
+  for (int i = 0; i < count; ++i) {
+    int x = 0, y = 0;
+    glfwGetMonitorPos(monitors[i], &x, &y);
+    const GLFWvidmode* mode = glfwGetVideoMode(monitors[i]);
+    const int middle_x = here.x + here.width / 2, middle_y = here.y + here.height / 2;
+    if (mode != nullptr && middle_x >= x && middle_x < x + mode->width && middle_y >= y &&
+        middle_y < y + mode->height)
+      chosen = monitors[i];
+  }
+  const GLFWvidmode* mode = chosen == nullptr ? nullptr : glfwGetVideoMode(chosen);
+  if (mode == nullptr) return;
+  impl_->windowed = here;
+  glfwSetWindowMonitor(window, chosen, 0, 0, mode->width, mode->height, mode->refreshRate);
+}
+
+Size Window::framebuffer() const { return impl_->size(); }
+Box Window::picture_box() const { return impl_->box(); }
+const std::string& Window::renderer() const { return impl_->renderer; }
+
+}  // namespace palpate::window

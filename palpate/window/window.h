@@ -1,0 +1,60 @@
+// A window on the desktop (GLFW) that shows pictures with panels over them, and tells what mouse and keys do.
+//
+// The picture keeps its proportions, whatever the window's. Drawing is done in an OpenGL context of the
+// window's own; other contexts of the thread (draw::Context) live beside it and are made current again by
+// whoever uses them. It does not wait for the screen's refresh: whoever draws pictures on the camera's beat
+// must not be held up by another one. Refused, with the reason, where there is no display or it offers no
+// OpenGL 3.3. Thread: the process' main thread alone (GLFW's rule); one window at a time.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "palpate/core/expected.h"
+#include "palpate/window/hud.h"
+#include "palpate/window/letterbox.h"
+
+namespace palpate::window {
+
+enum class Key { serve, pause, reset, program_plays, full_screen, help, quit, farther, nearer };
+
+// Since the last poll.
+struct Input {
+  std::optional<Eigen::Vector2d> pointer;  // in the framebuffer; none: it has never been in the window
+  double moved = 0.0;                      // px the pointer went
+  double wheel = 0.0;                      // notches, away from the person positive
+  bool left = false, right = false;        // buttons held now
+  std::vector<Key> keys;                   // pressed, in their order; closing the window is `quit`
+};
+
+class Window {
+ public:
+  static Expected<std::unique_ptr<Window>> open(const std::string& title, Size size);
+  // Whether one could be opened here; opens one unseen and closes it again.
+  static Expected<void> possible();
+  ~Window();
+  Window(const Window&) = delete;
+  Window& operator=(const Window&) = delete;
+
+  Input poll();
+  // Packed RGB, row 0 on top; shown from the next draw() on.
+  void take_picture(std::span<const std::uint8_t> rgb, Size picture);
+  void draw(const HudContent& content);
+  void toggle_full_screen();
+
+  Size framebuffer() const;
+  Box picture_box() const;  // where the picture lies in the framebuffer
+  const std::string& renderer() const;
+
+ private:
+  struct Impl;
+  explicit Window(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace palpate::window
