@@ -10,6 +10,7 @@
 
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
+#include "palpate/graphics_server/graphics_server.h"
 #include "palpate/model/rig.h"
 #include "palpate/model/world_file.h"
 #include "palpate/network/server_place.h"
@@ -24,7 +25,8 @@ struct GraphicsProcessOptions {
   ServerName server;
   std::optional<LiveTracker> tracker;    // instead of the laboratory's
   std::optional<igtl::Address> publish;  // poses for 3D Slicer and others (pose_feed.h)
-  bool player = false;                   // the scripted player holds the stylus
+  GraphicsSettings graphics;
+  bool player = false;  // the scripted player holds the stylus
   std::uint64_t seed = 1;
   double seconds = 0.0;  // 0 = until asked to stop
   // Shows this machine's clock with an offset and a drift, so that the synchronisation has something to find.

@@ -7,6 +7,7 @@
 
 #include <memory>
 
+#include "palpate/calibration/overlay_estimate.h"
 #include "palpate/compositor/compositor.h"
 #include "palpate/compositor/landmark_detector.h"
 #include "palpate/graphics_server/graphics_server.h"
@@ -23,12 +24,15 @@ class PictureParts {
   PoseRefiner refiner();
   // Draws the frame with score and rally in its corner.
   FramePainter painter();
+  // How the application carries a state on.
+  StatePredictor predictor();
 
  private:
   void refine(const CameraImage& image, const Matrix6& covariance, FrameRecord& record) const;
   void paint(const CameraImage& image, FrameRecord& record);
 
   Rig rig_;
+  OverlayKnowledge known_;
   SceneDescription scene_;
   std::unique_ptr<Artist> artist_;
   Compositor compositor_;
