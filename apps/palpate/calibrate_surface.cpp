@@ -148,6 +148,7 @@ Expected<void> run_surface(const SurfaceArguments& options) {
                      fit.X_world_rectangle,
                      fit.width,
                      fit.height,
+                     estimate->covariance,
                      {utc_now(), file->hash, "rectangle", kMm * rms_per_component(estimate->residuals)}});
     result.summary.push_back(fmt::format("{}: {:.1f} x {:.1f} mm, {:.3f} mm rms per component over {} points",
                                          surface.name, kMm * estimate->value.width,

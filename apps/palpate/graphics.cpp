@@ -4,6 +4,7 @@
 #include "apps/palpate/server_options.h"
 #include "palpate/core/json.h"
 #include "palpate/system/graphics_process.h"
+#include "palpate/system/lockstep_play.h"
 
 namespace palpate::app {
 
@@ -13,6 +14,8 @@ void add_graphics(CLI::App& program) {
   struct Options {
     std::string rig = "rig.toml", world, json, tracker, publish;
     std::vector<std::string> tools;
+    std::string picture_time;
+    double scan_out_ms = 0.0, extra_delay_ms = 0.0;
     bool igtl_insecure = false;
     GraphicsProcessOptions process;
   };
@@ -57,6 +60,19 @@ void add_graphics(CLI::App& program) {
       ->check(CLI::NonNegativeNumber)
       ->default_val(0.0);
   command
+      ->add_option("--picture-time", options->picture_time,
+                   "registered: virtual things as they were when the image was taken; predicted: as they "
+                   "will be when the picture is seen. As the world file says where none is named")
+      ->check(CLI::IsMember({"registered", "predicted"}));
+  command
+      ->add_option("--scan-out-ms", options->scan_out_ms,
+                   "From the end of drawing until the display shows the picture's middle")
+      ->check(CLI::Range(0.0, 1000.0));
+  command
+      ->add_option("--extra-picture-delay-ms", options->extra_delay_ms,
+                   "Hold every image back by so much, on purpose: for experiments")
+      ->check(CLI::Range(0.0, 1000.0));
+  command
       ->add_option("--disguise-offset-s", options->process.disguise_offset_s,
                    "Show this machine's clock with an offset, to try the clock synchronisation")
       ->default_val(0.0);
@@ -94,6 +110,14 @@ void add_graphics(CLI::App& program) {
       if (!world) return tl::unexpected(world.error());
       options->process.world = *world;
     }
+    auto& graphics = options->process.graphics;
+    graphics = graphics_settings(options->process.world);
+    if (!options->picture_time.empty())
+      graphics.picture_time =
+          options->picture_time == "predicted" ? PictureTime::predicted : PictureTime::registered;
+    if (command->count("--scan-out-ms") > 0) graphics.scan_out = seconds(1e-3 * options->scan_out_ms);
+    if (command->count("--extra-picture-delay-ms") > 0)
+      graphics.extra_delay = seconds(1e-3 * options->extra_delay_ms);
     if (!options->process.out.empty())  // now, not after an hour of play
       if (auto made = make_folder(options->process.out); !made) return made;
     options->process.notice = notice;

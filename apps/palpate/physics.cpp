@@ -13,6 +13,7 @@ void add_physics(CLI::App& program) {
       "physics", "The physics server: 1 kHz force loop, virtual world, states for graphics servers");
   struct Options {
     std::string rig = "rig.toml", world, json;
+    double extra_force_delay_ms = 0.0;
     PhysicsProcessOptions process;
   };
   auto options = std::make_shared<Options>();
@@ -47,6 +48,10 @@ void add_physics(CLI::App& program) {
   command->add_option("--seconds", options->process.seconds, "Stop after this many seconds; 0 = at Ctrl-C")
       ->check(CLI::NonNegativeNumber)
       ->default_val(0.0);
+  command
+      ->add_option("--extra-force-delay-ms", options->extra_force_delay_ms,
+                   "Give every force so much later, on purpose: for experiments")
+      ->check(CLI::Range(0.0, 200.0));
   command->add_option("--physics-hz", options->process.physics_hz, "Rate of the physics loop")
       ->default_val(1000.0)
       ->check(CLI::Range(1000.0, 20000.0));
@@ -59,7 +64,7 @@ void add_physics(CLI::App& program) {
       "trip_*.csv, the last seconds before forces were switched off (without --out: in the run folder)");
   command->add_option("--json", options->json,
                       "Write loop and exchange figures here at the end; - = standard output");
-  on(command, [options]() -> Expected<void> {
+  on(command, [options, command]() -> Expected<void> {
     auto rig = read_rig(options->rig);
     if (!rig) return tl::unexpected(rig.error());
     if (!rig->arm)
@@ -75,6 +80,9 @@ void add_physics(CLI::App& program) {
     }
     options->process.scene = scene_settings(world, application);
     options->process.surface_restitution = world.ball.restitution_table;
+    options->process.extra_force_delay =
+        seconds(command->count("--extra-force-delay-ms") > 0 ? 1e-3 * options->extra_force_delay_ms
+                                                             : world.display.extra_force_delay_s);
     if (!options->process.out.empty())
       if (auto made = make_folder(options->process.out); !made) return made;
     options->process.notice = notice;

@@ -165,6 +165,16 @@ double rms_px(const RefinementProblem& problem, const RefinementState& x, int* i
 
 }  // namespace
 
+Matrix6 shared_motion(const std::vector<Vector3>& places, const MatrixXd& covariance) {
+  Vector3 mean = Vector3::Zero();
+  for (const auto& place : places) mean += place / static_cast<double>(places.size());
+  MatrixXd G(3 * static_cast<Eigen::Index>(places.size()), 6);  // d place / d motion
+  for (std::size_t i = 0; i < places.size(); ++i)
+    G.middleRows<3>(3 * static_cast<Eigen::Index>(i)) << -hat(places[i] - mean), Matrix3::Identity();
+  const MatrixXd P = solve_symmetric_columns(gram(G), G.transpose());
+  return P * covariance * P.transpose();
+}
+
 Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraModel& camera,
                                                         const HandEyeCalibration& hand_eye,
                                                         const std::vector<Landmark>& touched,
@@ -269,6 +279,9 @@ Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraModel& camer
     value.landmarks[i].covariance = result.covariance.block<3, 3>(at, at);
     result.residuals.emplace_back(x.places[i] - touched[i].place.m);
   }
+  value.shared =
+      shared_motion(x.places, result.covariance.bottomRightCorner(result.covariance.rows() - kHandEye,
+                                                                  result.covariance.cols() - kHandEye));
   value.hand_eye = hand_eye;
   if (options.correct_hand_eye) {
     value.hand_eye.X_marker_camera = x.X;

@@ -40,8 +40,15 @@ struct LandmarkRefinement {
   std::vector<Landmark> landmarks;  // covariance updated
   HandEyeCalibration hand_eye;      // as it fits these pictures; the prior where it is not corrected
   int sightings = 0, inliers = 0;
+  // Of all landmarks as one body: turn (rad) about their mean place and shift (m), World axes. The pictures
+  // do not know it; touches and tracker do.
+  Matrix6 shared = Matrix6::Zero();
   double rms_px_before = 0.0, rms_px = 0.0;  // tracker and touched places alone; after. sqrt(sum |r|^2 / n)
 };
+
+// Covariance (rotation, rad, about their mean; translation, m; World axes) of the rigid motion that fits the
+// errors of these places best, each place counting the same; `covariance` is 3N x 3N.
+Matrix6 shared_motion(const std::vector<Vector3>& places, const Eigen::MatrixXd& covariance);
 
 // Covariance order: hand-eye rotation and translation (zero where not corrected), then each landmark's place
 // (m). `residuals` = refined minus touched place. Refuses where no landmark is seen from at least 5 frames.

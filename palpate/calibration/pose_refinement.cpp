@@ -1,7 +1,9 @@
 #include "palpate/calibration/pose_refinement.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "palpate/estimation/linear_algebra.h"
 
@@ -12,6 +14,10 @@ using Matrix26 = Eigen::Matrix<double, 2, 6>;
 constexpr double kNearest =
     0.01;  // m in front of the lens: nothing nearer is in focus, and the projection stays finite
 
+// Passes of rejection, and the share of the worst sighting's length up to which others stay in a pass.
+constexpr int kPasses = 8;
+constexpr double kPeel = 0.6;
+
 struct Term {
   Eigen::Vector2d r;       // px
   Eigen::Matrix2d weight;  // inverse of its covariance
@@ -20,17 +26,17 @@ struct Term {
 };
 
 bool evaluate(const CameraModel& camera, const Pose<World, CameraOptical>& X, const Landmark& landmark,
-              const Pixel& seen, double pixel_variance, Term& term) {
+              const Sighting& seen, double pixel_variance, Term& term) {
   const Matrix3 to_camera = X.matrix().transpose();
   const Vector3 arm = landmark.place.m - X.translation;
   const Vector3 p = to_camera * arm;
   if (p.z() < kNearest) return false;
   Eigen::Matrix<double, 2, 3> Jp;
-  term.r = project(camera, p, Jp) - seen;
+  term.r = project(camera, p, Jp) - seen.centre;
   const Eigen::Matrix<double, 2, 3> JL = Jp * to_camera;  // d r / d landmark
   term.J << JL * hat(arm), -JL;
-  const Eigen::Matrix2d S =
-      JL * landmark.covariance * JL.transpose() + pixel_variance * Eigen::Matrix2d::Identity();
+  const Eigen::Matrix2d S = JL * landmark.covariance * JL.transpose() + seen.covariance +
+                            pixel_variance * Eigen::Matrix2d::Identity();
   term.weight = S.inverse();
   term.squared = term.r.dot(term.weight * term.r);
   return true;
@@ -81,8 +87,7 @@ RefinedPose refine_camera_pose(const CameraModel& camera, const CameraPosePrior&
     Term term;
     for (std::size_t i = 0; i < sightings.size(); ++i) {
       if (!use[i]) continue;
-      if (!evaluate(camera, X, landmarks[sightings[i].landmark], sightings[i].centre, variance, term))
-        continue;
+      if (!evaluate(camera, X, landmarks[sightings[i].landmark], sightings[i], variance, term)) continue;
       const double length = std::sqrt(term.squared);
       const double w = length <= options.huber ? 1.0 : options.huber / length;
       s.cost += length <= options.huber ? term.squared : options.huber * (2 * length - options.huber);
@@ -94,8 +99,10 @@ RefinedPose refine_camera_pose(const CameraModel& camera, const CameraPosePrior&
   };
 
   Pose<World, CameraOptical> X = prior.X_world_camera;
-  System s = system_at(X);
-  for (int pass = 0; pass < 2; ++pass) {  // with everything, then without what proved false
+  System s;
+  std::vector<double> squared(sightings.size());
+  const auto converge = [&] {
+    s = system_at(X);
     for (int i = 0; i < options.max_iterations; ++i) {
       ++result.iterations;
       const Vector6 step = -solve_symmetric(s.A, s.b);
@@ -111,23 +118,51 @@ RefinedPose refine_camera_pose(const CameraModel& camera, const CameraPosePrior&
       // 1e-7 rad and 1e-7 m are 1e-4 px
       if (!better || (step.head<3>().norm() < 1e-7 && step.tail<3>().norm() < 1e-7)) break;
     }
-    result.inliers = 0;
-    double sum = 0.0;
+  };
+  // With everything, then again and again without what proved false. False sightings pull true ones over the
+  // limit: only the worst go at first, and whoever fits again comes back.
+  converge();
+  for (int pass = 0; pass < kPasses; ++pass) {
+    double worst = 0.0;
+    Term term;
+    for (std::size_t i = 0; i < sightings.size(); ++i) {
+      squared[i] = evaluate(camera, X, landmarks[sightings[i].landmark], sightings[i], variance, term)
+                       ? term.squared
+                       : std::numeric_limits<double>::infinity();
+      if (use[i] && std::isfinite(squared[i])) worst = std::max(worst, squared[i]);
+    }
+    const double limit = std::max(options.reject, kPeel * std::sqrt(worst));
     bool changed = false;
     for (std::size_t i = 0; i < sightings.size(); ++i) {
-      Term term;
-      const bool good =
-          evaluate(camera, X, landmarks[sightings[i].landmark], sightings[i].centre, variance, term) &&
-          term.squared < options.reject * options.reject;
+      const bool good = squared[i] < limit * limit;
       changed = changed || good != use[i];
       use[i] = good;
-      if (good) sum += term.r.squaredNorm(), ++result.inliers;
     }
-    result.rms_px = result.inliers > 0 ? std::sqrt(sum / result.inliers) : 0.0;
-    if (result.inliers < options.least_inliers) return result;
     if (!changed) break;
-    s = system_at(X);
+    converge();
   }
+  double sum = 0.0, whitened = 0.0;
+  for (std::size_t i = 0; i < sightings.size(); ++i) {
+    Term term;
+    use[i] = evaluate(camera, X, landmarks[sightings[i].landmark], sightings[i], variance, term) &&
+             term.squared < options.reject * options.reject;
+    if (!use[i]) {
+      ++result.outliers;
+      continue;
+    }
+    sum += term.r.squaredNorm();
+    whitened += term.squared;
+    result.used.push_back(sightings[i]);
+  }
+  result.inliers = static_cast<int>(result.used.size());
+  if (result.inliers > 0) {
+    result.rms_px = std::sqrt(sum / result.inliers);
+    result.misfit = std::sqrt(0.5 * whitened / result.inliers);
+  }
+  if (result.inliers < options.least_inliers ||
+      result.inliers < options.least_share * static_cast<double>(sightings.size()))
+    return result;
+  s = system_at(X);
   result.X_world_camera = X;
   result.covariance = covariance_from_information(s.A);
   result.refined = true;

@@ -29,6 +29,8 @@ CameraPosePrior camera_from_marker(const Pose<World, CameraMarker>& X_world_mark
 struct Sighting {
   std::size_t landmark = 0;      // index into the landmarks
   Pixel centre = Pixel::Zero();  // in the camera's image, distorted
+  // px^2, as the detector states it; the options' pixel_sd comes on top. Zero: pixel_sd alone.
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
 };
 
 struct RefinementOptions {
@@ -36,6 +38,8 @@ struct RefinementOptions {
   double huber = 2.0;     // whitened length from which a sighting pulls with constant force
   double reject = 4.0;    // whitened length beyond which a sighting is no inlier (3e-4 of honest ones)
   int least_inliers = 3;  // fewer, and the prior stays as it is
+  // Of the sightings, at least this share must be inliers: where more disagree, nobody can say which lie.
+  double least_share = 0.5;
   int max_iterations = 10;
 };
 
@@ -43,9 +47,11 @@ struct RefinedPose {
   Pose<World, CameraOptical> X_world_camera;
   Matrix6 covariance = Matrix6::Zero();
   bool refined = false;  // false: this is the prior
-  int inliers = 0;
+  int inliers = 0, outliers = 0;
   double rms_px = 0.0;  // of the inliers, sqrt(sum |r|^2 / n)
+  double misfit = 0.0;  // whitened rms of the inliers per axis: about 1 where what is stated is true
   int iterations = 0;
+  std::vector<Sighting> used;  // the inliers
 };
 
 RefinedPose refine_camera_pose(const CameraModel& camera, const CameraPosePrior& prior,

@@ -12,6 +12,8 @@
 namespace palpate {
 namespace {
 
+constexpr double kTouchSdCounts = 8.0;  // residuals that a stated deviation of the touches is worth
+
 Vector3 in_rectangle(int corner, double width, double height) {
   return {corner == 2 || corner == 3 ? width : 0.0, corner >= 3 ? height : 0.0, 0.0};
 }
@@ -135,8 +137,10 @@ Expected<Estimate<RectangleFit>> fit_rectangle(std::vector<TouchedPoint> points,
   if (!(fit.width > 0.0 && fit.height > 0.0))  // corners touched again elsewhere pull a thin one inside out
     return refused("surface: no rectangle fits the touched points; touch the four corners again, in order");
   estimate.termination = Termination::converged;
+  const double known = options.touch_sd > 0.0 ? kTouchSdCounts : 0.0;
+  const double freedoms = std::max(1.0, static_cast<double>(rows - 8) + known);
   estimate.covariance =
-      chi2 / static_cast<double>(std::max<Eigen::Index>(1, rows - 8)) * covariance_from_information(normal);
+      (chi2 + known * options.touch_sd * options.touch_sd) / freedoms * covariance_from_information(normal);
 
   constexpr double kLargest = 100.0;  // m
   if (!(std::hypot(fit.width, fit.height) <= kLargest))

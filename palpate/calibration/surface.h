@@ -33,6 +33,9 @@ struct RectangleFit {
 struct RectangleOptions {
   double tolerance = 0.02;         // largest misfit of a corner, as a part of the diagonal
   double least_tolerance = 0.003;  // m, ten times what a hand misses a corner by
+  // m per axis, by how much a touch is known to miss; the covariance then rests on it as well as on these few
+  // residuals (it counts as much as eight of them). 0: on the residuals alone.
+  double touch_sd = 0.0;
 };
 
 // Without corner numbers (all 0) the first four points are the corners in order.

@@ -6,33 +6,49 @@
 #include <vector>
 
 #include "palpate/geometry/pose.h"
+#include "palpate/graphics_server/conditions.h"
 #include "palpate/scene/world_state.h"
 #include "palpate/time/instant.h"
 
 namespace palpate {
 
-enum class PoseSource : std::uint8_t { none, tracker, refined };
+// none: the last pose, as nothing was known. tracker: hand-eye and tracker alone. refined: by landmarks, from
+// the tracker's pose on. landmarks: by landmarks from the last poses on, while the tracker is blind.
+enum class PoseSource : std::uint8_t { none, tracker, refined, landmarks };
+
+// The moment that a picture's virtual things belong to: that of the camera's image (they fit it exactly, and
+// are as old as it is), or that at which the picture's light leaves the display.
+enum class PictureTime : std::uint8_t { registered, predicted };
 
 struct FrameRecord {
   std::uint64_t number = 0;        // of the frames drawn, 1, 2, ...
   std::uint64_t camera_frame = 0;  // the camera's own count
   Instant<CameraClock> stamp;
   Instant<GraphicsClock> image_time;    // mid-exposure, camera delay taken off, on the tracker's time line
+  Instant<GraphicsClock> arrived;       // the image, at this host
   Instant<GraphicsClock> begun, drawn;  // image taken up, picture finished
-  Instant<PhysicsClock> asked;          // the moment whose state was asked for
-  bool requested = false;               // the request could go out
-  bool late = false;                    // its reply was not there in time: the previous state was used
+  PictureTime picture_time = PictureTime::registered;
+  Instant<GraphicsClock> photon;  // when the picture's light is expected to leave the display
+  Instant<PhysicsClock> asked;    // the moment whose state was asked for
+  bool requested = false;         // the request could go out
+  bool late = false;              // its reply was not there in time: the previous state was used
   AnswerKind answer = AnswerKind::too_old;
   Duration extrapolated_by{0};
   bool have_state = false;
   WorldState state;  // the state that was drawn
   PoseSource pose_source = PoseSource::none;
-  Pose<World, CameraOptical> X_world_camera;          // used for drawing
-  Pose<World, CameraOptical> X_world_camera_tracker;  // from tracker and hand-eye alone
-  int landmarks_predicted = 0, landmarks_used = 0;
+  Pose<World, CameraOptical> X_world_camera;  // used for drawing
+  bool have_tracker = false;
+  Pose<World, CameraOptical> X_world_camera_tracker;  // from tracker and hand-eye alone, where there was one
+  // Of X_world_camera as estimated: rotation (rad, World axes, left perturbation), then translation (m).
+  Matrix6 pose_covariance = Matrix6::Zero();
+  int landmarks_predicted = 0, landmarks_used = 0, landmarks_rejected = 0;
   double landmark_rms_px = 0.0;
-  std::optional<double> stated_overlay_px;  // the overlay error as the pose's own covariance has it, rms
-  std::vector<std::uint8_t> rgb;            // the drawn picture; empty where nothing was drawn
+  double landmark_misfit = 0.0;  // whitened rms: about 1 where detection is as good as it says
+  // The system's own estimate of its overlay error on the calibrated surfaces, px rms (overlay_estimate.h).
+  std::optional<double> expected_world_px;
+  std::vector<Condition> conditions;  // what was wrong when the picture was finished
+  std::vector<std::uint8_t> rgb;      // the drawn picture; empty where nothing was drawn
   int width = 0, height = 0;
 };
 

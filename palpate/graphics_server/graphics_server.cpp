@@ -1,20 +1,79 @@
 #include "palpate/graphics_server/graphics_server.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
 namespace palpate {
+namespace {
+
+constexpr Duration kMostExtraDelay = std::chrono::seconds(1);
+
+// An image that arrives this much later, or earlier, than the camera's clock has it, is doubted; so many of
+// them in a row are no late images but a clock that was set.
+constexpr Duration kDoubt = std::chrono::milliseconds(100), kImpossible = std::chrono::milliseconds(5);
+constexpr int kDoubtful = 3;
+
+// While the tracker is blind the head moves on as it did between the last two pictures, for so long; it turns
+// and shifts otherwise by about this much within a frame (a head that shakes by half a degree six times a
+// second).
+constexpr Duration kCarried = std::chrono::milliseconds(150);
+constexpr double kTurnDoubt = 0.01, kShiftDoubt = 0.005;  // rad, m
+
+constexpr double kDrawingWeight = 0.1;  // a frame's weight in the smoothed time that drawing takes
+
+// The last two poses carried on to `time`.
+template <typename D>
+Pose<World, CameraOptical> carried_on(const D& a, const D& b, Instant<GraphicsClock> time) {
+  const double share = to_seconds(time - b.time) / to_seconds(b.time - a.time);
+  const Vector3 turn = so3_log(b.X_world_camera.rotation * a.X_world_camera.rotation.conjugate());
+  return {
+      (so3_exp(share * turn) * b.X_world_camera.rotation).normalized(),
+      b.X_world_camera.translation + share * (b.X_world_camera.translation - a.X_world_camera.translation)};
+}
+
+}  // namespace
 
 GraphicsServer::GraphicsServer(Rig rig, StateLink& link, TrackerDevice& tracker, CameraDevice& camera,
-                               PoseRefiner refiner, FramePainter painter)
+                               PoseRefiner refiner, FramePainter painter, const GraphicsSettings& settings)
     : rig_(std::move(rig)),
       link_(link),
       tracker_(tracker),
       camera_(camera),
       refiner_(std::move(refiner)),
-      painter_(std::move(painter)) {
+      painter_(std::move(painter)),
+      settings_(settings),
+      watch_(rig_.camera ? rig_.camera->model.width : 0, rig_.camera ? rig_.camera->model.height : 0) {
   if (!rig_.camera) throw std::invalid_argument("graphics server: the rig has no camera calibration");
   if (!rig_.hand_eye) throw std::invalid_argument("graphics server: the rig has no hand-eye calibration");
+  if (settings.extra_delay < Duration(0) || settings.extra_delay > kMostExtraDelay)
+    throw std::invalid_argument("graphics server: the extra picture delay must lie in 0 ... 1 s");
+  if (settings.scan_out < Duration(0) || settings.scan_out > kMostExtraDelay)
+    throw std::invalid_argument("graphics server: the display's scan-out must lie in 0 ... 1 s");
+}
+
+void GraphicsServer::take_image(CameraImage image, Instant<GraphicsClock> now, Duration waited) {
+  if (!watch_.image(now, image.width, image.height)) return;  // nothing that could be drawn
+  Instant<GraphicsClock> time = camera_clock_.model().to(image.mid_exposure);
+  const Duration late = now - time;
+  const bool doubted =
+      camera_clock_.phase() == ClockPhase::tracking && (late > kDoubt + waited || late < -kImpossible);
+  doubtful_images_ = doubted ? doubtful_images_ + 1 : 0;
+  if (doubtful_images_ >= kDoubtful) {
+    camera_clock_ = {};
+    camera_restarts_ = 0;
+    doubtful_images_ = 0;
+    watch_.camera_clock_jumped(now);
+  }
+  camera_clock_.add(image.mid_exposure, now, waited);
+  if (camera_clock_.restarts() != camera_restarts_) {
+    camera_restarts_ = camera_clock_.restarts();
+    watch_.camera_clock_jumped(now);
+  }
+  // An image whose stamp is doubted is taken for one that arrived in time: that is what its stamp would say.
+  time = doubtful_images_ > 0 ? now : camera_clock_.model().to(image.mid_exposure);
+  if (settings_.extra_delay == Duration(0)) arrived_.clear();  // an older one that nobody took up is dropped
+  arrived_.push_back({std::move(image), now, time});
 }
 
 void GraphicsServer::service(Instant<GraphicsClock> now) {
@@ -22,6 +81,7 @@ void GraphicsServer::service(Instant<GraphicsClock> now) {
   last_look_ = now;
   for (const auto& sample : tracker_.poll()) {
     tracker_clock_.add(sample.stamp, now, waited);
+    watch_.tracker_sample(now, sample.marker == MarkerId::camera_marker, sample.seen);
     if (!sample.seen) continue;
     const MarkerPose pose{tracker_clock_.model().to(sample.stamp), sample.rotation, sample.translation,
                           sample.covariance};
@@ -40,23 +100,30 @@ void GraphicsServer::service(Instant<GraphicsClock> now) {
     if (link_.send_sync()) last_sync_sent_ = now;
   }
 
-  if (auto image = camera_.poll()) {
-    camera_clock_.add(image->mid_exposure, now, waited);
-    arrived_image_ = std::move(image);  // the newest wins: an older one that nobody took up is dropped
-  }
+  if (auto image = camera_.poll()) take_image(std::move(*image), now, waited);
+  watch_.look(now);
 }
 
 bool GraphicsServer::begin_frame(Instant<GraphicsClock> now) {
-  if (!arrived_image_) return false;
-  image_ = std::move(arrived_image_);
-  arrived_image_.reset();
-  record_ = FrameRecord{
-      .number = ++frames_, .camera_frame = image_->frame, .stamp = image_->mid_exposure, .begun = now};
+  if (arrived_.empty() || now - arrived_.front().at < settings_.extra_delay) return false;
+  while (!arrived_.empty() && now - arrived_.front().at >= settings_.extra_delay) {
+    image_ = std::move(arrived_.front());
+    arrived_.pop_front();
+  }
+  record_ = FrameRecord{.number = ++frames_,
+                        .camera_frame = image_->image.frame,
+                        .stamp = image_->image.mid_exposure,
+                        .arrived = image_->at,
+                        .begun = now,
+                        .picture_time = settings_.picture_time};
   const DelayCalibration delays = rig_.delays.value_or(DelayCalibration{});
-  record_.image_time =
-      camera_clock_.model().to(image_->mid_exposure) - seconds(delays.camera_after_tracker_s);
+  record_.image_time = image_->time - seconds(delays.camera_after_tracker_s);
+  record_.photon = now + drawing_ + settings_.scan_out;
   if (sync_.exchanges() > 0) {
-    record_.asked = sync_.remote_time(record_.image_time) - seconds(delays.tracker_after_arm_s);
+    // A predicted picture starts from the newest state there is.
+    record_.asked = settings_.picture_time == PictureTime::predicted
+                        ? sync_.remote_time(now)
+                        : sync_.remote_time(record_.image_time) - seconds(delays.tracker_after_arm_s);
     const bool shape = link_.description() && link_.description()->shape_vertices > 0;
     record_.requested = link_.request(record_.number, record_.asked, shape);
   }
@@ -66,6 +133,8 @@ bool GraphicsServer::begin_frame(Instant<GraphicsClock> now) {
 
 const FrameRecord& GraphicsServer::finish_frame(Instant<GraphicsClock> now) {
   service(now);
+  // Late latch: a tracker sample that had not come when the frame was begun.
+  if (image_ && record_.pose_source == PoseSource::none) estimate_pose(record_);
   const auto& newest = link_.newest();
   record_.late = !newest || newest->reply.number != record_.number;
   if (last_answer_) {
@@ -74,34 +143,105 @@ const FrameRecord& GraphicsServer::finish_frame(Instant<GraphicsClock> now) {
     record_.answer = last_answer_->kind;
     record_.extrapolated_by = last_answer_->extrapolated_by;
   }
+  if (settings_.picture_time == PictureTime::predicted) {
+    predict_pose(record_);
+    predict_state(record_);
+  }
   if (record_.requested) link_.frame_drawn(record_.number);
-  if (painter_ && image_) painter_(*image_, record_);
+  record_.conditions = watch_.conditions();
+  if (painter_ && image_) painter_(image_->image, record_);
   record_.drawn = now;
+  const Duration drawing = now - record_.begun;
+  drawing_ += frames_ == 1 ? drawing
+                           : Duration(static_cast<Duration::rep>(
+                                 kDrawingWeight * static_cast<double>((drawing - drawing_).count())));
   image_.reset();
   return record_;
 }
 
 void GraphicsServer::estimate_pose(FrameRecord& record) {
   const auto marker = camera_marker_.at(record.image_time);
-  if (!marker) {
-    // The marker was hidden from the tracker when the image was taken: the last pose is the best there is to
-    // draw with, and the record says that nothing was known.
-    record.X_world_camera = last_pose_;
-    return;
-  }
-  const Pose<World, CameraMarker> X_world_marker{marker->rotation, marker->translation};
-  record.X_world_camera_tracker = X_world_marker * rig_.hand_eye->X_marker_camera;
-  record.X_world_camera = record.X_world_camera_tracker;
-  record.pose_source = PoseSource::tracker;
-  if (refiner_) {
+  if (marker) {
+    const Pose<World, CameraMarker> X_world_marker{marker->rotation, marker->translation};
+    record.have_tracker = true;
+    record.X_world_camera_tracker = X_world_marker * rig_.hand_eye->X_marker_camera;
+    record.X_world_camera = record.X_world_camera_tracker;
+    record.pose_source = PoseSource::tracker;
     // The marker's covariance carried along the lever to the camera: a turn w of the marker moves the camera
     // by w x lever.
     const Vector3 lever = record.X_world_camera.translation - marker->translation;
     Matrix6 J = Matrix6::Identity();
     J.bottomLeftCorner<3, 3>() = -hat(lever);
-    refiner_(*image_, J * marker->covariance * J.transpose(), record);
+    Matrix6 covariance = J * marker->covariance * J.transpose();
+    // A head that moves, at a moment known to so much.
+    if (last_ && before_last_ && last_->time > before_last_->time && rig_.delays &&
+        rig_.delays->camera_known()) {
+      const double uncertain = rig_.delays->camera_std_s / to_seconds(last_->time - before_last_->time);
+      Vector6 by;
+      by << so3_log(last_->X_world_camera.rotation * before_last_->X_world_camera.rotation.conjugate()),
+          last_->X_world_camera.translation - before_last_->X_world_camera.translation;
+      covariance += uncertain * uncertain * by * by.transpose();
+    }
+    record.pose_covariance = covariance;
+    if (refiner_) refiner_(image_->image, covariance, record);
+  } else {
+    pose_without_tracker(record);
   }
-  last_pose_ = record.X_world_camera;
+  if (refiner_)
+    watch_.landmarks(
+        record.begun, record.landmarks_predicted, record.landmarks_used,
+        record.pose_source == PoseSource::refined || record.pose_source == PoseSource::landmarks);
+  if (record.pose_source == PoseSource::none) return;
+  if (!last_ || record.image_time > last_->time)
+    before_last_ = std::exchange(last_, Drawn{record.image_time, record.X_world_camera});
+}
+
+// The head's marker was hidden from the tracker when the image was taken. The landmarks can still say where
+// the camera is, if it is known about where to look for them; else the last pose is the best there is to draw
+// with, and the record says that nothing was known.
+void GraphicsServer::pose_without_tracker(FrameRecord& record) {
+  if (!last_) return;
+  record.X_world_camera = last_->X_world_camera;
+  const Duration since = record.image_time - last_->time;
+  if (!refiner_ || !before_last_ || since <= Duration(0) || since > kCarried ||
+      last_->time - before_last_->time > kCarried)
+    return;
+  record.X_world_camera = carried_on(*before_last_, *last_, record.image_time);
+  Matrix6 covariance = Matrix6::Zero();
+  covariance.diagonal() << Vector3::Constant(kTurnDoubt * kTurnDoubt),
+      Vector3::Constant(kShiftDoubt * kShiftDoubt);
+  record.pose_covariance = covariance;
+  refiner_(image_->image, covariance, record);
+  if (record.pose_source == PoseSource::refined)
+    record.pose_source = PoseSource::landmarks;
+  else
+    record.X_world_camera = last_->X_world_camera;
+}
+
+// The image's own pose, moved on as the tracker saw the marker move from then until now and steadily on from
+// there. The tracker's stamps show the world tracker_after_arm earlier than they say.
+void GraphicsServer::predict_pose(FrameRecord& record) const {
+  const DelayCalibration delays = rig_.delays.value_or(DelayCalibration{});
+  const auto then = camera_marker_.at(record.image_time);
+  const auto ahead = camera_marker_.predict(record.photon + seconds(delays.tracker_after_arm_s));
+  if (!then || !ahead || record.pose_source == PoseSource::none) return;
+  const Pose<World, CameraMarker> X_then{then->rotation, then->translation},
+      X_ahead{ahead->rotation, ahead->translation};
+  // In the marker's axes: an error of the tracker's that stays drops out.
+  const Pose<CameraMarker, CameraMarker> moved = X_then.inverse() * X_ahead;
+  const Pose<World, CameraMarker> X_marker =
+      record.X_world_camera * rig_.hand_eye->X_marker_camera.inverse() * moved;
+  record.X_world_camera = X_marker * rig_.hand_eye->X_marker_camera;
+  record.pose_covariance += then->covariance + ahead->covariance;
+}
+
+void GraphicsServer::predict_state(FrameRecord& record) const {
+  if (!record.have_state || sync_.exchanges() == 0) return;
+  const Duration ahead = sync_.model().to(record.photon) - record.state.time;
+  if (ahead <= Duration(0)) return;
+  record.state = predictor_ ? predictor_(record.state, ahead) : extrapolate(record.state, ahead);
+  record.answer = AnswerKind::extrapolated;
+  record.extrapolated_by = ahead;
 }
 
 std::vector<double> GraphicsServer::take_round_trips() { return std::exchange(round_trips_, {}); }

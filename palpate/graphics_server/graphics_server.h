@@ -10,8 +10,14 @@
 // the constant latencies left in them are the rig's calibrated delays: an image is brought onto the tracker's
 // time line (camera_after_tracker), then through the clock synchronisation to the physics host and onto the
 // arm's time line (tracker_after_arm).
+//
+// Which moment a picture shows. *registered*, the default: camera's pose and state at the moment of its
+// image. *predicted*: both at the moment its light is expected to leave the display, the state asked for as
+// late as may be and carried on from there, the pose by the tracker's motion from the refined one on. At most
+// one image waits, the newest; what it is drawn with is latched at the end of the frame.
 #pragma once
 
+#include <deque>
 #include <functional>
 #include <optional>
 #include <utility>
@@ -27,21 +33,33 @@
 
 namespace palpate {
 
-// Improves record.X_world_camera by what is seen in the image; `covariance` is that of the tracker's pose
-// (rotation in World axes, then translation). Given by the composition, as is the painter, which draws the
-// frame into record.rgb: so the server runs without pixels in tests.
+// Improves record.X_world_camera by what is seen in the image; `covariance` is that of the pose as it stands
+// there, hand-eye not counted (rotation in World axes, then translation). It sets pose_source to refined
+// where it could. Given by the composition, as is the painter, which draws the frame into record.rgb: so the
+// server runs without pixels in tests.
 using PoseRefiner =
     std::function<void(const CameraImage& image, const Matrix6& covariance, FrameRecord& record)>;
 using FramePainter = std::function<void(const CameraImage& image, FrameRecord& record)>;
+
+// A state carried on by a moment, for a picture of the near future (Artist::predict).
+using StatePredictor = std::function<WorldState(const WorldState& state, Duration ahead)>;
+
+struct GraphicsSettings {
+  PictureTime picture_time = PictureTime::registered;
+  // From the end of drawing until the middle of the picture's light leaves the display.
+  Duration scan_out{0};
+  // Every image is held back so long, on purpose (experiments with visual delay); up to a second.
+  Duration extra_delay{0};
+};
 
 // Whoever wants to know of each marker that is seen, in the order of arrival; called by service().
 using MarkerTap = std::function<void(MarkerId marker, const MarkerPose& pose)>;
 
 class GraphicsServer {
  public:
-  // Throws std::invalid_argument where the rig lacks camera or hand-eye.
+  // Throws std::invalid_argument where the rig lacks camera or hand-eye, or a setting cannot be.
   GraphicsServer(Rig rig, StateLink& link, TrackerDevice& tracker, CameraDevice& camera, PoseRefiner refiner,
-                 FramePainter painter);
+                 FramePainter painter, const GraphicsSettings& settings = {});
 
   // Takes tracker samples and whatever came over the network, keeps the clocks synchronised. Call every
   // millisecond or so, and at least once per frame.
@@ -55,6 +73,11 @@ class GraphicsServer {
   const FrameRecord& finish_frame(Instant<GraphicsClock> now);
 
   void tap_markers(MarkerTap tap) { tap_ = std::move(tap); }
+  // How predicted pictures carry a state on; without it bodies move on steadily.
+  void predict_with(StatePredictor predictor) { predictor_ = std::move(predictor); }
+
+  // What is wrong with the devices now (conditions.h), as of the last service().
+  const std::vector<Condition>& conditions() const { return watch_.conditions(); }
 
   bool frame_begun() const { return image_.has_value(); }
   const ClockSync<GraphicsClock, PhysicsClock>& sync() const { return sync_; }
@@ -62,7 +85,20 @@ class GraphicsServer {
   std::vector<double> take_round_trips();
 
  private:
+  struct Arrived {
+    CameraImage image;
+    Instant<GraphicsClock> at, time;  // time: of its mid-exposure, the camera's latency still in it
+  };
+  // Drawn poses of the last two images: how the head moves, while the tracker does not say.
+  struct Drawn {
+    Instant<GraphicsClock> time;
+    Pose<World, CameraOptical> X_world_camera;
+  };
+  void take_image(CameraImage image, Instant<GraphicsClock> now, Duration waited);
   void estimate_pose(FrameRecord& record);
+  void pose_without_tracker(FrameRecord& record);
+  void predict_pose(FrameRecord& record) const;
+  void predict_state(FrameRecord& record) const;
 
   Rig rig_;
   StateLink& link_;
@@ -70,16 +106,22 @@ class GraphicsServer {
   CameraDevice& camera_;
   PoseRefiner refiner_;
   FramePainter painter_;
+  GraphicsSettings settings_;
   MarkerTap tap_;
+  StatePredictor predictor_;
   ClockEstimator<TrackerClock, GraphicsClock> tracker_clock_;
   ClockEstimator<CameraClock, GraphicsClock> camera_clock_;
+  int camera_restarts_ = 0, doubtful_images_ = 0;
   ClockSync<GraphicsClock, PhysicsClock> sync_;
   std::optional<Instant<GraphicsClock>> last_sync_sent_, last_look_;
+  ConditionWatch watch_;
   MarkerHistory camera_marker_;
-  std::optional<CameraImage> arrived_image_, image_;  // waiting, and being worked on
+  std::deque<Arrived> arrived_;   // one, the newest, unless images are held back
+  std::optional<Arrived> image_;  // being worked on
   std::optional<StateAnswer> last_answer_;
   std::vector<double> round_trips_;
-  Pose<World, CameraOptical> last_pose_;
+  std::optional<Drawn> last_, before_last_;
+  Duration drawing_{0};  // from taking up an image to the finished picture, smoothed
   FrameRecord record_;
   std::uint64_t frames_ = 0;
 };

@@ -29,4 +29,30 @@ std::optional<MarkerPose> MarkerHistory::at(Instant<GraphicsClock> time) const {
   return result;
 }
 
+std::optional<MarkerPose> MarkerHistory::predict(Instant<GraphicsClock> time, Duration span) const {
+  if (poses_.empty() || time - poses_.back().time > longest_gap_) return std::nullopt;
+  const MarkerPose& newest = poses_.back();
+  // A line through (turn, shift) relative to the newest pose, over time relative to it.
+  double n = 0.0, st = 0.0, stt = 0.0;
+  Vector6 sy = Vector6::Zero(), sty = Vector6::Zero();
+  for (auto pose = poses_.rbegin(); pose != poses_.rend() && newest.time - pose->time <= span; ++pose) {
+    const double t = to_seconds(pose->time - newest.time);
+    Vector6 y;
+    y << so3_log(pose->rotation * newest.rotation.conjugate()), pose->translation - newest.translation;
+    n += 1.0, st += t, stt += t * t, sy += y, sty += t * y;
+  }
+  const double spread = n * stt - st * st;
+  if (n < 3.0 || spread <= 0.0) return std::nullopt;
+  const Vector6 rate = (n * sty - st * sy) / spread, at_newest = (sy - rate * st) / n;
+  const double ahead = to_seconds(time - newest.time);
+  const Vector6 y = at_newest + ahead * rate;
+  MarkerPose result = newest;
+  result.time = time;
+  result.rotation = (so3_exp(y.head<3>()) * newest.rotation).normalized();
+  result.translation = newest.translation + y.tail<3>();
+  // Variance of a line's value at `ahead`, each pose as uncertain as the newest.
+  result.covariance *= (stt - 2.0 * ahead * st + n * ahead * ahead) / spread;
+  return result;
+}
+
 }  // namespace palpate

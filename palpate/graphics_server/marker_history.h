@@ -29,6 +29,10 @@ class MarkerHistory {
   // Poses older than the newest are ignored (a tracker's packets may arrive twice or late).
   void add(const MarkerPose& pose);
   std::optional<MarkerPose> at(Instant<GraphicsClock> time) const;
+  // At `time` after the newest pose: carried on with the steady turn and shift that fit the last `span`
+  // (least squares). Nothing where fewer than three poses lie in it or the newest is older than
+  // `longest_gap`.
+  std::optional<MarkerPose> predict(Instant<GraphicsClock> time, Duration span = seconds(0.06)) const;
   bool empty() const { return poses_.empty(); }
 
  private:

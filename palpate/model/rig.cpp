@@ -11,7 +11,7 @@ namespace palpate {
 namespace {
 
 constexpr int kVersion = 1;
-constexpr std::size_t kArmUnknowns = 15, kLensUnknowns = 9;
+constexpr std::size_t kArmUnknowns = 15, kLensUnknowns = 9, kSurfaceUnknowns = 8;
 constexpr NumberRange kLensFocus{1.0, 1e6}, kGain{0.5, 2.0}, kAngleDeg{-720.0, 720.0}, kPlaceMm{-1e5, 1e5},
     kLengthMm{1.0, 1e5};
 
@@ -163,6 +163,7 @@ SurfaceCalibration surface_of(const TomlTable& table, std::set<std::string>& nam
                                vector_of(table, "corner_mm", kMm, kPlaceMm)};
   surface.width = kMm * table.number("width_mm", kLengthMm);
   surface.height = kMm * table.number("height_mm", kLengthMm);
+  surface.covariance = optional_covariance_of(table, "covariance_si", kSurfaceUnknowns);
   surface.from = provenance_of(table);
   return surface;
 }
@@ -341,6 +342,8 @@ Expected<Rig> parse_rig(std::string_view content, std::string source) {
   for (const auto& table : file->tables("landmark")) rig.landmarks.push_back(landmark_of(table));
   if (const auto from = file->table("landmarks_from"); from.exists())
     rig.landmarks_from = provenance_of(from);
+  if (const auto shared = file->table("landmarks_shared"); shared.exists())
+    rig.landmarks_shared = covariance_of(shared, "covariance_si", 6, 1.0);
   if (const auto done = file->finish(); !done) return tl::unexpected(done.error());
   return rig;
 }
@@ -390,6 +393,11 @@ std::string rig_text(const Rig& rig) {
     w.section("landmarks_from");
     w.provenance(from);
   }
+  if (!rig.landmarks_shared.isZero(0.0)) {
+    w.section("landmarks_shared");
+    w.comment("Order: rotation 3 (rad) about the landmarks' mean place, translation 3 (m), World axes.");
+    w.put("covariance_si", rows(rig.landmarks_shared));
+  }
   for (const auto& surface : rig.surfaces) {
     w.item("surface");
     w.text("name", surface.name);
@@ -397,6 +405,10 @@ std::string rig_text(const Rig& rig) {
     w.put("rotation_qwxyz", list(surface.X_world_rectangle.rotation));
     w.number("width_mm", kMillimetresPerMetre * surface.width);
     w.number("height_mm", kMillimetresPerMetre * surface.height);
+    if (surface.covariance.size() > 0) {
+      w.comment("Order: rotation 3 (rad, World axes), corner 3 (m), width, height (m).");
+      w.put("covariance_si", rows(surface.covariance));
+    }
     w.provenance(surface.from);
   }
   for (const auto& landmark : rig.landmarks) {

@@ -82,6 +82,8 @@ struct SurfaceCalibration {
   std::string name;  // "table", "wall"
   Pose<World, Rectangle> X_world_rectangle;
   double width = 0.0, height = 0.0;  // m, along x and y
+  // 8 x 8: rotation 3 (rad, World axes), corner 1 (3, m), width, height (m); empty where unknown.
+  Eigen::MatrixXd covariance;
   Provenance from;
   Point<World> corner(int i) const;  // 0..3, in touching order
 };
@@ -104,6 +106,9 @@ struct Rig {
   std::optional<DelayCalibration> delays;
   std::vector<SurfaceCalibration> surfaces;
   std::vector<Landmark> landmarks;
+  // By how much all landmarks together may be turned (rad) about their mean place and shifted (m), World
+  // axes: what no picture of them shows, because it moves the camera's pose with them. Zero where unknown.
+  Matrix6 landmarks_shared = Matrix6::Zero();
   Provenance landmarks_from;
 
   const SurfaceCalibration* surface(std::string_view surface_name) const;

@@ -52,10 +52,17 @@ Rig full_rig() {
   rig.hand_eye =
       HandEyeCalibration{{rotation(random), vector(random)}, covariance(random, 6), provenance("joint")};
   rig.delays = DelayCalibration{0.0101, -0.0302, 1e-4, 2e-4, provenance("joint")};
-  rig.surfaces.push_back({"table", {rotation(random), vector(random)}, 0.75, 1.0, provenance("rectangle")});
-  rig.surfaces.push_back({"wall", {rotation(random), vector(random)}, 0.75, 0.6, provenance("rectangle")});
+  rig.surfaces.push_back({"table",
+                          {rotation(random), vector(random)},
+                          0.75,
+                          1.0,
+                          covariance(random, 8),
+                          provenance("rectangle")});
+  rig.surfaces.push_back(
+      {"wall", {rotation(random), vector(random)}, 0.75, 0.6, {}, provenance("rectangle")});
   for (int i = 0; i < 5; ++i)
     rig.landmarks.push_back({{vector(random)}, covariance(random, 3), vector(random).normalized(), 0.008});
+  rig.landmarks_shared = covariance(random, 6);
   rig.landmarks_from = provenance("head-motion");
   return rig;
 }
@@ -95,9 +102,11 @@ std::vector<double> numbers(const Rig& rig) {
                         d->camera_std_s)),
         add_from(d->from);
   for (const auto& s : rig.surfaces)
-    add_pose(s.X_world_rectangle), add(Eigen::Vector2d(s.width, s.height)), add_from(s.from);
+    add_pose(s.X_world_rectangle), add(Eigen::Vector2d(s.width, s.height)), add(s.covariance),
+        add_from(s.from);
   for (const auto& l : rig.landmarks)
     add(l.place.m), add(l.covariance), add(l.normal), all.push_back(l.diameter);
+  add(rig.landmarks_shared);
   add_from(rig.landmarks_from);
   return all;
 }

@@ -103,6 +103,7 @@ void visit_person_and_scene(V& v, W& w) {
   v.number("latency_ms", w.camera.latency_s, kMs, kNotNegative);
   v.choice("shutter", w.camera.shutter, {"global", "rolling"});
   v.number("readout_ms", w.camera.readout_s, kMs, kNotNegative);
+  v.integer("blur_steps", w.camera.blur_steps, {1.0, 32.0});
   v.number("noise_sd", w.camera.noise_sd, kSi, kNotNegative);
   v.number("drop_probability", w.camera.drop, kSi, kShare);
   v.number("stereo_baseline_mm", w.camera.stereo_baseline, kMm, kPositive);
@@ -119,9 +120,18 @@ void visit_person_and_scene(V& v, W& w) {
   v.rows("table_corners_m", w.scene.table, kSi);
   v.rows("wall_corners_m", w.scene.wall, kSi);
   v.integer("landmarks", w.scene.landmarks, {0.0, 200.0});
+  v.number("landmarks_covered", w.scene.landmarks_covered, kSi, kShare);
+  v.integer("landmarks_moved", w.scene.landmarks_moved, {0.0, 200.0});
+  v.number("landmarks_moved_by_mm", w.scene.landmarks_moved_by, kMm, kNotNegative);
   v.number("bat_radius_m", w.scene.bat_radius, kSi, kPositive);
   v.vector("bat_offset_m", w.scene.bat_offset, kSi);
   v.number("bat_mass_kg", w.scene.bat_mass, kSi, {0.0, 10.0});
+
+  v.section("display");
+  v.choice("picture_time", w.display.picture_time, {"registered", "predicted"});
+  v.number("scan_out_ms", w.display.scan_out_s, kMs, {0.0, 1000.0});
+  v.number("extra_picture_delay_ms", w.display.extra_picture_delay_s, kMs, {0.0, 1000.0});
+  v.number("extra_force_delay_ms", w.display.extra_force_delay_s, kMs, {0.0, 200.0});
 
   v.section("ball");
   v.number("mass_kg", w.ball.mass, kSi, kPositive);
@@ -330,6 +340,10 @@ void check_whole(Reader& reader, const WorldFile& w) {
     reader.section_table("camera").complain(
         "exposure_ms",
         "is longer than the time between two pictures (1 / rate_hz); at most that is expected");
+  if (w.camera.blur_steps % 2 == 0)
+    reader.section_table("camera").complain("blur_steps", "must be odd, so that one of them is mid-exposure");
+  if (w.scene.landmarks_moved > w.scene.landmarks)
+    reader.section_table("scene").complain("landmarks_moved", "is more than there are landmarks");
   if (w.camera.shutter == "rolling" && w.camera.readout_s <= 0.0)
     reader.section_table("camera").complain("shutter", "a rolling shutter needs readout_ms > 0");
 }

@@ -87,6 +87,7 @@ struct WorldFile {
     double rate_hz = 0.0, exposure_s = 0.0, latency_s = 0.0;
     std::string shutter;
     double readout_s = 0.0;  // first to last row; rolling shutter only
+    int blur_steps = 1;      // moments of the exposure a picture is averaged from; 1: sharp, and cheap
     double noise_sd = 0.0, drop = 0.0, stereo_baseline = 0.0;
   } camera;
 
@@ -98,10 +99,21 @@ struct WorldFile {
   struct {
     Corners table{}, wall{};
     int landmarks = 0;
+    // Once play begins: share of the landmarks that is covered, other ones every second; how many have been
+    // moved since they were calibrated, and by how much.
+    double landmarks_covered = 0.0;
+    int landmarks_moved = 0;
+    double landmarks_moved_by = 0.0;
     double bat_radius = 0.0;
     double bat_mass = 0.0;  // that a blow has to move, with stylus and hand, kg; 0: held fast
     Vector3 bat_offset = Vector3::Zero();
   } scene;
+
+  // What pictures show, and delays on purpose, for experiments.
+  struct {
+    std::string picture_time = "registered";  // or "predicted"
+    double scan_out_s = 0.0, extra_picture_delay_s = 0.0, extra_force_delay_s = 0.0;
+  } display;
 
   struct {
     double mass = 0.0, radius = 0.0, restitution_table = 0.0, restitution_bat = 0.0, contact_s = 0.0;

@@ -26,12 +26,19 @@ TEST(WorldFile, WrittenTextReadsBackToTheSameText) {
   world.tracker.white_rms = 1e-3 / 3.0;
   world.camera.shutter = "rolling";
   world.camera.readout_s = 0.02;
+  world.camera.blur_steps = 3;
+  world.scene.landmarks_covered = 0.5;
+  world.scene.landmarks_moved = 2;
+  world.scene.landmarks_moved_by = 0.008;
+  world.display = {"predicted", 0.008, 0.02, 0.03};
   const auto text = world_text(world);
   const auto again = parse_world(text, "again");
   ASSERT_TRUE(again) << again.error().message;
   EXPECT_EQ(world_text(*again), text);
   EXPECT_EQ(again->tracker.white_rms, world.tracker.white_rms);
   EXPECT_EQ(again->arm.gain_sd, world.arm.gain_sd);
+  EXPECT_EQ(again->scene.landmarks_moved_by, 0.008);
+  EXPECT_EQ(again->display.extra_force_delay_s, 0.03);
 }
 
 TEST(WorldFile, WhatIsLeftOutIsTheReferences) {
@@ -79,6 +86,12 @@ TEST(WorldFile, MistakesAreNamedWithFileLineAndKey) {
       {"[arm]\njoint_range_deg = [[45, -45], [-10, 85], [-25, 65]]\n", "bad.toml:2", "joint_range_deg"},
       {"[camera]\nshutter = \"global\"\nexposure_ms = 50\n", "bad.toml:3", "exposure_ms"},
       {"[camera]\nshutter = \"rolling\"\n", "bad.toml:2", "readout_ms"},
+      {"[camera]\nblur_steps = 4\n", "bad.toml:2", "must be odd"},
+      {"[scene]\nlandmarks_covered = 1.5\n", "bad.toml:2", "landmarks_covered"},
+      {"[scene]\nlandmarks_moved = 13\n", "bad.toml:2", "more than there are"},
+      {"[display]\npicture_time = \"tomorrow\"\n", "bad.toml:2", "predicted"},
+      {"[display]\nextra_picture_delay_ms = -1\n", "bad.toml:2", "extra_picture_delay_ms"},
+      {"[display]\nextra_force_delay_ms = 500\n", "bad.toml:2", "extra_force_delay_ms"},
       {"[clocks]\narm = { offset = 1 }\n", "bad.toml:2", "offset"},
       {"[ball]\nphysics = \"papyrus\"\n", "bad.toml:2", "paper"},
       {"[ball]\ncontact = \"glue\"\n", "bad.toml:2", "hunt-crossley"},

@@ -141,6 +141,7 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
   if (options.rig.arm) haptic_settings.limits = force_limits_of(options.rig.arm->model);
   haptic_settings.limits = (*arm)->limits(haptic_settings.limits);
   PhysicsServer server(options.rig, scene, std::move(*application), (*arm)->device(), haptic_settings);
+  server.delay_forces(options.extra_force_delay);
   scene.shape_vertices = server.shape_vertices();
   StatusBoard board;
   auto service =

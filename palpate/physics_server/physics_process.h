@@ -29,6 +29,7 @@ struct PhysicsProcessOptions {
   double seconds = 0.0;                 // 0 = until asked to stop
   double physics_hz = 1000.0, haptic_hz = 1000.0;
   bool real_time = true;
+  Duration extra_force_delay{0};  // forces come so much later, on purpose
   std::filesystem::path
       out;  // realtime_loops.csv, realtime_jitter.csv, trip_*.csv; empty = trips only, in the run folder
   std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each

@@ -32,6 +32,12 @@ void PhysicsServer::haptic_tick(Instant<PhysicsClock> now) {
   if (calm_ticks_ >= kCalmTicks || rearm_asked_.exchange(false, std::memory_order_relaxed)) haptic_.rearm();
 }
 
+void PhysicsServer::delay_forces(Duration delay) {
+  if (delay < Duration(0) || delay > DelayLine::kMost)
+    throw std::invalid_argument("physics server: the extra force delay must lie in 0 ... 200 ms");
+  delay_line_.set(delay);
+}
+
 void PhysicsServer::physics_tick(Instant<PhysicsClock> now) {
   to_physics_.read(tip_);
   if (tip_.time.ns() == 0) return;  // no arm yet: nothing moves in the world before its first reading
@@ -48,7 +54,8 @@ void PhysicsServer::physics_tick(Instant<PhysicsClock> now) {
     next_shape_ =
         std::max(next_shape_ + period, now - period);  // the rate on average; no pause is made up for
   }
-  to_haptic_.write(haptic_input(state_, application_->contact()));
+  if (const auto input = delay_line_.push(haptic_input(state_, application_->contact()), now))
+    to_haptic_.write(*input);
 }
 
 SceneDescription scene_from_rig(const Rig& rig, SceneDescription settings, double restitution) {

@@ -15,6 +15,7 @@
 #include "palpate/devices/devices.h"
 #include "palpate/haptics/haptic_loop.h"
 #include "palpate/model/rig.h"
+#include "palpate/physics_server/delay_line.h"
 #include "palpate/scene/application.h"
 #include "palpate/scene/shape_history.h"
 #include "palpate/scene/world_history.h"
@@ -40,6 +41,10 @@ class PhysicsServer {
     application_->control(command);
   }
 
+  // Before the loops start: forces come so much later than they would (experiments). Throws
+  // std::invalid_argument outside 0 ... DelayLine::kMost.
+  void delay_forces(Duration delay);
+
   // Any thread.
   StateAnswer state_at(Instant<PhysicsClock> time) const { return history_.at(time); }
   // Any thread: of the application's surface that deforms (ShapeHistory::at), where it has one.
@@ -55,6 +60,7 @@ class PhysicsServer {
 
  private:
   std::unique_ptr<Application> application_;
+  DelayLine delay_line_;  // physics thread
   TripleBuffer<HapticInput> to_haptic_;
   TripleBuffer<TipState> to_physics_;
   HapticLoop haptic_;

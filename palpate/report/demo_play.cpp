@@ -59,6 +59,10 @@ void outline(Plot& plot, const DemoData& data, std::string_view horizontal, std:
   const auto label = *surface->find("label");
   const auto h = column(*surface, horizontal), v = column(*surface, vertical);
   for (std::size_t i = 0; i + 3 < surface->rows.size(); i += 4) {
+    // Touched several times over: once is enough to show it.
+    if (std::any_of(plot.series.begin(), plot.series.end(),
+                    [&](const Series& s) { return s.name == surface->text[i][label]; }))
+      continue;
     Series side{.name = surface->text[i][label],
                 .tone = plot.series.size() % 2 == 1 ? Tone::third : Tone::fourth};
     for (std::size_t k : {0, 1, 2, 3, 0}) {

@@ -8,9 +8,9 @@
 //                            (estimate minus truth). Methods: uncorrected, one-pass, alternating, eq7, joint.
 //   raw/pivot.csv            x_mm,y_mm,z_mm,... marker poses while the tip was held
 //   raw/lens.csv             which(est|true),fx,fy,cx,cy,k1,k2,p1,p2,k3
-//   raw/surface.csv          label,x_mm,y_mm,z_mm touched corners, four of each label in touching order
-//   raw/frames.csv           mid_exposure_s,world_px,tip_px,...   raw/ball.csv time_s,x_m,y_m,z_m
-//   raw/haptics.csv          time_s,asked_n,given_n around the hits
+//   raw/surface.csv          label,x_mm,y_mm,z_mm touched corners, four of each label in touching order, once
+//   or several times raw/frames.csv           mid_exposure_s,world_px,tip_px,...   raw/ball.csv
+//   time_s,x_m,y_m,z_m raw/haptics.csv          time_s,asked_n,given_n around the hits
 //   raw/realtime_frames.csv  time_s,round_trip_us,late,lost,repeated,out_of_order
 //   raw/realtime_sync.csv    time_s,offset_error_us,uncertainty_us,offset_s
 //   raw/realtime_loops.csv   time_s and, of haptic_ and physics_ each, ticks,overruns,missed since the start

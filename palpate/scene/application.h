@@ -103,6 +103,11 @@ class Artist {
  public:
   virtual ~Artist() = default;
   virtual std::vector<DrawItem> draw(const WorldState& state) const = 0;
+  // The state carried on by `ahead`, for a picture of the near future. Bodies move on steadily; an
+  // application whose bodies fall or meet others says so itself, and never guesses beyond a contact.
+  virtual WorldState predict(const WorldState& state, Duration ahead) const {
+    return extrapolate(state, ahead);
+  }
   // Lines of text for a person (score, rally), newest state.
   virtual std::vector<std::string> captions(const WorldState& state) const = 0;
 };

@@ -1,6 +1,7 @@
 #include "palpate/sim/camera_twin.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace palpate::sim {
 
@@ -9,21 +10,24 @@ CameraTwin::CameraTwin(const WorldFile& world, std::uint64_t seed)
       latency_(seconds(world.camera.latency_s)),
       drop_(world.camera.drop),
       readout_s_(world.camera.readout_s),
+      exposure_s_(world.camera.exposure_s),
+      blur_steps_(world.camera.blur_steps),
       rolling_(world.camera.shutter == "rolling"),
       drops_(seed, "camera/drops") {
   // Half a readout before the first mid-exposure is still after the world began.
   first_ = next_ = Instant<TrueTime>::from_seconds(0.5 * interval_s_);
 }
 
-Duration CameraTwin::band_offset(int band) const {
-  if (!rolling_) return Duration(0);
-  return seconds(readout_s_ * ((band + 0.5) / kRollingBands - 0.5));
+Duration CameraTwin::moment_offset(int moment) const {
+  const int band = moment / blur_steps_, step = moment % blur_steps_;
+  const double in_exposure = exposure_s_ * ((step + 0.5) / blur_steps_ - 0.5);
+  return seconds(in_exposure + (rolling_ ? readout_s_ * ((band + 0.5) / kRollingBands - 0.5) : 0.0));
 }
 
 void CameraTwin::expose(Instant<CameraClock> stamp, std::vector<TrueView> views) {
   const bool dropped = drops_.chance(drop_);
   if (!dropped && !views.empty()) {
-    pending_.push_back({next_ + latency_, {stamp, frame_, std::move(views)}});
+    pending_.push_back({next_ + latency_, {stamp, frame_, blur_steps_, std::move(views)}});
     // Nobody takes images that are seconds old.
     if (pending_.size() > 64) pending_.pop_front();
   }
@@ -47,17 +51,33 @@ CameraImage draw_shot(const CameraShot& shot, const RenderView& render) {
   image.width = shot.views.front().lens.width;
   image.height = shot.views.front().lens.height;
   if (!render) return image;
-  render(shot.views.front(), image.rgb);
+  const auto steps = static_cast<std::size_t>(shot.blur_steps), bands = shot.views.size() / steps;
   const auto rows = static_cast<std::size_t>(image.height),
              row_bytes = static_cast<std::size_t>(image.width) * 3;
-  std::vector<std::uint8_t> band_picture;
-  for (std::size_t band = 1; band < shot.views.size(); ++band) {
-    render(shot.views[band], band_picture);
-    const std::size_t from = rows * band / shot.views.size() * row_bytes;
-    const std::size_t to = rows * (band + 1) / shot.views.size() * row_bytes;
-    std::copy(band_picture.begin() + static_cast<std::ptrdiff_t>(from),
-              band_picture.begin() + static_cast<std::ptrdiff_t>(to),
-              image.rgb.begin() + static_cast<std::ptrdiff_t>(from));
+  image.rgb.resize(rows * row_bytes);
+  std::vector<std::uint8_t> picture;
+  std::vector<std::uint32_t> light;
+  for (std::size_t band = 0; band < bands; ++band) {
+    const std::size_t from = rows * band / bands * row_bytes, to = rows * (band + 1) / bands * row_bytes;
+    light.assign(to - from, 0);
+    for (std::size_t step = 0; step < steps; ++step) {
+      render(shot.views[band * steps + step], picture);
+      if (steps == 1) break;
+      // Pictures hold square roots of light.
+      for (std::size_t i = from; i < to; ++i)
+        light[i - from] += static_cast<std::uint32_t>(picture[i]) * picture[i];
+    }
+    if (steps == 1 && bands == 1) {
+      image.rgb = std::move(picture);
+    } else if (steps == 1) {
+      std::copy(picture.begin() + static_cast<std::ptrdiff_t>(from),
+                picture.begin() + static_cast<std::ptrdiff_t>(to),
+                image.rgb.begin() + static_cast<std::ptrdiff_t>(from));
+    } else {
+      for (std::size_t i = from; i < to; ++i)
+        image.rgb[i] = static_cast<std::uint8_t>(
+            std::lround(std::sqrt(static_cast<double>(light[i - from]) / static_cast<double>(steps))));
+    }
   }
   return image;
 }

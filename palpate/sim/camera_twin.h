@@ -2,8 +2,8 @@
 //
 // The picture of a frame is that of its mid-exposure, stamped in the camera's clock; it arrives `latency`
 // later. A dropped frame leaves a gap in the frame count. The picture is drawn only when somebody takes it.
-// With a rolling shutter each band of rows has its own moment; the stamp is the middle of the picture. One
-// thread.
+// With a rolling shutter each band of rows has its own moment; the stamp is the middle of the picture. With
+// more than one blur step a picture is the mean, in light, of so many moments of its exposure. One thread.
 #pragma once
 
 #include <deque>
@@ -23,7 +23,8 @@ using RenderView = std::function<void(const TrueView&, std::vector<std::uint8_t>
 struct CameraShot {
   Instant<CameraClock> mid_exposure;
   std::uint64_t frame = 0;
-  std::vector<TrueView> views;  // one per band of rows
+  int blur_steps = 1;           // views that are averaged, in light, to one band
+  std::vector<TrueView> views;  // per band of rows, then per step of its exposure
 };
 // The shot as an image; without a renderer it has no pixels.
 CameraImage draw_shot(const CameraShot& shot, const RenderView& render);
@@ -32,14 +33,16 @@ class CameraTwin {
  public:
   CameraTwin(const WorldFile& world, std::uint64_t seed);
 
-  static constexpr int kRollingBands = 8;
+  static constexpr int kRollingBands = 9;  // odd: the middle one is the stamp's
   int bands() const { return rolling_ ? kRollingBands : 1; }
-  // Moment of a band's middle, relative to mid-exposure.
-  Duration band_offset(int band) const;
+  // The moments a picture is made of, bands and within each the steps of its exposure, and when they are,
+  // relative to mid-exposure. The middle one is mid-exposure itself.
+  int moments() const { return bands() * blur_steps_; }
+  Duration moment_offset(int moment) const;
 
   // Mid-exposure of the next frame, true time.
   Instant<TrueTime> next_mid_exposure() const { return next_; }
-  // The next frame is exposed now: `views` holds one view per band. Drawn when taken.
+  // The next frame is exposed now: `views` holds one view per moment. Drawn when taken.
   void expose(Instant<CameraClock> stamp, std::vector<TrueView> views);
   // Lets a frame pass without a view (nobody draws).
   void skip() { expose({}, {}); }
@@ -54,7 +57,8 @@ class CameraTwin {
   };
   double interval_s_ = 0.0;
   Duration latency_{0};
-  double drop_ = 0.0, readout_s_ = 0.0;
+  double drop_ = 0.0, readout_s_ = 0.0, exposure_s_ = 0.0;
+  int blur_steps_ = 1;
   bool rolling_ = false;
   std::uint64_t frame_ = 0;
   Instant<TrueTime> first_, next_;

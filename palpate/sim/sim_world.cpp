@@ -1,5 +1,7 @@
 #include "palpate/sim/sim_world.h"
 
+#include <algorithm>
+#include <cmath>
 #include <deque>
 
 #include "palpate/sim/arm_twin.h"
@@ -70,7 +72,7 @@ struct SimWorld::Parts : ArmDevice, TrackerDevice, HandDevice, Clock<PhysicsCloc
     view.X_world_camera = state.X_world_camera;
     view.table = truth.table;
     view.wall = truth.wall;
-    view.dots = truth.landmarks;
+    view.dots = played_since ? disturbed_landmarks(t) : truth.landmarks;
     view.X_world_base = truth.X_world_base;
     view.lengths = truth.lengths;
     view.theta = state.theta;
@@ -78,9 +80,41 @@ struct SimWorld::Parts : ArmDevice, TrackerDevice, HandDevice, Clock<PhysicsCloc
     view.X_tip_marker = truth.X_tip_marker;
     view.marker_leds = file.tip_marker.leds;
     if (person.board_in_place()) view.board = truth.X_world_board;
-    view.noise_sd = file.camera.noise_sd;
+    // As many moments as are averaged leave the noise of one picture.
+    view.noise_sd = file.camera.noise_sd * std::sqrt(static_cast<double>(file.camera.blur_steps));
     view.noise_seed = Random(seed + static_cast<std::uint64_t>(t.ns()), "camera/noise").bits();
     return view;
+  }
+
+  // As they are while somebody plays: some have been moved since they were calibrated, some are covered,
+  // other ones every second.
+  std::vector<Dot> disturbed_landmarks(Instant<TrueTime> t) const {
+    auto all = truth.landmarks;
+    Random moved(seed, "landmarks/moved");
+    const auto order = [](std::size_t count, Random& random) {
+      std::vector<std::size_t> list(count);
+      for (std::size_t i = 0; i < count; ++i) list[i] = i;
+      for (std::size_t i = count; i > 1; --i) std::swap(list[i - 1], list[random.below(i)]);
+      return list;
+    };
+    const auto chosen = order(all.size(), moved);
+    for (std::size_t i = 0; i < std::min(all.size(), static_cast<std::size_t>(file.scene.landmarks_moved));
+         ++i) {
+      Dot& dot = all[chosen[i]];
+      const Vector3 along = dot.normal.unitOrthogonal();
+      const Quaternion turn(
+          Eigen::AngleAxisd(moved.uniform(0.0, 6.283185307179586), dot.normal.normalized()));
+      dot.centre += file.scene.landmarks_moved_by * (turn * along);
+    }
+    const auto covered =
+        static_cast<std::size_t>(std::lround(file.scene.landmarks_covered * static_cast<double>(all.size())));
+    if (covered == 0) return all;
+    Random hidden(seed + static_cast<std::uint64_t>((t - *played_since) / std::chrono::seconds(1)),
+                  "landmarks/covered");
+    const auto shuffled = order(all.size(), hidden);
+    std::vector<Dot> open;
+    for (std::size_t i = covered; i < shuffled.size(); ++i) open.push_back(all[shuffled[i]]);
+    return open;
   }
 
   void track(Instant<TrueTime> t) {
@@ -104,11 +138,11 @@ struct SimWorld::Parts : ArmDevice, TrackerDevice, HandDevice, Clock<PhysicsCloc
 
   void expose_due(Instant<TrueTime> until) {
     while (true) {
-      const auto band = static_cast<int>(views.size());
-      const auto t = camera_twin.next_mid_exposure() + camera_twin.band_offset(band);
+      const auto moment = static_cast<int>(views.size());
+      const auto t = camera_twin.next_mid_exposure() + camera_twin.moment_offset(moment);
       if (t > until) return;
       views.push_back(view_at(t));
-      if (band + 1 < camera_twin.bands()) continue;
+      if (moment + 1 < camera_twin.moments()) continue;
       camera_twin.expose(camera_clock.at(camera_twin.next_mid_exposure()), std::move(views));
       views.clear();
     }
@@ -184,7 +218,8 @@ struct SimWorld::Parts : ArmDevice, TrackerDevice, HandDevice, Clock<PhysicsCloc
   Instant<TrueTime> time;
   ArmTwin::State before;
   std::deque<Tracked> tracked;
-  std::vector<TrueView> views;  // bands of the frame under exposure
+  std::vector<TrueView> views;  // moments of the frame under exposure
+  std::optional<Instant<TrueTime>> played_since;
 };
 
 SimWorld::SimWorld(WorldFile file, std::uint64_t seed)
@@ -201,6 +236,9 @@ HandDevice& SimWorld::hand() { return *parts_; }
 Person& SimWorld::person() { return parts_->person; }
 Clock<PhysicsClock>& SimWorld::physics_clock() { return *parts_; }
 std::optional<CameraShot> SimWorld::take_shot() { return parts_->camera_twin.take(parts_->time); }
+void SimWorld::begin_play() {
+  if (!parts_->played_since) parts_->played_since = parts_->time;
+}
 void SimWorld::set_renderer(RenderView render) { parts_->render = std::move(render); }
 
 const WorldFile& SimWorld::file() const { return parts_->file; }

@@ -48,6 +48,8 @@ class SimWorld {
   Person& person();
   // The physics host's clock; sleeping on it moves the world.
   Clock<PhysicsClock>& physics_clock();
+  // From now on somebody plays: what the world file says of that time (covered and moved landmarks) holds.
+  void begin_play();
   // Without a renderer the camera's images have stamps but no pixels.
   void set_renderer(RenderView render);
   // Instead of camera().poll(), where the picture is to be drawn elsewhere.

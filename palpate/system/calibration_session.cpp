@@ -79,6 +79,9 @@ std::vector<Pixel> numbered(std::vector<Pixel> corners, const BoardShape& shape,
   return corners;
 }
 
+// By how much a hand misses what it touches, per axis (as for landmarks).
+const double kTouchSd = LandmarkTouchOptions{}.touch_sd;
+
 struct Steps {
   Laboratory lab;
   Rig& rig;
@@ -105,21 +108,28 @@ struct Steps {
   Expected<void> surfaces() {
     rig.surfaces.clear();
     for (const std::string name : {"table", "wall"}) {
-      auto touches = record_touches(lab, corner_requests(name), rig.pointer_pivot->tip_in_marker);
+      std::vector<Request> requests;
+      for (int round = 0; round < plan.corner_rounds; ++round)
+        for (const auto& request : corner_requests(name)) requests.push_back(request);
+      auto touches = record_touches(lab, requests, rig.pointer_pivot->tip_in_marker);
       if (!touches) return failed(touches);
       std::vector<TouchedPoint> points;
       std::string data;
+      double variance = 0.0;  // of a touch per axis: the hand's and the tracker's
       for (const auto& touch : *touches) {
+        variance +=
+            (kTouchSd * kTouchSd + touch.covariance.trace() / 3.0) / static_cast<double>(touches->size());
         points.push_back({{touch.place}, touch.index + 1});
         data += fmt::format("{} {} {};", touch.place.x(), touch.place.y(), touch.place.z());
       }
-      auto fit = fit_rectangle(points);
+      auto fit = fit_rectangle(points, {.touch_sd = std::sqrt(variance)});
       if (!fit) return failed(fit);
       SurfaceCalibration surface;
       surface.name = name;
       surface.X_world_rectangle = fit->value.X_world_rectangle;
       surface.width = fit->value.width;
       surface.height = fit->value.height;
+      surface.covariance = fit->covariance;
       surface.from = provenance(plan, data, "rectangle", mm_from_metres(rms_per_component(fit->residuals)));
       rig.surfaces.push_back(surface);
       out.corners.insert(out.corners.end(), touches->begin(), touches->end());
@@ -318,6 +328,7 @@ struct Steps {
     auto refined = refine_landmarks(rig.camera->model, *rig.hand_eye, rig.landmarks, frames);
     if (!refined) return failed(refined);
     rig.landmarks = refined->value.landmarks;
+    rig.landmarks_shared = refined->value.shared;
     rig.hand_eye->X_marker_camera = refined->value.hand_eye.X_marker_camera;
     rig.hand_eye->covariance = refined->value.hand_eye.covariance;
     out.landmark_rms_px_before = refined->value.rms_px_before;

@@ -20,6 +20,7 @@
 namespace palpate {
 
 struct CalibrationPlan {
+  int corner_rounds = 2;  // how often each surface's four corners are touched
   int pivot_poses = 400;
   double pivot_s = 20.0;
   int arm_points = 70, arm_test_points = 70;  // the latter always of the person's own choice

@@ -170,6 +170,7 @@ Expected<Json> demo(const DemoOptions& options) {
   parts.camera = render;
   parts.refiner = pictures.refiner();
   parts.painter = pictures.painter();
+  parts.predictor = pictures.predictor();
   parts.shown = [&](const FrameRecord& frame) {
     video->add(frame.rgb);
     if (shown) shown = book.look(frame);
@@ -177,6 +178,8 @@ Expected<Json> demo(const DemoOptions& options) {
   LockstepOptions lockstep;
   lockstep.seconds = options.seconds;
   lockstep.seed = options.seed;
+  lockstep.graphics = graphics_settings(options.world);
+  lockstep.extra_force_delay = seconds(options.world.display.extra_force_delay_s);
   auto play = play_in_lockstep(world, rig, scene, lockstep, parts, go_on);
   if (!play) return tl::unexpected(play.error());
   if (!shown) return tl::unexpected(shown.error());

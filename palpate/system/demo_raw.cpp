@@ -80,6 +80,20 @@ const char* answer_name(AnswerKind kind) {
   return "unknown";
 }
 
+const char* pose_source_name(PoseSource source) {
+  switch (source) {
+    case PoseSource::none:
+      return "none";
+    case PoseSource::tracker:
+      return "tracker";
+    case PoseSource::refined:
+      return "refined";
+    case PoseSource::landmarks:
+      return "landmarks";
+  }
+  return "unknown";
+}
+
 Json arm_result_json(const ArmSolution& arm) {
   Json json;
   json["gains"] = list(arm.gain.head<3>(), 1.0);
@@ -165,7 +179,9 @@ Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepRe
                     "tracker_cam_z_m", "tracker_cam_qw",
                     "tracker_cam_qx",  "tracker_cam_qy",
                     "tracker_cam_qz",  "landmarks_used",
-                    "landmark_rms_px"});
+                    "landmark_rms_px", "landmarks_rejected",
+                    "pose_source",     "expected_world_px",
+                    "landmark_misfit"});
   CsvWriter truths({"frame", "cam_x_m", "cam_y_m", "cam_z_m", "cam_qw", "cam_qx", "cam_qy", "cam_qz",
                     "tip_x_m", "tip_y_m", "tip_z_m"});
   CsvWriter ball({"time_s", "x_m", "y_m", "z_m"});
@@ -179,12 +195,16 @@ Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepRe
     row.push_back(r.late ? "1" : "0");
     put(row, errors[i].world_px);
     put(row, errors[i].tip_px);
-    if (r.pose_source == PoseSource::none)
+    if (!r.have_tracker)
       row.insert(row.end(), 7, "");
     else
       put(row, r.X_world_camera_tracker);
     put(row, static_cast<double>(r.landmarks_used));
     put(row, r.landmark_rms_px);
+    put(row, static_cast<double>(r.landmarks_rejected));
+    row.push_back(pose_source_name(r.pose_source));
+    put(row, r.expected_world_px);
+    put(row, r.landmark_misfit);
     frames.row(row);
 
     Cells true_row{number_text(static_cast<double>(r.number))};

@@ -28,5 +28,6 @@ Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepRe
 Json arm_result_json(const ArmSolution& arm);
 
 const char* answer_name(AnswerKind kind);
+const char* pose_source_name(PoseSource source);
 
 }  // namespace palpate

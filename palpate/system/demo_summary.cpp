@@ -87,6 +87,21 @@ Json demo_summary(const DemoOutcome& outcome) {
                              {"check_points", points},
                              {"landmark_px_rms_before", recordings.landmark_rms_px_before},
                              {"landmark_px_rms", recordings.landmark_rms_px}};
+  // What the system itself believes, beside the truth: frame by frame, rms of both over the same frames.
+  if (!overlay.expected_world.empty() && overlay.frame_world.rms() > 0.0)
+    summary["registration"].update(
+        Json{{"own_estimate_px_rms", overlay.expected_world.rms()},
+             {"own_estimate_over_true", overlay.expected_world.rms() / overlay.frame_world.rms()}});
+  Json sources = {{"none", 0}, {"tracker", 0}, {"refined", 0}, {"landmarks", 0}};
+  double rejected = 0.0;
+  for (const auto& frame : play.frames) {
+    auto& count = sources[pose_source_name(frame.record.pose_source)];
+    count = count.get<int>() + 1;
+    rejected += frame.record.landmarks_rejected;
+  }
+  summary["registration"]["pose_from"] = sources;
+  summary["registration"]["landmarks_rejected_per_frame"] =
+      play.frames.empty() ? 0.0 : rejected / static_cast<double>(play.frames.size());
   Json answers = {{"exact", 0}, {"interpolated", 0}, {"extrapolated", 0}, {"too_old", 0}, {"too_new", 0}};
   int late = 0;
   for (const auto& frame : play.frames) {

@@ -90,6 +90,33 @@ class ClockWatch {
   int restarts_ = 0;
 };
 
+// Tells each time a condition begins or ends.
+class ConditionTeller {
+ public:
+  explicit ConditionTeller(const std::function<void(const std::string&)>& say) : say_(say) {}
+  void look(const std::vector<Condition>& now) {
+    for (const auto& condition : now)
+      if (!among(told_, condition.kind)) {
+        ++begun_;
+        if (say_) say_("graphics: " + condition.text);
+      }
+    for (const auto& kind : told_)
+      if (say_ && std::none_of(now.begin(), now.end(), [&](const auto& c) { return c.kind == kind; }))
+        say_(fmt::format("graphics: {}", end_of(kind)));
+    told_.clear();
+    for (const auto& condition : now) told_.push_back(condition.kind);
+  }
+  int begun() const { return begun_; }
+
+ private:
+  static bool among(const std::vector<ConditionKind>& kinds, ConditionKind kind) {
+    return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+  }
+  const std::function<void(const std::string&)>& say_;
+  std::vector<ConditionKind> told_;
+  int begun_ = 0;
+};
+
 // For `palpate status`.
 ClientFigures figures_of(std::uint64_t frames, std::uint64_t late, std::uint64_t lost, double elapsed_s,
                          const JitterHistogram& trips, const ClockSync<GraphicsClock, PhysicsClock>& sync,
@@ -217,7 +244,8 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   if (!artist) return tl::unexpected(artist.error());
   PictureParts pictures(options.rig, scene, std::move(*artist));
   GraphicsServer server(options.rig, **link, tracker, **camera, pictures.refiner(),
-                        pictures.painter(!options.window));
+                        pictures.painter(!options.window), options.graphics);
+  server.predict_with(pictures.predictor());
   if (feed)
     server.tap_markers([&feed](MarkerId marker, const MarkerPose& pose) { feed->marker(marker, pose); });
   std::optional<PlayerSeat> player;
@@ -242,6 +270,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   if (live_tracker) tracker_watch.emplace(*live_tracker, *options.tracker, clock.now());
   ServerWatch physics(**link, clock, endpoint.address, options.notice);
   ClockWatch clocks(options.notice);
+  ConditionTeller conditions(options.notice);
   std::optional<Logs> logs;
   if (!options.out.empty()) {
     auto begun_logs = Logs::begin(options.out);
@@ -270,6 +299,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     server.service(clock.now());
     physics.look();
     clocks.look(server.sync());
+    conditions.look(server.conditions());
     if (tracker_watch)
       if (const auto news = tracker_watch->look(clock.now()); news && options.notice) options.notice(*news);
     if (!server.frame_begun()) {
@@ -337,6 +367,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
                     {"exchanges", server.sync().exchanges()},
                     {"restarts", server.sync().restarts()}};
   result["graphics"] = {{"rate_hz", elapsed > 0 ? static_cast<double>(frames) / elapsed : 0.0}};
+  result["graphics"]["conditions"] = conditions.begun();
   result["begun_monotonic_ns"] = clock.to_monotonic(begun);
   result["server_there"] = Json::array();
   for (const auto& change : physics.changes())

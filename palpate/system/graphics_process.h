@@ -11,6 +11,7 @@
 
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
+#include "palpate/graphics_server/graphics_server.h"
 #include "palpate/model/rig.h"
 #include "palpate/model/world_file.h"
 #include "palpate/network/server_place.h"
@@ -25,9 +26,10 @@ struct GraphicsProcessOptions {
   ServerName server;
   std::optional<LiveTracker> tracker;    // instead of the laboratory's
   std::optional<igtl::Address> publish;  // poses for 3D Slicer and others (pose_feed.h)
-  bool player = false;                   // the scripted player holds the stylus
-  bool window = false;                   // on this machine's display, with sound
-  bool mouse = false;                    // holds the stylus; from a scripted player it takes it when it moves
+  GraphicsSettings graphics;
+  bool player = false;  // the scripted player holds the stylus
+  bool window = false;  // on this machine's display, with sound
+  bool mouse = false;   // holds the stylus; from a scripted player it takes it when it moves
   std::uint64_t seed = 1;
   // 0 = until asked to stop, or the window is closed. A person in front of the window is not cut short.
   double seconds = 0.0;

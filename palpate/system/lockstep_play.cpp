@@ -1,6 +1,7 @@
 #include "palpate/system/lockstep_play.h"
 
 #include <algorithm>
+#include <deque>
 
 #include "palpate/applications/applications.h"
 #include "palpate/applications/pingpong/pingpong.h"
@@ -16,8 +17,13 @@ constexpr double kBlowBefore = 0.010, kBlowAfter = 0.040;
 // The camera's pictures are drawn from this long before the first frame that counts.
 constexpr double kOpenBefore = 0.1;
 
-// Keeps what the camera saw of the truth, and passes the view on to whoever draws it.
-class WatchedCamera {
+Vector3 true_tip(const sim::TrueView& view) {
+  return (view.X_world_base * phantom_tip(view.theta, view.lengths)).m;
+}
+
+// The world's camera, which keeps what it saw of the truth beside each image, and passes the view on to
+// whoever draws it.
+class WatchedCamera : public CameraDevice {
  public:
   WatchedCamera(sim::SimWorld& world, sim::RenderView render) : world_(world), render_(std::move(render)) {
     world_.set_renderer([this](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
@@ -29,26 +35,73 @@ class WatchedCamera {
         render_(view, rgb);
     });
   }
-  ~WatchedCamera() { world_.set_renderer(render_); }
-  void forget() { views_.clear(); }
+  ~WatchedCamera() override { world_.set_renderer(render_); }
   // While closed its images are black: nothing is drawn that nobody looks at.
   void close(bool closed) { closed_ = closed; }
-  bool has_view() const { return !views_.empty(); }
-  // A rolling shutter gives one view per band; the stamp is that of the middle.
-  const sim::TrueView& view() const { return views_[views_.size() / 2]; }
+  void disturb(std::function<void(std::optional<CameraImage>&)> how) { disturb_ = std::move(how); }
+
+  std::optional<CameraImage> poll() override {
+    views_.clear();
+    auto image = world_.camera().poll();
+    if (image && !views_.empty()) {
+      // A picture is made of one view or of several; the middle one is mid-exposure.
+      const auto& view = views_[views_.size() / 2];
+      seen_.push_back({image->frame, {view.lens, view.X_world_camera}, true_tip(view)});
+      if (seen_.size() > kKept) seen_.pop_front();
+    }
+    if (disturb_) disturb_(image);
+    return image;
+  }
+
+  // What was true when the image of this number was taken; it may have been held back since.
+  bool truth_of(std::uint64_t frame, PlayedFrame& played) const {
+    for (const auto& seen : seen_) {
+      if (seen.frame != frame) continue;
+      played.truth = seen.truth;
+      played.true_tip = seen.true_tip;
+      return true;
+    }
+    return false;
+  }
 
  private:
+  static constexpr std::size_t kKept = 64;
+  struct Seen {
+    std::uint64_t frame = 0;
+    CameraView truth;
+    Vector3 true_tip = Vector3::Zero();
+  };
   sim::SimWorld& world_;
   sim::RenderView render_;
   std::vector<sim::TrueView> views_;
+  std::deque<Seen> seen_;
+  std::function<void(std::optional<CameraImage>&)> disturb_;
   bool closed_ = false;
 };
 
-Vector3 true_tip(const sim::TrueView& view) {
-  return (view.X_world_base * phantom_tip(view.theta, view.lengths)).m;
-}
+class DisturbedTracker : public TrackerDevice {
+ public:
+  DisturbedTracker(TrackerDevice& tracker, std::function<void(std::vector<TrackerSample>&)> how)
+      : tracker_(tracker), how_(std::move(how)) {}
+  std::vector<TrackerSample> poll() override {
+    auto samples = tracker_.poll();
+    if (how_) how_(samples);
+    return samples;
+  }
+
+ private:
+  TrackerDevice& tracker_;
+  std::function<void(std::vector<TrackerSample>&)> how_;
+};
 
 }  // namespace
+
+GraphicsSettings graphics_settings(const sim::WorldFile& world) {
+  return {.picture_time =
+              world.display.picture_time == "predicted" ? PictureTime::predicted : PictureTime::registered,
+          .scan_out = seconds(world.display.scan_out_s),
+          .extra_delay = seconds(world.display.extra_picture_delay_s)};
+}
 
 Vector3 shown_tip(const WorldState& state, const SceneDescription& scene) {
   const auto& bat = state.bodies[pingpong::kBat];
@@ -71,13 +124,22 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
   HapticSettings haptic_settings;
   haptic_settings.limits = force_limits_of(rig.arm->model);
   PhysicsServer physics(rig, scene, std::move(*application), world.arm(), haptic_settings);
+  physics.delay_forces(options.extra_force_delay);
+  world.begin_play();
   InProcessNetwork network(options.channel, options.seed, physics_time, graphics_time);
   network.advance_to(world.now());
   auto service = network.serve([&physics](Instant<PhysicsClock> t) { return physics.state_at(t); }, scene);
   if (!service) return tl::unexpected(service.error());
   auto link = network.connect();
   WatchedCamera camera(world, pictures.camera);
-  GraphicsServer graphics(rig, *link, world.tracker(), world.camera(), pictures.refiner, pictures.painter);
+  double since = 0.0;  // s, the play's own time
+  DisturbedTracker tracker(world.tracker(), [&](std::vector<TrackerSample>& samples) {
+    if (options.disturb_tracker) options.disturb_tracker(since, samples);
+  });
+  if (options.disturb_camera)
+    camera.disturb([&](std::optional<CameraImage>& image) { options.disturb_camera(since, image); });
+  GraphicsServer graphics(rig, *link, tracker, camera, pictures.refiner, pictures.painter, options.graphics);
+  if (pictures.predictor) graphics.predict_with(pictures.predictor);
   PlayerSeat player(scene, rig, world.file(), options.seed, options.player_extra_delay_s);
   if (auto asked = world.person().ask({Gesture::look, "", 0}); !asked) return tl::unexpected(asked.error());
 
@@ -85,7 +147,6 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
   const Instant<TrueTime> start = world.now();
   const double total = options.warm_up_s + options.seconds;
   std::optional<Instant<TrueTime>> finish_at;
-  std::optional<PlayedFrame> open;
   std::uint64_t last_blow = 0;
   std::vector<double> blow_times;
   constexpr Duration kTick = std::chrono::milliseconds(1);
@@ -94,6 +155,7 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
   physics.control(Control::pause);  // while warming up the haptic loop hears of a world at rest
 
   for (Instant<TrueTime> t = start + kTick; to_seconds(t - start) <= total; t += kTick) {
+    since = to_seconds(t - start);
     world.advance_to(t);
     const auto now = graphics_time(t);
     const bool counted = to_seconds(t - start) > options.warm_up_s;
@@ -112,39 +174,37 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
       blow_times.push_back(physics.contact().start.seconds());
     }
 
-    camera.forget();
     camera.close(to_seconds(t - start) < options.warm_up_s - kOpenBefore);
     graphics.service(now);
-    if (!graphics.frame_begun() && graphics.begin_frame(now)) {
-      finish_at = t + options.drawing_time;
-      open.reset();
-      if (camera.has_view()) {
-        open = PlayedFrame{};
-        open->truth = {camera.view().lens, camera.view().X_world_camera};
-        open->true_tip = true_tip(camera.view());
-      }
-    }
+    if (options.conditions) options.conditions(since, graphics.conditions());
+    if (!graphics.frame_begun() && graphics.begin_frame(now)) finish_at = t + options.drawing_time;
     if (finish_at && t >= *finish_at) {
       finish_at.reset();
       const FrameRecord& record = graphics.finish_frame(now);
+      PlayedFrame played;
+      const bool known = camera.truth_of(record.camera_frame, played);
+      if (record.picture_time == PictureTime::predicted) {
+        // Its light leaves the display now, where scanning out takes no time.
+        played.truth.X_world_camera = world.true_camera_at(t + options.graphics.scan_out);
+        played.true_tip = world.true_state().X_world_tip.translation;
+      }
       player.show(record, graphics);
-      if (counted && record.have_state && open) {
+      if (counted && record.have_state && known) {
         if (pictures.shown) pictures.shown(record);
-        open->record = record;
-        open->record.rgb.clear();
+        played.record = record;
+        played.record.rgb.clear();
         const auto& model = graphics.sync().model();
         const double sync_error_s = to_seconds(model.to(now) - physics_time(t));
         if (options.pass_on) {
-          options.pass_on({.played = *open,
+          options.pass_on({.played = played,
                            .sync_error_s = sync_error_s,
                            .sync_uncertainty_s = to_seconds(model.uncertainty(now)),
                            .round_trips_s = graphics.take_round_trips()});
         } else {
-          result.frames.push_back(std::move(*open));
+          result.frames.push_back(std::move(played));
           result.sync_errors_s.push_back(sync_error_s);
         }
       }
-      open.reset();
       if (progress) progress(to_seconds(t - start) / total);
     }
     player.act(now, graphics, world.hand());

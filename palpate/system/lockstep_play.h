@@ -20,7 +20,8 @@
 
 namespace palpate {
 
-// What a frame showed, and what was true when its image was taken.
+// What a frame showed, and what was true at the moment it was to show: its image's mid-exposure, or, of a
+// predicted picture, when its light leaves the display.
 struct PlayedFrame {
   FrameRecord record;  // without pixels
   CameraView truth;
@@ -42,6 +43,14 @@ struct LockstepOptions {
   ChannelModel channel;
   Duration drawing_time = std::chrono::milliseconds(12);  // from an image's arrival to its picture, virtual
   double player_extra_delay_s = 0.0;
+  GraphicsSettings graphics;
+  Duration extra_force_delay{0};
+  // What goes wrong with a device, on its way to the graphics server: called with the seconds since the play
+  // began, warm-up counted. Takes samples away or changes them.
+  std::function<void(double, std::optional<CameraImage>&)> disturb_camera;
+  std::function<void(double, std::vector<TrackerSample>&)> disturb_tracker;
+  // Every millisecond, for whoever wants to look at the conditions.
+  std::function<void(double, const std::vector<Condition>&)> conditions;
   // Where given, frames go here and nothing of them is kept, nor of the haptic loop: a play of any length.
   std::function<void(const LockstepFrame&)> pass_on;
 };
@@ -51,6 +60,7 @@ struct LockstepPictures {
   sim::RenderView camera;  // what the simulated camera sees
   PoseRefiner refiner;
   FramePainter painter;
+  StatePredictor predictor;
   std::function<void(const FrameRecord&)> shown;  // each frame with its pixels
 };
 
@@ -63,6 +73,9 @@ struct LockstepResult {
   std::vector<double> round_trips_s;  // virtual: the channel model's
   std::vector<double> sync_errors_s;  // true error of the clock synchronisation, each frame
 };
+
+// What a world file says of them.
+GraphicsSettings graphics_settings(const sim::WorldFile& world);
 
 // Plays on from wherever the world stands. Refused where the rig lacks what a part needs.
 Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, const SceneDescription& scene,

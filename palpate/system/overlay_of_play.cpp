@@ -40,8 +40,13 @@ OverlayOfPlay overlay_of_play(const LockstepResult& play, const CameraModel& len
     const CameraView drawn{lens, record.X_world_camera};
     FrameErrors errors;
     errors.world_px = judge(drawn, frame, all.world);
-    if (record.pose_source != PoseSource::none)
+    if (record.have_tracker)
       errors.world_px_tracker = judge({lens, record.X_world_camera_tracker}, frame, all.world_tracker);
+    errors.expected_world_px = record.expected_world_px;
+    if (errors.world_px && errors.expected_world_px) {
+      all.frame_world.add(*errors.world_px);
+      all.expected_world.add(*errors.expected_world_px);
+    }
     errors.tip_px = overlay_error(drawn, shown_tip(record.state, scene), frame.truth, frame.true_tip);
     if (errors.tip_px) all.tip.add(*errors.tip_px);
     all.frames.push_back(errors);

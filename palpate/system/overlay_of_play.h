@@ -22,11 +22,14 @@ std::vector<CheckPoint> check_points(const sim::Truth& truth, const Rig& rig);
 
 struct FrameErrors {
   std::optional<double> world_px, world_px_tracker, tip_px;  // rms over the points seen; empty where none was
+  std::optional<double> expected_world_px;                   // the system's own estimate of world_px
 };
 
 struct OverlayOfPlay {
   std::vector<FrameErrors> frames;         // one per frame
   ErrorSummary world, world_tracker, tip;  // px, every point of every frame
+  ErrorSummary frame_world,
+      expected_world;  // px, frame by frame: true rms, and the system's own estimate of it
 };
 
 OverlayOfPlay overlay_of_play(const LockstepResult& play, const CameraModel& lens,

@@ -1,20 +1,20 @@
 #include "palpate/system/picture_parts.h"
 
 #include "palpate/calibration/pose_refinement.h"
-#include "palpate/calibration/stated_overlay.h"
 #include "palpate/compositor/picture_file.h"
 #include "palpate/system/lockstep_play.h"
 
 namespace palpate {
+namespace {
+
+// px per axis: what a sighting is off beyond the noise that the detector states (a lens that is no
+// polynomial, light that is no even disc).
+constexpr double kModelSd = 0.06;
+
+}  // namespace
 
 PictureParts::PictureParts(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Artist> artist)
-    : rig_(rig), scene_(scene), artist_(std::move(artist)) {
-  for (const auto& surface : scene_.surfaces) {
-    const auto& c = surface.corners;
-    surface_points_.insert(surface_points_.end(), c.begin(), c.end());
-    surface_points_.push_back(0.25 * (c[0] + c[1] + c[2] + c[3]));
-  }
-}
+    : rig_(rig), known_(overlay_knowledge(rig)), scene_(scene), artist_(std::move(artist)) {}
 
 PoseRefiner PictureParts::refiner() {
   return [this](const CameraImage& image, const Matrix6& covariance, FrameRecord& record) {
@@ -26,6 +26,10 @@ FramePainter PictureParts::painter(bool captions) {
   return [this, captions](const CameraImage& image, FrameRecord& record) { paint(image, record, captions); };
 }
 
+StatePredictor PictureParts::predictor() {
+  return [this](const WorldState& state, Duration ahead) { return artist_->predict(state, ahead); };
+}
+
 void PictureParts::refine(const CameraImage& image, const Matrix6& covariance, FrameRecord& record) const {
   const CameraModel& lens = rig_.camera->model;
   CameraPosePrior prior = camera_from_marker(record.X_world_camera * rig_.hand_eye->X_marker_camera.inverse(),
@@ -34,15 +38,20 @@ void PictureParts::refine(const CameraImage& image, const Matrix6& covariance, F
   record.landmarks_predicted = predicted_landmarks(lens, prior.X_world_camera, rig_.landmarks);
   std::vector<Sighting> sightings;
   for (const auto& seen : detect_landmarks(image, lens, prior.X_world_camera, rig_.landmarks))
-    sightings.push_back({seen.landmark, seen.centre});
-  const RefinedPose refined = refine_camera_pose(lens, prior, rig_.landmarks, sightings);
-  record.stated_overlay_px =
-      stated_overlay_px(lens, refined.X_world_camera, refined.covariance, surface_points_);
-  if (!refined.refined) return;
-  record.X_world_camera = refined.X_world_camera;
-  record.pose_source = PoseSource::refined;
+    sightings.push_back({seen.landmark, seen.centre, seen.covariance});
+  const RefinementOptions options{.pixel_sd = kModelSd};
+  const RefinedPose refined = refine_camera_pose(lens, prior, rig_.landmarks, sightings, options);
   record.landmarks_used = refined.inliers;
+  record.landmarks_rejected = refined.outliers;
   record.landmark_rms_px = refined.rms_px;
+  record.landmark_misfit = refined.misfit;
+  record.pose_covariance = refined.covariance;
+  if (refined.refined) {
+    record.X_world_camera = refined.X_world_camera;
+    record.pose_source = PoseSource::refined;
+  }
+  if (const auto expected = expected_overlay(known_, refined, options.pixel_sd))
+    record.expected_world_px = expected->total();
 }
 
 void PictureParts::paint(const CameraImage& image, FrameRecord& record, bool captions) {

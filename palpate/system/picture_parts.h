@@ -7,6 +7,7 @@
 
 #include <memory>
 
+#include "palpate/calibration/overlay_estimate.h"
 #include "palpate/compositor/compositor.h"
 #include "palpate/compositor/landmark_detector.h"
 #include "palpate/graphics_server/graphics_server.h"
@@ -23,6 +24,8 @@ class PictureParts {
   PoseRefiner refiner();
   // Draws the frame, with score and rally in its corner unless somebody else shows them.
   FramePainter painter(bool captions = true);
+  // How the application carries a state on.
+  StatePredictor predictor();
   std::vector<std::string> captions(const WorldState& state) const { return artist_->captions(state); }
 
  private:
@@ -30,8 +33,8 @@ class PictureParts {
   void paint(const CameraImage& image, FrameRecord& record, bool captions);
 
   Rig rig_;
+  OverlayKnowledge known_;
   SceneDescription scene_;
-  std::vector<Vector3> surface_points_;  // where the overlay error is stated
   std::unique_ptr<Artist> artist_;
   Compositor compositor_;
 };

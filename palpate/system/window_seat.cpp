@@ -111,9 +111,9 @@ void WindowSeat::show(const FrameRecord& frame, std::vector<std::string> caption
   const double before = content_.delay_s.value_or(delay);
   content_.delay_s = before + 0.1 * (delay - before);
   hits_->set_delay(std::clamp(*content_.delay_s, 0.0, 0.5));
-  if (frame.stated_overlay_px) {
-    const double overlay_before = content_.overlay_px.value_or(*frame.stated_overlay_px);
-    content_.overlay_px = overlay_before + 0.1 * (*frame.stated_overlay_px - overlay_before);
+  if (frame.expected_world_px) {
+    const double overlay_before = content_.overlay_px.value_or(*frame.expected_world_px);
+    content_.overlay_px = overlay_before + 0.1 * (*frame.expected_world_px - overlay_before);
   } else {
     content_.overlay_px.reset();
   }
@@ -216,7 +216,8 @@ void WindowSeat::look(Instant<GraphicsClock> now, StateLink& link) {
     c.since_physics_s = 1e-9 * static_cast<double>(now.ns() - physics_beat_ns_);
   const auto both = [this](auto&& is) { return is(sources_[0]) && is(sources_[1]); };
   c.tracker_sees_camera = !both([](PoseSource source) { return source == PoseSource::none; });
-  c.landmarks_used = !both([](PoseSource source) { return source != PoseSource::refined; });
+  c.landmarks_used =
+      !both([](PoseSource source) { return source == PoseSource::none || source == PoseSource::tracker; });
   c.landmarks_known = landmarks_known_;
   if (recent_.size() >= 5) {
     const auto late =

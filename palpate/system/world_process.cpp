@@ -86,6 +86,7 @@ Expected<WorldProcessReport> run_world(const sim::WorldFile& file, const WorldPr
   if (!opened) return tl::unexpected(opened.error());
   LabServer& server = **opened;
   sim::SimWorld world(file, options.seed);
+  world.begin_play();
   std::optional<Painter> painter;
   if (options.make_renderer) painter.emplace(server, options.make_renderer);
 

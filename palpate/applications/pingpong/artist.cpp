@@ -2,10 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "palpate/applications/pingpong/ball_world.h"
 #include "palpate/applications/pingpong/pingpong.h"
 
 namespace palpate::pingpong {
 namespace {
+
+constexpr double kPredictionStep = 0.002;  // s
 
 // Half of the blade, front (+y) or back, in the Bat frame.
 TriangleMesh half_blade(const SceneDescription& scene, double side) {
@@ -17,7 +22,10 @@ TriangleMesh half_blade(const SceneDescription& scene, double side) {
 }  // namespace
 
 PingPongArtist::PingPongArtist(const SceneDescription& scene)
-    : ball_(sphere_mesh(scene.ball_radius)), front_(half_blade(scene, 1.0)), back_(half_blade(scene, -1.0)) {
+    : scene_(scene),
+      ball_(sphere_mesh(scene.ball_radius)),
+      front_(half_blade(scene, 1.0)),
+      back_(half_blade(scene, -1.0)) {
   // From the stylus tip to a little inside the blade; the tip is where the bat's offset leads back to.
   constexpr double kHandleRadius = 0.011, kInside = 0.010;
   const Vector3 tip = -scene.bat_offset;
@@ -39,6 +47,56 @@ std::vector<DrawItem> PingPongArtist::draw(const WorldState& state) const {
     if (!handle_.triangles.empty()) items.push_back({&handle_, Material::handle, bat.q(), bat.p(), true});
   }
   return items;
+}
+
+WorldState PingPongArtist::predict(const WorldState& state, Duration ahead) const {
+  WorldState next = extrapolate(state, ahead);
+  const auto named = [this](const char* name) {
+    return std::any_of(scene_.surfaces.begin(), scene_.surfaces.end(),
+                       [name](const SceneSurface& s) { return s.name == name; });
+  };
+  const double span = to_seconds(ahead);
+  if (state.body_count <= kBat || state.bodies[kBall].visible == 0 || span <= 0.0) return next;
+  if (!named("table") || !named("wall")) return next;
+  const BodyState &ball_before = state.bodies[kBall], &bat_before = state.bodies[kBat];
+  BodyState& ball_after = next.bodies[kBall];
+  const Vector3 velocity = bat_before.v(), turning(bat_before.angular_velocity.data());
+  const auto bat_at = [&](double t) {
+    return Pose<World, Bat>{(so3_exp(t * turning) * bat_before.q()).normalized(),
+                            bat_before.p() + t * velocity};
+  };
+  // From a contact with the bat on the ball goes where the bat goes.
+  const auto stay_on_bat = [&](const Vector3& ball, double t) {
+    const Point<Bat> place = bat_at(t).inverse() * Point<World>{ball};
+    ball_after.set_p((bat_at(span) * place).m);
+    ball_after.set_v(velocity);
+  };
+  if (state.contact > 0.0) {
+    stay_on_bat(ball_before.p(), 0.0);
+    return next;
+  }
+  BallWorld world(scene_);
+  world.place({ball_before.p(), ball_before.v(), Vector3(ball_before.angular_velocity.data())});
+  double t = 0.0;
+  while (t < span) {
+    const double dt = std::min(kPredictionStep, span - t);
+    const BallState before = world.ball();
+    const auto touches = world.step(dt, {bat_at(t), bat_at(t + dt), velocity, turning});
+    if (!touches.empty()) {
+      const Vector3 met = fly(world.model(), before, touches.front().at).position;
+      if (touches.front().what == Touched::table || touches.front().what == Touched::wall) {
+        ball_after.set_p(met);
+        ball_after.set_v(Vector3::Zero());
+      } else {
+        stay_on_bat(met, t + touches.front().at);
+      }
+      return next;
+    }
+    t += dt;
+  }
+  ball_after.set_p(world.ball().position);
+  ball_after.set_v(world.ball().velocity);
+  return next;
 }
 
 std::vector<std::string> PingPongArtist::captions(const WorldState& state) const {

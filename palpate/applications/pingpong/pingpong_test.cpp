@@ -248,5 +248,73 @@ TEST(Quintic, MeetsBothEndsWithPositionVelocityAndAcceleration) {
   EXPECT_NEAR(((path.jerk(t + h) - path.jerk(t - h)) / (2 * h) - path.snap(t)).norm(), 0, 1e-4);
 }
 
+// --- what a picture of the near future shows
+
+WorldState ball_and_bat(const Vector3& ball, const Vector3& velocity) {
+  WorldState state;
+  state.body_count = 2;
+  state.bodies[kBall].set_p(ball);
+  state.bodies[kBall].set_v(velocity);
+  state.bodies[kBat].set_p({0.0, -1.2, 1.9});
+  return state;
+}
+
+TEST(PingPongPrediction, AFreeBallFallsAndTheBatMovesOn) {
+  const PingPongArtist artist(with(scene_for_tests(), Physics::paper));
+  auto state = ball_and_bat({0.0, -1.1, 1.3}, {0.2, 1.0, 1.5});
+  state.bodies[kBat].set_v({0.5, 0.0, -0.3});
+  state.bodies[kBat].set_w({0.0, 2.0, 0.0});
+  const auto next = artist.predict(state, std::chrono::milliseconds(60));
+  const double t = 0.06;
+  const Vector3 fallen =
+      Vector3(0.0, -1.1, 1.3) + t * Vector3(0.2, 1.0, 1.5) - 0.5 * 9.81 * t * t * Vector3::UnitY();
+  EXPECT_LT((next.bodies[kBall].p() - fallen).norm(), 1e-9);
+  EXPECT_LT((next.bodies[kBat].p() - Vector3(0.03, -1.2, 1.882)).norm(), 1e-12);
+  EXPECT_LT(angle_between(next.bodies[kBat].q(), so3_exp({0.0, 0.12, 0.0})), 1e-12);
+  EXPECT_EQ(next.time, state.time + std::chrono::milliseconds(60));
+}
+
+TEST(PingPongPrediction, ABallStaysWhereItMeetsTheTable) {
+  const auto scene = with(scene_for_tests(), Physics::paper);
+  const PingPongArtist artist(scene);
+  const double above = 0.05;  // of the ball's lowest point
+  const auto state = ball_and_bat({0.0, -1.52 + scene.ball_radius + above, 1.3}, {0.8, -2.0, -1.0});
+  // -2 t - g t^2 / 2 = -0.05
+  const double met = (-2.0 + std::sqrt(4.0 + 2.0 * 9.81 * above)) / 9.81;
+  for (const int ms : {40, 100}) {
+    const auto next = artist.predict(state, std::chrono::milliseconds(ms)).bodies[kBall].p();
+    EXPECT_LT((next - Vector3(0.8 * met, -1.52 + scene.ball_radius, 1.3 - met)).norm(),
+              5e-6)  // the chord of a 2 ms step
+        << ms;
+  }
+  const auto before = artist.predict(state, std::chrono::milliseconds(20)).bodies[kBall].p();
+  EXPECT_GT(before.y(), -1.52 + scene.ball_radius + 0.005);
+}
+
+TEST(PingPongPrediction, ABallThatMeetsTheBatGoesWithItAndNeverThroughIt) {
+  const auto scene = with(scene_for_tests(), Physics::paper);
+  const PingPongArtist artist(scene);
+  auto state = ball_and_bat({0.01, -1.2 + 0.06, 1.9}, {0.0, -3.0, 0.0});
+  state.bodies[kBat].set_v({0.0, 1.0, 0.2});
+  double least = 1.0;
+  Vector3 there = Vector3::Zero();
+  for (int ms = 0; ms <= 80; ++ms) {
+    const auto next = artist.predict(state, std::chrono::milliseconds(ms));
+    const Vector3 off = next.bodies[kBall].p() - next.bodies[kBat].p();
+    least = std::min(least, off.y());
+    if (ms == 40) there = off;
+    if (ms > 40) {
+      EXPECT_LT((off - there).norm(), 1e-9);
+    }
+  }
+  // Its surface on the rubber; in the 3 ms before it met the bat it fell freely.
+  EXPECT_NEAR(least, scene.ball_radius + 0.5 * BallWorld::kBatThickness, 1e-5);
+  // In the middle of a blow it goes with the bat at once.
+  state.contact = 0.5;
+  const Vector3 before = state.bodies[kBall].p() - state.bodies[kBat].p();
+  const auto next = artist.predict(state, std::chrono::milliseconds(30));
+  EXPECT_LT((next.bodies[kBall].p() - next.bodies[kBat].p() - before).norm(), 1e-12);
+}
+
 }  // namespace
 }  // namespace palpate::pingpong

@@ -1,0 +1,114 @@
+#include "palpate/graphics_server/conditions.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace palpate {
+namespace {
+
+// Long enough that a dropped image, a late thread or a blink of an LED is no news.
+constexpr Duration kAllowed = std::chrono::milliseconds(250);
+// While nothing has ever come, devices may still be starting.
+constexpr Duration kAllowedAtFirst = std::chrono::milliseconds(400);
+constexpr double kIntervals = 3.0;
+// How long a jump stays told: the clock estimate needs about that long to be good again.
+constexpr Duration kJumpTold = std::chrono::seconds(1);
+// An interval's weight in the smoothed one.
+constexpr double kSmooth = 0.1;
+constexpr Duration kLongestInterval = std::chrono::seconds(5);
+
+}  // namespace
+
+const char* end_of(ConditionKind kind) {
+  switch (kind) {
+    case ConditionKind::camera_silent:
+      return "camera: images come again";
+    case ConditionKind::image_size:
+      return "camera: images have the calibrated size again";
+    case ConditionKind::camera_clock:
+      return "camera: its clock is known again";
+    case ConditionKind::tracker_silent:
+      return "tracker: samples come again";
+    case ConditionKind::tracker_blind:
+      return "tracker: sees the head's marker again";
+    case ConditionKind::landmarks_lost:
+      return "landmarks: they steady the picture again";
+  }
+  return "";
+}
+
+bool ConditionWatch::image(Instant<GraphicsClock> now, int width, int height) {
+  if (images_.heard) {
+    const Duration step = now - images_.last;
+    if (interval_ == Duration(0)) interval_ = step;
+    if (step < kLongestInterval)
+      interval_ +=
+          Duration(static_cast<Duration::rep>(kSmooth * static_cast<double>((step - interval_).count())));
+  }
+  images_.hear(now);
+  const bool wrong = width != width_ || height != height_;
+  if (wrong && !wrong_size_) wrong_since_ = now;
+  wrong_size_ = wrong;
+  wrong_width_ = width, wrong_height_ = height;
+  return !wrong;
+}
+
+void ConditionWatch::tracker_sample(Instant<GraphicsClock> now, bool is_head_marker, bool seen) {
+  samples_.hear(now);
+  if (is_head_marker && seen) head_.hear(now);
+}
+
+void ConditionWatch::landmarks(Instant<GraphicsClock> now, int predicted, int used, bool refined) {
+  predicted_ = predicted, used_ = used;
+  // Nobody misses landmarks where none should be in view.
+  if (refined || predicted == 0) carried_.hear(now);
+}
+
+void ConditionWatch::look(Instant<GraphicsClock> now) {
+  if (!begun_known_) begun_ = now, begun_known_ = true;
+  const auto allowed = [](const Source& source) { return source.heard ? kAllowed : kAllowedAtFirst; };
+  const auto since = [this](const Source& source) { return source.heard ? source.last : begun_; };
+
+  const Duration patience =
+      std::max(allowed(images_),
+               Duration(static_cast<Duration::rep>(kIntervals * static_cast<double>(interval_.count()))));
+  const bool no_images = images_.silent_for(patience, now, begun_);
+  set(no_images, ConditionKind::camera_silent, since(images_),
+      interval_ > Duration(0)
+          ? fmt::format("camera: no image any more, one every {:.0f} ms is expected; look at its cable and "
+                        "power, pictures go on when images come",
+                        to_seconds(interval_) * 1e3)
+          : std::string("camera: no image yet; look at its cable and power"));
+  set(wrong_size_ && !no_images, ConditionKind::image_size, wrong_since_,
+      fmt::format("camera: images have {} x {} pixels, the rig is calibrated for {} x {}; set the camera to "
+                  "that size, or calibrate it again: palpate calibrate camera",
+                  wrong_width_, wrong_height_, width_, height_));
+  set(any_jump_ && now - jumped_ < kJumpTold, ConditionKind::camera_clock, jumped_,
+      "camera: its clock was set or stood still; it is being learned anew, for a second pictures may not "
+      "fit");
+  const bool no_samples = samples_.silent_for(allowed(samples_), now, begun_);
+  set(no_samples, ConditionKind::tracker_silent, since(samples_),
+      "tracker: no samples; look at its cable and server, poses go on when samples come");
+  set(!no_samples && head_.silent_for(allowed(head_), now, begun_), ConditionKind::tracker_blind,
+      since(head_),
+      "tracker: does not see the head's marker; turn it towards the tracker, or take away what stands "
+      "between");
+  set(images_.heard && !no_images && !wrong_size_ && predicted_ > 0 &&
+          carried_.silent_for(kAllowed, now, begun_),
+      ConditionKind::landmarks_lost, since(carried_),
+      fmt::format("landmarks: {} of {} expected ones agree, at least 3 are needed; the picture rests on the "
+                  "tracker alone, uncover them or calibrate them again: palpate calibrate landmarks",
+                  used_, predicted_));
+}
+
+void ConditionWatch::set(bool holds, ConditionKind kind, Instant<GraphicsClock> since,
+                         const std::string& text) {
+  const auto at =
+      std::find_if(conditions_.begin(), conditions_.end(), [kind](const auto& c) { return c.kind == kind; });
+  if (!holds && at != conditions_.end()) conditions_.erase(at);
+  // The words stay those of its beginning: a line that changes every frame cannot be read.
+  if (holds && at == conditions_.end()) conditions_.push_back({kind, since, text});
+}
+
+}  // namespace palpate

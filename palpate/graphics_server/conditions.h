@@ -1,0 +1,71 @@
+// What is wrong with camera, tracker and landmarks right now, in words: for the log, the window and raw data.
+//
+// Fed by the graphics server with what it sees; `conditions()` lists what does not hold at the moment of the
+// last look(), in the order in which it began. A condition ends by itself when its cause does: nothing has to
+// be started again. Each is stated within 0.5 s of its beginning, at camera and tracker rates from 10 Hz on;
+// a slower camera is given three of its own intervals. Host time of the graphics server. One thread.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "palpate/time/instant.h"
+
+namespace palpate {
+
+enum class ConditionKind : std::uint8_t {
+  camera_silent,   // no images
+  image_size,      // images of another size than the calibrated camera's: not drawn
+  camera_clock,    // its clock was set or stood still: images cannot be placed in time for a moment
+  tracker_silent,  // no samples at all
+  tracker_blind,   // samples, but the head's marker is not among what it sees
+  landmarks_lost,  // the picture rests on the tracker alone
+};
+
+struct Condition {
+  ConditionKind kind = ConditionKind::camera_silent;
+  Instant<GraphicsClock> since;
+  std::string text;  // names the thing, the value, the expectation and the remedy; for the log and the screen
+};
+
+// What the end of a condition is called in the log.
+const char* end_of(ConditionKind kind);
+
+class ConditionWatch {
+ public:
+  // Of the calibrated camera.
+  ConditionWatch(int width, int height) : width_(width), height_(height) {}
+
+  // False: the image has another size than it should and must not be drawn.
+  bool image(Instant<GraphicsClock> now, int width, int height);
+  // The camera's stamps were found to jump.
+  void camera_clock_jumped(Instant<GraphicsClock> now) { jumped_ = now, any_jump_ = true; }
+  void tracker_sample(Instant<GraphicsClock> now, bool is_head_marker, bool seen);
+  // A frame's pose: how many landmarks it should have seen, and whether they carried it.
+  void landmarks(Instant<GraphicsClock> now, int predicted, int used, bool refined);
+
+  void look(Instant<GraphicsClock> now);
+  const std::vector<Condition>& conditions() const { return conditions_; }
+
+ private:
+  struct Source {  // of samples that should keep coming
+    bool heard = false;
+    Instant<GraphicsClock> last;
+    bool silent_for(Duration allowed, Instant<GraphicsClock> now, Instant<GraphicsClock> begun) const {
+      return now - (heard ? last : begun) > allowed;
+    }
+    void hear(Instant<GraphicsClock> now) { heard = true, last = now; }
+  };
+  void set(bool holds, ConditionKind kind, Instant<GraphicsClock> since, const std::string& text);
+
+  int width_, height_, wrong_width_ = 0, wrong_height_ = 0;
+  bool wrong_size_ = false, begun_known_ = false, any_jump_ = false;
+  Duration interval_{0};  // between images, smoothed
+  Source images_, samples_, head_, carried_;
+  int predicted_ = 0, used_ = 0;
+  Instant<GraphicsClock> begun_, jumped_, wrong_since_;
+  std::vector<Condition> conditions_;
+};
+
+}  // namespace palpate
