@@ -20,7 +20,7 @@ constexpr double kAnswerWithin = 5.0;  // s
 struct StatusArguments {
   ServerName server;
   std::string json;
-  bool once = false;
+  bool once = false, reset = false;
   double interval_s = 0.5;
 };
 
@@ -133,12 +133,13 @@ Expected<void> show_status(const StatusArguments& options) {
   auto link = connect_states(endpoint, clock, "status", place->identity);
   if (!link) return tl::unexpected(link.error());
 
-  const bool live = !options.once && options.json.empty();
+  const bool live = !options.once && !options.reset && options.json.empty();
   const bool terminal = isatty(STDOUT_FILENO) != 0;
   auto heard = clock.now();
   std::optional<Instant<GraphicsClock>> asked;
   const ServerStatus* shown = nullptr;
   ServerStatus last;
+  std::optional<std::uint64_t> wishes_before;  // how many the server had taken when --reset was sent
   while (!stop.load()) {
     (*link)->poll();
     const auto now = clock.now();
@@ -154,6 +155,16 @@ Expected<void> show_status(const StatusArguments& options) {
     if ((*link)->status() && (shown == nullptr || (*link)->status()->uptime_s != last.uptime_s)) {
       last = *(*link)->status();
       shown = &last;
+      if (options.reset && !wishes_before) {
+        if ((*link)->role() != Role::operator_)
+          return refused(
+              "status: --reset: this machine's key has not the role operator at {}; there, `palpate keys "
+              "authorize` gives it",
+              endpoint.address);
+        wishes_before = last.controls;
+        (*link)->send_control(Control::reset);
+      }
+      if (wishes_before && last.controls == *wishes_before) continue;  // not taken yet
       if (!options.json.empty()) return write_json(options.json, status_json(last));
       // On a terminal each view takes the place of the one before.
       fmt::print("{}{}", live && terminal ? "\x1b[H\x1b[2J" : "", status_text(last, endpoint.address));
@@ -174,6 +185,9 @@ void add_status(CLI::App& program) {
   auto options = std::make_shared<StatusArguments>();
   add_server_options(*command, options->server);
   command->add_flag("--once", options->once, "Print one view and end");
+  command->add_flag("--reset", options->reset,
+                    "As an operator: forces that were switched off for good come back, ramped, where their "
+                    "reason has gone; the application's counters begin anew. Print one view and end");
   command->add_option("--interval-s", options->interval_s, "Time between two views")
       ->check(CLI::Range(0.1, 60.0))
       ->capture_default_str();

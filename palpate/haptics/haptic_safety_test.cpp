@@ -61,6 +61,18 @@ TEST(HapticSafety, ASilentPhysicsLoopIsNoticedWithin5MsAndTheForceIsGoneWithin20
   EXPECT_NEAR(hand.felt(), kPush, 1e-9);
 }
 
+TEST(HapticSafety, APushFarBeyondThePeakIsGoneWithin20MsToo) {
+  PushedHand hand;
+  hand.message.sustained = {0.0, 1e5, 0.0};
+  hand.live(6);
+  EXPECT_GT(hand.arm.force.norm(), 8.0);
+  hand.arm.steepest = 0.0;
+  const Fall fall = watch(hand, [&] { hand.tick(); });
+  EXPECT_LE(fall.first_less, 5 + 1);  // at the peak the fade shows a tick later
+  EXPECT_GT(fall.gone, 0);
+  EXPECT_LE(fall.gone, 20);
+}
+
 TEST(HapticSafety, AFrozenPhysicsLoopThatGoesOnTalkingIsTheSame) {
   PushedHand hand;
   const Fall fall = watch(hand, [&] {

@@ -56,6 +56,22 @@ class OpenHaptics(LaboratoryTest):
         self.assertEqual(done.code, 0, done)
         self.assertEqual(self.left_behind(), [])
 
+    def test_after_unplugging_forces_stay_off_until_an_operator_resets(self):
+        physics = self.start_physics("--arm", "openhaptics")
+        self.assertTrue(physics.says("serial 0042"))
+
+        def forces(*options):
+            return json.loads(self.runs("status", "--json", "-", *options).out)["loops"][0]["condition"]
+        self.happens("unplugged")
+        wait_until(lambda: forces() == "safe: arm lost", "the status says that the arm is lost")
+        self.happens()
+        self.says_later(physics, "`palpate status --reset`")
+        self.assertEqual(forces(), "safe: arm lost")
+        forces("--reset")
+        wait_until(lambda: forces().split(":")[0] in ("ready", "running", "degraded"), "forces are allowed again")
+        physics.send(signal.SIGTERM)
+        self.assertEqual(physics.ends().code, 0)
+
     def test_what_is_missing_is_named_with_its_remedy(self):
         arm = ("physics", "--rig", self.rig, "--arm")
         self.says_no(self.run_program(*arm, "phantom"), 2, "--arm", "'phantom'", "lab, openhaptics or openhaptics:NAME")

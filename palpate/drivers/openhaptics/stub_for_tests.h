@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <initializer_list>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -25,6 +26,16 @@ bool comes_true(Condition condition) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
   return true;
+}
+
+// Whether the line has all of these words, and is one line.
+inline bool says(const std::string& line, std::initializer_list<const char*> words) {
+  for (const char* word : words)
+    if (line.find(word) == std::string::npos) {
+      ADD_FAILURE() << "'" << word << "' is not in: " << line;
+      return false;
+    }
+  return line.find('\n') == std::string::npos;
 }
 
 class StubTest : public testing::Test {
