@@ -4,14 +4,14 @@ set(PALPATE_FLOOR_0 core)
 set(PALPATE_FLOOR_1 geometry time estimation)
 set(PALPATE_FLOOR_2 model scene)
 set(PALPATE_FLOOR_3 devices calibration physics network draw)
-set(PALPATE_FLOOR_4 sim drivers/openigtlink drivers/openhaptics acquisition haptics compositor report)
+set(PALPATE_FLOOR_4 sim drivers/openigtlink drivers/openhaptics drivers/cameras acquisition haptics compositor report)
 set(PALPATE_FLOOR_5 applications/pingpong applications/touch studies window)
 set(PALPATE_FLOOR_6 applications)
 set(PALPATE_FLOOR_7 physics_server graphics_server)
 set(PALPATE_FLOOR_8 system)
 
 # Where threads or processes meet. `cmake --workflow --preset tsan-threads` builds and runs the tests of these alone.
-set(PALPATE_THREADED core time scene devices network drivers/openigtlink drivers/openhaptics haptics physics_server graphics_server)
+set(PALPATE_THREADED core time scene devices network drivers/openigtlink drivers/openhaptics drivers/cameras haptics physics_server graphics_server)
 
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.

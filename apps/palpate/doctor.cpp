@@ -47,6 +47,8 @@ void add_doctor(CLI::App& program) {
   command->add_option("--arm", options->look.arm,
                       "openhaptics or openhaptics:NAME: open this real arm, ask who it is, give it back; "
                       "without a force");
+  command->add_option("--camera", options->look.camera,
+                      "A real camera as palpate graphics --camera names it: open it, wait for a picture");
   on(command, [options]() -> Expected<void> {
     options->look.version = PALPATE_VERSION;
     const auto facts = doctor::gather_facts(options->look);

@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
+#include "apps/palpate/camera_options.h"
 #include "apps/palpate/command.h"
 #include "apps/palpate/server_options.h"
 #include "palpate/core/json.h"
+#include "palpate/core/text.h"
 #include "palpate/system/graphics_process.h"
 #include "palpate/system/lockstep_play.h"
 
@@ -12,7 +14,8 @@ void add_graphics(CLI::App& program) {
   auto* command =
       program.add_subcommand("graphics", "The graphics server: camera and tracker in, augmented picture out");
   struct Options {
-    std::string rig = "rig.toml", world, json, tracker, publish;
+    std::string rig = "rig.toml", world, json, tracker, publish, camera = "lab";
+    CameraOptions camera_options;
     std::vector<std::string> tools;
     std::string picture_time;
     double scan_out_ms = 0.0, extra_delay_ms = 0.0;
@@ -24,6 +27,13 @@ void add_graphics(CLI::App& program) {
   add_server_options(*command, options->process.server);
   command->add_option("--lab", options->process.lab, "Name of the laboratory `palpate world run` serves")
       ->default_val("lab");
+  command
+      ->add_option(
+          "--camera", options->camera,
+          "lab (of a simulated laboratory), or a real camera or recording: " + std::string(cameras::kChoices))
+      ->type_name("CAMERA")
+      ->default_val("lab");
+  add_camera_options(*command, options->camera_options);
   command
       ->add_option("--tracker", options->tracker,
                    "igtl://HOST:PORT: the tracker of an OpenIGTLink server instead of the laboratory's")
@@ -96,6 +106,14 @@ void add_graphics(CLI::App& program) {
       options->process.tracker = *tracker;
     } else if (!options->tools.empty()) {
       return wrong_use("--tracker-tool names tools of the server at --tracker igtl://HOST:PORT; say which");
+    }
+    if (options->camera != "lab") {
+      if (!cameras::parse_choice(options->camera))
+        return wrong_use("--camera: is '{}'; lab, {} is expected", excerpt(options->camera, 100),
+                         cameras::kChoices);
+      auto wish = camera_wish(options->camera, options->camera_options);
+      if (!wish) return tl::unexpected(wish.error());
+      options->process.camera = *wish;
     }
     auto rig = read_rig(options->rig);
     if (!rig) return tl::unexpected(rig.error());

@@ -23,6 +23,7 @@
 #include "palpate/core/run_directory.h"
 #include "palpate/core/text.h"
 #include "palpate/draw/context.h"
+#include "palpate/drivers/cameras/camera_choice.h"
 #include "palpate/drivers/openhaptics/arm.h"
 #include "palpate/system/doctor_network.h"
 
@@ -153,15 +154,39 @@ void look_at_arms(const std::optional<std::string>& asked, DeviceFacts& facts) {
   }
 }
 
-DeviceFacts device_facts(const std::optional<std::string>& arm) {
+// How long a camera that was opened may take for its first picture.
+constexpr Duration kFirstPicture = std::chrono::seconds(3);
+
+void look_at_cameras(const std::optional<cameras::Choice>& asked, DeviceFacts& facts) {
+  facts.cameras = cameras::list_v4l2();
+  facts.aravis = cameras::aravis_version();
+  facts.camera_asked = asked.has_value();
+  if (!asked) return;
+  const auto camera = cameras::open_camera({*asked, {}});
+  if (!camera) {
+    facts.camera_problem = camera.error().message;
+  } else {
+    facts.camera_name = (*camera)->name();
+    const auto begun = std::chrono::steady_clock::now();
+    std::optional<CameraImage> picture;
+    while (!(picture = (*camera)->poll()) && std::chrono::steady_clock::now() - begun < kFirstPicture)
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    if (picture)
+      facts.camera_answer = cameras::description((*camera)->facts());
+    else if (const auto status = (*camera)->status(); !status.message.empty())
+      facts.camera_problem = status.message;
+    else
+      facts.camera_problem =
+          facts.camera_name + ": it opens and sends no picture; see to its trigger and cable";
+  }
+  if (asked->kind == cameras::Kind::aravis && !camera) facts.genicam_cameras = cameras::list_aravis();
+}
+
+DeviceFacts device_facts(const std::optional<std::string>& arm,
+                         const std::optional<cameras::Choice>& camera) {
   DeviceFacts facts;
   look_at_arms(arm, facts);
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator("/dev", ignored))
-    if (entry.path().filename().string().starts_with("video"))
-      facts.cameras.push_back({entry.path(), access(entry.path().c_str(), R_OK | W_OK) == 0});
-  std::sort(facts.cameras.begin(), facts.cameras.end(),
-            [](const auto& a, const auto& b) { return a.path < b.path; });
+  look_at_cameras(camera, facts);
   return facts;
 }
 
@@ -193,6 +218,13 @@ Expected<Facts> gather_facts(const Options& options) {
   const auto arm = openhaptics::device_asked_for(options.arm);
   if (!arm && !options.arm.empty())
     return wrong_use("--arm: is '{}'; openhaptics or openhaptics:NAME is expected", excerpt(options.arm));
+  std::optional<cameras::Choice> camera;
+  if (!options.camera.empty()) {
+    auto choice = cameras::parse_choice(options.camera);
+    if (!choice)
+      return wrong_use("--camera: is '{}'; {} is expected", excerpt(options.camera, 100), cameras::kChoices);
+    camera = *choice;
+  }
   // First, while nothing else runs: drawing starts threads, and locked memory is the whole process's.
   facts.real_time = real_time_facts();
   auto keys = key_facts(options.keys);
@@ -202,7 +234,7 @@ Expected<Facts> gather_facts(const Options& options) {
   facts.listen = std::move(*listen);
   facts.clock = clock_facts();
   facts.sockets = socket_facts();
-  facts.devices = device_facts(arm);
+  facts.devices = device_facts(arm, camera);
   facts.space = space_facts();
   facts.libraries = {options.version,
                      fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION),

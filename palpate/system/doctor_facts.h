@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "palpate/drivers/cameras/aravis_source.h"
+#include "palpate/drivers/cameras/v4l2_source.h"
 #include "palpate/drivers/openhaptics/library.h"
 #include "palpate/drivers/openhaptics/nodes.h"
 #include "palpate/network/keys.h"
@@ -89,12 +91,13 @@ struct LibraryFacts {
   NetworkLibraries network;
 };
 
-struct CameraFile {
-  std::string path;
-  bool readable = false;
-};
 struct DeviceFacts {
-  std::vector<CameraFile> cameras;
+  std::vector<cameras::V4l2Look> cameras;            // at /dev/video*
+  std::string aravis;                                // version of the library for GenICam cameras
+  bool camera_asked = false;                         // --camera
+  std::string camera_name, camera_answer;            // who answered
+  std::string camera_problem;                        // as the driver says it, where nobody did
+  std::vector<cameras::AravisLook> genicam_cameras;  // asked for where --camera is one
   openhaptics::LibraryFacts arm_library;
   std::vector<openhaptics::ArmNode> arm_nodes;
   std::string arm_settings;         // GTDD_HOME: where the maker's driver looks for its devices; may be empty
@@ -126,12 +129,13 @@ struct Options {
   std::filesystem::path keys;  // folder; empty: this user's
   std::string listen;          // address a physics server is to listen at; empty: the default one only
   std::string arm;             // openhaptics or openhaptics:NAME: opens it and asks who it is
+  std::string camera;          // of palpate graphics --camera: opens it and waits for a picture
   std::string version;         // of the program
 };
 
 // Looks, and leaves the machine as it was: real-time rights are asked for in a thread that ends, a socket
 // lives for a moment. Up to some seconds where servers are there that do not answer. Call it while the
-// process has one thread. Wrong use: a --listen that is no address, an --arm that is none.
+// process has one thread. Wrong use: a --listen that is no address, an --arm or --camera that is none.
 Expected<Facts> gather_facts(const Options& options);
 
 // Parts of it that read single files; for tests.

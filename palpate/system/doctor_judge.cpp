@@ -1,5 +1,6 @@
 #include "palpate/system/doctor_judge.h"
 
+#include <fmt/ranges.h>
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -417,6 +418,30 @@ Findings judge_arm(const DeviceFacts& facts) {
   }
   return found;
 }
+
+// As for the arm: what --camera asks for and lacks is in the way.
+void judge_cameras(const DeviceFacts& facts, Findings& found) {
+  constexpr const char* kArea = "devices";
+  if (facts.cameras.empty()) found.push_back(fine(kArea, "cameras", "none at /dev/video*"));
+  for (const auto& camera : facts.cameras) {
+    if (!camera.problem.empty()) {
+      found.push_back(told(Verdict::worth_knowing, kArea, "camera", camera.problem));
+    } else if (camera.camera) {
+      found.push_back(
+          fine(kArea, "camera",
+               fmt::format("{}, {} ({})", camera.path, camera.model, fmt::join(camera.formats, ", "))));
+    }
+  }
+  found.push_back(
+      fine(kArea, "GenICam", fmt::format("Aravis {}; palpate camera list asks who is there", facts.aravis)));
+  for (const auto& camera : facts.genicam_cameras)
+    found.push_back(note(kArea, "GenICam", fmt::format("{} at {} answers", camera.name, camera.address),
+                         "name it: --camera aravis:" + camera.name));
+  if (!facts.camera_asked) return;
+  found.push_back(facts.camera_problem.empty()
+                      ? fine(kArea, "camera asked for", facts.camera_name + ": " + facts.camera_answer)
+                      : told(Verdict::in_the_way, kArea, "camera asked for", facts.camera_problem));
+}
 }  // namespace
 
 Findings judge(const DeviceFacts& facts) {
@@ -425,13 +450,7 @@ Findings judge(const DeviceFacts& facts) {
   found.push_back(note(kArea, "tracker", "over OpenIGTLink, live and to record from",
                        "palpate graphics --tracker igtl://HOST:PORT, palpate tracker listen "
                        "(docs/openigtlink.md); palpate world run simulates one"));
-  if (facts.cameras.empty())
-    found.push_back(fine(kArea, "cameras", "none at /dev/video*; no driver for real ones yet"));
-  for (const auto& camera : facts.cameras)
-    found.push_back(camera.readable
-                        ? fine(kArea, "camera", camera.path + ", may be read; no driver for real ones yet")
-                        : note(kArea, "camera", camera.path + ": you may not read it",
-                               "join group video (usermod -aG video USER), log in anew"));
+  judge_cameras(facts, found);
   return found;
 }
 

@@ -317,13 +317,24 @@ TEST(Doctor, GraphicsComeFromACardTheProcessorOrNowhere) {
   EXPECT_EQ(named(judge(facts), "OpenGL 3.3").remedy, "install a graphics driver");
 }
 
-TEST(Doctor, CamerasMayBeReadOrNot) {
+TEST(Doctor, CamerasMayBeReadOrNotAndTheOneAskedForHasToAnswer) {
   DeviceFacts facts;
+  facts.aravis = "0.8.26";
   EXPECT_EQ(verdict_on(facts, "cameras"), Verdict::ok);
-  facts.cameras = {{"/dev/video0", true}};
+  facts.cameras = {{"/dev/video0", "Webcam C270", true, {"YUYV", "MJPEG"}, ""}};
   EXPECT_EQ(verdict_on(facts, "camera"), Verdict::ok);
-  facts.cameras[0].readable = false;
+  EXPECT_EQ(named(judge(facts), "camera").value, "/dev/video0, Webcam C270 (YUYV, MJPEG)");
+  facts.cameras[0].problem = "/dev/video0: you may not read and write it; join group video";
   EXPECT_EQ(verdict_on(facts, "camera"), Verdict::worth_knowing);
+  EXPECT_EQ(named(judge(facts), "camera").remedy, "join group video");
+  facts.camera_asked = true;
+  facts.camera_name = "v4l2:/dev/video0", facts.camera_answer = "Webcam C270, 640x480 px, YUYV";
+  EXPECT_EQ(verdict_on(facts, "camera asked for"), Verdict::ok);
+  facts.camera_problem = "camera v4l2:/dev/video0: another program uses it; end that one";
+  EXPECT_EQ(verdict_on(facts, "camera asked for"), Verdict::in_the_way);
+  EXPECT_EQ(named(judge(facts), "camera asked for").remedy, "end that one");
+  facts.genicam_cameras = {{"Aravis-Fake-GV01", "Aravis Fake", "GV01", "127.0.0.1", "GigEVision"}};
+  expect_useful(judge(facts));
   EXPECT_EQ(verdict_on(facts, "haptic arm"), Verdict::worth_knowing);
 }
 

@@ -187,17 +187,23 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   const auto place = server_place(options.server);
   if (!place) return tl::unexpected(place.error());
   const Endpoint& endpoint = place->endpoint;
-  auto client = LabClient::open(options.lab);
-  if (!client) return tl::unexpected(client.error());
-  LabTracker lab_tracker(*client);
+  std::shared_ptr<LabClient> lab;  // none where nothing of it is used
+  if (!options.tracker || !options.camera || options.player) {
+    auto client = LabClient::open(options.lab);
+    if (!client) return tl::unexpected(client.error());
+    lab = std::move(*client);
+  }
+  std::unique_ptr<LabTracker> lab_tracker;
   std::unique_ptr<igtl::OpenIgtlinkTracker> live_tracker;
   if (options.tracker) {
     auto opened = open_live_tracker(*options.tracker);
     if (!opened) return tl::unexpected(opened.error());
     live_tracker = std::move(*opened);
+  } else {
+    lab_tracker = std::make_unique<LabTracker>(lab);
   }
   TrackerDevice& tracker =
-      live_tracker ? static_cast<TrackerDevice&>(*live_tracker) : static_cast<TrackerDevice&>(lab_tracker);
+      live_tracker ? static_cast<TrackerDevice&>(*live_tracker) : static_cast<TrackerDevice&>(*lab_tracker);
   std::optional<PoseFeed> feed;
   if (options.publish) {
     auto opened = PoseFeed::open(
@@ -205,11 +211,25 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     if (!opened) return tl::unexpected(opened.error());
     feed = std::move(*opened);
   }
-  auto camera = LabCamera::open(*client);
-  if (!camera) return tl::unexpected(camera.error());
+  std::unique_ptr<LabCamera> lab_camera;
+  std::unique_ptr<cameras::LiveCamera> live_camera;
+  if (options.camera) {
+    cameras::Wish wish = *options.camera;
+    wish.settings.width = options.rig.camera->model.width;
+    wish.settings.height = options.rig.camera->model.height;
+    auto opened = cameras::open_camera(wish);
+    if (!opened) return tl::unexpected(opened.error());
+    live_camera = std::move(*opened);
+  } else {
+    auto opened = LabCamera::open(lab);
+    if (!opened) return tl::unexpected(opened.error());
+    lab_camera = std::move(*opened);
+  }
+  CameraDevice& camera =
+      live_camera ? static_cast<CameraDevice&>(*live_camera) : static_cast<CameraDevice&>(*lab_camera);
   std::unique_ptr<LabHand> hand;
   if (options.player || options.mouse) {
-    auto opened = LabHand::open(*client);
+    auto opened = LabHand::open(lab);
     if (!opened) return tl::unexpected(opened.error());
     hand = std::move(*opened);
   }
@@ -243,7 +263,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   auto artist = make_artist(scene);
   if (!artist) return tl::unexpected(artist.error());
   PictureParts pictures(options.rig, scene, std::move(*artist));
-  GraphicsServer server(options.rig, **link, tracker, **camera, pictures.refiner(),
+  GraphicsServer server(options.rig, **link, tracker, camera, pictures.refiner(),
                         pictures.painter(!options.window), options.graphics);
   server.predict_with(pictures.predictor());
   if (feed)
@@ -266,6 +286,9 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
         fmt::format("graphics: shows {} of the physics server at {}", scene.application, endpoint.address));
   if (options.notice && feed)
     options.notice(fmt::format("graphics: publishes poses over OpenIGTLink at {}", feed->address().text()));
+  if (options.notice && live_camera)
+    options.notice(fmt::format("graphics: camera {}: {}", live_camera->name(),
+                               cameras::description(live_camera->facts())));
   std::optional<TrackerWatch> tracker_watch;
   if (live_tracker) tracker_watch.emplace(*live_tracker, *options.tracker, clock.now());
   ServerWatch physics(**link, clock, endpoint.address, options.notice);
@@ -295,7 +318,10 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     const auto now = clock.now();
     if (next < now) next = now;
     std::this_thread::sleep_for(next - now);
-    if (auto alive = (*client)->check(); !alive) return refused("graphics: {}", alive.error().message);
+    if (lab)
+      if (auto alive = lab->check(); !alive) return refused("graphics: {}", alive.error().message);
+    if (live_camera)
+      if (const auto news = live_camera->news(); news && options.notice) options.notice("graphics: " + *news);
     server.service(clock.now());
     physics.look();
     clocks.look(server.sync());
@@ -377,6 +403,12 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     result["window"] = {{"played_by_mouse", seat->person_plays()},
                         {"blows_heard", seat->blows()},
                         {"bounces_heard", seat->bounces()}};
+  if (live_camera) {
+    const auto status = live_camera->status();
+    result["camera"] = {{"name", live_camera->name()}, {"model", live_camera->facts().model},
+                        {"pictures", status.pictures}, {"damaged", status.damaged},
+                        {"dropped", status.dropped},   {"times_opened", status.times_opened}};
+  }
   if (logs)
     if (auto done = logs->finish(); !done) return tl::unexpected(done.error());
   return result;

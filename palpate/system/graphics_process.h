@@ -1,6 +1,6 @@
-// The graphics server as a process: camera and tracker from the laboratory's channel, or the tracker over
-// OpenIGTLink; states over ZeroMQ, a picture per image; a person, or in demos the scripted player, sits in
-// front of it. With a window: main thread alone.
+// The graphics server as a process: camera and tracker from the laboratory's channel, or a real camera and a
+// tracker over OpenIGTLink, and no laboratory; states over ZeroMQ, a picture per image; a person, or in demos
+// the scripted player, sits in front of it. With a window: main thread alone.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +11,7 @@
 
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
+#include "palpate/drivers/cameras/camera_choice.h"
 #include "palpate/graphics_server/graphics_server.h"
 #include "palpate/model/rig.h"
 #include "palpate/model/world_file.h"
@@ -24,7 +25,9 @@ struct GraphicsProcessOptions {
   sim::WorldFile world;  // how the player's own arm feels
   std::string lab = "lab";
   ServerName server;
-  std::optional<LiveTracker> tracker;    // instead of the laboratory's
+  std::optional<LiveTracker> tracker;  // instead of the laboratory's
+  std::optional<cameras::Wish>
+      camera;  // a real one, or a recording, set to the size of the rig's calibration
   std::optional<igtl::Address> publish;  // poses for 3D Slicer and others (pose_feed.h)
   GraphicsSettings graphics;
   bool player = false;  // the scripted player holds the stylus

@@ -1,0 +1,74 @@
+// A GigE Vision camera in the network of this machine, made of Aravis' own pretended one, that shows pictures
+// of ours: so the whole way of a real camera's pictures is walked, packets included.
+//
+// It sends Mono8 (the green channel), RGB8 or one of the four Bayer patterns, as it is told over the network,
+// 640x480 px of whatever size it is set to, each picture `repeats` times before the next. Its clock is the
+// machine's CLOCK_REALTIME. Gone with the object, as if its plug were pulled.
+#pragma once
+
+#include <arv.h>
+
+#include <array>
+#include <atomic>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace palpate {
+
+class FakeNetworkCamera {
+ public:
+  using Picture = std::vector<std::uint8_t>;  // RGB
+  static constexpr int kWidth = 640, kHeight = 480;
+
+  FakeNetworkCamera(const std::string& serial, std::vector<Picture> pictures, unsigned repeats = 1)
+      : pictures_(std::move(pictures)), repeats_(repeats) {
+    camera_ = arv_gv_fake_camera_new("127.0.0.1", serial.c_str());
+    if (camera_ == nullptr || !arv_gv_fake_camera_is_running(camera_))
+      throw std::runtime_error("no GigE Vision camera can be pretended at 127.0.0.1; is port 3956 taken?");
+    arv_fake_camera_set_fill_pattern(arv_gv_fake_camera_get_fake_camera(camera_), fill, this);
+  }
+  ~FakeNetworkCamera() { g_object_unref(camera_); }
+  FakeNetworkCamera(const FakeNetworkCamera&) = delete;
+  FakeNetworkCamera& operator=(const FakeNetworkCamera&) = delete;
+
+  // The channel that a Bayer camera has at this place: 0 red, 1 green, 2 blue.
+  static int channel(ArvPixelFormat format, int x, int y) {
+    using Pattern = std::array<int, 4>;
+    const Pattern pattern = format == ARV_PIXEL_FORMAT_BAYER_RG_8   ? Pattern{0, 1, 1, 2}
+                            : format == ARV_PIXEL_FORMAT_BAYER_GR_8 ? Pattern{1, 0, 2, 1}
+                            : format == ARV_PIXEL_FORMAT_BAYER_GB_8 ? Pattern{1, 2, 0, 1}
+                                                                    : Pattern{2, 1, 1, 0};
+    return pattern[static_cast<std::size_t>(y % 2 * 2 + x % 2)];
+  }
+
+ private:
+  static void fill(ArvBuffer* buffer, void* self, guint32, guint32, ArvPixelFormat format) {
+    static_cast<FakeNetworkCamera*>(self)->fill(buffer, format);
+  }
+  void fill(ArvBuffer* buffer, ArvPixelFormat format) {
+    std::size_t ignored = 0;
+    auto* out = static_cast<std::uint8_t*>(const_cast<void*>(arv_buffer_get_data(buffer, &ignored)));
+    if (arv_buffer_get_image_width(buffer) != kWidth || arv_buffer_get_image_height(buffer) != kHeight)
+      return;
+    const Picture& picture = pictures_[shown_++ / repeats_ % pictures_.size()];
+    if (format == ARV_PIXEL_FORMAT_RGB_8_PACKED) {
+      std::memcpy(out, picture.data(), picture.size());
+      return;
+    }
+    for (int y = 0; y < kHeight; ++y)
+      for (int x = 0; x < kWidth; ++x) {
+        const auto at = static_cast<std::size_t>(y * kWidth + x);
+        const int c = format == ARV_PIXEL_FORMAT_MONO_8 ? 1 : channel(format, x, y);
+        out[at] = picture[3 * at + static_cast<std::size_t>(c)];
+      }
+  }
+
+  const std::vector<Picture> pictures_;
+  const unsigned repeats_;
+  unsigned shown_ = 0;  // of the camera's thread
+  ArvGvFakeCamera* camera_ = nullptr;
+};
+
+}  // namespace palpate

@@ -1,0 +1,108 @@
+#!/usr/bin/env python3
+"""Real cameras from outside: a pretended GigE Vision camera, as a process that is killed and started again, shows the simulated
+laboratory's table or a calibration board; its pictures are recorded, calibrated from and played back."""
+import json
+import os
+import re
+import signal
+import subprocess
+import unittest
+
+from laboratory import LaboratoryTest
+from program import wait_until
+
+SERIAL = "Palpate8"
+CAMERA = f"aravis:Aravis-Fake-{SERIAL}"
+LENS = {"fx": 560, "fy": 561.5, "cx": 318.7, "cy": 242.1}  # of tests/rendered_views.h
+
+
+class Cameras(LaboratoryTest):
+    def plug_in(self, shows):
+        camera = subprocess.Popen([os.environ["FAKE_NETWORK_CAMERA"], SERIAL, shows], stdout=subprocess.PIPE, text=True)
+        self.addCleanup(self.pull, camera)
+        self.assertEqual(camera.stdout.readline(), "ready\n")
+        return camera
+
+    def pull(self, camera):
+        camera.kill()
+        camera.wait()
+        camera.stdout.close()
+
+    def says_later(self, server, words):
+        before = len(server.lines())
+        wait_until(lambda: server.ended() or any(words in line for line in server.lines()[before:]),
+                   f"the server says '{words}'; so far {server.lines()}")
+        self.assertFalse(server.ended(), server.lines())
+
+    def test_a_lens_is_calibrated_from_pictures_that_came_over_the_network(self):
+        self.plug_in("board")
+        found = json.loads(self.runs("camera", "list", "--json", "-").out)["cameras"]
+        self.assertIn(CAMERA, [camera["camera"] for camera in found])
+        self.runs("camera", "record", CAMERA, "--out", "board", "--seconds", "5", "--every-s", "0.15", "--size-px", "640x480",
+                  "--camera-rate-hz", "25")
+        self.refuses(["camera", "record", CAMERA, "--out", "board"], 2, "holds a recording already")
+        rows = [line.split(",") for line in self.read("board", "stamps.csv").decode().splitlines()]
+        self.assertEqual(rows[0], ["image", "time_s", "frame"])
+        for before, after in zip(rows[1:], rows[2:]):
+            self.assertLess(float(before[1]), float(after[1]))
+            self.assertLess(int(before[2]), int(after[2]))
+        lens = json.loads(self.runs("calibrate", "camera", "--images", self.path("board", "*.png"), "--board", "9x6",
+                                    "--square-mm", "25", "--json", "-").out)
+        self.assertLess(lens["rms_px"], 0.5)
+        for key, truth in LENS.items():  # 1 px: beyond what sharp pictures of 16 poses leave open, below any mistake of size or offset
+            self.assertLess(abs(lens[key] - truth), max(1.0, 4 * lens["std"][key]), key)
+        # The recording played back: as many pictures as rows, then the end is told.
+        self.start_world()
+        self.start_physics()
+        graphics = self.start("graphics", "--rig", self.rig, "--camera", "images:" + self.path("board"), "--json", "figures.json")
+        self.assertTrue(graphics.says("the recording has ended"), graphics.lines())
+        graphics.send(signal.SIGTERM)
+        self.assertEqual(graphics.ends().code, 0)
+        self.assertEqual(json.loads(self.read("figures.json"))["camera"]["pictures"], len(rows) - 1)
+
+    def test_a_camera_that_is_unplugged_is_told_and_comes_back_without_a_restart(self):
+        camera = self.plug_in("laboratory")
+        self.start_world()
+        self.start_physics()
+        graphics = self.start_graphics("--camera", CAMERA, "--camera-rate-hz", "25", "--json", "figures.json")
+        self.assertTrue(graphics.says(f"camera {CAMERA}: Aravis Fake (serial {SERIAL}), 640x480 px"), graphics.lines())
+        self.pull(camera)
+        self.says_later(graphics, "see to its cable and power")
+        self.plug_in("laboratory")
+        self.says_later(graphics, f"camera {CAMERA}: works again")
+        graphics.send(signal.SIGTERM)
+        done = graphics.ends()
+        self.assertEqual(done.code, 0, done)
+        self.assertGreater(json.loads(self.read("figures.json"))["camera"]["pictures"], 0)
+
+    def test_what_cannot_be_had_is_named_with_its_remedy(self):
+        graphics = ("graphics", "--rig", self.rig, "--camera")
+        self.start_world()
+        self.says_no(self.run_program(*graphics, "webcam"), 2, "--camera", "'webcam'", "lab, aravis[:NAME]")
+        self.says_no(self.run_program(*graphics, "v4l2:/dev/video99"), 1, "camera v4l2:/dev/video99", "no such device", "camera list")
+        self.says_no(self.run_program(*graphics, "images:nowhere"), 2, "nowhere", "no such folder")
+        self.says_no(self.run_program(*graphics, "video:nowhere.mp4"), 2, "nowhere.mp4", "no such file")
+        self.write("film.mp4", "no film")
+        self.says_no(self.run_program(*graphics, "video:film.mp4"), 1, "film.mp4", "cannot be read as a video")
+        self.says_no(self.run_program(*graphics, "v4l2", "--camera-stamp", "noon"), 2, "--camera-stamp", "'noon'", "exposure-start")
+        self.says_no(self.run_program(*graphics, "v4l2", "--camera-exposure-ms", "-5"), 2, "exposure -5 ms", "0.001 to 10000 ms")
+        self.says_no(self.run_program(*graphics, "video:film.mp4", "--camera-gain", "3"), 2, "a recording has no exposure")
+        self.refuses(["camera", "record", "aravis:Aravis-Fake-Nobody", "--out", "x"], 1, "no such camera answers")
+        self.refuses(["camera", "record", "v4l2:99", "--out", "x", "--size-px", "big"], 2, "--size-px 'big'")
+        self.refuses(["doctor", "--camera", "webcam"], 2, "--camera", "'webcam'")
+
+    def test_doctor_opens_the_camera_it_is_asked_about(self):
+        def asked():
+            done = self.run_program("doctor", "--keys", self.path("keys"), "--camera", CAMERA, "--json", "-")
+            return {f["name"]: f for f in json.loads(done.out)["findings"] if f["area"] == "devices"}
+        finding = asked()["camera asked for"]
+        self.assertEqual(finding["verdict"], "in the way")
+        self.assertIn("camera list", finding["remedy"])
+        self.plug_in("laboratory")
+        finding = asked()["camera asked for"]
+        self.assertEqual(finding["verdict"], "ok", finding)
+        self.assertTrue(re.search(r"serial Palpate8\), \d+x\d+ px, Bayer", finding["value"]), finding)
+
+
+if __name__ == "__main__":
+    unittest.main()
