@@ -39,11 +39,12 @@ Rig blank_rig(const sim::WorldFile& world) {
 }
 
 // Somebody at a desk does not turn the head twenty degrees and back every second; they move it a little,
-// which is how depth is seen.
-sim::WorldFile calm_head(sim::WorldFile world) {
+// which is how depth is seen. And they begin with slow serves.
+sim::WorldFile for_a_person(sim::WorldFile world) {
   world.head.turn_peak = std::min(world.head.turn_peak, radians_from_degrees(4.0));
   world.head.turn_hz = std::min(world.head.turn_hz, 0.15);
   world.head.shake = std::min(world.head.shake, radians_from_degrees(0.05));
+  world.ball.serve_speed[1] = std::min(world.ball.serve_speed[1], std::max(2.3, world.ball.serve_speed[0]));
   return world;
 }
 
@@ -141,7 +142,7 @@ Expected<Json> demo(const DemoOptions& options) {
     leg.window = options.window;
     if (options.window) {
       leg.world = options.out / "world-window.toml";
-      if (auto done = write_file(leg.world, sim::world_text(calm_head(options.world))); !done) return done;
+      if (auto done = write_file(leg.world, sim::world_text(for_a_person(options.world))); !done) return done;
       if (options.notice)
         options.notice(
             "demo: the window opens; move the mouse in it to play, q ends the game and the report follows");
