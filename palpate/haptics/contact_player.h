@@ -4,7 +4,7 @@
 // A blow takes the course of the contact model that its event names, with the event's own restitution and
 // duration. Each tick gets the mean force over its span, so that the impulse is m (1 + e) v however the ticks
 // fall. Blows may overlap: their forces add. Haptic thread alone; no allocation, lock or exception after
-// construction. start() takes some microseconds, of a blow by Hunt and Crossley some tens.
+// construction.
 #pragma once
 
 #include <array>

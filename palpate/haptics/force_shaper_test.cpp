@@ -126,6 +126,7 @@ TEST(ForceShaper, ASustainedForceIsClampedAndSlewed) {
   EXPECT_TRUE(shaper.limited());
   for (int i = 0; i < 10; ++i) shaper.tick(asked, kRoom, kTick, kTick);
   EXPECT_NEAR(shaper.tick(asked, kRoom, kTick, kTick).x(), 8.5, 1e-12);
+  EXPECT_LT(shaper.delivered().norm(), 1e-15) << "none of it is a blow's";
 }
 
 TEST(ForceShaper, WhatAFaultCutsOffIsCountedAndNotPaidLater) {
