@@ -41,7 +41,9 @@ CameraImage next_image(LiveCamera& camera) {
 }
 
 Wish wish(std::string format = "") {
-  Wish result{{Kind::aravis, kName}, {}};
+  // By address: where a machine has several networks, a name may be answered by way of one that pictures of
+  // 127.0.0.1 do not take.
+  Wish result{{Kind::aravis, "127.0.0.1"}, {}};
   result.settings.width = FakeNetworkCamera::kWidth, result.settings.height = FakeNetworkCamera::kHeight;
   result.settings.rate_hz = 25.0;
   result.settings.exposure_s = 0.008;
@@ -187,7 +189,6 @@ TEST(AravisCamera, IsListedAndSaysWhatItCannotDo) {
   has(refusal([](Wish& w) { w.choice.which = "Aravis-Fake-Nobody"; }), "no such camera answers");
   has(refusal([](Wish& w) { w.settings.width = 4096; }), "4096x480 are asked for");
   has(refusal([](Wish& w) { w.settings.pixel_format = "BGR8"; }), "and BGR8 is expected");
-  has(refusal([](Wish& w) { w.settings.exposure_s = 10.0; }), "exposure 10000 ms");
   has(refusal([](Wish& w) { w.settings.gain = 1000.0; }), "gain 1000");
   const auto holder = open_camera(wish());
   ASSERT_TRUE(holder) << holder.error().message;
