@@ -19,11 +19,8 @@ namespace {
 // for a tip of 3 mm, a million times what doubles resolve at arm's length. What moves less stands still: at
 // 600 N/m that is 0.06 mN.
 constexpr double kSkin = 1e-6, kStill = 3e-5;
-// Of the patch: a larger one holds for more calls and costs more in each.
-constexpr double kReach = 0.5;
 constexpr int kPasses = 3;
-constexpr double kTurned = 0.01;   // rad, of the normal: a hundredth of the friction
-constexpr double kLongStep = 0.1;  // of a long way, so that not even a jump needs many patches
+constexpr double kTurned = 0.01;  // rad, of the normal: a hundredth of the friction
 
 const ProxySettings& checked(const ProxySettings& s) {
   if (!(s.radius > 0.0) || !std::isfinite(s.radius))
@@ -42,7 +39,6 @@ const ProxySettings& checked(const ProxySettings& s) {
 Proxy::Proxy(const CollisionMesh& mesh, const ProxySettings& settings)
     : mesh_(mesh),
       settings_(checked(settings)),
-      patch_(mesh, settings.radius),
       skin_(kSkin * settings.radius),
       still_(kStill * settings.radius) {}
 
@@ -116,24 +112,16 @@ Vector3 Proxy::nearest_allowed(const Vector3& g, const Vector3& here) const {
 }
 
 // Straight on until something is in the way, which then becomes a plane, with the skin kept free; false where
-// it comes to `to`. Stops at the end of the patch as well, where there is more to go: then there is no plane.
+// it comes to `to`.
 bool Proxy::go(Vector3& x, const Vector3& to) {
   ++state_.sweeps;
   const Vector3 from = x;
-  if (!patch_.covers(from) || 2.0 * (from - patch_.centre()).lpNorm<Eigen::Infinity>() > patch_.reach())
-    patch_.gather(from, std::max(kReach * settings_.radius, kLongStep * (to - from).norm()));
-  double share = 1.0;  // of the way to `to` that lies in the patch
-  for (int i = 0; i < 3; ++i) {
-    const double d = to[i] - from[i], room = patch_.reach() - std::abs(from[i] - patch_.centre()[i]);
-    if (std::abs(d) > room) share = std::min(share, room / std::abs(d));
-  }
-  const Vector3 end = share < 1.0 ? Vector3(from + share * (to - from)) : to;
-  const auto hit = patch_.sweep(from, end);
-  x = end;
-  if (!hit) return share < 1.0;
+  const auto hit = mesh_.sweep(from, to, settings_.radius);
+  x = to;
+  if (!hit) return false;
   constrain(*hit);
-  const double sinking = -hit->normal.dot(end - from);
-  x = sinking > 0.0 ? Vector3(from + std::max(0.0, hit->fraction - skin_ / sinking) * (end - from)) : from;
+  const double sinking = -hit->normal.dot(to - from);
+  x = sinking > 0.0 ? Vector3(from + std::max(0.0, hit->fraction - skin_ / sinking) * (to - from)) : from;
   return true;
 }
 

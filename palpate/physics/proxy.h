@@ -13,7 +13,7 @@
 #include <array>
 #include <cstddef>
 
-#include "palpate/physics/surface_patch.h"
+#include "palpate/physics/sweep.h"
 
 namespace palpate {
 
@@ -63,7 +63,6 @@ class Proxy {
 
   const CollisionMesh& mesh_;
   ProxySettings settings_;
-  SurfacePatch patch_;
   double skin_, still_;  // m
   ProxyState state_;
   std::array<Plane, kPlanes> planes_;
