@@ -29,6 +29,9 @@ const ProxySettings& checked(const ProxySettings& s) {
   if (!(s.friction >= 0.0 && s.friction <= 2.0))
     throw std::invalid_argument(
         fmt::format("proxy: friction {}; 0 (none) to 2 (rubber) is expected", s.friction));
+  if (!(s.static_friction >= 0.0 && s.static_friction <= 2.0))
+    throw std::invalid_argument(
+        fmt::format("proxy: static friction {}; 0 (none) to 2 (rubber) is expected", s.static_friction));
   if (s.most_sweeps < 8 || s.most_sweeps > 100)
     throw std::invalid_argument(fmt::format("proxy: {} sweeps; 8 to 100 are expected", s.most_sweeps));
   return s;
@@ -167,7 +170,7 @@ const ProxyState& Proxy::follow(const Vector3& tip) {
   Vector3 x = state_.position;
   const Vector3 start = x;
   Vector3 goal = tip;
-  if (state_.touching && settings_.friction > 0.0) {
+  if (state_.touching && std::max(settings_.friction, settings_.static_friction) > 0.0) {
     // Inside the cone the proxy stays. Else it goes until the tip is on the cone: until the tip, shifted back
     // by the cone's radius, is straight below. The normal changes on the way, so that is done over again.
     Vector3 n = state_.normal;
@@ -175,8 +178,10 @@ const ProxyState& Proxy::follow(const Vector3& tip) {
       const double depth = n.dot(x - tip);
       const Vector3 aside = x - tip - depth * n;
       const double cone = settings_.friction * std::max(0.0, depth), offset = aside.norm();
+      const double holds =
+          state_.sliding ? cone : std::max(settings_.friction, settings_.static_friction) * depth;
       goal = tip;
-      if (pass == 0 && depth > 0.0 && offset <= cone) {
+      if (pass == 0 && depth > 0.0 && offset <= holds) {
         state_.sliding = false;
         state_.depth = depth;
         return state_;

@@ -11,7 +11,8 @@
 //   raw/surface.csv          label,x_mm,y_mm,z_mm touched corners, four of each label in touching order
 //   raw/frames.csv           mid_exposure_s,world_px,tip_px,...   raw/ball.csv time_s,x_m,y_m,z_m
 //   raw/haptics.csv          time_s,asked_n,given_n around the hits
-//   raw/realtime_frames.csv  time_s,round_trip_us,late,lost,repeated,out_of_order
+//   raw/touch.csv            time_s,force_n,tangential_n,depth_mm,speed_mm_s,sliding of each millisecond of
+//   contact raw/realtime_frames.csv  time_s,round_trip_us,late,lost,repeated,out_of_order
 //   raw/realtime_sync.csv    time_s,offset_error_us,uncertainty_us,offset_s
 //   raw/realtime_loops.csv   time_s and, of haptic_ and physics_ each, ticks,overruns,missed since the start
 //   raw/realtime_jitter.csv  loop,late_from_us,late_to_us,ticks

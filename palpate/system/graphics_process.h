@@ -24,7 +24,8 @@ struct GraphicsProcessOptions {
   ServerName server;
   std::optional<LiveTracker> tracker;    // instead of the laboratory's
   std::optional<igtl::Address> publish;  // poses for 3D Slicer and others (pose_feed.h)
-  bool player = false;                   // the scripted player holds the stylus
+  std::filesystem::path mesh;  // what touch shows, where it lies elsewhere than on the server's machine
+  bool player = false;         // the scripted player holds the stylus
   std::uint64_t seed = 1;
   double seconds = 0.0;  // 0 = until asked to stop
   // Shows this machine's clock with an offset and a drift, so that the synchronisation has something to find.

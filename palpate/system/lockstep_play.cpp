@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "palpate/applications/applications.h"
-#include "palpate/applications/pingpong/pingpong.h"
 #include "palpate/physics_server/physics_server.h"
 #include "palpate/system/player_seat.h"
 
@@ -51,7 +50,7 @@ Vector3 true_tip(const sim::TrueView& view) {
 }  // namespace
 
 Vector3 shown_tip(const WorldState& state, const SceneDescription& scene) {
-  const auto& bat = state.bodies[pingpong::kBat];
+  const auto& bat = state.bodies[kCarried];
   return bat.p() - bat.q() * scene.bat_offset;
 }
 
@@ -60,7 +59,6 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
                                           const std::function<void(double)>& progress) {
   if (!rig.arm || !rig.camera || !rig.hand_eye)
     return refused("play: the rig is not calibrated; run `palpate calibrate all`");
-  if (auto ok = needs_scripted_player(scene.application, "play"); !ok) return tl::unexpected(ok.error());
   auto application = make_application(scene, options.seed);
   if (!application) return tl::unexpected(application.error());
 
@@ -78,7 +76,8 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
   auto link = network.connect();
   WatchedCamera camera(world, pictures.camera);
   GraphicsServer graphics(rig, *link, world.tracker(), world.camera(), pictures.refiner, pictures.painter);
-  PlayerSeat player(scene, rig, world.file(), options.seed, options.player_extra_delay_s);
+  auto player = PlayerSeat::seat(scene, rig, world.file(), options.seed, options.player_extra_delay_s);
+  if (!player) return tl::unexpected(player.error());
   if (auto asked = world.person().ask({Gesture::look, "", 0}); !asked) return tl::unexpected(asked.error());
 
   LockstepResult result;
@@ -107,6 +106,7 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
     physics.haptic_tick(physics_time(t));
     while (const auto wish = (*service)->take_control()) physics.control(*wish);
     physics.physics_tick(physics_time(t));
+    if (counted && options.watch) options.watch(physics.newest());
     if (!options.pass_on && physics.contact().number != last_blow) {
       last_blow = physics.contact().number;
       blow_times.push_back(physics.contact().start.seconds());
@@ -127,7 +127,7 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
     if (finish_at && t >= *finish_at) {
       finish_at.reset();
       const FrameRecord& record = graphics.finish_frame(now);
-      player.show(record, graphics);
+      player->show(record, graphics);
       if (counted && record.have_state && open) {
         if (pictures.shown) pictures.shown(record);
         open->record = record;
@@ -147,7 +147,7 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
       open.reset();
       if (progress) progress(to_seconds(t - start) / total);
     }
-    player.act(now, graphics, world.hand());
+    player->act(now, graphics, world.hand());
 
     // The loop keeps five seconds; take what belongs to blows every second.
     if (!options.pass_on &&
@@ -156,10 +156,12 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
       for (const auto& r : physics.haptic().records()) {
         const double at = r.time.seconds();
         if (at <= from) continue;
+        // A lasting force is no blow: kept while it is asked for.
+        const bool lasting = blow_times.empty() && counted && r.asked != Vector3::Zero();
         const bool near_blow = std::any_of(blow_times.begin(), blow_times.end(), [at](double blow) {
           return at >= blow - kBlowBefore && at <= blow + kBlowAfter;
         });
-        if (near_blow) result.haptics.push_back(r);
+        if (near_blow || lasting) result.haptics.push_back(r);
       }
     }
   }

@@ -42,6 +42,7 @@ struct LockstepOptions {
   ChannelModel channel;
   Duration drawing_time = std::chrono::milliseconds(12);  // from an image's arrival to its picture, virtual
   double player_extra_delay_s = 0.0;
+  std::function<void(const WorldState&)> watch;  // each state of the physics loop that counts
   // Where given, frames go here and nothing of them is kept, nor of the haptic loop: a play of any length.
   std::function<void(const LockstepFrame&)> pass_on;
 };

@@ -128,10 +128,11 @@ Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
     if (i > 1000) return refused("real-time leg: the laboratory did not open its devices within 10 s");
     std::this_thread::sleep_for(milliseconds(10));
   }
-  auto physics = start_server(TwoHosts::kPhysicsHost,
-                              {"physics", "--rig", options.rig.string(), "--lab", name, "--out",
-                               options.out.string(), "--json", file("physics", ".json").string()},
-                              listen, file("physics", ".log"));
+  auto physics =
+      start_server(TwoHosts::kPhysicsHost,
+                   {"physics", "--rig", options.rig.string(), "--app", options.application, "--lab", name,
+                    "--out", options.out.string(), "--json", file("physics", ".json").string()},
+                   listen, file("physics", ".log"));
   if (!physics) return tl::unexpected(physics.error());
   auto graphics =
       start_server(TwoHosts::kGraphicsHost,
