@@ -12,6 +12,7 @@
 #include "bench/physics_rivals.h"
 #include "palpate/applications/pingpong/ball_world.h"
 #include "palpate/core/random.h"
+#include "palpate/physics/height_field_for_tests.h"
 
 namespace palpate::bench {
 namespace {
@@ -257,18 +258,7 @@ void restitution() {
 TriangleMesh bumpy(std::uint32_t side) {
   Random random(2, "bench/physics/field");
   const double bump = side == 1 ? 0.0 : 0.010 * std::min(1.0, 22.0 / side);  // slopes of the same steepness
-  TriangleMesh mesh;
-  for (std::uint32_t i = 0; i <= side; ++i)
-    for (std::uint32_t j = 0; j <= side; ++j)
-      mesh.vertices.push_back({2.0 * j / side - 1.0, random.uniform(-bump, bump), 2.0 * i / side - 1.0});
-  for (std::uint32_t i = 0; i < side; ++i) {
-    for (std::uint32_t j = 0; j < side; ++j) {
-      const std::uint32_t a = i * (side + 1) + j, b = a + side + 1;
-      mesh.triangles.push_back({a, b, a + 1});
-      mesh.triangles.push_back({a + 1, b, b + 1});
-    }
-  }
-  return mesh;
+  return rough_field(side, bump, random);
 }
 
 class OurSweep : public Sweeper {

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "apps/palpate/command.h"
+#include "apps/palpate/touch_options.h"
 #include "palpate/applications/applications.h"
 #include "palpate/system/demo.h"
 #include "palpate/system/demo_summary.h"
@@ -14,10 +15,10 @@ namespace palpate::app {
 
 void add_demo(CLI::App& program) {
   auto* command = program.add_subcommand(
-      "demo",
-      "Calibrate a simulated rig, play ping-pong on it in lock-step and in real time, write a report");
+      "demo", "Calibrate a simulated rig, play on it in lock-step and in real time, write a report");
   struct Options {
     DemoOptions demo;
+    TouchOptions touch;
     std::string world;
     bool headless = false, two_hosts = false, insecure = false;
   };
@@ -31,6 +32,7 @@ void add_demo(CLI::App& program) {
       ->add_option("--seed", options->demo.seed,
                    "Draws the laboratory's imperfections, noise, serves and player")
       ->default_val(1);
+  add_touch_options(*command, options->touch);
   command->add_option("--world", options->world, "World file; the reference laboratory where none is named");
   command->add_option("--out", options->demo.out, "Folder for report, summary, pictures, video and raw data")
       ->default_val("./palpate-report");
@@ -55,15 +57,17 @@ void add_demo(CLI::App& program) {
     if (!known)
       return wrong_use("--app {}: not known; `palpate apps` lists the applications there are",
                        demo.application);
-    if (auto ok = needs_scripted_player(demo.application, "demo"); !ok) return ok;
     demo.world = sim::reference_world();
     demo.command = "palpate demo";
+    if (demo.application != "pingpong") demo.command += " --app " + demo.application;
     if (!options->world.empty()) {
       auto world = sim::read_world(options->world);
       if (!world) return tl::unexpected(world.error());
       demo.world = *world;
       demo.command += " --world " + options->world;
     }
+    if (auto ok = apply(options->touch, demo.application, demo.world); !ok) return ok;
+    demo.command += typed(options->touch);
     demo.command += fmt::format(" --seed {}", demo.seed);
     if (quick->count() > 0) {
       if (seconds->count() == 0) demo.seconds = 4.0;

@@ -53,6 +53,8 @@ void add_graphics(CLI::App& program) {
       ->expected(0, 1);
   command->add_flag("--igtl-insecure", options->igtl_insecure,
                     "Serve poses beyond this machine: the protocol protects nothing");
+  command->add_option("--mesh", options->process.mesh,
+                      "The file that touch explores, where it is not on the physics server's machine");
   command->add_flag("--player", options->process.player, "Let the scripted player hold the stylus");
   auto* window = command->add_flag(
       "--window", options->process.window,

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
 #include "apps/palpate/command.h"
+#include "apps/palpate/touch_options.h"
 #include "palpate/applications/scene_settings.h"
+#include "palpate/applications/touched_mesh.h"
 #include "palpate/core/json.h"
 #include "palpate/model/world_file.h"
 #include "palpate/physics_server/physics_process.h"
@@ -14,6 +16,7 @@ void add_physics(CLI::App& program) {
   struct Options {
     std::string rig = "rig.toml", world, json;
     double extra_force_delay_ms = 0.0;
+    TouchOptions touch;
     PhysicsProcessOptions process;
   };
   auto options = std::make_shared<Options>();
@@ -37,7 +40,9 @@ void add_physics(CLI::App& program) {
                     "The real arm is in its reset position now: set its encoders' zero there if it is lost");
   command->add_option("--lab", options->process.arm.lab, "Name of the laboratory `palpate world run` serves")
       ->default_val("lab");
-  command->add_option("--world", options->world, "World file to take ball, bat and serve settings from");
+  command->add_option("--world", options->world,
+                      "World file to take ball, bat, serve and touch settings from");
+  add_touch_options(*command, options->touch);
   command->add_option("--seed", options->process.seed, "Seed of the serves")->default_val(1);
   command
       ->add_option(
@@ -78,7 +83,11 @@ void add_physics(CLI::App& program) {
       if (!read) return tl::unexpected(read.error());
       world = *read;
     }
+    if (auto ok = apply(options->touch, application, world); !ok) return ok;
     options->process.scene = scene_settings(world, application);
+    const auto mesh = read_touched_mesh(options->process.scene);
+    if (!mesh) return tl::unexpected(mesh.error());
+    if (!mesh->empty()) notice("physics: " + *mesh);
     options->process.surface_restitution = world.ball.restitution_table;
     options->process.extra_force_delay =
         seconds(command->count("--extra-force-delay-ms") > 0 ? 1e-3 * options->extra_force_delay_ms

@@ -2,15 +2,18 @@
 
 #include "palpate/applications/pingpong/artist.h"
 #include "palpate/applications/pingpong/pingpong.h"
+#include "palpate/applications/pingpong/player.h"
 #include "palpate/applications/touch/artist.h"
+#include "palpate/applications/touch/explorer.h"
 #include "palpate/applications/touch/touch.h"
 
 namespace palpate {
 
 const std::vector<ApplicationInfo>& applications() {
   static const std::vector<ApplicationInfo> list = {
-      {"pingpong", "Return a virtual ball over a real table to a real wall, with a bat you feel", true},
-      {"touch", "Explore a virtual organ on a real table with the tip of the stylus", false}};
+      {"pingpong", "Return a virtual ball over a real table to a real wall, with a bat you feel"},
+      {"touch",
+       "Explore a virtual organ, or a mesh of your own, on a real table with the tip of the stylus"}};
   return list;
 }
 
@@ -40,14 +43,6 @@ Expected<void> ready(const SceneDescription& scene) {
 
 }  // namespace
 
-Expected<void> needs_scripted_player(const std::string& name, std::string_view whose) {
-  if (auto ok = known(name); !ok) return ok;
-  for (const auto& application : applications())
-    if (application.name == name && application.scripted_player) return {};
-  return refused("{}: {} has no scripted player yet; `palpate physics --app {}` runs it for a person", whose,
-                 name, name);
-}
-
 Expected<std::unique_ptr<Application>> make_application(const SceneDescription& scene, std::uint64_t seed,
                                                         std::optional<double> serve_pause_s) {
   if (auto ok = ready(scene); !ok) return tl::unexpected(ok.error());
@@ -67,6 +62,13 @@ Expected<std::unique_ptr<Artist>> make_artist(const SceneDescription& scene) {
   if (auto ok = ready(scene); !ok) return tl::unexpected(ok.error());
   if (scene.application == "touch") return std::make_unique<touch::TouchArtist>(scene);
   return std::make_unique<pingpong::PingPongArtist>(scene);
+}
+
+Expected<std::unique_ptr<Player>> make_player(const SceneDescription& scene, const Reach& reach,
+                                              const PlayerSettings& settings) {
+  if (auto ok = ready(scene); !ok) return tl::unexpected(ok.error());
+  if (scene.application == "touch") return std::make_unique<touch::Explorer>(scene, reach, settings);
+  return std::make_unique<pingpong::ScriptedPlayer>(scene, reach, settings);
 }
 
 }  // namespace palpate

@@ -18,6 +18,15 @@ SceneDescription scene_settings(const sim::WorldFile& world, const std::string& 
   scene.contact_model = world.ball.contact == "paper"           ? ContactModel::paper
                         : world.ball.contact == "hunt-crossley" ? ContactModel::hunt_crossley
                                                                 : ContactModel::non_sticky;
+  const auto& touch = world.touch;
+  scene.touched = {.mesh_file = application == "touch" ? touch.mesh : "",
+                   .metres_per_unit = touch.scale * (touch.unit == "m" ? 1.0 : 1e-3),
+                   .turn = touch.turn,
+                   .shift = touch.shift,
+                   .stiffness = touch.stiffness,
+                   .damping = touch.damping,
+                   .static_friction = touch.static_friction,
+                   .friction = touch.friction};
   return scene;
 }
 

@@ -143,6 +143,17 @@ void visit_person_and_scene(V& v, W& w) {
   v.choice("physics", w.ball.physics, {"full", "paper"});
   v.choice("contact", w.ball.contact, {"non-sticky", "paper", "hunt-crossley"});
 
+  v.section("touch");
+  v.text("mesh", w.touch.mesh);
+  v.choice("unit", w.touch.unit, {"mm", "m"});
+  v.number("scale", w.touch.scale, kSi, {1e-6, 1e6});
+  v.vector("turn_deg", w.touch.turn, kDeg);
+  v.vector("shift_mm", w.touch.shift, kMm);
+  v.number("stiffness_n_m", w.touch.stiffness, kSi, {1.0, 800.0});
+  v.number("damping_n_s_m", w.touch.damping, kSi, {0.0, 3.0});
+  v.number("static_friction", w.touch.static_friction, kSi, {0.0, 2.0});
+  v.number("friction", w.touch.friction, kSi, {0.0, 2.0});
+
   v.section("player");
   v.number("reaction_ms", w.player.reaction_s, kMs, kNotNegative);
   v.number("aim_sd_mm", w.player.aim_sd, kMm, kNotNegative);
@@ -202,6 +213,9 @@ class Reader {
   void choice(std::string_view key, std::string& field, const std::vector<std::string>& allowed) {
     if (given(key)) field = table_.choice(key, allowed);
   }
+  void text(std::string_view key, std::string& field) {
+    if (given(key)) field = table_.text(key);
+  }
   void clock(std::string_view key, ClockSettings& field) {
     if (!given(key)) return;
     const auto clock = table_.table(key);
@@ -250,6 +264,7 @@ class Writer {
   void choice(std::string_view key, const std::string& field, const std::vector<std::string>&) {
     line(key, toml_quoted(field));
   }
+  void text(std::string_view key, const std::string& field) { line(key, toml_quoted(field)); }
   void clock(std::string_view key, const ClockSettings& field) {
     line(key, fmt::format("{{ offset_s = {}, drift_ppm = {} }}", text(field.offset_s, 1.0),
                           text(field.drift, 1e-6)));
@@ -336,6 +351,8 @@ void check_whole(Reader& reader, const WorldFile& w) {
     reader.section_table("hand").complain("pull_n", "[low, high] with low <= high");
   if (w.ball.serve_speed[0] > w.ball.serve_speed[1])
     reader.section_table("ball").complain("serve_speed_m_s", "[low, high] with low <= high");
+  if (w.touch.static_friction < w.touch.friction)
+    reader.section_table("touch").complain("static_friction", "at least friction is expected");
   if (w.camera.exposure_s * w.camera.rate_hz > 1.0)
     reader.section_table("camera").complain(
         "exposure_ms",
@@ -380,7 +397,12 @@ Expected<WorldFile> parse_world(std::string_view content, const std::string& sou
 Expected<WorldFile> read_world(const std::filesystem::path& path) {
   const auto content = read_file(path);
   if (!content) return tl::unexpected(content.error());
-  return parse_world(*content, path.string());
+  auto world = parse_world(*content, path.string());
+  // A mesh is named as seen from the world file.
+  if (world && !world->touch.mesh.empty() && std::filesystem::path(world->touch.mesh).is_relative())
+    world->touch.mesh =
+        std::filesystem::absolute(path.parent_path() / world->touch.mesh).lexically_normal().string();
+  return world;
 }
 
 std::string world_text(const WorldFile& world) {

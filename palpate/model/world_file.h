@@ -122,6 +122,16 @@ struct WorldFile {
     std::string contact = "non-sticky";  // or "paper", "hunt-crossley": the bat's spring
   } ball;
 
+  // What `touch` lets one explore; the reference does not name it.
+  struct {
+    std::string mesh;         // STL, OBJ or PLY file; empty: the organ that is built in
+    std::string unit = "mm";  // of its lengths: or "m"
+    double scale = 1.0;
+    Vector3 turn = Vector3::Zero();   // angles about x, y, z
+    Vector3 shift{0.08, 0.06, 0.04};  // on the table: to the right, up on a plinth, towards the user
+    double stiffness = 600.0, damping = 2.0, static_friction = 0.4, friction = 0.3;
+  } touch;
+
   struct {
     double reaction_s = 0.0, aim_sd = 0.0, max_hand_acceleration = 0.0;
   } player;

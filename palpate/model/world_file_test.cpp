@@ -73,6 +73,22 @@ TEST(WorldFile, ABatIsHeldFastUnlessItsMassIsSaid) {
   EXPECT_NE(world_text(*world).find("bat_mass_kg = 0.25"), std::string::npos);
 }
 
+TEST(WorldFile, WhatIsTouchedIsWrittenAndReadAgain) {
+  const auto world = parse_world(
+      "[touch]\nmesh = \"liver.stl\"\nunit = \"m\"\nturn_deg = [90, 0, 0]\nstatic_friction = 0.5\n",
+      "touch.toml");
+  ASSERT_TRUE(world) << world.error().message;
+  EXPECT_EQ(world->touch.mesh, "liver.stl");
+  const auto again = parse_world(world_text(*world), "again.toml");
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(again->touch.mesh, "liver.stl");
+  EXPECT_EQ(again->touch.unit, "m");
+  EXPECT_EQ(again->touch.turn, world->touch.turn);
+  EXPECT_EQ(again->touch.static_friction, 0.5);
+  EXPECT_EQ(again->touch.stiffness, 600.0);
+  EXPECT_FALSE(parse_world("[touch]\nstatic_friction = 0.1\n", "low.toml")) << "less than it has sliding";
+}
+
 TEST(WorldFile, MistakesAreNamedWithFileLineAndKey) {
   const Mistake mistakes[] = {
       {"[arm]\ngain_sdd = 0.1\n", "bad.toml:2", "gain_sdd"},

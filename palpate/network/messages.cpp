@@ -62,6 +62,12 @@ void put(wire::SceneDescription* out, const SceneDescription& scene) {
   out->set_shape_vertices(static_cast<std::uint32_t>(scene.shape_vertices));
   out->set_physics(static_cast<std::uint32_t>(scene.physics));
   out->set_contact_model(static_cast<std::uint32_t>(scene.contact_model));
+  wire::TouchedSurface* touched = out->mutable_touched();
+  touched->set_file(scene.touched.mesh_file);
+  touched->set_hash(scene.touched.mesh_hash);
+  touched->set_metres_per_unit(scene.touched.metres_per_unit);
+  put(touched->mutable_turn_rad(), plain(scene.touched.turn));
+  put(touched->mutable_shift_m(), plain(scene.touched.shift));
 }
 
 void put(wire::ClientFigures* out, const ClientFigures& figures) {

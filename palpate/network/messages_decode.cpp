@@ -148,6 +148,12 @@ SceneDescription read(Check& check, const wire::SceneDescription& in) {
   if (!check.good()) return scene;
   scene.physics = static_cast<Physics>(in.physics());
   scene.contact_model = static_cast<ContactModel>(in.contact_model());
+  if (!in.has_touched()) return scene;
+  scene.touched.mesh_file = check.text(in.touched().file(), kMaxReasonBytes, "touched mesh file");
+  scene.touched.mesh_hash = check.text(in.touched().hash(), kMaxNameBytes, "touched mesh hash");
+  scene.touched.metres_per_unit = check.positive(in.touched().metres_per_unit(), "metres_per_unit");
+  scene.touched.turn = check.vector(in.touched().turn_rad(), "turn_rad");
+  scene.touched.shift = check.vector(in.touched().shift_m(), "shift_m");
   return scene;
 }
 

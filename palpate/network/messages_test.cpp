@@ -114,6 +114,11 @@ TEST(Messages, ASceneComesBackWhole) {
   scene.physics = Physics::paper;
   scene.contact_model = ContactModel::hunt_crossley;
   scene.serve_speed = {1.0, 1.5};
+  scene.touched.mesh_file = "/meshes/liver.stl";
+  scene.touched.mesh_hash = "fnv1a64:0123456789abcdef";
+  scene.touched.metres_per_unit = 0.01;
+  scene.touched.turn = {0.1, -0.2, 0.3};
+  scene.touched.shift = {0.4, 0.5, -0.6};
   const auto back = decode_server_message(encode(ServerMessage(Welcome{77, scene})));
   ASSERT_TRUE(back) << back.error().message;
   const auto& welcome = std::get<Welcome>(*back);
@@ -124,6 +129,11 @@ TEST(Messages, ASceneComesBackWhole) {
   EXPECT_EQ(welcome.scene->surfaces[0].corners, scene.surfaces[0].corners);
   EXPECT_EQ(welcome.scene->surfaces[0].restitution, 0.9);
   EXPECT_EQ(welcome.scene->gravity, scene.gravity);
+  EXPECT_EQ(welcome.scene->touched.mesh_file, scene.touched.mesh_file);
+  EXPECT_EQ(welcome.scene->touched.mesh_hash, scene.touched.mesh_hash);
+  EXPECT_EQ(welcome.scene->touched.metres_per_unit, 0.01);
+  EXPECT_EQ(welcome.scene->touched.turn, scene.touched.turn);
+  EXPECT_EQ(welcome.scene->touched.shift, scene.touched.shift);
   EXPECT_EQ(welcome.scene->bat_offset, scene.bat_offset);
   EXPECT_EQ(welcome.scene->ball_radius, 0.021);
   EXPECT_EQ(welcome.scene->ball_mass, 0.003);

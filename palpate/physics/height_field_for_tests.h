@@ -1,4 +1,4 @@
-// Surfaces on which tests and benchmarks let the tip slide. For those only.
+// Surfaces on which tests and benchmarks let tips slide and balls fly. For those only.
 #pragma once
 
 #include <algorithm>
@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <numbers>
 
+#include "palpate/core/random.h"
 #include "palpate/scene/mesh.h"
 
 namespace palpate {
@@ -34,6 +35,23 @@ inline TriangleMesh height_field(const Bumps& bumps, std::uint32_t cells, double
       const std::uint32_t a = j * (cells + 1) + i, b = a + 1, c = a + cells + 1, d = c + 1;
       mesh.triangles.push_back({a, b, d});
       mesh.triangles.push_back({a, d, c});
+    }
+  }
+  return mesh;
+}
+
+// The square |x|, |z| <= 1 m in side x side squares of two triangles, facing +y; each vertex stands out or in
+// by up to `bump`.
+inline TriangleMesh rough_field(std::uint32_t side, double bump, Random& random) {
+  TriangleMesh mesh;
+  for (std::uint32_t i = 0; i <= side; ++i)
+    for (std::uint32_t j = 0; j <= side; ++j)
+      mesh.vertices.push_back({2.0 * j / side - 1.0, random.uniform(-bump, bump), 2.0 * i / side - 1.0});
+  for (std::uint32_t i = 0; i < side; ++i) {
+    for (std::uint32_t j = 0; j < side; ++j) {
+      const std::uint32_t a = i * (side + 1) + j, b = a + side + 1;
+      mesh.triangles.push_back({a, b, a + 1});
+      mesh.triangles.push_back({a + 1, b, b + 1});
     }
   }
   return mesh;

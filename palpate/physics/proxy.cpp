@@ -19,11 +19,8 @@ namespace {
 // for a tip of 3 mm, a million times what doubles resolve at arm's length. What moves less stands still: at
 // 600 N/m that is 0.06 mN.
 constexpr double kSkin = 1e-6, kStill = 3e-5;
-// Of the patch: a larger one holds for more calls and costs more in each.
-constexpr double kReach = 0.5;
 constexpr int kPasses = 3;
-constexpr double kTurned = 0.01;   // rad, of the normal: a hundredth of the friction
-constexpr double kLongStep = 0.1;  // of a long way, so that not even a jump needs many patches
+constexpr double kTurned = 0.01;  // rad, of the normal: a hundredth of the friction
 
 const ProxySettings& checked(const ProxySettings& s) {
   if (!(s.radius > 0.0) || !std::isfinite(s.radius))
@@ -32,6 +29,9 @@ const ProxySettings& checked(const ProxySettings& s) {
   if (!(s.friction >= 0.0 && s.friction <= 2.0))
     throw std::invalid_argument(
         fmt::format("proxy: friction {}; 0 (none) to 2 (rubber) is expected", s.friction));
+  if (!(s.static_friction >= 0.0 && s.static_friction <= 2.0))
+    throw std::invalid_argument(
+        fmt::format("proxy: static friction {}; 0 (none) to 2 (rubber) is expected", s.static_friction));
   if (s.most_sweeps < 8 || s.most_sweeps > 100)
     throw std::invalid_argument(fmt::format("proxy: {} sweeps; 8 to 100 are expected", s.most_sweeps));
   return s;
@@ -42,7 +42,6 @@ const ProxySettings& checked(const ProxySettings& s) {
 Proxy::Proxy(const CollisionMesh& mesh, const ProxySettings& settings)
     : mesh_(mesh),
       settings_(checked(settings)),
-      patch_(mesh, settings.radius),
       skin_(kSkin * settings.radius),
       still_(kStill * settings.radius) {}
 
@@ -116,24 +115,16 @@ Vector3 Proxy::nearest_allowed(const Vector3& g, const Vector3& here) const {
 }
 
 // Straight on until something is in the way, which then becomes a plane, with the skin kept free; false where
-// it comes to `to`. Stops at the end of the patch as well, where there is more to go: then there is no plane.
+// it comes to `to`.
 bool Proxy::go(Vector3& x, const Vector3& to) {
   ++state_.sweeps;
   const Vector3 from = x;
-  if (!patch_.covers(from) || 2.0 * (from - patch_.centre()).lpNorm<Eigen::Infinity>() > patch_.reach())
-    patch_.gather(from, std::max(kReach * settings_.radius, kLongStep * (to - from).norm()));
-  double share = 1.0;  // of the way to `to` that lies in the patch
-  for (int i = 0; i < 3; ++i) {
-    const double d = to[i] - from[i], room = patch_.reach() - std::abs(from[i] - patch_.centre()[i]);
-    if (std::abs(d) > room) share = std::min(share, room / std::abs(d));
-  }
-  const Vector3 end = share < 1.0 ? Vector3(from + share * (to - from)) : to;
-  const auto hit = patch_.sweep(from, end);
-  x = end;
-  if (!hit) return share < 1.0;
+  const auto hit = mesh_.sweep(from, to, settings_.radius);
+  x = to;
+  if (!hit) return false;
   constrain(*hit);
-  const double sinking = -hit->normal.dot(end - from);
-  x = sinking > 0.0 ? Vector3(from + std::max(0.0, hit->fraction - skin_ / sinking) * (end - from)) : from;
+  const double sinking = -hit->normal.dot(to - from);
+  x = sinking > 0.0 ? Vector3(from + std::max(0.0, hit->fraction - skin_ / sinking) * (to - from)) : from;
   return true;
 }
 
@@ -179,7 +170,7 @@ const ProxyState& Proxy::follow(const Vector3& tip) {
   Vector3 x = state_.position;
   const Vector3 start = x;
   Vector3 goal = tip;
-  if (state_.touching && settings_.friction > 0.0) {
+  if (state_.touching && std::max(settings_.friction, settings_.static_friction) > 0.0) {
     // Inside the cone the proxy stays. Else it goes until the tip is on the cone: until the tip, shifted back
     // by the cone's radius, is straight below. The normal changes on the way, so that is done over again.
     Vector3 n = state_.normal;
@@ -187,8 +178,10 @@ const ProxyState& Proxy::follow(const Vector3& tip) {
       const double depth = n.dot(x - tip);
       const Vector3 aside = x - tip - depth * n;
       const double cone = settings_.friction * std::max(0.0, depth), offset = aside.norm();
+      const double holds =
+          state_.sliding ? cone : std::max(settings_.friction, settings_.static_friction) * depth;
       goal = tip;
-      if (pass == 0 && depth > 0.0 && offset <= cone) {
+      if (pass == 0 && depth > 0.0 && offset <= holds) {
         state_.sliding = false;
         state_.depth = depth;
         return state_;

@@ -4,23 +4,25 @@
 // The proxy goes where the tip is as long as nothing is in its way, and else to the place nearest to the tip
 // that a sphere can reach without passing through a triangle. All constraints are found within one call, so
 // that a tip at rest gives a force at rest. With friction it stays behind that place by up to `friction`
-// times the depth. All in the MESH's frame, SI: of a mesh that moves the path of the tip as seen from it is
-// given, and the proxy rides with it. One thread; follow() allocates nothing and throws nothing. Source:
-// Zilles and Salisbury 1995 (god-object), Ruspini, Kolarov and Khatib 1997 (sphere; move, constrain, slide),
-// Melder and Harwin 2004 (cone of friction); docs/theory/proxy.md.
+// times the depth, and does not begin to slide below `static_friction`. All in the MESH's frame, SI: of a
+// mesh that moves the path of the tip as seen from it is given, and the proxy rides with it. One thread;
+// follow() allocates nothing and throws nothing. Source: Zilles and Salisbury 1995 (god-object), Ruspini,
+// Kolarov and Khatib 1997 (sphere; move, constrain, slide), Melder and Harwin 2004 (cone of friction);
+// docs/theory/proxy.md.
 #pragma once
 
 #include <array>
 #include <cstddef>
 
-#include "palpate/physics/surface_patch.h"
+#include "palpate/physics/sweep.h"
 
 namespace palpate {
 
 struct ProxySettings {
-  double radius = 0.003;  // m, > 0
-  double friction = 0.0;  // tangential over normal force, 0 to 2
-  int most_sweeps = 64;   // per call; a proxy that needs more goes on in the next
+  double radius = 0.003;         // m, > 0
+  double friction = 0.0;         // tangential over normal force while it slides, 0 to 2
+  double static_friction = 0.0;  // until it does; below `friction` it counts as that
+  int most_sweeps = 64;          // per call; a proxy that needs more goes on in the next
 };
 
 struct ProxyState {
@@ -63,7 +65,6 @@ class Proxy {
 
   const CollisionMesh& mesh_;
   ProxySettings settings_;
-  SurfacePatch patch_;
   double skin_, still_;  // m
   ProxyState state_;
   std::array<Plane, kPlanes> planes_;

@@ -322,31 +322,5 @@ TEST(Proxy, RefusesSettingsThatCannotBeByName) {
   EXPECT_NE(refusal({.most_sweeps = 1}).find("proxy: 1 sweeps"), std::string::npos);
 }
 
-// The patch answers as the mesh does, for paths it covers.
-TEST(SurfacePatch, SweepsAsTheWholeMeshDoes) {
-  const TriangleMesh surface = height_field({}, 40);
-  const CollisionMesh mesh(surface);
-  SurfacePatch patch(mesh, kRadius);
-  Random random(6, "patch");
-  int hits = 0;
-  for (int i = 0; i < 300; ++i) {
-    const Vector3 centre(random.uniform(-0.08, 0.08), random.uniform(-0.08, 0.08),
-                         random.uniform(-0.004, 0.012));
-    patch.gather(centre, 0.004);
-    for (int k = 0; k < 20; ++k) {
-      const Vector3 from = centre + uniform3(random, 0.004), to = centre + uniform3(random, 0.004);
-      ASSERT_TRUE(patch.covers(from) && patch.covers(to));
-      const auto a = mesh.sweep(from, to, kRadius), b = patch.sweep(from, to);
-      ASSERT_EQ(a.has_value(), b.has_value());
-      if (!a) continue;
-      ++hits;
-      ASSERT_NEAR(a->fraction, b->fraction, 1e-12);
-      ASSERT_EQ(a->overlapped, b->overlapped);
-      ASSERT_LT((a->normal - b->normal).norm(), 1e-6);
-    }
-  }
-  EXPECT_GT(hits, 1000);
-}
-
 }  // namespace
 }  // namespace palpate

@@ -24,7 +24,7 @@ std::optional<SweepHit> CollisionMesh::sweep(const Vector3& from, const Vector3&
   std::optional<SweepHit> best;
   double last = 1.0;
   tree_.visit(from, to, radius, last, [&](std::uint32_t i) {
-    auto hit = sweep_sphere(triangles_[i], from, to, radius);
+    auto hit = sweep_sphere(triangles_[i], from, to, radius, last);
     if (!hit) return;
     hit->triangle = tree_.order()[i];
     const auto before = [&](double mine, double other) {

@@ -5,6 +5,7 @@
 #include "palpate/core/units.h"
 #include "palpate/geometry/random_vector.h"
 #include "palpate/physics/ball.h"
+#include "palpate/physics/height_field_for_tests.h"
 #include "palpate/physics/sweep.h"
 #include "palpate/physics/sweep_reference_test.h"
 
@@ -133,20 +134,28 @@ TEST(SweepExact, AnOverlapIsOneWhereTheLongArithmeticSaysSo) {
   EXPECT_GT(leaving, 50);
 }
 
-// A height field of 2 * side^2 triangles over 2 m x 2 m, bumpy or level.
-TriangleMesh field(std::uint32_t side, double bump, Random& random) {
-  TriangleMesh mesh;
-  for (std::uint32_t i = 0; i <= side; ++i)
-    for (std::uint32_t j = 0; j <= side; ++j)
-      mesh.vertices.push_back({2.0 * j / side - 1.0, random.uniform(-bump, bump), 2.0 * i / side - 1.0});
-  for (std::uint32_t i = 0; i < side; ++i) {
-    for (std::uint32_t j = 0; j < side; ++j) {
-      const std::uint32_t a = i * (side + 1) + j, b = a + side + 1;
-      mesh.triangles.push_back({a, b, a + 1});
-      mesh.triangles.push_back({a + 1, b, b + 1});
+// What CollisionMesh spares itself: triangles that cannot be the first any more.
+TEST(SweepExact, AskedUpToAFractionItTellsTheSameTouchOrThatThereIsNone) {
+  Random random(9, "sweep/latest");
+  int told = 0, spared = 0;
+  for (int k = 0; k < 200'000; ++k) {
+    const Triangle t = any_triangle(random);
+    const Shot shot = any_shot(t, random);
+    const auto whole = sweep_sphere(t, shot.from, shot.to, shot.radius);
+    const double latest = k % 3 == 0 && whole ? whole->fraction : random.uniform();
+    const auto part = sweep_sphere(t, shot.from, shot.to, shot.radius, latest);
+    if (part) {
+      ASSERT_TRUE(whole);
+      ASSERT_EQ(part->fraction, whole->fraction);
+      ASSERT_EQ(part->normal, whole->normal);
+      ++told;
+    } else if (whole) {
+      ASSERT_GT(whole->fraction, latest);
+      ++spared;
     }
   }
-  return mesh;
+  EXPECT_GT(told, 10'000);
+  EXPECT_GT(spared, 10'000);
 }
 
 // Triangles of all sizes and shapes without order, which no height field is.
@@ -184,9 +193,10 @@ TEST(SweepExact, TheTreeGivesTheVeryAnswerOfTryingAll) {
   int hits = 0, overlaps = 0, rays = 0;
   for (const std::size_t count : {0u, 1u, 3u, 5u, 17u, 400u, 3000u}) {
     for (const bool flat : {false, true}) {
-      auto mesh = flat ? field(static_cast<std::uint32_t>(std::sqrt(0.5 * static_cast<double>(count))) + 1,
-                               0.02, random)
-                       : soup(count, random);
+      auto mesh =
+          flat ? rough_field(static_cast<std::uint32_t>(std::sqrt(0.5 * static_cast<double>(count))) + 1,
+                             0.02, random)
+               : soup(count, random);
       if (count == 0) mesh.triangles.clear();
       const auto triangles = triangles_of(mesh);
       const CollisionMesh prepared(mesh);
@@ -230,7 +240,7 @@ TEST(SweepExact, TheTreeGivesTheVeryAnswerOfTryingAll) {
 TEST(SweepExact, TheUnitOfLengthChangesNothing) {
   Random random(4, "sweep/unit");
   for (int k = 0; k < 60; ++k) {
-    const auto metres = k % 2 ? soup(300, random) : field(12, 0.03, random);
+    const auto metres = k % 2 ? soup(300, random) : rough_field(12, 0.03, random);
     // Powers of two change no digit, so not one bit of the answer; millimetres round each number once.
     for (const double unit : {std::ldexp(1.0, 20), std::ldexp(1.0, -20), kMillimetresPerMetre}) {
       const bool exact = unit != kMillimetresPerMetre;
@@ -260,7 +270,7 @@ TEST(SweepExact, TheUnitOfLengthChangesNothing) {
 TEST(SweepExact, NoRayAndNoSphereSlipsThroughASeam) {
   Random random(5, "sweep/seam");
   const std::uint32_t side = 16;
-  const auto mesh = field(side, 0.05, random);
+  const auto mesh = rough_field(side, 0.05, random);
   const CollisionMesh prepared(mesh);
   for (int k = 0; k < 20000; ++k) {
     // Aimed at a vertex or at a point of an edge, to the last bit it can be.
@@ -285,7 +295,7 @@ TEST(SweepExact, RestitutionIsExactFromWalkingPaceToAHundredMetresPerSecond) {
   double worst = 0.0;
   int bounces = 0;
   for (const std::uint32_t side : {1u, 22u, 224u, 708u}) {  // 2, 968, 100,352 and 1,002,528 triangles
-    const auto metres = field(side, 0.0, random);
+    const auto metres = rough_field(side, 0.0, random);
     for (const double unit : {1.0, kMillimetresPerMetre}) {
       auto mesh = metres;
       // Turned and shifted, so that no coordinate of the level is special.

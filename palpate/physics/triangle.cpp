@@ -76,8 +76,8 @@ Vector3 closest_point(const Triangle& t, const Vector3& p) {
   return t[0] + vb / sum * ab + vc / sum * ac;
 }
 
-std::optional<SweepHit> sweep_sphere(const Triangle& t, const Vector3& from, const Vector3& to,
-                                     double radius) {
+std::optional<SweepHit> sweep_sphere(const Triangle& t, const Vector3& from, const Vector3& to, double radius,
+                                     double latest) {
   const Vector3 d = to - from;
   double width = 0.0;
   const Vector3 n = unit_normal(t, width);
@@ -87,11 +87,13 @@ std::optional<SweepHit> sweep_sphere(const Triangle& t, const Vector3& from, con
   const double height = n.dot(from - t[0]);
   const double side = height < 0.0 ? -1.0 : 1.0;
   const double sinking = -side * n.dot(d);
-  if (flat && side * height > radius) {
+  const bool off_slab = flat && side * height > radius;
+  if (off_slab) {
     // The plate: entering it is entering the grown triangle, nothing else can come earlier.
     if (!(sinking > 0.0)) return std::nullopt;
     const double s = (side * height - radius) / sinking;
-    if (s > 1.0) return std::nullopt;  // never reaches the slab around the plane
+    // Not even the slab around the plane is reached; where the plane is not sure, by now.
+    if (s > (width < kSlender ? 1.0 : latest)) return std::nullopt;
     const Vector3 p = from + s * d - side * radius * n;
     bool inside = true;
     for (std::size_t i = 0; i < 3 && inside; ++i) {
@@ -104,19 +106,24 @@ std::optional<SweepHit> sweep_sphere(const Triangle& t, const Vector3& from, con
       if (width < kSlender) refine(t, from, d, radius, hit);
       return hit;
     }
-  } else {
-    const Vector3 start = closest_point(t, from);
-    const double distance = (from - start).norm();
-    if (distance <= radius) {
-      // On the surface itself only the motion tells the side.
-      hit.normal = distance > 1e-10 * radius ? Vector3((from - start) / distance)
-                                             : Vector3(n.dot(d) > 0.0 ? Vector3(-n) : n);
-      if (!(hit.normal.dot(d) < 0.0)) return std::nullopt;
-      hit.point = start;
-      hit.overlapped = true;
-      return hit;
-    }
   }
+  const Vector3 start = closest_point(t, from);
+  const double distance = (from - start).norm();
+  if (!off_slab && distance <= radius) {
+    // On the surface itself only the motion tells the side.
+    hit.normal = distance > 1e-10 * radius ? Vector3((from - start) / distance)
+                                           : Vector3(n.dot(d) > 0.0 ? Vector3(-n) : n);
+    if (!(hit.normal.dot(d) < 0.0)) return std::nullopt;
+    hit.point = start;
+    hit.overlapped = true;
+    return hit;
+  }
+  // All of the triangle lies behind the plane through its closest point, across the line to it: most are told
+  // by how far the motion goes towards that plane. Of a slender triangle the closest point is not that sure.
+  const double rounding = 64.0 * kDoubleEpsilon *
+                          (from.cwiseAbs().maxCoeff() + t[0].cwiseAbs().maxCoeff() + d.cwiseAbs().maxCoeff());
+  const double nearing = latest * std::min(0.0, (from - start).dot(d) / distance);
+  if (width >= kSlender && distance + nearing > radius + rounding) return std::nullopt;
 
   double best = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < 3; ++i) {
@@ -133,18 +140,16 @@ std::optional<SweepHit> sweep_sphere(const Triangle& t, const Vector3& from, con
       if (along >= 0.0 && along <= 1.0) best = std::min(best, s);
     }
   }
-  if (!(best <= 1.0)) return std::nullopt;
+  if (!(best <= latest)) return std::nullopt;
   hit.fraction = std::max(best, 0.0);
   const Vector3 centre = from + hit.fraction * d;
   hit.point = closest_point(t, centre);
   const Vector3 out = centre - hit.point;
-  const double distance = out.norm();
-  if (!(distance > 0.0)) return std::nullopt;
-  hit.normal = out / distance;
+  const double off = out.norm();
+  if (!(off > 0.0)) return std::nullopt;
+  hit.normal = out / off;
   // Touched where edge and face are equally near to rounding: the face's normal. Over the seam of two level
   // triangles the edge's own would lean by the square root of that rounding, 1e-7.
-  const double rounding = 64.0 * kDoubleEpsilon *
-                          (from.cwiseAbs().maxCoeff() + t[0].cwiseAbs().maxCoeff() + d.cwiseAbs().maxCoeff());
   const double above = n.dot(centre - t[0]);
   if (width > kSeam && std::abs(above) >= radius - rounding) hit.normal = above < 0.0 ? Vector3(-n) : n;
   return hit;

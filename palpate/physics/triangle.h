@@ -29,9 +29,10 @@ Vector3 closest_point(const Triangle& t, const Vector3& p);
 
 // First touch of a sphere of radius > 0 going straight from `from` to `to`. A sphere that overlaps at the
 // start hits at once if it goes deeper and not at all if it leaves (the grown triangle is convex: it cannot
-// come back). A path that is not finite touches nothing.
-std::optional<SweepHit> sweep_sphere(const Triangle& t, const Vector3& from, const Vector3& to,
-                                     double radius);
+// come back). A path that is not finite touches nothing. Of touches after the fraction `latest` nothing
+// need be told, which most triangles are then spared for.
+std::optional<SweepHit> sweep_sphere(const Triangle& t, const Vector3& from, const Vector3& to, double radius,
+                                     double latest = 1.0);
 
 // Where the ray of the centre crosses the triangle, both sides, fraction in [0, 1]. Watertight: between two
 // triangles that share an edge no ray slips through. Nothing where it runs in the triangle's plane.

@@ -55,7 +55,9 @@ class TriangleTree {
   class Path;  // of the sphere, in floats
   struct Waiting {
     std::uint32_t child;
-    float enter;
+    float enter, apart2;
+    // What is met first comes first; of boxes in which the path begins, the one nearest to its middle.
+    bool after(const Waiting& o) const { return enter > o.enter || (enter == o.enter && apart2 > o.apart2); }
   };
   static constexpr int kDeepest = 40;  // from there on halves: 32 levels more at most
   static constexpr std::size_t kStack = 3 * (kDeepest + 32) + 4;
@@ -107,10 +109,11 @@ class TriangleTree::Path {
   }
   float best() const { return best_[0]; }
 
-  // Which of four boxes the sphere may touch, and when it enters them grown by its radius.
-  unsigned boxes(const Node& node, Float4& enter) const {
-    enter = four(0.0f);
-    Float4 exit = best_, apart2 = four(0.0f);
+  // Which of four boxes the sphere may touch, when it enters them grown by its radius, and their squared
+  // distance from the middle of its path.
+  unsigned boxes(const Node& node, Float4& enter, Float4& apart2) const {
+    enter = apart2 = four(0.0f);
+    Float4 exit = best_;
     for (std::size_t i = 0; i < 3; ++i) {
       const Float4 a = (node.low[i] - from_[i] - reach_) * over_d_[i];
       const Float4 b = (node.high[i] - from_[i] + reach_) * over_d_[i];
@@ -157,7 +160,7 @@ void TriangleTree::visit(const Vector3& from, const Vector3& to, double radius, 
   double known = 1.0;
   std::array<Waiting, kStack> stack;
   std::size_t depth = 0;
-  stack[depth++] = {root_, 0.0f};
+  stack[depth++] = {root_, 0.0f, 0.0f};
   while (depth > 0) {
     const Waiting next = stack[--depth];
     if (next.enter > path.best()) continue;
@@ -170,13 +173,13 @@ void TriangleTree::visit(const Vector3& from, const Vector3& to, double radius, 
       continue;
     }
     const Node& node = nodes_[next.child];
-    Float4 enter;
+    Float4 enter, apart2;
     const std::size_t bottom = depth;
-    for (unsigned left = path.boxes(node, enter); left != 0; left &= left - 1u) {
+    for (unsigned left = path.boxes(node, enter, apart2); left != 0; left &= left - 1u) {
       const auto lane = static_cast<std::size_t>(__builtin_ctz(left));
-      const Waiting child{node.child[lane], enter[lane]};
+      const Waiting child{node.child[lane], enter[lane], apart2[lane]};
       std::size_t at = depth++;  // the nearest on top
-      for (; at > bottom && stack[at - 1].enter < child.enter; --at) stack[at] = stack[at - 1];
+      for (; at > bottom && child.after(stack[at - 1]); --at) stack[at] = stack[at - 1];
       stack[at] = child;
     }
   }

@@ -271,7 +271,7 @@ void tell_how(Report& page, const DemoData& data) {
   page.code(data.text("command").value_or(seed ? fmt::format("palpate demo --seed {:.0f}", *seed)
                                                : "palpate demo") +
             "\npython3 tests/recompute.py palpate-report");
-  const std::array<std::pair<const char*, const char*>, 18> known{{
+  const std::array<std::pair<const char*, const char*>, 19> known{{
       {"arm_calibration.csv", "joint angles and marker poses the arm was calibrated from"},
       {"arm_errors.csv", "each method's error to truth at 1000 poses"},
       {"pivot.csv", "marker poses while the tip was held"},
@@ -284,7 +284,8 @@ void tell_how(Report& page, const DemoData& data) {
       {"truth_frames.csv", "what was true in each frame"},
       {"check_points.csv", "points on table and wall that hold the overlay to account"},
       {"ball.csv", "the ball, frame by frame"},
-      {"haptics.csv", "forces asked for and given around the hits"},
+      {"touch.csv", "touch, millisecond by millisecond of contact"},
+      {"haptics.csv", "forces asked for and given while there were any"},
       {"realtime_frames.csv", "the real-time leg, frame by frame"},
       {"realtime_sync.csv", "clock difference, estimated and true"},
       {"realtime_jitter.csv", "how often ticks of haptic and physics loop began how late"},

@@ -24,7 +24,7 @@ std::string poster_of(const DemoData& data) {
   if (data.has("poster.png")) return "poster.png";
   const auto pictures = data.pictures("pictures");
   for (const auto& name : pictures)
-    if (name.find("-hit") != std::string::npos) return name;
+    if (name.find("-hit") != std::string::npos || name.find("-touch") != std::string::npos) return name;
   return pictures.empty() ? "poster.png" : pictures.front();
 }
 
@@ -32,22 +32,25 @@ std::string poster_of(const DemoData& data) {
 
 void tell_what_you_see(Report& page, const DemoData& data) {
   page.section("What you see", "see");
+  const std::string there =
+      touches(data)
+          ? "The table is real; what lies on it exists only in the computer. The hand feels its surface "
+            "through the stylus: how it is shaped, how far it gives way, how it holds and slips. "
+          : "Table and wall are real; ball and bat exist only in the computer. The bat rides on the "
+            "stylus, the ball bounces off the real table and the real wall, and each hit is felt in the "
+            "hand. ";
+  const std::string view = std::string("The player's view: the camera's picture, undistorted, with ") +
+                           (touches(data) ? "surface and stylus" : "ball and bat") + " drawn into it.";
   page.paragraph(
-      "A person holds the stylus of a haptic arm and looks at the scene through a camera worn on the head. "
-      "Table and "
-      "wall are real; ball and bat exist only in the computer. The bat rides on the stylus, the ball bounces "
-      "off the "
-      "real table and the real wall, and each hit is felt in the hand. In this run every device is "
-      "simulated: arm, "
-      "optical tracker, camera, clocks, hand and player. That is what lets every error below be measured "
-      "against "
-      "the truth, which the program itself never gets to see.");
+      "A person holds the stylus of a haptic arm and looks at the scene through a camera worn on the head. " +
+      there +
+      "In this run every device is simulated: arm, optical tracker, camera, clocks, hand and player. That is "
+      "what "
+      "lets every error below be measured against the truth, which the program itself never gets to see.");
   if (data.has("video.mp4")) {
-    page.video(data.bytes("video.mp4"), data.bytes(poster_of(data)),
-               "The player's view: the camera's picture, undistorted, with ball and bat drawn into it.");
+    page.video(data.bytes("video.mp4"), data.bytes(poster_of(data)), view);
   } else if (data.has("poster.png")) {
-    page.picture(data.bytes("poster.png"),
-                 "The player's view: the camera's picture, undistorted, with ball and bat drawn into it.");
+    page.picture(data.bytes("poster.png"), view);
   }
   std::vector<std::pair<std::string, std::string>> pictures;
   for (const auto& name : data.pictures("pictures")) {
@@ -70,7 +73,11 @@ void tell_what_you_see(Report& page, const DemoData& data) {
                        *serves < kEnoughServes ? "too few for a verdict" : "at least 60 %",
                        *serves < kEnoughServes ? Verdict::none : at_least(*returned, 0.6 * *serves)});
   }
-  add_figure(figures, data, "force/peak_n", "Strongest blow the hand felt", "N", 8.5,
+  if (const auto share = data.number("touch/contact_s"), of = data.number("touch/of_s"); share && of)
+    figures.push_back(
+        {"On the surface", shown(share, "s"), fmt::format("of {}", shown(of, "s")), Verdict::none});
+  add_figure(figures, data, "force/peak_n",
+             touches(data) ? "Strongest force the hand felt" : "Strongest blow the hand felt", "N", 8.5,
              "at most 8.5 N, the arm's limit");
   add_figure(figures, data, "realtime/exchange/round_trip_us/median",
              "Asking for the state, round trip, median", "\u00b5s", std::nullopt,
@@ -81,19 +88,25 @@ void tell_what_you_see(Report& page, const DemoData& data) {
 Expected<Report> demo_report(const fs::path& folder) {
   const auto data = DemoData::read(folder);
   if (!data) return tl::unexpected(data.error());
+  const bool touch = touches(*data);
   std::string subtitle =
-      "A report of one demonstration of Palpate on the simulated rig: calibrate everything, play ping-pong, "
-      "and hold each "
-      "figure against the truth.";
+      std::string("A report of one demonstration of Palpate on the simulated rig: calibrate ") +
+      "everything, " + (touch ? "explore a surface" : "play ping-pong") +
+      ", and hold each figure against the truth.";
   if (const auto seed = data->number("seed")) subtitle += fmt::format(" Seed {:.0f}.", *seed);
-  Report page("Palpate: ping-pong you can see and feel", subtitle);
+  Report page(touch ? "Palpate: a surface you can see and feel" : "Palpate: ping-pong you can see and feel",
+              subtitle);
   tell_what_you_see(page, *data);
   tell_arm(page, *data);
   tell_tip_and_camera(page, *data);
   tell_overlay(page, *data);
   tell_exchange(page, *data);
-  tell_forces(page, *data);
-  tell_play(page, *data);
+  if (touch) {
+    tell_touch(page, *data);
+  } else {
+    tell_forces(page, *data);
+    tell_play(page, *data);
+  }
   tell_real_time(page, *data);
   tell_network(page, *data);
   tell_how(page, *data);

@@ -9,8 +9,12 @@
 //   raw/pivot.csv            x_mm,y_mm,z_mm,... marker poses while the tip was held
 //   raw/lens.csv             which(est|true),fx,fy,cx,cy,k1,k2,p1,p2,k3
 //   raw/surface.csv          label,x_mm,y_mm,z_mm touched corners, four of each label in touching order, once
-//   or several times raw/frames.csv           mid_exposure_s,world_px,tip_px,...   raw/ball.csv
-//   time_s,x_m,y_m,z_m raw/haptics.csv          time_s,asked_n,given_n around the hits
+//                            or several times
+//   raw/frames.csv           mid_exposure_s,world_px,tip_px,...
+//   raw/ball.csv             time_s,x_m,y_m,z_m
+//   raw/haptics.csv          time_s,asked_n,given_n around the hits
+//   raw/touch.csv            time_s,force_n,tangential_n,depth_mm,speed_mm_s,sliding
+//                            of each millisecond of contact
 //   raw/realtime_frames.csv  time_s,round_trip_us,late,lost,repeated,out_of_order
 //   raw/realtime_sync.csv    time_s,offset_error_us,uncertainty_us,offset_s
 //   raw/realtime_loops.csv   time_s and, of haptic_ and physics_ each, ticks,overruns,missed since the start

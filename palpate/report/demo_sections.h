@@ -13,6 +13,8 @@ void tell_overlay(Report& page, const DemoData& data);
 void tell_exchange(Report& page, const DemoData& data);
 void tell_forces(Report& page, const DemoData& data);
 void tell_play(Report& page, const DemoData& data);
+void tell_touch(Report& page, const DemoData& data);  // instead of forces and play, where touch was played
+inline bool touches(const DemoData& data) { return data.find("touch") != nullptr; }
 void tell_real_time(Report& page, const DemoData& data);
 void tell_network(Report& page, const DemoData& data);
 void tell_how(Report& page, const DemoData& data);

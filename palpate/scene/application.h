@@ -39,6 +39,23 @@ enum class Physics : std::uint8_t { full, paper };
 // zero, the paper's that pulls at its end, or one that stiffens and damps with depth.
 enum class ContactModel : std::uint8_t { non_sticky, paper, hunt_crossley };
 
+// What `touch` lets a hand feel, and how it stands on the table.
+struct TouchedSurface {
+  // A file of the physics server's machine; empty: the organ that is built in. Over the network go file,
+  // hash, unit, turn and shift; who gets them reads the same mesh (applications/touched_mesh.h).
+  std::string mesh_file, mesh_hash;
+  double metres_per_unit = 0.001;
+  Vector3 turn = Vector3::Zero();  // rad, angles about x, y, z, before it is put on the table
+  // On the table: to the right, up on a plinth, towards the user, m; there the reference arm reaches all
+  // round.
+  Vector3 shift{0.08, 0.06, 0.04};
+  std::shared_ptr<const TriangleMesh> mesh;  // as read; turned and put in its place by the application
+  double stiffness = 600.0;                  // N/m, along all directions
+  double damping = 2.0;                      // N s/m, along the normal
+  double static_friction = 0.4,
+         friction = 0.3;  // tangential over normal force: until it slides, while it does
+};
+
 // What physics and picture both have to know before they start; the physics server sends it to whoever
 // connects.
 struct SceneDescription {
@@ -57,6 +74,7 @@ struct SceneDescription {
   ContactModel contact_model = ContactModel::non_sticky;
   std::array<double, 2> serve_speed{2.0, 3.5};
   std::size_t shape_vertices = 0;  // of the surface that deforms; 0: there is none
+  TouchedSurface touched;
 };
 
 // A blow the hand must feel: starts at `start`, lasts `duration`; impulse along `direction` (on the hand,
@@ -75,6 +93,9 @@ struct ContactEvent {
 
 enum class Control : std::uint8_t { none, serve, reset, pause, resume };
 
+// The body that the stylus carries: its bat_offset leads from the stylus tip to it.
+inline constexpr std::size_t kCarried = 1;
+
 // Physics side. step() runs in the physics loop: no lock, no allocation, no exception, no text.
 class Application {
  public:
@@ -86,7 +107,20 @@ class Application {
   virtual const ContactEvent& contact() const = 0;
   // The surface that deforms as it is now, as Shape::values; always of the same size. Empty: there is none.
   virtual std::span<const float> shape() const { return {}; }
-  virtual void control(Control command) = 0;
+  // A person's wish, between two steps.
+  void control(Control command) {
+    if (command == Control::pause || command == Control::resume) paused_ = command == Control::pause;
+    if (command == Control::serve) serve();
+    if (command == Control::reset) reset();
+  }
+
+ protected:
+  bool paused() const { return paused_; }
+
+ private:
+  virtual void serve() = 0;  // whatever a person begins here: the next serve, a motion
+  virtual void reset() = 0;  // back to the start, counters to zero
+  bool paused_ = false;
 };
 
 // Graphics side: a mesh at a place. `material` names a look the compositor knows.

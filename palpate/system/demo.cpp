@@ -4,6 +4,7 @@
 
 #include "palpate/applications/applications.h"
 #include "palpate/applications/scene_settings.h"
+#include "palpate/applications/touched_mesh.h"
 #include "palpate/compositor/picture_file.h"
 #include "palpate/core/progress.h"
 #include "palpate/core/stop_signal.h"
@@ -16,6 +17,7 @@
 #include "palpate/system/picture_book.h"
 #include "palpate/system/picture_parts.h"
 #include "palpate/system/realtime_leg.h"
+#include "palpate/system/touch_log.h"
 #include "palpate/system/world_sample.h"
 
 namespace palpate {
@@ -65,6 +67,8 @@ CalibrationPlan plan_for(const DemoOptions& options) {
 
 Expected<Json> demo(const DemoOptions& options) {
   // Known now, not after minutes of calibration.
+  auto settings = scene_settings(options.world, options.application);
+  if (auto mesh = read_touched_mesh(settings); !mesh) return tl::unexpected(mesh.error());
   if (options.two_hosts)
     if (auto possible = TwoHosts::make(); !possible) return tl::unexpected(possible.error());
   for (const auto& folder : {options.out, options.out / "raw", options.out / "pictures"})
@@ -72,7 +76,8 @@ Expected<Json> demo(const DemoOptions& options) {
   // What an earlier demo left must not be taken for this one's.
   std::error_code ignored;
   for (const auto& old : {options.out / "summary.json", options.out / "report.html",
-                          options.out / "video.mp4", options.out / "raw" / "realtime_network.csv"})
+                          options.out / "video.mp4", options.out / "raw" / "realtime_network.csv",
+                          options.out / "raw" / "ball.csv", options.out / "raw" / "touch.csv"})
     std::filesystem::remove(old, ignored);
   for (const auto& old : std::filesystem::directory_iterator(options.out / "pictures", ignored))
     if (old.path().extension() == ".png") std::filesystem::remove(old.path(), ignored);
@@ -133,6 +138,7 @@ Expected<Json> demo(const DemoOptions& options) {
     RealtimeLegOptions leg;
     leg.program = options.program;
     leg.rig = rig_path;
+    leg.application = options.application;
     leg.world = world_path;
     leg.out = options.out / "raw";
     leg.seed = options.seed;
@@ -157,8 +163,7 @@ Expected<Json> demo(const DemoOptions& options) {
 
   // --- play in lock-step
   progress.begin(playing);
-  const auto scene = scene_from_rig(rig, scene_settings(options.world, options.application),
-                                    options.world.ball.restitution_table);
+  const auto scene = scene_from_rig(rig, settings, options.world.ball.restitution_table);
   auto artist = make_artist(scene);
   if (!artist) return tl::unexpected(artist.error());
   PictureParts pictures(rig, scene, std::move(*artist));
@@ -181,6 +186,9 @@ Expected<Json> demo(const DemoOptions& options) {
   lockstep.seed = options.seed;
   lockstep.graphics = graphics_settings(options.world);
   lockstep.extra_force_delay = seconds(options.world.display.extra_force_delay_s);
+  TouchLog touched;
+  if (scene.application == "touch")
+    lockstep.watch = [&touched](const WorldState& state) { touched.add(state); };
   auto play = play_in_lockstep(world, rig, scene, lockstep, parts, go_on);
   if (!play) return tl::unexpected(play.error());
   if (!shown) return tl::unexpected(shown.error());
@@ -200,8 +208,11 @@ Expected<Json> demo(const DemoOptions& options) {
                                  world.truth().lens);
       !done)
     return tl::unexpected(done.error());
+  if (scene.application == "touch")
+    if (auto done = touched.write(options.out / "raw"); !done) return tl::unexpected(done.error());
   Json summary = demo_summary(
       {options, world.truth(), rig, *recordings, *methods, *with_true_tip, *play, overlay, points.size()});
+  if (scene.application == "touch") summary["touch"] = touched.summary();
   summary["pictures"] = book.captions();
 
   if (!options.window)

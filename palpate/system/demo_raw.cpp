@@ -212,7 +212,7 @@ Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepRe
     put(true_row, frame.true_tip);
     truths.row(true_row);
 
-    if (r.state.body_count > 0 && r.state.bodies[0].visible != 0) {
+    if (scene.application == "pingpong" && r.state.body_count > 0 && r.state.bodies[0].visible != 0) {
       Cells ball_row{number_text(r.state.time.seconds())};
       put(ball_row, r.state.bodies[0].p());
       ball.row(ball_row);
@@ -237,11 +237,10 @@ Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepRe
   }
   for (const auto& [name, content] :
        {std::pair{"frames.csv", frames.content()}, std::pair{"truth_frames.csv", truths.content()},
-        std::pair{"ball.csv", ball.content()}, std::pair{"check_points.csv", checks.content()},
-        std::pair{"haptics.csv", haptics.content()},
+        std::pair{"check_points.csv", checks.content()}, std::pair{"haptics.csv", haptics.content()},
         std::pair{"lens.csv", lens_csv(estimated_lens, true_lens)}})
     if (auto done = write_file(raw / name, content); !done) return done;
-  return {};
+  return scene.application == "pingpong" ? write_file(raw / "ball.csv", ball.content()) : Expected<void>{};
 }
 
 }  // namespace palpate

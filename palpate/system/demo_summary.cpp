@@ -53,6 +53,7 @@ Json demo_summary(const DemoOutcome& outcome) {
   Json summary;
   summary["seed"] = options.seed;
   summary["command"] = options.command;
+  summary["application"] = options.application;
   summary["seconds"] = options.seconds;
   summary["arm"] = arm_json(methods, with_true_tip, recordings.arm_train.size());
   summary["arm"]["stylus_error_to_truth_deg"] =
@@ -116,10 +117,11 @@ Json demo_summary(const DemoOutcome& outcome) {
                          {"lost", play.exchange.lost},
                          {"sync_error_us_p99", sync.quantile(0.99)}};
   const auto& counters = play.final_state.counters;
-  summary["rally"] = {{"serves", counters[pingpong::kServes]},
-                      {"returned", counters[pingpong::kReturned]},
-                      {"longest", counters[pingpong::kLongest]},
-                      {"hits", counters[pingpong::kHits]}};
+  if (options.application == "pingpong")
+    summary["rally"] = {{"serves", counters[pingpong::kServes]},
+                        {"returned", counters[pingpong::kReturned]},
+                        {"longest", counters[pingpong::kLongest]},
+                        {"hits", counters[pingpong::kHits]}};
   summary["force"] = {{"peak_n", play.haptic.peak_n},
                       {"limit_n", options.world.arm.max_force},
                       {"limited_ticks", play.haptic.limited_ticks},
@@ -171,9 +173,18 @@ std::vector<std::string> closing_lines(const Json& summary, const std::filesyste
                     network["encrypted"].get<bool>() ? "encrypted" : "not encrypted",
                     network["cut_for_s"].get<double>(), after("gone_after_s"), after("replies_after_s")));
   }
-  lines.push_back(fmt::format("rally:    {} of {} serves returned, longest rally {}, peak force {:.1f} N",
-                              summary["rally"]["returned"].get<int>(), summary["rally"]["serves"].get<int>(),
-                              summary["rally"]["longest"].get<int>(), number("force", "peak_n")));
+  if (summary.contains("touch")) {
+    const auto& touch = summary["touch"];
+    lines.push_back(
+        fmt::format("touch:    {} times, {:.1f} of {:.1f} s on the surface, {} slips, peak force {:.1f} N",
+                    touch["touches"].get<int>(), touch["contact_s"].get<double>(),
+                    touch["of_s"].get<double>(), touch["slips"].get<int>(), number("force", "peak_n")));
+  }
+  if (summary.contains("rally"))
+    lines.push_back(fmt::format("rally:    {} of {} serves returned, longest rally {}, peak force {:.1f} N",
+                                summary["rally"]["returned"].get<int>(),
+                                summary["rally"]["serves"].get<int>(), summary["rally"]["longest"].get<int>(),
+                                number("force", "peak_n")));
   lines.push_back(fmt::format("report:   {}", (out / "report.html").string()));
   return lines;
 }

@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "palpate/applications/applications.h"
+#include "palpate/applications/touched_mesh.h"
 #include "palpate/core/csv.h"
 #include "palpate/core/csv_file.h"
 #include "palpate/core/stop_signal.h"
@@ -256,10 +257,9 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
-  const SceneDescription scene = *(*link)->description();
-  if (options.player)
-    if (auto ok = needs_scripted_player(scene.application, "graphics"); !ok)
-      return tl::unexpected(ok.error());
+  SceneDescription scene = *(*link)->description();
+  if (auto read = find_touched_mesh(scene, options.mesh, endpoint.local()); !read)
+    return tl::unexpected(read.error());
   auto artist = make_artist(scene);
   if (!artist) return tl::unexpected(artist.error());
   PictureParts pictures(options.rig, scene, std::move(*artist));
@@ -269,7 +269,11 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   if (feed)
     server.tap_markers([&feed](MarkerId marker, const MarkerPose& pose) { feed->marker(marker, pose); });
   std::optional<PlayerSeat> player;
-  if (options.player) player.emplace(scene, options.rig, options.world, options.seed);
+  if (options.player) {
+    auto seated = PlayerSeat::seat(scene, options.rig, options.world, options.seed);
+    if (!seated) return tl::unexpected(seated.error());
+    player.emplace(std::move(*seated));
+  }
   std::unique_ptr<WindowSeat> seat;
   if (options.window) {
     auto opened = WindowSeat::open(scene, options.rig, options.world, *place,

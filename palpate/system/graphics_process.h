@@ -30,9 +30,10 @@ struct GraphicsProcessOptions {
       camera;  // a real one, or a recording, set to the size of the rig's calibration
   std::optional<igtl::Address> publish;  // poses for 3D Slicer and others (pose_feed.h)
   GraphicsSettings graphics;
-  bool player = false;  // the scripted player holds the stylus
-  bool window = false;  // on this machine's display, with sound
-  bool mouse = false;   // holds the stylus; from a scripted player it takes it when it moves
+  std::filesystem::path mesh;  // what touch shows, where it lies elsewhere than on the server's machine
+  bool player = false;         // the scripted player holds the stylus
+  bool window = false;         // on this machine's display, with sound
+  bool mouse = false;          // holds the stylus; from a scripted player it takes it when it moves
   std::uint64_t seed = 1;
   // 0 = until asked to stop, or the window is closed. A person in front of the window is not cut short.
   double seconds = 0.0;

@@ -4,7 +4,6 @@
 #include <deque>
 
 #include "palpate/applications/applications.h"
-#include "palpate/applications/pingpong/pingpong.h"
 #include "palpate/physics_server/physics_server.h"
 #include "palpate/system/player_seat.h"
 
@@ -104,7 +103,7 @@ GraphicsSettings graphics_settings(const sim::WorldFile& world) {
 }
 
 Vector3 shown_tip(const WorldState& state, const SceneDescription& scene) {
-  const auto& bat = state.bodies[pingpong::kBat];
+  const auto& bat = state.bodies[kCarried];
   return bat.p() - bat.q() * scene.bat_offset;
 }
 
@@ -113,7 +112,6 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
                                           const std::function<void(double)>& progress) {
   if (!rig.arm || !rig.camera || !rig.hand_eye)
     return refused("play: the rig is not calibrated; run `palpate calibrate all`");
-  if (auto ok = needs_scripted_player(scene.application, "play"); !ok) return tl::unexpected(ok.error());
   auto application = make_application(scene, options.seed);
   if (!application) return tl::unexpected(application.error());
 
@@ -140,7 +138,8 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
     camera.disturb([&](std::optional<CameraImage>& image) { options.disturb_camera(since, image); });
   GraphicsServer graphics(rig, *link, tracker, camera, pictures.refiner, pictures.painter, options.graphics);
   if (pictures.predictor) graphics.predict_with(pictures.predictor);
-  PlayerSeat player(scene, rig, world.file(), options.seed, options.player_extra_delay_s);
+  auto player = PlayerSeat::seat(scene, rig, world.file(), options.seed, options.player_extra_delay_s);
+  if (!player) return tl::unexpected(player.error());
   if (auto asked = world.person().ask({Gesture::look, "", 0}); !asked) return tl::unexpected(asked.error());
 
   LockstepResult result;
@@ -169,6 +168,7 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
     physics.haptic_tick(physics_time(t));
     while (const auto wish = (*service)->take_control()) physics.control(*wish);
     physics.physics_tick(physics_time(t));
+    if (counted && options.watch) options.watch(physics.newest());
     if (!options.pass_on && physics.contact().number != last_blow) {
       last_blow = physics.contact().number;
       blow_times.push_back(physics.contact().start.seconds());
@@ -188,7 +188,7 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
         played.truth.X_world_camera = world.true_camera_at(t + options.graphics.scan_out);
         played.true_tip = world.true_state().X_world_tip.translation;
       }
-      player.show(record, graphics);
+      player->show(record, graphics);
       if (counted && record.have_state && known) {
         if (pictures.shown) pictures.shown(record);
         played.record = record;
@@ -207,7 +207,7 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
       }
       if (progress) progress(to_seconds(t - start) / total);
     }
-    player.act(now, graphics, world.hand());
+    player->act(now, graphics, world.hand());
 
     // The loop keeps five seconds; take what belongs to blows every second.
     if (!options.pass_on &&
@@ -216,10 +216,12 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
       for (const auto& r : physics.haptic().records()) {
         const double at = r.time.seconds();
         if (at <= from) continue;
+        // A lasting force is no blow: kept while it is asked for.
+        const bool lasting = blow_times.empty() && counted && r.asked != Vector3::Zero();
         const bool near_blow = std::any_of(blow_times.begin(), blow_times.end(), [at](double blow) {
           return at >= blow - kBlowBefore && at <= blow + kBlowAfter;
         });
-        if (near_blow) result.haptics.push_back(r);
+        if (near_blow || lasting) result.haptics.push_back(r);
       }
     }
   }

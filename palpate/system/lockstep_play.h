@@ -51,6 +51,7 @@ struct LockstepOptions {
   std::function<void(double, std::vector<TrackerSample>&)> disturb_tracker;
   // Every millisecond, for whoever wants to look at the conditions.
   std::function<void(double, const std::vector<Condition>&)> conditions;
+  std::function<void(const WorldState&)> watch;  // each state of the physics loop that counts
   // Where given, frames go here and nothing of them is kept, nor of the haptic loop: a play of any length.
   std::function<void(const LockstepFrame&)> pass_on;
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "palpate/applications/pingpong/pingpong.h"
+#include "palpate/applications/touch/touch.h"
 #include "palpate/compositor/picture_file.h"
 #include "palpate/system/overlay.h"
 
@@ -32,6 +33,15 @@ bool ball_in_sight(const FrameRecord& frame, const CameraModel& lens, const Scen
   return (eye + along * sight - bat.p()).norm() > scene.bat_radius;
 }
 
+// The touched surface's place, or the ball, in sight.
+bool PictureBook::in_sight(const FrameRecord& frame) const {
+  if (scene_.application != "touch") return ball_in_sight(frame, lens_, scene_);
+  if (!frame.have_state || frame.state.body_count <= touch::kProxy) return false;
+  const auto pixel = drawn_pixel({lens_, frame.X_world_camera}, frame.state.bodies[touch::kProxy].p());
+  return pixel && pixel->x() > 0.0 && pixel->x() < lens_.width && pixel->y() > 0.0 &&
+         pixel->y() < lens_.height;
+}
+
 PictureBook::PictureBook(std::filesystem::path folder, double seconds, const CameraModel& lens,
                          const SceneDescription& scene)
     : folder_(std::move(folder)), lens_(lens), scene_(scene), every_(seconds / kPlayPictures) {}
@@ -40,11 +50,13 @@ Expected<void> PictureBook::look(const FrameRecord& frame) {
   const double now = frame.state.time.seconds();
   if (!started_) next_ = now + every_ / 4;
   started_ = true;
-  const auto hits = frame.state.counters[pingpong::kHits];
+  const bool touches = scene_.application == "touch";
+  const auto hits =
+      frame.state.counters[touches ? std::size_t{touch::kTouches} : std::size_t{pingpong::kHits}];
   if (hits > hits_ && hit_pictures_ < kHitPictures) hit_until_ = now + kAfterHit;
   hits_ = hits;
 
-  const bool seen = ball_in_sight(frame, lens_, scene_);
+  const bool seen = in_sight(frame);
   const bool hit = seen && now <= hit_until_;
   const bool due = now >= next_ + (seen ? 0.0 : kPatienceForBall * every_);
   if (!hit && !due) return {};
@@ -53,8 +65,10 @@ Expected<void> PictureBook::look(const FrameRecord& frame) {
     ++hit_pictures_;
     hit_until_ = 0.0;
   }
-  const std::string name = fmt::format("{:02d}-{}.png", ++count_, hit ? "hit" : "play");
-  captions_[name] = hit ? "Just after the bat met the ball" : "During play";
+  const std::string name = fmt::format("{:02d}-{}.png", ++count_, !hit ? "play" : touches ? "touch" : "hit");
+  captions_[name] = touches ? hit ? "Just after the tip met the surface" : "While exploring"
+                    : hit   ? "Just after the bat met the ball"
+                            : "During play";
   return write_png(folder_ / name, frame.rgb, frame.width, frame.height);
 }
 

@@ -15,8 +15,8 @@ namespace palpate {
 // The ball's centre is inside the drawn picture and the bat does not hide it. World frame; pure.
 bool ball_in_sight(const FrameRecord& frame, const CameraModel& lens, const SceneDescription& scene);
 
-// Moments evenly over the play, and one after each of the first hits: each the next frame in which the ball
-// is in sight. One thread.
+// Moments evenly over the play, and one after each of the first hits, or touches: each the next frame in
+// which the ball, or the tip, is in sight. One thread.
 class PictureBook {
  public:
   PictureBook(std::filesystem::path folder, double seconds, const CameraModel& lens,
@@ -27,6 +27,8 @@ class PictureBook {
   const Json& captions() const { return captions_; }  // by file name
 
  private:
+  bool in_sight(const FrameRecord& frame) const;
+
   std::filesystem::path folder_;
   CameraModel lens_;
   SceneDescription scene_;

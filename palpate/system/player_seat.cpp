@@ -1,5 +1,6 @@
 #include "palpate/system/player_seat.h"
 
+#include "palpate/applications/applications.h"
 #include "palpate/sim/arm_twin.h"
 #include "palpate/sim/hand_twin.h"
 
@@ -8,8 +9,8 @@ namespace {
 
 constexpr double kSpeedShare = 0.73;  // of the speed at which the arm's motors switch off, planned at most
 
-pingpong::Reach players_reach(const Rig& rig, const sim::WorldFile& world) {
-  pingpong::Reach reach;
+Reach players_reach(const Rig& rig, const sim::WorldFile& world) {
+  Reach reach;
   reach.X_world_base = rig.arm->X_world_base;
   reach.lengths = rig.arm->lengths;
   for (Eigen::Index i = 0; i < 3; ++i) {
@@ -19,15 +20,15 @@ pingpong::Reach players_reach(const Rig& rig, const sim::WorldFile& world) {
   return reach;
 }
 
-pingpong::PlayerSettings settings_of(const sim::WorldFile& world, std::uint64_t seed, double extra_delay_s) {
-  pingpong::PlayerSettings settings;
+PlayerSettings settings_of(const sim::WorldFile& world, std::uint64_t seed, double extra_delay_s) {
+  PlayerSettings settings;
   settings.reaction_s = world.player.reaction_s + extra_delay_s;
   settings.aim_sd = world.player.aim_sd;
   settings.max_acceleration = world.player.max_hand_acceleration;
   settings.max_speed = kSpeedShare * world.arm.max_speed;
   // How its hand follows a target a player knows from having one.
-  settings.hand_stiffness = sim::HandTwin::kApproachRate * sim::HandTwin::kSpeedRate;
-  settings.hand_damping = sim::HandTwin::kSpeedRate;
+  settings.hand.stiffness = sim::HandTwin::kApproachRate * sim::HandTwin::kSpeedRate;
+  settings.hand.damping = sim::HandTwin::kSpeedRate;
   settings.wrist_rate = sim::ArmTwin::kTurnRate;
   settings.seed = seed;
   return settings;
@@ -35,17 +36,20 @@ pingpong::PlayerSettings settings_of(const sim::WorldFile& world, std::uint64_t 
 
 }  // namespace
 
-PlayerSeat::PlayerSeat(const SceneDescription& scene, const Rig& rig, const sim::WorldFile& world,
-                       std::uint64_t seed, double extra_delay_s)
-    : player_(scene, players_reach(rig, world), settings_of(world, seed, extra_delay_s)) {}
+Expected<PlayerSeat> PlayerSeat::seat(const SceneDescription& scene, const Rig& rig,
+                                      const sim::WorldFile& world, std::uint64_t seed, double extra_delay_s) {
+  auto player = make_player(scene, players_reach(rig, world), settings_of(world, seed, extra_delay_s));
+  if (!player) return tl::unexpected(player.error());
+  return PlayerSeat(std::move(*player));
+}
 
 void PlayerSeat::show(const FrameRecord& frame, const GraphicsServer& server) {
-  if (frame.have_state) player_.show(frame.state, server.sync().model().to(frame.drawn));
+  if (frame.have_state) player_->show(frame.state, server.sync().model().to(frame.drawn));
 }
 
 void PlayerSeat::act(Instant<GraphicsClock> now, const GraphicsServer& server, HandDevice& hand) {
   if (server.sync().exchanges() == 0) return;
-  hand.move_to(player_.act(server.sync().model().to(now)));
+  hand.move_to(player_->act(server.sync().model().to(now)));
 }
 
 }  // namespace palpate

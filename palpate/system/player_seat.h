@@ -4,8 +4,10 @@
 // through the graphics server's clock synchronisation, as everything there. One thread.
 #pragma once
 
-#include "palpate/applications/pingpong/player.h"
-#include "palpate/devices/devices.h"
+#include <memory>
+
+#include "palpate/core/expected.h"
+#include "palpate/devices/player.h"
 #include "palpate/graphics_server/graphics_server.h"
 #include "palpate/model/rig.h"
 #include "palpate/model/world_file.h"
@@ -14,8 +16,9 @@ namespace palpate {
 
 class PlayerSeat {
  public:
-  PlayerSeat(const SceneDescription& scene, const Rig& rig, const sim::WorldFile& world, std::uint64_t seed,
-             double extra_delay_s = 0.0);
+  // Seats the scripted player of the scene's application. Refused where the scene lacks what that needs.
+  static Expected<PlayerSeat> seat(const SceneDescription& scene, const Rig& rig, const sim::WorldFile& world,
+                                   std::uint64_t seed, double extra_delay_s = 0.0);
 
   // A frame has been shown.
   void show(const FrameRecord& frame, const GraphicsServer& server);
@@ -23,7 +26,8 @@ class PlayerSeat {
   void act(Instant<GraphicsClock> now, const GraphicsServer& server, HandDevice& hand);
 
  private:
-  pingpong::ScriptedPlayer player_;
+  explicit PlayerSeat(std::unique_ptr<Player> player) : player_(std::move(player)) {}
+  std::unique_ptr<Player> player_;
 };
 
 }  // namespace palpate

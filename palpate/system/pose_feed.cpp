@@ -1,6 +1,5 @@
 #include "palpate/system/pose_feed.h"
 
-#include "palpate/applications/pingpong/pingpong.h"
 #include "palpate/system/lockstep_play.h"
 
 namespace palpate {
@@ -30,11 +29,13 @@ std::vector<LivePose> live_poses(const FrameRecord& frame, const SceneDescriptio
   std::vector<LivePose> poses;
   if (frame.have_state) {
     const auto time = sync.back(frame.state.time);
-    const auto& bat = frame.state.bodies[pingpong::kBat];
-    const auto& ball = frame.state.bodies[pingpong::kBall];
+    const auto& bat = frame.state.bodies[kCarried];
     poses.push_back({"TipToWorld", time, {bat.q(), shown_tip(frame.state, scene)}});
     poses.push_back({"BatToWorld", time, {bat.q(), bat.p()}});
-    if (ball.visible != 0) poses.push_back({"BallToWorld", time, {ball.q(), ball.p()}});
+    const auto& ball = frame.state.bodies[0];  // of touch: what is touched
+    if (ball.visible != 0)
+      poses.push_back(
+          {scene.application == "touch" ? "OrganToWorld" : "BallToWorld", time, {ball.q(), ball.p()}});
   }
   if (frame.pose_source != PoseSource::none)
     poses.push_back({"CameraToWorld",

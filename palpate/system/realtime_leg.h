@@ -17,8 +17,9 @@ namespace palpate {
 struct RealtimeLegOptions {
   std::filesystem::path program;  // this executable
   std::filesystem::path rig;      // file
-  std::filesystem::path world;    // file
-  std::filesystem::path out;      // folder for its raw files
+  std::string application = "pingpong";
+  std::filesystem::path world;  // file
+  std::filesystem::path out;    // folder for its raw files
   std::uint64_t seed = 1;
   double seconds = 10.0;
   // Physics and graphics on hosts of their own, and the cable between them pulled in the middle of the leg.

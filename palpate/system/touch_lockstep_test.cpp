@@ -4,6 +4,8 @@
 #include "palpate/applications/scene_settings.h"
 #include "palpate/applications/touch/touch.h"
 #include "palpate/physics_server/physics_server.h"
+#include "palpate/system/lockstep_play.h"
+#include "palpate/system/touch_log.h"
 #include "palpate/system/truth_rig_for_tests.h"
 
 namespace palpate {
@@ -54,12 +56,30 @@ TEST(TouchInLockstep, AHandThatPressesOnTheOrganComesToRestAndOneThatStrokesItFe
   EXPECT_EQ(server.newest().counters[touch::kUnsettled], 0);
 }
 
-TEST(TouchInLockstep, APlayWithoutAPlayerIsRefused) {
-  EXPECT_FALSE(needs_scripted_player("touch", "demo"));
-  EXPECT_NE(needs_scripted_player("touch", "demo").error().message.find("palpate physics --app touch"),
-            std::string::npos);
-  EXPECT_TRUE(needs_scripted_player("pingpong", "demo"));
-  EXPECT_FALSE(needs_scripted_player("chess", "demo"));
+// The player in front of the picture, through cameras, network, clocks and motors, and back into the picture.
+TEST(TouchInLockstep, TheScriptedPlayerExploresThroughTheWholeSystem) {
+  sim::SimWorld world(sim::reference_world(), 5);
+  const Rig rig = truth_rig(world);
+  const auto scene =
+      scene_from_rig(rig, scene_settings(world.file(), "touch"), world.file().ball.restitution_table);
+  LockstepOptions options;
+  options.seconds = 8.0;
+  options.seed = 5;
+  TouchLog log;
+  options.watch = [&log](const WorldState& state) { log.add(state); };
+  const auto play = play_in_lockstep(world, rig, scene, options, {}, {});
+  ASSERT_TRUE(play) << play.error().message;
+  const Json summary = log.summary();
+  EXPECT_NEAR(summary["of_s"].get<double>(), 8.0, 0.01);
+  EXPECT_GE(summary["touches"].get<int>(), 1);
+  EXPECT_GT(summary["contact_s"].get<double>(), 2.0);
+  EXPECT_GE(summary["slips"].get<int>(), 1);
+  EXPECT_NEAR(summary["friction"]["median"].get<double>(), 0.3, 0.03) << "as the scene says";
+  EXPECT_LT(summary["depth_mm"]["max"].get<double>(), 10.0);
+  EXPECT_LT(summary["unsettled"].get<int>(), 40) << "of 8000";
+  EXPECT_GT(play->haptics.size(), 2000u) << "a lasting force is recorded while it lasts";
+  EXPECT_GT(play->haptic.peak_n, 0.5);
+  EXPECT_EQ(play->haptic.fault_ticks, 0u);
 }
 
 }  // namespace

@@ -31,24 +31,9 @@ PingPong::PingPong(const SceneDescription& scene, const Settings& settings)
   depth_ = (c[3] - c[0]).norm();
 }
 
-void PingPong::control(Control command) {
-  switch (command) {
-    case Control::none:
-      break;
-    case Control::serve:
-      serve_now_ = true;
-      break;
-    case Control::pause:
-      paused_ = true;
-      break;
-    case Control::resume:
-      paused_ = false;
-      break;
-    case Control::reset:
-      counters_.fill(0);
-      started_ = -1.0;
-      break;
-  }
+void PingPong::reset() {
+  counters_.fill(0);
+  started_ = -1.0;
 }
 
 void PingPong::step(Instant<PhysicsClock> now, Duration dt, const TipState& tip, WorldState& state) {
@@ -64,8 +49,8 @@ void PingPong::step(Instant<PhysicsClock> now, Duration dt, const TipState& tip,
                       tip.angular_velocity};
   if (seen) bat_before_ = X_world_bat;
 
-  if (!paused_) schedule(t, h);
-  if (!paused_ && h > 0.0 && (phase() == Phase::incoming || phase() == Phase::outgoing)) {
+  if (!paused()) schedule(t, h);
+  if (!paused() && h > 0.0 && (phase() == Phase::incoming || phase() == Phase::outgoing)) {
     for (const Touch& touch : world_.step(h, bat, seen)) {
       ++ball_jumps_;
       if (touch.what == Touched::bat) feel(touch, now - seconds(h - touch.at));
@@ -81,9 +66,9 @@ void PingPong::step(Instant<PhysicsClock> now, Duration dt, const TipState& tip,
   ball.visible = phase() != Phase::waiting;
   ball.set_p(world_.drawn_position());
   const bool flies = phase() == Phase::incoming || phase() == Phase::outgoing;
-  ball.set_v(flies && !paused_ ? b.velocity : Vector3::Zero());
-  ball.set_w(flies && !paused_ ? b.spin : Vector3::Zero());
-  if (flies && !paused_) ball.set_q((so3_exp(h * b.spin) * ball.q()).normalized());
+  ball.set_v(flies && !paused() ? b.velocity : Vector3::Zero());
+  ball.set_w(flies && !paused() ? b.spin : Vector3::Zero());
+  if (flies && !paused()) ball.set_q((so3_exp(h * b.spin) * ball.q()).normalized());
   ball.jumps = ball_jumps_;
   auto& body = state.bodies[kBat];
   body.visible = seen;
@@ -118,10 +103,10 @@ void PingPong::schedule(double now, double dt) {
     ++ball_jumps_;
     set_phase(Phase::ready);
   }
-  if (phase() == Phase::ready && now >= next_time_) serve(now);
+  if (phase() == Phase::ready && now >= next_time_) throw_ball(now);
 }
 
-void PingPong::serve(double now) {
+void PingPong::throw_ball(double now) {
   world_.place(serves_[next_serve_]);
   next_serve_ = (next_serve_ + 1) % serves_.size();
   ++ball_jumps_;

@@ -58,13 +58,14 @@ class PingPong : public Application {
 
   void step(Instant<PhysicsClock> now, Duration dt, const TipState& tip, WorldState& state) override;
   const ContactEvent& contact() const override { return event_; }
-  void control(Control command) override;
 
   const BallWorld& world() const { return world_; }
 
  private:
   void schedule(double now, double dt);
-  void serve(double now);
+  void serve() override { serve_now_ = true; }
+  void reset() override;
+  void throw_ball(double now);
   void judge(const Touch& touch, double now);
   void watch_limits(double now);
   void end(double now, bool missed);
@@ -81,7 +82,7 @@ class PingPong : public Application {
   double depth_ = 0.0;        // of the table, m
   std::size_t next_serve_ = 0;
   double started_ = -1.0, next_time_ = 0.0, off_wall_at_ = 0.0;  // s of the physics clock
-  bool paused_ = false, serve_now_ = false, bounced_ = false;
+  bool serve_now_ = false, bounced_ = false;
   int bounces_since_hit_ = 0;
   std::array<std::int32_t, WorldState::kCounters> counters_{};
   std::uint32_t ball_jumps_ = 0;

@@ -4,7 +4,6 @@
 
 #include "palpate/applications/pingpong/artist.h"
 #include "palpate/applications/pingpong/scene_for_tests.h"
-#include "palpate/applications/pingpong/swing.h"
 #include "palpate/physics/flight.h"
 #include "tests/allocation_count.h"
 
@@ -231,21 +230,6 @@ TEST(PingPongArtist, TheHandleEndsAtTheTip) {
     for (const auto& v : item.mesh->vertices) nearest = std::min(nearest, (v + scene.bat_offset).norm());
   }
   EXPECT_LT(nearest, 1e-9);  // the middle of the cylinder's end
-}
-
-TEST(Quintic, MeetsBothEndsWithPositionVelocityAndAcceleration) {
-  const HandState a{{1, 2, 3}, {0.1, 0.2, -0.3}, {1, -2, 0.5}}, b{{1.1, 1.8, 3.2}, {0.5, -1, 0}, {0, 3, 1}};
-  const Quintic path(a, b, 0.37);
-  EXPECT_NEAR((path.at(0).position - a.position).norm(), 0, 1e-14);
-  EXPECT_NEAR((path.at(0.37).position - b.position).norm(), 0, 1e-13);
-  EXPECT_NEAR((path.at(0.37).velocity - b.velocity).norm(), 0, 1e-12);
-  EXPECT_NEAR((path.at(0.37).acceleration - b.acceleration).norm(), 0, 1e-11);
-  const double h = 1e-5, t = 0.2;
-  EXPECT_NEAR(((path.at(t + h).position - path.at(t - h).position) / (2 * h) - path.at(t).velocity).norm(), 0,
-              1e-7);
-  EXPECT_NEAR(((path.at(t + h).acceleration - path.at(t - h).acceleration) / (2 * h) - path.jerk(t)).norm(),
-              0, 1e-5);
-  EXPECT_NEAR(((path.jerk(t + h) - path.jerk(t - h)) / (2 * h) - path.snap(t)).norm(), 0, 1e-4);
 }
 
 // --- what a picture of the near future shows

@@ -30,29 +30,14 @@ double smooth(double s) {
 
 }  // namespace
 
-bool Reach::contains(const Vector3& tip_world) const {
-  Vector3 theta;
-  if (!phantom_inverse(X_world_base.inverse() * Point<World>{tip_world}, lengths, theta)) return false;
-  return ((theta - joints[0]).array() > margin).all() && ((joints[1] - theta).array() > margin).all() &&
-         theta[1] - theta[2] < widest_elbow - margin;
-}
-
-bool Reach::contains(const Quintic& path) const {
-  constexpr int kSamples = 12;
-  for (int i = 1; i <= kSamples; ++i) {
-    if (!contains(path.at(path.duration() * i / kSamples).position)) return false;
-  }
-  return true;
-}
-
-Vector3 Reach::home() const {
-  constexpr double kShoulder = 0.52, kElbow = 0.30;  // rad: 30 and 17 degrees, the middle of the upper half
-  return (X_world_base * phantom_tip({0.0, kShoulder, kElbow}, lengths)).m;
-}
-
 ScriptedPlayer::ScriptedPlayer(const SceneDescription& scene, const Reach& reach,
                                const PlayerSettings& settings)
-    : scene_(scene), reach_(reach), settings_(settings), random_(settings.seed, "pingpong/player") {
+    : scene_(scene),
+      reach_(reach),
+      settings_(settings),
+      random_(settings.seed, "pingpong/player"),
+      home_(reach.home()),
+      hand_(settings.hand, settings.max_acceleration, home_) {
   const BallWorld world(scene);
   model_ = world.model();
   bat_ = world.bat_law();
@@ -64,10 +49,7 @@ ScriptedPlayer::ScriptedPlayer(const SceneDescription& scene, const Reach& reach
   near_ = right_.cross(up_);
   wall_middle_ = 0.5 * (wall.corners[0] + wall.corners[1]) + scene.ball_radius * planes_[1].normal;
   table_middle_ = planes_[0].point;
-  home_ = reach_.home();
   home_rotation_ = hold((-near_ + 0.25 * up_).normalized());
-  target_.position = home_;
-  target_rotation_ = home_rotation_;
   meeting_ = home_ - tip_for(Vector3::Zero(), home_rotation_ * Vector3::UnitY(), home_rotation_);
   choose_return();
   plan_.path =
@@ -309,7 +291,6 @@ HandTarget ScriptedPlayer::act(Instant<PhysicsClock> instant) {
   const double now = instant.seconds();
   if (!started_) {
     started_ = true;
-    last_ = now;
     plan_.begin = now;
     plan_.hit = now;
   }
@@ -320,33 +301,14 @@ HandTarget ScriptedPlayer::act(Instant<PhysicsClock> instant) {
   }
   if (plan_.stroke && now > plan_.hit + kFollow_s) go_home(now);
 
-  // The hand lags its target: led ahead by the offset that the hand's own law asks for the planned
-  // acceleration. The target runs after that with an acceleration that is bounded whatever the plan asks.
-  constexpr double kStep = 0.001, kLongest = 0.1, kOmega = 90.0;
-  double t = std::max(last_, now - kLongest);
-  while (t < now) {
-    const double h = std::min(kStep, now - t);
-    const double tau = t - plan_.begin;
-    const bool on = tau >= 0.0 && tau < plan_.path.duration();
-    HandState want = planned(t);
-    const Vector3 jerk = on ? plan_.path.jerk(tau) : Vector3::Zero();
-    const Vector3 lead_rate = (want.acceleration - settings_.hand_stiffness * lead_) / settings_.hand_damping;
-    want.position += lead_;
-    want.velocity += lead_rate;
-    want.acceleration += (jerk - settings_.hand_stiffness * lead_rate) / settings_.hand_damping;
-    lead_ += h * lead_rate;
-    Vector3 a = want.acceleration + kOmega * kOmega * (want.position - target_.position) +
-                1.8 * kOmega * (want.velocity - target_.velocity);
-    const double size = a.norm();
-    if (size > settings_.max_acceleration) a *= settings_.max_acceleration / size;
-    target_.position += h * target_.velocity + 0.5 * h * h * a;
-    target_.velocity += h * a;
-    target_.acceleration = a;
-    t += h;
-  }
-  last_ = now;
-  target_rotation_ = turned(now + kWristLead / settings_.wrist_rate);
-  return {{target_.position}, target_.velocity, target_rotation_};
+  const HandState& target = hand_.follow(
+      now, [this](double t) { return planned(t); },
+      [this](double t) {
+        const double tau = t - plan_.begin;
+        const bool on = tau >= 0.0 && tau < plan_.path.duration();
+        return on ? plan_.path.jerk(tau) : Vector3(Vector3::Zero());
+      });
+  return {{target.position}, target.velocity, turned(now + kWristLead / settings_.wrist_rate)};
 }
 
 }  // namespace palpate::pingpong

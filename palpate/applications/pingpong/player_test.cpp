@@ -54,8 +54,8 @@ Game play(const Laboratory& lab) {
   reach.X_world_base = {rotation_from_xyz({0.0262, -0.0698, 0.0140}), lab.arm};
   PlayerSettings player_settings;
   player_settings.seed = lab.seed;
-  player_settings.hand_stiffness = kStiffness / kMass;
-  player_settings.hand_damping = kDamping / kMass;
+  player_settings.hand.stiffness = kStiffness / kMass;
+  player_settings.hand.damping = kDamping / kMass;
   player_settings.wrist_rate = 2.0 / kWrist_s;  // lags a steady turn as long
   ScriptedPlayer player(scene, reach, player_settings);
 
@@ -152,25 +152,6 @@ TEST(Player, TheHandStaysWithinTheArmsReachAndSpeed) {
     EXPECT_LT(game.fastest, 2.7) << "m/s; the motors switch off at 3";
     EXPECT_GE(game.returned, 0.6 * game.serves);
   }
-}
-
-TEST(Reach, EndsAtTheJointLimitsAndWhereTheElbowIsStretched) {
-  Reach reach;
-  const auto tip = [&](double t1, double t2, double t3) {
-    return Vector3((reach.X_world_base * phantom_tip({t1, t2, t3}, reach.lengths)).m);
-  };
-  EXPECT_TRUE(reach.contains(tip(0.0, 0.5, 0.3)));
-  EXPECT_TRUE(reach.contains(tip(0.70, 0.5, 0.3)));
-  EXPECT_FALSE(reach.contains(tip(0.76, 0.5, 0.3))) << "closer to the stop than the margin";
-  EXPECT_FALSE(reach.contains(tip(0.0, -0.15, 0.3)));
-  EXPECT_FALSE(reach.contains(tip(0.0, 0.5, 1.11)));
-  EXPECT_FALSE(reach.contains(tip(0.0, 1.2, -0.25))) << "each joint within its range, the elbow stretched";
-  EXPECT_FALSE(reach.contains(Vector3(0.0, 0.0, 5.0)));
-  // A path whose ends are within, but not its middle.
-  const HandState left{tip(-0.6, 0.0, 0.6), {0.0, -2.0, 0.0}, Vector3::Zero()};
-  const HandState right{tip(0.6, 0.0, 0.6), {0.0, 2.0, 0.0}, Vector3::Zero()};
-  EXPECT_TRUE(reach.contains(left.position) && reach.contains(right.position));
-  EXPECT_FALSE(reach.contains(Quintic(left, right, 0.5)));
 }
 
 TEST(PlayerStatistics, ATenthOfASecondMoreMakesItClearlyWorse) {

@@ -8,12 +8,25 @@
 namespace palpate::touch {
 namespace {
 constexpr double kStylusLength_m = 0.12, kStylusRadius_m = 0.0025;
+
+// What it stands on, where it is lifted off the table; a box in the Organ frame.
+TriangleMesh plinth_under(const SceneDescription& scene, const TriangleMesh& touched) {
+  constexpr double kLeast_m = 0.001, kShare = 0.3, kInside_m = 0.002;
+  const double up = scene.touched.shift.y(), below = height_below(scene, touched);
+  if (up < kLeast_m) return {};
+  Vector3 half = Vector3::Zero();
+  for (const auto& v : touched.vertices) half = half.cwiseMax(v.cwiseAbs());
+  return box_mesh({-kShare * half.x(), -below - up, -kShare * half.z()},
+                  {kShare * half.x(), kInside_m - below, kShare * half.z()});
+}
 }  // namespace
 
 // The stylus is drawn at the proxy: a hand that presses sees the tip rest on the surface, not inside.
-TouchArtist::TouchArtist(const SceneDescription& /*scene*/)
-    : organ_(organ_mesh(Settings{}.rings)),
-      tip_(sphere_mesh(Settings{}.proxy.radius)),
+TouchArtist::TouchArtist(const SceneDescription& scene)
+    : organ_(touched_mesh(scene)),
+      tip_(sphere_mesh(Settings{}.tip_radius)),
+      plinth_(plinth_under(scene, organ_)),
+      X_world_rest_(resting_place(scene, organ_)),
       stylus_(cylinder_mesh(Vector3::Zero(), {0.0, 0.0, kStylusLength_m}, kStylusRadius_m)) {}
 
 std::vector<DrawItem> TouchArtist::draw(const WorldState& state) const {
@@ -21,6 +34,8 @@ std::vector<DrawItem> TouchArtist::draw(const WorldState& state) const {
   if (state.body_count <= kProxy) return items;
   const auto& organ = state.bodies[kOrgan];
   items.push_back({&organ_, Material::bat_front, organ.q(), organ.p(), true});
+  if (!plinth_.triangles.empty())
+    items.push_back({&plinth_, Material::handle, X_world_rest_.rotation, X_world_rest_.translation, true});
   const auto& tip = state.bodies[kProxy];
   if (tip.visible == 0) return items;
   items.push_back(

@@ -1,6 +1,7 @@
 // What touch looks like: the organ, the tip where it rests on it, the stylus, and the force. Graphics thread.
 #pragma once
 
+#include "palpate/applications/touch/organ.h"
 #include "palpate/scene/application.h"
 
 namespace palpate::touch {
@@ -12,7 +13,9 @@ class TouchArtist : public Artist {
   std::vector<std::string> captions(const WorldState& state) const override;
 
  private:
-  TriangleMesh organ_, tip_, stylus_;
+  TriangleMesh organ_, tip_, plinth_;
+  Pose<World, Organ> X_world_rest_;
+  TriangleMesh stylus_;
 };
 
 }  // namespace palpate::touch

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
 
@@ -54,6 +56,47 @@ TriangleMesh organ_mesh(std::uint32_t rings) {
     }
   }
   return mesh;
+}
+
+TriangleMesh touched_mesh(const SceneDescription& scene) {
+  if (scene.touched.mesh == nullptr) return organ_mesh();
+  TriangleMesh mesh = *scene.touched.mesh;
+  const Quaternion turn = rotation_from_xyz(scene.touched.turn);
+  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (auto& v : mesh.vertices) {
+    v = turn * v;
+    low = low.cwiseMin(v);
+    high = high.cwiseMax(v);
+  }
+  const Vector3 middle = 0.5 * (low + high);
+  for (auto& v : mesh.vertices) v -= middle;
+  return mesh;
+}
+
+// The organ's bumps reach a little below its smooth body, into the table, as a soft thing lies.
+double height_below(const SceneDescription& scene, const TriangleMesh& touched) {
+  if (scene.touched.mesh == nullptr) return kHalfHeight;
+  double lowest = 0.0;
+  for (const auto& v : touched.vertices) lowest = std::min(lowest, v.y());
+  return -lowest;
+}
+
+Pose<World, Organ> resting_place(const SceneDescription& scene, const TriangleMesh& touched) {
+  constexpr double kFromEdge_m = 0.11;  // of the middle, before the shift
+  const double height = height_below(scene, touched);
+  const auto table = std::find_if(scene.surfaces.begin(), scene.surfaces.end(),
+                                  [](const SceneSurface& s) { return s.name == "table"; });
+  if (table == scene.surfaces.end())
+    throw std::invalid_argument("touch: the scene has no surface 'table'; run `palpate calibrate surface`");
+  const auto& c = table->corners;
+  const Vector3 right = (c[1] - c[0]).normalized();
+  const Vector3 up = (c[1] - c[0]).cross(c[3] - c[0]).normalized();
+  Matrix3 R;
+  R << right, up, right.cross(up);
+  const Vector3 edge = 0.5 * (c[0] + c[1]), near = right.cross(up);
+  const Vector3& shift = scene.touched.shift;
+  return {Quaternion(R),
+          edge + shift.x() * right + (height + shift.y()) * up + (shift.z() - kFromEdge_m) * near};
 }
 
 }  // namespace palpate::touch

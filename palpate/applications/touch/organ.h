@@ -1,11 +1,14 @@
-// The thing to explore: a closed, bumpy surface of about the size of a fist.
+// The thing to explore: the scene's mesh, or a closed, bumpy surface of about the size of a fist.
 #pragma once
 
 #include <cstdint>
 
-#include "palpate/scene/mesh.h"
+#include "palpate/scene/application.h"
 
 namespace palpate::touch {
+
+struct Organ;  // frame: origin in the middle of what is touched, y up, x along the table's near edge to the
+               // right
 
 // Half axes of the smooth body, m; bumps stand out and in by up to kBump.
 inline constexpr double kHalfWidth = 0.065, kHalfHeight = 0.040, kHalfDepth = 0.050, kBump = 0.0015;
@@ -13,5 +16,14 @@ inline constexpr double kHalfWidth = 0.065, kHalfHeight = 0.040, kHalfDepth = 0.
 // Centred at the origin, y up; 8 rings^2 triangles of about equal size, closed, every vertex shared. Throws
 // std::invalid_argument for fewer than 2 rings.
 TriangleMesh organ_mesh(std::uint32_t rings = 112);
+
+// What the scene lets one touch, in the Organ frame: its mesh, turned, the middle of its box at the origin;
+// the organ where it has none. Physics, picture and player make it alike.
+TriangleMesh touched_mesh(const SceneDescription& scene);
+// From the origin down to its lowest place.
+double height_below(const SceneDescription& scene, const TriangleMesh& touched);
+// Where it rests: y up, x to the user's right, on the table shifted as the scene says. Throws
+// std::invalid_argument where the scene has no table.
+Pose<World, Organ> resting_place(const SceneDescription& scene, const TriangleMesh& touched);
 
 }  // namespace palpate::touch

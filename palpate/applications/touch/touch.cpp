@@ -12,18 +12,29 @@
 namespace palpate::touch {
 namespace {
 
-constexpr double kFromEdge_m = 0.11;  // the organ's middle
 constexpr double kTeleport_m = 0.05;  // a tip that moves further in one step was put there, not moved
 constexpr double kDampFrom_m =
     0.0005;  // depth at which the damper has its full size: it begins without a jump
 
+const SceneDescription& checked_material(const SceneDescription& scene) {
+  const TouchedSurface& m = scene.touched;
+  if (!(m.stiffness > 0.0 && m.stiffness <= kMostStiffness))
+    throw std::invalid_argument(
+        fmt::format("touch: stiffness {} N/m; more than 0 and at most {:.0f} is expected, which such an arm "
+                    "renders; choose a softer material",
+                    m.stiffness, kMostStiffness));
+  if (!(m.damping >= 0.0 && m.damping <= kMostDamping))
+    throw std::invalid_argument(
+        fmt::format("touch: damping {} N s/m; 0 to {:.0f} is expected", m.damping, kMostDamping));
+  if (!(m.friction >= 0.0 && m.static_friction >= m.friction && m.static_friction <= 2.0))
+    throw std::invalid_argument(
+        fmt::format("touch: friction {} at rest and {} sliding; 0 to 2, and at rest no less than sliding, is "
+                    "expected",
+                    m.static_friction, m.friction));
+  return scene;
+}
+
 const Settings& checked_settings(const Settings& s) {
-  if (!(s.stiffness > 0.0 && s.stiffness <= 800.0))
-    throw std::invalid_argument(fmt::format(
-        "touch: stiffness {} N/m; more than 0 and at most 800 is expected, which such an arm renders",
-        s.stiffness));
-  if (!(s.damping >= 0.0 && s.damping <= 3.0))
-    throw std::invalid_argument(fmt::format("touch: damping {} N s/m; 0 to 3 is expected", s.damping));
   if (!(s.sway_hz >= 0.0 && s.sway_hz <= 5.0) || !(std::abs(s.sway_m) <= 0.05) ||
       !(std::abs(s.sway_rad) <= 0.5))
     throw std::invalid_argument(
@@ -32,50 +43,22 @@ const Settings& checked_settings(const Settings& s) {
   return s;
 }
 
-// y up, x to the user's right, standing on the table.
-Pose<World, Organ> place_on_table(const SceneDescription& scene) {
-  const auto table = std::find_if(scene.surfaces.begin(), scene.surfaces.end(),
-                                  [](const SceneSurface& s) { return s.name == "table"; });
-  if (table == scene.surfaces.end())
-    throw std::invalid_argument("touch: the scene has no surface 'table'; run `palpate calibrate surface`");
-  const auto& c = table->corners;
-  const Vector3 right = (c[1] - c[0]).normalized();
-  const Vector3 up = (c[1] - c[0]).cross(c[3] - c[0]).normalized();
-  Matrix3 R;
-  R << right, up, right.cross(up);
-  const Vector3 edge = 0.5 * (c[0] + c[1]);
-  return {Quaternion(R), edge - kFromEdge_m * right.cross(up) + kHalfHeight * up};
-}
-
 }  // namespace
 
 Touch::Touch(const SceneDescription& scene, const Settings& settings)
-    : scene_(scene),
+    : scene_(checked_material(scene)),
       settings_(checked_settings(settings)),
-      surface_(organ_mesh(settings.rings)),
+      surface_(touched_mesh(scene)),
       mesh_(surface_),
-      proxy_(mesh_, settings.proxy),
-      X_world_rest_(place_on_table(scene)),
+      proxy_(mesh_, {.radius = settings.tip_radius,
+                     .friction = scene.touched.friction,
+                     .static_friction = scene.touched.static_friction}),
+      X_world_rest_(resting_place(scene, surface_)),
       X_world_organ_(X_world_rest_) {}
 
-void Touch::control(Control command) {
-  switch (command) {
-    case Control::none:
-      break;
-    case Control::serve:
-      swaying_ = !swaying_;
-      break;
-    case Control::pause:
-      paused_ = true;
-      break;
-    case Control::resume:
-      paused_ = false;
-      break;
-    case Control::reset:
-      counters_.fill(0);
-      contact_s_ = 0.0;
-      break;
-  }
+void Touch::reset() {
+  counters_.fill(0);
+  contact_s_ = 0.0;
 }
 
 void Touch::move_organ(double dt) {
@@ -107,9 +90,9 @@ Vector3 Touch::pull(const Vector3& tip, const Vector3& velocity) const {
   const ProxyState& s = proxy_.state();
   if (!s.touching) return Vector3::Zero();
   const double share = std::min(1.0, s.depth / kDampFrom_m);
-  const double spring = settings_.stiffness * s.normal.dot(s.position - tip);
-  const double damper = std::max(-spring, -settings_.damping * share * s.normal.dot(velocity));
-  return settings_.stiffness * (s.position - tip) + damper * s.normal;
+  const double spring = scene_.touched.stiffness * s.normal.dot(s.position - tip);
+  const double damper = std::max(-spring, -scene_.touched.damping * share * s.normal.dot(velocity));
+  return scene_.touched.stiffness * (s.position - tip) + damper * s.normal;
 }
 
 void Touch::step(Instant<PhysicsClock> /*now*/, Duration dt, const TipState& tip, WorldState& state) {
@@ -123,7 +106,7 @@ void Touch::step(Instant<PhysicsClock> /*now*/, Duration dt, const TipState& tip
   // What the organ sees: its own motion is the tip's, the other way round.
   const auto X_organ_world = X_world_organ_.inverse();
   const Vector3 p = (X_organ_world * Point<World>{place}).m;
-  const bool touched = engaged_ && proxy_.state().touching;
+  const bool touched = engaged_ && proxy_.state().touching, slid = touched && proxy_.state().sliding;
   if (seen && !engaged_ && proxy_.clear_at(p) && outside(p)) {
     engaged_ = true;
     proxy_.begin(p);
@@ -137,8 +120,12 @@ void Touch::step(Instant<PhysicsClock> /*now*/, Duration dt, const TipState& tip
     force = X_world_organ_.rotation * pull(p, X_organ_world.rotation * relative);
     counters_[kTouches] += proxy.touching && !touched;
     contact_s_ += proxy.touching ? h : 0.0;
+    counters_[kSlips] += touched && proxy.sliding && !slid;
   }
-  if (paused_) force.setZero();
+  const bool touching = engaged_ && proxy_.state().touching;
+  counters_[kSliding] = touching && proxy_.state().sliding;
+  counters_[kDepthUm] = touching ? static_cast<std::int32_t>(std::min(1e9, 1e6 * proxy_.state().depth)) : 0;
+  if (paused()) force.setZero();
   counters_[kContactMs] = static_cast<std::int32_t>(std::min(1e9, 1e3 * contact_s_));
   counters_[kForceMn] = static_cast<std::int32_t>(std::min(1e6, 1e3 * force.norm()));
   counters_[kPeakForceMn] = std::max(counters_[kPeakForceMn], counters_[kForceMn]);
@@ -160,7 +147,6 @@ void Touch::step(Instant<PhysicsClock> /*now*/, Duration dt, const TipState& tip
     stylus.set_v(tip.velocity + tip.angular_velocity.cross(lever));
     stylus.set_w(tip.angular_velocity);
   }
-  const bool touching = engaged_ && proxy_.state().touching;
   if (engaged_) {
     const Vector3 before = ball.p();
     ball.set_p((X_world_organ_ * Point<Organ>{proxy_.state().position}).m);
@@ -172,7 +158,7 @@ void Touch::step(Instant<PhysicsClock> /*now*/, Duration dt, const TipState& tip
   state.force = {force.x(), force.y(), force.z()};
   state.contact = touching ? 1.0 : 0.0;
   if (touching) {
-    const Vector3 foot = proxy_.state().position - settings_.proxy.radius * proxy_.state().normal;
+    const Vector3 foot = proxy_.state().position - settings_.tip_radius * proxy_.state().normal;
     const Vector3 point = (X_world_organ_ * Point<Organ>{foot}).m;
     state.contact_point = {point.x(), point.y(), point.z()};
   }

@@ -7,12 +7,11 @@
 // palpate/physics/proxy.h; Colgate, Stanley and Brown 1995 (virtual coupling).
 #pragma once
 
+#include "palpate/applications/touch/organ.h"
 #include "palpate/physics/proxy.h"
 #include "palpate/scene/application.h"
 
 namespace palpate::touch {
-
-struct Organ;  // frame: origin in its middle, y up, x along the table's near edge to the right
 
 inline constexpr int kOrgan = 0, kStylus = 1, kProxy = 2;
 
@@ -23,13 +22,16 @@ enum Counter : std::size_t {
   kForceMn,      // now, mN
   kPeakForceMn,  // so far
   kUnsettled,    // steps in which the proxy did not come to its end
+  kDepthUm,      // now, of the tip below the surface, along its normal, um
+  kSliding,      // now, 0 or 1
+  kSlips,        // times friction gave way
 };
 
+// What arms of this class render without buzzing (docs/theory/stability.md).
+inline constexpr double kMostStiffness = 800.0, kMostDamping = 3.0;  // N/m, N s/m
+
 struct Settings {
-  ProxySettings proxy{.radius = 0.003, .friction = 0.3};
-  double stiffness = 600.0;   // N/m, 0 to 800: what arms of this class render without buzzing
-  double damping = 2.0;       // N s/m, 0 to 3, along the normal
-  std::uint32_t rings = 112;  // of the organ: 8 rings^2 triangles
+  double tip_radius = 0.003;  // m
   double sway_hz = 0.25;      // of the motion that Control::serve starts and stops
   double sway_m = 0.006;      // up and down
   double sway_rad = 0.10;     // about the vertical
@@ -37,22 +39,22 @@ struct Settings {
 
 class Touch : public Application {
  public:
-  // The organ lies on the surface "table", a hand's breadth from its near edge. Throws std::invalid_argument
-  // for settings out of range.
+  // What is touched, and of what material, says scene.touched; it stands on the surface "table", a hand's
+  // breadth from its near edge. Throws std::invalid_argument for settings out of range.
   explicit Touch(const SceneDescription& scene, const Settings& settings = {});
   Touch(const Touch&) = delete;  // the proxy refers to the mesh
   Touch& operator=(const Touch&) = delete;
 
   void step(Instant<PhysicsClock> now, Duration dt, const TipState& tip, WorldState& state) override;
   const ContactEvent& contact() const override { return no_blow_; }
-  // serve: the organ begins or ceases to move. pause, resume: no force, force. reset: counters to zero.
-  void control(Control command) override;
 
   const TriangleMesh& surface() const { return surface_; }
   const ProxyState& proxy() const { return proxy_.state(); }
   const Pose<World, Organ>& rest() const { return X_world_rest_; }  // of the organ, before it moves
 
  private:
+  void serve() override { swaying_ = !swaying_; }  // the organ begins or ceases to move
+  void reset() override;
   void move_organ(double dt);
   bool outside(const Vector3& p) const;
   Vector3 pull(const Vector3& tip, const Vector3& velocity) const;
@@ -65,7 +67,7 @@ class Touch : public Application {
   Pose<World, Organ> X_world_rest_, X_world_organ_;
   Vector3 velocity_ = Vector3::Zero(), spin_ = Vector3::Zero();  // of the organ
   double phase_ = 0.0;                                           // of its sway, rad
-  bool swaying_ = false, paused_ = false, engaged_ = false;
+  bool swaying_ = false, engaged_ = false;
   double contact_s_ = 0.0;
   Vector3 tip_before_ = Vector3::Zero();
   std::array<std::int32_t, WorldState::kCounters> counters_{};

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <memory>
+#include <numbers>
 #include <string>
 
 #include "palpate/applications/touch/artist.h"
@@ -23,11 +25,25 @@ SceneDescription table_for_tests() {
   return scene;
 }
 
+// The organ in fewer triangles, as a mesh that a person brings.
+SceneDescription coarse_for_tests(double static_friction = 0.4, double friction = 0.3) {
+  SceneDescription scene = table_for_tests();
+  static const auto organ = std::make_shared<TriangleMesh>(organ_mesh(40));
+  scene.touched.mesh = organ;
+  scene.touched.static_friction = static_friction;
+  scene.touched.friction = friction;
+  return scene;
+}
+
 constexpr double kTick = 1e-3;
 
 struct Bench {
-  explicit Bench(const Settings& settings = {}) : touch(table_for_tests(), settings) {
-    top = touch.rest().translation + kHalfHeight * Vector3::UnitY();
+  explicit Bench(const Settings& settings = {}, const SceneDescription& scene = table_for_tests())
+      : touch(scene, settings) {
+    double highest = 0.0;  // above the middle
+    for (const auto& v : touch.surface().vertices)
+      if (std::abs(v.x()) < 0.002 && std::abs(v.z()) < 0.002) highest = std::max(highest, v.y());
+    top = touch.rest().translation + highest * Vector3::UnitY();
     tip.X_world_tip.translation = top + Vector3(0, 0.02, 0);
   }
   void step() {
@@ -118,10 +134,7 @@ TEST(Touch, TheDamperNeitherPullsNorBeginsWithAJump) {
 // encoder's and the speed comes from them. Pressed on and let be, it has to come to rest.
 TEST(Touch, AHandThatPressesComesToRest) {
   for (const double friction : {0.0, 0.3}) {
-    Settings settings;
-    settings.proxy.friction = friction;
-    settings.rings = 40;
-    Bench bench(settings);
+    Bench bench({}, coarse_for_tests(friction, friction));
     constexpr double kMass = 0.075 + 0.15, kStiffness = 250.0, kDamping = 4.0, kStep = 3e-5;
     Vector3 x = bench.at(), v = Vector3::Zero(), filtered = Vector3::Zero();
     Vector3 low = Vector3::Constant(1e9), high = -low;
@@ -149,11 +162,10 @@ TEST(Touch, AHandThatPressesComesToRest) {
 
 TEST(Touch, AMovingOrganPushesATipThatStandsStillAndNeverPassesIt) {
   Settings settings;
-  settings.rings = 40;
   settings.sway_hz = 5.0;  // up to 0.4 m/s
   settings.sway_m = 0.025;
   settings.sway_rad = 0.2;
-  Bench bench(settings);
+  Bench bench(settings, coarse_for_tests());
   bench.tip.X_world_tip.translation = bench.top + Vector3(0.002, 0.010, 0.001);
   bench.step();
   bench.touch.control(Control::serve);
@@ -173,9 +185,7 @@ TEST(Touch, AMovingOrganPushesATipThatStandsStillAndNeverPassesIt) {
 }
 
 TEST(Touch, ATipThatBeginsInsideFeelsNothingUntilItHasBeenOutside) {
-  Settings settings;
-  settings.rings = 40;
-  Bench bench(settings);
+  Bench bench({}, coarse_for_tests());
   bench.tip.X_world_tip.translation = bench.touch.rest().translation;
   bench.step();
   EXPECT_EQ(bench.state.bodies[kProxy].visible, 0u);
@@ -187,9 +197,7 @@ TEST(Touch, ATipThatBeginsInsideFeelsNothingUntilItHasBeenOutside) {
 }
 
 TEST(Touch, ATipThatIsNotANumberOrJumpsGivesNoForce) {
-  Settings settings;
-  settings.rings = 40;
-  Bench bench(settings);
+  Bench bench({}, coarse_for_tests());
   bench.step();
   bench.go_to(bench.top, 0.2);
   EXPECT_GT(bench.force().norm(), 0.5);
@@ -204,9 +212,7 @@ TEST(Touch, ATipThatIsNotANumberOrJumpsGivesNoForce) {
 }
 
 TEST(Touch, PauseTakesTheForceAwayAndResetTheCounts) {
-  Settings settings;
-  settings.rings = 40;
-  Bench bench(settings);
+  Bench bench({}, coarse_for_tests());
   bench.step();
   bench.go_to(bench.top, 0.2);
   bench.touch.control(Control::pause);
@@ -239,18 +245,76 @@ std::string refusal_of(const Settings& settings, const SceneDescription& scene =
 }
 
 TEST(Touch, RefusesSettingsThatCannotBeAndASceneWithoutTable) {
-  Settings settings;
-  settings.rings = 4;
-  EXPECT_EQ(refusal_of(settings), "");
-  settings.stiffness = 3000.0;
-  EXPECT_NE(refusal_of(settings).find("touch: stiffness 3000 N/m"), std::string::npos);
-  settings.stiffness = 600.0;
-  settings.damping = -1.0;
-  EXPECT_NE(refusal_of(settings).find("touch: damping -1"), std::string::npos);
-  settings.damping = 2.0;
-  settings.sway_m = 1.0;
-  EXPECT_NE(refusal_of(settings).find("touch: a sway of"), std::string::npos);
-  EXPECT_NE(refusal_of({}, {}).find("no surface 'table'"), std::string::npos);
+  auto scene = coarse_for_tests();
+  EXPECT_EQ(refusal_of({}, scene), "");
+  scene.touched.stiffness = 3000.0;
+  EXPECT_NE(refusal_of({}, scene).find("touch: stiffness 3000 N/m"), std::string::npos);
+  scene.touched.stiffness = std::nan("");
+  EXPECT_NE(refusal_of({}, scene).find("touch: stiffness nan N/m"), std::string::npos);
+  scene.touched.stiffness = 600.0;
+  scene.touched.damping = -1.0;
+  EXPECT_NE(refusal_of({}, scene).find("touch: damping -1"), std::string::npos);
+  scene.touched.damping = 2.0;
+  scene.touched.static_friction = 0.1;
+  EXPECT_NE(refusal_of({}, scene).find("touch: friction 0.1 at rest and 0.3 sliding"), std::string::npos);
+  EXPECT_NE(refusal_of({.sway_m = 1.0}, coarse_for_tests()).find("touch: a sway of"), std::string::npos);
+  scene = coarse_for_tests();
+  scene.surfaces.clear();
+  EXPECT_NE(refusal_of({}, scene).find("no surface 'table'"), std::string::npos);
+}
+
+// A cube brought as a mesh stands on the table, turned and shifted as asked, and is as stiff as asked:
+// pressed d deep its top gives K d back.
+TEST(Touch, AMeshStandsOnTheTableTurnedAndShiftedAndIsAsStiffAsAsked) {
+  SceneDescription scene = table_for_tests();
+  scene.touched.mesh = std::make_shared<TriangleMesh>(box_mesh({0.1, 0.2, 0.3}, {0.14, 0.26, 0.38}));
+  scene.touched.turn = {0.5 * std::numbers::pi, 0.0, 0.0};  // its z, 80 mm, goes up or down
+  scene.touched.shift = {0.02, 0.005, 0.03};
+  scene.touched.stiffness = 250.0;
+  Bench bench({}, scene);
+  const double up = -1.52 + 0.005 + 0.080;
+  const Vector3 above(0.02, up + 0.02, 1.80 - 0.11 + 0.03);
+  bench.tip.X_world_tip.translation = above;
+  bench.step();
+  bench.go_to({above.x(), up + 0.003 - 0.004, above.z()}, 0.05);
+  bench.step();
+  EXPECT_NEAR(bench.force().y(), 250.0 * 0.004, 1e-4);
+  EXPECT_NEAR(bench.force().head<1>().norm() + std::abs(bench.force().z()), 0.0, 1e-4);
+  EXPECT_NEAR(bench.state.counters[kDepthUm], 4000, 1);
+  const auto items = TouchArtist(scene).draw(bench.state);
+  double highest = -10.0;
+  for (const auto& v : items[0].mesh->vertices)
+    highest = std::max(highest, (items[0].position + items[0].rotation * v).y());
+  EXPECT_NEAR(highest, up, 1e-12) << "the picture shows it where it is felt";
+}
+
+// Drawn sideways under the surface the tip sticks until mu_static, then slides at mu: the force rises to the
+// one, drops to the other and stays.
+TEST(Touch, FrictionHoldsUpToItsStaticValueAndThenDropsToTheSlidingOne) {
+  SceneDescription scene = table_for_tests();
+  scene.touched.mesh = std::make_shared<TriangleMesh>(box_mesh({-0.1, -0.02, -0.1}, {0.1, 0.02, 0.1}));
+  scene.touched.static_friction = 0.5;
+  scene.touched.friction = 0.2;
+  scene.touched.damping = 0.0;
+  Bench bench({}, scene);
+  bench.go_to(bench.top + Vector3(-0.01, 0.02, 0), 0.2);
+  bench.tip.X_world_tip.translation = bench.touch.rest().translation + Vector3(-0.01, 0.03, 0);
+  bench.step();
+  const double rest = bench.touch.rest().translation.y() + 0.023;
+  bench.go_to({bench.at().x(), rest - 0.004, bench.at().z()}, 0.05);
+  const double normal = bench.force().y();
+  double most = 0.0, last = 0.0;
+  const Vector3 end = bench.at() + Vector3(0.01, 0, 0);
+  while ((end - bench.at()).norm() > 1e-9) {
+    bench.go_to(bench.at() + Vector3(std::min(2e-5, end.x() - bench.at().x()), 0, 0), 0.02);
+    last = -bench.force().x();
+    most = std::max(most, last);
+  }
+  EXPECT_NEAR(normal, 600.0 * 0.004, 1e-4);
+  EXPECT_NEAR(most / normal, 0.5, 0.01) << "steps of 20 um";
+  EXPECT_NEAR(last / normal, 0.2, 0.001);
+  EXPECT_EQ(bench.state.counters[kSlips], 1);
+  EXPECT_EQ(bench.state.counters[kSliding], 1);
 }
 
 TEST(TouchArtist, DrawsTheTipOnTheSurfaceWhereTheHandIsBeneath) {
@@ -258,12 +322,12 @@ TEST(TouchArtist, DrawsTheTipOnTheSurfaceWhereTheHandIsBeneath) {
   bench.step();
   const TouchArtist artist(table_for_tests());
   EXPECT_EQ(artist.draw(WorldState{}).size(), 0u);
-  EXPECT_EQ(artist.draw(bench.state).size(), 3u);
+  EXPECT_EQ(artist.draw(bench.state).size(), 4u) << "surface, plinth, tip, stylus";
   bench.go_to(bench.top - Vector3(0, 0.002, 0), 0.2);
   const auto items = artist.draw(bench.state);
-  ASSERT_EQ(items.size(), 3u);
-  EXPECT_EQ(items[1].material, Material::highlight);
-  EXPECT_GT(items[1].position.y(), bench.at().y() + 0.003);
+  ASSERT_EQ(items.size(), 4u);
+  EXPECT_EQ(items[2].material, Material::highlight);
+  EXPECT_GT(items[2].position.y(), bench.at().y() + 0.003);
   EXPECT_EQ(artist.captions(bench.state).size(), 2u);
 }
 

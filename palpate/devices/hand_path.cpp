@@ -1,8 +1,6 @@
-#include "palpate/applications/pingpong/swing.h"
+#include "palpate/devices/hand_path.h"
 
-#include <algorithm>
-
-namespace palpate::pingpong {
+namespace palpate {
 
 Quintic::Quintic(const HandState& from, const HandState& to, double duration) : duration_(duration) {
   const double T = duration, T2 = T * T;
@@ -48,4 +46,4 @@ double Quintic::largest_acceleration() const {
   return most;
 }
 
-}  // namespace palpate::pingpong
+}  // namespace palpate

@@ -1,0 +1,25 @@
+// Options of `physics` and `demo` that say what touch lets one explore; they go over the world file's
+// [touch].
+#pragma once
+
+#include <string>
+
+#include "apps/palpate/command.h"
+#include "palpate/model/world_file.h"
+
+namespace palpate::app {
+
+struct TouchOptions {
+  std::string mesh, unit, material;
+};
+
+// Materials by name: N/m, N s/m and friction; docs/guides/touch.md says where the numbers come from.
+void add_touch_options(CLI::App& command, TouchOptions& options);
+
+// Puts what was given over `world`. Wrong use where --unit stands alone, or the application is another.
+Expected<void> apply(const TouchOptions& options, const std::string& application, sim::WorldFile& world);
+
+// The options again, for a report's command line; empty where none was given.
+std::string typed(const TouchOptions& options);
+
+}  // namespace palpate::app

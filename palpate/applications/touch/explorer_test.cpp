@@ -1,0 +1,113 @@
+// Exploring in a test: the application, a soft hand, and a player that sees late. The hand here is a mass on
+// a spring that the surface pushes back, and knows nothing of the player's plans.
+#include "palpate/applications/touch/explorer.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "palpate/applications/touch/organ.h"
+
+namespace palpate::touch {
+namespace {
+
+struct Exploration {
+  int touches = 0, slips = 0, contact_ms = 0, unsettled = 0;
+  double peak = 0.0, mean_force = 0.0, deepest = 0.0, hardest = 0.0, highest = -1e9;
+  Vector3 last = Vector3::Zero();
+};
+
+SceneDescription organ_on_table() {
+  SceneDescription scene;
+  scene.application = "touch";
+  scene.surfaces = {{"table",
+                     {Vector3(-0.375, -1.52, 1.80), Vector3(0.375, -1.52, 1.80), Vector3(0.375, -1.52, 0.80),
+                      Vector3(-0.375, -1.52, 0.80)},
+                     0.93}};
+  scene.bat_offset.setZero();
+  static const auto organ = std::make_shared<TriangleMesh>(organ_mesh(40));
+  scene.touched.mesh = organ;
+  return scene;
+}
+
+Exploration explore(const SceneDescription& scene, double for_s, std::uint64_t seed,
+                    double extra_delay_s = 0.0) {
+  constexpr double kTick = 1e-3, kMass = 0.225, kStiffness = 250.0, kDamping = 4.0;
+  Touch application(scene);
+  Reach reach;
+  reach.X_world_base = {rotation_from_xyz({0.0262, -0.0698, 0.0140}), {0.10, -1.40, 1.75}};
+  PlayerSettings settings;
+  settings.seed = seed;
+  settings.reaction_s += extra_delay_s;
+  settings.hand = {.stiffness = kStiffness / kMass, .damping = kDamping / kMass};
+  Explorer player(scene, reach, settings);
+
+  Exploration result;
+  WorldState state;
+  TipState tip;
+  Vector3 x = reach.home(), v = Vector3::Zero(), force = Vector3::Zero(), target_velocity = Vector3::Zero();
+  double sum = 0.0;
+  int felt = 0;
+  for (int i = 1; i * kTick <= for_s; ++i) {
+    const auto now = Instant<PhysicsClock>::from_seconds(10.0 + i * kTick);
+    if (i % 33 == 0) player.show(state, now + seconds(0.05));
+    const HandTarget target = player.act(now);
+    result.hardest = std::max(result.hardest, (target.velocity - target_velocity).norm() / kTick);
+    target_velocity = target.velocity;
+    for (int k = 0; k < 4; ++k) {
+      v +=
+          0.25 * kTick / kMass * (force + kStiffness * (target.tip.m - x) + kDamping * (target.velocity - v));
+      x += 0.25 * kTick * v;
+    }
+    tip.X_world_tip = {target.R_world_tip, x};
+    tip.velocity = v;
+    application.step(now, seconds(kTick), tip, state);
+    state.time = now;
+    force = Vector3(state.force.data());
+    result.peak = std::max(result.peak, force.norm());
+    result.deepest = std::max(result.deepest, 1e-6 * state.counters[kDepthUm]);
+    if (state.contact > 0.0) {
+      sum += force.norm();
+      ++felt;
+    }
+  }
+  result.touches = state.counters[kTouches];
+  result.slips = state.counters[kSlips];
+  result.contact_ms = state.counters[kContactMs];
+  result.unsettled = state.counters[kUnsettled];
+  result.mean_force = felt > 0 ? sum / felt : 0.0;
+  result.last = x;
+  return result;
+}
+
+TEST(Explorer, TouchesAgainAndAgainAndStrokesWithTheForceItLikes) {
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    const auto e = explore(organ_on_table(), 30.0, seed);
+    EXPECT_GE(e.touches, 3) << "rounds of up to nine seconds";
+    EXPECT_GT(e.contact_ms, 10'000) << "a third of the time at least";
+    EXPECT_GT(e.slips, 3) << "it sticks at the ends of a stroke";
+    EXPECT_NEAR(e.mean_force, 0.8, 0.5) << "0.8 N is what it wants";
+    EXPECT_LT(e.peak, 5.0);
+    EXPECT_LT(e.deepest, 0.010);
+    EXPECT_LT(e.unsettled, 0.005 * e.contact_ms) << "the rest of the way is gone in the next tick";
+    EXPECT_LE(e.hardest, 30.0 * (1.0 + 1e-9)) << "m/s^2, its own bound";
+  }
+}
+
+TEST(Explorer, TheSameSeedExploresTheSame) {
+  const auto a = explore(organ_on_table(), 6.0, 4), b = explore(organ_on_table(), 6.0, 4);
+  EXPECT_EQ(a.last, b.last);
+  EXPECT_EQ(a.peak, b.peak);
+  EXPECT_NE(a.last, explore(organ_on_table(), 6.0, 5).last);
+}
+
+TEST(Explorer, LeavesAloneWhatItsArmDoesNotReach) {
+  auto scene = organ_on_table();
+  scene.touched.shift = {0.0, 0.0, -0.6};
+  const auto e = explore(scene, 4.0, 1);
+  EXPECT_EQ(e.touches, 0);
+  EXPECT_EQ(e.peak, 0.0);
+}
+
+}  // namespace
+}  // namespace palpate::touch
