@@ -46,13 +46,14 @@ uniform float size;
 out vec4 colour;
 void main() {
   vec2 p = gl_FragCoord.xy;
-  float sum = 0.0;
+  vec2 sum = vec2(0.0);
   for (int i = 0; i < 16; ++i) {
     vec2 tile = vec2(i % 4, i / 4) * size;
     vec2 blur = vec2((i & 1) == 0 ? 0.5 : -0.5, (i & 2) == 0 ? 0.5 : -0.5);  // four texels for one look-up
-    sum += textureLod(tiles, (tile + clamp(p + blur, vec2(0.5), vec2(size - 0.5))) / (4.0 * size), 0.0).r;
+    vec2 hidden = textureLod(tiles, (tile + clamp(p + blur, vec2(0.5), vec2(size - 0.5))) / (4.0 * size), 0.0).rg;
+    sum += vec2(max(hidden.r, hidden.g), hidden.g);
   }
-  colour = vec4(sum / 16.0);
+  colour = vec4(sum / 16.0, 0.0, 1.0);
 }
 )";
 
@@ -61,8 +62,8 @@ void main() {
 PlanarShadow::PlanarShadow(int size)
     : cast_("shadow/cast", kCastVertex, kCastFragment),
       gather_("shadow/gather", kFullScreen, kGatherFragment),
-      tiles_(kSide * size, kSide * size, Format::r8, false),
-      result_(size, size, Format::r8, false) {}
+      tiles_(kSide * size, kSide * size, Format::rg8, false),
+      result_(size, size, Format::rg8, false) {}
 
 bool PlanarShadow::draw(std::span<const ShadowCaster> casters, const ShadowReceiver& receiver,
                         const RoomLight& light, const FullScreen& screen) {
@@ -89,6 +90,7 @@ bool PlanarShadow::draw(std::span<const ShadowCaster> casters, const ShadowRecei
   // The part that can be dark: the bodies' boxes, thrown from the lamp's samples.
   Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::max()), high = -low;
   for (const ShadowCaster& caster : casters) {
+    if (caster.real) continue;
     const Eigen::Matrix4d m = to_plane * caster.X_world_mesh.cast<double>();
     for (int corner = 0; corner < 8; ++corner) {
       const Eigen::Vector4d box(corner & 1 ? caster.mesh->low().x() : caster.mesh->high().x(),
@@ -121,8 +123,10 @@ bool PlanarShadow::draw(std::span<const ShadowCaster> casters, const ShadowRecei
   for (const ShadowCaster& caster : casters) {
     cast_.set("to_plane", Matrix4f(to_plane.cast<float>() * caster.X_world_mesh));
     (caster.closed ? glEnable : glDisable)(GL_CULL_FACE);
+    glColorMask(caster.real ? GL_FALSE : GL_TRUE, caster.real ? GL_TRUE : GL_FALSE, GL_FALSE, GL_FALSE);
     caster.mesh->draw(kSamples);
   }
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glDisable(GL_CULL_FACE);
   for (int i = 0; i < 5; ++i) glDisable(GL_CLIP_DISTANCE0 + static_cast<GLenum>(i));
   result_.bind();

@@ -43,7 +43,7 @@ float inside(vec2 p, vec2 w) { return band(p.x, 0.0, size.x, w.x) * band(p.y, 0.
 )";
 
 std::string with(const char* a, const char* b, const char* c) {
-  return std::string(draw::kLightGlsl) + a + b + c;
+  return draw::kLightGlsl + draw::encoding_glsl(Encoding::root) + a + b + c;
 }
 
 // The inside of a surface needs neither a soft edge nor, away from the shadow, a look at it.
