@@ -46,12 +46,14 @@ struct CompositorSettings {
   bool shadows = true;
   int surface_texels = 128;  // along the darkened part of a surface, 16 to 1024
   int map_texels = 512;      // of the shadow maps by which bodies shade bodies, 64 to 4096; 0: they do not
+  bool real_shadows = true;  // those of real things on surfaces are known: no place gets darker twice
   Encoding encoding = Encoding::root;
 };
 
-// low: for machines that only test; medium: a software renderer keeps up; high: with a graphics card.
+// low: a software renderer keeps up with a camera; medium: the usual; high: with a graphics card.
 enum class Quality : std::uint8_t { low, medium, high };
 CompositorSettings settings_of(Quality quality);
+std::string_view quality_word(Quality quality);
 Expected<Quality> parse_quality(std::string_view word);  // wrong use where it is another word
 
 // One view: an image, the calibrated camera that took it (lens undone by its distortion, drawn with its focal

@@ -1,6 +1,8 @@
 #include "palpate/compositor/picture_scene.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 namespace palpate {
 namespace {
@@ -17,6 +19,18 @@ draw::ShadowReceiver receiver(const SceneSurface& surface) {
   const Vector3 unit_x = x.normalized();
   const Vector3 unit_y = (y - y.dot(unit_x) * unit_x).normalized();
   return {surface.corners[0], unit_x, unit_y, x.norm(), y.norm()};
+}
+
+// In the x-y plane, its area that of the unit circle.
+TriangleMesh flat_disc() {
+  constexpr std::uint32_t kCorners = 48;
+  const double turn = 2.0 * std::numbers::pi / kCorners, radius = std::sqrt(turn / std::sin(turn));
+  TriangleMesh mesh;
+  for (std::uint32_t i = 0; i < kCorners; ++i) {
+    mesh.vertices.push_back(radius * Vector3(std::cos(i * turn), std::sin(i * turn), 0.0));
+    if (i >= 2) mesh.triangles.push_back({0, i - 1, i});
+  }
+  return mesh;
 }
 
 WorldBox box_of(const draw::MeshBuffer& mesh, const draw::Matrix4f& X_world_mesh) {
@@ -41,7 +55,8 @@ PlacedBody placed(BodyCache& cache, const TriangleMesh& mesh, const Quaternion& 
 
 }  // namespace
 
-PictureScene::PictureScene(const CompositorSettings& settings) : settings_(settings) {
+PictureScene::PictureScene(const CompositorSettings& settings)
+    : settings_(settings), unit_disc_(flat_disc()) {
   if (settings.map_texels > 0 && settings.shadows) {
     map_real_ = std::make_unique<draw::ShadowMap>(settings.map_texels);
     map_virtual_ = std::make_unique<draw::ShadowMap>(settings.map_texels);
@@ -63,7 +78,7 @@ void PictureScene::set_arm(const RealScene& real) {
     arm_coarse_ = std::make_unique<draw::ArmBody>(lengths, shape);
   }
   arm_->move(*real.arm);
-  if (settings_.shadows) arm_coarse_->move(*real.arm);
+  if (arm_throws()) arm_coarse_->move(*real.arm);
 }
 
 void PictureScene::set(std::span<const DrawItem> items, const RealScene& real, std::span<const Vector3> eyes,
@@ -92,9 +107,29 @@ void PictureScene::set(std::span<const DrawItem> items, const RealScene& real, s
       casters_.push_back({&it.body->buffer, it.X_world_mesh, it.body->closed, false});
   for (const PlacedBody& it : real_)
     casters_.push_back({&it.body->buffer, it.X_world_mesh, it.body->closed, true});
-  if (has_arm_) casters_.push_back({&arm_coarse_->mesh(), draw::Matrix4f::Identity(), true, true});
+  if (has_arm_ && arm_throws())
+    casters_.push_back({&arm_coarse_->mesh(), draw::Matrix4f::Identity(), true, true});
   throw_on_surfaces(real, eyes, screen);
   if (map_real_ && !(virtual_.empty() && real_.empty() && !has_arm_)) throw_on_bodies();
+}
+
+// A ball throws the shadow of the circle in which rays of the lamp touch it: a flat disc is 50 times as
+// cheap.
+draw::ShadowCaster PictureScene::caster(const PlacedBody& it) const {
+  const bool real = it.item == nullptr;
+  const double radius = it.body->ball_radius();
+  const Vector3 to_lamp = settings_.light.lamp - it.box.center();
+  const double distance = to_lamp.norm();
+  if (radius <= 0.0 || distance < 2.0 * radius)
+    return {&it.body->buffer, it.X_world_mesh, it.body->closed, real};
+  const Vector3 z = to_lamp / distance, x = z.unitOrthogonal();
+  const double share = radius / distance, across = radius * std::sqrt(1.0 - share * share);
+  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+  m.col(0).head<3>() = across * x;
+  m.col(1).head<3>() = across * z.cross(x);
+  m.col(2).head<3>() = z;
+  m.col(3).head<3>() = it.box.center() + radius * share * z;
+  return {&unit_disc_, m.cast<float>(), false, real};
 }
 
 void PictureScene::throw_on_surfaces(const RealScene& real, std::span<const Vector3> eyes,
@@ -108,7 +143,12 @@ void PictureScene::throw_on_surfaces(const RealScene& real, std::span<const Vect
     });
     if (!front_seen) continue;
     find_contacts(surface);
-    if (planar_[i]->draw(casters_, surface.rectangle, settings_.light, screen)) {
+    // Real bodies come last in the list.
+    const auto count = settings_.real_shadows
+                           ? casters_.size()
+                           : static_cast<std::size_t>(std::count_if(casters_.begin(), casters_.end(),
+                                                                    [](const auto& c) { return !c.real; }));
+    if (planar_[i]->draw(std::span(casters_).first(count), surface.rectangle, settings_.light, screen)) {
       surface.shadow = planar_[i].get();
       const Vector4f part = surface.shadow->part();
       if (!surface.darkened) surface.area = part;

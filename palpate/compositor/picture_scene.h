@@ -50,6 +50,8 @@ class PictureScene {
 
  private:
   void set_arm(const RealScene& real);
+  bool arm_throws() const { return settings_.shadows && (settings_.real_shadows || map_real_); }
+  draw::ShadowCaster caster(const PlacedBody& body) const;
   void throw_on_surfaces(const RealScene& real, std::span<const Vector3> eyes,
                          const draw::FullScreen& screen);
   void find_contacts(PlacedSurface& surface) const;
@@ -57,6 +59,7 @@ class PictureScene {
 
   CompositorSettings settings_;
   BodyCache cache_;
+  draw::MeshBuffer unit_disc_;
   std::vector<PlacedBody> virtual_, real_;
   std::vector<PlacedSurface> surfaces_;
   std::vector<draw::ShadowCaster> casters_;

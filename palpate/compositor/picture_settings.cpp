@@ -12,6 +12,7 @@ CompositorSettings settings_of(Quality quality) {
   switch (quality) {
     case Quality::low:
       settings.samples = 1, settings.surface_texels = 64, settings.map_texels = 0;
+      settings.real_shadows = false;
       break;
     case Quality::medium:
       break;
@@ -22,10 +23,13 @@ CompositorSettings settings_of(Quality quality) {
   return settings;
 }
 
+std::string_view quality_word(Quality quality) {
+  return quality == Quality::low ? "low" : quality == Quality::high ? "high" : "medium";
+}
+
 Expected<Quality> parse_quality(std::string_view word) {
-  if (word == "low") return Quality::low;
-  if (word == "medium") return Quality::medium;
-  if (word == "high") return Quality::high;
+  for (const Quality quality : {Quality::low, Quality::medium, Quality::high})
+    if (word == quality_word(quality)) return quality;
   return wrong_use("--quality '{}': low, medium or high is expected", excerpt(word));
 }
 

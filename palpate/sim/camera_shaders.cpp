@@ -224,6 +224,34 @@ void main() {
 )");
 }
 
+std::string ball_shader() {
+  return with(kRay, kFlat, R"(
+uniform vec4 ball;           // centre, radius
+void main() {
+  vec2 r = ray();
+  vec2 dx = dFdx(r), dy = dFdy(r);
+  vec3 from = ball.xyz - eye;
+  float covered = 0.0;
+  for (int j = 0; j < 6; ++j) {
+    for (int i = 0; i < 6; ++i) {
+      vec2 s = r + (float(i) - 2.5) / 6.0 * dx + (float(j) - 2.5) / 6.0 * dy;
+      vec3 h = to_plane * vec3(s, 1.0);
+      vec3 past = cross(normalize(world(h.xy / h.z) - eye), from);
+      covered += float(h.z > 0.0 && dot(past, past) < ball.w * ball.w);
+    }
+  }
+  if (covered <= 0.0) discard;
+  vec3 h = to_plane * vec3(r, 1.0);
+  vec3 d = normalize(world(h.xy / h.z) - eye);
+  float along = dot(from, d);
+  vec3 past = from - along * d;
+  vec3 q = eye + (along - sqrt(max(ball.w * ball.w - dot(past, past), 0.0))) * d;
+  vec3 n = normalize(q - ball.xyz);
+  colour = seen(lit(vec3(0.86, 0.30, 0.035), q, n, 1.0, 1.0), covered / 36.0, r);
+}
+)");
+}
+
 std::string board_shader() {
   return with(kRay, kFlat, R"(
 uniform float square;
