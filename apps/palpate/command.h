@@ -45,5 +45,6 @@ void add_keys(CLI::App& program);
 void add_status(CLI::App& program);
 void add_doctor(CLI::App& program);
 void add_tracker(CLI::App& program);
+void add_picture(CLI::App& program);
 
 }  // namespace palpate::app

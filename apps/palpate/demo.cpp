@@ -16,7 +16,7 @@ void add_demo(CLI::App& program) {
       "Calibrate a simulated rig, play ping-pong on it in lock-step and in real time, write a report");
   struct Options {
     DemoOptions demo;
-    std::string world;
+    std::string world, quality = "medium";
     bool headless = false, two_hosts = false, insecure = false;
   };
   auto options = std::make_shared<Options>();
@@ -32,6 +32,8 @@ void add_demo(CLI::App& program) {
   command->add_option("--world", options->world, "World file; the reference laboratory where none is named");
   command->add_option("--out", options->demo.out, "Folder for report, summary, pictures, video and raw data")
       ->default_val("./palpate-report");
+  command->add_option("--quality", options->quality, "Of the pictures: low, medium or high")
+      ->capture_default_str();
   command->add_flag("--headless", options->headless, "No window (this version never opens one)");
   auto* two_hosts = command->add_flag(
       "--two-hosts", options->two_hosts,
@@ -54,8 +56,12 @@ void add_demo(CLI::App& program) {
       return wrong_use("--app {}: not known; `palpate apps` lists the applications there are",
                        demo.application);
     if (auto ok = needs_scripted_player(demo.application, "demo"); !ok) return ok;
+    const auto quality = parse_quality(options->quality);
+    if (!quality) return tl::unexpected(quality.error());
+    demo.quality = *quality;
     demo.world = sim::reference_world();
     demo.command = "palpate demo";
+    if (demo.quality != Quality::medium) demo.command += " --quality " + options->quality;
     if (!options->world.empty()) {
       auto world = sim::read_world(options->world);
       if (!world) return tl::unexpected(world.error());

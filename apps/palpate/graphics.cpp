@@ -4,6 +4,7 @@
 #include "apps/palpate/server_options.h"
 #include "palpate/core/json.h"
 #include "palpate/system/graphics_process.h"
+#include "palpate/system/real_objects.h"
 
 namespace palpate::app {
 
@@ -11,7 +12,7 @@ void add_graphics(CLI::App& program) {
   auto* command = program.add_subcommand(
       "graphics", "The graphics server: camera and tracker in, augmented picture out (no window yet)");
   struct Options {
-    std::string rig = "rig.toml", world, json, tracker, publish;
+    std::string rig = "rig.toml", world, json, tracker, publish, quality = "medium";
     std::vector<std::string> tools;
     bool igtl_insecure = false;
     GraphicsProcessOptions process;
@@ -40,6 +41,8 @@ void add_graphics(CLI::App& program) {
       ->expected(0, 1);
   command->add_flag("--igtl-insecure", options->igtl_insecure,
                     "Serve poses beyond this machine: the protocol protects nothing");
+  command->add_option("--quality", options->quality, "Of the picture: low, medium or high")
+      ->capture_default_str();
   command->add_flag("--player", options->process.player, "Let the scripted player hold the stylus");
   command->add_option("--world", options->world,
                       "World file of that laboratory: how the scripted player's hand and arm feel");
@@ -72,8 +75,12 @@ void add_graphics(CLI::App& program) {
     } else if (!options->tools.empty()) {
       return wrong_use("--tracker-tool names tools of the server at --tracker igtl://HOST:PORT; say which");
     }
+    const auto quality = parse_quality(options->quality);
+    if (!quality) return tl::unexpected(quality.error());
+    options->process.quality = *quality;
     auto rig = read_rig(options->rig);
     if (!rig) return tl::unexpected(rig.error());
+    if (auto objects = RealObjects::read(*rig); !objects) return tl::unexpected(objects.error());
     if (!rig->arm || !rig->camera || !rig->hand_eye)
       return refused(
           "{}: arm, camera or hand-eye calibration is missing; run `palpate calibrate all --rig {}`",

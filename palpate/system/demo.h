@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "palpate/compositor/compositor.h"
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/model/world_file.h"
@@ -30,6 +31,7 @@ struct DemoOptions {
   std::filesystem::path program;  // this executable, for the real-time leg; empty leaves that leg out
   std::string command;            // as typed, for the report
   bool quick = false;
+  Quality quality = Quality::medium;         // of the pictures
   std::optional<TwoHostsOptions> two_hosts;  // for the real-time leg
 };
 

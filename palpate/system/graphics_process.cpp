@@ -212,7 +212,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
       return tl::unexpected(ok.error());
   auto artist = make_artist(scene);
   if (!artist) return tl::unexpected(artist.error());
-  PictureParts pictures(options.rig, scene, std::move(*artist));
+  PictureParts pictures(options.rig, scene, std::move(*artist), options.quality);
   GraphicsServer server(options.rig, **link, tracker, **camera, pictures.refiner(), pictures.painter());
   if (feed)
     server.tap_markers([&feed](MarkerId marker, const MarkerPose& pose) { feed->marker(marker, pose); });

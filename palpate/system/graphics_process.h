@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "palpate/compositor/compositor.h"
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/model/rig.h"
@@ -24,6 +25,7 @@ struct GraphicsProcessOptions {
   ServerName server;
   std::optional<LiveTracker> tracker;    // instead of the laboratory's
   std::optional<igtl::Address> publish;  // poses for 3D Slicer and others (pose_feed.h)
+  Quality quality = Quality::medium;     // of the picture
   bool player = false;                   // the scripted player holds the stylus
   std::uint64_t seed = 1;
   double seconds = 0.0;  // 0 = until asked to stop

@@ -1,13 +1,20 @@
 #include "palpate/system/picture_parts.h"
 
+#include <stdexcept>
+
 #include "palpate/calibration/pose_refinement.h"
 #include "palpate/compositor/picture_file.h"
 #include "palpate/system/lockstep_play.h"
 
 namespace palpate {
 
-PictureParts::PictureParts(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Artist> artist)
-    : rig_(rig), scene_(scene), artist_(std::move(artist)) {}
+PictureParts::PictureParts(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Artist> artist,
+                           Quality quality)
+    : rig_(rig), scene_(scene), artist_(std::move(artist)), compositor_(picture_settings(rig, quality)) {
+  auto objects = RealObjects::read(rig);
+  if (!objects) throw std::invalid_argument(objects.error().message);
+  objects_ = std::move(*objects);
+}
 
 PoseRefiner PictureParts::refiner() {
   return [this](const CameraImage& image, const Matrix6& covariance, FrameRecord& record) {
@@ -41,6 +48,7 @@ void PictureParts::paint(const CameraImage& image, FrameRecord& record) {
   RealScene real;
   real.surfaces = scene_.surfaces;
   real.marker_leds = rig_.tip_marker_leds;
+  real.bodies = objects_.bodies();
   if (record.have_state) {
     // The arm's joints are not sent: they follow from the stylus, which is.
     const auto& bat = record.state.bodies[1];

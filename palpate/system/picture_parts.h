@@ -13,12 +13,16 @@
 #include "palpate/model/rig.h"
 #include "palpate/scene/application.h"
 #include "palpate/system/calibration_session.h"
+#include "palpate/system/real_objects.h"
 
 namespace palpate {
 
 class PictureParts {
  public:
-  PictureParts(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Artist> artist);
+  // Throws std::invalid_argument where a mesh of the rig's objects cannot be read (RealObjects::read tells it
+  // beforehand).
+  PictureParts(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Artist> artist,
+               Quality quality = Quality::medium);
 
   PoseRefiner refiner();
   // Draws the frame with score and rally in its corner.
@@ -31,6 +35,7 @@ class PictureParts {
   Rig rig_;
   SceneDescription scene_;
   std::unique_ptr<Artist> artist_;
+  RealObjects objects_;
   Compositor compositor_;
 };
 

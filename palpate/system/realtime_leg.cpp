@@ -133,14 +133,14 @@ Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
                                options.out.string(), "--json", file("physics", ".json").string()},
                               listen, file("physics", ".log"));
   if (!physics) return tl::unexpected(physics.error());
-  auto graphics =
-      start_server(TwoHosts::kGraphicsHost,
-                   {"graphics", "--rig", options.rig.string(), "--lab", name, "--player", "--seconds",
-                    fmt::format("{}", options.seconds), "--disguise-offset-s",
-                    fmt::format("{:.9f}", options.graphics_clock.offset_s), "--disguise-drift-ppm",
-                    fmt::format("{:.6f}", options.graphics_clock.drift * 1e6), "--out", options.out.string(),
-                    "--json", file("graphics", ".json").string()},
-                   connect, file("graphics", ".log"));
+  auto graphics = start_server(
+      TwoHosts::kGraphicsHost,
+      {"graphics", "--rig", options.rig.string(), "--quality", std::string(quality_word(options.quality)),
+       "--lab", name, "--player", "--seconds", fmt::format("{}", options.seconds), "--disguise-offset-s",
+       fmt::format("{:.9f}", options.graphics_clock.offset_s), "--disguise-drift-ppm",
+       fmt::format("{:.6f}", options.graphics_clock.drift * 1e6), "--out", options.out.string(), "--json",
+       file("graphics", ".json").string()},
+      connect, file("graphics", ".log"));
   if (!graphics) return tl::unexpected(graphics.error());
 
   const auto begun = std::chrono::steady_clock::now();
