@@ -10,12 +10,13 @@
 #include <functional>
 #include <vector>
 
+#include "bench/frame_bench.h"
 #include "palpate/draw/context.h"
 #include "palpate/draw/gl_objects.h"
 #include "palpate/sim/camera_renderer.h"
 #include "palpate/sim/sim_world.h"
 
-namespace palpate {
+namespace palpate::bench {
 namespace {
 
 constexpr int kRounds = 15, kPictures = 8;
@@ -37,7 +38,9 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-int run() {
+}  // namespace
+
+int camera_pictures() {
   // Head as in use, and in front of the board: what calibration and play look at.
   sim::SimWorld world(sim::reference_world(), 3);
   std::vector<sim::TrueView> in_use, with_board;
@@ -85,7 +88,9 @@ int run() {
   return 0;
 }
 
-}  // namespace
-}  // namespace palpate
+}  // namespace palpate::bench
 
-int main() { return palpate::run(); }
+int main() {
+  const int failed = palpate::bench::camera_pictures();
+  return failed != 0 ? failed : palpate::bench::augmented_pictures();
+}

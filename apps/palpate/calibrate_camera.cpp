@@ -11,6 +11,7 @@ namespace {
 
 struct CameraArguments {
   ResultOptions result;
+  std::string camera = "left";  // of two: the one whose result the rig gets
   std::string images, corners, board = "9x6", size;
   double square_mm = 25.0;
   int corner_window_px = 11;  // as OpenCV's own calibration program has it
@@ -140,8 +141,13 @@ Expected<void> run_camera(const CameraArguments& options) {
       fmt::format("residual       {:.4f} px rms over {} views", s.rms_px, s.views.size()));
   for (const auto& warning : warnings) result.summary.push_back("warning: " + warning);
   result.store = [&](Rig& rig) {
-    rig.camera =
-        CameraCalibration{s.model, fit->covariance, {utc_now(), views->data_hash, "chessboard", s.rms_px}};
+    auto& camera = options.camera == "right" ? rig.right_camera : rig.camera;
+    // Photographs in files hold sRGB; corners found elsewhere say nothing of it.
+    const Encoding encoding = !options.images.empty() ? Encoding::srgb
+                              : camera                ? camera->encoding
+                                                      : Encoding::root;
+    camera = CameraCalibration{
+        s.model, fit->covariance, {utc_now(), views->data_hash, "chessboard", s.rms_px}, encoding};
   };
   return write_result(options.result, result);
 }
@@ -171,6 +177,7 @@ void add_calibrate_camera(CLI::App& calibrate) {
       ->capture_default_str();
   command->add_flag("--reject-outlier-views", options->reject_outliers,
                     "Fit again without the views that are flagged");
+  add_camera_option(*command, options->camera);
   add_result_options(*command, options->result);
   on(command, [options] { return run_camera(*options); });
 }

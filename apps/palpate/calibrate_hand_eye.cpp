@@ -13,6 +13,7 @@ namespace {
 
 struct HandEyeArguments {
   ResultOptions result;
+  std::string camera = "left";  // of two: the one whose result the rig gets
   std::string hand, eye;
   bool estimate_delay = false;
   double delay_s = 0.0;
@@ -108,8 +109,9 @@ Expected<void> run_hand_eye(const HandEyeArguments& options) {
   for (const auto& warning : s.warnings) result.summary.push_back("warning: " + warning);
   result.store = [&](Rig& rig) {
     const Provenance from{utc_now(), hash, "joint", kMm * s.translation_rms};
-    rig.hand_eye = HandEyeCalibration{s.X_marker_camera, fit->covariance.topLeftCorner<6, 6>(), from};
-    if (!options.estimate_delay) return;
+    auto& hand_eye = options.camera == "right" ? rig.right_hand_eye : rig.hand_eye;
+    hand_eye = HandEyeCalibration{s.X_marker_camera, fit->covariance.topLeftCorner<6, 6>(), from};
+    if (!options.estimate_delay || options.camera == "right") return;  // both take their images together
     if (!rig.delays) rig.delays.emplace();
     rig.delays->camera_after_tracker_s = -s.delay_s;
     rig.delays->camera_std_s = s.delay_std_s;
@@ -135,6 +137,7 @@ void add_calibrate_hand_eye(CLI::App& calibrate) {
   command->add_option("--delay-s", options->delay_s, "A known offset: hand time = eye time + this")
       ->excludes(estimate)
       ->capture_default_str();
+  add_camera_option(*command, options->camera);
   add_result_options(*command, options->result);
   on(command, [options] { return run_hand_eye(*options); });
 }

@@ -46,5 +46,6 @@ void add_status(CLI::App& program);
 void add_doctor(CLI::App& program);
 void add_tracker(CLI::App& program);
 void add_camera(CLI::App& program);
+void add_picture(CLI::App& program);
 
 }  // namespace palpate::app

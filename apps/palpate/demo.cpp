@@ -19,7 +19,7 @@ void add_demo(CLI::App& program) {
   struct Options {
     DemoOptions demo;
     TouchOptions touch;
-    std::string world;
+    std::string world, quality = "medium";
     bool headless = false, two_hosts = false, insecure = false;
   };
   auto options = std::make_shared<Options>();
@@ -36,6 +36,8 @@ void add_demo(CLI::App& program) {
   command->add_option("--world", options->world, "World file; the reference laboratory where none is named");
   command->add_option("--out", options->demo.out, "Folder for report, summary, pictures, video and raw data")
       ->default_val("./palpate-report");
+  command->add_option("--quality", options->quality, "Of the pictures: low, medium or high")
+      ->capture_default_str();
   command->add_flag("--headless", options->headless, "No window, where there is a display too");
   auto* two_hosts = command->add_flag(
       "--two-hosts", options->two_hosts,
@@ -57,9 +59,13 @@ void add_demo(CLI::App& program) {
     if (!known)
       return wrong_use("--app {}: not known; `palpate apps` lists the applications there are",
                        demo.application);
+    const auto quality = parse_quality(options->quality);
+    if (!quality) return tl::unexpected(quality.error());
+    demo.quality = *quality;
     demo.world = sim::reference_world();
     demo.command = "palpate demo";
     if (demo.application != "pingpong") demo.command += " --app " + demo.application;
+    if (demo.quality != Quality::medium) demo.command += " --quality " + options->quality;
     if (!options->world.empty()) {
       auto world = sim::read_world(options->world);
       if (!world) return tl::unexpected(world.error());

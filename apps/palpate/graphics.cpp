@@ -7,6 +7,7 @@
 #include "palpate/core/text.h"
 #include "palpate/system/graphics_process.h"
 #include "palpate/system/lockstep_play.h"
+#include "palpate/system/real_objects.h"
 
 namespace palpate::app {
 
@@ -14,7 +15,7 @@ void add_graphics(CLI::App& program) {
   auto* command =
       program.add_subcommand("graphics", "The graphics server: camera and tracker in, augmented picture out");
   struct Options {
-    std::string rig = "rig.toml", world, json, tracker, publish, camera = "lab";
+    std::string rig = "rig.toml", world, json, tracker, publish, camera = "lab", quality = "medium";
     CameraOptions camera_options;
     std::vector<std::string> tools;
     std::string picture_time;
@@ -55,6 +56,8 @@ void add_graphics(CLI::App& program) {
                     "Serve poses beyond this machine: the protocol protects nothing");
   command->add_option("--mesh", options->process.mesh,
                       "The file that touch explores, where it is not on the physics server's machine");
+  command->add_option("--quality", options->quality, "Of the picture: low, medium or high")
+      ->capture_default_str();
   command->add_flag("--player", options->process.player, "Let the scripted player hold the stylus");
   auto* window = command->add_flag(
       "--window", options->process.window,
@@ -117,8 +120,12 @@ void add_graphics(CLI::App& program) {
       if (!wish) return tl::unexpected(wish.error());
       options->process.camera = *wish;
     }
+    const auto quality = parse_quality(options->quality);
+    if (!quality) return tl::unexpected(quality.error());
+    options->process.quality = *quality;
     auto rig = read_rig(options->rig);
     if (!rig) return tl::unexpected(rig.error());
+    if (auto objects = RealObjects::read(*rig); !objects) return tl::unexpected(objects.error());
     if (!rig->arm || !rig->camera || !rig->hand_eye)
       return refused(
           "{}: arm, camera or hand-eye calibration is missing; run `palpate calibrate all --rig {}`",

@@ -24,6 +24,7 @@ void add_all_commands(CLI::App& program) {
   add_graphics(program);
   add_keys(program);
   add_status(program);
+  add_picture(program);
   add_tracker(program);
   add_camera(program);
   add_doctor(program);

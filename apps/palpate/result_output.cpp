@@ -5,6 +5,14 @@
 
 namespace palpate::app {
 
+void add_camera_option(CLI::App& command, std::string& camera) {
+  command
+      .add_option("--camera", camera,
+                  "Of two cameras on one marker, the one this is: its place in the rig file")
+      ->check(CLI::IsMember({"left", "right"}))
+      ->capture_default_str();
+}
+
 void add_result_options(CLI::App& command, ResultOptions& options) {
   // An unset variable of a script would otherwise lose the result without a word.
   const CLI::Validator named(

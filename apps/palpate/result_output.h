@@ -26,6 +26,8 @@ struct ResultOptions {
 };
 
 void add_result_options(CLI::App& command, ResultOptions& options);
+// --camera left|right: which camera of a stereo rig a result belongs to.
+void add_camera_option(CLI::App& command, std::string& camera);
 
 struct Result {
   Json json;

@@ -84,15 +84,21 @@ void show_arm(const ArmCalibration& arm) {
   line("  held-out error, mm", fmt::format("{:.4f}", kMm * arm.held_out_mean));
 }
 
-void show_camera(const CameraCalibration& camera) {
+void show_camera(const char* name, const CameraCalibration& camera) {
   const auto& m = camera.model;
-  line("camera", fmt::format("{} x {} px  ({})", m.width, m.height, origin(camera.from, "px")));
+  line(name, fmt::format("{} x {} px  ({})", m.width, m.height, origin(camera.from, "px")));
   const Eigen::Vector4d lens(m.fx, m.fy, m.cx, m.cy);
   line("  fx fy cx cy, px",
        shown(lens) + (camera.covariance.rows() == 9
                           ? "  +- " + shown(standard_deviations(camera.covariance).head<4>())
                           : ""));
   line("  k1 k2 p1 p2 k3", shown(Eigen::Map<const Eigen::VectorXd>(m.distortion.data(), 5)));
+}
+
+void show_hand_eye(const char* name, const HandEyeCalibration& h) {
+  line(name, "(" + origin(h.from) + ")");
+  line("  camera in marker, mm", with_sd(h.X_marker_camera.translation, h.covariance, 3, kMm));
+  line("  turn, deg", with_sd(so3_log(h.X_marker_camera.rotation), h.covariance, 0, kDegreesPerRadian));
 }
 
 Expected<void> show(const RigArguments& options) {
@@ -111,12 +117,10 @@ Expected<void> show(const RigArguments& options) {
          with_sd(rig->pointer_pivot->tip_in_marker, rig->pointer_pivot->covariance, 0, kMm) + "  (" +
              origin(rig->pointer_pivot->from) + ")");
   if (rig->arm) show_arm(*rig->arm);
-  if (rig->camera) show_camera(*rig->camera);
-  if (const auto& h = rig->hand_eye) {
-    line("hand-eye", "(" + origin(h->from) + ")");
-    line("  camera in marker, mm", with_sd(h->X_marker_camera.translation, h->covariance, 3, kMm));
-    line("  turn, deg", with_sd(so3_log(h->X_marker_camera.rotation), h->covariance, 0, kDegreesPerRadian));
-  }
+  if (rig->camera) show_camera("camera", *rig->camera);
+  if (rig->hand_eye) show_hand_eye("hand-eye", *rig->hand_eye);
+  if (rig->right_camera) show_camera("right camera", *rig->right_camera);
+  if (rig->right_hand_eye) show_hand_eye("right hand-eye", *rig->right_hand_eye);
   if (const auto& d = rig->delays)
     line("delays, ms",
          fmt::format("tracker after arm {}, camera after tracker {}",
@@ -133,6 +137,12 @@ Expected<void> show(const RigArguments& options) {
     line("landmarks", fmt::format("{}, known to {:.3f} mm rms per axis  ({})", rig->landmarks.size(),
                                   kMm * std::sqrt(sum), origin(rig->landmarks_from)));
   }
+  if (const auto& light = rig->light)
+    line("light", fmt::format("lamp at {} mm, radius {:.0f} mm, key {:.2f}, ambient {:.2f}",
+                              shown(light->lamp, kMm), kMm * light->lamp_radius, light->key, light->ambient));
+  for (const auto& object : rig->objects)
+    line(("object " + object.name).c_str(),
+         fmt::format("{} at {} mm", object.mesh, shown(object.position, kMm)));
   for (const auto& missing : missing_parts(*rig))
     line("missing", fmt::format("{}: {}", missing.part, missing.remedy));
   return {};

@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
-#include <map>
 #include <stdexcept>
 
 #include "palpate/compositor/compositor_shaders.h"
-#include "palpate/draw/arm_body.h"
+#include "palpate/compositor/picture_box.h"
+#include "palpate/compositor/picture_looks.h"
+#include "palpate/compositor/picture_scene.h"
 #include "palpate/draw/context.h"
-#include "palpate/draw/planar_shadow.h"
 #include "palpate/draw/projection.h"
 
 namespace palpate {
@@ -23,88 +22,30 @@ using draw::Program;
 using draw::Vector3f;
 using draw::Vector4f;
 
-constexpr double kNear = 0.03, kFar = 8.0;  // m
+constexpr double kFar = 8.0;  // m
 
-// Colour in linear light; mirror straight on, at the edge, the lamp's image.
-struct Look {
-  Vector3f albedo, surface;
-};
-Look look(Material material) {
-  switch (material) {
-    case Material::ball:
-      return {{0.86f, 0.30f, 0.035f}, {0.010f, 0.10f, 0.10f}};
-    case Material::bat_front:
-      return {{0.42f, 0.020f, 0.018f}, {0.015f, 0.12f, 0.06f}};
-    case Material::bat_back:
-      return {{0.022f, 0.022f, 0.024f}, {0.020f, 0.14f, 0.06f}};
-    case Material::handle:
-      return {{0.48f, 0.28f, 0.12f}, {0.020f, 0.10f, 0.10f}};
-    case Material::highlight:
-      return {{0.16f, 0.62f, 0.22f}, {0.030f, 0.20f, 0.20f}};
-  }
-  return {};
+ShaderChoice choice_of(const CompositorSettings& settings) {
+  return {settings.encoding, settings.samples, settings.shadows && settings.map_texels > 0};
 }
 
-std::uint64_t hash(const void* data, std::size_t bytes) {
-  std::uint64_t h = 1469598103934665603ull;
-  const auto* at = static_cast<const unsigned char*>(data);
-  for (; bytes >= 8; bytes -= 8, at += 8) {
-    std::uint64_t word = 0;
-    std::memcpy(&word, at, 8);
-    h = (h ^ word) * 0x9e3779b97f4a7c15ull;
-    h ^= h >> 29;
-  }
-  for (; bytes > 0; --bytes, ++at) h = (h ^ *at) * 1099511628211ull;
-  return h;
+const CompositorSettings& checked(const CompositorSettings& s) {
+  const auto wrong = [](const std::string& what) { throw std::invalid_argument("compositor: " + what); };
+  if (s.samples != 1 && s.samples != 4 && s.samples != 8)
+    wrong("samples is " + std::to_string(s.samples) + "; 1, 4 or 8 is expected");
+  if (s.surface_texels < 16 || s.surface_texels > 1024)
+    wrong("surface_texels is " + std::to_string(s.surface_texels) + "; 16 to 1024 is expected");
+  if (s.map_texels != 0 && (s.map_texels < 64 || s.map_texels > 4096))
+    wrong("map_texels is " + std::to_string(s.map_texels) + "; 0 or 64 to 4096 is expected");
+  return s;
 }
 
-// Every edge belongs to two triangles.
-bool closed(const TriangleMesh& mesh) {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges;
-  edges.reserve(3 * mesh.triangles.size());
-  for (const auto& t : mesh.triangles) {
-    for (std::size_t i = 0; i < 3; ++i) edges.emplace_back(t[i], t[(i + 1) % 3]);
-  }
-  std::sort(edges.begin(), edges.end());
-  for (const auto& [a, b] : edges) {
-    if (!std::binary_search(edges.begin(), edges.end(), std::pair{b, a})) return false;
-  }
-  return true;
+// A driver may offer fewer samples than are asked for.
+CompositorSettings offered(CompositorSettings settings) {
+  GLint most = 0;
+  glGetIntegerv(GL_MAX_SAMPLES, &most);
+  if (settings.samples == 8 && most < 8) settings.samples = 4;
+  return settings;
 }
-
-draw::ShadowReceiver receiver(const SceneSurface& surface) {
-  const Vector3 x = surface.corners[1] - surface.corners[0], y = surface.corners[3] - surface.corners[0];
-  // Calibrated corners are a rectangle; the second side is squared up all the same, so that the frame stays a
-  // frame.
-  const Vector3 unit_x = x.normalized();
-  const Vector3 unit_y = (y - y.dot(unit_x) * unit_x).normalized();
-  return {surface.corners[0], unit_x, unit_y, x.norm(), y.norm()};
-}
-
-// Pixels of the picture that something covers; grows.
-struct Box {
-  double left = 1e9, above = 1e9, right = -1e9, below = -1e9;
-  bool everything = false;
-  void take(const CameraModel& camera, const Vector3& p) {
-    if (p.z() < kNear) {
-      everything = true;
-      return;
-    }
-    const Pixel pixel = camera.project_undistorted(p);
-    left = std::min(left, pixel.x()), right = std::max(right, pixel.x());
-    above = std::min(above, pixel.y()), below = std::max(below, pixel.y());
-  }
-  // x, y, width, height, cut to the picture.
-  std::array<int, 4> pixels(const CameraModel& camera) const {
-    if (everything) return {0, 0, camera.width, camera.height};
-    const auto whole = [](double x, int most) {
-      return static_cast<int>(std::clamp(x, 0.0, static_cast<double>(most)));
-    };
-    const int l = whole(std::floor(left) - 2, camera.width), a = whole(std::floor(above) - 2, camera.height);
-    const int r = whole(std::ceil(right) + 3, camera.width), b = whole(std::ceil(below) + 3, camera.height);
-    return {l, a, std::max(0, r - l), std::max(0, b - a)};
-  }
-};
 
 }  // namespace
 
@@ -112,256 +53,295 @@ struct Compositor::Impl {
   std::shared_ptr<draw::Context> context = draw::Context::required();
   CompositorSettings settings;
   draw::FullScreen screen;
-  Program undistort{"compositor/undistort", draw::kFullScreen, kUndistortFragment},
-      item{"compositor/item", kSolidVertex, item_fragment()},
-      phantom{"compositor/phantom", kSolidVertex, kNothingFragment},
-      catcher{"compositor/catcher", kCatcherVertex, catcher_fragment()},
-      over{"compositor/over", draw::kFullScreen, kOverFragment};
+  PictureScene scene;
+  Program background, over, item, darkened, phantom, catcher;
   draw::MeshBuffer unit_square{rectangle_mesh(Vector3::Zero(), Vector3::UnitX(), Vector3::UnitY())};
+  draw::Texture image;
+  draw::Target layer, picture, model;
+  std::function<void(const char*)> watcher;
 
-  draw::Texture background;
-  draw::Target layer, picture;
+  explicit Impl(const CompositorSettings& s)
+      : settings(offered(checked(s))),
+        scene(settings),
+        background("compositor/background", draw::kFullScreen, background_fragment()),
+        over("compositor/over", draw::kFullScreen, over_fragment(choice_of(settings))),
+        item("compositor/item", kSolidVertex, item_fragment(choice_of(settings))),
+        darkened("compositor/darkened", kSolidVertex, darkened_fragment(choice_of(settings))),
+        phantom("compositor/phantom", kSolidVertex, kNothingFragment),
+        catcher("compositor/catcher", kCatcherVertex, catcher_fragment()) {}
 
-  struct Body {
-    std::uint64_t topology = 0, shape = 0, last_used = 0;
-    bool closed = false;
-    draw::MeshBuffer buffer;
-  };
-  std::map<const TriangleMesh*, Body> bodies;  // looked up, never walked in an order that shows
-  std::uint64_t frame = 0;
-
-  std::vector<std::unique_ptr<draw::PlanarShadow>> shadows;  // one per surface
-  std::unique_ptr<draw::ArmBody> arm;
-  PhantomLengths arm_lengths;
-  std::vector<Vector3> arm_leds;
-  double arm_base_below = 0.0;
-
-  explicit Impl(const CompositorSettings& s) : settings(s) {
-    if (s.samples != 1 && s.samples != 4) throw std::invalid_argument("compositor: samples must be 1 or 4");
+  void done(const char* stage) const {
+    if (watcher) watcher(stage);
   }
 
   void prepare(const CameraModel& camera) {
     if (picture && picture.width() == camera.width && picture.height() == camera.height) return;
-    background = draw::Texture(camera.width, camera.height, draw::Format::rgb8, draw::Filter::linear);
+    image = draw::Texture(camera.width, camera.height, draw::Format::rgb8, draw::Filter::linear);
     layer = draw::Target(camera.width, camera.height, draw::Format::rgba8, true, settings.samples);
     picture = draw::Target(camera.width, camera.height, draw::Format::rgb8, false);
+    model = {};
   }
 
-  const Body& body(const TriangleMesh& mesh) {
-    Body& known = bodies[&mesh];
-    known.last_used = frame;
-    const auto topology = hash(mesh.triangles.data(), mesh.triangles.size() * sizeof(mesh.triangles[0])) + 1;
-    const auto shape = hash(mesh.vertices.data(), mesh.vertices.size() * sizeof(mesh.vertices[0])) + 1;
-    if (known.topology != topology || known.shape != shape) {
-      const draw::ShadedMesh shaded = draw::shaded(mesh);
-      if (known.topology != topology) known.closed = closed(mesh);
-      known.buffer.upload(shaded);
-      known.topology = topology;
-      known.shape = shape;
-    }
-    return known;
-  }
-
-  void prepare_arm(const RealScene& real) {
-    if (!real.arm) return;
-    const auto& lengths = real.arm->lengths;
-    if (!arm || lengths.l1 != arm_lengths.l1 || lengths.l2 != arm_lengths.l2 ||
-        arm_leds != real.marker_leds || arm_base_below != real.arm_base_below) {
-      arm_lengths = lengths;
-      arm_leds = real.marker_leds;
-      arm_base_below = real.arm_base_below;
-      arm = std::make_unique<draw::ArmBody>(
-          lengths, draw::ArmShapeSettings{.base_below = arm_base_below, .leds = arm_leds, .segments = 20});
-    }
-    arm->move(*real.arm);
-  }
-
-  void draw_background(const CameraImage& image, const CameraModel& camera) {
-    background.upload(image.rgb.data());
-    picture.bind();
-    glDisable(GL_SCISSOR_TEST);
-    glDisable(GL_BLEND);
-    glDisable(GL_DEPTH_TEST);
-    background.bind(0);
-    const auto& d = camera.distortion;
-    undistort.use()
+  // Uniforms of the shaders that look at the camera's image.
+  void set_camera(Program& program, const Eye& eye) {
+    const CameraModel& c = eye.camera;
+    std::array<double, 5> d{};
+    if (eye.image != nullptr) d = c.distortion;
+    (eye.image != nullptr ? image : model.texture()).bind(0);
+    program.use()
         .set("image", 0)
-        .set("k", Vector4f(Eigen::Vector4d(camera.fx, camera.fy, camera.cx, camera.cy).cast<float>()))
-        .set("size", draw::Vector2f(static_cast<float>(camera.width), static_cast<float>(camera.height)))
+        .set("k", Vector4f(Eigen::Vector4d(c.fx, c.fy, c.cx, c.cy).cast<float>()))
+        .set("size", draw::Vector2f(static_cast<float>(c.width), static_cast<float>(c.height)))
         .set("lens", Vector4f(Eigen::Vector4d(d[0], d[1], d[2], d[3]).cast<float>()))
         .set("lens_k3", static_cast<float>(d[4]));
-    screen.draw();
   }
 
-  struct Placed {
-    const Body* body;
-    Matrix4f X_world_mesh;
-    const DrawItem* item;
-  };
-  std::vector<Placed> placed;
-  std::vector<draw::ShadowCaster> casters;
-  std::vector<char> shadowed;  // surface by surface
-
-  // Shadows of virtual things; and what of the picture they and the things touch.
-  Box place(std::span<const DrawItem> items, const RealScene& real, const CameraModel& camera,
-            const Pose<CameraOptical, World>& X_camera_world) {
-    Box box;
-    placed.clear();
-    casters.clear();
-    shadowed.assign(real.surfaces.size(), 0);
-    for (const DrawItem& one : items) {
-      if (one.mesh == nullptr || one.mesh->triangles.empty()) continue;
-      const Pose<World, Bat> X{one.rotation, one.position};  // any body frame
-      placed.push_back({&body(*one.mesh), draw::matrix4(X), &one});
-      const Placed& it = placed.back();
-      for (int corner = 0; corner < 8; ++corner) {
-        const Vector3 p(corner & 1 ? it.body->buffer.low().x() : it.body->buffer.high().x(),
-                        corner & 2 ? it.body->buffer.low().y() : it.body->buffer.high().y(),
-                        corner & 4 ? it.body->buffer.low().z() : it.body->buffer.high().z());
-        box.take(camera, (X_camera_world * (X * Point<Bat>{p})).m);
-      }
-      if (one.casts_shadow) casters.push_back({&it.body->buffer, it.X_world_mesh, it.body->closed});
-    }
-    if (!settings.shadows || casters.empty()) return box;
-    while (shadows.size() < real.surfaces.size()) shadows.push_back(std::make_unique<draw::PlanarShadow>());
-    for (std::size_t i = 0; i < real.surfaces.size(); ++i) {
-      const draw::ShadowReceiver r = receiver(real.surfaces[i]);
-      const Vector3 from_eye = r.corner - X_camera_world.inverse().translation;
-      if (r.side_x.cross(r.side_y).dot(from_eye) >= 0) continue;  // its front is not seen
-      shadowed[i] = shadows[i]->draw(casters, r, settings.light, screen);
-      if (!shadowed[i]) continue;
-      const Vector4f part = shadows[i]->part();
-      for (const auto& [a, b] : {std::pair{0, 0}, std::pair{1, 0}, std::pair{0, 1}, std::pair{1, 1}}) {
-        const Vector3 p = r.corner + (part[0] + a * part[2]) * r.side_x + (part[1] + b * part[3]) * r.side_y;
-        box.take(camera, (X_camera_world * Point<World>{p}).m);
-      }
-    }
-    return box;
+  static Matrix4f square_to(const draw::ShadowReceiver& r) {
+    Matrix4f m = Matrix4f::Identity();
+    m.col(0).head<3>() = (r.width * r.side_x).cast<float>();
+    m.col(1).head<3>() = (r.height * r.side_y).cast<float>();
+    m.col(2).head<3>() = r.side_x.cross(r.side_y).cast<float>();
+    m.col(3).head<3>() = r.corner.cast<float>();
+    return m;
   }
 
-  void draw_phantoms(const RealScene& real, const Matrix4f& to_clip) {
+  // The real arm and real bodies, with `program` in use.
+  void draw_real_bodies(Program& program) {
+    for (const PlacedBody& it : scene.real_bodies()) {
+      program.set("to_world", it.X_world_mesh);
+      (it.body->closed ? glEnable : glDisable)(GL_CULL_FACE);
+      it.body->buffer.draw();
+    }
+    if (const draw::MeshBuffer* arm = scene.arm()) {
+      program.set("to_world", Matrix4f(Matrix4f::Identity()));
+      glEnable(GL_CULL_FACE);
+      arm->draw();
+    }
+    glDisable(GL_CULL_FACE);
+  }
+
+  void draw_phantoms(const Matrix4f& to_clip) {
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
     phantom.use().set("to_clip", to_clip);
     // A little behind their true place: shadows and things that touch them lie in the same plane.
     glEnable(GL_POLYGON_OFFSET_FILL);
     glPolygonOffset(1.0f, 8.0f);
-    for (const SceneSurface& surface : real.surfaces) {
-      const draw::ShadowReceiver r = receiver(surface);
-      Matrix4f m = Matrix4f::Identity();
-      m.col(0).head<3>() = (r.width * r.side_x).cast<float>();
-      m.col(1).head<3>() = (r.height * r.side_y).cast<float>();
-      m.col(2).head<3>() = r.side_x.cross(r.side_y).cast<float>();
-      m.col(3).head<3>() = r.corner.cast<float>();
-      phantom.set("to_world", m);
+    for (const PlacedSurface& surface : scene.surfaces()) {
+      phantom.set("to_world", square_to(surface.rectangle));
       unit_square.draw();
     }
     glDisable(GL_POLYGON_OFFSET_FILL);
-    if (real.arm) {
-      phantom.set("to_world", Matrix4f(Matrix4f::Identity()));
-      glEnable(GL_CULL_FACE);
-      arm->mesh().draw();
-      glDisable(GL_CULL_FACE);
-    }
+    draw_real_bodies(phantom);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   }
 
-  void draw_shadows(const RealScene& real, const Matrix4f& to_clip) {
+  void draw_shadows(const Matrix4f& to_clip, const Vector3& eye) {
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     glDepthMask(GL_FALSE);
     catcher.use().set("to_clip", to_clip).set("shadow", 0);
     draw::set_light(catcher, settings.light);
-    for (std::size_t i = 0; i < real.surfaces.size(); ++i) {
-      if (!shadowed[i]) continue;
-      const draw::ShadowReceiver r = receiver(real.surfaces[i]);
-      shadows[i]->texture().bind(0);
+    for (const PlacedSurface& surface : scene.surfaces()) {
+      const draw::ShadowReceiver& r = surface.rectangle;
+      if (!surface.darkened || surface.normal().dot(eye - r.corner) <= 0) continue;
+      if (surface.shadow != nullptr) surface.shadow->texture().bind(0);
       catcher.set("corner", Vector3f(r.corner.cast<float>()))
           .set("side_x", Vector3f(r.side_x.cast<float>()))
           .set("side_y", Vector3f(r.side_y.cast<float>()))
-          .set("part", shadows[i]->part());
+          .set("area", surface.area)
+          .set("balls", surface.balls)
+          .set("part", surface.shadow != nullptr ? surface.shadow->part() : Vector4f(Vector4f::Zero()));
       unit_square.draw();
+    }
+    if (!scene.darkened().isEmpty()) {
+      darkened.use().set("to_clip", to_clip);
+      draw::set_light(darkened, settings.light);
+      scene.use_maps(darkened);
+      draw_real_bodies(darkened);
     }
     glDepthMask(GL_TRUE);
     glDisable(GL_BLEND);
   }
 
-  void draw_items(const RealScene& real, const Matrix4f& to_clip, const Vector3& eye) {
-    item.use().set("to_clip", to_clip).set("eye", Vector3f(eye.cast<float>()));
+  void use_item(const Matrix4f& to_clip, const Vector3& eye) {
+    item.use()
+        .set("to_clip", to_clip)
+        .set("eye", Vector3f(eye.cast<float>()))
+        .set("ground", Vector4f(0, 1, 0, 1e3f))
+        .set("ground_colour", Vector3f(0.16f, 0.18f, 0.20f))
+        .set("shaded_by", draw::Vector2f(1, 1));
     draw::set_light(item, settings.light);
-    for (const Placed& it : placed) {
-      const Look how = look(it.item->material);
-      // The surface below, if any: the one whose front it is nearest to.
-      Vector4f ground(0, 1, 0, 1e3f);
-      double nearest = 1e9;
-      for (const SceneSurface& surface : real.surfaces) {
-        const draw::ShadowReceiver r = receiver(surface);
-        const Vector3 n = r.side_x.cross(r.side_y), from = it.item->position - r.corner;
-        const double height = n.dot(from), a = from.dot(r.side_x), b = from.dot(r.side_y);
-        if (height < -0.05 || height >= nearest || a < 0 || b < 0 || a > r.width || b > r.height) continue;
-        nearest = height;
-        ground = Eigen::Vector4d(n.x(), n.y(), n.z(), -n.dot(r.corner)).cast<float>();
-      }
-      item.set("to_world", it.X_world_mesh)
-          .set("albedo", how.albedo)
-          .set("surface", how.surface)
-          .set("ground", ground)
-          .set("ground_colour", Vector3f(0.16f, 0.18f, 0.20f));
+    scene.use_maps(item);
+  }
+  void set_look(const Look& how) { item.set("albedo", how.albedo).set("surface", how.surface); }
+
+  // Plane of the surface below a thing, if any: the one whose front it is nearest to.
+  Vector4f ground_below(const Vector3& place) const {
+    Vector4f ground(0, 1, 0, 1e3f);
+    double nearest = 1e9;
+    for (const PlacedSurface& surface : scene.surfaces()) {
+      const draw::ShadowReceiver& r = surface.rectangle;
+      const Vector3 n = surface.normal(), from = place - r.corner;
+      const double height = n.dot(from), a = from.dot(r.side_x), b = from.dot(r.side_y);
+      if (height < -0.05 || height >= nearest || a < 0 || b < 0 || a > r.width || b > r.height) continue;
+      nearest = height;
+      ground = Eigen::Vector4d(n.x(), n.y(), n.z(), -n.dot(r.corner)).cast<float>();
+    }
+    return ground;
+  }
+
+  void draw_items(const Matrix4f& to_clip, const Vector3& eye) {
+    use_item(to_clip, eye);
+    for (const PlacedBody& it : scene.virtual_bodies()) {
+      set_look(look(it.item->material));
+      item.set("to_world", it.X_world_mesh).set("ground", ground_below(it.item->position));
       (it.body->closed ? glEnable : glDisable)(GL_CULL_FACE);
       it.body->buffer.draw();
     }
     glDisable(GL_CULL_FACE);
   }
 
-  void draw(const CameraImage& image, const CameraModel& camera,
-            const Pose<World, CameraOptical>& X_world_camera, std::span<const DrawItem> items,
-            const RealScene& real, std::vector<std::uint8_t>& rgb) {
-    if (image.width != camera.width || image.height != camera.height ||
-        image.rgb.size() !=
-            static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height) * 3) {
-      throw std::invalid_argument("compositor: image of " + std::to_string(image.width) + "x" +
-                                  std::to_string(image.height) + " for a camera of " +
-                                  std::to_string(camera.width) + "x" + std::to_string(camera.height));
+  static void begin_depth() {
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_LEQUAL);
+    glFrontFace(GL_CW);  // row 0 on top mirrors the window
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  }
+  static void end_depth() {
+    glFrontFace(GL_CCW);
+    glDepthFunc(GL_LESS);
+    glDisable(GL_DEPTH_TEST);
+  }
+
+  // In place of an image: the real things as plain shapes.
+  void draw_model(const Eye& eye, const Matrix4f& to_clip) {
+    if (!model)
+      model = draw::Target(eye.camera.width, eye.camera.height, draw::Format::rgba8, true, settings.samples);
+    model.bind();
+    glDisable(GL_SCISSOR_TEST);
+    glClearColor(0.66f, 0.69f, 0.72f, 1);
+    begin_depth();
+    use_item(to_clip, eye.X_world_camera.translation);
+    item.set("shaded_by", draw::Vector2f(0, 0));
+    for (const PlacedSurface& surface : scene.surfaces()) {
+      set_look(std::abs(surface.normal().y()) > 0.7 ? kLevelLook : kUprightLook);
+      item.set("to_world", square_to(surface.rectangle));
+      unit_square.draw();
+    }
+    item.set("shaded_by", draw::Vector2f(1, 0));  // by virtual ones later, as over an image
+    set_look(scene.real_bodies().empty() ? kArmLook : kBodyLook);
+    draw_real_bodies(item);
+    end_depth();
+    model.resolve(0, 0, model.width(), model.height());
+  }
+
+  // The background where `box` is not, as up to four strips round it.
+  void draw_background(const Eye& eye, const std::array<int, 4>& box) {
+    const int w = eye.camera.width, h = eye.camera.height;
+    const auto [x, y, width, height] = box;
+    picture.bind();
+    glDisable(GL_BLEND);
+    set_camera(background, eye);
+    glEnable(GL_SCISSOR_TEST);
+    const auto strip = [&](int left, int above, int wide, int high) {
+      if (wide <= 0 || high <= 0) return;
+      glScissor(left, above, wide, high);
+      screen.draw();
+    };
+    strip(0, 0, w, y);
+    strip(0, y, x, height);
+    strip(x + width, y, w - x - width, height);
+    strip(0, y + height, w, h - y - height);
+    glDisable(GL_SCISSOR_TEST);
+  }
+
+  void draw_layer(const Eye& eye, const Matrix4f& to_clip, const std::array<int, 4>& box) {
+    layer.bind();
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(box[0], box[1], box[2], box[3]);
+    glClearColor(0, 0, 0, 0);
+    begin_depth();
+    draw_phantoms(to_clip);
+    draw_shadows(to_clip, eye.X_world_camera.translation);
+    draw_items(to_clip, eye.X_world_camera.translation);
+    end_depth();
+    done("layer");
+    picture.bind();
+    glScissor(box[0], box[1], box[2], box[3]);
+    if (layer.samples() > 1)
+      layer.bind_samples(1);
+    else
+      layer.texture().bind(1);
+    set_camera(over, eye);
+    over.set("layer", 1);
+    screen.draw();
+    glDisable(GL_SCISSOR_TEST);
+    done("over");
+  }
+
+  // What of the picture virtual things and their shadows touch.
+  std::array<int, 4> touched(const Eye& eye, const Pose<CameraOptical, World>& X_camera_world) const {
+    if (scene.virtual_bodies().empty()) return {0, 0, 0, 0};
+    PixelBox box;
+    for (const PlacedBody& it : scene.virtual_bodies()) box.take(eye.camera, X_camera_world, it.box);
+    box.take(eye.camera, X_camera_world, scene.darkened());
+    for (const PlacedSurface& surface : scene.surfaces()) {
+      const draw::ShadowReceiver& r = surface.rectangle;
+      if (!surface.darkened || surface.normal().dot(eye.X_world_camera.translation - r.corner) <= 0) continue;
+      for (const auto& [a, b] : {std::pair{0, 0}, std::pair{1, 0}, std::pair{0, 1}, std::pair{1, 1}}) {
+        const Vector3 p = r.corner + (surface.area[0] + a * surface.area[2]) * r.side_x +
+                          (surface.area[1] + b * surface.area[3]) * r.side_y;
+        box.take(eye.camera, (X_camera_world * Point<World>{p}).m);
+      }
+    }
+    const auto pixels = box.pixels(eye.camera);
+    return pixels[2] > 0 && pixels[3] > 0 ? pixels : std::array<int, 4>{0, 0, 0, 0};
+  }
+
+  void draw_eye(const Eye& eye) {
+    const Pose<CameraOptical, World> X_camera_world = eye.X_world_camera.inverse();
+    const Matrix4f to_clip =
+        draw::projection_matrix(eye.camera, kNearest, kFar) * draw::matrix4(X_camera_world);
+    if (eye.image != nullptr)
+      image.upload(eye.image->rgb.data());
+    else
+      draw_model(eye, to_clip);
+    done("upload");
+    const auto box = touched(eye, X_camera_world);
+    draw_background(eye, box);
+    done("background");
+    if (box[2] > 0) draw_layer(eye, to_clip, box);
+  }
+
+  void draw(std::span<const Eye> eyes, std::span<const DrawItem> items, const RealScene& real,
+            std::vector<std::uint8_t>& rgb) {
+    if (eyes.empty()) throw std::invalid_argument("compositor: no eye to draw for; at least one is expected");
+    const CameraModel& first = eyes.front().camera;
+    std::vector<Vector3> places;
+    for (const Eye& eye : eyes) {
+      const auto size_text = [](int w, int h) { return std::to_string(w) + "x" + std::to_string(h); };
+      const CameraModel& c = eye.camera;
+      if (c.width != first.width || c.height != first.height)
+        throw std::invalid_argument("compositor: eyes of " + size_text(first.width, first.height) + " and " +
+                                    size_text(c.width, c.height) + "; side by side they must have one size");
+      if (eye.image != nullptr && (eye.image->width != c.width || eye.image->height != c.height ||
+                                   eye.image->rgb.size() != static_cast<std::size_t>(c.width) *
+                                                                static_cast<std::size_t>(c.height) * 3))
+        throw std::invalid_argument("compositor: image of " + size_text(eye.image->width, eye.image->height) +
+                                    " for a camera of " + size_text(c.width, c.height));
+      places.push_back(eye.X_world_camera.translation);
     }
     if (!context->make_current()) throw std::runtime_error("compositor: used on another thread than its own");
-    ++frame;
-    prepare(camera);
-    prepare_arm(real);
-    const Pose<CameraOptical, World> X_camera_world = X_world_camera.inverse();
-    const Box box = place(items, real, camera, X_camera_world);
-    draw_background(image, camera);
-    const auto [x, y, width, height] = box.pixels(camera);
-    if (!placed.empty() && width > 0 && height > 0) {
-      const Matrix4f to_clip = draw::projection_matrix(camera, kNear, kFar) * draw::matrix4(X_camera_world);
-      layer.bind();
-      glEnable(GL_SCISSOR_TEST);
-      glScissor(x, y, width, height);
-      glEnable(GL_DEPTH_TEST);
-      glDepthFunc(GL_LEQUAL);
-      glFrontFace(GL_CW);  // row 0 on top mirrors the window
-      glClearColor(0, 0, 0, 0);
-      glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-      draw_phantoms(real, to_clip);
-      draw_shadows(real, to_clip);
-      draw_items(real, to_clip, X_world_camera.translation);
-      glFrontFace(GL_CCW);
-      glDepthFunc(GL_LESS);
-      glDisable(GL_DEPTH_TEST);
-      layer.resolve(x, y, width, height);
-      picture.bind();
-      glEnable(GL_SCISSOR_TEST);
-      glScissor(x, y, width, height);
-      glEnable(GL_BLEND);
-      glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-      layer.texture().bind(0);
-      over.use().set("layer", 0);
-      screen.draw();
-      glDisable(GL_BLEND);
-      glDisable(GL_SCISSOR_TEST);
+    prepare(first);
+    scene.set(items, real, places, screen);
+    done("shadows");
+    const auto width = static_cast<std::size_t>(first.width);
+    rgb.resize(3 * width * static_cast<std::size_t>(first.height) * eyes.size());
+    for (std::size_t i = 0; i < eyes.size(); ++i) {
+      draw_eye(eyes[i]);
+      picture.read_rgb(rgb.data() + 3 * width * i, static_cast<int>(width * eyes.size()));
+      done("read");
     }
-    picture.read_rgb(rgb);
-    // Meshes that have not been drawn for a while may be gone; their address may come back as another mesh.
-    if (frame % 256 == 0)
-      std::erase_if(bodies, [&](const auto& known) { return known.second.last_used + 256 < frame; });
   }
 };
 
@@ -371,7 +351,17 @@ Compositor::~Compositor() { impl_->context->make_current(); }
 void Compositor::draw(const CameraImage& image, const CameraModel& camera,
                       const Pose<World, CameraOptical>& X_world_camera, std::span<const DrawItem> items,
                       const RealScene& real, std::vector<std::uint8_t>& rgb_out) {
-  impl_->draw(image, camera, X_world_camera, items, real, rgb_out);
+  const Eye eye{&image, camera, X_world_camera};
+  impl_->draw({&eye, 1}, items, real, rgb_out);
+}
+
+void Compositor::draw(std::span<const Eye> eyes, std::span<const DrawItem> items, const RealScene& real,
+                      std::vector<std::uint8_t>& rgb_out) {
+  impl_->draw(eyes, items, real, rgb_out);
+}
+
+void Compositor::watch_stages(std::function<void(const char* stage)> watcher) {
+  impl_->watcher = std::move(watcher);
 }
 
 }  // namespace palpate

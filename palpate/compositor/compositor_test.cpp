@@ -187,6 +187,26 @@ TEST(Compositor, RefusesAnImageOfAnotherSize) {
   std::vector<std::uint8_t> rgb;
   EXPECT_THROW(compositor.draw(image, kCamera, {}, {}, {}, rgb), std::invalid_argument);
   EXPECT_THROW(Compositor({.samples = 3}), std::invalid_argument);
+  EXPECT_THROW(Compositor({.surface_texels = 8}), std::invalid_argument);
+  EXPECT_THROW(Compositor({.map_texels = 32}), std::invalid_argument);
+}
+
+TEST(Quality, IsReadByItsWordAndChangesThePicture) {
+  for (const Quality quality : {Quality::low, Quality::medium, Quality::high})
+    EXPECT_EQ(*parse_quality(quality_word(quality)), quality);
+  const auto wrong = parse_quality("ultra");
+  ASSERT_FALSE(wrong);
+  EXPECT_EQ(wrong.error().exit_code(), 2);
+  EXPECT_EQ(wrong.error().message, "--quality 'ultra': low, medium or high is expected");
+  const CameraImage image = grey_image(120);
+  const TriangleMesh mesh = sphere_mesh(0.02);
+  const DrawItem item = ball_at(mesh, {0.1, -1.45, 1.3});
+  std::vector<std::vector<std::uint8_t>> drawn(3);
+  for (const Quality quality : {Quality::low, Quality::medium, Quality::high})
+    Compositor(settings_of(quality))
+        .draw(image, kCamera, kEye, {&item, 1}, table_and_wall(), drawn[static_cast<std::size_t>(quality)]);
+  EXPECT_NE(drawn[0], drawn[1]);
+  EXPECT_NE(drawn[1], drawn[2]);
 }
 
 }  // namespace

@@ -93,6 +93,7 @@ Expected<std::shared_ptr<Context>> Context::of_this_thread() {
     context->display_ = display.handle;
     context->context_ = handle;
     context->renderer_ = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+    context->version_ = reinterpret_cast<const char*>(glGetString(GL_VERSION));
     context->platform_ = display.platform;
     this_threads_context = context;
     return context;

@@ -28,13 +28,14 @@ class Context {
   // Cheap where it is current already. False on a thread that does not own the context.
   bool make_current() const;
   const std::string& renderer() const { return renderer_; }  // as the driver names itself
+  const std::string& version() const { return version_; }    // OpenGL and driver
   const std::string& platform() const { return platform_; }  // "device", "surfaceless" or "default"
 
  private:
   Context() = default;
   void* display_ = nullptr;
   void* context_ = nullptr;
-  std::string renderer_, platform_;
+  std::string renderer_, version_, platform_;
 };
 
 }  // namespace palpate::draw

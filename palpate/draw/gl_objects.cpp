@@ -35,6 +35,8 @@ GlFormat gl_format(Format format) {
   switch (format) {
     case Format::r8:
       return {GL_R8, GL_RED, GL_UNSIGNED_BYTE};
+    case Format::rg8:
+      return {GL_RG8, GL_RG, GL_UNSIGNED_BYTE};
     case Format::rgb8:
       return {GL_RGB8, GL_RGB, GL_UNSIGNED_BYTE};
     case Format::rg32f:
@@ -124,6 +126,10 @@ Program& Program::set(const char* name, const std::vector<Vector3f>& values) {
   glUniform3fv(location(name), static_cast<GLsizei>(values.size()), values.data()->data());
   return *this;
 }
+Program& Program::set(const char* name, const std::vector<Vector4f>& values) {
+  glUniform4fv(location(name), static_cast<GLsizei>(values.size()), values.data()->data());
+  return *this;
+}
 
 Texture::Texture(int width, int height, Format format, Filter filter)
     : width_(width), height_(height), format_(format) {
@@ -171,11 +177,11 @@ Target::Target(int width, int height, Format format, bool depth, int samples)
   if (samples > 1) {
     glGenFramebuffers(1, &many_framebuffer_);
     glBindFramebuffer(GL_FRAMEBUFFER, many_framebuffer_);
-    glGenRenderbuffers(1, &many_colour_);
-    glBindRenderbuffer(GL_RENDERBUFFER, many_colour_);
-    glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples,
-                                     static_cast<GLenum>(gl_format(format).internal), width, height);
-    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, many_colour_);
+    glGenTextures(1, &many_colour_);
+    glBindTexture(GL_TEXTURE_2D_MULTISAMPLE, many_colour_);
+    glTexImage2DMultisample(GL_TEXTURE_2D_MULTISAMPLE, samples,
+                            static_cast<GLenum>(gl_format(format).internal), width, height, GL_TRUE);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D_MULTISAMPLE, many_colour_, 0);
   }
   if (depth) {
     glGenRenderbuffers(1, &depth_);
@@ -196,7 +202,7 @@ Target::Target(int width, int height, Format format, bool depth, int samples)
 void Target::release() {
   if (framebuffer_ != 0) glDeleteFramebuffers(1, &framebuffer_);
   if (many_framebuffer_ != 0) glDeleteFramebuffers(1, &many_framebuffer_);
-  if (many_colour_ != 0) glDeleteRenderbuffers(1, &many_colour_);
+  if (many_colour_ != 0) glDeleteTextures(1, &many_colour_);
   if (depth_ != 0) glDeleteRenderbuffers(1, &depth_);
   framebuffer_ = many_framebuffer_ = many_colour_ = depth_ = 0;
 }
@@ -217,6 +223,11 @@ void Target::bind() const {
   glViewport(0, 0, width(), height());
 }
 
+void Target::bind_samples(int unit) const {
+  glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+  glBindTexture(GL_TEXTURE_2D_MULTISAMPLE, many_colour_);
+}
+
 void Target::resolve(int x, int y, int width, int height) const {
   if (samples_ <= 1 || width <= 0 || height <= 0) return;
   glDisable(GL_SCISSOR_TEST);  // a scissor would cut the copy too
@@ -228,9 +239,15 @@ void Target::resolve(int x, int y, int width, int height) const {
 
 void Target::read_rgb(std::vector<std::uint8_t>& rgb) const {
   rgb.resize(static_cast<std::size_t>(width()) * static_cast<std::size_t>(height()) * 3);
+  read_rgb(rgb.data(), width());
+}
+
+void Target::read_rgb(std::uint8_t* rgb, int stride) const {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadPixels(0, 0, width(), height(), GL_RGB, GL_UNSIGNED_BYTE, rgb.data());
+  glPixelStorei(GL_PACK_ROW_LENGTH, stride);
+  glReadPixels(0, 0, width(), height(), GL_RGB, GL_UNSIGNED_BYTE, rgb);
+  glPixelStorei(GL_PACK_ROW_LENGTH, 0);
 }
 
 FullScreen::FullScreen() { glGenVertexArrays(1, &array_); }

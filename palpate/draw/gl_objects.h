@@ -37,6 +37,7 @@ class Program {
   Program& set(const char* name, const Matrix3f& value);
   Program& set(const char* name, const Matrix4f& value);
   Program& set(const char* name, const std::vector<Vector3f>& values);
+  Program& set(const char* name, const std::vector<Vector4f>& values);
 
  private:
   int location(const char* name);
@@ -44,7 +45,7 @@ class Program {
   std::vector<std::pair<std::string, int>> locations_;
 };
 
-enum class Format { r8, rgb8, rgba8, rg32f };
+enum class Format { r8, rg8, rgb8, rgba8, rg32f };
 enum class Filter { nearest, linear, linear_repeat };
 
 class Texture {
@@ -55,7 +56,7 @@ class Texture {
   Texture(Texture&& other) noexcept;
   Texture& operator=(Texture&& other) noexcept;
 
-  // Bytes of r8, rgb8, rgba8 (rows packed), or floats of rg32f.
+  // Bytes of r8, rg8, rgb8, rgba8 (rows packed), or floats of rg32f.
   void upload(const void* pixels);
   void bind(int unit) const;
   int width() const { return width_; }
@@ -80,13 +81,18 @@ class Target {
   Target& operator=(Target&& other) noexcept;
 
   void bind() const;  // and sets the viewport to the whole of it
-  // Of many samples: averages the rectangle into texture().
+  // Of many samples: averages the rectangle, as it is encoded, into texture().
   void resolve(int x, int y, int width, int height) const;
+  // Of many samples: they themselves, as a sampler2DMS.
+  void bind_samples(int unit) const;
+  int samples() const { return samples_; }
   const Texture& texture() const { return colour_; }
   int width() const { return colour_.width(); }
   int height() const { return colour_.height(); }
   // The whole picture as packed RGB bytes, row 0 first.
   void read_rgb(std::vector<std::uint8_t>& rgb) const;
+  // The same into a part of a wider picture: `rgb` is where row 0 begins, rows are `stride` pixels apart.
+  void read_rgb(std::uint8_t* rgb, int stride) const;
   explicit operator bool() const { return framebuffer_ != 0; }
 
  private:

@@ -2,9 +2,9 @@
 
 #include <epoxy/gl.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 namespace palpate::draw {
@@ -46,13 +46,14 @@ uniform float size;
 out vec4 colour;
 void main() {
   vec2 p = gl_FragCoord.xy;
-  float sum = 0.0;
+  vec2 sum = vec2(0.0);
   for (int i = 0; i < 16; ++i) {
     vec2 tile = vec2(i % 4, i / 4) * size;
     vec2 blur = vec2((i & 1) == 0 ? 0.5 : -0.5, (i & 2) == 0 ? 0.5 : -0.5);  // four texels for one look-up
-    sum += textureLod(tiles, (tile + clamp(p + blur, vec2(0.5), vec2(size - 0.5))) / (4.0 * size), 0.0).r;
+    vec2 hidden = textureLod(tiles, (tile + clamp(p + blur, vec2(0.5), vec2(size - 0.5))) / (4.0 * size), 0.0).rg;
+    sum += vec2(max(hidden.r, hidden.g), hidden.g);
   }
-  colour = vec4(sum / 16.0);
+  colour = vec4(sum / 16.0, 0.0, 1.0);
 }
 )";
 
@@ -61,8 +62,8 @@ void main() {
 PlanarShadow::PlanarShadow(int size)
     : cast_("shadow/cast", kCastVertex, kCastFragment),
       gather_("shadow/gather", kFullScreen, kGatherFragment),
-      tiles_(kSide * size, kSide * size, Format::r8, false),
-      result_(size, size, Format::r8, false) {}
+      tiles_(kSide * size, kSide * size, Format::rg8, false),
+      result_(size, size, Format::rg8, false) {}
 
 bool PlanarShadow::draw(std::span<const ShadowCaster> casters, const ShadowReceiver& receiver,
                         const RoomLight& light, const FullScreen& screen) {
@@ -86,29 +87,33 @@ bool PlanarShadow::draw(std::span<const ShadowCaster> casters, const ShadowRecei
         (lamp + r * (std::cos(a) * across + std::sin(a) * along)).cast<float>();
   }
 
-  // The part that can be dark: the bodies' boxes, thrown from the lamp's samples.
-  Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::max()), high = -low;
+  // The part that can be dark: the virtual bodies' boxes, thrown from the lamp's samples.
+  using Box = Eigen::AlignedBox2d;
+  Box part;
+  std::vector<Box> boxes;
   for (const ShadowCaster& caster : casters) {
+    Box& box = boxes.emplace_back();
     const Eigen::Matrix4d m = to_plane * caster.X_world_mesh.cast<double>();
     for (int corner = 0; corner < 8; ++corner) {
-      const Eigen::Vector4d box(corner & 1 ? caster.mesh->low().x() : caster.mesh->high().x(),
-                                corner & 2 ? caster.mesh->low().y() : caster.mesh->high().y(),
-                                corner & 4 ? caster.mesh->low().z() : caster.mesh->high().z(), 1.0);
-      Vector3 p = (m * box).head<3>();
+      const Eigen::Vector4d place(corner & 1 ? caster.mesh->low().x() : caster.mesh->high().x(),
+                                  corner & 2 ? caster.mesh->low().y() : caster.mesh->high().y(),
+                                  corner & 4 ? caster.mesh->low().z() : caster.mesh->high().z(), 1.0);
+      Vector3 p = (m * place).head<3>();
       p.z() = std::clamp(p.z(), 0.0, 0.9 * lamp.z());
       for (const Vector3f& sample : samples) {
         const Vector3 s = sample.cast<double>();
         const Eigen::Vector2d q = s.head<2>() + (p - s).head<2>() * (s.z() / (s.z() - p.z()));
-        low = low.cwiseMin(q);
-        high = high.cwiseMax(q);
+        box.extend(q);
       }
     }
+    if (!caster.real) part.extend(box);
   }
   const double border = 0.004;  // m; keeps the outermost texels light
-  low = (low.array() - border).matrix().cwiseMax(Eigen::Vector2d::Zero());
-  high = (high.array() + border).matrix().cwiseMin(Eigen::Vector2d(receiver.width, receiver.height));
-  if (!(low.x() < high.x() && low.y() < high.y())) return false;
-  part_ = Eigen::Vector4d(low.x(), low.y(), high.x() - low.x(), high.y() - low.y()).cast<float>();
+  part.min().array() -= border;
+  part.max().array() += border;
+  part = part.intersection(Box(Eigen::Vector2d::Zero(), Eigen::Vector2d(receiver.width, receiver.height)));
+  if (!((part.min().array() < part.max().array()).all())) return false;
+  part_ << part.min().cast<float>(), part.sizes().cast<float>();
 
   glDisable(GL_SCISSOR_TEST);
   glDisable(GL_BLEND);
@@ -118,11 +123,15 @@ bool PlanarShadow::draw(std::span<const ShadowCaster> casters, const ShadowRecei
   glClear(GL_COLOR_BUFFER_BIT);
   for (int i = 0; i < 5; ++i) glEnable(GL_CLIP_DISTANCE0 + static_cast<GLenum>(i));
   cast_.use().set("samples", samples).set("part", part_);
-  for (const ShadowCaster& caster : casters) {
+  for (std::size_t i = 0; i < casters.size(); ++i) {
+    const ShadowCaster& caster = casters[i];
+    if (!boxes[i].intersects(part)) continue;
     cast_.set("to_plane", Matrix4f(to_plane.cast<float>() * caster.X_world_mesh));
     (caster.closed ? glEnable : glDisable)(GL_CULL_FACE);
+    glColorMask(caster.real ? GL_FALSE : GL_TRUE, caster.real ? GL_TRUE : GL_FALSE, GL_FALSE, GL_FALSE);
     caster.mesh->draw(kSamples);
   }
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glDisable(GL_CULL_FACE);
   for (int i = 0; i < 5; ++i) glDisable(GL_CLIP_DISTANCE0 + static_cast<GLenum>(i));
   result_.bind();

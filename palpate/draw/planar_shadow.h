@@ -17,6 +17,7 @@ struct ShadowCaster {
   const MeshBuffer* mesh = nullptr;
   Matrix4f X_world_mesh = Matrix4f::Identity();
   bool closed = true;  // one side of it throws the whole shadow
+  bool real = false;   // its own shadow is in the camera's image already
 };
 
 // Corner and unit sides; the normal is side_x cross side_y.
@@ -30,11 +31,11 @@ class PlanarShadow {
   // `size` texels along each side of the darkened part.
   explicit PlanarShadow(int size = 128);
 
-  // False where no shadow falls on the rectangle. Leaves its own framebuffer bound.
+  // False where no virtual body throws a shadow on the rectangle. Leaves its own framebuffer bound.
   bool draw(std::span<const ShadowCaster> casters, const ShadowReceiver& receiver, const RoomLight& light,
             const FullScreen& screen);
-  // Of the last draw: hidden share of the lamp, and the darkened part as (x, y, width, height) in metres on
-  // the rectangle.
+  // Of the last draw: red, share of the lamp that any body hides; green, that real bodies hide; and the part
+  // that virtual ones darken as (x, y, width, height) in metres on the rectangle.
   const Texture& texture() const { return result_.texture(); }
   const Vector4f& part() const { return part_; }
 

@@ -20,8 +20,33 @@ vec3 gloss(vec3 p, vec3 n, vec3 eye, float visible) {
   c *= c;
   return vec3(key * visible * c * c);              // power 32
 }
-vec3 encode(vec3 linear) { return sqrt(clamp(linear, 0.0, 1.0)); }
 )";
+
+std::string encoding_glsl(Encoding encoding) {
+  switch (encoding) {
+    case Encoding::srgb:  // IEC 61966-2-1
+      return R"(
+vec3 encode(vec3 linear) {
+  vec3 x = clamp(linear, 0.0, 1.0);
+  return mix(1.055 * pow(max(x, vec3(1e-6)), vec3(1.0 / 2.4)) - 0.055, 12.92 * x, vec3(lessThan(x, vec3(0.0031308))));
+}
+vec3 decode(vec3 encoded) {
+  return mix(pow((encoded + 0.055) / 1.055, vec3(2.4)), encoded / 12.92, vec3(lessThan(encoded, vec3(0.04045))));
+}
+)";
+    case Encoding::linear:
+      return R"(
+vec3 encode(vec3 linear) { return clamp(linear, 0.0, 1.0); }
+vec3 decode(vec3 encoded) { return encoded; }
+)";
+    case Encoding::root:
+      break;
+  }
+  return R"(
+vec3 encode(vec3 linear) { return sqrt(clamp(linear, 0.0, 1.0)); }
+vec3 decode(vec3 encoded) { return encoded * encoded; }
+)";
+}
 
 void set_light(Program& program, const RoomLight& light) {
   program.set("lamp", Vector3f(light.lamp.cast<float>()))

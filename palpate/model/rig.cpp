@@ -6,6 +6,7 @@
 #include "palpate/core/file.h"
 #include "palpate/core/toml.h"
 #include "palpate/core/units.h"
+#include "palpate/model/rig_picture.h"
 
 namespace palpate {
 namespace {
@@ -130,6 +131,7 @@ std::optional<CameraCalibration> camera_of(const TomlTable& table) {
   m.distortion = table.numbers<5>("distortion", {-1e4, 1e4});
   camera.covariance = optional_covariance_of(table, "covariance", kLensUnknowns);
   camera.from = provenance_of(table, "rms_px");
+  camera.encoding = encoding_of(table);
   return camera;
 }
 
@@ -257,12 +259,13 @@ void write_arm(Writer& w, const ArmCalibration& arm) {
   w.put("translation_mm", list(arm.X_world_base.translation, kMillimetresPerMetre));
 }
 
-void write_camera(Writer& w, const CameraCalibration& camera) {
-  w.section("camera");
+void write_camera(Writer& w, std::string_view section, const CameraCalibration& camera) {
+  w.section(section);
   const auto& m = camera.model;
   w.put("width_px", std::to_string(m.width));
   w.put("height_px", std::to_string(m.height));
   w.number("fx_px", m.fx), w.number("fy_px", m.fy), w.number("cx_px", m.cx), w.number("cy_px", m.cy);
+  if (camera.encoding != Encoding::root) w.text("encoding", encoding_word(camera.encoding));
   w.comment("Brown-Conrady k1, k2, p1, p2, k3");
   w.put("distortion", list(Eigen::Map<const Eigen::VectorXd>(m.distortion.data(), 5)));
   w.provenance(camera.from, "rms_px");
@@ -270,50 +273,16 @@ void write_camera(Writer& w, const CameraCalibration& camera) {
   w.covariance("covariance", camera.covariance);
 }
 
+void write_hand_eye(Writer& w, std::string_view section, const HandEyeCalibration& hand_eye) {
+  w.section(section);
+  w.put("rotation_qwxyz", list(hand_eye.X_marker_camera.rotation));
+  w.put("translation_mm", list(hand_eye.X_marker_camera.translation, kMillimetresPerMetre));
+  w.provenance(hand_eye.from);
+  w.comment("Order: rotation 3 (rad), translation 3 (m), CameraMarker axes.");
+  w.put("covariance_si", rows(hand_eye.covariance));
+}
+
 }  // namespace
-
-Point<World> SurfaceCalibration::corner(int i) const {
-  const Vector3 at((i == 1 || i == 2) ? width : 0.0, i >= 2 ? height : 0.0, 0.0);
-  return X_world_rectangle * Point<Rectangle>{at};
-}
-
-const SurfaceCalibration* Rig::surface(std::string_view surface_name) const {
-  for (const auto& s : surfaces)
-    if (s.name == surface_name) return &s;
-  return nullptr;
-}
-
-Vector3 rest_change(const ArmCalibration& arm, const Vector3& rest_readings) {
-  return rest_readings - arm.rest_readings;
-}
-
-std::vector<MissingPart> missing_parts(const Rig& rig) {
-  std::vector<MissingPart> missing;
-  const auto need = [&](bool there, const char* part, const char* remedy) {
-    if (!there) missing.push_back({part, remedy});
-  };
-  need(rig.tip_marker_leds.size() >= 3, "tip_marker", "write its leds_mm into the file");
-  need(rig.camera_marker_leds.size() >= 3, "camera_marker", "write its leds_mm into the file");
-  need(rig.pointer_leds.size() >= 3, "pointer", "write its leds_mm into the file");
-  need(rig.pointer_pivot.has_value(), "pointer_pivot", "palpate calibrate pivot");
-  need(rig.tip_pivot.has_value(), "tip_pivot", "palpate calibrate pivot");
-  need(rig.arm.has_value(), "arm", "palpate calibrate arm");
-  need(rig.camera.has_value(), "camera", "palpate calibrate camera");
-  need(rig.hand_eye.has_value(), "hand_eye", "palpate calibrate hand-eye");
-  need(rig.surface("table") != nullptr, "surface 'table'", "palpate calibrate surface");
-  need(rig.surface("wall") != nullptr, "surface 'wall'", "palpate calibrate surface");
-  need(rig.landmarks.size() >= 3, "landmarks", "palpate calibrate landmarks, or all");
-  return missing;
-}
-
-std::string utc_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  ::gmtime_r(&now, &utc);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return text;
-}
 
 Expected<Rig> parse_rig(std::string_view content, std::string source) {
   const auto file = parse_toml(content, std::move(source));
@@ -336,6 +305,9 @@ Expected<Rig> parse_rig(std::string_view content, std::string source) {
   rig.arm = arm_of(file->table("arm"));
   rig.camera = camera_of(file->table("camera"));
   rig.hand_eye = hand_eye_of(file->table("hand_eye"));
+  rig.right_camera = camera_of(file->table("right_camera"));
+  rig.right_hand_eye = hand_eye_of(file->table("right_hand_eye"));
+  read_picture_parts(*file, rig);
   rig.delays = delays_of(file->table("delays"));
   std::set<std::string> names;
   for (const auto& table : file->tables("surface")) rig.surfaces.push_back(surface_of(table, names));
@@ -351,7 +323,9 @@ Expected<Rig> parse_rig(std::string_view content, std::string source) {
 Expected<Rig> read_rig(const std::filesystem::path& path) {
   const auto content = read_file(path);
   if (!content) return tl::unexpected(content.error());
-  return parse_rig(*content, path.string());
+  auto rig = parse_rig(*content, path.string());
+  if (rig) rig->folder = path.parent_path();
+  return rig;
 }
 
 std::string rig_text(const Rig& rig) {
@@ -371,15 +345,10 @@ std::string rig_text(const Rig& rig) {
   write_pivot(w, "tip_pivot", rig.tip_pivot);
   write_pivot(w, "pointer_pivot", rig.pointer_pivot);
   if (rig.arm) write_arm(w, *rig.arm);
-  if (rig.camera) write_camera(w, *rig.camera);
-  if (rig.hand_eye) {
-    w.section("hand_eye");
-    w.put("rotation_qwxyz", list(rig.hand_eye->X_marker_camera.rotation));
-    w.put("translation_mm", list(rig.hand_eye->X_marker_camera.translation, kMillimetresPerMetre));
-    w.provenance(rig.hand_eye->from);
-    w.comment("Order: rotation 3 (rad), translation 3 (m), CameraMarker axes.");
-    w.put("covariance_si", rows(rig.hand_eye->covariance));
-  }
+  if (rig.camera) write_camera(w, "camera", *rig.camera);
+  if (rig.hand_eye) write_hand_eye(w, "hand_eye", *rig.hand_eye);
+  if (rig.right_camera) write_camera(w, "right_camera", *rig.right_camera);
+  if (rig.right_hand_eye) write_hand_eye(w, "right_hand_eye", *rig.right_hand_eye);
   if (rig.delays) {
     w.section("delays");
     w.number("tracker_after_arm_s", rig.delays->tracker_after_arm_s);
@@ -418,7 +387,7 @@ std::string rig_text(const Rig& rig) {
     w.number("diameter_mm", kMillimetresPerMetre * landmark.diameter);
     w.put("covariance_mm2", rows(landmark.covariance, 1 / kMm2));
   }
-  return w.take();
+  return w.take() + picture_parts_text(rig);
 }
 
 Expected<void> write_rig(const std::filesystem::path& path, const Rig& rig) {

@@ -15,6 +15,7 @@
 #include "palpate/geometry/pose.h"
 #include "palpate/model/camera.h"
 #include "palpate/model/phantom.h"
+#include "palpate/model/room_light.h"
 #include "palpate/time/instant.h"
 
 namespace palpate {
@@ -57,6 +58,7 @@ struct CameraCalibration {
   CameraModel model;
   Eigen::MatrixXd covariance;  // 9x9: fx fy cx cy (px) k1 k2 p1 p2 k3; empty where unknown
   Provenance from;
+  Encoding encoding = Encoding::root;  // absent in the file: root, as the simulated camera's
 };
 
 struct HandEyeCalibration {  // camera in its marker
@@ -95,14 +97,26 @@ struct Landmark {  // a round dot of known size at a calibrated place
   double diameter = 0.008;
 };
 
+// A real body of known shape at a registered place (a phantom head, a vise): it hides virtual things.
+struct RealObject {
+  std::string name;
+  std::string mesh;  // file, as written; relative to the rig file's folder
+  double metres_per_unit = 0.001;
+  Quaternion rotation = Quaternion::Identity();  // mesh frame in World
+  Vector3 position = Vector3::Zero();            // m
+};
+
 struct Rig {
   std::string name = "rig";
   PhantomLengths nominal_lengths;
   std::vector<Vector3> tip_marker_leds, camera_marker_leds, pointer_leds;  // m, marker frames
   std::optional<PivotCalibration> tip_pivot, pointer_pivot;
   std::optional<ArmCalibration> arm;
-  std::optional<CameraCalibration> camera;
+  std::optional<CameraCalibration> camera;  // of two: the left eye's
   std::optional<HandEyeCalibration> hand_eye;
+  // A second camera on the same marker, which takes its images at the same moments.
+  std::optional<CameraCalibration> right_camera;
+  std::optional<HandEyeCalibration> right_hand_eye;
   std::optional<DelayCalibration> delays;
   std::vector<SurfaceCalibration> surfaces;
   std::vector<Landmark> landmarks;
@@ -110,9 +124,21 @@ struct Rig {
   // axes: what no picture of them shows, because it moves the camera's pose with them. Zero where unknown.
   Matrix6 landmarks_shared = Matrix6::Zero();
   Provenance landmarks_from;
+  std::optional<RoomLight> light;
+  std::vector<RealObject> objects;
+  std::filesystem::path folder;  // of the file it was read from; not written
 
   const SurfaceCalibration* surface(std::string_view surface_name) const;
 };
+
+// Both cameras of a stereo rig are calibrated.
+bool has_two_eyes(const Rig& rig);
+// The right camera in the left one; needs has_two_eyes.
+struct RightCamera;
+Pose<CameraOptical, RightCamera> right_in_left(const Rig& rig);
+// The right camera's pose where the left one's is known, as refinement has found it: the two do not move
+// against each other.
+Pose<World, CameraOptical> right_eye_pose(const Rig& rig, const Pose<World, CameraOptical>& X_world_left);
 
 // By how much the arm's rest readings differ from those at calibration, rad. The encoders count from wherever
 // the arm stood when it was switched on: a change means that the zero, and with it the calibration, has

@@ -51,6 +51,13 @@ Rig full_rig() {
   rig.camera = camera;
   rig.hand_eye =
       HandEyeCalibration{{rotation(random), vector(random)}, covariance(random, 6), provenance("joint")};
+  rig.right_camera = camera;
+  rig.right_camera->model.fx = 559.87654321, rig.right_camera->encoding = Encoding::srgb;
+  rig.right_hand_eye =
+      HandEyeCalibration{{rotation(random), vector(random)}, covariance(random, 6), provenance("joint")};
+  rig.light = RoomLight{vector(random), 0.2, 0.7, 0.3};
+  rig.objects.push_back({"head", "head one.stl", 0.001, rotation(random), vector(random)});
+  rig.objects.push_back({"vise", "/meshes/vise.ply", 1.0, rotation(random), vector(random)});
   rig.delays = DelayCalibration{0.0101, -0.0302, 1e-4, 2e-4, provenance("joint")};
   rig.surfaces.push_back({"table",
                           {rotation(random), vector(random)},
@@ -89,14 +96,20 @@ std::vector<double> numbers(const Rig& rig) {
     add(arm->gimbal_offset), add(arm->covariance), add(arm->rest_readings), all.push_back(arm->held_out_mean);
     add_from(arm->from);
   }
-  if (const auto& c = rig.camera) {
+  for (const auto* camera : {&rig.camera, &rig.right_camera}) {
+    const auto& c = *camera;
+    if (!c) continue;
     add(Eigen::Vector4d(c->model.fx, c->model.fy, c->model.cx, c->model.cy)), add(c->covariance),
         add_from(c->from);
     for (double d : c->model.distortion) all.push_back(d);
     all.push_back(c->model.width), all.push_back(c->model.height);
+    all.push_back(static_cast<double>(c->encoding));
   }
-  if (rig.hand_eye)
-    add_pose(rig.hand_eye->X_marker_camera), add(rig.hand_eye->covariance), add_from(rig.hand_eye->from);
+  for (const auto* hand_eye : {&rig.hand_eye, &rig.right_hand_eye})
+    if (const auto& h = *hand_eye) add_pose(h->X_marker_camera), add(h->covariance), add_from(h->from);
+  if (const auto& l = rig.light) add(l->lamp), add(Vector3(l->lamp_radius, l->key, l->ambient));
+  for (const auto& o : rig.objects)
+    add(o.rotation.coeffs()), add(o.position), all.push_back(o.metres_per_unit);
   if (const auto& d = rig.delays)
     add(Eigen::Vector4d(d->tracker_after_arm_s, d->camera_after_tracker_s, d->tracker_std_s,
                         d->camera_std_s)),
@@ -135,6 +148,9 @@ TEST(Rig, ReadsBackWhatItWrote) {
   EXPECT_EQ(again->arm->from.data_hash, rig.arm->from.data_hash);
   EXPECT_EQ(again->landmarks_from.method, "head-motion");
   EXPECT_EQ(again->surfaces[1].name, "wall");
+  ASSERT_EQ(again->objects.size(), 2u);
+  EXPECT_EQ(again->objects[0].mesh, "head one.stl");
+  EXPECT_EQ(again->objects[1].name, "vise");
   EXPECT_TRUE(missing_parts(*again).empty());
 }
 
@@ -215,6 +231,50 @@ TEST(Rig, AChangedEncoderResetShows) {
   arm.rest_readings = Vector3(0.001, -0.002, 0.0);
   EXPECT_LT(rest_change(arm, Vector3(0.003, -0.001, 0.001)).cwiseAbs().maxCoeff(), kRestTolerance);
   EXPECT_GT(rest_change(arm, Vector3(0.001, 0.4, 0.0)).cwiseAbs().maxCoeff(), kRestTolerance);
+}
+
+TEST(Rig, OfOneCameraHasOneEyeAndNoLight) {
+  Rig rig = full_rig();
+  rig.right_camera.reset(), rig.right_hand_eye.reset(), rig.light.reset(), rig.objects.clear();
+  const std::string text = rig_text(rig);  // as files were before there were two eyes
+  for (const char* word : {"right_", "[light]", "[[object]]", "encoding"})
+    EXPECT_EQ(text.find(word), std::string::npos) << word;
+  const auto again = parse_rig(text, "rig.toml");
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_FALSE(has_two_eyes(*again));
+  EXPECT_FALSE(again->light);
+  EXPECT_EQ(again->camera->encoding, Encoding::root);
+}
+
+TEST(Rig, RightEyeIsWhereBothHandEyesPutIt) {
+  const Rig rig = full_rig();
+  ASSERT_TRUE(has_two_eyes(rig));
+  Random random(5, "head");
+  const Pose<World, CameraMarker> head{rotation(random), vector(random)};
+  const auto right = right_eye_pose(rig, head * rig.hand_eye->X_marker_camera);
+  const auto expected = head * rig.right_hand_eye->X_marker_camera;
+  EXPECT_LT((right.translation - expected.translation).norm(), 1e-12);
+  EXPECT_LT(right.rotation.angularDistance(expected.rotation), 1e-7);
+}
+
+TEST(Rig, ComplainsOfLightObjectsAndEncodingsByName) {
+  const std::string head = "rig_version = 1\n";
+  EXPECT_EQ(complaint(head + "[light]\nlamp_mm = [0, 500, 2000]\nambient = 0.0\n")
+                .find("rig.toml:4: light.ambient"),
+            0u);
+  EXPECT_EQ(complaint(head + "[light]\nkey = 1.0\n").find("rig.toml:2: light.lamp_mm"), 0u);
+  const std::string object = "[[object]]\nname = \"head\"\nmesh = \"head.stl\"\ntranslation_mm = [0, 0, 0]\n";
+  EXPECT_NE(
+      complaint(head + object + "mesh_unit = \"inch\"\nrotation_qwxyz = [1, 0, 0, 0]\n").find("mesh_unit"),
+      std::string::npos);
+  EXPECT_NE(
+      complaint(head + object + "mesh_unit = \"mm\"\nrotation_qwxyz = [1, 0.5, 0, 0]\n").find("no rotation"),
+      std::string::npos);
+  const std::string good = object + "mesh_unit = \"mm\"\nrotation_qwxyz = [1, 0, 0, 0]\n";
+  EXPECT_NE(complaint(head + good + good).find("used twice"), std::string::npos);
+  std::string camera = rig_text(full_rig());
+  camera.replace(camera.find("\"srgb\""), 6, "\"film\"");
+  EXPECT_NE(complaint(camera).find("encoding"), std::string::npos);
 }
 
 }  // namespace

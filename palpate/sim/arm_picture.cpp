@@ -26,7 +26,7 @@ const std::vector<draw::Vector3f> kArmLooks = {
 }  // namespace
 
 ArmPicture::ArmPicture()
-    : arm_("sim/arm", kArmVertex, std::string(draw::kLightGlsl) + kArmFragment),
+    : arm_("sim/arm", kArmVertex, draw::kLightGlsl + draw::encoding_glsl(Encoding::root) + kArmFragment),
       through_lens_("sim/layer", draw::kFullScreen, layer_shader()) {}
 
 void ArmPicture::prepare(const CameraModel& lens, const Eigen::Vector2d& low, const Eigen::Vector2d& high) {

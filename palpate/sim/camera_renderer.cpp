@@ -59,7 +59,8 @@ struct CameraRenderer::Impl {
   SurfacePrograms table{"sim/table", table_shader}, wall{"sim/wall", wall_shader};
   Program side{"sim/side", draw::kFullScreen, side_shader()}, room{"sim/room", kTileVertex, room_shader()},
       leg{"sim/leg", draw::kFullScreen, leg_shader()}, floor{"sim/floor", draw::kFullScreen, floor_shader()},
-      dot{"sim/dot", draw::kFullScreen, dot_shader()}, board{"sim/board", draw::kFullScreen, board_shader()};
+      dot{"sim/dot", draw::kFullScreen, dot_shader()}, ball{"sim/ball", draw::kFullScreen, ball_shader()},
+      board{"sim/board", draw::kFullScreen, board_shader()};
   draw::PlanarShadow table_shadow{160}, wall_shadow{96};
   draw::Texture grain_texture{256, 256, draw::Format::r8, draw::Filter::linear_repeat};
 
@@ -290,6 +291,20 @@ struct CameraRenderer::Impl {
     }
   }
 
+  // Balls lie behind the arm and throw no shadow.
+  void draw_balls(const TrueView& view) {
+    for (const RealBall& b : view.balls) {
+      const Vector3 z = (view.X_world_camera.translation - b.centre).normalized();
+      const Vector3 x = z.unitOrthogonal(), y = z.cross(x);
+      const double half = 1.2 * b.radius;
+      if (!flat(ball, view, {b.centre - half * (x + y), x, y, 2.0 * half, 2.0 * half})) continue;
+      ball.set(
+          "ball",
+          draw::Vector4f(Eigen::Vector4d(b.centre.x(), b.centre.y(), b.centre.z(), b.radius).cast<float>()));
+      screen.draw();
+    }
+  }
+
   void render(const TrueView& view, std::vector<std::uint8_t>& rgb) {
     if (!context->make_current())
       throw std::runtime_error("camera picture: asked for on another thread than its own");
@@ -321,6 +336,7 @@ struct CameraRenderer::Impl {
     draw_table_sides(view, top);
     draw_surface(table, view, table_seen, back, on_table ? &table_shadow : nullptr);
     draw_dots(view, top, back, on_table, on_wall);
+    draw_balls(view);
     arm_picture.draw(*arm_body, view, light, kFalloff, picture, screen);
     if (view.board) {
       const double s = view.board_square;

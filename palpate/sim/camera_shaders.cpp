@@ -43,7 +43,7 @@ float inside(vec2 p, vec2 w) { return band(p.x, 0.0, size.x, w.x) * band(p.y, 0.
 )";
 
 std::string with(const char* a, const char* b, const char* c) {
-  return std::string(draw::kLightGlsl) + a + b + c;
+  return draw::kLightGlsl + draw::encoding_glsl(Encoding::root) + a + b + c;
 }
 
 // The inside of a surface needs neither a soft edge nor, away from the shadow, a look at it.
@@ -220,6 +220,34 @@ void main() {
   // A sensor averages light, not square roots of it: mixed after encoding the disc would look too small.
   vec3 light = lit(vec3(mix(0.022, 0.66, bright / (bright + dark))), q, n, lamp_seen, 1.0);
   colour = seen(light, alpha, r);
+}
+)");
+}
+
+std::string ball_shader() {
+  return with(kRay, kFlat, R"(
+uniform vec4 ball;           // centre, radius
+void main() {
+  vec2 r = ray();
+  vec2 dx = dFdx(r), dy = dFdy(r);
+  vec3 from = ball.xyz - eye;
+  float covered = 0.0;
+  for (int j = 0; j < 6; ++j) {
+    for (int i = 0; i < 6; ++i) {
+      vec2 s = r + (float(i) - 2.5) / 6.0 * dx + (float(j) - 2.5) / 6.0 * dy;
+      vec3 h = to_plane * vec3(s, 1.0);
+      vec3 past = cross(normalize(world(h.xy / h.z) - eye), from);
+      covered += float(h.z > 0.0 && dot(past, past) < ball.w * ball.w);
+    }
+  }
+  if (covered <= 0.0) discard;
+  vec3 h = to_plane * vec3(r, 1.0);
+  vec3 d = normalize(world(h.xy / h.z) - eye);
+  float along = dot(from, d);
+  vec3 past = from - along * d;
+  vec3 q = eye + (along - sqrt(max(ball.w * ball.w - dot(past, past), 0.0))) * d;
+  vec3 n = normalize(q - ball.xyz);
+  colour = seen(lit(vec3(0.86, 0.30, 0.035), q, n, 1.0, 1.0), covered / 36.0, r);
 }
 )");
 }

@@ -15,6 +15,7 @@ std::string leg_shader();    // of the table: a flat strip turned to the eye, sh
 std::string floor_shader();  // drawn once into a texture
 std::string room_shader();   // floor and walls behind everything
 std::string dot_shader();
+std::string ball_shader();  // on a square that faces the eye
 std::string board_shader();
 std::string layer_shader();            // the arm's picture, bent through the lens
 extern const char* const kTileVertex;  // parts of the picture instead of the whole

@@ -18,11 +18,17 @@ struct Dot {  // a round landmark glued onto a surface
   double diameter = 0.008;
 };
 
+struct RealBall {  // a ball somebody has put there: what a virtual one at its place must look like
+  Vector3 centre;
+  double radius = 0.020;
+};
+
 struct TrueView {
   CameraModel lens;
   Pose<World, CameraOptical> X_world_camera;
   std::array<Vector3, 4> table{}, wall{};  // corners, in touching order
   std::vector<Dot> dots;
+  std::vector<RealBall> balls;
   // The real arm: base, links, gimbal, stylus with its marker. The virtual bat is NOT here.
   Pose<World, ArmBase> X_world_base;
   PhantomLengths lengths;

@@ -139,6 +139,7 @@ Expected<Json> demo(const DemoOptions& options) {
     leg.program = options.program;
     leg.rig = rig_path;
     leg.application = options.application;
+    leg.quality = options.quality;
     leg.world = world_path;
     leg.out = options.out / "raw";
     leg.seed = options.seed;
@@ -166,7 +167,7 @@ Expected<Json> demo(const DemoOptions& options) {
   const auto scene = scene_from_rig(rig, settings, options.world.ball.restitution_table);
   auto artist = make_artist(scene);
   if (!artist) return tl::unexpected(artist.error());
-  PictureParts pictures(rig, scene, std::move(*artist));
+  PictureParts pictures(rig, scene, std::move(*artist), options.quality);
   auto video = VideoFile::create(options.out / "video.mp4", rig.camera->model.width, rig.camera->model.height,
                                  options.world.camera.rate_hz);
   if (!video) return tl::unexpected(video.error());

@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "palpate/compositor/compositor.h"
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/model/world_file.h"
@@ -34,6 +35,7 @@ struct DemoOptions {
   std::filesystem::path program;  // this executable, for the real-time leg; empty leaves that leg out
   std::string command;            // as typed, for the report
   bool quick = false;
+  Quality quality = Quality::medium;  // of the pictures
   bool window = false;  // on this machine's display: the real-time leg comes first, and a person may play it
   std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
   std::optional<TwoHostsOptions> two_hosts;        // for the real-time leg

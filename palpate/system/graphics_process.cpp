@@ -262,7 +262,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     return tl::unexpected(read.error());
   auto artist = make_artist(scene);
   if (!artist) return tl::unexpected(artist.error());
-  PictureParts pictures(options.rig, scene, std::move(*artist));
+  PictureParts pictures(options.rig, scene, std::move(*artist), options.quality);
   GraphicsServer server(options.rig, **link, tracker, camera, pictures.refiner(),
                         pictures.painter(!options.window), options.graphics);
   server.predict_with(pictures.predictor());

@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "palpate/compositor/compositor.h"
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/drivers/cameras/camera_choice.h"
@@ -31,9 +32,10 @@ struct GraphicsProcessOptions {
   std::optional<igtl::Address> publish;  // poses for 3D Slicer and others (pose_feed.h)
   GraphicsSettings graphics;
   std::filesystem::path mesh;  // what touch shows, where it lies elsewhere than on the server's machine
-  bool player = false;         // the scripted player holds the stylus
-  bool window = false;         // on this machine's display, with sound
-  bool mouse = false;          // holds the stylus; from a scripted player it takes it when it moves
+  Quality quality = Quality::medium;  // of the picture
+  bool player = false;                // the scripted player holds the stylus
+  bool window = false;                // on this machine's display, with sound
+  bool mouse = false;                 // holds the stylus; from a scripted player it takes it when it moves
   std::uint64_t seed = 1;
   // 0 = until asked to stop, or the window is closed. A person in front of the window is not cut short.
   double seconds = 0.0;

@@ -1,5 +1,7 @@
 #include "palpate/system/picture_parts.h"
 
+#include <stdexcept>
+
 #include "palpate/calibration/pose_refinement.h"
 #include "palpate/compositor/picture_file.h"
 #include "palpate/system/lockstep_play.h"
@@ -13,8 +15,17 @@ constexpr double kModelSd = 0.06;
 
 }  // namespace
 
-PictureParts::PictureParts(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Artist> artist)
-    : rig_(rig), known_(overlay_knowledge(rig)), scene_(scene), artist_(std::move(artist)) {}
+PictureParts::PictureParts(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Artist> artist,
+                           Quality quality)
+    : rig_(rig),
+      known_(overlay_knowledge(rig)),
+      scene_(scene),
+      artist_(std::move(artist)),
+      compositor_(picture_settings(rig, quality)) {
+  auto objects = RealObjects::read(rig);
+  if (!objects) throw std::invalid_argument(objects.error().message);
+  objects_ = std::move(*objects);
+}
 
 PoseRefiner PictureParts::refiner() {
   return [this](const CameraImage& image, const Matrix6& covariance, FrameRecord& record) {
@@ -59,6 +70,7 @@ void PictureParts::paint(const CameraImage& image, FrameRecord& record, bool cap
   RealScene real;
   real.surfaces = scene_.surfaces;
   real.marker_leds = rig_.tip_marker_leds;
+  real.bodies = objects_.bodies();
   if (record.have_state) {
     // The arm's joints are not sent: they follow from the stylus, which is.
     const auto& bat = record.state.bodies[1];

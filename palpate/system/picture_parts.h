@@ -14,12 +14,16 @@
 #include "palpate/model/rig.h"
 #include "palpate/scene/application.h"
 #include "palpate/system/calibration_session.h"
+#include "palpate/system/real_objects.h"
 
 namespace palpate {
 
 class PictureParts {
  public:
-  PictureParts(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Artist> artist);
+  // Throws std::invalid_argument where a mesh of the rig's objects cannot be read (RealObjects::read tells it
+  // beforehand).
+  PictureParts(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Artist> artist,
+               Quality quality = Quality::medium);
 
   PoseRefiner refiner();
   // Draws the frame, with score and rally in its corner unless somebody else shows them.
@@ -36,6 +40,7 @@ class PictureParts {
   OverlayKnowledge known_;
   SceneDescription scene_;
   std::unique_ptr<Artist> artist_;
+  RealObjects objects_;
   Compositor compositor_;
 };
 

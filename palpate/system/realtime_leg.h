@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "palpate/compositor/compositor.h"
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/model/world_file.h"
@@ -21,6 +22,7 @@ struct RealtimeLegOptions {
   std::filesystem::path world;  // file
   std::filesystem::path out;    // folder for its raw files
   std::uint64_t seed = 1;
+  Quality quality = Quality::medium;  // of the pictures
   double seconds = 10.0;
   // Physics and graphics on hosts of their own, and the cable between them pulled in the middle of the leg.
   std::optional<TwoHostsOptions> two_hosts;

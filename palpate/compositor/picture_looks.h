@@ -1,0 +1,33 @@
+// How the compositor's materials look. Values.
+#pragma once
+
+#include "palpate/draw/gl_objects.h"
+#include "palpate/scene/application.h"
+
+namespace palpate {
+
+// Colour in linear light; mirror straight on, at the edge, the lamp's image.
+struct Look {
+  draw::Vector3f albedo, surface;
+};
+inline Look look(Material material) {
+  switch (material) {
+    case Material::ball:
+      return {{0.86f, 0.30f, 0.035f}, {0.010f, 0.10f, 0.10f}};
+    case Material::bat_front:
+      return {{0.42f, 0.020f, 0.018f}, {0.015f, 0.12f, 0.06f}};
+    case Material::bat_back:
+      return {{0.022f, 0.022f, 0.024f}, {0.020f, 0.14f, 0.06f}};
+    case Material::handle:
+      return {{0.48f, 0.28f, 0.12f}, {0.020f, 0.10f, 0.10f}};
+    case Material::highlight:
+      return {{0.16f, 0.62f, 0.22f}, {0.030f, 0.20f, 0.20f}};
+  }
+  return {};
+}
+// Real things in a view from outside.
+inline const Look kLevelLook{{0.13f, 0.20f, 0.30f}, {0, 0, 0}},
+    kUprightLook{{0.42f, 0.42f, 0.40f}, {0, 0, 0}}, kArmLook{{0.055f, 0.055f, 0.060f}, {0.02f, 0.10f, 0.06f}},
+    kBodyLook{{0.55f, 0.50f, 0.45f}, {0.01f, 0.05f, 0.02f}};
+
+}  // namespace palpate

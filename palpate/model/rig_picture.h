@@ -1,0 +1,18 @@
+// What the rig file says of the picture alone: the room's light, registered real objects, how a camera writes
+// light. Read and written for rig.cpp. Pure functions.
+#pragma once
+
+#include <string>
+
+#include "palpate/core/toml.h"
+#include "palpate/model/rig.h"
+
+namespace palpate {
+
+Encoding encoding_of(const TomlTable& camera);
+std::string_view encoding_word(Encoding encoding);
+
+void read_picture_parts(const TomlTable& file, Rig& rig);
+std::string picture_parts_text(const Rig& rig);
+
+}  // namespace palpate

@@ -1,0 +1,115 @@
+// Pictures that a person has looked at, kept as files: exact where the renderer is the one that drew them,
+// alike elsewhere. PALPATE_DRAW_GOLDEN_PICTURES=1 draws them anew; look at them before they are kept.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+
+#include "palpate/compositor/picture_file.h"
+#include "palpate/core/file.h"
+#include "palpate/draw/context.h"
+#include "tests/picture_scene_for_tests.h"
+
+namespace palpate {
+namespace {
+
+const std::filesystem::path kFolder = PALPATE_GOLDEN_PICTURES;
+const CameraModel kSmall{320, 240, 300, 300, 159.5, 119.5, {-0.2, 0.05, 0.001, -0.001, 0.0}};
+
+CameraImage shaded_image() {  // a slow slope, so that lens and shadows show and the file stays small
+  CameraImage image = even_image(kSmall, 0);
+  for (int v = 0; v < 240; ++v)
+    for (int u = 0; u < 320; ++u) {
+      auto* p = &image.rgb[static_cast<std::size_t>(3 * (v * 320 + u))];
+      p[0] = static_cast<std::uint8_t>(120 + u / 8), p[1] = static_cast<std::uint8_t>(130 + v / 8);
+      p[2] = u / 32 % 2 == v / 32 % 2 ? 150 : 140;
+    }
+  return image;
+}
+
+std::string this_renderer() {
+  const auto context = draw::Context::required();
+  return context->renderer() + "\n" + context->version() + "\n";
+}
+
+void compare(const std::string& name, const std::vector<std::uint8_t>& rgb, int width, int height) {
+  const auto path = kFolder / (name + ".png");
+  if (std::getenv("PALPATE_DRAW_GOLDEN_PICTURES") != nullptr) {
+    ASSERT_TRUE(write_png(path, rgb, width, height));
+    ASSERT_TRUE(write_file(kFolder / "renderer.txt", this_renderer()));
+  }
+  const cv::Mat kept = cv::imread(path.string(), cv::IMREAD_COLOR);
+  ASSERT_TRUE(kept.cols == width && kept.rows == height) << path;
+  double sum = 0.0;
+  int different = 0, far = 0;
+  for (int v = 0; v < height; ++v)
+    for (int u = 0; u < width; ++u)
+      for (int c = 0; c < 3; ++c) {
+        const int ours = rgb[static_cast<std::size_t>(3 * (v * width + u) + c)];
+        const int error = std::abs(ours - kept.at<cv::Vec3b>(v, u)[2 - c]);  // OpenCV has blue first
+        sum += error, different += error > 0, far += error > 24;
+      }
+  const auto renderer = read_file(kFolder / "renderer.txt");
+  ASSERT_TRUE(renderer);
+  const int bytes = 3 * width * height;
+  if (*renderer == this_renderer()) {
+    EXPECT_EQ(different, 0) << name << ": on the renderer that drew it";
+  } else {
+    // Other sample places at edges, other rounding inside.
+    EXPECT_LT(sum / bytes, 1.0) << name;
+    EXPECT_LT(far, bytes / 100) << name;
+  }
+}
+
+struct Play {
+  RealScene real = real_scene(true);
+  TriangleMesh ball = sphere_mesh(0.020), front = disc_mesh(0.075, 0.005, 48),
+               block = box_mesh({-0.05, 0, -0.05}, {0.05, 0.08, 0.05});
+  Vector3 tip = (real.arm->X_world_base * phantom_tip(real.arm->theta)).m;
+  CameraImage image = shaded_image();
+  DrawItem bat() const {
+    DrawItem item = item_at(front, tip + Vector3(0, 0, -0.09), Material::bat_front);
+    item.rotation = so3_exp(Vector3(1.1, 0.0, 0.2));
+    return item;
+  }
+};
+
+TEST(GoldenPicture, BallOnTheTableAndBatBehindTheArm) {
+  Play play;
+  const std::vector<DrawItem> items{item_at(play.ball, {-0.12, kTableHeight + 0.020, 1.45}), play.bat()};
+  Compositor compositor;
+  std::vector<std::uint8_t> rgb;
+  compositor.draw(play.image, kSmall, kTestEye, items, play.real, rgb);
+  compare("ball-bat-arm", rgb, 320, 240);
+}
+
+TEST(GoldenPicture, BallBehindBatAndRegisteredBody) {
+  Play play;
+  play.real.bodies.push_back({&play.block, so3_exp(Vector3(0, 0.5, 0)), {-0.15, kTableHeight, 1.35}});
+  const DrawItem bat = play.bat();
+  const Vector3 away = (bat.position - kTestEye.translation).normalized();
+  const std::vector<DrawItem> items{bat,
+                                    item_at(play.ball, bat.position + 0.09 * away + Vector3(-0.06, 0, 0)),
+                                    item_at(play.ball, {-0.17, kTableHeight + 0.05, 1.27})};
+  CompositorSettings settings;
+  settings.encoding = Encoding::srgb;
+  Compositor compositor(settings);
+  std::vector<std::uint8_t> rgb;
+  compositor.draw(play.image, kSmall, kTestEye, items, play.real, rgb);
+  compare("ball-behind-bat", rgb, 320, 240);
+}
+
+TEST(GoldenPicture, FromOutside) {
+  Play play;
+  CameraModel camera = kSmall;
+  const std::vector<DrawItem> items{item_at(play.ball, {-0.12, kTableHeight + 0.020, 1.45}), play.bat()};
+  Compositor compositor;
+  std::vector<std::uint8_t> rgb;
+  const Eye eye{nullptr, camera, looking({-1.0, -0.9, 2.2}, {0.0, -1.4, 1.4})};
+  compositor.draw({&eye, 1}, items, play.real, rgb);
+  compare("from-outside", rgb, 320, 240);
+}
+
+}  // namespace
+}  // namespace palpate
