@@ -17,7 +17,7 @@ constexpr int kDoubtful = 3;
 // While the tracker is blind the head moves on as it did between the last two pictures, for so long; it turns
 // and shifts otherwise by about this much within a frame (a head that shakes by half a degree six times a
 // second).
-constexpr Duration kCarried = std::chrono::milliseconds(150);
+constexpr Duration kPoseCarried = std::chrono::milliseconds(150);
 constexpr double kTurnDoubt = 0.01, kShiftDoubt = 0.005;  // rad, m
 
 constexpr double kDrawingWeight = 0.1;  // a frame's weight in the smoothed time that drawing takes
@@ -203,8 +203,8 @@ void GraphicsServer::pose_without_tracker(FrameRecord& record) {
   if (!last_) return;
   record.X_world_camera = last_->X_world_camera;
   const Duration since = record.image_time - last_->time;
-  if (!refiner_ || !before_last_ || since <= Duration(0) || since > kCarried ||
-      last_->time - before_last_->time > kCarried)
+  if (!refiner_ || !before_last_ || since <= Duration(0) || since > kPoseCarried ||
+      last_->time - before_last_->time > kPoseCarried)
     return;
   record.X_world_camera = carried_on(*before_last_, *last_, record.image_time);
   Matrix6 covariance = Matrix6::Zero();

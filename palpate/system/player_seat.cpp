@@ -5,9 +5,6 @@
 #include "palpate/sim/hand_twin.h"
 
 namespace palpate {
-namespace {
-
-constexpr double kSpeedShare = 0.73;  // of the speed at which the arm's motors switch off, planned at most
 
 Reach players_reach(const Rig& rig, const sim::WorldFile& world) {
   Reach reach;
@@ -19,6 +16,8 @@ Reach players_reach(const Rig& rig, const sim::WorldFile& world) {
   }
   return reach;
 }
+
+namespace {
 
 PlayerSettings settings_of(const sim::WorldFile& world, std::uint64_t seed, double extra_delay_s) {
   PlayerSettings settings;

@@ -14,6 +14,12 @@
 
 namespace palpate {
 
+// Of the speed at which the arm's motors switch off: what a player, or a mouse, asks of the hand at most.
+inline constexpr double kSpeedShare = 0.73;
+
+// Where the tip can be, as the rig knows the arm.
+Reach players_reach(const Rig& rig, const sim::WorldFile& world);
+
 class PlayerSeat {
  public:
   // Seats the scripted player of the scene's application. Refused where the scene lacks what that needs.

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "palpate/applications/pingpong/player.h"
 #include "palpate/core/text.h"
 #include "palpate/haptics/force_limits.h"
 #include "palpate/system/lockstep_play.h"
+#include "palpate/system/player_seat.h"
 
 namespace palpate {
 namespace {
@@ -18,7 +18,6 @@ constexpr double kTakeOver_px = 12.0;  // a mouse that moved that far is meant
 constexpr double kHintStands_s = 6.0;
 constexpr std::int64_t kSameBeat_ns = 5'000'000;  // two clocks read one after the other tell of one word
 constexpr double kRefusalStands_s = 3.0;
-constexpr double kSpeedShare = 0.73;  // of the speed at which the arm's motors switch off, as in player_seat
 constexpr window::Size kFirstSize{960, 720};
 
 const SceneSurface* surface_of(const SceneDescription& scene, std::string_view name) {
@@ -37,13 +36,7 @@ Vector3 middle_of(const SceneSurface& surface) {
 window::MouseHandSettings mouse_hand_settings(const SceneDescription& scene, const Rig& rig,
                                               const sim::WorldFile& world) {
   window::MouseHandSettings settings;
-  pingpong::Reach reach;
-  reach.X_world_base = rig.arm->X_world_base;
-  reach.lengths = rig.arm->lengths;
-  for (Eigen::Index i = 0; i < 3; ++i) {
-    reach.joints[0][i] = world.arm.joint_range[static_cast<std::size_t>(i)][0];
-    reach.joints[1][i] = world.arm.joint_range[static_cast<std::size_t>(i)][1];
-  }
+  const Reach reach = players_reach(rig, world);
   settings.reachable = [reach](const Vector3& tip) { return reach.contains(tip); };
   settings.max_acceleration = world.player.max_hand_acceleration;
   settings.max_speed = kSpeedShare * world.arm.max_speed;
