@@ -26,7 +26,7 @@ Expected<MeshFile> read_for_touch(const std::filesystem::path& path, double metr
   const Vector3 size = size_of(file->mesh);
   if (size.maxCoeff() < kSmallestTouched || size.maxCoeff() > kLargestTouched)
     return wrong_use(
-        "{}: is {:.3g} x {:.3g} x {:.3g} mm large; a largest side of {:.0f} to {:.0f} mm is expected; check "
+        "{}: is {:g} x {:g} x {:g} mm large; a largest side of {:.0f} to {:.0f} mm is expected; check "
         "the "
         "unit (--unit, or unit in the world file) or choose a scale",
         path.string(), mm_from_metres(size.x()), mm_from_metres(size.y()), mm_from_metres(size.z()),

@@ -27,7 +27,7 @@ Duration CameraTwin::moment_offset(int moment) const {
 void CameraTwin::expose(Instant<CameraClock> stamp, std::vector<TrueView> views) {
   const bool dropped = drops_.chance(drop_);
   if (!dropped && !views.empty()) {
-    pending_.push_back({next_ + latency_, {stamp, frame_, blur_steps_, std::move(views)}});
+    pending_.push_back({next_ + latency_, stamp, frame_, blur_steps_, std::move(views)});
     // Nobody takes images that are seconds old.
     if (pending_.size() > 64) pending_.pop_front();
   }
@@ -38,7 +38,7 @@ void CameraTwin::expose(Instant<CameraClock> stamp, std::vector<TrueView> views)
 std::optional<CameraShot> CameraTwin::take(Instant<TrueTime> now) {
   std::optional<CameraShot> newest;
   while (!pending_.empty() && pending_.front().arrival <= now) {
-    newest = std::move(pending_.front().shot);
+    newest = std::move(pending_.front());
     pending_.pop_front();
   }
   return newest;

@@ -19,8 +19,9 @@ namespace palpate::sim {
 // Fills width * height * 3 bytes, row 0 on top.
 using RenderView = std::function<void(const TrueView&, std::vector<std::uint8_t>&)>;
 
-// A frame that has arrived but is not drawn yet: may be drawn in another thread.
+// A frame that is not drawn yet: may be drawn in another thread.
 struct CameraShot {
+  Instant<TrueTime> arrival;  // at the host
   Instant<CameraClock> mid_exposure;
   std::uint64_t frame = 0;
   int blur_steps = 1;           // views that are averaged, in light, to one band
@@ -49,12 +50,10 @@ class CameraTwin {
 
   // The newest frame that has arrived by `now`; older ones are forgotten.
   std::optional<CameraShot> take(Instant<TrueTime> now);
+  // The newest frame that is exposed, on its way or arrived, for whoever needs the way's time to draw it.
+  std::optional<CameraShot> take_exposed() { return take(Instant<TrueTime>{Duration::max()}); }
 
  private:
-  struct Pending {
-    Instant<TrueTime> arrival;
-    CameraShot shot;
-  };
   double interval_s_ = 0.0;
   Duration latency_{0};
   double drop_ = 0.0, readout_s_ = 0.0, exposure_s_ = 0.0;
@@ -62,7 +61,7 @@ class CameraTwin {
   bool rolling_ = false;
   std::uint64_t frame_ = 0;
   Instant<TrueTime> first_, next_;
-  std::deque<Pending> pending_;
+  std::deque<CameraShot> pending_;
   Random drops_;
 };
 

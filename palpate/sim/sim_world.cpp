@@ -235,7 +235,7 @@ CameraDevice& SimWorld::camera() { return parts_->camera; }
 HandDevice& SimWorld::hand() { return *parts_; }
 Person& SimWorld::person() { return parts_->person; }
 Clock<PhysicsClock>& SimWorld::physics_clock() { return *parts_; }
-std::optional<CameraShot> SimWorld::take_shot() { return parts_->camera_twin.take(parts_->time); }
+std::optional<CameraShot> SimWorld::take_shot() { return parts_->camera_twin.take_exposed(); }
 void SimWorld::begin_play() {
   if (!parts_->played_since) parts_->played_since = parts_->time;
 }

@@ -52,7 +52,7 @@ class SimWorld {
   void begin_play();
   // Without a renderer the camera's images have stamps but no pixels.
   void set_renderer(RenderView render);
-  // Instead of camera().poll(), where the picture is to be drawn elsewhere.
+  // Instead of camera().poll(), where the picture is to be drawn elsewhere, and shown from its arrival on.
   std::optional<CameraShot> take_shot();
 
   const WorldFile& file() const;

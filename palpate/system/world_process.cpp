@@ -15,11 +15,16 @@ constexpr Duration kTick = std::chrono::milliseconds(1);
 constexpr Duration kForceStale =
     std::chrono::milliseconds(20);  // a server that is silent so long has stopped
 
-// Draws the newest shot in a thread of its own; a shot that finds it busy replaces the one that waits.
+// Draws the newest shot in a thread of its own, while it is on its way, and publishes it at its arrival, as
+// the camera's calibrated delay has it; where drawing takes longer, it comes when it is done. A shot that
+// finds the thread busy replaces the one that waits. `start`: when the world's time was 0.
 class Painter {
  public:
-  Painter(LabServer& server, std::function<sim::RenderView()> make_renderer)
-      : server_(server), make_renderer_(std::move(make_renderer)), thread_([this] { run(); }) {}
+  Painter(LabServer& server, std::function<sim::RenderView()> make_renderer, Instant<TrueTime> start)
+      : server_(server),
+        make_renderer_(std::move(make_renderer)),
+        start_(start),
+        thread_([this] { run(); }) {}
   ~Painter() {
     {
       const std::lock_guard lock(mutex_);
@@ -55,7 +60,9 @@ class Painter {
           shot = std::move(*next_);
           next_.reset();
         }
-        if (server_.publish_image(sim::draw_shot(shot, render))) ++images_;
+        const CameraImage image = sim::draw_shot(shot, render);
+        arriving_.sleep_until(start_ + (shot.arrival - Instant<TrueTime>{}));
+        if (server_.publish_image(image)) ++images_;
       }
     } catch (const std::exception& error) {
       const std::lock_guard lock(mutex_);
@@ -65,6 +72,8 @@ class Painter {
 
   LabServer& server_;
   std::function<sim::RenderView()> make_renderer_;
+  Instant<TrueTime> start_;
+  MonotonicClock<TrueTime> arriving_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::optional<sim::CameraShot> next_;
@@ -87,12 +96,11 @@ Expected<WorldProcessReport> run_world(const sim::WorldFile& file, const WorldPr
   LabServer& server = **opened;
   sim::SimWorld world(file, options.seed);
   world.begin_play();
-  std::optional<Painter> painter;
-  if (options.make_renderer) painter.emplace(server, options.make_renderer);
-
   WorldProcessReport report;
   const MonotonicClock<TrueTime> clock(0.0, 0.0);
   const auto start = clock.now();
+  std::optional<Painter> painter;
+  if (options.make_renderer) painter.emplace(server, options.make_renderer, start);
   const auto end =
       options.seconds > 0.0 ? start + seconds(options.seconds) : Instant<TrueTime>{Duration::max()};
   auto tick = start;
