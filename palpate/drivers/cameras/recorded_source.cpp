@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
@@ -127,6 +128,8 @@ class VideoSource : public Recording {
     if (!std::filesystem::is_regular_file(file_, ignored))
       return wrong_use("camera {}: there is no such file; the path of a video is expected", name());
     number_ = 0, last_ns_ = -1;
+    // FFmpeg would print its own opinion of a damaged file; ours is one line.
+    ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
     if (!video_.open(file_.string(), cv::CAP_FFMPEG) || video_.get(cv::CAP_PROP_FRAME_WIDTH) < 1.0)
       return refused(
           "camera {}: cannot be read as a video; MP4, AVI or another that FFmpeg knows is expected", name());
