@@ -39,7 +39,7 @@ class Cameras(LaboratoryTest):
         self.plug_in("board")
         found = json.loads(self.runs("camera", "list", "--json", "-").out)["cameras"]
         self.assertIn(NAME, [camera["camera"] for camera in found])
-        self.runs("camera", "record", CAMERA, "--out", "board", "--seconds", "5", "--every-s", "0.15", "--size-px", "640x480",
+        self.runs("camera", "record", CAMERA, "--out", "board", "--seconds", "4", "--every-s", "0.15", "--size-px", "640x480",
                   "--camera-rate-hz", "25")
         self.refuses(["camera", "record", CAMERA, "--out", "board"], 2, "holds a recording already")
         rows = [line.split(",") for line in self.read("board", "stamps.csv").decode().splitlines()]
@@ -77,6 +77,9 @@ class Cameras(LaboratoryTest):
         self.assertGreater(json.loads(self.read("figures.json"))["camera"]["pictures"], 0)
 
     def test_what_cannot_be_had_is_named_with_its_remedy(self):
+        self.refuses(["camera", "record", "aravis:Aravis-Fake-Nobody", "--out", "x"], 1, "no such camera answers")
+        self.refuses(["camera", "record", "v4l2:99", "--out", "x", "--size-px", "big"], 2, "--size-px 'big'")
+        self.refuses(["doctor", "--camera", "webcam"], 2, "--camera", "'webcam'")
         graphics = ("graphics", "--rig", self.rig, "--camera")
         self.start_world()
         self.says_no(self.run_program(*graphics, "webcam"), 2, "--camera", "'webcam'", "lab, aravis[:NAME]")
@@ -88,9 +91,6 @@ class Cameras(LaboratoryTest):
         self.says_no(self.run_program(*graphics, "v4l2", "--camera-stamp", "noon"), 2, "--camera-stamp", "'noon'", "exposure-start")
         self.says_no(self.run_program(*graphics, "v4l2", "--camera-exposure-ms", "-5"), 2, "exposure -5 ms", "0.001 to 10000 ms")
         self.says_no(self.run_program(*graphics, "video:film.mp4", "--camera-gain", "3"), 2, "a recording has no exposure")
-        self.refuses(["camera", "record", "aravis:Aravis-Fake-Nobody", "--out", "x"], 1, "no such camera answers")
-        self.refuses(["camera", "record", "v4l2:99", "--out", "x", "--size-px", "big"], 2, "--size-px 'big'")
-        self.refuses(["doctor", "--camera", "webcam"], 2, "--camera", "'webcam'")
 
     def test_doctor_opens_the_camera_it_is_asked_about(self):
         def asked():

@@ -128,9 +128,8 @@ class VideoSource : public Recording {
     if (!std::filesystem::is_regular_file(file_, ignored))
       return wrong_use("camera {}: there is no such file; the path of a video is expected", name());
     number_ = 0, last_ns_ = -1;
-    // FFmpeg's own lines are no words for a user; read when OpenCV opens its first video.
-    static const int quiet = setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
-    (void)quiet;
+    // FFmpeg would print its own opinion of a damaged file; ours is one line.
+    ::setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
     if (!video_.open(file_.string(), cv::CAP_FFMPEG) || video_.get(cv::CAP_PROP_FRAME_WIDTH) < 1.0)
       return refused(
           "camera {}: cannot be read as a video; MP4, AVI or another that FFmpeg knows is expected", name());
