@@ -20,6 +20,24 @@ constexpr Duration kLongestInterval = std::chrono::seconds(5);
 
 }  // namespace
 
+const char* name_of(ConditionKind kind) {
+  switch (kind) {
+    case ConditionKind::camera_silent:
+      return "camera_silent";
+    case ConditionKind::image_size:
+      return "image_size";
+    case ConditionKind::camera_clock:
+      return "camera_clock";
+    case ConditionKind::tracker_silent:
+      return "tracker_silent";
+    case ConditionKind::tracker_blind:
+      return "tracker_blind";
+    case ConditionKind::landmarks_lost:
+      return "landmarks_lost";
+  }
+  return "";
+}
+
 const char* end_of(ConditionKind kind) {
   switch (kind) {
     case ConditionKind::camera_silent:
@@ -95,7 +113,7 @@ void ConditionWatch::look(Instant<GraphicsClock> now) {
       "tracker: does not see the head's marker; turn it towards the tracker, or take away what stands "
       "between");
   set(images_.heard && !no_images && !wrong_size_ && predicted_ > 0 &&
-          carried_.silent_for(kAllowed, now, begun_),
+          carried_.silent_for(patience, now, begun_),
       ConditionKind::landmarks_lost, since(carried_),
       fmt::format("landmarks: {} of {} expected ones agree, at least 3 are needed; the picture rests on the "
                   "tracker alone, uncover them or calibrate them again: palpate calibrate landmarks",

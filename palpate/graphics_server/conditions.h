@@ -29,6 +29,8 @@ struct Condition {
   std::string text;  // names the thing, the value, the expectation and the remedy; for the log and the screen
 };
 
+// As raw data and figures have it.
+const char* name_of(ConditionKind kind);
 // What the end of a condition is called in the log.
 const char* end_of(ConditionKind kind);
 

@@ -9,9 +9,10 @@ namespace {
 
 constexpr Duration kMostExtraDelay = std::chrono::seconds(1);
 
-// An image that arrives this much later, or earlier, than the camera's clock has it, is doubted; so many of
-// them in a row are no late images but a clock that was set.
-constexpr Duration kDoubt = std::chrono::milliseconds(100), kImpossible = std::chrono::milliseconds(5);
+// An image that arrives this much later than the camera's clock has it is doubted; so many of them in a row,
+// all as late to within kSteady, are no late images but a clock that was set back. (One that was set forward
+// shows at once: no image arrives before it was taken.)
+constexpr Duration kDoubt = std::chrono::milliseconds(200), kSteady = std::chrono::milliseconds(10);
 constexpr int kDoubtful = 3;
 
 // While the tracker is blind the head moves on as it did between the last two pictures, for so long; it turns
@@ -56,9 +57,10 @@ void GraphicsServer::take_image(CameraImage image, Instant<GraphicsClock> now, D
   if (!watch_.image(now, image.width, image.height)) return;  // nothing that could be drawn
   Instant<GraphicsClock> time = camera_clock_.model().to(image.mid_exposure);
   const Duration late = now - time;
-  const bool doubted =
-      camera_clock_.phase() == ClockPhase::tracking && (late > kDoubt + waited || late < -kImpossible);
-  doubtful_images_ = doubted ? doubtful_images_ + 1 : 0;
+  // A machine that cannot keep up has images late, too, but now more and now less.
+  const bool doubted = camera_clock_.phase() == ClockPhase::tracking && late > kDoubt + waited;
+  if (!doubted || std::abs((late - doubted_late_).count()) > kSteady.count()) doubtful_images_ = 0;
+  if (doubted && doubtful_images_++ == 0) doubted_late_ = late;
   if (doubtful_images_ >= kDoubtful) {
     camera_clock_ = {};
     camera_restarts_ = 0;

@@ -112,6 +112,7 @@ class GraphicsServer {
   ClockEstimator<TrackerClock, GraphicsClock> tracker_clock_;
   ClockEstimator<CameraClock, GraphicsClock> camera_clock_;
   int camera_restarts_ = 0, doubtful_images_ = 0;
+  Duration doubted_late_{0};  // of the first doubtful image
   ClockSync<GraphicsClock, PhysicsClock> sync_;
   std::optional<Instant<GraphicsClock>> last_sync_sent_, last_look_;
   ConditionWatch watch_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <map>
 #include <thread>
 
 #include "palpate/applications/applications.h"
@@ -98,7 +99,7 @@ class ConditionTeller {
   void look(const std::vector<Condition>& now) {
     for (const auto& condition : now)
       if (!among(told_, condition.kind)) {
-        ++begun_;
+        ++begun_[name_of(condition.kind)];
         if (say_) say_("graphics: " + condition.text);
       }
     for (const auto& kind : told_)
@@ -107,7 +108,8 @@ class ConditionTeller {
     told_.clear();
     for (const auto& condition : now) told_.push_back(condition.kind);
   }
-  int begun() const { return begun_; }
+  // How often each has begun.
+  const std::map<std::string, int>& begun() const { return begun_; }
 
  private:
   static bool among(const std::vector<ConditionKind>& kinds, ConditionKind kind) {
@@ -115,7 +117,7 @@ class ConditionTeller {
   }
   const std::function<void(const std::string&)>& say_;
   std::vector<ConditionKind> told_;
-  int begun_ = 0;
+  std::map<std::string, int> begun_;
 };
 
 // For `palpate status`.

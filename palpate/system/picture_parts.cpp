@@ -11,7 +11,7 @@ namespace {
 
 // px per axis: what a sighting is off beyond the noise that the detector states (a lens that is no
 // polynomial, light that is no even disc).
-constexpr double kModelSd = 0.06;
+constexpr double kModelSd = 0.03;
 
 }  // namespace
 
