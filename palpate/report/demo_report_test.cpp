@@ -178,18 +178,20 @@ TEST_F(DemoReport, ShowsVideoAndPicturesWithTheirCaptions) {
 TEST_F(DemoReport, OfTouchTellsOfForceDepthAndSlipsAndOfNoBall) {
   Json touch = summary();
   touch.erase("rally");
-  touch["touch"] = Json::parse(R"({"contact_s": 11.5, "of_s": 30.0, "touches": 4, "slips": 17, "sliding_share": 0.6,
+  touch["touch"] =
+      Json::parse(R"({"contact_s": 11.5, "of_s": 30.0, "touches": 4, "slips": 17, "sliding_share": 0.6,
     "force_n": {"mean": 1.41, "p95": 2.0, "max": 2.9}, "depth_mm": {"mean": 2.2, "p95": 3.1, "max": 4.7},
     "friction": {"median": 0.301}, "unsettled": 2})");
   write("summary.json", touch.dump());
   write("raw/touch.csv",
         "time_s,force_n,tangential_n,depth_mm,speed_mm_s,sliding,tip_x_m,tip_y_m,tip_z_m\n"
-        "1.000,1.2,0.1,2.0,5,0,0.01,-1.4,1.7\n1.001,1.3,0.4,2.0,6,1,0.01,-1.4,1.7\n2.0,1.0,0.2,1.5,7,1,0.02,-1.4,1.7\n");
+        "1.000,1.2,0.1,2.0,5,0,0.01,-1.4,1.7\n1.001,1.3,0.4,2.0,6,1,0.01,-1.4,1.7\n2.0,1.0,0.2,1.5,7,1,0.02,-"
+        "1.4,1.7\n");
   const auto page = demo_report(folder_);
   ASSERT_TRUE(page) << page.error().message;
   const std::string html = page->html();
-  for (const char* told : {"a surface you can see and feel", "11.5", "Stick and slip", "0.301", "Force while exploring",
-                           "Where it was touched"})
+  for (const char* told : {"a surface you can see and feel", "11.5", "Stick and slip", "0.301",
+                           "Force while exploring", "Where it was touched"})
     EXPECT_NE(html.find(told), std::string::npos) << told;
   for (const char* not_told : {"ping-pong", "Serves", "The ball from", "the bat"})
     EXPECT_EQ(html.find(not_told), std::string::npos) << not_told;

@@ -51,6 +51,10 @@ CameraImage draw_shot(const CameraShot& shot, const RenderView& render) {
   image.width = shot.views.front().lens.width;
   image.height = shot.views.front().lens.height;
   if (!render) return image;
+  if (shot.views.size() == 1) {
+    render(shot.views.front(), image.rgb);
+    return image;
+  }
   const auto steps = static_cast<std::size_t>(shot.blur_steps), bands = shot.views.size() / steps;
   const auto rows = static_cast<std::size_t>(image.height),
              row_bytes = static_cast<std::size_t>(image.width) * 3;
@@ -67,9 +71,7 @@ CameraImage draw_shot(const CameraShot& shot, const RenderView& render) {
       for (std::size_t i = from; i < to; ++i)
         light[i - from] += static_cast<std::uint32_t>(picture[i]) * picture[i];
     }
-    if (steps == 1 && bands == 1) {
-      image.rgb = std::move(picture);
-    } else if (steps == 1) {
+    if (steps == 1) {
       std::copy(picture.begin() + static_cast<std::ptrdiff_t>(from),
                 picture.begin() + static_cast<std::ptrdiff_t>(to),
                 image.rgb.begin() + static_cast<std::ptrdiff_t>(from));
