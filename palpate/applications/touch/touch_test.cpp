@@ -281,7 +281,8 @@ TEST(Touch, AMeshStandsOnTheTableTurnedAndShiftedAndIsAsStiffAsAsked) {
   EXPECT_NEAR(bench.force().y(), 250.0 * 0.004, 1e-4);
   EXPECT_NEAR(bench.force().head<1>().norm() + std::abs(bench.force().z()), 0.0, 1e-4);
   EXPECT_NEAR(bench.state.counters[kDepthUm], 4000, 1);
-  const auto items = TouchArtist(scene).draw(bench.state);
+  const TouchArtist artist(scene);  // whose mesh the items point to
+  const auto items = artist.draw(bench.state);
   double highest = -10.0;
   for (const auto& v : items[0].mesh->vertices)
     highest = std::max(highest, (items[0].position + items[0].rotation * v).y());
