@@ -30,7 +30,7 @@ struct CalibrationPlan {
   double moving_s = 8.0;
   double board_s = 12.0;  // head around the calibration board: lens and hand-eye
   int board_every = 2;    // every so many images are searched for the board
-  int lens_views = 90;    // of these, used for the lens
+  int lens_views = 30;    // of these, used for the lens
   double look_s = 5.0;    // head as in use: landmarks from pictures
   std::string date;       // ISO 8601, for the provenance
 };
