@@ -87,6 +87,7 @@ void PictureScene::set(std::span<const DrawItem> items, const RealScene& real, s
   virtual_.clear();
   real_.clear();
   casters_.clear();
+  flat_casters_.clear();
   darkened_.setEmpty();
   for (const DrawItem& one : items)
     if (one.mesh != nullptr && !one.mesh->triangles.empty())
@@ -102,20 +103,23 @@ void PictureScene::set(std::span<const DrawItem> items, const RealScene& real, s
     surfaces_.push_back(std::move(place));
   }
   if (!settings_.shadows) return;
+  const auto add = [&](const PlacedBody& it) {
+    casters_.push_back({&it.body->buffer, it.X_world_mesh, it.body->closed, it.item == nullptr});
+    flat_casters_.push_back(flat_caster(it));
+  };
   for (const PlacedBody& it : virtual_)
-    if (it.item->casts_shadow)
-      casters_.push_back({&it.body->buffer, it.X_world_mesh, it.body->closed, false});
-  for (const PlacedBody& it : real_)
-    casters_.push_back({&it.body->buffer, it.X_world_mesh, it.body->closed, true});
-  if (has_arm_ && arm_throws())
+    if (it.item->casts_shadow) add(it);
+  for (const PlacedBody& it : real_) add(it);
+  if (has_arm_ && arm_throws()) {
     casters_.push_back({&arm_coarse_->mesh(), draw::Matrix4f::Identity(), true, true});
+    flat_casters_.push_back(casters_.back());
+  }
   throw_on_surfaces(real, eyes, screen);
   if (map_real_ && !(virtual_.empty() && real_.empty() && !has_arm_)) throw_on_bodies();
 }
 
-// A ball throws the shadow of the circle in which rays of the lamp touch it: a flat disc is 50 times as
-// cheap.
-draw::ShadowCaster PictureScene::caster(const PlacedBody& it) const {
+// A ball throws the shadow of the circle in which rays of the lamp touch it: a flat disc is far cheaper.
+draw::ShadowCaster PictureScene::flat_caster(const PlacedBody& it) const {
   const bool real = it.item == nullptr;
   const double radius = it.body->ball_radius();
   const Vector3 to_lamp = settings_.light.lamp - it.box.center();
@@ -144,11 +148,12 @@ void PictureScene::throw_on_surfaces(const RealScene& real, std::span<const Vect
     if (!front_seen) continue;
     find_contacts(surface);
     // Real bodies come last in the list.
-    const auto count = settings_.real_shadows
-                           ? casters_.size()
-                           : static_cast<std::size_t>(std::count_if(casters_.begin(), casters_.end(),
-                                                                    [](const auto& c) { return !c.real; }));
-    if (planar_[i]->draw(std::span(casters_).first(count), surface.rectangle, settings_.light, screen)) {
+    const auto count =
+        settings_.real_shadows
+            ? flat_casters_.size()
+            : static_cast<std::size_t>(std::count_if(flat_casters_.begin(), flat_casters_.end(),
+                                                     [](const auto& c) { return !c.real; }));
+    if (planar_[i]->draw(std::span(flat_casters_).first(count), surface.rectangle, settings_.light, screen)) {
       surface.shadow = planar_[i].get();
       const Vector4f part = surface.shadow->part();
       if (!surface.darkened) surface.area = part;

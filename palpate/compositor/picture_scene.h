@@ -51,7 +51,7 @@ class PictureScene {
  private:
   void set_arm(const RealScene& real);
   bool arm_throws() const { return settings_.shadows && (settings_.real_shadows || map_real_); }
-  draw::ShadowCaster caster(const PlacedBody& body) const;
+  draw::ShadowCaster flat_caster(const PlacedBody& body) const;
   void throw_on_surfaces(const RealScene& real, std::span<const Vector3> eyes,
                          const draw::FullScreen& screen);
   void find_contacts(PlacedSurface& surface) const;
@@ -62,7 +62,7 @@ class PictureScene {
   draw::MeshBuffer unit_disc_;
   std::vector<PlacedBody> virtual_, real_;
   std::vector<PlacedSurface> surfaces_;
-  std::vector<draw::ShadowCaster> casters_;
+  std::vector<draw::ShadowCaster> casters_, flat_casters_;   // as bodies; as they throw onto a plane
   std::vector<std::unique_ptr<draw::PlanarShadow>> planar_;  // one per surface
   std::unique_ptr<draw::ShadowMap> map_real_, map_virtual_;
   draw::ShadowMapPlace map_place_;

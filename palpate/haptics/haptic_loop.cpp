@@ -134,18 +134,35 @@ void HapticLoop::listen(Instant<PhysicsClock> now, VitalSigns& signs) {
   HapticInput said;
   if (input_.read(said) && (!heard_ || said.time > newest_.time)) {
     const std::uint64_t before = newest_.contact.number;
+    const bool first = !heard_;
     newest_ = said;
     heard_ = true;
     last_heard_ = now;
-    if (newest_.contact.number != before && newest_.contact.number != 0) {
-      if (player_.start(newest_.contact, now)) {
-        ++statistics_.blows;
-      } else {
-        ++statistics_.rejected_blows;
-      }
-    }
+    // What went before the first word is nobody's to feel.
+    begin_blows(first && said.contact.number != 0 ? said.contact.number - 1 : before, now);
   }
   signs.input_age_s = heard_ ? to_seconds(now - last_heard_) : std::numeric_limits<double>::infinity();
+}
+
+// Those of the newest input that are newer than number `after`, oldest first.
+void HapticLoop::begin_blows(std::uint64_t after, Instant<PhysicsClock> now) {
+  const auto begin = [&](const ContactEvent& blow) {
+    ++(player_.start(blow, now) ? statistics_.blows : statistics_.rejected_blows);
+  };
+  const ContactEvent& newest = newest_.contact;
+  if (newest.number == after || newest.number == 0) return;
+  std::uint64_t seen = after;
+  const auto missed = [&](std::uint64_t number) {
+    if (number > seen + 1) statistics_.missed_blows += number - seen - 1;
+    seen = number;
+  };
+  for (auto blow = newest_.earlier.rbegin(); blow != newest_.earlier.rend(); ++blow) {
+    if (blow->number <= seen || blow->number >= newest.number) continue;
+    missed(blow->number);
+    begin(*blow);
+  }
+  missed(newest.number);
+  begin(newest);
 }
 
 AskedForce HapticLoop::asked_force(Instant<PhysicsClock> now) {

@@ -8,6 +8,7 @@
 // the input and reads the tip. condition() and records() are for any thread.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -33,13 +34,20 @@ struct HapticInput {
   ContactEvent contact;                 // the newest blow
   Vector3 sustained = Vector3::Zero();  // N on the hand, World; not a blow
   Instant<PhysicsClock> time;           // of the state this comes from: where it stands still, physics does
+  // The blows before the newest, newest first: where a tick comes late, none is missed.
+  std::array<ContactEvent, 3> earlier{};
 };
 
-// From an application's step: while a blow is under way the state's force shows that blow and is not asked
-// for twice.
-inline HapticInput haptic_input(const WorldState& state, const ContactEvent& contact) {
+// From an application's step; `before` is the input of the step before. While a blow is under way the state's
+// force shows that blow and is not asked for twice.
+inline HapticInput haptic_input(const WorldState& state, const ContactEvent& contact,
+                                const HapticInput& before) {
   const bool blow = contact.number != 0 && state.contact > 0.0;
-  return {contact, blow ? Vector3::Zero() : Vector3(state.force.data()), state.time};
+  HapticInput input{contact, blow ? Vector3::Zero() : Vector3(state.force.data()), state.time,
+                    before.earlier};
+  if (contact.number != before.contact.number)
+    input.earlier = {before.contact, before.earlier[0], before.earlier[1]};
+  return input;
 }
 
 struct HapticSettings {
@@ -50,8 +58,10 @@ struct HapticSettings {
 };
 
 struct HapticStatistics {
-  std::uint64_t ticks = 0, limited_ticks = 0, blows = 0, rejected_blows = 0, fault_ticks = 0, bad_samples = 0,
-                damped_ticks = 0, warm_ticks = 0;
+  std::uint64_t ticks = 0, limited_ticks = 0, fault_ticks = 0, bad_samples = 0, damped_ticks = 0,
+                warm_ticks = 0;
+  // missed: so many came between two ticks that their numbers alone are known.
+  std::uint64_t blows = 0, rejected_blows = 0, missed_blows = 0;
   double peak_n = 0.0;
   double impulse_asked = 0.0, impulse_lost = 0.0;  // N s, of blows that have ended; what the device withheld
                                                    // meanwhile (ArmSample::withheld) is lost, too
@@ -96,6 +106,7 @@ class HapticLoop {
   void read_arm(Instant<PhysicsClock> now, VitalSigns& signs);
   void note_withheld(const Vector3& withheld);
   void listen(Instant<PhysicsClock> now, VitalSigns& signs);
+  void begin_blows(std::uint64_t after, Instant<PhysicsClock> now);
   AskedForce asked_force(Instant<PhysicsClock> now);
   void account(double elapsed);
   void keep(Instant<PhysicsClock> now, const AskedForce& asked, ForceFault before, double gain_before);

@@ -82,6 +82,29 @@ TEST(HapticLoop, ARepeatedMessageIsOneBlow) {
   EXPECT_EQ(bench.loop.statistics().blows, 2u);
 }
 
+// As physics tells them: one blow after the other, each step's input from the one before.
+TEST(HapticLoop, BlowsBetweenTwoTicksAreAllFeltAndThoseBeyondMemoryAreCounted) {
+  for (const std::uint64_t blows : {2u, 4u, 7u}) {
+    HapticBench bench(without_ramp());
+    for (int i = 0; i < 10; ++i) bench.live();
+    HapticInput told = bench.message;
+    WorldState state;
+    for (std::uint64_t number = 1; number <= blows; ++number) {
+      state.time = bench.now + bench.period;
+      told = haptic_input(state, bench_blow(number, 0.5, bench.now + seconds(1e-4 * number)), told);
+    }
+    bench.message = told;
+    for (int i = 0; i < 60; ++i) bench.live();
+    const auto& s = bench.loop.statistics();
+    const std::uint64_t felt = std::min<std::uint64_t>(blows, 4);
+    EXPECT_EQ(s.blows, felt);
+    EXPECT_EQ(s.missed_blows, blows - felt);
+    EXPECT_EQ(s.rejected_blows, 0u);
+    EXPECT_NEAR(s.impulse_asked, felt * 0.0027 * 1.8 * 0.5, 1e-12);
+    EXPECT_LT(s.lost_impulse_rel(), 1e-9);
+  }
+}
+
 TEST(HapticLoop, ImpulseTheStartRampSwallowsIsCountedAsLost) {
   HapticBench bench;  // 1 s ramp
   bench.live();

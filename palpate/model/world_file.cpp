@@ -14,6 +14,8 @@ namespace {
 constexpr double kMm = 1e-3, kMs = 1e-3, kDeg = 1.0 / kDegreesPerRadian, kSi = 1.0;
 constexpr NumberRange kShare{0.0, 1.0};
 constexpr NumberRange kRestitution{0.0, 1.0};
+// A damped spring that lets go at zero force cannot take more of the speed away: exp(-2) is its bound.
+constexpr NumberRange kRestitutionOfBat{0.15, 1.0};
 constexpr NumberRange kRates{1.0, 1e6};
 
 // One list of all fields serves reading and writing: `V` is Reader or Writer, `W` the world (const for
@@ -137,7 +139,7 @@ void visit_person_and_scene(V& v, W& w) {
   v.number("mass_kg", w.ball.mass, kSi, kPositive);
   v.number("radius_m", w.ball.radius, kSi, kPositive);
   v.number("restitution_table", w.ball.restitution_table, kSi, kRestitution);
-  v.number("restitution_bat", w.ball.restitution_bat, kSi, kRestitution);
+  v.number("restitution_bat", w.ball.restitution_bat, kSi, kRestitutionOfBat);
   v.number("contact_ms", w.ball.contact_s, kMs, kPositive);
   v.numbers("serve_speed_m_s", w.ball.serve_speed, kSi, kPositive);
   v.choice("physics", w.ball.physics, {"full", "paper"});

@@ -110,6 +110,7 @@ TEST(WorldFile, MistakesAreNamedWithFileLineAndKey) {
       {"[display]\nextra_force_delay_ms = 500\n", "bad.toml:2", "extra_force_delay_ms"},
       {"[clocks]\narm = { offset = 1 }\n", "bad.toml:2", "offset"},
       {"[ball]\nphysics = \"papyrus\"\n", "bad.toml:2", "paper"},
+      {"[ball]\nrestitution_bat = 0.1\n", "bad.toml:2", "0.15 to 1"},
       {"[ball]\ncontact = \"glue\"\n", "bad.toml:2", "hunt-crossley"},
       {"[scene]\nbat_mass_kg = -0.1\n", "bad.toml:2", "0 to 10"},
       {"[scene]\nbat_mass_kg = 1000\n", "bad.toml:2", "0 to 10"},

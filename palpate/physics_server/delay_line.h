@@ -36,6 +36,7 @@ class DelayLine {
     }
     if (due) {
       due->contact.start += delay_;
+      for (auto& blow : due->earlier) blow.start += delay_;
       due->time += delay_;
     }
     return due;

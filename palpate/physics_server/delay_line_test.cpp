@@ -15,6 +15,7 @@ HapticInput input_at(int ms) {
   input.sustained = Vector3(ms, 0, 0);
   input.contact.number = static_cast<std::uint64_t>(ms / 100);
   input.contact.start = at_ms(ms / 100 * 100);
+  input.earlier[0].start = at_ms(ms / 100 * 100 - 100);
   return input;
 }
 
@@ -35,6 +36,7 @@ TEST(DelayLine, EveryInputComesOutLaterByTheDelayAndSaysSo) {
     EXPECT_EQ(out->sustained.x(), ms - 40);
     EXPECT_EQ(out->time, at_ms(ms)) << "what comes out counts as of now: physics has not stood still";
     EXPECT_EQ(out->contact.start, at_ms((ms - 40) / 100 * 100 + 40)) << "a blow is played whole, later";
+    EXPECT_EQ(out->earlier[0].start, at_ms((ms - 40) / 100 * 100 - 60));
   }
 }
 

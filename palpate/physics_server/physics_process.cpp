@@ -237,6 +237,8 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
                      {"limited_ticks", statistics.limited_ticks},
                      {"lost_impulse_rel", statistics.lost_impulse_rel()},
                      {"blows", statistics.blows},
+                     {"rejected_blows", statistics.rejected_blows},
+                     {"missed_blows", statistics.missed_blows},
                      {"condition", condition_text(server.haptic().state(), server.haptic().fault())},
                      {"fault_ticks", statistics.fault_ticks},
                      {"warm_ticks", statistics.warm_ticks},

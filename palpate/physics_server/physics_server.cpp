@@ -54,8 +54,8 @@ void PhysicsServer::physics_tick(Instant<PhysicsClock> now) {
     next_shape_ =
         std::max(next_shape_ + period, now - period);  // the rate on average; no pause is made up for
   }
-  if (const auto input = delay_line_.push(haptic_input(state_, application_->contact()), now))
-    to_haptic_.write(*input);
+  felt_ = haptic_input(state_, application_->contact(), felt_);
+  if (const auto input = delay_line_.push(felt_, now)) to_haptic_.write(*input);
 }
 
 SceneDescription scene_from_rig(const Rig& rig, SceneDescription settings, double restitution) {

@@ -60,6 +60,7 @@ class PhysicsServer {
 
  private:
   std::unique_ptr<Application> application_;
+  HapticInput felt_;      // of the newest step; physics thread
   DelayLine delay_line_;  // physics thread
   TripleBuffer<HapticInput> to_haptic_;
   TripleBuffer<TipState> to_physics_;

@@ -127,6 +127,8 @@ Json demo_summary(const DemoOutcome& outcome) {
                       {"limited_ticks", play.haptic.limited_ticks},
                       {"fault_ticks", play.haptic.fault_ticks},
                       {"blows", play.haptic.blows},
+                      {"rejected_blows", play.haptic.rejected_blows},
+                      {"missed_blows", play.haptic.missed_blows},
                       {"lost_impulse_rel", play.haptic.lost_impulse_rel()},
                       {"impulse_error_rel_max", play.haptic.impulse_error_rel_max}};
   summary["player"] = {{"reaction_ms", options.world.player.reaction_s * 1e3},

@@ -4,9 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include <memory>
-
-#include "palpate/applications/touch/organ.h"
+#include "palpate/applications/touch/organ_for_tests.h"
 
 namespace palpate::touch {
 namespace {
@@ -16,19 +14,6 @@ struct Exploration {
   double peak = 0.0, mean_force = 0.0, deepest = 0.0, hardest = 0.0, highest = -1e9;
   Vector3 last = Vector3::Zero();
 };
-
-SceneDescription organ_on_table() {
-  SceneDescription scene;
-  scene.application = "touch";
-  scene.surfaces = {{"table",
-                     {Vector3(-0.375, -1.52, 1.80), Vector3(0.375, -1.52, 1.80), Vector3(0.375, -1.52, 0.80),
-                      Vector3(-0.375, -1.52, 0.80)},
-                     0.93}};
-  scene.bat_offset.setZero();
-  static const auto organ = std::make_shared<TriangleMesh>(organ_mesh(40));
-  scene.touched.mesh = organ;
-  return scene;
-}
 
 Exploration explore(const SceneDescription& scene, double for_s, std::uint64_t seed,
                     double extra_delay_s = 0.0) {

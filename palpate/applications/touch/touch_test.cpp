@@ -8,28 +8,14 @@
 #include <string>
 
 #include "palpate/applications/touch/artist.h"
-#include "palpate/applications/touch/organ.h"
+#include "palpate/applications/touch/organ_for_tests.h"
 #include "tests/allocation_count.h"
 
 namespace palpate::touch {
 namespace {
 
-SceneDescription table_for_tests() {
-  SceneDescription scene;
-  scene.application = "touch";
-  scene.surfaces = {{"table",
-                     {Vector3(-0.375, -1.52, 1.80), Vector3(0.375, -1.52, 1.80), Vector3(0.375, -1.52, 0.80),
-                      Vector3(-0.375, -1.52, 0.80)},
-                     0.93}};
-  scene.bat_offset.setZero();
-  return scene;
-}
-
-// The organ in fewer triangles, as a mesh that a person brings.
 SceneDescription coarse_for_tests(double static_friction = 0.4, double friction = 0.3) {
-  SceneDescription scene = table_for_tests();
-  static const auto organ = std::make_shared<TriangleMesh>(organ_mesh(40));
-  scene.touched.mesh = organ;
+  SceneDescription scene = organ_on_table();
   scene.touched.static_friction = static_friction;
   scene.touched.friction = friction;
   return scene;

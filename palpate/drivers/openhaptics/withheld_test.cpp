@@ -52,6 +52,28 @@ TEST_F(Withheld, OfForcesTheDeviceRefusesAllIs) {
   EXPECT_EQ(with([](HdStubDevice& device) { return device.largest_force; }), 0.0);
 }
 
+// The force is asked for in full in one cycle, and complained of: that cycle counts as not given.
+TEST_F(Withheld, OfAForceThatIsRefusedOnceTheRefusedCycleIsToo) {
+  with([](HdStubDevice& d) { d.true_force = 0.0; });
+  auto settings = patient();
+  settings.ramp_s = 1e-6;
+  settings.hold_s = 1000.0;
+  const auto arm = opened(settings);
+  let_pass(*arm, 3);
+  const double a = here_s();
+  arm->command({0.0, 5.0, 0.0});
+  const double b = here_s();
+  EXPECT_TRUE(comes_true([&] { return arm->status().force_errors == 1; }));
+  let_pass(*arm, 3);
+  const double c = here_s();
+  arm->command(Vector3::Zero());
+  const double d = here_s();
+  let_pass(*arm, 3);
+  const double withheld = arm->read().withheld.y();
+  EXPECT_GE(withheld, 5.0 * (c - b) - kRounding);
+  EXPECT_LE(withheld, 5.0 * (d - a) + kRounding);
+}
+
 TEST_F(Withheld, OfForcesAboveTheDevicesPeakWhatIsAboveIt) {
   with([](HdStubDevice& d) { d.nominal_force = d.true_force = 2.0; });
   const auto arm = opened(patient());
