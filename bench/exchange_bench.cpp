@@ -11,7 +11,6 @@
 // its deadline and writes the history, on whatever core the server has.
 #include <arpa/inet.h>
 #include <fmt/format.h>
-#include <netinet/tcp.h>
 #include <sched.h>
 #include <signal.h>
 #include <sys/mman.h>
@@ -29,6 +28,7 @@
 #include <thread>
 #include <vector>
 
+#include "bare_tcp.h"
 #include "bare_zeromq.h"
 #include "palpate/network/zmq_engine.h"
 #include "palpate/scene/shape_history.h"
@@ -62,37 +62,6 @@ void pin_to(int core) {
   CPU_ZERO(&cores);
   CPU_SET(core, &cores);
   require(::sched_setaffinity(0, sizeof cores, &cores) == 0, "cannot pin to a core");
-}
-
-// ---------------------------------------------------------------------------- bare TCP
-
-bool transfer_all(int fd, std::vector<char>& buffer, bool out) {
-  for (std::size_t done = 0; done < buffer.size();) {
-    const ssize_t n = out ? ::send(fd, buffer.data() + done, buffer.size() - done, MSG_NOSIGNAL)
-                          : ::recv(fd, buffer.data() + done, buffer.size() - done, 0);
-    if (n <= 0) return false;
-    done += static_cast<std::size_t>(n);
-  }
-  return true;
-}
-
-void no_delay(int fd) {
-  const int one = 1;
-  ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &one, sizeof one);
-}
-
-// Each request's first eight bytes say how long the reply is to be.
-void echo(int listener) {
-  const int peer = ::accept(listener, nullptr, nullptr);
-  no_delay(peer);
-  std::vector<char> request(kRequestBytes), reply;
-  while (transfer_all(peer, request, false)) {
-    std::uint64_t size = 0;
-    std::copy_n(request.data(), sizeof size, reinterpret_cast<char*>(&size));
-    reply.resize(size);
-    if (!transfer_all(peer, reply, true)) break;
-  }
-  ::close(peer);
 }
 
 // ---------------------------------------------------------------------------- the server's process
@@ -153,7 +122,7 @@ struct Places {
   bare_zeromq::serve(places.bare_curve, places.server_keys);
   std::optional<PeriodicLoop<PhysicsClock>> loop;
   if (beside_loop) loop.emplace(physics_clock, PeriodicLoopSettings{.name = "haptic"}, step);
-  echo(listener);
+  bare_tcp::echo(listener, kRequestBytes);
   _exit(0);
 }
 
@@ -192,10 +161,10 @@ Times bare_leg(const Load& load, Exchange&& exchange) {
   return times;
 }
 
-Times bare_tcp(int fd, const Load& load) {
+Times bare_socket(int fd, const Load& load) {
   std::vector<char> reply(load.reply_bytes);
   return bare_leg(load, [&](std::vector<char>& request) {
-    return transfer_all(fd, request, true) && transfer_all(fd, reply, false);
+    return bare_tcp::transfer_all(fd, request, true) && bare_tcp::transfer_all(fd, reply, false);
   });
 }
 
@@ -333,13 +302,13 @@ void measure(const Case& what, int rounds, Contest& contest, Shared& shared) {
   Times all_bare;
   const auto keep = [](Times& all, const Times& leg) { all.insert(all.end(), leg.begin(), leg.end()); };
   for (int round = 0; round < rounds; ++round) {
-    const Times first = bare_tcp(contest.bare, what.load);
+    const Times first = bare_socket(contest.bare, what.load);
     std::vector<Times> legs;
     for (std::size_t i = 0; i < contest.links.size(); ++i) {
       legs.push_back(contest.links[i].leg(what.load, shared));
       legs.push_back(bare_engine(*contest.engines[i], what.load));
     }
-    const Times last = bare_tcp(contest.bare, what.load);
+    const Times last = bare_socket(contest.bare, what.load);
     const double base = (median(first) + median(last)) / 2, base99 = (p99(first) + p99(last)) / 2;
     for (std::size_t i = 0; i < rows.size(); ++i) {
       rows[i].medians.push_back(median(legs[i]) / base);
@@ -371,17 +340,6 @@ void measure(const Case& what, int rounds, Contest& contest, Shared& shared) {
 
 // ---------------------------------------------------------------------------- the run
 
-int listen_somewhere(sockaddr_in& address) {
-  const int listener = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof address;
-  auto* generic = reinterpret_cast<sockaddr*>(&address);
-  require(::bind(listener, generic, size) == 0 && ::listen(listener, 1) == 0, "no TCP port");
-  ::getsockname(listener, generic, &size);
-  return listener;
-}
-
 Places make_places(int turn) {
   Places places;
   const int port = 20000 + (::getpid() * 32 + turn * 8) % 20000;
@@ -411,7 +369,7 @@ void remove_traces(const Places& places) {
 // In a process of its own: pinning and threads end with it.
 void layout(bool pinned, bool beside_loop, int rounds, bool short_run, int engines, Shared& shared) {
   sockaddr_in address{};
-  const int listener = listen_somewhere(address);
+  const int listener = bare_tcp::listen_somewhere(address);
   const Places places = make_places((pinned ? 2 : 0) + (beside_loop ? 1 : 0));
   const pid_t server = ::fork();
   if (server == 0) play_server(listener, places, pinned, beside_loop, shared);
@@ -420,7 +378,7 @@ void layout(bool pinned, bool beside_loop, int rounds, bool short_run, int engin
   Contest contest{.bare = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0), .links = {}, .engines = {}};
   require(::connect(contest.bare, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0,
           "no bare TCP rival");
-  no_delay(contest.bare);
+  bare_tcp::no_delay(contest.bare);
   const auto add = [&](const char* name, const Endpoint& place, const std::string& below,
                        const std::optional<ClientIdentity>& identity) {
     if (static_cast<int>(contest.links.size()) == engines) return;
