@@ -3,7 +3,9 @@
 // A clock that was set forward shows at once: no sample arrives before it was taken. One that was set back
 // only makes samples look late, as a busy machine does, too; but that has them late now more and now less,
 // while a clock that was set has all of them late by the same. While that is being decided a sample's time is
-// not known. Host time of the graphics server. One thread.
+// not known. What is set by less than kDoubt is learned anew without a word: it may as well be that the way
+// of the samples has become shorter, as when a machine has started and has less to do. Host time of the
+// graphics server. One thread.
 #pragma once
 
 #include <cstdlib>
@@ -40,7 +42,7 @@ class WatchedClock {
     clock_.add(stamp, now, waited);
     if (clock_.restarts() != restarts_) {
       restarts_ = clock_.restarts();
-      set_ = true;
+      set_ = set_ || std::abs(late.count()) > kDoubt.count();
     }
     if (doubtful_ > 0) return std::nullopt;
     return clock_.model().to(stamp);

@@ -66,6 +66,10 @@ TEST(WatchedClock, IsNotFooledByABurstOfLateSamplesOrABusyMachine) {
   const auto busy =
       watch({.late_s = [](double t) { return t < 4.0 || t > 5.0 ? 0.0 : 1.5 * std::min(t - 4.0, 5.0 - t); }});
   EXPECT_EQ(busy.times_set, 0);
+  // One that was busy while the clock was learned.
+  const auto quicker = watch({.late_s = [](double t) { return t < 4.0 ? 0.1 : 0.0; }});
+  EXPECT_EQ(quicker.times_set, 0);
+  EXPECT_NEAR(quicker.last_error, 0.0, 0.003);
 }
 
 }  // namespace

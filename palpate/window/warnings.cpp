@@ -41,7 +41,7 @@ void Warnings::look(double now, const Standing& c) {
   const std::string why = colon == std::string::npos ? "" : " (" + c.forces.substr(colon + 2) + ")";
   // A loop that stood still for a tick heals before anybody could read of it.
   judge(Trouble::forces, now, !physics && (off || weak), off ? 0.0 : kBlip_s,
-        off ? fmt::format("Forces are off{}: r switches them on again", why)
+        off ? fmt::format("Forces are off{}: R switches them on again", why)
             : fmt::format("Forces are weakened{}", why));
   judge(Trouble::refusal, now, !c.refusal.empty(), 0.0,
         fmt::format("The physics server refuses: {}", c.refusal));

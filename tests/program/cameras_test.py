@@ -96,6 +96,7 @@ class Cameras(LaboratoryTest):
         self.sees_trouble(None)
         self.tells(graphics, lambda: self.pull(camera), "see to its cable")
         self.sees_trouble("see to its cable")
+        self.assertIn("    ! camera", self.runs("status", "--once").out)
         cameras = []
         self.tells(graphics, lambda: cameras.append(self.plug_in("laboratory")), "camera: images come again")
         self.sees_trouble(None)
