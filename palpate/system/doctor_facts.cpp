@@ -142,10 +142,16 @@ DesktopFacts desktop_facts() {
   if (const char* display = std::getenv("DISPLAY")) facts.display = display;
   if (const auto possible = window::Window::possible(); !possible)
     facts.window_problem = possible.error().message;
+  // PulseAudio's library makes itself a folder even where no sound server runs.
+  const char* run = std::getenv("XDG_RUNTIME_DIR");
+  const fs::path pulse = run == nullptr ? fs::path() : fs::path(run) / "pulse";
+  std::error_code ignored;
+  const bool was_there = pulse.empty() || fs::exists(pulse, ignored);
   if (const auto sound = window::SoundOut::open())
     facts.sound = (*sound)->device();
   else
     facts.sound_problem = sound.error().message;
+  if (!was_there) fs::remove(pulse, ignored);  // only if it is empty
   return facts;
 }
 
