@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <optional>
 #include <set>
 #include <thread>
 
@@ -17,6 +18,16 @@
 
 namespace palpate::cameras {
 namespace {
+
+class OneAtATime : public testing::Environment {
+ public:
+  void SetUp() override { turn_.emplace(); }
+  void TearDown() override { turn_.reset(); }
+
+ private:
+  std::optional<NetworkCameraTurn> turn_;
+};
+[[maybe_unused]] const auto* const one_at_a_time = testing::AddGlobalTestEnvironment(new OneAtATime);
 
 constexpr const char* kSerial = "Palpate7";
 const std::string kName = std::string("Aravis-Fake-") + kSerial;
@@ -166,6 +177,11 @@ TEST(AravisCamera, IsMissedWhenItsPlugIsPulledAndComesBackByItself) {
       "the return");
   EXPECT_GT(next_image(**camera).frame, first.frame);
   EXPECT_GE((*camera)->status().times_opened, 2u);
+}
+
+TEST(AravisCamera, IsPretendedOnlyWhereItIsHeard) {
+  const FakeNetworkCamera pretended(kSerial, shown());
+  EXPECT_THROW(FakeNetworkCamera("Palpate9", shown()), std::runtime_error);
 }
 
 TEST(AravisCamera, IsListedAndSaysWhatItCannotDo) {

@@ -4,9 +4,18 @@
 // It sends Mono8 (the green channel), RGB8 or one of the four Bayer patterns, as it is told over the network,
 // 640x480 px of whatever size it is set to, each picture `repeats` times before the next. Its clock is the
 // machine's CLOCK_REALTIME. Gone with the object, as if its plug were pulled.
+//
+// There is one place for such a camera on a machine: port 3956 of 127.0.0.1. Who tries one holds a
+// NetworkCameraTurn meanwhile, so that tests of several checkouts do not take each other's camera.
 #pragma once
 
+#include <arpa/inet.h>
 #include <arv.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <sys/file.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <array>
 #include <atomic>
@@ -17,6 +26,25 @@
 
 namespace palpate {
 
+// Waits until nobody else on this machine pretends a network camera; tests/program/cameras_test.py waits at
+// the same file.
+class NetworkCameraTurn {
+ public:
+  NetworkCameraTurn() : file_(open(kFile, O_RDONLY | O_CLOEXEC)) {
+    // Not O_CREAT at once: the kernel may refuse that for another user's file in /tmp.
+    if (file_ < 0) file_ = open(kFile, O_RDONLY | O_CREAT | O_CLOEXEC, 0644);
+    if (file_ < 0 || flock(file_, LOCK_EX) != 0)
+      throw std::runtime_error(std::string(kFile) + " cannot be locked");
+  }
+  ~NetworkCameraTurn() { close(file_); }
+  NetworkCameraTurn(const NetworkCameraTurn&) = delete;
+  NetworkCameraTurn& operator=(const NetworkCameraTurn&) = delete;
+
+ private:
+  static constexpr const char* kFile = "/tmp/palpate_network_camera.lock";
+  int file_;
+};
+
 class FakeNetworkCamera {
  public:
   using Picture = std::vector<std::uint8_t>;  // RGB
@@ -24,9 +52,16 @@ class FakeNetworkCamera {
 
   FakeNetworkCamera(const std::string& serial, std::vector<Picture> pictures, unsigned repeats = 1)
       : pictures_(std::move(pictures)), repeats_(repeats) {
+    // The library's camera runs also where it could not take its port, deaf to everybody: so look before, and
+    // whether it has it afterwards.
+    if (!port_is_free())
+      throw std::runtime_error(
+          "no GigE Vision camera can be pretended: port 3956 of 127.0.0.1 is taken; end who pretends one");
     camera_ = arv_gv_fake_camera_new("127.0.0.1", serial.c_str());
-    if (camera_ == nullptr || !arv_gv_fake_camera_is_running(camera_))
-      throw std::runtime_error("no GigE Vision camera can be pretended at 127.0.0.1; is port 3956 taken?");
+    if (camera_ == nullptr || !arv_gv_fake_camera_is_running(camera_) || port_is_free()) {
+      g_clear_object(&camera_);
+      throw std::runtime_error("no GigE Vision camera can be pretended at 127.0.0.1: nobody listens at 3956");
+    }
     arv_fake_camera_set_fill_pattern(arv_gv_fake_camera_get_fake_camera(camera_), fill, this);
   }
   ~FakeNetworkCamera() { g_object_unref(camera_); }
@@ -44,6 +79,16 @@ class FakeNetworkCamera {
   }
 
  private:
+  static bool port_is_free() {
+    const int probe = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    sockaddr_in place{};
+    place.sin_family = AF_INET;
+    place.sin_port = htons(3956);
+    place.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    const bool is_free = bind(probe, reinterpret_cast<const sockaddr*>(&place), sizeof place) == 0;
+    close(probe);
+    return is_free;
+  }
   static void fill(ArvBuffer* buffer, void* self, guint32, guint32, ArvPixelFormat format) {
     static_cast<FakeNetworkCamera*>(self)->fill(buffer, format);
   }

@@ -10,6 +10,7 @@
 #include "palpate/core/json.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
+#include "palpate/network/messages.h"
 #include "palpate/network/zmq_engine.h"
 
 namespace palpate::app {
@@ -78,6 +79,8 @@ std::string status_text(const ServerStatus& status, const std::string& address) 
           f.rate_hz, f.late, f.frames, f.lost, duration_text(f.round_trip_median_us),
           duration_text(f.round_trip_p99_us), f.clock_offset_s, duration_text(f.clock_uncertainty_us));
     lines.push_back(line);
+    for (const auto& condition : f.conditions)
+      lines.push_back(fmt::format("    ! {}", excerpt(condition, kMaxConditionBytes)));
   }
   lines.push_back(fmt::format("\n{} states answered, {} published, {} clock exchanges, {} wishes",
                               status.requests, status.published, status.syncs, status.controls));
@@ -115,7 +118,8 @@ Json status_json(const ServerStatus& status) {
          {"rate_hz", f.rate_hz},
          {"round_trip_us", {{"median", f.round_trip_median_us}, {"p99", f.round_trip_p99_us}}},
          {"clock_offset_s", f.clock_offset_s},
-         {"clock_uncertainty_us", f.clock_uncertainty_us}});
+         {"clock_uncertainty_us", f.clock_uncertainty_us},
+         {"conditions", f.conditions}});
   }
   json["service"] = {{"requests", status.requests}, {"published", status.published},
                      {"syncs", status.syncs},       {"controls", status.controls},

@@ -30,6 +30,8 @@ const char* name_of(ConditionKind kind) {
       return "camera_clock";
     case ConditionKind::tracker_silent:
       return "tracker_silent";
+    case ConditionKind::tracker_clock:
+      return "tracker_clock";
     case ConditionKind::tracker_blind:
       return "tracker_blind";
     case ConditionKind::landmarks_lost:
@@ -48,6 +50,8 @@ const char* end_of(ConditionKind kind) {
       return "camera: its clock is known again";
     case ConditionKind::tracker_silent:
       return "tracker: samples come again";
+    case ConditionKind::tracker_clock:
+      return "tracker: its clock is known again";
     case ConditionKind::tracker_blind:
       return "tracker: sees the head's marker again";
     case ConditionKind::landmarks_lost:
@@ -91,20 +95,22 @@ void ConditionWatch::look(Instant<GraphicsClock> now) {
   const Duration patience =
       std::max(allowed(images_),
                Duration(static_cast<Duration::rep>(kIntervals * static_cast<double>(interval_.count()))));
-  const bool no_images = images_.silent_for(patience, now, begun_);
-  set(no_images, ConditionKind::camera_silent, since(images_),
-      interval_ > Duration(0)
-          ? fmt::format("camera: no image any more, one every {:.0f} ms is expected; look at its cable and "
-                        "power, pictures go on when images come",
-                        to_seconds(interval_) * 1e3)
-          : std::string("camera: no image yet; look at its cable and power"));
-  set(wrong_size_ && !no_images, ConditionKind::image_size, wrong_since_,
+  const bool silent = images_.silent_for(patience, now, begun_);
+  const bool no_images = driver_speaks_ ? !driver_words_.empty() : silent;
+  set(no_images, ConditionKind::camera_silent, since(images_), why_no_images());
+  set(wrong_size_ && !silent && !no_images, ConditionKind::image_size, wrong_since_,
       fmt::format("camera: images have {} x {} pixels, the rig is calibrated for {} x {}; set the camera to "
                   "that size, or calibrate it again: palpate calibrate camera",
                   wrong_width_, wrong_height_, width_, height_));
-  set(any_jump_ && now - jumped_ < kJumpTold, ConditionKind::camera_clock, jumped_,
-      "camera: its clock was set or stood still; it is being learned anew, for a second pictures may not "
-      "fit");
+  const auto clock_set = [&](const std::optional<Instant<GraphicsClock>>& at, ConditionKind kind,
+                             const char* device) {
+    set(at && now - *at < kJumpTold, kind, at.value_or(now),
+        fmt::format("{}: its clock was set or stood still; it is being learned anew, for a second pictures "
+                    "may not fit",
+                    device));
+  };
+  clock_set(camera_clock_set_, ConditionKind::camera_clock, "camera");
+  clock_set(tracker_clock_set_, ConditionKind::tracker_clock, "tracker");
   const bool no_samples = samples_.silent_for(allowed(samples_), now, begun_);
   set(no_samples, ConditionKind::tracker_silent, since(samples_),
       "tracker: no samples; look at its cable and server, poses go on when samples come");
@@ -112,7 +118,7 @@ void ConditionWatch::look(Instant<GraphicsClock> now) {
       since(head_),
       "tracker: does not see the head's marker; turn it towards the tracker, or take away what stands "
       "between");
-  set(images_.heard && !no_images && !wrong_size_ && predicted_ > 0 &&
+  set(images_.heard && !silent && !no_images && !wrong_size_ && predicted_ > 0 &&
           carried_.silent_for(patience, now, begun_),
       ConditionKind::landmarks_lost, since(carried_),
       fmt::format("landmarks: {} of {} expected ones agree, at least 3 are needed; the picture rests on the "
@@ -120,13 +126,29 @@ void ConditionWatch::look(Instant<GraphicsClock> now) {
                   used_, predicted_));
 }
 
+std::string ConditionWatch::why_no_images() const {
+  if (driver_speaks_) return driver_words_;
+  if (interval_ == Duration(0)) return "camera: no image yet; look at its cable and power";
+  return fmt::format(
+      "camera: no image any more, one every {:.0f} ms is expected; look at its cable and power, pictures go "
+      "on when images come",
+      to_seconds(interval_) * 1e3);
+}
+
 void ConditionWatch::set(bool holds, ConditionKind kind, Instant<GraphicsClock> since,
                          const std::string& text) {
   const auto at =
       std::find_if(conditions_.begin(), conditions_.end(), [kind](const auto& c) { return c.kind == kind; });
-  if (!holds && at != conditions_.end()) conditions_.erase(at);
-  // The words stay those of its beginning: a line that changes every frame cannot be read.
-  if (holds && at == conditions_.end()) conditions_.push_back({kind, since, text});
+  if (!holds) {
+    if (at != conditions_.end()) conditions_.erase(at);
+    return;
+  }
+  if (at == conditions_.end()) {
+    conditions_.push_back({kind, since, text});
+  } else if (kind == ConditionKind::camera_silent && driver_speaks_) {
+    at->text = text;  // another trouble meanwhile, of which a driver speaks once
+  }
+  // Else the words stay those of its beginning: a line that changes every frame cannot be read.
 }
 
 }  // namespace palpate

@@ -3,11 +3,14 @@
 // Fed by the graphics server with what it sees; `conditions()` lists what does not hold at the moment of the
 // last look(), in the order in which it began. A condition ends by itself when its cause does: nothing has to
 // be started again. Each is stated within 0.5 s of its beginning, at camera and tracker rates from 10 Hz on;
-// a slower camera is given three of its own intervals. Host time of the graphics server. One thread.
+// a slower camera is given three of its own intervals. A real camera's driver knows more than that images
+// stay away, and is believed. Host time of the graphics server. One thread.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "palpate/time/instant.h"
@@ -19,6 +22,7 @@ enum class ConditionKind : std::uint8_t {
   image_size,      // images of another size than the calibrated camera's: not drawn
   camera_clock,    // its clock was set or stood still: images cannot be placed in time for a moment
   tracker_silent,  // no samples at all
+  tracker_clock,   // as the camera's
   tracker_blind,   // samples, but the head's marker is not among what it sees
   landmarks_lost,  // the picture rests on the tracker alone
 };
@@ -41,8 +45,12 @@ class ConditionWatch {
 
   // False: the image has another size than it should and must not be drawn.
   bool image(Instant<GraphicsClock> now, int width, int height);
-  // The camera's stamps were found to jump.
-  void camera_clock_jumped(Instant<GraphicsClock> now) { jumped_ = now, any_jump_ = true; }
+  // Why no image can be had, as the camera's driver has it; empty: all is well. From the first call on this
+  // decides whether the camera is silent.
+  void camera_says(std::string words) { driver_speaks_ = true, driver_words_ = std::move(words); }
+  // A device's clock was found set (watched_clock.h).
+  void camera_clock_set(Instant<GraphicsClock> now) { camera_clock_set_ = now; }
+  void tracker_clock_set(Instant<GraphicsClock> now) { tracker_clock_set_ = now; }
   void tracker_sample(Instant<GraphicsClock> now, bool is_head_marker, bool seen);
   // A frame's pose: how many landmarks it should have seen, and whether they carried it.
   void landmarks(Instant<GraphicsClock> now, int predicted, int used, bool refined);
@@ -60,13 +68,16 @@ class ConditionWatch {
     void hear(Instant<GraphicsClock> now) { heard = true, last = now; }
   };
   void set(bool holds, ConditionKind kind, Instant<GraphicsClock> since, const std::string& text);
+  std::string why_no_images() const;
 
   int width_, height_, wrong_width_ = 0, wrong_height_ = 0;
-  bool wrong_size_ = false, begun_known_ = false, any_jump_ = false;
+  bool wrong_size_ = false, begun_known_ = false, driver_speaks_ = false;
+  std::string driver_words_;
   Duration interval_{0};  // between images, smoothed
   Source images_, samples_, head_, carried_;
   int predicted_ = 0, used_ = 0;
-  Instant<GraphicsClock> begun_, jumped_, wrong_since_;
+  Instant<GraphicsClock> begun_, wrong_since_;
+  std::optional<Instant<GraphicsClock>> camera_clock_set_, tracker_clock_set_;
   std::vector<Condition> conditions_;
 };
 

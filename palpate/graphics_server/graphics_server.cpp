@@ -9,12 +9,6 @@ namespace {
 
 constexpr Duration kMostExtraDelay = std::chrono::seconds(1);
 
-// An image that arrives this much later than the camera's clock has it is doubted; so many of them in a row,
-// all as late to within kSteady, are no late images but a clock that was set back. (One that was set forward
-// shows at once: no image arrives before it was taken.)
-constexpr Duration kDoubt = std::chrono::milliseconds(200), kSteady = std::chrono::milliseconds(10);
-constexpr int kDoubtful = 3;
-
 // While the tracker is blind the head moves on as it did between the last two pictures, for so long; it turns
 // and shifts otherwise by about this much within a frame (a head that shakes by half a degree six times a
 // second).
@@ -55,25 +49,9 @@ GraphicsServer::GraphicsServer(Rig rig, StateLink& link, TrackerDevice& tracker,
 
 void GraphicsServer::take_image(CameraImage image, Instant<GraphicsClock> now, Duration waited) {
   if (!watch_.image(now, image.width, image.height)) return;  // nothing that could be drawn
-  Instant<GraphicsClock> time = camera_clock_.model().to(image.mid_exposure);
-  const Duration late = now - time;
-  // A machine that cannot keep up has images late, too, but now more and now less.
-  const bool doubted = camera_clock_.phase() == ClockPhase::tracking && late > kDoubt + waited;
-  if (!doubted || std::abs((late - doubted_late_).count()) > kSteady.count()) doubtful_images_ = 0;
-  if (doubted && doubtful_images_++ == 0) doubted_late_ = late;
-  if (doubtful_images_ >= kDoubtful) {
-    camera_clock_ = {};
-    camera_restarts_ = 0;
-    doubtful_images_ = 0;
-    watch_.camera_clock_jumped(now);
-  }
-  camera_clock_.add(image.mid_exposure, now, waited);
-  if (camera_clock_.restarts() != camera_restarts_) {
-    camera_restarts_ = camera_clock_.restarts();
-    watch_.camera_clock_jumped(now);
-  }
   // An image whose stamp is doubted is taken for one that arrived in time: that is what its stamp would say.
-  time = doubtful_images_ > 0 ? now : camera_clock_.model().to(image.mid_exposure);
+  const auto time = camera_clock_.take(image.mid_exposure, now, waited).value_or(now);
+  if (camera_clock_.found_set()) watch_.camera_clock_set(now);
   if (settings_.extra_delay == Duration(0)) arrived_.clear();  // an older one that nobody took up is dropped
   arrived_.push_back({std::move(image), now, time});
 }
@@ -82,11 +60,11 @@ void GraphicsServer::service(Instant<GraphicsClock> now) {
   const Duration waited = now - last_look_.value_or(now);
   last_look_ = now;
   for (const auto& sample : tracker_.poll()) {
-    tracker_clock_.add(sample.stamp, now, waited);
+    const auto time = tracker_clock_.take(sample.stamp, now, waited);
+    if (tracker_clock_.found_set()) watch_.tracker_clock_set(now);
     watch_.tracker_sample(now, sample.marker == MarkerId::camera_marker, sample.seen);
-    if (!sample.seen) continue;
-    const MarkerPose pose{tracker_clock_.model().to(sample.stamp), sample.rotation, sample.translation,
-                          sample.covariance};
+    if (!sample.seen || !time) continue;
+    const MarkerPose pose{*time, sample.rotation, sample.translation, sample.covariance};
     if (sample.marker == MarkerId::camera_marker) camera_marker_.add(pose);
     if (tap_) tap_(sample.marker, pose);
   }

@@ -26,6 +26,7 @@
 #include "palpate/devices/devices.h"
 #include "palpate/graphics_server/frame_record.h"
 #include "palpate/graphics_server/marker_history.h"
+#include "palpate/graphics_server/watched_clock.h"
 #include "palpate/model/rig.h"
 #include "palpate/network/state_link.h"
 #include "palpate/scene/application.h"
@@ -76,6 +77,8 @@ class GraphicsServer {
   // How predicted pictures carry a state on; without it bodies move on steadily.
   void predict_with(StatePredictor predictor) { predictor_ = std::move(predictor); }
 
+  // What the camera's driver has to say (ConditionWatch::camera_says).
+  void camera_says(std::string words) { watch_.camera_says(std::move(words)); }
   // What is wrong with the devices now (conditions.h), as of the last service().
   const std::vector<Condition>& conditions() const { return watch_.conditions(); }
 
@@ -109,10 +112,8 @@ class GraphicsServer {
   GraphicsSettings settings_;
   MarkerTap tap_;
   StatePredictor predictor_;
-  ClockEstimator<TrackerClock, GraphicsClock> tracker_clock_;
-  ClockEstimator<CameraClock, GraphicsClock> camera_clock_;
-  int camera_restarts_ = 0, doubtful_images_ = 0;
-  Duration doubted_late_{0};  // of the first doubtful image
+  WatchedClock<TrackerClock> tracker_clock_;
+  WatchedClock<CameraClock> camera_clock_;
   ClockSync<GraphicsClock, PhysicsClock> sync_;
   std::optional<Instant<GraphicsClock>> last_sync_sent_, last_look_;
   ConditionWatch watch_;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "palpate/core/text.h"
 #include "palpate/network/message_arena.h"
 #include "palpate/network/messages.h"
 
@@ -79,6 +80,10 @@ void put(wire::ClientFigures* out, const ClientFigures& figures) {
   out->set_round_trip_p99_us(figures.round_trip_p99_us);
   out->set_clock_offset_s(figures.clock_offset_s);
   out->set_clock_uncertainty_us(figures.clock_uncertainty_us);
+  for (const auto& condition : figures.conditions) {
+    if (out->conditions_size() == kMaxConditions) break;
+    out->add_conditions(excerpt(condition, kMaxConditionBytes - 3));  // and "..."
+  }
 }
 
 wire::Role wire_role(Role role) { return static_cast<wire::Role>(static_cast<int>(role) + 1); }

@@ -35,6 +35,9 @@ inline constexpr std::size_t kMaxShapePieces = (kMaxShapeBytes + kShapePieceByte
 inline constexpr int kMaxSurfaces = 64;
 inline constexpr std::size_t kMaxNameBytes = 64;
 inline constexpr std::size_t kMaxReasonBytes = 512;
+// Of one client: four can hold at the same time. 64 clients that have all of them fit into an answer.
+inline constexpr int kMaxConditions = 4;
+inline constexpr std::size_t kMaxConditionBytes = 180;
 
 // Graphics server to physics server.
 struct Hello {

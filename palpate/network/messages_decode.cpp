@@ -164,6 +164,10 @@ Role read_role(Check& check, int role) {
 
 ClientFigures read(Check& check, const wire::ClientFigures& in) {
   constexpr double kDayUs = 86400e6, kMaxTimeS = 1e-9 * static_cast<double>(kMaxTimeNs);
+  check.count(in.conditions_size(), kMaxConditions, "conditions");
+  std::vector<std::string> conditions;
+  for (const auto& condition : in.conditions())
+    if (check.good()) conditions.push_back(check.text(condition, kMaxConditionBytes, "condition"));
   return {
       .frames = in.frames(),
       .late = in.late(),
@@ -173,7 +177,8 @@ ClientFigures read(Check& check, const wire::ClientFigures& in) {
       .round_trip_p99_us = check.within(in.round_trip_p99_us(), 0.0, kDayUs, "round_trip_p99_us"),
       .clock_offset_s = check.within(in.clock_offset_s(), -kMaxTimeS, kMaxTimeS, "clock_offset_s"),
       .clock_uncertainty_us =
-          check.within(in.clock_uncertainty_us(), 0.0, 1e6 * kMaxTimeS, "clock_uncertainty_us")};
+          check.within(in.clock_uncertainty_us(), 0.0, 1e6 * kMaxTimeS, "clock_uncertainty_us"),
+      .conditions = std::move(conditions)};
 }
 
 LoopStatus read(Check& check, const wire::LoopStatus& in) {

@@ -76,7 +76,8 @@ TEST(Messages, AStatusComesBackWholeAndIsBounded) {
   reply.status.application = "pingpong";
   reply.status.loops.push_back(
       {"haptic", 999.5, 1000, 3, 4, 1.5, 2.5, 3.5, 4.5, std::vector<std::uint64_t>{0, 5, 7}});
-  reply.status.clients.push_back({"screen", Role::graphics, {100, 2, 1, 29.9, 150.0, 300.0, 1234.5, 20.0}});
+  reply.status.clients.push_back(
+      {"screen", Role::graphics, {100, 2, 1, 29.9, 150.0, 300.0, 1234.5, 20.0, {"camera: no image"}}});
   reply.status.requests = 1, reply.status.syncs = 2, reply.status.controls = 3, reply.status.rejected = 4;
   reply.status.turned_away = 5, reply.status.unsent = 6, reply.status.published = 7;
   const auto back = decode_server_message(encode(ServerMessage(reply)));
@@ -89,6 +90,7 @@ TEST(Messages, AStatusComesBackWholeAndIsBounded) {
   ASSERT_EQ(got.clients.size(), 1u);
   EXPECT_EQ(got.clients[0].role, Role::graphics);
   EXPECT_EQ(got.clients[0].figures.clock_offset_s, 1234.5);
+  EXPECT_EQ(got.clients[0].figures.conditions, std::vector<std::string>{"camera: no image"});
   EXPECT_EQ(got.published, 7u);
 
   auto many = reply;
@@ -100,6 +102,25 @@ TEST(Messages, AStatusComesBackWholeAndIsBounded) {
   auto odd = reply;
   odd.status.clients[0].figures.rate_hz = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(decode_server_message(encode(ServerMessage(odd))));
+}
+
+TEST(Messages, AStatusOfAsManyClientsAsThereMayBeEachInAllTroubleFits) {
+  StatusReply reply;
+  reply.number = 1;
+  reply.status.application = std::string(64, 'a');
+  LoopStatus loop;
+  loop.name = loop.condition = std::string(64, 'l');
+  loop.late_octaves.assign(40, std::uint64_t{1} << 62);
+  reply.status.loops.assign(8, loop);
+  ClientStatus client{std::string(64, 'c'), Role::graphics, {}};
+  client.figures.conditions.assign(5, std::string(300, 'w'));
+  reply.status.clients.assign(64, client);
+  const std::string bytes = encode(ServerMessage(reply));
+  EXPECT_LE(bytes.size(), kMaxMessageBytes);
+  const auto back = decode_server_message(bytes);
+  ASSERT_TRUE(back) << back.error().message;
+  const auto& told = std::get<StatusReply>(*back).status.clients.back().figures.conditions;
+  EXPECT_EQ(told, std::vector<std::string>(4, std::string(177, 'w') + "..."));
 }
 
 TEST(Messages, ASceneComesBackWhole) {

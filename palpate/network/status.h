@@ -22,6 +22,8 @@ struct ClientFigures {
   double round_trip_median_us = 0.0, round_trip_p99_us = 0.0;
   double clock_offset_s = 0.0;        // server's clock minus the client's
   double clock_uncertainty_us = 0.0;  // as the client states it
+  // What is wrong with its devices, a line each: of each client the first four travel, 180 bytes of each.
+  std::vector<std::string> conditions{};
 };
 
 struct LoopStatus {

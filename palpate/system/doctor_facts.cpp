@@ -26,6 +26,8 @@
 #include "palpate/drivers/cameras/camera_choice.h"
 #include "palpate/drivers/openhaptics/arm.h"
 #include "palpate/system/doctor_network.h"
+#include "palpate/window/sound_out.h"
+#include "palpate/window/window.h"
 
 namespace palpate::doctor {
 namespace {
@@ -135,6 +137,24 @@ GraphicsFacts graphics_facts() {
   return facts;
 }
 
+DesktopFacts desktop_facts() {
+  DesktopFacts facts;
+  if (const char* display = std::getenv("DISPLAY")) facts.display = display;
+  if (const auto possible = window::Window::possible(); !possible)
+    facts.window_problem = possible.error().message;
+  // PulseAudio's library makes itself a folder even where no sound server runs.
+  const char* run = std::getenv("XDG_RUNTIME_DIR");
+  const fs::path pulse = run == nullptr ? fs::path() : fs::path(run) / "pulse";
+  std::error_code ignored;
+  const bool was_there = pulse.empty() || fs::exists(pulse, ignored);
+  if (const auto sound = window::SoundOut::open())
+    facts.sound = (*sound)->device();
+  else
+    facts.sound_problem = sound.error().message;
+  if (!was_there) fs::remove(pulse, ignored);  // only if it is empty
+  return facts;
+}
+
 void look_at_arms(const std::optional<std::string>& asked, DeviceFacts& facts) {
   facts.arm_nodes = openhaptics::find_arm_nodes();
   if (const char* settings = std::getenv("GTDD_HOME"); settings != nullptr) {
@@ -240,6 +260,7 @@ Expected<Facts> gather_facts(const Options& options) {
                      fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION),
                      picture_library(), network_libraries()};
   facts.graphics = graphics_facts();
+  facts.desktop = desktop_facts();
   return facts;
 }
 

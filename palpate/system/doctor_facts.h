@@ -86,6 +86,12 @@ struct GraphicsFacts {
   std::string renderer, platform, problem;
 };
 
+// What `palpate graphics --window` needs beyond that.
+struct DesktopFacts {
+  std::string display, window_problem;  // DISPLAY; why no window can be opened there
+  std::string sound, sound_problem;     // the device, as the library names it; why nothing is heard
+};
+
 struct LibraryFacts {
   std::string palpate, eigen, pictures;
   NetworkLibraries network;
@@ -120,6 +126,7 @@ struct Facts {
   std::optional<ListenFacts> listen;
   KeyFacts keys;
   GraphicsFacts graphics;
+  DesktopFacts desktop;
   LibraryFacts libraries;
   DeviceFacts devices;
   SpaceFacts space;
@@ -134,8 +141,9 @@ struct Options {
 };
 
 // Looks, and leaves the machine as it was: real-time rights are asked for in a thread that ends, a socket
-// lives for a moment. Up to some seconds where servers are there that do not answer. Call it while the
-// process has one thread. Wrong use: a --listen that is no address, an --arm or --camera that is none.
+// lives for a moment, a window is never seen, nothing is played. Up to some seconds where servers are there
+// that do not answer. Call it from the main thread, while the process has no other. Wrong use: a --listen
+// that is no address, an --arm or --camera that is none.
 Expected<Facts> gather_facts(const Options& options);
 
 // Parts of it that read single files; for tests.

@@ -364,6 +364,17 @@ Findings judge(const GraphicsFacts& facts) {
   return {fine(kArea, "OpenGL 3.3", value)};
 }
 
+// Nobody needs a window or sound to serve: pictures go to files, and who wears a display of their own hears
+// the real thing.
+Findings judge(const DesktopFacts& facts) {
+  constexpr const char* kArea = "desktop";
+  return {facts.window_problem.empty()
+              ? fine(kArea, "window", fmt::format("can be opened at display {}", facts.display))
+              : told(Verdict::worth_knowing, kArea, "window", facts.window_problem),
+          facts.sound_problem.empty() ? fine(kArea, "sound", facts.sound)
+                                      : told(Verdict::worth_knowing, kArea, "sound", facts.sound_problem)};
+}
+
 Findings judge(const LibraryFacts& facts) {
   constexpr const char* kArea = "libraries";
   return {fine(kArea, "palpate", fmt::format("{}, protocol {}", facts.palpate, facts.network.protocol)),
@@ -489,6 +500,7 @@ Findings judge(const Facts& facts) {
   if (facts.listen) add(judge(*facts.listen));
   add(judge(facts.keys));
   add(judge(facts.graphics));
+  add(judge(facts.desktop));
   add(judge(facts.devices));
   add(judge(facts.space));
   add(judge(facts.libraries));

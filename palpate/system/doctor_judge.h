@@ -30,6 +30,7 @@ Findings judge(const SocketFacts& facts);
 Findings judge(const ListenFacts& facts);
 Findings judge(const KeyFacts& facts);
 Findings judge(const GraphicsFacts& facts);
+Findings judge(const DesktopFacts& facts);
 Findings judge(const LibraryFacts& facts);
 Findings judge(const DeviceFacts& facts);
 Findings judge(const SpaceFacts& facts);

@@ -78,6 +78,7 @@ Facts good_machine() {
   facts.sockets = good_sockets();
   facts.keys = good_keys();
   facts.graphics = {"NVIDIA RTX", "device", ""};
+  facts.desktop = {":0", "", "Built-in Audio", ""};
   facts.libraries = {"0.1.0", "3.4.0", "OpenCV 4.6.0", {"4.3.4", "3.21.12", true, 1}};
   facts.space = {"/run/user/1000/palpate", 1ull << 30, 1024};
   return facts;
@@ -97,6 +98,8 @@ TEST(Doctor, AGoodMachineLacksOnlyTheDriversThatNobodyHas) {
 TEST(Doctor, NothingToldAtAllIsStillOneUsefulLineEach) {
   Facts facts;
   facts.graphics.problem = "drawing: no display; install a driver";
+  facts.desktop.window_problem = "window: no display; start it on a desktop";
+  facts.desktop.sound_problem = "sound: the sound device has no voices left";
   facts.libraries = {"0", "0", "none", {"4.3.4", "3", false, 1}};
   facts.keys.folder_problem = "no place for keys; give --keys DIR";
   facts.space.folder = facts.sockets.folder = "/run";

@@ -12,6 +12,7 @@
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
 #include "palpate/devices/lab_channel.h"
+#include "palpate/draw/context.h"
 #include "palpate/network/zmq_engine.h"
 #include "palpate/system/demo_raw.h"
 #include "palpate/system/picture_parts.h"
@@ -92,37 +93,38 @@ class ClockWatch {
   int restarts_ = 0;
 };
 
-// Tells each time a condition begins or ends.
+// Tells each time a condition begins, finds other words, or ends.
 class ConditionTeller {
  public:
   explicit ConditionTeller(const std::function<void(const std::string&)>& say) : say_(say) {}
   void look(const std::vector<Condition>& now) {
-    for (const auto& condition : now)
-      if (!among(told_, condition.kind)) {
-        ++begun_[name_of(condition.kind)];
-        if (say_) say_("graphics: " + condition.text);
-      }
-    for (const auto& kind : told_)
-      if (say_ && std::none_of(now.begin(), now.end(), [&](const auto& c) { return c.kind == kind; }))
-        say_(fmt::format("graphics: {}", end_of(kind)));
-    told_.clear();
-    for (const auto& condition : now) told_.push_back(condition.kind);
+    for (const auto& condition : now) {
+      const Condition* before = among(told_, condition.kind);
+      if (before == nullptr) ++begun_[name_of(condition.kind)];
+      if (say_ && (before == nullptr || before->text != condition.text)) say_("graphics: " + condition.text);
+    }
+    for (const auto& condition : told_)
+      if (say_ && among(now, condition.kind) == nullptr)
+        say_(fmt::format("graphics: {}", end_of(condition.kind)));
+    told_ = now;
   }
   // How often each has begun.
   const std::map<std::string, int>& begun() const { return begun_; }
 
  private:
-  static bool among(const std::vector<ConditionKind>& kinds, ConditionKind kind) {
-    return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+  static const Condition* among(const std::vector<Condition>& conditions, ConditionKind kind) {
+    const auto at =
+        std::find_if(conditions.begin(), conditions.end(), [kind](const auto& c) { return c.kind == kind; });
+    return at == conditions.end() ? nullptr : &*at;
   }
   const std::function<void(const std::string&)>& say_;
-  std::vector<ConditionKind> told_;
+  std::vector<Condition> told_;
   std::map<std::string, int> begun_;
 };
 
 // For `palpate status`.
 ClientFigures figures_of(std::uint64_t frames, std::uint64_t late, std::uint64_t lost, double elapsed_s,
-                         const JitterHistogram& trips, const ClockSync<GraphicsClock, PhysicsClock>& sync,
+                         const JitterHistogram& trips, const GraphicsServer& server,
                          Instant<GraphicsClock> now) {
   ClientFigures figures{.frames = frames,
                         .late = late,
@@ -130,6 +132,8 @@ ClientFigures figures_of(std::uint64_t frames, std::uint64_t late, std::uint64_t
                         .rate_hz = elapsed_s > 0.0 ? static_cast<double>(frames) / elapsed_s : 0.0,
                         .round_trip_median_us = 1e6 * to_seconds(trips.quantile(0.5)),
                         .round_trip_p99_us = 1e6 * to_seconds(trips.quantile(0.99))};
+  for (const auto& condition : server.conditions()) figures.conditions.push_back(condition.text);
+  const auto& sync = server.sync();
   if (sync.exchanges() > 0) {
     figures.clock_offset_s = 1e-9 * static_cast<double>(sync.model().to(now).ns() - now.ns());
     figures.clock_uncertainty_us = 1e6 * to_seconds(sync.model().uncertainty(now));
@@ -187,6 +191,8 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   keep_freed_memory();
   if (options.window)  // known now, not after waiting for a physics server
     if (auto possible = window::Window::possible(); !possible) return tl::unexpected(possible.error());
+  const auto drawing = draw::Context::of_this_thread();  // the same; kept for those who draw
+  if (!drawing) return refused("graphics: {}", drawing.error().message);
   const auto place = server_place(options.server);
   if (!place) return tl::unexpected(place.error());
   const Endpoint& endpoint = place->endpoint;
@@ -326,8 +332,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     std::this_thread::sleep_for(next - now);
     if (lab)
       if (auto alive = lab->check(); !alive) return refused("graphics: {}", alive.error().message);
-    if (live_camera)
-      if (const auto news = live_camera->news(); news && options.notice) options.notice("graphics: " + *news);
+    if (live_camera) server.camera_says(live_camera->trouble());
     server.service(clock.now());
     physics.look();
     clocks.look(server.sync());
@@ -351,11 +356,6 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
         trips.add(seconds(s));
       }
       const double t = to_seconds(clock.now() - begun);
-      if (!told || clock.now() - *told >= StateLink::kHelloEvery) {
-        told = clock.now();
-        (*link)->tell(
-            figures_of(frames, late, (*link)->counters().lost, t, trips.histogram(), server.sync(), *told));
-      }
       if (logs) {
         const auto& so_far = (*link)->counters();
         logs->frames.row(std::vector<std::string>{
@@ -378,7 +378,13 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
                                              to_seconds(server.sync().model().offset(here))});
       }
     }
-    if (seat) quit = !seat->act(clock.now(), **link, hand.get());
+    // Also while no images come: then above all it is asked what is wrong.
+    if (!told || clock.now() - *told >= StateLink::kHelloEvery) {
+      told = clock.now();
+      (*link)->tell(figures_of(frames, late, (*link)->counters().lost, to_seconds(*told - begun),
+                               trips.histogram(), server, *told));
+    }
+    if (seat) quit = !seat->act(clock.now(), **link, hand.get(), server.conditions());
     if (player && !(seat && seat->person_plays())) player->act(clock.now(), server, *hand);
   }
   // Figures of a measured run without its server would be figures of something else.

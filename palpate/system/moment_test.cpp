@@ -236,6 +236,8 @@ Told conditions_of(LockstepOptions options, Moments* moments = nullptr) {
 void expect_told(const Told& told, ConditionKind kind, const std::string& word, double until = kUntil) {
   ASSERT_EQ(told.spans.count(kind), 1u) << word;
   EXPECT_LE(told.spans.at(kind).first, kFrom + 0.5);
+  ::testing::Test::RecordProperty(name_of(kind) + std::string("_told_after_ms"),
+                                  static_cast<int>(std::lround(1e3 * (told.spans.at(kind).first - kFrom))));
   EXPECT_GE(told.spans.at(kind).first, kFrom);
   EXPECT_LE(told.spans.at(kind).second, until + 0.5);
   EXPECT_NE(told.words.at(kind).find(word), std::string::npos) << told.words.at(kind);
@@ -286,6 +288,19 @@ TEST(Conditions, ATrackerWithoutSamplesIsTold) {
   const auto told = conditions_of(options);
   EXPECT_EQ(told.spans.size(), 1u);
   expect_told(told, ConditionKind::tracker_silent, "no samples");
+}
+
+TEST(Conditions, ATrackerClockThatJumpsIsToldAndLearnedAnew) {
+  for (const double jump_s : {0.5, -0.3, 40.0, -40.0}) {
+    LockstepOptions options;
+    options.disturb_tracker = [jump_s](double t, std::vector<TrackerSample>& samples) {
+      if (t >= kFrom)
+        for (auto& sample : samples) sample.stamp += seconds(jump_s);
+    };
+    const auto told = conditions_of(options);
+    EXPECT_EQ(told.spans.size(), 1u) << jump_s;
+    expect_told(told, ConditionKind::tracker_clock, "tracker: its clock", kFrom + 1.2);
+  }
 }
 
 TEST(Conditions, ACameraClockThatJumpsIsToldAndLearnedAnew) {

@@ -68,10 +68,8 @@ WindowSeat::WindowSeat(const SceneDescription& scene, const Rig& rig, const sim:
                        const WindowSeatOptions& options)
     : options_(options),
       scene_(scene),
-      landmarks_known_(!rig.landmarks.empty()),
       full_force_n_(force_limits_of(rig.arm->model).peak_n),
       hand_(rig.camera->model, mouse_hand_settings(scene, rig, world)),
-      camera_silence_(seconds(window::Warnings::kCameraStill_s).count()),
       physics_silence_(seconds(window::Warnings::kPhysicsSilent_s).count()),
       picture_{rig.camera->model.width, rig.camera->model.height},
       person_plays_(options.mouse && !options.scripted_player) {}
@@ -96,7 +94,6 @@ void WindowSeat::show(const FrameRecord& frame, std::vector<std::string> caption
   const double t = to_seconds(now.since_epoch);
   recent_.emplace_back(t, frame.late);
   while (recent_.size() > 2 && recent_.front().first < t - 1.0) recent_.pop_front();
-  frame_at_ = now;
   content_.score = std::move(captions);
   const double span = recent_.back().first - recent_.front().first;
   if (span > 0.3) content_.pictures_per_s = static_cast<double>(recent_.size() - 1) / span;
@@ -117,7 +114,6 @@ void WindowSeat::show(const FrameRecord& frame, std::vector<std::string> caption
   }
   frame_ = frame;
   frame_.rgb.clear();
-  sources_ = {sources_[1], frame.pose_source};
   draw(now);
 }
 
@@ -169,7 +165,8 @@ bool WindowSeat::obey(window::Key key, StateLink& link) {
   return true;
 }
 
-bool WindowSeat::act(Instant<GraphicsClock> now, StateLink& link, HandDevice* hand) {
+bool WindowSeat::act(Instant<GraphicsClock> now, StateLink& link, HandDevice* hand,
+                     const std::vector<Condition>& conditions) {
   const double t = to_seconds(now.since_epoch);
   if (!begun_) begun_ = now;
   const window::Input input = window_->poll();
@@ -188,30 +185,24 @@ bool WindowSeat::act(Instant<GraphicsClock> now, StateLink& link, HandDevice* ha
   hand_.roll(input.wheel);
   hand_.hold_buttons(input.left, input.right);
   if (person_plays_ && hand != nullptr) hand->move_to(hand_.act(t));
-  look(now, link);
+  look(now, link, conditions);
   if (!drawn_ || to_seconds(now - *drawn_) > kIdleDraw_s) draw(now);
   return true;
 }
 
-void WindowSeat::look(Instant<GraphicsClock> now, StateLink& link) {
+void WindowSeat::look(Instant<GraphicsClock> now, StateLink& link, const std::vector<Condition>& conditions) {
   const double t = to_seconds(now.since_epoch);
   if (!status_asked_ || to_seconds(now - *status_asked_) > kAskStatus_s) {
     status_asked_ = now;
     link.ask_status();
   }
-  window::Condition c;
-  const auto picture = frame_at_.value_or(*begun_);
-  if (camera_silence_.gone(now.ns(), picture.ns())) c.since_picture_s = to_seconds(now - picture);
+  window::Standing c;
+  for (const auto& condition : conditions) c.devices.push_back(condition.text);
   const auto silence = link.since_last_word();
   const auto beat = silence ? (now - *silence).ns() : begun_->ns();
   if (std::abs(beat - physics_beat_ns_) > kSameBeat_ns) physics_beat_ns_ = beat;
   if (physics_silence_.gone(now.ns(), physics_beat_ns_))
     c.since_physics_s = 1e-9 * static_cast<double>(now.ns() - physics_beat_ns_);
-  const auto both = [this](auto&& is) { return is(sources_[0]) && is(sources_[1]); };
-  c.tracker_sees_camera = !both([](PoseSource source) { return source == PoseSource::none; });
-  c.landmarks_used =
-      !both([](PoseSource source) { return source == PoseSource::none || source == PoseSource::tracker; });
-  c.landmarks_known = landmarks_known_;
   if (recent_.size() >= 5) {
     const auto late =
         std::count_if(recent_.begin(), recent_.end(), [](const auto& one) { return one.second; });

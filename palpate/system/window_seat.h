@@ -7,11 +7,11 @@
 // draws.
 #pragma once
 
-#include <array>
 #include <deque>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "palpate/devices/devices.h"
 #include "palpate/devices/silence_watch.h"
@@ -45,8 +45,9 @@ class WindowSeat {
   // A frame has been drawn; `captions` are its score.
   void show(const FrameRecord& frame, std::vector<std::string> captions, Instant<GraphicsClock> now);
   // Every millisecond or so: reads mouse and keys, leads the hand, keeps the window alive when no frames
-  // come. False when the person has quit.
-  bool act(Instant<GraphicsClock> now, StateLink& link, HandDevice* hand);
+  // come. `conditions` of the graphics server are shown. False when the person has quit.
+  bool act(Instant<GraphicsClock> now, StateLink& link, HandDevice* hand,
+           const std::vector<Condition>& conditions);
 
   bool person_plays() const { return person_plays_; }
   // Somebody is there: a key has been pressed or the mouse moved.
@@ -62,13 +63,12 @@ class WindowSeat {
              const WindowSeatOptions& options);
   bool obey(window::Key key, StateLink& link);
   void take_over(Instant<GraphicsClock> now);
-  void look(Instant<GraphicsClock> now, StateLink& link);
+  void look(Instant<GraphicsClock> now, StateLink& link, const std::vector<Condition>& conditions);
   void draw(Instant<GraphicsClock> now);
   std::string hint(double t) const;
 
   WindowSeatOptions options_;
   SceneDescription scene_;
-  bool landmarks_known_;
   double full_force_n_;
   std::unique_ptr<window::Window> window_;
   std::unique_ptr<HitWatch> hits_;
@@ -77,14 +77,12 @@ class WindowSeat {
   window::Warnings warnings_;
   std::string notice_;
 
-  std::optional<Instant<GraphicsClock>> begun_, drawn_, status_asked_, frame_at_, taken_over_;
+  std::optional<Instant<GraphicsClock>> begun_, drawn_, status_asked_, taken_over_;
   window::HudContent content_;
   FrameRecord frame_;  // without pixels
   // Silence counts while this loop runs itself.
-  SilenceWatch camera_silence_, physics_silence_;
+  SilenceWatch physics_silence_;
   std::int64_t physics_beat_ns_ = 0;
-  // Of the last two frames: one miss is no news.
-  std::array<PoseSource, 2> sources_{PoseSource::refined, PoseSource::refined};
   window::Size picture_;
   std::deque<std::pair<double, bool>> recent_;  // time and lateness of the last second's frames
   std::optional<std::string> refusal_seen_;

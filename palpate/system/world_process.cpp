@@ -140,9 +140,14 @@ Expected<WorldProcessReport> run_world(const sim::WorldFile& file, const WorldPr
             "world: whoever commanded the arm has gone silent; it is without force until another "
             "`palpate physics` takes it");
     }
-    if (painter && report.ticks % 100 == 0)
-      if (const auto fault = painter->fault(); !fault.empty())
-        return refused("world: the camera's picture cannot be drawn: {}", fault);
+    // Without pictures there still is an arm to feel with.
+    if (painter && report.picture_fault.empty() && report.ticks % 100 == 0) {
+      report.picture_fault = painter->fault();
+      if (!report.picture_fault.empty() && options.notice)
+        options.notice(fmt::format(
+            "world: the camera's picture cannot be drawn: {}; arm and tracker go on without pictures",
+            report.picture_fault));
+    }
   }
   if (painter) report.images = painter->images();
   return report;

@@ -31,6 +31,7 @@ struct WorldProcessReport {
   std::uint64_t ticks = 0, late_ticks = 0;  // late: served more than a millisecond after its time
   double worst_late_s = 0.0;
   std::uint64_t images = 0;
+  std::string picture_fault;  // why pictures ended early; arm, tracker and hand go on without them
 };
 
 // Serves until `stop` is set or the time is over.

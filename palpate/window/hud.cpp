@@ -181,7 +181,11 @@ const std::vector<Panel>& Hud::lay_out(const HudContent& content, Size framebuff
   put(kWarnings, (framebuffer.width - wide(kWarnings)) / 2, framebuffer.height / 5);
 
   renew(kHelp, content.help ? sized : "", [&] { return help(size); });
-  put(kHelp, (framebuffer.width - wide(kHelp)) / 2, (framebuffer.height - high(kHelp)) / 2);
+  // In the middle, but below what warns as far as there is room: both are to be read.
+  const int warned = high(kWarnings) > 0 ? panels_[kWarnings].y + high(kWarnings) + edge : 0;
+  const int lowest = std::max(0, framebuffer.height - high(kHelp));
+  put(kHelp, (framebuffer.width - wide(kHelp)) / 2,
+      std::min(lowest, std::max(warned, (framebuffer.height - high(kHelp)) / 2)));
   return panels_;
 }
 

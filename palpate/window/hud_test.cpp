@@ -67,6 +67,7 @@ TEST_P(HudSizes, LaysScoreAndFiguresAndForceSideBySide) {
   EXPECT_TRUE(apart(Hud::kFigures, Hud::kWarnings));
   EXPECT_TRUE(apart(Hud::kForce, Hud::kHint));
   EXPECT_TRUE(apart(Hud::kForce, Hud::kWarnings));
+  EXPECT_TRUE(apart(Hud::kHelp, Hud::kWarnings));
 }
 
 TEST(Hud, GrowsWithTheWindow) {

@@ -2,12 +2,29 @@
 
 #include <AL/al.h>
 #include <AL/alc.h>
+#include <dlfcn.h>
 
 #include <array>
+#include <cstdlib>
 
 #include "palpate/window/hit_sound.h"
 
 namespace palpate::window {
+namespace {
+
+void say_nothing(const char*, int, const char*, int, const char*, ...) {}  // NOLINT(cert-dcl50-cpp): as ALSA
+
+// OpenAL and ALSA print all that they look for and do not find; what a person should know is in our refusal.
+void quieten_sound_libraries() {
+  setenv("ALSOFT_LOGLEVEL", "0", 0);
+  using Handler = void (*)(const char*, int, const char*, int, const char*, ...);
+  // The one that OpenAL will open; it stays.
+  if (void* alsa = dlopen("libasound.so.2", RTLD_NOW); alsa != nullptr)
+    if (auto* set = reinterpret_cast<int (*)(Handler)>(dlsym(alsa, "snd_lib_error_set_handler")))
+      set(&say_nothing);
+}
+
+}  // namespace
 
 struct SoundOut::Impl {
   ALCdevice* device = nullptr;
@@ -35,6 +52,7 @@ struct SoundOut::Impl {
 };
 
 Expected<std::unique_ptr<SoundOut>> SoundOut::open() {
+  quieten_sound_libraries();
   auto impl = std::make_unique<Impl>();
   impl->device = alcOpenDevice(nullptr);
   if (impl->device == nullptr)

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 namespace palpate::window {
 namespace {
 
@@ -27,18 +25,12 @@ void Warnings::judge(Trouble trouble, double now, bool wrong, double wait_s, std
   if (now - *one.gone_since >= kGone_s) one = One{};
 }
 
-void Warnings::look(double now, const Condition& c) {
-  const bool camera = c.since_picture_s > kCameraStill_s, physics = c.since_physics_s > kPhysicsSilent_s;
-  judge(Trouble::camera, now, camera, 0.0,
-        fmt::format("No picture from the camera for {:.0f} s: what you see stands still",
-                    std::max(1.0, c.since_picture_s)));
+void Warnings::look(double now, const Standing& c) {
+  devices_ = c.devices;
+  const bool physics = c.since_physics_s > kPhysicsSilent_s;
   judge(Trouble::physics, now, physics, 0.0,
         "The physics server does not answer: the game stands still. Start `palpate physics` again");
-  // What the last picture said is no news while no picture comes, and the same for states.
-  judge(Trouble::tracker, now, !camera && !c.tracker_sees_camera, kBlip_s,
-        "The tracker does not see the camera's marker: virtual things are not where they belong");
-  judge(Trouble::landmarks, now, !camera && c.tracker_sees_camera && c.landmarks_known && !c.landmarks_used,
-        kBlip_s, "No landmarks found in the picture: placed by the tracker alone, some pixels off");
+  // What the last states said is no news while none come.
   judge(Trouble::late, now, !physics && c.late_share > kLateShare, kBlip_s,
         fmt::format("States come too late for {:.0f} % of the pictures: the ball is drawn where it was",
                     100.0 * c.late_share));
@@ -49,7 +41,7 @@ void Warnings::look(double now, const Condition& c) {
   const std::string why = colon == std::string::npos ? "" : " (" + c.forces.substr(colon + 2) + ")";
   // A loop that stood still for a tick heals before anybody could read of it.
   judge(Trouble::forces, now, !physics && (off || weak), off ? 0.0 : kBlip_s,
-        off ? fmt::format("Forces are off{}: r switches them on again", why)
+        off ? fmt::format("Forces are off{}: R switches them on again", why)
             : fmt::format("Forces are weakened{}", why));
   judge(Trouble::refusal, now, !c.refusal.empty(), 0.0,
         fmt::format("The physics server refuses: {}", c.refusal));
@@ -57,6 +49,7 @@ void Warnings::look(double now, const Condition& c) {
 
 std::vector<Warning> Warnings::shown() const {
   std::vector<Warning> list;
+  for (const auto& words : devices_) list.push_back({Trouble::device, words});
   for (std::size_t i = 0; i < all_.size(); ++i)
     if (all_[i].shown) list.push_back({static_cast<Trouble>(i), all_[i].words});
   return list;

@@ -24,32 +24,28 @@ std::string words(const Warnings& warnings, Trouble trouble) {
 struct Case {
   Trouble trouble;
   // How the system looks `since` seconds after the cause began.
-  std::function<void(Condition&, double since)> cause;
+  std::function<void(Standing&, double since)> cause;
   std::string says;
 };
 
 std::vector<Case> cases() {
   return {
-      {Trouble::camera, [](Condition& c, double since) { c.since_picture_s = since; }, "camera"},
-      {Trouble::physics, [](Condition& c, double since) { c.since_physics_s = since; }, "physics server"},
-      {Trouble::tracker, [](Condition& c, double) { c.tracker_sees_camera = false; }, "tracker does not see"},
-      {Trouble::landmarks, [](Condition& c, double) { c.landmarks_used = false; }, "tracker alone"},
-      {Trouble::late, [](Condition& c, double) { c.late_share = 0.5; }, "50 %"},
-      {Trouble::old, [](Condition& c, double) { c.state_old = true; }, "no longer has"},
-      {Trouble::forces, [](Condition& c, double) { c.forces = "safe: overspeed"; }, "off (overspeed)"},
-      {Trouble::forces, [](Condition& c, double) { c.forces = "degraded: motors warm"; },
+      {Trouble::physics, [](Standing& c, double since) { c.since_physics_s = since; }, "physics server"},
+      {Trouble::device, [](Standing& c, double) { c.devices = {"camera: unplugged"}; }, "camera: unplugged"},
+      {Trouble::late, [](Standing& c, double) { c.late_share = 0.5; }, "50 %"},
+      {Trouble::old, [](Standing& c, double) { c.state_old = true; }, "no longer has"},
+      {Trouble::forces, [](Standing& c, double) { c.forces = "safe: overspeed"; }, "off (overspeed)"},
+      {Trouble::forces, [](Standing& c, double) { c.forces = "degraded: motors warm"; },
        "weakened (motors warm)"},
-      {Trouble::refusal, [](Condition& c, double) { c.refusal = "observers may not serve"; },
-       "may not serve"},
+      {Trouble::refusal, [](Standing& c, double) { c.refusal = "observers may not serve"; }, "may not serve"},
   };
 }
 
 TEST(Warnings, SayNothingWhileAllIsWell) {
   Warnings warnings;
   for (const std::string forces : {"running", "ready", ""}) {
-    Condition fine;
+    Standing fine;
     fine.forces = forces;
-    fine.since_picture_s = 0.1;  // a camera of 10 Hz
     fine.late_share = 0.1;
     for (int i = 0; i < 30; ++i) warnings.look(kLook * i, fine);
     EXPECT_TRUE(warnings.shown().empty()) << words(warnings, warnings.shown().front().trouble);
@@ -65,7 +61,7 @@ TEST(Warnings, ComeWithinHalfASecondAndGoWithTheirCause) {
       const double begins = 1.0;
       double told = 1e9;
       for (; t < 3.0; t += kLook) {
-        Condition wrong;
+        Standing wrong;
         one.cause(wrong, t - begins);
         warnings.look(t, wrong);
         if (told > 1e8 && stands(warnings, one.trouble)) told = t - begins;
@@ -83,12 +79,12 @@ TEST(Warnings, ComeWithinHalfASecondAndGoWithTheirCause) {
 
 TEST(Warnings, DoNotFlickerForASingleBadSample) {
   for (const auto& one : cases()) {
-    if (one.trouble == Trouble::camera || one.trouble == Trouble::physics ||
+    if (one.trouble == Trouble::device || one.trouble == Trouble::physics ||
         one.trouble == Trouble::refusal || one.says.starts_with("off"))
-      continue;  // these say themselves how long, or come once
+      continue;  // these are judged elsewhere, say themselves how long, or come once
     Warnings warnings;
     for (int i = 0; i < 60; ++i) {
-      Condition c;
+      Standing c;
       if (i % 6 == 0) one.cause(c, 0.0);  // one picture of six at 30 Hz
       warnings.look(i / 30.0, c);
       EXPECT_TRUE(warnings.shown().empty()) << one.says;
@@ -98,37 +94,41 @@ TEST(Warnings, DoNotFlickerForASingleBadSample) {
 
 TEST(Warnings, StandThroughAShortRecovery) {
   Warnings warnings;
-  Condition blind;
-  blind.tracker_sees_camera = false;
-  for (double t = 0.0; t < 1.0; t += 0.033) warnings.look(t, blind);
-  ASSERT_TRUE(stands(warnings, Trouble::tracker));
+  Standing old;
+  old.state_old = true;
+  for (double t = 0.0; t < 1.0; t += 0.033) warnings.look(t, old);
+  ASSERT_TRUE(stands(warnings, Trouble::old));
   warnings.look(1.033, {});
-  warnings.look(1.066, blind);
-  EXPECT_TRUE(stands(warnings, Trouble::tracker));
+  warnings.look(1.066, old);
+  EXPECT_TRUE(stands(warnings, Trouble::old));
   warnings.look(1.100, {});
-  EXPECT_TRUE(stands(warnings, Trouble::tracker));
+  EXPECT_TRUE(stands(warnings, Trouble::old));
 }
 
 TEST(Warnings, NameTheMostImportantFirst) {
   Warnings warnings;
-  Condition c;
+  Standing c;
   c.late_share = 1.0;
-  c.tracker_sees_camera = false;
+  c.devices = {"camera: unplugged", "tracker: blind"};
   c.forces = "safe: arm lost";
   for (double t = 0.0; t < 1.0; t += kLook) warnings.look(t, c);
   const auto shown = warnings.shown();
-  ASSERT_EQ(shown.size(), 3u);
-  EXPECT_EQ(shown[0].trouble, Trouble::tracker);
-  EXPECT_EQ(shown[1].trouble, Trouble::late);
-  EXPECT_EQ(shown[2].trouble, Trouble::forces);
+  ASSERT_EQ(shown.size(), 4u);
+  EXPECT_EQ(shown[0].words, "camera: unplugged");  // in the order in which they began
+  EXPECT_EQ(shown[1].words, "tracker: blind");
+  EXPECT_EQ(shown[2].trouble, Trouble::late);
+  EXPECT_EQ(shown[3].trouble, Trouble::forces);
 }
 
-TEST(Warnings, DoNotAskForLandmarksThatTheRigDoesNotHave) {
+// The graphics server has waited already, and would not have them stand a moment longer.
+TEST(Warnings, ShowWhatTheGraphicsServerSaysOfDevicesAtOnceAndWordForWord) {
   Warnings warnings;
-  Condition c;
-  c.landmarks_known = false;
-  c.landmarks_used = false;
-  for (double t = 0.0; t < 1.0; t += kLook) warnings.look(t, c);
+  Standing blind;
+  blind.devices = {"tracker: does not see the head's marker; turn it towards the tracker"};
+  warnings.look(1.0, blind);
+  ASSERT_EQ(warnings.shown().size(), 1u);
+  EXPECT_EQ(warnings.shown()[0].words, blind.devices[0]);
+  warnings.look(1.01, {});
   EXPECT_TRUE(warnings.shown().empty());
 }
 

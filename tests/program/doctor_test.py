@@ -55,7 +55,7 @@ class Doctor(LaboratoryTest):
     def test_every_area_has_its_lines_and_nothing_is_left_behind(self):
         found = self.look()
         areas = {finding["area"] for finding in found}
-        self.assertEqual(areas, {"real time", "clock", "sockets", "keys", "graphics", "libraries", "devices", "space"})
+        self.assertEqual(areas, {"real time", "clock", "sockets", "keys", "graphics", "desktop", "libraries", "devices", "space"})
         self.assertEqual(os.listdir(self.meeting), [])
         self.assertFalse(os.path.exists(self.keys))
         lines = self.run_program("doctor", "--keys", self.keys, "--json", "findings.json").out.splitlines()

@@ -144,6 +144,39 @@ class NoWindow(LaboratoryTest):
         self.environment["DISPLAY"] = ":54321"
         self.says_no(self.run_program("graphics", "--rig", self.rig, "--window"), 1, ":54321 cannot be opened")
 
+    def test_without_opengl_it_says_so_at_once_and_all_others_go_on(self):
+        world, physics = self.start_world(), self.start_physics()
+        nothing_draws = dict(self.environment, __EGL_VENDOR_LIBRARY_DIRS=self.path("nowhere"))
+        self.environment, before = nothing_draws, self.environment
+        self.says_no(self.run_program("graphics", "--rig", self.rig), 1, "OpenGL 3.3", "libegl-mesa0")
+        findings = json.loads(self.run_program("doctor", "--json", "-").out)["findings"]
+        self.assertEqual([f["verdict"] for f in findings if f["area"] == "graphics"], ["in the way"], findings)
+        # A laboratory that cannot draw what its camera sees still has an arm.
+        blind = self.start("world", "run", "--name", "blind")
+        self.assertTrue(blind.says("arm and tracker go on without pictures"), blind.lines())
+        self.environment = before
+        graphics = self.start_graphics()
+        self.assertFalse(blind.ended())
+        self.assertEqual(self.stop_in_order(graphics, physics, blind, world)[:2], [[], []])
+
+    def test_doctor_says_whether_a_window_can_be_had(self):
+        def window():
+            done = self.run_program("doctor", "--json", "-")
+            self.assertLessEqual(len(done.lines), 1, "no library speaks for itself")
+            findings = json.loads(done.out)["findings"]
+            self.assertTrue(any((f["area"], f["name"]) == ("desktop", "sound") for f in findings))
+            return next(f for f in findings if (f["area"], f["name"]) == ("desktop", "window"))
+        self.environment.pop("DISPLAY", None)
+        self.environment.pop("WAYLAND_DISPLAY", None)
+        self.assertEqual(window()["verdict"], "worth knowing")
+        self.assertIn("DISPLAY is not set", window()["value"])
+        self.assertIn("without a window", window()["remedy"])
+        desktop = Desktop()
+        self.addCleanup(desktop.close)
+        self.environment["DISPLAY"] = desktop.name
+        self.assertEqual(window()["verdict"], "ok", window())
+        self.assertIn(desktop.name, window()["value"])
+
     def test_the_mouse_needs_a_window(self):
         self.says_no(self.run_program("graphics", "--rig", self.rig, "--mouse"), 2, "--mouse", "--window")
 

@@ -183,16 +183,18 @@ CameraStatus LiveCamera::status() {
   return status;
 }
 
-std::optional<std::string> LiveCamera::news() {
-  const auto now = status();
-  if (now.condition == told_ && now.message == told_words_) return std::nullopt;
-  // One line for one trouble, however its words change while it is looked for.
-  const bool same_trouble = now.condition == told_ && told_ == Condition::lost;
+const std::string& LiveCamera::trouble() {
+  auto now = status();
+  if (now.condition != Condition::lost || told_ != Condition::lost) told_words_ = std::move(now.message);
   told_ = now.condition;
-  told_words_ = now.message;
-  if (now.condition == Condition::running) return fmt::format("camera {}: works again", name_);
-  if (same_trouble) return std::nullopt;
-  return now.message;
+  return told_words_;
+}
+
+std::optional<std::string> LiveCamera::news() {
+  const std::string before = told_words_;
+  const std::string& now = trouble();
+  if (now == before) return std::nullopt;
+  return now.empty() ? fmt::format("camera {}: works again", name_) : now;
 }
 
 }  // namespace palpate::cameras

@@ -56,7 +56,10 @@ class LiveCamera : public CameraDevice {
   std::optional<CameraImage> poll() override;
   // To be called some ten times a second or more.
   CameraStatus status();
-  // A line for a person where the condition has changed since the last call; calls status().
+  // What is wrong, for a person; empty: nothing. The words stay while the trouble is the same, however its
+  // own change while the camera is looked for. Calls status().
+  const std::string& trouble();
+  // A line where that has changed since the last call; calls it.
   std::optional<std::string> news();
   const std::string& name() const { return name_; }
   CameraFacts facts() const;  // those of the last opening

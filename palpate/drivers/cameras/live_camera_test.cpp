@@ -140,8 +140,10 @@ TEST(LiveCamera, OpensACameraThatWasUnpluggedAgainWithoutBeingAsked) {
               news == "camera scripted: there is no such device")
       << news;
   wait_for([&] { return script.closed > 0; }, "closing");
+  EXPECT_EQ((*camera)->trouble(), news) << "in the same words while it is looked for";
   script.does = Does::run;
   EXPECT_EQ(next_news(**camera), "camera scripted: works again");
+  EXPECT_EQ((*camera)->trouble(), "");
   EXPECT_EQ(script.opened, 2);
   EXPECT_EQ((*camera)->status().times_opened, 2u);
 }
