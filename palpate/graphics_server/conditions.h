@@ -21,6 +21,7 @@ enum class ConditionKind : std::uint8_t {
   tracker_silent,  // no samples at all
   tracker_blind,   // samples, but the head's marker is not among what it sees
   landmarks_lost,  // the picture rests on the tracker alone
+  board_lost,      // the board by which the camera knows its place is not found in the picture
 };
 
 struct Condition {
@@ -47,6 +48,11 @@ class ConditionWatch {
   // A frame's pose: how many landmarks it should have seen, and whether they carried it.
   void landmarks(Instant<GraphicsClock> now, int predicted, int used, bool refined);
 
+  // From now on the camera's place comes from a board in the picture: nobody misses a tracker.
+  void rest_on_board() { on_board_ = true; }
+  // A frame's pose by that board: found, or why not, in words.
+  void board(Instant<GraphicsClock> now, bool found, std::string why);
+
   void look(Instant<GraphicsClock> now);
   const std::vector<Condition>& conditions() const { return conditions_; }
 
@@ -64,7 +70,9 @@ class ConditionWatch {
   int width_, height_, wrong_width_ = 0, wrong_height_ = 0;
   bool wrong_size_ = false, begun_known_ = false, any_jump_ = false;
   Duration interval_{0};  // between images, smoothed
-  Source images_, samples_, head_, carried_;
+  Source images_, samples_, head_, carried_, board_;
+  bool on_board_ = false;
+  std::string board_why_;
   int predicted_ = 0, used_ = 0;
   Instant<GraphicsClock> begun_, jumped_, wrong_since_;
   std::vector<Condition> conditions_;
