@@ -1,7 +1,7 @@
 // Pictures of a printed board as a webcam in somebody's hand takes them, for tests of the program.
 //
 //   board_film views BOARD.toml FOLDER COUNT     PNGs, tilted all ways, for the lens
-//   board_film film BOARD.toml FILE.mp4 TIMES    six seconds over the desk, so many times; the last second of
+//   board_film film BOARD.toml FILE.mp4 TIMES    four seconds over the desk, so many times; the last second of
 //                                                each looks away from the board
 //   board_film away BOARD.toml FILE.mp4 TIMES    the board is never seen
 #include <fmt/format.h>
@@ -21,7 +21,7 @@ using namespace palpate;
 
 // tests/program/webcam_test.py knows it too.
 const CameraModel kLens{640, 480, 610.0, 611.0, 322.0, 236.0, {-0.08, 0.03, 0.001, -0.0005, 0.0}};
-constexpr double kRate = 15.0, kRound_s = 6.0, kNoise = 2.0;
+constexpr double kRate = 10.0, kRound_s = 4.0, kNoise = 2.0;
 
 std::vector<std::uint8_t> rgb_of(const std::vector<std::uint8_t>& grey) {
   std::vector<std::uint8_t> rgb;

@@ -249,7 +249,7 @@ struct PoseErrors {
   void add(const Desk& desk, const Pose<World, CameraOptical>& truth, const RefinedPose& found) {
     const auto& X = found.X_world_camera;
     squared_mm += (X.translation - truth.translation).squaredNorm() * kMm * kMm;
-    // Points of the table within 15 cm of the board, as a picture draws them.
+    // Points of the table up to 30 cm from the middle of the board, as a picture draws them.
     double sum = 0.0;
     int count = 0;
     for (const double x : {-0.25, 0.0, 0.25})

@@ -14,7 +14,7 @@ namespace {
 constexpr double kModelSd = 0.03;
 
 // Images in a row without the board after which nothing virtual is drawn any more: where would it stand?
-constexpr int kLostForGood = 5;
+constexpr int kLostForGood = 3;
 // Another board is looked for at the second such image and then now and then: that takes as long as some
 // images.
 constexpr int kLookForOther = 2, kLookAgain = 90;

@@ -39,7 +39,7 @@ class Webcam(ProgramTest):
             self.runs("board", "--out", "board.pdf")
             self.runs("rig", "webcam", "desk.rig.toml", "--board", "board.toml")
             os.mkdir(self.path("views"))
-            self.film("views", "board.toml", "views", 15)
+            self.film("views", "board.toml", "views", 12)
             done = self.runs("calibrate", "camera", "--images", self.path("views", "*.png"), "--board", "board.toml", "--rig", "desk.rig.toml", "--json", "-")
             Webcam._lens = json.loads(done.out)
             Webcam._rig, Webcam._board, Webcam._pdf = self.read("desk.rig.toml"), self.read("board.toml"), self.read("board.pdf")
@@ -63,21 +63,21 @@ class Webcam(ProgramTest):
         self.assertTrue(Webcam._pdf.startswith(b"%PDF-1.4") and Webcam._pdf.endswith(b"%%EOF\n"))
         self.assertIn(b'dictionary = "4x4_50"', Webcam._board)
         self.assertLess(Webcam._lens["rms_px"], 0.3)
-        for key, truth in LENS.items():  # 1.5 px: what 15 views with 0.05 px of noise leave open, twice
+        for key, truth in LENS.items():  # 1.5 px: what 12 views with 0.05 px of noise leave open, twice
             self.assertLess(abs(Webcam._lens[key] - truth), max(1.5, 4 * Webcam._lens["std"][key]), key)
         self.assertIn("complete", self.runs("rig", "check", "desk.rig.toml").out)
-        self.film("film", "board.toml", "desk.mp4", 8)
+        self.film("film", "board.toml", "desk.mp4", 12)
         self.open_desktop()
         self.play = self.start("play", "--camera", "video:desk.mp4", "--player", "--json", "figures.json")
         self.sees(lambda: self.desktop.window("Palpate") is not None, "the window opens")
         window = self.desktop.window("Palpate")
         self.desktop.resize(window, 960, 720)
-        whole = (0, 60, 960, 560)
+        whole, below_warnings = (0, 60, 960, 560), (0, 230, 960, 420)
 
-        def share(wanted):
-            return self.desktop.picture(window).share(whole, wanted)
+        def share(wanted, box=whole):
+            return self.desktop.picture(window).share(box, wanted)
         self.sees(lambda: share(grey) > 0.7 and share(green_line) > 2e-4, "the table stands on the board")
-        self.sees(lambda: share(orange) > 5e-5, "a ball flies over the desk")
+        self.sees(lambda: share(orange, below_warnings) > 5e-5, "a ball flies over the desk")
         self.assertTrue(self.play.says(NOT_SEEN), self.play.lines())
         self.sees(lambda: share(grey) > 0.7 and share(green_line) < 2e-5, "the picture goes on without the board")
         self.assertTrue(self.play.says("board: found again"), self.play.lines())
@@ -87,7 +87,7 @@ class Webcam(ProgramTest):
         self.assertEqual(done.code, 0, done)
         self.assertFalse([line for line in done.lines if "tracker" in line], done)
         figures = json.loads(self.read("figures.json"))
-        self.assertGreater(figures["exchange"]["frames"], 60)
+        self.assertGreater(figures["exchange"]["frames"], 10)
         self.assertGreaterEqual(figures["graphics"]["conditions"]["board_lost"], 1)
         left = [name for name in os.listdir(os.path.join(self.meeting, "palpate")) if not name.endswith(".lock") and not name.startswith("trip_")]
         self.assertEqual(left, [])
