@@ -3,6 +3,7 @@
 #include "apps/palpate/command.h"
 #include "apps/palpate/result_output.h"
 #include "palpate/calibration/camera.h"
+#include "palpate/calibration/charuco.h"
 #include "palpate/core/units.h"
 #include "palpate/model/repeats.h"
 
@@ -21,9 +22,19 @@ struct CameraArguments {
 const std::vector<std::string> kLensNames = {"fx_px", "fy_px", "cx_px", "cy_px", "k1",
                                              "k2",    "p1",    "p2",    "k3"};
 
+bool is_charuco(const CameraArguments& options) { return options.board.ends_with(".toml"); }
+
 Expected<BoardViews> read_views(const CameraArguments& options) {
   if (options.images.empty() == options.corners.empty())
     return wrong_use("calibrate camera: exactly one of --images and --corners is expected");
+  if (is_charuco(options)) {
+    if (options.images.empty())
+      return wrong_use("--board {}: a ChArUco board goes with --images; --corners has a chessboard's",
+                       options.board);
+    const auto board = read_charuco_board(options.board);
+    if (!board) return tl::unexpected(board.error());
+    return read_charuco_images(options.images, *board);
+  }
   const auto shape = board_shape(options.board, metres_from_mm(options.square_mm));
   if (!shape) return tl::unexpected(shape.error());
   return options.images.empty() ? read_board_corners(options.corners, *shape)
@@ -107,8 +118,13 @@ Expected<void> run_camera(const CameraArguments& options) {
   if (!views) return tl::unexpected(views.error());
   std::vector<std::string> warnings;
   for (const auto& name : views->not_found)
-    warnings.push_back(fmt::format("no complete {} board in '{}'", options.board, name));
+    warnings.push_back(is_charuco(options)
+                           ? fmt::format("fewer than 6 corners of the board in '{}'", name)
+                           : fmt::format("no complete {} board in '{}'", options.board, name));
   const std::string source = options.images.empty() ? options.corners : options.images;
+  if (views->views.empty() && is_charuco(options))
+    return refused("{}: the board of {} is in none of the pictures; is it the one that was printed?", source,
+                   options.board);
   if (views->views.empty())
     return refused("{}: no complete board of {} inner corners was found; check --board", source,
                    options.board);
@@ -147,7 +163,10 @@ Expected<void> run_camera(const CameraArguments& options) {
                               : camera                ? camera->encoding
                                                       : Encoding::root;
     camera = CameraCalibration{
-        s.model, fit->covariance, {utc_now(), views->data_hash, "chessboard", s.rms_px}, encoding};
+        s.model,
+        fit->covariance,
+        {utc_now(), views->data_hash, is_charuco(options) ? "charuco" : "chessboard", s.rms_px},
+        encoding};
   };
   return write_result(options.result, result);
 }
@@ -163,8 +182,12 @@ void add_calibrate_camera(CLI::App& calibrate) {
       ->type_name("GLOB");
   command->add_option("--corners", options->corners, "Corners found elsewhere, a CSV table")
       ->type_name("FILE");
-  command->add_option("--board", options->board, "Inner corners, columns x rows")
-      ->type_name("9x6")
+  command
+      ->add_option(
+          "--board", options->board,
+          "Of a chessboard its inner corners, columns x rows; of a ChArUco board the file that `palpate "
+          "board` wrote")
+      ->type_name("9x6|FILE.toml")
       ->capture_default_str();
   command->add_option("--square-mm", options->square_mm, "Side of a square")->capture_default_str();
   command->add_option("--size-px", options->size, "Size of the images, where --corners does not tell it")

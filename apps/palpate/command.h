@@ -35,6 +35,7 @@ void add_calibrate_hand_eye(CLI::App& calibrate);
 void add_calibrate_all(CLI::App& calibrate);
 void add_world(CLI::App& program);
 void add_rig(CLI::App& program);
+void add_rig_webcam(CLI::App& rig);
 void add_study(CLI::App& program);
 void add_study_flights(CLI::App& study);
 void add_physics(CLI::App& program);
@@ -47,5 +48,7 @@ void add_doctor(CLI::App& program);
 void add_tracker(CLI::App& program);
 void add_camera(CLI::App& program);
 void add_picture(CLI::App& program);
+void add_board(CLI::App& program);
+void add_play(CLI::App& program);
 
 }  // namespace palpate::app

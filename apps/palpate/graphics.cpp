@@ -126,10 +126,24 @@ void add_graphics(CLI::App& program) {
     auto rig = read_rig(options->rig);
     if (!rig) return tl::unexpected(rig.error());
     if (auto objects = RealObjects::read(*rig); !objects) return tl::unexpected(objects.error());
-    if (!rig->arm || !rig->camera || !rig->hand_eye)
+    if (rig->board) {
+      if (const auto missing = missing_parts(*rig); !missing.empty())
+        return refused("{}: lacks {}; {}", options->rig, missing.front().part, missing.front().remedy);
+      if (options->camera == "lab")
+        return wrong_use(
+            "--camera: the rig of {} reads its camera's place off a printed board; name one of {}",
+            options->rig, cameras::kChoices);
+      if (!options->tracker.empty())
+        return wrong_use("--tracker: the rig of {} has a printed board instead; leave it out", options->rig);
+      if (options->picture_time == "predicted")
+        return wrong_use(
+            "--picture-time predicted: needs a tracker, which sees the head between pictures; "
+            "with a printed board registered is expected");
+    } else if (!rig->arm || !rig->camera || !rig->hand_eye) {
       return refused(
           "{}: arm, camera or hand-eye calibration is missing; run `palpate calibrate all --rig {}`",
           options->rig, options->rig);
+    }
     options->process.rig = *rig;
     options->process.world = sim::reference_world();
     if (!options->world.empty()) {
@@ -142,6 +156,7 @@ void add_graphics(CLI::App& program) {
     if (!options->picture_time.empty())
       graphics.picture_time =
           options->picture_time == "predicted" ? PictureTime::predicted : PictureTime::registered;
+    if (rig->board) graphics.picture_time = PictureTime::registered;
     if (command->count("--scan-out-ms") > 0) graphics.scan_out = seconds(1e-3 * options->scan_out_ms);
     if (command->count("--extra-picture-delay-ms") > 0)
       graphics.extra_delay = seconds(1e-3 * options->extra_delay_ms);

@@ -27,6 +27,8 @@ void add_all_commands(CLI::App& program) {
   add_picture(program);
   add_tracker(program);
   add_camera(program);
+  add_board(program);
+  add_play(program);
   add_doctor(program);
 }
 

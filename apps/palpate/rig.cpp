@@ -137,6 +137,10 @@ Expected<void> show(const RigArguments& options) {
     line("landmarks", fmt::format("{}, known to {:.3f} mm rms per axis  ({})", rig->landmarks.size(),
                                   kMm * std::sqrt(sum), origin(rig->landmarks_from)));
   }
+  if (const auto& placed = rig->board)
+    line("board", fmt::format("{}x{} squares of {:.3f} mm, dictionary {}, first corner at {} mm",
+                              placed->board.columns, placed->board.rows, kMm * placed->board.square,
+                              placed->board.dictionary, shown(placed->X_world_board.translation, kMm)));
   if (const auto& light = rig->light)
     line("light", fmt::format("lamp at {} mm, radius {:.0f} mm, key {:.2f}, ambient {:.2f}",
                               shown(light->lamp, kMm), kMm * light->lamp_radius, light->key, light->ambient));
@@ -204,6 +208,7 @@ void add_rig(CLI::App& program) {
   };
   auto* create = with_file("new", "Write a commented template with nominal values");
   create->add_flag("--force", options->force, "Replace an existing file");
+  add_rig_webcam(*rig);
   on(create, [options] { return make_new(*options); });
   on(with_file("show", "Print a rig for a person"), [options] { return show(*options); });
   auto* checked = with_file("check", "Validate a rig and say what is missing");

@@ -20,7 +20,7 @@ struct WorldOptions {
   double seconds = 0.0;
   std::uint64_t seed = 1;
   int points = 0;
-  bool continuous = false, guided = false;
+  bool continuous = false, guided = false, arm_only = false;
 };
 
 Expected<sim::WorldFile> world_from(const std::string& file) {
@@ -115,6 +115,8 @@ void add_world(CLI::App& program) {
       ->capture_default_str();
   run->add_option("--name", options->name, "Name under which the servers find this laboratory")
       ->capture_default_str();
+  run->add_flag("--arm-only", options->arm_only,
+                "Draw no pictures: for a rig whose camera is real and whose arm is the mouse");
   run->add_option("--seconds", options->seconds,
                   "Stop by itself after this time (default: run until stopped)")
       ->check(CLI::NonNegativeNumber);
@@ -125,12 +127,13 @@ void add_world(CLI::App& program) {
     process.name = options->name;
     process.seed = options->seed;
     process.seconds = options->seconds;
-    process.make_renderer = []() -> sim::RenderView {
-      auto renderer = std::make_shared<sim::CameraRenderer>();
-      return [renderer](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
-        renderer->render(view, rgb);
+    if (!options->arm_only)
+      process.make_renderer = []() -> sim::RenderView {
+        auto renderer = std::make_shared<sim::CameraRenderer>();
+        return [renderer](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
+          renderer->render(view, rgb);
+        };
       };
-    };
     process.notice = notice;
     std::signal(SIGINT, stop);
     std::signal(SIGTERM, stop);

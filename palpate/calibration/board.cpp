@@ -98,6 +98,16 @@ std::vector<std::uint8_t> grey_from_rgb(std::span<const std::uint8_t> rgb) {
 }
 
 Expected<BoardViews> read_board_images(const std::string& pattern, const BoardShape& shape, int half_window) {
+  return read_views_of_images(pattern,
+                              [&shape, half_window](std::span<const std::uint8_t> grey, int width, int height,
+                                                    const std::string& name) -> std::optional<BoardView> {
+                                auto corners = find_board_corners(grey, width, height, shape, half_window);
+                                if (!corners) return std::nullopt;
+                                return BoardView{name, board_points(shape), std::move(*corners)};
+                              });
+}
+
+Expected<BoardViews> read_views_of_images(const std::string& pattern, const FindBoard& find) {
   const auto files = matching_files(pattern);
   if (files.empty())
     return wrong_use("{}: no such file; a path or a quoted pattern such as 'boards/*.jpg' is expected",
@@ -122,8 +132,9 @@ Expected<BoardViews> read_board_images(const std::string& pattern, const BoardSh
       return wrong_use("{}: is {}x{} px, but {} is {}x{}; one camera at one resolution is expected", file,
                        image.cols, image.rows, files.front(), result.width, result.height);
     const std::string name = std::filesystem::path(file).filename().string();
-    if (auto corners = corners_in(image, shape, half_window))
-      result.views.push_back({name, board_points(shape), std::move(*corners)});
+    const auto size = static_cast<std::size_t>(image.cols) * static_cast<std::size_t>(image.rows);
+    if (auto view = find({image.data, size}, image.cols, image.rows, name))  // decoded: no gaps between rows
+      result.views.push_back(std::move(*view));
     else
       result.not_found.push_back(name);
   }

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -60,6 +61,11 @@ std::vector<std::uint8_t> grey_from_rgb(std::span<const std::uint8_t> rgb);
 // Every image file the pattern (shell wildcards, one argument) names, in name order.
 Expected<BoardViews> read_board_images(const std::string& pattern, const BoardShape& shape,
                                        int half_window = 0);
+
+// The same with a finder of one's own: the board in a grey image, none where it is not there.
+using FindBoard = std::function<std::optional<BoardView>(std::span<const std::uint8_t> grey, int width,
+                                                         int height, const std::string& name)>;
+Expected<BoardViews> read_views_of_images(const std::string& pattern, const FindBoard& find);
 
 // Table with columns image, corner, board_x_squares, board_y_squares, u_px, v_px and, optionally, width_px,
 // height_px.

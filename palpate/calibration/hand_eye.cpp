@@ -9,6 +9,7 @@
 #include "palpate/calibration/hand_eye_start.h"
 #include "palpate/calibration/motion_correlation.h"
 #include "palpate/calibration/robust_scale.h"
+#include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/estimation/linear_algebra.h"
 

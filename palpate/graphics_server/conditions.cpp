@@ -36,6 +36,8 @@ const char* name_of(ConditionKind kind) {
       return "tracker_blind";
     case ConditionKind::landmarks_lost:
       return "landmarks_lost";
+    case ConditionKind::board_lost:
+      return "board_lost";
   }
   return "";
 }
@@ -56,6 +58,8 @@ const char* end_of(ConditionKind kind) {
       return "tracker: sees the head's marker again";
     case ConditionKind::landmarks_lost:
       return "landmarks: they steady the picture again";
+    case ConditionKind::board_lost:
+      return "board: found again";
   }
   return "";
 }
@@ -87,6 +91,13 @@ void ConditionWatch::landmarks(Instant<GraphicsClock> now, int predicted, int us
   if (refined || predicted == 0) carried_.hear(now);
 }
 
+void ConditionWatch::board(Instant<GraphicsClock> now, bool found, std::string why) {
+  if (found)
+    board_.hear(now);
+  else
+    board_why_ = std::move(why);
+}
+
 void ConditionWatch::look(Instant<GraphicsClock> now) {
   if (!begun_known_) begun_ = now, begun_known_ = true;
   const auto allowed = [](const Source& source) { return source.heard ? kAllowed : kAllowedAtFirst; };
@@ -111,11 +122,11 @@ void ConditionWatch::look(Instant<GraphicsClock> now) {
   };
   clock_set(camera_clock_set_, ConditionKind::camera_clock, "camera");
   clock_set(tracker_clock_set_, ConditionKind::tracker_clock, "tracker");
-  const bool no_samples = samples_.silent_for(allowed(samples_), now, begun_);
+  const bool no_samples = !on_board_ && samples_.silent_for(allowed(samples_), now, begun_);
   set(no_samples, ConditionKind::tracker_silent, since(samples_),
       "tracker: no samples; look at its cable and server, poses go on when samples come");
-  set(!no_samples && head_.silent_for(allowed(head_), now, begun_), ConditionKind::tracker_blind,
-      since(head_),
+  set(!no_samples && !on_board_ && head_.silent_for(allowed(head_), now, begun_),
+      ConditionKind::tracker_blind, since(head_),
       "tracker: does not see the head's marker; turn it towards the tracker, or take away what stands "
       "between");
   set(images_.heard && !silent && !no_images && !wrong_size_ && predicted_ > 0 &&
@@ -124,6 +135,9 @@ void ConditionWatch::look(Instant<GraphicsClock> now) {
       fmt::format("landmarks: {} of {} expected ones agree, at least 3 are needed; the picture rests on the "
                   "tracker alone, uncover them or calibrate them again: palpate calibrate landmarks",
                   used_, predicted_));
+  set(on_board_ && !board_why_.empty() && images_.heard && !silent && !no_images && !wrong_size_ &&
+          board_.silent_for(patience, now, begun_),
+      ConditionKind::board_lost, since(board_), "board: " + board_why_);
 }
 
 std::string ConditionWatch::why_no_images() const {

@@ -25,6 +25,7 @@ enum class ConditionKind : std::uint8_t {
   tracker_clock,   // as the camera's
   tracker_blind,   // samples, but the head's marker is not among what it sees
   landmarks_lost,  // the picture rests on the tracker alone
+  board_lost,      // the board by which the camera knows its place is not found in the picture
 };
 
 struct Condition {
@@ -55,6 +56,11 @@ class ConditionWatch {
   // A frame's pose: how many landmarks it should have seen, and whether they carried it.
   void landmarks(Instant<GraphicsClock> now, int predicted, int used, bool refined);
 
+  // From now on the camera's place comes from a board in the picture: nobody misses a tracker.
+  void rest_on_board() { on_board_ = true; }
+  // A frame's pose by that board: found, or why not, in words.
+  void board(Instant<GraphicsClock> now, bool found, std::string why);
+
   void look(Instant<GraphicsClock> now);
   const std::vector<Condition>& conditions() const { return conditions_; }
 
@@ -74,7 +80,9 @@ class ConditionWatch {
   bool wrong_size_ = false, begun_known_ = false, driver_speaks_ = false;
   std::string driver_words_;
   Duration interval_{0};  // between images, smoothed
-  Source images_, samples_, head_, carried_;
+  Source images_, samples_, head_, carried_, board_;
+  bool on_board_ = false;
+  std::string board_why_;
   int predicted_ = 0, used_ = 0;
   Instant<GraphicsClock> begun_, wrong_since_;
   std::optional<Instant<GraphicsClock>> camera_clock_set_, tracker_clock_set_;

@@ -40,7 +40,11 @@ GraphicsServer::GraphicsServer(Rig rig, StateLink& link, TrackerDevice& tracker,
       settings_(settings),
       watch_(rig_.camera ? rig_.camera->model.width : 0, rig_.camera ? rig_.camera->model.height : 0) {
   if (!rig_.camera) throw std::invalid_argument("graphics server: the rig has no camera calibration");
-  if (!rig_.hand_eye) throw std::invalid_argument("graphics server: the rig has no hand-eye calibration");
+  if (!rig_.hand_eye && !rig_.board)
+    throw std::invalid_argument("graphics server: the rig has no hand-eye calibration");
+  if (rig_.board && settings.picture_time == PictureTime::predicted)
+    throw std::invalid_argument("graphics server: a rig with a board shows registered pictures only");
+  if (rig_.board) watch_.rest_on_board();
   if (settings.extra_delay < Duration(0) || settings.extra_delay > kMostExtraDelay)
     throw std::invalid_argument("graphics server: the extra picture delay must lie in 0 ... 1 s");
   if (settings.scan_out < Duration(0) || settings.scan_out > kMostExtraDelay)
@@ -114,7 +118,7 @@ bool GraphicsServer::begin_frame(Instant<GraphicsClock> now) {
 const FrameRecord& GraphicsServer::finish_frame(Instant<GraphicsClock> now) {
   service(now);
   // Late latch: a tracker sample that had not come when the frame was begun.
-  if (image_ && record_.pose_source == PoseSource::none) estimate_pose(record_);
+  if (image_ && record_.pose_source == PoseSource::none && !finder_) estimate_pose(record_);
   const auto& newest = link_.newest();
   record_.late = !newest || newest->reply.number != record_.number;
   if (last_answer_) {
@@ -140,6 +144,7 @@ const FrameRecord& GraphicsServer::finish_frame(Instant<GraphicsClock> now) {
 }
 
 void GraphicsServer::estimate_pose(FrameRecord& record) {
+  if (finder_) return pose_from_image(record);
   const auto marker = camera_marker_.at(record.image_time);
   if (marker) {
     const Pose<World, CameraMarker> X_world_marker{marker->rotation, marker->translation};
@@ -196,6 +201,20 @@ void GraphicsServer::pose_without_tracker(FrameRecord& record) {
     record.pose_source = PoseSource::landmarks;
   else
     record.X_world_camera = last_->X_world_camera;
+}
+
+void GraphicsServer::pose_from_image(FrameRecord& record) {
+  std::optional<Pose<World, CameraOptical>> near;
+  if (last_) {
+    record.X_world_camera = last_->X_world_camera;
+    const Duration since = record.image_time - last_->time;
+    if (since > Duration(0) && since <= kPoseCarried) near = last_->X_world_camera;
+  }
+  const auto found = finder_(image_->image, near, record);
+  watch_.board(record.begun, found.has_value(), found ? "" : found.error().message);
+  if (!found) return;
+  record.pose_source = PoseSource::landmarks;
+  last_ = Drawn{record.image_time, record.X_world_camera};
 }
 
 // The image's own pose, moved on as the tracker saw the marker move from then until now and steadily on from

@@ -42,6 +42,11 @@ using PoseRefiner =
     std::function<void(const CameraImage& image, const Matrix6& covariance, FrameRecord& record)>;
 using FramePainter = std::function<void(const CameraImage& image, FrameRecord& record)>;
 
+// Finds the camera's pose from the image alone, where there is no tracker: sets record.X_world_camera and its
+// covariance, or says why it cannot. `near`: where the camera was a moment ago, if that is known.
+using PoseFinder = std::function<Expected<void>(
+    const CameraImage& image, const std::optional<Pose<World, CameraOptical>>& near, FrameRecord& record)>;
+
 // A state carried on by a moment, for a picture of the near future (Artist::predict).
 using StatePredictor = std::function<WorldState(const WorldState& state, Duration ahead)>;
 
@@ -58,7 +63,8 @@ using MarkerTap = std::function<void(MarkerId marker, const MarkerPose& pose)>;
 
 class GraphicsServer {
  public:
-  // Throws std::invalid_argument where the rig lacks camera or hand-eye, or a setting cannot be.
+  // Throws std::invalid_argument where the rig lacks camera or hand-eye (a rig with a board needs none), or a
+  // setting cannot be.
   GraphicsServer(Rig rig, StateLink& link, TrackerDevice& tracker, CameraDevice& camera, PoseRefiner refiner,
                  FramePainter painter, const GraphicsSettings& settings = {});
 
@@ -74,6 +80,8 @@ class GraphicsServer {
   const FrameRecord& finish_frame(Instant<GraphicsClock> now);
 
   void tap_markers(MarkerTap tap) { tap_ = std::move(tap); }
+  // Instead of tracker and refiner, for a rig with a board: registered pictures only.
+  void find_pose_with(PoseFinder finder) { finder_ = std::move(finder); }
   // How predicted pictures carry a state on; without it bodies move on steadily.
   void predict_with(StatePredictor predictor) { predictor_ = std::move(predictor); }
 
@@ -100,6 +108,7 @@ class GraphicsServer {
   void take_image(CameraImage image, Instant<GraphicsClock> now, Duration waited);
   void estimate_pose(FrameRecord& record);
   void pose_without_tracker(FrameRecord& record);
+  void pose_from_image(FrameRecord& record);
   void predict_pose(FrameRecord& record) const;
   void predict_state(FrameRecord& record) const;
 
@@ -114,6 +123,7 @@ class GraphicsServer {
   StatePredictor predictor_;
   WatchedClock<TrackerClock> tracker_clock_;
   WatchedClock<CameraClock> camera_clock_;
+  PoseFinder finder_;
   ClockSync<GraphicsClock, PhysicsClock> sync_;
   std::optional<Instant<GraphicsClock>> last_sync_sent_, last_look_;
   ConditionWatch watch_;

@@ -25,7 +25,8 @@ struct ForceLimits {
   std::array<std::array<double, 2>, 3> joint_range{{{-1.6, 1.6}, {-1.0, 2.1}, {-1.6, 1.6}}};
 };
 
-// Of the arm model a rig names. A model nobody has told us about gets the weakest limits of the table.
+// Of the arm model a rig names; a mouse moves a computed Premium 1.5. A model nobody has told us about gets
+// the weakest limits of the table.
 ForceLimits force_limits_of(std::string_view arm_model);
 
 void check_force_limits(const ForceLimits& limits);

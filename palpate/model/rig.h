@@ -14,6 +14,7 @@
 #include "palpate/core/expected.h"
 #include "palpate/geometry/pose.h"
 #include "palpate/model/camera.h"
+#include "palpate/model/charuco_board.h"
 #include "palpate/model/phantom.h"
 #include "palpate/model/room_light.h"
 #include "palpate/time/instant.h"
@@ -106,6 +107,16 @@ struct RealObject {
   Vector3 position = Vector3::Zero();            // m
 };
 
+// A printed board that stays where it lies. Where a rig has one the camera's place is read off it in every
+// picture, and neither tracker nor hand-eye are asked for.
+struct BoardPlacement {
+  CharucoBoard board;
+  Pose<World, Board> X_world_board;
+};
+
+// The arm of a rig whose hand is a mouse: it is computed, and no picture shows it.
+inline constexpr const char* kMouseArm = "mouse";
+
 struct Rig {
   std::string name = "rig";
   PhantomLengths nominal_lengths;
@@ -117,6 +128,7 @@ struct Rig {
   // A second camera on the same marker, which takes its images at the same moments.
   std::optional<CameraCalibration> right_camera;
   std::optional<HandEyeCalibration> right_hand_eye;
+  std::optional<BoardPlacement> board;
   std::optional<DelayCalibration> delays;
   std::vector<SurfaceCalibration> surfaces;
   std::vector<Landmark> landmarks;
@@ -146,6 +158,12 @@ Pose<World, CameraOptical> right_eye_pose(const Rig& rig, const Pose<World, Came
 Vector3 rest_change(const ArmCalibration& arm, const Vector3& rest_readings);
 // A hand puts an arm back into its rest position to a few tenths of a degree.
 inline constexpr double kRestTolerance = 0.0087;  // rad, half a degree
+
+// A rig for a desk and a webcam: the board lies on the table, near the edge that faces the camera; where the
+// board lies, the table is, and at its far end stands a wall that only the picture shows. World as the
+// reference laboratory has it, so that the arm which the mouse moves reaches the table's near half. `width`
+// and `length` of the table, m. What it lacks is the camera's lens.
+Rig desk_rig(const CharucoBoard& board, double width = 0.75, double length = 1.0);
 
 // The parts a rig still lacks, in the order in which they are calibrated, each with the command that brings
 // it.

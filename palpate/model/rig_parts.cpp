@@ -39,6 +39,13 @@ std::vector<MissingPart> missing_parts(const Rig& rig) {
   const auto need = [&](bool there, const char* part, const char* remedy) {
     if (!there) missing.push_back({part, remedy});
   };
+  if (rig.board) {
+    need(rig.arm.has_value(), "arm", "palpate rig webcam makes it");
+    need(rig.camera.has_value(), "camera", "palpate calibrate camera --board BOARD.toml");
+    need(rig.surface("table") != nullptr, "surface 'table'", "palpate rig webcam makes it");
+    need(rig.surface("wall") != nullptr, "surface 'wall'", "palpate rig webcam makes it");
+    return missing;
+  }
   need(rig.tip_marker_leds.size() >= 3, "tip_marker", "write its leds_mm into the file");
   need(rig.camera_marker_leds.size() >= 3, "camera_marker", "write its leds_mm into the file");
   need(rig.pointer_leds.size() >= 3, "pointer", "write its leds_mm into the file");

@@ -30,6 +30,30 @@ std::optional<RoomLight> light_of(const TomlTable& table) {
   return light;
 }
 
+Quaternion turn_of(const TomlTable& table) {
+  const auto q = table.numbers<4>("rotation_qwxyz", {-1.0, 1.0});
+  const Quaternion rotation{q[0], q[1], q[2], q[3]};
+  const double length = rotation.norm();
+  if (table.has("rotation_qwxyz") && std::abs(length - 1.0) > 1e-6)
+    table.complain("rotation_qwxyz",
+                   fmt::format("is no rotation: w, x, y, z have length {:g}, 1 is expected", length));
+  return rotation;
+}
+
+std::string turn_text(const Quaternion& q) {
+  return fmt::format("[{}, {}, {}, {}]", toml_number(q.w()), toml_number(q.x()), toml_number(q.y()),
+                     toml_number(q.z()));
+}
+
+std::optional<BoardPlacement> board_of(const TomlTable& table) {
+  if (!table.exists()) return std::nullopt;
+  BoardPlacement placed;
+  placed.board = charuco_board_of(table);
+  const auto corner = table.numbers<3>("corner_mm", kNear);
+  placed.X_world_board = {turn_of(table), kMetre * Vector3(corner[0], corner[1], corner[2])};
+  return placed;
+}
+
 RealObject object_of(const TomlTable& table, std::set<std::string>& names) {
   RealObject object;
   object.name = table.text("name");
@@ -39,13 +63,8 @@ RealObject object_of(const TomlTable& table, std::set<std::string>& names) {
   if (table.has("mesh") && object.mesh.empty()) table.complain("mesh", "is empty, a mesh file is expected");
   object.metres_per_unit = table.choice("mesh_unit", kUnits) == "m" ? 1.0 : kMetre;
   const auto place = table.numbers<3>("translation_mm", kNear);
-  const auto q = table.numbers<4>("rotation_qwxyz", {-1.0, 1.0});
   object.position = kMetre * Vector3(place[0], place[1], place[2]);
-  object.rotation = {q[0], q[1], q[2], q[3]};
-  const double length = object.rotation.norm();
-  if (table.has("rotation_qwxyz") && std::abs(length - 1.0) > 1e-6)
-    table.complain("rotation_qwxyz",
-                   fmt::format("is no rotation: w, x, y, z have length {:g}, 1 is expected", length));
+  object.rotation = turn_of(table);
   return object;
 }
 
@@ -63,6 +82,7 @@ Encoding encoding_of(const TomlTable& camera) {
 std::string_view encoding_word(Encoding encoding) { return kEncodings[static_cast<std::size_t>(encoding)]; }
 
 void read_picture_parts(const TomlTable& file, Rig& rig) {
+  rig.board = board_of(file.table("board"));
   rig.light = light_of(file.table("light"));
   std::set<std::string> names;
   for (const auto& table : file.tables("object")) rig.objects.push_back(object_of(table, names));
@@ -77,14 +97,21 @@ std::string picture_parts_text(const Rig& rig) {
                         toml_number(kMillimetresPerMetre * rig.light->lamp_radius),
                         toml_number(rig.light->key), toml_number(rig.light->ambient));
   }
+  if (rig.board) {
+    const auto& [board, X_world_board] = *rig.board;
+    text +=
+        "\n[board]\n# A printed ChArUco board that tells where the camera is; corner_mm: its first inner "
+        "corner.\n" +
+        charuco_board_text(board);
+    text += fmt::format("corner_mm = {}\nrotation_qwxyz = {}\n",
+                        triple(X_world_board.translation, kMillimetresPerMetre),
+                        turn_text(X_world_board.rotation));
+  }
   for (const auto& object : rig.objects) {
-    const Quaternion& q = object.rotation;
     text += fmt::format(
-        "\n[[object]]\nname = {}\nmesh = {}\nmesh_unit = \"{}\"\ntranslation_mm = {}\nrotation_qwxyz = [{}, "
-        "{}, {}, {}]\n",
+        "\n[[object]]\nname = {}\nmesh = {}\nmesh_unit = \"{}\"\ntranslation_mm = {}\nrotation_qwxyz = {}\n",
         toml_quoted(object.name), toml_quoted(object.mesh), object.metres_per_unit == 1.0 ? "m" : "mm",
-        triple(object.position, kMillimetresPerMetre), toml_number(q.w()), toml_number(q.x()),
-        toml_number(q.y()), toml_number(q.z()));
+        triple(object.position, kMillimetresPerMetre), turn_text(object.rotation));
   }
   return text;
 }

@@ -1,5 +1,5 @@
-// What the rig file says of the picture alone: the room's light, registered real objects, how a camera writes
-// light. Read and written for rig.cpp. Pure functions.
+// What the rig file says of the picture alone: the room's light, registered real objects, the board by which
+// a camera knows its place, how a camera writes light. Read and written for rig.cpp. Pure functions.
 #pragma once
 
 #include <string>

@@ -8,6 +8,8 @@
 #include <cstring>
 #include <thread>
 
+#include "palpate/core/file.h"
+
 extern char** environ;
 
 namespace palpate {
@@ -59,6 +61,14 @@ ChildProcess::~ChildProcess() {
     ::kill(pid_, SIGKILL);
     wait(std::chrono::seconds(3));
   }
+}
+
+std::string last_words(const std::filesystem::path& log) {
+  auto text = read_file(log);
+  if (!text) return "no message";
+  while (!text->empty() && text->back() == '\n') text->pop_back();
+  const auto line = text->substr(text->rfind('\n') + 1);
+  return line.empty() ? "no message" : line;
 }
 
 }  // namespace palpate

@@ -35,4 +35,7 @@ class ChildProcess {
   std::optional<int> status_;
 };
 
+// The last line a process wrote to its log: its error, if it had one.
+std::string last_words(const std::filesystem::path& log);
+
 }  // namespace palpate

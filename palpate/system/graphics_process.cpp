@@ -122,6 +122,12 @@ class ConditionTeller {
   std::map<std::string, int> begun_;
 };
 
+// The server of a rig with a board asks nobody: the picture says where the camera is.
+class NoTracker : public TrackerDevice {
+ public:
+  std::vector<TrackerSample> poll() override { return {}; }
+};
+
 // For `palpate status`.
 ClientFigures figures_of(std::uint64_t frames, std::uint64_t late, std::uint64_t lost, double elapsed_s,
                          const JitterHistogram& trips, const GraphicsServer& server,
@@ -197,22 +203,24 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   if (!place) return tl::unexpected(place.error());
   const Endpoint& endpoint = place->endpoint;
   std::shared_ptr<LabClient> lab;  // none where nothing of it is used
-  if (!options.tracker || !options.camera || options.player) {
+  const bool on_board = options.rig.board.has_value();
+  if ((!options.tracker && !on_board) || !options.camera || options.player || options.mouse) {
     auto client = LabClient::open(options.lab);
     if (!client) return tl::unexpected(client.error());
     lab = std::move(*client);
   }
-  std::unique_ptr<LabTracker> lab_tracker;
+  std::unique_ptr<TrackerDevice> lab_tracker;
   std::unique_ptr<igtl::OpenIgtlinkTracker> live_tracker;
   if (options.tracker) {
     auto opened = open_live_tracker(*options.tracker);
     if (!opened) return tl::unexpected(opened.error());
     live_tracker = std::move(*opened);
+  } else if (on_board) {
+    lab_tracker = std::make_unique<NoTracker>();
   } else {
     lab_tracker = std::make_unique<LabTracker>(lab);
   }
-  TrackerDevice& tracker =
-      live_tracker ? static_cast<TrackerDevice&>(*live_tracker) : static_cast<TrackerDevice&>(*lab_tracker);
+  TrackerDevice& tracker = live_tracker ? static_cast<TrackerDevice&>(*live_tracker) : *lab_tracker;
   std::optional<PoseFeed> feed;
   if (options.publish) {
     auto opened = PoseFeed::open(
@@ -274,6 +282,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   GraphicsServer server(options.rig, **link, tracker, camera, pictures.refiner(),
                         pictures.painter(!options.window), options.graphics);
   server.predict_with(pictures.predictor());
+  if (on_board) server.find_pose_with(pictures.finder());
   if (feed)
     server.tap_markers([&feed](MarkerId marker, const MarkerPose& pose) { feed->marker(marker, pose); });
   std::optional<PlayerSeat> player;

@@ -26,7 +26,7 @@ struct GraphicsProcessOptions {
   sim::WorldFile world;  // how the player's own arm feels
   std::string lab = "lab";
   ServerName server;
-  std::optional<LiveTracker> tracker;  // instead of the laboratory's
+  std::optional<LiveTracker> tracker;  // instead of the laboratory's; a rig with a board has none
   std::optional<cameras::Wish>
       camera;  // a real one, or a recording, set to the size of the rig's calibration
   std::optional<igtl::Address> publish;  // poses for 3D Slicer and others (pose_feed.h)

@@ -13,24 +13,85 @@ namespace {
 // polynomial, light that is no even disc).
 constexpr double kModelSd = 0.03;
 
+// Images in a row without the board after which nothing virtual is drawn any more: where would it stand?
+constexpr int kLostForGood = 3;
+// Another board is looked for at the second such image and then now and then: that takes as long as some
+// images.
+constexpr int kLookForOther = 2, kLookAgain = 90;
+
+constexpr double kOutline = 0.0025;  // m, radius
+
+Rig with_corners(Rig rig) {
+  if (rig.board) rig.landmarks = charuco_landmarks(rig.board->board, rig.board->X_world_board);
+  return rig;
+}
+
+TriangleMesh outline_of(const std::vector<SceneSurface>& surfaces) {
+  TriangleMesh mesh;
+  for (const auto& surface : surfaces)
+    for (std::size_t i = 0; i < 4; ++i)
+      append(mesh, cylinder_mesh(surface.corners[i], surface.corners[(i + 1) % 4], kOutline, 8));
+  return mesh;
+}
+
 }  // namespace
 
 PictureParts::PictureParts(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Artist> artist,
                            Quality quality)
-    : rig_(rig),
-      known_(overlay_knowledge(rig)),
+    : rig_(with_corners(rig)),
+      known_(overlay_knowledge(rig_)),
       scene_(scene),
       artist_(std::move(artist)),
       compositor_(picture_settings(rig, quality)) {
   auto objects = RealObjects::read(rig);
   if (!objects) throw std::invalid_argument(objects.error().message);
   objects_ = std::move(*objects);
+  if (rig_.board) outline_ = outline_of(scene_.surfaces);
 }
 
 PoseRefiner PictureParts::refiner() {
   return [this](const CameraImage& image, const Matrix6& covariance, FrameRecord& record) {
     refine(image, covariance, record);
   };
+}
+
+PoseFinder PictureParts::finder() {
+  return [this](const CameraImage& image, const std::optional<Pose<World, CameraOptical>>& near,
+                FrameRecord& record) { return find(image, near, record); };
+}
+
+Expected<void> PictureParts::find(const CameraImage& image,
+                                  const std::optional<Pose<World, CameraOptical>>& near,
+                                  FrameRecord& record) {
+  const auto& [board, X_world_board] = *rig_.board;
+  const auto grey = grey_from_rgb(image.rgb);
+  const auto sight = find_charuco(grey, image.width, image.height, board);
+  record.landmarks_predicted = board.corners();
+  const auto pose = camera_from_charuco(rig_.camera->model, board, X_world_board, sight, near);
+  if (!pose) {
+    if (sight.markers > 0)
+      stranger_.reset();
+    else if (lost_ % kLookAgain == kLookForOther - 1)
+      stranger_ = other_dictionary(grey, image.width, image.height, board.dictionary);
+    ++lost_;
+    if (stranger_)
+      return refused(
+          "the one in the picture has markers of dictionary {}, the rig file's has {}; put the rig "
+          "file's board there, or make the rig anew: palpate rig webcam",
+          *stranger_, board.dictionary);
+    return tl::unexpected(pose.error());
+  }
+  lost_ = 0;
+  stranger_.reset();
+  record.landmarks_used = pose->inliers;
+  record.landmarks_rejected = pose->outliers;
+  record.landmark_rms_px = pose->rms_px;
+  record.landmark_misfit = pose->misfit;
+  record.pose_covariance = pose->covariance;
+  record.X_world_camera = pose->X_world_camera;
+  if (const auto expected = expected_overlay(known_, *pose, kCharucoCornerSd))
+    record.expected_world_px = expected->total();
+  return {};
 }
 
 FramePainter PictureParts::painter(bool captions) {
@@ -71,7 +132,7 @@ void PictureParts::paint(const CameraImage& image, FrameRecord& record, bool cap
   real.surfaces = scene_.surfaces;
   real.marker_leds = rig_.tip_marker_leds;
   real.bodies = objects_.bodies();
-  if (record.have_state) {
+  if (record.have_state && rig_.arm->model != kMouseArm) {
     // The arm's joints are not sent: they follow from the stylus, which is.
     const auto& bat = record.state.bodies[1];
     const Point<World> tip{shown_tip(record.state, scene_)};
@@ -86,7 +147,13 @@ void PictureParts::paint(const CameraImage& image, FrameRecord& record, bool cap
       real.arm = arm;
     }
   }
-  const auto items = record.have_state ? artist_->draw(record.state) : std::vector<DrawItem>{};
+  auto items = record.have_state ? artist_->draw(record.state) : std::vector<DrawItem>{};
+  if (!outline_.triangles.empty())
+    items.push_back({&outline_, Material::highlight, Quaternion::Identity(), Vector3::Zero(), false});
+  if (rig_.board && lost_ >= kLostForGood) {
+    items.clear();
+    real = {};
+  }
   record.width = rig_.camera->model.width;
   record.height = rig_.camera->model.height;
   compositor_.draw(image, rig_.camera->model, record.X_world_camera, items, real, record.rgb);

@@ -7,6 +7,7 @@
 
 #include <memory>
 
+#include "palpate/calibration/charuco.h"
 #include "palpate/calibration/overlay_estimate.h"
 #include "palpate/compositor/compositor.h"
 #include "palpate/compositor/landmark_detector.h"
@@ -26,6 +27,8 @@ class PictureParts {
                Quality quality = Quality::medium);
 
   PoseRefiner refiner();
+  // For a rig with a board, in the refiner's place.
+  PoseFinder finder();
   // Draws the frame, with score and rally in its corner unless somebody else shows them.
   FramePainter painter(bool captions = true);
   // How the application carries a state on.
@@ -34,6 +37,8 @@ class PictureParts {
 
  private:
   void refine(const CameraImage& image, const Matrix6& covariance, FrameRecord& record) const;
+  Expected<void> find(const CameraImage& image, const std::optional<Pose<World, CameraOptical>>& near,
+                      FrameRecord& record);
   void paint(const CameraImage& image, FrameRecord& record, bool captions);
 
   Rig rig_;
@@ -42,6 +47,9 @@ class PictureParts {
   std::unique_ptr<Artist> artist_;
   RealObjects objects_;
   Compositor compositor_;
+  TriangleMesh outline_;                 // of a desk's table and wall, which nobody would see otherwise
+  int lost_ = 0;                         // images in a row without the board
+  std::optional<std::string> stranger_;  // the dictionary of another board that lies there
 };
 
 // The detector as the calibration session wants it.

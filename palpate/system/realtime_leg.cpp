@@ -21,15 +21,6 @@ using std::chrono::milliseconds;
 constexpr double kLongestVisit_s = 4.0 * 3600.0;
 constexpr double kServePause_s = 0.8;  // between serves, for people
 
-// The last line a process wrote to its log: its error, if it had one.
-std::string last_words(const std::filesystem::path& log) {
-  auto text = read_file(log);
-  if (!text) return "no message";
-  while (!text->empty() && text->back() == '\n') text->pop_back();
-  const auto line = text->substr(text->rfind('\n') + 1);
-  return line.empty() ? "no message" : line;
-}
-
 bool says(const std::filesystem::path& log, std::string_view words) {
   const auto text = read_file(log);
   return text && text->find(words) != std::string::npos;
