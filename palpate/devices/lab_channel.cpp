@@ -318,9 +318,11 @@ Expected<std::unique_ptr<LabDisplay>> LabDisplay::open(std::shared_ptr<LabClient
 
 LabDisplay::~LabDisplay() { let_go(client_->memory()->display_holder, *client_); }
 
-void LabDisplay::show_strip(Duration code) {
+std::int64_t LabDisplay::show_strip(Duration code) {
   client_->heartbeat();
-  client_->memory()->display.push({monotonic_ns(), code.count()});
+  const std::int64_t now = monotonic_ns();
+  client_->memory()->display.push({now, code.count()});
+  return now;
 }
 
 }  // namespace palpate

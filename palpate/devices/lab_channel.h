@@ -165,7 +165,7 @@ class LabDisplay : public DisplayDevice {
   // Refused where another living process uses the display.
   static Expected<std::unique_ptr<LabDisplay>> open(std::shared_ptr<LabClient> client);
   ~LabDisplay() override;
-  void show_strip(Duration code) override;
+  std::int64_t show_strip(Duration code) override;
 
  private:
   explicit LabDisplay(std::shared_ptr<LabClient> client) : client_(std::move(client)) {}

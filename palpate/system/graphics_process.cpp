@@ -342,7 +342,6 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     if (live_camera)
       if (const auto news = live_camera->news(); news && options.notice) options.notice("graphics: " + *news);
     server.service(clock.now());
-    if (photons) photons->tick();
     physics.look();
     clocks.look(server.sync());
     conditions.look(server.conditions());

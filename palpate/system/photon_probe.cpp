@@ -1,7 +1,9 @@
 #include "palpate/system/photon_probe.h"
 
 #include <fmt/format.h>
+#include <pthread.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
@@ -12,7 +14,8 @@
 namespace palpate {
 namespace {
 
-constexpr std::size_t kMostKept = 100'000;       // pictures in the figures: an hour's
+constexpr std::size_t kMostKept = 100'000;  // pictures in the figures: an hour's
+constexpr Duration kMostUnsure = std::chrono::milliseconds(1);
 constexpr std::uint64_t kImagesBeforeWord = 90;  // without a strip in any, somebody should hear of it
 
 double in_ms(Duration d) { return 1e3 * to_seconds(d); }
@@ -29,6 +32,7 @@ Expected<std::unique_ptr<PhotonProbe>> PhotonProbe::open(const std::shared_ptr<L
     auto display = LabDisplay::open(lab);
     if (!display) return tl::unexpected(display.error());
     probe->display_ = std::move(*display);
+    probe->thread_ = std::thread([raw = probe.get()] { raw->show_time(); });
   }
   if (!out.empty()) {
     auto rows = CsvFile::begin(out / "realtime_photons.csv",
@@ -40,22 +44,41 @@ Expected<std::unique_ptr<PhotonProbe>> PhotonProbe::open(const std::shared_ptr<L
   return probe;
 }
 
-void PhotonProbe::tick() {
-  if (!display_) return;
-  const auto now = clock_.now();
-  const Duration code = now.since_epoch % kStripCycle;
-  display_->show_strip(code);
-  meter_.strip_shown(now, code);
+PhotonProbe::~PhotonProbe() {
+  done_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+void PhotonProbe::show_time() {
+  pthread_setname_np(pthread_self(), "palpate-strip");
+  MonotonicClock<GraphicsClock> machine;
+  for (auto next = machine.now(); !done_.load(std::memory_order_relaxed);
+       next = std::max(next + std::chrono::milliseconds(1), machine.now())) {
+    machine.sleep_until(next);
+    const Duration code = clock_.now().since_epoch % kStripCycle;
+    const auto at = clock_.from_monotonic(display_->show_strip(code));
+    const std::lock_guard lock(mutex_);
+    shown_.emplace_back(at, code);
+  }
 }
 
 void PhotonProbe::look(const GraphicsServer& server, const FrameRecord& frame,
                        Instant<GraphicsClock> presented) {
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [at, code] : shown_) meter_.strip_shown(at, code);
+    shown_.clear();
+  }
   const auto delay = meter_.look(server.finished_image(), frame, presented);
   if (!delay) {
     if (!told_ && meter_.read() == 0 && meter_.images() >= kImagesBeforeWord) {
       told_ = true;
       if (say_) say_("graphics: " + delay.error().message);
     }
+    return;
+  }
+  if (delay->unsure > kMostUnsure) {
+    ++unsure_;
     return;
   }
   if (delays_.size() < kMostKept) delays_.push_back(*delay);
@@ -79,7 +102,7 @@ Json PhotonProbe::figures() const {
     draw.add(in_ms(delay.draw));
     scan_out.add(in_ms(delay.scan_out));
   }
-  Json json = {{"images", meter_.images()}, {"strips_read", meter_.read()}};
+  Json json = {{"images", meter_.images()}, {"strips_read", meter_.read()}, {"strips_unsure", unsure_}};
   if (delays_.empty()) {
     json["trouble"] = meter_.trouble();
     return json;

@@ -1,14 +1,22 @@
 // Photon-to-photon delay of a running graphics server: shows the clock strip, reads it in each image, and
 // keeps the figures (palpate/graphics_server/photon_meter.h says what is measured).
 //
-// The strip stands on the simulated laboratory's display, or in the window. One thread, the frame loop's.
+// The strip stands on the simulated laboratory's display, where a thread of its own (`palpate-strip`, 1 kHz)
+// shows it, as a frame loop that draws shows nothing new meanwhile; or in the window, which the frame loop
+// draws. All else: one thread, the frame loop's. A delay that the strip leaves more than a millisecond unsure
+// is counted, and left out of rows and figures.
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
+#include <utility>
+#include <vector>
 
 #include "palpate/core/csv_file.h"
 #include "palpate/core/json.h"
@@ -29,8 +37,7 @@ class PhotonProbe {
                                                      const std::filesystem::path& out,
                                                      std::function<void(const std::string&)> say);
 
-  // Each millisecond or so: the laboratory's display shows the time.
-  void tick();
+  ~PhotonProbe();
   // Somebody else has just shown the strip of this time.
   void shown(Duration code) { meter_.strip_shown(clock_.now(), code); }
   // A frame's picture was handed to the display at `presented`; now there is time to look at its image.
@@ -47,9 +54,16 @@ class PhotonProbe {
   PhotonMeter meter_;
   const MonotonicClock<GraphicsClock>& clock_;
   std::function<void(const std::string&)> say_;
+  void show_time();
+
   std::unique_ptr<LabDisplay> display_;
+  std::mutex mutex_;                                                // held for moments
+  std::vector<std::pair<Instant<GraphicsClock>, Duration>> shown_;  // since the last look
+  std::atomic<bool> done_{false};
+  std::thread thread_;
   std::optional<CsvFile> rows_;
   std::vector<PhotonDelay> delays_;
+  std::uint64_t unsure_ = 0;
   bool told_ = false;
 };
 
