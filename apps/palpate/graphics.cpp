@@ -66,6 +66,10 @@ void add_graphics(CLI::App& program) {
       ->add_flag("--mouse", options->process.mouse,
                  "Let the mouse hold the stylus; with --player, from its first movement on")
       ->needs(window);
+  command->add_flag(
+      "--clock-strip", options->process.clock_strip,
+      "Measure the delay from light to light: show the clock strip on the simulated display, or "
+      "with a real camera in the window, at which the camera then has to look");
   command->add_option("--world", options->world,
                       "World file of that laboratory: how a player's hand and arm feel, the mouse's too");
   command->add_option("--seed", options->process.seed, "Seed of the scripted player")->default_val(1);
@@ -119,6 +123,17 @@ void add_graphics(CLI::App& program) {
       auto wish = camera_wish(options->camera, options->camera_options);
       if (!wish) return tl::unexpected(wish.error());
       options->process.camera = *wish;
+    }
+    if (options->process.clock_strip && options->process.camera) {
+      const auto kind = options->process.camera->choice.kind;
+      if (kind == cameras::Kind::images || kind == cameras::Kind::video)
+        return wrong_use(
+            "--clock-strip: --camera is {}, which cannot look at this screen; lab, aravis or v4l2 is "
+            "expected",
+            excerpt(options->camera, 100));
+      if (!options->process.window)
+        return wrong_use("--clock-strip: with --camera {} it is shown in the window; add --window",
+                         excerpt(options->camera, 100));
     }
     const auto quality = parse_quality(options->quality);
     if (!quality) return tl::unexpected(quality.error());

@@ -16,7 +16,7 @@ std::atomic<bool> stopped{false};
 void stop(int) { stopped = true; }
 
 struct WorldOptions {
-  std::string file, kind, out, name = "lab";
+  std::string file, kind, out, name = "lab", exposures;
   double seconds = 0.0;
   std::uint64_t seed = 1;
   int points = 0;
@@ -120,6 +120,9 @@ void add_world(CLI::App& program) {
   run->add_option("--seconds", options->seconds,
                   "Stop by itself after this time (default: run until stopped)")
       ->check(CLI::NonNegativeNumber);
+  run->add_option(
+      "--exposures", options->exposures,
+      "CSV file to write at the end: when each image was taken, on the machine's monotonic clock");
   on(run, [options]() -> Expected<void> {
     const auto file = world_from(options->file);
     if (!file) return tl::unexpected(file.error());
@@ -127,6 +130,7 @@ void add_world(CLI::App& program) {
     process.name = options->name;
     process.seed = options->seed;
     process.seconds = options->seconds;
+    process.exposures = options->exposures;
     if (!options->arm_only)
       process.make_renderer = []() -> sim::RenderView {
         auto renderer = std::make_shared<sim::CameraRenderer>();

@@ -100,6 +100,18 @@ class CameraDevice {
   }
 };
 
+// --- display
+// --------------------------------------------------------------------------------------------------
+
+class DisplayDevice {
+ public:
+  virtual ~DisplayDevice() = default;
+  // From now on it shows the clock strip (palpate/model/clock_strip.h) as it stands at time `code`, until the
+  // next call. Called about each millisecond: does not wait for the display. Returns when it was handed over,
+  // CLOCK_MONOTONIC, ns.
+  virtual std::int64_t show_strip(Duration code) = 0;
+};
+
 // --- the hand of a simulated person, or of a scripted player
 // ---------------------------------------------------
 

@@ -5,6 +5,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
@@ -121,6 +122,17 @@ std::optional<HandTarget> LabServer::take_hand_target() noexcept {
   return lab::unpack(wire);
 }
 
+std::vector<ShownStrip> LabServer::take_strips() {
+  const auto& ring = memory_->display;
+  const std::uint64_t count = ring.count();
+  strips_ = std::max(strips_, count - std::min<std::uint64_t>(count, ring.capacity() - 1));
+  std::vector<ShownStrip> strips;
+  lab::StripWire wire;
+  for (; strips_ < count; ++strips_)
+    if (ring.read(strips_, wire)) strips.push_back({wire.sent_ns, Duration(wire.code_ns)});
+  return strips;
+}
+
 LabServer::Peers LabServer::peers() noexcept {
   Peers peers;
   const std::int64_t now = monotonic_ns();
@@ -157,6 +169,8 @@ Expected<std::shared_ptr<LabClient>> LabClient::open(const std::string& name,
     memory->arm_holder.compare_exchange_strong(left_behind, 0);
     left_behind = i + 1;
     memory->hand_holder.compare_exchange_strong(left_behind, 0);
+    left_behind = i + 1;
+    memory->display_holder.compare_exchange_strong(left_behind, 0);
     std::shared_ptr<LabClient> client(new LabClient(name, std::move(held), i));
     if (const auto living = client->check(); !living) return tl::unexpected(living.error());
     return client;
@@ -294,6 +308,21 @@ LabHand::~LabHand() { let_go(client_->memory()->hand_holder, *client_); }
 void LabHand::move_to(const HandTarget& target) {
   client_->heartbeat();
   client_->memory()->hand.write(lab::pack(target));
+}
+
+Expected<std::unique_ptr<LabDisplay>> LabDisplay::open(std::shared_ptr<LabClient> client) {
+  if (const auto taken = take(client->memory()->display_holder, *client, "display"); !taken)
+    return tl::unexpected(taken.error());
+  return std::unique_ptr<LabDisplay>(new LabDisplay(std::move(client)));
+}
+
+LabDisplay::~LabDisplay() { let_go(client_->memory()->display_holder, *client_); }
+
+std::int64_t LabDisplay::show_strip(Duration code) {
+  client_->heartbeat();
+  const std::int64_t now = monotonic_ns();
+  client_->memory()->display.push({now, code.count()});
+  return now;
 }
 
 }  // namespace palpate

@@ -6,15 +6,16 @@
 // lock held by the serving process says whether it lives, so what a dead one left behind is replaced without
 // asking. Clients notice by a heartbeat that the server is gone.
 //
-// Threads. Server: one thread per channel (arm and force; tracker; each camera; hand), heartbeat() from any
-// of them. Clients: each device object in one thread, all of them may share one LabClient. Arm and force
-// neither lock, allocate nor throw. Memory model: palpate/core/broadcast_ring.h.
+// Threads. Server: one thread per channel (arm and force; tracker; each camera; hand; display), heartbeat()
+// from any of them. Clients: each device object in one thread, all of them may share one LabClient. Arm and
+// force neither lock, allocate nor throw. Memory model: palpate/core/broadcast_ring.h.
 #pragma once
 
 #include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "palpate/core/expected.h"
 #include "palpate/devices/devices.h"
@@ -42,6 +43,12 @@ struct ForceCommand {
   std::uint64_t count = 0;
 };
 
+// What the display's cable brought.
+struct ShownStrip {
+  std::int64_t sent_ns = 0;  // CLOCK_MONOTONIC, when it was handed over
+  Duration code{0};
+};
+
 class LabServer {
  public:
   // Refused where another process serves this name, or the folder or memory cannot be had.
@@ -54,6 +61,7 @@ class LabServer {
   // False where the size is not the laboratory's, or there is no such camera.
   bool publish_image(const CameraImage& image, int camera = 0) noexcept;
   std::optional<HandTarget> take_hand_target() noexcept;  // the newest, if there is one since the last call
+  std::vector<ShownStrip> take_strips();  // since the last call, oldest first; at most the last four seconds
 
   // At least every 0.2 s; a second of silence means dead.
   void heartbeat() noexcept;
@@ -70,7 +78,7 @@ class LabServer {
   lab::LabMemory* memory_;
   std::filesystem::path file_;
   int lock_;
-  std::uint64_t hand_targets_ = 0;
+  std::uint64_t hand_targets_ = 0, strips_ = 0;
   SilenceWatch arm_silence_, hand_silence_;
 };
 
@@ -149,6 +157,18 @@ class LabHand : public HandDevice {
 
  private:
   explicit LabHand(std::shared_ptr<LabClient> client) : client_(std::move(client)) {}
+  std::shared_ptr<LabClient> client_;
+};
+
+class LabDisplay : public DisplayDevice {
+ public:
+  // Refused where another living process uses the display.
+  static Expected<std::unique_ptr<LabDisplay>> open(std::shared_ptr<LabClient> client);
+  ~LabDisplay() override;
+  std::int64_t show_strip(Duration code) override;
+
+ private:
+  explicit LabDisplay(std::shared_ptr<LabClient> client) : client_(std::move(client)) {}
   std::shared_ptr<LabClient> client_;
 };
 

@@ -193,6 +193,31 @@ TEST_F(LabChannel, ArmAndHandHaveOneHolderEach) {
   EXPECT_TRUE(LabHand::open(first).has_value());
 }
 
+TEST_F(LabChannel, TheDisplaysStripsArriveInOrderWithTheirTimes) {
+  const auto server = serve();
+  const auto first = connect(*server), second = connect(*server);
+  EXPECT_TRUE(server->take_strips().empty());
+  {
+    const auto display = LabDisplay::open(first);
+    ASSERT_TRUE(display);
+    expect_refused(LabDisplay::open(second), "is held by process");
+    for (int i = 0; i < 5; ++i) (*display)->show_strip(std::chrono::milliseconds(i));
+    const auto strips = server->take_strips();
+    ASSERT_EQ(strips.size(), 5u);
+    for (std::size_t i = 0; i < 5; ++i) {
+      EXPECT_EQ(strips[i].code, std::chrono::milliseconds(i));
+      EXPECT_GE(strips[i].sent_ns, strips[i > 0 ? i - 1 : 0].sent_ns);
+    }
+    EXPECT_TRUE(server->take_strips().empty());
+    // Nobody has looked for long: the newest are kept.
+    for (int i = 0; i < 5000; ++i) (*display)->show_strip(std::chrono::milliseconds(i));
+    const auto late = server->take_strips();
+    ASSERT_EQ(late.size(), 4095u);
+    EXPECT_EQ(late.back().code, std::chrono::milliseconds(4999));
+  }
+  EXPECT_TRUE(LabDisplay::open(second).has_value()) << "let go";
+}
+
 TEST_F(LabChannel, AnArmWithoutASampleIsRefused) {
   const auto server = serve();
   expect_refused(LabArm::open(connect(*server)), "gave no sample");

@@ -20,7 +20,7 @@
 namespace palpate::lab {
 
 inline constexpr std::uint64_t kMagic = 0x62616c2d70616c70;  // "plap-lab" as it lies in memory
-inline constexpr std::uint32_t kVersion = 1;
+inline constexpr std::uint32_t kVersion = 2;
 inline constexpr std::size_t kPeers = 16;
 inline constexpr std::uint32_t kImageSlots = 4;
 inline constexpr std::int64_t kSilenceNs =
@@ -46,6 +46,9 @@ struct HandWire {
   std::array<double, 3> tip{}, velocity{};
   std::array<double, 4> rotation{};  // w x y z
 };
+struct StripWire {
+  std::int64_t sent_ns = 0, code_ns = 0;  // sent: CLOCK_MONOTONIC
+};
 struct ImageWire {
   std::int64_t mid_exposure_ns = 0;
   std::uint64_t frame = 0;
@@ -67,12 +70,14 @@ struct LabMemory {
   std::atomic<std::int64_t> beat_ns{0};
   std::atomic<std::uint32_t> closed{0};
   std::array<Peer, kPeers> peers{};
-  std::atomic<std::uint32_t> arm_holder{0}, hand_holder{0};  // index of the peer + 1; 0: nobody
+  std::atomic<std::uint32_t> arm_holder{0}, hand_holder{0},
+      display_holder{0};  // index of the peer + 1; 0: nobody
 
   Mailbox<ArmWire> arm;
   Mailbox<ForceWire> force;
   Mailbox<HandWire> hand;
   BroadcastRing<TrackerWire, 1024> tracker;  // three markers at 100 Hz: 3.4 s
+  BroadcastRing<StripWire, 4096> display;    // each millisecond: 4 s
 };
 
 // The image ring of one camera, over memory that is all atomic words:

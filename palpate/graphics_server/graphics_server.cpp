@@ -139,6 +139,7 @@ const FrameRecord& GraphicsServer::finish_frame(Instant<GraphicsClock> now) {
   drawing_ += frames_ == 1 ? drawing
                            : Duration(static_cast<Duration::rep>(
                                  kDrawingWeight * static_cast<double>((drawing - drawing_).count())));
+  if (image_) finished_image_ = std::move(image_->image);
   image_.reset();
   return record_;
 }

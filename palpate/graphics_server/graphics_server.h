@@ -91,6 +91,8 @@ class GraphicsServer {
   const std::vector<Condition>& conditions() const { return watch_.conditions(); }
 
   bool frame_begun() const { return image_.has_value(); }
+  // The image of the latest finished frame, until the next one is finished.
+  const CameraImage& finished_image() const { return finished_image_; }
   const ClockSync<GraphicsClock, PhysicsClock>& sync() const { return sync_; }
   // Round trips of requests, s, in the order of arrival, since the last call.
   std::vector<double> take_round_trips();
@@ -130,6 +132,7 @@ class GraphicsServer {
   MarkerHistory camera_marker_;
   std::deque<Arrived> arrived_;   // one, the newest, unless images are held back
   std::optional<Arrived> image_;  // being worked on
+  CameraImage finished_image_;
   std::optional<StateAnswer> last_answer_;
   std::vector<double> round_trips_;
   std::optional<Drawn> last_, before_last_;

@@ -158,6 +158,43 @@ std::optional<Plot> overruns_plot(const CsvTable& loops) {
   return plot;
 }
 
+// Of the mean picture and of the slowest of a hundred: what the delay from light to light is made of.
+std::optional<Plot> photon_parts_plot(const CsvTable& photons) {
+  constexpr std::array<std::pair<const char*, const char*>, 5> kParts{{{"exposure_ms", "exposure"},
+                                                                       {"transfer_ms", "transfer"},
+                                                                       {"wait_ms", "wait"},
+                                                                       {"draw_ms", "draw"},
+                                                                       {"scan_out_ms", "scan-out"}}};
+  constexpr std::array<Tone, 5> kTones{Tone::muted, Tone::ours, Tone::third, Tone::rival, Tone::fourth};
+  if (!has_columns(photons, {"exposure_ms", "transfer_ms", "wait_ms", "draw_ms", "scan_out_ms", "total_ms"}))
+    return std::nullopt;
+  const auto total = column(photons, "total_ms");
+  const double slow = quantile(total, 0.99);
+  Plot plot{
+      .title = "From light to light", .x_label = "ms", .y_label = "", .stacked = true, .sideways = true};
+  for (std::size_t k = 0; k < kParts.size(); ++k) {
+    const auto part = column(photons, kParts[k].first);
+    double sum = 0.0, slow_sum = 0.0;
+    std::size_t slow_count = 0;
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      sum += part[i];
+      if (total[i] >= slow) slow_sum += part[i], ++slow_count;
+    }
+    Series series{.name = kParts[k].second, .mark = Mark::bars, .tone = kTones[k]};
+    series.labels = {"mean", "slowest 1 %"};
+    series.y = {sum / static_cast<double>(part.size()), slow_sum / static_cast<double>(slow_count)};
+    plot.series.push_back(std::move(series));
+  }
+  plot.height_px = 240;
+  plot.caption =
+      "From the middle of the camera's exposure until the picture made of the image leaves the display. "
+      "Exposure: "
+      "its second half. Transfer: until the image was there. Wait: until it was taken up. Scan-out: as "
+      "stated; "
+      "it and transfer are measured as a sum.";
+  return plot;
+}
+
 }  // namespace
 
 void tell_real_time(Report& page, const DemoData& data) {
@@ -192,6 +229,11 @@ void tell_real_time(Report& page, const DemoData& data) {
   add("realtime/physics/rate_hz", "Physics loop", "Hz", "");
   add("realtime/graphics/rate_hz", "Pictures", "Hz",
       "as fast as this machine draws two pictures, the camera's and ours");
+  add("realtime/photon_to_photon/median_ms", "From light to light, median", "ms",
+      "from the camera's exposure to the light of its picture");
+  add("realtime/photon_to_photon/p99_ms", "From light to light, 99 % below", "ms", "");
+  add("realtime/photon_to_photon/instrument_error_ms", "... measured to within, 99 %", "ms", "at most 1 ms",
+      1.0);
   if (figures.empty()) return;
   page.section("Against the wall clock", "real-time");
   page.paragraph(
@@ -244,6 +286,8 @@ void tell_real_time(Report& page, const DemoData& data) {
     if (const auto plot = lateness_plot(*frames)) counts.push_back(*plot);
   if (loops != nullptr)
     if (const auto plot = overruns_plot(*loops)) counts.push_back(*plot);
+  if (const CsvTable* photons = data.raw("realtime_photons.csv"))
+    if (const auto plot = photon_parts_plot(*photons)) quickness.push_back(*plot);
   for (const auto& plots : {quickness, clocks, counts})
     if (!plots.empty()) page.plots(plots);
   const bool punctual = frames != nullptr && frames->has("lost") && !lateness_plot(*frames);
@@ -271,7 +315,7 @@ void tell_how(Report& page, const DemoData& data) {
   page.code(data.text("command").value_or(seed ? fmt::format("palpate demo --seed {:.0f}", *seed)
                                                : "palpate demo") +
             "\npython3 tests/recompute.py palpate-report");
-  const std::array<std::pair<const char*, const char*>, 19> known{{
+  const std::array<std::pair<const char*, const char*>, 20> known{{
       {"arm_calibration.csv", "joint angles and marker poses the arm was calibrated from"},
       {"arm_errors.csv", "each method's error to truth at 1000 poses"},
       {"pivot.csv", "marker poses while the tip was held"},
@@ -290,6 +334,7 @@ void tell_how(Report& page, const DemoData& data) {
       {"realtime_sync.csv", "clock difference, estimated and true"},
       {"realtime_jitter.csv", "how often ticks of haptic and physics loop began how late"},
       {"realtime_loops.csv", "clients and loops of the physics server, fifty times a second"},
+      {"realtime_photons.csv", "the delay from light to light, picture by picture, and the truth beside it"},
       {"realtime_network.csv", "two hosts: what happened when"},
   }};
   std::vector<std::vector<std::string>> rows;

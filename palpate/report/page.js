@@ -61,6 +61,7 @@
     if (plot.flipy) l.yaxis.autorange = 'reversed';
     if (plot.sideways) Object.assign(l.yaxis, { autorange: 'reversed', ticksuffix: '  ' });
     if (plot.series.some((s) => s.mark === 'bars' && typeof s.x[0] === 'number')) { l.barmode = 'overlay'; l.bargap = 0; }
+    if (plot.stacked) l.barmode = 'stack';
     for (const level of plot.levels) {
       const colour = css(level.tone);
       const log = level.upright ? plot.logx : plot.logy;

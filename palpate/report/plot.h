@@ -46,6 +46,7 @@ struct Plot {
   bool equal_axes = false;  // one metre to the right is as long as one metre up
   bool log_x = false, log_y = false;
   bool from_zero = false;                   // the y axis begins at zero
+  bool stacked = false;                     // bars of one category one upon the other
   bool sideways = false;                    // bars grow to the right, categories read on the left
   bool flip_x = false, flip_y = false;      // larger values on the left, below
   std::array<double, 2> y_range{0.0, 0.0};  // fixed where they differ

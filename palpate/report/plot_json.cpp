@@ -91,9 +91,10 @@ std::string json_numbers(const std::vector<double>& values, bool relative) {
 std::string plot_json(const Plot& plot) {
   std::string out = fmt::format(
       "{{\"title\":{},\"x\":{},\"y\":{},\"equal\":{},\"logx\":{},\"logy\":{},\"sideways\":{},"
-      "\"flipx\":{},\"flipy\":{},\"zero\":{},\"series\":[",
+      "\"flipx\":{},\"flipy\":{},\"zero\":{},\"stacked\":{},\"series\":[",
       text(plot.title), text(plot.x_label), text(plot.y_label), yes(plot.equal_axes), yes(plot.log_x),
-      yes(plot.log_y), yes(plot.sideways), yes(plot.flip_x), yes(plot.flip_y), yes(plot.from_zero));
+      yes(plot.log_y), yes(plot.sideways), yes(plot.flip_x), yes(plot.flip_y), yes(plot.from_zero),
+      yes(plot.stacked));
   for (std::size_t i = 0; i < plot.series.size(); ++i) {
     const Series& s = plot.series[i];
     out += fmt::format(

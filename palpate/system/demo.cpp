@@ -75,9 +75,10 @@ Expected<Json> demo(const DemoOptions& options) {
     if (auto made = make_folder(folder); !made) return tl::unexpected(made.error());
   // What an earlier demo left must not be taken for this one's.
   std::error_code ignored;
-  for (const auto& old : {options.out / "summary.json", options.out / "report.html",
-                          options.out / "video.mp4", options.out / "raw" / "realtime_network.csv",
-                          options.out / "raw" / "ball.csv", options.out / "raw" / "touch.csv"})
+  for (const auto& old :
+       {options.out / "summary.json", options.out / "report.html", options.out / "video.mp4",
+        options.out / "raw" / "realtime_network.csv", options.out / "raw" / "realtime_photons.csv",
+        options.out / "raw" / "ball.csv", options.out / "raw" / "touch.csv"})
     std::filesystem::remove(old, ignored);
   for (const auto& old : std::filesystem::directory_iterator(options.out / "pictures", ignored))
     if (old.path().extension() == ".png") std::filesystem::remove(old.path(), ignored);
@@ -145,6 +146,7 @@ Expected<Json> demo(const DemoOptions& options) {
     leg.seed = options.seed;
     leg.seconds = options.realtime_s;
     leg.two_hosts = options.two_hosts;
+    leg.scan_out = seconds(options.world.display.scan_out_s);
     leg.graphics_clock = options.world.clocks.graphics_host;
     leg.window = options.window;
     if (options.window) {

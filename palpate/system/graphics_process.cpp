@@ -15,6 +15,7 @@
 #include "palpate/draw/context.h"
 #include "palpate/network/zmq_engine.h"
 #include "palpate/system/demo_raw.h"
+#include "palpate/system/photon_probe.h"
 #include "palpate/system/picture_parts.h"
 #include "palpate/system/player_seat.h"
 #include "palpate/system/pose_feed.h"
@@ -294,10 +295,22 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   std::unique_ptr<WindowSeat> seat;
   if (options.window) {
     auto opened = WindowSeat::open(scene, options.rig, options.world, *place,
-                                   {.mouse = options.mouse, .scripted_player = options.player});
+                                   {.mouse = options.mouse,
+                                    .scripted_player = options.player,
+                                    .clock_strip = options.clock_strip && live_camera});
     if (!opened) return tl::unexpected(opened.error());
     seat = std::move(*opened);
     if (options.notice && !seat->notice().empty()) options.notice("graphics: " + seat->notice());
+  }
+
+  std::unique_ptr<PhotonProbe> photons;
+  if (options.clock_strip) {
+    const double exposure_s = live_camera ? live_camera->facts().exposure_s : options.world.camera.exposure_s;
+    auto opened = PhotonProbe::open(live_camera ? nullptr : lab,
+                                    {.exposure = seconds(exposure_s), .scan_out = options.graphics.scan_out},
+                                    clock, options.out, options.notice);
+    if (!opened) return tl::unexpected(opened.error());
+    photons = std::move(*opened);
   }
 
   if (options.notice && !endpoint.local() && !endpoint.encrypted)
@@ -358,6 +371,9 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
       if (seat)
         seat->show(frame, frame.have_state ? pictures.captions(frame.state) : std::vector<std::string>{},
                    clock.now());
+      const auto presented = clock.now();
+      if (seat && photons)
+        if (const auto strip = seat->take_strip()) photons->shown(*strip);
       if (feed) feed->frame(frame, scene, server.sync().model());
       double trip_us = 0.0;
       for (double s : server.take_round_trips()) {
@@ -386,6 +402,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
           logs->sync.row(std::vector<double>{t, error_us, to_seconds(stated) * 1e6,
                                              to_seconds(server.sync().model().offset(here))});
       }
+      if (photons) photons->look(server, frame, presented);
     }
     // Also while no images come: then above all it is asked what is wrong.
     if (!told || clock.now() - *told >= StateLink::kHelloEvery) {
@@ -394,6 +411,8 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
                                trips.histogram(), server, *told));
     }
     if (seat) quit = !seat->act(clock.now(), **link, hand.get(), server.conditions());
+    if (seat && photons)
+      if (const auto strip = seat->take_strip()) photons->shown(*strip);
     if (player && !(seat && seat->person_plays())) player->act(clock.now(), server, *hand);
   }
   // Figures of a measured run without its server would be figures of something else.
@@ -419,6 +438,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   result["server_there"] = Json::array();
   for (const auto& change : physics.changes())
     result["server_there"].push_back({{"time_s", to_seconds(change.time - begun)}, {"there", change.there}});
+  if (photons) result["photon_to_photon"] = photons->figures();
   if (feed) result["published"] = feed->figures();
   if (seat)
     result["window"] = {{"played_by_mouse", seat->person_plays()},
@@ -432,6 +452,8 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   }
   if (logs)
     if (auto done = logs->finish(); !done) return tl::unexpected(done.error());
+  if (photons)
+    if (auto done = photons->finish(); !done) return tl::unexpected(done.error());
   return result;
 }
 

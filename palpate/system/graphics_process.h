@@ -36,12 +36,15 @@ struct GraphicsProcessOptions {
   bool player = false;                // the scripted player holds the stylus
   bool window = false;                // on this machine's display, with sound
   bool mouse = false;                 // holds the stylus; from a scripted player it takes it when it moves
+  // Shows the clock strip, on the simulated display or, where the camera is a real one, in the window, and
+  // measures the delay from light to light with it.
+  bool clock_strip = false;
   std::uint64_t seed = 1;
   // 0 = until asked to stop, or the window is closed. A person in front of the window is not cut short.
   double seconds = 0.0;
   // Shows this machine's clock with an offset and a drift, so that the synchronisation has something to find.
   double disguise_offset_s = 0.0, disguise_drift_ppm = 0.0;
-  std::filesystem::path out;                       // realtime_frames.csv and realtime_sync.csv; empty = none
+  std::filesystem::path out;                       // realtime_frames.csv, realtime_sync.csv; empty = none
   std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
 };
 

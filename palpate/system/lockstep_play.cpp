@@ -5,6 +5,7 @@
 
 #include "palpate/applications/applications.h"
 #include "palpate/physics_server/physics_server.h"
+#include "palpate/sim/display_twin.h"
 #include "palpate/system/player_seat.h"
 
 namespace palpate {
@@ -38,6 +39,8 @@ class WatchedCamera : public CameraDevice {
   // While closed its images are black: nothing is drawn that nobody looks at.
   void close(bool closed) { closed_ = closed; }
   void disturb(std::function<void(std::optional<CameraImage>&)> how) { disturb_ = std::move(how); }
+  // What hangs in its view; an image that nobody draws is grey otherwise.
+  void see(sim::DisplayTwin* display) { display_ = display; }
 
   std::optional<CameraImage> poll() override {
     views_.clear();
@@ -47,6 +50,12 @@ class WatchedCamera : public CameraDevice {
       const auto& view = views_[views_.size() / 2];
       seen_.push_back({image->frame, {view.lens, view.X_world_camera}, true_tip(view)});
       if (seen_.size() > kKept) seen_.pop_front();
+      if (display_ != nullptr && !closed_) {
+        if (image->rgb.empty())
+          image->rgb.assign(
+              3 * static_cast<std::size_t>(image->width) * static_cast<std::size_t>(image->height), kGrey);
+        display_->paint(*image, view, world_.camera_clock().true_time(image->mid_exposure));
+      }
     }
     if (disturb_) disturb_(image);
     return image;
@@ -65,6 +74,7 @@ class WatchedCamera : public CameraDevice {
 
  private:
   static constexpr std::size_t kKept = 64;
+  static constexpr std::uint8_t kGrey = 110;
   struct Seen {
     std::uint64_t frame = 0;
     CameraView truth;
@@ -75,6 +85,7 @@ class WatchedCamera : public CameraDevice {
   std::vector<sim::TrueView> views_;
   std::deque<Seen> seen_;
   std::function<void(std::optional<CameraImage>&)> disturb_;
+  sim::DisplayTwin* display_ = nullptr;
   bool closed_ = false;
 };
 
@@ -138,6 +149,14 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
     camera.disturb([&](std::optional<CameraImage>& image) { options.disturb_camera(since, image); });
   GraphicsServer graphics(rig, *link, tracker, camera, pictures.refiner, pictures.painter, options.graphics);
   if (pictures.predictor) graphics.predict_with(pictures.predictor);
+  std::optional<sim::DisplayTwin> display;
+  std::optional<PhotonMeter> meter;
+  if (options.clock_strip) {
+    display.emplace(world.file());
+    camera.see(&*display);
+    meter.emplace(PhotonSettings{.exposure = seconds(world.file().camera.exposure_s),
+                                 .scan_out = options.graphics.scan_out});
+  }
   auto player = PlayerSeat::seat(scene, rig, world.file(), options.seed, options.player_extra_delay_s);
   if (!player) return tl::unexpected(player.error());
   if (auto asked = world.person().ask({Gesture::look, "", 0}); !asked) return tl::unexpected(asked.error());
@@ -174,6 +193,11 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
       blow_times.push_back(physics.contact().start.seconds());
     }
 
+    if (meter) {
+      const Duration code = now.since_epoch % kStripCycle;
+      display->show(t, code);
+      meter->strip_shown(now, code);
+    }
     camera.close(to_seconds(t - start) < options.warm_up_s - kOpenBefore);
     graphics.service(now);
     if (options.conditions) options.conditions(since, graphics.conditions());
@@ -189,6 +213,13 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
         played.true_tip = world.true_state().X_world_tip.translation;
       }
       player->show(record, graphics);
+      if (counted && meter) {
+        const auto taken = world.camera_clock().true_time(record.stamp);
+        if (const auto delay = meter->look(graphics.finished_image(), record, now))
+          result.delays.push_back({*delay, t + seconds(world.file().display.scan_out_s) - taken});
+        else
+          ++result.strips_unread;
+      }
       if (counted && record.have_state && known) {
         if (pictures.shown) pictures.shown(record);
         played.record = record;

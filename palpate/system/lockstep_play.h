@@ -11,6 +11,7 @@
 
 #include "palpate/graphics_server/frame_record.h"
 #include "palpate/graphics_server/graphics_server.h"
+#include "palpate/graphics_server/photon_meter.h"
 #include "palpate/haptics/haptic_loop.h"
 #include "palpate/model/rig.h"
 #include "palpate/network/in_process.h"
@@ -45,6 +46,8 @@ struct LockstepOptions {
   double player_extra_delay_s = 0.0;
   GraphicsSettings graphics;
   Duration extra_force_delay{0};
+  // The simulated display shows the clock strip, and the delay from light to light is measured with it.
+  bool clock_strip = false;
   // What goes wrong with a device, on its way to the graphics server: called with the seconds since the play
   // began, warm-up counted. Takes samples away or changes them.
   std::function<void(double, std::optional<CameraImage>&)> disturb_camera;
@@ -65,10 +68,18 @@ struct LockstepPictures {
   std::function<void(const FrameRecord&)> shown;  // each frame with its pixels
 };
 
+// The delay of one picture, as measured and as it truly was.
+struct MeasuredDelay {
+  PhotonDelay measured;
+  Duration truth{0};
+};
+
 struct LockstepResult {
   std::vector<PlayedFrame> frames;
   std::vector<HapticRecord> haptics;  // 1 kHz, around the blows
   HapticStatistics haptic;
+  std::vector<MeasuredDelay> delays;  // of the pictures in whose image a clock strip could be read
+  std::uint64_t strips_unread = 0;
   ExchangeCounters exchange;
   WorldState final_state;
   std::vector<double> round_trips_s;  // virtual: the channel model's

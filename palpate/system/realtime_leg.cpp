@@ -11,6 +11,7 @@
 #include "palpate/network/local_endpoint.h"
 #include "palpate/system/child_process.h"
 #include "palpate/system/network_story.h"
+#include "palpate/system/photon_probe.h"
 
 namespace palpate {
 namespace {
@@ -105,14 +106,18 @@ Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
     return options.out / ("realtime_" + part + ending);
   };
 
+  // A blinking panel in the view is nothing for a person who plays.
+  const bool strip = !options.window;
   // The laboratory outlives the leg's length and is asked to stop at its end. It ends by itself, and the
   // physics server with it, where nobody is left to ask.
   const double patience = (options.window ? kLongestVisit_s : options.seconds) + 30.0;
-  auto world =
-      ChildProcess::start(options.program,
-                          {"world", "run", "--name", name, "--seconds", fmt::format("{}", patience + 30.0),
-                           "--world", options.world.string(), "--seed", std::to_string(options.seed)},
-                          file("world", ".log"));
+  std::vector<std::string> world_list = {"world",     "run",
+                                         "--name",    name,
+                                         "--seconds", fmt::format("{}", patience + 30.0),
+                                         "--world",   options.world.string(),
+                                         "--seed",    std::to_string(options.seed)};
+  if (strip) world_list.insert(world_list.end(), {"--exposures", file("exposures", ".csv").string()});
+  auto world = ChildProcess::start(options.program, world_list, file("world", ".log"));
   if (!world) return tl::unexpected(world.error());
   for (int i = 0;; ++i) {
     if (progress) progress(0.0);
@@ -156,6 +161,7 @@ Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
                                             options.out.string(),
                                             "--json",
                                             file("graphics", ".json").string()};
+  if (strip) graphics_list.emplace_back("--clock-strip");
   if (options.window) graphics_list.insert(graphics_list.end(), {"--window", "--mouse"});
   auto graphics = start_server(TwoHosts::kGraphicsHost, graphics_list, connect, file("graphics", ".log"));
   if (!graphics) return tl::unexpected(graphics.error());
@@ -200,6 +206,15 @@ Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
   Json result = *from_graphics;
   result.erase("begun_monotonic_ns");
   result.erase("server_there");
+  if (strip) {
+    auto judged =
+        judge_photons(options.out / "realtime_photons.csv", file("exposures", ".csv"), options.scan_out);
+    // A laboratory that had to be killed has told nothing: then the delay stands without the instrument's
+    // error.
+    if (judged) result["photon_to_photon"].update(*judged);
+    std::error_code ignored;
+    std::filesystem::remove(file("exposures", ".csv"), ignored);
+  }
   if (network) {
     auto told = tell_network(*network, options.out, *from_graphics);
     if (!told) return tl::unexpected(told.error());

@@ -12,6 +12,7 @@
 #include "palpate/core/json.h"
 #include "palpate/model/world_file.h"
 #include "palpate/system/leg_network.h"
+#include "palpate/time/instant.h"
 
 namespace palpate {
 
@@ -29,6 +30,7 @@ struct RealtimeLegOptions {
   // The graphics server opens a window in which a person may take the bat with the mouse, and play on beyond
   // `seconds`.
   bool window = false;
+  Duration scan_out{0};               // the simulated display's, as the world file has it
   sim::ClockSettings graphics_clock;  // what the graphics process disguises its clock with
 };
 

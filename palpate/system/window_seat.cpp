@@ -6,15 +6,17 @@
 
 #include "palpate/core/text.h"
 #include "palpate/haptics/force_limits.h"
+#include "palpate/model/clock_strip.h"
 #include "palpate/system/lockstep_play.h"
 #include "palpate/system/player_seat.h"
 
 namespace palpate {
 namespace {
 
-constexpr double kIdleDraw_s = 0.05;   // between draws while no frames come
-constexpr double kAskStatus_s = 0.1;   // how the forces are: told within 0.5 s
-constexpr double kTakeOver_px = 12.0;  // a mouse that moved that far is meant
+constexpr double kIdleDraw_s = 0.05;    // between draws while no frames come
+constexpr double kStripDraw_s = 0.008;  // with the clock strip: more often than a screen of 60 Hz changes
+constexpr double kAskStatus_s = 0.1;    // how the forces are: told within 0.5 s
+constexpr double kTakeOver_px = 12.0;   // a mouse that moved that far is meant
 constexpr double kHintStands_s = 6.0;
 constexpr std::int64_t kSameBeat_ns = 5'000'000;  // two clocks read one after the other tell of one word
 constexpr double kRefusalStands_s = 3.0;
@@ -186,7 +188,7 @@ bool WindowSeat::act(Instant<GraphicsClock> now, StateLink& link, HandDevice* ha
   hand_.hold_buttons(input.left, input.right);
   if (person_plays_ && hand != nullptr) hand->move_to(hand_.act(t));
   look(now, link, conditions);
-  if (!drawn_ || to_seconds(now - *drawn_) > kIdleDraw_s) draw(now);
+  if (!drawn_ || to_seconds(now - *drawn_) > (options_.clock_strip ? kStripDraw_s : kIdleDraw_s)) draw(now);
   return true;
 }
 
@@ -242,7 +244,8 @@ void WindowSeat::draw(Instant<GraphicsClock> now) {
   content_.full_force_n = full_force_n_;
   content_.paused = paused_;
   content_.hint = hint(t);
-  window_->draw(content_);
+  if (options_.clock_strip) strip_ = now.since_epoch % kStripCycle;
+  window_->draw(content_, strip_);
 }
 
 }  // namespace palpate

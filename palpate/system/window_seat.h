@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "palpate/devices/devices.h"
@@ -29,6 +30,7 @@ namespace palpate {
 struct WindowSeatOptions {
   bool mouse = false;            // holds the stylus
   bool scripted_player = false;  // holds it until the mouse moves
+  bool clock_strip = false;      // over the picture, drawn anew as often as a screen changes
 };
 
 // How the mouse moves this rig's stylus in this scene.
@@ -48,6 +50,9 @@ class WindowSeat {
   // come. `conditions` of the graphics server are shown. False when the person has quit.
   bool act(Instant<GraphicsClock> now, StateLink& link, HandDevice* hand,
            const std::vector<Condition>& conditions);
+
+  // The clock strip that was drawn last, once; just after show() or act() it has gone to the screen.
+  std::optional<Duration> take_strip() { return std::exchange(strip_, {}); }
 
   bool person_plays() const { return person_plays_; }
   // Somebody is there: a key has been pressed or the mouse moved.
@@ -80,6 +85,7 @@ class WindowSeat {
   std::optional<Instant<GraphicsClock>> begun_, drawn_, status_asked_, taken_over_;
   window::HudContent content_;
   FrameRecord frame_;  // without pixels
+  std::optional<Duration> strip_;
   // Silence counts while this loop runs itself.
   SilenceWatch physics_silence_;
   std::int64_t physics_beat_ns_ = 0;

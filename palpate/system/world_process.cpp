@@ -6,7 +6,9 @@
 #include <mutex>
 #include <thread>
 
+#include "palpate/core/csv_file.h"
 #include "palpate/devices/lab_channel.h"
+#include "palpate/sim/display_twin.h"
 
 namespace palpate {
 namespace {
@@ -20,10 +22,15 @@ constexpr Duration kForceStale =
 // finds the thread busy replaces the one that waits. `start`: when the world's time was 0.
 class Painter {
  public:
-  Painter(LabServer& server, std::function<sim::RenderView()> make_renderer, Instant<TrueTime> start)
+  Painter(LabServer& server, const sim::WorldFile& world, std::function<sim::RenderView()> make_renderer,
+          Instant<TrueTime> start, CsvFile* exposures)
       : server_(server),
         make_renderer_(std::move(make_renderer)),
         start_(start),
+        latency_(seconds(world.camera.latency_s)),
+        exposed_(seconds(0.5 * (world.camera.exposure_s + world.camera.readout_s)) + kTick),
+        display_(world),
+        exposures_(exposures),
         thread_([this] { run(); }) {}
   ~Painter() {
     {
@@ -60,8 +67,16 @@ class Painter {
           shot = std::move(*next_);
           next_.reset();
         }
-        const CameraImage image = sim::draw_shot(shot, render);
-        arriving_.sleep_until(start_ + (shot.arrival - Instant<TrueTime>{}));
+        CameraImage image = sim::draw_shot(shot, render);
+        const auto taken = shot.arrival - latency_;
+        // What the display shows until the exposure's end has to be known.
+        arriving_.sleep_until(std::min(monotonic(taken + exposed_), monotonic(shot.arrival)));
+        for (const auto& strip : server_.take_strips())
+          display_.show(Instant<TrueTime>{Duration(strip.sent_ns) - start_.since_epoch}, strip.code);
+        display_.paint(image, shot.views[shot.views.size() / 2], taken);
+        arriving_.sleep_until(monotonic(shot.arrival));
+        if (exposures_ != nullptr)
+          exposures_->row({fmt::format("{}", shot.frame), fmt::format("{}", monotonic(taken).ns())});
         if (server_.publish_image(image)) ++images_;
       }
     } catch (const std::exception& error) {
@@ -70,9 +85,14 @@ class Painter {
     }
   }
 
+  Instant<TrueTime> monotonic(Instant<TrueTime> t) const { return start_ + t.since_epoch; }
+
   LabServer& server_;
   std::function<sim::RenderView()> make_renderer_;
   Instant<TrueTime> start_;
+  Duration latency_, exposed_;
+  sim::DisplayTwin display_;
+  CsvFile* exposures_;
   MonotonicClock<TrueTime> arriving_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
@@ -99,8 +119,15 @@ Expected<WorldProcessReport> run_world(const sim::WorldFile& file, const WorldPr
   WorldProcessReport report;
   const MonotonicClock<TrueTime> clock(0.0, 0.0);
   const auto start = clock.now();
+  std::optional<CsvFile> exposures;
+  if (!options.exposures.empty()) {
+    auto begun = CsvFile::begin(options.exposures, {"frame", "mid_exposure_monotonic_ns"});
+    if (!begun) return tl::unexpected(begun.error());
+    exposures.emplace(std::move(*begun));
+  }
   std::optional<Painter> painter;
-  if (options.make_renderer) painter.emplace(server, options.make_renderer, start);
+  if (options.make_renderer)
+    painter.emplace(server, file, options.make_renderer, start, exposures ? &*exposures : nullptr);
   const auto end =
       options.seconds > 0.0 ? start + seconds(options.seconds) : Instant<TrueTime>{Duration::max()};
   auto tick = start;
@@ -150,6 +177,9 @@ Expected<WorldProcessReport> run_world(const sim::WorldFile& file, const WorldPr
     }
   }
   if (painter) report.images = painter->images();
+  painter.reset();  // it writes the exposures
+  if (exposures)
+    if (auto done = exposures->finish(); !done) return tl::unexpected(done.error());
   return report;
 }
 

@@ -3,8 +3,8 @@
 //
 // The world's time is the machine's monotonic clock since the start. One thread moves the world and serves
 // arm, tracker and hand once a millisecond; another draws the camera's pictures, so that drawing never holds
-// up the arm. A world that cannot keep up falls behind in what it shows, never in its stamps; how far is
-// counted.
+// up the arm, and paints the display that hangs in their view (display_twin.h). A world that cannot keep up
+// falls behind in what it shows, never in its stamps; how far is counted.
 #pragma once
 
 #include <atomic>
@@ -22,6 +22,9 @@ struct WorldProcessOptions {
   std::filesystem::path folder;  // of the channel's file; empty: the user's run directory
   std::uint64_t seed = 1;
   double seconds = 0.0;  // 0: until stopped
+  // Where to write when each image was taken (frame, mid_exposure_monotonic_ns), for whoever measures delays;
+  // empty: nowhere.
+  std::filesystem::path exposures;
   // Makes the renderer, in the thread that will use it; none: no pictures.
   std::function<sim::RenderView()> make_renderer;
   std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each

@@ -7,6 +7,7 @@
 #include <cstdlib>
 
 #include "palpate/draw/gl_objects.h"
+#include "palpate/model/clock_strip.h"
 
 namespace palpate::window {
 namespace {
@@ -21,6 +22,8 @@ void main() {
   colour = texture(image, vec2(at.x, 1.0 - at.y));
 }
 )";
+
+constexpr int kBlocksAcross = 48;  // of the clock strip, as wide as the window
 
 std::string glfw_words;  // what GLFW said last; its callback has no other place to leave it
 
@@ -72,7 +75,7 @@ struct Window::Impl {
   std::unique_ptr<Hud> hud;
   std::unique_ptr<draw::Program> image;
   std::unique_ptr<draw::FullScreen> screen;
-  draw::Texture picture;
+  draw::Texture picture, strip_panel;
   struct Drawn {
     std::uint64_t version = 0;
     draw::Texture texture;
@@ -89,6 +92,7 @@ struct Window::Impl {
     glfwMakeContextCurrent(window);
     panels.clear();
     picture = {};
+    strip_panel = {};
     screen.reset();
     image.reset();
     glfwMakeContextCurrent(nullptr);
@@ -114,6 +118,17 @@ struct Window::Impl {
         .set("box", draw::Vector4f(static_cast<float>(at.x), static_cast<float>(from_below),
                                    static_cast<float>(at.width), static_cast<float>(at.height)));
     screen->draw();
+  }
+
+  void put_strip(Duration now, Size window_size) {
+    const int block = std::max(4, window_size.width / kBlocksAcross);
+    const int wide = static_cast<int>(kPanelWide * block), high = static_cast<int>(kPanelHigh * block);
+    std::vector<std::uint8_t> rgb(3 * static_cast<std::size_t>(wide) * static_cast<std::size_t>(high));
+    draw_panel(rgb, wide, high, 0, 0, block, now);
+    if (strip_panel.width() != wide || strip_panel.height() != high)
+      strip_panel = draw::Texture(wide, high, draw::Format::rgb8, draw::Filter::nearest);
+    strip_panel.upload(rgb.data());
+    put(strip_panel, {(window_size.width - wide) / 2, 0, wide, high}, window_size.height);
   }
 
   void on_key(int key, int action, int mods) {
@@ -219,7 +234,7 @@ void Window::take_picture(std::span<const std::uint8_t> rgb, Size picture) {
   impl_->picture.upload(rgb.data());
 }
 
-void Window::draw(const HudContent& content) {
+void Window::draw(const HudContent& content, std::optional<Duration> strip) {
   const Size size = impl_->size();
   if (size.width <= 0 || size.height <= 0) return;  // made an icon of
   glfwMakeContextCurrent(impl_->window);
@@ -232,6 +247,7 @@ void Window::draw(const HudContent& content) {
   glClearColor(0, 0, 0, 1);
   glClear(GL_COLOR_BUFFER_BIT);
   if (impl_->picture) impl_->put(impl_->picture, impl_->box(), size.height);
+  if (strip) impl_->put_strip(*strip, size);
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   const auto& panels = impl_->hud->lay_out(content, size);

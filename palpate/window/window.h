@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "palpate/core/expected.h"
+#include "palpate/time/instant.h"
 #include "palpate/window/hud.h"
 #include "palpate/window/letterbox.h"
 
@@ -44,7 +45,8 @@ class Window {
   Input poll();
   // Packed RGB, row 0 on top; shown from the next draw() on.
   void take_picture(std::span<const std::uint8_t> rgb, Size picture);
-  void draw(const HudContent& content);
+  // With the clock strip of time `strip` in a panel over the picture's upper edge, where one is given.
+  void draw(const HudContent& content, std::optional<Duration> strip = {});
   void toggle_full_screen();
 
   Size framebuffer() const;

@@ -1,5 +1,6 @@
-#include "palpate/compositor/clock_strip.h"
+#include "palpate/model/clock_strip.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,7 +9,6 @@ namespace palpate {
 namespace {
 
 constexpr double kLeastContrast = 0.05;  // light of 0 ... 1
-constexpr double kMostMisfit = 0.12;     // rms, share of the contrast; what half a block's mix-up leaves
 constexpr double kLeastBlock = 2.0;      // px
 constexpr int kSamplesAcross = 5;        // of a block's middle half, each way
 
@@ -41,9 +41,7 @@ double at(int k, double middle) {  // without an exposure, exactly 0 or 1
                  : (phase >= 0.25 * period && phase < 0.75 * period ? 1.0 : 0.0);
 }
 
-using Bits = std::array<double, kStripBits>;
-
-double misfit(const Bits& bits, double middle, double exposure) {
+double misfit(const StripBits& bits, double middle, double exposure) {
   double sum = 0.0;
   for (int k = 0; k < kStripBits; ++k) {
     const double off = bits[static_cast<std::size_t>(k)] - share(k, middle, exposure);
@@ -64,17 +62,40 @@ StripLight strip_light(Duration middle, Duration exposure) {
   return light;
 }
 
-Expected<StripReading> read_strip(const StripLight& blocks, Duration exposure) {
+double panel_light(double x, double y, const StripLight& strip) {
+  const double inner = kPanelRim - 1.0;  // border without frame
+  const auto within = [x, y](double rim) {
+    return x >= rim && y >= rim && x < kPanelWide - rim && y < kPanelHigh - rim;
+  };
+  if (within(kPanelRim))
+    return strip[static_cast<std::size_t>(std::min(x - kPanelRim, static_cast<double>(kStripBlocks - 1)))];
+  return within(inner) && !within(inner + 0.5) ? 1.0 : 0.0;
+}
+
+Expected<StripBits> strip_bits(const StripLight& blocks) {
+  constexpr double kEnd = kStripBlocks - 1;
   const double white = 0.5 * (blocks.front() + blocks.back());
-  const double black = 0.5 * (blocks[1] + blocks[kStripBlocks - 2]), contrast = white - black;
-  if (!(contrast >= kLeastContrast))
+  const double black = 0.5 * (blocks[1] + blocks[kStripBlocks - 2]);
+  if (!(white - black >= kLeastContrast))
     return refused(
         "clock strip: white and black differ by {:.2f} of full light, at least {:.2f} are needed; look "
         "whether "
         "it is in view and lit",
-        contrast, kLeastContrast);
-  Bits bits{};
-  for (std::size_t k = 0; k < bits.size(); ++k) bits[k] = (blocks[2 + k] - black) / contrast;
+        white - black, kLeastContrast);
+  StripBits bits{};
+  for (std::size_t k = 0; k < bits.size(); ++k) {
+    const double i = static_cast<double>(k + 2);
+    const double white_here = blocks.front() + (blocks.back() - blocks.front()) * i / kEnd;
+    const double black_here = blocks[1] + (blocks[kStripBlocks - 2] - blocks[1]) * (i - 1.0) / (kEnd - 2.0);
+    bits[k] = (blocks[k + 2] - black_here) / std::max(white_here - black_here, kLeastContrast);
+  }
+  return bits;
+}
+
+Expected<StripReading> read_strip(const StripLight& blocks, Duration exposure) {
+  const auto seen = strip_bits(blocks);
+  if (!seen) return tl::unexpected(seen.error());
+  const StripBits& bits = *seen;
   const double window = in_ticks(exposure);
   // Every half tick, and finer round the best: between two changes of a bit the blocks are linear in time.
   double best = 0.0, least = std::numeric_limits<double>::infinity();
@@ -85,15 +106,62 @@ Expected<StripReading> read_strip(const StripLight& blocks, Duration exposure) {
       if (const double m = misfit(bits, t, window); m < least) least = m, best = t;
   StripReading reading;
   reading.residual = std::sqrt(least / kStripBits);
-  if (reading.residual > kMostMisfit)
+  if (reading.residual > kMostStripMisfit)
     return refused(
         "clock strip: no moment has blocks like these (off by {:.2f} of the contrast, at most {:.2f} is "
         "accepted); look whether something hides it, it is in focus, and the exposure is {:.1f} ms",
-        reading.residual, kMostMisfit, window);
+        reading.residual, kMostStripMisfit, window);
   const double turned = best - std::floor(best / kCycle) * kCycle;
   reading.middle = Duration(std::llround(turned * static_cast<double>(kStripTick.count()))) % kStripCycle;
   return reading;
 }
+
+Matrix3 from_unit_square(const std::array<Pixel, 4>& c) {
+  const Pixel sum = c[0] - c[1] + c[2] - c[3], a = c[1] - c[2], b = c[3] - c[2];
+  const double det = a.x() * b.y() - b.x() * a.y();
+  const double g = (sum.x() * b.y() - b.x() * sum.y()) / det, h = (a.x() * sum.y() - sum.x() * a.y()) / det;
+  Matrix3 H;
+  H << c[1].x() - c[0].x() + g * c[1].x(), c[3].x() - c[0].x() + h * c[3].x(), c[0].x(),
+      c[1].y() - c[0].y() + g * c[1].y(), c[3].y() - c[0].y() + h * c[3].y(), c[0].y(), g, h, 1.0;
+  return H;
+}
+
+namespace {
+
+// Of the middle of each block, between two heights in blocks from the strip's upper edge.
+StripLight mean_light(std::span<const std::uint8_t> rgb, int width, int height,
+                      const std::array<Pixel, 4>& corners, double from, double to) {
+  const auto pixel = [&](int x, int y) {
+    const std::uint8_t* value =
+        rgb.data() +
+        3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x));
+    double sum = 0.0;
+    for (int c = 0; c < 3; ++c) sum += value[c] * value[c];
+    return sum / (3.0 * 255.0 * 255.0);
+  };
+  const auto light = [&](const Pixel& p) {
+    const int u = std::clamp(static_cast<int>(p.x()), 0, width - 2),
+              v = std::clamp(static_cast<int>(p.y()), 0, height - 2);
+    const double s = std::clamp(p.x() - u, 0.0, 1.0), t = std::clamp(p.y() - v, 0.0, 1.0);
+    return (1 - t) * ((1 - s) * pixel(u, v) + s * pixel(u + 1, v)) +
+           t * ((1 - s) * pixel(u, v + 1) + s * pixel(u + 1, v + 1));
+  };
+  const Matrix3 to_picture = from_unit_square(corners);
+  StripLight blocks{};
+  for (int i = 0; i < kStripBlocks; ++i) {
+    double sum = 0.0;
+    for (int a = 0; a < kSamplesAcross; ++a)
+      for (int b = 0; b < kSamplesAcross; ++b) {
+        const double x = (i + 0.3 + 0.4 * (a + 0.5) / kSamplesAcross) / kStripBlocks;
+        const double y = from + (to - from) * (b + 0.5) / kSamplesAcross;
+        sum += light((to_picture * Vector3(x, y, 1.0)).hnormalized());
+      }
+    blocks[static_cast<std::size_t>(i)] = sum / (kSamplesAcross * kSamplesAcross);
+  }
+  return blocks;
+}
+
+}  // namespace
 
 Expected<StripLight> strip_blocks(std::span<const std::uint8_t> rgb, int width, int height,
                                   const std::array<Pixel, 4>& corners) {
@@ -108,44 +176,33 @@ Expected<StripLight> strip_blocks(std::span<const std::uint8_t> rgb, int width, 
     return refused(
         "clock strip: its blocks are {:.1f} x {:.1f} px, at least {:.0f} are needed; bring it nearer", wide,
         high, kLeastBlock);
-  const auto light = [&](const Pixel& p) {
-    const int u = std::min(static_cast<int>(p.x()), width - 2),
-              v = std::min(static_cast<int>(p.y()), height - 2);
-    const double s = p.x() - u, t = p.y() - v;
-    const auto pixel = [&](int x, int y) {
-      const std::uint8_t* value =
-          rgb.data() +
-          3 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x));
-      double sum = 0.0;
-      for (int c = 0; c < 3; ++c) sum += value[c] * value[c];
-      return sum / (3.0 * 255.0 * 255.0);
-    };
-    return (1 - t) * ((1 - s) * pixel(u, v) + s * pixel(u + 1, v)) +
-           t * ((1 - s) * pixel(u, v + 1) + s * pixel(u + 1, v + 1));
-  };
-  StripLight blocks{};
-  for (int i = 0; i < kStripBlocks; ++i) {
-    double sum = 0.0;
-    for (int a = 0; a < kSamplesAcross; ++a)
-      for (int b = 0; b < kSamplesAcross; ++b) {
-        const double x = (i + 0.25 + 0.5 * (a + 0.5) / kSamplesAcross) / kStripBlocks;
-        const double y = 0.25 + 0.5 * (b + 0.5) / kSamplesAcross;
-        sum += light((1 - y) * ((1 - x) * corners[0] + x * corners[1]) +
-                     y * ((1 - x) * corners[3] + x * corners[2]));
-      }
-    blocks[static_cast<std::size_t>(i)] = sum / (kSamplesAcross * kSamplesAcross);
+  return mean_light(rgb, width, height, corners, 0.25, 0.75);
+}
+
+Expected<StripLight> panel_blocks(std::span<const std::uint8_t> rgb, int width, int height,
+                                  const std::array<Pixel, 4>& corners) {
+  auto blocks = strip_blocks(rgb, width, height, corners);
+  if (!blocks) return blocks;
+  // The frame's middle is three quarters of a block beyond the strip's edge.
+  const StripLight above = mean_light(rgb, width, height, corners, -0.85, -0.65),
+                   below = mean_light(rgb, width, height, corners, 1.65, 1.85);
+  StripLight frame{};
+  double mean = 0.0;
+  for (std::size_t i = 0; i < frame.size(); ++i) {
+    frame[i] = 0.5 * (above[i] + below[i]);
+    mean += frame[i] / kStripBlocks;
   }
+  for (std::size_t i = 0; i < frame.size(); ++i) (*blocks)[i] *= mean / std::max(frame[i], kLeastContrast);
   return blocks;
 }
 
-void draw_strip(std::vector<std::uint8_t>& rgb, int width, int height, int left, int top, int block,
+void draw_panel(std::vector<std::uint8_t>& rgb, int width, int height, int left, int top, int block,
                 Duration now) {
   const StripLight light = strip_light(now, Duration(0));
-  const int margin = block / 2;
-  for (int v = std::max(0, top - margin); v < std::min(height, top + block + margin); ++v)
-    for (int u = std::max(0, left - margin); u < std::min(width, left + kStripBlocks * block + margin); ++u) {
-      const bool inside = v >= top && v < top + block && u >= left && u < left + kStripBlocks * block;
-      const double value = inside ? light[static_cast<std::size_t>((u - left) / block)] : 0.0;
+  const int wide = static_cast<int>(kPanelWide * block), high = static_cast<int>(kPanelHigh * block);
+  for (int v = std::max(0, top); v < std::min(height, top + high); ++v)
+    for (int u = std::max(0, left); u < std::min(width, left + wide); ++u) {
+      const double value = panel_light((u - left + 0.5) / block, (v - top + 0.5) / block, light);
       const auto byte = static_cast<std::uint8_t>(std::lround(255.0 * std::sqrt(value)));
       std::uint8_t* pixel = rgb.data() + 3 * (static_cast<std::size_t>(v) * static_cast<std::size_t>(width) +
                                               static_cast<std::size_t>(u));

@@ -1,4 +1,4 @@
-#include "palpate/compositor/clock_strip.h"
+#include "palpate/model/clock_strip.h"
 
 #include <gtest/gtest.h>
 
@@ -136,17 +136,44 @@ TEST(ClockStrip, IsReadFromABlurredNoisySlantedPicture) {
 
 TEST(ClockStrip, DrawnOnAScreenItReadsBackToItsMillisecond) {
   for (const int ms : {0, 1, 777, 2047, 2048, 4095, 5000}) {
-    std::vector<std::uint8_t> rgb(3 * 200 * 40, 90);
-    draw_strip(rgb, 200, 40, 10, 12, 10, std::chrono::milliseconds(ms) + us(500));
+    std::vector<std::uint8_t> rgb(3 * 220 * 60, 90);
+    draw_panel(rgb, 220, 60, 10, 12, 10, std::chrono::milliseconds(ms) + us(500));
+    // Pixels are counted from the first one's centre.
+    const double left = 10 + 15 - 0.5, right = left + 160, top = 12 + 15 - 0.5, bottom = top + 10;
     const auto blocks = strip_blocks(
-        rgb, 200, 40, {Pixel(9.5, 11.5), Pixel(169.5, 11.5), Pixel(169.5, 21.5), Pixel(9.5, 21.5)});
+        rgb, 220, 60, {Pixel(left, top), Pixel(right, top), Pixel(right, bottom), Pixel(left, bottom)});
     ASSERT_TRUE(blocks);
     const auto reading = read_strip(*blocks, Duration(0));
     ASSERT_TRUE(reading);
     EXPECT_LE(off_us(reading->middle, std::chrono::milliseconds(ms) + us(500)), 501.0) << ms;
   }
   std::vector<std::uint8_t> small(3 * 20 * 10, 90);
-  draw_strip(small, 20, 10, -5, -5, 8, Duration(0));  // partly outside: cut, not crashed
+  draw_panel(small, 20, 10, -5, -5, 8, Duration(0));  // partly outside: cut, not crashed
+}
+
+TEST(ClockStrip, LightThatFallsOffAlongItIsTakenOut) {
+  const auto bits = strip_light(std::chrono::milliseconds(1365), Duration(0));
+  StripLight dimmed{};
+  for (std::size_t i = 0; i < dimmed.size(); ++i) {
+    const double share = static_cast<double>(i) / (kStripBlocks - 1);
+    dimmed[i] = (0.05 + 0.1 * share) + bits[i] * (0.7 - 0.5 * share);
+  }
+  const auto seen = strip_bits(dimmed);
+  ASSERT_TRUE(seen);
+  for (std::size_t k = 0; k < seen->size(); ++k) EXPECT_NEAR((*seen)[k], bits[k + 2], 0.03) << k;
+}
+
+TEST(ClockStrip, ThePanelsMapTakesTheSquaresCornersAndKeepsLines) {
+  const std::array<Pixel, 4> corners{Pixel(10, 20), Pixel(180, 5), Pixel(170, 60), Pixel(15, 44)};
+  const Matrix3 H = from_unit_square(corners);
+  const std::array<Pixel, 4> square{Pixel(0, 0), Pixel(1, 0), Pixel(1, 1), Pixel(0, 1)};
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_LT(((H * square[i].homogeneous()).hnormalized() - corners[i]).norm(), 1e-9);
+  // The square's middle is where its diagonals cross, which perspective keeps.
+  const Vector3 one = corners[0].homogeneous().cross(corners[2].homogeneous()),
+                other = corners[1].homogeneous().cross(corners[3].homogeneous());
+  const Pixel cross = one.cross(other).hnormalized();
+  EXPECT_LT(((H * Vector3(0.5, 0.5, 1)).hnormalized() - cross).norm(), 1e-9);
 }
 
 TEST(ClockStrip, WhatIsNoStripIsRefusedWithTheReason) {

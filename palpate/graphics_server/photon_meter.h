@@ -1,0 +1,70 @@
+// The delay from light to light: from the middle of a camera image's exposure until the picture made of it
+// leaves the display; measured, with its parts.
+//
+// The display shows the clock strip and the camera sees the display. The strip in an image says what stood on
+// the display at mid-exposure, and so when that was handed to it: `seen`, which is mid-exposure less the
+// display's own delay (scan-out). The picture made of the image is handed to the display at `presented` and
+// leaves it by the same scan-out later, so that presented - seen is the whole delay whether scan-out and the
+// camera's own latency are known or not. Parts: exposure (its second half), transfer (until the image was
+// seen to have arrived), wait (until it was taken up), draw (until its picture was handed to the display),
+// scan-out. Of transfer and scan-out only the sum is measured; scan-out is as stated. Host time of the
+// graphics server. One thread, the frame loop's; some milliseconds for an image, so called once its picture
+// is out.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "palpate/devices/devices.h"
+#include "palpate/graphics_server/frame_record.h"
+#include "palpate/model/strip_finder.h"
+#include "palpate/model/strip_log.h"
+
+namespace palpate {
+
+struct PhotonSettings {
+  Duration exposure{0};  // 0: not known; it is then found from the first images' greys
+  Duration scan_out{0};
+};
+
+struct PhotonDelay {  // of one picture
+  std::uint64_t camera_frame = 0;
+  Instant<GraphicsClock> presented;
+  Duration exposure{0}, transfer{0}, wait{0}, draw{0}, scan_out{0};
+  Duration unsure{0};  // half of the span of delays that would look the same (strip_log.h)
+  Duration total() const { return exposure + transfer + wait + draw + scan_out; }
+};
+
+class PhotonMeter {
+ public:
+  explicit PhotonMeter(const PhotonSettings& settings) : settings_(settings) {}
+
+  // The strip of time `code` was handed to the display at `at`.
+  void strip_shown(Instant<GraphicsClock> at, Duration code) { log_.show(at, code); }
+
+  // The image of a frame whose picture was handed to the display at `presented`. Refused, with the reason,
+  // where no strip can be read in it.
+  Expected<PhotonDelay> look(const CameraImage& image, const FrameRecord& frame,
+                             Instant<GraphicsClock> presented);
+
+  std::uint64_t images() const { return images_; }
+  std::uint64_t read() const { return read_; }
+  // In use; 0 while it is not known.
+  Duration exposure() const { return settings_.exposure; }
+  // Why the latest image could not be read; empty where it could.
+  const std::string& trouble() const { return trouble_; }
+
+ private:
+  Expected<StripBits> bits_of(const CameraImage& image);
+  Expected<StripMoment> moment_of(const StripBits& bits, Instant<GraphicsClock> arrived, Duration& exposure);
+
+  PhotonSettings settings_;
+  StripLog log_;
+  std::optional<PictureArea> last_;  // where the strip was, with room for a head that turns
+  std::vector<Duration> exposures_;  // as the first images have them
+  std::uint64_t images_ = 0, read_ = 0;
+  std::string trouble_;
+};
+
+}  // namespace palpate
