@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-constexpr int kLens = 9;  // fx fy cx cy k1 k2 p1 p2 k3
+constexpr int kLens = kLensParameters;
 
 struct CvViews {
   std::vector<std::vector<cv::Point3f>> board;
@@ -67,17 +67,6 @@ double rms(const CameraModel& camera, const BoardView& view, const Pose<CameraOp
   return std::sqrt(squared_error(camera, view, X) / static_cast<double>(view.board.size()));
 }
 
-// d pixel / d (fx fy cx cy k1 k2 p1 p2 k3) at normalised ideal coordinates n.
-Eigen::Matrix<double, 2, kLens> lens_derivative(const CameraModel& c, const Eigen::Vector2d& n) {
-  const Eigen::Vector2d d = c.distort(n);
-  const double x = n.x(), y = n.y(), r2 = n.squaredNorm();
-  Eigen::Matrix<double, 2, kLens> J;
-  J << d.x(), 0, 1, 0, c.fx * x * r2, c.fx * x * r2 * r2, c.fx * 2 * x * y, c.fx * (r2 + 2 * x * x),
-      c.fx * x * r2 * r2 * r2, 0, d.y(), 0, 1, c.fy * y * r2, c.fy * y * r2 * r2, c.fy * (r2 + 2 * y * y),
-      c.fy * 2 * x * y, c.fy * y * r2 * r2 * r2;
-  return J;
-}
-
 // Information of the lens after every view's pose is eliminated (Schur complement), per unit pixel variance.
 Eigen::Matrix<double, kLens, kLens> lens_information(const CameraModel& camera,
                                                      const std::vector<BoardView>& views,
@@ -94,7 +83,7 @@ Eigen::Matrix<double, kLens, kLens> lens_information(const CameraModel& camera,
       project(camera, p, J);
       Eigen::Matrix<double, 2, 6> Jp;
       Jp << -J * hat(turned), J;
-      const auto Jl = lens_derivative(camera, {p.x() / p.z(), p.y() / p.z()});
+      const auto Jl = lens_jacobian(camera, p);
       A += Jp.transpose() * Jp;
       B += Jl.transpose() * Jp;
       information += Jl.transpose() * Jl;

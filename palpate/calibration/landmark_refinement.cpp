@@ -1,6 +1,9 @@
 #include "palpate/calibration/landmark_refinement.h"
 
+#include <Eigen/LU>
+#include <array>
 #include <cmath>
+#include <optional>
 
 #include "palpate/estimation/linear_algebra.h"
 
@@ -9,7 +12,8 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-constexpr int kHandEye = 6;
+constexpr Eigen::Index kLens = kLensParameters, kHandEye = 6;
+constexpr Eigen::Index kPlaces = kLens + kHandEye;  // of all unknowns that frames share, the landmarks' first
 
 Matrix6 inverse(Matrix6 covariance) {
   covariance.diagonal().array() += 1e-18;  // a perfect prior stays invertible
@@ -17,6 +21,7 @@ Matrix6 inverse(Matrix6 covariance) {
 }
 
 struct RefinementState {
+  CameraModel lens;
   Pose<CameraMarker, CameraOptical> X;
   std::vector<Pose<World, CameraMarker>> frames;
   std::vector<Vector3> places;
@@ -34,6 +39,14 @@ Vector6 deviation(const Pose<A, B>& X, const Pose<A, B>& from) {
   return e;
 }
 
+LensParameters lens_difference(const CameraModel& a, const CameraModel& b) {
+  LensParameters d;
+  d << a.fx - b.fx, a.fy - b.fy, a.cx - b.cx, a.cy - b.cy, Eigen::Matrix<double, 5, 1>::Zero();
+  for (std::size_t i = 0; i < a.distortion.size(); ++i)
+    d[4 + static_cast<Eigen::Index>(i)] = a.distortion[i] - b.distortion[i];
+  return d;
+}
+
 Matrix6 deviation_jacobian(const Vector6& e) {
   Matrix6 J = Matrix6::Identity();
   J.topLeftCorner<3, 3>() = so3_left_jacobian_inverse(e.head<3>());
@@ -41,24 +54,36 @@ Matrix6 deviation_jacobian(const Vector6& e) {
 }
 
 struct RefinementProblem {
-  const CameraModel& camera;
+  const CameraCalibration& camera;
   const HandEyeCalibration& hand_eye;
   const std::vector<Landmark>& touched;
   const std::vector<LandmarkFrame>& frames;
   const LandmarkRefinementOptions& options;
+  Eigen::Matrix<double, kLens, kLens> lens_information;
   Matrix6 hand_eye_information;
   std::vector<Matrix6> frame_information;
   std::vector<Matrix3> place_information;
+  std::array<bool, kPlaces> held{};  // of lens and hand-eye: what stays as it is
 
-  // Residual of one sighting in px; false where the landmark is behind the camera.
-  bool residual(const RefinementState& x, std::size_t f, const Sighting& seen, Eigen::Vector2d& r,
-                Eigen::Matrix<double, 2, 3>& Jp, Vector3& arm_world, Vector3& arm_marker) const {
-    arm_world = x.places[seen.landmark] - x.frames[f].translation;
-    arm_marker = x.frames[f].rotation.conjugate() * arm_world - x.X.translation;
-    const Vector3 p = x.X.rotation.conjugate() * arm_marker;
-    if (p.z() < 0.01) return false;
-    r = project(camera, p, Jp) - seen.centre;
-    return true;
+  struct Miss {
+    Eigen::Vector2d r;               // px
+    Eigen::Matrix2d weight;          // inverse of its covariance
+    Eigen::Matrix<double, 2, 3> Jp;  // d r / d in_camera
+    Vector3 in_camera, arm_world, arm_marker;
+    double squared() const { return r.dot(weight * r); }
+  };
+
+  // Of one sighting; nothing where the landmark is behind the camera.
+  std::optional<Miss> miss(const RefinementState& x, std::size_t f, const Sighting& seen) const {
+    Miss m;
+    m.arm_world = x.places[seen.landmark] - x.frames[f].translation;
+    m.arm_marker = x.frames[f].rotation.conjugate() * m.arm_world - x.X.translation;
+    m.in_camera = x.X.rotation.conjugate() * m.arm_marker;
+    if (m.in_camera.z() < 0.01) return std::nullopt;
+    m.r = project(x.lens, m.in_camera, m.Jp) - seen.centre;
+    m.weight =
+        (seen.covariance + options.pixel_sd * options.pixel_sd * Eigen::Matrix2d::Identity()).inverse();
+    return m;
   }
 
   double loss(double squared, double* weight) const {
@@ -69,20 +94,17 @@ struct RefinementProblem {
 
   double cost(const RefinementState& x) const {
     const Vector6 eh = deviation(x.X, hand_eye.X_marker_camera);
-    double sum = eh.dot(hand_eye_information * eh);
+    const LensParameters el = lens_difference(x.lens, camera.model);
+    double sum = eh.dot(hand_eye_information * eh) + el.dot(lens_information * el);
     for (std::size_t i = 0; i < touched.size(); ++i) {
       const Vector3 e = x.places[i] - touched[i].place.m;
       sum += e.dot(place_information[i] * e);
     }
-    Eigen::Vector2d r;
-    Eigen::Matrix<double, 2, 3> Jp;
-    Vector3 a, b;
     for (std::size_t f = 0; f < frames.size(); ++f) {
       const Vector6 e = deviation(x.frames[f], frames[f].X_world_marker);
       sum += e.dot(frame_information[f] * e);
       for (const auto& seen : frames[f].sightings)
-        if (residual(x, f, seen, r, Jp, a, b))
-          sum += loss(r.squaredNorm() / (options.pixel_sd * options.pixel_sd), nullptr);
+        if (const auto m = miss(x, f, seen)) sum += loss(m->squared(), nullptr);
     }
     return sum;
   }
@@ -95,20 +117,21 @@ struct RefinementProblem {
 
   // Shared unknowns' normal equations, and each frame's block.
   void linearise(const RefinementState& x, MatrixXd& A, VectorXd& b, std::vector<Frame>& blocks) const {
-    const auto n = static_cast<Eigen::Index>(kHandEye + 3 * touched.size());
+    const auto n = kPlaces + 3 * static_cast<Eigen::Index>(touched.size());
     A = MatrixXd::Zero(n, n);
     b = VectorXd::Zero(n);
     const Vector6 eh = deviation(x.X, hand_eye.X_marker_camera);
     const Matrix6 Jh = deviation_jacobian(eh);
-    A.topLeftCorner<6, 6>() = Jh.transpose() * hand_eye_information * Jh;
-    b.head<6>() = Jh.transpose() * (hand_eye_information * eh);
+    A.topLeftCorner<kLens, kLens>() = lens_information;
+    b.head<kLens>() = lens_information * lens_difference(x.lens, camera.model);
+    A.block<kHandEye, kHandEye>(kLens, kLens) = Jh.transpose() * hand_eye_information * Jh;
+    b.segment<kHandEye>(kLens) = Jh.transpose() * (hand_eye_information * eh);
     for (std::size_t i = 0; i < touched.size(); ++i) {
-      const auto at = static_cast<Eigen::Index>(kHandEye + 3 * i);
+      const auto at = kPlaces + 3 * static_cast<Eigen::Index>(i);
       A.block<3, 3>(at, at) = place_information[i];
       b.segment<3>(at) = place_information[i] * (x.places[i] - touched[i].place.m);
     }
     blocks.resize(frames.size());
-    const double per_px = 1.0 / (options.pixel_sd * options.pixel_sd);
     const Matrix3 from_marker = x.X.matrix().transpose();
     for (std::size_t f = 0; f < frames.size(); ++f) {
       auto& block = blocks[f];
@@ -119,29 +142,32 @@ struct RefinementProblem {
       block.C = MatrixXd::Zero(6, n);
       const Matrix3 to_marker = x.frames[f].matrix().transpose();
       for (const auto& seen : frames[f].sightings) {
-        Eigen::Vector2d r;
-        Eigen::Matrix<double, 2, 3> Jp;
-        Vector3 arm_world, arm_marker;
-        if (!residual(x, f, seen, r, Jp, arm_world, arm_marker)) continue;
+        const auto m = miss(x, f, seen);
+        if (!m) continue;
         double w = 1.0;
-        loss(r.squaredNorm() * per_px, &w);
-        w *= per_px;
-        const Eigen::Matrix<double, 2, 3> Jm = Jp * from_marker, JL = Jm * to_marker;
-        Eigen::Matrix<double, 2, 6> Jf, Jx;
-        Jf << JL * hat(arm_world), -JL;
-        Jx << Jm * hat(arm_marker), -Jm;
-        if (!options.correct_hand_eye) Jx.setZero();
-        const auto at = static_cast<Eigen::Index>(kHandEye + 3 * seen.landmark);
-        block.A += w * Jf.transpose() * Jf;
-        block.b += w * Jf.transpose() * r;
-        block.C.leftCols<6>() += w * Jf.transpose() * Jx;
-        block.C.middleCols<3>(at) += w * Jf.transpose() * JL;
-        A.topLeftCorner<6, 6>() += w * Jx.transpose() * Jx;
-        A.block<6, 3>(0, at) += w * Jx.transpose() * JL;
-        A.block<3, 6>(at, 0) += w * JL.transpose() * Jx;
-        A.block<3, 3>(at, at) += w * JL.transpose() * JL;
-        b.head<6>() += w * Jx.transpose() * r;
-        b.segment<3>(at) += w * JL.transpose() * r;
+        loss(m->squared(), &w);
+        const Eigen::Matrix2d W = w * m->weight;
+        const Eigen::Matrix<double, 2, 3> Jm = m->Jp * from_marker, JL = Jm * to_marker;
+        Eigen::Matrix<double, 2, 6> Jf;
+        Jf << JL * hat(m->arm_world), -JL;
+        Eigen::Matrix<double, 2, kPlaces> Jq;  // lens and hand-eye
+        Jq << lens_jacobian(x.lens, m->in_camera), Jm * hat(m->arm_marker), -Jm;
+        for (Eigen::Index k = 0; k < kPlaces; ++k)
+          if (held[static_cast<std::size_t>(k)]) Jq.col(k).setZero();
+        const auto at = kPlaces + 3 * static_cast<Eigen::Index>(seen.landmark);
+        const Eigen::Matrix<double, 6, 2> JfW = Jf.transpose() * W;
+        const Eigen::Matrix<double, kPlaces, 2> JqW = Jq.transpose() * W;
+        const Eigen::Matrix<double, 3, 2> JLW = JL.transpose() * W;
+        block.A += JfW * Jf;
+        block.b += JfW * m->r;
+        block.C.leftCols<kPlaces>() += JfW * Jq;
+        block.C.middleCols<3>(at) += JfW * JL;
+        A.topLeftCorner<kPlaces, kPlaces>() += JqW * Jq;
+        A.block<kPlaces, 3>(0, at) += JqW * JL;
+        A.block<3, kPlaces>(at, 0) += JLW * Jq;
+        A.block<3, 3>(at, at) += JLW * JL;
+        b.head<kPlaces>() += JqW * m->r;
+        b.segment<3>(at) += JLW * m->r;
       }
     }
   }
@@ -150,14 +176,11 @@ struct RefinementProblem {
 double rms_px(const RefinementProblem& problem, const RefinementState& x, int* inliers) {
   double sum = 0.0;
   int n = 0, good = 0;
-  Eigen::Vector2d r;
-  Eigen::Matrix<double, 2, 3> Jp;
-  Vector3 a, b;
   for (std::size_t f = 0; f < problem.frames.size(); ++f)
     for (const auto& seen : problem.frames[f].sightings)
-      if (problem.residual(x, f, seen, r, Jp, a, b)) {
-        sum += r.squaredNorm(), ++n;
-        good += r.norm() < 4.0 * problem.options.pixel_sd ? 1 : 0;
+      if (const auto m = problem.miss(x, f, seen)) {
+        sum += m->r.squaredNorm(), ++n;
+        good += m->squared() < 16.0 ? 1 : 0;
       }
   if (inliers != nullptr) *inliers = good;
   return n > 0 ? std::sqrt(sum / n) : 0.0;
@@ -165,17 +188,7 @@ double rms_px(const RefinementProblem& problem, const RefinementState& x, int* i
 
 }  // namespace
 
-Matrix6 shared_motion(const std::vector<Vector3>& places, const MatrixXd& covariance) {
-  Vector3 mean = Vector3::Zero();
-  for (const auto& place : places) mean += place / static_cast<double>(places.size());
-  MatrixXd G(3 * static_cast<Eigen::Index>(places.size()), 6);  // d place / d motion
-  for (std::size_t i = 0; i < places.size(); ++i)
-    G.middleRows<3>(3 * static_cast<Eigen::Index>(i)) << -hat(places[i] - mean), Matrix3::Identity();
-  const MatrixXd P = solve_symmetric_columns(gram(G), G.transpose());
-  return P * covariance * P.transpose();
-}
-
-Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraModel& camera,
+Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraCalibration& camera,
                                                         const HandEyeCalibration& hand_eye,
                                                         const std::vector<Landmark>& touched,
                                                         const std::vector<LandmarkFrame>& frames,
@@ -197,7 +210,15 @@ Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraModel& camer
         "turning the head",
         often, touched.size());
 
-  RefinementProblem problem{camera, hand_eye, touched, frames, options, {}, {}, {}};
+  RefinementProblem problem{camera, hand_eye, touched, frames, options, {}, {}, {}, {}, {}};
+  // Where a lens's covariance says that a parameter has no variance, it was held there and stays so.
+  Eigen::MatrixXd lens_covariance = Eigen::MatrixXd::Zero(kLens, kLens);
+  if (camera.covariance.rows() == kLens && camera.covariance.cols() == kLens)
+    lens_covariance = camera.covariance;
+  for (Eigen::Index k = 0; k < kPlaces; ++k)
+    problem.held[static_cast<std::size_t>(k)] =
+        k < kLens ? !(lens_covariance(k, k) > 0.0) : !options.correct_hand_eye;
+  problem.lens_information = covariance_from_information(lens_covariance);  // an inverse, scaled
   Matrix6 hand_eye_covariance = hand_eye.covariance;
   hand_eye_covariance.diagonal().head<3>().array() += options.shared_rotation_sd * options.shared_rotation_sd;
   hand_eye_covariance.diagonal().tail<3>().array() +=
@@ -207,7 +228,7 @@ Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraModel& camer
   for (const auto& landmark : touched)
     problem.place_information.push_back(inverse_symmetric(landmark.covariance + 1e-18 * Matrix3::Identity()));
 
-  RefinementState x{hand_eye.X_marker_camera, {}, {}};
+  RefinementState x{camera.model, hand_eye.X_marker_camera, {}, {}};
   for (const auto& frame : frames) x.frames.push_back(frame.X_world_marker);
   for (const auto& landmark : touched) x.places.push_back(landmark.place.m);
 
@@ -236,11 +257,13 @@ Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraModel& camer
         g.noalias() -= CD * block.b;
       }
       VectorXd step = -solve_symmetric(S, g);
-      if (!options.correct_hand_eye) step.head<kHandEye>().setZero();
+      for (Eigen::Index k = 0; k < kPlaces; ++k)
+        if (problem.held[static_cast<std::size_t>(k)]) step[k] = 0.0;
       RefinementState next = x;
-      next.X = moved(x.X, step.head<kHandEye>());
+      next.lens = changed_lens(x.lens, step.head<kLens>());
+      next.X = moved(x.X, step.segment<kHandEye>(kLens));
       for (std::size_t i = 0; i < touched.size(); ++i)
-        next.places[i] += step.segment<3>(static_cast<Eigen::Index>(kHandEye + 3 * i));
+        next.places[i] += step.segment<3>(kPlaces + 3 * static_cast<Eigen::Index>(i));
       for (std::size_t f = 0; f < frames.size(); ++f)
         next.frames[f] = moved(x.frames[f], Vector6(-solved[f] * (blocks[f].b + blocks[f].C * step)));
       const double c = problem.cost(next);
@@ -263,10 +286,11 @@ Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraModel& camer
   for (const auto& block : blocks)
     S.noalias() -= block.C.transpose() * solve_symmetric_columns(block.A, block.C);
   result.covariance = covariance_from_information(S);
-  if (!options.correct_hand_eye) {
-    result.covariance.topRows<kHandEye>().setZero();
-    result.covariance.leftCols<kHandEye>().setZero();
-  }
+  for (Eigen::Index k = 0; k < kPlaces; ++k)
+    if (problem.held[static_cast<std::size_t>(k)]) {
+      result.covariance.row(k).setZero();
+      result.covariance.col(k).setZero();
+    }
   if (!result.covariance.allFinite() || result.covariance.diagonal().minCoeff() < 0)
     return refused(
         "landmarks: the pictures contradict the touched places (no minimum was found); check which dot is "
@@ -274,19 +298,19 @@ Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraModel& camer
   auto& value = result.value;
   value.landmarks = touched;
   for (std::size_t i = 0; i < touched.size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(kHandEye + 3 * i);
+    const auto at = kPlaces + 3 * static_cast<Eigen::Index>(i);
     value.landmarks[i].place.m = x.places[i];
     value.landmarks[i].covariance = result.covariance.block<3, 3>(at, at);
     result.residuals.emplace_back(x.places[i] - touched[i].place.m);
   }
-  value.shared =
-      shared_motion(x.places, result.covariance.bottomRightCorner(result.covariance.rows() - kHandEye,
-                                                                  result.covariance.cols() - kHandEye));
   value.hand_eye = hand_eye;
   if (options.correct_hand_eye) {
     value.hand_eye.X_marker_camera = x.X;
-    value.hand_eye.covariance = result.covariance.topLeftCorner<kHandEye, kHandEye>();
+    value.hand_eye.covariance = result.covariance.block<kHandEye, kHandEye>(kLens, kLens);
   }
+  value.camera = camera;
+  value.camera.model = x.lens;
+  if (camera.covariance.size() > 0) value.camera.covariance = result.covariance.topLeftCorner<kLens, kLens>();
   value.rms_px = rms_px(problem, x, &value.inliers);
   return result;
 }

@@ -2,14 +2,16 @@
 // head.
 //
 // The user touches each landmark with the pointer (0.3 mm at best), then looks at them while turning the
-// head. Minimised over the landmarks' places L, the marker's pose M_f of every frame and one correction of
-// the hand-eye transform X:
-//   sum rho(|project((M_f X)^-1 L_i) - u_fi|^2 / px^2) + every unknown's deviation from its prior, whitened
+// head. Minimised over the landmarks' places L, the marker's pose M_f of every frame, one correction of the
+// hand-eye transform X and one of the lens C:
+//   sum rho(r' S^-1 r) + every unknown's deviation from its prior, whitened,   r = project_C((M_f X)^-1 L) -
+//   u
 // by Levenberg-Marquardt; the frames' poses are eliminated by the Schur complement. The pictures fix the
-// landmarks' shape, the touches (on average) where that shape is. The tracker's bias is nearly the same in
-// all frames and would otherwise be believed as often as there are frames: `shared_*` in the options gives
-// the hand-eye correction room for it. Metres, pixels, radians. Source: Triggs et al. (2000), "Bundle
-// adjustment - a modern synthesis". Pure function.
+// landmarks' shape, the touches (on average) where that shape is. The lens is an unknown because its errors
+// and the landmarks' hang together afterwards: landmarks are moved to where this lens shows them. The
+// tracker's bias is nearly the same in all frames and would otherwise be believed as often as there are
+// frames: `shared_*` in the options gives the hand-eye correction room for it. Metres, pixels, radians.
+// Source: Triggs et al. (2000), "Bundle adjustment - a modern synthesis". Pure function.
 #pragma once
 
 #include <string>
@@ -28,7 +30,7 @@ struct LandmarkFrame {
 };
 
 struct LandmarkRefinementOptions {
-  double pixel_sd = 0.1;  // px per axis
+  double pixel_sd = 0.1;  // px per axis, beyond what each sighting states
   double huber = 2.0;     // whitened length
   bool correct_hand_eye = true;
   double shared_rotation_sd = 1e-3;  // rad: the tracker's bias over a marker's width, as a turn of the marker
@@ -39,20 +41,15 @@ struct LandmarkRefinementOptions {
 struct LandmarkRefinement {
   std::vector<Landmark> landmarks;  // covariance updated
   HandEyeCalibration hand_eye;      // as it fits these pictures; the prior where it is not corrected
+  CameraCalibration camera;         // the same; the prior where that states no covariance
   int sightings = 0, inliers = 0;
-  // Of all landmarks as one body: turn (rad) about their mean place and shift (m), World axes. The pictures
-  // do not know it; touches and tracker do.
-  Matrix6 shared = Matrix6::Zero();
   double rms_px_before = 0.0, rms_px = 0.0;  // tracker and touched places alone; after. sqrt(sum |r|^2 / n)
 };
 
-// Covariance (rotation, rad, about their mean; translation, m; World axes) of the rigid motion that fits the
-// errors of these places best, each place counting the same; `covariance` is 3N x 3N.
-Matrix6 shared_motion(const std::vector<Vector3>& places, const Eigen::MatrixXd& covariance);
-
-// Covariance order: hand-eye rotation and translation (zero where not corrected), then each landmark's place
-// (m). `residuals` = refined minus touched place. Refuses where no landmark is seen from at least 5 frames.
-Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraModel& camera,
+// Covariance in the order of Rig::registration_covariance: lens (zero where its prior says nothing), hand-eye
+// (zero where not corrected), then each landmark's place (m). `residuals` = refined minus touched place.
+// Refuses where fewer than 3 landmarks are seen from at least 5 frames.
+Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraCalibration& camera,
                                                         const HandEyeCalibration& hand_eye,
                                                         const std::vector<Landmark>& touched,
                                                         const std::vector<LandmarkFrame>& frames,

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/calibration/landmark_refinement.h"
 #include "palpate/estimation/linear_algebra.h"
 
 namespace palpate {
@@ -12,14 +11,7 @@ namespace {
 
 constexpr int kAlong = 5, kAcross = 4;  // spots on a surface
 constexpr double kLeastDepth = 0.02;    // m: nearer to the camera a spot has no sensible pixel
-constexpr Eigen::Index kLensTerms = 9;  // fx fy cx cy k1 k2 p1 p2 k3
-
-CameraModel changed(CameraModel lens, const Eigen::VectorXd& by) {
-  lens.fx += by[0], lens.fy += by[1], lens.cx += by[2], lens.cy += by[3];
-  for (std::size_t i = 0; i < lens.distortion.size(); ++i)
-    lens.distortion[i] += by[4 + static_cast<Eigen::Index>(i)];
-  return lens;
-}
+constexpr Eigen::Index kHandEyeAt = kLensParameters, kLandmarksAt = kHandEyeAt + 6;
 
 // d p_camera / d (rotation, translation) of the camera's pose, World axes, left perturbation.
 Eigen::Matrix<double, 3, 6> point_in_camera(const Pose<World, CameraOptical>& X, const Vector3& place) {
@@ -29,123 +21,154 @@ Eigen::Matrix<double, 3, 6> point_in_camera(const Pose<World, CameraOptical>& X,
   return J;
 }
 
-// By how much the refined pose goes wrong where the lens is `other` instead of the known one.
-Vector6 pose_shift(const OverlayKnowledge& known, const RefinedPose& pose, const CameraModel& other,
-                   double pixel_sd) {
-  Vector6 pull = Vector6::Zero();
-  const Pose<CameraOptical, World> X = pose.X_world_camera.inverse();
-  const Matrix3 to_camera = pose.X_world_camera.matrix().transpose();
+// What the errors of registration make of the pose, 6 x (15 + 3 n), and the covariance of what a picture's
+// own noise does.
+struct PoseErrorSources {
+  Eigen::MatrixXd by_registration;
+  Matrix6 by_picture = Matrix6::Zero();
+};
+
+PoseErrorSources pose_error_sources(const OverlayKnowledge& known, const OverlayPicture& picture) {
+  const auto& [prior, tracker, pose, pixel_sd] = picture;
+  const Pose<World, CameraOptical>& X = pose.X_world_camera;
+  PoseErrorSources errors{Eigen::MatrixXd::Zero(6, known.registration.cols())};
+  // The hand-eye transform is perturbed in the marker's axes.
+  const Matrix3 R_world_marker = X.matrix() * known.R_marker_camera.toRotationMatrix().transpose();
+  Matrix6 by_hand_eye = Matrix6::Zero();
+  by_hand_eye.topLeftCorner<3, 3>() = by_hand_eye.bottomRightCorner<3, 3>() = R_world_marker;
+  if (!pose.refined) {
+    errors.by_registration.middleCols<6>(kHandEyeAt) = by_hand_eye;
+    errors.by_picture = tracker;
+    return errors;
+  }
+  // At the true pose the refinement's equations hold the prior's error e0 and each sighting's residual r;
+  // their solution is off by P (P0^-1 e0 - sum J' S^-1 r).
+  const Matrix6& P = pose.covariance;
+  const Matrix6 pull = P * inverse_symmetric(prior.covariance + 1e-18 * Matrix6::Identity());
+  errors.by_registration.middleCols<6>(kHandEyeAt) = pull * by_hand_eye;
+  errors.by_picture = pull * tracker * pull.transpose();
+  const Pose<CameraOptical, World> to_camera = X.inverse();
   for (const Sighting& seen : pose.used) {
     const Landmark& landmark = known.landmarks[seen.landmark];
-    const Vector3 p = (X * landmark.place).m;
+    const Vector3 p = (to_camera * landmark.place).m;
     if (p.z() < kLeastDepth) continue;
     Eigen::Matrix<double, 2, 3> Jp;
-    const Pixel here = project(known.lens, p, Jp);
-    const Eigen::Matrix<double, 2, 3> JL = Jp * to_camera;
-    const Eigen::Matrix2d S = JL * landmark.covariance * JL.transpose() + seen.covariance +
-                              pixel_sd * pixel_sd * Eigen::Matrix2d::Identity();
-    const Eigen::Matrix<double, 2, 6> J = Jp * point_in_camera(pose.X_world_camera, landmark.place.m);
-    pull += J.transpose() * S.inverse() * (here - other.project(p));
+    project(known.lens, p, Jp);
+    const Eigen::Matrix<double, 2, 3> JL = Jp * X.matrix().transpose();
+    const Eigen::Matrix2d noise = seen.covariance + pixel_sd * pixel_sd * Eigen::Matrix2d::Identity();
+    const Eigen::Matrix2d S = JL * landmark.covariance * JL.transpose() + noise;
+    const Eigen::Matrix<double, 6, 2> gain =
+        P * (Jp * point_in_camera(X, landmark.place.m)).transpose() * S.inverse();
+    errors.by_registration.leftCols<kLensParameters>() -= gain * lens_jacobian(known.lens, p);
+    errors.by_registration.middleCols<3>(kLandmarksAt + 3 * static_cast<Eigen::Index>(seen.landmark)) -=
+        gain * JL;
+    errors.by_picture += gain * noise * gain.transpose();
   }
-  return -pose.covariance * pull;
+  return errors;
+}
+
+std::vector<OverlaySpot> spots_of(const SurfaceCalibration& surface) {
+  std::vector<OverlaySpot> spots;
+  const Matrix3 R = surface.X_world_rectangle.matrix();
+  for (int i = 0; i < kAlong; ++i)
+    for (int j = 0; j < kAcross; ++j) {
+      const double u = (i + 0.5) / kAlong, v = (j + 0.5) / kAcross;
+      const Vector3 arm = R * Vector3(u * surface.width, v * surface.height, 0.0);
+      OverlaySpot spot{surface.X_world_rectangle.translation + arm, Matrix3::Zero()};
+      if (surface.covariance.rows() == 8) {
+        Eigen::Matrix<double, 3, 8> J;
+        J << -hat(arm), Matrix3::Identity(), u * R.col(0), v * R.col(1);
+        spot.covariance = J * surface.covariance * J.transpose();
+      }
+      spots.push_back(spot);
+    }
+  return spots;
 }
 
 }  // namespace
 
 double OverlayParts::total() const {
-  return std::sqrt(pose * pose + landmarks * landmarks + surfaces * surfaces + lens * lens);
+  return std::sqrt(picture * picture + registration * registration + surfaces * surfaces);
+}
+
+std::vector<Matrix3> shape_covariances(const std::vector<Landmark>& landmarks,
+                                       const Eigen::MatrixXd& registration) {
+  const auto count = static_cast<Eigen::Index>(landmarks.size());
+  if (count == 0) return {};
+  // Of the places where the lens is given: Schur complement.
+  const Eigen::MatrixXd with_lens = registration.block(kLandmarksAt, 0, 3 * count, kLensParameters);
+  const Eigen::MatrixXd lens_information =
+      covariance_from_information(registration.topLeftCorner<kLensParameters, kLensParameters>());
+  Eigen::MatrixXd C = registration.bottomRightCorner(3 * count, 3 * count) -
+                      with_lens * lens_information * with_lens.transpose();
+  // C = G M G' + rest, with the largest M that leaves a covariance as rest: (G' C^-1 G)^-1.
+  if (count >= 3) {
+    Vector3 mean = Vector3::Zero();
+    for (const auto& landmark : landmarks) mean += landmark.place.m / static_cast<double>(count);
+    Eigen::MatrixXd G(3 * count, 6);  // d place / d (turn about their mean, shift) of all together
+    for (Eigen::Index i = 0; i < count; ++i)
+      G.middleRows<3>(3 * i) << -hat(landmarks[static_cast<std::size_t>(i)].place.m - mean),
+          Matrix3::Identity();
+    const Eigen::MatrixXd information = covariance_from_information(C);
+    C -= G * covariance_from_information(G.transpose() * information * G) * G.transpose();
+  }
+  std::vector<Matrix3> shapes;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const auto [values, axes] =
+        symmetric_eigen(C.block<3, 3>(3 * i, 3 * i));  // rounding may leave it below 0
+    shapes.emplace_back(axes * values.cwiseMax(0.0).asDiagonal() * axes.transpose());
+  }
+  return shapes;
 }
 
 OverlayKnowledge overlay_knowledge(const Rig& rig) {
   OverlayKnowledge known;
-  if (rig.camera) {
-    known.lens = rig.camera->model;
-    if (rig.camera->covariance.rows() == kLensTerms) {
-      const auto [values, vectors] = symmetric_eigen(rig.camera->covariance);
-      known.lens_root = vectors * values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
-    }
-  }
+  if (rig.camera) known.lens = rig.camera->model;
+  if (rig.hand_eye) known.R_marker_camera = rig.hand_eye->X_marker_camera.rotation;
+  known.registration = registration_covariance(rig);
   known.landmarks = rig.landmarks;
-  known.landmarks_shared = rig.landmarks_shared;
-  if (!rig.landmarks.empty()) {
-    std::vector<Vector3> places;
-    const auto n = 3 * static_cast<Eigen::Index>(rig.landmarks.size());
-    Eigen::MatrixXd each = Eigen::MatrixXd::Zero(n, n);
-    for (const Landmark& landmark : rig.landmarks) {
-      const auto at = 3 * static_cast<Eigen::Index>(places.size());
-      each.block<3, 3>(at, at) = landmark.covariance;
-      places.push_back(landmark.place.m);
-      known.landmarks_mean += landmark.place.m / static_cast<double>(rig.landmarks.size());
-    }
-    // Touched and not refined: their errors are their own.
-    if (rig.landmarks_shared.isZero(0.0) && places.size() >= 3)
-      known.landmarks_shared = shared_motion(places, each);
-  }
+  const auto shapes = shape_covariances(rig.landmarks, known.registration);
+  for (std::size_t i = 0; i < shapes.size(); ++i) known.landmarks[i].covariance = shapes[i];
   for (const auto& surface : rig.surfaces)
-    for (int i = 0; i < kAlong; ++i)
-      for (int j = 0; j < kAcross; ++j) {
-        const double u = (i + 0.5) / kAlong, v = (j + 0.5) / kAcross;
-        const Matrix3 R = surface.X_world_rectangle.matrix();
-        const Vector3 inside(u * surface.width, v * surface.height, 0.0), arm = R * inside;
-        OverlaySpot spot{surface.X_world_rectangle.translation + arm, Matrix3::Zero()};
-        if (surface.covariance.rows() == 8) {
-          Eigen::Matrix<double, 3, 8> J;
-          J << -hat(arm), Matrix3::Identity(), u * R.col(0), v * R.col(1);
-          spot.covariance = J * surface.covariance * J.transpose();
-        }
-        known.spots.push_back(spot);
-      }
+    for (const auto& spot : spots_of(surface)) known.spots.push_back(spot);
   return known;
 }
 
-std::optional<OverlayParts> expected_overlay(const OverlayKnowledge& known, const RefinedPose& pose,
-                                             double pixel_sd) {
-  struct Lens {
-    CameraModel other;
-    Vector6 shift;
-  };
-  std::vector<Lens> lenses;
-  for (Eigen::Index k = 0; k < known.lens_root.cols(); ++k) {
-    const CameraModel other = changed(known.lens, known.lens_root.col(k));
-    lenses.push_back({other, pose.refined ? pose_shift(known, pose, other, pixel_sd) : Vector6::Zero()});
-  }
-  const Pose<CameraOptical, World> X = pose.X_world_camera.inverse();
-  double by_pose = 0.0, by_landmarks = 0.0, by_surfaces = 0.0, by_lens = 0.0;
+std::optional<OverlayParts> expected_overlay(const OverlayKnowledge& known, const OverlayPicture& picture) {
+  const Pose<World, CameraOptical>& X_world_camera = picture.pose.X_world_camera;
+  const PoseErrorSources pose = pose_error_sources(known, picture);
+  const Pose<CameraOptical, World> X = X_world_camera.inverse();
+  double by_picture = 0.0, by_surfaces = 0.0;
+  // sum trace(M C M') over the spots is trace(C sum M'M).
+  Eigen::MatrixXd squares = Eigen::MatrixXd::Zero(known.registration.rows(), known.registration.cols());
   int count = 0;
   for (const OverlaySpot& spot : known.spots) {
     const Vector3 p = (X * Point<World>{spot.place}).m;
     if (p.z() < kLeastDepth) continue;
-    const Pixel seen = known.lens.project(p);
+    Eigen::Matrix<double, 2, 3> Jd;  // through the lens
+    const Pixel seen = project(known.lens, p, Jd);
     if (seen.x() < 0 || seen.y() < 0 || seen.x() > known.lens.width - 1 || seen.y() > known.lens.height - 1)
       continue;
     // A ray far outside may fold back into the picture; where the lens can be undone it comes back to itself.
-    const Pixel drawn = known.lens.project_undistorted(p);
     const auto back = known.lens.undistort_pixel(seen);
-    if (!back || (*back - drawn).norm() > 0.01) continue;
+    if (!back || (*back - known.lens.project_undistorted(p)).norm() > 0.01) continue;
     ++count;
     const Eigen::Matrix<double, 2, 3> Jp = projection_jacobian(known.lens, p);
-    const Eigen::Matrix<double, 2, 6> JX = Jp * point_in_camera(pose.X_world_camera, spot.place);
-    by_pose += (JX * pose.covariance * JX.transpose()).trace();
-    const Eigen::Matrix<double, 2, 3> JW = Jp * pose.X_world_camera.matrix().transpose();
+    const Eigen::Matrix<double, 2, 6> JX = Jp * point_in_camera(X_world_camera, spot.place);
+    by_picture += (JX * pose.by_picture * JX.transpose()).trace();
+    const Eigen::Matrix<double, 2, 3> JW = Jp * X_world_camera.matrix().transpose();
     by_surfaces += (JW * spot.covariance * JW.transpose()).trace();
-    if (pose.refined) {
-      Eigen::Matrix<double, 3, 6> G;
-      G << -hat(spot.place - known.landmarks_mean), Matrix3::Identity();
-      const Eigen::Matrix<double, 2, 6> JG = JW * G;
-      by_landmarks += (JG * known.landmarks_shared * JG.transpose()).trace();
-    }
-    for (const Lens& lens : lenses) {
-      // Were the lens the other one, the real spot would be seen there and drawn here.
-      const auto real = known.lens.undistort_pixel(lens.other.project(p));
-      if (real) by_lens += (drawn - *real + JX * lens.shift).squaredNorm();
-    }
+    Eigen::MatrixXd M = JX * pose.by_registration;
+    // The real spot is seen through the true lens and undone by the known one.
+    const Eigen::Matrix2d undo = Jp.leftCols<2>() * Jd.leftCols<2>().inverse();
+    M.leftCols<kLensParameters>() += undo * lens_jacobian(known.lens, p);
+    squares.noalias() += M.transpose() * M;
   }
   if (count == 0) return std::nullopt;
   OverlayParts parts;
-  parts.pose = std::sqrt(by_pose / count);
-  parts.landmarks = std::sqrt(by_landmarks / count);
+  parts.picture = std::sqrt(by_picture / count);
+  parts.registration = std::sqrt(std::max(0.0, squares.cwiseProduct(known.registration).sum()) / count);
   parts.surfaces = std::sqrt(by_surfaces / count);
-  parts.lens = std::sqrt(by_lens / count);
   return parts;
 }
 

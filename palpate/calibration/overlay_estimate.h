@@ -1,19 +1,18 @@
 // How far, in pixels of the drawn picture, virtual things stand from the real ones: as the system itself
 // knows it, without any truth.
 //
-// Asked at spots spread over the calibrated surfaces. Four independent uncertainties meet there, each carried
-// to the pixel by first derivatives:
-//   the camera's pose in the landmarks' frame    (detection noise, landmarks' shape, tracker; RefinedPose)
-//   the landmarks' common motion in World        (Rig::landmarks_shared)
-//   the surface's own place in World             (SurfaceCalibration::covariance)
-//   the lens                                     (CameraCalibration::covariance): what it moves at a spot,
-//   and
-//                                                what it makes the landmarks do to the pose
-// The result is an rms over the spots in view: the root of the mean of E|error|^2, the mean of what many
-// laboratories like this one would see. One laboratory's surfaces and lens are wrong in one way for good, so
+// Asked at spots spread over the calibrated surfaces. Three independent kinds of error meet there, each
+// carried to the pixel by first derivatives:
+//   of the picture    its landmarks' detection and the tracker's noise, another in every frame
+//   of registration   lens, hand-eye and landmarks' places (registration_covariance): the same in all frames.
+//                     They reach the spot by the drawing and by the pose that they make of the picture, and
+//                     cancel in part: a lens that is wrong moved the landmarks to where it shows them
+//   of the surfaces   the spot's own place in World (SurfaceCalibration::covariance)
+// The result is an rms over the spots in view: the root of the mean of E|error|^2 over many laboratories that
+// are calibrated like this one. One laboratory's registration and surfaces are wrong in one way for good, so
 // its own figure scatters about this one. World frame, SI; pixels of CameraModel. Pure functions, any thread;
-// some 0.1 ms. Source: propagation as in Hartley & Zisserman (2004), section 5.2; the lens as a considered
-// parameter after Schmidt (1966).
+// some 0.2 ms. Source: propagation as in Hartley & Zisserman (2004), section 5.2; what a solve takes for
+// granted as considered parameters after Schmidt (1966).
 #pragma once
 
 #include <Eigen/Core>
@@ -32,10 +31,12 @@ struct OverlaySpot {
 
 struct OverlayKnowledge {
   CameraModel lens;
-  Eigen::MatrixXd lens_root;  // 9 x k, root of the lens's covariance; empty where that is unknown
+  Quaternion R_marker_camera = Quaternion::Identity();
+  // For refine_camera_pose: their covariance is that of their shape, without what they have in common with
+  // each other and with the lens. Common errors move the pose and leave nothing to disagree about, so in a
+  // sighting's weight, or in the judgement whether it is false, they have no place.
   std::vector<Landmark> landmarks;
-  Vector3 landmarks_mean = Vector3::Zero();
-  Matrix6 landmarks_shared = Matrix6::Zero();
+  Eigen::MatrixXd registration;  // covariance: lens 9, hand-eye 6, landmarks 3 each
   std::vector<OverlaySpot> spots;
 };
 
@@ -43,13 +44,26 @@ struct OverlayKnowledge {
 // covariance its part counts as nothing.
 OverlayKnowledge overlay_knowledge(const Rig& rig);
 
+// What is left of landmarks' covariances (m^2) where the lens is as it is and they, as one body, may lie
+// anywhere: the part of `registration` that a picture of them can contradict.
+std::vector<Matrix3> shape_covariances(const std::vector<Landmark>& landmarks,
+                                       const Eigen::MatrixXd& registration);
+
 struct OverlayParts {  // px, rms over the spots in view
-  double pose = 0.0, landmarks = 0.0, surfaces = 0.0, lens = 0.0;
+  double picture = 0.0, registration = 0.0, surfaces = 0.0;
   double total() const;
 };
 
-// Of a picture drawn with `pose`; `pixel_sd` as the refinement had it. Nothing where no spot is in view.
-std::optional<OverlayParts> expected_overlay(const OverlayKnowledge& known, const RefinedPose& pose,
-                                             double pixel_sd = RefinementOptions{}.pixel_sd);
+// A picture's pose as it was found: with known.landmarks, from a prior whose covariance is that of the
+// hand-eye transform and `tracker`, the rest.
+struct OverlayPicture {
+  CameraPosePrior prior;
+  Matrix6 tracker = Matrix6::Zero();
+  RefinedPose pose;
+  double pixel_sd = RefinementOptions{}.pixel_sd;  // as the refinement had it
+};
+
+// Nothing where no spot is in view.
+std::optional<OverlayParts> expected_overlay(const OverlayKnowledge& known, const OverlayPicture& picture);
 
 }  // namespace palpate

@@ -33,6 +33,10 @@ struct Sighting {
   Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
 };
 
+// px per axis: what a sighting that states its covariance is off beyond it (a lens that is no polynomial,
+// light that is no even disc).
+inline constexpr double kUnstatedSightingSd = 0.03;
+
 struct RefinementOptions {
   double pixel_sd = 0.1;  // of a detected centre, px per axis
   double huber = 2.0;     // whitened length from which a sighting pulls with constant force

@@ -131,6 +131,34 @@ TEST(PoseRefinement, AThirdOfTheLandmarksMovedByACentimetreIsFoundOut) {
   EXPECT_LT(std::sqrt(squares / kRuns), 0.2);  // eight good ones instead of twelve: 0.12 px times 1.5
 }
 
+// Wrong matches that agree with each other, as when a row of dots is taken for its neighbour, pull the fit
+// towards themselves until true sightings lie beyond the limit as well. Whoever drops all of these at once is
+// left with the prior, which fits nothing either.
+TEST(PoseRefinement, WrongMatchesThatAgreeWithEachOtherAreLeftOneByOne) {
+  const auto camera = lens();
+  const auto landmarks = dots();
+  Random random(10, "pose refinement");
+  const auto P = diagonal(0.002, 0.0003);
+  int refined = 0;
+  double squares = 0.0;
+  constexpr int kRuns = 200;
+  for (int k = 0; k < kRuns; ++k) {
+    const auto truth = camera_pose(0.2 * k);
+    const CameraPosePrior prior{disturbed(truth, draw(P, random)), P};
+    auto seen = sightings(camera, truth, landmarks, 0.05, random);
+    const double angle = random.uniform(0.0, 6.28);
+    for (std::size_t i = 0; i < 4 && i < seen.size(); ++i)
+      seen[(static_cast<std::size_t>(k) + 2 * i) % seen.size()].centre +=
+          7.0 * Pixel(std::cos(angle), std::sin(angle)) + Pixel(random.normal(0.5), random.normal(0.5));
+    const auto pose = refine_camera_pose(camera, prior, landmarks, seen, {.pixel_sd = 0.05});
+    if (!pose.refined || pose.outliers != 4) continue;
+    ++refined;
+    squares += std::pow(overlay_px(camera, truth, pose.X_world_camera), 2);
+  }
+  EXPECT_GE(refined, 195);  // dropped all at once: 166
+  EXPECT_LT(std::sqrt(squares / refined), 0.1);
+}
+
 TEST(PoseRefinement, WhereMostSightingsDisagreeThePriorStays) {
   const auto camera = lens();
   const auto landmarks = dots();

@@ -63,6 +63,24 @@ Pixel project(const CameraModel& camera, const Vector3& p, Eigen::Matrix<double,
   return {camera.fx * n.x() + camera.cx, camera.fy * n.y() + camera.cy};
 }
 
+Eigen::Matrix<double, 2, kLensParameters> lens_jacobian(const CameraModel& camera, const Vector3& p) {
+  const double x = p.x() / p.z(), y = p.y() / p.z(), r2 = x * x + y * y;
+  const auto n = camera.distort({x, y});
+  const Eigen::Vector2d f(camera.fx, camera.fy), radial(camera.fx * x * r2, camera.fy * y * r2);
+  Eigen::Matrix<double, 2, kLensParameters> J;
+  J << n.x(), 0, 1, 0, radial.x(), radial.x() * r2, f.x() * 2 * x * y, f.x() * (r2 + 2 * x * x),
+      radial.x() * r2 * r2, 0, n.y(), 0, 1, radial.y(), radial.y() * r2, f.y() * (r2 + 2 * y * y),
+      f.y() * 2 * x * y, radial.y() * r2 * r2;
+  return J;
+}
+
+CameraModel changed_lens(CameraModel camera, const LensParameters& by) {
+  camera.fx += by[0], camera.fy += by[1], camera.cx += by[2], camera.cy += by[3];
+  for (std::size_t i = 0; i < camera.distortion.size(); ++i)
+    camera.distortion[i] += by[4 + static_cast<Eigen::Index>(i)];
+  return camera;
+}
+
 Eigen::Matrix<double, 2, 3> projection_jacobian(const CameraModel& camera, const Vector3& p) {
   Eigen::Matrix<double, 2, 3> J;
   const double z = p.z();

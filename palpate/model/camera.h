@@ -36,6 +36,14 @@ struct CameraModel {
 // Through the lens, with d pixel / d p (2x3, px per metre). Needs z > 0.
 Pixel project(const CameraModel& camera, const Vector3& p, Eigen::Matrix<double, 2, 3>& jacobian);
 
+// Parameters of a lens in the order of its covariance: fx fy cx cy (px) k1 k2 p1 p2 k3.
+inline constexpr Eigen::Index kLensParameters = 9;
+using LensParameters = Eigen::Matrix<double, kLensParameters, 1>;
+// d project / d those parameters, px per unit of each. Needs z > 0.
+Eigen::Matrix<double, 2, kLensParameters> lens_jacobian(const CameraModel& camera, const Vector3& p);
+// The lens with its parameters changed by so much.
+CameraModel changed_lens(CameraModel camera, const LensParameters& by);
+
 // d project_undistorted / d p, 2x3, px per metre.
 Eigen::Matrix<double, 2, 3> projection_jacobian(const CameraModel& camera, const Vector3& p);
 

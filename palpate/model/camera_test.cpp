@@ -45,6 +45,17 @@ TEST(CameraModel, JacobianAgreesWithFiniteDifferences) {
   }
 }
 
+TEST(CameraModel, LensJacobianAgreesWithFiniteDifferences) {
+  const auto camera = lens();
+  const Vector3 p(0.35, -0.25, 0.8);
+  const auto J = lens_jacobian(camera, p);
+  for (Eigen::Index i = 0; i < kLensParameters; ++i) {
+    const LensParameters h = 1e-4 * LensParameters::Unit(i);
+    const Pixel numeric = (changed_lens(camera, h).project(p) - changed_lens(camera, -h).project(p)) / 2e-4;
+    EXPECT_NEAR((J.col(i) - numeric).norm(), 0.0, 1e-8 * (1.0 + J.col(i).norm())) << i;
+  }
+}
+
 TEST(CameraModel, JacobianThroughTheLensAgreesWithFiniteDifferences) {
   const auto camera = lens();
   const Vector3 p(0.35, -0.25, 0.8);  // near a corner of the image, where the lens bends most

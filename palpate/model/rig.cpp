@@ -314,8 +314,9 @@ Expected<Rig> parse_rig(std::string_view content, std::string source) {
   for (const auto& table : file->tables("landmark")) rig.landmarks.push_back(landmark_of(table));
   if (const auto from = file->table("landmarks_from"); from.exists())
     rig.landmarks_from = provenance_of(from);
-  if (const auto shared = file->table("landmarks_shared"); shared.exists())
-    rig.landmarks_shared = covariance_of(shared, "covariance_si", 6, 1.0);
+  if (const auto joint = file->table("registration"); joint.exists())
+    rig.registration_covariance =
+        covariance_of(joint, "covariance_si", kLensUnknowns + 6 + 3 * rig.landmarks.size(), 1.0);
   if (const auto done = file->finish(); !done) return tl::unexpected(done.error());
   return rig;
 }
@@ -362,11 +363,6 @@ std::string rig_text(const Rig& rig) {
     w.section("landmarks_from");
     w.provenance(from);
   }
-  if (!rig.landmarks_shared.isZero(0.0)) {
-    w.section("landmarks_shared");
-    w.comment("Order: rotation 3 (rad) about the landmarks' mean place, translation 3 (m), World axes.");
-    w.put("covariance_si", rows(rig.landmarks_shared));
-  }
   for (const auto& surface : rig.surfaces) {
     w.item("surface");
     w.text("name", surface.name);
@@ -386,6 +382,12 @@ std::string rig_text(const Rig& rig) {
     w.put("normal", list(landmark.normal));
     w.number("diameter_mm", kMillimetresPerMetre * landmark.diameter);
     w.put("covariance_mm2", rows(landmark.covariance, 1 / kMm2));
+  }
+  if (rig.registration_covariance.size() > 0) {
+    w.section("registration");
+    w.comment("Of lens 9, hand-eye 6 and each landmark's place 3 together, in the units of their own.");
+    w.comment("Holds as long as theirs agree with it.");
+    w.put("covariance_si", rows(rig.registration_covariance));
   }
   return w.take() + picture_parts_text(rig);
 }

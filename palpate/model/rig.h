@@ -132,9 +132,10 @@ struct Rig {
   std::optional<DelayCalibration> delays;
   std::vector<SurfaceCalibration> surfaces;
   std::vector<Landmark> landmarks;
-  // By how much all landmarks together may be turned (rad) about their mean place and shifted (m), World
-  // axes: what no picture of them shows, because it moves the camera's pose with them. Zero where unknown.
-  Matrix6 landmarks_shared = Matrix6::Zero();
+  // What registers pictures with World, where one solve found it: lens 9 (as camera->covariance), hand-eye 6,
+  // then 3 of each landmark. Their errors belong together and cancel in part: taken apart they count too
+  // much. Empty where unknown; use registration_covariance().
+  Eigen::MatrixXd registration_covariance;
   Provenance landmarks_from;
   std::optional<RoomLight> light;
   std::vector<RealObject> objects;
@@ -142,6 +143,10 @@ struct Rig {
 
   const SurfaceCalibration* surface(std::string_view surface_name) const;
 };
+
+// That covariance; where the rig has none, or a part of it was calibrated anew since (its own covariance is
+// then another), the parts' own beside each other. What is not calibrated has none.
+Eigen::MatrixXd registration_covariance(const Rig& rig);
 
 // Both cameras of a stereo rig are calibrated.
 bool has_two_eyes(const Rig& rig);

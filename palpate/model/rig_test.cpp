@@ -69,7 +69,7 @@ Rig full_rig() {
       {"wall", {rotation(random), vector(random)}, 0.75, 0.6, {}, provenance("rectangle")});
   for (int i = 0; i < 5; ++i)
     rig.landmarks.push_back({{vector(random)}, covariance(random, 3), vector(random).normalized(), 0.008});
-  rig.landmarks_shared = covariance(random, 6);
+  rig.registration_covariance = covariance(random, 9 + 6 + 3 * 5);
   rig.landmarks_from = provenance("head-motion");
   return rig;
 }
@@ -119,7 +119,7 @@ std::vector<double> numbers(const Rig& rig) {
         add_from(s.from);
   for (const auto& l : rig.landmarks)
     add(l.place.m), add(l.covariance), add(l.normal), all.push_back(l.diameter);
-  add(rig.landmarks_shared);
+  add(rig.registration_covariance);
   add_from(rig.landmarks_from);
   return all;
 }
@@ -255,6 +255,44 @@ TEST(Rig, RightEyeIsWhereBothHandEyesPutIt) {
   const auto expected = head * rig.right_hand_eye->X_marker_camera;
   EXPECT_LT((right.translation - expected.translation).norm(), 1e-12);
   EXPECT_LT(right.rotation.angularDistance(expected.rotation), 1e-7);
+}
+
+TEST(Rig, PartsCalibratedAnewNoLongerBelongTogether) {
+  Rig rig = full_rig();
+  // As one solve leaves it: the parts' covariances are blocks of the whole.
+  Random random(2, "registration");
+  const Eigen::MatrixXd joint = covariance(random, 9 + 6 + 3 * 5);
+  rig.registration_covariance = joint;
+  rig.camera->covariance = joint.topLeftCorner<9, 9>();
+  rig.hand_eye->covariance = joint.block<6, 6>(9, 9);
+  for (std::size_t i = 0; i < rig.landmarks.size(); ++i) {
+    const auto at = 15 + 3 * static_cast<Eigen::Index>(i);
+    rig.landmarks[i].covariance = joint.block<3, 3>(at, at);
+  }
+  const auto again = parse_rig(rig_text(rig), "r.toml");
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_LT((registration_covariance(*again) - joint).norm(), 1e-11 * joint.norm());
+
+  const auto apart = [&](const Rig& changed) {
+    const Eigen::MatrixXd C = registration_covariance(changed);
+    EXPECT_EQ(C.rows(), joint.rows());
+    EXPECT_TRUE(C.topRightCorner(9, C.cols() - 9).isZero(0.0));
+    EXPECT_TRUE((C.block<3, 3>(15, 18).isZero(0.0)));
+    return C;
+  };
+  Rig other = rig;
+  other.camera->covariance *= 1.1;
+  EXPECT_EQ(apart(other)(0, 0), 1.1 * joint(0, 0));
+  other = rig, other.hand_eye->covariance(5, 5) *= 1.1;
+  EXPECT_EQ(apart(other)(14, 14), 1.1 * joint(14, 14));
+  other = rig, other.landmarks[4].covariance *= 1.1;
+  EXPECT_EQ(apart(other)(27, 27), 1.1 * joint(27, 27));
+  // Of what is not calibrated nothing is known to be wrong.
+  EXPECT_TRUE(registration_covariance(Rig{}).isZero(0.0));
+  rig.landmarks.pop_back();
+  const auto fewer = parse_rig(rig_text(rig), "r.toml");
+  ASSERT_FALSE(fewer);
+  EXPECT_NE(fewer.error().message.find("registration"), std::string::npos) << fewer.error().message;
 }
 
 TEST(Rig, ComplainsOfLightObjectsAndEncodingsByName) {

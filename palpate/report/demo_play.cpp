@@ -94,6 +94,10 @@ void tell_overlay(Report& page, const DemoData& data) {
     figures.push_back({"Real scene, by the tracker alone", shown(only, "px"),
                        "without the landmarks in the picture", Verdict::none});
   }
+  if (const auto own = data.number("registration/own_estimate_px_rms")) {
+    figures.push_back({"Real scene, as the system estimates it itself", shown(own, "px"),
+                       "knowing no truth: its mean over many calibrations like this one", Verdict::none});
+  }
   if (tip) figures.push_back({"Stylus tip, rms", shown(tip, "px"), "at most 2.0 px", at_most(*tip, 2.0)});
   if (const auto p95 = data.number("registration/tip_px_p95"))
     figures.push_back({"Stylus tip, 95 % of frames below", shown(p95, "px"), "", Verdict::none});
@@ -109,6 +113,12 @@ void tell_overlay(Report& page, const DemoData& data) {
   over_time.series = {
       {.name = "stylus tip", .x = time, .y = tip_px, .mark = Mark::points, .tone = Tone::rival},
       {.name = "real scene", .x = time, .y = world_px, .mark = Mark::points, .tone = Tone::ours}};
+  if (has_columns(*frames, {"expected_world_px"}))
+    over_time.series.push_back({.name = "real scene, as the system estimates it itself",
+                                .x = time,
+                                .y = column(*frames, "expected_world_px"),
+                                .mark = Mark::line,
+                                .tone = Tone::muted});
   const double most = std::max({quantile(world_px, 0.995), quantile(tip_px, 0.995), 0.1}) * 1.1;
   Plot shares{.title = "Frames by overlay error", .x_label = "px", .y_label = "frames"};
   for (const auto& [name, values, tone] :

@@ -36,7 +36,8 @@ class DemoReport : public ::testing::Test {
         "true_tip_one_pass_error_to_truth_mm": 0.61, "true_tip_alternating_error_to_truth_mm": 0.14,
         "true_tip_eq7_error_to_truth_mm": 0.10, "true_tip_joint_error_to_truth_mm": 0.10},
       "pivot": {"error_to_truth_mm": 0.97}, "hand_eye": {"error_to_truth_mm": 0.41, "rotation_error_deg": 0.05}, "camera": {"rms_px": 0.21},
-      "registration": {"world_px_rms": 0.27, "world_px_p95": 0.49, "world_px_rms_tracker_only": 0.91, "tip_px_rms": 0.55, "tip_px_p95": 2.31},
+      "registration": {"world_px_rms": 0.27, "world_px_p95": 0.49, "world_px_rms_tracker_only": 0.91, "tip_px_rms": 0.55, "tip_px_p95": 2.31,
+        "own_estimate_px_rms": 0.2468},
       "exchange": {"frames": 900, "late": 4, "answers": {"exact": 12, "interpolated": 880, "extrapolated": 8, "too_old": 0}},
       "rally": {"serves": 24, "returned": 13, "longest": 6},
       "force": {"peak_n": 7.9, "limited_ticks": 3, "lost_impulse_rel": 0.002, "impulse_error_rel_max": 3e-13},
@@ -81,10 +82,10 @@ class DemoReport : public ::testing::Test {
           "label,x_mm,y_mm,z_mm\ntable,-375,-1520,1800\ntable,375,-1520,1800\ntable,375,-1520,800\ntable,-"
           "375,-1520,800\n"
           "wall,-375,-1520,800\nwall,375,-1520,800\nwall,375,-920,800\nwall,-375,-920,800\n");
-    std::string frames = "frame,mid_exposure_s,answer,late,world_px,tip_px\n",
+    std::string frames = "frame,mid_exposure_s,answer,late,world_px,tip_px,expected_world_px\n",
                 ball = "frame,time_s,x_m,y_m,z_m\n";
     for (int i = 0; i < 900; ++i) {
-      frames += fmt::format("{},{:.4f},interpolated,0,{:.4f},{}\n", i, 3.2 + i / 30.0,
+      frames += fmt::format("{},{:.4f},interpolated,0,{:.4f},{},0.25\n", i, 3.2 + i / 30.0,
                             std::abs(0.2 + random.normal(0.08)),
                             i % 50 == 7 ? "" : fmt::format("{:.4f}", std::abs(0.45 + random.normal(0.2))));
       const double t = std::fmod(i / 30.0, 1.25), z = 1.7 - 0.9 * std::sin(std::numbers::pi * t / 1.25),
@@ -150,6 +151,13 @@ TEST_F(DemoReport, IsWrittenFromTheSummaryAlone) {
   EXPECT_NE(page.find("0.105\u00a0mm"), std::string::npos);
   EXPECT_EQ(page.find("<video"), std::string::npos);
   EXPECT_EQ(page.find("The ball from the side"), std::string::npos);
+}
+
+TEST_F(DemoReport, ShowsTheSystemsOwnEstimateOfItsErrorBesideTheTruth) {
+  write_raw();
+  const std::string page = demo_report(folder_)->html();
+  EXPECT_NE(page.find("0.247\u00a0px"), std::string::npos);
+  EXPECT_NE(page.find("\"name\":\"real scene, as the system estimates it itself\""), std::string::npos);
 }
 
 TEST_F(DemoReport, LeavesOutSectionsWithoutFigures) {

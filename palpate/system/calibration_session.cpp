@@ -319,16 +319,17 @@ struct Steps {
       LandmarkFrame frame;
       frame.X_world_marker = {marker->rotation, marker->translation};
       frame.covariance = marker->covariance;
-      for (const auto& found :
-           hooks.find_landmarks(images[i], rig.camera->model,
-                                frame.X_world_marker * rig.hand_eye->X_marker_camera, rig.landmarks))
-        frame.sightings.push_back({found.landmark, found.centre});
+      frame.sightings = hooks.find_landmarks(
+          images[i], rig.camera->model, frame.X_world_marker * rig.hand_eye->X_marker_camera, rig.landmarks);
       frames.push_back(std::move(frame));
     }
-    auto refined = refine_landmarks(rig.camera->model, *rig.hand_eye, rig.landmarks, frames);
+    auto refined = refine_landmarks(*rig.camera, *rig.hand_eye, rig.landmarks, frames,
+                                    {.pixel_sd = kUnstatedSightingSd});
     if (!refined) return failed(refined);
+    rig.registration_covariance = refined->covariance;
     rig.landmarks = refined->value.landmarks;
-    rig.landmarks_shared = refined->value.shared;
+    rig.camera->model = refined->value.camera.model;
+    rig.camera->covariance = refined->value.camera.covariance;
     rig.hand_eye->X_marker_camera = refined->value.hand_eye.X_marker_camera;
     rig.hand_eye->covariance = refined->value.hand_eye.covariance;
     out.landmark_rms_px_before = refined->value.rms_px_before;

@@ -14,6 +14,7 @@
 #include "palpate/acquisition/procedures.h"
 #include "palpate/calibration/arm.h"
 #include "palpate/calibration/board.h"
+#include "palpate/calibration/pose_refinement.h"
 #include "palpate/model/rig.h"
 #include "palpate/system/guided_poses.h"
 
@@ -50,12 +51,9 @@ struct CalibrationRecordings {
   double landmark_rms_px_before = 0.0, landmark_rms_px = 0.0;
 };
 
-// Finds landmarks in an image: predicted from the camera's pose, as the compositor's detector does it.
-struct FoundLandmark {
-  std::size_t landmark = 0;
-  Pixel centre = Pixel::Zero();
-};
-using FindLandmarks = std::function<std::vector<FoundLandmark>(
+// Finds landmarks in an image: predicted from the camera's pose, as the compositor's detector does it. The
+// sightings state their covariance.
+using FindLandmarks = std::function<std::vector<Sighting>(
     const CameraImage&, const CameraModel&, const Pose<World, CameraOptical>&, const std::vector<Landmark>&)>;
 
 struct SessionHooks {

@@ -9,9 +9,14 @@
 namespace palpate {
 namespace {
 
-// px per axis: what a sighting is off beyond the noise that the detector states (a lens that is no
-// polynomial, light that is no even disc).
-constexpr double kModelSd = 0.03;
+std::vector<Sighting> find_sightings(const CameraImage& image, const CameraModel& lens,
+                                     const Pose<World, CameraOptical>& X_world_camera,
+                                     const std::vector<Landmark>& landmarks) {
+  std::vector<Sighting> sightings;
+  for (const auto& seen : detect_landmarks(image, lens, X_world_camera, landmarks))
+    sightings.push_back({seen.landmark, seen.centre, seen.covariance});
+  return sightings;
+}
 
 // Images in a row without the board after which nothing virtual is drawn any more: where would it stand?
 constexpr int kLostForGood = 3;
@@ -108,11 +113,9 @@ void PictureParts::refine(const CameraImage& image, const Matrix6& covariance, F
                                              Matrix6::Zero(), *rig_.hand_eye);
   prior.covariance += covariance;
   record.landmarks_predicted = predicted_landmarks(lens, prior.X_world_camera, rig_.landmarks);
-  std::vector<Sighting> sightings;
-  for (const auto& seen : detect_landmarks(image, lens, prior.X_world_camera, rig_.landmarks))
-    sightings.push_back({seen.landmark, seen.centre, seen.covariance});
-  const RefinementOptions options{.pixel_sd = kModelSd};
-  const RefinedPose refined = refine_camera_pose(lens, prior, rig_.landmarks, sightings, options);
+  const auto sightings = find_sightings(image, lens, prior.X_world_camera, rig_.landmarks);
+  const RefinementOptions options{.pixel_sd = kUnstatedSightingSd};
+  const RefinedPose refined = refine_camera_pose(lens, prior, known_.landmarks, sightings, options);
   record.landmarks_used = refined.inliers;
   record.landmarks_rejected = refined.outliers;
   record.landmark_rms_px = refined.rms_px;
@@ -122,7 +125,7 @@ void PictureParts::refine(const CameraImage& image, const Matrix6& covariance, F
     record.X_world_camera = refined.X_world_camera;
     record.pose_source = PoseSource::refined;
   }
-  if (const auto expected = expected_overlay(known_, refined, options.pixel_sd))
+  if (const auto expected = expected_overlay(known_, {prior, covariance, refined, options.pixel_sd}))
     record.expected_world_px = expected->total();
 }
 
@@ -161,14 +164,6 @@ void PictureParts::paint(const CameraImage& image, FrameRecord& record, bool cap
     burn_captions(record.rgb, record.width, record.height, artist_->captions(record.state));
 }
 
-FindLandmarks landmark_finder() {
-  return [](const CameraImage& image, const CameraModel& lens,
-            const Pose<World, CameraOptical>& X_world_camera, const std::vector<Landmark>& landmarks) {
-    std::vector<FoundLandmark> found;
-    for (const auto& seen : detect_landmarks(image, lens, X_world_camera, landmarks))
-      found.push_back({seen.landmark, seen.centre});
-    return found;
-  };
-}
+FindLandmarks landmark_finder() { return find_sightings; }
 
 }  // namespace palpate
