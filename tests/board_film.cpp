@@ -1,8 +1,8 @@
 // Pictures of a printed board as a webcam in somebody's hand takes them, for tests of the program.
 //
 //   board_film views BOARD.toml FOLDER COUNT     PNGs, tilted all ways, for the lens
-//   board_film film BOARD.toml FILE.mp4 TIMES    four seconds over the desk, so many times; the last second of
-//                                                each looks away from the board
+//   board_film film BOARD.toml FILE.mp4 TIMES    four seconds over the desk, so many times; in the
+//                                                last second of each it looks away
 //   board_film away BOARD.toml FILE.mp4 TIMES    the board is never seen
 #include <fmt/format.h>
 
