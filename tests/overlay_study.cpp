@@ -12,6 +12,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <map>
+#include <optional>
 
 #include "palpate/applications/applications.h"
 #include "palpate/applications/scene_settings.h"
@@ -80,14 +82,19 @@ Expected<Line> study(const sim::WorldFile& file, std::uint64_t seed, double seco
   PictureParts pictures(rig, scene, std::move(*artist));
   const OverlayKnowledge known = overlay_knowledge(rig);
   Line line;
-  ErrorSummary expected_tracker, misfit, picture, registration, surfaces;
+  struct Seen {
+    std::optional<OverlayParts> alone, refined;
+    double misfit = 0.0;
+  };
+  std::map<std::uint64_t, Seen> of_frame;
   LockstepPictures parts;
   parts.camera = render;
   parts.refiner = [&, refiner = pictures.refiner()](const CameraImage& image, const Matrix6& covariance,
                                                     FrameRecord& record) {
     RefinedPose alone;
     alone.X_world_camera = record.X_world_camera;
-    if (const auto e = expected_overlay(known, {{}, covariance, alone})) expected_tracker.add(e->total());
+    Seen& seen = of_frame[record.number];
+    seen.alone = expected_overlay(known, {{}, covariance, alone});
     // The same again as in PictureParts, for the parts.
     const CameraModel& lens = rig.camera->model;
     OverlayPicture again{camera_from_marker(record.X_world_camera * rig.hand_eye->X_marker_camera.inverse(),
@@ -96,13 +103,13 @@ Expected<Line> study(const sim::WorldFile& file, std::uint64_t seed, double seco
                          {},
                          kUnstatedSightingSd};
     again.prior.covariance += covariance;
-    again.pose = refine_camera_pose(lens, again.prior, known.landmarks,
-                                    landmark_finder()(image, lens, again.prior.X_world_camera, rig.landmarks),
-                                    {.pixel_sd = again.pixel_sd});
-    if (const auto e = expected_overlay(known, again))
-      picture.add(e->picture), registration.add(e->registration), surfaces.add(e->surfaces);
+    again.pose =
+        refine_camera_pose(lens, again.prior, known.landmarks,
+                           landmark_finder()(image, *rig.camera, again.prior.X_world_camera, rig.landmarks),
+                           {.pixel_sd = again.pixel_sd});
+    seen.refined = expected_overlay(known, again);
     refiner(image, covariance, record);
-    misfit.add(record.landmark_misfit);
+    seen.misfit = again.pose.misfit;
   };
   LockstepOptions lockstep;
   lockstep.seconds = seconds;
@@ -111,6 +118,14 @@ Expected<Line> study(const sim::WorldFile& file, std::uint64_t seed, double seco
   auto play = play_in_lockstep(world, rig, scene, lockstep, parts, {});
   if (!play) return tl::unexpected(play.error());
   const auto overlay = overlay_of_play(*play, rig.camera->model, scene, check_points(world.truth(), rig));
+  ErrorSummary expected_tracker, misfit, picture, registration, surfaces;
+  for (const auto& frame : play->frames) {
+    const Seen& seen = of_frame[frame.record.number];
+    if (seen.alone) expected_tracker.add(seen.alone->total());
+    misfit.add(seen.misfit);
+    if (const auto& e = seen.refined)
+      picture.add(e->picture), registration.add(e->registration), surfaces.add(e->surfaces);
+  }
   line.world = overlay.frame_world.rms(), line.expected = overlay.expected_world.rms();
   line.tracker = overlay.world_tracker.rms(), line.expected_tracker = expected_tracker.rms();
   line.misfit = misfit.rms();

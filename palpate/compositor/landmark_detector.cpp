@@ -16,6 +16,20 @@ constexpr double kWindow = 2.2;  // radii of the disc
 // ignores.
 constexpr double kModel = 0.02;
 
+double light_of(double level, Encoding encoding) {
+  switch (encoding) {
+    case Encoding::srgb:  // IEC 61966-2-1
+      return level <= 0.04045 ? level / 12.92 : std::pow((level + 0.055) / 1.055, 2.4);
+    case Encoding::linear:
+      return level;
+    case Encoding::root:
+      break;
+  }
+  return level * level;
+}
+
+constexpr double kNoPlace = 1.0;  // px; a sighting that may be off so far is none
+
 struct Prediction {
   Pixel centre;
   Eigen::Matrix2d radii;  // maps the unit circle onto the disc's outline, px
@@ -216,6 +230,10 @@ std::optional<LandmarkSighting> fit(const Patch& light, const Prediction& p, Pix
     return std::nullopt;
   if (ground > settings.most_ground * bright) return std::nullopt;  // bright, but not in a dark ring
   if ((result.centre - p.centre).norm() > settings.search_px + 1.0) return std::nullopt;
+  // A disc within one pixel stays as bright wherever in it: nothing tells its place, and no fit's covariance
+  // may say that it is known, nor be infinite.
+  if (!(result.covariance.determinant() > 0.0 && result.covariance.trace() < kNoPlace * kNoPlace))
+    return std::nullopt;
   result.covariance += kModel * kModel * Eigen::Matrix2d::Identity();
   return result;
 }
@@ -232,7 +250,8 @@ std::vector<LandmarkSighting> detect_landmarks(const CameraImage& image, const C
     throw std::invalid_argument("landmarks: image and camera differ in size");
   }
   std::array<double, 256> linear{};
-  for (std::size_t i = 0; i < 256; ++i) linear[i] = std::pow(static_cast<double>(i) / 255.0, settings.gamma);
+  for (std::size_t i = 0; i < 256; ++i)
+    linear[i] = light_of(static_cast<double>(i) / 255.0, settings.encoding);
   const Pose<CameraOptical, World> X = X_world_camera.inverse();
   std::vector<LandmarkSighting> sightings;
   for (std::size_t i = 0; i < landmarks.size(); ++i) {

@@ -4,7 +4,7 @@
 // (an ellipse, through the lens); a disc of that outline, softened by the pixel, is fitted to the pixels by
 // Gauss-Newton over place, brightness and ground. Because the fit moves the projected CENTRE and not the
 // ellipse's middle, the perspective bias of an ellipse's centroid does not arise. Brightness is taken linear
-// in light (pictures are encoded with `gamma`). A sighting that is too faint, half hidden, crossed by a
+// in light, as the camera's encoding says. A sighting that is too faint, half hidden, crossed by a
 // shadow's edge or far from the prediction is left out. Pixels: distorted image, (0,0) the centre of the
 // first pixel. Pure functions, any thread; about 10 us a landmark.
 #pragma once
@@ -15,13 +15,14 @@
 #include "palpate/devices/devices.h"
 #include "palpate/model/camera.h"
 #include "palpate/model/rig.h"
+#include "palpate/model/room_light.h"
 
 namespace palpate {
 
 struct LandmarkDetectorSettings {
-  double search_px = 10.0;        // how far from its prediction a landmark is looked for
-  double gamma = 2.0;             // of the camera's encoding; 1 for cameras that deliver linear values
-  double least_contrast = 0.08;   // bright minus dark, linear light of 0..1
+  double search_px = 10.0;             // how far from its prediction a landmark is looked for
+  Encoding encoding = Encoding::root;  // of the camera's bytes
+  double least_contrast = 0.08;        // bright minus dark, linear light of 0..1
   double most_ground = 0.10;      // the ring's light over the disc's; printed black on white has 0.03 to 0.06
   double least_radius_px = 0.45;  // of the short half axis; smaller discs carry no place worth having
   double most_residual = 0.12;    // rms of the fit over the contrast; an undisturbed disc leaves 0.01 to 0.06

@@ -320,7 +320,7 @@ struct Steps {
       frame.X_world_marker = {marker->rotation, marker->translation};
       frame.covariance = marker->covariance;
       frame.sightings = hooks.find_landmarks(
-          images[i], rig.camera->model, frame.X_world_marker * rig.hand_eye->X_marker_camera, rig.landmarks);
+          images[i], *rig.camera, frame.X_world_marker * rig.hand_eye->X_marker_camera, rig.landmarks);
       frames.push_back(std::move(frame));
     }
     auto refined = refine_landmarks(*rig.camera, *rig.hand_eye, rig.landmarks, frames,

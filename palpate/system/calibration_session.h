@@ -53,8 +53,9 @@ struct CalibrationRecordings {
 
 // Finds landmarks in an image: predicted from the camera's pose, as the compositor's detector does it. The
 // sightings state their covariance.
-using FindLandmarks = std::function<std::vector<Sighting>(
-    const CameraImage&, const CameraModel&, const Pose<World, CameraOptical>&, const std::vector<Landmark>&)>;
+using FindLandmarks =
+    std::function<std::vector<Sighting>(const CameraImage&, const CameraCalibration&,
+                                        const Pose<World, CameraOptical>&, const std::vector<Landmark>&)>;
 
 struct SessionHooks {
   std::function<void(std::size_t step, std::size_t steps, const std::string& name)> progress;

@@ -9,11 +9,12 @@
 namespace palpate {
 namespace {
 
-std::vector<Sighting> find_sightings(const CameraImage& image, const CameraModel& lens,
+std::vector<Sighting> find_sightings(const CameraImage& image, const CameraCalibration& camera,
                                      const Pose<World, CameraOptical>& X_world_camera,
                                      const std::vector<Landmark>& landmarks) {
   std::vector<Sighting> sightings;
-  for (const auto& seen : detect_landmarks(image, lens, X_world_camera, landmarks))
+  for (const auto& seen :
+       detect_landmarks(image, camera.model, X_world_camera, landmarks, {.encoding = camera.encoding}))
     sightings.push_back({seen.landmark, seen.centre, seen.covariance});
   return sightings;
 }
@@ -113,7 +114,7 @@ void PictureParts::refine(const CameraImage& image, const Matrix6& covariance, F
                                              Matrix6::Zero(), *rig_.hand_eye);
   prior.covariance += covariance;
   record.landmarks_predicted = predicted_landmarks(lens, prior.X_world_camera, rig_.landmarks);
-  const auto sightings = find_sightings(image, lens, prior.X_world_camera, rig_.landmarks);
+  const auto sightings = find_sightings(image, *rig_.camera, prior.X_world_camera, rig_.landmarks);
   const RefinementOptions options{.pixel_sd = kUnstatedSightingSd};
   const RefinedPose refined = refine_camera_pose(lens, prior, known_.landmarks, sightings, options);
   record.landmarks_used = refined.inliers;
