@@ -95,7 +95,10 @@ Expected<void> PictureParts::find(const CameraImage& image,
   record.landmark_misfit = pose->misfit;
   record.pose_covariance = pose->covariance;
   record.X_world_camera = pose->X_world_camera;
-  if (const auto expected = expected_overlay(known_, *pose, kCharucoCornerSd))
+  // Before the picture nothing was known of the pose.
+  const Matrix6 anywhere = Matrix6::Identity();
+  const OverlayPicture picture{{pose->X_world_camera, anywhere}, anywhere, *pose, kCharucoCornerSd};
+  if (const auto expected = expected_overlay(known_, picture))
     record.expected_world_px = expected->total();
   return {};
 }
