@@ -51,7 +51,8 @@ int views(const CharucoBoard& board, const std::filesystem::path& folder, int co
 int film(const CharucoBoard& board, const std::filesystem::path& file, int times, bool away) {
   const synthetic::CharucoCamera camera(kLens, board, 2);
   Random random(6, "film of a board");
-  const auto& placed = *desk_rig(board).board;
+  const Rig rig = desk_rig(board);
+  const auto& placed = *rig.board;
   const Vector3 middle = (placed.X_world_board * Point<Board>{board.middle()}).m;
   std::vector<std::vector<std::uint8_t>> pictures;
   for (int i = 0; i < static_cast<int>(kRound_s * kRate); ++i) {
