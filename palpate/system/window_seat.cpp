@@ -221,7 +221,10 @@ void WindowSeat::look(Instant<GraphicsClock> now, StateLink& link, const std::ve
   if (refusal_seen_ && refused_at_ && to_seconds(now - *refused_at_) < kRefusalStands_s)
     c.refusal = excerpt(*refusal_seen_, 120);
   warnings_.look(t, c);
-  force_.feel(t, hits_->take_force());
+  // What a blow asks for is felt by nobody while forces are off.
+  forces_off_ = c.forces.starts_with("safe");
+  const double asked = hits_->take_force();
+  if (!forces_off_) force_.feel(t, asked);
 }
 
 std::string WindowSeat::hint(double t) const {
@@ -239,8 +242,8 @@ void WindowSeat::draw(Instant<GraphicsClock> now) {
   const double t = to_seconds(now.since_epoch);
   content_.warnings.clear();
   for (const auto& warning : warnings_.shown()) content_.warnings.push_back(warning.words);
-  content_.force_n = force_.level(t);
-  content_.last_force_n = force_.last_peak();
+  content_.force_n = forces_off_ ? 0.0 : force_.level(t);
+  content_.last_force_n = forces_off_ ? 0.0 : force_.last_peak();
   content_.full_force_n = full_force_n_;
   content_.paused = paused_;
   content_.hint = hint(t);

@@ -80,6 +80,7 @@ class WindowSeat {
   window::MouseHand hand_;
   window::ForceBar force_;
   window::Warnings warnings_;
+  bool forces_off_ = false;
   std::string notice_;
 
   std::optional<Instant<GraphicsClock>> begun_, drawn_, status_asked_, taken_over_;
