@@ -89,15 +89,15 @@ Expected<Line> study(const sim::WorldFile& file, std::uint64_t seed, double seco
   std::map<std::uint64_t, Seen> of_frame;
   LockstepPictures parts;
   parts.camera = render;
-  parts.refiner = [&, refiner = pictures.refiner()](const CameraImage& image, const Matrix6& covariance,
-                                                    FrameRecord& record) {
+  parts.refiner = [&, refiner = pictures.refiner()](EyeSide side, const CameraImage& image,
+                                                    const Matrix6& covariance, EyePose& pose) {
     RefinedPose alone;
-    alone.X_world_camera = record.X_world_camera;
-    Seen& seen = of_frame[record.number];
+    alone.X_world_camera = pose.X_world_camera;
+    Seen& seen = of_frame[image.frame];
     seen.alone = expected_overlay(known, {{}, covariance, alone});
     // The same again as in PictureParts, for the parts.
     const CameraModel& lens = rig.camera->model;
-    OverlayPicture again{camera_from_marker(record.X_world_camera * rig.hand_eye->X_marker_camera.inverse(),
+    OverlayPicture again{camera_from_marker(pose.X_world_camera * rig.hand_eye->X_marker_camera.inverse(),
                                             Matrix6::Zero(), *rig.hand_eye),
                          covariance,
                          {},
@@ -108,7 +108,7 @@ Expected<Line> study(const sim::WorldFile& file, std::uint64_t seed, double seco
                            landmark_finder()(image, *rig.camera, again.prior.X_world_camera, rig.landmarks),
                            {.pixel_sd = again.pixel_sd});
     seen.refined = expected_overlay(known, again);
-    refiner(image, covariance, record);
+    refiner(side, image, covariance, pose);
     seen.misfit = again.pose.misfit;
   };
   LockstepOptions lockstep;
@@ -120,7 +120,7 @@ Expected<Line> study(const sim::WorldFile& file, std::uint64_t seed, double seco
   const auto overlay = overlay_of_play(*play, rig.camera->model, scene, check_points(world.truth(), rig));
   ErrorSummary expected_tracker, misfit, picture, registration, surfaces;
   for (const auto& frame : play->frames) {
-    const Seen& seen = of_frame[frame.record.number];
+    const Seen& seen = of_frame[frame.record.camera_frame];
     if (seen.alone) expected_tracker.add(seen.alone->total());
     misfit.add(seen.misfit);
     if (const auto& e = seen.refined)

@@ -20,7 +20,7 @@ void add_demo(CLI::App& program) {
     DemoOptions demo;
     TouchOptions touch;
     std::string world, quality = "medium";
-    bool headless = false, two_hosts = false, insecure = false;
+    bool stereo = false, headless = false, two_hosts = false, insecure = false;
   };
   auto options = std::make_shared<Options>();
   command->add_option("--app", options->demo.application, "Application; `palpate apps` lists them")
@@ -38,6 +38,8 @@ void add_demo(CLI::App& program) {
       ->default_val("./palpate-report");
   command->add_option("--quality", options->quality, "Of the pictures: low, medium or high")
       ->capture_default_str();
+  command->add_flag("--stereo", options->stereo,
+                    "Two cameras on the head, and a picture for each eye: side by side");
   command->add_flag("--headless", options->headless, "No window, where there is a display too");
   auto* two_hosts = command->add_flag(
       "--two-hosts", options->two_hosts,
@@ -71,6 +73,10 @@ void add_demo(CLI::App& program) {
       if (!world) return tl::unexpected(world.error());
       demo.world = *world;
       demo.command += " --world " + options->world;
+    }
+    if (options->stereo) {
+      demo.world.camera.count = 2;
+      demo.command += " --stereo";
     }
     if (auto ok = apply(options->touch, demo.application, demo.world); !ok) return ok;
     demo.command += typed(options->touch);

@@ -16,6 +16,7 @@ struct Laboratory {
   TrackerDevice& tracker;
   CameraDevice* camera;  // null where a procedure needs none
   Person& person;
+  CameraDevice* right_camera = nullptr;  // the second on the same marker; null where there is one
 };
 
 }  // namespace palpate

@@ -41,23 +41,27 @@ Expected<void> write_png(const std::filesystem::path& path, std::span<const std:
 }
 
 void burn_captions(std::vector<std::uint8_t>& rgb, int width, int height,
-                   const std::vector<std::string>& lines) {
+                   const std::vector<std::string>& lines, int eyes) {
   if (lines.empty()) return;
-  cv::Mat view(height, width, CV_8UC3, rgb.data());
+  const cv::Mat all(height, width, CV_8UC3, rgb.data());
   constexpr int font = cv::FONT_HERSHEY_SIMPLEX;
   const double scale = 0.5 * height / 480.0;
   const int line_height = static_cast<int>(std::lround(22.0 * height / 480.0)), border = line_height / 2;
   int widest = 0;
   for (const auto& line : lines)
     widest = std::max(widest, cv::getTextSize(line, font, scale, 1, nullptr).width);
+  const int eye_width = width / eyes;
   const cv::Rect band =
       cv::Rect(0, 0, widest + 2 * border, static_cast<int>(lines.size()) * line_height + border) &
-      cv::Rect(0, 0, width, height);
-  view(band) *= 0.35;
-  int y = line_height;
-  for (const auto& line : lines) {
-    cv::putText(view, line, {border, y}, font, scale, {245, 245, 245}, 1, cv::LINE_AA);
-    y += line_height;
+      cv::Rect(0, 0, eye_width, height);
+  for (int eye = 0; eye < eyes; ++eye) {
+    cv::Mat view = all(cv::Rect(eye * eye_width, 0, eye_width, height));
+    view(band) *= 0.35;
+    int y = line_height;
+    for (const auto& line : lines) {
+      cv::putText(view, line, {border, y}, font, scale, {245, 245, 245}, 1, cv::LINE_AA);
+      y += line_height;
+    }
   }
 }
 

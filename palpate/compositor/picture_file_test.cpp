@@ -103,6 +103,12 @@ TEST_F(PictureFile, CaptionsChangeOnlyTheirCorner) {
   auto rgb = std::vector<std::uint8_t>(320u * 240u * 3u, 120);
   const auto before = rgb;
   burn_captions(rgb, 320, 240, {"score 3", "rally 7"});
+  // Of two pictures side by side each has its own, alike.
+  std::vector<std::uint8_t> both(2 * rgb.size(), 200);
+  burn_captions(both, 640, 240, {"score 3", "rally 7"}, 2);
+  for (std::size_t row = 0; row < 240; ++row)
+    for (std::size_t eye = 0; eye < 2; ++eye)
+      ASSERT_TRUE(std::equal(&rgb[row * 960], &rgb[row * 960] + 960, &both[row * 1920 + eye * 960])) << row;
   EXPECT_NE(rgb, before);
   EXPECT_TRUE(std::equal(rgb.begin() + 320 * 60 * 3, rgb.end(), before.begin() + 320 * 60 * 3));
 }

@@ -36,6 +36,8 @@ const char* name_of(ConditionKind kind) {
       return "tracker_blind";
     case ConditionKind::landmarks_lost:
       return "landmarks_lost";
+    case ConditionKind::right_eye_lost:
+      return "right_eye_lost";
     case ConditionKind::board_lost:
       return "board_lost";
   }
@@ -58,6 +60,8 @@ const char* end_of(ConditionKind kind) {
       return "tracker: sees the head's marker again";
     case ConditionKind::landmarks_lost:
       return "landmarks: they steady the picture again";
+    case ConditionKind::right_eye_lost:
+      return "right camera: each eye has its own picture again";
     case ConditionKind::board_lost:
       return "board: found again";
   }
@@ -78,6 +82,17 @@ bool ConditionWatch::image(Instant<GraphicsClock> now, int width, int height) {
   wrong_size_ = wrong;
   wrong_width_ = width, wrong_height_ = height;
   return !wrong;
+}
+
+bool ConditionWatch::right_image(int width, int height) {
+  const bool good = width == width_ && height == height_;
+  right_wrong_width_ = good ? 0 : width, right_wrong_height_ = good ? 0 : height;
+  return good;
+}
+
+void ConditionWatch::right_eye(Instant<GraphicsClock> now, bool there) {
+  two_eyes_ = true, right_there_ = there;
+  if (there) right_.hear(now);
 }
 
 void ConditionWatch::tracker_sample(Instant<GraphicsClock> now, bool is_head_marker, bool seen) {
@@ -135,6 +150,15 @@ void ConditionWatch::look(Instant<GraphicsClock> now) {
       fmt::format("landmarks: {} of {} expected ones agree, at least 3 are needed; the picture rests on the "
                   "tracker alone, uncover them or calibrate them again: palpate calibrate landmarks",
                   used_, predicted_));
+  // A left camera that is silent, too, is news enough.
+  set(two_eyes_ && !right_there_ && images_.heard && !silent && !no_images, ConditionKind::right_eye_lost,
+      since(right_),
+      right_wrong_width_ > 0
+          ? fmt::format("right camera: images have {} x {} pixels, the rig is calibrated for {} x {}; both "
+                        "eyes see the left camera's picture, set the right one to that size",
+                        right_wrong_width_, right_wrong_height_, width_, height_)
+          : "right camera: no image that was taken together with the left one's; both eyes see the left "
+            "camera's picture, look at its cable, power and trigger");
   set(on_board_ && !board_why_.empty() && images_.heard && !silent && !no_images && !wrong_size_ &&
           board_.silent_for(patience, now, begun_),
       ConditionKind::board_lost, since(board_), "board: " + board_why_);

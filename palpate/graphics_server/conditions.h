@@ -25,6 +25,7 @@ enum class ConditionKind : std::uint8_t {
   tracker_clock,   // as the camera's
   tracker_blind,   // samples, but the head's marker is not among what it sees
   landmarks_lost,  // the picture rests on the tracker alone
+  right_eye_lost,  // of two cameras the right one: both eyes see the left one's picture
   board_lost,      // the board by which the camera knows its place is not found in the picture
 };
 
@@ -49,6 +50,9 @@ class ConditionWatch {
   // Why no image can be had, as the camera's driver has it; empty: all is well. From the first call on this
   // decides whether the camera is silent.
   void camera_says(std::string words) { driver_speaks_ = true, driver_words_ = std::move(words); }
+  // The same of a second camera's image; and whether it sends any that can be used.
+  bool right_image(int width, int height);
+  void right_eye(Instant<GraphicsClock> now, bool there);
   // A device's clock was found set (watched_clock.h).
   void camera_clock_set(Instant<GraphicsClock> now) { camera_clock_set_ = now; }
   void tracker_clock_set(Instant<GraphicsClock> now) { tracker_clock_set_ = now; }
@@ -80,7 +84,9 @@ class ConditionWatch {
   bool wrong_size_ = false, begun_known_ = false, driver_speaks_ = false;
   std::string driver_words_;
   Duration interval_{0};  // between images, smoothed
-  Source images_, samples_, head_, carried_, board_;
+  Source images_, samples_, head_, carried_, board_, right_;
+  bool two_eyes_ = false, right_there_ = true;
+  int right_wrong_width_ = 0, right_wrong_height_ = 0;  // 0: the last image had the right size
   bool on_board_ = false;
   std::string board_why_;
   int predicted_ = 0, used_ = 0;

@@ -27,6 +27,13 @@ Pose<World, CameraOptical> carried_on(const D& a, const D& b, Instant<GraphicsCl
       b.X_world_camera.translation + share * (b.X_world_camera.translation - a.X_world_camera.translation)};
 }
 
+// A pose's covariance for another place on the same body: a turn w moves what is a lever away by w x lever.
+Matrix6 carried_along(const Vector3& lever, const Matrix6& covariance) {
+  Matrix6 J = Matrix6::Identity();
+  J.bottomLeftCorner<3, 3>() = -hat(lever);
+  return J * covariance * J.transpose();
+}
+
 }  // namespace
 
 GraphicsServer::GraphicsServer(Rig rig, StateLink& link, TrackerDevice& tracker, CameraDevice& camera,
@@ -51,13 +58,37 @@ GraphicsServer::GraphicsServer(Rig rig, StateLink& link, TrackerDevice& tracker,
     throw std::invalid_argument("graphics server: the display's scan-out must lie in 0 ... 1 s");
 }
 
+void GraphicsServer::add_right_camera(CameraDevice& right) {
+  if (!has_two_eyes(rig_))
+    throw std::invalid_argument("graphics server: the rig's right camera is not calibrated");
+  if (rig_.board) throw std::invalid_argument("graphics server: a rig with a board has one camera");
+  if (rig_.right_camera->model.width != rig_.camera->model.width ||
+      rig_.right_camera->model.height != rig_.camera->model.height)
+    throw std::invalid_argument("graphics server: the two cameras' images must have one size");
+  right_camera_ = &right;
+}
+
 void GraphicsServer::take_image(CameraImage image, Instant<GraphicsClock> now, Duration waited) {
   if (!watch_.image(now, image.width, image.height)) return;  // nothing that could be drawn
   // An image whose stamp is doubted is taken for one that arrived in time: that is what its stamp would say.
   const auto time = camera_clock_.take(image.mid_exposure, now, waited).value_or(now);
   if (camera_clock_.found_set()) watch_.camera_clock_set(now);
+  StereoPair::Timed timed{std::move(image), now, time};
+  if (right_camera_ != nullptr)
+    pair_.left(std::move(timed));
+  else
+    arrive({std::move(timed), std::nullopt});
+}
+
+void GraphicsServer::take_right_image(CameraImage image, Instant<GraphicsClock> now, Duration waited) {
+  if (!watch_.right_image(image.width, image.height)) return;
+  const auto time = right_camera_clock_.take(image.mid_exposure, now, waited).value_or(now);
+  pair_.right({std::move(image), now, time});
+}
+
+void GraphicsServer::arrive(Arrived images) {
   if (settings_.extra_delay == Duration(0)) arrived_.clear();  // an older one that nobody took up is dropped
-  arrived_.push_back({std::move(image), now, time});
+  arrived_.push_back(std::move(images));
 }
 
 void GraphicsServer::service(Instant<GraphicsClock> now) {
@@ -85,23 +116,30 @@ void GraphicsServer::service(Instant<GraphicsClock> now) {
   }
 
   if (auto image = camera_.poll()) take_image(std::move(*image), now, waited);
+  if (right_camera_ != nullptr) {
+    if (auto image = right_camera_->poll()) take_right_image(std::move(*image), now, waited);
+    if (auto images = pair_.take(now)) arrive(std::move(*images));
+    watch_.right_eye(now, !pair_.right_lost());
+  }
   watch_.look(now);
 }
 
 bool GraphicsServer::begin_frame(Instant<GraphicsClock> now) {
-  if (arrived_.empty() || now - arrived_.front().at < settings_.extra_delay) return false;
-  while (!arrived_.empty() && now - arrived_.front().at >= settings_.extra_delay) {
+  if (arrived_.empty() || now - arrived_.front().left.at < settings_.extra_delay) return false;
+  while (!arrived_.empty() && now - arrived_.front().left.at >= settings_.extra_delay) {
     image_ = std::move(arrived_.front());
     arrived_.pop_front();
   }
-  record_ = FrameRecord{.number = ++frames_,
-                        .camera_frame = image_->image.frame,
-                        .stamp = image_->image.mid_exposure,
-                        .arrived = image_->at,
-                        .begun = now,
-                        .picture_time = settings_.picture_time};
+  record_ = {};
+  record_.number = ++frames_;
+  record_.camera_frame = image_->left.image.frame;
+  record_.stamp = image_->left.image.mid_exposure;
+  record_.arrived = image_->left.at;
+  record_.begun = now;
+  record_.picture_time = settings_.picture_time;
+  record_.two_eyes = right_camera_ != nullptr;
   const DelayCalibration delays = rig_.delays.value_or(DelayCalibration{});
-  record_.image_time = image_->time - seconds(delays.camera_after_tracker_s);
+  record_.image_time = image_->left.time - seconds(delays.camera_after_tracker_s);
   record_.photon = now + drawing_ + settings_.scan_out;
   if (sync_.exchanges() > 0) {
     // A predicted picture starts from the newest state there is.
@@ -133,18 +171,24 @@ const FrameRecord& GraphicsServer::finish_frame(Instant<GraphicsClock> now) {
   }
   if (record_.requested) link_.frame_drawn(record_.number);
   record_.conditions = watch_.conditions();
-  if (painter_ && image_) painter_(image_->image, record_);
+  if (painter_ && image_)
+    painter_(image_->left.image, image_->right ? &*image_->right : nullptr, record_);
   record_.drawn = now;
   const Duration drawing = now - record_.begun;
   drawing_ += frames_ == 1 ? drawing
                            : Duration(static_cast<Duration::rep>(
                                  kDrawingWeight * static_cast<double>((drawing - drawing_).count())));
-  if (image_) finished_image_ = std::move(image_->image);
+  if (image_) finished_image_ = std::move(image_->left.image);
   image_.reset();
   return record_;
 }
 
 void GraphicsServer::estimate_pose(FrameRecord& record) {
+  estimate_left(record);
+  if (image_->right) estimate_right(record);
+}
+
+void GraphicsServer::estimate_left(FrameRecord& record) {
   if (finder_) return pose_from_image(record);
   const auto marker = camera_marker_.at(record.image_time);
   if (marker) {
@@ -153,12 +197,8 @@ void GraphicsServer::estimate_pose(FrameRecord& record) {
     record.X_world_camera_tracker = X_world_marker * rig_.hand_eye->X_marker_camera;
     record.X_world_camera = record.X_world_camera_tracker;
     record.pose_source = PoseSource::tracker;
-    // The marker's covariance carried along the lever to the camera: a turn w of the marker moves the camera
-    // by w x lever.
-    const Vector3 lever = record.X_world_camera.translation - marker->translation;
-    Matrix6 J = Matrix6::Identity();
-    J.bottomLeftCorner<3, 3>() = -hat(lever);
-    Matrix6 covariance = J * marker->covariance * J.transpose();
+    Matrix6 covariance =
+        carried_along(record.X_world_camera.translation - marker->translation, marker->covariance);
     // A head that moves, at a moment known to so much.
     if (last_ && before_last_ && last_->time > before_last_->time && rig_.delays &&
         rig_.delays->camera_known()) {
@@ -169,7 +209,7 @@ void GraphicsServer::estimate_pose(FrameRecord& record) {
       covariance += uncertain * uncertain * by * by.transpose();
     }
     record.pose_covariance = covariance;
-    if (refiner_) refiner_(image_->image, covariance, record);
+    if (refiner_) refiner_(EyeSide::left, image_->left.image, covariance, record);
   } else {
     pose_without_tracker(record);
   }
@@ -197,11 +237,32 @@ void GraphicsServer::pose_without_tracker(FrameRecord& record) {
   covariance.diagonal() << Vector3::Constant(kTurnDoubt * kTurnDoubt),
       Vector3::Constant(kShiftDoubt * kShiftDoubt);
   record.pose_covariance = covariance;
-  refiner_(image_->image, covariance, record);
+  refiner_(EyeSide::left, image_->left.image, covariance, record);
   if (record.pose_source == PoseSource::refined)
     record.pose_source = PoseSource::landmarks;
   else
     record.X_world_camera = last_->X_world_camera;
+}
+
+// From the left eye's pose, as its picture has refined it, on: so the right one knows what both pictures say.
+// How the two cameras stand to each other is as uncertain as the right one's hand-eye transform, which the
+// refiner counts in; that of the left has gone into its picture.
+void GraphicsServer::estimate_right(FrameRecord& record) const {
+  EyePose& right = record.right.emplace();
+  right.X_world_camera = right_eye_pose(rig_, record.X_world_camera);
+  right.pose_source = record.pose_source;
+  right.have_tracker = record.have_tracker;
+  if (record.have_tracker)
+    right.X_world_camera_tracker = right_eye_pose(rig_, record.X_world_camera_tracker);
+  if (record.pose_source == PoseSource::none) return;
+  const Matrix6 covariance =
+      carried_along(right.X_world_camera.translation - record.X_world_camera.translation,
+                    record.pose_covariance);
+  right.pose_covariance = covariance;
+  if (!refiner_) return;
+  refiner_(EyeSide::right, *image_->right, covariance, right);
+  if (record.pose_source == PoseSource::landmarks && right.pose_source == PoseSource::refined)
+    right.pose_source = PoseSource::landmarks;
 }
 
 void GraphicsServer::pose_from_image(FrameRecord& record) {
@@ -211,7 +272,7 @@ void GraphicsServer::pose_from_image(FrameRecord& record) {
     const Duration since = record.image_time - last_->time;
     if (since > Duration(0) && since <= kPoseCarried) near = last_->X_world_camera;
   }
-  const auto found = finder_(image_->image, near, record);
+  const auto found = finder_(image_->left.image, near, record);
   watch_.board(record.begun, found.has_value(), found ? "" : found.error().message);
   if (!found) return;
   record.pose_source = PoseSource::landmarks;
@@ -231,8 +292,12 @@ void GraphicsServer::predict_pose(FrameRecord& record) const {
   const Pose<CameraMarker, CameraMarker> moved = X_then.inverse() * X_ahead;
   const Pose<World, CameraMarker> X_marker =
       record.X_world_camera * rig_.hand_eye->X_marker_camera.inverse() * moved;
+  const Pose<World, CameraOptical> before = record.X_world_camera;
   record.X_world_camera = X_marker * rig_.hand_eye->X_marker_camera;
   record.pose_covariance += then->covariance + ahead->covariance;
+  if (!record.right) return;
+  record.right->X_world_camera = record.X_world_camera * (before.inverse() * record.right->X_world_camera);
+  record.right->pose_covariance += then->covariance + ahead->covariance;
 }
 
 void GraphicsServer::predict_state(FrameRecord& record) const {

@@ -26,6 +26,7 @@
 #include "palpate/devices/devices.h"
 #include "palpate/graphics_server/frame_record.h"
 #include "palpate/graphics_server/marker_history.h"
+#include "palpate/graphics_server/stereo_pair.h"
 #include "palpate/graphics_server/watched_clock.h"
 #include "palpate/model/rig.h"
 #include "palpate/network/state_link.h"
@@ -34,13 +35,18 @@
 
 namespace palpate {
 
-// Improves record.X_world_camera by what is seen in the image; `covariance` is that of the pose as it stands
-// there, hand-eye not counted (rotation in World axes, then translation). It sets pose_source to refined
-// where it could. Given by the composition, as is the painter, which draws the frame into record.rgb: so the
-// server runs without pixels in tests.
+// Of two cameras; the only one there is counts as the left one.
+enum class EyeSide : std::uint8_t { left, right };
+
+// Improves pose.X_world_camera by what is seen in that eye's image; `covariance` is that of the pose as it
+// stands there, hand-eye not counted (rotation in World axes, then translation). It sets pose_source to
+// refined where it could. Given by the composition, as is the painter, which draws the frame into record.rgb:
+// so the server runs without pixels in tests. `right`: null where there is one camera, or where the right one
+// is silent (record.two_eyes tells which).
 using PoseRefiner =
-    std::function<void(const CameraImage& image, const Matrix6& covariance, FrameRecord& record)>;
-using FramePainter = std::function<void(const CameraImage& image, FrameRecord& record)>;
+    std::function<void(EyeSide side, const CameraImage& image, const Matrix6& covariance, EyePose& pose)>;
+using FramePainter =
+    std::function<void(const CameraImage& image, const CameraImage* right, FrameRecord& record)>;
 
 // Finds the camera's pose from the image alone, where there is no tracker: sets record.X_world_camera and its
 // covariance, or says why it cannot. `near`: where the camera was a moment ago, if that is known.
@@ -67,6 +73,10 @@ class GraphicsServer {
   // setting cannot be.
   GraphicsServer(Rig rig, StateLink& link, TrackerDevice& tracker, CameraDevice& camera, PoseRefiner refiner,
                  FramePainter painter, const GraphicsSettings& settings = {});
+
+  // A second camera on the same marker that exposes at the same moments: the rig must have both calibrated,
+  // and no board (std::invalid_argument otherwise). It must outlive the server.
+  void add_right_camera(CameraDevice& right);
 
   // Takes tracker samples and whatever came over the network, keeps the clocks synchronised. Call every
   // millisecond or so, and at least once per frame.
@@ -98,17 +108,19 @@ class GraphicsServer {
   std::vector<double> take_round_trips();
 
  private:
-  struct Arrived {
-    CameraImage image;
-    Instant<GraphicsClock> at, time;  // time: of its mid-exposure, the camera's latency still in it
-  };
+  // Times: of arrival and of mid-exposure, the camera's latency still in it.
+  using Arrived = StereoPair::Images;
   // Drawn poses of the last two images: how the head moves, while the tracker does not say.
   struct Drawn {
     Instant<GraphicsClock> time;
     Pose<World, CameraOptical> X_world_camera;
   };
   void take_image(CameraImage image, Instant<GraphicsClock> now, Duration waited);
+  void take_right_image(CameraImage image, Instant<GraphicsClock> now, Duration waited);
+  void arrive(Arrived images);
   void estimate_pose(FrameRecord& record);
+  void estimate_left(FrameRecord& record);
+  void estimate_right(FrameRecord& record) const;
   void pose_without_tracker(FrameRecord& record);
   void pose_from_image(FrameRecord& record);
   void predict_pose(FrameRecord& record) const;
@@ -118,13 +130,15 @@ class GraphicsServer {
   StateLink& link_;
   TrackerDevice& tracker_;
   CameraDevice& camera_;
+  CameraDevice* right_camera_ = nullptr;
   PoseRefiner refiner_;
   FramePainter painter_;
   GraphicsSettings settings_;
   MarkerTap tap_;
   StatePredictor predictor_;
   WatchedClock<TrackerClock> tracker_clock_;
-  WatchedClock<CameraClock> camera_clock_;
+  WatchedClock<CameraClock> camera_clock_, right_camera_clock_;
+  StereoPair pair_;
   PoseFinder finder_;
   ClockSync<GraphicsClock, PhysicsClock> sync_;
   std::optional<Instant<GraphicsClock>> last_sync_sent_, last_look_;

@@ -317,6 +317,9 @@ Expected<Rig> parse_rig(std::string_view content, std::string source) {
   if (const auto joint = file->table("registration"); joint.exists())
     rig.registration_covariance =
         covariance_of(joint, "covariance_si", kLensUnknowns + 6 + 3 * rig.landmarks.size(), 1.0);
+  if (const auto joint = file->table("right_registration"); joint.exists())
+    rig.right_registration_covariance =
+        covariance_of(joint, "covariance_si", kLensUnknowns + 6 + 3 * rig.landmarks.size(), 1.0);
   if (const auto done = file->finish(); !done) return tl::unexpected(done.error());
   return rig;
 }
@@ -388,6 +391,10 @@ std::string rig_text(const Rig& rig) {
     w.comment("Of lens 9, hand-eye 6 and each landmark's place 3 together, in the units of their own.");
     w.comment("Holds as long as theirs agree with it.");
     w.put("covariance_si", rows(rig.registration_covariance));
+  }
+  if (rig.right_registration_covariance.size() > 0) {
+    w.section("right_registration");
+    w.put("covariance_si", rows(rig.right_registration_covariance));
   }
   return w.take() + picture_parts_text(rig);
 }

@@ -136,6 +136,8 @@ struct Rig {
   // then 3 of each landmark. Their errors belong together and cancel in part: taken apart they count too
   // much. Empty where unknown; use registration_covariance().
   Eigen::MatrixXd registration_covariance;
+  // The same with the right camera's lens and hand-eye (calibration/second_camera.h).
+  Eigen::MatrixXd right_registration_covariance;
   Provenance landmarks_from;
   std::optional<RoomLight> light;
   std::vector<RealObject> objects;
@@ -156,6 +158,9 @@ Pose<CameraOptical, RightCamera> right_in_left(const Rig& rig);
 // The right camera's pose where the left one's is known, as refinement has found it: the two do not move
 // against each other.
 Pose<World, CameraOptical> right_eye_pose(const Rig& rig, const Pose<World, CameraOptical>& X_world_left);
+
+// The rig as it would be with the right camera alone, in the left one's place; needs has_two_eyes.
+Rig right_eye_rig(const Rig& rig);
 
 // By how much the arm's rest readings differ from those at calibration, rad. The encoders count from wherever
 // the arm stood when it was switched on: a change means that the zero, and with it the calibration, has

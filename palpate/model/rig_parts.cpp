@@ -30,6 +30,16 @@ Pose<World, CameraOptical> right_eye_pose(const Rig& rig, const Pose<World, Came
   return {X.rotation, X.translation};
 }
 
+Rig right_eye_rig(const Rig& rig) {
+  Rig right = rig;
+  right.camera = rig.right_camera;
+  right.hand_eye = rig.right_hand_eye;
+  right.registration_covariance = rig.right_registration_covariance;
+  right.right_camera.reset(), right.right_hand_eye.reset();
+  right.right_registration_covariance.resize(0, 0);
+  return right;
+}
+
 Vector3 rest_change(const ArmCalibration& arm, const Vector3& rest_readings) {
   return rest_readings - arm.rest_readings;
 }

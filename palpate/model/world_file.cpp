@@ -108,7 +108,13 @@ void visit_person_and_scene(V& v, W& w) {
   v.integer("blur_steps", w.camera.blur_steps, {1.0, 32.0});
   v.number("noise_sd", w.camera.noise_sd, kSi, kNotNegative);
   v.number("drop_probability", w.camera.drop, kSi, kShare);
+  v.integer("count", w.camera.count, {1.0, 2.0});
   v.number("stereo_baseline_mm", w.camera.stereo_baseline, kMm, kPositive);
+  v.number("right_fx", w.camera.right_fx, kSi, kPositive);
+  v.number("right_fy", w.camera.right_fy, kSi, kPositive);
+  v.number("right_cx", w.camera.right_cx, kSi, kAnyNumber);
+  v.number("right_cy", w.camera.right_cy, kSi, kAnyNumber);
+  v.numbers("right_distortion", w.camera.right_distortion, kSi, kAnyNumber);
 
   v.section("head");
   v.vector("eye_m", w.head.eye, kSi);

@@ -88,7 +88,13 @@ struct WorldFile {
     std::string shutter;
     double readout_s = 0.0;  // first to last row; rolling shutter only
     int blur_steps = 1;      // moments of the exposure a picture is averaged from; 1: sharp, and cheap
-    double noise_sd = 0.0, drop = 0.0, stereo_baseline = 0.0;
+    double noise_sd = 0.0, drop = 0.0;
+    // A second camera to the right of the first on the same head, which takes its images at the same moments:
+    // size, rate, shutter and noise are the first one's, the lens its own.
+    int count = 1;
+    double stereo_baseline = 0.0;
+    double right_fx = 558.0, right_fy = 559.0, right_cx = 322.0, right_cy = 239.0;
+    std::array<double, 5> right_distortion{-0.26, 0.08, -0.0007, 0.0009, 0.0};
   } camera;
 
   struct {

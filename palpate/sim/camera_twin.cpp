@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 namespace palpate::sim {
 
-CameraTwin::CameraTwin(const WorldFile& world, std::uint64_t seed)
+CameraTwin::CameraTwin(const WorldFile& world, std::uint64_t seed, std::string_view name)
     : interval_s_(1.0 / world.camera.rate_hz),
       latency_(seconds(world.camera.latency_s)),
       drop_(world.camera.drop),
@@ -13,7 +14,7 @@ CameraTwin::CameraTwin(const WorldFile& world, std::uint64_t seed)
       exposure_s_(world.camera.exposure_s),
       blur_steps_(world.camera.blur_steps),
       rolling_(world.camera.shutter == "rolling"),
-      drops_(seed, "camera/drops") {
+      drops_(seed, std::string(name) + "/drops") {
   // Half a readout before the first mid-exposure is still after the world began.
   first_ = next_ = Instant<TrueTime>::from_seconds(0.5 * interval_s_);
 }

@@ -8,6 +8,7 @@
 
 #include <deque>
 #include <functional>
+#include <string_view>
 
 #include "palpate/core/random.h"
 #include "palpate/devices/devices.h"
@@ -32,7 +33,8 @@ CameraImage draw_shot(const CameraShot& shot, const RenderView& render);
 
 class CameraTwin {
  public:
-  CameraTwin(const WorldFile& world, std::uint64_t seed);
+  // `name` draws which of its frames are lost.
+  CameraTwin(const WorldFile& world, std::uint64_t seed, std::string_view name = "camera");
 
   static constexpr int kRollingBands = 9;  // odd: the middle one is the stamp's
   int bands() const { return rolling_ ? kRollingBands : 1; }

@@ -22,6 +22,7 @@ struct SimWorld::Parts : ArmDevice, TrackerDevice, HandDevice, Clock<PhysicsCloc
         person(file, truth, seed, arm_twin, hand_twin),
         tracker_twin(file, seed),
         camera_twin(file, seed),
+        right_camera_twin(file, seed, "right-camera"),
         arm_clock(file.clocks.arm),
         tracker_clock(file.clocks.tracker),
         camera_clock(file.clocks.camera),
@@ -86,6 +87,16 @@ struct SimWorld::Parts : ArmDevice, TrackerDevice, HandDevice, Clock<PhysicsCloc
     return view;
   }
 
+  // What the second camera sees at the same moment.
+  TrueView right_of(const TrueView& left) const {
+    TrueView view = left;
+    view.lens = truth.right_lens;
+    view.X_world_camera =
+        left.X_world_camera * truth.X_marker_camera.inverse() * truth.X_marker_right_camera;
+    view.noise_seed = Random(left.noise_seed, "right-camera/noise").bits();
+    return view;
+  }
+
   // As they are while somebody plays: some have been moved since they were calibrated, some are covered,
   // other ones every second.
   std::vector<Dot> disturbed_landmarks(Instant<TrueTime> t) const {
@@ -142,9 +153,12 @@ struct SimWorld::Parts : ArmDevice, TrackerDevice, HandDevice, Clock<PhysicsCloc
       const auto t = camera_twin.next_mid_exposure() + camera_twin.moment_offset(moment);
       if (t > until) return;
       views.push_back(view_at(t));
+      if (file.camera.count > 1) right_views.push_back(right_of(views.back()));
       if (moment + 1 < camera_twin.moments()) continue;
-      camera_twin.expose(camera_clock.at(camera_twin.next_mid_exposure()), std::move(views));
-      views.clear();
+      const auto stamp = camera_clock.at(camera_twin.next_mid_exposure());
+      camera_twin.expose(stamp, std::move(views));
+      if (file.camera.count > 1) right_camera_twin.expose(stamp, std::move(right_views));
+      views.clear(), right_views.clear();
     }
   }
 
@@ -182,15 +196,16 @@ struct SimWorld::Parts : ArmDevice, TrackerDevice, HandDevice, Clock<PhysicsCloc
   void sleep_until(Instant<PhysicsClock> t) override { advance(true_time(t)); }
 
   struct Camera : CameraDevice {
-    explicit Camera(Parts& owner) : parts(owner) {}
+    Camera(Parts& owner, CameraTwin& its_twin) : parts(owner), twin(its_twin) {}
     std::optional<CameraImage> poll() override { return take(parts.render); }
     std::optional<CameraImage> poll_unseen() override { return take({}); }
     std::optional<CameraImage> take(const RenderView& how) {
-      const auto shot = parts.camera_twin.take(parts.time);
+      const auto shot = twin.take(parts.time);
       if (!shot) return std::nullopt;
       return draw_shot(*shot, how);
     }
     Parts& parts;
+    CameraTwin& twin;
   };
 
   struct Tracked {
@@ -205,12 +220,12 @@ struct SimWorld::Parts : ArmDevice, TrackerDevice, HandDevice, Clock<PhysicsCloc
   HandTwin hand_twin;
   SimPerson person;
   TrackerTwin tracker_twin;
-  CameraTwin camera_twin;
+  CameraTwin camera_twin, right_camera_twin;
   DeviceClock<ArmClock> arm_clock;
   DeviceClock<TrackerClock> tracker_clock;
   DeviceClock<CameraClock> camera_clock;
   DeviceClock<GraphicsClock> graphics_clock;
-  Camera camera{*this};
+  Camera camera{*this, camera_twin}, right_camera{*this, right_camera_twin};
   RenderView render;
   double step_s;
   int person_interval;
@@ -218,7 +233,7 @@ struct SimWorld::Parts : ArmDevice, TrackerDevice, HandDevice, Clock<PhysicsCloc
   Instant<TrueTime> time;
   ArmTwin::State before;
   std::deque<Tracked> tracked;
-  std::vector<TrueView> views;  // moments of the frame under exposure
+  std::vector<TrueView> views, right_views;  // moments of the frame under exposure
   std::optional<Instant<TrueTime>> played_since;
 };
 
@@ -232,10 +247,14 @@ void SimWorld::advance_to(Instant<TrueTime> t) { parts_->advance(t); }
 ArmDevice& SimWorld::arm() { return *parts_; }
 TrackerDevice& SimWorld::tracker() { return *parts_; }
 CameraDevice& SimWorld::camera() { return parts_->camera; }
+CameraDevice* SimWorld::right_camera() {
+  return parts_->file.camera.count > 1 ? &parts_->right_camera : nullptr;
+}
 HandDevice& SimWorld::hand() { return *parts_; }
 Person& SimWorld::person() { return parts_->person; }
 Clock<PhysicsClock>& SimWorld::physics_clock() { return *parts_; }
 std::optional<CameraShot> SimWorld::take_shot() { return parts_->camera_twin.take_exposed(); }
+std::optional<CameraShot> SimWorld::take_right_shot() { return parts_->right_camera_twin.take_exposed(); }
 void SimWorld::begin_play() {
   if (!parts_->played_since) parts_->played_since = parts_->time;
 }

@@ -44,16 +44,20 @@ class SimWorld {
   ArmDevice& arm();
   TrackerDevice& tracker();
   CameraDevice& camera();
+  // The second camera, which takes its images at the same moments by the same clock; null where the world has
+  // one.
+  CameraDevice* right_camera();
   HandDevice& hand();
   Person& person();
   // The physics host's clock; sleeping on it moves the world.
   Clock<PhysicsClock>& physics_clock();
   // From now on somebody plays: what the world file says of that time (covered and moved landmarks) holds.
   void begin_play();
-  // Without a renderer the camera's images have stamps but no pixels.
+  // Without a renderer the cameras' images have stamps but no pixels.
   void set_renderer(RenderView render);
   // Instead of camera().poll(), where the picture is to be drawn elsewhere, and shown from its arrival on.
   std::optional<CameraShot> take_shot();
+  std::optional<CameraShot> take_right_shot();
 
   const WorldFile& file() const;
   std::uint64_t seed() const;

@@ -6,6 +6,9 @@
 namespace palpate::sim {
 namespace {
 
+// Two cameras on one bar stand to each other so much better than the bar to the marker.
+constexpr double kOnOneBar = 0.1;
+
 Vector3 normals(std::uint64_t seed, std::string_view purpose, double sd) {
   Random random(seed, purpose);
   const double x = random.normal(sd), y = random.normal(sd), z = random.normal(sd);
@@ -82,6 +85,14 @@ Truth draw_truth(const WorldFile& world, std::uint64_t seed) {
 
   truth.lens = {world.camera.size[0], world.camera.size[1], world.camera.fx,        world.camera.fy,
                 world.camera.cx,      world.camera.cy,      world.camera.distortion};
+  truth.right_lens = {world.camera.size[0],  world.camera.size[1],  world.camera.right_fx,
+                      world.camera.right_fy, world.camera.right_cx, world.camera.right_cy,
+                      world.camera.right_distortion};
+  const Vector3 beside = normals(seed, "truth/right-camera-mount", kOnOneBar * world.camera_marker.mount_sd);
+  const Vector3 askew = normals(seed, "truth/right-camera-turn", kOnOneBar * world.camera_marker.mount_sd_rad);
+  truth.X_marker_right_camera =
+      truth.X_marker_camera * Pose<CameraOptical, CameraOptical>{
+                                  so3_exp(askew), Vector3(world.camera.stereo_baseline, 0.0, 0.0) + beside};
   truth.table = world.scene.table;
   truth.wall = world.scene.wall;
   truth.landmarks = place_landmarks(truth.table, truth.wall, world.scene.landmarks);

@@ -24,6 +24,9 @@ struct Truth {
   Pose<CameraMarker, CameraOptical> X_marker_camera;
   Vector3 pointer_tip = Vector3::Zero();  // in Pointer
   CameraModel lens;
+  // The second camera's, whether it is there or not (WorldFile's camera.count).
+  Pose<CameraMarker, CameraOptical> X_marker_right_camera;
+  CameraModel right_lens;
   Corners table{}, wall{};     // World, in touching order
   std::vector<Dot> landmarks;  // World
   std::vector<Vector3>

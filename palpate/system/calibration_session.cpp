@@ -8,6 +8,7 @@
 #include "palpate/calibration/hand_eye.h"
 #include "palpate/calibration/landmark_refinement.h"
 #include "palpate/calibration/pivot.h"
+#include "palpate/calibration/second_camera.h"
 #include "palpate/calibration/stream_delay.h"
 #include "palpate/calibration/surface.h"
 #include "palpate/calibration/touched_landmarks.h"
@@ -234,12 +235,27 @@ struct Steps {
     return {};
   }
 
-  // Lens and hand-eye from one movement of the head around the board.
-  Expected<void> camera() {
+  Expected<void> camera() { return camera(lab, rig.camera, rig.hand_eye, out.camera, true); }
+  Expected<void> right_camera() {
+    return camera(right_lab(), rig.right_camera, rig.right_hand_eye, out.right_camera, false);
+  }
+
+  // The laboratory as the second camera's user has it.
+  Laboratory right_lab() const {
+    Laboratory right = lab;
+    right.camera = lab.right_camera;
+    return right;
+  }
+
+  // Lens and hand-eye from one movement of the head around the board. The cameras expose together: the delay
+  // of the first is that of both.
+  Expected<void> camera(const Laboratory& seen, std::optional<CameraCalibration>& camera_out,
+                        std::optional<HandEyeCalibration>& hand_eye_out, CameraRecordings& recorded,
+                        bool delay_too) const {
     const BoardShape shape;
     std::vector<BoardView> views;
     int width = 0, height = 0;
-    auto record = record_views(lab, Gesture::look_around_board, plan.board_s, plan.board_every,
+    auto record = record_views(seen, Gesture::look_around_board, plan.board_s, plan.board_every,
                                [&](const CameraImage& image) {
                                  width = image.width;
                                  height = image.height;
@@ -267,7 +283,7 @@ struct Steps {
     for (std::size_t i = 0; i < wanted; ++i) chosen.push_back(views[i * views.size() / wanted]);
     auto lens = calibrate_camera(chosen, width, height);
     if (!lens) return failed(lens);
-    rig.camera = CameraCalibration{lens->value.model, lens->covariance,
+    camera_out = CameraCalibration{lens->value.model, lens->covariance,
                                    provenance(plan, views.front().name, "chessboard", lens->value.rms_px)};
 
     std::vector<StampedPose> hand, eye;
@@ -278,7 +294,7 @@ struct Steps {
       if (!pose || pose->value.ambiguous) continue;
       const auto X_board_camera = pose->value.X_camera_board.inverse();
       eye.push_back({record->image_times_s[i], X_board_camera.rotation, X_board_camera.translation});
-      out.eye.push_back({record->image_times_s[i], X_board_camera});
+      recorded.eye.push_back({record->image_times_s[i], X_board_camera});
     }
     HandEyeOptions options;
     options.estimate_delay = true;
@@ -289,20 +305,50 @@ struct Steps {
     hand_eye.covariance = estimate->covariance.topLeftCorner<6, 6>();
     hand_eye.from = provenance(plan, bytes_of(record->tracked), "hand-eye",
                                mm_from_metres(estimate->value.translation_rms));
-    rig.hand_eye = hand_eye;
-    if (!rig.delays) rig.delays.emplace();
-    rig.delays->camera_after_tracker_s = -estimate->value.delay_s;  // hand time = eye time + delay
-    rig.delays->camera_std_s = estimate->value.delay_std_s;
-    out.lens_views = std::move(chosen);
-    out.hand = std::move(record->hand);
+    hand_eye_out = hand_eye;
+    if (delay_too) {
+      if (!rig.delays) rig.delays.emplace();
+      rig.delays->camera_after_tracker_s = -estimate->value.delay_s;  // hand time = eye time + delay
+      rig.delays->camera_std_s = estimate->value.delay_std_s;
+    }
+    recorded.lens_views = std::move(chosen);
+    recorded.hand = std::move(record->hand);
     return {};
   }
 
+  // Lens, hand-eye and landmarks of one solve are the rig's.
   Expected<void> landmarks_again() {
-    if (!hooks.find_landmarks) return {};
+    auto refined = landmarks_from_pictures(lab, rig.camera, rig.hand_eye, out.camera);
+    if (!refined) return failed(refined);
+    if (!*refined) return {};
+    rig.registration_covariance = (*refined)->covariance;
+    rig.landmarks = (*refined)->value.landmarks;
+    return {};
+  }
+
+  // The second camera is fitted to the landmarks where the first one's pictures have put them.
+  Expected<void> right_landmarks() {
+    auto refined =
+        landmarks_from_pictures(right_lab(), rig.right_camera, rig.right_hand_eye, out.right_camera);
+    if (!refined) return failed(refined);
+    if (!*refined) return {};
+    const auto right = fit_second_camera(**refined, rig.landmarks, registration_covariance(rig));
+    rig.right_camera->model = right.camera.model;
+    rig.right_camera->covariance = right.camera.covariance;
+    rig.right_hand_eye->X_marker_camera = right.hand_eye.X_marker_camera;
+    rig.right_hand_eye->covariance = right.hand_eye.covariance;
+    rig.right_registration_covariance = right.covariance;
+    return {};
+  }
+
+  // Improves lens and hand-eye; nothing where nobody finds landmarks.
+  Expected<std::optional<Estimate<LandmarkRefinement>>> landmarks_from_pictures(
+      const Laboratory& seen, std::optional<CameraCalibration>& camera_out,
+      std::optional<HandEyeCalibration>& hand_eye_out, CameraRecordings& recorded) const {
+    if (!hooks.find_landmarks) return std::nullopt;
     std::vector<CameraImage> images;
     constexpr int every = 3;  // neighbours say the same again
-    auto record = record_views(lab, Gesture::look, plan.look_s, every, [&](const CameraImage& image) {
+    auto record = record_views(seen, Gesture::look, plan.look_s, every, [&](const CameraImage& image) {
       images.push_back(image);
       return true;
     });
@@ -320,21 +366,19 @@ struct Steps {
       frame.X_world_marker = {marker->rotation, marker->translation};
       frame.covariance = marker->covariance;
       frame.sightings = hooks.find_landmarks(
-          images[i], *rig.camera, frame.X_world_marker * rig.hand_eye->X_marker_camera, rig.landmarks);
+          images[i], *camera_out, frame.X_world_marker * hand_eye_out->X_marker_camera, rig.landmarks);
       frames.push_back(std::move(frame));
     }
-    auto refined = refine_landmarks(*rig.camera, *rig.hand_eye, rig.landmarks, frames,
+    auto refined = refine_landmarks(*camera_out, *hand_eye_out, rig.landmarks, frames,
                                     {.pixel_sd = kUnstatedSightingSd});
     if (!refined) return failed(refined);
-    rig.registration_covariance = refined->covariance;
-    rig.landmarks = refined->value.landmarks;
-    rig.camera->model = refined->value.camera.model;
-    rig.camera->covariance = refined->value.camera.covariance;
-    rig.hand_eye->X_marker_camera = refined->value.hand_eye.X_marker_camera;
-    rig.hand_eye->covariance = refined->value.hand_eye.covariance;
-    out.landmark_rms_px_before = refined->value.rms_px_before;
-    out.landmark_rms_px = refined->value.rms_px;
-    return {};
+    camera_out->model = refined->value.camera.model;
+    camera_out->covariance = refined->value.camera.covariance;
+    hand_eye_out->X_marker_camera = refined->value.hand_eye.X_marker_camera;
+    hand_eye_out->covariance = refined->value.hand_eye.covariance;
+    recorded.landmark_rms_px_before = refined->value.rms_px_before;
+    recorded.landmark_rms_px = refined->value.rms_px;
+    return std::move(*refined);
   }
 };
 
@@ -403,7 +447,7 @@ Expected<CalibrationRecordings> calibrate_rig(Laboratory lab, Rig& rig, const Ca
     bool there;
     Expected<void> (Steps::*run)();
   };
-  const std::vector<Step> list{
+  std::vector<Step> list{
       {"pointer tip", rig.pointer_pivot.has_value(), &Steps::pointer},
       {"table and wall", surfaces_there, &Steps::surfaces},
       {"landmarks", !rig.landmarks.empty(), &Steps::landmarks},
@@ -414,6 +458,10 @@ Expected<CalibrationRecordings> calibrate_rig(Laboratory lab, Rig& rig, const Ca
       {"landmarks from pictures", rig.camera.has_value() && rig.hand_eye.has_value(),
        &Steps::landmarks_again},
   };
+  if (lab.right_camera != nullptr) {
+    list.push_back({"lens and hand-eye of the right camera", has_two_eyes(rig), &Steps::right_camera});
+    list.push_back({"landmarks from pictures of the right camera", has_two_eyes(rig), &Steps::right_landmarks});
+  }
   for (std::size_t i = 0; i < list.size(); ++i) {
     if (hooks.progress) hooks.progress(i, list.size(), list[i].name);
     if (list[i].there) continue;

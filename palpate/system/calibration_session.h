@@ -1,7 +1,8 @@
 // Calibrating a whole rig through its devices, in the order in which each step can use the ones before.
 //
 // Rest readings, pointer tip, surfaces, landmarks, stylus tip, arm, delay arm-tracker, lens, hand-eye with
-// delay camera-tracker, landmarks again from pictures. Every step goes through Laboratory (devices and a
+// delay camera-tracker, landmarks again from pictures; the same for a second camera where there is one, with
+// the landmarks as the first one has left them. Every step goes through Laboratory (devices and a
 // person who is asked for gestures), writes its part of the rig, and is skipped where the rig has it already:
 // a session that broke off goes on where it stopped. No truth in here. One thread. Errors: the step's
 // refusal, which says what to do.
@@ -36,6 +37,14 @@ struct CalibrationPlan {
   std::string date;       // ISO 8601, for the provenance
 };
 
+// Of one camera.
+struct CameraRecordings {
+  std::vector<BoardView> lens_views;
+  std::vector<TimedPose<World, CameraMarker>> hand;
+  std::vector<TimedPose<Board, CameraOptical>> eye;
+  double landmark_rms_px_before = 0.0, landmark_rms_px = 0.0;
+};
+
 // What was recorded, for raw data and figures; parts that were skipped are empty.
 struct CalibrationRecordings {
   std::vector<TrackedPose> pointer_pivot, tip_pivot;
@@ -45,10 +54,7 @@ struct CalibrationRecordings {
   // Predicted error of the arm (m rms over its range) after each pose, for the poses of the calibration and
   // for as many of the held-out ones, which the person chose.
   std::vector<double> arm_predicted, arm_predicted_random;
-  std::vector<BoardView> lens_views;
-  std::vector<TimedPose<World, CameraMarker>> hand;
-  std::vector<TimedPose<Board, CameraOptical>> eye;
-  double landmark_rms_px_before = 0.0, landmark_rms_px = 0.0;
+  CameraRecordings camera, right_camera;
 };
 
 // Finds landmarks in an image: predicted from the camera's pose, as the compositor's detector does it. The

@@ -78,7 +78,9 @@ Expected<Json> demo(const DemoOptions& options) {
   for (const auto& old :
        {options.out / "summary.json", options.out / "report.html", options.out / "video.mp4",
         options.out / "raw" / "realtime_network.csv", options.out / "raw" / "realtime_photons.csv",
-        options.out / "raw" / "ball.csv", options.out / "raw" / "touch.csv"})
+        options.out / "raw" / "ball.csv", options.out / "raw" / "touch.csv",
+        options.out / "raw" / "frames_right.csv", options.out / "raw" / "truth_frames_right.csv",
+        options.out / "raw" / "lens_right.csv"})
     std::filesystem::remove(old, ignored);
   for (const auto& old : std::filesystem::directory_iterator(options.out / "pictures", ignored))
     if (old.path().extension() == ".png") std::filesystem::remove(old.path(), ignored);
@@ -170,8 +172,9 @@ Expected<Json> demo(const DemoOptions& options) {
   auto artist = make_artist(scene);
   if (!artist) return tl::unexpected(artist.error());
   PictureParts pictures(rig, scene, std::move(*artist), options.quality);
-  auto video = VideoFile::create(options.out / "video.mp4", rig.camera->model.width, rig.camera->model.height,
-                                 options.world.camera.rate_hz);
+  const int eyes = options.world.camera.count;
+  auto video = VideoFile::create(options.out / "video.mp4", eyes * rig.camera->model.width,
+                                 rig.camera->model.height, options.world.camera.rate_hz);
   if (!video) return tl::unexpected(video.error());
   PictureBook book(options.out / "pictures", options.seconds, rig.camera->model, scene);
   Expected<void> shown;
@@ -207,14 +210,25 @@ Expected<Json> demo(const DemoOptions& options) {
           write_calibration_raw(options.out / "raw", *recordings, rig, world.truth(), poses, *methods);
       !done)
     return tl::unexpected(done.error());
-  if (auto done = write_play_raw(options.out / "raw", *play, scene, overlay.frames, points, rig.camera->model,
-                                 world.truth().lens);
+  if (auto done = write_eye_raw(options.out / "raw", EyeSide::left, *play, scene, overlay.frames,
+                                rig.camera->model, world.truth().lens);
       !done)
+    return tl::unexpected(done.error());
+  std::optional<StereoOverlay> stereo;
+  if (eyes > 1) {
+    const auto& lens = rig.right_camera->model;
+    stereo = {overlay_of_right_eye(*play, lens, scene, points), disparity_of_play(*play, rig, points)};
+    if (auto done = write_eye_raw(options.out / "raw", EyeSide::right, *play, scene, stereo->right.frames,
+                                  lens, world.truth().right_lens);
+        !done)
+      return tl::unexpected(done.error());
+  }
+  if (auto done = write_play_raw(options.out / "raw", *play, scene, points); !done)
     return tl::unexpected(done.error());
   if (scene.application == "touch")
     if (auto done = touched.write(options.out / "raw"); !done) return tl::unexpected(done.error());
   Json summary = demo_summary(
-      {options, world.truth(), rig, *recordings, *methods, *with_true_tip, *play, overlay, points.size()});
+      {options, world.truth(), rig, *recordings, *methods, *with_true_tip, *play, overlay, stereo, points.size()});
   if (scene.application == "touch") summary["touch"] = touched.summary();
   summary["pictures"] = book.captions();
 

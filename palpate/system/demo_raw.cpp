@@ -153,9 +153,9 @@ Expected<void> write_calibration_raw(const std::filesystem::path& raw,
       {"arm_guidance.csv", guidance_csv(recordings)},
       {"surface.csv", points_csv(recordings.corners)},
       {"touches.csv", points_csv(touched)},
-      {"hand.csv", poses_csv(recordings.hand)},
-      {"eye.csv", poses_csv(recordings.eye)},
-      {"corners.csv", corners_csv(recordings.lens_views)},
+      {"hand.csv", poses_csv(recordings.camera.hand)},
+      {"eye.csv", poses_csv(recordings.camera.eye)},
+      {"corners.csv", corners_csv(recordings.camera.lens_views)},
       {"estimates.json", estimates.dump(2) + "\n"},
       {"truth.json", truths.dump(2) + "\n"}};
   for (const auto& [name, content] : files)
@@ -163,10 +163,9 @@ Expected<void> write_calibration_raw(const std::filesystem::path& raw,
   return {};
 }
 
-Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepResult& play,
-                              const SceneDescription& scene, const std::vector<FrameErrors>& errors,
-                              const std::vector<CheckPoint>& points, const CameraModel& estimated_lens,
-                              const CameraModel& true_lens) {
+Expected<void> write_eye_raw(const std::filesystem::path& raw, EyeSide side, const LockstepResult& play,
+                             const SceneDescription& scene, const std::vector<FrameErrors>& errors,
+                             const CameraModel& estimated_lens, const CameraModel& true_lens) {
   CsvWriter frames({"frame",           "mid_exposure_s",
                     "cam_x_m",         "cam_y_m",
                     "cam_z_m",         "cam_qw",
@@ -184,39 +183,54 @@ Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepRe
                     "landmark_misfit"});
   CsvWriter truths({"frame", "cam_x_m", "cam_y_m", "cam_z_m", "cam_qw", "cam_qx", "cam_qy", "cam_qz",
                     "tip_x_m", "tip_y_m", "tip_z_m"});
-  CsvWriter ball({"time_s", "x_m", "y_m", "z_m"});
-  for (std::size_t i = 0; i < play.frames.size(); ++i) {
-    const auto& frame = play.frames[i];
+  auto of_frame = errors.begin();
+  for (const auto& frame : play.frames) {
     const auto& r = frame.record;
+    if (side == EyeSide::right && !frame.right_truth) continue;
+    const EyePose& eye = side == EyeSide::right ? *r.right : r;
+    const CameraView& truth = side == EyeSide::right ? *frame.right_truth : frame.truth;
     Cells row{number_text(static_cast<double>(r.number)), number_text(r.stamp.seconds())};
-    put(row, r.X_world_camera);
+    put(row, eye.X_world_camera);
     put(row, shown_tip(r.state, scene));
     row.push_back(answer_name(r.answer));
     row.push_back(r.late ? "1" : "0");
-    put(row, errors[i].world_px);
-    put(row, errors[i].tip_px);
-    if (!r.have_tracker)
+    put(row, of_frame->world_px);
+    put(row, of_frame->tip_px);
+    ++of_frame;
+    if (!eye.have_tracker)
       row.insert(row.end(), 7, "");
     else
-      put(row, r.X_world_camera_tracker);
-    put(row, static_cast<double>(r.landmarks_used));
-    put(row, r.landmark_rms_px);
-    put(row, static_cast<double>(r.landmarks_rejected));
-    row.push_back(pose_source_name(r.pose_source));
-    put(row, r.expected_world_px);
-    put(row, r.landmark_misfit);
+      put(row, eye.X_world_camera_tracker);
+    put(row, static_cast<double>(eye.landmarks_used));
+    put(row, eye.landmark_rms_px);
+    put(row, static_cast<double>(eye.landmarks_rejected));
+    row.push_back(pose_source_name(eye.pose_source));
+    put(row, eye.expected_world_px);
+    put(row, eye.landmark_misfit);
     frames.row(row);
 
     Cells true_row{number_text(static_cast<double>(r.number))};
-    put(true_row, frame.truth.X_world_camera);
+    put(true_row, truth.X_world_camera);
     put(true_row, frame.true_tip);
     truths.row(true_row);
+  }
+  const std::string ending = side == EyeSide::right ? "_right.csv" : ".csv";
+  for (const auto& [name, content] :
+       {std::pair{"frames", frames.content()}, std::pair{"truth_frames", truths.content()},
+        std::pair{"lens", lens_csv(estimated_lens, true_lens)}})
+    if (auto done = write_file(raw / (name + ending), content); !done) return done;
+  return {};
+}
 
-    if (scene.application == "pingpong" && r.state.body_count > 0 && r.state.bodies[0].visible != 0) {
-      Cells ball_row{number_text(r.state.time.seconds())};
-      put(ball_row, r.state.bodies[0].p());
-      ball.row(ball_row);
-    }
+Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepResult& play,
+                              const SceneDescription& scene, const std::vector<CheckPoint>& points) {
+  CsvWriter ball({"time_s", "x_m", "y_m", "z_m"});
+  for (const auto& frame : play.frames) {
+    const auto& state = frame.record.state;
+    if (scene.application != "pingpong" || state.body_count == 0 || state.bodies[0].visible == 0) continue;
+    Cells row{number_text(state.time.seconds())};
+    put(row, state.bodies[0].p());
+    ball.row(row);
   }
   CsvWriter checks({"point", "true_x_m", "true_y_m", "true_z_m", "est_x_m", "est_y_m", "est_z_m"});
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -236,9 +250,7 @@ Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepRe
     haptics.row(row);
   }
   for (const auto& [name, content] :
-       {std::pair{"frames.csv", frames.content()}, std::pair{"truth_frames.csv", truths.content()},
-        std::pair{"check_points.csv", checks.content()}, std::pair{"haptics.csv", haptics.content()},
-        std::pair{"lens.csv", lens_csv(estimated_lens, true_lens)}})
+       {std::pair{"check_points.csv", checks.content()}, std::pair{"haptics.csv", haptics.content()}})
     if (auto done = write_file(raw / name, content); !done) return done;
   return scene.application == "pingpong" ? write_file(raw / "ball.csv", ball.content()) : Expected<void>{};
 }

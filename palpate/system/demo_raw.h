@@ -19,10 +19,15 @@ Expected<void> write_calibration_raw(const std::filesystem::path& raw,
                                      const sim::Truth& truth, const std::vector<Vector3>& poses,
                                      const std::vector<MethodErrors>& methods);
 
+// Poses, truth and lens of one eye: frames.csv, truth_frames.csv, lens.csv; of the right one frames_right.csv
+// and so on. `errors`: one per frame that eye has a part in (overlay_of_play.h).
+Expected<void> write_eye_raw(const std::filesystem::path& raw, EyeSide side, const LockstepResult& play,
+                             const SceneDescription& scene, const std::vector<FrameErrors>& errors,
+                             const CameraModel& estimated_lens, const CameraModel& true_lens);
+
+// The rest of the play.
 Expected<void> write_play_raw(const std::filesystem::path& raw, const LockstepResult& play,
-                              const SceneDescription& scene, const std::vector<FrameErrors>& errors,
-                              const std::vector<CheckPoint>& points, const CameraModel& estimated_lens,
-                              const CameraModel& true_lens);
+                              const SceneDescription& scene, const std::vector<CheckPoint>& points);
 
 // Result of `calibrate arm` with these keys: gains, offsets_deg, lengths_mm, tip_mm, base.
 Json arm_result_json(const ArmSolution& arm);

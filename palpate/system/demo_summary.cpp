@@ -46,10 +46,26 @@ double stylus_error(const ArmCalibration& arm, const sim::Truth& truth,
   return sum / static_cast<double>(unseen.size());
 }
 
+Json overlay_json(const OverlayOfPlay& overlay, const CameraRecordings& recordings) {
+  Json json = {{"world_px_rms", overlay.world.rms()},
+               {"world_px_p95", overlay.world.quantile(0.95)},
+               {"world_px_rms_tracker_only", overlay.world_tracker.rms()},
+               {"tip_px_rms", overlay.tip.rms()},
+               {"tip_px_p95", overlay.tip.quantile(0.95)},
+               {"landmark_px_rms_before", recordings.landmark_rms_px_before},
+               {"landmark_px_rms", recordings.landmark_rms_px}};
+  // What the system itself believes, beside the truth: frame by frame, rms of both over the same frames.
+  if (!overlay.expected_world.empty() && overlay.frame_world.rms() > 0.0)
+    json.update(Json{{"own_estimate_px_rms", overlay.expected_world.rms()},
+                     {"own_estimate_over_true", overlay.expected_world.rms() / overlay.frame_world.rms()}});
+  return json;
+}
+
 }  // namespace
 
 Json demo_summary(const DemoOutcome& outcome) {
-  const auto& [options, truth, rig, recordings, methods, with_true_tip, play, overlay, points] = outcome;
+  const auto& [options, truth, rig, recordings, methods, with_true_tip, play, overlay, stereo, points] =
+      outcome;
   Json summary;
   summary["seed"] = options.seed;
   summary["command"] = options.command;
@@ -71,8 +87,8 @@ Json demo_summary(const DemoOutcome& outcome) {
        mm((rig.hand_eye->X_marker_camera.translation - truth.X_marker_camera.translation).norm())},
       {"rotation_error_deg", degrees_from_radians(angle_between(rig.hand_eye->X_marker_camera.rotation,
                                                                 truth.X_marker_camera.rotation))},
-      {"images", recordings.eye.size()}};
-  summary["camera"] = {{"rms_px", rig.camera->from.rms_mm}, {"views", recordings.lens_views.size()}};
+      {"images", recordings.camera.eye.size()}};
+  summary["camera"] = {{"rms_px", rig.camera->from.rms_mm}, {"views", recordings.camera.lens_views.size()}};
   summary["delays"] = {
       {"tracker_after_arm_s", rig.delays->tracker_after_arm_s},
       {"tracker_after_arm_error_s", rig.delays->tracker_after_arm_s - options.world.tracker.latency_s},
@@ -80,19 +96,17 @@ Json demo_summary(const DemoOutcome& outcome) {
       {"camera_after_tracker_error_s",
        rig.delays->camera_after_tracker_s -
            (options.world.camera.latency_s - options.world.tracker.latency_s)}};
-  summary["registration"] = {{"world_px_rms", overlay.world.rms()},
-                             {"world_px_p95", overlay.world.quantile(0.95)},
-                             {"world_px_rms_tracker_only", overlay.world_tracker.rms()},
-                             {"tip_px_rms", overlay.tip.rms()},
-                             {"tip_px_p95", overlay.tip.quantile(0.95)},
-                             {"check_points", points},
-                             {"landmark_px_rms_before", recordings.landmark_rms_px_before},
-                             {"landmark_px_rms", recordings.landmark_rms_px}};
-  // What the system itself believes, beside the truth: frame by frame, rms of both over the same frames.
-  if (!overlay.expected_world.empty() && overlay.frame_world.rms() > 0.0)
-    summary["registration"].update(
-        Json{{"own_estimate_px_rms", overlay.expected_world.rms()},
-             {"own_estimate_over_true", overlay.expected_world.rms() / overlay.frame_world.rms()}});
+  summary["registration"] = overlay_json(overlay, recordings.camera);
+  summary["registration"]["check_points"] = points;
+  if (stereo) {
+    auto& registration = summary["registration"];
+    registration["right_eye"] = overlay_json(stereo->right, recordings.right_camera);
+    registration["right_eye"]["frames"] = stereo->right.frames.size();
+    registration["disparity"] = {{"world_px_rms", stereo->disparity.world.rms()},
+                                 {"world_px_p95", stereo->disparity.world.quantile(0.95)},
+                                 {"ball_px_rms", stereo->disparity.ball.rms()},
+                                 {"ball_px_p95", stereo->disparity.ball.quantile(0.95)}};
+  }
   Json sources = {{"none", 0}, {"tracker", 0}, {"refined", 0}, {"landmarks", 0}};
   double rejected = 0.0;
   for (const auto& frame : play.frames) {
@@ -151,6 +165,11 @@ std::vector<std::string> closing_lines(const Json& summary, const std::filesyste
                 number("arm", "eq7_error_to_truth_mm")})));
   lines.push_back(fmt::format("overlay:  table and wall {:.2f} px, stylus tip {:.2f} px rms",
                               number("registration", "world_px_rms"), number("registration", "tip_px_rms")));
+  if (summary["registration"].contains("right_eye")) {
+    const auto& right = summary["registration"]["right_eye"];
+    lines.back() += fmt::format("; right eye {:.2f} and {:.2f}", right["world_px_rms"].get<double>(),
+                                right["tip_px_rms"].get<double>());
+  }
   if (summary.contains("realtime")) {
     const auto& realtime = summary["realtime"];
     lines.push_back(

@@ -11,6 +11,12 @@
 
 namespace palpate {
 
+// Of a play with two cameras.
+struct StereoOverlay {
+  OverlayOfPlay right;
+  DisparityErrors disparity;
+};
+
 struct DemoOutcome {
   const DemoOptions& options;
   const sim::Truth& truth;
@@ -19,7 +25,8 @@ struct DemoOutcome {
   const std::vector<MethodErrors>& methods;        // joint last
   const std::vector<MethodErrors>& with_true_tip;  // the same with a perfect tip
   const LockstepResult& play;
-  const OverlayOfPlay& overlay;
+  const OverlayOfPlay& overlay;  // of the only camera, or of the left one
+  const std::optional<StereoOverlay>& stereo;
   std::size_t check_points;
 };
 

@@ -229,7 +229,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     if (!opened) return tl::unexpected(opened.error());
     feed = std::move(*opened);
   }
-  std::unique_ptr<LabCamera> lab_camera;
+  std::unique_ptr<LabCamera> lab_camera, right_camera;
   std::unique_ptr<cameras::LiveCamera> live_camera;
   if (options.camera) {
     cameras::Wish wish = *options.camera;
@@ -242,6 +242,11 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     auto opened = LabCamera::open(lab);
     if (!opened) return tl::unexpected(opened.error());
     lab_camera = std::move(*opened);
+    if (lab->cameras() > 1 && has_two_eyes(options.rig)) {
+      auto second = LabCamera::open(lab, 1);
+      if (!second) return tl::unexpected(second.error());
+      right_camera = std::move(*second);
+    }
   }
   CameraDevice& camera =
       live_camera ? static_cast<CameraDevice&>(*live_camera) : static_cast<CameraDevice&>(*lab_camera);
@@ -283,6 +288,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   GraphicsServer server(options.rig, **link, tracker, camera, pictures.refiner(),
                         pictures.painter(!options.window), options.graphics);
   server.predict_with(pictures.predictor());
+  if (right_camera) server.add_right_camera(*right_camera);
   if (on_board) server.find_pose_with(pictures.finder());
   if (feed)
     server.tap_markers([&feed](MarkerId marker, const MarkerPose& pose) { feed->marker(marker, pose); });

@@ -89,6 +89,21 @@ class WatchedCamera : public CameraDevice {
   bool closed_ = false;
 };
 
+class DisturbedCamera : public CameraDevice {
+ public:
+  DisturbedCamera(CameraDevice& camera, std::function<void(std::optional<CameraImage>&)> how)
+      : camera_(camera), how_(std::move(how)) {}
+  std::optional<CameraImage> poll() override {
+    auto image = camera_.poll();
+    how_(image);
+    return image;
+  }
+
+ private:
+  CameraDevice& camera_;
+  std::function<void(std::optional<CameraImage>&)> how_;
+};
+
 class DisturbedTracker : public TrackerDevice {
  public:
   DisturbedTracker(TrackerDevice& tracker, std::function<void(std::vector<TrackerSample>&)> how)
@@ -148,6 +163,13 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
   if (options.disturb_camera)
     camera.disturb([&](std::optional<CameraImage>& image) { options.disturb_camera(since, image); });
   GraphicsServer graphics(rig, *link, tracker, camera, pictures.refiner, pictures.painter, options.graphics);
+  std::optional<DisturbedCamera> right_camera;
+  if (world.right_camera() != nullptr && has_two_eyes(rig)) {
+    right_camera.emplace(*world.right_camera(), [&](std::optional<CameraImage>& image) {
+      if (options.disturb_right_camera) options.disturb_right_camera(since, image);
+    });
+    graphics.add_right_camera(*right_camera);
+  }
   if (pictures.predictor) graphics.predict_with(pictures.predictor);
   std::optional<sim::DisplayTwin> display;
   std::optional<PhotonMeter> meter;
@@ -212,6 +234,11 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
         played.truth.X_world_camera = world.true_camera_at(t + options.graphics.scan_out);
         played.true_tip = world.true_state().X_world_tip.translation;
       }
+      if (record.right)
+        played.right_truth =
+            CameraView{world.truth().right_lens, played.truth.X_world_camera *
+                                                     world.truth().X_marker_camera.inverse() *
+                                                     world.truth().X_marker_right_camera};
       player->show(record, graphics);
       if (counted && meter) {
         const auto taken = world.camera_clock().true_time(record.stamp);

@@ -1,4 +1,5 @@
 // World, physics server and graphics server in one process on one virtual clock: a game played in lock-step.
+// With both eyes where the world has two cameras and the rig has both calibrated.
 //
 // Deterministic to the bit for the same world, rig and seed. The three parts meet only over their channels:
 // devices, and the in-process twin of the network with seeded delay. Truth is looked at beside the play,
@@ -26,6 +27,7 @@ namespace palpate {
 struct PlayedFrame {
   FrameRecord record;  // without pixels
   CameraView truth;
+  std::optional<CameraView> right_truth;  // of the second camera, where the record has its pose
   Vector3 true_tip = Vector3::Zero();
 };
 
@@ -50,7 +52,7 @@ struct LockstepOptions {
   bool clock_strip = false;
   // What goes wrong with a device, on its way to the graphics server: called with the seconds since the play
   // began, warm-up counted. Takes samples away or changes them.
-  std::function<void(double, std::optional<CameraImage>&)> disturb_camera;
+  std::function<void(double, std::optional<CameraImage>&)> disturb_camera, disturb_right_camera;
   std::function<void(double, std::vector<TrackerSample>&)> disturb_tracker;
   // Every millisecond, for whoever wants to look at the conditions.
   std::function<void(double, const std::vector<Condition>&)> conditions;

@@ -1,6 +1,7 @@
 #include "palpate/system/overlay_of_play.h"
 
 #include <array>
+#include <utility>
 
 namespace palpate {
 
@@ -22,36 +23,89 @@ std::vector<CheckPoint> check_points(const sim::Truth& truth, const Rig& rig) {
   return points;
 }
 
-OverlayOfPlay overlay_of_play(const LockstepResult& play, const CameraModel& lens,
-                              const SceneDescription& scene, const std::vector<CheckPoint>& points) {
-  OverlayOfPlay all;
+namespace {
+
+// Of one eye's pictures.
+class OverlayJudge {
+ public:
+  OverlayJudge(const CameraModel& lens, const std::vector<CheckPoint>& points) : lens_(lens), points_(points) {}
+
+  void frame(const EyePose& pose, const CameraView& truth, const Vector3& tip, const Vector3& true_tip) {
+    const CameraView drawn{lens_, pose.X_world_camera};
+    FrameErrors errors;
+    errors.world_px = judge(drawn, truth, all_.world);
+    if (pose.have_tracker)
+      errors.world_px_tracker = judge({lens_, pose.X_world_camera_tracker}, truth, all_.world_tracker);
+    errors.expected_world_px = pose.expected_world_px;
+    if (errors.world_px && errors.expected_world_px) {
+      all_.frame_world.add(*errors.world_px);
+      all_.expected_world.add(*errors.expected_world_px);
+    }
+    errors.tip_px = overlay_error(drawn, tip, truth, true_tip);
+    if (errors.tip_px) all_.tip.add(*errors.tip_px);
+    all_.frames.push_back(errors);
+  }
+  OverlayOfPlay take() { return std::move(all_); }
+
+ private:
   // Errors of the points as a camera at `estimated` would show them; their rms.
-  const auto judge = [&points](const CameraView& estimated, const PlayedFrame& frame, ErrorSummary& total) {
+  std::optional<double> judge(const CameraView& estimated, const CameraView& truth,
+                              ErrorSummary& total) const {
     ErrorSummary here;
-    for (const auto& point : points)
-      if (const auto e = overlay_error(estimated, point.estimate, frame.truth, point.truth)) {
+    for (const auto& point : points_)
+      if (const auto e = overlay_error(estimated, point.estimate, truth, point.truth)) {
         here.add(*e);
         total.add(*e);
       }
     return here.empty() ? std::nullopt : std::optional(here.rms());
-  };
-  for (const auto& frame : play.frames) {
-    const auto& record = frame.record;
-    const CameraView drawn{lens, record.X_world_camera};
-    FrameErrors errors;
-    errors.world_px = judge(drawn, frame, all.world);
-    if (record.have_tracker)
-      errors.world_px_tracker = judge({lens, record.X_world_camera_tracker}, frame, all.world_tracker);
-    errors.expected_world_px = record.expected_world_px;
-    if (errors.world_px && errors.expected_world_px) {
-      all.frame_world.add(*errors.world_px);
-      all.expected_world.add(*errors.expected_world_px);
-    }
-    errors.tip_px = overlay_error(drawn, shown_tip(record.state, scene), frame.truth, frame.true_tip);
-    if (errors.tip_px) all.tip.add(*errors.tip_px);
-    all.frames.push_back(errors);
   }
-  return all;
+
+  const CameraModel& lens_;
+  const std::vector<CheckPoint>& points_;
+  OverlayOfPlay all_;
+};
+
+}  // namespace
+
+OverlayOfPlay overlay_of_play(const LockstepResult& play, const CameraModel& lens,
+                              const SceneDescription& scene, const std::vector<CheckPoint>& points) {
+  OverlayJudge judge(lens, points);
+  for (const auto& frame : play.frames)
+    judge.frame(frame.record, frame.truth, shown_tip(frame.record.state, scene), frame.true_tip);
+  return judge.take();
+}
+
+OverlayOfPlay overlay_of_right_eye(const LockstepResult& play, const CameraModel& lens,
+                                   const SceneDescription& scene, const std::vector<CheckPoint>& points) {
+  OverlayJudge judge(lens, points);
+  for (const auto& frame : play.frames)
+    if (frame.right_truth)
+      judge.frame(*frame.record.right, *frame.right_truth, shown_tip(frame.record.state, scene),
+                  frame.true_tip);
+  return judge.take();
+}
+
+DisparityErrors disparity_of_play(const LockstepResult& play, const Rig& rig,
+                                  const std::vector<CheckPoint>& points) {
+  DisparityErrors errors;
+  const auto& left_lens = rig.camera->model;
+  const auto& right_lens = rig.right_camera->model;
+  for (const auto& frame : play.frames) {
+    if (!frame.right_truth) continue;
+    const CameraView left{left_lens, frame.record.X_world_camera},
+        right{right_lens, frame.record.right->X_world_camera};
+    const auto judge = [&](const Vector3& drawn, const Vector3& real, ErrorSummary& summary) {
+      const auto drawn_left = drawn_pixel(left, drawn), drawn_right = drawn_pixel(right, drawn);
+      const auto real_left = real_pixel(frame.truth, left_lens, real),
+                 real_right = real_pixel(*frame.right_truth, right_lens, real);
+      if (drawn_left && drawn_right && real_left && real_right)
+        summary.add(((*drawn_left - *drawn_right) - (*real_left - *real_right)).norm());
+    };
+    for (const auto& point : points) judge(point.estimate, point.truth, errors.world);
+    const auto& ball = frame.record.state.bodies[0];
+    if (ball.visible != 0) judge(ball.p(), ball.p(), errors.ball);
+  }
+  return errors;
 }
 
 }  // namespace palpate

@@ -44,8 +44,7 @@ TriangleMesh outline_of(const std::vector<SceneSurface>& surfaces) {
 
 PictureParts::PictureParts(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Artist> artist,
                            Quality quality)
-    : rig_(with_corners(rig)),
-      known_(overlay_knowledge(rig_)),
+    : left_{with_corners(rig), overlay_knowledge(with_corners(rig))},
       scene_(scene),
       artist_(std::move(artist)),
       compositor_(picture_settings(rig, quality)) {
@@ -53,11 +52,15 @@ PictureParts::PictureParts(const Rig& rig, const SceneDescription& scene, std::u
   if (!objects) throw std::invalid_argument(objects.error().message);
   objects_ = std::move(*objects);
   if (rig_.board) outline_ = outline_of(scene_.surfaces);
+  if (!has_two_eyes(rig)) return;
+  Rig right = right_eye_rig(rig);
+  OverlayKnowledge known = overlay_knowledge(right);
+  right_ = {std::move(right), std::move(known)};
 }
 
 PoseRefiner PictureParts::refiner() {
-  return [this](const CameraImage& image, const Matrix6& covariance, FrameRecord& record) {
-    refine(image, covariance, record);
+  return [this](EyeSide side, const CameraImage& image, const Matrix6& covariance, EyePose& pose) {
+    refine(side == EyeSide::left ? left_ : right_.value(), image, covariance, pose);
   };
 }
 
@@ -98,41 +101,46 @@ Expected<void> PictureParts::find(const CameraImage& image,
   // Before the picture nothing was known of the pose.
   const Matrix6 anywhere = Matrix6::Identity();
   const OverlayPicture picture{{pose->X_world_camera, anywhere}, anywhere, *pose, kCharucoCornerSd};
-  if (const auto expected = expected_overlay(known_, picture)) record.expected_world_px = expected->total();
+  if (const auto expected = expected_overlay(left_.known, picture)) record.expected_world_px = expected->total();
   return {};
 }
 
 FramePainter PictureParts::painter(bool captions) {
-  return [this, captions](const CameraImage& image, FrameRecord& record) { paint(image, record, captions); };
+  return [this, captions](const CameraImage& image, const CameraImage* right, FrameRecord& record) {
+    paint(image, right, record, captions);
+  };
 }
 
 StatePredictor PictureParts::predictor() {
   return [this](const WorldState& state, Duration ahead) { return artist_->predict(state, ahead); };
 }
 
-void PictureParts::refine(const CameraImage& image, const Matrix6& covariance, FrameRecord& record) const {
-  const CameraModel& lens = rig_.camera->model;
-  CameraPosePrior prior = camera_from_marker(record.X_world_camera * rig_.hand_eye->X_marker_camera.inverse(),
-                                             Matrix6::Zero(), *rig_.hand_eye);
+void PictureParts::refine(const EyeParts& eye, const CameraImage& image, const Matrix6& covariance,
+                          EyePose& pose) const {
+  const auto& [rig, known] = eye;
+  const CameraModel& lens = rig.camera->model;
+  CameraPosePrior prior = camera_from_marker(pose.X_world_camera * rig.hand_eye->X_marker_camera.inverse(),
+                                             Matrix6::Zero(), *rig.hand_eye);
   prior.covariance += covariance;
-  record.landmarks_predicted = predicted_landmarks(lens, prior.X_world_camera, rig_.landmarks);
-  const auto sightings = find_sightings(image, *rig_.camera, prior.X_world_camera, rig_.landmarks);
+  pose.landmarks_predicted = predicted_landmarks(lens, prior.X_world_camera, rig.landmarks);
+  const auto sightings = find_sightings(image, *rig.camera, prior.X_world_camera, rig.landmarks);
   const RefinementOptions options{.pixel_sd = kUnstatedSightingSd};
-  const RefinedPose refined = refine_camera_pose(lens, prior, known_.landmarks, sightings, options);
-  record.landmarks_used = refined.inliers;
-  record.landmarks_rejected = refined.outliers;
-  record.landmark_rms_px = refined.rms_px;
-  record.landmark_misfit = refined.misfit;
-  record.pose_covariance = refined.covariance;
+  const RefinedPose refined = refine_camera_pose(lens, prior, known.landmarks, sightings, options);
+  pose.landmarks_used = refined.inliers;
+  pose.landmarks_rejected = refined.outliers;
+  pose.landmark_rms_px = refined.rms_px;
+  pose.landmark_misfit = refined.misfit;
+  pose.pose_covariance = refined.covariance;
   if (refined.refined) {
-    record.X_world_camera = refined.X_world_camera;
-    record.pose_source = PoseSource::refined;
+    pose.X_world_camera = refined.X_world_camera;
+    pose.pose_source = PoseSource::refined;
   }
-  if (const auto expected = expected_overlay(known_, {prior, covariance, refined, options.pixel_sd}))
-    record.expected_world_px = expected->total();
+  if (const auto expected = expected_overlay(known, {prior, covariance, refined, options.pixel_sd}))
+    pose.expected_world_px = expected->total();
 }
 
-void PictureParts::paint(const CameraImage& image, FrameRecord& record, bool captions) {
+void PictureParts::paint(const CameraImage& image, const CameraImage* right, FrameRecord& record,
+                         bool captions) {
   if (!record.have_state) return;  // nothing is known of the game yet: no picture is better than half of one
   RealScene real;
   real.surfaces = scene_.surfaces;
@@ -162,9 +170,19 @@ void PictureParts::paint(const CameraImage& image, FrameRecord& record, bool cap
   }
   record.width = rig_.camera->model.width;
   record.height = rig_.camera->model.height;
-  compositor_.draw(image, rig_.camera->model, record.X_world_camera, items, real, record.rgb);
-  if (record.have_state && captions)
-    burn_captions(record.rgb, record.width, record.height, artist_->captions(record.state));
+  std::vector<Eye> eyes{{&image, rig_.camera->model, record.X_world_camera}};
+  if (right != nullptr && record.right)
+    eyes.push_back({right, right_->rig.camera->model, record.right->X_world_camera});
+  compositor_.draw(eyes, items, real, record.rgb);
+  if (record.two_eyes) {
+    // While the right camera is silent both eyes see the same: nothing leaves its place, and nothing has
+    // depth.
+    if (eyes.size() == 1) record.rgb = biocular(record.rgb, record.width, record.height);
+    record.width *= 2;
+  }
+  if (captions)
+    burn_captions(record.rgb, record.width, record.height, artist_->captions(record.state),
+                  record.two_eyes ? 2 : 1);
 }
 
 FindLandmarks landmark_finder() { return find_sightings; }

@@ -21,6 +21,8 @@ namespace palpate {
 
 class PictureParts {
  public:
+  PictureParts(const PictureParts&) = delete;
+  PictureParts& operator=(const PictureParts&) = delete;
   // Throws std::invalid_argument where a mesh of the rig's objects cannot be read (RealObjects::read tells it
   // beforehand).
   PictureParts(const Rig& rig, const SceneDescription& scene, std::unique_ptr<Artist> artist,
@@ -36,13 +38,19 @@ class PictureParts {
   std::vector<std::string> captions(const WorldState& state) const { return artist_->captions(state); }
 
  private:
-  void refine(const CameraImage& image, const Matrix6& covariance, FrameRecord& record) const;
+  // What belongs to one camera.
+  struct EyeParts {
+    Rig rig;  // as if that camera were the only one
+    OverlayKnowledge known;
+  };
+  void refine(const EyeParts& eye, const CameraImage& image, const Matrix6& covariance, EyePose& pose) const;
   Expected<void> find(const CameraImage& image, const std::optional<Pose<World, CameraOptical>>& near,
                       FrameRecord& record);
-  void paint(const CameraImage& image, FrameRecord& record, bool captions);
+  void paint(const CameraImage& image, const CameraImage* right, FrameRecord& record, bool captions);
 
-  Rig rig_;
-  OverlayKnowledge known_;
+  EyeParts left_;
+  const Rig& rig_ = left_.rig;
+  std::optional<EyeParts> right_;
   SceneDescription scene_;
   std::unique_ptr<Artist> artist_;
   RealObjects objects_;

@@ -32,6 +32,12 @@ inline Rig truth_rig(const sim::SimWorld& world) {
   rig.camera->model = truth.lens;
   rig.hand_eye.emplace();
   rig.hand_eye->X_marker_camera = truth.X_marker_camera;
+  if (world.file().camera.count > 1) {
+    rig.right_camera.emplace();
+    rig.right_camera->model = truth.right_lens;
+    rig.right_hand_eye.emplace();
+    rig.right_hand_eye->X_marker_camera = truth.X_marker_right_camera;
+  }
   rig.delays.emplace();
   rig.delays->tracker_after_arm_s = world.file().tracker.latency_s;
   rig.delays->camera_after_tracker_s = world.file().camera.latency_s - world.file().tracker.latency_s;

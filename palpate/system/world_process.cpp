@@ -1,10 +1,12 @@
 #include "palpate/system/world_process.h"
 
 #include <algorithm>
+#include <array>
 #include <condition_variable>
 #include <exception>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "palpate/core/csv_file.h"
 #include "palpate/devices/lab_channel.h"
@@ -40,10 +42,14 @@ class Painter {
     wake_.notify_one();
     thread_.join();
   }
-  void draw(sim::CameraShot shot) {
+  // What the cameras took together; one of them may have lost its frame.
+  struct Shots {
+    std::optional<sim::CameraShot> left, right;
+  };
+  void draw(Shots shots) {
     {
       const std::lock_guard lock(mutex_);
-      next_ = std::move(shot);
+      next_ = std::move(shots);
     }
     wake_.notify_one();
   }
@@ -59,25 +65,31 @@ class Painter {
     try {
       const auto render = make_renderer_();
       while (true) {
-        sim::CameraShot shot;
+        Shots shots;
         {
           std::unique_lock lock(mutex_);
           wake_.wait(lock, [this] { return done_ || next_.has_value(); });
           if (done_) return;
-          shot = std::move(*next_);
+          shots = std::move(*next_);
           next_.reset();
         }
-        CameraImage image = sim::draw_shot(shot, render);
-        const auto taken = shot.arrival - latency_;
+        std::array<CameraImage, 2> images;
+        for (const auto& [shot, image] : {std::pair{&shots.left, &images[0]}, std::pair{&shots.right, &images[1]}})
+          if (*shot) *image = sim::draw_shot(**shot, render);
+        const auto& either = shots.left ? *shots.left : *shots.right;
+        const auto taken = either.arrival - latency_;
         // What the display shows until the exposure's end has to be known.
-        arriving_.sleep_until(std::min(monotonic(taken + exposed_), monotonic(shot.arrival)));
+        arriving_.sleep_until(std::min(monotonic(taken + exposed_), monotonic(either.arrival)));
         for (const auto& strip : server_.take_strips())
           display_.show(Instant<TrueTime>{Duration(strip.sent_ns) - start_.since_epoch}, strip.code);
-        display_.paint(image, shot.views[shot.views.size() / 2], taken);
-        arriving_.sleep_until(monotonic(shot.arrival));
+        for (const auto& [shot, image] : {std::pair{&shots.left, &images[0]}, std::pair{&shots.right, &images[1]}})
+          if (*shot) display_.paint(*image, (*shot)->views[(*shot)->views.size() / 2], taken);
+        arriving_.sleep_until(monotonic(either.arrival));
         if (exposures_ != nullptr)
-          exposures_->row({fmt::format("{}", shot.frame), fmt::format("{}", monotonic(taken).ns())});
-        if (server_.publish_image(image)) ++images_;
+          exposures_->row({fmt::format("{}", either.frame), fmt::format("{}", monotonic(taken).ns())});
+        // The right one first: who has the left one then need not wait.
+        if (shots.right) server_.publish_image(images[1], 1);
+        if (shots.left && server_.publish_image(images[0])) ++images_;
       }
     } catch (const std::exception& error) {
       const std::lock_guard lock(mutex_);
@@ -96,7 +108,7 @@ class Painter {
   MonotonicClock<TrueTime> arriving_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
-  std::optional<sim::CameraShot> next_;
+  std::optional<Shots> next_;
   bool done_ = false;
   std::string fault_;
   std::atomic<std::uint64_t> images_{0};
@@ -110,6 +122,7 @@ Expected<WorldProcessReport> run_world(const sim::WorldFile& file, const WorldPr
   LabSettings settings;
   settings.width = file.camera.size[0];
   settings.height = file.camera.size[1];
+  settings.cameras = file.camera.count;
   settings.folder = options.folder;
   auto opened = LabServer::open(options.name, settings);
   if (!opened) return tl::unexpected(opened.error());
@@ -156,7 +169,8 @@ Expected<WorldProcessReport> run_world(const sim::WorldFile& file, const WorldPr
     world.advance_to(Instant<TrueTime>{} + (now - start));
     server.publish_arm(world.arm().read());
     for (const auto& sample : world.tracker().poll()) server.publish_tracker(sample);
-    if (auto shot = world.take_shot(); shot && painter) painter->draw(std::move(*shot));
+    Painter::Shots shots{world.take_shot(), world.take_right_shot()};
+    if ((shots.left || shots.right) && painter) painter->draw(std::move(shots));
     server.heartbeat();
     if (report.ticks == 1 && options.notice)
       options.notice(fmt::format("world: the devices of laboratory '{}' are open", options.name));

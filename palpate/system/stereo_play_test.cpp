@@ -1,0 +1,193 @@
+// Two eyes in a running game: each picture's virtual things stand still in that eye's real world, and the two
+// agree. Played in lock-step.
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "palpate/applications/applications.h"
+#include "palpate/applications/scene_settings.h"
+#include "palpate/physics_server/physics_server.h"
+#include "palpate/sim/camera_renderer.h"
+#include "palpate/system/overlay_of_play.h"
+#include "palpate/system/picture_parts.h"
+#include "palpate/system/truth_rig_for_tests.h"
+
+namespace palpate {
+namespace {
+
+sim::WorldFile two_eyed_world() {
+  auto file = sim::reference_world();
+  file.camera.count = 2;
+  file.camera.drop = 0.0;
+  return file;
+}
+
+struct StereoPlay {
+  Rig rig;
+  LockstepResult play;
+  OverlayOfPlay left, right;
+  DisparityErrors disparity;
+  int width = 0;  // of the drawn pictures
+};
+
+StereoPlay play_with_two_eyes(const sim::WorldFile& file, LockstepOptions options, double seconds_played,
+                              bool drawn = false, const std::function<void(Rig&)>& change = {}) {
+  sim::SimWorld world(file, 4);
+  StereoPlay s;
+  s.rig = truth_rig(world);
+  if (change) change(s.rig);
+  const auto scene = scene_from_rig(s.rig, scene_settings(file, "pingpong"), file.ball.restitution_table);
+  options.seconds = seconds_played;
+  options.seed = 4;
+  LockstepPictures parts;
+  std::optional<sim::CameraRenderer> renderer;
+  std::optional<PictureParts> pictures;
+  if (drawn) {
+    renderer.emplace();
+    pictures.emplace(s.rig, scene, std::move(*make_artist(scene)), Quality::low);
+    parts.camera = [&](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
+      renderer->render(view, rgb);
+    };
+    parts.refiner = pictures->refiner();
+    parts.painter = pictures->painter();
+    parts.shown = [&](const FrameRecord& frame) {
+      s.width = frame.width;
+      EXPECT_EQ(frame.rgb.size(), 3u * 1280u * 480u);
+    };
+  }
+  auto result = play_in_lockstep(world, s.rig, scene, options, parts, {});
+  EXPECT_TRUE(result.has_value()) << result.error().message;
+  s.play = std::move(*result);
+  const auto points = check_points(world.truth(), s.rig);
+  s.left = overlay_of_play(s.play, s.rig.camera->model, scene, points);
+  s.right = overlay_of_right_eye(s.play, s.rig.right_camera->model, scene, points);
+  s.disparity = disparity_of_play(s.play, s.rig, points);
+  return s;
+}
+
+TEST(StereoPlay, BothEyesPicturesStandStillAndTheDisparityOfVirtualThingsIsThatOfRealOnes) {
+  const auto s = play_with_two_eyes(two_eyed_world(), {}, 2.0, true);
+  ASSERT_GE(s.play.frames.size(), 59u);
+  EXPECT_EQ(s.width, 1280);
+  for (const auto& frame : s.play.frames) {
+    ASSERT_TRUE(frame.record.right);
+    EXPECT_EQ(frame.record.right->pose_source, PoseSource::refined);
+    EXPECT_GE(frame.record.right->landmarks_used, 4);
+  }
+  EXPECT_LT(s.left.world.rms(), 0.2);
+  EXPECT_LT(s.right.world.rms(), 0.2);
+  EXPECT_LT(s.disparity.world.rms(), 0.1);
+  ASSERT_GT(s.disparity.ball.count(), 20u);
+  EXPECT_LT(s.disparity.ball.rms(), 0.1);
+}
+
+// The instrument can fail: an eye that is calibrated wrongly by a known turn is off by what theory says, the
+// other is not.
+TEST(StereoPlay, ATurnOfTheRightCameraIsSeenInItsPictureAloneAndInTheDisparity) {
+  auto file = two_eyed_world();
+  file.tracker.white_rms = file.tracker.bias_rms = file.tracker.dropout = 0.0;
+  constexpr double turn = 0.002;  // rad, about the camera's own y
+  const auto s = play_with_two_eyes(file, {}, 3.0, false, [](Rig& rig) {
+    auto& X = rig.right_hand_eye->X_marker_camera;
+    X.rotation = X.rotation * so3_exp(Vector3(0.0, turn, 0.0));
+  });
+  EXPECT_LT(s.left.world.rms(), 0.1);
+  // Sideways f (1 + x^2) turn: least in the middle of the picture, a seventh more at its edges.
+  const double middle = s.rig.right_camera->model.fx * turn;
+  EXPECT_GT(s.right.world.rms(), 0.99 * middle);
+  EXPECT_LT(s.right.world.rms(), 1.15 * middle);
+  EXPECT_NEAR(s.disparity.world.rms(), s.right.world.rms(), 0.05 * middle);
+}
+
+TEST(StereoPlay, WhereACameraLosesAnImageNeitherEyeSeesThatMoment) {
+  auto file = two_eyed_world();
+  file.camera.drop = 0.1;
+  const auto s = play_with_two_eyes(file, {}, 6.0);
+  // Of 180 moments both cameras have 0.9^2: 146, deviation 5.
+  EXPECT_GT(s.play.frames.size(), 125u);
+  EXPECT_LT(s.play.frames.size(), 165u);
+  for (const auto& frame : s.play.frames) ASSERT_TRUE(frame.record.right);
+}
+
+TEST(StereoPlay, ARigOfTwoCamerasPlaysWithTheLeftOneInAWorldOfOne) {
+  auto file = two_eyed_world();
+  auto one = file;
+  one.camera.count = 1;
+  const auto s = play_with_two_eyes(one, {}, 1.0, false, [](Rig& rig) {
+    rig.right_camera = rig.camera;
+    rig.right_hand_eye = rig.hand_eye;
+  });
+  ASSERT_GT(s.play.frames.size(), 25u);
+  for (const auto& frame : s.play.frames) EXPECT_FALSE(frame.record.two_eyes);
+}
+
+// --- the right camera fails
+
+struct ToldOfRightEye {
+  double first_s = 0.0, last_s = 0.0;
+  std::string words;
+  std::map<ConditionKind, int> kinds;
+};
+
+constexpr double kRightFails = 3.0, kRightIsBack = 4.5;  // s, of the play, warm-up counted
+
+ToldOfRightEye while_right_fails(const std::function<void(std::optional<CameraImage>&)>& how) {
+  ToldOfRightEye told;
+  LockstepOptions options;
+  options.disturb_right_camera = [&](double t, std::optional<CameraImage>& image) {
+    if (t >= kRightFails && t < kRightIsBack) how(image);
+  };
+  options.conditions = [&](double t, const std::vector<Condition>& conditions) {
+    for (const auto& condition : conditions) {
+      if (t < 2.0) continue;
+      if (told.kinds[condition.kind]++ == 0) told.first_s = t;
+      told.last_s = t;
+      told.words = condition.text;
+    }
+  };
+  const auto s = play_with_two_eyes(two_eyed_world(), options, 5.0);
+  // No frame is held up for longer than the wait for the right camera, and both eyes are back at the end.
+  double before = 2.0;
+  int alone = 0;
+  for (const auto& frame : s.play.frames) {
+    const double t = frame.record.begun.seconds() - s.play.frames.front().record.begun.seconds() + 2.0;
+    EXPECT_LT(t - before, 0.34);
+    before = t;
+    alone += frame.record.right ? 0 : 1;
+    EXPECT_TRUE(frame.record.two_eyes);
+  }
+  EXPECT_NEAR(alone, 30.0 * (kRightIsBack - kRightFails - 0.25), 4.0);
+  EXPECT_TRUE(s.play.frames.back().record.right);
+  EXPECT_EQ(s.play.haptic.fault_ticks, 0u);
+  return told;
+}
+
+TEST(StereoPlay, ARightCameraThatStopsIsToldAndTheLeftOneGoesOnForBothEyes) {
+  const auto told = while_right_fails([](std::optional<CameraImage>& image) { image.reset(); });
+  EXPECT_EQ(told.kinds.size(), 1u);
+  EXPECT_EQ(told.kinds.begin()->first, ConditionKind::right_eye_lost);
+  EXPECT_GT(told.first_s, kRightFails);
+  EXPECT_LT(told.first_s, kRightFails + 0.5);
+  EXPECT_LT(told.last_s, kRightIsBack + 0.1);
+  EXPECT_NE(told.words.find("right camera: no image"), std::string::npos) << told.words;
+}
+
+TEST(StereoPlay, RightImagesOfTheWrongSizeAreToldWithBothSizes) {
+  const auto told = while_right_fails([](std::optional<CameraImage>& image) {
+    if (image) image->width = 320, image->height = 240;
+  });
+  EXPECT_LT(told.first_s, kRightFails + 0.5);
+  EXPECT_NE(told.words.find("320 x 240 pixels, the rig is calibrated for 640 x 480"), std::string::npos)
+      << told.words;
+}
+
+TEST(StereoPlay, ARightCameraThatExposesAtOtherMomentsIsNotBelieved) {
+  const auto told = while_right_fails([](std::optional<CameraImage>& image) {
+    if (image) image->mid_exposure += std::chrono::milliseconds(16);
+  });
+  EXPECT_LT(told.first_s, kRightFails + 0.5);
+  EXPECT_NE(told.words.find("taken together"), std::string::npos) << told.words;
+}
+
+}  // namespace
+}  // namespace palpate
