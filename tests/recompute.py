@@ -20,6 +20,7 @@ What it reads in FOLDER (a figure whose files are missing is not recomputed, and
   raw/truth_frames.csv   frame,cam_x_m..cam_qz,tip_x_m,tip_y_m,tip_z_m
   raw/check_points.csv   point,true_x_m,true_y_m,true_z_m,est_x_m,est_y_m,est_z_m
   raw/lens.csv           which(est|true),fx,fy,cx,cy,k1,k2,p1,p2,k3[,width,height]
+  raw/frames_right.csv, truth_frames_right.csv, lens_right.csv: the same of the right eye, where a demo had two
   raw/haptics.csv        given_n        raw/realtime_frames.csv   round_trip_us
 
 The overlay error of a point: its virtual twin is drawn with the estimated pose and the estimated focal lengths and centre;
@@ -140,7 +141,8 @@ class Lens:
         return None if n is None else (self.fx * n[0] + self.cx, self.fy * n[1] + self.cy)
 
 
-def overlay_px(est_pose, est_lens, est_point, true_pose, true_lens, true_point):
+def offset_px(est_pose, est_lens, est_point, true_pose, true_lens, true_point):
+    """From where the real point is seen to where its virtual twin is drawn, u and v."""
     seen, drawn = into(true_pose, true_point), into(est_pose, est_point)
     if seen[2] < NEAREST_M or drawn[2] < NEAREST_M:
         return None
@@ -152,7 +154,15 @@ def overlay_px(est_pose, est_lens, est_point, true_pose, true_lens, true_point):
     if not (0 <= u <= w - 1 and 0 <= v <= h - 1):
         return None
     real = est_lens.flattened((u, v))
-    return None if real is None else math.dist(real, est_lens.flat(drawn))
+    if real is None:
+        return None
+    u, v = est_lens.flat(drawn)
+    return u - real[0], v - real[1]
+
+
+def overlay_px(*poses_lenses_points):
+    offset = offset_px(*poses_lenses_points)
+    return None if offset is None else math.hypot(*offset)
 
 
 # --- files and comparison ------------------------------------------------------------------------------------------
@@ -247,11 +257,13 @@ def offset_figures(demo):
                 yield part + "/rotation_error_deg", turn_between_deg(estimate["rotation_qwxyz"], truth["rotation_qwxyz"])
 
 
-def overlay_figures(demo, differ):
-    frames = demo.rows("frames.csv")
-    truth = {row["frame"]: row for row in demo.rows("truth_frames.csv")}
+def overlay_figures(demo, differ, ending="", part="registration"):
+    """Of the only camera or the left one; with the ending _right of the second."""
+    table = f"raw/frames{ending}.csv"
+    frames = demo.rows(f"frames{ending}.csv")
+    truth = {row["frame"]: row for row in demo.rows(f"truth_frames{ending}.csv")}
     points = demo.rows("check_points.csv")
-    lenses = {row["which"]: Lens(row) for row in demo.rows("lens.csv")}
+    lenses = {row["which"]: Lens(row) for row in demo.rows(f"lens{ending}.csv")}
     if not (frames and truth and points and {"est", "true"} <= set(lenses)):
         return
     est_lens, true_lens = lenses["est"], lenses["true"]
@@ -259,7 +271,7 @@ def overlay_figures(demo, differ):
     world, only, tips = [], [], []
     for row in frames:
         if row["frame"] not in truth:
-            differ(f"raw/frames.csv: frame {row['frame']} has no row in raw/truth_frames.csv")
+            differ(f"{table}: frame {row['frame']} has no row in raw/truth_frames{ending}.csv")
             continue
         true_row = truth[row["frame"]]
         true_pose = pose_of(true_row)
@@ -270,22 +282,48 @@ def overlay_figures(demo, differ):
             found = [e for est, true in twins if (e := overlay_px(pose, est_lens, est, true_pose, true_lens, true)) is not None]
             errors += found
             if prefix == "cam_" and row.get("world_px") and found:
-                differ.compare(f"raw/frames.csv frame {row['frame']} world_px", rms(found), float(row["world_px"]), quiet=True)
+                differ.compare(f"{table} frame {row['frame']} world_px", rms(found), float(row["world_px"]), quiet=True)
         if row.get("tip_x_m") and true_row.get("tip_x_m") and row.get("cam_x_m"):
             error = overlay_px(pose_of(row), est_lens, numbers(row, "tip_x_m", "tip_y_m", "tip_z_m"), true_pose, true_lens,
                                numbers(true_row, "tip_x_m", "tip_y_m", "tip_z_m"))
             if error is not None:
                 tips.append(error)
                 if row.get("tip_px"):
-                    differ.compare(f"raw/frames.csv frame {row['frame']} tip_px", error, float(row["tip_px"]), quiet=True)
+                    differ.compare(f"{table} frame {row['frame']} tip_px", error, float(row["tip_px"]), quiet=True)
     if world:
-        yield "registration/world_px_rms", rms(world)
-        yield "registration/world_px_p95", nearest_rank(world, 0.95)
+        yield part + "/world_px_rms", rms(world)
+        yield part + "/world_px_p95", nearest_rank(world, 0.95)
     if only:
-        yield "registration/world_px_rms_tracker_only", rms(only)
+        yield part + "/world_px_rms_tracker_only", rms(only)
     if tips:
-        yield "registration/tip_px_rms", rms(tips)
-        yield "registration/tip_px_p95", nearest_rank(tips, 0.95)
+        yield part + "/tip_px_rms", rms(tips)
+        yield part + "/tip_px_p95", nearest_rank(tips, 0.95)
+
+
+def disparity_figures(demo):
+    """Places of virtual points in the left picture less those in the right one, beside those of real points."""
+    eyes = []
+    for ending in ("", "_right"):
+        frames = {row["frame"]: row for row in demo.rows(f"frames{ending}.csv")}
+        truth = {row["frame"]: row for row in demo.rows(f"truth_frames{ending}.csv")}
+        lenses = {row["which"]: Lens(row) for row in demo.rows(f"lens{ending}.csv")}
+        if not (frames and truth and {"est", "true"} <= set(lenses)):
+            return
+        eyes.append((frames, truth, lenses["est"], lenses["true"]))
+    twins = [(numbers(p, "est_x_m", "est_y_m", "est_z_m"), numbers(p, "true_x_m", "true_y_m", "true_z_m"))
+             for p in demo.rows("check_points.csv")]
+    errors = []
+    for frame in eyes[1][0]:
+        if frame not in eyes[0][0]:
+            continue
+        for est, true in twins:
+            offsets = [offset_px(pose_of(frames[frame]), est_lens, est, pose_of(truth[frame]), true_lens, true)
+                       for frames, truth, est_lens, true_lens in eyes]
+            if None not in offsets:
+                errors.append(math.dist(*offsets))
+    if errors:
+        yield "registration/disparity/world_px_rms", rms(errors)
+        yield "registration/disparity/world_px_p95", nearest_rank(errors, 0.95)
 
 
 def count_figures(demo):
@@ -332,7 +370,8 @@ def main(arguments=None):
     demo = Demo(options.folder, options.palpate, options.world)
     differ = Differences(options.tolerance)
     done = set()
-    for figures in (arm_figures(demo), offset_figures(demo), overlay_figures(demo, differ), count_figures(demo)):
+    for figures in (arm_figures(demo), offset_figures(demo), overlay_figures(demo, differ),
+                    overlay_figures(demo, differ, "_right", "registration/right_eye"), disparity_figures(demo), count_figures(demo)):
         for name, value in figures:
             stated = demo.stated(name)
             if stated is None and name.endswith("rotation_error_deg"):

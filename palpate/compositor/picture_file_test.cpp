@@ -104,7 +104,7 @@ TEST_F(PictureFile, CaptionsChangeOnlyTheirCorner) {
   const auto before = rgb;
   burn_captions(rgb, 320, 240, {"score 3", "rally 7"});
   // Of two pictures side by side each has its own, alike.
-  std::vector<std::uint8_t> both(2 * rgb.size(), 200);
+  std::vector<std::uint8_t> both(2 * rgb.size(), 120);
   burn_captions(both, 640, 240, {"score 3", "rally 7"}, 2);
   for (std::size_t row = 0; row < 240; ++row)
     for (std::size_t eye = 0; eye < 2; ++eye)

@@ -1,6 +1,7 @@
 // Which images of two cameras belong together: those taken at the same moment.
 //
-// The cameras expose together (a trigger, or one world), but each loses images of its own and its images come
+// The cameras expose together (a trigger, or one world) and their images take about the same time to come, as
+// those of two cameras of one make; but each loses images of its own and its images come
 // in their own time. A left image waits for the right one of its moment; where that was lost the left one is
 // left out too: an eye whose picture stands still while the other's moves hurts. Where no right image has
 // fitted for a while - it is silent, or exposes when it likes - left images go on alone, until one fits

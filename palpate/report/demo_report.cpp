@@ -63,10 +63,10 @@ void tell_what_you_see(Report& page, const DemoData& data) {
   const auto bar = arm_bar_mm(data);
   add_figure(figures, data, "arm/error_to_truth_mean_mm", "Arm: the tip's error against the truth", "mm", bar,
              fmt::format("at most {}, half of the best of the paper's methods or 0.3 mm", shown(bar, "mm")));
-  add_figure(figures, data, "registration/world_px_rms", "Overlay on the real scene, rms", "px", 1.5,
-             "at most 1.5 px");
-  add_figure(figures, data, "registration/tip_px_rms", "Overlay on the stylus tip, rms", "px", 2.0,
-             "at most 2.0 px");
+  add_figure(figures, data, "registration/world_px_rms", "Overlay on the real scene, rms", "px", 0.3,
+             "at most 0.3 px");
+  add_figure(figures, data, "registration/tip_px_rms", "Overlay on the stylus tip, rms", "px", 0.6,
+             "at most 0.6 px");
   const auto serves = data.number("rally/serves"), returned = data.number("rally/returned");
   if (serves && returned && *serves > 0) {
     figures.push_back({"Serves returned", fmt::format("{:.0f} of {:.0f}", *returned, *serves),

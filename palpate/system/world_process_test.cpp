@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <thread>
 
 #include "palpate/devices/lab_channel.h"
@@ -66,6 +67,51 @@ TEST(WorldProcess, ServesArmTrackerHandAndPicturesAcrossTheChannel) {
   process.join();
   ASSERT_TRUE(report) << report.error().message;
   EXPECT_GT(report->ticks, 0u);
+}
+
+TEST(WorldProcess, TwoCamerasShowTheSameMomentEachThroughItsOwnLens) {
+  WorldProcessOptions options;
+  options.name = "world-process-two-eyes";
+  const ScratchFolder folder;
+  options.folder = folder.path();
+  // A picture that says which lens it was taken through.
+  options.make_renderer = [] {
+    return [](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
+      rgb.assign(static_cast<std::size_t>(view.lens.width * view.lens.height) * 3,
+                 static_cast<std::uint8_t>(view.lens.fx - 500.0));
+    };
+  };
+  auto file = sim::reference_world();
+  file.camera.count = 2;
+  file.camera.drop = 0.0;
+  std::atomic<bool> stop{false};
+  Expected<WorldProcessReport> report = refused("not run");
+  std::thread process([&] { report = run_world(file, options, stop); });
+  const MonotonicClock<PhysicsClock> clock;
+  const auto patience = clock.now() + seconds(10.0);
+  MonotonicClock<PhysicsClock> waiting;
+  std::optional<CameraImage> left, right;
+  std::shared_ptr<LabClient> client;
+  std::array<std::unique_ptr<LabCamera>, 2> cameras;
+  while (clock.now() < patience && !(left && right && left->frame == right->frame)) {
+    waiting.sleep_until(clock.now() + std::chrono::milliseconds(2));
+    if (!client) {
+      auto opened = LabClient::open(options.name, options.folder);
+      if (!opened) continue;
+      client = *opened;
+      for (int i = 0; i < 2; ++i) cameras[static_cast<std::size_t>(i)] = std::move(*LabCamera::open(client, i));
+    }
+    if (auto next = cameras[0]->poll()) left = std::move(next);
+    if (auto next = cameras[1]->poll()) right = std::move(next);
+  }
+  stop = true;
+  process.join();
+  ASSERT_TRUE(left && right);
+  EXPECT_EQ(client->cameras(), 2);
+  EXPECT_EQ(left->frame, right->frame);
+  EXPECT_EQ(left->mid_exposure, right->mid_exposure);
+  EXPECT_EQ(left->rgb.front(), 60);   // fx 560
+  EXPECT_EQ(right->rgb.front(), 58);  // fx 558
 }
 
 TEST(WorldProcess, PicturesThatCannotBeDrawnAreToldOnceAndTheArmGoesOn) {
