@@ -15,7 +15,8 @@ void add_graphics(CLI::App& program) {
   auto* command =
       program.add_subcommand("graphics", "The graphics server: camera and tracker in, augmented picture out");
   struct Options {
-    std::string rig = "rig.toml", world, json, tracker, publish, camera = "lab", quality = "medium";
+    std::string rig = "rig.toml", world, json, tracker, publish, camera = "lab", right_camera,
+                quality = "medium";
     CameraOptions camera_options;
     std::vector<std::string> tools;
     std::string picture_time;
@@ -34,6 +35,11 @@ void add_graphics(CLI::App& program) {
           "lab (of a simulated laboratory), or a real camera or recording: " + std::string(cameras::kChoices))
       ->type_name("CAMERA")
       ->default_val("lab");
+  command
+      ->add_option("--right-camera", options->right_camera,
+                   "A second real camera on the same marker, for the right eye; it must expose at the same "
+                   "moments as --camera, and the rig have both calibrated")
+      ->type_name("CAMERA");
   add_camera_options(*command, options->camera_options);
   command
       ->add_option("--tracker", options->tracker,
@@ -158,6 +164,24 @@ void add_graphics(CLI::App& program) {
       return refused(
           "{}: arm, camera or hand-eye calibration is missing; run `palpate calibrate all --rig {}`",
           options->rig, options->rig);
+    }
+    if (!options->right_camera.empty()) {
+      if (options->camera == "lab")
+        return wrong_use(
+            "--right-camera: goes beside a real one; name that with --camera (a laboratory's second camera "
+            "is "
+            "found by itself)");
+      if (rig->board)
+        return wrong_use("--right-camera: the rig of {} has a printed board, which goes with one camera",
+                         options->rig);
+      auto wish = camera_wish(options->right_camera, options->camera_options);
+      if (!wish) return tl::unexpected(wish.error());
+      options->process.right_camera = *wish;
+      if (!has_two_eyes(*rig))
+        return refused(
+            "{}: the right camera is not calibrated; run `palpate calibrate camera --camera right` and "
+            "`palpate calibrate hand-eye --camera right`",
+            options->rig);
     }
     options->process.rig = *rig;
     options->process.world = sim::reference_world();

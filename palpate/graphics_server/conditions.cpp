@@ -151,8 +151,10 @@ void ConditionWatch::look(Instant<GraphicsClock> now) {
                   "tracker alone, uncover them or calibrate them again: palpate calibrate landmarks",
                   used_, predicted_));
   // A left camera that is silent, too, is news enough.
-  set(two_eyes_ && !right_there_ && images_.heard && !silent && !no_images, ConditionKind::right_eye_lost,
-      since(right_),
+  const bool told = std::any_of(conditions_.begin(), conditions_.end(),
+                                [](const auto& c) { return c.kind == ConditionKind::right_eye_lost; });
+  set(two_eyes_ && !right_there_ && images_.heard && (told || (!silent && !no_images)),
+      ConditionKind::right_eye_lost, since(right_),
       right_wrong_width_ > 0
           ? fmt::format("right camera: images have {} x {} pixels, the rig is calibrated for {} x {}; both "
                         "eyes see the left camera's picture, set the right one to that size",

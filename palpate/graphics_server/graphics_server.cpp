@@ -58,7 +58,7 @@ GraphicsServer::GraphicsServer(Rig rig, StateLink& link, TrackerDevice& tracker,
     throw std::invalid_argument("graphics server: the display's scan-out must lie in 0 ... 1 s");
 }
 
-void GraphicsServer::add_right_camera(CameraDevice& right) {
+void GraphicsServer::add_right_camera(CameraDevice& right, bool one_clock) {
   if (!has_two_eyes(rig_))
     throw std::invalid_argument("graphics server: the rig's right camera is not calibrated");
   if (rig_.board) throw std::invalid_argument("graphics server: a rig with a board has one camera");
@@ -66,6 +66,7 @@ void GraphicsServer::add_right_camera(CameraDevice& right) {
       rig_.right_camera->model.height != rig_.camera->model.height)
     throw std::invalid_argument("graphics server: the two cameras' images must have one size");
   right_camera_ = &right;
+  one_clock_ = one_clock;
 }
 
 void GraphicsServer::take_image(CameraImage image, Instant<GraphicsClock> now, Duration waited) {
@@ -73,7 +74,8 @@ void GraphicsServer::take_image(CameraImage image, Instant<GraphicsClock> now, D
   // An image whose stamp is doubted is taken for one that arrived in time: that is what its stamp would say.
   const auto time = camera_clock_.take(image.mid_exposure, now, waited).value_or(now);
   if (camera_clock_.found_set()) watch_.camera_clock_set(now);
-  StereoPair::Timed timed{std::move(image), now, time};
+  const Duration stamp = image.mid_exposure.since_epoch;
+  StereoPair::Timed timed{std::move(image), now, time, one_clock_ ? stamp : time.since_epoch};
   if (right_camera_ != nullptr)
     pair_.left(std::move(timed));
   else
@@ -82,8 +84,10 @@ void GraphicsServer::take_image(CameraImage image, Instant<GraphicsClock> now, D
 
 void GraphicsServer::take_right_image(CameraImage image, Instant<GraphicsClock> now, Duration waited) {
   if (!watch_.right_image(image.width, image.height)) return;
-  const auto time = right_camera_clock_.take(image.mid_exposure, now, waited).value_or(now);
-  pair_.right({std::move(image), now, time});
+  const Duration stamp = image.mid_exposure.since_epoch;
+  const auto time = right_camera_clock_.take(image.mid_exposure, now, waited);
+  if (one_clock_ || time)
+    pair_.right({std::move(image), now, time.value_or(now), one_clock_ ? stamp : time->since_epoch});
 }
 
 void GraphicsServer::arrive(Arrived images) {
@@ -171,8 +175,7 @@ const FrameRecord& GraphicsServer::finish_frame(Instant<GraphicsClock> now) {
   }
   if (record_.requested) link_.frame_drawn(record_.number);
   record_.conditions = watch_.conditions();
-  if (painter_ && image_)
-    painter_(image_->left.image, image_->right ? &*image_->right : nullptr, record_);
+  if (painter_ && image_) painter_(image_->left.image, image_->right ? &*image_->right : nullptr, record_);
   record_.drawn = now;
   const Duration drawing = now - record_.begun;
   drawing_ += frames_ == 1 ? drawing
@@ -252,12 +255,10 @@ void GraphicsServer::estimate_right(FrameRecord& record) const {
   right.X_world_camera = right_eye_pose(rig_, record.X_world_camera);
   right.pose_source = record.pose_source;
   right.have_tracker = record.have_tracker;
-  if (record.have_tracker)
-    right.X_world_camera_tracker = right_eye_pose(rig_, record.X_world_camera_tracker);
+  if (record.have_tracker) right.X_world_camera_tracker = right_eye_pose(rig_, record.X_world_camera_tracker);
   if (record.pose_source == PoseSource::none) return;
-  const Matrix6 covariance =
-      carried_along(right.X_world_camera.translation - record.X_world_camera.translation,
-                    record.pose_covariance);
+  const Matrix6 covariance = carried_along(
+      right.X_world_camera.translation - record.X_world_camera.translation, record.pose_covariance);
   right.pose_covariance = covariance;
   if (!refiner_) return;
   refiner_(EyeSide::right, *image_->right, covariance, right);

@@ -75,8 +75,9 @@ class GraphicsServer {
                  FramePainter painter, const GraphicsSettings& settings = {});
 
   // A second camera on the same marker that exposes at the same moments: the rig must have both calibrated,
-  // and no board (std::invalid_argument otherwise). It must outlive the server.
-  void add_right_camera(CameraDevice& right);
+  // and no board (std::invalid_argument otherwise). `one_clock`: its stamps are by the first one's clock, so
+  // that they say exactly which images belong together. It must outlive the server.
+  void add_right_camera(CameraDevice& right, bool one_clock);
 
   // Takes tracker samples and whatever came over the network, keeps the clocks synchronised. Call every
   // millisecond or so, and at least once per frame.
@@ -104,6 +105,8 @@ class GraphicsServer {
   // The image of the latest finished frame, until the next one is finished.
   const CameraImage& finished_image() const { return finished_image_; }
   const ClockSync<GraphicsClock, PhysicsClock>& sync() const { return sync_; }
+  // Images of the left camera that were left out as the right one's was lost.
+  std::uint64_t unpaired() const { return pair_.unpaired(); }
   // Round trips of requests, s, in the order of arrival, since the last call.
   std::vector<double> take_round_trips();
 
@@ -131,6 +134,7 @@ class GraphicsServer {
   TrackerDevice& tracker_;
   CameraDevice& camera_;
   CameraDevice* right_camera_ = nullptr;
+  bool one_clock_ = false;
   PoseRefiner refiner_;
   FramePainter painter_;
   GraphicsSettings settings_;

@@ -21,12 +21,14 @@ class StereoPair {
  public:
   // Moments this far apart are the same one: half the interval of cameras at 60 Hz.
   static constexpr Duration kSameMoment = std::chrono::milliseconds(8);
-  // The right camera is given up after so long without an image that fits.
+  // The right camera is given up after so long without an image that fits, and so many left ones.
   static constexpr Duration kPatience = std::chrono::milliseconds(250);
+  static constexpr int kMostUnfitted = 3;
 
   struct Timed {
     CameraImage image;
     Instant<GraphicsClock> at, time;  // arrival; mid-exposure as its camera's clock has it
+    Duration moment{0};               // mid-exposure on a time line that both cameras have in common
   };
   struct Images {
     Timed left;
@@ -47,8 +49,9 @@ class StereoPair {
   static constexpr std::size_t kMostWaiting = 4;  // right images, should the left camera's be late
   std::optional<Timed> left_;
   std::deque<Timed> right_;
-  std::optional<Instant<GraphicsClock>> fitted_;      // the last right image that did; first the begin
-  std::optional<Instant<GraphicsClock>> alone_time_;  // of the left image that went on alone last
+  std::optional<Instant<GraphicsClock>> fitted_;  // the last right image that did; first the begin
+  std::optional<Duration> alone_;                 // moment of the left image that went on alone last
+  int unfitted_ = 0;                              // left images since
   bool lost_ = false;
   std::uint64_t unpaired_ = 0;
 };

@@ -10,7 +10,7 @@ Instant<GraphicsClock> pair_ms(double ms) { return Instant<GraphicsClock>::from_
 StereoPair::Timed timed_image(std::uint64_t frame, double arrived_ms, double taken_ms) {
   StereoPair::Timed timed;
   timed.image.frame = frame;
-  timed.at = pair_ms(arrived_ms), timed.time = pair_ms(taken_ms);
+  timed.at = pair_ms(arrived_ms), timed.moment = seconds(1e-3 * taken_ms);
   return timed;
 }
 
@@ -105,6 +105,8 @@ TEST(StereoPair, CamerasThatExposeApartAreNotPaired) {
 TEST(StereoPair, ARightCameraThatIsBackIsWaitedForAgainThoughItsImagesComeLast) {
   StereoPair pair;
   EXPECT_FALSE(pair.take(pair_ms(0)));
+  for (int frame = 17; frame < 20; ++frame)
+    pair.left(timed_image(static_cast<std::uint64_t>(frame), 33.3 * frame + 40, 33.3 * frame));
   pair.left(timed_image(20, 700, 660));
   const auto lone = pair.take(pair_ms(700));
   ASSERT_TRUE(lone && !lone->right);
@@ -115,6 +117,18 @@ TEST(StereoPair, ARightCameraThatIsBackIsWaitedForAgainThoughItsImagesComeLast) 
   pair.right(timed_image(21, 738, 693));
   const auto both = pair.take(pair_ms(738));
   ASSERT_TRUE(both && both->right);
+}
+
+TEST(StereoPair, ASlowCameraThatLosesAnImageIsNotGivenUp) {
+  StereoPair pair;
+  for (int frame = 0; frame < 40; ++frame) {
+    const auto number = static_cast<std::uint64_t>(frame);
+    pair.left(timed_image(number, 200 * frame + 40, 200 * frame));
+    if (frame % 3 != 0) pair.right(timed_image(number, 200 * frame + 40, 200 * frame));
+    const auto images = pair.take(pair_ms(200 * frame + 40));
+    EXPECT_EQ(images.has_value(), frame % 3 != 0);
+    EXPECT_FALSE(pair.right_lost());
+  }
 }
 
 TEST(StereoPair, ManyRightImagesWithoutALeftOneAreForgottenButTheNewest) {

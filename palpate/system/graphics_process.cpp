@@ -129,6 +129,14 @@ class NoTracker : public TrackerDevice {
   std::vector<TrackerSample> poll() override { return {}; }
 };
 
+// Set to the size that was calibrated.
+Expected<std::unique_ptr<cameras::LiveCamera>> open_for(cameras::Wish wish,
+                                                        const CameraCalibration& calibrated) {
+  wish.settings.width = calibrated.model.width;
+  wish.settings.height = calibrated.model.height;
+  return cameras::open_camera(wish);
+}
+
 // For `palpate status`.
 ClientFigures figures_of(std::uint64_t frames, std::uint64_t late, std::uint64_t lost, double elapsed_s,
                          const JitterHistogram& trips, const GraphicsServer& server,
@@ -229,13 +237,16 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     if (!opened) return tl::unexpected(opened.error());
     feed = std::move(*opened);
   }
-  std::unique_ptr<LabCamera> lab_camera, right_camera;
-  std::unique_ptr<cameras::LiveCamera> live_camera;
+  std::unique_ptr<LabCamera> lab_camera, lab_right;
+  std::unique_ptr<cameras::LiveCamera> live_camera, live_right;
+  // The right one first: of two recordings the left one must not run ahead.
+  if (options.right_camera) {
+    auto opened = open_for(*options.right_camera, *options.rig.right_camera);
+    if (!opened) return tl::unexpected(opened.error());
+    live_right = std::move(*opened);
+  }
   if (options.camera) {
-    cameras::Wish wish = *options.camera;
-    wish.settings.width = options.rig.camera->model.width;
-    wish.settings.height = options.rig.camera->model.height;
-    auto opened = cameras::open_camera(wish);
+    auto opened = open_for(*options.camera, *options.rig.camera);
     if (!opened) return tl::unexpected(opened.error());
     live_camera = std::move(*opened);
   } else {
@@ -245,7 +256,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     if (lab->cameras() > 1 && has_two_eyes(options.rig)) {
       auto second = LabCamera::open(lab, 1);
       if (!second) return tl::unexpected(second.error());
-      right_camera = std::move(*second);
+      lab_right = std::move(*second);
     }
   }
   CameraDevice& camera =
@@ -288,7 +299,10 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   GraphicsServer server(options.rig, **link, tracker, camera, pictures.refiner(),
                         pictures.painter(!options.window), options.graphics);
   server.predict_with(pictures.predictor());
-  if (right_camera) server.add_right_camera(*right_camera);
+  if (lab_right) server.add_right_camera(*lab_right, true);
+  // Stamps of GenICam cameras are each camera's own.
+  if (live_right)
+    server.add_right_camera(*live_right, options.right_camera->choice.kind != cameras::Kind::aravis);
   if (on_board) server.find_pose_with(pictures.finder());
   if (feed)
     server.tap_markers([&feed](MarkerId marker, const MarkerPose& pose) { feed->marker(marker, pose); });
@@ -329,6 +343,9 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   if (options.notice && live_camera)
     options.notice(fmt::format("graphics: camera {}: {}", live_camera->name(),
                                cameras::description(live_camera->facts())));
+  if (options.notice && live_right)
+    options.notice(fmt::format("graphics: right camera {}: {}", live_right->name(),
+                               cameras::description(live_right->facts())));
   std::optional<TrackerWatch> tracker_watch;
   if (live_tracker) tracker_watch.emplace(*live_tracker, *options.tracker, clock.now());
   ServerWatch physics(**link, clock, endpoint.address, options.notice);
@@ -439,6 +456,8 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
                     {"exchanges", server.sync().exchanges()},
                     {"restarts", server.sync().restarts()}};
   result["graphics"] = {{"rate_hz", elapsed > 0 ? static_cast<double>(frames) / elapsed : 0.0}};
+  result["graphics"]["eyes"] = lab_right || live_right ? 2 : 1;
+  if (lab_right || live_right) result["graphics"]["unpaired"] = server.unpaired();
   result["graphics"]["conditions"] = conditions.begun();
   result["begun_monotonic_ns"] = clock.to_monotonic(begun);
   result["server_there"] = Json::array();

@@ -29,7 +29,8 @@ struct GraphicsProcessOptions {
   std::optional<LiveTracker> tracker;  // instead of the laboratory's; a rig with a board has none
   std::optional<cameras::Wish>
       camera;  // a real one, or a recording, set to the size of the rig's calibration
-  std::optional<igtl::Address> publish;  // poses for 3D Slicer and others (pose_feed.h)
+  std::optional<cameras::Wish> right_camera;  // a second one beside it; the laboratory's is taken where it is
+  std::optional<igtl::Address> publish;       // poses for 3D Slicer and others (pose_feed.h)
   GraphicsSettings graphics;
   std::filesystem::path mesh;  // what touch shows, where it lies elsewhere than on the server's machine
   Quality quality = Quality::medium;  // of the picture

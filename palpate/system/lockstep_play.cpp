@@ -168,7 +168,7 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
     right_camera.emplace(*world.right_camera(), [&](std::optional<CameraImage>& image) {
       if (options.disturb_right_camera) options.disturb_right_camera(since, image);
     });
-    graphics.add_right_camera(*right_camera);
+    graphics.add_right_camera(*right_camera, !options.right_camera_own_clock);
   }
   if (pictures.predictor) graphics.predict_with(pictures.predictor);
   std::optional<sim::DisplayTwin> display;
@@ -235,10 +235,9 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
         played.true_tip = world.true_state().X_world_tip.translation;
       }
       if (record.right)
-        played.right_truth =
-            CameraView{world.truth().right_lens, played.truth.X_world_camera *
-                                                     world.truth().X_marker_camera.inverse() *
-                                                     world.truth().X_marker_right_camera};
+        played.right_truth = CameraView{
+            world.truth().right_lens, played.truth.X_world_camera * world.truth().X_marker_camera.inverse() *
+                                          world.truth().X_marker_right_camera};
       player->show(record, graphics);
       if (counted && meter) {
         const auto taken = world.camera_clock().true_time(record.stamp);
@@ -250,7 +249,7 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
       if (counted && record.have_state && known) {
         if (pictures.shown) pictures.shown(record);
         played.record = record;
-        played.record.rgb.clear();
+        played.record.rgb = {};  // an emptied one would keep its megabyte
         const auto& model = graphics.sync().model();
         const double sync_error_s = to_seconds(model.to(now) - physics_time(t));
         if (options.pass_on) {

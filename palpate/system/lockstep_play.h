@@ -50,6 +50,8 @@ struct LockstepOptions {
   Duration extra_force_delay{0};
   // The simulated display shows the clock strip, and the delay from light to light is measured with it.
   bool clock_strip = false;
+  // Each camera's clock is found by itself, as if they did not have one in common.
+  bool right_camera_own_clock = false;
   // What goes wrong with a device, on its way to the graphics server: called with the seconds since the play
   // began, warm-up counted. Takes samples away or changes them.
   std::function<void(double, std::optional<CameraImage>&)> disturb_camera, disturb_right_camera;

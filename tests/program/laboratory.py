@@ -5,7 +5,7 @@ import signal
 from program import ProgramTest, wait_until
 
 READY = {"world": "are open", "physics": "answers graphics servers at", "graphics": "shows pingpong"}
-DEVICES = tuple(f"palpate: graphics: {device}" for device in ("camera: ", "camera ", "tracker: ", "landmarks: "))  # their conditions
+DEVICES = tuple(f"palpate: graphics: {device}" for device in ("camera: ", "camera ", "right camera", "tracker: ", "landmarks: "))  # their conditions
 GONE, BACK = "no longer answers", "answers again"
 
 
