@@ -2,7 +2,10 @@
 // agree. Played in lock-step.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <map>
+#include <optional>
 
 #include "palpate/applications/applications.h"
 #include "palpate/applications/scene_settings.h"
@@ -28,7 +31,24 @@ struct StereoPlay {
   OverlayOfPlay left, right;
   DisparityErrors disparity;
   int width = 0;  // of the drawn pictures
+  // From where the ball is seen in each half of a picture to where its place says, px.
+  std::array<std::vector<double>, 2> ball_off;
 };
+
+// Middle of what is as orange as the ball in one half of a picture; nothing where little is.
+std::optional<Pixel> ball_seen(const std::vector<std::uint8_t>& rgb, int eye) {
+  Pixel sum = Pixel::Zero();
+  int count = 0;
+  for (int v = 0; v < 480; ++v)
+    for (int u = 0; u < 640; ++u) {
+      const std::uint8_t* p = &rgb[static_cast<std::size_t>(3 * (1280 * v + 640 * eye + u))];
+      if (p[0] < 200 || p[0] < p[1] + 60 || p[1] < p[2] + 30) continue;
+      sum += Pixel(u, v);
+      ++count;
+    }
+  if (count < 100) return std::nullopt;
+  return sum / count;
+}
 
 StereoPlay play_with_two_eyes(const sim::WorldFile& file, LockstepOptions options, double seconds_played,
                               bool drawn = false, const std::function<void(Rig&)>& change = {}) {
@@ -52,7 +72,16 @@ StereoPlay play_with_two_eyes(const sim::WorldFile& file, LockstepOptions option
     parts.painter = pictures->painter();
     parts.shown = [&](const FrameRecord& frame) {
       s.width = frame.width;
-      EXPECT_EQ(frame.rgb.size(), 3u * 1280u * 480u);
+      ASSERT_EQ(frame.rgb.size(), 3u * 1280u * 480u);
+      if (frame.state.bodies[0].visible == 0) return;
+      const std::array<CameraView, 2> views{{{s.rig.camera->model, frame.X_world_camera},
+                                             {s.rig.right_camera->model, frame.right->X_world_camera}}};
+      for (int eye = 0; eye < 2; ++eye) {
+        const auto i = static_cast<std::size_t>(eye);
+        const auto expected = drawn_pixel(views[i], frame.state.bodies[0].p());
+        const auto seen = ball_seen(frame.rgb, eye);
+        if (expected && seen) s.ball_off[i].push_back((*seen - *expected).norm());
+      }
     };
   }
   auto result = play_in_lockstep(world, s.rig, scene, options, parts, {});
@@ -77,6 +106,13 @@ TEST(StereoPlay, BothEyesPicturesStandStillAndTheDisparityOfVirtualThingsIsThatO
   EXPECT_LT(s.left.world.rms(), 0.2);
   EXPECT_LT(s.right.world.rms(), 0.2);
   EXPECT_LT(s.disparity.world.rms(), 0.1);
+  // The right eye's picture is the right half, drawn from where the right eye is: the eyes are 30 px apart at
+  // the ball. Its light side counts as orange, its shaded one does not.
+  for (auto off : s.ball_off) {
+    ASSERT_GT(off.size(), 8u);
+    std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2), off.end());
+    EXPECT_LT(off[off.size() / 2], 8.0);
+  }
   ASSERT_GT(s.disparity.ball.count(), 10u);
   EXPECT_LT(s.disparity.ball.rms(), 0.1);
 }
