@@ -137,15 +137,29 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     player.emplace(std::move(*seated));
   }
   std::unique_ptr<WindowSeat> seat;
+  const auto from_outside = [&pictures](const FrameRecord& frame) -> const OutsidePicture& {
+    return pictures.outside(frame);
+  };
   if (options.window) {
     auto opened = WindowSeat::open(scene, options.rig, options.world, *place,
                                    {.mouse = options.mouse,
                                     .scripted_player = options.player,
-                                    .clock_strip = options.clock_strip && live_camera});
+                                    .clock_strip = options.clock_strip && live_camera,
+                                    .biocular = options.biocular,
+                                    .outside = from_outside,
+                                    .outside_eye = pictures.outside_eye()});
     if (!opened) return tl::unexpected(opened.error());
     seat = std::move(*opened);
     if (options.notice && !seat->notice().empty()) options.notice("graphics: " + seat->notice());
   }
+
+  std::unique_ptr<MonitorSeat> monitor;
+  if (seat && options.monitor) {
+    auto opened = MonitorSeat::open(*options.monitor, seat->window(), from_outside);
+    if (!opened) return tl::unexpected(opened.error());
+    monitor = std::move(*opened);
+  }
+  Json monitored;
 
   std::unique_ptr<PhotonProbe> photons;
   if (options.clock_strip) {
@@ -237,6 +251,8 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
         if (logs) logs->clocks(t, error_us, stated, server.sync().model().offset(here));
       }
       if (photons) photons->look(server, frame, presented);
+      if (monitor)
+        monitor->show({frame, seat->from_outside(), seat->content()}, options.rig.camera->model.width, clock);
     }
     // Also while no images come: then above all it is asked what is wrong.
     if (!told || clock.now() - *told >= StateLink::kHelloEvery) {
@@ -247,6 +263,11 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     if (seat) quit = !seat->act(clock.now(), **link, hand.get(), server.conditions());
     if (seat && photons)
       if (const auto strip = seat->take_strip()) photons->shown(*strip);
+    if (monitor && !monitor->act(seat->content(), clock.now())) {
+      if (options.notice) options.notice("graphics: the monitor window is closed; the play goes on");
+      monitored = monitor->figures();
+      monitor.reset();
+    }
     if (player && !(seat && seat->person_plays())) player->act(clock.now(), server, *hand);
   }
   // Figures of a measured run without its server would be figures of something else.
@@ -278,6 +299,8 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     result["window"] = {{"played_by_mouse", seat->person_plays()},
                         {"blows_heard", seat->blows()},
                         {"bounces_heard", seat->bounces()}};
+  if (monitor) monitored = monitor->figures();
+  if (!monitored.is_null()) result["window"]["monitor"] = monitored;
   if (live_camera) {
     const auto status = live_camera->status();
     result["camera"] = {{"name", live_camera->name()}, {"model", live_camera->facts().model},
