@@ -6,8 +6,10 @@ namespace palpate {
 
 bool MonitorPace::due(Instant<GraphicsClock> begun, Instant<GraphicsClock> now) {
   if (before_) {
+    // A gap in which one was drawn for onlookers may be longer for that.
     const Duration gap = begun - *before_;
-    beat_ = beat_ == Duration{0} ? gap : beat_ + (gap - beat_) / 8;
+    const bool undisturbed = !last_ || *last_ < *before_;
+    if (undisturbed || gap < beat_) beat_ = beat_ == Duration{0} ? gap : beat_ + (gap - beat_) / 8;
   }
   before_ = begun;
   if (!last_) return true;

@@ -11,7 +11,7 @@ const Vector3 kOnlookerStands{-1.80, 0.80, 1.00}, kOnlookerLooks{0.05, 0.25, 0.4
 // Focal length over the picture's width: 60 degrees across, as lenses of head cameras have.
 constexpr double kOnlookerFocal = 0.875;
 
-constexpr double kSightRadius = 0.0025;  // of the pyramid's edges
+constexpr double kSightRadius = 0.0035;  // of the pyramid's edges
 constexpr double kMarkHeight = 0.035;    // above its base
 
 // CameraOptical: x right, y down, z forward. The lens' pupil is the origin; the camera sits in front of the

@@ -55,7 +55,7 @@ TEST(Letterbox, OfTwoEyesSideBySideEachHalfMapsToItsOwnEyesPicture) {
   const Box box = letterbox(both, {1000, 400});
   for (const auto& [x, u] : {std::pair{0.0, -0.5}, std::pair{250.0, 319.5}, std::pair{499.0, 638.22},
                              std::pair{500.0, -0.5}, std::pair{750.0, 319.5}, std::pair{999.0, 638.22}}) {
-    const Pixel pixel = eye_pixel(picture_pixel(box, both, {x, 200.0}), both, 2);
+    const Pixel pixel = eye_pixel(picture_pixel(box, both, {x, 199.5}), both, 2);
     EXPECT_NEAR(pixel.x(), u, 1e-9) << x;
     EXPECT_NEAR(pixel.y(), 239.5, 1e-9) << x;
   }
