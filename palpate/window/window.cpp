@@ -304,7 +304,6 @@ void Window::draw(const HudContent& content, std::optional<Duration> strip) {
   glClearColor(0, 0, 0, 1);
   glClear(GL_COLOR_BUFFER_BIT);
   if (impl_->picture) impl_->put(impl_->picture, impl_->box(), size.height);
-  if (strip) impl_->put_strip(*strip, size);
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   const int part = size.width / impl_->eyes;  // of the window, for each eye
@@ -325,6 +324,7 @@ void Window::draw(const HudContent& content, std::optional<Duration> strip) {
                  size.height);
   }
   glDisable(GL_BLEND);
+  if (strip) impl_->put_strip(*strip, size);  // over all else: a camera has to read it
   glfwSwapBuffers(impl_->window);
 }
 
