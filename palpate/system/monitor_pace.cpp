@@ -21,7 +21,7 @@ bool MonitorPace::due(Instant<GraphicsClock> begun, Instant<GraphicsClock> now) 
 
 void MonitorPace::drew(Instant<GraphicsClock> begun, Duration took) {
   last_ = begun;
-  cost_ = std::max(took, cost_ + (took - cost_) / 8);
+  cost_ = std::max(took, cost_ + (took - cost_) / 2);
 }
 
 }  // namespace palpate

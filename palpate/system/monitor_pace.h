@@ -26,7 +26,7 @@ class MonitorPace {
  private:
   std::optional<Instant<GraphicsClock>> before_, last_;
   Duration beat_{0};  // of the player's pictures, smoothed; 0: not known yet
-  Duration cost_{0};  // of a picture for onlookers: a longer one counts at once, shorter ones by and by
+  Duration cost_{0};  // of a picture for onlookers: a longer one counts at once, a shorter one half
 };
 
 }  // namespace palpate
