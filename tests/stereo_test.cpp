@@ -141,7 +141,11 @@ TEST(Stereo, EyesSideBySideAreTheirOwnPicturesToTheBit) {
   const auto twice = biocular(one, 640, 480);
   for (std::size_t row = 0; row < 480; ++row)
     ASSERT_TRUE(std::equal(&twice[row * 3840], &twice[row * 3840] + 1920, &twice[row * 3840 + 1920])) << row;
+  EXPECT_EQ(left_eye(both, 1280, 480, 2), one);
+  EXPECT_EQ(left_eye(one, 640, 480, 1), one);
   EXPECT_THROW(biocular(one, 640, 481), std::invalid_argument);
+  EXPECT_THROW(left_eye(both, 1280, 481, 2), std::invalid_argument);
+  EXPECT_THROW(left_eye(both, 1280, 480, 3), std::invalid_argument);
   CameraModel wide = cameras.right;
   wide.width = 641;
   const std::vector<Eye> unequal{{&left_image, cameras.left, left}, {nullptr, wide, right}};

@@ -19,7 +19,7 @@ void add_demo(CLI::App& program) {
   struct Options {
     DemoOptions demo;
     TouchOptions touch;
-    std::string world, quality = "medium";
+    std::string world, quality = "medium", monitor;
     bool stereo = false, headless = false, two_hosts = false, insecure = false;
   };
   auto options = std::make_shared<Options>();
@@ -41,6 +41,11 @@ void add_demo(CLI::App& program) {
   command->add_flag("--stereo", options->stereo,
                     "Two cameras on the head, and a picture for each eye: side by side");
   command->add_flag("--headless", options->headless, "No window, where there is a display too");
+  command
+      ->add_option("--monitor", options->monitor,
+                   "Beside the window a second one for those who look on: copy (what the first shows) or "
+                   "outside (the play from the side)")
+      ->type_name("VIEW");
   auto* two_hosts = command->add_flag(
       "--two-hosts", options->two_hosts,
       "Play the real-time leg across two hosts (network namespaces; needs root, or `unshare "
@@ -64,6 +69,15 @@ void add_demo(CLI::App& program) {
     const auto quality = parse_quality(options->quality);
     if (!quality) return tl::unexpected(quality.error());
     demo.quality = *quality;
+    if (!options->monitor.empty()) {
+      const auto view = parse_monitor_view(options->monitor);
+      if (!view) return tl::unexpected(view.error());
+      if (options->headless || options->two_hosts)
+        return wrong_use(
+            "--monitor {}: stands beside the window, which {} does without; leave one of them out",
+            options->monitor, options->headless ? "--headless" : "--two-hosts");
+      demo.monitor = *view;
+    }
     demo.world = sim::reference_world();
     demo.command = "palpate demo";
     if (demo.application != "pingpong") demo.command += " --app " + demo.application;

@@ -19,7 +19,7 @@ void add_graphics(CLI::App& program) {
                 quality = "medium";
     CameraOptions camera_options;
     std::vector<std::string> tools;
-    std::string picture_time;
+    std::string picture_time, monitor;
     double scan_out_ms = 0.0, extra_delay_ms = 0.0;
     bool igtl_insecure = false;
     GraphicsProcessOptions process;
@@ -71,6 +71,16 @@ void add_graphics(CLI::App& program) {
   command
       ->add_flag("--mouse", options->process.mouse,
                  "Let the mouse hold the stylus; with --player, from its first movement on")
+      ->needs(window);
+  command
+      ->add_option("--monitor", options->monitor,
+                   "A second window for those who look on: copy (what the first shows) or outside (the play "
+                   "from the side)")
+      ->type_name("VIEW")
+      ->needs(window);
+  command
+      ->add_flag("--biocular", options->process.biocular,
+                 "Show the camera's picture twice, side by side, for a head-mounted display")
       ->needs(window);
   command->add_flag(
       "--clock-strip", options->process.clock_strip,
@@ -141,6 +151,11 @@ void add_graphics(CLI::App& program) {
         return wrong_use("--clock-strip: with --camera {} it is shown in the window; add --window",
                          excerpt(options->camera, 100));
     }
+    if (!options->monitor.empty()) {
+      const auto view = parse_monitor_view(options->monitor);
+      if (!view) return tl::unexpected(view.error());
+      options->process.monitor = *view;
+    }
     const auto quality = parse_quality(options->quality);
     if (!quality) return tl::unexpected(quality.error());
     options->process.quality = *quality;
@@ -168,9 +183,8 @@ void add_graphics(CLI::App& program) {
     if (!options->right_camera.empty()) {
       if (options->camera == "lab")
         return wrong_use(
-            "--right-camera: goes beside a real one; name that with --camera (a laboratory's second camera "
-            "is "
-            "found by itself)");
+            "--right-camera: goes beside a real one; name that with --camera (a laboratory's second "
+            "camera is found by itself)");
       if (rig->board)
         return wrong_use("--right-camera: the rig of {} has a printed board, which goes with one camera",
                          options->rig);
@@ -183,6 +197,11 @@ void add_graphics(CLI::App& program) {
             "`palpate calibrate hand-eye --camera right`",
             options->rig);
     }
+    if (options->process.biocular && has_two_eyes(*rig))
+      return wrong_use(
+          "--biocular: the rig of {} has two cameras, one for each eye, and shows their pictures side by "
+          "side; one camera is expected: leave it out",
+          options->rig);
     options->process.rig = *rig;
     options->process.world = sim::reference_world();
     if (!options->world.empty()) {

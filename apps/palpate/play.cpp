@@ -16,7 +16,7 @@ namespace palpate::app {
 namespace {
 
 struct PlayArguments {
-  std::string rig = "desk.rig.toml", camera = "v4l2", quality = "medium", json;
+  std::string rig = "desk.rig.toml", camera = "v4l2", quality = "medium", monitor, json;
   CameraOptions camera_options;
   DeskPlayOptions play;
 };
@@ -30,6 +30,11 @@ Expected<void> play(PlayArguments& options) {
                      excerpt(options.play.application));
   const auto quality = parse_quality(options.quality);
   if (!quality) return tl::unexpected(quality.error());
+  if (!options.monitor.empty()) {
+    const auto view = parse_monitor_view(options.monitor);
+    if (!view) return tl::unexpected(view.error());
+    options.play.graphics.monitor = *view;
+  }
   auto wish = camera_wish(options.camera, options.camera_options);
   if (!wish) return tl::unexpected(wish.error());
   auto rig = read_rig(options.rig);
@@ -72,6 +77,11 @@ void add_play(CLI::App& program) {
       ->capture_default_str();
   command->add_option("--quality", options->quality, "Of the picture: low, medium or high")
       ->capture_default_str();
+  command
+      ->add_option("--monitor", options->monitor,
+                   "A second window for those who look on: copy (what the first shows) or outside (the play "
+                   "from the side)")
+      ->type_name("VIEW");
   command->add_flag("--player", options->play.graphics.player, "Let the program play until the mouse moves");
   command
       ->add_option("--seconds", options->play.graphics.seconds,

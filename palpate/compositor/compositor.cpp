@@ -135,11 +135,11 @@ struct Compositor::Impl {
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   }
 
-  void draw_shadows(const Matrix4f& to_clip, const Vector3& eye) {
+  void draw_shadows(const Matrix4f& to_clip, const Vector3& eye, bool in_image) {
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
     glDepthMask(GL_FALSE);
-    catcher.use().set("to_clip", to_clip).set("shadow", 0);
+    catcher.use().set("to_clip", to_clip).set("shadow", 0).set("in_image", in_image ? 1.0f : 0.0f);
     draw::set_light(catcher, settings.light);
     for (const PlacedSurface& surface : scene.surfaces()) {
       const draw::ShadowReceiver& r = surface.rectangle;
@@ -262,7 +262,7 @@ struct Compositor::Impl {
     glClearColor(0, 0, 0, 0);
     begin_depth();
     draw_phantoms(to_clip);
-    draw_shadows(to_clip, eye.X_world_camera.translation);
+    draw_shadows(to_clip, eye.X_world_camera.translation, eye.image != nullptr);
     draw_items(to_clip, eye.X_world_camera.translation);
     end_depth();
     done("layer");

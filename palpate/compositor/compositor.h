@@ -91,4 +91,7 @@ class Compositor {
 // the same, so nothing leaves its place, and nothing has depth. Wrong sizes throw std::invalid_argument.
 std::vector<std::uint8_t> biocular(std::span<const std::uint8_t> rgb, int width, int height);
 
+// The first of `eyes` pictures of one size side by side. Wrong sizes throw std::invalid_argument.
+std::vector<std::uint8_t> left_eye(std::span<const std::uint8_t> rgb, int width, int height, int eyes);
+
 }  // namespace palpate

@@ -154,6 +154,7 @@ uniform sampler2D shadow;
 uniform vec4 part;           // where `shadow` lies; width 0: nowhere
 uniform vec3 side_x, side_y;
 uniform vec4 balls[4];       // centre, radius; radius 0: none
+uniform float in_image;      // 1: real shadows are in the camera's image already; 0: there is no image
 in vec2 q;
 in vec3 p;
 out vec4 colour;
@@ -162,6 +163,7 @@ void main() {
   vec2 s = (q - part.xy) / max(part.zw, vec2(1e-6));
   bool inside = part.z > 0.0 && all(greaterThanEqual(s, vec2(0.0))) && all(lessThanEqual(s, vec2(1.0)));
   vec2 hidden = inside ? textureLod(shadow, s, 0.0).rg : vec2(0.0);
+  hidden.g *= in_image;
   float open = 1.0;
   for (int i = 0; i < 4; ++i) {
     vec3 to = balls[i].xyz - p;

@@ -22,6 +22,12 @@ inline Look look(Material material) {
       return {{0.48f, 0.28f, 0.12f}, {0.020f, 0.10f, 0.10f}};
     case Material::highlight:
       return {{0.16f, 0.62f, 0.22f}, {0.030f, 0.20f, 0.20f}};
+    case Material::figure:
+      return {{0.52f, 0.42f, 0.34f}, {0.010f, 0.06f, 0.02f}};
+    case Material::camera:
+      return {{0.045f, 0.050f, 0.060f}, {0.030f, 0.20f, 0.30f}};
+    case Material::sight:
+      return {{0.85f, 0.72f, 0.04f}, {0.0f, 0.0f, 0.0f}};
   }
   return {};
 }

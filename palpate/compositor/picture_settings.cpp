@@ -47,4 +47,20 @@ std::vector<std::uint8_t> biocular(std::span<const std::uint8_t> rgb, int width,
   return both;
 }
 
+std::vector<std::uint8_t> left_eye(std::span<const std::uint8_t> rgb, int width, int height, int eyes) {
+  const auto row = 3 * static_cast<std::size_t>(std::max(width, 0));
+  if (width <= 0 || height <= 0 || eyes < 1 || width % eyes != 0 ||
+      rgb.size() != row * static_cast<std::size_t>(height))
+    throw std::invalid_argument(fmt::format("left_eye: {} bytes for a picture of {}x{} with {} eyes",
+                                            rgb.size(), width, height, eyes));
+  const auto part = static_cast<std::ptrdiff_t>(row) / eyes;
+  std::vector<std::uint8_t> left;
+  left.reserve(rgb.size() / static_cast<std::size_t>(eyes));
+  for (std::size_t at = 0; at < rgb.size(); at += row) {
+    const auto from = rgb.begin() + static_cast<std::ptrdiff_t>(at);
+    left.insert(left.end(), from, from + part);
+  }
+  return left;
+}
+
 }  // namespace palpate

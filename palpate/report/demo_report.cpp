@@ -53,7 +53,13 @@ void tell_what_you_see(Report& page, const DemoData& data) {
     page.picture(data.bytes("poster.png"), view);
   }
   std::vector<std::pair<std::string, std::string>> pictures;
-  for (const auto& name : data.pictures("pictures")) {
+  std::vector<std::string> names = data.pictures("pictures");
+  // The one from the side is always among them, the last.
+  const auto outside = std::stable_partition(names.begin(), names.end(),
+                                             [](const auto& name) { return name != "pictures/outside.png"; });
+  const auto seen = static_cast<std::size_t>(outside - names.begin());
+  if (seen < names.size() && seen >= kMostPictures) names.erase(names.begin() + kMostPictures - 1, outside);
+  for (const auto& name : names) {
     if (pictures.size() == kMostPictures) break;
     const std::string file = fs::path(name).filename().string();
     pictures.emplace_back(data.bytes(name), data.text("pictures/" + file).value_or(file));

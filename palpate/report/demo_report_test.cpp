@@ -183,6 +183,19 @@ TEST_F(DemoReport, ShowsVideoAndPicturesWithTheirCaptions) {
   EXPECT_NE(page.find("poster=\"data:image/png;base64," + base64("poster")), std::string::npos);
 }
 
+TEST_F(DemoReport, ShowsThePictureFromTheSideAfterThreeOthers) {
+  write("summary.json", summary().dump());
+  fs::create_directories(folder_ / "pictures");
+  for (const std::string name : {"01", "02", "03", "04", "05", "outside"})
+    write("pictures/" + name + ".png", "picture " + name);
+  const std::string page = demo_report(folder_)->html();
+  const auto at = [&](const std::string& name) { return page.find(base64("picture " + name)); };
+  EXPECT_LT(at("01"), at("03"));
+  EXPECT_LT(at("03"), at("outside"));
+  EXPECT_NE(at("outside"), std::string::npos);
+  EXPECT_EQ(at("04"), std::string::npos);
+}
+
 TEST_F(DemoReport, OfTouchTellsOfForceDepthAndSlipsAndOfNoBall) {
   Json touch = summary();
   touch.erase("rally");

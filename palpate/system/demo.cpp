@@ -151,6 +151,7 @@ Expected<Json> demo(const DemoOptions& options) {
     leg.scan_out = seconds(options.world.display.scan_out_s);
     leg.graphics_clock = options.world.clocks.graphics_host;
     leg.window = options.window;
+    leg.monitor = options.monitor;
     if (options.window) {
       leg.world = options.out / "world-window.toml";
       if (auto done = write_file(leg.world, sim::world_text(for_a_person(options.world))); !done) return done;
@@ -177,6 +178,8 @@ Expected<Json> demo(const DemoOptions& options) {
                                  rig.camera->model.height, options.world.camera.rate_hz);
   if (!video) return tl::unexpected(video.error());
   PictureBook book(options.out / "pictures", options.seconds, rig.camera->model, scene);
+  book.look_from_outside(
+      [&pictures](const FrameRecord& frame) -> const OutsidePicture& { return pictures.outside(frame); });
   Expected<void> shown;
   LockstepPictures parts;
   parts.camera = render;

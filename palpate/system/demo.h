@@ -21,6 +21,7 @@
 #include "palpate/core/json.h"
 #include "palpate/model/world_file.h"
 #include "palpate/system/leg_network.h"
+#include "palpate/system/monitor_seat.h"
 
 namespace palpate {
 
@@ -35,7 +36,8 @@ struct DemoOptions {
   std::filesystem::path program;  // this executable, for the real-time leg; empty leaves that leg out
   std::string command;            // as typed, for the report
   bool quick = false;
-  Quality quality = Quality::medium;  // of the pictures
+  Quality quality = Quality::medium;   // of the pictures
+  std::optional<MonitorView> monitor;  // beside the window, for those who look on
   bool window = false;  // on this machine's display: the real-time leg comes first, and a person may play it
   std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
   std::optional<TwoHostsOptions> two_hosts;        // for the real-time leg

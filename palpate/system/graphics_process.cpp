@@ -1,20 +1,17 @@
 #include "palpate/system/graphics_process.h"
 
 #include <algorithm>
-#include <deque>
-#include <map>
 #include <thread>
 
 #include "palpate/applications/applications.h"
 #include "palpate/applications/touched_mesh.h"
-#include "palpate/core/csv.h"
-#include "palpate/core/csv_file.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
 #include "palpate/devices/lab_channel.h"
 #include "palpate/draw/context.h"
 #include "palpate/network/zmq_engine.h"
-#include "palpate/system/demo_raw.h"
+#include "palpate/system/graphics_figures.h"
+#include "palpate/system/graphics_watches.h"
 #include "palpate/system/photon_probe.h"
 #include "palpate/system/picture_parts.h"
 #include "palpate/system/player_seat.h"
@@ -32,97 +29,6 @@ constexpr double kPatienceS = 10.0;
 // meanwhile, and a frame of 33 ms does not miss it.
 constexpr Duration kDrawAfter = std::chrono::milliseconds(2);
 
-// Tells once that the physics server has gone, and once that it is back.
-class ServerWatch {
- public:
-  struct Change {
-    Instant<GraphicsClock> time;
-    bool there = false;
-  };
-
-  ServerWatch(const StateLink& link, const Clock<GraphicsClock>& clock, std::string address,
-              const std::function<void(const std::string&)>& say)
-      : link_(link), clock_(clock), address_(std::move(address)), say_(say) {}
-  void look() {
-    if (link_.refusal() != refusal_) {
-      refusal_ = link_.refusal();
-      if (say_ && refusal_)
-        say_(
-            fmt::format("graphics: the physics server at {} refuses: {}", address_, excerpt(*refusal_, 200)));
-    }
-    if (link_.peer_alive() == there_) return;
-    there_ = !there_;
-    changes_.push_back({clock_.now(), there_});
-    if (changes_.size() > 1000) changes_.pop_front();
-    if (say_)
-      say_(there_ ? fmt::format("graphics: the physics server at {} answers again", address_)
-                  : absence() + "; drawing goes on with the last state");
-  }
-  bool there() const { return there_; }
-  // The latest, should a server come and go for days.
-  const std::deque<Change>& changes() const { return changes_; }
-  std::string absence() const {
-    return fmt::format("graphics: the physics server at {} no longer answers; start `palpate physics` again",
-                       address_);
-  }
-
- private:
-  const StateLink& link_;
-  const Clock<GraphicsClock>& clock_;
-  std::string address_;
-  const std::function<void(const std::string&)>& say_;
-  bool there_ = true;
-  std::deque<Change> changes_;
-  std::optional<std::string> refusal_;
-};
-
-// Tells each time the physics server's clock was found stepped or stopped.
-class ClockWatch {
- public:
-  explicit ClockWatch(const std::function<void(const std::string&)>& say) : say_(say) {}
-  void look(const ClockSync<GraphicsClock, PhysicsClock>& sync) {
-    if (sync.restarts() == restarts_) return;
-    restarts_ = sync.restarts();
-    if (say_)
-      say_(
-          "graphics: the physics server's clock was set, or stood still for a while; the clocks are "
-          "synchronised anew");
-  }
-
- private:
-  const std::function<void(const std::string&)>& say_;
-  int restarts_ = 0;
-};
-
-// Tells each time a condition begins, finds other words, or ends.
-class ConditionTeller {
- public:
-  explicit ConditionTeller(const std::function<void(const std::string&)>& say) : say_(say) {}
-  void look(const std::vector<Condition>& now) {
-    for (const auto& condition : now) {
-      const Condition* before = among(told_, condition.kind);
-      if (before == nullptr) ++begun_[name_of(condition.kind)];
-      if (say_ && (before == nullptr || before->text != condition.text)) say_("graphics: " + condition.text);
-    }
-    for (const auto& condition : told_)
-      if (say_ && among(now, condition.kind) == nullptr)
-        say_(fmt::format("graphics: {}", end_of(condition.kind)));
-    told_ = now;
-  }
-  // How often each has begun.
-  const std::map<std::string, int>& begun() const { return begun_; }
-
- private:
-  static const Condition* among(const std::vector<Condition>& conditions, ConditionKind kind) {
-    const auto at =
-        std::find_if(conditions.begin(), conditions.end(), [kind](const auto& c) { return c.kind == kind; });
-    return at == conditions.end() ? nullptr : &*at;
-  }
-  const std::function<void(const std::string&)>& say_;
-  std::vector<Condition> told_;
-  std::map<std::string, int> begun_;
-};
-
 // The server of a rig with a board asks nobody: the picture says where the camera is.
 class NoTracker : public TrackerDevice {
  public:
@@ -136,68 +42,6 @@ Expected<std::unique_ptr<cameras::LiveCamera>> open_for(cameras::Wish wish,
   wish.settings.height = calibrated.model.height;
   return cameras::open_camera(wish);
 }
-
-// For `palpate status`.
-ClientFigures figures_of(std::uint64_t frames, std::uint64_t late, std::uint64_t lost, double elapsed_s,
-                         const JitterHistogram& trips, const GraphicsServer& server,
-                         Instant<GraphicsClock> now) {
-  ClientFigures figures{.frames = frames,
-                        .late = late,
-                        .lost = lost,
-                        .rate_hz = elapsed_s > 0.0 ? static_cast<double>(frames) / elapsed_s : 0.0,
-                        .round_trip_median_us = 1e6 * to_seconds(trips.quantile(0.5)),
-                        .round_trip_p99_us = 1e6 * to_seconds(trips.quantile(0.99))};
-  for (const auto& condition : server.conditions()) figures.conditions.push_back(condition.text);
-  const auto& sync = server.sync();
-  if (sync.exchanges() > 0) {
-    figures.clock_offset_s = 1e-9 * static_cast<double>(sync.model().to(now).ns() - now.ns());
-    figures.clock_uncertainty_us = 1e6 * to_seconds(sync.model().uncertainty(now));
-  }
-  return figures;
-}
-
-// Quantiles of durations in bounded memory: exact for a run of minutes, to 1/16 of the value from then on.
-class Quantiles {
- public:
-  Quantiles() { first_.reserve(kExact); }
-  void add(Duration d) {
-    if (first_.size() < kExact) first_.push_back(to_seconds(d) * 1e6);
-    all_.add(d);
-  }
-  double us(double share) const {
-    if (all_.count() > kExact) return to_seconds(all_.quantile(share)) * 1e6;
-    ErrorSummary summary;
-    for (const double v : first_) summary.add(v);
-    return summary.quantile(share);
-  }
-  const JitterHistogram& histogram() const { return all_; }
-
- private:
-  static constexpr std::size_t kExact = 4096;
-  std::vector<double> first_;
-  JitterHistogram all_;
-};
-
-// Written as it goes: a server may run for days.
-struct Logs {
-  CsvFile frames, sync;
-
-  static Expected<Logs> begin(const std::filesystem::path& folder) {
-    // From `unsent` on: how many since the start.
-    auto frames = CsvFile::begin(folder / "realtime_frames.csv",
-                                 {"frame", "time_s", "round_trip_us", "late", "answer", "landmarks_used",
-                                  "busy_us", "unsent", "lost", "repeated", "out_of_order"});
-    if (!frames) return tl::unexpected(frames.error());
-    auto sync = CsvFile::begin(folder / "realtime_sync.csv",
-                               {"time_s", "offset_error_us", "uncertainty_us", "offset_s"});
-    if (!sync) return tl::unexpected(sync.error());
-    return Logs{std::move(*frames), std::move(*sync)};
-  }
-  Expected<void> finish() {
-    auto done = frames.finish();
-    return done ? sync.finish() : done;
-  }
-};
 
 }  // namespace
 
@@ -313,15 +157,29 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     player.emplace(std::move(*seated));
   }
   std::unique_ptr<WindowSeat> seat;
+  const auto from_outside = [&pictures](const FrameRecord& frame) -> const OutsidePicture& {
+    return pictures.outside(frame);
+  };
   if (options.window) {
     auto opened = WindowSeat::open(scene, options.rig, options.world, *place,
                                    {.mouse = options.mouse,
                                     .scripted_player = options.player,
-                                    .clock_strip = options.clock_strip && live_camera});
+                                    .clock_strip = options.clock_strip && live_camera,
+                                    .biocular = options.biocular,
+                                    .outside = from_outside,
+                                    .outside_eye = pictures.outside_eye()});
     if (!opened) return tl::unexpected(opened.error());
     seat = std::move(*opened);
     if (options.notice && !seat->notice().empty()) options.notice("graphics: " + seat->notice());
   }
+
+  std::unique_ptr<MonitorSeat> monitor;
+  if (seat && options.monitor) {
+    auto opened = MonitorSeat::open(*options.monitor, seat->window(), from_outside);
+    if (!opened) return tl::unexpected(opened.error());
+    monitor = std::move(*opened);
+  }
+  Json monitored;
 
   std::unique_ptr<PhotonProbe> photons;
   if (options.clock_strip) {
@@ -351,9 +209,9 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   ServerWatch physics(**link, clock, endpoint.address, options.notice);
   ClockWatch clocks(options.notice);
   ConditionTeller conditions(options.notice);
-  std::optional<Logs> logs;
+  std::optional<GraphicsLogs> logs;
   if (!options.out.empty()) {
-    auto begun_logs = Logs::begin(options.out);
+    auto begun_logs = GraphicsLogs::begin(options.out);
     if (!begun_logs) return tl::unexpected(begun_logs.error());
     logs.emplace(std::move(*begun_logs));
   }
@@ -404,15 +262,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
         trips.add(seconds(s));
       }
       const double t = to_seconds(clock.now() - begun);
-      if (logs) {
-        const auto& so_far = (*link)->counters();
-        logs->frames.row(std::vector<std::string>{
-            number_text(static_cast<double>(frame.number)), number_text(t),
-            trip_us > 0 ? number_text(trip_us) : "", frame.late ? "1" : "0", answer_name(frame.answer),
-            number_text(frame.landmarks_used), number_text(to_seconds(clock.now() - frame.begun) * 1e6),
-            fmt::format("{}", so_far.unsent), fmt::format("{}", so_far.lost),
-            fmt::format("{}", so_far.duplicated), fmt::format("{}", so_far.out_of_order)});
-      }
+      if (logs) logs->frame(frame, t, trip_us, clock.now() - frame.begun, (*link)->counters());
       if (server.sync().exchanges() > 0) {
         // The physics host's clock is this machine's own, undisguised: that is the truth to compare with.
         const auto here = clock.now();
@@ -421,11 +271,11 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
         const Duration stated = server.sync().model().uncertainty(here);
         sync_errors.add(seconds(std::abs(error_us) * 1e-6));
         uncertainties.add(stated);
-        if (logs)
-          logs->sync.row(std::vector<double>{t, error_us, to_seconds(stated) * 1e6,
-                                             to_seconds(server.sync().model().offset(here))});
+        if (logs) logs->clocks(t, error_us, stated, server.sync().model().offset(here));
       }
       if (photons) photons->look(server, frame, presented);
+      if (monitor)
+        monitor->show({frame, seat->from_outside(), seat->content()}, options.rig.camera->model.width, clock);
     }
     // Also while no images come: then above all it is asked what is wrong.
     if (!told || clock.now() - *told >= StateLink::kHelloEvery) {
@@ -436,6 +286,11 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     if (seat) quit = !seat->act(clock.now(), **link, hand.get(), server.conditions());
     if (seat && photons)
       if (const auto strip = seat->take_strip()) photons->shown(*strip);
+    if (monitor && !monitor->act(seat->content(), clock.now())) {
+      if (options.notice) options.notice("graphics: the monitor window is closed; the play goes on");
+      monitored = monitor->figures();
+      monitor.reset();
+    }
     if (player && !(seat && seat->person_plays())) player->act(clock.now(), server, *hand);
   }
   // Figures of a measured run without its server would be figures of something else.
@@ -469,6 +324,8 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     result["window"] = {{"played_by_mouse", seat->person_plays()},
                         {"blows_heard", seat->blows()},
                         {"bounces_heard", seat->bounces()}};
+  if (monitor) monitored = monitor->figures();
+  if (!monitored.is_null()) result["window"]["monitor"] = monitored;
   if (live_camera) {
     const auto status = live_camera->status();
     result["camera"] = {{"name", live_camera->name()}, {"model", live_camera->facts().model},

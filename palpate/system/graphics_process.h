@@ -18,6 +18,7 @@
 #include "palpate/model/world_file.h"
 #include "palpate/network/server_place.h"
 #include "palpate/system/live_tracker.h"
+#include "palpate/system/monitor_seat.h"
 
 namespace palpate {
 
@@ -33,10 +34,12 @@ struct GraphicsProcessOptions {
   std::optional<igtl::Address> publish;       // poses for 3D Slicer and others (pose_feed.h)
   GraphicsSettings graphics;
   std::filesystem::path mesh;  // what touch shows, where it lies elsewhere than on the server's machine
-  Quality quality = Quality::medium;  // of the picture
-  bool player = false;                // the scripted player holds the stylus
-  bool window = false;                // on this machine's display, with sound
-  bool mouse = false;                 // holds the stylus; from a scripted player it takes it when it moves
+  Quality quality = Quality::medium;   // of the picture
+  bool player = false;                 // the scripted player holds the stylus
+  bool window = false;                 // on this machine's display, with sound
+  std::optional<MonitorView> monitor;  // a second window, for those who look on; with `window`
+  bool biocular = false;               // in the window: the camera's picture before both eyes, side by side
+  bool mouse = false;                  // holds the stylus; from a scripted player it takes it when it moves
   // Shows the clock strip, on the simulated display or, where the camera is a real one, in the window, and
   // measures the delay from light to light with it.
   bool clock_strip = false;

@@ -8,6 +8,7 @@
 #include "palpate/core/text.h"
 #include "palpate/sim/camera_renderer.h"
 #include "palpate/sim/sim_world.h"
+#include "palpate/system/outside_view.h"
 
 namespace palpate {
 namespace {
@@ -18,16 +19,6 @@ constexpr std::array<std::pair<std::string_view, LaboratoryView>, 5> kViews{
      {"stereo", LaboratoryView::stereo},
      {"biocular", LaboratoryView::biocular},
      {"outside", LaboratoryView::outside}}};
-
-// Where somebody stands who looks on: to the left of the player, m from the table's middle.
-const Vector3 kOnlooker{-1.05, 0.70, 0.85};
-
-Pose<World, CameraOptical> looking_at(const Vector3& eye, const Vector3& at) {
-  const Vector3 z = (at - eye).normalized(), x = z.cross(Vector3::UnitY()).normalized();
-  Matrix3 R;
-  R << x, z.cross(x), z;
-  return {Quaternion(R), eye};
-}
 
 }  // namespace
 
@@ -72,7 +63,7 @@ LaboratoryPicture laboratory_picture(const sim::WorldFile& file, std::uint64_t s
   // The ball has just touched the table, left of the middle.
   const Vector3 middle = 0.25 * (left.table[0] + left.table[1] + left.table[2] + left.table[3]);
   state.bodies[pingpong::kBall].set_p(middle + Vector3(-0.10, file.ball.radius + 0.004, 0.05));
-  const auto items = artist.draw(state);
+  auto items = artist.draw(state);
   RealScene real;
   real.surfaces = {{"table", left.table}, {"wall", left.wall}};
   real.marker_leds = left.marker_leds;
@@ -81,12 +72,14 @@ LaboratoryPicture laboratory_picture(const sim::WorldFile& file, std::uint64_t s
   real.arm_base_below = left.X_world_base.translation.y() - left.table[0].y();
 
   Compositor compositor(settings_of(quality));
+  const PlayersCamera worn(left.lens, true);
   std::vector<Eye> eyes{{&left_image, left.lens, left.X_world_camera}};
   if (view == LaboratoryView::stereo) {
     camera.render(right, right_image.rgb);
     eyes.push_back({&right_image, right.lens, right.X_world_camera});
   } else if (view == LaboratoryView::outside) {
-    eyes.front() = {nullptr, left.lens, looking_at(middle + kOnlooker, middle + Vector3(0, 0.1, 0))};
+    eyes.front() = onlooker(left.table, picture.width, picture.height);
+    for (const auto& item : worn.items(left.X_world_camera)) items.push_back(item);
   }
   compositor.draw(eyes, items, real, picture.rgb);
   if (view == LaboratoryView::biocular) picture.rgb = biocular(picture.rgb, picture.width, picture.height);

@@ -12,8 +12,8 @@
 namespace palpate {
 
 // camera: what the camera sees, its lens not undone. mono: the augmented picture. stereo: two cameras, the
-// world file's stereo_baseline apart, side by side. biocular: one camera's picture twice. outside: everything
-// as plain shapes, from the side.
+// world file's stereo_baseline apart, side by side. biocular: one camera's picture twice. outside: from the
+// side, the player's camera included (outside_view.h).
 enum class LaboratoryView : std::uint8_t { camera, mono, stereo, biocular, outside };
 Expected<LaboratoryView> parse_view(std::string_view word);
 

@@ -61,6 +61,8 @@ Expected<void> PictureBook::look(const FrameRecord& frame) {
   const bool due = now >= next_ + (seen ? 0.0 : kPatienceForBall * every_);
   if (!hit && !due) return {};
   if (due) next_ += every_;
+  if (outside_ && (count_ == 0 || (hit && hit_pictures_ == 0)))
+    if (auto done = write_outside(frame); !done) return done;
   if (hit) {
     ++hit_pictures_;
     hit_until_ = 0.0;
@@ -70,6 +72,16 @@ Expected<void> PictureBook::look(const FrameRecord& frame) {
                     : hit   ? "Just after the bat met the ball"
                             : "During play";
   return write_png(folder_ / name, frame.rgb, frame.width, frame.height);
+}
+
+Expected<void> PictureBook::write_outside(const FrameRecord& frame) {
+  const OutsidePicture& seen = outside_(frame);
+  if (seen.rgb.empty()) return {};
+  captions_["outside.png"] =
+      "The same play from the side, drawn from what the system knows: the yellow pyramid is what the "
+      "player's "
+      "camera sees";
+  return write_png(folder_ / "outside.png", seen.rgb, seen.width, seen.height);
 }
 
 }  // namespace palpate

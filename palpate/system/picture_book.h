@@ -3,12 +3,14 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/graphics_server/frame_record.h"
 #include "palpate/model/camera.h"
 #include "palpate/scene/application.h"
+#include "palpate/system/outside_view.h"
 
 namespace palpate {
 
@@ -22,18 +24,24 @@ class PictureBook {
   PictureBook(std::filesystem::path folder, double seconds, const CameraModel& lens,
               const SceneDescription& scene);
 
+  // Besides, one picture from the side (outside.png): of the first hit, or else of the first moment.
+  void look_from_outside(std::function<const OutsidePicture&(const FrameRecord&)> outside) {
+    outside_ = std::move(outside);
+  }
   // Frames in order; writes the picture when this is a moment. Refuses when it cannot be written.
   Expected<void> look(const FrameRecord& frame);
   const Json& captions() const { return captions_; }  // by file name
 
  private:
   bool in_sight(const FrameRecord& frame) const;
+  Expected<void> write_outside(const FrameRecord& frame);
 
   std::filesystem::path folder_;
   CameraModel lens_;
   SceneDescription scene_;
   double every_, next_ = 0.0, hit_until_ = 0.0;
   bool started_ = false;
+  std::function<const OutsidePicture&(const FrameRecord&)> outside_;
   int count_ = 0, hit_pictures_ = 0;
   std::int32_t hits_ = 0;
   Json captions_ = Json::object();

@@ -77,5 +77,23 @@ TEST(PictureBook, AHitIsShownWhenTheBallComesOutBehindTheBatSoonEnough) {
   EXPECT_TRUE(book.captions().contains("03-hit.png"));
 }
 
+TEST(PictureBook, ShowsTheFirstHitFromTheSideOrElseTheFirstMoment) {
+  const ScratchFolder folder;
+  PictureBook book(folder.path(), 4.0, lens(), {});
+  std::vector<double> seen_at;
+  OutsidePicture outside{0, 2, 1, {1, 2, 3, 4, 5, 6}};
+  book.look_from_outside([&](const FrameRecord& frame) -> const OutsidePicture& {
+    seen_at.push_back(frame.state.time.seconds());
+    return outside;
+  });
+  for (int i = 1; i < 400; ++i) ASSERT_TRUE(book.look(frame(i / 100.0, kBeside, i / 150)));
+  // The first moment is a quarter of the way to the second; hits come at 1.5 s and 3 s.
+  ASSERT_EQ(seen_at.size(), 2u);
+  EXPECT_NEAR(seen_at[0], 0.2, 0.011);
+  EXPECT_NEAR(seen_at[1], 1.5, 1e-9);
+  EXPECT_TRUE(std::filesystem::exists(folder / "outside.png"));
+  EXPECT_TRUE(book.captions().contains("outside.png"));
+}
+
 }  // namespace
 }  // namespace palpate

@@ -47,7 +47,9 @@ PictureParts::PictureParts(const Rig& rig, const SceneDescription& scene, std::u
     : left_{with_corners(rig), overlay_knowledge(with_corners(rig))},
       scene_(scene),
       artist_(std::move(artist)),
-      compositor_(picture_settings(rig, quality)) {
+      compositor_(picture_settings(rig, quality)),
+      outside_eye_(onlooker(scene.surfaces, rig.camera->model.width, rig.camera->model.height)),
+      players_camera_(rig.camera->model, !rig.board) {
   auto objects = RealObjects::read(rig);
   if (!objects) throw std::invalid_argument(objects.error().message);
   objects_ = std::move(*objects);
@@ -139,9 +141,7 @@ void PictureParts::refine(const EyeParts& eye, const CameraImage& image, const M
     pose.expected_world_px = expected->total();
 }
 
-void PictureParts::paint(const CameraImage& image, const CameraImage* right, FrameRecord& record,
-                         bool captions) {
-  if (!record.have_state) return;  // nothing is known of the game yet: no picture is better than half of one
+RealScene PictureParts::real_things(const FrameRecord& record) const {
   RealScene real;
   real.surfaces = scene_.surfaces;
   real.marker_leds = rig_.tip_marker_leds;
@@ -161,10 +161,19 @@ void PictureParts::paint(const CameraImage& image, const CameraImage* right, Fra
       real.arm = arm;
     }
   }
+  return real;
+}
+
+bool PictureParts::lost() const { return rig_.board && lost_ >= kLostForGood; }
+
+void PictureParts::paint(const CameraImage& image, const CameraImage* right, FrameRecord& record,
+                         bool captions) {
+  if (!record.have_state) return;  // nothing is known of the game yet: no picture is better than half of one
+  RealScene real = real_things(record);
   auto items = record.have_state ? artist_->draw(record.state) : std::vector<DrawItem>{};
   if (!outline_.triangles.empty())
     items.push_back({&outline_, Material::highlight, Quaternion::Identity(), Vector3::Zero(), false});
-  if (rig_.board && lost_ >= kLostForGood) {
+  if (lost()) {
     items.clear();
     real = {};
   }
@@ -183,6 +192,18 @@ void PictureParts::paint(const CameraImage& image, const CameraImage* right, Fra
   if (captions)
     burn_captions(record.rgb, record.width, record.height, artist_->captions(record.state),
                   record.two_eyes ? 2 : 1);
+}
+
+const OutsidePicture& PictureParts::outside(const FrameRecord& record) {
+  if (!record.have_state || outside_.frame == record.number) return outside_;
+  auto items = artist_->draw(record.state);
+  if (!lost())
+    for (const auto& item : players_camera_.items(record.X_world_camera)) items.push_back(item);
+  outside_.frame = record.number;
+  outside_.width = outside_eye_.camera.width;
+  outside_.height = outside_eye_.camera.height;
+  compositor_.draw({&outside_eye_, 1}, items, real_things(record), outside_.rgb);
+  return outside_;
 }
 
 FindLandmarks landmark_finder() { return find_sightings; }

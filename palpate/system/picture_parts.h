@@ -15,6 +15,7 @@
 #include "palpate/model/rig.h"
 #include "palpate/scene/application.h"
 #include "palpate/system/calibration_session.h"
+#include "palpate/system/outside_view.h"
 #include "palpate/system/real_objects.h"
 
 namespace palpate {
@@ -36,6 +37,11 @@ class PictureParts {
   // How the application carries a state on.
   StatePredictor predictor();
   std::vector<std::string> captions(const WorldState& state) const { return artist_->captions(state); }
+  // A drawn frame as seen from the side (outside_view.h), of the size of the camera's picture; drawn once for
+  // each frame, when it is first asked for. Valid until the next frame is asked for.
+  const OutsidePicture& outside(const FrameRecord& record);
+  // The eye it is seen with.
+  const Eye& outside_eye() const { return outside_eye_; }
 
  private:
   // What belongs to one camera.
@@ -47,6 +53,9 @@ class PictureParts {
   Expected<void> find(const CameraImage& image, const std::optional<Pose<World, CameraOptical>>& near,
                       FrameRecord& record);
   void paint(const CameraImage& image, const CameraImage* right, FrameRecord& record, bool captions);
+  RealScene real_things(const FrameRecord& record) const;
+  // Nobody knows where the camera is, nor where its picture's virtual things would stand.
+  bool lost() const;
 
   EyeParts left_;
   const Rig& rig_ = left_.rig;
@@ -55,6 +64,9 @@ class PictureParts {
   std::unique_ptr<Artist> artist_;
   RealObjects objects_;
   Compositor compositor_;
+  Eye outside_eye_;
+  PlayersCamera players_camera_;
+  OutsidePicture outside_;
   TriangleMesh outline_;                 // of a desk's table and wall, which nobody would see otherwise
   int lost_ = 0;                         // images in a row without the board
   std::optional<std::string> stranger_;  // the dictionary of another board that lies there

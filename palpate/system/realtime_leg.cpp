@@ -163,6 +163,9 @@ Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
                                             file("graphics", ".json").string()};
   if (strip) graphics_list.emplace_back("--clock-strip");
   if (options.window) graphics_list.insert(graphics_list.end(), {"--window", "--mouse"});
+  if (options.window && options.monitor)
+    graphics_list.insert(graphics_list.end(),
+                         {"--monitor", std::string(monitor_view_word(*options.monitor))});
   auto graphics = start_server(TwoHosts::kGraphicsHost, graphics_list, connect, file("graphics", ".log"));
   if (!graphics) return tl::unexpected(graphics.error());
 

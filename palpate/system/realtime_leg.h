@@ -12,6 +12,7 @@
 #include "palpate/core/json.h"
 #include "palpate/model/world_file.h"
 #include "palpate/system/leg_network.h"
+#include "palpate/system/monitor_seat.h"
 #include "palpate/time/instant.h"
 
 namespace palpate {
@@ -30,8 +31,9 @@ struct RealtimeLegOptions {
   // The graphics server opens a window in which a person may take the bat with the mouse, and play on beyond
   // `seconds`.
   bool window = false;
-  Duration scan_out{0};               // the simulated display's, as the world file has it
-  sim::ClockSettings graphics_clock;  // what the graphics process disguises its clock with
+  std::optional<MonitorView> monitor;  // beside it, for those who look on
+  Duration scan_out{0};                // the simulated display's, as the world file has it
+  sim::ClockSettings graphics_clock;   // what the graphics process disguises its clock with
 };
 
 // The summary's "realtime" part. Refused where a process fails; what it said last is in the message.

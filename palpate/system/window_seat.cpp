@@ -20,7 +20,7 @@ constexpr double kTakeOver_px = 12.0;   // a mouse that moved that far is meant
 constexpr double kHintStands_s = 6.0;
 constexpr std::int64_t kSameBeat_ns = 5'000'000;  // two clocks read one after the other tell of one word
 constexpr double kRefusalStands_s = 3.0;
-constexpr window::Size kFirstSize{960, 720};
+constexpr window::Size kFirstSize{960, 720}, kFirstSizeOfTwo{1280, 480};
 
 const SceneSurface* surface_of(const SceneDescription& scene, std::string_view name) {
   for (const auto& surface : scene.surfaces)
@@ -70,6 +70,7 @@ WindowSeat::WindowSeat(const SceneDescription& scene, const Rig& rig, const sim:
                        const WindowSeatOptions& options)
     : options_(options),
       scene_(scene),
+      camera_(rig.camera->model),
       full_force_n_(force_limits_of(rig.arm->model).peak_n),
       hand_(rig.camera->model, mouse_hand_settings(scene, rig, world)),
       physics_silence_(seconds(window::Warnings::kPhysicsSilent_s).count()),
@@ -80,7 +81,7 @@ Expected<std::unique_ptr<WindowSeat>> WindowSeat::open(const SceneDescription& s
                                                        const sim::WorldFile& world, const ServerPlace& place,
                                                        const WindowSeatOptions& options) {
   std::unique_ptr<WindowSeat> seat(new WindowSeat(scene, rig, world, options));
-  auto opened = window::Window::open("Palpate", kFirstSize);
+  auto opened = window::Window::open("Palpate", options.biocular ? kFirstSizeOfTwo : kFirstSize);
   if (!opened) return tl::unexpected(opened.error());
   seat->window_ = std::move(*opened);
   auto sound = window::SoundOut::open();
@@ -109,14 +110,34 @@ void WindowSeat::show(const FrameRecord& frame, std::vector<std::string> caption
   } else {
     content_.overlay_px.reset();
   }
-  if (frame.pose_source != PoseSource::none) hand_.see(frame.X_world_camera);
-  if (!frame.rgb.empty()) {
-    picture_ = {frame.width, frame.height};
-    window_->take_picture(frame.rgb, picture_);
-  }
+  if (!frame.rgb.empty()) take_picture(frame);
+  if (from_outside_)
+    hand_.see(options_.outside_eye.X_world_camera);
+  else if (frame.pose_source != PoseSource::none)
+    hand_.see(frame.X_world_camera);
   frame_ = frame;
   frame_.rgb.clear();
   draw(now);
+}
+
+void WindowSeat::take_picture(const FrameRecord& frame) {
+  std::span<const std::uint8_t> rgb = frame.rgb;
+  window::Size size{frame.width, frame.height};
+  eyes_ = options_.biocular ? 2 : std::max(1, frame.width / camera_.width);
+  if (from_outside_) {
+    const OutsidePicture& seen = options_.outside(frame);
+    rgb = seen.rgb;
+    size = {seen.width, seen.height};
+  }
+  std::vector<std::uint8_t> both;  // a single picture before both eyes
+  if (eyes_ == 2 && size.width == camera_.width) {
+    both = biocular(rgb, size.width, size.height);
+    rgb = both;
+    size.width *= 2;
+  }
+  picture_ = size;
+  window_->take_picture(rgb, picture_, eyes_);
+  hand_.look_through(from_outside_ ? options_.outside_eye.camera : camera_);
 }
 
 void WindowSeat::take_over(Instant<GraphicsClock> now) {
@@ -152,6 +173,10 @@ bool WindowSeat::obey(window::Key key, StateLink& link) {
     case Key::full_screen:
       window_->toggle_full_screen();
       break;
+    case Key::view:
+      from_outside_ = options_.outside && !from_outside_;
+      turned_ = drawn_;
+      break;
     case Key::help:
       content_.help = !content_.help;
       break;
@@ -181,9 +206,10 @@ bool WindowSeat::act(Instant<GraphicsClock> now, StateLink& link, HandDevice* ha
     attended_ = true;
     take_over(now);
   }
-  if (input.pointer)
-    hand_.point(
-        window::picture_pixel(window::letterbox(picture_, window_->framebuffer()), picture_, *input.pointer));
+  if (input.pointer) {
+    const window::Box box = window::letterbox(picture_, window_->framebuffer());
+    hand_.point(window::eye_pixel(window::picture_pixel(box, picture_, *input.pointer), picture_, eyes_));
+  }
   hand_.roll(input.wheel);
   hand_.hold_buttons(input.left, input.right);
   if (person_plays_ && hand != nullptr) hand->move_to(hand_.act(t));
@@ -232,6 +258,7 @@ std::string WindowSeat::hint(double t) const {
     return moment ? t - to_seconds(moment->since_epoch) : 1e9;
   };
   if (options_.mouse && !person_plays_) return "The program plays. Move the mouse to take the bat";
+  if (from_outside_ && since(turned_) < kHintStands_s) return "From the side. V: with your own eyes";
   if (since(taken_over_) < kHintStands_s || since(begun_) < kHintStands_s)
     return options_.mouse ? "You play. ? lists the keys" : "? lists the keys";
   return hits_->heard() ? "" : since(begun_) < 2.0 * kHintStands_s ? "No sound device: silent" : "";

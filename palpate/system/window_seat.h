@@ -8,6 +8,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -20,6 +21,7 @@
 #include "palpate/model/rig.h"
 #include "palpate/model/world_file.h"
 #include "palpate/system/hit_watch.h"
+#include "palpate/system/outside_view.h"
 #include "palpate/window/force_bar.h"
 #include "palpate/window/mouse_hand.h"
 #include "palpate/window/warnings.h"
@@ -31,6 +33,10 @@ struct WindowSeatOptions {
   bool mouse = false;            // holds the stylus
   bool scripted_player = false;  // holds it until the mouse moves
   bool clock_strip = false;      // over the picture, drawn anew as often as a screen changes
+  bool biocular = false;         // one camera's picture before both eyes, side by side
+  // A frame as it is seen from the side, and the eye it is seen with; none: it cannot be turned there.
+  std::function<const OutsidePicture&(const FrameRecord&)> outside;
+  Eye outside_eye;
 };
 
 // How the mouse moves this rig's stylus in this scene.
@@ -51,6 +57,11 @@ class WindowSeat {
   bool act(Instant<GraphicsClock> now, StateLink& link, HandDevice* hand,
            const std::vector<Condition>& conditions);
 
+  // It shows the play from the side; the score, warnings and all else that stands over the picture.
+  bool from_outside() const { return from_outside_; }
+  const window::HudContent& content() const { return content_; }
+  const window::Window& window() const { return *window_; }
+
   // The clock strip that was drawn last, once; just after show() or act() it has gone to the screen.
   std::optional<Duration> take_strip() { return std::exchange(strip_, {}); }
 
@@ -68,12 +79,14 @@ class WindowSeat {
              const WindowSeatOptions& options);
   bool obey(window::Key key, StateLink& link);
   void take_over(Instant<GraphicsClock> now);
+  void take_picture(const FrameRecord& frame);
   void look(Instant<GraphicsClock> now, StateLink& link, const std::vector<Condition>& conditions);
   void draw(Instant<GraphicsClock> now);
   std::string hint(double t) const;
 
   WindowSeatOptions options_;
   SceneDescription scene_;
+  CameraModel camera_;
   double full_force_n_;
   std::unique_ptr<window::Window> window_;
   std::unique_ptr<HitWatch> hits_;
@@ -83,7 +96,7 @@ class WindowSeat {
   bool forces_off_ = false;
   std::string notice_;
 
-  std::optional<Instant<GraphicsClock>> begun_, drawn_, status_asked_, taken_over_;
+  std::optional<Instant<GraphicsClock>> begun_, drawn_, status_asked_, taken_over_, turned_;
   window::HudContent content_;
   FrameRecord frame_;  // without pixels
   std::optional<Duration> strip_;
@@ -91,6 +104,8 @@ class WindowSeat {
   SilenceWatch physics_silence_;
   std::int64_t physics_beat_ns_ = 0;
   window::Size picture_;
+  int eyes_ = 1;  // side by side in it
+  bool from_outside_ = false;
   std::deque<std::pair<double, bool>> recent_;  // time and lateness of the last second's frames
   std::optional<std::string> refusal_seen_;
   std::optional<Instant<GraphicsClock>> refused_at_;

@@ -31,6 +31,7 @@ const std::vector<KeyHelp>& key_help() {
       {"P", "pause, go on"},
       {"R", "start again from zero"},
       {"A", "let the program play, take the bat back"},
+      {"V", "see it from the side, see it with your own eyes"},
       {"F11", "full screen"},
       {"?", "this list"},
       {"Q, Esc", "quit"},
@@ -156,10 +157,11 @@ const std::vector<Panel>& Hud::lay_out(const HudContent& content, Size framebuff
   });
   put(kFigures, framebuffer.width - wide(kFigures) - edge, edge);
 
-  renew(kForce,
-        fmt::format("{} {:.0f} {:.1f}", sized, 280.0 * content.force_n / content.full_force_n,
-                    content.last_force_n),
-        [&] { return force_bar(content, small); });
+  signature.clear();
+  if (content.full_force_n > 0.0)
+    signature = fmt::format("{} {:.0f} {:.1f}", sized, 280.0 * content.force_n / content.full_force_n,
+                            content.last_force_n);
+  renew(kForce, signature, [&] { return force_bar(content, small); });
   put(kForce, edge, framebuffer.height - high(kForce) - edge);
 
   renew(kHint, content.hint.empty() ? "" : sized + content.hint, [&] {

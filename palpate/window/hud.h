@@ -20,7 +20,7 @@ struct HudContent {
   std::optional<double> pictures_per_s, delay_s;
   std::optional<double> overlay_px;  // as the system itself estimates it, rms
   double force_n = 0.0, last_force_n = 0.0;
-  double full_force_n = 8.5;          // the bar's end: what the arm can give
+  double full_force_n = 8.5;          // the bar's end: what the arm can give; 0: no bar
   std::vector<std::string> warnings;  // the most important first
   std::string hint;                   // what to do now; empty: nothing
   bool paused = false, help = false;

@@ -119,6 +119,15 @@ TEST(Hud, FillsTheForceBarInProportionAndColoursItByStrength) {
   EXPECT_NEAR(quarter - padding, 0.25 * width, 0.03 * width);
 }
 
+TEST(Hud, ShowsNoForceBarWhereNoHandIs) {
+  Hud hud = a_hud();
+  HudContent content = full_content();
+  content.full_force_n = 0.0;
+  EXPECT_EQ(hud.lay_out(content, {640, 480})[Hud::kForce].canvas.width, 0);
+  content.full_force_n = 8.5;
+  EXPECT_GT(hud.lay_out(content, {640, 480})[Hud::kForce].canvas.width, 0);
+}
+
 TEST(Hud, BreaksLongLinesBetweenWords) {
   Hud hud = a_hud();
   const std::string words = full_content().warnings[0];

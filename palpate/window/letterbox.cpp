@@ -22,4 +22,11 @@ Pixel picture_pixel(const Box& box, Size picture, const Eigen::Vector2d& place) 
           (place.y() - box.y) / box.height * picture.height - 0.5};
 }
 
+Pixel eye_pixel(const Pixel& pixel, Size picture, int eyes) {
+  const double width = static_cast<double>(picture.width) / std::max(1, eyes);
+  if (eyes <= 1 || width <= 0.0) return pixel;
+  const double eye = std::clamp(std::floor((pixel.x() + 0.5) / width), 0.0, eyes - 1.0);
+  return {pixel.x() - eye * width, pixel.y()};
+}
+
 }  // namespace palpate::window

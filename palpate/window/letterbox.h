@@ -24,4 +24,8 @@ Box letterbox(Size picture, Size framebuffer);
 // The picture's pixel under a place in the framebuffer; beyond the box it lies beyond the picture.
 Pixel picture_pixel(const Box& box, Size picture, const Eigen::Vector2d& place);
 
+// Of a picture that is `eyes` pictures of one size side by side: the pixel in that eye's picture which a
+// pixel of the whole lies in. Left of the first and right of the last it lies beyond theirs.
+Pixel eye_pixel(const Pixel& pixel, Size picture, int eyes);
+
 }  // namespace palpate::window

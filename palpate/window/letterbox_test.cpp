@@ -49,5 +49,22 @@ TEST(Letterbox, MapsThePicturesCornersAndMiddleToItsPixels) {
   EXPECT_LT(picture_pixel(box, picture, {100.0, 540.0}).x(), -0.5);  // on the bar
 }
 
+// Two pictures of 640x480 in a window of 1000x400: 1000x375, each eye's 500 wide.
+TEST(Letterbox, OfTwoEyesSideBySideEachHalfMapsToItsOwnEyesPicture) {
+  const Size both{1280, 480};
+  const Box box = letterbox(both, {1000, 400});
+  for (const auto& [x, u] : {std::pair{0.0, -0.5}, std::pair{250.0, 319.5}, std::pair{499.0, 638.22},
+                             std::pair{500.0, -0.5}, std::pair{750.0, 319.5}, std::pair{999.0, 638.22}}) {
+    const Pixel pixel = eye_pixel(picture_pixel(box, both, {x, 199.5}), both, 2);
+    EXPECT_NEAR(pixel.x(), u, 1e-9) << x;
+    EXPECT_NEAR(pixel.y(), 239.5, 1e-9) << x;
+  }
+  // Beside the picture it is beside the nearer eye's.
+  EXPECT_DOUBLE_EQ(eye_pixel({-10.0, 5.0}, both, 2).x(), -10.0);
+  EXPECT_DOUBLE_EQ(eye_pixel({1290.0, 5.0}, both, 2).x(), 650.0);
+  // One eye's picture is the whole.
+  EXPECT_DOUBLE_EQ(eye_pixel({900.0, 5.0}, both, 1).x(), 900.0);
+}
+
 }  // namespace
 }  // namespace palpate::window

@@ -42,6 +42,8 @@ class MouseHand {
   void roll(double notches);                            // of the wheel, away from the person positive
   void hold_buttons(bool left, bool right) { left_ = left, right_ = right; }
   void see(const Pose<World, CameraOptical>& X_world_camera) { X_world_camera_ = X_world_camera; }
+  // The pointer is over another camera's picture from now on.
+  void look_through(const CameraModel& camera) { camera_ = camera; }
   // The hand is there now: the way goes on from there (somebody else has moved it until now).
   void take_over(const HandTarget& at, double t);
 

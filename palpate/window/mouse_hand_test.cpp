@@ -62,6 +62,26 @@ TEST(MouseHand, KeepsTheBatUnderARestingPointerWhileTheHeadTurns) {
   EXPECT_LT((seat.pixel_of(bat_of(target, seat.settings)) - Pixel(330, 220)).norm(), 0.01);
 }
 
+TEST(MouseHand, GoesUnderThePointerInThePictureOfAnotherCamera) {
+  const Seat seat;
+  MouseHand hand(seat.camera, seat.settings);
+  hand.see(seat.X_world_camera);
+  // Of somebody who stands at the left, with another lens.
+  Seat left;
+  left.camera.fx = left.camera.fy = 700.0;
+  const Vector3 eye(-1.6, -0.8, 2.2), z = (left.settings.home - eye).normalized();
+  const Vector3 x = z.cross(Vector3::UnitY()).normalized();
+  Matrix3 R;
+  R << x, z.cross(x), z;
+  left.X_world_camera = {Quaternion(R), eye};
+  hand.look_through(left.camera);
+  hand.see(left.X_world_camera);
+  const Pixel pixel(350, 220);
+  hand.point(pixel);
+  const HandTarget target = settle(hand, 0.0, 2.0);
+  EXPECT_LT((left.pixel_of(bat_of(target, left.settings)) - pixel).norm(), 0.01);
+}
+
 TEST(MouseHand, PushesTheBatForwardAndUpWithThePointer) {
   const Seat seat;
   MouseHand hand(seat.camera, seat.settings);

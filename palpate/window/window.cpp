@@ -4,6 +4,7 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "palpate/draw/gl_objects.h"
@@ -25,13 +26,55 @@ void main() {
 
 constexpr int kBlocksAcross = 48;  // of the clock strip, as wide as the window
 
+int windows_open = 0;    // GLFW begins with the first and ends with the last
 std::string glfw_words;  // what GLFW said last; its callback has no other place to leave it
+
+void end_glfw() {
+  if (windows_open == 0) glfwTerminate();
+}
 
 void keep_words(int /*code*/, const char* words) { glfw_words = words; }
 
 std::string environment(const char* name) {
   const char* value = std::getenv(name);
   return value == nullptr ? "" : value;
+}
+
+// The screen that holds the place.
+GLFWmonitor* screen_at(int x, int y) {
+  int count = 0;
+  GLFWmonitor** screens = glfwGetMonitors(&count);
+  for (int i = 0; i < count; ++i) {
+    int left = 0, top = 0;
+    glfwGetMonitorPos(screens[i], &left, &top);
+    const GLFWvidmode* mode = glfwGetVideoMode(screens[i]);
+    if (mode != nullptr && x >= left && x < left + mode->width && y >= top && y < top + mode->height)
+      return screens[i];
+  }
+  return count > 0 ? screens[0] : nullptr;
+}
+
+GLFWmonitor* screen_of(GLFWwindow* window) {
+  int x = 0, y = 0, width = 0, height = 0;
+  glfwGetWindowPos(window, &x, &y);
+  glfwGetWindowSize(window, &width, &height);
+  return screen_at(x + width / 2, y + height / 2);
+}
+
+// In the middle of another screen, or in the lower right corner of the one there is.
+void place_beside(GLFWwindow* window, GLFWwindow* first) {
+  int count = 0;
+  GLFWmonitor** screens = glfwGetMonitors(&count);
+  GLFWmonitor* const taken = screen_of(first);
+  GLFWmonitor* free = taken;
+  for (int i = 0; i < count; ++i)
+    if (screens[i] != taken) free = screens[i];
+  if (free == nullptr) return;
+  int x = 0, y = 0, width = 0, height = 0, wide = 0, high = 0;
+  glfwGetMonitorWorkarea(free, &x, &y, &width, &height);
+  glfwGetWindowSize(window, &wide, &high);
+  const int part = free == taken ? 1 : 2;
+  glfwSetWindowPos(window, x + std::max(0, (width - wide) / part), y + std::max(0, (height - high) / part));
 }
 
 Expected<GLFWwindow*> make_window(const std::string& title, Size size, bool visible) {
@@ -59,7 +102,7 @@ Expected<GLFWwindow*> make_window(const std::string& title, Size size, bool visi
   GLFWwindow* window = glfwCreateWindow(size.width, size.height, title.c_str(), nullptr, nullptr);
   if (window == nullptr) {
     const std::string words = glfw_words;
-    glfwTerminate();
+    end_glfw();
     return refused(
         "window: the display {} offers no OpenGL 3.3 ({}); install a graphics driver (libgl1-mesa-dri "
         "draws without a card), or start without a window",
@@ -76,6 +119,7 @@ struct Window::Impl {
   std::unique_ptr<draw::Program> image;
   std::unique_ptr<draw::FullScreen> screen;
   draw::Texture picture, strip_panel;
+  int eyes = 1;  // that the picture is for
   struct Drawn {
     std::uint64_t version = 0;
     draw::Texture texture;
@@ -97,7 +141,8 @@ struct Window::Impl {
     image.reset();
     glfwMakeContextCurrent(nullptr);
     glfwDestroyWindow(window);
-    glfwTerminate();
+    --windows_open;
+    end_glfw();
   }
 
   static Impl& of(GLFWwindow* window) { return *static_cast<Impl*>(glfwGetWindowUserPointer(window)); }
@@ -156,6 +201,9 @@ struct Window::Impl {
       case 'a':
       case 'A':
         return input.keys.push_back(Key::program_plays);
+      case 'v':
+      case 'V':
+        return input.keys.push_back(Key::view);
       case 'h':
       case 'H':
       case '?':
@@ -179,13 +227,14 @@ struct Window::Impl {
   }
 };
 
-Expected<std::unique_ptr<Window>> Window::open(const std::string& title, Size size) {
+Expected<std::unique_ptr<Window>> Window::open(const std::string& title, Size size, const Window* beside) {
   auto lettering = Lettering::open();
   if (!lettering) return tl::unexpected(lettering.error());
-  auto made = make_window(title, size, true);
+  auto made = make_window(title, size, beside == nullptr);
   if (!made) return tl::unexpected(made.error());
   auto impl = std::make_unique<Impl>();
   impl->window = *made;
+  ++windows_open;
   impl->hud = std::make_unique<Hud>(std::move(*lettering));
   glfwMakeContextCurrent(impl->window);
   glfwSwapInterval(0);
@@ -201,6 +250,12 @@ Expected<std::unique_ptr<Window>> Window::open(const std::string& title, Size si
   glfwSetCharCallback(window, [](GLFWwindow* w, unsigned letter) { Impl::of(w).on_letter(letter); });
   glfwSetScrollCallback(window, [](GLFWwindow* w, double, double y) { Impl::of(w).input.wheel += y; });
   glfwSetCursorPosCallback(window, [](GLFWwindow* w, double x, double y) { Impl::of(w).on_pointer(x, y); });
+  if (beside != nullptr) {
+    place_beside(window, beside->impl_->window);
+    glfwSetWindowAttrib(window, GLFW_FOCUS_ON_SHOW, GLFW_FALSE);
+    glfwShowWindow(window);
+    return std::unique_ptr<Window>(new Window(std::move(impl)));
+  }
   if (GLFWcursor* cross = glfwCreateStandardCursor(GLFW_CROSSHAIR_CURSOR)) glfwSetCursor(window, cross);
   return std::unique_ptr<Window>(new Window(std::move(impl)));
 }
@@ -209,7 +264,7 @@ Expected<void> Window::possible() {
   auto made = make_window("palpate", {64, 48}, false);
   if (!made) return tl::unexpected(made.error());
   glfwDestroyWindow(*made);
-  glfwTerminate();
+  end_glfw();
   return {};
 }
 
@@ -217,18 +272,20 @@ Window::Window(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Window::~Window() = default;
 
 Input Window::poll() {
-  Input& input = impl_->input;
-  input.keys.clear();
-  input.wheel = input.moved = 0.0;
+  // Events of every window come at once: what another one's poll has brought since is told, too.
   glfwPollEvents();
+  Input input = impl_->input;
+  impl_->input.keys.clear();
+  impl_->input.wheel = impl_->input.moved = 0.0;
   input.left = glfwGetMouseButton(impl_->window, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
   input.right = glfwGetMouseButton(impl_->window, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
   if (glfwWindowShouldClose(impl_->window)) input.keys.push_back(Key::quit);
   return input;
 }
 
-void Window::take_picture(std::span<const std::uint8_t> rgb, Size picture) {
+void Window::take_picture(std::span<const std::uint8_t> rgb, Size picture, int eyes) {
   glfwMakeContextCurrent(impl_->window);
+  impl_->eyes = std::max(1, eyes);
   if (impl_->picture.width() != picture.width || impl_->picture.height() != picture.height)
     impl_->picture = draw::Texture(picture.width, picture.height, draw::Format::rgb8, draw::Filter::linear);
   impl_->picture.upload(rgb.data());
@@ -247,10 +304,10 @@ void Window::draw(const HudContent& content, std::optional<Duration> strip) {
   glClearColor(0, 0, 0, 1);
   glClear(GL_COLOR_BUFFER_BIT);
   if (impl_->picture) impl_->put(impl_->picture, impl_->box(), size.height);
-  if (strip) impl_->put_strip(*strip, size);
   glEnable(GL_BLEND);
   glBlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
-  const auto& panels = impl_->hud->lay_out(content, size);
+  const int part = size.width / impl_->eyes;  // of the window, for each eye
+  const auto& panels = impl_->hud->lay_out(content, {part, size.height});
   for (std::size_t i = 0; i < panels.size(); ++i) {
     const Canvas& canvas = panels[i].canvas;
     if (canvas.width <= 0 || canvas.height <= 0) continue;
@@ -262,9 +319,12 @@ void Window::draw(const HudContent& content, std::optional<Duration> strip) {
             draw::Texture(canvas.width, canvas.height, draw::Format::rgba8, draw::Filter::nearest);
       drawn.texture.upload(canvas.rgba.data());
     }
-    impl_->put(drawn.texture, {panels[i].x, panels[i].y, canvas.width, canvas.height}, size.height);
+    for (int eye = 0; eye < impl_->eyes; ++eye)
+      impl_->put(drawn.texture, {panels[i].x + eye * part, panels[i].y, canvas.width, canvas.height},
+                 size.height);
   }
   glDisable(GL_BLEND);
+  if (strip) impl_->put_strip(*strip, size);  // over all else: a camera has to read it
   glfwSwapBuffers(impl_->window);
 }
 
@@ -278,19 +338,7 @@ void Window::toggle_full_screen() {
   Impl::Place here;
   glfwGetWindowPos(window, &here.x, &here.y);
   glfwGetWindowSize(window, &here.width, &here.height);
-  // The monitor that holds the window's middle.
-  int count = 0;
-  GLFWmonitor** monitors = glfwGetMonitors(&count);
-  GLFWmonitor* chosen = count > 0 ? monitors[0] : nullptr;
-  for (int i = 0; i < count; ++i) {
-    int x = 0, y = 0;
-    glfwGetMonitorPos(monitors[i], &x, &y);
-    const GLFWvidmode* mode = glfwGetVideoMode(monitors[i]);
-    const int middle_x = here.x + here.width / 2, middle_y = here.y + here.height / 2;
-    if (mode != nullptr && middle_x >= x && middle_x < x + mode->width && middle_y >= y &&
-        middle_y < y + mode->height)
-      chosen = monitors[i];
-  }
+  GLFWmonitor* chosen = screen_of(window);
   const GLFWvidmode* mode = chosen == nullptr ? nullptr : glfwGetVideoMode(chosen);
   if (mode == nullptr) return;
   impl_->windowed = here;

@@ -4,7 +4,8 @@
 // window's own; other contexts of the thread (draw::Context) live beside it and are made current again by
 // whoever uses them. It does not wait for the screen's refresh: whoever draws pictures on the camera's beat
 // must not be held up by another one. Refused, with the reason, where there is no display or it offers no
-// OpenGL 3.3. Thread: the process' main thread alone (GLFW's rule); one window at a time.
+// OpenGL 3.3. Thread: the process' main thread alone (GLFW's rule). There
+// may be several: each has its own input.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +23,7 @@
 
 namespace palpate::window {
 
-enum class Key { serve, pause, reset, program_plays, full_screen, help, quit, farther, nearer };
+enum class Key { serve, pause, reset, program_plays, full_screen, help, quit, farther, nearer, view };
 
 // Since the last poll.
 struct Input {
@@ -35,7 +36,10 @@ struct Input {
 
 class Window {
  public:
-  static Expected<std::unique_ptr<Window>> open(const std::string& title, Size size);
+  // `beside`: that of the person who plays. This one comes up without taking keys away from it, on another
+  // screen where there is one.
+  static Expected<std::unique_ptr<Window>> open(const std::string& title, Size size,
+                                                const Window* beside = nullptr);
   // Whether one could be opened here; opens one unseen and closes it again.
   static Expected<void> possible();
   ~Window();
@@ -43,8 +47,9 @@ class Window {
   Window& operator=(const Window&) = delete;
 
   Input poll();
-  // Packed RGB, row 0 on top; shown from the next draw() on.
-  void take_picture(std::span<const std::uint8_t> rgb, Size picture);
+  // Packed RGB, row 0 on top; shown from the next draw() on. `eyes`: so many pictures side by side, and what
+  // stands over the picture stands over each.
+  void take_picture(std::span<const std::uint8_t> rgb, Size picture, int eyes = 1);
   // With the clock strip of time `strip` in a panel over the picture's upper edge, where one is given.
   void draw(const HudContent& content, std::optional<Duration> strip = {});
   void toggle_full_screen();

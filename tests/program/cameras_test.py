@@ -12,6 +12,7 @@ import time
 import unittest
 import zlib
 
+from display import Desktop
 from laboratory import LaboratoryTest
 from program import wait_until
 
@@ -110,6 +111,47 @@ class Cameras(LaboratoryTest):
         self.assertGreaterEqual(figures["camera"]["times_opened"], 2)
         self.assertGreaterEqual(figures["graphics"]["conditions"]["camera_silent"], 1)
         self.assertEqual(self.stop_in_order(physics), [[]])  # forces have not heard of it
+
+    def test_the_clock_strip_stands_over_the_window_and_goes_on(self):
+        desktop = Desktop()
+        self.addCleanup(desktop.close)
+        self.environment["DISPLAY"] = desktop.name
+        self.plug_in("laboratory")
+        self.start_world()
+        physics = self.start_physics()
+        graphics = self.start_graphics("--camera", CAMERA, "--camera-rate-hz", "25", "--window", "--clock-strip")
+        wait_until(lambda: graphics.ended() or desktop.window("Palpate"), "the window opens")
+        window = desktop.window("Palpate")
+        desktop.resize(window, 960, 720)
+        block = 960 // 48
+        left = (960 - 19 * block) // 2
+
+        def blocks():
+            """The strip's sixteen, 1 white and 0 black; None where the panel round them is not whole."""
+            picture = desktop.picture(window)
+
+            def light(x, y):  # in blocks from the panel's corner
+                level = picture.at(round(left + x * block), round(y * block))
+                return 1 if min(level) > 250 else 0 if max(level) < 5 else None
+            border = [light(x, y) for x in (0.25, 18.75) for y in (0.25, 2, 3.75)]
+            frame = [light(x, y) for x in (0.75, 18.25) for y in (0.75, 2, 3.25)]
+            margin = [light(x, y) for x in (1.25, 17.75) for y in (1.25, 2, 2.75)]
+            if border != 6 * [0] or frame != 6 * [1] or margin != 6 * [0]:
+                return None
+            return [light(2 + i, 2) for i in range(16)]
+        wait_until(lambda: graphics.ended() or blocks(), "the strip's panel is there")
+        self.assertFalse(graphics.ended(), graphics.lines())
+        codes = set()
+
+        def goes_on():
+            shown = blocks()
+            if shown:
+                self.assertEqual((shown[:2], shown[-2:]), ([1, 0], [0, 1]))
+                self.assertNotIn(None, shown)
+                codes.add(tuple(shown))
+            return len(codes) >= 5
+        wait_until(goes_on, "five moments have been shown")
+        self.assertEqual(self.stop_in_order(graphics, physics)[1], [])
 
     def test_pictures_of_another_size_than_the_lens_was_calibrated_at_are_told_with_both(self):
         os.mkdir(self.path("small"))

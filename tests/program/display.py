@@ -76,8 +76,13 @@ class Desktop:
         geometry = window.get_geometry()
         return geometry.x, geometry.y, geometry.width, geometry.height
 
-    def resize(self, window, width, height):
-        window.configure(x=0, y=0, width=width, height=height)
+    def resize(self, window, width, height, x=0, y=0):
+        window.configure(x=x, y=y, width=width, height=height)
+        self.display.sync()
+
+    def focus(self, window):
+        """Keys go there from now on."""
+        window.set_input_focus(X.RevertToParent, X.CurrentTime)
         self.display.sync()
 
     def point(self, x, y):

@@ -40,17 +40,29 @@ def white(red, green, blue):
     return min(red, green, blue) > 225
 
 
+def yellow(red, green, blue):
+    """The pyramid of what the player's camera sees, in a view from the side."""
+    return red > 130 and abs(red - green) < 45 and min(red, green) - blue > 75
+
+
+def bat(red, green, blue):
+    """Either side of it."""
+    return dark(red, green, blue) or (red > 90 and green < 60 and blue < 60)
+
+
 class Window(LaboratoryTest):
+    DESKTOP = 1280, 900
+
     def setUp(self):
         super().setUp()
-        self.desktop = Desktop()
+        self.desktop = Desktop(*self.DESKTOP)
         self.addCleanup(self.desktop.close)
         self.sound = self.path("sound.wav")
         settings = self.write("sound.conf", f"[general]\ndrivers = wave\n[wave]\nfile = {self.sound}\n")
         self.environment.update(DISPLAY=self.desktop.name, ALSOFT_CONF=settings, ALSOFT_DRIVERS="wave")
         self.environment.pop("WAYLAND_DISPLAY", None)
 
-    def start_playing(self, *options):
+    def start_playing(self, *options, size=(960, 720)):
         # A head that keeps still, so that a place in the picture stays one in the world.
         self.runs("world", "new", "calm.toml")
         text = self.read("calm.toml").decode()
@@ -62,8 +74,8 @@ class Window(LaboratoryTest):
         self.graphics = self.start_graphics("--window", "--mouse", "--json", "graphics.json", *options)
         self.sees(lambda: self.desktop.window("Palpate") is not None, "the window opens")
         self.window = self.desktop.window("Palpate")
-        self.desktop.resize(self.window, 960, 720)
-        self.sees(lambda: self.look().share((0, 0, 960, 720), black) < 0.2, "the window shows the camera's picture")
+        self.desktop.resize(self.window, *size)
+        self.sees(lambda: self.look().share((0, 0, *size), black) < 0.2, "the window shows the camera's picture")
 
     def look(self):
         return self.desktop.picture(self.window)
@@ -137,6 +149,82 @@ class Window(LaboratoryTest):
         self.assertGreater(loudest, 300)
 
 
+class Monitor(Window):
+    DESKTOP = 1620, 900
+    test_a_person_takes_the_bat_plays_reads_the_help_and_quits = None  # of the class above
+
+    def share(self, window, wanted, box=None):
+        picture = self.desktop.picture(window)
+        return picture.share(box or (0, 0, picture.width, picture.height), wanted)
+
+    def test_those_who_look_on_have_a_window_of_their_own_and_v_turns_each(self):
+        self.start_playing("--player", "--monitor", "outside")
+        self.sees(lambda: self.desktop.window("Palpate monitor") is not None, "a second window opens")
+        monitor = self.desktop.window("Palpate monitor")
+        self.desktop.resize(monitor, 640, 480, x=970)
+        self.assertEqual(self.desktop.display.get_input_focus().focus, self.window, "it does not take the keys away")
+        pyramid, none = 8e-4, 2e-4  # of the picture
+        self.sees(lambda: self.share(monitor, yellow) > pyramid, "the play is seen from the side")
+        self.assertLess(self.share(self.window, yellow), none)
+        # The mouse leads the bat in the picture that is seen.
+        self.desktop.point(330, 470)
+        self.sees(lambda: self.bat_is_at(330, 470), "the bat goes to the pointer")
+        self.desktop.press("v")
+        self.sees(lambda: self.share(self.window, yellow) > pyramid, "the player sees it from the side, too")
+        here, there = (505, 385), (470, 300)
+        for place in (here, there, here):
+            self.desktop.point(*place)
+            at, other = ((x - 6, y - 6, 12, 12) for x, y in (place, there if place == here else here))
+            self.sees(lambda: self.share(self.window, bat, at) > 0.95 and self.share(self.window, bat, other) < 0.3,
+                      f"the bat goes to {place[0]} from the side")
+        self.desktop.press("v")
+        self.sees(lambda: self.share(self.window, yellow) < none, "the player sees with their own eyes again")
+        # A copy, with the warnings and without the keys.
+        self.desktop.focus(monitor)
+        self.desktop.press("v")
+        self.sees(lambda: self.share(monitor, yellow) < none and self.share(monitor, blue) > 0.1, "the second window is a copy")
+        self.desktop.focus(self.window)
+        self.desktop.press("Shift_L", "question")
+        self.sees(lambda: self.share(self.window, blue, (690, 440, 90, 90)) < 0.1, "the keys are listed for the player")
+        self.assertGreater(self.share(monitor, blue, (460, 293, 60, 60)), 0.7)
+        self.desktop.press("Shift_L", "question")
+        self.physics.send(signal.SIGSTOP)
+        for window, upper in ((self.window, (100, 100, 760, 200)), (monitor, (67, 67, 507, 133))):
+            self.sees(lambda: self.share(window, amber, upper) > 0.03, "the warning stands in each")
+        self.physics.send(signal.SIGCONT)
+        # Closing it is no end of play.
+        self.desktop.focus(monitor)
+        self.desktop.press("q")
+        self.assertTrue(self.graphics.says("the monitor window is closed"), self.graphics.lines())
+        self.sees(lambda: self.desktop.window("Palpate monitor") is None, "the second window goes")
+        self.desktop.focus(self.window)
+        here = (400, 430)
+        self.desktop.point(*here)
+        self.sees(lambda: self.bat_is_at(*here), "the play goes on")
+        figures = self.quits_in_order("q")
+        self.assertGreater(figures["window"]["monitor"]["pictures"], 10)
+
+    def test_one_cameras_picture_stands_before_both_eyes(self):
+        self.start_playing("--biocular", size=(1280, 480))
+
+        def alike():
+            # Apart from the pixels in which two halves that are scaled alike may round otherwise.
+            picture = self.look()
+            rows = range(100, 380, 20)
+            return sum(picture.at(x, y) == picture.at(x + 640, y) for y in rows for x in range(0, 640, 20)) / (len(rows) * 32)
+        self.sees(lambda: alike() > 0.99, "both halves are alike")
+        self.assertGreater(self.look().share((150, 300, 300, 100), blue), 0.3)
+        # The bat under the pointer, in either half, is in both: 960x720's (330, 470) is (220, 313) here.
+        for eye, (x, y) in ((0, (220, 313)), (1, (320, 267))):
+            self.desktop.point(x + 640 * eye, y)
+            for half in (0, 640):
+                self.sees(lambda: self.look().share((x + half - 20, y - 13, 40, 26), dark) > 0.9, f"the bat goes to {x + half}")
+        # Each eye reads the keys.
+        self.desktop.press("Shift_L", "question")
+        self.sees(lambda: all(self.look().share((half + 440, 290, 60, 60), blue) < 0.1 for half in (0, 640)), "each eye reads the keys")
+        self.quits_in_order("q")
+
+
 class NoWindow(LaboratoryTest):
     def test_without_a_display_it_says_so(self):
         self.environment.pop("DISPLAY", None)
@@ -177,8 +265,24 @@ class NoWindow(LaboratoryTest):
         self.assertEqual(window()["verdict"], "ok", window())
         self.assertIn(desktop.name, window()["value"])
 
-    def test_the_mouse_needs_a_window(self):
+    def test_what_stands_in_a_window_needs_one(self):
         self.says_no(self.run_program("graphics", "--rig", self.rig, "--mouse"), 2, "--mouse", "--window")
+        self.says_no(self.run_program("graphics", "--rig", self.rig, "--monitor", "copy"), 2, "--monitor", "--window")
+        self.says_no(self.run_program("graphics", "--rig", self.rig, "--biocular"), 2, "--biocular", "--window")
+        self.says_no(self.run_program("demo", "--headless", "--monitor", "copy"), 2, "--monitor", "--headless", "leave one of them out")
+        self.says_no(self.run_program("graphics", "--rig", self.rig, "--window", "--monitor", "inside"), 2, "--monitor", "'inside'",
+                     "copy or outside")
+
+    def test_two_cameras_need_no_biocular_view(self):
+        text = self.read("rig.toml").decode()
+
+        def part(name):
+            begin = text.index(f"[{name}]")
+            end = text.find("\n[", begin + 1)
+            return text[begin:end if end > 0 else len(text)].replace(f"[{name}", f"[right_{name}")
+        self.write("two.toml", text + "\n" + part("camera") + "\n" + part("hand_eye") + "\n")
+        self.says_no(self.run_program("graphics", "--rig", "two.toml", "--window", "--biocular"), 2, "--biocular", "two cameras",
+                     "leave it out")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,48 @@
+// The play as somebody sees it who looks on from the side: where they stand, and the player's camera, which
+// only they can see.
+//
+// World frame, m. Pure but for the meshes that a PlayersCamera owns; one thread.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "palpate/compositor/compositor.h"
+#include "palpate/model/camera.h"
+#include "palpate/scene/application.h"
+
+namespace palpate {
+
+struct OutsidePicture {
+  std::uint64_t frame = 0;  // FrameRecord::number
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgb;  // row 0 on top; empty: nothing is known of the play yet
+};
+
+// To the left of the player and a little behind, so that table, wall and the player's head are in view:
+// measured in lengths of the table, whose corners are in touching order from the player's left. Throws
+// std::invalid_argument where they span nothing.
+Eye onlooker(const std::array<Vector3, 4>& table, int width, int height);
+// The same for a scene's table, or the first surface where none bears that name.
+Eye onlooker(const std::vector<SceneSurface>& surfaces, int width, int height);
+
+// A small camera with the pyramid that it sees: apex in its centre, edges through the corners of its picture
+// (undistorted, as it is drawn), with a mark above the upper side.
+class PlayersCamera {
+ public:
+  static constexpr double kSightLength = 0.30;  // m, to the pyramid's base
+
+  // worn: on a head, which is drawn, too.
+  PlayersCamera(const CameraModel& camera, bool worn);
+  // Valid as long as this object stays where it is.
+  std::vector<DrawItem> items(const Pose<World, CameraOptical>& X_world_camera) const;
+
+ private:
+  TriangleMesh head_, body_, sight_;
+};
+
+// The four corners of the pyramid's base, CameraOptical: of the picture's upper left, upper right, lower
+// right and lower left.
+std::array<Vector3, 4> sight_corners(const CameraModel& camera);
+
+}  // namespace palpate
