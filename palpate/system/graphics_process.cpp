@@ -19,6 +19,7 @@
 #include "palpate/system/picture_parts.h"
 #include "palpate/system/player_seat.h"
 #include "palpate/system/pose_feed.h"
+#include "palpate/system/pose_log.h"
 #include "palpate/system/window_seat.h"
 #include "palpate/time/real_time.h"
 
@@ -98,9 +99,12 @@ class ClockWatch {
 class ConditionTeller {
  public:
   explicit ConditionTeller(const std::function<void(const std::string&)>& say) : say_(say) {}
-  void look(const std::vector<Condition>& now) {
+  // Whether there was news.
+  bool look(const std::vector<Condition>& now) {
+    bool news = now.size() != told_.size();
     for (const auto& condition : now) {
       const Condition* before = among(told_, condition.kind);
+      news = news || before == nullptr || before->text != condition.text;
       if (before == nullptr) ++begun_[name_of(condition.kind)];
       if (say_ && (before == nullptr || before->text != condition.text)) say_("graphics: " + condition.text);
     }
@@ -108,6 +112,7 @@ class ConditionTeller {
       if (say_ && among(now, condition.kind) == nullptr)
         say_(fmt::format("graphics: {}", end_of(condition.kind)));
     told_ = now;
+    return news;
   }
   // How often each has begun.
   const std::map<std::string, int>& begun() const { return begun_; }
@@ -173,6 +178,7 @@ class Quantiles {
 // Written as it goes: a server may run for days.
 struct Logs {
   CsvFile frames, sync;
+  PoseLog poses;
 
   static Expected<Logs> begin(const std::filesystem::path& folder) {
     // From `unsent` on: how many since the start.
@@ -183,13 +189,21 @@ struct Logs {
     auto sync = CsvFile::begin(folder / "realtime_sync.csv",
                                {"time_s", "offset_error_us", "uncertainty_us", "offset_s"});
     if (!sync) return tl::unexpected(sync.error());
-    return Logs{std::move(*frames), std::move(*sync)};
+    auto poses = PoseLog::begin(folder);
+    if (!poses) return tl::unexpected(poses.error());
+    return Logs{std::move(*frames), std::move(*sync), std::move(*poses)};
   }
   Expected<void> finish() {
-    auto done = frames.finish();
-    return done ? sync.finish() : done;
+    for (auto done : {frames.finish(), sync.finish(), poses.finish()})
+      if (!done) return done;
+    return {};
   }
 };
+
+double camera_readout_s(const GraphicsProcessOptions& options) {
+  if (!options.camera) return sim::readout_s(options.world);
+  return options.camera->settings.rolling ? options.camera->settings.readout_s : 0.0;
+}
 
 }  // namespace
 
@@ -307,7 +321,9 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   if (options.clock_strip) {
     const double exposure_s = live_camera ? live_camera->facts().exposure_s : options.world.camera.exposure_s;
     auto opened = PhotonProbe::open(live_camera ? nullptr : lab,
-                                    {.exposure = seconds(exposure_s), .scan_out = options.graphics.scan_out},
+                                    {.exposure = seconds(exposure_s),
+                                     .scan_out = options.graphics.scan_out,
+                                     .readout = seconds(camera_readout_s(options))},
                                     clock, options.out, options.notice);
     if (!opened) return tl::unexpected(opened.error());
     photons = std::move(*opened);
@@ -323,8 +339,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   if (options.notice && live_camera)
     options.notice(fmt::format("graphics: camera {}: {}", live_camera->name(),
                                cameras::description(live_camera->facts())));
-  std::optional<TrackerWatch> tracker_watch;
-  if (live_tracker) tracker_watch.emplace(*live_tracker, *options.tracker, clock.now());
+  if (live_tracker) server.tracker_explains([&] { return why_unheard(*live_tracker, *options.tracker); });
   ServerWatch physics(**link, clock, endpoint.address, options.notice);
   ClockWatch clocks(options.notice);
   ConditionTeller conditions(options.notice);
@@ -358,9 +373,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     server.service(clock.now());
     physics.look();
     clocks.look(server.sync());
-    conditions.look(server.conditions());
-    if (tracker_watch)
-      if (const auto news = tracker_watch->look(clock.now()); news && options.notice) options.notice(*news);
+    if (conditions.look(server.conditions())) told.reset();  // whoever asks for the status hears of it now
     if (!server.frame_begun()) {
       if (server.begin_frame(clock.now())) draw_at = clock.now() + kDrawAfter;
     } else if (clock.now() >= draw_at) {
@@ -389,6 +402,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
             number_text(frame.landmarks_used), number_text(to_seconds(clock.now() - frame.begun) * 1e6),
             fmt::format("{}", so_far.unsent), fmt::format("{}", so_far.lost),
             fmt::format("{}", so_far.duplicated), fmt::format("{}", so_far.out_of_order)});
+        logs->poses.add(frame, scene, t);
       }
       if (server.sync().exchanges() > 0) {
         // The physics host's clock is this machine's own, undisguised: that is the truth to compare with.

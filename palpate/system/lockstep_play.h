@@ -48,11 +48,8 @@ struct LockstepOptions {
   Duration extra_force_delay{0};
   // The simulated display shows the clock strip, and the delay from light to light is measured with it.
   bool clock_strip = false;
-  // What goes wrong with a device, on its way to the graphics server: called with the seconds since the play
-  // began, warm-up counted. Takes samples away or changes them.
-  std::function<void(double, std::optional<CameraImage>&)> disturb_camera;
-  std::function<void(double, std::vector<TrackerSample>&)> disturb_tracker;
-  // Every millisecond, for whoever wants to look at the conditions.
+  // Every millisecond, for whoever wants to look at the conditions: with the seconds since the play began,
+  // warm-up counted, as the world file's faults count them.
   std::function<void(double, const std::vector<Condition>&)> conditions;
   std::function<void(const WorldState&)> watch;  // each state of the physics loop that counts
   // Where given, frames go here and nothing of them is kept, nor of the haptic loop: a play of any length.
