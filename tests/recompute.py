@@ -22,6 +22,8 @@ What it reads in FOLDER (a figure whose files are missing is not recomputed, and
   raw/lens.csv           which(est|true),fx,fy,cx,cy,k1,k2,p1,p2,k3[,width,height]
   raw/frames_right.csv, truth_frames_right.csv, lens_right.csv: the same of the right eye, where a demo had two
   raw/haptics.csv        given_n        raw/realtime_frames.csv   round_trip_us
+  raw/realtime_poses.csv as frames.csv, with camera_frame and time_s; raw/realtime_truth.csv as truth_frames.csv, its frame the
+                         camera's
 
 The overlay error of a point: its virtual twin is drawn with the estimated pose and the estimated focal lengths and centre;
 the real point goes through the true camera and the true lens into the image, and from there through the estimated lens into
@@ -257,23 +259,32 @@ def offset_figures(demo):
                 yield part + "/rotation_error_deg", turn_between_deg(estimate["rotation_qwxyz"], truth["rotation_qwxyz"])
 
 
-def overlay_figures(demo, differ, ending="", part="registration"):
-    """Of the only camera or the left one; with the ending _right of the second."""
-    table = f"raw/frames{ending}.csv"
-    frames = demo.rows(f"frames{ending}.csv")
-    truth = {row["frame"]: row for row in demo.rows(f"truth_frames{ending}.csv")}
+def overlay_figures(demo, differ):
+    """Of the lock-step play, each eye's, and of the real-time leg, whose two files are joined by the camera's count of images."""
+    for eye, ending in (("", ""), ("right_eye/", "_right")):
+        yield from overlay_of(demo, differ, "registration/" + eye, f"frames{ending}.csv", f"truth_frames{ending}.csv", "frame", lambda row: True, ending)
+    settled = demo.stated("realtime/overlay/warm_up_s") or 0.0
+    yield from overlay_of(demo, differ, "realtime/overlay/", "realtime_poses.csv", "realtime_truth.csv", "camera_frame",
+                          lambda row: float(row["time_s"]) >= settled)
+
+
+def overlay_of(demo, differ, part, drawn, true, key, counts, ending=""):
+    frames = demo.rows(drawn)
+    truth = {row["frame"]: row for row in demo.rows(true)}
     points = demo.rows("check_points.csv")
     lenses = {row["which"]: Lens(row) for row in demo.rows(f"lens{ending}.csv")}
     if not (frames and truth and points and {"est", "true"} <= set(lenses)):
         return
     est_lens, true_lens = lenses["est"], lenses["true"]
     twins = [(numbers(p, "est_x_m", "est_y_m", "est_z_m"), numbers(p, "true_x_m", "true_y_m", "true_z_m")) for p in points]
-    world, only, tips = [], [], []
+    world, only, tips, in_time = [], [], [], []
     for row in frames:
-        if row["frame"] not in truth:
-            differ(f"{table}: frame {row['frame']} has no row in raw/truth_frames{ending}.csv")
+        if row[key] not in truth:
+            differ(f"raw/{drawn}: frame {row['frame']} has no row in raw/{true}")
             continue
-        true_row = truth[row["frame"]]
+        if not counts(row):
+            continue
+        true_row = truth[row[key]]
         true_pose = pose_of(true_row)
         for prefix, errors in (("cam_", world), ("tracker_cam_", only)):
             if not row.get(prefix + "x_m"):
@@ -282,22 +293,26 @@ def overlay_figures(demo, differ, ending="", part="registration"):
             found = [e for est, true in twins if (e := overlay_px(pose, est_lens, est, true_pose, true_lens, true)) is not None]
             errors += found
             if prefix == "cam_" and row.get("world_px") and found:
-                differ.compare(f"{table} frame {row['frame']} world_px", rms(found), float(row["world_px"]), quiet=True)
+                differ.compare(f"raw/{drawn} frame {row['frame']} world_px", rms(found), float(row["world_px"]), quiet=True)
         if row.get("tip_x_m") and true_row.get("tip_x_m") and row.get("cam_x_m"):
             error = overlay_px(pose_of(row), est_lens, numbers(row, "tip_x_m", "tip_y_m", "tip_z_m"), true_pose, true_lens,
                                numbers(true_row, "tip_x_m", "tip_y_m", "tip_z_m"))
             if error is not None:
                 tips.append(error)
+                if row.get("late") == "0":
+                    in_time.append(error)
                 if row.get("tip_px"):
-                    differ.compare(f"{table} frame {row['frame']} tip_px", error, float(row["tip_px"]), quiet=True)
+                    differ.compare(f"raw/{drawn} frame {row['frame']} tip_px", error, float(row["tip_px"]), quiet=True)
     if world:
-        yield part + "/world_px_rms", rms(world)
-        yield part + "/world_px_p95", nearest_rank(world, 0.95)
+        yield part + "world_px_rms", rms(world)
+        yield part + "world_px_p95", nearest_rank(world, 0.95)
     if only:
-        yield part + "/world_px_rms_tracker_only", rms(only)
+        yield part + "world_px_rms_tracker_only", rms(only)
     if tips:
-        yield part + "/tip_px_rms", rms(tips)
-        yield part + "/tip_px_p95", nearest_rank(tips, 0.95)
+        yield part + "tip_px_rms", rms(tips)
+        yield part + "tip_px_p95", nearest_rank(tips, 0.95)
+    if in_time and part.startswith("realtime"):
+        yield part + "tip_px_rms_in_time", rms(in_time)
 
 
 def disparity_figures(demo):
@@ -370,8 +385,7 @@ def main(arguments=None):
     demo = Demo(options.folder, options.palpate, options.world)
     differ = Differences(options.tolerance)
     done = set()
-    for figures in (arm_figures(demo), offset_figures(demo), overlay_figures(demo, differ),
-                    overlay_figures(demo, differ, "_right", "registration/right_eye"), disparity_figures(demo), count_figures(demo)):
+    for figures in (arm_figures(demo), offset_figures(demo), overlay_figures(demo, differ), disparity_figures(demo), count_figures(demo)):
         for name, value in figures:
             stated = demo.stated(name)
             if stated is None and name.endswith("rotation_error_deg"):

@@ -52,9 +52,15 @@ class Recompute(unittest.TestCase):
         write_rows(self.folder, "check_points.csv", [dict(point=i, true_x_m=x, true_y_m=0, true_z_m=1, est_x_m=x, est_y_m=0, est_z_m=1) for i, x in enumerate((0.1, 2.0))])
         write_rows(self.folder, "lens.csv", [dict(which="est", **LENS), dict(which="true", **LENS)])
         write_rows(self.folder, "haptics.csv", [dict(time_s=0, given_n=-4.5), dict(time_s=0.001, given_n=2)])
+        # The real-time leg: 4 mm to the right, joined by the camera's count; the first picture comes before it has settled.
+        shown = dict(**pose("cam_", 0.004, 0, 0), tip_x_m=0, tip_y_m=0, tip_z_m=0.5)
+        write_rows(self.folder, "realtime_poses.csv", [dict(frame=1, camera_frame=40, time_s=0.5, late=0, world_px="", tip_px="", **{**shown, "cam_x_m": 0.1}),
+                                                       dict(frame=2, camera_frame=42, time_s=1.5, late=0, world_px=2.0, tip_px=4.0, **shown)])
+        write_rows(self.folder, "realtime_truth.csv", [dict(frame=f, **pose("cam_", 0, 0, 0), tip_x_m=0, tip_y_m=0, tip_z_m=0.5) for f in (40, 41, 42)])
         self.summary = dict(arm=dict(error_to_truth_mean_mm=3.0, eq7_error_to_truth_mm=0.0), pivot=dict(error_to_truth_mm=5.0), hand_eye=dict(error_to_truth_mm=3.0, rotation_error_deg=math.degrees(0.02)),
                             registration=dict(world_px_rms=1.0, world_px_p95=1.0, tip_px_rms=2.0, tip_px_p95=2.0),
-                            exchange=dict(frames=1, late=0, answers=dict(exact=1, interpolated=0, extrapolated=0, too_old=0)), force=dict(peak_n=4.5))
+                            exchange=dict(frames=1, late=0, answers=dict(exact=1, interpolated=0, extrapolated=0, too_old=0)), force=dict(peak_n=4.5),
+                            realtime=dict(overlay=dict(warm_up_s=1.0, world_px_rms=2.0, world_px_p95=2.0, tip_px_rms=4.0, tip_px_p95=4.0, tip_px_rms_in_time=4.0)))
 
     def tearDown(self):
         self.scratch.cleanup()
@@ -77,7 +83,7 @@ class Recompute(unittest.TestCase):
 
     def test_each_figure_that_lies_is_named(self):
         for path in ("arm/error_to_truth_mean_mm", "pivot/error_to_truth_mm", "hand_eye/error_to_truth_mm", "hand_eye/rotation_error_deg", "registration/world_px_rms",
-                     "registration/tip_px_p95", "exchange/late", "exchange/answers/exact", "force/peak_n"):
+                     "registration/tip_px_p95", "exchange/late", "exchange/answers/exact", "force/peak_n", "realtime/overlay/world_px_rms", "realtime/overlay/tip_px_rms_in_time"):
             self.tearDown()
             self.setUp()
             part = self.summary

@@ -22,7 +22,7 @@ struct StatusArguments {
   ServerName server;
   std::string json;
   bool once = false, reset = false;
-  double interval_s = 0.5;
+  double interval_s = 0.2;
 };
 
 std::string duration_text(double us) {

@@ -122,7 +122,8 @@ void add_world(CLI::App& program) {
       ->check(CLI::NonNegativeNumber);
   run->add_option(
       "--exposures", options->exposures,
-      "CSV file to write at the end: when each image was taken, on the machine's monotonic clock");
+      "CSV file to write at the end: when each image was taken, on the machine's monotonic clock, and where "
+      "camera and stylus tip truly were then");
   on(run, [options]() -> Expected<void> {
     const auto file = world_from(options->file);
     if (!file) return tl::unexpected(file.error());

@@ -105,12 +105,12 @@ void LabServer::publish_tracker(const TrackerSample& sample) noexcept {
 }
 
 bool LabServer::publish_image(const CameraImage& image, int camera) noexcept {
-  const std::size_t bytes =
-      static_cast<std::size_t>(memory_->width) * static_cast<std::size_t>(memory_->height) * 3;
-  if (camera < 0 || camera >= memory_->cameras || image.width != memory_->width ||
-      image.height != memory_->height || image.rgb.size() != bytes)
+  if (camera < 0 || camera >= memory_->cameras || image.width < 1 || image.width > memory_->width ||
+      image.height < 1 || image.height > memory_->height ||
+      image.rgb.size() != 3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height))
     return false;
-  lab::image_slots(memory_, camera).push({image.mid_exposure.ns(), image.frame}, image.rgb.data());
+  lab::image_slots(memory_, camera)
+      .push({image.mid_exposure.ns(), image.frame, image.width, image.height}, image.rgb.data());
   return true;
 }
 
@@ -282,16 +282,16 @@ std::optional<CameraImage> LabCamera::poll() {
   lab::ImageWire info;
   CameraImage image;
   while (slots.count() > next_) {
-    if (image.rgb.empty()) {
-      image.width = client_->memory()->width;
-      image.height = client_->memory()->height;
-      image.rgb.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 3);
-    }
+    if (image.rgb.empty())
+      image.rgb.resize(static_cast<std::size_t>(client_->memory()->width) *
+                       static_cast<std::size_t>(client_->memory()->height) * 3);
     const std::uint64_t newest = slots.count() - 1;
     if (!slots.read(newest, info, image.rgb.data())) continue;  // lapped by four images: there is a newer one
     next_ = newest + 1;
     image.mid_exposure = {Duration(info.mid_exposure_ns)};
     image.frame = info.frame;
+    image.width = info.width, image.height = info.height;
+    image.rgb.resize(3 * static_cast<std::size_t>(info.width) * static_cast<std::size_t>(info.height));
     return image;
   }
   return std::nullopt;

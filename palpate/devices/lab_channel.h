@@ -58,7 +58,8 @@ class LabServer {
   void publish_arm(const ArmSample& sample) noexcept;
   std::optional<ForceCommand> take_force() const noexcept;  // the newest; none was ever commanded: nothing
   void publish_tracker(const TrackerSample& sample) noexcept;
-  // False where the size is not the laboratory's, or there is no such camera.
+  // False where it is larger than the laboratory's images, or there is no such camera. A smaller one is that
+  // of a camera that fails, and goes through as it is.
   bool publish_image(const CameraImage& image, int camera = 0) noexcept;
   std::optional<HandTarget> take_hand_target() noexcept;  // the newest, if there is one since the last call
   std::vector<ShownStrip> take_strips();  // since the last call, oldest first; at most the last four seconds

@@ -121,7 +121,7 @@ TEST_F(LabChannel, CarriesEverySampleUnchanged) {
   EXPECT_FALSE(server->take_hand_target().has_value());  // taken is taken
 }
 
-TEST_F(LabChannel, ACameraGivesTheNewestImageOnceAndNoneOfAnotherSize) {
+TEST_F(LabChannel, ACameraGivesTheNewestImageOnceAndNoneThatIsTooLarge) {
   const auto server = serve();
   EXPECT_TRUE(server->publish_image(image(1)));
   const auto camera = LabCamera::open(connect(*server));
@@ -129,7 +129,13 @@ TEST_F(LabChannel, ACameraGivesTheNewestImageOnceAndNoneOfAnotherSize) {
   for (std::uint64_t frame = 2; frame < 12; ++frame) EXPECT_TRUE(server->publish_image(image(frame)));
   EXPECT_EQ((*camera)->poll()->frame, 11u);
   EXPECT_FALSE((*camera)->poll().has_value());
-  EXPECT_FALSE(server->publish_image(image(12, 32, 48)));
+  EXPECT_FALSE(server->publish_image(image(12, 128, 48)));
+  EXPECT_TRUE(server->publish_image(image(13, 8, 6)));
+  const auto smaller = (*camera)->poll();
+  ASSERT_TRUE(smaller);
+  EXPECT_EQ(smaller->width, 8);
+  EXPECT_EQ(smaller->height, 6);
+  EXPECT_EQ(smaller->rgb, image(13, 8, 6).rgb);
   EXPECT_FALSE(server->publish_image(image(12), 1));
   EXPECT_FALSE(LabCamera::open(connect(*server), 1).has_value());
 }

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <new>
@@ -42,12 +43,19 @@ ImageSlots image_slots(LabMemory* memory, int camera) {
   return {words + static_cast<std::size_t>(camera) * ImageSlots::words_needed(bytes), bytes};
 }
 
+namespace {
+std::size_t bytes_of(const ImageWire& info, std::size_t most) {
+  return std::min(most, 3 * static_cast<std::size_t>(std::max(info.width, 0)) *
+                            static_cast<std::size_t>(std::max(info.height, 0)));
+}
+}  // namespace
+
 void ImageSlots::push(const ImageWire& info, const std::uint8_t* pixels) noexcept {
   const std::uint64_t k = words_[0].load(std::memory_order_relaxed);
   AtomicWord* words = slot(k);
   words[0].store(2 * k + 1, std::memory_order_relaxed);
   store_words(words + 1, &info, sizeof info);
-  store_words(words + 1 + words_for(sizeof info), pixels, bytes_);
+  store_words(words + 1 + words_for(sizeof info), pixels, bytes_of(info, bytes_));
   words[0].store(2 * k + 2, std::memory_order_release);
   words_[0].store(k + 1, std::memory_order_release);
 }
@@ -56,7 +64,7 @@ bool ImageSlots::read(std::uint64_t k, ImageWire& info, std::uint8_t* pixels) co
   const AtomicWord* words = slot(k);
   if (words[0].load(std::memory_order_acquire) != 2 * k + 2) return false;
   load_words(&info, words + 1, sizeof info);
-  load_words(pixels, words + 1 + words_for(sizeof info), bytes_);
+  load_words(pixels, words + 1 + words_for(sizeof info), bytes_of(info, bytes_));
   return words[0].load(std::memory_order_relaxed) == 2 * k + 2;
 }
 

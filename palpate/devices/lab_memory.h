@@ -20,7 +20,7 @@
 namespace palpate::lab {
 
 inline constexpr std::uint64_t kMagic = 0x62616c2d70616c70;  // "plap-lab" as it lies in memory
-inline constexpr std::uint32_t kVersion = 2;
+inline constexpr std::uint32_t kVersion = 3;
 inline constexpr std::size_t kPeers = 16;
 inline constexpr std::uint32_t kImageSlots = 4;
 inline constexpr std::int64_t kSilenceNs =
@@ -52,6 +52,7 @@ struct StripWire {
 struct ImageWire {
   std::int64_t mid_exposure_ns = 0;
   std::uint64_t frame = 0;
+  std::int32_t width = 0, height = 0;  // px; at most the laboratory's
 };
 
 struct Peer {
@@ -87,6 +88,7 @@ class ImageSlots {
   ImageSlots(AtomicWord* words, std::size_t pixels_bytes) : words_(words), bytes_(pixels_bytes) {}
   static std::size_t words_needed(std::size_t bytes) { return 8 + kImageSlots * stride(bytes); }
 
+  // As many pixels as the info says.
   void push(const ImageWire& info, const std::uint8_t* pixels) noexcept;
   std::uint64_t count() const noexcept { return words_[0].load(std::memory_order_acquire); }
   bool read(std::uint64_t k, ImageWire& info, std::uint8_t* pixels) const noexcept;

@@ -138,12 +138,15 @@ void ConditionWatch::look(Instant<GraphicsClock> now) {
   clock_set(camera_clock_set_, ConditionKind::camera_clock, "camera");
   clock_set(tracker_clock_set_, ConditionKind::tracker_clock, "tracker");
   const bool no_samples = !on_board_ && samples_.silent_for(allowed(samples_), now, begun_);
+  const bool blind = !no_samples && !on_board_ && head_.silent_for(allowed(head_), now, begun_);
+  const std::string why = (no_samples || blind) && tracker_why_ ? tracker_why_() : "";
   set(no_samples, ConditionKind::tracker_silent, since(samples_),
-      "tracker: no samples; look at its cable and server, poses go on when samples come");
-  set(!no_samples && !on_board_ && head_.silent_for(allowed(head_), now, begun_),
-      ConditionKind::tracker_blind, since(head_),
-      "tracker: does not see the head's marker; turn it towards the tracker, or take away what stands "
-      "between");
+      !why.empty() ? why
+                   : "tracker: no samples; look at its cable and server, poses go on when samples come");
+  set(blind, ConditionKind::tracker_blind, since(head_),
+      !why.empty() ? why
+                   : "tracker: does not see the head's marker; turn it towards the tracker, or take away "
+                     "what stands between");
   set(images_.heard && !silent && !no_images && !wrong_size_ && predicted_ > 0 &&
           carried_.silent_for(patience, now, begun_),
       ConditionKind::landmarks_lost, since(carried_),
@@ -185,7 +188,9 @@ void ConditionWatch::set(bool holds, ConditionKind kind, Instant<GraphicsClock> 
   }
   if (at == conditions_.end()) {
     conditions_.push_back({kind, since, text});
-  } else if (kind == ConditionKind::camera_silent && driver_speaks_) {
+  } else if ((kind == ConditionKind::camera_silent && driver_speaks_) ||
+             ((kind == ConditionKind::tracker_silent || kind == ConditionKind::tracker_blind) &&
+              tracker_why_)) {
     at->text = text;  // another trouble meanwhile, of which a driver speaks once
   }
   // Else the words stay those of its beginning: a line that changes every frame cannot be read.

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -53,6 +54,8 @@ class ConditionWatch {
   // The same of a second camera's image; and whether it sends any that can be used.
   bool right_image(int width, int height);
   void right_eye(Instant<GraphicsClock> now, bool there);
+  // Who knows more of why a tracker is silent or blind says it in words of its own, asked while it is.
+  void tracker_explains(std::function<std::string()> why) { tracker_why_ = std::move(why); }
   // A device's clock was found set (watched_clock.h).
   void camera_clock_set(Instant<GraphicsClock> now) { camera_clock_set_ = now; }
   void tracker_clock_set(Instant<GraphicsClock> now) { tracker_clock_set_ = now; }
@@ -83,6 +86,7 @@ class ConditionWatch {
   int width_, height_, wrong_width_ = 0, wrong_height_ = 0;
   bool wrong_size_ = false, begun_known_ = false, driver_speaks_ = false;
   std::string driver_words_;
+  std::function<std::string()> tracker_why_;
   Duration interval_{0};  // between images, smoothed
   Source images_, samples_, head_, carried_, board_, right_;
   bool two_eyes_ = false, right_there_ = true;

@@ -122,5 +122,31 @@ TEST(ConditionWatch, AtMostFourHoldAtTheSameTime) {
   EXPECT_EQ(most, 4u);
 }
 
+TEST(ConditionWatch, WhoKnowsWhyATrackerIsSilentSaysItAndWhatChangesMeanwhile) {
+  WatchedDevices devices;
+  std::string why = "tracker: no server answers";
+  int asked = 0;
+  devices.watch().tracker_explains([&] { return ++asked, why; });
+  devices.run(2.0);
+  EXPECT_EQ(asked, 0) << "nobody is asked while all is well";
+  Devices silent;
+  silent.samples = false;
+  devices.run(2.5, silent);
+  ASSERT_EQ(devices.now().size(), 1u);
+  EXPECT_EQ(devices.now()[0].kind, ConditionKind::tracker_silent);
+  EXPECT_EQ(devices.now()[0].text, why);
+  why = "tracker: sends no such tool";
+  devices.run(2.6, silent);
+  EXPECT_EQ(devices.now()[0].text, why);
+  Devices blind;
+  blind.head = false;
+  devices.run(3.5, blind);
+  ASSERT_EQ(devices.now().size(), 1u);
+  EXPECT_EQ(devices.now()[0].kind, ConditionKind::tracker_blind);
+  EXPECT_EQ(devices.now()[0].text, why);
+  devices.run(4.0);
+  EXPECT_TRUE(devices.now().empty());
+}
+
 }  // namespace
 }  // namespace palpate

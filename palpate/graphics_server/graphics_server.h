@@ -98,6 +98,8 @@ class GraphicsServer {
 
   // What the camera's driver has to say (ConditionWatch::camera_says).
   void camera_says(std::string words) { watch_.camera_says(std::move(words)); }
+  // The same for the tracker (ConditionWatch::tracker_explains).
+  void tracker_explains(std::function<std::string()> why) { watch_.tracker_explains(std::move(why)); }
   // What is wrong with the devices now (conditions.h), as of the last service().
   const std::vector<Condition>& conditions() const { return watch_.conditions(); }
 

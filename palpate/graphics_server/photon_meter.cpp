@@ -24,7 +24,7 @@ PictureArea area_round(const StripCorners& corners) {
 
 }  // namespace
 
-Expected<StripBits> PhotonMeter::bits_of(const CameraImage& image) {
+Expected<PhotonMeter::SeenStrip> PhotonMeter::strip_of(const CameraImage& image) {
   std::vector<StripCorners> found;
   if (last_) found = find_strips(image.rgb, image.width, image.height, last_);
   if (found.empty()) found = find_strips(image.rgb, image.width, image.height);
@@ -37,7 +37,12 @@ Expected<StripBits> PhotonMeter::bits_of(const CameraImage& image) {
   last_ = area_round(found.front());
   const auto blocks = panel_blocks(image.rgb, image.width, image.height, found.front());
   if (!blocks) return tl::unexpected(blocks.error());
-  return strip_bits(*blocks);
+  const auto bits = strip_bits(*blocks);
+  if (!bits) return tl::unexpected(bits.error());
+  double row = 0.0;
+  for (const auto& corner : found.front()) row += 0.25 * corner.y();
+  const double share = (row + 0.5) / static_cast<double>(image.height) - 0.5;
+  return SeenStrip{*bits, seconds(to_seconds(settings_.readout) * share)};
 }
 
 Expected<StripMoment> PhotonMeter::moment_of(const StripBits& bits, Instant<GraphicsClock> arrived,
@@ -61,21 +66,22 @@ Expected<StripMoment> PhotonMeter::moment_of(const StripBits& bits, Instant<Grap
 Expected<PhotonDelay> PhotonMeter::look(const CameraImage& image, const FrameRecord& frame,
                                         Instant<GraphicsClock> presented) {
   ++images_;
-  const auto bits = bits_of(image);
+  const auto strip = strip_of(image);
   Duration exposure = settings_.exposure;
-  const auto moment =
-      bits ? moment_of(*bits, frame.arrived, exposure) : Expected<StripMoment>(tl::unexpected(bits.error()));
+  const auto moment = strip ? moment_of(strip->bits, frame.arrived, exposure)
+                            : Expected<StripMoment>(tl::unexpected(strip.error()));
   trouble_ = moment ? std::string() : moment.error().message;
   if (!moment) return tl::unexpected(moment.error());
   ++read_;
-  return PhotonDelay{.camera_frame = frame.camera_frame,
-                     .presented = presented,
-                     .exposure = exposure / 2,
-                     .transfer = frame.arrived - moment->middle - settings_.scan_out - exposure / 2,
-                     .wait = frame.begun - frame.arrived,
-                     .draw = presented - frame.begun,
-                     .scan_out = settings_.scan_out,
-                     .unsure = moment->unsure};
+  return PhotonDelay{
+      .camera_frame = frame.camera_frame,
+      .presented = presented,
+      .exposure = exposure / 2,
+      .transfer = frame.arrived - (moment->middle - strip->after_middle) - settings_.scan_out - exposure / 2,
+      .wait = frame.begun - frame.arrived,
+      .draw = presented - frame.begun,
+      .scan_out = settings_.scan_out,
+      .unsure = moment->unsure};
 }
 
 }  // namespace palpate

@@ -5,11 +5,12 @@
 // the display at mid-exposure, and so when that was handed to it: `seen`, which is mid-exposure less the
 // display's own delay (scan-out). The picture made of the image is handed to the display at `presented` and
 // leaves it by the same scan-out later, so that presented - seen is the whole delay whether scan-out and the
-// camera's own latency are known or not. Parts: exposure (its second half), transfer (until the image was
-// seen to have arrived), wait (until it was taken up), draw (until its picture was handed to the display),
-// scan-out. Of transfer and scan-out only the sum is measured; scan-out is as stated. Host time of the
-// graphics server. One thread, the frame loop's; some milliseconds for an image, so called once its picture
-// is out.
+// camera's own latency are known or not. With a rolling shutter the strip's rows have a moment of their own,
+// which is taken back to that of the image's middle. Parts: exposure (its second half), transfer (until the
+// image was seen to have arrived), wait (until it was taken up), draw (until its picture was handed to the
+// display), scan-out. Of transfer and scan-out only the sum is measured; scan-out is as stated. Host time of
+// the graphics server. One thread, the frame loop's; some milliseconds for an image, so called once its
+// picture is out.
 #pragma once
 
 #include <optional>
@@ -26,6 +27,7 @@ namespace palpate {
 struct PhotonSettings {
   Duration exposure{0};  // 0: not known; it is then found from the first images' greys
   Duration scan_out{0};
+  Duration readout{0};  // of a rolling shutter, first to last row; 0: a global one
 };
 
 struct PhotonDelay {  // of one picture
@@ -56,7 +58,11 @@ class PhotonMeter {
   const std::string& trouble() const { return trouble_; }
 
  private:
-  Expected<StripBits> bits_of(const CameraImage& image);
+  struct SeenStrip {
+    StripBits bits{};
+    Duration after_middle{0};  // its rows' exposure, after that of the image's middle
+  };
+  Expected<SeenStrip> strip_of(const CameraImage& image);
   Expected<StripMoment> moment_of(const StripBits& bits, Instant<GraphicsClock> arrived, Duration& exposure);
 
   PhotonSettings settings_;

@@ -65,6 +65,24 @@ TEST(PhotonMeter, TellsThePartsAndTheirSum) {
   EXPECT_EQ(meter.read(), 1u);
 }
 
+TEST(PhotonMeter, OfARollingShutterTheStripsRowsAreTakenBackToTheImagesMiddle) {
+  const auto transfer_ms = [](Duration readout, int top) {
+    auto meter = meter_with_log({.exposure = std::chrono::milliseconds(8), .readout = readout});
+    const auto delay = meter.look(image_of(seconds(2.0), std::chrono::milliseconds(8), 25, top),
+                                  frame_at(2045, 2048), at_ms(2061));
+    EXPECT_TRUE(delay.has_value());
+    return delay ? 1e3 * to_seconds(delay->transfer) : 0.0;
+  };
+  // The middle of the panel is row top + 28 of 120: of 40 ms of readout it saw (top + 28) / 120 - 1 / 2 later
+  // than the middle, so that the image itself was taken by as much earlier or later.
+  for (const int top : {5, 30, 55}) {
+    const double later_ms = 40.0 * ((top + 0.5 * kPanelHigh * kBlockPx) / kHeight - 0.5);
+    EXPECT_NEAR(transfer_ms(std::chrono::milliseconds(40), top) - transfer_ms(Duration(0), top), later_ms,
+                0.2)
+        << top;
+  }
+}
+
 TEST(PhotonMeter, FindsOutTheExposureByItself) {
   auto meter = meter_with_log({});
   EXPECT_EQ(meter.exposure(), Duration(0));

@@ -17,6 +17,7 @@ constexpr NumberRange kRestitution{0.0, 1.0};
 // A damped spring that lets go at zero force cannot take more of the speed away: exp(-2) is its bound.
 constexpr NumberRange kRestitutionOfBat{0.15, 1.0};
 constexpr NumberRange kRates{1.0, 1e6};
+constexpr NumberRange kFaultTimes{0.0, 1e6};
 
 // One list of all fields serves reading and writing: `V` is Reader or Writer, `W` the world (const for
 // writing). number(key, field, unit, range): field = value in the file times unit.
@@ -161,6 +162,16 @@ void visit_person_and_scene(V& v, W& w) {
   v.number("damping_n_s_m", w.touch.damping, kSi, {0.0, 3.0});
   v.number("static_friction", w.touch.static_friction, kSi, {0.0, 2.0});
   v.number("friction", w.touch.friction, kSi, {0.0, 2.0});
+
+  v.section("faults");
+  v.numbers("camera_silent_s", w.faults.camera_silent, kSi, kFaultTimes);
+  v.numbers("image_size_s", w.faults.image_size, kSi, kFaultTimes);
+  v.numbers("camera_clock_s", w.faults.camera_clock, kSi, kFaultTimes);
+  v.numbers("tracker_silent_s", w.faults.tracker_silent, kSi, kFaultTimes);
+  v.numbers("tracker_blind_s", w.faults.tracker_blind, kSi, kFaultTimes);
+  v.numbers("tracker_clock_s", w.faults.tracker_clock, kSi, kFaultTimes);
+  v.number("clock_jump_s", w.faults.clock_jump_s, kSi, {-1e4, 1e4});
+  v.number("repeat_s", w.faults.repeat_s, kSi, kFaultTimes);
 
   v.section("player");
   v.number("reaction_ms", w.player.reaction_s, kMs, kNotNegative);
@@ -359,6 +370,19 @@ void check_whole(Reader& reader, const WorldFile& w) {
     reader.section_table("hand").complain("pull_n", "[low, high] with low <= high");
   if (w.ball.serve_speed[0] > w.ball.serve_speed[1])
     reader.section_table("ball").complain("serve_speed_m_s", "[low, high] with low <= high");
+  for (const auto& [key, span] : {std::pair{"camera_silent_s", &w.faults.camera_silent},
+                                  {"image_size_s", &w.faults.image_size},
+                                  {"camera_clock_s", &w.faults.camera_clock},
+                                  {"tracker_silent_s", &w.faults.tracker_silent},
+                                  {"tracker_blind_s", &w.faults.tracker_blind},
+                                  {"tracker_clock_s", &w.faults.tracker_clock}}) {
+    if ((*span)[0] > (*span)[1])
+      reader.section_table("faults").complain(key, "[from, until] with from <= until");
+    if (w.faults.repeat_s > 0.0 && (*span)[1] > w.faults.repeat_s)
+      reader.section_table("faults").complain(
+          key, fmt::format("ends at {} s, after it is to begin anew; until repeat_s = {} at most is expected",
+                           (*span)[1], w.faults.repeat_s));
+  }
   if (w.touch.static_friction < w.touch.friction)
     reader.section_table("touch").complain("static_friction", "at least friction is expected");
   if (w.camera.exposure_s * w.camera.rate_hz > 1.0)

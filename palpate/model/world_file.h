@@ -138,10 +138,22 @@ struct WorldFile {
     double stiffness = 600.0, damping = 2.0, static_friction = 0.4, friction = 0.3;
   } touch;
 
+  // Devices that fail on purpose (palpate/sim/device_faults.h), which the reference does not name: spans in
+  // s since play began, an empty one is never; again every repeat_s where that is not 0.
+  struct {
+    Range camera_silent{}, image_size{}, camera_clock{}, tracker_silent{}, tracker_blind{}, tracker_clock{};
+    double clock_jump_s = 3.0, repeat_s = 0.0;
+  } faults;
+
   struct {
     double reaction_s = 0.0, aim_sd = 0.0, max_hand_acceleration = 0.0;
   } player;
 };
+
+// First to last row of the camera's shutter: 0 where it is a global one.
+inline double readout_s(const WorldFile& world) {
+  return world.camera.shutter == "rolling" ? world.camera.readout_s : 0.0;
+}
 
 // The reference world, compiled in: as a file with its comments, and as values.
 std::string_view reference_world_text();

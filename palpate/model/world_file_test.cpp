@@ -89,6 +89,21 @@ TEST(WorldFile, WhatIsTouchedIsWrittenAndReadAgain) {
   EXPECT_FALSE(parse_world("[touch]\nstatic_friction = 0.1\n", "low.toml")) << "less than it has sliding";
 }
 
+TEST(WorldFile, FaultsAreReadAndWrittenAndNoneIsThereUnlessSaid) {
+  EXPECT_EQ(reference_world().faults.tracker_blind, (Range{0.0, 0.0}));
+  const auto world = parse_world(
+      "[faults]\ntracker_blind_s = [4, 5.5]\ncamera_clock_s = [7, 8]\nclock_jump_s = -2\nrepeat_s = 10\n",
+      "faults.toml");
+  ASSERT_TRUE(world) << world.error().message;
+  const auto again = parse_world(world_text(*world), "again.toml");
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(again->faults.tracker_blind, (Range{4.0, 5.5}));
+  EXPECT_EQ(again->faults.camera_clock, (Range{7.0, 8.0}));
+  EXPECT_EQ(again->faults.camera_silent, (Range{0.0, 0.0}));
+  EXPECT_EQ(again->faults.clock_jump_s, -2.0);
+  EXPECT_EQ(again->faults.repeat_s, 10.0);
+}
+
 TEST(WorldFile, MistakesAreNamedWithFileLineAndKey) {
   const Mistake mistakes[] = {
       {"[arm]\ngain_sdd = 0.1\n", "bad.toml:2", "gain_sdd"},
@@ -117,6 +132,10 @@ TEST(WorldFile, MistakesAreNamedWithFileLineAndKey) {
       {"[scene]\nbat_mass_kg = 0.001\n", "bad.toml:2", "held fast"},
       {"[scene]\nbat_mass_kg = \"heavy\"\n", "bad.toml:2", "a number is expected"},
       {"[ball]\nmass_kg = 0.3\n[scene]\nbat_mass_kg = 0.17\n", "bad.toml:2", "lighter than the bat"},
+      {"[faults]\ncamera_dark_s = [1, 2]\n", "bad.toml:2", "camera_dark_s"},
+      {"[faults]\ncamera_silent_s = [3, 2]\n", "bad.toml:2", "from <= until"},
+      {"[faults]\ncamera_silent_s = [-1, 2]\n", "bad.toml:2", "camera_silent_s"},
+      {"[faults]\ntracker_blind_s = [3, 8]\nrepeat_s = 5\n", "bad.toml:2", "repeat_s = 5"},
       {"[world]\nrate_hz = 4000\nrate_hz = 5000\n", "bad.toml", "rate_hz"},
   };
   for (const auto& mistake : mistakes) {

@@ -100,7 +100,11 @@ class StateLink {
   bool send_control(Control control);
 
   // How the exchange looks from here; told with every hello.
-  void tell(const ClientFigures& figures) { figures_ = figures; }
+  // What has gone wrong or right meanwhile is not kept for the next sign of life.
+  void tell(const ClientFigures& figures) {
+    if (figures_ && figures.conditions != figures_->conditions) last_hello_.reset();
+    figures_ = figures;
+  }
   // Asks how the server is doing; status() holds the newest answer after a later poll().
   bool ask_status();
   const std::optional<ServerStatus>& status() const { return status_; }

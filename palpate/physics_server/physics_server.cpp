@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "palpate/physics_server/carried_tip.h"
+
 namespace palpate {
 namespace {
 
@@ -46,7 +48,7 @@ void PhysicsServer::physics_tick(Instant<PhysicsClock> now) {
   last_ = now;
   state_.time = now;
   ++state_.tick;
-  application_->step(now, dt, tip_, state_);
+  application_->step(now, dt, carried_to(tip_, now), state_);
   history_.push(state_);
   if (shapes_.vertices() > 0 && now >= next_shape_) {
     shapes_.push(now, application_->shape());

@@ -195,6 +195,37 @@ std::optional<Plot> photon_parts_plot(const CsvTable& photons) {
   return plot;
 }
 
+// The pictures of the leg against the truth, frame by frame; late ones apart.
+std::optional<Plot> realtime_overlay_plot(const CsvTable& poses) {
+  if (!has_columns(poses, {"time_s", "late", "world_px", "tip_px"})) return std::nullopt;
+  const auto time = column(poses, "time_s"), late = column(poses, "late"),
+             world = column(poses, "world_px"), tip = column(poses, "tip_px");
+  Series scene{.name = "real scene", .mark = Mark::points, .tone = Tone::ours},
+      in_time{.name = "stylus tip", .mark = Mark::points, .tone = Tone::rival},
+      belated{.name = "stylus tip, answer late", .mark = Mark::points, .tone = Tone::bad};
+  constexpr double kSettledS = 1.0;  // clocks settle until then, as the figures have it
+  const auto add = [](Series& series, double x, double y) {
+    if (!std::isfinite(y)) return;
+    series.x.push_back(x);
+    series.y.push_back(y);
+  };
+  for (std::size_t i = 0; i < time.size(); ++i) {
+    if (time[i] < kSettledS) continue;
+    add(scene, time[i], world[i]);
+    add(late[i] != 0.0 ? belated : in_time, time[i], tip[i]);
+  }
+  if (scene.x.empty()) return std::nullopt;
+  Plot plot{.title = "Overlay error in real time, frame by frame",
+            .x_label = "s",
+            .y_label = "px",
+            .from_zero = true};
+  for (auto* series : {&in_time, &belated, &scene})
+    if (!series->x.empty()) plot.series.push_back(std::move(*series));
+  plot.caption =
+      "As above, against what the laboratory knew of each image and told nobody until the leg was over.";
+  return plot;
+}
+
 }  // namespace
 
 void tell_real_time(Report& page, const DemoData& data) {
@@ -229,6 +260,12 @@ void tell_real_time(Report& page, const DemoData& data) {
   add("realtime/physics/rate_hz", "Physics loop", "Hz", "");
   add("realtime/graphics/rate_hz", "Pictures", "Hz",
       "as fast as this machine draws two pictures, the camera's and ours");
+  add("realtime/overlay/world_px_rms", "Real scene, rms", "px",
+      fmt::format("{} in lock-step", shown(data.number("registration/world_px_rms"), "px")));
+  add("realtime/overlay/tip_px_rms_in_time", "Stylus tip, rms", "px",
+      fmt::format("where the answer came in time; {} in lock-step",
+                  shown(data.number("registration/tip_px_rms"), "px")));
+  add("realtime/overlay/tip_px_rms_late", "... where it was late", "px", "drawn with the state before");
   add("realtime/photon_to_photon/median_ms", "From light to light, median", "ms",
       "from the camera's exposure to the light of its picture");
   add("realtime/photon_to_photon/p99_ms", "From light to light, 99 % below", "ms", "");
@@ -288,6 +325,8 @@ void tell_real_time(Report& page, const DemoData& data) {
     if (const auto plot = overruns_plot(*loops)) counts.push_back(*plot);
   if (const CsvTable* photons = data.raw("realtime_photons.csv"))
     if (const auto plot = photon_parts_plot(*photons)) quickness.push_back(*plot);
+  if (const CsvTable* poses = data.raw("realtime_poses.csv"))
+    if (const auto plot = realtime_overlay_plot(*poses)) counts.insert(counts.begin(), *plot);
   for (const auto& plots : {quickness, clocks, counts})
     if (!plots.empty()) page.plots(plots);
   const bool punctual = frames != nullptr && frames->has("lost") && !lateness_plot(*frames);
@@ -315,7 +354,7 @@ void tell_how(Report& page, const DemoData& data) {
   page.code(data.text("command").value_or(seed ? fmt::format("palpate demo --seed {:.0f}", *seed)
                                                : "palpate demo") +
             "\npython3 tests/recompute.py palpate-report");
-  const std::array<std::pair<const char*, const char*>, 20> known{{
+  const std::array<std::pair<const char*, const char*>, 22> known{{
       {"arm_calibration.csv", "joint angles and marker poses the arm was calibrated from"},
       {"arm_errors.csv", "each method's error to truth at 1000 poses"},
       {"pivot.csv", "marker poses while the tip was held"},
@@ -334,6 +373,8 @@ void tell_how(Report& page, const DemoData& data) {
       {"realtime_sync.csv", "clock difference, estimated and true"},
       {"realtime_jitter.csv", "how often ticks of haptic and physics loop began how late"},
       {"realtime_loops.csv", "clients and loops of the physics server, fifty times a second"},
+      {"realtime_poses.csv", "what each picture of the leg was drawn with, and its overlay errors"},
+      {"realtime_truth.csv", "what was true when the leg's images were taken"},
       {"realtime_photons.csv", "the delay from light to light, picture by picture, and the truth beside it"},
       {"realtime_network.csv", "two hosts: what happened when"},
   }};

@@ -272,6 +272,18 @@ TEST_F(DemoReport, SaysSoWhereNothingWentWrong) {
   EXPECT_EQ(page.find("Ticks of the loops that went wrong"), std::string::npos);
 }
 
+TEST_F(DemoReport, ShowsThePicturesOfTheRealTimeLegOnceTheyHaveSettledAndLateOnesApart) {
+  write("raw/realtime_poses.csv",
+        "time_s,late,pose_source,world_px,tip_px\n0.5,0,refined,9.5,9.5\n1.5,0,refined,0.125,0.25\n"
+        "2.5,1,refined,0.375,4.5\n3.5,0,refined,0.5,\n");
+  const std::string page = demo_report(folder_)->html();
+  EXPECT_NE(page.find("Overlay error in real time"), std::string::npos);
+  EXPECT_NE(page.find("\"y\":[0.125,0.375,0.5]"), std::string::npos);
+  EXPECT_NE(page.find("\"name\":\"stylus tip, answer late\""), std::string::npos);
+  EXPECT_NE(page.find("\"y\":[4.5]"), std::string::npos);
+  EXPECT_NE(page.find("\"y\":[0.25]"), std::string::npos);
+}
+
 TEST_F(DemoReport, TellsOfTheCableThatWasPulled) {
   write_network();
   const std::string page = demo_report(folder_)->html();

@@ -62,16 +62,19 @@ CameraImage draw_shot(const CameraShot& shot, const RenderView& render) {
   image.rgb.resize(rows * row_bytes);
   std::vector<std::uint8_t> picture;
   std::vector<std::uint32_t> light;
+  bool blind = false;  // the renderer looks on and draws nothing
   for (std::size_t band = 0; band < bands; ++band) {
     const std::size_t from = rows * band / bands * row_bytes, to = rows * (band + 1) / bands * row_bytes;
     light.assign(to - from, 0);
     for (std::size_t step = 0; step < steps; ++step) {
       render(shot.views[band * steps + step], picture);
-      if (steps == 1) break;
+      blind = picture.empty();
+      if (steps == 1 || blind) continue;
       // Pictures hold square roots of light.
       for (std::size_t i = from; i < to; ++i)
         light[i - from] += static_cast<std::uint32_t>(picture[i]) * picture[i];
     }
+    if (blind) continue;
     if (steps == 1) {
       std::copy(picture.begin() + static_cast<std::ptrdiff_t>(from),
                 picture.begin() + static_cast<std::ptrdiff_t>(to),
@@ -82,6 +85,7 @@ CameraImage draw_shot(const CameraShot& shot, const RenderView& render) {
             std::lround(std::sqrt(static_cast<double>(light[i - from]) / static_cast<double>(steps))));
     }
   }
+  if (blind) image.rgb.clear();
   return image;
 }
 

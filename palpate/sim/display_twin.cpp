@@ -35,7 +35,7 @@ bool same_lens(const CameraModel& a, const CameraModel& b) {
 DisplayTwin::DisplayTwin(const WorldFile& world)
     : scan_out_(seconds(world.display.scan_out_s)),
       exposure_(seconds(world.camera.exposure_s)),
-      readout_(world.camera.shutter == "rolling" ? seconds(world.camera.readout_s) : Duration(0)),
+      readout_(seconds(readout_s(world))),
       noise_(world.camera.noise_sd) {}
 
 void DisplayTwin::show(Instant<TrueTime> at, Duration code) {

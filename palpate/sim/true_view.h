@@ -41,4 +41,9 @@ struct TrueView {
   std::uint64_t noise_seed = 0;  // changes every frame
 };
 
+// Where the stylus tip truly is.
+inline Vector3 true_tip(const TrueView& view) {
+  return (view.X_world_base * phantom_tip(view.theta, view.lengths)).m;
+}
+
 }  // namespace palpate::sim

@@ -78,6 +78,7 @@ Expected<Json> demo(const DemoOptions& options) {
   for (const auto& old :
        {options.out / "summary.json", options.out / "report.html", options.out / "video.mp4",
         options.out / "raw" / "realtime_network.csv", options.out / "raw" / "realtime_photons.csv",
+        options.out / "raw" / "realtime_truth.csv", options.out / "raw" / "realtime_poses.csv",
         options.out / "raw" / "ball.csv", options.out / "raw" / "touch.csv",
         options.out / "raw" / "frames_right.csv", options.out / "raw" / "truth_frames_right.csv",
         options.out / "raw" / "lens_right.csv"})

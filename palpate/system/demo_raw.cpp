@@ -4,23 +4,10 @@
 #include "palpate/core/csv.h"
 #include "palpate/core/units.h"
 #include "palpate/sim/truth_json.h"
+#include "palpate/system/csv_cells.h"
 
 namespace palpate {
 namespace {
-
-using Cells = std::vector<std::string>;
-
-void put(Cells& row, double value) { row.push_back(number_text(value)); }
-void put(Cells& row, const Vector3& v) {
-  for (int i = 0; i < 3; ++i) put(row, v[i]);
-}
-template <typename A, typename B>
-void put(Cells& row, const Pose<A, B>& X) {
-  put(row, X.translation);
-  put(row, X.rotation.w());
-  put(row, X.rotation.vec());
-}
-void put(Cells& row, const std::optional<double>& value) { row.push_back(value ? number_text(*value) : ""); }
 
 Json list(const Vector3& v, double unit) { return {v.x() * unit, v.y() * unit, v.z() * unit}; }
 Json wxyz(const Quaternion& q) { return {q.w(), q.x(), q.y(), q.z()}; }

@@ -47,7 +47,9 @@ Expected<GraphicsLogs> GraphicsLogs::begin(const std::filesystem::path& folder) 
   auto sync = CsvFile::begin(folder / "realtime_sync.csv",
                              {"time_s", "offset_error_us", "uncertainty_us", "offset_s"});
   if (!sync) return tl::unexpected(sync.error());
-  return GraphicsLogs{std::move(*frames), std::move(*sync)};
+  auto poses = PoseLog::begin(folder);
+  if (!poses) return tl::unexpected(poses.error());
+  return GraphicsLogs{std::move(*frames), std::move(*sync), std::move(*poses)};
 }
 
 void GraphicsLogs::frame(const FrameRecord& frame, double t, double trip_us, Duration busy,
@@ -64,8 +66,9 @@ void GraphicsLogs::clocks(double t, double error_us, Duration stated, Duration o
 }
 
 Expected<void> GraphicsLogs::finish() {
-  auto done = frames.finish();
-  return done ? sync.finish() : done;
+  for (auto done : {frames.finish(), sync.finish(), poses.finish()})
+    if (!done) return done;
+  return {};
 }
 
 }  // namespace palpate

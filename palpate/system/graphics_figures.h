@@ -10,6 +10,7 @@
 #include "palpate/core/expected.h"
 #include "palpate/graphics_server/graphics_server.h"
 #include "palpate/network/status.h"
+#include "palpate/system/pose_log.h"
 #include "palpate/time/jitter_histogram.h"
 
 namespace palpate {
@@ -33,9 +34,10 @@ ClientFigures figures_of(std::uint64_t frames, std::uint64_t late, std::uint64_t
                          const JitterHistogram& trips, const GraphicsServer& server,
                          Instant<GraphicsClock> now);
 
-// realtime_frames.csv and realtime_sync.csv, written as they go: a server may run for days.
+// realtime_frames.csv, realtime_sync.csv and realtime_poses.csv, written as they go: a server may run for days.
 struct GraphicsLogs {
   CsvFile frames, sync;
+  PoseLog poses;
 
   static Expected<GraphicsLogs> begin(const std::filesystem::path& folder);
   // A frame at `t`, s since the start; `trip_us` 0: no reply came with it. `busy`: since its image was taken

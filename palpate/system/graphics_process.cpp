@@ -43,6 +43,11 @@ Expected<std::unique_ptr<cameras::LiveCamera>> open_for(cameras::Wish wish,
   return cameras::open_camera(wish);
 }
 
+double camera_readout_s(const GraphicsProcessOptions& options) {
+  if (!options.camera) return sim::readout_s(options.world);
+  return options.camera->settings.rolling ? options.camera->settings.readout_s : 0.0;
+}
+
 }  // namespace
 
 Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
@@ -185,7 +190,9 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   if (options.clock_strip) {
     const double exposure_s = live_camera ? live_camera->facts().exposure_s : options.world.camera.exposure_s;
     auto opened = PhotonProbe::open(live_camera ? nullptr : lab,
-                                    {.exposure = seconds(exposure_s), .scan_out = options.graphics.scan_out},
+                                    {.exposure = seconds(exposure_s),
+                                     .scan_out = options.graphics.scan_out,
+                                     .readout = seconds(camera_readout_s(options))},
                                     clock, options.out, options.notice);
     if (!opened) return tl::unexpected(opened.error());
     photons = std::move(*opened);
@@ -204,8 +211,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   if (options.notice && live_right)
     options.notice(fmt::format("graphics: right camera {}: {}", live_right->name(),
                                cameras::description(live_right->facts())));
-  std::optional<TrackerWatch> tracker_watch;
-  if (live_tracker) tracker_watch.emplace(*live_tracker, *options.tracker, clock.now());
+  if (live_tracker) server.tracker_explains([&] { return why_unheard(*live_tracker, *options.tracker); });
   ServerWatch physics(**link, clock, endpoint.address, options.notice);
   ClockWatch clocks(options.notice);
   ConditionTeller conditions(options.notice);
@@ -239,9 +245,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     server.service(clock.now());
     physics.look();
     clocks.look(server.sync());
-    conditions.look(server.conditions());
-    if (tracker_watch)
-      if (const auto news = tracker_watch->look(clock.now()); news && options.notice) options.notice(*news);
+    if (conditions.look(server.conditions())) told.reset();  // whoever asks for the status hears of it now
     if (!server.frame_begun()) {
       if (server.begin_frame(clock.now())) draw_at = clock.now() + kDrawAfter;
     } else if (clock.now() >= draw_at) {
@@ -263,6 +267,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
       }
       const double t = to_seconds(clock.now() - begun);
       if (logs) logs->frame(frame, t, trip_us, clock.now() - frame.begun, (*link)->counters());
+      if (logs) logs->poses.add(frame, scene, t);
       if (server.sync().exchanges() > 0) {
         // The physics host's clock is this machine's own, undisguised: that is the truth to compare with.
         const auto here = clock.now();

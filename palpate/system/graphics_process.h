@@ -48,7 +48,7 @@ struct GraphicsProcessOptions {
   double seconds = 0.0;
   // Shows this machine's clock with an offset and a drift, so that the synchronisation has something to find.
   double disguise_offset_s = 0.0, disguise_drift_ppm = 0.0;
-  std::filesystem::path out;                       // realtime_frames.csv, realtime_sync.csv; empty = none
+  std::filesystem::path out;  // realtime_frames.csv, realtime_sync.csv, realtime_poses.csv; empty = none
   std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
 };
 

@@ -52,9 +52,11 @@ void ClockWatch::look(const ClockSync<GraphicsClock, PhysicsClock>& sync) {
         "synchronised anew");
 }
 
-void ConditionTeller::look(const std::vector<Condition>& now) {
+bool ConditionTeller::look(const std::vector<Condition>& now) {
+  bool news = now.size() != told_.size();
   for (const auto& condition : now) {
     const Condition* before = among(told_, condition.kind);
+    news = news || before == nullptr || before->text != condition.text;
     if (before == nullptr) ++begun_[name_of(condition.kind)];
     if (say_ && (before == nullptr || before->text != condition.text)) say_("graphics: " + condition.text);
   }
@@ -62,6 +64,7 @@ void ConditionTeller::look(const std::vector<Condition>& now) {
     if (say_ && among(now, condition.kind) == nullptr)
       say_(fmt::format("graphics: {}", end_of(condition.kind)));
   told_ = now;
+  return news;
 }
 
 }  // namespace palpate

@@ -60,7 +60,8 @@ class ClockWatch {
 class ConditionTeller {
  public:
   explicit ConditionTeller(Say say) : say_(std::move(say)) {}
-  void look(const std::vector<Condition>& now);
+  // Whether there was news.
+  bool look(const std::vector<Condition>& now);
   // How often each has begun.
   const std::map<std::string, int>& begun() const { return begun_; }
 

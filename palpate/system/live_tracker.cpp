@@ -52,37 +52,25 @@ Expected<std::unique_ptr<igtl::OpenIgtlinkTracker>> open_live_tracker(const Live
   return std::make_unique<igtl::OpenIgtlinkTracker>(std::move(*client), std::move(mapping));
 }
 
-std::optional<std::string> TrackerWatch::look(Instant<GraphicsClock> now) {
-  if (const auto seen = tracker_.seen(MarkerId::camera_marker); seen != seen_) {
-    seen_ = seen;
-    heard_ = now;
-    if (!silent_) return std::nullopt;
-    silent_ = false;
-    return fmt::format("graphics: the tracker at {} sees the camera's marker again", named_.server.text());
-  }
-  const bool connected = tracker_.state().connected;
-  // Said once, and again where the server itself has gone or come meanwhile.
-  if (now - heard_ < kSilent || (silent_ && connected == connected_)) return std::nullopt;
-  silent_ = true;
-  connected_ = connected;
-  return reason() + "; drawing goes on with the camera's last pose";
-}
-
-std::string TrackerWatch::reason() const {
-  const std::string where = named_.server.text();
-  const auto state = tracker_.state();
-  if (!state.connected)
-    return fmt::format("graphics: no OpenIGTLink server answers at {}; start it or check the address", where);
-  const auto name = std::find_if(named_.tools.begin(), named_.tools.end(), [](const auto& tool) {
+std::string why_unheard(const igtl::OpenIgtlinkTracker& tracker, const LiveTracker& named) {
+  const std::string where = named.server.text();
+  if (!tracker.state().connected)
+    return fmt::format(
+        "tracker: no OpenIGTLink server answers at {}; start it or check the address, drawing goes on with "
+        "the camera's last pose",
+        where);
+  const auto name = std::find_if(named.tools.begin(), named.tools.end(), [](const auto& tool) {
                       return tool.second == MarkerId::camera_marker;
                     })->first;
-  if (seen_ == 0 && !tracker_.others().empty())
+  if (tracker.seen(MarkerId::camera_marker) == 0 && !tracker.others().empty())
     return fmt::format(
-        "graphics: the tracker at {} sends no '{}'; there are {}: name the camera's marker with "
+        "tracker: the server at {} sends no '{}'; there are {}: name the camera's marker with "
         "--tracker-tool CameraMarker=NAME",
-        where, excerpt(name), excerpt(fmt::format("{}", fmt::join(tracker_.others(), ", ")), 160));
-  return fmt::format("graphics: the tracker at {} does not see '{}' (the camera's marker)", where,
-                     excerpt(name));
+        where, excerpt(name), excerpt(fmt::format("{}", fmt::join(tracker.others(), ", ")), 160));
+  return fmt::format(
+      "tracker: the server at {} does not see '{}' (the head's marker); turn it towards the tracker, or take "
+      "away what stands between",
+      where, excerpt(name));
 }
 
 }  // namespace palpate

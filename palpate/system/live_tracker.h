@@ -1,5 +1,5 @@
 // An OpenIGTLink server as the graphics server's tracker: which of its tools are which markers, and what a
-// person should know when it falls silent. One thread.
+// person should know where it is not heard of. One thread.
 #pragma once
 
 #include <functional>
@@ -25,25 +25,8 @@ Expected<LiveTracker> parse_live_tracker(std::string_view address, const std::ve
 // Connects in the background. The server measures in World.
 Expected<std::unique_ptr<igtl::OpenIgtlinkTracker>> open_live_tracker(const LiveTracker& tracker);
 
-// Tells that the camera's marker is not heard of, with the likely reason, once per reason, and once that it
-// is again.
-class TrackerWatch {
- public:
-  static constexpr Duration kSilent = std::chrono::seconds(2);
-
-  TrackerWatch(const igtl::OpenIgtlinkTracker& tracker, LiveTracker named, Instant<GraphicsClock> now)
-      : tracker_(tracker), named_(std::move(named)), heard_(now) {}
-  // A line for a person, where there is news.
-  std::optional<std::string> look(Instant<GraphicsClock> now);
-
- private:
-  std::string reason() const;
-
-  const igtl::OpenIgtlinkTracker& tracker_;
-  const LiveTracker named_;
-  Instant<GraphicsClock> heard_;
-  std::uint64_t seen_ = 0;
-  bool silent_ = false, connected_ = false;
-};
+// Why the camera's marker may not be heard of, in words: for the conditions of the graphics server, which
+// judges whether it is.
+std::string why_unheard(const igtl::OpenIgtlinkTracker& tracker, const LiveTracker& named);
 
 }  // namespace palpate

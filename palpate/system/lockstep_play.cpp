@@ -5,6 +5,7 @@
 
 #include "palpate/applications/applications.h"
 #include "palpate/physics_server/physics_server.h"
+#include "palpate/sim/device_faults.h"
 #include "palpate/sim/display_twin.h"
 #include "palpate/system/player_seat.h"
 
@@ -16,10 +17,6 @@ constexpr double kBlowBefore = 0.010, kBlowAfter = 0.040;
 
 // The camera's pictures are drawn from this long before the first frame that counts.
 constexpr double kOpenBefore = 0.1;
-
-Vector3 true_tip(const sim::TrueView& view) {
-  return (view.X_world_base * phantom_tip(view.theta, view.lengths)).m;
-}
 
 // The world's camera, which keeps what it saw of the truth beside each image, and passes the view on to
 // whoever draws it.
@@ -157,15 +154,15 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
   auto link = network.connect();
   WatchedCamera camera(world, pictures.camera);
   double since = 0.0;  // s, the play's own time
-  DisturbedTracker tracker(world.tracker(), [&](std::vector<TrackerSample>& samples) {
-    if (options.disturb_tracker) options.disturb_tracker(since, samples);
-  });
-  if (options.disturb_camera)
-    camera.disturb([&](std::optional<CameraImage>& image) { options.disturb_camera(since, image); });
+  const sim::DeviceFaults faults(world.file());
+  DisturbedTracker tracker(world.tracker(),
+                           [&](std::vector<TrackerSample>& samples) { faults.disturb(since, samples); });
+  camera.disturb([&](std::optional<CameraImage>& image) { faults.disturb(since, image); });
   GraphicsServer graphics(rig, *link, tracker, camera, pictures.refiner, pictures.painter, options.graphics);
   std::optional<DisturbedCamera> right_camera;
   if (world.right_camera() != nullptr && has_two_eyes(rig)) {
     right_camera.emplace(*world.right_camera(), [&](std::optional<CameraImage>& image) {
+      faults.disturb(since, image);
       if (options.disturb_right_camera) options.disturb_right_camera(since, image);
     });
     graphics.add_right_camera(*right_camera, !options.right_camera_own_clock);
@@ -177,7 +174,8 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
     display.emplace(world.file());
     camera.see(&*display);
     meter.emplace(PhotonSettings{.exposure = seconds(world.file().camera.exposure_s),
-                                 .scan_out = options.graphics.scan_out});
+                                 .scan_out = options.graphics.scan_out,
+                                 .readout = seconds(sim::readout_s(world.file()))});
   }
   auto player = PlayerSeat::seat(scene, rig, world.file(), options.seed, options.player_extra_delay_s);
   if (!player) return tl::unexpected(player.error());

@@ -205,8 +205,11 @@ struct Told {
 
 constexpr double kFrom = 4.0, kUntil = 5.0;  // s, of the play, warm-up counted
 
-Told conditions_of(LockstepOptions options, Moments* moments = nullptr) {
+using Faults = decltype(sim::WorldFile::faults);
+
+Told conditions_of(const Faults& faults, Moments* moments = nullptr) {
   Told told;
+  LockstepOptions options;
   options.conditions = [&told](double t, const std::vector<Condition>& conditions) {
     if (t < 2.0) return;  // devices start
     for (const auto& condition : conditions) {
@@ -215,6 +218,7 @@ Told conditions_of(LockstepOptions options, Moments* moments = nullptr) {
     }
   };
   auto file = sim::reference_world();
+  file.faults = faults;
   auto m = play_moments(file, options, 6.0);
   // Forces do not know of it.
   EXPECT_EQ(m.play.haptic.ticks, 6000u);
@@ -243,61 +247,39 @@ void expect_told(const Told& told, ConditionKind kind, const std::string& word, 
   EXPECT_NE(told.words.at(kind).find(word), std::string::npos) << told.words.at(kind);
 }
 
-bool now(double t) { return t >= kFrom && t < kUntil; }
+constexpr sim::Range kSpan{kFrom, kUntil}, kFromThenOn{kFrom, 1e6};
 
 TEST(Conditions, NothingIsToldWhileAllIsWell) { EXPECT_TRUE(conditions_of({}).spans.empty()); }
 
 TEST(Conditions, ACameraThatStopsIsToldWithinHalfASecond) {
-  LockstepOptions options;
-  options.disturb_camera = [](double t, std::optional<CameraImage>& image) {
-    if (now(t)) image.reset();
-  };
-  const auto told = conditions_of(options);
+  const auto told = conditions_of({.camera_silent = kSpan});
   EXPECT_EQ(told.spans.size(), 1u);
   expect_told(told, ConditionKind::camera_silent, "one every 33 ms is expected");
 }
 
 TEST(Conditions, ImagesOfTheWrongSizeAreNotDrawnAndToldWithBothSizes) {
-  LockstepOptions options;
-  options.disturb_camera = [](double t, std::optional<CameraImage>& image) {
-    if (now(t) && image) image->width = 320, image->height = 240;
-  };
   Moments m;
-  const auto told = conditions_of(options, &m);
+  const auto told = conditions_of({.image_size = kSpan}, &m);
   EXPECT_EQ(told.spans.size(), 1u);
   expect_told(told, ConditionKind::image_size, "320 x 240 pixels, the rig is calibrated for 640 x 480");
   EXPECT_NEAR(static_cast<double>(m.play.frames.size()), 150.0, 4.0);  // of 180; the second is missing
 }
 
 TEST(Conditions, ATrackerThatDoesNotSeeTheHeadIsTold) {
-  LockstepOptions options;
-  options.disturb_tracker = [](double t, std::vector<TrackerSample>& samples) {
-    for (auto& sample : samples)
-      if (now(t) && sample.marker == MarkerId::camera_marker) sample.seen = false;
-  };
-  const auto told = conditions_of(options);
+  const auto told = conditions_of({.tracker_blind = kSpan});
   EXPECT_EQ(told.spans.size(), 1u);
   expect_told(told, ConditionKind::tracker_blind, "head's marker");
 }
 
 TEST(Conditions, ATrackerWithoutSamplesIsTold) {
-  LockstepOptions options;
-  options.disturb_tracker = [](double t, std::vector<TrackerSample>& samples) {
-    if (now(t)) samples.clear();
-  };
-  const auto told = conditions_of(options);
+  const auto told = conditions_of({.tracker_silent = kSpan});
   EXPECT_EQ(told.spans.size(), 1u);
   expect_told(told, ConditionKind::tracker_silent, "no samples");
 }
 
 TEST(Conditions, ATrackerClockThatJumpsIsToldAndLearnedAnew) {
   for (const double jump_s : {0.5, -0.3, 40.0, -40.0}) {
-    LockstepOptions options;
-    options.disturb_tracker = [jump_s](double t, std::vector<TrackerSample>& samples) {
-      if (t >= kFrom)
-        for (auto& sample : samples) sample.stamp += seconds(jump_s);
-    };
-    const auto told = conditions_of(options);
+    const auto told = conditions_of({.tracker_clock = kFromThenOn, .clock_jump_s = jump_s});
     EXPECT_EQ(told.spans.size(), 1u) << jump_s;
     expect_told(told, ConditionKind::tracker_clock, "tracker: its clock", kFrom + 1.2);
   }
@@ -305,11 +287,7 @@ TEST(Conditions, ATrackerClockThatJumpsIsToldAndLearnedAnew) {
 
 TEST(Conditions, ACameraClockThatJumpsIsToldAndLearnedAnew) {
   for (const double jump_s : {0.5, -0.3, 40.0, -40.0}) {
-    LockstepOptions options;
-    options.disturb_camera = [jump_s](double t, std::optional<CameraImage>& image) {
-      if (t >= kFrom && image) image->mid_exposure += seconds(jump_s);
-    };
-    const auto told = conditions_of(options);
+    const auto told = conditions_of({.camera_clock = kFromThenOn, .clock_jump_s = jump_s});
     EXPECT_EQ(told.spans.size(), 1u) << jump_s;
     expect_told(told, ConditionKind::camera_clock, "clock", kFrom + 1.2);
   }

@@ -86,6 +86,15 @@ TEST(PhotonToPhoton, FollowsTheCamerasDelayAndExposure) {
   for (const auto& [measured, truth] : played.delays) EXPECT_NEAR(ms_of(truth), 55.0 + 12.0, 2.1);
 }
 
+TEST(PhotonToPhoton, IsMeasuredAsWellThroughARollingShutter) {
+  auto file = world_with_display(0.0);
+  file.camera.shutter = "rolling";
+  file.camera.readout_s = 0.024;
+  const auto played = play_with_strip(file, 0.0);
+  ASSERT_GT(played.delays.size(), 60u);
+  EXPECT_LT(worst_error_ms(played), 1.0);
+}
+
 TEST(PhotonToPhoton, ARealTimeRunsDelaysAreJudgedByWhenTheImagesWereTaken) {
   const ScratchFolder scratch;
   const auto photons = scratch.path() / "photons.csv", exposures = scratch.path() / "exposures.csv";

@@ -12,6 +12,7 @@
 #include "palpate/system/child_process.h"
 #include "palpate/system/network_story.h"
 #include "palpate/system/photon_probe.h"
+#include "palpate/system/realtime_overlay.h"
 
 namespace palpate {
 namespace {
@@ -21,6 +22,7 @@ using std::chrono::milliseconds;
 // A person at the window plays as long as they like; one who has left it open for the night does not.
 constexpr double kLongestVisit_s = 4.0 * 3600.0;
 constexpr double kServePause_s = 0.8;  // between serves, for people
+constexpr double kWarmUp_s = 1.0;  // clocks settle and the person takes the stylus; its pictures do not count
 
 bool says(const std::filesystem::path& log, std::string_view words) {
   const auto text = read_file(log);
@@ -76,6 +78,17 @@ Expected<Json> tell_network(const LegNetwork& network, const std::filesystem::pa
   return network_story(records);
 }
 
+// What the servers never see comes in only now: world file and seed say where everything truly was.
+Expected<Json> judge_pictures(const RealtimeLegOptions& options) {
+  const auto world = sim::read_world(options.world);
+  if (!world) return tl::unexpected(world.error());
+  const auto rig = read_rig(options.rig);
+  if (!rig) return tl::unexpected(rig.error());
+  auto against = overlay_case(*world, options.seed, *rig);
+  against.warm_up_s = kWarmUp_s;
+  return judge_overlay(options.out / "realtime_poses.csv", options.out / "realtime_truth.csv", against);
+}
+
 }  // namespace
 
 Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
@@ -111,12 +124,12 @@ Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
   // The laboratory outlives the leg's length and is asked to stop at its end. It ends by itself, and the
   // physics server with it, where nobody is left to ask.
   const double patience = (options.window ? kLongestVisit_s : options.seconds) + 30.0;
-  std::vector<std::string> world_list = {"world",     "run",
-                                         "--name",    name,
-                                         "--seconds", fmt::format("{}", patience + 30.0),
-                                         "--world",   options.world.string(),
-                                         "--seed",    std::to_string(options.seed)};
-  if (strip) world_list.insert(world_list.end(), {"--exposures", file("exposures", ".csv").string()});
+  std::vector<std::string> world_list = {"world",       "run",
+                                         "--name",      name,
+                                         "--seconds",   fmt::format("{}", patience + 30.0),
+                                         "--world",     options.world.string(),
+                                         "--seed",      std::to_string(options.seed),
+                                         "--exposures", file("truth", ".csv").string()};
   auto world = ChildProcess::start(options.program, world_list, file("world", ".log"));
   if (!world) return tl::unexpected(world.error());
   for (int i = 0;; ++i) {
@@ -209,14 +222,16 @@ Expected<Json> run_realtime_leg(const RealtimeLegOptions& options,
   Json result = *from_graphics;
   result.erase("begun_monotonic_ns");
   result.erase("server_there");
-  if (strip) {
-    auto judged =
-        judge_photons(options.out / "realtime_photons.csv", file("exposures", ".csv"), options.scan_out);
-    // A laboratory that had to be killed has told nothing: then the delay stands without the instrument's
-    // error.
-    if (judged) result["photon_to_photon"].update(*judged);
-    std::error_code ignored;
-    std::filesystem::remove(file("exposures", ".csv"), ignored);
+  // A laboratory that had to be killed has told nothing: then delay and pictures stand without a judgement.
+  if (std::filesystem::exists(file("truth", ".csv")) && result["exchange"]["frames"] > 0) {
+    if (strip) {
+      auto judged =
+          judge_photons(options.out / "realtime_photons.csv", file("truth", ".csv"), options.scan_out);
+      if (judged) result["photon_to_photon"].update(*judged);  // none where no strip could be read
+    }
+    auto overlay = judge_pictures(options);
+    if (!overlay) return tl::unexpected(overlay.error());
+    result["overlay"] = *overlay;
   }
   if (network) {
     auto told = tell_network(*network, options.out, *from_graphics);

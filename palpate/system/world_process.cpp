@@ -8,9 +8,10 @@
 #include <thread>
 #include <utility>
 
-#include "palpate/core/csv_file.h"
 #include "palpate/devices/lab_channel.h"
+#include "palpate/sim/device_faults.h"
 #include "palpate/sim/display_twin.h"
+#include "palpate/system/exposure_log.h"
 
 namespace palpate {
 namespace {
@@ -25,13 +26,14 @@ constexpr Duration kForceStale =
 class Painter {
  public:
   Painter(LabServer& server, const sim::WorldFile& world, std::function<sim::RenderView()> make_renderer,
-          Instant<TrueTime> start, CsvFile* exposures)
+          Instant<TrueTime> start, ExposureLog* exposures)
       : server_(server),
         make_renderer_(std::move(make_renderer)),
         start_(start),
         latency_(seconds(world.camera.latency_s)),
         exposed_(seconds(0.5 * (world.camera.exposure_s + world.camera.readout_s)) + kTick),
         display_(world),
+        faults_(world),
         exposures_(exposures),
         thread_([this] { run(); }) {}
   ~Painter() {
@@ -82,19 +84,33 @@ class Painter {
         arriving_.sleep_until(std::min(monotonic(taken + exposed_), monotonic(either.arrival)));
         for (const auto& strip : server_.take_strips())
           display_.show(Instant<TrueTime>{Duration(strip.sent_ns) - start_.since_epoch}, strip.code);
-        for (const auto& [shot, image] : {std::pair{&shots.left, &images[0]}, std::pair{&shots.right, &images[1]}})
-          if (*shot) display_.paint(*image, (*shot)->views[(*shot)->views.size() / 2], taken);
+        const auto middle = [](const sim::CameraShot& shot) -> const sim::TrueView& {
+          return shot.views[shot.views.size() / 2];
+        };
+        for (const auto& [shot, image] :
+             {std::pair{&shots.left, &images[0]}, std::pair{&shots.right, &images[1]}})
+          if (*shot) display_.paint(*image, middle(**shot), taken);
         arriving_.sleep_until(monotonic(either.arrival));
-        if (exposures_ != nullptr)
-          exposures_->row({fmt::format("{}", either.frame), fmt::format("{}", monotonic(taken).ns())});
+        const double since = to_seconds(arriving_.now() - start_);
         // The right one first: who has the left one then need not wait.
-        if (shots.right) server_.publish_image(images[1], 1);
-        if (shots.left && server_.publish_image(images[0])) ++images_;
+        if (shots.right) publish(std::move(images[1]), 1, since);
+        if (!shots.left) continue;
+        if (!publish(std::move(images[0]), 0, since)) continue;
+        if (exposures_ != nullptr)
+          exposures_->add(shots.left->frame, monotonic(taken).ns(), middle(*shots.left));
+        ++images_;
       }
     } catch (const std::exception& error) {
       const std::lock_guard lock(mutex_);
       fault_ = error.what();
     }
+  }
+
+  // False where it does not come, by a fault or for another reason.
+  bool publish(CameraImage image, int camera, double since) {
+    std::optional<CameraImage> shown = std::move(image);
+    faults_.disturb(since, shown);
+    return shown && server_.publish_image(*shown, camera);
   }
 
   Instant<TrueTime> monotonic(Instant<TrueTime> t) const { return start_ + t.since_epoch; }
@@ -104,7 +120,8 @@ class Painter {
   Instant<TrueTime> start_;
   Duration latency_, exposed_;
   sim::DisplayTwin display_;
-  CsvFile* exposures_;
+  sim::DeviceFaults faults_;
+  ExposureLog* exposures_;
   MonotonicClock<TrueTime> arriving_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
@@ -113,6 +130,27 @@ class Painter {
   std::string fault_;
   std::atomic<std::uint64_t> images_{0};
   std::thread thread_;
+};
+
+// Says which faults begin and end.
+class FaultTeller {
+ public:
+  explicit FaultTeller(const std::function<void(const std::string&)>& say) : say_(say) {}
+  void look(std::vector<const char*> holding) {
+    if (holding == told_) return;
+    const auto among = [](const std::vector<const char*>& list, const char* name) {
+      return std::find(list.begin(), list.end(), name) != list.end();
+    };
+    for (const auto* name : holding)
+      if (say_ && !among(told_, name)) say_(fmt::format("world: fault {} begins", name));
+    for (const auto* name : told_)
+      if (say_ && !among(holding, name)) say_(fmt::format("world: fault {} is over", name));
+    told_ = std::move(holding);
+  }
+
+ private:
+  const std::function<void(const std::string&)>& say_;
+  std::vector<const char*> told_;  // literals: the same name has the same address
 };
 
 }  // namespace
@@ -132,9 +170,9 @@ Expected<WorldProcessReport> run_world(const sim::WorldFile& file, const WorldPr
   WorldProcessReport report;
   const MonotonicClock<TrueTime> clock(0.0, 0.0);
   const auto start = clock.now();
-  std::optional<CsvFile> exposures;
+  std::optional<ExposureLog> exposures;
   if (!options.exposures.empty()) {
-    auto begun = CsvFile::begin(options.exposures, {"frame", "mid_exposure_monotonic_ns"});
+    auto begun = ExposureLog::begin(options.exposures);
     if (!begun) return tl::unexpected(begun.error());
     exposures.emplace(std::move(*begun));
   }
@@ -146,6 +184,8 @@ Expected<WorldProcessReport> run_world(const sim::WorldFile& file, const WorldPr
   auto tick = start;
   std::uint64_t last_force = 0;
   bool arm_lost = false;
+  const sim::DeviceFaults faults(file);
+  FaultTeller fault_teller(options.notice);
   MonotonicClock<TrueTime> waiting;
   while (!stop.load(std::memory_order_relaxed) && tick < end) {
     tick += kTick;
@@ -168,7 +208,11 @@ Expected<WorldProcessReport> run_world(const sim::WorldFile& file, const WorldPr
     if (const auto target = server.take_hand_target()) world.hand().move_to(*target);
     world.advance_to(Instant<TrueTime>{} + (now - start));
     server.publish_arm(world.arm().read());
-    for (const auto& sample : world.tracker().poll()) server.publish_tracker(sample);
+    const double since = to_seconds(now - start);
+    fault_teller.look(faults.holding(since));
+    auto samples = world.tracker().poll();
+    faults.disturb(since, samples);
+    for (const auto& sample : samples) server.publish_tracker(sample);
     Painter::Shots shots{world.take_shot(), world.take_right_shot()};
     if ((shots.left || shots.right) && painter) painter->draw(std::move(shots));
     server.heartbeat();

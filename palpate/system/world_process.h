@@ -3,7 +3,8 @@
 //
 // The world's time is the machine's monotonic clock since the start. One thread moves the world and serves
 // arm, tracker and hand once a millisecond; another draws the camera's pictures, so that drawing never holds
-// up the arm, and paints the display that hangs in their view (display_twin.h). A world that cannot keep up
+// up the arm, and paints the display that hangs in their view (display_twin.h). Faults of the world file
+// (device_faults.h) count from the start, and are told as they begin and end. A world that cannot keep up
 // falls behind in what it shows, never in its stamps; how far is counted.
 #pragma once
 
@@ -22,8 +23,8 @@ struct WorldProcessOptions {
   std::filesystem::path folder;  // of the channel's file; empty: the user's run directory
   std::uint64_t seed = 1;
   double seconds = 0.0;  // 0: until stopped
-  // Where to write when each image was taken (frame, mid_exposure_monotonic_ns), for whoever measures delays;
-  // empty: nowhere.
+  // Where to write when each image was taken and what was true then (exposure_log.h), for whoever judges
+  // delays and overlay afterwards; empty: nowhere.
   std::filesystem::path exposures;
   // Makes the renderer, in the thread that will use it; none: no pictures.
   std::function<sim::RenderView()> make_renderer;

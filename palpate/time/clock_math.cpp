@@ -91,8 +91,12 @@ namespace {
 constexpr double kJitterGuessNs = 100e3;  // spread of the delays before there are data to tell
 constexpr double kJitterFloorNs = 1e3;    // stamps are no better than this
 constexpr std::int64_t kEnvelopeStartNs = 2'000'000'000;
-constexpr double kStartUncertaintyNs = 1e6;    // nothing is known yet about the device's jitter
-constexpr std::int64_t kEarlyNs = 5'000'000;   // no sample can come this much before the quickest one
+constexpr double kStartUncertaintyNs = 1e6;   // nothing is known yet about the device's jitter
+constexpr std::int64_t kEarlyNs = 5'000'000;  // no sample can come this much before the quickest one
+// Nothing arrives before it was taken: a sample that comes so much before its published time proves that all
+// so far came late (a device, or this machine, that could not keep up as it began). What is proven wrong is
+// begun anew, not slewed away at half a millisecond a second.
+constexpr std::int64_t kProvenLateNs = 1'000'000;
 constexpr std::int64_t kLateNs = 100'000'000;  // and none is this late for seconds on end
 constexpr std::int64_t kLateForNs = 2'000'000'000;
 constexpr std::int64_t kBackwardsNs = 1'000'000'000;  // a stamp that far back means a device clock set anew
@@ -118,7 +122,12 @@ bool Envelope::add(std::int64_t stamp, std::int64_t received, std::int64_t waite
     } else {
       late_ = false;
     }
-    if (lateness < -kEarlyNs || (late_ && received - late_since_ > kLateForNs)) restart(stamp);
+    if (lateness < -kEarlyNs || (late_ && received - late_since_ > kLateForNs)) {
+      restart(stamp);
+    } else if (published_.forward(stamp) - received > kProvenLateNs) {
+      restart(stamp);
+      --restarts_;  // the device's clock is as it was
+    }
   }
   Point* p = window_.place(stamp);
   if (p == nullptr) return false;

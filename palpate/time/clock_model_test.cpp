@@ -132,6 +132,27 @@ TEST(ClockEstimator, NeverJumpsOnceItTracks) {
   }
 }
 
+TEST(ClockEstimator, ALateBeginningIsLeftAsSoonAsAnEarlierArrivalProvesIt) {
+  Device device{0.0, 35.0, 0.040, 100e-6};
+  Estimator estimator;
+  for (int i = 0; i < 300; ++i) {
+    const double t = i / 30.0;
+    if (t < 4.0) {  // whoever draws the images is 4 to 6 ms behind
+      estimator.add({Duration(device.stamp_at(t))}, {seconds(t + 0.044 + 0.002 * device.random.uniform())});
+    } else {
+      device.sample(estimator, t);
+    }
+    if (t > 3.0 && t < 3.9) {
+      EXPECT_GT(device.error(estimator, t), 3e-3) << "nobody can know it yet";
+    }
+    // Slewed at 500 ppm this would take eight seconds.
+    if (t > 4.2) {
+      EXPECT_LT(std::abs(device.error(estimator, t)), 0.5e-3) << "at " << t;
+    }
+  }
+  EXPECT_EQ(estimator.restarts(), 0) << "its clock was not set";
+}
+
 TEST(ClockEstimator, ASecondWithoutScheduleDoesNotLiftTheLine) {
   Device device{0.0, 20.0, 0.002, 20e-6};
   Estimator estimator;

@@ -47,6 +47,10 @@ class Running:
         """The whole lines on standard error so far."""
         return self._text(self.files[1]).split("\n")[:-1]
 
+    def output(self):
+        """Standard output so far."""
+        return self._text(self.files[0])
+
     def ended(self):
         return self.process.poll() is not None
 

@@ -64,6 +64,11 @@ void LiveCamera::set_lost(std::string words) {
   lost_ = std::move(words);
 }
 
+void LiveCamera::judge() {
+  const std::lock_guard lock(mutex_);
+  silent_ = silence_.gone(host_ns(), heard_ns_);
+}
+
 void LiveCamera::run() {
   pthread_setname_np(pthread_self(), "palpate-camera");
   bool open = true;
@@ -73,6 +78,7 @@ void LiveCamera::run() {
       auto facts = source_->open();
       if (!facts) {
         set_lost(facts.error().message);
+        judge();
         if (!pause(kRetry)) break;
         continue;
       }
@@ -84,6 +90,7 @@ void LiveCamera::run() {
       ++status_.times_opened;
     }
     const Outcome outcome = source_->wait(kLook);
+    judge();
     switch (outcome.kind) {
       case Outcome::Kind::frame:
         waiting_since = host_ns();
@@ -143,6 +150,7 @@ void LiveCamera::take(const Frame& frame) {
     return;
   }
   ++status_.pictures;
+  silent_ = false;
   lost_.clear();
   trouble_.clear();
   heard_ns_ = host_ns();
@@ -161,10 +169,9 @@ CameraFacts LiveCamera::facts() const {
   return facts_;
 }
 
-CameraStatus LiveCamera::status() {
+CameraStatus LiveCamera::status() const {
   const std::lock_guard lock(mutex_);
   CameraStatus status = status_;
-  const bool gone = silence_.gone(host_ns(), heard_ns_);
   if (ended_) {
     status.condition = Condition::ended;
     status.message = fmt::format("camera {}: its {} have been shown; the recording has ended", name_,
@@ -172,7 +179,7 @@ CameraStatus LiveCamera::status() {
   } else if (!lost_.empty()) {
     status.condition = Condition::lost;
     status.message = lost_;
-  } else if (gone) {
+  } else if (silent_) {
     status.condition = trouble_.empty() ? Condition::silent : Condition::unfit;
     status.message = !trouble_.empty() ? trouble_
                                        : fmt::format(

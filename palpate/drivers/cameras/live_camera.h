@@ -54,8 +54,7 @@ class LiveCamera : public CameraDevice {
   ~LiveCamera() override;
 
   std::optional<CameraImage> poll() override;
-  // To be called some ten times a second or more.
-  CameraStatus status();
+  CameraStatus status() const;
   // What is wrong, for a person; empty: nothing. The words stay while the trouble is the same, however its
   // own change while the camera is looked for. Calls status().
   const std::string& trouble();
@@ -70,14 +69,18 @@ class LiveCamera : public CameraDevice {
   void take(const Frame& frame);
   bool pause(Duration time);  // false when the camera is to end
   void set_lost(std::string words);
+  // Whether it is silent, as its own thread sees it: a caller that stands still while it draws neither delays
+  // that nor is misled by it.
+  void judge();
 
   const std::unique_ptr<FrameSource> source_;  // of the thread alone
   const std::string name_;
   const int width_, height_;
   std::uint64_t last_number_ = 0;  // of the thread alone, as what follows
   CameraImage next_;
+  SilenceWatch silence_;
 
-  SilenceWatch silence_;  // of the caller
+  // Of the caller.
   Condition told_ = Condition::running;
   std::string told_words_;
 
@@ -88,7 +91,7 @@ class LiveCamera : public CameraDevice {
   CameraStatus status_;  // counts
   CameraFacts facts_;
   std::string lost_, trouble_;  // why it is gone; what was wrong with the latest picture
-  bool ended_ = false;
+  bool ended_ = false, silent_ = false;
   std::int64_t heard_ns_ = 0;  // the latest good picture, or when one is due at the earliest
   std::thread thread_;         // last: it uses all of the above
 };

@@ -111,6 +111,18 @@ TEST(LiveCamera, SaysThatFramesStoppedAndThatTheyCameBack) {
   EXPECT_EQ(next_news(**camera), "camera scripted: works again");
 }
 
+TEST(LiveCamera, KnowsThatFramesStoppedHoweverRarelyItIsAsked) {
+  Script script;
+  auto camera = LiveCamera::open(std::make_unique<ScriptedSource>(script));
+  ASSERT_TRUE(camera);
+  wait_for([&] { return script.made > 3; }, "pictures");
+  EXPECT_EQ((*camera)->status().condition, Condition::running);
+  script.does = Does::rest;
+  // As a graphics server asks that draws for a second: this is its first question since.
+  std::this_thread::sleep_for(3 * LiveCamera::kSilence);
+  EXPECT_NE((*camera)->status().condition, Condition::running);
+}
+
 TEST(LiveCamera, SaysWhyNoneOfThePicturesIsOfUse) {
   Script script;
   auto camera = LiveCamera::open(std::make_unique<ScriptedSource>(script), 8, 4);
