@@ -79,9 +79,6 @@ std::vector<Pixel> numbered(std::vector<Pixel> corners, const BoardShape& shape,
   return corners;
 }
 
-// By how much a hand misses what it touches, per axis (as for landmarks).
-const double kTouchSd = LandmarkTouchOptions{}.touch_sd;
-
 struct Steps {
   Laboratory lab;
   Rig& rig;
@@ -107,32 +104,29 @@ struct Steps {
 
   Expected<void> surfaces() {
     rig.surfaces.clear();
+    std::vector<SurfaceTouches> touched;
     for (const std::string name : {"table", "wall"}) {
       std::vector<Request> requests;
       for (int round = 0; round < plan.corner_rounds; ++round)
         for (const auto& request : corner_requests(name)) requests.push_back(request);
       auto touches = record_touches(lab, requests, rig.pointer_pivot->tip_in_marker);
       if (!touches) return failed(touches);
-      std::vector<TouchedPoint> points;
-      std::string data;
-      double variance = 0.0;  // of a touch per axis: the hand's and the tracker's
-      for (const auto& touch : *touches) {
-        variance +=
-            (kTouchSd * kTouchSd + touch.covariance.trace() / 3.0) / static_cast<double>(touches->size());
-        points.push_back({{touch.place}, touch.index + 1});
-        data += fmt::format("{} {} {};", touch.place.x(), touch.place.y(), touch.place.z());
-      }
-      auto fit = fit_rectangle(points, {.touch_sd = std::sqrt(variance)});
-      if (!fit) return failed(fit);
-      SurfaceCalibration surface;
-      surface.name = name;
-      surface.X_world_rectangle = fit->value.X_world_rectangle;
-      surface.width = fit->value.width;
-      surface.height = fit->value.height;
-      surface.covariance = fit->covariance;
-      surface.from = provenance(plan, data, "rectangle", mm_from_metres(rms_per_component(fit->residuals)));
-      rig.surfaces.push_back(surface);
+      touched.push_back({name, {}});
+      for (const auto& touch : *touches)
+        touched.back().points.push_back({{touch.place}, touch.index + 1, touch.covariance});
       out.corners.insert(out.corners.end(), touches->begin(), touches->end());
+    }
+    const auto fits = fit_rectangles(touched);
+    if (!fits) return failed(fits);
+    for (std::size_t i = 0; i < touched.size(); ++i) {
+      std::string data;
+      for (const auto& point : touched[i].points)
+        data += fmt::format("{} {} {};", point.place.m.x(), point.place.m.y(), point.place.m.z());
+      const auto& fit = (*fits)[i];
+      const RectangleFit& r = fit.value;
+      rig.surfaces.push_back(
+          {touched[i].name, r.X_world_rectangle, r.width, r.height, fit.covariance,
+           provenance(plan, data, "rectangle", mm_from_metres(rms_per_component(fit.residuals))), r.seen});
     }
     return {};
   }
@@ -148,7 +142,7 @@ struct Steps {
       touched.push_back({std::to_string(i), touch->front().place, touch->front().covariance});
       out.landmark_touches.push_back(touch->front());
     }
-    auto found = landmarks_from_touches(touched, rig.surfaces);
+    auto found = landmarks_from_touches(touched, rig.surfaces, {.touch = touch_noise_of(rig.surfaces)});
     if (!found) return failed(found);
     rig.landmarks = std::move(found->value.landmarks);
     return {};
@@ -324,7 +318,7 @@ struct Steps {
       frames.push_back(std::move(frame));
     }
     auto refined = refine_landmarks(*rig.camera, *rig.hand_eye, rig.landmarks, frames,
-                                    {.pixel_sd = kUnstatedSightingSd});
+                                    {.pixel_sd = kUnstatedSightingSd, .touch = touch_noise_of(rig.surfaces)});
     if (!refined) return failed(refined);
     rig.registration_covariance = refined->covariance;
     rig.landmarks = refined->value.landmarks;
