@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "palpate/applications/scene_settings.h"
+#include "palpate/core/csv.h"
 #include "palpate/physics_server/physics_server.h"
 #include "palpate/system/lockstep_play.h"
 #include "palpate/system/photon_probe.h"

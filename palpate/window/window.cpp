@@ -156,6 +156,9 @@ struct Window::Impl {
       case 'a':
       case 'A':
         return input.keys.push_back(Key::program_plays);
+      case 's':
+      case 'S':
+        return input.keys.push_back(Key::strokes);
       case 'h':
       case 'H':
       case '?':

@@ -22,7 +22,7 @@
 
 namespace palpate::window {
 
-enum class Key { serve, pause, reset, program_plays, full_screen, help, quit, farther, nearer };
+enum class Key { serve, pause, reset, program_plays, strokes, full_screen, help, quit, farther, nearer };
 
 // Since the last poll.
 struct Input {
