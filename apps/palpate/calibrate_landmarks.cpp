@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <memory>
+#include <optional>
 #include <set>
 
 #include "apps/palpate/command.h"
@@ -13,12 +14,13 @@
 namespace palpate::app {
 namespace {
 
-constexpr double kOffSurface = 0.010;  // m; a dot further from every surface lies on none of them
+constexpr double kStatedFreedoms = 1e6;  // who states it knows it
+constexpr double kOffSurface = 0.010;    // m; a dot further from every surface lies on none of them
 
 struct LandmarksArguments {
   ResultOptions result;
   std::string points;
-  double touch_mm = mm_from_metres(LandmarkTouchOptions{}.touch_sd);
+  std::optional<double> touch_mm;
   double tracker_mm = 0.1;
   double diameter_mm = mm_from_metres(LandmarkTouchOptions{}.diameter);
 };
@@ -48,7 +50,8 @@ Json landmarks_json(const Estimate<TouchedLandmarks>& estimate, const PointFile&
           fmt::format("landmark '{}' lies {:.1f} mm off the nearest surface ({}): its normal is only a guess",
                       excerpt(found.labels[k]), kMm * found.distance[k], found.surface[k]));
   }
-  json["touch_sd_mm"] = kMm * found.touch_sd;
+  json["touch_sd_mm"] = kMm * found.touch.sd;
+  json["touch_freedoms"] = found.touch.freedoms;
   json["rms_mm"] = kMm * rms_per_component(estimate.residuals);
   json["std"] = {{"place_mm", all}};
   json["covariance"] = json_covariance(names, estimate.covariance, Eigen::VectorXd::Constant(sd.size(), kMm));
@@ -74,9 +77,10 @@ Expected<void> run_landmarks(const LandmarksArguments& options) {
     else
       ++repeats;
   }
+  TouchNoise hand = touch_noise_of(rig->surfaces);
+  if (options.touch_mm) hand = {metres_from_mm(*options.touch_mm), kStatedFreedoms};
   const auto estimate = landmarks_from_touches(
-      touches, rig->surfaces,
-      {.touch_sd = metres_from_mm(options.touch_mm), .diameter = metres_from_mm(options.diameter_mm)});
+      touches, rig->surfaces, {.touch = hand, .diameter = metres_from_mm(options.diameter_mm)});
   if (!estimate) return refused("{}: {}", file->source, estimate.error().message);
   Result result{landmarks_json(*estimate, *file), {}, {}};
   if (repeats > 0) result.json["warnings"].push_back(repeats_warning(repeats));
@@ -106,10 +110,11 @@ void add_calibrate_landmarks(CLI::App& calibrate) {
       ->required()
       ->type_name("FILE");
   command
-      ->add_option("--touch-sd-mm", options->touch_mm,
-                   "How far a hand misses per axis, what the tracker adds by chance included")
-      ->check(CLI::Range(0.001, 10.0))
-      ->capture_default_str();
+      ->add_option(
+          "--touch-sd-mm", options->touch_mm,
+          "How far a hand misses per axis, what the tracker adds by chance included (default: as the rig's "
+          "surfaces tell of it)")
+      ->check(CLI::Range(0.001, 10.0));
   command
       ->add_option("--tracker-sd-mm", options->tracker_mm,
                    "The tracker's error per axis that touches of one place share")

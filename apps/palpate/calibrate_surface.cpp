@@ -19,9 +19,7 @@ struct SurfaceArguments {
   std::string points, name;
 };
 
-struct NamedPoints {
-  std::string name;
-  std::vector<TouchedPoint> points;
+struct NamedPoints : SurfaceTouches {
   std::size_t repeats = 0;  // touches left out
 };
 
@@ -48,7 +46,7 @@ Expected<std::vector<NamedPoints>> group(const PointFile& file, const std::strin
     std::string name = surface ? file.table.text[i][*surface] : stem;
     if (name.empty()) name = fallback;
     auto at = std::find_if(surfaces.begin(), surfaces.end(), [&](const auto& s) { return s.name == name; });
-    if (at == surfaces.end()) at = surfaces.insert(at, {name, {}});
+    if (at == surfaces.end()) at = surfaces.insert(at, {{name, {}}, 0});
     TouchedPoint point{{file.points[i]}, number};
     if (corner) {
       const double given = file.table.text[i][*corner].empty() ? 0.0 : file.table.rows[i][*corner];
@@ -63,7 +61,7 @@ Expected<std::vector<NamedPoints>> group(const PointFile& file, const std::strin
   // labels that name single points, not surfaces: one surface, touched in order
   if (!surface &&
       std::any_of(surfaces.begin(), surfaces.end(), [](const auto& s) { return s.points.size() < 4; })) {
-    surfaces.assign(1, {fallback, {}});
+    surfaces.assign(1, {{fallback, {}}, 0});
     for (const auto& point : file.points) surfaces[0].points.push_back({{point}, 0});
   }
   for (auto& one : surfaces) one.repeats = drop_repeats(one.points, reading_of_touch);
@@ -112,6 +110,8 @@ Json to_json(const std::string& name, const Estimate<RectangleFit>& estimate,
   json["residuals_mm"] = Json::array();
   for (const auto& r : estimate.residuals) json["residuals_mm"].push_back(json_list(r, kMm));
   json["points"] = estimate.residuals.size();
+  json["touch_sd_mm"] = kMm * fit.touch.sd;
+  json["touch_freedoms"] = fit.touch.freedoms;
   json["warnings"] = warnings;
   Eigen::VectorXd scales(8);
   scales << Vector3::Constant(kDegreesPerRadian), Eigen::VectorXd::Constant(5, kMm);
@@ -127,36 +127,45 @@ Json to_json(const std::string& name, const Estimate<RectangleFit>& estimate,
 }
 
 Expected<void> run_surface(const SurfaceArguments& options) {
-  if (const auto rig = start_rig(options.result); !rig) return tl::unexpected(rig.error());
+  const auto rig_before = start_rig(options.result);
+  if (!rig_before) return tl::unexpected(rig_before.error());
   const auto file = read_points(options.points);
   if (!file) return tl::unexpected(file.error());
-  const auto surfaces = group(*file, options.name.empty() ? "surface" : options.name);
+  auto surfaces = group(*file, options.name.empty() ? "surface" : options.name);
   if (!surfaces) return tl::unexpected(surfaces.error());
+  if (!options.name.empty())
+    std::erase_if(*surfaces, [&](const auto& surface) { return surface.name != options.name; });
+  if (surfaces->empty())
+    return wrong_use("{}: has no points of the surface '{}'", file->source, options.name);
+  // What the rig's other surfaces tell of the hand; these ones' old touches are replaced.
+  auto others = rig_before->surfaces;
+  std::erase_if(others, [&](const auto& known) {
+    return std::any_of(surfaces->begin(), surfaces->end(),
+                       [&](const auto& surface) { return surface.name == known.name; });
+  });
+  const auto fits = fit_rectangles({surfaces->begin(), surfaces->end()}, {.touch = touch_noise_of(others)});
+  if (!fits) return refused("{}: {}", file->source, fits.error().message);
   Result result;
   Json all = Json::array();
   std::vector<SurfaceCalibration> found;
-  for (const auto& surface : *surfaces) {
-    if (!options.name.empty() && surface.name != options.name) continue;
-    const auto estimate = fit_rectangle(surface.points);
-    if (!estimate)
-      return refused("{}: {}{}", file->source, surfaces->size() > 1 ? surface.name + ": " : std::string(),
-                     estimate.error().message);
-    const auto warnings = warnings_of(surface, *estimate);
-    all.push_back(to_json(surface.name, *estimate, warnings));
-    const RectangleFit& fit = estimate->value;
+  for (std::size_t i = 0; i < fits->size(); ++i) {
+    const NamedPoints& surface = (*surfaces)[i];
+    const auto& estimate = (*fits)[i];
+    const auto warnings = warnings_of(surface, estimate);
+    all.push_back(to_json(surface.name, estimate, warnings));
+    const RectangleFit& fit = estimate.value;
     found.push_back({surface.name,
                      fit.X_world_rectangle,
                      fit.width,
                      fit.height,
-                     estimate->covariance,
-                     {utc_now(), file->hash, "rectangle", kMm * rms_per_component(estimate->residuals)}});
+                     estimate.covariance,
+                     {utc_now(), file->hash, "rectangle", kMm * rms_per_component(estimate.residuals)},
+                     fit.seen});
     result.summary.push_back(fmt::format("{}: {:.1f} x {:.1f} mm, {:.3f} mm rms per component over {} points",
-                                         surface.name, kMm * estimate->value.width,
-                                         kMm * estimate->value.height, all.back()["rms_mm"].get<double>(),
-                                         surface.points.size()));
+                                         surface.name, kMm * fit.width, kMm * fit.height,
+                                         all.back()["rms_mm"].get<double>(), surface.points.size()));
     for (const auto& warning : warnings) result.summary.push_back("warning: " + warning);
   }
-  if (all.empty()) return wrong_use("{}: has no points of the surface '{}'", file->source, options.name);
   if (all.size() == 1) {
     result.json = all[0];
   } else {

@@ -3,6 +3,7 @@
 #include "palpate/applications/pingpong/artist.h"
 #include "palpate/applications/pingpong/pingpong.h"
 #include "palpate/applications/pingpong/player.h"
+#include "palpate/applications/pingpong/stroke_help.h"
 #include "palpate/applications/touch/artist.h"
 #include "palpate/applications/touch/explorer.h"
 #include "palpate/applications/touch/touch.h"
@@ -69,6 +70,13 @@ Expected<std::unique_ptr<Player>> make_player(const SceneDescription& scene, con
   if (auto ok = ready(scene); !ok) return tl::unexpected(ok.error());
   if (scene.application == "touch") return std::make_unique<touch::Explorer>(scene, reach, settings);
   return std::make_unique<pingpong::ScriptedPlayer>(scene, reach, settings);
+}
+
+Expected<std::unique_ptr<HandHelp>> make_hand_help(const SceneDescription& scene, const Reach& reach,
+                                                   const PlayerSettings& settings) {
+  if (auto ok = ready(scene); !ok) return tl::unexpected(ok.error());
+  if (scene.application == "touch") return nullptr;
+  return std::make_unique<pingpong::StrokeHelp>(scene, reach, settings);
 }
 
 }  // namespace palpate

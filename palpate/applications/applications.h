@@ -27,5 +27,8 @@ Expected<std::unique_ptr<Artist>> make_artist(const SceneDescription& scene);
 // One that plays the demo in a person's place.
 Expected<std::unique_ptr<Player>> make_player(const SceneDescription& scene, const Reach& reach,
                                               const PlayerSettings& settings);
+// Helps a person who plays with the mouse; null where the application has no need of it.
+Expected<std::unique_ptr<HandHelp>> make_hand_help(const SceneDescription& scene, const Reach& reach,
+                                                   const PlayerSettings& settings);
 
 }  // namespace palpate

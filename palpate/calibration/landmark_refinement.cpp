@@ -12,6 +12,9 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+constexpr double kLeastVariance = 1e-18;  // m^2: a perfect touch stays invertible
+constexpr int kTouchRounds = 6;
+constexpr double kSettled = 0.03;  // of the hand's sd: far less than what so few touches tell
 constexpr Eigen::Index kLens = kLensParameters, kHandEye = 6;
 constexpr Eigen::Index kPlaces = kLens + kHandEye;  // of all unknowns that frames share, the landmarks' first
 
@@ -186,13 +189,12 @@ double rms_px(const RefinementProblem& problem, const RefinementState& x, int* i
   return n > 0 ? std::sqrt(sum / n) : 0.0;
 }
 
-}  // namespace
-
-Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraCalibration& camera,
-                                                        const HandEyeCalibration& hand_eye,
-                                                        const std::vector<Landmark>& touched,
-                                                        const std::vector<LandmarkFrame>& frames,
-                                                        const LandmarkRefinementOptions& options) {
+// With the touches' covariance as it is.
+Expected<Estimate<LandmarkRefinement>> refine_once(const CameraCalibration& camera,
+                                                   const HandEyeCalibration& hand_eye,
+                                                   const std::vector<Landmark>& touched,
+                                                   const std::vector<LandmarkFrame>& frames,
+                                                   const LandmarkRefinementOptions& options) {
   std::vector<int> views(touched.size(), 0);
   int count = 0;
   for (const auto& frame : frames)
@@ -226,7 +228,8 @@ Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraCalibration&
   problem.hand_eye_information = inverse(hand_eye_covariance);
   for (const auto& frame : frames) problem.frame_information.push_back(inverse(frame.covariance));
   for (const auto& landmark : touched)
-    problem.place_information.push_back(inverse_symmetric(landmark.covariance + 1e-18 * Matrix3::Identity()));
+    problem.place_information.push_back(
+        inverse_symmetric(landmark.covariance + kLeastVariance * Matrix3::Identity()));
 
   RefinementState x{camera.model, hand_eye.X_marker_camera, {}, {}};
   for (const auto& frame : frames) x.frames.push_back(frame.X_world_marker);
@@ -313,6 +316,47 @@ Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraCalibration&
   if (camera.covariance.size() > 0) value.camera.covariance = result.covariance.topLeftCorner<kLens, kLens>();
   value.rms_px = rms_px(problem, x, &value.inliers);
   return result;
+}
+
+// What the places' moves away from the touches say of the hand, given that it misses by `sd`.
+TouchNoise touch_noise_from(const Estimate<LandmarkRefinement>& refined, const std::vector<Landmark>& touched,
+                            double sd) {
+  double moves = 0.0, expected = 0.0;
+  for (std::size_t i = 0; i < touched.size(); ++i) {
+    const Matrix3 P = inverse_symmetric(touched[i].covariance + kLeastVariance * Matrix3::Identity());
+    const auto at = kPlaces + 3 * static_cast<Eigen::Index>(i);
+    const Matrix3 Q = refined.covariance.block<3, 3>(at, at);
+    moves += (P * refined.residuals[i]).squaredNorm();
+    expected += std::max(0.0, (P - P * Q * P).trace());
+  }
+  const double s2 = sd * sd;
+  if (!(s2 * expected > 0.0)) return {};
+  return {std::sqrt(s2 * moves / expected), s2 * expected};
+}
+
+}  // namespace
+
+Expected<Estimate<LandmarkRefinement>> refine_landmarks(const CameraCalibration& camera,
+                                                        const HandEyeCalibration& hand_eye,
+                                                        const std::vector<Landmark>& touched,
+                                                        const std::vector<LandmarkFrame>& frames,
+                                                        const LandmarkRefinementOptions& options) {
+  auto refined = refine_once(camera, hand_eye, touched, frames, options);
+  if (!refined || !options.touch) return refined;
+  std::vector<Landmark> weighed = touched;
+  TouchNoise hand = *options.touch;
+  for (int round = 0; round < kTouchRounds; ++round) {
+    const TouchNoise next = pooled(*options.touch, touch_noise_from(*refined, weighed, hand.sd));
+    const bool settled = std::abs(next.sd - hand.sd) < kSettled * hand.sd;
+    const double more = next.sd * next.sd - hand.sd * hand.sd;
+    hand = next;
+    if (settled) break;
+    for (auto& landmark : weighed) landmark.covariance.diagonal().array() += more;
+    refined = refine_once(camera, hand_eye, weighed, frames, options);
+    if (!refined) return refined;
+  }
+  refined->value.touch = hand;
+  return refined;
 }
 
 }  // namespace palpate

@@ -10,14 +10,22 @@
 // landmarks' shape, the touches (on average) where that shape is. The lens is an unknown because its errors
 // and the landmarks' hang together afterwards: landmarks are moved to where this lens shows them. The
 // tracker's bias is nearly the same in all frames and would otherwise be believed as often as there are
-// frames: `shared_*` in the options gives the hand-eye correction room for it. Metres, pixels, radians.
+// frames: `shared_*` in the options gives the hand-eye correction room for it. How far the hand missed is
+// found on the way, where it is asked for: the touches' covariance is T + s^2 I, and s^2 the variance
+// component (Foerstner 1979, restricted maximum likelihood) under which the places' moves away from the
+// touches are as large as they should be,
+//   s^2 = (f0 s0^2 + s^4 sum e' P P e) / (f0 + s^2 sum tr(P - P Q P)),   e moves, P touches' weights, Q
+//   places'
+// Metres, pixels, radians.
 // Source: Triggs et al. (2000), "Bundle adjustment - a modern synthesis". Pure function.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "palpate/calibration/pose_refinement.h"
+#include "palpate/calibration/touch_noise.h"
 #include "palpate/core/expected.h"
 #include "palpate/estimation/estimate.h"
 
@@ -36,12 +44,16 @@ struct LandmarkRefinementOptions {
   double shared_rotation_sd = 1e-3;  // rad: the tracker's bias over a marker's width, as a turn of the marker
   double shared_translation_sd = 1e-4;  // m
   int max_iterations = 50;
+  // What is known of the hand; the landmarks' covariance holds this sd once for each, as after one touch.
+  // None: their covariance is taken as it is.
+  std::optional<TouchNoise> touch;
 };
 
 struct LandmarkRefinement {
   std::vector<Landmark> landmarks;  // covariance updated
   HandEyeCalibration hand_eye;      // as it fits these pictures; the prior where it is not corrected
   CameraCalibration camera;         // the same; the prior where that states no covariance
+  TouchNoise touch;                 // of the hand, in the end; empty where nothing was asked
   int sightings = 0, inliers = 0;
   double rms_px_before = 0.0, rms_px = 0.0;  // tracker and touched places alone; after. sqrt(sum |r|^2 / n)
 };

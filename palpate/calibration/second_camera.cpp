@@ -23,7 +23,8 @@ SecondCamera fit_second_camera(const Estimate<LandmarkRefinement>& own, const st
     by.segment<3>(3 * static_cast<Eigen::Index>(i)) = kept[i].place.m - own.value.landmarks[i].place.m;
   const Eigen::VectorXd step = G * by;
 
-  SecondCamera second{own.value.camera, own.value.hand_eye, Eigen::MatrixXd(camera + places, camera + places)};
+  SecondCamera second{own.value.camera, own.value.hand_eye,
+                      Eigen::MatrixXd(camera + places, camera + places)};
   second.camera.model = changed_lens(second.camera.model, step.head<lens>());
   auto& X = second.hand_eye.X_marker_camera;
   X = {(so3_exp(step.segment<3>(lens)) * X.rotation).normalized(), X.translation + step.segment<3>(lens + 3)};

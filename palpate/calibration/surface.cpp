@@ -12,7 +12,7 @@
 namespace palpate {
 namespace {
 
-constexpr double kTouchSdCounts = 8.0;  // residuals that a stated deviation of the touches is worth
+constexpr int kTouchRounds = 50;
 
 Vector3 in_rectangle(int corner, double width, double height) {
   return {corner == 2 || corner == 3 ? width : 0.0, corner >= 3 ? height : 0.0, 0.0};
@@ -58,6 +58,91 @@ Expected<std::array<Vector3, 4>> mean_corners(const std::vector<TouchedPoint>& p
   return corners;
 }
 
+using RectangleMatrix = Eigen::Matrix<double, 8, 8>;
+
+// Of a corner's place by the eight unknowns.
+Eigen::Matrix<double, 3, 8> corner_jacobian(int corner, const RectangleFit& fit) {
+  const Matrix3 R = fit.X_world_rectangle.matrix();
+  const Vector3 inside = in_rectangle(corner, fit.width, fit.height);
+  Eigen::Matrix<double, 3, 8> J;
+  J << -hat(R * inside), Matrix3::Identity(), R.col(0) * (inside.x() > 0.0 ? 1.0 : 0.0),
+      R.col(1) * (inside.y() > 0.0 ? 1.0 : 0.0);
+  return J;
+}
+
+// Of what a point misses the plane by, turned round: of the residual's part that the unknowns explain.
+Eigen::Matrix<double, 1, 8> plane_jacobian(const Vector3& normal, const Vector3& offset) {
+  Eigen::Matrix<double, 1, 8> J = Eigen::Matrix<double, 1, 8>::Zero();
+  J.head<3>() = -normal.cross(offset).transpose();  // distance falls as the plane rises
+  J.segment<3>(3) = normal.transpose();
+  return J;
+}
+
+// How far the hand misses: W and `within` freedoms, of touches of one corner about their mean, are the hand
+// alone; B and `between`, of corners and points about the rectangle, hold n times the tracker's variance
+// besides. Their share of the hand, w = s^2 / (s^2 + n t), depends on the answer, so it is found by turns:
+//   s^2 = (f0 s0^2 + W + w^2 B) / (f0 + within + w between)
+void learn_hand(const std::vector<TouchedPoint>& points, const std::vector<Vector3>& residuals,
+                Eigen::Index freedoms, const RectangleOptions& options, RectangleFit& fit) {
+  std::array<Vector3, 4> sum;
+  sum.fill(Vector3::Zero());
+  std::array<double, 4> count{};
+  double total = 0.0, tracker = 0.0, corners = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    total += residuals[i].squaredNorm();
+    tracker += points[i].tracker.trace() / 3.0 / static_cast<double>(points.size());
+    if (points[i].corner == 0) continue;
+    const auto c = static_cast<std::size_t>(points[i].corner - 1);
+    sum[c] += residuals[i];
+    count[c] += 1.0, corners += 1.0;
+  }
+  double mean = 0.0;  // the part of the corners' squares that their means make up
+  for (std::size_t c = 0; c < 4; ++c) mean += sum[c].squaredNorm() / count[c];
+  double of_corners = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (points[i].corner > 0) of_corners += residuals[i].squaredNorm();
+  const double W = of_corners - mean, B = total - W, within = 3.0 * (corners - 4.0),
+               between = static_cast<double>(freedoms) - within;
+  // Corners and points, weighed by their number, for the tracker's part in a between-residual.
+  const double touches_each = (corners * corners / 4.0 + static_cast<double>(points.size()) - corners) /
+                              static_cast<double>(points.size());
+  const TouchNoise& known = options.touch;
+  fit.touch = known;
+  if (!options.learn) return;
+  double variance = known.sd * known.sd + (W + B) / std::max(1.0, static_cast<double>(freedoms));
+  for (int round = 0; round < kTouchRounds; ++round) {
+    const double share = variance > 0.0 ? variance / (variance + touches_each * tracker) : 0.0;
+    fit.seen.freedoms = within + share * between;
+    fit.seen.sd = fit.seen.freedoms > 0.0 ? std::sqrt((W + share * share * B) / fit.seen.freedoms) : 0.0;
+    fit.touch = pooled(known, fit.seen);
+    variance = fit.touch.sd * fit.touch.sd;
+  }
+}
+
+// J' T J over what shares the tracker's error: the touches of a corner together, every other point alone.
+RectangleMatrix shared_by_corner(const std::vector<TouchedPoint>& points, const RectangleFit& fit) {
+  RectangleMatrix shared = RectangleMatrix::Zero();
+  std::array<Matrix3, 4> of_corner;
+  of_corner.fill(Matrix3::Zero());
+  std::array<double, 4> count{};
+  const Vector3 normal = fit.X_world_rectangle.matrix().col(2);
+  for (const auto& point : points) {
+    if (point.corner > 0) {
+      of_corner[static_cast<std::size_t>(point.corner - 1)] += point.tracker;
+      count[static_cast<std::size_t>(point.corner - 1)] += 1.0;
+    } else {
+      const auto J = plane_jacobian(normal, point.place.m - fit.X_world_rectangle.translation);
+      shared += J.transpose() * normal.dot(point.tracker * normal) * J;
+    }
+  }
+  for (int corner = 1; corner <= 4; ++corner) {
+    const auto c = static_cast<std::size_t>(corner - 1);
+    const auto J = corner_jacobian(corner, fit);
+    shared += J.transpose() * (count[c] * of_corner[c]) * J;  // n^2 times their mean
+  }
+  return shared;
+}
+
 }  // namespace
 
 Point<World> RectangleFit::corner(int number) const {
@@ -92,39 +177,30 @@ Expected<Estimate<RectangleFit>> fit_rectangle(std::vector<TouchedPoint> points,
   fit.width = 0.5 * ((q[1] - q[0]).norm() + (q[2] - q[3]).norm());
   fit.height = 0.5 * ((q[3] - q[0]).norm() + (q[2] - q[1]).norm());
 
-  Eigen::Matrix<double, 8, 8> normal;
-  double chi2 = 0.0;
+  RectangleMatrix normal;
   Eigen::Index rows = 0;
   for (int iteration = 0; iteration < 50; ++iteration) {
     normal.setZero();
     Eigen::Matrix<double, 8, 1> gradient = Eigen::Matrix<double, 8, 1>::Zero();
     estimate.residuals.clear();
-    chi2 = 0.0;
     rows = 0;
     const Matrix3 R = fit.X_world_rectangle.matrix();
     for (const auto& point : points) {
       const Vector3 offset = point.place.m - fit.X_world_rectangle.translation;
       if (point.corner > 0) {
-        const Vector3 inside = in_rectangle(point.corner, fit.width, fit.height);
-        const Vector3 arm = R * inside;
-        Eigen::Matrix<double, 3, 8> J;
-        J << -hat(arm), Matrix3::Identity(), R.col(0) * (inside.x() > 0.0 ? 1.0 : 0.0),
-            R.col(1) * (inside.y() > 0.0 ? 1.0 : 0.0);
-        estimate.residuals.push_back(offset - arm);
+        const auto J = corner_jacobian(point.corner, fit);
+        estimate.residuals.push_back(offset - R * in_rectangle(point.corner, fit.width, fit.height));
         normal += J.transpose() * J;
         gradient += J.transpose() * estimate.residuals.back();
         rows += 3;
       } else {
         const double distance = R.col(2).dot(offset);
-        Eigen::Matrix<double, 1, 8> J = Eigen::Matrix<double, 1, 8>::Zero();
-        J.head<3>() = -R.col(2).cross(offset).transpose();  // distance falls as the plane rises
-        J.segment<3>(3) = R.col(2).transpose();
+        const auto J = plane_jacobian(R.col(2), offset);
         estimate.residuals.push_back(distance * R.col(2));
         normal += J.transpose() * J;
         gradient += J.transpose() * distance;
         rows += 1;
       }
-      chi2 += estimate.residuals.back().squaredNorm();
     }
     const Eigen::Matrix<double, 8, 1> step = solve_symmetric(normal, gradient);
     estimate.iterations = iteration + 1;
@@ -137,10 +213,10 @@ Expected<Estimate<RectangleFit>> fit_rectangle(std::vector<TouchedPoint> points,
   if (!(fit.width > 0.0 && fit.height > 0.0))  // corners touched again elsewhere pull a thin one inside out
     return refused("surface: no rectangle fits the touched points; touch the four corners again, in order");
   estimate.termination = Termination::converged;
-  const double known = options.touch_sd > 0.0 ? kTouchSdCounts : 0.0;
-  const double freedoms = std::max(1.0, static_cast<double>(rows - 8) + known);
+  learn_hand(points, estimate.residuals, rows - 8, options, fit);
+  const RectangleMatrix inverse = covariance_from_information(normal);
   estimate.covariance =
-      (chi2 + known * options.touch_sd * options.touch_sd) / freedoms * covariance_from_information(normal);
+      fit.touch.sd * fit.touch.sd * inverse + inverse * shared_by_corner(points, fit) * inverse;
 
   constexpr double kLargest = 100.0;  // m
   if (!(std::hypot(fit.width, fit.height) <= kLargest))
@@ -163,6 +239,27 @@ Expected<Estimate<RectangleFit>> fit_rectangle(std::vector<TouchedPoint> points,
         mm_from_metres(fit.width), mm_from_metres(fit.height), mm_from_metres(limit));
   }
   return estimate;
+}
+
+Expected<std::vector<Estimate<RectangleFit>>> fit_rectangles(const std::vector<SurfaceTouches>& touched,
+                                                             const RectangleOptions& options) {
+  std::vector<Estimate<RectangleFit>> fits;
+  RectangleOptions known = options;
+  for (const auto& surface : touched) {
+    auto fit = fit_rectangle(surface.points, known);
+    if (!fit && touched.size() > 1) fit.error().message = surface.name + ": " + fit.error().message;
+    if (!fit) return tl::unexpected(fit.error());
+    if (options.learn) known.touch = fit->value.touch;
+    fits.push_back(std::move(*fit));
+  }
+  known.learn = false;
+  for (std::size_t i = 0; i < touched.size() && options.learn; ++i) {
+    auto fit = fit_rectangle(touched[i].points, known);
+    if (!fit) return tl::unexpected(fit.error());
+    fit->value.seen = fits[i].value.seen;
+    fits[i] = std::move(*fit);
+  }
+  return fits;
 }
 
 }  // namespace palpate

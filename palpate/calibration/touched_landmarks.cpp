@@ -70,10 +70,9 @@ Expected<Estimate<TouchedLandmarks>> landmarks_from_touches(const std::vector<La
           "again, or label two dots differently",
           i + 1, mm_from_metres(off), excerpt(touches[i].label), mm_from_metres(kOneDot));
   }
-  // A few repeats tell their scatter badly; it may only make the stated one worse.
-  const double repeats = static_cast<double>(touches.size() - found.labels.size());
-  found.touch_sd = options.touch_sd;
-  if (repeats > 0.0) found.touch_sd = std::max(found.touch_sd, std::sqrt(square / (3.0 * repeats)));
+  const double freedoms = 3.0 * static_cast<double>(touches.size() - found.labels.size());
+  found.touch = options.touch;
+  if (freedoms > 0.0) found.touch = pooled(options.touch, {std::sqrt(square / freedoms), freedoms});
 
   const auto size = 3 * static_cast<Eigen::Index>(found.labels.size());
   estimate.covariance = Eigen::MatrixXd::Zero(size, size);
@@ -81,7 +80,7 @@ Expected<Estimate<TouchedLandmarks>> landmarks_from_touches(const std::vector<La
     const double n = found.touches[k];
     Landmark landmark;
     landmark.place = {sum[k] / n};
-    landmark.covariance = tracker[k] / n + found.touch_sd * found.touch_sd / n * Matrix3::Identity();
+    landmark.covariance = tracker[k] / n + found.touch.sd * found.touch.sd / n * Matrix3::Identity();
     landmark.diameter = options.diameter;
     const auto nearest = nearest_surface(landmark.place.m, surfaces);
     landmark.normal = nearest.surface->X_world_rectangle.rotation * Vector3::UnitZ();

@@ -1,9 +1,9 @@
 // Landmarks from the pointer: the dots on table and walls, each touched in its middle once or several times.
 //
 // A landmark's place is the mean of its touches; its normal that of the calibrated surface it lies nearest
-// to, which says how the dot looks from the camera. Covariance (m^2, World): what the person missed by,
-// averaged over the touches - as stated, or as touches of the same dots scatter where that is more - and the
-// tracker's own, which touches of one place share. Pictures make the places better afterwards
+// to, which says how the dot looks from the camera. Covariance (m^2, World): what the person misses by,
+// averaged over the touches - as known of the hand before, pooled with how touches of the same dots scatter -
+// and the tracker's own, which touches of one place share. Pictures make the places better afterwards
 // (landmark_refinement.h). Metres, frame World. Pure function. Refused: no surface, touches of one dot that
 // lie apart, numbers that are not finite.
 #pragma once
@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "palpate/calibration/touch_noise.h"
 #include "palpate/core/expected.h"
 #include "palpate/estimation/estimate.h"
 #include "palpate/model/rig.h"
@@ -24,10 +25,8 @@ struct LandmarkTouch {
 };
 
 struct LandmarkTouchOptions {
-  // A hand misses what it touches by about this much per axis, whatever the tracker believes (the reference
-  // laboratory's figure for a corner; a dot's centre is no easier).
-  double touch_sd = 0.0003;  // m
-  double diameter = 0.008;   // m, of the dots
+  TouchNoise touch = kPresumedTouch;  // known of the hand before, mostly from surfaces' corners
+  double diameter = 0.008;            // m, of the dots
 };
 
 struct TouchedLandmarks {
@@ -36,7 +35,7 @@ struct TouchedLandmarks {
   std::vector<std::string> surface;  // the one it lies on
   std::vector<double> distance;      // m, from that surface's plane
   std::vector<int> touches;
-  double touch_sd = 0.0;  // m per axis, used: stated, or larger by the scatter
+  TouchNoise touch;  // of the hand, with what was known before; the covariance rests on it
 };
 
 // `residuals`: touch minus its landmark's place, in the order of the touches. Covariance: 3 per landmark.

@@ -25,7 +25,7 @@ std::vector<SurfaceCalibration> room() {
 TEST(TouchedLandmarks, EachLiesOnItsSurfaceAtTheMeanOfItsTouches) {
   const std::vector<LandmarkTouch> touches{
       {"a", {0.2, 0.3, 0.001}}, {"b", {0.4, 0.999, 0.5}}, {"a", {0.202, 0.3, -0.001}}};
-  const auto fit = landmarks_from_touches(touches, room(), {.touch_sd = 0.01, .diameter = 0.012});
+  const auto fit = landmarks_from_touches(touches, room(), {.touch = {0.01, 1e9}, .diameter = 0.012});
   ASSERT_TRUE(fit) << fit.error().message;
   const auto& found = fit->value;
   EXPECT_EQ(found.labels, (std::vector<std::string>{"a", "b"}));
@@ -56,7 +56,7 @@ TEST(TouchedLandmarksStatistics, AShakyHandIsSeenInTheScatterAndTheTrackersPartI
              place + shared + Vector3(random.normal(kShake), random.normal(kShake), random.normal(kShake)),
              kTracker * kTracker * Matrix3::Identity()});
     }
-    const auto fit = landmarks_from_touches(touches, room(), {.touch_sd = 0.0003});
+    const auto fit = landmarks_from_touches(touches, room(), {});
     ASSERT_TRUE(fit) << fit.error().message;
     for (int k = 0; k < 8; ++k) {
       const auto& landmark = fit->value.landmarks[static_cast<std::size_t>(k)];
@@ -65,6 +65,20 @@ TEST(TouchedLandmarksStatistics, AShakyHandIsSeenInTheScatterAndTheTrackersPartI
     }
   }
   EXPECT_NEAR(square / stated, 1.0, 0.1);
+}
+
+TEST(TouchedLandmarks, WhatIsKnownOfTheHandIsPooledWithTheScatter) {
+  // Two touches of one dot, 2 mm apart along one axis: 2e-6 m^2 over three freedoms.
+  const std::vector<LandmarkTouch> touches{{"a", {0.2, 0.3, 0.001}}, {"a", {0.2, 0.3, -0.001}}};
+  const auto unknown = landmarks_from_touches(touches, room(), {.touch = {0.0, 0.0}});
+  const auto known = landmarks_from_touches(touches, room(), {.touch = {0.0005, 9.0}});
+  ASSERT_TRUE(unknown && known);
+  EXPECT_NEAR(unknown->value.touch.sd, std::sqrt(2e-6 / 3), 1e-12);
+  EXPECT_NEAR(known->value.touch.sd, std::sqrt((9 * 0.25e-6 + 2e-6) / 12), 1e-12);
+  EXPECT_EQ(known->value.touch.freedoms, 12.0);
+  // Once each: nothing but what was known.
+  const auto once = landmarks_from_touches({touches[0]}, room(), {.touch = {0.0005, 9.0}});
+  EXPECT_NEAR(once->covariance(0, 0), 0.25e-6, 1e-15);
 }
 
 TEST(TouchedLandmarks, ImpossibleInputIsRefused) {

@@ -20,8 +20,8 @@ std::string png_bytes(std::span<const std::uint8_t> rgb, int width, int height);
 Expected<void> write_png(const std::filesystem::path& path, std::span<const std::uint8_t> rgb, int width,
                          int height);
 
-// Lines of text on a dark band in the picture's upper left corner, or of each of `eyes` pictures side by side.
-// ASCII.
+// Lines of text on a dark band in the picture's upper left corner, or of each of `eyes` pictures side by
+// side. ASCII.
 void burn_captions(std::vector<std::uint8_t>& rgb, int width, int height,
                    const std::vector<std::string>& lines, int eyes = 1);
 

@@ -44,9 +44,11 @@ struct HandLaw {
 // below `most_acceleration`, m/s^2, whatever the plan asks.
 class GuidedHand {
  public:
-  GuidedHand(const HandLaw& law, double most_acceleration, const Vector3& start)
+  GuidedHand(const HandLaw& law, double most_acceleration, const Vector3& start,
+             const Vector3& velocity = Vector3::Zero())
       : law_(law), most_(most_acceleration) {
     target_.position = start;
+    target_.velocity = velocity;
   }
 
   // Goes on to `now`; plan(t) is the HandState wanted then, jerk(t) its third derivative. Returns the target.

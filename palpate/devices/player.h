@@ -7,6 +7,8 @@
 // caller converts). One thread; deterministic for a seed.
 #pragma once
 
+#include <optional>
+
 #include "palpate/devices/devices.h"
 #include "palpate/devices/hand_path.h"
 #include "palpate/model/phantom.h"
@@ -44,6 +46,24 @@ class Player {
   virtual void show(const WorldState& state, Instant<PhysicsClock> displayed) = 0;
   // Where the hand should be now. Call often (each millisecond to each picture).
   virtual HandTarget act(Instant<PhysicsClock> now) = 0;
+};
+
+// What a person does who leads the stylus with a mouse: where it would be without help, and the ray on which
+// the pointer lies.
+struct Led {
+  HandTarget hand;
+  Vector3 eye = Vector3::Zero(), ray = -Vector3::UnitZ();  // unit
+  double side = 0.0;                                       // -1 ... 1: a button asks for the left, the right
+};
+
+// What nobody can steer with a mouse: how to turn and swing what the hand holds, at the right moment. Knows
+// shown states alone, as a player does, and the own arm; where the hand goes, the person says.
+class HandHelp {
+ public:
+  virtual ~HandHelp() = default;
+  virtual void show(const WorldState& state) = 0;
+  // Where the hand should be now instead; none: where it is led. Call every millisecond or so.
+  virtual std::optional<HandTarget> act(Instant<PhysicsClock> now, const Led& led) = 0;
 };
 
 }  // namespace palpate

@@ -51,7 +51,7 @@ struct FrameRecord : EyePose {
   AnswerKind answer = AnswerKind::too_old;
   Duration extrapolated_by{0};
   bool have_state = false;
-  WorldState state;  // the state that was drawn
+  WorldState state;                   // the state that was drawn
   bool two_eyes = false;              // the picture has two halves, for the left eye and for the right
   std::optional<EyePose> right;       // of the right camera, where its image came with the left one's
   std::vector<Condition> conditions;  // what was wrong when the picture was finished

@@ -167,6 +167,8 @@ SurfaceCalibration surface_of(const TomlTable& table, std::set<std::string>& nam
   surface.height = kMm * table.number("height_mm", kLengthMm);
   surface.covariance = optional_covariance_of(table, "covariance_si", kSurfaceUnknowns);
   surface.from = provenance_of(table);
+  surface.touch.sd = kMm * table.number_or("touch_sd_mm", 0.0, {0.0, 100.0});
+  surface.touch.freedoms = table.number_or("touch_freedoms", 0.0, {0.0, 1e9});
   return surface;
 }
 
@@ -376,6 +378,11 @@ std::string rig_text(const Rig& rig) {
     if (surface.covariance.size() > 0) {
       w.comment("Order: rotation 3 (rad, World axes), corner 3 (m), width, height (m).");
       w.put("covariance_si", rows(surface.covariance));
+    }
+    if (surface.touch.freedoms > 0.0) {
+      w.comment("By how much the hand missed per axis, and how many independent residuals say so.");
+      w.number("touch_sd_mm", kMillimetresPerMetre * surface.touch.sd);
+      w.number("touch_freedoms", surface.touch.freedoms);
     }
     w.provenance(surface.from);
   }

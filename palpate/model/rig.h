@@ -80,6 +80,12 @@ struct DelayCalibration {
   Provenance from;
 };
 
+// By how much a hand misses what it touches per axis, and how many independent residuals say so (0: none do).
+struct TouchNoise {
+  double sd = 0.0;  // m
+  double freedoms = 0.0;
+};
+
 // A real rectangle: pose of its corner frame (x to corner 2, y to corner 4, z = x cross y) and its sides.
 struct SurfaceCalibration {
   std::string name;  // "table", "wall"
@@ -88,6 +94,7 @@ struct SurfaceCalibration {
   // 8 x 8: rotation 3 (rad, World axes), corner 1 (3, m), width, height (m); empty where unknown.
   Eigen::MatrixXd covariance;
   Provenance from;
+  TouchNoise touch{};                // as its own touches tell
   Point<World> corner(int i) const;  // 0..3, in touching order
 };
 

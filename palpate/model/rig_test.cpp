@@ -65,6 +65,7 @@ Rig full_rig() {
                           1.0,
                           covariance(random, 8),
                           provenance("rectangle")});
+  rig.surfaces.back().touch = {0.00041, 14.5};
   rig.surfaces.push_back(
       {"wall", {rotation(random), vector(random)}, 0.75, 0.6, {}, provenance("rectangle")});
   for (int i = 0; i < 5; ++i)
@@ -116,7 +117,7 @@ std::vector<double> numbers(const Rig& rig) {
         add_from(d->from);
   for (const auto& s : rig.surfaces)
     add_pose(s.X_world_rectangle), add(Eigen::Vector2d(s.width, s.height)), add(s.covariance),
-        add_from(s.from);
+        add(Eigen::Vector2d(s.touch.sd, s.touch.freedoms)), add_from(s.from);
   for (const auto& l : rig.landmarks)
     add(l.place.m), add(l.covariance), add(l.normal), all.push_back(l.diameter);
   add(rig.registration_covariance);

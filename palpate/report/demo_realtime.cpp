@@ -198,8 +198,8 @@ std::optional<Plot> photon_parts_plot(const CsvTable& photons) {
 // The pictures of the leg against the truth, frame by frame; late ones apart.
 std::optional<Plot> realtime_overlay_plot(const CsvTable& poses) {
   if (!has_columns(poses, {"time_s", "late", "world_px", "tip_px"})) return std::nullopt;
-  const auto time = column(poses, "time_s"), late = column(poses, "late"),
-             world = column(poses, "world_px"), tip = column(poses, "tip_px");
+  const auto time = column(poses, "time_s"), late = column(poses, "late"), world = column(poses, "world_px"),
+             tip = column(poses, "tip_px");
   Series scene{.name = "real scene", .mark = Mark::points, .tone = Tone::ours},
       in_time{.name = "stylus tip", .mark = Mark::points, .tone = Tone::rival},
       belated{.name = "stylus tip, answer late", .mark = Mark::points, .tone = Tone::bad};

@@ -91,8 +91,7 @@ struct SimWorld::Parts : ArmDevice, TrackerDevice, HandDevice, Clock<PhysicsCloc
   TrueView right_of(const TrueView& left) const {
     TrueView view = left;
     view.lens = truth.right_lens;
-    view.X_world_camera =
-        left.X_world_camera * truth.X_marker_camera.inverse() * truth.X_marker_right_camera;
+    view.X_world_camera = left.X_world_camera * truth.X_marker_camera.inverse() * truth.X_marker_right_camera;
     view.noise_seed = Random(left.noise_seed, "right-camera/noise").bits();
     return view;
   }

@@ -85,11 +85,12 @@ Truth draw_truth(const WorldFile& world, std::uint64_t seed) {
 
   truth.lens = {world.camera.size[0], world.camera.size[1], world.camera.fx,        world.camera.fy,
                 world.camera.cx,      world.camera.cy,      world.camera.distortion};
-  truth.right_lens = {world.camera.size[0],  world.camera.size[1],  world.camera.right_fx,
-                      world.camera.right_fy, world.camera.right_cx, world.camera.right_cy,
+  truth.right_lens = {world.camera.size[0],         world.camera.size[1],  world.camera.right_fx,
+                      world.camera.right_fy,        world.camera.right_cx, world.camera.right_cy,
                       world.camera.right_distortion};
   const Vector3 beside = normals(seed, "truth/right-camera-mount", kOnOneBar * world.camera_marker.mount_sd);
-  const Vector3 askew = normals(seed, "truth/right-camera-turn", kOnOneBar * world.camera_marker.mount_sd_rad);
+  const Vector3 askew =
+      normals(seed, "truth/right-camera-turn", kOnOneBar * world.camera_marker.mount_sd_rad);
   truth.X_marker_right_camera =
       truth.X_marker_camera * Pose<CameraOptical, CameraOptical>{
                                   so3_exp(askew), Vector3(world.camera.stereo_baseline, 0.0, 0.0) + beside};

@@ -80,9 +80,6 @@ std::vector<Pixel> numbered(std::vector<Pixel> corners, const BoardShape& shape,
   return corners;
 }
 
-// By how much a hand misses what it touches, per axis (as for landmarks).
-const double kTouchSd = LandmarkTouchOptions{}.touch_sd;
-
 struct Steps {
   Laboratory lab;
   Rig& rig;
@@ -108,32 +105,29 @@ struct Steps {
 
   Expected<void> surfaces() {
     rig.surfaces.clear();
+    std::vector<SurfaceTouches> touched;
     for (const std::string name : {"table", "wall"}) {
       std::vector<Request> requests;
       for (int round = 0; round < plan.corner_rounds; ++round)
         for (const auto& request : corner_requests(name)) requests.push_back(request);
       auto touches = record_touches(lab, requests, rig.pointer_pivot->tip_in_marker);
       if (!touches) return failed(touches);
-      std::vector<TouchedPoint> points;
-      std::string data;
-      double variance = 0.0;  // of a touch per axis: the hand's and the tracker's
-      for (const auto& touch : *touches) {
-        variance +=
-            (kTouchSd * kTouchSd + touch.covariance.trace() / 3.0) / static_cast<double>(touches->size());
-        points.push_back({{touch.place}, touch.index + 1});
-        data += fmt::format("{} {} {};", touch.place.x(), touch.place.y(), touch.place.z());
-      }
-      auto fit = fit_rectangle(points, {.touch_sd = std::sqrt(variance)});
-      if (!fit) return failed(fit);
-      SurfaceCalibration surface;
-      surface.name = name;
-      surface.X_world_rectangle = fit->value.X_world_rectangle;
-      surface.width = fit->value.width;
-      surface.height = fit->value.height;
-      surface.covariance = fit->covariance;
-      surface.from = provenance(plan, data, "rectangle", mm_from_metres(rms_per_component(fit->residuals)));
-      rig.surfaces.push_back(surface);
+      touched.push_back({name, {}});
+      for (const auto& touch : *touches)
+        touched.back().points.push_back({{touch.place}, touch.index + 1, touch.covariance});
       out.corners.insert(out.corners.end(), touches->begin(), touches->end());
+    }
+    const auto fits = fit_rectangles(touched);
+    if (!fits) return failed(fits);
+    for (std::size_t i = 0; i < touched.size(); ++i) {
+      std::string data;
+      for (const auto& point : touched[i].points)
+        data += fmt::format("{} {} {};", point.place.m.x(), point.place.m.y(), point.place.m.z());
+      const auto& fit = (*fits)[i];
+      const RectangleFit& r = fit.value;
+      rig.surfaces.push_back(
+          {touched[i].name, r.X_world_rectangle, r.width, r.height, fit.covariance,
+           provenance(plan, data, "rectangle", mm_from_metres(rms_per_component(fit.residuals))), r.seen});
     }
     return {};
   }
@@ -149,7 +143,7 @@ struct Steps {
       touched.push_back({std::to_string(i), touch->front().place, touch->front().covariance});
       out.landmark_touches.push_back(touch->front());
     }
-    auto found = landmarks_from_touches(touched, rig.surfaces);
+    auto found = landmarks_from_touches(touched, rig.surfaces, {.touch = touch_noise_of(rig.surfaces)});
     if (!found) return failed(found);
     rig.landmarks = std::move(found->value.landmarks);
     return {};
@@ -318,7 +312,8 @@ struct Steps {
 
   // Lens, hand-eye and landmarks of one solve are the rig's.
   Expected<void> landmarks_again() {
-    auto refined = landmarks_from_pictures(lab, rig.camera, rig.hand_eye, out.camera);
+    auto refined =
+        landmarks_from_pictures(lab, rig.camera, rig.hand_eye, out.camera, touch_noise_of(rig.surfaces));
     if (!refined) return failed(refined);
     if (!*refined) return {};
     rig.registration_covariance = (*refined)->covariance;
@@ -326,10 +321,11 @@ struct Steps {
     return {};
   }
 
-  // The second camera is fitted to the landmarks where the first one's pictures have put them.
+  // The second camera is fitted to the landmarks where the first one's pictures have put them; nobody touches
+  // them again.
   Expected<void> right_landmarks() {
-    auto refined =
-        landmarks_from_pictures(right_lab(), rig.right_camera, rig.right_hand_eye, out.right_camera);
+    auto refined = landmarks_from_pictures(right_lab(), rig.right_camera, rig.right_hand_eye,
+                                           out.right_camera, std::nullopt);
     if (!refined) return failed(refined);
     if (!*refined) return {};
     const auto right = fit_second_camera(**refined, rig.landmarks, registration_covariance(rig));
@@ -344,7 +340,8 @@ struct Steps {
   // Improves lens and hand-eye; nothing where nobody finds landmarks.
   Expected<std::optional<Estimate<LandmarkRefinement>>> landmarks_from_pictures(
       const Laboratory& seen, std::optional<CameraCalibration>& camera_out,
-      std::optional<HandEyeCalibration>& hand_eye_out, CameraRecordings& recorded) const {
+      std::optional<HandEyeCalibration>& hand_eye_out, CameraRecordings& recorded,
+      const std::optional<TouchNoise>& touch) const {
     if (!hooks.find_landmarks) return std::nullopt;
     std::vector<CameraImage> images;
     constexpr int every = 3;  // neighbours say the same again
@@ -370,7 +367,7 @@ struct Steps {
       frames.push_back(std::move(frame));
     }
     auto refined = refine_landmarks(*camera_out, *hand_eye_out, rig.landmarks, frames,
-                                    {.pixel_sd = kUnstatedSightingSd});
+                                    {.pixel_sd = kUnstatedSightingSd, .touch = touch});
     if (!refined) return failed(refined);
     camera_out->model = refined->value.camera.model;
     camera_out->covariance = refined->value.camera.covariance;
@@ -460,7 +457,8 @@ Expected<CalibrationRecordings> calibrate_rig(Laboratory lab, Rig& rig, const Ca
   };
   if (lab.right_camera != nullptr) {
     list.push_back({"lens and hand-eye of the right camera", has_two_eyes(rig), &Steps::right_camera});
-    list.push_back({"landmarks from pictures of the right camera", has_two_eyes(rig), &Steps::right_landmarks});
+    list.push_back(
+        {"landmarks from pictures of the right camera", has_two_eyes(rig), &Steps::right_landmarks});
   }
   for (std::size_t i = 0; i < list.size(); ++i) {
     if (hooks.progress) hooks.progress(i, list.size(), list[i].name);

@@ -231,8 +231,8 @@ Expected<Json> demo(const DemoOptions& options) {
     return tl::unexpected(done.error());
   if (scene.application == "touch")
     if (auto done = touched.write(options.out / "raw"); !done) return tl::unexpected(done.error());
-  Json summary = demo_summary(
-      {options, world.truth(), rig, *recordings, *methods, *with_true_tip, *play, overlay, stereo, points.size()});
+  Json summary = demo_summary({options, world.truth(), rig, *recordings, *methods, *with_true_tip, *play,
+                               overlay, stereo, points.size()});
   if (scene.application == "touch") summary["touch"] = touched.summary();
   summary["pictures"] = book.captions();
 

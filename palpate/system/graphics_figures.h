@@ -34,7 +34,8 @@ ClientFigures figures_of(std::uint64_t frames, std::uint64_t late, std::uint64_t
                          const JitterHistogram& trips, const GraphicsServer& server,
                          Instant<GraphicsClock> now);
 
-// realtime_frames.csv, realtime_sync.csv and realtime_poses.csv, written as they go: a server may run for days.
+// realtime_frames.csv, realtime_sync.csv and realtime_poses.csv, written as they go: a server may run for
+// days.
 struct GraphicsLogs {
   CsvFile frames, sync;
   PoseLog poses;

@@ -288,7 +288,12 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
       (*link)->tell(figures_of(frames, late, (*link)->counters().lost, to_seconds(*told - begun),
                                trips.histogram(), server, *told));
     }
-    if (seat) quit = !seat->act(clock.now(), **link, hand.get(), server.conditions());
+    if (seat) {
+      const auto at = clock.now();
+      const auto at_physics =
+          server.sync().exchanges() > 0 ? std::optional(server.sync().model().to(at)) : std::nullopt;
+      quit = !seat->act(at, **link, hand.get(), server.conditions(), at_physics);
+    }
     if (seat && photons)
       if (const auto strip = seat->take_strip()) photons->shown(*strip);
     if (monitor && !monitor->act(seat->content(), clock.now())) {

@@ -28,7 +28,8 @@ namespace {
 // Of one eye's pictures.
 class OverlayJudge {
  public:
-  OverlayJudge(const CameraModel& lens, const std::vector<CheckPoint>& points) : lens_(lens), points_(points) {}
+  OverlayJudge(const CameraModel& lens, const std::vector<CheckPoint>& points)
+      : lens_(lens), points_(points) {}
 
   void frame(const EyePose& pose, const CameraView& truth, const Vector3& tip, const Vector3& true_tip) {
     const CameraView drawn{lens_, pose.X_world_camera};

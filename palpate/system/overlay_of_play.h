@@ -39,8 +39,8 @@ OverlayOfPlay overlay_of_play(const LockstepResult& play, const CameraModel& len
 OverlayOfPlay overlay_of_right_eye(const LockstepResult& play, const CameraModel& lens,
                                    const SceneDescription& scene, const std::vector<CheckPoint>& points);
 
-// By how much, in px, the difference between a virtual point's places in the two eyes' pictures is not that of
-// a real one at its place: over the points and, where it is shown, the ball.
+// By how much, in px, the difference between a virtual point's places in the two eyes' pictures is not that
+// of a real one at its place: over the points and, where it is shown, the ball.
 struct DisparityErrors {
   ErrorSummary world, ball;
 };

@@ -103,7 +103,8 @@ Expected<void> PictureParts::find(const CameraImage& image,
   // Before the picture nothing was known of the pose.
   const Matrix6 anywhere = Matrix6::Identity();
   const OverlayPicture picture{{pose->X_world_camera, anywhere}, anywhere, *pose, kCharucoCornerSd};
-  if (const auto expected = expected_overlay(left_.known, picture)) record.expected_world_px = expected->total();
+  if (const auto expected = expected_overlay(left_.known, picture))
+    record.expected_world_px = expected->total();
   return {};
 }
 

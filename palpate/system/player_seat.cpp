@@ -17,18 +17,24 @@ Reach players_reach(const Rig& rig, const sim::WorldFile& world) {
   return reach;
 }
 
-namespace {
-
-PlayerSettings settings_of(const sim::WorldFile& world, std::uint64_t seed, double extra_delay_s) {
+PlayerSettings own_hand(const sim::WorldFile& world) {
   PlayerSettings settings;
-  settings.reaction_s = world.player.reaction_s + extra_delay_s;
-  settings.aim_sd = world.player.aim_sd;
+  settings.reaction_s = settings.aim_sd = settings.perception_sd = 0.0;
   settings.max_acceleration = world.player.max_hand_acceleration;
   settings.max_speed = kSpeedShare * world.arm.max_speed;
-  // How its hand follows a target a player knows from having one.
   settings.hand.stiffness = sim::HandTwin::kApproachRate * sim::HandTwin::kSpeedRate;
   settings.hand.damping = sim::HandTwin::kSpeedRate;
   settings.wrist_rate = sim::ArmTwin::kTurnRate;
+  return settings;
+}
+
+namespace {
+
+PlayerSettings settings_of(const sim::WorldFile& world, std::uint64_t seed, double extra_delay_s) {
+  PlayerSettings settings = own_hand(world);
+  settings.reaction_s = world.player.reaction_s + extra_delay_s;
+  settings.aim_sd = world.player.aim_sd;
+  settings.perception_sd = PlayerSettings{}.perception_sd;
   settings.seed = seed;
   return settings;
 }

@@ -20,6 +20,10 @@ inline constexpr double kSpeedShare = 0.73;
 // Where the tip can be, as the rig knows the arm.
 Reach players_reach(const Rig& rig, const sim::WorldFile& world);
 
+// How a player's hand follows a target, and what is asked of it at most: what a player knows from having one.
+// It sees at once and aims exactly.
+PlayerSettings own_hand(const sim::WorldFile& world);
+
 class PlayerSeat {
  public:
   // Seats the scripted player of the scene's application. Refused where the scene lacks what that needs.

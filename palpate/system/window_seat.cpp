@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "palpate/applications/applications.h"
 #include "palpate/core/text.h"
 #include "palpate/haptics/force_limits.h"
 #include "palpate/model/clock_strip.h"
@@ -89,6 +90,9 @@ Expected<std::unique_ptr<WindowSeat>> WindowSeat::open(const SceneDescription& s
   auto hits = HitWatch::begin(place, scene.ball_mass, sound ? std::move(*sound) : nullptr);
   if (!hits) return tl::unexpected(hits.error());
   seat->hits_ = std::move(*hits);
+  auto help = make_hand_help(scene, players_reach(rig, world), own_hand(world));
+  if (!help) return tl::unexpected(help.error());
+  seat->help_ = std::move(*help);
   return seat;
 }
 
@@ -115,6 +119,7 @@ void WindowSeat::show(const FrameRecord& frame, std::vector<std::string> caption
     hand_.see(options_.outside_eye.X_world_camera);
   else if (frame.pose_source != PoseSource::none)
     hand_.see(frame.X_world_camera);
+  if (frame.have_state && help_) help_->show(frame.state);
   frame_ = frame;
   frame_.rgb.clear();
   draw(now);
@@ -170,6 +175,9 @@ bool WindowSeat::obey(window::Key key, StateLink& link) {
         moved_px_ = kTakeOver_px;
       }
       break;
+    case Key::strokes:
+      helped_ = !helped_;
+      break;
     case Key::full_screen:
       window_->toggle_full_screen();
       break;
@@ -193,7 +201,8 @@ bool WindowSeat::obey(window::Key key, StateLink& link) {
 }
 
 bool WindowSeat::act(Instant<GraphicsClock> now, StateLink& link, HandDevice* hand,
-                     const std::vector<Condition>& conditions) {
+                     const std::vector<Condition>& conditions,
+                     std::optional<Instant<PhysicsClock>> physics_now) {
   const double t = to_seconds(now.since_epoch);
   if (!begun_) begun_ = now;
   const window::Input input = window_->poll();
@@ -211,11 +220,23 @@ bool WindowSeat::act(Instant<GraphicsClock> now, StateLink& link, HandDevice* ha
     hand_.point(window::eye_pixel(window::picture_pixel(box, picture_, *input.pointer), picture_, eyes_));
   }
   hand_.roll(input.wheel);
-  hand_.hold_buttons(input.left, input.right);
-  if (person_plays_ && hand != nullptr) hand->move_to(hand_.act(t));
+  left_ = input.left, right_ = input.right;
+  hand_.hold_buttons(left_, right_);
+  if (person_plays_ && hand != nullptr) hand->move_to(lead(t, physics_now));
   look(now, link, conditions);
   if (!drawn_ || to_seconds(now - *drawn_) > (options_.clock_strip ? kStripDraw_s : kIdleDraw_s)) draw(now);
   return true;
+}
+
+// Where the person leads the hand, or the stroke that helps them.
+HandTarget WindowSeat::lead(double t, std::optional<Instant<PhysicsClock>> physics_now) {
+  const HandTarget led = hand_.act(t);
+  if (!help_ || !helped_ || !physics_now || frame_.pose_source == PoseSource::none) return led;
+  const double side = (right_ ? 1.0 : 0.0) - (left_ ? 1.0 : 0.0);
+  const auto stroke = help_->act(*physics_now, {led, frame_.X_world_camera.translation, hand_.ray(), side});
+  if (!stroke) return led;
+  hand_.take_over(*stroke, t);
+  return *stroke;
 }
 
 void WindowSeat::look(Instant<GraphicsClock> now, StateLink& link, const std::vector<Condition>& conditions) {

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "palpate/devices/devices.h"
+#include "palpate/devices/player.h"
 #include "palpate/devices/silence_watch.h"
 #include "palpate/graphics_server/graphics_server.h"
 #include "palpate/model/rig.h"
@@ -53,9 +54,10 @@ class WindowSeat {
   // A frame has been drawn; `captions` are its score.
   void show(const FrameRecord& frame, std::vector<std::string> captions, Instant<GraphicsClock> now);
   // Every millisecond or so: reads mouse and keys, leads the hand, keeps the window alive when no frames
-  // come. `conditions` of the graphics server are shown. False when the person has quit.
+  // come. `conditions` of the graphics server are shown. Strokes that help the mouse are timed by the physics
+  // host's time, where it is known. False when the person has quit.
   bool act(Instant<GraphicsClock> now, StateLink& link, HandDevice* hand,
-           const std::vector<Condition>& conditions);
+           const std::vector<Condition>& conditions, std::optional<Instant<PhysicsClock>> physics_now);
 
   // It shows the play from the side; the score, warnings and all else that stands over the picture.
   bool from_outside() const { return from_outside_; }
@@ -81,6 +83,7 @@ class WindowSeat {
   void take_over(Instant<GraphicsClock> now);
   void take_picture(const FrameRecord& frame);
   void look(Instant<GraphicsClock> now, StateLink& link, const std::vector<Condition>& conditions);
+  HandTarget lead(double t, std::optional<Instant<PhysicsClock>> physics_now);
   void draw(Instant<GraphicsClock> now);
   std::string hint(double t) const;
 
@@ -91,6 +94,8 @@ class WindowSeat {
   std::unique_ptr<window::Window> window_;
   std::unique_ptr<HitWatch> hits_;
   window::MouseHand hand_;
+  std::unique_ptr<HandHelp> help_;  // null: the application has none
+  bool helped_ = true, left_ = false, right_ = false;
   window::ForceBar force_;
   window::Warnings warnings_;
   bool forces_off_ = false;

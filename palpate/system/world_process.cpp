@@ -76,7 +76,8 @@ class Painter {
           next_.reset();
         }
         std::array<CameraImage, 2> images;
-        for (const auto& [shot, image] : {std::pair{&shots.left, &images[0]}, std::pair{&shots.right, &images[1]}})
+        for (const auto& [shot, image] :
+             {std::pair{&shots.left, &images[0]}, std::pair{&shots.right, &images[1]}})
           if (*shot) *image = sim::draw_shot(**shot, render);
         const auto& either = shots.left ? *shots.left : *shots.right;
         const auto taken = either.arrival - latency_;

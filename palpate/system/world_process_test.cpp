@@ -99,7 +99,8 @@ TEST(WorldProcess, TwoCamerasShowTheSameMomentEachThroughItsOwnLens) {
       auto opened = LabClient::open(options.name, options.folder);
       if (!opened) continue;
       client = *opened;
-      for (int i = 0; i < 2; ++i) cameras[static_cast<std::size_t>(i)] = std::move(*LabCamera::open(client, i));
+      for (int i = 0; i < 2; ++i)
+        cameras[static_cast<std::size_t>(i)] = std::move(*LabCamera::open(client, i));
     }
     if (auto next = cameras[0]->poll()) left = std::move(next);
     if (auto next = cameras[1]->poll()) right = std::move(next);

@@ -169,8 +169,8 @@ Expected<Files> sample(SimWorld& world, const SampleRequest& request) {
 }  // namespace
 
 Laboratory laboratory_of(SimWorld& world) {
-  return {world.physics_clock(), world.arm(), world.tracker(), &world.camera(), world.person(),
-          world.right_camera()};
+  return {world.physics_clock(), world.arm(),    world.tracker(),
+          &world.camera(),       world.person(), world.right_camera()};
 }
 
 ReachablePoses reach_of(const sim::WorldFile& file) {

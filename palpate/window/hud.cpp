@@ -24,13 +24,13 @@ Colour force_colour(double share) { return share < 0.4 ? kGentle : share < 0.8 ?
 const std::vector<KeyHelp>& key_help() {
   static const std::vector<KeyHelp> list = {
       {"Mouse", "moves the bat: it goes where you point"},
-      {"Push the mouse", "forward as the ball comes: a stroke"},
       {"Wheel, Up, Down", "bat farther away, nearer"},
-      {"Left, right button", "turn the bat while held"},
+      {"Left, right button", "turn the bat, send the ball aside"},
       {"Space", "serve"},
       {"P", "pause, go on"},
       {"R", "start again from zero"},
       {"A", "let the program play, take the bat back"},
+      {"S", "strokes by themselves, or only by pushing"},
       {"V", "see it from the side, see it with your own eyes"},
       {"F11", "full screen"},
       {"?", "this list"},

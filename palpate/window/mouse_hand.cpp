@@ -25,21 +25,26 @@ void MouseHand::roll(double notches) {
   depth_ = std::clamp(depth_ + notches * settings_.notch, -settings_.farthest, settings_.farthest);
 }
 
+Vector3 MouseHand::ray() const {
+  if (!X_world_camera_) return settings_.forward;
+  const Pixel at = pointer_.value_or(Pixel(camera_.cx, camera_.cy));
+  return X_world_camera_->rotation *
+         Vector3((at.x() - camera_.cx) / camera_.fx, (at.y() - camera_.cy) / camera_.fy, 1.0).normalized();
+}
+
 Vector3 MouseHand::wanted() const {
   const Vector3 middle = settings_.home + depth_ * settings_.wheel;
   Vector3 goal = middle;
   if (pointer_ && X_world_camera_) {
-    const Vector3 ray = X_world_camera_->rotation * Vector3((pointer_->x() - camera_.cx) / camera_.fx,
-                                                            (pointer_->y() - camera_.cy) / camera_.fy, 1.0)
-                                                        .normalized();
+    const Vector3 along_pointer = ray();
     const Vector3 rising =
         std::cos(settings_.lean) * settings_.up + std::sin(settings_.lean) * settings_.forward;
     const Vector3 normal = settings_.right.cross(rising);
-    const double towards = normal.dot(ray);
+    const double towards = normal.dot(along_pointer);
     const Vector3& eye = X_world_camera_->translation;
     const double along = std::abs(towards) < kFlattest ? -1.0 : normal.dot(middle - eye) / towards;
     if (along > 0.0) {
-      goal = eye + along * ray;
+      goal = eye + along * along_pointer;
       const Vector3 away = goal - middle;
       if (away.norm() > kFarthest_m) goal = middle + kFarthest_m / away.norm() * away;
     }
@@ -80,6 +85,7 @@ Quaternion MouseHand::stylus_rotation(const Vector3& bat) const {
 void MouseHand::take_over(const HandTarget& at, double t) {
   position_ = at.tip.m + at.R_world_tip * settings_.offset;
   velocity_ = at.velocity;
+  left_over_ = at.R_world_tip * stylus_rotation(position_).conjugate();
   last_ = t;
 }
 
@@ -99,9 +105,10 @@ HandTarget MouseHand::act(double t) {
     velocity_ += h * a;
     position_ += h * velocity_;
     twist_ += h * kTwistRate * (to_turn - twist_);
+    left_over_ = left_over_.slerp(h * kTwistRate, Quaternion::Identity());
   }
   last_ = t;
-  const Quaternion R = stylus_rotation(position_);
+  const Quaternion R = (left_over_ * stylus_rotation(position_)).normalized();
   return {{position_ - R * settings_.offset}, velocity_, R};
 }
 

@@ -44,12 +44,15 @@ class MouseHand {
   void see(const Pose<World, CameraOptical>& X_world_camera) { X_world_camera_ = X_world_camera; }
   // The pointer is over another camera's picture from now on.
   void look_through(const CameraModel& camera) { camera_ = camera; }
-  // The hand is there now: the way goes on from there (somebody else has moved it until now).
+  // The hand is there now: the way goes on from there (somebody else has moved it until now), and so does its
+  // turn.
   void take_over(const HandTarget& at, double t);
 
   // Where the stylus should be at `t`, s of any steady clock. Call often.
   HandTarget act(double t);
 
+  // From the eye through the pointer, World, unit; straight ahead while nobody points.
+  Vector3 ray() const;
   // Where the bat's centre is wanted, before the hand's own inertia; for the picture and for tests.
   Vector3 wanted() const;
 
@@ -61,6 +64,7 @@ class MouseHand {
   std::optional<Pixel> pointer_;
   std::optional<Pose<World, CameraOptical>> X_world_camera_;
   double depth_ = 0.0, twist_ = 0.0;
+  Quaternion left_over_ = Quaternion::Identity();  // of the turn in which it was taken over, World
   bool left_ = false, right_ = false;
   std::optional<double> last_;
   Vector3 position_, velocity_ = Vector3::Zero();  // of the bat's centre

@@ -201,6 +201,9 @@ struct Window::Impl {
       case 'a':
       case 'A':
         return input.keys.push_back(Key::program_plays);
+      case 's':
+      case 'S':
+        return input.keys.push_back(Key::strokes);
       case 'v':
       case 'V':
         return input.keys.push_back(Key::view);

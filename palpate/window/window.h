@@ -23,7 +23,19 @@
 
 namespace palpate::window {
 
-enum class Key { serve, pause, reset, program_plays, full_screen, help, quit, farther, nearer, view };
+enum class Key {
+  serve,
+  pause,
+  reset,
+  program_plays,
+  strokes,
+  view,
+  full_screen,
+  help,
+  quit,
+  farther,
+  nearer
+};
 
 // Since the last poll.
 struct Input {
