@@ -221,6 +221,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     if (!begun_logs) return tl::unexpected(begun_logs.error());
     logs.emplace(std::move(*begun_logs));
   }
+  if (seat && options.mouse) seat->lead(*hand, clock);
   Quantiles trips, sync_errors, uncertainties;
   std::optional<Instant<GraphicsClock>> told;
   std::uint64_t frames = 0, late = 0;
@@ -288,12 +289,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
       (*link)->tell(figures_of(frames, late, (*link)->counters().lost, to_seconds(*told - begun),
                                trips.histogram(), server, *told));
     }
-    if (seat) {
-      const auto at = clock.now();
-      const auto at_physics =
-          server.sync().exchanges() > 0 ? std::optional(server.sync().model().to(at)) : std::nullopt;
-      quit = !seat->act(at, **link, hand.get(), server.conditions(), at_physics);
-    }
+    if (seat) quit = !seat->act(clock.now(), **link, server.conditions(), server.sync());
     if (seat && photons)
       if (const auto strip = seat->take_strip()) photons->shown(*strip);
     if (monitor && !monitor->act(seat->content(), clock.now())) {

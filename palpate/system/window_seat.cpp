@@ -67,21 +67,21 @@ window::MouseHandSettings mouse_hand_settings(const SceneDescription& scene, con
   return settings;
 }
 
-WindowSeat::WindowSeat(const SceneDescription& scene, const Rig& rig, const sim::WorldFile& world,
-                       const WindowSeatOptions& options)
+WindowSeat::WindowSeat(const SceneDescription& scene, const Rig& rig, const WindowSeatOptions& options)
     : options_(options),
       scene_(scene),
       camera_(rig.camera->model),
       full_force_n_(force_limits_of(rig.arm->model).peak_n),
-      hand_(rig.camera->model, mouse_hand_settings(scene, rig, world)),
       physics_silence_(seconds(window::Warnings::kPhysicsSilent_s).count()),
       picture_{rig.camera->model.width, rig.camera->model.height},
-      person_plays_(options.mouse && !options.scripted_player) {}
+      person_plays_(options.mouse && !options.scripted_player) {
+  if (rig.right_camera) right_camera_ = rig.right_camera->model;
+}
 
 Expected<std::unique_ptr<WindowSeat>> WindowSeat::open(const SceneDescription& scene, const Rig& rig,
                                                        const sim::WorldFile& world, const ServerPlace& place,
                                                        const WindowSeatOptions& options) {
-  std::unique_ptr<WindowSeat> seat(new WindowSeat(scene, rig, world, options));
+  std::unique_ptr<WindowSeat> seat(new WindowSeat(scene, rig, options));
   auto opened = window::Window::open("Palpate", options.biocular ? kFirstSizeOfTwo : kFirstSize);
   if (!opened) return tl::unexpected(opened.error());
   seat->window_ = std::move(*opened);
@@ -92,7 +92,8 @@ Expected<std::unique_ptr<WindowSeat>> WindowSeat::open(const SceneDescription& s
   seat->hits_ = std::move(*hits);
   auto help = make_hand_help(scene, players_reach(rig, world), own_hand(world));
   if (!help) return tl::unexpected(help.error());
-  seat->help_ = std::move(*help);
+  seat->leader_ = std::make_unique<HandLeader>(
+      window::MouseHand(rig.camera->model, mouse_hand_settings(scene, rig, world)), std::move(*help));
   return seat;
 }
 
@@ -115,13 +116,10 @@ void WindowSeat::show(const FrameRecord& frame, std::vector<std::string> caption
     content_.overlay_px.reset();
   }
   if (!frame.rgb.empty()) take_picture(frame);
-  if (from_outside_)
-    hand_.see(options_.outside_eye.X_world_camera);
-  else if (frame.pose_source != PoseSource::none)
-    hand_.see(frame.X_world_camera);
-  if (frame.have_state && help_) help_->show(frame.state);
+  if (frame.have_state) leader_->show(frame.state);
   frame_ = frame;
-  frame_.rgb.clear();
+  frame_.rgb = {};
+  aim();
   draw(now);
 }
 
@@ -142,16 +140,35 @@ void WindowSeat::take_picture(const FrameRecord& frame) {
   }
   picture_ = size;
   window_->take_picture(rgb, picture_, eyes_);
-  hand_.look_through(from_outside_ ? options_.outside_eye.camera : camera_);
+}
+
+// Which camera's picture the pointer is over, and where that stands.
+void WindowSeat::aim() {
+  if (from_outside_)
+    leader_->look_through(options_.outside_eye.camera, options_.outside_eye.X_world_camera);
+  else if (frame_.pose_source == PoseSource::none)
+    return;
+  else if (over_right_ && frame_.right && right_camera_)
+    leader_->look_through(*right_camera_, frame_.right->X_world_camera);
+  else
+    leader_->look_through(camera_, frame_.X_world_camera);
+}
+
+void WindowSeat::lead(HandDevice& hand, const MonotonicClock<GraphicsClock>& clock) {
+  leader_->start(hand, clock);
+  if (person_plays_) leader_->take_over(std::nullopt, clock.now());
 }
 
 void WindowSeat::take_over(Instant<GraphicsClock> now) {
   if (!options_.mouse || person_plays_) return;
   person_plays_ = true;
   taken_over_ = now;
-  if (!frame_.have_state) return;
-  const auto& bat = frame_.state.bodies[1];
-  hand_.take_over({{shown_tip(frame_.state, scene_)}, bat.v(), bat.q()}, to_seconds(now.since_epoch));
+  std::optional<HandTarget> at;
+  if (frame_.have_state) {
+    const auto& bat = frame_.state.bodies[1];
+    at = HandTarget{{shown_tip(frame_.state, scene_)}, bat.v(), bat.q()};
+  }
+  leader_->take_over(at, now);
 }
 
 bool WindowSeat::obey(window::Key key, StateLink& link) {
@@ -169,6 +186,7 @@ bool WindowSeat::obey(window::Key key, StateLink& link) {
       break;
     case Key::program_plays:
       if (options_.scripted_player && person_plays_) {
+        leader_->let_go();
         person_plays_ = false;
         moved_px_ = 0.0;
       } else if (options_.scripted_player) {
@@ -176,7 +194,7 @@ bool WindowSeat::obey(window::Key key, StateLink& link) {
       }
       break;
     case Key::strokes:
-      helped_ = !helped_;
+      leader_->turn_help();
       break;
     case Key::full_screen:
       window_->toggle_full_screen();
@@ -189,10 +207,10 @@ bool WindowSeat::obey(window::Key key, StateLink& link) {
       content_.help = !content_.help;
       break;
     case Key::farther:
-      hand_.roll(1.0);
+      leader_->roll(1.0);
       break;
     case Key::nearer:
-      hand_.roll(-1.0);
+      leader_->roll(-1.0);
       break;
     case Key::quit:
       return false;
@@ -200,11 +218,10 @@ bool WindowSeat::obey(window::Key key, StateLink& link) {
   return true;
 }
 
-bool WindowSeat::act(Instant<GraphicsClock> now, StateLink& link, HandDevice* hand,
-                     const std::vector<Condition>& conditions,
-                     std::optional<Instant<PhysicsClock>> physics_now) {
-  const double t = to_seconds(now.since_epoch);
+bool WindowSeat::act(Instant<GraphicsClock> now, StateLink& link, const std::vector<Condition>& conditions,
+                     const ClockSync<GraphicsClock, PhysicsClock>& sync) {
   if (!begun_) begun_ = now;
+  if (sync.exchanges() > 0) leader_->synchronised(sync.model());
   const window::Input input = window_->poll();
   attended_ = attended_ || !input.keys.empty();
   for (const auto key : input.keys)
@@ -217,26 +234,16 @@ bool WindowSeat::act(Instant<GraphicsClock> now, StateLink& link, HandDevice* ha
   }
   if (input.pointer) {
     const window::Box box = window::letterbox(picture_, window_->framebuffer());
-    hand_.point(window::eye_pixel(window::picture_pixel(box, picture_, *input.pointer), picture_, eyes_));
+    const Pixel pixel = window::picture_pixel(box, picture_, *input.pointer);
+    over_right_ = eyes_ == 2 && pixel.x() >= 0.5 * picture_.width;
+    aim();
+    leader_->point(window::eye_pixel(pixel, picture_, eyes_));
   }
-  hand_.roll(input.wheel);
-  left_ = input.left, right_ = input.right;
-  hand_.hold_buttons(left_, right_);
-  if (person_plays_ && hand != nullptr) hand->move_to(lead(t, physics_now));
+  leader_->roll(input.wheel);
+  leader_->hold_buttons(input.left, input.right);
   look(now, link, conditions);
   if (!drawn_ || to_seconds(now - *drawn_) > (options_.clock_strip ? kStripDraw_s : kIdleDraw_s)) draw(now);
   return true;
-}
-
-// Where the person leads the hand, or the stroke that helps them.
-HandTarget WindowSeat::lead(double t, std::optional<Instant<PhysicsClock>> physics_now) {
-  const HandTarget led = hand_.act(t);
-  if (!help_ || !helped_ || !physics_now || frame_.pose_source == PoseSource::none) return led;
-  const double side = (right_ ? 1.0 : 0.0) - (left_ ? 1.0 : 0.0);
-  const auto stroke = help_->act(*physics_now, {led, frame_.X_world_camera.translation, hand_.ray(), side});
-  if (!stroke) return led;
-  hand_.take_over(*stroke, t);
-  return *stroke;
 }
 
 void WindowSeat::look(Instant<GraphicsClock> now, StateLink& link, const std::vector<Condition>& conditions) {

@@ -21,6 +21,7 @@
 #include "palpate/graphics_server/graphics_server.h"
 #include "palpate/model/rig.h"
 #include "palpate/model/world_file.h"
+#include "palpate/system/hand_leader.h"
 #include "palpate/system/hit_watch.h"
 #include "palpate/system/outside_view.h"
 #include "palpate/window/force_bar.h"
@@ -53,11 +54,14 @@ class WindowSeat {
 
   // A frame has been drawn; `captions` are its score.
   void show(const FrameRecord& frame, std::vector<std::string> captions, Instant<GraphicsClock> now);
-  // Every millisecond or so: reads mouse and keys, leads the hand, keeps the window alive when no frames
-  // come. `conditions` of the graphics server are shown. Strokes that help the mouse are timed by the physics
-  // host's time, where it is known. False when the person has quit.
-  bool act(Instant<GraphicsClock> now, StateLink& link, HandDevice* hand,
-           const std::vector<Condition>& conditions, std::optional<Instant<PhysicsClock>> physics_now);
+  // From now on the mouse leads this hand whenever it plays (hand_leader.h); both must outlive the seat. Only
+  // while person_plays() is false may another move it.
+  void lead(HandDevice& hand, const MonotonicClock<GraphicsClock>& clock);
+  // Every millisecond or so: reads mouse and keys, keeps the window alive when no frames come. `conditions`
+  // of the graphics server are shown. Strokes that help the mouse are timed by the physics host's time, where
+  // it is known. False when the person has quit.
+  bool act(Instant<GraphicsClock> now, StateLink& link, const std::vector<Condition>& conditions,
+           const ClockSync<GraphicsClock, PhysicsClock>& sync);
 
   // It shows the play from the side; the score, warnings and all else that stands over the picture.
   bool from_outside() const { return from_outside_; }
@@ -77,25 +81,23 @@ class WindowSeat {
   std::uint64_t bounces() const { return hits_ ? hits_->bounces() : 0; }
 
  private:
-  WindowSeat(const SceneDescription& scene, const Rig& rig, const sim::WorldFile& world,
-             const WindowSeatOptions& options);
+  WindowSeat(const SceneDescription& scene, const Rig& rig, const WindowSeatOptions& options);
   bool obey(window::Key key, StateLink& link);
   void take_over(Instant<GraphicsClock> now);
   void take_picture(const FrameRecord& frame);
   void look(Instant<GraphicsClock> now, StateLink& link, const std::vector<Condition>& conditions);
-  HandTarget lead(double t, std::optional<Instant<PhysicsClock>> physics_now);
+  void aim();
   void draw(Instant<GraphicsClock> now);
   std::string hint(double t) const;
 
   WindowSeatOptions options_;
   SceneDescription scene_;
   CameraModel camera_;
+  std::optional<CameraModel> right_camera_;
   double full_force_n_;
   std::unique_ptr<window::Window> window_;
   std::unique_ptr<HitWatch> hits_;
-  window::MouseHand hand_;
-  std::unique_ptr<HandHelp> help_;  // null: the application has none
-  bool helped_ = true, left_ = false, right_ = false;
+  std::unique_ptr<HandLeader> leader_;
   window::ForceBar force_;
   window::Warnings warnings_;
   bool forces_off_ = false;
@@ -109,9 +111,9 @@ class WindowSeat {
   SilenceWatch physics_silence_;
   std::int64_t physics_beat_ns_ = 0;
   window::Size picture_;
-  int eyes_ = 1;  // side by side in it
-  bool from_outside_ = false;
-  std::deque<std::pair<double, bool>> recent_;  // time and lateness of the last second's frames
+  int eyes_ = 1;                                    // side by side in it
+  bool from_outside_ = false, over_right_ = false;  // over_right_: the pointer is in the right eye's half
+  std::deque<std::pair<double, bool>> recent_;      // time and lateness of the last second's frames
   std::optional<std::string> refusal_seen_;
   std::optional<Instant<GraphicsClock>> refused_at_;
   double moved_px_ = 0.0;

@@ -1,0 +1,104 @@
+#include "palpate/system/hand_leader.h"
+
+#include <utility>
+
+#include "palpate/time/real_time.h"
+
+namespace palpate {
+namespace {
+constexpr Duration kLeadEvery = std::chrono::milliseconds(1);
+}  // namespace
+
+HandLeader::HandLeader(window::MouseHand hand, std::unique_ptr<HandHelp> help)
+    : hand_(std::move(hand)), help_(std::move(help)) {}
+
+HandLeader::~HandLeader() {
+  done_ = true;
+  if (thread_.joinable()) thread_.join();
+}
+
+void HandLeader::start(HandDevice& device, const MonotonicClock<GraphicsClock>& clock) {
+  thread_ = std::thread([this, &device, clock] { run(device, clock); });
+}
+
+void HandLeader::run(HandDevice& device, MonotonicClock<GraphicsClock> clock) {
+  name_and_pin_thread("palpate-hand", -1);
+  sharpen_sleep();
+  ask_for_short_turns();
+  auto next = clock.now();
+  while (!done_) {
+    next += kLeadEvery;
+    if (const auto now = clock.now(); next < now) next = now;
+    clock.sleep_until(next);
+    const std::lock_guard lock(mutex_);
+    if (leads_) device.move_to(led(clock.now()));
+  }
+}
+
+void HandLeader::point(const Pixel& pixel) {
+  const std::lock_guard lock(mutex_);
+  hand_.point(pixel);
+}
+
+void HandLeader::roll(double notches) {
+  const std::lock_guard lock(mutex_);
+  hand_.roll(notches);
+}
+
+void HandLeader::hold_buttons(bool left, bool right) {
+  const std::lock_guard lock(mutex_);
+  left_ = left, right_ = right;
+  hand_.hold_buttons(left, right);
+}
+
+void HandLeader::look_through(const CameraModel& camera, const Pose<World, CameraOptical>& X_world_camera) {
+  const std::lock_guard lock(mutex_);
+  hand_.look_through(camera);
+  hand_.see(X_world_camera);
+  eye_ = X_world_camera.translation;
+}
+
+void HandLeader::show(const WorldState& state) {
+  const std::lock_guard lock(mutex_);
+  if (help_) help_->show(state);
+}
+
+void HandLeader::synchronised(const ClockModel<GraphicsClock, PhysicsClock>& physics_time) {
+  const std::lock_guard lock(mutex_);
+  physics_time_ = physics_time;
+}
+
+void HandLeader::turn_help() {
+  const std::lock_guard lock(mutex_);
+  helped_ = !helped_;
+}
+
+void HandLeader::take_over(const std::optional<HandTarget>& at, Instant<GraphicsClock> now) {
+  const std::lock_guard lock(mutex_);
+  leads_ = true;
+  if (at) hand_.take_over(*at, now.seconds());
+}
+
+void HandLeader::let_go() {
+  const std::lock_guard lock(mutex_);
+  leads_ = false;
+}
+
+HandTarget HandLeader::step(Instant<GraphicsClock> now) {
+  const std::lock_guard lock(mutex_);
+  return led(now);
+}
+
+// Where the person leads the hand, or the stroke that helps them.
+HandTarget HandLeader::led(Instant<GraphicsClock> now) {
+  const double t = now.seconds();
+  const HandTarget target = hand_.act(t);
+  if (!help_ || !helped_ || !eye_ || !physics_time_) return target;
+  const double side = (right_ ? 1.0 : 0.0) - (left_ ? 1.0 : 0.0);
+  const auto stroke = help_->act(physics_time_->to(now), {target, *eye_, hand_.ray(), side});
+  if (!stroke) return target;
+  hand_.take_over(*stroke, t);
+  return *stroke;
+}
+
+}  // namespace palpate
