@@ -47,17 +47,15 @@ double stylus_error(const ArmCalibration& arm, const sim::Truth& truth,
 }
 
 Json overlay_json(const OverlayOfPlay& overlay, const CameraRecordings& recordings) {
-  Json json = {{"world_px_rms", overlay.world.rms()},
-               {"world_px_p95", overlay.world.quantile(0.95)},
-               {"world_px_rms_tracker_only", overlay.world_tracker.rms()},
-               {"tip_px_rms", overlay.tip.rms()},
-               {"tip_px_p95", overlay.tip.quantile(0.95)},
+  // Promised, also where nothing was in view.
+  Json json = {{"world_px_rms", 0.0},
+               {"world_px_p95", 0.0},
+               {"world_px_rms_tracker_only", 0.0},
+               {"tip_px_rms", 0.0},
+               {"tip_px_p95", 0.0},
                {"landmark_px_rms_before", recordings.landmark_rms_px_before},
                {"landmark_px_rms", recordings.landmark_rms_px}};
-  // What the system itself believes, beside the truth: frame by frame, rms of both over the same frames.
-  if (!overlay.expected_world.empty() && overlay.frame_world.rms() > 0.0)
-    json.update(Json{{"own_estimate_px_rms", overlay.expected_world.rms()},
-                     {"own_estimate_over_true", overlay.expected_world.rms() / overlay.frame_world.rms()}});
+  json.update(overlay_figures(overlay));
   return json;
 }
 

@@ -86,6 +86,24 @@ OverlayOfPlay overlay_of_right_eye(const LockstepResult& play, const CameraModel
   return judge.take();
 }
 
+Json overlay_figures(const OverlayOfPlay& overlay) {
+  Json figures = Json::object();
+  if (!overlay.world.empty()) {
+    figures["world_px_rms"] = overlay.world.rms();
+    figures["world_px_p95"] = overlay.world.quantile(0.95);
+  }
+  if (!overlay.world_tracker.empty()) figures["world_px_rms_tracker_only"] = overlay.world_tracker.rms();
+  if (!overlay.tip.empty()) {
+    figures["tip_px_rms"] = overlay.tip.rms();
+    figures["tip_px_p95"] = overlay.tip.quantile(0.95);
+  }
+  if (!overlay.expected_world.empty() && overlay.frame_world.rms() > 0.0) {
+    figures["own_estimate_px_rms"] = overlay.expected_world.rms();
+    figures["own_estimate_over_true"] = overlay.expected_world.rms() / overlay.frame_world.rms();
+  }
+  return figures;
+}
+
 DisparityErrors disparity_of_play(const LockstepResult& play, const Rig& rig,
                                   const std::vector<CheckPoint>& points) {
   DisparityErrors errors;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "palpate/core/json.h"
 #include "palpate/model/rig.h"
 #include "palpate/sim/truth.h"
 #include "palpate/system/lockstep_play.h"
@@ -38,6 +39,11 @@ OverlayOfPlay overlay_of_play(const LockstepResult& play, const CameraModel& len
 // The same for the right camera, over the frames that it has a part in.
 OverlayOfPlay overlay_of_right_eye(const LockstepResult& play, const CameraModel& lens,
                                    const SceneDescription& scene, const std::vector<CheckPoint>& points);
+
+// The figures of a summary: rms and p95 in px of world and tip, by the tracker alone, and the system's own
+// estimate beside the truth (frame by frame, rms of both over the same frames). What was never seen is not
+// there.
+Json overlay_figures(const OverlayOfPlay& overlay);
 
 // By how much, in px, the difference between a virtual point's places in the two eyes' pictures is not that
 // of a real one at its place: over the points and, where it is shown, the ball.

@@ -83,25 +83,6 @@ OverlayOfPlay overlay_of(std::vector<PlayedFrame> frames, const OverlayCase& aga
   return overlay_of_play(play, against.lens, tip_only, against.points);
 }
 
-// With the names of the lock-step's.
-Json figures_of(const OverlayOfPlay& overlay) {
-  Json figures = Json::object();
-  if (!overlay.world.empty()) {
-    figures["world_px_rms"] = overlay.world.rms();
-    figures["world_px_p95"] = overlay.world.quantile(0.95);
-  }
-  if (!overlay.world_tracker.empty()) figures["world_px_rms_tracker_only"] = overlay.world_tracker.rms();
-  if (!overlay.tip.empty()) {
-    figures["tip_px_rms"] = overlay.tip.rms();
-    figures["tip_px_p95"] = overlay.tip.quantile(0.95);
-  }
-  if (!overlay.expected_world.empty() && overlay.frame_world.rms() > 0.0) {
-    figures["own_estimate_px_rms"] = overlay.expected_world.rms();
-    figures["own_estimate_over_true"] = overlay.expected_world.rms() / overlay.frame_world.rms();
-  }
-  return figures;
-}
-
 }  // namespace
 
 OverlayCase overlay_case(const sim::WorldFile& world, std::uint64_t seed, const Rig& rig) {
@@ -151,7 +132,7 @@ Expected<Json> judge_overlay(const std::filesystem::path& poses, const std::file
     late += counted[i].record.late ? 1 : 0;
     if (const auto& e = overlay.frames[i].tip_px) (counted[i].record.late ? belated : in_time).add(*e);
   }
-  Json json = figures_of(overlay);
+  Json json = overlay_figures(overlay);
   if (!in_time.empty()) json["tip_px_rms_in_time"] = in_time.rms();
   if (!belated.empty()) json["tip_px_rms_late"] = belated.rms();
   json["frames"] = counted.size();
