@@ -110,7 +110,9 @@ bool LabServer::publish_image(const CameraImage& image, int camera) noexcept {
       image.rgb.size() != 3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height))
     return false;
   lab::image_slots(memory_, camera)
-      .push({image.mid_exposure.ns(), image.frame, image.width, image.height}, image.rgb.data());
+      .push({image.mid_exposure.ns(), image.frame, image.width, image.height,
+             monotonic_ns() - image.waited.count()},
+            image.rgb.data());
   return true;
 }
 
@@ -291,6 +293,7 @@ std::optional<CameraImage> LabCamera::poll() {
     image.mid_exposure = {Duration(info.mid_exposure_ns)};
     image.frame = info.frame;
     image.width = info.width, image.height = info.height;
+    image.waited = Duration(monotonic_ns() - info.arrived_ns);
     image.rgb.resize(3 * static_cast<std::size_t>(info.width) * static_cast<std::size_t>(info.height));
     return image;
   }

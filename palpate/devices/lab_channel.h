@@ -60,6 +60,8 @@ class LabServer {
   void publish_tracker(const TrackerSample& sample) noexcept;
   // False where it is larger than the laboratory's images, or there is no such camera. A smaller one is that
   // of a camera that fails, and goes through as it is.
+  // Where drawing it took longer than a camera takes to bring it, image.waited says how long ago it should
+  // have come, and the channel carries that on.
   bool publish_image(const CameraImage& image, int camera = 0) noexcept;
   std::optional<HandTarget> take_hand_target() noexcept;  // the newest, if there is one since the last call
   std::vector<ShownStrip> take_strips();  // since the last call, oldest first; at most the last four seconds

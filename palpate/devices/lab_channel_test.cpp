@@ -136,6 +136,14 @@ TEST_F(LabChannel, ACameraGivesTheNewestImageOnceAndNoneThatIsTooLarge) {
   EXPECT_EQ(smaller->width, 8);
   EXPECT_EQ(smaller->height, 6);
   EXPECT_EQ(smaller->rgb, image(13, 8, 6).rgb);
+  // How long an image has waited already is carried on, and what it waits here comes on top.
+  CameraImage late = image(14);
+  late.waited = std::chrono::milliseconds(50);
+  EXPECT_TRUE(server->publish_image(late));
+  const auto taken = (*camera)->poll();
+  ASSERT_TRUE(taken);
+  EXPECT_GE(taken->waited, late.waited);
+  EXPECT_LT(taken->waited, std::chrono::seconds(20));
   EXPECT_FALSE(server->publish_image(image(12), 1));
   EXPECT_FALSE(LabCamera::open(connect(*server), 1).has_value());
 }

@@ -20,7 +20,7 @@
 namespace palpate::lab {
 
 inline constexpr std::uint64_t kMagic = 0x62616c2d70616c70;  // "plap-lab" as it lies in memory
-inline constexpr std::uint32_t kVersion = 3;
+inline constexpr std::uint32_t kVersion = 4;
 inline constexpr std::size_t kPeers = 16;
 inline constexpr std::uint32_t kImageSlots = 4;
 inline constexpr std::int64_t kSilenceNs =
@@ -53,6 +53,7 @@ struct ImageWire {
   std::int64_t mid_exposure_ns = 0;
   std::uint64_t frame = 0;
   std::int32_t width = 0, height = 0;  // px; at most the laboratory's
+  std::int64_t arrived_ns = 0;         // CLOCK_MONOTONIC
 };
 
 struct Peer {

@@ -72,7 +72,8 @@ void GraphicsServer::add_right_camera(CameraDevice& right, bool one_clock) {
 void GraphicsServer::take_image(CameraImage image, Instant<GraphicsClock> now, Duration waited) {
   if (!watch_.image(now, image.width, image.height)) return;  // nothing that could be drawn
   // An image whose stamp is doubted is taken for one that arrived in time: that is what its stamp would say.
-  const auto time = camera_clock_.take(image.mid_exposure, now, waited).value_or(now);
+  const auto time =
+      camera_clock_.take(image.mid_exposure, now - image.waited, waited).value_or(now - image.waited);
   if (camera_clock_.found_set()) watch_.camera_clock_set(now);
   const Duration stamp = image.mid_exposure.since_epoch;
   StereoPair::Timed timed{std::move(image), now, time, one_clock_ ? stamp : time.since_epoch};
@@ -85,7 +86,7 @@ void GraphicsServer::take_image(CameraImage image, Instant<GraphicsClock> now, D
 void GraphicsServer::take_right_image(CameraImage image, Instant<GraphicsClock> now, Duration waited) {
   if (!watch_.right_image(image.width, image.height)) return;
   const Duration stamp = image.mid_exposure.since_epoch;
-  const auto time = right_camera_clock_.take(image.mid_exposure, now, waited);
+  const auto time = right_camera_clock_.take(image.mid_exposure, now - image.waited, waited);
   if (one_clock_ || time)
     pair_.right({std::move(image), now, time.value_or(now), one_clock_ ? stamp : time->since_epoch});
 }

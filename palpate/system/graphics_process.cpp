@@ -171,6 +171,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
                                     .scripted_player = options.player,
                                     .clock_strip = options.clock_strip && live_camera,
                                     .biocular = options.biocular,
+                                    .two_eyes = lab_right != nullptr || live_right != nullptr,
                                     .outside = from_outside,
                                     .outside_eye = pictures.outside_eye()});
     if (!opened) return tl::unexpected(opened.error());

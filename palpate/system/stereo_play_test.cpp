@@ -6,6 +6,7 @@
 #include <array>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "palpate/applications/applications.h"
 #include "palpate/applications/scene_settings.h"
@@ -145,6 +146,32 @@ TEST(StereoPlay, CamerasWithAClockEachArePairedByIt) {
   const auto s = play_with_two_eyes(two_eyed_world(), options, 3.0);
   EXPECT_GT(s.play.frames.size(), 85u);
   for (const auto& frame : s.play.frames) ASSERT_TRUE(frame.record.right);
+}
+
+// A driver that knows when an image came may hand it out late: its moment is known all the same.
+TEST(StereoPlay, ImagesHandedOutLateArePairedWhereTheirDriverSaysHowLate) {
+  for (const bool says : {true, false}) {
+    LockstepOptions options;
+    options.right_camera_own_clock = true;
+    std::optional<CameraImage> held;
+    double due = 0.0;
+    options.disturb_right_camera = [&](double t, std::optional<CameraImage>& image) {
+      if (image) {
+        held = std::exchange(image, std::nullopt);
+        due = t + 0.0205;
+      } else if (held && t >= due) {
+        image = std::exchange(held, std::nullopt);
+        if (says) image->waited = seconds(0.021);
+      }
+    };
+    const auto s = play_with_two_eyes(two_eyed_world(), options, 3.0);
+    int paired = 0;
+    for (const auto& frame : s.play.frames) paired += frame.record.right ? 1 : 0;
+    if (says)
+      EXPECT_GT(paired, 80);
+    else
+      EXPECT_LT(paired, 10);
+  }
 }
 
 TEST(StereoPlay, WhereACameraLosesAnImageNeitherEyeSeesThatMoment) {

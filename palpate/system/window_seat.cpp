@@ -82,7 +82,8 @@ Expected<std::unique_ptr<WindowSeat>> WindowSeat::open(const SceneDescription& s
                                                        const sim::WorldFile& world, const ServerPlace& place,
                                                        const WindowSeatOptions& options) {
   std::unique_ptr<WindowSeat> seat(new WindowSeat(scene, rig, options));
-  auto opened = window::Window::open("Palpate", options.biocular ? kFirstSizeOfTwo : kFirstSize);
+  auto opened =
+      window::Window::open("Palpate", options.biocular || options.two_eyes ? kFirstSizeOfTwo : kFirstSize);
   if (!opened) return tl::unexpected(opened.error());
   seat->window_ = std::move(*opened);
   auto sound = window::SoundOut::open();

@@ -36,6 +36,7 @@ struct WindowSeatOptions {
   bool scripted_player = false;  // holds it until the mouse moves
   bool clock_strip = false;      // over the picture, drawn anew as often as a screen changes
   bool biocular = false;         // one camera's picture before both eyes, side by side
+  bool two_eyes = false;         // frames have a picture for each eye, side by side
   // A frame as it is seen from the side, and the eye it is seen with; none: it cannot be turned there.
   std::function<const OutsidePicture&(const FrameRecord&)> outside;
   Eye outside_eye;

@@ -92,7 +92,10 @@ class Painter {
              {std::pair{&shots.left, &images[0]}, std::pair{&shots.right, &images[1]}})
           if (*shot) display_.paint(*image, middle(**shot), taken);
         arriving_.sleep_until(monotonic(either.arrival));
-        const double since = to_seconds(arriving_.now() - start_);
+        const auto handed = arriving_.now();
+        const double since = to_seconds(handed - start_);
+        // A camera's images would have come in time, however long drawing has taken here.
+        for (auto& image : images) image.waited = handed - monotonic(either.arrival);
         // The right one first: who has the left one then need not wait.
         if (shots.right) publish(std::move(images[1]), 1, since);
         if (!shots.left) continue;

@@ -161,6 +161,7 @@ void LiveCamera::take(const Frame& frame) {
 
 std::optional<CameraImage> LiveCamera::poll() {
   const std::lock_guard lock(mutex_);
+  if (newest_) newest_->waited = Duration(host_ns() - heard_ns_);
   return std::exchange(newest_, std::nullopt);
 }
 
