@@ -85,7 +85,7 @@ struct CameraImage {
   std::uint64_t frame = 0;  // counts frames taken: a gap is a dropped frame
   int width = 0, height = 0;
   std::vector<std::uint8_t> rgb;  // width * height * 3, row 0 on top
-  // Since it reached this host until it was handed out, as far as its driver knows: its stamp is to be
+  // Since it reached this host until it was asked for, as far as its driver knows: its stamp is to be
   // compared with that moment.
   Duration waited{0};
 };

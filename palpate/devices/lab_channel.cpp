@@ -279,6 +279,7 @@ LabCamera::LabCamera(std::shared_ptr<LabClient> client, int camera)
       next_(lab::image_slots(client_->memory(), camera).count()) {}
 
 std::optional<CameraImage> LabCamera::poll() {
+  const std::int64_t now_ns = monotonic_ns();  // before the image is copied
   client_->heartbeat();
   const lab::ImageSlots slots = lab::image_slots(client_->memory(), camera_);
   lab::ImageWire info;
@@ -293,7 +294,7 @@ std::optional<CameraImage> LabCamera::poll() {
     image.mid_exposure = {Duration(info.mid_exposure_ns)};
     image.frame = info.frame;
     image.width = info.width, image.height = info.height;
-    image.waited = Duration(monotonic_ns() - info.arrived_ns);
+    image.waited = Duration(now_ns - info.arrived_ns);
     image.rgb.resize(3 * static_cast<std::size_t>(info.width) * static_cast<std::size_t>(info.height));
     return image;
   }

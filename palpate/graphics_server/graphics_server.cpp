@@ -99,6 +99,9 @@ void GraphicsServer::arrive(Arrived images) {
 void GraphicsServer::service(Instant<GraphicsClock> now) {
   const Duration waited = now - last_look_.value_or(now);
   last_look_ = now;
+  // First of all: how long they have waited is counted until now.
+  auto image = camera_.poll();
+  auto right_image = right_camera_ != nullptr ? right_camera_->poll() : std::nullopt;
   for (const auto& sample : tracker_.poll()) {
     const auto time = tracker_clock_.take(sample.stamp, now, waited);
     if (tracker_clock_.found_set()) watch_.tracker_clock_set(now);
@@ -120,9 +123,9 @@ void GraphicsServer::service(Instant<GraphicsClock> now) {
     if (link_.send_sync()) last_sync_sent_ = now;
   }
 
-  if (auto image = camera_.poll()) take_image(std::move(*image), now, waited);
+  if (image) take_image(std::move(*image), now, waited);
   if (right_camera_ != nullptr) {
-    if (auto image = right_camera_->poll()) take_right_image(std::move(*image), now, waited);
+    if (right_image) take_right_image(std::move(*right_image), now, waited);
     if (auto images = pair_.take(now)) arrive(std::move(*images));
     watch_.right_eye(now, !pair_.right_lost());
   }
