@@ -30,6 +30,8 @@ struct ArmSample {
   // N s, device's axes as of command(), since it was opened: what was commanded and is known not to have been
   // given (the device's limits, its refusals, ramps of its driver). 0 where a device cannot tell.
   Vector3 withheld = Vector3::Zero();
+  // Since these readings were made, as far as the device knows; not negative.
+  Duration waited{0};
 };
 
 class ArmDevice {

@@ -91,7 +91,11 @@ LabServer::~LabServer() {
 
 void LabServer::heartbeat() noexcept { memory_->beat_ns.store(monotonic_ns(), std::memory_order_release); }
 
-void LabServer::publish_arm(const ArmSample& sample) noexcept { memory_->arm.write(lab::pack(sample)); }
+void LabServer::publish_arm(const ArmSample& sample) noexcept {
+  lab::ArmWire wire = lab::pack(sample);
+  wire.read_ns = monotonic_ns() - sample.waited.count();
+  memory_->arm.write(wire);
+}
 
 std::optional<ForceCommand> LabServer::take_force() const noexcept {
   lab::ForceWire wire;
@@ -240,6 +244,7 @@ ArmSample LabArm::read() {
   lab::ArmWire wire;
   client_->memory()->arm.read(wire);  // open() has seen that there is one
   ArmSample sample = lab::unpack(wire);
+  sample.waited = Duration(std::max<std::int64_t>(0, monotonic_ns() - wire.read_ns));
   sample.connected = client_->memory()->closed.load(std::memory_order_acquire) == 0;
   return sample;
 }

@@ -68,13 +68,16 @@ TEST_F(LabChannel, CarriesEverySampleUnchanged) {
     return Quaternion(random.normal(), random.normal(), random.normal(), random.normal());
   };
 
-  const ArmSample arm_sample{{Duration(123'456'789'012'345)}, v3(), v3()};
+  ArmSample arm_sample{{Duration(123'456'789'012'345)}, v3(), v3()};
+  arm_sample.waited = std::chrono::microseconds(300);
   server->publish_arm(arm_sample);
   const auto arm = LabArm::open(client);
   ASSERT_TRUE(arm.has_value());
   EXPECT_EQ((*arm)->read().stamp, arm_sample.stamp);
   EXPECT_EQ((*arm)->read().joints, arm_sample.joints);
   EXPECT_EQ((*arm)->read().gimbal, arm_sample.gimbal);
+  EXPECT_GE((*arm)->read().waited, arm_sample.waited);
+  EXPECT_LT((*arm)->read().waited, std::chrono::seconds(20));
 
   const Vector3 force = v3();
   (*arm)->command(force);

@@ -29,6 +29,7 @@ inline constexpr std::int64_t kSilenceNs =
 struct ArmWire {
   std::int64_t stamp_ns = 0;
   std::array<double, 3> joints{}, gimbal{};
+  std::int64_t read_ns = 0;  // CLOCK_MONOTONIC, when the readings were made
 };
 struct ForceWire {
   std::int64_t sent_ns = 0;  // CLOCK_MONOTONIC

@@ -96,7 +96,7 @@ void HapticLoop::read_arm(Instant<PhysicsClock> now, VitalSigns& signs) {
   if (signs.reading_good) {
     const Vector3 gimbal = calibration_.gimbal_gain.cwiseProduct(sample.gimbal) + calibration_.gimbal_offset;
     const Vector3 place = tip_.X_world_tip.translation;
-    tip_.time = now;
+    tip_.time = now - sample.waited;
     tip_.X_world_tip = calibration_.X_world_base * phantom_pose(theta, gimbal, calibration_.lengths);
     if (sampled_) moved_ = tip_.X_world_tip.translation - place;
     const double since = sampled_ ? to_seconds(now - last_sample_) : 0.0;

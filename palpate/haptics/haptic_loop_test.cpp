@@ -24,6 +24,11 @@ TEST(HapticLoop, PublishesTheTipThroughTheCalibratedArm) {
   const auto expected = c.X_world_base * phantom_tip(theta, c.lengths);
   EXPECT_NEAR((tip.X_world_tip.translation - expected.m).norm(), 0.0, 1e-15);
   EXPECT_EQ(tip.time, bench.now);
+  // A reading that is older says so, and the tip with it.
+  bench.arm.sample.waited = std::chrono::microseconds(700);
+  bench.tick();
+  ASSERT_TRUE(bench.output.read(tip));
+  EXPECT_EQ(tip.time, bench.now - bench.arm.sample.waited);
 }
 
 TEST(HapticLoop, VelocityFollowsTheArmThroughCoarseEncoders) {

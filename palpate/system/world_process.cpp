@@ -211,7 +211,9 @@ Expected<WorldProcessReport> run_world(const sim::WorldFile& file, const WorldPr
     }
     if (const auto target = server.take_hand_target()) world.hand().move_to(*target);
     world.advance_to(Instant<TrueTime>{} + (now - start));
-    server.publish_arm(world.arm().read());
+    ArmSample arm = world.arm().read();
+    arm.waited = waiting.now() - now;
+    server.publish_arm(arm);
     const double since = to_seconds(now - start);
     fault_teller.look(faults.holding(since));
     auto samples = world.tracker().poll();
