@@ -102,6 +102,7 @@ void ConditionWatch::tracker_sample(Instant<GraphicsClock> now, bool is_head_mar
 
 void ConditionWatch::landmarks(Instant<GraphicsClock> now, int predicted, int used, bool refined) {
   predicted_ = predicted, used_ = used;
+  carried_last_ = refined || predicted == 0;
   // Nobody misses landmarks where none should be in view.
   if (refined || predicted == 0) carried_.hear(now);
 }
@@ -147,7 +148,7 @@ void ConditionWatch::look(Instant<GraphicsClock> now) {
       !why.empty() ? why
                    : "tracker: does not see the head's marker; turn it towards the tracker, or take away "
                      "what stands between");
-  set(images_.heard && !silent && !no_images && !wrong_size_ && predicted_ > 0 &&
+  set(images_.heard && !silent && !no_images && !wrong_size_ && predicted_ > 0 && !carried_last_ &&
           carried_.silent_for(patience, now, begun_),
       ConditionKind::landmarks_lost, since(carried_),
       fmt::format("landmarks: {} of {} expected ones agree, at least 3 are needed; the picture rests on the "

@@ -71,7 +71,7 @@ class TwoEyes(LaboratoryTest):
         figures = self.figures_of(graphics)
         self.assertEqual(figures["graphics"]["eyes"], 2)
         self.assertGreaterEqual(figures["graphics"]["conditions"]["right_eye_lost"], 1)
-        self.assertGreaterEqual(figures["graphics"]["unpaired"], 6)  # one in four, as long as both ran
+        self.assertGreaterEqual(figures["graphics"]["unpaired"], 1)  # one in four where all came
 
     def test_what_a_second_camera_needs_is_named(self):
         graphics = ("graphics", "--rig", self.rig)

@@ -67,6 +67,8 @@ class FrameSource {
   // none out, since nobody would get it again.
   virtual Outcome wait(Duration longest) = 0;
   virtual void close() = 0;
+  // It is silent on purpose, as a recording between two pictures: opening it anew would be no help.
+  virtual bool keeps_its_own_pace() const { return false; }
 };
 
 }  // namespace palpate::cameras

@@ -105,7 +105,7 @@ void LiveCamera::run() {
       }
       case Outcome::Kind::nothing:
         // Silent for long: perhaps another camera stands there now that has to be asked anew.
-        if (host_ns() - waiting_since < kOpenAnew.count()) break;
+        if (source_->keeps_its_own_pace() || host_ns() - waiting_since < kOpenAnew.count()) break;
         source_->close();
         open = false;
         break;

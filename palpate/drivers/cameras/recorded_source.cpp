@@ -51,6 +51,7 @@ class Recording : public FrameSource {
   }
 
   void close() override { ready_.reset(), begun_ns_.reset(); }
+  bool keeps_its_own_pace() const override { return true; }
 
  protected:
   // The next frame's time and number, its picture left in coming_; nothing at the end.

@@ -2,10 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
 #include <opencv2/core/mat.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
+#include <string>
+#include <thread>
 
 #include "palpate/drivers/cameras/live_camera.h"
 #include "tests/scratch_folder.h"
@@ -62,6 +65,19 @@ TEST_F(Recorded, ImagesComeInOrderWithTheirOwnStampsAndCounts) {
   // A double holds such a time to 0.24 us.
   EXPECT_NEAR(static_cast<double>(times[2] - times[0]), 30e6, 500);
   EXPECT_EQ(source->wait(std::chrono::seconds(1)).kind, Outcome::Kind::ended);
+}
+
+TEST_F(Recorded, ALongPauseBetweenTwoImagesDoesNotBeginItAnew) {
+  image("a.png", 16, 8, 1), image("b.png", 16, 8, 2);
+  const double pause_s = 0.3 + to_seconds(std::max(LiveCamera::kOpenAnew, LiveCamera::kFirstPicture));
+  stamps("image,time_s\na.png,0\nb.png," + std::to_string(pause_s) + "\n");
+  const auto camera = LiveCamera::open(make_folder_source(folder_.path()));
+  ASSERT_TRUE(camera);
+  for (int i = 0; i < 2000 && (*camera)->status().condition != Condition::ended; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_EQ((*camera)->status().condition, Condition::ended);
+  EXPECT_EQ((*camera)->status().pictures, 2u);
+  EXPECT_EQ((*camera)->status().times_opened, 1u);
 }
 
 TEST_F(Recorded, ADamagedImageIsSaidAndTheRestGoesOn) {
