@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <set>
 #include <stdexcept>
 #include <thread>
@@ -39,6 +40,8 @@ TEST(Repeats, WhatARepeatThrowsArrivesHere) {
                       [&](std::size_t i) {
                         ++runs;
                         if (i == 3) throw std::runtime_error("no");
+                        // Long enough for what is thrown to arrive before the other thread has run all the rest.
+                        std::this_thread::sleep_for(std::chrono::milliseconds(1));
                       }),
                std::runtime_error);
   EXPECT_LT(runs, 100000);
