@@ -46,6 +46,9 @@ class Player {
   virtual void show(const WorldState& state, Instant<PhysicsClock> displayed) = 0;
   // Where the hand should be now. Call often (each millisecond to each picture).
   virtual HandTarget act(Instant<PhysicsClock> now) = 0;
+  // Somebody else has led the hand meanwhile and leaves it there: the player goes on from there, and thinks
+  // no more of what it was shown before.
+  virtual void take_over(const HandTarget& at, Instant<PhysicsClock> now) = 0;
 };
 
 // What a person does who leads the stylus with a mouse: where it would be without help, and the ray on which

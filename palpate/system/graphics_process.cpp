@@ -254,7 +254,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
       const FrameRecord& frame = server.finish_frame(clock.now());
       ++frames;
       late += frame.late ? 1 : 0;
-      if (player) player->show(frame, server);
+      if (player && !(seat && seat->person_plays())) player->show(frame, server);
       if (seat)
         seat->show(frame, frame.have_state ? pictures.captions(frame.state) : std::vector<std::string>{},
                    clock.now());
@@ -298,7 +298,11 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
       monitored = monitor->figures();
       monitor.reset();
     }
-    if (player && !(seat && seat->person_plays())) player->act(clock.now(), server, *hand);
+    if (player && !(seat && seat->person_plays())) {
+      if (const auto left = seat ? seat->take_left() : std::nullopt)
+        player->take_over(*left, clock.now(), server);
+      player->act(clock.now(), server, *hand);
+    }
   }
   // Figures of a measured run without its server would be figures of something else.
   if (!physics.there() && options.seconds > 0.0 && !stop.load() && !quit)

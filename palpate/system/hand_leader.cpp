@@ -68,9 +68,11 @@ void HandLeader::synchronised(const ClockModel<GraphicsClock, PhysicsClock>& phy
   physics_time_ = physics_time;
 }
 
-void HandLeader::turn_help() {
+std::optional<bool> HandLeader::turn_help() {
   const std::lock_guard lock(mutex_);
+  if (!help_) return std::nullopt;
   helped_ = !helped_;
+  return helped_;
 }
 
 void HandLeader::take_over(const std::optional<HandTarget>& at, Instant<GraphicsClock> now) {
@@ -79,9 +81,10 @@ void HandLeader::take_over(const std::optional<HandTarget>& at, Instant<Graphics
   if (at) hand_.take_over(*at, now.seconds());
 }
 
-void HandLeader::let_go() {
+HandTarget HandLeader::let_go(Instant<GraphicsClock> now) {
   const std::lock_guard lock(mutex_);
   leads_ = false;
+  return led(now);
 }
 
 HandTarget HandLeader::step(Instant<GraphicsClock> now) {

@@ -40,10 +40,12 @@ class HandLeader {
   void show(const WorldState& state);
   void synchronised(const ClockModel<GraphicsClock, PhysicsClock>& physics_time);
 
-  void turn_help();  // on or off
+  // On or off; whether it helps from now on. Nothing where there is none.
+  std::optional<bool> turn_help();
   // From here on, until let_go(). Without a place: wherever the mouse has it.
   void take_over(const std::optional<HandTarget>& at, Instant<GraphicsClock> now);
-  void let_go();
+  // Where it leaves the hand.
+  HandTarget let_go(Instant<GraphicsClock> now);
 
   // Where the hand should be now; what the thread does, for tests.
   HandTarget step(Instant<GraphicsClock> now);

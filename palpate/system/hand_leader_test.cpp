@@ -64,7 +64,7 @@ TEST(HandLeader, GoesOnWhileTheOneWhoDrawsStandsStill) {
   for (int i = 0; i < 1000 && device.count() < 20; ++i)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   EXPECT_GE(device.count(), 20u) << "this thread asked for nothing";
-  leader.let_go();
+  leader.let_go(clock.now());
   const auto let_go = device.count();
   std::this_thread::sleep_for(std::chrono::milliseconds(20));
   EXPECT_EQ(device.count(), let_go) << "another may move it now";
@@ -95,9 +95,14 @@ TEST(HandLeader, AStrokeComesFirstWhereTimeAndEyeAreKnownUntilHelpIsTurnedOff) {
   ASSERT_EQ(asked.size(), 1u);
   EXPECT_EQ(asked[0].eye, kLeadersPose.translation);
   EXPECT_EQ(asked[0].side, 1.0);
-  leader.turn_help();
+  EXPECT_EQ(leader.turn_help(), false);
   leader.step(at(3));
   EXPECT_EQ(asked.size(), 1u);
+  EXPECT_EQ(leader.turn_help(), true);
+  leader.step(at(4));
+  EXPECT_EQ(asked.size(), 2u);
+  HandLeader unaided(window::MouseHand(leaders_camera(), leaders_settings()), nullptr);
+  EXPECT_EQ(unaided.turn_help(), std::nullopt) << "there is nothing to turn";
 }
 
 }  // namespace

@@ -57,4 +57,8 @@ void PlayerSeat::act(Instant<GraphicsClock> now, const GraphicsServer& server, H
   hand.move_to(player_->act(server.sync().model().to(now)));
 }
 
+void PlayerSeat::take_over(const HandTarget& at, Instant<GraphicsClock> now, const GraphicsServer& server) {
+  if (server.sync().exchanges() > 0) player_->take_over(at, server.sync().model().to(now));
+}
+
 }  // namespace palpate

@@ -34,6 +34,8 @@ class PlayerSeat {
   void show(const FrameRecord& frame, const GraphicsServer& server);
   // Leads the hand; call every millisecond or so.
   void act(Instant<GraphicsClock> now, const GraphicsServer& server, HandDevice& hand);
+  // A person has led the hand and leaves it there. No frames need be shown while a person leads it.
+  void take_over(const HandTarget& at, Instant<GraphicsClock> now, const GraphicsServer& server);
 
  private:
   explicit PlayerSeat(std::unique_ptr<Player> player) : player_(std::move(player)) {}

@@ -93,6 +93,7 @@ Expected<std::unique_ptr<WindowSeat>> WindowSeat::open(const SceneDescription& s
   seat->hits_ = std::move(*hits);
   auto help = make_hand_help(scene, players_reach(rig, world), own_hand(world));
   if (!help) return tl::unexpected(help.error());
+  seat->helped_ = *help != nullptr;
   seat->leader_ = std::make_unique<HandLeader>(
       window::MouseHand(rig.camera->model, mouse_hand_settings(scene, rig, world)), std::move(*help));
   return seat;
@@ -172,7 +173,34 @@ void WindowSeat::take_over(Instant<GraphicsClock> now) {
   leader_->take_over(at, now);
 }
 
-bool WindowSeat::obey(window::Key key, StateLink& link) {
+void WindowSeat::say(std::string words, Instant<GraphicsClock> now) {
+  said_ = std::move(words);
+  said_at_ = now;
+}
+
+window::KeysInUse WindowSeat::keys_in_use() const {
+  return {.mouse = options_.mouse,
+          .strokes = options_.mouse && helped_,
+          .program = options_.mouse && options_.scripted_player,
+          .view = static_cast<bool>(options_.outside)};
+}
+
+void WindowSeat::program_or_person(Instant<GraphicsClock> now) {
+  if (!options_.mouse || !options_.scripted_player)
+    return say(options_.mouse             ? "Nobody else can play: `--player` seats the program beside you"
+               : options_.scripted_player ? "The program plays: `--mouse` lets you take the bat"
+                                          : "Who leads the arm plays",
+               now);
+  if (!person_plays_) {
+    moved_px_ = kTakeOver_px;
+    return;
+  }
+  left_ = leader_->let_go(now);
+  person_plays_ = false;
+  moved_px_ = 0.0;
+}
+
+bool WindowSeat::obey(window::Key key, Instant<GraphicsClock> now, StateLink& link) {
   using window::Key;
   switch (key) {
     case Key::serve:
@@ -186,26 +214,25 @@ bool WindowSeat::obey(window::Key key, StateLink& link) {
       link.send_control(Control::reset);
       break;
     case Key::program_plays:
-      if (options_.scripted_player && person_plays_) {
-        leader_->let_go();
-        person_plays_ = false;
-        moved_px_ = 0.0;
-      } else if (options_.scripted_player) {
-        moved_px_ = kTakeOver_px;
-      }
+      program_or_person(now);
       break;
     case Key::strokes:
-      leader_->turn_help();
+      if (!keys_in_use().strokes)
+        say("There are no strokes to help with here", now);
+      else
+        say(*leader_->turn_help() ? "The bat swings by itself. S: it only goes where you push it"
+                                  : "The bat only goes where you push it. S: it swings by itself",
+            now);
       break;
     case Key::full_screen:
       window_->toggle_full_screen();
       break;
     case Key::view:
       from_outside_ = options_.outside && !from_outside_;
-      turned_ = drawn_;
+      say(from_outside_ ? "From the side. V: with your own eyes" : "", now);
       break;
     case Key::help:
-      content_.help = !content_.help;
+      content_.help = content_.help ? std::nullopt : std::optional(keys_in_use());
       break;
     case Key::farther:
       leader_->roll(1.0);
@@ -226,7 +253,7 @@ bool WindowSeat::act(Instant<GraphicsClock> now, StateLink& link, const std::vec
   const window::Input input = window_->poll();
   attended_ = attended_ || !input.keys.empty();
   for (const auto key : input.keys)
-    if (!obey(key, link)) return false;
+    if (!obey(key, now, link)) return false;
   moved_px_ += input.moved;
   if (input.left || input.right || input.wheel != 0.0) moved_px_ = kTakeOver_px;
   if (moved_px_ >= kTakeOver_px) {
@@ -286,11 +313,12 @@ std::string WindowSeat::hint(double t) const {
   const auto since = [t](const std::optional<Instant<GraphicsClock>>& moment) {
     return moment ? t - to_seconds(moment->since_epoch) : 1e9;
   };
+  if (since(said_at_) < kHintStands_s && !said_.empty()) return said_;
   if (options_.mouse && !person_plays_) return "The program plays. Move the mouse to take the bat";
-  if (from_outside_ && since(turned_) < kHintStands_s) return "From the side. V: with your own eyes";
-  if (since(taken_over_) < kHintStands_s || since(begun_) < kHintStands_s)
-    return options_.mouse ? "You play. ? lists the keys" : "? lists the keys";
-  return hits_->heard() ? "" : since(begun_) < 2.0 * kHintStands_s ? "No sound device: silent" : "";
+  const bool fresh = since(taken_over_) < kHintStands_s || since(begun_) < kHintStands_s;
+  if (!fresh) return "";
+  return std::string(options_.mouse ? "You play. ? lists the keys" : "? lists the keys") +
+         (hits_->heard() ? "" : ". No sound device: silent");
 }
 
 void WindowSeat::draw(Instant<GraphicsClock> now) {

@@ -73,6 +73,8 @@ class WindowSeat {
   std::optional<Duration> take_strip() { return std::exchange(strip_, {}); }
 
   bool person_plays() const { return person_plays_; }
+  // Where a person has just left the hand to the program, once.
+  std::optional<HandTarget> take_left() { return std::exchange(left_, {}); }
   // Somebody is there: a key has been pressed or the mouse moved.
   bool attended() const { return attended_; }
   // What the person should know from the start, a line for the log; empty: nothing.
@@ -83,7 +85,10 @@ class WindowSeat {
 
  private:
   WindowSeat(const SceneDescription& scene, const Rig& rig, const WindowSeatOptions& options);
-  bool obey(window::Key key, StateLink& link);
+  bool obey(window::Key key, Instant<GraphicsClock> now, StateLink& link);
+  void program_or_person(Instant<GraphicsClock> now);
+  void say(std::string words, Instant<GraphicsClock> now);
+  window::KeysInUse keys_in_use() const;
   void take_over(Instant<GraphicsClock> now);
   void take_picture(const FrameRecord& frame);
   void look(Instant<GraphicsClock> now, StateLink& link, const std::vector<Condition>& conditions);
@@ -104,7 +109,9 @@ class WindowSeat {
   bool forces_off_ = false;
   std::string notice_;
 
-  std::optional<Instant<GraphicsClock>> begun_, drawn_, status_asked_, taken_over_, turned_;
+  std::optional<Instant<GraphicsClock>> begun_, drawn_, status_asked_, taken_over_, said_at_;
+  std::string said_;  // what a key did that cannot be seen at once
+  std::optional<HandTarget> left_;
   window::HudContent content_;
   FrameRecord frame_;  // without pixels
   std::optional<Duration> strip_;
@@ -118,7 +125,7 @@ class WindowSeat {
   std::optional<std::string> refusal_seen_;
   std::optional<Instant<GraphicsClock>> refused_at_;
   double moved_px_ = 0.0;
-  bool person_plays_ = false, attended_ = false, paused_ = false;
+  bool person_plays_ = false, attended_ = false, paused_ = false, helped_ = false;
 };
 
 }  // namespace palpate

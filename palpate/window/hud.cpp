@@ -17,25 +17,29 @@ int letter_size(Size framebuffer) {
   return std::max(10, std::min(framebuffer.height / 34, framebuffer.width / 46));
 }
 
+constexpr double kGone = 0.5;  // of the last peak: a bar lower than this is falling
+
 Colour force_colour(double share) { return share < 0.4 ? kGentle : share < 0.8 ? kStrong : kHard; }
 
 }  // namespace
 
-const std::vector<KeyHelp>& key_help() {
-  static const std::vector<KeyHelp> list = {
-      {"Mouse", "moves the bat: it goes where you point"},
-      {"Wheel, Up, Down", "bat farther away, nearer"},
-      {"Left, right button", "turn the bat, send the ball aside"},
-      {"Space", "serve"},
-      {"P", "pause, go on"},
-      {"R", "start again from zero"},
-      {"A", "let the program play, take the bat back"},
-      {"S", "strokes by themselves, or only by pushing"},
-      {"V", "see it from the side, see it with your own eyes"},
-      {"F11", "full screen"},
-      {"?", "this list"},
-      {"Q, Esc", "quit"},
+std::vector<KeyHelp> key_help(const KeysInUse& uses) {
+  std::vector<KeyHelp> list;
+  const auto add = [&list](bool used, const char* keys, const char* does) {
+    if (used) list.push_back({keys, does});
   };
+  add(uses.mouse, "Mouse", "moves the bat: it goes where you point");
+  add(uses.mouse, "Wheel, Up, Down", "bat farther away, nearer");
+  add(uses.mouse, "Left, right button", "turn the bat, send the ball aside");
+  add(true, "Space", "serve");
+  add(true, "P", "pause, go on");
+  add(true, "R", "start again from zero");
+  add(uses.program, "A", "let the program play, take the bat back");
+  add(uses.strokes, "S", "strokes by themselves, or only by pushing");
+  add(uses.view, "V", "see it from the side, see it with your own eyes");
+  add(true, "F11", "full screen");
+  add(true, "?", "this list");
+  add(true, "Q, Esc", "quit");
   return list;
 }
 
@@ -72,14 +76,17 @@ Canvas Hud::box_of(const std::vector<Text>& lines, const Colour& ground, int pad
 }
 
 Canvas Hud::force_bar(const HudContent& content, int size) {
-  const int padding = size / 2, wide = 14 * size, thick = std::max(4, size / 2);
+  const int padding = size / 2, wide = 16 * size, thick = std::max(4, size / 2);
   const int line = lettering_->line_height(size);
   Canvas canvas(wide + 2 * padding, line + thick + 2 * padding + size / 4);
   canvas.rounded(0, 0, canvas.width, canvas.height, padding, kGround);
-  lettering_->write(canvas, padding, padding, "Force on your hand", size, kGrey);
+  // The number stays to be read when the bar has fallen, but as what it then is: gone.
+  const bool gone = content.force_n < kGone * content.last_force_n;
+  lettering_->write(canvas, padding, padding, gone ? "Last force on your hand" : "Force on your hand", size,
+                    kGrey);
   const std::string newtons = fmt::format("{:.1f} N", content.last_force_n);
   lettering_->write(canvas, canvas.width - padding - lettering_->width(newtons, size), padding, newtons, size,
-                    kWhite);
+                    gone ? kGrey : kWhite);
   const double share = std::clamp(content.force_n / content.full_force_n, 0.0, 1.0);
   const int top = padding + line + size / 4;
   canvas.rounded(padding, top, wide, thick, thick / 2, kTrough);
@@ -95,20 +102,21 @@ Canvas Hud::warning_list(const std::vector<std::string>& warnings, int size, int
   return box_of(lines, kAmber, size / 2);
 }
 
-Canvas Hud::help(int size) {
+Canvas Hud::help(const KeysInUse& uses, int size) {
+  const std::vector<KeyHelp> list = key_help(uses);
   const int padding = size, line = lettering_->line_height(size),
             title = lettering_->line_height(size * 3 / 2);
   int keys = 0, does = 0;
-  for (const auto& one : key_help()) {
+  for (const auto& one : list) {
     keys = std::max(keys, lettering_->width(one.keys, size));
     does = std::max(does, lettering_->width(one.does, size));
   }
-  const int gap = 2 * size, lines = static_cast<int>(key_help().size());
+  const int gap = 2 * size, lines = static_cast<int>(list.size());
   Canvas canvas(keys + gap + does + 2 * padding, title + size / 2 + lines * line + 2 * padding);
   canvas.rounded(0, 0, canvas.width, canvas.height, padding, kSolidGround);
   lettering_->write(canvas, padding, padding, "Keys", size * 3 / 2, kWhite);
   int top = padding + title + size / 2;
-  for (const auto& one : key_help()) {
+  for (const auto& one : list) {
     lettering_->write(canvas, padding, top, one.keys, size, kWhite);
     lettering_->write(canvas, padding + keys + gap, top, one.does, size, kGrey);
     top += line;
@@ -159,13 +167,16 @@ const std::vector<Panel>& Hud::lay_out(const HudContent& content, Size framebuff
 
   signature.clear();
   if (content.full_force_n > 0.0)
-    signature = fmt::format("{} {:.0f} {:.1f}", sized, 280.0 * content.force_n / content.full_force_n,
-                            content.last_force_n);
+    signature = fmt::format("{} {:.0f} {:.1f} {}", sized, 280.0 * content.force_n / content.full_force_n,
+                            content.last_force_n, content.force_n < kGone * content.last_force_n);
   renew(kForce, signature, [&] { return force_bar(content, small); });
   put(kForce, edge, framebuffer.height - high(kForce) - edge);
 
-  renew(kHint, content.hint.empty() ? "" : sized + content.hint, [&] {
-    return box_of({{content.hint, size, kWhite}}, kGround, size / 2);
+  const int hint_width = framebuffer.width - wide(kForce) - 4 * edge;
+  renew(kHint, content.hint.empty() ? "" : fmt::format("{} {} {}", sized, hint_width, content.hint), [&] {
+    std::vector<Text> lines;
+    for (const auto& line : wrapped(content.hint, size, hint_width)) lines.push_back({line, size, kWhite});
+    return box_of(lines, kGround, size / 2);
   });
   put(kHint, std::max(framebuffer.width - wide(kHint) - edge, wide(kForce) + 2 * edge),
       framebuffer.height - high(kHint) - edge);
@@ -182,7 +193,7 @@ const std::vector<Panel>& Hud::lay_out(const HudContent& content, Size framebuff
   renew(kWarnings, signature, [&] { return warning_list(content.warnings, size, warning_width); });
   put(kWarnings, (framebuffer.width - wide(kWarnings)) / 2, framebuffer.height / 5);
 
-  renew(kHelp, content.help ? sized : "", [&] { return help(size); });
+  renew(kHelp, content.help ? sized : "", [&] { return help(*content.help, size); });
   // In the middle, but below what warns as far as there is room: both are to be read.
   const int warned = high(kWarnings) > 0 ? panels_[kWarnings].y + high(kWarnings) + edge : 0;
   const int lowest = std::max(0, framebuffer.height - high(kHelp));

@@ -15,6 +15,11 @@
 
 namespace palpate::window {
 
+// What the hand, the program and the view can do here: keys that would do nothing are not listed.
+struct KeysInUse {
+  bool mouse = true, strokes = true, program = true, view = true;
+};
+
 struct HudContent {
   std::vector<std::string> score;  // the first line is the large one
   std::optional<double> pictures_per_s, delay_s;
@@ -23,7 +28,8 @@ struct HudContent {
   double full_force_n = 8.5;          // the bar's end: what the arm can give; 0: no bar
   std::vector<std::string> warnings;  // the most important first
   std::string hint;                   // what to do now; empty: nothing
-  bool paused = false, help = false;
+  bool paused = false;
+  std::optional<KeysInUse> help;  // the list of keys; none: it is not shown
 };
 
 struct Panel {
@@ -54,7 +60,7 @@ class Hud {
   Canvas box_of(const std::vector<Text>& lines, const Colour& ground, int padding);
   Canvas force_bar(const HudContent& content, int size);
   Canvas warning_list(const std::vector<std::string>& warnings, int size, int width);
-  Canvas help(int size);
+  Canvas help(const KeysInUse& uses, int size);
   // Draws a place again where its signature has changed.
   template <typename Draw>
   void renew(Place place, const std::string& signature, Draw&& draw);
@@ -69,6 +75,6 @@ class Hud {
 struct KeyHelp {
   std::string keys, does;
 };
-const std::vector<KeyHelp>& key_help();
+std::vector<KeyHelp> key_help(const KeysInUse& uses);
 
 }  // namespace palpate::window

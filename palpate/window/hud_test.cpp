@@ -23,8 +23,9 @@ HudContent full_content() {
   content.warnings = {
       "The tracker does not see the camera's marker: virtual things are not where they belong",
       "No landmarks"};
-  content.hint = "Move the mouse to take the bat. ? lists the keys";
-  content.paused = content.help = true;
+  content.hint = "Nobody else can play: `--player` seats the program beside you";
+  content.paused = true;
+  content.help = KeysInUse{};
   return content;
 }
 
@@ -126,6 +127,35 @@ TEST(Hud, ShowsNoForceBarWhereNoHandIs) {
   EXPECT_EQ(hud.lay_out(content, {640, 480})[Hud::kForce].canvas.width, 0);
   content.full_force_n = 8.5;
   EXPECT_GT(hud.lay_out(content, {640, 480})[Hud::kForce].canvas.width, 0);
+}
+
+TEST(Hud, TellsAForceThatIsGoneFromOneThatIsFelt) {
+  Hud hud = a_hud();
+  HudContent content;
+  const auto bright = [&](double now) {  // letters in white: of a force that is felt
+    content.force_n = now;
+    content.last_force_n = 4.2;
+    const Canvas& canvas = hud.lay_out(content, {960, 720})[Hud::kForce].canvas;
+    int count = 0;
+    for (int y = 0; y < canvas.height / 2; ++y)
+      for (int x = 0; x < canvas.width; ++x) count += canvas.at(x, y)[0] > 240;
+    return count;
+  };
+  EXPECT_GT(bright(4.2), 10);
+  EXPECT_EQ(bright(0.0), 0) << "the number stays, in grey";
+  EXPECT_GT(bright(3.9), 10);
+}
+
+TEST(KeyHelp, ListsOnlyKeysThatDoSomething) {
+  const auto keys = [](const KeysInUse& uses) {
+    std::string all;
+    for (const auto& one : key_help(uses)) all += one.keys + ' ';
+    return all;
+  };
+  EXPECT_EQ(keys({}), "Mouse Wheel, Up, Down Left, right button Space P R A S V F11 ? Q, Esc ");
+  EXPECT_EQ(keys({.program = false}), "Mouse Wheel, Up, Down Left, right button Space P R S V F11 ? Q, Esc ");
+  EXPECT_EQ(keys({.mouse = false, .strokes = false, .program = false, .view = false}),
+            "Space P R F11 ? Q, Esc ");
 }
 
 TEST(Hud, BreaksLongLinesBetweenWords) {

@@ -110,6 +110,13 @@ class Window(LaboratoryTest):
             self.sees(lambda: self.bat_is_at(*place), f"the bat goes to {place[0]}")
             other = there if place == here else here
             self.assertFalse(self.bat_is_at(other[0], other[1]))
+        # `A` gives the bat back to the program, which goes on from there without frightening the arm; and takes it again.
+        self.desktop.press("a")
+        self.sees(lambda: not self.bat_is_at(*here), "the program has the bat")
+        self.assertLess(self.look().share(upper, amber), 0.01)
+        self.desktop.press("a")
+        self.sees(lambda: self.bat_is_at(*here), "the bat is taken back")
+        self.assertLess(self.look().share(upper, amber), 0.01)
         # `?` lists the keys; again takes the list away.
         table, middle = (690, 440, 90, 90), (330, 260, 300, 200)
         self.assertGreater(self.look().share(table, blue), 0.7)

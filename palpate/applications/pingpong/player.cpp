@@ -93,9 +93,19 @@ void ScriptedPlayer::think(double now) {
   if (plan_.stroke) go_home(now);
 }
 
-void ScriptedPlayer::go_home(double now) {
-  const Quintic path = strokes_.way_home(plan_.at(now));
-  plan_ = {now, now + path.duration(), false, path, plan_.turned(now), strokes_.home_rotation()};
+void ScriptedPlayer::go_home(double now) { go_home(plan_.at(now), plan_.turned(now), now); }
+
+void ScriptedPlayer::go_home(const HandState& from, const Quaternion& turned, double now) {
+  const Quintic path = strokes_.way_home(from);
+  plan_ = {now, now + path.duration(), false, path, turned, strokes_.home_rotation()};
+}
+
+void ScriptedPlayer::take_over(const HandTarget& at, Instant<PhysicsClock> now) {
+  waiting_.clear();
+  seen_.clear();
+  started_ = true;
+  hand_ = GuidedHand(settings_.hand, settings_.max_acceleration, at.tip.m, at.velocity);
+  go_home({at.tip.m, at.velocity, Vector3::Zero()}, at.R_world_tip, now.seconds());
 }
 
 HandTarget ScriptedPlayer::act(Instant<PhysicsClock> instant) {

@@ -24,6 +24,7 @@ class ScriptedPlayer : public Player {
 
   void show(const WorldState& state, Instant<PhysicsClock> displayed) override;
   HandTarget act(Instant<PhysicsClock> now) override;
+  void take_over(const HandTarget& at, Instant<PhysicsClock> now) override;
 
   // When the next stroke is meant to meet the ball, if one is planned.
   std::optional<Instant<PhysicsClock>> planned_hit() const;
@@ -36,6 +37,7 @@ class ScriptedPlayer : public Player {
   void notice(const WorldState& state, double now);
   void think(double now);
   void go_home(double now);
+  void go_home(const HandState& from, const Quaternion& turned, double now);
 
   PlayerSettings settings_;
   Strokes strokes_;

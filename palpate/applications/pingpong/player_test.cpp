@@ -169,6 +169,34 @@ TEST(Player, TheTargetsAccelerationIsBounded) {
             30.0 + 0.5);  // rounding of second differences
 }
 
+// A person had the bat and gives it back, elsewhere and on the move.
+TEST(Player, TakesTheHandOverWhereItIsAndGoesHome) {
+  const auto scene = scene_for_tests();
+  Reach reach;
+  reach.X_world_base = {rotation_from_xyz({0.0262, -0.0698, 0.0140}), {0.10, -1.40, 1.75}};
+  ScriptedPlayer player(scene, reach, {});
+  const auto at = [](double t) { return Instant<PhysicsClock>::from_seconds(t); };
+  HandTarget home;
+  for (int ms = 0; ms < 1000; ++ms) home = player.act(at(1e-3 * ms));
+  const HandTarget left{{home.tip.m + Vector3(0.10, -0.05, -0.08)},
+                        Vector3(0.4, 0.0, 0.3),
+                        Quaternion(Eigen::AngleAxisd(0.8, Vector3::UnitX())) * home.R_world_tip};
+  player.take_over(left, at(9.0));
+  HandTarget before = player.act(at(9.0)), target = before;
+  EXPECT_LT((before.tip.m - left.tip.m).norm(), 1e-9);
+  EXPECT_LT((before.velocity - left.velocity).norm(), 1e-9);
+  EXPECT_LT(so3_log(before.R_world_tip * left.R_world_tip.conjugate()).norm(), 0.1)
+      << "it turns on from there";
+  for (int ms = 1; ms <= 2000; ++ms) {
+    target = player.act(at(9.0 + 1e-3 * ms));
+    EXPECT_LE((target.velocity - before.velocity).norm() / 1e-3,
+              PlayerSettings{}.max_acceleration * (1.0 + 1e-6));
+    before = target;
+  }
+  EXPECT_LT((target.tip.m - home.tip.m).norm(), 1e-4);
+  EXPECT_LT(so3_log(target.R_world_tip * home.R_world_tip.conjugate()).norm(), 1e-3);
+}
+
 TEST(Player, ActingOncePerPictureIsEnough) {
   const auto game = play({.act_hz = 120.0, .seed = 2});
   EXPECT_GE(game.returned, 0.6 * game.serves);

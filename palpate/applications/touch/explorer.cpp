@@ -176,6 +176,20 @@ void Explorer::next(double now) {
   }
 }
 
+void Explorer::take_over(const HandTarget& at, Instant<PhysicsClock> now) {
+  waiting_.clear();
+  felt_ = 0.0;
+  hand_ = GuidedHand(settings_.hand, settings_.max_acceleration, at.tip.m, at.velocity);
+  // From wherever it is: home first, above everything, then the next round.
+  const HandState home{reach_.home(), Vector3::Zero(), Vector3::Zero()};
+  const double way = (home.position - at.tip.m).norm();
+  travel_ =
+      Quintic({at.tip.m, at.velocity, Vector3::Zero()}, home, std::max(kLeastTravel_s, way / kTravelSpeed));
+  travel_begin_ = now.seconds();
+  try_at_ = now.seconds() + travel_.duration();
+  doing_ = Doing::waiting;
+}
+
 HandTarget Explorer::act(Instant<PhysicsClock> instant) {
   const double now = instant.seconds();
   const double h = last_ > 0.0 ? std::clamp(now - last_, 0.0, 0.1) : 0.0;

@@ -21,6 +21,7 @@ class Explorer : public Player {
 
   void show(const WorldState& state, Instant<PhysicsClock> displayed) override;
   HandTarget act(Instant<PhysicsClock> now) override;
+  void take_over(const HandTarget& at, Instant<PhysicsClock> now) override;
 
  private:
   enum class Doing { waiting, travelling, coming_down, holding, stroking, stroking_back, lifting };

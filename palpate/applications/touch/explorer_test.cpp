@@ -86,6 +86,27 @@ TEST(Explorer, TheSameSeedExploresTheSame) {
   EXPECT_NE(a.last, explore(organ_on_table(), 6.0, 5).last);
 }
 
+// A person had the stylus and gives it back, elsewhere and on the move.
+TEST(Explorer, TakesTheHandOverWhereItIs) {
+  Reach reach;
+  reach.X_world_base = {rotation_from_xyz({0.0262, -0.0698, 0.0140}), {0.10, -1.40, 1.75}};
+  const PlayerSettings settings;
+  Explorer player(organ_on_table(), reach, settings);
+  const auto at = [](double t) { return Instant<PhysicsClock>::from_seconds(t); };
+  for (int ms = 0; ms < 500; ++ms) player.act(at(10.0 + 1e-3 * ms));
+  const HandTarget left{
+      {reach.home() + Vector3(0.06, 0.03, -0.05)}, Vector3(0.2, 0.0, 0.1), Quaternion::Identity()};
+  player.take_over(left, at(20.0));
+  HandTarget before = player.act(at(20.0));
+  EXPECT_LT((before.tip.m - left.tip.m).norm(), 1e-9);
+  for (int ms = 1; ms <= 2000; ++ms) {
+    const HandTarget target = player.act(at(20.0 + 1e-3 * ms));
+    EXPECT_LE((target.velocity - before.velocity).norm() / 1e-3, settings.max_acceleration * (1.0 + 1e-6));
+    before = target;
+  }
+  EXPECT_LT((before.tip.m - reach.home()).norm(), 1e-3) << "it has seen nothing to touch";
+}
+
 TEST(Explorer, LeavesAloneWhatItsArmDoesNotReach) {
   auto scene = organ_on_table();
   scene.touched.shift = {0.0, 0.0, -0.6};
