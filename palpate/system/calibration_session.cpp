@@ -3,39 +3,18 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/calibration/camera.h"
 #include "palpate/calibration/gimbal.h"
-#include "palpate/calibration/hand_eye.h"
-#include "palpate/calibration/landmark_refinement.h"
 #include "palpate/calibration/pivot.h"
 #include "palpate/calibration/second_camera.h"
 #include "palpate/calibration/stream_delay.h"
 #include "palpate/calibration/surface.h"
 #include "palpate/calibration/touched_landmarks.h"
-#include "palpate/core/file.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
-#include "palpate/graphics_server/marker_history.h"
+#include "palpate/system/camera_session.h"
 
 namespace palpate {
 namespace {
-
-template <typename T>
-tl::unexpected<Error> failed(const Expected<T>& step) {
-  return tl::unexpected(step.error());
-}
-
-Provenance provenance(const CalibrationPlan& plan, const std::string& data, const std::string& method,
-                      double rms_mm) {
-  return {plan.date, content_hash(data), method, rms_mm};
-}
-
-std::string bytes_of(const std::vector<TrackedPose>& poses) {
-  std::string bytes;
-  for (const auto& pose : poses)
-    bytes.append(reinterpret_cast<const char*>(pose.marker.translation.data()), 3 * sizeof(double));
-  return bytes;
-}
 
 // With the tip's motion as an arm of these lengths saw it; without lengths no arm held it.
 std::vector<PivotPose> pivot_poses(const std::vector<TrackedPose>& poses,
@@ -52,41 +31,12 @@ PivotCalibration rig_pivot(const Estimate<PivotSolution>& estimate, const Proven
   return {estimate.value.tip, estimate.covariance.topLeftCorner<3, 3>(), from};
 }
 
-// The board looks the same after half a turn, and the detector numbers its corners from either end. Our board
-// has a dark square outside its first corner and a light one outside its last: that tells the two apart.
-std::vector<Pixel> numbered(std::vector<Pixel> corners, const BoardShape& shape,
-                            const std::vector<std::uint8_t>& grey, int width, int height) {
-  const auto brightness = [&](const Pixel& p) -> double {
-    const int u = static_cast<int>(std::lround(p.x())), v = static_cast<int>(std::lround(p.y()));
-    double sum = 0.0;
-    int count = 0;
-    for (int dv = -1; dv <= 1; ++dv)
-      for (int du = -1; du <= 1; ++du) {
-        const int x = std::clamp(u + du, 0, width - 1), y = std::clamp(v + dv, 0, height - 1);
-        sum +=
-            grey[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
-        ++count;
-      }
-    return sum / count;
-  };
-  const auto at = [&](int column, int row) {
-    return corners[static_cast<std::size_t>(row * shape.columns + column)];
-  };
-  // Middle of the square diagonally outside a corner, by the step from the corner diagonally inside.
-  const Pixel first = at(0, 0) + 0.5 * (at(0, 0) - at(1, 1));
-  const Pixel last = at(shape.columns - 1, shape.rows - 1) +
-                     0.5 * (at(shape.columns - 1, shape.rows - 1) - at(shape.columns - 2, shape.rows - 2));
-  if (brightness(first) > brightness(last)) std::reverse(corners.begin(), corners.end());
-  return corners;
-}
-
 struct Steps {
   Laboratory lab;
   Rig& rig;
   const CalibrationPlan& plan;
   const SessionHooks& hooks;
   CalibrationRecordings& out;
-  bool lens_new = false;
 
   Expected<void> pointer() {
     auto poses = record_pointer_pivot(lab, plan.pivot_poses / 2, plan.pivot_s / 2);
@@ -229,9 +179,25 @@ struct Steps {
     return {};
   }
 
-  Expected<void> camera() { return camera(lab, rig.camera, rig.hand_eye, out.camera, true); }
+  CameraSession left_eye() { return {lab, plan, {rig.camera, rig.hand_eye}, out.camera}; }
+  CameraSession right_eye() {
+    return {right_lab(), plan, {rig.right_camera, rig.right_hand_eye}, out.right_camera};
+  }
+
+  Expected<void> camera() {
+    const auto delay = left_eye().lens_and_hand_eye();
+    if (!delay) return failed(delay);
+    if (!rig.delays) rig.delays.emplace();
+    rig.delays->camera_after_tracker_s = delay->seconds;
+    rig.delays->camera_std_s = delay->std_s;
+    return {};
+  }
+
+  // The cameras expose together: the delay of the first is that of both.
   Expected<void> right_camera() {
-    return camera(right_lab(), rig.right_camera, rig.right_hand_eye, out.right_camera, false);
+    const auto delay = right_eye().lens_and_hand_eye();
+    if (!delay) return failed(delay);
+    return {};
   }
 
   // The laboratory as the second camera's user has it.
@@ -241,79 +207,17 @@ struct Steps {
     return right;
   }
 
-  // Lens and hand-eye from one movement of the head around the board. The cameras expose together: the delay
-  // of the first is that of both.
-  Expected<void> camera(const Laboratory& seen, std::optional<CameraCalibration>& camera_out,
-                        std::optional<HandEyeCalibration>& hand_eye_out, CameraRecordings& recorded,
-                        bool delay_too) const {
-    const BoardShape shape;
-    std::vector<BoardView> views;
-    int width = 0, height = 0;
-    auto record = record_views(seen, Gesture::look_around_board, plan.board_s, plan.board_every,
-                               [&](const CameraImage& image) {
-                                 width = image.width;
-                                 height = image.height;
-                                 const auto grey = grey_from_rgb(image.rgb);
-                                 const auto corners = find_board_corners(grey, width, height, shape);
-                                 if (!corners) return false;
-                                 BoardView view;
-                                 view.name = fmt::format("image {}", image.frame);
-                                 view.image = numbered(*corners, shape, grey, width, height);
-                                 for (int i = 0; i < shape.corners(); ++i)
-                                   view.board.push_back(shape.corner(i));
-                                 views.push_back(std::move(view));
-                                 return true;
-                               });
-    if (!record) return failed(record);
-    constexpr std::size_t kFewest = 12;
-    if (views.size() < kFewest)
-      return refused(
-          "camera: the board was found in {}, at least {} are needed; keep all of it in view, in good "
-          "light",
-          counted(views.size(), "image"), kFewest);
-    // Views spread evenly over the movement.
-    std::vector<BoardView> chosen;
-    const std::size_t wanted = std::min(views.size(), static_cast<std::size_t>(plan.lens_views));
-    for (std::size_t i = 0; i < wanted; ++i) chosen.push_back(views[i * views.size() / wanted]);
-    auto lens = calibrate_camera(chosen, width, height);
-    if (!lens) return failed(lens);
-    camera_out = CameraCalibration{lens->value.model, lens->covariance,
-                                   provenance(plan, views.front().name, "chessboard", lens->value.rms_px)};
-
-    std::vector<StampedPose> hand, eye;
-    for (const auto& pose : record->tracked)
-      hand.push_back({pose.time_s, pose.marker.rotation, pose.marker.translation});
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      const auto pose = board_pose(lens->value.model, views[i]);
-      if (!pose || pose->value.ambiguous) continue;
-      const auto X_board_camera = pose->value.X_camera_board.inverse();
-      eye.push_back({record->image_times_s[i], X_board_camera.rotation, X_board_camera.translation});
-      recorded.eye.push_back({record->image_times_s[i], X_board_camera});
-    }
-    HandEyeOptions options;
-    options.estimate_delay = true;
-    auto estimate = calibrate_hand_eye(hand, eye, options);
-    if (!estimate) return failed(estimate);
-    HandEyeCalibration hand_eye;
-    hand_eye.X_marker_camera = estimate->value.X_marker_camera;
-    hand_eye.covariance = estimate->covariance.topLeftCorner<6, 6>();
-    hand_eye.from = provenance(plan, bytes_of(record->tracked), "hand-eye",
-                               mm_from_metres(estimate->value.translation_rms));
-    hand_eye_out = hand_eye;
-    if (delay_too) {
-      if (!rig.delays) rig.delays.emplace();
-      rig.delays->camera_after_tracker_s = -estimate->value.delay_s;  // hand time = eye time + delay
-      rig.delays->camera_std_s = estimate->value.delay_std_s;
-    }
-    recorded.lens_views = std::move(chosen);
-    recorded.hand = std::move(record->hand);
-    return {};
+  // Nothing where nobody finds landmarks.
+  Expected<std::optional<Estimate<LandmarkRefinement>>> from_pictures(
+      CameraSession eye, const std::optional<TouchNoise>& touch) const {
+    if (!hooks.find_landmarks) return std::nullopt;
+    return eye.landmarks_from_pictures(rig.landmarks, rig.delays->camera_after_tracker_s,
+                                       hooks.find_landmarks, touch);
   }
 
   // Lens, hand-eye and landmarks of one solve are the rig's.
   Expected<void> landmarks_again() {
-    auto refined =
-        landmarks_from_pictures(lab, rig.camera, rig.hand_eye, out.camera, touch_noise_of(rig.surfaces));
+    auto refined = from_pictures(left_eye(), touch_noise_of(rig.surfaces));
     if (!refined) return failed(refined);
     if (!*refined) return {};
     rig.registration_covariance = (*refined)->covariance;
@@ -324,8 +228,7 @@ struct Steps {
   // The second camera is fitted to the landmarks where the first one's pictures have put them; nobody touches
   // them again.
   Expected<void> right_landmarks() {
-    auto refined = landmarks_from_pictures(right_lab(), rig.right_camera, rig.right_hand_eye,
-                                           out.right_camera, std::nullopt);
+    auto refined = from_pictures(right_eye(), std::nullopt);
     if (!refined) return failed(refined);
     if (!*refined) return {};
     const auto right = fit_second_camera(**refined, rig.landmarks, registration_covariance(rig));
@@ -336,103 +239,9 @@ struct Steps {
     rig.right_registration_covariance = right.covariance;
     return {};
   }
-
-  // Improves lens and hand-eye; nothing where nobody finds landmarks.
-  Expected<std::optional<Estimate<LandmarkRefinement>>> landmarks_from_pictures(
-      const Laboratory& seen, std::optional<CameraCalibration>& camera_out,
-      std::optional<HandEyeCalibration>& hand_eye_out, CameraRecordings& recorded,
-      const std::optional<TouchNoise>& touch) const {
-    if (!hooks.find_landmarks) return std::nullopt;
-    std::vector<CameraImage> images;
-    constexpr int every = 3;  // neighbours say the same again
-    auto record = record_views(seen, Gesture::look, plan.look_s, every, [&](const CameraImage& image) {
-      images.push_back(image);
-      return true;
-    });
-    if (!record) return failed(record);
-    MarkerHistory history(seconds(0.1), seconds(1e4));
-    for (const auto& pose : record->tracked)
-      history.add({Instant<GraphicsClock>::from_seconds(pose.time_s), pose.marker.rotation,
-                   pose.marker.translation, pose.marker.covariance});
-    std::vector<LandmarkFrame> frames;
-    for (std::size_t i = 0; i < images.size(); ++i) {
-      const auto marker = history.at(Instant<GraphicsClock>::from_seconds(
-          record->image_times_s[i] - rig.delays->camera_after_tracker_s));
-      if (!marker) continue;
-      LandmarkFrame frame;
-      frame.X_world_marker = {marker->rotation, marker->translation};
-      frame.covariance = marker->covariance;
-      frame.sightings = hooks.find_landmarks(
-          images[i], *camera_out, frame.X_world_marker * hand_eye_out->X_marker_camera, rig.landmarks);
-      frames.push_back(std::move(frame));
-    }
-    auto refined = refine_landmarks(*camera_out, *hand_eye_out, rig.landmarks, frames,
-                                    {.pixel_sd = kUnstatedSightingSd, .touch = touch});
-    if (!refined) return failed(refined);
-    camera_out->model = refined->value.camera.model;
-    camera_out->covariance = refined->value.camera.covariance;
-    hand_eye_out->X_marker_camera = refined->value.hand_eye.X_marker_camera;
-    hand_eye_out->covariance = refined->value.hand_eye.covariance;
-    recorded.landmark_rms_px_before = refined->value.rms_px_before;
-    recorded.landmark_rms_px = refined->value.rms_px;
-    return std::move(*refined);
-  }
 };
 
 }  // namespace
-
-std::vector<ArmObservation> arm_observations(const std::vector<TrackedPose>& poses, const Vector3& tip) {
-  std::vector<ArmObservation> result;
-  for (const auto& pose : poses) {
-    ArmObservation sample;
-    sample.joints = pose.joints;
-    sample.gimbal = pose.gimbal;
-    sample.time_s = pose.time_s;
-    sample.marker = Pose<World, TipMarker>{pose.marker.rotation, pose.marker.translation};
-    sample.covariance = pose.marker.point_covariance(tip);
-    sample.systematic = std::sqrt(pose.marker.systematic.trace());
-    result.push_back(sample);
-  }
-  return result;
-}
-
-ArmCalibration rig_arm(const Estimate<ArmSolution>& estimate) {
-  ArmCalibration arm;
-  const auto& s = estimate.value;
-  arm.lengths = s.model.lengths;
-  arm.correction.gain = s.gain.head<3>();
-  arm.correction.offset = s.offset.head<3>();
-  arm.X_world_base = s.X_world_base;
-  arm.tip_in_marker = s.tip_in_marker;
-  // The rig's order is fixed; what was not estimated has no variance.
-  const std::vector<std::string> order{"gain_1",
-                                       "gain_2",
-                                       "gain_3",
-                                       "offset_1",
-                                       "offset_2",
-                                       "offset_3",
-                                       "base_rotation_x",
-                                       "base_rotation_y",
-                                       "base_rotation_z",
-                                       "base_translation_x",
-                                       "base_translation_y",
-                                       "base_translation_z",
-                                       "tip_x",
-                                       "tip_y",
-                                       "tip_z"};
-  arm.covariance = Eigen::MatrixXd::Zero(15, 15);
-  std::vector<Eigen::Index> place(order.size(), -1);
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const auto at = std::find(s.parameters.begin(), s.parameters.end(), order[i]);
-    if (at != s.parameters.end()) place[i] = at - s.parameters.begin();
-  }
-  for (std::size_t i = 0; i < order.size(); ++i)
-    for (std::size_t j = 0; j < order.size(); ++j)
-      if (place[i] >= 0 && place[j] >= 0 && estimate.covariance.rows() > std::max(place[i], place[j]))
-        arm.covariance(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
-            estimate.covariance(place[i], place[j]);
-  return arm;
-}
 
 Expected<CalibrationRecordings> calibrate_rig(Laboratory lab, Rig& rig, const CalibrationPlan& plan,
                                               const SessionHooks& hooks) {
@@ -452,13 +261,12 @@ Expected<CalibrationRecordings> calibrate_rig(Laboratory lab, Rig& rig, const Ca
       {"arm", rig.arm.has_value(), &Steps::arm},
       {"delay of the tracker", rig.delays && rig.delays->tracker_known(), &Steps::arm_delay},
       {"lens and hand-eye", rig.camera.has_value() && rig.hand_eye.has_value(), &Steps::camera},
-      {"landmarks from pictures", rig.camera.has_value() && rig.hand_eye.has_value(),
-       &Steps::landmarks_again},
+      {"landmarks from pictures", rig.registration_covariance.size() > 0, &Steps::landmarks_again},
   };
   if (lab.right_camera != nullptr) {
     list.push_back({"lens and hand-eye of the right camera", has_two_eyes(rig), &Steps::right_camera});
-    list.push_back(
-        {"landmarks from pictures of the right camera", has_two_eyes(rig), &Steps::right_landmarks});
+    list.push_back({"landmarks from pictures of the right camera",
+                    rig.right_registration_covariance.size() > 0, &Steps::right_landmarks});
   }
   for (std::size_t i = 0; i < list.size(); ++i) {
     if (hooks.progress) hooks.progress(i, list.size(), list[i].name);

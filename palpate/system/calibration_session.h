@@ -14,36 +14,13 @@
 
 #include "palpate/acquisition/procedures.h"
 #include "palpate/calibration/arm.h"
-#include "palpate/calibration/board.h"
-#include "palpate/calibration/pose_refinement.h"
 #include "palpate/model/rig.h"
+#include "palpate/system/arm_observations.h"
+#include "palpate/system/camera_session.h"
 #include "palpate/system/guided_poses.h"
+#include "palpate/system/session_plan.h"
 
 namespace palpate {
-
-struct CalibrationPlan {
-  int corner_rounds = 2;  // how often each surface's four corners are touched
-  int pivot_poses = 400;
-  double pivot_s = 20.0;
-  int arm_points = 70, arm_test_points = 70;  // the latter always of the person's own choice
-  bool guided = true;                         // the former are shown to the person where they help most
-  ReachablePoses reach;                       // of this arm, where this tracker sees its stylus
-  std::uint64_t guidance_seed = 1;            // draws the candidates
-  double moving_s = 8.0;
-  double board_s = 12.0;  // head around the calibration board: lens and hand-eye
-  int board_every = 2;    // every so many images are searched for the board
-  int lens_views = 30;    // of these, used for the lens
-  double look_s = 5.0;    // head as in use: landmarks from pictures
-  std::string date;       // ISO 8601, for the provenance
-};
-
-// Of one camera.
-struct CameraRecordings {
-  std::vector<BoardView> lens_views;
-  std::vector<TimedPose<World, CameraMarker>> hand;
-  std::vector<TimedPose<Board, CameraOptical>> eye;
-  double landmark_rms_px_before = 0.0, landmark_rms_px = 0.0;
-};
 
 // What was recorded, for raw data and figures; parts that were skipped are empty.
 struct CalibrationRecordings {
@@ -57,12 +34,6 @@ struct CalibrationRecordings {
   CameraRecordings camera, right_camera;
 };
 
-// Finds landmarks in an image: predicted from the camera's pose, as the compositor's detector does it. The
-// sightings state their covariance.
-using FindLandmarks =
-    std::function<std::vector<Sighting>(const CameraImage&, const CameraCalibration&,
-                                        const Pose<World, CameraOptical>&, const std::vector<Landmark>&)>;
-
 struct SessionHooks {
   std::function<void(std::size_t step, std::size_t steps, const std::string& name)> progress;
   std::function<Expected<void>(const Rig&)> save;              // after each step, so that nothing is lost
@@ -72,12 +43,5 @@ struct SessionHooks {
 
 Expected<CalibrationRecordings> calibrate_rig(Laboratory lab, Rig& rig, const CalibrationPlan& plan,
                                               const SessionHooks& hooks);
-
-// The recording as calibrate_arm wants it; the tip's covariance as the tracker believes it for a tip at
-// `tip`.
-std::vector<ArmObservation> arm_observations(const std::vector<TrackedPose>& poses, const Vector3& tip);
-
-// The arm's result as the rig keeps it.
-ArmCalibration rig_arm(const Estimate<ArmSolution>& estimate);
 
 }  // namespace palpate

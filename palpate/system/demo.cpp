@@ -30,16 +30,6 @@ void go_on_unless_stopped() {
   if (stop_requested().load()) throw Interrupted{};
 }
 
-Rig blank_rig(const sim::WorldFile& world) {
-  Rig rig;
-  rig.name = "simulated rig";
-  rig.nominal_lengths = {world.arm.lengths[0], world.arm.lengths[1]};
-  rig.tip_marker_leds = world.tip_marker.leds;
-  rig.camera_marker_leds = world.camera_marker.leds;
-  rig.pointer_leds = world.pointer.leds;
-  return rig;
-}
-
 // Somebody at a desk does not turn the head twenty degrees and back every second; they move it a little,
 // which is how depth is seen. And they begin with slow serves.
 sim::WorldFile for_a_person(sim::WorldFile world) {

@@ -8,7 +8,7 @@
 #include "palpate/calibration/gimbal.h"
 #include "palpate/core/units.h"
 #include "palpate/estimation/linear_algebra.h"
-#include "palpate/system/calibration_session.h"
+#include "palpate/system/arm_observations.h"
 
 namespace palpate {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "palpate/core/units.h"
 #include "palpate/system/arm_comparison.h"
-#include "palpate/system/calibration_session.h"
+#include "palpate/system/arm_observations.h"
 #include "palpate/system/world_sample.h"
 
 namespace palpate {

@@ -180,6 +180,16 @@ ReachablePoses reach_of(const sim::WorldFile& file) {
   return reach;
 }
 
+Rig blank_rig(const sim::WorldFile& file) {
+  Rig rig;
+  rig.name = "simulated rig";
+  rig.nominal_lengths = {file.arm.lengths[0], file.arm.lengths[1]};
+  rig.tip_marker_leds = file.tip_marker.leds;
+  rig.camera_marker_leds = file.camera_marker.leds;
+  rig.pointer_leds = file.pointer.leds;
+  return rig;
+}
+
 SeeBoard see_board_in(SimWorld& world) {
   auto random = std::make_shared<Random>(world.seed(), "sample/corners");
   return [&world, random](const CameraImage& image) -> std::optional<Pose<Board, CameraOptical>> {

@@ -12,6 +12,7 @@
 #include "palpate/acquisition/procedures.h"
 #include "palpate/calibration/pose_candidates.h"
 #include "palpate/core/expected.h"
+#include "palpate/model/rig.h"
 #include "palpate/sim/sim_world.h"
 
 namespace palpate {
@@ -31,6 +32,9 @@ Laboratory laboratory_of(sim::SimWorld& world);
 
 // What the makers of this world's arm and tracker state about where a stylus can be and be seen.
 ReachablePoses reach_of(const sim::WorldFile& file);
+
+// The rig before anything is calibrated: what makers state of arm and markers.
+Rig blank_rig(const sim::WorldFile& file);
 
 // Camera pose from the board in an image of the simulated camera, found without drawing: true corners with
 // the noise of finding them, solved with the true lens.
