@@ -86,34 +86,20 @@ class WatchedCamera : public CameraDevice {
   bool closed_ = false;
 };
 
-class DisturbedCamera : public CameraDevice {
+template <typename Device>
+class Disturbed : public Device {
  public:
-  DisturbedCamera(CameraDevice& camera, std::function<void(std::optional<CameraImage>&)> how)
-      : camera_(camera), how_(std::move(how)) {}
-  std::optional<CameraImage> poll() override {
-    auto image = camera_.poll();
-    how_(image);
-    return image;
+  using Polled = decltype(std::declval<Device&>().poll());
+  Disturbed(Device& device, std::function<void(Polled&)> how) : device_(device), how_(std::move(how)) {}
+  Polled poll() override {
+    Polled polled = device_.poll();
+    if (how_) how_(polled);
+    return polled;
   }
 
  private:
-  CameraDevice& camera_;
-  std::function<void(std::optional<CameraImage>&)> how_;
-};
-
-class DisturbedTracker : public TrackerDevice {
- public:
-  DisturbedTracker(TrackerDevice& tracker, std::function<void(std::vector<TrackerSample>&)> how)
-      : tracker_(tracker), how_(std::move(how)) {}
-  std::vector<TrackerSample> poll() override {
-    auto samples = tracker_.poll();
-    if (how_) how_(samples);
-    return samples;
-  }
-
- private:
-  TrackerDevice& tracker_;
-  std::function<void(std::vector<TrackerSample>&)> how_;
+  Device& device_;
+  std::function<void(Polled&)> how_;
 };
 
 }  // namespace
@@ -155,11 +141,11 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
   WatchedCamera camera(world, pictures.camera);
   double since = 0.0;  // s, the play's own time
   const sim::DeviceFaults faults(world.file());
-  DisturbedTracker tracker(world.tracker(),
-                           [&](std::vector<TrackerSample>& samples) { faults.disturb(since, samples); });
+  Disturbed<TrackerDevice> tracker(
+      world.tracker(), [&](std::vector<TrackerSample>& samples) { faults.disturb(since, samples); });
   camera.disturb([&](std::optional<CameraImage>& image) { faults.disturb(since, image); });
   GraphicsServer graphics(rig, *link, tracker, camera, pictures.refiner, pictures.painter, options.graphics);
-  std::optional<DisturbedCamera> right_camera;
+  std::optional<Disturbed<CameraDevice>> right_camera;
   if (world.right_camera() != nullptr && has_two_eyes(rig)) {
     right_camera.emplace(*world.right_camera(), [&](std::optional<CameraImage>& image) {
       faults.disturb(since, image);
