@@ -29,6 +29,8 @@ const SceneSurface* surface_of(const SceneDescription& scene, std::string_view n
   return nullptr;
 }
 
+bool holds_bat(const SceneDescription& scene) { return !scene.bat_offset.isZero(); }
+
 Vector3 middle_of(const SceneSurface& surface) {
   const auto& c = surface.corners;
   return 0.25 * (c[0] + c[1] + c[2] + c[3]);
@@ -51,7 +53,7 @@ window::MouseHandSettings mouse_hand_settings(const SceneDescription& scene, con
     settings.forward = settings.up.cross(settings.right);
   }
   const SceneSurface* wall = surface_of(scene, "wall");
-  if (wall != nullptr && !scene.bat_offset.isZero()) {
+  if (wall != nullptr && holds_bat(scene)) {
     settings.faces = middle_of(*wall);
     settings.wheel = settings.forward;
   } else {
@@ -182,13 +184,14 @@ window::KeysInUse WindowSeat::keys_in_use() const {
   return {.mouse = options_.mouse,
           .strokes = options_.mouse && helped_,
           .program = options_.mouse && options_.scripted_player,
-          .view = static_cast<bool>(options_.outside)};
+          .view = static_cast<bool>(options_.outside),
+          .bat = holds_bat(scene_)};
 }
 
 void WindowSeat::program_or_person(Instant<GraphicsClock> now) {
   if (!options_.mouse || !options_.scripted_player)
     return say(options_.mouse             ? "Nobody else can play: `--player` seats the program beside you"
-               : options_.scripted_player ? "The program plays: `--mouse` lets you take the bat"
+               : options_.scripted_player ? "The program plays: `--mouse` lets you do so"
                                           : "Who leads the arm plays",
                now);
   if (!person_plays_) {
@@ -314,7 +317,9 @@ std::string WindowSeat::hint(double t) const {
     return moment ? t - to_seconds(moment->since_epoch) : 1e9;
   };
   if (since(said_at_) < kHintStands_s && !said_.empty()) return said_;
-  if (options_.mouse && !person_plays_) return "The program plays. Move the mouse to take the bat";
+  if (options_.mouse && !person_plays_)
+    return std::string("The program plays. Move the mouse to take the ") +
+           (holds_bat(scene_) ? "bat" : "stylus");
   const bool fresh = since(taken_over_) < kHintStands_s || since(begun_) < kHintStands_s;
   if (!fresh) return "";
   return std::string(options_.mouse ? "You play. ? lists the keys" : "? lists the keys") +

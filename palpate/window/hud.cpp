@@ -28,13 +28,16 @@ std::vector<KeyHelp> key_help(const KeysInUse& uses) {
   const auto add = [&list](bool used, const char* keys, const char* does) {
     if (used) list.push_back({keys, does});
   };
-  add(uses.mouse, "Mouse", "moves the bat: it goes where you point");
-  add(uses.mouse, "Wheel, Up, Down", "bat farther away, nearer");
-  add(uses.mouse, "Left, right button", "turn the bat, send the ball aside");
-  add(true, "Space", "serve");
+  const bool bat = uses.bat;
+  add(uses.mouse, "Mouse",
+      bat ? "moves the bat: it goes where you point" : "moves the stylus: it goes where you point");
+  add(uses.mouse, "Wheel, Up, Down", bat ? "bat farther away, nearer" : "stylus down, up");
+  add(uses.mouse, "Left, right button", bat ? "turn the bat, send the ball aside" : "turn the stylus");
+  add(bat, "Space", "serve");
   add(true, "P", "pause, go on");
   add(true, "R", "start again from zero");
-  add(uses.program, "A", "let the program play, take the bat back");
+  add(uses.program, "A",
+      bat ? "let the program play, take the bat back" : "let the program touch, take the stylus back");
   add(uses.strokes, "S", "strokes by themselves, or only by pushing");
   add(uses.view, "V", "see it from the side, see it with your own eyes");
   add(true, "F11", "full screen");

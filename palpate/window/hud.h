@@ -18,6 +18,7 @@ namespace palpate::window {
 // What the hand, the program and the view can do here: keys that would do nothing are not listed.
 struct KeysInUse {
   bool mouse = true, strokes = true, program = true, view = true;
+  bool bat = true;  // and a ball to serve; otherwise the bare stylus is held, and led from above
 };
 
 struct HudContent {

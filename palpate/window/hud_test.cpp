@@ -156,6 +156,11 @@ TEST(KeyHelp, ListsOnlyKeysThatDoSomething) {
   EXPECT_EQ(keys({.program = false}), "Mouse Wheel, Up, Down Left, right button Space P R S V F11 ? Q, Esc ");
   EXPECT_EQ(keys({.mouse = false, .strokes = false, .program = false, .view = false}),
             "Space P R F11 ? Q, Esc ");
+  EXPECT_EQ(keys({.strokes = false, .bat = false}),
+            "Mouse Wheel, Up, Down Left, right button P R A V F11 ? Q, Esc ");
+  for (const auto& one : key_help({.strokes = false, .bat = false}))
+    for (const char* of_ball_games : {"bat", "ball", "serve"})
+      EXPECT_EQ(one.does.find(of_ball_games), std::string::npos) << one.does;
 }
 
 TEST(Hud, BreaksLongLinesBetweenWords) {
