@@ -65,6 +65,12 @@ class BadSettings(ProgramTest):
         self.write("bad.toml", text)
         self.refuses_all(self.world_readers(), f"bad.toml:{number}: ", "unknown key 'world.rate_hertz'", "did you mean 'rate_hz'?")
 
+    def test_a_world_file_in_a_rigs_place_and_the_other_way_round_are_told_apart(self):
+        self.write("bad.toml", self.world)
+        self.refuses_all(self.rig_readers(), "bad.toml: is a world file", "a rig file is expected", "`palpate rig new FILE`")
+        self.write("bad.toml", self.rig)
+        self.refuses_all(self.world_readers(), "bad.toml: is a rig file", "a world file is expected", "`palpate world new FILE`")
+
     def test_an_unknown_part_of_a_world_is_named(self):
         self.write("bad.toml", self.world + "[robot]\nlegs = 2\n")
         self.refuses(["world", "show", "bad.toml"], 2, f"bad.toml:{len(self.world.splitlines()) + 1}: ", "unknown key 'robot'")
