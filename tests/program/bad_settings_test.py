@@ -112,11 +112,34 @@ class BadSettings(ProgramTest):
         self.refuses(["rig", "--fast=2"], 2, "--fast=2: no such option of 'rig'")
         self.refuses(["rig", "check", "good.toml", "--rest-readings", "1,2,3", "--rest-tolerance-deg", "-1"], 2, "--rest-tolerance-deg")
 
+    def test_a_misspelt_option_or_command_is_answered_with_the_one_that_was_meant(self):
+        self.refuses(["demo", "--stero"], 2, "--stero: no such option of 'demo'; did you mean --stereo?")
+        self.refuses(["demo", "--secods=3", "--quick"], 2, "--secods=3: no such option of 'demo'; did you mean --seconds?")
+        self.refuses(["calibrate", "pivot", "--pose", self.poses], 2, "--pose: no such option of 'calibrate pivot'; did you mean --poses?")
+        self.refuses(["--verson"], 2, "--verson: no such option of 'palpate'; did you mean --version?")
+        self.refuses(["demmo"], 2, "demmo: no such command; did you mean 'demo'?")
+        self.refuses(["calibrate", "pivto", "--poses", self.poses], 2, "pivto: no such command; did you mean 'pivot'?")
+        for far in (["demo", "--weather", "3"], ["fly"], ["calibrate", "everything"]):  # like nothing there is
+            with self.subTest(far):
+                done = self.run_program(*far)
+                self.says_no(done, 2, "no such", "; see --help")
+                self.assertNotIn("did you mean", done.err)
+        self.refuses(["demo", "--quick", "golf"], 2, "golf: 'demo' takes no such word; leave it out")
+
+    def test_what_is_written_as_png_is_called_png(self):
+        for name in ("x.jpg", "x", "x.png.txt"):
+            self.refuses(["picture", "--out", name], 2, f"--out '{name}'", "ends in .png is expected")
+
     def test_numbers_out_of_range_are_named_before_anything_is_read(self):
         for option, value in (("--seed", "-1"), ("--seed", "9" * 23), ("--seconds", "-3")):
             command = ["demo"] if option == "--seed" else ["physics", "--rig", "absent.toml"]
             with self.subTest(option=option, value=value):
                 self.refuses([*command, option, value], 2, option)
+        self.refuses(["demo", "--seed", "-1"], 2, "--seed '-1': is below zero; a whole number from 0 on is expected, such as 1")
+        self.refuses(["demo", "--seed", "9" * 23], 2, "is too large; a whole number of at most 19 digits is expected")
+        self.refuses(["demo", "--seed", "1.5"], 2, "--seed '1.5': a whole number from 0 on is expected, such as 1")
+        self.refuses(["demo", "--seconds", "soon"], 2, "--seconds 'soon': a number is expected, such as 1.5")
+        self.refuses(["demo", "--seconds", "nan"], 2, "--seconds")
 
 
 if __name__ == "__main__":
