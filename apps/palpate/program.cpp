@@ -67,13 +67,18 @@ std::string no_option(const CLI::App& command, const std::string& word) {
   return said + (command.get_require_subcommand_min() > 0 ? ", which expects a command" : "");
 }
 
+std::vector<std::string> commands_of(const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const auto* other : command.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(other->get_name());
+  return names;
+}
+
 // No command where one is expected, or a word too many.
 std::string no_command(const CLI::App& command, const std::string& word) {
   if (command.get_require_subcommand_min() == 0)
     return fmt::format("{}: '{}' takes no such word; leave it out", excerpt(word), words_of(command));
-  std::vector<std::string> known;
-  for (const auto* other : command.get_subcommands([](const CLI::App*) { return true; }))
-    known.push_back(other->get_name());
+  const auto known = commands_of(command);
   if (const auto meant = nearest(word, known); !meant.empty())
     return fmt::format("{}: no such command; did you mean '{}'?", excerpt(word), meant);
   return fmt::format("{}: no such command; one of {} is expected", excerpt(word),
@@ -87,6 +92,14 @@ std::string unknown_word(const CLI::App& command) {
   for (const auto* chosen_command : command.get_subcommands())
     if (auto found = unknown_word(*chosen_command); !found.empty()) return found;
   return "";
+}
+
+// Which command lacks the one that is to follow it; empty: none does.
+std::string missing_command(const CLI::App& command) {
+  if (const auto next = command.get_subcommands(); !next.empty()) return missing_command(*next.front());
+  if (command.get_require_subcommand_min() == 0) return "";
+  return fmt::format("'{}' expects a command; one of {}", words_of(command),
+                     CLI::detail::join(commands_of(command), ", "));
 }
 
 // What was printed may still be on its way: that the disk behind it is full shows only now.
@@ -116,6 +129,7 @@ int run_program(const std::function<void(CLI::App&)>& add_commands, int argc, ch
     std::string trouble = unknown_word(program);
     if (trouble.empty())
       if (const auto fine = check_numbers(program); !fine) trouble = fine.error().message;
+    if (trouble.empty()) trouble = missing_command(program);
     if (trouble.empty()) trouble = error.what();
     const bool whole = trouble.ends_with('?') || trouble.ends_with("see --help");
     std::fprintf(stderr, "palpate: %s%s\n", trouble.c_str(), whole ? "" : "; see --help");

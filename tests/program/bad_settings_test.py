@@ -48,7 +48,7 @@ class BadSettings(ProgramTest):
         for command in self.rig_readers():
             if command[:2] != ("calibrate", "all"):  # which makes it
                 with self.subTest(command):
-                    self.refuses([*command, "nowhere.toml"], 2, "nowhere.toml: no such file")
+                    self.refuses([*command, "nowhere.toml"], 2, "nowhere.toml: no such file; ", "palpate rig new")
 
     def test_an_unknown_key_of_a_rig_is_named_with_file_line_and_the_nearest_known_one(self):
         text, number = with_line(self.rig, "leds_mm", "led_mm = []")
@@ -112,7 +112,7 @@ class BadSettings(ProgramTest):
         self.refuses(["rig", "--fast=2"], 2, "--fast=2: no such option of 'rig'")
         self.refuses(["rig", "check", "good.toml", "--rest-readings", "1,2,3", "--rest-tolerance-deg", "-1"], 2, "--rest-tolerance-deg")
 
-    def test_a_misspelt_option_or_command_is_answered_with_the_one_that_was_meant(self):
+    def test_a_misspelt_or_missing_option_or_command_is_answered_with_those_there_are(self):
         self.refuses(["demo", "--stero"], 2, "--stero: no such option of 'demo'; did you mean --stereo?")
         self.refuses(["demo", "--secods=3", "--quick"], 2, "--secods=3: no such option of 'demo'; did you mean --seconds?")
         self.refuses(["calibrate", "pivot", "--pose", self.poses], 2, "--pose: no such option of 'calibrate pivot'; did you mean --poses?")
@@ -124,6 +124,8 @@ class BadSettings(ProgramTest):
                 done = self.run_program(*far)
                 self.says_no(done, 2, "no such", "; see --help")
                 self.assertNotIn("did you mean", done.err)
+        self.refuses([], 2, "'palpate' expects a command; one of calibrate, demo, apps")
+        self.refuses(["rig"], 2, "'rig' expects a command; one of new, ")
         self.refuses(["demo", "--quick", "golf"], 2, "golf: 'demo' takes no such word; leave it out")
 
     def test_what_is_written_as_png_is_called_png(self):
