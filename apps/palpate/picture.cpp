@@ -2,6 +2,7 @@
 
 #include "apps/palpate/command.h"
 #include "palpate/compositor/picture_file.h"
+#include "palpate/core/text.h"
 #include "palpate/system/laboratory_picture.h"
 
 namespace palpate::app {
@@ -23,8 +24,13 @@ void add_picture(CLI::App& program) {
   command->add_option("--quality", options->quality, "low, medium or high")->capture_default_str();
   command->add_option("--world", options->world, "World file; the reference laboratory where none is named");
   command->add_option("--seed", options->seed, "Draws the laboratory's imperfections")->capture_default_str();
-  command->add_option("--out", options->out, "PNG file")->capture_default_str();
+  command->add_option("--out", options->out, "PNG file; - = standard output")->capture_default_str();
   on(command, [options]() -> Expected<void> {
+    if (!options->out.ends_with(".png") && options->out != "-")
+      return wrong_use(
+          "--out '{}': PNG is what is written; a file name that ends in .png is expected, or - for standard "
+          "output",
+          excerpt(options->out, 200));
     const auto view = parse_view(options->view);
     if (!view) return tl::unexpected(view.error());
     const auto quality = parse_quality(options->quality);

@@ -1,12 +1,13 @@
-#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <exception>
 
 #include "apps/palpate/program.h"
+#include "palpate/core/nearest.h"
 #include "palpate/core/text.h"
 
 namespace palpate::app {
@@ -16,50 +17,89 @@ Action chosen;
 void set_action(Action action) { chosen = std::move(action); }
 
 namespace {
-// "nan" and "inf" pass as numbers, and a comparison with a range lets the former through.
-Expected<void> numbers_in_range(const CLI::App& command) {
-  for (const auto* option : command.get_options()) {
-    const std::string type = option->get_type_name();  // with its range, where it has one
-    if (type.starts_with("UINT")) {                    // a sign or too many digits would wrap round
-      for (const auto& text : option->results())
-        if (text.starts_with('-') || text.size() > 19)
-          return wrong_use("{}: is '{}', a whole number from 0 to 1e19 is expected; see --help",
-                           option->get_name(), text);
-      continue;
-    }
-    if (!type.starts_with("FLOAT") && type.find(',') == std::string::npos) continue;
-    for (const auto& text : option->results()) {
-      double value = 0.0;
-      if (CLI::detail::lexical_cast(text, value) && !std::isfinite(value))
-        return wrong_use("{}: is '{}', a finite number is expected; see --help", option->get_name(), text);
-    }
+// What is wrong with a number that was written for this option; empty: nothing. "nan" and "inf" pass as
+// numbers, and a comparison with a range lets the former through; a sign or too many digits wrap round.
+std::string trouble_with(const CLI::Option& option, const std::string& text) {
+  using CLI::detail::lexical_cast;
+  const std::string type = option.get_type_name();  // with its range, where it has one
+  if (type.starts_with("UINT")) {
+    std::uint64_t value = 0;
+    if (text.starts_with('-')) return "is below zero; a whole number from 0 on is expected, such as 1";
+    if (text.size() > 19) return "is too large; a whole number of at most 19 digits is expected";
+    return lexical_cast(text, value) ? "" : "a whole number from 0 on is expected, such as 1";
   }
+  if (type.starts_with("INT")) {
+    std::int64_t value = 0;
+    return lexical_cast(text, value) ? "" : "a whole number is expected, such as 1";
+  }
+  const bool one = type.starts_with("FLOAT");
+  if (!one && type.find(',') == std::string::npos) return "";
+  double value = 0.0;
+  if (!lexical_cast(text, value)) return one ? "a number is expected, such as 1.5" : "";
+  return std::isfinite(value) ? "" : "a finite number is expected";
+}
+
+Expected<void> check_numbers(const CLI::App& command) {
+  for (const auto* option : command.get_options())
+    for (const auto& text : option->results())
+      if (const auto trouble = trouble_with(*option, text); !trouble.empty())
+        return wrong_use("{} '{}': {}; see --help", option->get_name(), excerpt(text), trouble);
   for (const auto* chosen_command : command.get_subcommands())
-    if (auto fine = numbers_in_range(*chosen_command); !fine) return fine;
+    if (auto fine = check_numbers(*chosen_command); !fine) return fine;
   return {};
 }
 
-// A word where a command is expected that is none, or an option there that is none: named. Else empty.
-std::string unknown_command(const CLI::App& program, int argc, char** argv) {
-  const CLI::App* command = &program;
-  for (int i = 1; i < argc && command->get_require_subcommand_min() > 0; ++i) {
-    const std::string word = argv[i];
-    if (word.starts_with('-'))
-      return command->get_option_no_throw(word.substr(0, word.find('='))) != nullptr
-                 ? ""
-                 : fmt::format("{}: no such option of '{}', which expects a command", excerpt(word),
-                               command->get_name());
-    const auto known = command->get_subcommands([](const CLI::App*) { return true; });
-    const auto at = std::find_if(known.begin(), known.end(),
-                                 [&](const CLI::App* other) { return other->check_name(word); });
-    if (at == known.end()) {
-      std::string names;
-      for (const auto* other : known) names += (names.empty() ? "" : ", ") + other->get_name();
-      return fmt::format("{}: no such command; one of {} is expected", excerpt(word), names);
-    }
-    command = *at;
-  }
+// "calibrate arm"; the program itself by its own name.
+std::string words_of(const CLI::App& command) {
+  const auto* parent = command.get_parent();
+  const bool below_another = parent != nullptr && parent->get_parent() != nullptr;
+  return (below_another ? words_of(*parent) + ' ' : "") + command.get_name();
+}
+
+// No option of this command: the one that was meant is named where there is one like it.
+std::string no_option(const CLI::App& command, const std::string& word) {
+  std::vector<std::string> known;
+  for (const auto* option : command.get_options())
+    for (const auto& name : option->get_lnames()) known.push_back("--" + name);
+  const auto said = fmt::format("{}: no such option of '{}'", excerpt(word), words_of(command));
+  const auto meant = nearest(word.substr(0, word.find('=')), known);
+  if (!meant.empty()) return fmt::format("{}; did you mean {}?", said, meant);
+  return said + (command.get_require_subcommand_min() > 0 ? ", which expects a command" : "");
+}
+
+std::vector<std::string> commands_of(const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const auto* other : command.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(other->get_name());
+  return names;
+}
+
+// No command where one is expected, or a word too many.
+std::string no_command(const CLI::App& command, const std::string& word) {
+  if (command.get_require_subcommand_min() == 0)
+    return fmt::format("{}: '{}' takes no such word; leave it out", excerpt(word), words_of(command));
+  const auto known = commands_of(command);
+  if (const auto meant = nearest(word, known); !meant.empty())
+    return fmt::format("{}: no such command; did you mean '{}'?", excerpt(word), meant);
+  return fmt::format("{}: no such command; one of {} is expected", excerpt(word),
+                     CLI::detail::join(known, ", "));
+}
+
+// The first word that nobody knows, as a complaint; empty: every word is known.
+std::string unknown_word(const CLI::App& command) {
+  for (const auto& word : command.remaining())
+    if (word != "--") return word.starts_with('-') ? no_option(command, word) : no_command(command, word);
+  for (const auto* chosen_command : command.get_subcommands())
+    if (auto found = unknown_word(*chosen_command); !found.empty()) return found;
   return "";
+}
+
+// Which command lacks the one that is to follow it; empty: none does.
+std::string missing_command(const CLI::App& command) {
+  if (const auto next = command.get_subcommands(); !next.empty()) return missing_command(*next.front());
+  if (command.get_require_subcommand_min() == 0) return "";
+  return fmt::format("'{}' expects a command; one of {}", words_of(command),
+                     CLI::detail::join(commands_of(command), ", "));
 }
 
 // What was printed may still be on its way: that the disk behind it is full shows only now.
@@ -85,12 +125,18 @@ int run_program(const std::function<void(CLI::App&)>& add_commands, int argc, ch
       program.exit(error);
       return after_printing();
     }
-    const auto unknown = unknown_command(program, argc, argv);
-    std::fprintf(stderr, "palpate: %s; see --help\n", unknown.empty() ? error.what() : unknown.c_str());
+    // What is unknown is named before what is missing, which may be the same thing misspelt.
+    std::string trouble = unknown_word(program);
+    if (trouble.empty())
+      if (const auto fine = check_numbers(program); !fine) trouble = fine.error().message;
+    if (trouble.empty()) trouble = missing_command(program);
+    if (trouble.empty()) trouble = error.what();
+    const bool whole = trouble.ends_with('?') || trouble.ends_with("see --help");
+    std::fprintf(stderr, "palpate: %s%s\n", trouble.c_str(), whole ? "" : "; see --help");
     return 2;
   }
   try {
-    auto done = numbers_in_range(program);
+    auto done = check_numbers(program);
     if (done) done = chosen();
     if (done) return after_printing();
     std::fprintf(stderr, "palpate: %s\n", excerpt(done.error().message, 8192).c_str());

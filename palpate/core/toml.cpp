@@ -8,6 +8,7 @@
 #include <set>
 
 #include "palpate/core/file.h"
+#include "palpate/core/nearest.h"
 #include "palpate/core/text.h"
 
 namespace palpate {
@@ -55,32 +56,9 @@ std::string_view kind_of(const toml::node& node) {
   }
 }
 
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i - 1] != b[j - 1]);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
-    }
-  }
-  return row[b.size()];
-}
-
 // The complaint about an unknown key names the nearest known one, or all of them.
 std::string remedy(std::string_view key, const std::set<std::string, std::less<>>& known) {
-  std::string nearest;
-  std::size_t best = std::max<std::size_t>(2, key.size() / 3) + 1;
-  for (const auto& name : known) {
-    if (const auto distance = edit_distance(key, name); distance < best) {
-      best = distance;
-      nearest = name;
-    }
-  }
-  if (!nearest.empty()) return fmt::format("did you mean '{}'?", nearest);
+  if (const auto meant = nearest(key, known); !meant.empty()) return fmt::format("did you mean '{}'?", meant);
   std::string list;
   for (const auto& name : known) list += (list.empty() ? "" : ", ") + name;
   return known.empty() ? std::string("no keys are known here") : fmt::format("known here: {}", list);

@@ -6,6 +6,7 @@
 #include "palpate/core/file.h"
 #include "palpate/core/toml.h"
 #include "palpate/core/units.h"
+#include "palpate/model/file_mixup.h"
 #include "palpate/model/rig_picture.h"
 
 namespace palpate {
@@ -286,9 +287,10 @@ void write_hand_eye(Writer& w, std::string_view section, const HandEyeCalibratio
 
 }  // namespace
 
-Expected<Rig> parse_rig(std::string_view content, std::string source) {
-  const auto file = parse_toml(content, std::move(source));
+Expected<Rig> parse_rig(std::string_view content, const std::string& source) {
+  const auto file = parse_toml(content, source);
   if (!file) return tl::unexpected(file.error());
+  if (auto fine = is_no_world_file(*file, source); !fine) return tl::unexpected(fine.error());
   Rig rig;
   if (const auto version = file->integer("rig_version", {1, kVersion});
       version != kVersion && file->has("rig_version"))
@@ -327,6 +329,13 @@ Expected<Rig> parse_rig(std::string_view content, std::string source) {
 }
 
 Expected<Rig> read_rig(const std::filesystem::path& path) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored))
+    return wrong_use(
+        "{}: no such file; a rig file is expected: `palpate demo` writes palpate-report/rig.toml, `palpate "
+        "rig "
+        "webcam` one of a desk, `palpate rig new` an empty one",
+        path.string());
   const auto content = read_file(path);
   if (!content) return tl::unexpected(content.error());
   auto rig = parse_rig(*content, path.string());

@@ -194,7 +194,7 @@ std::string utc_now();
 
 // Reads a rig file. Unknown keys, wrong types and impossible values are wrong use, named with file and line.
 Expected<Rig> read_rig(const std::filesystem::path& path);
-Expected<Rig> parse_rig(std::string_view content, std::string source);
+Expected<Rig> parse_rig(std::string_view content, const std::string& source);
 // The file's text; read back it gives the same rig, to 1e-12 of each number.
 std::string rig_text(const Rig& rig);
 // Refuses a rig that could not be read again (a covariance of the wrong size, a quaternion that is none).

@@ -6,6 +6,7 @@
 
 #include "palpate/core/file.h"
 #include "palpate/core/random.h"
+#include "palpate/model/world_file.h"
 #include "tests/scratch_folder.h"
 
 namespace palpate {
@@ -199,6 +200,16 @@ TEST(Rig, ComplaintsNameFileLineAndKey) {
   EXPECT_NE(complaint(with("width_px", "640.5")).find("width_px"), std::string::npos);
   EXPECT_NE(complaint(with("rotation_qwxyz", "[1, 1, 0, 0]")).find("rotation_qwxyz"), std::string::npos);
   EXPECT_NE(complaint(with("date", "'yesterday'")).find("date"), std::string::npos);
+}
+
+TEST(Rig, AWorldFileInItsPlaceIsCalledThatAndTheWayToARigIsTold) {
+  for (const auto& world : {std::string(sim::reference_world_text()),
+                            std::string("[ball]\nmass_kg = 0.003\n"), std::string("[head]\nturn_hz = 1\n")}) {
+    const auto words = complaint(world);
+    EXPECT_EQ(words.find("rig.toml: is a world file"), 0u) << words;
+    EXPECT_NE(words.find("a rig file is expected: `palpate demo` writes"), std::string::npos) << words;
+  }
+  EXPECT_EQ(complaint("[arm]\n").find("world file"), std::string::npos) << "both kinds have an arm";
 }
 
 TEST(Rig, ImpossibleCovariancesAreRefused) {

@@ -6,6 +6,7 @@
 #include "palpate/core/file.h"
 #include "palpate/core/toml.h"
 #include "palpate/core/units.h"
+#include "palpate/model/file_mixup.h"
 #include "palpate/model/reference_world_text.h"
 
 namespace palpate::sim {
@@ -400,6 +401,7 @@ void check_whole(Reader& reader, const WorldFile& w) {
 Expected<WorldFile> parse_over(WorldFile world, std::string_view content, const std::string& source) {
   const auto root = parse_toml(content, source);
   if (!root) return tl::unexpected(root.error());
+  if (auto fine = is_no_rig_file(*root, source); !fine) return tl::unexpected(fine.error());
   Reader reader(*root);
   visit_devices(reader, world);
   visit_person_and_scene(reader, world);

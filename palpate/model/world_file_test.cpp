@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "palpate/core/file.h"
+#include "palpate/model/rig.h"
 
 namespace palpate::sim {
 namespace {
@@ -102,6 +103,26 @@ TEST(WorldFile, FaultsAreReadAndWrittenAndNoneIsThereUnlessSaid) {
   EXPECT_EQ(again->faults.camera_silent, (Range{0.0, 0.0}));
   EXPECT_EQ(again->faults.clock_jump_s, -2.0);
   EXPECT_EQ(again->faults.repeat_s, 10.0);
+}
+
+TEST(WorldFile, ARigFileInItsPlaceIsCalledThatAndTheWayToAWorldIsTold) {
+  const auto world = parse_world(rig_text(Rig{}), "desk.toml");
+  ASSERT_FALSE(world);
+  EXPECT_EQ(world.error().kind, Error::Kind::wrong_use);
+  EXPECT_EQ(world.error().message.find("desk.toml: is a rig file"), 0u) << world.error().message;
+  EXPECT_NE(world.error().message.find("`palpate world new FILE` writes one"), std::string::npos);
+}
+
+// Who has the file before him finds the switch in it.
+TEST(WorldFile, TheReferenceSaysThatThereCanBeTwoEyes) {
+  std::string text(reference_world_text());
+  const auto at = text.find("\ncount = 1 ");
+  ASSERT_NE(at, std::string::npos);
+  EXPECT_NE(text.substr(at, text.find('\n', at + 1) - at).find("two eyes"), std::string::npos);
+  text.replace(at, 10, "\ncount = 2");
+  const auto world = parse_world(text, "two.toml");
+  ASSERT_TRUE(world) << world.error().message;
+  EXPECT_EQ(world->camera.count, 2);
 }
 
 TEST(WorldFile, MistakesAreNamedWithFileLineAndKey) {

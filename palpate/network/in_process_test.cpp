@@ -56,6 +56,38 @@ TEST(InProcessNetwork, WithoutFaultsEveryFrameHasItsOwnState) {
   EXPECT_EQ(run.counters.late + run.counters.lost + run.counters.duplicated + run.counters.out_of_order, 0u);
 }
 
+// Between two signs of life, 200 ms apart, at five moments: whoever asks hears of it within the time
+// that three messages take.
+TEST(InProcessNetwork, ADevicesTroubleReachesWhoAsksForTheStatusAtOnce) {
+  InProcessRig rig;
+  auto server = rig.serve();
+  auto screen = rig.connect("screen"), asking = rig.connect("status");
+  const auto told = [&](const std::vector<std::string>& conditions) {
+    asking->ask_status();
+    if (!asking->status()) return false;
+    for (const auto& client : asking->status()->clients)
+      if (client.name == "screen") return client.figures.conditions == conditions;
+    return false;
+  };
+  ClientFigures figures{.frames = 1};
+  screen->tell(figures);
+  const std::vector<StateLink*> links{screen.get(), asking.get()};
+  ASSERT_TRUE(rig.until(links, [&] { return told({}); }));
+  for (int moment = 0; moment < 5; ++moment) {
+    ++figures.frames;
+    figures.conditions.clear();
+    if (moment % 2 == 0) figures.conditions = {"camera: no image"};
+    screen->tell(figures);
+    const auto begun = rig.network.now();
+    ASSERT_TRUE(rig.until(links, [&] { return told(figures.conditions); }));
+    EXPECT_LT(to_seconds(rig.network.now() - begun), 0.005) << moment;
+    for (int ms = 0; ms < 37; ++ms) {
+      rig.wait_a_little();
+      for (auto* link : links) link->poll();
+    }
+  }
+}
+
 TEST(InProcessNetwork, TheRoundTripIsTheModelsDelayTwice) {
   InProcessRig rig({.delay = std::chrono::microseconds(700), .jitter = Duration(0)});
   auto server = rig.serve();

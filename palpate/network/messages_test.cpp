@@ -89,8 +89,16 @@ TEST(Messages, AStatusComesBackWholeAndIsBounded) {
   EXPECT_EQ(got.loops[0].late_max_us, 3.5);
   ASSERT_EQ(got.clients.size(), 1u);
   EXPECT_EQ(got.clients[0].role, Role::graphics);
-  EXPECT_EQ(got.clients[0].figures.clock_offset_s, 1234.5);
-  EXPECT_EQ(got.clients[0].figures.conditions, std::vector<std::string>{"camera: no image"});
+  const ClientFigures& figures = got.clients[0].figures;
+  EXPECT_EQ(figures.frames, 100u);
+  EXPECT_EQ(figures.late, 2u);
+  EXPECT_EQ(figures.lost, 1u);
+  EXPECT_EQ(figures.rate_hz, 29.9);
+  EXPECT_EQ(figures.round_trip_median_us, 150.0);
+  EXPECT_EQ(figures.round_trip_p99_us, 300.0);
+  EXPECT_EQ(figures.clock_offset_s, 1234.5);
+  EXPECT_EQ(figures.clock_uncertainty_us, 20.0);
+  EXPECT_EQ(figures.conditions, std::vector<std::string>{"camera: no image"});
   EXPECT_EQ(got.published, 7u);
 
   auto many = reply;

@@ -40,7 +40,8 @@ TEST(Repeats, WhatARepeatThrowsArrivesHere) {
                       [&](std::size_t i) {
                         ++runs;
                         if (i == 3) throw std::runtime_error("no");
-                        // Long enough for what is thrown to arrive before the other thread has run all the rest.
+                        // Long enough for what is thrown to arrive before the other thread has run all the
+                        // rest.
                         std::this_thread::sleep_for(std::chrono::milliseconds(1));
                       }),
                std::runtime_error);

@@ -60,10 +60,25 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
   const auto place = server_place(options.server);
   if (!place) return tl::unexpected(place.error());
   const Endpoint& endpoint = place->endpoint;
+  // Real cameras before the laboratory that stands in for the rest: who names one wants to hear of it.
+  std::unique_ptr<cameras::LiveCamera> live_camera, live_right;
+  // The right one first: of two recordings the left one must not run ahead.
+  if (options.right_camera) {
+    auto opened = open_for(*options.right_camera, *options.rig.right_camera);
+    if (!opened) return tl::unexpected(opened.error());
+    live_right = std::move(*opened);
+  }
+  if (options.camera) {
+    auto opened = open_for(*options.camera, *options.rig.camera);
+    if (!opened) return tl::unexpected(opened.error());
+    live_camera = std::move(*opened);
+  }
   std::shared_ptr<LabClient> lab;  // none where nothing of it is used
   const bool on_board = options.rig.board.has_value();
   if ((!options.tracker && !on_board) || !options.camera || options.player || options.mouse) {
     auto client = LabClient::open(options.lab);
+    if (!client && options.camera && !options.tracker && !on_board)
+      return refused("{}, or name a real tracker (--tracker igtl://HOST:PORT)", client.error().message);
     if (!client) return tl::unexpected(client.error());
     lab = std::move(*client);
   }
@@ -87,18 +102,7 @@ Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
     feed = std::move(*opened);
   }
   std::unique_ptr<LabCamera> lab_camera, lab_right;
-  std::unique_ptr<cameras::LiveCamera> live_camera, live_right;
-  // The right one first: of two recordings the left one must not run ahead.
-  if (options.right_camera) {
-    auto opened = open_for(*options.right_camera, *options.rig.right_camera);
-    if (!opened) return tl::unexpected(opened.error());
-    live_right = std::move(*opened);
-  }
-  if (options.camera) {
-    auto opened = open_for(*options.camera, *options.rig.camera);
-    if (!opened) return tl::unexpected(opened.error());
-    live_camera = std::move(*opened);
-  } else {
+  if (!live_camera) {
     auto opened = LabCamera::open(lab);
     if (!opened) return tl::unexpected(opened.error());
     lab_camera = std::move(*opened);

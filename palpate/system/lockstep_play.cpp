@@ -143,7 +143,10 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
   const sim::DeviceFaults faults(world.file());
   Disturbed<TrackerDevice> tracker(
       world.tracker(), [&](std::vector<TrackerSample>& samples) { faults.disturb(since, samples); });
-  camera.disturb([&](std::optional<CameraImage>& image) { faults.disturb(since, image); });
+  camera.disturb([&](std::optional<CameraImage>& image) {
+    faults.disturb(since, image);
+    if (options.disturb_left_camera) options.disturb_left_camera(since, image);
+  });
   GraphicsServer graphics(rig, *link, tracker, camera, pictures.refiner, pictures.painter, options.graphics);
   std::optional<Disturbed<CameraDevice>> right_camera;
   if (world.right_camera() != nullptr && has_two_eyes(rig)) {

@@ -52,9 +52,9 @@ struct LockstepOptions {
   bool clock_strip = false;
   // Each camera's clock is found by itself, as if they did not have one in common.
   bool right_camera_own_clock = false;
-  // What goes wrong with the right camera alone, on its way to the graphics server; beside the world file's
+  // What goes wrong with one of the cameras alone, on its way to the graphics server; beside the world file's
   // faults.
-  std::function<void(double, std::optional<CameraImage>&)> disturb_right_camera;
+  std::function<void(double, std::optional<CameraImage>&)> disturb_left_camera, disturb_right_camera;
   // Every millisecond, for whoever wants to look at the conditions: with the seconds since the play began,
   // warm-up counted, as the world file's faults count them.
   std::function<void(double, const std::vector<Condition>&)> conditions;

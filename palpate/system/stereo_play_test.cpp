@@ -150,28 +150,31 @@ TEST(StereoPlay, CamerasWithAClockEachArePairedByIt) {
 
 // A driver that knows when an image came may hand it out late: its moment is known all the same.
 TEST(StereoPlay, ImagesHandedOutLateArePairedWhereTheirDriverSaysHowLate) {
-  for (const bool says : {true, false}) {
-    LockstepOptions options;
-    options.right_camera_own_clock = true;
-    std::optional<CameraImage> held;
-    double due = 0.0;
-    options.disturb_right_camera = [&](double t, std::optional<CameraImage>& image) {
-      if (image) {
-        held = std::exchange(image, std::nullopt);
-        due = t + 0.0205;
-      } else if (held && t >= due) {
-        image = std::exchange(held, std::nullopt);
-        if (says) image->waited = seconds(0.021);
-      }
-    };
-    const auto s = play_with_two_eyes(two_eyed_world(), options, 3.0);
-    int paired = 0;
-    for (const auto& frame : s.play.frames) paired += frame.record.right ? 1 : 0;
-    if (says)
-      EXPECT_GT(paired, 80);
-    else
-      EXPECT_LT(paired, 10);
-  }
+  for (const EyeSide side : {EyeSide::left, EyeSide::right})
+    for (const bool says : {true, false}) {
+      LockstepOptions options;
+      options.right_camera_own_clock = true;
+      std::optional<CameraImage> held;
+      double due = 0.0;
+      const auto hold = [&](double t, std::optional<CameraImage>& image) {
+        if (image) {
+          held = std::exchange(image, std::nullopt);
+          due = t + 0.0205;
+        } else if (held && t >= due) {
+          image = std::exchange(held, std::nullopt);
+          if (says) image->waited = seconds(0.021);
+        }
+      };
+      (side == EyeSide::left ? options.disturb_left_camera : options.disturb_right_camera) = hold;
+      const auto s = play_with_two_eyes(two_eyed_world(), options, 3.0);
+      int paired = 0;
+      for (const auto& frame : s.play.frames) paired += frame.record.right ? 1 : 0;
+      const char* which = side == EyeSide::left ? "left" : "right";
+      if (says)
+        EXPECT_GT(paired, 80) << which;
+      else
+        EXPECT_LT(paired, 10) << which;
+    }
 }
 
 TEST(StereoPlay, WhereACameraLosesAnImageNeitherEyeSeesThatMoment) {

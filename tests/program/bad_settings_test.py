@@ -48,7 +48,7 @@ class BadSettings(ProgramTest):
         for command in self.rig_readers():
             if command[:2] != ("calibrate", "all"):  # which makes it
                 with self.subTest(command):
-                    self.refuses([*command, "nowhere.toml"], 2, "nowhere.toml: no such file")
+                    self.refuses([*command, "nowhere.toml"], 2, "nowhere.toml: no such file; ", "palpate rig new")
 
     def test_an_unknown_key_of_a_rig_is_named_with_file_line_and_the_nearest_known_one(self):
         text, number = with_line(self.rig, "leds_mm", "led_mm = []")
@@ -64,6 +64,12 @@ class BadSettings(ProgramTest):
         text, number = with_line(self.world, "rate_hz", "rate_hertz = 100")
         self.write("bad.toml", text)
         self.refuses_all(self.world_readers(), f"bad.toml:{number}: ", "unknown key 'world.rate_hertz'", "did you mean 'rate_hz'?")
+
+    def test_a_world_file_in_a_rigs_place_and_the_other_way_round_are_told_apart(self):
+        self.write("bad.toml", self.world)
+        self.refuses_all(self.rig_readers(), "bad.toml: is a world file", "a rig file is expected", "`palpate rig new FILE`")
+        self.write("bad.toml", self.rig)
+        self.refuses_all(self.world_readers(), "bad.toml: is a rig file", "a world file is expected", "`palpate world new FILE`")
 
     def test_an_unknown_part_of_a_world_is_named(self):
         self.write("bad.toml", self.world + "[robot]\nlegs = 2\n")
@@ -106,11 +112,36 @@ class BadSettings(ProgramTest):
         self.refuses(["rig", "--fast=2"], 2, "--fast=2: no such option of 'rig'")
         self.refuses(["rig", "check", "good.toml", "--rest-readings", "1,2,3", "--rest-tolerance-deg", "-1"], 2, "--rest-tolerance-deg")
 
+    def test_a_misspelt_or_missing_option_or_command_is_answered_with_those_there_are(self):
+        self.refuses(["demo", "--stero"], 2, "--stero: no such option of 'demo'; did you mean --stereo?")
+        self.refuses(["demo", "--secods=3", "--quick"], 2, "--secods=3: no such option of 'demo'; did you mean --seconds?")
+        self.refuses(["calibrate", "pivot", "--pose", self.poses], 2, "--pose: no such option of 'calibrate pivot'; did you mean --poses?")
+        self.refuses(["--verson"], 2, "--verson: no such option of 'palpate'; did you mean --version?")
+        self.refuses(["demmo"], 2, "demmo: no such command; did you mean 'demo'?")
+        self.refuses(["calibrate", "pivto", "--poses", self.poses], 2, "pivto: no such command; did you mean 'pivot'?")
+        for far in (["demo", "--weather", "3"], ["fly"], ["calibrate", "everything"]):  # like nothing there is
+            with self.subTest(far):
+                done = self.run_program(*far)
+                self.says_no(done, 2, "no such", "; see --help")
+                self.assertNotIn("did you mean", done.err)
+        self.refuses([], 2, "'palpate' expects a command; one of calibrate, demo, apps")
+        self.refuses(["rig"], 2, "'rig' expects a command; one of new, ")
+        self.refuses(["demo", "--quick", "golf"], 2, "golf: 'demo' takes no such word; leave it out")
+
+    def test_what_is_written_as_png_is_called_png(self):
+        for name in ("x.jpg", "x", "x.png.txt"):
+            self.refuses(["picture", "--out", name], 2, f"--out '{name}'", "ends in .png is expected")
+
     def test_numbers_out_of_range_are_named_before_anything_is_read(self):
         for option, value in (("--seed", "-1"), ("--seed", "9" * 23), ("--seconds", "-3")):
             command = ["demo"] if option == "--seed" else ["physics", "--rig", "absent.toml"]
             with self.subTest(option=option, value=value):
                 self.refuses([*command, option, value], 2, option)
+        self.refuses(["demo", "--seed", "-1"], 2, "--seed '-1': is below zero; a whole number from 0 on is expected, such as 1")
+        self.refuses(["demo", "--seed", "9" * 23], 2, "is too large; a whole number of at most 19 digits is expected")
+        self.refuses(["demo", "--seed", "1.5"], 2, "--seed '1.5': a whole number from 0 on is expected, such as 1")
+        self.refuses(["demo", "--seconds", "soon"], 2, "--seconds 'soon': a number is expected, such as 1.5")
+        self.refuses(["demo", "--seconds", "nan"], 2, "--seconds")
 
 
 if __name__ == "__main__":

@@ -185,6 +185,17 @@ class Cameras(LaboratoryTest):
         self.says_no(self.run_program(*graphics, "v4l2", "--camera-exposure-ms", "-5"), 2, "exposure -5 ms", "0.001 to 10000 ms")
         self.says_no(self.run_program(*graphics, "video:film.mp4", "--camera-gain", "3"), 2, "a recording has no exposure")
 
+    def test_a_camera_that_cannot_be_opened_is_told_before_a_laboratory_is_missed(self):
+        graphics = ("graphics", "--rig", self.rig, "--camera")
+        self.says_no(self.run_program(*graphics, "v4l2:absent"), 1, "camera v4l2:absent: there is no such device; `palpate camera list` names those there are")
+        self.says_no(self.run_program(*graphics, "aravis:Aravis-Fake-Nobody"), 1, "camera aravis:Aravis-Fake-Nobody: no such camera answers", "camera list")
+        self.says_no(self.run_program(*graphics, "images:/none"), 2, "camera images: /none: there is no such folder", "stamps.csv is expected")
+        self.says_no(self.run_program(*graphics, "video:/none.mp4"), 2, "camera video:/none.mp4: there is no such file", "is expected")
+        # One that is there lacks the laboratory's tracker.
+        self.runs("picture", "--out", "0.png")
+        self.write("stamps.csv", "image,time_s\n0.png,0\n")
+        self.says_no(self.run_program(*graphics, "images:."), 1, "laboratory 'lab' is not there", "palpate world run", "--tracker igtl://HOST:PORT")
+
     def test_doctor_opens_the_camera_it_is_asked_about(self):
         def asked():
             done = self.run_program("doctor", "--keys", self.path("keys"), "--camera", CAMERA, "--json", "-")

@@ -17,7 +17,10 @@ struct Script {
   std::atomic<Does> does{Does::run};
   std::atomic<std::uint64_t> made{0};
   std::atomic<int> opened{0}, closed{0};
+  std::atomic<std::int64_t> handed_ns{0};  // when the latest picture left it, CLOCK_MONOTONIC
 };
+
+std::int64_t stopwatch_ns() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
 
 class ScriptedSource : public FrameSource {
  public:
@@ -49,6 +52,7 @@ class ScriptedSource : public FrameSource {
     const std::uint64_t number = ++script_.made;
     bytes_.assign(static_cast<std::size_t>(width * 4 * 3), static_cast<std::uint8_t>(number));
     outcome.kind = Outcome::Kind::frame;
+    script_.handed_ns = stopwatch_ns();
     outcome.frame = {
         static_cast<std::int64_t>(number) * 1000, number, {PixelFormat::rgb8, width, 4, 0, bytes_}};
     return outcome;
@@ -97,6 +101,25 @@ TEST(LiveCamera, HandsOverTheNewestPictureOnceAndDropsOlderOnes) {
   EXPECT_FALSE((*camera)->poll());
   EXPECT_GT((*camera)->status().pictures, 20u);
   EXPECT_EQ((*camera)->status().dropped, 0u);
+}
+
+// Beside a stopwatch: not less than it has lain in the slot, not more than since it left its source.
+TEST(LiveCamera, APictureSaysHowLongItHasWaitedToBeAskedFor) {
+  Script script;
+  auto camera = LiveCamera::open(std::make_unique<ScriptedSource>(script));
+  ASSERT_TRUE(camera);
+  wait_for([&] { return script.made > 3; }, "pictures");
+  script.does = Does::rest;
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));  // the latest may be on its way into the slot
+  wait_for([&] { return (*camera)->status().pictures == script.made; }, "the newest");
+  const auto there = stopwatch_ns();
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  const auto asked = stopwatch_ns();
+  const auto image = (*camera)->poll();
+  const auto taken = stopwatch_ns();
+  ASSERT_TRUE(image);
+  EXPECT_GE(image->waited.count(), asked - there);
+  EXPECT_LE(image->waited.count(), taken - script.handed_ns);
 }
 
 TEST(LiveCamera, SaysThatFramesStoppedAndThatTheyCameBack) {

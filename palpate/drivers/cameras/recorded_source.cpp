@@ -73,7 +73,8 @@ class FolderSource : public Recording {
 
   Expected<CameraFacts> open() override {
     auto images = read_stamps(folder_);
-    if (!images) return tl::unexpected(images.error());
+    if (!images)
+      return tl::unexpected(Error{images.error().kind, "camera images: " + images.error().message});
     images_ = std::move(*images);
     at_ = 0;
     CameraFacts facts;

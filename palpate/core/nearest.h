@@ -1,0 +1,38 @@
+// The known word that somebody meant who wrote another: for "did you mean ...?" in messages.
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace palpate {
+
+// How many letters have to be put in, taken out or replaced (Levenshtein 1966).
+inline std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i - 1] != b[j - 1]);
+      diagonal = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replaced});
+    }
+  }
+  return row[b.size()];
+}
+
+// The first of the nearest in `known` that is at most 2 letters, or a third of the word, away, and never more
+// than half of it: short words are not like everything. Empty where none is.
+template <typename Words>
+std::string nearest(std::string_view word, const Words& known) {
+  std::string found;
+  std::size_t best = std::min(std::max<std::size_t>(2, word.size() / 3), word.size() / 2) + 1;
+  for (const auto& name : known)
+    if (const auto distance = edit_distance(word, name); distance < best) best = distance, found = name;
+  return found;
+}
+
+}  // namespace palpate
