@@ -12,6 +12,8 @@ constexpr Duration kAllowed = std::chrono::milliseconds(250);
 // While nothing has ever come, devices may still be starting.
 constexpr Duration kAllowedAtFirst = std::chrono::milliseconds(400);
 constexpr double kIntervals = 3.0;
+constexpr int kMissed =
+    3;  // pictures without landmarks; the first two know the tracker's clock from too few samples
 // How long a jump stays told: the clock estimate needs about that long to be good again.
 constexpr Duration kJumpTold = std::chrono::seconds(1);
 // An interval's weight in the smoothed one.
@@ -102,9 +104,10 @@ void ConditionWatch::tracker_sample(Instant<GraphicsClock> now, bool is_head_mar
 
 void ConditionWatch::landmarks(Instant<GraphicsClock> now, int predicted, int used, bool refined) {
   predicted_ = predicted, used_ = used;
-  carried_last_ = refined || predicted == 0;
   // Nobody misses landmarks where none should be in view.
-  if (refined || predicted == 0) carried_.hear(now);
+  const bool content = refined || predicted == 0;
+  missed_ = content ? 0 : missed_ + 1;
+  if (content) carried_.hear(now);
 }
 
 void ConditionWatch::board(Instant<GraphicsClock> now, bool found, std::string why) {
@@ -148,7 +151,7 @@ void ConditionWatch::look(Instant<GraphicsClock> now) {
       !why.empty() ? why
                    : "tracker: does not see the head's marker; turn it towards the tracker, or take away "
                      "what stands between");
-  set(images_.heard && !silent && !no_images && !wrong_size_ && predicted_ > 0 && !carried_last_ &&
+  set(images_.heard && !silent && !no_images && !wrong_size_ && predicted_ > 0 && missed_ >= kMissed &&
           carried_.silent_for(patience, now, begun_),
       ConditionKind::landmarks_lost, since(carried_),
       fmt::format("landmarks: {} of {} expected ones agree, at least 3 are needed; the picture rests on the "

@@ -78,6 +78,29 @@ TEST(ConditionWatch, AskedForLandmarksOnlyWhereSomeShouldBeInView) {
   EXPECT_LT(devices.first_s(), 0.0);
 }
 
+// A machine that draws two pictures in a second, the first ones before the tracker's clock is known.
+TEST(ConditionWatch, AFewPicturesWithoutLandmarksAreNoNewsHoweverLongTheyTake) {
+  ConditionWatch watch(640, 480);
+  int told = 0;
+  const auto run = [&](int from_ms, int to_ms, bool agree) {
+    for (int ms = from_ms; ms < to_ms; ms += 10) {
+      const Instant<GraphicsClock> now{std::chrono::milliseconds(ms)};
+      watch.tracker_sample(now, true, true);
+      if (ms % 500 == 0) {
+        watch.image(now, 640, 480);
+        watch.landmarks(now, 12, agree ? 12 : 0, agree);
+      }
+      watch.look(now);
+      for (const auto& one : watch.conditions()) told += one.kind == ConditionKind::landmarks_lost;
+    }
+  };
+  run(0, 1000, false);
+  run(1000, 3000, true);
+  EXPECT_EQ(told, 0);
+  run(3000, 6000, false);
+  EXPECT_GT(told, 0) << "three are";
+}
+
 TEST(ConditionWatch, ADriverIsBelievedInItsOwnWords) {
   WatchedDevices devices;
   devices.watch().camera_says("");
