@@ -284,6 +284,35 @@ TEST_F(DemoReport, ShowsThePicturesOfTheRealTimeLegOnceTheyHaveSettledAndLateOne
   EXPECT_NE(page.find("\"y\":[0.25]"), std::string::npos);
 }
 
+// A loop that spins is late by nanoseconds or by a stall: neither is told without the other, nor without what
+// was left out.
+TEST_F(DemoReport, TellsHowLateHapticTicksBeganAndHowManyNeverDidInOneStatement) {
+  Json told = summary();
+  const auto page_with = [&](const char* haptic) {
+    told["realtime"]["haptic"] = Json::parse(haptic);
+    write("summary.json", told.dump());
+    return demo_report(folder_)->html();
+  };
+  const std::string spinning = page_with(
+      R"({"rate_hz": 998, "ticks": 10137, "overruns": 4, "missed": 9, "missed_in_a_row": 5,
+        "jitter_us": {"p50": 0.012, "p99": 0.024, "max": 15161.817}})");
+  EXPECT_NE(
+      spinning.find("Haptic ticks began late by</div><div class=\"value\">at most 15.2\u00a0ms</div>"
+                    "<div class=\"bar\">99 % of them by less than 1\u00a0\u00b5s; 9 of 10146 left out, up to "
+                    "5 in a row<"),
+      std::string::npos);
+  EXPECT_NE(spinning.find("watches the clock until a tick is due"), std::string::npos);
+  EXPECT_EQ(spinning.find("0.024"), std::string::npos);
+  EXPECT_EQ(spinning.find("Haptic jitter"), std::string::npos);
+  const std::string sleeping = page_with(
+      R"({"rate_hz": 1000, "ticks": 10000, "missed": 0, "missed_in_a_row": 0,
+        "jitter_us": {"p50": 54, "p99": 81.5, "max": 612}})");
+  EXPECT_NE(sleeping.find("at most 612\u00a0\u00b5s</div><div class=\"bar\">99 % of them by at most "
+                          "81.5\u00a0\u00b5s; none left out<"),
+            std::string::npos);
+  EXPECT_EQ(sleeping.find("watches the clock"), std::string::npos);
+}
+
 TEST_F(DemoReport, TellsOfTheCableThatWasPulled) {
   write_network();
   const std::string page = demo_report(folder_)->html();
