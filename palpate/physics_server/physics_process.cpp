@@ -236,6 +236,7 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
                        {"unsent", counters.unsent}};
   result["force"] = {{"peak_n", statistics.peak_n},
                      {"limited_ticks", statistics.limited_ticks},
+                     {"peak_limited_ticks", statistics.peak_limited_ticks},
                      {"lost_impulse_rel", statistics.lost_impulse_rel()},
                      {"blows", statistics.blows},
                      {"rejected_blows", statistics.rejected_blows},

@@ -313,6 +313,31 @@ TEST_F(DemoReport, TellsHowLateHapticTicksBeganAndHowManyNeverDidInOneStatement)
   EXPECT_EQ(sleeping.find("watches the clock"), std::string::npos);
 }
 
+// Five milliseconds "at the limit" beside a peak far below it would contradict each other.
+TEST_F(DemoReport, SaysWhyAForceWasNotAsAskedForAlsoBelowTheArmsLimit) {
+  Json told = summary();
+  const auto page_with = [&](double peak, int limited, int at_peak) {
+    told["force"]["peak_n"] = peak;
+    told["force"]["limited_ticks"] = limited;
+    told["force"]["peak_limited_ticks"] = at_peak;
+    write("summary.json", told.dump());
+    const std::string page = demo_report(folder_)->html();
+    const auto at = page.find("Milliseconds in which the force was not as asked for");
+    return at == std::string::npos ? std::string() : page.substr(at, 330);
+  };
+  const std::string steep = page_with(6.2, 5, 0), both = page_with(8.5, 7, 3), none = page_with(4.7, 0, 0),
+                    hard = page_with(8.5, 2, 2);
+  EXPECT_NE(
+      steep.find(">5</div><div class=\"bar\">in all of them below that limit: at most 3\u00a0N of change"),
+      std::string::npos)
+      << steep;
+  EXPECT_NE(both.find(">7</div><div class=\"bar\">in 3 cut at the arm&#39;s limit; in 4 below that limit"),
+            std::string::npos)
+      << both;
+  EXPECT_NE(none.find(">0</div><div class=\"bar\">neither"), std::string::npos) << none;
+  EXPECT_NE(hard.find("in 2 cut at the arm&#39;s limit</div>"), std::string::npos) << hard;
+}
+
 TEST_F(DemoReport, TellsOfTheCableThatWasPulled) {
   write_network();
   const std::string page = demo_report(folder_)->html();

@@ -137,6 +137,7 @@ Json demo_summary(const DemoOutcome& outcome) {
   summary["force"] = {{"peak_n", play.haptic.peak_n},
                       {"limit_n", options.world.arm.max_force},
                       {"limited_ticks", play.haptic.limited_ticks},
+                      {"peak_limited_ticks", play.haptic.peak_limited_ticks},
                       {"fault_ticks", play.haptic.fault_ticks},
                       {"blows", play.haptic.blows},
                       {"rejected_blows", play.haptic.rejected_blows},
