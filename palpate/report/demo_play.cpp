@@ -258,13 +258,21 @@ void tell_play(Report& page, const DemoData& data) {
       "The scripted player knows only what the graphics server shows, learns it 150 ms late, aims with noise "
       "and cannot "
       "accelerate the hand faster than a person. It plays so that the whole chain is tried, not to win.");
+  page.paragraph(
+      "Each serve comes off the wall. It counts as returned, once, when the bat has brought it back to the "
+      "wall. "
+      "If the "
+      "player then meets the ball again and again, that is a rally: it counts every time the ball was "
+      "brought to "
+      "the wall since the serve, so a single serve can make a long one.");
   std::vector<Figure> figures{{"Serves", fmt::format("{:.0f}", *serves), "", Verdict::none}};
   if (const auto v = data.number("rally/returned"))
-    figures.push_back({"Returned", fmt::format("{:.0f}", *v),
+    figures.push_back({"Serves returned to the wall", fmt::format("{:.0f}", *v),
                        *serves < kEnoughServes ? "too few serves for a verdict" : "at least 60 %",
                        *serves < kEnoughServes ? Verdict::none : at_least(*v, 0.6 * *serves)});
   if (const auto v = data.number("rally/longest"))
-    figures.push_back({"Longest rally", fmt::format("{:.0f}", *v), "hits in a row", Verdict::none});
+    figures.push_back({"Longest rally", fmt::format("{:.0f} {}", *v, *v == 1.0 ? "return" : "returns"),
+                       "in a row after one serve", Verdict::none});
   page.figures(figures);
   const CsvTable* ball = data.raw("ball.csv");
   if (ball == nullptr || !has_columns(*ball, {"x_m", "y_m", "z_m"})) return;
