@@ -338,6 +338,35 @@ TEST_F(DemoReport, SaysWhyAForceWasNotAsAskedForAlsoBelowTheArmsLimit) {
   EXPECT_NE(hard.find("in 2 cut at the arm&#39;s limit</div>"), std::string::npos) << hard;
 }
 
+// "Rally 4" beside "1 of 2 returned" is a riddle to a stranger.
+TEST_F(DemoReport, SaysWhatAReturnedServeIsAndWhatARallyCounts) {
+  Json told = summary();
+  told["rally"] = {{"serves", 2}, {"returned", 1}, {"longest", 4}};
+  write("summary.json", told.dump());
+  const std::string page = demo_report(folder_)->html();
+  EXPECT_NE(
+      page.find("Longest rally</div><div class=\"value\">4 returns</div><div class=\"bar\">in a row after "
+                "one serve<"),
+      std::string::npos);
+  EXPECT_NE(page.find("it counts every time the ball was brought to the wall since the serve"),
+            std::string::npos);
+}
+
+TEST_F(DemoReport, SaysOfTwoEyesThatThereAreTwo) {
+  Json told = summary();
+  told["registration"]["right_eye"] = {{"world_px_rms", 0.12}};
+  write("video.mp4", "film");
+  const std::string one = demo_report(folder_)->html();
+  EXPECT_NE(one.find("The player&#39;s view: the camera&#39;s picture, undistorted"), std::string::npos);
+  EXPECT_NE(one.find("through a camera worn on the head"), std::string::npos);
+  write("summary.json", told.dump());
+  const std::string two = demo_report(folder_)->html();
+  EXPECT_NE(two.find("The player&#39;s view, left eye and right eye side by side: each camera&#39;s picture"),
+            std::string::npos);
+  EXPECT_NE(two.find("through two cameras worn on the head, one for each eye"), std::string::npos);
+  EXPECT_EQ(two.find("the camera&#39;s picture"), std::string::npos);
+}
+
 TEST_F(DemoReport, TellsOfTheCableThatWasPulled) {
   write_network();
   const std::string page = demo_report(folder_)->html();
