@@ -184,7 +184,7 @@ std::optional<Figure> shaped_force(const DemoData& data, bool made_up) {
     if (*at_peak > 0.0) why = fmt::format("in {:.0f} cut at the arm's limit", *at_peak);
     if (*at_peak > 0.0 && others > 0.0) why += "; ";
     if (others > 0.0)
-      why += fmt::format("in {} below that limit: at most 3\u00a0N of change each millisecond{}",
+      why += fmt::format("in {} below that limit: at most about 3\u00a0N of change each millisecond{}",
                          *at_peak > 0.0 ? fmt::format("{:.0f}", others) : "all of them",
                          made_up ? ", made up for right after" : "");
   }
@@ -200,8 +200,8 @@ void tell_forces(Report& page, const DemoData& data) {
       "A hit lasts about four milliseconds. The force follows a damped spring whose impulse equals the "
       "change of the ball's "
       "momentum, and is given to the arm at 1 kHz. The arm has two limits: 8.5 N, and a change of 3 N from "
-      "one "
-      "millisecond to the next. What they hold off is given a little later, so that the impulse stays whole; "
+      "one millisecond to the next, both of its own axes, along which a force can be a few percent larger. "
+      "What they hold off is given a little later, so that the impulse stays whole; "
       "what even then cannot be given is counted, not hidden.");
   std::vector<Figure> figures{
       {"Peak force", shown(peak, "N"), "at most 8.5 N, the arm's limit", at_most(*peak, kForceLimit)}};

@@ -328,7 +328,8 @@ TEST_F(DemoReport, SaysWhyAForceWasNotAsAskedForAlsoBelowTheArmsLimit) {
   const std::string steep = page_with(6.2, 5, 0), both = page_with(8.5, 7, 3), none = page_with(4.7, 0, 0),
                     hard = page_with(8.5, 2, 2);
   EXPECT_NE(
-      steep.find(">5</div><div class=\"bar\">in all of them below that limit: at most 3\u00a0N of change"),
+      steep.find(
+          ">5</div><div class=\"bar\">in all of them below that limit: at most about 3\u00a0N of change"),
       std::string::npos)
       << steep;
   EXPECT_NE(both.find(">7</div><div class=\"bar\">in 3 cut at the arm&#39;s limit; in 4 below that limit"),
