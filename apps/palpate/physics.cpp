@@ -98,11 +98,12 @@ void add_physics(CLI::App& program) {
     auto result = run_physics_process(options->process);
     if (!result) return tl::unexpected(result.error());
     if (!options->json.empty()) return write_json(options->json, *result);
-    fmt::print("haptic loop {:.0f} Hz, {} overruns, jitter p99 {:.0f} us; {} states answered\n",
-               (*result)["haptic"]["rate_hz"].get<double>(),
-               (*result)["haptic"]["overruns"].get<std::uint64_t>(),
-               (*result)["haptic"]["jitter_us"]["p99"].get<double>(),
-               (*result)["service"]["requests"].get<std::uint64_t>());
+    fmt::print(
+        "haptic loop {:.0f} Hz, {} ticks left out, the latest of the others {:.0f} us late; {} states "
+        "answered\n",
+        (*result)["haptic"]["rate_hz"].get<double>(), (*result)["haptic"]["missed"].get<std::uint64_t>(),
+        (*result)["haptic"]["jitter_us"]["max"].get<double>(),
+        (*result)["service"]["requests"].get<std::uint64_t>());
     return {};
   });
 }

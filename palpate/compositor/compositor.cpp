@@ -228,6 +228,13 @@ struct Compositor::Impl {
       item.set("to_world", square_to(surface.rectangle));
       unit_square.draw();
     }
+    for (const PlacedBody& it : scene.backdrop()) {
+      set_look(look(it.item->material));
+      item.set("to_world", it.X_world_mesh);
+      (it.body->closed ? glEnable : glDisable)(GL_CULL_FACE);
+      it.body->buffer.draw();
+    }
+    glDisable(GL_CULL_FACE);
     item.set("shaded_by", draw::Vector2f(1, 0));  // by virtual ones later, as over an image
     set_look(scene.real_bodies().empty() ? kArmLook : kBodyLook);
     draw_real_bodies(item);

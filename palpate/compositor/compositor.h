@@ -38,6 +38,9 @@ struct RealScene {
   std::vector<Vector3> marker_leds;           // m, marker frame: the stylus carries its plate
   double arm_base_below = 0.12;               // m, ArmBase origin above what the arm stands on
   std::vector<RealBody> bodies;
+  // What stands round them in a view from outside, to be seen and no more: it hides nothing virtual, throws
+  // no shadow and takes none. Eyes with an image do not see it.
+  std::vector<DrawItem> backdrop;
 };
 
 struct CompositorSettings {

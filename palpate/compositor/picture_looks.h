@@ -28,6 +28,12 @@ inline Look look(Material material) {
       return {{0.045f, 0.050f, 0.060f}, {0.030f, 0.20f, 0.30f}};
     case Material::sight:
       return {{0.85f, 0.72f, 0.04f}, {0.0f, 0.0f, 0.0f}};
+    case Material::floor:
+      return {{0.33f, 0.27f, 0.21f}, {0.0f, 0.0f, 0.0f}};
+    case Material::floor_shade:
+      return {{0.21f, 0.17f, 0.135f}, {0.0f, 0.0f, 0.0f}};
+    case Material::furniture:
+      return {{0.10f, 0.10f, 0.105f}, {0.01f, 0.05f, 0.05f}};
   }
   return {};
 }

@@ -86,6 +86,7 @@ void PictureScene::set(std::span<const DrawItem> items, const RealScene& real, s
   cache_.next_picture();
   virtual_.clear();
   real_.clear();
+  backdrop_.clear();
   casters_.clear();
   flat_casters_.clear();
   darkened_.setEmpty();
@@ -95,6 +96,9 @@ void PictureScene::set(std::span<const DrawItem> items, const RealScene& real, s
   for (const RealBody& one : real.bodies)
     if (one.mesh != nullptr && !one.mesh->triangles.empty())
       real_.push_back(placed(cache_, *one.mesh, one.rotation, one.position, nullptr));
+  for (const DrawItem& one : real.backdrop)
+    if (one.mesh != nullptr && !one.mesh->triangles.empty())
+      backdrop_.push_back(placed(cache_, *one.mesh, one.rotation, one.position, &one));
   set_arm(real);
   surfaces_.clear();
   for (const SceneSurface& surface : real.surfaces) {

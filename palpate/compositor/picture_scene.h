@@ -41,6 +41,7 @@ class PictureScene {
 
   const std::vector<PlacedBody>& virtual_bodies() const { return virtual_; }
   const std::vector<PlacedBody>& real_bodies() const { return real_; }
+  const std::vector<PlacedBody>& backdrop() const { return backdrop_; }
   const std::vector<PlacedSurface>& surfaces() const { return surfaces_; }
   const draw::MeshBuffer* arm() const { return has_arm_ ? &arm_->mesh() : nullptr; }
   // Where virtual bodies may darken real ones; empty where they do not.
@@ -60,7 +61,7 @@ class PictureScene {
   CompositorSettings settings_;
   BodyCache cache_;
   draw::MeshBuffer unit_disc_;
-  std::vector<PlacedBody> virtual_, real_;
+  std::vector<PlacedBody> virtual_, real_, backdrop_;
   std::vector<PlacedSurface> surfaces_;
   std::vector<draw::ShadowCaster> casters_, flat_casters_;   // as bodies; as they throw onto a plane
   std::vector<std::unique_ptr<draw::PlanarShadow>> planar_;  // one per surface

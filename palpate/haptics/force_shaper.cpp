@@ -65,9 +65,11 @@ Vector3 ForceShaper::tick(const AskedForce& asked, const ForceRoom& room, double
   const double peak = room.fading ? room.gain * room.peak : room.peak;
   const double step = std::max(room.step, kLeastStep_n);
   const Vector3 before = held();
-  sustained_ += clamped(clamped(room.gain * asked.sustained, peak) - sustained_, step);
+  const Vector3 pushed = room.gain * asked.sustained;
+  sustained_ += clamped(clamped(pushed, peak) - sustained_, step);
   const Vector3 to_come = writing_off_ ? Vector3::Zero() : Vector3(room.gain * asked.blow_to_come);
-  const Vector3 wanted = clamped(sustained_ + payment(to_come, step, period), peak);
+  const Vector3 due = sustained_ + payment(to_come, step, period), wanted = clamped(due, peak);
+  at_peak_ = due.norm() > peak || pushed.norm() > peak;
   blow_ = before + clamped(wanted - before, step) - sustained_;
   if (blow_.norm() < kNothing_n) blow_.setZero();
   const Vector3 out = held();

@@ -45,7 +45,8 @@ class ForceShaper {
   // `asked` must be good().
   Vector3 tick(const AskedForce& asked, const ForceRoom& room, double elapsed, double period);
 
-  bool limited() const { return limited_; }  // the last tick's force is not what was asked for
+  bool limited() const { return limited_; }  // the last tick's force is not what was asked for,
+  bool at_peak() const { return at_peak_; }  // and the peak has cut it
   bool settled() const;                      // no blow is being paid
   Vector3 held() const { return sustained_ + blow_; }
   const Vector3& sustained() const { return sustained_; }  // the part of it that is no blow
@@ -58,7 +59,7 @@ class ForceShaper {
   Vector3 payment(const Vector3& to_come, double step, double period) const;
 
   double longest_debt_s_;
-  bool limited_ = false, writing_off_ = false;
+  bool limited_ = false, at_peak_ = false, writing_off_ = false;
   double since_blow_ = 0.0;
   Vector3 sustained_ = Vector3::Zero(), blow_ = Vector3::Zero();  // as held now
   Vector3 owed_ = Vector3::Zero(), delivered_ = Vector3::Zero(), lost_ = Vector3::Zero();

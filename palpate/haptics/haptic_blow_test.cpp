@@ -50,6 +50,26 @@ TEST(HapticBlow, BelowTheLimitsTheHandFeelsTheCourseOfTheModelTickByTick) {
       }
 }
 
+// 4 m/s rise by more than 3 N in a millisecond and stay below 8.5 N; 12 m/s would go to 22 N.
+TEST(HapticBlow, WhatTheSlewLimitShapesIsToldApartFromWhatThePeakCuts) {
+  const auto after = [](double speed) {
+    HapticBench bench(at_rate(1000.0));
+    bench.live(5);
+    bench.message.contact = bench_blow(1, speed, bench.now + bench.period);
+    bench.live(60);
+    return bench.loop.statistics();
+  };
+  const HapticStatistics gentle = after(0.5), steep = after(4.0), hard = after(12.0);
+  EXPECT_EQ(gentle.limited_ticks, 0u);
+  EXPECT_EQ(gentle.peak_limited_ticks, 0u);
+  EXPECT_GT(steep.limited_ticks, 0u);
+  EXPECT_EQ(steep.peak_limited_ticks, 0u);
+  EXPECT_LT(steep.peak_n, 8.0);
+  EXPECT_GT(hard.peak_limited_ticks, 0u);
+  EXPECT_LT(hard.peak_limited_ticks, hard.limited_ticks);
+  EXPECT_NEAR(hard.peak_n, 8.5, 0.5);  // the device's own axes stretch a force by a few percent
+}
+
 TEST(HapticBlow, ASecondBlowDuringTheFirstArrivesWholeWithIt) {
   Random random(2, "haptic_blow/second");
   for (const auto model : kContacts)

@@ -198,6 +198,7 @@ void HapticLoop::keep(Instant<PhysicsClock> now, const AskedForce& asked, ForceF
   statistics_.peak_n = std::max(statistics_.peak_n, clamp_.last().norm());
   ++statistics_.ticks;
   statistics_.limited_ticks += shaper_.limited() || clamp_.tripped();
+  statistics_.peak_limited_ticks += shaper_.limited() && shaper_.at_peak();
   statistics_.fault_ticks += fault != ForceFault::none;
   statistics_.damped_ticks += passivity_.injected() > 0.0;
   statistics_.warm_ticks += heat_.warm();

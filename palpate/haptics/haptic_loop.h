@@ -58,8 +58,10 @@ struct HapticSettings {
 };
 
 struct HapticStatistics {
-  std::uint64_t ticks = 0, limited_ticks = 0, fault_ticks = 0, bad_samples = 0, damped_ticks = 0,
-                warm_ticks = 0;
+  // limited: another force was given than asked for; peak_limited: of these, where the peak cut it. The
+  // others could not rise or fall as quickly, paid back what was held off, or faded.
+  std::uint64_t ticks = 0, limited_ticks = 0, peak_limited_ticks = 0, fault_ticks = 0, bad_samples = 0,
+                damped_ticks = 0, warm_ticks = 0;
   // missed: so many came between two ticks that their numbers alone are known.
   std::uint64_t blows = 0, rejected_blows = 0, missed_blows = 0;
   double peak_n = 0.0;

@@ -53,6 +53,7 @@ Json loop_json(const LoopStatistics& loop, double elapsed_s) {
           {"ticks", loop.ticks},
           {"overruns", loop.overruns},
           {"missed", loop.missed},
+          {"missed_in_a_row", loop.missed_in_a_row},
           {"jitter_us", {{"p50", us(loop.late_p50)}, {"p99", us(loop.late_p99)}, {"max", us(loop.late_max)}}},
           {"busy_us", {{"p50", us(loop.busy_p50)}, {"p99", us(loop.busy_p99)}, {"max", us(loop.busy_max)}}}};
 }
@@ -235,6 +236,7 @@ Expected<Json> run_physics_process(const PhysicsProcessOptions& options) {
                        {"unsent", counters.unsent}};
   result["force"] = {{"peak_n", statistics.peak_n},
                      {"limited_ticks", statistics.limited_ticks},
+                     {"peak_limited_ticks", statistics.peak_limited_ticks},
                      {"lost_impulse_rel", statistics.lost_impulse_rel()},
                      {"blows", statistics.blows},
                      {"rejected_blows", statistics.rejected_blows},

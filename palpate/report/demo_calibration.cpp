@@ -178,11 +178,16 @@ void tell_arm(Report& page, const DemoData& data) {
   const auto bar = arm_bar_mm(data);
   figures.push_back({"Error to truth, 1000 poses never used", shown(ours, "mm"),
                      bar ? "at most " + shown(bar, "mm") : "", bar ? at_most(*ours, *bar) : Verdict::none});
+  if (const auto before = data.number("arm/uncorrected_error_to_truth_mm"))
+    figures.push_back(
+        {"... before the calibration", shown(before, "mm"), "same poses, same measure", Verdict::none});
   if (const auto held = data.number("arm/heldout_mean_mm"), before = data.number("arm/uncorrected_mean_mm");
       held && before) {
-    figures.push_back({"Against the tracker, samples held out",
+    figures.push_back({"Distance to what the tracker saw, samples held out",
                        shown(before, "mm") + " \u2192 " + shown(held, "mm"),
-                       "before \u2192 after; contains the tracker's own noise", Verdict::none});
+                       "before \u2192 after; another measure, as one has it without the truth: the tracker's "
+                       "own noise is in it",
+                       Verdict::none});
   }
   if (const auto turned = data.number("arm/stylus_error_to_truth_deg")) {
     figures.push_back({"Stylus turned away from the truth", shown(turned, "\u00b0"),

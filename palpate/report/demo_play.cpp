@@ -173,6 +173,25 @@ void tell_exchange(Report& page, const DemoData& data) {
   if (!rows.empty()) page.table({"How the answer was known", "frames", "share"}, rows);
 }
 
+std::optional<Figure> shaped_force(const DemoData& data, bool made_up) {
+  const auto all = data.number("force/limited_ticks"), at_peak = data.number("force/peak_limited_ticks");
+  if (!all) return std::nullopt;
+  std::string why;
+  if (*all == 0.0) {
+    why = "neither the arm's limit nor that of its change was reached";
+  } else if (at_peak) {
+    const double others = *all - *at_peak;
+    if (*at_peak > 0.0) why = fmt::format("in {:.0f} cut at the arm's limit", *at_peak);
+    if (*at_peak > 0.0 && others > 0.0) why += "; ";
+    if (others > 0.0)
+      why += fmt::format("in {} below that limit: at most about 3\u00a0N of change each millisecond{}",
+                         *at_peak > 0.0 ? fmt::format("{:.0f}", others) : "all of them",
+                         made_up ? ", made up for right after" : "");
+  }
+  return Figure{"Milliseconds in which the force was not as asked for", fmt::format("{:.0f}", *all),
+                std::move(why), Verdict::none};
+}
+
 void tell_forces(Report& page, const DemoData& data) {
   const auto peak = data.number("force/peak_n");
   if (!peak) return;
@@ -180,15 +199,16 @@ void tell_forces(Report& page, const DemoData& data) {
   page.paragraph(
       "A hit lasts about four milliseconds. The force follows a damped spring whose impulse equals the "
       "change of the ball's "
-      "momentum, and is given to the arm at 1 kHz. What the arm cannot give is cut off and counted, not "
-      "hidden.");
+      "momentum, and is given to the arm at 1 kHz. The arm has two limits: 8.5 N, and a change of 3 N from "
+      "one millisecond to the next, both of its own axes, along which a force can be a few percent larger. "
+      "What they hold off is given a little later, so that the impulse stays whole; "
+      "what even then cannot be given is counted, not hidden.");
   std::vector<Figure> figures{
       {"Peak force", shown(peak, "N"), "at most 8.5 N, the arm's limit", at_most(*peak, kForceLimit)}};
-  if (const auto v = data.number("force/limited_ticks"))
-    figures.push_back({"Milliseconds at the limit", fmt::format("{:.0f}", *v), "", Verdict::none});
+  if (auto shaped = shaped_force(data, true)) figures.push_back(std::move(*shaped));
   if (const auto v = data.number("force/lost_impulse_rel"))
     figures.push_back(
-        {"Impulse lost to the limit", shown(100.0 * *v, "%"), "of all impulse asked for", Verdict::none});
+        {"Impulse lost to the limits", shown(100.0 * *v, "%"), "of all impulse asked for", Verdict::none});
   if (const auto v = data.number("force/impulse_error_rel_max"))
     figures.push_back({"Impulse error, worst blow", fmt::format("{:.1e}", *v),
                        "at most 1e-9; relative, asked for against m (1 + e) v", at_most(*v, 1e-9)});
@@ -238,13 +258,21 @@ void tell_play(Report& page, const DemoData& data) {
       "The scripted player knows only what the graphics server shows, learns it 150 ms late, aims with noise "
       "and cannot "
       "accelerate the hand faster than a person. It plays so that the whole chain is tried, not to win.");
+  page.paragraph(
+      "Each serve comes off the wall. It counts as returned, once, when the bat has brought it back to the "
+      "wall. "
+      "If the "
+      "player then meets the ball again and again, that is a rally: it counts every time the ball was "
+      "brought to "
+      "the wall since the serve, so a single serve can make a long one.");
   std::vector<Figure> figures{{"Serves", fmt::format("{:.0f}", *serves), "", Verdict::none}};
   if (const auto v = data.number("rally/returned"))
-    figures.push_back({"Returned", fmt::format("{:.0f}", *v),
+    figures.push_back({"Serves returned to the wall", fmt::format("{:.0f}", *v),
                        *serves < kEnoughServes ? "too few serves for a verdict" : "at least 60 %",
                        *serves < kEnoughServes ? Verdict::none : at_least(*v, 0.6 * *serves)});
   if (const auto v = data.number("rally/longest"))
-    figures.push_back({"Longest rally", fmt::format("{:.0f}", *v), "hits in a row", Verdict::none});
+    figures.push_back({"Longest rally", fmt::format("{:.0f} {}", *v, *v == 1.0 ? "return" : "returns"),
+                       "in a row after one serve", Verdict::none});
   page.figures(figures);
   const CsvTable* ball = data.raw("ball.csv");
   if (ball == nullptr || !has_columns(*ball, {"x_m", "y_m", "z_m"})) return;

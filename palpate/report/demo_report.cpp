@@ -39,10 +39,14 @@ void tell_what_you_see(Report& page, const DemoData& data) {
           : "Table and wall are real; ball and bat exist only in the computer. The bat rides on the "
             "stylus, the ball bounces off the real table and the real wall, and each hit is felt in the "
             "hand. ";
-  const std::string view = std::string("The player's view: the camera's picture, undistorted, with ") +
-                           (touches(data) ? "surface and stylus" : "ball and bat") + " drawn into it.";
+  const bool two_eyes = data.find("registration/right_eye") != nullptr;
+  const std::string view =
+      std::string("The player's view") +
+      (two_eyes ? ", left eye and right eye side by side: each camera's picture" : ": the camera's picture") +
+      ", undistorted, with " + (touches(data) ? "surface and stylus" : "ball and bat") + " drawn into it.";
   page.paragraph(
-      "A person holds the stylus of a haptic arm and looks at the scene through a camera worn on the head. " +
+      std::string("A person holds the stylus of a haptic arm and looks at the scene through ") +
+      (two_eyes ? "two cameras worn on the head, one for each eye. " : "a camera worn on the head. ") +
       there +
       "In this run every device is simulated: arm, optical tracker, camera, clocks, hand and player. That is "
       "what "

@@ -284,6 +284,90 @@ TEST_F(DemoReport, ShowsThePicturesOfTheRealTimeLegOnceTheyHaveSettledAndLateOne
   EXPECT_NE(page.find("\"y\":[0.25]"), std::string::npos);
 }
 
+// A loop that spins is late by nanoseconds or by a stall: neither is told without the other, nor without what
+// was left out.
+TEST_F(DemoReport, TellsHowLateHapticTicksBeganAndHowManyNeverDidInOneStatement) {
+  Json told = summary();
+  const auto page_with = [&](const char* haptic) {
+    told["realtime"]["haptic"] = Json::parse(haptic);
+    write("summary.json", told.dump());
+    return demo_report(folder_)->html();
+  };
+  const std::string spinning = page_with(
+      R"({"rate_hz": 998, "ticks": 10137, "overruns": 4, "missed": 9, "missed_in_a_row": 5,
+        "jitter_us": {"p50": 0.012, "p99": 0.024, "max": 15161.817}})");
+  EXPECT_NE(
+      spinning.find("Haptic ticks began late by</div><div class=\"value\">at most 15.2\u00a0ms</div>"
+                    "<div class=\"bar\">99 % of them by less than 1\u00a0\u00b5s; 9 of 10146 left out, up to "
+                    "5 in a row<"),
+      std::string::npos);
+  EXPECT_NE(spinning.find("watches the clock until a tick is due"), std::string::npos);
+  EXPECT_EQ(spinning.find("0.024"), std::string::npos);
+  EXPECT_EQ(spinning.find("Haptic jitter"), std::string::npos);
+  const std::string sleeping = page_with(
+      R"({"rate_hz": 1000, "ticks": 10000, "missed": 0, "missed_in_a_row": 0,
+        "jitter_us": {"p50": 54, "p99": 81.5, "max": 612}})");
+  EXPECT_NE(sleeping.find("at most 612\u00a0\u00b5s</div><div class=\"bar\">99 % of them by at most "
+                          "81.5\u00a0\u00b5s; none left out<"),
+            std::string::npos);
+  EXPECT_EQ(sleeping.find("watches the clock"), std::string::npos);
+}
+
+// Five milliseconds "at the limit" beside a peak far below it would contradict each other.
+TEST_F(DemoReport, SaysWhyAForceWasNotAsAskedForAlsoBelowTheArmsLimit) {
+  Json told = summary();
+  const auto page_with = [&](double peak, int limited, int at_peak) {
+    told["force"]["peak_n"] = peak;
+    told["force"]["limited_ticks"] = limited;
+    told["force"]["peak_limited_ticks"] = at_peak;
+    write("summary.json", told.dump());
+    const std::string page = demo_report(folder_)->html();
+    const auto at = page.find("Milliseconds in which the force was not as asked for");
+    return at == std::string::npos ? std::string() : page.substr(at, 330);
+  };
+  const std::string steep = page_with(6.2, 5, 0), both = page_with(8.5, 7, 3), none = page_with(4.7, 0, 0),
+                    hard = page_with(8.5, 2, 2);
+  EXPECT_NE(
+      steep.find(
+          ">5</div><div class=\"bar\">in all of them below that limit: at most about 3\u00a0N of change"),
+      std::string::npos)
+      << steep;
+  EXPECT_NE(both.find(">7</div><div class=\"bar\">in 3 cut at the arm&#39;s limit; in 4 below that limit"),
+            std::string::npos)
+      << both;
+  EXPECT_NE(none.find(">0</div><div class=\"bar\">neither"), std::string::npos) << none;
+  EXPECT_NE(hard.find("in 2 cut at the arm&#39;s limit</div>"), std::string::npos) << hard;
+}
+
+// "Rally 4" beside "1 of 2 returned" is a riddle to a stranger.
+TEST_F(DemoReport, SaysWhatAReturnedServeIsAndWhatARallyCounts) {
+  Json told = summary();
+  told["rally"] = {{"serves", 2}, {"returned", 1}, {"longest", 4}};
+  write("summary.json", told.dump());
+  const std::string page = demo_report(folder_)->html();
+  EXPECT_NE(
+      page.find("Longest rally</div><div class=\"value\">4 returns</div><div class=\"bar\">in a row after "
+                "one serve<"),
+      std::string::npos);
+  EXPECT_NE(page.find("it counts every time the ball was brought to the wall since the serve"),
+            std::string::npos);
+}
+
+TEST_F(DemoReport, SaysOfTwoEyesThatThereAreTwo) {
+  Json told = summary();
+  told["registration"]["right_eye"] = {{"world_px_rms", 0.12}};
+  write("video.mp4", "film");
+  const std::string one = demo_report(folder_)->html();
+  EXPECT_NE(one.find("The player&#39;s view: the camera&#39;s picture, undistorted"), std::string::npos);
+  EXPECT_NE(one.find("through a camera worn on the head"), std::string::npos);
+  write("summary.json", told.dump());
+  const std::string two = demo_report(folder_)->html();
+  EXPECT_NE(two.find("The player&#39;s view, left eye and right eye side by side: each camera&#39;s picture"),
+            std::string::npos);
+  EXPECT_NE(two.find("through two cameras worn on the head, one for each eye"), std::string::npos);
+  EXPECT_EQ(two.find("the camera&#39;s picture"), std::string::npos);
+}
+
 TEST_F(DemoReport, TellsOfTheCableThatWasPulled) {
   write_network();
   const std::string page = demo_report(folder_)->html();

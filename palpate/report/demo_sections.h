@@ -19,6 +19,10 @@ void tell_real_time(Report& page, const DemoData& data);
 void tell_network(Report& page, const DemoData& data);
 void tell_how(Report& page, const DemoData& data);
 
+// In how many milliseconds the hand felt another force than was asked for, and why; nothing where it is not
+// known. `made_up`: what is held off is paid back, as of blows.
+std::optional<Figure> shaped_force(const DemoData& data, bool made_up);
+
 // Fewer serves than this say nothing about the player.
 inline constexpr double kEnoughServes = 20.0;
 

@@ -71,8 +71,7 @@ void tell_touch(Report& page, const DemoData& data) {
   if (const auto v = data.number("touch/unsettled"))
     figures.push_back({"Milliseconds in which the sphere did not come to rest", fmt::format("{:.0f}", *v),
                        "it goes on in the next", Verdict::none});
-  if (const auto v = data.number("force/limited_ticks"))
-    figures.push_back({"Milliseconds at the arm's limits", fmt::format("{:.0f}", *v), "", Verdict::none});
+  if (auto shaped = shaped_force(data, false)) figures.push_back(std::move(*shaped));
   page.figures(figures);
 
   const CsvTable* touch = data.raw("touch.csv");

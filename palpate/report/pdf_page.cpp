@@ -13,7 +13,7 @@ constexpr double kPointsPerMetre = 72.0 / 0.0254;
 // 1e-5 points are 4 nm: places are exact for every purpose.
 std::string points(double metres) { return fmt::format("{:.5f}", kPointsPerMetre * metres); }
 
-std::string quoted(std::string_view words) {
+std::string pdf_text(std::string_view words) {
   std::string text = "(";
   for (const char c : words) {
     if (c == '(' || c == ')' || c == '\\') text += '\\';
@@ -41,7 +41,7 @@ void PdfPage::line(double x1, double y1, double x2, double y2, double thickness)
 }
 
 void PdfPage::text(double x, double y, double size, std::string_view words) {
-  content_ += fmt::format("BT 0 g /F1 {} Tf {} Td {} Tj ET\n", points(size), at(x, y), quoted(words));
+  content_ += fmt::format("BT 0 g /F1 {} Tf {} Td {} Tj ET\n", points(size), at(x, y), pdf_text(words));
 }
 
 std::string PdfPage::bytes() const {
@@ -54,7 +54,7 @@ std::string PdfPage::bytes() const {
                   points(width_), points(height_)),
       fmt::format("<< /Length {} >>\nstream\n{}endstream", content_.size(), content_),
       "<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica >>",
-      fmt::format("<< /Title {} /Producer (palpate) >>", quoted(title_))};
+      fmt::format("<< /Title {} /Producer (palpate) >>", pdf_text(title_))};
   std::string file = "%PDF-1.4\n";
   std::string table = fmt::format("xref\n0 {}\n0000000000 65535 f \n", objects.size() + 1);
   for (std::size_t i = 0; i < objects.size(); ++i) {

@@ -1,7 +1,9 @@
 #include "palpate/report/report.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 #include "palpate/core/file.h"
@@ -41,11 +43,24 @@ std::string verdict_class(Verdict verdict) {
   return verdict == Verdict::holds ? " holds" : verdict == Verdict::falls_short ? " short" : "";
 }
 
-std::string image(std::string_view png, std::string_view caption) {
+std::string image(std::string_view png, std::string_view caption, std::string_view style = "") {
   return fmt::format(
-      "<figure class=\"picture\"><img alt=\"{}\" "
+      "<figure class=\"picture\"{}><img alt=\"{}\" "
       "src=\"data:image/png;base64,{}\"><figcaption>{}</figcaption></figure>\n",
-      escaped(caption), base64(png), prose(caption));
+      style, escaped(caption), base64(png), prose(caption));
+}
+
+// Width over height as a PNG's first chunk states them; of what is no PNG, a camera's 4 : 3.
+double shape_of(std::string_view png) {
+  constexpr std::size_t kSizes = 16;  // signature, and the chunk's length and name
+  const auto number = [&](std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(png[at + i]);
+    return static_cast<double>(value);
+  };
+  if (png.size() < kSizes + 8 || png.substr(1, 3) != "PNG" || png.substr(12, 4) != "IHDR") return 4.0 / 3.0;
+  const double width = number(kSizes), height = number(kSizes + 4);
+  return width > 0.0 && height > 0.0 ? width / height : 4.0 / 3.0;
 }
 
 std::string flat(const Plot& plot) {
@@ -171,9 +186,14 @@ void Report::code(std::string_view text) { body_ += "<pre><code>" + escaped(text
 void Report::picture(std::string_view png, std::string_view caption) { body_ += image(png, caption); }
 
 void Report::pictures(const std::vector<std::pair<std::string, std::string>>& png_and_caption) {
-  body_ += "<div class=\"side-by-side\">\n";
-  for (const auto& [png, caption] : png_and_caption) body_ += image(png, caption);
-  body_ += "</div>\n";
+  for (std::size_t i = 0; i < png_and_caption.size(); i += 2) {
+    body_ += "<div class=\"picture-row\">\n";
+    for (std::size_t k = i; k < std::min(i + 2, png_and_caption.size()); ++k) {
+      const auto& [png, caption] = png_and_caption[k];
+      body_ += image(png, caption, fmt::format(" style=\"--shape: {:.4f}\"", shape_of(png)));
+    }
+    body_ += "</div>\n";
+  }
 }
 
 void Report::video(std::string_view mp4, std::string_view poster_png, std::string_view caption) {

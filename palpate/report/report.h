@@ -50,6 +50,7 @@ class Report {
   void code(std::string_view text);
   // `png`, `mp4`: the files' bytes.
   void picture(std::string_view png, std::string_view caption);
+  // Two in a row, as high as each other whatever their shapes.
   void pictures(const std::vector<std::pair<std::string, std::string>>& png_and_caption);
   void video(std::string_view mp4, std::string_view poster_png, std::string_view caption);
 

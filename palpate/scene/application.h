@@ -124,7 +124,19 @@ class Application {
 };
 
 // Graphics side: a mesh at a place. `material` names a look the compositor knows.
-enum class Material : std::uint8_t { ball, bat_front, bat_back, handle, highlight, figure, camera, sight };
+enum class Material : std::uint8_t {
+  ball,
+  bat_front,
+  bat_back,
+  handle,
+  highlight,
+  figure,
+  camera,
+  sight,
+  floor,
+  floor_shade,
+  furniture
+};
 struct DrawItem {
   const TriangleMesh* mesh = nullptr;  // owned by the application's artist, lives as long as it
   Material material = Material::ball;

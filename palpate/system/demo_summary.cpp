@@ -137,6 +137,7 @@ Json demo_summary(const DemoOutcome& outcome) {
   summary["force"] = {{"peak_n", play.haptic.peak_n},
                       {"limit_n", options.world.arm.max_force},
                       {"limited_ticks", play.haptic.limited_ticks},
+                      {"peak_limited_ticks", play.haptic.peak_limited_ticks},
                       {"fault_ticks", play.haptic.fault_ticks},
                       {"blows", play.haptic.blows},
                       {"rejected_blows", play.haptic.rejected_blows},
@@ -156,9 +157,9 @@ std::vector<std::string> closing_lines(const Json& summary, const std::filesyste
   };
   std::vector<std::string> lines;
   lines.push_back(fmt::format(
-      "arm:      {:.2f} mm before calibration, {:.3f} mm to the truth after (the paper's best way: {:.2f} "
-      "mm)",
-      number("arm", "uncorrected_mean_mm"), number("arm", "error_to_truth_mean_mm"),
+      "arm:      the tip {:.2f} mm from the truth before calibration, {:.3f} mm after (the paper's best way: "
+      "{:.2f} mm)",
+      number("arm", "uncorrected_error_to_truth_mm"), number("arm", "error_to_truth_mean_mm"),
       std::min({number("arm", "one_pass_error_to_truth_mm"), number("arm", "alternating_error_to_truth_mm"),
                 number("arm", "eq7_error_to_truth_mm")})));
   lines.push_back(fmt::format("overlay:  table and wall {:.2f} px, stylus tip {:.2f} px rms",
@@ -200,10 +201,11 @@ std::vector<std::string> closing_lines(const Json& summary, const std::filesyste
                     touch["of_s"].get<double>(), touch["slips"].get<int>(), number("force", "peak_n")));
   }
   if (summary.contains("rally"))
-    lines.push_back(fmt::format("rally:    {} of {} serves returned, longest rally {}, peak force {:.1f} N",
-                                summary["rally"]["returned"].get<int>(),
-                                summary["rally"]["serves"].get<int>(), summary["rally"]["longest"].get<int>(),
-                                number("force", "peak_n")));
+    lines.push_back(
+        fmt::format("rally:    {} of {} serves returned to the wall, longest rally {} returns in a row, peak "
+                    "force {:.1f} N",
+                    summary["rally"]["returned"].get<int>(), summary["rally"]["serves"].get<int>(),
+                    summary["rally"]["longest"].get<int>(), number("force", "peak_n")));
   lines.push_back(fmt::format("report:   {}", (out / "report.html").string()));
   return lines;
 }

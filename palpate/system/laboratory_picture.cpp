@@ -73,6 +73,7 @@ LaboratoryPicture laboratory_picture(const sim::WorldFile& file, std::uint64_t s
 
   Compositor compositor(settings_of(quality));
   const PlayersCamera worn(left.lens, true);
+  const Furniture furniture(left.table, settings_of(quality).light.lamp);
   std::vector<Eye> eyes{{&left_image, left.lens, left.X_world_camera}};
   if (view == LaboratoryView::stereo) {
     camera.render(right, right_image.rgb);
@@ -80,6 +81,7 @@ LaboratoryPicture laboratory_picture(const sim::WorldFile& file, std::uint64_t s
   } else if (view == LaboratoryView::outside) {
     eyes.front() = onlooker(left.table, picture.width, picture.height);
     for (const auto& item : worn.items(left.X_world_camera)) items.push_back(item);
+    real.backdrop = furniture.items();
   }
   compositor.draw(eyes, items, real, picture.rgb);
   if (view == LaboratoryView::biocular) picture.rgb = biocular(picture.rgb, picture.width, picture.height);

@@ -272,6 +272,7 @@ Expected<LockstepResult> play_in_lockstep(sim::SimWorld& world, const Rig& rig, 
   result.haptic = physics.haptic().statistics();
   result.haptic.ticks -= before_play.ticks;
   result.haptic.limited_ticks -= before_play.limited_ticks;
+  result.haptic.peak_limited_ticks -= before_play.peak_limited_ticks;
   result.haptic.fault_ticks -= before_play.fault_ticks;
   result.haptic.bad_samples -= before_play.bad_samples;
   result.exchange = link->counters();

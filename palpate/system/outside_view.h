@@ -9,6 +9,7 @@
 
 #include "palpate/compositor/compositor.h"
 #include "palpate/model/camera.h"
+#include "palpate/model/rig.h"
 #include "palpate/scene/application.h"
 
 namespace palpate {
@@ -23,22 +24,46 @@ struct OutsidePicture {
 // measured in lengths of the table, whose corners are in touching order from the player's left. Throws
 // std::invalid_argument where they span nothing.
 Eye onlooker(const std::array<Vector3, 4>& table, int width, int height);
-// The same for a scene's table, or the first surface where none bears that name.
+// A scene's table, or the first surface where none bears that name; throws std::invalid_argument where there
+// is no surface at all.
+const SceneSurface& table_of(const std::vector<SceneSurface>& surfaces);
+// The same for a scene's table.
 Eye onlooker(const std::vector<SceneSurface>& surfaces, int width, int height);
 
 // A small camera with the pyramid that it sees: apex in its centre, edges through the corners of its picture
 // (undistorted, as it is drawn), with a mark above the upper side.
+// On a head with two cameras there are two of them, and two pyramids.
 class PlayersCamera {
  public:
   static constexpr double kSightLength = 0.30;  // m, to the pyramid's base
 
   // worn: on a head, which is drawn, too.
   PlayersCamera(const CameraModel& camera, bool worn);
-  // Valid as long as this object stays where it is.
-  std::vector<DrawItem> items(const Pose<World, CameraOptical>& X_world_camera) const;
+  // A pair, worn.
+  PlayersCamera(const CameraModel& left, const CameraModel& right,
+                const Pose<CameraOptical, RightCamera>& X_left_right);
+  // X_world_camera: of a pair the left one's. A right camera that is silent has no pyramid. Valid as long as
+  // this object stays where it is.
+  std::vector<DrawItem> items(const Pose<World, CameraOptical>& X_world_camera, bool right_sees = true) const;
 
  private:
-  TriangleMesh head_, body_, sight_;
+  TriangleMesh head_, body_, sight_, right_sight_;
+};
+
+// What a table that hangs in the air lacks: its board and legs, the floor on which they stand, and the shade
+// under it. Its height is presumed, for nobody measures it. World frame.
+class Furniture {
+ public:
+  static constexpr double kTableHeight = 0.74;  // m, of the board's upper side above the floor
+
+  // The table's corners in touching order; `lamp` throws its shade. Throws std::invalid_argument where the
+  // corners span nothing.
+  Furniture(const std::array<Vector3, 4>& table, const Vector3& lamp);
+  // For RealScene::backdrop; valid as long as this object stays where it is.
+  std::vector<DrawItem> items() const;
+
+ private:
+  TriangleMesh floor_, shade_, legs_;
 };
 
 // The four corners of the pyramid's base, CameraOptical: of the picture's upper left, upper right, lower

@@ -32,6 +32,10 @@ TEST(Onlooker, HasTableWallAndThePlayersHeadInView) {
     // The head's own size round its camera.
     for (const double side : {-0.2, 0.2})
       EXPECT_TRUE(within(eye, file.head.eye + Vector3(0, 0, side), 10)) << side;
+    // The feet of the table's legs, too.
+    const Vector3 down(0, -Furniture::kTableHeight, 0);
+    for (const auto& corner : file.scene.table)
+      EXPECT_TRUE(within(eye, corner + down, 4)) << corner.transpose();
     // Upright, the player at the right, who looks to the left.
     EXPECT_LT(seen_by(eye, file.head.eye + Vector3(0, 0.1, 0)).y(), seen_by(eye, file.head.eye).y());
     EXPECT_GT(seen_by(eye, file.head.eye).x(), seen_by(eye, file.head.look_at).x());
@@ -74,6 +78,133 @@ TEST(PlayersCamera, IsWornOnAHeadOnlyWhereOneWearsIt) {
   EXPECT_EQ(PlayersCamera(kHeadLens, true).items({}).size(), 3u);
   const PlayersCamera on_a_stand(kHeadLens, false);
   for (const auto& item : on_a_stand.items({})) EXPECT_NE(item.material, Material::figure);
+}
+
+// Two cameras of one make, 64 mm apart: the right one is the left one moved, the head sits between them.
+TEST(PlayersCamera, OfTwoEyesHasTwoBodiesAndTwoPyramidsOnOneHead) {
+  const double apart = 0.064;
+  const PlayersCamera pair(kHeadLens, kHeadLens,
+                           {so3_exp(Vector3(0.0, -0.02, 0.0)), Vector3(apart, 0.0, 0.0)});
+  const Pose<World, CameraOptical> anywhere{so3_exp(Vector3(0.3, 1.0, 0.2)), {0.2, -1.0, 2.1}};
+  const auto items = pair.items(anywhere);
+  ASSERT_EQ(items.size(), 4u);
+  for (const auto& item : items) EXPECT_EQ(item.position, anywhere.translation);
+  const auto extent = [](const TriangleMesh& mesh) {
+    Eigen::AlignedBox3d box;
+    for (const auto& v : mesh.vertices) box.extend(v);
+    return box;
+  };
+  const auto of = [&](Material material) {
+    std::vector<const TriangleMesh*> meshes;
+    for (const auto& item : items)
+      if (item.material == material) meshes.push_back(item.mesh);
+    return meshes;
+  };
+  ASSERT_EQ(of(Material::figure).size(), 1u);
+  ASSERT_EQ(of(Material::camera).size(), 1u);
+  ASSERT_EQ(of(Material::sight).size(), 2u);
+  EXPECT_NEAR(extent(*of(Material::figure)[0]).center().x(), 0.5 * apart, 1e-9);
+  // A body round each lens, none in the middle between them, where the band alone passes behind.
+  int left = 0, right = 0, between = 0;
+  for (const auto& v : of(Material::camera)[0]->vertices) {
+    if (v.z() < -0.065) continue;
+    left += std::abs(v.x()) < 0.031;
+    right += std::abs(v.x() - apart) < 0.033;
+    between += std::abs(v.x() - 0.5 * apart) < 0.001 && v.z() > -0.06;
+  }
+  EXPECT_GT(left, 40);
+  EXPECT_GT(right, 40);
+  EXPECT_EQ(between, 0);
+  // The right pyramid is the left one, turned and moved as its camera is.
+  const auto &first = of(Material::sight)[0]->vertices, &second = of(Material::sight)[1]->vertices;
+  ASSERT_EQ(first.size(), second.size());
+  for (std::size_t i = 0; i < first.size(); i += 7)
+    EXPECT_LT((so3_exp(Vector3(0.0, -0.02, 0.0)) * first[i] + Vector3(apart, 0.0, 0.0) - second[i]).norm(),
+              1e-12);
+  // A right camera that is silent is worn all the same, and sees nothing.
+  EXPECT_EQ(pair.items(anywhere, false).size(), 3u);
+}
+
+TEST(Furniture, StandsOnTheFloorUnderTheTableWhereverThatIs) {
+  const Vector3 lamp(0.45, 0.55, 1.95);
+  const auto table = sim::reference_world().scene.table;
+  for (const double turn : {0.0, 0.8}) {
+    const Pose<World, World> moved{so3_exp(Vector3(0.0, turn, 0.0)), {0.3, 0.2, 0.0}};
+    std::array<Vector3, 4> there;
+    for (std::size_t i = 0; i < 4; ++i) there[i] = (moved * Point<World>{table[i]}).m;
+    const Furniture furniture(there, lamp);
+    const auto items = furniture.items();
+    ASSERT_EQ(items.size(), 3u);
+    const double top = there[0].y(), ground = top - Furniture::kTableHeight;
+    for (const auto& v : items[0].mesh->vertices) EXPECT_NEAR(v.y(), ground, 1e-9);
+    // Each ray from the lamp by a corner of the table ends at a corner of the shade.
+    for (const auto& corner : there) {
+      const Vector3 end = lamp + (ground + 0.001 - lamp.y()) / (corner.y() - lamp.y()) * (corner - lamp);
+      double nearest = 1.0;
+      for (const auto& v : items[1].mesh->vertices) nearest = std::min(nearest, (v - end).norm());
+      EXPECT_LT(nearest, 1e-9);
+    }
+    // Legs and board stay under the table, and legs reach the floor near each corner.
+    const Vector3 side = (there[1] - there[0]).normalized(), back = (there[3] - there[0]).normalized();
+    std::array<int, 4> feet{};
+    for (const auto& v : items[2].mesh->vertices) {
+      const double a = side.dot(v - there[0]), b = back.dot(v - there[0]);
+      EXPECT_GT(a, -1e-9);
+      EXPECT_LT(a, (there[1] - there[0]).norm() + 1e-9);
+      EXPECT_GT(b, -1e-9);
+      EXPECT_LT(b, (there[3] - there[0]).norm() + 1e-9);
+      EXPECT_LT(v.y(), top);
+      EXPECT_GE(v.y(), ground - 1e-9);
+      for (std::size_t i = 0; i < 4; ++i)
+        feet[i] += v.y() < ground + 1e-9 && std::hypot(v.x() - there[i].x(), v.z() - there[i].z()) < 0.12;
+    }
+    for (const int foot : feet) EXPECT_GT(foot, 8);
+    for (const auto& item : items) EXPECT_FALSE(item.casts_shadow);
+  }
+}
+
+// What only looks on sees it; the picture over a camera's image is the same to the bit.
+TEST(Furniture, IsSeenFromOutsideAndNeverInTheCamerasPicture) {
+  const auto file = sim::reference_world();
+  RealScene bare;
+  bare.surfaces = {{"table", file.scene.table}, {"wall", file.scene.wall}};
+  RealScene furnished = bare;
+  const CompositorSettings settings{};
+  const Furniture furniture(file.scene.table, settings.light.lamp);
+  furnished.backdrop = furniture.items();
+  Compositor compositor(settings);
+  const TriangleMesh ball = sphere_mesh(0.02);
+  const std::vector<DrawItem> items{
+      {&ball, Material::ball, Quaternion::Identity(), file.scene.table[0] + Vector3(0.3, 0.1, -0.4), true}};
+  std::vector<std::uint8_t> with, without;
+  const Eye eye = onlooker(file.scene.table, 640, 480);
+  compositor.draw({&eye, 1}, items, bare, without);
+  compositor.draw({&eye, 1}, items, furnished, with);
+  const auto at = [](const std::vector<std::uint8_t>& rgb, const Pixel& p) {
+    const auto i = static_cast<std::size_t>(3 * (640 * std::lround(p.y()) + std::lround(p.x())));
+    return Vector3(rgb[i], rgb[i + 1], rgb[i + 2]);
+  };
+  const Vector3 side = (file.scene.table[1] - file.scene.table[0]).normalized(),
+                back = (file.scene.table[3] - file.scene.table[0]).normalized(),
+                nearest = file.scene.table[0];
+  const Vector3 air = at(without, {4.0, 4.0});
+  // Half way down the near left leg: dark. Beside it the floor. Neither was there before.
+  const Vector3 leg = nearest + 0.045 * side + 0.06 * back - Vector3(0, 0.4, 0);
+  const Vector3 floor = nearest + 1.0 * side + 0.3 * back - Vector3(0, Furniture::kTableHeight, 0);
+  EXPECT_EQ(at(without, seen_by(eye, leg)), air);
+  EXPECT_EQ(at(without, seen_by(eye, floor)), air);
+  EXPECT_LT(at(with, seen_by(eye, leg)).maxCoeff(), 0.7 * air.minCoeff());
+  EXPECT_GT(at(with, seen_by(eye, floor)).x(), at(with, seen_by(eye, floor)).z() + 10.0);  // wood is no grey
+  // On the table nothing changes, nor over a camera's image.
+  const Pixel table = seen_by(eye, nearest + 0.2 * side + 0.5 * back);
+  EXPECT_EQ(at(with, table), at(without, table));
+  CameraImage image;
+  image.width = 640, image.height = 480;
+  for (int i = 0; i < 640 * 480 * 3; ++i) image.rgb.push_back(static_cast<std::uint8_t>(i % 251));
+  const auto X = sim::looking(file.head.eye, file.head.look_at);
+  compositor.draw(image, kHeadLens, X, items, bare, without);
+  compositor.draw(image, kHeadLens, X, items, furnished, with);
+  EXPECT_EQ(with, without);
 }
 
 // The pyramid's edges are yellow where they must appear, and nothing else is; what lies apart from camera and

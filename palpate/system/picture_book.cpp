@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
+
 #include "palpate/applications/pingpong/pingpong.h"
 #include "palpate/applications/touch/touch.h"
 #include "palpate/compositor/picture_file.h"
@@ -33,6 +35,36 @@ bool ball_in_sight(const FrameRecord& frame, const CameraModel& lens, const Scen
   return (eye + along * sight - bat.p()).norm() > scene.bat_radius;
 }
 
+std::string what_is_seen(const FrameRecord& frame, const SceneDescription& scene, bool hit, bool seen) {
+  const auto& counters = frame.state.counters;
+  if (scene.application == "touch") {
+    if (hit) return "the tip has just met the surface";
+    const bool touching = counters[touch::kForceMn] > 0;
+    const std::string tip = !touching                       ? "the tip above the surface"
+                            : counters[touch::kSliding] > 0 ? "the tip slides over the surface"
+                                                            : "the tip holds on the surface";
+    return seen ? tip : tip + ", out of the picture";
+  }
+  if (hit) return "the bat has just met the ball";
+  std::string ball;
+  switch (static_cast<pingpong::Phase>(counters[pingpong::kPhase])) {
+    case pingpong::Phase::waiting:
+      return "between two balls";
+    case pingpong::Phase::ready:
+      ball = fmt::format("ball {} waits to be served", counters[pingpong::kServes] + 1);
+      break;
+    case pingpong::Phase::incoming:
+      ball = counters[pingpong::kRally] == 0
+                 ? fmt::format("serve {} on its way to the player", counters[pingpong::kServes])
+                 : "the ball comes back from the wall";
+      break;
+    case pingpong::Phase::outgoing:
+      ball = "the ball on its way to the wall";
+      break;
+  }
+  return seen ? ball : ball + ", hidden by the bat or out of the picture";
+}
+
 // The touched surface's place, or the ball, in sight.
 bool PictureBook::in_sight(const FrameRecord& frame) const {
   if (scene_.application != "touch") return ball_in_sight(frame, lens_, scene_);
@@ -48,7 +80,7 @@ PictureBook::PictureBook(std::filesystem::path folder, double seconds, const Cam
 
 Expected<void> PictureBook::look(const FrameRecord& frame) {
   const double now = frame.state.time.seconds();
-  if (!started_) next_ = now + every_ / 4;
+  if (!started_) begun_ = now, next_ = now + every_ / 4;
   started_ = true;
   const bool touches = scene_.application == "touch";
   const auto hits =
@@ -62,25 +94,30 @@ Expected<void> PictureBook::look(const FrameRecord& frame) {
   if (!hit && !due) return {};
   if (due) next_ += every_;
   if (outside_ && (count_ == 0 || (hit && hit_pictures_ == 0)))
-    if (auto done = write_outside(frame); !done) return done;
+    if (auto done = write_outside(frame, hit); !done) return done;
   if (hit) {
     ++hit_pictures_;
     hit_until_ = 0.0;
   }
   const std::string name = fmt::format("{:02d}-{}.png", ++count_, !hit ? "play" : touches ? "touch" : "hit");
-  captions_[name] = touches ? hit ? "Just after the tip met the surface" : "While exploring"
-                    : hit   ? "Just after the bat met the ball"
-                            : "During play";
+  std::string caption = what_is_seen(frame, scene_, hit, seen) + moment(frame);
+  caption.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(caption.front())));
+  captions_[name] = caption;
   return write_png(folder_ / name, frame.rgb, frame.width, frame.height);
 }
 
-Expected<void> PictureBook::write_outside(const FrameRecord& frame) {
+std::string PictureBook::moment(const FrameRecord& frame) const {
+  return fmt::format(", {:.1f} s into the play", frame.state.time.seconds() - begun_);
+}
+
+Expected<void> PictureBook::write_outside(const FrameRecord& frame, bool hit) {
   const OutsidePicture& seen = outside_(frame);
   if (seen.rgb.empty()) return {};
   captions_["outside.png"] =
-      "The same play from the side, drawn from what the system knows: the yellow pyramid is what the "
-      "player's "
-      "camera sees";
+      fmt::format("The same play from the side, drawn from what the system knows: {}{}. {}",
+                  what_is_seen(frame, scene_, hit, /*seen=*/true), moment(frame),
+                  frame.two_eyes ? "The yellow pyramids are what the player's two cameras see"
+                                 : "The yellow pyramid is what the player's camera sees");
   return write_png(folder_ / "outside.png", seen.rgb, seen.width, seen.height);
 }
 

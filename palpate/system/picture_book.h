@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <string>
 
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
@@ -16,6 +17,10 @@ namespace palpate {
 
 // The ball's centre is inside the drawn picture and the bat does not hide it. World frame; pure.
 bool ball_in_sight(const FrameRecord& frame, const CameraModel& lens, const SceneDescription& scene);
+
+// What the frame shows of the game, in words: where the ball is on its way, or the tip. `hit`: the bat has
+// just met the ball, or the tip the surface; `seen`: ball or tip are in sight. Pure.
+std::string what_is_seen(const FrameRecord& frame, const SceneDescription& scene, bool hit, bool seen);
 
 // Moments evenly over the play, and one after each of the first hits, or touches: each the next frame in
 // which the ball, or the tip, is in sight. One thread.
@@ -34,12 +39,13 @@ class PictureBook {
 
  private:
   bool in_sight(const FrameRecord& frame) const;
-  Expected<void> write_outside(const FrameRecord& frame);
+  std::string moment(const FrameRecord& frame) const;
+  Expected<void> write_outside(const FrameRecord& frame, bool hit);
 
   std::filesystem::path folder_;
   CameraModel lens_;
   SceneDescription scene_;
-  double every_, next_ = 0.0, hit_until_ = 0.0;
+  double every_, begun_ = 0.0, next_ = 0.0, hit_until_ = 0.0;
   bool started_ = false;
   std::function<const OutsidePicture&(const FrameRecord&)> outside_;
   int count_ = 0, hit_pictures_ = 0;

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+
 #include "palpate/applications/pingpong/pingpong.h"
+#include "palpate/applications/touch/touch.h"
 #include "tests/scratch_folder.h"
 
 namespace palpate {
@@ -75,6 +78,63 @@ TEST(PictureBook, AHitIsShownWhenTheBallComesOutBehindTheBatSoonEnough) {
   }
   EXPECT_EQ(book.captions().size(), 3u);
   EXPECT_TRUE(book.captions().contains("03-hit.png"));
+}
+
+TEST(PictureBook, SaysWhatEachPictureShowsAndWhen) {
+  using pingpong::Phase;
+  const SceneDescription scene;
+  const auto seen = [&](Phase phase, int serves, int rally, bool hit, bool sight) {
+    auto f = frame(3.0, kBeside);
+    f.state.counters[pingpong::kPhase] = static_cast<std::int32_t>(phase);
+    f.state.counters[pingpong::kServes] = serves;
+    f.state.counters[pingpong::kRally] = rally;
+    return what_is_seen(f, scene, hit, sight);
+  };
+  EXPECT_EQ(seen(Phase::ready, 1, 0, false, true), "ball 2 waits to be served");
+  EXPECT_EQ(seen(Phase::incoming, 2, 0, false, true), "serve 2 on its way to the player");
+  EXPECT_EQ(seen(Phase::incoming, 2, 3, false, true), "the ball comes back from the wall");
+  EXPECT_EQ(seen(Phase::outgoing, 2, 3, false, true), "the ball on its way to the wall");
+  EXPECT_EQ(seen(Phase::outgoing, 2, 3, false, false),
+            "the ball on its way to the wall, hidden by the bat or out of the picture");
+  EXPECT_EQ(seen(Phase::outgoing, 2, 3, true, true), "the bat has just met the ball");
+  EXPECT_EQ(seen(Phase::waiting, 2, 3, false, false), "between two balls");
+  SceneDescription touched;
+  touched.application = "touch";
+  auto f = frame(1.0, kBeside);
+  EXPECT_EQ(what_is_seen(f, touched, false, true), "the tip above the surface");
+  f.state.counters[touch::kForceMn] = 900;
+  EXPECT_EQ(what_is_seen(f, touched, false, true), "the tip holds on the surface");
+  f.state.counters[touch::kSliding] = 1;
+  EXPECT_EQ(what_is_seen(f, touched, false, true), "the tip slides over the surface");
+  EXPECT_EQ(what_is_seen(f, touched, true, true), "the tip has just met the surface");
+  // Two pictures never bear the same words: the moment is among them.
+  const ScratchFolder folder;
+  PictureBook book(folder.path(), 5.0, lens(), scene);
+  for (int i = 0; i < 500; ++i) ASSERT_TRUE(book.look(frame(2.0 + i / 100.0, kBeside)));
+  std::set<std::string> captions;
+  for (const auto& caption : book.captions()) captions.insert(caption.get<std::string>());
+  EXPECT_GE(book.captions().size(), 4u);
+  EXPECT_EQ(captions.size(), book.captions().size());
+  EXPECT_EQ(book.captions()["01-play.png"], "Between two balls, 0.2 s into the play");
+}
+
+TEST(PictureBook, SaysFromTheSideWhoseEyesArePyramids) {
+  const ScratchFolder folder;
+  for (const bool two : {false, true}) {
+    PictureBook book(folder.path(), 4.0, lens(), {});
+    OutsidePicture outside{0, 2, 1, {1, 2, 3, 4, 5, 6}};
+    book.look_from_outside([&](const FrameRecord&) -> const OutsidePicture& { return outside; });
+    for (int i = 1; i < 100; ++i) {
+      auto f = frame(i / 100.0, kBeside);
+      f.two_eyes = two;
+      ASSERT_TRUE(book.look(f));
+    }
+    const std::string caption = book.captions()["outside.png"];
+    EXPECT_NE(caption.find(two ? "pyramids are what the player's two cameras see"
+                               : "pyramid is what the player's camera sees"),
+              std::string::npos)
+        << caption;
+  }
 }
 
 TEST(PictureBook, ShowsTheFirstHitFromTheSideOrElseTheFirstMoment) {

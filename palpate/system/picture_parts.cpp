@@ -49,7 +49,11 @@ PictureParts::PictureParts(const Rig& rig, const SceneDescription& scene, std::u
       artist_(std::move(artist)),
       compositor_(picture_settings(rig, quality)),
       outside_eye_(onlooker(scene.surfaces, rig.camera->model.width, rig.camera->model.height)),
-      players_camera_(rig.camera->model, !rig.board) {
+      players_camera_(has_two_eyes(rig)
+                          ? PlayersCamera(rig.camera->model, rig.right_camera->model, right_in_left(rig))
+                          : PlayersCamera(rig.camera->model, !rig.board)) {
+  if (!rig.board)
+    furniture_.emplace(table_of(scene.surfaces).corners, picture_settings(rig, quality).light.lamp);
   auto objects = RealObjects::read(rig);
   if (!objects) throw std::invalid_argument(objects.error().message);
   objects_ = std::move(*objects);
@@ -199,11 +203,14 @@ const OutsidePicture& PictureParts::outside(const FrameRecord& record) {
   if (!record.have_state || outside_.frame == record.number) return outside_;
   auto items = artist_->draw(record.state);
   if (!lost())
-    for (const auto& item : players_camera_.items(record.X_world_camera)) items.push_back(item);
+    for (const auto& item : players_camera_.items(record.X_world_camera, record.right.has_value()))
+      items.push_back(item);
+  RealScene real = real_things(record);
+  if (furniture_) real.backdrop = furniture_->items();
   outside_.frame = record.number;
   outside_.width = outside_eye_.camera.width;
   outside_.height = outside_eye_.camera.height;
-  compositor_.draw({&outside_eye_, 1}, items, real_things(record), outside_.rgb);
+  compositor_.draw({&outside_eye_, 1}, items, real, outside_.rgb);
   return outside_;
 }
 

@@ -66,6 +66,7 @@ class PictureParts {
   Compositor compositor_;
   Eye outside_eye_;
   PlayersCamera players_camera_;
+  std::optional<Furniture> furniture_;  // of a table in a room; what a desk stands on nobody knows
   OutsidePicture outside_;
   TriangleMesh outline_;                 // of a desk's table and wall, which nobody would see otherwise
   int lost_ = 0;                         // images in a row without the board

@@ -40,9 +40,12 @@ struct PeriodicLoopSettings {
 
 struct LoopStatistics {
   std::uint64_t ticks = 0;
-  std::uint64_t overruns = 0;                      // ticks that were still at work at the next deadline
-  std::uint64_t missed = 0;                        // deadlines skipped because of that
-  Duration late_p50{0}, late_p99{0}, late_max{0};  // begin of a tick after its deadline
+  std::uint64_t overruns = 0;         // ticks that were still at work at the next deadline
+  std::uint64_t missed = 0;           // deadlines skipped because of that
+  std::uint64_t missed_in_a_row = 0;  // the most of them one after the other
+  // Begin of a tick after its deadline; of skipped ones nothing is known. A loop that spins begins within
+  // nanoseconds unless its core was taken from it: what the machine is worth stands in late_max and missed.
+  Duration late_p50{0}, late_p99{0}, late_max{0};
   Duration busy_p50{0}, busy_p99{0}, busy_max{0};  // what the callable took
 };
 
@@ -74,6 +77,7 @@ class PeriodicLoop {
     return {ticks_.load(std::memory_order_relaxed),
             overruns_.load(std::memory_order_relaxed),
             missed_.load(std::memory_order_relaxed),
+            missed_in_a_row_.load(std::memory_order_relaxed),
             late_.quantile(0.5),
             late_.quantile(0.99),
             late_.max(),
@@ -126,6 +130,8 @@ class PeriodicLoop {
       k = std::max(k, static_cast<std::uint64_t>(to_seconds(ended - start) * settings_.rate_hz) - 1);
       while (deadline(start, k + 1) <= ended) ++k;
       increase(missed_, k - before);
+      if (k - before > missed_in_a_row_.load(std::memory_order_relaxed))
+        missed_in_a_row_.store(k - before, std::memory_order_relaxed);
     }
   }
 
@@ -137,7 +143,7 @@ class PeriodicLoop {
   PeriodicLoopSettings settings_;
   Work work_;
   JitterHistogram late_, busy_;
-  std::atomic<std::uint64_t> ticks_{0}, overruns_{0}, missed_{0};
+  std::atomic<std::uint64_t> ticks_{0}, overruns_{0}, missed_{0}, missed_in_a_row_{0};
   RealTimeGrant grant_;
   std::atomic<bool> granted_{false}, stopping_{false};
   std::thread thread_;

@@ -79,6 +79,7 @@ TEST(PeriodicLoop, CountsWhatTheCallableOverran) {
   const LoopStatistics statistics = loop.statistics();
   EXPECT_EQ(statistics.overruns, 2u);
   EXPECT_EQ(statistics.missed, 4u);
+  EXPECT_EQ(statistics.missed_in_a_row, 3u);
   EXPECT_GE(statistics.ticks, 12u);
   EXPECT_EQ(statistics.late_max, Duration(0));
   EXPECT_EQ(statistics.busy_max, 3250us);

@@ -101,8 +101,8 @@ WorldState PingPongArtist::predict(const WorldState& state, Duration ahead) cons
 
 std::vector<std::string> PingPongArtist::captions(const WorldState& state) const {
   const auto& c = state.counters;
-  return {fmt::format("returned {} of {}", c[kReturned], c[kServes]),
-          fmt::format("rally {}   longest {}", c[kRally], c[kLongest])};
+  return {fmt::format("serves returned {} of {}", c[kReturned], c[kServes]),
+          fmt::format("returns in a row {}", c[kRally]), fmt::format("most in a row {}", c[kLongest])};
 }
 
 }  // namespace palpate::pingpong

@@ -216,7 +216,12 @@ TEST(PingPongArtist, DrawsWhatIsVisibleWhereItIs) {
   EXPECT_EQ(items[0].position, Vector3(1, 2, 3));
   state.bodies[kBall].visible = 0;
   EXPECT_EQ(artist.draw(state).size(), 3u);
-  EXPECT_EQ(artist.captions(state).size(), 2u);
+  state.counters[kServes] = 2;
+  state.counters[kReturned] = 1;
+  state.counters[kRally] = 3;
+  state.counters[kLongest] = 4;
+  const std::vector<std::string> score{"serves returned 1 of 2", "returns in a row 3", "most in a row 4"};
+  EXPECT_EQ(artist.captions(state), score);
 }
 
 TEST(PingPongArtist, TheHandleEndsAtTheTip) {
