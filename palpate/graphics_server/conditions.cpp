@@ -12,8 +12,8 @@ constexpr Duration kAllowed = std::chrono::milliseconds(250);
 // While nothing has ever come, devices may still be starting.
 constexpr Duration kAllowedAtFirst = std::chrono::milliseconds(400);
 constexpr double kIntervals = 3.0;
-constexpr int kMissed =
-    3;  // pictures without landmarks; the first two know the tracker's clock from too few samples
+// Pictures without landmarks; the first two know the tracker's clock from too few samples.
+constexpr int kMissed = 3;
 // How long a jump stays told: the clock estimate needs about that long to be good again.
 constexpr Duration kJumpTold = std::chrono::seconds(1);
 // An interval's weight in the smoothed one.
