@@ -181,11 +181,10 @@ std::optional<Figure> shaped_force(const DemoData& data, bool made_up) {
     why = "neither the arm's limit nor that of its change was reached";
   } else if (at_peak) {
     const double others = *all - *at_peak;
-    if (*at_peak > 0.0) why = fmt::format("in {:.0f} cut at the arm's limit", *at_peak);
-    if (*at_peak > 0.0 && others > 0.0) why += "; ";
+    why = fmt::format("{} cut at the arm's limit", *at_peak > 0.0 ? fmt::format("{:.0f}", *at_peak) : "none");
     if (others > 0.0)
-      why += fmt::format("in {} below that limit: at most about 3\u00a0N of change each millisecond{}",
-                         *at_peak > 0.0 ? fmt::format("{:.0f}", others) : "all of them",
+      why += fmt::format("; {} because a force can change by about 3\u00a0N a millisecond at most{}",
+                         *at_peak > 0.0 ? fmt::format("{:.0f}", others) : "all",
                          made_up ? ", made up for right after" : "");
   }
   return Figure{"Milliseconds in which the force was not as asked for", fmt::format("{:.0f}", *all),

@@ -178,7 +178,7 @@ class Monitor(Window):
         self.sees(lambda: self.bat_is_at(330, 470), "the bat goes to the pointer")
         self.desktop.press("v")
         self.sees(lambda: self.share(self.window, yellow) > pyramid, "the player sees it from the side, too")
-        here, there = (505, 385), (470, 300)
+        here, there = (477, 300), (445, 215)
         for place in (here, there, here):
             self.desktop.point(*place)
             at, other = ((x - 6, y - 6, 12, 12) for x, y in (place, there if place == here else here))
