@@ -22,11 +22,13 @@ TriangleMesh plinth_under(const SceneDescription& scene, const TriangleMesh& tou
 }  // namespace
 
 // The stylus is drawn at the proxy: a hand that presses sees the tip rest on the surface, not inside.
-TouchArtist::TouchArtist(const SceneDescription& scene)
-    : organ_(touched_mesh(scene)),
+TouchArtist::TouchArtist(const SceneDescription& scene) : TouchArtist(scene, touched_mesh(scene)) {}
+
+TouchArtist::TouchArtist(const SceneDescription& scene, const TriangleMesh& touched)
+    : organ_(drawn_mesh(scene)),
       tip_(sphere_mesh(Settings{}.tip_radius)),
-      plinth_(plinth_under(scene, organ_)),
-      X_world_rest_(resting_place(scene, organ_)),
+      plinth_(plinth_under(scene, touched)),
+      X_world_rest_(resting_place(scene, touched)),
       stylus_(cylinder_mesh(Vector3::Zero(), {0.0, 0.0, kStylusLength_m}, kStylusRadius_m)) {}
 
 std::vector<DrawItem> TouchArtist::draw(const WorldState& state) const {

@@ -13,6 +13,7 @@ class TouchArtist : public Artist {
   std::vector<std::string> captions(const WorldState& state) const override;
 
  private:
+  TouchArtist(const SceneDescription& scene, const TriangleMesh& touched);
   TriangleMesh organ_, tip_, plinth_;
   Pose<World, Organ> X_world_rest_;
   TriangleMesh stylus_;

@@ -58,6 +58,11 @@ TriangleMesh organ_mesh(std::uint32_t rings) {
   return mesh;
 }
 
+TriangleMesh drawn_mesh(const SceneDescription& scene) {
+  constexpr std::uint32_t kDrawnRings = 40;
+  return scene.touched.mesh == nullptr ? organ_mesh(kDrawnRings) : touched_mesh(scene);
+}
+
 TriangleMesh touched_mesh(const SceneDescription& scene) {
   if (scene.touched.mesh == nullptr) return organ_mesh();
   TriangleMesh mesh = *scene.touched.mesh;

@@ -304,6 +304,24 @@ TEST(Touch, FrictionHoldsUpToItsStaticValueAndThenDropsToTheSlidingOne) {
   EXPECT_EQ(bench.state.counters[kSliding], 1);
 }
 
+TEST(TouchArtist, DrawsWhatIsFeltToAFractionOfAMillimetre) {
+  const TriangleMesh fine = touched_mesh(table_for_tests()), coarse = drawn_mesh(table_for_tests());
+  EXPECT_LT(coarse.triangles.size(), fine.triangles.size() / 6);
+  const CollisionMesh felt(fine), drawn(coarse);
+  int places = 0;
+  double worst = 0.0;
+  for (double x = -0.05; x <= 0.05; x += 0.0007)
+    for (double z = -0.035; z <= 0.035; z += 0.0011) {
+      const auto a = felt.sweep({x, 0.1, z}, {x, -0.1, z}, 1e-4),
+                 b = drawn.sweep({x, 0.1, z}, {x, -0.1, z}, 1e-4);
+      if (!a || !b) continue;
+      ++places;
+      worst = std::max(worst, 0.2 * std::abs(a->fraction - b->fraction) * a->normal.y());
+    }
+  EXPECT_GT(places, 5000);
+  EXPECT_LT(worst, 1.5e-4) << "m, across the surface";
+}
+
 TEST(TouchArtist, DrawsTheTipOnTheSurfaceWhereTheHandIsBeneath) {
   Bench bench;
   bench.step();
