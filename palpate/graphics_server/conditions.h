@@ -91,8 +91,8 @@ class ConditionWatch {
   Source images_, samples_, head_, carried_, board_, right_;
   bool two_eyes_ = false, right_there_ = true;
   int right_wrong_width_ = 0, right_wrong_height_ = 0;  // 0: the last image had the right size
-  int missed_ =
-      0;  // frames in a row without landmarks: on a slow machine one or two are no news, however old
+  // Frames in a row without landmarks: on a slow machine one or two are no news, however old.
+  int missed_ = 0;
   bool on_board_ = false;
   std::string board_why_;
   int predicted_ = 0, used_ = 0;

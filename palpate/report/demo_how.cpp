@@ -9,16 +9,12 @@ void tell_how(Report& page, const DemoData& data) {
   page.section("How it was measured, and how to do it again", "how");
   page.paragraph(
       "The simulated laboratory owns the truth: where everything is, what each clock shows, how each device "
-      "errs. The "
-      "two servers get what real devices would give them: encoder readings, marker poses, pixels, stamps of "
-      "three clocks "
-      "that disagree. Errors to truth are computed afterwards from both. A verdict compares a figure with "
-      "the bar named "
-      "beside it; a figure without a bar is only shown.");
+      "errs. The two servers get what real devices would give them: encoder readings, marker poses, pixels, "
+      "stamps of three clocks that disagree. Errors to truth are computed afterwards from both. A verdict "
+      "compares a figure with the bar named beside it; a figure without a bar is only shown.");
   page.paragraph(
       "The same seed gives the same lock-step run to the last bit. `recompute.py` in the project's `tests` "
-      "folder computes "
-      "the errors again from the files below, sharing no code with the program:");
+      "folder computes the errors again from the files below, sharing no code with the program:");
   const auto seed = data.number("seed");
   page.code(data.text("command").value_or(seed ? fmt::format("palpate demo --seed {:.0f}", *seed)
                                                : "palpate demo") +

@@ -28,7 +28,7 @@ struct CalibrationPlan {
   std::string date;       // ISO 8601, for the provenance
 };
 
-// Of a result of this session: `data` is what it was computed from.
+// Of a calibration's result: `data` is what it was computed from.
 Provenance provenance(const CalibrationPlan& plan, const std::string& data, const std::string& method,
                       double rms_mm);
 std::string bytes_of(const std::vector<TrackedPose>& poses);

@@ -29,7 +29,7 @@ const SceneSurface* surface_of(const SceneDescription& scene, std::string_view n
   return nullptr;
 }
 
-bool holds_bat(const SceneDescription& scene) { return !scene.bat_offset.isZero(); }
+bool holds_bat(const SceneDescription& scene) { return scene.application != "touch"; }
 
 Vector3 middle_of(const SceneSurface& surface) {
   const auto& c = surface.corners;
