@@ -8,27 +8,27 @@
 #include <array>
 
 #include "palpate/calibration/arm.h"
-#include "palpate/geometry/random_vector.h"
+#include "palpate/math/random_vector.h"
 
 namespace palpate {
 namespace {
 
 constexpr double kNoise = 1e-4;  // m per axis
 
-std::vector<ArmObservation> recording(int poses) {
+std::vector<device::ArmObservation> recording(int poses) {
   Random random(1, "arm bench");
-  ArmSolution truth;
+  calibration::ArmSolution truth;
   truth.gain = Vector3::Ones() + normal3(random, 0.012);
   truth.offset = normal3(random, 0.02);
   truth.X_world_base = {rotation_from_xyz(Vector3(0.03, -0.07, 0.01)), Vector3(0.1, -1.4, 1.75)};
-  std::vector<ArmObservation> samples;
+  std::vector<device::ArmObservation> samples;
   for (int i = 0; i < poses; ++i) {
     const Vector3 theta(random.uniform(-0.78, 0.78), random.uniform(-0.17, 1.48),
                         random.uniform(-0.43, 1.13));
-    ArmObservation sample;
+    device::ArmObservation sample;
     sample.joints = (theta - truth.offset).cwiseQuotient(truth.gain);
-    const Vector3 tip = predict_tip(truth, sample.joints).m;
-    const Quaternion turn = truth.X_world_base.rotation * phantom_stylus(theta, normal3(random, 0.5));
+    const Vector3 tip = calibration::predict_tip(truth, sample.joints).m;
+    const Quaternion turn = truth.X_world_base.rotation * device::phantom_stylus(theta, normal3(random, 0.5));
     const Vector3 tip_in_marker(0.004, -0.018, -0.118);
     sample.marker = Pose<World, TipMarker>{turn, tip - turn * tip_in_marker + normal3(random, kNoise)};
     sample.covariance = kNoise * kNoise * Matrix3::Identity();
@@ -38,27 +38,30 @@ std::vector<ArmObservation> recording(int poses) {
   return samples;
 }
 
-const ArmOptions kOptions{.free = {.gains = true, .offsets = true, .lengths = false, .tip = true}};
+const calibration::ArmOptions kOptions{
+    .free = {.gains = true, .offsets = true, .lengths = false, .tip = true}};
 
 void joint(benchmark::State& state) {
   const auto samples = recording(static_cast<int>(state.range(0)));
-  for (auto _ : state) benchmark::DoNotOptimize(calibrate_arm(samples, ArmModel{}, kOptions));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(calibration::calibrate_arm(samples, device::ArmModel{}, kOptions));
 }
 
 // Ours where the covariance has to allow for a systematic error of the tracker.
 void joint_with_field(benchmark::State& state) {
   auto samples = recording(static_cast<int>(state.range(0)));
   for (auto& sample : samples) sample.systematic.reset();
-  for (auto _ : state) benchmark::DoNotOptimize(calibrate_arm(samples, ArmModel{}, kOptions));
+  for (auto _ : state)
+    benchmark::DoNotOptimize(calibration::calibrate_arm(samples, device::ArmModel{}, kOptions));
 }
 
 struct PoseResidual {
-  const ArmObservation& sample;
+  const device::ArmObservation& sample;
 
   template <typename T>
   bool operator()(const T* const turn, const T* const place, const T* const gain, const T* const offset,
                   const T* const tip, T* residual) const {
-    const PhantomLengths lengths;
+    const device::PhantomLengths lengths;
     const T t1 = gain[0] * sample.joints[0];
     const T t2 = gain[1] * sample.joints[1] + offset[0];
     const T t3 = gain[2] * sample.joints[2] + offset[1];

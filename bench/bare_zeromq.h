@@ -10,7 +10,7 @@
 #include <thread>
 #include <vector>
 
-#include "palpate/network/keys.h"
+#include "palpate/transport/keys.h"
 
 namespace palpate::bare_zeromq {
 
@@ -19,7 +19,7 @@ inline void set_text(void* socket, int option, const std::string& text) {
 }
 
 // Answers for ever. Each request's first eight bytes say how long the reply is to be.
-inline void serve(const std::string& address, const std::optional<KeyPair>& keys) {
+inline void serve(const std::string& address, const std::optional<transport::KeyPair>& keys) {
   std::thread([address, keys] {
     void* socket = zmq_socket(zmq_ctx_new(), ZMQ_ROUTER);
     if (keys) {
@@ -47,7 +47,7 @@ inline void serve(const std::string& address, const std::optional<KeyPair>& keys
 
 class Client {
  public:
-  Client(const std::string& address, const std::optional<ClientIdentity>& identity)
+  Client(const std::string& address, const std::optional<transport::ClientIdentity>& identity)
       : socket_(zmq_socket(context_, ZMQ_DEALER)) {
     if (identity) {
       set_text(socket_, ZMQ_CURVE_PUBLICKEY, identity->own.public_key);

@@ -21,9 +21,9 @@
 #include <thread>
 #include <vector>
 
-#include "palpate/network/zmq_engine.h"
 #include "palpate/time/clock_model.h"
 #include "palpate/time/jitter_histogram.h"
+#include "palpate/transport/zmq_engine.h"
 
 namespace {
 
@@ -62,8 +62,8 @@ void end(pid_t pid) {
   ::waitpid(pid, nullptr, 0);
 }
 
-StateAnswer answer_at(Instant<PhysicsClock> time) {
-  StateAnswer answer;
+scene::StateAnswer answer_at(Instant<PhysicsClock> time) {
+  scene::StateAnswer answer;
   answer.kind = AnswerKind::interpolated;
   answer.state.time = time;
   return answer;
@@ -71,7 +71,7 @@ StateAnswer answer_at(Instant<PhysicsClock> time) {
 
 struct Leg {
   const char* name;
-  std::unique_ptr<StateLink> link;
+  std::unique_ptr<transport::StateLink> link;
   ClockSync<GraphicsClock, PhysicsClock> sync;
   std::optional<Instant<GraphicsClock>> first, asked;
   std::uint64_t number = 0;
@@ -122,19 +122,20 @@ void run(double length_s, const char* stamps_file) {
   MonotonicClock<GraphicsClock> clock;
   char folder[] = "/tmp/palpate-bench-XXXXXX";
   require(::mkdtemp(folder) != nullptr, "no folder");
-  const auto own = make_key_pair(), keys = make_key_pair();
-  require(own && keys && write_key_pair(folder, *own, false) &&
-              authorize_key(folder, {Role::graphics, keys->public_key, "bench"}),
+  const auto own = transport::make_key_pair(), keys = transport::make_key_pair();
+  require(own && keys && transport::write_key_pair(folder, *own, false) &&
+              transport::authorize_key(folder, {transport::Role::graphics, keys->public_key, "bench"}),
           "no keys");
-  const auto local = parse_endpoint(fmt::format("ipc://{}/physics.sock", folder), EndpointUse::listen);
+  const auto local =
+      transport::parse_endpoint(fmt::format("ipc://{}/physics.sock", folder), transport::EndpointUse::listen);
   const std::string address = fmt::format("tcp://127.0.0.1:{}", 20000 + ::getpid() % 20000);
-  const auto tcp = parse_endpoint(address, EndpointUse::listen);
+  const auto tcp = transport::parse_endpoint(address, transport::EndpointUse::listen);
   require(local && tcp, "no endpoint");
 
   const pid_t server = child([&] {
-    const auto over_ipc = serve_states(*local, truth, answer_at, SceneDescription{});
-    const auto over_tcp =
-        serve_states(*tcp, truth, answer_at, SceneDescription{}, {*server_identity(folder), {}});
+    const auto over_ipc = transport::serve_states(*local, truth, answer_at, scene::SceneDescription{});
+    const auto over_tcp = transport::serve_states(*tcp, truth, answer_at, scene::SceneDescription{},
+                                                  {*transport::server_identity(folder), {}});
     while (over_ipc && over_tcp) ::pause();
   });
   std::FILE* stamps = stamps_file != nullptr ? std::fopen(stamps_file, "w") : nullptr;
@@ -149,8 +150,9 @@ void run(double length_s, const char* stamps_file) {
         for (volatile std::uint64_t x = 0;;) x = x + 1;
       }));
     Leg legs[] = {{"unix socket", nullptr, {}, {}, {}}, {"TCP, CURVE", nullptr, {}, {}, {}}};
-    auto over_ipc = connect_states(*local, clock),
-         over_tcp = connect_states(*tcp, clock, "graphics", ClientIdentity{*keys, own->public_key});
+    auto over_ipc = transport::connect_states(*local, clock),
+         over_tcp = transport::connect_states(*tcp, clock, "graphics",
+                                              transport::ClientIdentity{*keys, own->public_key});
     require(over_ipc && over_tcp, "no link");
     legs[0].link = std::move(*over_ipc);
     legs[1].link = std::move(*over_tcp);

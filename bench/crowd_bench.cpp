@@ -27,11 +27,11 @@
 #include <vector>
 
 #include "palpate/core/random.h"
-#include "palpate/network/zmq_engine.h"
-#include "palpate/network/zmq_socket.h"
+#include "palpate/scene/scene_history.h"
 #include "palpate/scene/shape_history.h"
-#include "palpate/scene/world_history.h"
 #include "palpate/time/periodic_loop.h"
+#include "palpate/transport/zmq_engine.h"
+#include "palpate/transport/zmq_socket.h"
 
 namespace {
 
@@ -44,7 +44,7 @@ constexpr Duration kDrawAfter = std::chrono::milliseconds(10);
 MonotonicClock<PhysicsClock> physics_clock;
 MonotonicClock<GraphicsClock> graphics_clock;
 
-Endpoint endpoint_at(const std::string& address) { return {address, address.substr(6), false}; }
+transport::Endpoint endpoint_at(const std::string& address) { return {address, address.substr(6), false}; }
 
 void require(bool condition, const char* what) {
   if (!condition) throw std::runtime_error(what);
@@ -69,20 +69,20 @@ class Membrane {
   static constexpr std::size_t kSide = 100, kVertices = kSide * kSide;
 
  private:
-  std::vector<float> values_ = std::vector<float>(kVertices * Shape::kFloatsPerVertex);
+  std::vector<float> values_ = std::vector<float>(kVertices * scene::Shape::kFloatsPerVertex);
 };
 
 [[noreturn]] void serve(const std::string& address, bool surface) {
   keep_freed_memory();
   Membrane membrane;
-  ShapeHistory shapes(surface ? Membrane::kVertices : 0);
-  SceneDescription scene;
+  scene::ShapeHistory shapes(surface ? Membrane::kVertices : 0);
+  scene::SceneDescription scene;
   scene.shape_vertices = shapes.vertices();
-  WorldHistory history(Vector3(0, -9.81, 0));
-  WorldState state;
+  scene::SceneHistory history(Vector3(0, -9.81, 0));
+  scene::SceneState state;
   state.body_count = 3;
-  StatusBoard board;
-  const auto service = serve_states(
+  transport::StatusBoard board;
+  const auto service = transport::serve_states(
       endpoint_at(address), physics_clock, [&](Instant<PhysicsClock> t) { return history.at(t); }, scene,
       {.identity = {},
        .status = [&] { return board.read(); },
@@ -100,14 +100,16 @@ class Membrane {
   const auto start = physics_clock.now();
   while (true) {
     const double up = to_seconds(physics_clock.now() - start);
-    board.write(
-        {.uptime_s = up, .loops = {loop_status("haptic", haptic, up), loop_status("physics", physics, up)}});
+    board.write({.uptime_s = up,
+                 .loops = {transport::loop_status("haptic", haptic, up),
+                           transport::loop_status("physics", physics, up)}});
     ::usleep(50'000);
   }
 }
 
 // A graphics server's rhythm: ask, draw a little later, again.
-void draw_frames(StateLink& link, std::atomic<bool>& stop, double rate_hz = kFramesHz, bool shape = false) {
+void draw_frames(transport::StateLink& link, std::atomic<bool>& stop, double rate_hz = kFramesHz,
+                 bool shape = false) {
   const Duration period = seconds(1.0 / rate_hz);
   std::uint64_t number = 0;
   for (auto next = graphics_clock.now(); !stop; next += period) {
@@ -125,14 +127,14 @@ void draw_frames(StateLink& link, std::atomic<bool>& stop, double rate_hz = kFra
 }
 
 [[noreturn]] void be_short_lived(const std::string& address) {
-  auto link = connect_states(endpoint_at(address), graphics_clock, "short-lived");
+  auto link = transport::connect_states(endpoint_at(address), graphics_clock, "short-lived");
   std::atomic<bool> never{false};
   draw_frames(**link, never);
   _exit(0);
 }
 
 [[noreturn]] void be_bad(const std::string& address, bool garbage) {
-  auto socket = zmq::Socket::make(ZMQ_DEALER);
+  auto socket = transport::zmq::Socket::make(ZMQ_DEALER);
   zmq_connect(socket->get(), address.c_str());
   Random random(7, "crowd");
   for (std::uint64_t number = 1;; ++number) {
@@ -144,7 +146,8 @@ void draw_frames(StateLink& link, std::atomic<bool>& stop, double rate_hz = kFra
         std::copy_n(reinterpret_cast<const char*>(&word), 8, bytes.begin() + static_cast<std::ptrdiff_t>(i));
       }
     } else {
-      bytes = encode(ClientMessage(StateRequest{number, physics_clock.now()}));
+      bytes =
+          transport::encode(transport::ClientMessage(transport::StateRequest{number, physics_clock.now()}));
     }
     socket->send(bytes);
     ::usleep(garbage ? 1000 : 16'000);
@@ -173,7 +176,7 @@ double resident_mib(pid_t process) {
   return pages * static_cast<double>(::sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0);
 }
 
-ServerStatus status_of(StateLink& link) {
+transport::ServerStatus status_of(transport::StateLink& link) {
   const double before = link.status() ? link.status()->uptime_s : -1.0;
   for (int i = 0; i < 500; ++i) {
     if (i % 20 == 0) link.ask_status();
@@ -192,16 +195,16 @@ struct Leg {
   bool crowd = false, shape = false;
 };
 
-void run_leg(const Leg& leg, const std::string& address, pid_t server, StateLink& asking) {
+void run_leg(const Leg& leg, const std::string& address, pid_t server, transport::StateLink& asking) {
   const bool crowd = leg.crowd;
-  std::vector<std::unique_ptr<StateLink>> links;
+  std::vector<std::unique_ptr<transport::StateLink>> links;
   for (int i = 0; i < leg.clients; ++i)
-    links.push_back(std::move(*connect_states(endpoint_at(address), graphics_clock, "healthy")));
+    links.push_back(std::move(*transport::connect_states(endpoint_at(address), graphics_clock, "healthy")));
   for (auto& link : links)
     while (!link->peer_alive()) link->poll(), ::usleep(1000);
   std::vector<pid_t> bad;
   if (crowd) bad = {start("stalled", address), start("garbage", address)};
-  const ServerStatus first = status_of(asking);
+  const transport::ServerStatus first = status_of(asking);
   const double memory = resident_mib(server);
   std::atomic<bool> stop{false};
   std::vector<std::thread> threads;
@@ -215,7 +218,7 @@ void run_leg(const Leg& leg, const std::string& address, pid_t server, StateLink
   }
   stop = true;
   for (auto& thread : threads) thread.join();
-  const ServerStatus last = status_of(asking);
+  const transport::ServerStatus last = status_of(asking);
   for (const pid_t child : bad) end(child);
   std::uint64_t frames = 0, late = 0, lost = 0;
   for (const auto& link : links) {
@@ -237,10 +240,10 @@ void run_leg(const Leg& leg, const std::string& address, pid_t server, StateLink
 }
 
 void run_legs(const char* part, const std::vector<Leg>& legs) {
-  const auto endpoint = default_endpoint(fmt::format("bench-{}", ::getpid()));
+  const auto endpoint = transport::default_endpoint(fmt::format("bench-{}", ::getpid()));
   require(endpoint.has_value(), "no endpoint");
   const pid_t server = start(part, endpoint->address);
-  auto asking = connect_states(*endpoint, graphics_clock, "bench");
+  auto asking = transport::connect_states(*endpoint, graphics_clock, "bench");
   require(asking.has_value(), "no link");
   status_of(**asking);
   for (const Leg& leg : legs) run_leg(leg, endpoint->address, server, **asking);

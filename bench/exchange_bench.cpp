@@ -30,10 +30,10 @@
 
 #include "bare_tcp.h"
 #include "bare_zeromq.h"
-#include "palpate/network/zmq_engine.h"
+#include "palpate/scene/scene_history.h"
 #include "palpate/scene/shape_history.h"
-#include "palpate/scene/world_history.h"
 #include "palpate/time/periodic_loop.h"
+#include "palpate/transport/zmq_engine.h"
 
 namespace {
 
@@ -41,7 +41,7 @@ using namespace palpate;
 
 constexpr std::size_t kRequestBytes = 24;  // of ours, about
 constexpr std::size_t kShapeVertices = 10'000;
-constexpr std::size_t kShapeBytes = kShapeVertices * Shape::kFloatsPerVertex * sizeof(float);
+constexpr std::size_t kShapeBytes = kShapeVertices * scene::Shape::kFloatsPerVertex * sizeof(float);
 using Times = std::vector<double>;  // us
 
 MonotonicClock<PhysicsClock> physics_clock;
@@ -67,9 +67,9 @@ void pin_to(int core) {
 // ---------------------------------------------------------------------------- the server's process
 
 struct Places {
-  Endpoint ipc, tcp, curve;
+  transport::Endpoint ipc, tcp, curve;
   std::string bare_ipc, bare_tcp, bare_curve;  // of ZeroMQ by itself
-  KeyPair server_keys, client_keys;
+  transport::KeyPair server_keys, client_keys;
   std::filesystem::path folder;  // of authorized_keys
 };
 
@@ -77,8 +77,8 @@ struct Places {
                               Shared& shared) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (pinned) pin_to(1);
-  WorldHistory history(Vector3(0, -9.81, 0));
-  WorldState state;
+  scene::SceneHistory history(Vector3(0, -9.81, 0));
+  scene::SceneState state;
   state.body_count = 3;
   for (int i = 0; i < 3; ++i) state.bodies[static_cast<std::size_t>(i)].set_p({0.1 * i, 0.2, 0.3});
   const auto step = [&](Instant<PhysicsClock> now) {
@@ -95,24 +95,24 @@ struct Places {
     return answer;
   };
   // Asked for a time between two shapes, always the same two: nobody writes them where no loop runs.
-  ShapeHistory shapes(kShapeVertices);
+  scene::ShapeHistory shapes(kShapeVertices);
   for (int i = 1; i <= 20; ++i)
     shapes.push(Instant<PhysicsClock>{std::chrono::milliseconds(8 * i)},
-                std::vector<float>(kShapeVertices * Shape::kFloatsPerVertex, static_cast<float>(i)));
-  const ShapeSource shape = [&](Instant<PhysicsClock>, std::span<float> out) {
+                std::vector<float>(kShapeVertices * scene::Shape::kFloatsPerVertex, static_cast<float>(i)));
+  const transport::ShapeSource shape = [&](Instant<PhysicsClock>, std::span<float> out) {
     const Instant<PhysicsClock> between{std::chrono::milliseconds(101)};
     auto time = shared.shape_ready ? std::optional(between) : shapes.at(between, out);
     shared.answered.store(physics_clock.now().ns(), std::memory_order_relaxed);
     return time;
   };
-  SceneDescription scene;
+  scene::SceneDescription scene;
   scene.shape_vertices = kShapeVertices;
-  const ServiceOptions open{.identity = {}, .status = {}, .shape = shape};
-  ServiceOptions guarded = open;
-  guarded.identity = ServerIdentity{places.server_keys, places.folder};
-  const auto over_ipc = serve_states(places.ipc, physics_clock, source, scene, open);
-  const auto over_tcp = serve_states(places.tcp, physics_clock, source, scene, open);
-  const auto over_curve = serve_states(places.curve, physics_clock, source, scene, guarded);
+  const transport::ServiceOptions open{.identity = {}, .status = {}, .shape = shape};
+  transport::ServiceOptions guarded = open;
+  guarded.identity = transport::ServerIdentity{places.server_keys, places.folder};
+  const auto over_ipc = transport::serve_states(places.ipc, physics_clock, source, scene, open);
+  const auto over_tcp = transport::serve_states(places.tcp, physics_clock, source, scene, open);
+  const auto over_curve = transport::serve_states(places.curve, physics_clock, source, scene, guarded);
   if (!over_ipc || !over_tcp || !over_curve) {
     fmt::print(stderr, "the server cannot listen\n");
     _exit(1);
@@ -180,7 +180,7 @@ struct Parts {
 
 class Ours {
  public:
-  Ours(const char* name, std::unique_ptr<StateLink> link) : name_(name), link_(std::move(link)) {}
+  Ours(const char* name, std::unique_ptr<transport::StateLink> link) : name_(name), link_(std::move(link)) {}
   const char* name() const { return name_; }
   void connect() {
     for (int i = 0; i < 1000 && !link_->peer_alive(); ++i) {
@@ -193,7 +193,7 @@ class Ours {
     Times times;
     const auto take = [&] {
       link_->poll();
-      for (const ArrivedState& a : link_->arrived()) {
+      for (const transport::ArrivedState& a : link_->arrived()) {
         times.push_back(1e6 * to_seconds(a.received - a.sent));
         if (a.reply.number != number_) continue;  // the marks are of the newest alone
         const auto us = [](std::int64_t ns) { return 1e-3 * static_cast<double>(ns); };
@@ -219,7 +219,7 @@ class Ours {
 
  private:
   const char* name_;
-  std::unique_ptr<StateLink> link_;
+  std::unique_ptr<transport::StateLink> link_;
   std::uint64_t number_ = 0;
 };
 
@@ -236,18 +236,19 @@ struct Wording {
   double decode = 0.0, encode = 0.0;
 };
 Wording wording() {
-  StateAnswer answer;
+  scene::StateAnswer answer;
   answer.state.body_count = 3;
-  const ServerMessage reply = StateReply{1000, physics_clock.now(), answer, nullptr};
-  const std::string request = encode(ClientMessage(StateRequest{1000, physics_clock.now(), false}));
+  const transport::ServerMessage reply = transport::StateReply{1000, physics_clock.now(), answer, nullptr};
+  const std::string request =
+      transport::encode(transport::ClientMessage(transport::StateRequest{1000, physics_clock.now(), false}));
   Times decoded, encoded;
   Pace pace{std::chrono::milliseconds(10)};
   for (int i = 0; i < 50; ++i) {
     pace.wait();
     const auto begin = graphics_clock.now();
-    const bool read = decode_client_message(request).has_value();
+    const bool read = transport::decode_client_message(request).has_value();
     const auto between = graphics_clock.now();
-    const bool written = !encode(reply).empty();
+    const bool written = !transport::encode(reply).empty();
     const auto end = graphics_clock.now();
     require(read && written, "messages that cannot be read");
     decoded.push_back(1e6 * to_seconds(between - begin));
@@ -344,18 +345,21 @@ Places make_places(int turn) {
   Places places;
   const int port = 20000 + (::getpid() * 32 + turn * 8) % 20000;
   const auto tcp = [&](int number, bool insecure) {
-    return parse_endpoint(fmt::format("tcp://127.0.0.1:{}", number), EndpointUse::listen, insecure);
+    return transport::parse_endpoint(fmt::format("tcp://127.0.0.1:{}", number),
+                                     transport::EndpointUse::listen, insecure);
   };
-  const auto ipc = default_endpoint(fmt::format("bench-{}", ::getpid()));
+  const auto ipc = transport::default_endpoint(fmt::format("bench-{}", ::getpid()));
   const auto plain = tcp(port, true), curve = tcp(port + 2, false);
-  const auto server = make_key_pair(), client = make_key_pair();
+  const auto server = transport::make_key_pair(), client = transport::make_key_pair();
   require(ipc && plain && curve && server && client, "no endpoint");
   const auto bare = [&](int number) { return fmt::format("tcp://127.0.0.1:{}", number); };
   places = {*ipc,           *plain,  *curve,  ipc->address + ".bare",        bare(port + 4),
             bare(port + 5), *server, *client, ipc->socket.string() + ".keys"};
   std::filesystem::create_directories(places.folder);
   std::filesystem::permissions(places.folder, std::filesystem::perms::owner_all);
-  require(authorize_key(places.folder, {Role::graphics, client->public_key, "bench"}).has_value(), "no keys");
+  require(transport::authorize_key(places.folder, {transport::Role::graphics, client->public_key, "bench"})
+              .has_value(),
+          "no keys");
   return places;
 }
 
@@ -379,10 +383,10 @@ void layout(bool pinned, bool beside_loop, int rounds, bool short_run, int engin
   require(::connect(contest.bare, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0,
           "no bare TCP rival");
   bare_tcp::no_delay(contest.bare);
-  const auto add = [&](const char* name, const Endpoint& place, const std::string& below,
-                       const std::optional<ClientIdentity>& identity) {
+  const auto add = [&](const char* name, const transport::Endpoint& place, const std::string& below,
+                       const std::optional<transport::ClientIdentity>& identity) {
     if (static_cast<int>(contest.links.size()) == engines) return;
-    auto link = connect_states(place, graphics_clock, "bench", identity);
+    auto link = transport::connect_states(place, graphics_clock, "bench", identity);
     require(link.has_value(), "no link");
     contest.links.emplace_back(name, std::move(*link));
     contest.links.back().connect();
@@ -391,12 +395,14 @@ void layout(bool pinned, bool beside_loop, int rounds, bool short_run, int engin
   add("unix socket", places.ipc, places.bare_ipc, {});
   add("TCP", places.tcp, places.bare_tcp, {});
   add("TCP, CURVE", places.curve, places.bare_curve,
-      ClientIdentity{places.client_keys, places.server_keys.public_key});
+      transport::ClientIdentity{places.client_keys, places.server_keys.public_key});
 
   const std::size_t state_bytes = [] {
-    StateAnswer answer;
+    scene::StateAnswer answer;
     answer.state.body_count = 3;
-    return encode(ServerMessage(StateReply{1000, physics_clock.now(), answer})).size();
+    return transport::encode(
+               transport::ServerMessage(transport::StateReply{1000, physics_clock.now(), answer}))
+        .size();
   }();
   fmt::print("\n{}, {}\n", pinned ? "PINNED" : "UNPINNED (no bar)",
              beside_loop ? "beside the running 1 kHz loop" : "idle");

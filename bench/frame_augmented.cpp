@@ -14,12 +14,12 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "applications/pingpong/scene_view.h"
 #include "bench/frame_bench.h"
-#include "palpate/applications/pingpong/artist.h"
-#include "palpate/compositor/compositor.h"
-#include "palpate/draw/context.h"
+#include "palpate/render/compositor.h"
+#include "palpate/render/context.h"
 #include "palpate/sim/camera_renderer.h"
-#include "palpate/sim/sim_world.h"
+#include "palpate/sim/simulator.h"
 
 namespace palpate::bench {
 namespace {
@@ -39,48 +39,48 @@ double middle(std::vector<double> values) {
 
 // The laboratory with head, arm, ball and bat where they are in play.
 struct Scene {
-  Scene(const sim::TrueView& view, const sim::WorldFile& world) {
+  Scene(const sim::TrueView& view, const sim::config::WorldFile& world) {
     description.bat_radius = world.scene.bat_radius;
     description.bat_offset = world.scene.bat_offset;
     description.ball_radius = world.ball.radius;
     real.surfaces = {{"table", view.table}, {"wall", view.wall}};
     real.marker_leds = view.marker_leds;
     real.arm =
-        draw::ArmConfiguration{view.X_world_base, view.lengths, view.theta, view.gimbal, view.X_tip_marker};
+        render::ArmConfiguration{view.X_world_base, view.lengths, view.theta, view.gimbal, view.X_tip_marker};
     const Pose<World, Tip> tip{view.X_world_base.rotation,
-                               (view.X_world_base * phantom_tip(view.theta, view.lengths)).m};
-    WorldState state;
+                               (view.X_world_base * device::phantom_tip(view.theta, view.lengths)).m};
+    scene::SceneState state;
     state.body_count = 2;
     state.bodies[1].set_q(tip.rotation);
     state.bodies[1].set_p((tip * Point<Tip>{description.bat_offset}).m);
     state.bodies[0].set_p(tip.translation + Vector3(-0.06, 0.03, -0.25));
-    artist.emplace(description);
-    items = artist->draw(state);
+    scene_view.emplace(description);
+    items = scene_view->draw(state);
   }
-  SceneDescription description;
-  RealScene real;
-  std::optional<pingpong::PingPongArtist> artist;
-  std::vector<DrawItem> items;
+  scene::SceneDescription description;
+  render::RealScene real;
+  std::optional<applications::pingpong::PingPongView> scene_view;
+  std::vector<scene::DrawItem> items;
 };
 
 struct Rival {
-  Rival(const CameraModel& lens) {
+  Rival(const device::CameraModel& lens) {
     const cv::Matx33d k(lens.fx, 0, lens.cx, 0, lens.fy, lens.cy, 0, 0, 1);
     const auto& d = lens.distortion;
     cv::initUndistortRectifyMap(k, cv::Vec<double, 5>(d[0], d[1], d[2], d[3], d[4]), cv::noArray(), k,
                                 {lens.width, lens.height}, CV_16SC2, map_1, map_2);
   }
-  void draw(CameraImage& image) {
+  void draw(device::CameraImage& image) {
     const cv::Mat from(image.height, image.width, CV_8UC3, image.rgb.data());
     cv::remap(from, to, map_1, map_2, cv::INTER_LINEAR);
   }
   cv::Mat map_1, map_2, to;
 };
 
-void size(const sim::SimWorld& world, int width, int height) {
+void size(const sim::Simulator& world, int width, int height) {
   sim::TrueView left = world.true_view();
   const double scale = static_cast<double>(height) / left.lens.height;
-  CameraModel lens = left.lens;
+  device::CameraModel lens = left.lens;
   lens.cx = scale * (lens.cx + 0.5 - 0.5 * lens.width) + 0.5 * width - 0.5;
   lens.cy = scale * (lens.cy + 0.5) - 0.5;
   lens.fx *= scale, lens.fy *= scale;
@@ -89,13 +89,13 @@ void size(const sim::SimWorld& world, int width, int height) {
   sim::TrueView right = left;
   right.X_world_camera.translation += left.X_world_camera.rotation * Vector3(kEyes, 0, 0);
   sim::CameraRenderer camera;
-  std::vector<CameraImage> images(2);
+  std::vector<device::CameraImage> images(2);
   for (std::size_t i = 0; i < 2; ++i) {
     images[i].width = width, images[i].height = height;
     camera.render(i == 0 ? left : right, images[i].rgb);
   }
-  const std::vector<Eye> eyes{{&images[0], lens, left.X_world_camera},
-                              {&images[1], lens, right.X_world_camera}};
+  const std::vector<render::Viewpoint> eyes{{&images[0], lens, left.X_world_camera},
+                                            {&images[1], lens, right.X_world_camera}};
   const Scene scene(left, world.file());
   Rival rival(lens);
   std::vector<std::uint8_t> rgb;
@@ -106,9 +106,10 @@ void size(const sim::SimWorld& world, int width, int height) {
     std::vector<double> ms{};
   };
   std::vector<Contender> all{{"cv::remap", [&] { rival.draw(images[0]); }}};
-  std::vector<std::unique_ptr<Compositor>> compositors;
-  for (const auto& [word, quality] : {std::pair{"low", Quality::low}, {"medium", Quality::medium}}) {
-    compositors.push_back(std::make_unique<Compositor>(settings_of(quality)));
+  std::vector<std::unique_ptr<render::Compositor>> compositors;
+  for (const auto& [word, quality] :
+       {std::pair{"low", render::Quality::low}, {"medium", render::Quality::medium}}) {
+    compositors.push_back(std::make_unique<render::Compositor>(render::settings_of(quality)));
     for (const std::size_t count : {1u, 2u})
       all.push_back({fmt::format("{}, {}", count == 1 ? "mono" : "stereo", word),
                      [&, count, compositor = compositors.back().get()] {
@@ -159,8 +160,8 @@ void size(const sim::SimWorld& world, int width, int height) {
 }  // namespace
 
 int augmented_pictures() {
-  sim::SimWorld world(sim::reference_world(), 3);
-  if (!world.person().ask({Gesture::look, "", 0})) return 1;
+  sim::Simulator world(sim::config::reference_world(), 3);
+  if (!world.person().ask({device::Gesture::look, "", 0})) return 1;
   world.advance_to(world.now() + seconds(1.0));
   size(world, 640, 480);
   size(world, 1280, 720);

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "bench/frame_bench.h"
-#include "palpate/draw/context.h"
-#include "palpate/draw/gl_objects.h"
+#include "palpate/render/context.h"
+#include "palpate/render/gl_objects.h"
 #include "palpate/sim/camera_renderer.h"
-#include "palpate/sim/sim_world.h"
+#include "palpate/sim/simulator.h"
 
 namespace palpate::bench {
 namespace {
@@ -42,10 +42,10 @@ double median(std::vector<double> values) {
 
 int camera_pictures() {
   // Head as in use, and in front of the board: what calibration and play look at.
-  sim::SimWorld world(sim::reference_world(), 3);
+  sim::Simulator world(sim::config::reference_world(), 3);
   std::vector<sim::TrueView> in_use, with_board;
   for (auto& [gesture, views] :
-       {std::pair{Gesture::look, &in_use}, {Gesture::look_around_board, &with_board}}) {
+       {std::pair{device::Gesture::look, &in_use}, {device::Gesture::look_around_board, &with_board}}) {
     if (!world.person().ask({gesture, "", 0})) return 1;
     for (int i = 0; i < kPictures; ++i) {
       world.advance_to(world.now() + seconds(0.35));
@@ -54,11 +54,11 @@ int camera_pictures() {
   }
   sim::CameraRenderer renderer;
   std::vector<std::uint8_t> rgb;
-  const CameraModel& lens = in_use.front().lens;
-  draw::FullScreen screen;
-  draw::Target target(lens.width, lens.height, draw::Format::rgb8, false);
-  draw::Program plain("bench/empty", draw::kFullScreen,
-                      "out vec4 colour; void main() { colour = vec4(0.5); }");
+  const device::CameraModel& lens = in_use.front().lens;
+  render::FullScreen screen;
+  render::Target target(lens.width, lens.height, render::Format::rgb8, false);
+  render::Program plain("bench/empty", render::kFullScreen,
+                        "out vec4 colour; void main() { colour = vec4(0.5); }");
   const auto empty = [&](std::size_t) {
     target.bind();
     glDisable(GL_BLEND);
@@ -80,7 +80,7 @@ int camera_pictures() {
   }
   for (auto* of_many : {&all.front(), &all.back()})
     for (double& ms : of_many->ms) ms /= 20;
-  fmt::print("{}, {}x{}, median of {} rounds\n", draw::Context::required()->renderer(), lens.width,
+  fmt::print("{}, {}x{}, median of {} rounds\n", render::Context::required()->renderer(), lens.width,
              lens.height, kRounds);
   for (const auto& contender : all)
     fmt::print("{:18} {:8.2f} CPU ms {:8.1f} empty passes\n", contender.name, median(contender.ms),

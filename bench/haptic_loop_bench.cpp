@@ -35,16 +35,16 @@ using namespace palpate;
 constexpr int kPriority = 80;
 constexpr int kMostUs = 20000;  // of cyclictest's histogram
 
-class StillArm : public ArmDevice {
+class StillArm : public device::ArmDevice {
  public:
-  ArmSample read() override {
+  device::ArmSample read() override {
     sample_.stamp += Duration(1000);
     return sample_;
   }
   void command(const Vector3& f) override { force_ = f; }
 
  private:
-  ArmSample sample_{{}, {0.1, 0.5, 0.3}, {0.2, -0.1, 0.3}};
+  device::ArmSample sample_{{}, {0.1, 0.5, 0.3}, {0.2, -0.1, 0.3}};
   Vector3 force_ = Vector3::Zero();
 };
 
@@ -72,17 +72,17 @@ struct Lateness {
 // Each tick's lateness is kept itself, so that quantiles are not those of histogram bins.
 Lateness our_loop(double rate_hz, double seconds_long, Duration spin) {
   StillArm arm;
-  TripleBuffer<HapticInput> input;
-  TripleBuffer<TipState> output;
-  HapticSettings settings;
+  TripleBuffer<haptics::HapticInput> input;
+  TripleBuffer<scene::TipState> output;
+  haptics::HapticSettings settings;
   settings.period = seconds(1.0 / rate_hz);
-  HapticLoop haptic(arm, ArmCalibration{}, {}, settings, input, output);
+  haptics::HapticLoop haptic(arm, rig::ArmCalibration{}, {}, settings, input, output);
   const MonotonicClock<PhysicsClock> reader;
   MonotonicClock<PhysicsClock> clock;
   const auto wanted = static_cast<std::size_t>(seconds_long * rate_hz);
   std::vector<std::int64_t> late(wanted, -1);
   std::atomic<std::size_t> done{0};
-  HapticInput message;
+  haptics::HapticInput message;
   message.sustained = {0.0, 1.0, 0.0};
   {
     PeriodicLoop<PhysicsClock> loop(clock,

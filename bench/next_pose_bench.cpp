@@ -8,38 +8,39 @@
 namespace palpate {
 namespace {
 
-PoseDesign design() {
-  ArmSolution arm;
+calibration::PoseDesign design() {
+  calibration::ArmSolution arm;
   arm.gain = Vector3::Ones();
   arm.offset = Vector3::Zero();
   arm.X_world_base = {Quaternion::Identity(), Vector3(0.1, -1.4, 1.75)};
   arm.tip_in_marker = Vector3(0.004, -0.018, -0.118);
   arm.tip_known = true;
-  const ReachablePoses reach;
+  const calibration::ReachablePoses reach;
   Random random(1, "next pose bench");
-  PoseDesign result(arm, joint_grid({reach.joint_range.begin(), reach.joint_range.end()}, 5),
-                    candidate_poses(arm, reach, 1500, random));
-  for (const auto& pose : candidate_poses(arm, reach, 8, random)) result.take(pose);
+  calibration::PoseDesign result(
+      arm, calibration::joint_grid({reach.joint_range.begin(), reach.joint_range.end()}, 5),
+      calibration::candidate_poses(arm, reach, 1500, random));
+  for (const auto& pose : calibration::candidate_poses(arm, reach, 8, random)) result.take(pose);
   return result;
 }
 
 void thirty_poses(benchmark::State& state) {
-  const PoseDesign at = design();
+  const calibration::PoseDesign at = design();
   for (auto _ : state) benchmark::DoNotOptimize(at.plan(30, 0));
 }
 
 void thirty_poses_exchanged(benchmark::State& state) {
-  const PoseDesign at = design();
+  const calibration::PoseDesign at = design();
   for (auto _ : state) benchmark::DoNotOptimize(at.plan(30, 4));
 }
 
 void one_pose(benchmark::State& state) {
-  const PoseDesign at = design();
+  const calibration::PoseDesign at = design();
   for (auto _ : state) benchmark::DoNotOptimize(at.best());
 }
 
 void one_pose_by_inverses(benchmark::State& state) {
-  const PoseDesign at = design();
+  const calibration::PoseDesign at = design();
   for (auto _ : state) {
     std::size_t best = 0;
     double least = 1e9;

@@ -9,8 +9,8 @@
 #include <functional>
 #include <vector>
 
+#include "applications/pingpong/ball_world.h"
 #include "bench/physics_rivals.h"
-#include "palpate/applications/pingpong/ball_world.h"
 #include "palpate/core/random.h"
 #include "palpate/physics/height_field_for_tests.h"
 
@@ -49,7 +49,7 @@ class Ours : public Engine {
     world_.place({position, velocity, Vector3::Zero()});
   }
   void step(const BatPlace& before, const BatPlace& after) override {
-    pingpong::BatMotion bat;
+    applications::pingpong::BatMotion bat;
     bat.before = {before.rotation, before.centre};
     bat.after = {after.rotation, after.centre};
     bat.velocity = (after.centre - before.centre) / dt_;
@@ -60,9 +60,9 @@ class Ours : public Engine {
   Vector3 velocity() const override { return world_.ball().velocity; }
 
  private:
-  static SceneDescription scene(const Setting& setting) {
-    SceneDescription scene;
-    scene.physics = Physics::paper;
+  static scene::SceneDescription scene(const Setting& setting) {
+    scene::SceneDescription scene;
+    scene.physics = scene::Physics::paper;
     const Vector3 a(-0.375, 0, 0), b(0.375, 0, 0), front(0, 0, 1.0), up(0, 0.6, 0);
     scene.surfaces = {{"table", {Vector3(a + front), Vector3(b + front), b, a}, kRestitution},
                       {"wall", {a, b, Vector3(b + up), Vector3(a + up)}, kRestitution}};
@@ -72,15 +72,15 @@ class Ours : public Engine {
     return scene;
   }
   double dt_;
-  pingpong::BallWorld world_;
+  applications::pingpong::BallWorld world_;
 };
 
 class OursOnBoxes : public Engine {
  public:
   explicit OursOnBoxes(const Setting& setting) : dt_(setting.dt) {
-    auto mesh = box_mesh({-0.375, -kThick, 0}, {0.375, 0, 1.0});
-    append(mesh, box_mesh({-0.375, 0, -kThick}, {0.375, 0.6, 0}));
-    mesh_ = CollisionMesh(mesh);
+    auto mesh = scene::box_mesh({-0.375, -kThick, 0}, {0.375, 0, 1.0});
+    scene::append(mesh, scene::box_mesh({-0.375, 0, -kThick}, {0.375, 0.6, 0}));
+    mesh_ = physics::CollisionMesh(mesh);
     if (!setting.gravity) model_.gravity.setZero();
   }
   void place(const Vector3& position, const Vector3& velocity) override {
@@ -89,16 +89,16 @@ class OursOnBoxes : public Engine {
   void step(const BatPlace&, const BatPlace&) override {
     double left = dt_;
     for (int event = 0; event < 12 && left > 0.0; ++event) {
-      const BallState next = fly(model_, ball_, left);
+      const physics::BallState next = physics::fly(model_, ball_, left);
       const auto hit = mesh_.sweep(ball_.position, next.position, kRadius);
       if (!hit) {
         ball_ = next;
         return;
       }
       const Vector3 touch = ball_.position + hit->fraction * (next.position - ball_.position);
-      ball_ = fly(model_, ball_, hit->fraction * left);
+      ball_ = physics::fly(model_, ball_, hit->fraction * left);
       ball_.position = touch;
-      ball_ = bounce(model_, ball_, hit->normal, {kRestitution, 0.0});
+      ball_ = physics::bounce(model_, ball_, hit->normal, {kRestitution, 0.0});
       left *= 1.0 - hit->fraction;
     }
   }
@@ -107,9 +107,9 @@ class OursOnBoxes : public Engine {
 
  private:
   double dt_;
-  BallModel model_ = BallModel::paper();
-  BallState ball_;
-  CollisionMesh mesh_;
+  physics::BallModel model_ = physics::BallModel::paper();
+  physics::BallState ball_;
+  physics::CollisionMesh mesh_;
 };
 
 std::unique_ptr<Engine> make_ours(const Setting& setting) {
@@ -255,33 +255,33 @@ void restitution() {
   }
 }
 
-TriangleMesh bumpy(std::uint32_t side) {
+scene::TriangleMesh bumpy(std::uint32_t side) {
   Random random(2, "bench/physics/field");
   const double bump = side == 1 ? 0.0 : 0.010 * std::min(1.0, 22.0 / side);  // slopes of the same steepness
-  return rough_field(side, bump, random);
+  return physics::rough_field(side, bump, random);
 }
 
 class OurSweep : public Sweeper {
  public:
-  explicit OurSweep(const CollisionMesh& mesh) : mesh_(mesh) {}
+  explicit OurSweep(const physics::CollisionMesh& mesh) : mesh_(mesh) {}
   std::optional<double> first(const Vector3& from, const Vector3& to) override {
     const auto hit = mesh_.sweep(from, to, kRadius);
     return hit ? std::optional(hit->fraction) : std::nullopt;
   }
 
  private:
-  const CollisionMesh& mesh_;
+  const physics::CollisionMesh& mesh_;
 };
 class OurRay : public Sweeper {
  public:
-  explicit OurRay(const CollisionMesh& mesh) : mesh_(mesh) {}
+  explicit OurRay(const physics::CollisionMesh& mesh) : mesh_(mesh) {}
   std::optional<double> first(const Vector3& from, const Vector3& to) override {
     const auto hit = mesh_.ray(from, to);
     return hit ? std::optional(hit->fraction) : std::nullopt;
   }
 
  private:
-  const CollisionMesh& mesh_;
+  const physics::CollisionMesh& mesh_;
 };
 
 void sweeps() {
@@ -295,7 +295,7 @@ void sweeps() {
   for (const std::uint32_t side : {1u, 22u, 224u, 707u}) {
     const auto mesh = bumpy(side);
     const double begun = now_ns();
-    const CollisionMesh prepared(mesh);
+    const physics::CollisionMesh prepared(mesh);
     const double built_ms = 1e-6 * (now_ns() - begun);
     Random random(3, "bench/physics/path");
     std::vector<std::pair<Vector3, Vector3>> paths, rays;

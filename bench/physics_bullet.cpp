@@ -29,8 +29,8 @@ class BulletEngine : public Engine {
     world_.setGravity({0, setting.gravity ? btScalar(-9.81) : btScalar(0), 0});
     if (setting.surfaces == Surfaces::mesh) {
       const Vector3 x(0.75, 0, 0);
-      add_fixed(rectangle_mesh({-0.375, 0, 1.0}, x, {0, 0, -1.0}));
-      add_fixed(rectangle_mesh({-0.375, 0, 0}, x, {0, 0.6, 0}));
+      add_fixed(scene::rectangle_mesh({-0.375, 0, 1.0}, x, {0, 0, -1.0}));
+      add_fixed(scene::rectangle_mesh({-0.375, 0, 0}, x, {0, 0.6, 0}));
     } else {
       add_fixed({0, -0.5 * kThick, 0.5}, {0.375, 0.5 * kThick, 0.5});
       add_fixed({0, 0.3, -0.5 * kThick}, {0.375, 0.3, 0.5 * kThick});
@@ -87,7 +87,7 @@ class BulletEngine : public Engine {
   void add_fixed(const Vector3& centre, const Vector3& half) {
     add(std::make_unique<btBoxShape>(bt(half)), 0.0, centre);
   }
-  void add_fixed(const TriangleMesh& mesh) {
+  void add_fixed(const scene::TriangleMesh& mesh) {
     meshes_.push_back(std::make_unique<btTriangleMesh>());
     for (const auto& t : mesh.triangles)
       meshes_.back()->addTriangle(bt(mesh.vertices[t[0]]), bt(mesh.vertices[t[1]]), bt(mesh.vertices[t[2]]));
@@ -108,7 +108,7 @@ class BulletEngine : public Engine {
 
 class BulletSweeper : public Sweeper {
  public:
-  explicit BulletSweeper(const TriangleMesh& mesh)
+  explicit BulletSweeper(const scene::TriangleMesh& mesh)
       : dispatcher_(&configuration_),
         world_(&dispatcher_, &broadphase_, &configuration_),
         sphere_(btScalar(kRadius)) {
@@ -144,7 +144,7 @@ class BulletSweeper : public Sweeper {
 std::unique_ptr<Engine> make_bullet(const Setting& setting) {
   return std::make_unique<BulletEngine>(setting);
 }
-std::unique_ptr<Sweeper> make_bullet_sweeper(const TriangleMesh& mesh) {
+std::unique_ptr<Sweeper> make_bullet_sweeper(const scene::TriangleMesh& mesh) {
   return std::make_unique<BulletSweeper>(mesh);
 }
 
@@ -154,7 +154,7 @@ std::unique_ptr<Sweeper> make_bullet_sweeper(const TriangleMesh& mesh) {
 
 namespace palpate::bench {
 std::unique_ptr<Engine> make_bullet(const Setting&) { return nullptr; }
-std::unique_ptr<Sweeper> make_bullet_sweeper(const TriangleMesh&) { return nullptr; }
+std::unique_ptr<Sweeper> make_bullet_sweeper(const scene::TriangleMesh&) { return nullptr; }
 }  // namespace palpate::bench
 
 #endif

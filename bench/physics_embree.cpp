@@ -9,7 +9,7 @@ namespace {
 
 class EmbreeRay : public Sweeper {
  public:
-  explicit EmbreeRay(const TriangleMesh& mesh) : rays_(mesh) {}
+  explicit EmbreeRay(const scene::TriangleMesh& mesh) : rays_(mesh) {}
   std::optional<double> first(const Vector3& from, const Vector3& to) override {
     return rays_.first(from, to - from);
   }
@@ -20,7 +20,7 @@ class EmbreeRay : public Sweeper {
 
 }  // namespace
 
-std::unique_ptr<Sweeper> make_embree_ray(const TriangleMesh& mesh) {
+std::unique_ptr<Sweeper> make_embree_ray(const scene::TriangleMesh& mesh) {
   return std::make_unique<EmbreeRay>(mesh);
 }
 
@@ -29,7 +29,7 @@ std::unique_ptr<Sweeper> make_embree_ray(const TriangleMesh& mesh) {
 #else
 
 namespace palpate::bench {
-std::unique_ptr<Sweeper> make_embree_ray(const TriangleMesh&) { return nullptr; }
+std::unique_ptr<Sweeper> make_embree_ray(const scene::TriangleMesh&) { return nullptr; }
 }  // namespace palpate::bench
 
 #endif

@@ -17,7 +17,8 @@ namespace {
 class MujocoEngine : public Engine {
  public:
   explicit MujocoEngine(const Setting& setting) {
-    const DampedContact law(kMass, kRestitution, kContact, Release::where_rest_length_is_back);
+    const physics::DampedContact law(kMass, kRestitution, kContact,
+                                     physics::Release::where_rest_length_is_back);
     const bool box = setting.surfaces == Surfaces::box;
     const std::string table = box ? R"(<geom type="box" size="0.375 0.01 0.5" pos="0 -0.01 0.5")"
                                   : R"(<geom type="plane" size="0.375 0.5 0.1" pos="0 0 0.5" zaxis="0 1 0")";

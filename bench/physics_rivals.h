@@ -5,7 +5,7 @@
 #include <memory>
 #include <optional>
 
-#include "palpate/geometry/so3.h"
+#include "palpate/math/so3.h"
 #include "palpate/scene/mesh.h"
 
 namespace palpate::bench {
@@ -46,7 +46,7 @@ class Sweeper {  // of one sphere of radius kRadius, or of a ray
   virtual ~Sweeper() = default;
   virtual std::optional<double> first(const Vector3& from, const Vector3& to) = 0;  // fraction
 };
-std::unique_ptr<Sweeper> make_bullet_sweeper(const TriangleMesh& mesh);
-std::unique_ptr<Sweeper> make_embree_ray(const TriangleMesh& mesh);
+std::unique_ptr<Sweeper> make_bullet_sweeper(const scene::TriangleMesh& mesh);
+std::unique_ptr<Sweeper> make_embree_ray(const scene::TriangleMesh& mesh);
 
 }  // namespace palpate::bench

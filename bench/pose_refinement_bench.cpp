@@ -5,38 +5,40 @@
 
 #include <opencv2/calib3d.hpp>
 
-#include "palpate/calibration/pose_refinement.h"
-#include "palpate/calibration/synthetic_room.h"
+#include "palpate/vision/pose_refinement.h"
+#include "palpate/vision/synthetic_room.h"
 
 namespace palpate {
 namespace {
 
 struct Scene {
-  CameraModel camera = synthetic::lens();
-  std::vector<Landmark> landmarks;
-  std::vector<Sighting> sightings;
-  CameraPosePrior prior;
+  device::CameraModel camera = vision::synthetic::lens();
+  std::vector<rig::Landmark> landmarks;
+  std::vector<vision::Sighting> sightings;
+  vision::CameraPosePrior prior;
 
   explicit Scene(int count) {
     Random random(1, "refinement bench");
-    const auto truth = synthetic::camera_pose(0.0);
+    const auto truth = vision::synthetic::camera_pose(0.0);
     while (static_cast<int>(sightings.size()) < count) {
-      Landmark landmark;
+      rig::Landmark landmark;
       landmark.place.m =
           Vector3(random.uniform(-0.35, 0.35), random.uniform(-1.52, -1.0), random.uniform(0.8, 1.5));
       landmark.covariance = 4e-8 * Matrix3::Identity();
       landmarks.push_back(landmark);
-      sightings = synthetic::sightings(camera, truth, landmarks, 0.1, random);
+      sightings = vision::synthetic::sightings(camera, truth, landmarks, 0.1, random);
     }
-    prior.covariance = synthetic::diagonal(0.002, 0.0003);
-    prior.X_world_camera = synthetic::disturbed(truth, synthetic::draw(prior.covariance, random));
+    prior.covariance = vision::synthetic::diagonal(0.002, 0.0003);
+    prior.X_world_camera =
+        vision::synthetic::disturbed(truth, vision::synthetic::draw(prior.covariance, random));
   }
 };
 
 void refinement(benchmark::State& state) {
   const Scene scene(static_cast<int>(state.range(0)));
   for (auto _ : state)
-    benchmark::DoNotOptimize(refine_camera_pose(scene.camera, scene.prior, scene.landmarks, scene.sightings));
+    benchmark::DoNotOptimize(
+        vision::refine_camera_pose(scene.camera, scene.prior, scene.landmarks, scene.sightings));
 }
 
 void solve_pnp(benchmark::State& state) {

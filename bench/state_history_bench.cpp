@@ -1,4 +1,4 @@
-// Look-up of the world's state at a time: WorldHistory against a std::deque behind a mutex that is searched
+// Look-up of the world's state at a time: SceneHistory against a std::deque behind a mutex that is searched
 // by halves. Both hold the same 8191 states, both interpolate with the same function; "beside a writer" means
 // that another thread pushes ten thousand states a second. The physical limit: copying the bytes of the two
 // states between which the time lies, from where they lie, and nothing else. Ten alternating rounds; the
@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "palpate/core/random.h"
-#include "palpate/scene/world_history.h"
+#include "palpate/scene/scene_history.h"
 #include "palpate/time/real_time.h"
 
 namespace palpate {
@@ -26,8 +26,8 @@ constexpr std::int64_t kStep = 1'000'000;  // ns
 constexpr std::size_t kKept = 8191;
 const Vector3 kGravity(0, -9.81, 0);
 
-WorldState state(std::int64_t tick) {
-  WorldState w;
+scene::SceneState state(std::int64_t tick) {
+  scene::SceneState w;
   w.time = {Duration(tick * kStep)};
   w.tick = static_cast<std::uint64_t>(tick);
   w.body_count = 2;  // ball and bat
@@ -37,43 +37,46 @@ WorldState state(std::int64_t tick) {
 
 class MutexDeque {
  public:
-  void push(const WorldState& w) {
+  void push(const scene::SceneState& w) {
     const std::scoped_lock lock(mutex_);
     states_.push_back(w);
     if (states_.size() > kKept) states_.pop_front();
   }
-  StateAnswer at(Instant<PhysicsClock> when) const {
+  scene::StateAnswer at(Instant<PhysicsClock> when) const {
     const std::scoped_lock lock(mutex_);
     const auto after =
         std::upper_bound(states_.begin(), states_.end(), when,
-                         [](Instant<PhysicsClock> t, const WorldState& w) { return t < w.time; });
+                         [](Instant<PhysicsClock> t, const scene::SceneState& w) { return t < w.time; });
     if (after == states_.begin()) return {AnswerKind::too_old, Duration(0), states_.front()};
-    const WorldState& a = *(after - 1);
+    const scene::SceneState& a = *(after - 1);
     if (after == states_.end())
-      return {AnswerKind::extrapolated, when - a.time, extrapolate(a, when - a.time)};
+      return {AnswerKind::extrapolated, when - a.time, scene::extrapolate(a, when - a.time)};
     return {AnswerKind::interpolated, Duration(0),
-            interpolate(a, *after, to_seconds(when - a.time) / to_seconds(after->time - a.time), kGravity)};
+            scene::interpolate(a, *after, to_seconds(when - a.time) / to_seconds(after->time - a.time),
+                               kGravity)};
   }
 
  private:
   mutable std::mutex mutex_;
-  std::deque<WorldState> states_;
+  std::deque<scene::SceneState> states_;
 };
 
-struct Ours : WorldHistory {
-  Ours() : WorldHistory(kGravity) {}
+struct Ours : scene::SceneHistory {
+  Ours() : scene::SceneHistory(kGravity) {}
 };
 
 // The limit: no search, no interpolation, nobody else.
 class Copy {
  public:
-  void push(const WorldState& w) { states_[static_cast<std::size_t>(w.time.ns() / kStep) % kSlots] = w; }
-  StateAnswer at(Instant<PhysicsClock> when) const {
+  void push(const scene::SceneState& w) {
+    states_[static_cast<std::size_t>(w.time.ns() / kStep) % kSlots] = w;
+  }
+  scene::StateAnswer at(Instant<PhysicsClock> when) const {
     const auto k = static_cast<std::size_t>(when.ns() / kStep);
-    StateAnswer answer;
-    std::memcpy(&answer.state, &states_[k % kSlots], sizeof(WorldState));
+    scene::StateAnswer answer;
+    std::memcpy(&answer.state, &states_[k % kSlots], sizeof(scene::SceneState));
     benchmark::DoNotOptimize(answer.state);
-    std::memcpy(&answer.state, &states_[(k + 1) % kSlots], sizeof(WorldState));
+    std::memcpy(&answer.state, &states_[(k + 1) % kSlots], sizeof(scene::SceneState));
     benchmark::DoNotOptimize(answer.state);
     answer.state.time = when;
     return answer;
@@ -81,7 +84,7 @@ class Copy {
 
  private:
   static constexpr std::size_t kSlots = 8192;
-  std::vector<WorldState> states_ = std::vector<WorldState>(kSlots);
+  std::vector<scene::SceneState> states_ = std::vector<scene::SceneState>(kSlots);
 };
 
 // Asked for at most 100 ms back, as graphics servers do.
@@ -114,7 +117,7 @@ void look_up(benchmark::State& run, bool writer_beside) {
   for (auto _ : run) {
     const Instant<PhysicsClock> when{
         Duration(newest.load(std::memory_order_relaxed) * kStep - back[i++ % back.size()])};
-    const StateAnswer answer = history->at(when);
+    const scene::StateAnswer answer = history->at(when);
     wrong += answer.state.time.ns() / 2 != when.ns() / 2 && answer.state.time.ns() / 2 != (when.ns() + 1) / 2;
     benchmark::DoNotOptimize(answer);
   }
@@ -127,9 +130,9 @@ template <typename History>
 void push_one(benchmark::State& run) {
   const auto history = std::make_unique<History>();
   std::int64_t tick = 0;
-  const WorldState w = state(0);
+  const scene::SceneState w = state(0);
   for (auto _ : run) {
-    WorldState next = w;
+    scene::SceneState next = w;
     next.time = {Duration(++tick * kStep)};
     history->push(next);
   }

@@ -30,21 +30,21 @@ double quantile(std::vector<double>& values, double q) {
   return values[k];
 }
 
-bool below(const TriangleMesh& surface, std::uint32_t cells, const Vector3& p) {
-  return p.z() < flat_height(surface, cells, p.x(), p.y()) + 0.5 * kRadius;
+bool below(const scene::TriangleMesh& surface, std::uint32_t cells, const Vector3& p) {
+  return p.z() < physics::flat_height(surface, cells, p.x(), p.y()) + 0.5 * kRadius;
 }
 
-void slide(const TriangleMesh& surface, const CollisionMesh& mesh, std::uint32_t cells, double speed,
-           double friction, int ticks) {
-  const Bumps bumps;
-  Proxy proxy(mesh, {.radius = kRadius, .friction = friction});
+void slide(const scene::TriangleMesh& surface, const physics::CollisionMesh& mesh, std::uint32_t cells,
+           double speed, double friction, int ticks) {
+  const physics::Bumps bumps;
+  physics::Proxy proxy(mesh, {.radius = kRadius, .friction = friction});
   proxy.begin({-0.08, -0.07, 0.02});
   std::vector<double> tick_us, sweep_us;
   int fallen = 0, stuck = 0, unsettled = 0;
   double sweeps = 0.0;
-  Vector3 before = tip_under(bumps, speed, kDepth, 0.0);
+  Vector3 before = physics::tip_under(bumps, speed, kDepth, 0.0);
   for (int i = 0; i < ticks; ++i) {
-    const Vector3 tip = tip_under(bumps, speed, kDepth, i * 1e-3);
+    const Vector3 tip = physics::tip_under(bumps, speed, kDepth, i * 1e-3);
     const Vector3 from = proxy.state().position, to = from + (tip - before);
     before = tip;
     const auto sweep_begins = std::chrono::steady_clock::now();
@@ -52,7 +52,7 @@ void slide(const TriangleMesh& surface, const CollisionMesh& mesh, std::uint32_t
     const double one_sweep = microseconds_since(sweep_begins);
     if (hit && hit->fraction > 2.0) return;  // the compiler must not leave the sweep out
     const auto tick_begins = std::chrono::steady_clock::now();
-    const ProxyState& state = proxy.follow(tip);
+    const physics::ProxyState& state = proxy.follow(tip);
     const double one_tick = microseconds_since(tick_begins);
     if (i > 0) {
       tick_us.push_back(one_tick);
@@ -73,7 +73,8 @@ void slide(const TriangleMesh& surface, const CollisionMesh& mesh, std::uint32_t
       sweeps / ticks, fallen, stuck, unsettled, ticks);
 }
 
-void tap(const TriangleMesh& surface, const CollisionMesh& mesh, std::uint32_t cells, int taps) {
+void tap(const scene::TriangleMesh& surface, const physics::CollisionMesh& mesh, std::uint32_t cells,
+         int taps) {
   Random random(1, "bench/taps");
   for (const double speed : {0.1, 1.0}) {
     for (int kind = 0; kind < 3; ++kind) {
@@ -85,7 +86,7 @@ void tap(const TriangleMesh& surface, const CollisionMesh& mesh, std::uint32_t c
           const Vector3 &a = surface.vertices[t[0]], &b = surface.vertices[t[1]], &c = surface.vertices[t[2]];
           at = kind == 0 ? a : kind == 1 ? Vector3(0.5 * (a + b)) : Vector3((a + b + c) / 3.0);
         } while (at.head<2>().lpNorm<Eigen::Infinity>() > 0.095);
-        Proxy proxy(mesh, {.radius = kRadius});
+        physics::Proxy proxy(mesh, {.radius = kRadius});
         double z = at.z() + 0.008 + 1e-3 * speed * random.uniform();
         proxy.begin({at.x(), at.y(), z});
         bool through = false;
@@ -104,15 +105,15 @@ void tap(const TriangleMesh& surface, const CollisionMesh& mesh, std::uint32_t c
 }
 
 void ripple(std::uint32_t cells) {
-  const Bumps flat{.amplitude = 0.0};
-  const CollisionMesh mesh(height_field(flat, cells));
+  const physics::Bumps flat{.amplitude = 0.0};
+  const physics::CollisionMesh mesh(physics::height_field(flat, cells));
   for (const double speed : {0.01, 0.1, 1.0}) {
-    Proxy proxy(mesh, {.radius = kRadius});
+    physics::Proxy proxy(mesh, {.radius = kRadius});
     proxy.begin({-0.08, -0.07, 0.01});
     double least = 1e9, most = 0.0, sum = 0.0, aside = 0.0;
     constexpr int kTicks = 5000;
     for (int i = 0; i < kTicks; ++i) {
-      const Vector3 tip = tip_under(flat, speed, kDepth, i * 1e-3);
+      const Vector3 tip = physics::tip_under(flat, speed, kDepth, i * 1e-3);
       const Vector3 push = proxy.follow(tip).position - tip;
       if (i == 0) continue;
       least = std::min(least, push.norm());
@@ -136,16 +137,16 @@ int main() {
       "triangles    m/s friction       p50     p99   p99.9     sweep     p99      p50    p99   sweeps  "
       "fallen  stuck unsettled\n");
   for (const std::uint32_t cells : {224u, 708u}) {
-    const TriangleMesh surface = height_field({}, cells);
-    const CollisionMesh mesh(surface);
+    const scene::TriangleMesh surface = physics::height_field({}, cells);
+    const physics::CollisionMesh mesh(surface);
     for (const double speed : {0.1, 1.0})
       for (const double friction : {0.0, 0.3})
         slide(surface, mesh, cells, speed, friction, cells > 500 ? 10'000 : 20'000);
   }
   fmt::print("\ntaps, m/s\n");
   for (const std::uint32_t cells : {224u, 708u}) {
-    const TriangleMesh surface = height_field({}, cells);
-    const CollisionMesh mesh(surface);
+    const scene::TriangleMesh surface = physics::height_field({}, cells);
+    const physics::CollisionMesh mesh(surface);
     tap(surface, mesh, cells, cells > 500 ? 300 : 1000);
   }
   fmt::print("\nripple of the force on a plane without friction, m/s\n");

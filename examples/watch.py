@@ -18,7 +18,7 @@ server.connect(address)
 
 
 def ask(**body):
-    server.send(wire.ToPhysics(protocol=1, **body).SerializeToString())
+    server.send(wire.ToPhysics(protocol=2, **body).SerializeToString())
     reply = wire.ToGraphics.FromString(server.recv())
     return getattr(reply, reply.WhichOneof("body"))
 
@@ -29,10 +29,11 @@ moment = time.monotonic_ns() - 20_000_000  # the same clock as the server's, on 
 reply = ask(state_request=wire.StateRequest(number=1, time_ns=moment))
 print(f"20 ms ago: tick {reply.state.tick}, {wire.AnswerKind.Name(reply.kind)}")
 
-states = zmq.Context.instance().socket(zmq.SUB)
+states = zmq.Context.instance().socket(zmq.DEALER)
 states.setsockopt(zmq.RCVTIMEO, 5000)
-states.subscribe(b"state@30;")
 states.connect(welcome.states)
-for _ in range(count):
-    state = wire.ToGraphics.FromString(states.recv_multipart()[1]).state_reply.state
+for i in range(count):
+    if i % 30 == 0:  # once a second: a subscription lapses after three
+        states.send(wire.ToPhysics(protocol=2, subscribe=wire.Subscribe(rate_hz=30)).SerializeToString())
+    state = wire.ToGraphics.FromString(states.recv()).state_reply.state
     print(f"{state.tick:9d}", *(f"({b.position_m[0]:+.3f} {b.position_m[1]:+.3f} {b.position_m[2]:+.3f}) m" for b in state.bodies))

@@ -6,14 +6,14 @@
 namespace palpate::fuzz {
 namespace {
 
-std::vector<ArmObservation> samples_of(const ArmModel& model) {
+std::vector<device::ArmObservation> samples_of(const device::ArmModel& model) {
   Random random(1, "fuzz/arm models");
-  std::vector<ArmObservation> samples(20);
+  std::vector<device::ArmObservation> samples(20);
   for (auto& sample : samples) {
     sample.joints.resize(model.joint_count());
     for (auto& angle : sample.joints) angle = random.uniform(-1.0, 1.0);
     const Vector3 noise(random.normal(), random.normal(), random.normal());
-    sample.tip = Point<World>{arm_tip(model, sample.joints).m + 1e-4 * noise};
+    sample.tip = Point<World>{device::arm_tip(model, sample.joints).m + 1e-4 * noise};
   }
   return samples;
 }
@@ -23,19 +23,19 @@ std::vector<ArmObservation> samples_of(const ArmModel& model) {
 Refusals arm_models(std::string_view file) {
   constexpr Eigen::Index kMostJoints = 7;
   Refusals refusals;
-  const auto model = parse_arm_model(file, "arm.toml");
+  const auto model = device::parse_arm_model(file, "arm.toml");
   if (!answered(model, refusals)) return refusals;
-  ArmJacobian jacobian;
-  const auto tip = arm_tip(*model, Eigen::VectorXd::Constant(model->joint_count(), 0.3), jacobian);
+  device::ArmJacobian jacobian;
+  const auto tip = device::arm_tip(*model, Eigen::VectorXd::Constant(model->joint_count(), 0.3), jacobian);
   hold_finite(tip.m, "a tip is finite");
   hold_finite(jacobian.theta, "a Jacobian is finite");
   if (model->joint_count() > kMostJoints) return refusals;
   const auto samples = samples_of(*model);
-  ArmOptions options;
+  calibration::ArmOptions options;
   options.free.tip = false;
-  for (const bool dh : {false, model->kind == ArmModel::Kind::dh}) {
+  for (const bool dh : {false, model->kind == device::ArmModel::Kind::dh}) {
     options.free.dh = dh;
-    const auto arm = calibrate_arm(samples, *model, options);
+    const auto arm = calibration::calibrate_arm(samples, *model, options);
     if (answered(arm, refusals)) hold_finite(arm->value.X_world_base, "the base's pose is rigid");
   }
   return refusals;

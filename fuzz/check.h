@@ -7,8 +7,8 @@
 
 #include "fuzz/targets.h"
 #include "palpate/core/expected.h"
-#include "palpate/estimation/estimate.h"
-#include "palpate/geometry/pose.h"
+#include "palpate/math/estimate.h"
+#include "palpate/math/pose.h"
 
 namespace palpate::fuzz {
 

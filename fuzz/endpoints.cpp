@@ -1,13 +1,14 @@
 // Network addresses as people type them.
 #include "fuzz/check.h"
-#include "palpate/network/local_endpoint.h"
+#include "palpate/transport/local_endpoint.h"
 
 namespace palpate::fuzz {
 
 Refusals endpoints(std::string_view file) {
   Refusals refusals;
-  for (const auto use : {EndpointUse::listen, EndpointUse::connect})
-    for (const bool insecure : {false, true}) answered(parse_endpoint(file, use, insecure), refusals);
+  for (const auto use : {transport::EndpointUse::listen, transport::EndpointUse::connect})
+    for (const bool insecure : {false, true})
+      answered(transport::parse_endpoint(file, use, insecure), refusals);
   return refusals;
 }
 

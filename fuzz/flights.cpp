@@ -6,15 +6,15 @@ namespace palpate::fuzz {
 
 Refusals flights(std::string_view file) {
   Refusals refusals;
-  auto seen = parse_flight(file, "flight.csv");
+  auto seen = physics::parse_flight(file, "flight.csv");
   if (!answered(seen, refusals)) return refusals;
   cut(*seen);
-  BallModel model;
+  physics::BallModel model;
   model.gravity = {0.0, 0.0, -9.81};
-  BouncePlane table;
+  physics::BouncePlane table;
   table.point = {0.0, 0.0, 0.76};
   table.normal = Vector3::UnitZ();
-  const auto fit = fit_flight(model, {&table, 1}, *seen);
+  const auto fit = physics::fit_flight(model, {&table, 1}, *seen);
   if (answered(fit, refusals)) {
     hold_finite(fit->state.position, "a ball's place is finite");
     hold_finite(fit->state.velocity, "a ball's velocity is finite");

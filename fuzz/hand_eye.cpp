@@ -9,15 +9,15 @@ namespace palpate::fuzz {
 Refusals hand_eye(std::string_view file) {
   Refusals refusals;
   const auto [first, second] = split_files(file);
-  auto hand = parse_poses(first, "hand.csv");
-  auto eye = parse_poses(second, "eye.csv");
+  auto hand = device::parse_poses(first, "hand.csv");
+  auto eye = device::parse_poses(second, "eye.csv");
   if (!answered(hand, refusals) || !answered(eye, refusals)) return refusals;
   cut(hand->poses, 2 * kMostRows);
   cut(eye->poses);
   for (const bool estimate_delay : {false, true}) {
-    HandEyeOptions options{.estimate_delay = estimate_delay};
+    calibration::HandEyeOptions options{.estimate_delay = estimate_delay};
     if (!hand->has_time) options.max_hand_gap_s = 1.5;
-    const auto fit = calibrate_hand_eye(hand->poses, eye->poses, options);
+    const auto fit = calibration::calibrate_hand_eye(hand->poses, eye->poses, options);
     if (!answered(fit, refusals)) continue;
     hold_finite(fit->value.X_marker_camera, "the camera's pose in the marker is rigid");
     hold_finite(fit->value.X_world_board, "the board's pose is rigid");

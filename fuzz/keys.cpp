@@ -1,14 +1,14 @@
 // The list of admitted keys.
-#include "palpate/network/keys.h"
+#include "palpate/transport/keys.h"
 
 #include "fuzz/check.h"
 
 namespace palpate::fuzz {
 
 Refusals keys(std::string_view file) {
-  AuthorizedKeys read = parse_authorized_keys(file, "authorized_keys");
+  transport::AuthorizedKeys read = transport::parse_authorized_keys(file, "authorized_keys");
   for (const auto& key : read.keys) {
-    hold(is_key(key.key), "an admitted key is a key");
+    hold(transport::is_key(key.key), "an admitted key is a key");
     hold(read.role_of(key.key) == key.role, "a key has one role");
   }
   for (const auto& complaint : read.complaints)

@@ -7,7 +7,7 @@ namespace palpate::fuzz {
 
 Refusals meshes(std::string_view file) {
   Refusals refusals;
-  const auto read = parse_mesh(file, "mesh.stl", 0.001);
+  const auto read = scene::parse_mesh(file, "mesh.stl", 0.001);
   if (!answered(read, refusals)) return refusals;
   const auto& mesh = read->mesh;
   hold(!mesh.triangles.empty(), "a mesh that was read has triangles");
@@ -19,10 +19,10 @@ Refusals meshes(std::string_view file) {
   for (const auto& t : mesh.triangles)
     for (const auto corner : t) hold(corner < mesh.vertices.size(), "a triangle's corners are there");
   auto again = mesh;
-  const auto report = repair(again);
+  const auto report = scene::repair(again);
   hold(report.welded_vertices + report.dropped_triangles + report.repeated_triangles == 0,
        "what was repaired needs no repair");
-  const CollisionMesh prepared(mesh);
+  const physics::CollisionMesh prepared(mesh);
   const auto& t = mesh.triangles.front();
   const Vector3 aim = (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3.0;
   const Vector3 from = aim + Vector3(0.3, 2.0, 0.5) * (size + 0.001), to = 2.0 * aim - from;

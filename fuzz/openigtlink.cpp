@@ -3,30 +3,32 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/openigtlink/message_stream.h"
 #include "fuzz/check.h"
-#include "palpate/drivers/openigtlink/message_stream.h"
 
 namespace palpate::fuzz {
 namespace {
 
-void hold_rigid(const igtl::RigidPose& pose) {
+void hold_rigid(const drivers::openigtlink::RigidPose& pose) {
   hold(std::abs(pose.rotation.norm() - 1.0) < 1e-6 && pose.translation.allFinite(), "poses read are rigid");
 }
 
 struct HeardBytes {
-  igtl::MessageStream stream;
+  drivers::openigtlink::MessageStream stream;
   std::vector<std::string> messages;  // encoded again
   bool alive = true;
 
   void take(std::string_view bytes) {
-    alive = stream.take(bytes, [this](igtl::Message&& message) {
-      if (const auto* transform = std::get_if<igtl::Transform>(&message.content)) hold_rigid(transform->pose);
-      if (const auto* data = std::get_if<igtl::TrackingData>(&message.content))
+    alive = stream.take(bytes, [this](drivers::openigtlink::Message&& message) {
+      if (const auto* transform = std::get_if<drivers::openigtlink::Transform>(&message.content))
+        hold_rigid(transform->pose);
+      if (const auto* data = std::get_if<drivers::openigtlink::TrackingData>(&message.content))
         for (const auto& tool : data->tools) hold_rigid(tool.pose);
-      const auto encoded = igtl::encode(message);
+      const auto encoded = drivers::openigtlink::encode(message);
       hold(encoded.has_value(), "a message that was read can be sent on");
-      const auto header = igtl::decode_header(*encoded);
-      hold(header && igtl::decode_body(*header, std::string_view(*encoded).substr(igtl::kHeaderBytes)),
+      const auto header = drivers::openigtlink::decode_header(*encoded);
+      hold(header && drivers::openigtlink::decode_body(
+                         *header, std::string_view(*encoded).substr(drivers::openigtlink::kHeaderBytes)),
            "a message that was sent on can be read");
       messages.push_back(*encoded);
     });

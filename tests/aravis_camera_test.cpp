@@ -9,14 +9,14 @@
 #include <set>
 #include <thread>
 
-#include "palpate/drivers/cameras/aravis_source.h"
-#include "palpate/drivers/cameras/camera_choice.h"
+#include "drivers/cameras/aravis_source.h"
+#include "drivers/cameras/camera_choice.h"
 #include "palpate/time/clock.h"
 #include "palpate/time/clock_model.h"
 #include "tests/fake_network_camera.h"
 #include "tests/rendered_views.h"
 
-namespace palpate::cameras {
+namespace palpate::drivers::cameras {
 namespace {
 
 class OneAtATime : public testing::Environment {
@@ -45,16 +45,16 @@ void until(const std::function<bool()>& condition, const std::string& what) {
   }
 }
 
-CameraImage next_image(LiveCamera& camera) {
-  std::optional<CameraImage> image;
+device::CameraImage next_image(LiveCamera& camera) {
+  std::optional<device::CameraImage> image;
   until([&] { return (image = camera.poll()).has_value(); }, "a picture");
-  return image.value_or(CameraImage{});
+  return image.value_or(device::CameraImage{});
 }
 
-Wish wish(std::string format = "") {
+CameraRequest request(std::string format = "") {
   // By address: where a machine has several networks, a name may be answered by way of one that pictures of
   // 127.0.0.1 do not take.
-  Wish result{{Kind::aravis, "127.0.0.1"}, {}};
+  CameraRequest result{{Kind::aravis, "127.0.0.1"}, {}};
   result.settings.width = FakeNetworkCamera::kWidth, result.settings.height = FakeNetworkCamera::kHeight;
   result.settings.rate_hz = 25.0;
   result.settings.exposure_s = 0.008;
@@ -63,7 +63,7 @@ Wish wish(std::string format = "") {
 }
 
 // Which of the pictures shown agrees with this one at every place and channel that the format carries there.
-int which(const CameraImage& image, const std::function<bool(int x, int y, int c)>& carried,
+int which(const device::CameraImage& image, const std::function<bool(int x, int y, int c)>& carried,
           const std::function<int(int c)>& source) {
   for (std::size_t i = 0; i < shown().size(); ++i) {
     bool same = true;
@@ -89,7 +89,7 @@ TEST(AravisCamera, PicturesArriveToTheLastBitInEveryFormat) {
                                                           {"BayerGB8", ARV_PIXEL_FORMAT_BAYER_GB_8},
                                                           {"BayerBG8", ARV_PIXEL_FORMAT_BAYER_BG_8}};
   const auto check = [&](const char* format, const auto& carried, const auto& source) {
-    auto camera = open_camera(wish(format));
+    auto camera = open_camera(request(format));
     ASSERT_TRUE(camera) << camera.error().message;
     EXPECT_EQ(name_of((*camera)->facts().format), format);
     EXPECT_EQ((*camera)->facts().serial, kSerial);
@@ -119,7 +119,7 @@ TEST(AravisCamera, PicturesArriveToTheLastBitInEveryFormat) {
 // known.
 TEST(AravisCamera, StampsLeadToTheHostsTimeWithinWhatTheEstimatorStates) {
   const FakeNetworkCamera pretended(kSerial, shown());
-  auto camera = open_camera(wish("Mono8"));
+  auto camera = open_camera(request("Mono8"));
   ASSERT_TRUE(camera) << camera.error().message;
   const auto lead_ns = [] {  // of the camera's clock
     timespec wall{};
@@ -160,7 +160,7 @@ TEST(AravisCamera, StampsLeadToTheHostsTimeWithinWhatTheEstimatorStates) {
 
 TEST(AravisCamera, IsMissedWhenItsPlugIsPulledAndComesBackByItself) {
   std::optional<FakeNetworkCamera> pretended(std::in_place, kSerial, shown());
-  auto camera = open_camera(wish());
+  auto camera = open_camera(request());
   ASSERT_TRUE(camera) << camera.error().message;
   const auto first = next_image(**camera);
   EXPECT_FALSE((*camera)->news());
@@ -192,8 +192,8 @@ TEST(AravisCamera, IsListedAndSaysWhatItCannotDo) {
   ASSERT_NE(it, found.end());
   EXPECT_EQ(it->serial, kSerial);
   EXPECT_EQ(it->address, "127.0.0.1");
-  const auto refusal = [](const std::function<void(Wish&)>& change) {
-    auto asked = wish();
+  const auto refusal = [](const std::function<void(CameraRequest&)>& change) {
+    auto asked = request();
     change(asked);
     const auto camera = open_camera(asked);
     return camera ? std::string("accepted") : camera.error().message;
@@ -202,14 +202,14 @@ TEST(AravisCamera, IsListedAndSaysWhatItCannotDo) {
     EXPECT_NE(message.find(words), std::string::npos) << message;
     EXPECT_EQ(message.find("camera aravis:"), 0u) << message;
   };
-  has(refusal([](Wish& w) { w.choice.which = "Aravis-Fake-Nobody"; }), "no such camera answers");
-  has(refusal([](Wish& w) { w.settings.width = 4096; }), "4096x480 are asked for");
-  has(refusal([](Wish& w) { w.settings.pixel_format = "BGR8"; }), "and BGR8 is expected");
-  has(refusal([](Wish& w) { w.settings.gain = 1000.0; }), "gain 1000");
-  const auto holder = open_camera(wish());
+  has(refusal([](CameraRequest& w) { w.choice.which = "Aravis-Fake-Nobody"; }), "no such camera answers");
+  has(refusal([](CameraRequest& w) { w.settings.width = 4096; }), "4096x480 are asked for");
+  has(refusal([](CameraRequest& w) { w.settings.pixel_format = "BGR8"; }), "and BGR8 is expected");
+  has(refusal([](CameraRequest& w) { w.settings.gain = 1000.0; }), "gain 1000");
+  const auto holder = open_camera(request());
   ASSERT_TRUE(holder) << holder.error().message;
-  has(refusal([](Wish&) {}), "another program");
+  has(refusal([](CameraRequest&) {}), "another program");
 }
 
 }  // namespace
-}  // namespace palpate::cameras
+}  // namespace palpate::drivers::cameras

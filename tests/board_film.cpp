@@ -10,17 +10,17 @@
 #include <filesystem>
 #include <numbers>
 
-#include "palpate/calibration/synthetic_board.h"
-#include "palpate/calibration/synthetic_charuco.h"
-#include "palpate/compositor/picture_file.h"
-#include "palpate/model/rig.h"
+#include "palpate/render/picture_file.h"
+#include "palpate/rig/rig.h"
+#include "palpate/vision/synthetic_board.h"
+#include "palpate/vision/synthetic_charuco.h"
 
 namespace {
 
 using namespace palpate;
 
 // tests/program/webcam_test.py knows it too.
-const CameraModel kLens{640, 480, 610.0, 611.0, 322.0, 236.0, {-0.08, 0.03, 0.001, -0.0005, 0.0}};
+const device::CameraModel kLens{640, 480, 610.0, 611.0, 322.0, 236.0, {-0.08, 0.03, 0.001, -0.0005, 0.0}};
 constexpr double kRate = 10.0, kRound_s = 4.0, kNoise = 2.0;
 
 std::vector<std::uint8_t> rgb_of(const std::vector<std::uint8_t>& grey) {
@@ -34,24 +34,24 @@ int fail(const std::string& why) {
   return 1;
 }
 
-int views(const CharucoBoard& board, const std::filesystem::path& folder, int count) {
-  const synthetic::CharucoCamera camera(kLens, board);
+int views(const device::CharucoBoard& board, const std::filesystem::path& folder, int count) {
+  const vision::synthetic::CharucoCamera camera(kLens, board);
   Random random(5, "views of a board");
-  BoardShape inner{board.columns - 1, board.rows - 1, board.square};
+  vision::BoardShape inner{board.columns - 1, board.rows - 1, board.square};
   for (int i = 0; i < count; ++i) {
-    const auto X = synthetic::board_in_view(kLens, inner, random);
-    if (auto done = write_png(folder / fmt::format("view_{:02}.png", i),
-                              rgb_of(camera.grey(X, kNoise, random)), kLens.width, kLens.height);
+    const auto X = vision::synthetic::board_in_view(kLens, inner, random);
+    if (auto done = render::write_png(folder / fmt::format("view_{:02}.png", i),
+                                      rgb_of(camera.grey(X, kNoise, random)), kLens.width, kLens.height);
         !done)
       return fail(done.error().message);
   }
   return 0;
 }
 
-int film(const CharucoBoard& board, const std::filesystem::path& file, int times, bool away) {
-  const synthetic::CharucoCamera camera(kLens, board, 2);
+int film(const device::CharucoBoard& board, const std::filesystem::path& file, int times, bool away) {
+  const vision::synthetic::CharucoCamera camera(kLens, board, 2);
   Random random(6, "film of a board");
-  const Rig rig = desk_rig(board);
+  const rig::Rig rig = rig::desk_rig(board);
   const auto& placed = *rig.board;
   const Vector3 middle = (placed.X_world_board * Point<Board>{board.middle()}).m;
   std::vector<std::vector<std::uint8_t>> pictures;
@@ -61,10 +61,10 @@ int film(const CharucoBoard& board, const std::filesystem::path& file, int times
     const bool looks_away = away || t > kRound_s - 1.0;
     const Vector3 at = looks_away ? Vector3(middle + Vector3(1.5, 0.0, -0.3))
                                   : Vector3(middle + Vector3(0.02 * std::sin(2 * turn), 0.0, -0.16));
-    const auto X = synthetic::looking(eye, at).inverse() * placed.X_world_board;
+    const auto X = vision::synthetic::looking(eye, at).inverse() * placed.X_world_board;
     pictures.push_back(rgb_of(camera.grey(X, kNoise, random)));
   }
-  auto video = VideoFile::create(file, kLens.width, kLens.height, kRate);
+  auto video = render::VideoFile::create(file, kLens.width, kLens.height, kRate);
   if (!video) return fail(video.error().message);
   for (int round = 0; round < times; ++round)
     for (const auto& picture : pictures) video->add(picture);
@@ -76,7 +76,7 @@ int film(const CharucoBoard& board, const std::filesystem::path& file, int times
 
 int main(int argc, char** argv) {
   if (argc != 5) return fail("views|film|away BOARD.toml PLACE COUNT are expected");
-  const auto board = read_charuco_board(argv[2]);
+  const auto board = device::read_charuco_board(argv[2]);
   if (!board) return fail(board.error().message);
   const std::string what = argv[1];
   const int count = std::atoi(argv[4]);

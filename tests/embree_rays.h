@@ -11,7 +11,7 @@ namespace palpate {
 
 class EmbreeRays {
  public:
-  explicit EmbreeRays(const TriangleMesh& mesh)
+  explicit EmbreeRays(const scene::TriangleMesh& mesh)
       : device_(rtcNewDevice("threads=1")), scene_(rtcNewScene(device_)) {
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
     RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);

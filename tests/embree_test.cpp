@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "palpate/geometry/random_vector.h"
+#include "palpate/math/random_vector.h"
 #include "palpate/physics/sweep.h"
 
 namespace palpate {
@@ -12,7 +12,7 @@ namespace {
 
 TEST(Embree, SeesWhatOurRaysSee) {
   Random random(1, "embree");
-  TriangleMesh mesh;  // 100,352 triangles over 2 m x 2 m, coordinates that floats hold
+  scene::TriangleMesh mesh;  // 100,352 triangles over 2 m x 2 m, coordinates that floats hold
   constexpr std::uint32_t n = 224;
   for (std::uint32_t i = 0; i <= n; ++i)
     for (std::uint32_t j = 0; j <= n; ++j)
@@ -27,7 +27,7 @@ TEST(Embree, SeesWhatOurRaysSee) {
     }
   }
   const EmbreeRays embree(mesh);
-  const CollisionMesh ours(mesh);
+  const physics::CollisionMesh ours(mesh);
   constexpr int kRays = 50000;
   int hits = 0, apart = 0;
   for (int k = 0; k < kRays; ++k) {

@@ -6,19 +6,19 @@
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
-#include "palpate/compositor/picture_file.h"
 #include "palpate/core/file.h"
-#include "palpate/draw/context.h"
+#include "palpate/render/context.h"
+#include "palpate/render/picture_file.h"
 #include "tests/picture_scene_for_tests.h"
 
 namespace palpate {
 namespace {
 
 const std::filesystem::path kFolder = PALPATE_GOLDEN_PICTURES;
-const CameraModel kSmall{320, 240, 300, 300, 159.5, 119.5, {-0.2, 0.05, 0.001, -0.001, 0.0}};
+const device::CameraModel kSmall{320, 240, 300, 300, 159.5, 119.5, {-0.2, 0.05, 0.001, -0.001, 0.0}};
 
-CameraImage shaded_image() {  // a slow slope, so that lens and shadows show and the file stays small
-  CameraImage image = even_image(kSmall, 0);
+device::CameraImage shaded_image() {  // a slow slope, so that lens and shadows show and the file stays small
+  device::CameraImage image = even_image(kSmall, 0);
   for (int v = 0; v < 240; ++v)
     for (int u = 0; u < 320; ++u) {
       auto* p = &image.rgb[static_cast<std::size_t>(3 * (v * 320 + u))];
@@ -29,14 +29,14 @@ CameraImage shaded_image() {  // a slow slope, so that lens and shadows show and
 }
 
 std::string this_renderer() {
-  const auto context = draw::Context::required();
+  const auto context = render::Context::required();
   return context->renderer() + "\n" + context->version() + "\n";
 }
 
 void compare(const std::string& name, const std::vector<std::uint8_t>& rgb, int width, int height) {
   const auto path = kFolder / (name + ".png");
   if (std::getenv("PALPATE_DRAW_GOLDEN_PICTURES") != nullptr) {
-    ASSERT_TRUE(write_png(path, rgb, width, height));
+    ASSERT_TRUE(render::write_png(path, rgb, width, height));
     ASSERT_TRUE(write_file(kFolder / "renderer.txt", this_renderer()));
   }
   const cv::Mat kept = cv::imread(path.string(), cv::IMREAD_COLOR);
@@ -63,13 +63,13 @@ void compare(const std::string& name, const std::vector<std::uint8_t>& rgb, int 
 }
 
 struct Play {
-  RealScene real = real_scene(true);
-  TriangleMesh ball = sphere_mesh(0.020), front = disc_mesh(0.075, 0.005, 48),
-               block = box_mesh({-0.05, 0, -0.05}, {0.05, 0.08, 0.05});
-  Vector3 tip = (real.arm->X_world_base * phantom_tip(real.arm->theta)).m;
-  CameraImage image = shaded_image();
-  DrawItem bat() const {
-    DrawItem item = item_at(front, tip + Vector3(0, 0, -0.09), Material::bat_front);
+  render::RealScene real = real_scene(true);
+  scene::TriangleMesh ball = scene::sphere_mesh(0.020), front = scene::disc_mesh(0.075, 0.005, 48),
+                      block = scene::box_mesh({-0.05, 0, -0.05}, {0.05, 0.08, 0.05});
+  Vector3 tip = (real.arm->X_world_base * device::phantom_tip(real.arm->theta)).m;
+  device::CameraImage image = shaded_image();
+  scene::DrawItem bat() const {
+    scene::DrawItem item = item_at(front, tip + Vector3(0, 0, -0.09), scene::Material::bat_front);
     item.rotation = so3_exp(Vector3(1.1, 0.0, 0.2));
     return item;
   }
@@ -77,8 +77,9 @@ struct Play {
 
 TEST(GoldenPicture, BallOnTheTableAndBatBehindTheArm) {
   Play play;
-  const std::vector<DrawItem> items{item_at(play.ball, {-0.12, kTableHeight + 0.020, 1.45}), play.bat()};
-  Compositor compositor;
+  const std::vector<scene::DrawItem> items{item_at(play.ball, {-0.12, kTableHeight + 0.020, 1.45}),
+                                           play.bat()};
+  render::Compositor compositor;
   std::vector<std::uint8_t> rgb;
   compositor.draw(play.image, kSmall, kTestEye, items, play.real, rgb);
   compare("ball-bat-arm", rgb, 320, 240);
@@ -87,14 +88,14 @@ TEST(GoldenPicture, BallOnTheTableAndBatBehindTheArm) {
 TEST(GoldenPicture, BallBehindBatAndRegisteredBody) {
   Play play;
   play.real.bodies.push_back({&play.block, so3_exp(Vector3(0, 0.5, 0)), {-0.15, kTableHeight, 1.35}});
-  const DrawItem bat = play.bat();
+  const scene::DrawItem bat = play.bat();
   const Vector3 away = (bat.position - kTestEye.translation).normalized();
-  const std::vector<DrawItem> items{bat,
-                                    item_at(play.ball, bat.position + 0.09 * away + Vector3(-0.06, 0, 0)),
-                                    item_at(play.ball, {-0.17, kTableHeight + 0.05, 1.27})};
-  CompositorSettings settings;
-  settings.encoding = Encoding::srgb;
-  Compositor compositor(settings);
+  const std::vector<scene::DrawItem> items{
+      bat, item_at(play.ball, bat.position + 0.09 * away + Vector3(-0.06, 0, 0)),
+      item_at(play.ball, {-0.17, kTableHeight + 0.05, 1.27})};
+  render::CompositorSettings settings;
+  settings.encoding = device::Encoding::srgb;
+  render::Compositor compositor(settings);
   std::vector<std::uint8_t> rgb;
   compositor.draw(play.image, kSmall, kTestEye, items, play.real, rgb);
   compare("ball-behind-bat", rgb, 320, 240);
@@ -102,11 +103,12 @@ TEST(GoldenPicture, BallBehindBatAndRegisteredBody) {
 
 TEST(GoldenPicture, FromOutside) {
   Play play;
-  CameraModel camera = kSmall;
-  const std::vector<DrawItem> items{item_at(play.ball, {-0.12, kTableHeight + 0.020, 1.45}), play.bat()};
-  Compositor compositor;
+  device::CameraModel camera = kSmall;
+  const std::vector<scene::DrawItem> items{item_at(play.ball, {-0.12, kTableHeight + 0.020, 1.45}),
+                                           play.bat()};
+  render::Compositor compositor;
   std::vector<std::uint8_t> rgb;
-  const Eye eye{nullptr, camera, looking({-1.0, -0.9, 2.2}, {0.0, -1.4, 1.4})};
+  const render::Viewpoint eye{nullptr, camera, looking({-1.0, -0.9, 2.2}, {0.0, -1.4, 1.4})};
   compositor.draw({&eye, 1}, items, play.real, rgb);
   compare("from-outside", rgb, 320, 240);
 }

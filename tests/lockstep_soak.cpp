@@ -7,11 +7,11 @@
 #include <cstdlib>
 #include <vector>
 
-#include "palpate/applications/pingpong/pingpong.h"
-#include "palpate/applications/scene_settings.h"
-#include "palpate/physics_server/physics_server.h"
-#include "palpate/system/lockstep_play.h"
-#include "palpate/system/truth_rig_for_tests.h"
+#include "applications/pingpong/pingpong.h"
+#include "applications/scene_settings.h"
+#include "palpate/server/physics/physics_server.h"
+#include "palpate/sim/lockstep/lockstep_play.h"
+#include "palpate/sim/truth_rig_for_tests.h"
 
 namespace palpate {
 namespace {
@@ -31,16 +31,16 @@ struct Stretch {
 
 int soak(double play_seconds, double every_s) {
   constexpr std::uint64_t kSeed = 1;
-  sim::SimWorld world(sim::reference_world(), kSeed);
-  const Rig rig = truth_rig(world);
-  const auto scene =
-      scene_from_rig(rig, scene_settings(world.file(), "pingpong"), world.file().ball.restitution_table);
-  LockstepOptions options;
+  sim::Simulator world(sim::config::reference_world(), kSeed);
+  const rig::Rig rig = sim::truth_rig(world);
+  const auto scene = server::physics::scene_from_rig(
+      rig, applications::scene_settings(world.file(), "pingpong"), world.file().ball.restitution_table);
+  sim::lockstep::LockstepOptions options;
   options.seconds = play_seconds;
   options.seed = kSeed;
   Stretch stretch;
   const Instant<TrueTime> start = world.now() + seconds(options.warm_up_s);
-  options.pass_on = [&](const LockstepFrame& frame) {
+  options.pass_on = [&](const sim::lockstep::LockstepFrame& frame) {
     const double t = to_seconds(world.now() - start);
     stretch.worst_error_s = std::max(stretch.worst_error_s, std::abs(frame.sync_error_s));
     stretch.uncertainties_s.push_back(frame.sync_uncertainty_s);
@@ -49,7 +49,7 @@ int soak(double play_seconds, double every_s) {
     const auto& counters = frame.played.record.state.counters;
     fmt::print("{:.3f},{:.3f},{:.3f},{:.3f},{},{}\n", t, 1e6 * stretch.worst_error_s,
                1e6 * median(stretch.uncertainties_s), 1e6 * median(stretch.round_trips_s),
-               counters[pingpong::kServes], counters[pingpong::kReturned]);
+               counters[applications::pingpong::kServes], counters[applications::pingpong::kReturned]);
     std::fflush(stdout);
     stretch.begun_s += every_s;
     stretch.worst_error_s = 0.0;
@@ -57,7 +57,7 @@ int soak(double play_seconds, double every_s) {
     stretch.round_trips_s.clear();
   };
   fmt::print("time_s,clock_error_us,clock_uncertainty_us,round_trip_us,serves,returned\n");
-  const auto result = play_in_lockstep(world, rig, scene, options, {}, {});
+  const auto result = sim::lockstep::play_in_lockstep(world, rig, scene, options, {}, {});
   if (!result) {
     fmt::print(stderr, "lockstep_soak: {}\n", result.error().message);
     return 1;

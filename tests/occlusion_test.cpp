@@ -10,7 +10,7 @@ namespace palpate {
 namespace {
 
 // Points of the lamp's disc as seen from `at`, evenly: other points than the picture's sixteen.
-std::vector<Vector3> lamp_points(const draw::RoomLight& light, const Vector3& at) {
+std::vector<Vector3> lamp_points(const device::RoomLight& light, const Vector3& at) {
   const Vector3 z = (light.lamp - at).normalized(), x = z.unitOrthogonal(), y = z.cross(x);
   std::vector<Vector3> points;
   for (int ring = 0; ring < 8; ++ring)
@@ -29,18 +29,21 @@ bool ball_between(const Vector3& from, const Vector3& to, const Vector3& centre,
 }
 
 TEST(Occlusion, IsThatOfRaysPixelByPixel) {
-  const RealScene real = real_scene(true);
+  const render::RealScene real = real_scene(true);
   const Triangles arm = triangles_of(*real.arm, real.arm_base_below);
-  const Vector3 tip = (real.arm->X_world_base * phantom_tip(real.arm->theta)).m, eye = kTestEye.translation;
-  const TriangleMesh ball = sphere_mesh(0.020, 24, 48), bat = disc_mesh(0.075, 0.010, 48);
+  const Vector3 tip = (real.arm->X_world_base * device::phantom_tip(real.arm->theta)).m,
+                eye = kTestEye.translation;
+  const scene::TriangleMesh ball = scene::sphere_mesh(0.020, 24, 48),
+                            bat = scene::disc_mesh(0.075, 0.010, 48);
   // The bat behind the forearm, the ball behind the bat but for a rim, both as the eye sees it.
   const Vector3 away = (tip - eye).normalized();
-  DrawItem bat_item = item_at(bat, tip + Vector3(0.0, 0.05, 0.0) + 0.10 * away, Material::highlight);
+  scene::DrawItem bat_item =
+      item_at(bat, tip + Vector3(0.0, 0.05, 0.0) + 0.10 * away, scene::Material::highlight);
   bat_item.rotation = rotation_between(Vector3::UnitY(), -away);
-  const DrawItem ball_item = item_at(ball, bat_item.position + 0.08 * away + Vector3(-0.075, 0.02, 0));
-  const std::vector<DrawItem> items{bat_item, ball_item};
-  Compositor compositor(CompositorSettings{.shadows = false});
-  const CameraImage image = even_image(kTestCamera, 90);
+  const scene::DrawItem ball_item = item_at(ball, bat_item.position + 0.08 * away + Vector3(-0.075, 0.02, 0));
+  const std::vector<scene::DrawItem> items{bat_item, ball_item};
+  render::Compositor compositor(render::CompositorSettings{.shadows = false});
+  const device::CameraImage image = even_image(kTestCamera, 90);
   std::vector<std::uint8_t> rgb;
   compositor.draw(image, kTestCamera, kTestEye, items, real, rgb);
 
@@ -57,7 +60,7 @@ TEST(Occlusion, IsThatOfRaysPixelByPixel) {
     return ball_seen;
   };
   std::array<int, 6> count{};
-  const Pixel middle =
+  const device::Pixel middle =
       kTestCamera.project_undistorted((kTestEye.inverse() * Point<World>{bat_item.position}).m);
   for (int v = static_cast<int>(middle.y()) - 60; v < middle.y() + 60; v += 2)
     for (int u = static_cast<int>(middle.x()) - 70; u < middle.x() + 70; u += 2) {
@@ -90,15 +93,16 @@ TEST(Occlusion, IsThatOfRaysPixelByPixel) {
 }
 
 TEST(Occlusion, RegisteredBodiesHideVirtualThingsToo) {
-  const TriangleMesh block = box_mesh({-0.05, 0.0, -0.05}, {0.05, 0.1, 0.05}), ball = sphere_mesh(0.020);
-  RealScene real = real_scene(false);
+  const scene::TriangleMesh block = scene::box_mesh({-0.05, 0.0, -0.05}, {0.05, 0.1, 0.05}),
+                            ball = scene::sphere_mesh(0.020);
+  render::RealScene real = real_scene(false);
   real.bodies.push_back({&block, Quaternion::Identity(), {0.0, kTableHeight, 1.4}});
-  Compositor compositor(CompositorSettings{.shadows = false});
-  const CameraImage image = even_image(kTestCamera, 90);
+  render::Compositor compositor(render::CompositorSettings{.shadows = false});
+  const device::CameraImage image = even_image(kTestCamera, 90);
   std::vector<std::uint8_t> rgb;
   const Vector3 away = (Vector3(0.0, kTableHeight + 0.05, 1.4) - kTestEye.translation).normalized();
-  const DrawItem behind = item_at(ball, Vector3(0.0, kTableHeight + 0.05, 1.4) + 0.10 * away);
-  const DrawItem before = item_at(ball, Vector3(0.0, kTableHeight + 0.05, 1.4) - 0.10 * away);
+  const scene::DrawItem behind = item_at(ball, Vector3(0.0, kTableHeight + 0.05, 1.4) + 0.10 * away);
+  const scene::DrawItem before = item_at(ball, Vector3(0.0, kTableHeight + 0.05, 1.4) - 0.10 * away);
   compositor.draw(image, kTestCamera, kTestEye, {&behind, 1}, real, rgb);
   EXPECT_EQ(rgb, image.rgb);
   compositor.draw(image, kTestCamera, kTestEye, {&before, 1}, real, rgb);
@@ -122,10 +126,10 @@ Crossing crossing(const std::vector<double>& row, const std::vector<bool>& ball,
   return c;
 }
 
-double distance_to(const std::vector<Pixel>& line, const Pixel& p) {
+double distance_to(const std::vector<device::Pixel>& line, const device::Pixel& p) {
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 1; i < line.size(); ++i) {
-    const Pixel side = line[i] - line[i - 1];
+    const device::Pixel side = line[i] - line[i - 1];
     const double share = std::clamp((p - line[i - 1]).dot(side) / side.squaredNorm(), 0.0, 1.0);
     nearest = std::min(nearest, (p - line[i - 1] - share * side).norm());
   }
@@ -134,21 +138,21 @@ double distance_to(const std::vector<Pixel>& line, const Pixel& p) {
 
 // Ball on the table. Expected: every pixel's ray on the table, its lamp points past an exact ball.
 TEST(Shadows, MeetTheBallAtItsContactWithinAPixel) {
-  CompositorSettings settings;
-  Compositor compositor(settings);
+  render::CompositorSettings settings;
+  render::Compositor compositor(settings);
   const double radius = 0.020, level = 200;
-  const TriangleMesh mesh = sphere_mesh(radius, 48, 96);
+  const scene::TriangleMesh mesh = scene::sphere_mesh(radius, 48, 96);
   const Vector3 centre(-0.05, kTableHeight + radius, 1.55), eye = kTestEye.translation;
-  const DrawItem item = item_at(mesh, centre);
+  const scene::DrawItem item = item_at(mesh, centre);
   std::vector<std::uint8_t> rgb;
   compositor.draw(even_image(kTestCamera, static_cast<std::uint8_t>(level)), kTestCamera, kTestEye,
                   {&item, 1}, real_scene(false), rgb);
 
-  const Pixel contact = kTestCamera.project_undistorted(
+  const device::Pixel contact = kTestCamera.project_undistorted(
       (kTestEye.inverse() * Point<World>{centre - radius * Vector3::UnitY()}).m);
   const int u0 = static_cast<int>(contact.x()) - 70, u1 = u0 + 140;
   int rows = 0, meeting = 0;
-  std::array<std::vector<Pixel>, 2> expected_edge, drawn_edge;  // left and right, from row to row
+  std::array<std::vector<device::Pixel>, 2> expected_edge, drawn_edge;  // left and right, from row to row
   for (int v = static_cast<int>(contact.y()) - 30; v < contact.y() + 30; ++v) {
     std::vector<double> expected, drawn;
     std::vector<bool> ball;
@@ -193,25 +197,26 @@ TEST(Shadows, MeetTheBallAtItsContactWithinAPixel) {
   EXPECT_GT(meeting, 4);
   double worst = 0.0;
   for (const std::size_t side : {0u, 1u})
-    for (const Pixel& p : drawn_edge[side]) worst = std::max(worst, distance_to(expected_edge[side], p));
+    for (const device::Pixel& p : drawn_edge[side])
+      worst = std::max(worst, distance_to(expected_edge[side], p));
   EXPECT_LT(worst, 1.0);
   RecordProperty("shadow_edge_worst_px", std::to_string(worst));
 }
 
 TEST(Shadows, OfTheRealArmFallOnVirtualThings) {
-  const RealScene real = real_scene(true);
+  const render::RealScene real = real_scene(true);
   const Triangles arm = triangles_of(*real.arm, real.arm_base_below);
-  const CompositorSettings settings;
-  Compositor compositor(settings);
-  const TriangleMesh sheet = disc_mesh(0.06, 0.004, 48);  // level, below the forearm
-  const Vector3 tip = (real.arm->X_world_base * phantom_tip(real.arm->theta)).m;
+  const render::CompositorSettings settings;
+  render::Compositor compositor(settings);
+  const scene::TriangleMesh sheet = scene::disc_mesh(0.06, 0.004, 48);  // level, below the forearm
+  const Vector3 tip = (real.arm->X_world_base * device::phantom_tip(real.arm->theta)).m;
   const Vector3 base = real.arm->X_world_base.translation;
   const Vector3 over = 0.5 * (tip + base);
   const Vector3 place = over + 0.10 * (over - settings.light.lamp).normalized();
-  DrawItem item = item_at(sheet, place, Material::highlight);
+  scene::DrawItem item = item_at(sheet, place, scene::Material::highlight);
   std::vector<std::uint8_t> with, without;
-  const CameraImage image = even_image(kTestCamera, 90);
-  RealScene bare = real_scene(false);
+  const device::CameraImage image = even_image(kTestCamera, 90);
+  render::RealScene bare = real_scene(false);
   compositor.draw(image, kTestCamera, kTestEye, {&item, 1}, real, with);
   compositor.draw(image, kTestCamera, kTestEye, {&item, 1}, bare, without);
   int dark = 0, lit = 0, wrong = 0;
@@ -225,7 +230,7 @@ TEST(Shadows, OfTheRealArmFallOnVirtualThings) {
       const auto points = lamp_points(settings.light, p);
       for (std::size_t i = 0; i < points.size(); i += 8)
         hidden += nearest_hit(arm, p, points[i] - p) < 1.0 ? 8.0 / static_cast<double>(points.size()) : 0.0;
-      const Pixel pixel = kTestCamera.project_undistorted((kTestEye.inverse() * Point<World>{p}).m);
+      const device::Pixel pixel = kTestCamera.project_undistorted((kTestEye.inverse() * Point<World>{p}).m);
       const int u = static_cast<int>(std::lround(pixel.x())), v = static_cast<int>(std::lround(pixel.y()));
       const double ratio =
           static_cast<double>(pixel_of(with, kTestCamera, u, v)[1]) / pixel_of(without, kTestCamera, u, v)[1];
@@ -239,15 +244,15 @@ TEST(Shadows, OfTheRealArmFallOnVirtualThings) {
 }
 
 TEST(Shadows, OfVirtualThingsFallOnTheRealArm) {
-  const RealScene real = real_scene(true);
-  const CompositorSettings settings;
-  Compositor compositor(settings);
-  const TriangleMesh sheet = disc_mesh(0.05, 0.004, 48);
-  const Vector3 tip = (real.arm->X_world_base * phantom_tip(real.arm->theta)).m;
+  const render::RealScene real = real_scene(true);
+  const render::CompositorSettings settings;
+  render::Compositor compositor(settings);
+  const scene::TriangleMesh sheet = scene::disc_mesh(0.05, 0.004, 48);
+  const Vector3 tip = (real.arm->X_world_base * device::phantom_tip(real.arm->theta)).m;
   const Vector3 over = 0.5 * (tip + real.arm->X_world_base.translation);
-  DrawItem item =
-      item_at(sheet, over + 0.25 * (settings.light.lamp - over).normalized(), Material::highlight);
-  const CameraImage image = even_image(kTestCamera, 90);
+  scene::DrawItem item =
+      item_at(sheet, over + 0.25 * (settings.light.lamp - over).normalized(), scene::Material::highlight);
+  const device::CameraImage image = even_image(kTestCamera, 90);
   std::vector<std::uint8_t> rgb;
   compositor.draw(image, kTestCamera, kTestEye, {&item, 1}, real, rgb);
   const Triangles arm = triangles_of(*real.arm, real.arm_base_below);
@@ -269,16 +274,17 @@ TEST(Shadows, OfVirtualThingsFallOnTheRealArm) {
 }
 
 TEST(Shadows, FallNoDarkerWhereARealOneLiesAlready) {
-  RealScene real = real_scene(false);
-  const TriangleMesh plate = box_mesh({-0.15, 0.0, -0.15}, {0.15, 0.004, 0.15}), ball = sphere_mesh(0.020);
-  const CompositorSettings settings;
+  render::RealScene real = real_scene(false);
+  const scene::TriangleMesh plate = scene::box_mesh({-0.15, 0.0, -0.15}, {0.15, 0.004, 0.15}),
+                            ball = scene::sphere_mesh(0.020);
+  const render::CompositorSettings settings;
   // The plate between lamp and table, the ball close to the table in the middle of its shadow.
   const Vector3 foot(0.0, kTableHeight, 1.35), up = (settings.light.lamp - foot).normalized();
-  const DrawItem item = item_at(ball, foot + 0.10 * up);
-  const CameraImage image = even_image(kTestCamera, 120);
-  const Pixel at = kTestCamera.project_undistorted((kTestEye.inverse() * Point<World>{foot}).m);
+  const scene::DrawItem item = item_at(ball, foot + 0.10 * up);
+  const device::CameraImage image = even_image(kTestCamera, 120);
+  const device::Pixel at = kTestCamera.project_undistorted((kTestEye.inverse() * Point<World>{foot}).m);
   const int u = static_cast<int>(std::lround(at.x())), v = static_cast<int>(std::lround(at.y()));
-  Compositor compositor(settings);
+  render::Compositor compositor(settings);
   std::vector<std::uint8_t> rgb;
   compositor.draw(image, kTestCamera, kTestEye, {&item, 1}, real, rgb);
   EXPECT_LT(pixel_of(rgb, kTestCamera, u, v)[1], 100);
@@ -295,35 +301,38 @@ TEST(Encoding, EdgesAreMixedAsLight) {
   const auto srgb_back = [](double y) {
     return y < 0.04045 ? y / 12.92 : std::pow((y + 0.055) / 1.055, 2.4);
   };
-  const CameraModel camera{64, 64, 100, 100, 31.5, 31.5, {}};
-  const TriangleMesh sheet = rectangle_mesh({0, -0.3, 0}, {0.3, 0, 0}, {0, 0.6, 0});
-  DrawItem item = item_at(sheet, {0.005, 0, 1.0}, Material::highlight);  // its edge at u = 32
-  for (const Encoding encoding : {Encoding::root, Encoding::srgb, Encoding::linear}) {
-    CompositorSettings settings{.shadows = false};
+  const device::CameraModel camera{64, 64, 100, 100, 31.5, 31.5, {}};
+  const scene::TriangleMesh sheet = scene::rectangle_mesh({0, -0.3, 0}, {0.3, 0, 0}, {0, 0.6, 0});
+  scene::DrawItem item = item_at(sheet, {0.005, 0, 1.0}, scene::Material::highlight);  // its edge at u = 32
+  for (const device::Encoding encoding :
+       {device::Encoding::root, device::Encoding::srgb, device::Encoding::linear}) {
+    render::CompositorSettings settings{.shadows = false};
     settings.encoding = encoding;
-    Compositor compositor(settings);
+    render::Compositor compositor(settings);
     std::vector<std::uint8_t> rgb;
     compositor.draw(even_image(camera, 0), camera, {}, {&item, 1}, {}, rgb);
     const double edge = pixel_of(rgb, camera, 32, 32)[1] / 255.0,
                  inside = pixel_of(rgb, camera, 33, 32)[1] / 255.0;
     ASSERT_GT(inside, 0.2);
     ASSERT_EQ(pixel_of(rgb, camera, 31, 32)[1], 0);
-    const double expected = encoding == Encoding::root   ? root(0.5 * inside * inside)
-                            : encoding == Encoding::srgb ? srgb(0.5 * srgb_back(inside))
-                                                         : 0.5 * inside;
+    const double expected = encoding == device::Encoding::root   ? root(0.5 * inside * inside)
+                            : encoding == device::Encoding::srgb ? srgb(0.5 * srgb_back(inside))
+                                                                 : 0.5 * inside;
     EXPECT_NEAR(edge, expected, 1.5 / 255);  // rounded twice
   }
 }
 
 TEST(Encoding, LeavesTheImageAsItIsWhereNothingVirtualLies) {
-  for (const Encoding encoding : {Encoding::root, Encoding::srgb, Encoding::linear}) {
-    CompositorSettings settings;
+  for (const device::Encoding encoding :
+       {device::Encoding::root, device::Encoding::srgb, device::Encoding::linear}) {
+    render::CompositorSettings settings;
     settings.encoding = encoding;
-    Compositor compositor(settings);
-    CameraImage image = even_image(kTestCamera, 0);
+    render::Compositor compositor(settings);
+    device::CameraImage image = even_image(kTestCamera, 0);
     for (std::size_t i = 0; i < image.rgb.size(); ++i) image.rgb[i] = static_cast<std::uint8_t>(i / 3 % 256);
-    const TriangleMesh ball = sphere_mesh(0.020);
-    const DrawItem under = item_at(ball, {0.1, -1.60, 1.4});  // hidden by the table, but its box is drawn
+    const scene::TriangleMesh ball = scene::sphere_mesh(0.020);
+    const scene::DrawItem under =
+        item_at(ball, {0.1, -1.60, 1.4});  // hidden by the table, but its box is drawn
     std::vector<std::uint8_t> rgb;
     compositor.draw(image, kTestCamera, kTestEye, {&under, 1}, real_scene(false), rgb);
     EXPECT_EQ(rgb, image.rgb);

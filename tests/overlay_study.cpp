@@ -15,17 +15,37 @@
 #include <map>
 #include <optional>
 
-#include "palpate/applications/applications.h"
-#include "palpate/applications/scene_settings.h"
-#include "palpate/physics_server/physics_server.h"
+#include "applications/applications.h"
+#include "applications/scene_settings.h"
+#include "palpate/calibration/session/calibration_session.h"
+#include "palpate/calibration/session/landmark_finder.h"
+#include "palpate/core/error_summary.h"
+#include "palpate/evaluation/overlay_of_play.h"
+#include "palpate/evaluation/world_sample.h"
+#include "palpate/server/graphics/frame_renderer.h"
+#include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/camera_renderer.h"
-#include "palpate/system/overlay_of_play.h"
-#include "palpate/system/picture_parts.h"
-#include "palpate/system/truth_rig_for_tests.h"
-#include "palpate/system/world_sample.h"
+#include "palpate/sim/lockstep/lockstep_play.h"
+#include "palpate/sim/truth_rig_for_tests.h"
 
 namespace palpate {
 namespace {
+
+// Refines as it is told, and draws nothing.
+class RefiningPipeline : public server::graphics::NullFramePipeline {
+ public:
+  using Refine = std::function<void(server::graphics::EyeSide, const device::CameraImage&, const Matrix6&,
+                                    server::graphics::EyePose&)>;
+  explicit RefiningPipeline(Refine refine) : refine_(std::move(refine)) {}
+  bool sees() const override { return true; }
+  void refine(server::graphics::EyeSide side, const device::CameraImage& image, const Matrix6& covariance,
+              server::graphics::EyePose& pose) override {
+    refine_(side, image, covariance, pose);
+  }
+
+ private:
+  Refine refine_;
+};
 
 struct Line {
   double world = 0, expected = 0, tracker = 0, expected_tracker = 0, picture = 0, registration = 0,
@@ -33,13 +53,13 @@ struct Line {
   double misfit = 0, lens = 0;
 };
 
-Rig rig_with_arm(const sim::SimWorld& world) {
-  const Rig truth = truth_rig(world);
-  Rig rig;
+rig::Rig rig_with_arm(const sim::Simulator& world) {
+  const rig::Rig truth = sim::truth_rig(world);
+  rig::Rig rig;
   rig.nominal_lengths = {world.file().arm.lengths[0], world.file().arm.lengths[1]};
   rig.tip_marker_leds = world.file().tip_marker.leds;
   rig.arm = truth.arm;
-  rig.tip_pivot = PivotCalibration{world.truth().tip_in_marker};
+  rig.tip_pivot = rig::PivotCalibration{world.truth().tip_in_marker};
   rig.delays.emplace();
   rig.delays->tracker_after_arm_s = world.file().tracker.latency_s;
   rig.delays->tracker_std_s = 1e-5;
@@ -48,76 +68,82 @@ Rig rig_with_arm(const sim::SimWorld& world) {
 
 // Squared deviations of the lens from the truth, as its covariance has them, per parameter: 1 where it is
 // honest.
-double lens_honesty(const CameraCalibration& camera, const CameraModel& truth) {
-  LensParameters e;
-  const CameraModel& m = camera.model;
+double lens_honesty(const rig::CameraCalibration& camera, const device::CameraModel& truth) {
+  device::LensParameters e;
+  const device::CameraModel& m = camera.model;
   e.head<4>() << m.fx - truth.fx, m.fy - truth.fy, m.cx - truth.cx, m.cy - truth.cy;
   for (Eigen::Index i = 0; i < 5; ++i)
     e[4 + i] = m.distortion[static_cast<std::size_t>(i)] - truth.distortion[static_cast<std::size_t>(i)];
-  const LensParameters sd = camera.covariance.diagonal().cwiseSqrt();
-  const LensParameters z = e.cwiseQuotient(sd);
+  const device::LensParameters sd = camera.covariance.diagonal().cwiseSqrt();
+  const device::LensParameters z = e.cwiseQuotient(sd);
   const Eigen::MatrixXd C =
       sd.cwiseInverse().asDiagonal() * camera.covariance * sd.cwiseInverse().asDiagonal();
   return z.dot(Eigen::MatrixXd(C).ldlt().solve(z)) / 9.0;
 }
 
-Expected<Line> study(const sim::WorldFile& file, std::uint64_t seed, double seconds) {
+Expected<Line> study(const sim::config::WorldFile& file, std::uint64_t seed, double seconds) {
   sim::CameraRenderer renderer;
   const sim::RenderView render = [&renderer](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
     renderer.render(view, rgb);
   };
-  sim::SimWorld world(file, seed);
+  sim::Simulator world(file, seed);
   world.set_renderer(render);
-  Rig rig = rig_with_arm(world);
-  CalibrationPlan plan;
-  plan.reach = reach_of(file);
-  SessionHooks hooks;
-  hooks.find_landmarks = landmark_finder();
-  if (auto done = calibrate_rig(laboratory_of(world), rig, plan, hooks); !done)
+  rig::Rig rig = rig_with_arm(world);
+  calibration::session::CalibrationPlan plan;
+  plan.reach = evaluation::reach_of(file);
+  calibration::session::SessionHooks hooks;
+  hooks.find_landmarks = calibration::session::landmark_finder();
+  if (auto done = calibration::session::calibrate_rig(evaluation::laboratory_of(world), rig, plan, hooks);
+      !done)
     return tl::unexpected(done.error());
 
-  const auto scene = scene_from_rig(rig, scene_settings(file, "pingpong"), file.ball.restitution_table);
-  auto artist = make_artist(scene);
-  if (!artist) return tl::unexpected(artist.error());
-  PictureParts pictures(rig, scene, std::move(*artist));
-  const OverlayKnowledge known = overlay_knowledge(rig);
+  const auto scene = server::physics::scene_from_rig(rig, applications::scene_settings(file, "pingpong"),
+                                                     file.ball.restitution_table);
+  auto scene_view = applications::make_scene_view(scene);
+  if (!scene_view) return tl::unexpected(scene_view.error());
+  server::graphics::FrameRenderer pictures(rig, scene, std::move(*scene_view));
+  const vision::OverlayKnowledge known = vision::overlay_knowledge(rig);
   Line line;
   struct Seen {
-    std::optional<OverlayParts> alone, refined;
+    std::optional<vision::OverlayParts> alone, refined;
     double misfit = 0.0;
   };
   std::map<std::uint64_t, Seen> of_frame;
-  LockstepPictures parts;
+  sim::lockstep::LockstepPictures parts;
   parts.camera = render;
-  parts.refiner = [&, refiner = pictures.refiner()](EyeSide side, const CameraImage& image,
-                                                    const Matrix6& covariance, EyePose& pose) {
-    RefinedPose alone;
+  RefiningPipeline pipeline([&](server::graphics::EyeSide side, const device::CameraImage& image,
+                                const Matrix6& covariance, server::graphics::EyePose& pose) {
+    vision::RefinedPose alone;
     alone.X_world_camera = pose.X_world_camera;
     Seen& seen = of_frame[image.frame];
-    seen.alone = expected_overlay(known, {{}, covariance, alone});
-    // The same again as in PictureParts, for the parts.
-    const CameraModel& lens = rig.camera->model;
-    OverlayPicture again{camera_from_marker(pose.X_world_camera * rig.hand_eye->X_marker_camera.inverse(),
-                                            Matrix6::Zero(), *rig.hand_eye),
-                         covariance,
-                         {},
-                         kUnstatedSightingSd};
+    seen.alone = vision::expected_overlay(known, {{}, covariance, alone});
+    // The same again as in FrameRenderer, for the parts.
+    const device::CameraModel& lens = rig.camera->model;
+    vision::OverlayPicture again{
+        vision::camera_from_marker(pose.X_world_camera * rig.hand_eye->X_marker_camera.inverse(),
+                                   Matrix6::Zero(), *rig.hand_eye),
+        covariance,
+        {},
+        vision::kUnstatedSightingSd};
     again.prior.covariance += covariance;
     again.pose =
-        refine_camera_pose(lens, again.prior, known.landmarks,
-                           landmark_finder()(image, *rig.camera, again.prior.X_world_camera, rig.landmarks),
-                           {.pixel_sd = again.pixel_sd});
-    seen.refined = expected_overlay(known, again);
-    refiner(side, image, covariance, pose);
+        vision::refine_camera_pose(lens, again.prior, known.landmarks,
+                                   calibration::session::landmark_finder()(
+                                       image, *rig.camera, again.prior.X_world_camera, rig.landmarks),
+                                   {.pixel_sd = again.pixel_sd});
+    seen.refined = vision::expected_overlay(known, again);
+    pictures.refine(side, image, covariance, pose);
     seen.misfit = again.pose.misfit;
-  };
-  LockstepOptions lockstep;
+  });
+  parts.pipeline = &pipeline;
+  sim::lockstep::LockstepOptions lockstep;
   lockstep.seconds = seconds;
   lockstep.seed = seed;
-  lockstep.graphics = graphics_settings(file);
-  auto play = play_in_lockstep(world, rig, scene, lockstep, parts, {});
+  lockstep.graphics = sim::lockstep::graphics_settings(file);
+  auto play = sim::lockstep::play_in_lockstep(world, rig, scene, lockstep, parts, {});
   if (!play) return tl::unexpected(play.error());
-  const auto overlay = overlay_of_play(*play, rig.camera->model, scene, check_points(world.truth(), rig));
+  const auto overlay = evaluation::overlay_of_play(play->frames, rig.camera->model, scene,
+                                                   evaluation::check_points(world.truth(), rig));
   ErrorSummary expected_tracker, misfit, picture, registration, surfaces;
   for (const auto& frame : play->frames) {
     const Seen& seen = of_frame[frame.record.camera_frame];
@@ -139,9 +165,9 @@ int run(int argc, char** argv) {
     fmt::print(stderr, "usage: palpate_overlay_study WORLD|- FIRST COUNT [SECONDS]\n");
     return 2;
   }
-  sim::WorldFile file = sim::reference_world();
+  sim::config::WorldFile file = sim::config::reference_world();
   if (std::string_view(argv[1]) != "-") {
-    auto read = sim::read_world(argv[1]);
+    auto read = sim::config::read_world(argv[1]);
     if (!read) {
       fmt::print(stderr, "{}\n", read.error().message);
       return read.error().exit_code();

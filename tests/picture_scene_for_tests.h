@@ -6,12 +6,12 @@
 #include <limits>
 #include <vector>
 
-#include "palpate/compositor/compositor.h"
-#include "palpate/draw/arm_shape.h"
+#include "palpate/render/arm_shape.h"
+#include "palpate/render/compositor.h"
 
 namespace palpate {
 
-inline const CameraModel kTestCamera{640, 480, 560, 561.5, 318.7, 242.1, {}};
+inline const device::CameraModel kTestCamera{640, 480, 560, 561.5, 318.7, 242.1, {}};
 inline constexpr double kTableHeight = -1.52;  // m, World
 
 inline Pose<World, CameraOptical> looking(const Vector3& eye, const Vector3& at) {
@@ -22,23 +22,23 @@ inline Pose<World, CameraOptical> looking(const Vector3& eye, const Vector3& at)
 }
 inline const Pose<World, CameraOptical> kTestEye = looking({0, -0.95, 2.30}, {0, -1.45, 1.40});
 
-inline CameraImage even_image(const CameraModel& camera, std::uint8_t level) {
-  CameraImage image;
+inline device::CameraImage even_image(const device::CameraModel& camera, std::uint8_t level) {
+  device::CameraImage image;
   image.width = camera.width, image.height = camera.height;
   image.rgb.assign(3 * static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height),
                    level);
   return image;
 }
 
-inline RealScene real_scene(bool with_arm) {
-  RealScene real;
+inline render::RealScene real_scene(bool with_arm) {
+  render::RealScene real;
   real.surfaces = {
       {"table",
        {Vector3(-0.375, -1.52, 1.8), {0.375, -1.52, 1.8}, {0.375, -1.52, 0.8}, {-0.375, -1.52, 0.8}}},
       {"wall",
        {Vector3(-0.375, -1.52, 0.8), {0.375, -1.52, 0.8}, {0.375, -0.92, 0.8}, {-0.375, -0.92, 0.8}}}};
   if (with_arm) {
-    draw::ArmConfiguration arm;
+    render::ArmConfiguration arm;
     arm.X_world_base = {Quaternion::Identity(), {0.10, -1.40, 1.75}};
     arm.theta = {0.1, 0.3, 0.2};
     real.arm = arm;
@@ -46,34 +46,35 @@ inline RealScene real_scene(bool with_arm) {
   return real;
 }
 
-inline DrawItem item_at(const TriangleMesh& mesh, const Vector3& place, Material material = Material::ball) {
-  DrawItem item;
+inline scene::DrawItem item_at(const scene::TriangleMesh& mesh, const Vector3& place,
+                               scene::Material material = scene::Material::ball) {
+  scene::DrawItem item;
   item.mesh = &mesh;
   item.position = place;
   item.material = material;
   return item;
 }
 
-inline const std::uint8_t* pixel_of(const std::vector<std::uint8_t>& rgb, const CameraModel& camera, int u,
-                                    int v) {
+inline const std::uint8_t* pixel_of(const std::vector<std::uint8_t>& rgb, const device::CameraModel& camera,
+                                    int u, int v) {
   return &rgb[static_cast<std::size_t>(3 * (v * camera.width + u))];
 }
 
 // Triangles in World, and the nearest hit of a ray: brute force (Moeller and Trumbore 1997).
 using Triangles = std::vector<std::array<Vector3, 3>>;
 
-inline Triangles triangles_of(const TriangleMesh& mesh, const Quaternion& R, const Vector3& t) {
+inline Triangles triangles_of(const scene::TriangleMesh& mesh, const Quaternion& R, const Vector3& t) {
   Triangles all;
   for (const auto& f : mesh.triangles)
     all.push_back({R * mesh.vertices[f[0]] + t, R * mesh.vertices[f[1]] + t, R * mesh.vertices[f[2]] + t});
   return all;
 }
 
-inline Triangles triangles_of(const draw::ArmConfiguration& arm, double base_below) {
-  const auto poses = draw::arm_part_poses(arm.lengths, arm.theta, arm.gimbal, arm.X_tip_marker);
+inline Triangles triangles_of(const render::ArmConfiguration& arm, double base_below) {
+  const auto poses = render::arm_part_poses(arm.lengths, arm.theta, arm.gimbal, arm.X_tip_marker);
   Triangles all;
   for (const auto& part :
-       draw::arm_parts(arm.lengths, {.base_below = base_below, .leds = {}, .segments = 20})) {
+       render::arm_parts(arm.lengths, {.base_below = base_below, .leds = {}, .segments = 20})) {
     const auto X = arm.X_world_base * poses[static_cast<std::size_t>(part.frame)];
     const auto placed = triangles_of(part.mesh, X.rotation, X.translation);
     all.insert(all.end(), placed.begin(), placed.end());
@@ -100,7 +101,8 @@ inline double nearest_hit(const Triangles& triangles, const Vector3& from, const
 }
 
 // World direction through a pixel of the undistorted picture, z of 1 in front of the camera.
-inline Vector3 ray_of(const CameraModel& camera, const Pose<World, CameraOptical>& X, double u, double v) {
+inline Vector3 ray_of(const device::CameraModel& camera, const Pose<World, CameraOptical>& X, double u,
+                      double v) {
   return X.rotation * Vector3((u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy, 1.0);
 }
 

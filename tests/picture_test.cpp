@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "palpate/compositor/compositor.h"
-#include "palpate/compositor/landmark_detector.h"
+#include "palpate/render/compositor.h"
 #include "palpate/sim/camera_renderer.h"
+#include "palpate/vision/landmark_detector.h"
 
 namespace palpate {
 namespace {
@@ -41,15 +41,15 @@ sim::TrueView laboratory() {
 TEST(Picture, LandmarksAreFoundToATenthOfAPixelThroughLensNoiseAndArm) {
   sim::CameraRenderer renderer;
   sim::TrueView view = laboratory();
-  std::vector<Landmark> marks;
+  std::vector<rig::Landmark> marks;
   for (const sim::Dot& dot : view.dots) {
-    Landmark mark;
+    rig::Landmark mark;
     mark.place = {dot.centre};
     mark.normal = dot.normal;
     mark.diameter = dot.diameter;
     marks.push_back(mark);
   }
-  CameraImage image;
+  device::CameraImage image;
   image.width = 640;
   image.height = 480;
   double squares = 0.0, worst = 0.0;
@@ -66,8 +66,8 @@ TEST(Picture, LandmarksAreFoundToATenthOfAPixelThroughLensNoiseAndArm) {
     Pose<World, CameraOptical> prior = view.X_world_camera;
     prior.rotation = so3_exp(Vector3(0.0025, -0.0025, 0.0015)) * prior.rotation;
     prior.translation += Vector3(0.0006, -0.0005, 0.0007);
-    predicted += predicted_landmarks(view.lens, prior, marks);
-    for (const LandmarkSighting& s : detect_landmarks(image, view.lens, prior, marks)) {
+    predicted += vision::predicted_landmarks(view.lens, prior, marks);
+    for (const vision::LandmarkSighting& s : vision::detect_landmarks(image, view.lens, prior, marks)) {
       const Point<World> place = marks[s.landmark].place;
       const double error = (s.centre - view.lens.project((view.X_world_camera.inverse() * place).m)).norm();
       squares += error * error;
@@ -82,17 +82,18 @@ TEST(Picture, LandmarksAreFoundToATenthOfAPixelThroughLensNoiseAndArm) {
 
 TEST(Picture, AVirtualMarkerCoversTheRealDotItBelongsTo) {
   sim::CameraRenderer renderer;
-  Compositor compositor({.shadows = false});
+  render::Compositor compositor({.shadows = false});
   sim::TrueView view = laboratory();
   view.noise_sd = 0.0;
-  CameraImage image;
+  device::CameraImage image;
   image.width = 640;
   image.height = 480;
   renderer.render(view, image.rgb);
-  const TriangleMesh disc = disc_mesh(0.0125, 0.0004, 48);  // a little larger than the dot with its ring
-  std::vector<DrawItem> items;
+  const scene::TriangleMesh disc =
+      scene::disc_mesh(0.0125, 0.0004, 48);  // a little larger than the dot with its ring
+  std::vector<scene::DrawItem> items;
   for (const sim::Dot& dot : view.dots) {
-    DrawItem item;
+    scene::DrawItem item;
     item.mesh = &disc;
     item.rotation = rotation_between(Vector3::UnitY(), dot.normal);
     item.position = dot.centre + 0.0008 * dot.normal;
@@ -101,7 +102,7 @@ TEST(Picture, AVirtualMarkerCoversTheRealDotItBelongsTo) {
   std::vector<std::uint8_t> rgb;
   compositor.draw(image, view.lens, view.X_world_camera, items, {}, rgb);
   for (const sim::Dot& dot : view.dots) {
-    const Pixel p =
+    const device::Pixel p =
         view.lens.project_undistorted((view.X_world_camera.inverse() * Point<World>{dot.centre}).m);
     if (p.x() < 12 || p.y() < 12 || p.x() > 627 || p.y() > 467) continue;
     // Neither the bright disc nor its black ring shows anywhere round it.

@@ -52,7 +52,7 @@ class Recompute(unittest.TestCase):
         write_rows(self.folder, "check_points.csv", [dict(point=i, true_x_m=x, true_y_m=0, true_z_m=1, est_x_m=x, est_y_m=0, est_z_m=1) for i, x in enumerate((0.1, 2.0))])
         write_rows(self.folder, "lens.csv", [dict(which="est", **LENS), dict(which="true", **LENS)])
         write_rows(self.folder, "haptics.csv", [dict(time_s=0, given_n=-4.5), dict(time_s=0.001, given_n=2)])
-        # The real-time leg: 4 mm to the right, joined by the camera's count; the first picture comes before it has settled.
+        # The real-time run: 4 mm to the right, joined by the camera's count; the first picture comes before it has settled.
         shown = dict(**pose("cam_", 0.004, 0, 0), tip_x_m=0, tip_y_m=0, tip_z_m=0.5)
         write_rows(self.folder, "realtime_poses.csv", [dict(frame=1, camera_frame=40, time_s=0.5, late=0, world_px="", tip_px="", **{**shown, "cam_x_m": 0.1}),
                                                        dict(frame=2, camera_frame=42, time_s=1.5, late=0, world_px=2.0, tip_px=4.0, **shown)])

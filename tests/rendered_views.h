@@ -9,7 +9,8 @@
 
 namespace palpate {
 
-inline const CameraModel kTestLens{640, 480, 560, 561.5, 318.7, 242.1, {-0.28, 0.09, 0.001, -0.0005, 0.0}};
+inline const device::CameraModel kTestLens{
+    640, 480, 560, 561.5, 318.7, 242.1, {-0.28, 0.09, 0.001, -0.0005, 0.0}};
 
 inline sim::TrueView laboratory_view() {
   sim::TrueView view;

@@ -8,7 +8,7 @@
 
 #include "palpate/haptics/haptic_loop.h"
 #include "palpate/physics/proxy.h"
-#include "palpate/sim/arm_twin.h"
+#include "palpate/sim/simulated_arm.h"
 
 namespace palpate {
 namespace {
@@ -21,29 +21,29 @@ struct Presser {
   double friction = 0.0, encoder_quantum = 0.0;          // of the arm
 };
 
-sim::WorldFile wall_laboratory(const Presser& presser) {
-  auto world = sim::reference_world();
+sim::config::WorldFile wall_laboratory(const Presser& presser) {
+  auto world = sim::config::reference_world();
   world.arm.gain_sd = world.arm.offset_sd = world.arm.length_sd = world.arm.hysteresis = 0.0;
   world.arm.friction = presser.friction;
   world.arm.encoder_quantum = presser.encoder_quantum;
   return world;
 }
 
-class TwinArm : public ArmDevice {
+class SimulatedArmDevice : public device::ArmDevice {
  public:
-  explicit TwinArm(sim::ArmTwin& twin) : twin_(twin) {}
-  ArmSample read() override {
-    ArmSample sample;
+  explicit SimulatedArmDevice(sim::SimulatedArm& arm) : arm_(arm) {}
+  device::ArmSample read() override {
+    device::ArmSample sample;
     sample.stamp = stamp_ += Duration(1'000'000);
-    const Vector3 theta = twin_.theta_of(twin_.state());
-    sample.joints = twin_.joint_readings(theta);
-    sample.gimbal = twin_.gimbal_readings(twin_.gimbal_of(twin_.state(), theta));
+    const Vector3 theta = arm_.theta_of(arm_.state());
+    sample.joints = arm_.joint_readings(theta);
+    sample.gimbal = arm_.gimbal_readings(arm_.gimbal_of(arm_.state(), theta));
     return sample;
   }
-  void command(const Vector3& force) override { twin_.command(force); }
+  void command(const Vector3& force) override { arm_.command(force); }
 
  private:
-  sim::ArmTwin& twin_;
+  sim::SimulatedArm& arm_;
   Instant<ArmClock> stamp_;
 };
 
@@ -58,7 +58,7 @@ class WallRig {
       : world_(wall_laboratory(presser)),
         truth_(sim::draw_truth(world_, 1)),
         arm_(world_, truth_),
-        place_((truth_.X_world_base * phantom_tip({0.1, 0.5, 0.3}, truth_.lengths)).m),
+        place_((truth_.X_world_base * device::phantom_tip({0.1, 0.5, 0.3}, truth_.lengths)).m),
         into_(truth_.X_world_base.rotation * Vector3(1.0, 0.5, -0.5).normalized()),
         hand_({.mass = presser.mass, .damping = presser.damping, .stiffness = presser.stiffness}, place_,
               truth_.X_world_base.rotation) {
@@ -73,7 +73,7 @@ class WallRig {
   Rest classical(double stiffness) {
     return press([&] {
       const Vector3 theta = arm_.joint_readings(arm_.theta_of(arm_.state()));
-      const Vector3 tip = (truth_.X_world_base * phantom_tip(theta, truth_.lengths)).m;
+      const Vector3 tip = (truth_.X_world_base * device::phantom_tip(theta, truth_.lengths)).m;
       const double depth = std::max(0.0, into_.dot(tip - place_));
       arm_.command(truth_.X_world_base.rotation.conjugate() * (-stiffness * depth * into_));
     });
@@ -81,25 +81,25 @@ class WallRig {
 
   // A rigid wall behind a coupling of this stiffness, with the coupling's damper as in `touch`.
   Rest coupled(double stiffness, double damping, double most_injected) {
-    const TriangleMesh wall = wall_mesh();
-    const CollisionMesh mesh(wall);
-    Proxy proxy(mesh, {.radius = kRadius});
+    const scene::TriangleMesh wall = wall_mesh();
+    const physics::CollisionMesh mesh(wall);
+    physics::Proxy proxy(mesh, {.radius = kRadius});
     proxy.begin(place_ - 0.005 * into_);
-    TwinArm device(arm_);
-    HapticSettings settings;
+    SimulatedArmDevice device(arm_);
+    haptics::HapticSettings settings;
     settings.limits.start_ramp_s = 0.0;
     settings.limits.most_damping_n_s_m = most_injected;
-    TripleBuffer<HapticInput> input;
-    TripleBuffer<TipState> output;
-    HapticLoop loop(device, calibration_, truth_.lengths, settings, input, output);
+    TripleBuffer<haptics::HapticInput> input;
+    TripleBuffer<scene::TipState> output;
+    haptics::HapticLoop loop(device, calibration_, truth_.lengths, settings, input, output);
     Instant<PhysicsClock> now;
     const Rest rest = press([&] {
       now += settings.period;
       loop.tick(now);
-      TipState tip;
+      scene::TipState tip;
       output.read(tip);
-      const ProxyState& s = proxy.follow(tip.X_world_tip.translation);
-      HapticInput message;
+      const physics::ProxyState& s = proxy.follow(tip.X_world_tip.translation);
+      haptics::HapticInput message;
       message.time = now;
       if (s.touching) {
         const double share = std::min(1.0, s.depth / 0.0005);
@@ -119,7 +119,7 @@ class WallRig {
  private:
   static constexpr double kRadius = 0.003, kReach = 0.004;  // m: of the proxy; how far the hand wants in
 
-  TriangleMesh wall_mesh() const {
+  scene::TriangleMesh wall_mesh() const {
     const Vector3 centre = place_ + kRadius * into_;
     const Vector3 x = into_.unitOrthogonal(), y = into_.cross(x);
     return {{centre - x - y, centre + x - y, centre + x + y, centre - x + y}, {{0, 2, 1}, {0, 3, 2}}};
@@ -148,12 +148,12 @@ class WallRig {
     return {high - low, sum / (kLast * kStepsPerTick)};
   }
 
-  sim::WorldFile world_;
+  sim::config::WorldFile world_;
   sim::Truth truth_;
-  sim::ArmTwin arm_;
+  sim::SimulatedArm arm_;
   Vector3 place_, into_;
-  sim::HandTwin hand_;
-  ArmCalibration calibration_;
+  sim::SimulatedHand hand_;
+  rig::ArmCalibration calibration_;
   double damped_share_ = 0.0;
 };
 
@@ -176,7 +176,7 @@ TEST(StiffWall, ClassicallyItBuzzesBeyondTheSampledLimitAndBehindTheCouplingARig
 }
 
 TEST(StiffWall, FrictionAndEncoderStepsOfTheReferenceArmLeaveItAtRestToo) {
-  const auto& arm = sim::reference_world().arm;
+  const auto& arm = sim::config::reference_world().arm;
   WallRig rig({.friction = arm.friction, .encoder_quantum = arm.encoder_quantum});
   EXPECT_LT(rig.coupled(kMostCoupling, kTouchDamper, kObserver).swing, 3e-5) << "an encoder step";
 }

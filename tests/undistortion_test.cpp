@@ -7,14 +7,14 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "palpate/compositor/compositor.h"
+#include "palpate/render/compositor.h"
 
 namespace palpate {
 namespace {
 
 // At most about 12 grey levels from pixel to pixel in either direction: see the tolerance below.
-CameraImage waves(int width, int height) {
-  CameraImage image;
+device::CameraImage waves(int width, int height) {
+  device::CameraImage image;
   image.width = width, image.height = height;
   for (int v = 0; v < height; ++v)
     for (int u = 0; u < width; ++u)
@@ -33,10 +33,10 @@ class Undistortion : public testing::TestWithParam<NamedLens> {};
 
 TEST_P(Undistortion, IsThatOfOpenCvToItsFractionsOfAPixel) {
   for (const auto& [width, height, focus] : {std::tuple{640, 480, 560.0}, std::tuple{1280, 720, 900.0}}) {
-    const CameraModel lens{
+    const device::CameraModel lens{
         width, height, focus, 1.003 * focus, 0.5 * width - 3.3, 0.5 * height + 5.1, GetParam().distortion};
-    CameraImage image = waves(width, height);
-    Compositor compositor;
+    device::CameraImage image = waves(width, height);
+    render::Compositor compositor;
     std::vector<std::uint8_t> ours;
     compositor.draw(image, lens, {}, {}, {}, ours);
 

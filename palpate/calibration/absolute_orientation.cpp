@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/calibration/robust_scale.h"
+#include "palpate/calibration/noise/robust_scale.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 // Second largest extent against the largest below which points count as lying on a line.
@@ -53,11 +53,11 @@ double typical_distance(const std::vector<Vector3>& points) {
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> values;
     for (const auto& p : points) values.push_back(p[axis]);
-    middle[axis] = median(std::move(values));
+    middle[axis] = noise::median(std::move(values));
   }
   std::vector<double> distances;
   for (const auto& p : points) distances.push_back((p - middle).norm());
-  return median(std::move(distances));
+  return noise::median(std::move(distances));
 }
 
 // Weighted sum of squares over degrees of freedom, m^2, of the best fit.
@@ -197,7 +197,7 @@ std::vector<std::size_t> stray_points(const Estimate<RigidTransform>& fit,
     errors.push_back(std::sqrt(weight_at(weights, i)) * fit.residuals[i].norm());
   std::vector<std::size_t> stray;
   if (errors.size() < kFewest) return stray;
-  const double sd = robust_scale(errors, 6.0);
+  const double sd = noise::robust_scale(errors, 6.0);
   for (std::size_t i = 0; i < errors.size(); ++i)
     if (errors[i] > kFar * sd) stray.push_back(i);
   return stray;
@@ -222,4 +222,4 @@ SizeRatio size_ratio(const std::vector<Vector3>& from, const std::vector<Vector3
   return {ratio, std::sqrt(chi2 / std::max(1.0, 3.0 * used - 7.0) / squares)};
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

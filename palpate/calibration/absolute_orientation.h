@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "palpate/core/expected.h"
-#include "palpate/estimation/estimate.h"
-#include "palpate/geometry/pose.h"
+#include "palpate/math/estimate.h"
+#include "palpate/math/pose.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 struct RigidTransform {
   Matrix3 rotation = Matrix3::Identity();
@@ -51,4 +51,4 @@ struct SizeRatio {
 SizeRatio size_ratio(const std::vector<Vector3>& from, const std::vector<Vector3>& to,
                      const std::vector<double>& weights = {});
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "palpate/geometry/random_vector.h"
+#include "palpate/math/random_vector.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 struct Case {
@@ -196,4 +196,4 @@ TEST(AbsoluteOrientation, ImpossibleInputIsRefused) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -2,18 +2,18 @@
 
 #include "palpate/calibration/arm_setting.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 Point<World> predict_tip(const ArmSolution& arm, const Eigen::VectorXd& psi) {
-  return arm.X_world_base * arm_tip(arm.model, joint_angles(arm, {psi, {}, {}}));
+  return arm.X_world_base * device::arm_tip(arm.model, joint_angles(arm, {psi, {}, {}}));
 }
 
-Point<World> measured_tip(const ArmSolution& arm, const ArmObservation& sample) {
+Point<World> measured_tip(const ArmSolution& arm, const device::ArmObservation& sample) {
   if (by_marker(arm, sample)) return *sample.marker * Point<TipMarker>{arm.tip_in_marker};
   return *sample.tip;
 }
 
-std::vector<Vector3> arm_errors(const ArmSolution& arm, const std::vector<ArmObservation>& samples) {
+std::vector<Vector3> arm_errors(const ArmSolution& arm, const std::vector<device::ArmObservation>& samples) {
   std::vector<Vector3> errors;
   errors.reserve(samples.size());
   const auto motions = arm_motions(samples, arm.delay_s);
@@ -25,8 +25,8 @@ std::vector<Vector3> arm_errors(const ArmSolution& arm, const std::vector<ArmObs
   return errors;
 }
 
-Expected<Estimate<ArmSolution>> calibrate_arm(const std::vector<ArmObservation>& samples,
-                                              const ArmModel& model, const ArmOptions& options,
+Expected<Estimate<ArmSolution>> calibrate_arm(const std::vector<device::ArmObservation>& samples,
+                                              const device::ArmModel& model, const ArmOptions& options,
                                               const std::vector<bool>& used) {
   auto setting = prepare_arm(samples, model, options, used);
   if (!setting) return tl::unexpected(setting.error());
@@ -43,8 +43,8 @@ Expected<Estimate<ArmSolution>> calibrate_arm(const std::vector<ArmObservation>&
   return estimate;
 }
 
-Expected<Estimate<ArmSolution>> uncorrected_arm(const std::vector<ArmObservation>& samples,
-                                                const ArmModel& model, const ArmOptions& options) {
+Expected<Estimate<ArmSolution>> uncorrected_arm(const std::vector<device::ArmObservation>& samples,
+                                                const device::ArmModel& model, const ArmOptions& options) {
   ArmOptions plain = options;
   plain.free = {.gains = false, .offsets = false, .lengths = false, .tip = options.free.tip};
   const auto setting = prepare_arm(samples, model, plain);
@@ -55,4 +55,4 @@ Expected<Estimate<ArmSolution>> uncorrected_arm(const std::vector<ArmObservation
   return estimate;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -23,11 +23,11 @@
 #include <vector>
 
 #include "palpate/core/expected.h"
-#include "palpate/estimation/estimate.h"
-#include "palpate/model/arm_model.h"
-#include "palpate/model/arm_samples.h"
+#include "palpate/device/arm_model.h"
+#include "palpate/device/arm_samples.h"
+#include "palpate/math/estimate.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 enum class ArmMethod { one_pass, alternating, eq7, joint };
 
@@ -64,7 +64,7 @@ struct ArmNoise {
 };
 
 struct ArmSolution {
-  ArmModel model;  // with the estimated lengths, rows and tool point
+  device::ArmModel model;  // with the estimated lengths, rows and tool point
   Eigen::VectorXd gain, offset;
   Eigen::VectorXd quadratic, hysteresis;  // 1/rad, rad; empty where they are not modelled
   double delay_s = 0.0;                   // the tracker's stamps minus the encoders', for the same moment
@@ -78,19 +78,20 @@ struct ArmSolution {
 
 // `used` says which samples to fit (empty: all); the others still tell how the arm moved between them.
 // Residuals come for all samples, `inlier` is false for those that were not used.
-Expected<Estimate<ArmSolution>> calibrate_arm(const std::vector<ArmObservation>& samples,
-                                              const ArmModel& model, const ArmOptions& options = {},
+Expected<Estimate<ArmSolution>> calibrate_arm(const std::vector<device::ArmObservation>& samples,
+                                              const device::ArmModel& model, const ArmOptions& options = {},
                                               const std::vector<bool>& used = {});
 
 // The arm as its maker describes it, only placed in the world (and its unknown tool or tip point fitted).
-Expected<Estimate<ArmSolution>> uncorrected_arm(const std::vector<ArmObservation>& samples,
-                                                const ArmModel& model, const ArmOptions& options = {});
+Expected<Estimate<ArmSolution>> uncorrected_arm(const std::vector<device::ArmObservation>& samples,
+                                                const device::ArmModel& model,
+                                                const ArmOptions& options = {});
 
 // Where the tip is when the encoders read psi and hysteresis plays no part.
 Point<World> predict_tip(const ArmSolution& arm, const Eigen::VectorXd& psi);
 // Where the tracker saw it.
-Point<World> measured_tip(const ArmSolution& arm, const ArmObservation& sample);
+Point<World> measured_tip(const ArmSolution& arm, const device::ArmObservation& sample);
 // measured - predicted, m, one per sample; readings brought to the measurement's moment by arm.delay_s.
-std::vector<Vector3> arm_errors(const ArmSolution& arm, const std::vector<ArmObservation>& samples);
+std::vector<Vector3> arm_errors(const ArmSolution& arm, const std::vector<device::ArmObservation>& samples);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

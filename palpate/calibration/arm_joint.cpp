@@ -6,9 +6,9 @@
 
 #include "palpate/calibration/arm_setting.h"
 #include "palpate/calibration/arm_uncertainty.h"
-#include "palpate/calibration/robust_scale.h"
+#include "palpate/calibration/noise/robust_scale.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 // Where an encoder zero may be when the arm was reset in an odd position, rad (40 deg): starts for offsets 2
@@ -55,7 +55,7 @@ ArmSolution best_start(const ArmSetting& setting, const std::vector<ArmParameter
   const auto nominal =
       solve_arm(setting.samples, setting.nominal, parameters, setting.nominal, 1e-3, 30, kNear);
   const double left =
-      robust_scale(misfits(setting.samples, nominal.solution), static_cast<double>(parameters.size()));
+      noise::robust_scale(misfits(setting.samples, nominal.solution), static_cast<double>(parameters.size()));
   if (left < kGoodFit * spread_of(setting.samples, nominal.solution)) return nominal.solution;
   struct Candidate {
     ArmSolution arm;
@@ -114,8 +114,8 @@ double rms_difference(const std::vector<double>& a, const std::vector<double>& b
 }  // namespace
 
 Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions& options) {
-  const ArmModel& model = setting.nominal.model;
-  const bool phantom = model.kind == ArmModel::Kind::phantom;
+  const device::ArmModel& model = setting.nominal.model;
+  const bool phantom = model.kind == device::ArmModel::Kind::phantom;
   ArmFreedom freedom = freedom_of(options, model);
   freedom.first_offset = !phantom;
   freedom.tip = setting.tip_free;
@@ -138,7 +138,7 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
   bool weigh = freedom.delay;
   if (!weigh) {
     const auto lengths = misfits(setting.samples, arm);
-    scale = robust_scale(lengths, P);
+    scale = noise::robust_scale(lengths, P);
     weigh = options.robust && *std::max_element(lengths.begin(), lengths.end()) > kNoOutlier * scale;
     estimate.termination = Termination::converged;
   }
@@ -152,18 +152,18 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
     if (freedom.delay) take_motion(setting, arm.delay_s);
     const double last_scale = scale;
     const auto lengths = misfits(setting.samples, arm);
-    scale = robust_scale(lengths, P);
+    scale = noise::robust_scale(lengths, P);
     // What the data do not see may creep for long; the misfits tell whether what they do see stands still.
     const double change =
         rms_difference(lengths, last_lengths) + 0.2 * std::abs(arm.delay_s - delay_before);  // at 0.2 m/s
     last_lengths = lengths;
     if (options.robust)
       for (std::size_t i = 0; i < lengths.size(); ++i)
-        setting.samples[i].weight =
-            round < kHuberRounds ? huber_weight(lengths[i], scale) : tukey_weight(lengths[i], scale);
+        setting.samples[i].weight = round < kHuberRounds ? noise::huber_weight(lengths[i], scale)
+                                                         : noise::tukey_weight(lengths[i], scale);
     estimate.termination = Termination::iteration_limit;
     if (round + 1 >= kFewestRounds && (change < 1e-9 || change < 1e-4 * scale) &&
-        std::abs(scale - last_scale) < 1e-3 * scale + 2 * kLeastScale) {
+        std::abs(scale - last_scale) < 1e-3 * scale + 2 * noise::kLeastScale) {
       estimate.termination = Termination::converged;
       break;
     }
@@ -189,12 +189,13 @@ Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions
     const double delay_moved = std::abs(fit.solution.delay_s - arm.delay_s);
     arm = fit.solution;
     const double last_scale = scale;
-    scale = robust_scale(misfits(setting.samples, arm), P);  // it weighs the prior
-    if (delay_moved < kDelaySettled && std::abs(scale - last_scale) < 1e-2 * scale + 2 * kLeastScale) break;
+    scale = noise::robust_scale(misfits(setting.samples, arm), P);  // it weighs the prior
+    if (delay_moved < kDelaySettled && std::abs(scale - last_scale) < 1e-2 * scale + 2 * noise::kLeastScale)
+      break;
   }
   estimate.value = std::move(arm);
   add_arm_covariance(estimate, setting, parameters, options.allow_field);
   return estimate;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

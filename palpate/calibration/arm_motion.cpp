@@ -4,13 +4,13 @@
 #include <cmath>
 #include <numeric>
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 constexpr double kStillRate = 0.02;   // rad/s: slower is noise of the encoders
 constexpr double kStillTurn = 0.002;  // rad between poses held still
 
-std::vector<std::size_t> in_time_order(const std::vector<ArmObservation>& samples) {
+std::vector<std::size_t> in_time_order(const std::vector<device::ArmObservation>& samples) {
   std::vector<std::size_t> order(samples.size());
   std::iota(order.begin(), order.end(), 0u);
   std::stable_sort(order.begin(), order.end(),
@@ -65,7 +65,8 @@ struct Track {
 };
 
 template <typename Read>
-Track track_of(const std::vector<ArmObservation>& samples, const std::vector<std::size_t>& order, Read read) {
+Track track_of(const std::vector<device::ArmObservation>& samples, const std::vector<std::size_t>& order,
+               Read read) {
   std::vector<double> times;
   std::vector<Eigen::VectorXd> values;
   for (std::size_t i : order) {
@@ -77,11 +78,11 @@ Track track_of(const std::vector<ArmObservation>& samples, const std::vector<std
 
 }  // namespace
 
-bool all_have_times(const std::vector<ArmObservation>& samples) {
+bool all_have_times(const std::vector<device::ArmObservation>& samples) {
   return std::all_of(samples.begin(), samples.end(), [](const auto& s) { return s.time_s.has_value(); });
 }
 
-bool taken_in_motion(const std::vector<ArmObservation>& samples) {
+bool taken_in_motion(const std::vector<device::ArmObservation>& samples) {
   if (samples.size() < 2 || !all_have_times(samples)) return false;
   const auto order = in_time_order(samples);
   std::size_t close = 0;
@@ -90,14 +91,14 @@ bool taken_in_motion(const std::vector<ArmObservation>& samples) {
   return 2 * close > samples.size();
 }
 
-std::vector<ArmMotion> arm_motions(const std::vector<ArmObservation>& samples, double delay_s) {
+std::vector<ArmMotion> arm_motions(const std::vector<device::ArmObservation>& samples, double delay_s) {
   std::vector<ArmMotion> motions(samples.size());
   if (samples.empty() || !all_have_times(samples)) {
     for (std::size_t i = 0; i < samples.size(); ++i) motions[i].joints = samples[i].joints;
     return motions;
   }
   const auto order = in_time_order(samples);
-  const Track track = track_of(samples, order, [](const ArmObservation& s) { return s.joints; });
+  const Track track = track_of(samples, order, [](const device::ArmObservation& s) { return s.joints; });
   Eigen::VectorXd direction = Eigen::VectorXd::Zero(samples[0].joints.size());
   for (std::size_t k = 0; k < order.size(); ++k) {
     ArmMotion& motion = motions[order[k]];
@@ -113,7 +114,8 @@ std::vector<ArmMotion> arm_motions(const std::vector<ArmObservation>& samples, d
   return motions;
 }
 
-std::vector<ArmObservation> with_delay_removed(const std::vector<ArmObservation>& samples, double delay_s) {
+std::vector<device::ArmObservation> with_delay_removed(const std::vector<device::ArmObservation>& samples,
+                                                       double delay_s) {
   auto result = samples;
   if (delay_s == 0.0 || samples.empty() || !all_have_times(samples)) return result;
   const auto motions = arm_motions(samples, delay_s);
@@ -122,7 +124,7 @@ std::vector<ArmObservation> with_delay_removed(const std::vector<ArmObservation>
     return result;
   const auto order = in_time_order(samples);
   const Track track =
-      track_of(samples, order, [](const ArmObservation& s) { return Eigen::VectorXd(*s.gimbal); });
+      track_of(samples, order, [](const device::ArmObservation& s) { return Eigen::VectorXd(*s.gimbal); });
   Eigen::VectorXd value, rate;
   for (std::size_t k = 0; k < order.size(); ++k) {
     track.at(k, track.times[k] - delay_s, value, rate);
@@ -131,4 +133,4 @@ std::vector<ArmObservation> with_delay_removed(const std::vector<ArmObservation>
   return result;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

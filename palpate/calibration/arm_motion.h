@@ -11,9 +11,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "palpate/model/arm_samples.h"
+#include "palpate/device/arm_samples.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 // Rows further apart were not taken in one motion, s.
 inline constexpr double kMotionGap = 0.1;
@@ -25,14 +25,15 @@ struct ArmMotion {
 };
 
 // One per row, in the rows' order.
-std::vector<ArmMotion> arm_motions(const std::vector<ArmObservation>& samples, double delay_s = 0.0);
+std::vector<ArmMotion> arm_motions(const std::vector<device::ArmObservation>& samples, double delay_s = 0.0);
 
 // The rows with joints and gimbal as they were `delay_s` before.
-std::vector<ArmObservation> with_delay_removed(const std::vector<ArmObservation>& samples, double delay_s);
+std::vector<device::ArmObservation> with_delay_removed(const std::vector<device::ArmObservation>& samples,
+                                                       double delay_s);
 
-bool all_have_times(const std::vector<ArmObservation>& samples);
+bool all_have_times(const std::vector<device::ArmObservation>& samples);
 
 // Whether most rows were taken in motion: neighbours in time are closer than kMotionGap.
-bool taken_in_motion(const std::vector<ArmObservation>& samples);
+bool taken_in_motion(const std::vector<device::ArmObservation>& samples);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -5,7 +5,7 @@
 #include "palpate/calibration/arm_setting.h"
 #include "palpate/calibration/arm_uncertainty.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 constexpr double kAlternatingChange = 1e-4;  // relative, system bar B4
@@ -51,9 +51,9 @@ Expected<Estimate<ArmSolution>> solve_as_in_the_paper(const ArmSetting& setting,
   }
   estimate.value = std::move(fit.solution);
   freedom.base = true;
-  freedom.first_offset = setting.nominal.model.kind != ArmModel::Kind::phantom;
+  freedom.first_offset = setting.nominal.model.kind != device::ArmModel::Kind::phantom;
   add_arm_covariance(estimate, setting, list_parameters(setting.nominal.model, freedom), false);
   return estimate;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -1,6 +1,6 @@
 #include "palpate/calibration/arm_parameters.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 using Part = ArmParameter::Part;
@@ -42,7 +42,7 @@ double number_of(const ArmSolution& arm, const ArmParameter& parameter) {
   return number_of(const_cast<ArmSolution&>(arm), parameter);  // only read
 }
 
-std::vector<ArmParameter> list_parameters(const ArmModel& model, const ArmFreedom& freedom) {
+std::vector<ArmParameter> list_parameters(const device::ArmModel& model, const ArmFreedom& freedom) {
   std::vector<ArmParameter> list;
   const auto joints = model.joint_count();
   const auto per_joint = [&](Part part, const char* name, double size) {
@@ -54,7 +54,7 @@ std::vector<ArmParameter> list_parameters(const ArmModel& model, const ArmFreedo
     for (Eigen::Index i = 0; i < 3; ++i)
       list.push_back({part, i, fmt::format("{}_{}", name, "xyz"[i]), size});
   };
-  const bool dh = model.kind == ArmModel::Kind::dh;
+  const bool dh = model.kind == device::ArmModel::Kind::dh;
   if (freedom.base) {
     per_axis(Part::base_rotation, "base_rotation", 1.0);
     per_axis(Part::base_translation, "base_translation", 1.0);
@@ -78,7 +78,8 @@ std::vector<ArmParameter> list_parameters(const ArmModel& model, const ArmFreedo
   return list;
 }
 
-std::vector<ArmParameter> parameters_named(const ArmModel& model, const std::vector<std::string>& names) {
+std::vector<ArmParameter> parameters_named(const device::ArmModel& model,
+                                           const std::vector<std::string>& names) {
   const auto all = list_parameters(model, {.base = true,
                                            .gains = true,
                                            .offsets = true,
@@ -88,7 +89,7 @@ std::vector<ArmParameter> parameters_named(const ArmModel& model, const std::vec
                                            .delay = true,
                                            .lengths = true,
                                            .alpha = true,
-                                           .tool = model.kind == ArmModel::Kind::dh,
+                                           .tool = model.kind == device::ArmModel::Kind::dh,
                                            .tip = true});
   std::vector<ArmParameter> list;
   for (const auto& name : names)
@@ -115,4 +116,4 @@ ArmSolution moved(const ArmSolution& at, const std::vector<ArmParameter>& parame
   return result;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -10,7 +10,7 @@
 
 #include "palpate/calibration/arm.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 struct ArmFreedom {
   bool base = true, gains = false, offsets = false, first_offset = true, quadratic = false,
@@ -42,10 +42,11 @@ struct ArmParameter {
   bool of_base() const { return part == Part::base_rotation || part == Part::base_translation; }
 };
 
-std::vector<ArmParameter> list_parameters(const ArmModel& model, const ArmFreedom& freedom);
+std::vector<ArmParameter> list_parameters(const device::ArmModel& model, const ArmFreedom& freedom);
 
 // Those of these names, in their order (Estimate<ArmSolution>::value.parameters).
-std::vector<ArmParameter> parameters_named(const ArmModel& model, const std::vector<std::string>& names);
+std::vector<ArmParameter> parameters_named(const device::ArmModel& model,
+                                           const std::vector<std::string>& names);
 
 // The number a parameter stands for; not for the base's rotation.
 double& number_of(ArmSolution& arm, const ArmParameter& parameter);
@@ -58,4 +59,4 @@ Vector3 rotation_part(const std::vector<ArmParameter>& parameters, const Eigen::
 ArmSolution moved(const ArmSolution& at, const std::vector<ArmParameter>& parameters,
                   const Eigen::VectorXd& x);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -5,7 +5,7 @@
 
 #include "palpate/calibration/arm_problem.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 constexpr int kMostPerJoint = 7;
@@ -26,7 +26,7 @@ Matrix3 predicted_covariance(const Estimate<ArmSolution>& estimate, const Eigen:
 }
 
 PredictedErrorMap predicted_error_map(const Estimate<ArmSolution>& estimate,
-                                      const std::vector<ArmObservation>& samples) {
+                                      const std::vector<device::ArmObservation>& samples) {
   PredictedErrorMap map;
   if (samples.empty() || estimate.covariance.size() == 0) return map;
   const auto parameters = parameters_named(estimate.value.model, estimate.value.parameters);
@@ -59,4 +59,4 @@ PredictedErrorMap predicted_error_map(const Estimate<ArmSolution>& estimate,
   return map;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -9,7 +9,7 @@
 
 #include "palpate/calibration/arm.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 // m^2, World.
 Matrix3 predicted_covariance(const Estimate<ArmSolution>& estimate, const Eigen::VectorXd& psi);
@@ -28,6 +28,6 @@ struct PredictedErrorMap {
 
 // Over a grid of the readings that the samples span, the corners included; at most about a thousand places.
 PredictedErrorMap predicted_error_map(const Estimate<ArmSolution>& estimate,
-                                      const std::vector<ArmObservation>& samples);
+                                      const std::vector<device::ArmObservation>& samples);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

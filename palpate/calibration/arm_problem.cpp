@@ -4,10 +4,10 @@
 
 #include "palpate/calibration/absolute_orientation.h"
 #include "palpate/core/text.h"
-#include "palpate/estimation/levenberg_marquardt.h"
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/math/levenberg_marquardt.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 using Part = ArmParameter::Part;
@@ -27,7 +27,7 @@ Matrix3 left_jacobian(const Vector3& w) {
 // What a linearisation works with, kept between samples: allocating it anew costs as much as the arithmetic.
 struct Scratch {
   Eigen::VectorXd theta;
-  ArmJacobian D;
+  device::ArmJacobian D;
   Eigen::Matrix3Xd turning;  // R D.theta
 };
 
@@ -43,9 +43,9 @@ Vector3 turned_tip(const ArmSolution& at, const ArmMotion& motion,
                    const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd* J, Scratch& scratch) {
   angles_into(at, motion, scratch.theta);
   const Matrix3 R = at.X_world_base.matrix();
-  if (!J) return R * arm_tip(at.model, scratch.theta).m;
-  const ArmJacobian& D = scratch.D;
-  const Vector3 turned = R * arm_tip(at.model, scratch.theta, scratch.D).m;
+  if (!J) return R * device::arm_tip(at.model, scratch.theta).m;
+  const device::ArmJacobian& D = scratch.D;
+  const Vector3 turned = R * device::arm_tip(at.model, scratch.theta, scratch.D).m;
   const Eigen::VectorXd& psi = motion.joints;
   scratch.turning = R.lazyProduct(D.theta);
   const Eigen::Matrix3Xd& turning = scratch.turning;
@@ -102,7 +102,7 @@ Vector3 turned_tip(const ArmSolution& at, const ArmMotion& motion,
   return turned;
 }
 
-Vector3 residual_with(const ArmSolution& at, const ArmObservation& sample, const ArmMotion& motion,
+Vector3 residual_with(const ArmSolution& at, const device::ArmObservation& sample, const ArmMotion& motion,
                       const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd* J, Scratch& scratch) {
   const Vector3 turned = turned_tip(at, motion, parameters, J, scratch);
   const Vector3 predicted = turned + at.X_world_base.translation;
@@ -165,7 +165,7 @@ void place_base(const std::vector<WeighedSample>& samples, ArmSolution& at) {
   std::vector<Vector3> from, to;
   std::vector<double> weights;
   for (const auto& sample : samples) {
-    from.push_back(arm_tip(at.model, joint_angles(at, sample.motion)).m);
+    from.push_back(device::arm_tip(at.model, joint_angles(at, sample.motion)).m);
     to.push_back(measured_tip(at, *sample.observation).m);
     weights.push_back(sample.weight);
   }
@@ -181,13 +181,13 @@ Eigen::VectorXd joint_angles(const ArmSolution& arm, const ArmMotion& motion) {
   return theta;
 }
 
-Vector3 arm_residual(const ArmSolution& at, const ArmObservation& sample, const ArmMotion& motion,
+Vector3 arm_residual(const ArmSolution& at, const device::ArmObservation& sample, const ArmMotion& motion,
                      const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd* J) {
   Scratch scratch;
   return residual_with(at, sample, motion, parameters, J, scratch);
 }
 
-Vector3 arm_residual(const ArmSolution& at, const ArmObservation& sample,
+Vector3 arm_residual(const ArmSolution& at, const device::ArmObservation& sample,
                      const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd* J) {
   const auto rest = Eigen::VectorXd::Zero(sample.joints.size());
   return arm_residual(at, sample, {sample.joints, rest, rest}, parameters, J);
@@ -299,7 +299,7 @@ Expected<ArmSolution> place_arm(const std::vector<WeighedSample>& samples, const
     Vector3 mean = Vector3::Zero();
     std::vector<Vector3> f;
     for (const auto& sample : samples) {
-      f.push_back(arm_tip(at.model, joint_angles(at, sample.motion)).m);
+      f.push_back(device::arm_tip(at.model, joint_angles(at, sample.motion)).m);
       mean += f.back() / n;
     }
     Eigen::Matrix<double, 15, 15> N = Eigen::Matrix<double, 15, 15>::Zero();  // t, T, columns of M
@@ -359,4 +359,4 @@ Expected<ArmSolution> place_arm(const std::vector<WeighedSample>& samples, const
   return result;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

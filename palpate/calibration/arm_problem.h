@@ -10,17 +10,17 @@
 #include "palpate/calibration/arm_motion.h"
 #include "palpate/calibration/arm_parameters.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 struct WeighedSample {
-  const ArmObservation* observation = nullptr;
+  const device::ArmObservation* observation = nullptr;
   ArmMotion motion;                         // readings at the measurement's moment, for the present delay
   Matrix3 whitening = Matrix3::Identity();  // keeps metres
   double weight = 1.0;
 };
 
 // Whether a sample's measured tip is told by its marker's pose.
-inline bool by_marker(const ArmSolution& arm, const ArmObservation& sample) {
+inline bool by_marker(const ArmSolution& arm, const device::ArmObservation& sample) {
   return sample.marker && (arm.tip_known || !sample.tip);
 }
 
@@ -28,10 +28,10 @@ inline bool by_marker(const ArmSolution& arm, const ArmObservation& sample) {
 Eigen::VectorXd joint_angles(const ArmSolution& arm, const ArmMotion& motion);
 
 // Predicted minus measured; `J` (3 x parameters) holds its derivatives where asked for.
-Vector3 arm_residual(const ArmSolution& at, const ArmObservation& sample, const ArmMotion& motion,
+Vector3 arm_residual(const ArmSolution& at, const device::ArmObservation& sample, const ArmMotion& motion,
                      const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd* J);
 // Of a sample taken at rest.
-Vector3 arm_residual(const ArmSolution& at, const ArmObservation& sample,
+Vector3 arm_residual(const ArmSolution& at, const device::ArmObservation& sample,
                      const std::vector<ArmParameter>& parameters, Eigen::Matrix3Xd* J);
 // The whitened residuals of all samples, one below the other, with their derivatives (3n x parameters) where
 // `J` is given; weights do not matter.
@@ -63,4 +63,4 @@ ArmFit solve_arm_inside(const std::vector<WeighedSample>& samples, const ArmSolu
 Expected<ArmSolution> place_arm(const std::vector<WeighedSample>& samples, const ArmSolution& at,
                                 bool fit_tip, bool fit_tool);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

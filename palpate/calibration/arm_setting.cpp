@@ -4,13 +4,13 @@
 #include <cmath>
 
 #include "palpate/core/text.h"
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
-Expected<void> check_arm_samples(const std::vector<ArmObservation>& samples, const ArmModel& model,
-                                 const ArmOptions& options) {
+Expected<void> check_arm_samples(const std::vector<device::ArmObservation>& samples,
+                                 const device::ArmModel& model, const ArmOptions& options) {
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const auto& s = samples[i];
     if (s.joints.size() != model.joint_count())
@@ -34,16 +34,16 @@ Expected<void> check_arm_samples(const std::vector<ArmObservation>& samples, con
         "arm: the delay shows in motion only, and most samples are more than {:.0f} ms apart; record while "
         "the stylus moves, at 20 Hz or faster",
         1e3 * kMotionGap);
-  if (options.free.dh && model.kind != ArmModel::Kind::dh)
+  if (options.free.dh && model.kind != device::ArmModel::Kind::dh)
     return wrong_use("arm: {} has no Denavit-Hartenberg rows to free; use lengths", model.name);
   return {};
 }
 
-bool all_have_markers(const std::vector<ArmObservation>& samples) {
+bool all_have_markers(const std::vector<device::ArmObservation>& samples) {
   return std::all_of(samples.begin(), samples.end(), [](const auto& s) { return s.marker.has_value(); });
 }
 
-bool all_have_tips(const std::vector<ArmObservation>& samples) {
+bool all_have_tips(const std::vector<device::ArmObservation>& samples) {
   return std::all_of(samples.begin(), samples.end(), [](const auto& s) { return s.tip.has_value(); });
 }
 
@@ -53,7 +53,7 @@ Expected<void> check_spread(const ArmSetting& setting) {
   Vector3 mean = Vector3::Zero();
   std::vector<Vector3> tips;
   for (const auto& sample : setting.samples) {
-    tips.push_back(arm_tip(setting.nominal.model, joint_angles(setting.nominal, sample.motion)).m);
+    tips.push_back(device::arm_tip(setting.nominal.model, joint_angles(setting.nominal, sample.motion)).m);
     mean += tips.back() / static_cast<double>(setting.samples.size());
   }
   Matrix3 scatter = Matrix3::Zero();
@@ -68,7 +68,7 @@ Expected<void> check_spread(const ArmSetting& setting) {
       1e3 * width, 1e3 * kLeastWidth);
 }
 
-ArmSolution nominal_arm(const ArmModel& model, const ArmFree& free) {
+ArmSolution nominal_arm(const device::ArmModel& model, const ArmFree& free) {
   ArmSolution arm;
   arm.model = model;
   arm.gain = Eigen::VectorXd::Ones(model.joint_count());
@@ -86,8 +86,9 @@ void take_motion(ArmSetting& setting, double delay_s) {
     setting.samples[k].motion = std::move(motions[setting.used[k]]);
 }
 
-Expected<ArmSetting> prepare_arm(const std::vector<ArmObservation>& observations, const ArmModel& model,
-                                 const ArmOptions& options, const std::vector<bool>& used) {
+Expected<ArmSetting> prepare_arm(const std::vector<device::ArmObservation>& observations,
+                                 const device::ArmModel& model, const ArmOptions& options,
+                                 const std::vector<bool>& used) {
   if (!used.empty() && used.size() != observations.size())
     return wrong_use("arm: {} marks for {} samples", used.size(), observations.size());
   if (const auto fine = check_arm_samples(observations, model, options); !fine)
@@ -115,7 +116,7 @@ Expected<ArmSetting> prepare_arm(const std::vector<ArmObservation>& observations
   const double count = static_cast<double>(setting.used.size());
   double systematic = 0.0;
   for (const std::size_t i : setting.used) {
-    const ArmObservation& o = observations[i];
+    const device::ArmObservation& o = observations[i];
     WeighedSample sample{&o, {}, Matrix3::Identity(), 1.0};
     if (o.covariance && options.method == ArmMethod::joint) {
       if (!whitening(*o.covariance, sample.whitening))
@@ -133,17 +134,17 @@ Expected<ArmSetting> prepare_arm(const std::vector<ArmObservation>& observations
       sample.whitening *= std::sqrt(mean_variance);
   take_motion(setting, 0.0);
   const auto placed = place_arm(setting.samples, setting.nominal, setting.tip_found,
-                                model.kind == ArmModel::Kind::dh && !model.tool_known);
+                                model.kind == device::ArmModel::Kind::dh && !model.tool_known);
   if (!placed) return tl::unexpected(placed.error());
   setting.nominal = *placed;
   if (const auto fine = check_spread(setting); !fine) return tl::unexpected(fine.error());
   return setting;
 }
 
-ArmFreedom freedom_of(const ArmOptions& options, const ArmModel& model) {
+ArmFreedom freedom_of(const ArmOptions& options, const device::ArmModel& model) {
   ArmFreedom freedom;
   const bool joint = options.method == ArmMethod::joint;
-  const bool dh = model.kind == ArmModel::Kind::dh;
+  const bool dh = model.kind == device::ArmModel::Kind::dh;
   freedom.base = true;
   freedom.gains = options.free.gains || options.free.dh;
   freedom.offsets = options.free.offsets || options.free.dh;
@@ -164,4 +165,4 @@ Expected<void> enough_samples(std::size_t samples, std::size_t parameters) {
   return {};
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -7,11 +7,11 @@
 
 #include "palpate/calibration/arm_problem.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 struct ArmSetting {
-  const std::vector<ArmObservation>* recording = nullptr;  // all of it: it tells the motion
-  std::vector<std::size_t> used;                           // which of it the samples are
+  const std::vector<device::ArmObservation>* recording = nullptr;  // all of it: it tells the motion
+  std::vector<std::size_t> used;                                   // which of it the samples are
   std::vector<WeighedSample> samples;
   ArmSolution nominal;                 // placed in the world by its nominal values
   bool tip_free = false;               // estimated with the rest
@@ -20,11 +20,12 @@ struct ArmSetting {
   std::optional<double> stated_share;  // of the tracker's systematic error in it
 };
 
-Expected<ArmSetting> prepare_arm(const std::vector<ArmObservation>& observations, const ArmModel& model,
-                                 const ArmOptions& options, const std::vector<bool>& used = {});
+Expected<ArmSetting> prepare_arm(const std::vector<device::ArmObservation>& observations,
+                                 const device::ArmModel& model, const ArmOptions& options,
+                                 const std::vector<bool>& used = {});
 
 // What all methods free alike; `joint` adds to it.
-ArmFreedom freedom_of(const ArmOptions& options, const ArmModel& model);
+ArmFreedom freedom_of(const ArmOptions& options, const device::ArmModel& model);
 
 Expected<void> enough_samples(std::size_t samples, std::size_t parameters);
 
@@ -34,4 +35,4 @@ void take_motion(ArmSetting& setting, double delay_s);
 Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions& options);
 Expected<Estimate<ArmSolution>> solve_as_in_the_paper(const ArmSetting& setting, const ArmOptions& options);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -11,9 +11,9 @@
 #include "palpate/calibration/arm_problem.h"
 #include "palpate/calibration/arm_validation.h"
 #include "palpate/core/units.h"
-#include "palpate/geometry/random_vector.h"
+#include "palpate/math/random_vector.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 constexpr double kNoise = 2e-4;  // m per axis
@@ -54,17 +54,18 @@ struct MovingArm {
     return theta;
   }
 
-  std::vector<ArmObservation> record(int count, double delay, double noise = kNoise) {
-    std::vector<ArmObservation> samples;
+  std::vector<device::ArmObservation> record(int count, double delay, double noise = kNoise) {
+    std::vector<device::ArmObservation> samples;
     for (int i = 0; i < count; ++i) {
       const double t = 0.01 * i;
-      ArmObservation sample;
+      device::ArmObservation sample;
       sample.time_s = 100.0 + t;
       sample.joints = psi_at(t);
       sample.gimbal = gimbal_at(t);
       const Vector3 theta = theta_at(t - delay);
-      const Vector3 tip = (truth.X_world_base * phantom_tip(theta, truth.model.lengths)).m;
-      const Quaternion turn = truth.X_world_base.rotation * phantom_stylus(theta, gimbal_at(t - delay));
+      const Vector3 tip = (truth.X_world_base * device::phantom_tip(theta, truth.model.lengths)).m;
+      const Quaternion turn =
+          truth.X_world_base.rotation * device::phantom_stylus(theta, gimbal_at(t - delay));
       sample.marker = Pose<World, TipMarker>{turn, tip - turn * truth.tip_in_marker + normal3(random, noise)};
       sample.covariance = std::max(noise * noise, 1e-20) * Matrix3::Identity();
       sample.systematic = 0.0;
@@ -74,9 +75,9 @@ struct MovingArm {
   }
 
   // Every fifth of a second of the motion, as if held still there.
-  std::vector<ArmObservation> poses(int count) {
+  std::vector<device::ArmObservation> poses(int count) {
     const auto all = record(20 * count, 0.0);
-    std::vector<ArmObservation> some;
+    std::vector<device::ArmObservation> some;
     for (std::size_t i = 0; i < all.size(); i += 20) some.push_back(all[i]);
     return some;
   }
@@ -302,4 +303,4 @@ TEST(ArmCalibrationInvariance, OrderOfRowsAndSignOfQuaternions) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -8,9 +8,9 @@
 
 #include "palpate/calibration/arm_validation.h"
 #include "palpate/core/units.h"
-#include "palpate/geometry/random_vector.h"
+#include "palpate/math/random_vector.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 // A PHANToM with its faults, a marker on its stylus, and a tracker.
@@ -30,14 +30,15 @@ struct Laboratory {
     return {random.uniform(-0.78, 0.78), random.uniform(-0.17, 1.48), random.uniform(-0.43, 1.13)};
   }
 
-  std::vector<ArmObservation> record(int count, double noise, bool markers = true) {
-    std::vector<ArmObservation> samples;
+  std::vector<device::ArmObservation> record(int count, double noise, bool markers = true) {
+    std::vector<device::ArmObservation> samples;
     for (int i = 0; i < count; ++i) {
       const Vector3 theta = random_theta();
-      ArmObservation sample;
+      device::ArmObservation sample;
       sample.joints = (theta - truth.offset).cwiseQuotient(truth.gain);
       const Vector3 tip = predict_tip(truth, sample.joints).m;
-      const Quaternion turn = truth.X_world_base.rotation * phantom_stylus(theta, normal3(random, 0.5));
+      const Quaternion turn =
+          truth.X_world_base.rotation * device::phantom_stylus(theta, normal3(random, 0.5));
       if (markers) {
         sample.marker =
             Pose<World, TipMarker>{turn, tip - turn * truth.tip_in_marker + normal3(random, noise)};
@@ -62,7 +63,7 @@ struct Laboratory {
 
   Random random;
   ArmSolution truth;
-  ArmModel model;
+  device::ArmModel model;
 };
 
 const ArmFree kGainsOffsetsTip{.gains = true, .offsets = true, .lengths = false, .tip = true};
@@ -195,7 +196,8 @@ TEST(ArmCalibration, CovariancesOfTheSamplesWeighThem) {
 
 TEST(ArmCalibration, MissingMotionIsRefusedOrNamed) {
   Laboratory lab(6);
-  const auto refusal = [&](const std::vector<ArmObservation>& samples, const ArmOptions& options = {}) {
+  const auto refusal = [&](const std::vector<device::ArmObservation>& samples,
+                           const ArmOptions& options = {}) {
     const auto estimate = calibrate_arm(samples, lab.model, options);
     return estimate ? std::string("none") : estimate.error().message;
   };
@@ -240,9 +242,9 @@ TEST(ArmCalibration, HeldOutErrorByRegionIsNotFarAboveTheNoise) {
 class RealArm : public testing::Test {
  protected:
   void SetUp() override {
-    auto read_model = read_arm_model((folder / "ur5.toml").string());
-    auto grid = read_arm_samples(folder / "3D_UR5_uncalibrated_grid_cleaned.csv");
-    auto random = read_arm_samples(folder / "3D_UR5_uncalibrated_random_cleaned.csv");
+    auto read_model = device::read_arm_model((folder / "ur5.toml").string());
+    auto grid = device::read_arm_samples(folder / "3D_UR5_uncalibrated_grid_cleaned.csv");
+    auto random = device::read_arm_samples(folder / "3D_UR5_uncalibrated_random_cleaned.csv");
     ASSERT_TRUE(read_model && grid && random);
     model = *read_model;
     training = grid->observations;
@@ -256,8 +258,8 @@ class RealArm : public testing::Test {
     return 1e3 * mean_norm(arm_errors(estimate->value, test));
   }
   const std::filesystem::path folder = std::filesystem::path(PALPATE_DATA_DIR) / "ur5_laser_tracker";
-  ArmModel model;
-  std::vector<ArmObservation> training, test;
+  device::ArmModel model;
+  std::vector<device::ArmObservation> training, test;
   std::vector<std::string> unobservable;
 };
 
@@ -298,4 +300,4 @@ TEST(ArmCalibration, AnArmThatStandsStillOrMovesAlongALineIsRefused) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::calibration

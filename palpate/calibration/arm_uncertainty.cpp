@@ -4,11 +4,11 @@
 #include <cmath>
 #include <limits>
 
-#include "palpate/calibration/correlated_errors.h"
-#include "palpate/calibration/robust_scale.h"
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/calibration/noise/correlated_errors.h"
+#include "palpate/calibration/noise/robust_scale.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 // Directions the data leave to the prior: singular values of the Jacobian, columns in units of what is
@@ -51,7 +51,7 @@ double condition_of(const Eigen::MatrixXd& JtJ) {
 void add_arm_covariance(Estimate<ArmSolution>& estimate, const ArmSetting& setting,
                         const std::vector<ArmParameter>& parameters, bool allow_field) {
   const auto P = static_cast<Eigen::Index>(parameters.size());
-  CorrelationInput input;
+  noise::CorrelationInput input;
   std::vector<WeighedSample> inliers;
   for (const auto& sample : setting.samples)
     if (sample.weight > 0.0) inliers.push_back(sample);
@@ -69,7 +69,7 @@ void add_arm_covariance(Estimate<ArmSolution>& estimate, const ArmSetting& setti
   const Eigen::MatrixXd JtJ = gram(J);
   const Eigen::Index rows = r.size();
   const double freedom = std::max(1.0, static_cast<double>(rows - P));
-  const double sigma = std::max(kLeastScale, std::sqrt(r.squaredNorm() / freedom));
+  const double sigma = std::max(noise::kLeastScale, std::sqrt(r.squaredNorm() / freedom));
   input.precision = Eigen::MatrixXd::Zero(P, P);
   for (Eigen::Index k = 0; k < P; ++k) {
     const auto& parameter = parameters[static_cast<std::size_t>(k)];
@@ -77,8 +77,8 @@ void add_arm_covariance(Estimate<ArmSolution>& estimate, const ArmSetting& setti
   }
   input.stated_variance = setting.stated_variance;
   input.stated_share = allow_field ? setting.stated_share : std::optional<double>(0.0);
-  if (rows > P && sigma > kLeastScale) {
-    const auto errors = correlated_covariance(input);
+  if (rows > P && sigma > noise::kLeastScale) {
+    const auto errors = noise::correlated_covariance(input);
     estimate.covariance = errors.covariance;
     estimate.value.noise = {errors.sigma, errors.share, errors.reach};
   } else {
@@ -89,10 +89,10 @@ void add_arm_covariance(Estimate<ArmSolution>& estimate, const ArmSetting& setti
   if (freedom > 4.0 && setting.stated_variance == 0.0) estimate.covariance *= freedom / (freedom - 2.0);
   estimate.condition = condition_of(JtJ);
   estimate.unobservable = name_unobservable(JtJ, parameters, std::max(sigma, 1e-7));
-  if (setting.nominal.model.kind == ArmModel::Kind::phantom)
+  if (setting.nominal.model.kind == device::ArmModel::Kind::phantom)
     estimate.unobservable.insert(estimate.unobservable.begin(), "offset_1");
   estimate.value.parameters.clear();
   for (const auto& parameter : parameters) estimate.value.parameters.push_back(parameter.name);
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -5,11 +5,11 @@
 
 #include "palpate/calibration/arm_setting.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 // Covariance, condition and unobservable directions at the estimate, from samples whose weight is not zero.
 // `allow_field`: see ArmOptions::allow_field.
 void add_arm_covariance(Estimate<ArmSolution>& estimate, const ArmSetting& setting,
                         const std::vector<ArmParameter>& parameters, bool allow_field);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

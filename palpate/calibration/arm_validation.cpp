@@ -7,7 +7,7 @@
 #include "palpate/calibration/arm_motion.h"
 #include "palpate/core/random.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 constexpr double kWorthFreeing = 0.99;
@@ -33,7 +33,7 @@ void halve(const std::vector<Vector3>& places, std::vector<std::size_t> indices,
   halve(places, {middle, indices.end()}, parts - parts / 2, out);
 }
 
-Expected<HeldOut> hold_out(const std::vector<ArmObservation>& samples, const ArmModel& model,
+Expected<HeldOut> hold_out(const std::vector<device::ArmObservation>& samples, const device::ArmModel& model,
                            ArmOptions options, const std::vector<std::vector<std::size_t>>& parts) {
   options.allow_field = false;  // no covariance is looked at
   if (options.free.delay && !options.delay_start) {
@@ -68,8 +68,8 @@ constexpr Term kTerms[]{{"gains", &ArmFree::gains},         {"offsets", &ArmFree
 
 }  // namespace
 
-Expected<HeldOut> held_out_by_region(const std::vector<ArmObservation>& samples, const ArmModel& model,
-                                     const ArmOptions& options, int regions) {
+Expected<HeldOut> held_out_by_region(const std::vector<device::ArmObservation>& samples,
+                                     const device::ArmModel& model, const ArmOptions& options, int regions) {
   const auto first = uncorrected_arm(samples, model, options);
   if (!first) return tl::unexpected(first.error());
   std::vector<Vector3> places;
@@ -81,8 +81,9 @@ Expected<HeldOut> held_out_by_region(const std::vector<ArmObservation>& samples,
   return hold_out(samples, model, options, parts);
 }
 
-Expected<HeldOut> held_out_by_folds(const std::vector<ArmObservation>& samples, const ArmModel& model,
-                                    const ArmOptions& options, std::uint64_t seed, int folds) {
+Expected<HeldOut> held_out_by_folds(const std::vector<device::ArmObservation>& samples,
+                                    const device::ArmModel& model, const ArmOptions& options,
+                                    std::uint64_t seed, int folds) {
   std::vector<std::size_t> order(samples.size());
   std::iota(order.begin(), order.end(), 0u);
   // In an order of the readings' own: the folds are the same however the rows stand.
@@ -97,7 +98,7 @@ Expected<HeldOut> held_out_by_folds(const std::vector<ArmObservation>& samples, 
   return hold_out(samples, model, options, parts);
 }
 
-ArmMisfit arm_misfit(const ArmSolution& arm, const std::vector<ArmObservation>& samples) {
+ArmMisfit arm_misfit(const ArmSolution& arm, const std::vector<device::ArmObservation>& samples) {
   const auto median = [](std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
@@ -121,9 +122,9 @@ std::string free_text(const ArmFree& free) {
   return text;
 }
 
-Expected<ArmChoice> choose_free(const std::vector<ArmObservation>& samples, const ArmModel& model,
-                                const ArmOptions& options) {
-  const bool dh = model.kind == ArmModel::Kind::dh;
+Expected<ArmChoice> choose_free(const std::vector<device::ArmObservation>& samples,
+                                const device::ArmModel& model, const ArmOptions& options) {
+  const bool dh = model.kind == device::ArmModel::Kind::dh;
   std::vector<Term> candidates;
   if (taken_in_motion(samples)) candidates.push_back({"delay", &ArmFree::delay});
   candidates.push_back(dh ? Term{"dh", &ArmFree::dh} : Term{"lengths", &ArmFree::lengths});
@@ -166,4 +167,4 @@ Expected<ArmChoice> choose_free(const std::vector<ArmObservation>& samples, cons
   return choice;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -3,11 +3,11 @@
 #include <cmath>
 
 #include "palpate/calibration/arm_problem.h"
-#include "palpate/calibration/robust_scale.h"
+#include "palpate/calibration/noise/robust_scale.h"
 #include "palpate/core/text.h"
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 constexpr Eigen::Index kGimbalUnknowns = 8;  // gains 3, offsets 2, marker 3
@@ -23,14 +23,14 @@ struct SeenStylus {
   Vector3 psi;
 };
 
-std::vector<SeenStylus> usable_for_gimbal(const std::vector<ArmObservation>& samples,
+std::vector<SeenStylus> usable_for_gimbal(const std::vector<device::ArmObservation>& samples,
                                           const ArmSolution& arm) {
   std::vector<SeenStylus> list;
   for (const auto& s : samples) {
     if (!s.gimbal || !s.marker) continue;
     const Vector3 theta = joint_angles(arm, {s.joints, {}, {}});
-    list.push_back(
-        {arm.X_world_base.rotation * phantom_stylus(theta, Vector3::Zero()), s.marker->rotation, *s.gimbal});
+    list.push_back({arm.X_world_base.rotation * device::phantom_stylus(theta, Vector3::Zero()),
+                    s.marker->rotation, *s.gimbal});
   }
   return list;
 }
@@ -134,7 +134,7 @@ int descend_gimbal(const std::vector<SeenStylus>& all, const std::vector<double>
 }
 
 // What the arm's own uncertainty adds: how the estimate answers to each axis of the arm's covariance.
-Eigen::MatrixXd covariance_from_arm(const std::vector<ArmObservation>& samples,
+Eigen::MatrixXd covariance_from_arm(const std::vector<device::ArmObservation>& samples,
                                     const Estimate<ArmSolution>& arm, const GimbalSolution& at,
                                     const std::vector<double>& weights, double sigma,
                                     const Eigen::MatrixXd& information) {
@@ -182,7 +182,7 @@ Eigen::MatrixXd without_twist(GimbalSolution& at) {
 
 }  // namespace
 
-std::vector<Vector3> gimbal_errors(const std::vector<ArmObservation>& samples, const ArmSolution& arm,
+std::vector<Vector3> gimbal_errors(const std::vector<device::ArmObservation>& samples, const ArmSolution& arm,
                                    const GimbalSolution& gimbal) {
   std::vector<Vector3> errors;
   for (const auto& seen : usable_for_gimbal(samples, arm))
@@ -190,10 +190,10 @@ std::vector<Vector3> gimbal_errors(const std::vector<ArmObservation>& samples, c
   return errors;
 }
 
-Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<ArmObservation>& samples,
+Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<device::ArmObservation>& samples,
                                                     const Estimate<ArmSolution>& arm_estimate) {
   const ArmSolution& arm = arm_estimate.value;
-  if (arm.model.kind != ArmModel::Kind::phantom)
+  if (arm.model.kind != device::ArmModel::Kind::phantom)
     return wrong_use("gimbal: {} has none that is known here; only arms of the PHANToM kind have",
                      arm.model.name);
   const auto all = usable_for_gimbal(samples, arm);
@@ -215,10 +215,10 @@ Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<ArmObserva
     const GimbalSolution before = at;
     estimate.iterations += descend_gimbal(all, weights, scale, at);
     for (std::size_t i = 0; i < all.size(); ++i) errors[i] = stylus_error(all[i], at, nullptr);
-    scale = robust_scale(errors, kGimbalUnknowns);
+    scale = noise::robust_scale(errors, kGimbalUnknowns);
     for (std::size_t i = 0; i < all.size(); ++i)
-      weights[i] = round < kGimbalHuberRounds ? huber_weight(errors[i].norm(), scale)
-                                              : tukey_weight(errors[i].norm(), scale);
+      weights[i] = round < kGimbalHuberRounds ? noise::huber_weight(errors[i].norm(), scale)
+                                              : noise::tukey_weight(errors[i].norm(), scale);
     const double change = (at.correction.gain - before.correction.gain).norm() +
                           (at.correction.offset - before.correction.offset).norm() +
                           angle_between(at.R_tip_marker, before.R_tip_marker);
@@ -240,7 +240,7 @@ Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<ArmObserva
   if (!(freedom > 0.0) || inliers < static_cast<double>(kFewestGimbalSamples))
     return refused("gimbal: only {:.0f} of {} samples agree with one model; check units and joint order",
                    inliers, all.size());
-  const double sigma = std::max(kLeastScale, std::sqrt(squares / freedom));
+  const double sigma = std::max(noise::kLeastScale, std::sqrt(squares / freedom));
   const GimbalNormal data = normal_equations(all, weights, at, sigma, false);
   const Eigen::MatrixXd information = normal_equations(all, weights, at, sigma, true).information;
   estimate.covariance = covariance_from_information(information) +
@@ -260,4 +260,4 @@ Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<ArmObserva
   return estimate;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -15,28 +15,28 @@
 #include <vector>
 
 #include "palpate/calibration/arm.h"
-#include "palpate/model/rig.h"
+#include "palpate/rig/rig.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 struct GimbalSolution {
-  JointCorrection correction;
+  device::JointCorrection correction;
   Quaternion R_tip_marker = Quaternion::Identity();
 };
 
-Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<ArmObservation>& samples,
+Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<device::ArmObservation>& samples,
                                                     const Estimate<ArmSolution>& arm);
 
 // How the marker is turned away from where it is predicted, rad, in the marker; one per sample with gimbal
 // and marker.
-std::vector<Vector3> gimbal_errors(const std::vector<ArmObservation>& samples, const ArmSolution& arm,
+std::vector<Vector3> gimbal_errors(const std::vector<device::ArmObservation>& samples, const ArmSolution& arm,
                                    const GimbalSolution& gimbal);
 
 // The gimbal's part of the rig's arm.
-inline void put_gimbal_into(ArmCalibration& arm, const GimbalSolution& gimbal) {
+inline void put_gimbal_into(rig::ArmCalibration& arm, const GimbalSolution& gimbal) {
   arm.gimbal_gain = gimbal.correction.gain;
   arm.gimbal_offset = gimbal.correction.offset;
   arm.R_tip_marker = gimbal.R_tip_marker;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

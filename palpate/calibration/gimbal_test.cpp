@@ -5,10 +5,10 @@
 #include "palpate/calibration/arm_parameters.h"
 #include "palpate/core/random.h"
 #include "palpate/core/units.h"
-#include "palpate/estimation/linear_algebra.h"
-#include "palpate/geometry/random_vector.h"
+#include "palpate/math/linear_algebra.h"
+#include "palpate/math/random_vector.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 Estimate<ArmSolution> an_arm() {
@@ -29,13 +29,13 @@ GimbalSolution a_gimbal() {
 }
 
 // Readings of the joints and, turned by noise, the marker.
-std::vector<ArmObservation> samples_of(const GimbalSolution& truth, int count, double noise,
-                                       std::uint64_t seed, double roll = 2.0,
-                                       const ArmSolution& arm = an_arm().value) {
+std::vector<device::ArmObservation> samples_of(const GimbalSolution& truth, int count, double noise,
+                                               std::uint64_t seed, double roll = 2.0,
+                                               const ArmSolution& arm = an_arm().value) {
   Random random(seed, "test/gimbal");
-  std::vector<ArmObservation> samples;
+  std::vector<device::ArmObservation> samples;
   for (int i = 0; i < count; ++i) {
-    ArmObservation sample;
+    device::ArmObservation sample;
     const Vector3 psi = uniform3(random, 0.6);
     sample.joints = psi;
     sample.gimbal =
@@ -43,8 +43,8 @@ std::vector<ArmObservation> samples_of(const GimbalSolution& truth, int count, d
     Vector3 theta = arm.gain.cwiseProduct(sample.joints) + arm.offset;
     if (arm.quadratic.size() > 0) theta += arm.quadratic.cwiseProduct(sample.joints.cwiseAbs2());
     const Quaternion R = arm.X_world_base.rotation *
-                         phantom_stylus(theta, truth.correction.apply(*sample.gimbal)) * truth.R_tip_marker *
-                         so3_exp(normal3(random, noise));
+                         device::phantom_stylus(theta, truth.correction.apply(*sample.gimbal)) *
+                         truth.R_tip_marker * so3_exp(normal3(random, noise));
     sample.marker = Pose<World, TipMarker>{R, Vector3::Zero()};
     samples.push_back(sample);
   }
@@ -181,9 +181,9 @@ TEST(Gimbal, TooFewSamplesAndOtherArmsAreRefused) {
   (*broken[3].gimbal)[1] = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(calibrate_gimbal(broken, an_arm()));
   auto robot = an_arm();
-  robot.value.model.kind = ArmModel::Kind::dh;
+  robot.value.model.kind = device::ArmModel::Kind::dh;
   EXPECT_EQ(calibrate_gimbal(samples_of(a_gimbal(), 12, 0.0, 1), robot).error().exit_code(), 2);
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::calibration

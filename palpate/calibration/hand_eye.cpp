@@ -8,12 +8,12 @@
 #include "palpate/calibration/hand_eye_problem.h"
 #include "palpate/calibration/hand_eye_start.h"
 #include "palpate/calibration/motion_correlation.h"
-#include "palpate/calibration/robust_scale.h"
+#include "palpate/calibration/noise/robust_scale.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 // Below this turn about a second axis not even the sign of the answer means anything: refused. Good is what
@@ -27,10 +27,10 @@ constexpr double kFarCamera = 10.0, kNearCamera = 0.001;    // m, from its marke
 constexpr double kShortTake = 5.0;                          // s
 
 // How far the closed forms lie from each other at most, m, over the poses that fit.
-double scatter_of_methods(const std::vector<HandAt>& hand, const std::vector<StampedPose>& eye,
+double scatter_of_methods(const std::vector<HandAt>& hand, const std::vector<device::StampedPose>& eye,
                           const std::vector<bool>& inlier) {
   std::vector<HandAt> good_hand;
-  std::vector<StampedPose> good_eye;
+  std::vector<device::StampedPose> good_eye;
   for (std::size_t i = 0; i < std::min({hand.size(), eye.size(), inlier.size()}); ++i)
     if (inlier[i]) good_hand.push_back(hand[i]), good_eye.push_back(eye[i]);
   double most = 0.0;
@@ -41,8 +41,8 @@ double scatter_of_methods(const std::vector<HandAt>& hand, const std::vector<Sta
 }
 
 // The share of eye poses that would have the board's origin behind the camera.
-double share_behind(const std::vector<StampedPose>& eye) {
-  const auto behind = std::count_if(eye.begin(), eye.end(), [](const StampedPose& X_board_camera) {
+double share_behind(const std::vector<device::StampedPose>& eye) {
+  const auto behind = std::count_if(eye.begin(), eye.end(), [](const device::StampedPose& X_board_camera) {
     return (X_board_camera.rotation.conjugate() * -X_board_camera.translation).z() < 0.0;
   });
   return static_cast<double>(behind) / static_cast<double>(std::max<std::size_t>(1, eye.size()));
@@ -123,8 +123,8 @@ void add_warnings(HandEyeSolution& s, const HandEyeNormal& covariance, const Han
 
 }  // namespace
 
-Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<StampedPose> hand,
-                                                       std::vector<StampedPose> eye,
+Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::StampedPose> hand,
+                                                       std::vector<device::StampedPose> eye,
                                                        const HandEyeOptions& options) {
   sort_by_time(hand);
   sort_by_time(eye);
@@ -217,8 +217,8 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<StampedPose> 
     if (result.inlier.back()) sum += r.tail<3>().squaredNorm(), ++good;
   }
   s.pairs = static_cast<int>(turn.size());
-  s.rotation_residual_median = median(turn);
-  s.translation_residual_median = median(shift);
+  s.rotation_residual_median = noise::median(turn);
+  s.translation_residual_median = noise::median(shift);
   s.translation_rms = std::sqrt(sum / std::max(3 * good, 1));
   const auto now = enclosed(problem.hand, problem.eye, x.delay, options.max_hand_gap_s, eye);
   s.method_scatter = scatter_of_methods(now, eye, result.inlier);
@@ -229,4 +229,4 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<StampedPose> 
   return result;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

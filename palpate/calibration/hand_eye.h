@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "palpate/core/expected.h"
-#include "palpate/estimation/estimate.h"
-#include "palpate/model/pose_file.h"
+#include "palpate/device/pose_file.h"
+#include "palpate/math/estimate.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 struct HandEyeOptions {
   bool estimate_delay = false;
@@ -47,8 +47,8 @@ struct HandEyeSolution {
 // Covariance order: X rotation (rad, CameraMarker axes, left perturbation), X translation (m), Z rotation
 // (World axes), Z translation, delay (s; zero where it is not estimated). Poses may come in any order; equal
 // times are kept once. `inlier` and `residuals` (m, camera axes) belong to the eye poses used, in time order.
-Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<StampedPose> hand,
-                                                       std::vector<StampedPose> eye,
+Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::StampedPose> hand,
+                                                       std::vector<device::StampedPose> eye,
                                                        const HandEyeOptions& options = {});
 
-}  // namespace palpate
+}  // namespace palpate::calibration

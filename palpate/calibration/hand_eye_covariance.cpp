@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/calibration/smooth_error.h"
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/calibration/noise/smooth_error.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 constexpr std::size_t kHandEyeGroups = 200;  // of neighbouring poses, for the field
@@ -100,13 +100,13 @@ Eigen::MatrixXd world_axes(const HandEyeProblem& problem, const HandEyeState& x,
   return problem.whiten * turn;
 }
 
-SmoothError field_part(const HandEyeProblem& problem, const HandEyeState& x, const Influences& of) {
+noise::SmoothError field_part(const HandEyeProblem& problem, const HandEyeState& x, const Influences& of) {
   const bool free_delay = problem.free_delay;
   const std::size_t n = of.score.size(), size = (n + kHandEyeGroups - 1) / kHandEyeGroups;
   const std::size_t groups = (n + size - 1) / size;
   const auto rows = static_cast<Eigen::Index>(groups);
   const Eigen::Index unknowns = free_delay ? kHandEyeUnknowns : kHandEyeUnknowns - 1;
-  PoseErrors errors;
+  noise::PoseErrors errors;
   errors.residual = Eigen::MatrixXd::Zero(rows, 6);
   errors.white = Eigen::VectorXd::Zero(rows);
   errors.jacobian.assign(6, Eigen::MatrixXd::Zero(rows, unknowns));
@@ -130,7 +130,7 @@ SmoothError field_part(const HandEyeProblem& problem, const HandEyeState& x, con
       }
     }
   }
-  return smooth_error(errors);
+  return noise::smooth_error(errors);
 }
 
 }  // namespace
@@ -156,4 +156,4 @@ HandEyeCovariance hand_eye_covariance(const HandEyeProblem& problem, const HandE
   return result;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

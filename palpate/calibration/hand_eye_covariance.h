@@ -10,7 +10,7 @@
 
 #include "palpate/calibration/hand_eye_problem.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 struct HandEyeCovariance {
   HandEyeNormal total;
@@ -22,4 +22,4 @@ struct HandEyeCovariance {
 
 HandEyeCovariance hand_eye_covariance(const HandEyeProblem& problem, const HandEyeState& x);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

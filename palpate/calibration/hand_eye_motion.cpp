@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "palpate/core/units.h"
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 // One relative motion, in the marker's and in the camera's axes: A X = X B.
@@ -15,7 +15,7 @@ struct Pair {
   Vector3 a, b;  // m
 };
 
-std::vector<Pair> pairs_of(const std::vector<HandAt>& hand, const std::vector<StampedPose>& eye) {
+std::vector<Pair> pairs_of(const std::vector<HandAt>& hand, const std::vector<device::StampedPose>& eye) {
   const std::size_t step = hand.size() / 40 + 1;
   std::vector<Pair> pairs;
   for (std::size_t i = 0; i < hand.size(); i += step)
@@ -138,7 +138,7 @@ HandEyeMotion hand_eye_motion(const std::vector<HandAt>& hand) {
 }
 
 std::vector<HandEyeClosedForm> hand_eye_closed_forms(const std::vector<HandAt>& hand,
-                                                     const std::vector<StampedPose>& eye) {
+                                                     const std::vector<device::StampedPose>& eye) {
   std::vector<HandEyeClosedForm> forms;
   const auto pairs = pairs_of(hand, eye);
   if (pairs.size() < 3) return forms;
@@ -150,4 +150,4 @@ std::vector<HandEyeClosedForm> hand_eye_closed_forms(const std::vector<HandAt>& 
   return forms;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

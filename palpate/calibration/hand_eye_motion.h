@@ -12,7 +12,7 @@
 
 #include "palpate/calibration/hand_eye_problem.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 struct HandEyeMotion {
   Vector3 spread = Vector3::Zero();  // rad, rms turn about the three main axes, largest first
@@ -28,6 +28,6 @@ struct HandEyeClosedForm {
 };
 // Those that gave an answer; hand[i] belongs to eye[i].
 std::vector<HandEyeClosedForm> hand_eye_closed_forms(const std::vector<HandAt>& hand,
-                                                     const std::vector<StampedPose>& eye);
+                                                     const std::vector<device::StampedPose>& eye);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

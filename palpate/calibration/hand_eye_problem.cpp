@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/calibration/robust_scale.h"
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/calibration/noise/robust_scale.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 constexpr double kMedianChi2With6 = 5.348;
@@ -15,7 +15,7 @@ constexpr double kMedianNorm3 = 1.538;     // median length of a normal 3-vector
 
 }  // namespace
 
-void sort_by_time(std::vector<StampedPose>& poses) {
+void sort_by_time(std::vector<device::StampedPose>& poses) {
   std::stable_sort(poses.begin(), poses.end(),
                    [](const auto& a, const auto& b) { return a.time_s < b.time_s; });
   poses.erase(std::unique(poses.begin(), poses.end(),
@@ -23,19 +23,19 @@ void sort_by_time(std::vector<StampedPose>& poses) {
               poses.end());
 }
 
-std::size_t drop_stray_times(std::vector<StampedPose>& poses) {
+std::size_t drop_stray_times(std::vector<device::StampedPose>& poses) {
   constexpr double kFar = 100.0;       // times the recording's middle half
   constexpr std::size_t kOneIn = 100;  // more than that is no stray stamp
   const std::size_t n = poses.size();
   if (n < 4) return 0;
   const double middle = poses[n / 2].time_s, half = poses[3 * n / 4].time_s - poses[n / 4].time_s;
-  const auto stray = [&](const StampedPose& p) { return std::abs(p.time_s - middle) > kFar * half; };
+  const auto stray = [&](const device::StampedPose& p) { return std::abs(p.time_s - middle) > kFar * half; };
   const auto count = static_cast<std::size_t>(std::count_if(poses.begin(), poses.end(), stray));
   if (count > std::max<std::size_t>(1, n / kOneIn)) return 0;
   return std::erase_if(poses, stray);
 }
 
-bool hand_at(const std::vector<StampedPose>& hand, double time_s, double max_gap_s, HandAt& out) {
+bool hand_at(const std::vector<device::StampedPose>& hand, double time_s, double max_gap_s, HandAt& out) {
   const auto next = std::lower_bound(hand.begin(), hand.end(), time_s,
                                      [](const auto& p, double s) { return p.time_s < s; });
   if (next == hand.end()) return false;
@@ -52,8 +52,9 @@ bool hand_at(const std::vector<StampedPose>& hand, double time_s, double max_gap
   return true;
 }
 
-std::vector<HandAt> enclosed(const std::vector<StampedPose>& hand, const std::vector<StampedPose>& eye,
-                             double delay, double max_gap_s, std::vector<StampedPose>& kept) {
+std::vector<HandAt> enclosed(const std::vector<device::StampedPose>& hand,
+                             const std::vector<device::StampedPose>& eye, double delay, double max_gap_s,
+                             std::vector<device::StampedPose>& kept) {
   std::vector<HandAt> at;
   kept.clear();
   for (const auto& e : eye) {
@@ -70,7 +71,7 @@ HandEyeState HandEyeState::moved(const HandEyeUnknowns& d) const {
           tx + d.segment<3>(3), tz + d.segment<3>(9), delay + d(12)};
 }
 
-Vector6 hand_eye_residual(const HandEyeState& x, const HandAt& hand, const StampedPose& eye,
+Vector6 hand_eye_residual(const HandEyeState& x, const HandAt& hand, const device::StampedPose& eye,
                           HandEyeJacobian* J) {
   const Quaternion Rp = hand.R * x.Rx, Rq = x.Rz * eye.rotation;
   const Vector3 arm_x = hand.R * x.tx, arm_z = x.Rz * eye.translation;
@@ -159,8 +160,8 @@ Matrix6 hand_eye_whitening(const std::vector<Vector6>& residuals, const Matrix6*
   for (const auto& r : residuals) turn.push_back(r.head<3>().norm()), shift.push_back(r.tail<3>().norm());
   Matrix6 scatter = Matrix6::Zero();
   if (before == nullptr || residuals.size() < kFewResiduals) {
-    scatter.diagonal().head<3>().setConstant(std::pow(median(turn) / kMedianNorm3, 2));
-    scatter.diagonal().tail<3>().setConstant(std::pow(median(shift) / kMedianNorm3, 2));
+    scatter.diagonal().head<3>().setConstant(std::pow(noise::median(turn) / kMedianNorm3, 2));
+    scatter.diagonal().tail<3>().setConstant(std::pow(noise::median(shift) / kMedianNorm3, 2));
   } else {
     double sum = 0.0;
     for (const auto& r : residuals) {
@@ -176,8 +177,8 @@ Matrix6 hand_eye_whitening(const std::vector<Vector6>& residuals, const Matrix6*
   Matrix6 W = eigen.vectors * eigen.values.cwiseMax(1e-17).cwiseSqrt().cwiseInverse().asDiagonal() *
               eigen.vectors.transpose();
   for (const auto& r : residuals) squared.push_back((W * r).squaredNorm());
-  const double middle = median(squared);
+  const double middle = noise::median(squared);
   return middle > 1e-6 ? Matrix6(W * std::sqrt(kMedianChi2With6 / middle)) : W;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -9,9 +9,9 @@
 
 #include <vector>
 
-#include "palpate/model/pose_file.h"
+#include "palpate/device/pose_file.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 constexpr int kHandEyeUnknowns = 13;
 using HandEyeNormal = Eigen::Matrix<double, kHandEyeUnknowns, kHandEyeUnknowns>;
@@ -23,11 +23,11 @@ using HandEyeJacobian = Eigen::Matrix<double, 6, kHandEyeUnknowns>;
 constexpr double kHandEyeCauchy = 24.0;
 
 // By time; poses of equal time once.
-void sort_by_time(std::vector<StampedPose>& poses);
+void sort_by_time(std::vector<device::StampedPose>& poses);
 
 // Leaves out the few poses whose time lies far beyond the others' (a wrong stamp stretches a stream to hours,
 // and the search for the delay with it); how many. Sorted poses.
-std::size_t drop_stray_times(std::vector<StampedPose>& poses);
+std::size_t drop_stray_times(std::vector<device::StampedPose>& poses);
 
 // The hand between two of its poses.
 struct HandAt {
@@ -36,11 +36,12 @@ struct HandAt {
   Vector3 w = Vector3::Zero(), v = Vector3::Zero();  // angular velocity and velocity, World axes
 };
 // False where no two hand poses at most max_gap_s apart enclose the time.
-bool hand_at(const std::vector<StampedPose>& hand, double time_s, double max_gap_s, HandAt& out);
+bool hand_at(const std::vector<device::StampedPose>& hand, double time_s, double max_gap_s, HandAt& out);
 
 // The eye poses that the hand stream encloses at this delay go to `kept`; the hand's places at them.
-std::vector<HandAt> enclosed(const std::vector<StampedPose>& hand, const std::vector<StampedPose>& eye,
-                             double delay, double max_gap_s, std::vector<StampedPose>& kept);
+std::vector<HandAt> enclosed(const std::vector<device::StampedPose>& hand,
+                             const std::vector<device::StampedPose>& eye, double delay, double max_gap_s,
+                             std::vector<device::StampedPose>& kept);
 
 struct HandEyeState {
   Quaternion Rx = Quaternion::Identity(), Rz = Quaternion::Identity();
@@ -50,13 +51,13 @@ struct HandEyeState {
   HandEyeState moved(const HandEyeUnknowns& d) const;
 };
 
-Vector6 hand_eye_residual(const HandEyeState& x, const HandAt& hand, const StampedPose& eye,
+Vector6 hand_eye_residual(const HandEyeState& x, const HandAt& hand, const device::StampedPose& eye,
                           HandEyeJacobian* J);
 
 // One problem: the eye poses that the hand stream encloses at every delay tried.
 struct HandEyeProblem {
-  const std::vector<StampedPose>& hand;
-  std::vector<StampedPose> eye;
+  const std::vector<device::StampedPose>& hand;
+  std::vector<device::StampedPose> eye;
   double max_gap_s;
   bool free_delay;
   Matrix6 whiten = Matrix6::Identity();
@@ -80,4 +81,4 @@ struct HandEyeProblem {
 // without `before`, or from few residuals, rotation and translation have a scale each and no more.
 Matrix6 hand_eye_whitening(const std::vector<Vector6>& residuals, const Matrix6* before);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/calibration/robust_scale.h"
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/calibration/noise/robust_scale.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 // Rotation of X over relative rotations of distant pairs, weighted down where a pair does not agree.
-Quaternion start_rotation(const std::vector<HandAt>& hand, const std::vector<StampedPose>& eye) {
+Quaternion start_rotation(const std::vector<HandAt>& hand, const std::vector<device::StampedPose>& eye) {
   std::vector<Vector3> a, b;
   const std::size_t n = eye.size();
   std::vector<std::size_t> strides;
@@ -33,7 +33,7 @@ Quaternion start_rotation(const std::vector<HandAt>& hand, const std::vector<Sta
   std::vector<double> misfit;
   for (std::size_t i = 0; i < a.size(); ++i) misfit.push_back(std::abs(a[i].norm() - b[i].norm()));
   for (int round = 0; round < 15; ++round) {
-    const double scale = std::max(2.0 * median(misfit), 1e-9);
+    const double scale = std::max(2.0 * noise::median(misfit), 1e-9);
     Matrix3 M = Matrix3::Zero();
     for (std::size_t i = 0; i < a.size(); ++i)
       M += a[i] * b[i].transpose() / (1.0 + std::pow(misfit[i] / scale, 2));
@@ -45,13 +45,13 @@ Quaternion start_rotation(const std::vector<HandAt>& hand, const std::vector<Sta
 
 // Z's rotation as a weighted mean of quaternions (Markley 2007), then both translations linearly; blunders
 // weighted down.
-HandEyeState start_state(const std::vector<HandAt>& hand, const std::vector<StampedPose>& eye,
+HandEyeState start_state(const std::vector<HandAt>& hand, const std::vector<device::StampedPose>& eye,
                          const Quaternion& Rx, double delay) {
   HandEyeState x;
   x.Rx = Rx, x.delay = delay;
   std::vector<double> misfit(eye.size(), 0.0);
   for (int round = 0; round < 10; ++round) {
-    const double scale = std::max(2.0 * median(misfit), 1e-9);
+    const double scale = std::max(2.0 * noise::median(misfit), 1e-9);
     Eigen::Matrix4d M = Eigen::Matrix4d::Zero();
     for (std::size_t i = 0; i < eye.size(); ++i) {
       const Eigen::Vector4d q = (hand[i].R * Rx * eye[i].rotation.conjugate()).coeffs();
@@ -63,7 +63,7 @@ HandEyeState start_state(const std::vector<HandAt>& hand, const std::vector<Stam
   }
   std::fill(misfit.begin(), misfit.end(), 0.0);
   for (int round = 0; round < 15; ++round) {
-    const double scale = std::max(2.0 * median(misfit), 1e-9);
+    const double scale = std::max(2.0 * noise::median(misfit), 1e-9);
     Matrix6 A = Matrix6::Zero();
     Vector6 b = Vector6::Zero();
     for (std::size_t i = 0; i < eye.size(); ++i) {
@@ -83,9 +83,10 @@ HandEyeState start_state(const std::vector<HandAt>& hand, const std::vector<Stam
 
 }  // namespace
 
-HandEyeStart hand_eye_start(const std::vector<StampedPose>& hand, const std::vector<StampedPose>& eye,
-                            double delay, double gap, bool free_delay) {
-  std::vector<StampedPose> some, kept;
+HandEyeStart hand_eye_start(const std::vector<device::StampedPose>& hand,
+                            const std::vector<device::StampedPose>& eye, double delay, double gap,
+                            bool free_delay) {
+  std::vector<device::StampedPose> some, kept;
   const std::size_t step = std::max<std::size_t>(1, eye.size() / 300);  // 300 poses find the basin
   for (std::size_t i = 0; i < eye.size(); i += step) some.push_back(eye[i]);
   const auto at = enclosed(hand, some, delay, gap, kept);
@@ -99,8 +100,9 @@ HandEyeStart hand_eye_start(const std::vector<StampedPose>& hand, const std::vec
   std::vector<double> turn, shift;
   for (const auto& r : problem.residuals(start.state))
     turn.push_back(r.head<3>().norm()), shift.push_back(r.tail<3>().norm());
-  if (turn.size() >= 4) start.quality = std::log(median(turn) + 1e-12) + std::log(median(shift) + 1e-12);
+  if (turn.size() >= 4)
+    start.quality = std::log(noise::median(turn) + 1e-12) + std::log(noise::median(shift) + 1e-12);
   return start;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

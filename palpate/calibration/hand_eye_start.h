@@ -6,14 +6,15 @@
 
 #include "palpate/calibration/hand_eye_problem.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 struct HandEyeStart {
   HandEyeState state;
   double quality = 1e300;  // log of median rotation times median translation residual: needs no scale
 };
 
-HandEyeStart hand_eye_start(const std::vector<StampedPose>& hand, const std::vector<StampedPose>& eye,
-                            double delay, double max_gap_s, bool free_delay);
+HandEyeStart hand_eye_start(const std::vector<device::StampedPose>& hand,
+                            const std::vector<device::StampedPose>& eye, double delay, double max_gap_s,
+                            bool free_delay);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -8,9 +8,9 @@
 #include "palpate/calibration/motion_correlation.h"
 #include "palpate/core/random.h"
 #include "palpate/core/units.h"
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 // A head that looks at a board: smooth turning about all axes, known transforms, two streams with their own
@@ -34,8 +34,8 @@ struct TwoStreams {
 
   Pose<World, CameraMarker> marker(double t) const { return {so3_exp(turn(t)), place(t)}; }
 
-  std::vector<StampedPose> hand(Random& random) const {
-    std::vector<StampedPose> poses;
+  std::vector<device::StampedPose> hand(Random& random) const {
+    std::vector<device::StampedPose> poses;
     for (double t = 0.0; t < seconds; t += 1.0 / hand_rate) {
       const auto pose = marker(t);
       poses.push_back({t, so3_exp(noise(random, hand_turn_noise)) * pose.rotation,
@@ -43,8 +43,8 @@ struct TwoStreams {
     }
     return poses;
   }
-  std::vector<StampedPose> eye(Random& random) const {
-    std::vector<StampedPose> poses;
+  std::vector<device::StampedPose> eye(Random& random) const {
+    std::vector<device::StampedPose> poses;
     for (double t = 1.0; t < seconds - 1.0; t += 1.0 / eye_rate) {
       const auto pose = Z.inverse() * marker(t) * X;
       poses.push_back({t - delay, so3_exp(noise(random, eye_turn_noise)) * pose.rotation,
@@ -63,11 +63,11 @@ struct TwoStreams {
   }
 };
 
-std::vector<StampedPose> ethz(const char* file) {
-  const auto read =
-      read_poses(std::string(PALPATE_DATA_DIR) + "/ethz_handeye_primesense1/2017-04-09-18-13-10_" + file);
+std::vector<device::StampedPose> ethz(const char* file) {
+  const auto read = device::read_poses(std::string(PALPATE_DATA_DIR) +
+                                       "/ethz_handeye_primesense1/2017-04-09-18-13-10_" + file);
   EXPECT_TRUE(read) << (read ? "" : read.error().message);
-  return read ? read->poses : std::vector<StampedPose>{};
+  return read ? read->poses : std::vector<device::StampedPose>{};
 }
 
 TEST(HandEye, PerfectPosesGiveEverythingBack) {
@@ -147,7 +147,7 @@ struct BiasField {
                        TwoStreams::noise(random, share * place_sd), random.uniform(0.0, 6.28)});
     }
   }
-  void bend(std::vector<StampedPose>& poses) const {
+  void bend(std::vector<device::StampedPose>& poses) const {
     for (auto& pose : poses) {
       Vector3 turn = Vector3::Zero(), place = Vector3::Zero();
       for (const auto& w : waves) {
@@ -313,7 +313,7 @@ TEST(HandEye, WarnsOfFewPoses) {
   lab.eye_rate = lab.hand_rate;
   Random random(14, "hand-eye");
   const auto hand = lab.hand(random);
-  std::vector<StampedPose> eye;
+  std::vector<device::StampedPose> eye;
   for (const auto& h : hand) {
     const auto pose = lab.Z.inverse() * lab.marker(h.time_s) * lab.X;
     eye.push_back({h.time_s, so3_exp(TwoStreams::noise(random, 0.002)) * pose.rotation,
@@ -356,7 +356,7 @@ TEST(HandEye, WarnsOfARealRecordingCutDownToOneAxis) {
   }
   const Vector3 axis = symmetric_eigen(scatter).vectors.col(2);
   for (double band : {0.07, 0.1, 0.13}) {  // rad
-    std::vector<StampedPose> some;
+    std::vector<device::StampedPose> some;
     for (const auto& e : eye) {
       const Vector3 w = so3_log(mean.conjugate() * e.rotation);
       if ((w - axis * axis.dot(w)).norm() < band) some.push_back(e);
@@ -374,7 +374,7 @@ TEST(HandEye, WarnsOfARealRecordingCutDownToOneAxis) {
 TEST(HandEye, ClosedFormsSolvePerfectPoses) {
   TwoStreams lab;
   std::vector<HandAt> hand;
-  std::vector<StampedPose> eye;
+  std::vector<device::StampedPose> eye;
   for (int i = 0; i < 60; ++i) {
     const auto marker = lab.marker(0.4 * i);
     const auto camera = lab.Z.inverse() * marker * lab.X;
@@ -443,4 +443,4 @@ TEST(MotionCorrelation, FindsDelayAndRotationToAFractionOfItsGrid) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 // Angular velocities on a regular grid; zero, and not valid, inside gaps of the stream.
@@ -16,14 +16,14 @@ struct Turning {
   Eigen::VectorXd squared, valid;
 };
 
-double median_period(const std::vector<StampedPose>& poses) {
+double median_period(const std::vector<device::StampedPose>& poses) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < poses.size(); ++i) steps.push_back(poses[i].time_s - poses[i - 1].time_s);
   std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
   return steps[steps.size() / 2];
 }
 
-Turning turning_of(const std::vector<StampedPose>& poses, double grid_s, double half_window_s,
+Turning turning_of(const std::vector<device::StampedPose>& poses, double grid_s, double half_window_s,
                    double max_gap_s) {
   Turning result;
   result.start_s = poses.front().time_s;
@@ -54,8 +54,8 @@ Turning turning_of(const std::vector<StampedPose>& poses, double grid_s, double 
 
 }  // namespace
 
-std::vector<DelayCandidate> delay_candidates(const std::vector<StampedPose>& hand,
-                                             const std::vector<StampedPose>& eye) {
+std::vector<DelayCandidate> delay_candidates(const std::vector<device::StampedPose>& hand,
+                                             const std::vector<device::StampedPose>& eye) {
   if (hand.size() < 10 || eye.size() < 10) return {};
   const double hand_s = hand.back().time_s - hand.front().time_s,
                eye_s = eye.back().time_s - eye.front().time_s;
@@ -112,4 +112,4 @@ std::vector<DelayCandidate> delay_candidates(const std::vector<StampedPose>& han
   return peaks;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

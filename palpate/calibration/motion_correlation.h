@@ -11,9 +11,9 @@
 
 #include <vector>
 
-#include "palpate/model/pose_file.h"
+#include "palpate/device/pose_file.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 struct DelayCandidate {
   double delay_s = 0.0;  // hand time = eye time + delay
@@ -24,7 +24,7 @@ struct DelayCandidate {
 };
 
 // Local maxima, best first, at most eight; empty where the streams never turn together.
-std::vector<DelayCandidate> delay_candidates(const std::vector<StampedPose>& hand,
-                                             const std::vector<StampedPose>& eye);
+std::vector<DelayCandidate> delay_candidates(const std::vector<device::StampedPose>& hand,
+                                             const std::vector<device::StampedPose>& eye);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -4,15 +4,15 @@
 
 #include <cmath>
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 // Turns about changing axes, 50 Hz, from `start`.
-std::vector<StampedPose> stream(double start, int count) {
-  std::vector<StampedPose> poses;
+std::vector<device::StampedPose> stream(double start, int count) {
+  std::vector<device::StampedPose> poses;
   for (int i = 0; i < count; ++i) {
     const double t = 0.02 * i;
-    StampedPose pose;
+    device::StampedPose pose;
     pose.time_s = start + t;
     pose.rotation = so3_exp(Vector3(std::sin(t), 0.5 * std::sin(1.7 * t), 0.3 * std::cos(2.3 * t)));
     poses.push_back(pose);
@@ -29,11 +29,11 @@ TEST(MotionCorrelation, FindsTheDelayOfTwoStreamsThatTurnAlike) {
 // Seconds since 1970 with one row stamped 0: the grid over 47 years must not be one of 20 ms.
 TEST(MotionCorrelation, OneWrongTimeStampDoesNotFillTheMemory) {
   auto hand = stream(1.5e9, 500);
-  hand.insert(hand.begin(), StampedPose{});
+  hand.insert(hand.begin(), device::StampedPose{});
   EXPECT_NO_THROW(delay_candidates(hand, stream(1.5e9, 500)));
   hand.front().time_s = -1e11;
   EXPECT_NO_THROW(delay_candidates(hand, stream(1.5e9, 500)));
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -8,17 +8,17 @@
 
 #include "palpate/calibration/arm_problem.h"
 #include "palpate/calibration/arm_setting.h"
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 // The unknowns that `joint` solves for, as far as `free` asks for them.
-std::vector<ArmParameter> design_parameters(const ArmModel& model, const ArmFree& free) {
+std::vector<ArmParameter> design_parameters(const device::ArmModel& model, const ArmFree& free) {
   ArmOptions options;
   options.free = free;
   ArmFreedom freedom = freedom_of(options, model);
-  freedom.first_offset = model.kind == ArmModel::Kind::dh;
+  freedom.first_offset = model.kind == device::ArmModel::Kind::dh;
   freedom.tip = free.tip;
   return list_parameters(model, freedom);
 }
@@ -62,7 +62,8 @@ struct PoseDesign::Parts {
   Eigen::Index size() const { return static_cast<Eigen::Index>(parameters.size()); }
 
   Eigen::Matrix3Xd jacobian_at(const Eigen::VectorXd& psi) const {
-    ArmObservation place;  // without a marker: the tip in it has no part in where the arm says the tip is
+    device::ArmObservation
+        place;  // without a marker: the tip in it has no part in where the arm says the tip is
     place.joints = psi;
     place.tip = Point<World>{Vector3::Zero()};
     Eigen::Matrix3Xd J(3, size());
@@ -70,8 +71,8 @@ struct PoseDesign::Parts {
     return J;
   }
 
-  DesignRow row_of(const ArmObservation& pose) {
-    ArmObservation seen = pose;
+  DesignRow row_of(const device::ArmObservation& pose) {
+    device::ArmObservation seen = pose;
     if (!seen.marker && !seen.tip) seen.tip = predict_tip(arm, pose.joints);
     Eigen::Matrix3Xd J(3, size());
     arm_residual(arm, seen, parameters, &J);
@@ -191,7 +192,7 @@ struct PoseDesign::Parts {
 };
 
 PoseDesign::PoseDesign(const ArmSolution& arm, const std::vector<Eigen::VectorXd>& workspace,
-                       std::vector<ArmObservation> candidates, const DesignOptions& options)
+                       std::vector<device::ArmObservation> candidates, const DesignOptions& options)
     : parts_(std::make_unique<Parts>()) {
   if (workspace.empty()) throw std::invalid_argument("pose design: no workspace to be good in");
   auto& p = *parts_;
@@ -218,7 +219,7 @@ PoseDesign::PoseDesign(const ArmSolution& arm, const std::vector<Eigen::VectorXd
 PoseDesign::~PoseDesign() = default;
 PoseDesign::PoseDesign(PoseDesign&&) noexcept = default;
 
-void PoseDesign::take(const ArmObservation& pose) {
+void PoseDesign::take(const device::ArmObservation& pose) {
   parts_->taken.push_back(std::make_unique<DesignRow>(parts_->row_of(pose)));
   parts_->change(parts_->state, *parts_->taken.back(), 1.0);
 }
@@ -300,4 +301,4 @@ std::vector<Eigen::VectorXd> joint_grid(const std::vector<std::array<double, 2>>
   return grid;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

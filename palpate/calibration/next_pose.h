@@ -18,7 +18,7 @@
 
 #include "palpate/calibration/arm.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 enum class DesignCriterion { i_optimal, d_optimal };
 
@@ -35,12 +35,12 @@ class PoseDesign {
   // `arm`: the present estimate, at which derivatives are taken. `workspace`: readings of the places where
   // the tip shall be known; not empty.
   PoseDesign(const ArmSolution& arm, const std::vector<Eigen::VectorXd>& workspace,
-             std::vector<ArmObservation> candidates, const DesignOptions& options = {});
+             std::vector<device::ArmObservation> candidates, const DesignOptions& options = {});
   ~PoseDesign();
   PoseDesign(PoseDesign&&) noexcept;
 
   // A pose that has been measured.
-  void take(const ArmObservation& pose);
+  void take(const device::ArmObservation& pose);
   // The index of the candidate that helps most, not taken yet itself. A candidate may come again.
   std::size_t best() const;
   // `count` candidates: greedily, then by exchange, at most `passes` times through all of them, until no
@@ -62,4 +62,4 @@ class PoseDesign {
 // Readings on a regular grid over ranges of the joints: `per_joint` values each, ends included.
 std::vector<Eigen::VectorXd> joint_grid(const std::vector<std::array<double, 2>>& ranges, int per_joint);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -7,10 +7,10 @@
 #include <numeric>
 
 #include "palpate/calibration/pose_candidates.h"
-#include "palpate/estimation/linear_algebra.h"
-#include "palpate/geometry/random_vector.h"
+#include "palpate/math/linear_algebra.h"
+#include "palpate/math/random_vector.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 // An arm with its faults, a stylus with a marker that a tracker sees, and somebody who puts it anywhere.
@@ -27,15 +27,15 @@ struct PoseLab {
   }
 
   // Evenly over joints, tilts and rolls, as a person spreads them.
-  ArmObservation anywhere() {
+  device::ArmObservation anywhere() {
     const Vector3 psi(random.uniform(-0.78, 0.78), random.uniform(-0.17, 1.0), random.uniform(-0.4, 1.13));
     const Vector3 towards = -predict_tip(truth, psi).m.normalized();
     const Quaternion tilt = so3_exp(0.35 * normal3(random)),
                      roll(Eigen::AngleAxisd(random.uniform(-3.1, 3.1), towards));
     return place(psi, (tilt * roll * rotation_between(Vector3::UnitZ(), towards)).normalized());
   }
-  ArmObservation place(const Vector3& psi, const Quaternion& R) const {
-    ArmObservation pose;
+  device::ArmObservation place(const Vector3& psi, const Quaternion& R) const {
+    device::ArmObservation pose;
     pose.joints = psi;
     pose.marker = Pose<World, TipMarker>{R, predict_tip(truth, psi).m - R * truth.tip_in_marker};
     Eigen::Matrix<double, 3, 6> J;
@@ -44,7 +44,7 @@ struct PoseLab {
     return pose;
   }
   // The same as the tracker gives it.
-  ArmObservation measured(ArmObservation pose) {
+  device::ArmObservation measured(device::ArmObservation pose) {
     const Vector3 turn = normal3(random).cwiseProduct(pose_covariance.diagonal().head<3>().cwiseSqrt()),
                   shift = normal3(random).cwiseProduct(pose_covariance.diagonal().tail<3>().cwiseSqrt());
     pose.marker->rotation = (so3_exp(turn) * pose.marker->rotation).normalized();
@@ -52,12 +52,12 @@ struct PoseLab {
     return pose;
   }
   // What the person does who is asked for a pose: about that, 10 mm and 5 degrees off.
-  ArmObservation about(const ArmObservation& wanted) {
+  device::ArmObservation about(const device::ArmObservation& wanted) {
     Vector3 psi = Vector3(wanted.joints) + normal3(random, 0.03);
     return place(psi, (so3_exp(normal3(random, 0.05)) * wanted.marker->rotation).normalized());
   }
-  std::vector<ArmObservation> many(int count) {
-    std::vector<ArmObservation> poses;
+  std::vector<device::ArmObservation> many(int count) {
+    std::vector<device::ArmObservation> poses;
     for (int i = 0; i < count; ++i) poses.push_back(anywhere());
     return poses;
   }
@@ -124,7 +124,7 @@ TEST(PoseCandidates, AreWhereArmGimbalAndTrackerAllowThem) {
     EXPECT_LE(tilt, reach.largest_tilt + 1e-9);
     const Quaternion stylus =
         lab.truth.X_world_base.rotation.conjugate() * pose.marker->rotation * mount.conjugate();
-    EXPECT_LE(std::abs(phantom_gimbal(theta, stylus)[1]), reach.largest_gimbal + 1e-9);
+    EXPECT_LE(std::abs(device::phantom_gimbal(theta, stylus)[1]), reach.largest_gimbal + 1e-9);
   }
   EXPECT_NEAR(at_an_end, 450, 90);  // half of all joint values; folded poses are left out unevenly
 }
@@ -143,11 +143,11 @@ TEST(PoseDesign, TheBestCandidateIsTheBestOfAllTriedOneByOne) {
     PoseLab lab(2);
     DesignOptions options;
     options.shared_sd = std::max(0.0, shared);
-    const auto stating = [&](ArmObservation pose) {
+    const auto stating = [&](device::ArmObservation pose) {
       if (shared < 0.0) pose.systematic = 0.0001;
       return pose;
     };
-    std::vector<ArmObservation> candidates;
+    std::vector<device::ArmObservation> candidates;
     for (int i = 0; i < 60; ++i) candidates.push_back(stating(lab.anywhere()));
     PoseDesign design(lab.truth, workspace(), candidates, options);
     for (int taken = 0; taken < 8; ++taken) {
@@ -168,7 +168,7 @@ TEST(PoseDesign, TheBestCandidateIsTheBestOfAllTriedOneByOne) {
 TEST(PoseDesign, DOptimalMaximisesTheDeterminantOfTheInformation) {
   PoseLab lab(3);
   const auto taken = lab.many(6), candidates = lab.many(40);
-  const auto jacobian = [&lab](const ArmObservation& pose) {
+  const auto jacobian = [&lab](const device::ArmObservation& pose) {
     Eigen::MatrixXd J(3, 14);
     const auto discrepancy = [&](Eigen::Index k, double h) -> Vector3 {
       ArmSolution arm = lab.truth;
@@ -183,7 +183,7 @@ TEST(PoseDesign, DOptimalMaximisesTheDeterminantOfTheInformation) {
     for (Eigen::Index k = 0; k < 14; ++k) J.col(k) = (discrepancy(k, 1e-6) - discrepancy(k, -1e-6)) / 2e-6;
     return J;
   };
-  const auto information = [&](const ArmObservation& pose) -> Eigen::MatrixXd {
+  const auto information = [&](const device::ArmObservation& pose) -> Eigen::MatrixXd {
     const auto J = jacobian(pose);
     return J.transpose() * pose.covariance->inverse() * J;
   };
@@ -222,7 +222,7 @@ TEST(PoseDesign, PredictsTheErrorThatCalibrationsHave) {
   ArmOptions plain = with_tip_without_lengths();
   plain.robust = plain.allow_field = false;
   for (int run = 0; run < kRuns; ++run) {
-    std::vector<ArmObservation> seen;
+    std::vector<device::ArmObservation> seen;
     for (const auto& pose : poses) seen.push_back(lab.measured(pose));
     const auto estimate = calibrate_arm(seen, lab.truth.model, plain);
     ASSERT_TRUE(estimate.has_value()) << estimate.error().message;
@@ -266,7 +266,7 @@ TEST(PoseDesign, PredictsTheErrorThatASystematicErrorBrings) {
       Eigen::MatrixXd drawn(30, 6);
       for (double& x : drawn.reshaped()) x = lab.random.normal();
       drawn = (L * drawn).eval();
-      std::vector<ArmObservation> seen;
+      std::vector<device::ArmObservation> seen;
       for (std::size_t i = 0; i < 30; ++i) {
         seen.push_back(lab.measured(poses[i]));
         const auto field = drawn.row(static_cast<Eigen::Index>(i));
@@ -328,7 +328,7 @@ TEST(PoseDesign, AsksForMarkersTurnedOtherwise) {
   const Quaternion same = rotation_between(Vector3::UnitZ(), Vector3(0.0, 0.6, -0.8));
   DesignOptions options;
   options.criterion = DesignCriterion::d_optimal;
-  std::vector<ArmObservation> taken, candidates;
+  std::vector<device::ArmObservation> taken, candidates;
   for (int i = 0; i < 15; ++i) taken.push_back(lab.place(lab.anywhere().joints, same));
   for (int i = 0; i < 30; ++i) candidates.push_back(lab.place(lab.anywhere().joints, same));
   candidates.push_back(lab.place(lab.anywhere().joints, so3_exp(Vector3(0.0, 0.0, 1.2)) * same));
@@ -368,7 +368,7 @@ TEST(PoseDesign, ThirtyGuidedPosesBeatThirtyRandomOnesByAFifth) {
   std::vector<double> random_error, guided_error, random_predicted, guided_predicted;
   const auto places = workspace();
   const auto options = with_tip_without_lengths();
-  const auto judge = [&](const PoseLab& lab, const std::vector<ArmObservation>& poses,
+  const auto judge = [&](const PoseLab& lab, const std::vector<device::ArmObservation>& poses,
                          std::vector<double>& errors, std::vector<double>& predicted) {
     const auto estimate = calibrate_arm(poses, lab.truth.model, options);
     ASSERT_TRUE(estimate.has_value()) << estimate.error().message;
@@ -381,7 +381,7 @@ TEST(PoseDesign, ThirtyGuidedPosesBeatThirtyRandomOnesByAFifth) {
   reach.joint_range = {{{-0.78, 0.78}, {-0.17, 1.0}, {-0.4, 1.13}}};
   for (std::uint64_t seed = 1; seed <= 16; ++seed) {
     PoseLab lab(seed);
-    std::vector<ArmObservation> poses;
+    std::vector<device::ArmObservation> poses;
     for (int i = 0; i < 30; ++i) poses.push_back(lab.measured(lab.anywhere()));
     judge(lab, poses, random_error, random_predicted);
     poses.resize(8);
@@ -405,8 +405,8 @@ TEST(PoseDesign, ThirtyGuidedPosesBeatThirtyRandomOnesByAFifth) {
 }
 
 TEST(PoseDesign, AnArmOfRowsIsPlannedToo) {
-  ArmModel model;
-  model.kind = ArmModel::Kind::dh;
+  device::ArmModel model;
+  model.kind = device::ArmModel::Kind::dh;
   model.name = "three rows";
   model.joints = {{0.0, 1.5707963, 0.3, 0.0}, {0.4, 0.0, 0.0, 0.0}, {0.3, 0.0, 0.0, 0.0}};
   model.tool_known = true;
@@ -419,11 +419,11 @@ TEST(PoseDesign, AnArmOfRowsIsPlannedToo) {
   options.free.tip = false;
   Random random(1, "rows");
   const auto somewhere = [&random] {
-    ArmObservation pose;
+    device::ArmObservation pose;
     pose.joints = uniform3(random, 1.0);
     return pose;
   };
-  std::vector<ArmObservation> candidates;
+  std::vector<device::ArmObservation> candidates;
   for (int i = 0; i < 50; ++i) candidates.push_back(somewhere());
   PoseDesign design(arm, joint_grid({{-1, 1}, {-1, 1}, {-1, 1}}, 3), candidates, options);
   for (int i = 0; i < 8; ++i) design.take(somewhere());
@@ -443,4 +443,4 @@ TEST(PoseDesign, WrongUseIsThrown) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::calibration

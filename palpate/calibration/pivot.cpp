@@ -5,17 +5,17 @@
 #include <cmath>
 #include <limits>
 
+#include "palpate/calibration/noise/robust_scale.h"
 #include "palpate/calibration/pivot_covariance.h"
 #include "palpate/calibration/pivot_motion.h"
 #include "palpate/calibration/pivot_problem.h"
 #include "palpate/calibration/pivot_sphere.h"
-#include "palpate/calibration/robust_scale.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
-#include "palpate/estimation/linear_algebra.h"
-#include "palpate/geometry/pose.h"
+#include "palpate/math/linear_algebra.h"
+#include "palpate/math/pose.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 // Beyond these the poses show no resting tip at all; a tip that slips or drags by millimetres stays below.
@@ -136,10 +136,10 @@ template <typename Solve>
 void reweight(PivotData& data, double parameters, const Solve& solve, std::vector<Vector3>& pivots,
               Estimate<PivotSolution>& estimate) {
   for (int round = 0; round < 100; ++round) {
-    const double scale = robust_scale(estimate.residuals, parameters);
+    const double scale = noise::robust_scale(estimate.residuals, parameters);
     for (std::size_t i = 0; i < data.size(); ++i)
-      data.weight[i] = round < 10 ? huber_weight(estimate.residuals[i].norm(), scale)
-                                  : tukey_weight(estimate.residuals[i].norm(), scale);
+      data.weight[i] = round < 10 ? noise::huber_weight(estimate.residuals[i].norm(), scale)
+                                  : noise::tukey_weight(estimate.residuals[i].norm(), scale);
     const Vector3 before = estimate.value.tip;
     estimate.value.tip = solve();
     pivots = pivots_of(data, estimate.value.tip);
@@ -342,7 +342,7 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
                      .turn_free = options.with_motion,
                      .motion_strain = options.with_motion ? options.motion_strain : 0.0,
                      .seed = options.seed};
-  SmoothError field;
+  noise::SmoothError field;
   if (shared) {
     const auto known = pivot_covariance(data, estimate.residuals, errors);
     estimate.covariance = known.total;
@@ -361,4 +361,4 @@ Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& 
   return estimate;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

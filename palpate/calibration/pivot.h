@@ -22,10 +22,10 @@
 #include <vector>
 
 #include "palpate/core/expected.h"
-#include "palpate/estimation/estimate.h"
-#include "palpate/geometry/so3.h"
+#include "palpate/math/estimate.h"
+#include "palpate/math/so3.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 struct PivotPose {
   Quaternion rotation = Quaternion::Identity();
@@ -80,4 +80,4 @@ struct PivotSolution {
 Expected<Estimate<PivotSolution>> calibrate_pivot(const std::vector<PivotPose>& poses,
                                                   const PivotCalibrationOptions& options = {});
 
-}  // namespace palpate
+}  // namespace palpate::calibration

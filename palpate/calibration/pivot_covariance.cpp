@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "palpate/core/random.h"
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 constexpr int kDraws = 200;                // a standard deviation to 5 %
@@ -68,9 +68,9 @@ Eigen::MatrixXd bootstrap(const PivotData& data, const std::vector<Vector3>& res
   return scatter;
 }
 
-PoseErrors pose_errors(const PivotData& data, const std::vector<Vector3>& residuals,
-                       const LinearPivot& linear) {
-  PoseErrors errors;
+noise::PoseErrors pose_errors(const PivotData& data, const std::vector<Vector3>& residuals,
+                              const LinearPivot& linear) {
+  noise::PoseErrors errors;
   const std::size_t size = data.size() / kPivotGroups + 1;
   std::vector<std::pair<std::size_t, std::size_t>> groups;
   for (std::size_t first = 0; first < data.size();) {
@@ -132,10 +132,10 @@ PivotCovariance pivot_covariance(const PivotData& data, const std::vector<Vector
     square += data.weight[i] * residuals[i].squaredNorm(), used += data.weight[i] > 0.0 ? 1.0 : 0.0;
   const double freedom = 3.0 * used - static_cast<double>(linear.size);
   PivotCovariance result;
-  const PoseErrors errors = pose_errors(data, residuals, linear);
-  result.field = how.field != nullptr ? *how.field : smooth_error(errors);
+  const noise::PoseErrors errors = pose_errors(data, residuals, linear);
+  result.field = how.field != nullptr ? *how.field : noise::smooth_error(errors);
   Eigen::MatrixXd total =
-      square / std::max(freedom, 1.0) * linear.inverse + smooth_error_covariance(errors, result.field);
+      square / std::max(freedom, 1.0) * linear.inverse + noise::smooth_error_covariance(errors, result.field);
   if (how.motion_strain > 0.0) total += how.motion_strain * how.motion_strain * strain(data, linear);
 
   const double correlation = integrated_correlation(data, residuals);
@@ -163,4 +163,4 @@ PivotCovariance pivot_covariance(const PivotData& data, const std::vector<Vector
   return result;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

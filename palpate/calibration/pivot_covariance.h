@@ -10,27 +10,27 @@
 
 #include <cstdint>
 
+#include "palpate/calibration/noise/smooth_error.h"
 #include "palpate/calibration/pivot_problem.h"
-#include "palpate/calibration/smooth_error.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 struct PivotErrors {
   bool tip_free = true;
   bool turn_free = false;      // the motion's rotation was estimated too
   double motion_strain = 0.0;  // standard deviation of each number of the motion's 3x3 map, in parts of 1
   std::uint64_t seed = 1;      // of the bootstrap
-  const SmoothError* field = nullptr;  // told from more data than these; else from these
+  const noise::SmoothError* field = nullptr;  // told from more data than these; else from these
 };
 
 struct PivotCovariance {
   Eigen::MatrixXd total;                    // m^2
   Vector3 bootstrap_std = Vector3::Zero();  // m, of the tip, from the bootstrap alone
   int block = 1;                            // rows
-  SmoothError field;                        // m
+  noise::SmoothError field;                 // m
 };
 
 PivotCovariance pivot_covariance(const PivotData& data, const std::vector<Vector3>& residuals,
                                  const PivotErrors& how);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

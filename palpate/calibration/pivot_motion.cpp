@@ -5,9 +5,9 @@
 #include <numeric>
 
 #include "palpate/calibration/absolute_orientation.h"
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 constexpr double kLongestStep = 0.5;  // s, over which a difference still tells a speed
@@ -84,4 +84,4 @@ Vector3 solve_with_motion(PivotData& data, const TipMotion& arm, Quaternion& tur
   return tip;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -6,7 +6,7 @@
 
 #include "palpate/calibration/pivot_problem.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 // The arm's part, in its base: motion about each segment's mean, and how fast it changes (zero where times
 // are unknown).
@@ -22,4 +22,4 @@ TipMotion tip_motion(const PivotData& data, const std::vector<Vector3>& motion,
 // taken). The delay is held near zero as strongly as kDelay says: a slow swing hardly shows it.
 Vector3 solve_with_motion(PivotData& data, const TipMotion& arm, Quaternion& turn, double& delay);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "palpate/geometry/pose.h"
+#include "palpate/math/pose.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 PivotTipSystem tip_system(const PivotData& data) {
   PivotTipSystem system;
@@ -70,4 +70,4 @@ double integrated_correlation(const PivotData& data, const std::vector<Vector3>&
   return sum;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "palpate/geometry/so3.h"
+#include "palpate/math/so3.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 // The used poses, with what the linear algebra needs.
 struct PivotData {
@@ -52,4 +52,4 @@ double largest_rotation(const PivotData& data);
 // Of the residuals, within segments: 1 for white noise.
 double integrated_correlation(const PivotData& data, const std::vector<Vector3>& residuals);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

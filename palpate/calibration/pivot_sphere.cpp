@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 Expected<PivotSphere> fit_spheres(const PivotData& data) {
   const auto S = static_cast<Eigen::Index>(data.segments);
@@ -58,4 +58,4 @@ Expected<PivotSphere> fit_spheres(const PivotData& data) {
   return refused("pivot: the sphere fit does not converge on these poses; use --method algebraic");
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

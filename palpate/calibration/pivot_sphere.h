@@ -10,7 +10,7 @@
 #include "palpate/calibration/pivot_problem.h"
 #include "palpate/core/expected.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 struct PivotSphere {
   std::vector<Vector3> centres;
@@ -20,4 +20,4 @@ struct PivotSphere {
 
 Expected<PivotSphere> fit_spheres(const PivotData& data);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -7,11 +7,11 @@
 #include <filesystem>
 
 #include "palpate/calibration/absolute_orientation.h"
-#include "palpate/geometry/random_vector.h"
-#include "palpate/model/point_file.h"
-#include "palpate/model/pose_file.h"
+#include "palpate/device/point_file.h"
+#include "palpate/device/pose_file.h"
+#include "palpate/math/random_vector.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 const Vector3 kTip(0.004, -0.018, -0.118);
@@ -244,7 +244,7 @@ TEST(Pivot, TooLittleMotionIsRefusedWithFigures) {
 class RealPivots : public testing::Test {
  protected:
   void SetUp() override {
-    const auto file = read_poses(folder / "stylus_to_reference.csv", {.segment_column = "landmark"});
+    const auto file = device::read_poses(folder / "stylus_to_reference.csv", {.segment_column = "landmark"});
     ASSERT_TRUE(file.has_value()) << file.error().message;
     for (const auto& pose : file->poses)
       poses.push_back({pose.rotation, pose.translation, pose.segment, std::nullopt});
@@ -287,7 +287,7 @@ TEST_F(RealPivots, StatedDeviationsCoverTheScatterBetweenSegments) {
 TEST_F(RealPivots, LandmarksGiveThePhantomsPose) {
   const auto estimate = calibrate_pivot(poses, {.given_tip = Vector3(0.108565, 0.00777385, 0.0025389)});
   ASSERT_TRUE(estimate.has_value()) << estimate.error().message;
-  const auto landmarks = read_points(folder / "landmarks_phantom.csv");
+  const auto landmarks = device::read_points(folder / "landmarks_phantom.csv");
   ASSERT_TRUE(landmarks.has_value()) << landmarks.error().message;
   std::vector<Vector3> pivots;
   for (const auto& segment : estimate->value.segments) pivots.push_back(segment.pivot);
@@ -355,4 +355,4 @@ TEST(Pivot, InliersThatTurnAboutOneAxisOnlyAreRefused) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::calibration

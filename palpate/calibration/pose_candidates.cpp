@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 double end_or_between(Random& random, const std::array<double, 2>& range) {
@@ -14,13 +14,14 @@ double end_or_between(Random& random, const std::array<double, 2>& range) {
 
 }  // namespace
 
-std::vector<ArmObservation> candidate_poses(const ArmSolution& arm, const ReachablePoses& reach, int count,
-                                            Random& random, const std::optional<Quaternion>& R_tip_marker,
-                                            const std::optional<PoseNoise>& noise) {
-  std::vector<ArmObservation> poses;
+std::vector<device::ArmObservation> candidate_poses(const ArmSolution& arm, const ReachablePoses& reach,
+                                                    int count, Random& random,
+                                                    const std::optional<Quaternion>& R_tip_marker,
+                                                    const std::optional<PoseNoise>& noise) {
+  std::vector<device::ArmObservation> poses;
   // A range that cannot be reached at all ends the search, not the program.
   for (int attempt = 0; attempt < 100 * count && static_cast<int>(poses.size()) < count; ++attempt) {
-    ArmObservation pose;
+    device::ArmObservation pose;
     pose.joints.resize(3);
     for (Eigen::Index j = 0; j < 3; ++j)
       pose.joints[j] = end_or_between(random, reach.joint_range[static_cast<std::size_t>(j)]);
@@ -39,8 +40,8 @@ std::vector<ArmObservation> candidate_poses(const ArmSolution& arm, const Reacha
          rotation_between(reach.marker_normal, towards))
             .normalized();
     if (R_tip_marker) {
-      const Vector3 gimbal =
-          phantom_gimbal(theta, arm.X_world_base.rotation.conjugate() * R * R_tip_marker->conjugate());
+      const Vector3 gimbal = device::phantom_gimbal(
+          theta, arm.X_world_base.rotation.conjugate() * R * R_tip_marker->conjugate());
       if (std::abs(gimbal[1]) > reach.largest_gimbal) continue;
     }
     pose.marker = Pose<World, TipMarker>{R, tip.m - R * arm.tip_in_marker};
@@ -55,4 +56,4 @@ std::vector<ArmObservation> candidate_poses(const ArmSolution& arm, const Reacha
   return poses;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -11,7 +11,7 @@
 #include "palpate/core/random.h"
 #include "palpate/core/units.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 struct ReachablePoses {
   // Readings, as the maker states the range; the Premium 1.5's are the default.
@@ -36,9 +36,9 @@ struct PoseNoise {
 // `count` poses: half of all joint values at an end of their range, half of all tilts the largest, the rest
 // spread evenly, any roll. `R_tip_marker`: how the marker is mounted on the stylus, where that is known.
 // `noise`: what a pose will be measured with.
-std::vector<ArmObservation> candidate_poses(const ArmSolution& arm, const ReachablePoses& reach, int count,
-                                            Random& random,
-                                            const std::optional<Quaternion>& R_tip_marker = std::nullopt,
-                                            const std::optional<PoseNoise>& noise = std::nullopt);
+std::vector<device::ArmObservation> candidate_poses(
+    const ArmSolution& arm, const ReachablePoses& reach, int count, Random& random,
+    const std::optional<Quaternion>& R_tip_marker = std::nullopt,
+    const std::optional<PoseNoise>& noise = std::nullopt);
 
-}  // namespace palpate
+}  // namespace palpate::calibration

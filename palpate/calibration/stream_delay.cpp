@@ -4,9 +4,9 @@
 #include <cmath>
 #include <optional>
 
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 struct Moving {
@@ -122,4 +122,4 @@ Expected<Estimate<StreamDelay>> estimate_stream_delay(const std::vector<TimedPoi
   return estimate;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

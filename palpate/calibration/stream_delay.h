@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "palpate/core/expected.h"
-#include "palpate/estimation/estimate.h"
-#include "palpate/geometry/so3.h"
+#include "palpate/math/estimate.h"
+#include "palpate/math/so3.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 struct TimedPoint {
   double time_s = 0.0;
@@ -37,4 +37,4 @@ Expected<Estimate<StreamDelay>> estimate_stream_delay(const std::vector<TimedPoi
                                                       const std::vector<TimedPoint>& late,
                                                       const StreamDelayOptions& options = {});
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -6,7 +6,7 @@
 
 #include "palpate/core/random.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 Vector3 path(double t) {
@@ -68,4 +68,4 @@ TEST(StreamDelay, RefusesAPointThatHardlyMovesAndStreamsThatDoNotMeet) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -7,9 +7,9 @@
 
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 constexpr int kTouchRounds = 50;
@@ -106,7 +106,7 @@ void learn_hand(const std::vector<TouchedPoint>& points, const std::vector<Vecto
   // Corners and points, weighed by their number, for the tracker's part in a between-residual.
   const double touches_each = (corners * corners / 4.0 + static_cast<double>(points.size()) - corners) /
                               static_cast<double>(points.size());
-  const TouchNoise& known = options.touch;
+  const rig::TouchNoise& known = options.touch;
   fit.touch = known;
   if (!options.learn) return;
   double variance = known.sd * known.sd + (W + B) / std::max(1.0, static_cast<double>(freedoms));
@@ -114,7 +114,7 @@ void learn_hand(const std::vector<TouchedPoint>& points, const std::vector<Vecto
     const double share = variance > 0.0 ? variance / (variance + touches_each * tracker) : 0.0;
     fit.seen.freedoms = within + share * between;
     fit.seen.sd = fit.seen.freedoms > 0.0 ? std::sqrt((W + share * share * B) / fit.seen.freedoms) : 0.0;
-    fit.touch = pooled(known, fit.seen);
+    fit.touch = noise::pooled(known, fit.seen);
     variance = fit.touch.sd * fit.touch.sd;
   }
 }
@@ -262,4 +262,4 @@ Expected<std::vector<Estimate<RectangleFit>>> fit_rectangles(const std::vector<S
   return fits;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -15,12 +15,12 @@
 #include <string>
 #include <vector>
 
-#include "palpate/calibration/touch_noise.h"
+#include "palpate/calibration/noise/touch_noise.h"
 #include "palpate/core/expected.h"
-#include "palpate/estimation/estimate.h"
-#include "palpate/geometry/pose.h"
+#include "palpate/math/estimate.h"
+#include "palpate/math/pose.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 struct TouchedPoint {
   Point<World> place;
@@ -33,17 +33,17 @@ struct TouchedPoint {
 struct RectangleFit {
   Pose<World, Rectangle> X_world_rectangle;
   double width = 0.0, height = 0.0;  // m, corner 1 to 2 and 1 to 4
-  TouchNoise seen;                   // of the hand, as these touches alone tell
-  TouchNoise touch;                  // with what was known before; the covariance rests on it
+  rig::TouchNoise seen;              // of the hand, as these touches alone tell
+  rig::TouchNoise touch;             // with what was known before; the covariance rests on it
   // 1 to 4
   Point<World> corner(int number) const;
 };
 
 struct RectangleOptions {
-  double tolerance = 0.02;            // largest misfit of a corner, as a part of the diagonal
-  double least_tolerance = 0.003;     // m, ten times what a hand misses a corner by
-  TouchNoise touch = kPresumedTouch;  // known of the hand before
-  bool learn = true;                  // false: that is all there is to know, these touches are part of it
+  double tolerance = 0.02;                        // largest misfit of a corner, as a part of the diagonal
+  double least_tolerance = 0.003;                 // m, ten times what a hand misses a corner by
+  rig::TouchNoise touch = noise::kPresumedTouch;  // known of the hand before
+  bool learn = true;  // false: that is all there is to know, these touches are part of it
 };
 
 // Without corner numbers (all 0) the first four points are the corners in order.
@@ -60,4 +60,4 @@ struct SurfaceTouches {
 Expected<std::vector<Estimate<RectangleFit>>> fit_rectangles(const std::vector<SurfaceTouches>& touched,
                                                              const RectangleOptions& options = {});
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -4,9 +4,9 @@
 
 #include <Eigen/Cholesky>
 
-#include "palpate/geometry/random_vector.h"
+#include "palpate/math/random_vector.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 constexpr double kWidth = 0.75, kHeight = 1.0;
@@ -190,4 +190,4 @@ TEST(Surface, WhateverWasTouchedTheSidesArePositiveOrItIsRefused) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::calibration

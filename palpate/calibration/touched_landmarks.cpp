@@ -7,17 +7,17 @@
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 constexpr double kOneDot = 0.005;  // m; touches further from their mean are of two dots
 
 struct Nearest {
-  const SurfaceCalibration* surface = nullptr;
+  const rig::SurfaceCalibration* surface = nullptr;
   double distance = std::numeric_limits<double>::infinity();
 };
 
-Nearest nearest_surface(const Vector3& place, const std::vector<SurfaceCalibration>& surfaces) {
+Nearest nearest_surface(const Vector3& place, const std::vector<rig::SurfaceCalibration>& surfaces) {
   Nearest nearest;
   for (const auto& surface : surfaces) {
     const Vector3 normal = surface.X_world_rectangle.rotation * Vector3::UnitZ();
@@ -29,9 +29,9 @@ Nearest nearest_surface(const Vector3& place, const std::vector<SurfaceCalibrati
 
 }  // namespace
 
-Expected<Estimate<TouchedLandmarks>> landmarks_from_touches(const std::vector<LandmarkTouch>& touches,
-                                                            const std::vector<SurfaceCalibration>& surfaces,
-                                                            const LandmarkTouchOptions& options) {
+Expected<Estimate<TouchedLandmarks>> landmarks_from_touches(
+    const std::vector<LandmarkTouch>& touches, const std::vector<rig::SurfaceCalibration>& surfaces,
+    const LandmarkTouchOptions& options) {
   if (touches.empty()) return refused("landmarks: no touches; touch the middle of each dot");
   if (surfaces.empty())
     return refused(
@@ -72,13 +72,13 @@ Expected<Estimate<TouchedLandmarks>> landmarks_from_touches(const std::vector<La
   }
   const double freedoms = 3.0 * static_cast<double>(touches.size() - found.labels.size());
   found.touch = options.touch;
-  if (freedoms > 0.0) found.touch = pooled(options.touch, {std::sqrt(square / freedoms), freedoms});
+  if (freedoms > 0.0) found.touch = noise::pooled(options.touch, {std::sqrt(square / freedoms), freedoms});
 
   const auto size = 3 * static_cast<Eigen::Index>(found.labels.size());
   estimate.covariance = Eigen::MatrixXd::Zero(size, size);
   for (std::size_t k = 0; k < found.labels.size(); ++k) {
     const double n = found.touches[k];
-    Landmark landmark;
+    rig::Landmark landmark;
     landmark.place = {sum[k] / n};
     landmark.covariance = tracker[k] / n + found.touch.sd * found.touch.sd / n * Matrix3::Identity();
     landmark.diameter = options.diameter;
@@ -93,4 +93,4 @@ Expected<Estimate<TouchedLandmarks>> landmarks_from_touches(const std::vector<La
   return estimate;
 }
 
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -11,12 +11,12 @@
 #include <string>
 #include <vector>
 
-#include "palpate/calibration/touch_noise.h"
+#include "palpate/calibration/noise/touch_noise.h"
 #include "palpate/core/expected.h"
-#include "palpate/estimation/estimate.h"
-#include "palpate/model/rig.h"
+#include "palpate/math/estimate.h"
+#include "palpate/rig/rig.h"
 
-namespace palpate {
+namespace palpate::calibration {
 
 struct LandmarkTouch {
   std::string label;  // touches of one label belong to one dot
@@ -25,22 +25,22 @@ struct LandmarkTouch {
 };
 
 struct LandmarkTouchOptions {
-  TouchNoise touch = kPresumedTouch;  // known of the hand before, mostly from surfaces' corners
-  double diameter = 0.008;            // m, of the dots
+  rig::TouchNoise touch = noise::kPresumedTouch;  // known of the hand before, mostly from surfaces' corners
+  double diameter = 0.008;                        // m, of the dots
 };
 
 struct TouchedLandmarks {
-  std::vector<Landmark> landmarks;   // in the order of their first touches
-  std::vector<std::string> labels;   // of each
-  std::vector<std::string> surface;  // the one it lies on
-  std::vector<double> distance;      // m, from that surface's plane
+  std::vector<rig::Landmark> landmarks;  // in the order of their first touches
+  std::vector<std::string> labels;       // of each
+  std::vector<std::string> surface;      // the one it lies on
+  std::vector<double> distance;          // m, from that surface's plane
   std::vector<int> touches;
-  TouchNoise touch;  // of the hand, with what was known before; the covariance rests on it
+  rig::TouchNoise touch;  // of the hand, with what was known before; the covariance rests on it
 };
 
 // `residuals`: touch minus its landmark's place, in the order of the touches. Covariance: 3 per landmark.
-Expected<Estimate<TouchedLandmarks>> landmarks_from_touches(const std::vector<LandmarkTouch>& touches,
-                                                            const std::vector<SurfaceCalibration>& surfaces,
-                                                            const LandmarkTouchOptions& options = {});
+Expected<Estimate<TouchedLandmarks>> landmarks_from_touches(
+    const std::vector<LandmarkTouch>& touches, const std::vector<rig::SurfaceCalibration>& surfaces,
+    const LandmarkTouchOptions& options = {});
 
-}  // namespace palpate
+}  // namespace palpate::calibration

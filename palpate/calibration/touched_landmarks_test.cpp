@@ -8,15 +8,15 @@
 #include "palpate/core/random.h"
 #include "palpate/core/units.h"
 
-namespace palpate {
+namespace palpate::calibration {
 namespace {
 
 // A table that lies flat and a wall behind it.
-std::vector<SurfaceCalibration> room() {
-  SurfaceCalibration table;
+std::vector<rig::SurfaceCalibration> room() {
+  rig::SurfaceCalibration table;
   table.name = "table";
   table.width = table.height = 1.0;
-  SurfaceCalibration wall = table;
+  rig::SurfaceCalibration wall = table;
   wall.name = "wall";
   wall.X_world_rectangle = {so3_exp(Vector3(std::numbers::pi / 2, 0, 0)), Vector3(0, 1, 0)};
   return {table, wall};
@@ -93,4 +93,4 @@ TEST(TouchedLandmarks, ImpossibleInputIsRefused) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::calibration

@@ -23,7 +23,7 @@
 #include <optional>
 #include <type_traits>
 
-namespace palpate {
+namespace palpate::inline core {
 
 using AtomicWord = std::atomic<std::uint64_t>;
 static_assert(AtomicWord::is_always_lock_free && sizeof(AtomicWord) == sizeof(std::uint64_t));
@@ -153,4 +153,4 @@ class Mailbox {
   BroadcastRing<T, 4> ring_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::inline core

@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-namespace palpate {
+namespace palpate::inline core {
 namespace {
 
 struct Block {  // 19 bytes of payload behind a number that the rest must follow from
@@ -115,4 +115,4 @@ TEST(Mailbox, NeverGoesBackForAReader) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline core

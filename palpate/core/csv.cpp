@@ -9,7 +9,7 @@
 #include "palpate/core/file.h"
 #include "palpate/core/text.h"
 
-namespace palpate {
+namespace palpate::inline core {
 namespace {
 
 std::string_view trimmed(std::string_view text) {
@@ -175,4 +175,4 @@ void CsvWriter::row(const std::vector<std::string>& cells) {
   content_ += '\n';
 }
 
-}  // namespace palpate
+}  // namespace palpate::inline core

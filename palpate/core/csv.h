@@ -13,7 +13,7 @@
 
 #include "palpate/core/expected.h"
 
-namespace palpate {
+namespace palpate::inline core {
 
 struct CsvTable {
   std::string source;                          // for messages: the file's name
@@ -58,4 +58,4 @@ class CsvWriter {
 // A number as CSV and JSON readers expect it, shortest form that keeps 12 significant digits.
 std::string number_text(double value);
 
-}  // namespace palpate
+}  // namespace palpate::inline core

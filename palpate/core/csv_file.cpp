@@ -10,7 +10,7 @@
 #include "palpate/core/csv.h"
 #include "palpate/core/file.h"
 
-namespace palpate {
+namespace palpate::inline core {
 
 CsvFile::Part::~Part() {
   if (file != nullptr) std::fclose(file);
@@ -66,4 +66,4 @@ Expected<void> CsvFile::finish() {
   return {};
 }
 
-}  // namespace palpate
+}  // namespace palpate::inline core

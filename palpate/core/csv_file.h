@@ -12,7 +12,7 @@
 
 #include "palpate/core/expected.h"
 
-namespace palpate {
+namespace palpate::inline core {
 
 class CsvFile {
  public:
@@ -37,4 +37,4 @@ class CsvFile {
   std::unique_ptr<Part> part_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::inline core

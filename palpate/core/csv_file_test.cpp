@@ -8,7 +8,7 @@
 #include "palpate/core/file.h"
 #include "tests/scratch_folder.h"
 
-namespace palpate {
+namespace palpate::inline core {
 namespace {
 
 std::size_t files_in(const std::filesystem::path& folder) {
@@ -62,4 +62,4 @@ TEST(CsvFile, AFullDiskIsSaidAndTheOldFileStays) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline core

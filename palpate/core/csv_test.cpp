@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palpate {
+namespace palpate::inline core {
 namespace {
 
 TEST(Csv, ReadsHeaderCommentsAndNumbers) {
@@ -69,4 +69,4 @@ TEST(Csv, WhatAMessageQuotesStaysOnItsLine) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline core

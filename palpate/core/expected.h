@@ -10,7 +10,7 @@
 #include <tl/expected.hpp>
 #include <utility>
 
-namespace palpate {
+namespace palpate::inline core {
 
 struct Error {
   enum class Kind {
@@ -37,4 +37,4 @@ tl::unexpected<Error> wrong_use(fmt::format_string<Args...> format, Args&&... ar
       Error{Error::Kind::wrong_use, fmt::format(format, std::forward<Args>(args)...)});
 }
 
-}  // namespace palpate
+}  // namespace palpate::inline core

@@ -11,7 +11,7 @@
 #include <sstream>
 #include <system_error>
 
-namespace palpate {
+namespace palpate::inline core {
 
 namespace fs = std::filesystem;
 
@@ -93,4 +93,4 @@ std::string content_hash(std::string_view content) {
   return fmt::format("{:016x}", hash);
 }
 
-}  // namespace palpate
+}  // namespace palpate::inline core

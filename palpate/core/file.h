@@ -7,7 +7,7 @@
 
 #include "palpate/core/expected.h"
 
-namespace palpate {
+namespace palpate::inline core {
 
 // The whole file as bytes. Wrong use when it is missing, a folder or unreadable.
 Expected<std::string> read_file(const std::filesystem::path& path);
@@ -26,4 +26,4 @@ Expected<void> make_folder(const std::filesystem::path& path);
 // 64-bit FNV-1a hash of bytes as 16 hex digits: provenance of the data a calibration came from, not security.
 std::string content_hash(std::string_view content);
 
-}  // namespace palpate
+}  // namespace palpate::inline core

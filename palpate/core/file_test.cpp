@@ -6,7 +6,7 @@
 
 #include "palpate/core/json.h"
 
-namespace palpate {
+namespace palpate::inline core {
 namespace {
 
 namespace fs = std::filesystem;
@@ -44,4 +44,4 @@ TEST(Json, LabelsThatAreNoUtf8DoNotStopAResult) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline core

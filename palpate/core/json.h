@@ -7,7 +7,7 @@
 
 #include "palpate/core/file.h"
 
-namespace palpate {
+namespace palpate::inline core {
 
 using Json = nlohmann::ordered_json;
 
@@ -17,4 +17,4 @@ inline Expected<void> write_json(const std::filesystem::path& path, const Json& 
   return write_file(path, value.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 
-}  // namespace palpate
+}  // namespace palpate::inline core

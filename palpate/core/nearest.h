@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace palpate {
+namespace palpate::inline core {
 
 // How many letters have to be put in, taken out or replaced (Levenshtein 1966).
 inline std::size_t edit_distance(std::string_view a, std::string_view b) {
@@ -35,4 +35,4 @@ std::string nearest(std::string_view word, const Words& known) {
   return found;
 }
 
-}  // namespace palpate
+}  // namespace palpate::inline core

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palpate {
+namespace palpate::inline core {
 namespace {
 
 TEST(Nearest, DistancesAreThoseOfTextbooks) {
@@ -29,4 +29,4 @@ TEST(Nearest, IsNoneWhereNothingIsLikeTheWord) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline core

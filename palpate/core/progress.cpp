@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
-namespace palpate {
+namespace palpate::inline core {
 
 std::string time_left_text(double seconds) {
   const int s = static_cast<int>(std::ceil(std::max(0.0, seconds)));
@@ -68,4 +68,4 @@ void Progress::finish() {
   on_terminal_ = false;
 }
 
-}  // namespace palpate
+}  // namespace palpate::inline core

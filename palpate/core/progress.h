@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace palpate {
+namespace palpate::inline core {
 
 class Progress {
  public:
@@ -47,4 +47,4 @@ class Progress {
 // "1:05 left" or "12 s left".
 std::string time_left_text(double seconds);
 
-}  // namespace palpate
+}  // namespace palpate::inline core

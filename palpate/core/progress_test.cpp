@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palpate {
+namespace palpate::inline core {
 namespace {
 
 TEST(Progress, SharesFollowTheExpectedTimes) {
@@ -23,4 +23,4 @@ TEST(Progress, TimeLeftReadsLikeATime) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline core

@@ -12,7 +12,7 @@
 #include <numbers>
 #include <string_view>
 
-namespace palpate {
+namespace palpate::inline core {
 
 class Random {
  public:
@@ -64,4 +64,4 @@ class Random {
   std::array<std::uint64_t, 4> state_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::inline core

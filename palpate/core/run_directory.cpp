@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <cstring>
 
-namespace palpate {
+namespace palpate::inline core {
 
 Expected<std::filesystem::path> private_directory(const std::filesystem::path& folder) {
   if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
@@ -42,4 +42,4 @@ std::filesystem::path run_directory_place() {
 
 Expected<std::filesystem::path> run_directory() { return private_directory(run_directory_place()); }
 
-}  // namespace palpate
+}  // namespace palpate::inline core

@@ -5,7 +5,7 @@
 
 #include "palpate/core/expected.h"
 
-namespace palpate {
+namespace palpate::inline core {
 
 // $XDG_RUNTIME_DIR/palpate, or /dev/shm/palpate-<uid> where that variable names no folder; made with mode
 // 0700 if it is not there. Refused where the folder belongs to someone else, is a link, or is open to others.
@@ -18,4 +18,4 @@ Expected<std::filesystem::path> private_directory(const std::filesystem::path& f
 // The checks alone, of a folder that is there; makes nothing.
 Expected<void> check_private_directory(const std::filesystem::path& folder);
 
-}  // namespace palpate
+}  // namespace palpate::inline core

@@ -8,7 +8,7 @@
 
 #include <cstdlib>
 
-namespace palpate {
+namespace palpate::inline core {
 namespace {
 
 class RunDirectory : public testing::Test {
@@ -58,4 +58,4 @@ TEST_F(RunDirectory, WithoutARuntimeFolderTheUsersNumberNamesOneInSharedMemory) 
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline core

@@ -4,7 +4,7 @@
 #include <atomic>
 #include <csignal>
 
-namespace palpate {
+namespace palpate::inline core {
 
 // Installs the handlers once and returns the flag. Any thread may look.
 inline const std::atomic<bool>& stop_requested() {
@@ -20,4 +20,4 @@ inline const std::atomic<bool>& stop_requested() {
   return stop;
 }
 
-}  // namespace palpate
+}  // namespace palpate::inline core

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace palpate {
+namespace palpate::inline core {
 
 // Control characters become '?'; what is longer than `most` bytes is cut, between characters, and ends in
 // "...".
@@ -26,4 +26,4 @@ inline std::string counted(std::size_t number, std::string_view noun) {
   return std::to_string(number) + ' ' + std::string(noun) + (number == 1 ? "" : "s");
 }
 
-}  // namespace palpate
+}  // namespace palpate::inline core

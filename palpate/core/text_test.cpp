@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palpate {
+namespace palpate::inline core {
 namespace {
 
 TEST(Excerpt, ShowsShortTextAsItIs) {
@@ -25,4 +25,4 @@ TEST(Counted, SaysOneOrMany) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline core

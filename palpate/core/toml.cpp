@@ -11,7 +11,7 @@
 #include "palpate/core/nearest.h"
 #include "palpate/core/text.h"
 
-namespace palpate {
+namespace palpate::inline core {
 namespace {
 constexpr std::size_t kLongestMessage = 480;  // bytes
 }
@@ -364,4 +364,4 @@ std::string toml_quoted(std::string_view text) {
   return result + "\"";
 }
 
-}  // namespace palpate
+}  // namespace palpate::inline core

@@ -24,7 +24,7 @@
 
 #include "palpate/core/expected.h"
 
-namespace palpate {
+namespace palpate::inline core {
 
 // What a number may be; both ends included. NaN and infinity are never accepted.
 struct NumberRange {
@@ -104,4 +104,4 @@ Expected<TomlTable> read_toml(const std::filesystem::path& path);
 std::string toml_number(double value);
 std::string toml_quoted(std::string_view text);
 
-}  // namespace palpate
+}  // namespace palpate::inline core

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palpate {
+namespace palpate::inline core {
 namespace {
 
 TomlTable parsed(std::string_view content) {
@@ -111,4 +111,4 @@ TEST(Toml, NumbersAndTextsSurviveWritingAndReading) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline core

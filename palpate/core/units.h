@@ -3,7 +3,7 @@
 
 #include <numbers>
 
-namespace palpate {
+namespace palpate::inline core {
 
 inline constexpr double kMillimetresPerMetre = 1000.0;
 inline constexpr double kDegreesPerRadian = 180.0 / std::numbers::pi;
@@ -19,4 +19,4 @@ constexpr double mm_from_metres(double m) { return m * kMillimetresPerMetre; }
 constexpr double radians_from_degrees(double degrees) { return degrees / kDegreesPerRadian; }
 constexpr double degrees_from_radians(double radians) { return radians * kDegreesPerRadian; }
 
-}  // namespace palpate
+}  // namespace palpate::inline core

@@ -4,12 +4,12 @@
 #include <Eigen/LU>
 #include <cmath>
 
-namespace palpate {
+namespace palpate::haptics {
 
-std::optional<DeviceForce> DeviceForce::at(const Vector3& psi, const PhantomLengths& nominal,
-                                           const Vector3& theta, const PhantomLengths& lengths) {
-  const Matrix3 own = phantom_jacobian(psi, nominal).transpose();
-  const Matrix3 real = phantom_jacobian(theta, lengths).transpose();
+std::optional<DeviceForce> DeviceForce::at(const Vector3& psi, const device::PhantomLengths& nominal,
+                                           const Vector3& theta, const device::PhantomLengths& lengths) {
+  const Matrix3 own = device::phantom_jacobian(psi, nominal).transpose();
+  const Matrix3 real = device::phantom_jacobian(theta, lengths).transpose();
   constexpr double kLeastDeterminant = 1e-4;  // m^3; 0.013 in the middle of a Premium's range
   if (!(std::abs(own.determinant()) > kLeastDeterminant) ||
       !(std::abs(real.determinant()) > kLeastDeterminant))
@@ -25,4 +25,4 @@ std::optional<DeviceForce> DeviceForce::at(const Vector3& psi, const PhantomLeng
   return force;
 }
 
-}  // namespace palpate
+}  // namespace palpate::haptics

@@ -3,20 +3,20 @@
 #include <gtest/gtest.h>
 
 #include "palpate/core/random.h"
-#include "palpate/geometry/random_vector.h"
+#include "palpate/math/random_vector.h"
 
-namespace palpate {
+namespace palpate::haptics {
 namespace {
 
 struct TrueArm {
   Vector3 psi, theta;
-  PhantomLengths nominal, lengths{0.2107, 0.2081};
+  device::PhantomLengths nominal, lengths{0.2107, 0.2081};
 };
 
 TrueArm any_arm(Random& random) {
   TrueArm arm;
   arm.psi = {random.uniform(-0.7, 0.7), random.uniform(-0.1, 1.4), random.uniform(-0.4, 1.1)};
-  JointCorrection correction;
+  device::JointCorrection correction;
   for (int i = 0; i < 3; ++i) {
     correction.gain[i] = random.uniform(0.97, 1.03);
     correction.offset[i] = random.uniform(-0.03, 0.03);
@@ -31,8 +31,8 @@ TEST(ArmForce, TorquesDoTheSameWorkAsTheForceAtTheTip) {
     const TrueArm arm = any_arm(random);
     const Vector3 force = normal3(random, 3.0), turn = normal3(random, 1.0);
     constexpr double kH = 1e-6;  // central difference: rounding 1e-16 / 1e-6, curvature 1e-12
-    const Vector3 way = (phantom_tip(arm.theta + kH * turn, arm.lengths).m -
-                         phantom_tip(arm.theta - kH * turn, arm.lengths).m) /
+    const Vector3 way = (device::phantom_tip(arm.theta + kH * turn, arm.lengths).m -
+                         device::phantom_tip(arm.theta - kH * turn, arm.lengths).m) /
                         (2.0 * kH);
     EXPECT_NEAR(joint_torques(arm.theta, arm.lengths, force).dot(turn), force.dot(way), 1e-8);
   }
@@ -76,4 +76,4 @@ TEST(ArmForce, AFoldedOrStretchedArmHasNoWay) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::haptics

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace palpate {
+namespace palpate::haptics {
 
 std::string_view name_of(HapticState state) {
   switch (state) {
@@ -51,27 +51,35 @@ std::string condition_text(HapticState state, ForceFault fault) {
   return std::string(name_of(state)) + (state == HapticState::degraded ? ": motors warm" : "");
 }
 
+ForceGuard::ForceGuard(const ForceLimits& limits)
+    : limits_(limits),
+      strength_({.stale_s = limits.stale_s, .fade_s = limits.fade_s, .ramp_s = limits.start_ramp_s}) {}
+
 // Comparisons are written so that a NaN counts as a fault.
-ForceFault ForceGuard::lasting_fault(const VitalSigns& signs) const {
-  if (!signs.connected) return ForceFault::arm_lost;
-  if (!signs.clamp_good) return ForceFault::clamp_tripped;
-  if (signs.reading_good && !(signs.tip_speed <= limits_.max_tip_speed_m_s)) return ForceFault::overspeed;
+ForceFault ForceGuard::lasting_fault(const SafetyInputs& inputs) const {
+  if (!inputs.connected) return ForceFault::arm_lost;
+  if (!inputs.clamp_good) return ForceFault::clamp_tripped;
+  if (inputs.reading_good && !(inputs.tip_speed <= limits_.max_tip_speed_m_s)) return ForceFault::overspeed;
   return ForceFault::none;
 }
 
-ForceFault ForceGuard::healing_fault(const VitalSigns& signs) const {
-  if (!signs.reading_good) return ForceFault::bad_reading;
-  if (!signs.asked_good) return ForceFault::not_finite;
-  if (!(signs.elapsed_s < limits_.stale_s)) return ForceFault::late_tick;
-  if (!(signs.reading_age_s < limits_.stale_s)) return ForceFault::arm_silent;
-  if (!(signs.input_age_s < limits_.stale_s)) return ForceFault::stale_input;
-  if (!signs.inside_workspace) return ForceFault::outside_workspace;
+ForceFault ForceGuard::healing_fault(const SafetyInputs& inputs) const {
+  if (!inputs.reading_good) return ForceFault::bad_reading;
+  if (!inputs.requested_good) return ForceFault::not_finite;
+  if (!(inputs.reading_age_s < limits_.stale_s)) return ForceFault::arm_silent;
+  if (!(inputs.input_age_s < limits_.stale_s)) return ForceFault::stale_input;
+  if (!inputs.inside_workspace) return ForceFault::outside_workspace;
   return ForceFault::none;
 }
 
-void ForceGuard::tick(const VitalSigns& signs, double period) {
-  present_ = lasting_fault(signs);
-  const ForceFault healing = healing_fault(signs);
+void ForceGuard::tick(const SafetyInputs& inputs) {
+  present_ = lasting_fault(inputs);
+  const ForceFault missing = healing_fault(inputs);
+  // A late tick is told as one, also where all it sees is good: forces then go on from what is held.
+  const bool late = !(inputs.elapsed_s < limits_.stale_s);
+  const ForceFault healing = late && missing != ForceFault::bad_reading && missing != ForceFault::not_finite
+                                 ? ForceFault::late_tick
+                                 : missing;
   if (state_ != HapticState::safe) {
     if (present_ != ForceFault::none) {
       state_ = HapticState::safe;
@@ -80,24 +88,20 @@ void ForceGuard::tick(const VitalSigns& signs, double period) {
       // Before everything has been heard of once, nothing has failed yet.
       if (state_ != HapticState::ready) state_ = HapticState::degraded, fault_ = healing;
     } else {
-      state_ = signs.warm ? HapticState::degraded : HapticState::running;
+      state_ = inputs.warm ? HapticState::degraded : HapticState::running;
       fault_ = ForceFault::none;
     }
   }
-  const bool good = state_ != HapticState::safe && healing == ForceFault::none;
-  if (good) {
-    gain_ = limits_.start_ramp_s > 0.0 ? std::min(1.0, gain_ + period / limits_.start_ramp_s) : 1.0;
-  } else {
-    gain_ = std::max(0.0, gain_ - period / limits_.fade_s);
-    if (gain_ < 1e-12) gain_ = 0.0;  // what rounding leaves of n steps of 1/n
-  }
+  const bool good = state_ != HapticState::safe && missing == ForceFault::none;
+  strength_.tick(good, std::max(inputs.input_age_s, inputs.reading_age_s), inputs.elapsed_s, inputs.held);
 }
 
 bool ForceGuard::rearm() {
   if (state_ != HapticState::safe || present_ != ForceFault::none) return false;
   state_ = HapticState::ready;
   fault_ = ForceFault::none;
+  strength_.restart();
   return true;
 }
 
-}  // namespace palpate
+}  // namespace palpate::haptics

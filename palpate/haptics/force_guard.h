@@ -7,18 +7,19 @@
 //     +------------------------ safe <----------------------------------+   (also from ready)
 //
 // Ready: no force yet, nothing wrong. Running: forces, along the start ramp first. Degraded: forces fade
-// within fade_s, and come back along the ramp when the reason has gone; also while the motors are warm and
-// the peak is lowered. Safe: forces have faded and stay off until somebody re-arms. Haptic thread alone; no
-// allocation.
+// within fade_s, and come back when the reason has gone, as ForceStrength says; also while the motors are
+// warm and the peak is lowered. Safe: forces have faded and stay off until somebody re-arms. Haptic thread
+// alone; no allocation.
 #pragma once
 
 #include <cstdint>
 #include <string>
 #include <string_view>
 
+#include "palpate/device/force_strength.h"
 #include "palpate/haptics/force_limits.h"
 
-namespace palpate {
+namespace palpate::haptics {
 
 enum class HapticState : std::uint8_t { ready, running, degraded, safe };
 
@@ -26,7 +27,7 @@ enum class ForceFault : std::uint8_t {
   none,
   // heal by themselves
   stale_input,        // physics silent, or frozen: its state does not move on
-  not_finite,         // a force asked for that is no number, or beyond all reason
+  not_finite,         // a force requested that is no number, or beyond all reason
   bad_reading,        // encoders say something that is no number
   arm_silent,         // the arm's stamps do not move on
   outside_workspace,  // joint range left, or next to a singular pose
@@ -43,36 +44,39 @@ std::string_view name_of(ForceFault fault);
 std::string condition_text(HapticState state, ForceFault fault);  // "running", "safe: overspeed"
 
 // What a tick sees. Ages are infinite where nothing has ever come.
-struct VitalSigns {
-  double input_age_s = 0.0;    // since physics' state last moved on
-  double reading_age_s = 0.0;  // since the arm's stamp last moved on
+struct SafetyInputs {
+  double input_age_s = 0.0;    // of physics' newest state
+  double reading_age_s = 0.0;  // of the arm's newest good reading
   double elapsed_s = 0.0;      // since the tick before
+  double held = 1.0;           // share of the last command that the device still gave when this tick began
   double tip_speed = 0.0;      // m/s
-  bool connected = true, reading_good = true, inside_workspace = true, asked_good = true, clamp_good = true;
+  bool connected = true, reading_good = true, inside_workspace = true, requested_good = true,
+       clamp_good = true;
   bool warm = false;
 };
 
 class ForceGuard {
  public:
-  explicit ForceGuard(const ForceLimits& limits) : limits_(limits) {}
+  explicit ForceGuard(const ForceLimits& limits);
 
-  void tick(const VitalSigns& signs, double period);
+  void tick(const SafetyInputs& inputs);
   // Safe -> ready. False, and nothing changes, where it is not safe or its reason is still there.
   bool rearm();
 
   HapticState state() const { return state_; }
   ForceFault fault() const { return fault_; }
-  double gain() const { return gain_; }  // 0 = off, 1 = full strength
+  double gain() const { return strength_.gain(); }  // 0 = off, 1 = full strength
+  const device::ForceStrength& strength() const { return strength_; }
 
  private:
-  ForceFault healing_fault(const VitalSigns& signs) const;
-  ForceFault lasting_fault(const VitalSigns& signs) const;
+  ForceFault healing_fault(const SafetyInputs& inputs) const;
+  ForceFault lasting_fault(const SafetyInputs& inputs) const;
 
   ForceLimits limits_;
   HapticState state_ = HapticState::ready;
   ForceFault fault_ = ForceFault::none;
   ForceFault present_ = ForceFault::none;  // lasting fault seen in the last tick
-  double gain_ = 0.0;
+  device::ForceStrength strength_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::haptics

@@ -2,21 +2,23 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <stdexcept>
 
-namespace palpate {
+namespace palpate::haptics {
 namespace {
 
 constexpr double kMillisecond = 0.001;
+const SafetyInputs kGood{.elapsed_s = kMillisecond};
 
 ForceGuard running_guard() {
   ForceLimits limits;
   limits.start_ramp_s = 0.0;
   ForceGuard guard(limits);
-  guard.tick({}, kMillisecond);
+  guard.tick(kGood);
   EXPECT_EQ(guard.state(), HapticState::running);
   EXPECT_EQ(guard.gain(), 1.0);
   return guard;
@@ -24,86 +26,100 @@ ForceGuard running_guard() {
 
 struct Sign {
   ForceFault fault;
-  std::function<void(VitalSigns&)> spoil;
+  std::function<void(SafetyInputs&)> spoil;
 };
 
 const std::vector<Sign> kHealing{
-    {ForceFault::stale_input, [](VitalSigns& s) { s.input_age_s = 0.005; }},
-    {ForceFault::stale_input, [](VitalSigns& s) { s.input_age_s = std::nan(""); }},
-    {ForceFault::not_finite, [](VitalSigns& s) { s.asked_good = false; }},
-    {ForceFault::bad_reading, [](VitalSigns& s) { s.reading_good = false; }},
-    {ForceFault::arm_silent, [](VitalSigns& s) { s.reading_age_s = 0.005; }},
-    {ForceFault::outside_workspace, [](VitalSigns& s) { s.inside_workspace = false; }},
-    {ForceFault::late_tick, [](VitalSigns& s) { s.elapsed_s = 0.005; }}};
-const std::vector<Sign> kLasting{{ForceFault::overspeed, [](VitalSigns& s) { s.tip_speed = 3.01; }},
-                                 {ForceFault::overspeed, [](VitalSigns& s) { s.tip_speed = std::nan(""); }},
-                                 {ForceFault::arm_lost, [](VitalSigns& s) { s.connected = false; }},
-                                 {ForceFault::clamp_tripped, [](VitalSigns& s) { s.clamp_good = false; }}};
+    {ForceFault::stale_input, [](SafetyInputs& s) { s.input_age_s = 0.005; }},
+    {ForceFault::stale_input, [](SafetyInputs& s) { s.input_age_s = std::nan(""); }},
+    {ForceFault::not_finite, [](SafetyInputs& s) { s.requested_good = false; }},
+    {ForceFault::bad_reading, [](SafetyInputs& s) { s.reading_good = false; }},
+    {ForceFault::arm_silent, [](SafetyInputs& s) { s.reading_age_s = 0.005; }},
+    {ForceFault::outside_workspace, [](SafetyInputs& s) { s.inside_workspace = false; }}};
+const std::vector<Sign> kLasting{{ForceFault::overspeed, [](SafetyInputs& s) { s.tip_speed = 3.01; }},
+                                 {ForceFault::overspeed, [](SafetyInputs& s) { s.tip_speed = std::nan(""); }},
+                                 {ForceFault::arm_lost, [](SafetyInputs& s) { s.connected = false; }},
+                                 {ForceFault::clamp_tripped, [](SafetyInputs& s) { s.clamp_good = false; }}};
 
 TEST(ForceGuard, NothingIsWrongBeforeEverythingHasBeenHeardOf) {
   ForceGuard guard(ForceLimits{});
-  VitalSigns silence;
+  SafetyInputs silence = kGood;
   silence.input_age_s = silence.reading_age_s = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < 100; ++i) guard.tick(silence, kMillisecond);
+  for (int i = 0; i < 100; ++i) guard.tick(silence);
   EXPECT_EQ(guard.state(), HapticState::ready);
   EXPECT_EQ(guard.fault(), ForceFault::none);
   EXPECT_EQ(guard.gain(), 0.0);
-  guard.tick({}, kMillisecond);
+  guard.tick(kGood);
   EXPECT_EQ(guard.state(), HapticState::running);
-  EXPECT_NEAR(guard.gain(), 0.001, 1e-15);  // the first step of a ramp of 1 s
+  EXPECT_EQ(guard.gain(), 0.0);  // the ramp of 1 s begins with nothing
+  guard.tick(kGood);
+  EXPECT_NEAR(guard.gain(), 0.001, 1e-15);
 }
 
 TEST(ForceGuard, EveryHealingFaultFadesTheForceAndComesBackAlongTheRamp) {
   for (const auto& sign : kHealing) {
     ForceGuard guard = running_guard();
-    VitalSigns signs;
-    sign.spoil(signs);
-    guard.tick(signs, kMillisecond);
+    SafetyInputs inputs = kGood;
+    sign.spoil(inputs);
+    guard.tick(inputs);
     EXPECT_EQ(guard.state(), HapticState::degraded) << name_of(sign.fault);
     EXPECT_EQ(guard.fault(), sign.fault);
     EXPECT_LT(guard.gain(), 1.0);
-    for (int i = 0; i < 14; ++i) guard.tick(signs, kMillisecond);
+    for (int i = 0; i < 14; ++i) guard.tick(inputs);
     EXPECT_EQ(guard.gain(), 0.0) << "15 ms after " << name_of(sign.fault);
-    guard.tick({}, kMillisecond);
+    guard.tick(kGood);
     EXPECT_EQ(guard.state(), HapticState::running);
     EXPECT_FALSE(guard.rearm());  // there is nothing to re-arm
+  }
+}
+
+TEST(ForceGuard, ALateTickIsToldAndGoesOnFromWhatTheDeviceHolds) {
+  for (const double held : {1.0, 0.3, 0.0}) {
+    ForceGuard guard = running_guard();
+    guard.tick({.elapsed_s = 0.012, .held = held});
+    EXPECT_EQ(guard.fault(), ForceFault::late_tick);
+    EXPECT_EQ(guard.state(), HapticState::degraded);
+    EXPECT_DOUBLE_EQ(guard.gain(), held);
+    guard.tick(kGood);
+    EXPECT_EQ(guard.state(), HapticState::running);
+    EXPECT_DOUBLE_EQ(guard.gain(), std::min(1.0, held + 0.001 / 0.040));
   }
 }
 
 TEST(ForceGuard, EveryLastingFaultKeepsForcesOffUntilRearmed) {
   for (const auto& sign : kLasting) {
     ForceGuard guard = running_guard();
-    VitalSigns signs;
-    sign.spoil(signs);
-    guard.tick(signs, kMillisecond);
+    SafetyInputs inputs = kGood;
+    sign.spoil(inputs);
+    guard.tick(inputs);
     EXPECT_EQ(guard.state(), HapticState::safe) << name_of(sign.fault);
     EXPECT_EQ(guard.fault(), sign.fault);
     EXPECT_FALSE(heals(sign.fault));
     EXPECT_FALSE(guard.rearm()) << "the reason is still there";
-    for (int i = 0; i < 1000; ++i) guard.tick({}, kMillisecond);
+    for (int i = 0; i < 1000; ++i) guard.tick(kGood);
     EXPECT_EQ(guard.state(), HapticState::safe);
     EXPECT_EQ(guard.gain(), 0.0);
     EXPECT_TRUE(guard.rearm());
     EXPECT_EQ(guard.state(), HapticState::ready);
-    guard.tick({}, kMillisecond);
+    guard.tick(kGood);
     EXPECT_EQ(guard.state(), HapticState::running);
   }
 }
 
 TEST(ForceGuard, ALastingFaultCountsBeforeTheFirstForceToo) {
   ForceGuard guard(ForceLimits{});
-  VitalSigns signs;
-  signs.connected = false;
-  signs.input_age_s = 1.0;
-  guard.tick(signs, kMillisecond);
+  SafetyInputs inputs = kGood;
+  inputs.connected = false;
+  inputs.input_age_s = 1.0;
+  guard.tick(inputs);
   EXPECT_EQ(guard.state(), HapticState::safe);
 }
 
 TEST(ForceGuard, WarmMotorsAreDegradedWithoutAFault) {
   ForceGuard guard = running_guard();
-  VitalSigns signs;
-  signs.warm = true;
-  guard.tick(signs, kMillisecond);
+  SafetyInputs inputs = kGood;
+  inputs.warm = true;
+  guard.tick(inputs);
   EXPECT_EQ(guard.state(), HapticState::degraded);
   EXPECT_EQ(guard.fault(), ForceFault::none);
   EXPECT_EQ(guard.gain(), 1.0);
@@ -139,11 +155,11 @@ TEST(ForceGuard, ImpossibleLimitsAreRefusedByName) {
   refused("fade_s", [](ForceLimits& l) { l.fade_s = std::numeric_limits<double>::infinity(); });
   refused("max_tip_speed_m_s", [](ForceLimits& l) { l.max_tip_speed_m_s = 0.0; });
   refused("stale_s", [](ForceLimits& l) { l.stale_s = 0.0; });
-  refused("longest_debt_s", [](ForceLimits& l) { l.longest_debt_s = -1.0; });
+  refused("longest_debt_s", [](ForceLimits& l) { l.max_backlog_s = -1.0; });
   refused("most_damping_n_s_m", [](ForceLimits& l) { l.most_damping_n_s_m = -1.0; });
   refused("slew_n_s * fade_s", [](ForceLimits& l) { l.slew_n_s = 100.0; });
   refused("joint_range", [](ForceLimits& l) { l.joint_range[1] = {1.0, -1.0}; });
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::haptics

@@ -6,13 +6,13 @@
 #include <stdexcept>
 #include <utility>
 
-#include "palpate/model/rig.h"
+#include "palpate/rig/rig.h"
 
-namespace palpate {
+namespace palpate::haptics {
 
 ForceLimits force_limits_of(std::string_view arm_model) {
   ForceLimits limits;
-  if (arm_model == "phantom-premium-1.5" || arm_model == kMouseArm) return limits;
+  if (arm_model == "phantom-premium-1.5" || arm_model == rig::kMouseArm) return limits;
   // The Omni / Touch class, the weakest in common use: 3.3 N, 0.88 N continuous, software limit of 1.2 m/s.
   limits.peak_n = 3.3;
   limits.continuous_n = 0.88;
@@ -31,7 +31,7 @@ void check_force_limits(const ForceLimits& limits) {
         std::pair{"max_tip_speed_m_s", limits.max_tip_speed_m_s}, std::pair{"stale_s", limits.stale_s}})
     demand(value > 0.0 && std::isfinite(value), name, value, "a number > 0");
   for (const auto& [name, value] :
-       {std::pair{"start_ramp_s", limits.start_ramp_s}, std::pair{"longest_debt_s", limits.longest_debt_s},
+       {std::pair{"start_ramp_s", limits.start_ramp_s}, std::pair{"longest_debt_s", limits.max_backlog_s},
         std::pair{"most_damping_n_s_m", limits.most_damping_n_s_m}})
     demand(value >= 0.0 && std::isfinite(value), name, value, "a number >= 0");
   demand(limits.continuous_s >= 0.5 && limits.continuous_s <= 100.0, "continuous_s", limits.continuous_s,
@@ -42,4 +42,4 @@ void check_force_limits(const ForceLimits& limits) {
     demand(low < high, "joint_range", low, "a lower end below the upper one");
 }
 
-}  // namespace palpate
+}  // namespace palpate::haptics

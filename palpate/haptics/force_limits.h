@@ -8,7 +8,7 @@
 #include <array>
 #include <string_view>
 
-namespace palpate {
+namespace palpate::haptics {
 
 struct ForceLimits {
   double peak_n = 8.5;
@@ -17,9 +17,9 @@ struct ForceLimits {
   double slew_n_s = 3000.0;   // 3 N per millisecond
   double start_ramp_s = 1.0;  // from 0 to full strength, also after a fault
   double fade_s = 0.015;      // from full strength to 0 in a fault; with stale_s: 20 ms after the last input
-  double max_tip_speed_m_s = 3.0;   // faster: off until rearm()
-  double stale_s = 0.005;           // no fresh input, reading or tick for this long: fade
-  double longest_debt_s = 0.100;    // a blow's impulse still owed this long after it ended is given up
+  double max_tip_speed_m_s = 3.0;  // faster: off until rearm()
+  double stale_s = 0.005;          // no fresh input, reading or tick for this long: fade
+  double max_backlog_s = 0.100;    // what is left of an impact's impulse this long after it ended is given up
   double most_damping_n_s_m = 2.0;  // that the passivity observer may inject; 0 switches it off
   // Corrected joint angles within which forces are rendered: the arm's stated range and a little more.
   std::array<std::array<double, 2>, 3> joint_range{{{-1.6, 1.6}, {-1.0, 2.1}, {-1.6, 1.6}}};
@@ -31,4 +31,4 @@ ForceLimits force_limits_of(std::string_view arm_model);
 
 void check_force_limits(const ForceLimits& limits);
 
-}  // namespace palpate
+}  // namespace palpate::haptics

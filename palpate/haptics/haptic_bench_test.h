@@ -7,10 +7,10 @@
 
 #include "palpate/haptics/haptic_loop.h"
 
-namespace palpate {
+namespace palpate::haptics {
 
-inline ArmCalibration bench_calibration() {
-  ArmCalibration c;
+inline rig::ArmCalibration bench_calibration() {
+  rig::ArmCalibration c;
   c.correction.gain = {1.01, 0.99, 1.005};
   c.correction.offset = {0.0, 0.02, -0.015};
   c.X_world_base = {rotation_from_xyz({0.026, -0.07, 0.014}), {0.10, -1.40, 1.75}};
@@ -19,13 +19,16 @@ inline ArmCalibration bench_calibration() {
   return c;
 }
 
-class FakeArm : public ArmDevice {
+class FakeArm : public device::ArmDevice {
  public:
-  ArmSample read() override {
+  device::ArmSample read() override {
     if (!frozen) sample.stamp += Duration(1'000'000);
     sample.withheld += withheld_share * to_seconds(period) * force;
+    if (lets_go) sample.held = force;
     return sample;
   }
+  // As a device does when no command has come for kLongestHold, and says so.
+  void let_go() { force.setZero(); }
   void command(const Vector3& f) override {
     steepest = std::max(steepest, (f - force).norm());
     largest = std::max(largest, f.norm());
@@ -33,13 +36,14 @@ class FakeArm : public ArmDevice {
     force = f;
   }
   // What the hand feels: motors' torques by the device's nominal arm, through the real one; World.
-  Vector3 felt(const ArmCalibration& c) const {
+  Vector3 felt(const rig::ArmCalibration& c) const {
     const Vector3 theta = c.correction.apply(sample.joints);
-    return c.X_world_base.rotation * (phantom_jacobian(theta, c.lengths).transpose().inverse() *
-                                      phantom_jacobian(sample.joints, {}).transpose() * force);
+    return c.X_world_base.rotation * (device::phantom_jacobian(theta, c.lengths).transpose().inverse() *
+                                      device::phantom_jacobian(sample.joints, {}).transpose() * force);
   }
-  ArmSample sample;
+  device::ArmSample sample;
   bool frozen = false;
+  bool lets_go = false;         // tells what it holds
   double withheld_share = 0.0;  // of each force, as the device itself reports
   Duration period{1'000'000};
   Vector3 force = Vector3::Zero();
@@ -49,7 +53,7 @@ class FakeArm : public ArmDevice {
 
 struct HapticBench {
   explicit HapticBench(const HapticSettings& settings = {}) : HapticBench(settings, bench_calibration()) {}
-  HapticBench(const HapticSettings& settings, const ArmCalibration& c)
+  HapticBench(const HapticSettings& settings, const rig::ArmCalibration& c)
       : period(settings.period), calibration(c), loop(arm, calibration, {}, settings, input, output) {
     arm.period = period;
     arm.sample.joints = {0.1, 0.5, 0.3};
@@ -71,10 +75,10 @@ struct HapticBench {
   // What the hand feels now, World, N.
   Vector3 felt() const { return arm.felt(calibration); }
   Duration period;
-  ArmCalibration calibration;
+  rig::ArmCalibration calibration;
   FakeArm arm;
   TripleBuffer<HapticInput> input;
-  TripleBuffer<TipState> output;
+  TripleBuffer<scene::TipState> output;
   HapticInput message;
   Instant<PhysicsClock> now;
   HapticLoop loop;
@@ -86,8 +90,8 @@ inline HapticSettings without_ramp() {
   return settings;
 }
 
-inline ContactEvent bench_blow(std::uint64_t number, double speed, Instant<PhysicsClock> start) {
-  ContactEvent event;
+inline scene::ImpactEvent bench_impact(std::uint64_t number, double speed, Instant<PhysicsClock> start) {
+  scene::ImpactEvent event;
   event.number = number;
   event.start = start;
   event.duration = seconds(0.004);
@@ -98,4 +102,4 @@ inline ContactEvent bench_blow(std::uint64_t number, double speed, Instant<Physi
   return event;
 }
 
-}  // namespace palpate
+}  // namespace palpate::haptics

@@ -8,7 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace palpate {
+namespace palpate::haptics {
 namespace {
 
 HapticSettings checked(const HapticSettings& settings) {
@@ -24,9 +24,9 @@ HapticSettings checked(const HapticSettings& settings) {
 
 }  // namespace
 
-HapticLoop::HapticLoop(ArmDevice& arm, const ArmCalibration& calibration, const PhantomLengths& nominal,
-                       const HapticSettings& settings, TripleBuffer<HapticInput>& input,
-                       TripleBuffer<TipState>& output)
+HapticLoop::HapticLoop(device::ArmDevice& arm, const rig::ArmCalibration& calibration,
+                       const device::PhantomLengths& nominal, const HapticSettings& settings,
+                       TripleBuffer<HapticInput>& input, TripleBuffer<scene::TipState>& output)
     : arm_(arm),
       calibration_(calibration),
       nominal_(nominal),
@@ -34,176 +34,243 @@ HapticLoop::HapticLoop(ArmDevice& arm, const ArmCalibration& calibration, const 
       period_(to_seconds(settings.period)),
       input_(input),
       output_(output),
-      filter_(std::pow(0.6, period_ / 1e-3), std::pow(0.8, period_ / 1e-3)),  // the same lag at any rate
       passivity_(settings.limits.most_damping_n_s_m),
       guard_(settings.limits),
-      shaper_(settings.limits.longest_debt_s),
+      limiter_(settings.limits.max_backlog_s),
       heat_(settings.limits),
       clamp_(settings.limits, period_),
       records_(std::make_unique<HapticRecords>()) {}
 
 void HapticLoop::tick(Instant<PhysicsClock> now) {
-  VitalSigns signs;
+  SafetyInputs inputs;
   const double elapsed = started_ ? std::max(0.0, to_seconds(now - last_tick_)) : 0.0;
   last_tick_ = now;
   started_ = true;
-  signs.elapsed_s = elapsed;
-  signs.clamp_good = !clamp_.tripped();
+  inputs.elapsed_s = elapsed;
+  inputs.clamp_good = !clamp_.tripped();
+  const bool late = !(elapsed < settings_.limits.stale_s);
+  if (late) statistics_.dropped_impacts += static_cast<std::uint64_t>(player_.drop());
+  const double sustained_before = limiter_.sustained().norm();
   const DeviceForce device_before = device_;
-  read_arm(now, signs);
-  listen(now, signs);
-  AskedForce asked = asked_force(now);
-  signs.asked_good = asked.good();
-  if (!signs.asked_good) asked = AskedForce{};
-  heat_.held(clamp_.last().norm(), elapsed);
-  signs.warm = heat_.warm();
+  read_arm(now, inputs);
+  listen(now, inputs);
+  RequestedForce requested = requested_force(now);
+  inputs.requested_good = requested.good();
+  if (!inputs.requested_good) requested = RequestedForce{};
+  const double held_s =
+      late && inputs.held < 1.0 ? std::min(elapsed, to_seconds(device::kLongestHold)) : elapsed;
+  heat_.held(clamp_.last().norm(), held_s);
+  heat_.held(0.0, elapsed - held_s);
+  inputs.warm = heat_.warm();
 
   const ForceFault before = guard_.fault();
   const double gain_before = guard_.gain();
-  guard_.tick(signs, period_);
+  guard_.tick(inputs);
+  const device::ForceStrength& strength = guard_.strength();
+  if (strength.out()) statistics_.dropped_impacts += static_cast<std::uint64_t>(player_.drop());
+  if (late) let_go(inputs.held);
+  limit_return(elapsed, late, sustained_before, requested.sustained.norm());
 
-  // The device's force is M f. That it stays within the device's limits while M changes is the shaper's room.
+  // The device's force is M f. That it stays within the device's limits while M changes is the limiter's
+  // room.
   const Quaternion R_base_world = calibration_.X_world_base.rotation.conjugate();
-  const double turned = ((device_.M - device_before.M) * (R_base_world * shaper_.held())).norm();
-  const ForceRoom room{.peak = heat_.allowed_n() / std::max(1.0, device_.gain),
-                       .step = (settings_.limits.slew_n_s * period_ - turned) / std::max(1.0, device_.gain),
-                       .gain = guard_.gain(),
-                       .fading = guard_.fault() != ForceFault::none,
-                       .forgive = elapsed > settings_.limits.stale_s};
-  const bool touching = asked.sustained != Vector3::Zero() || shaper_.sustained() != Vector3::Zero();
-  passivity_.moved(shaper_.sustained(), moved_, touching);
-  AskedForce damped = asked;
+  const double turned = ((device_.M - device_before.M) * (R_base_world * limiter_.held())).norm();
+  const AvailableForce available{
+      .peak = heat_.allowed_n() / std::max(1.0, device_.gain),
+      .step = (settings_.limits.slew_n_s * period_ - turned) / std::max(1.0, device_.gain),
+      .gain = guard_.gain(),
+      .fading = strength.out(),
+      .drop_backlog = late,
+      .most_sustained = strength.share() * most_sustained_};
+  const bool interrupted =
+      late || strength.out();  // what the hand did meanwhile no force of ours answered to
+  const bool touching =
+      !interrupted && (requested.sustained != Vector3::Zero() || limiter_.sustained() != Vector3::Zero());
+  passivity_.moved(limiter_.sustained(), moved_, touching);
+  RequestedForce damped = requested;
   if (touching) damped.sustained += passivity_.damping(tip_.velocity, period_);
-  const Vector3 force = shaper_.tick(damped, room, elapsed, period_);
+  const Vector3 force = limiter_.tick(damped, available, held_s, period_);
   arm_.command(clamp_.pass(device_.M * (R_base_world * force)));
-  if (signs.reading_good) output_.write(tip_);
+  if (inputs.reading_good) output_.write(tip_);
 
   account(elapsed);
-  keep(now, asked, before, gain_before);
+  keep(now, requested, before, gain_before);
 }
 
 // Where the reading makes no sense the last good tip stays, and the last way from force to device.
-void HapticLoop::read_arm(Instant<PhysicsClock> now, VitalSigns& signs) {
-  const ArmSample sample = arm_.read();
+void HapticLoop::read_arm(Instant<PhysicsClock> now, SafetyInputs& inputs) {
+  const device::ArmSample sample = arm_.read();
   const Vector3 theta = calibration_.correction.apply(sample.joints);
-  signs.connected = sample.connected;
-  signs.reading_good = theta.allFinite() && sample.gimbal.allFinite();
-  if (!sampled_ || sample.stamp != last_stamp_) last_fresh_sample_ = now;
-  last_stamp_ = sample.stamp;
+  inputs.connected = sample.connected;
+  inputs.reading_good = theta.allFinite() && sample.gimbal.allFinite();
+  inputs.held = held_share(sample, inputs.elapsed_s);
   joints_ = sample.joints;
   note_withheld(sample.withheld);
   moved_.setZero();
-  if (signs.reading_good) {
+  if (inputs.reading_good) {
     const Vector3 gimbal = calibration_.gimbal_gain.cwiseProduct(sample.gimbal) + calibration_.gimbal_offset;
     const Vector3 place = tip_.X_world_tip.translation;
     tip_.time = now - sample.waited;
-    tip_.X_world_tip = calibration_.X_world_base * phantom_pose(theta, gimbal, calibration_.lengths);
+    tip_.X_world_tip = calibration_.X_world_base * device::phantom_pose(theta, gimbal, calibration_.lengths);
     if (sampled_) moved_ = tip_.X_world_tip.translation - place;
-    const double since = sampled_ ? to_seconds(now - last_sample_) : 0.0;
-    if (!sampled_ || since > 0.0) filter_.update(tip_.X_world_tip, since);
-    tip_.velocity = filter_.velocity();
-    tip_.angular_velocity = filter_.angular_velocity();
-    last_sample_ = now;
-    sampled_ = true;
+    follow_tip(now, sample);
     const auto device = DeviceForce::at(sample.joints, nominal_, theta, calibration_.lengths);
     if (device) device_ = *device;
-    signs.inside_workspace = device.has_value();
+    inputs.inside_workspace = device.has_value();
     for (int i = 0; i < 3; ++i) {
       const auto& [low, high] = settings_.limits.joint_range[static_cast<std::size_t>(i)];
-      signs.inside_workspace = signs.inside_workspace && theta[i] >= low && theta[i] <= high;
+      inputs.inside_workspace = inputs.inside_workspace && theta[i] >= low && theta[i] <= high;
     }
   } else {
     ++statistics_.bad_samples;
   }
-  signs.tip_speed = tip_.velocity.norm();
-  signs.reading_age_s =
+  inputs.tip_speed = tip_.velocity.norm();
+  inputs.reading_age_s =
       sampled_ ? to_seconds(now - last_fresh_sample_) : std::numeric_limits<double>::infinity();
 }
 
-// Counts for the blows on their way, all of it: what else was held then is not told apart.
+// The velocity, by time: a reading that is not new says nothing of it, and one after a gap says its mean. By
+// the device's own stamps, which tell when it measured; where they make no sense, by this host's time.
+void HapticLoop::follow_tip(Instant<PhysicsClock> now, const device::ArmSample& sample) {
+  if (sampled_ && sample.stamp == last_stamp_) return;
+  const Instant<PhysicsClock> measured = now - sample.waited;
+  const double by_host = to_seconds(measured - last_fresh_sample_),
+               by_device = to_seconds(sample.stamp - last_stamp_);
+  const double slack = 2.0 * period_;  // either end may have been read so much later than measured
+  const bool plausible = by_device > 0.0 && std::abs(by_device - by_host) <= slack;
+  const double since = plausible ? by_device : by_host;
+  if (!sampled_ || since > 0.0) filter_.update(tip_.X_world_tip, since);
+  tip_.velocity = filter_.velocity();
+  tip_.angular_velocity = filter_.angular_velocity();
+  last_stamp_ = sample.stamp;
+  last_fresh_sample_ = measured;
+  sampled_ = true;
+}
+
+// The share of the last command that the device still gives after the loop has stood still for `elapsed`.
+double HapticLoop::held_share(const device::ArmSample& sample, double elapsed) const {
+  const Vector3& told = clamp_.last();
+  if (told == Vector3::Zero()) return 1.0;
+  if (!sample.held) return elapsed < to_seconds(device::kLongestHold) ? 1.0 : 0.0;
+  const double share = sample.held->dot(told) / told.squaredNorm();
+  return share >= 0.0 ? std::min(share, 1.0) : 0.0;  // what is no number counts as let go
+}
+
+void HapticLoop::let_go(double held) {
+  clamp_.let_go(held);
+  limiter_.let_go(held);
+}
+
+// After a brief outage the sustained force comes back to what was held, and from there on rises no faster
+// than the start ramp would: the hand may have sunk in meanwhile. Once no more is requested, the limit is
+// over.
+void HapticLoop::limit_return(double elapsed, bool late, double sustained_before, double sustained_asked) {
+  const device::ForceStrength& strength = guard_.strength();
+  const bool out = strength.out();
+  if (!interrupted_ && (out || late)) most_sustained_ = sustained_before;
+  const bool ended = !out && (interrupted_ || late);
+  interrupted_ = out;
+  if (out) return;
+  if (ended) {
+    if (!strength.brief()) most_sustained_ = kUnlimited;
+    statistics_.outages += strength.brief() && strength.outage_s() > 0.0;
+    return;
+  }
+  constexpr double kHeldFor = 0.050;  // s: within it there is never more than was held before
+  if (strength.good_s() < kHeldFor) return;
+  const double ramp_s = settings_.limits.start_ramp_s;
+  most_sustained_ += ramp_s > 0.0 ? elapsed / ramp_s * settings_.limits.peak_n : kUnlimited;
+  if (strength.gain() * sustained_asked <= most_sustained_) most_sustained_ = kUnlimited;
+}
+
+// Counts for the impacts on their way, all of it: what else was held then is not told apart.
 void HapticLoop::note_withheld(const Vector3& withheld) {
   if (!withheld.allFinite()) return;
   const Vector3 change = withheld - device_withheld_;
   device_withheld_ = withheld;
-  if (player_.asked() == asked_before_) return;
+  if (player_.requested() == requested_before_) return;
   const Vector3 felt = device_.M.partialPivLu().solve(change);
   withheld_ += calibration_.X_world_base.rotation * felt;
 }
 
-void HapticLoop::listen(Instant<PhysicsClock> now, VitalSigns& signs) {
+void HapticLoop::listen(Instant<PhysicsClock> now, SafetyInputs& inputs) {
   HapticInput said;
   if (input_.read(said) && (!heard_ || said.time > newest_.time)) {
     const std::uint64_t before = newest_.contact.number;
     const bool first = !heard_;
     newest_ = said;
     heard_ = true;
-    last_heard_ = now;
     // What went before the first word is nobody's to feel.
-    begin_blows(first && said.contact.number != 0 ? said.contact.number - 1 : before, now);
+    begin_impacts(first && said.contact.number != 0 ? said.contact.number - 1 : before, now);
   }
-  signs.input_age_s = heard_ ? to_seconds(now - last_heard_) : std::numeric_limits<double>::infinity();
+  inputs.input_age_s = heard_ ? to_seconds(now - newest_.time) : std::numeric_limits<double>::infinity();
 }
 
 // Those of the newest input that are newer than number `after`, oldest first.
-void HapticLoop::begin_blows(std::uint64_t after, Instant<PhysicsClock> now) {
-  const auto begin = [&](const ContactEvent& blow) {
-    ++(player_.start(blow, now) ? statistics_.blows : statistics_.rejected_blows);
+void HapticLoop::begin_impacts(std::uint64_t after, Instant<PhysicsClock> now) {
+  const auto begin = [&](const scene::ImpactEvent& impact) {
+    const bool too_late = impact.start < now - seconds(settings_.limits.stale_s);
+    if (too_late)
+      ++(player_.skip(impact, now) ? statistics_.dropped_impacts : statistics_.rejected_impacts);
+    else
+      ++(player_.start(impact, now) ? statistics_.impacts : statistics_.rejected_impacts);
   };
-  const ContactEvent& newest = newest_.contact;
+  const scene::ImpactEvent& newest = newest_.contact;
   if (newest.number == after || newest.number == 0) return;
   std::uint64_t seen = after;
   const auto missed = [&](std::uint64_t number) {
-    if (number > seen + 1) statistics_.missed_blows += number - seen - 1;
+    if (number > seen + 1) statistics_.missed_impacts += number - seen - 1;
     seen = number;
   };
-  for (auto blow = newest_.earlier.rbegin(); blow != newest_.earlier.rend(); ++blow) {
-    if (blow->number <= seen || blow->number >= newest.number) continue;
-    missed(blow->number);
-    begin(*blow);
+  for (auto impact = newest_.earlier.rbegin(); impact != newest_.earlier.rend(); ++impact) {
+    if (impact->number <= seen || impact->number >= newest.number) continue;
+    missed(impact->number);
+    begin(*impact);
   }
   missed(newest.number);
   begin(newest);
 }
 
-AskedForce HapticLoop::asked_force(Instant<PhysicsClock> now) {
-  AskedForce asked;
-  asked.sustained = settings_.force_gain * newest_.sustained;
-  asked.blow = settings_.force_gain * player_.tick(now, settings_.period);
-  asked.blow_active = player_.active();
-  asked.blow_to_come = settings_.force_gain * player_.to_come();
-  return asked;
+RequestedForce HapticLoop::requested_force(Instant<PhysicsClock> now) {
+  RequestedForce requested;
+  requested.sustained = settings_.force_gain * newest_.sustained;
+  requested.impact = settings_.force_gain * player_.tick(now, settings_.period);
+  requested.impact_active = player_.active();
+  requested.impact_to_come = settings_.force_gain * player_.to_come();
+  return requested;
 }
 
-// Compares what was asked with what was given each time the hand has come to rest between blows, and the
-// device has had time to tell what it made of the last force.
+// Compares what was requested with what was given each time the hand has come to rest between impacts, and
+// the device has had time to tell what it made of the last force.
 void HapticLoop::account(double elapsed) {
-  settled_s_ = player_.active() || !shaper_.settled() ? 0.0 : settled_s_ + elapsed;
+  settled_s_ = player_.active() || !limiter_.settled() ? 0.0 : settled_s_ + elapsed;
   constexpr double kDeviceTells = 0.005;  // s
-  if (settled_s_ < kDeviceTells || player_.asked() == asked_before_) return;
-  const Vector3 asked = settings_.force_gain * (player_.asked() - asked_before_);
-  const double missing = (asked - (shaper_.delivered() - delivered_before_ - withheld_)).norm();
-  statistics_.impulse_asked += asked.norm();
+  if (settled_s_ < kDeviceTells || player_.requested() == requested_before_) return;
+  const Vector3 requested = settings_.force_gain * (player_.requested() - requested_before_);
+  const double missing = (requested - (limiter_.delivered() - delivered_before_ - withheld_)).norm();
+  statistics_.impulse_requested += requested.norm();
   statistics_.impulse_lost += missing;
-  if (asked.norm() > 0.0) {
-    statistics_.impulse_error_rel_max = std::max(statistics_.impulse_error_rel_max, missing / asked.norm());
+  if (requested.norm() > 0.0) {
+    statistics_.impulse_error_rel_max =
+        std::max(statistics_.impulse_error_rel_max, missing / requested.norm());
   }
-  asked_before_ = player_.asked();
+  requested_before_ = player_.requested();
   withheld_.setZero();
-  delivered_before_ = shaper_.delivered();
+  delivered_before_ = limiter_.delivered();
 }
 
-void HapticLoop::keep(Instant<PhysicsClock> now, const AskedForce& asked, ForceFault before,
+void HapticLoop::keep(Instant<PhysicsClock> now, const RequestedForce& requested, ForceFault before,
                       double gain_before) {
   const ForceFault fault = guard_.fault();
   statistics_.peak_n = std::max(statistics_.peak_n, clamp_.last().norm());
   ++statistics_.ticks;
-  statistics_.limited_ticks += shaper_.limited() || clamp_.tripped();
-  statistics_.peak_limited_ticks += shaper_.limited() && shaper_.at_peak();
+  statistics_.limited_ticks += limiter_.limited() || clamp_.tripped();
+  statistics_.peak_limited_ticks += limiter_.limited() && limiter_.at_peak();
   statistics_.fault_ticks += fault != ForceFault::none;
   statistics_.damped_ticks += passivity_.injected() > 0.0;
   statistics_.warm_ticks += heat_.warm();
-  records_->push({now, joints_, tip_.X_world_tip.translation, asked.sustained + asked.blow, clamp_.last(),
-                  fault, guard_.state(), tip_.velocity.norm()});
+  records_->push({now, joints_, tip_.X_world_tip.translation, requested.sustained + requested.impact,
+                  clamp_.last(), fault, guard_.state(), tip_.velocity.norm()});
 
   const bool became_safe = guard_.state() == HapticState::safe && told_.state != HapticState::safe;
   const bool forces_taken = fault != ForceFault::none && before == ForceFault::none && gain_before > 0.0;
@@ -229,4 +296,4 @@ std::vector<HapticRecord> HapticLoop::records_before(std::uint64_t tick) const {
   return list;
 }
 
-}  // namespace palpate
+}  // namespace palpate::haptics

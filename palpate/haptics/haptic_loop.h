@@ -1,49 +1,51 @@
-// The sacred millisecond: read the arm, know the tip, feel the contact, limit, command, publish.
+// What has a millisecond, as its real-time deadline: read the arm, know the tip, feel the contact, limit,
+// command, publish.
 //
-// Forces come in World axes and leave in ArmBase axes, through the chain of docs/theory/forces.md: blows
-// played by time and the sustained force with the damping that keeps it passive; gain; the shaper under peak,
-// slew and the motors' heat; the device's own kinematics; the last clamp. What may be given at all the guard
-// says. tick() is called by the haptic thread at a fixed rate, or by a test; after construction it does not
-// allocate, lock, throw or write text. Input and output are triple buffers: one other thread (physics) writes
-// the input and reads the tip. condition() and records() are for any thread.
+// Forces come in World axes and leave in ArmBase axes, through the chain of docs/theory/forces.md: impacts
+// played by time and the sustained force with the damping that keeps it passive; gain; the limiter under
+// peak, slew and the motors' heat; the device's own kinematics; the last clamp. What may be given at all the
+// guard says. tick() is called by the haptic thread at a fixed rate, or by a test; after construction it does
+// not allocate, lock, throw or write text. Input and output are triple buffers: one other thread (physics)
+// writes the input and reads the tip. condition() and records() are for any thread.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
-#include "palpate/devices/devices.h"
+#include "palpate/device/devices.h"
 #include "palpate/haptics/arm_force.h"
-#include "palpate/haptics/contact_player.h"
 #include "palpate/haptics/force_guard.h"
-#include "palpate/haptics/force_shaper.h"
+#include "palpate/haptics/force_limiter.h"
 #include "palpate/haptics/haptic_record.h"
+#include "palpate/haptics/impact_renderer.h"
 #include "palpate/haptics/last_clamp.h"
 #include "palpate/haptics/motor_heat.h"
 #include "palpate/haptics/passivity.h"
 #include "palpate/haptics/tip_filter.h"
-#include "palpate/model/rig.h"
+#include "palpate/rig/rig.h"
 #include "palpate/scene/application.h"
 #include "palpate/time/triple_buffer.h"
 
-namespace palpate {
+namespace palpate::haptics {
 
 // What the physics loop tells the haptic loop, every step.
 struct HapticInput {
-  ContactEvent contact;                 // the newest blow
-  Vector3 sustained = Vector3::Zero();  // N on the hand, World; not a blow
+  scene::ImpactEvent contact;           // the newest impact
+  Vector3 sustained = Vector3::Zero();  // N on the hand, World; not an impact
   Instant<PhysicsClock> time;           // of the state this comes from: where it stands still, physics does
-  // The blows before the newest, newest first: where a tick comes late, none is missed.
-  std::array<ContactEvent, 3> earlier{};
+  // The impacts before the newest, newest first: where a tick comes late, none is missed.
+  std::array<scene::ImpactEvent, 3> earlier{};
 };
 
-// From an application's step; `before` is the input of the step before. While a blow is under way the state's
-// force shows that blow and is not asked for twice.
-inline HapticInput haptic_input(const WorldState& state, const ContactEvent& contact,
+// From an application's step; `before` is the input of the step before. While an impact is under way the
+// state's force shows that impact and is not requested twice.
+inline HapticInput haptic_input(const scene::SceneState& state, const scene::ImpactEvent& contact,
                                 const HapticInput& before) {
-  const bool blow = contact.number != 0 && state.contact > 0.0;
-  HapticInput input{contact, blow ? Vector3::Zero() : Vector3(state.force.data()), state.time,
+  const bool impact = contact.number != 0 && state.contact > 0.0;
+  HapticInput input{contact, impact ? Vector3::Zero() : Vector3(state.force.data()), state.time,
                     before.earlier};
   if (contact.number != before.contact.number)
     input.earlier = {before.contact, before.earlier[0], before.earlier[1]};
@@ -53,22 +55,26 @@ inline HapticInput haptic_input(const WorldState& state, const ContactEvent& con
 struct HapticSettings {
   Duration period{1'000'000};
   ForceLimits limits;
-  double force_gain = 1.0;  // of every force asked for, 0 ... 1
+  double force_gain = 1.0;  // of every force requested, 0 ... 1
   double record_s = 5.0;    // kept for inspection; at most HapticRecords::capacity() ticks
 };
 
 struct HapticStatistics {
-  // limited: another force was given than asked for; peak_limited: of these, where the peak cut it. The
+  // limited: another force was given than requested; peak_limited: of these, where the peak cut it. The
   // others could not rise or fall as quickly, paid back what was held off, or faded.
   std::uint64_t ticks = 0, limited_ticks = 0, peak_limited_ticks = 0, fault_ticks = 0, bad_samples = 0,
                 damped_ticks = 0, warm_ticks = 0;
-  // missed: so many came between two ticks that their numbers alone are known.
-  std::uint64_t blows = 0, rejected_blows = 0, missed_blows = 0;
+  std::uint64_t outages = 0;  // brief ones (ForceStrength): forces came back to what there was
+  // missed: so many came between two ticks that their numbers alone are known. dropped: in the backlog from
+  // before an outage, or come too late.
+  std::uint64_t impacts = 0, rejected_impacts = 0, missed_impacts = 0, dropped_impacts = 0;
   double peak_n = 0.0;
-  double impulse_asked = 0.0, impulse_lost = 0.0;  // N s, of blows that have ended; what the device withheld
-                                                   // meanwhile (ArmSample::withheld) is lost, too
-  double impulse_error_rel_max = 0.0;  // |delivered - asked| / asked, worst blow (overlapping ones together)
-  double lost_impulse_rel() const { return impulse_asked > 0.0 ? impulse_lost / impulse_asked : 0.0; }
+  double impulse_requested = 0.0, impulse_lost = 0.0;  // N s, of impacts that have ended; what the device
+                                                       // withheld
+                                                       // meanwhile (ArmSample::withheld) is lost, too
+  double impulse_error_rel_max = 0.0;  // |delivered - requested| / requested, worst impact (overlapping ones
+                                       // together)
+  double lost_impulse_rel() const { return impulse_requested > 0.0 ? impulse_lost / impulse_requested : 0.0; }
 };
 
 // How the loop is doing, for other threads.
@@ -84,15 +90,15 @@ struct HapticCondition {
 class HapticLoop {
  public:
   // The references must outlive the loop. Throws std::invalid_argument for settings that cannot be.
-  HapticLoop(ArmDevice& arm, const ArmCalibration& calibration, const PhantomLengths& nominal,
-             const HapticSettings& settings, TripleBuffer<HapticInput>& input,
-             TripleBuffer<TipState>& output);
+  HapticLoop(device::ArmDevice& arm, const rig::ArmCalibration& calibration,
+             const device::PhantomLengths& nominal, const HapticSettings& settings,
+             TripleBuffer<HapticInput>& input, TripleBuffer<scene::TipState>& output);
 
   void tick(Instant<PhysicsClock> now);
   bool rearm() { return guard_.rearm(); }  // by the haptic thread; ForceGuard::rearm()
 
   // Haptic thread, or after it has stopped.
-  const TipState& tip() const { return tip_; }
+  const scene::TipState& tip() const { return tip_; }
   const HapticStatistics& statistics() const { return statistics_; }
   ForceFault fault() const { return guard_.fault(); }
   HapticState state() const { return guard_.state(); }
@@ -105,47 +111,56 @@ class HapticLoop {
   std::vector<HapticRecord> records_before(std::uint64_t tick) const;
 
  private:
-  void read_arm(Instant<PhysicsClock> now, VitalSigns& signs);
-  void note_withheld(const Vector3& withheld);
-  void listen(Instant<PhysicsClock> now, VitalSigns& signs);
-  void begin_blows(std::uint64_t after, Instant<PhysicsClock> now);
-  AskedForce asked_force(Instant<PhysicsClock> now);
-  void account(double elapsed);
-  void keep(Instant<PhysicsClock> now, const AskedForce& asked, ForceFault before, double gain_before);
+  static constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
-  ArmDevice& arm_;
-  ArmCalibration calibration_;
-  PhantomLengths nominal_;
+  void read_arm(Instant<PhysicsClock> now, SafetyInputs& inputs);
+  void follow_tip(Instant<PhysicsClock> now, const device::ArmSample& sample);
+  double held_share(const device::ArmSample& sample, double elapsed) const;
+  void let_go(double held);
+  void limit_return(double elapsed, bool late, double sustained_before, double sustained_asked);
+  void note_withheld(const Vector3& withheld);
+  void listen(Instant<PhysicsClock> now, SafetyInputs& inputs);
+  void begin_impacts(std::uint64_t after, Instant<PhysicsClock> now);
+  RequestedForce requested_force(Instant<PhysicsClock> now);
+  void account(double elapsed);
+  void keep(Instant<PhysicsClock> now, const RequestedForce& requested, ForceFault before,
+            double gain_before);
+
+  device::ArmDevice& arm_;
+  rig::ArmCalibration calibration_;
+  device::PhantomLengths nominal_;
   HapticSettings settings_;
   double period_;
   TripleBuffer<HapticInput>& input_;
-  TripleBuffer<TipState>& output_;
+  TripleBuffer<scene::TipState>& output_;
 
   TipFilter filter_;
-  ContactPlayer player_;
+  ImpactRenderer player_;
   PassivityObserver passivity_;
   ForceGuard guard_;
-  ForceShaper shaper_;
+  ForceLimiter limiter_;
   MotorHeat heat_;
   LastClamp clamp_;
 
   HapticInput newest_;
-  TipState tip_;
+  scene::TipState tip_;
   bool started_ = false, sampled_ = false, heard_ = false;
-  Instant<PhysicsClock> last_tick_, last_sample_, last_fresh_sample_, last_heard_;
+  Instant<PhysicsClock> last_tick_, last_fresh_sample_;
   Instant<ArmClock> last_stamp_;
   Vector3 joints_ = Vector3::Zero(),
           moved_ = Vector3::Zero();  // last reading; the tip's way since the tick before
   DeviceForce device_;               // at the last pose that had one
-  Vector3 asked_before_ = Vector3::Zero(),
-          delivered_before_ = Vector3::Zero();  // when the last blow had settled
+  Vector3 requested_before_ = Vector3::Zero(),
+          delivered_before_ = Vector3::Zero();  // when the last impact had settled
   Vector3 device_withheld_ = Vector3::Zero(),   // as last read: N s, device's axes
-      withheld_ = Vector3::Zero();              // of the blows not yet accounted for: N s, World
+      withheld_ = Vector3::Zero();              // of the impacts not yet accounted for: N s, World
   double settled_s_ = 0.0;
+  bool interrupted_ = true;             // an outage was under way at the tick before
+  double most_sustained_ = kUnlimited;  // N, after a brief outage
   HapticStatistics statistics_;
   HapticCondition told_;
   Mailbox<HapticCondition> condition_;
   std::unique_ptr<HapticRecords> records_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::haptics

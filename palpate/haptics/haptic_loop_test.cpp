@@ -11,17 +11,17 @@
 #include "palpate/haptics/haptic_bench_test.h"
 #include "tests/allocation_count.h"
 
-namespace palpate {
+namespace palpate::haptics {
 namespace {
 
 TEST(HapticLoop, PublishesTheTipThroughTheCalibratedArm) {
   HapticBench bench;
   bench.live();
-  TipState tip;
+  scene::TipState tip;
   ASSERT_TRUE(bench.output.read(tip));
   const auto c = bench_calibration();
   const Vector3 theta(1.01 * 0.1, 0.99 * 0.5 + 0.02, 1.005 * 0.3 - 0.015);
-  const auto expected = c.X_world_base * phantom_tip(theta, c.lengths);
+  const auto expected = c.X_world_base * device::phantom_tip(theta, c.lengths);
   EXPECT_NEAR((tip.X_world_tip.translation - expected.m).norm(), 0.0, 1e-15);
   EXPECT_EQ(tip.time, bench.now);
   // A reading that is older says so, and the tip with it.
@@ -38,7 +38,7 @@ TEST(HapticLoop, VelocityFollowsTheArmThroughCoarseEncoders) {
     return Vector3(0.3 * std::sin(4 * t), 0.5 + 0.2 * std::sin(5 * t), 0.3);
   };
   double worst = 0.0;
-  TipState tip;
+  scene::TipState tip;
   for (int i = 0; i < 1000; ++i) {
     const double t = 1e-3 * (i + 1), quantum = 1.4e-4;
     const Vector3 psi = c.correction.undo(theta_at(t));
@@ -46,7 +46,9 @@ TEST(HapticLoop, VelocityFollowsTheArmThroughCoarseEncoders) {
     bench.live();
     bench.output.read(tip);
     if (i < 50) continue;
-    const auto place = [&](double s) { return (c.X_world_base * phantom_tip(theta_at(s), c.lengths)).m; };
+    const auto place = [&](double s) {
+      return (c.X_world_base * device::phantom_tip(theta_at(s), c.lengths)).m;
+    };
     const Vector3 v = (place(t + 1e-5) - place(t - 1e-5)) / 2e-5;
     worst = std::max(worst, (tip.velocity - v).norm());
   }
@@ -58,7 +60,7 @@ TEST(HapticLoop, TheWholeImpulseArrivesInTheRightDirectionThroughTheDevicesOwnKi
     for (const double phase : {0.0, 0.0003, 0.00077}) {
       HapticBench bench(without_ramp());
       for (int i = 0; i < 5; ++i) bench.live();
-      bench.message.contact = bench_blow(1, speed, bench.now + seconds(phase));
+      bench.message.contact = bench_impact(1, speed, bench.now + seconds(phase));
       const auto c = bench_calibration();
       Vector3 impulse = Vector3::Zero();
       for (int i = 0; i < 60; ++i) {
@@ -66,46 +68,46 @@ TEST(HapticLoop, TheWholeImpulseArrivesInTheRightDirectionThroughTheDevicesOwnKi
         impulse += 1e-3 * bench.arm.felt(c);
         EXPECT_LE(bench.arm.force.norm(), 8.5);
       }
-      const Vector3 asked = 0.0027 * 1.8 * speed * bench.message.contact.direction;
-      EXPECT_NEAR((impulse - asked).norm() / asked.norm(), 0.0, 1e-9) << speed << " " << phase;
+      const Vector3 requested = 0.0027 * 1.8 * speed * bench.message.contact.direction;
+      EXPECT_NEAR((impulse - requested).norm() / requested.norm(), 0.0, 1e-9) << speed << " " << phase;
       const auto& s = bench.loop.statistics();
-      EXPECT_EQ(s.blows, 1u);
+      EXPECT_EQ(s.impacts, 1u);
       EXPECT_LT(s.impulse_error_rel_max, 1e-9);
-      EXPECT_NEAR(s.impulse_asked, asked.norm(), 1e-15);
+      EXPECT_NEAR(s.impulse_requested, requested.norm(), 1e-15);
       EXPECT_LT(s.lost_impulse_rel(), 1e-9);
     }
   }
 }
 
-TEST(HapticLoop, ARepeatedMessageIsOneBlow) {
+TEST(HapticLoop, ARepeatedMessageIsOneImpact) {
   HapticBench bench(without_ramp());
-  bench.message.contact = bench_blow(7, 1.0, bench.now);
+  bench.message.contact = bench_impact(7, 1.0, bench.now);
   for (int i = 0; i < 40; ++i) bench.live();
-  EXPECT_EQ(bench.loop.statistics().blows, 1u);
-  bench.message.contact = bench_blow(8, 1.0, bench.now);
+  EXPECT_EQ(bench.loop.statistics().impacts, 1u);
+  bench.message.contact = bench_impact(8, 1.0, bench.now);
   for (int i = 0; i < 40; ++i) bench.live();
-  EXPECT_EQ(bench.loop.statistics().blows, 2u);
+  EXPECT_EQ(bench.loop.statistics().impacts, 2u);
 }
 
-// As physics tells them: one blow after the other, each step's input from the one before.
-TEST(HapticLoop, BlowsBetweenTwoTicksAreAllFeltAndThoseBeyondMemoryAreCounted) {
-  for (const std::uint64_t blows : {2u, 4u, 7u}) {
+// As physics tells them: one impact after the other, each step's input from the one before.
+TEST(HapticLoop, ImpactsBetweenTwoTicksAreAllFeltAndThoseBeyondMemoryAreCounted) {
+  for (const std::uint64_t impacts : {2u, 4u, 7u}) {
     HapticBench bench(without_ramp());
     for (int i = 0; i < 10; ++i) bench.live();
     HapticInput told = bench.message;
-    WorldState state;
-    for (std::uint64_t number = 1; number <= blows; ++number) {
+    scene::SceneState state;
+    for (std::uint64_t number = 1; number <= impacts; ++number) {
       state.time = bench.now + bench.period;
-      told = haptic_input(state, bench_blow(number, 0.5, bench.now + seconds(1e-4 * number)), told);
+      told = haptic_input(state, bench_impact(number, 0.5, bench.now + seconds(1e-4 * number)), told);
     }
     bench.message = told;
     for (int i = 0; i < 60; ++i) bench.live();
     const auto& s = bench.loop.statistics();
-    const std::uint64_t felt = std::min<std::uint64_t>(blows, 4);
-    EXPECT_EQ(s.blows, felt);
-    EXPECT_EQ(s.missed_blows, blows - felt);
-    EXPECT_EQ(s.rejected_blows, 0u);
-    EXPECT_NEAR(s.impulse_asked, felt * 0.0027 * 1.8 * 0.5, 1e-12);
+    const std::uint64_t felt = std::min<std::uint64_t>(impacts, 4);
+    EXPECT_EQ(s.impacts, felt);
+    EXPECT_EQ(s.missed_impacts, impacts - felt);
+    EXPECT_EQ(s.rejected_impacts, 0u);
+    EXPECT_NEAR(s.impulse_requested, felt * 0.0027 * 1.8 * 0.5, 1e-12);
     EXPECT_LT(s.lost_impulse_rel(), 1e-9);
   }
 }
@@ -113,42 +115,42 @@ TEST(HapticLoop, BlowsBetweenTwoTicksAreAllFeltAndThoseBeyondMemoryAreCounted) {
 TEST(HapticLoop, ImpulseTheStartRampSwallowsIsCountedAsLost) {
   HapticBench bench;  // 1 s ramp
   bench.live();
-  bench.message.contact = bench_blow(1, 2.0, bench.now);
+  bench.message.contact = bench_impact(1, 2.0, bench.now);
   for (int i = 0; i < 60; ++i) bench.live();
   EXPECT_GT(bench.loop.statistics().lost_impulse_rel(), 0.9);
 }
 
-TEST(HapticLoop, ABlowThatIsNoneIsRejected) {
+TEST(HapticLoop, AnImpactThatIsNoneIsRejected) {
   HapticBench bench(without_ramp());
   std::uint64_t number = 0;
   const auto reject = [&](auto&& spoil) {
-    bench.message.contact = bench_blow(++number, 1.0, bench.now);
+    bench.message.contact = bench_impact(++number, 1.0, bench.now);
     spoil(bench.message.contact);
     bench.live();
-    EXPECT_EQ(bench.loop.statistics().rejected_blows, number);
+    EXPECT_EQ(bench.loop.statistics().rejected_impacts, number);
   };
-  reject([](ContactEvent& e) { e.mass = 0.0; });
-  reject([](ContactEvent& e) { e.duration = Duration(0); });
-  reject([](ContactEvent& e) { e.restitution = 1.5; });
-  reject([](ContactEvent& e) { e.approach_speed = std::numeric_limits<double>::infinity(); });
-  reject([](ContactEvent& e) { e.approach_speed = 1e300; });
-  reject([](ContactEvent& e) { e.mass = 1e9; });
-  reject([](ContactEvent& e) { e.duration = std::chrono::hours(1); });
-  reject([](ContactEvent& e) { e.start = {Duration(std::numeric_limits<std::int64_t>::max())}; });
-  reject([](ContactEvent& e) { e.direction.setZero(); });
-  EXPECT_EQ(bench.loop.statistics().blows, 0u);
+  reject([](scene::ImpactEvent& e) { e.mass = 0.0; });
+  reject([](scene::ImpactEvent& e) { e.duration = Duration(0); });
+  reject([](scene::ImpactEvent& e) { e.restitution = 1.5; });
+  reject([](scene::ImpactEvent& e) { e.approach_speed = std::numeric_limits<double>::infinity(); });
+  reject([](scene::ImpactEvent& e) { e.approach_speed = 1e300; });
+  reject([](scene::ImpactEvent& e) { e.mass = 1e9; });
+  reject([](scene::ImpactEvent& e) { e.duration = std::chrono::hours(1); });
+  reject([](scene::ImpactEvent& e) { e.start = {Duration(std::numeric_limits<std::int64_t>::max())}; });
+  reject([](scene::ImpactEvent& e) { e.direction.setZero(); });
+  EXPECT_EQ(bench.loop.statistics().impacts, 0u);
 }
 
-TEST(HapticLoop, TheForceGainScalesBlowsAndSustainedForces) {
+TEST(HapticLoop, TheForceGainScalesImpactsAndSustainedForces) {
   HapticSettings settings = without_ramp();
   settings.force_gain = 0.5;
   HapticBench bench(settings);
   bench.message.sustained = {0.0, 1.0, 0.0};
   bench.live(20);
   EXPECT_NEAR((bench.arm.felt(bench_calibration()) - Vector3(0.0, 0.5, 0.0)).norm(), 0.0, 1e-9);
-  bench.message.contact = bench_blow(1, 2.0, bench.now);
+  bench.message.contact = bench_impact(1, 2.0, bench.now);
   bench.live(60);
-  EXPECT_NEAR(bench.loop.statistics().impulse_asked, 0.5 * 0.0027 * 1.8 * 2.0, 1e-15);
+  EXPECT_NEAR(bench.loop.statistics().impulse_requested, 0.5 * 0.0027 * 1.8 * 2.0, 1e-15);
   EXPECT_LT(bench.loop.statistics().impulse_error_rel_max, 1e-9);
 }
 
@@ -157,14 +159,14 @@ TEST(HapticLoop, AtFourKilohertzTheImpulseIsTheSame) {
   settings.period = Duration(250'000);
   HapticBench bench(settings);
   bench.live(5);
-  bench.message.contact = bench_blow(1, 12.0, bench.now + seconds(0.0001));
+  bench.message.contact = bench_impact(1, 12.0, bench.now + seconds(0.0001));
   Vector3 impulse = Vector3::Zero();
   for (int i = 0; i < 200; ++i) {
     bench.live();
     impulse += 0.25e-3 * bench.arm.felt(bench_calibration());
   }
-  const Vector3 asked = 0.0027 * 1.8 * 12.0 * bench.message.contact.direction;
-  EXPECT_NEAR((impulse - asked).norm() / asked.norm(), 0.0, 1e-9);
+  const Vector3 requested = 0.0027 * 1.8 * 12.0 * bench.message.contact.direction;
+  EXPECT_NEAR((impulse - requested).norm() / requested.norm(), 0.0, 1e-9);
   EXPECT_LE(bench.arm.steepest, 0.75 + 1e-9);
 }
 
@@ -184,19 +186,19 @@ TEST(HapticLoop, ALongPushFallsToTheContinuousForceAndSaysSo) {
 }
 
 TEST(HapticLoop, AMovingArmStaysWithinTheDevicesOwnLimits) {
-  // Blows beyond peak and slew while the way from force to device changes in each tick.
+  // Impacts beyond peak and slew while the way from force to device changes in each tick.
   HapticBench bench(without_ramp());
   bench.arm.sample.joints = {0.0, 0.6, 0.6};
   bench.live(5);
-  double asked = 0.0;
+  double requested = 0.0;
   for (int i = 0; i < 20000; ++i) {
     const double t = 1e-3 * i;
     bench.arm.sample.joints = {0.5 * std::sin(4.0 * t), 0.6 + 0.4 * std::sin(3.0 * t),
                                0.2 + 0.4 * std::cos(5.0 * t)};
     if (i % 400 == 0) {
       const double speed = 1.0 + i / 2000.0;
-      bench.message.contact = bench_blow(static_cast<std::uint64_t>(i / 400 + 1), speed, bench.now);
-      asked += 0.0027 * 1.8 * speed;
+      bench.message.contact = bench_impact(static_cast<std::uint64_t>(i / 400 + 1), speed, bench.now);
+      requested += 0.0027 * 1.8 * speed;
     }
     bench.live();
   }
@@ -204,7 +206,7 @@ TEST(HapticLoop, AMovingArmStaysWithinTheDevicesOwnLimits) {
   EXPECT_LE(bench.arm.steepest, 3.0 * (1.0 + 1e-9));
   EXPECT_GT(bench.arm.largest, 8.0);
   EXPECT_EQ(bench.loop.condition().trips, 0u);
-  EXPECT_NEAR(bench.loop.statistics().impulse_asked, asked, 1e-9);
+  EXPECT_NEAR(bench.loop.statistics().impulse_requested, requested, 1e-9);
   EXPECT_LT(bench.loop.statistics().impulse_error_rel_max, 1e-6);
 }
 
@@ -215,12 +217,13 @@ double energy_after_a_stiff_wall(double most_damping) {
   settings.limits.most_damping_n_s_m = most_damping;
   HapticBench bench(settings);
   const auto c = bench_calibration();
-  const Vector3 wall = (c.X_world_base * phantom_tip(c.correction.apply({0.1, 0.5, 0.3}), c.lengths)).m;
+  const Vector3 wall =
+      (c.X_world_base * device::phantom_tip(c.correction.apply({0.1, 0.5, 0.3}), c.lengths)).m;
   double x = -0.02, v = 0.3;
   for (int i = 0; i < 400 && !(x < -0.02 && v < 0.0); ++i) {
     Vector3 theta;
     const Point<ArmBase> tip = c.X_world_base.inverse() * Point<World>{wall + Vector3(0.0, x, 0.0)};
-    EXPECT_TRUE(phantom_inverse(tip, c.lengths, theta));
+    EXPECT_TRUE(device::phantom_inverse(tip, c.lengths, theta));
     bench.arm.sample.joints = c.correction.undo(theta);
     bench.live();  // with the force of the tick before
     bench.message.sustained = {0.0, x > 0.0 ? -1000.0 * x : 0.0, 0.0};
@@ -259,7 +262,7 @@ TEST(HapticLoop, TickDoesNotAllocate) {
   for (int i = 0; i < 3000; ++i) {
     if (i % 50 == 0) {
       bench.message.contact =
-          bench_blow(static_cast<std::uint64_t>(i / 50 + 1), random.uniform(0.1, 20.0), bench.now);
+          bench_impact(static_cast<std::uint64_t>(i / 50 + 1), random.uniform(0.1, 20.0), bench.now);
     }
     if (i % 500 < 450) {
       bench.live();
@@ -282,4 +285,4 @@ TEST(HapticLoop, TheLastSecondsAreKept) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::haptics

@@ -8,15 +8,15 @@
 #include <optional>
 
 #include "palpate/core/broadcast_ring.h"
-#include "palpate/geometry/so3.h"
 #include "palpate/haptics/force_guard.h"
+#include "palpate/math/so3.h"
 #include "palpate/time/instant.h"
 
-namespace palpate {
+namespace palpate::haptics {
 
 struct HapticRecord {
   Instant<PhysicsClock> time;
-  Vector3 joints, tip, asked, commanded;  // rad; m, N in World; N in ArmBase
+  Vector3 joints, tip, requested, commanded;  // rad; m, N in World; N in ArmBase
   ForceFault fault = ForceFault::none;
   HapticState state = HapticState::ready;
   double speed = 0.0;  // of the tip, m/s
@@ -31,7 +31,7 @@ class HapticRecords {
     Packed p{
         r.time.ns(), {}, r.speed, static_cast<std::uint32_t>(r.fault), static_cast<std::uint32_t>(r.state)};
     double* to = p.numbers.data();
-    for (const Vector3* v : {&r.joints, &r.tip, &r.asked, &r.commanded})
+    for (const Vector3* v : {&r.joints, &r.tip, &r.requested, &r.commanded})
       for (int i = 0; i < 3; ++i) *to++ = (*v)[i];
     ring_.push(p);
   }
@@ -62,4 +62,4 @@ class HapticRecords {
   BroadcastRing<Packed, kSlots> ring_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::haptics

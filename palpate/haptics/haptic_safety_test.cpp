@@ -8,7 +8,7 @@
 
 #include "palpate/haptics/haptic_bench_test.h"
 
-namespace palpate {
+namespace palpate::haptics {
 namespace {
 
 constexpr double kPush = 1.3;  // N, just below what motors can hold for ever
@@ -198,7 +198,7 @@ TEST(HapticSafety, ALoopThatStoodStillStartsAgainWithoutAPull) {
   PushedHand hand;
   hand.message.sustained.setZero();
   hand.live(20);
-  hand.message.contact = bench_blow(1, 3.0, hand.now);
+  hand.message.contact = bench_impact(1, 3.0, hand.now);
   hand.live(2);
   EXPECT_GT(hand.arm.force.norm(), 1.0);
   const Vector3 along = hand.message.contact.direction;
@@ -260,4 +260,4 @@ TEST(HapticSafety, ATripIsToldOnceWithItsTick) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::haptics

@@ -5,10 +5,10 @@
 // Device's own axes, N. Haptic thread alone; no allocation.
 #pragma once
 
-#include "palpate/geometry/so3.h"
 #include "palpate/haptics/force_limits.h"
+#include "palpate/math/so3.h"
 
-namespace palpate {
+namespace palpate::haptics {
 
 class LastClamp {
  public:
@@ -32,6 +32,8 @@ class LastClamp {
     tripped_ = !good;
     return last_;
   }
+  // The device has let go of all but this share of what went out.
+  void let_go(double held) { last_ *= held; }
   bool tripped() const { return tripped_; }  // the last force was changed
   const Vector3& last() const { return last_; }
 
@@ -41,4 +43,4 @@ class LastClamp {
   bool tripped_ = false;
 };
 
-}  // namespace palpate
+}  // namespace palpate::haptics

@@ -15,7 +15,7 @@
 
 #include "palpate/haptics/force_limits.h"
 
-namespace palpate {
+namespace palpate::haptics {
 
 class MotorHeat {
  public:
@@ -42,4 +42,4 @@ class MotorHeat {
   double peak_, continuous_, rated_, tau_, heat_ = 0.0;
 };
 
-}  // namespace palpate
+}  // namespace palpate::haptics

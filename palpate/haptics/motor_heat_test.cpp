@@ -4,7 +4,7 @@
 
 #include "palpate/core/random.h"
 
-namespace palpate {
+namespace palpate::haptics {
 namespace {
 
 TEST(MotorHeat, CoolMotorsGiveThePeakAndWarmOnesTheContinuousForce) {
@@ -47,4 +47,4 @@ TEST(MotorHeat, WhoeverTakesAllThatIsAllowedNeverPassesTheContinuousForce) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::haptics

@@ -6,16 +6,16 @@
 // Source: Hannaford, Ryu (2002), "Time-domain passivity control of haptic interfaces", IEEE Trans. Robotics
 // and Automation 18; the exact sum for a held force: Ryu, Kim, Hannaford (2004). What the damper takes is
 // part of the force held and comes into the next sum by itself. Each contact stands for itself: E is 0 where
-// nothing is held or asked. Not for blows, which are played by time and may give energy. World, SI. Haptic
-// thread alone; no allocation.
+// nothing is held or requested. Not for impacts, which are played by time and may give energy. World, SI.
+// Haptic thread alone; no allocation.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/geometry/so3.h"
+#include "palpate/math/so3.h"
 
-namespace palpate {
+namespace palpate::haptics {
 
 class PassivityObserver {
  public:
@@ -51,4 +51,4 @@ class PassivityObserver {
   double most_, energy_ = 0.0, injected_ = 0.0;
 };
 
-}  // namespace palpate
+}  // namespace palpate::haptics

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-namespace palpate {
+namespace palpate::haptics {
 namespace {
 
 constexpr double kMs = 0.001;
@@ -18,16 +18,16 @@ std::vector<double> visits(double k, double device_damping, double most_damping)
   PassivityObserver passivity(most_damping);
   std::vector<double> energies;
   bool inside = false;
-  double asked = 0.0;
+  double requested = 0.0;
   for (int i = 0; i < 30000 && energies.size() < 5; ++i) {
     v_tick = (x - x_before) / kMs;
-    const bool touching = asked != 0.0 || force != 0.0;
+    const bool touching = requested != 0.0 || force != 0.0;
     passivity.moved({force, 0.0, 0.0}, {x - x_before, 0.0, 0.0}, touching);
     x_before = x;
-    force = asked + (touching ? passivity.damping({v_tick, 0.0, 0.0}, kMs).x() : 0.0);
-    asked = x > 0.0 ? -k * x : 0.0;  // answers to this tick's place, in the next tick
-    if (asked != 0.0) inside = true;
-    if (inside && x < 0.0 && v < 0.0 && force == 0.0 && asked == 0.0) {
+    force = requested + (touching ? passivity.damping({v_tick, 0.0, 0.0}, kMs).x() : 0.0);
+    requested = x > 0.0 ? -k * x : 0.0;  // answers to this tick's place, in the next tick
+    if (requested != 0.0) inside = true;
+    if (inside && x < 0.0 && v < 0.0 && force == 0.0 && requested == 0.0) {
       energies.push_back(v * v / 0.09);
       inside = false;
     }
@@ -94,4 +94,4 @@ TEST(Passivity, EachContactStandsForItself) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::haptics

@@ -6,7 +6,7 @@
 #include "palpate/core/file.h"
 #include "palpate/time/real_time.h"
 
-namespace palpate {
+namespace palpate::haptics {
 namespace {
 
 constexpr auto kLook = std::chrono::milliseconds(20);
@@ -27,7 +27,7 @@ std::string trip_csv(const HapticCondition& trip, const std::vector<HapticRecord
                                  std::string(name_of(record.state)), std::string(name_of(record.fault))};
     put(row, record.tip);
     row.push_back(number_text(record.speed));
-    put(row, record.asked);
+    put(row, record.requested);
     put(row, record.commanded);
     put(row, record.joints);
     csv.row(row);
@@ -61,10 +61,10 @@ void TripWriter::look(bool at_the_end) {
   if (condition.trips != seen_) {
     const std::uint64_t fresh = condition.trips - seen_;
     seen_ = condition.trips;
-    const bool room =
+    const bool available =
         !open_ && written_ < kMostFiles && (written_ == 0 || now - last_written_ >= kLeastApart);
-    left_out_ += room ? fresh - 1 : fresh;
-    if (room) {
+    left_out_ += available ? fresh - 1 : fresh;
+    if (available) {
       pending_ = condition;
       noticed_ = now;
       open_ = true;
@@ -90,4 +90,4 @@ void TripWriter::write(const HapticCondition& trip, std::uint64_t until) {
                         path.string()));
 }
 
-}  // namespace palpate
+}  // namespace palpate::haptics

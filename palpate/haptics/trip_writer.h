@@ -16,7 +16,7 @@
 #include "palpate/core/expected.h"
 #include "palpate/haptics/haptic_loop.h"
 
-namespace palpate {
+namespace palpate::haptics {
 
 // The table, with a first line that says what tripped.
 std::string trip_csv(const HapticCondition& trip, const std::vector<HapticRecord>& records);
@@ -55,4 +55,4 @@ class TripWriter {
   std::thread thread_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::haptics

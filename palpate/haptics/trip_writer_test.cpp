@@ -7,7 +7,7 @@
 #include "palpate/haptics/haptic_bench_test.h"
 #include "tests/scratch_folder.h"
 
-namespace palpate {
+namespace palpate::haptics {
 namespace {
 
 TEST(TripWriter, TheLastSecondsBeforeATripAreInAFile) {
@@ -85,4 +85,4 @@ TEST(TripWriter, TheHapticThreadGoesOnWhileTheFileIsWritten) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::haptics

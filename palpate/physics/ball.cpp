@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace palpate {
+namespace palpate::physics {
 
 Vector3 ball_acceleration(const BallModel& model, const Vector3& velocity, const Vector3& spin) {
   constexpr double kSaturatedSpinRatio = 0.5;
@@ -48,4 +48,4 @@ BallState bounce(const BallModel& model, const BallState& ball, const Vector3& n
   return after;
 }
 
-}  // namespace palpate
+}  // namespace palpate::physics

@@ -6,9 +6,9 @@
 //   a = g - kD |v| v + kM w x v        kD = rho CD A / (2 m), per metre; kM dimensionless
 #pragma once
 
-#include "palpate/geometry/so3.h"
+#include "palpate/math/so3.h"
 
-namespace palpate {
+namespace palpate::physics {
 
 struct BallModel {
   double radius = 0.020;  // m, ITTF law 2.03
@@ -54,4 +54,4 @@ struct Bounce {
 BallState bounce(const BallModel& model, const BallState& ball, const Vector3& normal, const Bounce& law,
                  const Vector3& surface_velocity = Vector3::Zero());
 
-}  // namespace palpate
+}  // namespace palpate::physics

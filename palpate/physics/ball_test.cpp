@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include "palpate/geometry/random_vector.h"
+#include "palpate/math/random_vector.h"
 
-namespace palpate {
+namespace palpate::physics {
 namespace {
 
 TEST(Ball, ThePapersBallFallsExactlyInOneStep) {
@@ -109,4 +109,4 @@ TEST(Ball, SlidingFrictionIsBoundedByCoulomb) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::physics

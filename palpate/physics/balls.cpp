@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace palpate {
+namespace palpate::physics {
 
 std::optional<double> first_touch(const BallModel& model, const BallState& a, const BallState& b, double h) {
   const double reach = 2.0 * model.radius;
@@ -123,4 +123,4 @@ int advance_all(const BallModel& model, std::span<const BouncePlane> planes, con
   return impacts;
 }
 
-}  // namespace palpate
+}  // namespace palpate::physics

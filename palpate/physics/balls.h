@@ -10,7 +10,7 @@
 
 #include "palpate/physics/flight.h"
 
-namespace palpate {
+namespace palpate::physics {
 
 // When two balls that fly for h touch first; nothing for balls that are parting. 0 for balls that overlap and
 // approach.
@@ -27,4 +27,4 @@ void collide(const BallModel& model, const Bounce& law, BallState& a, BallState&
 int advance_all(const BallModel& model, std::span<const BouncePlane> planes, const Bounce& between,
                 std::span<BallState> balls, double dt, double max_step = 0.005);
 
-}  // namespace palpate
+}  // namespace palpate::physics

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <vector>
 
-#include "palpate/geometry/random_vector.h"
+#include "palpate/math/random_vector.h"
 
-namespace palpate {
+namespace palpate::physics {
 namespace {
 
 TEST(Balls, TwoBallsTouchWhenFineStepsSayTheyDo) {
@@ -119,4 +119,4 @@ TEST(Balls, ABoxfulNeverOverlapsNorLeaves) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::physics

@@ -5,7 +5,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace palpate {
+namespace palpate::physics {
 namespace {
 
 // Design B: phase wn T at which F vanishes, and the restitution there.
@@ -86,4 +86,4 @@ double ForceTable::look_up(double t) const {
   return force_[static_cast<std::size_t>(std::lround(t / duration_ * last))];
 }
 
-}  // namespace palpate
+}  // namespace palpate::physics

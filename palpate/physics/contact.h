@@ -12,7 +12,7 @@
 
 #include <vector>
 
-namespace palpate {
+namespace palpate::physics {
 
 enum class Release { where_rest_length_is_back, where_force_is_zero };  // designs A and B
 
@@ -55,4 +55,4 @@ class ForceTable {
   std::vector<double> force_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::physics

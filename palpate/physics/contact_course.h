@@ -1,4 +1,4 @@
-// One blow from first touch to release, by whichever law: how deep, how fast and how hard at each moment.
+// One impact from first touch to release, by whichever law: how deep, how fast and how hard at each moment.
 //
 // SI; t counts from the first touch. Outside the contact there is no force; before it the speed is that of
 // approach, after it that of leaving. A value; copying and asking allocate nothing. Laws: contact.h,
@@ -10,12 +10,12 @@
 #include "palpate/physics/contact.h"
 #include "palpate/physics/hunt_crossley.h"
 
-namespace palpate {
+namespace palpate::physics {
 
 class ContactCourse {
  public:
   ContactCourse(const DampedContact& law, double speed) : course_(Linear{law, speed}) {}
-  explicit ContactCourse(const HuntCrossleyContact& blow) : course_(blow) {}
+  explicit ContactCourse(const HuntCrossleyContact& impact) : course_(impact) {}
 
   double duration() const { return linear() ? linear()->law.duration() : stiffening().duration(); }
   double restitution() const { return linear() ? linear()->law.restitution() : stiffening().restitution(); }
@@ -45,4 +45,4 @@ class ContactCourse {
   std::variant<Linear, HuntCrossleyContact> course_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::physics

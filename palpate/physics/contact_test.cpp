@@ -6,7 +6,7 @@
 
 #include "palpate/core/random.h"
 
-namespace palpate {
+namespace palpate::physics {
 namespace {
 
 constexpr double kBall = 0.0027;
@@ -140,4 +140,4 @@ TEST(Contact, ImpossibleContactsAreRefused) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::physics

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "palpate/core/text.h"
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::physics {
 
 bool BouncePlane::covers(const Vector3& centre) const {
   if (!half_sides) return true;
@@ -248,4 +248,4 @@ Expected<FlightFit> fit_flight_and_spin(const BallModel& model, std::span<const 
   return result_of(*best, seen, Vector3::Zero());
 }
 
-}  // namespace palpate
+}  // namespace palpate::physics

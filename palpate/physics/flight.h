@@ -13,7 +13,7 @@
 #include "palpate/core/expected.h"
 #include "palpate/physics/ball.h"
 
-namespace palpate {
+namespace palpate::physics {
 
 // A plane at which the ball bounces. `point` is where the ball's CENTRE is at contact.
 struct BouncePlane {
@@ -69,4 +69,4 @@ Expected<FlightFit> fit_flight(const BallModel& model, std::span<const BouncePla
 Expected<FlightFit> fit_flight_and_spin(const BallModel& model, std::span<const BouncePlane> planes,
                                         std::span<const SeenBall> seen);
 
-}  // namespace palpate
+}  // namespace palpate::physics

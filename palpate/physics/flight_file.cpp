@@ -6,7 +6,7 @@
 #include "palpate/core/file.h"
 #include "palpate/core/units.h"
 
-namespace palpate {
+namespace palpate::physics {
 
 Expected<std::vector<SeenBall>> read_flight(const std::filesystem::path& path) {
   const auto content = read_file(path);
@@ -42,4 +42,4 @@ Expected<std::vector<SeenBall>> parse_flight(std::string_view content, std::stri
   return balls;
 }
 
-}  // namespace palpate
+}  // namespace palpate::physics

@@ -10,9 +10,9 @@
 #include "palpate/core/expected.h"
 #include "palpate/physics/flight.h"
 
-namespace palpate {
+namespace palpate::physics {
 
 Expected<std::vector<SeenBall>> read_flight(const std::filesystem::path& path);
 Expected<std::vector<SeenBall>> parse_flight(std::string_view content, std::string source);
 
-}  // namespace palpate
+}  // namespace palpate::physics

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace palpate {
+namespace palpate::physics {
 namespace {
 
 const std::string kHead = "t_s,x_m,y_m,z_m\n";
@@ -36,4 +36,4 @@ TEST(FlightFile, NoBallFliesForAnHour) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::physics

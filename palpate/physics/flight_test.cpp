@@ -7,7 +7,7 @@
 #include "palpate/core/csv.h"
 #include "palpate/core/random.h"
 
-namespace palpate {
+namespace palpate::physics {
 namespace {
 
 BouncePlane floor_at(double height, const Bounce& law) {
@@ -184,4 +184,4 @@ TEST(Flight, RecordedFlightsArePredictedSeveralTimesBetterWithAir) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::physics

@@ -6,7 +6,7 @@
 #include <emmintrin.h>
 #endif
 
-namespace palpate {
+namespace palpate::physics {
 
 using Float4 = float __attribute__((vector_size(16)));
 using Mask4 = int __attribute__((vector_size(16)));  // -1 where true, as comparisons of Float4 give it
@@ -25,4 +25,4 @@ inline unsigned bits(Mask4 m) {
 }
 #endif
 
-}  // namespace palpate
+}  // namespace palpate::physics

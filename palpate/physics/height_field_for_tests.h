@@ -9,7 +9,7 @@
 #include "palpate/core/random.h"
 #include "palpate/scene/mesh.h"
 
-namespace palpate {
+namespace palpate::physics {
 
 // z = A sin(2 pi x / 40 mm) cos(2 pi y / 50 mm), flat for A = 0.
 struct Bumps {
@@ -21,8 +21,8 @@ struct Bumps {
 };
 
 // The square |x|, |y| <= side / 2 in cells x cells squares of two triangles, facing +z.
-inline TriangleMesh height_field(const Bumps& bumps, std::uint32_t cells, double side = 0.2) {
-  TriangleMesh mesh;
+inline scene::TriangleMesh height_field(const Bumps& bumps, std::uint32_t cells, double side = 0.2) {
+  scene::TriangleMesh mesh;
   const double step = side / cells;
   for (std::uint32_t j = 0; j <= cells; ++j) {
     for (std::uint32_t i = 0; i <= cells; ++i) {
@@ -42,8 +42,8 @@ inline TriangleMesh height_field(const Bumps& bumps, std::uint32_t cells, double
 
 // The square |x|, |z| <= 1 m in side x side squares of two triangles, facing +y; each vertex stands out or in
 // by up to `bump`.
-inline TriangleMesh rough_field(std::uint32_t side, double bump, Random& random) {
-  TriangleMesh mesh;
+inline scene::TriangleMesh rough_field(std::uint32_t side, double bump, Random& random) {
+  scene::TriangleMesh mesh;
   for (std::uint32_t i = 0; i <= side; ++i)
     for (std::uint32_t j = 0; j <= side; ++j)
       mesh.vertices.push_back({2.0 * j / side - 1.0, random.uniform(-bump, bump), 2.0 * i / side - 1.0});
@@ -58,7 +58,7 @@ inline TriangleMesh rough_field(std::uint32_t side, double bump, Random& random)
 }
 
 // Where the piecewise flat surface really is: its height over (x, y), by the triangle that holds it.
-inline double flat_height(const TriangleMesh& mesh, std::uint32_t cells, double x, double y,
+inline double flat_height(const scene::TriangleMesh& mesh, std::uint32_t cells, double x, double y,
                           double side = 0.2) {
   const double u = (x / side + 0.5) * cells, v = (y / side + 0.5) * cells;
   const double i = std::clamp(std::floor(u), 0.0, cells - 1.0),
@@ -80,4 +80,4 @@ inline Vector3 tip_under(const Bumps& bumps, double speed, double depth, double 
   return {x, y, bumps.height(x, y) - depth};
 }
 
-}  // namespace palpate
+}  // namespace palpate::physics

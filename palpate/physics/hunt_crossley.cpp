@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace palpate {
+namespace palpate::physics {
 namespace {
 
 constexpr double kLeastRestitution = 0.05;
@@ -164,4 +164,4 @@ double HuntCrossleyContact::mean_force(double t0, double t1) const {
   return mass_ * (velocity(t0) - velocity(t1)) / (t1 - t0);
 }
 
-}  // namespace palpate
+}  // namespace palpate::physics

@@ -12,14 +12,14 @@
 
 #include <array>
 
-namespace palpate {
+namespace palpate::physics {
 
-// One blow: how deep, how fast, how hard, at each moment of it.
+// One impact: how deep, how fast, how hard, at each moment of it.
 class HuntCrossleyContact {
  public:
   HuntCrossleyContact() = default;
-  // The one that has this restitution and duration at this speed: for who knows of a blow no more than these.
-  // Throws as HuntCrossley does.
+  // The one that has this restitution and duration at this speed: for who knows of an impact no more than
+  // these. Throws as HuntCrossley does.
   HuntCrossleyContact(double mass, double restitution, double duration_s, double speed,
                       double exponent = 1.5);
   double mass() const { return mass_; }
@@ -64,4 +64,4 @@ class HuntCrossley {
   double mass_, exponent_, stiffness_ = 0.0, damping_ = 0.0;
 };
 
-}  // namespace palpate
+}  // namespace palpate::physics

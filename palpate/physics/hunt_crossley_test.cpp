@@ -9,7 +9,7 @@
 #include "palpate/core/random.h"
 #include "palpate/physics/contact.h"
 
-namespace palpate {
+namespace palpate::physics {
 namespace {
 
 constexpr double kShell = 0.0027;  // kg
@@ -123,4 +123,4 @@ TEST(HuntCrossley, ImpossibleContactsAreRefused) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::physics

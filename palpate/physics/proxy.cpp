@@ -12,7 +12,7 @@
 #include <cmath>
 #include <stdexcept>
 
-namespace palpate {
+namespace palpate::physics {
 namespace {
 
 // Shares of the radius. The skin keeps rounding from taking a sphere that slides for one that overlaps: 3 nm
@@ -211,4 +211,4 @@ const ProxyState& Proxy::follow(const Vector3& tip) {
   return state_;
 }
 
-}  // namespace palpate
+}  // namespace palpate::physics

@@ -16,7 +16,7 @@
 
 #include "palpate/physics/sweep.h"
 
-namespace palpate {
+namespace palpate::physics {
 
 struct ProxySettings {
   double radius = 0.003;         // m, > 0
@@ -71,4 +71,4 @@ class Proxy {
   std::size_t plane_count_ = 0;
 };
 
-}  // namespace palpate
+}  // namespace palpate::physics

@@ -5,16 +5,16 @@
 #include <limits>
 #include <string>
 
-#include "palpate/geometry/random_vector.h"
+#include "palpate/math/random_vector.h"
 #include "palpate/physics/height_field_for_tests.h"
 #include "tests/allocation_count.h"
 
-namespace palpate {
+namespace palpate::physics {
 namespace {
 
 constexpr double kRadius = 0.003;
 
-double all_triangles_distance(const TriangleMesh& mesh, const Vector3& p) {
+double all_triangles_distance(const scene::TriangleMesh& mesh, const Vector3& p) {
   double best = std::numeric_limits<double>::infinity();
   for (const auto& t : mesh.triangles) {
     const Triangle triangle{mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]};
@@ -23,7 +23,7 @@ double all_triangles_distance(const TriangleMesh& mesh, const Vector3& p) {
   return best;
 }
 
-TriangleMesh scaled(TriangleMesh mesh, double scale) {
+scene::TriangleMesh scaled(scene::TriangleMesh mesh, double scale) {
   for (auto& v : mesh.vertices) v *= scale;
   return mesh;
 }
@@ -60,10 +60,10 @@ TEST(Proxy, SlidingOnAPlaneWithoutFrictionPushesWithTheSameForceEveryTick) {
 
 // A groove of 90 degrees and the corner of a room: the nearest place is known in closed form.
 TEST(Proxy, RestsAgainstTwoAndThreeWallsAtOnce) {
-  TriangleMesh room;
-  append(room, rectangle_mesh({0, 0, 0}, {1, 0, 0}, {0, 1, 0}));
-  append(room, rectangle_mesh({0, 0, 0}, {0, 1, 0}, {0, 0, 1}));
-  append(room, rectangle_mesh({0, 0, 0}, {0, 0, 1}, {1, 0, 0}));
+  scene::TriangleMesh room;
+  scene::append(room, scene::rectangle_mesh({0, 0, 0}, {1, 0, 0}, {0, 1, 0}));
+  scene::append(room, scene::rectangle_mesh({0, 0, 0}, {0, 1, 0}, {0, 0, 1}));
+  scene::append(room, scene::rectangle_mesh({0, 0, 0}, {0, 0, 1}, {1, 0, 0}));
   const CollisionMesh mesh(room);
   Random random(2, "proxy/room");
   for (int i = 0; i < 300; ++i) {
@@ -83,7 +83,7 @@ TEST(Proxy, RestsAgainstTwoAndThreeWallsAtOnce) {
 // beside it that overlaps none is nearer to the tip.
 TEST(Proxy, NoPlaceBesideItIsNearerToTheTip) {
   const Bumps bumps{.amplitude = 0.005};
-  const TriangleMesh field = height_field(bumps, 24, 0.05), ball = sphere_mesh(0.02, 12, 18);
+  const scene::TriangleMesh field = height_field(bumps, 24, 0.05), ball = scene::sphere_mesh(0.02, 12, 18);
   Random random(3, "proxy/nearest");
   for (const auto* surface : {&field, &ball}) {
     const CollisionMesh mesh(*surface);
@@ -122,8 +122,8 @@ struct Ride {
   int beneath = 0, stuck = 0, unsettled = 0, ticks = 0;
 };
 
-Ride ride(const TriangleMesh& surface, std::uint32_t cells, const Bumps& bumps, double speed, double friction,
-          int ticks) {
+Ride ride(const scene::TriangleMesh& surface, std::uint32_t cells, const Bumps& bumps, double speed,
+          double friction, int ticks) {
   const CollisionMesh mesh(surface);
   Proxy proxy(mesh, {.radius = kRadius, .friction = friction});
   proxy.begin({-0.08, -0.07, 0.02});
@@ -144,7 +144,7 @@ TEST(Proxy, NeitherFallsThroughBumpsNorStaysBehindThem) {
   for (const std::uint32_t cells : {22u, 71u, 224u}) {
     for (const double amplitude : {0.005, 0.0005}) {
       const Bumps bumps{amplitude};
-      const TriangleMesh surface = height_field(bumps, cells);
+      const scene::TriangleMesh surface = height_field(bumps, cells);
       for (const double speed : {0.1, 1.0}) {
         for (const double friction : {0.0, 0.3}) {
           const Ride r = ride(surface, cells, bumps, speed, friction, 1500);
@@ -160,7 +160,7 @@ TEST(Proxy, NeitherFallsThroughBumpsNorStaysBehindThem) {
 TEST(Proxy, TapsOnVerticesEdgesAndFacesAreHeldUpAtAnySpeed) {
   constexpr std::uint32_t kCells = 71;
   const Bumps bumps;
-  const TriangleMesh surface = height_field(bumps, kCells);
+  const scene::TriangleMesh surface = height_field(bumps, kCells);
   const CollisionMesh mesh(surface);
   Random random(4, "proxy/taps");
   for (int i = 0; i < 900; ++i) {
@@ -212,7 +212,7 @@ TEST(Proxy, FrictionOnAPlaneHoldsInsideTheConeAndSlidesOnItOutside) {
 // off.
 TEST(Proxy, ASlopeHoldsTheTipWhereItsTangentIsLessThanTheFriction) {
   for (const double slope : {0.25, 0.35}) {
-    const CollisionMesh mesh(rectangle_mesh({-1, -1, -slope}, {2, 0, 2 * slope}, {0, 2, 0}));
+    const CollisionMesh mesh(scene::rectangle_mesh({-1, -1, -slope}, {2, 0, 2 * slope}, {0, 2, 0}));
     Proxy proxy(mesh, {.radius = kRadius, .friction = 0.3});
     const double rest = kRadius * std::sqrt(1.0 + slope * slope);  // height of a resting centre over x = 0
     proxy.begin({0, 0, 0.01});
@@ -249,7 +249,7 @@ TEST(Proxy, OnBumpsTheForceStaysOnTheConeWhileSliding) {
 
 TEST(Proxy, DoesTheSameInMillimetresAndInKilometres) {
   const Bumps bumps;
-  const TriangleMesh surface = height_field(bumps, 40);
+  const scene::TriangleMesh surface = height_field(bumps, 40);
   const CollisionMesh metres(surface);
   for (const double scale : {1e3, 1e-3}) {
     const CollisionMesh other(scaled(surface, scale));
@@ -279,7 +279,7 @@ TEST(Proxy, ATipThatIsNotANumberChangesNothingAndAJumpIsFollowedWithoutFallingTh
 }
 
 TEST(Proxy, KnowsWhereASphereIsClear) {
-  const TriangleMesh surface = height_field({}, 30);
+  const scene::TriangleMesh surface = height_field({}, 30);
   const CollisionMesh mesh(surface);
   const Proxy proxy(mesh, {.radius = kRadius});
   Random random(5, "proxy/clear");
@@ -323,4 +323,4 @@ TEST(Proxy, RefusesSettingsThatCannotBeByName) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::physics

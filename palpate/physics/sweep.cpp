@@ -2,9 +2,9 @@
 
 #include <stdexcept>
 
-namespace palpate {
+namespace palpate::physics {
 
-CollisionMesh::CollisionMesh(const TriangleMesh& mesh) {
+CollisionMesh::CollisionMesh(const scene::TriangleMesh& mesh) {
   for (const auto& v : mesh.vertices) {
     if (!v.allFinite()) throw std::invalid_argument("collision mesh: a vertex is not finite");
     extent_ = std::max(extent_, v.norm());
@@ -74,4 +74,4 @@ std::optional<SweepHit> CollisionMesh::ray(const Vector3& from, const Vector3& t
   return best;
 }
 
-}  // namespace palpate
+}  // namespace palpate::physics

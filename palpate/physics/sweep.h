@@ -10,19 +10,19 @@
 #include <optional>
 #include <vector>
 
-#include "palpate/geometry/pose.h"
+#include "palpate/math/pose.h"
 #include "palpate/physics/triangle.h"
 #include "palpate/physics/triangle_tree.h"
 #include "palpate/scene/mesh.h"
 
-namespace palpate {
+namespace palpate::physics {
 
 // A mesh prepared for queries.
 class CollisionMesh {
  public:
   CollisionMesh() = default;
   // Throws std::invalid_argument where an index has no vertex or a vertex is not finite.
-  explicit CollisionMesh(const TriangleMesh& mesh);
+  explicit CollisionMesh(const scene::TriangleMesh& mesh);
 
   // First touch of a sphere of radius > 0. Of several at the same time the one of the triangle with the
   // smallest index; of several overlaps at the start, into which it goes deeper, the deepest.
@@ -98,4 +98,4 @@ std::optional<SweepHit> sweep_moving(const CollisionMesh& mesh, const Pose<W, M>
   return std::nullopt;
 }
 
-}  // namespace palpate
+}  // namespace palpate::physics

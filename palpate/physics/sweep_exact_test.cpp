@@ -3,18 +3,18 @@
 #include <gtest/gtest.h>
 
 #include "palpate/core/units.h"
-#include "palpate/geometry/random_vector.h"
+#include "palpate/math/random_vector.h"
 #include "palpate/physics/ball.h"
 #include "palpate/physics/height_field_for_tests.h"
 #include "palpate/physics/sweep.h"
 #include "palpate/physics/sweep_reference_test.h"
 
-namespace palpate {
+namespace palpate::physics {
 namespace {
 
 using reference::Long;
 
-std::vector<Triangle> triangles_of(const TriangleMesh& mesh) {
+std::vector<Triangle> triangles_of(const scene::TriangleMesh& mesh) {
   std::vector<Triangle> all;
   for (const auto& t : mesh.triangles)
     all.push_back({mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]});
@@ -159,8 +159,8 @@ TEST(SweepExact, AskedUpToAFractionItTellsTheSameTouchOrThatThereIsNone) {
 }
 
 // Triangles of all sizes and shapes without order, which no height field is.
-TriangleMesh soup(std::size_t count, Random& random) {
-  TriangleMesh mesh;
+scene::TriangleMesh soup(std::size_t count, Random& random) {
+  scene::TriangleMesh mesh;
   for (std::size_t k = 0; k < count; ++k) {
     const double size = std::exp(random.uniform(std::log(1e-4), std::log(0.3)));
     const Vector3 at = uniform3(random, 1.0);
@@ -397,7 +397,7 @@ TEST(SweepExact, TheBendOfATurningMeshsPathStaysWithinItsBound) {
 
 TEST(SweepExact, AHalfTurnWithinAStepIsFollowed) {
   // A blade swung half a turn round a far hilt meets the ball on its way; both its ends are nowhere near.
-  auto blade = box_mesh({0.3, -0.002, -0.02}, {0.5, 0.002, 0.02});
+  auto blade = scene::box_mesh({0.3, -0.002, -0.02}, {0.5, 0.002, 0.02});
   const CollisionMesh mesh(blade);
   const Pose<World, Bat> X0{so3_exp(Vector3(0, 0, -1.5)), Vector3::Zero()};
   const Pose<World, Bat> X1{so3_exp(Vector3(0, 0, 1.5)), Vector3::Zero()};
@@ -411,7 +411,7 @@ TEST(SweepExact, AHalfTurnWithinAStepIsFollowed) {
 }
 
 TEST(SweepExact, PathsThatAreNotFiniteTouchNothing) {
-  const CollisionMesh mesh(box_mesh({-1, -1, -1}, {1, 1, 1}));
+  const CollisionMesh mesh(scene::box_mesh({-1, -1, -1}, {1, 1, 1}));
   const double nan = std::nan(""), endless = HUGE_VAL;
   EXPECT_FALSE(mesh.sweep({0, nan, 0}, {0, 0, 0}, 0.02));
   EXPECT_FALSE(mesh.sweep({0, 2, 0}, {0, nan, 0}, 0.02));
@@ -421,4 +421,4 @@ TEST(SweepExact, PathsThatAreNotFiniteTouchNothing) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::physics

@@ -9,7 +9,7 @@
 
 #include "palpate/physics/triangle.h"
 
-namespace palpate::reference {
+namespace palpate::physics::reference {
 
 using Long = long double;
 using Long3 = Eigen::Matrix<Long, 3, 1>;
@@ -72,4 +72,4 @@ inline Long touch(const Triangle& t, const Path& path, Long radius) {
   return high;
 }
 
-}  // namespace palpate::reference
+}  // namespace palpate::physics::reference

@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include "palpate/geometry/random_vector.h"
+#include "palpate/math/random_vector.h"
 
-namespace palpate {
+namespace palpate::physics {
 namespace {
 
-double distance_to(const TriangleMesh& mesh, const Vector3& p) {
+double distance_to(const scene::TriangleMesh& mesh, const Vector3& p) {
   double best = 1e300;
   for (const auto& t : mesh.triangles) {
     best = std::min(
@@ -94,7 +94,7 @@ TEST(Sweep, AFlatRayOfTheCentreMissesWhatTheSphereTouches) {
 
 TEST(Sweep, TheTreeFindsWhatBruteForceFinds) {
   Random random(3, "sweep/tree");
-  TriangleMesh mesh;  // a bumpy field of 2 * 24^2 triangles
+  scene::TriangleMesh mesh;  // a bumpy field of 2 * 24^2 triangles
   constexpr std::uint32_t n = 25;
   for (std::uint32_t i = 0; i < n * n; ++i) {
     mesh.vertices.push_back({0.08 * (i % n) - 1, random.uniform(-0.05, 0.05), 0.08 * (i / n) - 1});
@@ -138,7 +138,7 @@ TEST(Sweep, TheTreeFindsWhatBruteForceFinds) {
 // Brute force: march a thousand times finer than the step, and ask for the distance in the bat's frame.
 TEST(Sweep, AMovingBatIsMetWhenFineMarchingSaysSo) {
   Random random(4, "sweep/moving");
-  const auto disc = disc_mesh(0.075, 0.012, 24);
+  const auto disc = scene::disc_mesh(0.075, 0.012, 24);
   const CollisionMesh bat(disc);
   const double radius = 0.02;
   int hits = 0;
@@ -176,4 +176,4 @@ TEST(Sweep, BadMeshesAreRefused) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::physics

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-namespace palpate {
+namespace palpate::physics {
 namespace {
 
 constexpr double kDoubleEpsilon = std::numeric_limits<double>::epsilon();
@@ -177,4 +177,4 @@ std::optional<double> ray_triangle(const Triangle& t, const Vector3& from, const
   return fraction;
 }
 
-}  // namespace palpate
+}  // namespace palpate::physics

@@ -11,9 +11,9 @@
 #include <cstdint>
 #include <optional>
 
-#include "palpate/geometry/so3.h"
+#include "palpate/math/so3.h"
 
-namespace palpate {
+namespace palpate::physics {
 
 struct SweepHit {
   double fraction = 0.0;  // of the motion; 0 also where the sphere overlaps at the start and goes deeper
@@ -38,4 +38,4 @@ std::optional<SweepHit> sweep_sphere(const Triangle& t, const Vector3& from, con
 // triangles that share an edge no ray slips through. Nothing where it runs in the triangle's plane.
 std::optional<double> ray_triangle(const Triangle& t, const Vector3& from, const Vector3& to);
 
-}  // namespace palpate
+}  // namespace palpate::physics

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace palpate {
+namespace palpate::physics {
 namespace {
 
 constexpr std::uint32_t kLeafSize = 4;
@@ -217,4 +217,4 @@ std::uint32_t TriangleTree::add_leaf(const Range& whole, const std::vector<Trian
   return static_cast<std::uint32_t>(leaves_.size() - 1) | kLeaf;
 }
 
-}  // namespace palpate
+}  // namespace palpate::physics

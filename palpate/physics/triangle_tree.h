@@ -17,7 +17,7 @@
 #include "palpate/physics/float4.h"
 #include "palpate/physics/triangle.h"
 
-namespace palpate {
+namespace palpate::physics {
 
 class TriangleTree {
  public:
@@ -185,4 +185,4 @@ void TriangleTree::visit(const Vector3& from, const Vector3& to, double radius, 
   }
 }
 
-}  // namespace palpate
+}  // namespace palpate::physics

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/math/linear_algebra.h"
 
-namespace palpate {
+namespace palpate::physics {
 namespace {
 
 struct Straight {
@@ -146,4 +146,4 @@ double restitution_of(const VelocityJump& jump, const Vector3& up) {
   return -up.dot(jump.after) / up.dot(jump.before);
 }
 
-}  // namespace palpate
+}  // namespace palpate::physics

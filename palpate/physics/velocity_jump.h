@@ -10,7 +10,7 @@
 
 #include "palpate/physics/flight.h"
 
-namespace palpate {
+namespace palpate::physics {
 
 struct VelocityJump {
   double time = 0.0;                 // s, as the recording counts
@@ -44,4 +44,4 @@ bool bounced_on_resting_surface(const VelocityJump& jump, const Vector3& up, dou
 // -v_n' / v_n of such a bounce.
 double restitution_of(const VelocityJump& jump, const Vector3& up);
 
-}  // namespace palpate
+}  // namespace palpate::physics

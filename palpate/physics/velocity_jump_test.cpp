@@ -4,10 +4,10 @@
 
 #include <string>
 
-#include "palpate/geometry/random_vector.h"
+#include "palpate/math/random_vector.h"
 #include "palpate/physics/flight_file.h"
 
-namespace palpate {
+namespace palpate::physics {
 namespace {
 
 BallModel z_up() {
@@ -49,7 +49,7 @@ Game played(double restitution, double noise, std::uint64_t seed) {
   return game;
 }
 
-TEST(VelocityJump, EveryBounceAndBlowIsFoundWhereItWas) {
+TEST(VelocityJump, EveryBounceAndImpactIsFoundWhereItWas) {
   for (const double noise : {0.0, 0.003, 0.005}) {
     for (std::uint64_t seed = 1; seed <= 40; ++seed) {
       const auto game = played(0.92, noise, seed);
@@ -133,7 +133,7 @@ TEST(VelocityJump, RecordedFlightsBounceOnceOnTheirTable) {
   }
 }
 
-TEST(VelocityJump, ARobotsReturnIsABounceABlowAndABounce) {
+TEST(VelocityJump, ARobotsReturnIsABounceAnImpactAndABounce) {
   for (const auto* name : {"robot_return_002", "robot_return_004", "robot_return_008"}) {
     const auto seen = read_flight(std::string(PALPATE_DATA_DIR) + "/robot_returns/" + name + ".csv");
     ASSERT_TRUE(seen) << seen.error().message;
@@ -148,4 +148,4 @@ TEST(VelocityJump, ARobotsReturnIsABounceABlowAndABounce) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::physics

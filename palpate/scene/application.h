@@ -11,11 +11,11 @@
 #include <string_view>
 #include <vector>
 
-#include "palpate/geometry/pose.h"
+#include "palpate/math/pose.h"
 #include "palpate/scene/mesh.h"
-#include "palpate/scene/world_state.h"
+#include "palpate/scene/scene_state.h"
 
-namespace palpate {
+namespace palpate::scene {
 
 // The stylus as the physics server knows it: measured joints through the calibrated arm, World frame, SI.
 struct TipState {
@@ -66,7 +66,7 @@ struct SceneDescription {
   double ball_radius = 0.020, ball_mass = 0.0027;
   double bat_radius = 0.075, bat_restitution = 0.80;
   Vector3 bat_offset{0.0, 0.0, -0.09};  // disc centre in Tip; Bat axes are the Tip's, the faces are +-y
-  // What a blow has to move: bat, stylus and as much of the hand as gives way at once, kg. Infinite: it is
+  // What an impact has to move: bat, stylus and as much of the hand as gives way at once, kg. Infinite: it is
   // held fast. Physics alone uses it; it is not sent.
   double bat_mass = std::numeric_limits<double>::infinity();
   double contact_s = 0.004;  // duration of a bat contact
@@ -77,9 +77,9 @@ struct SceneDescription {
   TouchedSurface touched;
 };
 
-// A blow the hand must feel: starts at `start`, lasts `duration`; impulse along `direction` (on the hand,
+// An impact the hand must feel: starts at `start`, lasts `duration`; impulse along `direction` (on the hand,
 // World).
-struct ContactEvent {
+struct ImpactEvent {
   std::uint64_t number = 0;  // 1, 2, ...; 0 = none yet
   Instant<PhysicsClock> start;
   Duration duration{0};
@@ -102,9 +102,9 @@ class Application {
   virtual ~Application() = default;
   // Advances the virtual world to `now` (dt since the last call) with the stylus at `tip`; fills bodies,
   // counters, force fields of `state`.
-  virtual void step(Instant<PhysicsClock> now, Duration dt, const TipState& tip, WorldState& state) = 0;
-  // The newest blow, number 0 if none so far.
-  virtual const ContactEvent& contact() const = 0;
+  virtual void step(Instant<PhysicsClock> now, Duration dt, const TipState& tip, SceneState& state) = 0;
+  // The newest impact, number 0 if none so far.
+  virtual const ImpactEvent& contact() const = 0;
   // The surface that deforms as it is now, as Shape::values; always of the same size. Empty: there is none.
   virtual std::span<const float> shape() const { return {}; }
   // A person's wish, between two steps.
@@ -138,24 +138,24 @@ enum class Material : std::uint8_t {
   furniture
 };
 struct DrawItem {
-  const TriangleMesh* mesh = nullptr;  // owned by the application's artist, lives as long as it
+  const TriangleMesh* mesh = nullptr;  // owned by the application's scene view, lives as long as it
   Material material = Material::ball;
   Quaternion rotation = Quaternion::Identity();
   Vector3 position = Vector3::Zero();
   bool casts_shadow = true;
 };
 
-class Artist {
+class SceneView {
  public:
-  virtual ~Artist() = default;
-  virtual std::vector<DrawItem> draw(const WorldState& state) const = 0;
+  virtual ~SceneView() = default;
+  virtual std::vector<DrawItem> draw(const SceneState& state) const = 0;
   // The state carried on by `ahead`, for a picture of the near future. Bodies move on steadily; an
   // application whose bodies fall or meet others says so itself, and never guesses beyond a contact.
-  virtual WorldState predict(const WorldState& state, Duration ahead) const {
+  virtual SceneState predict(const SceneState& state, Duration ahead) const {
     return extrapolate(state, ahead);
   }
   // Lines of text for a person (score, rally), newest state.
-  virtual std::vector<std::string> captions(const WorldState& state) const = 0;
+  virtual std::vector<std::string> captions(const SceneState& state) const = 0;
 };
 
-}  // namespace palpate
+}  // namespace palpate::scene

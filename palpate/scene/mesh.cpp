@@ -4,7 +4,7 @@
 #include <numbers>
 #include <stdexcept>
 
-namespace palpate {
+namespace palpate::scene {
 namespace {
 
 std::uint32_t add(TriangleMesh& mesh, const Vector3& v) {
@@ -106,4 +106,4 @@ void append(TriangleMesh& mesh, const TriangleMesh& other) {
   }
 }
 
-}  // namespace palpate
+}  // namespace palpate::scene

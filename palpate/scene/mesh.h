@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "palpate/geometry/so3.h"
+#include "palpate/math/so3.h"
 
-namespace palpate {
+namespace palpate::scene {
 
 // Vertices in metres in the mesh's own frame; triangles counter-clockwise seen from outside.
 struct TriangleMesh {
@@ -32,4 +32,4 @@ TriangleMesh box_mesh(const Vector3& low, const Vector3& high);
 
 void append(TriangleMesh& mesh, const TriangleMesh& other);
 
-}  // namespace palpate
+}  // namespace palpate::scene

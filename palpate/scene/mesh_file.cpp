@@ -7,7 +7,7 @@
 #include "palpate/core/units.h"
 #include "palpate/scene/mesh_text.h"
 
-namespace palpate {
+namespace palpate::scene {
 namespace {
 
 // A binary STL says by its length what it is; some of them begin with "solid" nevertheless.
@@ -79,4 +79,4 @@ Expected<MeshFile> parse_mesh(std::string_view content, std::string source, doub
   return file;
 }
 
-}  // namespace palpate
+}  // namespace palpate::scene

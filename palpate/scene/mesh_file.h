@@ -16,7 +16,7 @@
 #include "palpate/scene/mesh.h"
 #include "palpate/scene/mesh_repair.h"
 
-namespace palpate {
+namespace palpate::scene {
 
 struct MeshFile {
   std::string source, hash;
@@ -34,4 +34,4 @@ Expected<TriangleMesh> parse_stl(std::string_view content, const std::string& so
 Expected<TriangleMesh> parse_obj(std::string_view content, const std::string& source);
 Expected<TriangleMesh> parse_ply(std::string_view content, const std::string& source);
 
-}  // namespace palpate
+}  // namespace palpate::scene

@@ -7,9 +7,9 @@
 #include <set>
 
 #include "palpate/core/file.h"
-#include "palpate/geometry/random_vector.h"
+#include "palpate/math/random_vector.h"
 
-namespace palpate {
+namespace palpate::scene {
 namespace {
 
 // Writers of each format, which share nothing with the readers.
@@ -325,4 +325,4 @@ TEST(MeshFile, WhatIsWrongIsNamedWithItsPlaceAndRemedy) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::scene

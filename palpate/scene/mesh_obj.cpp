@@ -6,7 +6,7 @@
 #include "palpate/scene/mesh_file.h"
 #include "palpate/scene/mesh_text.h"
 
-namespace palpate {
+namespace palpate::scene {
 namespace {
 
 // Words of OBJ that hold nothing of a surface.
@@ -62,4 +62,4 @@ Expected<TriangleMesh> parse_obj(std::string_view content, const std::string& so
   return mesh;
 }
 
-}  // namespace palpate
+}  // namespace palpate::scene

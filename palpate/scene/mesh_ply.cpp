@@ -8,7 +8,7 @@
 #include "palpate/scene/mesh_file.h"
 #include "palpate/scene/mesh_text.h"
 
-namespace palpate {
+namespace palpate::scene {
 namespace {
 
 enum class Number { i8, u8, i16, u16, i32, u32, f32, f64 };
@@ -225,4 +225,4 @@ Expected<TriangleMesh> parse_ply(std::string_view content, const std::string& so
   return mesh;
 }
 
-}  // namespace palpate
+}  // namespace palpate::scene

@@ -8,7 +8,7 @@
 
 #include "palpate/core/text.h"
 
-namespace palpate {
+namespace palpate::scene {
 namespace {
 
 constexpr std::uint32_t kNone = 0xffffffffu;
@@ -200,4 +200,4 @@ std::string MeshRepair::text() const {
   return line;
 }
 
-}  // namespace palpate
+}  // namespace palpate::scene

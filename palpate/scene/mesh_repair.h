@@ -11,7 +11,7 @@
 
 #include "palpate/scene/mesh.h"
 
-namespace palpate {
+namespace palpate::scene {
 
 struct MeshRepair {
   std::size_t welded_vertices = 0;     // merged into an equal one
@@ -32,4 +32,4 @@ struct MeshRepair {
 // Indices must be in range. May leave no triangle at all.
 MeshRepair repair(TriangleMesh& mesh);
 
-}  // namespace palpate
+}  // namespace palpate::scene

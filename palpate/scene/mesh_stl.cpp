@@ -8,7 +8,7 @@
 #include "palpate/scene/mesh_file.h"
 #include "palpate/scene/mesh_text.h"
 
-namespace palpate {
+namespace palpate::scene {
 namespace {
 
 constexpr std::size_t kStlHeader = 84, kStlTriangle = 50;
@@ -108,4 +108,4 @@ Expected<TriangleMesh> parse_stl(std::string_view content, const std::string& so
   return parse_binary_stl(content, source);
 }
 
-}  // namespace palpate
+}  // namespace palpate::scene

@@ -5,7 +5,7 @@
 #include <map>
 #include <numbers>
 
-namespace palpate {
+namespace palpate::scene {
 namespace {
 
 // Volume by the divergence theorem: positive only if the triangles face outwards.
@@ -88,4 +88,4 @@ TEST(Mesh, ShapesThatCannotBeAreRefused) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::scene

@@ -11,7 +11,7 @@
 #include <optional>
 #include <string_view>
 
-namespace palpate::mesh_text {
+namespace palpate::scene::mesh_text {
 
 // Goes through a text line by line; either end of line, a last line without one.
 class Lines {
@@ -66,4 +66,4 @@ Number little_endian(const char* at) {
   return std::bit_cast<Number>(bytes);
 }
 
-}  // namespace palpate::mesh_text
+}  // namespace palpate::scene::mesh_text

@@ -7,7 +7,7 @@
 
 #include "palpate/time/instant.h"
 
-namespace palpate {
+namespace palpate::scene {
 
 struct Shape {
   static constexpr std::size_t kFloatsPerVertex = 6;  // position x y z (m, World), normal x y z
@@ -19,4 +19,4 @@ struct Shape {
   std::size_t vertices() const { return values.size() / kFloatsPerVertex; }
 };
 
-}  // namespace palpate
+}  // namespace palpate::scene

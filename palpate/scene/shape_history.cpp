@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-namespace palpate {
+namespace palpate::scene {
 
 // Reader and writer each first say what they are about to do and then look at the other (sequentially
 // consistent, so at least one of them sees the other and steps back).
@@ -81,4 +81,4 @@ std::optional<Instant<PhysicsClock>> ShapeHistory::at(Instant<PhysicsClock> when
   }
 }
 
-}  // namespace palpate
+}  // namespace palpate::scene

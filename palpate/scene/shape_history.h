@@ -16,7 +16,7 @@
 #include "palpate/scene/shape.h"
 #include "palpate/time/instant.h"
 
-namespace palpate {
+namespace palpate::scene {
 
 class ShapeHistory {
  public:
@@ -57,4 +57,4 @@ class ShapeHistory {
   std::atomic<std::uint64_t> newest_{0};  // entry; 0: none
 };
 
-}  // namespace palpate
+}  // namespace palpate::scene

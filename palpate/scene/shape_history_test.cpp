@@ -7,7 +7,7 @@
 #include <cmath>
 #include <thread>
 
-namespace palpate {
+namespace palpate::scene {
 namespace {
 
 constexpr std::size_t kVertices = 500;
@@ -77,4 +77,4 @@ TEST(ShapeHistory, ReadersBesideAWriterSeeOnlyWholeShapes) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::scene

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/draw/projection.h"
+#include "palpate/render/projection.h"
 #include "palpate/sim/camera_shaders.h"
 #include "palpate/sim/lens_rays.h"
 #include "palpate/sim/picture_tiles.h"
@@ -16,7 +16,7 @@ namespace {
 constexpr double kLayerScale = 1.1;  // the arm is drawn this much finer than the camera sees, then bent
 
 // Of each ArmLook: colour; how much it mirrors straight on, at the edge, the lamp; light of its own.
-const std::vector<draw::Vector3f> kArmLooks = {
+const std::vector<render::Vector3f> kArmLooks = {
     {0.022f, 0.022f, 0.023f}, {0.04f, 0.30f, 0.10f}, {0, 0, 0},               // black
     {0.16f, 0.165f, 0.175f},  {0.45f, 0.40f, 0.75f}, {0, 0, 0},               // metal
     {0.055f, 0.057f, 0.062f}, {0.12f, 0.35f, 0.25f}, {0, 0, 0},               // dark
@@ -26,10 +26,12 @@ const std::vector<draw::Vector3f> kArmLooks = {
 }  // namespace
 
 ArmPicture::ArmPicture()
-    : arm_("sim/arm", kArmVertex, draw::kLightGlsl + draw::encoding_glsl(Encoding::root) + kArmFragment),
-      through_lens_("sim/layer", draw::kFullScreen, layer_shader()) {}
+    : arm_("sim/arm", kArmVertex,
+           render::kLightGlsl + render::encoding_glsl(device::Encoding::root) + kArmFragment),
+      through_lens_("sim/layer", render::kFullScreen, layer_shader()) {}
 
-void ArmPicture::prepare(const CameraModel& lens, const Eigen::Vector2d& low, const Eigen::Vector2d& high) {
+void ArmPicture::prepare(const device::CameraModel& lens, const Eigen::Vector2d& low,
+                         const Eigen::Vector2d& high) {
   ray_low_ = low;
   ray_high_ = high;
   camera_ = {};
@@ -39,11 +41,11 @@ void ArmPicture::prepare(const CameraModel& lens, const Eigen::Vector2d& low, co
   camera_.cy = 2.0 - camera_.fy * low.y();
   camera_.width = static_cast<int>(std::ceil(camera_.fx * (high.x() - low.x()))) + 4;
   camera_.height = static_cast<int>(std::ceil(camera_.fy * (high.y() - low.y()))) + 4;
-  layer_ = draw::Target(camera_.width, camera_.height, draw::Format::rgba8, true, 4);
+  layer_ = render::Target(camera_.width, camera_.height, render::Format::rgba8, true, 4);
 }
 
-void ArmPicture::draw(const draw::ArmBody& body, const TrueView& view, const draw::RoomLight& light,
-                      float falloff, const draw::Target& picture, const draw::FullScreen& screen) {
+void ArmPicture::draw(const render::ArmBody& body, const TrueView& view, const device::RoomLight& light,
+                      float falloff, const render::Target& picture, const render::FullScreen& screen) {
   const Pose<CameraOptical, World> X = view.X_world_camera.inverse();
   Eigen::Vector2d low = ray_high_, high = ray_low_;
   bool everywhere = false;
@@ -54,7 +56,7 @@ void ArmPicture::draw(const draw::ArmBody& body, const TrueView& view, const dra
     low = low.cwiseMin(n);
     high = high.cwiseMax(n);
   };
-  for (const auto& vertex : body.vertices()) take(draw::Vector3f(vertex.position).cast<double>());
+  for (const auto& vertex : body.vertices()) take(render::Vector3f(vertex.position).cast<double>());
   if (everywhere) low = ray_low_, high = ray_high_;
   const int left = std::max(0, static_cast<int>(camera_.fx * low.x() + camera_.cx) - 3);
   const int above = std::max(0, static_cast<int>(camera_.fy * low.y() + camera_.cy) - 3);
@@ -69,9 +71,9 @@ void ArmPicture::draw(const draw::ArmBody& body, const TrueView& view, const dra
   glClearColor(0, 0, 0, 0);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   arm_.use()
-      .set("to_clip", draw::Matrix4f(draw::projection_matrix(camera_, 0.05, 8.0) * draw::matrix4(X)))
-      .set("eye", draw::Vector3f(view.X_world_camera.translation.cast<float>()));
-  draw::set_light(arm_, light);
+      .set("to_clip", render::Matrix4f(render::projection_matrix(camera_, 0.05, 8.0) * render::matrix4(X)))
+      .set("eye", render::Vector3f(view.X_world_camera.translation.cast<float>()));
+  render::set_light(arm_, light);
   arm_.set("looks", kArmLooks);
   glEnable(GL_CULL_FACE);
   glFrontFace(GL_CW);  // row 0 on top mirrors the window
@@ -89,12 +91,12 @@ void ArmPicture::draw(const draw::ArmBody& body, const TrueView& view, const dra
   layer_.texture().bind(3);
   const double w = camera_.width, h = camera_.height;
   through_lens_.set("layer", 3)
-      .set("to_layer", draw::Vector4f(Eigen::Vector4d((camera_.cx + 0.5) / w, (camera_.cy + 0.5) / h,
-                                                      camera_.fx / w, camera_.fy / h)
-                                          .cast<float>()));
-  through_lens_.set("used", draw::Vector4f(Eigen::Vector4d((left + 0.5) / w, (above + 0.5) / h,
-                                                           (right - 0.5) / w, (below - 0.5) / h)
-                                               .cast<float>()));
+      .set("to_layer", render::Vector4f(Eigen::Vector4d((camera_.cx + 0.5) / w, (camera_.cy + 0.5) / h,
+                                                        camera_.fx / w, camera_.fy / h)
+                                            .cast<float>()));
+  through_lens_.set("used", render::Vector4f(Eigen::Vector4d((left + 0.5) / w, (above + 0.5) / h,
+                                                             (right - 0.5) / w, (below - 0.5) / h)
+                                                 .cast<float>()));
   // Only where the layer holds something: its box, bent through the lens.
   const auto corner = [&](int x, int y) {
     return Vector3((x - camera_.cx) / camera_.fx, (y - camera_.cy) / camera_.fy, 1.0);

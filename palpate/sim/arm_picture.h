@@ -6,9 +6,9 @@
 
 #include <Eigen/Core>
 
-#include "palpate/draw/arm_body.h"
-#include "palpate/draw/gl_objects.h"
-#include "palpate/draw/room_light.h"
+#include "palpate/render/arm_body.h"
+#include "palpate/render/gl_objects.h"
+#include "palpate/render/room_light.h"
 #include "palpate/sim/true_view.h"
 
 namespace palpate::sim {
@@ -17,16 +17,16 @@ class ArmPicture {
  public:
   ArmPicture();
   // For pictures by this lens, whose rays lie between low and high.
-  void prepare(const CameraModel& lens, const Eigen::Vector2d& low, const Eigen::Vector2d& high);
+  void prepare(const device::CameraModel& lens, const Eigen::Vector2d& low, const Eigen::Vector2d& high);
   // Over `picture`. The table of rays is bound to unit 0; `falloff` as in the other shaders.
-  void draw(const draw::ArmBody& body, const TrueView& view, const draw::RoomLight& light, float falloff,
-            const draw::Target& picture, const draw::FullScreen& screen);
+  void draw(const render::ArmBody& body, const TrueView& view, const device::RoomLight& light, float falloff,
+            const render::Target& picture, const render::FullScreen& screen);
 
  private:
-  draw::Program arm_, through_lens_;
-  draw::Target layer_;
+  render::Program arm_, through_lens_;
+  render::Target layer_;
   Eigen::Vector2d ray_low_, ray_high_;
-  CameraModel camera_;  // of the layer: no distortion
+  device::CameraModel camera_;  // of the layer: no distortion
 };
 
 }  // namespace palpate::sim

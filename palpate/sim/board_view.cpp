@@ -2,10 +2,10 @@
 
 namespace palpate::sim {
 
-std::optional<std::vector<Pixel>> board_corners(const CameraModel& lens,
-                                                const Pose<CameraOptical, Board>& X_camera_board,
-                                                double noise_sd, Random& random) {
-  std::vector<Pixel> pixels;
+std::optional<std::vector<device::Pixel>> board_corners(const device::CameraModel& lens,
+                                                        const Pose<CameraOptical, Board>& X_camera_board,
+                                                        double noise_sd, Random& random) {
+  std::vector<device::Pixel> pixels;
   pixels.reserve(static_cast<std::size_t>(kBoardColumns * kBoardRows));
   bool inside = true;
   for (int row = 0; row < kBoardRows; ++row) {
@@ -16,10 +16,10 @@ std::optional<std::vector<Pixel>> board_corners(const CameraModel& lens,
         inside = false;
         continue;
       }
-      const Pixel seen = lens.project(p);
+      const device::Pixel seen = lens.project(p);
       // The lens model folds back far outside the picture; the ideal pinhole tells such places from real
       // ones.
-      const Pixel ideal = lens.project_undistorted(p);
+      const device::Pixel ideal = lens.project_undistorted(p);
       inside = inside && seen.x() > kPictureMargin && seen.y() > kPictureMargin &&
                seen.x() < lens.width - 1 - kPictureMargin && seen.y() < lens.height - 1 - kPictureMargin &&
                std::abs(ideal.x() - lens.cx) < lens.width && std::abs(ideal.y() - lens.cy) < lens.height;
@@ -30,7 +30,8 @@ std::optional<std::vector<Pixel>> board_corners(const CameraModel& lens,
   return pixels;
 }
 
-std::vector<Pose<CameraOptical, Board>> board_poses(const CameraModel& lens, int count, Random& random) {
+std::vector<Pose<CameraOptical, Board>> board_poses(const device::CameraModel& lens, int count,
+                                                    Random& random) {
   std::vector<Pose<CameraOptical, Board>> poses;
   const Vector3 middle(0.5 * (kBoardColumns - 1) * kBoardSquare, 0.5 * (kBoardRows - 1) * kBoardSquare, 0.0);
   for (int attempt = 0; attempt < 10000 * count && static_cast<int>(poses.size()) < count; ++attempt) {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "palpate/core/random.h"
-#include "palpate/model/camera.h"
+#include "palpate/device/camera_model.h"
 
 namespace palpate::sim {
 
@@ -18,12 +18,13 @@ inline constexpr double kCornerNoise = 0.1;    // px, sd of a corner found in a 
 inline constexpr double kPictureMargin = 4.0;  // px: nearer to the edge a corner cannot be found
 
 // All corners row by row, or none where one lies outside the picture or behind the camera.
-std::optional<std::vector<Pixel>> board_corners(const CameraModel& lens,
-                                                const Pose<CameraOptical, Board>& X_camera_board,
-                                                double noise_sd, Random& random);
+std::optional<std::vector<device::Pixel>> board_corners(const device::CameraModel& lens,
+                                                        const Pose<CameraOptical, Board>& X_camera_board,
+                                                        double noise_sd, Random& random);
 
 // Poses in which a person would hold the board up to a camera that is to be calibrated: whole in the picture,
 // near and far, tilted both ways, reaching its edges.
-std::vector<Pose<CameraOptical, Board>> board_poses(const CameraModel& lens, int count, Random& random);
+std::vector<Pose<CameraOptical, Board>> board_poses(const device::CameraModel& lens, int count,
+                                                    Random& random);
 
 }  // namespace palpate::sim

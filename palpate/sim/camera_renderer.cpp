@@ -7,9 +7,9 @@
 #include <optional>
 #include <stdexcept>
 
-#include "palpate/draw/arm_body.h"
-#include "palpate/draw/context.h"
-#include "palpate/draw/planar_shadow.h"
+#include "palpate/render/arm_body.h"
+#include "palpate/render/context.h"
+#include "palpate/render/planar_shadow.h"
 #include "palpate/sim/arm_picture.h"
 #include "palpate/sim/camera_shaders.h"
 #include "palpate/sim/grain.h"
@@ -20,13 +20,13 @@
 namespace palpate::sim {
 namespace {
 
-using draw::Program;
-using draw::ShadowReceiver;
+using render::Program;
+using render::ShadowReceiver;
 
 constexpr double kTableThickness = 0.024, kTableHeight = 0.74;  // m
 constexpr float kFalloff = 0.16f;  // light lost in the corners, per squared ray length
 
-bool same(const CameraModel& a, const CameraModel& b) {
+bool same(const device::CameraModel& a, const device::CameraModel& b) {
   return a.width == b.width && a.height == b.height && a.fx == b.fx && a.fy == b.fy && a.cx == b.cx &&
          a.cy == b.cy && a.distortion == b.distortion;
 }
@@ -36,7 +36,7 @@ ShadowReceiver rectangle(const std::array<Vector3, 4>& corners) {
   return {corners[0], x.normalized(), y.normalized(), x.norm(), y.norm()};
 }
 Vector3 normal(const ShadowReceiver& r) { return r.side_x.cross(r.side_y); }
-draw::Vector4f plane(const ShadowReceiver& r) {
+render::Vector4f plane(const ShadowReceiver& r) {
   const Vector3 n = normal(r);
   return Eigen::Vector4d(n.x(), n.y(), n.z(), -n.dot(r.corner)).cast<float>();
 }
@@ -53,40 +53,41 @@ struct SurfacePrograms {
 };
 
 struct CameraRenderer::Impl {
-  std::shared_ptr<draw::Context> context = draw::Context::required();
-  draw::RoomLight light;
-  draw::FullScreen screen;
+  std::shared_ptr<render::Context> context = render::Context::required();
+  device::RoomLight light;
+  render::FullScreen screen;
   SurfacePrograms table{"sim/table", table_shader}, wall{"sim/wall", wall_shader};
-  Program side{"sim/side", draw::kFullScreen, side_shader()}, room{"sim/room", kTileVertex, room_shader()},
-      leg{"sim/leg", draw::kFullScreen, leg_shader()}, floor{"sim/floor", draw::kFullScreen, floor_shader()},
-      dot{"sim/dot", draw::kFullScreen, dot_shader()}, ball{"sim/ball", draw::kFullScreen, ball_shader()},
-      board{"sim/board", draw::kFullScreen, board_shader()};
-  draw::PlanarShadow table_shadow{160}, wall_shadow{96};
-  draw::Texture grain_texture{256, 256, draw::Format::r8, draw::Filter::linear_repeat};
+  Program side{"sim/side", render::kFullScreen, side_shader()}, room{"sim/room", kTileVertex, room_shader()},
+      leg{"sim/leg", render::kFullScreen, leg_shader()},
+      floor{"sim/floor", render::kFullScreen, floor_shader()},
+      dot{"sim/dot", render::kFullScreen, dot_shader()}, ball{"sim/ball", render::kFullScreen, ball_shader()},
+      board{"sim/board", render::kFullScreen, board_shader()};
+  render::PlanarShadow table_shadow{160}, wall_shadow{96};
+  render::Texture grain_texture{256, 256, render::Format::r8, render::Filter::linear_repeat};
 
-  CameraModel lens;  // for which the next three were made
-  draw::Texture rays;
-  draw::Target picture;
+  device::CameraModel lens;  // for which the next three were made
+  render::Texture rays;
+  render::Target picture;
   std::optional<PictureTiles> tiles;
   ArmPicture arm_picture;
 
-  PhantomLengths arm_lengths;
+  device::PhantomLengths arm_lengths;
   std::vector<Vector3> arm_leds;
   double arm_foot = 0.0;
-  std::unique_ptr<draw::ArmBody> arm_body, arm_shadow_body;
+  std::unique_ptr<render::ArmBody> arm_body, arm_shadow_body;
   std::optional<std::array<Vector3, 4>> floor_table;  // none drawn yet
-  draw::Target boards{512, 512, draw::Format::rgb8, false};
+  render::Target boards{512, 512, render::Format::rgb8, false};
   SensorNoise noise{0.0};
 
   Impl() { grain_texture.upload(grain(256).data()); }
 
-  void prepare_lens(const CameraModel& model) {
+  void prepare_lens(const device::CameraModel& model) {
     if (rays && same(model, lens)) return;
     lens = model;
     const LensRays all = lens_rays(model);
-    rays = draw::Texture(model.width, model.height, draw::Format::rg32f, draw::Filter::nearest);
+    rays = render::Texture(model.width, model.height, render::Format::rg32f, render::Filter::nearest);
     rays.upload(all.ray.data());
-    picture = draw::Target(model.width, model.height, draw::Format::rgb8, false);
+    picture = render::Target(model.width, model.height, render::Format::rgb8, false);
     tiles.emplace(model.width, model.height, all.ray);
     arm_picture.prepare(model, all.low, all.high);
   }
@@ -99,16 +100,16 @@ struct CameraRenderer::Impl {
       arm_lengths = view.lengths;
       arm_leds = view.marker_leds;
       arm_foot = foot;
-      arm_body = std::make_unique<draw::ArmBody>(
-          arm_lengths, draw::ArmShapeSettings{.base_below = foot, .leds = arm_leds, .segments = 24});
-      arm_shadow_body = std::make_unique<draw::ArmBody>(
-          arm_lengths, draw::ArmShapeSettings{.base_below = foot, .leds = arm_leds, .segments = 8});
+      arm_body = std::make_unique<render::ArmBody>(
+          arm_lengths, render::ArmShapeSettings{.base_below = foot, .leds = arm_leds, .segments = 24});
+      arm_shadow_body = std::make_unique<render::ArmBody>(
+          arm_lengths, render::ArmShapeSettings{.base_below = foot, .leds = arm_leds, .segments = 8});
     }
   }
 
   void common(Program& program) {
     program.use().set("rays", 0).set("grain", 1).set("shadow", 2).set("falloff", kFalloff);
-    draw::set_light(program, light);
+    render::set_light(program, light);
   }
 
   // A rectangle as the camera of `view` has it.
@@ -129,13 +130,13 @@ struct CameraRenderer::Impl {
 
   void flat_uniforms(Program& program, const TrueView& view, const ShadowReceiver& r, const Seen& seen) {
     common(program);
-    program.set("to_plane", draw::Matrix3f(seen.to_plane.cast<float>()))
-        .set("size", draw::Vector2f(static_cast<float>(r.width), static_cast<float>(r.height)))
-        .set("corner", draw::Vector3f(r.corner.cast<float>()))
-        .set("side_x", draw::Vector3f(r.side_x.cast<float>()))
-        .set("side_y", draw::Vector3f(r.side_y.cast<float>()))
-        .set("eye", draw::Vector3f(view.X_world_camera.translation.cast<float>()))
-        .set("shadow_part", draw::Vector4f(draw::Vector4f::Zero()));
+    program.set("to_plane", render::Matrix3f(seen.to_plane.cast<float>()))
+        .set("size", render::Vector2f(static_cast<float>(r.width), static_cast<float>(r.height)))
+        .set("corner", render::Vector3f(r.corner.cast<float>()))
+        .set("side_x", render::Vector3f(r.side_x.cast<float>()))
+        .set("side_y", render::Vector3f(r.side_y.cast<float>()))
+        .set("eye", render::Vector3f(view.X_world_camera.translation.cast<float>()))
+        .set("shadow_part", render::Vector4f(render::Vector4f::Zero()));
   }
 
   // Sets up a small flat thing's uniforms and the part of the picture it can touch; false when it cannot be
@@ -163,7 +164,7 @@ struct CameraRenderer::Impl {
   }
 
   void draw_surface(SurfacePrograms& programs, const TrueView& view, const Surface& s,
-                    const ShadowReceiver& neighbour, const draw::PlanarShadow* shadow) {
+                    const ShadowReceiver& neighbour, const render::PlanarShadow* shadow) {
     if (s.cover.empty()) return;
     glDisable(GL_SCISSOR_TEST);
     std::vector<TileCover> dark(tiles->count(), TileCover::none);
@@ -190,7 +191,7 @@ struct CameraRenderer::Impl {
     draw(programs.edge, [](TileCover own, TileCover) { return own == TileCover::part; });
   }
 
-  void use_shadow(Program& program, bool any, const draw::PlanarShadow* shadow) {
+  void use_shadow(Program& program, bool any, const render::PlanarShadow* shadow) {
     if (!any) return;
     shadow->texture().bind(2);
     program.set("shadow_part", shadow->part());
@@ -214,14 +215,14 @@ struct CameraRenderer::Impl {
     glDisable(GL_BLEND);
     grain_texture.bind(1);
     common(floor);
-    floor.set("room_low", draw::Vector3f(box.low.cast<float>()))
-        .set("room_high", draw::Vector3f(box.high.cast<float>()))
-        .set("table_corner", draw::Vector3f(top.corner.cast<float>()))
-        .set("table_x", draw::Vector3f(top.side_x.cast<float>()))
-        .set("table_y", draw::Vector3f(top.side_y.cast<float>()))
-        .set("table_size", draw::Vector2f(static_cast<float>(top.width), static_cast<float>(top.height)))
+    floor.set("room_low", render::Vector3f(box.low.cast<float>()))
+        .set("room_high", render::Vector3f(box.high.cast<float>()))
+        .set("table_corner", render::Vector3f(top.corner.cast<float>()))
+        .set("table_x", render::Vector3f(top.side_x.cast<float>()))
+        .set("table_y", render::Vector3f(top.side_y.cast<float>()))
+        .set("table_size", render::Vector2f(static_cast<float>(top.width), static_cast<float>(top.height)))
         .set("texels",
-             draw::Vector2f(static_cast<float>(boards.width()), static_cast<float>(boards.height())));
+             render::Vector2f(static_cast<float>(boards.width()), static_cast<float>(boards.height())));
     screen.draw();
   }
 
@@ -234,11 +235,11 @@ struct CameraRenderer::Impl {
     glDisable(GL_SCISSOR_TEST);
     common(room);
     boards.texture().bind(3);
-    room.set("to_world", draw::Matrix3f(view.X_world_camera.matrix().cast<float>()))
+    room.set("to_world", render::Matrix3f(view.X_world_camera.matrix().cast<float>()))
         .set("boards", 3)
-        .set("eye", draw::Vector3f(view.X_world_camera.translation.cast<float>()))
-        .set("room_low", draw::Vector3f(box.low.cast<float>()))
-        .set("room_high", draw::Vector3f(box.high.cast<float>()));
+        .set("eye", render::Vector3f(view.X_world_camera.translation.cast<float>()))
+        .set("room_low", render::Vector3f(box.low.cast<float>()))
+        .set("room_high", render::Vector3f(box.high.cast<float>()));
     tiles->draw(marked);
   }
 
@@ -278,10 +279,10 @@ struct CameraRenderer::Impl {
       // corner.
       const bool lies_on_table = n.dot(normal(top)) > n.dot(normal(back));
       const ShadowReceiver& under = lies_on_table ? top : back;
-      const draw::PlanarShadow& shadow = lies_on_table ? table_shadow : wall_shadow;
+      const render::PlanarShadow& shadow = lies_on_table ? table_shadow : wall_shadow;
       if ((lies_on_table ? on_table : on_wall) && x.dot(under.side_x) > 0.99 && y.dot(under.side_y) > 0.99) {
         shadow.texture().bind(2);
-        draw::Vector4f part = shadow.part();
+        render::Vector4f part = shadow.part();
         const Vector3 shift = d.centre - half * (x + y) - under.corner;
         part.x() -= static_cast<float>(shift.dot(under.side_x));
         part.y() -= static_cast<float>(shift.dot(under.side_y));
@@ -298,9 +299,9 @@ struct CameraRenderer::Impl {
       const Vector3 x = z.unitOrthogonal(), y = z.cross(x);
       const double half = 1.2 * b.radius;
       if (!flat(ball, view, {b.centre - half * (x + y), x, y, 2.0 * half, 2.0 * half})) continue;
-      ball.set(
-          "ball",
-          draw::Vector4f(Eigen::Vector4d(b.centre.x(), b.centre.y(), b.centre.z(), b.radius).cast<float>()));
+      ball.set("ball",
+               render::Vector4f(
+                   Eigen::Vector4d(b.centre.x(), b.centre.y(), b.centre.z(), b.radius).cast<float>()));
       screen.draw();
     }
   }
@@ -314,11 +315,11 @@ struct CameraRenderer::Impl {
     prepare_floor(view, top, box);
     if (noise.sd() != view.noise_sd) noise = SensorNoise(view.noise_sd);
     prepare_bodies(view, top);
-    const draw::ArmConfiguration configuration{view.X_world_base, view.lengths, view.theta, view.gimbal,
-                                               view.X_tip_marker};
+    const render::ArmConfiguration configuration{view.X_world_base, view.lengths, view.theta, view.gimbal,
+                                                 view.X_tip_marker};
     arm_body->move(configuration);
     arm_shadow_body->move(configuration);
-    const draw::ShadowCaster caster{&arm_shadow_body->mesh()};
+    const render::ShadowCaster caster{&arm_shadow_body->mesh()};
     const bool on_table = table_shadow.draw({&caster, 1}, top, light, screen);
     const bool on_wall = wall_shadow.draw({&caster, 1}, back, light, screen);
 

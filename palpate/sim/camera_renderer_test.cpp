@@ -36,14 +36,14 @@ TrueView reference_view() {
   return view;
 }
 
-double linear(const std::vector<std::uint8_t>& rgb, const CameraModel& lens, int u, int v) {
+double linear(const std::vector<std::uint8_t>& rgb, const device::CameraModel& lens, int u, int v) {
   const double level = rgb[static_cast<std::size_t>(3 * (v * lens.width + u) + 1)] / 255.0;
   return level * level;  // pictures hold square roots of light
 }
 
 // Centre of light above the dark ring, in a window that ends inside the ring.
-Pixel centre_of_light(const std::vector<std::uint8_t>& rgb, const CameraModel& lens, const Pixel& near,
-                      double half_u, double half_v) {
+device::Pixel centre_of_light(const std::vector<std::uint8_t>& rgb, const device::CameraModel& lens,
+                              const device::Pixel& near, double half_u, double half_v) {
   double sum = 0, x = 0, y = 0;
   for (int v = static_cast<int>(near.y() - half_v); v <= static_cast<int>(near.y() + half_v) + 1; ++v) {
     for (int u = static_cast<int>(near.x() - half_u); u <= static_cast<int>(near.x() + half_u) + 1; ++u) {
@@ -71,7 +71,7 @@ TEST(CameraRenderer, DrawsDotsWhereTheCameraModelPutsThem) {
     const Pose<CameraOptical, World> X = view.X_world_camera.inverse();
     for (const Dot& dot : view.dots) {
       const auto pixel = [&](const Vector3& p) { return view.lens.project((X * Point<World>{p}).m); };
-      const Pixel expected = pixel(dot.centre);
+      const device::Pixel expected = pixel(dot.centre);
       if (!(expected.x() > 20 && expected.x() < 620 && expected.y() > 20 && expected.y() < 460)) continue;
       const Vector3 along = dot.normal.y() > 0.5 ? Vector3(Vector3::UnitZ()) : Vector3(Vector3::UnitY());
       const double half_u = (pixel(dot.centre + 0.0085 * Vector3::UnitX()) - expected).norm();
@@ -128,7 +128,7 @@ TEST(CameraRenderer, ShowsArmAndItsShadowAndABoardInFront) {
   renderer.render(view, rgb);
   double previous = 0.0;
   for (int column = -1; column < 9; ++column) {
-    const Pixel p = view.lens.project(Vector3(-0.1 + (column + 0.5) * 0.025, -0.06 + 0.0125, 0.6));
+    const device::Pixel p = view.lens.project(Vector3(-0.1 + (column + 0.5) * 0.025, -0.06 + 0.0125, 0.6));
     const double level =
         linear(rgb, view.lens, static_cast<int>(std::lround(p.x())), static_cast<int>(std::lround(p.y())));
     if (column > -1) {
@@ -151,19 +151,19 @@ TEST(SensorNoise, HasTheStatedDeviationAndNoBias) {
 }
 
 TEST(LensRays, AreTheInverseOfTheLens) {
-  const CameraModel lens = reference_view().lens;
+  const device::CameraModel lens = reference_view().lens;
   const LensRays rays = lens_rays(lens);
   for (int v = 3; v < lens.height; v += 67) {
     for (int u = 5; u < lens.width; u += 71) {
       const Eigen::Vector2f ray = rays.ray[static_cast<std::size_t>(v * lens.width + u)];
-      const Pixel back = lens.project(Vector3(ray.x(), ray.y(), 1.0));
-      EXPECT_NEAR((back - Pixel(u, v)).norm(), 0.0, 1e-4);  // rays are kept in single precision
+      const device::Pixel back = lens.project(Vector3(ray.x(), ray.y(), 1.0));
+      EXPECT_NEAR((back - device::Pixel(u, v)).norm(), 0.0, 1e-4);  // rays are kept in single precision
     }
   }
 }
 
 TEST(PixelBox, HoldsABentPolygonAlsoWhenItReachesBehindTheCamera) {
-  const CameraModel lens = reference_view().lens;
+  const device::CameraModel lens = reference_view().lens;
   const std::vector<Vector3> polygon = {
       {-0.3, 0.1, 0.8}, {0.4, 0.1, 0.8}, {0.4, 0.3, -0.2}, {-0.3, 0.3, -0.2}};
   const auto box = pixel_box(lens, polygon);
@@ -172,7 +172,7 @@ TEST(PixelBox, HoldsABentPolygonAlsoWhenItReachesBehindTheCamera) {
       const Vector3 p =
           (1 - b) * ((1 - a) * polygon[0] + a * polygon[1]) + b * ((1 - a) * polygon[3] + a * polygon[2]);
       if (p.z() < 0.2) continue;
-      const Pixel pixel = lens.project(p);
+      const device::Pixel pixel = lens.project(p);
       if (pixel.x() < 0 || pixel.y() < 0 || pixel.x() > 639 || pixel.y() > 479) continue;
       EXPECT_TRUE(pixel.x() >= box[0] && pixel.x() <= box[0] + box[2] && pixel.y() >= box[1] &&
                   pixel.y() <= box[1] + box[3]);

@@ -1,6 +1,6 @@
 #include "palpate/sim/camera_shaders.h"
 
-#include "palpate/draw/room_light.h"
+#include "palpate/render/room_light.h"
 
 namespace palpate::sim {
 namespace {
@@ -43,7 +43,7 @@ float inside(vec2 p, vec2 w) { return band(p.x, 0.0, size.x, w.x) * band(p.y, 0.
 )";
 
 std::string with(const char* a, const char* b, const char* c) {
-  return draw::kLightGlsl + draw::encoding_glsl(Encoding::root) + a + b + c;
+  return render::kLightGlsl + render::encoding_glsl(device::Encoding::root) + a + b + c;
 }
 
 // The inside of a surface needs neither a soft edge nor, away from the shadow, a look at it.
@@ -317,7 +317,7 @@ void main() {
 }
 )";
 
-// Follows draw::kLightGlsl.
+// Follows render::kLightGlsl.
 const char* const kArmFragment = R"(
 uniform vec3 eye;
 uniform vec3 looks[15];  // of each ArmLook: colour; mirror straight, mirror at the edge, lamp's image; light of its own

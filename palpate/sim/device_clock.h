@@ -4,7 +4,7 @@
 // thread.
 #pragma once
 
-#include "palpate/model/world_file.h"
+#include "palpate/sim/config/world_file.h"
 #include "palpate/time/instant.h"
 
 namespace palpate::sim {
@@ -13,7 +13,7 @@ template <typename C>
 class DeviceClock {
  public:
   DeviceClock() = default;
-  explicit DeviceClock(const ClockSettings& settings)
+  explicit DeviceClock(const config::ClockSettings& settings)
       : offset_ns_(std::llround(settings.offset_s * 1e9)), drift_(settings.drift) {}
 
   Instant<C> at(Instant<TrueTime> t) const {

@@ -7,7 +7,7 @@ namespace palpate::sim {
 namespace {
 
 // Every second pixel of every second row.
-void halve(CameraImage& image) {
+void halve(device::CameraImage& image) {
   const int width = image.width / 2, height = image.height / 2;
   if (!image.rgb.empty()) {
     const auto full = static_cast<std::size_t>(image.width);
@@ -25,23 +25,24 @@ void halve(CameraImage& image) {
 
 }  // namespace
 
-bool DeviceFaults::holds(const Range& span, double t) const {
+bool DeviceFaults::holds(const config::Range& span, double t) const {
   if (faults_.repeat_s > 0.0 && t > 0.0) t = std::fmod(t, faults_.repeat_s);
   return t >= span[0] && t < span[1];
 }
 
-void DeviceFaults::disturb(double t, std::optional<CameraImage>& image) const {
+void DeviceFaults::disturb(double t, std::optional<device::CameraImage>& image) const {
   if (!image) return;
   if (holds(faults_.camera_clock, t)) image->mid_exposure += seconds(faults_.clock_jump_s);
   if (holds(faults_.image_size, t)) halve(*image);
   if (holds(faults_.camera_silent, t)) image.reset();
 }
 
-void DeviceFaults::disturb(double t, std::vector<TrackerSample>& samples) const {
+void DeviceFaults::disturb(double t, std::vector<device::TrackerSample>& samples) const {
   if (holds(faults_.tracker_silent, t)) samples.clear();
   for (auto& sample : samples) {
     if (holds(faults_.tracker_clock, t)) sample.stamp += seconds(faults_.clock_jump_s);
-    if (holds(faults_.tracker_blind, t) && sample.marker == MarkerId::camera_marker) sample.seen = false;
+    if (holds(faults_.tracker_blind, t) && sample.marker == device::MarkerId::camera_marker)
+      sample.seen = false;
   }
 }
 

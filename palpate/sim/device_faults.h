@@ -10,24 +10,24 @@
 #include <optional>
 #include <vector>
 
-#include "palpate/devices/devices.h"
-#include "palpate/model/world_file.h"
+#include "palpate/device/devices.h"
+#include "palpate/sim/config/world_file.h"
 
 namespace palpate::sim {
 
 class DeviceFaults {
  public:
-  explicit DeviceFaults(const WorldFile& world) : faults_(world.faults) {}
+  explicit DeviceFaults(const config::WorldFile& world) : faults_(world.faults) {}
 
   // At `t` seconds since play began.
-  void disturb(double t, std::optional<CameraImage>& image) const;
-  void disturb(double t, std::vector<TrackerSample>& samples) const;
+  void disturb(double t, std::optional<device::CameraImage>& image) const;
+  void disturb(double t, std::vector<device::TrackerSample>& samples) const;
   // Names of those that hold, as the world file has them, without their unit.
   std::vector<const char*> holding(double t) const;
 
  private:
-  bool holds(const Range& span, double t) const;
-  decltype(WorldFile::faults) faults_;
+  bool holds(const config::Range& span, double t) const;
+  decltype(config::WorldFile::faults) faults_;
 };
 
 }  // namespace palpate::sim

@@ -5,18 +5,18 @@
 namespace palpate::sim {
 namespace {
 
-CameraImage small_image() {
-  CameraImage image;
+device::CameraImage small_image() {
+  device::CameraImage image;
   image.width = 4, image.height = 2;
   for (int i = 0; i < 3 * 4 * 2; ++i) image.rgb.push_back(static_cast<std::uint8_t>(i));
   return image;
 }
 
 TEST(DeviceFaults, WithoutAnyNothingChanges) {
-  const DeviceFaults faults(reference_world());
+  const DeviceFaults faults(config::reference_world());
   for (double t = 0.0; t < 100.0; t += 0.25) {
     EXPECT_TRUE(faults.holding(t).empty());
-    std::optional<CameraImage> image = small_image();
+    std::optional<device::CameraImage> image = small_image();
     faults.disturb(t, image);
     ASSERT_TRUE(image);
     EXPECT_EQ(image->rgb, small_image().rgb);
@@ -24,11 +24,11 @@ TEST(DeviceFaults, WithoutAnyNothingChanges) {
 }
 
 TEST(DeviceFaults, AFaultHoldsFromItsBeginningUntilBeforeItsEnd) {
-  auto world = reference_world();
+  auto world = config::reference_world();
   world.faults.camera_silent = {2.0, 3.0};
   const DeviceFaults faults(world);
   const auto silent = [&faults](double t) {
-    std::optional<CameraImage> image = small_image();
+    std::optional<device::CameraImage> image = small_image();
     faults.disturb(t, image);
     return !image;
   };
@@ -40,7 +40,7 @@ TEST(DeviceFaults, AFaultHoldsFromItsBeginningUntilBeforeItsEnd) {
 }
 
 TEST(DeviceFaults, ItComesAgainWhereThatIsAskedFor) {
-  auto world = reference_world();
+  auto world = config::reference_world();
   world.faults.tracker_blind = {2.0, 3.0};
   world.faults.repeat_s = 10.0;
   const DeviceFaults faults(world);
@@ -52,9 +52,9 @@ TEST(DeviceFaults, ItComesAgainWhereThatIsAskedFor) {
 }
 
 TEST(DeviceFaults, AnImageOfTheWrongSizeHasEverySecondPixelOfEverySecondRow) {
-  auto world = reference_world();
+  auto world = config::reference_world();
   world.faults.image_size = {0.0, 1.0};
-  std::optional<CameraImage> image = small_image();
+  std::optional<device::CameraImage> image = small_image();
   DeviceFaults(world).disturb(0.5, image);
   ASSERT_TRUE(image);
   EXPECT_EQ(image->width, 2);
@@ -63,13 +63,13 @@ TEST(DeviceFaults, AnImageOfTheWrongSizeHasEverySecondPixelOfEverySecondRow) {
 }
 
 TEST(DeviceFaults, ATrackerIsBlindForTheHeadsMarkerAloneAndItsClockGoesWrongForAll) {
-  auto world = reference_world();
+  auto world = config::reference_world();
   world.faults.tracker_blind = {0.0, 1.0};
   world.faults.tracker_clock = {0.5, 1.0};
   world.faults.clock_jump_s = -2.0;
-  std::vector<TrackerSample> samples(2);
-  samples[0].marker = MarkerId::tip_marker;
-  samples[1].marker = MarkerId::camera_marker;
+  std::vector<device::TrackerSample> samples(2);
+  samples[0].marker = device::MarkerId::tip_marker;
+  samples[1].marker = device::MarkerId::camera_marker;
   for (auto& sample : samples) sample.seen = true, sample.stamp = Instant<TrackerClock>::from_seconds(7.0);
   DeviceFaults(world).disturb(0.75, samples);
   ASSERT_EQ(samples.size(), 2u);
@@ -79,9 +79,9 @@ TEST(DeviceFaults, ATrackerIsBlindForTheHeadsMarkerAloneAndItsClockGoesWrongForA
 }
 
 TEST(DeviceFaults, ASilentTrackerSaysNothingOfAnyMarker) {
-  auto world = reference_world();
+  auto world = config::reference_world();
   world.faults.tracker_silent = {0.0, 1.0};
-  std::vector<TrackerSample> samples(3);
+  std::vector<device::TrackerSample> samples(3);
   DeviceFaults(world).disturb(0.5, samples);
   EXPECT_TRUE(samples.empty());
 }

@@ -24,7 +24,7 @@ Pose<World, CameraOptical> looking(const Vector3& eye, const Vector3& target) {
   return {Quaternion(R), eye};
 }
 
-HeadMotion::HeadMotion(const WorldFile& world, const Vector3& board)
+HeadMotion::HeadMotion(const config::WorldFile& world, const Vector3& board)
     : eye_(world.head.eye),
       look_at_(world.head.look_at),
       board_(board),

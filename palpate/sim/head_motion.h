@@ -4,14 +4,14 @@
 // wide turns. A change of manner takes a second. World frame, SI. One thread.
 #pragma once
 
-#include "palpate/geometry/pose.h"
-#include "palpate/model/world_file.h"
+#include "palpate/math/pose.h"
+#include "palpate/sim/config/world_file.h"
 
 namespace palpate::sim {
 
 class HeadMotion {
  public:
-  HeadMotion(const WorldFile& world, const Vector3& board);
+  HeadMotion(const config::WorldFile& world, const Vector3& board);
 
   void look(double t) { change(false, t); }
   void look_around_board(double t) { change(true, t); }

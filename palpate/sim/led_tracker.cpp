@@ -2,7 +2,7 @@
 
 #include <Eigen/LU>
 
-#include "palpate/estimation/linear_algebra.h"
+#include "palpate/math/linear_algebra.h"
 
 namespace palpate::sim {
 namespace {

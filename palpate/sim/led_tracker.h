@@ -13,7 +13,7 @@
 #include <span>
 #include <vector>
 
-#include "palpate/geometry/so3.h"
+#include "palpate/math/so3.h"
 
 namespace palpate::sim {
 

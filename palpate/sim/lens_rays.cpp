@@ -10,7 +10,7 @@ namespace {
 constexpr double kNear = 0.01;  // m; nearer than this nothing is looked for
 
 // The largest radius up to which the radial lens model keeps growing.
-double growing_radius(const CameraModel& lens) {
+double growing_radius(const device::CameraModel& lens) {
   const auto& d = lens.distortion;
   double r = 0.0;
   for (; r < 3.0; r += 0.01) {
@@ -22,7 +22,7 @@ double growing_radius(const CameraModel& lens) {
 
 }  // namespace
 
-LensRays lens_rays(const CameraModel& lens) {
+LensRays lens_rays(const device::CameraModel& lens) {
   LensRays rays;
   rays.ray.reserve(static_cast<std::size_t>(lens.width) * static_cast<std::size_t>(lens.height));
   rays.low = Eigen::Vector2d::Constant(std::numeric_limits<double>::max());
@@ -39,7 +39,7 @@ LensRays lens_rays(const CameraModel& lens) {
   return rays;
 }
 
-std::array<int, 4> pixel_box(const CameraModel& lens, const std::vector<Vector3>& polygon) {
+std::array<int, 4> pixel_box(const device::CameraModel& lens, const std::vector<Vector3>& polygon) {
   const double limit = growing_radius(lens);
   Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::max()), high = -low;
   const auto take = [&](const Vector3& p) {

@@ -6,7 +6,7 @@
 #include <array>
 #include <vector>
 
-#include "palpate/model/camera.h"
+#include "palpate/device/camera_model.h"
 
 namespace palpate::sim {
 
@@ -16,10 +16,10 @@ struct LensRays {
   Eigen::Vector2d low, high;  // range of the rays that exist
 };
 
-LensRays lens_rays(const CameraModel& lens);
+LensRays lens_rays(const device::CameraModel& lens);
 
 // Smallest box of pixels (x, y, width, height; cut to the picture) that holds a convex flat polygon given in
 // CameraOptical; width 0 where nothing of it lies in front of the camera. Up to a few pixels too large.
-std::array<int, 4> pixel_box(const CameraModel& lens, const std::vector<Vector3>& polygon);
+std::array<int, 4> pixel_box(const device::CameraModel& lens, const std::vector<Vector3>& polygon);
 
 }  // namespace palpate::sim

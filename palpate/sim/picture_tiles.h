@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "palpate/draw/mesh_buffer.h"
-#include "palpate/geometry/so3.h"
+#include "palpate/math/so3.h"
+#include "palpate/render/mesh_buffer.h"
 #include "palpate/sim/lens_rays.h"
 
 namespace palpate::sim {
@@ -34,8 +34,8 @@ class PictureTiles {
   static constexpr int kSide = 32;  // px
   int width_, height_, columns_;
   std::vector<std::array<Eigen::Vector2d, 4>> corners_;  // rays
-  draw::MeshBuffer buffer_;
-  draw::ShadedMesh quads_;
+  render::MeshBuffer buffer_;
+  render::ShadedMesh quads_;
 };
 
 // Limits drawing to a box of pixels (x, y, width, height); false where it is empty.

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "palpate/sim/stylus_habits.h"
+#include "palpate/sim/pose_sampling.h"
 #include "palpate/sim/wave.h"
 
 namespace palpate::sim {
@@ -28,8 +28,8 @@ double smooth_slope(double s) { return 30.0 * s * s * (1.0 - s) * (1.0 - s); }
 
 }  // namespace
 
-SimPerson::SimPerson(const WorldFile& world, const Truth& truth, std::uint64_t seed, ArmTwin& arm,
-                     HandTwin& hand)
+SimPerson::SimPerson(const config::WorldFile& world, const Truth& truth, std::uint64_t seed,
+                     SimulatedArm& arm, SimulatedHand& hand)
     : world_(world),
       truth_(truth),
       arm_(arm),
@@ -71,8 +71,9 @@ void SimPerson::follow_path(const JointPath& path, double t, const Quaternion& o
   const double s = std::clamp((t - path.start) / path.duration, 0.0, 1.0);
   const Vector3 theta = path.from + smooth(s) * (path.to - path.from);
   const Vector3 rate = smooth_slope(s) / path.duration * (path.to - path.from);
-  const Vector3 tip = (truth_.X_world_base * phantom_tip(theta, truth_.lengths)).m;
-  const Vector3 velocity = truth_.X_world_base.rotation * (phantom_jacobian(theta, truth_.lengths) * rate);
+  const Vector3 tip = (truth_.X_world_base * device::phantom_tip(theta, truth_.lengths)).m;
+  const Vector3 velocity =
+      truth_.X_world_base.rotation * (device::phantom_jacobian(theta, truth_.lengths) * rate);
   lead(tip, velocity, orientation);
 }
 
@@ -90,17 +91,17 @@ Vector3 SimPerson::wander_joints(double t) const {
 void SimPerson::begin_pose_of_their_own() {
   for (int attempt = 0; attempt < 1000; ++attempt) {
     path_ = {hand_joints(), random_joints(world_, poses_).value_or(hand_joints()), now_, kReachTime};
-    const Vector3 tip = (truth_.X_world_base * phantom_tip(path_.to, truth_.lengths)).m;
+    const Vector3 tip = (truth_.X_world_base * device::phantom_tip(path_.to, truth_.lengths)).m;
     const Quaternion marker =
         random_orientation(tip_marker_normal(), (tracker_ - tip).normalized(), kAnyRoll, poses_);
     held_orientation_ = marker * truth_.X_tip_marker.rotation.conjugate();
-    const Vector3 gimbal = phantom_gimbal(path_.to, X_base_world_.rotation * held_orientation_);
+    const Vector3 gimbal = device::phantom_gimbal(path_.to, X_base_world_.rotation * held_orientation_);
     if (std::abs(gimbal[1]) < kGimbalReach) break;
   }
 }
 
 // As near to what is shown as hand, joints and gimbal allow.
-Expected<void> SimPerson::begin_shown_pose(const PoseTarget& target) {
+Expected<void> SimPerson::begin_shown_pose(const device::PoseTarget& target) {
   const Vector3 miss(shown_.normal(kShownPlaceSd), shown_.normal(kShownPlaceSd),
                      shown_.normal(kShownPlaceSd));
   const Vector3 turn(shown_.normal(kShownTurnSd), shown_.normal(kShownTurnSd), shown_.normal(kShownTurnSd));
@@ -109,21 +110,21 @@ Expected<void> SimPerson::begin_shown_pose(const PoseTarget& target) {
   const Vector3 tip = arm_.within_reach(target.tip.m + miss);
   Vector3 theta;
   if ((tip - target.tip.m - miss).norm() > kFarOut ||
-      !phantom_inverse(X_base_world_ * Point<World>{tip}, truth_.lengths, theta))
+      !device::phantom_inverse(X_base_world_ * Point<World>{tip}, truth_.lengths, theta))
     return refused("next pose: ({:.0f}, {:.0f}, {:.0f}) mm is out of the arm's reach; show a nearer place",
                    1e3 * target.tip.m.x(), 1e3 * target.tip.m.y(), 1e3 * target.tip.m.z());
   const Quaternion marker = so3_exp(turn) * target.R_world_marker.normalized();
-  Vector3 gimbal =
-      phantom_gimbal(theta, X_base_world_.rotation * marker * truth_.X_tip_marker.rotation.conjugate());
+  Vector3 gimbal = device::phantom_gimbal(
+      theta, X_base_world_.rotation * marker * truth_.X_tip_marker.rotation.conjugate());
   gimbal[1] = std::clamp(gimbal[1], -kGimbalReach, kGimbalReach);
   path_ = {hand_joints(), theta, now_, kReachTime};
-  held_orientation_ = (truth_.X_world_base.rotation * phantom_stylus(theta, gimbal)).normalized();
+  held_orientation_ = (truth_.X_world_base.rotation * device::phantom_stylus(theta, gimbal)).normalized();
   return {};
 }
 
-Expected<void> SimPerson::begin_touch(const Request& request) {
+Expected<void> SimPerson::begin_touch(const device::Request& request) {
   Vector3 place, front;
-  const auto corner = [&](const Corners& corners) {
+  const auto corner = [&](const config::Corners& corners) {
     place = corners[static_cast<std::size_t>(request.index)];
     front = (corners[1] - corners[0]).cross(corners[3] - corners[0]).normalized();
   };
@@ -156,18 +157,18 @@ Expected<void> SimPerson::begin_touch(const Request& request) {
   return {};
 }
 
-Expected<void> SimPerson::ask(const Request& request) {
-  if (request.gesture == Gesture::touch) {
+Expected<void> SimPerson::ask(const device::Request& request) {
+  if (request.gesture == device::Gesture::touch) {
     if (const auto done = begin_touch(request); !done) return done;
   }
-  if (request.gesture == Gesture::next_pose && request.target) {
+  if (request.gesture == device::Gesture::next_pose && request.target) {
     if (const auto done = begin_shown_pose(*request.target); !done) return done;
   }
   const double t = now_;
-  const bool needs_stylus = request.gesture == Gesture::next_pose ||
-                            request.gesture == Gesture::swing_stylus || request.gesture == Gesture::wander ||
-                            request.gesture == Gesture::rest;
-  if (needs_stylus && !(request.gesture == Gesture::rest && hand_.grip() == Grip::none))
+  const bool needs_stylus =
+      request.gesture == device::Gesture::next_pose || request.gesture == device::Gesture::swing_stylus ||
+      request.gesture == device::Gesture::wander || request.gesture == device::Gesture::rest;
+  if (needs_stylus && !(request.gesture == device::Gesture::rest && hand_.grip() == Grip::none))
     hand_.take(Grip::follow, arm_.state().tip, arm_.state().velocity);
   if (!needs_stylus && hand_.grip() == Grip::swing)
     hand_.take(Grip::follow, arm_.state().tip, arm_.state().velocity);
@@ -175,71 +176,71 @@ Expected<void> SimPerson::ask(const Request& request) {
   gesture_ = request.gesture;
   began_ = t;
   switch (request.gesture) {
-    case Gesture::next_pose:
+    case device::Gesture::next_pose:
       if (!request.target) begin_pose_of_their_own();
       break;
-    case Gesture::swing_stylus: {
+    case device::Gesture::swing_stylus: {
       const Vector3 middle = middle_joints(world_);
       path_ = {hand_joints(), middle, t, kBringTime};
-      const Vector3 tip = (truth_.X_world_base * phantom_tip(middle, truth_.lengths)).m;
+      const Vector3 tip = (truth_.X_world_base * device::phantom_tip(middle, truth_.lengths)).m;
       neutral_ = facing_tracker(tip_marker_normal(), tip);
       held_orientation_ = neutral_ * truth_.X_tip_marker.rotation.conjugate();
       break;
     }
-    case Gesture::rest:
+    case device::Gesture::rest:
       path_ = {hand_joints(), Vector3::Zero(), t, kReachTime};
       held_orientation_ = truth_.X_world_base.rotation;
       pointer_from_.reset();
       pointer_to_.reset();
       break;
-    case Gesture::swing_pointer: {
+    case device::Gesture::swing_pointer: {
       const Vector3 across = truth_.table[1] - truth_.table[0], along = truth_.table[3] - truth_.table[0];
       const Vector3 divot = truth_.table[0] + 0.75 * across + 0.5 * along;
       pointer_to_ = PointerPlace{divot, facing_tracker(pointer_normal(), divot)};
       pointer_from_ = pointer_to_;
       break;
     }
-    case Gesture::look_around_board:
+    case device::Gesture::look_around_board:
       head_.look_around_board(t);
       break;
-    case Gesture::look:
+    case device::Gesture::look:
       head_.look(t);
       break;
-    case Gesture::wander:
+    case device::Gesture::wander:
       path_ = {hand_joints(), hand_joints(), t, 1.0};
       break;
-    case Gesture::touch:
+    case device::Gesture::touch:
       break;
   }
-  if (request.gesture != Gesture::look_around_board) head_.look(t);
+  if (request.gesture != device::Gesture::look_around_board) head_.look(t);
   return {};
 }
 
 bool SimPerson::ready() {
   const double t = now_ - began_;
   switch (gesture_) {
-    case Gesture::next_pose:
-    case Gesture::rest:
+    case device::Gesture::next_pose:
+    case device::Gesture::rest:
       return t > kReachTime + kSettleTime && arm_.state().velocity.norm() < 1e-3;
-    case Gesture::swing_stylus:
+    case device::Gesture::swing_stylus:
       return t > kBringTime + 0.1;
-    case Gesture::wander:
+    case device::Gesture::wander:
       return t > 1.5;
-    case Gesture::swing_pointer:
+    case device::Gesture::swing_pointer:
       return t > 1.0;
-    case Gesture::touch:
+    case device::Gesture::touch:
       return t > kTouchTime + kSettleTime;
-    case Gesture::look_around_board:
-    case Gesture::look:
+    case device::Gesture::look_around_board:
+    case device::Gesture::look:
       return head_.settled(now_);
   }
   return false;
 }
 
-void SimPerson::play(const HandTarget& target, double t) {
+void SimPerson::play(const device::HandTarget& target, double t) {
   if (!playing_) {
     hand_.take(Grip::follow, arm_.state().tip, arm_.state().velocity);
-    gesture_ = Gesture::look;
+    gesture_ = device::Gesture::look;
     head_.look(t);
     playing_ = true;
   }
@@ -259,15 +260,15 @@ void SimPerson::update(double t) {
   }
   const double since = t - began_;
   switch (gesture_) {
-    case Gesture::next_pose:
+    case device::Gesture::next_pose:
       follow_path(path_, t, held_orientation_);
       break;
-    case Gesture::rest:
+    case device::Gesture::rest:
       if (hand_.grip() == Grip::none) break;
       follow_path(path_, t, held_orientation_);
       if (ready()) hand_.take(Grip::none, arm_.state().tip, arm_.state().velocity);
       break;
-    case Gesture::swing_stylus: {
+    case device::Gesture::swing_stylus: {
       const double swing = since - (kBringTime + kSwingDelay);
       if (swing < 0.0) {
         follow_path(path_, t, held_orientation_);
@@ -282,12 +283,13 @@ void SimPerson::update(double t) {
       hand_.set_pull(std::min(1.0, since) * size * pull_direction(arm_.state().orientation));
       break;
     }
-    case Gesture::wander: {
+    case device::Gesture::wander: {
       const double share = smooth(std::clamp(since, 0.0, 1.0));
       const double step = 1e-3;
       const auto place = [&](double when) {
         const Vector3 theta = path_.from + share * (wander_joints(when) - path_.from);
-        return Vector3(arm_.within_reach((truth_.X_world_base * phantom_tip(theta, truth_.lengths)).m));
+        return Vector3(
+            arm_.within_reach((truth_.X_world_base * device::phantom_tip(theta, truth_.lengths)).m));
       };
       const Vector3 tip = place(t), velocity = (place(t + step) - tip) / step;
       const Quaternion marker =
@@ -295,19 +297,20 @@ void SimPerson::update(double t) {
       lead(tip, velocity, marker * truth_.X_tip_marker.rotation.conjugate());
       break;
     }
-    case Gesture::touch:
-    case Gesture::swing_pointer:
-    case Gesture::look_around_board:
-    case Gesture::look:
+    case device::Gesture::touch:
+    case device::Gesture::swing_pointer:
+    case device::Gesture::look_around_board:
+    case device::Gesture::look:
       break;
   }
 }
 
 std::optional<Pose<World, Pointer>> SimPerson::pointer(double t) const {
-  if (!pointer_to_ || (gesture_ != Gesture::touch && gesture_ != Gesture::swing_pointer)) return std::nullopt;
+  if (!pointer_to_ || (gesture_ != device::Gesture::touch && gesture_ != device::Gesture::swing_pointer))
+    return std::nullopt;
   const double since = t - began_;
   PointerPlace place = *pointer_to_;
-  if (gesture_ == Gesture::touch) {
+  if (gesture_ == device::Gesture::touch) {
     const double s = smooth(std::clamp(since / kTouchTime, 0.0, 1.0));
     place.tip = pointer_from_->tip + s * (pointer_to_->tip - pointer_from_->tip);
     place.rotation = pointer_from_->rotation.slerp(s, pointer_to_->rotation);

@@ -8,30 +8,31 @@
 #include <optional>
 
 #include "palpate/core/random.h"
-#include "palpate/devices/person.h"
-#include "palpate/sim/arm_twin.h"
+#include "palpate/device/person.h"
 #include "palpate/sim/head_motion.h"
+#include "palpate/sim/simulated_arm.h"
 
 namespace palpate::sim {
 
-class SimPerson : public Person {
+class SimPerson : public device::Person {
  public:
-  SimPerson(const WorldFile& world, const Truth& truth, std::uint64_t seed, ArmTwin& arm, HandTwin& hand);
+  SimPerson(const config::WorldFile& world, const Truth& truth, std::uint64_t seed, SimulatedArm& arm,
+            SimulatedHand& hand);
 
-  Expected<void> ask(const Request& request) override;
+  Expected<void> ask(const device::Request& request) override;
   bool ready() override;
 
   // A player leads the stylus: gestures end.
-  void play(const HandTarget& target, double t);
+  void play(const device::HandTarget& target, double t);
 
   // Called about once a millisecond, before the arm steps.
   void update(double t);
 
   const HeadMotion& head() const { return head_; }
   std::optional<Pose<World, Pointer>> pointer(double t) const;  // none: put down
-  bool board_in_place() const { return gesture_ == Gesture::look_around_board; }
+  bool board_in_place() const { return gesture_ == device::Gesture::look_around_board; }
   bool playing() const { return playing_; }
-  Gesture gesture() const { return gesture_; }
+  device::Gesture gesture() const { return gesture_; }
 
  private:
   struct JointPath {  // straight in joint angles, smooth in time
@@ -45,23 +46,23 @@ class SimPerson : public Person {
   // A wide swing about the direction to the tracker: tilt up to `cone`, roll up to `roll`, rad.
   Quaternion swung(const Quaternion& neutral, const Vector3& place, double t, double cone, double roll) const;
   void begin_pose_of_their_own();
-  Expected<void> begin_shown_pose(const PoseTarget& target);
-  Expected<void> begin_touch(const Request& request);
+  Expected<void> begin_shown_pose(const device::PoseTarget& target);
+  Expected<void> begin_touch(const device::Request& request);
   Vector3 wander_joints(double t) const;
 
-  const WorldFile& world_;
+  const config::WorldFile& world_;
   const Truth& truth_;
-  ArmTwin& arm_;
-  HandTwin& hand_;
+  SimulatedArm& arm_;
+  SimulatedHand& hand_;
   HeadMotion head_;
   Vector3 tracker_;  // middle of its cameras
   Pose<ArmBase, World> X_base_world_;
   Random poses_, shown_, touches_, phases_;
 
-  Gesture gesture_ = Gesture::rest;
+  device::Gesture gesture_ = device::Gesture::rest;
   double now_ = 0.0, began_ = -1e9;
   bool playing_ = false;
-  HandTarget played_;
+  device::HandTarget played_;
   double played_at_ = 0.0;
 
   JointPath path_;

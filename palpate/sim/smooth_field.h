@@ -12,7 +12,7 @@
 #include <string_view>
 
 #include "palpate/core/random.h"
-#include "palpate/geometry/so3.h"
+#include "palpate/math/so3.h"
 
 namespace palpate::sim {
 

@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <unsupported/Eigen/MatrixFunctions>
 
-#include "palpate/sim/arm_twin.h"
+#include "palpate/sim/simulated_arm.h"
 
 namespace palpate::sim {
 namespace {
@@ -23,7 +23,7 @@ struct Held {
 class SpringRig {
  public:
   explicit SpringRig(const Held& held) : world_(laboratory(held)), truth_(draw_truth(world_, 1)) {
-    place_ = (truth_.X_world_base * phantom_tip({0.1, 0.5, 0.3}, truth_.lengths)).m;
+    place_ = (truth_.X_world_base * device::phantom_tip({0.1, 0.5, 0.3}, truth_.lengths)).m;
     hand_.emplace(HandSettings{.mass = held.mass, .damping = held.damping, .stiffness = held.stiffness},
                   place_, truth_.X_world_base.rotation);
     arm_.place(place_, truth_.X_world_base.rotation);
@@ -68,8 +68,8 @@ class SpringRig {
   double mass() const { return world_.arm.apparent_mass + hand_->mass(); }
 
  private:
-  static WorldFile laboratory(const Held& held) {
-    auto world = reference_world();
+  static config::WorldFile laboratory(const Held& held) {
+    auto world = config::reference_world();
     world.arm.gain_sd = world.arm.offset_sd = world.arm.length_sd = world.arm.hysteresis = 0.0;
     world.arm.friction = held.friction;
     world.arm.encoder_quantum = held.encoder_quantum;
@@ -79,12 +79,12 @@ class SpringRig {
     return turned - truth_.X_world_base.rotation.conjugate() * truth_.X_world_base.translation;
   }
   // ArmBase, through the encoders.
-  Vector3 read() const { return phantom_tip(arm_.joint_readings(arm_.theta_of(arm_.state()))).m; }
+  Vector3 read() const { return device::phantom_tip(arm_.joint_readings(arm_.theta_of(arm_.state()))).m; }
 
-  WorldFile world_;
+  config::WorldFile world_;
   Truth truth_;
-  ArmTwin arm_{world_, truth_};
-  std::optional<HandTwin> hand_;
+  SimulatedArm arm_{world_, truth_};
+  std::optional<SimulatedHand> hand_;
   Vector3 place_;
 };
 
@@ -150,7 +150,8 @@ TEST(Stability, NoHandMakesACouplingUnstableThatIsPassive) {
 // Diolaiti, Niemeyer, Barbagli, Salisbury (2006): encoder steps alone keep a spring buzzing; dry friction
 // stops that below K = 2 f_c / Delta. An arm without a hand, near enough: it has no other damping.
 TEST(Stability, DryFrictionQuietsTheBuzzOfTheEncodersUpToItsLimit) {
-  const double quantum = reference_world().arm.encoder_quantum, friction = reference_world().arm.friction;
+  const double quantum = config::reference_world().arm.encoder_quantum,
+               friction = config::reference_world().arm.friction;
   const double step = quantum * 0.21;  // m, of the tip
   const double bound = 2.0 * friction / step;
   const Held free{.stiffness = 0.0, .damping = 0.0, .mass = 0.0, .friction = 0.0, .encoder_quantum = quantum};

@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "palpate/geometry/pose.h"
-#include "palpate/model/camera.h"
-#include "palpate/model/phantom.h"
+#include "palpate/device/camera_model.h"
+#include "palpate/device/phantom.h"
+#include "palpate/math/pose.h"
 
 namespace palpate::sim {
 
@@ -24,14 +24,14 @@ struct RealBall {  // a ball somebody has put there: what a virtual one at its p
 };
 
 struct TrueView {
-  CameraModel lens;
+  device::CameraModel lens;
   Pose<World, CameraOptical> X_world_camera;
   std::array<Vector3, 4> table{}, wall{};  // corners, in touching order
   std::vector<Dot> dots;
   std::vector<RealBall> balls;
   // The real arm: base, links, gimbal, stylus with its marker. The virtual bat is NOT here.
   Pose<World, ArmBase> X_world_base;
-  PhantomLengths lengths;
+  device::PhantomLengths lengths;
   Vector3 theta = Vector3::Zero(), gimbal = Vector3::Zero();
   Pose<Tip, TipMarker> X_tip_marker;
   std::vector<Vector3> marker_leds;
@@ -43,7 +43,7 @@ struct TrueView {
 
 // Where the stylus tip truly is.
 inline Vector3 true_tip(const TrueView& view) {
-  return (view.X_world_base * phantom_tip(view.theta, view.lengths)).m;
+  return (view.X_world_base * device::phantom_tip(view.theta, view.lengths)).m;
 }
 
 }  // namespace palpate::sim

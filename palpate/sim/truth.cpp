@@ -15,16 +15,16 @@ Vector3 normals(std::uint64_t seed, std::string_view purpose, double sd) {
   return {x, y, z};
 }
 
-Vector3 on(const Corners& c, double u, double v) {
+Vector3 on(const config::Corners& c, double u, double v) {
   return (1 - u) * (1 - v) * c[0] + u * (1 - v) * c[1] + u * v * c[2] + (1 - u) * v * c[3];
 }
 
-Vector3 front(const Corners& c) { return (c[1] - c[0]).cross(c[3] - c[0]).normalized(); }
+Vector3 front(const config::Corners& c) { return (c[1] - c[0]).cross(c[3] - c[0]).normalized(); }
 
 // Half of the dots along the two side edges of the table, half on the lower part of the wall, where a head
 // that looks at the table sees them: spread in depth, width and height, no three in one line by construction
 // of the zigzag.
-std::vector<Dot> place_landmarks(const Corners& table, const Corners& wall, int count) {
+std::vector<Dot> place_landmarks(const config::Corners& table, const config::Corners& wall, int count) {
   std::vector<Dot> dots;
   const int on_table = (count + 1) / 2, on_wall = count - on_table;
   for (int i = 0; i < on_table; ++i) {
@@ -40,7 +40,7 @@ std::vector<Dot> place_landmarks(const Corners& table, const Corners& wall, int 
   return dots;
 }
 
-std::vector<Vector3> place_check_points(const Corners& table, const Corners& wall) {
+std::vector<Vector3> place_check_points(const config::Corners& table, const config::Corners& wall) {
   std::vector<Vector3> points;
   for (double u : {0.15, 0.325, 0.5, 0.675, 0.85})
     for (double v : {0.2, 0.4, 0.6, 0.8}) points.push_back(on(table, u, v));
@@ -62,7 +62,7 @@ Quaternion tip_marker_mount() {
   return Quaternion(Eigen::AngleAxisd(radians_from_degrees(-140.0), Vector3::UnitX()));
 }
 
-Truth draw_truth(const WorldFile& world, std::uint64_t seed) {
+Truth draw_truth(const config::WorldFile& world, std::uint64_t seed) {
   Truth truth;
   Random lengths(seed, "truth/arm-lengths");
   truth.lengths.l1 = world.arm.lengths[0] + lengths.normal(world.arm.length_sd);

@@ -7,34 +7,34 @@
 #include <cstdint>
 #include <vector>
 
-#include "palpate/geometry/pose.h"
-#include "palpate/model/camera.h"
-#include "palpate/model/phantom.h"
-#include "palpate/model/world_file.h"
+#include "palpate/device/camera_model.h"
+#include "palpate/device/phantom.h"
+#include "palpate/math/pose.h"
+#include "palpate/sim/config/world_file.h"
 #include "palpate/sim/true_view.h"
 
 namespace palpate::sim {
 
 struct Truth {
-  PhantomLengths lengths;
-  JointCorrection joints, gimbal;  // theta = gain * psi + offset
+  device::PhantomLengths lengths;
+  device::JointCorrection joints, gimbal;  // theta = gain * psi + offset
   Pose<World, ArmBase> X_world_base;
   Pose<Tip, TipMarker> X_tip_marker;
   Vector3 tip_in_marker = Vector3::Zero();
   Pose<CameraMarker, CameraOptical> X_marker_camera;
   Vector3 pointer_tip = Vector3::Zero();  // in Pointer
-  CameraModel lens;
+  device::CameraModel lens;
   // The second camera's, whether it is there or not (WorldFile's camera.count).
   Pose<CameraMarker, CameraOptical> X_marker_right_camera;
-  CameraModel right_lens;
-  Corners table{}, wall{};     // World, in touching order
-  std::vector<Dot> landmarks;  // World
+  device::CameraModel right_lens;
+  config::Corners table{}, wall{};  // World, in touching order
+  std::vector<Dot> landmarks;       // World
   std::vector<Vector3>
       check_points;  // on table and wall, never shown to a procedure: what overlay error is measured on
   Pose<World, Board> X_world_board;  // the calibration board on its stand
 };
 
-Truth draw_truth(const WorldFile& world, std::uint64_t seed);
+Truth draw_truth(const config::WorldFile& world, std::uint64_t seed);
 
 // The way in which the bodies are built; the file has no key for these.
 // LEDs shine along this direction of their body: away from the tip for stylus and pointer; on the head tilted
@@ -49,8 +49,8 @@ Quaternion tip_marker_mount();
 // The same arm written with joint offset 1 = 0: that offset and a turn of the base about its vertical axis
 // cannot be told apart, and calibrations fix it so. Every tip pose stays as it was.
 struct ArmTruth {
-  PhantomLengths lengths;
-  JointCorrection joints, gimbal;
+  device::PhantomLengths lengths;
+  device::JointCorrection joints, gimbal;
   Pose<World, ArmBase> X_world_base;
 };
 ArmTruth arm_with_first_offset_zero(const Truth& truth);

@@ -54,7 +54,7 @@ Json camera_truth_json(const Truth& truth) {
   return json;
 }
 
-Json surface_truth_json(const Corners& corners) {
+Json surface_truth_json(const config::Corners& corners) {
   Json json;
   json["corners_mm"] = Json::array();
   for (const auto& corner : corners) json["corners_mm"].push_back(mm_json(corner));

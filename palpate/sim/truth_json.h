@@ -12,6 +12,6 @@ Json arm_truth_json(const Truth& truth, double tracker_delay_s);
 Json pivot_truth_json(const Truth& truth, const Vector3& pivot);  // pivot in World
 Json hand_eye_truth_json(const Truth& truth, double delay_s);
 Json camera_truth_json(const Truth& truth);
-Json surface_truth_json(const Corners& corners);
+Json surface_truth_json(const config::Corners& corners);
 
 }  // namespace palpate::sim

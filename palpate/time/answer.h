@@ -5,7 +5,7 @@
 
 #include "palpate/time/instant.h"
 
-namespace palpate {
+namespace palpate::inline time {
 
 enum class AnswerKind : std::uint8_t {
   exact,         // the very entry
@@ -25,4 +25,4 @@ struct HistoryAnswer {
   bool usable() const { return kind != AnswerKind::too_old && kind != AnswerKind::too_new; }
 };
 
-}  // namespace palpate
+}  // namespace palpate::inline time

@@ -7,7 +7,7 @@
 
 #include "palpate/time/instant.h"
 
-namespace palpate {
+namespace palpate::inline time {
 
 template <typename C>
 class Clock {
@@ -67,4 +67,4 @@ class VirtualClock : public Clock<C> {
   Instant<C> now_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::inline time

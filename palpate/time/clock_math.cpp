@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
-namespace palpate::clock_math {
+namespace palpate::inline time::clock_math {
 namespace {
 
 constexpr double kFastestSlew = 500e-6;  // as NTP's: a haptic period is wrong by half a microsecond
@@ -84,7 +84,6 @@ void LineFit::solve(double prior_b, double prior_sd_b) {
 }
 
 // --- one-way stamps
-// -------------------------------------------------------------------------------------------
 
 namespace {
 
@@ -197,7 +196,6 @@ void Envelope::refit(std::int64_t now) {
 }
 
 // --- exchanges
-// ------------------------------------------------------------------------------------------------
 
 namespace {
 
@@ -310,4 +308,4 @@ void Exchange::refit(std::int64_t now) {
   if (points_ >= kSeasoned) known_drift_ = line.b;
 }
 
-}  // namespace palpate::clock_math
+}  // namespace palpate::inline time::clock_math

@@ -15,7 +15,7 @@
 #include <cstdint>
 #include <limits>
 
-namespace palpate::clock_math {
+namespace palpate::inline time::clock_math {
 
 // to = to_ns + (1 + drift)(t - from_ns) - slew_error (1 - (t - from_ns) / slew_ns)+ : an affine map, minus a
 // remainder that was not allowed to jump and dies away linearly over slew_ns. Constant before from_ns.
@@ -142,4 +142,4 @@ class Exchange {
   int suspect_count_ = 0, restarts_ = 0, count_ = 0;
 };
 
-}  // namespace palpate::clock_math
+}  // namespace palpate::inline time::clock_math

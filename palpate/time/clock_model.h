@@ -12,7 +12,7 @@
 #include "palpate/time/clock_math.h"
 #include "palpate/time/instant.h"
 
-namespace palpate {
+namespace palpate::inline time {
 
 using ClockPhase = clock_math::Phase;
 
@@ -122,4 +122,4 @@ class ClockSync {
   std::optional<Pair> last_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::inline time

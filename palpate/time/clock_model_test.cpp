@@ -7,7 +7,7 @@
 
 #include "palpate/core/random.h"
 
-namespace palpate {
+namespace palpate::inline time {
 namespace {
 
 using Model = ClockModel<GraphicsClock, PhysicsClock>;
@@ -41,7 +41,6 @@ TEST(ClockModel, ItsUncertaintyGrowsAwayFromTheReference) {
 }
 
 // --- one-way stamps
-// -------------------------------------------------------------------------------------------
 
 using Estimator = ClockEstimator<TrackerClock, PhysicsClock>;
 
@@ -185,4 +184,4 @@ TEST(ClockEstimator, NoticesADeviceClockThatStartsAnew) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline time

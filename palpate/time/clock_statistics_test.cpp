@@ -4,7 +4,7 @@
 
 #include "palpate/time/clock_trial_test.h"
 
-namespace palpate {
+namespace palpate::inline time {
 namespace {
 
 using testing::Network;
@@ -122,7 +122,6 @@ TEST(ClockSyncStatistics, CongestionFromTheFirstExchangeOnIsStated) {
 }
 
 // --- one-way stamps
-// -------------------------------------------------------------------------------------------
 
 struct Instrument {
   const char* name;
@@ -179,4 +178,4 @@ INSTANTIATE_TEST_SUITE_P(
                       Instrument{"camera, looked at every millisecond", 30.0, 40e-3, 50e-6, 0.0, 1e-3}));
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline time

@@ -9,7 +9,7 @@
 
 #include "palpate/time/clock_trial_test.h"
 
-namespace palpate {
+namespace palpate::inline time {
 namespace {
 
 using testing::Network;
@@ -256,4 +256,4 @@ TEST(ClockSync, ALongSilenceIsSurvivedWithTheDriftThatWasKnown) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline time

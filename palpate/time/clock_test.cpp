@@ -4,7 +4,7 @@
 
 #include <concepts>
 
-namespace palpate {
+namespace palpate::inline time {
 namespace {
 
 // Instants of two clocks neither subtract nor compare.
@@ -35,4 +35,4 @@ TEST(Instant, SecondsRoundToTheNearestNanosecond) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline time

@@ -9,7 +9,7 @@
 #include "palpate/core/random.h"
 #include "palpate/time/clock_model.h"
 
-namespace palpate::testing {
+namespace palpate::inline time::testing {
 
 // Each message takes the shortest way, exponential jitter and sometimes more. Defaults: what was measured on
 // a loopback connection with bare time stamps in user space.
@@ -97,4 +97,4 @@ struct Trial {
   }
 };
 
-}  // namespace palpate::testing
+}  // namespace palpate::inline time::testing

@@ -7,7 +7,7 @@
 #include <compare>
 #include <cstdint>
 
-namespace palpate {
+namespace palpate::inline time {
 
 using Duration = std::chrono::nanoseconds;
 
@@ -49,4 +49,4 @@ Duration operator-(Instant<C> a, Instant<C> b) {
   return a.since_epoch - b.since_epoch;
 }
 
-}  // namespace palpate
+}  // namespace palpate::inline time

@@ -15,7 +15,7 @@
 
 #include "palpate/time/instant.h"
 
-namespace palpate {
+namespace palpate::inline time {
 
 class JitterHistogram {
  public:
@@ -87,4 +87,4 @@ class JitterHistogram {
   std::atomic<std::uint64_t> max_{0};
 };
 
-}  // namespace palpate
+}  // namespace palpate::inline time

@@ -6,7 +6,9 @@
 // ordinary scheduler it only sleeps, because a thread that spins there is taken
 // off its core just when it should run. Deadlines that passed while the
 // callable was still at work are skipped and counted, never made up for in a
-// burst. Measurements behind these choices: docs/theory/clocks.md.
+// burst. A tick that begins a period late or more is told the time at which it
+// begins, and not its deadline: whoever stood still has to know it. Measurements behind these choices:
+// docs/theory/clocks.md.
 //
 // The callable runs in the loop's thread; it must not throw, and what it does
 // at a kilohertz must not lock or allocate. The loop itself does neither.
@@ -24,7 +26,7 @@
 #include "palpate/time/jitter_histogram.h"
 #include "palpate/time/real_time.h"
 
-namespace palpate {
+namespace palpate::inline time {
 
 struct PeriodicLoopSettings {
   double rate_hz = 1000.0;
@@ -52,7 +54,7 @@ struct LoopStatistics {
 template <typename C>
 class PeriodicLoop {
  public:
-  using Work = std::function<void(Instant<C> deadline)>;
+  using Work = std::function<void(Instant<C> now)>;
 
   // Starts at once; the first deadline is one period from now. The clock must
   // outlive the loop.
@@ -113,13 +115,14 @@ class PeriodicLoop {
     if (grant_.fifo() && settings_.keep_cores_awake) awake.emplace();
     const Duration spin = grant_.fifo() ? settings_.spin : Duration(0);
     const Instant<C> start = clock_.now();
+    const Duration period = deadline(start, 1) - start;
     for (std::uint64_t k = 1; !stopping_.load(std::memory_order_relaxed); ++k) {
       const Instant<C> due = deadline(start, k);
       clock_.sleep_until(due - spin);
       Instant<C> begun = clock_.now();
       while (begun < due) begun = clock_.now();
       if (stopping_.load(std::memory_order_relaxed)) break;
-      work_(due);
+      work_(begun - due < period ? due : begun);
       const Instant<C> ended = clock_.now();
       late_.add(begun - due);
       busy_.add(ended - begun);
@@ -149,4 +152,4 @@ class PeriodicLoop {
   std::thread thread_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::inline time

@@ -9,7 +9,7 @@
 
 #include "palpate/core/random.h"
 
-namespace palpate {
+namespace palpate::inline time {
 namespace {
 
 using namespace std::chrono_literals;
@@ -143,4 +143,4 @@ TEST(PeriodicLoop, ARateThatMakesNoSenseThrows) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline time

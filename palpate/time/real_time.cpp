@@ -16,7 +16,7 @@
 #include <cstdint>
 #include <cstring>
 
-namespace palpate {
+namespace palpate::inline time {
 namespace {
 
 [[gnu::noinline]] void touch_stack() {
@@ -108,4 +108,4 @@ std::string RealTimeGrant::describe() const {
   return text;
 }
 
-}  // namespace palpate
+}  // namespace palpate::inline time

@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace palpate {
+namespace palpate::inline time {
 
 struct RealTimeGrant {
   int fifo_priority = 0;  // 0: the ordinary scheduler
@@ -55,4 +55,4 @@ void keep_freed_memory();
 // (< 0: any).
 void name_and_pin_thread(const char* name, int cpu);
 
-}  // namespace palpate
+}  // namespace palpate::inline time

@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <thread>
 
-namespace palpate {
+namespace palpate::inline time {
 namespace {
 
 // The first fields of sched_attr as the system call gives them.
@@ -58,4 +58,4 @@ TEST(RealTime, ARealTimeThreadStaysOne) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline time

@@ -16,7 +16,7 @@
 #include "palpate/time/answer.h"
 #include "palpate/time/instant.h"
 
-namespace palpate {
+namespace palpate::inline time {
 
 // N entries are allocated (and touched) at construction; N - 1 can be relied on, the last is being written.
 template <typename State, std::size_t N>
@@ -121,4 +121,4 @@ class StateHistory {
   Duration max_extrapolation_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::inline time

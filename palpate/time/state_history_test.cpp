@@ -8,7 +8,7 @@
 
 #include "palpate/core/random.h"
 
-namespace palpate {
+namespace palpate::inline time {
 namespace {
 
 struct Ball {
@@ -188,4 +188,4 @@ TEST(StateHistory, ReadersBesideAWriterNeverSeeATornOrWrongState) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline time

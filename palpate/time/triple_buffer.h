@@ -8,7 +8,7 @@
 #include <array>
 #include <atomic>
 
-namespace palpate {
+namespace palpate::inline time {
 
 template <typename T>
 class TripleBuffer {
@@ -34,4 +34,4 @@ class TripleBuffer {
   alignas(64) unsigned front_ = 2;
 };
 
-}  // namespace palpate
+}  // namespace palpate::inline time

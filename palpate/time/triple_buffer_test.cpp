@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <thread>
 
-namespace palpate {
+namespace palpate::inline time {
 namespace {
 
 TEST(TripleBuffer, KeepsTheNewestAndGivesItOnce) {
@@ -47,4 +47,4 @@ TEST(TripleBuffer, NeverTearsAndNeverGoesBack) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline time

@@ -60,6 +60,20 @@ class KilledPeers(LaboratoryTest):
             time.sleep(1.5)  # longer than the silence that means death; and then long enough to notice one
         self.assertEqual(self.stop_in_order(graphics, physics, world), [[], [], []])
 
+    def test_a_laboratory_that_stands_still_for_two_seconds_ends_neither_server(self):
+        servers = world, physics, graphics = self.start_all()
+        world.send(signal.SIGSTOP)
+        self.assertTrue(physics.says("laboratory 'lab' stands still"), physics.lines())
+        time.sleep(1.2)  # two seconds and more in all
+        world.send(signal.SIGCONT)
+        self.assertTrue(physics.says("laboratory 'lab' goes on"), physics.lines())
+        time.sleep(0.5)
+        for server in servers:
+            self.assertIsNone(server.process.poll(), server.lines())
+        for process in (graphics, physics, world):
+            process.send(signal.SIGTERM)
+            self.assertEqual(process.ends().code, 0)
+
     def test_without_graphics_the_others_go_on_and_serve_the_next(self):
         world, physics, graphics = self.start_all()
         graphics.remove()

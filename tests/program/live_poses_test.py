@@ -24,12 +24,13 @@ made = tempfile.TemporaryDirectory()
 subprocess.run(["protoc", "-I" + sys.argv[1], "--python_out=" + made.name, "palpate.proto"], check=True)
 sys.path.append(made.name)
 import palpate_pb2 as wire
-states = zmq.Context.instance().socket(zmq.SUB)
+states = zmq.Context.instance().socket(zmq.DEALER)
 states.setsockopt(zmq.RCVTIMEO, 60000)
-states.subscribe(b"state@250;")
 states.connect(sys.argv[2] + ".states")
-for _ in range(int(sys.argv[3])):
-    state = wire.ToGraphics.FromString(states.recv_multipart()[1]).state_reply.state
+for i in range(int(sys.argv[3])):
+    if i % 250 == 0:
+        states.send(wire.ToPhysics(protocol=2, subscribe=wire.Subscribe(rate_hz=250)).SerializeToString())
+    state = wire.ToGraphics.FromString(states.recv()).state_reply.state
     print(state.time_ns, *(x for body in state.bodies[:2] for x in body.position_m), flush=True)
 """
 
@@ -122,10 +123,10 @@ class LivePoses(LaboratoryTest):
             states = [(row[0] * 1e-9, [1e3 * x for x in row[first:first + 3]]) for row in rows]
             apart = [math.dist(place(matrix), there) for t, matrix in listener.heard(name) if (there := between(states, t)) is not None]
             self.assertGreater(len(apart), 10, name)
-            self.assertLess(statistics.median(apart), 2.0, name)  # mm; a serve or a blow between two states lies outside the median
+            self.assertLess(statistics.median(apart), 2.0, name)  # mm; a serve or an impact between two states lies outside the median
 
         # The tip by the arm's encoders and by the tracker: to what the calibrations are worth and, at the speed of the
-        # hand (a blow is a metre per second and more), a millisecond or two, which a busy machine doubles. The camera
+        # hand (an impact is a metre per second and more), a millisecond or two, which a busy machine doubles. The camera
         # (this rig knows no landmarks) by its marker.
         rig = tomllib.loads(self.read("rig.toml").decode())
         for drawn, marker, offset in (("TipToWorld", "TipMarkerToWorld", rig["arm"]["tip_mm"]),

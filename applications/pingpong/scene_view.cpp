@@ -1,0 +1,109 @@
+#include "applications/pingpong/scene_view.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "applications/pingpong/ball_world.h"
+#include "applications/pingpong/pingpong.h"
+
+namespace palpate::applications::pingpong {
+namespace {
+
+constexpr double kPredictionStep = 0.002;  // s
+
+// Half of the blade, front (+y) or back, in the Bat frame.
+scene::TriangleMesh half_blade(const scene::SceneDescription& scene, double side) {
+  auto mesh = scene::disc_mesh(scene.bat_radius, 0.5 * BallWorld::kBatThickness, 48);
+  for (auto& v : mesh.vertices) v.y() += side * 0.25 * BallWorld::kBatThickness;
+  return mesh;
+}
+
+}  // namespace
+
+PingPongView::PingPongView(const scene::SceneDescription& scene)
+    : scene_(scene),
+      ball_(scene::sphere_mesh(scene.ball_radius)),
+      front_(half_blade(scene, 1.0)),
+      back_(half_blade(scene, -1.0)) {
+  // From the stylus tip to a little inside the blade; the tip is where the bat's offset leads back to.
+  constexpr double kHandleRadius = 0.011, kInside = 0.010;
+  const Vector3 tip = -scene.bat_offset;
+  const double reach = tip.norm();
+  if (reach > scene.bat_radius - kInside) {
+    handle_ = scene::cylinder_mesh(tip, (scene.bat_radius - kInside) / reach * tip, kHandleRadius);
+  }
+}
+
+std::vector<scene::DrawItem> PingPongView::draw(const scene::SceneState& state) const {
+  std::vector<scene::DrawItem> items;
+  const auto& ball = state.bodies[kBall];
+  if (state.body_count > kBall && ball.visible != 0)
+    items.push_back({&ball_, scene::Material::ball, ball.q(), ball.p(), true});
+  const auto& bat = state.bodies[kBat];
+  if (state.body_count > kBat && bat.visible != 0) {
+    items.push_back({&front_, scene::Material::bat_front, bat.q(), bat.p(), true});
+    items.push_back({&back_, scene::Material::bat_back, bat.q(), bat.p(), true});
+    if (!handle_.triangles.empty())
+      items.push_back({&handle_, scene::Material::handle, bat.q(), bat.p(), true});
+  }
+  return items;
+}
+
+scene::SceneState PingPongView::predict(const scene::SceneState& state, Duration ahead) const {
+  scene::SceneState next = scene::extrapolate(state, ahead);
+  const auto named = [this](const char* name) {
+    return std::any_of(scene_.surfaces.begin(), scene_.surfaces.end(),
+                       [name](const scene::SceneSurface& s) { return s.name == name; });
+  };
+  const double span = to_seconds(ahead);
+  if (state.body_count <= kBat || state.bodies[kBall].visible == 0 || span <= 0.0) return next;
+  if (!named("table") || !named("wall")) return next;
+  const scene::BodyState &ball_before = state.bodies[kBall], &bat_before = state.bodies[kBat];
+  scene::BodyState& ball_after = next.bodies[kBall];
+  const Vector3 velocity = bat_before.v(), turning(bat_before.angular_velocity.data());
+  const auto bat_at = [&](double t) {
+    return Pose<World, Bat>{(so3_exp(t * turning) * bat_before.q()).normalized(),
+                            bat_before.p() + t * velocity};
+  };
+  // From a contact with the bat on the ball goes where the bat goes.
+  const auto stay_on_bat = [&](const Vector3& ball, double t) {
+    const Point<Bat> place = bat_at(t).inverse() * Point<World>{ball};
+    ball_after.set_p((bat_at(span) * place).m);
+    ball_after.set_v(velocity);
+  };
+  if (state.contact > 0.0) {
+    stay_on_bat(ball_before.p(), 0.0);
+    return next;
+  }
+  BallWorld world(scene_);
+  world.place({ball_before.p(), ball_before.v(), Vector3(ball_before.angular_velocity.data())});
+  double t = 0.0;
+  while (t < span) {
+    const double dt = std::min(kPredictionStep, span - t);
+    const physics::BallState before = world.ball();
+    const auto touches = world.step(dt, {bat_at(t), bat_at(t + dt), velocity, turning});
+    if (!touches.empty()) {
+      const Vector3 met = physics::fly(world.model(), before, touches.front().at).position;
+      if (touches.front().what == Touched::table || touches.front().what == Touched::wall) {
+        ball_after.set_p(met);
+        ball_after.set_v(Vector3::Zero());
+      } else {
+        stay_on_bat(met, t + touches.front().at);
+      }
+      return next;
+    }
+    t += dt;
+  }
+  ball_after.set_p(world.ball().position);
+  ball_after.set_v(world.ball().velocity);
+  return next;
+}
+
+std::vector<std::string> PingPongView::captions(const scene::SceneState& state) const {
+  const auto& c = state.counters;
+  return {fmt::format("serves returned {} of {}", c[kReturned], c[kServes]),
+          fmt::format("returns in a row {}", c[kRally]), fmt::format("most in a row {}", c[kLongest])};
+}
+
+}  // namespace palpate::applications::pingpong

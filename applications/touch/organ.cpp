@@ -1,0 +1,107 @@
+#include "applications/touch/organ.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <stdexcept>
+
+namespace palpate::applications::touch {
+namespace {
+
+Vector3 on_surface(double latitude, double longitude) {
+  const Vector3 u(std::cos(latitude) * std::cos(longitude), std::sin(latitude),
+                  -std::cos(latitude) * std::sin(longitude));
+  const Vector3 p(kHalfWidth * u.x(), kHalfHeight * u.y(), kHalfDepth * u.z());
+  constexpr double kWave = 2.0 * std::numbers::pi / 0.030;  // bumps every 3 cm
+  return p + kBump * std::sin(kWave * p.x()) * std::cos(kWave * p.z()) * std::cos(kWave * p.y()) * u;
+}
+
+}  // namespace
+
+// Rings of latitude like an octahedron's: 4 vertices on the first, 4 more on each to the equator, and back.
+scene::TriangleMesh organ_mesh(std::uint32_t rings) {
+  if (rings < 2)
+    throw std::invalid_argument(
+        fmt::format("organ: {} rings; 2 and more are expected, 112 make 100352 triangles", rings));
+  scene::TriangleMesh mesh;
+  const std::uint32_t last = 2 * rings;
+  const auto size = [&](std::uint32_t r) { return 4 * std::min(r, last - r); };  // 0 at the poles
+  std::vector<std::uint32_t> first;
+  for (std::uint32_t r = 0; r <= last; ++r) {
+    first.push_back(static_cast<std::uint32_t>(mesh.vertices.size()));
+    const double latitude = std::numbers::pi * (0.5 - static_cast<double>(r) / last);
+    const std::uint32_t count = std::max(1u, size(r));
+    for (std::uint32_t i = 0; i < count; ++i)
+      mesh.vertices.push_back(on_surface(latitude, 2.0 * std::numbers::pi * i / count));
+  }
+  const auto at = [&](std::uint32_t r, std::uint32_t i) {
+    return first[r] + (size(r) == 0 ? 0 : i % size(r));
+  };
+  for (std::uint32_t r = 0; r < last; ++r) {
+    // The narrow ring of the two has n vertices in a quarter, the wide one n + 1.
+    const bool widening = r < rings;
+    const std::uint32_t narrow = widening ? r : r + 1, wide = widening ? r + 1 : r, n = size(narrow) / 4;
+    for (std::uint32_t quarter = 0; quarter < 4; ++quarter) {
+      for (std::uint32_t i = 0; i <= n; ++i) {
+        const std::uint32_t a = at(narrow, quarter * n + i);
+        const std::uint32_t b = at(wide, quarter * (n + 1) + i), c = at(wide, quarter * (n + 1) + i + 1);
+        mesh.triangles.push_back(widening ? std::array{a, b, c} : std::array{a, c, b});
+        if (i == n) continue;
+        const std::uint32_t d = at(narrow, quarter * n + i + 1);
+        mesh.triangles.push_back(widening ? std::array{a, c, d} : std::array{a, d, c});
+      }
+    }
+  }
+  return mesh;
+}
+
+scene::TriangleMesh drawn_mesh(const scene::SceneDescription& scene) {
+  constexpr std::uint32_t kDrawnRings = 40;
+  return scene.touched.mesh == nullptr ? organ_mesh(kDrawnRings) : touched_mesh(scene);
+}
+
+scene::TriangleMesh touched_mesh(const scene::SceneDescription& scene) {
+  if (scene.touched.mesh == nullptr) return organ_mesh();
+  scene::TriangleMesh mesh = *scene.touched.mesh;
+  const Quaternion turn = rotation_from_xyz(scene.touched.turn);
+  Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  for (auto& v : mesh.vertices) {
+    v = turn * v;
+    low = low.cwiseMin(v);
+    high = high.cwiseMax(v);
+  }
+  const Vector3 middle = 0.5 * (low + high);
+  for (auto& v : mesh.vertices) v -= middle;
+  return mesh;
+}
+
+// The organ's bumps reach a little below its smooth body, into the table, as a soft thing lies.
+double height_below(const scene::SceneDescription& scene, const scene::TriangleMesh& touched) {
+  if (scene.touched.mesh == nullptr) return kHalfHeight;
+  double lowest = 0.0;
+  for (const auto& v : touched.vertices) lowest = std::min(lowest, v.y());
+  return -lowest;
+}
+
+Pose<World, Organ> resting_place(const scene::SceneDescription& scene, const scene::TriangleMesh& touched) {
+  constexpr double kFromEdge_m = 0.11;  // of the middle, before the shift
+  const double height = height_below(scene, touched);
+  const auto table = std::find_if(scene.surfaces.begin(), scene.surfaces.end(),
+                                  [](const scene::SceneSurface& s) { return s.name == "table"; });
+  if (table == scene.surfaces.end())
+    throw std::invalid_argument("touch: the scene has no surface 'table'; run `palpate calibrate surface`");
+  const auto& c = table->corners;
+  const Vector3 right = (c[1] - c[0]).normalized();
+  const Vector3 up = (c[1] - c[0]).cross(c[3] - c[0]).normalized();
+  Matrix3 R;
+  R << right, up, right.cross(up);
+  const Vector3 edge = 0.5 * (c[0] + c[1]), near = right.cross(up);
+  const Vector3& shift = scene.touched.shift;
+  return {Quaternion(R),
+          edge + shift.x() * right + (height + shift.y()) * up + (shift.z() - kFromEdge_m) * near};
+}
+
+}  // namespace palpate::applications::touch

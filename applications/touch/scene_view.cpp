@@ -1,0 +1,56 @@
+#include "applications/touch/scene_view.h"
+
+#include <fmt/format.h>
+
+#include "applications/touch/organ.h"
+#include "applications/touch/touch.h"
+
+namespace palpate::applications::touch {
+namespace {
+constexpr double kStylusLength_m = 0.12, kStylusRadius_m = 0.0025;
+
+// What it stands on, where it is lifted off the table; a box in the Organ frame.
+scene::TriangleMesh plinth_under(const scene::SceneDescription& scene, const scene::TriangleMesh& touched) {
+  constexpr double kLeast_m = 0.001, kPlinthShare = 0.3, kInside_m = 0.002;
+  const double up = scene.touched.shift.y(), below = height_below(scene, touched);
+  if (up < kLeast_m) return {};
+  Vector3 half = Vector3::Zero();
+  for (const auto& v : touched.vertices) half = half.cwiseMax(v.cwiseAbs());
+  return scene::box_mesh({-kPlinthShare * half.x(), -below - up, -kPlinthShare * half.z()},
+                         {kPlinthShare * half.x(), kInside_m - below, kPlinthShare * half.z()});
+}
+}  // namespace
+
+// The stylus is drawn at the proxy: a hand that presses sees the tip rest on the surface, not inside.
+TouchView::TouchView(const scene::SceneDescription& scene) : TouchView(scene, touched_mesh(scene)) {}
+
+TouchView::TouchView(const scene::SceneDescription& scene, const scene::TriangleMesh& touched)
+    : organ_(drawn_mesh(scene)),
+      tip_(scene::sphere_mesh(Settings{}.tip_radius)),
+      plinth_(plinth_under(scene, touched)),
+      X_world_rest_(resting_place(scene, touched)),
+      stylus_(scene::cylinder_mesh(Vector3::Zero(), {0.0, 0.0, kStylusLength_m}, kStylusRadius_m)) {}
+
+std::vector<scene::DrawItem> TouchView::draw(const scene::SceneState& state) const {
+  std::vector<scene::DrawItem> items;
+  if (state.body_count <= kProxy) return items;
+  const auto& organ = state.bodies[kOrgan];
+  items.push_back({&organ_, scene::Material::bat_front, organ.q(), organ.p(), true});
+  if (!plinth_.triangles.empty())
+    items.push_back(
+        {&plinth_, scene::Material::handle, X_world_rest_.rotation, X_world_rest_.translation, true});
+  const auto& tip = state.bodies[kProxy];
+  if (tip.visible == 0) return items;
+  items.push_back({&tip_, state.contact > 0.0 ? scene::Material::highlight : scene::Material::ball, tip.q(),
+                   tip.p(), true});
+  items.push_back({&stylus_, scene::Material::handle, tip.q(), tip.p(), true});
+  return items;
+}
+
+std::vector<std::string> TouchView::captions(const scene::SceneState& state) const {
+  const auto& c = state.counters;
+  return {fmt::format("force {:.2f} N", 1e-3 * c[kForceMn]),
+          fmt::format("touches {}   peak {:.2f} N", c[kTouches], 1e-3 * c[kPeakForceMn])};
+}
+
+}  // namespace palpate::applications::touch

@@ -1,0 +1,272 @@
+#include "drivers/openigtlink/pose_publisher.h"
+
+#include <poll.h>
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <condition_variable>
+#include <deque>
+#include <list>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "drivers/openigtlink/message_stream.h"
+#include "drivers/openigtlink/send_queue.h"
+#include "drivers/openigtlink/socket.h"
+#include "palpate/time/clock.h"
+
+namespace palpate::drivers::openigtlink {
+namespace {
+
+using Stamp = std::optional<Instant<TrackerClock>>;
+
+// A tool whose pose is older than this has gone out of sight: TDATA has no other way to say so than leaving
+// it out.
+constexpr std::int64_t kSeenNs = 500'000'000;
+
+struct Published {
+  std::string tool;
+  Stamp stamp;
+  RigidPose pose;
+  SendQueue::Bytes transform;
+  std::int64_t at_ns = 0;  // on this machine's monotonic clock
+};
+
+// What a client has asked for.
+struct Tracking {
+  std::int64_t interval_ns = 0, due_ns = 0;
+};
+
+struct Served {
+  Descriptor socket;
+  MessageStream stream;
+  SendQueue queue;
+  std::optional<Tracking> tracking;  // TDATA instead of TRANSFORM
+  std::int64_t took_ns = 0;          // when it last had nothing to take, or took of it
+};
+
+std::int64_t clock_ns() { return MonotonicClock<TrackerClock>::monotonic_ns(); }
+
+class Publisher : public PosePublisher {
+ public:
+  Publisher(Listening listening, const PublisherOptions& options, Wake wake)
+      : listening_(std::move(listening)),
+        options_(options),
+        wake_(std::move(wake)),
+        thread_([this] { run(); }) {}
+  ~Publisher() override {
+    {
+      const std::lock_guard lock(mutex_);
+      stop_ = true;
+    }
+    wake_.set();
+    thread_.join();
+  }
+
+  Expected<void> publish(const std::string& tool, Stamp stamp, const RigidPose& pose) override {
+    auto bytes = encode({tool, stamp, Transform{pose}});
+    if (!bytes) return tl::unexpected(bytes.error());
+    {
+      const std::lock_guard lock(mutex_);
+      ++state_.published;
+      inbox_.push_back(
+          {tool, stamp, pose, std::make_shared<const std::string>(std::move(*bytes)), clock_ns()});
+      if (inbox_.size() > options_.most_waiting) {
+        inbox_.pop_front();
+        state_.dropped += state_.clients;
+      }
+      idle_ = false;
+    }
+    wake_.set();
+    return {};
+  }
+
+  const Address& address() const override { return listening_.address; }
+
+  PublisherState state() const override {
+    const std::lock_guard lock(mutex_);
+    return state_;
+  }
+
+  bool drain(Duration at_most) override {
+    std::unique_lock lock(mutex_);
+    return idle_changed_.wait_for(lock, at_most, [this] { return idle_; });
+  }
+
+ private:
+  void run() {
+    pthread_setname_np(pthread_self(), "palpate-igtl-out");
+    std::vector<pollfd> items;
+    while (true) {
+      items.assign({{wake_.fd(), POLLIN, 0}, {full_of_files_ ? -1 : listening_.socket.get(), POLLIN, 0}});
+      for (const auto& client : clients_)
+        items.push_back(
+            {client.socket.get(), static_cast<short>(client.queue.empty() ? POLLIN : POLLIN | POLLOUT), 0});
+      ::poll(items.data(), items.size(), full_of_files_ ? 100 : -1);
+      full_of_files_ = false;
+      if (items[0].revents != 0 && !take_inbox()) return;
+      auto item = items.begin() + 2;
+      for (auto client = clients_.begin(); client != clients_.end(); ++item) {
+        const bool alive =
+            (item->revents == 0 || read_from(*client)) && write_to(*client) && !stalled(*client);
+        client = alive ? std::next(client) : clients_.erase(client);
+      }
+      if (items[1].revents != 0) accept_clients();
+      tell_state();
+    }
+  }
+
+  // False when the server is to end.
+  bool take_inbox() {
+    wake_.clear();
+    std::deque<Published> inbox;
+    {
+      const std::lock_guard lock(mutex_);
+      if (stop_) return false;
+      inbox.swap(inbox_);
+    }
+    for (auto& pose : inbox) {
+      for (auto& client : clients_)
+        if (!client.tracking) dropped_ += !client.queue.push(pose.transform, options_.most_waiting);
+      if (options_.tracking_data) newest_[pose.tool] = std::move(pose);
+    }
+    if (!inbox.empty() && options_.tracking_data) push_tracking_data();
+    return true;
+  }
+
+  // The newest poses to those who have asked for them and whose time has come.
+  void push_tracking_data() {
+    const std::int64_t now = clock_ns();
+    std::erase_if(newest_, [now](const auto& tool) { return now - tool.second.at_ns > kSeenNs; });
+    SendQueue::Bytes bytes;
+    for (auto& client : clients_) {
+      if (!client.tracking || now < client.tracking->due_ns) continue;
+      // In step with the clock, not with the poses: at a third of their rate where that is asked for.
+      client.tracking->due_ns = std::max(client.tracking->due_ns + client.tracking->interval_ns, now);
+      if (!bytes) bytes = tracking_data();
+      if (bytes) dropped_ += !client.queue.push(bytes, options_.most_waiting);
+    }
+  }
+
+  SendQueue::Bytes tracking_data() const {
+    TrackingData data;
+    Stamp stamp;
+    for (const auto& [name, published] : newest_) {
+      data.tools.push_back({.name = name, .pose = published.pose});
+      if (published.stamp && (!stamp || *published.stamp > *stamp)) stamp = published.stamp;
+    }
+    auto bytes = encode({"Palpate", stamp, std::move(data)});
+    return bytes ? std::make_shared<const std::string>(std::move(*bytes)) : nullptr;
+  }
+
+  void hear(Served& client, const Message& message) const {
+    if (!options_.tracking_data) return;
+    if (const auto* start = std::get_if<StartTracking>(&message.content))
+      client.tracking = Tracking{std::int64_t{1'000'000} * std::max(start->resolution_ms, 0), clock_ns()};
+    else if (std::holds_alternative<StopTracking>(message.content))
+      client.tracking.reset();
+  }
+
+  bool stalled(Served& client) {
+    if (client.queue.empty()) client.took_ns = clock_ns();
+    if (options_.stalled_after.count() <= 0 || clock_ns() - client.took_ns <= options_.stalled_after.count())
+      return false;
+    // At once: what it has not taken would keep the connection half open.
+    const linger now_or_never{1, 0};
+    static_cast<void>(
+        ::setsockopt(client.socket.get(), SOL_SOCKET, SO_LINGER, &now_or_never, sizeof now_or_never));
+    ++stalled_;
+    return true;
+  }
+
+  bool read_from(Served& client) {
+    char buffer[16 * 1024];
+    const ssize_t count = ::recv(client.socket.get(), buffer, sizeof buffer, 0);
+    if (count < 0) return errno == EAGAIN || errno == EINTR;
+    if (count == 0) return false;
+    if (client.stream.take({buffer, static_cast<std::size_t>(count)},
+                           [this, &client](Message&& message) { hear(client, message); }))
+      return true;
+    ++thrown_out_;
+    return false;
+  }
+
+  bool write_to(Served& client) {
+    while (!client.queue.empty()) {
+      const std::string_view next = client.queue.next();
+      const ssize_t count =
+          ::send(client.socket.get(), next.data(), next.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+      if (count < 0) return errno == EAGAIN || errno == EINTR;
+      client.took_ns = clock_ns();
+      if (!client.queue.sent(static_cast<std::size_t>(count))) return true;
+      ++sent_;
+    }
+    return true;
+  }
+
+  void accept_clients() {
+    while (true) {
+      Descriptor socket = accept_from(listening_.socket);
+      if (!socket) {
+        // Without descriptors the waiting client stays where it is, and would wake us at once, again and
+        // again.
+        full_of_files_ = errno == EMFILE || errno == ENFILE || errno == ENOBUFS || errno == ENOMEM;
+        return;
+      }
+      if (clients_.size() >= options_.most_clients) {
+        ++turned_away_;
+        continue;
+      }
+      Served& client = clients_.emplace_back();
+      client.socket = std::move(socket);
+      client.took_ns = clock_ns();
+      ++accepted_;
+    }
+  }
+
+  void tell_state() {
+    const bool queues_empty = std::all_of(clients_.begin(), clients_.end(),
+                                          [](const Served& client) { return client.queue.empty(); });
+    const std::lock_guard lock(mutex_);
+    state_.clients = clients_.size();
+    state_.accepted = accepted_;
+    state_.turned_away = turned_away_;
+    state_.thrown_out = thrown_out_;
+    state_.stalled = stalled_;
+    state_.sent = sent_;
+    state_.dropped += std::exchange(dropped_, 0);
+    idle_ = queues_empty && inbox_.empty();
+    if (idle_) idle_changed_.notify_all();
+  }
+
+  Listening listening_;
+  const PublisherOptions options_;
+  Wake wake_;
+  // Of the thread alone.
+  std::list<Served> clients_;
+  bool full_of_files_ = false;
+  std::map<std::string, Published> newest_;  // of each tool
+  std::uint64_t accepted_ = 0, turned_away_ = 0, thrown_out_ = 0, stalled_ = 0, sent_ = 0, dropped_ = 0;
+
+  mutable std::mutex mutex_;  // held for moments; guards what follows
+  std::condition_variable idle_changed_;
+  std::deque<Published> inbox_;
+  PublisherState state_;
+  bool idle_ = true, stop_ = false;
+  std::thread thread_;  // last: it uses all of the above
+};
+
+}  // namespace
+
+Expected<std::unique_ptr<PosePublisher>> PosePublisher::listen(const Address& address,
+                                                               const PublisherOptions& options) {
+  auto listening = listen_at(address);
+  if (!listening) return tl::unexpected(listening.error());
+  auto wake = Wake::make();
+  if (!wake) return tl::unexpected(wake.error());
+  return std::make_unique<Publisher>(std::move(*listening), options, std::move(*wake));
+}
+
+}  // namespace palpate::drivers::openigtlink

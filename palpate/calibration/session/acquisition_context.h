@@ -1,0 +1,22 @@
+// What a recording procedure works with: the devices, a person to ask, and the host's time to wait on.
+//
+// Real or simulated: a procedure cannot tell. References only; the owner of the devices outlives it. One
+// thread.
+#pragma once
+
+#include "palpate/device/devices.h"
+#include "palpate/device/person.h"
+#include "palpate/time/clock.h"
+
+namespace palpate::calibration::session {
+
+struct AcquisitionContext {
+  Clock<PhysicsClock>& clock;
+  device::ArmDevice& arm;
+  device::TrackerDevice& tracker;
+  device::CameraDevice* camera;  // null where a procedure needs none
+  device::Person& person;
+  device::CameraDevice* right_camera = nullptr;  // the second on the same marker; null where there is one
+};
+
+}  // namespace palpate::calibration::session

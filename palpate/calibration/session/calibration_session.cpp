@@ -1,0 +1,283 @@
+#include "palpate/calibration/session/calibration_session.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "palpate/calibration/gimbal.h"
+#include "palpate/calibration/pivot.h"
+#include "palpate/calibration/session/camera_session.h"
+#include "palpate/calibration/stream_delay.h"
+#include "palpate/calibration/surface.h"
+#include "palpate/calibration/touched_landmarks.h"
+#include "palpate/core/text.h"
+#include "palpate/core/units.h"
+#include "palpate/vision/second_camera.h"
+
+namespace palpate::calibration::session {
+namespace {
+
+// With the tip's motion as an arm of these lengths saw it; without lengths no arm held it.
+std::vector<PivotPose> pivot_poses(const std::vector<TrackedPose>& poses,
+                                   const std::optional<device::PhantomLengths>& lengths = std::nullopt) {
+  std::vector<PivotPose> result;
+  for (const auto& pose : poses) {
+    result.push_back({pose.marker.rotation, pose.marker.translation, 0, std::nullopt, pose.time_s});
+    if (lengths) result.back().motion = device::phantom_tip(pose.joints, *lengths).m;
+  }
+  return result;
+}
+
+rig::PivotCalibration rig_pivot(const Estimate<PivotSolution>& estimate, const rig::Provenance& from) {
+  return {estimate.value.tip, estimate.covariance.topLeftCorner<3, 3>(), from};
+}
+
+struct Steps {
+  AcquisitionContext context;
+  rig::Rig& rig;
+  const CalibrationPlan& plan;
+  const SessionHooks& hooks;
+  CalibrationRecordings& out;
+
+  Expected<void> pointer() {
+    auto poses = record_pointer_pivot(context, plan.pivot_poses / 2, plan.pivot_s / 2);
+    if (!poses) return failed(poses);
+    PivotCalibrationOptions options;
+    options.method = PivotMethod::robust;
+    options.shared_errors = true;
+    auto estimate = calibrate_pivot(pivot_poses(*poses), options);
+    if (!estimate) return failed(estimate);
+    rig.pointer_pivot = rig_pivot(
+        *estimate,
+        provenance(plan, bytes_of(*poses), "robust", mm_from_metres(rms_per_component(estimate->residuals))));
+    out.pointer_pivot = std::move(*poses);
+    return {};
+  }
+
+  Expected<void> surfaces() {
+    rig.surfaces.clear();
+    std::vector<SurfaceTouches> touched;
+    for (const std::string name : {"table", "wall"}) {
+      std::vector<device::Request> requests;
+      for (int round = 0; round < plan.corner_rounds; ++round)
+        for (const auto& request : corner_requests(name)) requests.push_back(request);
+      auto touches = record_touches(context, requests, rig.pointer_pivot->tip_in_marker);
+      if (!touches) return failed(touches);
+      touched.push_back({name, {}});
+      for (const auto& touch : *touches)
+        touched.back().points.push_back({{touch.place}, touch.index + 1, touch.covariance});
+      out.corners.insert(out.corners.end(), touches->begin(), touches->end());
+    }
+    const auto fits = fit_rectangles(touched);
+    if (!fits) return failed(fits);
+    for (std::size_t i = 0; i < touched.size(); ++i) {
+      std::string data;
+      for (const auto& point : touched[i].points)
+        data += fmt::format("{} {} {};", point.place.m.x(), point.place.m.y(), point.place.m.z());
+      const auto& fit = (*fits)[i];
+      const RectangleFit& r = fit.value;
+      rig.surfaces.push_back(
+          {touched[i].name, r.X_world_rectangle, r.width, r.height, fit.covariance,
+           provenance(plan, data, "rectangle", mm_from_metres(rms_per_component(fit.residuals))), r.seen});
+    }
+    return {};
+  }
+
+  Expected<void> landmarks() {
+    std::vector<LandmarkTouch> touched;
+    for (int i = 0;; ++i) {
+      auto touch = record_touches(context, {{device::Gesture::touch, "landmark", i}},
+                                  rig.pointer_pivot->tip_in_marker);
+      if (!touch) {
+        if (i < 3) return failed(touch);
+        break;  // the person says there are no more
+      }
+      touched.push_back({std::to_string(i), touch->front().place, touch->front().covariance});
+      out.landmark_touches.push_back(touch->front());
+    }
+    auto found =
+        landmarks_from_touches(touched, rig.surfaces, {.touch = noise::touch_noise_of(rig.surfaces)});
+    if (!found) return failed(found);
+    rig.landmarks = std::move(found->value.landmarks);
+    return {};
+  }
+
+  Expected<void> tip() {
+    PivotRecordingOptions options;
+    options.poses = plan.pivot_poses;
+    options.seconds = plan.pivot_s;
+    options.fixation.nominal = rig.nominal_lengths;
+    auto poses = record_pivot(context, options);
+    if (!poses) return failed(poses);
+    // The paper's way, which the methods of the paper go on from: the motion of the held tip stays in the
+    // tip, and in its covariance. The joint solve of the arm finds the tip anew.
+    auto estimate = calibrate_pivot(pivot_poses(*poses, rig.nominal_lengths), {.shared_errors = true});
+    if (!estimate) return failed(estimate);
+    rig.tip_pivot = rig_pivot(*estimate, provenance(plan, bytes_of(*poses), "algebraic",
+                                                    mm_from_metres(rms_per_component(estimate->residuals))));
+    out.tip_pivot = std::move(*poses);
+    return {};
+  }
+
+  Expected<void> arm() {
+    auto rest = record_rest(context);
+    if (!rest) return failed(rest);
+    ArmOptions options;
+    options.free.lengths = false;
+    options.tip = rig.tip_pivot->tip_in_marker;
+    GuidanceOptions guidance;
+    guidance.model.lengths = rig.nominal_lengths;
+    guidance.arm = options;
+    guidance.tip = rig.tip_pivot->tip_in_marker;
+    guidance.reach = plan.reach;
+    guidance.seed = plan.guidance_seed;
+    guidance.report = [this](const GuidanceState& state) {
+      if (hooks.guidance) hooks.guidance(state, plan.arm_points);
+    };
+    GuidedPoses guide(guidance);
+    auto poses = plan.guided ? record_arm(context, guide.recording(plan.arm_points))
+                             : record_arm(context, plan.arm_points);
+    if (!poses) return failed(poses);
+    const auto unguided = record_arm(context, plan.arm_test_points);
+    if (!unguided) return failed(unguided);
+    poses->insert(poses->end(), unguided->begin(), unguided->end());
+    auto samples = arm_observations(*poses, rig.tip_pivot->tip_in_marker);
+    out.arm_train.assign(samples.begin(), samples.begin() + plan.arm_points);
+    out.arm_test.assign(samples.begin() + plan.arm_points, samples.end());
+    auto estimate = calibrate_arm(out.arm_train, device::ArmModel{.lengths = rig.nominal_lengths}, options);
+    if (!estimate) return failed(estimate);
+    const auto gimbal = calibrate_gimbal(out.arm_train, *estimate);
+    if (!gimbal) return failed(gimbal);
+    rig.arm = rig_arm(*estimate);
+    put_gimbal_into(*rig.arm, gimbal->value);
+    rig.arm->rest_readings = *rest;
+    rig.arm->held_out_mean = mean_norm(arm_errors(estimate->value, out.arm_test));
+    rig.arm->from =
+        provenance(plan, bytes_of(*poses), "joint", mm_from_metres(rms_per_component(estimate->residuals)));
+    DesignOptions design;
+    design.free = options.free;
+    out.arm_predicted = predicted_error_curve(estimate->value, out.arm_train, plan.reach, design);
+    out.arm_predicted_random = predicted_error_curve(estimate->value, out.arm_test, plan.reach, design);
+    out.arm_poses = std::move(*poses);
+    return {};
+  }
+
+  Expected<void> arm_delay() {
+    auto moving = record_moving(context, plan.moving_s);
+    if (!moving) return failed(moving);
+    std::vector<TimedPoint> by_arm, by_tracker;
+    for (const auto& reading : moving->arm)
+      by_arm.push_back(
+          {reading.time_s, (rig.arm->X_world_base *
+                            device::phantom_tip(rig.arm->correction.apply(reading.joints), rig.arm->lengths))
+                               .m});
+    for (const auto& pose : moving->marker)
+      by_tracker.push_back(
+          {pose.time_s, pose.marker.translation + pose.marker.rotation * rig.arm->tip_in_marker});
+    auto delay = estimate_stream_delay(by_arm, by_tracker);
+    if (!delay) return failed(delay);
+    if (!rig.delays) rig.delays.emplace();
+    rig.delays->tracker_after_arm_s = delay->value.delay_s;
+    rig.delays->tracker_std_s = delay->standard_deviation(0);
+    return {};
+  }
+
+  CameraSession left_eye() { return {context, plan, {rig.camera, rig.hand_eye}, out.camera}; }
+  CameraSession right_eye() {
+    return {right_context(), plan, {rig.right_camera, rig.right_hand_eye}, out.right_camera};
+  }
+
+  Expected<void> camera() {
+    const auto delay = left_eye().lens_and_hand_eye();
+    if (!delay) return failed(delay);
+    if (!rig.delays) rig.delays.emplace();
+    rig.delays->camera_after_tracker_s = delay->seconds;
+    rig.delays->camera_std_s = delay->std_s;
+    return {};
+  }
+
+  // The cameras expose together: the delay of the first is that of both.
+  Expected<void> right_camera() {
+    const auto delay = right_eye().lens_and_hand_eye();
+    if (!delay) return failed(delay);
+    return {};
+  }
+
+  // The laboratory as the second camera's user has it.
+  AcquisitionContext right_context() const {
+    AcquisitionContext right = context;
+    right.camera = context.right_camera;
+    return right;
+  }
+
+  // Nothing where nobody finds landmarks.
+  Expected<std::optional<Estimate<vision::LandmarkRefinement>>> from_pictures(
+      CameraSession eye, const std::optional<rig::TouchNoise>& touch) const {
+    if (!hooks.find_landmarks) return std::nullopt;
+    return eye.landmarks_from_pictures(rig.landmarks, rig.delays->camera_after_tracker_s,
+                                       hooks.find_landmarks, touch);
+  }
+
+  // Lens, hand-eye and landmarks of one solve are the rig's.
+  Expected<void> landmarks_again() {
+    auto refined = from_pictures(left_eye(), noise::touch_noise_of(rig.surfaces));
+    if (!refined) return failed(refined);
+    if (!*refined) return {};
+    rig.registration_covariance = (*refined)->covariance;
+    rig.landmarks = (*refined)->value.landmarks;
+    return {};
+  }
+
+  // The second camera is fitted to the landmarks where the first one's pictures have put them; nobody touches
+  // them again.
+  Expected<void> right_landmarks() {
+    auto refined = from_pictures(right_eye(), std::nullopt);
+    if (!refined) return failed(refined);
+    if (!*refined) return {};
+    const auto right = vision::fit_second_camera(**refined, rig.landmarks, rig::registration_covariance(rig));
+    rig.right_camera->model = right.camera.model;
+    rig.right_camera->covariance = right.camera.covariance;
+    rig.right_hand_eye->X_marker_camera = right.hand_eye.X_marker_camera;
+    rig.right_hand_eye->covariance = right.hand_eye.covariance;
+    rig.right_registration_covariance = right.covariance;
+    return {};
+  }
+};
+
+}  // namespace
+
+Expected<CalibrationRecordings> calibrate_rig(AcquisitionContext context, rig::Rig& rig,
+                                              const CalibrationPlan& plan, const SessionHooks& hooks) {
+  CalibrationRecordings out;
+  Steps steps{context, rig, plan, hooks, out};
+  const bool surfaces_there = rig.surface("table") != nullptr && rig.surface("wall") != nullptr;
+  struct Step {
+    std::string name;
+    bool there;
+    Expected<void> (Steps::*run)();
+  };
+  std::vector<Step> list{
+      {"pointer tip", rig.pointer_pivot.has_value(), &Steps::pointer},
+      {"table and wall", surfaces_there, &Steps::surfaces},
+      {"landmarks", !rig.landmarks.empty(), &Steps::landmarks},
+      {"stylus tip", rig.tip_pivot.has_value(), &Steps::tip},
+      {"arm", rig.arm.has_value(), &Steps::arm},
+      {"delay of the tracker", rig.delays && rig.delays->tracker_known(), &Steps::arm_delay},
+      {"lens and hand-eye", rig.camera.has_value() && rig.hand_eye.has_value(), &Steps::camera},
+      {"landmarks from pictures", rig.registration_covariance.size() > 0, &Steps::landmarks_again},
+  };
+  if (context.right_camera != nullptr) {
+    list.push_back({"lens and hand-eye of the right camera", rig::has_two_eyes(rig), &Steps::right_camera});
+    list.push_back({"landmarks from pictures of the right camera",
+                    rig.right_registration_covariance.size() > 0, &Steps::right_landmarks});
+  }
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (hooks.progress) hooks.progress(i, list.size(), list[i].name);
+    if (list[i].there) continue;
+    if (auto done = (steps.*list[i].run)(); !done) return tl::unexpected(done.error());
+    if (hooks.save)
+      if (auto saved = hooks.save(rig); !saved) return tl::unexpected(saved.error());
+  }
+  return out;
+}
+
+}  // namespace palpate::calibration::session

@@ -1,0 +1,135 @@
+// A person in front of the graphics server's picture: the window, the mouse as their hand, and what they are
+// told.
+//
+// Frames go in as they are drawn; keys become wishes to the physics server; the mouse, where it holds the
+// stylus, leads a HandDevice. A scripted player may hold the stylus until the person first moves the mouse.
+// Main thread alone, which is also the frame loop's; act() takes well under a millisecond except where it
+// draws.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "palpate/desktop/force_bar.h"
+#include "palpate/desktop/hand_leader.h"
+#include "palpate/desktop/hit_watch.h"
+#include "palpate/desktop/mouse_hand.h"
+#include "palpate/desktop/warnings.h"
+#include "palpate/desktop/window.h"
+#include "palpate/device/devices.h"
+#include "palpate/device/heartbeat_monitor.h"
+#include "palpate/render/outside_view.h"
+#include "palpate/rig/rig.h"
+#include "palpate/scene/player.h"
+#include "palpate/server/graphics/graphics_server.h"
+#include "palpate/sim/config/world_file.h"
+
+namespace palpate::desktop {
+
+struct DesktopUiOptions {
+  bool mouse = false;            // holds the stylus
+  bool scripted_player = false;  // holds it until the mouse moves
+  bool timecode = false;         // over the picture, drawn anew as often as a screen changes
+  bool biocular = false;         // one camera's picture before both eyes, side by side
+  bool two_eyes = false;         // frames have a picture for each eye, side by side
+  // A frame as it is seen from the side, and the eye it is seen with; none: it cannot be turned there.
+  std::function<const render::OutsidePicture&(const server::graphics::FrameRecord&)> outside;
+  render::Viewpoint outside_viewpoint;
+};
+
+// How the mouse moves this rig's stylus in this scene.
+MouseHandSettings mouse_hand_settings(const scene::SceneDescription& scene, const rig::Rig& rig,
+                                      const sim::config::WorldFile& world);
+
+class DesktopUi {
+ public:
+  // Refused where no window can be had; without sound it goes on, and says so in notice().
+  static Expected<std::unique_ptr<DesktopUi>> open(const scene::SceneDescription& scene, const rig::Rig& rig,
+                                                   const sim::config::WorldFile& world,
+                                                   const transport::ServerPlace& place,
+                                                   const DesktopUiOptions& options);
+
+  // A frame has been drawn; `captions` are its score.
+  void show(const server::graphics::FrameRecord& frame, std::vector<std::string> captions,
+            Instant<GraphicsClock> now);
+  // From now on the mouse leads this hand whenever it plays (hand_leader.h); both must outlive this object.
+  // Only while person_plays() is false may another move it.
+  void lead(device::HandDevice& hand, const MonotonicClock<GraphicsClock>& clock);
+  // Every millisecond or so: reads mouse and keys, keeps the window alive when no frames come. `conditions`
+  // of the graphics server are shown. Strokes that help the mouse are timed by the physics host's time, where
+  // it is known. False when the person has quit.
+  bool act(Instant<GraphicsClock> now, transport::StateLink& link,
+           const std::vector<server::graphics::Condition>& conditions,
+           const ClockSync<GraphicsClock, PhysicsClock>& sync);
+
+  // It shows the play from the side; the score, warnings and all else that stands over the picture.
+  bool from_outside() const { return from_outside_; }
+  const HudContent& content() const { return content_; }
+  const Window& window() const { return *window_; }
+
+  // The timecode that was drawn last, once; just after show() or act() it has gone to the screen.
+  std::optional<Duration> take_timecode() { return std::exchange(timecode_, {}); }
+
+  bool person_plays() const { return person_plays_; }
+  // Where a person has just left the hand to the program, once.
+  std::optional<device::HandTarget> take_left() { return std::exchange(left_, {}); }
+  // Somebody is there: a key has been pressed or the mouse moved.
+  bool attended() const { return attended_; }
+  // What the person should know from the start, a line for the log; empty: nothing.
+  const std::string& notice() const { return notice_; }
+  // For the process' figures.
+  std::uint64_t impacts() const { return hits_ ? hits_->impacts() : 0; }
+  std::uint64_t bounces() const { return hits_ ? hits_->bounces() : 0; }
+
+ private:
+  DesktopUi(const scene::SceneDescription& scene, const rig::Rig& rig, const DesktopUiOptions& options);
+  bool obey(Key key, Instant<GraphicsClock> now, transport::StateLink& link);
+  void program_or_person(Instant<GraphicsClock> now);
+  void say(std::string words, Instant<GraphicsClock> now);
+  KeysInUse keys_in_use() const;
+  void take_over(Instant<GraphicsClock> now);
+  void take_picture(const server::graphics::FrameRecord& frame);
+  void look(Instant<GraphicsClock> now, transport::StateLink& link,
+            const std::vector<server::graphics::Condition>& conditions);
+  void aim();
+  void draw(Instant<GraphicsClock> now);
+  std::string hint(double t) const;
+
+  DesktopUiOptions options_;
+  scene::SceneDescription scene_;
+  device::CameraModel camera_;
+  std::optional<device::CameraModel> right_camera_;
+  double full_force_n_;
+  std::unique_ptr<Window> window_;
+  std::unique_ptr<HitWatch> hits_;
+  std::unique_ptr<HandLeader> leader_;
+  ForceBar force_;
+  Warnings warnings_;
+  bool forces_off_ = false;
+  std::string notice_;
+
+  std::optional<Instant<GraphicsClock>> begun_, drawn_, status_asked_, taken_over_, said_at_;
+  std::string said_;  // what a key did that cannot be seen at once
+  std::optional<device::HandTarget> left_;
+  HudContent content_;
+  server::graphics::FrameRecord frame_;  // without pixels
+  std::optional<Duration> timecode_;
+  // Silence counts while this loop runs itself.
+  device::HeartbeatMonitor physics_silence_;
+  std::int64_t physics_beat_ns_ = 0;
+  Size picture_;
+  int eyes_ = 1;                                    // side by side in it
+  bool from_outside_ = false, over_right_ = false;  // over_right_: the pointer is in the right eye's half
+  std::deque<std::pair<double, bool>> recent_;      // time and lateness of the last second's frames
+  std::optional<std::string> refusal_seen_;
+  std::optional<Instant<GraphicsClock>> refused_at_;
+  double moved_px_ = 0.0;
+  bool person_plays_ = false, attended_ = false, paused_ = false, helped_ = false;
+};
+
+}  // namespace palpate::desktop

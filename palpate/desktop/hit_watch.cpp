@@ -1,0 +1,73 @@
+#include "palpate/desktop/hit_watch.h"
+
+#include <pthread.h>
+
+#include <chrono>
+#include <deque>
+
+#include "palpate/desktop/hit_detector.h"
+#include "palpate/desktop/hit_sound.h"
+
+namespace palpate::desktop {
+namespace {
+
+constexpr int kRate_hz = 1000;
+constexpr auto kLook = std::chrono::microseconds(500);  // twice a state: none is overtaken
+constexpr std::size_t kMostWaiting = 512;               // half a second of a force that lasts
+
+}  // namespace
+
+Expected<std::unique_ptr<HitWatch>> HitWatch::begin(const transport::ServerPlace& place, double ball_mass,
+                                                    std::unique_ptr<SoundOut> sound) {
+  auto watch = transport::watch_states(place.endpoint, kRate_hz, place.identity);
+  if (!watch) return tl::unexpected(watch.error());
+  return std::unique_ptr<HitWatch>(new HitWatch(std::move(*watch), ball_mass, std::move(sound)));
+}
+
+HitWatch::HitWatch(std::unique_ptr<transport::StateWatch> watch, double ball_mass,
+                   std::unique_ptr<SoundOut> sound)
+    : watch_(std::move(watch)), ball_mass_(ball_mass), sound_(std::move(sound)), thread_([this] { run(); }) {}
+
+HitWatch::~HitWatch() {
+  stop_ = true;
+  thread_.join();
+}
+
+void HitWatch::run() {
+  ::pthread_setname_np(::pthread_self(), "palpate-hits");
+  using Steady = std::chrono::steady_clock;
+  HitDetector detector(ball_mass_);
+  struct Waiting {
+    Steady::time_point due;
+    Hit hit;
+    double force = 0.0;  // where it is not a hit but a force that lasts
+  };
+  std::deque<Waiting> waiting;
+  const auto raise = [this](double newton) {
+    double so_far = force_.load(std::memory_order_relaxed);
+    while (newton > so_far && !force_.compare_exchange_weak(so_far, newton, std::memory_order_relaxed)) {
+    }
+  };
+  while (!stop_.load(std::memory_order_relaxed)) {
+    const auto now = Steady::now();
+    if (const auto reply = watch_->take()) {
+      const scene::SceneState& state = reply->answer.state;
+      const auto due = now + std::chrono::duration_cast<Steady::duration>(
+                                 std::chrono::duration<double>(delay_s_.load(std::memory_order_relaxed)));
+      if (const auto hit = detector.look(state); hit && waiting.size() < kMostWaiting)
+        waiting.push_back({due, *hit});
+      const double force = Vector3(state.force.data()).norm();
+      if (force > 0.0 && waiting.size() < kMostWaiting) waiting.push_back({due, {}, force});
+    }
+    for (; !waiting.empty() && waiting.front().due <= now; waiting.pop_front()) {
+      const Waiting& one = waiting.front();
+      raise(one.force);
+      if (one.hit.impulse <= 0.0) continue;
+      (one.hit.kind == HitKind::hand ? impacts_ : bounces_).fetch_add(1, std::memory_order_relaxed);
+      if (sound_) sound_->play(hit_sound(one.hit.kind, one.hit.impulse));
+    }
+    std::this_thread::sleep_for(kLook);
+  }
+}
+
+}  // namespace palpate::desktop

@@ -1,0 +1,73 @@
+// The mouse as the hand that holds the stylus: where the pointer lies in the picture becomes a place in the
+// world, for a HandDevice.
+//
+// The bat's centre follows the pointer on a plane that leans away from the person, so that pushing the mouse
+// forward pushes the bat forward and up, as a stroke does; the wheel moves that plane along `forward`.
+// Buttons turn the bat about `up` while they are held. Because the pointer's ray goes through the camera as
+// it stands now, the bat stays under the pointer while the head moves. Speed and acceleration are bounded
+// like a hand's; what is out of reach becomes the nearest place on the way there that is not. World frame,
+// SI. Pure, deterministic; one thread.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "palpate/device/camera_model.h"
+#include "palpate/device/devices.h"
+
+namespace palpate::desktop {
+
+struct MouseHandSettings {
+  Vector3 home = Vector3::Zero();  // of the bat's centre; must be within reach
+  // Right handed, unit: as the person sees them.
+  Vector3 right = Vector3::UnitX(), up = Vector3::UnitY(), forward = -Vector3::UnitZ();
+  double lean = 0.6;                  // rad, of the plane from upright; pi/2: it lies flat
+  Vector3 wheel = -Vector3::UnitZ();  // unit: where the wheel, turned away from the person, leads
+  double notch = 0.015;               // m for a notch of the wheel
+  double farthest = 0.10;             // m the wheel leads away from home, either way
+  Vector3 offset{0.0, 0.0, -0.09};    // of the bat's centre in Tip
+  std::optional<Vector3> faces;       // the bat looks there, raised by `raised`; none: the stylus hangs down
+  double raised = 0.25;               // slope of the face
+  double handle_tilt = -0.6;          // rad about the face's normal: as a right hand holds it
+  double twist = 0.45;                // rad while a button is held
+  double max_acceleration = 30.0, max_speed = 2.0;    // m/s^2, m/s
+  std::function<bool(const Vector3& tip)> reachable;  // none: everywhere
+};
+
+class MouseHand {
+ public:
+  MouseHand(const device::CameraModel& camera, const MouseHandSettings& settings);
+
+  void point(const device::Pixel& pixel) { pointer_ = pixel; }  // in the undistorted picture
+  void roll(double notches);                                    // of the wheel, away from the person positive
+  void hold_buttons(bool left, bool right) { left_ = left, right_ = right; }
+  void see(const Pose<World, CameraOptical>& X_world_camera) { X_world_camera_ = X_world_camera; }
+  // The pointer is over another camera's picture from now on.
+  void look_through(const device::CameraModel& camera) { camera_ = camera; }
+  // The hand is there now: the way goes on from there (somebody else has moved it until now), and so does its
+  // turn.
+  void take_over(const device::HandTarget& at, double t);
+
+  // Where the stylus should be at `t`, s of any steady clock. Call often.
+  device::HandTarget act(double t);
+
+  // From the eye through the pointer, World, unit; straight ahead while nobody points.
+  Vector3 ray() const;
+  // Where the bat's centre is wanted, before the hand's own inertia; for the picture and for tests.
+  Vector3 wanted() const;
+
+ private:
+  Quaternion stylus_rotation(const Vector3& bat) const;
+
+  device::CameraModel camera_;
+  MouseHandSettings settings_;
+  std::optional<device::Pixel> pointer_;
+  std::optional<Pose<World, CameraOptical>> X_world_camera_;
+  double depth_ = 0.0, twist_ = 0.0;
+  Quaternion left_over_ = Quaternion::Identity();  // of the turn in which it was taken over, World
+  bool left_ = false, right_ = false;
+  std::optional<double> last_;
+  Vector3 position_, velocity_ = Vector3::Zero();  // of the bat's centre
+};
+
+}  // namespace palpate::desktop

@@ -1,0 +1,85 @@
+#include "palpate/desktop/spectator_window.h"
+
+#include <array>
+
+#include "palpate/core/text.h"
+
+namespace palpate::desktop {
+namespace {
+
+constexpr Size kMonitorSize{640, 480};
+constexpr double kStale_s = 0.25;  // without frames: warnings change all the same
+
+}  // namespace
+
+Expected<MonitorView> parse_monitor_view(std::string_view word) {
+  for (const auto view : {MonitorView::copy, MonitorView::outside})
+    if (word == monitor_view_word(view)) return view;
+  return wrong_use("--monitor '{}': copy or outside is expected", excerpt(word));
+}
+
+std::string_view monitor_view_word(MonitorView view) {
+  return view == MonitorView::copy ? "copy" : "outside";
+}
+
+Expected<std::unique_ptr<SpectatorWindow>> SpectatorWindow::open(MonitorView view, const Window& player,
+                                                                 Outside outside) {
+  std::unique_ptr<SpectatorWindow> spectator(new SpectatorWindow(view, std::move(outside)));
+  auto opened = Window::open("Palpate monitor", kMonitorSize, &player);
+  if (!opened) return tl::unexpected(opened.error());
+  spectator->window_ = std::move(*opened);
+  return spectator;
+}
+
+void SpectatorWindow::show(const Sight& sight, int eye_width, const Clock<GraphicsClock>& clock) {
+  const server::graphics::FrameRecord& frame = sight.frame;
+  const auto begun = clock.now();
+  looked_ = begun;
+  const bool due = pace_.due(frame.begun, begun);
+  if (!due) ++left_out_;
+  if (!due || frame.rgb.empty()) return;
+  if (view_ == MonitorView::outside || sight.from_outside) {
+    const render::OutsidePicture& seen = outside_(frame);
+    if (!seen.rgb.empty()) window_->take_picture(seen.rgb, {seen.width, seen.height});
+  } else if (frame.width > eye_width) {
+    const auto left = render::left_eye(frame.rgb, frame.width, frame.height, frame.width / eye_width);
+    window_->take_picture(left, {eye_width, frame.height});
+  } else {
+    window_->take_picture(frame.rgb, {frame.width, frame.height});
+  }
+  draw(sight.content);
+  ++drawn_;
+  const Duration took = clock.now() - begun;
+  took_.add(took);
+  pace_.drew(begun, took);
+}
+
+void SpectatorWindow::draw(const HudContent& content) {
+  HudContent theirs;  // keys, figures and force are for the hand that plays
+  theirs.score = content.score;
+  theirs.warnings = content.warnings;
+  theirs.paused = content.paused;
+  theirs.full_force_n = 0.0;
+  window_->draw(theirs);
+}
+
+bool SpectatorWindow::act(const HudContent& content, Instant<GraphicsClock> now) {
+  for (const auto key : window_->poll().keys) {
+    if (key == Key::quit) return false;
+    if (key == Key::full_screen) window_->toggle_full_screen();
+    if (key == Key::view) view_ = view_ == MonitorView::copy ? MonitorView::outside : MonitorView::copy;
+  }
+  if (looked_ && to_seconds(now - *looked_) < kStale_s) return true;
+  looked_ = now;
+  draw(content);
+  return true;
+}
+
+Json SpectatorWindow::figures() const {
+  return {{"view", monitor_view_word(view_)},
+          {"pictures", drawn_},
+          {"left_out", left_out_},
+          {"took_us", {{"median", took_.us(0.5)}, {"p99", took_.us(0.99)}}}};
+}
+
+}  // namespace palpate::desktop

@@ -1,0 +1,118 @@
+#include "palpate/device/arm_model.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+
+#include "palpate/core/file.h"
+#include "palpate/core/toml.h"
+#include "palpate/core/units.h"
+
+namespace palpate::device {
+namespace {
+
+void check_joints(const ArmModel& model, const Eigen::VectorXd& theta) {
+  if (theta.size() != model.joint_count())
+    throw std::invalid_argument(fmt::format("arm model {}: {} joint angles given, {} expected", model.name,
+                                            theta.size(), model.joint_count()));
+}
+
+Matrix3 rot_x(double angle) { return Eigen::AngleAxisd(angle, Vector3::UnitX()).toRotationMatrix(); }
+Matrix3 rot_z(double angle) { return Eigen::AngleAxisd(angle, Vector3::UnitZ()).toRotationMatrix(); }
+
+}  // namespace
+
+Point<ArmBase> arm_tip(const ArmModel& model, const Eigen::VectorXd& theta) {
+  check_joints(model, theta);
+  if (model.kind == ArmModel::Kind::phantom) return phantom_tip(theta, model.lengths);
+  Vector3 point = model.tool;
+  for (std::size_t j = model.joints.size(); j-- > 0;) {
+    const DhJoint& row = model.joints[j];
+    point = rot_z(theta[static_cast<Eigen::Index>(j)] + row.theta_offset) *
+            (Vector3(row.a, 0.0, row.d) + rot_x(row.alpha) * point);
+  }
+  return {point};
+}
+
+Point<ArmBase> arm_tip(const ArmModel& model, const Eigen::VectorXd& theta, ArmJacobian& jacobian) {
+  check_joints(model, theta);
+  if (model.kind == ArmModel::Kind::phantom) {
+    // As phantom_tip and phantom_jacobian have it, with each sine taken once: solvers live here.
+    const auto [l1, l2] = model.lengths;
+    const double s1 = std::sin(theta[0]), c1 = std::cos(theta[0]), s2 = std::sin(theta[1]),
+                 c2 = std::cos(theta[1]), s3 = std::sin(theta[2]), c3 = std::cos(theta[2]);
+    const double reach = l1 * c2 + l2 * s3;
+    jacobian.theta.resize(3, 3);
+    jacobian.theta << c1 * reach, -s1 * l1 * s2, s1 * l2 * c3,  //
+        0.0, l1 * c2, l2 * s3,                                  //
+        -s1 * reach, -c1 * l1 * s2, c1 * l2 * c3;
+    jacobian.lengths << s1 * c2, s1 * s3, s2, 1.0 - c3, -1.0 + c1 * c2, c1 * s3;
+    return {Vector3(s1 * reach, l2 - l2 * c3 + l1 * s2, -l1 + c1 * reach)};
+  }
+  const auto n = static_cast<Eigen::Index>(model.joints.size());
+  jacobian.theta.resize(3, n);
+  jacobian.a.resize(3, n);
+  jacobian.alpha.resize(3, n);
+  jacobian.d.resize(3, n);
+  // behind[j]: the tip as frame j sees it (frame n is the last link's)
+  std::vector<Vector3> behind(model.joints.size() + 1);
+  behind.back() = model.tool;
+  for (Eigen::Index j = n; j-- > 0;) {
+    const DhJoint& row = model.joints[static_cast<std::size_t>(j)];
+    behind[static_cast<std::size_t>(j)] =
+        rot_z(theta[j] + row.theta_offset) *
+        (Vector3(row.a, 0.0, row.d) + rot_x(row.alpha) * behind[static_cast<std::size_t>(j) + 1]);
+  }
+  Matrix3 R = Matrix3::Identity();  // axes of frame j in ArmBase
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const DhJoint& row = model.joints[static_cast<std::size_t>(j)];
+    const Matrix3 turned = R * rot_z(theta[j] + row.theta_offset);
+    const Vector3 tilted = rot_x(row.alpha) * behind[static_cast<std::size_t>(j) + 1];
+    jacobian.theta.col(j) = R * Vector3::UnitZ().cross(behind[static_cast<std::size_t>(j)]);
+    jacobian.a.col(j) = turned.col(0);
+    jacobian.alpha.col(j) = turned * Vector3::UnitX().cross(tilted);
+    jacobian.d.col(j) = R.col(2);
+    R = turned * rot_x(row.alpha);
+  }
+  jacobian.tool = R;
+  return {behind.front()};
+}
+
+Expected<ArmModel> read_arm_model(const std::string& name_or_file) {
+  if (name_or_file == ArmModel{}.name) return ArmModel{};
+  if (!std::filesystem::exists(name_or_file))
+    return wrong_use("arm model {}: neither a known arm (phantom-premium-1.5) nor a file; check the path",
+                     name_or_file);
+  const auto content = read_file(name_or_file);
+  if (!content) return tl::unexpected(content.error());
+  return parse_arm_model(*content, name_or_file);
+}
+
+Expected<ArmModel> parse_arm_model(std::string_view content, std::string source) {
+  const auto file = parse_toml(content, source);
+  if (!file) return tl::unexpected(file.error());
+  ArmModel model;
+  model.name = file->text_or("name", std::filesystem::path(source).stem().string());
+  if (file->choice("type", {"dh", "phantom"}) == "phantom") {
+    const auto lengths = file->numbers<2>("lengths_mm", kPositive);
+    model.lengths = {metres_from_mm(lengths[0]), metres_from_mm(lengths[1])};
+  } else {
+    model.kind = ArmModel::Kind::dh;
+    const NumberRange length{-1e5, 1e5}, angle{-360.0, 360.0};
+    for (const auto& joint : file->tables("joint"))
+      model.joints.push_back({metres_from_mm(joint.number("a_mm", length)),
+                              radians_from_degrees(joint.number("alpha_deg", angle)),
+                              metres_from_mm(joint.number("d_mm", length)),
+                              radians_from_degrees(joint.number_or("theta_offset_deg", 0.0, angle))});
+    if (model.joints.empty())
+      file->complain("joint", "is missing, one [[joint]] table per joint is expected");
+    model.tool_known = file->has("tool_mm");
+    const auto tool = file->numbers_or<3>("tool_mm", {0.0, 0.0, 0.0}, length);
+    for (int i = 0; i < 3; ++i) model.tool[i] = metres_from_mm(tool[static_cast<std::size_t>(i)]);
+  }
+  if (const auto done = file->finish(); !done) return tl::unexpected(done.error());
+  return model;
+}
+
+}  // namespace palpate::device

@@ -1,0 +1,91 @@
+#include "palpate/device/camera_model.h"
+
+#include <Eigen/LU>
+
+namespace palpate::device {
+namespace {
+
+// Distorted point and its 2x2 derivative with respect to the ideal point.
+Eigen::Vector2d distorted(const std::array<double, 5>& d, const Eigen::Vector2d& n,
+                          Eigen::Matrix2d* derivative) {
+  const double k1 = d[0], k2 = d[1], p1 = d[2], p2 = d[3], k3 = d[4];
+  const double x = n.x(), y = n.y(), r2 = x * x + y * y;
+  const double radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
+  if (derivative != nullptr) {
+    const double slope = 2.0 * (k1 + r2 * (2.0 * k2 + 3.0 * r2 * k3));  // d radial / d(r2) * 2
+    (*derivative) << radial + slope * x * x + 2 * p1 * y + 6 * p2 * x,
+        slope * x * y + 2 * p1 * x + 2 * p2 * y, slope * x * y + 2 * p1 * x + 2 * p2 * y,
+        radial + slope * y * y + 6 * p1 * y + 2 * p2 * x;
+  }
+  return {x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+          y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y};
+}
+
+}  // namespace
+
+Eigen::Vector2d CameraModel::distort(const Eigen::Vector2d& n) const {
+  return distorted(distortion, n, nullptr);
+}
+
+std::optional<Eigen::Vector2d> CameraModel::undistort(const Eigen::Vector2d& target) const {
+  Eigen::Vector2d n = target;
+  for (int i = 0; i < 30; ++i) {
+    Eigen::Matrix2d J;
+    const Eigen::Vector2d residual = distorted(distortion, n, &J) - target;
+    if (residual.norm() < 1e-13) return J.determinant() > 0 ? std::optional(n) : std::nullopt;
+    if (std::abs(J.determinant()) < 1e-9) return std::nullopt;
+    n -= J.inverse() * residual;
+    if (!(n.norm() < 10.0)) return std::nullopt;
+  }
+  return (distort(n) - target).norm() < 1e-10 ? std::optional(n) : std::nullopt;
+}
+
+Pixel CameraModel::project(const Vector3& p) const {
+  const auto n = distort({p.x() / p.z(), p.y() / p.z()});
+  return {fx * n.x() + cx, fy * n.y() + cy};
+}
+
+std::optional<Pixel> CameraModel::undistort_pixel(const Pixel& pixel) const {
+  const auto n = undistort({(pixel.x() - cx) / fx, (pixel.y() - cy) / fy});
+  if (!n) return std::nullopt;
+  return Pixel{fx * n->x() + cx, fy * n->y() + cy};
+}
+
+Pixel project(const CameraModel& camera, const Vector3& p, Eigen::Matrix<double, 2, 3>& jacobian) {
+  const double iz = 1.0 / p.z(), x = p.x() * iz, y = p.y() * iz;
+  Eigen::Matrix2d lens;
+  const auto n = distorted(camera.distortion, {x, y}, &lens);
+  Eigen::Matrix<double, 2, 3> ideal;
+  ideal << iz, 0, -x * iz, 0, iz, -y * iz;
+  jacobian.noalias() = lens * ideal;
+  jacobian.row(0) *= camera.fx;
+  jacobian.row(1) *= camera.fy;
+  return {camera.fx * n.x() + camera.cx, camera.fy * n.y() + camera.cy};
+}
+
+Eigen::Matrix<double, 2, kLensParameters> lens_jacobian(const CameraModel& camera, const Vector3& p) {
+  const double x = p.x() / p.z(), y = p.y() / p.z(), r2 = x * x + y * y;
+  const auto n = camera.distort({x, y});
+  const Eigen::Vector2d f(camera.fx, camera.fy), radial(camera.fx * x * r2, camera.fy * y * r2);
+  Eigen::Matrix<double, 2, kLensParameters> J;
+  J << n.x(), 0, 1, 0, radial.x(), radial.x() * r2, f.x() * 2 * x * y, f.x() * (r2 + 2 * x * x),
+      radial.x() * r2 * r2, 0, n.y(), 0, 1, radial.y(), radial.y() * r2, f.y() * (r2 + 2 * y * y),
+      f.y() * 2 * x * y, radial.y() * r2 * r2;
+  return J;
+}
+
+CameraModel changed_lens(CameraModel camera, const LensParameters& by) {
+  camera.fx += by[0], camera.fy += by[1], camera.cx += by[2], camera.cy += by[3];
+  for (std::size_t i = 0; i < camera.distortion.size(); ++i)
+    camera.distortion[i] += by[4 + static_cast<Eigen::Index>(i)];
+  return camera;
+}
+
+Eigen::Matrix<double, 2, 3> projection_jacobian(const CameraModel& camera, const Vector3& p) {
+  Eigen::Matrix<double, 2, 3> J;
+  const double z = p.z();
+  J << camera.fx / z, 0, -camera.fx * p.x() / (z * z), 0, camera.fy / z, -camera.fy * p.y() / (z * z);
+  return J;
+}
+
+}  // namespace palpate::device

@@ -1,0 +1,50 @@
+// Pinhole camera with Brown-Conrady distortion (k1 k2 p1 p2 k3, as OpenCV orders them).
+//
+// CameraOptical frame: x right, y down, z forward, metres. Pixels: u right, v down, (0,0) is the CENTRE of
+// the first pixel. Pure functions, safe from any thread. Source: Brown (1966); OpenCV calib3d documentation
+// for the order.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+
+#include "palpate/math/pose.h"
+
+namespace palpate::device {
+
+using Pixel = Eigen::Vector2d;
+
+struct CameraModel {
+  int width = 640, height = 480;
+  double fx = 560.0, fy = 560.0, cx = 319.5, cy = 239.5;  // px
+  std::array<double, 5> distortion{};
+
+  // Ideal pinhole (no lens): the pixel of the undistorted picture. Needs z > 0.
+  Pixel project_undistorted(const Vector3& p) const {
+    return {fx * p.x() / p.z() + cx, fy * p.y() / p.z() + cy};
+  }
+  // Through the lens: the pixel in the camera's image. Needs z > 0.
+  Pixel project(const Vector3& p) const;
+  // Normalised coordinates (x/z, y/z), with and without the lens.
+  Eigen::Vector2d distort(const Eigen::Vector2d& normalised) const;
+  // Inverse of distort, by Newton's method; empty where the lens model does not reach (folded back).
+  std::optional<Eigen::Vector2d> undistort(const Eigen::Vector2d& distorted) const;
+  std::optional<Pixel> undistort_pixel(const Pixel& pixel) const;
+};
+
+// Through the lens, with d pixel / d p (2x3, px per metre). Needs z > 0.
+Pixel project(const CameraModel& camera, const Vector3& p, Eigen::Matrix<double, 2, 3>& jacobian);
+
+// Parameters of a lens in the order of its covariance: fx fy cx cy (px) k1 k2 p1 p2 k3.
+inline constexpr Eigen::Index kLensParameters = 9;
+using LensParameters = Eigen::Matrix<double, kLensParameters, 1>;
+// d project / d those parameters, px per unit of each. Needs z > 0.
+Eigen::Matrix<double, 2, kLensParameters> lens_jacobian(const CameraModel& camera, const Vector3& p);
+// The lens with its parameters changed by so much.
+CameraModel changed_lens(CameraModel camera, const LensParameters& by);
+
+// d project_undistorted / d p, 2x3, px per metre.
+Eigen::Matrix<double, 2, 3> projection_jacobian(const CameraModel& camera, const Vector3& p);
+
+}  // namespace palpate::device

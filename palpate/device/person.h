@@ -1,0 +1,48 @@
+// The person in the laboratory: what a calibration procedure may ask them to do.
+//
+// A real person is asked in words and answers with a key; a simulated one acts. Procedures are written
+// against this interface alone and so serve both. One thread.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "palpate/core/expected.h"
+#include "palpate/math/pose.h"
+
+namespace palpate::device {
+
+enum class Gesture {
+  rest,       // let go: the arm in its rest position, the pointer put down
+  next_pose,  // hold the stylus still in one more pose, spread over the reach, its marker facing the tracker
+  swing_stylus,       // swing the stylus' marker widely around the tip while the arm holds the tip
+  wander,             // move the stylus freely through the whole reach, its marker facing the tracker
+  swing_pointer,      // swing the pointer widely around its tip, which stands in a divot
+  touch,              // hold the pointer's tip on `what` number `index`
+  look_around_board,  // move the head widely with the calibration board in view
+  look,               // move the head as in use
+};
+
+// Where a person is shown to put the stylus, "here, and turned so"; they will be about there.
+struct PoseTarget {
+  Point<World> tip;
+  Quaternion R_world_marker = Quaternion::Identity();
+};
+
+struct Request {
+  Gesture gesture = Gesture::rest;
+  std::string what;  // touch: "table", "wall" (corners, index 0 to 3) or "landmark"
+  int index = 0;
+  std::optional<PoseTarget> target{};  // next_pose: this one; none: whichever the person likes
+};
+
+class Person {
+ public:
+  virtual ~Person() = default;
+  // Begins a gesture, which lasts until the next request. Refused where there is no such thing to do.
+  virtual Expected<void> ask(const Request& request) = 0;
+  // Whether the person has got there: holds still, touches, swings.
+  virtual bool ready() = 0;
+};
+
+}  // namespace palpate::device

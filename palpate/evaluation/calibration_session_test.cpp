@@ -1,0 +1,64 @@
+// A session with the simulated laboratory that breaks off and goes on.
+#include "palpate/calibration/session/calibration_session.h"
+
+#include <gtest/gtest.h>
+
+#include "palpate/calibration/session/landmark_finder.h"
+#include "palpate/evaluation/world_sample.h"
+#include "palpate/server/graphics/frame_renderer.h"
+#include "palpate/sim/camera_renderer.h"
+
+namespace palpate::evaluation {
+namespace {
+
+TEST(CalibrationSession, GoesOnWhereItBrokeOff) {
+  sim::config::WorldFile file = sim::config::reference_world();
+  sim::CameraRenderer renderer;
+  sim::Simulator world(file, 4);
+  world.set_renderer(
+      [&renderer](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) { renderer.render(view, rgb); });
+  rig::Rig rig = blank_rig(file);
+  calibration::session::CalibrationPlan plan;
+  plan.corner_rounds = 1;
+  plan.pivot_poses = 60;
+  plan.pivot_s = 6.0;
+  plan.arm_points = plan.arm_test_points = 20;
+  plan.guided = false;
+  plan.moving_s = 3.0;
+  plan.board_s = 5.0;
+  plan.board_every = 4;
+  plan.lens_views = 15;
+  plan.look_s = 1.0;
+  plan.reach = reach_of(file);
+
+  std::vector<std::string> begun;
+  std::string full_after = "lens and hand-eye";
+  calibration::session::SessionHooks hooks;
+  hooks.progress = [&begun](std::size_t, std::size_t, const std::string& name) { begun.push_back(name); };
+  hooks.save = [&](const rig::Rig&) -> Expected<void> {
+    if (begun.back() == full_after) return refused("the disk is full");
+    return {};
+  };
+  hooks.find_landmarks = calibration::session::landmark_finder();
+  const auto first = calibration::session::calibrate_rig(laboratory_of(world), rig, plan, hooks);
+  ASSERT_FALSE(first);
+  EXPECT_EQ(first.error().message, "the disk is full");
+  ASSERT_TRUE(rig.camera && rig.hand_eye && rig.arm);
+  EXPECT_EQ(rig.registration_covariance.size(), 0);
+  const device::CameraModel lens = rig.camera->model;
+  const Vector3 tip = rig.pointer_pivot->tip_in_marker;
+
+  full_after.clear();
+  const auto rest = calibration::session::calibrate_rig(laboratory_of(world), rig, plan, hooks);
+  ASSERT_TRUE(rest) << rest.error().message;
+  EXPECT_EQ(rig.pointer_pivot->tip_in_marker, tip);
+  EXPECT_TRUE(rest->pointer_pivot.empty() && rest->arm_train.empty() && rest->camera.lens_views.empty())
+      << "it was there";
+  EXPECT_GT(rig.registration_covariance.size(), 0);
+  EXPECT_GT(rest->camera.landmark_rms_px, 0.0);
+  EXPECT_LT(rest->camera.landmark_rms_px, rest->camera.landmark_rms_px_before);
+  EXPECT_NE(rig.camera->model.cx, lens.cx) << "the landmarks' pictures improve the lens";
+}
+
+}  // namespace
+}  // namespace palpate::evaluation

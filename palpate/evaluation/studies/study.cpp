@@ -1,0 +1,170 @@
+#include "palpate/evaluation/studies/study.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "palpate/core/csv.h"
+
+namespace palpate::evaluation::studies {
+namespace {
+
+constexpr int kMostRuns = 1000000;
+
+}  // namespace
+
+Expected<void> can_be_written(const std::filesystem::path& out) {
+  if (auto made = make_folder(out); !made) return made;
+  if (::access(out.c_str(), W_OK | X_OK) != 0)
+    return wrong_use("study: {} cannot be written to; name another folder with --out", out.string());
+  return {};
+}
+
+Summary summary_of(const std::vector<double>& values) {
+  Summary summary;
+  double sum = 0.0, squares = 0.0;
+  for (double v : values) {
+    if (!std::isfinite(v)) {
+      ++summary.refused;
+      continue;
+    }
+    ++summary.runs;
+    sum += v;
+    squares += v * v;
+  }
+  const double n = summary.runs, none = std::numeric_limits<double>::quiet_NaN();
+  summary.mean = n > 0 ? sum / n : none;
+  summary.rms = n > 0 ? std::sqrt(squares / n) : none;
+  double scatter = 0.0;
+  for (double v : values)
+    if (std::isfinite(v)) scatter += (v - summary.mean) * (v - summary.mean);
+  summary.sd = n > 1 ? std::sqrt(scatter / (n - 1.0)) : none;
+  summary.median = report::quantile(values, 0.5);
+  summary.p95 = report::quantile(values, 0.95);
+  return summary;
+}
+
+report::Series series_of(const Curve& curve, report::Tone tone, Drawn drawn) {
+  report::Series series{.name = curve.label, .tone = tone};
+  for (const auto& point : curve.points) {
+    series.x.push_back(point.x);
+    series.y.push_back(drawn == Drawn::mean ? point.y.mean : drawn == Drawn::sd ? point.y.sd : point.y.rms);
+  }
+  return series;
+}
+
+Summary Curve::at(double x) const {
+  for (const auto& point : points)
+    if (std::abs(point.x - x) < 1e-9) return point.y;
+  throw std::invalid_argument(fmt::format("study: curve {} has no point at {}", label, x));
+}
+
+const Curve& curve_named(const std::vector<Curve>& curves, std::string_view figure, std::string_view label) {
+  const auto found = std::find_if(curves.begin(), curves.end(), [&](const Curve& curve) {
+    return curve.figure == figure && curve.label == label;
+  });
+  if (found == curves.end())
+    throw std::invalid_argument(fmt::format("study: no curve {} in figure {}", label, figure));
+  return *found;
+}
+
+std::string curves_csv(const std::vector<Curve>& curves) {
+  CsvWriter csv(
+      {"name", "label", "x_name", "x", "y_name", "mean", "sd", "rms", "median", "p95", "runs", "refused"});
+  const auto cell = [](double v) { return std::isfinite(v) ? number_text(v) : std::string(); };
+  const auto text = [](std::string value) {
+    std::replace(value.begin(), value.end(), ',', ';');
+    return value;
+  };
+  for (const auto& curve : curves)
+    for (const auto& [x, y] : curve.points)
+      csv.row(std::vector<std::string>{text(curve.figure), text(curve.label), curve.x_name, cell(x),
+                                       curve.y_name, cell(y.mean), cell(y.sd), cell(y.rms), cell(y.median),
+                                       cell(y.p95), std::to_string(y.runs), std::to_string(y.refused)});
+  return csv.content();
+}
+
+Json curves_json(const std::vector<Curve>& curves) {
+  Json list = Json::array();
+  for (const auto& curve : curves) {
+    Json points = Json::array();
+    for (const auto& [x, y] : curve.points)
+      points.push_back({{curve.x_name, x},
+                        {"mean", number_or_null(y.mean)},
+                        {"sd", number_or_null(y.sd)},
+                        {"rms", number_or_null(y.rms)},
+                        {"median", number_or_null(y.median)},
+                        {"p95", number_or_null(y.p95)},
+                        {"runs", y.runs},
+                        {"refused", y.refused}});
+    list.push_back(
+        {{"figure", curve.figure}, {"label", curve.label}, {"y", curve.y_name}, {"points", points}});
+  }
+  return list;
+}
+
+const std::vector<StudyName>& studies() {
+  static const std::vector<StudyName> all{
+      {"marker-noise", "Figure 4: tracker noise and the tip's place", study_marker_noise, 11.0},
+      {"tip-noise", "Figure 5: a held tip that gives way", study_tip_noise, 18.0},
+      {"points", "Figures 7, 8, 9: how many points the arm needs", study_points, 20.0},
+      {"reset", "Figure 10: encoders zeroed in odd positions", study_reset, 17.0},
+      {"clouds", "Figures 11, 12: the two clouds before and after", study_clouds, 0.2}};
+  return all;
+}
+
+Expected<void> write_study(const StudyResult& result, const Json& about, const std::filesystem::path& out) {
+  Json json{{"study", result.name}};
+  if (about.is_object()) json.update(about);
+  json["values"] = result.values;
+  json["curves"] = curves_json(result.curves);
+  if (auto done = write_json(out / (result.name + ".json"), json); !done) return done;
+  if (!result.curves.empty())
+    if (auto done = write_file(out / (result.name + ".csv"), curves_csv(result.curves)); !done) return done;
+  for (const auto& [file, content] : result.files)
+    if (auto done = write_file(out / file, content); !done) return done;
+  return {};
+}
+
+Expected<std::vector<StudyResult>> run_studies(std::string_view name, const StudyOptions& options,
+                                               const std::filesystem::path& out,
+                                               const std::function<void(std::size_t)>& begin) {
+  std::vector<std::size_t> chosen;
+  std::string names;
+  for (std::size_t i = 0; i < studies().size(); ++i) {
+    names += fmt::format("{}, ", studies()[i].name);
+    if (name == "all" || name == studies()[i].name) chosen.push_back(i);
+  }
+  if (chosen.empty()) return wrong_use("study: there is no study {}; known are {}all", name, names);
+  if (options.runs < 1 || options.runs > kMostRuns)
+    return wrong_use("study: {} runs; 1 to {} are possible, the paper makes 1000", options.runs, kMostRuns);
+  if (!out.empty())
+    if (const auto can = can_be_written(out); !can) return tl::unexpected(can.error());
+
+  std::vector<StudyResult> results;
+  for (std::size_t i : chosen) {
+    if (begin) begin(i);
+    auto result = studies()[i].run(options);
+    if (!result) return tl::unexpected(result.error());
+    const Json about{{"runs", options.runs}, {"seed", options.seed}};
+    if (!out.empty())
+      if (auto done = write_study(*result, about, out); !done) return tl::unexpected(done.error());
+    results.push_back(std::move(*result));
+  }
+  if (!out.empty()) {
+    report::Report page(
+        "Palpate: the paper's studies again",
+        fmt::format("The calibration experiments of Bianchi, Kn\u00f6rlein, Sz\u00e9kely, Harders (2006), "
+                    "\"High precision augmented reality haptics\", in a simulated laboratory where the truth "
+                    "is known. {} runs, seed {}.",
+                    options.runs, options.seed));
+    for (const auto& result : results) result.tell(page);
+    if (auto done = page.write(out / "report.html"); !done) return tl::unexpected(done.error());
+  }
+  return results;
+}
+
+}  // namespace palpate::evaluation::studies

@@ -1,0 +1,100 @@
+// The augmented picture: the camera's image with its lens undone, and virtual things standing in it.
+//
+// Real surfaces, the real arm and registered real bodies are known as shapes (phantoms): they hide what is
+// behind them, carry the shadows of virtual things and throw theirs on them. The picture is CameraModel's
+// pinhole picture: a World point p appears at project_undistorted(X_camera_world p), pixel centres at whole
+// numbers, row 0 on top. Light is added and averaged as light; bytes in and out are encoded as the camera
+// encodes them. Deterministic to the bit on one version of Mesa. Throws where no OpenGL is to be had. Thread:
+// constructed, used and destroyed on one thread; it may share that thread with other users of OpenGL.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "palpate/core/expected.h"
+#include "palpate/device/camera_model.h"
+#include "palpate/device/devices.h"
+#include "palpate/render/arm_shape.h"
+#include "palpate/render/room_light.h"
+#include "palpate/scene/application.h"
+
+namespace palpate::render {
+
+// A real body of known shape at a registered place: a phantom head, a vise. Mesh frame in World, m.
+struct RealBody {
+  const scene::TriangleMesh* mesh = nullptr;  // must live as long as it is drawn
+  Quaternion rotation = Quaternion::Identity();
+  Vector3 position = Vector3::Zero();
+};
+
+// What is known of the real things in view.
+struct RealScene {
+  std::vector<scene::SceneSurface> surfaces;  // table, wall, ...
+  std::optional<ArmConfiguration> arm;        // at the moment of the image
+  std::vector<Vector3> marker_leds;           // m, marker frame: the stylus carries its plate
+  double arm_base_below = 0.12;               // m, ArmBase origin above what the arm stands on
+  std::vector<RealBody> bodies;
+  // What stands round them in a view from outside, to be seen and no more: it hides nothing virtual, throws
+  // no shadow and takes none. Eyes with an image do not see it.
+  std::vector<scene::DrawItem> backdrop;
+};
+
+struct CompositorSettings {
+  device::RoomLight light;
+  int samples = 4;  // per pixel of virtual things: 1 (rough edges), 4 or 8
+  bool shadows = true;
+  int surface_texels = 128;  // along the darkened part of a surface, 16 to 1024
+  int map_texels = 512;      // of the shadow maps by which bodies shade bodies, 64 to 4096; 0: they do not
+  bool real_shadows = true;  // those of real things on surfaces are known: no place gets darker twice
+  device::Encoding encoding = device::Encoding::root;
+};
+
+// low: a software renderer keeps up with a camera; medium: the usual; high: with a graphics card.
+enum class Quality : std::uint8_t { low, medium, high };
+CompositorSettings settings_of(Quality quality);
+std::string_view quality_word(Quality quality);
+Expected<Quality> parse_quality(std::string_view word);  // wrong use where it is another word
+
+// One view: an image, the calibrated camera that took it (lens undone by its distortion, drawn with its focal
+// lengths and centre) and where it was. Without an image the real things are drawn as plain shapes: a view
+// from outside.
+struct Viewpoint {
+  const device::CameraImage* image = nullptr;
+  device::CameraModel camera;
+  Pose<World, CameraOptical> X_world_camera;
+};
+
+class Compositor {
+ public:
+  explicit Compositor(const CompositorSettings& settings = {});
+  ~Compositor();
+
+  // The image must have the camera's size (std::invalid_argument otherwise). rgb_out: packed RGB, row 0 on
+  // top.
+  void draw(const device::CameraImage& image, const device::CameraModel& camera,
+            const Pose<World, CameraOptical>& X_world_camera, std::span<const scene::DrawItem> items,
+            const RealScene& real, std::vector<std::uint8_t>& rgb_out);
+  // Eyes side by side, the first on the left; all of one size. What they share is drawn once.
+  void draw(std::span<const Viewpoint> eyes, std::span<const scene::DrawItem> items, const RealScene& real,
+            std::vector<std::uint8_t>& rgb_out);
+
+  // Called at the end of each stage of a picture with its name; for benchmarks.
+  void watch_stages(std::function<void(const char* stage)> watcher);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// One picture twice, side by side: for a display with two eyes where there is one camera. Both eyes then see
+// the same, so nothing leaves its place, and nothing has depth. Wrong sizes throw std::invalid_argument.
+std::vector<std::uint8_t> biocular(std::span<const std::uint8_t> rgb, int width, int height);
+
+// The first of `eyes` pictures of one size side by side. Wrong sizes throw std::invalid_argument.
+std::vector<std::uint8_t> left_eye(std::span<const std::uint8_t> rgb, int width, int height, int eyes);
+
+}  // namespace palpate::render

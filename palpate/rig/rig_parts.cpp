@@ -1,0 +1,82 @@
+// What can be asked of a rig.
+#include <ctime>
+
+#include "palpate/rig/rig.h"
+
+namespace palpate::rig {
+
+Point<World> SurfaceCalibration::corner(int i) const {
+  const Vector3 at((i == 1 || i == 2) ? width : 0.0, i >= 2 ? height : 0.0, 0.0);
+  return X_world_rectangle * Point<Rectangle>{at};
+}
+
+const SurfaceCalibration* Rig::surface(std::string_view surface_name) const {
+  for (const auto& s : surfaces)
+    if (s.name == surface_name) return &s;
+  return nullptr;
+}
+
+bool has_two_eyes(const Rig& rig) {
+  return rig.camera && rig.hand_eye && rig.right_camera && rig.right_hand_eye;
+}
+
+Pose<CameraOptical, RightCamera> right_in_left(const Rig& rig) {
+  const auto X = rig.hand_eye->X_marker_camera.inverse() * rig.right_hand_eye->X_marker_camera;
+  return {X.rotation, X.translation};
+}
+
+Pose<World, CameraOptical> right_eye_pose(const Rig& rig, const Pose<World, CameraOptical>& X_world_left) {
+  const auto X = X_world_left * right_in_left(rig);
+  return {X.rotation, X.translation};
+}
+
+Rig right_eye_rig(const Rig& rig) {
+  Rig right = rig;
+  right.camera = rig.right_camera;
+  right.hand_eye = rig.right_hand_eye;
+  right.registration_covariance = rig.right_registration_covariance;
+  right.right_camera.reset(), right.right_hand_eye.reset();
+  right.right_registration_covariance.resize(0, 0);
+  return right;
+}
+
+Vector3 rest_change(const ArmCalibration& arm, const Vector3& rest_readings) {
+  return rest_readings - arm.rest_readings;
+}
+
+std::vector<MissingPart> missing_parts(const Rig& rig) {
+  std::vector<MissingPart> missing;
+  const auto need = [&](bool there, const char* part, const char* remedy) {
+    if (!there) missing.push_back({part, remedy});
+  };
+  if (rig.board) {
+    need(rig.arm.has_value(), "arm", "palpate rig webcam makes it");
+    need(rig.camera.has_value(), "camera", "palpate calibrate camera --board BOARD.toml");
+    need(rig.surface("table") != nullptr, "surface 'table'", "palpate rig webcam makes it");
+    need(rig.surface("wall") != nullptr, "surface 'wall'", "palpate rig webcam makes it");
+    return missing;
+  }
+  need(rig.tip_marker_leds.size() >= 3, "tip_marker", "write its leds_mm into the file");
+  need(rig.camera_marker_leds.size() >= 3, "camera_marker", "write its leds_mm into the file");
+  need(rig.pointer_leds.size() >= 3, "pointer", "write its leds_mm into the file");
+  need(rig.pointer_pivot.has_value(), "pointer_pivot", "palpate calibrate pivot");
+  need(rig.tip_pivot.has_value(), "tip_pivot", "palpate calibrate pivot");
+  need(rig.arm.has_value(), "arm", "palpate calibrate arm");
+  need(rig.camera.has_value(), "camera", "palpate calibrate camera");
+  need(rig.hand_eye.has_value(), "hand_eye", "palpate calibrate hand-eye");
+  need(rig.surface("table") != nullptr, "surface 'table'", "palpate calibrate surface");
+  need(rig.surface("wall") != nullptr, "surface 'wall'", "palpate calibrate surface");
+  need(rig.landmarks.size() >= 3, "landmarks", "palpate calibrate landmarks, or all");
+  return missing;
+}
+
+std::string utc_now() {
+  const std::time_t now = std::time(nullptr);
+  std::tm utc{};
+  ::gmtime_r(&now, &utc);
+  char text[32];
+  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return text;
+}
+
+}  // namespace palpate::rig

@@ -1,0 +1,191 @@
+#include "palpate/server/graphics/frame_renderer.h"
+
+#include <stdexcept>
+
+#include "palpate/render/picture_file.h"
+#include "palpate/scene/shown_tip.h"
+#include "palpate/vision/pose_refinement.h"
+#include "palpate/vision/sightings.h"
+
+namespace palpate::server::graphics {
+namespace {
+
+// Images in a row without the board after which nothing virtual is drawn any more: where would it stand?
+constexpr int kLostForGood = 3;
+// Another board is looked for at the second such image and then now and then: that takes as long as some
+// images.
+constexpr int kLookForOther = 2, kLookAgain = 90;
+
+constexpr double kOutline = 0.0025;  // m, radius
+
+rig::Rig with_corners(rig::Rig rig) {
+  if (rig.board) rig.landmarks = vision::charuco_landmarks(rig.board->board, rig.board->X_world_board);
+  return rig;
+}
+
+scene::TriangleMesh outline_of(const std::vector<scene::SceneSurface>& surfaces) {
+  scene::TriangleMesh mesh;
+  for (const auto& surface : surfaces)
+    for (std::size_t i = 0; i < 4; ++i)
+      scene::append(mesh,
+                    scene::cylinder_mesh(surface.corners[i], surface.corners[(i + 1) % 4], kOutline, 8));
+  return mesh;
+}
+
+}  // namespace
+
+FrameRenderer::FrameRenderer(const rig::Rig& rig, const scene::SceneDescription& scene,
+                             std::unique_ptr<scene::SceneView> scene_view, render::Quality quality)
+    : left_{with_corners(rig), vision::overlay_knowledge(with_corners(rig))},
+      scene_(scene),
+      scene_view_(std::move(scene_view)),
+      compositor_(picture_settings(rig, quality)),
+      outside_viewpoint_(render::onlooker(scene.surfaces, rig.camera->model.width, rig.camera->model.height)),
+      players_camera_(
+          rig::has_two_eyes(rig)
+              ? render::PlayersCamera(rig.camera->model, rig.right_camera->model, rig::right_in_left(rig))
+              : render::PlayersCamera(rig.camera->model, !rig.board)) {
+  if (!rig.board)
+    furniture_.emplace(render::table_of(scene.surfaces).corners, picture_settings(rig, quality).light.lamp);
+  auto objects = RealObjects::read(rig);
+  if (!objects) throw std::invalid_argument(objects.error().message);
+  objects_ = std::move(*objects);
+  if (rig_.board) outline_ = outline_of(scene_.surfaces);
+  if (!rig::has_two_eyes(rig)) return;
+  rig::Rig right = rig::right_eye_rig(rig);
+  vision::OverlayKnowledge known = vision::overlay_knowledge(right);
+  right_ = {std::move(right), std::move(known)};
+}
+
+Expected<void> FrameRenderer::find(const device::CameraImage& image,
+                                   const std::optional<Pose<World, CameraOptical>>& near,
+                                   FrameRecord& record) {
+  const auto& [board, X_world_board] = *rig_.board;
+  const auto grey = vision::grey_from_rgb(image.rgb);
+  const auto sight = vision::find_charuco(grey, image.width, image.height, board);
+  record.landmarks_predicted = board.corners();
+  const auto pose = vision::camera_from_charuco(rig_.camera->model, board, X_world_board, sight, near);
+  if (!pose) {
+    if (sight.markers > 0)
+      stranger_.reset();
+    else if (lost_ % kLookAgain == kLookForOther - 1)
+      stranger_ = vision::other_dictionary(grey, image.width, image.height, board.dictionary);
+    ++lost_;
+    if (stranger_)
+      return refused(
+          "the one in the picture has markers of dictionary {}, the rig file's has {}; put the rig "
+          "file's board there, or make the rig anew: palpate rig webcam",
+          *stranger_, board.dictionary);
+    return tl::unexpected(pose.error());
+  }
+  lost_ = 0;
+  stranger_.reset();
+  record.landmarks_used = pose->inliers;
+  record.landmarks_rejected = pose->outliers;
+  record.landmark_rms_px = pose->rms_px;
+  record.landmark_misfit = pose->misfit;
+  record.pose_covariance = pose->covariance;
+  record.X_world_camera = pose->X_world_camera;
+  // Before the picture nothing was known of the pose.
+  const Matrix6 anywhere = Matrix6::Identity();
+  const vision::OverlayPicture picture{
+      {pose->X_world_camera, anywhere}, anywhere, *pose, vision::kCharucoCornerSd};
+  if (const auto expected = vision::expected_overlay(left_.known, picture))
+    record.expected_world_px = expected->total();
+  return {};
+}
+
+void FrameRenderer::refine(EyeSide side, const device::CameraImage& image, const Matrix6& covariance,
+                           EyePose& pose) {
+  const auto& [rig, known] = side == EyeSide::left ? left_ : right_.value();
+  const device::CameraModel& lens = rig.camera->model;
+  vision::CameraPosePrior prior = vision::camera_from_marker(
+      pose.X_world_camera * rig.hand_eye->X_marker_camera.inverse(), Matrix6::Zero(), *rig.hand_eye);
+  prior.covariance += covariance;
+  pose.landmarks_predicted = vision::predicted_landmarks(lens, prior.X_world_camera, rig.landmarks);
+  const auto sightings = vision::find_sightings(image, *rig.camera, prior.X_world_camera, rig.landmarks);
+  const vision::RefinementOptions options{.pixel_sd = vision::kUnstatedSightingSd};
+  const vision::RefinedPose refined =
+      vision::refine_camera_pose(lens, prior, known.landmarks, sightings, options);
+  pose.landmarks_used = refined.inliers;
+  pose.landmarks_rejected = refined.outliers;
+  pose.landmark_rms_px = refined.rms_px;
+  pose.landmark_misfit = refined.misfit;
+  pose.pose_covariance = refined.covariance;
+  if (refined.refined) {
+    pose.X_world_camera = refined.X_world_camera;
+    pose.pose_source = PoseSource::refined;
+  }
+  if (const auto expected = vision::expected_overlay(known, {prior, covariance, refined, options.pixel_sd}))
+    pose.expected_world_px = expected->total();
+}
+
+render::RealScene FrameRenderer::real_things(const FrameRecord& record) const {
+  render::RealScene real;
+  real.surfaces = scene_.surfaces;
+  real.marker_leds = rig_.tip_marker_leds;
+  real.bodies = objects_.bodies();
+  if (record.have_state && rig_.arm->model != rig::kMouseArm) {
+    // The arm's joints are not sent: they follow from the stylus, which is.
+    const auto& bat = record.state.bodies[1];
+    const Point<World> tip{scene::shown_tip(record.state, scene_)};
+    const auto X_base_world = rig_.arm->X_world_base.inverse();
+    render::ArmConfiguration arm;
+    arm.X_world_base = rig_.arm->X_world_base;
+    arm.lengths = rig_.arm->lengths;
+    if (device::phantom_inverse(X_base_world * tip, arm.lengths, arm.theta)) {
+      arm.gimbal = device::phantom_gimbal(arm.theta, X_base_world.rotation * bat.q());
+      arm.X_tip_marker.rotation = rig_.arm->R_tip_marker;
+      arm.X_tip_marker.translation = -(rig_.arm->R_tip_marker * rig_.arm->tip_in_marker);
+      real.arm = arm;
+    }
+  }
+  return real;
+}
+
+bool FrameRenderer::lost() const { return rig_.board && lost_ >= kLostForGood; }
+
+void FrameRenderer::draw(const device::CameraImage& image, const device::CameraImage* right,
+                         FrameRecord& record) {
+  if (!record.have_state) return;  // nothing is known of the game yet: no picture is better than half of one
+  render::RealScene real = real_things(record);
+  auto items = record.have_state ? scene_view_->draw(record.state) : std::vector<scene::DrawItem>{};
+  if (!outline_.triangles.empty())
+    items.push_back({&outline_, scene::Material::highlight, Quaternion::Identity(), Vector3::Zero(), false});
+  if (lost()) {
+    items.clear();
+    real = {};
+  }
+  record.width = rig_.camera->model.width;
+  record.height = rig_.camera->model.height;
+  std::vector<render::Viewpoint> eyes{{&image, rig_.camera->model, record.X_world_camera}};
+  if (right != nullptr && record.right)
+    eyes.push_back({right, right_->rig.camera->model, record.right->X_world_camera});
+  compositor_.draw(eyes, items, real, record.rgb);
+  if (record.two_eyes) {
+    // While the right camera is silent both eyes see the same: nothing leaves its place, and nothing has
+    // depth.
+    if (eyes.size() == 1) record.rgb = render::biocular(record.rgb, record.width, record.height);
+    record.width *= 2;
+  }
+  if (captions_shown_)
+    render::burn_captions(record.rgb, record.width, record.height, scene_view_->captions(record.state),
+                          record.two_eyes ? 2 : 1);
+}
+
+const render::OutsidePicture& FrameRenderer::outside(const FrameRecord& record) {
+  if (!record.have_state || outside_.frame == record.number) return outside_;
+  auto items = scene_view_->draw(record.state);
+  if (!lost())
+    for (const auto& item : players_camera_.items(record.X_world_camera, record.right.has_value()))
+      items.push_back(item);
+  render::RealScene real = real_things(record);
+  if (furniture_) real.backdrop = furniture_->items();
+  outside_.frame = record.number;
+  outside_.width = outside_viewpoint_.camera.width;
+  outside_.height = outside_viewpoint_.camera.height;
+  compositor_.draw({&outside_viewpoint_, 1}, items, real, outside_.rgb);
+  return outside_;
+}
+
+}  // namespace palpate::server::graphics

@@ -1,0 +1,82 @@
+// What the graphics server needs to see and to draw: landmark detection with pose refinement, and the
+// compositor.
+//
+// Made from the rig and the scene; used on the thread that made it (it owns an OpenGL context). Throws where
+// no OpenGL is to be had.
+#pragma once
+
+#include <memory>
+
+#include "palpate/render/compositor.h"
+#include "palpate/render/outside_view.h"
+#include "palpate/rig/rig.h"
+#include "palpate/scene/application.h"
+#include "palpate/server/graphics/graphics_server.h"
+#include "palpate/server/graphics/real_objects.h"
+#include "palpate/vision/charuco.h"
+#include "palpate/vision/landmark_detector.h"
+#include "palpate/vision/overlay_estimate.h"
+
+namespace palpate::server::graphics {
+
+class FrameRenderer : public FramePipeline {
+ public:
+  FrameRenderer(const FrameRenderer&) = delete;
+  FrameRenderer& operator=(const FrameRenderer&) = delete;
+  // Throws std::invalid_argument where a mesh of the rig's objects cannot be read (RealObjects::read tells it
+  // beforehand).
+  FrameRenderer(const rig::Rig& rig, const scene::SceneDescription& scene,
+                std::unique_ptr<scene::SceneView> scene_view,
+                render::Quality quality = render::Quality::medium);
+
+  // Score and rally stand in the picture's corner, unless somebody else shows them.
+  void set_captions(bool shown) { captions_shown_ = shown; }
+
+  bool sees() const override { return true; }
+  void refine(EyeSide side, const device::CameraImage& image, const Matrix6& covariance,
+              EyePose& pose) override;
+  Expected<void> find(const device::CameraImage& image, const std::optional<Pose<World, CameraOptical>>& near,
+                      FrameRecord& record) override;
+  // As the application carries it on.
+  scene::SceneState predict(const scene::SceneState& state, Duration ahead) override {
+    return scene_view_->predict(state, ahead);
+  }
+  void draw(const device::CameraImage& image, const device::CameraImage* right, FrameRecord& record) override;
+
+  std::vector<std::string> captions(const scene::SceneState& state) const {
+    return scene_view_->captions(state);
+  }
+  // A drawn frame as seen from the side (outside_view.h), of the size of the camera's picture; drawn once for
+  // each frame, when it is first asked for. Valid until the next frame is asked for.
+  const render::OutsidePicture& outside(const FrameRecord& record);
+  // The eye it is seen with.
+  const render::Viewpoint& outside_viewpoint() const { return outside_viewpoint_; }
+
+ private:
+  // What belongs to one camera.
+  struct EyeParts {
+    rig::Rig rig;  // as if that camera were the only one
+    vision::OverlayKnowledge known;
+  };
+  render::RealScene real_things(const FrameRecord& record) const;
+  // Nobody knows where the camera is, nor where its picture's virtual things would stand.
+  bool lost() const;
+
+  EyeParts left_;
+  const rig::Rig& rig_ = left_.rig;
+  std::optional<EyeParts> right_;
+  scene::SceneDescription scene_;
+  std::unique_ptr<scene::SceneView> scene_view_;
+  RealObjects objects_;
+  render::Compositor compositor_;
+  render::Viewpoint outside_viewpoint_;
+  render::PlayersCamera players_camera_;
+  std::optional<render::Furniture> furniture_;  // of a table in a room; what a desk stands on nobody knows
+  render::OutsidePicture outside_;
+  bool captions_shown_ = true;
+  scene::TriangleMesh outline_;          // of a desk's table and wall, which nobody would see otherwise
+  int lost_ = 0;                         // images in a row without the board
+  std::optional<std::string> stranger_;  // the dictionary of another board that lies there
+};
+
+}  // namespace palpate::server::graphics

@@ -1,0 +1,52 @@
+// What a running graphics server keeps of its frames: figures for its end and for `palpate status`, rows for
+// its log files. One thread, the frame loop's.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "palpate/core/csv_file.h"
+#include "palpate/core/expected.h"
+#include "palpate/server/graphics/graphics_server.h"
+#include "palpate/server/graphics/pose_log.h"
+#include "palpate/time/jitter_histogram.h"
+#include "palpate/transport/status.h"
+
+namespace palpate::server::graphics {
+
+// Quantiles of durations in bounded memory: exact for a run of minutes, to 1/16 of the value from then on.
+class Quantiles {
+ public:
+  Quantiles() { first_.reserve(kExact); }
+  void add(Duration d);
+  double us(double share) const;
+  const JitterHistogram& histogram() const { return all_; }
+
+ private:
+  static constexpr std::size_t kExact = 4096;
+  std::vector<double> first_;
+  JitterHistogram all_;
+};
+
+// For `palpate status`.
+transport::ClientFigures figures_of(std::uint64_t frames, std::uint64_t late, std::uint64_t lost,
+                                    double elapsed_s, const JitterHistogram& trips,
+                                    const GraphicsServer& server, Instant<GraphicsClock> now);
+
+// realtime_frames.csv, realtime_sync.csv and realtime_poses.csv, written as they go: a server may run for
+// days.
+struct GraphicsLogs {
+  CsvFile frames, sync;
+  PoseLog poses;
+
+  static Expected<GraphicsLogs> begin(const std::filesystem::path& folder);
+  // A frame at `t`, s since the start; `trip_us` 0: no reply came with it. `busy`: since its image was taken
+  // up.
+  void frame(const FrameRecord& frame, double t, double trip_us, Duration busy,
+             const transport::ExchangeCounters& so_far);
+  void clocks(double t, double error_us, Duration stated, Duration offset);
+  Expected<void> finish();
+};
+
+}  // namespace palpate::server::graphics

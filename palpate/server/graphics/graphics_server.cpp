@@ -1,0 +1,320 @@
+#include "palpate/server/graphics/graphics_server.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+namespace palpate::server::graphics {
+namespace {
+
+constexpr Duration kMostExtraDelay = std::chrono::seconds(1);
+
+// While the tracker is blind the head moves on as it did between the last two pictures, for so long; it turns
+// and shifts otherwise by about this much within a frame (a head that shakes by half a degree six times a
+// second).
+constexpr Duration kPoseCarried = std::chrono::milliseconds(150);
+constexpr double kTurnDoubt = 0.01, kShiftDoubt = 0.005;  // rad, m
+
+constexpr double kDrawingWeight = 0.1;  // a frame's weight in the smoothed time that drawing takes
+
+// The last two poses carried on to `time`.
+template <typename D>
+Pose<World, CameraOptical> carried_on(const D& a, const D& b, Instant<GraphicsClock> time) {
+  const double share = to_seconds(time - b.time) / to_seconds(b.time - a.time);
+  const Vector3 turn = so3_log(b.X_world_camera.rotation * a.X_world_camera.rotation.conjugate());
+  return {
+      (so3_exp(share * turn) * b.X_world_camera.rotation).normalized(),
+      b.X_world_camera.translation + share * (b.X_world_camera.translation - a.X_world_camera.translation)};
+}
+
+// A pose's covariance for another place on the same body: a turn w moves what is a lever away by w x lever.
+Matrix6 carried_along(const Vector3& lever, const Matrix6& covariance) {
+  Matrix6 J = Matrix6::Identity();
+  J.bottomLeftCorner<3, 3>() = -hat(lever);
+  return J * covariance * J.transpose();
+}
+
+}  // namespace
+
+GraphicsServer::GraphicsServer(rig::Rig rig, transport::StateLink& link, device::TrackerDevice& tracker,
+                               device::CameraDevice& camera, FramePipeline& pipeline,
+                               const GraphicsSettings& settings)
+    : rig_(std::move(rig)),
+      link_(link),
+      tracker_(tracker),
+      camera_(camera),
+      pipeline_(pipeline),
+      settings_(settings),
+      watch_(rig_.camera ? rig_.camera->model.width : 0, rig_.camera ? rig_.camera->model.height : 0) {
+  if (!rig_.camera) throw std::invalid_argument("graphics server: the rig has no camera calibration");
+  if (!rig_.hand_eye && !rig_.board)
+    throw std::invalid_argument("graphics server: the rig has no hand-eye calibration");
+  if (rig_.board && settings.picture_time == PictureTime::predicted)
+    throw std::invalid_argument("graphics server: a rig with a board shows registered pictures only");
+  if (rig_.board) watch_.set_on_board();
+  if (settings.extra_delay < Duration(0) || settings.extra_delay > kMostExtraDelay)
+    throw std::invalid_argument("graphics server: the extra picture delay must lie in 0 ... 1 s");
+  if (settings.scan_out < Duration(0) || settings.scan_out > kMostExtraDelay)
+    throw std::invalid_argument("graphics server: the display's scan-out must lie in 0 ... 1 s");
+}
+
+void GraphicsServer::add_right_camera(device::CameraDevice& right, bool one_clock) {
+  if (!rig::has_two_eyes(rig_))
+    throw std::invalid_argument("graphics server: the rig's right camera is not calibrated");
+  if (rig_.board) throw std::invalid_argument("graphics server: a rig with a board has one camera");
+  if (rig_.right_camera->model.width != rig_.camera->model.width ||
+      rig_.right_camera->model.height != rig_.camera->model.height)
+    throw std::invalid_argument("graphics server: the two cameras' images must have one size");
+  right_camera_ = &right;
+  one_clock_ = one_clock;
+}
+
+void GraphicsServer::take_image(device::CameraImage image, Instant<GraphicsClock> now, Duration waited) {
+  if (!watch_.image(now, image.width, image.height)) return;  // nothing that could be drawn
+  // An image whose stamp is doubted is taken for one that arrived in time: that is what its stamp would say.
+  const auto time =
+      camera_clock_.take(image.mid_exposure, now - image.waited, waited).value_or(now - image.waited);
+  if (camera_clock_.found_set()) watch_.camera_clock_set(now);
+  const Duration stamp = image.mid_exposure.since_epoch;
+  StereoPair::Timed timed{std::move(image), now, time, one_clock_ ? stamp : time.since_epoch};
+  if (right_camera_ != nullptr)
+    pair_.left(std::move(timed));
+  else
+    arrive({std::move(timed), std::nullopt});
+}
+
+void GraphicsServer::take_right_image(device::CameraImage image, Instant<GraphicsClock> now,
+                                      Duration waited) {
+  if (!watch_.right_image(image.width, image.height)) return;
+  const Duration stamp = image.mid_exposure.since_epoch;
+  const auto time = right_camera_clock_.take(image.mid_exposure, now - image.waited, waited);
+  if (one_clock_ || time)
+    pair_.right({std::move(image), now, time.value_or(now), one_clock_ ? stamp : time->since_epoch});
+}
+
+void GraphicsServer::arrive(Arrived images) {
+  if (settings_.extra_delay == Duration(0)) arrived_.clear();  // an older one that nobody took up is dropped
+  arrived_.push_back(std::move(images));
+}
+
+void GraphicsServer::service(Instant<GraphicsClock> now) {
+  const Duration waited = now - last_look_.value_or(now);
+  last_look_ = now;
+  // First of all: how long they have waited is counted until now.
+  auto image = camera_.poll();
+  auto right_image = right_camera_ != nullptr ? right_camera_->poll() : std::nullopt;
+  for (const auto& sample : tracker_.poll()) {
+    const auto time = tracker_clock_.take(sample.stamp, now, waited);
+    if (tracker_clock_.found_set()) watch_.tracker_clock_set(now);
+    watch_.tracker_sample(now, sample.marker == device::MarkerId::camera_marker, sample.seen);
+    if (!sample.seen || !time) continue;
+    const device::MarkerPose pose{*time, sample.rotation, sample.translation, sample.covariance};
+    if (sample.marker == device::MarkerId::camera_marker) camera_marker_.add(pose);
+    if (tap_) tap_(sample.marker, pose);
+  }
+
+  link_.poll();
+  for (const auto& arrived : link_.arrived()) {
+    round_trips_.push_back(to_seconds(arrived.received - arrived.sent));
+    // A server that has no state yet answers with an empty one: nothing to draw.
+    if (arrived.newest && arrived.reply.answer.state.tick > 0) last_answer_ = arrived.reply.answer;
+  }
+  while (const auto stamps = link_.take_sync()) sync_.add(stamps->t1, stamps->t2, stamps->t3, stamps->t4);
+  if (!last_sync_sent_ || now - *last_sync_sent_ >= sync_.interval()) {
+    if (link_.send_sync()) last_sync_sent_ = now;
+  }
+
+  if (image) take_image(std::move(*image), now, waited);
+  if (right_camera_ != nullptr) {
+    if (right_image) take_right_image(std::move(*right_image), now, waited);
+    if (auto images = pair_.take(now)) arrive(std::move(*images));
+    watch_.right_eye(now, !pair_.right_lost());
+  }
+  watch_.look(now);
+}
+
+bool GraphicsServer::begin_frame(Instant<GraphicsClock> now) {
+  if (arrived_.empty() || now - arrived_.front().left.at < settings_.extra_delay) return false;
+  while (!arrived_.empty() && now - arrived_.front().left.at >= settings_.extra_delay) {
+    image_ = std::move(arrived_.front());
+    arrived_.pop_front();
+  }
+  record_ = {};
+  record_.number = ++frames_;
+  record_.camera_frame = image_->left.image.frame;
+  record_.stamp = image_->left.image.mid_exposure;
+  record_.arrived = image_->left.at;
+  record_.begun = now;
+  record_.picture_time = settings_.picture_time;
+  record_.two_eyes = right_camera_ != nullptr;
+  const rig::DelayCalibration delays = rig_.delays.value_or(rig::DelayCalibration{});
+  record_.image_time = image_->left.time - seconds(delays.camera_after_tracker_s);
+  record_.photon = now + drawing_ + settings_.scan_out;
+  if (sync_.exchanges() > 0) {
+    // A predicted picture starts from the newest state there is.
+    record_.asked = settings_.picture_time == PictureTime::predicted
+                        ? sync_.remote_time(now)
+                        : sync_.remote_time(record_.image_time) - seconds(delays.tracker_after_arm_s);
+    const bool shape = link_.description() && link_.description()->shape_vertices > 0;
+    record_.requested = link_.request(record_.number, record_.asked, shape);
+  }
+  estimate_pose(record_);
+  return true;
+}
+
+const FrameRecord& GraphicsServer::finish_frame(Instant<GraphicsClock> now) {
+  service(now);
+  // Late latch: a tracker sample that had not come when the frame was begun.
+  if (image_ && record_.pose_source == PoseSource::none && !rig_.board) estimate_pose(record_);
+  const auto& newest = link_.newest();
+  record_.late = !newest || newest->reply.number != record_.number;
+  if (last_answer_) {
+    record_.have_state = true;
+    record_.state = last_answer_->state;
+    record_.answer = last_answer_->kind;
+    record_.extrapolated_by = last_answer_->extrapolated_by;
+  }
+  if (settings_.picture_time == PictureTime::predicted) {
+    predict_pose(record_);
+    predict_state(record_);
+  }
+  if (record_.requested) link_.frame_drawn(record_.number);
+  record_.conditions = watch_.conditions();
+  if (image_) pipeline_.draw(image_->left.image, image_->right ? &*image_->right : nullptr, record_);
+  record_.drawn = now;
+  const Duration drawing = now - record_.begun;
+  drawing_ += frames_ == 1 ? drawing
+                           : Duration(static_cast<Duration::rep>(
+                                 kDrawingWeight * static_cast<double>((drawing - drawing_).count())));
+  if (image_) finished_image_ = std::move(image_->left.image);
+  image_.reset();
+  return record_;
+}
+
+void GraphicsServer::estimate_pose(FrameRecord& record) {
+  estimate_left(record);
+  if (image_->right) estimate_right(record);
+}
+
+void GraphicsServer::estimate_left(FrameRecord& record) {
+  if (rig_.board) return pose_from_image(record);
+  const auto marker = camera_marker_.at(record.image_time);
+  if (marker) {
+    const Pose<World, CameraMarker> X_world_marker{marker->rotation, marker->translation};
+    record.have_tracker = true;
+    record.X_world_camera_tracker = X_world_marker * rig_.hand_eye->X_marker_camera;
+    record.X_world_camera = record.X_world_camera_tracker;
+    record.pose_source = PoseSource::tracker;
+    Matrix6 covariance =
+        carried_along(record.X_world_camera.translation - marker->translation, marker->covariance);
+    // A head that moves, at a moment known to so much.
+    if (last_ && before_last_ && last_->time > before_last_->time && rig_.delays &&
+        rig_.delays->camera_known()) {
+      const double uncertain = rig_.delays->camera_std_s / to_seconds(last_->time - before_last_->time);
+      Vector6 by;
+      by << so3_log(last_->X_world_camera.rotation * before_last_->X_world_camera.rotation.conjugate()),
+          last_->X_world_camera.translation - before_last_->X_world_camera.translation;
+      covariance += uncertain * uncertain * by * by.transpose();
+    }
+    record.pose_covariance = covariance;
+    pipeline_.refine(EyeSide::left, image_->left.image, covariance, record);
+  } else {
+    pose_without_tracker(record);
+  }
+  if (pipeline_.sees())
+    watch_.landmarks(
+        record.begun, record.landmarks_predicted, record.landmarks_used,
+        record.pose_source == PoseSource::refined || record.pose_source == PoseSource::landmarks);
+  if (record.pose_source == PoseSource::none) return;
+  if (!last_ || record.image_time > last_->time)
+    before_last_ = std::exchange(last_, Drawn{record.image_time, record.X_world_camera});
+}
+
+// The head's marker was hidden from the tracker when the image was taken. The landmarks can still say where
+// the camera is, if it is known about where to look for them; else the last pose is the best there is to draw
+// with, and the record says that nothing was known.
+void GraphicsServer::pose_without_tracker(FrameRecord& record) {
+  if (!last_) return;
+  record.X_world_camera = last_->X_world_camera;
+  const Duration since = record.image_time - last_->time;
+  if (!pipeline_.sees() || !before_last_ || since <= Duration(0) || since > kPoseCarried ||
+      last_->time - before_last_->time > kPoseCarried)
+    return;
+  record.X_world_camera = carried_on(*before_last_, *last_, record.image_time);
+  Matrix6 covariance = Matrix6::Zero();
+  covariance.diagonal() << Vector3::Constant(kTurnDoubt * kTurnDoubt),
+      Vector3::Constant(kShiftDoubt * kShiftDoubt);
+  record.pose_covariance = covariance;
+  pipeline_.refine(EyeSide::left, image_->left.image, covariance, record);
+  if (record.pose_source == PoseSource::refined)
+    record.pose_source = PoseSource::landmarks;
+  else
+    record.X_world_camera = last_->X_world_camera;
+}
+
+// From the left eye's pose, as its picture has refined it, on: so the right one knows what both pictures say.
+// How the two cameras stand to each other is as uncertain as the right one's hand-eye transform, which the
+// refiner counts in; that of the left has gone into its picture.
+void GraphicsServer::estimate_right(FrameRecord& record) const {
+  EyePose& right = record.right.emplace();
+  right.X_world_camera = rig::right_eye_pose(rig_, record.X_world_camera);
+  right.pose_source = record.pose_source;
+  right.have_tracker = record.have_tracker;
+  if (record.have_tracker)
+    right.X_world_camera_tracker = rig::right_eye_pose(rig_, record.X_world_camera_tracker);
+  if (record.pose_source == PoseSource::none) return;
+  const Matrix6 covariance = carried_along(
+      right.X_world_camera.translation - record.X_world_camera.translation, record.pose_covariance);
+  right.pose_covariance = covariance;
+  pipeline_.refine(EyeSide::right, *image_->right, covariance, right);
+  if (record.pose_source == PoseSource::landmarks && right.pose_source == PoseSource::refined)
+    right.pose_source = PoseSource::landmarks;
+}
+
+void GraphicsServer::pose_from_image(FrameRecord& record) {
+  std::optional<Pose<World, CameraOptical>> near;
+  if (last_) {
+    record.X_world_camera = last_->X_world_camera;
+    const Duration since = record.image_time - last_->time;
+    if (since > Duration(0) && since <= kPoseCarried) near = last_->X_world_camera;
+  }
+  const auto found = pipeline_.find(image_->left.image, near, record);
+  watch_.board(record.begun, found.has_value(), found ? "" : found.error().message);
+  if (!found) return;
+  record.pose_source = PoseSource::landmarks;
+  last_ = Drawn{record.image_time, record.X_world_camera};
+}
+
+// The image's own pose, moved on as the tracker saw the marker move from then until now and steadily on from
+// there. The tracker's stamps show the world tracker_after_arm earlier than they say.
+void GraphicsServer::predict_pose(FrameRecord& record) const {
+  const rig::DelayCalibration delays = rig_.delays.value_or(rig::DelayCalibration{});
+  const auto then = camera_marker_.at(record.image_time);
+  const auto ahead = camera_marker_.predict(record.photon + seconds(delays.tracker_after_arm_s));
+  if (!then || !ahead || record.pose_source == PoseSource::none) return;
+  const Pose<World, CameraMarker> X_then{then->rotation, then->translation},
+      X_ahead{ahead->rotation, ahead->translation};
+  // In the marker's axes: an error of the tracker's that stays drops out.
+  const Pose<CameraMarker, CameraMarker> moved = X_then.inverse() * X_ahead;
+  const Pose<World, CameraMarker> X_marker =
+      record.X_world_camera * rig_.hand_eye->X_marker_camera.inverse() * moved;
+  const Pose<World, CameraOptical> before = record.X_world_camera;
+  record.X_world_camera = X_marker * rig_.hand_eye->X_marker_camera;
+  record.pose_covariance += then->covariance + ahead->covariance;
+  if (!record.right) return;
+  record.right->X_world_camera = record.X_world_camera * (before.inverse() * record.right->X_world_camera);
+  record.right->pose_covariance += then->covariance + ahead->covariance;
+}
+
+void GraphicsServer::predict_state(FrameRecord& record) const {
+  if (!record.have_state || sync_.exchanges() == 0) return;
+  const Duration ahead = sync_.model().to(record.photon) - record.state.time;
+  if (ahead <= Duration(0)) return;
+  record.state = pipeline_.predict(record.state, ahead);
+  record.answer = AnswerKind::extrapolated;
+  record.extrapolated_by = ahead;
+}
+
+std::vector<double> GraphicsServer::take_round_trips() { return std::exchange(round_trips_, {}); }
+
+}  // namespace palpate::server::graphics

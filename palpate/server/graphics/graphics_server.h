@@ -1,0 +1,140 @@
+// The graphics server: camera and tracker in, augmented picture out, one frame per image, never waiting for
+// anyone.
+//
+// At the start of a frame it asks the physics server for the state at the time the image was taken, goes on
+// with the camera's pose, and at the end draws with the reply if it has come, else with the previous state.
+// Time is passed in, so the same code runs in lock-step on a virtual clock and in a frame loop on the
+// machine's. One thread.
+//
+// Time lines. Tracker and camera stamps are brought to the graphics host's clock by one clock estimator each;
+// the constant latencies left in them are the rig's calibrated delays: an image is brought onto the tracker's
+// time line (camera_after_tracker), then through the clock synchronisation to the physics host and onto the
+// arm's time line (tracker_after_arm).
+//
+// Which moment a picture shows. *registered*, the default: camera's pose and state at the moment of its
+// image. *predicted*: both at the moment its light is expected to leave the display, the state asked for as
+// late as may be and carried on from there, the pose by the tracker's motion from the refined one on. At most
+// one image waits, the newest; what it is drawn with is latched at the end of the frame.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "palpate/device/devices.h"
+#include "palpate/device/marker_history.h"
+#include "palpate/rig/rig.h"
+#include "palpate/scene/application.h"
+#include "palpate/server/graphics/frame_pipeline.h"
+#include "palpate/server/graphics/frame_record.h"
+#include "palpate/server/graphics/stereo_pair.h"
+#include "palpate/server/graphics/watched_clock.h"
+#include "palpate/time/clock_model.h"
+#include "palpate/transport/state_link.h"
+
+namespace palpate::server::graphics {
+
+struct GraphicsSettings {
+  PictureTime picture_time = PictureTime::registered;
+  // From the end of drawing until the middle of the picture's light leaves the display.
+  Duration scan_out{0};
+  // Every image is held back so long, on purpose (experiments with visual delay); up to a second.
+  Duration extra_delay{0};
+};
+
+// Whoever wants to know of each marker that is seen, in the order of arrival; called by service().
+using MarkerTap = std::function<void(device::MarkerId marker, const device::MarkerPose& pose)>;
+
+class GraphicsServer {
+ public:
+  // Throws std::invalid_argument where the rig lacks camera or hand-eye (a rig with a board needs none: its
+  // pose is found in the image), or a setting cannot be. Link, devices and pipeline must outlive the server.
+  GraphicsServer(rig::Rig rig, transport::StateLink& link, device::TrackerDevice& tracker,
+                 device::CameraDevice& camera, FramePipeline& pipeline,
+                 const GraphicsSettings& settings = {});
+
+  // A second camera on the same marker that exposes at the same moments: the rig must have both calibrated,
+  // and no board (std::invalid_argument otherwise). `one_clock`: its stamps are by the first one's clock, so
+  // that they say exactly which images belong together. It must outlive the server.
+  void add_right_camera(device::CameraDevice& right, bool one_clock);
+
+  // Takes tracker samples and whatever came over the network, keeps the clocks synchronised. Call every
+  // millisecond or so, and at least once per frame.
+  void service(Instant<GraphicsClock> now);
+
+  // Takes up the newest image if there is one; true when a frame has begun.
+  bool begin_frame(Instant<GraphicsClock> now);
+
+  // Finishes the frame that was begun: reply or previous state, picture. The record stays valid until the
+  // next call.
+  const FrameRecord& finish_frame(Instant<GraphicsClock> now);
+
+  void set_marker_tap(MarkerTap tap) { tap_ = std::move(tap); }
+
+  // What the camera's driver has to say (ConditionWatch::set_camera_trouble).
+  void set_camera_trouble(std::string words) { watch_.set_camera_trouble(std::move(words)); }
+  // The same for the tracker (ConditionWatch::set_tracker_explanation).
+  void set_tracker_explanation(std::function<std::string()> why) {
+    watch_.set_tracker_explanation(std::move(why));
+  }
+  // What is wrong with the devices now (conditions.h), as of the last service().
+  const std::vector<Condition>& conditions() const { return watch_.conditions(); }
+
+  bool frame_begun() const { return image_.has_value(); }
+  // The image of the latest finished frame, until the next one is finished.
+  const device::CameraImage& finished_image() const { return finished_image_; }
+  const ClockSync<GraphicsClock, PhysicsClock>& sync() const { return sync_; }
+  // Images of the left camera that were left out as the right one's was lost.
+  std::uint64_t unpaired() const { return pair_.unpaired(); }
+  // Round trips of requests, s, in the order of arrival, since the last call.
+  std::vector<double> take_round_trips();
+
+ private:
+  // Times: of arrival and of mid-exposure, the camera's latency still in it.
+  using Arrived = StereoPair::Images;
+  // Drawn poses of the last two images: how the head moves, while the tracker does not say.
+  struct Drawn {
+    Instant<GraphicsClock> time;
+    Pose<World, CameraOptical> X_world_camera;
+  };
+  void take_image(device::CameraImage image, Instant<GraphicsClock> now, Duration waited);
+  void take_right_image(device::CameraImage image, Instant<GraphicsClock> now, Duration waited);
+  void arrive(Arrived images);
+  void estimate_pose(FrameRecord& record);
+  void estimate_left(FrameRecord& record);
+  void estimate_right(FrameRecord& record) const;
+  void pose_without_tracker(FrameRecord& record);
+  void pose_from_image(FrameRecord& record);
+  void predict_pose(FrameRecord& record) const;
+  void predict_state(FrameRecord& record) const;
+
+  rig::Rig rig_;
+  transport::StateLink& link_;
+  device::TrackerDevice& tracker_;
+  device::CameraDevice& camera_;
+  device::CameraDevice* right_camera_ = nullptr;
+  bool one_clock_ = false;
+  FramePipeline& pipeline_;
+  GraphicsSettings settings_;
+  MarkerTap tap_;
+  WatchedClock<TrackerClock> tracker_clock_;
+  WatchedClock<CameraClock> camera_clock_, right_camera_clock_;
+  StereoPair pair_;
+  ClockSync<GraphicsClock, PhysicsClock> sync_;
+  std::optional<Instant<GraphicsClock>> last_sync_sent_, last_look_;
+  ConditionWatch watch_;
+  device::MarkerHistory camera_marker_;
+  std::deque<Arrived> arrived_;   // one, the newest, unless images are held back
+  std::optional<Arrived> image_;  // being worked on
+  device::CameraImage finished_image_;
+  std::optional<scene::StateAnswer> last_answer_;
+  std::vector<double> round_trips_;
+  std::optional<Drawn> last_, before_last_;
+  Duration drawing_{0};  // from taking up an image to the finished picture, smoothed
+  FrameRecord record_;
+  std::uint64_t frames_ = 0;
+};
+
+}  // namespace palpate::server::graphics

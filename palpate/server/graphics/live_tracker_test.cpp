@@ -1,0 +1,89 @@
+#include "palpate/server/graphics/live_tracker.h"
+
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "palpate/server/graphics/pose_feed.h"
+
+namespace palpate::server::graphics {
+namespace {
+
+Instant<GraphicsClock> at_s(double s) { return Instant<GraphicsClock>::from_seconds(s); }
+
+bool becomes_true(const std::function<bool()>& condition) {
+  for (int i = 0; i < 12'000; ++i) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
+}
+
+TEST(LiveTracker, ToolsAreNamedAfterTheirMarkersUnlessSaidOtherwise) {
+  const auto plain = parse_live_tracker("igtl://localhost", {});
+  ASSERT_TRUE(plain.has_value());
+  EXPECT_EQ(plain->server.port, drivers::openigtlink::kDefaultPort);
+  EXPECT_EQ(plain->tools.at("CameraMarkerToWorld"), device::MarkerId::camera_marker);
+  const auto named = parse_live_tracker("igtl://[::1]:7", {"CameraMarker=HeadToTracker"});
+  ASSERT_TRUE(named.has_value());
+  EXPECT_EQ(named->server.text(), "[::1]:7");
+  EXPECT_EQ(named->tools.at("HeadToTracker"), device::MarkerId::camera_marker);
+  EXPECT_FALSE(named->tools.contains("CameraMarkerToWorld"));
+  EXPECT_EQ(named->tools.at("TipMarkerToWorld"), device::MarkerId::tip_marker);
+}
+
+TEST(LiveTracker, WhatIsNoneIsWrongUse) {
+  for (const char* address : {"localhost:1", "tcp://localhost:1", "igtl://", "igtl://host:port"})
+    EXPECT_EQ(parse_live_tracker(address, {}).error().exit_code(), 2) << address;
+  for (const char* tool : {"Head", "Head=x", "CameraMarker=", "=x", "CameraMarker=TipMarkerToWorld"})
+    EXPECT_EQ(parse_live_tracker("igtl://localhost", {tool}).error().exit_code(), 2) << tool;
+}
+
+TEST(LiveTracker, WhatIsNotHeardOfHasItsReasonAndPosesThatComeAreThoseThatWereSent) {
+  auto feed = PoseFeed::open({"127.0.0.1", 0});
+  ASSERT_TRUE(feed.has_value());
+  const auto named = parse_live_tracker("igtl://" + feed->address().text(), {});
+  ASSERT_TRUE(named.has_value());
+  auto device = open_live_tracker(*named);
+  ASSERT_TRUE(device.has_value());
+  ASSERT_TRUE(becomes_true([&] { return (*device)->state().connected; }));
+  EXPECT_NE(why_unheard(**device, *named).find("does not see 'CameraMarkerToWorld'"), std::string::npos);
+
+  // The poses that come are those that were sent, as samples of their markers.
+  const device::MarkerPose pose{at_s(5.0), so3_exp(Vector3(0.1, -0.4, 0.2)), Vector3(0.1, -0.2, -1.1), {}};
+  std::vector<device::TrackerSample> samples;
+  ASSERT_TRUE(becomes_true([&] {
+    feed->marker(device::MarkerId::camera_marker,
+                 pose);  // again and again: whoever is connected is served from now on
+    samples = (*device)->poll();
+    return !samples.empty();
+  }));
+  EXPECT_EQ(samples[0].marker, device::MarkerId::camera_marker);
+  EXPECT_EQ(samples[0].stamp.ns(), pose.time.ns());
+  EXPECT_LT((samples[0].translation - pose.translation).norm(), 1e-6);  // float32
+  EXPECT_LT(samples[0].rotation.angularDistance(pose.rotation), 1e-6);
+
+  feed = tl::unexpected(Error{});
+  ASSERT_TRUE(becomes_true([&] { return !(*device)->state().connected; }));
+  EXPECT_NE(why_unheard(**device, *named).find("no OpenIGTLink server answers"), std::string::npos);
+}
+
+TEST(LiveTracker, AToolUnderAnotherNameIsAskedFor) {
+  auto feed = PoseFeed::open({"127.0.0.1", 0});
+  ASSERT_TRUE(feed.has_value());
+  const auto named = parse_live_tracker("igtl://" + feed->address().text(), {"CameraMarker=Head"});
+  auto device = open_live_tracker(*named);
+  ASSERT_TRUE(device.has_value());
+  const device::MarkerPose pose{at_s(5.0), Quaternion::Identity(), Vector3::Zero(), {}};
+  ASSERT_TRUE(becomes_true([&] {
+    feed->marker(device::MarkerId::camera_marker, pose);
+    static_cast<void>((*device)->poll());
+    return !(*device)->others().empty();
+  }));
+  const auto said = why_unheard(**device, *named);
+  EXPECT_NE(said.find("there are CameraMarkerToWorld"), std::string::npos) << said;
+  EXPECT_NE(said.find("--tracker-tool CameraMarker=NAME"), std::string::npos) << said;
+}
+
+}  // namespace
+}  // namespace palpate::server::graphics

@@ -1,0 +1,74 @@
+#include "palpate/server/graphics/pose_feed.h"
+
+#include "palpate/scene/shown_tip.h"
+
+namespace palpate::server::graphics {
+namespace {
+
+// Of live poses only the newest matter: a second or so for a reader that hesitates, not ten.
+constexpr std::size_t kMostWaitingPoses = 256;
+constexpr Duration kStalledReader = std::chrono::seconds(10);
+
+}  // namespace
+
+std::string live_name(device::MarkerId marker) {
+  switch (marker) {
+    case device::MarkerId::tip_marker:
+      return "TipMarkerToWorld";
+    case device::MarkerId::camera_marker:
+      return "CameraMarkerToWorld";
+    case device::MarkerId::pointer:
+      return "PointerToWorld";
+  }
+  return "";
+}
+
+std::vector<LivePose> live_poses(const FrameRecord& frame, const scene::SceneDescription& scene,
+                                 const ClockModel<GraphicsClock, PhysicsClock>& sync,
+                                 Duration tracker_after_arm) {
+  std::vector<LivePose> poses;
+  if (frame.have_state) {
+    const auto time = sync.back(frame.state.time);
+    const auto& bat = frame.state.bodies[scene::kCarried];
+    poses.push_back({"TipToWorld", time, {bat.q(), scene::shown_tip(frame.state, scene)}});
+    poses.push_back({"BatToWorld", time, {bat.q(), bat.p()}});
+    const auto& ball = frame.state.bodies[0];  // of touch: what is touched
+    if (ball.visible != 0)
+      poses.push_back(
+          {scene.application == "touch" ? "OrganToWorld" : "BallToWorld", time, {ball.q(), ball.p()}});
+  }
+  if (frame.pose_source != PoseSource::none)
+    poses.push_back({"CameraToWorld",
+                     frame.image_time - tracker_after_arm,
+                     {frame.X_world_camera.rotation, frame.X_world_camera.translation}});
+  return poses;
+}
+
+Expected<PoseFeed> PoseFeed::open(const drivers::openigtlink::Address& address, Duration tracker_after_arm) {
+  auto publisher = drivers::openigtlink::PosePublisher::listen(
+      address, {.most_waiting = kMostWaitingPoses, .tracking_data = true, .stalled_after = kStalledReader});
+  if (!publisher) return tl::unexpected(publisher.error());
+  return PoseFeed(std::move(*publisher), tracker_after_arm);
+}
+
+void PoseFeed::marker(device::MarkerId marker, const device::MarkerPose& pose) {
+  send({live_name(marker), pose.time - tracker_after_arm_, {pose.rotation, pose.translation}});
+}
+
+void PoseFeed::frame(const FrameRecord& frame, const scene::SceneDescription& scene,
+                     const ClockModel<GraphicsClock, PhysicsClock>& sync) {
+  for (const auto& pose : live_poses(frame, scene, sync, tracker_after_arm_)) send(pose);
+}
+
+void PoseFeed::send(const LivePose& pose) {
+  // Refused only where the protocol has no such number: a pose or time that means nothing is not sent.
+  static_cast<void>(publisher_->publish(pose.name, Instant<TrackerClock>{pose.time.since_epoch}, pose.pose));
+}
+
+Json PoseFeed::figures() const {
+  const auto state = publisher_->state();
+  return {{"published", state.published}, {"sent", state.sent},       {"dropped", state.dropped},
+          {"clients", state.accepted},    {"stalled", state.stalled}, {"thrown_out", state.thrown_out}};
+}
+
+}  // namespace palpate::server::graphics

@@ -1,0 +1,42 @@
+// The physics server as a process: haptic loop and physics loop in threads of their own, states served over
+// ZeroMQ.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "palpate/core/expected.h"
+#include "palpate/core/json.h"
+#include "palpate/rig/rig.h"
+#include "palpate/scene/application.h"
+#include "palpate/server/physics/arm_source.h"
+
+namespace palpate::server::physics {
+
+struct PhysicsProcessOptions {
+  rig::Rig rig;
+  scene::SceneDescription scene;  // without surfaces: those are the rig's
+  double surface_restitution = 0.93;
+  ArmChoice arm;         // its lengths are taken from the rig
+  std::string endpoint;  // empty = this user's default socket
+  bool insecure = false;
+  std::filesystem::path keys;  // folder; empty = this user's
+  std::uint64_t seed = 1;
+  std::optional<double> serve_pause_s;  // for people (applications.h)
+  double seconds = 0.0;                 // 0 = until asked to stop
+  double physics_hz = 1000.0, haptic_hz = 1000.0;
+  bool real_time = true;
+  Duration extra_force_delay{0};  // forces come so much later, on purpose
+  std::filesystem::path
+      out;  // realtime_loops.csv, realtime_jitter.csv, trip_*.csv; empty = trips only, in the run folder
+  std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
+};
+
+// Rates, overruns, jitter, forces and exchange counts of the whole run; also written by `palpate physics
+// --json`.
+Expected<Json> run_physics_process(const PhysicsProcessOptions& options);
+
+}  // namespace palpate::server::physics

@@ -1,0 +1,134 @@
+#include "palpate/server/physics/physics_process.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <numbers>
+#include <thread>
+
+#include "applications/scene_settings.h"
+#include "drivers/laboratory/channel.h"
+#include "palpate/time/clock.h"
+#include "palpate/transport/zmq_engine.h"
+#include "tests/scratch_folder.h"
+
+namespace palpate::server::physics {
+namespace {
+
+// A laboratory of an arm at rest, in a run folder of its own. No tracker, no camera: physics needs neither.
+class RestingArm : public testing::Test {
+ protected:
+  RestingArm() {
+    if (const char* before = std::getenv("XDG_RUNTIME_DIR")) before_ = before;
+    setenv("XDG_RUNTIME_DIR", scratch_.path().c_str(), 1);
+    auto server = drivers::laboratory::LabServer::open("bench", {.cameras = 1, .width = 16, .height = 16});
+    if (!server) throw std::runtime_error(server.error().message);
+    thread_ = std::thread([this, laboratory = std::move(*server)] {
+      const MonotonicClock<ArmClock> clock;
+      while (!closed_) {
+        device::ArmSample sample;
+        sample.stamp = clock.now();
+        sample.joints = {0.1, 0.5, 0.3};
+        laboratory->publish_arm(sample);
+        laboratory->heartbeat();
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+    });
+  }
+  ~RestingArm() override {
+    close_laboratory();
+    if (before_.empty()) {
+      unsetenv("XDG_RUNTIME_DIR");
+    } else {
+      setenv("XDG_RUNTIME_DIR", before_.c_str(), 1);
+    }
+  }
+  void close_laboratory() {
+    closed_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+
+  static rig::Rig rig() {
+    rig::Rig made;
+    made.arm = rig::ArmCalibration{};
+    rig::SurfaceCalibration table, wall;
+    table.name = "table";
+    table.width = table.height = 1.0;
+    table.X_world_rectangle.rotation = rotation_from_xyz({-std::numbers::pi / 2.0, 0.0, 0.0});  // faces up
+    wall.name = "wall";
+    wall.width = wall.height = 1.0;
+    made.surfaces = {table, wall};
+    return made;
+  }
+  static PhysicsProcessOptions options() {
+    PhysicsProcessOptions made;
+    made.rig = rig();
+    made.scene = applications::scene_settings(sim::config::reference_world(), "pingpong");
+    made.arm.lab = "bench";
+    made.real_time = false;  // a test does not take the machine's cores away
+    return made;
+  }
+
+ private:
+  ScratchFolder scratch_;
+  std::string before_;
+  std::atomic<bool> closed_{false};
+  std::thread thread_;
+};
+
+TEST_F(RestingArm, TheProcessAnswersClientsAndEndsWithItsLaboratory) {
+  Expected<Json> result = Json();
+  std::thread process([&] { result = run_physics_process(options()); });
+  const MonotonicClock<GraphicsClock> clock;
+  auto link = transport::connect_states(*transport::default_endpoint(), clock, "test");
+  EXPECT_TRUE(link);
+  const auto patience = std::chrono::seconds(120);  // an answer ends the wait
+  const auto start = clock.now();
+  bool answered = false;
+  for (std::uint64_t number = 1; link && !answered && clock.now() - start < patience; ++number) {
+    (*link)->poll();
+    if ((*link)->description()) (*link)->request(number, Instant<PhysicsClock>{Duration(clock.now().ns())});
+    answered = (*link)->newest() && (*link)->newest()->reply.answer.usable();
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  EXPECT_TRUE(answered);
+  if (answered) {
+    EXPECT_EQ((*link)->description()->surfaces.size(), 2u);
+    EXPECT_EQ((*link)->role(), transport::Role::operator_);
+    EXPECT_GT((*link)->newest()->reply.answer.state.tick, 0u);
+  }
+  close_laboratory();
+  process.join();
+  ASSERT_FALSE(result);
+  EXPECT_NE(result.error().message.find("laboratory 'bench'"), std::string::npos) << result.error().message;
+}
+
+TEST_F(RestingArm, ItsFiguresTellOfBothLoops) {
+  auto asked = options();
+  asked.seconds = 1.0;
+  std::vector<std::string> told;
+  asked.notice = [&](const std::string& line) { told.push_back(line); };
+  const auto result = run_physics_process(asked);
+  ASSERT_TRUE(result) << result.error().message;
+  EXPECT_GT((*result)["haptic"]["ticks"].get<std::uint64_t>(), 0u);
+  EXPECT_GT((*result)["physics"]["ticks"].get<std::uint64_t>(), 0u);
+  ASSERT_FALSE(told.empty());
+  EXPECT_NE(told[0].find("answers graphics servers at ipc://"), std::string::npos) << told[0];
+  EXPECT_EQ((*result)["force"]["blows"], 0);
+  EXPECT_TRUE((*result)["force"].contains("trips"));
+}
+
+TEST_F(RestingArm, WithoutLaboratoryOrSurfacesItDoesNotStart) {
+  auto elsewhere = options();
+  elsewhere.arm.lab = "elsewhere";
+  EXPECT_FALSE(run_physics_process(elsewhere));
+  auto bare = options();
+  bare.rig.surfaces.clear();
+  const auto refusal = run_physics_process(bare);
+  ASSERT_FALSE(refusal);
+  EXPECT_NE(refusal.error().message.find("'table'"), std::string::npos) << refusal.error().message;
+}
+
+}  // namespace
+}  // namespace palpate::server::physics

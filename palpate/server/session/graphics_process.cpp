@@ -1,0 +1,396 @@
+#include "palpate/server/session/graphics_process.h"
+
+#include <atomic>
+#include <cmath>
+#include <thread>
+#include <utility>
+
+#include "applications/applications.h"
+#include "applications/touched_mesh.h"
+#include "palpate/core/stop_signal.h"
+#include "palpate/core/text.h"
+#include "palpate/desktop/desktop_ui.h"
+#include "palpate/desktop/scripted_user.h"
+#include "palpate/evaluation/latency_probe.h"
+#include "palpate/render/context.h"
+#include "palpate/server/graphics/frame_renderer.h"
+#include "palpate/server/graphics/graphics_figures.h"
+#include "palpate/server/graphics/graphics_watches.h"
+#include "palpate/server/graphics/pose_feed.h"
+#include "palpate/server/session/graphics_devices.h"
+#include "palpate/time/real_time.h"
+#include "palpate/transport/zmq_engine.h"
+
+namespace palpate::server::session {
+namespace {
+
+// How long a physics server may take to answer for the first time before the wait is given up.
+constexpr double kPatienceS = 10.0;
+
+// Drawing begins this long after an image was taken up, whether the reply has come or not: the loop goes on
+// meanwhile, and a frame of 33 ms does not miss it.
+constexpr Duration kDrawAfter = std::chrono::milliseconds(2);
+
+double camera_readout_s(const GraphicsProcessOptions& options) {
+  if (!options.camera) return sim::config::readout_s(options.world);
+  return options.camera->settings.rolling ? options.camera->settings.readout_s : 0.0;
+}
+
+// From opened devices to the last figure. What is opened first is closed last.
+class GraphicsProcess {
+ public:
+  explicit GraphicsProcess(const GraphicsProcessOptions& options)
+      : options_(options),
+        clock_(options.disguise_offset_s, options.disguise_drift_ppm,
+               MonotonicClock<GraphicsClock>::monotonic_ns()),
+        clocks_(options.notice),
+        conditions_(options.notice) {}
+
+  Expected<Json> run();
+
+ private:
+  Expected<void> open();
+  Expected<void> meet_physics_server();
+  Expected<void> assemble();
+  Expected<void> open_windows();
+  Expected<void> open_latency_probe();
+  Expected<void> open_logs();
+  void introduce() const;
+  bool goes_on() const;
+  Expected<void> tick();
+  void show_frame();
+  void log_frame(const graphics::FrameRecord& frame);
+  void log_clocks(double time_s);
+  void tell_figures();
+  void take_turns_with_a_person();
+  void shown_timecode();
+  Json figures() const;
+  void notice(const std::string& line) const {
+    if (options_.notice) options_.notice("graphics: " + line);
+  }
+  bool program_plays() const { return player_ && !(ui_ && ui_->person_plays()); }
+
+  const GraphicsProcessOptions& options_;
+  const std::atomic<bool>& stop_ = stop_requested();
+  std::shared_ptr<render::Context> drawing_;  // kept for those who draw
+  transport::ServerPlace place_;
+  std::optional<GraphicsDevices> devices_;
+  std::optional<graphics::PoseFeed> feed_;
+  const MonotonicClock<GraphicsClock> clock_;
+  std::unique_ptr<transport::StateLink> link_;
+  scene::SceneDescription scene_;
+  std::optional<graphics::FrameRenderer> pictures_;
+  std::optional<graphics::GraphicsServer> server_;
+  std::optional<desktop::ScriptedUser> player_;
+  std::unique_ptr<desktop::DesktopUi> ui_;
+  std::unique_ptr<desktop::SpectatorWindow> monitor_;
+  Json monitored_;
+  std::unique_ptr<evaluation::LatencyProbe> probe_;
+  std::optional<graphics::ServerWatch> physics_;
+  graphics::ClockWatch clocks_;
+  graphics::ConditionTeller conditions_;
+  std::optional<graphics::GraphicsLogs> logs_;
+
+  graphics::Quantiles trips_, sync_errors_, uncertainties_;
+  std::optional<Instant<GraphicsClock>> told_;
+  std::uint64_t frames_ = 0, late_ = 0;
+  Instant<GraphicsClock> begun_, next_, draw_at_;
+  bool quit_ = false;
+};
+
+Expected<Json> GraphicsProcess::run() {
+  if (auto done = open(); !done) return tl::unexpected(done.error());
+  if (auto done = meet_physics_server(); !done) return tl::unexpected(done.error());
+  if (auto done = assemble(); !done) return tl::unexpected(done.error());
+  if (auto done = open_windows(); !done) return tl::unexpected(done.error());
+  if (auto done = open_latency_probe(); !done) return tl::unexpected(done.error());
+  introduce();
+  if (auto done = open_logs(); !done) return tl::unexpected(done.error());
+  if (ui_ && options_.mouse) ui_->lead(*devices_->hand(), clock_);
+  begun_ = next_ = draw_at_ = clock_.now();
+  while (goes_on())
+    if (auto done = tick(); !done) return tl::unexpected(done.error());
+  // Figures of a measured run without its server would be figures of something else.
+  if (!physics_->there() && options_.seconds > 0.0 && !stop_.load() && !quit_)
+    return refused("{}", physics_->absence());
+  if (monitor_) monitored_ = monitor_->figures();
+  Json result = figures();
+  if (logs_)
+    if (auto done = logs_->finish(); !done) return tl::unexpected(done.error());
+  if (probe_)
+    if (auto done = probe_->finish(); !done) return tl::unexpected(done.error());
+  return result;
+}
+
+Expected<void> GraphicsProcess::open() {
+  if (options_.window)  // known now, not after waiting for a physics server
+    if (auto possible = desktop::Window::possible(); !possible) return possible;
+  auto drawing = render::Context::of_this_thread();  // the same
+  if (!drawing) return refused("graphics: {}", drawing.error().message);
+  drawing_ = std::move(*drawing);
+  auto place = transport::server_place(options_.server);
+  if (!place) return tl::unexpected(place.error());
+  place_ = std::move(*place);
+  auto devices = GraphicsDevices::open(options_);
+  if (!devices) return tl::unexpected(devices.error());
+  devices_.emplace(std::move(*devices));
+  if (!options_.publish) return {};
+  auto feed = graphics::PoseFeed::open(
+      *options_.publish, seconds(options_.rig.delays.value_or(rig::DelayCalibration{}).tracker_after_arm_s));
+  if (!feed) return tl::unexpected(feed.error());
+  feed_ = std::move(*feed);
+  return {};
+}
+
+// Who is there, and what is played?
+Expected<void> GraphicsProcess::meet_physics_server() {
+  const std::string& address = place_.endpoint.address;
+  auto link = transport::connect_states(place_.endpoint, clock_, "graphics", place_.identity);
+  if (!link) return tl::unexpected(link.error());
+  link_ = std::move(*link);
+  const auto start = clock_.now();
+  while (!link_->description()) {
+    link_->poll();
+    if (stop_.load()) return refused("graphics: stopped before the physics server answered");
+    if (to_seconds(clock_.now() - start) > kPatienceS) {
+      if (link_->refusal())
+        return refused("graphics: the physics server at {} refuses: {}", address,
+                       excerpt(*link_->refusal(), 200));
+      if (const auto trouble = link_->trouble())
+        return refused("graphics: the physics server at {} turns us away: {}", address, *trouble);
+      return refused(
+          "graphics: no physics server answers at {} after {:.0f} s; start `palpate physics` first", address,
+          kPatienceS);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  scene_ = *link_->description();
+  return applications::find_touched_mesh(scene_, options_.mesh, place_.endpoint.local());
+}
+
+Expected<void> GraphicsProcess::assemble() {
+  auto scene_view = applications::make_scene_view(scene_);
+  if (!scene_view) return tl::unexpected(scene_view.error());
+  pictures_.emplace(options_.rig, scene_, std::move(*scene_view), options_.quality);
+  pictures_->set_captions(!options_.window);
+  server_.emplace(options_.rig, *link_, devices_->tracker(), devices_->camera(), *pictures_,
+                  options_.graphics);
+  if (auto* right = devices_->right_camera()) server_->add_right_camera(*right, devices_->one_clock());
+  if (feed_)
+    server_->set_marker_tap(
+        [this](device::MarkerId marker, const device::MarkerPose& pose) { feed_->marker(marker, pose); });
+  if (devices_->live_tracker() != nullptr)
+    server_->set_tracker_explanation(
+        [this] { return graphics::why_unheard(*devices_->live_tracker(), *options_.tracker); });
+  if (!options_.player) return {};
+  auto made = desktop::ScriptedUser::make(scene_, options_.rig, options_.world, options_.seed);
+  if (!made) return tl::unexpected(made.error());
+  player_.emplace(std::move(*made));
+  return {};
+}
+
+Expected<void> GraphicsProcess::open_windows() {
+  if (!options_.window) return {};
+  const auto from_outside = [this](const graphics::FrameRecord& frame) -> const render::OutsidePicture& {
+    return pictures_->outside(frame);
+  };
+  auto opened = desktop::DesktopUi::open(scene_, options_.rig, options_.world, place_,
+                                         {.mouse = options_.mouse,
+                                          .scripted_player = options_.player,
+                                          .timecode = options_.timecode && devices_->live_camera(),
+                                          .biocular = options_.biocular,
+                                          .two_eyes = devices_->right_camera() != nullptr,
+                                          .outside = from_outside,
+                                          .outside_viewpoint = pictures_->outside_viewpoint()});
+  if (!opened) return tl::unexpected(opened.error());
+  ui_ = std::move(*opened);
+  if (!ui_->notice().empty()) notice(ui_->notice());
+  if (!options_.monitor) return {};
+  auto monitor = desktop::SpectatorWindow::open(*options_.monitor, ui_->window(), from_outside);
+  if (!monitor) return tl::unexpected(monitor.error());
+  monitor_ = std::move(*monitor);
+  return {};
+}
+
+Expected<void> GraphicsProcess::open_latency_probe() {
+  if (!options_.timecode) return {};
+  const auto* live = devices_->live_camera();
+  const double exposure_s = live != nullptr ? live->facts().exposure_s : options_.world.camera.exposure_s;
+  auto opened = evaluation::LatencyProbe::open(live != nullptr ? nullptr : devices_->laboratory(),
+                                               {.exposure = seconds(exposure_s),
+                                                .scan_out = options_.graphics.scan_out,
+                                                .readout = seconds(camera_readout_s(options_))},
+                                               clock_, options_.out, options_.notice);
+  if (!opened) return tl::unexpected(opened.error());
+  probe_ = std::move(*opened);
+  return {};
+}
+
+Expected<void> GraphicsProcess::open_logs() {
+  physics_.emplace(*link_, clock_, place_.endpoint.address, options_.notice);
+  if (options_.out.empty()) return {};
+  auto begun = graphics::GraphicsLogs::begin(options_.out);
+  if (!begun) return tl::unexpected(begun.error());
+  logs_.emplace(std::move(*begun));
+  return {};
+}
+
+void GraphicsProcess::introduce() const {
+  const transport::Endpoint& endpoint = place_.endpoint;
+  if (!endpoint.local() && !endpoint.encrypted)
+    notice(fmt::format("warning: {} is neither encrypted nor guarded", endpoint.address));
+  notice(fmt::format("shows {} of the physics server at {}", scene_.application, endpoint.address));
+  if (feed_) notice(fmt::format("publishes poses over OpenIGTLink at {}", feed_->address().text()));
+  if (const auto* camera = devices_->live_camera())
+    notice(fmt::format("camera {}: {}", camera->name(), drivers::cameras::description(camera->facts())));
+  if (const auto* right = devices_->live_right())
+    notice(fmt::format("right camera {}: {}", right->name(), drivers::cameras::description(right->facts())));
+}
+
+bool GraphicsProcess::goes_on() const {
+  if (stop_.load() || quit_) return false;
+  return options_.seconds <= 0.0 || to_seconds(clock_.now() - begun_) < options_.seconds ||
+         (ui_ && ui_->attended());
+}
+
+// A millisecond's rhythm: often enough for arrival times, cheap enough to leave the core to others.
+Expected<void> GraphicsProcess::tick() {
+  next_ += std::chrono::milliseconds(1);
+  const auto now = clock_.now();
+  if (next_ < now) next_ = now;
+  std::this_thread::sleep_for(next_ - now);
+  if (const auto& laboratory = devices_->laboratory())
+    if (auto alive = laboratory->check(); !alive) return refused("graphics: {}", alive.error().message);
+  if (auto* camera = devices_->live_camera()) server_->set_camera_trouble(camera->trouble());
+  server_->service(clock_.now());
+  physics_->look();
+  clocks_.look(server_->sync());
+  // Whoever asks for the status hears of it now.
+  if (conditions_.look(server_->conditions())) told_.reset();
+  if (!server_->frame_begun()) {
+    if (server_->begin_frame(clock_.now())) draw_at_ = clock_.now() + kDrawAfter;
+  } else if (clock_.now() >= draw_at_) {
+    show_frame();
+  }
+  // Also while no images come: then above all it is asked what is wrong.
+  if (!told_ || clock_.now() - *told_ >= transport::StateLink::kHelloEvery) tell_figures();
+  if (ui_) quit_ = !ui_->act(clock_.now(), *link_, server_->conditions(), server_->sync());
+  shown_timecode();
+  if (monitor_ && !monitor_->act(ui_->content(), clock_.now())) {
+    notice("the monitor window is closed; the play goes on");
+    monitored_ = monitor_->figures();
+    monitor_.reset();
+  }
+  take_turns_with_a_person();
+  return {};
+}
+
+void GraphicsProcess::show_frame() {
+  const graphics::FrameRecord& frame = server_->finish_frame(clock_.now());
+  ++frames_;
+  late_ += frame.late ? 1 : 0;
+  if (program_plays()) player_->show(frame, *server_);
+  if (ui_)
+    ui_->show(frame, frame.have_state ? pictures_->captions(frame.state) : std::vector<std::string>{},
+              clock_.now());
+  const auto presented = clock_.now();
+  shown_timecode();
+  if (feed_) feed_->frame(frame, scene_, server_->sync().model());
+  log_frame(frame);
+  if (probe_) probe_->look(*server_, frame, presented);
+  if (monitor_)
+    monitor_->show({frame, ui_->from_outside(), ui_->content()}, options_.rig.camera->model.width, clock_);
+}
+
+void GraphicsProcess::log_frame(const graphics::FrameRecord& frame) {
+  double trip_us = 0.0;
+  for (const double s : server_->take_round_trips()) {
+    trip_us = s * 1e6;
+    trips_.add(seconds(s));
+  }
+  const double time_s = to_seconds(clock_.now() - begun_);
+  if (logs_) {
+    logs_->frame(frame, time_s, trip_us, clock_.now() - frame.begun, link_->counters());
+    logs_->poses.add(frame, scene_, time_s);
+  }
+  if (server_->sync().exchanges() > 0) log_clocks(time_s);
+}
+
+// The physics host's clock is this machine's own, undisguised: that is the truth to compare with.
+void GraphicsProcess::log_clocks(double time_s) {
+  const auto& model = server_->sync().model();
+  const auto here = clock_.now();
+  const double error_us = static_cast<double>(model.to(here).ns() - clock_.to_monotonic(here)) * 1e-3;
+  const Duration stated = model.uncertainty(here);
+  sync_errors_.add(seconds(std::abs(error_us) * 1e-6));
+  uncertainties_.add(stated);
+  if (logs_) logs_->clocks(time_s, error_us, stated, model.offset(here));
+}
+
+void GraphicsProcess::tell_figures() {
+  told_ = clock_.now();
+  link_->tell(graphics::figures_of(frames_, late_, link_->counters().lost, to_seconds(*told_ - begun_),
+                                   trips_.histogram(), *server_, *told_));
+}
+
+void GraphicsProcess::take_turns_with_a_person() {
+  if (!program_plays()) return;
+  if (const auto left = ui_ ? ui_->take_left() : std::nullopt)
+    player_->take_over(*left, clock_.now(), *server_);
+  player_->act(clock_.now(), *server_, *devices_->hand());
+}
+
+void GraphicsProcess::shown_timecode() {
+  if (!ui_ || !probe_) return;
+  if (const auto timecode = ui_->take_timecode()) probe_->shown(*timecode);
+}
+
+Json GraphicsProcess::figures() const {
+  const double elapsed = to_seconds(clock_.now() - begun_);
+  const auto& counters = link_->counters();
+  Json result;
+  result["exchange"] = {{"round_trip_us", {{"median", trips_.us(0.5)}, {"p99", trips_.us(0.99)}}},
+                        {"frames", frames_},
+                        {"late", late_},
+                        {"lost", counters.lost},
+                        {"unsent", counters.unsent},
+                        {"repeated", counters.duplicated},
+                        {"out_of_order", counters.out_of_order}};
+  result["sync"] = {{"offset_error_us_p99", sync_errors_.us(0.99)},
+                    {"uncertainty_us", uncertainties_.us(0.5)},
+                    {"exchanges", server_->sync().exchanges()},
+                    {"restarts", server_->sync().restarts()}};
+  const bool two_eyes = devices_->right_camera() != nullptr;
+  result["graphics"] = {{"rate_hz", elapsed > 0 ? static_cast<double>(frames_) / elapsed : 0.0}};
+  result["graphics"]["eyes"] = two_eyes ? 2 : 1;
+  if (two_eyes) result["graphics"]["unpaired"] = server_->unpaired();
+  result["graphics"]["conditions"] = conditions_.begun();
+  result["begun_monotonic_ns"] = clock_.to_monotonic(begun_);
+  result["server_there"] = Json::array();
+  for (const auto& change : physics_->changes())
+    result["server_there"].push_back({{"time_s", to_seconds(change.time - begun_)}, {"there", change.there}});
+  if (probe_) result["photon_to_photon"] = probe_->figures();
+  if (feed_) result["published"] = feed_->figures();
+  if (ui_)
+    result["window"] = {{"played_by_mouse", ui_->person_plays()},
+                        {"blows_heard", ui_->impacts()},
+                        {"bounces_heard", ui_->bounces()}};
+  if (!monitored_.is_null()) result["window"]["monitor"] = monitored_;
+  if (const auto* camera = devices_->live_camera()) {
+    const auto status = camera->status();
+    result["camera"] = {{"name", camera->name()},      {"model", camera->facts().model},
+                        {"pictures", status.pictures}, {"damaged", status.damaged},
+                        {"dropped", status.dropped},   {"times_opened", status.times_opened}};
+  }
+  return result;
+}
+
+}  // namespace
+
+Expected<Json> run_graphics_process(const GraphicsProcessOptions& options) {
+  stop_requested();  // from here on a signal is a request
+  keep_freed_memory();
+  return GraphicsProcess(options).run();
+}
+
+}  // namespace palpate::server::session

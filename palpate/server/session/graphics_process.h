@@ -1,0 +1,59 @@
+// The graphics server as a process: camera and tracker from the laboratory's channel, or a real camera and a
+// tracker over OpenIGTLink, and no laboratory; states over ZeroMQ, a picture per image; a person, or in demos
+// the scripted player, sits in front of it. With a window: main thread alone.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "drivers/cameras/camera_choice.h"
+#include "palpate/core/expected.h"
+#include "palpate/core/json.h"
+#include "palpate/desktop/spectator_window.h"
+#include "palpate/render/compositor.h"
+#include "palpate/rig/rig.h"
+#include "palpate/server/graphics/graphics_server.h"
+#include "palpate/server/graphics/live_tracker.h"
+#include "palpate/sim/config/world_file.h"
+#include "palpate/transport/server_place.h"
+
+namespace palpate::server::session {
+
+struct GraphicsProcessOptions {
+  rig::Rig rig;
+  sim::config::WorldFile world;  // how the player's own arm feels
+  std::string lab = "lab";
+  transport::ServerName server;
+  std::optional<server::graphics::LiveTracker>
+      tracker;  // instead of the laboratory's; a rig with a board has none
+  std::optional<drivers::cameras::CameraRequest>
+      camera;  // a real one, or a recording, set to the size of the rig's calibration
+  std::optional<drivers::cameras::CameraRequest>
+      right_camera;  // a second one beside it; the laboratory's is taken where it is
+  std::optional<drivers::openigtlink::Address> publish;  // poses for 3D Slicer and others (pose_feed.h)
+  server::graphics::GraphicsSettings graphics;
+  std::filesystem::path mesh;  // what touch shows, where it lies elsewhere than on the server's machine
+  render::Quality quality = render::Quality::medium;  // of the picture
+  bool player = false;                                // the scripted player holds the stylus
+  bool window = false;                                // on this machine's display, with sound
+  std::optional<desktop::MonitorView> monitor;        // a second window, for those who look on; with `window`
+  bool biocular = false;  // in the window: the camera's picture before both eyes, side by side
+  bool mouse = false;     // holds the stylus; from a scripted player it takes it when it moves
+  // Shows the timecode, on the simulated display or, where the camera is a real one, in the window, and
+  // measures the delay from light to light with it.
+  bool timecode = false;
+  std::uint64_t seed = 1;
+  // 0 = until asked to stop, or the window is closed. A person in front of the window is not cut short.
+  double seconds = 0.0;
+  // Shows this machine's clock with an offset and a drift, so that the synchronisation has something to find.
+  double disguise_offset_s = 0.0, disguise_drift_ppm = 0.0;
+  std::filesystem::path out;  // realtime_frames.csv, realtime_sync.csv, realtime_poses.csv; empty = none
+  std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
+};
+
+Expected<Json> run_graphics_process(const GraphicsProcessOptions& options);
+
+}  // namespace palpate::server::session

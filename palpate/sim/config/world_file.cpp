@@ -1,0 +1,449 @@
+#include "palpate/sim/config/world_file.h"
+
+#include <stdexcept>
+#include <type_traits>
+
+#include "palpate/core/file.h"
+#include "palpate/core/toml.h"
+#include "palpate/core/units.h"
+#include "palpate/rig/file_mixup.h"
+#include "palpate/sim/config/reference_world_text.h"
+
+namespace palpate::sim::config {
+namespace {
+
+constexpr double kMm = 1e-3, kMs = 1e-3, kDeg = 1.0 / kDegreesPerRadian, kSi = 1.0;
+constexpr NumberRange kShare{0.0, 1.0};
+constexpr NumberRange kRestitution{0.0, 1.0};
+// A damped spring that lets go at zero force cannot take more of the speed away: exp(-2) is its bound.
+constexpr NumberRange kRestitutionOfBat{0.15, 1.0};
+constexpr NumberRange kRates{1.0, 1e6};
+constexpr NumberRange kFaultTimes{0.0, 1e6};
+
+// One list of all fields serves reading and writing: `V` is Reader or Writer, `W` the world (const for
+// writing). number(key, field, unit, range): field = value in the file times unit.
+template <typename V, typename W>
+void visit_devices(V& v, W& w) {
+  v.section("world");
+  v.vector("gravity_m_s2", w.gravity, kSi);
+  v.number("rate_hz", w.rate_hz, kSi, {500.0, 100000.0});
+
+  v.section("clocks");
+  v.clock("arm", w.clocks.arm);
+  v.clock("tracker", w.clocks.tracker);
+  v.clock("camera", w.clocks.camera);
+  v.clock("graphics_host", w.clocks.graphics_host);
+
+  v.section("tracker");
+  v.rows("camera_positions_m", w.tracker.cameras, kSi);
+  v.vector("look_at_m", w.tracker.look_at, kSi);
+  v.number("optimal_distance_m", w.tracker.optimal_distance, kSi, {0.1, 100.0});
+  v.number("rate_hz", w.tracker.rate_hz, kSi, kRates);
+  v.number("latency_ms", w.tracker.latency_s, kMs, {0.0, 1e4});
+  v.number("led_white_rms_mm", w.tracker.white_rms, kMm, kNotNegative);
+  v.number("led_bias_rms_mm", w.tracker.bias_rms, kMm, kNotNegative);
+  v.number("led_bias_correlation_m", w.tracker.bias_correlation, kSi, {1e-3, 1e3});
+  v.number("dropout_probability", w.tracker.dropout, kSi, kShare);
+  v.number("max_led_angle_deg", w.tracker.max_led_angle, kDeg, {0.0, 180.0});
+
+  v.section("tip_marker");
+  v.rows("leds_mm", w.tip_marker.leds, kMm);
+  v.vector("tip_mm", w.tip_marker.tip, kMm);
+  v.number("tip_mount_sd_mm", w.tip_marker.mount_sd, kMm, kNotNegative);
+
+  v.section("camera_marker");
+  v.rows("leds_mm", w.camera_marker.leds, kMm);
+  v.vector("camera_translation_mm", w.camera_marker.camera_translation, kMm);
+  v.vector("camera_rotation_deg", w.camera_marker.camera_rotation, kDeg);
+  v.number("mount_sd_mm", w.camera_marker.mount_sd, kMm, kNotNegative);
+  v.number("mount_sd_deg", w.camera_marker.mount_sd_rad, kDeg, kNotNegative);
+
+  v.section("pointer");
+  v.rows("leds_mm", w.pointer.leds, kMm);
+  v.vector("tip_mm", w.pointer.tip, kMm);
+  v.number("touch_sd_mm", w.pointer.touch_sd, kMm, kNotNegative);
+
+  v.section("arm");
+  v.choice("model", w.arm.model, {"phantom-premium-1.5"});
+  v.numbers("lengths_mm", w.arm.lengths, kMm, kPositive);
+  v.number("length_sd_mm", w.arm.length_sd, kMm, kNotNegative);
+  v.number("gain_sd", w.arm.gain_sd, kSi, {0.0, 0.2});
+  v.number("offset_sd_deg", w.arm.offset_sd, kDeg, {0.0, 45.0});
+  v.number("gimbal_gain_sd", w.arm.gimbal_gain_sd, kSi, {0.0, 0.2});
+  v.number("gimbal_offset_sd_deg", w.arm.gimbal_offset_sd, kDeg, {0.0, 45.0});
+  v.number("hysteresis_mrad", w.arm.hysteresis, 1e-3, kNotNegative);
+  v.number("encoder_quantum_rad", w.arm.encoder_quantum, kSi, {0.0, 0.1});
+  v.number("gimbal_quantum_rad", w.arm.gimbal_quantum, kSi, {0.0, 0.1});
+  v.ranges("joint_range_deg", w.arm.joint_range, kDeg, {-180.0, 180.0});
+  v.vector("workspace_mm", w.arm.workspace, kMm);
+  v.pose("arm_in_world", w.arm.translation, w.arm.rotation);
+  v.number("max_force_n", w.arm.max_force, kSi, kPositive);
+  v.number("continuous_force_n", w.arm.continuous_force, kSi, kPositive);
+  v.number("friction_n", w.arm.friction, kSi, kNotNegative);
+  v.number("apparent_mass_kg", w.arm.apparent_mass, kSi, {1e-3, 100.0});
+  v.number("max_stiffness_n_m", w.arm.max_stiffness, kSi, kPositive);
+  v.number("max_speed_m_s", w.arm.max_speed, kSi, kPositive);
+  v.integer("force_dof", w.arm.force_dof, {3.0, 3.0});
+}
+
+template <typename V, typename W>
+void visit_person_and_scene(V& v, W& w) {
+  v.section("hand");
+  v.number("mass_kg", w.hand.mass, kSi, kNotNegative);
+  v.number("damping_n_s_m", w.hand.damping, kSi, kNotNegative);
+  v.number("stiffness_n_m", w.hand.stiffness, kSi, {0.0, 1e5});
+  v.numbers("pull_n", w.hand.pull, kSi, kNotNegative);
+  v.number("fixation_stiffness_n_m", w.hand.fixation_stiffness, kSi, kPositive);
+
+  v.section("camera");
+  v.integers("size_px", w.camera.size, {16.0, 16384.0});
+  v.number("fx", w.camera.fx, kSi, kPositive);
+  v.number("fy", w.camera.fy, kSi, kPositive);
+  v.number("cx", w.camera.cx, kSi, kAnyNumber);
+  v.number("cy", w.camera.cy, kSi, kAnyNumber);
+  v.numbers("distortion", w.camera.distortion, kSi, kAnyNumber);
+  v.number("rate_hz", w.camera.rate_hz, kSi, {0.1, 10000.0});
+  v.number("exposure_ms", w.camera.exposure_s, kMs, kNotNegative);
+  v.number("latency_ms", w.camera.latency_s, kMs, kNotNegative);
+  v.choice("shutter", w.camera.shutter, {"global", "rolling"});
+  v.number("readout_ms", w.camera.readout_s, kMs, kNotNegative);
+  v.integer("blur_steps", w.camera.blur_steps, {1.0, 32.0});
+  v.number("noise_sd", w.camera.noise_sd, kSi, kNotNegative);
+  v.number("drop_probability", w.camera.drop, kSi, kShare);
+  v.integer("count", w.camera.count, {1.0, 2.0});
+  v.number("stereo_baseline_mm", w.camera.stereo_baseline, kMm, kPositive);
+  v.number("right_fx", w.camera.right_fx, kSi, kPositive);
+  v.number("right_fy", w.camera.right_fy, kSi, kPositive);
+  v.number("right_cx", w.camera.right_cx, kSi, kAnyNumber);
+  v.number("right_cy", w.camera.right_cy, kSi, kAnyNumber);
+  v.numbers("right_distortion", w.camera.right_distortion, kSi, kAnyNumber);
+
+  v.section("head");
+  v.vector("eye_m", w.head.eye, kSi);
+  v.vector("look_at_m", w.head.look_at, kSi);
+  v.number("turn_peak_deg_s", w.head.turn_peak, kDeg, kNotNegative);
+  v.number("turn_hz", w.head.turn_hz, kSi, {1e-3, 100.0});
+  v.number("shake_deg", w.head.shake, kDeg, kNotNegative);
+  v.number("shake_hz", w.head.shake_hz, kSi, {1e-3, 100.0});
+
+  v.section("scene");
+  v.rows("table_corners_m", w.scene.table, kSi);
+  v.rows("wall_corners_m", w.scene.wall, kSi);
+  v.integer("landmarks", w.scene.landmarks, {0.0, 200.0});
+  v.number("landmarks_covered", w.scene.landmarks_covered, kSi, kShare);
+  v.integer("landmarks_moved", w.scene.landmarks_moved, {0.0, 200.0});
+  v.number("landmarks_moved_by_mm", w.scene.landmarks_moved_by, kMm, kNotNegative);
+  v.number("bat_radius_m", w.scene.bat_radius, kSi, kPositive);
+  v.vector("bat_offset_m", w.scene.bat_offset, kSi);
+  v.number("bat_mass_kg", w.scene.bat_mass, kSi, {0.0, 10.0});
+
+  v.section("display");
+  v.choice("picture_time", w.display.picture_time, {"registered", "predicted"});
+  v.number("scan_out_ms", w.display.scan_out_s, kMs, {0.0, 1000.0});
+  v.number("extra_picture_delay_ms", w.display.extra_picture_delay_s, kMs, {0.0, 1000.0});
+  v.number("extra_force_delay_ms", w.display.extra_force_delay_s, kMs, {0.0, 200.0});
+
+  v.section("ball");
+  v.number("mass_kg", w.ball.mass, kSi, kPositive);
+  v.number("radius_m", w.ball.radius, kSi, kPositive);
+  v.number("restitution_table", w.ball.restitution_table, kSi, kRestitution);
+  v.number("restitution_bat", w.ball.restitution_bat, kSi, kRestitutionOfBat);
+  v.number("contact_ms", w.ball.contact_s, kMs, kPositive);
+  v.numbers("serve_speed_m_s", w.ball.serve_speed, kSi, kPositive);
+  v.choice("physics", w.ball.physics, {"full", "paper"});
+  v.choice("contact", w.ball.contact, {"non-sticky", "paper", "hunt-crossley"});
+
+  v.section("touch");
+  v.text("mesh", w.touch.mesh);
+  v.choice("unit", w.touch.unit, {"mm", "m"});
+  v.number("scale", w.touch.scale, kSi, {1e-6, 1e6});
+  v.vector("turn_deg", w.touch.turn, kDeg);
+  v.vector("shift_mm", w.touch.shift, kMm);
+  v.number("stiffness_n_m", w.touch.stiffness, kSi, {1.0, 800.0});
+  v.number("damping_n_s_m", w.touch.damping, kSi, {0.0, 3.0});
+  v.number("static_friction", w.touch.static_friction, kSi, {0.0, 2.0});
+  v.number("friction", w.touch.friction, kSi, {0.0, 2.0});
+
+  v.section("faults");
+  v.numbers("camera_silent_s", w.faults.camera_silent, kSi, kFaultTimes);
+  v.numbers("image_size_s", w.faults.image_size, kSi, kFaultTimes);
+  v.numbers("camera_clock_s", w.faults.camera_clock, kSi, kFaultTimes);
+  v.numbers("tracker_silent_s", w.faults.tracker_silent, kSi, kFaultTimes);
+  v.numbers("tracker_blind_s", w.faults.tracker_blind, kSi, kFaultTimes);
+  v.numbers("tracker_clock_s", w.faults.tracker_clock, kSi, kFaultTimes);
+  v.number("clock_jump_s", w.faults.clock_jump_s, kSi, {-1e4, 1e4});
+  v.number("repeat_s", w.faults.repeat_s, kSi, kFaultTimes);
+
+  v.section("player");
+  v.number("reaction_ms", w.player.reaction_s, kMs, kNotNegative);
+  v.number("aim_sd_mm", w.player.aim_sd, kMm, kNotNegative);
+  v.number("max_hand_acceleration_m_s2", w.player.max_hand_acceleration, kSi, kPositive);
+}
+
+// Overwrites what the file gives and leaves the rest.
+class Reader {
+ public:
+  explicit Reader(TomlTable root) : root_(root), table_(root) {}
+  void section(std::string_view name) { table_ = root_.table(name); }
+  TomlTable section_table(std::string_view name) { return root_.table(name); }
+
+  void number(std::string_view key, double& field, double unit, NumberRange range) {
+    if (given(key)) field = table_.number(key, range) * unit;
+  }
+  void integer(std::string_view key, int& field, NumberRange range) {
+    if (given(key)) field = static_cast<int>(table_.integer(key, range));
+  }
+  template <std::size_t N>
+  void numbers(std::string_view key, std::array<double, N>& field, double unit, NumberRange range) {
+    if (!given(key)) return;
+    field = table_.numbers<N>(key, range);
+    for (auto& x : field) x *= unit;
+  }
+  void integers(std::string_view key, std::array<int, 2>& field, NumberRange range) {
+    if (!given(key)) return;
+    const auto list = table_.numbers<2>(key, range);
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (list[i] != std::floor(list[i])) table_.complain(key, "whole numbers are wanted");
+      field[i] = static_cast<int>(list[i]);
+    }
+  }
+  void vector(std::string_view key, Vector3& field, double unit) {
+    if (!given(key)) return;
+    const auto list = table_.numbers<3>(key);
+    field = Vector3(list[0], list[1], list[2]) * unit;
+  }
+  template <typename Rows>
+  void rows(std::string_view key, Rows& field, double unit) {
+    if (!given(key)) return;
+    std::size_t count = 0;
+    if constexpr (!std::is_same_v<Rows, std::vector<Vector3>>) count = field.size();
+    const auto list = table_.rows(key, 3, count);
+    if constexpr (std::is_same_v<Rows, std::vector<Vector3>>) field.assign(list.size(), Vector3::Zero());
+    for (std::size_t i = 0; i < list.size() && i < field.size(); ++i)
+      field[i] = Vector3(list[i][0], list[i][1], list[i][2]) * unit;
+  }
+  void ranges(std::string_view key, std::array<Range, 3>& field, double unit, NumberRange range) {
+    if (!given(key)) return;
+    const auto list = table_.rows(key, 2, field.size(), range);
+    for (std::size_t i = 0; i < list.size() && i < field.size(); ++i) {
+      field[i] = {list[i][0] * unit, list[i][1] * unit};
+      if (!(list[i][0] < list[i][1])) table_.complain(key, "each range must be [low, high] with low < high");
+    }
+  }
+  void choice(std::string_view key, std::string& field, const std::vector<std::string>& allowed) {
+    if (given(key)) field = table_.choice(key, allowed);
+  }
+  void text(std::string_view key, std::string& field) {
+    if (given(key)) field = table_.text(key);
+  }
+  void clock(std::string_view key, ClockSettings& field) {
+    if (!given(key)) return;
+    const auto clock = table_.table(key);
+    field.offset_s = clock.number_or("offset_s", 0.0, {-1e6, 1e6});
+    field.drift = clock.number_or("drift_ppm", 0.0, {-1e5, 1e5}) * 1e-6;
+  }
+  void pose(std::string_view key, Vector3& translation, Vector3& rotation) {
+    if (!given(key)) return;
+    const auto place = table_.table(key);
+    const auto t = place.numbers<3>("translation_m");
+    const auto r = place.numbers<3>("rotation_deg");
+    translation = Vector3(t[0], t[1], t[2]);
+    rotation = Vector3(r[0], r[1], r[2]) * kDeg;
+  }
+
+ private:
+  bool given(std::string_view key) {
+    table_.expect(key);
+    return table_.has(key);
+  }
+  TomlTable root_, table_;
+};
+
+class Writer {
+ public:
+  void section(std::string_view name) { out_ += (out_.empty() ? "[" : "\n[") + std::string(name) + "]\n"; }
+  void number(std::string_view key, double field, double unit, NumberRange) { line(key, text(field, unit)); }
+  void integer(std::string_view key, int field, NumberRange) { line(key, std::to_string(field)); }
+  template <std::size_t N>
+  void numbers(std::string_view key, const std::array<double, N>& field, double unit, NumberRange) {
+    line(key, list(field, unit));
+  }
+  void integers(std::string_view key, const std::array<int, 2>& field, NumberRange) {
+    line(key, fmt::format("[{}, {}]", field[0], field[1]));
+  }
+  void vector(std::string_view key, const Vector3& field, double unit) { line(key, list(field, unit)); }
+  template <typename Rows>
+  void rows(std::string_view key, const Rows& field, double unit) {
+    std::string all;
+    for (const auto& row : field) all += (all.empty() ? "" : ", ") + list(row, unit);
+    line(key, "[" + all + "]");
+  }
+  void ranges(std::string_view key, const std::array<Range, 3>& field, double unit, NumberRange) {
+    rows(key, field, unit);
+  }
+  void choice(std::string_view key, const std::string& field, const std::vector<std::string>&) {
+    line(key, toml_quoted(field));
+  }
+  void text(std::string_view key, const std::string& field) { line(key, toml_quoted(field)); }
+  void clock(std::string_view key, const ClockSettings& field) {
+    line(key, fmt::format("{{ offset_s = {}, drift_ppm = {} }}", text(field.offset_s, 1.0),
+                          text(field.drift, 1e-6)));
+  }
+  void pose(std::string_view key, const Vector3& translation, const Vector3& rotation) {
+    line(key, fmt::format("{{ translation_m = {}, rotation_deg = {} }}", list(translation, 1.0),
+                          list(rotation, kDeg)));
+  }
+  const std::string& content() const { return out_; }
+
+ private:
+  // The shortest decimal that reads back to this field, so that 0.165 mm is not written as
+  // 0.16500000000000001.
+  static std::string text(double field, double unit) {
+    for (int digits = 1; digits <= 17; ++digits) {
+      const std::string short_text = fmt::format("{:.{}g}", field / unit, digits);
+      // Not std::stod, which throws at numbers too small for all their digits.
+      const double value = std::strtod(short_text.c_str(), nullptr);
+      if (value * unit == field) return toml_number(value);
+    }
+    return toml_number(field / unit);
+  }
+  template <typename List>
+  static std::string list(const List& values, double unit) {
+    std::string all;
+    for (const double value : values) all += (all.empty() ? "" : ", ") + text(value, unit);
+    return "[" + all + "]";
+  }
+  void line(std::string_view key, const std::string& value) { out_ += fmt::format("{} = {}\n", key, value); }
+  std::string out_;
+};
+
+bool is_rectangle_like(const Corners& c) {
+  return (c[1] - c[0]).cross(c[3] - c[0]).norm() > 1e-6 && (c[2] - c[1]).norm() > 1e-3 &&
+         (c[3] - c[2]).norm() > 1e-3;
+}
+
+double spread(const std::vector<Vector3>& leds) {  // area of the largest triangle, m^2
+  double area = 0.0;
+  for (std::size_t i = 0; i < leds.size(); ++i)
+    for (std::size_t j = i + 1; j < leds.size(); ++j)
+      for (std::size_t k = j + 1; k < leds.size(); ++k)
+        area = std::max(area, 0.5 * (leds[j] - leds[i]).cross(leds[k] - leds[i]).norm());
+  return area;
+}
+
+// What no single number shows: things that cannot be built.
+void check_whole(Reader& reader, const WorldFile& w) {
+  const auto leds = [&](const char* section, const std::vector<Vector3>& body) {
+    if (body.size() < 3 || spread(body) < 1e-6)
+      reader.section_table(section).complain("leds_mm",
+                                             "a body needs three or more LEDs that are not in one line");
+  };
+  leds("tip_marker", w.tip_marker.leds);
+  leds("camera_marker", w.camera_marker.leds);
+  leds("pointer", w.pointer.leds);
+  for (const auto& camera : w.tracker.cameras)
+    if ((w.tracker.look_at - camera).norm() < 1e-3)
+      reader.section_table("tracker").complain("look_at_m",
+                                               "the cameras must stand away from the point they look at");
+  if ((w.tracker.cameras[2] - w.tracker.cameras[0]).cross(w.tracker.look_at - w.tracker.cameras[0]).norm() <
+      1e-3)
+    reader.section_table("tracker").complain("camera_positions_m",
+                                             "the outer cameras need a base line across the view");
+  if (!is_rectangle_like(w.scene.table))
+    reader.section_table("scene").complain("table_corners_m",
+                                           "four corners of a rectangle, in order, are expected");
+  if (!is_rectangle_like(w.scene.wall))
+    reader.section_table("scene").complain("wall_corners_m",
+                                           "four corners of a rectangle, in order, are expected");
+  constexpr double kLightestBat = 0.02;  // kg; the lightest stylus alone weighs more
+  if (w.scene.bat_mass > 0.0 && w.scene.bat_mass < kLightestBat)
+    reader.section_table("scene").complain(
+        "bat_mass_kg", fmt::format("is {}; 0 (held fast), or {} to 10 for bat, stylus and what of the hand "
+                                   "gives way, is expected",
+                                   w.scene.bat_mass, kLightestBat));
+  if (w.scene.bat_mass > 0.0 && w.ball.mass >= w.scene.bat_mass)
+    reader.section_table("ball").complain(
+        "mass_kg", fmt::format("is {}, the bat's {}; a ball lighter than the bat is expected", w.ball.mass,
+                               w.scene.bat_mass));
+  if ((w.head.look_at - w.head.eye).norm() < 1e-3)
+    reader.section_table("head").complain("look_at_m", "must lie away from eye_m");
+  if (w.hand.pull[0] > w.hand.pull[1])
+    reader.section_table("hand").complain("pull_n", "[low, high] with low <= high");
+  if (w.ball.serve_speed[0] > w.ball.serve_speed[1])
+    reader.section_table("ball").complain("serve_speed_m_s", "[low, high] with low <= high");
+  for (const auto& [key, span] : {std::pair{"camera_silent_s", &w.faults.camera_silent},
+                                  {"image_size_s", &w.faults.image_size},
+                                  {"camera_clock_s", &w.faults.camera_clock},
+                                  {"tracker_silent_s", &w.faults.tracker_silent},
+                                  {"tracker_blind_s", &w.faults.tracker_blind},
+                                  {"tracker_clock_s", &w.faults.tracker_clock}}) {
+    if ((*span)[0] > (*span)[1])
+      reader.section_table("faults").complain(key, "[from, until] with from <= until");
+    if (w.faults.repeat_s > 0.0 && (*span)[1] > w.faults.repeat_s)
+      reader.section_table("faults").complain(
+          key, fmt::format("ends at {} s, after it is to begin anew; until repeat_s = {} at most is expected",
+                           (*span)[1], w.faults.repeat_s));
+  }
+  if (w.touch.static_friction < w.touch.friction)
+    reader.section_table("touch").complain("static_friction", "at least friction is expected");
+  if (w.camera.exposure_s * w.camera.rate_hz > 1.0)
+    reader.section_table("camera").complain(
+        "exposure_ms",
+        "is longer than the time between two pictures (1 / rate_hz); at most that is expected");
+  if (w.camera.blur_steps % 2 == 0)
+    reader.section_table("camera").complain("blur_steps", "must be odd, so that one of them is mid-exposure");
+  if (w.scene.landmarks_moved > w.scene.landmarks)
+    reader.section_table("scene").complain("landmarks_moved", "is more than there are landmarks");
+  if (w.camera.shutter == "rolling" && w.camera.readout_s <= 0.0)
+    reader.section_table("camera").complain("shutter", "a rolling shutter needs readout_ms > 0");
+}
+
+Expected<WorldFile> parse_over(WorldFile world, std::string_view content, const std::string& source) {
+  const auto root = parse_toml(content, source);
+  if (!root) return tl::unexpected(root.error());
+  if (auto fine = rig::is_no_rig_file(*root, source); !fine) return tl::unexpected(fine.error());
+  Reader reader(*root);
+  visit_devices(reader, world);
+  visit_person_and_scene(reader, world);
+  if (const auto done = root->finish(); !done) return tl::unexpected(done.error());
+  check_whole(reader, world);
+  if (const auto done = root->finish(); !done) return tl::unexpected(done.error());
+  return world;
+}
+
+}  // namespace
+
+std::string_view reference_world_text() { return kReferenceWorldText; }
+
+const WorldFile& reference_world() {
+  static const WorldFile world = [] {
+    auto parsed = parse_over(WorldFile{}, kReferenceWorldText, "reference.toml");
+    if (!parsed) throw std::logic_error("the compiled-in reference world: " + parsed.error().message);
+    return *parsed;
+  }();
+  return world;
+}
+
+Expected<WorldFile> parse_world(std::string_view content, const std::string& source) {
+  return parse_over(reference_world(), content, source);
+}
+
+Expected<WorldFile> read_world(const std::filesystem::path& path) {
+  const auto content = read_file(path);
+  if (!content) return tl::unexpected(content.error());
+  auto world = parse_world(*content, path.string());
+  // A mesh is named as seen from the world file.
+  if (world && !world->touch.mesh.empty() && std::filesystem::path(world->touch.mesh).is_relative())
+    world->touch.mesh =
+        std::filesystem::absolute(path.parent_path() / world->touch.mesh).lexically_normal().string();
+  return world;
+}
+
+std::string world_text(const WorldFile& world) {
+  Writer writer;
+  visit_devices(writer, world);
+  visit_person_and_scene(writer, world);
+  return writer.content();
+}
+
+}  // namespace palpate::sim::config

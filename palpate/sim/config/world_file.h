@@ -1,0 +1,168 @@
+// The world file: everything a simulated laboratory is made of, as numbers a person may change.
+//
+// The form is that of data/worlds/reference.toml; what a file leaves out has the reference's value. In the
+// file millimetres, degrees and milliseconds (named in the keys), here SI and radians. Quantities called sd
+// are drawn per seed, see truth.h. Values, copied freely. Errors: wrong use with file and line.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "palpate/core/expected.h"
+#include "palpate/math/so3.h"
+
+namespace palpate::sim::config {
+
+struct ClockSettings {  // device time = host time (1 + drift) + offset
+  double offset_s = 0.0;
+  double drift = 0.0;
+};
+
+using Range = std::array<double, 2>;
+using Corners = std::array<Vector3, 4>;  // in touching order
+
+struct WorldFile {
+  Vector3 gravity = Vector3::Zero();
+  double rate_hz = 0.0;
+
+  struct {
+    ClockSettings arm, tracker, camera, graphics_host;
+  } clocks;
+
+  struct {
+    std::array<Vector3, 3> cameras{};
+    Vector3 look_at = Vector3::Zero();
+    double optimal_distance = 0.0, rate_hz = 0.0, latency_s = 0.0;
+    double white_rms = 0.0, bias_rms = 0.0, bias_correlation = 0.0;
+    double dropout = 0.0;
+    double max_led_angle = 0.0;
+  } tracker;
+
+  struct {
+    std::vector<Vector3> leds;
+    Vector3 tip = Vector3::Zero();
+    double mount_sd = 0.0;
+  } tip_marker;
+
+  struct {
+    std::vector<Vector3> leds;
+    Vector3 camera_translation = Vector3::Zero(), camera_rotation = Vector3::Zero();  // angles about x, y, z
+    double mount_sd = 0.0, mount_sd_rad = 0.0;
+  } camera_marker;
+
+  struct {
+    std::vector<Vector3> leds;
+    Vector3 tip = Vector3::Zero();
+    double touch_sd = 0.0;
+  } pointer;
+
+  struct {
+    std::string model;
+    std::array<double, 2> lengths{};
+    double length_sd = 0.0, gain_sd = 0.0, offset_sd = 0.0, gimbal_gain_sd = 0.0, gimbal_offset_sd = 0.0;
+    double hysteresis = 0.0, encoder_quantum = 0.0, gimbal_quantum = 0.0;
+    std::array<Range, 3> joint_range{};
+    Vector3 workspace = Vector3::Zero();
+    Vector3 translation = Vector3::Zero(),
+            rotation = Vector3::Zero();  // ArmBase in World, angles about x, y, z
+    double max_force = 0.0, continuous_force = 0.0, friction = 0.0, apparent_mass = 0.0, max_stiffness = 0.0;
+    double max_speed = 0.0;
+    int force_dof = 3;
+  } arm;
+
+  struct {
+    double mass = 0.0, damping = 0.0, stiffness = 0.0;
+    Range pull{};  // N
+    double fixation_stiffness = 0.0;
+  } hand;
+
+  struct {
+    std::array<int, 2> size{};
+    double fx = 0.0, fy = 0.0, cx = 0.0, cy = 0.0;
+    std::array<double, 5> distortion{};
+    double rate_hz = 0.0, exposure_s = 0.0, latency_s = 0.0;
+    std::string shutter;
+    double readout_s = 0.0;  // first to last row; rolling shutter only
+    int blur_steps = 1;      // moments of the exposure a picture is averaged from; 1: sharp, and cheap
+    double noise_sd = 0.0, drop = 0.0;
+    // A second camera to the right of the first on the same head, which takes its images at the same moments:
+    // size, rate, shutter and noise are the first one's, the lens its own.
+    int count = 1;
+    double stereo_baseline = 0.0;
+    double right_fx = 558.0, right_fy = 559.0, right_cx = 322.0, right_cy = 239.0;
+    std::array<double, 5> right_distortion{-0.26, 0.08, -0.0007, 0.0009, 0.0};
+  } camera;
+
+  struct {
+    Vector3 eye = Vector3::Zero(), look_at = Vector3::Zero();
+    double turn_peak = 0.0, turn_hz = 0.0, shake = 0.0, shake_hz = 0.0;  // rad/s, Hz, rad, Hz
+  } head;
+
+  struct {
+    Corners table{}, wall{};
+    int landmarks = 0;
+    // Once play begins: share of the landmarks that is covered, other ones every second; how many have been
+    // moved since they were calibrated, and by how much.
+    double landmarks_covered = 0.0;
+    int landmarks_moved = 0;
+    double landmarks_moved_by = 0.0;
+    double bat_radius = 0.0;
+    double bat_mass = 0.0;  // that an impact has to move, with stylus and hand, kg; 0: held fast
+    Vector3 bat_offset = Vector3::Zero();
+  } scene;
+
+  // What pictures show, and delays on purpose, for experiments.
+  struct {
+    std::string picture_time = "registered";  // or "predicted"
+    double scan_out_s = 0.0, extra_picture_delay_s = 0.0, extra_force_delay_s = 0.0;
+  } display;
+
+  struct {
+    double mass = 0.0, radius = 0.0, restitution_table = 0.0, restitution_bat = 0.0, contact_s = 0.0;
+    Range serve_speed{};
+    std::string physics = "full";        // or "paper": gravity alone, nothing rubs
+    std::string contact = "non-sticky";  // or "paper", "hunt-crossley": the bat's spring
+  } ball;
+
+  // What `touch` lets one explore; the reference does not name it.
+  struct {
+    std::string mesh;         // STL, OBJ or PLY file; empty: the organ that is built in
+    std::string unit = "mm";  // of its lengths: or "m"
+    double scale = 1.0;
+    Vector3 turn = Vector3::Zero();   // angles about x, y, z
+    Vector3 shift{0.08, 0.06, 0.04};  // on the table: to the right, up on a plinth, towards the user
+    double stiffness = 600.0, damping = 2.0, static_friction = 0.4, friction = 0.3;
+  } touch;
+
+  // Devices that fail on purpose (palpate/sim/device_faults.h), which the reference does not name: spans in
+  // s since play began, an empty one is never; again every repeat_s where that is not 0.
+  struct {
+    Range camera_silent{}, image_size{}, camera_clock{}, tracker_silent{}, tracker_blind{}, tracker_clock{};
+    double clock_jump_s = 3.0, repeat_s = 0.0;
+  } faults;
+
+  struct {
+    double reaction_s = 0.0, aim_sd = 0.0, max_hand_acceleration = 0.0;
+  } player;
+};
+
+// First to last row of the camera's shutter: 0 where it is a global one.
+inline double readout_s(const WorldFile& world) {
+  return world.camera.shutter == "rolling" ? world.camera.readout_s : 0.0;
+}
+
+// The reference world, compiled in: as a file with its comments, and as values.
+std::string_view reference_world_text();
+const WorldFile& reference_world();
+
+Expected<WorldFile> parse_world(std::string_view content, const std::string& source);
+Expected<WorldFile> read_world(const std::filesystem::path& path);
+
+// The world as a file (no comments); read back it gives the same world.
+std::string world_text(const WorldFile& world);
+
+}  // namespace palpate::sim::config

@@ -1,0 +1,50 @@
+// A rig whose calibrations are the truth: for tests of what comes after calibration.
+#pragma once
+
+#include "palpate/rig/rig.h"
+#include "palpate/sim/simulator.h"
+
+namespace palpate::sim {
+
+inline rig::SurfaceCalibration true_surface(const std::string& name, const config::Corners& corners) {
+  rig::SurfaceCalibration surface;
+  surface.name = name;
+  const Vector3 x = corners[1] - corners[0], y = corners[3] - corners[0];
+  Matrix3 R;
+  R << x.normalized(), y.normalized(), x.cross(y).normalized();
+  surface.X_world_rectangle = {Quaternion(R), corners[0]};
+  surface.width = x.norm();
+  surface.height = y.norm();
+  return surface;
+}
+
+inline rig::Rig truth_rig(const Simulator& world) {
+  const auto& truth = world.truth();
+  rig::Rig rig;
+  rig.arm.emplace();
+  rig.arm->lengths = truth.lengths;
+  rig.arm->correction = truth.joints;
+  rig.arm->X_world_base = truth.X_world_base;
+  rig.arm->tip_in_marker = truth.tip_in_marker;
+  rig.arm->gimbal_gain = truth.gimbal.gain;
+  rig.arm->gimbal_offset = truth.gimbal.offset;
+  rig.camera.emplace();
+  rig.camera->model = truth.lens;
+  rig.hand_eye.emplace();
+  rig.hand_eye->X_marker_camera = truth.X_marker_camera;
+  if (world.file().camera.count > 1) {
+    rig.right_camera.emplace();
+    rig.right_camera->model = truth.right_lens;
+    rig.right_hand_eye.emplace();
+    rig.right_hand_eye->X_marker_camera = truth.X_marker_right_camera;
+  }
+  rig.delays.emplace();
+  rig.delays->tracker_after_arm_s = world.file().tracker.latency_s;
+  rig.delays->camera_after_tracker_s = world.file().camera.latency_s - world.file().tracker.latency_s;
+  rig.surfaces = {true_surface("table", truth.table), true_surface("wall", truth.wall)};
+  for (const auto& dot : truth.landmarks)
+    rig.landmarks.push_back({{dot.centre}, Matrix3::Identity() * 1e-8, dot.normal, dot.diameter});
+  return rig;
+}
+
+}  // namespace palpate::sim

@@ -1,0 +1,249 @@
+#include "palpate/sim/world_process.h"
+
+#include <algorithm>
+#include <array>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "drivers/laboratory/channel.h"
+#include "palpate/sim/device_faults.h"
+#include "palpate/sim/exposure_log.h"
+#include "palpate/sim/simulated_display.h"
+
+namespace palpate::sim {
+namespace {
+
+constexpr Duration kTick = std::chrono::milliseconds(1);
+
+// Draws the newest shot in a thread of its own, while it is on its way, and publishes it at its arrival, as
+// the camera's calibrated delay has it; where drawing takes longer, it comes when it is done. A shot that
+// finds the thread busy replaces the one that waits. `start`: when the world's time was 0.
+class CameraRenderThread {
+ public:
+  CameraRenderThread(drivers::laboratory::LabServer& server, const config::WorldFile& world,
+                     std::function<RenderView()> make_renderer, Instant<TrueTime> start,
+                     ExposureLog* exposures)
+      : server_(server),
+        make_renderer_(std::move(make_renderer)),
+        start_(start),
+        latency_(seconds(world.camera.latency_s)),
+        exposed_(seconds(0.5 * (world.camera.exposure_s + world.camera.readout_s)) + kTick),
+        display_(world),
+        faults_(world),
+        exposures_(exposures),
+        thread_([this] { run(); }) {}
+  ~CameraRenderThread() {
+    {
+      const std::lock_guard lock(mutex_);
+      done_ = true;
+    }
+    wake_.notify_one();
+    thread_.join();
+  }
+  // What the cameras took together; one of them may have lost its frame.
+  struct Shots {
+    std::optional<CameraShot> left, right;
+  };
+  void draw(Shots shots) {
+    {
+      const std::lock_guard lock(mutex_);
+      next_ = std::move(shots);
+    }
+    wake_.notify_one();
+  }
+  std::uint64_t images() const { return images_; }
+  // Why drawing ended early, empty while all is well.
+  std::string fault() const {
+    const std::lock_guard lock(mutex_);
+    return fault_;
+  }
+
+ private:
+  void run() {
+    try {
+      const auto render = make_renderer_();
+      while (true) {
+        Shots shots;
+        {
+          std::unique_lock lock(mutex_);
+          wake_.wait(lock, [this] { return done_ || next_.has_value(); });
+          if (done_) return;
+          shots = std::move(*next_);
+          next_.reset();
+        }
+        std::array<device::CameraImage, 2> images;
+        for (const auto& [shot, image] :
+             {std::pair{&shots.left, &images[0]}, std::pair{&shots.right, &images[1]}})
+          if (*shot) *image = draw_shot(**shot, render);
+        const auto& either = shots.left ? *shots.left : *shots.right;
+        const auto taken = either.arrival - latency_;
+        // What the display shows until the exposure's end has to be known.
+        arriving_.sleep_until(std::min(monotonic(taken + exposed_), monotonic(either.arrival)));
+        for (const auto& timecode : server_.take_timecodes())
+          display_.show(Instant<TrueTime>{Duration(timecode.sent_ns) - start_.since_epoch}, timecode.code);
+        const auto middle = [](const CameraShot& shot) -> const TrueView& {
+          return shot.views[shot.views.size() / 2];
+        };
+        for (const auto& [shot, image] :
+             {std::pair{&shots.left, &images[0]}, std::pair{&shots.right, &images[1]}})
+          if (*shot) display_.paint(*image, middle(**shot), taken);
+        arriving_.sleep_until(monotonic(either.arrival));
+        const auto handed = arriving_.now();
+        const double since = to_seconds(handed - start_);
+        // A camera's images would have come in time, however long drawing has taken here.
+        for (auto& image : images) image.waited = handed - monotonic(either.arrival);
+        // The right one first: who has the left one then need not wait.
+        if (shots.right) publish(std::move(images[1]), 1, since);
+        if (!shots.left) continue;
+        if (!publish(std::move(images[0]), 0, since)) continue;
+        if (exposures_ != nullptr)
+          exposures_->add(shots.left->frame, monotonic(taken).ns(), middle(*shots.left));
+        ++images_;
+      }
+    } catch (const std::exception& error) {
+      const std::lock_guard lock(mutex_);
+      fault_ = error.what();
+    }
+  }
+
+  // False where it does not come, by a fault or for another reason.
+  bool publish(device::CameraImage image, int camera, double since) {
+    std::optional<device::CameraImage> shown = std::move(image);
+    faults_.disturb(since, shown);
+    return shown && server_.publish_image(*shown, camera);
+  }
+
+  Instant<TrueTime> monotonic(Instant<TrueTime> t) const { return start_ + t.since_epoch; }
+
+  drivers::laboratory::LabServer& server_;
+  std::function<RenderView()> make_renderer_;
+  Instant<TrueTime> start_;
+  Duration latency_, exposed_;
+  SimulatedDisplay display_;
+  DeviceFaults faults_;
+  ExposureLog* exposures_;
+  MonotonicClock<TrueTime> arriving_;
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  std::optional<Shots> next_;
+  bool done_ = false;
+  std::string fault_;
+  std::atomic<std::uint64_t> images_{0};
+  std::thread thread_;
+};
+
+// Says which faults begin and end.
+class FaultTeller {
+ public:
+  explicit FaultTeller(const std::function<void(const std::string&)>& say) : say_(say) {}
+  void look(std::vector<const char*> holding) {
+    if (holding == told_) return;
+    const auto among = [](const std::vector<const char*>& list, const char* name) {
+      return std::find(list.begin(), list.end(), name) != list.end();
+    };
+    for (const auto* name : holding)
+      if (say_ && !among(told_, name)) say_(fmt::format("world: fault {} begins", name));
+    for (const auto* name : told_)
+      if (say_ && !among(holding, name)) say_(fmt::format("world: fault {} is over", name));
+    told_ = std::move(holding);
+  }
+
+ private:
+  const std::function<void(const std::string&)>& say_;
+  std::vector<const char*> told_;  // literals: the same name has the same address
+};
+
+}  // namespace
+
+Expected<WorldProcessReport> run_world(const config::WorldFile& file, const WorldProcessOptions& options,
+                                       const std::atomic<bool>& stop) {
+  drivers::laboratory::LabSettings settings;
+  settings.width = file.camera.size[0];
+  settings.height = file.camera.size[1];
+  settings.cameras = file.camera.count;
+  settings.folder = options.folder;
+  auto opened = drivers::laboratory::LabServer::open(options.name, settings);
+  if (!opened) return tl::unexpected(opened.error());
+  drivers::laboratory::LabServer& server = **opened;
+  Simulator world(file, options.seed);
+  world.begin_play();
+  WorldProcessReport report;
+  const MonotonicClock<TrueTime> clock(0.0, 0.0);
+  const auto start = clock.now();
+  std::optional<ExposureLog> exposures;
+  if (!options.exposures.empty()) {
+    auto begun = ExposureLog::begin(options.exposures);
+    if (!begun) return tl::unexpected(begun.error());
+    exposures.emplace(std::move(*begun));
+  }
+  std::optional<CameraRenderThread> render_thread;
+  if (options.make_renderer)
+    render_thread.emplace(server, file, options.make_renderer, start, exposures ? &*exposures : nullptr);
+  const auto end =
+      options.seconds > 0.0 ? start + seconds(options.seconds) : Instant<TrueTime>{Duration::max()};
+  auto tick = start;
+  std::uint64_t last_force = 0;
+  bool arm_lost = false;
+  const DeviceFaults faults(file);
+  FaultTeller fault_teller(options.notice);
+  MonotonicClock<TrueTime> waiting;
+  while (!stop.load(std::memory_order_relaxed) && tick < end) {
+    tick += kTick;
+    waiting.sleep_until(tick);
+    const auto now = waiting.now();
+    const double late = to_seconds(now - tick);
+    ++report.ticks;
+    if (late > 1e-3) ++report.late_ticks;
+    report.worst_late_s = std::max(report.worst_late_s, late);
+    if (now > tick + std::chrono::milliseconds(100))
+      tick = now;  // after a pause of the machine: go on from here
+
+    if (const auto force = server.take_force()) {
+      if (force->age > device::kLongestHold)  // also where this laboratory stood still itself
+        world.arm().command(Vector3::Zero());
+      else if (force->count != last_force)
+        world.arm().command(force->force);
+      last_force = force->count;
+    }
+    if (const auto target = server.take_hand_target()) world.hand().move_to(*target);
+    world.advance_to(Instant<TrueTime>{} + (now - start));
+    device::ArmSample arm = world.arm().read();
+    arm.waited = waiting.now() - now;
+    server.publish_arm(arm);
+    const double since = to_seconds(now - start);
+    fault_teller.look(faults.holding(since));
+    auto samples = world.tracker().poll();
+    faults.disturb(since, samples);
+    for (const auto& sample : samples) server.publish_tracker(sample);
+    CameraRenderThread::Shots shots{world.take_shot(), world.take_right_shot()};
+    if ((shots.left || shots.right) && render_thread) render_thread->draw(std::move(shots));
+    server.heartbeat();
+    if (report.ticks == 1 && options.notice)
+      options.notice(fmt::format("world: the devices of laboratory '{}' are open", options.name));
+    if (const bool lost = server.peers().arm_lost; lost != arm_lost) {
+      arm_lost = lost;
+      if (lost && options.notice)
+        options.notice(
+            "world: whoever commanded the arm has gone silent; it is without force until another "
+            "`palpate physics` takes it");
+    }
+    // Without pictures there still is an arm to feel with.
+    if (render_thread && report.picture_fault.empty() && report.ticks % 100 == 0) {
+      report.picture_fault = render_thread->fault();
+      if (!report.picture_fault.empty() && options.notice)
+        options.notice(fmt::format(
+            "world: the camera's picture cannot be drawn: {}; arm and tracker go on without pictures",
+            report.picture_fault));
+    }
+  }
+  if (render_thread) report.images = render_thread->images();
+  render_thread.reset();  // it writes the exposures
+  if (exposures)
+    if (auto done = exposures->finish(); !done) return tl::unexpected(done.error());
+  return report;
+}
+
+}  // namespace palpate::sim

@@ -1,0 +1,378 @@
+// Bytes as messages: wire to values, everything checked before it is believed.
+#include <google/protobuf/stubs/logging.h>
+#include <palpate.pb.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "palpate/transport/message_arena.h"
+#include "palpate/transport/messages.h"
+
+namespace palpate::transport {
+
+namespace {
+
+using Doubles = google::protobuf::RepeatedField<double>;
+
+// Instants further from zero than this (146 years) could overflow when subtracted.
+constexpr std::int64_t kMaxTimeNs = std::int64_t{1} << 62;
+constexpr int kMaxLoops = 8, kMaxOctaves = 40, kMaxClientsTold = 64;
+constexpr double kUnitTolerance = 1e-3;  // of a quaternion's norm: a sanity check, not a normalisation
+
+// Reads one message; the first thing found wrong stays as the reason.
+class Check {
+ public:
+  bool good() const { return reason_.empty(); }
+  const std::string& reason() const { return reason_; }
+  void fail(std::string reason) {
+    if (good()) reason_ = std::move(reason);
+  }
+
+  void require(bool condition, const char* field, const char* expectation) {
+    if (!condition) fail(fmt::format("{} must be {}", field, expectation));
+  }
+  template <typename C>
+  Instant<C> time(std::int64_t ns, const char* field) {
+    require(ns > -kMaxTimeNs && ns < kMaxTimeNs, field, "within 146 years of the clock's zero");
+    return good() ? Instant<C>{Duration(ns)} : Instant<C>{};
+  }
+  std::uint64_t number(std::uint64_t value, const char* field) {
+    require(value != 0, field, "1 or more");
+    return value;
+  }
+  double finite(double value, const char* field) {
+    require(std::isfinite(value), field, "a finite number");
+    return value;
+  }
+  double positive(double value, const char* field) {
+    require(std::isfinite(value) && value > 0.0, field, "finite and above 0");
+    return value;
+  }
+  double within(double value, double low, double high, const char* field) {
+    if (!(value >= low && value <= high)) fail(fmt::format("{} must be {:g} to {:g}", field, low, high));
+    return good() ? value : 0.0;
+  }
+  double fraction(double value, const char* field) {
+    require(value >= 0.0 && value <= 1.0, field, "between 0 and 1");
+    return value;
+  }
+  template <std::size_t N>
+  std::array<double, N> numbers(const Doubles& values, const char* field) {
+    std::array<double, N> result{};
+    if (values.size() != static_cast<int>(N)) {
+      fail(fmt::format("{} must be {} numbers, not {}", field, N, values.size()));
+      return result;
+    }
+    for (std::size_t i = 0; i < N; ++i) result[i] = finite(values[static_cast<int>(i)], field);
+    return result;
+  }
+  Vector3 vector(const Doubles& values, const char* field) {
+    const auto v = numbers<3>(values, field);
+    return {v[0], v[1], v[2]};
+  }
+  std::string text(const std::string& value, std::size_t limit, const char* field) {
+    if (value.size() > limit)
+      fail(fmt::format("{} must be at most {} bytes, not {}", field, limit, value.size()));
+    return good() ? value : std::string();
+  }
+  void count(int value, int limit, const char* field) {
+    if (value > limit) fail(fmt::format("{} must be at most {}, not {}", field, limit, value));
+  }
+
+ private:
+  std::string reason_;
+};
+
+scene::BodyState read(Check& check, const wire::BodyState& in) {
+  scene::BodyState body;
+  body.position = check.numbers<3>(in.position_m(), "position_m");
+  body.orientation = check.numbers<4>(in.orientation_wxyz(), "orientation_wxyz");
+  double square = 0.0;
+  for (double q : body.orientation) square += q * q;
+  check.require(std::abs(std::sqrt(square) - 1.0) < kUnitTolerance, "orientation_wxyz", "a unit quaternion");
+  body.velocity = check.numbers<3>(in.velocity_m_per_s(), "velocity_m_per_s");
+  body.angular_velocity = check.numbers<3>(in.angular_velocity_rad_per_s(), "angular_velocity_rad_per_s");
+  body.jumps = in.jumps();
+  body.visible = in.visible() ? 1 : 0;
+  return body;
+}
+
+scene::SceneState read(Check& check, const wire::WorldState& in) {
+  scene::SceneState state;
+  state.time = check.time<PhysicsClock>(in.time_ns(), "time_ns");
+  state.tick = in.tick();
+  check.count(in.bodies_size(), scene::SceneState::kBodies, "bodies");
+  check.count(in.counters_size(), scene::SceneState::kCounters, "counters");
+  if (!check.good()) return state;
+  state.body_count = in.bodies_size();
+  for (int i = 0; i < in.bodies_size(); ++i) {
+    state.bodies[static_cast<std::size_t>(i)] = read(check, in.bodies(i));
+  }
+  for (int i = 0; i < in.counters_size(); ++i) state.counters[static_cast<std::size_t>(i)] = in.counters(i);
+  state.force = check.numbers<3>(in.force_n(), "force_n");
+  state.contact = check.fraction(in.contact_progress(), "contact_progress");
+  state.contact_point = check.numbers<3>(in.contact_point_m(), "contact_point_m");
+  return state;
+}
+
+scene::SceneSurface read(Check& check, const wire::SceneSurface& in) {
+  scene::SceneSurface surface;
+  surface.name = check.text(in.name(), kMaxNameBytes, "surface name");
+  const auto x = check.numbers<12>(in.corners_m(), "corners_m");
+  for (std::size_t i = 0; i < 4; ++i) surface.corners[i] = {x[3 * i], x[3 * i + 1], x[3 * i + 2]};
+  surface.restitution = check.fraction(in.restitution(), "surface restitution");
+  return surface;
+}
+
+scene::SceneDescription read(Check& check, const wire::SceneDescription& in) {
+  scene::SceneDescription scene;
+  scene.application = check.text(in.application(), kMaxNameBytes, "application");
+  check.count(in.surfaces_size(), kMaxSurfaces, "surfaces");
+  if (!check.good()) return scene;
+  for (const wire::SceneSurface& surface : in.surfaces()) scene.surfaces.push_back(read(check, surface));
+  scene.gravity = check.vector(in.gravity_m_per_s2(), "gravity_m_per_s2");
+  scene.ball_radius = check.positive(in.ball_radius_m(), "ball_radius_m");
+  scene.ball_mass = check.positive(in.ball_mass_kg(), "ball_mass_kg");
+  scene.bat_radius = check.positive(in.bat_radius_m(), "bat_radius_m");
+  scene.bat_restitution = check.fraction(in.bat_restitution(), "bat_restitution");
+  scene.bat_offset = check.vector(in.bat_offset_m(), "bat_offset_m");
+  scene.contact_s = check.positive(in.contact_duration_s(), "contact_duration_s");
+  scene.serve_speed = {check.finite(in.serve_speed_min_m_per_s(), "serve_speed_min_m_per_s"),
+                       check.finite(in.serve_speed_max_m_per_s(), "serve_speed_max_m_per_s")};
+  check.require(scene.serve_speed[0] <= scene.serve_speed[1], "serve_speed_min_m_per_s",
+                "at most the maximum");
+  check.require(in.shape_vertices() <= scene::Shape::kMaxVertices, "shape_vertices", "at most 40000");
+  scene.shape_vertices = in.shape_vertices();
+  check.require(in.physics() <= 1, "physics", "0 or 1");
+  check.require(in.contact_model() <= 2, "contact_model", "0, 1 or 2");
+  if (!check.good()) return scene;
+  scene.physics = static_cast<scene::Physics>(in.physics());
+  scene.contact_model = static_cast<scene::ContactModel>(in.contact_model());
+  if (!in.has_touched()) return scene;
+  scene.touched.mesh_file = check.text(in.touched().file(), kMaxReasonBytes, "touched mesh file");
+  scene.touched.mesh_hash = check.text(in.touched().hash(), kMaxNameBytes, "touched mesh hash");
+  scene.touched.metres_per_unit = check.positive(in.touched().metres_per_unit(), "metres_per_unit");
+  scene.touched.turn = check.vector(in.touched().turn_rad(), "turn_rad");
+  scene.touched.shift = check.vector(in.touched().shift_m(), "shift_m");
+  return scene;
+}
+
+Role read_role(Check& check, int role) {
+  check.require(role >= wire::ROLE_OBSERVER && role <= wire::ROLE_OPERATOR, "role", "a known role");
+  return check.good() ? static_cast<Role>(role - 1) : Role::observer;
+}
+
+ClientFigures read(Check& check, const wire::ClientFigures& in) {
+  constexpr double kDayUs = 86400e6, kMaxTimeS = 1e-9 * static_cast<double>(kMaxTimeNs);
+  check.count(in.conditions_size(), kMaxConditions, "conditions");
+  std::vector<std::string> conditions;
+  for (const auto& condition : in.conditions())
+    if (check.good()) conditions.push_back(check.text(condition, kMaxConditionBytes, "condition"));
+  return {
+      .frames = in.frames(),
+      .late = in.late(),
+      .lost = in.lost(),
+      .rate_hz = check.within(in.rate_hz(), 0.0, 1e5, "rate_hz"),
+      .round_trip_median_us = check.within(in.round_trip_median_us(), 0.0, kDayUs, "round_trip_median_us"),
+      .round_trip_p99_us = check.within(in.round_trip_p99_us(), 0.0, kDayUs, "round_trip_p99_us"),
+      .clock_offset_s = check.within(in.clock_offset_s(), -kMaxTimeS, kMaxTimeS, "clock_offset_s"),
+      .clock_uncertainty_us =
+          check.within(in.clock_uncertainty_us(), 0.0, 1e6 * kMaxTimeS, "clock_uncertainty_us"),
+      .conditions = std::move(conditions)};
+}
+
+LoopStatus read(Check& check, const wire::LoopStatus& in) {
+  check.count(in.late_octaves_size(), kMaxOctaves, "late_octaves");
+  LoopStatus loop{.name = check.text(in.name(), kMaxNameBytes, "loop name"),
+                  .rate_hz = check.finite(in.rate_hz(), "rate_hz"),
+                  .ticks = in.ticks(),
+                  .overruns = in.overruns(),
+                  .missed = in.missed(),
+                  .late_p50_us = check.finite(in.late_p50_us(), "late_p50_us"),
+                  .late_p99_us = check.finite(in.late_p99_us(), "late_p99_us"),
+                  .late_max_us = check.finite(in.late_max_us(), "late_max_us"),
+                  .busy_p99_us = check.finite(in.busy_p99_us(), "busy_p99_us"),
+                  .late_octaves = {},
+                  .condition = check.text(in.condition(), kMaxNameBytes, "loop condition")};
+  if (check.good()) loop.late_octaves.assign(in.late_octaves().begin(), in.late_octaves().end());
+  return loop;
+}
+
+StatusReply read(Check& check, const wire::StatusReply& in) {
+  StatusReply reply;
+  reply.number = check.number(in.number(), "number");
+  ServerStatus& status = reply.status;
+  status.uptime_s = check.finite(in.uptime_s(), "uptime_s");
+  status.application = check.text(in.application(), kMaxNameBytes, "application");
+  check.count(in.loops_size(), kMaxLoops, "loops");
+  check.count(in.clients_size(), kMaxClientsTold, "clients");
+  if (!check.good()) return reply;
+  for (const auto& loop : in.loops()) status.loops.push_back(read(check, loop));
+  for (const auto& client : in.clients())
+    status.clients.push_back({check.text(client.name(), kMaxNameBytes, "client name"),
+                              read_role(check, client.role()), read(check, client.figures())});
+  status.requests = in.requests();
+  status.syncs = in.syncs();
+  status.controls = in.controls();
+  status.rejected = in.rejected();
+  status.rejected_connections = in.turned_away();
+  status.unsent = in.unsent();
+  status.published = in.published();
+  return reply;
+}
+
+ClientMessage read(Check& check, const wire::ToPhysics& in) {
+  switch (in.body_case()) {
+    case wire::ToPhysics::kHello: {
+      Hello hello{check.number(in.hello().client(), "client"), in.hello().known_session(),
+                  check.text(in.hello().name(), kMaxNameBytes, "name"), std::nullopt};
+      if (in.hello().has_figures()) hello.figures = read(check, in.hello().figures());
+      return hello;
+    }
+    case wire::ToPhysics::kStatusRequest:
+      return StatusRequest{check.number(in.status_request().number(), "number")};
+    case wire::ToPhysics::kStateRequest:
+      return StateRequest{check.number(in.state_request().number(), "number"),
+                          check.time<PhysicsClock>(in.state_request().time_ns(), "time_ns"),
+                          in.state_request().shape()};
+    case wire::ToPhysics::kSyncRequest:
+      return SyncRequest{check.number(in.sync_request().number(), "number")};
+    case wire::ToPhysics::kControlCall: {
+      const auto& call = in.control_call();
+      check.require(call.control() >= wire::CONTROL_NONE && call.control() <= wire::CONTROL_RESUME, "control",
+                    "a known control");
+      return ControlCall{check.number(call.client(), "client"), check.number(call.number(), "number"),
+                         check.good() ? static_cast<scene::Control>(call.control()) : scene::Control::none};
+    }
+    case wire::ToPhysics::kSubscribe: {
+      const std::uint32_t rate_hz = in.subscribe().rate_hz();
+      if (rate_hz < 1 || rate_hz > kMaxSubscriptionRate_hz)
+        check.fail(fmt::format("rate_hz must be 1 to {}, not {}", kMaxSubscriptionRate_hz, rate_hz));
+      return Subscribe{check.good() ? static_cast<int>(rate_hz) : 0};
+    }
+    case wire::ToPhysics::BODY_NOT_SET:
+      break;
+  }
+  check.fail("the message is of no known kind; use the same release of palpate on both");
+  return Hello{};
+}
+
+// Zero times a number is zero, unless it is infinite or none; in lanes, so that the compiler takes many at
+// once.
+bool all_finite(const std::vector<float>& values) {
+  std::array<float, 8> sums{};
+  std::size_t i = 0;
+  for (; i + 8 <= values.size(); i += 8)
+    for (std::size_t lane = 0; lane < 8; ++lane) sums[lane] += 0.0F * values[i + lane];
+  for (; i < values.size(); ++i) sums[0] += 0.0F * values[i];
+  return std::all_of(sums.begin(), sums.end(), [](float sum) { return sum == 0.0F; });
+}
+
+std::shared_ptr<const scene::Shape> read(Check& check, const wire::ShapeNote& note,
+                                         std::span<const std::string_view> pieces) {
+  std::size_t bytes = 0;
+  for (const std::string_view piece : pieces) bytes += piece.size();
+  auto shape = std::make_shared<scene::Shape>();
+  shape->time = check.time<PhysicsClock>(note.time_ns(), "shape time_ns");
+  check.require(note.vertices() >= 1 && note.vertices() <= scene::Shape::kMaxVertices, "vertices",
+                "1 to 40000");
+  check.require(bytes == std::size_t{note.vertices()} * scene::Shape::kFloatsPerVertex * sizeof(float),
+                "the frames of a shape", "24 bytes for each vertex");
+  if (!check.good()) return nullptr;
+  shape->values.resize(bytes / sizeof(float));
+  char* to = reinterpret_cast<char*>(shape->values.data());
+  for (const std::string_view piece : pieces) to = std::copy(piece.begin(), piece.end(), to);
+  check.require(all_finite(shape->values), "each number of a shape", "finite");
+  return shape;
+}
+
+StateReply read(Check& check, const wire::StateReply& in) {
+  StateReply reply;
+  reply.number = check.number(in.number(), "number");
+  reply.asked = check.time<PhysicsClock>(in.asked_time_ns(), "asked_time_ns");
+  check.require(in.kind() >= wire::ANSWER_EXACT && in.kind() <= wire::ANSWER_TOO_NEW, "kind",
+                "a known answer kind");
+  reply.answer.extrapolated_by =
+      check.time<PhysicsClock>(in.extrapolated_ns(), "extrapolated_ns").since_epoch;
+  if (check.good()) reply.answer.kind = static_cast<AnswerKind>(in.kind());
+  reply.answer.state = read(check, in.state());
+  return reply;
+}
+
+ServerMessage read(Check& check, const wire::ToGraphics& in) {
+  switch (in.body_case()) {
+    case wire::ToGraphics::kWelcome: {
+      Welcome welcome{check.number(in.welcome().session(), "session"), std::nullopt,
+                      read_role(check, in.welcome().role()),
+                      check.text(in.welcome().states(), kMaxReasonBytes, "states")};
+      if (in.welcome().has_scene()) welcome.scene = read(check, in.welcome().scene());
+      return welcome;
+    }
+    case wire::ToGraphics::kStateReply:
+      return read(check, in.state_reply());
+    case wire::ToGraphics::kSyncReply: {
+      const auto& sync = in.sync_reply();
+      check.require(sync.sent_ns() >= sync.received_ns(), "sent_ns", "not before received_ns");
+      return SyncReply{check.number(sync.number(), "number"),
+                       check.time<PhysicsClock>(sync.received_ns(), "received_ns"),
+                       check.time<PhysicsClock>(sync.sent_ns(), "sent_ns")};
+    }
+    case wire::ToGraphics::kControlReply:
+      return ControlReply{check.number(in.control_reply().number(), "number"),
+                          check.text(in.control_reply().refusal(), kMaxReasonBytes, "refusal")};
+    case wire::ToGraphics::kStatusReply:
+      return read(check, in.status_reply());
+    case wire::ToGraphics::kRefusal:
+      return Refusal{check.text(in.refusal().reason(), kMaxReasonBytes, "reason")};
+    case wire::ToGraphics::BODY_NOT_SET:
+      break;
+  }
+  check.fail("the message is of no known kind");
+  return ControlReply{};
+}
+
+// `more` reads what does not stand in the message itself.
+template <typename Wire, typename Message, typename More>
+Expected<Message> decode_as(std::string_view bytes, More&& more) {
+  if (bytes.size() > kMaxMessageBytes) {
+    return refused("message refused: {} bytes, at most {} are allowed", bytes.size(), kMaxMessageBytes);
+  }
+  // protobuf writes about bad text on standard error: no peer is to fill that.
+  static const bool silent = (google::protobuf::SetLogHandler(nullptr), true);
+  static_cast<void>(silent);
+  MessageArena arena;
+  Wire& in = arena.make<Wire>();
+  if (!in.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+    return refused("message refused: {} bytes that are no message of palpate.proto, which is expected",
+                   bytes.size());
+  }
+  if (in.protocol() != kProtocol) {
+    return refused(
+        "message refused: protocol {}, this side speaks {}; use the same release of palpate on both",
+        in.protocol(), kProtocol);
+  }
+  Check check;
+  Message message = read(check, in);
+  if (check.good()) more(check, in, message);
+  if (!check.good()) return refused("message refused: {}", check.reason());
+  return message;
+}
+
+}  // namespace
+
+Expected<ClientMessage> decode_client_message(std::string_view bytes) {
+  return decode_as<wire::ToPhysics, ClientMessage>(bytes, [](auto&...) {});
+}
+
+Expected<ServerMessage> decode_server_message(std::string_view bytes,
+                                              std::span<const std::string_view> shape) {
+  return decode_as<wire::ToGraphics, ServerMessage>(
+      bytes, [&](Check& check, const wire::ToGraphics& in, ServerMessage& message) {
+        const bool announced = in.has_state_reply() && in.state_reply().has_shape();
+        check.require(announced == !shape.empty(), "further frames", "there just where a shape is announced");
+        if (announced && check.good())
+          std::get<StateReply>(message).shape = read(check, in.state_reply().shape(), shape);
+      });
+}
+
+}  // namespace palpate::transport

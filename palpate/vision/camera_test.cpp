@@ -1,0 +1,248 @@
+#include "palpate/vision/camera.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <opencv2/calib3d.hpp>
+
+#include "palpate/core/units.h"
+#include "palpate/vision/synthetic_board.h"
+
+namespace palpate::vision {
+namespace {
+
+device::CameraModel reference_lens() {
+  device::CameraModel camera;
+  camera.fx = 560.0, camera.fy = 561.5, camera.cx = 318.7, camera.cy = 242.1;
+  camera.distortion = {-0.28, 0.09, 0.001, -0.0005, 0.0};
+  return camera;
+}
+
+Eigen::Matrix<double, 9, 1> parameters(const device::CameraModel& c) {
+  Eigen::Matrix<double, 9, 1> p;
+  p << c.fx, c.fy, c.cx, c.cy, c.distortion[0], c.distortion[1], c.distortion[2], c.distortion[3],
+      c.distortion[4];
+  return p;
+}
+
+// OpenCV 4.6 estimates the pixel variance as sum |r|^2 / (corners - parameters); a corner has two
+// coordinates, so that its standard deviations are too large by the inverse of this factor.
+double per_coordinate(int views, int corners) {
+  const double parameters = 9.0 + 6.0 * views, n = views * corners;
+  return std::sqrt((n - parameters) / (2.0 * n - parameters));
+}
+
+std::vector<BoardView> views_of(const device::CameraModel& camera, int count, double noise_px,
+                                std::uint64_t seed) {
+  Random random(seed, "camera test");
+  std::vector<BoardView> views;
+  for (int i = 0; i < count; ++i) {
+    const auto X = synthetic::board_in_view(camera, {}, random);
+    views.push_back(synthetic::view_of(camera, X, {}, noise_px, random, fmt::format("view{}", i)));
+  }
+  return views;
+}
+
+TEST(CalibrateCamera, PerfectCornersGiveTheLensBack) {
+  const auto truth = reference_lens();
+  const auto fit = calibrate_camera(views_of(truth, 12, 0.0, 1), 640, 480);
+  ASSERT_TRUE(fit) << fit.error().message;
+  const Eigen::Matrix<double, 9, 1> error = parameters(fit->value.model) - parameters(truth);
+  EXPECT_LT(error.head<4>().cwiseAbs().maxCoeff(), 1e-3);  // OpenCV takes corners as float: 3e-5 px each
+  EXPECT_LT(error.tail<5>().cwiseAbs().maxCoeff(), 1e-4);
+  EXPECT_LT(fit->value.rms_px, 1e-4);
+  EXPECT_TRUE(fit->value.outlier_views().empty());
+}
+
+TEST(CalibrateCamera, ErrorsAgreeWithTheCovarianceItClaims) {
+  const auto truth = reference_lens();
+  double sum = 0.0;
+  constexpr int kRuns = 25;
+  for (int run = 0; run < kRuns; ++run) {
+    const auto fit =
+        calibrate_camera(views_of(truth, 10, 0.2, 100 + static_cast<std::uint64_t>(run)), 640, 480);
+    ASSERT_TRUE(fit) << fit.error().message;
+    const Eigen::Matrix<double, 9, 1> error = parameters(fit->value.model) - parameters(truth);
+    sum += error.dot(fit->covariance.ldlt().solve(error));
+  }
+  // chi-squared with 9 * 25 degrees: mean 225, sd 21; four sd either side
+  EXPECT_NEAR(sum, 9.0 * kRuns, 4 * std::sqrt(2.0 * 9.0 * kRuns));
+}
+
+TEST(CalibrateCamera, RealPhotographsAgreeWithThePublishedFit) {
+  const auto read =
+      read_board_corners(std::string(PALPATE_DATA_DIR) + "/opencv_chessboard_left/corners_left.csv", {});
+  ASSERT_TRUE(read) << read.error().message;
+  const auto fit = calibrate_camera(read->views, 640, 480);
+  ASSERT_TRUE(fit) << fit.error().message;
+  const auto& model = fit->value.model;
+  EXPECT_NEAR(fit->value.rms_px, 0.4087,
+              0.001);  // data/opencv_chessboard_left/ORIGIN.md: an independent run of the same model
+  EXPECT_NEAR(model.fx, 536.073, 0.1);
+  EXPECT_NEAR(model.fy, 536.016, 0.1);
+  EXPECT_NEAR(model.cx, 342.370, 0.1);
+  EXPECT_NEAR(model.cy, 235.537, 0.1);
+  // The published standard deviations, 1.36 and 1.57, divide by the number of corners where there are two
+  // numbers each.
+  EXPECT_NEAR(fit->standard_deviation(0), 1.36 * per_coordinate(13, 54), 0.02);
+  EXPECT_NEAR(fit->standard_deviation(3), 1.57 * per_coordinate(13, 54), 0.02);
+  EXPECT_EQ(fit->value.outlier_views(), std::vector<std::string>{"left02.jpg"});
+}
+
+TEST(CalibrateCamera, WindowsFittedToTheSquaresMendTheOutlierView) {
+  const auto read =
+      read_board_images(std::string(PALPATE_DATA_DIR) + "/opencv_chessboard_left/left*.jpg", {});
+  ASSERT_TRUE(read) << read.error().message;
+  const auto fit = calibrate_camera(read->views, read->width, read->height);
+  ASSERT_TRUE(fit) << fit.error().message;
+  // the fixed window reaches beyond the foreshortened squares of left02.jpg: 0.41 px over all with it
+  EXPECT_LT(fit->value.rms_px, 0.26);
+  EXPECT_TRUE(fit->value.outlier_views().empty());
+}
+
+TEST(CalibrateCamera, TheSizeOfTheSquaresDoesNotChangeTheLens) {
+  const auto views = views_of(reference_lens(), 12, 0.2, 3);
+  const auto fit = calibrate_camera(views, 640, 480);
+  ASSERT_TRUE(fit);
+  for (const double factor : {1e-4, 1e3}) {
+    auto other = views;
+    for (auto& view : other)
+      for (auto& p : view.board) p *= factor;
+    const auto same = calibrate_camera(other, 640, 480);
+    ASSERT_TRUE(same) << same.error().message;
+    const Eigen::Matrix<double, 9, 1> change = parameters(same->value.model) - parameters(fit->value.model);
+    EXPECT_LT(change.cwiseAbs().maxCoeff(), 1e-3) << factor;
+    const Vector3 place = fit->value.views[0].X_camera_board.translation,
+                  moved = same->value.views[0].X_camera_board.translation;
+    EXPECT_LT((moved / factor - place).norm(), 1e-6) << factor;
+  }
+}
+
+TEST(CalibrateCamera, LeavingTheOutlierViewOutLowersTheResidual) {
+  const auto read =
+      read_board_corners(std::string(PALPATE_DATA_DIR) + "/opencv_chessboard_left/corners_left.csv", {});
+  ASSERT_TRUE(read) << read.error().message;
+  const auto fit = calibrate_camera(read->views, 640, 480, {.reject_outlier_views = true});
+  ASSERT_TRUE(fit) << fit.error().message;
+  EXPECT_LT(fit->value.rms_px, 0.30);
+  EXPECT_FALSE(fit->value.views[1].used);
+  EXPECT_GT(fit->value.views[1].rms_px,
+            1.0);  // still judged, by the pose it has under the lens of the others
+}
+
+TEST(CalibrateCamera, StandardDeviationsAreOpenCVsPerCoordinate) {
+  const auto views = views_of(reference_lens(), 10, 0.2, 5);
+  std::vector<std::vector<cv::Point3f>> board;
+  std::vector<std::vector<cv::Point2f>> image;
+  for (const auto& view : views) {
+    board.emplace_back(), image.emplace_back();
+    for (const auto& p : view.board) board.back().emplace_back(float(p.x()), float(p.y()), 0.0f);
+    for (const auto& p : view.image) image.back().emplace_back(float(p.x()), float(p.y()));
+  }
+  cv::Mat K, distortion, sd, sd_views, each;
+  std::vector<cv::Mat> turns, places;
+  cv::calibrateCamera(board, image, {640, 480}, K, distortion, turns, places, sd, sd_views, each);
+  const auto fit = calibrate_camera(views, 640, 480);
+  ASSERT_TRUE(fit);
+  for (int i = 0; i < 9; ++i)
+    EXPECT_NEAR(fit->standard_deviation(i) / (sd.at<double>(i) * per_coordinate(10, 54)), 1.0, 1e-3) << i;
+}
+
+TEST(CalibrateCamera, WarnsOfBoardsThatAreHardlyTurnedAgainstEachOther) {
+  const auto truth = reference_lens();
+  const auto warned = [&](double tilt_deg) {
+    Random random(9, "camera test");
+    std::vector<BoardView> views;
+    for (int i = 0; i < 12; ++i) {
+      const double about = i * std::numbers::pi / 6.0, tilt = 0.5 * radians_from_degrees(tilt_deg);
+      const Quaternion turn = so3_exp(tilt * Vector3(std::cos(about), std::sin(about), 0.0));
+      const Pose<CameraOptical, Board> X{turn, Vector3(-0.1, -0.06, 0.3 + 0.01 * i)};
+      views.push_back(synthetic::view_of(truth, X, {}, 0.01, random, fmt::format("view{}", i)));
+    }
+    const auto fit = calibrate_camera(views, 640, 480);
+    EXPECT_TRUE(fit) << fit.error().message;
+    return fit && std::any_of(fit->value.warnings.begin(), fit->value.warnings.end(),
+                              [](const auto& w) { return w.find("differ in tilt") != std::string::npos; });
+  };
+  EXPECT_TRUE(warned(15.0));
+  EXPECT_FALSE(warned(25.0));
+}
+
+TEST(CalibrateCamera, RefusesWhatCannotCarryALens) {
+  const auto truth = reference_lens();
+  const auto two = calibrate_camera(views_of(truth, 2, 0.1, 1), 640, 480);
+  ASSERT_FALSE(two);
+  EXPECT_EQ(two.error().exit_code(), 1);
+
+  Random random(1, "parallel");
+  std::vector<BoardView> parallel;  // never tilted: focal length and distance cannot be told apart
+  for (int i = 0; i < 8; ++i) {
+    const Vector3 middle = 0.5 * BoardShape{}.corner(53);
+    const Pose<CameraOptical, Board> X{Quaternion::Identity(),
+                                       Vector3(0.02 * i - 0.07, 0.01 * i - 0.03, 0.5) - middle};
+    parallel.push_back(synthetic::view_of(truth, X, {}, 0.3, random));
+  }
+  const auto flat = calibrate_camera(parallel, 640, 480);
+  ASSERT_FALSE(flat);
+  EXPECT_EQ(flat.error().exit_code(), 1);
+  EXPECT_NE(flat.error().message.find("tilt"), std::string::npos);
+}
+
+TEST(BoardPose, PerfectCornersGiveThePoseBack) {
+  const auto camera = reference_lens();
+  Random random(2, "board pose");
+  for (int i = 0; i < 20; ++i) {
+    const auto X = synthetic::board_in_view(camera, {}, random);
+    const auto pose = board_pose(camera, synthetic::view_of(camera, X, {}, 0.0, random));
+    ASSERT_TRUE(pose) << pose.error().message;
+    EXPECT_LT(angle_between(pose->value.X_camera_board.rotation, X.rotation), 1e-9);
+    EXPECT_LT((pose->value.X_camera_board.translation - X.translation).norm(), 1e-9);
+  }
+}
+
+TEST(BoardPose, ErrorsAgreeWithTheCovarianceItClaims) {
+  const auto camera = reference_lens();
+  Random random(3, "board pose noise");
+  double sum = 0.0;
+  constexpr int kRuns = 200;
+  for (int i = 0; i < kRuns; ++i) {
+    const auto X = synthetic::board_in_view(camera, {}, random);
+    const auto pose = board_pose(camera, synthetic::view_of(camera, X, {}, 0.2, random));
+    ASSERT_TRUE(pose) << pose.error().message;
+    Eigen::Matrix<double, 6, 1> error;
+    error << so3_log(X.rotation * pose->value.X_camera_board.rotation.conjugate()),
+        X.translation - pose->value.X_camera_board.translation;
+    sum += error.dot(pose->covariance.ldlt().solve(error));
+  }
+  // F-like statistic (the noise is estimated from 102 degrees of freedom): mean 6 * 102/100; five sd either
+  // side
+  EXPECT_NEAR(sum / kRuns, 6.12, 5 * std::sqrt(12.0 / kRuns) * 1.1);
+}
+
+TEST(BoardPose, ADistantNoisyBoardIsAmbiguousANearOneIsNot) {
+  const auto camera = reference_lens();
+  Random random(4, "ambiguous");
+  const Quaternion tilt = so3_exp(Vector3(0.15, 0.0, 0.0));
+  const auto far =
+      board_pose(camera, synthetic::view_of(camera, {tilt, Vector3(0, 0, 6.0)}, {}, 0.5, random));
+  ASSERT_TRUE(far) << far.error().message;
+  EXPECT_TRUE(far->value.ambiguous);
+  const auto near = board_pose(
+      camera,
+      synthetic::view_of(camera, {so3_exp(Vector3(0.5, 0, 0)), Vector3(-0.1, -0.07, 0.45)}, {}, 0.5, random));
+  ASSERT_TRUE(near) << near.error().message;
+  EXPECT_FALSE(near->value.ambiguous);
+}
+
+TEST(BoardPose, RefusesWhatFitsNoPose) {
+  const auto camera = reference_lens();
+  Random random(5, "mixed up");
+  auto view = synthetic::view_of(camera, synthetic::board_in_view(camera, {}, random), {}, 0.1, random);
+  std::swap(view.image[0], view.image[53]);
+  EXPECT_FALSE(board_pose(camera, view));
+  view.board.resize(4), view.image.resize(4);
+  EXPECT_FALSE(board_pose(camera, view));
+}
+
+}  // namespace
+}  // namespace palpate::vision

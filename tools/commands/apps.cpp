@@ -1,0 +1,17 @@
+#include <fmt/format.h>
+
+#include "applications/applications.h"
+#include "tools/commands/command.h"
+
+namespace palpate::tools::commands {
+
+void add_apps(CLI::App& program) {
+  auto* command = program.add_subcommand("apps", "The applications there are, a line each");
+  on(command, []() -> Expected<void> {
+    for (const auto& application : applications::applications())
+      fmt::print("{:<12}{}\n", application.name, application.summary);
+    return {};
+  });
+}
+
+}  // namespace palpate::tools::commands

@@ -1,0 +1,146 @@
+#include <algorithm>
+#include <memory>
+
+#include "palpate/calibration/hand_eye.h"
+#include "palpate/core/file.h"
+#include "palpate/core/text.h"
+#include "palpate/core/units.h"
+#include "tools/commands/command.h"
+#include "tools/commands/result_output.h"
+
+namespace palpate::tools::commands {
+namespace {
+
+struct HandEyeArguments {
+  ResultOptions result;
+  std::string camera = "left";  // of two: the one whose result the rig gets
+  std::string hand, eye;
+  bool estimate_delay = false;
+  double delay_s = 0.0;
+};
+
+Json to_json(const HandEyeArguments& options, const Estimate<calibration::HandEyeSolution>& fit,
+             const std::string& hash) {
+  const auto& s = fit.value;
+  const auto sd = standard_deviations(fit.covariance);
+  Json json;
+  json["translation_mm"] = json_list(s.X_marker_camera.translation, kMm);
+  json["rotation_qwxyz"] = json_quaternion(s.X_marker_camera.rotation);
+  json["delay_s"] = s.delay_s;
+  json["delay_std_s"] = s.delay_std_s;
+  json["rotation_residual_median_deg"] = degrees_from_radians(s.rotation_residual_median);
+  json["translation_residual_median_mm"] = kMm * s.translation_residual_median;
+  json["warnings"] = s.warnings;
+  json["board_in_world"] = {{"translation_mm", json_list(s.X_world_board.translation, kMm)},
+                            {"rotation_qwxyz", json_quaternion(s.X_world_board.rotation)}};
+  json["eye_poses"] = s.pairs;
+  json["inliers"] = std::count(fit.inlier.begin(), fit.inlier.end(), true);
+  json["rotation_range_deg"] = degrees_from_radians(s.rotation_range);
+  json["second_axis_spread_deg"] = degrees_from_radians(s.second_axis_spread);
+  json["correlation_time_s"] = s.correlation_time_s;
+  json["std_grown_by"] = s.grown_by;
+  json["error_length_mm"] = kMm * s.error_length;
+  json["method_scatter_mm"] = kMm * s.method_scatter;
+  json["condition"] = fit.condition;
+  json["std"] = {{"rotation_deg", json_list(sd.segment<3>(0), kDegreesPerRadian)},
+                 {"translation_mm", json_list(sd.segment<3>(3), kMm)},
+                 {"delay_s", s.delay_std_s}};
+  std::vector<std::string> names;
+  Eigen::VectorXd scales(13);
+  for (const char* part : {"camera", "board"}) {
+    for (const char* axis : {"x", "y", "z"})
+      scales[static_cast<Eigen::Index>(names.size())] = kDegreesPerRadian,
+      names.push_back(fmt::format("{}_turn_{}_deg", part, axis));
+    for (const char* axis : {"x", "y", "z"})
+      scales[static_cast<Eigen::Index>(names.size())] = kMm,
+      names.push_back(fmt::format("{}_{}_mm", part, axis));
+  }
+  scales[12] = 1.0, names.emplace_back("delay_s");
+  json["covariance"] = json_covariance(names, fit.covariance, scales);
+  json["data"] = {{"hand", options.hand}, {"eye", options.eye}, {"hash", hash}};
+  return json;
+}
+
+Expected<void> run_hand_eye(const HandEyeArguments& options) {
+  if (const auto rig = start_rig(options.result); !rig) return tl::unexpected(rig.error());
+  const auto hand = device::read_poses(options.hand);
+  if (!hand) return tl::unexpected(hand.error());
+  const auto eye = device::read_poses(options.eye);
+  if (!eye) return tl::unexpected(eye.error());
+  if (hand->hash == eye->hash)
+    return wrong_use(
+        "{}: holds the same as {}; the marker's poses in the tracker (--hand) and the camera's at the board "
+        "(--eye) are expected",
+        options.eye, options.hand);
+  calibration::HandEyeOptions how{.estimate_delay = options.estimate_delay, .delay_s = options.delay_s};
+  if (hand->has_time != eye->has_time)
+    return wrong_use("{}: has no times, {} has; both or neither is expected",
+                     hand->has_time ? options.eye : options.hand,
+                     hand->has_time ? options.hand : options.eye);
+  if (!hand->has_time) {  // row k of one belongs to row k of the other
+    if (options.estimate_delay)
+      return wrong_use("{}: has no times; --estimate-delay needs them", options.hand);
+    if (hand->poses.size() != eye->poses.size())
+      return wrong_use("{}: has {}, {} has {}; without times they belong together one by one", options.hand,
+                       counted(hand->poses.size(), "pose"), options.eye, eye->poses.size());
+    how.max_hand_gap_s = 1.5;
+  }
+  const auto fit = calibration::calibrate_hand_eye(hand->poses, eye->poses, how);
+  if (!fit)
+    return tl::unexpected(
+        Error{fit.error().kind, fmt::format("{}, {}: {}", options.hand, options.eye, fit.error().message)});
+
+  const auto& s = fit->value;
+  const auto sd = standard_deviations(fit->covariance);
+  const std::string hash = content_hash(hand->hash + eye->hash);
+  Result result{to_json(options, *fit, hash), {}, {}};
+  result.summary.push_back(fmt::format("camera in marker  {} mm  +- {}",
+                                       shown(s.X_marker_camera.translation, kMm),
+                                       shown(sd.segment<3>(3), kMm)));
+  const Vector3 turn = so3_log(s.X_marker_camera.rotation);
+  result.summary.push_back(fmt::format("turned by         {} deg about x, y, z  +- {}",
+                                       shown(turn, kDegreesPerRadian),
+                                       shown(sd.segment<3>(0), kDegreesPerRadian)));
+  if (options.estimate_delay)
+    result.summary.push_back(fmt::format(
+        "delay             {:.5f} +- {:.5f} s (hand time = eye time + delay)", s.delay_s, s.delay_std_s));
+  result.summary.push_back(fmt::format("residual          median {:.3f} deg, {:.3f} mm over {} eye poses",
+                                       degrees_from_radians(s.rotation_residual_median),
+                                       kMm * s.translation_residual_median, s.pairs));
+  for (const auto& warning : s.warnings) result.summary.push_back("warning: " + warning);
+  result.store = [&](rig::Rig& rig) {
+    const rig::Provenance from{rig::utc_now(), hash, "joint", kMm * s.translation_rms};
+    auto& hand_eye = options.camera == "right" ? rig.right_hand_eye : rig.hand_eye;
+    hand_eye = rig::HandEyeCalibration{s.X_marker_camera, fit->covariance.topLeftCorner<6, 6>(), from};
+    if (!options.estimate_delay || options.camera == "right") return;  // both take their images together
+    if (!rig.delays) rig.delays.emplace();
+    rig.delays->camera_after_tracker_s = -s.delay_s;
+    rig.delays->camera_std_s = s.delay_std_s;
+    rig.delays->from = from;
+  };
+  return write_result(options.result, result);
+}
+
+}  // namespace
+
+void add_calibrate_hand_eye(CLI::App& calibrate) {
+  auto options = std::make_shared<HandEyeArguments>();
+  auto* command =
+      calibrate.add_subcommand("hand-eye", "The camera in its marker's frame, and the clocks' offset");
+  command->add_option("--hand", options->hand, "Poses of the marker in the tracker")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("--eye", options->eye, "Poses of the camera in the board's frame")
+      ->required()
+      ->type_name("FILE");
+  auto* estimate = command->add_flag("--estimate-delay", options->estimate_delay,
+                                     "Find the offset of the two streams' clocks");
+  command->add_option("--delay-s", options->delay_s, "A known offset: hand time = eye time + this")
+      ->excludes(estimate)
+      ->capture_default_str();
+  add_camera_option(*command, options->camera);
+  add_result_options(*command, options->result);
+  on(command, [options] { return run_hand_eye(*options); });
+}
+
+}  // namespace palpate::tools::commands

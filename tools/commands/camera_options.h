@@ -1,0 +1,66 @@
+// The options by which a real camera is set, the same wherever one is opened.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+#include "drivers/cameras/camera_choice.h"
+
+namespace palpate::tools::commands {
+
+struct CameraOptions {
+  double exposure_ms = 0.0, gain = 0.0, rate_hz = 0.0, readout_ms = 0.0;
+  std::string format, stamp;
+  bool rolling = false;
+  CLI::Option *has_exposure = nullptr, *has_gain = nullptr;
+};
+
+inline void add_camera_options(CLI::App& command, CameraOptions& options) {
+  options.has_exposure =
+      command.add_option("--camera-exposure-ms", options.exposure_ms,
+                         "Set a real camera's exposure by hand; its automatic is switched off");
+  options.has_gain =
+      command.add_option("--camera-gain", options.gain, "... its gain, in its own unit (GenICam: dB)");
+  command.add_option("--camera-rate-hz", options.rate_hz, "... its rate; 0 = its own")->default_val(0.0);
+  command.add_option(
+      "--camera-format", options.format,
+      "... its pixel format: RGB8, BGR8, Mono8, BayerRG8 (GR, GB, BG), YUYV, UYVY, MJPEG; the best where "
+      "none is said");
+  command.add_option(
+      "--camera-stamp", options.stamp,
+      "What its stamps mark, where its data sheet knows better: exposure-start, exposure-end or "
+      "frame-end");
+  command.add_option("--camera-readout-ms", options.readout_ms, "Time in which its rows are read out")
+      ->default_val(0.0);
+  command.add_flag("--camera-rolling", options.rolling, "It has a rolling shutter");
+}
+
+// Wrong use: a choice that is none, settings out of range.
+inline Expected<drivers::cameras::CameraRequest> camera_request(const std::string& text,
+                                                                const CameraOptions& options) {
+  auto choice = drivers::cameras::parse_choice(text);
+  if (!choice) return tl::unexpected(choice.error());
+  drivers::cameras::CameraRequest request{std::move(*choice), {}};
+  auto& settings = request.settings;
+  if (options.has_exposure->count() > 0) settings.exposure_s = options.exposure_ms * 1e-3;
+  if (options.has_gain->count() > 0) settings.gain = options.gain;
+  settings.rate_hz = options.rate_hz;
+  settings.readout_s = options.readout_ms * 1e-3;
+  settings.rolling = options.rolling;
+  settings.pixel_format = options.format;
+  if (options.stamp == "exposure-start")
+    settings.stamp_at = drivers::cameras::StampAt::exposure_start;
+  else if (options.stamp == "exposure-end")
+    settings.stamp_at = drivers::cameras::StampAt::exposure_end;
+  else if (options.stamp == "frame-end")
+    settings.stamp_at = drivers::cameras::StampAt::frame_end;
+  else if (!options.stamp.empty())
+    return wrong_use("--camera-stamp: is '{}'; exposure-start, exposure-end or frame-end is expected",
+                     options.stamp);
+  if (auto fine = drivers::cameras::check_settings(request.choice, settings); !fine)
+    return tl::unexpected(fine.error());
+  return request;
+}
+
+}  // namespace palpate::tools::commands

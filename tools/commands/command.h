@@ -1,0 +1,54 @@
+// How a command of the program is written: declare options, give an action; the action's error becomes one
+// line on standard error and the exit code.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <functional>
+#include <string>
+
+#include "palpate/core/expected.h"
+
+namespace palpate::tools::commands {
+
+using Action = std::function<Expected<void>()>;
+
+// The action of whichever command was chosen; set by its callback while parsing, run by main afterwards.
+void set_action(Action action);
+
+// Runs `action` when `command` is chosen.
+inline void on(CLI::App* command, Action action) {
+  command->callback([action = std::move(action)] { set_action(action); });
+}
+
+// What a person should know while a server runs: a line on standard error.
+inline void notice(const std::string& line) { std::fprintf(stderr, "palpate: %s\n", line.c_str()); }
+
+// One function per command, each in a file of its own.
+void add_calibrate_pivot(CLI::App& calibrate);
+void add_calibrate_points(CLI::App& calibrate);
+void add_calibrate_arm(CLI::App& calibrate);
+void add_calibrate_surface(CLI::App& calibrate);
+void add_calibrate_landmarks(CLI::App& calibrate);
+void add_calibrate_camera(CLI::App& calibrate);
+void add_calibrate_hand_eye(CLI::App& calibrate);
+void add_calibrate_all(CLI::App& calibrate);
+void add_world(CLI::App& program);
+void add_rig(CLI::App& program);
+void add_rig_webcam(CLI::App& rig);
+void add_study(CLI::App& program);
+void add_study_flights(CLI::App& study);
+void add_physics(CLI::App& program);
+void add_graphics(CLI::App& program);
+void add_demo(CLI::App& program);
+void add_apps(CLI::App& program);
+void add_keys(CLI::App& program);
+void add_status(CLI::App& program);
+void add_doctor(CLI::App& program);
+void add_tracker(CLI::App& program);
+void add_camera(CLI::App& program);
+void add_picture(CLI::App& program);
+void add_board(CLI::App& program);
+void add_play(CLI::App& program);
+
+}  // namespace palpate::tools::commands

@@ -1,0 +1,40 @@
+#include "tools/commands/program.h"
+
+namespace palpate::tools::commands {
+namespace {
+
+void add_all_commands(CLI::App& program) {
+  auto* calibrate =
+      program.add_subcommand("calibrate", "Calibrate arm, tracker, camera and surfaces to each other");
+  calibrate->require_subcommand(1);
+  add_calibrate_pivot(*calibrate);
+  add_calibrate_points(*calibrate);
+  add_calibrate_arm(*calibrate);
+  add_calibrate_surface(*calibrate);
+  add_calibrate_landmarks(*calibrate);
+  add_calibrate_camera(*calibrate);
+  add_calibrate_hand_eye(*calibrate);
+  add_calibrate_all(*calibrate);
+  add_demo(program);
+  add_apps(program);
+  add_world(program);
+  add_rig(program);
+  add_study(program);
+  add_physics(program);
+  add_graphics(program);
+  add_keys(program);
+  add_status(program);
+  add_picture(program);
+  add_tracker(program);
+  add_camera(program);
+  add_board(program);
+  add_play(program);
+  add_doctor(program);
+}
+
+}  // namespace
+}  // namespace palpate::tools::commands
+
+int main(int argc, char** argv) {
+  return palpate::tools::commands::run_program(palpate::tools::commands::add_all_commands, argc, argv);
+}

@@ -1,0 +1,98 @@
+// palpate play: a game on a desk, with any webcam, a printed board and the mouse.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+#include "applications/applications.h"
+#include "palpate/core/json.h"
+#include "palpate/core/text.h"
+#include "palpate/desktop/window.h"
+#include "tools/commands/camera_options.h"
+#include "tools/commands/command.h"
+#include "tools/demo/desk_play.h"
+
+namespace palpate::tools::commands {
+namespace {
+
+struct PlayArguments {
+  std::string rig = "desk.rig.toml", camera = "v4l2", quality = "medium", monitor, json;
+  CameraOptions camera_options;
+  demo::DeskPlayOptions play;
+};
+
+Expected<void> play(PlayArguments& options) {
+  bool known = false;
+  for (const auto& application : applications::applications())
+    known = known || application.name == options.play.application;
+  if (!known)
+    return wrong_use("--app {}: not known; `palpate apps` lists the applications there are",
+                     excerpt(options.play.application));
+  const auto quality = render::parse_quality(options.quality);
+  if (!quality) return tl::unexpected(quality.error());
+  if (!options.monitor.empty()) {
+    const auto view = desktop::parse_monitor_view(options.monitor);
+    if (!view) return tl::unexpected(view.error());
+    options.play.graphics.monitor = *view;
+  }
+  auto request = camera_request(options.camera, options.camera_options);
+  if (!request) return tl::unexpected(request.error());
+  auto rig = rig::read_rig(options.rig);
+  if (!rig) return tl::unexpected(rig.error());
+  if (!rig->board)
+    return refused("{}: has no printed board; `palpate rig webcam` makes a rig that has", options.rig);
+  if (const auto missing = rig::missing_parts(*rig); !missing.empty())
+    return refused("{}: lacks {}; {} --rig {}", options.rig, missing.front().part, missing.front().remedy,
+                   options.rig);
+  if (const auto possible = desktop::Window::possible(); !possible) return tl::unexpected(possible.error());
+  options.play.program = std::filesystem::read_symlink("/proc/self/exe");
+  options.play.rig_file = options.rig;
+  auto& graphics = options.play.graphics;
+  graphics.rig = *rig;
+  graphics.camera = *request;
+  graphics.quality = *quality;
+  graphics.window = graphics.mouse = true;
+  graphics.notice = notice;
+  const auto figures = demo::play_at_desk(options.play);
+  if (!figures) return tl::unexpected(figures.error());
+  if (!options.json.empty()) return write_json(options.json, *figures);
+  fmt::print("{} pictures at {:.1f} Hz\n", (*figures)["exchange"]["frames"].get<std::uint64_t>(),
+             (*figures)["graphics"]["rate_hz"].get<double>());
+  return {};
+}
+
+}  // namespace
+
+void add_play(CLI::App& program) {
+  auto options = std::make_shared<PlayArguments>();
+  auto* command = program.add_subcommand(
+      "play", "A game on your desk: a webcam sees a printed board, the mouse holds the bat");
+  command->add_option("--rig", options->rig, "The rig that `palpate rig webcam` wrote, its lens calibrated")
+      ->capture_default_str();
+  command->add_option("--camera", options->camera, std::string(drivers::cameras::kChoices))
+      ->type_name("CAMERA")
+      ->capture_default_str();
+  add_camera_options(*command, options->camera_options);
+  command->add_option("--app", options->play.application, "Application; `palpate apps` lists them")
+      ->capture_default_str();
+  command->add_option("--quality", options->quality, "Of the picture: low, medium or high")
+      ->capture_default_str();
+  command
+      ->add_option("--monitor", options->monitor,
+                   "A second window for those who look on: copy (what the first shows) or outside (the play "
+                   "from the side)")
+      ->type_name("VIEW");
+  command->add_flag("--player", options->play.graphics.player, "Let the program play until the mouse moves");
+  command
+      ->add_option("--seconds", options->play.graphics.seconds,
+                   "Stop after this many seconds if nobody has touched mouse or keys; 0 = when the window is "
+                   "closed")
+      ->check(CLI::NonNegativeNumber)
+      ->default_val(0.0);
+  command->add_option("--out", options->play.graphics.out,
+                      "Folder for realtime_frames.csv and realtime_sync.csv");
+  command->add_option("--json", options->json, "Write its figures here at the end; - = standard output");
+  on(command, [options] { return play(*options); });
+}
+
+}  // namespace palpate::tools::commands

@@ -1,0 +1,136 @@
+#include "tools/commands/result_output.h"
+
+#include <cstdio>
+#include <filesystem>
+
+namespace palpate::tools::commands {
+
+void add_camera_option(CLI::App& command, std::string& camera) {
+  command
+      .add_option("--camera", camera,
+                  "Of two cameras on one marker, the one this is: its place in the rig file")
+      ->check(CLI::IsMember({"left", "right"}))
+      ->capture_default_str();
+}
+
+void add_result_options(CLI::App& command, ResultOptions& options) {
+  // An unset variable of a script would otherwise lose the result without a word.
+  const CLI::Validator named(
+      [](const std::string& name) {
+        return name.empty() ? std::string("is empty; a file's name is expected") : "";
+      },
+      "");
+  command.add_option("--json", options.json, "Write the result as JSON to FILE (- = standard output)")
+      ->check(named)
+      ->type_name("FILE");
+  command
+      .add_option(
+          "--rig", options.rig,
+          "Rig file (palpate rig new makes one): start values are read there, the result is written there")
+      ->check(named)
+      ->type_name("FILE");
+  command.add_option("--out", options.out, "Write the result alone, as a rig file of one part")
+      ->check(named)
+      ->type_name("FILE");
+}
+
+Expected<rig::Rig> start_rig(const ResultOptions& options) {
+  if (options.rig.empty()) return rig::Rig{};
+  auto rig = rig::read_rig(options.rig);
+  if (!rig && !std::filesystem::exists(options.rig))
+    return wrong_use("{}: no such file; palpate rig new {} makes one", options.rig, options.rig);
+  return rig;
+}
+
+namespace {
+
+// The names of the files that a result's `data` says it came from.
+void add_names(const Json& data, std::vector<std::string>& names) {
+  if (data.is_string()) names.push_back(data.get<std::string>());
+  if (data.is_structured())
+    for (const auto& part : data) add_names(part, names);
+}
+
+bool same_file(const std::string& a, const std::string& b) {
+  namespace fs = std::filesystem;
+  std::error_code code;
+  return fs::equivalent(a, b, code) ||
+         fs::absolute(a).lexically_normal() == fs::absolute(b).lexically_normal();
+}
+
+// No two results in one file, none over a recording.
+Expected<void> outputs_apart(const ResultOptions& options, const Result& result) {
+  std::vector<std::string> taken;
+  if (result.json.contains("data")) add_names(result.json["data"], taken);
+  for (const auto* output : {&options.rig, &options.out, &options.json}) {
+    if (output->empty() || *output == "-") continue;
+    for (const auto& other : taken)
+      if (same_file(*output, other))
+        return wrong_use("{}: is read or written already by this command; give the result a file of its own",
+                         *output);
+    taken.push_back(*output);
+  }
+  return {};
+}
+
+}  // namespace
+
+Expected<void> write_result(const ResultOptions& options, const Result& result) {
+  if (const auto apart = outputs_apart(options, result); !apart) return apart;
+  if ((!options.rig.empty() || !options.out.empty()) && !result.store)
+    return wrong_use("--rig and --out: this result has no place in a rig file; --json writes it");
+  // The rig last: it is the one that was there before, and stays as it was where anything else fails.
+  if (!options.out.empty()) {
+    rig::Rig alone;
+    result.store(alone);
+    if (const auto done = rig::write_rig(options.out, alone); !done) return done;
+  }
+  if (!options.json.empty())
+    if (const auto done = write_json(options.json, result.json); !done) return done;
+  if (!options.rig.empty()) {
+    auto rig = start_rig(options);
+    if (!rig) return tl::unexpected(rig.error());
+    result.store(*rig);
+    if (const auto done = rig::write_rig(options.rig, *rig); !done) return done;
+  }
+  std::FILE* const stream = options.json == "-" ? stderr : stdout;
+  for (const auto& line : result.summary) std::fprintf(stream, "%s\n", line.c_str());
+  return {};
+}
+
+Json json_list(const Eigen::Ref<const Eigen::VectorXd>& vector, double scale) {
+  Json list = Json::array();
+  for (Eigen::Index i = 0; i < vector.size(); ++i) list.push_back(scale * vector[i]);
+  return list;
+}
+
+Json json_rows(const Eigen::Ref<const Eigen::MatrixXd>& matrix, double scale) {
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < matrix.rows(); ++i)
+    rows.push_back(json_list(matrix.row(i).transpose(), scale));
+  return rows;
+}
+
+Json json_quaternion(const Quaternion& rotation) {
+  const double sign = rotation.w() < 0.0 ? -1.0 : 1.0;
+  return Json::array({sign * rotation.w(), sign * rotation.x(), sign * rotation.y(), sign * rotation.z()});
+}
+
+Json json_covariance(const std::vector<std::string>& names, const Eigen::MatrixXd& covariance,
+                     const Eigen::VectorXd& scales) {
+  const Eigen::MatrixXd scaled = scales.asDiagonal() * covariance * scales.asDiagonal();
+  return Json{{"order", names}, {"matrix", json_rows(scaled)}};
+}
+
+Eigen::VectorXd standard_deviations(const Eigen::MatrixXd& covariance) {
+  return covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
+}
+
+std::string shown(const Eigen::Ref<const Eigen::VectorXd>& vector, double scale) {
+  std::string text;
+  for (Eigen::Index i = 0; i < vector.size(); ++i)
+    text += fmt::format("{}{:.4f}", i > 0 ? " " : "", scale * vector[i]);
+  return text;
+}
+
+}  // namespace palpate::tools::commands

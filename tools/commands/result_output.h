@@ -1,0 +1,58 @@
+// What every `calibrate` does with its result: lines for a person, JSON for a script, the rig file, a file of
+// its own.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "palpate/core/expected.h"
+#include "palpate/core/json.h"
+#include "palpate/core/units.h"
+#include "palpate/math/so3.h"
+#include "palpate/rig/rig.h"
+
+namespace palpate::tools::commands {
+
+inline constexpr double kMm = kMillimetresPerMetre;  // what people read is in millimetres
+
+struct ResultOptions {
+  std::string json;  // --json FILE
+  std::string rig;   // --rig FILE: start values are read there, the result is written there
+  std::string out;   // --out FILE: the result alone, as a rig file that holds nothing else
+};
+
+void add_result_options(CLI::App& command, ResultOptions& options);
+// --camera left|right: which camera of a stereo rig a result belongs to.
+void add_camera_option(CLI::App& command, std::string& camera);
+
+struct Result {
+  Json json;
+  std::vector<std::string> summary;  // for a person, a line each
+  std::function<void(rig::Rig&)>
+      store;  // puts the result, with its provenance, into a rig; none where it has no place there
+};
+
+// The rig named by --rig, an empty one without. Read it before the work starts: a bad file is told at once.
+Expected<rig::Rig> start_rig(const ResultOptions& options);
+
+// Prints the summary (to standard error where standard output carries the JSON) and writes every file asked
+// for.
+Expected<void> write_result(const ResultOptions& options, const Result& result);
+
+// Vectors and matrices as JSON lists, each entry multiplied by `scale`.
+Json json_list(const Eigen::Ref<const Eigen::VectorXd>& vector, double scale = 1.0);
+Json json_rows(const Eigen::Ref<const Eigen::MatrixXd>& matrix, double scale = 1.0);
+Json json_quaternion(const Quaternion& rotation);  // w, x, y, z with w >= 0
+// {"order": names, "matrix": rows}; entry (i, j) is scaled by scales i and j. A name carries its unit.
+Json json_covariance(const std::vector<std::string>& names, const Eigen::MatrixXd& covariance,
+                     const Eigen::VectorXd& scales);
+Eigen::VectorXd standard_deviations(const Eigen::MatrixXd& covariance);
+
+// "12.345 6.789 -3.000", to 4 digits after the point, for summaries.
+std::string shown(const Eigen::Ref<const Eigen::VectorXd>& vector, double scale = 1.0);
+
+}  // namespace palpate::tools::commands

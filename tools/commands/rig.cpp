@@ -1,0 +1,227 @@
+#include "palpate/rig/rig.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "palpate/core/file.h"
+#include "palpate/core/units.h"
+#include "tools/commands/command.h"
+#include "tools/commands/result_output.h"
+
+namespace palpate::tools::commands {
+namespace {
+
+struct RigArguments {
+  std::string file;
+  std::vector<double> rest_readings_deg;
+  double rest_tolerance_deg = degrees_from_radians(rig::kRestTolerance);
+  bool force = false;
+};
+
+// A rig before any calibration: makers' link lengths, and markers of the sizes the simulated laboratory uses,
+// which a user replaces.
+rig::Rig nominal_rig() {
+  rig::Rig rig;
+  const auto leds = [](std::initializer_list<Vector3> mm) {
+    std::vector<Vector3> result;
+    for (const auto& led : mm) result.push_back(led / kMm);
+    return result;
+  };
+  rig.tip_marker_leds =
+      leds({{60, 0, 0}, {30, 52, 8}, {-30, 52, 0}, {-60, 0, 8}, {-30, -52, 0}, {30, -52, 8}});
+  rig.camera_marker_leds =
+      leds({{70, 0, 0}, {35, 61, 10}, {-35, 61, 0}, {-70, 0, 10}, {-35, -61, 0}, {35, -61, 10}});
+  rig.pointer_leds = leds({{0, 0, 0}, {50, 0, 0}, {0, 50, 0}, {50, 60, 10}});
+  return rig;
+}
+
+Expected<void> make_new(const RigArguments& options) {
+  if (!options.force && options.file != "-" && std::filesystem::exists(options.file))
+    return wrong_use("{}: exists already; choose another name, or --force to replace it", options.file);
+  const std::string head =
+      "# A new rig: link lengths and LEDs below are nominal, replace them by those of your devices (arm "
+      "frame and marker\n"
+      "# frames, mm). Everything else is added by the calibrations, each with date, data and uncertainty:\n"
+      "#   palpate calibrate pivot | arm | camera | hand-eye | surface | landmarks ... --rig FILE,   or   "
+      "palpate "
+      "calibrate all --rig FILE\n"
+      "# `palpate rig check FILE` says what is still missing.\n";
+  return write_file(options.file, head + rig::rig_text(nominal_rig()));
+}
+
+std::string origin(const rig::Provenance& from, const char* unit = "mm") {
+  if (from.date.empty() && from.method.empty()) return "no provenance";
+  return fmt::format("{}, {}, residual {:.4f} {}, data {}", from.date.empty() ? "no date" : from.date,
+                     from.method.empty() ? "?" : from.method, from.rms_mm, unit,
+                     from.data_hash.empty() ? "?" : from.data_hash);
+}
+
+// "x y z +- sx sy sz": variances at `at` of the covariance, nothing where there is none.
+std::string with_sd(const Vector3& value, const Eigen::MatrixXd& covariance, Eigen::Index at, double unit) {
+  std::string text = shown(value, unit);
+  if (covariance.rows() >= at + 3)
+    text += "  +- " + shown(standard_deviations(covariance).segment<3>(at), unit);
+  return text;
+}
+
+std::string delay_text(double delay_s, double std_s, bool known) {
+  return known ? fmt::format("{:.3f} +- {:.3f}", 1e3 * delay_s, 1e3 * std_s) : "not measured";
+}
+
+void line(const char* name, const std::string& text) { std::printf("%-22s %s\n", name, text.c_str()); }
+
+void show_arm(const rig::ArmCalibration& arm) {
+  const auto& C = arm.covariance;
+  line("arm", fmt::format("{}  ({})", arm.model, origin(arm.from)));
+  line("  gains", with_sd(arm.correction.gain, C, 0, 1.0));
+  line("  offsets, deg", with_sd(arm.correction.offset, C, 3, kDegreesPerRadian));
+  line("  lengths, mm", fmt::format("{:.3f} {:.3f}", kMm * arm.lengths.l1, kMm * arm.lengths.l2));
+  line("  base in world, mm", with_sd(arm.X_world_base.translation, C, 9, kMm));
+  line("  base turn, deg", with_sd(so3_log(arm.X_world_base.rotation), C, 6, kDegreesPerRadian));
+  line("  tip in marker, mm", with_sd(arm.tip_in_marker, C, 12, kMm));
+  line("  rest readings, deg", shown(arm.rest_readings, kDegreesPerRadian));
+  line("  held-out error, mm", fmt::format("{:.4f}", kMm * arm.held_out_mean));
+}
+
+void show_camera(const char* name, const rig::CameraCalibration& camera) {
+  const auto& m = camera.model;
+  line(name, fmt::format("{} x {} px  ({})", m.width, m.height, origin(camera.from, "px")));
+  const Eigen::Vector4d lens(m.fx, m.fy, m.cx, m.cy);
+  line("  fx fy cx cy, px",
+       shown(lens) + (camera.covariance.rows() == 9
+                          ? "  +- " + shown(standard_deviations(camera.covariance).head<4>())
+                          : ""));
+  line("  k1 k2 p1 p2 k3", shown(Eigen::Map<const Eigen::VectorXd>(m.distortion.data(), 5)));
+}
+
+void show_hand_eye(const char* name, const rig::HandEyeCalibration& h) {
+  line(name, "(" + origin(h.from) + ")");
+  line("  camera in marker, mm", with_sd(h.X_marker_camera.translation, h.covariance, 3, kMm));
+  line("  turn, deg", with_sd(so3_log(h.X_marker_camera.rotation), h.covariance, 0, kDegreesPerRadian));
+}
+
+Expected<void> show(const RigArguments& options) {
+  const auto rig = rig::read_rig(options.file);
+  if (!rig) return tl::unexpected(rig.error());
+  line("rig", rig->name);
+  line("nominal lengths, mm",
+       fmt::format("{:.3f} {:.3f}", kMm * rig->nominal_lengths.l1, kMm * rig->nominal_lengths.l2));
+  line("LEDs", fmt::format("tip marker {}, camera marker {}, pointer {}", rig->tip_marker_leds.size(),
+                           rig->camera_marker_leds.size(), rig->pointer_leds.size()));
+  if (rig->tip_pivot)
+    line("tip pivot, mm", with_sd(rig->tip_pivot->tip_in_marker, rig->tip_pivot->covariance, 0, kMm) + "  (" +
+                              origin(rig->tip_pivot->from) + ")");
+  if (rig->pointer_pivot)
+    line("pointer pivot, mm",
+         with_sd(rig->pointer_pivot->tip_in_marker, rig->pointer_pivot->covariance, 0, kMm) + "  (" +
+             origin(rig->pointer_pivot->from) + ")");
+  if (rig->arm) show_arm(*rig->arm);
+  if (rig->camera) show_camera("camera", *rig->camera);
+  if (rig->hand_eye) show_hand_eye("hand-eye", *rig->hand_eye);
+  if (rig->right_camera) show_camera("right camera", *rig->right_camera);
+  if (rig->right_hand_eye) show_hand_eye("right hand-eye", *rig->right_hand_eye);
+  if (const auto& d = rig->delays)
+    line("delays, ms",
+         fmt::format("tracker after arm {}, camera after tracker {}",
+                     delay_text(d->tracker_after_arm_s, d->tracker_std_s, d->tracker_known()),
+                     delay_text(d->camera_after_tracker_s, d->camera_std_s, d->camera_known())));
+  for (const auto& s : rig->surfaces)
+    line(("surface " + s.name).c_str(),
+         fmt::format("{:.1f} x {:.1f} mm, corner at {}  ({})", kMm * s.width, kMm * s.height,
+                     shown(s.corner(0).m, kMm), origin(s.from)));
+  if (!rig->landmarks.empty()) {
+    double sum = 0.0;
+    for (const auto& l : rig->landmarks)
+      sum += l.covariance.trace() / (3.0 * static_cast<double>(rig->landmarks.size()));
+    line("landmarks", fmt::format("{}, known to {:.3f} mm rms per axis  ({})", rig->landmarks.size(),
+                                  kMm * std::sqrt(sum), origin(rig->landmarks_from)));
+  }
+  if (const auto& placed = rig->board)
+    line("board", fmt::format("{}x{} squares of {:.3f} mm, dictionary {}, first corner at {} mm",
+                              placed->board.columns, placed->board.rows, kMm * placed->board.square,
+                              placed->board.dictionary, shown(placed->X_world_board.translation, kMm)));
+  if (const auto& light = rig->light)
+    line("light", fmt::format("lamp at {} mm, radius {:.0f} mm, key {:.2f}, ambient {:.2f}",
+                              shown(light->lamp, kMm), kMm * light->lamp_radius, light->key, light->ambient));
+  for (const auto& object : rig->objects)
+    line(("object " + object.name).c_str(),
+         fmt::format("{} at {} mm", object.mesh, shown(object.position, kMm)));
+  for (const auto& missing : rig::missing_parts(*rig))
+    line("missing", fmt::format("{}: {}", missing.part, missing.remedy));
+  return {};
+}
+
+Expected<void> check_rest(const RigArguments& options, const rig::Rig& rig) {
+  if (!rig.arm)
+    return refused(
+        "{}: holds no arm calibration whose rest readings could be compared; palpate calibrate arm",
+        options.file);
+  const Vector3 now =
+      Vector3(options.rest_readings_deg[0], options.rest_readings_deg[1], options.rest_readings_deg[2]) /
+      kDegreesPerRadian;
+  const Vector3 change = rig::rest_change(*rig.arm, now);
+  Eigen::Index joint = 0;
+  if (degrees_from_radians(change.cwiseAbs().maxCoeff(&joint)) <= options.rest_tolerance_deg) {
+    line("encoder reset", fmt::format("unchanged since {} (within {:.3f} deg)",
+                                      rig.arm->from.date.empty() ? "calibration" : rig.arm->from.date,
+                                      options.rest_tolerance_deg));
+    return {};
+  }
+  return refused(
+      "{}: the encoder reset has changed since calibration: at rest joint {} reads {:.3f} deg, {:.3f} then, "
+      "{:.3f} allowed; put the arm into "
+      "its rest position and reset it again, or calibrate anew",
+      options.file, joint + 1, degrees_from_radians(now[joint]),
+      degrees_from_radians(rig.arm->rest_readings[joint]), options.rest_tolerance_deg);
+}
+
+Expected<void> check(const RigArguments& options) {
+  const auto rig = rig::read_rig(options.file);
+  if (!rig) return tl::unexpected(rig.error());
+  if (!options.rest_readings_deg.empty())
+    if (const auto rest = check_rest(options, *rig); !rest) return rest;
+  const auto missing = rig::missing_parts(*rig);
+  if (missing.empty()) {
+    line("complete", options.file);
+    return {};
+  }
+  std::string names;
+  for (const auto& part : missing) {
+    line("missing", fmt::format("{}: {}", part.part, part.remedy));
+    names += (names.empty() ? "" : ", ") + part.part;
+  }
+  return refused("{}: is valid but not complete, it lacks {}; calibrate these with --rig {}", options.file,
+                 names, options.file);
+}
+
+}  // namespace
+
+void add_rig(CLI::App& program) {
+  auto options = std::make_shared<RigArguments>();
+  auto* rig = program.add_subcommand("rig", "The rig file: devices, calibrations, uncertainty, provenance");
+  rig->require_subcommand(1);
+  const auto with_file = [&](const char* name, const char* help) {
+    auto* command = rig->add_subcommand(name, help);
+    command->add_option("FILE", options->file, "The rig file")->required();
+    return command;
+  };
+  auto* create = with_file("new", "Write a commented template with nominal values");
+  create->add_flag("--force", options->force, "Replace an existing file");
+  add_rig_webcam(*rig);
+  on(create, [options] { return make_new(*options); });
+  on(with_file("show", "Print a rig for a person"), [options] { return show(*options); });
+  auto* checked = with_file("check", "Validate a rig and say what is missing");
+  checked
+      ->add_option("--rest-readings", options->rest_readings_deg,
+                   "Encoder readings at rest, deg: has the encoder reset changed?")
+      ->delimiter(',')
+      ->expected(3)
+      ->type_name("PSI1,PSI2,PSI3");
+  checked->add_option("--rest-tolerance-deg", options->rest_tolerance_deg, "How well the arm is put to rest")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
+  on(checked, [options] { return check(*options); });
+}
+
+}  // namespace palpate::tools::commands

@@ -1,0 +1,204 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+#include "palpate/core/json.h"
+#include "palpate/core/stop_signal.h"
+#include "palpate/core/text.h"
+#include "palpate/transport/messages.h"
+#include "palpate/transport/zmq_engine.h"
+#include "tools/commands/command.h"
+#include "tools/commands/server_options.h"
+
+namespace palpate::tools::commands {
+namespace {
+
+constexpr double kAnswerWithin = 5.0;  // s
+
+struct StatusArguments {
+  transport::ServerName server;
+  std::string json;
+  bool once = false, reset = false;
+  double interval_s = 0.2;
+};
+
+std::string duration_text(double us) {
+  if (us < 1000.0) return fmt::format("{:.1f} us", us);
+  if (us < 1e6) return fmt::format("{:.1f} ms", 1e-3 * us);
+  return fmt::format("{:.1f} s", 1e-6 * us);
+}
+
+// Lateness by octave, all below a microsecond in one; each bar on a logarithmic scale so that one tick in a
+// million still shows.
+std::vector<std::string> histogram(const transport::LoopStatus& loop) {
+  constexpr int kWidth = 40;
+  constexpr std::size_t kMicrosecond = 6;  // 16 ns * 2^6
+  std::vector<std::uint64_t> counts(std::max(loop.late_octaves.size(), kMicrosecond + 1), 0);
+  for (std::size_t i = 0; i < loop.late_octaves.size(); ++i)
+    counts[std::max(i, kMicrosecond)] += loop.late_octaves[i];
+  while (!counts.empty() && counts.back() == 0) counts.pop_back();
+  std::vector<std::string> lines;
+  if (counts.empty()) return lines;
+  const double most = static_cast<double>(*std::max_element(counts.begin(), counts.end()));
+  bool begun = false;
+  for (std::size_t i = kMicrosecond; i < counts.size(); ++i) {
+    begun = begun || counts[i] > 0;
+    if (!begun) continue;
+    const double share = std::log1p(static_cast<double>(counts[i])) / std::log1p(most);
+    const std::string bar(static_cast<std::size_t>(std::ceil(kWidth * share)), '#');
+    lines.push_back(fmt::format("    under {:>9}  {:<{}} {}",
+                                duration_text(0.016 * std::exp2(static_cast<double>(i))), bar, kWidth,
+                                counts[i]));
+  }
+  return lines;
+}
+
+std::string status_text(const transport::ServerStatus& status, const std::string& address) {
+  std::vector<std::string> lines{
+      fmt::format("{} at {}, up {:.0f} s", excerpt(status.application, 64), address, status.uptime_s)};
+  for (const auto& loop : status.loops) {
+    lines.push_back(fmt::format("\n{} loop  {:.1f} Hz, {} ticks, {} overruns, {} missed",
+                                excerpt(loop.name, 64), loop.rate_hz, loop.ticks, loop.overruns,
+                                loop.missed));
+    lines.push_back(fmt::format("  late  median {}, p99 {}, max {}; at work p99 {}",
+                                duration_text(loop.late_p50_us), duration_text(loop.late_p99_us),
+                                duration_text(loop.late_max_us), duration_text(loop.busy_p99_us)));
+    if (!loop.condition.empty()) lines.push_back(fmt::format("  forces {}", excerpt(loop.condition, 64)));
+    for (auto& bar : histogram(loop)) lines.push_back(std::move(bar));
+  }
+  lines.push_back(fmt::format("\n{}", counted(status.clients.size(), "client")));
+  for (const auto& client : status.clients) {
+    const auto& f = client.figures;
+    std::string line =
+        fmt::format("  {:<12} {:<9}", excerpt(client.name, 12), transport::role_name(client.role));
+    if (f.frames > 0)
+      line += fmt::format(
+          " {:.1f} Hz, {} of {} frames late, {} lost; round trip {} (p99 {}); clock {:+.6f} s +- {}",
+          f.rate_hz, f.late, f.frames, f.lost, duration_text(f.round_trip_median_us),
+          duration_text(f.round_trip_p99_us), f.clock_offset_s, duration_text(f.clock_uncertainty_us));
+    lines.push_back(line);
+    for (const auto& condition : f.conditions)
+      lines.push_back(fmt::format("    ! {}", excerpt(condition, transport::kMaxConditionBytes)));
+  }
+  lines.push_back(fmt::format("\n{} states answered, {} published, {} clock exchanges, {} wishes",
+                              status.requests, status.published, status.syncs, status.controls));
+  lines.push_back(fmt::format("{} messages refused, {} knocks turned away, {} answers not taken",
+                              status.rejected, status.rejected_connections, status.unsent));
+  std::string text;
+  for (const auto& line : lines) text += line + '\n';
+  return text;
+}
+
+Json status_json(const transport::ServerStatus& status) {
+  Json json{{"uptime_s", status.uptime_s},
+            {"application", status.application},
+            {"loops", Json::array()},
+            {"clients", Json::array()}};
+  for (const auto& loop : status.loops)
+    json["loops"].push_back(
+        {{"name", loop.name},
+         {"rate_hz", loop.rate_hz},
+         {"ticks", loop.ticks},
+         {"overruns", loop.overruns},
+         {"missed", loop.missed},
+         {"late_us", {{"p50", loop.late_p50_us}, {"p99", loop.late_p99_us}, {"max", loop.late_max_us}}},
+         {"busy_us", {{"p99", loop.busy_p99_us}}},
+         {"late_octaves_from_16_ns", loop.late_octaves},
+         {"condition", loop.condition}});
+  for (const auto& client : status.clients) {
+    const auto& f = client.figures;
+    json["clients"].push_back(
+        {{"name", client.name},
+         {"role", transport::role_name(client.role)},
+         {"frames", f.frames},
+         {"late", f.late},
+         {"lost", f.lost},
+         {"rate_hz", f.rate_hz},
+         {"round_trip_us", {{"median", f.round_trip_median_us}, {"p99", f.round_trip_p99_us}}},
+         {"clock_offset_s", f.clock_offset_s},
+         {"clock_uncertainty_us", f.clock_uncertainty_us},
+         {"conditions", f.conditions}});
+  }
+  json["service"] = {{"requests", status.requests}, {"published", status.published},
+                     {"syncs", status.syncs},       {"controls", status.controls},
+                     {"rejected", status.rejected}, {"turned_away", status.rejected_connections},
+                     {"unsent", status.unsent}};
+  return json;
+}
+
+Expected<void> show_status(const StatusArguments& options) {
+  const auto& stop = stop_requested();
+  const auto place = transport::server_place(options.server);
+  if (!place) return tl::unexpected(place.error());
+  const transport::Endpoint& endpoint = place->endpoint;
+  const MonotonicClock<GraphicsClock> clock;
+  auto link = transport::connect_states(endpoint, clock, "status", place->identity);
+  if (!link) return tl::unexpected(link.error());
+
+  const bool live = !options.once && !options.reset && options.json.empty();
+  const bool terminal = isatty(STDOUT_FILENO) != 0;
+  auto heard = clock.now();
+  std::optional<Instant<GraphicsClock>> asked;
+  const transport::ServerStatus* shown = nullptr;
+  transport::ServerStatus last;
+  std::optional<std::uint64_t> controls_before;  // how many the server had taken when --reset was sent
+  while (!stop.load()) {
+    (*link)->poll();
+    const auto now = clock.now();
+    if ((*link)->peer_alive()) heard = now;
+    if (now - heard > seconds(kAnswerWithin)) {
+      const auto trouble = (*link)->trouble();
+      if (trouble)
+        return refused("status: the physics server at {} turns us away: {}", endpoint.address, *trouble);
+      return refused("status: no physics server answers at {}; start `palpate physics` first",
+                     endpoint.address);
+    }
+    if ((!asked || now - *asked >= seconds(options.interval_s)) && (*link)->ask_status()) asked = now;
+    if ((*link)->status() && (shown == nullptr || (*link)->status()->uptime_s != last.uptime_s)) {
+      last = *(*link)->status();
+      shown = &last;
+      if (options.reset && !controls_before) {
+        if ((*link)->role() != transport::Role::operator_)
+          return refused(
+              "status: --reset: this machine's key has not the role operator at {}; there, `palpate keys "
+              "authorize` gives it",
+              endpoint.address);
+        controls_before = last.controls;
+        (*link)->send_control(scene::Control::reset);
+      }
+      if (controls_before && last.controls == *controls_before) continue;  // not taken yet
+      if (!options.json.empty()) return write_json(options.json, status_json(last));
+      // On a terminal each view takes the place of the one before.
+      fmt::print("{}{}", live && terminal ? "\x1b[H\x1b[2J" : "", status_text(last, endpoint.address));
+      if (live && !terminal) fmt::print("\n");
+      std::fflush(stdout);
+      if (!live) return {};
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return {};
+}
+
+}  // namespace
+
+void add_status(CLI::App& program) {
+  auto* command =
+      program.add_subcommand("status", "How a running system is doing: loops, clients, exchange; live");
+  auto options = std::make_shared<StatusArguments>();
+  add_server_options(*command, options->server);
+  command->add_flag("--once", options->once, "Print one view and end");
+  command->add_flag("--reset", options->reset,
+                    "As an operator: forces that were switched off for good come back, ramped, where their "
+                    "reason has gone; the application's counters begin anew. Print one view and end");
+  command->add_option("--interval-s", options->interval_s, "Time between two views")
+      ->check(CLI::Range(0.1, 60.0))
+      ->capture_default_str();
+  command->add_option("--json", options->json, "Write one view as JSON to FILE (- = standard output) and end")
+      ->type_name("FILE");
+  on(command, [options] { return show_status(*options); });
+}
+
+}  // namespace palpate::tools::commands

@@ -1,0 +1,359 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <set>
+#include <thread>
+
+#include "drivers/openigtlink/pose_publisher.h"
+#include "drivers/openigtlink/recording.h"
+#include "drivers/openigtlink/tracker_client.h"
+#include "palpate/core/csv.h"
+#include "palpate/core/json.h"
+#include "palpate/core/stop_signal.h"
+#include "palpate/core/text.h"
+#include "palpate/core/units.h"
+#include "palpate/time/clock.h"
+#include "tools/commands/command.h"
+
+namespace palpate::tools::commands {
+namespace {
+
+constexpr std::size_t kMostRecorded = 2'000'000;  // poses: five hours at 100 Hz, 200 MB of text
+
+struct ListenArguments {
+  std::string address, tool, out, json;
+  double seconds = 0.0;
+};
+
+struct HeardTool {
+  std::uint64_t poses = 0, unseen = 0;
+  std::int64_t first_ns = 0, last_ns = 0;  // arrivals
+
+  double rate_hz() const {
+    return last_ns > first_ns
+               ? 1e9 * static_cast<double>(poses + unseen - 1) / static_cast<double>(last_ns - first_ns)
+               : 0.0;
+  }
+};
+
+double since(std::int64_t start_ns) {
+  return 1e-9 * static_cast<double>(MonotonicClock<TrackerClock>::monotonic_ns() - start_ns);
+}
+
+void sleep_ms(int ms) { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }
+
+// The poses of one tool as the calibrations read them. Times of the server and of arrival do not mix: the
+// first pose decides.
+class PoseRecorder {
+ public:
+  explicit PoseRecorder(std::string tool) : tool_(std::move(tool)) {}
+
+  // Without a name, the first tool that is seen.
+  void add(const drivers::openigtlink::ToolSample& sample) {
+    if (tool_.empty()) tool_ = sample.tool;
+    if (sample.tool != tool_ || !sample.seen || full()) return;
+    if (rows_ == 0) server_time_ = sample.server_time;
+    if (sample.server_time != server_time_) {
+      ++other_clock_;
+      return;
+    }
+    ++rows_;
+    const auto& q = sample.pose.rotation;
+    const Vector3 p = kMillimetresPerMetre * sample.pose.translation;
+    std::vector<std::string> cells{
+        fmt::format("{}.{:09}", sample.stamp.ns() / 1'000'000'000, sample.stamp.ns() % 1'000'000'000)};
+    for (const double value : {p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()})
+      cells.push_back(number_text(value));
+    csv_.row(cells);
+  }
+
+  bool full() const { return rows_ == kMostRecorded; }
+  std::size_t rows() const { return rows_; }
+  std::uint64_t other_clock() const { return other_clock_; }
+  const std::string& tool() const { return tool_; }
+  const std::string& content() const { return csv_.content(); }
+
+ private:
+  std::string tool_;
+  bool server_time_ = false;
+  std::size_t rows_ = 0;
+  std::uint64_t other_clock_ = 0;
+  CsvWriter csv_{{"time_s", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"}};
+};
+
+// What is new about the connection, also where it came and went between two looks.
+class LinkNews {
+ public:
+  void look(const drivers::openigtlink::TrackerClientState& state,
+            const std::function<void(const char*)>& tell) {
+    if (state.connections != connections_) {
+      if (connected_) tell(kGone);
+      tell("connected");
+      connections_ = state.connections;
+      connected_ = true;
+    }
+    if (connected_ && !state.connected) {
+      tell(kGone);
+      connected_ = false;
+    }
+  }
+
+ private:
+  static constexpr const char* kGone = "the server has gone; waiting for it";
+  std::uint64_t connections_ = 0;
+  bool connected_ = false;
+};
+
+// One line that is written over, on a terminal only.
+class LiveLine {
+ public:
+  void show(const std::map<std::string, HeardTool>& tools, double elapsed_s) {
+    if (!terminal_ || elapsed_s < next_s_) return;
+    next_s_ = elapsed_s + 0.25;
+    std::string line;
+    for (const auto& [name, tool] : tools)
+      line += fmt::format("  {} {} ({:.1f} Hz)", name, tool.poses, tool.rate_hz());
+    std::fprintf(stderr, "\r\x1b[K%s", excerpt(line, 160).c_str());
+    shown_ = true;
+  }
+  void end() {
+    if (std::exchange(shown_, false)) std::fprintf(stderr, "\r\x1b[K");
+  }
+
+ private:
+  const bool terminal_ = isatty(STDERR_FILENO) != 0;
+  bool shown_ = false;
+  double next_s_ = 0.0;
+};
+
+std::string names_of(const std::map<std::string, HeardTool>& tools) {
+  std::string names;
+  for (const auto& [name, tool] : tools) names += (names.empty() ? "" : ", ") + name;
+  return excerpt(names, 160);
+}
+
+Expected<void> nothing_heard(const std::string& where,
+                             const drivers::openigtlink::TrackerClientState& state) {
+  if (state.connections == 0)
+    return refused(
+        "{}: nobody answers there; an OpenIGTLink server is expected, start it or check the address", where);
+  if (!state.trouble.empty())
+    return refused("{}: no pose came: {}; an OpenIGTLink server that sends TRANSFORM or TDATA is expected",
+                   where, excerpt(state.trouble, 200));
+  return refused("{}: connected, but no pose came; check that the server sends TRANSFORM or TDATA", where);
+}
+
+Json json_of(const std::map<std::string, HeardTool>& tools,
+             const drivers::openigtlink::TrackerClientState& state) {
+  Json json;
+  json["tools"] = Json::array();
+  for (const auto& [name, tool] : tools)
+    json["tools"].push_back(
+        {{"name", name}, {"poses", tool.poses}, {"unseen", tool.unseen}, {"rate_hz", tool.rate_hz()}});
+  json["connections"] = state.connections;
+  json["lost"] = state.lost;
+  json["repeats"] = state.repeats;
+  json["bad_crc"] = state.bad_crc;
+  json["refused"] = state.refused;
+  json["skipped"] = state.skipped;
+  return json;
+}
+
+Expected<void> listen_to_tracker(const ListenArguments& options) {
+  const auto address = drivers::openigtlink::parse_server(options.address);
+  if (!address) return tl::unexpected(address.error());
+  const std::filesystem::path folder = std::filesystem::path(options.out).parent_path();
+  std::error_code code;
+  if (!folder.empty() && !std::filesystem::is_directory(folder, code))
+    return wrong_use("{}: no such folder; make it first", excerpt(folder.string(), 160));
+  const auto& stop = stop_requested();
+  auto client = drivers::openigtlink::TrackerClient::connect(*address);
+  if (!client) return tl::unexpected(client.error());
+  const std::string where = address->text();
+  notice(fmt::format("listening to {}{}", where, options.seconds > 0.0 ? "" : "; Ctrl-C ends"));
+
+  std::map<std::string, HeardTool> tools;
+  PoseRecorder recorder(options.tool);
+  LiveLine live;
+  const std::int64_t start = MonotonicClock<TrackerClock>::monotonic_ns();
+  LinkNews link;
+  bool last_look = false;
+  while (!last_look) {
+    last_look = stop || recorder.full() || (options.seconds > 0.0 && since(start) >= options.seconds);
+    link.look((*client)->state(), [&](const char* what) {
+      live.end();
+      notice(fmt::format("{}: {}", where, what));
+    });
+    for (const auto& sample : (*client)->poll()) {
+      const bool is_new = !tools.contains(sample.tool);
+      auto& tool = tools[sample.tool];
+      if (is_new) {
+        tool.first_ns = sample.arrived_ns;
+        live.end();
+        notice(fmt::format("tool {}{}", sample.tool,
+                           sample.server_time ? "" : " (without time stamps: time of arrival)"));
+      }
+      tool.last_ns = sample.arrived_ns;
+      ++(sample.seen ? tool.poses : tool.unseen);
+      if (!options.out.empty()) recorder.add(sample);
+    }
+    live.show(tools, since(start));
+    if (!last_look) sleep_ms(20);
+  }
+  live.end();
+
+  const auto state = (*client)->state();
+  if (tools.empty()) return nothing_heard(where, state);
+  if (!options.tool.empty() && !tools.contains(options.tool))
+    return refused("{}: no tool '{}' was heard; there were {}; use --tool with one of them", where,
+                   excerpt(options.tool), names_of(tools));
+  if (!options.out.empty()) {
+    if (recorder.rows() == 0)
+      return refused("{}: the tool '{}' was never seen; move it into the tracker's sight", where,
+                     recorder.tool());
+    if (auto written = write_file(options.out, recorder.content()); !written) return written;
+    if (options.tool.empty() && tools.size() > 1)
+      notice(fmt::format("warning: only {} was recorded; there were {}: choose with --tool", recorder.tool(),
+                         names_of(tools)));
+    if (recorder.other_clock() > 0)
+      notice(fmt::format("warning: {} left out: some had time stamps and some had not",
+                         counted(recorder.other_clock(), "pose")));
+    if (recorder.full())
+      notice(fmt::format("warning: ended after {} poses, the most one file holds", kMostRecorded));
+  }
+  for (const auto& [number, what] :
+       {std::pair{state.bad_crc, "damaged on the way"}, std::pair{state.refused, "made no sense"}})
+    if (number > 0)
+      notice(
+          fmt::format("warning: {} {}: {}", counted(number, "message"), what, excerpt(state.trouble, 200)));
+  if (!options.json.empty()) return write_json(options.json, json_of(tools, state));
+  if (options.out == "-") return {};
+  for (const auto& [name, tool] : tools)
+    fmt::print("{:<20} {}, {:.1f} Hz{}\n", name, counted(tool.poses, "pose"), tool.rate_hz(),
+               tool.unseen > 0 ? fmt::format(", {} times out of sight", tool.unseen) : "");
+  return {};
+}
+
+struct ReplayArguments {
+  std::string file, listen, json;
+  std::vector<std::string> transforms;
+  double speed = 1.0, seconds = 0.0;
+  bool loop = false, insecure = false;
+};
+
+Expected<void> replay_recording(const ReplayArguments& options) {
+  const auto address = drivers::openigtlink::parse_listen(options.listen, options.insecure);
+  if (!address) return tl::unexpected(address.error());
+  auto recording = drivers::openigtlink::read_recording(options.file, options.transforms);
+  if (!recording) return tl::unexpected(recording.error());
+  const auto& stop = stop_requested();
+  auto publisher = drivers::openigtlink::PosePublisher::listen(*address);
+  if (!publisher) return tl::unexpected(publisher.error());
+  if (options.insecure)
+    notice(fmt::format("warning: {} is neither encrypted nor guarded: anyone who reaches it sees the poses",
+                       (*publisher)->address().text()));
+  std::set<std::string> names;
+  for (const auto& pose : *recording) names.insert(pose.tool);
+  notice(fmt::format("serving {} of {} at {}; waiting for a client", counted(recording->size(), "pose"),
+                     excerpt(fmt::format("{}", fmt::join(names, ", ")), 160),
+                     (*publisher)->address().text()));
+
+  const std::int64_t opened = MonotonicClock<TrackerClock>::monotonic_ns();
+  const auto over = [&] { return stop || (options.seconds > 0.0 && since(opened) >= options.seconds); };
+  while ((*publisher)->state().clients == 0 && !over()) sleep_ms(20);
+  drivers::openigtlink::Replay replay(std::move(*recording), options.speed, options.loop);
+  const std::int64_t start = MonotonicClock<TrackerClock>::monotonic_ns();
+  std::size_t clients = 0;
+  while (!over()) {
+    if (const auto now = (*publisher)->state().clients; now != clients) {
+      clients = now;
+      notice(counted(clients, "client"));
+    }
+    while (const auto pose = replay.take(since(start))) {
+      const auto sent =
+          (*publisher)->publish(pose->tool, Instant<TrackerClock>::from_seconds(pose->time_s), pose->pose);
+      if (!sent) return sent;
+      if (over()) break;
+    }
+    const auto due = replay.next_due();
+    if (!due) break;
+    sleep_ms(std::clamp(static_cast<int>(1e3 * (*due - since(start))), 1, 50));
+  }
+  // The last poses may still be on their way to a client that is busy.
+  static_cast<void>((*publisher)->drain(std::chrono::seconds(5)));
+  const auto state = (*publisher)->state();
+  if (!options.json.empty())
+    return write_json(options.json, Json{{"published", state.published},
+                                         {"sent", state.sent},
+                                         {"dropped", state.dropped},
+                                         {"clients", state.accepted},
+                                         {"turned_away", state.turned_away},
+                                         {"thrown_out", state.thrown_out}});
+  fmt::print("{} published, {} sent to {}, {} dropped\n", counted(state.published, "pose"),
+             counted(state.sent, "message"), counted(state.accepted, "client"), state.dropped);
+  return {};
+}
+
+void add_tracker_listen(CLI::App& tracker) {
+  auto* command =
+      tracker.add_subcommand("listen", "Listen to an OpenIGTLink server: which tools, how often; record one");
+  auto options = std::make_shared<ListenArguments>();
+  command
+      ->add_option("SERVER", options->address,
+                   "HOST:PORT of the server; the port is 18944 where none is said")
+      ->required();
+  command->add_option("--tool", options->tool,
+                      "The tool to record, as the server names it; default: the first heard");
+  command->add_option("--seconds", options->seconds, "Stop after this many seconds; 0 = at Ctrl-C")
+      ->check(CLI::NonNegativeNumber)
+      ->default_val(0.0);
+  command->add_option("--out", options->out, "Write the tool's poses here as CSV (- = standard output)")
+      ->type_name("FILE");
+  command->add_option("--json", options->json, "Write the counts here; - = standard output")
+      ->type_name("FILE");
+  on(command, [options] { return listen_to_tracker(*options); });
+}
+
+void add_tracker_replay(CLI::App& tracker) {
+  auto* command = tracker.add_subcommand("replay", "Serve a recording as a live OpenIGTLink tracker");
+  auto options = std::make_shared<ReplayArguments>();
+  command->add_option("FILE", options->file, "Sequence (.igs.mha) or other file of poses with times")
+      ->required();
+  command
+      ->add_option(
+          "--transform", options->transforms,
+          "AToB of a sequence, or a chain of those in it; several may be named. Default: all of the file's")
+      ->type_name("AToB")
+      ->expected(1)
+      ->take_all();
+  command->add_option("--listen", options->listen, "[HOST:]PORT to serve at")->default_val("18944");
+  command->add_flag("--insecure", options->insecure,
+                    "Serve beyond this machine: the protocol protects nothing");
+  command->add_option("--speed", options->speed, "Times as fast as recorded")
+      ->check(CLI::Range(0.001, 1000.0))
+      ->default_val(1.0);
+  command->add_flag("--loop", options->loop, "Begin again at the end");
+  command
+      ->add_option("--seconds", options->seconds,
+                   "Stop after this many seconds; 0 = at the recording's end, or Ctrl-C")
+      ->check(CLI::NonNegativeNumber)
+      ->default_val(0.0);
+  command->add_option("--json", options->json, "Write the counts here; - = standard output")
+      ->type_name("FILE");
+  on(command, [options] { return replay_recording(*options); });
+}
+
+}  // namespace
+
+void add_tracker(CLI::App& program) {
+  auto* tracker = program.add_subcommand(
+      "tracker", "Optical trackers over OpenIGTLink: listen, or play a recording as one");
+  tracker->require_subcommand(1);
+  add_tracker_listen(*tracker);
+  add_tracker_replay(*tracker);
+}
+
+}  // namespace palpate::tools::commands

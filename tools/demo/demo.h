@@ -1,0 +1,49 @@
+// The main job: calibrate a simulated laboratory through its devices, play in lock-step, then in real time as
+// three processes, and leave a folder that a person can read and a script can check.
+//
+// With a window the real-time run comes right after the calibration and a person may play it with the mouse,
+// for as long as they like; the scripted player holds the bat until they do. Where nobody does, the run ends
+// as it does without a window.
+//
+// Writes summary.json, report.html, rig.toml, video.mp4, pictures/ and raw/ into the folder. Everything
+// outside summary.json's "realtime" is the same to the bit for the same world, seed and options.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "palpate/core/expected.h"
+#include "palpate/core/json.h"
+#include "palpate/desktop/spectator_window.h"
+#include "palpate/render/compositor.h"
+#include "palpate/sim/config/world_file.h"
+#include "tools/demo/test_network.h"
+
+namespace palpate::tools::demo {
+
+struct DemoOptions {
+  std::string application = "pingpong";
+  double seconds = 30.0;
+  double realtime_s = 10.0;
+  std::uint64_t seed = 1;
+  sim::config::WorldFile world;
+  std::filesystem::path world_path;  // for the real-time processes; empty = the reference world
+  std::filesystem::path out = "palpate-report";
+  std::filesystem::path program;  // this executable, for the real-time run; empty leaves that run out
+  std::string command;            // as typed, for the report
+  bool quick = false;
+  render::Quality quality = render::Quality::medium;  // of the pictures
+  std::optional<desktop::MonitorView> monitor;        // beside the window, for those who look on
+  bool window = false;  // on this machine's display: the real-time run comes first, and a person may play it
+  std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
+  std::optional<TwoHostsOptions> two_hosts;        // for the real-time run
+};
+
+// The summary that was written.
+Expected<Json> run_demo(const DemoOptions& options);
+
+}  // namespace palpate::tools::demo

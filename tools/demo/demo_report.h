@@ -1,0 +1,41 @@
+// The page a demo ends with, written from what the demo left in its folder: summary.json, raw/*.csv,
+// pictures, video.
+//
+// Files read, each of them optional but summary.json; a missing one leaves its part of the page out:
+//   video.mp4, poster.png, pictures/*.png (in name order; captions from summary.json "pictures" {"name.png":
+//   "..."}) raw/arm_errors.csv       method,pose,error_mm  and, for the cloud, x_mm,y_mm,z_mm (true tip),
+//   dx_mm,dy_mm,dz_mm
+//                            (estimate minus truth). Methods: uncorrected, one-pass, alternating, eq7, joint.
+//   raw/pivot.csv            x_mm,y_mm,z_mm,... marker poses while the tip was held
+//   raw/lens.csv             which(est|true),fx,fy,cx,cy,k1,k2,p1,p2,k3
+//   raw/surface.csv          label,x_mm,y_mm,z_mm touched corners, four of each label in touching order, once
+//                            or several times
+//   raw/frames.csv           mid_exposure_s,world_px,tip_px,...
+//   raw/ball.csv             time_s,x_m,y_m,z_m
+//   raw/haptics.csv          time_s,asked_n,given_n around the hits
+//   raw/touch.csv            time_s,force_n,tangential_n,depth_mm,speed_mm_s,sliding
+//                            of each millisecond of contact
+//   raw/realtime_frames.csv  time_s,round_trip_us,late,lost,repeated,out_of_order
+//   raw/realtime_sync.csv    time_s,offset_error_us,uncertainty_us,offset_s
+//   raw/realtime_loops.csv   time_s and, of haptic_ and physics_ each, ticks,overruns,missed since the start
+//   raw/realtime_jitter.csv  loop,late_from_us,late_to_us,ticks
+//   summary.json "realtime/network" where the run was played on two hosts
+//   (palpate/evaluation/outage_analysis.h)
+// Keys of summary.json beyond those acceptance reads, shown where present: seed, command,
+// arm {true_tip_one_pass_error_to_truth_mm, true_tip_alternating_..., true_tip_eq7_..., true_tip_joint_...,
+// samples}, pivot {poses}, hand_eye {rotation_error_deg}, camera {rms_px}.
+#pragma once
+
+#include <filesystem>
+
+#include "palpate/core/expected.h"
+#include "palpate/evaluation/report/report.h"
+
+namespace palpate::tools::demo {
+
+Expected<evaluation::report::Report> demo_report(const std::filesystem::path& folder);
+
+// demo_report() written as folder/report.html.
+Expected<void> write_demo_report(const std::filesystem::path& folder);
+
+}  // namespace palpate::tools::demo

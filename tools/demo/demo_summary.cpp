@@ -1,0 +1,217 @@
+#include "tools/demo/demo_summary.h"
+
+#include <cmath>
+
+#include "applications/pingpong/pingpong.h"
+#include "palpate/core/error_summary.h"
+#include "palpate/core/units.h"
+#include "palpate/server/graphics/record_names.h"
+#include "tools/demo/demo_raw.h"
+
+namespace palpate::tools::demo {
+namespace {
+
+double mm(double metres) { return mm_from_metres(metres); }
+
+Json arm_json(const std::vector<evaluation::MethodErrors>& methods,
+              const std::vector<evaluation::MethodErrors>& with_true_tip, std::size_t samples) {
+  Json json;
+  const auto& joint = methods.back();
+  json["error_to_truth_mean_mm"] = mm(joint.error_to_truth_mean);
+  json["heldout_mean_mm"] = mm(joint.held_out_mean);
+  json["uncorrected_mean_mm"] = mm(methods.front().held_out_mean);
+  const auto put = [&json](const std::string& prefix, const std::vector<evaluation::MethodErrors>& list) {
+    for (const auto& method : list) {
+      std::string key = method.method == "one-pass" ? "one_pass" : method.method;
+      json[prefix + key + "_error_to_truth_mm"] = mm(method.error_to_truth_mean);
+      json[prefix + key + "_heldout_mm"] = mm(method.held_out_mean);
+    }
+  };
+  put("", methods);
+  put("true_tip_", with_true_tip);
+  json["samples"] = samples;
+  return json;
+}
+
+// Mean angle between the stylus as it is and as the calibrated arm and gimbal say, over readings that they
+// have not seen.
+double stylus_error(const rig::ArmCalibration& arm, const sim::Truth& truth,
+                    const std::vector<device::ArmObservation>& unseen) {
+  double sum = 0.0;
+  for (const auto& sample : unseen) {
+    const Vector3 gimbal = arm.gimbal_gain.cwiseProduct(*sample.gimbal) + arm.gimbal_offset;
+    sum += angle_between(
+        arm.X_world_base.rotation * device::phantom_stylus(arm.correction.apply(sample.joints), gimbal),
+        truth.X_world_base.rotation *
+            device::phantom_stylus(truth.joints.apply(sample.joints), truth.gimbal.apply(*sample.gimbal)));
+  }
+  return sum / static_cast<double>(unseen.size());
+}
+
+Json overlay_json(const evaluation::OverlayOfPlay& overlay,
+                  const calibration::session::CameraRecordings& recordings) {
+  // Promised, also where nothing was in view.
+  Json json = {{"world_px_rms", 0.0},
+               {"world_px_p95", 0.0},
+               {"world_px_rms_tracker_only", 0.0},
+               {"tip_px_rms", 0.0},
+               {"tip_px_p95", 0.0},
+               {"landmark_px_rms_before", recordings.landmark_rms_px_before},
+               {"landmark_px_rms", recordings.landmark_rms_px}};
+  json.update(evaluation::overlay_figures(overlay));
+  return json;
+}
+
+}  // namespace
+
+Json demo_summary(const DemoOutcome& outcome) {
+  const auto& [options, truth, rig, recordings, methods, with_true_tip, play, overlay, stereo, points] =
+      outcome;
+  Json summary;
+  summary["seed"] = options.seed;
+  summary["command"] = options.command;
+  summary["application"] = options.application;
+  summary["seconds"] = options.seconds;
+  summary["arm"] = arm_json(methods, with_true_tip, recordings.arm_train.size());
+  summary["arm"]["stylus_error_to_truth_deg"] =
+      degrees_from_radians(stylus_error(*rig.arm, truth, recordings.arm_test));
+  if (!recordings.arm_predicted.empty() && !recordings.arm_predicted_random.empty()) {
+    summary["arm"]["predicted_error_mm"] = mm(recordings.arm_predicted.back());
+    summary["arm"]["predicted_error_unguided_mm"] = mm(recordings.arm_predicted_random.back());
+  }
+  summary["pivot"] = {{"error_to_truth_mm", mm((rig.tip_pivot->tip_in_marker - truth.tip_in_marker).norm())},
+                      {"stated_std_mm", mm(std::sqrt(rig.tip_pivot->covariance.trace()))},
+                      {"joint_error_to_truth_mm", mm((rig.arm->tip_in_marker - truth.tip_in_marker).norm())},
+                      {"poses", recordings.tip_pivot.size()}};
+  summary["hand_eye"] = {
+      {"error_to_truth_mm",
+       mm((rig.hand_eye->X_marker_camera.translation - truth.X_marker_camera.translation).norm())},
+      {"rotation_error_deg", degrees_from_radians(angle_between(rig.hand_eye->X_marker_camera.rotation,
+                                                                truth.X_marker_camera.rotation))},
+      {"images", recordings.camera.eye.size()}};
+  summary["camera"] = {{"rms_px", rig.camera->from.rms_mm}, {"views", recordings.camera.lens_views.size()}};
+  summary["delays"] = {
+      {"tracker_after_arm_s", rig.delays->tracker_after_arm_s},
+      {"tracker_after_arm_error_s", rig.delays->tracker_after_arm_s - options.world.tracker.latency_s},
+      {"camera_after_tracker_s", rig.delays->camera_after_tracker_s},
+      {"camera_after_tracker_error_s",
+       rig.delays->camera_after_tracker_s -
+           (options.world.camera.latency_s - options.world.tracker.latency_s)}};
+  summary["registration"] = overlay_json(overlay, recordings.camera);
+  summary["registration"]["check_points"] = points;
+  if (stereo) {
+    auto& registration = summary["registration"];
+    registration["right_eye"] = overlay_json(stereo->right, recordings.right_camera);
+    registration["right_eye"]["frames"] = stereo->right.frames.size();
+    registration["disparity"] = {{"world_px_rms", stereo->disparity.world.rms()},
+                                 {"world_px_p95", stereo->disparity.world.quantile(0.95)},
+                                 {"ball_px_rms", stereo->disparity.ball.rms()},
+                                 {"ball_px_p95", stereo->disparity.ball.quantile(0.95)}};
+  }
+  Json sources = {{"none", 0}, {"tracker", 0}, {"refined", 0}, {"landmarks", 0}};
+  double rejected = 0.0;
+  for (const auto& frame : play.frames) {
+    auto& count = sources[server::graphics::pose_source_name(frame.record.pose_source)];
+    count = count.get<int>() + 1;
+    rejected += frame.record.landmarks_rejected;
+  }
+  summary["registration"]["pose_from"] = sources;
+  summary["registration"]["landmarks_rejected_per_frame"] =
+      play.frames.empty() ? 0.0 : rejected / static_cast<double>(play.frames.size());
+  Json answers = {{"exact", 0}, {"interpolated", 0}, {"extrapolated", 0}, {"too_old", 0}, {"too_new", 0}};
+  int late = 0;
+  for (const auto& frame : play.frames) {
+    late += frame.record.late ? 1 : 0;
+    answers[server::graphics::answer_name(frame.record.answer)] =
+        answers[server::graphics::answer_name(frame.record.answer)].get<int>() + 1;
+  }
+  ErrorSummary sync;
+  for (double e : play.sync_errors_s) sync.add(std::abs(e) * 1e6);
+  summary["exchange"] = {{"frames", play.frames.size()},
+                         {"late", late},
+                         {"answers", answers},
+                         {"lost", play.exchange.lost},
+                         {"sync_error_us_p99", sync.quantile(0.99)}};
+  const auto& counters = play.final_state.counters;
+  if (options.application == "pingpong")
+    summary["rally"] = {{"serves", counters[applications::pingpong::kServes]},
+                        {"returned", counters[applications::pingpong::kReturned]},
+                        {"longest", counters[applications::pingpong::kLongest]},
+                        {"hits", counters[applications::pingpong::kHits]}};
+  summary["force"] = {{"peak_n", play.haptic.peak_n},
+                      {"limit_n", options.world.arm.max_force},
+                      {"limited_ticks", play.haptic.limited_ticks},
+                      {"peak_limited_ticks", play.haptic.peak_limited_ticks},
+                      {"fault_ticks", play.haptic.fault_ticks},
+                      {"blows", play.haptic.impacts},
+                      {"rejected_blows", play.haptic.rejected_impacts},
+                      {"missed_blows", play.haptic.missed_impacts},
+                      {"lost_impulse_rel", play.haptic.lost_impulse_rel()},
+                      {"impulse_error_rel_max", play.haptic.impulse_error_rel_max}};
+  summary["player"] = {{"reaction_ms", options.world.player.reaction_s * 1e3},
+                       {"aim_sd_mm", mm(options.world.player.aim_sd)},
+                       {"max_hand_acceleration_m_s2", options.world.player.max_hand_acceleration},
+                       {"sees", "the drawn pictures' states only"}};
+  return summary;
+}
+
+std::vector<std::string> closing_lines(const Json& summary, const std::filesystem::path& out) {
+  const auto number = [&summary](const char* part, const char* key) {
+    return summary[part][key].get<double>();
+  };
+  std::vector<std::string> lines;
+  lines.push_back(fmt::format(
+      "arm:      the tip {:.2f} mm from the truth before calibration, {:.3f} mm after (the paper's best way: "
+      "{:.2f} mm)",
+      number("arm", "uncorrected_error_to_truth_mm"), number("arm", "error_to_truth_mean_mm"),
+      std::min({number("arm", "one_pass_error_to_truth_mm"), number("arm", "alternating_error_to_truth_mm"),
+                number("arm", "eq7_error_to_truth_mm")})));
+  lines.push_back(fmt::format("overlay:  table and wall {:.2f} px, stylus tip {:.2f} px rms",
+                              number("registration", "world_px_rms"), number("registration", "tip_px_rms")));
+  if (summary["registration"].contains("right_eye")) {
+    const auto& right = summary["registration"]["right_eye"];
+    lines.back() += fmt::format("; right eye {:.2f} and {:.2f}", right["world_px_rms"].get<double>(),
+                                right["tip_px_rms"].get<double>());
+  }
+  if (summary.contains("realtime")) {
+    const auto& realtime = summary["realtime"];
+    lines.push_back(
+        fmt::format("exchange: {:.0f} us round trip, {} of {} frames late; clocks within {:.0f} us; haptic "
+                    "loop {:.0f} Hz, {} overruns",
+                    realtime["exchange"]["round_trip_us"]["median"].get<double>(),
+                    realtime["exchange"]["late"].get<int>(), realtime["exchange"]["frames"].get<int>(),
+                    realtime["sync"]["offset_error_us_p99"].get<double>(),
+                    realtime["haptic"]["rate_hz"].get<double>(), realtime["haptic"]["overruns"].get<int>()));
+  } else {
+    lines.push_back(fmt::format("exchange: {} of {} frames late in lock-step; no real-time leg was run",
+                                summary["exchange"]["late"].get<int>(),
+                                summary["exchange"]["frames"].get<int>()));
+  }
+  if (summary.contains("realtime") && summary["realtime"].contains("network")) {
+    const auto& network = summary["realtime"]["network"];
+    const auto after = [&network](const char* key) {
+      return network.contains(key) ? fmt::format("after {:.2f} s", network[key].get<double>()) : "never";
+    };
+    lines.push_back(
+        fmt::format("network:  two hosts, {}; cable out for {:.1f} s: noticed {}, replies again {}",
+                    network["encrypted"].get<bool>() ? "encrypted" : "not encrypted",
+                    network["cut_for_s"].get<double>(), after("gone_after_s"), after("replies_after_s")));
+  }
+  if (summary.contains("touch")) {
+    const auto& touch = summary["touch"];
+    lines.push_back(
+        fmt::format("touch:    {} times, {:.1f} of {:.1f} s on the surface, {} slips, peak force {:.1f} N",
+                    touch["touches"].get<int>(), touch["contact_s"].get<double>(),
+                    touch["of_s"].get<double>(), touch["slips"].get<int>(), number("force", "peak_n")));
+  }
+  if (summary.contains("rally"))
+    lines.push_back(
+        fmt::format("rally:    {} of {} serves returned to the wall, longest rally {} returns in a row, peak "
+                    "force {:.1f} N",
+                    summary["rally"]["returned"].get<int>(), summary["rally"]["serves"].get<int>(),
+                    summary["rally"]["longest"].get<int>(), number("force", "peak_n")));
+  lines.push_back(fmt::format("report:   {}", (out / "report.html").string()));
+  return lines;
+}
+
+}  // namespace palpate::tools::demo

@@ -1,0 +1,40 @@
+// The figures of a demo, as summary.json has them: measured against the world's truth, nothing judged.
+#pragma once
+
+#include <vector>
+
+#include "palpate/calibration/session/calibration_session.h"
+#include "palpate/core/json.h"
+#include "palpate/evaluation/arm_comparison.h"
+#include "palpate/evaluation/overlay_of_play.h"
+#include "palpate/sim/lockstep/lockstep_play.h"
+#include "tools/demo/demo.h"
+
+namespace palpate::tools::demo {
+
+// Of a play with two cameras.
+struct StereoOverlay {
+  evaluation::OverlayOfPlay right;
+  evaluation::DisparityErrors disparity;
+};
+
+struct DemoOutcome {
+  const DemoOptions& options;
+  const sim::Truth& truth;
+  const rig::Rig& rig;
+  const calibration::session::CalibrationRecordings& recordings;
+  const std::vector<evaluation::MethodErrors>& methods;        // joint last
+  const std::vector<evaluation::MethodErrors>& with_true_tip;  // the same with a perfect tip
+  const sim::lockstep::LockstepResult& play;
+  const evaluation::OverlayOfPlay& overlay;  // of the only camera, or of the left one
+  const std::optional<StereoOverlay>& stereo;
+  std::size_t check_points;
+};
+
+// Everything but "pictures" and "realtime".
+Json demo_summary(const DemoOutcome& outcome);
+
+// The five plain lines a demo ends with.
+std::vector<std::string> closing_lines(const Json& summary, const std::filesystem::path& out);
+
+}  // namespace palpate::tools::demo

@@ -1,0 +1,121 @@
+#include "tools/demo/desk_play.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <thread>
+
+#include "drivers/laboratory/channel.h"
+#include "palpate/core/file.h"
+#include "palpate/core/run_directory.h"
+#include "palpate/transport/local_endpoint.h"
+#include "tools/demo/child_process.h"
+
+namespace palpate::tools::demo {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr double kLongestGame_s = 4.0 * 3600.0;  // then the arm ends, should nobody be left to stop it
+constexpr double kPauseOfServes_s = 0.8;         // for people
+
+// Angles about x, y, z, applied in this order.
+Vector3 angles_of(const Quaternion& rotation) {
+  const Matrix3 R = rotation.toRotationMatrix();
+  return {std::atan2(R(2, 1), R(2, 2)), -std::asin(std::clamp(R(2, 0), -1.0, 1.0)),
+          std::atan2(R(1, 0), R(0, 0))};
+}
+
+sim::config::Corners corners_of(const rig::SurfaceCalibration& surface) {
+  return {surface.corner(0).m, surface.corner(1).m, surface.corner(2).m, surface.corner(3).m};
+}
+
+// Files of one game, gone with it.
+class GameFiles {
+ public:
+  GameFiles(std::filesystem::path folder, std::string name)
+      : folder_(std::move(folder)), name_(std::move(name)) {}
+  GameFiles(const GameFiles&) = delete;
+  GameFiles& operator=(const GameFiles&) = delete;
+  ~GameFiles() {
+    std::error_code ignored;
+    for (const char* what : {".world.toml", ".world.log", ".physics.log"})
+      std::filesystem::remove(file(what), ignored);
+  }
+  std::filesystem::path file(const std::string& what) const { return folder_ / (name_ + what); }
+
+ private:
+  std::filesystem::path folder_;
+  std::string name_;
+};
+
+// Until the devices of laboratory `name` are open.
+Expected<void> wait_for_arm(ChildProcess& world, const std::string& name, const GameFiles& files) {
+  for (int i = 0; !drivers::laboratory::LabClient::open(name); ++i) {
+    if (!world.running())
+      return refused("play: the arm ended (exit {}): {}", *world.wait({}),
+                     last_words(files.file(".world.log")));
+    if (i > 1000) return refused("play: the arm did not begin within 10 s; look whether the machine is busy");
+    std::this_thread::sleep_for(milliseconds(10));
+  }
+  return {};
+}
+
+}  // namespace
+
+sim::config::WorldFile desk_world(const rig::Rig& rig) {
+  sim::config::WorldFile world = sim::config::reference_world();
+  auto& arm = world.arm;
+  arm.lengths = {rig.arm->lengths.l1, rig.arm->lengths.l2};
+  arm.length_sd = arm.gain_sd = arm.offset_sd = arm.gimbal_gain_sd = arm.gimbal_offset_sd = 0.0;
+  arm.hysteresis = 0.0;
+  arm.translation = rig.arm->X_world_base.translation;
+  arm.rotation = angles_of(rig.arm->X_world_base.rotation);
+  world.tip_marker.mount_sd = 0.0;
+  if (const auto* table = rig.surface("table")) world.scene.table = corners_of(*table);
+  if (const auto* wall = rig.surface("wall")) world.scene.wall = corners_of(*wall);
+  return world;
+}
+
+Expected<Json> play_at_desk(const DeskPlayOptions& options) {
+  const std::string name = fmt::format("desk-{}", ::getpid());
+  const auto folder = run_directory();
+  if (!folder) return tl::unexpected(folder.error());
+  const auto endpoint = transport::default_endpoint(name);
+  if (!endpoint) return tl::unexpected(endpoint.error());
+  const GameFiles files(*folder, name);
+  server::session::GraphicsProcessOptions graphics = options.graphics;
+  graphics.world = desk_world(graphics.rig);
+  const std::string world_file = files.file(".world.toml").string();
+  if (auto done = write_file(world_file, sim::config::world_text(graphics.world)); !done)
+    return tl::unexpected(done.error());
+
+  auto world = ChildProcess::start(options.program,
+                                   {"world", "run", "--arm-only", "--name", name, "--world", world_file,
+                                    "--seconds", fmt::format("{}", kLongestGame_s)},
+                                   files.file(".world.log"));
+  if (!world) return tl::unexpected(world.error());
+  if (auto there = wait_for_arm(*world, name, files); !there) return tl::unexpected(there.error());
+  auto physics = ChildProcess::start(
+      options.program,
+      {"physics", "--rig", options.rig_file.string(), "--app", options.application, "--lab", name, "--world",
+       world_file, "--listen", endpoint->address, "--serve-pause-s", fmt::format("{}", kPauseOfServes_s)},
+      files.file(".physics.log"));
+  if (!physics) return tl::unexpected(physics.error());
+
+  graphics.lab = name;
+  graphics.server.address = endpoint->address;
+  auto figures = server::session::run_graphics_process(graphics);
+  if (!physics->running())
+    return refused("play: the physics server ended (exit {}): {}", *physics->wait({}),
+                   last_words(files.file(".physics.log")));
+  physics->ask_to_stop();
+  physics->wait(std::chrono::seconds(5));
+  world->ask_to_stop();
+  world->wait(std::chrono::seconds(5));
+  return figures;
+}
+
+}  // namespace palpate::tools::demo

@@ -1,0 +1,42 @@
+// The demo's real-time run: laboratory, physics server and graphics server as three processes on the
+// machine's clock.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "palpate/core/expected.h"
+#include "palpate/core/json.h"
+#include "palpate/desktop/spectator_window.h"
+#include "palpate/render/compositor.h"
+#include "palpate/sim/config/world_file.h"
+#include "palpate/time/instant.h"
+#include "tools/demo/test_network.h"
+
+namespace palpate::tools::demo {
+
+struct RealtimeRunOptions {
+  std::filesystem::path program;  // this executable
+  std::filesystem::path rig;      // file
+  std::string application = "pingpong";
+  std::filesystem::path world;  // file
+  std::filesystem::path out;    // folder for its raw files
+  std::uint64_t seed = 1;
+  render::Quality quality = render::Quality::medium;  // of the pictures
+  double seconds = 10.0;
+  // Physics and graphics on hosts of their own, and the cable between them pulled in the middle of the run.
+  std::optional<TwoHostsOptions> two_hosts;
+  // The graphics server opens a window in which a person may take the bat with the mouse, and play on beyond
+  // `seconds`.
+  bool window = false;
+  std::optional<desktop::MonitorView> monitor;  // beside it, for those who look on
+  Duration scan_out{0};                         // the simulated display's, as the world file has it
+  sim::config::ClockSettings graphics_clock;    // what the graphics process disguises its clock with
+};
+
+// The summary's "realtime" part. Refused where a process fails; what it said last is in the message.
+Expected<Json> run_realtime(const RealtimeRunOptions& options, const std::function<void(double)>& progress);
+
+}  // namespace palpate::tools::demo

@@ -1,0 +1,58 @@
+// Two hosts on one machine, each with a network of its own, and a cable between them that can be pulled.
+//
+// Linux network namespaces joined by a veth pair; nothing but the network is split. The namespaces have no
+// names: they last as long as this object or a process in them and then go with their cable, however either
+// ended. One thread.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <utility>
+
+#include "palpate/core/expected.h"
+
+namespace palpate::tools::demo {
+
+class TwoHosts {
+ public:
+  enum Host : std::size_t { kPhysicsHost, kGraphicsHost };
+  // Their places in the network between them, of a range set aside for examples (RFC 5737).
+  static constexpr std::array<const char*, 2> kPlaces{"192.0.2.1", "192.0.2.2"};
+
+  // With the cable plugged in. Refused where this process may not make networks, with what to do.
+  static Expected<TwoHosts> make();
+
+  // Calls `work` on the host, and returns when it has ended. Processes started there stay there.
+  Expected<void> at(Host host, const std::function<void()>& work) const;
+
+  // Pulls the cable out of the physics host, or plugs it in again.
+  Expected<void> plug(bool in) const;
+
+ private:
+  class Descriptor {
+   public:
+    explicit Descriptor(int number = -1) : number_(number) {}
+    Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+    Descriptor& operator=(Descriptor&& other) noexcept {
+      std::swap(number_, other.number_);
+      return *this;
+    }
+    ~Descriptor();
+    int get() const { return number_; }
+
+   private:
+    int number_;
+  };
+
+  TwoHosts() = default;
+  Expected<void> make_network(Host host);
+  Expected<void> lay_cable();
+  Expected<void> set_up(Host host);
+
+  std::array<Descriptor, 2> networks_;  // the namespaces
+  std::array<Descriptor, 2> sockets_;   // of each network, to configure it
+};
+
+}  // namespace palpate::tools::demo
