@@ -69,7 +69,7 @@ struct Play {
   Vector3 tip = (real.arm->X_world_base * device::phantom_tip(real.arm->theta)).m;
   device::CameraImage image = shaded_image();
   scene::DrawItem bat() const {
-    scene::DrawItem item = item_at(front, tip + Vector3(0, 0, -0.09), scene::Material::bat_front);
+    scene::DrawItem item = item_at(front, tip + Vector3(0, 0, -0.09), kRed);
     item.rotation = so3_exp(Vector3(1.1, 0.0, 0.2));
     return item;
   }

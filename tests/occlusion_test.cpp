@@ -37,8 +37,7 @@ TEST(Occlusion, IsThatOfRaysPixelByPixel) {
                             bat = scene::disc_mesh(0.075, 0.010, 48);
   // The bat behind the forearm, the ball behind the bat but for a rim, both as the eye sees it.
   const Vector3 away = (tip - eye).normalized();
-  scene::DrawItem bat_item =
-      item_at(bat, tip + Vector3(0.0, 0.05, 0.0) + 0.10 * away, scene::Material::highlight);
+  scene::DrawItem bat_item = item_at(bat, tip + Vector3(0.0, 0.05, 0.0) + 0.10 * away, kGreen);
   bat_item.rotation = rotation_between(Vector3::UnitY(), -away);
   const scene::DrawItem ball_item = item_at(ball, bat_item.position + 0.08 * away + Vector3(-0.075, 0.02, 0));
   const std::vector<scene::DrawItem> items{bat_item, ball_item};
@@ -213,7 +212,7 @@ TEST(Shadows, OfTheRealArmFallOnVirtualThings) {
   const Vector3 base = real.arm->X_world_base.translation;
   const Vector3 over = 0.5 * (tip + base);
   const Vector3 place = over + 0.10 * (over - settings.light.lamp).normalized();
-  scene::DrawItem item = item_at(sheet, place, scene::Material::highlight);
+  scene::DrawItem item = item_at(sheet, place, kGreen);
   std::vector<std::uint8_t> with, without;
   const device::CameraImage image = even_image(kTestCamera, 90);
   render::RealScene bare = real_scene(false);
@@ -250,8 +249,7 @@ TEST(Shadows, OfVirtualThingsFallOnTheRealArm) {
   const scene::TriangleMesh sheet = scene::disc_mesh(0.05, 0.004, 48);
   const Vector3 tip = (real.arm->X_world_base * device::phantom_tip(real.arm->theta)).m;
   const Vector3 over = 0.5 * (tip + real.arm->X_world_base.translation);
-  scene::DrawItem item =
-      item_at(sheet, over + 0.25 * (settings.light.lamp - over).normalized(), scene::Material::highlight);
+  scene::DrawItem item = item_at(sheet, over + 0.25 * (settings.light.lamp - over).normalized(), kGreen);
   const device::CameraImage image = even_image(kTestCamera, 90);
   std::vector<std::uint8_t> rgb;
   compositor.draw(image, kTestCamera, kTestEye, {&item, 1}, real, rgb);
@@ -303,7 +301,7 @@ TEST(Encoding, EdgesAreMixedAsLight) {
   };
   const device::CameraModel camera{64, 64, 100, 100, 31.5, 31.5, {}};
   const scene::TriangleMesh sheet = scene::rectangle_mesh({0, -0.3, 0}, {0.3, 0, 0}, {0, 0.6, 0});
-  scene::DrawItem item = item_at(sheet, {0.005, 0, 1.0}, scene::Material::highlight);  // its edge at u = 32
+  scene::DrawItem item = item_at(sheet, {0.005, 0, 1.0}, kGreen);  // its edge at u = 32
   for (const device::Encoding encoding :
        {device::Encoding::root, device::Encoding::srgb, device::Encoding::linear}) {
     render::CompositorSettings settings{.shadows = false};

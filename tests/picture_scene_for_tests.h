@@ -14,6 +14,11 @@ namespace palpate {
 inline const device::CameraModel kTestCamera{640, 480, 560, 561.5, 318.7, 242.1, {}};
 inline constexpr double kTableHeight = -1.52;  // m, World
 
+// What tests tell colours of a picture apart by.
+inline constexpr scene::Look kOrange{{0.86f, 0.30f, 0.035f}, 0.010f, 0.10f, 0.10f};
+inline constexpr scene::Look kRed{{0.42f, 0.020f, 0.018f}, 0.015f, 0.12f, 0.06f};
+inline constexpr scene::Look kGreen{{0.16f, 0.62f, 0.22f}, 0.030f, 0.20f, 0.20f};
+
 inline Pose<World, CameraOptical> looking(const Vector3& eye, const Vector3& at) {
   const Vector3 z = (at - eye).normalized(), x = z.cross(Vector3::UnitY()).normalized();
   Matrix3 R;
@@ -47,11 +52,11 @@ inline render::RealScene real_scene(bool with_arm) {
 }
 
 inline scene::DrawItem item_at(const scene::TriangleMesh& mesh, const Vector3& place,
-                               scene::Material material = scene::Material::ball) {
+                               const scene::Look& look = kOrange) {
   scene::DrawItem item;
   item.mesh = &mesh;
   item.position = place;
-  item.material = material;
+  item.look = look;
   return item;
 }
 

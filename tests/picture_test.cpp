@@ -10,6 +10,8 @@
 namespace palpate {
 namespace {
 
+constexpr scene::Look kOrange{{0.86f, 0.30f, 0.035f}, 0.010f, 0.10f, 0.10f};
+
 Pose<World, CameraOptical> looking(const Vector3& eye, const Vector3& at) {
   const Vector3 z = (at - eye).normalized(), x = z.cross(Vector3::UnitY()).normalized();
   Matrix3 R;
@@ -95,6 +97,7 @@ TEST(Picture, AVirtualMarkerCoversTheRealDotItBelongsTo) {
   for (const sim::Dot& dot : view.dots) {
     scene::DrawItem item;
     item.mesh = &disc;
+    item.look = kOrange;
     item.rotation = rotation_between(Vector3::UnitY(), dot.normal);
     item.position = dot.centre + 0.0008 * dot.normal;
     items.push_back(item);

@@ -13,6 +13,8 @@
 namespace palpate {
 namespace {
 
+constexpr scene::Look kOrange{{0.86f, 0.30f, 0.035f}, 0.010f, 0.10f, 0.10f};
+
 constexpr double kApart = 0.064;  // m between the eyes
 
 // Left and right camera, each with a lens of its own, the right one turned a little inwards.
@@ -80,6 +82,7 @@ TEST(Stereo, AVirtualBallHasTheDisparityOfARealOneAtItsPlace) {
       }
       scene::DrawItem item;
       item.mesh = &ball;
+      item.look = kOrange;
       item.position = place;
       const std::vector<render::Viewpoint> plain{{&without[0], cameras.left, left},
                                                  {&without[1], cameras.right, right}};
@@ -126,6 +129,7 @@ TEST(Stereo, EyesSideBySideAreTheirOwnPicturesToTheBit) {
   const scene::TriangleMesh ball = scene::sphere_mesh(0.020);
   scene::DrawItem item;
   item.mesh = &ball;
+  item.look = kOrange;
   item.position = {-0.05, -1.44, 1.4};
   render::RealScene real;
   real.surfaces = {{"table", view.table}, {"wall", view.wall}};

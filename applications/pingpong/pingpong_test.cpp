@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "applications/pingpong/looks.h"
 #include "applications/pingpong/scene_for_tests.h"
 #include "applications/pingpong/scene_view.h"
 #include "palpate/physics/flight.h"
@@ -213,7 +214,7 @@ TEST(PingPongView, DrawsWhatIsVisibleWhereItIs) {
   state.bodies[kBall].set_p({1, 2, 3});
   const auto items = scene_view.draw(state);
   ASSERT_EQ(items.size(), 4u);  // ball, two sides of the bat, handle
-  EXPECT_EQ(items[0].material, scene::Material::ball);
+  EXPECT_EQ(items[0].look, kBallLook);
   EXPECT_EQ(items[0].position, Vector3(1, 2, 3));
   state.bodies[kBall].visible = 0;
   EXPECT_EQ(scene_view.draw(state).size(), 3u);
@@ -232,7 +233,7 @@ TEST(PingPongView, TheHandleEndsAtTheTip) {
   state.body_count = 2;
   double nearest = 1.0;
   for (const auto& item : scene_view.draw(state)) {
-    if (item.material != scene::Material::handle) continue;
+    if (item.look != kHandleLook) continue;
     for (const auto& v : item.mesh->vertices) nearest = std::min(nearest, (v + scene.bat_offset).norm());
   }
   EXPECT_LT(nearest, 1e-9);  // the middle of the cylinder's end

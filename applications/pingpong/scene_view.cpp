@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "applications/pingpong/ball_world.h"
+#include "applications/pingpong/looks.h"
 #include "applications/pingpong/pingpong.h"
 
 namespace palpate::applications::pingpong {
@@ -39,13 +40,12 @@ std::vector<scene::DrawItem> PingPongView::draw(const scene::SceneState& state) 
   std::vector<scene::DrawItem> items;
   const auto& ball = state.bodies[kBall];
   if (state.body_count > kBall && ball.visible != 0)
-    items.push_back({&ball_, scene::Material::ball, ball.q(), ball.p(), true});
+    items.push_back({&ball_, kBallLook, ball.q(), ball.p(), true});
   const auto& bat = state.bodies[kBat];
   if (state.body_count > kBat && bat.visible != 0) {
-    items.push_back({&front_, scene::Material::bat_front, bat.q(), bat.p(), true});
-    items.push_back({&back_, scene::Material::bat_back, bat.q(), bat.p(), true});
-    if (!handle_.triangles.empty())
-      items.push_back({&handle_, scene::Material::handle, bat.q(), bat.p(), true});
+    items.push_back({&front_, kFrontLook, bat.q(), bat.p(), true});
+    items.push_back({&back_, kBackLook, bat.q(), bat.p(), true});
+    if (!handle_.triangles.empty()) items.push_back({&handle_, kHandleLook, bat.q(), bat.p(), true});
   }
   return items;
 }

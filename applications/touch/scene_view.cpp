@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "applications/touch/looks.h"
 #include "applications/touch/organ.h"
 #include "applications/touch/touch.h"
 
@@ -35,15 +36,13 @@ std::vector<scene::DrawItem> TouchView::draw(const scene::SceneState& state) con
   std::vector<scene::DrawItem> items;
   if (state.body_count <= kProxy) return items;
   const auto& organ = state.bodies[kOrgan];
-  items.push_back({&organ_, scene::Material::bat_front, organ.q(), organ.p(), true});
+  items.push_back({&organ_, kOrganLook, organ.q(), organ.p(), true});
   if (!plinth_.triangles.empty())
-    items.push_back(
-        {&plinth_, scene::Material::handle, X_world_rest_.rotation, X_world_rest_.translation, true});
+    items.push_back({&plinth_, kWoodLook, X_world_rest_.rotation, X_world_rest_.translation, true});
   const auto& tip = state.bodies[kProxy];
   if (tip.visible == 0) return items;
-  items.push_back({&tip_, state.contact > 0.0 ? scene::Material::highlight : scene::Material::ball, tip.q(),
-                   tip.p(), true});
-  items.push_back({&stylus_, scene::Material::handle, tip.q(), tip.p(), true});
+  items.push_back({&tip_, state.contact > 0.0 ? kTouchingTipLook : kTipLook, tip.q(), tip.p(), true});
+  items.push_back({&stylus_, kWoodLook, tip.q(), tip.p(), true});
   return items;
 }
 

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <string>
 
+#include "applications/touch/looks.h"
 #include "applications/touch/organ_for_tests.h"
 #include "applications/touch/scene_view.h"
 #include "tests/allocation_count.h"
@@ -333,7 +334,7 @@ TEST(TouchView, DrawsTheTipOnTheSurfaceWhereTheHandIsBeneath) {
   bench.go_to(bench.top - Vector3(0, 0.002, 0), 0.2);
   const auto items = scene_view.draw(bench.state);
   ASSERT_EQ(items.size(), 4u);
-  EXPECT_EQ(items[2].material, scene::Material::highlight);
+  EXPECT_EQ(items[2].look, kTouchingTipLook);
   EXPECT_GT(items[2].position.y(), bench.at().y() + 0.003);
   EXPECT_EQ(scene_view.captions(bench.state).size(), 2u);
 }

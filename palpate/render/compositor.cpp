@@ -168,7 +168,10 @@ struct Compositor::Impl {
     set_light(item, settings.light);
     scene.use_maps(item);
   }
-  void set_look(const Look& how) { item.set("albedo", how.albedo).set("surface", how.surface); }
+  void set_look(const scene::Look& look) {
+    item.set("albedo", Vector3f(look.colour[0], look.colour[1], look.colour[2]))
+        .set("surface", Vector3f(look.mirror, look.mirror_edge, look.gloss));
+  }
 
   // Plane of the surface below a thing, if any: the one whose front it is nearest to.
   Vector4f ground_below(const Vector3& place) const {
@@ -188,7 +191,7 @@ struct Compositor::Impl {
   void draw_items(const Matrix4f& to_clip, const Vector3& eye) {
     use_item(to_clip, eye);
     for (const PlacedBody& it : scene.virtual_bodies()) {
-      set_look(look(it.item->material));
+      set_look(it.item->look);
       item.set("to_world", it.X_world_mesh).set("ground", ground_below(it.item->position));
       (it.body->closed ? glEnable : glDisable)(GL_CULL_FACE);
       it.body->buffer.draw();
@@ -223,7 +226,7 @@ struct Compositor::Impl {
       unit_square.draw();
     }
     for (const PlacedBody& it : scene.backdrop()) {
-      set_look(look(it.item->material));
+      set_look(it.item->look);
       item.set("to_world", it.X_world_mesh);
       (it.body->closed ? glEnable : glDisable)(GL_CULL_FACE);
       it.body->buffer.draw();

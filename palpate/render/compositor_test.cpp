@@ -40,6 +40,7 @@ RealScene table_and_wall() {
 scene::DrawItem ball_at(const scene::TriangleMesh& mesh, const Vector3& place) {
   scene::DrawItem item;
   item.mesh = &mesh;
+  item.look = {{0.86f, 0.30f, 0.035f}, 0.010f, 0.10f, 0.10f};  // orange
   item.position = place;
   return item;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "palpate/render/picture_looks.h"
+
 namespace palpate::render {
 namespace {
 
@@ -119,13 +121,13 @@ Furniture::Furniture(const std::array<Vector3, 4>& table, const Vector3& lamp) {
 
 std::vector<scene::DrawItem> Furniture::items() const {
   std::vector<scene::DrawItem> items;
-  const auto add = [&](const scene::TriangleMesh& mesh, scene::Material material) {
+  const auto add = [&](const scene::TriangleMesh& mesh, const scene::Look& look) {
     if (!mesh.triangles.empty())
-      items.push_back({&mesh, material, Quaternion::Identity(), Vector3::Zero(), false});
+      items.push_back({&mesh, look, Quaternion::Identity(), Vector3::Zero(), false});
   };
-  add(floor_, scene::Material::floor);
-  add(shade_, scene::Material::floor_shade);
-  add(legs_, scene::Material::furniture);
+  add(floor_, kFloorLook);
+  add(shade_, kFloorShadeLook);
+  add(legs_, kFurnitureLook);
   return items;
 }
 
@@ -192,12 +194,11 @@ PlayersCamera::PlayersCamera(const device::CameraModel& left, const device::Came
 std::vector<scene::DrawItem> PlayersCamera::items(const Pose<World, CameraOptical>& X,
                                                   bool right_sees) const {
   std::vector<scene::DrawItem> items;
-  if (!head_.triangles.empty())
-    items.push_back({&head_, scene::Material::figure, X.rotation, X.translation, true});
-  items.push_back({&body_, scene::Material::camera, X.rotation, X.translation, true});
-  items.push_back({&sight_, scene::Material::sight, X.rotation, X.translation, false});
+  if (!head_.triangles.empty()) items.push_back({&head_, kFigureLook, X.rotation, X.translation, true});
+  items.push_back({&body_, kCameraLook, X.rotation, X.translation, true});
+  items.push_back({&sight_, kSightLook, X.rotation, X.translation, false});
   if (right_sees && !right_sight_.triangles.empty())
-    items.push_back({&right_sight_, scene::Material::sight, X.rotation, X.translation, false});
+    items.push_back({&right_sight_, kSightLook, X.rotation, X.translation, false});
   return items;
 }
 

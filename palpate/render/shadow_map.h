@@ -1,7 +1,7 @@
 // Shadows on bodies of any shape: depth as the lamp sees it, over the sphere that holds what is looked at.
 //
-// Coarser than PlanarShadow, whose edges soften with distance; meant for the small shadows that arm, bat and
-// ball throw on each other. What stands between the lamp and the sphere counts as well. World frame, metres.
+// Coarser than PlanarShadow, whose edges soften with distance; meant for the small shadows that arm and
+// virtual bodies throw on each other. What stands between the lamp and the sphere counts as well. World frame, metres.
 // Source: Williams (1978), "Casting curved shadows on curved surfaces"; Reeves, Salesin, Cook (1987) for the
 // averaged comparison. Thread: the context's.
 #pragma once

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "palpate/math/pose.h"
+#include "palpate/scene/draw_item.h"
 #include "palpate/scene/mesh.h"
 #include "palpate/scene/scene_state.h"
 
@@ -123,28 +124,7 @@ class Application {
   bool paused_ = false;
 };
 
-// Graphics side: a mesh at a place. `material` names a look the compositor knows.
-enum class Material : std::uint8_t {
-  ball,
-  bat_front,
-  bat_back,
-  handle,
-  highlight,
-  figure,
-  camera,
-  sight,
-  floor,
-  floor_shade,
-  furniture
-};
-struct DrawItem {
-  const TriangleMesh* mesh = nullptr;  // owned by the application's scene view, lives as long as it
-  Material material = Material::ball;
-  Quaternion rotation = Quaternion::Identity();
-  Vector3 position = Vector3::Zero();
-  bool casts_shadow = true;
-};
-
+// Graphics side.
 class SceneView {
  public:
   virtual ~SceneView() = default;

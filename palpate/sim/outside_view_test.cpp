@@ -4,12 +4,14 @@
 
 #include <cmath>
 
+#include "palpate/render/picture_looks.h"
 #include "palpate/sim/head_motion.h"
 #include "palpate/sim/simulator.h"
 
 namespace palpate::sim {
 namespace {
 
+constexpr scene::Look kOrange{{0.86f, 0.30f, 0.035f}, 0.010f, 0.10f, 0.10f};
 const device::CameraModel kHeadLens{640, 480, 560, 561.5, 318.7, 242.1, {-0.28, 0.09, 0.001, -0.0005, 0.0}};
 
 device::Pixel seen_by(const render::Viewpoint& eye, const Vector3& p) {
@@ -77,7 +79,7 @@ TEST(PlayersCamera, SeesWhatIsInItsPyramid) {
 TEST(PlayersCamera, IsWornOnAHeadOnlyWhereOneWearsIt) {
   EXPECT_EQ(render::PlayersCamera(kHeadLens, true).items({}).size(), 3u);
   const render::PlayersCamera on_a_stand(kHeadLens, false);
-  for (const auto& item : on_a_stand.items({})) EXPECT_NE(item.material, scene::Material::figure);
+  for (const auto& item : on_a_stand.items({})) EXPECT_NE(item.look, render::kFigureLook);
 }
 
 // Two cameras of one make, 64 mm apart: the right one is the left one moved, the head sits between them.
@@ -94,19 +96,19 @@ TEST(PlayersCamera, OfTwoEyesHasTwoBodiesAndTwoPyramidsOnOneHead) {
     for (const auto& v : mesh.vertices) box.extend(v);
     return box;
   };
-  const auto of = [&](scene::Material material) {
+  const auto of = [&](const scene::Look& look) {
     std::vector<const scene::TriangleMesh*> meshes;
     for (const auto& item : items)
-      if (item.material == material) meshes.push_back(item.mesh);
+      if (item.look == look) meshes.push_back(item.mesh);
     return meshes;
   };
-  ASSERT_EQ(of(scene::Material::figure).size(), 1u);
-  ASSERT_EQ(of(scene::Material::camera).size(), 1u);
-  ASSERT_EQ(of(scene::Material::sight).size(), 2u);
-  EXPECT_NEAR(extent(*of(scene::Material::figure)[0]).center().x(), 0.5 * apart, 1e-9);
+  ASSERT_EQ(of(render::kFigureLook).size(), 1u);
+  ASSERT_EQ(of(render::kCameraLook).size(), 1u);
+  ASSERT_EQ(of(render::kSightLook).size(), 2u);
+  EXPECT_NEAR(extent(*of(render::kFigureLook)[0]).center().x(), 0.5 * apart, 1e-9);
   // A body round each lens, none in the middle between them, where the band alone passes behind.
   int left = 0, right = 0, between = 0;
-  for (const auto& v : of(scene::Material::camera)[0]->vertices) {
+  for (const auto& v : of(render::kCameraLook)[0]->vertices) {
     if (v.z() < -0.065) continue;
     left += std::abs(v.x()) < 0.031;
     right += std::abs(v.x() - apart) < 0.033;
@@ -116,8 +118,7 @@ TEST(PlayersCamera, OfTwoEyesHasTwoBodiesAndTwoPyramidsOnOneHead) {
   EXPECT_GT(right, 40);
   EXPECT_EQ(between, 0);
   // The right pyramid is the left one, turned and moved as its camera is.
-  const auto &first = of(scene::Material::sight)[0]->vertices,
-             &second = of(scene::Material::sight)[1]->vertices;
+  const auto &first = of(render::kSightLook)[0]->vertices, &second = of(render::kSightLook)[1]->vertices;
   ASSERT_EQ(first.size(), second.size());
   for (std::size_t i = 0; i < first.size(); i += 7)
     EXPECT_LT((so3_exp(Vector3(0.0, -0.02, 0.0)) * first[i] + Vector3(apart, 0.0, 0.0) - second[i]).norm(),
@@ -175,8 +176,8 @@ TEST(Furniture, IsSeenFromOutsideAndNeverInTheCamerasPicture) {
   furnished.backdrop = furniture.items();
   render::Compositor compositor(settings);
   const scene::TriangleMesh ball = scene::sphere_mesh(0.02);
-  const std::vector<scene::DrawItem> items{{&ball, scene::Material::ball, Quaternion::Identity(),
-                                            file.scene.table[0] + Vector3(0.3, 0.1, -0.4), true}};
+  const std::vector<scene::DrawItem> items{
+      {&ball, kOrange, Quaternion::Identity(), file.scene.table[0] + Vector3(0.3, 0.1, -0.4), true}};
   std::vector<std::uint8_t> with, without;
   const render::Viewpoint eye = render::onlooker(file.scene.table, 640, 480);
   compositor.draw({&eye, 1}, items, bare, without);

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "palpate/render/picture_file.h"
+#include "palpate/render/picture_looks.h"
 #include "palpate/scene/shown_tip.h"
 #include "palpate/vision/pose_refinement.h"
 #include "palpate/vision/sightings.h"
@@ -127,14 +128,14 @@ render::RealScene FrameRenderer::real_things(const FrameRecord& record) const {
   real.bodies = objects_.bodies();
   if (record.have_state && rig_.arm->model != rig::kMouseArm) {
     // The arm's joints are not sent: they follow from the stylus, which is.
-    const auto& bat = record.state.bodies[1];
+    const auto& carried = record.state.bodies[scene::kCarried];
     const Point<World> tip{scene::shown_tip(record.state, scene_)};
     const auto X_base_world = rig_.arm->X_world_base.inverse();
     render::ArmConfiguration arm;
     arm.X_world_base = rig_.arm->X_world_base;
     arm.lengths = rig_.arm->lengths;
     if (device::phantom_inverse(X_base_world * tip, arm.lengths, arm.theta)) {
-      arm.gimbal = device::phantom_gimbal(arm.theta, X_base_world.rotation * bat.q());
+      arm.gimbal = device::phantom_gimbal(arm.theta, X_base_world.rotation * carried.q());
       arm.X_tip_marker.rotation = rig_.arm->R_tip_marker;
       arm.X_tip_marker.translation = -(rig_.arm->R_tip_marker * rig_.arm->tip_in_marker);
       real.arm = arm;
@@ -151,7 +152,7 @@ void FrameRenderer::draw(const device::CameraImage& image, const device::CameraI
   render::RealScene real = real_things(record);
   auto items = record.have_state ? scene_view_->draw(record.state) : std::vector<scene::DrawItem>{};
   if (!outline_.triangles.empty())
-    items.push_back({&outline_, scene::Material::highlight, Quaternion::Identity(), Vector3::Zero(), false});
+    items.push_back({&outline_, render::kHighlightLook, Quaternion::Identity(), Vector3::Zero(), false});
   if (lost()) {
     items.clear();
     real = {};

@@ -1,0 +1,32 @@
+// What a picture shows of a virtual body: a mesh, what it looks like, and where it is. Values.
+#pragma once
+
+#include <array>
+
+#include "palpate/math/so3.h"
+#include "palpate/scene/mesh.h"
+
+namespace palpate::scene {
+
+// How a body answers to light. All shares are of linear light, not of encoded bytes, without unit, from 0 to
+// 1. What a body mirrors comes on top of its colour: so that it gives back no more light than it gets, the
+// largest of `colour` and mirror_edge together should stay below 1.
+struct Look {
+  std::array<float, 3> colour{0.50f, 0.50f, 0.50f};  // sent back in all directions: red, green, blue
+  float mirror = 0.010f;       // of the room's light, mirrored where one looks straight at the body
+  float mirror_edge = 0.080f;  // so much more where one looks along its surface
+  float gloss = 0.050f;        // of the lamp's light, mirrored as a bright spot
+
+  bool operator==(const Look&) const = default;
+};
+
+// A mesh at a place, World, m.
+struct DrawItem {
+  const TriangleMesh* mesh = nullptr;  // owned by the application's scene view, lives as long as it
+  Look look;
+  Quaternion rotation = Quaternion::Identity();
+  Vector3 position = Vector3::Zero();
+  bool casts_shadow = true;
+};
+
+}  // namespace palpate::scene
