@@ -77,7 +77,7 @@ struct Play {
 
 TEST(GoldenPicture, BallOnTheTableAndBatBehindTheArm) {
   Play play;
-  const std::vector<scene::DrawItem> items{item_at(play.ball, {-0.12, kTableHeight + 0.020, 1.45}),
+  const std::vector<scene::DrawItem> items{sphere_at(play.ball, 0.020, {-0.12, kTableHeight + 0.020, 1.45}),
                                            play.bat()};
   render::Compositor compositor;
   std::vector<std::uint8_t> rgb;
@@ -91,8 +91,8 @@ TEST(GoldenPicture, BallBehindBatAndRegisteredBody) {
   const scene::DrawItem bat = play.bat();
   const Vector3 away = (bat.position - kTestEye.translation).normalized();
   const std::vector<scene::DrawItem> items{
-      bat, item_at(play.ball, bat.position + 0.09 * away + Vector3(-0.06, 0, 0)),
-      item_at(play.ball, {-0.17, kTableHeight + 0.05, 1.27})};
+      bat, sphere_at(play.ball, 0.020, bat.position + 0.09 * away + Vector3(-0.06, 0, 0)),
+      sphere_at(play.ball, 0.020, {-0.17, kTableHeight + 0.05, 1.27})};
   render::CompositorSettings settings;
   settings.encoding = device::Encoding::srgb;
   render::Compositor compositor(settings);
@@ -104,7 +104,7 @@ TEST(GoldenPicture, BallBehindBatAndRegisteredBody) {
 TEST(GoldenPicture, FromOutside) {
   Play play;
   device::CameraModel camera = kSmall;
-  const std::vector<scene::DrawItem> items{item_at(play.ball, {-0.12, kTableHeight + 0.020, 1.45}),
+  const std::vector<scene::DrawItem> items{sphere_at(play.ball, 0.020, {-0.12, kTableHeight + 0.020, 1.45}),
                                            play.bat()};
   render::Compositor compositor;
   std::vector<std::uint8_t> rgb;

@@ -142,7 +142,7 @@ TEST(Shadows, MeetTheBallAtItsContactWithinAPixel) {
   const double radius = 0.020, level = 200;
   const scene::TriangleMesh mesh = scene::sphere_mesh(radius, 48, 96);
   const Vector3 centre(-0.05, kTableHeight + radius, 1.55), eye = kTestEye.translation;
-  const scene::DrawItem item = item_at(mesh, centre);
+  const scene::DrawItem item = sphere_at(mesh, radius, centre);
   std::vector<std::uint8_t> rgb;
   compositor.draw(even_image(kTestCamera, static_cast<std::uint8_t>(level)), kTestCamera, kTestEye,
                   {&item, 1}, real_scene(false), rgb);
@@ -278,7 +278,7 @@ TEST(Shadows, FallNoDarkerWhereARealOneLiesAlready) {
   const render::CompositorSettings settings;
   // The plate between lamp and table, the ball close to the table in the middle of its shadow.
   const Vector3 foot(0.0, kTableHeight, 1.35), up = (settings.light.lamp - foot).normalized();
-  const scene::DrawItem item = item_at(ball, foot + 0.10 * up);
+  const scene::DrawItem item = sphere_at(ball, 0.020, foot + 0.10 * up);
   const device::CameraImage image = even_image(kTestCamera, 120);
   const device::Pixel at = kTestCamera.project_undistorted((kTestEye.inverse() * Point<World>{foot}).m);
   const int u = static_cast<int>(std::lround(at.x())), v = static_cast<int>(std::lround(at.y()));

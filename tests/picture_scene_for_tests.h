@@ -60,6 +60,12 @@ inline scene::DrawItem item_at(const scene::TriangleMesh& mesh, const Vector3& p
   return item;
 }
 
+inline scene::DrawItem sphere_at(const scene::TriangleMesh& mesh, double radius, const Vector3& place) {
+  scene::DrawItem item = item_at(mesh, place);
+  item.sphere_radius = radius;
+  return item;
+}
+
 inline const std::uint8_t* pixel_of(const std::vector<std::uint8_t>& rgb, const device::CameraModel& camera,
                                     int u, int v) {
   return &rgb[static_cast<std::size_t>(3 * (v * camera.width + u))];

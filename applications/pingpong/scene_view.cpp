@@ -40,7 +40,7 @@ std::vector<scene::DrawItem> PingPongView::draw(const scene::SceneState& state) 
   std::vector<scene::DrawItem> items;
   const auto& ball = state.bodies[kBall];
   if (state.body_count > kBall && ball.visible != 0)
-    items.push_back({&ball_, kBallLook, ball.q(), ball.p(), true});
+    items.push_back({&ball_, kBallLook, ball.q(), ball.p(), true, scene_.ball_radius});
   const auto& bat = state.bodies[kBat];
   if (state.body_count > kBat && bat.visible != 0) {
     items.push_back({&front_, kFrontLook, bat.q(), bat.p(), true});

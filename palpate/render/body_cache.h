@@ -1,9 +1,11 @@
-// Meshes on the graphics card, looked up by address; one that changes its shape in place is seen to change.
+// Meshes on the graphics card, looked up by address, uploaded anew where their version has changed.
 // Thread: the context's.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
+#include <vector>
 
 #include "palpate/render/mesh_buffer.h"
 #include "palpate/scene/mesh.h"
@@ -11,18 +13,16 @@
 namespace palpate::render {
 
 struct CachedBody {
-  std::uint64_t topology = 0, shape = 0, last_used = 0;
+  std::uint64_t version = 0, last_used = 0;             // of the mesh; picture
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // that `closed` speaks of
   bool closed = false;
   MeshBuffer buffer;
-  // Radius where the mesh's box is a cube, so that it may be taken for a ball; else 0. m.
-  double ball_radius() const;
 };
 
 class BodyCache {
  public:
   const CachedBody& body(const scene::TriangleMesh& mesh);
-  // Forgets meshes that have not been drawn for a while: they may be gone, and their address may come back as
-  // another mesh. Call once per picture.
+  // Forgets meshes that have not been drawn for a while: they may be gone. Call once per picture.
   void next_picture();
 
  private:

@@ -144,7 +144,7 @@ struct Compositor::Impl {
           .set("side_x", Vector3f(r.side_x.cast<float>()))
           .set("side_y", Vector3f(r.side_y.cast<float>()))
           .set("area", surface.area)
-          .set("balls", surface.balls)
+          .set("spheres", surface.spheres)
           .set("part", surface.shadow != nullptr ? surface.shadow->part() : Vector4f(Vector4f::Zero()));
       unit_square.draw();
     }

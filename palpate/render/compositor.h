@@ -26,7 +26,8 @@ namespace palpate::render {
 
 // A real body of known shape at a registered place: a phantom head, a vise. Mesh frame in World, m.
 struct RealBody {
-  const scene::TriangleMesh* mesh = nullptr;  // must live as long as it is drawn
+  // Must live as long as it is drawn. Who changes its vertices raises its version.
+  const scene::TriangleMesh* mesh = nullptr;
   Quaternion rotation = Quaternion::Identity();
   Vector3 position = Vector3::Zero();
 };

@@ -146,14 +146,14 @@ void main() {
 }
 )";
 
-// The room's light that a ball takes from a place of a surface below it: cos(angle) (r / distance)^2, the
+// The room's light that a sphere takes from a place of a surface below it: cos(angle) (r / distance)^2, the
 // form factor of a sphere wholly above the place's horizon. At the contact it is 1.
 std::string catcher_fragment() {
   return std::string(kLightGlsl) + R"(
 uniform sampler2D shadow;
 uniform vec4 part;           // where `shadow` lies; width 0: nowhere
 uniform vec3 side_x, side_y;
-uniform vec4 balls[4];       // centre, radius; radius 0: none
+uniform vec4 spheres[4];     // centre, radius; radius 0: none
 uniform float in_image;      // 1: real shadows are in the camera's image already; 0: there is no image
 in vec2 q;
 in vec3 p;
@@ -166,9 +166,9 @@ void main() {
   hidden.g *= in_image;
   float open = 1.0;
   for (int i = 0; i < 4; ++i) {
-    vec3 to = balls[i].xyz - p;
+    vec3 to = spheres[i].xyz - p;
     float d2 = max(dot(to, to), 1e-9);
-    open *= 1.0 - clamp(dot(n, to) * inversesqrt(d2) * balls[i].w * balls[i].w / d2, 0.0, 1.0);
+    open *= 1.0 - clamp(dot(n, to) * inversesqrt(d2) * spheres[i].w * spheres[i].w / d2, 0.0, 1.0);
   }
   open = min(open, 1.0 - 0.25 * (hidden.r - hidden.g));
   vec3 before = lit(vec3(1.0), p, n, 1.0 - hidden.g, 1.0), after = lit(vec3(1.0), p, n, 1.0 - hidden.r, open);

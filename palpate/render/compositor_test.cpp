@@ -178,6 +178,7 @@ TEST(Compositor, IsTheSameToTheBitWhateverWasDrawnBefore) {
   EXPECT_EQ(first, again);
   // A mesh that changes its shape in place is seen to change.
   for (Vector3& v : mesh.vertices) v.y() *= 0.5;
+  mesh.version.raise();
   b.draw(image, kCamera, kEye, {&item, 1}, table_and_wall(), again);
   EXPECT_NE(first, again);
 }

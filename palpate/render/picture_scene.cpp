@@ -7,8 +7,8 @@
 namespace palpate::render {
 namespace {
 
-constexpr std::size_t kBalls = 4;    // as many as the catcher's shader takes
-constexpr double kContactReach = 4;  // radii round a ball's foot where its contact still shows (1/17 of it)
+constexpr std::size_t kSpheres = 4;  // as many as the catcher's shader takes
+constexpr double kContactReach = 4;  // radii round a sphere's foot where its contact still shows (1/17 of it)
 
 ShadowReceiver receiver(const scene::SceneSurface& surface) {
   const Vector3 x = surface.corners[1] - surface.corners[0], y = surface.corners[3] - surface.corners[0];
@@ -120,22 +120,22 @@ void PictureScene::set(std::span<const scene::DrawItem> items, const RealScene& 
   if (map_real_ && !(virtual_.empty() && real_.empty() && !has_arm_)) throw_on_bodies();
 }
 
-// A ball throws the shadow of the circle in which rays of the lamp touch it: a flat disc is far cheaper.
+// A sphere throws the shadow of the circle in which rays of the lamp touch it: a flat disc is far cheaper.
 ShadowCaster PictureScene::flat_caster(const PlacedBody& it) const {
-  const bool real = it.item == nullptr;
-  const double radius = it.body->ball_radius();
-  const Vector3 to_lamp = settings_.light.lamp - it.box.center();
+  const ShadowCaster triangles{&it.body->buffer, it.X_world_mesh, it.body->closed, it.item == nullptr};
+  const double radius = it.sphere_radius();
+  if (radius <= 0.0) return triangles;
+  const Vector3 to_lamp = settings_.light.lamp - it.item->position;
   const double distance = to_lamp.norm();
-  if (radius <= 0.0 || distance < 2.0 * radius)
-    return {&it.body->buffer, it.X_world_mesh, it.body->closed, real};
+  if (distance < 2.0 * radius) return triangles;
   const Vector3 z = to_lamp / distance, x = z.unitOrthogonal();
   const double share = radius / distance, across = radius * std::sqrt(1.0 - share * share);
   Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
   m.col(0).head<3>() = across * x;
   m.col(1).head<3>() = across * z.cross(x);
   m.col(2).head<3>() = z;
-  m.col(3).head<3>() = it.box.center() + radius * share * z;
-  return {&unit_disc_, m.cast<float>(), false, real};
+  m.col(3).head<3>() = it.item->position + radius * share * z;
+  return {&unit_disc_, m.cast<float>(), false, false};
 }
 
 void PictureScene::throw_on_surfaces(const RealScene& real, std::span<const Vector3> eyes,
@@ -172,16 +172,16 @@ void PictureScene::find_contacts(PlacedSurface& surface) const {
   const ShadowReceiver& r = surface.rectangle;
   Eigen::AlignedBox2d area;
   for (const PlacedBody& it : virtual_) {
-    const double radius = it.body->ball_radius();
-    if (radius <= 0.0 || !it.item->casts_shadow || surface.balls.size() == kBalls) continue;
-    const Vector3 centre = it.box.center();
+    const double radius = it.sphere_radius();
+    if (radius <= 0.0 || !it.item->casts_shadow || surface.spheres.size() == kSpheres) continue;
+    const Vector3& centre = it.item->position;
     const Vector3 from = centre - r.corner;
     const double height = surface.normal().dot(from), a = from.dot(r.side_x), b = from.dot(r.side_y);
     const double reach = kContactReach * radius;
     if (height < 0.0 || height > reach || a < -reach || b < -reach || a > r.width + reach ||
         b > r.height + reach)
       continue;
-    surface.balls.push_back(Eigen::Vector4d(centre.x(), centre.y(), centre.z(), radius).cast<float>());
+    surface.spheres.push_back(Eigen::Vector4d(centre.x(), centre.y(), centre.z(), radius).cast<float>());
     area.extend(Eigen::Vector2d(std::clamp(a - reach, 0.0, r.width), std::clamp(b - reach, 0.0, r.height)));
     area.extend(Eigen::Vector2d(std::clamp(a + reach, 0.0, r.width), std::clamp(b + reach, 0.0, r.height)));
   }
@@ -189,7 +189,7 @@ void PictureScene::find_contacts(PlacedSurface& surface) const {
     surface.darkened = true;
     surface.area << area.min().cast<float>(), area.sizes().cast<float>();
   }
-  surface.balls.resize(kBalls, Vector4f::Zero());
+  surface.spheres.resize(kSpheres, Vector4f::Zero());
 }
 
 void PictureScene::throw_on_bodies() {

@@ -2,6 +2,7 @@
 // shadows that each throws on the others. World frame, m. Thread: the context's.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <span>
 #include <vector>
@@ -20,13 +21,18 @@ struct PlacedBody {
   Matrix4f X_world_mesh = Matrix4f::Identity();
   const scene::DrawItem* item = nullptr;  // none: a real body
   WorldBox box;
+  // m; 0 where it is no sphere. A sphere's middle is its item's position.
+  double sphere_radius() const {
+    const double radius = item != nullptr ? item->sphere_radius.value_or(0.0) : 0.0;
+    return std::isfinite(radius) && radius > 0.0 ? radius : 0.0;
+  }
 };
 
 struct PlacedSurface {
   ShadowReceiver rectangle;
   const PlanarShadow* shadow = nullptr;  // of virtual things; none falls on it
   Vector4f area = Vector4f::Zero();      // that shadows or contacts darken: x, y, width, height
-  std::vector<Vector4f> balls;           // near it: centre, radius; always four, radius 0 where fewer
+  std::vector<Vector4f> spheres;         // near it: centre, radius; always four, radius 0 where fewer
   bool darkened = false;
   Vector3 normal() const { return rectangle.side_x.cross(rectangle.side_y); }
 };

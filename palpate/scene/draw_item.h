@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "palpate/math/so3.h"
 #include "palpate/scene/mesh.h"
@@ -22,11 +23,16 @@ struct Look {
 
 // A mesh at a place, World, m.
 struct DrawItem {
-  const TriangleMesh* mesh = nullptr;  // owned by the application's scene view, lives as long as it
+  // Owned by the application's scene view, lives as long as it. Who changes its vertices raises its version.
+  const TriangleMesh* mesh = nullptr;
   Look look;
   Quaternion rotation = Quaternion::Identity();
   Vector3 position = Vector3::Zero();
   bool casts_shadow = true;
+  // Where the mesh is a sphere round its own origin: the radius, m, above 0. Its shadow is then that of an
+  // exact sphere, for less work, and a surface that it nearly touches gets less of the room's light. Any
+  // other mesh throws the shadow of its triangles.
+  std::optional<double> sphere_radius;
 };
 
 }  // namespace palpate::scene

@@ -1,5 +1,6 @@
 #include "palpate/scene/mesh.h"
 
+#include <atomic>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -36,6 +37,11 @@ TriangleMesh prism(const Vector3& low, const Vector3& high, const Vector3& u, co
 }
 
 }  // namespace
+
+std::uint64_t MeshVersion::next() noexcept {
+  static std::atomic<std::uint64_t> newest{0};
+  return newest.fetch_add(1, std::memory_order_relaxed) + 1;
+}
 
 TriangleMesh rectangle_mesh(const Vector3& corner, const Vector3& side_x, const Vector3& side_y) {
   return {{corner, corner + side_x, corner + side_x + side_y, corner + side_y}, {{0, 1, 2}, {0, 2, 3}}};
@@ -104,6 +110,7 @@ void append(TriangleMesh& mesh, const TriangleMesh& other) {
     const auto t = other.triangles[i];
     mesh.triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
   }
+  mesh.version.raise();
 }
 
 }  // namespace palpate::scene

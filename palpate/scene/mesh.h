@@ -3,16 +3,48 @@
 
 #include <array>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "palpate/math/so3.h"
 
 namespace palpate::scene {
 
+// Which state of its vertices and triangles a mesh is in. Who keeps something made from a mesh (normals, a copy
+// on the graphics card) sees by it that the mesh has changed, without looking at every vertex.
+//
+// No two meshes of a process have one number, nor have two states of one mesh: a copy gets a number of its own,
+// for it may be changed next, and what has been moved takes its number along. So a mesh that comes to lie where
+// another one lay is not taken for it.
+class MeshVersion {
+ public:
+  MeshVersion() : number_(next()) {}
+  MeshVersion(const MeshVersion&) : MeshVersion() {}
+  MeshVersion(MeshVersion&& other) noexcept : number_(std::exchange(other.number_, next())) {}
+  MeshVersion& operator=(const MeshVersion&) {
+    raise();
+    return *this;
+  }
+  MeshVersion& operator=(MeshVersion&& other) noexcept {
+    number_ = std::exchange(other.number_, next());
+    return *this;
+  }
+  ~MeshVersion() = default;
+
+  // For whoever has changed a mesh in place that may have been drawn before.
+  void raise() { number_ = next(); }
+  std::uint64_t number() const { return number_; }  // never 0
+
+ private:
+  static std::uint64_t next() noexcept;  // any thread
+  std::uint64_t number_;
+};
+
 // Vertices in metres in the mesh's own frame; triangles counter-clockwise seen from outside.
 struct TriangleMesh {
   std::vector<Vector3> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
+  MeshVersion version;
 };
 
 // A rectangle spanned from `corner` by `side_x` and `side_y`, normal side_x x side_y: two triangles.

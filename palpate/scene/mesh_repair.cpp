@@ -182,6 +182,7 @@ MeshRepair repair(TriangleMesh& mesh) {
   report.repeated_triangles = drop_repeated(mesh);
   orient(mesh, report);
   drop_unused_vertices(mesh);
+  mesh.version.raise();
   return report;
 }
 

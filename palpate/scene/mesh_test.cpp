@@ -4,6 +4,7 @@
 
 #include <map>
 #include <numbers>
+#include <utility>
 
 namespace palpate::scene {
 namespace {
@@ -85,6 +86,26 @@ TEST(Mesh, ShapesThatCannotBeAreRefused) {
   EXPECT_THROW(disc_mesh(0.1, 0.01, 2), std::invalid_argument);
   EXPECT_THROW(cylinder_mesh({0, 0, 0}, {0, 0, 0}, 0.1), std::invalid_argument);
   EXPECT_THROW(sphere_mesh(0.1, 1, 8), std::invalid_argument);
+}
+
+TEST(MeshVersion, IsOneOfItsOwnForEachMeshAndEachOfItsStates) {
+  TriangleMesh mesh = box_mesh({-1, -1, -1}, {1, 1, 1});
+  const auto first = mesh.version.number();
+  EXPECT_NE(first, 0u);
+  const TriangleMesh copy = mesh;
+  EXPECT_EQ(mesh.version.number(), first);
+  EXPECT_NE(copy.version.number(), first);
+  mesh.version.raise();
+  EXPECT_GT(mesh.version.number(), first);
+  const auto raised = mesh.version.number();
+  TriangleMesh moved = std::move(mesh);
+  EXPECT_EQ(moved.version.number(), raised);
+  moved = copy;  // other vertices
+  EXPECT_GT(moved.version.number(), raised);
+  EXPECT_NE(moved.version.number(), copy.version.number());
+  const auto before = moved.version.number();
+  append(moved, copy);
+  EXPECT_GT(moved.version.number(), before);
 }
 
 }  // namespace
