@@ -29,9 +29,9 @@ std::vector<LivePose> live_poses(const FrameRecord& frame, const scene::SceneDes
   std::vector<LivePose> poses;
   if (frame.have_state) {
     const auto time = sync.back(frame.state.time);
-    const auto& bat = frame.state.bodies[scene::kCarried];
-    poses.push_back({"TipToWorld", time, {bat.q(), scene::shown_tip(frame.state, scene)}});
-    poses.push_back({"BatToWorld", time, {bat.q(), bat.p()}});
+    const auto& carried = frame.state.bodies[scene::kCarried];
+    poses.push_back({"TipToWorld", time, {carried.q(), scene::shown_tip(frame.state, scene)}});
+    poses.push_back({"BatToWorld", time, {carried.q(), carried.p()}});
     const auto& ball = frame.state.bodies[0];  // of touch: what is touched
     if (ball.visible != 0)
       poses.push_back(
