@@ -5,28 +5,39 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "palpate/render/mesh_buffer.h"
 #include "palpate/scene/mesh.h"
+#include "palpate/scene/shape.h"
 
 namespace palpate::render {
 
 struct CachedBody {
   std::uint64_t version = 0, last_used = 0;             // of the mesh; picture
+  std::shared_ptr<const scene::Shape> shape;            // that it has taken on
   std::vector<std::array<std::uint32_t, 3>> triangles;  // that `closed` speaks of
   bool closed = false;
   MeshBuffer buffer;
 };
 
+// The shape has a place for each of the mesh's vertices. A mesh alone keeps its own.
+bool takes(const scene::TriangleMesh& mesh, const scene::Shape* shape);
+
 class BodyCache {
  public:
-  const CachedBody& body(const scene::TriangleMesh& mesh);
+  // `shape`: how the mesh has deformed, or null. One of another number of vertices does not count.
+  const CachedBody& body(const scene::TriangleMesh& mesh,
+                         const std::shared_ptr<const scene::Shape>& shape = {});
   // Forgets meshes that have not been drawn for a while: they may be gone. Call once per picture.
   void next_picture();
 
  private:
-  std::map<const scene::TriangleMesh*, CachedBody> bodies_;  // looked up, never walked in an order that shows
+  // With a shape and without one are two bodies, as both may stand in one picture. Looked up, never walked in
+  // an order that shows.
+  std::map<std::pair<const scene::TriangleMesh*, bool>, CachedBody> bodies_;
   std::uint64_t picture_ = 0;
 };
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include "tests/picture_scene_for_tests.h"
@@ -173,6 +174,72 @@ TEST(DeformingMesh, ChangesPictureShadingAndShadowWithItsVersionAndNotBefore) {
   }
   EXPECT_EQ(wrong, 0);
   EXPECT_GT(newly_dark, 20);
+}
+
+// The sheet as a physics server sends it: where its vertices are in World, and the normal of all of them.
+std::shared_ptr<const scene::Shape> shape_of(const scene::TriangleMesh& sheet, const Vector3& place,
+                                             const Vector3& normal) {
+  auto shape = std::make_shared<scene::Shape>();
+  for (const Vector3& v : sheet.vertices)
+    for (const Vector3& one : {Vector3(place + v), normal})
+      for (int i = 0; i < 3; ++i) shape->values.push_back(static_cast<float>(one[i]));
+  return shape;
+}
+
+int pixels_that_differ(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b) {
+  int count = 0;
+  for (std::size_t i = 0; i < a.size(); i += 3)
+    count +=
+        std::abs(a[i] - b[i]) > 1 || std::abs(a[i + 1] - b[i + 1]) > 1 || std::abs(a[i + 2] - b[i + 2]) > 1;
+  return count;
+}
+
+TEST(DeformingSurface, IsDrawnShadedAndThrowsItsShadowAsItsShapeSays) {
+  const CompositorSettings settings = small_lamp();
+  scene::TriangleMesh sheet = level_sheet(0.05);
+  const Vector3 tilted_normal = Vector3(-1.0, 1.2, 0.0).normalized();
+  scene::DrawItem item = item_at(sheet, kOverTable);
+  item.deforms = true;
+  Compositor compositor(settings);
+  const auto level = picture_of(compositor, item);
+  EXPECT_EQ(picture_of(compositor, item_at(sheet, kOverTable)), level) << "no shape has come yet";
+
+  scene::TriangleMesh moved = sheet;
+  deform(moved);
+  const auto tilted = picture_of(compositor, item_at(moved, kOverTable));
+  item.shape = shape_of(moved, kOverTable, tilted_normal);
+  // Its own place no longer counts: a shape is in World.
+  item.position = Vector3(1.0, 2.0, 3.0);
+  EXPECT_GT(pixels_that_differ(level, tilted), 500);
+  const auto shown = picture_of(compositor, item);
+  EXPECT_LE(pixels_that_differ(shown, tilted), 5);  // World in floats, at the edges
+
+  // The next shape, of which only the normals are new: shaded anew, the shadow stays.
+  item.shape = shape_of(moved, kOverTable, Vector3::UnitY());
+  const auto lighter = picture_of(compositor, item);
+  const Vector3 lamp = settings.light.lamp;
+  const auto places =
+      table_places(triangles_of(moved, Quaternion::Identity(), kOverTable), lamp, foot_of(kOverTable, lamp));
+  for (const TablePlace& place : places) {
+    EXPECT_EQ(dark(shown, place.at), place.shaded) << place.at.transpose();
+    EXPECT_EQ(dark(lighter, place.at), place.shaded) << place.at.transpose();
+  }
+  EXPECT_GT(pixels_that_differ(shown, lighter), 200);
+
+  // And back to the first: what is on the card is not taken for it.
+  item.shape = shape_of(moved, kOverTable, tilted_normal);
+  EXPECT_EQ(picture_of(compositor, item), shown);
+}
+
+TEST(DeformingSurface, OfAnotherNumberOfVerticesIsDrawnAtRest) {
+  scene::TriangleMesh sheet = level_sheet(0.05);
+  scene::DrawItem item = item_at(sheet, kOverTable);
+  Compositor compositor(small_lamp());
+  const auto level = picture_of(compositor, item);
+  auto shape = std::make_shared<scene::Shape>(*shape_of(sheet, kOverTable, Vector3::UnitX()));
+  shape->values.resize(shape->values.size() - scene::Shape::kFloatsPerVertex);
+  item.shape = shape;
+  EXPECT_EQ(picture_of(compositor, item), level);
 }
 
 TEST(DeformingMesh, ThatIsRealHidesWhatIsBehindItNow) {

@@ -44,8 +44,12 @@ WorldBox box_of(const MeshBuffer& mesh, const Matrix4f& X_world_mesh) {
 
 PlacedBody placed(BodyCache& cache, const scene::TriangleMesh& mesh, const Quaternion& rotation,
                   const Vector3& position, const scene::DrawItem* item) {
-  const CachedBody& body = cache.body(mesh);
   Matrix4f X = Matrix4f::Identity();
+  if (item != nullptr && takes(mesh, item->shape.get())) {  // in World already
+    const CachedBody& body = cache.body(mesh, item->shape);
+    return {&body, X, item, box_of(body.buffer, X)};
+  }
+  const CachedBody& body = cache.body(mesh);
   X.topLeftCorner<3, 3>() = rotation.toRotationMatrix().cast<float>();
   X.topRightCorner<3, 1>() = position.cast<float>();
   return {&body, X, item, box_of(body.buffer, X)};

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
+#include <vector>
 
 #include "palpate/math/so3.h"
 #include "palpate/scene/mesh.h"
+#include "palpate/scene/shape.h"
 
 namespace palpate::scene {
 
@@ -33,6 +36,19 @@ struct DrawItem {
   // exact sphere, for less work, and a surface that it nearly touches gets less of the room's light. Any
   // other mesh throws the shadow of its triangles.
   std::optional<double> sphere_radius;
+  // The mesh is the scene's surface that deforms (Application::shape), with a vertex for each of its: what it
+  // looks like at rest, and which vertices its triangles join.
+  bool deforms = false;
+  // How it has deformed; set by whoever draws the picture, from what the physics server sends. Where it has as
+  // many vertices as the mesh, it takes the place of the mesh's vertices, their normals, rotation and position.
+  // Not changed by anyone any more.
+  std::shared_ptr<const Shape> shape;
 };
+
+// Gives the newest known shape to the items that deform.
+inline void deform(std::vector<DrawItem>& items, const std::shared_ptr<const Shape>& shape) {
+  for (DrawItem& item : items)
+    if (item.deforms) item.shape = shape;
+}
 
 }  // namespace palpate::scene

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "palpate/math/pose.h"
 #include "palpate/scene/scene_state.h"
+#include "palpate/scene/shape.h"
 #include "palpate/server/graphics/conditions.h"
 #include "palpate/time/instant.h"
 
@@ -51,7 +53,9 @@ struct FrameRecord : EyePose {
   AnswerKind answer = AnswerKind::too_old;
   Duration extrapolated_by{0};
   bool have_state = false;
-  scene::SceneState state;            // the state that was drawn
+  scene::SceneState state;  // the state that was drawn
+  // Of the surface that deforms, as it was drawn; null: there is none, or it is not known yet.
+  std::shared_ptr<const scene::Shape> shape;
   bool two_eyes = false;              // the picture has two halves, for the left eye and for the right
   std::optional<EyePose> right;       // of the right camera, where its image came with the left one's
   std::vector<Condition> conditions;  // what was wrong when the picture was finished

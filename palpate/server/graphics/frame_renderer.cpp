@@ -144,13 +144,19 @@ render::RealScene FrameRenderer::real_things(const FrameRecord& record) const {
   return real;
 }
 
+std::vector<scene::DrawItem> FrameRenderer::virtual_things(const FrameRecord& record) const {
+  auto items = scene_view_->draw(record.state);
+  scene::deform(items, record.shape);
+  return items;
+}
+
 bool FrameRenderer::lost() const { return rig_.board && lost_ >= kLostForGood; }
 
 void FrameRenderer::draw(const device::CameraImage& image, const device::CameraImage* right,
                          FrameRecord& record) {
   if (!record.have_state) return;  // nothing is known of the game yet: no picture is better than half of one
   render::RealScene real = real_things(record);
-  auto items = record.have_state ? scene_view_->draw(record.state) : std::vector<scene::DrawItem>{};
+  auto items = virtual_things(record);
   if (!outline_.triangles.empty())
     items.push_back({&outline_, render::kHighlightLook, Quaternion::Identity(), Vector3::Zero(), false});
   if (lost()) {
@@ -176,7 +182,7 @@ void FrameRenderer::draw(const device::CameraImage& image, const device::CameraI
 
 const render::OutsidePicture& FrameRenderer::outside(const FrameRecord& record) {
   if (!record.have_state || outside_.frame == record.number) return outside_;
-  auto items = scene_view_->draw(record.state);
+  auto items = virtual_things(record);
   if (!lost())
     for (const auto& item : players_camera_.items(record.X_world_camera, record.right.has_value()))
       items.push_back(item);

@@ -59,6 +59,7 @@ class FrameRenderer : public FramePipeline {
     vision::OverlayKnowledge known;
   };
   render::RealScene real_things(const FrameRecord& record) const;
+  std::vector<scene::DrawItem> virtual_things(const FrameRecord& record) const;
   // Nobody knows where the camera is, nor where its picture's virtual things would stand.
   bool lost() const;
 

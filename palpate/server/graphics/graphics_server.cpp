@@ -171,6 +171,7 @@ const FrameRecord& GraphicsServer::finish_frame(Instant<GraphicsClock> now) {
   if (last_answer_) {
     record_.have_state = true;
     record_.state = last_answer_->state;
+    record_.shape = link_.newest_shape();
     record_.answer = last_answer_->kind;
     record_.extrapolated_by = last_answer_->extrapolated_by;
   }

@@ -132,7 +132,11 @@ Expected<LockstepResult> play_in_lockstep(Simulator& world, const rig::Rig& rig,
   world.begin_play();
   transport::InProcessNetwork network(options.channel, options.seed, physics_time, graphics_time);
   network.advance_to(world.now());
-  auto service = network.serve([&physics](Instant<PhysicsClock> t) { return physics.state_at(t); }, scene);
+  scene::SceneDescription served = scene;
+  served.shape_vertices = physics.shape_vertices();
+  auto service = network.serve(
+      [&physics](Instant<PhysicsClock> t) { return physics.state_at(t); }, std::move(served),
+      [&physics](Instant<PhysicsClock> t, std::span<float> out) { return physics.shape_at(t, out); });
   if (!service) return tl::unexpected(service.error());
   auto link = network.connect();
   WatchedCamera camera(world, pictures.camera);
