@@ -1,0 +1,115 @@
+#include "palpate/scene/application_registry.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <exception>
+#include <stdexcept>
+#include <utility>
+
+#include "palpate/core/text.h"
+
+namespace palpate::scene {
+namespace {
+
+bool is_name(std::string_view name) {
+  const auto letter = [](char c) { return c >= 'a' && c <= 'z'; };
+  const auto part = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '-'; };
+  return !name.empty() && name.size() <= ApplicationRegistry::kLongestName && letter(name.front()) &&
+         std::all_of(name.begin(), name.end(), part);
+}
+
+// What a guest throws, in its name once.
+std::string words_of(const std::string& name, const char* thrown) {
+  const std::string_view said(thrown);
+  return said.starts_with(name + ": ") ? std::string(said) : fmt::format("{}: {}", name, said);
+}
+
+template <typename Make, typename... Given>
+auto guarded(const std::string& name, const char* part, const Make& make, const Given&... given)
+    -> Expected<decltype(make(given...))> {
+  try {
+    auto made = make(given...);
+    if (!made) return refused("{}: made no {}; one is expected", name, part);
+    return made;
+  } catch (const std::exception& thrown) {
+    return refused("{}", words_of(name, thrown.what()));
+  } catch (...) {
+    return refused("{}: threw what is no std::exception when its {} was made", name, part);
+  }
+}
+
+}  // namespace
+
+void ApplicationRegistry::add(ApplicationSpec spec) {
+  const auto wrong = [&spec](const std::string& words) {
+    return std::invalid_argument(fmt::format("application '{}': {}", excerpt(spec.name), words));
+  };
+  if (!is_name(spec.name))
+    throw wrong(fmt::format(
+        "a name of 1 to {} lower-case letters, digits and '-', a letter first, is expected", kLongestName));
+  if (find(spec.name) != nullptr) throw wrong("another one has this name; choose a new one");
+  if (spec.summary.empty() || spec.summary.find('\n') != std::string::npos)
+    throw wrong("a summary of one line is expected");
+  if (!spec.make_physics) throw wrong("has no make_physics");
+  if (!spec.make_view) throw wrong("has no make_view");
+  specs_.push_back(std::move(spec));
+}
+
+const ApplicationSpec* ApplicationRegistry::find(std::string_view name) const {
+  const auto at =
+      std::find_if(specs_.begin(), specs_.end(), [name](const auto& spec) { return spec.name == name; });
+  return at == specs_.end() ? nullptr : &*at;
+}
+
+std::vector<std::string> ApplicationRegistry::names() const {
+  std::vector<std::string> names;
+  for (const auto& spec : specs_) names.push_back(spec.name);
+  return names;
+}
+
+Expected<const ApplicationSpec*> ApplicationRegistry::ready(const SceneDescription& scene) const {
+  const ApplicationSpec* spec = find(scene.application);
+  if (spec == nullptr)
+    return wrong_use("application '{}' is not known; there are: {}", excerpt(scene.application),
+                     specs_.empty() ? "none" : fmt::format("{}", fmt::join(names(), ", ")));
+  for (const auto& needed : spec->surfaces)
+    if (std::none_of(scene.surfaces.begin(), scene.surfaces.end(),
+                     [&needed](const auto& surface) { return surface.name == needed; }))
+      return refused("{}: the rig has no calibrated surface '{}'; run `palpate calibrate surface`",
+                     spec->name, needed);
+  return spec;
+}
+
+Expected<std::unique_ptr<Application>> ApplicationRegistry::make_physics(const SceneDescription& scene,
+                                                                         const RunSettings& run) const {
+  const auto spec = ready(scene);
+  if (!spec) return tl::unexpected(spec.error());
+  return guarded((*spec)->name, "physics side", (*spec)->make_physics, scene, run);
+}
+
+Expected<std::unique_ptr<SceneView>> ApplicationRegistry::make_view(const SceneDescription& scene) const {
+  const auto spec = ready(scene);
+  if (!spec) return tl::unexpected(spec.error());
+  return guarded((*spec)->name, "view", (*spec)->make_view, scene);
+}
+
+Expected<std::unique_ptr<Player>> ApplicationRegistry::make_player(const SceneDescription& scene,
+                                                                   const Reach& reach,
+                                                                   const PlayerSettings& settings) const {
+  const auto spec = ready(scene);
+  if (!spec) return tl::unexpected(spec.error());
+  if (!(*spec)->make_player)
+    return refused("{}: has no scripted player; a person has to play it, without --player", (*spec)->name);
+  return guarded((*spec)->name, "player", (*spec)->make_player, scene, reach, settings);
+}
+
+Expected<std::unique_ptr<InputAssist>> ApplicationRegistry::make_input_assist(
+    const SceneDescription& scene, const Reach& reach, const PlayerSettings& settings) const {
+  const auto spec = ready(scene);
+  if (!spec) return tl::unexpected(spec.error());
+  if (!(*spec)->make_input_assist) return nullptr;
+  return guarded((*spec)->name, "help for the mouse", (*spec)->make_input_assist, scene, reach, settings);
+}
+
+}  // namespace palpate::scene

@@ -1,0 +1,90 @@
+// The applications that a program has, each under its name: what it puts on the physics side and on the graphics
+// side, and how a hand deals with it. Everything that the system knows of an application stands in its
+// ApplicationSpec; a program fills a registry once and hands it to its servers, which know no other way to one.
+//
+// A registry is filled in one thread; from then on it is read, from any thread. Errors: add() throws for a
+// specification that cannot be used, as a broken set-up; make_*() refuse, whatever a guest throws included.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "palpate/core/expected.h"
+#include "palpate/scene/application.h"
+#include "palpate/scene/player.h"
+
+namespace palpate::scene {
+
+// What one run asks of the physics side beside the scene.
+struct RunSettings {
+  std::uint64_t seed = 1;
+  // For people: so long a pause lies between two rounds, s, and a round lasts as long as the person keeps it
+  // going. None: rounds follow each other as the scripted player likes them.
+  std::optional<double> pause_s;
+};
+
+// What the hand holds and what it does with that: words on the screen and in the list of keys, and how a mouse
+// leads it. Words are in lower case, without an article where none is shown.
+struct Handling {
+  std::string held = "stylus";  // "bat": the person moves "the bat"
+  std::string plays = "play";   // "let the program play"
+  std::string faces;            // the surface that what is held is turned to; empty: it hangs down
+  std::string buttons = "turn the stylus";  // what the mouse's buttons do
+  std::string begins;                       // what Space begins: "serve"; empty: it is not listed
+};
+
+// An application, as it tells of itself. Who adds a field gives it a default: it may be left out.
+struct ApplicationSpec {
+  std::string name;     // lower-case letters, digits and '-', a letter first; at most kLongestName of them
+  std::string summary;  // one line for a person
+  std::vector<std::string> surfaces;  // of the rig, which must be calibrated before anything is made
+  Handling handling;
+
+  // Any of these may throw for settings that cannot be, and says what is expected. They get a scene whose
+  // surfaces are there.
+  std::function<std::unique_ptr<Application>(const SceneDescription&, const RunSettings&)> make_physics;
+  std::function<std::unique_ptr<SceneView>(const SceneDescription&)> make_view;
+  // Plays in a person's place; empty: nobody does.
+  std::function<std::unique_ptr<Player>(const SceneDescription&, const Reach&, const PlayerSettings&)>
+      make_player;
+  // Helps a person who plays with the mouse; empty: there is no need of it.
+  std::function<std::unique_ptr<InputAssist>(const SceneDescription&, const Reach&, const PlayerSettings&)>
+      make_input_assist;
+};
+
+class ApplicationRegistry {
+ public:
+  static constexpr std::size_t kLongestName = 32;
+
+  // Throws std::invalid_argument, which names the application: a name that is no such, or is taken; a summary of
+  // no or several lines; no physics side or no view.
+  void add(ApplicationSpec spec);
+
+  // Null where there is none. Valid until the next add().
+  const ApplicationSpec* find(std::string_view name) const;
+  const std::vector<ApplicationSpec>& specs() const { return specs_; }  // in the order they were added
+  std::vector<std::string> names() const;
+
+  // The application of the scene. Wrong use for a name that is not known; refused where the scene lacks a surface
+  // that it needs, and where it throws or makes nothing.
+  Expected<std::unique_ptr<Application>> make_physics(const SceneDescription& scene,
+                                                      const RunSettings& run) const;
+  Expected<std::unique_ptr<SceneView>> make_view(const SceneDescription& scene) const;
+  // Refused where nobody plays it.
+  Expected<std::unique_ptr<Player>> make_player(const SceneDescription& scene, const Reach& reach,
+                                                const PlayerSettings& settings) const;
+  // Null where it has no need of one.
+  Expected<std::unique_ptr<InputAssist>> make_input_assist(const SceneDescription& scene, const Reach& reach,
+                                                           const PlayerSettings& settings) const;
+
+ private:
+  Expected<const ApplicationSpec*> ready(const SceneDescription& scene) const;
+  std::vector<ApplicationSpec> specs_;
+};
+
+}  // namespace palpate::scene

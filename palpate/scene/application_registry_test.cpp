@@ -1,0 +1,201 @@
+// A registry of guests that behave, and of guests that do not.
+#include "palpate/scene/application_registry.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+
+namespace palpate::scene {
+namespace {
+
+// A body that stands where the seed and the pause say, to see that both arrive.
+class Still : public Application {
+ public:
+  explicit Still(const RunSettings& run) : run_(run) {}
+  void step(Instant<PhysicsClock> now, Duration, const TipState&, SceneState& state) override {
+    state.time = now;
+    state.body_count = 1;
+    state.bodies[0].set_p({static_cast<double>(run_.seed), run_.pause_s.value_or(-1.0), 0.0});
+  }
+  const ImpactEvent& contact() const override { return contact_; }
+
+ private:
+  void serve() override {}
+  void reset() override {}
+  RunSettings run_;
+  ImpactEvent contact_;
+};
+
+class Nothing : public SceneView {
+ public:
+  std::vector<DrawItem> draw(const SceneState&) const override { return {}; }
+  std::vector<std::string> captions(const SceneState&) const override { return {"nothing"}; }
+};
+
+class Idle : public Player {
+ public:
+  void show(const SceneState&, Instant<PhysicsClock>) override {}
+  device::HandTarget act(Instant<PhysicsClock>) override { return {}; }
+  void take_over(const device::HandTarget&, Instant<PhysicsClock>) override {}
+};
+
+class Helper : public InputAssist {
+ public:
+  void show(const SceneState&) override {}
+  std::optional<device::HandTarget> act(Instant<PhysicsClock>, const Led&) override { return {}; }
+};
+
+ApplicationSpec guest(const std::string& name) {
+  ApplicationSpec spec;
+  spec.name = name;
+  spec.summary = "Stands still";
+  spec.make_physics = [](const SceneDescription&, const RunSettings& run) {
+    return std::make_unique<Still>(run);
+  };
+  spec.make_view = [](const SceneDescription&) { return std::make_unique<Nothing>(); };
+  return spec;
+}
+
+SceneDescription scene_of(const std::string& application, const std::vector<std::string>& surfaces = {}) {
+  SceneDescription scene;
+  scene.application = application;
+  for (const auto& name : surfaces) scene.surfaces.push_back({.name = name, .corners = {}});
+  return scene;
+}
+
+std::string words_of_adding(ApplicationRegistry& registry, ApplicationSpec spec) {
+  try {
+    registry.add(std::move(spec));
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(ApplicationRegistry, KeepsTheOrderAndFindsByName) {
+  ApplicationRegistry registry;
+  for (const auto* name : {"still", "a-2nd", "b"}) registry.add(guest(name));
+  EXPECT_EQ(registry.names(), (std::vector<std::string>{"still", "a-2nd", "b"}));
+  ASSERT_NE(registry.find("b"), nullptr);
+  EXPECT_EQ(registry.find("b"), &registry.specs()[2]);
+  EXPECT_EQ(registry.find("c"), nullptr);
+}
+
+TEST(ApplicationRegistry, TakesNoNameThatIsNoneOrIsTaken) {
+  ApplicationRegistry registry;
+  registry.add(guest("still"));
+  for (const std::string name :
+       {"", "Still", "2nd", "-a", "two words", "a/b", "\xc3\xa4", std::string(33, 'a').c_str()})
+    EXPECT_NE(words_of_adding(registry, guest(name)).find("a name of 1 to 32 lower-case letters"),
+              std::string::npos)
+        << name;
+  EXPECT_EQ(words_of_adding(registry, guest("still")),
+            "application 'still': another one has this name; choose a new one");
+  EXPECT_EQ(words_of_adding(registry, guest(std::string(32, 'a'))), "");
+  EXPECT_EQ(registry.specs().size(), 2u);
+}
+
+TEST(ApplicationRegistry, TakesNoGuestWithoutItsParts) {
+  ApplicationRegistry registry;
+  auto spec = guest("still");
+  spec.make_physics = nullptr;
+  EXPECT_EQ(words_of_adding(registry, spec), "application 'still': has no make_physics");
+  spec = guest("still");
+  spec.make_view = nullptr;
+  EXPECT_EQ(words_of_adding(registry, spec), "application 'still': has no make_view");
+  for (const auto* summary : {"", "two\nlines"}) {
+    spec = guest("still");
+    spec.summary = summary;
+    EXPECT_EQ(words_of_adding(registry, spec), "application 'still': a summary of one line is expected");
+  }
+  EXPECT_TRUE(registry.specs().empty());
+}
+
+TEST(ApplicationRegistry, MakesWhatTheGuestMakes) {
+  ApplicationRegistry registry;
+  registry.add(guest("still"));
+  const auto physics = registry.make_physics(scene_of("still"), {.seed = 7, .pause_s = 0.25});
+  ASSERT_TRUE(physics) << physics.error().message;
+  SceneState state;
+  (*physics)->step(Instant<PhysicsClock>{}, Duration(0), {}, state);
+  EXPECT_EQ(state.bodies[0].p(), Vector3(7.0, 0.25, 0.0));
+  const auto view = registry.make_view(scene_of("still"));
+  ASSERT_TRUE(view) << view.error().message;
+  EXPECT_EQ((*view)->captions(state), std::vector<std::string>{"nothing"});
+}
+
+TEST(ApplicationRegistry, SaysWhoThereIsWhereANameIsNotKnown) {
+  ApplicationRegistry registry;
+  EXPECT_EQ(registry.make_view(scene_of("still")).error().message,
+            "application 'still' is not known; there are: none");
+  registry.add(guest("still"));
+  registry.add(guest("other"));
+  const auto made = registry.make_physics(scene_of("stil"), {});
+  ASSERT_FALSE(made);
+  EXPECT_EQ(made.error().kind, Error::Kind::wrong_use);
+  EXPECT_EQ(made.error().message, "application 'stil' is not known; there are: still, other");
+}
+
+TEST(ApplicationRegistry, MakesNothingBeforeTheSurfacesAreThere) {
+  ApplicationRegistry registry;
+  auto spec = guest("still");
+  spec.surfaces = {"table", "wall"};
+  spec.make_player = [](const auto&...) { return std::make_unique<Idle>(); };
+  spec.make_input_assist = [](const auto&...) { return std::make_unique<Helper>(); };
+  registry.add(spec);
+  const auto lacks = [&registry](const SceneDescription& scene) {
+    std::vector<Error> errors;
+    if (const auto made = registry.make_physics(scene, {}); !made) errors.push_back(made.error());
+    if (const auto made = registry.make_view(scene); !made) errors.push_back(made.error());
+    if (const auto made = registry.make_player(scene, {}, {}); !made) errors.push_back(made.error());
+    if (const auto made = registry.make_input_assist(scene, {}, {}); !made) errors.push_back(made.error());
+    return errors;
+  };
+  const auto errors = lacks(scene_of("still", {"table"}));
+  ASSERT_EQ(errors.size(), 4u);
+  for (const auto& error : errors) {
+    EXPECT_EQ(error.kind, Error::Kind::refused);
+    EXPECT_EQ(error.message,
+              "still: the rig has no calibrated surface 'wall'; run `palpate calibrate surface`");
+  }
+  EXPECT_TRUE(lacks(scene_of("still", {"wall", "cabinet", "table"})).empty());
+}
+
+TEST(ApplicationRegistry, APlayerMayBeMissingAndSoMayHelp) {
+  ApplicationRegistry registry;
+  registry.add(guest("still"));
+  const auto player = registry.make_player(scene_of("still"), {}, {});
+  ASSERT_FALSE(player);
+  EXPECT_EQ(player.error().message,
+            "still: has no scripted player; a person has to play it, without --player");
+  const auto help = registry.make_input_assist(scene_of("still"), {}, {});
+  ASSERT_TRUE(help);
+  EXPECT_EQ(*help, nullptr);
+}
+
+TEST(ApplicationRegistry, RefusesInTheGuestsNameWhatTheGuestThrows) {
+  ApplicationRegistry registry;
+  auto spec = guest("still");
+  spec.make_physics = [](const auto&...) -> std::unique_ptr<Application> {
+    throw std::invalid_argument("a mass of -1 kg; more than 0 is expected");
+  };
+  spec.make_view = [](const auto&) -> std::unique_ptr<SceneView> {
+    throw std::runtime_error("still: no picture");  // says its name itself
+  };
+  spec.make_player = [](const auto&...) -> std::unique_ptr<Player> { throw 42; };
+  spec.make_input_assist = [](const auto&...) { return std::unique_ptr<InputAssist>(); };
+  registry.add(spec);
+  const auto scene = scene_of("still");
+  const auto physics = registry.make_physics(scene, {});
+  ASSERT_FALSE(physics);
+  EXPECT_EQ(physics.error().kind, Error::Kind::refused);
+  EXPECT_EQ(physics.error().message, "still: a mass of -1 kg; more than 0 is expected");
+  EXPECT_EQ(registry.make_view(scene).error().message, "still: no picture");
+  EXPECT_EQ(registry.make_player(scene, {}, {}).error().message,
+            "still: threw what is no std::exception when its player was made");
+  EXPECT_EQ(registry.make_input_assist(scene, {}, {}).error().message,
+            "still: made no help for the mouse; one is expected");
+}
+
+}  // namespace
+}  // namespace palpate::scene
