@@ -3,7 +3,7 @@
 #
 # A module's name is its folder without the `palpate/` in front: core is palpate/core, drivers/cameras is drivers/cameras.
 set(PALPATE_LAYER_0 core)
-set(PALPATE_LAYER_1 math time)
+set(PALPATE_LAYER_1 math time figures)
 set(PALPATE_LAYER_2 device)
 set(PALPATE_LAYER_3 scene rig)
 set(PALPATE_LAYER_4 physics calibration/noise transport render sim/config)
@@ -24,7 +24,7 @@ set(PALPATE_THREADED core time scene device transport drivers/laboratory drivers
 
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.
-set(PALPATE_PHYSICS_PARTS core math time device scene rig physics transport sim/config haptics drivers/laboratory drivers/openhaptics
+set(PALPATE_PHYSICS_PARTS core math time figures device scene rig physics transport sim/config haptics drivers/laboratory drivers/openhaptics
   applications/pingpong applications/touch applications server/physics tools/commands)
 
 set(PALPATE_ALL_MODULES "")

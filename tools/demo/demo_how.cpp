@@ -5,7 +5,7 @@
 
 namespace palpate::tools::demo {
 
-void add_how_section(evaluation::report::Report& page, const DemoData& data) {
+void add_how_section(evaluation::report::Report& page, const figures::PlayFolder& data) {
   page.section("How it was measured, and how to do it again", "how");
   page.paragraph(
       "The simulated laboratory owns the truth: where everything is, what each clock shows, how each device "

@@ -8,17 +8,17 @@
 namespace palpate::tools::demo {
 namespace {
 
-evaluation::report::Level cable_out(const DemoData& data) {
+figures::Level cable_out(const figures::PlayFolder& data) {
   const double at = data.number("realtime/network/cut_at_s").value_or(0.0);
   return {.at = at,
           .label = "cable out",
-          .tone = evaluation::report::Tone::bad,
+          .tone = figures::Tone::bad,
           .upright = true,
           .to = at + data.number("realtime/network/cut_for_s").value_or(0.0)};
 }
 
 // What happened when, in the order of time.
-void add_events_section(evaluation::report::Report& page, const DemoData& data, double pulled,
+void add_events_section(evaluation::report::Report& page, const figures::PlayFolder& data, double pulled,
                         double out_for) {
   struct Event {
     double time_s;
@@ -48,13 +48,13 @@ void add_events_section(evaluation::report::Report& page, const DemoData& data, 
   page.table({"What happened", "at", ""}, rows);
 }
 
-void add_phases_section(evaluation::report::Report& page, const DemoData& data) {
+void add_phases_section(evaluation::report::Report& page, const figures::PlayFolder& data) {
   const std::array<const char*, 3> phases{"before", "cut", "after"};
   std::vector<std::vector<std::string>> rows;
   const auto add = [&](std::string label, const char* key, std::string_view unit) {
     std::vector<std::string> row{std::move(label)};
     for (const char* phase : phases)
-      row.push_back(shown(data.number(fmt::format("realtime/network/{}/{}", phase, key)), unit, 4));
+      row.push_back(figures::shown(data.number(fmt::format("realtime/network/{}/{}", phase, key)), unit, 4));
     rows.push_back(std::move(row));
   };
   add("pictures drawn", "frames", "");
@@ -72,30 +72,30 @@ void add_phases_section(evaluation::report::Report& page, const DemoData& data) 
 }
 
 // Each picture's round trip, or that there was none in time.
-std::optional<evaluation::report::Plot> timeline_plot(const DemoData& data) {
+std::optional<figures::Plot> timeline_plot(const figures::PlayFolder& data) {
   const CsvTable* frames = data.raw("realtime_frames.csv");
-  if (frames == nullptr || !has_columns(*frames, {"time_s", "round_trip_us", "late"})) return std::nullopt;
-  const auto time = column(*frames, "time_s"), trip = column(*frames, "round_trip_us"),
-             late = column(*frames, "late");
+  if (frames == nullptr || !figures::has_columns(*frames, {"time_s", "round_trip_us", "late"}))
+    return std::nullopt;
+  const auto time = figures::column(*frames, "time_s"), trip = figures::column(*frames, "round_trip_us"),
+             late = figures::column(*frames, "late");
   double slowest = 0.0;
   for (std::size_t i = 0; i < time.size(); ++i)
     if (late[i] == 0.0 && std::isfinite(trip[i])) slowest = std::max(slowest, trip[i]);
   if (slowest <= 0.0) return std::nullopt;
-  evaluation::report::Series answered{.name = "answer in time: its round trip",
-                                      .mark = evaluation::report::Mark::points,
-                                      .tone = evaluation::report::Tone::ours},
+  figures::Series answered{
+      .name = "answer in time: its round trip", .mark = figures::Mark::points, .tone = figures::Tone::ours},
       without{.name = "no answer in time: drawn with the state before",
-              .mark = evaluation::report::Mark::points,
-              .tone = evaluation::report::Tone::bad};
+              .mark = figures::Mark::points,
+              .tone = figures::Tone::bad};
   for (std::size_t i = 0; i < time.size(); ++i) {
-    evaluation::report::Series& series = late[i] == 0.0 ? answered : without;
+    figures::Series& series = late[i] == 0.0 ? answered : without;
     series.x.push_back(time[i]);
     series.y.push_back(late[i] == 0.0 ? trip[i] : 2.0 * slowest);
   }
-  evaluation::report::Plot plot{.title = "Every picture of the leg: how long its answer took",
-                                .x_label = "s since the first picture",
-                                .y_label = "round trip, \u00b5s",
-                                .log_y = true};
+  figures::Plot plot{.title = "Every picture of the leg: how long its answer took",
+                     .x_label = "s since the first picture",
+                     .y_label = "round trip, \u00b5s",
+                     .log_y = true};
   plot.series = {answered, without};
   plot.levels = {cable_out(data)};
   plot.caption =
@@ -104,18 +104,18 @@ std::optional<evaluation::report::Plot> timeline_plot(const DemoData& data) {
   return plot;
 }
 
-std::optional<evaluation::report::Plot> clocks_plot(const DemoData& data) {
+std::optional<figures::Plot> clocks_plot(const figures::PlayFolder& data) {
   const CsvTable* sync = data.raw("realtime_sync.csv");
-  if (sync == nullptr || !has_columns(*sync, {"time_s", "offset_error_us", "uncertainty_us"}))
+  if (sync == nullptr || !figures::has_columns(*sync, {"time_s", "offset_error_us", "uncertainty_us"}))
     return std::nullopt;
-  const auto time = column(*sync, "time_s"), error = column(*sync, "offset_error_us"),
-             sure = column(*sync, "uncertainty_us");
-  evaluation::report::Plot plot{.title = "Clocks: error of the estimated difference",
-                                .x_label = "s since the first picture",
-                                .y_label = "\u00b5s"};
-  plot.series = {evaluation::report::band_around("stated uncertainty", time,
-                                                 std::vector<double>(time.size(), 0.0), sure),
-                 {.name = "error", .x = time, .y = error, .tone = evaluation::report::Tone::ours}};
+  const auto time = figures::column(*sync, "time_s"), error = figures::column(*sync, "offset_error_us"),
+             sure = figures::column(*sync, "uncertainty_us");
+  figures::Plot plot{.title = "Clocks: error of the estimated difference",
+                     .x_label = "s since the first picture",
+                     .y_label = "\u00b5s"};
+  plot.series = {
+      figures::band_around("stated uncertainty", time, std::vector<double>(time.size(), 0.0), sure),
+      {.name = "error", .x = time, .y = error, .tone = figures::Tone::ours}};
   // The first moments, when little is known yet, would flatten everything after.
   std::vector<double> settled;
   for (std::size_t i = 0; i < time.size(); ++i)
@@ -132,20 +132,19 @@ std::optional<evaluation::report::Plot> clocks_plot(const DemoData& data) {
   return plot;
 }
 
-std::optional<evaluation::report::Plot> loops_plot(const DemoData& data) {
+std::optional<figures::Plot> loops_plot(const figures::PlayFolder& data) {
   const CsvTable* table = data.raw("realtime_loops.csv");
-  if (table == nullptr || !has_columns(*table, {"time_s", "haptic_ticks", "physics_ticks"}))
+  if (table == nullptr || !figures::has_columns(*table, {"time_s", "haptic_ticks", "physics_ticks"}))
     return std::nullopt;
-  const auto time = column(*table, "time_s");
-  evaluation::report::Plot plot{.title = "Haptic and physics loop",
-                                .x_label = "s since the first picture",
-                                .y_label = "ticks per second",
-                                .from_zero = true};
-  for (const auto& [name, key, tone] :
-       {std::tuple("physics loop", "physics_ticks", evaluation::report::Tone::rival),
-        std::tuple("haptic loop", "haptic_ticks", evaluation::report::Tone::ours)}) {
-    const auto ticks = column(*table, key);
-    evaluation::report::Series rate{.name = name, .tone = tone};
+  const auto time = figures::column(*table, "time_s");
+  figures::Plot plot{.title = "Haptic and physics loop",
+                     .x_label = "s since the first picture",
+                     .y_label = "ticks per second",
+                     .from_zero = true};
+  for (const auto& [name, key, tone] : {std::tuple("physics loop", "physics_ticks", figures::Tone::rival),
+                                        std::tuple("haptic loop", "haptic_ticks", figures::Tone::ours)}) {
+    const auto ticks = figures::column(*table, key);
+    figures::Series rate{.name = name, .tone = tone};
     for (std::size_t i = 0, from = 0; i < time.size(); ++i) {
       if (time[i] - time[from] < 0.1) continue;
       if (time[from] >= 0.0) {
@@ -164,7 +163,7 @@ std::optional<evaluation::report::Plot> loops_plot(const DemoData& data) {
 
 }  // namespace
 
-void add_network_section(evaluation::report::Report& page, const DemoData& data) {
+void add_network_section(evaluation::report::Report& page, const figures::PlayFolder& data) {
   const auto pulled = data.number("realtime/network/cut_at_s"),
              out_for = data.number("realtime/network/cut_for_s");
   if (!pulled || !out_for) return;
@@ -184,36 +183,36 @@ void add_network_section(evaluation::report::Report& page, const DemoData& data)
       "What must hold: each side notices within a second, the hand's forces do not care, pictures go on with "
       "the state before, the clocks say how unsure they have become, and a second after the cable's return "
       "all is as it was.");
-  std::vector<evaluation::report::Figure> figures;
+  std::vector<figures::Figure> figures;
   figures.push_back({"Connection", encrypted ? "encrypted" : "open",
-                     encrypted ? "CURVE, a key for each side" : "", evaluation::report::Verdict::none});
+                     encrypted ? "CURVE, a key for each side" : "", figures::Verdict::none});
   const auto within_a_second = [&](const char* key, std::string label, std::string note) {
     const auto s = data.number(fmt::format("realtime/network/{}", key));
-    figures.push_back({std::move(label), s ? shown(s, "s") : "never", std::move(note),
-                       s ? evaluation::report::at_most(*s, 1.0) : evaluation::report::Verdict::falls_short});
+    figures.push_back({std::move(label), s ? figures::shown(s, "s") : "never", std::move(note),
+                       s ? figures::at_most(*s, 1.0) : figures::Verdict::falls_short});
   };
   within_a_second("gone_after_s", "Noticed after the pull", "at most 1 s");
   within_a_second("replies_after_s", "A picture with its own state after the plug", "at most 1 s");
   within_a_second("answers_after_s", "Physics server answers after the plug", "at most 1 s");
   const auto inside = data.number("realtime/network/cut/clock_inside_share");
   if (inside)
-    figures.push_back({"Clock error within what was stated, cable out", shown(100.0 * *inside, "%"),
-                       "at least 99 % of pictures", evaluation::report::at_least(*inside, 0.99)});
+    figures.push_back({"Clock error within what was stated, cable out", figures::shown(100.0 * *inside, "%"),
+                       "at least 99 % of pictures", figures::at_least(*inside, 0.99)});
   if (const auto lost = data.number("realtime/network/lost"))
-    figures.push_back({"Questions lost", shown(lost, "", 6), "sent, and no answer within 1 s",
-                       evaluation::report::Verdict::none});
+    figures.push_back({"Questions lost", figures::shown(lost, "", 6), "sent, and no answer within 1 s",
+                       figures::Verdict::none});
   if (const auto unsent = data.number("realtime/network/unsent"))
-    figures.push_back({"Questions not sent", shown(unsent, "", 6), "nobody was connected",
-                       evaluation::report::Verdict::none});
+    figures.push_back({"Questions not sent", figures::shown(unsent, "", 6), "nobody was connected",
+                       figures::Verdict::none});
   const auto repeated = data.number("realtime/network/repeated"),
              crossed = data.number("realtime/network/out_of_order");
   if (repeated && crossed)
     figures.push_back({"Answers twice, or out of order", fmt::format("{:.0f}, {:.0f}", *repeated, *crossed),
-                       "", evaluation::report::Verdict::none});
+                       "", figures::Verdict::none});
   page.figures(figures);
   add_events_section(page, data, *pulled, *out_for);
   if (const auto plot = timeline_plot(data)) page.plot(*plot);
-  std::vector<evaluation::report::Plot> plots;
+  std::vector<figures::Plot> plots;
   if (const auto plot = clocks_plot(data)) plots.push_back(*plot);
   if (const auto plot = loops_plot(data)) plots.push_back(*plot);
   if (!plots.empty()) page.plots(plots);

@@ -12,10 +12,9 @@ namespace {
 constexpr double kGround = 0.5;  // below the smallest count, as a logarithmic axis has no zero
 
 // Counts per half octave as an outline that a logarithmic plot can show.
-evaluation::report::Series outline(std::string name, const std::vector<std::array<double, 3>>& bins,
-                                   evaluation::report::Tone tone, bool filled) {
-  evaluation::report::Series series{
-      .name = std::move(name), .tone = tone, .in_legend = !filled, .filled = filled};
+figures::Series outline(std::string name, const std::vector<std::array<double, 3>>& bins, figures::Tone tone,
+                        bool filled) {
+  figures::Series series{.name = std::move(name), .tone = tone, .in_legend = !filled, .filled = filled};
   const auto add = [&series](double x, double y) {
     series.x.push_back(x);
     series.y.push_back(std::max(y, kGround));
@@ -29,22 +28,22 @@ evaluation::report::Series outline(std::string name, const std::vector<std::arra
   return series;
 }
 
-std::optional<evaluation::report::Plot> jitter_plot(const DemoData& data) {
+std::optional<figures::Plot> jitter_plot(const figures::PlayFolder& data) {
   const CsvTable* table = data.raw("realtime_jitter.csv");
-  if (table == nullptr || !has_columns(*table, {"loop", "late_from_us", "late_to_us", "ticks"}))
+  if (table == nullptr || !figures::has_columns(*table, {"loop", "late_from_us", "late_to_us", "ticks"}))
     return std::nullopt;
-  const auto from = column(*table, "late_from_us"), to = column(*table, "late_to_us"),
-             ticks = column(*table, "ticks");
+  const auto from = figures::column(*table, "late_from_us"), to = figures::column(*table, "late_to_us"),
+             ticks = figures::column(*table, "ticks");
   constexpr std::array<double, 2> kLeast{0.096, 0.128};  // us; whatever is less counts here
   constexpr double kPeriodUs = 1000.0;
-  evaluation::report::Plot plot{.title = "How late the ticks of the loops begin",
-                                .x_label = "\u00b5s after they were due",
-                                .y_label = "ticks",
-                                .log_x = true,
-                                .log_y = true};
+  figures::Plot plot{.title = "How late the ticks of the loops begin",
+                     .x_label = "\u00b5s after they were due",
+                     .y_label = "ticks",
+                     .log_x = true,
+                     .log_y = true};
   double most = 1.0, latest = kPeriodUs;
-  for (const auto& [loop, tone] : {std::pair("physics", evaluation::report::Tone::rival),
-                                   std::pair("haptic", evaluation::report::Tone::ours)}) {
+  for (const auto& [loop, tone] :
+       {std::pair("physics", figures::Tone::rival), std::pair("haptic", figures::Tone::ours)}) {
     std::vector<std::array<double, 3>> bins;
     for (std::size_t i = 0; i < table->rows.size(); ++i) {
       if (table->text[i][*table->find("loop")] != loop) continue;
@@ -65,8 +64,7 @@ std::optional<evaluation::report::Plot> jitter_plot(const DemoData& data) {
   if (plot.series.empty()) return std::nullopt;
   plot.x_range = {kLeast[0], 1.5 * latest};
   plot.y_range = {kGround, 2.0 * most};
-  plot.levels = {
-      {.at = kPeriodUs, .label = "next tick due", .tone = evaluation::report::Tone::bad, .upright = true}};
+  plot.levels = {{.at = kPeriodUs, .label = "next tick due", .tone = figures::Tone::bad, .upright = true}};
   plot.caption =
       "Each step is half an octave wide. Both axes are logarithmic: the few late ticks on the right are what "
       "matters. The column at the left end also counts everything quicker.";
@@ -74,10 +72,11 @@ std::optional<evaluation::report::Plot> jitter_plot(const DemoData& data) {
 }
 
 // How the two clocks stood to each other, as the graphics server believed.
-std::optional<evaluation::report::Plot> clock_difference_plot(const CsvTable& sync) {
-  if (!has_columns(sync, {"time_s", "offset_s", "offset_error_us", "uncertainty_us"})) return std::nullopt;
-  const auto time = column(sync, "time_s"), offset = column(sync, "offset_s"),
-             error = column(sync, "offset_error_us"), sure = column(sync, "uncertainty_us");
+std::optional<figures::Plot> clock_difference_plot(const CsvTable& sync) {
+  if (!figures::has_columns(sync, {"time_s", "offset_s", "offset_error_us", "uncertainty_us"}))
+    return std::nullopt;
+  const auto time = figures::column(sync, "time_s"), offset = figures::column(sync, "offset_s"),
+             error = figures::column(sync, "offset_error_us"), sure = figures::column(sync, "uncertainty_us");
   // The first exchanges know little; the change since then is what can be seen.
   std::size_t first = 0;
   while (first + 1 < time.size() && time[first] < 0.5) ++first;
@@ -88,13 +87,12 @@ std::optional<evaluation::report::Plot> clock_difference_plot(const CsvTable& sy
     truth.push_back(estimate.back() - error[i]);
     half.push_back(sure[i]);
   }
-  evaluation::report::Plot plot{.title = "Physics clock minus graphics clock: the change since the start",
-                                .x_label = "s",
-                                .y_label = "\u00b5s"};
-  plot.series = {
-      evaluation::report::band_around("stated uncertainty", x, estimate, half),
-      {.name = "truth", .x = x, .y = truth, .tone = evaluation::report::Tone::rival, .dashed = true},
-      {.name = "estimate", .x = x, .y = estimate, .tone = evaluation::report::Tone::ours}};
+  figures::Plot plot{.title = "Physics clock minus graphics clock: the change since the start",
+                     .x_label = "s",
+                     .y_label = "\u00b5s"};
+  plot.series = {figures::band_around("stated uncertainty", x, estimate, half),
+                 {.name = "truth", .x = x, .y = truth, .tone = figures::Tone::rival, .dashed = true},
+                 {.name = "estimate", .x = x, .y = estimate, .tone = figures::Tone::ours}};
   plot.caption = fmt::format(
       "At the start the difference was {:.6f} s. The slope is the clocks' drift against each other: 100 "
       "\u00b5s in a "
@@ -104,18 +102,17 @@ std::optional<evaluation::report::Plot> clock_difference_plot(const CsvTable& sy
 }
 
 // How much counts grew in each second from 0 on; empty where none did.
-std::vector<evaluation::report::Series> per_second(
+std::vector<figures::Series> per_second(
     const std::vector<double>& time, const std::vector<std::pair<std::string, std::vector<double>>>& so_far) {
-  constexpr std::array<evaluation::report::Tone, 4> kTones{
-      evaluation::report::Tone::ours, evaluation::report::Tone::rival, evaluation::report::Tone::third,
-      evaluation::report::Tone::fourth};
+  constexpr std::array<figures::Tone, 4> kTones{figures::Tone::ours, figures::Tone::rival,
+                                                figures::Tone::third, figures::Tone::fourth};
   if (time.empty() || time.back() <= 0.0) return {};
   const auto seconds = static_cast<std::size_t>(std::min(std::ceil(time.back()), 3600.0));
-  std::vector<evaluation::report::Series> list;
+  std::vector<figures::Series> list;
   bool any = false;
   for (const auto& [name, counts] : so_far) {
-    evaluation::report::Series series{
-        .name = name, .mark = evaluation::report::Mark::bars, .tone = kTones[list.size() % kTones.size()]};
+    figures::Series series{
+        .name = name, .mark = figures::Mark::bars, .tone = kTones[list.size() % kTones.size()]};
     for (std::size_t s = 0; s < seconds; ++s) series.labels.push_back(fmt::format("{}", s));
     series.y.assign(seconds, 0.0);
     for (std::size_t i = 0; i < time.size(); ++i) {
@@ -127,19 +124,21 @@ std::vector<evaluation::report::Series> per_second(
     }
     list.push_back(std::move(series));
   }
-  return any ? list : std::vector<evaluation::report::Series>{};
+  return any ? list : std::vector<figures::Series>{};
 }
 
-std::optional<evaluation::report::Plot> lateness_plot(const CsvTable& frames) {
-  if (!has_columns(frames, {"time_s", "late", "lost", "repeated", "out_of_order"})) return std::nullopt;
-  auto late = column(frames, "late");
+std::optional<figures::Plot> lateness_plot(const CsvTable& frames) {
+  if (!figures::has_columns(frames, {"time_s", "late", "lost", "repeated", "out_of_order"}))
+    return std::nullopt;
+  auto late = figures::column(frames, "late");
   for (std::size_t i = 1; i < late.size(); ++i) late[i] += late[i - 1];
-  evaluation::report::Plot plot{
+  figures::Plot plot{
       .title = "Answers that were not as they should be", .x_label = "second of the leg", .y_label = "count"};
-  plot.series = per_second(column(frames, "time_s"), {{"late for their picture", late},
-                                                      {"lost", column(frames, "lost")},
-                                                      {"came twice", column(frames, "repeated")},
-                                                      {"out of order", column(frames, "out_of_order")}});
+  plot.series = per_second(figures::column(frames, "time_s"),
+                           {{"late for their picture", late},
+                            {"lost", figures::column(frames, "lost")},
+                            {"came twice", figures::column(frames, "repeated")},
+                            {"out of order", figures::column(frames, "out_of_order")}});
   if (plot.series.empty()) return std::nullopt;
   plot.caption =
       "Late: the picture was drawn with the state before. Lost: no answer within a second, counted when that "
@@ -147,16 +146,17 @@ std::optional<evaluation::report::Plot> lateness_plot(const CsvTable& frames) {
   return plot;
 }
 
-std::optional<evaluation::report::Plot> overruns_plot(const CsvTable& loops) {
-  if (!has_columns(loops,
-                   {"time_s", "haptic_overruns", "haptic_missed", "physics_overruns", "physics_missed"}))
+std::optional<figures::Plot> overruns_plot(const CsvTable& loops) {
+  if (!figures::has_columns(
+          loops, {"time_s", "haptic_overruns", "haptic_missed", "physics_overruns", "physics_missed"}))
     return std::nullopt;
-  evaluation::report::Plot plot{
+  figures::Plot plot{
       .title = "Ticks of the loops that went wrong", .x_label = "second of the leg", .y_label = "ticks"};
-  plot.series = per_second(column(loops, "time_s"), {{"haptic: overrun", column(loops, "haptic_overruns")},
-                                                     {"haptic: left out", column(loops, "haptic_missed")},
-                                                     {"physics: overrun", column(loops, "physics_overruns")},
-                                                     {"physics: left out", column(loops, "physics_missed")}});
+  plot.series = per_second(figures::column(loops, "time_s"),
+                           {{"haptic: overrun", figures::column(loops, "haptic_overruns")},
+                            {"haptic: left out", figures::column(loops, "haptic_missed")},
+                            {"physics: overrun", figures::column(loops, "physics_overruns")},
+                            {"physics: left out", figures::column(loops, "physics_missed")}});
   if (plot.series.empty()) return std::nullopt;
   plot.caption =
       "Of a thousand each second. Overrun: still at work, or kept from it by the machine, when the next tick "
@@ -166,31 +166,31 @@ std::optional<evaluation::report::Plot> overruns_plot(const CsvTable& loops) {
 }
 
 // Of the mean picture and of the slowest of a hundred: what the delay from light to light is made of.
-std::optional<evaluation::report::Plot> latency_parts_plot(const CsvTable& photons) {
+std::optional<figures::Plot> latency_parts_plot(const CsvTable& photons) {
   constexpr std::array<std::pair<const char*, const char*>, 5> kParts{{{"exposure_ms", "exposure"},
                                                                        {"transfer_ms", "transfer"},
                                                                        {"wait_ms", "wait"},
                                                                        {"draw_ms", "draw"},
                                                                        {"scan_out_ms", "scan-out"}}};
-  constexpr std::array<evaluation::report::Tone, 5> kTones{
-      evaluation::report::Tone::muted, evaluation::report::Tone::ours, evaluation::report::Tone::third,
-      evaluation::report::Tone::rival, evaluation::report::Tone::fourth};
-  if (!has_columns(photons, {"exposure_ms", "transfer_ms", "wait_ms", "draw_ms", "scan_out_ms", "total_ms"}))
+  constexpr std::array<figures::Tone, 5> kTones{figures::Tone::muted, figures::Tone::ours,
+                                                figures::Tone::third, figures::Tone::rival,
+                                                figures::Tone::fourth};
+  if (!figures::has_columns(photons,
+                            {"exposure_ms", "transfer_ms", "wait_ms", "draw_ms", "scan_out_ms", "total_ms"}))
     return std::nullopt;
-  const auto total = column(photons, "total_ms");
-  const double slow = evaluation::report::quantile(total, 0.99);
-  evaluation::report::Plot plot{
+  const auto total = figures::column(photons, "total_ms");
+  const double slow = figures::quantile(total, 0.99);
+  figures::Plot plot{
       .title = "From light to light", .x_label = "ms", .y_label = "", .stacked = true, .sideways = true};
   for (std::size_t k = 0; k < kParts.size(); ++k) {
-    const auto part = column(photons, kParts[k].first);
+    const auto part = figures::column(photons, kParts[k].first);
     double sum = 0.0, slow_sum = 0.0;
     std::size_t slow_count = 0;
     for (std::size_t i = 0; i < part.size(); ++i) {
       sum += part[i];
       if (total[i] >= slow) slow_sum += part[i], ++slow_count;
     }
-    evaluation::report::Series series{
-        .name = kParts[k].second, .mark = evaluation::report::Mark::bars, .tone = kTones[k]};
+    figures::Series series{.name = kParts[k].second, .mark = figures::Mark::bars, .tone = kTones[k]};
     series.labels = {"mean", "slowest 1 %"};
     series.y = {sum / static_cast<double>(part.size()), slow_sum / static_cast<double>(slow_count)};
     plot.series.push_back(std::move(series));
@@ -206,20 +206,15 @@ std::optional<evaluation::report::Plot> latency_parts_plot(const CsvTable& photo
 }
 
 // The pictures of the run against the truth, frame by frame; late ones apart.
-std::optional<evaluation::report::Plot> realtime_overlay_plot(const CsvTable& poses) {
-  if (!has_columns(poses, {"time_s", "late", "world_px", "tip_px"})) return std::nullopt;
-  const auto time = column(poses, "time_s"), late = column(poses, "late"), world = column(poses, "world_px"),
-             tip = column(poses, "tip_px");
-  evaluation::report::Series scene{
-      .name = "real scene", .mark = evaluation::report::Mark::points, .tone = evaluation::report::Tone::ours},
-      in_time{.name = "stylus tip",
-              .mark = evaluation::report::Mark::points,
-              .tone = evaluation::report::Tone::rival},
-      belated{.name = "stylus tip, answer late",
-              .mark = evaluation::report::Mark::points,
-              .tone = evaluation::report::Tone::bad};
+std::optional<figures::Plot> realtime_overlay_plot(const CsvTable& poses) {
+  if (!figures::has_columns(poses, {"time_s", "late", "world_px", "tip_px"})) return std::nullopt;
+  const auto time = figures::column(poses, "time_s"), late = figures::column(poses, "late"),
+             world = figures::column(poses, "world_px"), tip = figures::column(poses, "tip_px");
+  figures::Series scene{.name = "real scene", .mark = figures::Mark::points, .tone = figures::Tone::ours},
+      in_time{.name = "stylus tip", .mark = figures::Mark::points, .tone = figures::Tone::rival},
+      belated{.name = "stylus tip, answer late", .mark = figures::Mark::points, .tone = figures::Tone::bad};
   constexpr double kSettledS = 1.0;  // clocks settle until then, as the figures have it
-  const auto add = [](evaluation::report::Series& series, double x, double y) {
+  const auto add = [](figures::Series& series, double x, double y) {
     if (!std::isfinite(y)) return;
     series.x.push_back(x);
     series.y.push_back(y);
@@ -230,10 +225,10 @@ std::optional<evaluation::report::Plot> realtime_overlay_plot(const CsvTable& po
     add(late[i] != 0.0 ? belated : in_time, time[i], tip[i]);
   }
   if (scene.x.empty()) return std::nullopt;
-  evaluation::report::Plot plot{.title = "Overlay error in real time, frame by frame",
-                                .x_label = "s",
-                                .y_label = "px",
-                                .from_zero = true};
+  figures::Plot plot{.title = "Overlay error in real time, frame by frame",
+                     .x_label = "s",
+                     .y_label = "px",
+                     .from_zero = true};
   for (auto* series : {&in_time, &belated, &scene})
     if (!series->x.empty()) plot.series.push_back(std::move(*series));
   plot.caption =
@@ -242,12 +237,14 @@ std::optional<evaluation::report::Plot> realtime_overlay_plot(const CsvTable& po
 }
 
 // Microseconds, or milliseconds where there are a thousand of them.
-std::string shown_us(double us) { return us < 1000.0 ? shown(us, "\u00b5s") : shown(us / 1000.0, "ms"); }
+std::string shown_us(double us) {
+  return us < 1000.0 ? figures::shown(us, "\u00b5s") : figures::shown(us / 1000.0, "ms");
+}
 
 constexpr double kSpins_us = 1.0;  // a thread that sleeps is never woken so quickly
 
 // How late the haptic loop's ticks began, and how many never did: one without the other is half of it.
-std::optional<evaluation::report::Figure> haptic_lateness(const DemoData& data) {
+std::optional<figures::Figure> haptic_lateness(const figures::PlayFolder& data) {
   const auto most = data.number("realtime/haptic/jitter_us/max");
   const auto nearly_all = data.number("realtime/haptic/jitter_us/p99");
   if (!most || !nearly_all) return std::nullopt;
@@ -260,21 +257,21 @@ std::optional<evaluation::report::Figure> haptic_lateness(const DemoData& data) 
     if (const auto row = data.number("realtime/haptic/missed_in_a_row"); row && *row > 1.0)
       note += fmt::format(", up to {:.0f} in a row", *row);
   }
-  return evaluation::report::Figure{"Haptic ticks began late by", "at most " + shown_us(*most),
-                                    std::move(note), evaluation::report::Verdict::none};
+  return figures::Figure{"Haptic ticks began late by", "at most " + shown_us(*most), std::move(note),
+                         figures::Verdict::none};
 }
 
 }  // namespace
 
-void add_real_time_section(evaluation::report::Report& page, const DemoData& data) {
+void add_real_time_section(evaluation::report::Report& page, const figures::PlayFolder& data) {
   if (data.find("realtime") == nullptr) return;
-  std::vector<evaluation::report::Figure> figures;
+  std::vector<figures::Figure> figures;
   const auto add = [&](std::string_view path, std::string label, std::string_view unit, std::string note,
                        std::optional<double> bar = std::nullopt) {
     const auto value = data.number(path);
     if (!value) return;
-    figures.push_back({std::move(label), shown(value, unit), std::move(note),
-                       bar ? evaluation::report::at_most(*value, *bar) : evaluation::report::Verdict::none});
+    figures.push_back({std::move(label), figures::shown(value, unit), std::move(note),
+                       bar ? figures::at_most(*value, *bar) : figures::Verdict::none});
   };
   add("realtime/exchange/round_trip_us/median", "Round trip, median", "\u00b5s",
       "the 2006 paper: 300 to 800 \u00b5s");
@@ -282,28 +279,28 @@ void add_real_time_section(evaluation::report::Report& page, const DemoData& dat
   if (const auto late = data.number("realtime/exchange/late"),
       frames = data.number("realtime/exchange/frames");
       late && frames) {
-    figures.push_back({"Late answers", fmt::format("{:.0f} of {:.0f}", *late, *frames), "",
-                       evaluation::report::Verdict::none});
+    figures.push_back(
+        {"Late answers", fmt::format("{:.0f} of {:.0f}", *late, *frames), "", figures::Verdict::none});
   }
   add("realtime/sync/offset_error_us_p99", "Clocks agree, 99 % within", "\u00b5s", "at most 50 \u00b5s",
       50.0);
   add("realtime/sync/uncertainty_us", "Uncertainty it states itself", "\u00b5s", "");
   if (const auto rate = data.number("realtime/haptic/rate_hz"))
-    figures.push_back({"Haptic loop", shown(*rate, "Hz"), "at least 990 Hz of 1000",
-                       evaluation::report::at_least(*rate, 990.0)});
+    figures.push_back({"Haptic loop", figures::shown(*rate, "Hz"), "at least 990 Hz of 1000",
+                       figures::at_least(*rate, 990.0)});
   if (auto late = haptic_lateness(data)) figures.push_back(std::move(*late));
   if (const auto lost = data.number("realtime/force/lost_impulse_rel"))
-    figures.push_back({"Impulse the hand did not get", shown(100.0 * *lost, "%"),
+    figures.push_back({"Impulse the hand did not get", figures::shown(100.0 * *lost, "%"),
                        "at most 1 %; more where ticks were left out during a blow",
-                       evaluation::report::at_most(*lost, 0.01)});
+                       figures::at_most(*lost, 0.01)});
   add("realtime/physics/rate_hz", "Physics loop", "Hz", "");
   add("realtime/graphics/rate_hz", "Pictures", "Hz",
       "as fast as this machine draws two pictures, the camera's and ours");
   add("realtime/overlay/world_px_rms", "Real scene, rms", "px",
-      fmt::format("{} in lock-step", shown(data.number("registration/world_px_rms"), "px")));
+      fmt::format("{} in lock-step", figures::shown(data.number("registration/world_px_rms"), "px")));
   add("realtime/overlay/tip_px_rms_in_time", "Stylus tip, rms", "px",
       fmt::format("where the answer came in time; {} in lock-step",
-                  shown(data.number("registration/tip_px_rms"), "px")));
+                  figures::shown(data.number("registration/tip_px_rms"), "px")));
   add("realtime/overlay/tip_px_rms_late", "... where it was late", "px", "drawn with the state before");
   add("realtime/photon_to_photon/median_ms", "From light to light, median", "ms",
       "from the camera's exposure to the light of its picture");
@@ -336,32 +333,32 @@ void add_real_time_section(evaluation::report::Report& page, const DemoData& dat
         "few late "
         "ones are what counts. What falls due in such a pause is left out, for a force that belongs to a "
         "moment gone by helps nobody.");
-  std::vector<evaluation::report::Plot> quickness, clocks, counts;
+  std::vector<figures::Plot> quickness, clocks, counts;
   const CsvTable* frames = data.raw("realtime_frames.csv");
   if (frames != nullptr && frames->has("round_trip_us")) {
-    const auto trips = column(*frames, "round_trip_us");
-    const double most = evaluation::report::quantile(trips, 0.99) * 1.25;
+    const auto trips = figures::column(*frames, "round_trip_us");
+    const double most = figures::quantile(trips, 0.99) * 1.25;
     if (most > 0.0) {
-      evaluation::report::Plot plot{.title = "Round trips", .x_label = "\u00b5s", .y_label = "frames"};
-      plot.series = {evaluation::report::histogram("round trip", trips, 0.0, most, 50)};
+      figures::Plot plot{.title = "Round trips", .x_label = "\u00b5s", .y_label = "frames"};
+      plot.series = {figures::histogram("round trip", trips, 0.0, most, 50)};
       plot.series.front().in_legend = false;
-      plot.levels.push_back({.at = evaluation::report::quantile(trips, 0.5),
+      plot.levels.push_back({.at = figures::quantile(trips, 0.5),
                              .label = "median",
-                             .tone = evaluation::report::Tone::rival,
+                             .tone = figures::Tone::rival,
                              .upright = true});
       plot.caption = "The outermost column also counts everything slower.";
       quickness.push_back(plot);
     }
   }
   const CsvTable* sync = data.raw("realtime_sync.csv");
-  if (sync != nullptr && has_columns(*sync, {"time_s", "offset_error_us", "uncertainty_us"})) {
-    const auto time = column(*sync, "time_s"), error = column(*sync, "offset_error_us"),
-               sure = column(*sync, "uncertainty_us");
-    const evaluation::report::Series band = evaluation::report::band_around(
-        "stated uncertainty", time, std::vector<double>(time.size(), 0.0), sure);
-    evaluation::report::Plot plot{
+  if (sync != nullptr && figures::has_columns(*sync, {"time_s", "offset_error_us", "uncertainty_us"})) {
+    const auto time = figures::column(*sync, "time_s"), error = figures::column(*sync, "offset_error_us"),
+               sure = figures::column(*sync, "uncertainty_us");
+    const figures::Series band =
+        figures::band_around("stated uncertainty", time, std::vector<double>(time.size(), 0.0), sure);
+    figures::Plot plot{
         .title = "Clock difference, estimate against truth", .x_label = "s", .y_label = "\u00b5s"};
-    plot.series = {band, {.name = "error", .x = time, .y = error, .tone = evaluation::report::Tone::ours}};
+    plot.series = {band, {.name = "error", .x = time, .y = error, .tone = figures::Tone::ours}};
     plot.caption =
         "Estimate minus truth, which only the simulation knows. Where the line lies inside of the band, what "
         "the "

@@ -11,18 +11,18 @@ namespace {
 // Frame pictures shown in the page; more would make it heavy, not clearer.
 constexpr std::size_t kMostPictures = 4;
 
-void add_figure(std::vector<evaluation::report::Figure>& figures, const DemoData& data, std::string_view path,
+void add_figure(std::vector<figures::Figure>& figures, const figures::PlayFolder& data, std::string_view path,
                 std::string label, std::string_view unit, std::optional<double> at_most_this,
                 std::string bar) {
   const auto value = data.number(path);
   if (!value) return;
-  const evaluation::report::Verdict verdict =
-      at_most_this ? evaluation::report::at_most(*value, *at_most_this) : evaluation::report::Verdict::none;
-  figures.push_back({std::move(label), shown(value, unit), std::move(bar), verdict});
+  const figures::Verdict verdict =
+      at_most_this ? figures::at_most(*value, *at_most_this) : figures::Verdict::none;
+  figures.push_back({std::move(label), figures::shown(value, unit), std::move(bar), verdict});
 }
 
 // The picture a film shows before it plays: a hit, where there is one.
-std::string poster_of(const DemoData& data) {
+std::string poster_of(const figures::PlayFolder& data) {
   if (data.has("poster.png")) return "poster.png";
   const auto pictures = data.pictures("pictures");
   for (const auto& name : pictures)
@@ -32,7 +32,7 @@ std::string poster_of(const DemoData& data) {
 
 }  // namespace
 
-void add_what_you_see_section(evaluation::report::Report& page, const DemoData& data) {
+void add_what_you_see_section(evaluation::report::Report& page, const figures::PlayFolder& data) {
   page.section("What you see", "see");
   const std::string there =
       touches(data)
@@ -71,24 +71,25 @@ void add_what_you_see_section(evaluation::report::Report& page, const DemoData& 
     pictures.emplace_back(data.bytes(name), data.text("pictures/" + file).value_or(file));
   }
   if (!pictures.empty()) page.pictures(pictures);
-  std::vector<evaluation::report::Figure> figures;
+  std::vector<figures::Figure> figures;
   const auto bar = arm_bar_mm(data);
   add_figure(figures, data, "arm/error_to_truth_mean_mm", "Arm: the tip's error against the truth", "mm", bar,
-             fmt::format("at most {}, half of the best of the paper's methods or 0.3 mm", shown(bar, "mm")));
+             fmt::format("at most {}, half of the best of the paper's methods or 0.3 mm",
+                         figures::shown(bar, "mm")));
   add_figure(figures, data, "registration/world_px_rms", "Overlay on the real scene, rms", "px", 0.3,
              "at most 0.3 px");
   add_figure(figures, data, "registration/tip_px_rms", "Overlay on the stylus tip, rms", "px", 0.6,
              "at most 0.6 px");
   const auto serves = data.number("rally/serves"), returned = data.number("rally/returned");
   if (serves && returned && *serves > 0) {
-    figures.push_back({"Serves returned", fmt::format("{:.0f} of {:.0f}", *returned, *serves),
-                       *serves < kEnoughServes ? "too few for a verdict" : "at least 60 %",
-                       *serves < kEnoughServes ? evaluation::report::Verdict::none
-                                               : evaluation::report::at_least(*returned, 0.6 * *serves)});
+    figures.push_back(
+        {"Serves returned", fmt::format("{:.0f} of {:.0f}", *returned, *serves),
+         *serves < kEnoughServes ? "too few for a verdict" : "at least 60 %",
+         *serves < kEnoughServes ? figures::Verdict::none : figures::at_least(*returned, 0.6 * *serves)});
   }
   if (const auto share = data.number("touch/contact_s"), of = data.number("touch/of_s"); share && of)
-    figures.push_back({"On the surface", shown(share, "s"), fmt::format("of {}", shown(of, "s")),
-                       evaluation::report::Verdict::none});
+    figures.push_back({"On the surface", figures::shown(share, "s"),
+                       fmt::format("of {}", figures::shown(of, "s")), figures::Verdict::none});
   add_figure(figures, data, "force/peak_n",
              touches(data) ? "Strongest force the hand felt" : "Strongest blow the hand felt", "N", 8.5,
              "at most 8.5 N, the arm's limit");
@@ -99,7 +100,7 @@ void add_what_you_see_section(evaluation::report::Report& page, const DemoData& 
 }
 
 Expected<evaluation::report::Report> demo_report(const fs::path& folder) {
-  const auto data = DemoData::read(folder);
+  const auto data = figures::PlayFolder::read(folder);
   if (!data) return tl::unexpected(data.error());
   const bool touch = touches(*data);
   std::string subtitle =

@@ -11,10 +11,9 @@ constexpr double kArmLimit_N = 8.5;
 constexpr double kLiftedOff_s = 0.005;  // without contact that long: another touch
 
 // A column over time, broken where the surface was left.
-evaluation::report::Series over_contacts(std::string name, evaluation::report::Tone tone,
-                                         const std::vector<double>& time, const std::vector<double>& values,
-                                         double start, double from, double to) {
-  evaluation::report::Series series{.name = std::move(name), .tone = tone};
+figures::Series over_contacts(std::string name, figures::Tone tone, const std::vector<double>& time,
+                              const std::vector<double>& values, double start, double from, double to) {
+  figures::Series series{.name = std::move(name), .tone = tone};
   for (std::size_t i = 0; i < time.size(); ++i) {
     if (time[i] < from || time[i] > to) continue;
     if (i > 0 && time[i] - time[i - 1] > kLiftedOff_s) {
@@ -42,7 +41,7 @@ double slip_to_show(const std::vector<double>& time, const std::vector<double>& 
 
 }  // namespace
 
-void add_touch_section(evaluation::report::Report& page, const DemoData& data) {
+void add_touch_section(evaluation::report::Report& page, const figures::PlayFolder& data) {
   page.section("What the hand feels", "touch");
   page.paragraph(
       "The tip of the stylus goes beneath the surface, because a hand is softer than anything it touches; a "
@@ -54,75 +53,71 @@ void add_touch_section(evaluation::report::Report& page, const DemoData& data) {
       "knows only what the graphics server shows, learns it late, and presses and strokes so that all of "
       "this "
       "happens.");
-  std::vector<evaluation::report::Figure> figures;
+  std::vector<figures::Figure> figures;
   const auto add = [&](std::string_view path, std::string label, std::string_view unit, std::string note) {
     if (const auto v = data.number(path))
-      figures.push_back(
-          {std::move(label), shown(v, unit), std::move(note), evaluation::report::Verdict::none});
+      figures.push_back({std::move(label), figures::shown(v, unit), std::move(note), figures::Verdict::none});
   };
   if (const auto peak = data.number("force/peak_n"))
-    figures.push_back({"Strongest force given", shown(peak, "N"), "at most 8.5 N, the arm's limit",
-                       evaluation::report::at_most(*peak, kArmLimit_N)});
+    figures.push_back({"Strongest force given", figures::shown(peak, "N"), "at most 8.5 N, the arm's limit",
+                       figures::at_most(*peak, kArmLimit_N)});
   add("touch/force_n/mean", "Force while touching, mean", "N", "asked for by the surface");
   add("touch/touches", "Times the surface was met", "", "");
-  add("touch/contact_s", "Time in contact", "s", fmt::format("of {}", shown(data.number("touch/of_s"), "s")));
+  add("touch/contact_s", "Time in contact", "s",
+      fmt::format("of {}", figures::shown(data.number("touch/of_s"), "s")));
   add("touch/depth_mm/mean", "Tip beneath the surface, mean", "mm", "force over stiffness");
   add("touch/depth_mm/max", "Tip beneath the surface, most", "mm", "");
   add("touch/slips", "Times friction gave way", "", "");
   add("touch/friction/median", "Sideways over normal force while sliding", "", "median");
   if (const auto v = data.number("touch/unsettled"))
     figures.push_back({"Milliseconds in which the sphere did not come to rest", fmt::format("{:.0f}", *v),
-                       "it goes on in the next", evaluation::report::Verdict::none});
+                       "it goes on in the next", figures::Verdict::none});
   if (auto shaped = shaped_force(data, false)) figures.push_back(std::move(*shaped));
   page.figures(figures);
 
   const CsvTable* touch = data.raw("touch.csv");
-  if (touch == nullptr ||
-      !has_columns(*touch, {"time_s", "force_n", "tangential_n", "depth_mm", "speed_mm_s", "sliding"}))
+  if (touch == nullptr || !figures::has_columns(*touch, {"time_s", "force_n", "tangential_n", "depth_mm",
+                                                         "speed_mm_s", "sliding"}))
     return;
-  const auto time = column(*touch, "time_s"), force = column(*touch, "force_n"),
-             sideways = column(*touch, "tangential_n"), depth = column(*touch, "depth_mm"),
-             sliding = column(*touch, "sliding");
+  const auto time = figures::column(*touch, "time_s"), force = figures::column(*touch, "force_n"),
+             sideways = figures::column(*touch, "tangential_n"), depth = figures::column(*touch, "depth_mm"),
+             sliding = figures::column(*touch, "sliding");
   const double start = time.front(), end = time.back();
-  evaluation::report::Plot forces{.title = "Force while exploring",
-                                  .x_label = "s since the first touch",
-                                  .y_label = "N",
-                                  .from_zero = true};
-  forces.series = {
-      over_contacts("whole", evaluation::report::Tone::ours, time, force, start, start, end),
-      over_contacts("sideways", evaluation::report::Tone::rival, time, sideways, start, start, end)};
-  evaluation::report::Plot depths{.title = "The tip beneath the surface",
-                                  .x_label = "s since the first touch",
-                                  .y_label = "mm",
-                                  .from_zero = true};
-  depths.series = {over_contacts("depth", evaluation::report::Tone::ours, time, depth, start, start, end)};
+  figures::Plot forces{.title = "Force while exploring",
+                       .x_label = "s since the first touch",
+                       .y_label = "N",
+                       .from_zero = true};
+  forces.series = {over_contacts("whole", figures::Tone::ours, time, force, start, start, end),
+                   over_contacts("sideways", figures::Tone::rival, time, sideways, start, start, end)};
+  figures::Plot depths{.title = "The tip beneath the surface",
+                       .x_label = "s since the first touch",
+                       .y_label = "mm",
+                       .from_zero = true};
+  depths.series = {over_contacts("depth", figures::Tone::ours, time, depth, start, start, end)};
   page.plots({forces, depths});
 
   const double slip = slip_to_show(time, sliding);
   std::vector<double> normal(force.size());
   for (std::size_t i = 0; i < force.size(); ++i)
     normal[i] = std::sqrt(std::max(0.0, force[i] * force[i] - sideways[i] * sideways[i]));
-  evaluation::report::Plot detail{.title = "Stick and slip: the second around the longest hold's end",
-                                  .x_label = "s since friction gave way",
-                                  .y_label = "N",
-                                  .from_zero = true};
-  detail.series = {over_contacts("sideways", evaluation::report::Tone::rival, time, sideways, slip,
-                                 slip - 0.5, slip + 0.5),
-                   over_contacts("along the normal", evaluation::report::Tone::ours, time, normal, slip,
-                                 slip - 0.5, slip + 0.5)};
-  evaluation::report::Plot path{.title = "Where it was touched, from above",
-                                .x_label = "to the right, m",
-                                .y_label = "towards the wall \u2190 m \u2192 towards the user",
-                                .equal_axes = true};
-  if (has_columns(*touch, {"tip_x_m", "tip_z_m"})) {
-    evaluation::report::Series held{
-        .name = "held", .mark = evaluation::report::Mark::points, .tone = evaluation::report::Tone::rival},
-        slid{
-            .name = "slid", .mark = evaluation::report::Mark::points, .tone = evaluation::report::Tone::ours};
-    const auto x = column(*touch, "tip_x_m"), z = column(*touch, "tip_z_m");
+  figures::Plot detail{.title = "Stick and slip: the second around the longest hold's end",
+                       .x_label = "s since friction gave way",
+                       .y_label = "N",
+                       .from_zero = true};
+  detail.series = {
+      over_contacts("sideways", figures::Tone::rival, time, sideways, slip, slip - 0.5, slip + 0.5),
+      over_contacts("along the normal", figures::Tone::ours, time, normal, slip, slip - 0.5, slip + 0.5)};
+  figures::Plot path{.title = "Where it was touched, from above",
+                     .x_label = "to the right, m",
+                     .y_label = "towards the wall \u2190 m \u2192 towards the user",
+                     .equal_axes = true};
+  if (figures::has_columns(*touch, {"tip_x_m", "tip_z_m"})) {
+    figures::Series held{.name = "held", .mark = figures::Mark::points, .tone = figures::Tone::rival},
+        slid{.name = "slid", .mark = figures::Mark::points, .tone = figures::Tone::ours};
+    const auto x = figures::column(*touch, "tip_x_m"), z = figures::column(*touch, "tip_z_m");
     constexpr std::size_t kEvery = 5;  // 5 ms: the hand moves less than a millimetre
     for (std::size_t i = 0; i < x.size(); i += kEvery) {
-      evaluation::report::Series& series = sliding[i] > 0.5 ? slid : held;
+      figures::Series& series = sliding[i] > 0.5 ? slid : held;
       series.x.push_back(x[i]);
       series.y.push_back(z[i]);
     }

@@ -59,10 +59,10 @@ std::string asked_of(const Report& page, std::initializer_list<int> widths_px,
 TEST(PageLayout, TilesHoldTheirFiguresOnScreensOfEverySize) {
   Report page("Title");
   const std::string change = "2.62\u00a0mm \u2192 0.154\u00a0mm";
-  page.figures({{"Against the tracker", change, "before and after", Verdict::none},
-                {"Error", "0.1\u00a0mm", "", Verdict::none},
-                {"Late", "1234567\u00a0of\u00a01234567\u00a0ticks", "", Verdict::none},
-                {"Poses", "70", "", Verdict::none}});
+  page.figures({{"Against the tracker", change, "before and after", figures::Verdict::none},
+                {"Error", "0.1\u00a0mm", "", figures::Verdict::none},
+                {"Late", "1234567\u00a0of\u00a01234567\u00a0ticks", "", figures::Verdict::none},
+                {"Poses", "70", "", figures::Verdict::none}});
   EXPECT_EQ(asked_of(page, {1400, 1000, 700, 400},
                      "[...d.querySelectorAll('.card')].filter((c) => c.scrollWidth > c.clientWidth).length "
                      "+ ' of ' + d.querySelectorAll('.card').length + ', page over by ' "

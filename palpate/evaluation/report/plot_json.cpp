@@ -10,37 +10,37 @@
 namespace palpate::evaluation::report {
 namespace {
 
-const char* name_of(Tone tone) {
+const char* name_of(figures::Tone tone) {
   switch (tone) {
-    case Tone::ours:
+    case figures::Tone::ours:
       return "ours";
-    case Tone::rival:
+    case figures::Tone::rival:
       return "rival";
-    case Tone::third:
+    case figures::Tone::third:
       return "third";
-    case Tone::fourth:
+    case figures::Tone::fourth:
       return "fourth";
-    case Tone::muted:
+    case figures::Tone::muted:
       return "muted";
-    case Tone::good:
+    case figures::Tone::good:
       return "good";
-    case Tone::bad:
+    case figures::Tone::bad:
       return "bad";
   }
   return "ours";
 }
 
-const char* name_of(Mark mark) {
+const char* name_of(figures::Mark mark) {
   switch (mark) {
-    case Mark::line:
+    case figures::Mark::line:
       return "line";
-    case Mark::points:
+    case figures::Mark::points:
       return "points";
-    case Mark::steps:
+    case figures::Mark::steps:
       return "steps";
-    case Mark::bars:
+    case figures::Mark::bars:
       return "bars";
-    case Mark::area:
+    case figures::Mark::area:
       return "area";
   }
   return "line";
@@ -88,7 +88,7 @@ std::string json_numbers(const std::vector<double>& values, bool relative) {
   return out + "]";
 }
 
-std::string plot_json(const Plot& plot) {
+std::string plot_json(const figures::Plot& plot) {
   std::string out = fmt::format(
       "{{\"title\":{},\"x\":{},\"y\":{},\"equal\":{},\"logx\":{},\"logy\":{},\"sideways\":{},"
       "\"flipx\":{},\"flipy\":{},\"zero\":{},\"stacked\":{},\"series\":[",
@@ -96,7 +96,7 @@ std::string plot_json(const Plot& plot) {
       yes(plot.log_y), yes(plot.sideways), yes(plot.flip_x), yes(plot.flip_y), yes(plot.from_zero),
       yes(plot.stacked));
   for (std::size_t i = 0; i < plot.series.size(); ++i) {
-    const Series& s = plot.series[i];
+    const figures::Series& s = plot.series[i];
     out += fmt::format(
         "{}{{\"name\":{},\"mark\":\"{}\",\"tone\":\"{}\",\"legend\":{},\"dashed\":{},\"filled\":{},\"x\":{},"
         "\"y\":{},\"hover\":{},\"written\":{}}}",
@@ -106,7 +106,7 @@ std::string plot_json(const Plot& plot) {
   }
   out += "],\"levels\":[";
   for (std::size_t i = 0; i < plot.levels.size(); ++i) {
-    const Level& level = plot.levels[i];
+    const figures::Level& level = plot.levels[i];
     out += fmt::format("{}{{\"at\":{:.6g},\"to\":{:.6g},\"label\":{},\"tone\":\"{}\",\"upright\":{}}}",
                        i ? "," : "", level.at, level.to.value_or(level.at), text(level.label),
                        name_of(level.tone), yes(level.upright));
@@ -119,11 +119,11 @@ std::string plot_json(const Plot& plot) {
   return out + "}";
 }
 
-std::string cloud_json(const Cloud& cloud) {
+std::string cloud_json(const figures::Cloud& cloud) {
   std::string out = fmt::format("{{\"unit\":{},\"up\":{},\"turn\":{:.1f},\"tilt\":{:.1f},\"groups\":[",
                                 text(cloud.unit), cloud.up, cloud.turn_deg, cloud.tilt_deg);
   for (std::size_t i = 0; i < cloud.groups.size(); ++i) {
-    const CloudGroup& group = cloud.groups[i];
+    const figures::CloudGroup& group = cloud.groups[i];
     std::vector<double> flat;
     flat.reserve(group.points.size() * 3);
     for (const auto& point : group.points) flat.insert(flat.end(), point.begin(), point.end());

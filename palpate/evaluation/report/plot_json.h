@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "palpate/evaluation/report/plot.h"
+#include "palpate/figures/plot.h"
 
 namespace palpate::evaluation::report {
 
-std::string plot_json(const Plot& plot);
-std::string cloud_json(const Cloud& cloud);
+std::string plot_json(const figures::Plot& plot);
+std::string cloud_json(const figures::Cloud& cloud);
 
 // A JSON array: each number to a ten-thousandth of their span, or to four digits of its own where `relative`
 // (for logarithmic axes); not a number as null.

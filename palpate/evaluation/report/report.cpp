@@ -39,8 +39,10 @@ std::string for_script(std::string json) {
   return json;
 }
 
-std::string verdict_class(Verdict verdict) {
-  return verdict == Verdict::holds ? " holds" : verdict == Verdict::falls_short ? " short" : "";
+std::string verdict_class(figures::Verdict verdict) {
+  return verdict == figures::Verdict::holds         ? " holds"
+         : verdict == figures::Verdict::falls_short ? " short"
+                                                    : "";
 }
 
 std::string image(std::string_view png, std::string_view caption, std::string_view style = "") {
@@ -63,7 +65,7 @@ double shape_of(std::string_view png) {
   return width > 0.0 && height > 0.0 ? width / height : 4.0 / 3.0;
 }
 
-std::string flat(const Plot& plot) {
+std::string flat(const figures::Plot& plot) {
   return fmt::format(
       "<figure class=\"plot\"><figcaption class=\"above\">{}</figcaption><div class=\"canvas\" "
       "style=\"height:{}px\" role=\"img\" "
@@ -127,19 +129,31 @@ void Report::section(std::string_view title, std::string_view anchor) {
   body_ += fmt::format("<h2 id=\"{}\">{}</h2>\n", escaped(anchor), escaped(title));
 }
 
+void Report::section(const figures::Section& section) {
+  struct Add {
+    Report& page;
+    void operator()(const std::string& text) const { page.paragraph(text); }
+    void operator()(const std::vector<figures::Figure>& figures) const { page.figures(figures); }
+    void operator()(const std::vector<figures::Plot>& plots) const { page.plots(plots); }
+    void operator()(const figures::Table& table) const { page.table(table.header, table.rows); }
+  };
+  this->section(section.title, section.anchor);
+  for (const auto& block : section.blocks) std::visit(Add{*this}, block);
+}
+
 void Report::paragraph(std::string_view text) { body_ += "<p>" + prose(text) + "</p>\n"; }
 
 void Report::aside(std::string_view text) { body_ += "<p class=\"aside\">" + prose(text) + "</p>\n"; }
 
-void Report::figures(const std::vector<Figure>& figures) {
+void Report::figures(const std::vector<figures::Figure>& figures) {
   body_ += "<div class=\"cards\">\n";
   for (const auto& figure : figures) {
     body_ += fmt::format("<div class=\"card{}\"><div class=\"label\">{}</div><div class=\"value\">{}</div>",
                          verdict_class(figure.verdict), prose(figure.label), prose(figure.value));
-    if (figure.verdict != Verdict::none || !figure.bar.empty()) {
-      const char* said = figure.verdict == Verdict::holds         ? "<b>holds</b> "
-                         : figure.verdict == Verdict::falls_short ? "<b>falls short</b> "
-                                                                  : "";
+    if (figure.verdict != figures::Verdict::none || !figure.bar.empty()) {
+      const char* said = figure.verdict == figures::Verdict::holds         ? "<b>holds</b> "
+                         : figure.verdict == figures::Verdict::falls_short ? "<b>falls short</b> "
+                                                                           : "";
       body_ += fmt::format("<div class=\"bar\">{}{}</div>", said, prose(figure.bar));
     }
     body_ += "</div>\n";
@@ -160,19 +174,19 @@ void Report::table(const std::vector<std::string>& header,
   body_ += "</tbody></table></div>\n";
 }
 
-void Report::plot(const Plot& plot) {
+void Report::plot(const figures::Plot& plot) {
   uses_plotly_ = true;
   body_ += flat(plot);
 }
 
-void Report::plots(const std::vector<Plot>& side_by_side) {
+void Report::plots(const std::vector<figures::Plot>& side_by_side) {
   uses_plotly_ = true;
   body_ += "<div class=\"side-by-side\">\n";
   for (const auto& plot : side_by_side) body_ += flat(plot);
   body_ += "</div>\n";
 }
 
-void Report::cloud(const Cloud& cloud) {
+void Report::cloud(const figures::Cloud& cloud) {
   body_ += fmt::format(
       "<figure class=\"cloud\"><figcaption class=\"above\">{}</figcaption><canvas style=\"height:{}px\" "
       "role=\"img\" aria-label=\"{}\"></canvas><script type=\"application/json\">{}</script>"

@@ -12,26 +12,9 @@
 #include <vector>
 
 #include "palpate/core/expected.h"
-#include "palpate/evaluation/report/plot.h"
+#include "palpate/figures/section.h"
 
 namespace palpate::evaluation::report {
-
-enum class Verdict { none, holds, falls_short };
-
-struct Figure {
-  std::string label;
-  std::string value;  // with its unit
-  std::string bar;    // what it is held against; may be empty
-  Verdict verdict = Verdict::none;
-};
-
-// `figure <= bar` or not, as a verdict.
-inline Verdict at_most(double figure, double bar) {
-  return figure <= bar ? Verdict::holds : Verdict::falls_short;
-}
-inline Verdict at_least(double figure, double bar) {
-  return figure >= bar ? Verdict::holds : Verdict::falls_short;
-}
 
 class Report {
  public:
@@ -40,13 +23,14 @@ class Report {
   // Starts a section; `anchor` (letters, digits, hyphens) is its address in the page and in the table of
   // contents.
   void section(std::string_view title, std::string_view anchor);
+  void section(const figures::Section& section);  // with all that stands in it
   void paragraph(std::string_view text);
   void aside(std::string_view text);  // smaller: how something was measured
-  void figures(const std::vector<Figure>& figures);
+  void figures(const std::vector<figures::Figure>& figures);
   void table(const std::vector<std::string>& header, const std::vector<std::vector<std::string>>& rows);
-  void plot(const Plot& plot);
-  void plots(const std::vector<Plot>& side_by_side);
-  void cloud(const Cloud& cloud);
+  void plot(const figures::Plot& plot);
+  void plots(const std::vector<figures::Plot>& side_by_side);
+  void cloud(const figures::Cloud& cloud);
   void code(std::string_view text);
   // `png`, `mp4`: the files' bytes.
   void picture(std::string_view png, std::string_view caption);

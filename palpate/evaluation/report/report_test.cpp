@@ -24,8 +24,8 @@ Report page_of_everything() {
   page.section("First", "first");
   page.paragraph("Text with `code`.");
   page.aside("Small print.");
-  page.figures({{"Error", "0.1 mm", "at most 0.3 mm", Verdict::holds},
-                {"Late", "7", "at most 2", Verdict::falls_short}});
+  page.figures({{"Error", "0.1 mm", "at most 0.3 mm", figures::Verdict::holds},
+                {"Late", "7", "at most 2", figures::Verdict::falls_short}});
   page.table({"a", "b"}, {{"1", "2"}});
   page.plot({.title = "Line", .series = {{.name = "s", .x = {0, 1}, .y = {2, 3}}}});
   page.cloud({.title = "Cloud", .unit = "mm", .groups = {{.name = "g", .points = {{0, 0, 0}, {1, 2, 3}}}}});
@@ -70,7 +70,7 @@ TEST(Report, EscapesEveryText) {
   page.section(evil, "a\"b");
   page.paragraph(evil);
   page.aside(evil);
-  page.figures({{evil, evil, evil, Verdict::holds}});
+  page.figures({{evil, evil, evil, figures::Verdict::holds}});
   page.table({evil}, {{evil}});
   page.plot({.title = evil,
              .x_label = evil,
@@ -85,6 +85,23 @@ TEST(Report, EscapesEveryText) {
   EXPECT_EQ(html.find("<script>alert"), std::string::npos);
   EXPECT_EQ(html.find("'x')</script>"), std::string::npos);
   EXPECT_NE(html.find("&lt;script&gt;alert(&#39;x&#39;)"), std::string::npos);
+}
+
+// A section as data reads on the page as the same calls one by one.
+TEST(Report, DrawsASectionThatIsGivenAsData) {
+  const std::vector<figures::Figure> figures{{"Error", "0.1 mm", "at most 0.3 mm", figures::Verdict::holds}};
+  const std::vector<figures::Plot> plots{
+      {.title = "path", .series = {{.name = "s", .x = {1, 2}, .y = {3, 4}}}}};
+  const figures::Table table{{"file", "rows"}, {{"a.csv", "7"}}};
+  Report as_data("t"), by_calls("t");
+  as_data.section({"What was felt", "felt", {"In words.", figures, table, plots}});
+  by_calls.section("What was felt", "felt");
+  by_calls.paragraph("In words.");
+  by_calls.figures(figures);
+  by_calls.table(table.header, table.rows);
+  by_calls.plots(plots);
+  EXPECT_NE(as_data.html().find("What was felt"), std::string::npos);
+  EXPECT_EQ(as_data.html(), by_calls.html());
 }
 
 TEST(Report, TurnsBackticksIntoCodeAndClosesThem) {
@@ -131,8 +148,10 @@ TEST(JsonNumbers, WritesGapsConstantsAndNothing) {
 }
 
 TEST(PlotJson, IsJsonWithEverythingInIt) {
-  Plot plot{.title = "a \"b\"",
-            .series = {{.name = "s", .x = {1, 2}, .y = {3, NAN}, .mark = Mark::bars, .labels = {"p", "q"}}}};
+  figures::Plot plot{
+      .title = "a \"b\"",
+      .series = {
+          {.name = "s", .x = {1, 2}, .y = {3, NAN}, .mark = figures::Mark::bars, .labels = {"p", "q"}}}};
   plot.levels.push_back({.at = 0.3, .label = "bar", .upright = true});
   plot.levels.push_back({.at = 1.0, .label = "band", .to = 2.0});
   plot.y_range = {0, 5};
@@ -144,27 +163,6 @@ TEST(PlotJson, IsJsonWithEverythingInIt) {
   EXPECT_EQ(parsed["levels"][0]["to"], 0.3);
   EXPECT_EQ(parsed["levels"][1]["to"], 2.0);
   EXPECT_EQ(parsed["yrange"], (Json{0, 5}));
-}
-
-TEST(Histogram, CountsEachValueOnce) {
-  const Series counts = histogram("h", {-5.0, 0.0, 0.49, 0.5, 0.99, 1.0, 9.0, NAN}, 0.0, 1.0, 2);
-  EXPECT_EQ(counts.x, (std::vector<double>{0.25, 0.75}));
-  EXPECT_EQ(counts.y, (std::vector<double>{3.0, 4.0}));  // outside values in the outermost bins
-}
-
-TEST(Cumulative, EndsAtOneWithTheLargestValue) {
-  const Series share = cumulative("c", {3.0, 1.0, 2.0, 4.0});
-  EXPECT_EQ(share.x, (std::vector<double>{1, 2, 3, 4}));
-  EXPECT_EQ(share.y, (std::vector<double>{0.25, 0.5, 0.75, 1.0}));
-  const Series thinned = cumulative("c", std::vector<double>(5000, 2.0));
-  EXPECT_EQ(thinned.x.size(), 200u);
-  EXPECT_EQ(thinned.y.back(), 1.0);
-}
-
-TEST(Quantile, IsLinearBetweenNeighbours) {
-  EXPECT_DOUBLE_EQ(quantile({4, 1, 3, 2}, 0.5), 2.5);
-  EXPECT_DOUBLE_EQ(quantile({4, 1, 3, 2}, 1.0), 4.0);
-  EXPECT_TRUE(std::isnan(quantile({}, 0.5)));
 }
 
 }  // namespace

@@ -42,10 +42,10 @@ Clouds clouds_of(const calibration::ArmSolution& arm, const std::vector<device::
   return clouds;
 }
 
-report::Cloud drawing(const Clouds& clouds, std::string title, double magnified, std::string caption) {
-  report::CloudGroup seen{.name = "tracker", .tone = report::Tone::rival},
-      told{.name = "arm", .tone = report::Tone::ours},
-      strokes{.name = "difference", .tone = report::Tone::muted, .joined = true};
+figures::Cloud drawing(const Clouds& clouds, std::string title, double magnified, std::string caption) {
+  figures::CloudGroup seen{.name = "tracker", .tone = figures::Tone::rival},
+      told{.name = "arm", .tone = figures::Tone::ours},
+      strokes{.name = "difference", .tone = figures::Tone::muted, .joined = true};
   const auto point = [](const Vector3& m) {
     return std::array<double, 3>{mm_from_metres(m.x()), mm_from_metres(m.y()), mm_from_metres(m.z())};
   };
@@ -119,11 +119,11 @@ Expected<StudyResult> study_clouds(const StudyOptions& options) {
     page.figures(
         {{"Mean distance",
           fmt::format("{:.2f} \u2192 {:.3f} mm", mm_from_metres(before.mean), mm_from_metres(after.mean)),
-          "the paper: 3 \u2192 1.3 mm on poses held out", report::Verdict::none},
+          "the paper: 3 \u2192 1.3 mm on poses held out", figures::Verdict::none},
          {"Along the line from the shoulder, sd",
           fmt::format("{:.2f} \u2192 {:.3f} mm", mm_from_metres(before.radial_sd),
                       mm_from_metres(after.radial_sd)),
-          "the paper's radial error", report::Verdict::none}});
+          "the paper's radial error", figures::Verdict::none}});
   };
   return study;
 }

@@ -7,10 +7,10 @@
 namespace palpate::evaluation::studies {
 namespace {
 
-using report::Mark;
-using report::Plot;
-using report::Series;
-using report::Tone;
+using figures::Mark;
+using figures::Plot;
+using figures::Series;
+using figures::Tone;
 
 constexpr std::array kFlightTones{Tone::rival, Tone::ours, Tone::good, Tone::muted};
 constexpr std::array kSetTones{Tone::ours, Tone::rival, Tone::third, Tone::fourth, Tone::good, Tone::bad};
@@ -142,7 +142,7 @@ void add_flights_section(report::Report& page, const StudyResult& study) {
       "error is the distance to the place where the ball was seen, at a time counted from the end of those "
       "100 ms. One ball, one drag, one table for all recordings; only the height of the table is taken from "
       "the recordings' bounces.");
-  std::vector<report::Figure> figures;
+  std::vector<figures::Figure> figures;
   const auto key = [&](const char* mode, int at) -> double {
     for (const auto& h : study.values.at(mode).at("horizons"))
       if (h.at("horizon_ms") == at) return h.at("median_mm").get<double>();
@@ -153,7 +153,7 @@ void add_flights_section(report::Report& page, const StudyResult& study) {
     if (!std::isfinite(full)) continue;
     figures.push_back({fmt::format("Median error after {} ms, paper \u2192 full", at),
                        fmt::format("{:.1f} \u2192 {:.1f} mm", paper, full),
-                       fmt::format("{:.1f} times less", paper / full), report::Verdict::none});
+                       fmt::format("{:.1f} times less", paper / full), figures::Verdict::none});
   }
   page.figures(figures);
   page.plot(error_over_time(study, "all sets", kFlightModes.size()));

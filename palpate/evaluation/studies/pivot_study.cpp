@@ -12,8 +12,8 @@
 namespace palpate::evaluation::studies {
 namespace {
 
-using report::Plot;
-using report::Tone;
+using figures::Plot;
+using figures::Tone;
 
 struct Method {
   std::string_view label;
@@ -211,14 +211,14 @@ Expected<StudyResult> study_marker_noise(const StudyOptions& options) {
       }
       page.plots(plots);
     }
-    std::vector<report::Figure> figures;
+    std::vector<figures::Figure> figures;
     for (const auto& setting : kMarkerSettings) {
       const bool full = setting.coverage == Coverage::full_sphere;
       const auto& curve = curve_named(curves, figure_of("centre", setting.name), kStill[0].label);
       figures.push_back({fmt::format("Sphere fit, {}, LEDs 0.2 mm: centre", setting.title),
                          fmt::format("{:.3f} mm", mean_at(curve, paper::kTrackerRms_mm)),
                          full ? "the paper: below 0.05 mm (4.2.2)" : "the paper: up to 0.2 mm (4.2.2)",
-                         report::Verdict::none});
+                         figures::Verdict::none});
     }
     page.figures(figures);
     page.aside(
@@ -266,14 +266,14 @@ Expected<StudyResult> study_tip_noise(const StudyOptions& options) {
       }
       page.plots(plots);
     }
-    std::vector<report::Figure> figures;
+    std::vector<figures::Figure> figures;
     for (const auto& setting : kTipSettings) {
       const auto& curve = curve_named(curves, figure_of("centre", setting.name), kMoving[0].label);
       const double still = mean_at(curve, 0.0), moving = mean_at(curve, paper::kTipMotionLow_mm);
       figures.push_back(
           {fmt::format("Sphere fit, {}: centre with 1 mm of motion, and without", setting.title),
            fmt::format("{:.3f}, {:.3f} mm", moving, still), "the paper: the motion dominates (4.2.2)",
-           report::Verdict::none});
+           figures::Verdict::none});
     }
     page.figures(figures);
     page.aside("Error of one LED 0.2 mm rms throughout; 100 poses each.");

@@ -9,10 +9,10 @@
 namespace palpate::evaluation::studies {
 namespace {
 
-using report::Figure;
-using report::Level;
-using report::Plot;
-using report::Tone;
+using figures::Figure;
+using figures::Level;
+using figures::Plot;
+using figures::Tone;
 
 constexpr std::array kTones{std::pair{kUncorrected, Tone::muted}, std::pair{kOnePass, Tone::fourth},
                             std::pair{kAlternating, Tone::third}, std::pair{kEq7, Tone::rival},
@@ -93,16 +93,16 @@ void add_errors_section(report::Report& page, const StudyResult& study) {
       number(held_out.at(std::string(kJoint))) / number(held_out.at(std::string(kNoiseFloor)));
   page.figures(
       {{"Ours, error to truth, 70 points", fmt::format("{:.3f} mm", ours), "at most 0.15 mm",
-        report::at_most(ours, 0.15)},
+        figures::at_most(ours, 0.15)},
        {"The paper's best variant, same samples", fmt::format("{:.3f} mm", paper_best),
         fmt::format("ours is {:.2f} of it, at most 0.5", ours / paper_best),
-        report::at_most(ours / paper_best, 0.5)},
+        figures::at_most(ours / paper_best, 0.5)},
        {"Held out, uncorrected to ours",
         fmt::format("{:.2f} \u2192 {:.3f} mm", number(held_out.at(std::string(kUncorrected))),
                     number(held_out.at(std::string(kJoint)))),
-        "the paper: 3 \u2192 1.3 mm (4.4.2)", report::Verdict::none},
+        "the paper: 3 \u2192 1.3 mm (4.4.2)", figures::Verdict::none},
        {"Held out, beside the tracker's own noise", fmt::format("{:+.1f} %", 100.0 * (floor_ratio - 1.0)),
-        "at most +5 %", report::at_most(floor_ratio, 1.05)}});
+        "at most +5 %", figures::at_most(floor_ratio, 1.05)}});
   auto figure7 = error_plot(study, "Figure 7: error on poses held out", "held-out error");
   auto floor = series_of(curve_named(study.curves, "held-out error", kNoiseFloor), Tone::good);
   floor.dashed = true;
@@ -175,7 +175,7 @@ void add_bound_section(report::Report& page, const StudyResult& study) {
     const double ratio = number(r.at("ratio")), most = r.at("most").get<double>();
     figures.push_back({fmt::format("Ours over the bound, {} points", r.at("points").get<int>()),
                        fmt::format("{:.3f}", ratio), fmt::format("at most {:.1f}", most),
-                       report::at_most(ratio, most)});
+                       figures::at_most(ratio, most)});
     rows.push_back({fmt::format("{}", r.at("points").get<int>()), shown(r.at("ours_rms_mm"), 4),
                     shown(r.at("bound_rms_mm"), 4), fmt::format("{:.3f}", ratio)});
   }

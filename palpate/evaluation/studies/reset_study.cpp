@@ -69,7 +69,7 @@ Expected<Table> try_resets(const StudyOptions& options, std::size_t number) {
 }
 
 void add_reset_section(report::Report& page, const StudyResult& study) {
-  using report::Tone;
+  using figures::Tone;
   page.section("Encoders zeroed in odd positions (Figure 10)", "reset");
   page.paragraph(
       "The paper zeroed the encoders with the second and third joint right or obtuse, and in extreme places "
@@ -77,12 +77,12 @@ void add_reset_section(report::Report& page, const StudyResult& study) {
       "workspace, and found the same low error from each. Here the zeros are up to 45 degrees off. Every "
       "solve "
       "begins at gains 1 and offsets 0 and is told nothing of the reset.");
-  std::vector<report::Plot> plots;
+  std::vector<figures::Plot> plots;
   for (const auto method : kResetMethods) {
-    report::Plot plot{.title = fmt::format("Figure 10: {}", method),
-                      .x_label = "points",
-                      .y_label = "mean error held out, mm",
-                      .log_y = true};
+    figures::Plot plot{.title = fmt::format("Figure 10: {}", method),
+                       .x_label = "points",
+                       .y_label = "mean error held out, mm",
+                       .log_y = true};
     constexpr std::array kLineTones{Tone::ours, Tone::rival, Tone::third, Tone::fourth};
     for (std::size_t r = 0; r < kResets.size(); ++r) {
       auto series = series_of(curve_named(study.curves, figure_of("held-out error", method), kResets[r].name),
@@ -110,7 +110,7 @@ void add_reset_section(report::Report& page, const StudyResult& study) {
   page.table({"zeroed", "paper: alternating, held out mm", "paper: equations 7, 8", "ours"}, rows);
   const double spread = study.values.at("ours_spread").get<double>();
   page.figures({{"Ours, 70 points: largest mean beside the smallest",
-                 fmt::format("{:+.1f} %", 100.0 * spread), "at most 5 %", report::at_most(spread, 0.05)}});
+                 fmt::format("{:+.1f} %", 100.0 * spread), "at most 5 %", figures::at_most(spread, 0.05)}});
 }
 
 }  // namespace

@@ -42,13 +42,13 @@ Summary summary_of(const std::vector<double>& values) {
   for (double v : values)
     if (std::isfinite(v)) scatter += (v - summary.mean) * (v - summary.mean);
   summary.sd = n > 1 ? std::sqrt(scatter / (n - 1.0)) : none;
-  summary.median = report::quantile(values, 0.5);
-  summary.p95 = report::quantile(values, 0.95);
+  summary.median = figures::quantile(values, 0.5);
+  summary.p95 = figures::quantile(values, 0.95);
   return summary;
 }
 
-report::Series series_of(const Curve& curve, report::Tone tone, Drawn drawn) {
-  report::Series series{.name = curve.label, .tone = tone};
+figures::Series series_of(const Curve& curve, figures::Tone tone, Drawn drawn) {
+  figures::Series series{.name = curve.label, .tone = tone};
   for (const auto& point : curve.points) {
     series.x.push_back(point.x);
     series.y.push_back(drawn == Drawn::mean ? point.y.mean : drawn == Drawn::sd ? point.y.sd : point.y.rms);

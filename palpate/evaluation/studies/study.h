@@ -81,7 +81,7 @@ const std::vector<StudyName>& studies();
 
 // A curve as a line of a plot: of its means, deviations or rms values.
 enum class Drawn { mean, sd, rms };
-report::Series series_of(const Curve& curve, report::Tone tone, Drawn drawn = Drawn::mean);
+figures::Series series_of(const Curve& curve, figures::Tone tone, Drawn drawn = Drawn::mean);
 // "centre, full sphere".
 inline std::string figure_of(std::string_view what, std::string_view setting) {
   return fmt::format("{}, {}", what, setting);

@@ -1,21 +1,21 @@
-#include "tools/demo/demo_data.h"
+#include "palpate/figures/play_folder.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-namespace palpate::tools::demo {
+namespace palpate::figures {
 namespace fs = std::filesystem;
 
-Expected<DemoData> DemoData::read(const fs::path& folder) {
-  DemoData data;
-  data.folder_ = folder;
+Expected<PlayFolder> PlayFolder::read(const fs::path& folder) {
+  PlayFolder play;
+  play.folder_ = folder;
   const auto summary = read_file(folder / "summary.json");
   if (!summary) return tl::unexpected(summary.error());
-  data.summary_ = Json::parse(*summary, nullptr, false);
-  if (!data.summary_.is_object())
+  play.summary_ = Json::parse(*summary, nullptr, false);
+  if (!play.summary_.is_object())
     return wrong_use("{}: is not a JSON object", (folder / "summary.json").string());
-  if (!fs::is_directory(folder / "raw")) return data;
+  if (!fs::is_directory(folder / "raw")) return play;
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder / "raw")) {
     if (entry.path().extension() == ".csv") files.push_back(entry.path());
@@ -26,12 +26,12 @@ Expected<DemoData> DemoData::read(const fs::path& folder) {
     options.text_columns = {"*"};
     auto table = read_csv(file, options);
     if (!table) return tl::unexpected(table.error());
-    data.tables_.emplace_back(file.filename().string(), std::move(*table));
+    play.tables_.emplace_back(file.filename().string(), std::move(*table));
   }
-  return data;
+  return play;
 }
 
-const Json* DemoData::find(std::string_view path) const {
+const Json* PlayFolder::find(std::string_view path) const {
   const Json* at = &summary_;
   while (!path.empty()) {
     const auto slash = path.find('/');
@@ -43,28 +43,28 @@ const Json* DemoData::find(std::string_view path) const {
   return at;
 }
 
-std::optional<double> DemoData::number(std::string_view path) const {
+std::optional<double> PlayFolder::number(std::string_view path) const {
   const Json* value = find(path);
   return value != nullptr && value->is_number() ? std::optional(value->get<double>()) : std::nullopt;
 }
 
-std::optional<std::string> DemoData::text(std::string_view path) const {
+std::optional<std::string> PlayFolder::text(std::string_view path) const {
   const Json* value = find(path);
   return value != nullptr && value->is_string() ? std::optional(value->get<std::string>()) : std::nullopt;
 }
 
-const CsvTable* DemoData::raw(std::string_view name) const {
+const CsvTable* PlayFolder::raw(std::string_view name) const {
   for (const auto& [file, table] : tables_) {
     if (file == name) return table.rows.empty() ? nullptr : &table;
   }
   return nullptr;
 }
 
-std::string DemoData::bytes(std::string_view name) const { return read_file(folder_ / name).value_or(""); }
+std::string PlayFolder::bytes(std::string_view name) const { return read_file(folder_ / name).value_or(""); }
 
-bool DemoData::has(std::string_view name) const { return fs::is_regular_file(folder_ / name); }
+bool PlayFolder::has(std::string_view name) const { return fs::is_regular_file(folder_ / name); }
 
-std::vector<std::string> DemoData::pictures(std::string_view folder) const {
+std::vector<std::string> PlayFolder::pictures(std::string_view folder) const {
   std::vector<std::string> names;
   if (!fs::is_directory(folder_ / folder)) return names;
   for (const auto& entry : fs::directory_iterator(folder_ / folder)) {
@@ -101,4 +101,4 @@ std::string shown(std::optional<double> value, std::string_view unit, int digits
   return number + (unit == "\u00b0" ? "" : "\u00a0") + std::string(unit);
 }
 
-}  // namespace palpate::tools::demo
+}  // namespace palpate::figures

@@ -1,10 +1,10 @@
-#include "palpate/evaluation/report/plot.h"
+#include "palpate/figures/plot.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-namespace palpate::evaluation::report {
+namespace palpate::figures {
 
 Series histogram(std::string name, const std::vector<double>& values, double low, double high, int bins,
                  Tone tone) {
@@ -64,4 +64,4 @@ double quantile(std::vector<double> values, double q) {
   return values[below] + (place - static_cast<double>(below)) * (values[above] - values[below]);
 }
 
-}  // namespace palpate::evaluation::report
+}  // namespace palpate::figures

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace palpate::evaluation::report {
+namespace palpate::figures {
 
 // Colours by meaning; the page knows how each looks in its light and its dark dress.
 enum class Tone { ours, rival, third, fourth, muted, good, bad };
@@ -89,4 +89,4 @@ Series cumulative(std::string name, std::vector<double> values, Tone tone = Tone
 // The q-quantile (0..1) of the values, linear between neighbours; not a number where there are none.
 double quantile(std::vector<double> values, double q);
 
-}  // namespace palpate::evaluation::report
+}  // namespace palpate::figures

@@ -1,5 +1,5 @@
-// What a demo left in its folder, read tolerantly: a missing file or key is simply not there, and its part of
-// the report is left out. Used by the sections of the demo report only.
+// What a play left in its folder (summary.json, raw/*.csv, pictures), read tolerantly: a missing file or key is
+// simply not there, and its part of the report is left out. One thread.
 #pragma once
 
 #include <filesystem>
@@ -11,11 +11,11 @@
 #include "palpate/core/csv.h"
 #include "palpate/core/json.h"
 
-namespace palpate::tools::demo {
+namespace palpate::figures {
 
-class DemoData {
+class PlayFolder {
  public:
-  static Expected<DemoData> read(const std::filesystem::path& folder);
+  static Expected<PlayFolder> read(const std::filesystem::path& folder);
 
   // A value of summary.json by its path ("arm/error_to_truth_mean_mm").
   std::optional<double> number(std::string_view path) const;
@@ -44,4 +44,4 @@ bool has_columns(const CsvTable& table, std::initializer_list<std::string_view> 
 // "0.123 mm": at most `digits` significant digits, no idle zeros; a dash where there is no value.
 std::string shown(std::optional<double> value, std::string_view unit, int digits = 3);
 
-}  // namespace palpate::tools::demo
+}  // namespace palpate::figures
