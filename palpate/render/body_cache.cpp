@@ -1,10 +1,16 @@
 #include "palpate/render/body_cache.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <utility>
 
 namespace palpate::render {
 namespace {
+
+// Side of a square over the spacing of the vertices: the disc in it still leaves no gaps where the surface is
+// stretched by half.
+constexpr double kOverlap = 2.0;
 
 // Every edge belongs to two triangles.
 bool is_closed(const scene::TriangleMesh& mesh) {
@@ -31,6 +37,42 @@ std::vector<ShadedVertex> vertices_of(const scene::Shape& shape) {
   return vertices;
 }
 
+// How far vertices lie apart, m: the median over some of them of the distance to the nearest other one.
+double spacing_of(const scene::Shape& shape) {
+  constexpr std::size_t kAsked = 64;
+  const auto place = [&](std::size_t i) {
+    return Vector3f(&shape.values[i * scene::Shape::kFloatsPerVertex]);
+  };
+  const std::size_t count = shape.vertices(), step = std::max<std::size_t>(1, count / kAsked);
+  std::vector<float> nearest;
+  for (std::size_t i = 0; i < count; i += step) {
+    float least = std::numeric_limits<float>::infinity();
+    for (std::size_t k = 0; k < count; ++k)
+      if (k != i) least = std::min(least, (place(k) - place(i)).squaredNorm());
+    if (std::isfinite(least)) nearest.push_back(std::sqrt(least));
+  }
+  if (nearest.empty()) return 0.0;
+  const auto middle = nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2);
+  std::nth_element(nearest.begin(), middle, nearest.end());
+  return *middle;
+}
+
+// A surface whose triangles are not known: a square at each vertex, across its normal, with `side` as its side.
+ShadedMesh squares_of(const scene::Shape& shape, double side) {
+  ShadedMesh mesh;
+  for (std::uint32_t i = 0; i < shape.vertices(); ++i) {
+    const float* values = &shape.values[i * scene::Shape::kFloatsPerVertex];
+    const Vector3f p(values), given(values + 3);
+    const Vector3f n = given.norm() > 0.0f ? Vector3f(given.normalized()) : Vector3f(Vector3f::UnitY());
+    const Vector3f x = 0.5f * static_cast<float>(side) * n.unitOrthogonal(), y = n.cross(x);
+    for (const Vector3f& corner :
+         {Vector3f(p - x - y), Vector3f(p + x - y), Vector3f(p + x + y), Vector3f(p - x + y)})
+      mesh.vertices.push_back({{corner.x(), corner.y(), corner.z()}, {n.x(), n.y(), n.z()}});
+    for (const std::uint32_t corner : {0u, 1u, 2u, 0u, 2u, 3u}) mesh.indices.push_back(4 * i + corner);
+  }
+  return mesh;
+}
+
 std::vector<std::uint32_t> indices_of(const scene::TriangleMesh& mesh) {
   std::vector<std::uint32_t> indices;
   indices.reserve(3 * mesh.triangles.size());
@@ -52,12 +94,16 @@ const CachedBody& BodyCache::body(const scene::TriangleMesh& mesh,
   const bool same_mesh = known.version == mesh.version.number();
   if (same_mesh && (!deformed || known.shape == shape)) return known;
   known.version = mesh.version.number();
-  if (!deformed)
+  if (!deformed) {
     known.buffer.upload(shaded(mesh));
-  else if (same_mesh)
+  } else if (mesh.triangles.empty()) {
+    if (known.spacing == 0.0) known.spacing = spacing_of(*shape);
+    known.buffer.upload(squares_of(*shape, kOverlap * known.spacing));
+  } else if (same_mesh) {
     known.buffer.upload_vertices(vertices_of(*shape));
-  else
+  } else {
     known.buffer.upload({vertices_of(*shape), indices_of(mesh)});
+  }
   if (deformed) known.shape = shape;
   // What deforms keeps its triangles, and comparing these is far quicker than looking for open edges.
   if (known.triangles != mesh.triangles) {

@@ -20,6 +20,7 @@ struct CachedBody {
   std::shared_ptr<const scene::Shape> shape;            // that it has taken on
   std::vector<std::array<std::uint32_t, 3>> triangles;  // that `closed` speaks of
   bool closed = false;
+  double spacing = 0.0;  // m, of the vertices of a shape without triangles; 0: not known yet
   MeshBuffer buffer;
 };
 
@@ -28,7 +29,8 @@ bool takes(const scene::TriangleMesh& mesh, const scene::Shape* shape);
 
 class BodyCache {
  public:
-  // `shape`: how the mesh has deformed, or null. One of another number of vertices does not count.
+  // `shape`: how the mesh has deformed, or null. One of another number of vertices does not count. Of a mesh
+  // without triangles a small square is drawn at each vertex of the shape.
   const CachedBody& body(const scene::TriangleMesh& mesh,
                          const std::shared_ptr<const scene::Shape>& shape = {});
   // Forgets meshes that have not been drawn for a while: they may be gone. Call once per picture.

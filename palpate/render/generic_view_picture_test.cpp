@@ -12,7 +12,7 @@ namespace {
 // grey of the sphere.
 TEST(GenericViewPicture, TellsABodysAxesByTheirColours) {
   const double radius = 0.04;
-  const scene::GenericView view("unheard-of", radius);
+  const scene::GenericView view("unheard-of", 0, radius);
   const Vector3 place(0.0, kTableHeight + 0.15, 1.5);
   const Vector3 to_eye = (kTestEye.translation - place).normalized();
   Compositor compositor;

@@ -242,6 +242,34 @@ TEST(DeformingSurface, OfAnotherNumberOfVerticesIsDrawnAtRest) {
   EXPECT_EQ(picture_of(compositor, item), level);
 }
 
+// As a client shows it that does not have the application: where its triangles cover a pixel, so do its vertices.
+TEST(DeformingSurface, WithoutItsTrianglesIsStillShownAsASurface) {
+  scene::TriangleMesh sheet = level_sheet(0.05);
+  scene::TriangleMesh moved = sheet;
+  deform(moved);
+  const Vector3 normal = Vector3(-1.0, 1.2, 0.0).normalized();
+  Compositor compositor(small_lamp());
+  const auto bare = even_image(kTestCamera, kLevel).rgb;
+  scene::DrawItem item = item_at(sheet, kOverTable);
+  item.casts_shadow = false;
+  item.shape = shape_of(moved, kOverTable, normal);
+  const auto known = picture_of(compositor, item);
+  scene::TriangleMesh points;
+  points.vertices = sheet.vertices;
+  item.mesh = &points;
+  const auto unknown = picture_of(compositor, item);
+  int surface = 0, gaps = 0;
+  for (std::size_t i = 0; i < bare.size(); i += 3) {
+    if (std::abs(known[i] - bare[i]) < 3) continue;
+    ++surface;
+    gaps += 2 * std::abs(unknown[i] - bare[i]) < std::abs(known[i] - bare[i]);
+  }
+  EXPECT_GT(surface, 500);
+  EXPECT_LT(gaps, surface / 20);
+  item.shape = nullptr;
+  EXPECT_EQ(picture_of(compositor, item), bare) << "nothing has come yet";
+}
+
 TEST(DeformingMesh, ThatIsRealHidesWhatIsBehindItNow) {
   scene::TriangleMesh block = scene::box_mesh({-0.05, 0.0, -0.05}, {0.05, 0.1, 0.05});
   RealScene real = real_scene(false);

@@ -93,7 +93,7 @@ void PictureScene::set(std::span<const scene::DrawItem> items, const RealScene& 
   flat_casters_.clear();
   darkened_.setEmpty();
   for (const scene::DrawItem& one : items)
-    if (one.mesh != nullptr && !one.mesh->triangles.empty())
+    if (one.mesh != nullptr && (!one.mesh->triangles.empty() || takes(*one.mesh, one.shape.get())))
       virtual_.push_back(placed(cache_, *one.mesh, one.rotation, one.position, &one));
   for (const RealBody& one : real.bodies)
     if (one.mesh != nullptr && !one.mesh->triangles.empty())

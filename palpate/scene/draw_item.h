@@ -41,6 +41,7 @@ struct DrawItem {
   bool deforms = false;
   // How it has deformed; set by whoever draws the picture, from what the physics server sends. Where it has as
   // many vertices as the mesh, it takes the place of the mesh's vertices, their normals, rotation and position.
+  // A mesh without triangles is then shown as a small square at each vertex.
   // Not changed by anyone any more.
   std::shared_ptr<const Shape> shape;
 };

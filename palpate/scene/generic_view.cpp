@@ -21,11 +21,12 @@ constexpr std::size_t kLongestName = 24;  // characters: a caption has to fit a 
 
 }  // namespace
 
-GenericView::GenericView(std::string_view application, double radius)
+GenericView::GenericView(std::string_view application, std::size_t shape_vertices, double radius)
     : application_(excerpt(application, kLongestName)), radius_(radius) {
   if (!(std::isfinite(radius) && radius > 0.0))
     throw std::invalid_argument(
         fmt::format("generic view: radius of {} m; a number above 0 is expected", radius));
+  surface_.vertices.resize(shape_vertices, Vector3::Zero());
   sphere_ = sphere_mesh(radius);
   for (int axis = 0; axis < 3; ++axis) {
     const Vector3 unit = Vector3::Unit(axis);
@@ -36,6 +37,11 @@ GenericView::GenericView(std::string_view application, double radius)
 
 std::vector<DrawItem> GenericView::draw(const SceneState& state) const {
   std::vector<DrawItem> items;
+  if (!surface_.vertices.empty()) {
+    DrawItem surface{&surface_, kGreyLook};
+    surface.deforms = true;
+    items.push_back(surface);
+  }
   const auto count = static_cast<std::size_t>(std::clamp(state.body_count, 0, SceneState::kBodies));
   for (std::size_t i = 0; i < count; ++i) {
     const BodyState& body = state.bodies[i];

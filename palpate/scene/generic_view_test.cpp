@@ -21,7 +21,7 @@ SceneState three_bodies() {
 
 TEST(GenericView, ShowsEachVisibleBodyAsASphereOfItsRadius) {
   const double radius = 0.035;
-  const GenericView view("unheard-of", radius);
+  const GenericView view("unheard-of", 0, radius);
   const auto state = three_bodies();
   std::vector<DrawItem> spheres;
   for (const auto& item : view.draw(state))
@@ -41,7 +41,7 @@ TEST(GenericView, ShowsEachVisibleBodyAsASphereOfItsRadius) {
 // What sticks out of a sphere, and where to, tells the body's three axes and their directions.
 TEST(GenericView, ShowsHowABodyIsTurnedByAPinAlongEachAxis) {
   const double radius = 0.035;
-  const GenericView view("unheard-of", radius);
+  const GenericView view("unheard-of", 0, radius);
   const auto state = three_bodies();
   for (const std::size_t body : {0u, 2u}) {
     std::array<int, 3> pins{};
@@ -72,6 +72,15 @@ TEST(GenericView, ShowsNoMoreBodiesThanAStateHas) {
   EXPECT_TRUE(view.draw(state).empty());
 }
 
+TEST(GenericView, ShowsTheVerticesOfASurfaceThatDeforms) {
+  const GenericView view("unheard-of", 12);
+  const auto items = view.draw(SceneState{});
+  ASSERT_EQ(items.size(), 1u);
+  EXPECT_TRUE(items[0].deforms);
+  EXPECT_EQ(items[0].mesh->vertices.size(), 12u);
+  EXPECT_TRUE(items[0].mesh->triangles.empty());
+}
+
 TEST(GenericView, SaysThatTheApplicationIsNotThere) {
   const std::vector<std::string> said{"application 'juggling' is not part of this program:",
                                       "its bodies are shown as plain shapes"};
@@ -85,7 +94,7 @@ TEST(GenericView, SaysThatTheApplicationIsNotThere) {
 TEST(GenericView, RefusesARadiusThatIsNone) {
   for (const double radius :
        {0.0, -0.01, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
-    EXPECT_THROW(GenericView("juggling", radius), std::invalid_argument) << radius;
+    EXPECT_THROW(GenericView("juggling", 0, radius), std::invalid_argument) << radius;
 }
 
 }  // namespace
