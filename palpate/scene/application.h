@@ -14,6 +14,7 @@
 #include "palpate/math/pose.h"
 #include "palpate/scene/draw_item.h"
 #include "palpate/scene/mesh.h"
+#include "palpate/scene/payload.h"
 #include "palpate/scene/scene_state.h"
 
 namespace palpate::scene {
@@ -57,12 +58,32 @@ struct TouchedSurface {
          friction = 0.3;  // tangential over normal force: until it slides, while it does
 };
 
+// What body 0, 1, ... of a state is.
+struct BodyDescription {
+  std::string name;   // as its pose is published: "Ball" as BallToWorld; empty: it is not
+  double mass = 0.0;  // kg; 0: it is not said, or held fast
+};
+
+// A mesh file that both sides read. Over the network go file, hash and unit; who gets them reads the same
+// file, or a copy of it.
+struct MeshAsset {
+  std::string file;  // on the physics server's machine
+  std::string hash;  // of its bytes; empty until it is read
+  double metres_per_unit = 0.001;
+  std::shared_ptr<const TriangleMesh> mesh;  // as read
+};
+
 // What physics and picture both have to know before they start; the physics server sends it to whoever
 // connects.
 struct SceneDescription {
   std::string application;
   std::vector<SceneSurface> surfaces;
   Vector3 gravity{0.0, -9.81, 0.0};
+  // From the stylus tip to the origin of the body it carries, in Tip, m; that body's axes are the Tip's.
+  Vector3 carried_offset = Vector3::Zero();
+  std::vector<BodyDescription> bodies;  // at most SceneState::kBodies
+  std::optional<MeshAsset> mesh;
+  Payload settings;  // the application's own (palpate/scene/setting_schema.h)
   // Ball and bat of ping-pong-like applications.
   double ball_radius = 0.020, ball_mass = 0.0027;
   double bat_radius = 0.075, bat_restitution = 0.80;

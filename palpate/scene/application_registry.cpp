@@ -53,6 +53,12 @@ void ApplicationRegistry::add(ApplicationSpec spec) {
     throw wrong("a summary of one line is expected");
   if (!spec.make_physics) throw wrong("has no make_physics");
   if (!spec.make_view) throw wrong("has no make_view");
+  SettingValues taken = settings();
+  try {
+    taken.add(spec.settings);
+  } catch (const std::invalid_argument& twice) {
+    throw wrong(twice.what());
+  }
   specs_.push_back(std::move(spec));
 }
 
@@ -68,11 +74,48 @@ std::vector<std::string> ApplicationRegistry::names() const {
   return names;
 }
 
+SettingValues ApplicationRegistry::settings() const {
+  SettingValues values;
+  for (const auto& spec : specs_) values.add(spec.settings);
+  return values;
+}
+
+std::vector<SettingComplaint> ApplicationRegistry::complaints(const SettingValues& values) const {
+  std::vector<SettingComplaint> all;
+  for (const auto& spec : specs_) {
+    if (!spec.settings.relations) continue;
+    for (auto& complaint : spec.settings.relations(values)) all.push_back(std::move(complaint));
+  }
+  return all;
+}
+
+Expected<SceneDescription> ApplicationRegistry::describe(std::string_view application,
+                                                         const SettingValues& values) const {
+  const auto spec = known(application);
+  if (!spec) return tl::unexpected(spec.error());
+  SettingValues own((*spec)->settings);
+  own.take(values);
+  if (auto fine = check((*spec)->settings, own); !fine) return tl::unexpected(fine.error());
+  SceneDescription scene;
+  scene.application = (*spec)->name;
+  if ((*spec)->describe) {
+    (*spec)->describe(own, scene);
+  } else {
+    scene.settings = to_payload((*spec)->settings, own);
+  }
+  return scene;
+}
+
+Expected<const ApplicationSpec*> ApplicationRegistry::known(std::string_view name) const {
+  if (const ApplicationSpec* spec = find(name)) return spec;
+  return wrong_use("application '{}' is not known; there are: {}", excerpt(name),
+                   specs_.empty() ? "none" : fmt::format("{}", fmt::join(names(), ", ")));
+}
+
 Expected<const ApplicationSpec*> ApplicationRegistry::ready(const SceneDescription& scene) const {
-  const ApplicationSpec* spec = find(scene.application);
-  if (spec == nullptr)
-    return wrong_use("application '{}' is not known; there are: {}", excerpt(scene.application),
-                     specs_.empty() ? "none" : fmt::format("{}", fmt::join(names(), ", ")));
+  const auto found = known(scene.application);
+  if (!found) return found;
+  const ApplicationSpec* spec = *found;
   for (const auto& needed : spec->surfaces)
     if (std::none_of(scene.surfaces.begin(), scene.surfaces.end(),
                      [&needed](const auto& surface) { return surface.name == needed; }))

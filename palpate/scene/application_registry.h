@@ -17,6 +17,7 @@
 #include "palpate/core/expected.h"
 #include "palpate/scene/application.h"
 #include "palpate/scene/player.h"
+#include "palpate/scene/setting_schema.h"
 
 namespace palpate::scene {
 
@@ -44,6 +45,10 @@ struct ApplicationSpec {
   std::string summary;  // one line for a person
   std::vector<std::string> surfaces;  // of the rig, which must be calibrated before anything is made
   Handling handling;
+  SettingSchema settings;  // what a person may set in a file
+  // Fills what a scene says of the application: carried_offset, bodies, mesh, and its settings as a payload, for
+  // values that check() has passed. Empty: to_payload() alone.
+  std::function<void(const SettingValues&, SceneDescription&)> describe;
 
   // Any of these may throw for settings that cannot be, and says what is expected. They get a scene whose
   // surfaces are there.
@@ -62,13 +67,21 @@ class ApplicationRegistry {
   static constexpr std::size_t kLongestName = 32;
 
   // Throws std::invalid_argument, which names the application: a name that is no such, or is taken; a summary of
-  // no or several lines; no physics side or no view.
+  // no or several lines; no physics side or no view; a setting that another one has.
   void add(ApplicationSpec spec);
 
   // Null where there is none. Valid until the next add().
   const ApplicationSpec* find(std::string_view name) const;
   const std::vector<ApplicationSpec>& specs() const { return specs_; }  // in the order they were added
   std::vector<std::string> names() const;
+  // Of all applications, at their initial values.
+  SettingValues settings() const;
+  // What complaints there are about values that hold the settings of all.
+  std::vector<SettingComplaint> complaints(const SettingValues& values) const;
+
+  // The scene of an application but for its surfaces, which are the rig's. Wrong use for a name that is not
+  // known, and for values out of range; those that `values` lacks are the initial ones.
+  Expected<SceneDescription> describe(std::string_view application, const SettingValues& values) const;
 
   // The application of the scene. Wrong use for a name that is not known; refused where the scene lacks a surface
   // that it needs, and where it throws or makes nothing.
@@ -83,6 +96,7 @@ class ApplicationRegistry {
                                                            const PlayerSettings& settings) const;
 
  private:
+  Expected<const ApplicationSpec*> known(std::string_view name) const;
   Expected<const ApplicationSpec*> ready(const SceneDescription& scene) const;
   std::vector<ApplicationSpec> specs_;
 };

@@ -197,5 +197,48 @@ TEST(ApplicationRegistry, RefusesInTheGuestsNameWhatTheGuestThrows) {
             "still: made no help for the mouse; one is expected");
 }
 
+ApplicationSpec with_speed(const std::string& name, const std::string& section) {
+  ApplicationSpec spec = guest(name);
+  spec.settings.fields = {
+      {.section = section, .key = "speed_m_s", .initial = std::vector<double>{1.0}, .range = {0.0, 3.0}}};
+  return spec;
+}
+
+TEST(ApplicationRegistry, ASceneIsDescribedByTheApplicationFromItsOwnSettings) {
+  ApplicationRegistry registry;
+  registry.add(with_speed("slow", "slow"));
+  ApplicationSpec fast = with_speed("fast", "fast");
+  fast.describe = [](const SettingValues& values, SceneDescription& scene) {
+    scene.carried_offset.x() = values.number("fast.speed_m_s");
+  };
+  registry.add(fast);
+  SettingValues values = registry.settings();
+  values.set("slow.speed_m_s", 2.0);
+  values.set("fast.speed_m_s", 2.5);
+  const auto slow_scene = registry.describe("slow", values);
+  ASSERT_TRUE(slow_scene) << slow_scene.error().message;
+  EXPECT_EQ(slow_scene->application, "slow");
+  EXPECT_EQ(from_payload(registry.find("slow")->settings, slow_scene->settings)->number("slow.speed_m_s"),
+            2.0);
+  EXPECT_EQ(registry.describe("fast", values)->carried_offset.x(), 2.5);
+  EXPECT_EQ(registry.describe("fast", SettingValues())->carried_offset.x(), 1.0) << "what lacks is initial";
+  values.set("fast.speed_m_s", 4.0);
+  EXPECT_NE(registry.describe("fast", values).error().message.find("fast.speed_m_s: is 4"),
+            std::string::npos);
+  EXPECT_EQ(registry.describe("none", values).error().kind, Error::Kind::wrong_use);
+}
+
+TEST(ApplicationRegistry, ASettingHasOneOwner) {
+  ApplicationRegistry registry;
+  registry.add(with_speed("slow", "motion"));
+  try {
+    registry.add(with_speed("fast", "motion"));
+    FAIL() << "two applications own a setting";
+  } catch (const std::invalid_argument& thrown) {
+    EXPECT_STREQ(thrown.what(), "application 'fast': setting motion.speed_m_s: two applications claim it");
+  }
+  EXPECT_EQ(registry.names(), std::vector<std::string>{"slow"});
+}
+
 }  // namespace
 }  // namespace palpate::scene

@@ -1,0 +1,40 @@
+// What people set of ping-pong: ball, bat, how they meet, and how fast serves are. Stands in the world file's
+// [ball] and [scene], travels as the scene's payload. SI; values.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+
+#include "palpate/scene/application.h"
+#include "palpate/scene/setting_schema.h"
+
+namespace palpate::applications::pingpong {
+
+// How balls fly and bounce: with drag, spin and friction, or under gravity alone as in the 2006 paper.
+enum class Flight : std::uint8_t { full, paper };
+
+struct GameSettings {
+  double ball_radius = 0.020, ball_mass = 0.0027;
+  double surface_restitution = 0.93;  // of table and wall
+  double bat_radius = 0.075, bat_restitution = 0.80;
+  // What an impact has to move: bat, stylus and as much of the hand as gives way at once, kg. Infinite: it is
+  // held fast.
+  double bat_mass = std::numeric_limits<double>::infinity();
+  double contact_s = 0.004;  // duration of a bat contact
+  Flight flight = Flight::full;
+  scene::ContactModel contact_model = scene::ContactModel::non_sticky;
+  std::array<double, 2> serve_speed{2.0, 3.5};  // slowest and fastest, m/s
+
+  bool operator==(const GameSettings&) const = default;
+};
+
+const scene::SettingSchema& setting_schema();
+GameSettings game_settings(const scene::SettingValues& values);
+// Of a scene that comes from anywhere. Throws std::invalid_argument where its payload is not as the schema
+// has it; scene::from_payload() says so beforehand.
+GameSettings game_settings(const scene::SceneDescription& scene);
+// Fills what the scene says of the game: the bat on the stylus, the bodies, the payload.
+void describe(const scene::SettingValues& values, scene::SceneDescription& scene);
+
+}  // namespace palpate::applications::pingpong

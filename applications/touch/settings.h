@@ -1,0 +1,33 @@
+// What people set of touch: the mesh that is felt, where it stands on the table, and of what material it is.
+// Stands in the world file's [touch], travels as the scene's payload. SI; values.
+#pragma once
+
+#include <string>
+
+#include "palpate/scene/application.h"
+#include "palpate/scene/setting_schema.h"
+
+namespace palpate::applications::touch {
+
+struct SurfaceSettings {
+  std::string mesh_file;  // as the setting names it; empty: the organ that is built in
+  double metres_per_unit = 0.001;
+  Vector3 turn = Vector3::Zero();  // rad, angles about x, y, z, before it is put on the table
+  // On the table: to the right, up on a plinth, towards the user, m; there the reference arm reaches all
+  // round.
+  Vector3 shift{0.08, 0.06, 0.04};
+  double stiffness = 600.0;  // N/m, along all directions
+  double damping = 2.0;      // N s/m, along the normal
+  double static_friction = 0.4,
+         friction = 0.3;  // tangential over normal force: until it slides, while it does
+};
+
+const scene::SettingSchema& setting_schema();
+SurfaceSettings surface_settings(const scene::SettingValues& values);
+// Of a scene that comes from anywhere. Throws std::invalid_argument where its payload is not as the schema
+// has it; scene::from_payload() says so beforehand.
+SurfaceSettings surface_settings(const scene::SceneDescription& scene);
+// Fills what the scene says of touch: the bare stylus, the bodies, the mesh to be read, the payload.
+void describe(const scene::SettingValues& values, scene::SceneDescription& scene);
+
+}  // namespace palpate::applications::touch

@@ -1,0 +1,63 @@
+#include "applications/touch/settings.h"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <stdexcept>
+
+namespace palpate::applications::touch {
+namespace {
+
+scene::SettingValues initial() { return scene::SettingValues(setting_schema()); }
+
+TEST(TouchSettings, InitiallyTheOrganIsTouchedWithABareStylus) {
+  scene::SceneDescription scene;
+  scene.carried_offset = {1.0, 2.0, 3.0};
+  describe(initial(), scene);
+  EXPECT_EQ(scene.carried_offset, Vector3(0.0, 0.0, 0.0));
+  EXPECT_FALSE(scene.mesh);
+  const SurfaceSettings surface = surface_settings(scene), plain;
+  EXPECT_EQ(surface.mesh_file, "");
+  EXPECT_EQ(surface.shift, plain.shift);
+  EXPECT_EQ(surface.stiffness, plain.stiffness);
+  EXPECT_EQ(surface.friction, plain.friction);
+}
+
+TEST(TouchSettings, WhatIsSetArrivesThroughTheScene) {
+  auto values = initial();
+  values.set("touch.mesh", "/meshes/liver.stl");
+  values.set("touch.unit", "m");
+  values.set("touch.scale", 2.5);
+  values.set("touch.turn_deg", std::vector<double>{90.0, 0.0, -30.0});
+  values.set("touch.stiffness_n_m", 110.0);
+  values.set("touch.static_friction", 0.2);
+  values.set("touch.friction", 0.15);
+  scene::SceneDescription scene;
+  describe(values, scene);
+  ASSERT_TRUE(scene.mesh);
+  EXPECT_EQ(scene.mesh->file, "/meshes/liver.stl");
+  EXPECT_EQ(scene.mesh->metres_per_unit, 2.5);
+  const SurfaceSettings surface = surface_settings(scene);
+  EXPECT_DOUBLE_EQ(surface.turn.x(), 0.5 * std::numbers::pi);
+  EXPECT_DOUBLE_EQ(surface.turn.z(), -std::numbers::pi / 6.0);
+  EXPECT_EQ(surface.stiffness, 110.0);
+  EXPECT_EQ(surface.static_friction, 0.2);
+  EXPECT_EQ(surface.friction, 0.15);
+}
+
+TEST(TouchSettings, MaterialsThatNoArmRendersAreRefused) {
+  for (const auto& [name, value] : {std::pair{"touch.stiffness_n_m", 3000.0},
+                                    {"touch.stiffness_n_m", 0.0},
+                                    {"touch.damping_n_s_m", -1.0},
+                                    {"touch.friction", 0.5}}) {
+    auto values = initial();
+    values.set(name, value);
+    EXPECT_FALSE(check(setting_schema(), values)) << name << ' ' << value;
+    scene::SceneDescription scene;
+    describe(values, scene);
+    EXPECT_THROW(surface_settings(scene), std::invalid_argument) << name << ' ' << value;
+  }
+}
+
+}  // namespace
+}  // namespace palpate::applications::touch
