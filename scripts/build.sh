@@ -1,9 +1,11 @@
-# Sourced by scripts/demo, scripts/test and .ci/run: how a preset is configured and built here.
+# Sourced by the other scripts and .ci/run, in the project's root: how a preset is configured and built here.
 
 # ccache where it is installed; CMake reads this at the first configuration of a build folder.
 if [ -z "${CMAKE_CXX_COMPILER_LAUNCHER:-}" ] && command -v ccache > /dev/null; then
   export CMAKE_CXX_COMPILER_LAUNCHER=ccache
 fi
+# Clones of this tree in different folders share what the cache holds.
+export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
 
 # One job per core, but not more than memory carries: a translation unit with Ceres takes up to 1.5 GB.
 build_jobs() {

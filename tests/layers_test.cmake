@@ -33,6 +33,8 @@ endfunction()
 
 try_layers(down "" math core core/units.h)
 try_layers(own_folder "" math core math/a.h)
+try_layers(own_internal "" math core math/internal/a.h)
+try_layers(others_internal "what lies in internal/ is for core alone" math core core/internal/a.h)
 try_layers(include_up "math \\(layer 1\\) may not include device" math core device/camera_model.h)
 try_layers(include_sideways "math \\(layer 1\\) may not include time" math core time/clock.h)
 try_layers(link_up "math \\(layer 1\\) may not use device" math device core/units.h)
