@@ -42,6 +42,7 @@ class StillArm : public device::ArmDevice {
     return sample_;
   }
   void command(const Vector3& f) override { force_ = f; }
+  void let_go() noexcept override {}
 
  private:
   device::ArmSample sample_{{}, {0.1, 0.5, 0.3}, {0.2, -0.1, 0.3}};
@@ -83,7 +84,7 @@ Lateness our_loop(double rate_hz, double seconds_long, Duration spin) {
   std::vector<std::int64_t> late(wanted, -1);
   std::atomic<std::size_t> done{0};
   haptics::HapticInput message;
-  message.sustained = {0.0, 1.0, 0.0};
+  message.continuous = {0.0, 1.0, 0.0};
   {
     PeriodicLoop<PhysicsClock> loop(clock,
                                     {.rate_hz = rate_hz,

@@ -66,6 +66,7 @@ class ListeningArm : public device::ArmDevice {
     newest = force.norm();
     arm_.command(force);
   }
+  void let_go() noexcept override { arm_.let_go(); }
   double newest = 0.0;
 
  private:
@@ -113,7 +114,7 @@ class PressedOrgan {
     if (motion == Motion::sliding) target_.velocity = {0.05, 0.0, 0.0};
   }
   double commanded() const { return arm_.newest; }
-  double asked() const { return Vector3(server_.newest().force.data()).norm(); }
+  double asked() const { return Vector3(server_.newest().continuous.force.data()).norm(); }
   haptics::HapticCondition condition() const { return server_.haptic().condition(); }
 
  private:

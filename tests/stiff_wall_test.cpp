@@ -41,6 +41,7 @@ class SimulatedArmDevice : public device::ArmDevice {
     return sample;
   }
   void command(const Vector3& force) override { arm_.command(force); }
+  void let_go() noexcept override { arm_.command(Vector3::Zero()); }
 
  private:
   sim::SimulatedArm& arm_;
@@ -105,7 +106,7 @@ class WallRig {
         const double share = std::min(1.0, s.depth / 0.0005);
         const double spring = stiffness * s.depth;
         const double damper = std::max(-spring, -damping * share * s.normal.dot(tip.velocity));
-        message.sustained = stiffness * (s.position - tip.X_world_tip.translation) + damper * s.normal;
+        message.continuous = stiffness * (s.position - tip.X_world_tip.translation) + damper * s.normal;
       }
       input.write(message);
     });

@@ -81,11 +81,11 @@ void PingPong::step(Instant<PhysicsClock> now, Duration dt, const scene::TipStat
   }
   state.counters = counters_;
   const Vector3 force = flies ? world_.contact_force() : Vector3::Zero();
-  state.force = {force.x(), force.y(), force.z()};
-  // A contact that began at this very instant has progress 0, which would read as none.
-  state.contact = flies && world_.in_contact() ? std::max(world_.contact_progress(), 1e-6) : 0.0;
+  state.impact.force = {force.x(), force.y(), force.z()};
+  // An impact that began at this very instant has a share of 0, which would read as none.
+  state.impact.share = flies && world_.in_contact() ? std::max(world_.contact_progress(), 1e-6) : 0.0;
   const Vector3 point = world_.contact_point();
-  state.contact_point = {point.x(), point.y(), point.z()};
+  state.impact.point = {point.x(), point.y(), point.z()};
 }
 
 void PingPong::schedule(double now, double dt) {

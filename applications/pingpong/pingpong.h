@@ -58,7 +58,7 @@ class PingPong : public scene::Application {
 
   void step(Instant<PhysicsClock> now, Duration dt, const scene::TipState& tip,
             scene::SceneState& state) override;
-  const scene::ImpactEvent& contact() const override { return event_; }
+  const scene::ImpactEvent& impact() const override { return event_; }
 
   const BallWorld& world() const { return world_; }
 

@@ -41,7 +41,7 @@ TEST(PingPong, ServesNobodyReturnsAreMissesAndKeepComing) {
   EXPECT_EQ(c[kReturned], 0);
   EXPECT_EQ(c[kHits], 0);
   EXPECT_GE(c[kMisses], c[kServes] - 1);
-  EXPECT_EQ(session.game.contact().number, 0u);
+  EXPECT_EQ(session.game.impact().number, 0u);
 }
 
 TEST(PingPong, EveryServeHasTheAskedSpeedBouncesOnceAndReachesThePlayer) {
@@ -98,7 +98,7 @@ TEST(PingPong, ABallBroughtToTheWallCountsAsReturnedAndTheHandGetsOneImpact) {
   Session session;
   meet_a_serve(session);
   ASSERT_EQ(session.state.counters[kHits], 1);
-  const auto event = session.game.contact();
+  const auto event = session.game.impact();
   EXPECT_EQ(event.number, 1u);
   EXPECT_NEAR(event.direction.norm(), 1.0, 1e-12);
   EXPECT_GT(event.direction.z(), 0.5) << "the hand is pushed back towards the player";
@@ -107,15 +107,15 @@ TEST(PingPong, ABallBroughtToTheWallCountsAsReturnedAndTheHandGetsOneImpact) {
   EXPECT_EQ(event.duration, seconds(0.004));
   EXPECT_LE(event.start, session.now);
   EXPECT_GT(event.start, session.now - Duration(1'000'001));
-  EXPECT_GT(session.state.contact, 0.0);
-  EXPECT_GT(Vector3(session.state.force.data()).dot(event.direction), 0.0);
+  EXPECT_GT(session.state.impact.share, 0.0);
+  EXPECT_GT(Vector3(session.state.impact.force.data()).dot(event.direction), 0.0);
   session.run(0.01);  // the contact lasts 4 ms, and the ball rides on the bat meanwhile
   session.tip.X_world_tip.translation = {0.1, 3.0, 1.8};
   session.tip.velocity.setZero();
   session.run(0.9);
   EXPECT_EQ(session.state.counters[kReturned], 1);
   EXPECT_EQ(session.state.counters[kLongest], 1);
-  EXPECT_EQ(session.game.contact().number, 1u);
+  EXPECT_EQ(session.game.impact().number, 1u);
 }
 
 TEST(PingPong, TheImpactAtTheHandIsOfTheScenesContactAndOfBallAndBatTogether) {
@@ -125,12 +125,12 @@ TEST(PingPong, TheImpactAtTheHandIsOfTheScenesContactAndOfBallAndBatTogether) {
     scene.bat_mass = 0.17;
     Session session({}, scene);
     meet_a_serve(session);
-    const auto event = session.game.contact();
+    const auto event = session.game.impact();
     ASSERT_EQ(event.number, 1u);
     EXPECT_EQ(event.model, contact);
     EXPECT_NEAR(event.mass, 0.0027 * 0.17 / (0.0027 + 0.17), 1e-15);
     session.run(0.01);
-    EXPECT_EQ(session.game.contact().number, 1u);
+    EXPECT_EQ(session.game.impact().number, 1u);
   }
 }
 
@@ -301,7 +301,7 @@ TEST(PingPongPrediction, ABallThatMeetsTheBatGoesWithItAndNeverThroughIt) {
   // Its surface on the rubber; in the 3 ms before it met the bat it fell freely.
   EXPECT_NEAR(least, scene.ball_radius + 0.5 * BallWorld::kBatThickness, 1e-5);
   // In the middle of an impact it goes with the bat at once.
-  state.contact = 0.5;
+  state.impact.share = 0.5;
   const Vector3 before = state.bodies[kBall].p() - state.bodies[kBat].p();
   const auto next = scene_view.predict(state, std::chrono::milliseconds(30));
   EXPECT_LT((next.bodies[kBall].p() - next.bodies[kBat].p() - before).norm(), 1e-12);

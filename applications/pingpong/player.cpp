@@ -50,7 +50,7 @@ void ScriptedPlayer::notice(const scene::SceneState& state, double now) {
     if (plan_.stroke && plan_.hit > now + kCommit_s) go_home(now);
     return;
   }
-  if (state.contact > 0.0) return;
+  if (state.impact.share > 0.0) return;
   const Vector3 noise(random_.normal(settings_.perception_sd), random_.normal(settings_.perception_sd),
                       random_.normal(settings_.perception_sd));
   const double t = state.time.seconds();

@@ -84,9 +84,9 @@ Game play(const Laboratory& lab) {
         i > 1 ? Vector3(so3_log(hand.rotation * before.conjugate()) / kTick) : Vector3::Zero();
     game.step(now, Duration(1'000'000), tip, state);
     state.time = now;
-    if (game.contact().number != impacts) {
-      impacts = game.contact().number;
-      result.hardest = std::max(result.hardest, game.contact().approach_speed);
+    if (game.impact().number != impacts) {
+      impacts = game.impact().number;
+      result.hardest = std::max(result.hardest, game.impact().approach_speed);
     }
     if (now.seconds() >= next_picture) {
       next_picture += 1.0 / lab.picture_hz;

@@ -72,7 +72,7 @@ scene::SceneState PingPongView::predict(const scene::SceneState& state, Duration
     ball_after.set_p((bat_at(span) * place).m);
     ball_after.set_v(velocity);
   };
-  if (state.contact > 0.0) {
+  if (state.impact.share > 0.0) {
     stay_on_bat(ball_before.p(), 0.0);
     return next;
   }

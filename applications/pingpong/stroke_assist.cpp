@@ -50,7 +50,7 @@ void StrokeAssist::show(const scene::SceneState& state) {
 }
 
 std::vector<Meeting> StrokeAssist::places(double now, const scene::Led& led) const {
-  if (!shown_ || !flies(*shown_) || shown_->contact > 0.0) return {};
+  if (!shown_ || !flies(*shown_) || shown_->impact.share > 0.0) return {};
   const double seen = shown_->time.seconds();
   if (now - seen > kOld_s) return {};
   const auto& body = shown_->bodies[kBall];

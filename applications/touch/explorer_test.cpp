@@ -48,10 +48,10 @@ Exploration explore(const scene::SceneDescription& scene, double for_s, std::uin
     tip.velocity = v;
     application.step(now, seconds(kTick), tip, state);
     state.time = now;
-    force = Vector3(state.force.data());
+    force = Vector3(state.continuous.force.data());
     result.peak = std::max(result.peak, force.norm());
     result.deepest = std::max(result.deepest, 1e-6 * state.counters[kDepthUm]);
-    if (state.contact > 0.0) {
+    if (state.continuous.touching != 0) {
       sum += force.norm();
       ++felt;
     }

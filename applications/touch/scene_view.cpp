@@ -41,8 +41,8 @@ std::vector<scene::DrawItem> TouchView::draw(const scene::SceneState& state) con
     items.push_back({&plinth_, kWoodLook, X_world_rest_.rotation, X_world_rest_.translation, true});
   const auto& tip = state.bodies[kProxy];
   if (tip.visible == 0) return items;
-  items.push_back({&tip_, state.contact > 0.0 ? kTouchingTipLook : kTipLook, tip.q(), tip.p(), true,
-                   Settings{}.tip_radius});
+  items.push_back({&tip_, state.continuous.touching != 0 ? kTouchingTipLook : kTipLook, tip.q(), tip.p(),
+                   true, Settings{}.tip_radius});
   items.push_back({&stylus_, kWoodLook, tip.q(), tip.p(), true});
   return items;
 }

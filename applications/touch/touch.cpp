@@ -156,12 +156,12 @@ void TouchApplication::step(Instant<PhysicsClock> /*now*/, Duration dt, const sc
   }
   if (touching != touched || !engaged_) ++ball.jumps;  // no path is drawn across these
   state.counters = counters_;
-  state.force = {force.x(), force.y(), force.z()};
-  state.contact = touching ? 1.0 : 0.0;
+  state.continuous.force = {force.x(), force.y(), force.z()};
+  state.continuous.touching = touching ? 1 : 0;
   if (touching) {
     const Vector3 foot = proxy_.state().position - settings_.tip_radius * proxy_.state().normal;
     const Vector3 point = (X_world_organ_ * Point<Organ>{foot}).m;
-    state.contact_point = {point.x(), point.y(), point.z()};
+    state.continuous.point = {point.x(), point.y(), point.z()};
   }
 }
 

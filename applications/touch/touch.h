@@ -47,7 +47,7 @@ class TouchApplication : public scene::Application {
 
   void step(Instant<PhysicsClock> now, Duration dt, const scene::TipState& tip,
             scene::SceneState& state) override;
-  const scene::ImpactEvent& contact() const override { return no_impact_; }
+  const scene::ImpactEvent& impact() const override { return no_impact_; }
 
   const scene::TriangleMesh& surface() const { return surface_; }
   const physics::ProxyState& proxy() const { return proxy_.state(); }

@@ -50,7 +50,7 @@ struct Bench {
     tip.velocity.setZero();
   }
   const Vector3& at() const { return tip.X_world_tip.translation; }
-  Vector3 force() const { return Vector3(state.force.data()); }
+  Vector3 force() const { return Vector3(state.continuous.force.data()); }
   TouchApplication touch;
   scene::TipState tip;
   scene::SceneState state;
@@ -86,12 +86,12 @@ TEST(TouchApplication, PressesBackWithTheSpringWhereTheTipIsBeneathTheSurface) {
   const Vector3 expected = 600.0 * (Vector3(bench.state.bodies[kProxy].p()) - bench.at());
   EXPECT_LT((bench.force() - expected).norm(), 1e-9);
   EXPECT_GT(bench.force().y(), 0.5);
-  EXPECT_EQ(bench.state.contact, 1.0);
+  EXPECT_EQ(bench.state.continuous.touching, 1u);
   EXPECT_EQ(bench.state.counters[kTouches], 1);
-  EXPECT_EQ(bench.touch.contact().number, 0u) << "a touch is no blow";
+  EXPECT_EQ(bench.touch.impact().number, 0u) << "a touch is no blow";
   bench.go_to(bench.top + Vector3(0, 0.02, 0), 0.05);
   EXPECT_EQ(bench.force(), Vector3::Zero());
-  EXPECT_EQ(bench.state.contact, 0.0);
+  EXPECT_EQ(bench.state.continuous.touching, 0u);
   EXPECT_GT(bench.state.counters[kContactMs], 10);
 }
 

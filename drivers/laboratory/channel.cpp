@@ -47,7 +47,7 @@ Expected<void> take(std::atomic<std::uint32_t>& holder, const LabClient& client,
   }
 }
 
-void let_go(std::atomic<std::uint32_t>& holder, const LabClient& client) {
+void give_up(std::atomic<std::uint32_t>& holder, const LabClient& client) {
   std::uint32_t mine = client.peer() + 1;
   holder.compare_exchange_strong(mine, 0);
 }
@@ -114,7 +114,9 @@ std::optional<ForceCommand> LabServer::take_force() const noexcept {
   ForceWire wire;
   const std::uint64_t count = memory_->force.count();
   if (!memory_->force.read(wire)) return std::nullopt;
-  return ForceCommand{Vector3(wire.force.data()), Duration(monotonic_ns() - wire.sent_ns), count};
+  const Duration age(monotonic_ns() - wire.sent_ns);
+  if (count <= memory_->let_go.load()) return ForceCommand{Vector3::Zero(), age, count, true};
+  return ForceCommand{Vector3(wire.force.data()), age, count};
 }
 
 void LabServer::publish_tracker(const device::TrackerSample& sample) noexcept {
@@ -233,6 +235,8 @@ Expected<void> LabClient::check() {
 
 int LabClient::cameras() const noexcept { return memory_->cameras; }
 
+LabArm::LabArm(std::shared_ptr<LabClient> client) : client_(std::move(client)), memory_(client_->memory()) {}
+
 Expected<std::unique_ptr<LabArm>> LabArm::open(std::shared_ptr<LabClient> client) {
   if (const auto taken = take(client->memory()->arm_holder, *client, "arm"); !taken)
     return tl::unexpected(taken.error());
@@ -250,7 +254,7 @@ Expected<std::unique_ptr<LabArm>> LabArm::open(std::shared_ptr<LabClient> client
 
 LabArm::~LabArm() {
   command(Vector3::Zero());
-  let_go(client_->memory()->arm_holder, *client_);
+  give_up(client_->memory()->arm_holder, *client_);
 }
 
 device::ArmSample LabArm::read() {
@@ -267,6 +271,8 @@ void LabArm::command(const Vector3& force) {
   client_->heartbeat();
   client_->memory()->force.write({monotonic_ns(), {force.x(), force.y(), force.z()}});
 }
+
+void LabArm::let_go() noexcept { memory_->let_go.store(memory_->force.count()); }
 
 LabTracker::LabTracker(std::shared_ptr<LabClient> client)
     : client_(std::move(client)), next_(client_->memory()->tracker.count()) {}
@@ -324,7 +330,7 @@ Expected<std::unique_ptr<LabHand>> LabHand::open(std::shared_ptr<LabClient> clie
   return std::unique_ptr<LabHand>(new LabHand(std::move(client)));
 }
 
-LabHand::~LabHand() { let_go(client_->memory()->hand_holder, *client_); }
+LabHand::~LabHand() { give_up(client_->memory()->hand_holder, *client_); }
 
 void LabHand::move_to(const device::HandTarget& target) {
   client_->heartbeat();
@@ -337,7 +343,7 @@ Expected<std::unique_ptr<LabDisplay>> LabDisplay::open(std::shared_ptr<LabClient
   return std::unique_ptr<LabDisplay>(new LabDisplay(std::move(client)));
 }
 
-LabDisplay::~LabDisplay() { let_go(client_->memory()->display_holder, *client_); }
+LabDisplay::~LabDisplay() { give_up(client_->memory()->display_holder, *client_); }
 
 std::int64_t LabDisplay::show_timecode(Duration code) {
   client_->heartbeat();

@@ -38,6 +38,7 @@ struct ForceCommand {
   Vector3 force = Vector3::Zero();  // N, ArmBase
   Duration age{0};                  // since it was commanded: what is too old is no command any more
   std::uint64_t count = 0;
+  bool let_go = false;  // taken back: the force is 0 until the next command
 };
 
 // What the display's cable brought.
@@ -122,10 +123,12 @@ class LabArm : public device::ArmDevice {
   ~LabArm() override;
   device::ArmSample read() override;
   void command(const Vector3& force) override;
+  void let_go() noexcept override;
 
  private:
-  explicit LabArm(std::shared_ptr<LabClient> client) : client_(std::move(client)) {}
+  explicit LabArm(std::shared_ptr<LabClient> client);
   std::shared_ptr<LabClient> client_;
+  LabMemory* memory_;
 };
 
 class LabTracker : public device::TrackerDevice {

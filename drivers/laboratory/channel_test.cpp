@@ -83,6 +83,12 @@ TEST_F(LabChannel, CarriesEverySampleUnchanged) {
   (*arm)->command(force);
   EXPECT_EQ(server->take_force()->force, force);
   EXPECT_GE(server->take_force()->age, Duration(0));
+  EXPECT_FALSE(server->take_force()->let_go);
+  std::thread([&] { (*arm)->let_go(); }).join();
+  EXPECT_EQ(server->take_force()->force, Vector3::Zero());
+  EXPECT_TRUE(server->take_force()->let_go);
+  (*arm)->command(force);
+  EXPECT_EQ(server->take_force()->force, force) << "until the next command";
 
   LabTracker tracker(client);
   device::TrackerSample sent{{Duration(-5)}, device::MarkerId::pointer, true, q(), v3(), {}, {}, 5};

@@ -20,7 +20,7 @@
 namespace palpate::drivers::laboratory {
 
 inline constexpr std::uint64_t kMagic = 0x62616c2d70616c70;  // "plap-lab" as it lies in memory
-inline constexpr std::uint32_t kVersion = 5;
+inline constexpr std::uint32_t kVersion = 6;
 inline constexpr std::size_t kPeers = 16;
 inline constexpr std::uint32_t kImageSlots = 4;
 // After this long without a heartbeat a process is silent; it is gone when it has ended, or after this much
@@ -79,6 +79,7 @@ struct LabMemory {
   std::atomic<std::uint32_t> arm_holder{0}, hand_holder{0},
       display_holder{0};  // index of the peer + 1; 0: nobody
 
+  std::atomic<std::uint64_t> let_go{0};  // forces up to this count are given no more
   Mailbox<ArmWire> arm;
   Mailbox<ForceWire> force;
   Mailbox<HandWire> hand;

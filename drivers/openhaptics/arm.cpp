@@ -22,6 +22,8 @@ OpenHapticsArm::~OpenHapticsArm() {
 
 device::ArmSample OpenHapticsArm::read() { return connection_->read(); }
 void OpenHapticsArm::command(const Vector3& force) { connection_->command(force); }
+
+void OpenHapticsArm::let_go() noexcept { connection_->let_go(); }
 ArmStatus OpenHapticsArm::status() const { return connection_->status(); }
 const ArmFacts& OpenHapticsArm::facts() const { return connection_->facts(); }
 

@@ -78,6 +78,8 @@ class OpenHapticsArm : public device::ArmDevice {
   device::ArmSample read() override;
   // Cut to the device's own peak; what is no number counts as none.
   void command(const Vector3& force) override;
+  // Off with the library's next cycle, a millisecond later.
+  void let_go() noexcept override;
 
   ArmStatus status() const;
   const ArmFacts& facts() const;

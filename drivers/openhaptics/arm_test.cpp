@@ -122,6 +122,18 @@ TEST_F(OpenHaptics, ForceThatNobodyRenewsFades) {
   }));
 }
 
+TEST_F(OpenHaptics, LetsGoWhenAnotherThreadSaysSoUntilTheNextCommand) {
+  const auto arm = opened(patient());  // which holds a command for ten seconds
+  arm->command({1.0, 0.0, 0.0});
+  EXPECT_TRUE(comes_true([&] { return force().norm() > 0.9; }));
+  std::thread([&] { arm->let_go(); }).join();
+  EXPECT_TRUE(comes_true([&] { return force().norm() == 0.0; }));
+  EXPECT_TRUE(comes_true([&] {
+    arm->command({1.0, 0.0, 0.0});
+    return force().norm() > 0.9;
+  }));
+}
+
 TEST_F(OpenHaptics, EachForceErrorTurnsForcesOffForAMomentAndIsNamed) {
   auto settings = patient();
   const auto arm = opened(settings);

@@ -40,6 +40,9 @@ class OpenHapticsArm::Connection {
   device::ArmSample read() const;
   void command(const Vector3& force);
 
+  // --- any thread, a signal handler too
+  void let_go() noexcept { let_go_ns_.store(now_ns()); }
+
  private:
   struct SampleWire {
     std::int64_t stamp_ns = 0;
@@ -114,7 +117,7 @@ class OpenHapticsArm::Connection {
   std::atomic<hd::ErrorCode> fatal_{hd::kSuccess}, force_error_{hd::kSuccess};
   std::atomic<int> fatal_internal_{0}, force_error_internal_{0};
   std::atomic<double> given_{0.0};  // N, in the last cycle
-  std::atomic<std::int64_t> alive_ns_{0}, connected_ns_{0}, force_error_ns_{0};
+  std::atomic<std::int64_t> alive_ns_{0}, connected_ns_{0}, force_error_ns_{0}, let_go_ns_{0};
   std::atomic<std::uint64_t> cycles_{0}, force_errors_{0}, stale_cycles_{0}, refused_commands_{0},
       times_lost_{0};
 

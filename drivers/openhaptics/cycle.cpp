@@ -165,11 +165,10 @@ Vector3 OpenHapticsArm::Connection::force_now(std::int64_t now, bool sampled) no
     return Vector3::Zero();
   }
   const double age = std::max(since(wire.sent_ns), sampled ? 0.0 : since(last_sample_ns_));
-  strength_.tick(!stale && sampled, age, last_cycle_ns_ == 0 ? 0.0 : since(last_cycle_ns_));
-  if (sampled)
-    last_sample_ns_ = now;
-  else
-    strength_.let_go();
+  const bool released = wire.sent_ns <= let_go_ns_.load();
+  strength_.tick(!stale && !released && sampled, age, last_cycle_ns_ == 0 ? 0.0 : since(last_cycle_ns_));
+  if (sampled) last_sample_ns_ = now;
+  if (!sampled || released) strength_.let_go();
   Vector3 force = strength_.gain() * vector(wire.force);
   const double norm = force.norm();
   if (norm > facts_.peak_n) force *= facts_.peak_n / norm;

@@ -17,14 +17,14 @@ std::optional<Hit> HitDetector::look(const scene::SceneState& state) {
   std::optional<Hit> found;
   const double h = last_ ? to_seconds(state.time - last_->time) : 0.0;
   const bool follows = last_ && h <= kGap_s;
-  const bool touched = follows && last_->contact > 0.0, touches = state.contact > 0.0;
+  const bool touched = follows && last_->impact.share > 0.0, touches = state.impact.share > 0.0;
   if (!touched) impulse_ = peak_ = 0.0;
   if (touches) {
     // The contact's first step has lasted a share of the step only; half is right on average.
-    impulse_ += 0.5 * h * (size_of(state.force) + (touched ? size_of(last_->force) : 0.0));
-    peak_ = std::max(peak_, size_of(state.force));
+    impulse_ += 0.5 * h * (size_of(state.impact.force) + (touched ? size_of(last_->impact.force) : 0.0));
+    peak_ = std::max(peak_, size_of(state.impact.force));
   } else if (touched) {
-    impulse_ += 0.5 * h * size_of(last_->force);
+    impulse_ += 0.5 * h * size_of(last_->impact.force);
     found = Hit{HitKind::hand, state.time, impulse_, peak_};
   }
   if (follows && !touched && !touches) {

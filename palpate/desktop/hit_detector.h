@@ -1,7 +1,7 @@
 // Impacts and bounces found in the states of a virtual world, for the ear and for the force bar.
 //
-// An impact on the hand is a contact (SceneState::contact) that has ended: its impulse is the sum of force
-// and time. A bounce is a jump of a body's velocity at a place it could have flown to; a body that was put
+// An impact on the hand (SceneState::impact) counts when it has ended: its impulse is the sum of force and
+// time. A bounce is a jump of a body's velocity at a place it could have flown to; a body that was put
 // elsewhere (a serve) makes no sound, nor does one that was at rest in one of the two states. States in the
 // order of their times, gaps allowed: what happened in a gap longer than kGap_s is not told. Pure; one
 // thread.

@@ -50,8 +50,8 @@ TEST(HitDetector, AddsUpTheImpulseOfAnImpactAtAnyPhaseOfTheTicks) {
       scene::SceneState state = at(ms, {0, 0, 0}, {0, 0, 1}, 3);
       const double since = (ms - 3 + phase) * 1e-3;
       if (since >= 0.0 && since <= T) {
-        state.contact = std::max(1e-6, since / T);
-        state.force = {0, 0, F * std::sin(std::numbers::pi * since / T)};
+        state.impact.share = std::max(1e-6, since / T);
+        state.impact.force = {0, 0, F * std::sin(std::numbers::pi * since / T)};
       }
       if (const auto found = detector.look(state)) {
         EXPECT_FALSE(hit);
@@ -75,8 +75,8 @@ TEST(HitDetector, TellsOfAnImpactOnceThoughTheBallsVelocityJumpsInIt) {
                                  : ms < 6 ? 2u
                                           : 3u);
     if (ms >= 3 && ms < 6) {
-      state.contact = 0.3 * (ms - 2);
-      state.force = {0, 0, 2};
+      state.impact.share = 0.3 * (ms - 2);
+      state.impact.force = {0, 0, 2};
     }
     if (detector.look(state)) ++heard;
   }

@@ -56,7 +56,7 @@ void HitWatch::run() {
                                  std::chrono::duration<double>(delay_s_.load(std::memory_order_relaxed)));
       if (const auto hit = detector.look(state); hit && waiting.size() < kMostWaiting)
         waiting.push_back({due, *hit});
-      const double force = Vector3(state.force.data()).norm();
+      const double force = state.felt_force().norm();
       if (force > 0.0 && waiting.size() < kMostWaiting) waiting.push_back({due, {}, force});
     }
     for (; !waiting.empty() && waiting.front().due <= now; waiting.pop_front()) {

@@ -48,6 +48,9 @@ class ArmDevice {
   // Force at the tip in ArmBase axes as the device's own nominal kinematics sees them, N; held until the next
   // command, or until it is too old (kLongestHold). The device clamps to its own limits.
   virtual void command(const Vector3& force) = 0;
+  // Gives no force from now on until the next command(). From any thread, also while read() or command() hangs
+  // in another, and from a signal handler: neither waits, locks nor allocates.
+  virtual void let_go() noexcept = 0;
 };
 
 // --- optical tracker

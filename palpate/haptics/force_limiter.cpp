@@ -66,15 +66,15 @@ Vector3 ForceLimiter::tick(const RequestedForce& requested, const AvailableForce
   const double peak = available.fading ? available.gain * available.peak : available.peak;
   const double step = std::max(available.step, kLeastStep_n);
   const Vector3 before = held();
-  const Vector3 pushed = available.gain * requested.sustained;
-  sustained_ += clamped(clamped(pushed, std::min(peak, available.most_sustained)) - sustained_, step);
+  const Vector3 pushed = available.gain * requested.continuous;
+  continuous_ += clamped(clamped(pushed, std::min(peak, available.most_continuous)) - continuous_, step);
   const Vector3 to_come = writing_off_ ? Vector3::Zero() : Vector3(available.gain * requested.impact_to_come);
-  const Vector3 due = sustained_ + catch_up(to_come, step, period), wanted = clamped(due, peak);
+  const Vector3 due = continuous_ + catch_up(to_come, step, period), wanted = clamped(due, peak);
   at_peak_ = due.norm() > peak || pushed.norm() > peak;
-  impact_ = before + clamped(wanted - before, step) - sustained_;
+  impact_ = before + clamped(wanted - before, step) - continuous_;
   if (impact_.norm() < kNothing_n) impact_.setZero();
   const Vector3 out = held();
-  limited_ = (out - requested.sustained - requested.impact).norm() > 1e-9 || available.fading;
+  limited_ = (out - requested.continuous - requested.impact).norm() > 1e-9 || available.fading;
   return out;
 }
 

@@ -1,6 +1,6 @@
 // Makes of any requested force one that a device can follow: peak and slew kept together, impulse not lost.
 //
-// Two kinds of force come in: a sustained one, which is limited as it is, and impacts, whose IMPULSE counts:
+// Two kinds of force come in: a continuous one, which is limited as it is, and impacts, whose IMPULSE counts:
 // where a limit cuts an impact's force, what is missing is a backlog that holding the force longer works off,
 // so that the hand receives the whole impulse. What cannot be caught up with (fault, start ramp, longer than
 // `max_backlog_s`) is lost and counted; at any moment, to rounding,
@@ -16,7 +16,7 @@
 namespace palpate::haptics {
 
 struct RequestedForce {
-  Vector3 sustained = Vector3::Zero();       // N
+  Vector3 continuous = Vector3::Zero();      // N
   Vector3 impact = Vector3::Zero();          // N, mean over the coming tick
   Vector3 impact_to_come = Vector3::Zero();  // N s, impulse of the impacts under way after the coming tick
   bool impact_active = false;
@@ -25,7 +25,7 @@ struct RequestedForce {
   bool good() const {
     constexpr double kMost = 1e6;
     const auto fine = [](const Vector3& v) { return v.cwiseAbs().maxCoeff() < kMost && v.allFinite(); };
-    return fine(sustained) && fine(impact) && fine(impact_to_come);
+    return fine(continuous) && fine(impact) && fine(impact_to_come);
   }
 };
 
@@ -37,7 +37,7 @@ struct AvailableForce {
   bool fading = false;  // a fault: the peak falls with the gain, impacts end
   // give up the backlog, either sign: the loop stood still and held a force too long
   bool drop_backlog = false;
-  double most_sustained = std::numeric_limits<double>::infinity();  // N, of the sustained force
+  double most_continuous = std::numeric_limits<double>::infinity();  // N, of the continuous force
 };
 
 class ForceLimiter {
@@ -51,16 +51,16 @@ class ForceLimiter {
 
   // The device has let go of all but this share of what it was told to hold.
   void let_go(double held) {
-    sustained_ *= held;
+    continuous_ *= held;
     impact_ *= held;
   }
 
   bool limited() const { return limited_; }  // the last tick's force is not what was requested,
   bool at_peak() const { return at_peak_; }  // and the peak has cut it
   bool settled() const;                      // no backlog, and no impact is felt
-  Vector3 held() const { return sustained_ + impact_; }
-  const Vector3& sustained() const { return sustained_; }  // the part of it that is no impact
-  const Vector3& backlog() const { return backlog_; }      // N s
+  Vector3 held() const { return continuous_ + impact_; }
+  const Vector3& continuous() const { return continuous_; }  // the part of it that is no impact
+  const Vector3& backlog() const { return backlog_; }        // N s
   const Vector3& delivered() const { return delivered_; }
   const Vector3& lost() const { return lost_; }
 
@@ -71,7 +71,7 @@ class ForceLimiter {
   double max_backlog_s_;
   bool limited_ = false, at_peak_ = false, writing_off_ = false;
   double since_impact_ = 0.0;
-  Vector3 sustained_ = Vector3::Zero(), impact_ = Vector3::Zero();  // as held now
+  Vector3 continuous_ = Vector3::Zero(), impact_ = Vector3::Zero();  // as held now
   Vector3 backlog_ = Vector3::Zero(), delivered_ = Vector3::Zero(), lost_ = Vector3::Zero();
 };
 

@@ -98,9 +98,9 @@ TEST(ForceLimiter, ImpactsOnTopOfASustainedForceArriveWhole) {
   Random random(4, "shaper/both");
   for (int run = 0; run < 200; ++run) {
     ForceLimiter limiter(0.1);
-    const Vector3 sustained = normal3(random, 1.0);
+    const Vector3 continuous = normal3(random, 1.0);
     RequestedForce requested;
-    requested.sustained = sustained;
+    requested.continuous = continuous;
     for (int i = 0; i < 20; ++i) limiter.tick(requested, kRoom, kTick, kTick);
     const Vector3 start = limiter.held();
     Vector3 impulse = Vector3::Zero(), impacts = Vector3::Zero(), last = start;
@@ -109,7 +109,7 @@ TEST(ForceLimiter, ImpactsOnTopOfASustainedForceArriveWhole) {
       impacts += kTick * requested.impact;
       requested.impact_active = i < 12;
       const Vector3 f = limiter.tick(requested, kRoom, kTick, kTick);
-      impulse += kTick * (f - sustained);
+      impulse += kTick * (f - continuous);
       ASSERT_LE(f.norm(), kPeak * (1.0 + 1e-12));
       ASSERT_LE((f - last).norm(), kStep * (1.0 + 1e-12));
       last = f;
@@ -122,7 +122,7 @@ TEST(ForceLimiter, ImpactsOnTopOfASustainedForceArriveWhole) {
 TEST(ForceLimiter, ASustainedForceIsClampedAndSlewed) {
   ForceLimiter limiter(0.1);
   RequestedForce requested;
-  requested.sustained = {20.0, 0.0, 0.0};
+  requested.continuous = {20.0, 0.0, 0.0};
   EXPECT_NEAR(limiter.tick(requested, kRoom, kTick, kTick).x(), 3.0, 1e-12);
   EXPECT_TRUE(limiter.limited());
   for (int i = 0; i < 10; ++i) limiter.tick(requested, kRoom, kTick, kTick);
@@ -232,7 +232,7 @@ TEST(ForceLimiter, AskedIsAlwaysDeliveredOwedOrLost) {
   for (int i = 0; i < 200000; ++i) {
     RequestedForce requested;
     if (random.chance(0.1)) requested.impact = normal3(random, 20.0);
-    if (random.chance(0.5)) requested.sustained = normal3(random, 4.0);
+    if (random.chance(0.5)) requested.continuous = normal3(random, 4.0);
     requested.impact_active = random.chance(0.3);
     requested.impact_to_come = requested.impact_active ? normal3(random, 0.01) : Vector3::Zero();
     const AvailableForce available{.peak = random.uniform(1.0, 8.5),
@@ -258,7 +258,7 @@ TEST(ForceLimiter, ForcesThatAreNoneAreNotGood) {
   for (const double bad : {std::nan(""), infinite, -infinite, 1e300, 2e6}) {
     RequestedForce requested;
     EXPECT_TRUE(requested.good());
-    requested.sustained.y() = bad;
+    requested.continuous.y() = bad;
     EXPECT_FALSE(requested.good());
     requested = {};
     requested.impact.z() = bad;

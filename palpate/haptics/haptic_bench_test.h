@@ -28,7 +28,7 @@ class FakeArm : public device::ArmDevice {
     return sample;
   }
   // As a device does when no command has come for kLongestHold, and says so.
-  void let_go() { force.setZero(); }
+  void let_go() noexcept override { force.setZero(); }
   void command(const Vector3& f) override {
     steepest = std::max(steepest, (f - force).norm());
     largest = std::max(largest, f.norm());

@@ -52,9 +52,9 @@ TEST(HapticHostile, TenMillionTicksNeverBreakALimit) {
     if (!arm.sample.joints.allFinite()) arm.sample.joints = {0.1, 0.5, 0.3};
     arm.frozen = wild && random.chance(0.3);
     arm.sample.connected = !(wild && random.chance(0.02));
-    if (random.chance(0.02)) bench.message.sustained = uniform3(random, random.chance(0.2) ? 30.0 : 3.0);
+    if (random.chance(0.02)) bench.message.continuous = uniform3(random, random.chance(0.2) ? 30.0 : 3.0);
     if (random.chance(0.01)) {
-      auto& impact = bench.message.contact;
+      auto& impact = bench.message.impact;
       ++impact.number;
       impact.start = bench.now + seconds(random.uniform(-0.01, 0.01));
       impact.direction = normal3(random).normalized();
@@ -64,12 +64,12 @@ TEST(HapticHostile, TenMillionTicksNeverBreakALimit) {
       impact.restitution = random.uniform(0.0, 1.0);
     }
     if (wild) {
-      auto& impact = bench.message.contact;
+      auto& impact = bench.message.impact;
       const int what = static_cast<int>(random.uniform(0.0, 11.999));
       const auto axis = static_cast<Eigen::Index>(random.uniform(0.0, 2.999));
       if (what == 0) arm.sample.joints[axis] = bad_number(random);
       if (what == 1) arm.sample.gimbal[axis] = bad_number(random);
-      if (what == 2) bench.message.sustained[axis] = bad_number(random);
+      if (what == 2) bench.message.continuous[axis] = bad_number(random);
       if (what == 3) ++impact.number, impact.approach_speed = bad_number(random);
       if (what == 4) ++impact.number, impact.mass = bad_number(random);
       if (what == 5) ++impact.number, impact.direction[axis] = bad_number(random);
@@ -94,7 +94,7 @@ TEST(HapticHostile, TenMillionTicksNeverBreakALimit) {
     ASSERT_LE(arm.force.norm(), peak) << "tick " << i;
     ASSERT_LE((arm.force - before).norm(), step) << "tick " << i;
     if (wild && !arm.sample.gimbal.allFinite()) arm.sample.gimbal.setZero();
-    if (!bench.message.sustained.allFinite()) bench.message.sustained.setZero();
+    if (!bench.message.continuous.allFinite()) bench.message.continuous.setZero();
     largest = std::max(largest, arm.force.norm());
     running += bench.loop.state() == HapticState::running;
     degraded += bench.loop.state() == HapticState::degraded;

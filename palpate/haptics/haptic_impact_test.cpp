@@ -35,7 +35,7 @@ TEST(HapticImpact, BelowTheLimitsTheHandFeelsTheCourseOfTheModelTickByTick) {
         auto event =
             bench_impact(1, random.uniform(0.1, 0.8), bench.now + seconds(random.uniform(0.0, 2e-3)));
         event.model = model;
-        bench.message.contact = event;
+        bench.message.impact = event;
         ImpactRenderer course;  // itself tested against the equations of motion
         ASSERT_TRUE(course.start(event, bench.now + bench.period));
         Vector3 impulse = Vector3::Zero();
@@ -56,7 +56,7 @@ TEST(HapticImpact, WhatTheSlewLimitShapesIsToldApartFromWhatThePeakCuts) {
   const auto after = [](double speed) {
     HapticBench bench(at_rate(1000.0));
     bench.live(5);
-    bench.message.contact = bench_impact(1, speed, bench.now + bench.period);
+    bench.message.impact = bench_impact(1, speed, bench.now + bench.period);
     bench.live(60);
     return bench.loop.statistics();
   };
@@ -82,10 +82,10 @@ TEST(HapticImpact, ASecondImpactDuringTheFirstArrivesWholeWithIt) {
         auto second = bench_impact(2, 0.4, first.start + seconds(random.uniform(1e-3, 3.5e-3)));
         first.model = second.model = model;
         second.direction = (first.direction + normal3(random, 0.5)).normalized();
-        bench.message.contact = first;
+        bench.message.impact = first;
         Vector3 impulse = Vector3::Zero();
         for (double t = 0.0; t < 0.04; t += 1.0 / hz) {
-          if (second.start <= bench.now) bench.message.contact = second;
+          if (second.start <= bench.now) bench.message.impact = second;
           bench.live();
           impulse += bench.felt() / hz;
         }
@@ -102,14 +102,14 @@ TEST(HapticImpact, BeyondTheLimitsEveryModelsImpulseArrives) {
       for (const double speed : {3.0, 12.0}) {
         HapticBench bench(at_rate(hz));
         bench.live(5);
-        bench.message.contact = bench_impact(1, speed, bench.now + seconds(0.0003));
-        bench.message.contact.model = model;
+        bench.message.impact = bench_impact(1, speed, bench.now + seconds(0.0003));
+        bench.message.impact.model = model;
         Vector3 impulse = Vector3::Zero();
         for (double t = 0.0; t < 0.1; t += 1.0 / hz) {
           bench.live();
           impulse += bench.felt() / hz;
         }
-        const Vector3 requested = asked_of_hand(bench.message.contact);
+        const Vector3 requested = asked_of_hand(bench.message.impact);
         EXPECT_NEAR((impulse - requested).norm(), 0.0, 1e-6 * requested.norm()) << speed;
         EXPECT_LT(bench.loop.statistics().lost_impulse_rel(), 1e-6);
         EXPECT_LE(bench.arm.largest, 8.5 * (1.0 + 1e-9));
@@ -136,7 +136,7 @@ TEST(HapticImpact, WhileTheArmSwingsAndItsMotorsWarmWhatIsMissingIsReported) {
       const double t = 1e-3 * i;
       bench.arm.sample.joints = joints_at(t);
       if (t >= next && t < 8.0) {
-        auto& event = bench.message.contact;
+        auto& event = bench.message.impact;
         event = bench_impact(event.number + 1, random.uniform(1.0, 8.0), bench.now);
         event.direction = normal3(random, 1.0).normalized();
         requested += asked_of_hand(event);
@@ -170,7 +170,7 @@ TEST(HapticImpact, WhileTheArmTurnsTheSlewLimitHoldsWithoutTheLastClamp) {
   for (int i = 0; i < 300; ++i) {
     bench.arm.sample.joints[0] = -0.8 + 0.005 * i;
     if (i % 60 == 0)
-      bench.message.contact = bench_impact(static_cast<std::uint64_t>(i / 60 + 1), 12.0, bench.now);
+      bench.message.impact = bench_impact(static_cast<std::uint64_t>(i / 60 + 1), 12.0, bench.now);
     bench.live();
   }
   EXPECT_EQ(bench.loop.condition().trips, 0u);
@@ -185,7 +185,7 @@ TEST(HapticImpact, WhatTheDeviceItselfWithholdsCountsAsLost) {
     HapticBench bench(without_ramp());
     bench.arm.withheld_share = share;
     bench.live(5);
-    bench.message.contact = bench_impact(1, 2.0, bench.now);
+    bench.message.impact = bench_impact(1, 2.0, bench.now);
     bench.live(60);
     EXPECT_NEAR(bench.loop.statistics().lost_impulse_rel(), share, 1e-9);
     EXPECT_NEAR(bench.loop.statistics().impulse_error_rel_max, share, 1e-9);
@@ -194,15 +194,15 @@ TEST(HapticImpact, WhatTheDeviceItselfWithholdsCountsAsLost) {
 
 TEST(HapticImpact, WhatTheDeviceWithholdsOfASustainedForceBetweenImpactsIsNoLossOfTheirs) {
   HapticBench bench(without_ramp());
-  bench.message.contact = bench_impact(1, 2.0, bench.now);
+  bench.message.impact = bench_impact(1, 2.0, bench.now);
   bench.live(60);
   bench.arm.withheld_share = 0.5;
-  bench.message.sustained = {0.0, 1.0, 0.0};
+  bench.message.continuous = {0.0, 1.0, 0.0};
   bench.live(100);
-  bench.message.sustained.setZero();
+  bench.message.continuous.setZero();
   bench.live(10);
   bench.arm.withheld_share = 0.0;
-  bench.message.contact = bench_impact(2, 2.0, bench.now);
+  bench.message.impact = bench_impact(2, 2.0, bench.now);
   bench.live(60);
   EXPECT_EQ(bench.loop.statistics().impacts, 2u);
   EXPECT_LT(bench.loop.statistics().lost_impulse_rel(), 1e-9);

@@ -50,7 +50,7 @@ void HapticLoop::tick(Instant<PhysicsClock> now) {
   inputs.clamp_good = !clamp_.tripped();
   const bool late = !(elapsed < settings_.limits.stale_s);
   if (late) statistics_.dropped_impacts += static_cast<std::uint64_t>(player_.drop());
-  const double sustained_before = limiter_.sustained().norm();
+  const double continuous_before = limiter_.continuous().norm();
   const DeviceForce device_before = device_;
   read_arm(now, inputs);
   listen(now, inputs);
@@ -69,7 +69,7 @@ void HapticLoop::tick(Instant<PhysicsClock> now) {
   const device::ForceStrength& strength = guard_.strength();
   if (strength.out()) statistics_.dropped_impacts += static_cast<std::uint64_t>(player_.drop());
   if (late) let_go(inputs.held);
-  limit_return(elapsed, late, sustained_before, requested.sustained.norm());
+  limit_return(elapsed, late, continuous_before, requested.continuous.norm());
 
   // The device's force is M f. That it stays within the device's limits while M changes is the limiter's
   // room.
@@ -81,14 +81,14 @@ void HapticLoop::tick(Instant<PhysicsClock> now) {
       .gain = guard_.gain(),
       .fading = strength.out(),
       .drop_backlog = late,
-      .most_sustained = strength.share() * most_sustained_};
+      .most_continuous = strength.share() * most_continuous_};
   const bool interrupted =
       late || strength.out();  // what the hand did meanwhile no force of ours answered to
   const bool touching =
-      !interrupted && (requested.sustained != Vector3::Zero() || limiter_.sustained() != Vector3::Zero());
-  passivity_.moved(limiter_.sustained(), moved_, touching);
+      !interrupted && (requested.continuous != Vector3::Zero() || limiter_.continuous() != Vector3::Zero());
+  passivity_.moved(limiter_.continuous(), moved_, touching);
   RequestedForce damped = requested;
-  if (touching) damped.sustained += passivity_.damping(tip_.velocity, period_);
+  if (touching) damped.continuous += passivity_.damping(tip_.velocity, period_);
   const Vector3 force = limiter_.tick(damped, available, held_s, period_);
   arm_.command(clamp_.pass(device_.M * (R_base_world * force)));
   if (inputs.reading_good) output_.write(tip_);
@@ -161,26 +161,26 @@ void HapticLoop::let_go(double held) {
   limiter_.let_go(held);
 }
 
-// After a brief outage the sustained force comes back to what was held, and from there on rises no faster
+// After a brief outage the continuous force comes back to what was held, and from there on rises no faster
 // than the start ramp would: the hand may have sunk in meanwhile. Once no more is requested, the limit is
 // over.
-void HapticLoop::limit_return(double elapsed, bool late, double sustained_before, double sustained_asked) {
+void HapticLoop::limit_return(double elapsed, bool late, double continuous_before, double continuous_asked) {
   const device::ForceStrength& strength = guard_.strength();
   const bool out = strength.out();
-  if (!interrupted_ && (out || late)) most_sustained_ = sustained_before;
+  if (!interrupted_ && (out || late)) most_continuous_ = continuous_before;
   const bool ended = !out && (interrupted_ || late);
   interrupted_ = out;
   if (out) return;
   if (ended) {
-    if (!strength.brief()) most_sustained_ = kUnlimited;
+    if (!strength.brief()) most_continuous_ = kUnlimited;
     statistics_.outages += strength.brief() && strength.outage_s() > 0.0;
     return;
   }
   constexpr double kHeldFor = 0.050;  // s: within it there is never more than was held before
   if (strength.good_s() < kHeldFor) return;
   const double ramp_s = settings_.limits.start_ramp_s;
-  most_sustained_ += ramp_s > 0.0 ? elapsed / ramp_s * settings_.limits.peak_n : kUnlimited;
-  if (strength.gain() * sustained_asked <= most_sustained_) most_sustained_ = kUnlimited;
+  most_continuous_ += ramp_s > 0.0 ? elapsed / ramp_s * settings_.limits.peak_n : kUnlimited;
+  if (strength.gain() * continuous_asked <= most_continuous_) most_continuous_ = kUnlimited;
 }
 
 // Counts for the impacts on their way, all of it: what else was held then is not told apart.
@@ -196,12 +196,12 @@ void HapticLoop::note_withheld(const Vector3& withheld) {
 void HapticLoop::listen(Instant<PhysicsClock> now, SafetyInputs& inputs) {
   HapticInput said;
   if (input_.read(said) && (!heard_ || said.time > newest_.time)) {
-    const std::uint64_t before = newest_.contact.number;
+    const std::uint64_t before = newest_.impact.number;
     const bool first = !heard_;
     newest_ = said;
     heard_ = true;
     // What went before the first word is nobody's to feel.
-    begin_impacts(first && said.contact.number != 0 ? said.contact.number - 1 : before, now);
+    begin_impacts(first && said.impact.number != 0 ? said.impact.number - 1 : before, now);
   }
   inputs.input_age_s = heard_ ? to_seconds(now - newest_.time) : std::numeric_limits<double>::infinity();
 }
@@ -215,7 +215,7 @@ void HapticLoop::begin_impacts(std::uint64_t after, Instant<PhysicsClock> now) {
     else
       ++(player_.start(impact, now) ? statistics_.impacts : statistics_.rejected_impacts);
   };
-  const scene::ImpactEvent& newest = newest_.contact;
+  const scene::ImpactEvent& newest = newest_.impact;
   if (newest.number == after || newest.number == 0) return;
   std::uint64_t seen = after;
   const auto missed = [&](std::uint64_t number) {
@@ -233,7 +233,7 @@ void HapticLoop::begin_impacts(std::uint64_t after, Instant<PhysicsClock> now) {
 
 RequestedForce HapticLoop::requested_force(Instant<PhysicsClock> now) {
   RequestedForce requested;
-  requested.sustained = settings_.force_gain * newest_.sustained;
+  requested.continuous = settings_.force_gain * newest_.continuous;
   requested.impact = settings_.force_gain * player_.tick(now, settings_.period);
   requested.impact_active = player_.active();
   requested.impact_to_come = settings_.force_gain * player_.to_come();
@@ -269,7 +269,7 @@ void HapticLoop::keep(Instant<PhysicsClock> now, const RequestedForce& requested
   statistics_.fault_ticks += fault != ForceFault::none;
   statistics_.damped_ticks += passivity_.injected() > 0.0;
   statistics_.warm_ticks += heat_.warm();
-  records_->push({now, joints_, tip_.X_world_tip.translation, requested.sustained + requested.impact,
+  records_->push({now, joints_, tip_.X_world_tip.translation, requested.continuous + requested.impact,
                   clamp_.last(), fault, guard_.state(), tip_.velocity.norm()});
 
   const bool became_safe = guard_.state() == HapticState::safe && told_.state != HapticState::safe;

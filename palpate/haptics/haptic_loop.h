@@ -2,7 +2,7 @@
 // command, publish.
 //
 // Forces come in World axes and leave in ArmBase axes, through the chain of docs/theory/forces.md: impacts
-// played by time and the sustained force with the damping that keeps it passive; gain; the limiter under
+// played by time and the continuous force with the damping that keeps it passive; gain; the limiter under
 // peak, slew and the motors' heat; the device's own kinematics; the last clamp. What may be given at all the
 // guard says. tick() is called by the haptic thread at a fixed rate, or by a test; after construction it does
 // not allocate, lock, throw or write text. Input and output are triple buffers: one other thread (physics)
@@ -33,22 +33,19 @@ namespace palpate::haptics {
 
 // What the physics loop tells the haptic loop, every step.
 struct HapticInput {
-  scene::ImpactEvent contact;           // the newest impact
-  Vector3 sustained = Vector3::Zero();  // N on the hand, World; not an impact
-  Instant<PhysicsClock> time;           // of the state this comes from: where it stands still, physics does
+  scene::ImpactEvent impact;             // the newest
+  Vector3 continuous = Vector3::Zero();  // N on the hand, World; not an impact
+  Instant<PhysicsClock> time;            // of the state this comes from: where it stands still, physics does
   // The impacts before the newest, newest first: where a tick comes late, none is missed.
   std::array<scene::ImpactEvent, 3> earlier{};
 };
 
-// From an application's step; `before` is the input of the step before. While an impact is under way the
-// state's force shows that impact and is not requested twice.
-inline HapticInput haptic_input(const scene::SceneState& state, const scene::ImpactEvent& contact,
+// From an application's step; `before` is the input of the step before.
+inline HapticInput haptic_input(const scene::SceneState& state, const scene::ImpactEvent& impact,
                                 const HapticInput& before) {
-  const bool impact = contact.number != 0 && state.contact > 0.0;
-  HapticInput input{contact, impact ? Vector3::Zero() : Vector3(state.force.data()), state.time,
-                    before.earlier};
-  if (contact.number != before.contact.number)
-    input.earlier = {before.contact, before.earlier[0], before.earlier[1]};
+  HapticInput input{impact, Vector3(state.continuous.force.data()), state.time, before.earlier};
+  if (impact.number != before.impact.number)
+    input.earlier = {before.impact, before.earlier[0], before.earlier[1]};
   return input;
 }
 
@@ -117,7 +114,7 @@ class HapticLoop {
   void follow_tip(Instant<PhysicsClock> now, const device::ArmSample& sample);
   double held_share(const device::ArmSample& sample, double elapsed) const;
   void let_go(double held);
-  void limit_return(double elapsed, bool late, double sustained_before, double sustained_asked);
+  void limit_return(double elapsed, bool late, double continuous_before, double continuous_asked);
   void note_withheld(const Vector3& withheld);
   void listen(Instant<PhysicsClock> now, SafetyInputs& inputs);
   void begin_impacts(std::uint64_t after, Instant<PhysicsClock> now);
@@ -155,8 +152,8 @@ class HapticLoop {
   Vector3 device_withheld_ = Vector3::Zero(),   // as last read: N s, device's axes
       withheld_ = Vector3::Zero();              // of the impacts not yet accounted for: N s, World
   double settled_s_ = 0.0;
-  bool interrupted_ = true;             // an outage was under way at the tick before
-  double most_sustained_ = kUnlimited;  // N, after a brief outage
+  bool interrupted_ = true;              // an outage was under way at the tick before
+  double most_continuous_ = kUnlimited;  // N, after a brief outage
   HapticStatistics statistics_;
   HapticCondition told_;
   Mailbox<HapticCondition> condition_;

@@ -60,7 +60,7 @@ TEST(HapticLoop, TheWholeImpulseArrivesInTheRightDirectionThroughTheDevicesOwnKi
     for (const double phase : {0.0, 0.0003, 0.00077}) {
       HapticBench bench(without_ramp());
       for (int i = 0; i < 5; ++i) bench.live();
-      bench.message.contact = bench_impact(1, speed, bench.now + seconds(phase));
+      bench.message.impact = bench_impact(1, speed, bench.now + seconds(phase));
       const auto c = bench_calibration();
       Vector3 impulse = Vector3::Zero();
       for (int i = 0; i < 60; ++i) {
@@ -68,7 +68,7 @@ TEST(HapticLoop, TheWholeImpulseArrivesInTheRightDirectionThroughTheDevicesOwnKi
         impulse += 1e-3 * bench.arm.felt(c);
         EXPECT_LE(bench.arm.force.norm(), 8.5);
       }
-      const Vector3 requested = 0.0027 * 1.8 * speed * bench.message.contact.direction;
+      const Vector3 requested = 0.0027 * 1.8 * speed * bench.message.impact.direction;
       EXPECT_NEAR((impulse - requested).norm() / requested.norm(), 0.0, 1e-9) << speed << " " << phase;
       const auto& s = bench.loop.statistics();
       EXPECT_EQ(s.impacts, 1u);
@@ -81,10 +81,10 @@ TEST(HapticLoop, TheWholeImpulseArrivesInTheRightDirectionThroughTheDevicesOwnKi
 
 TEST(HapticLoop, ARepeatedMessageIsOneImpact) {
   HapticBench bench(without_ramp());
-  bench.message.contact = bench_impact(7, 1.0, bench.now);
+  bench.message.impact = bench_impact(7, 1.0, bench.now);
   for (int i = 0; i < 40; ++i) bench.live();
   EXPECT_EQ(bench.loop.statistics().impacts, 1u);
-  bench.message.contact = bench_impact(8, 1.0, bench.now);
+  bench.message.impact = bench_impact(8, 1.0, bench.now);
   for (int i = 0; i < 40; ++i) bench.live();
   EXPECT_EQ(bench.loop.statistics().impacts, 2u);
 }
@@ -115,7 +115,7 @@ TEST(HapticLoop, ImpactsBetweenTwoTicksAreAllFeltAndThoseBeyondMemoryAreCounted)
 TEST(HapticLoop, ImpulseTheStartRampSwallowsIsCountedAsLost) {
   HapticBench bench;  // 1 s ramp
   bench.live();
-  bench.message.contact = bench_impact(1, 2.0, bench.now);
+  bench.message.impact = bench_impact(1, 2.0, bench.now);
   for (int i = 0; i < 60; ++i) bench.live();
   EXPECT_GT(bench.loop.statistics().lost_impulse_rel(), 0.9);
 }
@@ -124,8 +124,8 @@ TEST(HapticLoop, AnImpactThatIsNoneIsRejected) {
   HapticBench bench(without_ramp());
   std::uint64_t number = 0;
   const auto reject = [&](auto&& spoil) {
-    bench.message.contact = bench_impact(++number, 1.0, bench.now);
-    spoil(bench.message.contact);
+    bench.message.impact = bench_impact(++number, 1.0, bench.now);
+    spoil(bench.message.impact);
     bench.live();
     EXPECT_EQ(bench.loop.statistics().rejected_impacts, number);
   };
@@ -145,10 +145,10 @@ TEST(HapticLoop, TheForceGainScalesImpactsAndSustainedForces) {
   HapticSettings settings = without_ramp();
   settings.force_gain = 0.5;
   HapticBench bench(settings);
-  bench.message.sustained = {0.0, 1.0, 0.0};
+  bench.message.continuous = {0.0, 1.0, 0.0};
   bench.live(20);
   EXPECT_NEAR((bench.arm.felt(bench_calibration()) - Vector3(0.0, 0.5, 0.0)).norm(), 0.0, 1e-9);
-  bench.message.contact = bench_impact(1, 2.0, bench.now);
+  bench.message.impact = bench_impact(1, 2.0, bench.now);
   bench.live(60);
   EXPECT_NEAR(bench.loop.statistics().impulse_requested, 0.5 * 0.0027 * 1.8 * 2.0, 1e-15);
   EXPECT_LT(bench.loop.statistics().impulse_error_rel_max, 1e-9);
@@ -159,20 +159,20 @@ TEST(HapticLoop, AtFourKilohertzTheImpulseIsTheSame) {
   settings.period = Duration(250'000);
   HapticBench bench(settings);
   bench.live(5);
-  bench.message.contact = bench_impact(1, 12.0, bench.now + seconds(0.0001));
+  bench.message.impact = bench_impact(1, 12.0, bench.now + seconds(0.0001));
   Vector3 impulse = Vector3::Zero();
   for (int i = 0; i < 200; ++i) {
     bench.live();
     impulse += 0.25e-3 * bench.arm.felt(bench_calibration());
   }
-  const Vector3 requested = 0.0027 * 1.8 * 12.0 * bench.message.contact.direction;
+  const Vector3 requested = 0.0027 * 1.8 * 12.0 * bench.message.impact.direction;
   EXPECT_NEAR((impulse - requested).norm() / requested.norm(), 0.0, 1e-9);
   EXPECT_LE(bench.arm.steepest, 0.75 + 1e-9);
 }
 
 TEST(HapticLoop, ALongPushFallsToTheContinuousForceAndSaysSo) {
   HapticBench bench(without_ramp());
-  bench.message.sustained = {0.0, 6.0, 0.0};
+  bench.message.continuous = {0.0, 6.0, 0.0};
   bench.live(5000);
   double energy = 0.0;
   for (int i = 0; i < 5000; ++i) {
@@ -197,7 +197,7 @@ TEST(HapticLoop, AMovingArmStaysWithinTheDevicesOwnLimits) {
                                0.2 + 0.4 * std::cos(5.0 * t)};
     if (i % 400 == 0) {
       const double speed = 1.0 + i / 2000.0;
-      bench.message.contact = bench_impact(static_cast<std::uint64_t>(i / 400 + 1), speed, bench.now);
+      bench.message.impact = bench_impact(static_cast<std::uint64_t>(i / 400 + 1), speed, bench.now);
       requested += 0.0027 * 1.8 * speed;
     }
     bench.live();
@@ -226,7 +226,7 @@ double energy_after_a_stiff_wall(double most_damping) {
     EXPECT_TRUE(device::phantom_inverse(tip, c.lengths, theta));
     bench.arm.sample.joints = c.correction.undo(theta);
     bench.live();  // with the force of the tick before
-    bench.message.sustained = {0.0, x > 0.0 ? -1000.0 * x : 0.0, 0.0};
+    bench.message.continuous = {0.0, x > 0.0 ? -1000.0 * x : 0.0, 0.0};
     const double force = bench.arm.felt(c).y();
     for (int s = 0; s < 100; ++s) {
       v += 1e-5 / 0.075 * force;
@@ -261,7 +261,7 @@ TEST(HapticLoop, TickDoesNotAllocate) {
   const std::size_t before = allocations();
   for (int i = 0; i < 3000; ++i) {
     if (i % 50 == 0) {
-      bench.message.contact =
+      bench.message.impact =
           bench_impact(static_cast<std::uint64_t>(i / 50 + 1), random.uniform(0.1, 20.0), bench.now);
     }
     if (i % 500 < 450) {

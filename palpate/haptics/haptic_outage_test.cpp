@@ -41,7 +41,7 @@ struct HandInAWall : HapticBench {
     }
     if (physics_runs) {
       message.time = now;
-      message.sustained = {std::max(0.0, kStiffness * seen), 0.0, 0.0};
+      message.continuous = {std::max(0.0, kStiffness * seen), 0.0, 0.0};
       input.write(message);
     }
     arm.frozen = true;  // its stamps are those above
@@ -156,10 +156,10 @@ TEST(HapticOutage, ImpactsOwedFromBeforeAnOutageAreDroppedAndCounted) {
   for (const int ms : {8, 30, 300}) {
     HapticBench bench(without_ramp());
     bench.live(20);
-    bench.message.contact = bench_impact(1, 6.0, bench.now + bench.period);
+    bench.message.impact = bench_impact(1, 6.0, bench.now + bench.period);
     bench.live(2);
     EXPECT_GT(bench.arm.force.norm(), 1.0);
-    bench.message.contact =
+    bench.message.impact =
         bench_impact(2, 6.0, bench.now + seconds(0.002));  // felt during the stall, or never
     bench.message.earlier[0] = bench_impact(1, 6.0, bench.now);
     bench.now += seconds(1e-3 * ms);
@@ -184,7 +184,7 @@ TEST(HapticOutage, AnImpactAfterTheOutageIsFelt) {
   bench.live(20);
   bench.now += seconds(0.030);
   bench.live(60);
-  bench.message.contact = bench_impact(1, 2.0, bench.now + bench.period);
+  bench.message.impact = bench_impact(1, 2.0, bench.now + bench.period);
   bench.live(60);
   EXPECT_EQ(bench.loop.statistics().impacts, 1u);
   EXPECT_LT(bench.loop.statistics().lost_impulse_rel(), 1e-9);

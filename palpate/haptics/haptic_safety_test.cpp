@@ -15,7 +15,7 @@ constexpr double kPush = 1.3;  // N, just below what motors can hold for ever
 
 struct PushedHand : HapticBench {
   PushedHand() : HapticBench(without_ramp()) {
-    message.sustained = {0.0, kPush, 0.0};
+    message.continuous = {0.0, kPush, 0.0};
     live(20);
     EXPECT_NEAR(felt(), kPush, 1e-9);
     EXPECT_EQ(loop.state(), HapticState::running);
@@ -63,7 +63,7 @@ TEST(HapticSafety, ASilentPhysicsLoopIsNoticedWithin5MsAndTheForceIsGoneWithin20
 
 TEST(HapticSafety, APushFarBeyondThePeakIsGoneWithin20MsToo) {
   PushedHand hand;
-  hand.message.sustained = {0.0, 1e5, 0.0};
+  hand.message.continuous = {0.0, 1e5, 0.0};
   hand.live(6);
   EXPECT_GT(hand.arm.force.norm(), 8.0);
   hand.arm.steepest = 0.0;
@@ -134,7 +134,7 @@ TEST(HapticSafety, APoseThatIsNoNumberFadesTheForceAndKeepsTheLastTip) {
 TEST(HapticSafety, AForceThatIsNoNumberFadesWhatIsHeld) {
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), 1e300}) {
     PushedHand hand;
-    hand.message.sustained.x() = bad;
+    hand.message.continuous.x() = bad;
     const Fall fall = watch(hand, [&] { hand.live(); });
     EXPECT_EQ(fall.first_less, 1);
     EXPECT_LE(fall.gone, 20);
@@ -196,12 +196,12 @@ TEST(HapticSafety, BeyondTheJointRangeThereIsNoForceEither) {
 
 TEST(HapticSafety, ALoopThatStoodStillStartsAgainWithoutAPull) {
   PushedHand hand;
-  hand.message.sustained.setZero();
+  hand.message.continuous.setZero();
   hand.live(20);
-  hand.message.contact = bench_impact(1, 3.0, hand.now);
+  hand.message.impact = bench_impact(1, 3.0, hand.now);
   hand.live(2);
   EXPECT_GT(hand.arm.force.norm(), 1.0);
-  const Vector3 along = hand.message.contact.direction;
+  const Vector3 along = hand.message.impact.direction;
   hand.now += seconds(0.3);  // the machine stood still, the device held the force
   for (int i = 0; i < 200; ++i) {
     hand.live();
@@ -215,7 +215,7 @@ TEST(HapticSafety, ALoopThatStoodStillStartsAgainWithoutAPull) {
 
 TEST(HapticSafety, AReadingThatLeapsCannotMakeTheCommandLeap) {
   PushedHand hand;
-  hand.message.sustained = {0.0, 8.0, 0.0};
+  hand.message.continuous = {0.0, 8.0, 0.0};
   hand.live(6);
   hand.arm.steepest = 0.0;
   // Another pose from one tick to the next: the way from force to device leaps, the command must not.

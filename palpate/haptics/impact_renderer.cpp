@@ -35,9 +35,7 @@ bool makes_an_impact(const scene::ImpactEvent& event, Instant<PhysicsClock> now)
          event.start <= now + seconds(kLongest);
 }
 
-Vector3 impulse_of(const scene::ImpactEvent& event) {
-  return event.mass * (1.0 + event.restitution) * event.approach_speed * event.direction;
-}
+Vector3 impulse_of(const scene::ImpactEvent& event) { return event.impulse() * event.direction; }
 
 }  // namespace
 

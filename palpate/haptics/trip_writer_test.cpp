@@ -16,7 +16,7 @@ TEST(TripWriter, TheLastSecondsBeforeATripAreInAFile) {
   HapticSettings settings = without_ramp();
   settings.record_s = 0.05;
   HapticBench bench(settings);
-  bench.message.sustained = {0.0, 1.0, 0.0};
+  bench.message.continuous = {0.0, 1.0, 0.0};
   TripWriter writer(bench.loop, scratch.path(), [&](const std::string& line) { told.push_back(line); });
   bench.live(100);
   bench.arm.sample.connected = false;

@@ -111,6 +111,8 @@ struct ImpactEvent {
   double mass = 0.0;                    // effective: of the ball, and less where what it hits recoils; kg
   double restitution = 1.0;
   ContactModel model = ContactModel::non_sticky;  // the force's course over `duration`
+
+  double impulse() const { return mass * (1.0 + restitution) * approach_speed; }  // N s, along `direction`
 };
 
 enum class Control : std::uint8_t { none, serve, reset, pause, resume };
@@ -123,10 +125,10 @@ class Application {
  public:
   virtual ~Application() = default;
   // Advances the virtual world to `now` (dt since the last call) with the stylus at `tip`; fills bodies,
-  // counters, force fields of `state`.
+  // counters, and the two kinds of force of `state`.
   virtual void step(Instant<PhysicsClock> now, Duration dt, const TipState& tip, SceneState& state) = 0;
   // The newest impact, number 0 if none so far.
-  virtual const ImpactEvent& contact() const = 0;
+  virtual const ImpactEvent& impact() const = 0;
   // The surface that deforms as it is now, as Shape::values; always of the same size. Empty: there is none.
   virtual std::span<const float> shape() const { return {}; }
   // A person's wish, between two steps.

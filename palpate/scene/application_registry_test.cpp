@@ -17,13 +17,13 @@ class Still : public Application {
     state.body_count = 1;
     state.bodies[0].set_p({static_cast<double>(run_.seed), run_.pause_s.value_or(-1.0), 0.0});
   }
-  const ImpactEvent& contact() const override { return contact_; }
+  const ImpactEvent& impact() const override { return impact_; }
 
  private:
   void serve() override {}
   void reset() override {}
   RunSettings run_;
-  ImpactEvent contact_;
+  ImpactEvent impact_;
 };
 
 class Nothing : public SceneView {

@@ -48,7 +48,10 @@ SceneState interpolate(const SceneState& a, const SceneState& b, double s, const
       state.bodies[k] = fly(b.bodies[k], (s - 1.0) * h, gravity);
     }
   }
-  for (std::size_t i = 0; i < 3; ++i) state.force[i] = (1.0 - s) * a.force[i] + s * b.force[i];
+  for (std::size_t i = 0; i < 3; ++i) {
+    state.impact.force[i] = (1.0 - s) * a.impact.force[i] + s * b.impact.force[i];
+    state.continuous.force[i] = (1.0 - s) * a.continuous.force[i] + s * b.continuous.force[i];
+  }
   return state;
 }
 

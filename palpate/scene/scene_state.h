@@ -36,6 +36,21 @@ struct BodyState {
   void set_q(const Quaternion& r) { orientation = {r.w(), r.x(), r.y(), r.z()}; }
 };
 
+// An impact under way, as a picture shows it and an ear hears it. The hand does not feel it from here: the
+// haptic loop plays the ImpactEvent by itself. N on the hand and m, World.
+struct ImpactProgress {
+  double share = 0.0;  // of its duration that has passed, in (0, 1]; 0: there is none
+  std::array<double, 3> force{}, point{};
+};
+
+// A force that is felt for as long as its reason lasts: a surface that is touched, a spring. What the haptic
+// loop gives, within limits; where the application has a contact law, what that law has said. N on the hand
+// and m, World.
+struct ContinuousForce {
+  std::array<double, 3> force{}, point{};
+  std::uint32_t touching = 0, unused = 0;  // touching: 1 while there is a contact at `point`
+};
+
 struct SceneState {
   static constexpr int kBodies = 8;
   static constexpr int kCounters = 16;
@@ -43,11 +58,13 @@ struct SceneState {
   Instant<PhysicsClock> time;
   std::uint64_t tick = 0;
   std::array<std::int32_t, kCounters> counters{};
-  std::array<double, 3> force{};  // N, on the hand, World
-  double contact = 0.0;           // 0 = none, else progress of the contact in (0, 1]
-  std::array<double, 3> contact_point{};
+  ImpactProgress impact;
+  ContinuousForce continuous;
   std::int32_t body_count = 0;
   std::array<BodyState, kBodies> bodies{};  // last: those beyond body_count are never copied (PartlyUsed)
+
+  // Both together: what the hand feels now, N, World.
+  Vector3 felt_force() const { return Vector3(impact.force.data()) + Vector3(continuous.force.data()); }
 
   std::size_t used_bytes() const noexcept;
   void clear_unused() noexcept;

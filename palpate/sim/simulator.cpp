@@ -184,6 +184,7 @@ struct Simulator::Parts : device::ArmDevice, device::TrackerDevice, device::Hand
             .held = simulated_arm.held()};
   }
   void command(const Vector3& force) override { simulated_arm.command(force); }
+  void let_go() noexcept override { simulated_arm.command(Vector3::Zero()); }
   std::vector<device::TrackerSample> poll() override {
     std::vector<device::TrackerSample> arrived;
     while (!tracked.empty() && tracked.front().arrival <= time) {

@@ -202,7 +202,8 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
       tick = now;  // after a pause of the machine: go on from here
 
     if (const auto force = server.take_force()) {
-      if (force->age > device::kLongestHold)  // also where this laboratory stood still itself
+      if (force->let_go ||
+          force->age > device::kLongestHold)  // also where this laboratory stood still itself
         world.arm().command(Vector3::Zero());
       else if (force->count != last_force)
         world.arm().command(force->force);

@@ -20,7 +20,7 @@ inline scene::StateAnswer state_at(Instant<PhysicsClock> time) {
   answer.state.bodies[0].position = {time.seconds(), 0.25, -0.5};
   answer.state.bodies[1].jumps = 7;
   answer.state.counters[3] = -4;
-  answer.state.force = {0.0, 1.5, 0.0};
+  answer.state.continuous.force = {0.0, 1.5, 0.0};
   return answer;
 }
 

@@ -36,9 +36,12 @@ void put(wire::WorldState* out, const scene::SceneState& state) {
     to->set_visible(body.visible != 0);
   }
   for (std::int32_t counter : state.counters) out->add_counters(counter);
-  put(out->mutable_force_n(), state.force);
-  out->set_contact_progress(state.contact);
-  put(out->mutable_contact_point_m(), state.contact_point);
+  put(out->mutable_impact_force_n(), state.impact.force);
+  out->set_impact_share(state.impact.share);
+  put(out->mutable_impact_point_m(), state.impact.point);
+  put(out->mutable_continuous_force_n(), state.continuous.force);
+  out->set_touching(state.continuous.touching != 0);
+  put(out->mutable_touching_point_m(), state.continuous.point);
 }
 
 void put(wire::SceneDescription* out, const scene::SceneDescription& scene) {

@@ -109,9 +109,12 @@ scene::SceneState read(Check& check, const wire::WorldState& in) {
     state.bodies[static_cast<std::size_t>(i)] = read(check, in.bodies(i));
   }
   for (int i = 0; i < in.counters_size(); ++i) state.counters[static_cast<std::size_t>(i)] = in.counters(i);
-  state.force = check.numbers<3>(in.force_n(), "force_n");
-  state.contact = check.fraction(in.contact_progress(), "contact_progress");
-  state.contact_point = check.numbers<3>(in.contact_point_m(), "contact_point_m");
+  state.impact.force = check.numbers<3>(in.impact_force_n(), "impact_force_n");
+  state.impact.share = check.fraction(in.impact_share(), "impact_share");
+  state.impact.point = check.numbers<3>(in.impact_point_m(), "impact_point_m");
+  state.continuous.force = check.numbers<3>(in.continuous_force_n(), "continuous_force_n");
+  state.continuous.touching = in.touching() ? 1 : 0;
+  state.continuous.point = check.numbers<3>(in.touching_point_m(), "touching_point_m");
   return state;
 }
 

@@ -29,9 +29,12 @@ scene::SceneState random_state(Random& random) {
     body.visible = random.chance(0.5) ? 1 : 0;
   }
   for (std::int32_t& counter : state.counters) counter = static_cast<std::int32_t>(random.bits());
-  for (double& x : state.force) x = random.normal();
-  state.contact = random.uniform();
-  for (double& x : state.contact_point) x = random.normal();
+  for (double& x : state.impact.force) x = random.normal();
+  state.impact.share = random.uniform();
+  for (double& x : state.impact.point) x = random.normal();
+  for (double& x : state.continuous.force) x = random.normal();
+  state.continuous.touching = random.chance(0.5) ? 1 : 0;
+  for (double& x : state.continuous.point) x = random.normal();
   return state;
 }
 
@@ -48,9 +51,12 @@ void expect_same(const scene::SceneState& a, const scene::SceneState& b) {
     EXPECT_EQ(a.bodies[i].visible, b.bodies[i].visible);
   }
   EXPECT_EQ(a.counters, b.counters);
-  EXPECT_EQ(a.force, b.force);
-  EXPECT_EQ(a.contact, b.contact);
-  EXPECT_EQ(a.contact_point, b.contact_point);
+  EXPECT_EQ(a.impact.force, b.impact.force);
+  EXPECT_EQ(a.impact.share, b.impact.share);
+  EXPECT_EQ(a.impact.point, b.impact.point);
+  EXPECT_EQ(a.continuous.force, b.continuous.force);
+  EXPECT_EQ(a.continuous.touching, b.continuous.touching);
+  EXPECT_EQ(a.continuous.point, b.continuous.point);
 }
 
 TEST(Messages, EveryStateComesBackToTheBit) {
@@ -240,10 +246,15 @@ TEST(Messages, EachWrongValueIsRefusedByName) {
   EXPECT_NE(
       refusal_of([&](auto& m) { state(m)->add_counters(1); }).find("counters must be at most 16, not 17"),
       std::string::npos);
-  EXPECT_NE(refusal_of([&](auto& m) { state(m)->clear_force_n(); }).find("force_n"), std::string::npos);
-  EXPECT_NE(refusal_of([&](auto& m) { state(m)->set_contact_progress(nan); }).find("contact_progress"),
+  EXPECT_NE(refusal_of([&](auto& m) { state(m)->clear_impact_force_n(); }).find("impact_force_n"),
             std::string::npos);
-  EXPECT_NE(refusal_of([&](auto& m) { state(m)->set_contact_progress(1.5); }).find("contact_progress"),
+  EXPECT_NE(refusal_of([&](auto& m) { state(m)->add_continuous_force_n(1.0); }).find("continuous_force_n"),
+            std::string::npos);
+  EXPECT_NE(refusal_of([&](auto& m) { state(m)->clear_touching_point_m(); }).find("touching_point_m"),
+            std::string::npos);
+  EXPECT_NE(refusal_of([&](auto& m) { state(m)->set_impact_share(nan); }).find("impact_share"),
+            std::string::npos);
+  EXPECT_NE(refusal_of([&](auto& m) { state(m)->set_impact_share(1.5); }).find("impact_share"),
             std::string::npos);
   EXPECT_NE(refusal_of([&](auto& m) {
               state(m)->set_time_ns(std::numeric_limits<std::int64_t>::min());
@@ -360,7 +371,7 @@ TEST(Messages, AGoodMessageWithAnySpoiledByteIsRefusedOrStillWithinTheBounds) {
       for (double x : body.position) ASSERT_TRUE(std::isfinite(x));
       ASSERT_NEAR(body.q().norm(), 1.0, 2e-3);
     }
-    ASSERT_TRUE(state.contact >= 0.0 && state.contact <= 1.0);
+    ASSERT_TRUE(state.impact.share >= 0.0 && state.impact.share <= 1.0);
   }
   EXPECT_GT(refused_count, 1000);
 }

@@ -16,10 +16,10 @@ void TouchLog::add(const scene::SceneState& state) {
   touches_ = state.counters[applications::touch::kTouches];
   slips_ = state.counters[applications::touch::kSlips];
   unsettled_ = state.counters[applications::touch::kUnsettled];
-  if (!(state.contact > 0.0)) return;
+  if (state.continuous.touching == 0) return;
   const auto& stylus = state.bodies[applications::touch::kStylus];
   const auto& proxy = state.bodies[applications::touch::kProxy];
-  const Vector3 force(state.force.data()), point(state.contact_point.data());
+  const Vector3 force(state.continuous.force.data()), point(state.continuous.point.data());
   const Vector3 out = proxy.p() - point;
   const Vector3 normal = out.norm() > 0.0 ? Vector3(out.normalized()) : Vector3(Vector3::UnitY());
   rows_.push_back({t, force.norm(), (force - force.dot(normal) * normal).norm(),

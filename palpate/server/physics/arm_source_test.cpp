@@ -102,7 +102,7 @@ TEST_F(RealArm, UnpluggedDuringPlayItsForcesFadeAndStayOffUntilItIsBackAndSomebo
   ASSERT_TRUE(comes_true([&] { return reads(**arm); }));
   const haptics::HapticSettings settings;
   Play play(**arm, settings);
-  play.request.sustained = {1.0, 0.0, 0.0};
+  play.request.continuous = {1.0, 0.0, 0.0};
   Instant<PhysicsClock> now;
   const auto tick = [&] { play.tick(now += settings.period); };
   const auto given = [&] { return force().x(); };
@@ -155,7 +155,7 @@ double lost_share_of_an_impact(drivers::openhaptics::OpenHapticsArm& arm) {
   Play play(arm, settings);
   const MonotonicClock<PhysicsClock> clock;
   play.tick(clock.now());
-  auto& impact = play.request.contact;
+  auto& impact = play.request.impact;
   impact.number = 1;
   impact.start = clock.now();
   impact.duration = seconds(0.5);

@@ -35,7 +35,7 @@ class DelayLine {
       drop();
     }
     if (due) {
-      due->contact.start += delay_;
+      due->impact.start += delay_;
       for (auto& impact : due->earlier) impact.start += delay_;
       due->time += delay_;
     }

@@ -57,7 +57,7 @@ void PhysicsServer::physics_tick(Instant<PhysicsClock> now) {
     next_shape_ =
         std::max(next_shape_ + period, now - period);  // the rate on average; no pause is made up for
   }
-  felt_ = haptics::haptic_input(state_, application_->contact(), felt_);
+  felt_ = haptics::haptic_input(state_, application_->impact(), felt_);
   if (const auto input = delay_line_.push(felt_, now)) to_haptic_.write(*input);
 }
 

@@ -57,7 +57,7 @@ class PhysicsServer {
   const haptics::HapticLoop& haptic() const { return haptic_; }
   // The physics thread's own view.
   const scene::SceneState& newest() const { return state_; }
-  const scene::ImpactEvent& contact() const { return application_->contact(); }
+  const scene::ImpactEvent& impact() const { return application_->impact(); }
 
  private:
   std::unique_ptr<scene::Application> application_;

@@ -202,9 +202,9 @@ Expected<LockstepResult> play_in_lockstep(Simulator& world, const rig::Rig& rig,
     while (const auto control = (*service)->take_control()) physics.control(*control);
     physics.physics_tick(physics_time(t));
     if (counted && options.watch) options.watch(physics.newest());
-    if (!options.pass_on && physics.contact().number != last_impact) {
-      last_impact = physics.contact().number;
-      impact_times.push_back(physics.contact().start.seconds());
+    if (!options.pass_on && physics.impact().number != last_impact) {
+      last_impact = physics.impact().number;
+      impact_times.push_back(physics.impact().start.seconds());
     }
 
     if (meter) {
