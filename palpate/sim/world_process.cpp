@@ -222,6 +222,7 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
     CameraRenderThread::Shots shots{world.take_shot(), world.take_right_shot()};
     if ((shots.left || shots.right) && render_thread) render_thread->draw(std::move(shots));
     server.heartbeat();
+    if (report.ticks == 1 && options.ready) options.ready();
     if (report.ticks == 1 && options.notice)
       options.notice(fmt::format("world: the devices of laboratory '{}' are open", options.name));
     if (const bool lost = server.peers().arm_lost; lost != arm_lost) {

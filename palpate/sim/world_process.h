@@ -29,6 +29,7 @@ struct WorldProcessOptions {
   // Makes the renderer, in the thread that will use it; none: no pictures.
   std::function<RenderView()> make_renderer;
   std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
+  std::function<void()> ready;                     // called once, when the devices are open
 };
 
 struct WorldProcessReport {

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "palpate/core/child_report.h"
 #include "palpate/core/json.h"
 #include "palpate/core/text.h"
 #include "palpate/server/graphics/real_objects.h"
@@ -224,12 +225,14 @@ void add_graphics(CLI::App& program) {
     if (!options->process.out.empty())  // now, not after an hour of play
       if (auto made = make_folder(options->process.out); !made) return made;
     options->process.notice = notice;
+    options->process.ready = tell_parent_ready;
     if (options->igtl_insecure && options->process.publish)
       notice(
           "warning: poses over OpenIGTLink are neither encrypted nor guarded: anyone who reaches them sees "
           "them");
     auto result = server::session::run_graphics_process(options->process);
     if (!result) return tl::unexpected(result.error());
+    tell_parent_result(*result);
     if (!options->json.empty()) return write_json(options->json, *result);
     fmt::print("{} frames at {:.1f} Hz, {} late; round trip {:.0f} us median\n",
                (*result)["exchange"]["frames"].get<std::uint64_t>(),

@@ -2,6 +2,7 @@
 
 #include "applications/scene_settings.h"
 #include "applications/touched_mesh.h"
+#include "palpate/core/child_report.h"
 #include "palpate/core/json.h"
 #include "palpate/server/physics/physics_process.h"
 #include "palpate/sim/config/world_file.h"
@@ -95,8 +96,10 @@ void add_physics(CLI::App& program) {
     if (!options->process.out.empty())
       if (auto made = make_folder(options->process.out); !made) return made;
     options->process.notice = notice;
+    options->process.ready = tell_parent_ready;
     auto result = server::physics::run_physics_process(options->process);
     if (!result) return tl::unexpected(result.error());
+    tell_parent_result(*result);
     if (!options->json.empty()) return write_json(options->json, *result);
     fmt::print(
         "haptic loop {:.0f} Hz, {} ticks left out, the latest of the others {:.0f} us late; {} states "

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <exception>
 
+#include "palpate/core/child_report.h"
 #include "palpate/core/nearest.h"
 #include "palpate/core/text.h"
 #include "tools/commands/program.h"
@@ -102,6 +103,14 @@ std::string missing_command(const CLI::App& command) {
                      CLI::detail::join(commands_of(command), ", "));
 }
 
+constexpr std::size_t kLongestError = 8192;  // bytes
+
+// To whoever reads standard error, and to the program that started this one.
+void tell_error(const std::string& message) {
+  std::fprintf(stderr, "palpate: %s\n", message.c_str());
+  tell_parent_error(message);
+}
+
 // What was printed may still be on its way: that the disk behind it is full shows only now.
 int after_printing() {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
@@ -132,17 +141,17 @@ int run_program(const std::function<void(CLI::App&)>& add_commands, int argc, ch
     if (trouble.empty()) trouble = missing_command(program);
     if (trouble.empty()) trouble = error.what();
     const bool whole = trouble.ends_with('?') || trouble.ends_with("see --help");
-    std::fprintf(stderr, "palpate: %s%s\n", trouble.c_str(), whole ? "" : "; see --help");
+    tell_error(trouble + (whole ? "" : "; see --help"));
     return 2;
   }
   try {
     auto done = check_numbers(program);
     if (done) done = chosen();
     if (done) return after_printing();
-    std::fprintf(stderr, "palpate: %s\n", excerpt(done.error().message, 8192).c_str());
+    tell_error(excerpt(done.error().message, kLongestError));
     return done.error().exit_code();
   } catch (const std::exception& error) {
-    std::fprintf(stderr, "palpate: %s\n", excerpt(error.what(), 8192).c_str());
+    tell_error(excerpt(error.what(), kLongestError));
     return 1;
   }
 }

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <csignal>
 
+#include "palpate/core/child_report.h"
 #include "palpate/core/file.h"
 #include "palpate/evaluation/world_sample.h"
 #include "palpate/sim/camera_renderer.h"
@@ -142,6 +143,7 @@ void add_world(CLI::App& program) {
         };
       };
     process.notice = notice;
+    process.ready = tell_parent_ready;
     std::signal(SIGINT, stop);
     std::signal(SIGTERM, stop);
     const auto report = sim::run_world(*file, process, stopped);

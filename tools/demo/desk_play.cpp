@@ -7,11 +7,10 @@
 #include <cmath>
 #include <thread>
 
-#include "drivers/laboratory/channel.h"
+#include "palpate/core/child_process.h"
 #include "palpate/core/file.h"
 #include "palpate/core/run_directory.h"
 #include "palpate/transport/local_endpoint.h"
-#include "tools/demo/child_process.h"
 
 namespace palpate::tools::demo {
 namespace {
@@ -51,12 +50,10 @@ class GameFiles {
   std::string name_;
 };
 
-// Until the devices of laboratory `name` are open.
-Expected<void> wait_for_arm(ChildProcess& world, const std::string& name, const GameFiles& files) {
-  for (int i = 0; !drivers::laboratory::LabClient::open(name); ++i) {
+Expected<void> wait_for_arm(ChildProcess& world) {
+  for (int i = 0; !world.reports().ready(); ++i) {
     if (!world.running())
-      return refused("play: the arm ended (exit {}): {}", *world.wait({}),
-                     last_words(files.file(".world.log")));
+      return refused("play: the arm ended (exit {}): {}", *world.wait({}), world.why_it_ended());
     if (i > 1000) return refused("play: the arm did not begin within 10 s; look whether the machine is busy");
     std::this_thread::sleep_for(milliseconds(10));
   }
@@ -97,7 +94,7 @@ Expected<Json> play_at_desk(const DeskPlayOptions& options) {
                                     "--seconds", fmt::format("{}", kLongestGame_s)},
                                    files.file(".world.log"));
   if (!world) return tl::unexpected(world.error());
-  if (auto there = wait_for_arm(*world, name, files); !there) return tl::unexpected(there.error());
+  if (auto there = wait_for_arm(*world); !there) return tl::unexpected(there.error());
   auto physics = ChildProcess::start(
       options.program,
       {"physics", "--rig", options.rig_file.string(), "--app", options.application, "--lab", name, "--world",
@@ -110,7 +107,7 @@ Expected<Json> play_at_desk(const DeskPlayOptions& options) {
   auto figures = server::session::run_graphics_process(graphics);
   if (!physics->running())
     return refused("play: the physics server ended (exit {}): {}", *physics->wait({}),
-                   last_words(files.file(".physics.log")));
+                   physics->why_it_ended());
   physics->ask_to_stop();
   physics->wait(std::chrono::seconds(5));
   world->ask_to_stop();

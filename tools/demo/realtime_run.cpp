@@ -5,14 +5,13 @@
 #include <chrono>
 #include <thread>
 
-#include "drivers/laboratory/channel.h"
+#include "palpate/core/child_process.h"
 #include "palpate/core/csv.h"
 #include "palpate/core/file.h"
 #include "palpate/evaluation/latency_probe.h"
 #include "palpate/evaluation/outage_analysis.h"
 #include "palpate/evaluation/realtime_overlay.h"
 #include "palpate/transport/local_endpoint.h"
-#include "tools/demo/child_process.h"
 
 namespace palpate::tools::demo {
 namespace {
@@ -23,19 +22,6 @@ using std::chrono::milliseconds;
 constexpr double kLongestVisit_s = 4.0 * 3600.0;
 constexpr double kServePause_s = 0.8;  // between serves, for people
 constexpr double kWarmUp_s = 1.0;  // clocks settle and the person takes the stylus; its pictures do not count
-
-bool says(const std::filesystem::path& log, std::string_view words) {
-  const auto text = read_file(log);
-  return text && text->find(words) != std::string::npos;
-}
-
-Expected<Json> read_json(const std::filesystem::path& path) {
-  auto text = read_file(path);
-  if (!text) return tl::unexpected(text.error());
-  Json json = Json::parse(*text, nullptr, false);
-  if (json.is_discarded()) return refused("{}: is not JSON", path.string());
-  return json;
-}
 
 // The physics server writes seconds since its own start; everything else of the run counts from the graphics
 // server's.
@@ -90,163 +76,221 @@ Expected<Json> evaluate_pictures(const RealtimeRunOptions& options) {
                                       against);
 }
 
-}  // namespace
+// Three processes from their start to their figures. Whatever fails ends all of them.
+class RealtimeRun {
+ public:
+  RealtimeRun(const RealtimeRunOptions& options, const std::function<void(double)>& progress)
+      : options_(options),
+        progress_(progress),
+        name_(fmt::format("demo-{}", ::getpid())),
+        patience_((options.window ? kLongestVisit_s : options.seconds) + 30.0) {}
 
-Expected<Json> run_realtime(const RealtimeRunOptions& options, const std::function<void(double)>& progress) {
-  const std::string name = fmt::format("demo-{}", ::getpid());
-  std::optional<TestNetwork> network;
-  std::vector<std::string> listen, connect;
-  if (options.two_hosts) {
-    auto made = TestNetwork::make(name, *options.two_hosts);
-    if (!made) return tl::unexpected(made.error());
-    network.emplace(std::move(*made));
-    listen = network->listen_options();
-    connect = network->connect_options();
-  } else {
-    const auto endpoint = transport::default_endpoint(name);
-    if (!endpoint) return tl::unexpected(endpoint.error());
-    listen = {"--listen", endpoint->address};
-    connect = {"--connect", endpoint->address};
+  Expected<Json> run();
+
+ private:
+  Expected<void> choose_addresses();
+  Expected<void> start_laboratory();
+  Expected<void> start_physics();
+  Expected<void> start_graphics();
+  Expected<void> watch();
+  Expected<void> stop();
+  Expected<Json> figures();
+  Expected<void> judge(Json& result);
+  void remove_logs() const;
+
+  Expected<ChildProcess> start_server(TwoHosts::Host host, std::vector<std::string> arguments,
+                                      const std::vector<std::string>& where, const std::string& part) const;
+  // Of a process that was not to end yet.
+  Expected<void> still_runs(ChildProcess& process, const char* which) const;
+  std::filesystem::path file(const std::string& part, const std::string& ending) const {
+    return options_.out / ("realtime_" + part + ending);
   }
-  const auto start_server = [&](TwoHosts::Host host, std::vector<std::string> list,
-                                const std::vector<std::string>& where, const std::filesystem::path& log) {
-    list.insert(list.end(), where.begin(), where.end());
-    list.insert(list.end(), {"--world", options.world.string(), "--seed", std::to_string(options.seed)});
-    return network ? network->start(host, options.program, list, log)
-                   : ChildProcess::start(options.program, list, log);
-  };
-  const auto file = [&](const std::string& part, const std::string& ending) {
-    return options.out / ("realtime_" + part + ending);
-  };
-
   // A blinking panel in the view is nothing for a person who plays.
-  const bool timecode = !options.window;
-  // The laboratory outlives the run's length and is asked to stop at its end. It ends by itself, and the
-  // physics server with it, where nobody is left to ask.
-  const double patience = (options.window ? kLongestVisit_s : options.seconds) + 30.0;
-  std::vector<std::string> world_list = {"world",       "run",
-                                         "--name",      name,
-                                         "--seconds",   fmt::format("{}", patience + 30.0),
-                                         "--world",     options.world.string(),
-                                         "--seed",      std::to_string(options.seed),
-                                         "--exposures", file("truth", ".csv").string()};
-  auto world = ChildProcess::start(options.program, world_list, file("world", ".log"));
-  if (!world) return tl::unexpected(world.error());
-  for (int i = 0;; ++i) {
-    if (progress) progress(0.0);
-    if (drivers::laboratory::LabClient::open(name)) break;
-    if (!world->running())
-      return refused("real-time leg: the laboratory ended (exit {}): {}", *world->wait({}),
-                     last_words(file("world", ".log")));
-    if (i > 1000) return refused("real-time leg: the laboratory did not open its devices within 10 s");
+  bool timecode() const { return !options_.window; }
+
+  const RealtimeRunOptions& options_;
+  const std::function<void(double)>& progress_;
+  std::string name_;  // of the laboratory, and of this run
+  double patience_;   // s
+  std::optional<TestNetwork> network_;
+  std::vector<std::string> listen_, connect_;
+  // In this order they are started, and the other way round they end.
+  std::optional<ChildProcess> laboratory_, physics_, graphics_;
+  Json from_physics_, from_graphics_;
+};
+
+Expected<Json> RealtimeRun::run() {
+  for (const auto step :
+       {&RealtimeRun::choose_addresses, &RealtimeRun::start_laboratory, &RealtimeRun::start_physics,
+        &RealtimeRun::start_graphics, &RealtimeRun::watch, &RealtimeRun::stop})
+    if (auto done = (this->*step)(); !done) return tl::unexpected(done.error());
+  return figures();
+}
+
+Expected<void> RealtimeRun::choose_addresses() {
+  if (options_.two_hosts) {
+    auto made = TestNetwork::make(name_, *options_.two_hosts);
+    if (!made) return tl::unexpected(made.error());
+    network_.emplace(std::move(*made));
+    listen_ = network_->listen_options();
+    connect_ = network_->connect_options();
+    return {};
+  }
+  const auto endpoint = transport::default_endpoint(name_);
+  if (!endpoint) return tl::unexpected(endpoint.error());
+  listen_ = {"--listen", endpoint->address};
+  connect_ = {"--connect", endpoint->address};
+  return {};
+}
+
+Expected<void> RealtimeRun::still_runs(ChildProcess& process, const char* which) const {
+  if (process.running()) return {};
+  return refused("real-time run: the {} ended (exit {}): {}", which, *process.wait({}),
+                 process.why_it_ended());
+}
+
+// The laboratory outlives the run's length and is asked to stop at its end. It ends by itself, and the physics
+// server with it, where nobody is left to ask.
+Expected<void> RealtimeRun::start_laboratory() {
+  auto started =
+      ChildProcess::start(options_.program,
+                          {"world", "run", "--name", name_, "--seconds", fmt::format("{}", patience_ + 30.0),
+                           "--world", options_.world.string(), "--seed", std::to_string(options_.seed),
+                           "--exposures", file("truth", ".csv").string()},
+                          file("world", ".log"));
+  if (!started) return tl::unexpected(started.error());
+  laboratory_.emplace(std::move(*started));
+  for (int i = 0; !laboratory_->reports().ready(); ++i) {
+    if (progress_) progress_(0.0);
+    if (auto runs = still_runs(*laboratory_, "laboratory"); !runs) return runs;
+    if (i > 1000) return refused("real-time run: the laboratory did not open its devices within 10 s");
     std::this_thread::sleep_for(milliseconds(10));
   }
-  std::vector<std::string> physics_list = {"physics",
-                                           "--rig",
-                                           options.rig.string(),
-                                           "--app",
-                                           options.application,
-                                           "--lab",
-                                           name,
-                                           "--out",
-                                           options.out.string(),
-                                           "--json",
-                                           file("physics", ".json").string()};
-  if (options.window)
-    physics_list.insert(physics_list.end(), {"--serve-pause-s", fmt::format("{}", kServePause_s)});
-  auto physics = start_server(TwoHosts::kPhysicsHost, physics_list, listen, file("physics", ".log"));
-  if (!physics) return tl::unexpected(physics.error());
-  std::vector<std::string> graphics_list = {"graphics",
-                                            "--rig",
-                                            options.rig.string(),
-                                            "--quality",
-                                            std::string(render::quality_word(options.quality)),
-                                            "--lab",
-                                            name,
-                                            "--player",
-                                            "--seconds",
-                                            fmt::format("{}", options.seconds),
-                                            "--disguise-offset-s",
-                                            fmt::format("{:.9f}", options.graphics_clock.offset_s),
-                                            "--disguise-drift-ppm",
-                                            fmt::format("{:.6f}", options.graphics_clock.drift * 1e6),
-                                            "--out",
-                                            options.out.string(),
-                                            "--json",
-                                            file("graphics", ".json").string()};
-  if (timecode) graphics_list.emplace_back("--clock-strip");
-  if (options.window) graphics_list.insert(graphics_list.end(), {"--window", "--mouse"});
-  if (options.window && options.monitor)
-    graphics_list.insert(graphics_list.end(),
-                         {"--monitor", std::string(desktop::monitor_view_word(*options.monitor))});
-  auto graphics = start_server(TwoHosts::kGraphicsHost, graphics_list, connect, file("graphics", ".log"));
-  if (!graphics) return tl::unexpected(graphics.error());
+  return {};
+}
 
+Expected<ChildProcess> RealtimeRun::start_server(TwoHosts::Host host, std::vector<std::string> arguments,
+                                                 const std::vector<std::string>& where,
+                                                 const std::string& part) const {
+  arguments.insert(arguments.end(), where.begin(), where.end());
+  arguments.insert(arguments.end(),
+                   {"--rig", options_.rig.string(), "--lab", name_, "--world", options_.world.string(),
+                    "--seed", std::to_string(options_.seed), "--out", options_.out.string()});
+  return network_ ? network_->start(host, options_.program, arguments, file(part, ".log"))
+                  : ChildProcess::start(options_.program, arguments, file(part, ".log"));
+}
+
+Expected<void> RealtimeRun::start_physics() {
+  std::vector<std::string> arguments = {"physics", "--app", options_.application};
+  if (options_.window)
+    arguments.insert(arguments.end(), {"--serve-pause-s", fmt::format("{}", kServePause_s)});
+  auto started = start_server(TwoHosts::kPhysicsHost, std::move(arguments), listen_, "physics");
+  if (!started) return tl::unexpected(started.error());
+  physics_.emplace(std::move(*started));
+  return {};
+}
+
+Expected<void> RealtimeRun::start_graphics() {
+  std::vector<std::string> arguments = {"graphics",
+                                        "--quality",
+                                        std::string(render::quality_word(options_.quality)),
+                                        "--player",
+                                        "--seconds",
+                                        fmt::format("{}", options_.seconds),
+                                        "--disguise-offset-s",
+                                        fmt::format("{:.9f}", options_.graphics_clock.offset_s),
+                                        "--disguise-drift-ppm",
+                                        fmt::format("{:.6f}", options_.graphics_clock.drift * 1e6)};
+  if (timecode()) arguments.emplace_back("--clock-strip");
+  if (options_.window) arguments.insert(arguments.end(), {"--window", "--mouse"});
+  if (options_.window && options_.monitor)
+    arguments.insert(arguments.end(),
+                     {"--monitor", std::string(desktop::monitor_view_word(*options_.monitor))});
+  auto started = start_server(TwoHosts::kGraphicsHost, std::move(arguments), connect_, "graphics");
+  if (!started) return tl::unexpected(started.error());
+  graphics_.emplace(std::move(*started));
+  return {};
+}
+
+// Until the graphics server has shown what it was to show.
+Expected<void> RealtimeRun::watch() {
   const auto begun = std::chrono::steady_clock::now();
-  const double before_s = options.two_hosts ? 0.5 * (options.seconds - options.two_hosts->cut_s) : 0.0;
-  bool playing = false;
+  const double before_s = options_.two_hosts ? 0.5 * (options_.seconds - options_.two_hosts->cut_s) : 0.0;
   while (true) {
-    const auto code = graphics->wait(milliseconds(network ? 10 : 100));
-    if (network && !playing) playing = says(file("graphics", ".log"), "graphics: shows");
-    if (playing)
-      if (auto looked = network->look(before_s); !looked) return tl::unexpected(looked.error());
+    const auto code = graphics_->wait(milliseconds(network_ ? 10 : 100));
+    const bool playing = graphics_->reports().ready();
+    if (network_ && playing)
+      if (auto looked = network_->look(before_s); !looked) return looked;
     const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
-    if (progress) progress(elapsed / (options.seconds + 1.0));
-    if (code && *code != 0)
-      return refused("real-time leg: the graphics server ended (exit {}): {}", *code,
-                     last_words(file("graphics", ".log")));
-    if (code) break;
-    if (!physics->running())
-      return refused("real-time leg: the physics server ended (exit {}): {}", *physics->wait({}),
-                     last_words(file("physics", ".log")));
-    if (elapsed > patience)
-      return refused("real-time leg: the graphics server did not end within {:.0f} s", patience);
+    if (progress_) progress_(elapsed / (options_.seconds + 1.0));
+    if (code && *code != 0) return still_runs(*graphics_, "graphics server");
+    if (code) return {};
+    if (auto runs = still_runs(*physics_, "physics server"); !runs) return runs;
+    if (elapsed > patience_)
+      return refused("real-time run: the graphics server did not end within {:.0f} s", patience_);
   }
-  physics->ask_to_stop();
-  const auto code = physics->wait(std::chrono::seconds(5));
-  if (!code || *code != 0)
-    return refused("real-time leg: the physics server did not end in order: {}",
-                   last_words(file("physics", ".log")));
-  world->ask_to_stop();
-  world->wait(std::chrono::seconds(5));
+}
 
-  auto from_graphics = read_json(file("graphics", ".json"));
-  if (!from_graphics) return tl::unexpected(from_graphics.error());
-  auto from_physics = read_json(file("physics", ".json"));
-  if (!from_physics) return tl::unexpected(from_physics.error());
+Expected<void> RealtimeRun::stop() {
+  physics_->ask_to_stop();
+  const auto code = physics_->wait(std::chrono::seconds(5));
+  if (!code) return refused("real-time run: the physics server did not end within 5 s");
+  if (*code != 0) return still_runs(*physics_, "physics server");
+  laboratory_->ask_to_stop();
+  laboratory_->wait(std::chrono::seconds(5));
+  for (auto* server : {&*graphics_, &*physics_})
+    if (!server->reports().result())
+      return refused("real-time run: a server ended without its figures: {}", server->why_it_ended());
+  from_graphics_ = *graphics_->reports().result();
+  from_physics_ = *physics_->reports().result();
+  return {};
+}
+
+Expected<Json> RealtimeRun::figures() {
   const auto begun_ns = [](const Json& json) { return json["begun_monotonic_ns"].get<std::int64_t>(); };
-  if (auto done = shift_times(options.out / "realtime_loops.csv",
-                              1e-9 * static_cast<double>(begun_ns(*from_physics) - begun_ns(*from_graphics)));
+  if (auto done = shift_times(options_.out / "realtime_loops.csv",
+                              1e-9 * static_cast<double>(begun_ns(from_physics_) - begun_ns(from_graphics_)));
       !done)
     return tl::unexpected(done.error());
-  Json result = *from_graphics;
+  Json result = from_graphics_;
   result.erase("begun_monotonic_ns");
   result.erase("server_there");
-  // A laboratory that had to be killed has told nothing: then delay and pictures stand without a judgement.
-  if (std::filesystem::exists(file("truth", ".csv")) && result["exchange"]["frames"] > 0) {
-    if (timecode) {
-      auto judged = evaluation::evaluate_latency(options.out / "realtime_photons.csv", file("truth", ".csv"),
-                                                 options.scan_out);
-      if (judged) result["photon_to_photon"].update(*judged);  // none where no timecode could be read
-    }
-    auto overlay = evaluate_pictures(options);
-    if (!overlay) return tl::unexpected(overlay.error());
-    result["overlay"] = *overlay;
-  }
-  if (network) {
-    auto told = tell_network(*network, options.out, *from_graphics);
+  if (auto done = judge(result); !done) return tl::unexpected(done.error());
+  if (network_) {
+    auto told = tell_network(*network_, options_.out, from_graphics_);
     if (!told) return tl::unexpected(told.error());
     result["network"] = *told;
   }
-  result["haptic"] = (*from_physics)["haptic"];
-  result["physics"] = (*from_physics)["physics"];
-  result["force"] = (*from_physics)["force"];
+  for (const char* part : {"haptic", "physics", "force"}) result[part] = from_physics_[part];
+  remove_logs();
+  return result;
+}
+
+// A laboratory that had to be killed has told nothing: then delay and pictures stand without a judgement.
+Expected<void> RealtimeRun::judge(Json& result) {
+  if (!std::filesystem::exists(file("truth", ".csv")) || result["exchange"]["frames"] == 0) return {};
+  if (timecode()) {
+    auto judged = evaluation::evaluate_latency(options_.out / "realtime_photons.csv", file("truth", ".csv"),
+                                               options_.scan_out);
+    if (judged) result["photon_to_photon"].update(*judged);  // none where no timecode could be read
+  }
+  auto overlay = evaluate_pictures(options_);
+  if (!overlay) return tl::unexpected(overlay.error());
+  result["overlay"] = *overlay;
+  return {};
+}
+
+void RealtimeRun::remove_logs() const {
   for (const std::string part : {"world", "physics", "graphics"}) {
     std::error_code ignored;
     std::filesystem::remove(file(part, ".log"), ignored);
-    std::filesystem::remove(file(part, ".json"), ignored);
   }
-  return result;
+}
+
+}  // namespace
+
+Expected<Json> run_realtime(const RealtimeRunOptions& options, const std::function<void(double)>& progress) {
+  return RealtimeRun(options, progress).run();
 }
 
 }  // namespace palpate::tools::demo

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "palpate/core/child_process.h"
 #include "palpate/core/expected.h"
-#include "tools/demo/child_process.h"
 #include "tools/demo/two_hosts.h"
 
 namespace palpate::tools::demo {

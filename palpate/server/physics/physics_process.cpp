@@ -264,6 +264,7 @@ void PhysicsProcess::start_loops() {
                      server_->physics_tick(t);
                    });
   notice(fmt::format("answers graphics servers at {}", service_->endpoint()));
+  if (options_.ready) options_.ready();
 }
 
 // Until its time is over or somebody asks for the end; refused where the arm has gone for good.

@@ -33,6 +33,7 @@ struct PhysicsProcessOptions {
   std::filesystem::path
       out;  // realtime_loops.csv, realtime_jitter.csv, trip_*.csv; empty = trips only, in the run folder
   std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
+  std::function<void()> ready;                     // called once, when graphics servers are answered
 };
 
 // Rates, overruns, jitter, forces and exchange counts of the whole run; also written by `palpate physics

@@ -240,6 +240,7 @@ void GraphicsProcess::introduce() const {
   if (!endpoint.local() && !endpoint.encrypted)
     notice(fmt::format("warning: {} is neither encrypted nor guarded", endpoint.address));
   notice(fmt::format("shows {} of the physics server at {}", scene_.application, endpoint.address));
+  if (options_.ready) options_.ready();
   if (feed_) notice(fmt::format("publishes poses over OpenIGTLink at {}", feed_->address().text()));
   if (const auto* camera = devices_->live_camera())
     notice(fmt::format("camera {}: {}", camera->name(), drivers::cameras::description(camera->facts())));

@@ -52,6 +52,7 @@ struct GraphicsProcessOptions {
   double disguise_offset_s = 0.0, disguise_drift_ppm = 0.0;
   std::filesystem::path out;  // realtime_frames.csv, realtime_sync.csv, realtime_poses.csv; empty = none
   std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
+  std::function<void()> ready;                     // called once, when its pictures begin
 };
 
 Expected<Json> run_graphics_process(const GraphicsProcessOptions& options);

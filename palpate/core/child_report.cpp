@@ -1,0 +1,137 @@
+#include "palpate/core/child_report.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <charconv>
+#include <cstdlib>
+#include <cstring>
+#include <mutex>
+#include <utility>
+
+namespace palpate::inline core {
+namespace {
+
+// How long a child waits for a parent that does not read.
+constexpr int kPatienceMs = 2000;
+
+// The descriptor that a parent left for this process; -1: none.
+int taken_over() {
+  const char* text = std::getenv(kReportVariable);
+  if (text == nullptr) return -1;
+  int descriptor = -1;
+  const char* end = text + std::strlen(text);
+  const auto [stopped, code] = std::from_chars(text, end, descriptor);
+  ::unsetenv(kReportVariable);
+  // Whoever sets it by hand may name anything: only a pipe is written to.
+  struct stat what {};
+  if (code != std::errc{} || stopped != end || descriptor <= STDERR_FILENO ||
+      ::fstat(descriptor, &what) != 0 || !S_ISFIFO(what.st_mode))
+    return -1;
+  ::fcntl(descriptor, F_SETFD, FD_CLOEXEC);
+  ::fcntl(descriptor, F_SETFL, ::fcntl(descriptor, F_GETFL) | O_NONBLOCK);
+  return descriptor;
+}
+
+// A parent that is gone must not end the child: the signal of a broken pipe is held back for this write.
+class NoPipeSignal {
+ public:
+  NoPipeSignal() {
+    sigemptyset(&pipe_);
+    sigaddset(&pipe_, SIGPIPE);
+    ::pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
+  }
+  NoPipeSignal(const NoPipeSignal&) = delete;
+  NoPipeSignal& operator=(const NoPipeSignal&) = delete;
+  ~NoPipeSignal() {
+    const timespec at_once{};
+    while (::sigtimedwait(&pipe_, nullptr, &at_once) == SIGPIPE) {
+    }
+    ::pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  }
+
+ private:
+  sigset_t pipe_{}, before_{};
+};
+
+}  // namespace
+
+void tell_parent(const Json& report) {
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
+  static int descriptor = taken_over();
+  if (descriptor < 0) return;
+  const std::string line = report.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  if (line.size() > kLongestReport) return;
+  const NoPipeSignal quiet;
+  for (std::string_view rest = line; !rest.empty();) {
+    const ssize_t written = ::write(descriptor, rest.data(), rest.size());
+    if (written > 0) {
+      rest.remove_prefix(static_cast<std::size_t>(written));
+      continue;
+    }
+    if (errno == EINTR) continue;
+    pollfd room{descriptor, POLLOUT, 0};
+    if (errno == EAGAIN && ::poll(&room, 1, kPatienceMs) > 0 && (room.revents & POLLOUT) != 0) continue;
+    // Nobody reads: nothing more is told, as half a line is on its way.
+    ::close(descriptor);
+    descriptor = -1;
+    return;
+  }
+}
+
+void tell_parent_ready() { tell_parent({{"event", "ready"}}); }
+void tell_parent_error(const std::string& message) {
+  tell_parent({{"event", "error"}, {"message", message}});
+}
+void tell_parent_result(const Json& figures) { tell_parent({{"event", "result"}, {"figures", figures}}); }
+
+ReportReader& ReportReader::operator=(ReportReader&& other) noexcept {
+  std::swap(descriptor_, other.descriptor_);
+  std::swap(begun_, other.begun_);
+  std::swap(ready_, other.ready_);
+  std::swap(error_, other.error_);
+  std::swap(result_, other.result_);
+  return *this;
+}
+
+ReportReader::~ReportReader() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+void ReportReader::read() {
+  std::array<char, 16384> some;
+  while (descriptor_ >= 0) {
+    pollfd readable{descriptor_, POLLIN, 0};
+    if (::poll(&readable, 1, 0) <= 0) return;
+    const ssize_t count = ::read(descriptor_, some.data(), some.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return;
+    begun_.append(some.data(), static_cast<std::size_t>(count));
+    std::size_t from = 0;
+    for (auto end = begun_.find('\n'); end != std::string::npos; end = begun_.find('\n', from)) {
+      take(std::string_view(begun_).substr(from, end - from));
+      from = end + 1;
+    }
+    begun_.erase(0, from);
+    if (begun_.size() > kLongestReport) begun_.clear();
+  }
+}
+
+void ReportReader::take(std::string_view line) {
+  const Json report = Json::parse(line, nullptr, false);
+  if (!report.is_object()) return;
+  const auto event = report.find("event"), message = report.find("message"), figures = report.find("figures");
+  if (event == report.end()) return;
+  if (*event == "ready") ready_ = true;
+  if (*event == "error" && message != report.end() && message->is_string())
+    error_ = message->get<std::string>();
+  if (*event == "result" && figures != report.end()) result_ = *figures;
+}
+
+}  // namespace palpate::inline core

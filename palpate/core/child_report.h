@@ -1,0 +1,56 @@
+// What a program tells the one that started it: that it is ready, what it refused, what it measured. One line of
+// JSON each, over a pipe of their own, so that nobody searches a log for words.
+//
+//   {"event": "ready"}
+//   {"event": "error", "message": "..."}
+//   {"event": "result", "figures": {...}}
+//
+// The child finds its end of the pipe by the environment variable PALPATE_REPORT_FD; where nobody set it, telling
+// does nothing. A parent that does not read, or is gone, holds nobody up for long: a line is then left out.
+// Thread: any for tell_parent(), one for a ReportReader.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "palpate/core/json.h"
+
+namespace palpate::inline core {
+
+inline constexpr const char* kReportVariable = "PALPATE_REPORT_FD";
+
+// Lines beyond this are refused on both sides, bytes. A run's figures take some ten thousand.
+inline constexpr std::size_t kLongestReport = 4 * 1024 * 1024;
+
+// The child's side. The first call takes the descriptor over, so that no process started from here inherits it.
+void tell_parent(const Json& report);
+void tell_parent_ready();
+void tell_parent_error(const std::string& message);
+void tell_parent_result(const Json& figures);
+
+// The parent's side: what has come so far.
+class ReportReader {
+ public:
+  ReportReader() = default;
+  explicit ReportReader(int descriptor) : descriptor_(descriptor) {}  // owned from here on
+  ReportReader(ReportReader&& other) noexcept { *this = std::move(other); }
+  ReportReader& operator=(ReportReader&& other) noexcept;
+  ~ReportReader();
+
+  // Takes what has come, without waiting. A line that is no report is left out.
+  void read();
+  bool ready() const { return ready_; }
+  const std::optional<std::string>& error() const { return error_; }  // the last one
+  const std::optional<Json>& result() const { return result_; }
+
+ private:
+  void take(std::string_view line);
+  int descriptor_ = -1;
+  std::string begun_;  // of the line that is not complete yet
+  bool ready_ = false;
+  std::optional<std::string> error_;
+  std::optional<Json> result_;
+};
+
+}  // namespace palpate::inline core
