@@ -111,90 +111,120 @@ double rms_difference(const std::vector<double>& a, const std::vector<double>& b
   return std::sqrt(sum / static_cast<double>(a.size()));
 }
 
-}  // namespace
+// A joint solution on its way: what it is found from, and how far it has come.
+struct JointFit {
+  ArmSetting setting;
+  ArmFreedom freedom;
+  std::vector<ArmParameter> parameters;
+  ArmSolution nominal;  // what the prior holds to
+  ArmSolution arm;      // so far
+  double scale = 1e-3;  // m, of the misfits; replaced by their own
 
-Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions& options) {
-  const device::ArmModel& model = setting.nominal.model;
-  const bool phantom = model.kind == device::ArmModel::Kind::phantom;
-  ArmFreedom freedom = freedom_of(options, model);
-  freedom.first_offset = !phantom;
-  freedom.tip = setting.tip_free;
-  const auto parameters = list_parameters(model, freedom);
-  if (const auto fine = enough_samples(setting.samples.size(), parameters.size()); !fine)
-    return tl::unexpected(fine.error());
-  const auto P = static_cast<double>(parameters.size());
+  double unknowns() const { return static_cast<double>(parameters.size()); }
+};
 
-  Estimate<ArmSolution> estimate;
-  if (freedom.delay) {
-    setting.nominal.delay_s = options.delay_start ? *options.delay_start : first_delay(setting, parameters);
-    take_motion(setting, setting.nominal.delay_s);
-  }
-  ArmSolution nominal = setting.nominal;
-  nominal.delay_s = 0.0;  // what the prior holds to
-  ArmSolution arm = phantom && options.free.offsets
-                        ? best_start(setting, parameters)
-                        : solve_arm(setting.samples, setting.nominal, parameters, nominal, 1e-3).solution;
-  double scale = 1e-3;  // m; replaced by the residuals' own
-  bool weigh = freedom.delay;
-  if (!weigh) {
-    const auto lengths = misfits(setting.samples, arm);
-    scale = noise::robust_scale(lengths, P);
-    weigh = options.robust && *std::max_element(lengths.begin(), lengths.end()) > kNoOutlier * scale;
-    estimate.termination = Termination::converged;
-  }
-  std::vector<double> last_lengths(setting.samples.size(), 0.0);
-  for (int round = 0; weigh && round < kMostRounds; ++round) {
-    if (freedom.delay) take_motion(setting, arm.delay_s);
-    const auto fit = solve_arm(setting.samples, arm, parameters, nominal, scale, kStepsPerRound);
-    const double delay_before = arm.delay_s;
-    arm = fit.solution;
-    estimate.iterations += fit.iterations;
-    if (freedom.delay) take_motion(setting, arm.delay_s);
-    const double last_scale = scale;
-    const auto lengths = misfits(setting.samples, arm);
-    scale = noise::robust_scale(lengths, P);
+// Rounds of solving and weighing anew, until neither misfits nor their scale change.
+void weigh_until_settled(JointFit& fit, bool robust, Estimate<ArmSolution>& estimate) {
+  std::vector<double> last_lengths(fit.setting.samples.size(), 0.0);
+  for (int round = 0; round < kMostRounds; ++round) {
+    if (fit.freedom.delay) take_motion(fit.setting, fit.arm.delay_s);
+    const auto found =
+        solve_arm(fit.setting.samples, fit.arm, fit.parameters, fit.nominal, fit.scale, kStepsPerRound);
+    const double delay_before = fit.arm.delay_s;
+    fit.arm = found.solution;
+    estimate.iterations += found.iterations;
+    if (fit.freedom.delay) take_motion(fit.setting, fit.arm.delay_s);
+    const double last_scale = fit.scale;
+    const auto lengths = misfits(fit.setting.samples, fit.arm);
+    fit.scale = noise::robust_scale(lengths, fit.unknowns());
     // What the data do not see may creep for long; the misfits tell whether what they do see stands still.
     const double change =
-        rms_difference(lengths, last_lengths) + 0.2 * std::abs(arm.delay_s - delay_before);  // at 0.2 m/s
+        rms_difference(lengths, last_lengths) + 0.2 * std::abs(fit.arm.delay_s - delay_before);  // at 0.2 m/s
     last_lengths = lengths;
-    if (options.robust)
+    if (robust)
       for (std::size_t i = 0; i < lengths.size(); ++i)
-        setting.samples[i].weight = round < kHuberRounds ? noise::huber_weight(lengths[i], scale)
-                                                         : noise::tukey_weight(lengths[i], scale);
+        fit.setting.samples[i].weight = round < kHuberRounds ? noise::huber_weight(lengths[i], fit.scale)
+                                                             : noise::tukey_weight(lengths[i], fit.scale);
     estimate.termination = Termination::iteration_limit;
-    if (round + 1 >= kFewestRounds && (change < 1e-9 || change < 1e-4 * scale) &&
-        std::abs(scale - last_scale) < 1e-3 * scale + 2 * noise::kLeastScale) {
+    if (round + 1 >= kFewestRounds && (change < 1e-9 || change < 1e-4 * fit.scale) &&
+        std::abs(fit.scale - last_scale) < 1e-3 * fit.scale + 2 * noise::kLeastScale) {
       estimate.termination = Termination::converged;
-      break;
+      return;
     }
   }
+}
 
+// The weights have told who belongs; those that do now count alike, which wastes nothing of what they say.
+Expected<void> keep_inliers(JointFit& fit, Estimate<ArmSolution>& estimate) {
   std::size_t inliers = 0;
-  for (auto& sample : setting.samples) {
+  for (auto& sample : fit.setting.samples) {
     const bool inlier = sample.weight > 0.0;
     estimate.inlier.push_back(inlier);
     sample.weight = inlier ? 1.0 : 0.0;
     inliers += inlier;
   }
-  if (const auto fine = enough_samples(inliers, parameters.size()); !fine)
+  if (const auto fine = enough_samples(inliers, fit.parameters.size()); !fine)
     return refused(
         "arm: only {} of {} samples agree with one model of the arm ({} unknowns); check units and joint "
         "order",
-        inliers, setting.samples.size(), parameters.size());
-  // The weights have told who belongs; those that do now count alike, which wastes nothing of what they say.
+        inliers, fit.setting.samples.size(), fit.parameters.size());
+  return {};
+}
+
+void solve_with_inliers(JointFit& fit, Estimate<ArmSolution>& estimate) {
   for (int round = 0; round < kLastRounds; ++round) {
-    if (freedom.delay) take_motion(setting, arm.delay_s);
-    const auto fit = solve_arm(setting.samples, arm, parameters, nominal, scale, kLastSteps, kExact);
-    estimate.iterations += fit.iterations;
-    const double delay_moved = std::abs(fit.solution.delay_s - arm.delay_s);
-    arm = fit.solution;
-    const double last_scale = scale;
-    scale = noise::robust_scale(misfits(setting.samples, arm), P);  // it weighs the prior
-    if (delay_moved < kDelaySettled && std::abs(scale - last_scale) < 1e-2 * scale + 2 * noise::kLeastScale)
-      break;
+    if (fit.freedom.delay) take_motion(fit.setting, fit.arm.delay_s);
+    const auto found =
+        solve_arm(fit.setting.samples, fit.arm, fit.parameters, fit.nominal, fit.scale, kLastSteps, kExact);
+    estimate.iterations += found.iterations;
+    const double delay_moved = std::abs(found.solution.delay_s - fit.arm.delay_s);
+    fit.arm = found.solution;
+    const double last_scale = fit.scale;
+    fit.scale =
+        noise::robust_scale(misfits(fit.setting.samples, fit.arm), fit.unknowns());  // it weighs the prior
+    if (delay_moved < kDelaySettled &&
+        std::abs(fit.scale - last_scale) < 1e-2 * fit.scale + 2 * noise::kLeastScale)
+      return;
   }
-  estimate.value = std::move(arm);
-  add_arm_covariance(estimate, setting, parameters, options.allow_field);
+}
+
+}  // namespace
+
+Expected<Estimate<ArmSolution>> solve_joint(ArmSetting setting, const ArmOptions& options) {
+  const device::ArmModel& model = setting.nominal.model;
+  const bool phantom = model.kind == device::ArmModel::Kind::phantom;
+  JointFit fit;
+  fit.freedom = freedom_of(options, model);
+  fit.freedom.first_offset = !phantom;
+  fit.freedom.tip = setting.tip_free;
+  fit.parameters = list_parameters(model, fit.freedom);
+  if (const auto fine = enough_samples(setting.samples.size(), fit.parameters.size()); !fine)
+    return tl::unexpected(fine.error());
+  if (fit.freedom.delay) {
+    setting.nominal.delay_s =
+        options.delay_start ? *options.delay_start : first_delay(setting, fit.parameters);
+    take_motion(setting, setting.nominal.delay_s);
+  }
+  fit.nominal = setting.nominal;
+  fit.nominal.delay_s = 0.0;
+  fit.arm = phantom && options.free.offsets
+                ? best_start(setting, fit.parameters)
+                : solve_arm(setting.samples, setting.nominal, fit.parameters, fit.nominal, 1e-3).solution;
+  fit.setting = std::move(setting);
+
+  Estimate<ArmSolution> estimate;
+  bool weigh = fit.freedom.delay;
+  if (!weigh) {
+    const auto lengths = misfits(fit.setting.samples, fit.arm);
+    fit.scale = noise::robust_scale(lengths, fit.unknowns());
+    weigh = options.robust && *std::max_element(lengths.begin(), lengths.end()) > kNoOutlier * fit.scale;
+    estimate.termination = Termination::converged;
+  }
+  if (weigh) weigh_until_settled(fit, options.robust, estimate);
+  if (auto kept = keep_inliers(fit, estimate); !kept) return tl::unexpected(kept.error());
+  solve_with_inliers(fit, estimate);
+  estimate.value = std::move(fit.arm);
+  add_arm_covariance(estimate, fit.setting, fit.parameters, options.allow_field);
   return estimate;
 }
 

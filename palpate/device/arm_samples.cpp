@@ -27,14 +27,131 @@ AngleColumns find_angles(const CsvTable& table, const std::string& name, bool ba
   return columns;
 }
 
-std::optional<std::array<std::size_t, 3>> find_triple(const CsvTable& table, const std::string& suffix) {
+using Triple = std::array<std::size_t, 3>;  // columns of x, y, z
+
+std::optional<Triple> find_triple(const CsvTable& table, const std::string& suffix) {
   const auto x = table.find("x" + suffix), y = table.find("y" + suffix), z = table.find("z" + suffix);
-  if (x && y && z) return std::array<std::size_t, 3>{*x, *y, *z};
+  if (x && y && z) return Triple{*x, *y, *z};
   return std::nullopt;
 }
 
-Vector3 triple(const std::vector<double>& row, const std::array<std::size_t, 3>& at, double scale) {
+Vector3 triple(const std::vector<double>& row, const Triple& at, double scale) {
   return scale * Vector3(row[at[0]], row[at[1]], row[at[2]]);
+}
+
+// Where in a table the parts of a sample stand; what has no place is not there.
+struct SampleColumns {
+  AngleColumns joints, gimbal;
+  std::optional<Triple> target, difference;  // both or neither are used
+  std::optional<Triple> tip_mm, tip_m;
+  std::optional<std::size_t> time, systematic;
+  std::optional<PoseColumns> marker;
+  std::vector<std::size_t> covariance;  // xx xy xz yy yz zz
+  double covariance_scale = 1.0;        // m^2 per unit
+
+  bool target_form() const { return target && difference; }
+};
+
+Expected<void> find_covariance(const CsvTable& table, SampleColumns& columns) {
+  for (const auto& [unit, scale] : {std::pair{"_mm2", 1e-6}, std::pair{"_m2", 1.0}}) {
+    if (!columns.covariance.empty() || !table.has(std::string("cov_xx") + unit)) continue;
+    columns.covariance_scale = scale;
+    for (const char* element : {"xx", "xy", "xz", "yy", "yz", "zz"}) {
+      const auto at = table.require(fmt::format("cov_{}{}", element, unit));
+      if (!at) return tl::unexpected(at.error());
+      columns.covariance.push_back(*at);
+    }
+  }
+  return {};
+}
+
+Expected<SampleColumns> find_columns(const CsvTable& table) {
+  SampleColumns columns;
+  columns.target = find_triple(table, "_t");
+  columns.difference = find_triple(table, "_dif");
+  columns.joints = find_angles(table, "joint", columns.target_form());
+  if (columns.joints.at.empty()) return tl::unexpected(table.require("joint_1_deg").error());
+  columns.gimbal = find_angles(table, "gimbal", false);
+  if (!columns.gimbal.at.empty() && columns.gimbal.at.size() != 3)
+    return wrong_use("{}: has {} gimbal columns, gimbal_1 to gimbal_3 are expected", table.source,
+                     columns.gimbal.at.size());
+  columns.time = table.find("time_s");
+  columns.systematic = table.find("systematic_mm");
+  columns.marker = find_pose_columns(table, "marker_");
+  columns.tip_mm = find_triple(table, "_mm");
+  columns.tip_m = find_triple(table, "_m");
+  if (!columns.marker && !columns.tip_mm && !columns.tip_m && !columns.target_form())
+    return wrong_use(
+        "{}: has joint readings but neither x_mm,y_mm,z_mm (measured tip) nor marker_x_mm,...,marker_qz "
+        "(marker pose)",
+        table.source);
+  if (auto fine = find_covariance(table, columns); !fine) return tl::unexpected(fine.error());
+  return columns;
+}
+
+Expected<void> check_ranges(const CsvTable& table, const SampleColumns& columns) {
+  const auto within = [&](const std::vector<std::size_t>& at, double limit) {
+    return table.require_within(at, limit);
+  };
+  Expected<void> fine = within(columns.joints.at, kLargestAngle / columns.joints.radians_per_unit);
+  if (fine) fine = within(columns.gimbal.at, kLargestAngle / columns.gimbal.radians_per_unit);
+  if (fine && columns.time) fine = within({*columns.time}, kLatestTime);
+  for (const auto& places : {columns.target, columns.difference, columns.tip_mm})
+    if (fine && places)
+      fine = within({places->begin(), places->end()}, kMillimetresPerMetre * kFarthestPlace);
+  if (fine && columns.tip_m) fine = within({columns.tip_m->begin(), columns.tip_m->end()}, kFarthestPlace);
+  if (fine) fine = within(columns.covariance, kFarthestPlace * kFarthestPlace / columns.covariance_scale);
+  return fine;
+}
+
+Expected<Matrix3> covariance_from_row(const CsvTable& table, std::size_t i, const SampleColumns& columns) {
+  const auto c = [&](std::size_t k) {
+    return columns.covariance_scale * table.rows[i][columns.covariance[k]];
+  };
+  Matrix3 C;
+  Eigen::MatrixXd lower;
+  C << c(0), c(1), c(2), c(1), c(3), c(4), c(2), c(4), c(5);
+  if (!lower_cholesky(C, lower))
+    return wrong_use("{}:{}: the covariance is not positive definite; repair or remove the cov_ columns",
+                     table.source, table.line[i]);
+  return C;
+}
+
+Expected<ArmObservation> sample_from_row(const CsvTable& table, std::size_t i, const SampleColumns& columns) {
+  const auto& row = table.rows[i];
+  const auto &joints = columns.joints, &gimbal = columns.gimbal;
+  ArmObservation sample;
+  sample.joints.resize(static_cast<Eigen::Index>(joints.at.size()));
+  for (std::size_t j = 0; j < joints.at.size(); ++j)
+    sample.joints[static_cast<Eigen::Index>(j)] = joints.radians_per_unit * row[joints.at[j]];
+  if (!gimbal.at.empty())
+    sample.gimbal = triple(row, {gimbal.at[0], gimbal.at[1], gimbal.at[2]}, gimbal.radians_per_unit);
+  if (columns.time) sample.time_s = row[*columns.time];
+  if (columns.marker) {
+    const auto pose = pose_from_row(table, i, *columns.marker);
+    if (!pose) return tl::unexpected(pose.error());
+    sample.marker = pose->as<World, TipMarker>();
+  }
+  if (columns.target_form()) {
+    sample.target = Point<World>{triple(row, *columns.target, 1e-3)};
+    sample.tip = Point<World>{sample.target->m + triple(row, *columns.difference, 1e-3)};
+  } else if (columns.tip_mm || columns.tip_m) {
+    sample.tip =
+        Point<World>{columns.tip_mm ? triple(row, *columns.tip_mm, 1e-3) : triple(row, *columns.tip_m, 1.0)};
+  }
+  if (!columns.covariance.empty()) {
+    const auto covariance = covariance_from_row(table, i, columns);
+    if (!covariance) return tl::unexpected(covariance.error());
+    sample.covariance = *covariance;
+  }
+  if (columns.systematic) {
+    const double systematic = row[*columns.systematic];
+    if (systematic < 0.0)
+      return wrong_use("{}:{}: systematic_mm is {}, a length of 0 or more is expected", table.source,
+                       table.line[i], systematic);
+    sample.systematic = 1e-3 * systematic;
+  }
+  return sample;
 }
 
 }  // namespace
@@ -48,91 +165,17 @@ Expected<ArmSampleFile> read_arm_samples(const std::filesystem::path& path) {
 Expected<ArmSampleFile> parse_arm_samples(std::string_view content, std::string source) {
   const auto parsed = parse_csv(content, std::move(source));
   if (!parsed) return tl::unexpected(parsed.error());
-  const CsvTable& table = *parsed;
-  ArmSampleFile file{table.source, content_hash(content), {}};
-
-  const auto target = find_triple(table, "_t"), difference = find_triple(table, "_dif");
-  const bool target_form = target && difference;
-  const auto joints = find_angles(table, "joint", target_form);
-  if (joints.at.empty()) return tl::unexpected(table.require("joint_1_deg").error());
-  const auto gimbal = find_angles(table, "gimbal", false);
-  if (!gimbal.at.empty() && gimbal.at.size() != 3)
-    return wrong_use("{}: has {} gimbal columns, gimbal_1 to gimbal_3 are expected", table.source,
-                     gimbal.at.size());
-  const auto time = table.find("time_s");
-  const auto systematic = table.find("systematic_mm");
-  const auto marker = find_pose_columns(table, "marker_");
-  const auto tip_mm = find_triple(table, "_mm"), tip_m = find_triple(table, "_m");
-  if (!marker && !tip_mm && !tip_m && !target_form)
-    return wrong_use(
-        "{}: has joint readings but neither x_mm,y_mm,z_mm (measured tip) nor marker_x_mm,...,marker_qz "
-        "(marker pose)",
-        table.source);
-  std::vector<std::size_t> covariance;
-  double covariance_scale = 1.0;
-  for (const auto& [unit, scale] : {std::pair{"_mm2", 1e-6}, std::pair{"_m2", 1.0}}) {
-    if (!covariance.empty() || !table.has(std::string("cov_xx") + unit)) continue;
-    covariance_scale = scale;
-    for (const char* element : {"xx", "xy", "xz", "yy", "yz", "zz"}) {
-      const auto at = table.require(fmt::format("cov_{}{}", element, unit));
-      if (!at) return tl::unexpected(at.error());
-      covariance.push_back(*at);
-    }
-  }
-
-  const auto within = [&](const std::vector<std::size_t>& at, double limit) {
-    return table.require_within(at, limit);
-  };
-  Expected<void> fine = within(joints.at, kLargestAngle / joints.radians_per_unit);
-  if (fine) fine = within(gimbal.at, kLargestAngle / gimbal.radians_per_unit);
-  if (fine && time) fine = within({*time}, kLatestTime);
-  for (const auto& places : {target, difference, tip_mm})
-    if (fine && places)
-      fine = within({places->begin(), places->end()}, kMillimetresPerMetre * kFarthestPlace);
-  if (fine && tip_m) fine = within({tip_m->begin(), tip_m->end()}, kFarthestPlace);
-  if (fine) fine = within(covariance, kFarthestPlace * kFarthestPlace / covariance_scale);
-  if (!fine) return tl::unexpected(fine.error());
-
-  for (std::size_t i = 0; i < table.rows.size(); ++i) {
-    const auto& row = table.rows[i];
-    ArmObservation sample;
-    sample.joints.resize(static_cast<Eigen::Index>(joints.at.size()));
-    for (std::size_t j = 0; j < joints.at.size(); ++j)
-      sample.joints[static_cast<Eigen::Index>(j)] = joints.radians_per_unit * row[joints.at[j]];
-    if (!gimbal.at.empty())
-      sample.gimbal = triple(row, {gimbal.at[0], gimbal.at[1], gimbal.at[2]}, gimbal.radians_per_unit);
-    if (time) sample.time_s = row[*time];
-    if (marker) {
-      const auto pose = pose_from_row(table, i, *marker);
-      if (!pose) return tl::unexpected(pose.error());
-      sample.marker = pose->as<World, TipMarker>();
-    }
-    if (target_form) {
-      sample.target = Point<World>{triple(row, *target, 1e-3)};
-      sample.tip = Point<World>{sample.target->m + triple(row, *difference, 1e-3)};
-    } else if (tip_mm || tip_m) {
-      sample.tip = Point<World>{tip_mm ? triple(row, *tip_mm, 1e-3) : triple(row, *tip_m, 1.0)};
-    }
-    if (!covariance.empty()) {
-      const auto c = [&](std::size_t k) { return covariance_scale * row[covariance[k]]; };
-      Matrix3 C;
-      Eigen::MatrixXd lower;
-      C << c(0), c(1), c(2), c(1), c(3), c(4), c(2), c(4), c(5);
-      if (!lower_cholesky(C, lower))
-        return wrong_use("{}:{}: the covariance is not positive definite; repair or remove the cov_ columns",
-                         table.source, table.line[i]);
-      sample.covariance = C;
-    }
-    if (systematic) {
-      if (row[*systematic] < 0.0)
-        return wrong_use("{}:{}: systematic_mm is {}, a length of 0 or more is expected", table.source,
-                         table.line[i], row[*systematic]);
-      sample.systematic = 1e-3 * row[*systematic];
-    }
-    file.observations.push_back(std::move(sample));
+  const auto columns = find_columns(*parsed);
+  if (!columns) return tl::unexpected(columns.error());
+  if (auto fine = check_ranges(*parsed, *columns); !fine) return tl::unexpected(fine.error());
+  ArmSampleFile file{parsed->source, content_hash(content), {}};
+  for (std::size_t i = 0; i < parsed->rows.size(); ++i) {
+    auto sample = sample_from_row(*parsed, i, *columns);
+    if (!sample) return tl::unexpected(sample.error());
+    file.observations.push_back(std::move(*sample));
   }
   if (file.observations.empty())
-    return wrong_use("{}: holds a header but no samples; at least one row is expected", table.source);
+    return wrong_use("{}: holds a header but no samples; at least one row is expected", parsed->source);
   return file;
 }
 
