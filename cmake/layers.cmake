@@ -29,7 +29,7 @@ set(PALPATE_CHECKED core device scene rig physics transport render sim/config ha
 
 # Tests that take long: hundreds of repeats for statistics, and long runs of what shorter tests run, too. They have the
 # label long; .ci/run leaves them to scripts/long. A regular expression each.
-set(PALPATE_LONG_TESTS "Statistics\\.")
+set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "^Program\\.(soak|live_poses|two_hosts)$")
 
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.

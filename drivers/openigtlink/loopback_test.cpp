@@ -7,10 +7,10 @@
 #include <functional>
 #include <thread>
 
+#include "drivers/openigtlink/internal/socket.h"
 #include "drivers/openigtlink/message_stream.h"
 #include "drivers/openigtlink/pose_publisher.h"
 #include "drivers/openigtlink/recording.h"
-#include "drivers/openigtlink/socket.h"
 #include "drivers/openigtlink/tracker_device.h"
 #include "palpate/calibration/pivot.h"
 #include "palpate/device/pose_file.h"
