@@ -50,7 +50,7 @@ set(PALPATE_CHECKED core device scene rig physics transport render sim/config ha
 
 # Tests that take long: hundreds of repeats for statistics, and long runs of what shorter tests run, too. They have the
 # label long; .ci/run leaves them to scripts/long. A regular expression each.
-set(PALPATE_LONG_TESTS "Statistics\\.")
+set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "^Program\\.(soak|live_poses|two_hosts)$")
 
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.
@@ -143,6 +143,7 @@ function(palpate_module)
     target_compile_definitions(${target}_test PRIVATE PALPATE_DATA_DIR="${PROJECT_SOURCE_DIR}/data")
     # Tests are compiled once and read the same headers of GoogleTest and the module.
     set_target_properties(${target}_test PROPERTIES UNITY_BUILD_BATCH_SIZE 16)
+    target_compile_options(${target}_test PRIVATE ${PALPATE_TEST_OPTIONS})
     set(labels ${name})
     if(module IN_LIST PALPATE_THREADED)
       list(APPEND labels threaded)

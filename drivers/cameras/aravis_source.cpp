@@ -7,7 +7,7 @@
 #include <atomic>
 #include <mutex>
 
-#include "drivers/cameras/frame_count.h"
+#include "drivers/cameras/internal/frame_count.h"
 #include "palpate/core/text.h"
 #include "palpate/time/clock.h"
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "drivers/cameras/frame_count.h"
+#include "drivers/cameras/internal/frame_count.h"
 
 namespace palpate::drivers::cameras {
 namespace {

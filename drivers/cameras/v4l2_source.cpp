@@ -8,8 +8,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "drivers/cameras/frame_count.h"
-#include "drivers/cameras/v4l2_text.h"
+#include "drivers/cameras/internal/frame_count.h"
+#include "drivers/cameras/internal/v4l2_text.h"
 #include "palpate/core/text.h"
 #include "palpate/time/clock.h"
 

@@ -12,9 +12,9 @@
 #include <mutex>
 #include <thread>
 
+#include "drivers/openigtlink/internal/send_queue.h"
+#include "drivers/openigtlink/internal/socket.h"
 #include "drivers/openigtlink/message_stream.h"
-#include "drivers/openigtlink/send_queue.h"
-#include "drivers/openigtlink/socket.h"
 #include "palpate/time/clock.h"
 
 namespace palpate::drivers::openigtlink {

@@ -11,8 +11,8 @@
 #include <optional>
 #include <thread>
 
+#include "drivers/openigtlink/internal/socket.h"
 #include "drivers/openigtlink/message_stream.h"
-#include "drivers/openigtlink/socket.h"
 #include "palpate/core/text.h"
 #include "palpate/time/clock.h"
 

@@ -1,6 +1,6 @@
 #include "palpate/calibration/arm.h"
 
-#include "palpate/calibration/arm_setting.h"
+#include "palpate/calibration/internal/arm_setting.h"
 
 namespace palpate::calibration {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "palpate/calibration/arm_setting.h"
-#include "palpate/calibration/arm_uncertainty.h"
+#include "palpate/calibration/internal/arm_setting.h"
+#include "palpate/calibration/internal/arm_uncertainty.h"
 #include "palpate/calibration/noise/robust_scale.h"
 
 namespace palpate::calibration {

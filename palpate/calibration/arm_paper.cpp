@@ -2,8 +2,8 @@
 #include <cmath>
 #include <limits>
 
-#include "palpate/calibration/arm_setting.h"
-#include "palpate/calibration/arm_uncertainty.h"
+#include "palpate/calibration/internal/arm_setting.h"
+#include "palpate/calibration/internal/arm_uncertainty.h"
 
 namespace palpate::calibration {
 namespace {

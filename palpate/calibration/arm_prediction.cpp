@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/calibration/arm_problem.h"
+#include "palpate/calibration/internal/arm_problem.h"
 
 namespace palpate::calibration {
 namespace {

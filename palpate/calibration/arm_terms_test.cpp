@@ -8,8 +8,8 @@
 
 #include "palpate/calibration/arm_motion.h"
 #include "palpate/calibration/arm_prediction.h"
-#include "palpate/calibration/arm_problem.h"
 #include "palpate/calibration/arm_validation.h"
+#include "palpate/calibration/internal/arm_problem.h"
 #include "palpate/core/units.h"
 #include "palpate/math/random_vector.h"
 

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "palpate/calibration/arm_problem.h"
+#include "palpate/calibration/internal/arm_problem.h"
 #include "palpate/calibration/noise/robust_scale.h"
 #include "palpate/core/text.h"
 #include "palpate/math/linear_algebra.h"

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "palpate/calibration/arm_parameters.h"
+#include "palpate/calibration/internal/arm_parameters.h"
 #include "palpate/core/random.h"
 #include "palpate/core/units.h"
 #include "palpate/math/linear_algebra.h"

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/calibration/hand_eye_covariance.h"
-#include "palpate/calibration/hand_eye_motion.h"
-#include "palpate/calibration/hand_eye_problem.h"
-#include "palpate/calibration/hand_eye_start.h"
-#include "palpate/calibration/motion_correlation.h"
+#include "palpate/calibration/internal/hand_eye_covariance.h"
+#include "palpate/calibration/internal/hand_eye_motion.h"
+#include "palpate/calibration/internal/hand_eye_problem.h"
+#include "palpate/calibration/internal/hand_eye_start.h"
+#include "palpate/calibration/internal/motion_correlation.h"
 #include "palpate/calibration/noise/robust_scale.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"

@@ -4,8 +4,8 @@
 
 #include <functional>
 
-#include "palpate/calibration/hand_eye_motion.h"
-#include "palpate/calibration/motion_correlation.h"
+#include "palpate/calibration/internal/hand_eye_motion.h"
+#include "palpate/calibration/internal/motion_correlation.h"
 #include "palpate/core/random.h"
 #include "palpate/core/units.h"
 #include "palpate/math/linear_algebra.h"

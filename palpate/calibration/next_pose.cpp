@@ -6,8 +6,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "palpate/calibration/arm_problem.h"
-#include "palpate/calibration/arm_setting.h"
+#include "palpate/calibration/internal/arm_problem.h"
+#include "palpate/calibration/internal/arm_setting.h"
 #include "palpate/math/linear_algebra.h"
 
 namespace palpate::calibration {

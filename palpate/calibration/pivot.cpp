@@ -5,11 +5,11 @@
 #include <cmath>
 #include <limits>
 
+#include "palpate/calibration/internal/pivot_covariance.h"
+#include "palpate/calibration/internal/pivot_motion.h"
+#include "palpate/calibration/internal/pivot_problem.h"
+#include "palpate/calibration/internal/pivot_sphere.h"
 #include "palpate/calibration/noise/robust_scale.h"
-#include "palpate/calibration/pivot_covariance.h"
-#include "palpate/calibration/pivot_motion.h"
-#include "palpate/calibration/pivot_problem.h"
-#include "palpate/calibration/pivot_sphere.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/math/linear_algebra.h"

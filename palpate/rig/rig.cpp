@@ -7,7 +7,7 @@
 #include "palpate/core/toml.h"
 #include "palpate/core/units.h"
 #include "palpate/rig/file_mixup.h"
-#include "palpate/rig/rig_picture.h"
+#include "palpate/rig/internal/rig_picture.h"
 
 namespace palpate::rig {
 namespace {

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 namespace palpate::scene {
 namespace {
@@ -84,8 +86,9 @@ TEST(ApplicationRegistry, KeepsTheOrderAndFindsByName) {
 TEST(ApplicationRegistry, TakesNoNameThatIsNoneOrIsTaken) {
   ApplicationRegistry registry;
   registry.add(guest("still"));
-  for (const std::string name :
-       {"", "Still", "2nd", "-a", "two words", "a/b", "\xc3\xa4", std::string(33, 'a').c_str()})
+  const std::vector<std::string> names{"",          "Still", "2nd",      "-a",
+                                       "two words", "a/b",   "\xc3\xa4", std::string(33, 'a')};
+  for (const std::string& name : names)
     EXPECT_NE(words_of_adding(registry, guest(name)).find("a name of 1 to 32 lower-case letters"),
               std::string::npos)
         << name;

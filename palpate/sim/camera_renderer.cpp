@@ -10,11 +10,11 @@
 #include "palpate/render/arm_body.h"
 #include "palpate/render/context.h"
 #include "palpate/render/planar_shadow.h"
-#include "palpate/sim/arm_picture.h"
-#include "palpate/sim/camera_shaders.h"
-#include "palpate/sim/grain.h"
+#include "palpate/sim/internal/arm_picture.h"
+#include "palpate/sim/internal/camera_shaders.h"
+#include "palpate/sim/internal/grain.h"
+#include "palpate/sim/internal/picture_tiles.h"
 #include "palpate/sim/lens_rays.h"
-#include "palpate/sim/picture_tiles.h"
 #include "palpate/sim/sensor_noise.h"
 
 namespace palpate::sim {

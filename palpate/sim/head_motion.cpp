@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "palpate/core/units.h"
-#include "palpate/sim/wave.h"
+#include "palpate/sim/internal/wave.h"
 
 namespace palpate::sim {
 namespace {

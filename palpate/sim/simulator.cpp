@@ -4,7 +4,7 @@
 #include <cmath>
 #include <deque>
 
-#include "palpate/sim/sim_person.h"
+#include "palpate/sim/internal/sim_person.h"
 #include "palpate/sim/simulated_arm.h"
 #include "palpate/sim/simulated_tracker.h"
 

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "palpate/core/random.h"
-#include "palpate/transport/service_core.h"
+#include "palpate/transport/internal/service_core.h"
 
 namespace palpate::transport {
 

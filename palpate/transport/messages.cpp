@@ -5,7 +5,7 @@
 #include <bit>
 
 #include "palpate/core/text.h"
-#include "palpate/transport/message_arena.h"
+#include "palpate/transport/internal/message_arena.h"
 #include "palpate/transport/messages.h"
 
 namespace palpate::transport {

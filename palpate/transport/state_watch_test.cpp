@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "palpate/transport/zmq_publisher.h"
+#include "palpate/transport/internal/zmq_publisher.h"
 #include "palpate/transport/zmq_rig_test.h"
 
 namespace palpate::transport {

@@ -11,8 +11,8 @@
 #include <thread>
 
 #include "palpate/time/real_time.h"
-#include "palpate/transport/handover_queue.h"
-#include "palpate/transport/zmq_authenticator.h"
+#include "palpate/transport/internal/handover_queue.h"
+#include "palpate/transport/internal/zmq_authenticator.h"
 #include "palpate/transport/zmq_engine.h"
 #include "palpate/transport/zmq_socket.h"
 

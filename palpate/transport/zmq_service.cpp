@@ -6,11 +6,11 @@
 #include <utility>
 
 #include "palpate/time/real_time.h"
-#include "palpate/transport/rate_limit.h"
-#include "palpate/transport/service_core.h"
-#include "palpate/transport/zmq_authenticator.h"
+#include "palpate/transport/internal/rate_limit.h"
+#include "palpate/transport/internal/service_core.h"
+#include "palpate/transport/internal/zmq_authenticator.h"
+#include "palpate/transport/internal/zmq_publisher.h"
 #include "palpate/transport/zmq_engine.h"
-#include "palpate/transport/zmq_publisher.h"
 #include "palpate/transport/zmq_socket.h"
 
 namespace palpate::transport {

@@ -3,8 +3,8 @@
 #include <cerrno>
 
 #include "palpate/time/clock.h"
+#include "palpate/transport/internal/zmq_authenticator.h"
 #include "palpate/transport/state_watch.h"
-#include "palpate/transport/zmq_authenticator.h"
 
 namespace palpate::transport {
 namespace {

@@ -113,13 +113,13 @@ class Window(LaboratoryTest):
         # `A` gives the bat back to the program, which goes on from there without frightening the arm; and takes it again.
         self.desktop.press("a")
         self.sees(lambda: not self.bat_is_at(*here), "the program has the bat")
-        self.assertLess(self.look().share(upper, amber), 0.01)
         self.desktop.press("a")
         self.sees(lambda: self.bat_is_at(*here), "the bat is taken back")
-        self.assertLess(self.look().share(upper, amber), 0.01)
+        # A busy machine has warnings of its own; of too fast a hand the physics server would have spoken.
+        self.assertFalse([line for line in self.physics.lines() if "overspeed" in line])
         # `?` lists the keys; again takes the list away.
         table, middle = (690, 440, 90, 90), (330, 260, 300, 200)
-        self.assertGreater(self.look().share(table, blue), 0.7)
+        self.sees(lambda: self.look().share(table, blue) > 0.7, "the table is there")
         self.desktop.press("Shift_L", "question")
         self.sees(lambda: self.look().share(table, blue) < 0.1, "the keys are listed")
         self.desktop.press("Shift_L", "question")
@@ -175,7 +175,7 @@ class Monitor(Window):
         self.assertEqual(self.desktop.display.get_input_focus().focus, self.window, "it does not take the keys away")
         pyramid, none = 8e-4, 2e-4  # of the picture
         self.sees(lambda: self.share(monitor, yellow) > pyramid, "the play is seen from the side")
-        self.assertLess(self.share(self.window, yellow), none)
+        self.sees(lambda: self.share(self.window, yellow) < none, "the player does not see it so")
         # The mouse leads the bat in the picture that is seen.
         self.desktop.point(330, 470)
         self.sees(lambda: self.bat_is_at(330, 470), "the bat goes to the pointer")
@@ -196,7 +196,7 @@ class Monitor(Window):
         self.desktop.focus(self.window)
         self.desktop.press("Shift_L", "question")
         self.sees(lambda: self.share(self.window, blue, (690, 440, 90, 90)) < 0.1, "the keys are listed for the player")
-        self.assertGreater(self.share(monitor, blue, (460, 293, 60, 60)), 0.7)
+        self.sees(lambda: self.share(monitor, blue, (460, 293, 60, 60)) > 0.7, "those who look on see the table")
         self.desktop.press("Shift_L", "question")
         self.physics.send(signal.SIGSTOP)
         for window, upper in ((self.window, (100, 100, 760, 200)), (monitor, (67, 67, 507, 133))):
@@ -224,7 +224,7 @@ class Monitor(Window):
             rows = range(100, 380, 20)
             return sum(picture.at(x, y) == picture.at(x + 640, y) for y in rows for x in range(0, 640, 20)) / (len(rows) * 32)
         self.sees(lambda: alike() > 0.99, "both halves are alike")
-        self.assertGreater(self.look().share((150, 300, 300, 100), blue), 0.3)
+        self.sees(lambda: self.look().share((150, 300, 300, 100), blue) > 0.3, "the table is there")
         # The bat under the pointer, in either half, is in both: 960x720's (330, 470) is (220, 313) here.
         for eye, (x, y) in ((0, (220, 313)), (1, (320, 267))):
             self.desktop.point(x + 640 * eye, y)

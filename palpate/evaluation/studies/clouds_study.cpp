@@ -7,7 +7,7 @@
 
 #include "palpate/core/csv.h"
 #include "palpate/core/units.h"
-#include "palpate/evaluation/studies/arm_methods.h"
+#include "palpate/evaluation/studies/internal/arm_methods.h"
 #include "palpate/evaluation/studies/study.h"
 
 namespace palpate::evaluation::studies {

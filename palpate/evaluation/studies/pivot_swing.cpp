@@ -4,7 +4,7 @@
 
 #include "palpate/calibration/absolute_orientation.h"
 #include "palpate/core/units.h"
-#include "palpate/evaluation/studies/pivot_study.h"
+#include "palpate/evaluation/studies/internal/pivot_study.h"
 #include "palpate/math/random_vector.h"
 #include "palpate/sim/smooth_field.h"
 

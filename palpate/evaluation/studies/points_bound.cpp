@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "palpate/core/units.h"
-#include "palpate/evaluation/studies/points_study.h"
-#include "palpate/evaluation/studies/stated_regions.h"
+#include "palpate/evaluation/studies/internal/points_study.h"
+#include "palpate/evaluation/studies/internal/stated_regions.h"
 
 namespace palpate::evaluation::studies {
 namespace {

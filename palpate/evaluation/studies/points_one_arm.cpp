@@ -5,7 +5,7 @@
 
 #include "palpate/core/random.h"
 #include "palpate/core/units.h"
-#include "palpate/evaluation/studies/points_study.h"
+#include "palpate/evaluation/studies/internal/points_study.h"
 
 namespace palpate::evaluation::studies {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "palpate/core/random.h"
 #include "palpate/core/units.h"
-#include "palpate/evaluation/studies/points_study.h"
+#include "palpate/evaluation/studies/internal/points_study.h"
 #include "palpate/math/random_vector.h"
 
 namespace palpate::evaluation::studies {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <limits>
 
-#include "palpate/evaluation/studies/paper_values.h"
-#include "palpate/evaluation/studies/points_study.h"
+#include "palpate/evaluation/studies/internal/paper_values.h"
+#include "palpate/evaluation/studies/internal/points_study.h"
 
 namespace palpate::evaluation::studies {
 namespace {

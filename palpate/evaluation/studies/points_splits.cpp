@@ -6,8 +6,8 @@
 
 #include "palpate/core/random.h"
 #include "palpate/core/units.h"
-#include "palpate/evaluation/studies/paper_values.h"
-#include "palpate/evaluation/studies/points_study.h"
+#include "palpate/evaluation/studies/internal/paper_values.h"
+#include "palpate/evaluation/studies/internal/points_study.h"
 
 namespace palpate::evaluation::studies {
 namespace {

@@ -10,8 +10,8 @@
 #include <numeric>
 
 #include "palpate/core/units.h"
-#include "palpate/evaluation/studies/arm_methods.h"
-#include "palpate/evaluation/studies/paper_values.h"
+#include "palpate/evaluation/studies/internal/arm_methods.h"
+#include "palpate/evaluation/studies/internal/paper_values.h"
 #include "palpate/evaluation/studies/study.h"
 
 namespace palpate::evaluation::studies {

@@ -6,8 +6,8 @@
 
 #include "palpate/core/csv.h"
 #include "palpate/core/file.h"
-#include "palpate/evaluation/studies/arm_laboratory.h"
-#include "palpate/evaluation/studies/points_study.h"
+#include "palpate/evaluation/studies/internal/arm_laboratory.h"
+#include "palpate/evaluation/studies/internal/points_study.h"
 #include "tests/scratch_folder.h"
 
 namespace palpate::evaluation::studies {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "palpate/server/physics/extrapolated_tip.h"
+#include "palpate/server/physics/internal/extrapolated_tip.h"
 
 namespace palpate::server::physics {
 namespace {
