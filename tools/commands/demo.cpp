@@ -4,12 +4,11 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "applications/applications.h"
+#include "applications/registry.h"
 #include "palpate/desktop/window.h"
 #include "tools/commands/command.h"
 #include "tools/commands/touch_options.h"
 #include "tools/demo/demo.h"
-#include "tools/demo/demo_summary.h"
 
 namespace palpate::tools::commands {
 
@@ -61,10 +60,8 @@ void add_demo(CLI::App& program) {
   auto* seconds = command->get_option("--seconds");
   on(command, [options, quick, seconds]() -> Expected<void> {
     auto& demo = options->demo;
-    bool known = false;
-    for (const auto& application : applications::applications())
-      known = known || application.name == demo.application;
-    if (!known)
+    demo.applications = &applications::registry();
+    if (demo.applications->find(demo.application) == nullptr)
       return wrong_use("--app {}: not known; `palpate apps` lists the applications there are",
                        demo.application);
     const auto quality = render::parse_quality(options->quality);
@@ -116,9 +113,9 @@ void add_demo(CLI::App& program) {
       demo.window = possible.has_value();
       if (!possible) notice(possible.error().message + "; the demo goes on without");
     }
-    auto summary = demo::run_demo(demo);
-    if (!summary) return tl::unexpected(summary.error());
-    for (const auto& line : demo::closing_lines(*summary, demo.out)) fmt::print("{}\n", line);
+    const auto done = demo::run_demo(demo);
+    if (!done) return tl::unexpected(done.error());
+    for (const auto& line : done->in_words) fmt::print("{}\n", line);
     return {};
   });
 }

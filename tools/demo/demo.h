@@ -2,7 +2,7 @@
 // three processes, and leave a folder that a person can read and a script can check.
 //
 // With a window the real-time run comes right after the calibration and a person may play it with the mouse,
-// for as long as they like; the scripted player holds the bat until they do. Where nobody does, the run ends
+// for as long as they like; the scripted player holds the stylus until they do. Where nobody does, the run ends
 // as it does without a window.
 //
 // Writes summary.json, report.html, rig.toml, video.mp4, pictures/ and raw/ into the folder. Everything
@@ -20,13 +20,15 @@
 #include "palpate/core/json.h"
 #include "palpate/desktop/spectator_window.h"
 #include "palpate/render/compositor.h"
+#include "palpate/scene/application_registry.h"
 #include "palpate/sim/config/world_file.h"
 #include "tools/demo/test_network.h"
 
 namespace palpate::tools::demo {
 
 struct DemoOptions {
-  std::string application = "pingpong";
+  const scene::ApplicationRegistry* applications = nullptr;  // of the program; outlives the demo
+  std::string application;                                   // one of them
   double seconds = 30.0;
   double realtime_s = 10.0;
   std::uint64_t seed = 1;
@@ -43,7 +45,10 @@ struct DemoOptions {
   std::optional<TwoHostsOptions> two_hosts;        // for the real-time run
 };
 
-// The summary that was written.
-Expected<Json> run_demo(const DemoOptions& options);
+struct DemoResult {
+  Json summary;                       // as it was written
+  std::vector<std::string> in_words;  // the lines it ends with
+};
+Expected<DemoResult> run_demo(const DemoOptions& options);
 
 }  // namespace palpate::tools::demo

@@ -2,13 +2,13 @@
 
 #include "applications/applications.h"
 #include "applications/scene_settings.h"
+#include "applications/touch/record.h"
 #include "applications/touch/touch.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
 #include "palpate/sim/truth_rig_for_tests.h"
-#include "tools/demo/touch_log.h"
 
-namespace palpate::tools::demo {
+namespace palpate {
 namespace {
 
 // The whole chain on the virtual clock: simulated hand, arm with friction and encoders, calibrated
@@ -66,11 +66,11 @@ TEST(TouchInLockstep, TheScriptedPlayerExploresThroughTheWholeSystem) {
   sim::lockstep::LockstepOptions options;
   options.seconds = 8.0;
   options.seed = 5;
-  TouchLog log;
-  options.watch = [&log](const scene::SceneState& state) { log.add(state); };
+  applications::touch::TouchRecord record;
+  options.watch = [&record](const scene::SceneState& state) { record.add_state(state); };
   const auto play = sim::lockstep::play_in_lockstep(world, rig, scene, options, {}, {});
   ASSERT_TRUE(play) << play.error().message;
-  const Json summary = log.summary();
+  const Json summary = record.summary()["touch"];
   EXPECT_NEAR(summary["of_s"].get<double>(), 8.0, 0.01);
   EXPECT_GE(summary["touches"].get<int>(), 1);
   EXPECT_GT(summary["contact_s"].get<double>(), 2.0);
@@ -84,4 +84,4 @@ TEST(TouchInLockstep, TheScriptedPlayerExploresThroughTheWholeSystem) {
 }
 
 }  // namespace
-}  // namespace palpate::tools::demo
+}  // namespace palpate
