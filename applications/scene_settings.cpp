@@ -1,5 +1,7 @@
 #include "applications/scene_settings.h"
 
+#include <algorithm>
+
 namespace palpate::applications {
 
 scene::SceneDescription scene_settings(const sim::config::WorldFile& world, const std::string& application) {
@@ -18,6 +20,10 @@ scene::SceneDescription scene_settings(const sim::config::WorldFile& world, cons
   scene.contact_model = world.ball.contact == "paper"           ? scene::ContactModel::paper
                         : world.ball.contact == "hunt-crossley" ? scene::ContactModel::hunt_crossley
                                                                 : scene::ContactModel::non_sticky;
+  if (application == "touch")
+    scene.bodies = {{"Organ", 0.0}, {"Stylus", 0.0}};
+  else
+    scene.bodies = {{"Ball", scene.ball_mass}, {"Bat", world.scene.bat_mass}};
   const auto& touch = world.touch;
   scene.touched = {.mesh_file = application == "touch" ? touch.mesh : "",
                    .metres_per_unit = touch.scale * (touch.unit == "m" ? 1.0 : 1e-3),
@@ -28,6 +34,11 @@ scene::SceneDescription scene_settings(const sim::config::WorldFile& world, cons
                    .static_friction = touch.static_friction,
                    .friction = touch.friction};
   return scene;
+}
+
+void ease_for_a_person(sim::config::WorldFile& world) {
+  auto& serve = world.ball.serve_speed;
+  serve[1] = std::min(serve[1], std::max(2.3, serve[0]));
 }
 
 }  // namespace palpate::applications

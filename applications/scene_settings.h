@@ -12,4 +12,7 @@ namespace palpate::applications {
 // Everything but the surfaces, which are the rig's.
 scene::SceneDescription scene_settings(const sim::config::WorldFile& world, const std::string& application);
 
+// Settings that a person can begin with: slow serves.
+void ease_for_a_person(sim::config::WorldFile& world);
+
 }  // namespace palpate::applications

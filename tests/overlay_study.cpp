@@ -144,7 +144,7 @@ Expected<Line> study(const sim::config::WorldFile& file, std::uint64_t seed, dou
   lockstep.graphics = sim::lockstep::graphics_settings(file);
   auto play = sim::lockstep::play_in_lockstep(world, rig, scene, lockstep, parts, {});
   if (!play) return tl::unexpected(play.error());
-  const auto overlay = evaluation::overlay_of_play(play->frames, rig.camera->model, scene,
+  const auto overlay = evaluation::overlay_of_play(play->frames, rig.camera->model,
                                                    evaluation::check_points(world.truth(), rig));
   ErrorSummary expected_tracker, misfit, picture, registration, surfaces;
   for (const auto& frame : play->frames) {

@@ -2,6 +2,7 @@
 
 #include "applications/pingpong/pingpong.h"
 #include "applications/pingpong/player.h"
+#include "applications/pingpong/record.h"
 #include "applications/pingpong/scene_view.h"
 #include "applications/pingpong/settings.h"
 #include "applications/pingpong/stroke_assist.h"
@@ -46,6 +47,7 @@ scene::ApplicationSpec specification() {
                               const scene::PlayerSettings& settings) {
     return std::make_unique<StrokeAssist>(scene, reach, settings);
   };
+  add_record(spec);
   return spec;
 }
 

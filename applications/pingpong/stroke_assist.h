@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "applications/pingpong/strokes.h"
+#include "palpate/core/random.h"
 #include "palpate/scene/player.h"
 
 namespace palpate::applications::pingpong {

@@ -1,6 +1,7 @@
 #include "applications/touch/specification.h"
 
 #include "applications/touch/explorer.h"
+#include "applications/touch/record.h"
 #include "applications/touch/scene_view.h"
 #include "applications/touch/settings.h"
 #include "applications/touch/touch.h"
@@ -23,6 +24,7 @@ scene::ApplicationSpec specification() {
                         const scene::PlayerSettings& settings) {
     return std::make_unique<Explorer>(scene, reach, settings);
   };
+  add_record(spec);
   return spec;
 }
 

@@ -23,6 +23,13 @@ Eigen::Vector2d distorted(const std::array<double, 5>& d, const Eigen::Vector2d&
 
 }  // namespace
 
+std::optional<Pixel> drawn_pixel(const CameraModel& camera, const Pose<World, CameraOptical>& X_world_camera,
+                                 const Vector3& point) {
+  const auto p = X_world_camera.inverse() * Point<World>{point};
+  if (p.m.z() < kNearestSeen) return std::nullopt;
+  return camera.project_undistorted(p.m);
+}
+
 Eigen::Vector2d CameraModel::distort(const Eigen::Vector2d& n) const {
   return distorted(distortion, n, nullptr);
 }

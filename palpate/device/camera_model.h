@@ -33,6 +33,12 @@ struct CameraModel {
   std::optional<Pixel> undistort_pixel(const Pixel& pixel) const;
 };
 
+// Nearer than this in front of a camera a point has no sensible pixel.
+inline constexpr double kNearestSeen = 0.02;  // m
+// The pixel of a point in World, in the undistorted picture of a camera there; empty where it is nearer, or behind.
+std::optional<Pixel> drawn_pixel(const CameraModel& camera, const Pose<World, CameraOptical>& X_world_camera,
+                                 const Vector3& point);
+
 // Through the lens, with d pixel / d p (2x3, px per metre). Needs z > 0.
 Pixel project(const CameraModel& camera, const Vector3& p, Eigen::Matrix<double, 2, 3>& jacobian);
 

@@ -1,21 +1,15 @@
 #include "palpate/evaluation/overlay.h"
 
 namespace palpate::evaluation {
-namespace {
-// Nearer than this in front of the camera a point has no sensible pixel.
-constexpr double kNearest = 0.02;  // m
-}  // namespace
 
 std::optional<device::Pixel> drawn_pixel(const CameraView& estimated, const Vector3& point) {
-  const auto p = estimated.X_world_camera.inverse() * Point<World>{point};
-  if (p.m.z() < kNearest) return std::nullopt;
-  return estimated.lens.project_undistorted(p.m);
+  return device::drawn_pixel(estimated.lens, estimated.X_world_camera, point);
 }
 
 std::optional<device::Pixel> real_pixel(const CameraView& truth, const device::CameraModel& estimated_lens,
                                         const Vector3& point) {
   const auto p = truth.X_world_camera.inverse() * Point<World>{point};
-  if (p.m.z() < kNearest) return std::nullopt;
+  if (p.m.z() < device::kNearestSeen) return std::nullopt;
   // Far outside the field of view the lens polynomial folds back into the image: ask the ideal ray first.
   const device::Pixel ideal = truth.lens.project_undistorted(p.m);
   const double w = truth.lens.width, h = truth.lens.height;

@@ -3,8 +3,6 @@
 #include <array>
 #include <utility>
 
-#include "palpate/scene/shown_tip.h"
-
 namespace palpate::evaluation {
 
 std::vector<CheckPoint> check_points(const sim::Truth& truth, const rig::Rig& rig) {
@@ -72,21 +70,18 @@ class OverlayJudge {
 }  // namespace
 
 OverlayOfPlay overlay_of_play(const std::vector<PlayedFrame>& frames, const device::CameraModel& lens,
-                              const scene::SceneDescription& scene, const std::vector<CheckPoint>& points) {
+                              const std::vector<CheckPoint>& points) {
   OverlayJudge judge(lens, points);
-  for (const auto& frame : frames)
-    judge.frame(frame.record, frame.truth, scene::shown_tip(frame.record.state, scene), frame.true_tip);
+  for (const auto& frame : frames) judge.frame(frame.record, frame.truth, frame.shown_tip, frame.true_tip);
   return judge.take();
 }
 
 OverlayOfPlay overlay_of_right_eye(const std::vector<PlayedFrame>& frames, const device::CameraModel& lens,
-                                   const scene::SceneDescription& scene,
                                    const std::vector<CheckPoint>& points) {
   OverlayJudge judge(lens, points);
   for (const auto& frame : frames)
     if (frame.right_truth)
-      judge.frame(*frame.record.right, *frame.right_truth, scene::shown_tip(frame.record.state, scene),
-                  frame.true_tip);
+      judge.frame(*frame.record.right, *frame.right_truth, frame.shown_tip, frame.true_tip);
   return judge.take();
 }
 
@@ -125,8 +120,8 @@ DisparityErrors disparity_of_play(const std::vector<PlayedFrame>& frames, const 
         summary.add(((*drawn_left - *drawn_right) - (*real_left - *real_right)).norm());
     };
     for (const auto& point : points) judge(point.estimate, point.truth, errors.world);
-    const auto& ball = frame.record.state.bodies[0];
-    if (ball.visible != 0) judge(ball.p(), ball.p(), errors.ball);
+    const auto& body = frame.record.state.bodies[0];
+    if (body.visible != 0) judge(body.p(), body.p(), errors.body);
   }
   return errors;
 }

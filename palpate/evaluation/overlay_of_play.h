@@ -9,7 +9,6 @@
 #include "palpate/evaluation/overlay.h"
 #include "palpate/evaluation/played_frame.h"
 #include "palpate/rig/rig.h"
-#include "palpate/scene/application.h"
 #include "palpate/sim/truth.h"
 
 namespace palpate::evaluation {
@@ -36,11 +35,10 @@ struct OverlayOfPlay {
 };
 
 OverlayOfPlay overlay_of_play(const std::vector<PlayedFrame>& frames, const device::CameraModel& lens,
-                              const scene::SceneDescription& scene, const std::vector<CheckPoint>& points);
+                              const std::vector<CheckPoint>& points);
 
 // The same for the right camera, over the frames that it has a part in.
 OverlayOfPlay overlay_of_right_eye(const std::vector<PlayedFrame>& frames, const device::CameraModel& lens,
-                                   const scene::SceneDescription& scene,
                                    const std::vector<CheckPoint>& points);
 
 // The figures of a summary: rms and p95 in px of world and tip, by the tracker alone, and the system's own
@@ -49,9 +47,9 @@ OverlayOfPlay overlay_of_right_eye(const std::vector<PlayedFrame>& frames, const
 Json overlay_figures(const OverlayOfPlay& overlay);
 
 // By how much, in px, the difference between a virtual point's places in the two eyes' pictures is not that
-// of a real one at its place: over the points and, where it is shown, the ball.
+// of a real one at its place: over the points and, where it is shown, the first virtual body.
 struct DisparityErrors {
-  ErrorSummary world, ball;
+  ErrorSummary world, body;
 };
 DisparityErrors disparity_of_play(const std::vector<PlayedFrame>& frames, const rig::Rig& rig,
                                   const std::vector<CheckPoint>& points);

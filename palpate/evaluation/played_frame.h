@@ -14,6 +14,7 @@ struct PlayedFrame {
   server::graphics::FrameRecord record;  // without pixels
   CameraView truth;
   std::optional<CameraView> right_truth;  // of the second camera, where the record has its pose
+  Vector3 shown_tip = Vector3::Zero();    // of the stylus, as it was drawn
   Vector3 true_tip = Vector3::Zero();
 };
 

@@ -67,18 +67,12 @@ std::optional<PlayedFrame> played_frame(const RawTable& drawn, std::size_t i, co
   frame.record.late = drawn.number(i, "late") != 0.0;
   if (const auto tip = drawn.point(i, "tip")) {
     frame.record.have_state = true;
-    frame.record.state.bodies[scene::kCarried].set_p(*tip);
+    frame.shown_tip = *tip;
     frame.true_tip = *true_tip;
   } else {
     frame.true_tip = true_pose->translation;  // where no camera sees it: no tip was drawn, none is judged
   }
   return frame;
-}
-
-OverlayOfPlay overlay_of(const std::vector<PlayedFrame>& frames, const OverlayCase& against) {
-  scene::SceneDescription tip_only;
-  tip_only.bat_offset.setZero();  // the file has the tip itself
-  return overlay_of_play(frames, against.lens, tip_only, against.points);
 }
 
 }  // namespace
@@ -110,7 +104,8 @@ Expected<Json> evaluate_overlay(const std::filesystem::path& poses, const std::f
     auto frame = known == row_of.end() ? std::nullopt
                                        : played_frame(*drawn, i, *taken, known->second, against.true_lens);
     Cells cells = drawn->cells(i);
-    const FrameErrors errors = frame ? overlay_of({*frame}, against).frames.front() : FrameErrors{};
+    const FrameErrors errors =
+        frame ? overlay_of_play({*frame}, against.lens, against.points).frames.front() : FrameErrors{};
     put(cells, errors.world_px);
     put(cells, errors.world_px_tracker);
     put(cells, errors.tip_px);
@@ -123,7 +118,7 @@ Expected<Json> evaluate_overlay(const std::filesystem::path& poses, const std::f
   }
   if (auto done = write_file(poses, judged.content()); !done) return tl::unexpected(done.error());
 
-  const auto overlay = overlay_of(counted, against);
+  const auto overlay = overlay_of_play(counted, against.lens, against.points);
   ErrorSummary in_time, belated;
   std::size_t late = 0;
   for (std::size_t i = 0; i < counted.size(); ++i) {

@@ -39,6 +39,11 @@ auto guarded(const std::string& name, const char* part, const Make& make, const 
   }
 }
 
+// A CSV file's name, without a folder.
+bool is_table(std::string_view file) {
+  return file.ends_with(".csv") && file.size() > 4 && file.find('/') == file.npos && file.front() != '.';
+}
+
 }  // namespace
 
 void ApplicationRegistry::add(ApplicationSpec spec) {
@@ -59,6 +64,9 @@ void ApplicationRegistry::add(ApplicationSpec spec) {
   } catch (const std::invalid_argument& twice) {
     throw wrong(twice.what());
   }
+  for (const auto& table : spec.tables)
+    if (!is_table(table.file))
+      throw wrong(fmt::format("table '{}': a file name that ends in .csv is expected", excerpt(table.file)));
   specs_.push_back(std::move(spec));
 }
 
@@ -159,6 +167,32 @@ Expected<std::unique_ptr<InputAssist>> ApplicationRegistry::make_input_assist(
   if (!spec) return tl::unexpected(spec.error());
   if (!(*spec)->make_input_assist) return nullptr;
   return guarded((*spec)->name, "help for the mouse", (*spec)->make_input_assist, scene, reach, settings);
+}
+
+Expected<std::unique_ptr<PlayRecord>> ApplicationRegistry::make_record(const SceneDescription& scene) const {
+  const auto spec = ready(scene);
+  if (!spec) return tl::unexpected(spec.error());
+  if (!(*spec)->make_record) return std::make_unique<PlayRecord>();
+  return guarded((*spec)->name, "record", (*spec)->make_record, scene);
+}
+
+Expected<SceneState> ApplicationRegistry::example_state(const SceneDescription& scene,
+                                                        const Pose<World, Tip>& X_world_tip) const {
+  const auto spec = ready(scene);
+  if (!spec) return tl::unexpected(spec.error());
+  const auto state = guarded((*spec)->name, "state", [&]() -> std::optional<SceneState> {
+    if ((*spec)->example_state) return (*spec)->example_state(scene, X_world_tip);
+    const auto physics = (*spec)->make_physics(scene, {});
+    if (!physics) return std::nullopt;
+    constexpr Duration kTick = std::chrono::milliseconds(1);
+    const Instant<PhysicsClock> now{kTick};
+    SceneState begun;
+    begun.time = now;
+    physics->step(now, kTick, {.time = now, .X_world_tip = X_world_tip}, begun);
+    return begun;
+  });
+  if (!state) return tl::unexpected(state.error());
+  return **state;
 }
 
 }  // namespace palpate::scene

@@ -16,7 +16,10 @@
 #include <vector>
 
 #include "palpate/core/expected.h"
+#include "palpate/figures/play_folder.h"
 #include "palpate/scene/application.h"
+#include "palpate/scene/play_record.h"
+#include "palpate/scene/play_report.h"
 #include "palpate/scene/player.h"
 #include "palpate/scene/setting_schema.h"
 
@@ -61,6 +64,13 @@ struct ApplicationSpec {
   // Helps a person who plays with the mouse; empty: there is no need of it.
   std::function<std::unique_ptr<InputAssist>(const SceneDescription&, const Reach&, const PlayerSettings&)>
       make_input_assist;
+
+  // For those who look at a play afterwards; each may be left out.
+  std::vector<PlayTable> tables;  // what the record adds to raw/
+  std::function<std::unique_ptr<PlayRecord>(const SceneDescription&)> make_record;
+  std::function<PlayReport(const figures::PlayFolder&)> report;
+  // A state worth a picture, with the stylus there; empty: the one that the application begins with.
+  std::function<SceneState(const SceneDescription&, const Pose<World, Tip>&)> example_state;
 };
 
 class ApplicationRegistry {
@@ -102,6 +112,11 @@ class ApplicationRegistry {
   // Null where it has no need of one.
   Expected<std::unique_ptr<InputAssist>> make_input_assist(const SceneDescription& scene, const Reach& reach,
                                                            const PlayerSettings& settings) const;
+  // One that keeps nothing where the application has no record of its own.
+  Expected<std::unique_ptr<PlayRecord>> make_record(const SceneDescription& scene) const;
+  // With the stylus there, at rest.
+  Expected<SceneState> example_state(const SceneDescription& scene,
+                                     const Pose<World, Tip>& X_world_tip) const;
 
  private:
   Expected<const ApplicationSpec*> known(std::string_view name) const;

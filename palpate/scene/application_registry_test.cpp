@@ -176,6 +176,57 @@ TEST(ApplicationRegistry, APlayerMayBeMissingAndSoMayHelp) {
   EXPECT_EQ(*help, nullptr);
 }
 
+TEST(ApplicationRegistry, TakesTablesOfRawAlone) {
+  for (const std::string file : {"", ".csv", "a.txt", "../summary.csv", "raw/a.csv"}) {
+    ApplicationRegistry registry;
+    auto spec = guest("still");
+    spec.tables = {{file, "what it did"}};
+    EXPECT_EQ(words_of_adding(registry, spec),
+              "application 'still': table '" + file + "': a file name that ends in .csv is expected");
+    spec.tables = {{"stillness.csv", "what it did"}};
+    EXPECT_EQ(words_of_adding(registry, spec), "");
+  }
+}
+
+TEST(ApplicationRegistry, ARecordMayBeMissingAndThenNothingIsKept) {
+  ApplicationRegistry registry;
+  registry.add(guest("still"));
+  const auto record = registry.make_record(scene_of("still"));
+  ASSERT_TRUE(record) << record.error().message;
+  (*record)->add_state({});
+  EXPECT_TRUE((*record)->tables().empty());
+  EXPECT_TRUE((*record)->summary().empty());
+  EXPECT_TRUE((*record)->closing_lines({}).empty());
+  auto spec = guest("counting");
+  spec.make_record = [](const SceneDescription&) -> std::unique_ptr<PlayRecord> {
+    throw std::runtime_error("no room to count in");
+  };
+  registry.add(spec);
+  EXPECT_EQ(registry.make_record(scene_of("counting")).error().message, "counting: no room to count in");
+}
+
+// Where an application has nothing to show, what it begins with is shown.
+TEST(ApplicationRegistry, AnExampleIsTheGuestsOwnOrItsFirstState) {
+  ApplicationRegistry registry;
+  registry.add(guest("still"));
+  const auto begun = registry.example_state(scene_of("still"), {});
+  ASSERT_TRUE(begun) << begun.error().message;
+  EXPECT_EQ(begun->body_count, 1);
+  EXPECT_EQ(begun->bodies[0].p(), Vector3(1.0, -1.0, 0.0));
+  auto spec = guest("posing");
+  spec.example_state = [](const SceneDescription&, const Pose<World, Tip>& X_world_tip) {
+    SceneState state;
+    state.body_count = 2;
+    state.bodies[1].set_p(X_world_tip.translation);
+    return state;
+  };
+  registry.add(spec);
+  const auto posed = registry.example_state(scene_of("posing"), {Quaternion::Identity(), {1.0, 2.0, 3.0}});
+  ASSERT_TRUE(posed) << posed.error().message;
+  EXPECT_EQ(posed->bodies[1].p(), Vector3(1.0, 2.0, 3.0));
+  EXPECT_EQ(registry.example_state(scene_of("stil"), {}).error().kind, Error::Kind::wrong_use);
+}
+
 TEST(ApplicationRegistry, RefusesInTheGuestsNameWhatTheGuestThrows) {
   ApplicationRegistry registry;
   auto spec = guest("still");

@@ -9,7 +9,6 @@
 #include "tools/commands/command.h"
 #include "tools/commands/touch_options.h"
 #include "tools/demo/demo.h"
-#include "tools/demo/demo_summary.h"
 
 namespace palpate::tools::commands {
 
@@ -114,9 +113,9 @@ void add_demo(CLI::App& program) {
       demo.window = possible.has_value();
       if (!possible) notice(possible.error().message + "; the demo goes on without");
     }
-    auto summary = demo::run_demo(demo);
-    if (!summary) return tl::unexpected(summary.error());
-    for (const auto& line : demo::closing_lines(*summary, demo.out)) fmt::print("{}\n", line);
+    const auto done = demo::run_demo(demo);
+    if (!done) return tl::unexpected(done.error());
+    for (const auto& line : done->in_words) fmt::print("{}\n", line);
     return {};
   });
 }

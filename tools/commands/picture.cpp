@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 
+#include "applications/scene_settings.h"
+#include "applications/touched_mesh.h"
 #include "palpate/core/text.h"
 #include "palpate/render/picture_file.h"
+#include "tools/commands/built_in_applications.h"
 #include "tools/commands/command.h"
 #include "tools/demo/laboratory_picture.h"
 
@@ -12,7 +15,7 @@ void add_picture(CLI::App& program) {
       "picture",
       "One picture of the simulated laboratory, from the truth: views and quality levels to look at");
   struct Options {
-    std::string view = "mono", quality = "medium", world, out = "picture.png";
+    std::string view = "mono", quality = "medium", application = "pingpong", world, out = "picture.png";
     std::uint64_t seed = 1;
   };
   auto options = std::make_shared<Options>();
@@ -22,6 +25,8 @@ void add_picture(CLI::App& program) {
                    "camera for both eyes) or outside")
       ->capture_default_str();
   command->add_option("--quality", options->quality, "low, medium or high")->capture_default_str();
+  command->add_option("--app", options->application, "Application; `palpate apps` lists them")
+      ->capture_default_str();
   command->add_option("--world", options->world, "World file; the reference laboratory where none is named");
   command->add_option("--seed", options->seed, "Draws the laboratory's imperfections")->capture_default_str();
   command->add_option("--out", options->out, "PNG file; - = standard output")->capture_default_str();
@@ -41,8 +46,16 @@ void add_picture(CLI::App& program) {
       if (!read) return tl::unexpected(read.error());
       world = *read;
     }
-    const auto picture = demo::laboratory_picture(world, options->seed, *view, *quality);
-    return render::write_png(options->out, picture.rgb, picture.width, picture.height);
+    const auto all = built_in_applications();
+    if (all.find(options->application) == nullptr)
+      return wrong_use("--app {}: not known; `palpate apps` lists the applications there are",
+                       excerpt(options->application));
+    auto scene = applications::scene_settings(world, options->application);
+    if (auto mesh = applications::read_touched_mesh(scene); !mesh) return tl::unexpected(mesh.error());
+    const auto picture =
+        demo::laboratory_picture(world, options->seed, all, std::move(scene), *view, *quality);
+    if (!picture) return tl::unexpected(picture.error());
+    return render::write_png(options->out, picture->rgb, picture->width, picture->height);
   });
 }
 

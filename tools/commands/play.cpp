@@ -72,7 +72,7 @@ void add_play(CLI::App& program) {
       ->capture_default_str();
   add_camera_options(*command, options->camera_options);
   command->add_option("--app", options->play.application, "Application; `palpate apps` lists them")
-      ->capture_default_str();
+      ->default_val("pingpong");
   command->add_option("--quality", options->quality, "Of the picture: low, medium or high")
       ->capture_default_str();
   command

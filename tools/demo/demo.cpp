@@ -1,6 +1,7 @@
 #include "tools/demo/demo.h"
 
 #include <algorithm>
+#include <array>
 
 #include "applications/scene_settings.h"
 #include "applications/touched_mesh.h"
@@ -18,7 +19,6 @@
 #include "tools/demo/demo_summary.h"
 #include "tools/demo/realtime_run.h"
 #include "tools/demo/snapshot_selector.h"
-#include "tools/demo/touch_log.h"
 
 namespace palpate::tools::demo {
 namespace {
@@ -31,12 +31,12 @@ void go_on_unless_stopped() {
 }
 
 // Somebody at a desk does not turn the head twenty degrees and back every second; they move it a little,
-// which is how depth is seen. And they begin with slow serves.
+// which is how depth is seen. And the application goes easy on them.
 sim::config::WorldFile for_a_person(sim::config::WorldFile world) {
   world.head.turn_peak = std::min(world.head.turn_peak, radians_from_degrees(4.0));
   world.head.turn_hz = std::min(world.head.turn_hz, 0.15);
   world.head.shake = std::min(world.head.shake, radians_from_degrees(0.05));
-  world.ball.serve_speed[1] = std::min(world.ball.serve_speed[1], std::max(2.3, world.ball.serve_speed[0]));
+  applications::ease_for_a_person(world);
   return world;
 }
 
@@ -55,197 +55,280 @@ calibration::session::CalibrationPlan plan_for(const DemoOptions& options) {
   return plan;
 }
 
-Expected<Json> demo(const DemoOptions& options) {
-  // Known now, not after minutes of calibration.
+// What an earlier demo left must not be taken for this one's.
+Expected<void> prepare_folder(const DemoOptions& options) {
+  for (const auto& folder : {options.out, options.out / "raw", options.out / "pictures"})
+    if (auto made = make_folder(folder); !made) return made;
+  std::error_code ignored;
+  for (const auto* old : {"summary.json", "report.html", "video.mp4"})
+    std::filesystem::remove(options.out / old, ignored);
+  for (const auto* old :
+       {"realtime_network.csv", "realtime_photons.csv", "realtime_truth.csv", "realtime_poses.csv",
+        "frames_right.csv", "truth_frames_right.csv", "lens_right.csv"})
+    std::filesystem::remove(options.out / "raw" / old, ignored);
+  for (const auto& application : options.applications.specs())
+    for (const auto& table : application.tables)
+      std::filesystem::remove(options.out / "raw" / table.file, ignored);
+  for (const auto& old : std::filesystem::directory_iterator(options.out / "pictures", ignored))
+    if (old.path().extension() == ".png") std::filesystem::remove(old.path(), ignored);
+  return {};
+}
+
+// Known now, not after minutes of calibration.
+Expected<scene::SceneDescription> check(const DemoOptions& options) {
   auto settings = applications::scene_settings(options.world, options.application);
   if (auto mesh = applications::read_touched_mesh(settings); !mesh) return tl::unexpected(mesh.error());
   if (options.two_hosts)
     if (auto possible = TwoHosts::make(); !possible) return tl::unexpected(possible.error());
-  for (const auto& folder : {options.out, options.out / "raw", options.out / "pictures"})
-    if (auto made = make_folder(folder); !made) return tl::unexpected(made.error());
-  // What an earlier demo left must not be taken for this one's.
-  std::error_code ignored;
-  for (const auto& old :
-       {options.out / "summary.json", options.out / "report.html", options.out / "video.mp4",
-        options.out / "raw" / "realtime_network.csv", options.out / "raw" / "realtime_photons.csv",
-        options.out / "raw" / "realtime_truth.csv", options.out / "raw" / "realtime_poses.csv",
-        options.out / "raw" / "ball.csv", options.out / "raw" / "touch.csv",
-        options.out / "raw" / "frames_right.csv", options.out / "raw" / "truth_frames_right.csv",
-        options.out / "raw" / "lens_right.csv"})
-    std::filesystem::remove(old, ignored);
-  for (const auto& old : std::filesystem::directory_iterator(options.out / "pictures", ignored))
-    if (old.path().extension() == ".png") std::filesystem::remove(old.path(), ignored);
+  return settings;
+}
 
-  std::vector<Progress::Phase> phases = {{"calibrating", options.quick ? 8.0 : 20.0},
-                                         {"playing", 1.5 * options.seconds},
-                                         {"playing in real time", options.realtime_s + 2.0},
+// The parts of a demo, called in order; each works on what those before have found.
+class Demo {
+ public:
+  Demo(const DemoOptions& options, scene::SceneDescription settings,
+       const scene::ApplicationSpec& application);
+
+  Expected<void> calibrate();
+  Expected<void> play_in_real_time();
+  Expected<void> play_in_lockstep();
+  Expected<void> write_raw();
+  Expected<DemoResult> write_report();
+
+ private:
+  enum Phase : std::size_t { kCalibrating, kFirstPlay, kSecondPlay, kWriting };
+
+  std::vector<Progress::Phase> phases() const;
+  void go_on(double share) {
+    go_on_unless_stopped();
+    progress_.update(share);
+  }
+  Expected<void> compare_methods();
+  sim::RenderView camera_renderer();
+
+  const DemoOptions& options_;
+  const scene::ApplicationSpec& application_;
+  scene::SceneDescription scene_;  // without surfaces until the rig is calibrated
+  std::filesystem::path raw_, rig_path_, world_path_;
+  Progress progress_;
+  sim::CameraRenderer renderer_;  // outlives the world, which holds on to it
+  sim::Simulator world_;
+  rig::Rig rig_;
+  std::optional<calibration::session::CalibrationRecordings> recordings_;
+  std::vector<Vector3> poses_;  // at which the methods are judged
+  std::vector<evaluation::MethodErrors> methods_, with_true_tip_;
+  std::optional<Json> realtime_;
+  std::unique_ptr<scene::PlayRecord> record_;
+  sim::lockstep::LockstepResult play_;
+  Json captions_;
+  std::vector<evaluation::CheckPoint> points_;
+  evaluation::OverlayOfPlay overlay_;
+  std::optional<StereoOverlay> stereo_;
+};
+
+Demo::Demo(const DemoOptions& options, scene::SceneDescription settings,
+           const scene::ApplicationSpec& application)
+    : options_(options),
+      application_(application),
+      scene_(std::move(settings)),
+      raw_(options.out / "raw"),
+      rig_path_(options.out / "rig.toml"),
+      world_path_(options.out / "world.toml"),
+      progress_(phases()),
+      world_(options.world, options.seed),
+      rig_(evaluation::blank_rig(options.world)) {
+  world_.set_renderer(camera_renderer());
+}
+
+std::vector<Progress::Phase> Demo::phases() const {
+  std::vector<Progress::Phase> phases = {{"calibrating", options_.quick ? 8.0 : 20.0},
+                                         {"playing", 1.5 * options_.seconds},
+                                         {"playing in real time", options_.realtime_s + 2.0},
                                          {"writing the report", 2.0}};
-  // A person at the window comes first.
-  const std::size_t playing = options.window ? 2 : 1, in_real_time = options.window ? 1 : 2;
-  if (options.window) std::swap(phases[1], phases[2]);
-  Progress progress(std::move(phases));
-  progress.begin(0);
-  const auto go_on = [&progress](double share) {
-    go_on_unless_stopped();
-    progress.update(share);
-  };
+  if (options_.window)
+    std::swap(phases[kFirstPlay], phases[kSecondPlay]);  // a person at the window comes first
+  return phases;
+}
 
-  // The renderer outlives the world, which holds on to it.
-  sim::CameraRenderer renderer;
-  const sim::RenderView render = [&renderer](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
+sim::RenderView Demo::camera_renderer() {
+  return [this](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
     go_on_unless_stopped();
-    renderer.render(view, rgb);
+    renderer_.render(view, rgb);
   };
-  sim::Simulator world(options.world, options.seed);
-  world.set_renderer(render);
+}
 
-  rig::Rig rig = evaluation::blank_rig(options.world);
-  const auto rig_path = options.out / "rig.toml";
-  const calibration::session::CalibrationPlan plan = plan_for(options);
+Expected<void> Demo::calibrate() {
+  progress_.begin(kCalibrating);
   calibration::session::SessionHooks hooks;
-  hooks.progress = [&progress](std::size_t step, std::size_t steps, const std::string&) {
-    go_on_unless_stopped();
-    progress.update(static_cast<double>(step) / static_cast<double>(steps));
+  hooks.progress = [this](std::size_t step, std::size_t steps, const std::string&) {
+    go_on(static_cast<double>(step) / static_cast<double>(steps));
   };
-  hooks.save = [&rig_path](const rig::Rig& so_far) { return rig::write_rig(rig_path, so_far); };
+  hooks.save = [this](const rig::Rig& so_far) { return rig::write_rig(rig_path_, so_far); };
   hooks.find_landmarks = calibration::session::landmark_finder();
-  auto recordings = calibration::session::calibrate_rig(evaluation::laboratory_of(world), rig, plan, hooks);
+  auto recordings =
+      calibration::session::calibrate_rig(evaluation::laboratory_of(world_), rig_, plan_for(options_), hooks);
   if (!recordings) return tl::unexpected(recordings.error());
+  recordings_ = std::move(*recordings);
+  if (auto compared = compare_methods(); !compared) return compared;
+  scene_ = server::physics::scene_from_rig(rig_, scene_, options_.world.ball.restitution_table);
+  auto record = options_.applications.make_record(scene_);
+  if (!record) return tl::unexpected(record.error());
+  record_ = std::move(*record);
+  return write_file(world_path_, sim::config::world_text(options_.world));
+}
 
-  const auto poses = evaluation::judging_poses(options.world, options.seed);
+Expected<void> Demo::compare_methods() {
+  poses_ = evaluation::judging_poses(options_.world, options_.seed);
+  const auto& truth = world_.truth();
   auto methods =
-      evaluation::compare_arm_methods(recordings->arm_train, recordings->arm_test, rig.nominal_lengths,
-                                      rig.tip_pivot->tip_in_marker, world.truth(), poses);
+      evaluation::compare_arm_methods(recordings_->arm_train, recordings_->arm_test, rig_.nominal_lengths,
+                                      rig_.tip_pivot->tip_in_marker, truth, poses_);
   if (!methods) return tl::unexpected(methods.error());
+  methods_ = std::move(*methods);
   auto with_true_tip =
-      evaluation::compare_arm_methods(recordings->arm_train, recordings->arm_test, rig.nominal_lengths,
-                                      world.truth().tip_in_marker, world.truth(), poses);
+      evaluation::compare_arm_methods(recordings_->arm_train, recordings_->arm_test, rig_.nominal_lengths,
+                                      truth.tip_in_marker, truth, poses_);
   if (!with_true_tip) return tl::unexpected(with_true_tip.error());
+  with_true_tip_ = std::move(*with_true_tip);
+  return {};
+}
 
-  const auto world_path = options.out / "world.toml";
-  if (auto done = write_file(world_path, sim::config::world_text(options.world)); !done)
-    return tl::unexpected(done.error());
+// As three processes.
+Expected<void> Demo::play_in_real_time() {
+  if (options_.program.empty() || options_.realtime_s <= 0.0) return {};
+  progress_.begin(options_.window ? kFirstPlay : kSecondPlay);
+  RealtimeRunOptions run;
+  run.program = options_.program;
+  run.rig = rig_path_;
+  run.application = options_.application;
+  run.quality = options_.quality;
+  run.world = world_path_;
+  run.out = raw_;
+  run.seed = options_.seed;
+  run.seconds = options_.realtime_s;
+  run.two_hosts = options_.two_hosts;
+  run.scan_out = seconds(options_.world.display.scan_out_s);
+  run.graphics_clock = options_.world.clocks.graphics_host;
+  run.window = options_.window;
+  run.monitor = options_.monitor;
+  if (options_.window) {
+    run.world = options_.out / "world-window.toml";
+    if (auto done = write_file(run.world, sim::config::world_text(for_a_person(options_.world))); !done)
+      return done;
+    if (options_.notice)
+      options_.notice(
+          "demo: the window opens; move the mouse in it to play, q ends the game and the report follows");
+  }
+  auto played = run_realtime(run, [this](double share) { go_on(share); });
+  if (!played) return tl::unexpected(played.error());
+  realtime_ = std::move(*played);
+  return {};
+}
 
-  // --- in real time, as three processes
-  std::optional<Json> realtime;
-  const auto play_in_real_time = [&]() -> Expected<void> {
-    if (options.program.empty() || options.realtime_s <= 0.0) return {};
-    progress.begin(in_real_time);
-    RealtimeRunOptions run;
-    run.program = options.program;
-    run.rig = rig_path;
-    run.application = options.application;
-    run.quality = options.quality;
-    run.world = world_path;
-    run.out = options.out / "raw";
-    run.seed = options.seed;
-    run.seconds = options.realtime_s;
-    run.two_hosts = options.two_hosts;
-    run.scan_out = seconds(options.world.display.scan_out_s);
-    run.graphics_clock = options.world.clocks.graphics_host;
-    run.window = options.window;
-    run.monitor = options.monitor;
-    if (options.window) {
-      run.world = options.out / "world-window.toml";
-      if (auto done = write_file(run.world, sim::config::world_text(for_a_person(options.world))); !done)
-        return done;
-      if (options.notice)
-        options.notice(
-            "demo: the window opens; move the mouse in it to play, q ends the game and the report follows");
-    }
-    auto played = run_realtime(run, go_on);
-    if (!played) return tl::unexpected(played.error());
-    realtime = *played;
-    return {};
-  };
-  if (options.window)
-    if (auto played = play_in_real_time(); !played) return tl::unexpected(played.error());
-
-  // --- play in lock-step
-  progress.begin(playing);
-  const auto scene = server::physics::scene_from_rig(rig, settings, options.world.ball.restitution_table);
-  auto scene_view = options.applications.make_view(scene);
+Expected<void> Demo::play_in_lockstep() {
+  progress_.begin(options_.window ? kSecondPlay : kFirstPlay);
+  auto scene_view = options_.applications.make_view(scene_);
   if (!scene_view) return tl::unexpected(scene_view.error());
-  server::graphics::FrameRenderer pictures(rig, scene, std::move(*scene_view), options.quality);
-  const int eyes = options.world.camera.count;
-  auto video = render::VideoFile::create(options.out / "video.mp4", eyes * rig.camera->model.width,
-                                         rig.camera->model.height, options.world.camera.rate_hz);
+  server::graphics::FrameRenderer pictures(rig_, scene_, std::move(*scene_view), options_.quality);
+  const auto& lens = rig_.camera->model;
+  auto video = render::VideoFile::create(options_.out / "video.mp4", options_.world.camera.count * lens.width,
+                                         lens.height, options_.world.camera.rate_hz);
   if (!video) return tl::unexpected(video.error());
-  SnapshotSelector book(options.out / "pictures", options.seconds, rig.camera->model, scene);
+  SnapshotSelector book(options_.out / "pictures", options_.seconds, lens, *record_);
   book.look_from_outside(
       [&pictures](const server::graphics::FrameRecord& frame) -> const render::OutsidePicture& {
         return pictures.outside(frame);
       });
   Expected<void> shown;
   sim::lockstep::LockstepPictures parts;
-  parts.camera = render;
+  parts.camera = camera_renderer();
   parts.pipeline = &pictures;
   parts.shown = [&](const server::graphics::FrameRecord& frame) {
     video->add(frame.rgb);
+    record_->add_picture(frame.state);
     if (shown) shown = book.look(frame);
   };
   sim::lockstep::LockstepOptions lockstep;
-  lockstep.applications = options.applications;
-  lockstep.seconds = options.seconds;
-  lockstep.seed = options.seed;
-  lockstep.graphics = sim::lockstep::graphics_settings(options.world);
-  lockstep.extra_force_delay = seconds(options.world.display.extra_force_delay_s);
-  TouchLog touched;
-  if (scene.application == "touch")
-    lockstep.watch = [&touched](const scene::SceneState& state) { touched.add(state); };
-  auto play = sim::lockstep::play_in_lockstep(world, rig, scene, lockstep, parts, go_on);
+  lockstep.applications = options_.applications;
+  lockstep.seconds = options_.seconds;
+  lockstep.seed = options_.seed;
+  lockstep.graphics = sim::lockstep::graphics_settings(options_.world);
+  lockstep.extra_force_delay = seconds(options_.world.display.extra_force_delay_s);
+  lockstep.watch = [this](const scene::SceneState& state) { record_->add_state(state); };
+  auto play = sim::lockstep::play_in_lockstep(world_, rig_, scene_, lockstep, parts,
+                                              [this](double share) { go_on(share); });
   if (!play) return tl::unexpected(play.error());
-  if (!shown) return tl::unexpected(shown.error());
-  if (auto closed = video->close(); !closed) return tl::unexpected(closed.error());
+  if (!shown) return shown;
+  if (auto closed = video->close(); !closed) return closed;
   if (play->frames.empty())
     return refused("demo: no frame was drawn in {:.0f} s; is the camera's latency longer than that?",
-                   options.seconds);
+                   options_.seconds);
+  play_ = std::move(*play);
+  captions_ = book.captions();
+  return {};
+}
 
-  // --- raw data and summary
-  const auto points = evaluation::check_points(world.truth(), rig);
-  const auto overlay = evaluation::overlay_of_play(play->frames, rig.camera->model, scene, points);
-  if (auto done =
-          write_calibration_raw(options.out / "raw", *recordings, rig, world.truth(), poses, *methods);
+Expected<void> Demo::write_raw() {
+  const auto& truth = world_.truth();
+  points_ = evaluation::check_points(truth, rig_);
+  if (auto done = write_calibration_raw(raw_, *recordings_, rig_, truth, poses_, methods_); !done)
+    return done;
+  overlay_ = evaluation::overlay_of_play(play_.frames, rig_.camera->model, points_);
+  if (auto done = write_eye_raw(raw_, server::graphics::EyeSide::left, play_, overlay_.frames,
+                                rig_.camera->model, truth.lens);
       !done)
-    return tl::unexpected(done.error());
-  if (auto done = write_eye_raw(options.out / "raw", server::graphics::EyeSide::left, *play, scene,
-                                overlay.frames, rig.camera->model, world.truth().lens);
-      !done)
-    return tl::unexpected(done.error());
-  std::optional<StereoOverlay> stereo;
-  if (eyes > 1) {
-    const auto& lens = rig.right_camera->model;
-    stereo = {evaluation::overlay_of_right_eye(play->frames, lens, scene, points),
-              evaluation::disparity_of_play(play->frames, rig, points)};
-    if (auto done = write_eye_raw(options.out / "raw", server::graphics::EyeSide::right, *play, scene,
-                                  stereo->right.frames, lens, world.truth().right_lens);
+    return done;
+  if (options_.world.camera.count > 1) {
+    const auto& lens = rig_.right_camera->model;
+    stereo_ = {evaluation::overlay_of_right_eye(play_.frames, lens, points_),
+               evaluation::disparity_of_play(play_.frames, rig_, points_)};
+    if (auto done = write_eye_raw(raw_, server::graphics::EyeSide::right, play_, stereo_->right.frames, lens,
+                                  truth.right_lens);
         !done)
-      return tl::unexpected(done.error());
+      return done;
   }
-  if (auto done = write_play_raw(options.out / "raw", *play, scene, points); !done)
-    return tl::unexpected(done.error());
-  if (scene.application == "touch")
-    if (auto done = touched.write(options.out / "raw"); !done) return tl::unexpected(done.error());
-  Json summary = demo_summary({options, world.truth(), rig, *recordings, *methods, *with_true_tip, *play,
-                               overlay, stereo, points.size()});
-  if (scene.application == "touch") summary["touch"] = touched.summary();
-  summary["pictures"] = book.captions();
+  if (auto done = write_play_raw(raw_, play_, points_); !done) return done;
+  return write_tables(raw_, application_, *record_);
+}
 
+Expected<DemoResult> Demo::write_report() {
+  progress_.begin(kWriting);
+  auto summary = demo_summary({options_, world_.truth(), rig_, *recordings_, methods_, with_true_tip_, play_,
+                               overlay_, stereo_, points_.size(), scene_, *record_});
+  if (!summary) return tl::unexpected(summary.error());
+  (*summary)["pictures"] = captions_;
+  if (realtime_) (*summary)["realtime"] = *realtime_;
+  if (auto done = write_json(options_.out / "summary.json", *summary); !done)
+    return tl::unexpected(done.error());
+  if (auto done = write_demo_report(options_.out, *options_.applications); !done)
+    return tl::unexpected(done.error());
+  progress_.finish();
+  return DemoResult{*summary, closing_lines(*summary, record_->closing_lines(*summary), options_.out)};
+}
+
+Expected<DemoResult> demo(const DemoOptions& options) {
+  const auto* application = options.applications.find(options.application);
+  if (application == nullptr)
+    return wrong_use("--app {}: not known; `palpate apps` lists the applications there are",
+                     options.application);
+  auto settings = check(options);
+  if (!settings) return tl::unexpected(settings.error());
+  if (auto made = prepare_folder(options); !made) return tl::unexpected(made.error());
+  Demo demo(options, std::move(*settings), *application);
+  if (auto done = demo.calibrate(); !done) return tl::unexpected(done.error());
+  // A person at the window comes first.
+  if (options.window)
+    if (auto done = demo.play_in_real_time(); !done) return tl::unexpected(done.error());
+  if (auto done = demo.play_in_lockstep(); !done) return tl::unexpected(done.error());
+  if (auto done = demo.write_raw(); !done) return tl::unexpected(done.error());
   if (!options.window)
-    if (auto played = play_in_real_time(); !played) return tl::unexpected(played.error());
-  if (realtime) summary["realtime"] = *realtime;
-
-  progress.begin(3);
-  if (auto done = write_json(options.out / "summary.json", summary); !done)
-    return tl::unexpected(done.error());
-  if (auto done = write_demo_report(options.out); !done) return tl::unexpected(done.error());
-  progress.finish();
-  return summary;
+    if (auto done = demo.play_in_real_time(); !done) return tl::unexpected(done.error());
+  return demo.write_report();
 }
 
 }  // namespace
 
-Expected<Json> run_demo(const DemoOptions& options) {
+Expected<DemoResult> run_demo(const DemoOptions& options) {
   stop_requested();  // from here on Ctrl-C is a request
   try {
     return demo(options);

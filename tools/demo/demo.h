@@ -2,7 +2,7 @@
 // three processes, and leave a folder that a person can read and a script can check.
 //
 // With a window the real-time run comes right after the calibration and a person may play it with the mouse,
-// for as long as they like; the scripted player holds the bat until they do. Where nobody does, the run ends
+// for as long as they like; the scripted player holds the stylus until they do. Where nobody does, the run ends
 // as it does without a window.
 //
 // Writes summary.json, report.html, rig.toml, video.mp4, pictures/ and raw/ into the folder. Everything
@@ -28,7 +28,7 @@ namespace palpate::tools::demo {
 
 struct DemoOptions {
   scene::ApplicationRegistry applications;
-  std::string application = "pingpong";
+  std::string application;  // one of them
   double seconds = 30.0;
   double realtime_s = 10.0;
   std::uint64_t seed = 1;
@@ -45,7 +45,10 @@ struct DemoOptions {
   std::optional<TwoHostsOptions> two_hosts;        // for the real-time run
 };
 
-// The summary that was written.
-Expected<Json> run_demo(const DemoOptions& options);
+struct DemoResult {
+  Json summary;                       // as it was written
+  std::vector<std::string> in_words;  // the lines it ends with
+};
+Expected<DemoResult> run_demo(const DemoOptions& options);
 
 }  // namespace palpate::tools::demo

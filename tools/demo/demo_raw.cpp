@@ -4,7 +4,6 @@
 #include "palpate/core/csv.h"
 #include "palpate/core/units.h"
 #include "palpate/math/csv_cells.h"
-#include "palpate/scene/shown_tip.h"
 #include "palpate/server/graphics/record_names.h"
 #include "palpate/sim/truth_json.h"
 
@@ -124,7 +123,7 @@ Expected<void> write_calibration_raw(const std::filesystem::path& raw,
 }
 
 Expected<void> write_eye_raw(const std::filesystem::path& raw, server::graphics::EyeSide side,
-                             const sim::lockstep::LockstepResult& play, const scene::SceneDescription& scene,
+                             const sim::lockstep::LockstepResult& play,
                              const std::vector<evaluation::FrameErrors>& errors,
                              const device::CameraModel& estimated_lens,
                              const device::CameraModel& true_lens) {
@@ -154,7 +153,7 @@ Expected<void> write_eye_raw(const std::filesystem::path& raw, server::graphics:
         side == server::graphics::EyeSide::right ? *frame.right_truth : frame.truth;
     Cells row{number_text(static_cast<double>(r.number)), number_text(r.stamp.seconds())};
     put(row, eye.X_world_camera);
-    put(row, scene::shown_tip(r.state, scene));
+    put(row, frame.shown_tip);
     row.push_back(server::graphics::answer_name(r.answer));
     row.push_back(r.late ? "1" : "0");
     put(row, of_frame->world_px);
@@ -186,16 +185,7 @@ Expected<void> write_eye_raw(const std::filesystem::path& raw, server::graphics:
 }
 
 Expected<void> write_play_raw(const std::filesystem::path& raw, const sim::lockstep::LockstepResult& play,
-                              const scene::SceneDescription& scene,
                               const std::vector<evaluation::CheckPoint>& points) {
-  CsvWriter ball({"time_s", "x_m", "y_m", "z_m"});
-  for (const auto& frame : play.frames) {
-    const auto& state = frame.record.state;
-    if (scene.application != "pingpong" || state.body_count == 0 || state.bodies[0].visible == 0) continue;
-    Cells row{number_text(state.time.seconds())};
-    put(row, state.bodies[0].p());
-    ball.row(row);
-  }
   CsvWriter checks({"point", "true_x_m", "true_y_m", "true_z_m", "est_x_m", "est_y_m", "est_z_m"});
   for (std::size_t i = 0; i < points.size(); ++i) {
     Cells row{number_text(static_cast<double>(i))};
@@ -216,7 +206,22 @@ Expected<void> write_play_raw(const std::filesystem::path& raw, const sim::locks
   for (const auto& [name, content] :
        {std::pair{"check_points.csv", checks.content()}, std::pair{"haptics.csv", haptics.content()}})
     if (auto done = write_file(raw / name, content); !done) return done;
-  return scene.application == "pingpong" ? write_file(raw / "ball.csv", ball.content()) : Expected<void>{};
+  return {};
+}
+
+Expected<void> write_tables(const std::filesystem::path& raw, const scene::ApplicationSpec& application,
+                            const scene::PlayRecord& record) {
+  const auto contents = record.tables();
+  if (contents.size() != application.tables.size())
+    return refused("{}: its record has {} tables; {} were announced", application.name, contents.size(),
+                   application.tables.size());
+  for (std::size_t i = 0; i < contents.size(); ++i) {
+    const auto& file = application.tables[i].file;
+    if (std::filesystem::exists(raw / file))
+      return refused("{}: its table '{}' has the name of one of the system's", application.name, file);
+    if (auto done = write_file(raw / file, contents[i]); !done) return done;
+  }
+  return {};
 }
 
 }  // namespace palpate::tools::demo

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "palpate/figures/force_figures.h"
 #include "tools/demo/demo_sections.h"
 
 namespace palpate::tools::demo {
@@ -21,38 +22,51 @@ void add_figure(std::vector<figures::Figure>& figures, const figures::PlayFolder
   figures.push_back({std::move(label), figures::shown(value, unit), std::move(bar), verdict});
 }
 
-// The picture a film shows before it plays: a hit, where there is one.
+// The picture a film shows before it plays: an event (a hit, a touch), where there is one.
 std::string poster_of(const figures::PlayFolder& data) {
   if (data.has("poster.png")) return "poster.png";
   const auto pictures = data.pictures("pictures");
   for (const auto& name : pictures)
-    if (name.find("-hit") != std::string::npos || name.find("-touch") != std::string::npos) return name;
+    if (name.find('-') != std::string::npos && name.find("-play") == std::string::npos) return name;
   return pictures.empty() ? "poster.png" : pictures.front();
+}
+
+// Of an application that has none of its own.
+scene::PlayReport plain_report(const figures::PlayFolder& data) {
+  const std::string name = data.text("application").value_or("an application");
+  scene::PlayReport report{
+      .title = "Palpate: " + name,
+      .task = "play " + name,
+      .scene =
+          "What is drawn into the picture exists only in the computer; the hand feels it through the stylus.",
+      .drawn = "virtual objects",
+      .figures = {},
+      .sections = {}};
+  std::vector<figures::Figure> forces;
+  if (auto peak = figures::peak_force(data, "Peak force")) forces.push_back(std::move(*peak));
+  if (auto shaped = figures::shaped_force(data, false)) forces.push_back(std::move(*shaped));
+  if (!forces.empty()) report.sections.push_back({"What the hand feels", "forces", {std::move(forces)}});
+  return report;
 }
 
 }  // namespace
 
-void add_what_you_see_section(evaluation::report::Report& page, const figures::PlayFolder& data) {
+void add_what_you_see_section(evaluation::report::Report& page, const figures::PlayFolder& data,
+                              const scene::PlayReport& play) {
   page.section("What you see", "see");
-  const std::string there =
-      touches(data)
-          ? "The table is real; what lies on it exists only in the computer. The hand feels its surface "
-            "through the stylus: how it is shaped, how far it gives way, how it holds and slips. "
-          : "Table and wall are real; ball and bat exist only in the computer. The bat rides on the "
-            "stylus, the ball bounces off the real table and the real wall, and each hit is felt in the "
-            "hand. ";
   const bool two_eyes = data.find("registration/right_eye") != nullptr;
   const std::string view =
       std::string("The player's view") +
       (two_eyes ? ", left eye and right eye side by side: each camera's picture" : ": the camera's picture") +
-      ", undistorted, with " + (touches(data) ? "surface and stylus" : "ball and bat") + " drawn into it.";
+      ", undistorted, with " + play.drawn + " drawn into it.";
   page.paragraph(
       std::string("A person holds the stylus of a haptic arm and looks at the scene through ") +
       (two_eyes ? "two cameras worn on the head, one for each eye. " : "a camera worn on the head. ") +
-      there +
-      "In this run every device is simulated: arm, optical tracker, camera, clocks, hand and player. That is "
-      "what "
-      "lets every error below be measured against the truth, which the program itself never gets to see.");
+      play.scene +
+      " In this run every device is simulated: arm, optical tracker, camera, clocks, hand and player. That "
+      "is "
+      "what lets every error below be measured against the truth, which the program itself never gets to "
+      "see.");
   if (data.has("video.mp4")) {
     page.video(data.bytes("video.mp4"), data.bytes(poster_of(data)), view);
   } else if (data.has("poster.png")) {
@@ -80,56 +94,43 @@ void add_what_you_see_section(evaluation::report::Report& page, const figures::P
              "at most 0.3 px");
   add_figure(figures, data, "registration/tip_px_rms", "Overlay on the stylus tip, rms", "px", 0.6,
              "at most 0.6 px");
-  const auto serves = data.number("rally/serves"), returned = data.number("rally/returned");
-  if (serves && returned && *serves > 0) {
-    figures.push_back(
-        {"Serves returned", fmt::format("{:.0f} of {:.0f}", *returned, *serves),
-         *serves < kEnoughServes ? "too few for a verdict" : "at least 60 %",
-         *serves < kEnoughServes ? figures::Verdict::none : figures::at_least(*returned, 0.6 * *serves)});
-  }
-  if (const auto share = data.number("touch/contact_s"), of = data.number("touch/of_s"); share && of)
-    figures.push_back({"On the surface", figures::shown(share, "s"),
-                       fmt::format("of {}", figures::shown(of, "s")), figures::Verdict::none});
-  add_figure(figures, data, "force/peak_n",
-             touches(data) ? "Strongest force the hand felt" : "Strongest blow the hand felt", "N", 8.5,
-             "at most 8.5 N, the arm's limit");
+  figures.insert(figures.end(), play.figures.begin(), play.figures.end());
+  if (auto peak = figures::peak_force(data, play.force_label)) figures.push_back(std::move(*peak));
   add_figure(figures, data, "realtime/exchange/round_trip_us/median",
              "Asking for the state, round trip, median", "\u00b5s", std::nullopt,
              "real time, between two processes");
   page.figures(figures);
 }
 
-Expected<evaluation::report::Report> demo_report(const fs::path& folder) {
+Expected<evaluation::report::Report> demo_report(const fs::path& folder,
+                                                 const scene::ApplicationRegistry& applications) {
   const auto data = figures::PlayFolder::read(folder);
   if (!data) return tl::unexpected(data.error());
-  const bool touch = touches(*data);
-  std::string subtitle =
-      std::string("A report of one demonstration of Palpate on the simulated rig: calibrate ") +
-      "everything, " + (touch ? "explore a surface" : "play ping-pong") +
-      ", and hold each figure against the truth.";
+  const auto* application = applications.find(data->text("application").value_or(""));
+  const scene::PlayReport play =
+      application != nullptr && application->report ? application->report(*data) : plain_report(*data);
+  std::string subtitle = fmt::format(
+      "A report of one demonstration of Palpate on the simulated rig: calibrate everything, {}, and hold "
+      "each "
+      "figure against the truth.",
+      play.task);
   if (const auto seed = data->number("seed")) subtitle += fmt::format(" Seed {:.0f}.", *seed);
-  evaluation::report::Report page(
-      touch ? "Palpate: a surface you can see and feel" : "Palpate: ping-pong you can see and feel",
-      subtitle);
-  add_what_you_see_section(page, *data);
+  evaluation::report::Report page(play.title, subtitle);
+  add_what_you_see_section(page, *data, play);
   add_arm_section(page, *data);
   add_tip_and_camera_section(page, *data);
   add_overlay_section(page, *data);
   add_exchange_section(page, *data);
-  if (touch) {
-    add_touch_section(page, *data);
-  } else {
-    add_forces_section(page, *data);
-    add_play_section(page, *data);
-  }
+  for (const auto& section : play.sections) page.section(section);
   add_real_time_section(page, *data);
   add_network_section(page, *data);
-  add_how_section(page, *data);
+  add_how_section(page, *data,
+                  application != nullptr ? application->tables : std::vector<scene::PlayTable>{});
   return page;
 }
 
-Expected<void> write_demo_report(const fs::path& folder) {
-  const auto page = demo_report(folder);
+Expected<void> write_demo_report(const fs::path& folder, const scene::ApplicationRegistry& applications) {
+  const auto page = demo_report(folder, applications);
   if (!page) return tl::unexpected(page.error());
   return page->write(folder / "report.html");
 }

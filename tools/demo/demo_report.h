@@ -11,10 +11,8 @@
 //   raw/surface.csv          label,x_mm,y_mm,z_mm touched corners, four of each label in touching order, once
 //                            or several times
 //   raw/frames.csv           mid_exposure_s,world_px,tip_px,...
-//   raw/ball.csv             time_s,x_m,y_m,z_m
-//   raw/haptics.csv          time_s,asked_n,given_n around the hits
-//   raw/touch.csv            time_s,force_n,tangential_n,depth_mm,speed_mm_s,sliding
-//                            of each millisecond of contact
+//   raw/haptics.csv          time_s,asked_n,given_n around the impacts
+//   and what the application's part reads, its own tables among it
 //   raw/realtime_frames.csv  time_s,round_trip_us,late,lost,repeated,out_of_order
 //   raw/realtime_sync.csv    time_s,offset_error_us,uncertainty_us,offset_s
 //   raw/realtime_loops.csv   time_s and, of haptic_ and physics_ each, ticks,overruns,missed since the start
@@ -30,12 +28,17 @@
 
 #include "palpate/core/expected.h"
 #include "palpate/evaluation/report/report.h"
+#include "palpate/scene/application_registry.h"
 
 namespace palpate::tools::demo {
 
-Expected<evaluation::report::Report> demo_report(const std::filesystem::path& folder);
+// The application is the one that summary.json names; its part of the page is the one it has in `applications`, or
+// a plain one.
+Expected<evaluation::report::Report> demo_report(const std::filesystem::path& folder,
+                                                 const scene::ApplicationRegistry& applications);
 
 // demo_report() written as folder/report.html.
-Expected<void> write_demo_report(const std::filesystem::path& folder);
+Expected<void> write_demo_report(const std::filesystem::path& folder,
+                                 const scene::ApplicationRegistry& applications);
 
 }  // namespace palpate::tools::demo

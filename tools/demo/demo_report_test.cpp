@@ -10,10 +10,13 @@
 #include "palpate/core/json.h"
 #include "palpate/core/random.h"
 #include "tests/scratch_folder.h"
+#include "tools/demo/swing_for_tests.h"
 
 namespace palpate::tools::demo {
 namespace {
 namespace fs = std::filesystem;
+
+const scene::ApplicationRegistry kApplications = registry_for_tests();
 
 // A folder as a demo leaves it, filled with numbers that look like a run but stand for nothing.
 class DemoReport : public ::testing::Test {
@@ -30,7 +33,7 @@ class DemoReport : public ::testing::Test {
   }
 
   static Json summary() {
-    return Json::parse(R"({"seed": 1,
+    return Json::parse(R"({"seed": 1, "application": "swing",
       "arm": {"error_to_truth_mean_mm": 0.105, "heldout_mean_mm": 0.19, "uncorrected_mean_mm": 3.05, "one_pass_error_to_truth_mm": 1.31,
         "uncorrected_error_to_truth_mm": 3.02, "alternating_error_to_truth_mm": 0.98, "eq7_error_to_truth_mm": 0.86, "samples": 70,
         "true_tip_one_pass_error_to_truth_mm": 0.61, "true_tip_alternating_error_to_truth_mm": 0.14,
@@ -39,8 +42,8 @@ class DemoReport : public ::testing::Test {
       "registration": {"world_px_rms": 0.27, "world_px_p95": 0.49, "world_px_rms_tracker_only": 0.91, "tip_px_rms": 0.55, "tip_px_p95": 2.31,
         "own_estimate_px_rms": 0.2468},
       "exchange": {"frames": 900, "late": 4, "answers": {"exact": 12, "interpolated": 880, "extrapolated": 8, "too_old": 0}},
-      "rally": {"serves": 24, "returned": 13, "longest": 6},
-      "force": {"peak_n": 7.9, "limited_ticks": 3, "lost_impulse_rel": 0.002, "impulse_error_rel_max": 3e-13},
+      "swing": {"passes": 24},
+      "force": {"peak_n": 7.9, "limit_n": 8.5, "limited_ticks": 3, "lost_impulse_rel": 0.002, "impulse_error_rel_max": 3e-13},
       "realtime": {"exchange": {"round_trip_us": {"median": 118, "p99": 402}, "frames": 300, "late": 0},
         "sync": {"offset_error_us_p99": 14, "uncertainty_us": 31}, "haptic": {"rate_hz": 1000, "overruns": 0, "jitter_us": {"p50": 4, "p99": 37, "max": 210}},
         "physics": {"rate_hz": 1000}, "graphics": {"rate_hz": 27.4}}})");
@@ -83,18 +86,15 @@ class DemoReport : public ::testing::Test {
           "375,-1520,800\n"
           "wall,-375,-1520,800\nwall,375,-1520,800\nwall,375,-920,800\nwall,-375,-920,800\n");
     std::string frames = "frame,mid_exposure_s,answer,late,world_px,tip_px,expected_world_px\n",
-                ball = "frame,time_s,x_m,y_m,z_m\n";
+                swing = "time_s,x_m\n";
     for (int i = 0; i < 900; ++i) {
       frames += fmt::format("{},{:.4f},interpolated,0,{:.4f},{},0.25\n", i, 3.2 + i / 30.0,
                             std::abs(0.2 + random.normal(0.08)),
                             i % 50 == 7 ? "" : fmt::format("{:.4f}", std::abs(0.45 + random.normal(0.2))));
-      const double t = std::fmod(i / 30.0, 1.25), z = 1.7 - 0.9 * std::sin(std::numbers::pi * t / 1.25),
-                   hop = std::fmod(t, 0.42) / 0.42;
-      ball += fmt::format("{},{:.4f},{:.4f},{:.4f},{:.4f}\n", i, i / 30.0,
-                          0.2 * std::sin(0.004 * i) + 0.1 * (t - 0.6), -1.5 + 0.9 * hop * (1 - hop), z);
+      swing += fmt::format("{:.4f},{:.4f}\n", i / 30.0, 0.1 * std::sin(i / 5.0));
     }
     write("raw/frames.csv", frames);
-    write("raw/ball.csv", ball);
+    write("raw/swing.csv", swing);
     std::string haptics = "time_s,force_x_n,force_y_n,force_z_n,asked_n,given_n\n";
     for (int hit = 0; hit < 20; ++hit) {
       const double peak = random.uniform(2.5, 9.2);
@@ -146,23 +146,23 @@ class DemoReport : public ::testing::Test {
 };
 
 TEST_F(DemoReport, IsWrittenFromTheSummaryAlone) {
-  ASSERT_TRUE(write_demo_report(folder_).has_value());
+  ASSERT_TRUE(write_demo_report(folder_, kApplications).has_value());
   const std::string page = read_file(folder_ / "report.html").value();
   EXPECT_NE(page.find("0.105\u00a0mm"), std::string::npos);
   EXPECT_EQ(page.find("<video"), std::string::npos);
-  EXPECT_EQ(page.find("The ball from the side"), std::string::npos);
+  EXPECT_EQ(page.find("Overlay error, frame by frame"), std::string::npos);
 }
 
 TEST_F(DemoReport, ShowsTheSystemsOwnEstimateOfItsErrorBesideTheTruth) {
   write_raw();
-  const std::string page = demo_report(folder_)->html();
+  const std::string page = demo_report(folder_, kApplications)->html();
   EXPECT_NE(page.find("0.247\u00a0px"), std::string::npos);
   EXPECT_NE(page.find("\"name\":\"real scene, as the system estimates it itself\""), std::string::npos);
 }
 
 TEST_F(DemoReport, LeavesOutSectionsWithoutFigures) {
   write("summary.json", R"({"seed": 3})");
-  ASSERT_TRUE(write_demo_report(folder_).has_value());
+  ASSERT_TRUE(write_demo_report(folder_, kApplications).has_value());
   const std::string page = read_file(folder_ / "report.html").value();
   EXPECT_EQ(page.find("Against the wall clock"), std::string::npos);
   EXPECT_NE(page.find("Seed 3."), std::string::npos);
@@ -176,7 +176,7 @@ TEST_F(DemoReport, ShowsVideoAndPicturesWithTheirCaptions) {
   write("pictures/a.png", "picture A");
   write("video.mp4", "film");
   write("poster.png", "poster");
-  const std::string page = demo_report(folder_)->html();
+  const std::string page = demo_report(folder_, kApplications)->html();
   EXPECT_NE(page.find("data:image/png;base64," + evaluation::report::base64("picture A")), std::string::npos);
   EXPECT_NE(page.find("<figcaption>The serve &amp; the wall</figcaption>"), std::string::npos);
   EXPECT_NE(page.find("data:video/mp4;base64," + evaluation::report::base64("film")), std::string::npos);
@@ -189,7 +189,7 @@ TEST_F(DemoReport, ShowsThePictureFromTheSideAfterThreeOthers) {
   fs::create_directories(folder_ / "pictures");
   for (const std::string name : {"01", "02", "03", "04", "05", "outside"})
     write("pictures/" + name + ".png", "picture " + name);
-  const std::string page = demo_report(folder_)->html();
+  const std::string page = demo_report(folder_, kApplications)->html();
   const auto at = [&](const std::string& name) {
     return page.find(evaluation::report::base64("picture " + name));
   };
@@ -199,52 +199,79 @@ TEST_F(DemoReport, ShowsThePictureFromTheSideAfterThreeOthers) {
   EXPECT_EQ(at("04"), std::string::npos);
 }
 
-TEST_F(DemoReport, OfTouchTellsOfForceDepthAndSlipsAndOfNoBall) {
-  Json touch = summary();
-  touch.erase("rally");
-  touch["touch"] =
-      Json::parse(R"({"contact_s": 11.5, "of_s": 30.0, "touches": 4, "slips": 17, "sliding_share": 0.6,
-    "force_n": {"mean": 1.41, "p95": 2.0, "max": 2.9}, "depth_mm": {"mean": 2.2, "p95": 3.1, "max": 4.7},
-    "friction": {"median": 0.301}, "unsettled": 2})");
-  write("summary.json", touch.dump());
-  write("raw/touch.csv",
-        "time_s,force_n,tangential_n,depth_mm,speed_mm_s,sliding,tip_x_m,tip_y_m,tip_z_m\n"
-        "1.000,1.2,0.1,2.0,5,0,0.01,-1.4,1.7\n1.001,1.3,0.4,2.0,6,1,0.01,-1.4,1.7\n2.0,1.0,0.2,1.5,7,1,0.02,-"
-        "1.4,1.7\n");
-  const auto page = demo_report(folder_);
-  ASSERT_TRUE(page) << page.error().message;
-  const std::string html = page->html();
-  for (const char* told : {"a surface you can see and feel", "11.5", "Stick and slip", "0.301",
-                           "Force while exploring", "Where it was touched"})
-    EXPECT_NE(html.find(told), std::string::npos) << told;
-  for (const char* not_told : {"ping-pong", "Serves", "The ball from", "the bat"})
-    EXPECT_EQ(html.find(not_told), std::string::npos) << not_told;
+TEST_F(DemoReport, HasTheApplicationsWordsFiguresSectionsAndTables) {
+  write_raw();
+  const std::string page = demo_report(folder_, kApplications)->html();
+  for (const char* told :
+       {"A swing", "calibrate everything, watch a weight, and hold", "The weight is not there. In this run",
+        "with a weight drawn into it", "How it swung", "To and fro.", "<b>falls short</b> at most 3",
+        "raw/swing.csv", "the weight, picture by picture", "Strongest force the hand felt"})
+    EXPECT_NE(page.find(told), std::string::npos) << told;
+  const auto exchange = page.find("Two servers, one moment"), swing = page.find("To and fro."),
+             real_time = page.find("118");
+  EXPECT_LT(exchange, swing);
+  EXPECT_NE(real_time, std::string::npos);
 }
 
-TEST_F(DemoReport, SaysWhereABarIsMissed) {
-  ASSERT_TRUE(write_demo_report(folder_).has_value());  // 13 of 24 is less than 60 %
-  EXPECT_NE(read_file(folder_ / "report.html").value().find("<b>falls short</b> at least 60 %"),
+// A page can be made where the application of the folder is not known, and where it has no part in pages.
+TEST_F(DemoReport, OfAnApplicationWithoutAPartIsPlain) {
+  write_raw();
+  const std::string unknown = demo_report(folder_, scene::ApplicationRegistry())->html();
+  scene::ApplicationRegistry without_report;
+  auto spec = swing_for_tests();
+  spec.report = nullptr;
+  without_report.add(spec);
+  const std::string silent = demo_report(folder_, without_report)->html();
+  for (const std::string& page : {unknown, silent}) {
+    EXPECT_NE(page.find("Palpate: swing"), std::string::npos);
+    EXPECT_NE(page.find("Peak force"), std::string::npos);
+    EXPECT_EQ(page.find("To and fro."), std::string::npos);
+  }
+  EXPECT_EQ(unknown.find("raw/swing.csv"), std::string::npos);
+  EXPECT_NE(silent.find("raw/swing.csv"), std::string::npos);
+}
+
+TEST_F(DemoReport, HoldsThePeakForceAgainstTheLimitOfTheArmThatPlayed) {
+  Json told = summary();
+  told["force"]["limit_n"] = 3.3;
+  write("summary.json", told.dump());
+  EXPECT_NE(demo_report(folder_, kApplications)->html().find("<b>falls short</b> at most 3.3 N"),
             std::string::npos);
+  told["force"].erase("limit_n");
+  write("summary.json", told.dump());
+  EXPECT_EQ(demo_report(folder_, kApplications)->html().find("the arm&#39;s limit"), std::string::npos);
+}
+
+TEST_F(DemoReport, CallsADisparityByTheBodysName) {
+  Json told = summary();
+  told["registration"]["disparity"] = {{"world_px_rms", 0.1}, {"weight_px_rms", 0.4}, {"weight_px_p95", 0.8}};
+  write("summary.json", told.dump());
+  const std::string page = demo_report(folder_, kApplications)->html();
+  EXPECT_NE(page.find("Virtual weight&#39;s disparity"), std::string::npos);
+  EXPECT_EQ(page.find("Virtual world"), std::string::npos);
 }
 
 TEST_F(DemoReport, RefusesAMissingOrBrokenSummaryAndABrokenTable) {
-  EXPECT_EQ(write_demo_report(folder_ / "nowhere").error().exit_code(), 2);
+  EXPECT_EQ(write_demo_report(folder_ / "nowhere", kApplications).error().exit_code(), 2);
   write("raw/frames.csv", "a,b\n1\n");
-  EXPECT_NE(write_demo_report(folder_).error().message.find("frames.csv:2"), std::string::npos);
+  EXPECT_NE(write_demo_report(folder_, kApplications).error().message.find("frames.csv:2"),
+            std::string::npos);
   fs::remove(folder_ / "raw/frames.csv");
   write("summary.json", "[1]");
-  EXPECT_NE(write_demo_report(folder_).error().message.find("not a JSON object"), std::string::npos);
+  EXPECT_NE(write_demo_report(folder_, kApplications).error().message.find("not a JSON object"),
+            std::string::npos);
 }
 
 // 0.36 / sqrt(30) is 0.5 / sqrt(57.9).
 TEST_F(DemoReport, TellsWhatThirtyGuidedPosesAreWorth) {
   write_raw();
-  EXPECT_NE(demo_report(folder_)->html().find("Thirty of them are worth 58 of"), std::string::npos);
+  EXPECT_NE(demo_report(folder_, kApplications)->html().find("Thirty of them are worth 58 of"),
+            std::string::npos);
 }
 
 TEST_F(DemoReport, IsTheSameForTheSameFolder) {
   write_raw();
-  EXPECT_EQ(demo_report(folder_)->html(), demo_report(folder_)->html());
+  EXPECT_EQ(demo_report(folder_, kApplications)->html(), demo_report(folder_, kApplications)->html());
 }
 
 // The figures the page draws: counts of half octaves as they stand in the file, whatever is quicker than
@@ -256,7 +283,7 @@ TEST_F(DemoReport, ShowsTheInstrumentsOfTheLoops) {
   write("raw/realtime_loops.csv",
         "time_s,haptic_ticks,physics_ticks,haptic_overruns,haptic_missed,physics_overruns,physics_missed\n"
         "-0.5,500,500,4,9,0,0\n0.5,1500,1500,4,9,0,0\n1.5,2500,2500,6,12,1,0\n2.5,3500,3500,6,12,1,0\n");
-  const std::string page = demo_report(folder_)->html();
+  const std::string page = demo_report(folder_, kApplications)->html();
   EXPECT_NE(page.find("\"y\":[0.5,8000,8000,31,31,0.5]"), std::string::npos);
   EXPECT_NE(page.find("\"x\":[24.58,24.58,32.77,32.77]"), std::string::npos);
   EXPECT_NE(page.find("\"name\":\"haptic: overrun\""), std::string::npos);
@@ -269,7 +296,7 @@ TEST_F(DemoReport, SaysSoWhereNothingWentWrong) {
   write("raw/realtime_loops.csv",
         "time_s,haptic_ticks,physics_ticks,haptic_overruns,haptic_missed,physics_overruns,physics_missed\n"
         "0.5,500,500,0,0,0,0\n1.5,1500,1500,0,0,0,0\n");
-  const std::string page = demo_report(folder_)->html();
+  const std::string page = demo_report(folder_, kApplications)->html();
   EXPECT_NE(page.find("No answer came late"), std::string::npos);
   EXPECT_NE(page.find("No tick of either loop"), std::string::npos);
   EXPECT_EQ(page.find("Ticks of the loops that went wrong"), std::string::npos);
@@ -279,7 +306,7 @@ TEST_F(DemoReport, ShowsThePicturesOfTheRealTimeLegOnceTheyHaveSettledAndLateOne
   write("raw/realtime_poses.csv",
         "time_s,late,pose_source,world_px,tip_px\n0.5,0,refined,9.5,9.5\n1.5,0,refined,0.125,0.25\n"
         "2.5,1,refined,0.375,4.5\n3.5,0,refined,0.5,\n");
-  const std::string page = demo_report(folder_)->html();
+  const std::string page = demo_report(folder_, kApplications)->html();
   EXPECT_NE(page.find("Overlay error in real time"), std::string::npos);
   EXPECT_NE(page.find("\"y\":[0.125,0.375,0.5]"), std::string::npos);
   EXPECT_NE(page.find("\"name\":\"stylus tip, answer late\""), std::string::npos);
@@ -294,7 +321,7 @@ TEST_F(DemoReport, TellsHowLateHapticTicksBeganAndHowManyNeverDidInOneStatement)
   const auto page_with = [&](const char* haptic) {
     told["realtime"]["haptic"] = Json::parse(haptic);
     write("summary.json", told.dump());
-    return demo_report(folder_)->html();
+    return demo_report(folder_, kApplications)->html();
   };
   const std::string spinning = page_with(
       R"({"rate_hz": 998, "ticks": 10137, "overruns": 4, "missed": 9, "missed_in_a_row": 5,
@@ -316,54 +343,15 @@ TEST_F(DemoReport, TellsHowLateHapticTicksBeganAndHowManyNeverDidInOneStatement)
   EXPECT_EQ(sleeping.find("watches the clock"), std::string::npos);
 }
 
-// Five milliseconds "at the limit" beside a peak far below it would contradict each other.
-TEST_F(DemoReport, SaysWhyAForceWasNotAsAskedForAlsoBelowTheArmsLimit) {
-  Json told = summary();
-  const auto page_with = [&](double peak, int limited, int at_peak) {
-    told["force"]["peak_n"] = peak;
-    told["force"]["limited_ticks"] = limited;
-    told["force"]["peak_limited_ticks"] = at_peak;
-    write("summary.json", told.dump());
-    const std::string page = demo_report(folder_)->html();
-    const auto at = page.find("Milliseconds in which the force was not as asked for");
-    return at == std::string::npos ? std::string() : page.substr(at, 400);
-  };
-  const std::string steep = page_with(6.2, 5, 0), both = page_with(8.5, 7, 3), none = page_with(4.7, 0, 0),
-                    hard = page_with(8.5, 2, 2);
-  EXPECT_NE(steep.find(">5</div><div class=\"bar\">none cut at the arm&#39;s limit; all because a force can "
-                       "change by about 3\u00a0N a millisecond at most, made up for right after<"),
-            std::string::npos)
-      << steep;
-  EXPECT_NE(both.find(">7</div><div class=\"bar\">3 cut at the arm&#39;s limit; 4 because"),
-            std::string::npos)
-      << both;
-  EXPECT_NE(none.find(">0</div><div class=\"bar\">neither"), std::string::npos) << none;
-  EXPECT_NE(hard.find(">2 cut at the arm&#39;s limit</div>"), std::string::npos) << hard;
-}
-
-// "Rally 4" beside "1 of 2 returned" is a riddle to a stranger.
-TEST_F(DemoReport, SaysWhatAReturnedServeIsAndWhatARallyCounts) {
-  Json told = summary();
-  told["rally"] = {{"serves", 2}, {"returned", 1}, {"longest", 4}};
-  write("summary.json", told.dump());
-  const std::string page = demo_report(folder_)->html();
-  EXPECT_NE(
-      page.find("Longest rally</div><div class=\"value\">4 returns</div><div class=\"bar\">in a row after "
-                "one serve<"),
-      std::string::npos);
-  EXPECT_NE(page.find("it counts every time the ball was brought to the wall since the serve"),
-            std::string::npos);
-}
-
 TEST_F(DemoReport, SaysOfTwoEyesThatThereAreTwo) {
   Json told = summary();
   told["registration"]["right_eye"] = {{"world_px_rms", 0.12}};
   write("video.mp4", "film");
-  const std::string one = demo_report(folder_)->html();
+  const std::string one = demo_report(folder_, kApplications)->html();
   EXPECT_NE(one.find("The player&#39;s view: the camera&#39;s picture, undistorted"), std::string::npos);
   EXPECT_NE(one.find("through a camera worn on the head"), std::string::npos);
   write("summary.json", told.dump());
-  const std::string two = demo_report(folder_)->html();
+  const std::string two = demo_report(folder_, kApplications)->html();
   EXPECT_NE(two.find("The player&#39;s view, left eye and right eye side by side: each camera&#39;s picture"),
             std::string::npos);
   EXPECT_NE(two.find("through two cameras worn on the head, one for each eye"), std::string::npos);
@@ -372,7 +360,7 @@ TEST_F(DemoReport, SaysOfTwoEyesThatThereAreTwo) {
 
 TEST_F(DemoReport, TellsOfTheCableThatWasPulled) {
   write_network();
-  const std::string page = demo_report(folder_)->html();
+  const std::string page = demo_report(folder_, kApplications)->html();
   EXPECT_NE(page.find("Two hosts, and a cable pulled"), std::string::npos);
   EXPECT_NE(page.find("asked the physics server at tcp://there:1, encrypted"), std::string::npos);
   EXPECT_NE(page.find("<td>4.60 s</td><td>0.60 s after the pull</td>"), std::string::npos);
@@ -384,7 +372,7 @@ TEST_F(DemoReport, TellsOfTheCableThatWasPulled) {
 TEST_F(DemoReport, IsDrawnByABrowserWithoutANetwork) {
   write_raw();
   write_network();
-  ASSERT_TRUE(write_demo_report(folder_).has_value());
+  ASSERT_TRUE(write_demo_report(folder_, kApplications).has_value());
   const std::string command =
       fmt::format(PALPATE_CHROMIUM
                   " --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --host-resolver-rules='MAP "
@@ -399,8 +387,8 @@ TEST_F(DemoReport, IsDrawnByABrowserWithoutANetwork) {
   for (std::size_t n; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) dom.append(buffer, n);
   ::pclose(pipe);
   fs::remove_all(folder_ / "profile");
-  // page.js counts what it has drawn: 14 plots and 2 clouds; an error in drawing would leave the mark out.
-  EXPECT_NE(dom.find("data-drawn=\"16\""), std::string::npos);
+  // page.js counts what it has drawn: 10 plots and 2 clouds; an error in drawing would leave the mark out.
+  EXPECT_NE(dom.find("data-drawn=\"12\""), std::string::npos);
   EXPECT_NE(dom.find("class=\"main-svg\""), std::string::npos);
 }
 #endif

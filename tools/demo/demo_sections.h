@@ -3,30 +3,22 @@
 
 #include "palpate/evaluation/report/report.h"
 #include "palpate/figures/play_folder.h"
+#include "palpate/scene/play_record.h"
+#include "palpate/scene/play_report.h"
 
 namespace palpate::tools::demo {
 
-void add_what_you_see_section(evaluation::report::Report& page, const figures::PlayFolder& data);
+void add_what_you_see_section(evaluation::report::Report& page, const figures::PlayFolder& data,
+                              const scene::PlayReport& play);
 void add_arm_section(evaluation::report::Report& page, const figures::PlayFolder& data);
 void add_tip_and_camera_section(evaluation::report::Report& page, const figures::PlayFolder& data);
 void add_overlay_section(evaluation::report::Report& page, const figures::PlayFolder& data);
 void add_exchange_section(evaluation::report::Report& page, const figures::PlayFolder& data);
-void add_forces_section(evaluation::report::Report& page, const figures::PlayFolder& data);
-void add_play_section(evaluation::report::Report& page, const figures::PlayFolder& data);
-void add_touch_section(
-    evaluation::report::Report& page,
-    const figures::PlayFolder& data);  // instead of forces and play, where touch was played
-inline bool touches(const figures::PlayFolder& data) { return data.find("touch") != nullptr; }
 void add_real_time_section(evaluation::report::Report& page, const figures::PlayFolder& data);
 void add_network_section(evaluation::report::Report& page, const figures::PlayFolder& data);
-void add_how_section(evaluation::report::Report& page, const figures::PlayFolder& data);
-
-// In how many milliseconds the hand felt another force than was asked for, and why; nothing where it is not
-// known. `made_up`: what is held off is paid back, as of impacts.
-std::optional<figures::Figure> shaped_force(const figures::PlayFolder& data, bool made_up);
-
-// Fewer serves than this say nothing about the player.
-inline constexpr double kEnoughServes = 20.0;
+// `tables`: the application's among the files.
+void add_how_section(evaluation::report::Report& page, const figures::PlayFolder& data,
+                     const std::vector<scene::PlayTable>& tables);
 
 // The bar of the arm's error: 0.3 mm and half of the best of the paper's methods, where those are known.
 std::optional<double> arm_bar_mm(const figures::PlayFolder& data);

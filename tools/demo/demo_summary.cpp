@@ -1,8 +1,9 @@
 #include "tools/demo/demo_summary.h"
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 
-#include "applications/pingpong/pingpong.h"
 #include "palpate/core/error_summary.h"
 #include "palpate/core/units.h"
 #include "palpate/server/graphics/record_names.h"
@@ -62,11 +63,19 @@ Json overlay_json(const evaluation::OverlayOfPlay& overlay,
   return json;
 }
 
+// As keys have it, in lower case.
+std::string name_of_first_body(const scene::SceneDescription& scene) {
+  std::string name = scene.bodies.empty() ? "" : scene.bodies.front().name;
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return name.empty() ? "body" : name;
+}
+
 }  // namespace
 
-Json demo_summary(const DemoOutcome& outcome) {
-  const auto& [options, truth, rig, recordings, methods, with_true_tip, play, overlay, stereo, points] =
-      outcome;
+Expected<Json> demo_summary(const DemoOutcome& outcome) {
+  const auto& [options, truth, rig, recordings, methods, with_true_tip, play, overlay, stereo, points, scene,
+               record] = outcome;
   Json summary;
   summary["seed"] = options.seed;
   summary["command"] = options.command;
@@ -101,12 +110,13 @@ Json demo_summary(const DemoOutcome& outcome) {
   summary["registration"]["check_points"] = points;
   if (stereo) {
     auto& registration = summary["registration"];
+    const std::string body = name_of_first_body(scene);
     registration["right_eye"] = overlay_json(stereo->right, recordings.right_camera);
     registration["right_eye"]["frames"] = stereo->right.frames.size();
     registration["disparity"] = {{"world_px_rms", stereo->disparity.world.rms()},
                                  {"world_px_p95", stereo->disparity.world.quantile(0.95)},
-                                 {"ball_px_rms", stereo->disparity.ball.rms()},
-                                 {"ball_px_p95", stereo->disparity.ball.quantile(0.95)}};
+                                 {body + "_px_rms", stereo->disparity.body.rms()},
+                                 {body + "_px_p95", stereo->disparity.body.quantile(0.95)}};
   }
   Json sources = {{"none", 0}, {"tracker", 0}, {"refined", 0}, {"landmarks", 0}};
   double rejected = 0.0;
@@ -132,30 +142,33 @@ Json demo_summary(const DemoOutcome& outcome) {
                          {"answers", answers},
                          {"lost", play.exchange.lost},
                          {"sync_error_us_p99", sync.quantile(0.99)}};
-  const auto& counters = play.final_state.counters;
-  if (options.application == "pingpong")
-    summary["rally"] = {{"serves", counters[applications::pingpong::kServes]},
-                        {"returned", counters[applications::pingpong::kReturned]},
-                        {"longest", counters[applications::pingpong::kLongest]},
-                        {"hits", counters[applications::pingpong::kHits]}};
-  summary["force"] = {{"peak_n", play.haptic.peak_n},
-                      {"limit_n", options.world.arm.max_force},
-                      {"limited_ticks", play.haptic.limited_ticks},
-                      {"peak_limited_ticks", play.haptic.peak_limited_ticks},
-                      {"fault_ticks", play.haptic.fault_ticks},
-                      {"blows", play.haptic.impacts},
-                      {"rejected_blows", play.haptic.rejected_impacts},
-                      {"missed_blows", play.haptic.missed_impacts},
-                      {"lost_impulse_rel", play.haptic.lost_impulse_rel()},
-                      {"impulse_error_rel_max", play.haptic.impulse_error_rel_max}};
-  summary["player"] = {{"reaction_ms", options.world.player.reaction_s * 1e3},
-                       {"aim_sd_mm", mm(options.world.player.aim_sd)},
-                       {"max_hand_acceleration_m_s2", options.world.player.max_hand_acceleration},
-                       {"sees", "the drawn pictures' states only"}};
+  Json rest;
+  rest["force"] = {{"peak_n", play.haptic.peak_n},
+                   {"limit_n", options.world.arm.max_force},
+                   {"limited_ticks", play.haptic.limited_ticks},
+                   {"peak_limited_ticks", play.haptic.peak_limited_ticks},
+                   {"fault_ticks", play.haptic.fault_ticks},
+                   {"blows", play.haptic.impacts},
+                   {"rejected_blows", play.haptic.rejected_impacts},
+                   {"missed_blows", play.haptic.missed_impacts},
+                   {"lost_impulse_rel", play.haptic.lost_impulse_rel()},
+                   {"impulse_error_rel_max", play.haptic.impulse_error_rel_max}};
+  rest["player"] = {{"reaction_ms", options.world.player.reaction_s * 1e3},
+                    {"aim_sd_mm", mm(options.world.player.aim_sd)},
+                    {"max_hand_acceleration_m_s2", options.world.player.max_hand_acceleration},
+                    {"sees", "the drawn pictures' states only"}};
+  for (const auto& [key, part] : record.summary().items()) {
+    if (summary.contains(key) || rest.contains(key) || key == "pictures" || key == "realtime")
+      return refused("{}: its summary has the key '{}', which is the system's", scene.application, key);
+    summary[key] = part;
+  }
+  summary.update(rest);
   return summary;
 }
 
-std::vector<std::string> closing_lines(const Json& summary, const std::filesystem::path& out) {
+std::vector<std::string> closing_lines(const Json& summary,
+                                       const std::vector<scene::ClosingLine>& of_the_play,
+                                       const std::filesystem::path& out) {
   const auto number = [&summary](const char* part, const char* key) {
     return summary[part][key].get<double>();
   };
@@ -197,19 +210,7 @@ std::vector<std::string> closing_lines(const Json& summary, const std::filesyste
                     network["encrypted"].get<bool>() ? "encrypted" : "not encrypted",
                     network["cut_for_s"].get<double>(), after("gone_after_s"), after("replies_after_s")));
   }
-  if (summary.contains("touch")) {
-    const auto& touch = summary["touch"];
-    lines.push_back(
-        fmt::format("touch:    {} times, {:.1f} of {:.1f} s on the surface, {} slips, peak force {:.1f} N",
-                    touch["touches"].get<int>(), touch["contact_s"].get<double>(),
-                    touch["of_s"].get<double>(), touch["slips"].get<int>(), number("force", "peak_n")));
-  }
-  if (summary.contains("rally"))
-    lines.push_back(
-        fmt::format("rally:    {} of {} serves returned to the wall, longest rally {} returns in a row, peak "
-                    "force {:.1f} N",
-                    summary["rally"]["returned"].get<int>(), summary["rally"]["serves"].get<int>(),
-                    summary["rally"]["longest"].get<int>(), number("force", "peak_n")));
+  for (const auto& line : of_the_play) lines.push_back(fmt::format("{:<10}{}", line.about + ":", line.text));
   lines.push_back(fmt::format("report:   {}", (out / "report.html").string()));
   return lines;
 }

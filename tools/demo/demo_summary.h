@@ -7,6 +7,7 @@
 #include "palpate/core/json.h"
 #include "palpate/evaluation/arm_comparison.h"
 #include "palpate/evaluation/overlay_of_play.h"
+#include "palpate/scene/application_registry.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
 #include "tools/demo/demo.h"
 
@@ -29,12 +30,16 @@ struct DemoOutcome {
   const evaluation::OverlayOfPlay& overlay;  // of the only camera, or of the left one
   const std::optional<StereoOverlay>& stereo;
   std::size_t check_points;
+  const scene::SceneDescription& scene;
+  const scene::PlayRecord& record;
 };
 
-// Everything but "pictures" and "realtime".
-Json demo_summary(const DemoOutcome& outcome);
+// Everything but "pictures" and "realtime". Refused where the application's part has a key that is the system's.
+Expected<Json> demo_summary(const DemoOutcome& outcome);
 
-// The five plain lines a demo ends with.
-std::vector<std::string> closing_lines(const Json& summary, const std::filesystem::path& out);
+// The five plain lines a demo ends with. `of_the_play`: the application's.
+std::vector<std::string> closing_lines(const Json& summary,
+                                       const std::vector<scene::ClosingLine>& of_the_play,
+                                       const std::filesystem::path& out);
 
 }  // namespace palpate::tools::demo

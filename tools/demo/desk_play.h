@@ -22,7 +22,7 @@ sim::config::WorldFile desk_world(const rig::Rig& rig);
 struct DeskPlayOptions {
   std::filesystem::path program;   // this executable
   std::filesystem::path rig_file;  // that graphics.rig was read from
-  std::string application = "pingpong";
+  std::string application;
   server::session::GraphicsProcessOptions
       graphics;  // rig, camera, window, player, quality, seconds, notice; the rest is set
 };

@@ -1,4 +1,4 @@
-// One picture of the simulated laboratory with a virtual ball and bat in it, drawn from the truth: to see
+// One picture of the simulated laboratory with an application's virtual objects in it, drawn from the truth: to see
 // what views, quality levels and a world file look like, and for documents.
 #pragma once
 
@@ -7,6 +7,7 @@
 
 #include "palpate/core/expected.h"
 #include "palpate/render/compositor.h"
+#include "palpate/scene/application_registry.h"
 #include "palpate/sim/config/world_file.h"
 
 namespace palpate::tools::demo {
@@ -22,8 +23,10 @@ struct LaboratoryPicture {
   std::vector<std::uint8_t> rgb;
 };
 
-// Throws where no OpenGL is to be had.
-LaboratoryPicture laboratory_picture(const sim::config::WorldFile& world, std::uint64_t seed,
-                                     LaboratoryView view, render::Quality quality);
+// `scene`: the application's settings; its surfaces are the laboratory's. Throws where no OpenGL is to be had.
+Expected<LaboratoryPicture> laboratory_picture(const sim::config::WorldFile& world, std::uint64_t seed,
+                                               const scene::ApplicationRegistry& applications,
+                                               scene::SceneDescription scene, LaboratoryView view,
+                                               render::Quality quality);
 
 }  // namespace palpate::tools::demo

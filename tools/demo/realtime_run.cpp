@@ -20,7 +20,7 @@ using std::chrono::milliseconds;
 
 // A person at the window plays as long as they like; one who has left it open for the night does not.
 constexpr double kLongestVisit_s = 4.0 * 3600.0;
-constexpr double kServePause_s = 0.8;  // between serves, for people
+constexpr double kPause_s = 0.8;   // between two rounds, for people
 constexpr double kWarmUp_s = 1.0;  // clocks settle and the person takes the stylus; its pictures do not count
 
 // The physics server writes seconds since its own start; everything else of the run counts from the graphics
@@ -182,8 +182,7 @@ Expected<ChildProcess> RealtimeRun::start_server(TwoHosts::Host host, std::vecto
 
 Expected<void> RealtimeRun::start_physics() {
   std::vector<std::string> arguments = {"physics", "--app", options_.application};
-  if (options_.window)
-    arguments.insert(arguments.end(), {"--serve-pause-s", fmt::format("{}", kServePause_s)});
+  if (options_.window) arguments.insert(arguments.end(), {"--serve-pause-s", fmt::format("{}", kPause_s)});
   auto started = start_server(TwoHosts::kPhysicsHost, std::move(arguments), listen_, "physics");
   if (!started) return tl::unexpected(started.error());
   physics_.emplace(std::move(*started));

@@ -20,7 +20,7 @@ namespace palpate::tools::demo {
 struct RealtimeRunOptions {
   std::filesystem::path program;  // this executable
   std::filesystem::path rig;      // file
-  std::string application = "pingpong";
+  std::string application;
   std::filesystem::path world;  // file
   std::filesystem::path out;    // folder for its raw files
   std::uint64_t seed = 1;
@@ -28,7 +28,7 @@ struct RealtimeRunOptions {
   double seconds = 10.0;
   // Physics and graphics on hosts of their own, and the cable between them pulled in the middle of the run.
   std::optional<TwoHostsOptions> two_hosts;
-  // The graphics server opens a window in which a person may take the bat with the mouse, and play on beyond
+  // The graphics server opens a window in which a person may take the stylus with the mouse, and play on beyond
   // `seconds`.
   bool window = false;
   std::optional<desktop::MonitorView> monitor;  // beside it, for those who look on

@@ -88,7 +88,7 @@ void add_examples_section(report::Report& page, const StudyResult& study) {
   }
   page.paragraph(
       "Of each set the flight whose error in full mode at 300 ms is the middle one, from the side, up to the "
-      "first blow of a bat.");
+      "first blow of a racket.");
   page.plots(plots);
 }
 
@@ -123,7 +123,8 @@ void add_bounces_section(report::Report& page, const StudyResult& study) {
   }
   page.paragraph(
       "Bounces are found where a velocity jumps, and counted as the table's where a resting surface explains "
-      "the jump at the height of the others of the set; the other jumps are blows of a bat. Restitution is "
+      "the jump at the height of the others of the set; the other jumps are blows of a racket. Restitution "
+      "is "
       "told "
       "where at least 0.1 s were seen on either side.");
   page.table({"set", "bounces", "blows", "elsewhere", "restitution", "p10 to p90", "speed, m/s", "slide kept",

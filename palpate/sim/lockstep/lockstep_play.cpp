@@ -4,6 +4,7 @@
 #include <deque>
 
 #include "palpate/desktop/scripted_user.h"
+#include "palpate/scene/shown_tip.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/device_faults.h"
 #include "palpate/sim/simulated_display.h"
@@ -240,6 +241,7 @@ Expected<LockstepResult> play_in_lockstep(Simulator& world, const rig::Rig& rig,
       if (counted && record.have_state && known) {
         if (pictures.shown) pictures.shown(record);
         played.record = record;
+        played.shown_tip = scene::shown_tip(record.state, scene);
         played.record.rgb = {};  // an emptied one would keep its megabyte
         const auto& model = graphics.sync().model();
         const double sync_error_s = to_seconds(model.to(now) - physics_time(t));

@@ -14,6 +14,7 @@
 #include "palpate/server/graphics/frame_renderer.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/camera_renderer.h"
+#include "palpate/sim/lockstep/lockstep_play.h"
 #include "palpate/sim/truth_rig_for_tests.h"
 
 namespace palpate::sim::lockstep {
@@ -89,8 +90,8 @@ StereoPlay play_with_two_eyes(const config::WorldFile& file, LockstepOptions opt
   EXPECT_TRUE(result.has_value()) << result.error().message;
   s.play = std::move(*result);
   const auto points = evaluation::check_points(world.truth(), s.rig);
-  s.left = evaluation::overlay_of_play(s.play.frames, s.rig.camera->model, scene, points);
-  s.right = evaluation::overlay_of_right_eye(s.play.frames, s.rig.right_camera->model, scene, points);
+  s.left = evaluation::overlay_of_play(s.play.frames, s.rig.camera->model, points);
+  s.right = evaluation::overlay_of_right_eye(s.play.frames, s.rig.right_camera->model, points);
   s.disparity = evaluation::disparity_of_play(s.play.frames, s.rig, points);
   return s;
 }
@@ -114,8 +115,8 @@ TEST(StereoPlay, BothEyesPicturesStandStillAndTheDisparityOfVirtualThingsIsThatO
     std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2), off.end());
     EXPECT_LT(off[off.size() / 2], 8.0);
   }
-  ASSERT_GT(s.disparity.ball.count(), 10u);
-  EXPECT_LT(s.disparity.ball.rms(), 0.1);
+  ASSERT_GT(s.disparity.body.count(), 10u);
+  EXPECT_LT(s.disparity.body.rms(), 0.1);
 }
 
 constexpr double kTurn = 0.002;  // rad, about the camera's own y

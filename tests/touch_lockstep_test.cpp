@@ -1,14 +1,14 @@
 #include <gtest/gtest.h>
 
 #include "applications/scene_settings.h"
+#include "applications/touch/record.h"
 #include "applications/touch/specification.h"
 #include "applications/touch/touch.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
 #include "palpate/sim/truth_rig_for_tests.h"
-#include "tools/demo/touch_log.h"
 
-namespace palpate::tools::demo {
+namespace palpate {
 namespace {
 
 // The whole chain on the virtual clock: simulated hand, arm with friction and encoders, calibrated
@@ -18,7 +18,7 @@ TEST(TouchInLockstep, AHandThatPressesOnTheOrganComesToRestAndOneThatStrokesItFe
   const rig::Rig rig = sim::truth_rig(world);
   const auto scene = server::physics::scene_from_rig(rig, applications::scene_settings(world.file(), "touch"),
                                                      world.file().ball.restitution_table);
-  auto application = scene::ApplicationRegistry{applications::touch::specification()}.make_physics(scene, {});
+  auto application = applications::make_application(scene, 1);
   ASSERT_TRUE(application) << application.error().message;
   auto& touch = dynamic_cast<applications::touch::TouchApplication&>(**application);
   server::physics::PhysicsServer server(rig, scene, std::move(*application), world.arm(),
@@ -67,11 +67,11 @@ TEST(TouchInLockstep, TheScriptedPlayerExploresThroughTheWholeSystem) {
   options.applications = {applications::touch::specification()};
   options.seconds = 8.0;
   options.seed = 5;
-  TouchLog log;
-  options.watch = [&log](const scene::SceneState& state) { log.add(state); };
+  applications::touch::TouchRecord record;
+  options.watch = [&record](const scene::SceneState& state) { record.add_state(state); };
   const auto play = sim::lockstep::play_in_lockstep(world, rig, scene, options, {}, {});
   ASSERT_TRUE(play) << play.error().message;
-  const Json summary = log.summary();
+  const Json summary = record.summary()["touch"];
   EXPECT_NEAR(summary["of_s"].get<double>(), 8.0, 0.01);
   EXPECT_GE(summary["touches"].get<int>(), 1);
   EXPECT_GT(summary["contact_s"].get<double>(), 2.0);
@@ -85,4 +85,4 @@ TEST(TouchInLockstep, TheScriptedPlayerExploresThroughTheWholeSystem) {
 }
 
 }  // namespace
-}  // namespace palpate::tools::demo
+}  // namespace palpate
