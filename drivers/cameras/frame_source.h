@@ -15,18 +15,7 @@
 
 namespace palpate::drivers::cameras {
 
-// What a person wants of a camera. Zero or absent: as the camera is.
-struct CameraSettings {
-  int width = 0, height = 0;         // px; what the lens calibration was made for
-  double rate_hz = 0.0;              // 0, or 1 to 1000
-  std::optional<double> exposure_s;  // sets it by hand and switches its automatic off
-  std::optional<double> gain;        // in the camera's own unit: dB for GenICam; switches its automatic off
-  std::string pixel_format;          // as name_of() writes it; empty: the best that both understand
-  // Corrections where a data sheet knows better than the interface.
-  std::optional<StampAt> stamp_at;
-  double readout_s = 0.0;  // time in which the rows are read out
-  bool rolling = false;    // shutter
-};
+using device::CameraSettings;
 
 struct CameraFacts {
   std::string model, serial;  // may be empty

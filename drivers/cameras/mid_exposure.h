@@ -9,18 +9,12 @@
 // the shutters.
 #pragma once
 
-#include <cstdint>
-
+#include "palpate/device/camera_settings.h"
 #include "palpate/time/instant.h"
 
 namespace palpate::drivers::cameras {
 
-enum class StampAt : std::uint8_t {
-  exposure_start,  // s: GigE Vision and USB3 Vision as most cameras do, V4L2 with the flag SOE
-  exposure_end,    // of the first row
-  frame_end,       // V4L2 with the flag EOF; the time of arrival
-  middle,          // nothing to correct: recorded sequences
-};
+using device::StampAt;
 
 struct Shutter {
   Duration exposure{0}, readout{0};

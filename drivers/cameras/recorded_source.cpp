@@ -226,11 +226,6 @@ Expected<std::vector<RecordedImage>> read_stamps(const std::filesystem::path& fo
   return images;
 }
 
-std::string seconds_text(std::int64_t ns) {
-  const std::int64_t magnitude = ns < 0 ? -ns : ns;
-  return fmt::format("{}{}.{:09}", ns < 0 ? "-" : "", magnitude / 1'000'000'000, magnitude % 1'000'000'000);
-}
-
 std::unique_ptr<FrameSource> make_folder_source(std::filesystem::path folder) {
   return std::make_unique<FolderSource>(std::move(folder));
 }

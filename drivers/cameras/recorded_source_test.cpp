@@ -161,8 +161,8 @@ TEST_F(Recorded, AVideoHasTheTimesOfItsContainer) {
 }
 
 TEST(RecordedTimes, KeepTheirNanoseconds) {
-  EXPECT_EQ(seconds_text(1'795'376'724'824'567'001), "1795376724.824567001");
-  EXPECT_EQ(seconds_text(-1), "-0.000000001");
+  EXPECT_EQ(device::stamp_text(1'795'376'724'824'567'001), "1795376724.824567001");
+  EXPECT_EQ(device::stamp_text(-1), "-0.000000001");
 }
 
 }  // namespace

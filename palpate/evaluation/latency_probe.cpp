@@ -22,15 +22,14 @@ double in_ms(Duration d) { return 1e3 * to_seconds(d); }
 
 }  // namespace
 
-Expected<std::unique_ptr<LatencyProbe>> LatencyProbe::open(
-    const std::shared_ptr<drivers::laboratory::LabClient>& lab, const LatencySettings& settings,
-    const MonotonicClock<GraphicsClock>& clock, const std::filesystem::path& out,
-    std::function<void(const std::string&)> say) {
+Expected<std::unique_ptr<LatencyProbe>> LatencyProbe::open(std::unique_ptr<device::OpenedDisplay> display,
+                                                           const LatencySettings& settings,
+                                                           const MonotonicClock<GraphicsClock>& clock,
+                                                           const std::filesystem::path& out,
+                                                           std::function<void(const std::string&)> say) {
   std::unique_ptr<LatencyProbe> probe(new LatencyProbe(settings, clock, std::move(say)));
-  if (lab) {
-    auto display = drivers::laboratory::LabDisplay::open(lab);
-    if (!display) return tl::unexpected(display.error());
-    probe->display_ = std::move(*display);
+  if (display) {
+    probe->display_ = std::move(display);
     probe->thread_ = std::thread([raw = probe.get()] { raw->show_time(); });
   }
   if (!out.empty()) {
@@ -55,7 +54,7 @@ void LatencyProbe::show_time() {
        next = std::max(next + std::chrono::milliseconds(1), machine.now())) {
     machine.sleep_until(next);
     const Duration code = clock_.now().since_epoch % device::kTimecodeCycle;
-    const auto at = clock_.from_monotonic(display_->show_timecode(code));
+    const auto at = clock_.from_monotonic(display_->device().show_timecode(code));
     const std::lock_guard lock(mutex_);
     shown_.emplace_back(at, code);
   }

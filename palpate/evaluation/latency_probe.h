@@ -1,7 +1,7 @@
 // Photon-to-photon delay of a running graphics server: shows the timecode, reads it in each image, and
 // keeps the figures (palpate/evaluation/latency_meter.h says what is measured).
 //
-// The timecode stands on the simulated laboratory's display, where a thread of its own (`palpate-strip`, 1
+// The timecode stands on the simulated display, where a thread of its own (`palpate-strip`, 1
 // kHz) shows it, as a frame loop that draws shows nothing new meanwhile; or in the window, which the frame
 // loop draws. All else: one thread, the frame loop's. A delay that the timecode leaves more than a
 // millisecond unsure is counted, and left out of rows and figures.
@@ -18,9 +18,9 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/laboratory/channel.h"
 #include "palpate/core/csv_file.h"
 #include "palpate/core/json.h"
+#include "palpate/device/opened.h"
 #include "palpate/evaluation/latency_meter.h"
 #include "palpate/server/graphics/graphics_server.h"
 #include "palpate/time/clock.h"
@@ -29,12 +29,13 @@ namespace palpate::evaluation {
 
 class LatencyProbe {
  public:
-  // `lab`: the laboratory whose display shows the timecode; none: somebody else shows it and says so. `out`:
-  // folder for realtime_photons.csv; empty: none. `say`: a line for the log.
-  static Expected<std::unique_ptr<LatencyProbe>> open(
-      const std::shared_ptr<drivers::laboratory::LabClient>& lab, const LatencySettings& settings,
-      const MonotonicClock<GraphicsClock>& clock, const std::filesystem::path& out,
-      std::function<void(const std::string&)> say);
+  // `display`: shows the timecode; none: somebody else shows it and says so. `out`: folder for
+  // realtime_photons.csv; empty: none. `say`: a line for the log.
+  static Expected<std::unique_ptr<LatencyProbe>> open(std::unique_ptr<device::OpenedDisplay> display,
+                                                      const LatencySettings& settings,
+                                                      const MonotonicClock<GraphicsClock>& clock,
+                                                      const std::filesystem::path& out,
+                                                      std::function<void(const std::string&)> say);
 
   ~LatencyProbe();
   // Somebody else has just shown the timecode of this time.
@@ -56,7 +57,7 @@ class LatencyProbe {
   std::function<void(const std::string&)> say_;
   void show_time();
 
-  std::unique_ptr<drivers::laboratory::LabDisplay> display_;
+  std::unique_ptr<device::OpenedDisplay> display_;
   std::mutex mutex_;                                                // held for moments
   std::vector<std::pair<Instant<GraphicsClock>, Duration>> shown_;  // since the last look
   std::atomic<bool> done_{false};

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
@@ -17,6 +18,12 @@ ForceLimits force_limits_of(std::string_view arm_model) {
   limits.peak_n = 3.3;
   limits.continuous_n = 0.88;
   limits.max_tip_speed_m_s = 1.2;
+  return limits;
+}
+
+ForceLimits lowered_to(ForceLimits limits, const device::ArmFacts& device) {
+  limits.peak_n = std::min(limits.peak_n, device.peak_n.value_or(limits.peak_n));
+  limits.continuous_n = std::min(limits.continuous_n, device.continuous_n.value_or(limits.continuous_n));
   return limits;
 }
 

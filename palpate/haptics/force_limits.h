@@ -8,6 +8,8 @@
 #include <array>
 #include <string_view>
 
+#include "palpate/device/opened.h"
+
 namespace palpate::haptics {
 
 struct ForceLimits {
@@ -28,6 +30,9 @@ struct ForceLimits {
 // Of the arm model a rig names; a mouse moves a computed Premium 1.5. A model nobody has told us about gets
 // the weakest limits of the table.
 ForceLimits force_limits_of(std::string_view arm_model);
+
+// Those that a device states itself where they are lower.
+ForceLimits lowered_to(ForceLimits limits, const device::ArmFacts& device);
 
 void check_force_limits(const ForceLimits& limits);
 

@@ -1,50 +1,33 @@
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <thread>
 
-#include "drivers/cameras/aravis_source.h"
-#include "drivers/cameras/recorded_source.h"
-#include "drivers/cameras/v4l2_source.h"
 #include "palpate/core/csv_file.h"
 #include "palpate/core/file.h"
 #include "palpate/core/json.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
+#include "palpate/device/recorded_images.h"
 #include "palpate/render/picture_file.h"
 #include "palpate/time/clock.h"
 #include "tools/commands/camera_options.h"
 #include "tools/commands/command.h"
+#include "tools/commands/drivers.h"
 
 namespace palpate::tools::commands {
 namespace {
 
 Expected<void> list_cameras(const std::string& json) {
-  const auto video = drivers::cameras::list_v4l2();
-  const auto genicam = drivers::cameras::list_aravis();
-  Json found = Json::array();
-  for (const auto& camera : genicam)
-    found.push_back({{"camera", "aravis:" + camera.name},
-                     {"model", camera.model},
-                     {"serial", camera.serial},
-                     {"address", camera.address},
-                     {"protocol", camera.protocol}});
-  for (const auto& camera : video)
-    if (camera.camera || !camera.problem.empty())
-      found.push_back({{"camera", "v4l2:" + camera.path},
-                       {"model", camera.model},
-                       {"formats", camera.formats},
-                       {"problem", camera.problem}});
-  if (!json.empty()) return write_json(json, {{"cameras", found}});
-  for (const auto& camera : genicam)
-    fmt::print("aravis:{}  {}, serial {}, {} at {}\n", camera.name, camera.model, camera.serial,
-               camera.protocol, camera.address);
-  for (const auto& camera : video) {
-    if (!camera.problem.empty())
-      fmt::print("v4l2:{}\n", camera.problem);
-    else if (camera.camera)
-      fmt::print("v4l2:{}  {} ({})\n", camera.path, camera.model, fmt::join(camera.formats, ", "));
+  std::vector<device::FoundCamera> found;
+  for (const auto& driver : drivers().drivers())
+    if (driver.find_cameras)
+      for (auto& camera : driver.find_cameras()) found.push_back(std::move(camera));
+  if (!json.empty()) {
+    Json list = Json::array();
+    for (const auto& camera : found) list.push_back(camera.facts);
+    return write_json(json, {{"cameras", list}});
   }
+  for (const auto& camera : found) fmt::print("{}\n", camera.line);
   if (found.empty())
     fmt::print(
         "no camera: none at /dev/video*, and none answers in the network or at USB; palpate doctor says "
@@ -59,7 +42,7 @@ struct RecordArguments {
 };
 
 Expected<void> record(const RecordArguments& arguments) {
-  auto request = camera_request(arguments.camera, arguments.options);
+  auto request = camera_request(drivers(), arguments.camera, arguments.options);
   if (!request) return tl::unexpected(request.error());
   if (!arguments.size.empty()) {
     int width = 0, height = 0;
@@ -71,15 +54,15 @@ Expected<void> record(const RecordArguments& arguments) {
   }
   const std::filesystem::path folder = arguments.out;
   std::error_code ignored;
-  if (std::filesystem::exists(folder / drivers::cameras::kStampsFile, ignored))
+  if (std::filesystem::exists(folder / device::kStampsFile, ignored))
     return wrong_use("{}: holds a recording already; name another folder", arguments.out);
   const auto& stop = stop_requested();
-  auto camera = drivers::cameras::open_camera(*request);
+  auto camera = drivers().open(*request);
   if (!camera) return tl::unexpected(camera.error());
   if (auto made = make_folder(folder); !made) return made;
-  auto stamps = CsvFile::begin(folder / drivers::cameras::kStampsFile, {"image", "time_s", "frame"});
+  auto stamps = CsvFile::begin(folder / device::kStampsFile, {"image", "time_s", "frame"});
   if (!stamps) return tl::unexpected(stamps.error());
-  notice(fmt::format("camera {}: {}", (*camera)->name(), drivers::cameras::description((*camera)->facts())));
+  notice(fmt::format("camera {}: {}", (*camera)->name(), (*camera)->description()));
   const MonotonicClock<GraphicsClock> clock;
   const auto begun = clock.now();
   std::uint64_t written = 0;
@@ -88,9 +71,11 @@ Expected<void> record(const RecordArguments& arguments) {
   bool ended = false;
   while (!stop.load() && !ended &&
          (arguments.seconds <= 0.0 || to_seconds(clock.now() - begun) < arguments.seconds)) {
-    auto image = (*camera)->poll();
-    if (const auto news = (*camera)->news()) notice(*news);
-    ended = (*camera)->status().condition == drivers::cameras::Condition::ended && !image;
+    auto image = (*camera)->device().poll();
+    const auto news = (*camera)->look();
+    if (!news) return tl::unexpected(news.error());
+    if (*news) notice(**news);
+    ended = (*camera)->ended() && !image;
     if (!image) {
       std::this_thread::sleep_for(std::chrono::milliseconds(2));
       continue;
@@ -105,8 +90,7 @@ Expected<void> record(const RecordArguments& arguments) {
     const std::string name = fmt::format("image_{:06}.png", ++written);
     if (auto done = render::write_png(folder / name, image->rgb, image->width, image->height); !done)
       return done;
-    stamps->row(
-        std::vector<std::string>{name, drivers::cameras::seconds_text(ns), std::to_string(image->frame)});
+    stamps->row(std::vector<std::string>{name, device::stamp_text(ns), std::to_string(image->frame)});
     last_ns = ns, last_frame = image->frame;
   }
   if (written == 0)
@@ -114,7 +98,8 @@ Expected<void> record(const RecordArguments& arguments) {
                    to_seconds(clock.now() - begun), "see to its cable, or record for longer");
   if (auto done = stamps->finish(); !done) return done;
   fmt::print("{} in {}; {} dropped by the camera, {} damaged\n", counted(written, "image"), arguments.out,
-             (*camera)->status().dropped, (*camera)->status().damaged);
+             (*camera)->figures()["dropped"].get<std::uint64_t>(),
+             (*camera)->figures()["damaged"].get<std::uint64_t>());
   return {};
 }
 
@@ -137,7 +122,7 @@ void add_camera(CLI::App& program) {
       "Save pictures with their times, for `palpate calibrate camera --images 'FOLDER/*.png'` and "
       "`palpate graphics --camera images:FOLDER`");
   auto arguments = std::make_shared<RecordArguments>();
-  take->add_option("camera", arguments->camera, std::string(drivers::cameras::kChoices))
+  take->add_option("camera", arguments->camera, drivers().camera_forms(device::Offer::real))
       ->required()
       ->type_name("CAMERA");
   take->add_option("--out", arguments->out, "Folder for image_*.png and stamps.csv")

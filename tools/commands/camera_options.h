@@ -5,7 +5,8 @@
 #include <memory>
 #include <string>
 
-#include "drivers/cameras/camera_choice.h"
+#include "palpate/core/text.h"
+#include "palpate/device/driver_registry.h"
 
 namespace palpate::tools::commands {
 
@@ -36,12 +37,13 @@ inline void add_camera_options(CLI::App& command, CameraOptions& options) {
   command.add_flag("--camera-rolling", options.rolling, "It has a rolling shutter");
 }
 
-// Wrong use: a choice that is none, settings out of range.
-inline Expected<drivers::cameras::CameraRequest> camera_request(const std::string& text,
-                                                                const CameraOptions& options) {
-  auto choice = drivers::cameras::parse_choice(text);
-  if (!choice) return tl::unexpected(choice.error());
-  drivers::cameras::CameraRequest request{std::move(*choice), {}};
+// Wrong use: a text that names no real camera, settings out of range.
+inline Expected<device::CameraRequest> camera_request(const device::DriverRegistry& drivers,
+                                                      const std::string& text, const CameraOptions& options) {
+  if (!drivers.names_camera(text, device::Offer::real))
+    return wrong_use("camera: is '{}'; {} is expected", excerpt(text, 100),
+                     drivers.camera_forms(device::Offer::real));
+  device::CameraRequest request{text, {}};
   auto& settings = request.settings;
   if (options.has_exposure->count() > 0) settings.exposure_s = options.exposure_ms * 1e-3;
   if (options.has_gain->count() > 0) settings.gain = options.gain;
@@ -50,16 +52,15 @@ inline Expected<drivers::cameras::CameraRequest> camera_request(const std::strin
   settings.rolling = options.rolling;
   settings.pixel_format = options.format;
   if (options.stamp == "exposure-start")
-    settings.stamp_at = drivers::cameras::StampAt::exposure_start;
+    settings.stamp_at = device::StampAt::exposure_start;
   else if (options.stamp == "exposure-end")
-    settings.stamp_at = drivers::cameras::StampAt::exposure_end;
+    settings.stamp_at = device::StampAt::exposure_end;
   else if (options.stamp == "frame-end")
-    settings.stamp_at = drivers::cameras::StampAt::frame_end;
+    settings.stamp_at = device::StampAt::frame_end;
   else if (!options.stamp.empty())
     return wrong_use("--camera-stamp: is '{}'; exposure-start, exposure-end or frame-end is expected",
                      options.stamp);
-  if (auto fine = drivers::cameras::check_settings(request.choice, settings); !fine)
-    return tl::unexpected(fine.error());
+  if (auto fine = drivers.check(request); !fine) return tl::unexpected(fine.error());
   return request;
 }
 

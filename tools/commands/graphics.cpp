@@ -9,6 +9,7 @@
 #include "tools/commands/built_in_applications.h"
 #include "tools/commands/camera_options.h"
 #include "tools/commands/command.h"
+#include "tools/commands/drivers.h"
 #include "tools/commands/server_options.h"
 
 namespace palpate::tools::commands {
@@ -18,7 +19,7 @@ void add_graphics(CLI::App& program) {
       program.add_subcommand("graphics", "The graphics server: camera and tracker in, augmented picture out");
   struct Options {
     std::string rig = "rig.toml", world, json, tracker, publish, camera = "lab", right_camera,
-                quality = "medium";
+                quality = "medium", lab = "lab";
     CameraOptions camera_options;
     std::vector<std::string> tools;
     std::string picture_time, monitor;
@@ -29,12 +30,12 @@ void add_graphics(CLI::App& program) {
   auto options = std::make_shared<Options>();
   command->add_option("--rig", options->rig, "Calibrated rig file")->capture_default_str();
   add_server_options(*command, options->process.server);
-  command->add_option("--lab", options->process.lab, "Name of the laboratory `palpate world run` serves")
+  command->add_option("--lab", options->lab, "Name of the laboratory `palpate world run` serves")
       ->default_val("lab");
   command
       ->add_option("--camera", options->camera,
                    "lab (of a simulated laboratory), or a real camera or recording: " +
-                       std::string(drivers::cameras::kChoices))
+                       drivers().camera_forms(device::Offer::real))
       ->type_name("CAMERA")
       ->default_val("lab");
   command
@@ -129,23 +130,24 @@ void add_graphics(CLI::App& program) {
       options->process.publish = *address;
     }
     if (!options->tracker.empty()) {
-      auto tracker = server::graphics::parse_live_tracker(options->tracker, options->tools);
-      if (!tracker) return tl::unexpected(tracker.error());
-      options->process.tracker = *tracker;
+      if (!drivers().names_tracker(options->tracker, device::Offer::real))
+        return wrong_use("'{}': {} is expected", excerpt(options->tracker, 100),
+                         drivers().tracker_forms(device::Offer::real));
+      options->process.tracker = device::TrackerRequest{options->tracker, options->tools};
+      if (auto fine = drivers().check(*options->process.tracker); !fine) return fine;
     } else if (!options->tools.empty()) {
       return wrong_use("--tracker-tool names tools of the server at --tracker igtl://HOST:PORT; say which");
     }
     if (options->camera != "lab") {
-      if (!drivers::cameras::parse_choice(options->camera))
-        return wrong_use("--camera: is '{}'; lab, {} is expected", excerpt(options->camera, 100),
-                         drivers::cameras::kChoices);
-      auto request = camera_request(options->camera, options->camera_options);
+      if (!drivers().names_camera(options->camera, device::Offer::real))
+        return wrong_use("--camera: is '{}'; {} is expected", excerpt(options->camera, 100),
+                         drivers().camera_forms());
+      auto request = camera_request(drivers(), options->camera, options->camera_options);
       if (!request) return tl::unexpected(request.error());
       options->process.camera = *request;
     }
     if (options->process.timecode && options->process.camera) {
-      const auto kind = options->process.camera->choice.kind;
-      if (kind == drivers::cameras::Kind::images || kind == drivers::cameras::Kind::video)
+      if (drivers().find_for(options->camera)->recording)
         return wrong_use(
             "--clock-strip: --camera is {}, which cannot look at this screen; lab, aravis or v4l2 is "
             "expected",
@@ -172,7 +174,7 @@ void add_graphics(CLI::App& program) {
       if (options->camera == "lab")
         return wrong_use(
             "--camera: the rig of {} reads its camera's place off a printed board; name one of {}",
-            options->rig, drivers::cameras::kChoices);
+            options->rig, drivers().camera_forms(device::Offer::real));
       if (!options->tracker.empty())
         return wrong_use("--tracker: the rig of {} has a printed board instead; leave it out", options->rig);
       if (options->picture_time == "predicted")
@@ -192,7 +194,7 @@ void add_graphics(CLI::App& program) {
       if (rig->board)
         return wrong_use("--right-camera: the rig of {} has a printed board, which goes with one camera",
                          options->rig);
-      auto request = camera_request(options->right_camera, options->camera_options);
+      auto request = camera_request(drivers(), options->right_camera, options->camera_options);
       if (!request) return tl::unexpected(request.error());
       options->process.right_camera = *request;
       if (!rig::has_two_eyes(*rig))
@@ -208,6 +210,8 @@ void add_graphics(CLI::App& program) {
           options->rig);
     options->process.rig = *rig;
     options->process.applications = built_in_applications();
+    options->process.drivers = drivers();
+    options->process.stand_in = "lab:" + options->lab;
     options->process.world = sim::config::reference_world();
     if (!options->world.empty()) {
       auto world = sim::config::read_world(options->world);

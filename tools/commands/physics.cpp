@@ -8,6 +8,7 @@
 #include "palpate/sim/config/world_file.h"
 #include "tools/commands/built_in_applications.h"
 #include "tools/commands/command.h"
+#include "tools/commands/drivers.h"
 #include "tools/commands/touch_options.h"
 
 namespace palpate::tools::commands {
@@ -16,7 +17,7 @@ void add_physics(CLI::App& program) {
   auto* command = program.add_subcommand(
       "physics", "The physics server: 1 kHz force loop, virtual world, states for graphics servers");
   struct Options {
-    std::string rig = "rig.toml", world, json;
+    std::string rig = "rig.toml", lab = "lab", world, json;
     double extra_force_delay_ms = 0.0;
     TouchOptions touch;
     server::physics::PhysicsProcessOptions process;
@@ -34,13 +35,13 @@ void add_physics(CLI::App& program) {
                     "Serve tcp:// without keys: anyone who reaches it sees and commands");
   command
       ->add_option(
-          "--arm", options->process.arm.text,
+          "--arm", options->process.arm.uri,
           "lab (a simulated laboratory's), openhaptics or openhaptics:NAME (a real PHANToM or Touch, "
           "and no laboratory)")
       ->default_val("lab");
   command->add_flag("--arm-at-reset", options->process.arm.at_reset_position,
                     "The real arm is in its reset position now: set its encoders' zero there if it is lost");
-  command->add_option("--lab", options->process.arm.lab, "Name of the laboratory `palpate world run` serves")
+  command->add_option("--lab", options->lab, "Name of the laboratory `palpate world run` serves")
       ->default_val("lab");
   command->add_option("--world", options->world,
                       "World file to take ball, bat, serve and touch settings from");
@@ -78,6 +79,8 @@ void add_physics(CLI::App& program) {
       return refused("{}: has no arm calibration; run `palpate calibrate arm ... --rig {}`", options->rig,
                      options->rig);
     options->process.rig = *rig;
+    options->process.drivers = drivers();
+    if (options->process.arm.uri == "lab") options->process.arm.uri += ":" + options->lab;
     const std::string application = options->process.scene.application;
     sim::config::WorldFile world = sim::config::reference_world();
     if (!options->world.empty()) {

@@ -10,6 +10,7 @@
 #include "tools/commands/built_in_applications.h"
 #include "tools/commands/camera_options.h"
 #include "tools/commands/command.h"
+#include "tools/commands/drivers.h"
 #include "tools/demo/desk_play.h"
 
 namespace palpate::tools::commands {
@@ -33,7 +34,7 @@ Expected<void> play(PlayArguments& options) {
     if (!view) return tl::unexpected(view.error());
     options.play.graphics.monitor = *view;
   }
-  auto request = camera_request(options.camera, options.camera_options);
+  auto request = camera_request(drivers(), options.camera, options.camera_options);
   if (!request) return tl::unexpected(request.error());
   auto rig = rig::read_rig(options.rig);
   if (!rig) return tl::unexpected(rig.error());
@@ -47,6 +48,7 @@ Expected<void> play(PlayArguments& options) {
   options.play.rig_file = options.rig;
   auto& graphics = options.play.graphics;
   graphics.rig = *rig;
+  graphics.drivers = drivers();
   graphics.camera = *request;
   graphics.quality = *quality;
   graphics.window = graphics.mouse = true;
@@ -67,7 +69,7 @@ void add_play(CLI::App& program) {
       "play", "A game on your desk: a webcam sees a printed board, the mouse holds the bat");
   command->add_option("--rig", options->rig, "The rig that `palpate rig webcam` wrote, its lens calibrated")
       ->capture_default_str();
-  command->add_option("--camera", options->camera, std::string(drivers::cameras::kChoices))
+  command->add_option("--camera", options->camera, drivers().camera_forms(device::Offer::real))
       ->type_name("CAMERA")
       ->capture_default_str();
   add_camera_options(*command, options->camera_options);

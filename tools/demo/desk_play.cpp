@@ -102,7 +102,7 @@ Expected<Json> play_at_desk(const DeskPlayOptions& options) {
       files.file(".physics.log"));
   if (!physics) return tl::unexpected(physics.error());
 
-  graphics.lab = name;
+  graphics.stand_in = "lab:" + name;
   graphics.server.address = endpoint->address;
   auto figures = server::session::run_graphics_process(graphics);
   if (!physics->running())

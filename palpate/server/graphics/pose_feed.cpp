@@ -1,5 +1,6 @@
 #include "palpate/server/graphics/pose_feed.h"
 
+#include "palpate/device/live_name.h"
 #include "palpate/scene/shown_tip.h"
 
 namespace palpate::server::graphics {
@@ -10,18 +11,6 @@ constexpr std::size_t kMostWaitingPoses = 256;
 constexpr Duration kStalledReader = std::chrono::seconds(10);
 
 }  // namespace
-
-std::string live_name(device::MarkerId marker) {
-  switch (marker) {
-    case device::MarkerId::tip_marker:
-      return "TipMarkerToWorld";
-    case device::MarkerId::camera_marker:
-      return "CameraMarkerToWorld";
-    case device::MarkerId::pointer:
-      return "PointerToWorld";
-  }
-  return "";
-}
 
 std::vector<LivePose> live_poses(const FrameRecord& frame, const scene::SceneDescription& scene,
                                  const ClockModel<GraphicsClock, PhysicsClock>& sync,
@@ -52,7 +41,7 @@ Expected<PoseFeed> PoseFeed::open(const drivers::openigtlink::Address& address, 
 }
 
 void PoseFeed::marker(device::MarkerId marker, const device::MarkerPose& pose) {
-  send({live_name(marker), pose.time - tracker_after_arm_, {pose.rotation, pose.translation}});
+  send({device::live_name(marker), pose.time - tracker_after_arm_, {pose.rotation, pose.translation}});
 }
 
 void PoseFeed::frame(const FrameRecord& frame, const scene::SceneDescription& scene,

@@ -25,8 +25,6 @@ struct LivePose {
   drivers::openigtlink::RigidPose pose;
 };
 
-// "CameraMarkerToWorld" and so on.
-std::string live_name(device::MarkerId marker);
 // Of a frame that was drawn.
 std::vector<LivePose> live_poses(const FrameRecord& frame, const scene::SceneDescription& scene,
                                  const ClockModel<GraphicsClock, PhysicsClock>& sync,

@@ -150,7 +150,7 @@ class PhysicsProcess {
   const PhysicsProcessOptions& options_;
   const std::atomic<bool>& stop_ = stop_requested();
   scene::SceneDescription scene_;
-  std::unique_ptr<ArmSource> arm_;
+  std::unique_ptr<device::OpenedArm> arm_;
   MonotonicClock<PhysicsClock> clock_;
   std::optional<PhysicsServer> server_;
   transport::StatusBoard board_;
@@ -201,9 +201,11 @@ Expected<void> PhysicsProcess::open() {
   if (!endpoint) return tl::unexpected(endpoint.error());
   auto identity = identity_for(*endpoint, options_.keys);
   if (!identity) return tl::unexpected(identity.error());
-  ArmChoice choice = options_.arm;
-  choice.lengths = options_.rig.nominal_lengths;
-  auto arm = open_arm(choice);
+  device::ArmRequest request = options_.arm;
+  request.lengths = options_.rig.nominal_lengths;
+  if (!options_.drivers.names_arm(request.uri))
+    return wrong_use("--arm: {}", options_.drivers.check(request).error().message);
+  auto arm = options_.drivers.open(request);
   if (!arm) return tl::unexpected(arm.error());
   arm_ = std::move(*arm);
   server_.emplace(options_.rig, scene_, std::move(*application), arm_->device(), haptic_settings());
@@ -216,7 +218,7 @@ haptics::HapticSettings PhysicsProcess::haptic_settings() const {
   haptics::HapticSettings settings;
   settings.period = seconds(1.0 / options_.haptic_hz);
   if (options_.rig.arm) settings.limits = haptics::force_limits_of(options_.rig.arm->model);
-  settings.limits = arm_->limits(settings.limits);
+  settings.limits = haptics::lowered_to(settings.limits, arm_->facts());
   return settings;
 }
 

@@ -10,9 +10,9 @@
 
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
+#include "palpate/device/driver_registry.h"
 #include "palpate/rig/rig.h"
 #include "palpate/scene/application_registry.h"
-#include "palpate/server/physics/arm_source.h"
 
 namespace palpate::server::physics {
 
@@ -21,8 +21,9 @@ struct PhysicsProcessOptions {
   scene::ApplicationRegistry applications;
   scene::SceneDescription scene;  // without surfaces: those are the rig's
   double surface_restitution = 0.93;
-  ArmChoice arm;         // its lengths are taken from the rig
-  std::string endpoint;  // empty = this user's default socket
+  device::DriverRegistry drivers;
+  device::ArmRequest arm{.uri = "lab", .lengths = {}};  // its lengths are taken from the rig
+  std::string endpoint;                                 // empty = this user's default socket
   bool insecure = false;
   std::filesystem::path keys;  // folder; empty = this user's
   scene::RunSettings run;

@@ -10,6 +10,7 @@
 #include "applications/pingpong/specification.h"
 #include "applications/scene_settings.h"
 #include "drivers/laboratory/channel.h"
+#include "drivers/laboratory/driver.h"
 #include "palpate/time/clock.h"
 #include "palpate/transport/zmq_engine.h"
 #include "tests/scratch_folder.h"
@@ -67,7 +68,8 @@ class RestingArm : public testing::Test {
     made.rig = rig();
     made.applications = {applications::pingpong::specification()};
     made.scene = applications::scene_settings(sim::config::reference_world(), "pingpong");
-    made.arm.lab = "bench";
+    drivers::laboratory::add_to(made.drivers);
+    made.arm.uri = "lab:bench";
     made.real_time = false;  // a test does not take the machine's cores away
     return made;
   }
@@ -123,8 +125,11 @@ TEST_F(RestingArm, ItsFiguresTellOfBothLoops) {
 
 TEST_F(RestingArm, WithoutLaboratoryOrSurfacesItDoesNotStart) {
   auto elsewhere = options();
-  elsewhere.arm.lab = "elsewhere";
+  elsewhere.arm.uri = "lab:elsewhere";
   EXPECT_FALSE(run_physics_process(elsewhere));
+  auto strange = options();
+  strange.arm.uri = "elsewhere";
+  EXPECT_EQ(run_physics_process(strange).error().message, "--arm: is 'elsewhere'; lab is expected");
   auto bare = options();
   bare.rig.surfaces.clear();
   const auto refusal = run_physics_process(bare);

@@ -5,28 +5,33 @@
 namespace palpate::server::session {
 namespace {
 
-namespace cameras = drivers::cameras;
-namespace laboratory = drivers::laboratory;
-
 // The server of a rig with a board asks nobody: the picture says where the camera is.
 class NoTracker : public device::TrackerDevice {
  public:
   std::vector<device::TrackerSample> poll() override { return {}; }
 };
 
-// Set to the size that was calibrated.
-Expected<std::unique_ptr<cameras::LiveCamera>> open_for(cameras::CameraRequest request,
-                                                        const rig::CameraCalibration& calibrated) {
-  request.settings.width = calibrated.model.width;
-  request.settings.height = calibrated.model.height;
-  return cameras::open_camera(request);
-}
-
-// Puts what was opened into its place.
-template <typename Device, typename Opened>
-Expected<void> keep(std::unique_ptr<Device>& place, Expected<std::unique_ptr<Opened>> opened) {
+// Opens it and puts it into its place.
+template <typename Request, typename Opened>
+Expected<void> open_into(std::unique_ptr<Opened>& place, const device::DriverRegistry& drivers,
+                         const Request& request) {
+  auto opened = drivers.open(request);
   if (!opened) return tl::unexpected(opened.error());
   place = std::move(*opened);
+  return {};
+}
+
+// Set to the size that was calibrated.
+device::CameraRequest sized(device::CameraRequest request, const rig::CameraCalibration& calibrated) {
+  request.settings.width = calibrated.model.width;
+  request.settings.height = calibrated.model.height;
+  return request;
+}
+
+template <typename Opened>
+Expected<void> look_at(const std::unique_ptr<Opened>& device) {
+  if (!device) return {};
+  if (const auto news = device->look(); !news) return tl::unexpected(news.error());
   return {};
 }
 
@@ -34,68 +39,65 @@ Expected<void> keep(std::unique_ptr<Device>& place, Expected<std::unique_ptr<Ope
 
 Expected<GraphicsDevices> GraphicsDevices::open(const GraphicsProcessOptions& options) {
   GraphicsDevices devices;
-  if (auto done = devices.open_live_cameras(options); !done) return tl::unexpected(done.error());
-  if (auto done = devices.open_laboratory(options); !done) return tl::unexpected(done.error());
+  if (auto done = devices.open_named_cameras(options); !done) return tl::unexpected(done.error());
   if (auto done = devices.open_tracker(options); !done) return tl::unexpected(done.error());
-  if (auto done = devices.open_laboratory_cameras(options); !done) return tl::unexpected(done.error());
+  if (auto done = devices.open_other_camera(options); !done) return tl::unexpected(done.error());
   if (options.player || options.mouse)
-    if (auto done = keep(devices.hand_, laboratory::LabHand::open(devices.laboratory_)); !done)
+    if (auto done = open_into(devices.hand_, options.drivers, device::HandRequest{options.stand_in}); !done)
       return tl::unexpected(done.error());
   return devices;
 }
 
 // The right one first: of two recordings the left one must not run ahead.
-Expected<void> GraphicsDevices::open_live_cameras(const GraphicsProcessOptions& options) {
+Expected<void> GraphicsDevices::open_named_cameras(const GraphicsProcessOptions& options) {
   if (options.right_camera) {
-    live_right_by_own_clock_ = options.right_camera->choice.kind == cameras::Kind::aravis;
-    if (auto done = keep(live_right_, open_for(*options.right_camera, *options.rig.right_camera)); !done)
+    const auto* driver = options.drivers.find_for(options.right_camera->uri);
+    one_clock_ = driver == nullptr || !driver->own_clock;
+    if (auto done =
+            open_into(right_, options.drivers, sized(*options.right_camera, *options.rig.right_camera));
+        !done)
       return done;
   }
   if (!options.camera) return {};
-  return keep(live_camera_, open_for(*options.camera, *options.rig.camera));
-}
-
-Expected<void> GraphicsDevices::open_laboratory(const GraphicsProcessOptions& options) {
-  const bool on_board = options.rig.board.has_value();
-  const bool tracks = !options.tracker && !on_board;
-  if (!tracks && options.camera && !options.player && !options.mouse) return {};
-  auto client = laboratory::LabClient::open(options.lab);
-  if (!client && options.camera && tracks)
-    return refused("{}, or name a real tracker (--tracker igtl://HOST:PORT)", client.error().message);
-  if (!client) return tl::unexpected(client.error());
-  laboratory_ = std::move(*client);
-  return {};
+  return open_into(camera_, options.drivers, sized(*options.camera, *options.rig.camera));
 }
 
 Expected<void> GraphicsDevices::open_tracker(const GraphicsProcessOptions& options) {
-  if (options.tracker) return keep(live_tracker_, server::graphics::open_live_tracker(*options.tracker));
-  if (options.rig.board)
-    other_tracker_ = std::make_unique<NoTracker>();
-  else
-    other_tracker_ = std::make_unique<laboratory::LabTracker>(laboratory_);
+  if (options.tracker) return open_into(tracker_, options.drivers, *options.tracker);
+  if (options.rig.board) {
+    no_tracker_ = std::make_unique<NoTracker>();
+    return {};
+  }
+  auto done = open_into(tracker_, options.drivers, device::TrackerRequest{options.stand_in, {}});
+  if (!done && options.camera && options.drivers.names_tracker(options.stand_in))
+    return refused("{}, or name a real tracker (--tracker igtl://HOST:PORT)", done.error().message);
+  return done;
+}
+
+Expected<void> GraphicsDevices::open_other_camera(const GraphicsProcessOptions& options) {
+  if (camera_) return {};
+  if (auto done = open_into(camera_, options.drivers, device::CameraRequest{options.stand_in, {}}); !done)
+    return done;
+  if (!rig::has_two_eyes(options.rig)) return {};
+  auto right = camera_->right();
+  if (!right) return tl::unexpected(right.error());
+  right_of_pair_ = *right;
   return {};
 }
 
-Expected<void> GraphicsDevices::open_laboratory_cameras(const GraphicsProcessOptions& options) {
-  if (live_camera_) return {};
-  if (auto done = keep(lab_camera_, laboratory::LabCamera::open(laboratory_)); !done) return done;
-  if (laboratory_->cameras() < 2 || !rig::has_two_eyes(options.rig)) return {};
-  return keep(lab_right_, laboratory::LabCamera::open(laboratory_, 1));
-}
-
 device::TrackerDevice& GraphicsDevices::tracker() const {
-  return live_tracker_ ? static_cast<device::TrackerDevice&>(*live_tracker_) : *other_tracker_;
-}
-
-device::CameraDevice& GraphicsDevices::camera() const {
-  return live_camera_ ? static_cast<device::CameraDevice&>(*live_camera_) : *lab_camera_;
+  return tracker_ ? tracker_->device() : *no_tracker_;
 }
 
 device::CameraDevice* GraphicsDevices::right_camera() const {
-  if (lab_right_) return lab_right_.get();
-  return live_right_.get();
+  return right_ ? &right_->device() : right_of_pair_;
 }
 
-bool GraphicsDevices::one_clock() const { return lab_right_ || !live_right_by_own_clock_; }
+Expected<void> GraphicsDevices::look() const {
+  if (auto there = look_at(camera_); !there) return there;
+  if (auto there = look_at(right_); !there) return there;
+  if (auto there = look_at(tracker_); !there) return there;
+  return look_at(hand_);
+}
 
 }  // namespace palpate::server::session

@@ -183,15 +183,14 @@ Expected<void> GraphicsProcess::assemble() {
   if (!view) return tl::unexpected(view.error());
   pictures_.emplace(options_.rig, scene_, std::move(*view), options_.quality);
   pictures_->set_captions(!options_.window);
-  server_.emplace(options_.rig, *link_, devices_->tracker(), devices_->camera(), *pictures_,
+  server_.emplace(options_.rig, *link_, devices_->tracker(), devices_->camera().device(), *pictures_,
                   options_.graphics);
   if (auto* right = devices_->right_camera()) server_->add_right_camera(*right, devices_->one_clock());
   if (feed_)
     server_->set_marker_tap(
         [this](device::MarkerId marker, const device::MarkerPose& pose) { feed_->marker(marker, pose); });
-  if (devices_->live_tracker() != nullptr)
-    server_->set_tracker_explanation(
-        [this] { return graphics::why_unheard(*devices_->live_tracker(), *options_.tracker); });
+  if (options_.tracker)
+    server_->set_tracker_explanation([this] { return devices_->tracker_driver()->why_unheard(); });
   if (!options_.player) return {};
   auto made =
       desktop::ScriptedUser::make(options_.applications, scene_, options_.rig, options_.world, options_.seed);
@@ -208,7 +207,7 @@ Expected<void> GraphicsProcess::open_windows() {
   auto opened = desktop::DesktopUi::open(options_.applications, scene_, options_.rig, options_.world, place_,
                                          {.mouse = options_.mouse,
                                           .scripted_player = options_.player,
-                                          .timecode = options_.timecode && devices_->live_camera(),
+                                          .timecode = options_.timecode && devices_->live_camera() != nullptr,
                                           .biocular = options_.biocular,
                                           .two_eyes = devices_->right_camera() != nullptr,
                                           .outside = from_outside,
@@ -226,8 +225,14 @@ Expected<void> GraphicsProcess::open_windows() {
 Expected<void> GraphicsProcess::open_latency_probe() {
   if (!options_.timecode) return {};
   const auto* live = devices_->live_camera();
-  const double exposure_s = live != nullptr ? live->facts().exposure_s : options_.world.camera.exposure_s;
-  auto opened = evaluation::LatencyProbe::open(live != nullptr ? nullptr : devices_->laboratory(),
+  const double exposure_s = live != nullptr ? live->exposure_s() : options_.world.camera.exposure_s;
+  std::unique_ptr<device::OpenedDisplay> display;
+  if (live == nullptr) {
+    auto found = options_.drivers.open(device::DisplayRequest{options_.stand_in});
+    if (!found) return tl::unexpected(found.error());
+    display = std::move(*found);
+  }
+  auto opened = evaluation::LatencyProbe::open(std::move(display),
                                                {.exposure = seconds(exposure_s),
                                                 .scan_out = options_.graphics.scan_out,
                                                 .readout = seconds(camera_readout_s(options_))},
@@ -254,9 +259,9 @@ void GraphicsProcess::introduce() const {
   if (options_.ready) options_.ready();
   if (feed_) notice(fmt::format("publishes poses over OpenIGTLink at {}", feed_->address().text()));
   if (const auto* camera = devices_->live_camera())
-    notice(fmt::format("camera {}: {}", camera->name(), drivers::cameras::description(camera->facts())));
+    notice(fmt::format("camera {}: {}", camera->name(), camera->description()));
   if (const auto* right = devices_->live_right())
-    notice(fmt::format("right camera {}: {}", right->name(), drivers::cameras::description(right->facts())));
+    notice(fmt::format("right camera {}: {}", right->name(), right->description()));
 }
 
 bool GraphicsProcess::goes_on() const {
@@ -271,8 +276,7 @@ Expected<void> GraphicsProcess::tick() {
   const auto now = clock_.now();
   if (next_ < now) next_ = now;
   std::this_thread::sleep_for(next_ - now);
-  if (const auto& laboratory = devices_->laboratory())
-    if (auto alive = laboratory->check(); !alive) return refused("graphics: {}", alive.error().message);
+  if (auto there = devices_->look(); !there) return refused("graphics: {}", there.error().message);
   if (auto* camera = devices_->live_camera()) server_->set_camera_trouble(camera->trouble());
   server_->service(clock_.now());
   physics_->look();
@@ -388,12 +392,7 @@ Json GraphicsProcess::figures() const {
                         {"blows_heard", ui_->impacts()},
                         {"bounces_heard", ui_->bounces()}};
   if (!monitored_.is_null()) result["window"]["monitor"] = monitored_;
-  if (const auto* camera = devices_->live_camera()) {
-    const auto status = camera->status();
-    result["camera"] = {{"name", camera->name()},      {"model", camera->facts().model},
-                        {"pictures", status.pictures}, {"damaged", status.damaged},
-                        {"dropped", status.dropped},   {"times_opened", status.times_opened}};
-  }
+  if (const auto* camera = devices_->live_camera()) result["camera"] = camera->figures();
   return result;
 }
 

@@ -9,15 +9,15 @@
 #include <optional>
 #include <string>
 
-#include "drivers/cameras/camera_choice.h"
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/desktop/spectator_window.h"
+#include "palpate/device/driver_registry.h"
 #include "palpate/render/compositor.h"
 #include "palpate/rig/rig.h"
 #include "palpate/scene/application_registry.h"
 #include "palpate/server/graphics/graphics_server.h"
-#include "palpate/server/graphics/live_tracker.h"
+#include "palpate/server/graphics/pose_feed.h"
 #include "palpate/sim/config/world_file.h"
 #include "palpate/transport/server_place.h"
 
@@ -28,14 +28,15 @@ struct GraphicsProcessOptions {
   // Those that it can draw and play; of another its bodies are shown (scene/generic_view.h).
   scene::ApplicationRegistry applications;
   sim::config::WorldFile world;  // how the player's own arm feels
-  std::string lab = "lab";
+  device::DriverRegistry drivers;
+  // The laboratory that stands in for every device which is not named.
+  std::string stand_in = "lab";
   transport::ServerName server;
-  std::optional<server::graphics::LiveTracker>
-      tracker;  // instead of the laboratory's; a rig with a board has none
-  std::optional<drivers::cameras::CameraRequest>
-      camera;  // a real one, or a recording, set to the size of the rig's calibration
-  std::optional<drivers::cameras::CameraRequest>
-      right_camera;  // a second one beside it; the laboratory's is taken where it is
+  // Instead of the laboratory's; a rig with a board has none.
+  std::optional<device::TrackerRequest> tracker;
+  // A real one, or a recording, set to the size of the rig's calibration; a second one beside it. The
+  // laboratory's are taken where none is named.
+  std::optional<device::CameraRequest> camera, right_camera;
   std::optional<drivers::openigtlink::Address> publish;  // poses for 3D Slicer and others (pose_feed.h)
   server::graphics::GraphicsSettings graphics;
   std::filesystem::path mesh;  // what touch shows, where it lies elsewhere than on the server's machine

@@ -1,13 +1,13 @@
-#include "palpate/server/graphics/live_tracker.h"
+#include "drivers/openigtlink/live_tracker.h"
 
 #include <fmt/ranges.h>
 
 #include <algorithm>
 
 #include "palpate/core/text.h"
-#include "palpate/server/graphics/pose_feed.h"
+#include "palpate/device/live_name.h"
 
-namespace palpate::server::graphics {
+namespace palpate::drivers::openigtlink {
 namespace {
 
 constexpr std::string_view kScheme = "igtl://";
@@ -21,11 +21,11 @@ constexpr std::pair<std::string_view, device::MarkerId> kMarkers[] = {
 Expected<LiveTracker> parse_live_tracker(std::string_view address, const std::vector<std::string>& tools) {
   if (!address.starts_with(kScheme))
     return wrong_use("'{}': igtl://HOST:PORT of an OpenIGTLink server is expected", excerpt(address, 100));
-  auto server = drivers::openigtlink::parse_server(address.substr(kScheme.size()));
+  auto server = parse_server(address.substr(kScheme.size()));
   if (!server) return tl::unexpected(server.error());
   LiveTracker tracker{*server, {}};
   std::map<device::MarkerId, std::string> names;
-  for (const auto& [word, marker] : kMarkers) names[marker] = live_name(marker);
+  for (const auto& [word, marker] : kMarkers) names[marker] = device::live_name(marker);
   for (const auto& tool : tools) {
     const auto equals = tool.find('=');
     const auto* marker = std::find_if(std::begin(kMarkers), std::end(kMarkers), [&](const auto& known) {
@@ -36,7 +36,7 @@ Expected<LiveTracker> parse_live_tracker(std::string_view address, const std::ve
           "'{}': MARKER=NAME is expected, MARKER one of TipMarker, CameraMarker, Pointer and NAME the "
           "server's tool",
           excerpt(tool, 100));
-    names[marker->second] = tool.substr(equals + 1).substr(0, drivers::openigtlink::kNameBytes);
+    names[marker->second] = tool.substr(equals + 1).substr(0, kNameBytes);
   }
   for (const auto& [marker, name] : names)
     if (!tracker.tools.emplace(name, marker).second)
@@ -45,16 +45,15 @@ Expected<LiveTracker> parse_live_tracker(std::string_view address, const std::ve
   return tracker;
 }
 
-Expected<std::unique_ptr<drivers::openigtlink::OpenIgtlinkTracker>> open_live_tracker(
-    const LiveTracker& tracker) {
-  auto client = drivers::openigtlink::TrackerClient::connect(tracker.server);
+Expected<std::unique_ptr<OpenIgtlinkTracker>> open_live_tracker(const LiveTracker& tracker) {
+  auto client = TrackerClient::connect(tracker.server);
   if (!client) return tl::unexpected(client.error());
-  drivers::openigtlink::TrackerMapping mapping;
+  TrackerMapping mapping;
   mapping.markers = tracker.tools;
-  return std::make_unique<drivers::openigtlink::OpenIgtlinkTracker>(std::move(*client), std::move(mapping));
+  return std::make_unique<OpenIgtlinkTracker>(std::move(*client), std::move(mapping));
 }
 
-std::string why_unheard(const drivers::openigtlink::OpenIgtlinkTracker& tracker, const LiveTracker& named) {
+std::string why_unheard(const OpenIgtlinkTracker& tracker, const LiveTracker& named) {
   const std::string where = named.server.text();
   if (!tracker.state().connected)
     return fmt::format(
@@ -75,4 +74,4 @@ std::string why_unheard(const drivers::openigtlink::OpenIgtlinkTracker& tracker,
       where, excerpt(name));
 }
 
-}  // namespace palpate::server::graphics
+}  // namespace palpate::drivers::openigtlink

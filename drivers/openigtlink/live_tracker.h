@@ -1,4 +1,4 @@
-// An OpenIGTLink server as the graphics server's tracker: which of its tools are which markers, and what a
+// An OpenIGTLink server as a person names it for a tracker: which of its tools are which markers, and what a
 // person should know where it is not heard of. One thread.
 #pragma once
 
@@ -11,10 +11,10 @@
 
 #include "drivers/openigtlink/tracker_device.h"
 
-namespace palpate::server::graphics {
+namespace palpate::drivers::openigtlink {
 
 struct LiveTracker {
-  drivers::openigtlink::Address server;
+  Address server;
   std::map<std::string, device::MarkerId> tools;  // the server's names
 };
 
@@ -23,11 +23,10 @@ struct LiveTracker {
 Expected<LiveTracker> parse_live_tracker(std::string_view address, const std::vector<std::string>& tools);
 
 // Connects in the background. The server measures in World.
-Expected<std::unique_ptr<drivers::openigtlink::OpenIgtlinkTracker>> open_live_tracker(
-    const LiveTracker& tracker);
+Expected<std::unique_ptr<OpenIgtlinkTracker>> open_live_tracker(const LiveTracker& tracker);
 
 // Why the camera's marker may not be heard of, in words: for the conditions of the graphics server, which
 // judges whether it is.
-std::string why_unheard(const drivers::openigtlink::OpenIgtlinkTracker& tracker, const LiveTracker& named);
+std::string why_unheard(const OpenIgtlinkTracker& tracker, const LiveTracker& named);
 
-}  // namespace palpate::server::graphics
+}  // namespace palpate::drivers::openigtlink

@@ -1,9 +1,9 @@
-#include "palpate/server/physics/arm_source.h"
-
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
+#include "drivers/laboratory/driver.h"
+#include "drivers/openhaptics/driver.h"
 #include "drivers/openhaptics/stub_for_tests.h"
 #include "palpate/haptics/haptic_loop.h"
 #include "palpate/time/clock.h"
@@ -17,20 +17,27 @@ class RealArm : public drivers::openhaptics::StubTest {
  protected:
   RealArm() { setenv("PALPATE_LIBHD", drivers::openhaptics::kStub, 1); }
   ~RealArm() override { unsetenv("PALPATE_LIBHD"); }
+  static device::DriverRegistry drivers() {
+    device::DriverRegistry registry;
+    drivers::laboratory::add_to(registry);
+    drivers::openhaptics::add_to(registry);
+    return registry;
+  }
+  static Expected<std::unique_ptr<device::OpenedArm>> open_arm(const std::string& uri) {
+    return drivers().open(device::ArmRequest{.uri = uri, .lengths = {}});
+  }
 };
 
 TEST_F(RealArm, IsChosenByNameAndOtherChoicesAreWrongUse) {
-  ArmChoice choice;
-  choice.text = "openhaptics:Right";
-  auto arm = open_arm(choice);
+  auto arm = open_arm("openhaptics:Right");
   ASSERT_TRUE(arm) << arm.error().message;
   EXPECT_TRUE(with([](HdStubDevice& d) { return d.open; }, 2));
   for (const char* text : {"", "openhaptics:", "openhaptic", "phantom", "openhapticsRight"}) {
-    choice.text = text;
-    const auto refusal = open_arm(choice);
+    const auto refusal = open_arm(text);
     ASSERT_FALSE(refusal) << text;
     EXPECT_EQ(refusal.error().exit_code(), 2);
-    EXPECT_NE(refusal.error().message.find("openhaptics:NAME"), std::string::npos);
+    EXPECT_EQ(refusal.error().message,
+              std::string("is '") + text + "'; lab, openhaptics or openhaptics:NAME is expected");
   }
 }
 
@@ -39,28 +46,24 @@ TEST_F(RealArm, LowersTheForceLimitsToItsOwnAndNeverRaisesThem) {
     d.nominal_force = 3.3;
     d.nominal_continuous = 0.9;
   });
-  ArmChoice choice;
-  choice.text = "openhaptics";
   {
-    const auto arm = open_arm(choice);
+    const auto arm = open_arm("openhaptics");
     ASSERT_TRUE(arm);
-    EXPECT_EQ((*arm)->limits({}).peak_n, 3.3);
-    EXPECT_EQ((*arm)->limits({}).continuous_n, 0.9);
+    EXPECT_EQ(haptics::lowered_to({}, (*arm)->facts()).peak_n, 3.3);
+    EXPECT_EQ(haptics::lowered_to({}, (*arm)->facts()).continuous_n, 0.9);
   }
   with([](HdStubDevice& d) {
     d.nominal_force = 37.5;
     d.nominal_continuous = 6.2;
   });
-  const auto arm = open_arm(choice);
+  const auto arm = open_arm("openhaptics");
   ASSERT_TRUE(arm);
-  EXPECT_EQ((*arm)->limits({}).peak_n, haptics::ForceLimits().peak_n);
-  EXPECT_EQ((*arm)->limits({}).continuous_n, haptics::ForceLimits().continuous_n);
+  EXPECT_EQ(haptics::lowered_to({}, (*arm)->facts()).peak_n, haptics::ForceLimits().peak_n);
+  EXPECT_EQ(haptics::lowered_to({}, (*arm)->facts()).continuous_n, haptics::ForceLimits().continuous_n);
 }
 
 TEST_F(RealArm, TellsOnceWhoItIsThatItIsGoneAndThatItIsBack) {
-  ArmChoice choice;
-  choice.text = "openhaptics";
-  auto arm = open_arm(choice);
+  auto arm = open_arm("openhaptics");
   ASSERT_TRUE(arm) << arm.error().message;
   std::vector<std::string> lines;
   const auto hears = [&](const std::string& words) {

@@ -1,15 +1,19 @@
-#include "palpate/server/graphics/live_tracker.h"
+#include "drivers/openigtlink/live_tracker.h"
 
 #include <gtest/gtest.h>
 
 #include <thread>
 
-#include "palpate/server/graphics/pose_feed.h"
+#include "drivers/openigtlink/pose_publisher.h"
+#include "palpate/device/live_name.h"
 
-namespace palpate::server::graphics {
+namespace palpate::drivers::openigtlink {
 namespace {
 
-Instant<GraphicsClock> at_s(double s) { return Instant<GraphicsClock>::from_seconds(s); }
+// Sends a marker's pose under our own name for it.
+void send(PosePublisher& feed, device::MarkerId marker, Instant<TrackerClock> stamp, const RigidPose& pose) {
+  EXPECT_TRUE(feed.publish(device::live_name(marker), stamp, pose));
+}
 
 bool becomes_true(const std::function<bool()>& condition) {
   for (int i = 0; i < 12'000; ++i) {
@@ -22,7 +26,7 @@ bool becomes_true(const std::function<bool()>& condition) {
 TEST(LiveTracker, ToolsAreNamedAfterTheirMarkersUnlessSaidOtherwise) {
   const auto plain = parse_live_tracker("igtl://localhost", {});
   ASSERT_TRUE(plain.has_value());
-  EXPECT_EQ(plain->server.port, drivers::openigtlink::kDefaultPort);
+  EXPECT_EQ(plain->server.port, kDefaultPort);
   EXPECT_EQ(plain->tools.at("CameraMarkerToWorld"), device::MarkerId::camera_marker);
   const auto named = parse_live_tracker("igtl://[::1]:7", {"CameraMarker=HeadToTracker"});
   ASSERT_TRUE(named.has_value());
@@ -40,9 +44,9 @@ TEST(LiveTracker, WhatIsNoneIsWrongUse) {
 }
 
 TEST(LiveTracker, WhatIsNotHeardOfHasItsReasonAndPosesThatComeAreThoseThatWereSent) {
-  auto feed = PoseFeed::open({"127.0.0.1", 0});
+  auto feed = PosePublisher::listen({"127.0.0.1", 0});
   ASSERT_TRUE(feed.has_value());
-  const auto named = parse_live_tracker("igtl://" + feed->address().text(), {});
+  const auto named = parse_live_tracker("igtl://" + (*feed)->address().text(), {});
   ASSERT_TRUE(named.has_value());
   auto device = open_live_tracker(*named);
   ASSERT_TRUE(device.has_value());
@@ -50,16 +54,17 @@ TEST(LiveTracker, WhatIsNotHeardOfHasItsReasonAndPosesThatComeAreThoseThatWereSe
   EXPECT_NE(why_unheard(**device, *named).find("does not see 'CameraMarkerToWorld'"), std::string::npos);
 
   // The poses that come are those that were sent, as samples of their markers.
-  const device::MarkerPose pose{at_s(5.0), so3_exp(Vector3(0.1, -0.4, 0.2)), Vector3(0.1, -0.2, -1.1), {}};
+  const auto stamp = Instant<TrackerClock>::from_seconds(5.0);
+  const RigidPose pose{so3_exp(Vector3(0.1, -0.4, 0.2)), Vector3(0.1, -0.2, -1.1)};
   std::vector<device::TrackerSample> samples;
   ASSERT_TRUE(becomes_true([&] {
-    feed->marker(device::MarkerId::camera_marker,
-                 pose);  // again and again: whoever is connected is served from now on
+    send(**feed, device::MarkerId::camera_marker, stamp,
+         pose);  // again and again: whoever is connected is served from now on
     samples = (*device)->poll();
     return !samples.empty();
   }));
   EXPECT_EQ(samples[0].marker, device::MarkerId::camera_marker);
-  EXPECT_EQ(samples[0].stamp.ns(), pose.time.ns());
+  EXPECT_EQ(samples[0].stamp.ns(), stamp.ns());
   EXPECT_LT((samples[0].translation - pose.translation).norm(), 1e-6);  // float32
   EXPECT_LT(samples[0].rotation.angularDistance(pose.rotation), 1e-6);
 
@@ -69,14 +74,15 @@ TEST(LiveTracker, WhatIsNotHeardOfHasItsReasonAndPosesThatComeAreThoseThatWereSe
 }
 
 TEST(LiveTracker, AToolUnderAnotherNameIsAskedFor) {
-  auto feed = PoseFeed::open({"127.0.0.1", 0});
+  auto feed = PosePublisher::listen({"127.0.0.1", 0});
   ASSERT_TRUE(feed.has_value());
-  const auto named = parse_live_tracker("igtl://" + feed->address().text(), {"CameraMarker=Head"});
+  const auto named = parse_live_tracker("igtl://" + (*feed)->address().text(), {"CameraMarker=Head"});
   auto device = open_live_tracker(*named);
   ASSERT_TRUE(device.has_value());
-  const device::MarkerPose pose{at_s(5.0), Quaternion::Identity(), Vector3::Zero(), {}};
+  const auto stamp = Instant<TrackerClock>::from_seconds(5.0);
+  const RigidPose pose{Quaternion::Identity(), Vector3::Zero()};
   ASSERT_TRUE(becomes_true([&] {
-    feed->marker(device::MarkerId::camera_marker, pose);
+    send(**feed, device::MarkerId::camera_marker, stamp, pose);
     static_cast<void>((*device)->poll());
     return !(*device)->others().empty();
   }));
@@ -86,4 +92,4 @@ TEST(LiveTracker, AToolUnderAnotherNameIsAskedFor) {
 }
 
 }  // namespace
-}  // namespace palpate::server::graphics
+}  // namespace palpate::drivers::openigtlink

@@ -1,0 +1,131 @@
+#include "drivers/laboratory/driver.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <mutex>
+
+#include "drivers/laboratory/channel.h"
+
+namespace palpate::drivers::laboratory {
+namespace {
+
+using Client = std::shared_ptr<LabClient>;
+
+// One client of each laboratory, shared by the devices that are open at a time.
+class Clients {
+ public:
+  Expected<Client> open(std::string_view uri) {
+    const std::string rest(device::rest_of(uri));
+    const std::string name = rest.empty() ? "lab" : rest;
+    const std::lock_guard lock(mutex_);
+    if (auto open = clients_[name].lock()) return open;
+    auto client = LabClient::open(name);
+    if (client) clients_[name] = *client;
+    return client;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::string, std::weak_ptr<LabClient>> clients_;
+};
+
+// A device of a laboratory: gone when that is.
+template <typename Base, typename Device, typename Mine>
+class OpenedLab : public Base {
+ public:
+  OpenedLab(Client client, std::unique_ptr<Mine> device)
+      : client_(std::move(client)), device_(std::move(device)) {}
+  Device& device() override { return *device_; }
+  Expected<std::optional<std::string>> look() override {
+    if (auto alive = client_->check(); !alive) return tl::unexpected(alive.error());
+    return std::nullopt;
+  }
+
+ protected:
+  Client client_;
+  std::unique_ptr<Mine> device_;
+};
+
+class OpenedLabArm : public OpenedLab<device::OpenedArm, device::ArmDevice, LabArm> {
+ public:
+  using OpenedLab::OpenedLab;
+  Expected<std::optional<std::string>> look() override {
+    if (auto alive = client_->check(); !alive) return tl::unexpected(alive.error());
+    if (client_->silent() == told_silent_) return std::nullopt;
+    told_silent_ = client_->silent();
+    return told_silent_
+               ? fmt::format("laboratory '{}' stands still: no forces until it goes on", client_->name())
+               : fmt::format("laboratory '{}' goes on", client_->name());
+  }
+  device::ArmFacts facts() const override {
+    return {.simulated = true, .identity = "lab", .peak_n = {}, .continuous_n = {}};
+  }
+
+ private:
+  bool told_silent_ = false;
+};
+
+class OpenedLabCamera : public OpenedLab<device::OpenedCamera, device::CameraDevice, LabCamera> {
+ public:
+  using OpenedLab::OpenedLab;
+  bool simulated() const override { return true; }
+  std::string name() const override { return "lab:" + client_->name(); }
+  std::string description() const override { return "camera of a simulated laboratory"; }
+  Expected<device::CameraDevice*> right() override {
+    if (right_ || client_->cameras() < 2) return right_.get();
+    auto opened = LabCamera::open(client_, 1);
+    if (!opened) return tl::unexpected(opened.error());
+    right_ = std::move(*opened);
+    return right_.get();
+  }
+
+ private:
+  std::unique_ptr<LabCamera> right_;
+};
+
+using OpenedLabTracker = OpenedLab<device::OpenedTracker, device::TrackerDevice, LabTracker>;
+using OpenedLabHand = OpenedLab<device::OpenedHand, device::HandDevice, LabHand>;
+using OpenedLabDisplay = OpenedLab<device::OpenedDisplay, device::DisplayDevice, LabDisplay>;
+
+// Opens with the laboratory of the request.
+template <typename Opened, typename Mine, typename Opener, typename Open>
+Opener opener(const std::shared_ptr<Clients>& clients, Open open) {
+  using Request = typename Opener::Request;
+  using Result = Expected<std::unique_ptr<typename Opener::Opened>>;
+  Opener made;
+  made.form = "lab";
+  made.open = [clients, open](const Request& request) -> Result {
+    auto client = clients->open(request.uri);
+    if (!client) return tl::unexpected(client.error());
+    Expected<std::unique_ptr<Mine>> device = open(*client);
+    if (!device) return tl::unexpected(device.error());
+    return std::make_unique<Opened>(*client, std::move(*device));
+  };
+  return made;
+}
+
+}  // namespace
+
+void add_to(device::DriverRegistry& registry) {
+  const auto clients = std::make_shared<Clients>();
+  device::Driver driver;
+  driver.scheme = "lab";
+  driver.summary = "the devices of a simulated laboratory";
+  driver.simulated = true;
+  driver.arm = opener<OpenedLabArm, LabArm, device::ArmOpener>(
+      clients, [](const Client& client) { return LabArm::open(client); });
+  driver.tracker =
+      opener<OpenedLabTracker, LabTracker, device::TrackerOpener>(clients, [](const Client& client) {
+        return Expected<std::unique_ptr<LabTracker>>(std::make_unique<LabTracker>(client));
+      });
+  driver.camera = opener<OpenedLabCamera, LabCamera, device::CameraOpener>(
+      clients, [](const Client& client) { return LabCamera::open(client); });
+  driver.hand = opener<OpenedLabHand, LabHand, device::HandOpener>(
+      clients, [](const Client& client) { return LabHand::open(client); });
+  driver.display = opener<OpenedLabDisplay, LabDisplay, device::DisplayOpener>(
+      clients, [](const Client& client) { return LabDisplay::open(client); });
+  registry.add(std::move(driver));
+}
+
+}  // namespace palpate::drivers::laboratory

@@ -1,0 +1,31 @@
+#include "tools/commands/drivers.h"
+
+#include "drivers/laboratory/driver.h"
+#include "drivers/openhaptics/driver.h"
+#ifndef PALPATE_PHYSICS_ALONE
+#include "drivers/cameras/driver.h"
+#include "drivers/openigtlink/driver.h"
+#endif
+
+namespace palpate::tools::commands {
+namespace {
+
+device::DriverRegistry all_drivers() {
+  device::DriverRegistry registry;
+  drivers::laboratory::add_to(registry);
+  drivers::openhaptics::add_to(registry);
+#ifndef PALPATE_PHYSICS_ALONE
+  drivers::cameras::add_to(registry);
+  drivers::openigtlink::add_to(registry);
+#endif
+  return registry;
+}
+
+}  // namespace
+
+const device::DriverRegistry& drivers() {
+  static const device::DriverRegistry registry = all_drivers();
+  return registry;
+}
+
+}  // namespace palpate::tools::commands
