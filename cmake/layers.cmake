@@ -102,6 +102,7 @@ function(palpate_module)
     target_compile_definitions(${target}_test PRIVATE PALPATE_DATA_DIR="${PROJECT_SOURCE_DIR}/data")
     # Tests are compiled once and read the same headers of GoogleTest and the module.
     set_target_properties(${target}_test PROPERTIES UNITY_BUILD_BATCH_SIZE 16)
+    target_compile_options(${target}_test PRIVATE ${PALPATE_TEST_OPTIONS})
     set(labels ${name})
     if(module IN_LIST PALPATE_THREADED)
       list(APPEND labels threaded)
