@@ -2,12 +2,33 @@
 # namespace says otherwise. docs/architecture.md explains what lives where.
 #
 # A module's name is its folder without the `palpate/` in front: core is palpate/core, drivers/cameras is drivers/cameras.
+# The applications that the program has, a folder each: one line here adds one to the layers, to the physics server and to
+# the program's registry. None is fine, too. A folder gives `scene::ApplicationSpec specification()` in its
+# specification.h (docs/guides/new-application.md).
+set(PALPATE_APPLICATIONS
+  applications/pingpong
+  applications/touch)
+if(NOT IS_DIRECTORY ${PROJECT_SOURCE_DIR}/applications)
+  set(PALPATE_APPLICATIONS "")
+endif()
+# Further ones from outside this tree: folders .../applications/NAME, which may be included as "applications/NAME/...".
+set(PALPATE_EXTRA_APPLICATIONS "" CACHE STRING "Folders of further applications, each called .../applications/NAME")
+foreach(folder IN LISTS PALPATE_EXTRA_APPLICATIONS)
+  if(NOT folder MATCHES "^/.*/(applications/([a-z][a-z0-9_]*))$" OR NOT EXISTS ${folder}/specification.h)
+    message(FATAL_ERROR "PALPATE_EXTRA_APPLICATIONS: '${folder}': an absolute path .../applications/NAME of a folder that "
+      "has a specification.h is expected, NAME in lower-case letters, digits and '_'")
+  endif()
+  set(module ${CMAKE_MATCH_1})
+  string(REPLACE "/" "_" name ${module})
+  set(PALPATE_FOLDER_OF_${name} ${folder})
+  list(APPEND PALPATE_APPLICATIONS ${module})
+endforeach()
 set(PALPATE_LAYER_0 core)
 set(PALPATE_LAYER_1 math time figures)
 set(PALPATE_LAYER_2 device)
 set(PALPATE_LAYER_3 scene rig)
 set(PALPATE_LAYER_4 physics calibration/noise transport render sim/config)
-set(PALPATE_LAYER_5 calibration haptics applications/pingpong applications/touch)
+set(PALPATE_LAYER_5 calibration haptics ${PALPATE_APPLICATIONS})
 set(PALPATE_LAYER_6 vision drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras applications)
 set(PALPATE_LAYER_7 calibration/session server/physics server/graphics sim)
 set(PALPATE_LAYER_8 desktop)
@@ -24,7 +45,7 @@ set(PALPATE_THREADED core time scene device transport drivers/laboratory drivers
 
 # Where memory is at risk from what others send, from parsers and from raw buffers: the address sanitizer runs the tests
 # of these for every change (target checked_tests, label checked), and those of all modules in scripts/long.
-set(PALPATE_CHECKED core device scene rig physics transport render sim/config haptics applications/pingpong applications/touch
+set(PALPATE_CHECKED core device scene rig physics transport render sim/config haptics ${PALPATE_APPLICATIONS}
   drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras server/physics server/graphics)
 
 # Tests that take long: hundreds of repeats for statistics, and long runs of what shorter tests run, too. They have the
@@ -34,7 +55,7 @@ set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "^Program\\.(soak|live_
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.
 set(PALPATE_PHYSICS_PARTS core math time figures device scene rig physics transport sim/config haptics drivers/laboratory drivers/openhaptics
-  applications/pingpong applications/touch applications server/physics tools/commands)
+  ${PALPATE_APPLICATIONS} applications server/physics tools/commands)
 
 set(PALPATE_ALL_MODULES "")
 math(EXPR palpate_highest_layer "${PALPATE_LAYER_COUNT} - 1")
@@ -46,12 +67,23 @@ foreach(layer RANGE 0 ${palpate_highest_layer})
   endforeach()
 endforeach()
 
-# The folder of a module, from the project's root; also its include path.
+# The include path of a module's headers; also its folder, from the project's root, unless it comes from outside.
 function(palpate_folder_of module result)
   if(NOT module MATCHES "^(drivers|applications|tools)(/|$)")
     string(PREPEND module "palpate/")
   endif()
   set(${result} ${module} PARENT_SCOPE)
+endfunction()
+
+# The folder of a module on this machine.
+function(palpate_path_of module result)
+  string(REPLACE "/" "_" name ${module})
+  if(DEFINED PALPATE_FOLDER_OF_${name})
+    set(${result} ${PALPATE_FOLDER_OF_${name}} PARENT_SCOPE)
+  else()
+    palpate_folder_of(${module} folder)
+    set(${result} ${PROJECT_SOURCE_DIR}/${folder} PARENT_SCOPE)
+  endif()
 endfunction()
 
 # palpate_module(DEPENDS core math ... LIBRARIES Eigen3::Eigen ...)
@@ -63,6 +95,9 @@ function(palpate_module)
   cmake_parse_arguments(ARG "" "" "DEPENDS;TEST_DEPENDS;LIBRARIES;TEST_LIBRARIES;SOURCES" ${ARGN})
   file(RELATIVE_PATH module ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
   string(REGEX REPLACE "^palpate/" "" module ${module})
+  if(CMAKE_CURRENT_SOURCE_DIR IN_LIST PALPATE_EXTRA_APPLICATIONS)
+    string(REGEX REPLACE ".*/(applications/[^/]*)$" "\\1" module ${CMAKE_CURRENT_SOURCE_DIR})
+  endif()
   string(REPLACE "/" "_" name ${module})
   set(target palpate_${name})
   file(GLOB sources CONFIGURE_DEPENDS *.cpp internal/*.cpp)
@@ -70,6 +105,9 @@ function(palpate_module)
   if(tests)
     list(REMOVE_ITEM sources ${tests})
   endif()
+  palpate_leave_out_tests(tests applications_of_tests)
+  list(REMOVE_ITEM applications_of_tests ${module})
+  list(APPEND ARG_TEST_DEPENDS ${applications_of_tests})
   list(APPEND sources ${ARG_SOURCES})
   if(sources)
     add_library(${target} STATIC ${sources})
@@ -82,6 +120,9 @@ function(palpate_module)
   # In this tree only: what is installed hands on no warnings, sanitizers or folders of ours.
   target_link_libraries(${target} ${scope} $<BUILD_INTERFACE:palpate_options>)
   target_compile_features(${target} ${scope} cxx_std_20)
+  if(CMAKE_CURRENT_SOURCE_DIR IN_LIST PALPATE_EXTRA_APPLICATIONS)
+    target_include_directories(${target} ${scope} $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/../..>)
+  endif()
   set(test_targets "")
   foreach(dependency IN LISTS ARG_DEPENDS ARG_TEST_DEPENDS)
     string(REPLACE "/" "_" dependency_name ${dependency})
@@ -114,6 +155,26 @@ function(palpate_module)
     endif()
     palpate_discover_tests(${target}_test LABELS ${labels})
   endif()
+endfunction()
+
+# palpate_leave_out_tests(TESTS APPLICATIONS): a test may play one of this tree's applications. Takes tests of those that
+# are not built out of the list TESTS; APPLICATIONS become the modules that the others need.
+function(palpate_leave_out_tests tests_list modules_result)
+  set(kept "")
+  set(modules "")
+  foreach(test IN LISTS ${tests_list})
+    file(STRINGS ${test} includes REGEX "^#include \"applications/[^/\"]+/")
+    list(TRANSFORM includes REPLACE "^#include \"(applications/[^/]+)/.*" "\\1")
+    set(used ${includes})
+    list(REMOVE_ITEM includes ${PALPATE_APPLICATIONS})
+    if(NOT includes)
+      list(APPEND kept ${test})
+      list(APPEND modules ${used})
+    endif()
+  endforeach()
+  list(REMOVE_DUPLICATES modules)
+  set(${tests_list} "${kept}" PARENT_SCOPE)
+  set(${modules_result} "${modules}" PARENT_SCOPE)
 endfunction()
 
 # palpate_discover_tests(target LABELS ... RESOURCE_LOCK name): the GoogleTest tests of a program, each with these labels,
@@ -157,8 +218,8 @@ function(palpate_add_layers)
     message(FATAL_ERROR "PALPATE_PARTS is '${PALPATE_PARTS}'; all or physics is expected")
   endif()
   foreach(module IN LISTS modules)
-    palpate_folder_of(${module} folder)
-    if(EXISTS ${PROJECT_SOURCE_DIR}/${folder}/CMakeLists.txt)
+    palpate_path_of(${module} folder)
+    if(EXISTS ${folder}/CMakeLists.txt)
       add_subdirectory(${folder} modules/${module})  # leaves <build>/palpate to the program
     endif()
   endforeach()
@@ -177,9 +238,8 @@ endfunction()
 function(palpate_check_layers)
   foreach(module IN LISTS PALPATE_ALL_MODULES)
     string(REPLACE "/" "_" name ${module})
-    palpate_folder_of(${module} folder)
-    file(GLOB files ${PROJECT_SOURCE_DIR}/${folder}/*.h ${PROJECT_SOURCE_DIR}/${folder}/*.cpp
-      ${PROJECT_SOURCE_DIR}/${folder}/internal/*.h ${PROJECT_SOURCE_DIR}/${folder}/internal/*.cpp)
+    palpate_path_of(${module} folder)
+    file(GLOB files ${folder}/*.h ${folder}/*.cpp ${folder}/internal/*.h ${folder}/internal/*.cpp)
     foreach(file IN LISTS files)
       file(STRINGS ${file} includes REGEX "^#include \"(palpate|drivers|applications|tools)/")
       foreach(line IN LISTS includes)

@@ -15,8 +15,8 @@
 #include <memory>
 #include <thread>
 
-#include "applications/applications.h"
 #include "applications/scene_settings.h"
+#include "applications/touch/specification.h"
 #include "applications/touch/touch.h"
 #include "drivers/laboratory/channel.h"
 #include "drivers/laboratory/memory.h"
@@ -80,7 +80,10 @@ class PressedOrgan {
         rig_(sim::truth_rig(world_)),
         scene_(organ_of(world_.file(), rig_)),
         arm_(world_.arm()),
-        server_(rig_, scene_, std::move(*applications::make_application(scene_, 1)), arm_, {}) {
+        server_(rig_, scene_,
+                std::move(*scene::ApplicationRegistry{applications::touch::specification()}.make_physics(
+                    scene_, {})),
+                arm_, {}) {
     world_.begin_play();
     target_.tip.m = above(scene_);
     run(1500);

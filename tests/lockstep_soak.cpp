@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "applications/pingpong/pingpong.h"
+#include "applications/pingpong/specification.h"
 #include "applications/scene_settings.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
@@ -36,6 +37,7 @@ int soak(double play_seconds, double every_s) {
   const auto scene = server::physics::scene_from_rig(
       rig, applications::scene_settings(world.file(), "pingpong"), world.file().ball.restitution_table);
   sim::lockstep::LockstepOptions options;
+  options.applications = {applications::pingpong::specification()};
   options.seconds = play_seconds;
   options.seed = kSeed;
   Stretch stretch;

@@ -15,7 +15,7 @@
 #include <map>
 #include <optional>
 
-#include "applications/applications.h"
+#include "applications/pingpong/specification.h"
 #include "applications/scene_settings.h"
 #include "palpate/calibration/session/calibration_session.h"
 #include "palpate/calibration/session/landmark_finder.h"
@@ -99,7 +99,8 @@ Expected<Line> study(const sim::config::WorldFile& file, std::uint64_t seed, dou
 
   const auto scene = server::physics::scene_from_rig(rig, applications::scene_settings(file, "pingpong"),
                                                      file.ball.restitution_table);
-  auto scene_view = applications::make_scene_view(scene);
+  const scene::ApplicationRegistry applications{applications::pingpong::specification()};
+  auto scene_view = applications.make_view(scene);
   if (!scene_view) return tl::unexpected(scene_view.error());
   server::graphics::FrameRenderer pictures(rig, scene, std::move(*scene_view));
   const vision::OverlayKnowledge known = vision::overlay_knowledge(rig);
@@ -137,6 +138,7 @@ Expected<Line> study(const sim::config::WorldFile& file, std::uint64_t seed, dou
   });
   parts.pipeline = &pipeline;
   sim::lockstep::LockstepOptions lockstep;
+  lockstep.applications = applications;
   lockstep.seconds = seconds;
   lockstep.seed = seed;
   lockstep.graphics = sim::lockstep::graphics_settings(file);

@@ -1,10 +1,11 @@
 #include "palpate/desktop/desktop_ui.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "applications/applications.h"
 #include "palpate/core/text.h"
 #include "palpate/desktop/scripted_user.h"
 #include "palpate/device/timecode.h"
@@ -29,7 +30,13 @@ const scene::SceneSurface* surface_of(const scene::SceneDescription& scene, std:
   return nullptr;
 }
 
-bool holds_bat(const scene::SceneDescription& scene) { return scene.application != "touch"; }
+// kg, of each body that is heard when it meets another.
+std::vector<double> heard_masses(const scene::SceneDescription& scene) {
+  if (scene.bodies.empty()) return {scene.ball_mass};
+  std::vector<double> masses;
+  for (const auto& body : scene.bodies) masses.push_back(body.mass);
+  return masses;
+}
 
 Vector3 middle_of(const scene::SceneSurface& surface) {
   const auto& c = surface.corners;
@@ -38,8 +45,8 @@ Vector3 middle_of(const scene::SceneSurface& surface) {
 
 }  // namespace
 
-MouseHandSettings mouse_hand_settings(const scene::SceneDescription& scene, const rig::Rig& rig,
-                                      const sim::config::WorldFile& world) {
+MouseHandSettings mouse_hand_settings(const scene::SceneDescription& scene, const scene::Handling& handling,
+                                      const rig::Rig& rig, const sim::config::WorldFile& world) {
   MouseHandSettings settings;
   const scene::Reach reach = players_reach(rig, world);
   settings.reachable = [reach](const Vector3& tip) { return reach.contains(tip); };
@@ -52,9 +59,9 @@ MouseHandSettings mouse_hand_settings(const scene::SceneDescription& scene, cons
     settings.up = (c[1] - c[0]).cross(c[3] - c[0]).normalized();
     settings.forward = settings.up.cross(settings.right);
   }
-  const scene::SceneSurface* wall = surface_of(scene, "wall");
-  if (wall != nullptr && holds_bat(scene)) {
-    settings.faces = middle_of(*wall);
+  const scene::SceneSurface* faced = surface_of(scene, handling.faces);
+  if (faced != nullptr) {
+    settings.faces = middle_of(*faced);
     settings.wheel = settings.forward;
   } else {
     // A stylus over something that lies on the table: the pointer moves it level, the wheel up and down.
@@ -62,17 +69,18 @@ MouseHandSettings mouse_hand_settings(const scene::SceneDescription& scene, cons
     settings.wheel = -settings.up;
     settings.notch = 0.004;
   }
-  // The tip in a comfortable place, the bat where that puts it.
+  // The tip in a comfortable place, what it carries where that puts it.
   settings.home = reach.home();
   const Quaternion R = MouseHand(rig.camera->model, settings).act(0.0).R_world_tip;
   settings.home += R * settings.offset;
   return settings;
 }
 
-DesktopUi::DesktopUi(const scene::SceneDescription& scene, const rig::Rig& rig,
-                     const DesktopUiOptions& options)
+DesktopUi::DesktopUi(const scene::SceneDescription& scene, const scene::Handling& handling,
+                     const rig::Rig& rig, const DesktopUiOptions& options)
     : options_(options),
       scene_(scene),
+      handling_(handling),
       camera_(rig.camera->model),
       full_force_n_(haptics::force_limits_of(rig.arm->model).peak_n),
       physics_silence_(seconds(Warnings::kPhysicsSilent_s).count()),
@@ -81,24 +89,30 @@ DesktopUi::DesktopUi(const scene::SceneDescription& scene, const rig::Rig& rig,
   if (rig.right_camera) right_camera_ = rig.right_camera->model;
 }
 
-Expected<std::unique_ptr<DesktopUi>> DesktopUi::open(const scene::SceneDescription& scene,
+Expected<std::unique_ptr<DesktopUi>> DesktopUi::open(const scene::ApplicationRegistry& applications,
+                                                     const scene::SceneDescription& scene,
                                                      const rig::Rig& rig, const sim::config::WorldFile& world,
                                                      const transport::ServerPlace& place,
                                                      const DesktopUiOptions& options) {
-  std::unique_ptr<DesktopUi> ui(new DesktopUi(scene, rig, options));
+  const scene::Handling& handling = applications.handling(scene.application);
+  std::unique_ptr<DesktopUi> ui(new DesktopUi(scene, handling, rig, options));
   auto opened = Window::open("Palpate", options.biocular || options.two_eyes ? kFirstSizeOfTwo : kFirstSize);
   if (!opened) return tl::unexpected(opened.error());
   ui->window_ = std::move(*opened);
   auto sound = SoundOut::open();
   if (!sound) ui->notice_ = sound.error().message + "; it plays on in silence";
-  auto hits = HitWatch::begin(place, scene.ball_mass, sound ? std::move(*sound) : nullptr);
+  auto hits = HitWatch::begin(place, heard_masses(scene), sound ? std::move(*sound) : nullptr);
   if (!hits) return tl::unexpected(hits.error());
   ui->hits_ = std::move(*hits);
-  auto help = applications::make_input_assist(scene, players_reach(rig, world), own_hand(world));
-  if (!help) return tl::unexpected(help.error());
-  ui->helped_ = *help != nullptr;
+  std::unique_ptr<scene::InputAssist> assist;
+  if (applications.find(scene.application) != nullptr) {
+    auto made = applications.make_input_assist(scene, players_reach(rig, world), own_hand(world));
+    if (!made) return tl::unexpected(made.error());
+    assist = std::move(*made);
+  }
+  ui->helped_ = assist != nullptr;
   ui->leader_ = std::make_unique<HandLeader>(
-      MouseHand(rig.camera->model, mouse_hand_settings(scene, rig, world)), std::move(*help));
+      MouseHand(rig.camera->model, mouse_hand_settings(scene, handling, rig, world)), std::move(assist));
   return ui;
 }
 
@@ -170,8 +184,8 @@ void DesktopUi::take_over(Instant<GraphicsClock> now) {
   taken_over_ = now;
   std::optional<device::HandTarget> at;
   if (frame_.have_state) {
-    const auto& bat = frame_.state.bodies[1];
-    at = device::HandTarget{{scene::shown_tip(frame_.state, scene_)}, bat.v(), bat.q()};
+    const auto& carried = frame_.state.bodies[scene::kCarried];
+    at = device::HandTarget{{scene::shown_tip(frame_.state, scene_)}, carried.v(), carried.q()};
   }
   leader_->take_over(at, now);
 }
@@ -186,7 +200,7 @@ KeysInUse DesktopUi::keys_in_use() const {
           .strokes = options_.mouse && helped_,
           .program = options_.mouse && options_.scripted_player,
           .view = static_cast<bool>(options_.outside),
-          .bat = holds_bat(scene_)};
+          .handling = handling_};
 }
 
 void DesktopUi::program_or_person(Instant<GraphicsClock> now) {
@@ -223,8 +237,9 @@ bool DesktopUi::obey(Key key, Instant<GraphicsClock> now, transport::StateLink& 
       if (!keys_in_use().strokes)
         say("There are no strokes to help with here", now);
       else
-        say(*leader_->turn_help() ? "The bat swings by itself. S: it only goes where you push it"
-                                  : "The bat only goes where you push it. S: it swings by itself",
+        say(*leader_->turn_help()
+                ? fmt::format("The {} swings by itself. S: it only goes where you push it", handling_.held)
+                : fmt::format("The {} only goes where you push it. S: it swings by itself", handling_.held),
             now);
       break;
     case Key::full_screen:
@@ -320,8 +335,7 @@ std::string DesktopUi::hint(double t) const {
   };
   if (since(said_at_) < kHintStands_s && !said_.empty()) return said_;
   if (options_.mouse && !person_plays_)
-    return std::string("The program plays. Move the mouse to take the ") +
-           (holds_bat(scene_) ? "bat" : "stylus");
+    return "The program plays. Move the mouse to take the " + handling_.held;
   const bool fresh = since(taken_over_) < kHintStands_s || since(begun_) < kHintStands_s;
   if (!fresh) return "";
   return std::string(options_.mouse ? "You play. ? lists the keys" : "? lists the keys") +

@@ -25,7 +25,7 @@
 #include "palpate/device/heartbeat_monitor.h"
 #include "palpate/render/outside_view.h"
 #include "palpate/rig/rig.h"
-#include "palpate/scene/player.h"
+#include "palpate/scene/application_registry.h"
 #include "palpate/server/graphics/graphics_server.h"
 #include "palpate/sim/config/world_file.h"
 
@@ -43,13 +43,15 @@ struct DesktopUiOptions {
 };
 
 // How the mouse moves this rig's stylus in this scene.
-MouseHandSettings mouse_hand_settings(const scene::SceneDescription& scene, const rig::Rig& rig,
-                                      const sim::config::WorldFile& world);
+MouseHandSettings mouse_hand_settings(const scene::SceneDescription& scene, const scene::Handling& handling,
+                                      const rig::Rig& rig, const sim::config::WorldFile& world);
 
 class DesktopUi {
  public:
   // Refused where no window can be had; without sound it goes on, and says so in notice().
-  static Expected<std::unique_ptr<DesktopUi>> open(const scene::SceneDescription& scene, const rig::Rig& rig,
+  // An application that is not among `applications` is led with the bare stylus.
+  static Expected<std::unique_ptr<DesktopUi>> open(const scene::ApplicationRegistry& applications,
+                                                   const scene::SceneDescription& scene, const rig::Rig& rig,
                                                    const sim::config::WorldFile& world,
                                                    const transport::ServerPlace& place,
                                                    const DesktopUiOptions& options);
@@ -87,7 +89,8 @@ class DesktopUi {
   std::uint64_t bounces() const { return hits_ ? hits_->bounces() : 0; }
 
  private:
-  DesktopUi(const scene::SceneDescription& scene, const rig::Rig& rig, const DesktopUiOptions& options);
+  DesktopUi(const scene::SceneDescription& scene, const scene::Handling& handling, const rig::Rig& rig,
+            const DesktopUiOptions& options);
   bool obey(Key key, Instant<GraphicsClock> now, transport::StateLink& link);
   void program_or_person(Instant<GraphicsClock> now);
   void say(std::string words, Instant<GraphicsClock> now);
@@ -102,6 +105,7 @@ class DesktopUi {
 
   DesktopUiOptions options_;
   scene::SceneDescription scene_;
+  scene::Handling handling_;
   device::CameraModel camera_;
   std::optional<device::CameraModel> right_camera_;
   double full_force_n_;

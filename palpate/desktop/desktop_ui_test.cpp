@@ -4,15 +4,20 @@
 
 #include <deque>
 
-#include "applications/applications.h"
 #include "applications/pingpong/pingpong.h"
+#include "applications/pingpong/specification.h"
 #include "applications/scene_settings.h"
+#include "applications/touch/specification.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/head_motion.h"
 #include "palpate/sim/truth_rig_for_tests.h"
 
 namespace palpate::desktop {
 namespace {
+
+scene::ApplicationRegistry both() {
+  return {applications::pingpong::specification(), applications::touch::specification()};
+}
 
 scene::SceneDescription scene_of(const sim::Simulator& world, const rig::Rig& rig,
                                  const std::string& application) {
@@ -24,7 +29,8 @@ TEST(MouseHandOfARig, BeginsWithinReachAndStaysThereWhereverThePointerGoes) {
   for (const std::string application : {"pingpong", "touch"}) {
     sim::Simulator world(sim::config::reference_world(), 3);
     const rig::Rig rig = sim::truth_rig(world);
-    const auto settings = mouse_hand_settings(scene_of(world, rig, application), rig, world.file());
+    const auto settings = mouse_hand_settings(scene_of(world, rig, application), both().handling(application),
+                                              rig, world.file());
     MouseHand hand(rig.camera->model, settings);
     EXPECT_TRUE(settings.reachable(hand.act(0.0).tip.m)) << application;
     hand.see(sim::looking(world.file().head.eye, world.file().head.look_at));
@@ -78,12 +84,13 @@ TEST(MouseHandOfARig, LetsSomebodyPlayWhoOnlyFollowsTheBallWithThePointer) {
   sim::Simulator world(sim::config::reference_world(), 3);
   const rig::Rig rig = sim::truth_rig(world);
   const auto scene = scene_of(world, rig, "pingpong");
-  auto application = applications::make_application(scene, 1, 0.3);
+  auto application = both().make_physics(scene, {.seed = 1, .pause_s = 0.3});
   ASSERT_TRUE(application) << application.error().message;
   server::physics::PhysicsServer physics(rig, scene, std::move(*application), world.arm(),
                                          haptics::HapticSettings{});
   const auto X_world_camera = sim::looking(world.file().head.eye, world.file().head.look_at);
-  MouseHand hand(rig.camera->model, mouse_hand_settings(scene, rig, world.file()));
+  MouseHand hand(rig.camera->model,
+                 mouse_hand_settings(scene, both().handling("pingpong"), rig, world.file()));
   hand.see(X_world_camera);
   Follower person(rig.camera->model, X_world_camera);
   const auto start = world.now();

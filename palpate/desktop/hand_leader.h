@@ -1,6 +1,6 @@
 // Leads the hand as the mouse says, with the strokes that help it, a thousand times a second in a thread of
 // its own: drawing a picture takes some 30 ms in software, and a hand that stood still so long and then
-// jumped would miss the ball, or be stopped for its speed.
+// jumped would miss what moves, or be stopped for its speed.
 //
 // Every call is safe from any thread; a call waits while a step is computed, well under a millisecond. While
 // nobody leads (let_go) the device is not touched and may be moved by another. Errors: none of its own.

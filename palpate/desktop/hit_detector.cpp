@@ -29,18 +29,18 @@ std::optional<Hit> HitDetector::look(const scene::SceneState& state) {
   }
   if (follows && !touched && !touches) {
     double largest = kSoftest;
-    const int bodies = std::min(std::clamp(last_->body_count, 0, scene::SceneState::kBodies),
-                                std::clamp(state.body_count, 0, scene::SceneState::kBodies));
-    for (int i = 0; i < bodies; ++i) {
-      const scene::BodyState &a = last_->bodies[static_cast<std::size_t>(i)],
-                             &b = state.bodies[static_cast<std::size_t>(i)];
-      if (a.jumps == b.jumps || a.visible == 0 || b.visible == 0) continue;
+    const int both = std::min(std::clamp(last_->body_count, 0, scene::SceneState::kBodies),
+                              std::clamp(state.body_count, 0, scene::SceneState::kBodies));
+    const std::size_t bodies = std::min(static_cast<std::size_t>(both), masses_.size());
+    for (std::size_t i = 0; i < bodies; ++i) {
+      const scene::BodyState &a = last_->bodies[i], &b = state.bodies[i];
+      if (masses_[i] <= 0.0 || a.jumps == b.jumps || a.visible == 0 || b.visible == 0) continue;
       if (a.v().isZero() || b.v().isZero()) continue;
       const double reach = h * std::max(a.v().norm(), b.v().norm()) + kPut_m;
       const double change = (b.v() - a.v()).norm();
       if ((b.p() - a.p()).norm() > reach || change <= largest) continue;
       largest = change;
-      found = Hit{HitKind::body, state.time, mass_ * change, 0.0};
+      found = Hit{HitKind::body, state.time, masses_[i] * change, 0.0};
     }
   }
   last_ = state;

@@ -8,6 +8,8 @@
 #pragma once
 
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "palpate/scene/scene_state.h"
 
@@ -30,13 +32,14 @@ class HitDetector {
   static constexpr double kGap_s = 0.02;
   static constexpr double kSoftest = 0.15;  // m/s: a slower bounce is not heard
 
-  explicit HitDetector(double body_mass) : mass_(body_mass) {}
+  // Of body 0, 1, ..., kg; 0, or none for a body: it makes no sound.
+  explicit HitDetector(std::vector<double> masses) : masses_(std::move(masses)) {}
 
   // At most one for each state; an impact goes before a bounce.
   std::optional<Hit> look(const scene::SceneState& state);
 
  private:
-  double mass_;
+  std::vector<double> masses_;
   std::optional<scene::SceneState> last_;
   double impulse_ = 0.0, peak_ = 0.0;  // of the contact that lasts
 };

@@ -9,6 +9,7 @@ namespace palpate::desktop {
 namespace {
 
 constexpr double kMass = 0.0027;
+const std::vector<double> kMasses{kMass};
 
 scene::SceneState at(int ms, const Vector3& p, const Vector3& v, std::uint32_t jumps) {
   scene::SceneState state;
@@ -21,7 +22,7 @@ scene::SceneState at(int ms, const Vector3& p, const Vector3& v, std::uint32_t j
 }
 
 TEST(HitDetector, HearsABounceWithTheImpulseOfTheVelocitysJump) {
-  HitDetector detector(kMass);
+  HitDetector detector(kMasses);
   EXPECT_FALSE(detector.look(at(0, {0, 0.003, 0}, {1, -2, 0}, 5)));
   EXPECT_FALSE(detector.look(at(1, {0.001, 0.001, 0}, {1, -2, 0}, 5)));
   const auto hit = detector.look(at(2, {0.002, 0.001, 0}, {1, 1.86, 0}, 6));
@@ -31,8 +32,28 @@ TEST(HitDetector, HearsABounceWithTheImpulseOfTheVelocitysJump) {
   EXPECT_FALSE(detector.look(at(3, {0.003, 0.003, 0}, {1, 1.85, 0}, 6)));
 }
 
+TEST(HitDetector, HearsABodyByItsMassAndNoneThatHasNone) {
+  for (const double mass : {0.0, 0.5}) {
+    HitDetector detector({kMass, mass});
+    std::optional<Hit> hit;
+    for (int ms = 0; ms < 2; ++ms) {
+      auto state = at(ms, {0, 0, 0}, {1, 0, 0}, 0);
+      state.body_count = 3;  // the third has no mass in the list
+      for (std::size_t i : {1u, 2u}) {
+        state.bodies[i].set_v({0, ms == 0 ? -2.0 : 1.0 + static_cast<double>(i), 0});
+        state.bodies[i].jumps = static_cast<std::uint32_t>(ms);
+      }
+      hit = detector.look(state);
+    }
+    EXPECT_EQ(hit.has_value(), mass > 0.0);
+    if (hit) {
+      EXPECT_DOUBLE_EQ(hit->impulse, mass * 4.0);
+    }
+  }
+}
+
 TEST(HitDetector, DoesNotHearAServeOrASoftTouch) {
-  HitDetector detector(kMass);
+  HitDetector detector(kMasses);
   detector.look(at(0, {0, 0, 0}, {1, -2, 0}, 5));
   EXPECT_FALSE(detector.look(at(1, {0.5, 0.3, 0}, {-1, 0, 2}, 6)));     // put elsewhere
   detector.look(at(2, {0.5, 0.3, 0}, {0, 0, 0}, 7));                    // waits
@@ -44,7 +65,7 @@ TEST(HitDetector, DoesNotHearAServeOrASoftTouch) {
 TEST(HitDetector, AddsUpTheImpulseOfAnImpactAtAnyPhaseOfTheTicks) {
   const double F = 7.0, T = 4e-3;
   for (const double phase : {0.05, 0.3, 0.5, 0.9}) {
-    HitDetector detector(kMass);
+    HitDetector detector(kMasses);
     std::optional<Hit> hit;
     for (int ms = 0; ms < 12; ++ms) {
       scene::SceneState state = at(ms, {0, 0, 0}, {0, 0, 1}, 3);
@@ -67,7 +88,7 @@ TEST(HitDetector, AddsUpTheImpulseOfAnImpactAtAnyPhaseOfTheTicks) {
 }
 
 TEST(HitDetector, TellsOfAnImpactOnceThoughTheBallsVelocityJumpsInIt) {
-  HitDetector detector(kMass);
+  HitDetector detector(kMasses);
   int heard = 0;
   for (int ms = 0; ms < 10; ++ms) {
     scene::SceneState state = at(ms, {0, 0, 0.001 * ms}, {0, 0, ms < 5 ? 1.0 : -1.0},
@@ -84,7 +105,7 @@ TEST(HitDetector, TellsOfAnImpactOnceThoughTheBallsVelocityJumpsInIt) {
 }
 
 TEST(HitDetector, SaysNothingOfWhatHappenedWhileNothingWasSeen) {
-  HitDetector detector(kMass);
+  HitDetector detector(kMasses);
   detector.look(at(0, {0, 0, 0}, {0, -2, 0}, 1));
   EXPECT_FALSE(detector.look(at(500, {0, 0, 0}, {0, 2, 0}, 2)));
   // Nor of a state that comes twice or late.

@@ -17,16 +17,20 @@ constexpr std::size_t kMostWaiting = 512;               // half a second of a fo
 
 }  // namespace
 
-Expected<std::unique_ptr<HitWatch>> HitWatch::begin(const transport::ServerPlace& place, double ball_mass,
+Expected<std::unique_ptr<HitWatch>> HitWatch::begin(const transport::ServerPlace& place,
+                                                    std::vector<double> masses,
                                                     std::unique_ptr<SoundOut> sound) {
   auto watch = transport::watch_states(place.endpoint, kRate_hz, place.identity);
   if (!watch) return tl::unexpected(watch.error());
-  return std::unique_ptr<HitWatch>(new HitWatch(std::move(*watch), ball_mass, std::move(sound)));
+  return std::unique_ptr<HitWatch>(new HitWatch(std::move(*watch), std::move(masses), std::move(sound)));
 }
 
-HitWatch::HitWatch(std::unique_ptr<transport::StateWatch> watch, double ball_mass,
+HitWatch::HitWatch(std::unique_ptr<transport::StateWatch> watch, std::vector<double> masses,
                    std::unique_ptr<SoundOut> sound)
-    : watch_(std::move(watch)), ball_mass_(ball_mass), sound_(std::move(sound)), thread_([this] { run(); }) {}
+    : watch_(std::move(watch)),
+      masses_(std::move(masses)),
+      sound_(std::move(sound)),
+      thread_([this] { run(); }) {}
 
 HitWatch::~HitWatch() {
   stop_ = true;
@@ -36,7 +40,7 @@ HitWatch::~HitWatch() {
 void HitWatch::run() {
   ::pthread_setname_np(::pthread_self(), "palpate-hits");
   using Steady = std::chrono::steady_clock;
-  HitDetector detector(ball_mass_);
+  HitDetector detector(masses_);
   struct Waiting {
     Steady::time_point due;
     Hit hit;

@@ -10,6 +10,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "palpate/core/expected.h"
 #include "palpate/desktop/sound_out.h"
@@ -20,8 +21,9 @@ namespace palpate::desktop {
 
 class HitWatch {
  public:
-  // `sound` may be none. Refused where states cannot be watched.
-  static Expected<std::unique_ptr<HitWatch>> begin(const transport::ServerPlace& place, double ball_mass,
+  // `masses` as HitDetector takes them; `sound` may be none. Refused where states cannot be watched.
+  static Expected<std::unique_ptr<HitWatch>> begin(const transport::ServerPlace& place,
+                                                   std::vector<double> masses,
                                                    std::unique_ptr<SoundOut> sound);
   ~HitWatch();
 
@@ -30,15 +32,16 @@ class HitWatch {
   // The largest force since the last call, N.
   double take_force() { return force_.exchange(0.0, std::memory_order_relaxed); }
   std::uint64_t impacts() const { return impacts_.load(std::memory_order_relaxed); }  // on the hand
-  std::uint64_t bounces() const { return bounces_.load(std::memory_order_relaxed); }  // of a ball
+  std::uint64_t bounces() const { return bounces_.load(std::memory_order_relaxed); }  // of a body
   bool heard() const { return sound_ != nullptr; }
 
  private:
-  HitWatch(std::unique_ptr<transport::StateWatch> watch, double ball_mass, std::unique_ptr<SoundOut> sound);
+  HitWatch(std::unique_ptr<transport::StateWatch> watch, std::vector<double> masses,
+           std::unique_ptr<SoundOut> sound);
   void run();
 
   std::unique_ptr<transport::StateWatch> watch_;
-  double ball_mass_;
+  std::vector<double> masses_;
   std::unique_ptr<SoundOut> sound_;
   std::atomic<bool> stop_{false};
   std::atomic<double> delay_s_{0.0}, force_{0.0};

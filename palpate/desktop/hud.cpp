@@ -25,19 +25,17 @@ Colour force_colour(double share) { return share < 0.4 ? kGentle : share < 0.8 ?
 
 std::vector<KeyHelp> key_help(const KeysInUse& uses) {
   std::vector<KeyHelp> list;
-  const auto add = [&list](bool used, const char* keys, const char* does) {
-    if (used) list.push_back({keys, does});
+  const auto add = [&list](bool used, const char* keys, std::string does) {
+    if (used) list.push_back({keys, std::move(does)});
   };
-  const bool bat = uses.bat;
-  add(uses.mouse, "Mouse",
-      bat ? "moves the bat: it goes where you point" : "moves the stylus: it goes where you point");
-  add(uses.mouse, "Wheel, Up, Down", bat ? "bat farther away, nearer" : "stylus down, up");
-  add(uses.mouse, "Left, right button", bat ? "turn the bat, send the ball aside" : "turn the stylus");
-  add(bat, "Space", "serve");
+  const auto& [held, plays, faces, buttons, begins] = uses.handling;
+  add(uses.mouse, "Mouse", fmt::format("moves the {}: it goes where you point", held));
+  add(uses.mouse, "Wheel, Up, Down", held + (faces.empty() ? " down, up" : " farther away, nearer"));
+  add(uses.mouse, "Left, right button", buttons);
+  add(!begins.empty(), "Space", begins);
   add(true, "P", "pause, go on");
   add(true, "R", "start again from zero");
-  add(uses.program, "A",
-      bat ? "let the program play, take the bat back" : "let the program touch, take the stylus back");
+  add(uses.program, "A", fmt::format("let the program {}, take the {} back", plays, held));
   add(uses.strokes, "S", "strokes by themselves, or only by pushing");
   add(uses.view, "V", "see it from the side, see it with your own eyes");
   add(true, "F11", "full screen");

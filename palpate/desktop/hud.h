@@ -12,13 +12,14 @@
 
 #include "palpate/desktop/letterbox.h"
 #include "palpate/desktop/lettering.h"
+#include "palpate/scene/application_registry.h"
 
 namespace palpate::desktop {
 
 // What the hand, the program and the view can do here: keys that would do nothing are not listed.
 struct KeysInUse {
   bool mouse = true, strokes = true, program = true, view = true;
-  bool bat = true;  // and a ball to serve; otherwise the bare stylus is held, and led from above
+  scene::Handling handling;
 };
 
 struct HudContent {

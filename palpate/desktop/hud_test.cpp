@@ -25,7 +25,7 @@ HudContent full_content() {
       "No landmarks"};
   content.hint = "Nobody else can play: `--player` seats the program beside you";
   content.paused = true;
-  content.help = KeysInUse{};
+  content.help = KeysInUse{.handling = {.begins = "serve"}};
   return content;
 }
 
@@ -146,21 +146,38 @@ TEST(Hud, TellsAForceThatIsGoneFromOneThatIsFelt) {
   EXPECT_GT(bright(3.9), 10);
 }
 
+const scene::Handling kRacket{
+    .held = "racket", .plays = "swing", .faces = "net", .buttons = "spin it", .begins = "throw up"};
+
 TEST(KeyHelp, ListsOnlyKeysThatDoSomething) {
   const auto keys = [](const KeysInUse& uses) {
     std::string all;
     for (const auto& one : key_help(uses)) all += one.keys + ' ';
     return all;
   };
-  EXPECT_EQ(keys({}), "Mouse Wheel, Up, Down Left, right button Space P R A S V F11 ? Q, Esc ");
-  EXPECT_EQ(keys({.program = false}), "Mouse Wheel, Up, Down Left, right button Space P R S V F11 ? Q, Esc ");
-  EXPECT_EQ(keys({.mouse = false, .strokes = false, .program = false, .view = false}),
+  EXPECT_EQ(keys({.handling = kRacket}),
+            "Mouse Wheel, Up, Down Left, right button Space P R A S V F11 ? Q, Esc ");
+  EXPECT_EQ(keys({.program = false, .handling = kRacket}),
+            "Mouse Wheel, Up, Down Left, right button Space P R S V F11 ? Q, Esc ");
+  EXPECT_EQ(keys({.mouse = false, .strokes = false, .program = false, .view = false, .handling = kRacket}),
             "Space P R F11 ? Q, Esc ");
-  EXPECT_EQ(keys({.strokes = false, .bat = false}),
-            "Mouse Wheel, Up, Down Left, right button P R A V F11 ? Q, Esc ");
-  for (const auto& one : key_help({.strokes = false, .bat = false}))
-    for (const char* of_ball_games : {"bat", "ball", "serve"})
-      EXPECT_EQ(one.does.find(of_ball_games), std::string::npos) << one.does;
+  EXPECT_EQ(keys({.strokes = false}), "Mouse Wheel, Up, Down Left, right button P R A V F11 ? Q, Esc ");
+}
+
+TEST(KeyHelp, SpeaksInTheWordsOfTheApplication) {
+  const auto does = [](const KeysInUse& uses) {
+    std::string all;
+    for (const auto& one : key_help(uses)) all += one.does + '\n';
+    return all;
+  };
+  EXPECT_TRUE(does({.handling = kRacket})
+                  .starts_with("moves the racket: it goes where you point\nracket farther away, nearer\n"
+                               "spin it\nthrow up\n"));
+  EXPECT_NE(does({.handling = kRacket}).find("let the program swing, take the racket back\n"),
+            std::string::npos);
+  // What hangs down is led from above.
+  EXPECT_TRUE(does({}).starts_with(
+      "moves the stylus: it goes where you point\nstylus down, up\nturn the stylus\npause"));
 }
 
 TEST(Hud, BreaksLongLinesBetweenWords) {

@@ -49,8 +49,8 @@ Vector3 MouseHand::wanted() const {
       if (away.norm() > kFarthest_m) goal = middle + kFarthest_m / away.norm() * away;
     }
   }
-  const auto within = [this](const Vector3& bat) {
-    return !settings_.reachable || settings_.reachable(bat - stylus_rotation(bat) * settings_.offset);
+  const auto within = [this](const Vector3& place) {
+    return !settings_.reachable || settings_.reachable(place - stylus_rotation(place) * settings_.offset);
   };
   if (within(goal)) return goal;
   // Home is within reach; the wheel may have led the plane's middle out of it, so the way starts at home.
@@ -62,7 +62,7 @@ Vector3 MouseHand::wanted() const {
   return good;
 }
 
-Quaternion MouseHand::stylus_rotation(const Vector3& bat) const {
+Quaternion MouseHand::stylus_rotation(const Vector3& carried) const {
   const Vector3& up = settings_.up;
   if (!settings_.faces) {
     Matrix3 R;  // stylus +z away from its tip: up
@@ -71,11 +71,11 @@ Quaternion MouseHand::stylus_rotation(const Vector3& bat) const {
     R.col(1) = up.cross(settings_.right);
     return Quaternion(Eigen::AngleAxisd(twist_, up)) * Quaternion(R);
   }
-  Vector3 level = *settings_.faces - bat;
+  Vector3 level = *settings_.faces - carried;
   level -= up.dot(level) * up;
   const Vector3 ahead = level.norm() > 1e-6 ? Vector3(level.normalized()) : settings_.forward;
   const Vector3 normal = Eigen::AngleAxisd(twist_, up) * (ahead + settings_.raised * up).normalized();
-  Matrix3 R;  // bat +y out of the face; stylus +z, away from the blade, as far down as the face allows
+  Matrix3 R;  // +y out of the face; stylus +z, away from what it carries, as far down as the face allows
   R.col(1) = normal;
   R.col(2) = (-up + up.dot(normal) * normal).normalized();
   R.col(0) = Vector3(R.col(1)).cross(Vector3(R.col(2)));

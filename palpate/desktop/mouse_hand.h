@@ -1,10 +1,10 @@
 // The mouse as the hand that holds the stylus: where the pointer lies in the picture becomes a place in the
 // world, for a HandDevice.
 //
-// The bat's centre follows the pointer on a plane that leans away from the person, so that pushing the mouse
-// forward pushes the bat forward and up, as a stroke does; the wheel moves that plane along `forward`.
-// Buttons turn the bat about `up` while they are held. Because the pointer's ray goes through the camera as
-// it stands now, the bat stays under the pointer while the head moves. Speed and acceleration are bounded
+// The origin of the body that the stylus carries follows the pointer on a plane that leans away from the
+// person, so that pushing the mouse forward pushes it forward and up, as a stroke does; the wheel moves that
+// plane along `wheel`. Buttons turn it about `up` while they are held. Because the pointer's ray goes through
+// the camera as it stands now, it stays under the pointer while the head moves. Speed and acceleration are bounded
 // like a hand's; what is out of reach becomes the nearest place on the way there that is not. World frame,
 // SI. Pure, deterministic; one thread.
 #pragma once
@@ -18,15 +18,15 @@
 namespace palpate::desktop {
 
 struct MouseHandSettings {
-  Vector3 home = Vector3::Zero();  // of the bat's centre; must be within reach
+  Vector3 home = Vector3::Zero();  // of the carried body; must be within reach
   // Right handed, unit: as the person sees them.
   Vector3 right = Vector3::UnitX(), up = Vector3::UnitY(), forward = -Vector3::UnitZ();
   double lean = 0.6;                  // rad, of the plane from upright; pi/2: it lies flat
   Vector3 wheel = -Vector3::UnitZ();  // unit: where the wheel, turned away from the person, leads
   double notch = 0.015;               // m for a notch of the wheel
   double farthest = 0.10;             // m the wheel leads away from home, either way
-  Vector3 offset{0.0, 0.0, -0.09};    // of the bat's centre in Tip
-  std::optional<Vector3> faces;       // the bat looks there, raised by `raised`; none: the stylus hangs down
+  Vector3 offset{0.0, 0.0, -0.09};    // of the carried body's origin in Tip
+  std::optional<Vector3> faces;       // its +y looks there, raised by `raised`; none: the stylus hangs down
   double raised = 0.25;               // slope of the face
   double handle_tilt = -0.6;          // rad about the face's normal: as a right hand holds it
   double twist = 0.45;                // rad while a button is held
@@ -53,11 +53,11 @@ class MouseHand {
 
   // From the eye through the pointer, World, unit; straight ahead while nobody points.
   Vector3 ray() const;
-  // Where the bat's centre is wanted, before the hand's own inertia; for the picture and for tests.
+  // Where the carried body is wanted, before the hand's own inertia; for the picture and for tests.
   Vector3 wanted() const;
 
  private:
-  Quaternion stylus_rotation(const Vector3& bat) const;
+  Quaternion stylus_rotation(const Vector3& carried) const;
 
   device::CameraModel camera_;
   MouseHandSettings settings_;
@@ -67,7 +67,7 @@ class MouseHand {
   Quaternion left_over_ = Quaternion::Identity();  // of the turn in which it was taken over, World
   bool left_ = false, right_ = false;
   std::optional<double> last_;
-  Vector3 position_, velocity_ = Vector3::Zero();  // of the bat's centre
+  Vector3 position_, velocity_ = Vector3::Zero();  // of the carried body
 };
 
 }  // namespace palpate::desktop

@@ -1,6 +1,5 @@
 #include "palpate/desktop/scripted_user.h"
 
-#include "applications/applications.h"
 #include "palpate/sim/simulated_arm.h"
 #include "palpate/sim/simulated_hand.h"
 
@@ -42,11 +41,12 @@ scene::PlayerSettings settings_of(const sim::config::WorldFile& world, std::uint
 
 }  // namespace
 
-Expected<ScriptedUser> ScriptedUser::make(const scene::SceneDescription& scene, const rig::Rig& rig,
+Expected<ScriptedUser> ScriptedUser::make(const scene::ApplicationRegistry& applications,
+                                          const scene::SceneDescription& scene, const rig::Rig& rig,
                                           const sim::config::WorldFile& world, std::uint64_t seed,
                                           double extra_delay_s) {
   auto player =
-      applications::make_player(scene, players_reach(rig, world), settings_of(world, seed, extra_delay_s));
+      applications.make_player(scene, players_reach(rig, world), settings_of(world, seed, extra_delay_s));
   if (!player) return tl::unexpected(player.error());
   return ScriptedUser(std::move(*player));
 }

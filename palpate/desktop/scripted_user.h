@@ -8,7 +8,7 @@
 
 #include "palpate/core/expected.h"
 #include "palpate/rig/rig.h"
-#include "palpate/scene/player.h"
+#include "palpate/scene/application_registry.h"
 #include "palpate/server/graphics/graphics_server.h"
 #include "palpate/sim/config/world_file.h"
 
@@ -26,8 +26,10 @@ scene::PlayerSettings own_hand(const sim::config::WorldFile& world);
 
 class ScriptedUser {
  public:
-  // Makes the scripted player of the scene's application. Refused where the scene lacks what that needs.
-  static Expected<ScriptedUser> make(const scene::SceneDescription& scene, const rig::Rig& rig,
+  // Makes the scripted player of the scene's application. Refused where that has none, is not among
+  // `applications`, or the scene lacks what it needs.
+  static Expected<ScriptedUser> make(const scene::ApplicationRegistry& applications,
+                                     const scene::SceneDescription& scene, const rig::Rig& rig,
                                      const sim::config::WorldFile& world, std::uint64_t seed,
                                      double extra_delay_s = 0.0);
 

@@ -32,7 +32,7 @@ void Warnings::look(double now, const Standing& c) {
         "The physics server does not answer: the game stands still. Start `palpate physics` again");
   // What the last states said is no news while none come.
   judge(Trouble::late, now, !physics && c.late_share > kLateShare, kBlip_s,
-        fmt::format("States come too late for {:.0f} % of the pictures: the ball is drawn where it was",
+        fmt::format("States come too late for {:.0f} % of the pictures: what moves is drawn where it was",
                     100.0 * c.late_share));
   judge(Trouble::old, now, !physics && c.state_old, kBlip_s,
         "The physics server no longer has the states of these pictures: the camera is too slow");

@@ -74,6 +74,12 @@ std::vector<std::string> ApplicationRegistry::names() const {
   return names;
 }
 
+const Handling& ApplicationRegistry::handling(std::string_view name) const {
+  static const Handling bare_stylus;
+  const ApplicationSpec* spec = find(name);
+  return spec == nullptr ? bare_stylus : spec->handling;
+}
+
 SettingValues ApplicationRegistry::settings() const {
   SettingValues values;
   for (const auto& spec : specs_) values.add(spec.settings);

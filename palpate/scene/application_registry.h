@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -66,6 +67,11 @@ class ApplicationRegistry {
  public:
   static constexpr std::size_t kLongestName = 32;
 
+  ApplicationRegistry() = default;
+  ApplicationRegistry(std::initializer_list<ApplicationSpec> specs) {
+    for (const auto& spec : specs) add(spec);
+  }
+
   // Throws std::invalid_argument, which names the application: a name that is no such, or is taken; a summary of
   // no or several lines; no physics side or no view; a setting that another one has.
   void add(ApplicationSpec spec);
@@ -74,6 +80,8 @@ class ApplicationRegistry {
   const ApplicationSpec* find(std::string_view name) const;
   const std::vector<ApplicationSpec>& specs() const { return specs_; }  // in the order they were added
   std::vector<std::string> names() const;
+  // Of an application that is not known: the bare stylus.
+  const Handling& handling(std::string_view name) const;
   // Of all applications, at their initial values.
   SettingValues settings() const;
   // What complaints there are about values that hold the settings of all.

@@ -3,8 +3,8 @@
 namespace palpate::scene {
 
 Vector3 shown_tip(const SceneState& state, const SceneDescription& scene) {
-  const auto& bat = state.bodies[kCarried];
-  return bat.p() - bat.q() * scene.bat_offset;
+  const auto& carried = state.bodies[kCarried];
+  return carried.p() - carried.q() * scene.bat_offset;
 }
 
 }  // namespace palpate::scene

@@ -5,7 +5,7 @@
 
 namespace palpate::scene {
 
-// The tip of the stylus as a state shows it: the bat's pose taken back along its offset.
+// The tip of the stylus as a state shows it: the carried body's pose taken back along its offset.
 Vector3 shown_tip(const SceneState& state, const SceneDescription& scene);
 
 }  // namespace palpate::scene

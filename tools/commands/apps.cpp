@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "applications/applications.h"
+#include "tools/commands/built_in_applications.h"
 #include "tools/commands/command.h"
 
 namespace palpate::tools::commands {
@@ -8,7 +8,8 @@ namespace palpate::tools::commands {
 void add_apps(CLI::App& program) {
   auto* command = program.add_subcommand("apps", "The applications there are, a line each");
   on(command, []() -> Expected<void> {
-    for (const auto& application : applications::applications())
+    const scene::ApplicationRegistry applications = built_in_applications();
+    for (const auto& application : applications.specs())
       fmt::print("{:<12}{}\n", application.name, application.summary);
     return {};
   });

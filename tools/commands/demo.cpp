@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "applications/applications.h"
 #include "palpate/desktop/window.h"
+#include "tools/commands/built_in_applications.h"
 #include "tools/commands/command.h"
 #include "tools/commands/touch_options.h"
 #include "tools/demo/demo.h"
@@ -61,10 +61,8 @@ void add_demo(CLI::App& program) {
   auto* seconds = command->get_option("--seconds");
   on(command, [options, quick, seconds]() -> Expected<void> {
     auto& demo = options->demo;
-    bool known = false;
-    for (const auto& application : applications::applications())
-      known = known || application.name == demo.application;
-    if (!known)
+    demo.applications = built_in_applications();
+    if (demo.applications.find(demo.application) == nullptr)
       return wrong_use("--app {}: not known; `palpate apps` lists the applications there are",
                        demo.application);
     const auto quality = render::parse_quality(options->quality);

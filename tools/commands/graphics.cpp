@@ -6,6 +6,7 @@
 #include "palpate/server/graphics/real_objects.h"
 #include "palpate/server/session/graphics_process.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
+#include "tools/commands/built_in_applications.h"
 #include "tools/commands/camera_options.h"
 #include "tools/commands/command.h"
 #include "tools/commands/server_options.h"
@@ -206,6 +207,7 @@ void add_graphics(CLI::App& program) {
           "side; one camera is expected: leave it out",
           options->rig);
     options->process.rig = *rig;
+    options->process.applications = built_in_applications();
     options->process.world = sim::config::reference_world();
     if (!options->world.empty()) {
       auto world = sim::config::read_world(options->world);

@@ -6,6 +6,7 @@
 #include "palpate/core/json.h"
 #include "palpate/server/physics/physics_process.h"
 #include "palpate/sim/config/world_file.h"
+#include "tools/commands/built_in_applications.h"
 #include "tools/commands/command.h"
 #include "tools/commands/touch_options.h"
 
@@ -44,10 +45,10 @@ void add_physics(CLI::App& program) {
   command->add_option("--world", options->world,
                       "World file to take ball, bat, serve and touch settings from");
   add_touch_options(*command, options->touch);
-  command->add_option("--seed", options->process.seed, "Seed of the serves")->default_val(1);
+  command->add_option("--seed", options->process.run.seed, "Seed of the serves")->default_val(1);
   command
       ->add_option(
-          "--serve-pause-s", options->process.serve_pause_s,
+          "--serve-pause-s", options->process.run.pause_s,
           "Ping-pong for people: this pause between serves, and rallies that last as long as the ball "
           "comes back; without, serves follow each other as the scripted player likes them")
       ->check(CLI::Range(0.0, 3600.0));
@@ -85,6 +86,7 @@ void add_physics(CLI::App& program) {
       world = *read;
     }
     if (auto ok = apply(options->touch, application, world); !ok) return ok;
+    options->process.applications = built_in_applications();
     options->process.scene = applications::scene_settings(world, application);
     const auto mesh = applications::read_touched_mesh(options->process.scene);
     if (!mesh) return tl::unexpected(mesh.error());

@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <memory>
 
-#include "applications/applications.h"
 #include "palpate/core/json.h"
 #include "palpate/core/text.h"
 #include "palpate/desktop/window.h"
+#include "tools/commands/built_in_applications.h"
 #include "tools/commands/camera_options.h"
 #include "tools/commands/command.h"
 #include "tools/demo/desk_play.h"
@@ -22,10 +22,8 @@ struct PlayArguments {
 };
 
 Expected<void> play(PlayArguments& options) {
-  bool known = false;
-  for (const auto& application : applications::applications())
-    known = known || application.name == options.play.application;
-  if (!known)
+  options.play.graphics.applications = built_in_applications();
+  if (options.play.graphics.applications.find(options.play.application) == nullptr)
     return wrong_use("--app {}: not known; `palpate apps` lists the applications there are",
                      excerpt(options.play.application));
   const auto quality = render::parse_quality(options.quality);

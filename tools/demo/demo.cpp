@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "applications/applications.h"
 #include "applications/scene_settings.h"
 #include "applications/touched_mesh.h"
 #include "palpate/calibration/session/landmark_finder.h"
@@ -165,7 +164,7 @@ Expected<Json> demo(const DemoOptions& options) {
   // --- play in lock-step
   progress.begin(playing);
   const auto scene = server::physics::scene_from_rig(rig, settings, options.world.ball.restitution_table);
-  auto scene_view = applications::make_scene_view(scene);
+  auto scene_view = options.applications.make_view(scene);
   if (!scene_view) return tl::unexpected(scene_view.error());
   server::graphics::FrameRenderer pictures(rig, scene, std::move(*scene_view), options.quality);
   const int eyes = options.world.camera.count;
@@ -186,6 +185,7 @@ Expected<Json> demo(const DemoOptions& options) {
     if (shown) shown = book.look(frame);
   };
   sim::lockstep::LockstepOptions lockstep;
+  lockstep.applications = options.applications;
   lockstep.seconds = options.seconds;
   lockstep.seed = options.seed;
   lockstep.graphics = sim::lockstep::graphics_settings(options.world);

@@ -20,12 +20,14 @@
 #include "palpate/core/json.h"
 #include "palpate/desktop/spectator_window.h"
 #include "palpate/render/compositor.h"
+#include "palpate/scene/application_registry.h"
 #include "palpate/sim/config/world_file.h"
 #include "tools/demo/test_network.h"
 
 namespace palpate::tools::demo {
 
 struct DemoOptions {
+  scene::ApplicationRegistry applications;
   std::string application = "pingpong";
   double seconds = 30.0;
   double realtime_s = 10.0;

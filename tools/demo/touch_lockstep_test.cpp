@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "applications/applications.h"
 #include "applications/scene_settings.h"
+#include "applications/touch/specification.h"
 #include "applications/touch/touch.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
@@ -18,7 +18,7 @@ TEST(TouchInLockstep, AHandThatPressesOnTheOrganComesToRestAndOneThatStrokesItFe
   const rig::Rig rig = sim::truth_rig(world);
   const auto scene = server::physics::scene_from_rig(rig, applications::scene_settings(world.file(), "touch"),
                                                      world.file().ball.restitution_table);
-  auto application = applications::make_application(scene, 1);
+  auto application = scene::ApplicationRegistry{applications::touch::specification()}.make_physics(scene, {});
   ASSERT_TRUE(application) << application.error().message;
   auto& touch = dynamic_cast<applications::touch::TouchApplication&>(**application);
   server::physics::PhysicsServer server(rig, scene, std::move(*application), world.arm(),
@@ -64,6 +64,7 @@ TEST(TouchInLockstep, TheScriptedPlayerExploresThroughTheWholeSystem) {
   const auto scene = server::physics::scene_from_rig(rig, applications::scene_settings(world.file(), "touch"),
                                                      world.file().ball.restitution_table);
   sim::lockstep::LockstepOptions options;
+  options.applications = {applications::touch::specification()};
   options.seconds = 8.0;
   options.seed = 5;
   TouchLog log;

@@ -9,7 +9,6 @@
 #include <thread>
 #include <utility>
 
-#include "applications/applications.h"
 #include "palpate/core/csv.h"
 #include "palpate/core/csv_file.h"
 #include "palpate/core/file.h"
@@ -193,7 +192,7 @@ Expected<Json> PhysicsProcess::run() {
 }
 
 Expected<void> PhysicsProcess::open() {
-  auto application = applications::make_application(scene_, options_.seed, options_.serve_pause_s);
+  auto application = options_.applications.make_physics(scene_, options_.run);
   if (!application) return tl::unexpected(application.error());
   auto endpoint =
       options_.endpoint.empty()

@@ -11,22 +11,22 @@
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/rig/rig.h"
-#include "palpate/scene/application.h"
+#include "palpate/scene/application_registry.h"
 #include "palpate/server/physics/arm_source.h"
 
 namespace palpate::server::physics {
 
 struct PhysicsProcessOptions {
   rig::Rig rig;
+  scene::ApplicationRegistry applications;
   scene::SceneDescription scene;  // without surfaces: those are the rig's
   double surface_restitution = 0.93;
   ArmChoice arm;         // its lengths are taken from the rig
   std::string endpoint;  // empty = this user's default socket
   bool insecure = false;
   std::filesystem::path keys;  // folder; empty = this user's
-  std::uint64_t seed = 1;
-  std::optional<double> serve_pause_s;  // for people (applications.h)
-  double seconds = 0.0;                 // 0 = until asked to stop
+  scene::RunSettings run;
+  double seconds = 0.0;  // 0 = until asked to stop
   double physics_hz = 1000.0, haptic_hz = 1000.0;
   bool real_time = true;
   Duration extra_force_delay{0};  // forces come so much later, on purpose

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <thread>
 
+#include "applications/pingpong/specification.h"
 #include "applications/scene_settings.h"
 #include "drivers/laboratory/channel.h"
 #include "palpate/time/clock.h"
@@ -64,6 +65,7 @@ class RestingArm : public testing::Test {
   static PhysicsProcessOptions options() {
     PhysicsProcessOptions made;
     made.rig = rig();
+    made.applications = {applications::pingpong::specification()};
     made.scene = applications::scene_settings(sim::config::reference_world(), "pingpong");
     made.arm.lab = "bench";
     made.real_time = false;  // a test does not take the machine's cores away
@@ -128,6 +130,11 @@ TEST_F(RestingArm, WithoutLaboratoryOrSurfacesItDoesNotStart) {
   const auto refusal = run_physics_process(bare);
   ASSERT_FALSE(refusal);
   EXPECT_NE(refusal.error().message.find("'table'"), std::string::npos) << refusal.error().message;
+  auto empty = options();
+  empty.applications = {};
+  const auto unknown = run_physics_process(empty);
+  ASSERT_FALSE(unknown);
+  EXPECT_EQ(unknown.error().message, "application 'pingpong' is not known; there are: none");
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <thread>
 #include <utility>
 
-#include "applications/applications.h"
 #include "applications/touched_mesh.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
@@ -13,6 +12,7 @@
 #include "palpate/desktop/scripted_user.h"
 #include "palpate/evaluation/latency_probe.h"
 #include "palpate/render/context.h"
+#include "palpate/scene/generic_view.h"
 #include "palpate/server/graphics/frame_renderer.h"
 #include "palpate/server/graphics/graphics_figures.h"
 #include "palpate/server/graphics/graphics_watches.h"
@@ -52,6 +52,7 @@ class GraphicsProcess {
   Expected<void> open();
   Expected<void> meet_physics_server();
   Expected<void> assemble();
+  Expected<std::unique_ptr<scene::SceneView>> scene_view() const;
   Expected<void> open_windows();
   Expected<void> open_latency_probe();
   Expected<void> open_logs();
@@ -165,13 +166,22 @@ Expected<void> GraphicsProcess::meet_physics_server() {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   scene_ = *link_->description();
+  if (options_.applications.find(scene_.application) == nullptr) return {};  // nobody here would draw it
   return applications::find_touched_mesh(scene_, options_.mesh, place_.endpoint.local());
 }
 
+Expected<std::unique_ptr<scene::SceneView>> GraphicsProcess::scene_view() const {
+  if (options_.applications.find(scene_.application) != nullptr)
+    return options_.applications.make_view(scene_);
+  notice(fmt::format("application '{}' is not part of this program: its bodies are shown as plain shapes",
+                     excerpt(scene_.application)));
+  return std::make_unique<scene::GenericView>(scene_.application, scene_.shape_vertices);
+}
+
 Expected<void> GraphicsProcess::assemble() {
-  auto scene_view = applications::make_scene_view(scene_);
-  if (!scene_view) return tl::unexpected(scene_view.error());
-  pictures_.emplace(options_.rig, scene_, std::move(*scene_view), options_.quality);
+  auto view = scene_view();
+  if (!view) return tl::unexpected(view.error());
+  pictures_.emplace(options_.rig, scene_, std::move(*view), options_.quality);
   pictures_->set_captions(!options_.window);
   server_.emplace(options_.rig, *link_, devices_->tracker(), devices_->camera(), *pictures_,
                   options_.graphics);
@@ -183,7 +193,8 @@ Expected<void> GraphicsProcess::assemble() {
     server_->set_tracker_explanation(
         [this] { return graphics::why_unheard(*devices_->live_tracker(), *options_.tracker); });
   if (!options_.player) return {};
-  auto made = desktop::ScriptedUser::make(scene_, options_.rig, options_.world, options_.seed);
+  auto made =
+      desktop::ScriptedUser::make(options_.applications, scene_, options_.rig, options_.world, options_.seed);
   if (!made) return tl::unexpected(made.error());
   player_.emplace(std::move(*made));
   return {};
@@ -194,7 +205,7 @@ Expected<void> GraphicsProcess::open_windows() {
   const auto from_outside = [this](const graphics::FrameRecord& frame) -> const render::OutsidePicture& {
     return pictures_->outside(frame);
   };
-  auto opened = desktop::DesktopUi::open(scene_, options_.rig, options_.world, place_,
+  auto opened = desktop::DesktopUi::open(options_.applications, scene_, options_.rig, options_.world, place_,
                                          {.mouse = options_.mouse,
                                           .scripted_player = options_.player,
                                           .timecode = options_.timecode && devices_->live_camera(),

@@ -15,6 +15,7 @@
 #include "palpate/desktop/spectator_window.h"
 #include "palpate/render/compositor.h"
 #include "palpate/rig/rig.h"
+#include "palpate/scene/application_registry.h"
 #include "palpate/server/graphics/graphics_server.h"
 #include "palpate/server/graphics/live_tracker.h"
 #include "palpate/sim/config/world_file.h"
@@ -24,6 +25,8 @@ namespace palpate::server::session {
 
 struct GraphicsProcessOptions {
   rig::Rig rig;
+  // Those that it can draw and play; of another its bodies are shown (scene/generic_view.h).
+  scene::ApplicationRegistry applications;
   sim::config::WorldFile world;  // how the player's own arm feels
   std::string lab = "lab";
   transport::ServerName server;

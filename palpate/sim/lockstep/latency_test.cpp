@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "applications/pingpong/specification.h"
 #include "applications/scene_settings.h"
 #include "palpate/core/csv.h"
 #include "palpate/evaluation/latency_probe.h"
@@ -27,6 +28,7 @@ Played play_with_timecode(const config::WorldFile& file, double stated_scan_out_
   const auto scene = server::physics::scene_from_rig(rig, applications::scene_settings(file, "pingpong"),
                                                      file.ball.restitution_table);
   LockstepOptions options;
+  options.applications = {applications::pingpong::specification()};
   options.seconds = seconds_played;
   options.seed = 5;
   options.timecode = true;

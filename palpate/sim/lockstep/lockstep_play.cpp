@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <deque>
 
-#include "applications/applications.h"
 #include "palpate/desktop/scripted_user.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/device_faults.h"
@@ -118,7 +117,7 @@ Expected<LockstepResult> play_in_lockstep(Simulator& world, const rig::Rig& rig,
                                           const std::function<void(double)>& progress) {
   if (!rig.arm || !rig.camera || !rig.hand_eye)
     return refused("play: the rig is not calibrated; run `palpate calibrate all`");
-  auto application = applications::make_application(scene, options.seed);
+  auto application = options.applications.make_physics(scene, {.seed = options.seed});
   if (!application) return tl::unexpected(application.error());
 
   // The physics host's clock is the reference: it reads true time.
@@ -169,8 +168,8 @@ Expected<LockstepResult> play_in_lockstep(Simulator& world, const rig::Rig& rig,
                                               .scan_out = options.graphics.scan_out,
                                               .readout = seconds(config::readout_s(world.file()))});
   }
-  auto player =
-      desktop::ScriptedUser::make(scene, rig, world.file(), options.seed, options.player_extra_delay_s);
+  auto player = desktop::ScriptedUser::make(options.applications, scene, rig, world.file(), options.seed,
+                                            options.player_extra_delay_s);
   if (!player) return tl::unexpected(player.error());
   if (auto asked = world.person().ask({device::Gesture::look, "", 0}); !asked)
     return tl::unexpected(asked.error());

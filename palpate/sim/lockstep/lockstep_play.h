@@ -14,7 +14,7 @@
 #include "palpate/evaluation/played_frame.h"
 #include "palpate/haptics/haptic_loop.h"
 #include "palpate/rig/rig.h"
-#include "palpate/scene/application.h"
+#include "palpate/scene/application_registry.h"
 #include "palpate/server/graphics/frame_record.h"
 #include "palpate/server/graphics/graphics_server.h"
 #include "palpate/sim/simulator.h"
@@ -31,6 +31,7 @@ struct LockstepFrame {
 };
 
 struct LockstepOptions {
+  scene::ApplicationRegistry applications;
   double seconds = 30.0;
   double warm_up_s = 2.0;  // clocks settle and the person takes the stylus; nothing is counted
   std::uint64_t seed = 1;

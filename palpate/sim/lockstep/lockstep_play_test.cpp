@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "applications/pingpong/pingpong.h"
+#include "applications/pingpong/specification.h"
 #include "applications/scene_settings.h"
 #include "palpate/core/error_summary.h"
 #include "palpate/scene/shown_tip.h"
@@ -18,6 +19,7 @@ LockstepResult play(double play_seconds, const LockstepOptions& base = {}, std::
   const auto scene = server::physics::scene_from_rig(
       rig, applications::scene_settings(world.file(), "pingpong"), world.file().ball.restitution_table);
   LockstepOptions options = base;
+  options.applications = {applications::pingpong::specification()};
   options.seconds = play_seconds;
   options.seed = seed;
   auto result = play_in_lockstep(world, rig, scene, options, {}, {});

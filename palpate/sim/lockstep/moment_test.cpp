@@ -4,8 +4,8 @@
 
 #include <map>
 
-#include "applications/applications.h"
 #include "applications/pingpong/pingpong.h"
+#include "applications/pingpong/specification.h"
 #include "applications/scene_settings.h"
 #include "palpate/core/error_summary.h"
 #include "palpate/core/units.h"
@@ -58,9 +58,10 @@ Moments play_moments(const config::WorldFile& file, LockstepOptions options, dou
   if (change) change(m.rig);
   m.scene = server::physics::scene_from_rig(m.rig, applications::scene_settings(file, "pingpong"),
                                             file.ball.restitution_table);
+  options.applications = {applications::pingpong::specification()};
   options.seconds = seconds_played;
   options.seed = 3;
-  auto scene_view = applications::make_scene_view(m.scene);
+  auto scene_view = options.applications.make_view(m.scene);
   EXPECT_TRUE(scene_view.has_value());
   PredictingPipeline pipeline(**scene_view);
   LockstepPictures pictures;

@@ -7,8 +7,8 @@
 #include <deque>
 #include <optional>
 
-#include "applications/applications.h"
 #include "applications/pingpong/pingpong.h"
+#include "applications/pingpong/specification.h"
 #include "applications/scene_settings.h"
 #include "palpate/desktop/desktop_ui.h"
 #include "palpate/desktop/scripted_user.h"
@@ -40,10 +40,12 @@ MouseGame play_with_mouse(const MousePlay& how) {
   const rig::Rig rig = truth_rig(world);
   const scene::SceneDescription scene = server::physics::scene_from_rig(
       rig, applications::scene_settings(file, "pingpong"), file.ball.restitution_table);
-  auto game = applications::make_application(scene, how.seed, 1.0);
-  desktop::MouseHand mouse(rig.camera->model, desktop::mouse_hand_settings(scene, rig, file));
+  const scene::ApplicationRegistry applications{applications::pingpong::specification()};
+  auto game = applications.make_physics(scene, {.seed = how.seed, .pause_s = 1.0});
+  desktop::MouseHand mouse(rig.camera->model,
+                           desktop::mouse_hand_settings(scene, applications.handling("pingpong"), rig, file));
   auto help =
-      applications::make_input_assist(scene, desktop::players_reach(rig, file), desktop::own_hand(file));
+      applications.make_input_assist(scene, desktop::players_reach(rig, file), desktop::own_hand(file));
   if (!game || !help || !*help) return {};
   server::physics::PhysicsServer physics(rig, scene, std::move(*game), world.arm(),
                                          haptics::HapticSettings{});

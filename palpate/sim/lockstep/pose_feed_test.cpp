@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "applications/pingpong/specification.h"
 #include "applications/scene_settings.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
@@ -23,6 +24,7 @@ TEST(PoseFeed, WhatIsPublishedStandsWhereTheTruthIs) {
   const auto scene = server::physics::scene_from_rig(
       rig, applications::scene_settings(world.file(), "pingpong"), world.file().ball.restitution_table);
   LockstepOptions options;
+  options.applications = {applications::pingpong::specification()};
   options.seconds = 4.0;
   int tips = 0, cameras = 0, balls = 0;
   options.pass_on = [&](const LockstepFrame& frame) {

@@ -8,7 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include "applications/applications.h"
+#include "applications/pingpong/specification.h"
 #include "applications/scene_settings.h"
 #include "palpate/evaluation/overlay_of_play.h"
 #include "palpate/server/graphics/frame_renderer.h"
@@ -59,6 +59,7 @@ StereoPlay play_with_two_eyes(const config::WorldFile& file, LockstepOptions opt
   if (change) change(s.rig);
   const auto scene = server::physics::scene_from_rig(s.rig, applications::scene_settings(file, "pingpong"),
                                                      file.ball.restitution_table);
+  options.applications = {applications::pingpong::specification()};
   options.seconds = seconds_played;
   options.seed = 4;
   LockstepPictures parts;
@@ -66,7 +67,7 @@ StereoPlay play_with_two_eyes(const config::WorldFile& file, LockstepOptions opt
   std::optional<server::graphics::FrameRenderer> pictures;
   if (drawn) {
     renderer.emplace();
-    pictures.emplace(s.rig, scene, std::move(*applications::make_scene_view(scene)), render::Quality::low);
+    pictures.emplace(s.rig, scene, std::move(*options.applications.make_view(scene)), render::Quality::low);
     parts.camera = [&](const TrueView& view, std::vector<std::uint8_t>& rgb) { renderer->render(view, rgb); };
     parts.pipeline = &*pictures;
     parts.shown = [&](const server::graphics::FrameRecord& frame) {

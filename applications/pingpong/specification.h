@@ -1,0 +1,10 @@
+// Ping-pong as it tells of itself to a registry.
+#pragma once
+
+#include "palpate/scene/application_registry.h"
+
+namespace palpate::applications::pingpong {
+
+scene::ApplicationSpec specification();
+
+}  // namespace palpate::applications::pingpong

@@ -1,0 +1,10 @@
+// Touch as it tells of itself to a registry.
+#pragma once
+
+#include "palpate/scene/application_registry.h"
+
+namespace palpate::applications::touch {
+
+scene::ApplicationSpec specification();
+
+}  // namespace palpate::applications::touch
