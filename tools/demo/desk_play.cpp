@@ -18,7 +18,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr double kLongestGame_s = 4.0 * 3600.0;  // then the arm ends, should nobody be left to stop it
-constexpr double kPause_s = 0.8;                 // between two rounds, for people
+constexpr double kPauseAtDesk_s = 0.8;           // between two rounds, for people
 
 // Angles about x, y, z, applied in this order.
 Vector3 angles_of(const Quaternion& rotation) {
@@ -98,7 +98,7 @@ Expected<Json> play_at_desk(const DeskPlayOptions& options) {
   auto physics = ChildProcess::start(
       options.program,
       {"physics", "--rig", options.rig_file.string(), "--app", options.application, "--lab", name, "--world",
-       world_file, "--listen", endpoint->address, "--serve-pause-s", fmt::format("{}", kPause_s)},
+       world_file, "--listen", endpoint->address, "--serve-pause-s", fmt::format("{}", kPauseAtDesk_s)},
       files.file(".physics.log"));
   if (!physics) return tl::unexpected(physics.error());
 
