@@ -46,9 +46,10 @@ Exploration explore(const scene::SceneDescription& scene, double for_s, std::uin
     }
     tip.X_world_tip = {target.R_world_tip, x};
     tip.velocity = v;
+    tip.time = now;
+    force = application.contact_law()->force(tip, kTick);  // as the haptic tick does
     application.step(now, seconds(kTick), tip, state);
     state.time = now;
-    force = Vector3(state.continuous.force.data());
     result.peak = std::max(result.peak, force.norm());
     result.deepest = std::max(result.deepest, 1e-6 * state.counters[kDepthUm]);
     if (state.continuous.touching != 0) {

@@ -12,28 +12,6 @@
 namespace palpate::applications::touch {
 namespace {
 
-constexpr double kTeleport_m = 0.05;  // a tip that moves further in one step was put there, not moved
-constexpr double kDampFrom_m =
-    0.0005;  // depth at which the damper has its full size: it begins without a jump
-
-const scene::SceneDescription& checked_material(const scene::SceneDescription& scene) {
-  const scene::TouchedSurface& m = scene.touched;
-  if (!(m.stiffness > 0.0 && m.stiffness <= kMostStiffness))
-    throw std::invalid_argument(
-        fmt::format("touch: stiffness {} N/m; more than 0 and at most {:.0f} is expected, which such an arm "
-                    "renders; choose a softer material",
-                    m.stiffness, kMostStiffness));
-  if (!(m.damping >= 0.0 && m.damping <= kMostDamping))
-    throw std::invalid_argument(
-        fmt::format("touch: damping {} N s/m; 0 to {:.0f} is expected", m.damping, kMostDamping));
-  if (!(m.friction >= 0.0 && m.static_friction >= m.friction && m.static_friction <= 2.0))
-    throw std::invalid_argument(
-        fmt::format("touch: friction {} at rest and {} sliding; 0 to 2, and at rest no less than sliding, is "
-                    "expected",
-                    m.static_friction, m.friction));
-  return scene;
-}
-
 const Settings& checked_settings(const Settings& s) {
   if (!(s.sway_hz >= 0.0 && s.sway_hz <= 5.0) || !(std::abs(s.sway_m) <= 0.05) ||
       !(std::abs(s.sway_rad) <= 0.5))
@@ -46,19 +24,16 @@ const Settings& checked_settings(const Settings& s) {
 }  // namespace
 
 TouchApplication::TouchApplication(const scene::SceneDescription& scene, const Settings& settings)
-    : scene_(checked_material(scene)),
+    : scene_(scene),
       settings_(checked_settings(settings)),
       surface_(touched_mesh(scene)),
-      mesh_(surface_),
-      proxy_(mesh_, {.radius = settings.tip_radius,
-                     .friction = scene.touched.friction,
-                     .static_friction = scene.touched.static_friction}),
       X_world_rest_(resting_place(scene, surface_)),
-      X_world_organ_(X_world_rest_) {}
+      X_world_organ_(X_world_rest_),
+      law_(scene_, surface_, settings.tip_radius, X_world_rest_) {}
 
 void TouchApplication::reset() {
+  ++resets_;
   counters_.fill(0);
-  contact_s_ = 0.0;
 }
 
 void TouchApplication::move_organ(double dt) {
@@ -74,63 +49,25 @@ void TouchApplication::move_organ(double dt) {
   spin_ = so3_log(X_world_organ_.rotation * before.rotation.conjugate()) / dt;
 }
 
-// Looking away from the middle: nothing there, or a triangle seen from its outer side.
-bool TouchApplication::outside(const Vector3& p) const {
-  const Vector3 away = p.norm() > 0.0 ? Vector3(p.normalized()) : Vector3::UnitY();
-  const auto seen = mesh_.ray(p, p + 2.0 * mesh_.extent() * away);
-  if (!seen) return true;
-  const auto& t = surface_.triangles[seen->triangle];
-  const Vector3& a = surface_.vertices[t[0]];
-  return (surface_.vertices[t[1]] - a).cross(surface_.vertices[t[2]] - a).dot(away) < 0.0;
+// Counts that have not followed the newest reset yet are 0.
+void TouchApplication::count(const Touching& found) {
+  const bool touching = found.engaged && found.proxy.touching;
+  const bool follows = found.resets == resets_;
+  const auto milli = [](double value) { return static_cast<std::int32_t>(std::min(1e9, 1e3 * value)); };
+  counters_[kTouches] = follows ? found.touches : 0;
+  counters_[kSlips] = follows ? found.slips : 0;
+  counters_[kUnsettled] = follows ? found.unsettled : 0;
+  counters_[kContactMs] = follows ? milli(found.contact_s) : 0;
+  counters_[kPeakForceMn] = follows ? milli(found.peak_n) : 0;
+  counters_[kForceMn] = milli(found.force.norm());
+  counters_[kSliding] = touching && found.proxy.sliding;
+  counters_[kDepthUm] = touching ? static_cast<std::int32_t>(std::min(1e9, 1e6 * found.proxy.depth)) : 0;
 }
 
-// The virtual coupling, in the organ's frame: a spring between tip and proxy, and along the normal a damper,
-// which never pulls the tip down.
-Vector3 TouchApplication::pull(const Vector3& tip, const Vector3& velocity) const {
-  const physics::ProxyState& s = proxy_.state();
-  if (!s.touching) return Vector3::Zero();
-  const double share = std::min(1.0, s.depth / kDampFrom_m);
-  const double spring = scene_.touched.stiffness * s.normal.dot(s.position - tip);
-  const double damper = std::max(-spring, -scene_.touched.damping * share * s.normal.dot(velocity));
-  return scene_.touched.stiffness * (s.position - tip) + damper * s.normal;
-}
-
-void TouchApplication::step(Instant<PhysicsClock> /*now*/, Duration dt, const scene::TipState& tip,
-                            scene::SceneState& state) {
-  const double h = to_seconds(dt);
-  if (h > 0.0) move_organ(h);
-  const Vector3 place = tip.X_world_tip.translation;
+void TouchApplication::show(const scene::TipState& tip, double dt, scene::SceneState& state) {
+  const bool touching = shown_.engaged && shown_.proxy.touching;
+  const Vector3& place = tip.X_world_tip.translation;
   const bool seen = place.allFinite() && tip.velocity.allFinite();
-  if (!seen || (place - tip_before_).norm() > kTeleport_m) engaged_ = false;
-  if (seen) tip_before_ = place;
-
-  // What the organ sees: its own motion is the tip's, the other way round.
-  const auto X_organ_world = X_world_organ_.inverse();
-  const Vector3 p = (X_organ_world * Point<World>{place}).m;
-  const bool touched = engaged_ && proxy_.state().touching, slid = touched && proxy_.state().sliding;
-  if (seen && !engaged_ && proxy_.clear_at(p) && outside(p)) {
-    engaged_ = true;
-    proxy_.begin(p);
-  }
-  Vector3 force = Vector3::Zero();
-  if (engaged_) {
-    const physics::ProxyState& proxy = proxy_.follow(p);
-    counters_[kUnsettled] += !proxy.settled;
-    const Vector3 lever = place - X_world_organ_.translation;
-    const Vector3 relative = tip.velocity - velocity_ - spin_.cross(lever);
-    force = X_world_organ_.rotation * pull(p, X_organ_world.rotation * relative);
-    counters_[kTouches] += proxy.touching && !touched;
-    contact_s_ += proxy.touching ? h : 0.0;
-    counters_[kSlips] += touched && proxy.sliding && !slid;
-  }
-  const bool touching = engaged_ && proxy_.state().touching;
-  counters_[kSliding] = touching && proxy_.state().sliding;
-  counters_[kDepthUm] = touching ? static_cast<std::int32_t>(std::min(1e9, 1e6 * proxy_.state().depth)) : 0;
-  if (paused()) force.setZero();
-  counters_[kContactMs] = static_cast<std::int32_t>(std::min(1e9, 1e3 * contact_s_));
-  counters_[kForceMn] = static_cast<std::int32_t>(std::min(1e6, 1e3 * force.norm()));
-  counters_[kPeakForceMn] = std::max(counters_[kPeakForceMn], counters_[kForceMn]);
-
   state.body_count = 3;
   auto& organ = state.bodies[kOrgan];
   organ.set_p(X_world_organ_.translation);
@@ -140,7 +77,7 @@ void TouchApplication::step(Instant<PhysicsClock> /*now*/, Duration dt, const sc
   auto& stylus = state.bodies[kStylus];
   stylus.visible = seen;
   auto& ball = state.bodies[kProxy];
-  ball.visible = engaged_;
+  ball.visible = shown_.engaged;
   if (seen) {
     const Vector3 lever = tip.X_world_tip.rotation * scene_.bat_offset;
     stylus.set_p(place + lever);
@@ -148,18 +85,33 @@ void TouchApplication::step(Instant<PhysicsClock> /*now*/, Duration dt, const sc
     stylus.set_v(tip.velocity + tip.angular_velocity.cross(lever));
     stylus.set_w(tip.angular_velocity);
   }
-  if (engaged_) {
+  if (shown_.engaged) {
     const Vector3 before = ball.p();
-    ball.set_p((X_world_organ_ * Point<Organ>{proxy_.state().position}).m);
+    // While it is free it is where the tip is, which may have moved since the haptic tick.
+    const Vector3 since = touching || !seen ? Vector3(Vector3::Zero()) : Vector3(place - shown_.tip);
+    ball.set_p((X_world_organ_ * Point<Organ>{shown_.proxy.position}).m + since);
     ball.set_q(stylus.q());
-    ball.set_v(!touching ? tip.velocity : h > 0.0 ? Vector3((ball.p() - before) / h) : Vector3::Zero());
+    ball.set_v(!touching ? tip.velocity : dt > 0.0 ? Vector3((ball.p() - before) / dt) : Vector3::Zero());
   }
-  if (touching != touched || !engaged_) ++ball.jumps;  // no path is drawn across these
+  ball.jumps = shown_.jumps;  // no path is drawn across these
+}
+
+void TouchApplication::step(Instant<PhysicsClock> now, Duration dt, const scene::TipState& tip,
+                            scene::SceneState& state) {
+  const double h = to_seconds(dt);
+  if (h > 0.0) move_organ(h);
+  law_.move_organ({now, X_world_organ_, velocity_, spin_, paused(), resets_});
+  shown_ = law_.newest();
+  if (paused()) shown_.force.setZero();
+  count(shown_);
+  show(tip, h, state);
   state.counters = counters_;
+  const Vector3& force = shown_.force;
+  const bool touching = shown_.engaged && shown_.proxy.touching;
   state.continuous.force = {force.x(), force.y(), force.z()};
   state.continuous.touching = touching ? 1 : 0;
   if (touching) {
-    const Vector3 foot = proxy_.state().position - settings_.tip_radius * proxy_.state().normal;
+    const Vector3 foot = shown_.proxy.position - settings_.tip_radius * shown_.proxy.normal;
     const Vector3 point = (X_world_organ_ * Point<Organ>{foot}).m;
     state.continuous.point = {point.x(), point.y(), point.z()};
   }

@@ -36,6 +36,7 @@ struct Bench {
   void step() {
     now += seconds(kTick);
     tip.time = now;
+    touch.contact_law()->force(tip, kTick);  // as the haptic tick does
     touch.step(now, seconds(kTick), tip, state);
     state.time = now;
   }
@@ -205,8 +206,11 @@ TEST(TouchApplication, PauseTakesTheForceAwayAndResetTheCounts) {
   bench.touch.control(scene::Control::pause);
   bench.step();
   EXPECT_EQ(bench.force(), Vector3::Zero());
+  bench.step();
+  EXPECT_EQ(bench.touch.contact_law()->force(bench.tip, kTick), Vector3::Zero()) << "nor does the law ask";
   bench.touch.control(scene::Control::resume);
   bench.step();
+  bench.step();  // which the law hears of in its next tick
   EXPECT_GT(bench.force().norm(), 0.5);
   bench.touch.control(scene::Control::reset);
   bench.step();

@@ -26,8 +26,8 @@ std::string_view name_of(ForceFault fault) {
       return "none";
     case ForceFault::stale_input:
       return "stale input";
-    case ForceFault::not_finite:
-      return "force not finite";
+    case ForceFault::bad_force:
+      return "force beyond reason";
     case ForceFault::bad_reading:
       return "bad reading";
     case ForceFault::arm_silent:
@@ -42,6 +42,10 @@ std::string_view name_of(ForceFault fault) {
       return "arm lost";
     case ForceFault::clamp_tripped:
       return "clamp tripped";
+    case ForceFault::law_failed:
+      return "contact law failed";
+    case ForceFault::arm_slow:
+      return "arm slow";
   }
   return "unknown";
 }
@@ -59,13 +63,15 @@ ForceGuard::ForceGuard(const ForceLimits& limits)
 ForceFault ForceGuard::lasting_fault(const SafetyInputs& inputs) const {
   if (!inputs.connected) return ForceFault::arm_lost;
   if (!inputs.clamp_good) return ForceFault::clamp_tripped;
+  if (!inputs.law_good) return ForceFault::law_failed;
+  if (!inputs.arm_quick) return ForceFault::arm_slow;
   if (inputs.reading_good && !(inputs.tip_speed <= limits_.max_tip_speed_m_s)) return ForceFault::overspeed;
   return ForceFault::none;
 }
 
 ForceFault ForceGuard::healing_fault(const SafetyInputs& inputs) const {
   if (!inputs.reading_good) return ForceFault::bad_reading;
-  if (!inputs.requested_good) return ForceFault::not_finite;
+  if (!inputs.requested_good) return ForceFault::bad_force;
   if (!(inputs.reading_age_s < limits_.stale_s)) return ForceFault::arm_silent;
   if (!(inputs.input_age_s < limits_.stale_s)) return ForceFault::stale_input;
   if (!inputs.inside_workspace) return ForceFault::outside_workspace;
@@ -77,7 +83,7 @@ void ForceGuard::tick(const SafetyInputs& inputs) {
   const ForceFault missing = healing_fault(inputs);
   // A late tick is told as one, also where all it sees is good: forces then go on from what is held.
   const bool late = !(inputs.elapsed_s < limits_.stale_s);
-  const ForceFault healing = late && missing != ForceFault::bad_reading && missing != ForceFault::not_finite
+  const ForceFault healing = late && missing != ForceFault::bad_reading && missing != ForceFault::bad_force
                                  ? ForceFault::late_tick
                                  : missing;
   if (state_ != HapticState::safe) {

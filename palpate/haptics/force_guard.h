@@ -27,15 +27,17 @@ enum class ForceFault : std::uint8_t {
   none,
   // heal by themselves
   stale_input,        // physics silent, or frozen: its state does not move on
-  not_finite,         // a force requested that is no number, or beyond all reason
+  bad_force,          // a force requested that is no number, or beyond what was promised or reason allows
   bad_reading,        // encoders say something that is no number
   arm_silent,         // the arm's stamps do not move on
   outside_workspace,  // joint range left, or next to a singular pose
   late_tick,          // the loop itself stood still
   // do not heal
   overspeed,
-  arm_lost,      // the device says that it is gone
-  clamp_tripped  // the last clamp had to act
+  arm_lost,       // the device says that it is gone, or its driver failed
+  clamp_tripped,  // the last clamp had to act
+  law_failed,     // the contact law was too slow, or asked for bad forces, again and again: it is off
+  arm_slow        // the arm's driver was too slow again and again
 };
 
 constexpr bool heals(ForceFault fault) { return fault < ForceFault::overspeed; }
@@ -51,7 +53,7 @@ struct SafetyInputs {
   double held = 1.0;           // share of the last command that the device still gave when this tick began
   double tip_speed = 0.0;      // m/s
   bool connected = true, reading_good = true, inside_workspace = true, requested_good = true,
-       clamp_good = true;
+       clamp_good = true, law_good = true, arm_quick = true;
   bool warm = false;
 };
 

@@ -32,7 +32,7 @@ struct Sign {
 const std::vector<Sign> kHealing{
     {ForceFault::stale_input, [](SafetyInputs& s) { s.input_age_s = 0.005; }},
     {ForceFault::stale_input, [](SafetyInputs& s) { s.input_age_s = std::nan(""); }},
-    {ForceFault::not_finite, [](SafetyInputs& s) { s.requested_good = false; }},
+    {ForceFault::bad_force, [](SafetyInputs& s) { s.requested_good = false; }},
     {ForceFault::bad_reading, [](SafetyInputs& s) { s.reading_good = false; }},
     {ForceFault::arm_silent, [](SafetyInputs& s) { s.reading_age_s = 0.005; }},
     {ForceFault::outside_workspace, [](SafetyInputs& s) { s.inside_workspace = false; }}};

@@ -21,11 +21,15 @@ struct RequestedForce {
   Vector3 impact_to_come = Vector3::Zero();  // N s, impulse of the impacts under way after the coming tick
   bool impact_active = false;
 
-  // Numbers, and none that nobody could ever want of an arm.
+  // Numbers, and none that nobody could ever want of an arm: a continuous force of ten times what the
+  // strongest arm gives is a mistake; an impact's short one may be far larger.
   bool good() const {
-    constexpr double kMost = 1e6;
-    const auto fine = [](const Vector3& v) { return v.cwiseAbs().maxCoeff() < kMost && v.allFinite(); };
-    return fine(continuous) && fine(impact) && fine(impact_to_come);
+    constexpr double kMostContinuous = 100.0, kMostImpact = 1e6;  // N
+    const auto fine = [](const Vector3& v, double most) {
+      return v.cwiseAbs().maxCoeff() < most && v.allFinite();
+    };
+    return fine(continuous, kMostContinuous) && fine(impact, kMostImpact) &&
+           fine(impact_to_come, kMostImpact);
   }
 };
 

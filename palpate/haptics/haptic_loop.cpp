@@ -22,16 +22,40 @@ HapticSettings checked(const HapticSettings& settings) {
   return settings;
 }
 
+HapticGuests checked(const HapticGuests& guests) {
+  if (guests.law == nullptr) return guests;
+  const double most = guests.law->force_bound();
+  if (!(most > 0.0 && std::isfinite(most)))
+    throw std::invalid_argument(fmt::format(
+        "{}: the contact law promises {} N at most; a force above 0 is expected", guests.application, most));
+  if (guests.law->cost_bound() <= Duration(0))
+    throw std::invalid_argument(
+        fmt::format("{}: the contact law promises to take {} ns at most; more than 0 is expected",
+                    guests.application, guests.law->cost_bound().count()));
+  return guests;
+}
+
+// What read() and command() take is microseconds: a driver that waits for its device does not belong there.
+constexpr Duration kMostOfTheArm = std::chrono::milliseconds(2);
+
+Duration law_bound(const HapticGuests& guests, Duration period) {
+  return guests.law == nullptr ? period : std::min(guests.law->cost_bound(), period / 2);
+}
+
 }  // namespace
 
 HapticLoop::HapticLoop(device::ArmDevice& arm, const rig::ArmCalibration& calibration,
                        const device::PhantomLengths& nominal, const HapticSettings& settings,
-                       TripleBuffer<HapticInput>& input, TripleBuffer<scene::TipState>& output)
+                       TripleBuffer<HapticInput>& input, TripleBuffer<scene::TipState>& output,
+                       const HapticGuests& guests)
     : arm_(arm),
       calibration_(calibration),
       nominal_(nominal),
       settings_(checked(settings)),
       period_(to_seconds(settings.period)),
+      guests_(checked(guests)),
+      guest_words_{"", name_of(Guest::application), name_of(Guest::contact_law), name_of(Guest::arm)},
+      law_bound_n_(guests.law == nullptr ? 0.0 : guests.law->force_bound()),
       input_(input),
       output_(output),
       passivity_(settings.limits.most_damping_n_s_m),
@@ -39,23 +63,36 @@ HapticLoop::HapticLoop(device::ArmDevice& arm, const rig::ArmCalibration& calibr
       limiter_(settings.limits.max_backlog_s),
       heat_(settings.limits),
       clamp_(settings.limits, period_),
+      law_watch_(law_bound(guests, settings.period), guests.clock),
+      arm_watch_(kMostOfTheArm, guests.clock),
       records_(std::make_unique<HapticRecords>()) {}
 
-void HapticLoop::tick(Instant<PhysicsClock> now) {
+void HapticLoop::tick(Instant<PhysicsClock> begun) {
   SafetyInputs inputs;
-  const double elapsed = started_ ? std::max(0.0, to_seconds(now - last_tick_)) : 0.0;
+  const double continuous_before = limiter_.continuous().norm();
+  const DeviceForce device_before = device_;
+  const device::ArmSample sample = read_arm();
+  take_reading(begun, sample, inputs);
+  feel_law(begun);
+  // Where a guest has held the tick up, it begins anew when that is over: what was known is old.
+  const Duration waited = held_up();
+  const Instant<PhysicsClock> now = begun + waited;
+  const bool let_go_meanwhile = let_go_.exchange(false);
+  double elapsed = started_ ? std::max(0.0, to_seconds(now - last_tick_)) : 0.0;
+  if (let_go_meanwhile) elapsed = std::max(elapsed, to_seconds(device::kLongestHold));
   last_tick_ = now;
   started_ = true;
   inputs.elapsed_s = elapsed;
+  inputs.held = let_go_meanwhile ? 0.0 : held_share(sample, elapsed, waited > Duration(0));
+  inputs.reading_age_s =
+      sampled_ ? to_seconds(now - last_fresh_sample_) : std::numeric_limits<double>::infinity();
   inputs.clamp_good = !clamp_.tripped();
+  judge_guests(inputs);
   const bool late = !(elapsed < settings_.limits.stale_s);
   if (late) statistics_.dropped_impacts += static_cast<std::uint64_t>(player_.drop());
-  const double continuous_before = limiter_.continuous().norm();
-  const DeviceForce device_before = device_;
-  read_arm(now, inputs);
   listen(now, inputs);
   RequestedForce requested = requested_force(now);
-  inputs.requested_good = requested.good();
+  inputs.requested_good = requested.good() && !law_erred_;
   if (!inputs.requested_good) requested = RequestedForce{};
   const double held_s =
       late && inputs.held < 1.0 ? std::min(elapsed, to_seconds(device::kLongestHold)) : elapsed;
@@ -90,20 +127,123 @@ void HapticLoop::tick(Instant<PhysicsClock> now) {
   RequestedForce damped = requested;
   if (touching) damped.continuous += passivity_.damping(tip_.velocity, period_);
   const Vector3 force = limiter_.tick(damped, available, held_s, period_);
-  arm_.command(clamp_.pass(device_.M * (R_base_world * force)));
+  command_arm(clamp_.pass(device_.M * (R_base_world * force)));
   if (inputs.reading_good) output_.write(tip_);
 
   account(elapsed);
   keep(now, requested, before, gain_before);
+  ticks_ended_.store(statistics_.ticks, std::memory_order_relaxed);
+}
+
+bool HapticLoop::rearm() {
+  if (!guard_.rearm()) return false;
+  law_off_ = false;
+  law_watch_.forgive();
+  return true;
+}
+
+// Says who it is that runs, for whoever finds this thread hanging or crashed.
+template <typename Call>
+void HapticLoop::visit(Guest guest, GuestWatch& watch, Call&& call) {
+  busy_with_.store(guest, std::memory_order_relaxed);
+  const GuestCall named(guest_words_[static_cast<std::size_t>(guest)].c_str());
+  watch.time(std::forward<Call>(call));
+  busy_with_.store(Guest::none, std::memory_order_relaxed);
+}
+
+// A driver that throws has lost its arm.
+device::ArmSample HapticLoop::read_arm() {
+  device::ArmSample sample;
+  bool threw = arm_threw_;
+  arm_threw_ = false;
+  try {
+    visit(Guest::arm, arm_watch_, [&] { sample = arm_.read(); });
+  } catch (...) {
+    threw = true;
+  }
+  arm_took_ = arm_watch_.took();
+  if (!threw) return sample;
+  sample.joints = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+  sample.connected = false;
+  return sample;
+}
+
+void HapticLoop::command_arm(const Vector3& force) {
+  try {
+    visit(Guest::arm, arm_watch_, [&] { arm_.command(force); });
+  } catch (...) {
+    arm_threw_ = true;
+  }
+}
+
+// What the law says of the tip just read. What is no force, or lies beyond its promise, is not given.
+void HapticLoop::feel_law(Instant<PhysicsClock> now) {
+  law_erred_ = false;
+  law_force_.setZero();
+  law_took_ = Duration(0);
+  if (guests_.law == nullptr || law_off_ || !sampled_) return;
+  const double since = started_ ? std::max(0.0, to_seconds(now - last_tick_)) : 0.0;
+  Vector3 force = Vector3::Zero();
+  visit(Guest::contact_law, law_watch_, [&] { force = guests_.law->force(tip_, since); });
+  law_took_ = law_watch_.took();
+  ++statistics_.law_ticks;
+  statistics_.law_overruns = law_watch_.overruns();
+  constexpr double kRounding = 1e-9;
+  law_erred_ = !(force.norm() <= law_bound_n_ * (1.0 + kRounding));
+  statistics_.law_bad_forces += law_erred_;
+  if (law_erred_) law_watch_.blame();
+  if (const auto due = law_delay_.push(law_erred_ ? Vector3(Vector3::Zero()) : force, now)) law_due_ = *due;
+  law_force_ = law_due_;
+}
+
+// How long the guests have kept the tick; 0 where that is no more than a tick may take.
+Duration HapticLoop::held_up() {
+  const Duration arm = arm_took_, law = law_took_;
+  slowest_ = Guest::none;
+  if (!(to_seconds(arm + law) >= settings_.limits.stale_s)) return Duration(0);
+  slowest_ = arm > law ? Guest::arm : Guest::contact_law;
+  return arm + law;
+}
+
+// Once, in the tick in which it has been too much: the guard keeps it in mind.
+void HapticLoop::judge_guests(SafetyInputs& inputs) {
+  inputs.law_good = law_off_ || !law_watch_.failed();
+  inputs.arm_quick = !arm_watch_.failed();
+  if (!inputs.law_good) law_off_ = true;
+  if (!inputs.arm_quick) arm_watch_.forgive();
+}
+
+Guest HapticLoop::culprit() const {
+  switch (guard_.fault()) {
+    case ForceFault::stale_input:
+      return Guest::application;
+    case ForceFault::bad_force:
+      return guests_.law != nullptr && (law_erred_ || !law_force_.isZero(0.0)) ? Guest::contact_law
+                                                                               : Guest::application;
+    case ForceFault::law_failed:
+      return Guest::contact_law;
+    case ForceFault::bad_reading:
+    case ForceFault::arm_silent:
+    case ForceFault::arm_lost:
+    case ForceFault::arm_slow:
+      return slowest_ == Guest::contact_law ? slowest_ : Guest::arm;
+    case ForceFault::late_tick:
+      return slowest_;
+    case ForceFault::none:
+    case ForceFault::outside_workspace:
+    case ForceFault::overspeed:
+    case ForceFault::clamp_tripped:
+      break;
+  }
+  return Guest::none;
 }
 
 // Where the reading makes no sense the last good tip stays, and the last way from force to device.
-void HapticLoop::read_arm(Instant<PhysicsClock> now, SafetyInputs& inputs) {
-  const device::ArmSample sample = arm_.read();
+void HapticLoop::take_reading(Instant<PhysicsClock> now, const device::ArmSample& sample,
+                              SafetyInputs& inputs) {
   const Vector3 theta = calibration_.correction.apply(sample.joints);
   inputs.connected = sample.connected;
   inputs.reading_good = theta.allFinite() && sample.gimbal.allFinite();
-  inputs.held = held_share(sample, inputs.elapsed_s);
   joints_ = sample.joints;
   note_withheld(sample.withheld);
   moved_.setZero();
@@ -125,8 +265,6 @@ void HapticLoop::read_arm(Instant<PhysicsClock> now, SafetyInputs& inputs) {
     ++statistics_.bad_samples;
   }
   inputs.tip_speed = tip_.velocity.norm();
-  inputs.reading_age_s =
-      sampled_ ? to_seconds(now - last_fresh_sample_) : std::numeric_limits<double>::infinity();
 }
 
 // The velocity, by time: a reading that is not new says nothing of it, and one after a gap says its mean. By
@@ -148,10 +286,11 @@ void HapticLoop::follow_tip(Instant<PhysicsClock> now, const device::ArmSample& 
 }
 
 // The share of the last command that the device still gives after the loop has stood still for `elapsed`.
-double HapticLoop::held_share(const device::ArmSample& sample, double elapsed) const {
+// Where the tick was held up, what the device said before that is old.
+double HapticLoop::held_share(const device::ArmSample& sample, double elapsed, bool held_up) const {
   const Vector3& told = clamp_.last();
   if (told == Vector3::Zero()) return 1.0;
-  if (!sample.held) return elapsed < to_seconds(device::kLongestHold) ? 1.0 : 0.0;
+  if (!sample.held || held_up) return elapsed < to_seconds(device::kLongestHold) ? 1.0 : 0.0;
   const double share = sample.held->dot(told) / told.squaredNorm();
   return share >= 0.0 ? std::min(share, 1.0) : 0.0;  // what is no number counts as let go
 }
@@ -233,7 +372,7 @@ void HapticLoop::begin_impacts(std::uint64_t after, Instant<PhysicsClock> now) {
 
 RequestedForce HapticLoop::requested_force(Instant<PhysicsClock> now) {
   RequestedForce requested;
-  requested.continuous = settings_.force_gain * newest_.continuous;
+  requested.continuous = settings_.force_gain * (guests_.law != nullptr ? law_force_ : newest_.continuous);
   requested.impact = settings_.force_gain * player_.tick(now, settings_.period);
   requested.impact_active = player_.active();
   requested.impact_to_come = settings_.force_gain * player_.to_come();
@@ -276,11 +415,13 @@ void HapticLoop::keep(Instant<PhysicsClock> now, const RequestedForce& requested
   const bool forces_taken = fault != ForceFault::none && before == ForceFault::none && gain_before > 0.0;
   told_.state = guard_.state();
   told_.fault = fault;
+  told_.culprit = culprit();
   told_.ticks = statistics_.ticks;
   if (became_safe || forces_taken) {
     ++told_.trips;
     told_.trip_tick = statistics_.ticks;
     told_.trip_fault = fault;
+    told_.trip_culprit = told_.culprit;
   }
   condition_.write(told_);
 }

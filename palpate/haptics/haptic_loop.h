@@ -1,7 +1,8 @@
 // What has a millisecond, as its real-time deadline: read the arm, know the tip, feel the contact, limit,
 // command, publish.
 //
-// Forces come in World axes and leave in ArmBase axes, through the chain of docs/theory/forces.md: impacts
+// The continuous force is what the application's contact law says of the tip just read, or, where it has none,
+// what its step has said; impacts are its events. Forces come in World axes and leave in ArmBase axes, through the chain of docs/theory/forces.md: impacts
 // played by time and the continuous force with the damping that keeps it passive; gain; the limiter under
 // peak, slew and the motors' heat; the device's own kinematics; the last clamp. What may be given at all the
 // guard says. tick() is called by the haptic thread at a fixed rate, or by a test; after construction it does
@@ -10,15 +11,20 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <string>
 #include <vector>
 
+#include "palpate/core/guest_call.h"
 #include "palpate/device/devices.h"
 #include "palpate/haptics/arm_force.h"
 #include "palpate/haptics/force_guard.h"
 #include "palpate/haptics/force_limiter.h"
+#include "palpate/haptics/guest.h"
+#include "palpate/haptics/guest_watch.h"
 #include "palpate/haptics/haptic_record.h"
 #include "palpate/haptics/impact_renderer.h"
 #include "palpate/haptics/last_clamp.h"
@@ -27,6 +33,7 @@
 #include "palpate/haptics/tip_filter.h"
 #include "palpate/rig/rig.h"
 #include "palpate/scene/application.h"
+#include "palpate/time/delay_line.h"
 #include "palpate/time/triple_buffer.h"
 
 namespace palpate::haptics {
@@ -34,7 +41,7 @@ namespace palpate::haptics {
 // What the physics loop tells the haptic loop, every step.
 struct HapticInput {
   scene::ImpactEvent impact;             // the newest
-  Vector3 continuous = Vector3::Zero();  // N on the hand, World; not an impact
+  Vector3 continuous = Vector3::Zero();  // N on the hand, World; counts where there is no contact law
   Instant<PhysicsClock> time;            // of the state this comes from: where it stands still, physics does
   // The impacts before the newest, newest first: where a tick comes late, none is missed.
   std::array<scene::ImpactEvent, 3> earlier{};
@@ -48,6 +55,21 @@ inline HapticInput haptic_input(const scene::SceneState& state, const scene::Imp
     input.earlier = {before.impact, before.earlier[0], before.earlier[1]};
   return input;
 }
+
+// The same so much later: an impact is played whole and in its place.
+inline HapticInput later(HapticInput input, Duration by) {
+  input.impact.start += by;
+  for (auto& impact : input.earlier) impact.start += by;
+  input.time += by;
+  return input;
+}
+
+// Code of others that the tick calls or listens to.
+struct HapticGuests {
+  std::string application;             // its name
+  scene::ContactLaw* law = nullptr;    // null: it has none
+  const ThreadClock* clock = nullptr;  // what they take; null, in lock-step: a tick takes no time
+};
 
 struct HapticSettings {
   Duration period{1'000'000};
@@ -65,6 +87,8 @@ struct HapticStatistics {
   // missed: so many came between two ticks that their numbers alone are known. dropped: in the backlog from
   // before an outage, or come too late.
   std::uint64_t impacts = 0, rejected_impacts = 0, missed_impacts = 0, dropped_impacts = 0;
+  // Of the contact law: calls; those that were too slow; forces that were none, or beyond its promise.
+  std::uint64_t law_ticks = 0, law_overruns = 0, law_bad_forces = 0;
   double peak_n = 0.0;
   double impulse_requested = 0.0, impulse_lost = 0.0;  // N s, of impacts that have ended; what the device
                                                        // withheld
@@ -78,27 +102,45 @@ struct HapticStatistics {
 struct HapticCondition {
   HapticState state = HapticState::ready;
   ForceFault fault = ForceFault::none;
+  Guest culprit = Guest::none;  // of the fault
   std::uint64_t ticks = 0;
   // A trip: forces were on and a fault took them, or it made the state safe.
   std::uint64_t trips = 0, trip_tick = 0;    // the newest trip's tick
   ForceFault trip_fault = ForceFault::none;  // and its reason
+  Guest trip_culprit = Guest::none;
 };
 
 class HapticLoop {
  public:
-  // The references must outlive the loop. Throws std::invalid_argument for settings that cannot be.
+  // References and guests must outlive the loop. Throws std::invalid_argument for settings that cannot be, and
+  // for a law that promises nothing.
   HapticLoop(device::ArmDevice& arm, const rig::ArmCalibration& calibration,
              const device::PhantomLengths& nominal, const HapticSettings& settings,
-             TripleBuffer<HapticInput>& input, TripleBuffer<scene::TipState>& output);
+             TripleBuffer<HapticInput>& input, TripleBuffer<scene::TipState>& output,
+             const HapticGuests& guests = {});
 
-  void tick(Instant<PhysicsClock> now);
-  bool rearm() { return guard_.rearm(); }  // by the haptic thread; ForceGuard::rearm()
+  void tick(Instant<PhysicsClock> begun);
+  // By the haptic thread; ForceGuard::rearm(). A law that was switched off is on again.
+  bool rearm();
+  // Before the first tick: the law's force comes so much later (experiments).
+  void delay_law(Duration delay) { law_delay_.set(delay); }
 
   // Haptic thread, or after it has stopped.
   const scene::TipState& tip() const { return tip_; }
   const HapticStatistics& statistics() const { return statistics_; }
   ForceFault fault() const { return guard_.fault(); }
   HapticState state() const { return guard_.state(); }
+
+  // Any thread, also while a tick hangs, and a signal handler: the arm lets go; the next tick that comes begins
+  // with no force and follows the rule for every return of force.
+  void let_go() noexcept {
+    let_go_.store(true);
+    arm_.let_go();
+  }
+  Guest busy_with() const { return busy_with_.load(std::memory_order_relaxed); }  // in the tick under way
+  std::uint64_t ticks_ended() const { return ticks_ended_.load(std::memory_order_relaxed); }
+  std::string name_of(Guest guest) const { return haptics::name_of(guest, guests_.application); }
+  const JitterHistogram& law_cost() const { return law_watch_.cost(); }
 
   // Any thread. Nothing before the first tick.
   HapticCondition condition() const { return condition_.newest().value_or(HapticCondition{}); }
@@ -110,9 +152,17 @@ class HapticLoop {
  private:
   static constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
-  void read_arm(Instant<PhysicsClock> now, SafetyInputs& inputs);
+  template <typename Call>
+  void visit(Guest guest, GuestWatch& watch, Call&& call);
+  device::ArmSample read_arm();
+  void command_arm(const Vector3& force);
+  void feel_law(Instant<PhysicsClock> now);
+  Duration held_up();
+  void take_reading(Instant<PhysicsClock> now, const device::ArmSample& sample, SafetyInputs& inputs);
+  void judge_guests(SafetyInputs& inputs);
+  Guest culprit() const;
   void follow_tip(Instant<PhysicsClock> now, const device::ArmSample& sample);
-  double held_share(const device::ArmSample& sample, double elapsed) const;
+  double held_share(const device::ArmSample& sample, double elapsed, bool held_up) const;
   void let_go(double held);
   void limit_return(double elapsed, bool late, double continuous_before, double continuous_asked);
   void note_withheld(const Vector3& withheld);
@@ -128,6 +178,9 @@ class HapticLoop {
   device::PhantomLengths nominal_;
   HapticSettings settings_;
   double period_;
+  HapticGuests guests_;
+  std::array<std::string, 4> guest_words_;  // by Guest
+  double law_bound_n_ = 0.0;
   TripleBuffer<HapticInput>& input_;
   TripleBuffer<scene::TipState>& output_;
 
@@ -138,6 +191,8 @@ class HapticLoop {
   ForceLimiter limiter_;
   MotorHeat heat_;
   LastClamp clamp_;
+  GuestWatch law_watch_, arm_watch_;
+  DelayLine<Vector3> law_delay_;
 
   HapticInput newest_;
   scene::TipState tip_;
@@ -155,6 +210,13 @@ class HapticLoop {
   bool interrupted_ = true;              // an outage was under way at the tick before
   double most_continuous_ = kUnlimited;  // N, after a brief outage
   HapticStatistics statistics_;
+  Vector3 law_force_ = Vector3::Zero(), law_due_ = Vector3::Zero();  // of this tick; what the delay gave last
+  Duration arm_took_{0}, law_took_{0};                               // in this tick, before the command
+  bool law_off_ = false, law_erred_ = false, arm_threw_ = false;
+  Guest slowest_ = Guest::none;  // who held this tick up
+  std::atomic<bool> let_go_{false};
+  std::atomic<Guest> busy_with_{Guest::none};
+  std::atomic<std::uint64_t> ticks_ended_{0};
   HapticCondition told_;
   Mailbox<HapticCondition> condition_;
   std::unique_ptr<HapticRecords> records_;

@@ -284,5 +284,17 @@ TEST(HapticLoop, TheLastSecondsAreKept) {
   EXPECT_EQ(records.front().time, bench.now - Duration(49'000'000));
 }
 
+TEST(HapticInput, ThatComesLaterIsPlayedWholeAndLater) {
+  HapticInput input;
+  input.time = Instant<PhysicsClock>::from_seconds(1.0);
+  input.impact = bench_impact(3, 1.0, Instant<PhysicsClock>::from_seconds(0.9));
+  input.earlier[0] = bench_impact(2, 1.0, Instant<PhysicsClock>::from_seconds(0.8));
+  const HapticInput out = later(input, std::chrono::milliseconds(40));
+  EXPECT_NEAR(out.time.seconds(), 1.04, 1e-12)
+      << "what comes out counts as of now: physics has not stood still";
+  EXPECT_NEAR(out.impact.start.seconds(), 0.94, 1e-12);
+  EXPECT_NEAR(out.earlier[0].start.seconds(), 0.84, 1e-12);
+}
+
 }  // namespace
 }  // namespace palpate::haptics

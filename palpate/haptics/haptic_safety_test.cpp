@@ -61,9 +61,9 @@ TEST(HapticSafety, ASilentPhysicsLoopIsNoticedWithin5MsAndTheForceIsGoneWithin20
   EXPECT_NEAR(hand.felt(), kPush, 1e-9);
 }
 
-TEST(HapticSafety, APushFarBeyondThePeakIsGoneWithin20MsToo) {
+TEST(HapticSafety, APushTenTimesBeyondThePeakIsGoneWithin20MsToo) {
   PushedHand hand;
-  hand.message.continuous = {0.0, 1e5, 0.0};
+  hand.message.continuous = {0.0, 90.0, 0.0};
   hand.live(6);
   EXPECT_GT(hand.arm.force.norm(), 8.0);
   hand.arm.steepest = 0.0;
@@ -132,13 +132,13 @@ TEST(HapticSafety, APoseThatIsNoNumberFadesTheForceAndKeepsTheLastTip) {
 }
 
 TEST(HapticSafety, AForceThatIsNoNumberFadesWhatIsHeld) {
-  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), 1e300}) {
+  for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity(), 1e300, 1000.0, -101.0}) {
     PushedHand hand;
     hand.message.continuous.x() = bad;
     const Fall fall = watch(hand, [&] { hand.live(); });
     EXPECT_EQ(fall.first_less, 1);
     EXPECT_LE(fall.gone, 20);
-    EXPECT_EQ(hand.loop.fault(), ForceFault::not_finite);
+    EXPECT_EQ(hand.loop.fault(), ForceFault::bad_force);
   }
 }
 

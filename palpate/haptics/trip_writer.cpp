@@ -74,20 +74,20 @@ void TripWriter::look(bool at_the_end) {
 }
 
 void TripWriter::write(const HapticCondition& trip, std::uint64_t until) {
+  const std::string who = loop_.name_of(trip.trip_culprit);
+  const std::string why = std::string(name_of(trip.trip_fault)) + (who.empty() ? "" : ": " + who);
   open_ = false;
   last_written_ = std::chrono::steady_clock::now();
   const auto path = folder_ / fmt::format("trip_{}.csv", written_.load() + 1);
   if (auto done = write_file(path, trip_csv(trip, loop_.records_before(until))); !done) {
     ++left_out_;
     if (notice_ && !heals(trip.trip_fault))
-      notice_(fmt::format("forces tripped ({}); the last seconds are lost: {}", name_of(trip.trip_fault),
-                          done.error().message));
+      notice_(fmt::format("forces tripped ({}); the last seconds are lost: {}", why, done.error().message));
     return;
   }
   ++written_;
   if (notice_ && !heals(trip.trip_fault))
-    notice_(fmt::format("forces tripped ({}); the last seconds are in {}", name_of(trip.trip_fault),
-                        path.string()));
+    notice_(fmt::format("forces tripped ({}); the last seconds are in {}", why, path.string()));
 }
 
 }  // namespace palpate::haptics

@@ -12,20 +12,13 @@
 #include <vector>
 
 #include "palpate/math/pose.h"
+#include "palpate/scene/contact_law.h"
 #include "palpate/scene/draw_item.h"
 #include "palpate/scene/mesh.h"
 #include "palpate/scene/payload.h"
 #include "palpate/scene/scene_state.h"
 
 namespace palpate::scene {
-
-// The stylus as the physics server knows it: measured joints through the calibrated arm, World frame, SI.
-struct TipState {
-  Instant<PhysicsClock> time;
-  Pose<World, Tip> X_world_tip;
-  Vector3 velocity = Vector3::Zero();
-  Vector3 angular_velocity = Vector3::Zero();
-};
 
 // A real rectangle as calibrated: corners in touching order, World, m; its front is corner[1]-corner[0] x
 // corner[3]-corner[0].
@@ -127,8 +120,11 @@ class Application {
   // Advances the virtual world to `now` (dt since the last call) with the stylus at `tip`; fills bodies,
   // counters, and the two kinds of force of `state`.
   virtual void step(Instant<PhysicsClock> now, Duration dt, const TipState& tip, SceneState& state) = 0;
-  // The newest impact, number 0 if none so far.
+  // What is felt as a blow: the newest impact, number 0 if none so far.
   virtual const ImpactEvent& impact() const = 0;
+  // What is felt continuously, where the haptic tick is to say so itself; null: the force that step() puts
+  // into the state. Asked for once; lives as long as the application. Its force() is the haptic thread's.
+  virtual ContactLaw* contact_law() { return nullptr; }
   // The surface that deforms as it is now, as Shape::values; always of the same size. Empty: there is none.
   virtual std::span<const float> shape() const { return {}; }
   // A person's wish, between two steps.

@@ -22,6 +22,7 @@
 #include <string>
 #include <thread>
 
+#include "palpate/core/crash_words.h"
 #include "palpate/time/clock.h"
 #include "palpate/time/jitter_histogram.h"
 #include "palpate/time/real_time.h"
@@ -104,6 +105,7 @@ class PeriodicLoop {
 
   void run() {
     name_and_pin_thread(settings_.name, settings_.cpu);
+    give_crash_stack();
     if (settings_.real_time) {
       grant_ = enter_real_time(settings_.priority);
     } else {

@@ -3,18 +3,23 @@
 #include <fmt/format.h>
 
 #include <atomic>
+#include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
 
+#include "palpate/core/crash_words.h"
 #include "palpate/core/csv.h"
 #include "palpate/core/csv_file.h"
 #include "palpate/core/file.h"
 #include "palpate/core/run_directory.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/haptics/trip_writer.h"
+#include "palpate/server/physics/guest_news.h"
+#include "palpate/server/physics/loop_watchdog.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/time/periodic_loop.h"
 #include "palpate/transport/zmq_engine.h"
@@ -137,6 +142,7 @@ class PhysicsProcess {
   Expected<void> open_logs();
   void start_loops();
   Expected<void> watch();
+  void watch_guests();
   void look_at_the_loops();
   void pass_on_lines();
   Json loops_figures(double elapsed_s) const;
@@ -152,6 +158,7 @@ class PhysicsProcess {
   scene::SceneDescription scene_;
   std::unique_ptr<ArmSource> arm_;
   MonotonicClock<PhysicsClock> clock_;
+  MachineThreadClock guests_clock_;
   std::optional<PhysicsServer> server_;
   transport::StatusBoard board_;
   std::unique_ptr<transport::StateService> service_;
@@ -160,6 +167,8 @@ class PhysicsProcess {
   Instant<PhysicsClock> start_;
   std::optional<LoopsLog> log_;
   std::optional<PeriodicLoop<PhysicsClock>> haptic_, physics_;
+  std::optional<LoopWatchdog> watchdog_;
+  GuestNews guests_;
 };
 
 Expected<Json> PhysicsProcess::run() {
@@ -169,8 +178,10 @@ Expected<Json> PhysicsProcess::run() {
   start_loops();
   const auto watched = watch();
   const double elapsed_s = up_s();
+  watchdog_->stop();
   haptic_->stop();
   physics_->stop();
+  say_crashes(nullptr, nullptr);  // there is no arm any more that could let go
   Json result = loops_figures(elapsed_s);
   result["begun_monotonic_ns"] = clock_.to_monotonic(start_);
   const std::string jitter =
@@ -206,7 +217,8 @@ Expected<void> PhysicsProcess::open() {
   auto arm = open_arm(choice);
   if (!arm) return tl::unexpected(arm.error());
   arm_ = std::move(*arm);
-  server_.emplace(options_.rig, scene_, std::move(*application), arm_->device(), haptic_settings());
+  server_.emplace(options_.rig, scene_, std::move(*application), arm_->device(), haptic_settings(),
+                  &guests_clock_);
   server_->delay_forces(options_.extra_force_delay);
   scene_.shape_vertices = server_->shape_vertices();
   return serve(*endpoint, std::move(*identity));
@@ -262,6 +274,8 @@ void PhysicsProcess::start_loops() {
                      while (const auto control = service_->take_control()) server_->control(*control);
                      server_->physics_tick(t);
                    });
+  watchdog_.emplace(clock_, server_->haptic(), options_.real_time);
+  say_crashes([](void* server) noexcept { static_cast<PhysicsServer*>(server)->let_go(); }, &*server_);
   notice(fmt::format("answers graphics servers at {}", service_->endpoint()));
   if (options_.ready) options_.ready();
 }
@@ -271,6 +285,7 @@ Expected<void> PhysicsProcess::watch() {
   for (int look = 0; !stop_.load() && (options_.seconds <= 0.0 || up_s() < options_.seconds); ++look) {
     if (look % 10 == 0) look_at_the_loops();
     pass_on_lines();
+    watch_guests();
     if (log_) log_->look(up_s(), service_->counters(), haptic_->statistics(), physics_->statistics());
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
     const auto news = arm_->look();
@@ -280,10 +295,19 @@ Expected<void> PhysicsProcess::watch() {
   return {};
 }
 
+// A thread that a guest has taken comes back to nobody: then the server ends in words, and with it the threads.
+void PhysicsProcess::watch_guests() {
+  const GuestNews::Line line = guests_.look(*server_, watchdog_->hangs());
+  if (!line.text.empty()) notice(line.text);
+  if (!line.last) return;
+  server_->let_go();
+  std::fflush(nullptr);
+  std::_Exit(1);
+}
+
 void PhysicsProcess::look_at_the_loops() {
   transport::LoopStatus force_loop = transport::loop_status("haptic", *haptic_, up_s());
-  const haptics::HapticCondition condition = server_->haptic().condition();
-  force_loop.condition = haptics::condition_text(condition.state, condition.fault);
+  force_loop.condition = server_->condition_words();
   board_.write({.uptime_s = up_s(),
                 .loops = {std::move(force_loop), transport::loop_status("physics", *physics_, up_s())}});
 }
@@ -301,23 +325,34 @@ Json PhysicsProcess::loops_figures(double elapsed_s) const {
 }
 
 Json PhysicsProcess::force_figures() const {
-  const auto& haptic = server_->haptic();
+  const auto& haptic = std::as_const(*server_).haptic();
   const auto& statistics = haptic.statistics();
-  return {{"peak_n", statistics.peak_n},
-          {"limited_ticks", statistics.limited_ticks},
-          {"peak_limited_ticks", statistics.peak_limited_ticks},
-          {"lost_impulse_rel", statistics.lost_impulse_rel()},
-          {"blows", statistics.impacts},
-          {"rejected_blows", statistics.rejected_impacts},
-          {"missed_blows", statistics.missed_impacts},
-          {"dropped_blows", statistics.dropped_impacts},
-          {"outages", statistics.outages},
-          {"condition", haptics::condition_text(haptic.state(), haptic.fault())},
-          {"fault_ticks", statistics.fault_ticks},
-          {"warm_ticks", statistics.warm_ticks},
-          {"damped_ticks", statistics.damped_ticks},
-          {"trips", haptic.condition().trips},
-          {"trip_files", trips_->written()}};
+  Json figures = {{"peak_n", statistics.peak_n},
+                  {"limited_ticks", statistics.limited_ticks},
+                  {"peak_limited_ticks", statistics.peak_limited_ticks},
+                  {"lost_impulse_rel", statistics.lost_impulse_rel()},
+                  {"blows", statistics.impacts},
+                  {"rejected_blows", statistics.rejected_impacts},
+                  {"missed_blows", statistics.missed_impacts},
+                  {"dropped_blows", statistics.dropped_impacts},
+                  {"outages", statistics.outages},
+                  {"condition", haptics::condition_text(haptic.state(), haptic.fault())},
+                  {"fault_ticks", statistics.fault_ticks},
+                  {"warm_ticks", statistics.warm_ticks},
+                  {"damped_ticks", statistics.damped_ticks},
+                  {"trips", haptic.condition().trips},
+                  {"trip_files", trips_->written()}};
+  if (statistics.law_ticks > 0) {
+    const auto us = [&](double q) {
+      return static_cast<double>(haptic.law_cost().quantile(q).count()) * 1e-3;
+    };
+    figures["contact_law"] = {{"ticks", statistics.law_ticks},
+                              {"overruns", statistics.law_overruns},
+                              {"bad_forces", statistics.law_bad_forces},
+                              {"cost_us", {{"p50", us(0.5)}, {"p99", us(0.99)}, {"max", us(1.0)}}}};
+  }
+  figures["hangs"] = watchdog_->times();
+  return figures;
 }
 
 Expected<void> PhysicsProcess::finish_logs(const std::string& jitter) {

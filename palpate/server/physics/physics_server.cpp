@@ -1,6 +1,9 @@
 #include "palpate/server/physics/physics_server.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cstring>
 #include <stdexcept>
 
 #include "palpate/server/physics/internal/extrapolated_tip.h"
@@ -19,9 +22,12 @@ const rig::ArmCalibration& arm_of(const rig::Rig& rig) {
 
 PhysicsServer::PhysicsServer(const rig::Rig& rig, const scene::SceneDescription& scene,
                              std::unique_ptr<scene::Application> application, device::ArmDevice& arm,
-                             const haptics::HapticSettings& settings)
+                             const haptics::HapticSettings& settings, const ThreadClock* clock)
     : application_(std::move(application)),
-      haptic_(arm, arm_of(rig), rig.nominal_lengths, settings, to_haptic_, to_physics_),
+      application_name_(scene.application),
+      application_words_(haptics::name_of(haptics::Guest::application, scene.application)),
+      haptic_(arm, arm_of(rig), rig.nominal_lengths, settings, to_haptic_, to_physics_,
+              {scene.application, application_->contact_law(), clock}),
       history_(scene.gravity),
       shapes_(application_->shape().size() / scene::Shape::kFloatsPerVertex),
       calm_speed_(0.5 * settings.limits.max_tip_speed_m_s) {}
@@ -35,13 +41,41 @@ void PhysicsServer::haptic_tick(Instant<PhysicsClock> now) {
   if (now - restless_ >= kCalm || rearm_asked_.exchange(false, std::memory_order_relaxed)) haptic_.rearm();
 }
 
+void PhysicsServer::fail(const char* what) noexcept {
+  if (failed()) return;
+  std::strncpy(failure_.data(), what, failure_.size() - 1);
+  failed_.store(true, std::memory_order_release);
+}
+
+std::string PhysicsServer::trouble() const {
+  if (!failed()) return {};
+  return fmt::format(
+      "{} threw: {}; it is not called again and forces stay off until the server is started anew",
+      application_words_, failure_.data());
+}
+
+std::string PhysicsServer::condition_words() const {
+  const haptics::HapticCondition condition = haptic_.condition();
+  std::string words = haptics::condition_text(condition.state, condition.fault);
+  if (condition.culprit == haptics::Guest::application || condition.culprit == haptics::Guest::contact_law)
+    words += fmt::format(" ({})", application_name_);
+  constexpr std::size_t kMost = 64;  // of a status
+  return words.substr(0, kMost);
+}
+
 void PhysicsServer::delay_forces(Duration delay) {
-  if (delay < Duration(0) || delay > DelayLine::kMost)
+  if (delay < Duration(0) || delay > decltype(delay_line_)::kMost)
     throw std::invalid_argument("physics server: the extra force delay must lie in 0 ... 200 ms");
   delay_line_.set(delay);
+  haptic_.delay_law(delay);
 }
 
 void PhysicsServer::physics_tick(Instant<PhysicsClock> now) {
+  move_on(now);
+  steps_ended_.fetch_add(1, std::memory_order_relaxed);
+}
+
+void PhysicsServer::move_on(Instant<PhysicsClock> now) {
   to_physics_.read(tip_);
   if (tip_.time.ns() == 0) return;  // no arm yet: nothing moves in the world before its first reading
   const Duration dt = last_ ? now - *last_ : Duration(1'000'000);
@@ -49,16 +83,22 @@ void PhysicsServer::physics_tick(Instant<PhysicsClock> now) {
   last_ = now;
   state_.time = now;
   ++state_.tick;
-  application_->step(now, dt, extrapolated_to(tip_, now), state_);
+  std::span<const float> shape;
+  run_application([&] {
+    application_->step(now, dt, extrapolated_to(tip_, now), state_);
+    shape = application_->shape();
+    felt_ = haptics::haptic_input(state_, application_->impact(), felt_);
+  });
+  if (failed()) return;
   history_.push(state_);
   if (shapes_.vertices() > 0 && now >= next_shape_) {
-    shapes_.push(now, application_->shape());
+    shapes_.push(now, shape);
     const Duration period = seconds(1.0 / scene::ShapeHistory::kRateHz);
     next_shape_ =
         std::max(next_shape_ + period, now - period);  // the rate on average; no pause is made up for
   }
-  felt_ = haptics::haptic_input(state_, application_->impact(), felt_);
-  if (const auto input = delay_line_.push(felt_, now)) to_haptic_.write(*input);
+  if (const auto input = delay_line_.push(felt_, now))
+    to_haptic_.write(haptics::later(*input, delay_line_.delay()));
 }
 
 scene::SceneDescription scene_from_rig(const rig::Rig& rig, scene::SceneDescription settings,

@@ -5,30 +5,39 @@
 // its own at its own rate, or one after the other in lock-step. Neither locks, allocates, throws or calls the
 // network. state_at() is for the network's threads. It knows no tracker and no camera, and builds without
 // them.
+//
+// The application is a guest. Where it has a contact law the haptic tick evaluates that. One that throws is
+// not called again, and forces fade as its state moves on no more; trouble() names it.
 #pragma once
 
+#include <array>
 #include <atomic>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 
+#include "palpate/core/guest_call.h"
 #include "palpate/device/devices.h"
 #include "palpate/haptics/haptic_loop.h"
 #include "palpate/rig/rig.h"
 #include "palpate/scene/application.h"
 #include "palpate/scene/scene_history.h"
 #include "palpate/scene/shape_history.h"
-#include "palpate/server/physics/delay_line.h"
 #include "palpate/time/clock_model.h"
+#include "palpate/time/delay_line.h"
 
 namespace palpate::server::physics {
 
 class PhysicsServer {
  public:
-  // Throws std::invalid_argument where the rig has no arm calibration. The arm must outlive the server.
+  // Throws std::invalid_argument where the rig has no arm calibration, or the application's contact law makes
+  // no sense. Arm and clock must outlive the server. `clock` measures what guests take in the haptic tick;
+  // null, in lock-step: no time passes there.
   PhysicsServer(const rig::Rig& rig, const scene::SceneDescription& scene,
                 std::unique_ptr<scene::Application> application, device::ArmDevice& arm,
-                const haptics::HapticSettings& settings);
+                const haptics::HapticSettings& settings, const ThreadClock* clock = nullptr);
 
   // The haptic thread, 1 kHz. Forces that were switched off because the tip was too fast come back, ramped,
   // once the tip has been slow for half a second; after any other lasting fault (ForceGuard) a person's
@@ -39,12 +48,21 @@ class PhysicsServer {
   // The physics thread: a person's wish.
   void control(scene::Control command) {
     if (command == scene::Control::reset) rearm_asked_.store(true, std::memory_order_relaxed);
-    application_->control(command);
+    run_application([&] { application_->control(command); });
   }
 
   // Before the loops start: forces come so much later than they would (experiments). Throws
   // std::invalid_argument outside 0 ... DelayLine::kMost.
   void delay_forces(Duration delay);
+
+  // Any thread.
+  // What has become of the application: empty, or that it threw and what. It stays so.
+  std::string trouble() const;
+  // State, reason and who is to blame, for a status of at most 64 bytes: "safe: contact law failed (touch)".
+  std::string condition_words() const;
+  std::uint64_t steps_ended() const { return steps_ended_.load(std::memory_order_relaxed); }
+  // Also a signal handler.
+  void let_go() noexcept { haptic_.let_go(); }
 
   // Any thread.
   scene::StateAnswer state_at(Instant<PhysicsClock> time) const { return history_.at(time); }
@@ -55,14 +73,25 @@ class PhysicsServer {
   std::size_t shape_vertices() const { return shapes_.vertices(); }
 
   const haptics::HapticLoop& haptic() const { return haptic_; }
+  haptics::HapticLoop& haptic() { return haptic_; }
   // The physics thread's own view.
   const scene::SceneState& newest() const { return state_; }
   const scene::ImpactEvent& impact() const { return application_->impact(); }
 
  private:
+  void move_on(Instant<PhysicsClock> now);
+  template <typename Call>
+  void run_application(Call&& call);
+  void fail(const char* what) noexcept;
+  bool failed() const { return failed_.load(std::memory_order_acquire); }
+
   std::unique_ptr<scene::Application> application_;
-  haptics::HapticInput felt_;  // of the newest step; physics thread
-  DelayLine delay_line_;       // physics thread
+  std::string application_name_, application_words_;
+  std::array<char, 160> failure_{};  // what it threw; set before `failed_`
+  std::atomic<bool> failed_{false};
+  std::atomic<std::uint64_t> steps_ended_{0};
+  haptics::HapticInput felt_;                   // of the newest step; physics thread
+  DelayLine<haptics::HapticInput> delay_line_;  // physics thread
   TripleBuffer<haptics::HapticInput> to_haptic_;
   TripleBuffer<scene::TipState> to_physics_;
   haptics::HapticLoop haptic_;
@@ -76,6 +105,20 @@ class PhysicsServer {
   scene::SceneState state_;
   std::optional<Instant<PhysicsClock>> last_;
 };
+
+// One that has thrown is not called again: nobody knows what it has left half done.
+template <typename Call>
+void PhysicsServer::run_application(Call&& call) {
+  if (failed()) return;
+  const GuestCall named(application_words_.c_str());
+  try {
+    call();
+  } catch (const std::exception& e) {
+    fail(e.what());
+  } catch (...) {
+    fail("what is no std::exception");
+  }
+}
 
 // What both servers have to know about the scene: the rig's surfaces, which bounce a ball with `restitution`,
 // and everything else as in `settings`.
