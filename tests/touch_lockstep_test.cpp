@@ -18,7 +18,7 @@ TEST(TouchInLockstep, AHandThatPressesOnTheOrganComesToRestAndOneThatStrokesItFe
   const rig::Rig rig = sim::truth_rig(world);
   const auto scene = server::physics::scene_from_rig(rig, applications::scene_settings(world.file(), "touch"),
                                                      world.file().ball.restitution_table);
-  auto application = applications::make_application(scene, 1);
+  auto application = scene::ApplicationRegistry{applications::touch::specification()}.make_physics(scene, {});
   ASSERT_TRUE(application) << application.error().message;
   auto& touch = dynamic_cast<applications::touch::TouchApplication&>(**application);
   server::physics::PhysicsServer server(rig, scene, std::move(*application), world.arm(),

@@ -300,7 +300,7 @@ Expected<DemoResult> Demo::write_report() {
   if (realtime_) (*summary)["realtime"] = *realtime_;
   if (auto done = write_json(options_.out / "summary.json", *summary); !done)
     return tl::unexpected(done.error());
-  if (auto done = write_demo_report(options_.out, *options_.applications); !done)
+  if (auto done = write_demo_report(options_.out, options_.applications); !done)
     return tl::unexpected(done.error());
   progress_.finish();
   return DemoResult{*summary, closing_lines(*summary, record_->closing_lines(*summary), options_.out)};
