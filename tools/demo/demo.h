@@ -28,7 +28,7 @@ namespace palpate::tools::demo {
 
 struct DemoOptions {
   scene::ApplicationRegistry applications;  // of the program
-  std::string application;                 // one of them
+  std::string application;                  // one of them
   double seconds = 30.0;
   double realtime_s = 10.0;
   std::uint64_t seed = 1;

@@ -14,7 +14,9 @@ GuestNews::Line GuestNews::look(const PhysicsServer& server, bool haptic_loop_ha
   if (condition.fault != fault_) same_fault_ = 0, fault_told_ = failure_told_;
   fault_ = condition.fault;
   // Of those that do not heal the trip's line tells.
-  if (condition.culprit == haptics::Guest::none || !haptics::heals(fault_) || fault_told_ || ++same_fault_ < kTold) return {};
+  if (condition.culprit == haptics::Guest::none || !haptics::heals(fault_) || fault_told_ ||
+      ++same_fault_ < kTold)
+    return {};
   fault_told_ = true;
   return {fmt::format("forces are off: {}: {}", haptics::name_of(condition.fault),
                       server.haptic().name_of(condition.culprit))};
