@@ -157,7 +157,8 @@ Expected<Json> demo_summary(const DemoOutcome& outcome) {
                     {"aim_sd_mm", mm(options.world.player.aim_sd)},
                     {"max_hand_acceleration_m_s2", options.world.player.max_hand_acceleration},
                     {"sees", "the drawn pictures' states only"}};
-  for (const auto& [key, part] : record.summary().items()) {
+  const Json of_the_play = record.summary();
+  for (const auto& [key, part] : of_the_play.items()) {
     if (summary.contains(key) || rest.contains(key) || key == "pictures" || key == "realtime")
       return refused("{}: its summary has the key '{}', which is the system's", scene.application, key);
     summary[key] = part;
