@@ -14,8 +14,9 @@ GuestNews::Line GuestNews::look(const PhysicsServer& server, bool haptic_loop_ha
   if (condition.fault != fault_) same_fault_ = 0, fault_told_ = failure_told_;
   fault_ = condition.fault;
   // Of those that do not heal the trip's line tells.
+  const int told = fault_ == haptics::ForceFault::arm_silent ? kSilenceTold : kTold;
   if (condition.culprit == haptics::Guest::none || !haptics::heals(fault_) || fault_told_ ||
-      ++same_fault_ < kTold)
+      ++same_fault_ < told)
     return {};
   fault_told_ = true;
   return {fmt::format("forces are off: {}: {}", haptics::name_of(condition.fault),
