@@ -9,6 +9,15 @@
 
 #include "palpate/core/guest_call.h"
 
+// GCC says so by macros, clang by features.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define PALPATE_UNDER_A_SANITIZER
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define PALPATE_UNDER_A_SANITIZER
+#endif
+#endif
+
 namespace palpate::inline core {
 namespace {
 
@@ -79,7 +88,7 @@ int fall(volatile char* above, long depth) {
 }
 
 TEST(CrashWords, HaveAStackOfTheirOwnWhereAThreadHasOverrunItsStack) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef PALPATE_UNDER_A_SANITIZER
   GTEST_SKIP() << "a sanitizer has a stack and words of its own for this";
 #endif
   testing::GTEST_FLAG(death_test_style) = "threadsafe";
