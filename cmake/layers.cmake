@@ -27,7 +27,7 @@ set(PALPATE_LAYER_0 core)
 set(PALPATE_LAYER_1 math time figures)
 set(PALPATE_LAYER_2 device)
 set(PALPATE_LAYER_3 scene rig)
-set(PALPATE_LAYER_4 physics calibration/noise transport render sim/config)
+set(PALPATE_LAYER_4 physics calibration/noise transport render sim/config plugin)
 set(PALPATE_LAYER_5 calibration haptics ${PALPATE_APPLICATIONS})
 set(PALPATE_LAYER_6 vision drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras applications)
 set(PALPATE_LAYER_7 calibration/session server/physics server/graphics sim)
@@ -37,7 +37,8 @@ set(PALPATE_LAYER_10 server/session sim/lockstep evaluation/report)
 set(PALPATE_LAYER_11 evaluation/studies)
 set(PALPATE_LAYER_12 tools/demo tools/doctor)
 set(PALPATE_LAYER_13 tools/commands)
-set(PALPATE_LAYER_COUNT 14)
+set(PALPATE_LAYER_14 tools/program)
+set(PALPATE_LAYER_COUNT 15)
 
 # Where threads or processes meet: the thread sanitizer runs the tests of these (target threaded_tests, label threaded).
 set(PALPATE_THREADED core time scene device transport drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras haptics
@@ -45,7 +46,7 @@ set(PALPATE_THREADED core time scene device transport drivers/laboratory drivers
 
 # Where memory is at risk from what others send, from parsers and from raw buffers: the address sanitizer runs the tests
 # of these for every change (target checked_tests, label checked), and those of all modules in scripts/long.
-set(PALPATE_CHECKED core device scene rig physics transport render sim/config haptics ${PALPATE_APPLICATIONS}
+set(PALPATE_CHECKED core device scene plugin rig physics transport render sim/config haptics ${PALPATE_APPLICATIONS}
   drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras server/physics server/graphics)
 
 # Tests that take long: hundreds of repeats for statistics, and long runs of what shorter tests run, too. They have the
@@ -55,17 +56,22 @@ set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "^Program\\.(soak|live_
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.
 set(PALPATE_PHYSICS_PARTS core math time figures device scene rig physics transport sim/config haptics drivers/laboratory drivers/openhaptics
-  ${PALPATE_APPLICATIONS} applications server/physics tools/commands)
+  ${PALPATE_APPLICATIONS} applications server/physics plugin tools/commands tools/program)
 
 set(PALPATE_ALL_MODULES "")
+set(PALPATE_WHOLE_MODULES "")  # targets that a program holds whole for the plug-ins it loads (cmake/guests.cmake)
 math(EXPR palpate_highest_layer "${PALPATE_LAYER_COUNT} - 1")
 foreach(layer RANGE 0 ${palpate_highest_layer})
   foreach(module IN LISTS PALPATE_LAYER_${layer})
     list(APPEND PALPATE_ALL_MODULES ${module})
     string(REPLACE "/" "_" name ${module})
+    if(NOT module MATCHES "^tools/")
+      list(APPEND PALPATE_WHOLE_MODULES palpate_${name})
+    endif()
     set(PALPATE_LAYER_OF_${name} ${layer})
   endforeach()
 endforeach()
+set_property(GLOBAL PROPERTY PALPATE_WHOLE_MODULES ${PALPATE_WHOLE_MODULES})
 
 # The include path of a module's headers; also its folder, from the project's root, unless it comes from outside.
 function(palpate_folder_of module result)
@@ -90,9 +96,10 @@ endfunction()
 # Called in the CMakeLists.txt of a module's folder. Sources are the folder's *.cpp, tests its *_test.cpp; internal/ holds
 # what no other module may include and what is not installed.
 # DEPENDS names lower modules, TEST_DEPENDS those that only the tests need; LIBRARIES what comes from outside,
-# TEST_LIBRARIES what only the tests need of that. The target is palpate_<name>, to others palpate::<name>.
+# TEST_LIBRARIES what only the tests need of that; SOURCES what lies elsewhere, EXCEPT files that are not built. The target is
+# palpate_<name>, to others palpate::<name>.
 function(palpate_module)
-  cmake_parse_arguments(ARG "" "" "DEPENDS;TEST_DEPENDS;LIBRARIES;TEST_LIBRARIES;SOURCES" ${ARGN})
+  cmake_parse_arguments(ARG "" "" "DEPENDS;TEST_DEPENDS;LIBRARIES;TEST_LIBRARIES;SOURCES;EXCEPT" ${ARGN})
   file(RELATIVE_PATH module ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
   string(REGEX REPLACE "^palpate/" "" module ${module})
   if(CMAKE_CURRENT_SOURCE_DIR IN_LIST PALPATE_EXTRA_APPLICATIONS)
@@ -105,6 +112,9 @@ function(palpate_module)
   if(tests)
     list(REMOVE_ITEM sources ${tests})
   endif()
+  foreach(file IN LISTS ARG_EXCEPT)
+    list(REMOVE_ITEM sources ${CMAKE_CURRENT_SOURCE_DIR}/${file})
+  endforeach()
   palpate_leave_out_tests(tests applications_of_tests)
   list(REMOVE_ITEM applications_of_tests ${module})
   list(APPEND ARG_TEST_DEPENDS ${applications_of_tests})

@@ -24,6 +24,9 @@ inline void on(CLI::App* command, Action action) {
 // What a person should know while a server runs: a line on standard error.
 inline void notice(const std::string& line) { std::fprintf(stderr, "palpate: %s\n", line.c_str()); }
 
+// All commands that this build has.
+void add_commands(CLI::App& program);
+
 // One function per command, each in a file of its own.
 void add_calibrate_pivot(CLI::App& calibrate);
 void add_calibrate_points(CLI::App& calibrate);

@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "palpate/desktop/window.h"
-#include "tools/commands/built_in_applications.h"
 #include "tools/commands/command.h"
+#include "tools/commands/guests.h"
 #include "tools/commands/touch_options.h"
 #include "tools/demo/demo.h"
 
@@ -60,7 +60,7 @@ void add_demo(CLI::App& program) {
   auto* seconds = command->get_option("--seconds");
   on(command, [options, quick, seconds]() -> Expected<void> {
     auto& demo = options->demo;
-    demo.applications = built_in_applications();
+    demo.applications = known_applications();
     if (demo.applications.find(demo.application) == nullptr)
       return wrong_use("--app {}: not known; `palpate apps` lists the applications there are",
                        demo.application);

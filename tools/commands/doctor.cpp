@@ -2,6 +2,7 @@
 
 #include "palpate/core/json.h"
 #include "tools/commands/command.h"
+#include "tools/commands/guests.h"
 #include "tools/doctor/doctor_evaluate.h"
 
 namespace palpate::tools::commands {
@@ -51,6 +52,7 @@ void add_doctor(CLI::App& program) {
                       "A real camera as palpate graphics --camera names it: open it, wait for a picture");
   on(command, [options]() -> Expected<void> {
     options->look.version = PALPATE_VERSION;
+    options->look.plugins = plugins();
     const auto facts = doctor::gather_facts(options->look);
     if (!facts) return tl::unexpected(facts.error());
     const auto findings = doctor::evaluate(*facts);

@@ -8,9 +8,8 @@
 #endif
 
 namespace palpate::tools::commands {
-namespace {
 
-device::DriverRegistry all_drivers() {
+device::DriverRegistry built_in_drivers() {
   device::DriverRegistry registry;
   drivers::laboratory::add_to(registry);
   drivers::openhaptics::add_to(registry);
@@ -18,13 +17,6 @@ device::DriverRegistry all_drivers() {
   drivers::cameras::add_to(registry);
   drivers::openigtlink::add_to(registry);
 #endif
-  return registry;
-}
-
-}  // namespace
-
-const device::DriverRegistry& drivers() {
-  static const device::DriverRegistry registry = all_drivers();
   return registry;
 }
 

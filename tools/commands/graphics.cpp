@@ -6,10 +6,10 @@
 #include "palpate/server/graphics/real_objects.h"
 #include "palpate/server/session/graphics_process.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
-#include "tools/commands/built_in_applications.h"
 #include "tools/commands/camera_options.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
+#include "tools/commands/guests.h"
 #include "tools/commands/server_options.h"
 
 namespace palpate::tools::commands {
@@ -209,7 +209,7 @@ void add_graphics(CLI::App& program) {
           "side; one camera is expected: leave it out",
           options->rig);
     options->process.rig = *rig;
-    options->process.applications = built_in_applications();
+    options->process.applications = known_applications();
     options->process.drivers = drivers();
     options->process.stand_in = "lab:" + options->lab;
     options->process.world = sim::config::reference_world();

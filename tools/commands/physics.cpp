@@ -6,9 +6,9 @@
 #include "palpate/core/json.h"
 #include "palpate/server/physics/physics_process.h"
 #include "palpate/sim/config/world_file.h"
-#include "tools/commands/built_in_applications.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
+#include "tools/commands/guests.h"
 #include "tools/commands/touch_options.h"
 
 namespace palpate::tools::commands {
@@ -89,7 +89,7 @@ void add_physics(CLI::App& program) {
       world = *read;
     }
     if (auto ok = apply(options->touch, application, world); !ok) return ok;
-    options->process.applications = built_in_applications();
+    options->process.applications = known_applications();
     options->process.scene = applications::scene_settings(world, application);
     const auto mesh = applications::read_touched_mesh(options->process.scene);
     if (!mesh) return tl::unexpected(mesh.error());

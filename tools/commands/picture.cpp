@@ -4,8 +4,8 @@
 #include "applications/touched_mesh.h"
 #include "palpate/core/text.h"
 #include "palpate/render/picture_file.h"
-#include "tools/commands/built_in_applications.h"
 #include "tools/commands/command.h"
+#include "tools/commands/guests.h"
 #include "tools/demo/laboratory_picture.h"
 
 namespace palpate::tools::commands {
@@ -46,7 +46,7 @@ void add_picture(CLI::App& program) {
       if (!read) return tl::unexpected(read.error());
       world = *read;
     }
-    const auto all = built_in_applications();
+    const auto all = known_applications();
     if (all.find(options->application) == nullptr)
       return wrong_use("--app {}: not known; `palpate apps` lists the applications there are",
                        excerpt(options->application));

@@ -7,10 +7,10 @@
 #include "palpate/core/json.h"
 #include "palpate/core/text.h"
 #include "palpate/desktop/window.h"
-#include "tools/commands/built_in_applications.h"
 #include "tools/commands/camera_options.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
+#include "tools/commands/guests.h"
 #include "tools/demo/desk_play.h"
 
 namespace palpate::tools::commands {
@@ -23,7 +23,7 @@ struct PlayArguments {
 };
 
 Expected<void> play(PlayArguments& options) {
-  options.play.graphics.applications = built_in_applications();
+  options.play.graphics.applications = known_applications();
   if (options.play.graphics.applications.find(options.play.application) == nullptr)
     return wrong_use("--app {}: not known; `palpate apps` lists the applications there are",
                      excerpt(options.play.application));

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <csignal>
@@ -9,6 +10,8 @@
 #include "palpate/core/child_report.h"
 #include "palpate/core/nearest.h"
 #include "palpate/core/text.h"
+#include "tools/commands/command.h"
+#include "tools/commands/guests.h"
 #include "tools/commands/program.h"
 
 namespace palpate::tools::commands {
@@ -118,17 +121,12 @@ int after_printing() {
                std::strerror(errno));
   return 1;
 }
-}  // namespace
 
-int run_program(const std::function<void(CLI::App&)>& add_commands, int argc, char** argv) {
-  // A file that may not grow further is then an error of write(), not the end of the program.
-  std::signal(SIGXFSZ, SIG_IGN);
-  CLI::App program("palpate - high-precision augmented-reality haptics", "palpate");
-  program.require_subcommand(1);
-  program.set_version_flag("--version", PALPATE_VERSION);
-  add_commands(program);
+// Parses and runs the command that was chosen.
+int run_command(CLI::App& program, std::vector<std::string> words) {
+  std::reverse(words.begin(), words.end());  // as CLI11 takes them
   try {
-    program.parse(argc, argv);
+    program.parse(std::move(words));
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) {
       program.exit(error);
@@ -144,12 +142,36 @@ int run_program(const std::function<void(CLI::App&)>& add_commands, int argc, ch
     tell_error(trouble + (whole ? "" : "; see --help"));
     return 2;
   }
+  auto done = check_numbers(program);
+  if (done) done = chosen();
+  if (done) return after_printing();
+  tell_error(excerpt(done.error().message, kLongestError));
+  return done.error().exit_code();
+}
+
+}  // namespace
+
+int run_program(int argc, char** argv, const std::function<void(plugin::Guests&)>& add_guests) {
+  // A file that may not grow further is then an error of write(), not the end of the program.
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
-    auto done = check_numbers(program);
-    if (done) done = chosen();
-    if (done) return after_printing();
-    tell_error(excerpt(done.error().message, kLongestError));
-    return done.error().exit_code();
+    std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+    // Before anything is declared: a plug-in's drivers and applications are in the help and among the choices.
+    const auto files = take_plugin_files(words);
+    auto done = files ? gather_guests(add_guests, *files) : Expected<void>(tl::unexpected(files.error()));
+    if (!done) {
+      tell_error(excerpt(done.error().message, kLongestError));
+      return done.error().exit_code();
+    }
+    CLI::App program("palpate - high-precision augmented-reality haptics", "palpate");
+    program.require_subcommand(1);
+    program.set_version_flag("--version", PALPATE_VERSION);
+    // For the help: taken out of the words already.
+    program
+        .add_option("--plugin", "Load this plug-in, before or after the command; as often as there are some")
+        ->type_name("FILE");
+    add_commands(program);
+    return run_command(program, std::move(words));
   } catch (const std::exception& error) {
     tell_error(excerpt(error.what(), kLongestError));
     return 1;

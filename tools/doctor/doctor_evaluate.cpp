@@ -326,6 +326,19 @@ Findings evaluate(const KeyFacts& facts) {
   return found;
 }
 
+Findings evaluate(const plugin::Report& plugins) {
+  constexpr const char* kArea = "plug-in";
+  Findings found;
+  for (const auto& one : plugins.loaded) {
+    std::string adds = one.applications.empty() ? "" : "applications " + listed(one.applications) + ", ";
+    if (!one.drivers.empty()) adds += "drivers " + listed(one.drivers) + ", ";
+    found.push_back(fine(kArea, one.name.c_str(), adds + one.file.string()));
+  }
+  for (const auto& why : plugins.skipped)
+    found.push_back(told(Verdict::worth_knowing, kArea, "left out", why));
+  return found;
+}
+
 Findings evaluate(const SpaceFacts& facts) {
   constexpr const char* kArea = "space";
   Findings found;
@@ -365,6 +378,7 @@ Findings evaluate(const Facts& facts) {
   add(evaluate(facts.devices));
   add(evaluate(facts.space));
   add(evaluate(facts.libraries));
+  add(evaluate(facts.plugins));
   return found;
 }
 

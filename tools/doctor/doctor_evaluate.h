@@ -34,6 +34,7 @@ Findings evaluate(const DesktopFacts& facts);
 Findings evaluate(const LibraryFacts& facts);
 Findings evaluate(const DeviceFacts& facts);
 Findings evaluate(const SpaceFacts& facts);
+Findings evaluate(const plugin::Report& plugins);
 Findings evaluate(const Facts& facts);  // all of it
 
 // {"findings": [{area, name, verdict, value, remedy}], "ok": n, "worth_knowing": n, "in_the_way": n}

@@ -383,6 +383,23 @@ TEST(Doctor, ARealArmLacksItsLibraryItsNodeItsSettingsOrNothing) {
   expect_useful(evaluate(facts));
 }
 
+TEST(Doctor, PlugInsAreToldWithWhereTheyComeFromAndWhyOthersWereLeftOut) {
+  EXPECT_TRUE(evaluate(plugin::Report{}).empty());
+  const auto found = evaluate(plugin::Report{
+      .loaded = {{.file = "/home/u/jelly.so",
+                  .name = "jelly",
+                  .applications = {"jelly", "pudding"},
+                  .drivers = {"spoon"}}},
+      .skipped = {"plug-in /opt/old.so: is made for Palpate 0.0.9, and this is 0.1.0; build it anew"}});
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].verdict, Verdict::ok);
+  EXPECT_EQ(found[0].name, "jelly");
+  EXPECT_EQ(found[0].value, "applications jelly, pudding, drivers spoon, /home/u/jelly.so");
+  EXPECT_EQ(found[1].verdict, Verdict::worth_knowing);
+  EXPECT_EQ(found[1].value, "plug-in /opt/old.so: is made for Palpate 0.0.9, and this is 0.1.0");
+  EXPECT_EQ(found[1].remedy, "build it anew");
+}
+
 TEST(Doctor, SpaceAndOpenFilesAreEnoughScarceOrTooFew) {
   SpaceFacts facts{"/dev/shm", 1ull << 30, std::nullopt};
   EXPECT_EQ(verdict_on(facts, "run folder"), Verdict::ok);

@@ -258,6 +258,7 @@ Expected<Facts> gather_facts(const Options& options) {
   facts.sockets = socket_facts();
   facts.devices = device_facts(arm, camera);
   facts.space = space_facts();
+  facts.plugins = options.plugins;
   facts.libraries = {options.version,
                      fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION),
                      render::picture_library(), transport::network_libraries()};

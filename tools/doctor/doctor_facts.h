@@ -14,6 +14,7 @@
 #include "drivers/cameras/v4l2_source.h"
 #include "drivers/openhaptics/library.h"
 #include "drivers/openhaptics/nodes.h"
+#include "palpate/plugin/loader.h"
 #include "palpate/time/real_time.h"
 #include "palpate/transport/keys.h"
 #include "palpate/transport/probe.h"
@@ -130,6 +131,7 @@ struct Facts {
   LibraryFacts libraries;
   DeviceFacts devices;
   SpaceFacts space;
+  plugin::Report plugins;
 };
 
 struct Options {
@@ -138,6 +140,7 @@ struct Options {
   std::string arm;             // openhaptics or openhaptics:NAME: opens it and asks who it is
   std::string camera;          // of palpate graphics --camera: opens it and waits for a picture
   std::string version;         // of the program
+  plugin::Report plugins;      // that it has loaded, or left out
 };
 
 // Looks, and leaves the machine as it was: real-time rights are asked for in a thread that ends, a socket

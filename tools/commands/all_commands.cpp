@@ -1,9 +1,8 @@
-#include "tools/commands/program.h"
+#include "tools/commands/command.h"
 
 namespace palpate::tools::commands {
-namespace {
 
-void add_all_commands(CLI::App& program) {
+void add_commands(CLI::App& program) {
   auto* calibrate =
       program.add_subcommand("calibrate", "Calibrate arm, tracker, camera and surfaces to each other");
   calibrate->require_subcommand(1);
@@ -32,9 +31,4 @@ void add_all_commands(CLI::App& program) {
   add_doctor(program);
 }
 
-}  // namespace
 }  // namespace palpate::tools::commands
-
-int main(int argc, char** argv) {
-  return palpate::tools::commands::run_program(palpate::tools::commands::add_all_commands, argc, argv);
-}

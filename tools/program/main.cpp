@@ -1,0 +1,3 @@
+#include "tools/commands/program.h"
+
+int main(int argc, char** argv) { return palpate::tools::commands::run_program(argc, argv); }
