@@ -58,24 +58,27 @@ Expected<void> check_build(const std::string& file, const PalpatePlugin* told) {
   return {};
 }
 
-// The library, loaded at once and for good. First with functions unresolved: a plug-in of another release then still
-// says so itself.
-Expected<const PalpatePlugin*> open(const std::string& file) {
-  const auto failed = [&file] {
-    const char* why = dlerror();
-    return refused("plug-in {}: cannot be loaded ({}); is it made for Palpate {}, by palpate_add_plugin()?",
-                   file, excerpt(why == nullptr ? "no reason is told" : why, kLongest), PALPATE_RELEASE);
-  };
-  void* library = dlopen(file.c_str(), RTLD_LAZY | RTLD_LOCAL | RTLD_NODELETE);
-  if (library == nullptr) return failed();
+// What a loaded library tells of itself, if it fits.
+Expected<const PalpatePlugin*> ask(void* library, const std::string& file) {
   void* symbol = dlsym(library, PALPATE_PLUGIN_ENTRY);
   if (symbol == nullptr)
     return refused("plug-in {}: is a library without the function {}; build it with palpate_add_plugin()",
                    file, PALPATE_PLUGIN_ENTRY);
   const PalpatePlugin* told = reinterpret_cast<PalpatePluginEntry>(symbol)();
   if (auto fits = check_build(file, told); !fits) return tl::unexpected(fits.error());
-  if (dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE) == nullptr) return failed();
   return told;
+}
+
+// The library, loaded at once and for good.
+Expected<const PalpatePlugin*> open(const std::string& file) {
+  if (void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE)) return ask(library, file);
+  const char* said = dlerror();
+  const std::string why = excerpt(said == nullptr ? "no reason is told" : said, kLongest);
+  // One of another release lacks functions that this program has not; it can still say itself what it is.
+  if (void* library = dlopen(file.c_str(), RTLD_LAZY | RTLD_LOCAL | RTLD_NODELETE))
+    if (auto told = ask(library, file); !told) return told;
+  return refused("plug-in {}: cannot be loaded ({}); is it made for Palpate {}, by palpate_add_plugin()?",
+                 file, why, PALPATE_RELEASE);
 }
 
 // What add() has added to the end of `after`.

@@ -81,6 +81,8 @@ TEST_F(PlugIn, OfAnotherReleaseCompilerOptionsLayoutOrEntryIsRefusedInWordsAndNo
   const auto other = [&](const std::string& what) { return refusal(fixture("other_" + what)); };
   const std::string release = other("release");
   EXPECT_TRUE(says(release, "is made for Palpate 0.0.9, and this is " PALPATE_RELEASE)) << release;
+  const std::string old = refusal(fixture("old_and_missing"));
+  EXPECT_TRUE(says(old, "is made for Palpate 0.0.9")) << old;
   const std::string compiler = other("compiler");
   EXPECT_TRUE(says(compiler, "is compiled by tcc 1, and this program by " PALPATE_COMPILER)) << compiler;
   const std::string options = other("options");

@@ -13,10 +13,10 @@ GuestNews::Line GuestNews::look(const PhysicsServer& server, bool haptic_loop_ha
   const haptics::HapticCondition condition = server.haptic().condition();
   if (condition.fault != fault_) same_fault_ = 0, fault_told_ = failure_told_;
   fault_ = condition.fault;
-  // Of those that do not heal the trip's line tells.
+  // What trips forces and does not heal the trip's line tells; not what a fault that would have healed has become.
+  const bool told_by_trip = !haptics::heals(fault_) && condition.trip_fault == fault_;
   const int told = fault_ == haptics::ForceFault::arm_silent ? kSilenceTold : kTold;
-  if (condition.culprit == haptics::Guest::none || !haptics::heals(fault_) || fault_told_ ||
-      ++same_fault_ < told)
+  if (condition.culprit == haptics::Guest::none || told_by_trip || fault_told_ || ++same_fault_ < told)
     return {};
   fault_told_ = true;
   return {fmt::format("forces are off: {}: {}", haptics::name_of(condition.fault),

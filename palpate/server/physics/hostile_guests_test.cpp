@@ -285,5 +285,24 @@ TEST(GuestNews, WhoTakesTheForcesAwayIsToldOnceUntilItHeals) {
   EXPECT_NE(told[0].find("the application 'guest' threw: enough"), std::string::npos);
 }
 
+TEST(GuestNews, ALawThatIsSwitchedOffIsNamedAlsoWhereItsFirstFaultWouldHaveHealed) {
+  struct NoNumber : ToldLaw {
+    Vector3 force(const scene::TipState&, double) noexcept override { return {0.0, asked, 0.0}; }
+    double asked = kAsked;
+  } law;
+  GuestBench bench(&law);
+  bench.live(50);
+  law.asked = std::nan("");
+  GuestNews news;
+  std::vector<std::string> told;
+  for (int i = 0; i < 200; ++i) {
+    bench.live(20);
+    if (const auto line = news.look(*bench.server, false); !line.text.empty()) told.push_back(line.text);
+  }
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0], "forces are off: " + std::string(haptics::name_of(haptics::ForceFault::law_failed)) +
+                         ": the contact law of 'guest'");
+}
+
 }  // namespace
 }  // namespace palpate::server::physics

@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+"""Guests that misbehave, loaded as plug-ins by the real physics server beside a simulated laboratory: the force goes within its
+limits, who did it is named, and the server goes on or ends in words. A driver of the same plug-in writes down what the arm is
+commanded (tests/hostile/hostile_guests.cpp)."""
+import os
+import struct
+import unittest
+
+from laboratory import LaboratoryTest, READY
+
+GUESTS = os.environ["HOSTILE_GUESTS"]
+COMMANDED, LET_GO, WRONG = 0, 1, 2
+PEAK_N, SLEW_N = 8.5, 3.0  # what such an arm gives at most; how much a command may differ from the one before
+
+
+class HostileGuests(LaboratoryTest):
+    def plays(self, application, said_when_wrong):
+        """Runs it until it has gone wrong and was named; its rows (s, N, kind) and how the server ended."""
+        log = self.path(application + ".log")
+        self.environment["PALPATE_HOSTILE_LOG"] = log
+        physics = self.start("physics", "--plugin", GUESTS, "--rig", self.rig, "--app", application, "--arm", "listened")
+        self.assertTrue(physics.says(READY["physics"]), physics.lines())
+        self.assertTrue(physics.says(said_when_wrong), physics.lines())
+        if not physics.ended() and application not in ("hanger", "staller", "crasher"):
+            physics.send(15)
+        done = physics.ends()
+        rows = [row for row in struct.iter_unpack("3d", self.read(application + ".log")) if row[0] > 0.0]
+        return rows, done
+
+    def fades(self, rows):
+        """Within limits before and after, to nothing, and for good."""
+        at = next(i for i, row in enumerate(rows) if row[2] == WRONG)
+        before = [force for _, force, kind in rows[:at] if kind == COMMANDED]
+        after = [force for _, force, kind in rows[at:] if kind == COMMANDED]
+        self.assertGreater(before[-1], 0.9, "it was felt")
+        commands = before + after
+        self.assertLess(max(commands), PEAK_N)
+        self.assertLessEqual(max(abs(a - b) for a, b in zip(commands, commands[1:])), SLEW_N)
+        forces = [force for force in after if force > 0.0]
+        self.assertLess(len(forces), 60, "ticks with a force after it went wrong")
+        self.assertTrue(all(force == 0.0 for force in after[len(forces):]), "it does not come back")
+        if not after or len(after) == len(forces):
+            self.assertTrue(any(kind == LET_GO for _, _, kind in rows[at:]), "the arm was let go")
+
+    def test_each_loses_its_force_and_is_named_and_the_server_goes_on_or_ends_in_words(self):
+        self.start_world()
+        law, application = "the contact law of '{}'", "the application '{}'"
+        for name, words, code in (("sleeper", law, 0), ("nan", law, 0), ("kilonewton", law, 0), ("thrower", application + " threw: no more levels", 0),
+                                  ("hanger", law + " does not come back; the server ends", 1),
+                                  ("staller", application + " does not come back; the server ends", 1),
+                                  ("crasher", "crashed: " + law, -11)):
+            with self.subTest(name):
+                rows, done = self.plays(name, words.format(name))
+                self.assertEqual(done.code, code, done)
+                self.fades(rows)
+
+    def test_one_that_throws_while_it_is_made_is_refused_by_name(self):
+        self.says_no(self.run_program("physics", "--plugin", GUESTS, "--rig", self.rig, "--app", "stillborn"), 1,
+                     "stillborn: no level is there; install one")
+
+
+if __name__ == "__main__":
+    unittest.main()
