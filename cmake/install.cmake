@@ -112,7 +112,7 @@ function(palpate_install)
   list(TRANSFORM whole REPLACE "^palpate_" "palpate::")
   string(JOIN " " PALPATE_WHOLE_COMPONENTS ${whole})
   configure_package_config_file(${PROJECT_SOURCE_DIR}/cmake/palpateConfig.cmake.in ${PROJECT_BINARY_DIR}/palpateConfig.cmake
-    INSTALL_DESTINATION ${PALPATE_PACKAGE_FOLDER})
+    INSTALL_DESTINATION ${PALPATE_PACKAGE_FOLDER} PATH_VARS CMAKE_INSTALL_BINDIR)
   # 0.x: a release may change what others build on, a correction of it does not.
   write_basic_package_version_file(${PROJECT_BINARY_DIR}/palpateConfigVersion.cmake COMPATIBILITY SameMinorVersion)
   install(FILES ${PROJECT_BINARY_DIR}/palpateConfig.cmake ${PROJECT_BINARY_DIR}/palpateConfigVersion.cmake

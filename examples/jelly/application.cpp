@@ -17,7 +17,7 @@ constexpr double kCoupling = 450.0, kDamping = 1.5;  // N/m, N s/m: between tip 
 constexpr double kDampFrom_m = 0.001;                // the damper has its full size at that depth: no jump
 constexpr double kBound_n = 7.0;
 constexpr double kTeleport_m = 0.05;  // a tip that moves further in one tick was put there
-constexpr double kKnock_n = 30.0;     // sideways, for one step
+constexpr double kKnock_n = 10.0;     // sideways, for one step
 
 std::vector<Vector3> directions(std::vector<Vector3> areas) {
   for (Vector3& area : areas) area.normalize();

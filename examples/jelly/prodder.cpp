@@ -10,7 +10,7 @@ namespace {
 using palpate::Point;
 using palpate::Vector3;
 
-constexpr double kHover_m = 0.020, kPress_m = 0.014;
+constexpr double kHover_m = 0.020, kPress_m = 0.020;
 constexpr double kSpeed = 0.20;  // m/s, mean, on the way to a place
 constexpr double kDown_s = 0.5, kHold_s = 0.6, kUp_s = 0.15, kWatch_s = 0.5, kLeastWay_s = 0.4;
 constexpr double kLevel = 0.75;     // least upward part of the surface's direction

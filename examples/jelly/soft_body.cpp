@@ -10,7 +10,7 @@ namespace {
 using palpate::Vector3;
 
 constexpr double kMass = 0.40;                         // kg, of all of it: water of that volume
-constexpr double kToRest = 6.0, kToNeighbours = 40.0;  // N/m, of a vertex
+constexpr double kToRest = 6.0, kToNeighbours = 24.0;  // N/m, of a vertex
 constexpr double kAir = 80.0;                          // N/m: the volume's, as stiff as that altogether
 constexpr double kStep_s = 0.0005, kLongest_s = 0.020;
 constexpr double kMostNeighbours = 6.0;
