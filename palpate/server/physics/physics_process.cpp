@@ -11,7 +11,6 @@
 #include <thread>
 #include <utility>
 
-#include "palpate/core/crash_words.h"
 #include "palpate/core/csv.h"
 #include "palpate/core/csv_file.h"
 #include "palpate/core/file.h"
@@ -19,10 +18,7 @@
 #include "palpate/core/stop_signal.h"
 #include "palpate/haptics/trip_writer.h"
 #include "palpate/server/physics/guest_news.h"
-#include "palpate/server/physics/loop_watchdog.h"
-#include "palpate/server/physics/physics_server.h"
-#include "palpate/time/periodic_loop.h"
-#include "palpate/transport/zmq_engine.h"
+#include "palpate/server/physics/physics_loops.h"
 
 namespace palpate::server::physics {
 namespace {
@@ -129,21 +125,16 @@ std::string jitter_csv(const std::vector<std::pair<std::string, const JitterHist
 // From the opened arm to the last figure. The loops end first: everything they touch is declared before them.
 class PhysicsProcess {
  public:
-  explicit PhysicsProcess(const PhysicsProcessOptions& options)
-      : options_(options), scene_(scene_from_rig(options.rig, options.scene, options.surface_restitution)) {}
+  explicit PhysicsProcess(const PhysicsProcessOptions& options) : options_(options) {}
 
   Expected<Json> run();
 
  private:
   Expected<void> open();
-  haptics::HapticSettings haptic_settings() const;
-  Expected<void> serve(const transport::Endpoint& endpoint,
-                       std::optional<transport::ServerIdentity> identity);
   Expected<void> open_logs();
   void start_loops();
   Expected<void> watch();
   void watch_guests();
-  void look_at_the_loops();
   void pass_on_lines();
   Json loops_figures(double elapsed_s) const;
   Json force_figures() const;
@@ -155,19 +146,14 @@ class PhysicsProcess {
 
   const PhysicsProcessOptions& options_;
   const std::atomic<bool>& stop_ = stop_requested();
-  scene::SceneDescription scene_;
-  std::unique_ptr<device::OpenedArm> arm_;
   MonotonicClock<PhysicsClock> clock_;
   MachineThreadClock guests_clock_;
-  std::optional<PhysicsServer> server_;
-  transport::StatusBoard board_;
-  std::unique_ptr<transport::StateService> service_;
+  std::unique_ptr<PhysicsSide> side_;
   Told told_;
   std::optional<haptics::TripWriter> trips_;
   Instant<PhysicsClock> start_;
   std::optional<LoopsLog> log_;
-  std::optional<PeriodicLoop<PhysicsClock>> haptic_, physics_;
-  std::optional<LoopWatchdog> watchdog_;
+  std::optional<PhysicsLoops> loops_;
   GuestNews guests_;
 };
 
@@ -178,33 +164,30 @@ Expected<Json> PhysicsProcess::run() {
   start_loops();
   const auto watched = watch();
   const double elapsed_s = up_s();
-  watchdog_->stop();
-  haptic_->stop();
-  physics_->stop();
-  say_crashes(nullptr, nullptr);  // there is no arm any more that could let go
+  loops_->stop();
   Json result = loops_figures(elapsed_s);
   result["begun_monotonic_ns"] = clock_.to_monotonic(start_);
   const std::string jitter =
-      jitter_csv({{"haptic", &haptic_->lateness()}, {"physics", &physics_->lateness()}});
+      jitter_csv({{"haptic", &loops_->haptic().lateness()}, {"physics", &loops_->physics().lateness()}});
   trips_->stop();
   pass_on_lines();
-  const auto counters = service_->counters();
-  result["service"] = {{"endpoint", service_->endpoint()},
+  const auto counters = side_->service().counters();
+  result["service"] = {{"endpoint", side_->service().endpoint()},
                        {"requests", counters.requests},
                        {"syncs", counters.syncs},
                        {"rejected", counters.rejected},
                        {"turned_away", counters.rejected_connections},
                        {"unsent", counters.unsent}};
   result["force"] = force_figures();
-  if (Json figures = arm_->figures(); !figures.is_null()) result["arm"] = std::move(figures);
+  if (Json figures = side_->arm().figures(); !figures.is_null()) result["arm"] = std::move(figures);
   if (auto done = finish_logs(jitter); !done) return tl::unexpected(done.error());
   if (!watched) return tl::unexpected(watched.error());
   return result;
 }
 
 Expected<void> PhysicsProcess::open() {
-  auto application = options_.applications.make_physics(scene_, options_.run);
-  if (!application) return tl::unexpected(application.error());
+  if (!options_.drivers.names_arm(options_.arm.uri))
+    return wrong_use("--arm: {}", options_.drivers.check(options_.arm).error().message);
   auto endpoint =
       options_.endpoint.empty()
           ? transport::default_endpoint()
@@ -212,41 +195,14 @@ Expected<void> PhysicsProcess::open() {
   if (!endpoint) return tl::unexpected(endpoint.error());
   auto identity = identity_for(*endpoint, options_.keys);
   if (!identity) return tl::unexpected(identity.error());
-  device::ArmRequest request = options_.arm;
-  request.lengths = options_.rig.nominal_lengths;
-  if (!options_.drivers.names_arm(request.uri))
-    return wrong_use("--arm: {}", options_.drivers.check(request).error().message);
-  auto arm = options_.drivers.open(request);
-  if (!arm) return tl::unexpected(arm.error());
-  arm_ = std::move(*arm);
-  server_.emplace(options_.rig, scene_, std::move(*application), arm_->device(), haptic_settings(),
-                  &guests_clock_);
-  server_->delay_forces(options_.extra_force_delay);
-  scene_.shape_vertices = server_->shape_vertices();
-  return serve(*endpoint, std::move(*identity));
-}
-
-haptics::HapticSettings PhysicsProcess::haptic_settings() const {
-  haptics::HapticSettings settings;
-  settings.period = seconds(1.0 / options_.haptic_hz);
-  if (options_.rig.arm) settings.limits = haptics::force_limits_of(options_.rig.arm->model);
-  settings.limits = haptics::lowered_to(settings.limits, arm_->facts());
-  return settings;
-}
-
-Expected<void> PhysicsProcess::serve(const transport::Endpoint& endpoint,
-                                     std::optional<transport::ServerIdentity> identity) {
-  auto service = transport::serve_states(
-      endpoint, clock_, [this](Instant<PhysicsClock> t) { return server_->state_at(t); }, scene_,
-      {.identity = identity,
-       .status = [this] { return board_.read(); },
-       .shape = [this](Instant<PhysicsClock> t, std::span<float> out) { return server_->shape_at(t, out); }});
-  if (!service) return tl::unexpected(service.error());
-  service_ = std::move(*service);
+  auto side = PhysicsSide::open(options_, &guests_clock_);
+  if (!side) return tl::unexpected(side.error());
+  side_ = std::move(*side);
+  if (auto served = side_->serve(*endpoint, clock_, *identity); !served) return served;
   const auto folder = options_.out.empty() ? run_directory() : Expected<std::filesystem::path>(options_.out);
   if (!folder) return tl::unexpected(folder.error());
-  trips_.emplace(server_->haptic(), *folder, [this](const std::string& line) { told_.add(line); });
-  tell_who_is_admitted(endpoint, identity, options_.notice);
+  trips_.emplace(side_->server().haptic(), *folder, [this](const std::string& line) { told_.add(line); });
+  tell_who_is_admitted(*endpoint, *identity, options_.notice);
   return {};
 }
 
@@ -258,39 +214,25 @@ Expected<void> PhysicsProcess::open_logs() {
 }
 
 void PhysicsProcess::start_loops() {
-  haptic_.emplace(clock_,
-                  PeriodicLoopSettings{.rate_hz = options_.haptic_hz,
-                                       .name = "palpate-haptic",
-                                       .real_time = options_.real_time,
-                                       .priority = 80,
-                                       .keep_cores_awake = true},
-                  [this](Instant<PhysicsClock> t) { server_->haptic_tick(t); });
-  // The physics loop sleeps only: two loops that spin would starve each other on a small machine.
-  physics_.emplace(clock_,
-                   PeriodicLoopSettings{.rate_hz = options_.physics_hz,
-                                        .name = "palpate-physics",
-                                        .real_time = options_.real_time,
-                                        .priority = 70,
-                                        .spin = Duration(0)},
-                   [this](Instant<PhysicsClock> t) {
-                     while (const auto control = service_->take_control()) server_->control(*control);
-                     server_->physics_tick(t);
-                   });
-  watchdog_.emplace(clock_, server_->haptic(), options_.real_time);
-  say_crashes([](void* server) noexcept { static_cast<PhysicsServer*>(server)->let_go(); }, &*server_);
-  notice(fmt::format("answers graphics servers at {}", service_->endpoint()));
+  loops_.emplace(*side_, clock_,
+                 LoopRates{.physics_hz = options_.physics_hz,
+                           .haptic_hz = options_.haptic_hz,
+                           .real_time = options_.real_time});
+  notice(fmt::format("answers graphics servers at {}", side_->service().endpoint()));
   if (options_.ready) options_.ready();
 }
 
 // Until its time is over or somebody asks for the end; refused where the arm has gone for good.
 Expected<void> PhysicsProcess::watch() {
   for (int look = 0; !stop_.load() && (options_.seconds <= 0.0 || up_s() < options_.seconds); ++look) {
-    if (look % 10 == 0) look_at_the_loops();
+    if (look % 10 == 0) loops_->write_status(up_s());
     pass_on_lines();
     watch_guests();
-    if (log_) log_->look(up_s(), service_->counters(), haptic_->statistics(), physics_->statistics());
+    if (log_)
+      log_->look(up_s(), side_->service().counters(), loops_->haptic().statistics(),
+                 loops_->physics().statistics());
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    const auto news = arm_->look();
+    const auto news = side_->arm().look();
     if (!news) return refused("physics: {}", news.error().message);
     if (*news) notice(**news);
   }
@@ -299,19 +241,12 @@ Expected<void> PhysicsProcess::watch() {
 
 // A thread that a guest has taken comes back to nobody: then the server ends in words, and with it the threads.
 void PhysicsProcess::watch_guests() {
-  const GuestNews::Line line = guests_.look(*server_, watchdog_->hangs());
+  const GuestNews::Line line = guests_.look(side_->server(), loops_->watchdog().hangs());
   if (!line.text.empty()) notice(line.text);
   if (!line.last) return;
-  server_->let_go();
+  side_->server().let_go();
   std::fflush(nullptr);
   std::_Exit(1);
-}
-
-void PhysicsProcess::look_at_the_loops() {
-  transport::LoopStatus force_loop = transport::loop_status("haptic", *haptic_, up_s());
-  force_loop.condition = server_->condition_words();
-  board_.write({.uptime_s = up_s(),
-                .loops = {std::move(force_loop), transport::loop_status("physics", *physics_, up_s())}});
 }
 
 void PhysicsProcess::pass_on_lines() {
@@ -320,14 +255,14 @@ void PhysicsProcess::pass_on_lines() {
 
 Json PhysicsProcess::loops_figures(double elapsed_s) const {
   Json result;
-  result["haptic"] = loop_json(haptic_->statistics(), elapsed_s);
-  result["haptic"]["scheduling"] = haptic_->grant().describe();
-  result["physics"] = loop_json(physics_->statistics(), elapsed_s);
+  result["haptic"] = loop_json(loops_->haptic().statistics(), elapsed_s);
+  result["haptic"]["scheduling"] = loops_->haptic().grant().describe();
+  result["physics"] = loop_json(loops_->physics().statistics(), elapsed_s);
   return result;
 }
 
 Json PhysicsProcess::force_figures() const {
-  const auto& haptic = std::as_const(*server_).haptic();
+  const auto& haptic = std::as_const(side_->server()).haptic();
   const auto& statistics = haptic.statistics();
   Json figures = {{"peak_n", statistics.peak_n},
                   {"limited_ticks", statistics.limited_ticks},
@@ -353,7 +288,7 @@ Json PhysicsProcess::force_figures() const {
                               {"bad_forces", statistics.law_bad_forces},
                               {"cost_us", {{"p50", us(0.5)}, {"p99", us(0.99)}, {"max", us(1.0)}}}};
   }
-  figures["hangs"] = watchdog_->times();
+  figures["hangs"] = loops_->watchdog().times();
   return figures;
 }
 

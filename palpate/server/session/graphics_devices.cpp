@@ -37,48 +37,47 @@ Expected<void> look_at(const std::unique_ptr<Opened>& device) {
 
 }  // namespace
 
-Expected<GraphicsDevices> GraphicsDevices::open(const GraphicsProcessOptions& options) {
+Expected<GraphicsDevices> GraphicsDevices::open(const GraphicsSetup& setup) {
   GraphicsDevices devices;
-  if (auto done = devices.open_named_cameras(options); !done) return tl::unexpected(done.error());
-  if (auto done = devices.open_tracker(options); !done) return tl::unexpected(done.error());
-  if (auto done = devices.open_other_camera(options); !done) return tl::unexpected(done.error());
-  if (options.player || options.mouse)
-    if (auto done = open_into(devices.hand_, options.drivers, device::HandRequest{options.stand_in}); !done)
+  if (auto done = devices.open_named_cameras(setup); !done) return tl::unexpected(done.error());
+  if (auto done = devices.open_tracker(setup); !done) return tl::unexpected(done.error());
+  if (auto done = devices.open_other_camera(setup); !done) return tl::unexpected(done.error());
+  if (setup.player || setup.mouse)
+    if (auto done = open_into(devices.hand_, setup.drivers, device::HandRequest{setup.stand_in}); !done)
       return tl::unexpected(done.error());
   return devices;
 }
 
 // The right one first: of two recordings the left one must not run ahead.
-Expected<void> GraphicsDevices::open_named_cameras(const GraphicsProcessOptions& options) {
-  if (options.right_camera) {
-    const auto* driver = options.drivers.find_for(options.right_camera->uri);
+Expected<void> GraphicsDevices::open_named_cameras(const GraphicsSetup& setup) {
+  if (setup.right_camera) {
+    const auto* driver = setup.drivers.find_for(setup.right_camera->uri);
     one_clock_ = driver == nullptr || !driver->own_clock;
-    if (auto done =
-            open_into(right_, options.drivers, sized(*options.right_camera, *options.rig.right_camera));
+    if (auto done = open_into(right_, setup.drivers, sized(*setup.right_camera, *setup.rig.right_camera));
         !done)
       return done;
   }
-  if (!options.camera) return {};
-  return open_into(camera_, options.drivers, sized(*options.camera, *options.rig.camera));
+  if (!setup.camera) return {};
+  return open_into(camera_, setup.drivers, sized(*setup.camera, *setup.rig.camera));
 }
 
-Expected<void> GraphicsDevices::open_tracker(const GraphicsProcessOptions& options) {
-  if (options.tracker) return open_into(tracker_, options.drivers, *options.tracker);
-  if (options.rig.board) {
+Expected<void> GraphicsDevices::open_tracker(const GraphicsSetup& setup) {
+  if (setup.tracker) return open_into(tracker_, setup.drivers, *setup.tracker);
+  if (setup.rig.board) {
     no_tracker_ = std::make_unique<NoTracker>();
     return {};
   }
-  auto done = open_into(tracker_, options.drivers, device::TrackerRequest{options.stand_in, {}});
-  if (!done && options.camera && options.drivers.names_tracker(options.stand_in))
+  auto done = open_into(tracker_, setup.drivers, device::TrackerRequest{setup.stand_in, {}});
+  if (!done && setup.camera && setup.drivers.names_tracker(setup.stand_in))
     return refused("{}, or name a real tracker (--tracker igtl://HOST:PORT)", done.error().message);
   return done;
 }
 
-Expected<void> GraphicsDevices::open_other_camera(const GraphicsProcessOptions& options) {
+Expected<void> GraphicsDevices::open_other_camera(const GraphicsSetup& setup) {
   if (camera_) return {};
-  if (auto done = open_into(camera_, options.drivers, device::CameraRequest{options.stand_in, {}}); !done)
+  if (auto done = open_into(camera_, setup.drivers, device::CameraRequest{setup.stand_in, {}}); !done)
     return done;
-  if (!rig::has_two_eyes(options.rig)) return {};
+  if (!rig::has_two_eyes(setup.rig)) return {};
   auto right = camera_->right();
   if (!right) return tl::unexpected(right.error());
   right_of_pair_ = *right;

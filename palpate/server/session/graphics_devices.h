@@ -1,4 +1,4 @@
-// The devices of a graphics server, opened as its options say: cameras and tracker that are named, and a laboratory's
+// The devices of a graphics server, opened as its set-up says: cameras and tracker that are named, and a laboratory's
 // for what nobody names.
 //
 // One object, one thread. Errors: what a driver says, with what to do about it; cameras that are named are
@@ -9,13 +9,13 @@
 
 #include "palpate/core/expected.h"
 #include "palpate/device/opened.h"
-#include "palpate/server/session/graphics_process.h"
+#include "palpate/server/session/graphics_setup.h"
 
 namespace palpate::server::session {
 
 class GraphicsDevices {
  public:
-  static Expected<GraphicsDevices> open(const GraphicsProcessOptions& options);
+  static Expected<GraphicsDevices> open(const GraphicsSetup& setup);
 
   device::TrackerDevice& tracker() const;
   device::OpenedCamera& camera() const { return *camera_; }
@@ -34,9 +34,9 @@ class GraphicsDevices {
 
  private:
   GraphicsDevices() = default;
-  Expected<void> open_named_cameras(const GraphicsProcessOptions& options);
-  Expected<void> open_tracker(const GraphicsProcessOptions& options);
-  Expected<void> open_other_camera(const GraphicsProcessOptions& options);
+  Expected<void> open_named_cameras(const GraphicsSetup& setup);
+  Expected<void> open_tracker(const GraphicsSetup& setup);
+  Expected<void> open_other_camera(const GraphicsSetup& setup);
 
   std::unique_ptr<device::OpenedCamera> camera_, right_;
   device::CameraDevice* right_of_pair_ = nullptr;  // camera_'s own

@@ -9,15 +9,12 @@
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
 #include "palpate/desktop/desktop_ui.h"
-#include "palpate/desktop/scripted_user.h"
 #include "palpate/evaluation/latency_probe.h"
 #include "palpate/render/context.h"
-#include "palpate/scene/generic_view.h"
-#include "palpate/server/graphics/frame_renderer.h"
 #include "palpate/server/graphics/graphics_figures.h"
 #include "palpate/server/graphics/graphics_watches.h"
 #include "palpate/server/graphics/pose_feed.h"
-#include "palpate/server/session/graphics_devices.h"
+#include "palpate/server/session/graphics_side.h"
 #include "palpate/time/real_time.h"
 #include "palpate/transport/zmq_engine.h"
 
@@ -26,10 +23,6 @@ namespace {
 
 // How long a physics server may take to answer for the first time before the wait is given up.
 constexpr double kPatienceS = 10.0;
-
-// Drawing begins this long after an image was taken up, whether the reply has come or not: the loop goes on
-// meanwhile, and a frame of 33 ms does not miss it.
-constexpr Duration kDrawAfter = std::chrono::milliseconds(2);
 
 double camera_readout_s(const GraphicsProcessOptions& options) {
   if (!options.camera) return sim::config::readout_s(options.world);
@@ -51,8 +44,7 @@ class GraphicsProcess {
  private:
   Expected<void> open();
   Expected<void> meet_physics_server();
-  Expected<void> assemble();
-  Expected<std::unique_ptr<scene::SceneView>> scene_view() const;
+  Expected<scene::SceneDescription> await_scene(transport::StateLink& link) const;
   Expected<void> open_windows();
   Expected<void> open_latency_probe();
   Expected<void> open_logs();
@@ -69,20 +61,16 @@ class GraphicsProcess {
   void notice(const std::string& line) const {
     if (options_.notice) options_.notice("graphics: " + line);
   }
-  bool program_plays() const { return player_ && !(ui_ && ui_->person_plays()); }
+  bool program_plays() const { return options_.player && !(ui_ && ui_->person_plays()); }
 
   const GraphicsProcessOptions& options_;
   const std::atomic<bool>& stop_ = stop_requested();
   std::shared_ptr<render::Context> drawing_;  // kept for those who draw
   transport::ServerPlace place_;
-  std::optional<GraphicsDevices> devices_;
   std::optional<graphics::PoseFeed> feed_;
   const MonotonicClock<GraphicsClock> clock_;
-  std::unique_ptr<transport::StateLink> link_;
-  scene::SceneDescription scene_;
-  std::optional<graphics::FrameRenderer> pictures_;
-  std::optional<graphics::GraphicsServer> server_;
-  std::optional<desktop::ScriptedUser> player_;
+  std::optional<GraphicsDevices> devices_;  // until the physics server has been met
+  std::unique_ptr<GraphicsSide> side_;
   std::unique_ptr<desktop::DesktopUi> ui_;
   std::unique_ptr<desktop::SpectatorWindow> monitor_;
   Json monitored_;
@@ -102,12 +90,11 @@ class GraphicsProcess {
 Expected<Json> GraphicsProcess::run() {
   if (auto done = open(); !done) return tl::unexpected(done.error());
   if (auto done = meet_physics_server(); !done) return tl::unexpected(done.error());
-  if (auto done = assemble(); !done) return tl::unexpected(done.error());
   if (auto done = open_windows(); !done) return tl::unexpected(done.error());
   if (auto done = open_latency_probe(); !done) return tl::unexpected(done.error());
   introduce();
   if (auto done = open_logs(); !done) return tl::unexpected(done.error());
-  if (ui_ && options_.mouse) ui_->lead(*devices_->hand(), clock_);
+  if (ui_ && options_.mouse) ui_->lead(*side_->devices().hand(), clock_);
   begun_ = next_ = draw_at_ = clock_.now();
   while (goes_on())
     if (auto done = tick(); !done) return tl::unexpected(done.error());
@@ -126,9 +113,13 @@ Expected<Json> GraphicsProcess::run() {
 Expected<void> GraphicsProcess::open() {
   if (options_.window)  // known now, not after waiting for a physics server
     if (auto possible = desktop::Window::possible(); !possible) return possible;
-  auto drawing = render::Context::of_this_thread();  // the same
-  if (!drawing) return refused("graphics: {}", drawing.error().message);
-  drawing_ = std::move(*drawing);
+  if (options_.pixels == Pixels::drawn) {  // the same
+    auto drawing = render::Context::of_this_thread();
+    if (!drawing) return refused("graphics: {}", drawing.error().message);
+    drawing_ = std::move(*drawing);
+  } else if (options_.window) {
+    return wrong_use("graphics: a window shows drawn pictures, and pixels are not to be drawn");
+  }
   auto place = transport::server_place(options_.server);
   if (!place) return tl::unexpected(place.error());
   place_ = std::move(*place);
@@ -144,20 +135,17 @@ Expected<void> GraphicsProcess::open() {
 }
 
 // Who is there, and what is played?
-Expected<void> GraphicsProcess::meet_physics_server() {
+Expected<scene::SceneDescription> GraphicsProcess::await_scene(transport::StateLink& link) const {
   const std::string& address = place_.endpoint.address;
-  auto link = transport::connect_states(place_.endpoint, clock_, "graphics", place_.identity);
-  if (!link) return tl::unexpected(link.error());
-  link_ = std::move(*link);
   const auto start = clock_.now();
-  while (!link_->description()) {
-    link_->poll();
+  while (!link.description()) {
+    link.poll();
     if (stop_.load()) return refused("graphics: stopped before the physics server answered");
     if (to_seconds(clock_.now() - start) > kPatienceS) {
-      if (link_->refusal())
+      if (link.refusal())
         return refused("graphics: the physics server at {} refuses: {}", address,
-                       excerpt(*link_->refusal(), 200));
-      if (const auto trouble = link_->trouble())
+                       excerpt(*link.refusal(), 200));
+      if (const auto trouble = link.trouble())
         return refused("graphics: the physics server at {} turns us away: {}", address, *trouble);
       return refused(
           "graphics: no physics server answers at {} after {:.0f} s; start `palpate physics` first", address,
@@ -165,53 +153,45 @@ Expected<void> GraphicsProcess::meet_physics_server() {
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
-  scene_ = *link_->description();
-  if (options_.applications.find(scene_.application) == nullptr) return {};  // nobody here would draw it
-  return applications::find_touched_mesh(scene_, options_.mesh, place_.endpoint.local());
+  return *link.description();
 }
 
-Expected<std::unique_ptr<scene::SceneView>> GraphicsProcess::scene_view() const {
-  if (options_.applications.find(scene_.application) != nullptr)
-    return options_.applications.make_view(scene_);
-  notice(fmt::format("application '{}' is not part of this program: its bodies are shown as plain shapes",
-                     excerpt(scene_.application)));
-  return std::make_unique<scene::GenericView>(scene_.application, scene_.shape_vertices);
-}
-
-Expected<void> GraphicsProcess::assemble() {
-  auto view = scene_view();
-  if (!view) return tl::unexpected(view.error());
-  pictures_.emplace(options_.rig, scene_, std::move(*view), options_.quality);
-  pictures_->set_captions(!options_.window);
-  server_.emplace(options_.rig, *link_, devices_->tracker(), devices_->camera().device(), *pictures_,
-                  options_.graphics);
-  if (auto* right = devices_->right_camera()) server_->add_right_camera(*right, devices_->one_clock());
+Expected<void> GraphicsProcess::meet_physics_server() {
+  auto link = transport::connect_states(place_.endpoint, clock_, "graphics", place_.identity);
+  if (!link) return tl::unexpected(link.error());
+  auto scene = await_scene(**link);
+  if (!scene) return tl::unexpected(scene.error());
+  if (options_.applications.find(scene->application) == nullptr)
+    notice(fmt::format("application '{}' is not part of this program: its bodies are shown as plain shapes",
+                       excerpt(scene->application)));
+  else if (auto found = applications::find_touched_mesh(*scene, options_.mesh, place_.endpoint.local());
+           !found)
+    return found;
+  auto side = GraphicsSide::make(options_, std::move(*devices_), std::move(*link), *scene);
+  if (!side) return tl::unexpected(side.error());
+  side_ = std::move(*side);
+  devices_.reset();
+  if (auto* pictures = side_->renderer()) pictures->set_captions(!options_.window);
   if (feed_)
-    server_->set_marker_tap(
+    side_->server().set_marker_tap(
         [this](device::MarkerId marker, const device::MarkerPose& pose) { feed_->marker(marker, pose); });
-  if (options_.tracker)
-    server_->set_tracker_explanation([this] { return devices_->tracker_driver()->why_unheard(); });
-  if (!options_.player) return {};
-  auto made =
-      desktop::ScriptedUser::make(options_.applications, scene_, options_.rig, options_.world, options_.seed);
-  if (!made) return tl::unexpected(made.error());
-  player_.emplace(std::move(*made));
   return {};
 }
 
 Expected<void> GraphicsProcess::open_windows() {
   if (!options_.window) return {};
   const auto from_outside = [this](const graphics::FrameRecord& frame) -> const render::OutsidePicture& {
-    return pictures_->outside(frame);
+    return side_->renderer()->outside(frame);
   };
-  auto opened = desktop::DesktopUi::open(options_.applications, scene_, options_.rig, options_.world, place_,
-                                         {.mouse = options_.mouse,
-                                          .scripted_player = options_.player,
-                                          .timecode = options_.timecode && devices_->live_camera() != nullptr,
-                                          .biocular = options_.biocular,
-                                          .two_eyes = devices_->right_camera() != nullptr,
-                                          .outside = from_outside,
-                                          .outside_viewpoint = pictures_->outside_viewpoint()});
+  auto opened =
+      desktop::DesktopUi::open(options_.applications, side_->scene(), options_.rig, options_.world, place_,
+                               {.mouse = options_.mouse,
+                                .scripted_player = options_.player,
+                                .timecode = options_.timecode && side_->devices().live_camera() != nullptr,
+                                .biocular = options_.biocular,
+                                .two_eyes = side_->devices().right_camera() != nullptr,
+                                .outside = from_outside,
+                                .outside_viewpoint = side_->renderer()->outside_viewpoint()});
   if (!opened) return tl::unexpected(opened.error());
   ui_ = std::move(*opened);
   if (!ui_->notice().empty()) notice(ui_->notice());
@@ -224,7 +204,7 @@ Expected<void> GraphicsProcess::open_windows() {
 
 Expected<void> GraphicsProcess::open_latency_probe() {
   if (!options_.timecode) return {};
-  const auto* live = devices_->live_camera();
+  const auto* live = side_->devices().live_camera();
   const double exposure_s = live != nullptr ? live->exposure_s() : options_.world.camera.exposure_s;
   std::unique_ptr<device::OpenedDisplay> display;
   if (live == nullptr) {
@@ -243,7 +223,7 @@ Expected<void> GraphicsProcess::open_latency_probe() {
 }
 
 Expected<void> GraphicsProcess::open_logs() {
-  physics_.emplace(*link_, clock_, place_.endpoint.address, options_.notice);
+  physics_.emplace(side_->link(), clock_, place_.endpoint.address, options_.notice);
   if (options_.out.empty()) return {};
   auto begun = graphics::GraphicsLogs::begin(options_.out);
   if (!begun) return tl::unexpected(begun.error());
@@ -255,12 +235,12 @@ void GraphicsProcess::introduce() const {
   const transport::Endpoint& endpoint = place_.endpoint;
   if (!endpoint.local() && !endpoint.encrypted)
     notice(fmt::format("warning: {} is neither encrypted nor guarded", endpoint.address));
-  notice(fmt::format("shows {} of the physics server at {}", scene_.application, endpoint.address));
+  notice(fmt::format("shows {} of the physics server at {}", side_->scene().application, endpoint.address));
   if (options_.ready) options_.ready();
   if (feed_) notice(fmt::format("publishes poses over OpenIGTLink at {}", feed_->address().text()));
-  if (const auto* camera = devices_->live_camera())
+  if (const auto* camera = side_->devices().live_camera())
     notice(fmt::format("camera {}: {}", camera->name(), camera->description()));
-  if (const auto* right = devices_->live_right())
+  if (const auto* right = side_->devices().live_right())
     notice(fmt::format("right camera {}: {}", right->name(), right->description()));
 }
 
@@ -276,21 +256,21 @@ Expected<void> GraphicsProcess::tick() {
   const auto now = clock_.now();
   if (next_ < now) next_ = now;
   std::this_thread::sleep_for(next_ - now);
-  if (auto there = devices_->look(); !there) return refused("graphics: {}", there.error().message);
-  if (auto* camera = devices_->live_camera()) server_->set_camera_trouble(camera->trouble());
-  server_->service(clock_.now());
+  if (auto there = side_->devices().look(); !there) return refused("graphics: {}", there.error().message);
+  graphics::GraphicsServer& server = side_->server();
+  if (auto* camera = side_->devices().live_camera()) server.set_camera_trouble(camera->trouble());
+  side_->service(clock_.now());
   physics_->look();
-  clocks_.look(server_->sync());
+  clocks_.look(server.sync());
   // Whoever asks for the status hears of it now.
-  if (conditions_.look(server_->conditions())) told_.reset();
-  if (!server_->frame_begun()) {
-    if (server_->begin_frame(clock_.now())) draw_at_ = clock_.now() + kDrawAfter;
-  } else if (clock_.now() >= draw_at_) {
+  if (conditions_.look(server.conditions())) told_.reset();
+  if (side_->begin(clock_.now()))
+    draw_at_ = clock_.now() + GraphicsSide::kDrawAfter;
+  else if (server.frame_begun() && clock_.now() >= draw_at_)
     show_frame();
-  }
   // Also while no images come: then above all it is asked what is wrong.
   if (!told_ || clock_.now() - *told_ >= transport::StateLink::kHelloEvery) tell_figures();
-  if (ui_) quit_ = !ui_->act(clock_.now(), *link_, server_->conditions(), server_->sync());
+  if (ui_) quit_ = !ui_->act(clock_.now(), side_->link(), server.conditions(), server.sync());
   shown_timecode();
   if (monitor_ && !monitor_->act(ui_->content(), clock_.now())) {
     notice("the monitor window is closed; the play goes on");
@@ -302,39 +282,38 @@ Expected<void> GraphicsProcess::tick() {
 }
 
 void GraphicsProcess::show_frame() {
-  const graphics::FrameRecord& frame = server_->finish_frame(clock_.now());
+  const graphics::FrameRecord& frame = side_->finish(clock_.now(), program_plays());
   ++frames_;
   late_ += frame.late ? 1 : 0;
-  if (program_plays()) player_->show(frame, *server_);
   if (ui_)
-    ui_->show(frame, frame.have_state ? pictures_->captions(frame.state) : std::vector<std::string>{},
+    ui_->show(frame, frame.have_state ? side_->renderer()->captions(frame.state) : std::vector<std::string>{},
               clock_.now());
   const auto presented = clock_.now();
   shown_timecode();
-  if (feed_) feed_->frame(frame, scene_, server_->sync().model());
+  if (feed_) feed_->frame(frame, side_->scene(), side_->server().sync().model());
   log_frame(frame);
-  if (probe_) probe_->look(*server_, frame, presented);
+  if (probe_) probe_->look(side_->server(), frame, presented);
   if (monitor_)
     monitor_->show({frame, ui_->from_outside(), ui_->content()}, options_.rig.camera->model.width, clock_);
 }
 
 void GraphicsProcess::log_frame(const graphics::FrameRecord& frame) {
   double trip_us = 0.0;
-  for (const double s : server_->take_round_trips()) {
+  for (const double s : side_->server().take_round_trips()) {
     trip_us = s * 1e6;
     trips_.add(seconds(s));
   }
   const double time_s = to_seconds(clock_.now() - begun_);
   if (logs_) {
-    logs_->frame(frame, time_s, trip_us, clock_.now() - frame.begun, link_->counters());
-    logs_->poses.add(frame, scene_, time_s);
+    logs_->frame(frame, time_s, trip_us, clock_.now() - frame.begun, side_->link().counters());
+    logs_->poses.add(frame, side_->scene(), time_s);
   }
-  if (server_->sync().exchanges() > 0) log_clocks(time_s);
+  if (side_->server().sync().exchanges() > 0) log_clocks(time_s);
 }
 
 // The physics host's clock is this machine's own, undisguised: that is the truth to compare with.
 void GraphicsProcess::log_clocks(double time_s) {
-  const auto& model = server_->sync().model();
+  const auto& model = side_->server().sync().model();
   const auto here = clock_.now();
   const double error_us = static_cast<double>(model.to(here).ns() - clock_.to_monotonic(here)) * 1e-3;
   const Duration stated = model.uncertainty(here);
@@ -345,15 +324,16 @@ void GraphicsProcess::log_clocks(double time_s) {
 
 void GraphicsProcess::tell_figures() {
   told_ = clock_.now();
-  link_->tell(graphics::figures_of(frames_, late_, link_->counters().lost, to_seconds(*told_ - begun_),
-                                   trips_.histogram(), *server_, *told_));
+  side_->link().tell(graphics::figures_of(frames_, late_, side_->link().counters().lost,
+                                          to_seconds(*told_ - begun_), trips_.histogram(), side_->server(),
+                                          *told_));
 }
 
 void GraphicsProcess::take_turns_with_a_person() {
   if (!program_plays()) return;
   if (const auto left = ui_ ? ui_->take_left() : std::nullopt)
-    player_->take_over(*left, clock_.now(), *server_);
-  player_->act(clock_.now(), *server_, *devices_->hand());
+    side_->player()->take_over(*left, clock_.now(), side_->server());
+  side_->lead_hand(clock_.now());
 }
 
 void GraphicsProcess::shown_timecode() {
@@ -363,7 +343,7 @@ void GraphicsProcess::shown_timecode() {
 
 Json GraphicsProcess::figures() const {
   const double elapsed = to_seconds(clock_.now() - begun_);
-  const auto& counters = link_->counters();
+  const auto& counters = side_->link().counters();
   Json result;
   result["exchange"] = {{"round_trip_us", {{"median", trips_.us(0.5)}, {"p99", trips_.us(0.99)}}},
                         {"frames", frames_},
@@ -374,12 +354,12 @@ Json GraphicsProcess::figures() const {
                         {"out_of_order", counters.out_of_order}};
   result["sync"] = {{"offset_error_us_p99", sync_errors_.us(0.99)},
                     {"uncertainty_us", uncertainties_.us(0.5)},
-                    {"exchanges", server_->sync().exchanges()},
-                    {"restarts", server_->sync().restarts()}};
-  const bool two_eyes = devices_->right_camera() != nullptr;
+                    {"exchanges", side_->server().sync().exchanges()},
+                    {"restarts", side_->server().sync().restarts()}};
+  const bool two_eyes = side_->devices().right_camera() != nullptr;
   result["graphics"] = {{"rate_hz", elapsed > 0 ? static_cast<double>(frames_) / elapsed : 0.0}};
   result["graphics"]["eyes"] = two_eyes ? 2 : 1;
-  if (two_eyes) result["graphics"]["unpaired"] = server_->unpaired();
+  if (two_eyes) result["graphics"]["unpaired"] = side_->server().unpaired();
   result["graphics"]["conditions"] = conditions_.begun();
   result["begun_monotonic_ns"] = clock_.to_monotonic(begun_);
   result["server_there"] = Json::array();
@@ -392,7 +372,7 @@ Json GraphicsProcess::figures() const {
                         {"blows_heard", ui_->impacts()},
                         {"bounces_heard", ui_->bounces()}};
   if (!monitored_.is_null()) result["window"]["monitor"] = monitored_;
-  if (const auto* camera = devices_->live_camera()) result["camera"] = camera->figures();
+  if (const auto* camera = side_->devices().live_camera()) result["camera"] = camera->figures();
   return result;
 }
 

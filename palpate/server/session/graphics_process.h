@@ -3,7 +3,6 @@
 // the scripted player, sits in front of it. With a window: main thread alone.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -12,44 +11,22 @@
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/desktop/spectator_window.h"
-#include "palpate/device/driver_registry.h"
-#include "palpate/render/compositor.h"
-#include "palpate/rig/rig.h"
-#include "palpate/scene/application_registry.h"
-#include "palpate/server/graphics/graphics_server.h"
 #include "palpate/server/graphics/pose_feed.h"
-#include "palpate/sim/config/world_file.h"
+#include "palpate/server/session/graphics_setup.h"
 #include "palpate/transport/server_place.h"
 
 namespace palpate::server::session {
 
-struct GraphicsProcessOptions {
-  rig::Rig rig;
-  // Those that it can draw and play; of another its bodies are shown (scene/generic_view.h).
-  scene::ApplicationRegistry applications;
-  sim::config::WorldFile world;  // how the player's own arm feels
-  device::DriverRegistry drivers;
-  // The laboratory that stands in for every device which is not named.
-  std::string stand_in = "lab";
+struct GraphicsProcessOptions : GraphicsSetup {
   transport::ServerName server;
-  // Instead of the laboratory's; a rig with a board has none.
-  std::optional<device::TrackerRequest> tracker;
-  // A real one, or a recording, set to the size of the rig's calibration; a second one beside it. The
-  // laboratory's are taken where none is named.
-  std::optional<device::CameraRequest> camera, right_camera;
   std::optional<drivers::openigtlink::Address> publish;  // poses for 3D Slicer and others (pose_feed.h)
-  server::graphics::GraphicsSettings graphics;
   std::filesystem::path mesh;  // what touch shows, where it lies elsewhere than on the server's machine
-  render::Quality quality = render::Quality::medium;  // of the picture
-  bool player = false;                                // the scripted player holds the stylus
-  bool window = false;                                // on this machine's display, with sound
-  std::optional<desktop::MonitorView> monitor;        // a second window, for those who look on; with `window`
+  bool window = false;         // on this machine's display, with sound
+  std::optional<desktop::MonitorView> monitor;  // a second window, for those who look on; with `window`
   bool biocular = false;  // in the window: the camera's picture before both eyes, side by side
-  bool mouse = false;     // holds the stylus; from a scripted player it takes it when it moves
   // Shows the timecode, on the simulated display or, where the camera is a real one, in the window, and
   // measures the delay from light to light with it.
   bool timecode = false;
-  std::uint64_t seed = 1;
   // 0 = until asked to stop, or the window is closed. A person in front of the window is not cut short.
   double seconds = 0.0;
   // Shows this machine's clock with an offset and a drift, so that the synchronisation has something to find.

@@ -1,0 +1,42 @@
+#include "palpate/server/physics/physics_loops.h"
+
+#include "palpate/core/crash_words.h"
+
+namespace palpate::server::physics {
+
+// The physics loop sleeps only: two loops that spin would starve each other on a small machine.
+PhysicsLoops::PhysicsLoops(PhysicsSide& side, Clock<PhysicsClock>& clock, const LoopRates& rates)
+    : side_(side),
+      haptic_(clock,
+              PeriodicLoopSettings{.rate_hz = rates.haptic_hz,
+                                   .name = "palpate-haptic",
+                                   .real_time = rates.real_time,
+                                   .priority = 80,
+                                   .keep_cores_awake = true},
+              [&side](Instant<PhysicsClock> t) { side.haptic_tick(t); }),
+      physics_(clock,
+               PeriodicLoopSettings{.rate_hz = rates.physics_hz,
+                                    .name = "palpate-physics",
+                                    .real_time = rates.real_time,
+                                    .priority = 70,
+                                    .spin = Duration(0)},
+               [&side](Instant<PhysicsClock> t) { side.physics_tick(t); }),
+      watchdog_(clock, side.server().haptic(), rates.real_time) {
+  say_crashes([](void* server) noexcept { static_cast<PhysicsServer*>(server)->let_go(); }, &side.server());
+}
+
+void PhysicsLoops::stop() {
+  watchdog_.stop();
+  haptic_.stop();
+  physics_.stop();
+  say_crashes(nullptr, nullptr);  // nothing touches the arm any more that could let go of it
+}
+
+void PhysicsLoops::write_status(double up_s) {
+  transport::LoopStatus force_loop = transport::loop_status("haptic", haptic_, up_s);
+  force_loop.condition = side_.server().condition_words();
+  side_.board().write({.uptime_s = up_s,
+                       .loops = {std::move(force_loop), transport::loop_status("physics", physics_, up_s)}});
+}
+
+}  // namespace palpate::server::physics
