@@ -9,6 +9,7 @@
 #include "palpate/evaluation/world_sample.h"
 #include "palpate/server/graphics/frame_renderer.h"
 #include "palpate/sim/camera_renderer.h"
+#include "tools/commands/built_in_applications.h"
 #include "tools/commands/command.h"
 
 namespace palpate::tools::commands {
@@ -28,7 +29,7 @@ void add_calibrate_all(CLI::App& calibrate) {
   on(command, [options]() -> Expected<void> {
     sim::config::WorldFile file = sim::config::reference_world();
     if (!options->world.empty()) {
-      auto read = sim::config::read_world(options->world);
+      auto read = sim::config::read_world(options->world, built_in_applications());
       if (!read) return tl::unexpected(read.error());
       file = *read;
     }

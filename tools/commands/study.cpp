@@ -6,6 +6,7 @@
 #include "palpate/core/progress.h"
 #include "palpate/evaluation/studies/study.h"
 #include "palpate/sim/config/world_file.h"
+#include "tools/commands/built_in_applications.h"
 #include "tools/commands/command.h"
 
 namespace palpate::tools::commands {
@@ -18,7 +19,7 @@ struct Options {
 
 Expected<void> run_study(const std::string& name, Options options) {
   if (!options.world.empty()) {
-    const auto world = sim::config::read_world(options.world);
+    const auto world = sim::config::read_world(options.world, built_in_applications());
     if (!world) return tl::unexpected(world.error());
     options.study.world = *world;
   }

@@ -130,7 +130,7 @@ std::string jitter_csv(const std::vector<std::pair<std::string, const JitterHist
 class PhysicsProcess {
  public:
   explicit PhysicsProcess(const PhysicsProcessOptions& options)
-      : options_(options), scene_(scene_from_rig(options.rig, options.scene, options.surface_restitution)) {}
+      : options_(options), scene_(scene_from_rig(options.rig, options.scene)) {}
 
   Expected<Json> run();
 

@@ -20,7 +20,6 @@ struct PhysicsProcessOptions {
   rig::Rig rig;
   scene::ApplicationRegistry applications;
   scene::SceneDescription scene;  // without surfaces: those are the rig's
-  double surface_restitution = 0.93;
   device::DriverRegistry drivers;
   device::ArmRequest arm{.uri = "lab", .lengths = {}};  // its lengths are taken from the rig
   std::string endpoint;                                 // empty = this user's default socket

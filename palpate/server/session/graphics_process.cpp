@@ -5,7 +5,6 @@
 #include <thread>
 #include <utility>
 
-#include "applications/touched_mesh.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
 #include "palpate/desktop/desktop_ui.h"
@@ -13,6 +12,7 @@
 #include "palpate/evaluation/latency_probe.h"
 #include "palpate/render/context.h"
 #include "palpate/scene/generic_view.h"
+#include "palpate/scene/mesh_asset.h"
 #include "palpate/server/graphics/frame_renderer.h"
 #include "palpate/server/graphics/graphics_figures.h"
 #include "palpate/server/graphics/graphics_watches.h"
@@ -167,7 +167,7 @@ Expected<void> GraphicsProcess::meet_physics_server() {
   }
   scene_ = *link_->description();
   if (options_.applications.find(scene_.application) == nullptr) return {};  // nobody here would draw it
-  return applications::find_touched_mesh(scene_, options_.mesh, place_.endpoint.local());
+  return scene::find_mesh_asset(scene_, options_.mesh, place_.endpoint.local());
 }
 
 Expected<std::unique_ptr<scene::SceneView>> GraphicsProcess::scene_view() const {
