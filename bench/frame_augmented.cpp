@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "applications/pingpong/scene_view.h"
+#include "applications/pingpong/settings.h"
 #include "bench/frame_bench.h"
 #include "palpate/render/compositor.h"
 #include "palpate/render/context.h"
@@ -39,10 +40,9 @@ double middle(std::vector<double> values) {
 
 // The laboratory with head, arm, ball and bat where they are in play.
 struct Scene {
-  Scene(const sim::TrueView& view, const sim::config::WorldFile& world) {
-    description.bat_radius = world.scene.bat_radius;
-    description.bat_offset = world.scene.bat_offset;
-    description.ball_radius = world.ball.radius;
+  explicit Scene(const sim::TrueView& view) {
+    applications::pingpong::describe(scene::SettingValues(applications::pingpong::setting_schema()),
+                                     description);
     real.surfaces = {{"table", view.table}, {"wall", view.wall}};
     real.marker_leds = view.marker_leds;
     real.arm =
@@ -52,7 +52,7 @@ struct Scene {
     scene::SceneState state;
     state.body_count = 2;
     state.bodies[1].set_q(tip.rotation);
-    state.bodies[1].set_p((tip * Point<Tip>{description.bat_offset}).m);
+    state.bodies[1].set_p((tip * Point<Tip>{description.carried_offset}).m);
     state.bodies[0].set_p(tip.translation + Vector3(-0.06, 0.03, -0.25));
     scene_view.emplace(description);
     items = scene_view->draw(state);
@@ -96,7 +96,7 @@ void size(const sim::Simulator& world, int width, int height) {
   }
   const std::vector<render::Viewpoint> eyes{{&images[0], lens, left.X_world_camera},
                                             {&images[1], lens, right.X_world_camera}};
-  const Scene scene(left, world.file());
+  const Scene scene(left);
   Rival rival(lens);
   std::vector<std::uint8_t> rgb;
 

@@ -44,7 +44,7 @@ double timer_ns() {
 // The game's own step where the surfaces are rectangles; for boxes the same with meshes of boxes.
 class Ours : public Engine {
  public:
-  explicit Ours(const Setting& setting) : dt_(setting.dt), world_(scene(setting)) {}
+  explicit Ours(const Setting& setting) : dt_(setting.dt), world_(scene(setting), game()) {}
   void place(const Vector3& position, const Vector3& velocity) override {
     world_.place({position, velocity, Vector3::Zero()});
   }
@@ -62,14 +62,17 @@ class Ours : public Engine {
  private:
   static scene::SceneDescription scene(const Setting& setting) {
     scene::SceneDescription scene;
-    scene.physics = scene::Physics::paper;
     const Vector3 a(-0.375, 0, 0), b(0.375, 0, 0), front(0, 0, 1.0), up(0, 0.6, 0);
-    scene.surfaces = {{"table", {Vector3(a + front), Vector3(b + front), b, a}, kRestitution},
-                      {"wall", {a, b, Vector3(b + up), Vector3(a + up)}, kRestitution}};
+    scene.surfaces = {{"table", {Vector3(a + front), Vector3(b + front), b, a}},
+                      {"wall", {a, b, Vector3(b + up), Vector3(a + up)}}};
     if (!setting.gravity) scene.gravity.setZero();
-    scene.bat_restitution = kRestitution;
-    scene.contact_s = kContact;
     return scene;
+  }
+  static applications::pingpong::GameSettings game() {
+    return {.surface_restitution = kRestitution,
+            .bat_restitution = kRestitution,
+            .contact_s = kContact,
+            .flight = applications::pingpong::Flight::paper};
   }
   double dt_;
   applications::pingpong::BallWorld world_;

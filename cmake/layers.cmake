@@ -29,7 +29,7 @@ set(PALPATE_LAYER_2 device)
 set(PALPATE_LAYER_3 scene rig)
 set(PALPATE_LAYER_4 physics calibration/noise transport render sim/config plugin)
 set(PALPATE_LAYER_5 calibration haptics ${PALPATE_APPLICATIONS})
-set(PALPATE_LAYER_6 vision drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras applications)
+set(PALPATE_LAYER_6 vision drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras)
 set(PALPATE_LAYER_7 calibration/session server/physics server/graphics sim)
 set(PALPATE_LAYER_8 desktop)
 set(PALPATE_LAYER_9 evaluation)
@@ -56,7 +56,7 @@ set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "^Program\\.(soak|live_
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.
 set(PALPATE_PHYSICS_PARTS core math time figures device scene rig physics transport sim/config haptics drivers/laboratory drivers/openhaptics
-  ${PALPATE_APPLICATIONS} applications server/physics plugin tools/commands tools/program)
+  ${PALPATE_APPLICATIONS} server/physics plugin tools/commands tools/program)
 
 set(PALPATE_ALL_MODULES "")
 set(PALPATE_WHOLE_MODULES "")  # targets that a program holds whole for the plug-ins it loads (cmake/guests.cmake)

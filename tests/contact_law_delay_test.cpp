@@ -7,9 +7,10 @@
 #include <memory>
 #include <vector>
 
-#include "applications/scene_settings.h"
+#include "applications/touch/specification.h"
 #include "applications/touch/touch.h"
 #include "palpate/server/physics/physics_server.h"
+#include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/simulator.h"
 #include "palpate/sim/truth_rig_for_tests.h"
 
@@ -45,7 +46,7 @@ class TouchInTheStep : public scene::Application {
   const scene::ImpactEvent& impact() const override { return touch_.impact(); }
 
  private:
-  void serve() override { touch_.control(scene::Control::serve); }
+  void begin() override { touch_.control(scene::Control::begin); }
   void reset() override { touch_.control(scene::Control::reset); }
   applications::touch::TouchApplication touch_;
 };
@@ -53,10 +54,10 @@ class TouchInTheStep : public scene::Application {
 class Strokes : public testing::Test {
  protected:
   Strokes() : world_(sim::config::reference_world(), 1), rig_(sim::truth_rig(world_)) {
-    auto settings = applications::scene_settings(world_.file(), "touch");
+    auto settings = *sim::config::scene_of(world_.file(), {applications::touch::specification()}, "touch");
     static const auto coarse = std::make_shared<scene::TriangleMesh>(applications::touch::organ_mesh(60));
-    settings.touched.mesh = coarse;
-    scene_ = server::physics::scene_from_rig(rig_, settings, 0.9);
+    settings.mesh = scene::MeshAsset{.mesh = coarse};
+    scene_ = server::physics::scene_from_rig(rig_, settings);
     record();
   }
 
@@ -66,7 +67,7 @@ class Strokes : public testing::Test {
     haptics::HapticSettings settings;
     settings.record_s = 8.0;
     server::physics::PhysicsServer server(rig_, scene_, std::move(application), arm, settings);
-    if (sways) server.control(scene::Control::serve);
+    if (sways) server.control(scene::Control::begin);
     Duration now(0);
     for (std::size_t i = 0; i < samples_.size(); ++i) {
       now += std::chrono::milliseconds(1);

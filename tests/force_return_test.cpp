@@ -15,12 +15,12 @@
 #include <memory>
 #include <thread>
 
-#include "applications/scene_settings.h"
 #include "applications/touch/specification.h"
 #include "applications/touch/touch.h"
 #include "drivers/laboratory/channel.h"
 #include "drivers/laboratory/memory.h"
 #include "palpate/server/physics/physics_server.h"
+#include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/simulator.h"
 #include "palpate/sim/truth_rig_for_tests.h"
 #include "tests/scratch_folder.h"
@@ -40,11 +40,11 @@ enum class Motion { still, sinking, sliding };
 enum class Stopped { server, laboratory };
 
 scene::SceneDescription organ_of(const sim::config::WorldFile& world, const rig::Rig& rig) {
-  auto settings = applications::scene_settings(world, "touch");
+  auto settings = *sim::config::scene_of(world, {applications::touch::specification()}, "touch");
   static const auto coarse =
       std::make_shared<scene::TriangleMesh>(applications::touch::organ_mesh(60));  // made once, and quickly
-  settings.touched.mesh = coarse;
-  return server::physics::scene_from_rig(rig, settings, 0.9);
+  settings.mesh = scene::MeshAsset{.mesh = coarse};
+  return server::physics::scene_from_rig(rig, settings);
 }
 
 // A place 20 mm over the organ's highest.
@@ -122,11 +122,11 @@ class PressedOrgan {
 
  private:
   static sim::config::WorldFile laboratory(const Material& material) {
-    auto file = sim::config::reference_world();
-    file.touch.stiffness = material.stiffness;
-    file.touch.damping = material.damping;
-    file.touch.static_friction = material.static_friction;
-    file.touch.friction = material.friction;
+    auto file = sim::config::reference_world({applications::touch::specification()});
+    file.settings.set("touch.stiffness_n_m", material.stiffness);
+    file.settings.set("touch.damping_n_s_m", material.damping);
+    file.settings.set("touch.static_friction", material.static_friction);
+    file.settings.set("touch.friction", material.friction);
     return file;
   }
   void guide() {

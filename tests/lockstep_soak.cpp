@@ -9,8 +9,8 @@
 
 #include "applications/pingpong/pingpong.h"
 #include "applications/pingpong/specification.h"
-#include "applications/scene_settings.h"
 #include "palpate/server/physics/physics_server.h"
+#include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
 #include "palpate/sim/truth_rig_for_tests.h"
 
@@ -35,7 +35,7 @@ int soak(double play_seconds, double every_s) {
   sim::Simulator world(sim::config::reference_world(), kSeed);
   const rig::Rig rig = sim::truth_rig(world);
   const auto scene = server::physics::scene_from_rig(
-      rig, applications::scene_settings(world.file(), "pingpong"), world.file().ball.restitution_table);
+      rig, *sim::config::scene_of(world.file(), {applications::pingpong::specification()}, "pingpong"));
   sim::lockstep::LockstepOptions options;
   options.applications = {applications::pingpong::specification()};
   options.seconds = play_seconds;

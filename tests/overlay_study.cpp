@@ -16,7 +16,6 @@
 #include <optional>
 
 #include "applications/pingpong/specification.h"
-#include "applications/scene_settings.h"
 #include "palpate/calibration/session/calibration_session.h"
 #include "palpate/calibration/session/landmark_finder.h"
 #include "palpate/core/error_summary.h"
@@ -25,6 +24,7 @@
 #include "palpate/server/graphics/frame_renderer.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/camera_renderer.h"
+#include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
 #include "palpate/sim/truth_rig_for_tests.h"
 
@@ -97,8 +97,8 @@ Expected<Line> study(const sim::config::WorldFile& file, std::uint64_t seed, dou
       !done)
     return tl::unexpected(done.error());
 
-  const auto scene = server::physics::scene_from_rig(rig, applications::scene_settings(file, "pingpong"),
-                                                     file.ball.restitution_table);
+  const auto scene = server::physics::scene_from_rig(
+      rig, *sim::config::scene_of(file, {applications::pingpong::specification()}, "pingpong"));
   const scene::ApplicationRegistry applications{applications::pingpong::specification()};
   auto scene_view = applications.make_view(scene);
   if (!scene_view) return tl::unexpected(scene_view.error());

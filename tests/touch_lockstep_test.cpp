@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
-#include "applications/scene_settings.h"
 #include "applications/touch/record.h"
 #include "applications/touch/specification.h"
 #include "applications/touch/touch.h"
 #include "palpate/server/physics/physics_server.h"
+#include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
 #include "palpate/sim/truth_rig_for_tests.h"
 
@@ -16,8 +16,8 @@ namespace {
 TEST(TouchInLockstep, AHandThatPressesOnTheOrganComesToRestAndOneThatStrokesItFeelsItAllTheWay) {
   sim::Simulator world(sim::config::reference_world(), 3);
   const rig::Rig rig = sim::truth_rig(world);
-  const auto scene = server::physics::scene_from_rig(rig, applications::scene_settings(world.file(), "touch"),
-                                                     world.file().ball.restitution_table);
+  const auto scene = server::physics::scene_from_rig(
+      rig, *sim::config::scene_of(world.file(), {applications::touch::specification()}, "touch"));
   auto application = scene::ApplicationRegistry{applications::touch::specification()}.make_physics(scene, {});
   ASSERT_TRUE(application) << application.error().message;
   auto& touch = dynamic_cast<applications::touch::TouchApplication&>(**application);
@@ -61,8 +61,8 @@ TEST(TouchInLockstep, AHandThatPressesOnTheOrganComesToRestAndOneThatStrokesItFe
 TEST(TouchInLockstep, TheScriptedPlayerExploresThroughTheWholeSystem) {
   sim::Simulator world(sim::config::reference_world(), 5);
   const rig::Rig rig = sim::truth_rig(world);
-  const auto scene = server::physics::scene_from_rig(rig, applications::scene_settings(world.file(), "touch"),
-                                                     world.file().ball.restitution_table);
+  const auto scene = server::physics::scene_from_rig(
+      rig, *sim::config::scene_of(world.file(), {applications::touch::specification()}, "touch"));
   sim::lockstep::LockstepOptions options;
   options.applications = {applications::touch::specification()};
   options.seconds = 8.0;

@@ -16,15 +16,15 @@ namespace palpate::applications::pingpong {
 namespace {
 
 constexpr double kPlayedTick = 0.001, kPlayed_s = 10.0;
+constexpr double kBallRadius = 0.020;
 constexpr double kBatRadius = 0.25;  // larger than life, so that many balls meet it
 
 // A full-size table, top at y = 0, with a wall across its far end at z = -1.37.
-scene::SceneDescription hall(scene::Physics physics) {
-  scene::SceneDescription scene = with(scene_for_tests(), physics);
+scene::SceneDescription hall(Flight flight) {
+  scene::SceneDescription scene = with(with(scene_for_tests(), flight), "scene.bat_radius_m", kBatRadius);
   constexpr double x = 0.7625, z = 1.37, h = 1.5;
   scene.surfaces[0].corners = {Vector3(-x, 0, z), Vector3(x, 0, z), Vector3(x, 0, -z), Vector3(-x, 0, -z)};
   scene.surfaces[1].corners = {Vector3(-x, 0, -z), Vector3(x, 0, -z), Vector3(x, h, -z), Vector3(-x, h, -z)};
-  scene.bat_radius = kBatRadius;
   return scene;
 }
 
@@ -104,8 +104,8 @@ double depth_in_bat(const scene::TriangleMesh& bat, const Vector3& local, double
   return radius - nearest;
 }
 
-Played play(const physics::BallState& start, scene::Physics physics, std::size_t number) {
-  const auto scene = hall(physics);
+Played play(const physics::BallState& start, Flight flight, std::size_t number) {
+  const auto scene = hall(flight);
   BallWorld world(scene);
   const auto mesh = scene::disc_mesh(kBatRadius, BallWorld::kBatThickness, 32);
   world.place(start);
@@ -133,7 +133,7 @@ Played play(const physics::BallState& start, scene::Physics physics, std::size_t
     for (const auto& surface : scene.surfaces) {
       EXPECT_FALSE(crosses(surface.corners, before, now))
           << surface.name << " ball " << number << " at " << t;
-      played.deepest = std::max(played.deepest, depth_in(surface.corners, now, scene.ball_radius));
+      played.deepest = std::max(played.deepest, depth_in(surface.corners, now, kBallRadius));
     }
     if (!bat_is_there || !was_there) continue;
     const Vector3 from = (bat.before.inverse() * Point<World>{before}).m;
@@ -144,8 +144,7 @@ Played play(const physics::BallState& start, scene::Physics physics, std::size_t
           << "through the bat, ball " << number << " at " << t;
     }
     if (t >= free_since) {
-      EXPECT_LT(depth_in_bat(mesh, to, scene.ball_radius), 3e-4)
-          << "in the bat, ball " << number << " at " << t;
+      EXPECT_LT(depth_in_bat(mesh, to, kBallRadius), 3e-4) << "in the bat, ball " << number << " at " << t;
     }
     if (now.y() < -20.0) break;  // gone for good
   }
@@ -156,7 +155,7 @@ TEST(BallStartsStatistics, NoBallOfARallyEndsInsideOrBehindAnything) {
   const auto balls = starts();
   ASSERT_GT(balls.size(), 400u);
   Played all;
-  for (const auto physics : {scene::Physics::full, scene::Physics::paper}) {
+  for (const auto flight : {Flight::full, Flight::paper}) {
     for (std::size_t i = 0; i < balls.size(); ++i) {
       const auto one = play(balls[i], physics, i);
       all.table += one.table;

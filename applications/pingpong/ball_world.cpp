@@ -19,12 +19,12 @@ constexpr double kHuntCrossleySpeed = 5.0;
 constexpr int kMostEvents = 12;  // per step; more means the ball is caught between two closing surfaces
 
 // Of ball and bat against each other; the ball's own where the bat is held fast.
-double effective_mass_of(const scene::SceneDescription& scene) {
-  if (!(scene.bat_mass > scene.ball_mass))
+double effective_mass_of(const GameSettings& game) {
+  if (!(game.bat_mass > game.ball_mass))
     throw std::invalid_argument(
         fmt::format("pingpong: the bat's mass is {} kg, more than the ball's {} kg is expected",
-                    scene.bat_mass, scene.ball_mass));
-  return scene.ball_mass / (1.0 + scene.ball_mass / scene.bat_mass);
+                    game.bat_mass, game.ball_mass));
+  return game.ball_mass / (1.0 + game.ball_mass / game.bat_mass);
 }
 
 scene::TriangleMesh surface_mesh(const scene::SceneSurface& surface) {
@@ -40,25 +40,27 @@ const scene::SceneSurface& find_surface(const scene::SceneDescription& scene, co
   throw std::invalid_argument(std::string("pingpong: the scene has no surface called ") + name);
 }
 
-BallWorld::BallWorld(const scene::SceneDescription& scene)
-    : model_(scene.physics == scene::Physics::paper ? physics::BallModel::paper() : physics::BallModel()),
-      law_(effective_mass_of(scene), scene.bat_restitution, scene.contact_s,
-           scene.contact_model == scene::ContactModel::paper ? physics::Release::where_rest_length_is_back
-                                                             : physics::Release::where_force_is_zero),
+BallWorld::BallWorld(const scene::SceneDescription& scene) : BallWorld(scene, game_settings(scene)) {}
+
+BallWorld::BallWorld(const scene::SceneDescription& scene, const GameSettings& game)
+    : model_(game.flight == Flight::paper ? physics::BallModel::paper() : physics::BallModel()),
+      law_(effective_mass_of(game), game.bat_restitution, game.contact_s,
+           game.contact_model == scene::ContactModel::paper ? physics::Release::where_rest_length_is_back
+                                                            : physics::Release::where_force_is_zero),
       course_(law_, 1.0) {
-  if (scene.contact_model == scene::ContactModel::hunt_crossley)
-    stiffening_.emplace(effective_mass_of(scene), scene.bat_restitution, scene.contact_s, kHuntCrossleySpeed);
-  model_.radius = scene.ball_radius;
-  model_.mass = scene.ball_mass;
+  if (game.contact_model == scene::ContactModel::hunt_crossley)
+    stiffening_.emplace(effective_mass_of(game), game.bat_restitution, game.contact_s, kHuntCrossleySpeed);
+  model_.radius = game.ball_radius;
+  model_.mass = game.ball_mass;
   model_.gravity = scene.gravity;
-  const bool rub = scene.physics == scene::Physics::full;
+  const bool rub = game.flight == Flight::full;
   const auto &table = find_surface(scene, "table"), &wall = find_surface(scene, "wall");
-  table_bounce_ = {table.restitution, rub ? kTableFriction : 0.0};
-  wall_bounce_ = {wall.restitution, rub ? kTableFriction : 0.0};
-  bat_ = {scene.bat_restitution, rub ? kBatFriction : 0.0};
+  table_bounce_ = {game.surface_restitution, rub ? kTableFriction : 0.0};
+  wall_bounce_ = {game.surface_restitution, rub ? kTableFriction : 0.0};
+  bat_ = {game.bat_restitution, rub ? kBatFriction : 0.0};
   table_ = physics::CollisionMesh(surface_mesh(table));
   wall_ = physics::CollisionMesh(surface_mesh(wall));
-  bat_mesh_ = physics::CollisionMesh(scene::disc_mesh(scene.bat_radius, kBatThickness, 32));
+  bat_mesh_ = physics::CollisionMesh(scene::disc_mesh(game.bat_radius, kBatThickness, 32));
 }
 
 void BallWorld::place(const physics::BallState& ball) {

@@ -14,6 +14,7 @@
 #include <optional>
 #include <span>
 
+#include "applications/pingpong/settings.h"
 #include "palpate/physics/ball.h"
 #include "palpate/physics/contact_course.h"
 #include "palpate/physics/sweep.h"
@@ -51,9 +52,10 @@ class BallWorld {
   static constexpr double kDrawnPenetration =
       0.003;  // m, at most, so that the ball never seems to dive into the bat
 
-  // Throws std::invalid_argument where the scene has no surface called "table" and "wall", or no bat of a
-  // mass above the ball's.
+  // Throws std::invalid_argument where the scene has no surface called "table" and "wall", its payload is not
+  // the game's, or the bat is not of a mass above the ball's.
   explicit BallWorld(const scene::SceneDescription& scene);
+  BallWorld(const scene::SceneDescription& scene, const GameSettings& game);
 
   // What was touched, in order; valid until the next step.
   std::span<const CollisionEvent> step(double dt, const BatMotion& bat, bool bat_is_there = true);

@@ -36,7 +36,7 @@ TEST(BallWorld, TheTableGivesBackItsRestitutionExactly) {
     for (int phase = 0; phase < 20; ++phase) {
       auto scene = scene_for_tests();
       scene.gravity.setZero();
-      BallWorld world(with(scene, scene::Physics::paper));
+      BallWorld world(with(scene, Flight::paper));
       world.place({{0, -1.4 + 0.0007 * phase, 1.3}, {0, -speed, 0}, Vector3::Zero()});
       double approach = 0.0;
       for (int i = 0; i < 200 && approach == 0.0; ++i) {
@@ -52,7 +52,7 @@ TEST(BallWorld, NothingIsFlownThroughAtAnySpeed) {
   Random random(1, "world/tunnel");
   const auto scene = scene_for_tests();
   for (int k = 0; k < 2000; ++k) {
-    BallWorld world(with(scene, k % 2 ? scene::Physics::paper : scene::Physics::full));
+    BallWorld world(with(scene, k % 2 ? Flight::paper : Flight::full));
     const double speed = std::exp(random.uniform(std::log(0.5), std::log(100.0)));
     const Vector3 on(random.uniform(-0.3, 0.3), -1.52, random.uniform(0.9, 1.7));
     Vector3 u = random_vector(random, 1.0).normalized();
@@ -65,7 +65,8 @@ TEST(BallWorld, NothingIsFlownThroughAtAnySpeed) {
       const Vector3 p = world.ball().position;
       if (std::abs(p.x()) < 0.37 && p.z() > 0.81 && p.z() < 1.79) {
         // 20 um: the bend of a flight with strong spin within a millisecond
-        ASSERT_GT(p.y(), -1.52 + scene.ball_radius - 2e-5) << "case " << k << " at " << speed << " m/s";
+        ASSERT_GT(p.y(), -1.52 + game_settings(scene).ball_radius - 2e-5)
+            << "case " << k << " at " << speed << " m/s";
       }
     }
   }
@@ -79,7 +80,7 @@ TEST(BallWorld, ASwungBatNeverLetsTheBallThroughAndKeepsItsRestitution) {
   scene.gravity.setZero();
   int contacts = 0;
   for (int k = 0; k < 400; ++k) {
-    BallWorld world(with(scene, scene::Physics::paper));
+    BallWorld world(with(scene, Flight::paper));
     const double relative = std::exp(random.uniform(std::log(0.5), std::log(100.0)));
     SteadyBat bat;
     bat.rotation = so3_exp(random_vector(random, 0.4));
@@ -120,7 +121,7 @@ TEST(BallWorld, ASwungBatNeverLetsTheBallThroughAndKeepsItsRestitution) {
 TEST(BallWorld, TheDrawnBallSinksInAtMostThreeMillimetres) {
   auto scene = scene_for_tests();
   scene.gravity.setZero();
-  BallWorld world(with(scene, scene::Physics::paper));
+  BallWorld world(with(scene, Flight::paper));
   SteadyBat bat{Quaternion::Identity(), {0, 5, 0}, Vector3::Zero()};
   world.place({{0, 5.05, 0}, {0, -20, 0}, Vector3::Zero()});
   double lowest = 1.0;
@@ -135,7 +136,7 @@ TEST(BallWorld, TheDrawnBallSinksInAtMostThreeMillimetres) {
 TEST(BallWorld, ContactLastsAsLongAsTheSceneSays) {
   auto scene = scene_for_tests();
   scene.gravity.setZero();
-  BallWorld world(with(scene, scene::Physics::paper));
+  BallWorld world(with(scene, Flight::paper));
   SteadyBat bat{Quaternion::Identity(), {0, 5, 0}, {0, 1, 0}};
   world.place({{0, 5.1, 0}, {0, -2, 0}, Vector3::Zero()});
   double begin = 0.0, end = 0.0, impulse = 0.0;
@@ -152,7 +153,7 @@ TEST(BallWorld, ContactLastsAsLongAsTheSceneSays) {
 
 TEST(BallWorld, ABatThatPressesTheBallOntoTheTableEndsTheContactThere) {
   auto scene = scene_for_tests();
-  BallWorld world(with(scene, scene::Physics::full));
+  BallWorld world(with(scene, Flight::full));
   // Half a millimetre above the table, hit downwards.
   world.place({{0, -1.52 + 0.0205, 1.3}, Vector3::Zero(), Vector3::Zero()});
   const Quaternion down = Quaternion(Eigen::AngleAxisd(M_PI, Vector3::UnitX()));
@@ -173,7 +174,7 @@ TEST(BallWorld, ABatThatPressesTheBallOntoTheTableEndsTheContactThere) {
 TEST(BallWorld, AFrictionlessBatTouchesOnlyTheNormalComponent) {
   auto scene = scene_for_tests();
   scene.gravity.setZero();
-  BallWorld world(with(scene, scene::Physics::paper));
+  BallWorld world(with(scene, Flight::paper));
   SteadyBat bat{Quaternion::Identity(), {0, 5, 0}, {0.5, 0, 0.2}};
   world.place({{0, 5.05, 0}, {1, -2, -0.5}, Vector3::Zero()});
   for (int i = 0; i < 30; ++i) world.step(0.001, bat.over(0.001 * i, 0.001));
@@ -215,7 +216,7 @@ Recoil hit_a_free_bat(scene::SceneDescription scene, double true_mass) {
   EXPECT_TRUE(released);
   recoil.bat = velocity.y();
   recoil.ball = world.ball().velocity.y();
-  recoil.gained = scene.ball_mass * (recoil.ball + 4.0) + true_mass * (recoil.bat - 1.0);
+  recoil.gained = game_settings(scene).ball_mass * (recoil.ball + 4.0) + true_mass * (recoil.bat - 1.0);
   return recoil;
 }
 
@@ -226,7 +227,7 @@ TEST(BallWorld, ABatThatRecoilsTakesTheBallsMomentum) {
   for (const auto contact :
        {scene::ContactModel::non_sticky, scene::ContactModel::paper, scene::ContactModel::hunt_crossley}) {
     for (const double M : {0.17, 0.05}) {
-      const auto r = hit_a_free_bat(with(scene_for_tests(), scene::Physics::paper, contact), M);
+      const auto r = hit_a_free_bat(with(scene_for_tests(), Flight::paper, contact), M);
       const double impulse = kBall * (1 + r.restitution) * r.approach;
       EXPECT_NEAR(r.approach, 5.0, 1e-9);
       EXPECT_NEAR(r.given / impulse, 1.0, 0.005);  // a sum of samples every 10 us
@@ -245,8 +246,7 @@ TEST(BallWorld, BallAndABatOfStatedMassExchangeTheImpulseOfTheirEffectiveMass) {
   for (const auto contact :
        {scene::ContactModel::non_sticky, scene::ContactModel::paper, scene::ContactModel::hunt_crossley}) {
     for (const double M : {0.225, 0.05}) {
-      auto scene = with(scene_for_tests(), scene::Physics::paper, contact);
-      scene.bat_mass = M;
+      const auto scene = with(with(scene_for_tests(), Flight::paper, contact), "scene.bat_mass_kg", M);
       const double mu = kBall * M / (kBall + M);
       EXPECT_NEAR(BallWorld(scene).effective_mass(), mu, 1e-15);
       const auto r = hit_a_free_bat(scene, M);
@@ -267,9 +267,9 @@ TEST(BallWorld, BallAndABatOfStatedMassExchangeTheImpulseOfTheirEffectiveMass) {
 
 TEST(BallWorld, ABatLighterThanTheBallIsRefused) {
   for (const double mass : {0.0027, 0.0, -1.0, std::nan("")}) {
-    auto scene = scene_for_tests();
-    scene.bat_mass = mass;
-    EXPECT_THROW(BallWorld{scene}, std::invalid_argument) << mass;
+    GameSettings game;
+    game.bat_mass = mass;
+    EXPECT_THROW(BallWorld(scene_for_tests(), game), std::invalid_argument) << mass;
   }
 }
 
@@ -285,7 +285,7 @@ TEST(BallWorld, EveryContactModelKeepsItsRestitutionAndDuration) {
           Expected{scene::ContactModel::paper, 0.004, 0.80},
           Expected{scene::ContactModel::hunt_crossley, hertz.contact(speed).duration(),
                    hertz.restitution(speed)}}) {
-      auto scene = with(scene_for_tests(), scene::Physics::paper, model);
+      auto scene = with(scene_for_tests(), Flight::paper, model);
       scene.gravity.setZero();
       BallWorld world(scene);
       const SteadyBat bat{Quaternion::Identity(), {0, 5, 0}, Vector3::Zero()};
@@ -308,7 +308,7 @@ TEST(BallWorld, EveryContactModelKeepsItsRestitutionAndDuration) {
 TEST(BallWorld, ASceneWithoutATableIsRefused) {
   auto scene = scene_for_tests();
   scene.surfaces.pop_back();
-  EXPECT_THROW(BallWorld(with(scene, scene::Physics::paper)), std::invalid_argument);
+  EXPECT_THROW(BallWorld(with(scene, Flight::paper)), std::invalid_argument);
 }
 
 }  // namespace

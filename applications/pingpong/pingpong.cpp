@@ -13,16 +13,20 @@ constexpr double kBehindWall_m = 0.10;    // over the wall
 constexpr double kBelow_m = 0.12;         // below the table
 constexpr double kLongestFlight_s = 3.0;  // from serve or wall: whatever happens, then comes the next serve
 
-std::vector<physics::BallState> serves(const scene::SceneDescription& scene, const BallWorld& world,
-                                       const Settings& settings) {
+std::vector<physics::BallState> serves(const scene::SceneDescription& scene, const GameSettings& game,
+                                       const BallWorld& world, const Settings& settings) {
   Random random(settings.seed, "pingpong/serve");
-  return make_serves(scene, world, settings.serve, kServesPrepared, random);
+  return make_serves(scene, game, world, settings.serve, kServesPrepared, random);
 }
 
 }  // namespace
 
 PingPong::PingPong(const scene::SceneDescription& scene, const Settings& settings)
-    : scene_(scene), settings_(settings), world_(scene), serves_(serves(scene, world_, settings)) {
+    : scene_(scene),
+      game_(game_settings(scene)),
+      settings_(settings),
+      world_(scene, game_),
+      serves_(serves(scene, game_, world_, settings)) {
   const auto& c = find_surface(scene, "table").corners;
   const Vector3 right = (c[1] - c[0]).normalized();
   up_ = (c[1] - c[0]).cross(c[3] - c[0]).normalized();
@@ -39,7 +43,7 @@ void PingPong::reset() {
 void PingPong::step(Instant<PhysicsClock> now, Duration dt, const scene::TipState& tip,
                     scene::SceneState& state) {
   const double t = now.seconds(), h = to_seconds(dt);
-  const Pose<Tip, Bat> X_tip_bat{Quaternion::Identity(), scene_.bat_offset};
+  const Pose<Tip, Bat> X_tip_bat{Quaternion::Identity(), scene_.carried_offset};
   const auto X_world_bat = tip.X_world_tip * X_tip_bat;
   const bool seen = X_world_bat.translation.allFinite();
   if (!has_bat_ || (X_world_bat.translation - bat_before_.translation).norm() > kTeleport_m)
@@ -184,7 +188,7 @@ void PingPong::feel(const CollisionEvent& touch, Instant<PhysicsClock> start) {
   event_.approach_speed = touch.approach_speed;
   event_.mass = world_.effective_mass();
   event_.restitution = touch.restitution;
-  event_.model = scene_.contact_model;
+  event_.model = game_.contact_model;
 }
 
 }  // namespace palpate::applications::pingpong

@@ -64,7 +64,7 @@ class PingPong : public scene::Application {
 
  private:
   void schedule(double now, double dt);
-  void serve() override { serve_now_ = true; }
+  void begin() override { serve_now_ = true; }
   void reset() override;
   void throw_ball(double now);
   void judge(const CollisionEvent& touch, double now);
@@ -76,6 +76,7 @@ class PingPong : public scene::Application {
   void set_phase(Phase p) { counters_[kPhase] = static_cast<std::int32_t>(p); }
 
   scene::SceneDescription scene_;
+  GameSettings game_;
   Settings settings_;
   BallWorld world_;
   std::vector<physics::BallState> serves_;

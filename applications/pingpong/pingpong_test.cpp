@@ -45,15 +45,15 @@ TEST(PingPong, ServesNobodyReturnsAreMissesAndKeepComing) {
 }
 
 TEST(PingPong, EveryServeHasTheAskedSpeedBouncesOnceAndReachesThePlayer) {
-  for (const auto physics : {scene::Physics::paper, scene::Physics::full}) {
-    const auto scene = with(scene_for_tests(), physics);
+  for (const auto flight : {Flight::paper, Flight::full}) {
+    const auto scene = with(scene_for_tests(), flight);
     const BallWorld world(scene);
     Random random(3, "test");
-    const auto serves = make_serves(scene, world, {}, 50, random);
+    const auto serves = make_serves(scene, game_settings(scene), world, {}, 50, random);
     ASSERT_EQ(serves.size(), 50u);
     for (const auto& serve : serves) {
-      EXPECT_GE(serve.velocity.norm(), scene.serve_speed[0] - 1e-12);
-      EXPECT_LE(serve.velocity.norm(), scene.serve_speed[1] + 1e-12);
+      EXPECT_GE(serve.velocity.norm(), game_settings(scene).serve_speed[0] - 1e-12);
+      EXPECT_LE(serve.velocity.norm(), game_settings(scene).serve_speed[1] + 1e-12);
       // Through the game's own dynamics, not the planes the serve was found with.
       BallWorld trial = world;
       trial.place(serve);
@@ -121,8 +121,7 @@ TEST(PingPong, ABallBroughtToTheWallCountsAsReturnedAndTheHandGetsOneImpact) {
 TEST(PingPong, TheImpactAtTheHandIsOfTheScenesContactAndOfBallAndBatTogether) {
   for (const auto contact :
        {scene::ContactModel::non_sticky, scene::ContactModel::paper, scene::ContactModel::hunt_crossley}) {
-    auto scene = with(scene_for_tests(), scene::Physics::full, contact);
-    scene.bat_mass = 0.17;
+    const auto scene = with(with(scene_for_tests(), Flight::full, contact), "scene.bat_mass_kg", 0.17);
     Session session({}, scene);
     meet_a_serve(session);
     const auto event = session.game.impact();
@@ -157,7 +156,7 @@ TEST(PingPong, ImpactsAreMarkedAsJumps) {
 TEST(PingPong, ControlsServePauseAndReset) {
   Session session;
   session.run(0.1);
-  session.game.control(scene::Control::serve);
+  session.game.control(scene::Control::begin);
   session.run(0.25);
   EXPECT_EQ(session.state.counters[kServes], 1);
   session.game.control(scene::Control::pause);
@@ -196,14 +195,12 @@ TEST(PingPong, ATipThatIsNotANumberIsNoBat) {
 }
 
 TEST(PingPong, FastServesComeToo) {
-  auto scene = scene_for_tests();
-  scene.serve_speed = {3.0, 3.5};
+  const auto scene = with(scene_for_tests(), "ball.serve_speed_m_s", std::vector<double>{3.0, 3.5});
   EXPECT_NO_THROW(PingPong{scene});
 }
 
 TEST(PingPong, AServeSpeedThatCannotReachThePlayerIsRefused) {
-  auto scene = scene_for_tests();
-  scene.serve_speed = {0.1, 0.2};
+  const auto scene = with(scene_for_tests(), "ball.serve_speed_m_s", std::vector<double>{0.1, 0.2});
   EXPECT_THROW(PingPong{scene}, std::runtime_error);
 }
 
@@ -234,7 +231,7 @@ TEST(PingPongView, TheHandleEndsAtTheTip) {
   double nearest = 1.0;
   for (const auto& item : scene_view.draw(state)) {
     if (item.look != kHandleLook) continue;
-    for (const auto& v : item.mesh->vertices) nearest = std::min(nearest, (v + scene.bat_offset).norm());
+    for (const auto& v : item.mesh->vertices) nearest = std::min(nearest, (v + scene.carried_offset).norm());
   }
   EXPECT_LT(nearest, 1e-9);  // the middle of the cylinder's end
 }
@@ -251,7 +248,7 @@ scene::SceneState ball_and_bat(const Vector3& ball, const Vector3& velocity) {
 }
 
 TEST(PingPongPrediction, AFreeBallFallsAndTheBatMovesOn) {
-  const PingPongView scene_view(with(scene_for_tests(), scene::Physics::paper));
+  const PingPongView scene_view(with(scene_for_tests(), Flight::paper));
   auto state = ball_and_bat({0.0, -1.1, 1.3}, {0.2, 1.0, 1.5});
   state.bodies[kBat].set_v({0.5, 0.0, -0.3});
   state.bodies[kBat].set_w({0.0, 2.0, 0.0});
@@ -266,24 +263,25 @@ TEST(PingPongPrediction, AFreeBallFallsAndTheBatMovesOn) {
 }
 
 TEST(PingPongPrediction, ABallStaysWhereItMeetsTheTable) {
-  const auto scene = with(scene_for_tests(), scene::Physics::paper);
+  const auto scene = with(scene_for_tests(), Flight::paper);
   const PingPongView scene_view(scene);
   const double above = 0.05;  // of the ball's lowest point
-  const auto state = ball_and_bat({0.0, -1.52 + scene.ball_radius + above, 1.3}, {0.8, -2.0, -1.0});
+  const auto state =
+      ball_and_bat({0.0, -1.52 + game_settings(scene).ball_radius + above, 1.3}, {0.8, -2.0, -1.0});
   // -2 t - g t^2 / 2 = -0.05
   const double met = (-2.0 + std::sqrt(4.0 + 2.0 * 9.81 * above)) / 9.81;
   for (const int ms : {40, 100}) {
     const auto next = scene_view.predict(state, std::chrono::milliseconds(ms)).bodies[kBall].p();
-    EXPECT_LT((next - Vector3(0.8 * met, -1.52 + scene.ball_radius, 1.3 - met)).norm(),
+    EXPECT_LT((next - Vector3(0.8 * met, -1.52 + game_settings(scene).ball_radius, 1.3 - met)).norm(),
               5e-6)  // the chord of a 2 ms step
         << ms;
   }
   const auto before = scene_view.predict(state, std::chrono::milliseconds(20)).bodies[kBall].p();
-  EXPECT_GT(before.y(), -1.52 + scene.ball_radius + 0.005);
+  EXPECT_GT(before.y(), -1.52 + game_settings(scene).ball_radius + 0.005);
 }
 
 TEST(PingPongPrediction, ABallThatMeetsTheBatGoesWithItAndNeverThroughIt) {
-  const auto scene = with(scene_for_tests(), scene::Physics::paper);
+  const auto scene = with(scene_for_tests(), Flight::paper);
   const PingPongView scene_view(scene);
   auto state = ball_and_bat({0.01, -1.2 + 0.06, 1.9}, {0.0, -3.0, 0.0});
   state.bodies[kBat].set_v({0.0, 1.0, 0.2});
@@ -299,7 +297,7 @@ TEST(PingPongPrediction, ABallThatMeetsTheBatGoesWithItAndNeverThroughIt) {
     }
   }
   // Its surface on the rubber; in the 3 ms before it met the bat it fell freely.
-  EXPECT_NEAR(least, scene.ball_radius + 0.5 * BallWorld::kBatThickness, 1e-5);
+  EXPECT_NEAR(least, game_settings(scene).ball_radius + 0.5 * BallWorld::kBatThickness, 1e-5);
   // In the middle of an impact it goes with the bat at once.
   state.impact.share = 0.5;
   const Vector3 before = state.bodies[kBall].p() - state.bodies[kBat].p();

@@ -24,7 +24,7 @@ struct Laboratory {
   double picture_hz = 30.0, camera_latency_s = 0.055, extra_delay_s = 0.0;
   double act_hz = 1000.0;
   std::uint64_t seed = 1;
-  scene::Physics physics = scene::Physics::full;
+  Flight flight = Flight::full;
   Vector3 arm{0.10, -1.40, 1.75};
 };
 
@@ -46,7 +46,7 @@ struct Hand {
 };
 
 Game play(const Laboratory& lab) {
-  const auto scene = with(scene_for_tests(), lab.physics);
+  const auto scene = with(scene_for_tests(), lab.flight);
   Settings rules;
   rules.seed = lab.seed;
   PingPong game(scene, rules);
@@ -203,7 +203,7 @@ TEST(Player, ActingOncePerPictureIsEnough) {
 }
 
 TEST(Player, PlaysThePapersBallToo) {
-  const auto game = play({.seed = 5, .physics = scene::Physics::paper});
+  const auto game = play({.seed = 5, .flight = Flight::paper});
   EXPECT_GE(game.serves, 20);
   EXPECT_GE(game.returned, 0.6 * game.serves);
 }

@@ -4,6 +4,7 @@
 
 #include "applications/pingpong/pingpong.h"
 #include "applications/pingpong/report.h"
+#include "applications/pingpong/settings.h"
 #include "palpate/math/csv_cells.h"
 
 namespace palpate::applications::pingpong {
@@ -29,7 +30,7 @@ std::string course_of_the_ball(const scene::SceneState& state) {
 }  // namespace
 
 GameRecord::GameRecord(const scene::SceneDescription& scene)
-    : bat_radius_(scene.bat_radius), ball_({"time_s", "x_m", "y_m", "z_m"}) {}
+    : bat_radius_(game_settings(scene).bat_radius), ball_({"time_s", "x_m", "y_m", "z_m"}) {}
 
 void GameRecord::add_picture(const scene::SceneState& shown) {
   const auto& ball = shown.bodies[kBall];
@@ -83,12 +84,12 @@ std::vector<scene::ClosingLine> GameRecord::closing_lines(const Json& summary) c
 }
 
 scene::SceneState example_state(const scene::SceneDescription& scene, const Pose<World, Tip>& X_world_tip) {
-  const Vector3 left_of_middle(-0.10, scene.ball_radius + 0.004, 0.05);  // m
+  const Vector3 left_of_middle(-0.10, game_settings(scene).ball_radius + 0.004, 0.05);  // m
   scene::SceneState state;
   state.body_count = 2;
-  state.bodies[kBat].set_p((X_world_tip * Point<Tip>{scene.bat_offset}).m);
+  state.bodies[kBat].set_p((X_world_tip * Point<Tip>{scene.carried_offset}).m);
   state.bodies[kBat].set_q(X_world_tip.rotation);
-  for (const auto& [name, corners, restitution] : scene.surfaces)
+  for (const auto& [name, corners] : scene.surfaces)
     if (name == "table")
       state.bodies[kBall].set_p(0.25 * (corners[0] + corners[1] + corners[2] + corners[3]) + left_of_middle);
   return state;

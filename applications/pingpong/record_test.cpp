@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "applications/pingpong/pingpong.h"
+#include "applications/pingpong/scene_for_tests.h"
 
 namespace palpate::applications::pingpong {
 namespace {
@@ -42,8 +43,8 @@ TEST(BallInSight, HiddenOnlyBehindTheBatOrOutOfThePicture) {
 }
 
 TEST(BallInSight, RimOfTheBatIsWhereTheLineOfSightGrazesIt) {
-  scene::SceneDescription scene;
-  scene.bat_radius = 0.1;  // at 0.5 m; a ball at 1 m is hidden up to 0.2 m aside
+  const auto scene = with(scene_for_tests(), "scene.bat_radius_m",
+                          0.1);  // at 0.5 m; a ball at 1 m is hidden up to 0.2 m aside
   EXPECT_FALSE(seen(state_with({0.199, 0.0, 1.0}), scene).in_sight);
   EXPECT_TRUE(seen(state_with({0.201, 0.0, 1.0}), scene).in_sight);
 }
@@ -106,8 +107,7 @@ TEST(GameRecord, SaysAtTheEndWhatARallyCounts) {
 
 TEST(GameRecord, AnExampleShowsTheBallOnTheTableAndTheBatAtTheStylus) {
   scene::SceneDescription scene;
-  scene.ball_radius = 0.02;
-  scene.bat_offset = {0.0, 0.0, -0.1};
+  scene.carried_offset = {0.0, 0.0, -0.1};
   scene.surfaces = {{"table", {Vector3(0, 1, 2), Vector3(1, 1, 2), Vector3(1, 1, 0), Vector3(0, 1, 0)}}};
   const auto state = example_state(scene, {Quaternion(0, 1, 0, 0), {3.0, 2.0, 1.0}});
   EXPECT_EQ(state.body_count, 2);

@@ -14,8 +14,8 @@ namespace {
 constexpr double kPredictionStep = 0.002;  // s
 
 // Half of the blade, front (+y) or back, in the Bat frame.
-scene::TriangleMesh half_blade(const scene::SceneDescription& scene, double side) {
-  auto mesh = scene::disc_mesh(scene.bat_radius, 0.5 * BallWorld::kBatThickness, 48);
+scene::TriangleMesh half_blade(const GameSettings& game, double side) {
+  auto mesh = scene::disc_mesh(game.bat_radius, 0.5 * BallWorld::kBatThickness, 48);
   for (auto& v : mesh.vertices) v.y() += side * 0.25 * BallWorld::kBatThickness;
   return mesh;
 }
@@ -24,15 +24,16 @@ scene::TriangleMesh half_blade(const scene::SceneDescription& scene, double side
 
 PingPongView::PingPongView(const scene::SceneDescription& scene)
     : scene_(scene),
-      ball_(scene::sphere_mesh(scene.ball_radius)),
-      front_(half_blade(scene, 1.0)),
-      back_(half_blade(scene, -1.0)) {
+      game_(game_settings(scene)),
+      ball_(scene::sphere_mesh(game_.ball_radius)),
+      front_(half_blade(game_, 1.0)),
+      back_(half_blade(game_, -1.0)) {
   // From the stylus tip to a little inside the blade; the tip is where the bat's offset leads back to.
   constexpr double kHandleRadius = 0.011, kInside = 0.010;
-  const Vector3 tip = -scene.bat_offset;
+  const Vector3 tip = -scene.carried_offset;
   const double reach = tip.norm();
-  if (reach > scene.bat_radius - kInside) {
-    handle_ = scene::cylinder_mesh(tip, (scene.bat_radius - kInside) / reach * tip, kHandleRadius);
+  if (reach > game_.bat_radius - kInside) {
+    handle_ = scene::cylinder_mesh(tip, (game_.bat_radius - kInside) / reach * tip, kHandleRadius);
   }
 }
 
@@ -40,7 +41,7 @@ std::vector<scene::DrawItem> PingPongView::draw(const scene::SceneState& state) 
   std::vector<scene::DrawItem> items;
   const auto& ball = state.bodies[kBall];
   if (state.body_count > kBall && ball.visible != 0)
-    items.push_back({&ball_, kBallLook, ball.q(), ball.p(), true, scene_.ball_radius});
+    items.push_back({&ball_, kBallLook, ball.q(), ball.p(), true, game_.ball_radius});
   const auto& bat = state.bodies[kBat];
   if (state.body_count > kBat && bat.visible != 0) {
     items.push_back({&front_, kFrontLook, bat.q(), bat.p(), true});
@@ -76,7 +77,7 @@ scene::SceneState PingPongView::predict(const scene::SceneState& state, Duration
     stay_on_bat(ball_before.p(), 0.0);
     return next;
   }
-  BallWorld world(scene_);
+  BallWorld world(scene_, game_);
   world.place({ball_before.p(), ball_before.v(), Vector3(ball_before.angular_velocity.data())});
   double t = 0.0;
   while (t < span) {

@@ -1,6 +1,7 @@
 // What ping-pong looks like: ball, two-sided bat, handle, and the score. Graphics thread.
 #pragma once
 
+#include "applications/pingpong/settings.h"
 #include "palpate/scene/application.h"
 
 namespace palpate::applications::pingpong {
@@ -16,6 +17,7 @@ class PingPongView : public scene::SceneView {
 
  private:
   scene::SceneDescription scene_;
+  GameSettings game_;
   scene::TriangleMesh ball_, front_, back_, handle_;
 };
 

@@ -10,13 +10,14 @@
 
 namespace palpate::applications::pingpong {
 
-std::vector<physics::BallState> make_serves(const scene::SceneDescription& scene, const BallWorld& world,
-                                            const ServeSettings& settings, int count, Random& random) {
+std::vector<physics::BallState> make_serves(const scene::SceneDescription& scene, const GameSettings& game,
+                                            const BallWorld& world, const ServeSettings& settings, int count,
+                                            Random& random) {
   const auto& table = find_surface(scene, "table");
   const auto& wall = find_surface(scene, "wall");
   const std::array<physics::BouncePlane, 2> planes{
-      physics::bounce_plane(table.corners, scene.ball_radius, world.table_law()),
-      physics::bounce_plane(wall.corners, scene.ball_radius, world.wall_law())};
+      physics::bounce_plane(table.corners, game.ball_radius, world.table_law()),
+      physics::bounce_plane(wall.corners, game.ball_radius, world.wall_law())};
   // Axes of the table: right, up, towards the player; its near edge is corners 0 and 1, its far edge lies at
   // the wall.
   const Vector3 up = planes[0].normal;
@@ -34,10 +35,10 @@ std::vector<physics::BallState> make_serves(const scene::SceneDescription& scene
     const int loose = i / tries_each;
     const double low = settings.height_low - 0.04 * loose, high = settings.height_high + 0.02 * loose;
     const double shortest = settings.shortest_s - 0.05 * loose, longest = settings.longest_s + 0.1 * loose;
-    const double speed = random.uniform(scene.serve_speed[0], scene.serve_speed[1]);
+    const double speed = random.uniform(game.serve_speed[0], game.serve_speed[1]);
     const double climb = random.uniform(-0.5, 1.2);  // rad
     const Vector3 from = far + random.uniform(-0.12, 0.12) * right + random.uniform(0.10, 0.42) * up +
-                         (scene.ball_radius + random.uniform(0.04, 0.08)) * near;
+                         (game.ball_radius + random.uniform(0.04, 0.08)) * near;
     const Vector3 to = aim + settings.aim_sd * std::clamp(random.normal(), -2.0, 2.0) * right;
     const Vector3 along = (to - from) - up.dot(to - from) * up;
     physics::BallState ball{from, speed * (std::cos(climb) * along.normalized() + std::sin(climb) * up),
@@ -60,7 +61,7 @@ std::vector<physics::BallState> make_serves(const scene::SceneDescription& scene
     throw std::runtime_error(fmt::format(
         "pingpong: only {} of {} serves of {} to {} m/s bounce once and reach the player on this table; "
         "check the surfaces' corners or widen serve_speed",
-        serves.size(), count, scene.serve_speed[0], scene.serve_speed[1]));
+        serves.size(), count, game.serve_speed[0], game.serve_speed[1]));
   }
   return serves;
 }

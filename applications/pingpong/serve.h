@@ -18,10 +18,11 @@ struct ServeSettings {
   double shortest_s = 0.50, longest_s = 0.65;    // flight to the aim
 };
 
-// `count` different serves with speeds within scene.serve_speed; where too few have the height and flight
+// `count` different serves with speeds within game.serve_speed; where too few have the height and flight
 // asked for, others follow that come a little higher, lower, sooner or later. Throws std::runtime_error where
 // table and wall leave no possible serve (the message says what was tried).
-std::vector<physics::BallState> make_serves(const scene::SceneDescription& scene, const BallWorld& world,
-                                            const ServeSettings& settings, int count, Random& random);
+std::vector<physics::BallState> make_serves(const scene::SceneDescription& scene, const GameSettings& game,
+                                            const BallWorld& world, const ServeSettings& settings, int count,
+                                            Random& random);
 
 }  // namespace palpate::applications::pingpong

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 namespace palpate::applications::pingpong {
@@ -107,6 +108,13 @@ GameSettings game_settings(const scene::SceneDescription& scene) {
   const auto values = scene::from_payload(setting_schema(), scene.settings);
   if (!values) throw std::invalid_argument("pingpong: " + values.error().message);
   return game_settings(*values);
+}
+
+void ease_for_a_person(scene::SettingValues& values) {
+  constexpr double kFastestToBegin = 2.3;  // m/s
+  const auto serve = values.range("ball.serve_speed_m_s");
+  values.set("ball.serve_speed_m_s",
+             std::vector<double>{serve[0], std::min(serve[1], std::max(kFastestToBegin, serve[0]))});
 }
 
 void describe(const scene::SettingValues& values, scene::SceneDescription& scene) {

@@ -34,6 +34,8 @@ GameSettings game_settings(const scene::SettingValues& values);
 // Of a scene that comes from anywhere. Throws std::invalid_argument where its payload is not as the schema
 // has it; scene::from_payload() says so beforehand.
 GameSettings game_settings(const scene::SceneDescription& scene);
+// Settings that a person can begin with: slow serves.
+void ease_for_a_person(scene::SettingValues& values);
 // Fills what the scene says of the game: the bat on the stylus, the bodies, the payload.
 void describe(const scene::SettingValues& values, scene::SceneDescription& scene);
 

@@ -78,5 +78,27 @@ TEST(PingPongSettings, ABatIsHeavierThanTheBall) {
   EXPECT_NE(check(setting_schema(), values).error().message.find("0 (held fast)"), std::string::npos);
 }
 
+TEST(PingPongSettings, APersonBeginsWithSlowServes) {
+  auto values = initial();
+  ease_for_a_person(values);
+  EXPECT_EQ(values.range("ball.serve_speed_m_s"), (std::array{2.0, 2.3}));
+  values.set("ball.serve_speed_m_s", std::vector<double>{2.6, 3.0});  // asked for faster ones
+  ease_for_a_person(values);
+  EXPECT_EQ(values.range("ball.serve_speed_m_s"), (std::array{2.6, 2.6}));
+}
+
+TEST(PingPongSettings, ASceneOfAnotherReleaseIsRefusedInWords) {
+  scene::SceneDescription scene;
+  describe(initial(), scene);
+  scene.settings.version = 2;
+  try {
+    static_cast<void>(game_settings(scene));
+    FAIL() << "a payload of another version was taken";
+  } catch (const std::invalid_argument& thrown) {
+    EXPECT_STREQ(thrown.what(),
+                 "pingpong: its settings are of version 2, this side knows 1; use the same release on both");
+  }
+}
+
 }  // namespace
 }  // namespace palpate::applications::pingpong

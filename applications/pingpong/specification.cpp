@@ -35,6 +35,7 @@ scene::ApplicationSpec specification() {
                    .begins = "serve"};
   spec.settings = setting_schema();
   spec.describe = describe;
+  spec.ease_for_a_person = ease_for_a_person;
   spec.make_physics = [](const scene::SceneDescription& scene, const scene::RunSettings& run) {
     return std::make_unique<PingPong>(scene, settings_of(run));
   };

@@ -81,7 +81,7 @@ Course watch(const MouseSetup& setup, const Point& pointer) {
     if (target) {
       if (course.begins == 0.0) course.begins = t;
       course.ends = t;
-      const Vector3 bat = target->tip.m + target->R_world_tip * setup.scene.bat_offset;
+      const Vector3 bat = target->tip.m + target->R_world_tip * setup.scene.carried_offset;
       const double off = (bat - setup.ball(strokes, t).position).norm();
       if (off < course.nearest) {
         course.nearest = off, course.meets = t;

@@ -46,21 +46,23 @@ Quaternion Swing::turned(double t) const {
 
 Strokes::Strokes(const scene::SceneDescription& scene, const scene::Reach& reach,
                  const scene::PlayerSettings& settings)
-    : scene_(scene),
+    : bat_offset_(scene.carried_offset),
       reach_(reach),
       max_acceleration_(settings.max_acceleration),
       max_speed_(settings.max_speed),
       home_(reach.home()) {
-  const BallWorld world(scene);
+  const GameSettings game = game_settings(scene);
+  const BallWorld world(scene, game);
+  ball_radius_ = game.ball_radius;
   model_ = world.model();
   bat_ = world.bat_law();
   const auto &table = find_surface(scene, "table"), &wall = find_surface(scene, "wall");
-  planes_ = {physics::bounce_plane(table.corners, scene.ball_radius, world.table_law()),
-             physics::bounce_plane(wall.corners, scene.ball_radius, world.wall_law())};
+  planes_ = {physics::bounce_plane(table.corners, ball_radius_, world.table_law()),
+             physics::bounce_plane(wall.corners, ball_radius_, world.wall_law())};
   up_ = planes_[0].normal;
   right_ = (table.corners[1] - table.corners[0]).normalized();
   near_ = right_.cross(up_);
-  wall_middle_ = 0.5 * (wall.corners[0] + wall.corners[1]) + scene.ball_radius * planes_[1].normal;
+  wall_middle_ = 0.5 * (wall.corners[0] + wall.corners[1]) + ball_radius_ * planes_[1].normal;
   table_middle_ = planes_[0].point;
   home_rotation_ = hold((-near_ + 0.25 * up_).normalized());
   meeting_ = home_ - tip_for(Vector3::Zero(), home_rotation_ * Vector3::UnitY(), home_rotation_);
@@ -79,8 +81,8 @@ Quaternion Strokes::hold(const Vector3& normal) const {
 }
 
 Vector3 Strokes::tip_for(const Vector3& ball, const Vector3& normal, const Quaternion& R) const {
-  const Vector3 centre = ball - (scene_.ball_radius + 0.5 * BallWorld::kBatThickness) * normal;
-  return centre - R * scene_.bat_offset;
+  const Vector3 centre = ball - (ball_radius_ + 0.5 * BallWorld::kBatThickness) * normal;
+  return centre - R * bat_offset_;
 }
 
 Stroke Strokes::stroke_for(const physics::BallState& in, const Vector3& v_out) const {

@@ -85,7 +85,8 @@ class Strokes {
  private:
   void choose_return();
 
-  scene::SceneDescription scene_;
+  Vector3 bat_offset_;  // from the stylus tip, in Tip
+  double ball_radius_ = 0.0;
   scene::Reach reach_;
   double max_acceleration_, max_speed_;
   physics::BallModel model_;

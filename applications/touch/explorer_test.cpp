@@ -109,8 +109,7 @@ TEST(Explorer, TakesTheHandOverWhereItIs) {
 }
 
 TEST(Explorer, LeavesAloneWhatItsArmDoesNotReach) {
-  auto scene = organ_on_table();
-  scene.touched.shift = {0.0, 0.0, -0.6};
+  const auto scene = with(organ_on_table(), "touch.shift_mm", std::vector<double>{0.0, 0.0, -600.0});
   const auto e = explore(scene, 4.0, 1);
   EXPECT_EQ(e.touches, 0);
   EXPECT_EQ(e.peak, 0.0);

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "applications/touch/settings.h"
+
 namespace palpate::applications::touch {
 namespace {
 
@@ -17,6 +19,11 @@ Vector3 on_surface(double latitude, double longitude) {
   const Vector3 p(kHalfWidth * u.x(), kHalfHeight * u.y(), kHalfDepth * u.z());
   constexpr double kWave = 2.0 * std::numbers::pi / 0.030;  // bumps every 3 cm
   return p + kBump * std::sin(kWave * p.x()) * std::cos(kWave * p.z()) * std::cos(kWave * p.y()) * u;
+}
+
+// The mesh that a person brings; null: the organ.
+const scene::TriangleMesh* brought(const scene::SceneDescription& scene) {
+  return scene.mesh ? scene.mesh->mesh.get() : nullptr;
 }
 
 }  // namespace
@@ -60,13 +67,13 @@ scene::TriangleMesh organ_mesh(std::uint32_t rings) {
 
 scene::TriangleMesh drawn_mesh(const scene::SceneDescription& scene) {
   constexpr std::uint32_t kDrawnRings = 40;
-  return scene.touched.mesh == nullptr ? organ_mesh(kDrawnRings) : touched_mesh(scene);
+  return brought(scene) == nullptr ? organ_mesh(kDrawnRings) : touched_mesh(scene);
 }
 
 scene::TriangleMesh touched_mesh(const scene::SceneDescription& scene) {
-  if (scene.touched.mesh == nullptr) return organ_mesh();
-  scene::TriangleMesh mesh = *scene.touched.mesh;
-  const Quaternion turn = rotation_from_xyz(scene.touched.turn);
+  if (brought(scene) == nullptr) return organ_mesh();
+  scene::TriangleMesh mesh = *brought(scene);
+  const Quaternion turn = rotation_from_xyz(surface_settings(scene).turn);
   Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity()), high = -low;
   for (auto& v : mesh.vertices) {
     v = turn * v;
@@ -80,7 +87,7 @@ scene::TriangleMesh touched_mesh(const scene::SceneDescription& scene) {
 
 // The organ's bumps reach a little below its smooth body, into the table, as a soft thing lies.
 double height_below(const scene::SceneDescription& scene, const scene::TriangleMesh& touched) {
-  if (scene.touched.mesh == nullptr) return kHalfHeight;
+  if (brought(scene) == nullptr) return kHalfHeight;
   double lowest = 0.0;
   for (const auto& v : touched.vertices) lowest = std::min(lowest, v.y());
   return -lowest;
@@ -99,7 +106,7 @@ Pose<World, Organ> resting_place(const scene::SceneDescription& scene, const sce
   Matrix3 R;
   R << right, up, right.cross(up);
   const Vector3 edge = 0.5 * (c[0] + c[1]), near = right.cross(up);
-  const Vector3& shift = scene.touched.shift;
+  const Vector3 shift = surface_settings(scene).shift;
   return {Quaternion(R),
           edge + shift.x() * right + (height + shift.y()) * up + (shift.z() - kFromEdge_m) * near};
 }

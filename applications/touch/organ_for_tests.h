@@ -2,8 +2,12 @@
 #pragma once
 
 #include <memory>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "applications/touch/organ.h"
+#include "applications/touch/settings.h"
 #include "palpate/scene/application.h"
 
 namespace palpate::applications::touch {
@@ -13,17 +17,30 @@ inline scene::SceneDescription table_for_tests() {
   scene.application = "touch";
   scene.surfaces = {{"table",
                      {Vector3(-0.375, -1.52, 1.80), Vector3(0.375, -1.52, 1.80), Vector3(0.375, -1.52, 0.80),
-                      Vector3(-0.375, -1.52, 0.80)},
-                     0.93}};
-  scene.bat_offset.setZero();
+                      Vector3(-0.375, -1.52, 0.80)}}};
+  describe(scene::SettingValues(setting_schema()), scene);
   return scene;
+}
+
+// The same scene with one setting changed, by its name and in its unit.
+inline scene::SceneDescription with(scene::SceneDescription scene, std::string_view name,
+                                    scene::SettingValue value) {
+  auto values = *scene::from_payload(setting_schema(), scene.settings);
+  values.set(name, std::move(value));
+  scene.settings = scene::to_payload(setting_schema(), values);
+  return scene;
+}
+
+inline scene::SceneDescription with(const scene::SceneDescription& scene, std::string_view name,
+                                    double value) {
+  return with(scene, name, std::vector<double>{value});
 }
 
 // As a mesh that a person brings.
 inline scene::SceneDescription organ_on_table() {
   scene::SceneDescription scene = table_for_tests();
   static const auto organ = std::make_shared<scene::TriangleMesh>(organ_mesh(40));
-  scene.touched.mesh = organ;
+  scene.mesh = scene::MeshAsset{.mesh = organ};
   return scene;
 }
 

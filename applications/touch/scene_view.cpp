@@ -4,6 +4,7 @@
 
 #include "applications/touch/looks.h"
 #include "applications/touch/organ.h"
+#include "applications/touch/settings.h"
 #include "applications/touch/touch.h"
 
 namespace palpate::applications::touch {
@@ -13,7 +14,7 @@ constexpr double kStylusLength_m = 0.12, kStylusRadius_m = 0.0025;
 // What it stands on, where it is lifted off the table; a box in the Organ frame.
 scene::TriangleMesh plinth_under(const scene::SceneDescription& scene, const scene::TriangleMesh& touched) {
   constexpr double kLeast_m = 0.001, kPlinthShare = 0.3, kInside_m = 0.002;
-  const double up = scene.touched.shift.y(), below = height_below(scene, touched);
+  const double up = surface_settings(scene).shift.y(), below = height_below(scene, touched);
   if (up < kLeast_m) return {};
   Vector3 half = Vector3::Zero();
   for (const auto& v : touched.vertices) half = half.cwiseMax(v.cwiseAbs());

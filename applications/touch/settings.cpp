@@ -1,5 +1,7 @@
 #include "applications/touch/settings.h"
 
+#include <array>
+#include <filesystem>
 #include <stdexcept>
 
 #include "applications/touch/touch.h"
@@ -56,11 +58,57 @@ std::vector<scene::SettingComplaint> relations(const scene::SettingValues& value
   return {{"touch", "static_friction", "at least friction is expected"}};
 }
 
+struct Material {
+  const char* name;
+  double stiffness, damping, static_friction, friction;
+};
+// Bone is as stiff as such an arm renders, which is far softer than bone. Soft tissue: the secant to 3 mm of
+// Hertz's sphere of 3 mm on a half-space of 20 kPa. Frictions are set by feel, not measured.
+constexpr std::array<Material, 3> kMaterials{{{"plain", 600.0, 2.0, 0.4, 0.3},
+                                              {"bone", 800.0, 2.0, 0.3, 0.2},
+                                              {"soft-tissue", 110.0, 1.0, 0.2, 0.15}}};
+
+Expected<void> set_mesh(const std::string& file, scene::SettingValues& values) {
+  values.set("touch.mesh", std::filesystem::absolute(file).lexically_normal().string());
+  return {};
+}
+
+Expected<void> set_unit(const std::string& unit, scene::SettingValues& values) {
+  if (values.text("touch.mesh").empty())
+    return wrong_use("--unit {}: no mesh is named; say which with --mesh FILE", unit);
+  values.set("touch.unit", unit);
+  return {};
+}
+
+Expected<void> set_material(const std::string& name, scene::SettingValues& values) {
+  for (const auto& material : kMaterials)
+    if (name == material.name) {
+      values.set("touch.stiffness_n_m", material.stiffness);
+      values.set("touch.damping_n_s_m", material.damping);
+      values.set("touch.static_friction", material.static_friction);
+      values.set("touch.friction", material.friction);
+    }
+  return {};
+}
+
 }  // namespace
 
 const scene::SettingSchema& setting_schema() {
   static const scene::SettingSchema schema{fields(), relations};
   return schema;
+}
+
+std::vector<scene::ApplicationOption> options() {
+  return {
+      {.name = "--mesh", .help = "STL, OBJ or PLY file to explore instead of the organ", .apply = set_mesh},
+      {.name = "--unit",
+       .help = "Unit of that file's lengths: mm (default) or m",
+       .choices = {"mm", "m"},
+       .apply = set_unit},
+      {.name = "--material",
+       .help = "plain, bone or soft-tissue; the settings of [touch] hold the numbers",
+       .choices = {"plain", "bone", "soft-tissue"},
+       .apply = set_material}};
 }
 
 SurfaceSettings surface_settings(const scene::SettingValues& values) {

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "palpate/scene/application.h"
+#include "palpate/scene/application_option.h"
 #include "palpate/scene/setting_schema.h"
 
 namespace palpate::applications::touch {
@@ -27,6 +29,8 @@ SurfaceSettings surface_settings(const scene::SettingValues& values);
 // Of a scene that comes from anywhere. Throws std::invalid_argument where its payload is not as the schema
 // has it; scene::from_payload() says so beforehand.
 SurfaceSettings surface_settings(const scene::SceneDescription& scene);
+// --mesh, --unit and --material.
+std::vector<scene::ApplicationOption> options();
 // Fills what the scene says of touch: the bare stylus, the bodies, the mesh to be read, the payload.
 void describe(const scene::SettingValues& values, scene::SceneDescription& scene);
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <numbers>
 #include <stdexcept>
 
@@ -57,6 +58,28 @@ TEST(TouchSettings, MaterialsThatNoArmRendersAreRefused) {
     describe(values, scene);
     EXPECT_THROW(surface_settings(scene), std::invalid_argument) << name << ' ' << value;
   }
+}
+
+TEST(TouchSettings, OptionsOfTheCommandLineGoOverTheValues) {
+  auto values = initial();
+  const auto say = [&values](const std::string& name, const std::string& said) {
+    for (const auto& option : options())
+      if (option.name == name) return option.apply(said, values);
+    return Expected<void>(wrong_use("no option {}", name));
+  };
+  const auto unit_alone = say("--unit", "m");
+  ASSERT_FALSE(unit_alone);
+  EXPECT_EQ(unit_alone.error().message, "--unit m: no mesh is named; say which with --mesh FILE");
+  ASSERT_TRUE(say("--mesh", "liver.stl"));
+  EXPECT_EQ(values.text("touch.mesh"), (std::filesystem::current_path() / "liver.stl").string());
+  ASSERT_TRUE(say("--unit", "m"));
+  EXPECT_EQ(values.text("touch.unit"), "m");
+  for (const std::string material : {"plain", "bone", "soft-tissue"}) {
+    ASSERT_TRUE(say("--material", material));
+    EXPECT_TRUE(check(setting_schema(), values)) << material;
+  }
+  EXPECT_EQ(values.number("touch.stiffness_n_m"), 110.0) << "docs/guides/touch.md";
+  EXPECT_EQ(values.number("touch.friction"), 0.15);
 }
 
 }  // namespace

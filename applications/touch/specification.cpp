@@ -16,6 +16,7 @@ scene::ApplicationSpec specification() {
   spec.handling = {.plays = "touch"};
   spec.settings = setting_schema();
   spec.describe = describe;
+  spec.options = options();
   spec.make_physics = [](const scene::SceneDescription& scene, const scene::RunSettings&) {
     return std::make_unique<TouchApplication>(scene);
   };

@@ -29,7 +29,7 @@ TouchApplication::TouchApplication(const scene::SceneDescription& scene, const S
       surface_(touched_mesh(scene)),
       X_world_rest_(resting_place(scene, surface_)),
       X_world_organ_(X_world_rest_),
-      law_(scene_, surface_, settings.tip_radius, X_world_rest_) {}
+      law_(surface_settings(scene), surface_, settings.tip_radius, X_world_rest_) {}
 
 void TouchApplication::reset() {
   ++resets_;
@@ -79,7 +79,7 @@ void TouchApplication::show(const scene::TipState& tip, double dt, scene::SceneS
   auto& ball = state.bodies[kProxy];
   ball.visible = shown_.engaged;
   if (seen) {
-    const Vector3 lever = tip.X_world_tip.rotation * scene_.bat_offset;
+    const Vector3 lever = tip.X_world_tip.rotation * scene_.carried_offset;
     stylus.set_p(place + lever);
     stylus.set_q(tip.X_world_tip.rotation);
     stylus.set_v(tip.velocity + tip.angular_velocity.cross(lever));

@@ -2,7 +2,7 @@
 //
 // The force is its contact law's (touch_law.h), which the haptic tick evaluates; the physics loop moves the
 // organ and shows what was found. Bodies: 0 the organ, 1 the stylus (its tip, displaced by the scene's
-// bat_offset), 2 the proxy. World frame, SI. Physics thread; step() does not allocate, lock, throw or write
+// carried_offset), 2 the proxy. World frame, SI. Physics thread; step() does not allocate, lock, throw or write
 // text.
 #pragma once
 
@@ -28,14 +28,14 @@ enum Counter : std::size_t {
 
 struct Settings {
   double tip_radius = 0.003;  // m
-  double sway_hz = 0.25;      // of the motion that Control::serve starts and stops
+  double sway_hz = 0.25;      // of the motion that Control::begin starts and stops
   double sway_m = 0.006;      // up and down
   double sway_rad = 0.10;     // about the vertical
 };
 
 class TouchApplication : public scene::Application {
  public:
-  // What is touched, and of what material, says scene.touched; it stands on the surface "table", a hand's
+  // What is touched, and of what material, say the scene's settings; it stands on the surface "table", a hand's
   // breadth from its near edge. Throws std::invalid_argument for settings out of range.
   explicit TouchApplication(const scene::SceneDescription& scene, const Settings& settings = {});
   TouchApplication(const TouchApplication&) = delete;  // the law refers to the mesh
@@ -51,7 +51,7 @@ class TouchApplication : public scene::Application {
   const Pose<World, Organ>& rest() const { return X_world_rest_; }   // of the organ, before it moves
 
  private:
-  void serve() override { swaying_ = !swaying_; }  // the organ begins or ceases to move
+  void begin() override { swaying_ = !swaying_; }  // the organ begins or ceases to move
   void reset() override;
   void move_organ(double dt);
   void count(const Touching& found);

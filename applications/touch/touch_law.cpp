@@ -14,7 +14,7 @@ constexpr double kDampFrom_m = 0.0005;
 // A physics loop that stands still does not send the organ away.
 constexpr Duration kLongestCarry = std::chrono::milliseconds(3);
 
-const scene::TouchedSurface& checked(const scene::TouchedSurface& m) {
+SurfaceSettings checked(const SurfaceSettings& m) {
   if (!(m.stiffness > 0.0 && m.stiffness <= kMostStiffness))
     throw std::invalid_argument(
         fmt::format("touch: stiffness {} N/m; more than 0 and at most {:.0f} is expected, which such an arm "
@@ -33,15 +33,15 @@ const scene::TouchedSurface& checked(const scene::TouchedSurface& m) {
 
 }  // namespace
 
-TouchLaw::TouchLaw(const scene::SceneDescription& scene, const scene::TriangleMesh& surface,
-                   double tip_radius, const Pose<World, Organ>& rest)
+TouchLaw::TouchLaw(const SurfaceSettings& settings, const scene::TriangleMesh& surface, double tip_radius,
+                   const Pose<World, Organ>& rest)
     : surface_(surface),
-      stiffness_(checked(scene.touched).stiffness),
-      damping_(scene.touched.damping),
+      stiffness_(checked(settings).stiffness),
+      damping_(settings.damping),
       mesh_(surface_),
       proxy_(mesh_, {.radius = tip_radius,
-                     .friction = scene.touched.friction,
-                     .static_friction = scene.touched.static_friction}) {
+                     .friction = settings.friction,
+                     .static_friction = settings.static_friction}) {
   organ_.X_world_organ = rest;
 }
 

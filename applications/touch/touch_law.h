@@ -8,6 +8,7 @@
 #pragma once
 
 #include "applications/touch/organ.h"
+#include "applications/touch/settings.h"
 #include "palpate/physics/proxy.h"
 #include "palpate/scene/application.h"
 #include "palpate/scene/contact_law.h"
@@ -42,7 +43,7 @@ struct Touching {
 class TouchLaw : public scene::ContactLaw {
  public:
   // Throws std::invalid_argument for a material out of range.
-  TouchLaw(const scene::SceneDescription& scene, const scene::TriangleMesh& surface, double tip_radius,
+  TouchLaw(const SurfaceSettings& settings, const scene::TriangleMesh& surface, double tip_radius,
            const Pose<World, Organ>& rest);
   TouchLaw(const TouchLaw&) = delete;  // the proxy refers to the mesh
   TouchLaw& operator=(const TouchLaw&) = delete;

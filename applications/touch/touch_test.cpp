@@ -16,10 +16,7 @@ namespace palpate::applications::touch {
 namespace {
 
 scene::SceneDescription coarse_for_tests(double static_friction = 0.4, double friction = 0.3) {
-  scene::SceneDescription scene = organ_on_table();
-  scene.touched.static_friction = static_friction;
-  scene.touched.friction = friction;
-  return scene;
+  return with(with(organ_on_table(), "touch.static_friction", static_friction), "touch.friction", friction);
 }
 
 constexpr double kTick = 1e-3;
@@ -156,7 +153,7 @@ TEST(TouchApplication, AMovingOrganPushesATipThatStandsStillAndNeverPassesIt) {
   Bench bench(settings, coarse_for_tests());
   bench.tip.X_world_tip.translation = bench.top + Vector3(0.002, 0.010, 0.001);
   bench.step();
-  bench.touch.control(scene::Control::serve);
+  bench.touch.control(scene::Control::begin);
   double strongest = 0.0;
   for (int i = 0; i < 2000; ++i) {
     bench.step();
@@ -167,7 +164,7 @@ TEST(TouchApplication, AMovingOrganPushesATipThatStandsStillAndNeverPassesIt) {
   }
   EXPECT_GT(strongest, 5.0);
   EXPECT_GE(bench.state.counters[kTouches], 9);
-  bench.touch.control(scene::Control::serve);
+  bench.touch.control(scene::Control::begin);
   bench.step();
   EXPECT_EQ(bench.state.bodies[kOrgan].v(), Vector3::Zero());
 }
@@ -238,16 +235,20 @@ std::string refusal_of(const Settings& settings, const scene::SceneDescription& 
 TEST(TouchApplication, RefusesSettingsThatCannotBeAndASceneWithoutTable) {
   auto scene = coarse_for_tests();
   EXPECT_EQ(refusal_of({}, scene), "");
-  scene.touched.stiffness = 3000.0;
-  EXPECT_NE(refusal_of({}, scene).find("touch: stiffness 3000 N/m"), std::string::npos);
-  scene.touched.stiffness = std::nan("");
-  EXPECT_NE(refusal_of({}, scene).find("touch: stiffness nan N/m"), std::string::npos);
-  scene.touched.stiffness = 600.0;
-  scene.touched.damping = -1.0;
-  EXPECT_NE(refusal_of({}, scene).find("touch: damping -1"), std::string::npos);
-  scene.touched.damping = 2.0;
-  scene.touched.static_friction = 0.1;
-  EXPECT_NE(refusal_of({}, scene).find("touch: friction 0.1 at rest and 0.3 sliding"), std::string::npos);
+  const auto refused = [&](const char* name, double value) {
+    return refusal_of({}, with(scene, name, value));
+  };
+  EXPECT_NE(refused("touch.stiffness_n_m", 3000.0).find("touch: touch.stiffness_n_m: is 3000; 1 to 800"),
+            std::string::npos);
+  EXPECT_NE(refused("touch.stiffness_n_m", std::nan("")).find("touch: touch.stiffness_n_m: is of another"),
+            std::string::npos);
+  EXPECT_NE(refused("touch.damping_n_s_m", -1.0).find("touch: touch.damping_n_s_m: is -1"),
+            std::string::npos);
+  EXPECT_NE(refused("touch.static_friction", 0.1).find("touch: touch.static_friction: at least friction"),
+            std::string::npos);
+  scene.settings.version = 7;
+  EXPECT_NE(refusal_of({}, scene).find("touch: its settings are of version 7, this side knows 1"),
+            std::string::npos);
   EXPECT_NE(refusal_of({.sway_m = 1.0}, coarse_for_tests()).find("touch: a sway of"), std::string::npos);
   scene = coarse_for_tests();
   scene.surfaces.clear();
@@ -257,12 +258,12 @@ TEST(TouchApplication, RefusesSettingsThatCannotBeAndASceneWithoutTable) {
 // A cube brought as a mesh stands on the table, turned and shifted as asked, and is as stiff as asked:
 // pressed d deep its top gives K d back.
 TEST(TouchApplication, AMeshStandsOnTheTableTurnedAndShiftedAndIsAsStiffAsAsked) {
-  scene::SceneDescription scene = table_for_tests();
-  scene.touched.mesh =
-      std::make_shared<scene::TriangleMesh>(scene::box_mesh({0.1, 0.2, 0.3}, {0.14, 0.26, 0.38}));
-  scene.touched.turn = {0.5 * std::numbers::pi, 0.0, 0.0};  // its z, 80 mm, goes up or down
-  scene.touched.shift = {0.02, 0.005, 0.03};
-  scene.touched.stiffness = 250.0;
+  scene::SceneDescription scene = with(table_for_tests(), "touch.stiffness_n_m", 250.0);
+  scene =
+      with(scene, "touch.turn_deg", std::vector<double>{90.0, 0.0, 0.0});  // its z, 80 mm, goes up or down
+  scene = with(scene, "touch.shift_mm", std::vector<double>{20.0, 5.0, 30.0});
+  scene.mesh = scene::MeshAsset{
+      .mesh = std::make_shared<scene::TriangleMesh>(scene::box_mesh({0.1, 0.2, 0.3}, {0.14, 0.26, 0.38}))};
   Bench bench({}, scene);
   const double up = -1.52 + 0.005 + 0.080;
   const Vector3 above(0.02, up + 0.02, 1.80 - 0.11 + 0.03);
@@ -284,12 +285,10 @@ TEST(TouchApplication, AMeshStandsOnTheTableTurnedAndShiftedAndIsAsStiffAsAsked)
 // Drawn sideways under the surface the tip sticks until mu_static, then slides at mu: the force rises to the
 // one, drops to the other and stays.
 TEST(TouchApplication, FrictionHoldsUpToItsStaticValueAndThenDropsToTheSlidingOne) {
-  scene::SceneDescription scene = table_for_tests();
-  scene.touched.mesh =
-      std::make_shared<scene::TriangleMesh>(scene::box_mesh({-0.1, -0.02, -0.1}, {0.1, 0.02, 0.1}));
-  scene.touched.static_friction = 0.5;
-  scene.touched.friction = 0.2;
-  scene.touched.damping = 0.0;
+  scene::SceneDescription scene = with(table_for_tests(), "touch.damping_n_s_m", 0.0);
+  scene = with(with(scene, "touch.static_friction", 0.5), "touch.friction", 0.2);
+  scene.mesh = scene::MeshAsset{
+      .mesh = std::make_shared<scene::TriangleMesh>(scene::box_mesh({-0.1, -0.02, -0.1}, {0.1, 0.02, 0.1}))};
   Bench bench({}, scene);
   bench.go_to(bench.top + Vector3(-0.01, 0.02, 0), 0.2);
   bench.tip.X_world_tip.translation = bench.touch.rest().translation + Vector3(-0.01, 0.03, 0);

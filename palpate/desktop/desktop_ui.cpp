@@ -32,7 +32,6 @@ const scene::SceneSurface* surface_of(const scene::SceneDescription& scene, std:
 
 // kg, of each body that is heard when it meets another.
 std::vector<double> heard_masses(const scene::SceneDescription& scene) {
-  if (scene.bodies.empty()) return {scene.ball_mass};
   std::vector<double> masses;
   for (const auto& body : scene.bodies) masses.push_back(body.mass);
   return masses;
@@ -52,7 +51,7 @@ MouseHandSettings mouse_hand_settings(const scene::SceneDescription& scene, cons
   settings.reachable = [reach](const Vector3& tip) { return reach.contains(tip); };
   settings.max_acceleration = world.player.max_hand_acceleration;
   settings.max_speed = kSpeedShare * world.arm.max_speed;
-  settings.offset = scene.bat_offset;
+  settings.offset = scene.carried_offset;
   if (const scene::SceneSurface* table = surface_of(scene, "table")) {
     const auto& c = table->corners;
     settings.right = (c[1] - c[0]).normalized();
@@ -221,7 +220,7 @@ void DesktopUi::program_or_person(Instant<GraphicsClock> now) {
 bool DesktopUi::obey(Key key, Instant<GraphicsClock> now, transport::StateLink& link) {
   switch (key) {
     case Key::serve:
-      link.send_control(scene::Control::serve);
+      link.send_control(scene::Control::begin);
       break;
     case Key::pause:
       paused_ = !paused_;

@@ -6,9 +6,9 @@
 
 #include "applications/pingpong/pingpong.h"
 #include "applications/pingpong/specification.h"
-#include "applications/scene_settings.h"
 #include "applications/touch/specification.h"
 #include "palpate/server/physics/physics_server.h"
+#include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/head_motion.h"
 #include "palpate/sim/truth_rig_for_tests.h"
 
@@ -21,8 +21,7 @@ scene::ApplicationRegistry both() {
 
 scene::SceneDescription scene_of(const sim::Simulator& world, const rig::Rig& rig,
                                  const std::string& application) {
-  return server::physics::scene_from_rig(rig, applications::scene_settings(world.file(), application),
-                                         world.file().ball.restitution_table);
+  return server::physics::scene_from_rig(rig, *sim::config::scene_of(world.file(), both(), application));
 }
 
 TEST(MouseHandOfARig, BeginsWithinReachAndStaysThereWhereverThePointerGoes) {

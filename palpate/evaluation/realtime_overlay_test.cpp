@@ -52,7 +52,7 @@ class PlayedRun {
       record.have_state = true;
       const bool belated = std::find(late.begin(), late.end(), i) != late.end();
       record.late = belated;
-      record.state.bodies[scene::kCarried].set_p(tip_at(i - (belated ? 1 : 0)) + scene_.bat_offset);
+      record.state.bodies[scene::kCarried].set_p(tip_at(i - (belated ? 1 : 0)) + scene_.carried_offset);
       record.X_world_camera = turned(angle_at(i - pose_lag));
       record.pose_source = server::graphics::PoseSource::refined;
       record.expected_world_px = 0.5;

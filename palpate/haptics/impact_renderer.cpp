@@ -26,7 +26,7 @@ physics::ContactCourse course_of(const scene::ImpactEvent& event) {
 
 bool makes_an_impact(const scene::ImpactEvent& event, Instant<PhysicsClock> now) {
   const double duration = to_seconds(event.duration);
-  // Far beyond anything that hits a hand-held bat: such a number is a mistake, or would hold a place for
+  // Far beyond anything that hits what a hand holds: such a number is a mistake, or would hold a place for
   // ever.
   constexpr double kMostMass = 100.0, kMostSpeed = 1000.0, kLongest = 1.0;  // kg, m/s, s
   return event.mass > 0.0 && event.mass < kMostMass && duration > 0.0 && duration < kLongest &&

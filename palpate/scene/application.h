@@ -1,4 +1,4 @@
-// What an application (ping-pong, ...) is to the system: rules and bodies on the physics side, things to draw
+// What an application is to the system: rules and bodies on the physics side, things to draw
 // on the graphics side. A few hundred lines each; the servers know nothing else about it.
 #pragma once
 
@@ -25,31 +25,13 @@ namespace palpate::scene {
 struct SceneSurface {
   std::string name;
   std::array<Vector3, 4> corners;
-  double restitution = 0.9;
 };
 
-// How balls fly and bounce: with drag, spin and friction, or under gravity alone as in the 2006 paper.
-enum class Physics : std::uint8_t { full, paper };
-// What a bat's contact is like (physics/contact.h, hunt_crossley.h): a spring that lets go where its force is
-// zero, the paper's that pulls at its end, or one that stiffens and damps with depth.
+// The course of an impact's force (physics/contact.h, hunt_crossley.h): a spring that lets go where its force
+// is zero, the 2006 paper's that pulls at its end, or one that stiffens and damps with depth.
 enum class ContactModel : std::uint8_t { non_sticky, paper, hunt_crossley };
 
-// What `touch` lets a hand feel, and how it stands on the table.
-struct TouchedSurface {
-  // A file of the physics server's machine; empty: the organ that is built in. Over the network go file,
-  // hash, unit, turn and shift; who gets them reads the same mesh (applications/touched_mesh.h).
-  std::string mesh_file, mesh_hash;
-  double metres_per_unit = 0.001;
-  Vector3 turn = Vector3::Zero();  // rad, angles about x, y, z, before it is put on the table
-  // On the table: to the right, up on a plinth, towards the user, m; there the reference arm reaches all
-  // round.
-  Vector3 shift{0.08, 0.06, 0.04};
-  std::shared_ptr<const TriangleMesh> mesh;  // as read; turned and put in its place by the application
-  double stiffness = 600.0;                  // N/m, along all directions
-  double damping = 2.0;                      // N s/m, along the normal
-  double static_friction = 0.4,
-         friction = 0.3;  // tangential over normal force: until it slides, while it does
-};
+inline constexpr std::size_t kLongestBodyName = 64;  // bytes
 
 // What body 0, 1, ... of a state is.
 struct BodyDescription {
@@ -76,20 +58,8 @@ struct SceneDescription {
   Vector3 carried_offset = Vector3::Zero();
   std::vector<BodyDescription> bodies;  // at most SceneState::kBodies
   std::optional<MeshAsset> mesh;
-  Payload settings;  // the application's own (palpate/scene/setting_schema.h)
-  // Ball and bat of ping-pong-like applications.
-  double ball_radius = 0.020, ball_mass = 0.0027;
-  double bat_radius = 0.075, bat_restitution = 0.80;
-  Vector3 bat_offset{0.0, 0.0, -0.09};  // disc centre in Tip; Bat axes are the Tip's, the faces are +-y
-  // What an impact has to move: bat, stylus and as much of the hand as gives way at once, kg. Infinite: it is
-  // held fast. Physics alone uses it; it is not sent.
-  double bat_mass = std::numeric_limits<double>::infinity();
-  double contact_s = 0.004;  // duration of a bat contact
-  Physics physics = Physics::full;
-  ContactModel contact_model = ContactModel::non_sticky;
-  std::array<double, 2> serve_speed{2.0, 3.5};
+  Payload settings;                // the application's own (palpate/scene/setting_schema.h)
   std::size_t shape_vertices = 0;  // of the surface that deforms; 0: there is none
-  TouchedSurface touched;
 };
 
 // An impact the hand must feel: starts at `start`, lasts `duration`; impulse along `direction` (on the hand,
@@ -101,16 +71,16 @@ struct ImpactEvent {
   Vector3 direction = Vector3::Zero();  // unit, force on the hand
   Vector3 point = Vector3::Zero();      // World, where it acts
   double approach_speed = 0.0;          // normal component of the relative velocity, m/s, > 0
-  double mass = 0.0;                    // effective: of the ball, and less where what it hits recoils; kg
+  double mass = 0.0;                    // effective: of what hits, and less where what it hits recoils; kg
   double restitution = 1.0;
   ContactModel model = ContactModel::non_sticky;  // the force's course over `duration`
 
   double impulse() const { return mass * (1.0 + restitution) * approach_speed; }  // N s, along `direction`
 };
 
-enum class Control : std::uint8_t { none, serve, reset, pause, resume };
+enum class Control : std::uint8_t { none, begin, reset, pause, resume };
 
-// The body that the stylus carries: its bat_offset leads from the stylus tip to it.
+// The body that the stylus carries: SceneDescription::carried_offset leads from the stylus tip to it.
 inline constexpr std::size_t kCarried = 1;
 
 // Physics side. step() runs in the physics loop: no lock, no allocation, no exception, no text.
@@ -130,7 +100,7 @@ class Application {
   // A person's wish, between two steps.
   void control(Control command) {
     if (command == Control::pause || command == Control::resume) paused_ = command == Control::pause;
-    if (command == Control::serve) serve();
+    if (command == Control::begin) begin();
     if (command == Control::reset) reset();
   }
 
@@ -138,7 +108,7 @@ class Application {
   bool paused() const { return paused_; }
 
  private:
-  virtual void serve() = 0;  // whatever a person begins here: the next serve, a motion
+  virtual void begin() = 0;  // whatever a person begins here: the next round, a motion
   virtual void reset() = 0;  // back to the start, counters to zero
   bool paused_ = false;
 };

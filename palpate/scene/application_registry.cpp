@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <stdexcept>
 #include <utility>
@@ -39,6 +40,27 @@ auto guarded(const std::string& name, const char* part, const Make& make, const 
   }
 }
 
+// "--long-name", in lower-case letters, digits and '-'.
+bool is_option(std::string_view name) { return name.starts_with("--") && is_name(name.substr(2)); }
+
+Expected<void> fits_in_a_message(const SceneDescription& scene) {
+  if (scene.settings.bytes.size() > kMaxPayloadBytes)
+    return refused("{}: its settings take {} bytes, at most {} are expected", scene.application,
+                   scene.settings.bytes.size(), kMaxPayloadBytes);
+  if (scene.bodies.size() > SceneState::kBodies)
+    return refused("{}: it describes {} bodies, at most {} are expected", scene.application,
+                   scene.bodies.size(), SceneState::kBodies);
+  for (const auto& body : scene.bodies)
+    if (body.name.size() > kLongestBodyName || !(body.mass >= 0.0 && std::isfinite(body.mass)))
+      return refused(
+          "{}: its body '{}' has a mass of {} kg; a name of at most {} bytes and a mass of 0 or more "
+          "is expected",
+          scene.application, excerpt(body.name), body.mass, kLongestBodyName);
+  if (!scene.carried_offset.allFinite())
+    return refused("{}: the place of what the stylus carries is not finite", scene.application);
+  return {};
+}
+
 // A CSV file's name, without a folder.
 bool is_table(std::string_view file) {
   return file.ends_with(".csv") && file.size() > 4 && file.find('/') == file.npos && file.front() != '.';
@@ -64,6 +86,10 @@ void ApplicationRegistry::add(ApplicationSpec spec) {
   } catch (const std::invalid_argument& twice) {
     throw wrong(twice.what());
   }
+  for (const auto& option : spec.options)
+    if (!is_option(option.name) || option.help.empty() || !option.apply)
+      throw wrong(fmt::format("option '{}': a name like --mesh, a help text and what it does are expected",
+                              excerpt(option.name)));
   for (const auto& table : spec.tables)
     if (!is_table(table.file))
       throw wrong(fmt::format("table '{}': a file name that ends in .csv is expected", excerpt(table.file)));
@@ -112,12 +138,16 @@ Expected<SceneDescription> ApplicationRegistry::describe(std::string_view applic
   if (auto fine = check((*spec)->settings, own); !fine) return tl::unexpected(fine.error());
   SceneDescription scene;
   scene.application = (*spec)->name;
-  if ((*spec)->describe) {
-    (*spec)->describe(own, scene);
-  } else {
-    scene.settings = to_payload((*spec)->settings, own);
-  }
-  return scene;
+  const auto described = guarded((*spec)->name, "description", [&]() -> std::optional<SceneDescription> {
+    if ((*spec)->describe)
+      (*spec)->describe(own, scene);
+    else
+      scene.settings = to_payload((*spec)->settings, own);
+    return scene;
+  });
+  if (!described) return tl::unexpected(described.error());
+  if (auto fine = fits_in_a_message(**described); !fine) return tl::unexpected(fine.error());
+  return **described;
 }
 
 Expected<const ApplicationSpec*> ApplicationRegistry::known(std::string_view name) const {

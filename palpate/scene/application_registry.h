@@ -18,6 +18,7 @@
 #include "palpate/core/expected.h"
 #include "palpate/figures/play_folder.h"
 #include "palpate/scene/application.h"
+#include "palpate/scene/application_option.h"
 #include "palpate/scene/play_record.h"
 #include "palpate/scene/play_report.h"
 #include "palpate/scene/player.h"
@@ -36,11 +37,11 @@ struct RunSettings {
 // What the hand holds and what it does with that: words on the screen and in the list of keys, and how a mouse
 // leads it. Words are in lower case, without an article where none is shown.
 struct Handling {
-  std::string held = "stylus";  // "bat": the person moves "the bat"
+  std::string held = "stylus";  // "racket": the person moves "the racket"
   std::string plays = "play";   // "let the program play"
   std::string faces;            // the surface that what is held is turned to; empty: it hangs down
   std::string buttons = "turn the stylus";  // what the mouse's buttons do
-  std::string begins;                       // what Space begins: "serve"; empty: it is not listed
+  std::string begins;                       // what Space begins: "round"; empty: it is not listed
 };
 
 // An application, as it tells of itself. Who adds a field gives it a default: it may be left out.
@@ -53,6 +54,9 @@ struct ApplicationSpec {
   // Fills what a scene says of the application: carried_offset, bodies, mesh, and its settings as a payload, for
   // values that check() has passed. Empty: to_payload() alone.
   std::function<void(const SettingValues&, SceneDescription&)> describe;
+  std::vector<ApplicationOption> options;  // of the command line; applied in this order
+  // Changes settings to what a person at a window can begin with; empty: they are so already.
+  std::function<void(SettingValues&)> ease_for_a_person;
 
   // Any of these may throw for settings that cannot be, and says what is expected. They get a scene whose
   // surfaces are there.
@@ -83,7 +87,7 @@ class ApplicationRegistry {
   }
 
   // Throws std::invalid_argument, which names the application: a name that is no such, or is taken; a summary of
-  // no or several lines; no physics side or no view; a setting that another one has.
+  // no or several lines; no physics side or no view; a setting that another one has; an option that is none.
   void add(ApplicationSpec spec);
 
   // Null where there is none. Valid until the next add().
@@ -98,7 +102,8 @@ class ApplicationRegistry {
   std::vector<SettingComplaint> complaints(const SettingValues& values) const;
 
   // The scene of an application but for its surfaces, which are the rig's. Wrong use for a name that is not
-  // known, and for values out of range; those that `values` lacks are the initial ones.
+  // known, and for values out of range; those that `values` lacks are the initial ones. Refused where the
+  // application throws, or says more than a message holds (transport/messages.h).
   Expected<SceneDescription> describe(std::string_view application, const SettingValues& values) const;
 
   // The application of the scene. Wrong use for a name that is not known; refused where the scene lacks a surface

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
+
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -22,7 +25,7 @@ class Still : public Application {
   const ImpactEvent& impact() const override { return impact_; }
 
  private:
-  void serve() override {}
+  void begin() override {}
   void reset() override {}
   RunSettings run_;
   ImpactEvent impact_;
@@ -292,6 +295,56 @@ TEST(ApplicationRegistry, ASettingHasOneOwner) {
     EXPECT_STREQ(thrown.what(), "application 'fast': setting motion.speed_m_s: two applications claim it");
   }
   EXPECT_EQ(registry.names(), std::vector<std::string>{"slow"});
+}
+
+TEST(ApplicationRegistry, WhatADescriptionSaysIsBounded) {
+  const auto refusal = [](const std::function<void(SceneDescription&)>& spoil) {
+    ApplicationSpec spec = with_speed("guest", "guest");
+    spec.describe = [spoil](const SettingValues&, SceneDescription& scene) { spoil(scene); };
+    const auto scene = ApplicationRegistry{spec}.describe("guest", {});
+    return scene ? std::string() : scene.error().message;
+  };
+  EXPECT_EQ(refusal([](SceneDescription&) {}), "");
+  EXPECT_EQ(refusal([](SceneDescription&) { throw std::runtime_error("no room"); }), "guest: no room");
+  EXPECT_EQ(refusal([](SceneDescription& s) { s.bodies.resize(9); }),
+            "guest: it describes 9 bodies, at most 8 are expected");
+  EXPECT_NE(refusal([](SceneDescription& s) {
+              s.bodies = {{"Ball", -1.0}};
+            }).find("'Ball' has a mass of -1 kg"),
+            std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& s) {
+              s.bodies = {{std::string(65, 'b'), 1.0}};
+            }).find("at most 64"),
+            std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& s) {
+              s.settings = {1, std::string(40000, 'x')};
+            }).find("40000 bytes"),
+            std::string::npos);
+  EXPECT_NE(refusal([](SceneDescription& s) { s.carried_offset.x() = std::nan(""); }).find("is not finite"),
+            std::string::npos);
+}
+
+TEST(ApplicationRegistry, AnOptionHasANameAHelpAndAnEffect) {
+  const auto refusal = [](const ApplicationOption& option) {
+    ApplicationSpec spec = guest("guest");
+    spec.options = {option};
+    try {
+      ApplicationRegistry{spec};
+      return std::string();
+    } catch (const std::invalid_argument& thrown) {
+      return std::string(thrown.what());
+    }
+  };
+  const auto nothing = [](const std::string&, SettingValues&) { return Expected<void>(); };
+  EXPECT_EQ(refusal({.name = "--speed", .help = "How fast", .apply = nothing}), "");
+  for (const ApplicationOption& broken :
+       {ApplicationOption{.name = "speed", .help = "How fast", .apply = nothing},
+        {.name = "--", .help = "How fast", .apply = nothing},
+        {.name = "--Speed up", .help = "How fast", .apply = nothing},
+        {.name = "--speed", .help = "", .apply = nothing},
+        {.name = "--speed", .help = "How fast", .apply = nullptr}})
+    EXPECT_NE(refusal(broken).find("application 'guest': option '" + broken.name), std::string::npos)
+        << broken.name;
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ class ContactLaw {
   // Force on the hand for the coming tick, N. `tip` is as measured for this tick, of finite numbers, where it
   // was last seen if the arm is silent; `dt` is the time since the last call, s, 0 in the first.
   // The haptic thread, once a tick, about 1 kHz: no lock, no allocation, no system call, no text. What another
-  // thread moves (an organ's pose) reaches it through a TripleBuffer.
+  // thread moves (a body's pose) reaches it through a TripleBuffer.
   virtual Vector3 force(const TipState& tip, double dt) noexcept = 0;
 
   // What it promises; asked for once, before the first tick.

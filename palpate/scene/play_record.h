@@ -30,7 +30,7 @@ struct Highlight {
   bool in_sight = true;     // what the play is about can be seen
   std::int32_t events = 0;  // hits, touches: how many so far; the first ones get a picture each
   std::string event;        // one such, as a word of a file's name: "hit"
-  std::string just_after;   // what a picture right after one shows: "the bat has just met the ball"
+  std::string just_after;   // what a picture right after one shows: "the tip has just met the surface"
   std::string going_on;     // what any other shows: "the ball on its way to the wall"
   std::string unseen;       // and where it is not in sight
 };

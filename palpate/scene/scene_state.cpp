@@ -1,5 +1,5 @@
 // Between two states a body follows the cubic that has their positions and velocities (Hermite): exact for
-// free flight, and for a bat moved by a hand better than a straight line by an order in the time step.
+// free flight, and for what a hand moves better than a straight line by an order in the time step.
 #include "palpate/scene/scene_state.h"
 
 #include <algorithm>

@@ -21,11 +21,6 @@ std::size_t count_of(const SettingValue& value) {
   return numbers == nullptr ? 0 : numbers->size();
 }
 
-bool fits(const SettingField& field, const SettingValue& value) {
-  return std::holds_alternative<std::vector<double>>(value) == is_numeric(field) &&
-         count_of(value) == count_of(field.initial);
-}
-
 Expected<void> check(const SettingField& field, const SettingValue& value) {
   if (const auto* numbers = std::get_if<std::vector<double>>(&value)) {
     for (const double x : *numbers)
@@ -57,6 +52,11 @@ Expected<SettingValue> value_from(const SettingField& field, const Json& json) {
 }
 
 }  // namespace
+
+bool fits(const SettingField& field, const SettingValue& value) {
+  return std::holds_alternative<std::vector<double>>(value) == is_numeric(field) &&
+         count_of(value) == count_of(field.initial);
+}
 
 void SettingValues::add(const SettingSchema& schema) {
   for (const auto& field : schema.fields) {

@@ -57,6 +57,9 @@ struct SettingComplaint {
   std::string section, key, message;
 };
 
+// Whether a value is of the field's kind: a text, or as many numbers as the initial value has.
+bool fits(const SettingField& field, const SettingValue& value);
+
 class SettingValues;
 
 struct SettingSchema {

@@ -29,7 +29,7 @@ struct TrueView {
   std::array<Vector3, 4> table{}, wall{};  // corners, in touching order
   std::vector<Dot> dots;
   std::vector<RealBall> balls;
-  // The real arm: base, links, gimbal, stylus with its marker. The virtual bat is NOT here.
+  // The real arm: base, links, gimbal, stylus with its marker. Nothing virtual is here.
   Pose<World, ArmBase> X_world_base;
   device::PhantomLengths lengths;
   Vector3 theta = Vector3::Zero(), gimbal = Vector3::Zero();

@@ -24,11 +24,11 @@ inline scene::StateAnswer state_at(Instant<PhysicsClock> time) {
   return answer;
 }
 
-inline scene::SceneDescription table_scene(const std::string& application = "pingpong") {
+inline scene::SceneDescription table_scene(const std::string& application = "marbles") {
   scene::SceneDescription scene;
   scene.application = application;
   scene.surfaces.push_back(
-      {"table", {Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(1, 0, 1), Vector3(0, 0, 1)}, 0.9});
+      {"table", {Vector3(0, 0, 0), Vector3(1, 0, 0), Vector3(1, 0, 1), Vector3(0, 0, 1)}});
   return scene;
 }
 

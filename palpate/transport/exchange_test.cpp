@@ -74,7 +74,7 @@ TEST_P(Exchange, WhoAsksHowTheServerIsDoingHearsOfEveryClient) {
     return asking->status() && asking->status()->clients.size() == 2;
   }));
   const auto& clients = asking->status()->clients;
-  EXPECT_EQ(asking->status()->application, "pingpong");
+  EXPECT_EQ(asking->status()->application, "marbles");
   const auto screen =
       std::find_if(clients.begin(), clients.end(), [](const auto& c) { return c.name == "screen"; });
   ASSERT_NE(screen, clients.end());
@@ -174,7 +174,7 @@ TEST_P(Exchange, ASecondServerAtTheSameAddressIsRefused) {
 TEST_P(Exchange, AWishIsCarriedOutOnceAndInOrder) {
   auto server = rig->serve();
   auto link = rig->connect();
-  EXPECT_TRUE(link->send_control(scene::Control::serve));
+  EXPECT_TRUE(link->send_control(scene::Control::begin));
   EXPECT_TRUE(link->send_control(scene::Control::pause));
   EXPECT_TRUE(link->send_control(scene::Control::resume));
   std::vector<scene::Control> taken;
@@ -182,7 +182,7 @@ TEST_P(Exchange, AWishIsCarriedOutOnceAndInOrder) {
     while (auto control = (*server)->take_control()) taken.push_back(*control);
     return taken.size() >= 3;
   });
-  EXPECT_EQ(taken, (std::vector{scene::Control::serve, scene::Control::pause, scene::Control::resume}));
+  EXPECT_EQ(taken, (std::vector{scene::Control::begin, scene::Control::pause, scene::Control::resume}));
   for (int i = 0; i < 300; ++i) {  // long enough for a second copy, were one sent
     link->poll();
     rig->wait_a_little();

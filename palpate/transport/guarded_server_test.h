@@ -43,7 +43,7 @@ class GuardedServer : public ::testing::Test {
   // Asks for a state and a serve for a while.
   void expect_nothing_for(StateLink& link, int milliseconds = 600) {
     std::uint64_t number = 0;
-    link.send_control(scene::Control::serve);
+    link.send_control(scene::Control::begin);
     for (int i = 0; i < milliseconds; ++i) {
       link.poll();
       if (i % 20 == 0) link.request(++number, {seconds(1)});

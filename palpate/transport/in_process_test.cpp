@@ -177,7 +177,7 @@ TEST(InProcessNetwork, AWishSurvivesABadWireAndAnOldOneIsDropped) {
   ASSERT_TRUE(rig.until({link.get()}, [&] { return link->peer_alive(); }));
   int served = 0;
   for (int i = 0; i < 20; ++i) {
-    link->send_control(scene::Control::serve);
+    link->send_control(scene::Control::begin);
     rig.until(
         {link.get()},
         [&] {
@@ -190,7 +190,7 @@ TEST(InProcessNetwork, AWishSurvivesABadWireAndAnOldOneIsDropped) {
   EXPECT_GE(served, 18);  // ten tries each at a chance of 0.6 to arrive: 1e-4 to fail, plus answers lost
 
   server->reset();
-  link->send_control(scene::Control::serve);
+  link->send_control(scene::Control::begin);
   EXPECT_FALSE(rig.until(
       {link.get()}, [] { return false; }, std::chrono::seconds(3)));
   server = rig.serve();

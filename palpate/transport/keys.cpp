@@ -153,7 +153,7 @@ std::optional<Role> role_named(std::string_view name) {
 }
 
 bool may(Role role, scene::Control control) {
-  return control == scene::Control::serve ? role >= Role::graphics : role >= Role::operator_;
+  return control == scene::Control::begin ? role >= Role::graphics : role >= Role::operator_;
 }
 
 bool is_key(std::string_view text) {

@@ -113,9 +113,9 @@ TEST(Keys, AClientNeedsItsOwnPairAndTheServersKey) {
 
 TEST(Roles, EachMayDoWhatTheOneBeforeMay) {
   for (const auto control :
-       {scene::Control::serve, scene::Control::reset, scene::Control::pause, scene::Control::resume}) {
+       {scene::Control::begin, scene::Control::reset, scene::Control::pause, scene::Control::resume}) {
     EXPECT_FALSE(may(Role::observer, control));
-    EXPECT_EQ(may(Role::graphics, control), control == scene::Control::serve);
+    EXPECT_EQ(may(Role::graphics, control), control == scene::Control::begin);
     EXPECT_TRUE(may(Role::operator_, control));
   }
   for (const auto role : {Role::observer, Role::graphics, Role::operator_})

@@ -52,26 +52,25 @@ void put(wire::SceneDescription* out, const scene::SceneDescription& scene) {
     for (const Vector3& corner : surface.corners) {
       for (double x : plain(corner)) to->add_corners_m(x);
     }
-    to->set_restitution(surface.restitution);
   }
   put(out->mutable_gravity_m_per_s2(), plain(scene.gravity));
-  out->set_ball_radius_m(scene.ball_radius);
-  out->set_ball_mass_kg(scene.ball_mass);
-  out->set_bat_radius_m(scene.bat_radius);
-  out->set_bat_restitution(scene.bat_restitution);
-  put(out->mutable_bat_offset_m(), plain(scene.bat_offset));
-  out->set_contact_duration_s(scene.contact_s);
-  out->set_serve_speed_min_m_per_s(scene.serve_speed[0]);
-  out->set_serve_speed_max_m_per_s(scene.serve_speed[1]);
+  put(out->mutable_carried_offset_m(), plain(scene.carried_offset));
+  for (const scene::BodyDescription& body : scene.bodies) {
+    wire::BodyDescription* to = out->add_bodies();
+    to->set_name(body.name);
+    to->set_mass_kg(body.mass);
+  }
+  if (scene.mesh) {
+    wire::MeshAsset* mesh = out->mutable_mesh();
+    mesh->set_file(scene.mesh->file);
+    mesh->set_hash(scene.mesh->hash);
+    mesh->set_metres_per_unit(scene.mesh->metres_per_unit);
+  }
+  if (scene.settings.version != 0) {
+    out->mutable_settings()->set_version(scene.settings.version);
+    out->mutable_settings()->set_content(scene.settings.bytes);
+  }
   out->set_shape_vertices(static_cast<std::uint32_t>(scene.shape_vertices));
-  out->set_physics(static_cast<std::uint32_t>(scene.physics));
-  out->set_contact_model(static_cast<std::uint32_t>(scene.contact_model));
-  wire::TouchedSurface* touched = out->mutable_touched();
-  touched->set_file(scene.touched.mesh_file);
-  touched->set_hash(scene.touched.mesh_hash);
-  touched->set_metres_per_unit(scene.touched.metres_per_unit);
-  put(touched->mutable_turn_rad(), plain(scene.touched.turn));
-  put(touched->mutable_shift_m(), plain(scene.touched.shift));
 }
 
 void put(wire::ClientFigures* out, const ClientFigures& figures) {

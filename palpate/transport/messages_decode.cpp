@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/scene/mesh_asset.h"
 #include "palpate/transport/internal/message_arena.h"
 #include "palpate/transport/messages.h"
 
@@ -46,6 +47,10 @@ class Check {
   }
   double positive(double value, const char* field) {
     require(std::isfinite(value) && value > 0.0, field, "finite and above 0");
+    return value;
+  }
+  double not_negative(double value, const char* field) {
+    require(std::isfinite(value) && value >= 0.0, field, "finite and 0 or more");
     return value;
   }
   double within(double value, double low, double high, const char* field) {
@@ -123,8 +128,18 @@ scene::SceneSurface read(Check& check, const wire::SceneSurface& in) {
   surface.name = check.text(in.name(), kMaxNameBytes, "surface name");
   const auto x = check.numbers<12>(in.corners_m(), "corners_m");
   for (std::size_t i = 0; i < 4; ++i) surface.corners[i] = {x[3 * i], x[3 * i + 1], x[3 * i + 2]};
-  surface.restitution = check.fraction(in.restitution(), "surface restitution");
   return surface;
+}
+
+scene::MeshAsset read(Check& check, const wire::MeshAsset& in) {
+  return {.file = check.text(in.file(), scene::kMaxMeshPathBytes, "mesh file"),
+          .hash = check.text(in.hash(), kMaxNameBytes, "mesh hash"),
+          .metres_per_unit = check.positive(in.metres_per_unit(), "metres_per_unit")};
+}
+
+scene::Payload read(Check& check, const wire::Payload& in) {
+  check.require(in.version() != 0, "settings version", "1 or more");
+  return {.version = in.version(), .bytes = check.text(in.content(), scene::kMaxPayloadBytes, "settings")};
 }
 
 scene::SceneDescription read(Check& check, const wire::SceneDescription& in) {
@@ -134,29 +149,17 @@ scene::SceneDescription read(Check& check, const wire::SceneDescription& in) {
   if (!check.good()) return scene;
   for (const wire::SceneSurface& surface : in.surfaces()) scene.surfaces.push_back(read(check, surface));
   scene.gravity = check.vector(in.gravity_m_per_s2(), "gravity_m_per_s2");
-  scene.ball_radius = check.positive(in.ball_radius_m(), "ball_radius_m");
-  scene.ball_mass = check.positive(in.ball_mass_kg(), "ball_mass_kg");
-  scene.bat_radius = check.positive(in.bat_radius_m(), "bat_radius_m");
-  scene.bat_restitution = check.fraction(in.bat_restitution(), "bat_restitution");
-  scene.bat_offset = check.vector(in.bat_offset_m(), "bat_offset_m");
-  scene.contact_s = check.positive(in.contact_duration_s(), "contact_duration_s");
-  scene.serve_speed = {check.finite(in.serve_speed_min_m_per_s(), "serve_speed_min_m_per_s"),
-                       check.finite(in.serve_speed_max_m_per_s(), "serve_speed_max_m_per_s")};
-  check.require(scene.serve_speed[0] <= scene.serve_speed[1], "serve_speed_min_m_per_s",
-                "at most the maximum");
+  scene.carried_offset = check.vector(in.carried_offset_m(), "carried_offset_m");
+  check.count(in.bodies_size(), scene::SceneState::kBodies, "body descriptions");
+  for (const wire::BodyDescription& body : in.bodies()) {
+    if (!check.good()) return scene;
+    scene.bodies.push_back({check.text(body.name(), scene::kLongestBodyName, "body name"),
+                            check.not_negative(body.mass_kg(), "mass_kg")});
+  }
   check.require(in.shape_vertices() <= scene::Shape::kMaxVertices, "shape_vertices", "at most 40000");
   scene.shape_vertices = in.shape_vertices();
-  check.require(in.physics() <= 1, "physics", "0 or 1");
-  check.require(in.contact_model() <= 2, "contact_model", "0, 1 or 2");
-  if (!check.good()) return scene;
-  scene.physics = static_cast<scene::Physics>(in.physics());
-  scene.contact_model = static_cast<scene::ContactModel>(in.contact_model());
-  if (!in.has_touched()) return scene;
-  scene.touched.mesh_file = check.text(in.touched().file(), kMaxReasonBytes, "touched mesh file");
-  scene.touched.mesh_hash = check.text(in.touched().hash(), kMaxNameBytes, "touched mesh hash");
-  scene.touched.metres_per_unit = check.positive(in.touched().metres_per_unit(), "metres_per_unit");
-  scene.touched.turn = check.vector(in.touched().turn_rad(), "turn_rad");
-  scene.touched.shift = check.vector(in.touched().shift_m(), "shift_m");
+  if (in.has_mesh()) scene.mesh = read(check, in.mesh());
+  if (in.has_settings()) scene.settings = read(check, in.settings());
   return scene;
 }
 

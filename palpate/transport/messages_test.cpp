@@ -5,9 +5,11 @@
 #include <palpate.pb.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "palpate/core/random.h"
+#include "palpate/scene/mesh_asset.h"
 #include "palpate/transport/exchange_rig_test.h"
 
 namespace palpate::transport {
@@ -79,7 +81,7 @@ TEST(Messages, EveryStateComesBackToTheBit) {
 TEST(Messages, AStatusComesBackWholeAndIsBounded) {
   StatusReply reply{7, {}};
   reply.status.uptime_s = 12.5;
-  reply.status.application = "pingpong";
+  reply.status.application = "marbles";
   reply.status.loops.push_back(
       {"haptic", 999.5, 1000, 3, 4, 1.5, 2.5, 3.5, 4.5, std::vector<std::uint64_t>{0, 5, 7}});
   reply.status.clients.push_back(
@@ -140,20 +142,10 @@ TEST(Messages, AStatusOfAsManyClientsAsThereMayBeEachInAllTroubleFits) {
 TEST(Messages, ASceneComesBackWhole) {
   scene::SceneDescription scene = testing::table_scene("touch");
   scene.gravity = {0.1, 0.2, -9.7};
-  scene.bat_offset = {1, 2, 3};
-  scene.ball_radius = 0.021;
-  scene.ball_mass = 0.003;
-  scene.bat_radius = 0.08;
-  scene.bat_restitution = 0.7;
-  scene.contact_s = 0.005;
-  scene.physics = scene::Physics::paper;
-  scene.contact_model = scene::ContactModel::hunt_crossley;
-  scene.serve_speed = {1.0, 1.5};
-  scene.touched.mesh_file = "/meshes/liver.stl";
-  scene.touched.mesh_hash = "fnv1a64:0123456789abcdef";
-  scene.touched.metres_per_unit = 0.01;
-  scene.touched.turn = {0.1, -0.2, 0.3};
-  scene.touched.shift = {0.4, 0.5, -0.6};
+  scene.carried_offset = {1, 2, 3};
+  scene.bodies = {{"Liver", 0.0}, {"Needle", 0.031}};
+  scene.mesh = scene::MeshAsset{"/meshes/liver.stl", "fnv1a64:0123456789abcdef", 0.01, nullptr};
+  scene.settings = {3, std::string("bytes of any kind\0\xff", 20)};
   const auto back = decode_server_message(encode(ServerMessage(Welcome{77, scene})));
   ASSERT_TRUE(back) << back.error().message;
   const auto& welcome = std::get<Welcome>(*back);
@@ -162,25 +154,16 @@ TEST(Messages, ASceneComesBackWhole) {
   EXPECT_EQ(welcome.scene->application, "touch");
   EXPECT_EQ(welcome.scene->surfaces[0].name, "table");
   EXPECT_EQ(welcome.scene->surfaces[0].corners, scene.surfaces[0].corners);
-  EXPECT_EQ(welcome.scene->surfaces[0].restitution, 0.9);
   EXPECT_EQ(welcome.scene->gravity, scene.gravity);
-  EXPECT_EQ(welcome.scene->touched.mesh_file, scene.touched.mesh_file);
-  EXPECT_EQ(welcome.scene->touched.mesh_hash, scene.touched.mesh_hash);
-  EXPECT_EQ(welcome.scene->touched.metres_per_unit, 0.01);
-  EXPECT_EQ(welcome.scene->touched.turn, scene.touched.turn);
-  EXPECT_EQ(welcome.scene->touched.shift, scene.touched.shift);
-  EXPECT_EQ(welcome.scene->bat_offset, scene.bat_offset);
-  EXPECT_EQ(welcome.scene->ball_radius, 0.021);
-  EXPECT_EQ(welcome.scene->ball_mass, 0.003);
-  EXPECT_EQ(welcome.scene->bat_radius, 0.08);
-  EXPECT_EQ(welcome.scene->bat_restitution, 0.7);
-  EXPECT_EQ(welcome.scene->contact_s, 0.005);
-  EXPECT_EQ(welcome.scene->physics, scene::Physics::paper);
-  EXPECT_EQ(welcome.scene->contact_model, scene::ContactModel::hunt_crossley);
-  auto odd = scene;
-  odd.contact_model = static_cast<scene::ContactModel>(3);
-  EXPECT_FALSE(decode_server_message(encode(ServerMessage(Welcome{77, odd}))));
-  EXPECT_EQ(welcome.scene->serve_speed, scene.serve_speed);
+  EXPECT_EQ(welcome.scene->carried_offset, scene.carried_offset);
+  ASSERT_EQ(welcome.scene->bodies.size(), 2u);
+  EXPECT_EQ(welcome.scene->bodies[1].name, "Needle");
+  EXPECT_EQ(welcome.scene->bodies[1].mass, 0.031);
+  ASSERT_TRUE(welcome.scene->mesh);
+  EXPECT_EQ(welcome.scene->mesh->file, scene.mesh->file);
+  EXPECT_EQ(welcome.scene->mesh->hash, scene.mesh->hash);
+  EXPECT_EQ(welcome.scene->mesh->metres_per_unit, 0.01);
+  EXPECT_EQ(welcome.scene->settings, scene.settings);
 }
 
 TEST(Messages, SmallMessagesComeBack) {
@@ -278,19 +261,49 @@ TEST(Messages, ASceneBeyondTheBoundsIsRefused) {
   scene.surfaces.resize(65, scene.surfaces[0]);
   EXPECT_FALSE(decode_server_message(encode(ServerMessage(Welcome{1, scene}))));
   scene = testing::table_scene();
-  scene.ball_radius = 0.0;
+  scene.carried_offset.x() = std::nan("");
   EXPECT_FALSE(decode_server_message(encode(ServerMessage(Welcome{1, scene}))));
   scene = testing::table_scene(std::string(65, 'a'));
   EXPECT_FALSE(decode_server_message(encode(ServerMessage(Welcome{1, scene}))));
   scene = testing::table_scene();
-  scene.serve_speed = {3.0, 2.0};
+  scene.bodies.resize(9);
   EXPECT_FALSE(decode_server_message(encode(ServerMessage(Welcome{1, scene}))));
+}
+
+std::string refusal_of_scene(const std::function<void(scene::SceneDescription&)>& spoil) {
+  scene::SceneDescription scene = testing::table_scene();
+  spoil(scene);
+  const auto read = decode_server_message(encode(ServerMessage(Welcome{1, scene})));
+  return read ? std::string() : read.error().message;
+}
+
+TEST(Messages, WhatAnApplicationSaysOfASceneIsBounded) {
+  using Scene = scene::SceneDescription;
+  const auto expect = [](const std::string& words, const std::function<void(Scene&)>& spoil) {
+    EXPECT_NE(refusal_of_scene(spoil).find(words), std::string::npos) << refusal_of_scene(spoil);
+  };
+  EXPECT_EQ(refusal_of_scene([](Scene&) {}), "");
+  expect("body name must be at most 64", [](Scene& s) { s.bodies = {{std::string(65, 'b'), 0.0}}; });
+  expect("mass_kg must be finite and 0", [](Scene& s) { s.bodies = {{"Ball", -1.0}}; });
+  expect("mass_kg", [](Scene& s) { s.bodies = {{"Ball", std::numeric_limits<double>::infinity()}}; });
+  expect("mesh file must be at most 512", [](Scene& s) { s.mesh = scene::MeshAsset{std::string(513, 'f')}; });
+  expect("metres_per_unit", [](Scene& s) { s.mesh = scene::MeshAsset{"a.stl", "", 0.0, nullptr}; });
+  expect("settings must be at most 32768", [](Scene& s) {
+    s.settings = {1, std::string(scene::kMaxPayloadBytes + 1, 'x')};
+  });
+  EXPECT_EQ(refusal_of_scene([](Scene& s) {
+              s.settings = {1, std::string(scene::kMaxPayloadBytes, 'x')};
+            }),
+            "");
 }
 
 TEST(Messages, TheLargestSceneFitsAMessage) {
   scene::SceneDescription scene = testing::table_scene(std::string(kMaxNameBytes, 'a'));
   scene.surfaces[0].name = std::string(kMaxNameBytes, 's');
   scene.surfaces.resize(kMaxSurfaces, scene.surfaces[0]);
+  scene.bodies.assign(scene::SceneState::kBodies, {std::string(scene::kLongestBodyName, 'b'), 1.0});
+  scene.mesh = scene::MeshAsset{std::string(scene::kMaxMeshPathBytes, 'm'), std::string(kMaxNameBytes, 'h')};
+  scene.settings = {~std::uint32_t{0}, std::string(scene::kMaxPayloadBytes, 's')};
   EXPECT_TRUE(decode_server_message(encode(ServerMessage(Welcome{1, scene}))));
 }
 

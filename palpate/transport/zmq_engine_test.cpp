@@ -323,7 +323,7 @@ TEST(ZmqEngine, TheServersThreadNeverHoldsUpTheLoopsBesideIt) {
     // A machine that stood still may have filled the queue: then a little later.
     ASSERT_TRUE(rig.until({link.get()}, [&] { return link->request(n, {seconds(static_cast<double>(n))}); }));
     if (n % 20 == 0) {
-      ASSERT_TRUE(rig.until({link.get()}, [&] { return link->send_control(scene::Control::serve); }));
+      ASSERT_TRUE(rig.until({link.get()}, [&] { return link->send_control(scene::Control::begin); }));
     }
     ASSERT_TRUE(rig.until({link.get()}, [&] { return link->send_sync(); }));
     rig.wait_a_little();

@@ -8,7 +8,9 @@ namespace palpate::tools::commands {
 void add_apps(CLI::App& program) {
   auto* command = program.add_subcommand("apps", "The applications there are, a line each");
   on(command, []() -> Expected<void> {
-    for (const auto& application : known_applications().specs()) {
+    const auto& applications = known_applications();
+    if (applications.specs().empty()) notice("this program has no application");
+    for (const auto& application : applications.specs()) {
       const auto* from = plugins().origin_of_application(application.name);
       fmt::print("{:<12}{}{}\n", application.name, application.summary,
                  from == nullptr ? "" : fmt::format(" (plug-in {})", from->file.string()));

@@ -10,6 +10,7 @@
 #include "palpate/server/graphics/frame_renderer.h"
 #include "palpate/sim/camera_renderer.h"
 #include "tools/commands/command.h"
+#include "tools/commands/guests.h"
 
 namespace palpate::tools::commands {
 void add_calibrate_all(CLI::App& calibrate) {
@@ -28,7 +29,7 @@ void add_calibrate_all(CLI::App& calibrate) {
   on(command, [options]() -> Expected<void> {
     sim::config::WorldFile file = sim::config::reference_world();
     if (!options->world.empty()) {
-      auto read = sim::config::read_world(options->world);
+      auto read = sim::config::read_world(options->world, known_applications());
       if (!read) return tl::unexpected(read.error());
       file = *read;
     }

@@ -11,241 +11,292 @@
 #include "tools/commands/drivers.h"
 #include "tools/commands/guests.h"
 #include "tools/commands/server_options.h"
+#include "tools/commands/settings_options.h"
 
 namespace palpate::tools::commands {
 
-void add_graphics(CLI::App& program) {
-  auto* command =
-      program.add_subcommand("graphics", "The graphics server: camera and tracker in, augmented picture out");
-  struct Options {
-    std::string rig = "rig.toml", world, json, tracker, publish, camera = "lab", right_camera,
-                quality = "medium", lab = "lab";
-    CameraOptions camera_options;
-    std::vector<std::string> tools;
-    std::string picture_time, monitor;
-    double scan_out_ms = 0.0, extra_delay_ms = 0.0;
-    bool igtl_insecure = false;
-    server::session::GraphicsProcessOptions process;
-  };
-  auto options = std::make_shared<Options>();
-  command->add_option("--rig", options->rig, "Calibrated rig file")->capture_default_str();
-  add_server_options(*command, options->process.server);
-  command->add_option("--lab", options->lab, "Name of the laboratory `palpate world run` serves")
+namespace {
+
+struct GraphicsOptions {
+  std::string rig = "rig.toml", world, json, tracker, publish, camera = "lab", right_camera,
+              quality = "medium", lab = "lab";
+  CameraOptions camera_options;
+  std::vector<std::string> tools;
+  std::string picture_time, monitor;
+  double scan_out_ms = 0.0, extra_delay_ms = 0.0;
+  bool igtl_insecure = false, publish_said = false, scan_out_said = false, extra_delay_said = false;
+  server::session::GraphicsProcessOptions process;
+};
+
+void add_device_options(CLI::App& command, GraphicsOptions& options) {
+  command.add_option("--rig", options.rig, "Calibrated rig file")->capture_default_str();
+  add_server_options(command, options.process.server);
+  command.add_option("--lab", options.lab, "Name of the laboratory `palpate world run` serves")
       ->default_val("lab");
   command
-      ->add_option("--camera", options->camera,
-                   "lab (of a simulated laboratory), or a real camera or recording: " +
-                       drivers().camera_forms(device::Offer::real))
+      .add_option("--camera", options.camera,
+                  "lab (of a simulated laboratory), or a real camera or recording: " +
+                      drivers().camera_forms(device::Offer::real))
       ->type_name("CAMERA")
       ->default_val("lab");
   command
-      ->add_option("--right-camera", options->right_camera,
-                   "A second real camera on the same marker, for the right eye; it must expose at the same "
-                   "moments as --camera, and the rig have both calibrated")
+      .add_option("--right-camera", options.right_camera,
+                  "A second real camera on the same marker, for the right eye; it must expose at the same "
+                  "moments as --camera, and the rig have both calibrated")
       ->type_name("CAMERA");
-  add_camera_options(*command, options->camera_options);
+  add_camera_options(command, options.camera_options);
   command
-      ->add_option("--tracker", options->tracker,
-                   "igtl://HOST:PORT: the tracker of an OpenIGTLink server instead of the laboratory's")
+      .add_option("--tracker", options.tracker,
+                  "igtl://HOST:PORT: the tracker of an OpenIGTLink server instead of the laboratory's")
       ->type_name("ADDRESS");
   command
-      ->add_option("--tracker-tool", options->tools,
-                   "What that server calls a marker, where it is not MARKERToWorld: CameraMarker, TipMarker "
-                   "or Pointer; several may be named")
+      .add_option("--tracker-tool", options.tools,
+                  "What that server calls a marker, where it is not MARKERToWorld: CameraMarker, TipMarker "
+                  "or Pointer; several may be named")
       ->type_name("MARKER=NAME")
       ->expected(1)
       ->take_all();
   command
-      ->add_option(
-          "--igtl-publish", options->publish,
-          "Serve live poses over OpenIGTLink at [HOST:]PORT, for 3D Slicer; 18944 where none is said")
+      .add_option("--igtl-publish", options.publish,
+                  "Serve live poses over OpenIGTLink at [HOST:]PORT, for 3D Slicer; 18944 where none is said")
       ->type_name("ADDRESS")
       ->expected(0, 1);
-  command->add_flag("--igtl-insecure", options->igtl_insecure,
-                    "Serve poses beyond this machine: the protocol protects nothing");
-  command->add_option("--mesh", options->process.mesh,
-                      "The file that touch explores, where it is not on the physics server's machine");
-  command->add_option("--quality", options->quality, "Of the picture: low, medium or high")
+  command.add_flag("--igtl-insecure", options.igtl_insecure,
+                   "Serve poses beyond this machine: the protocol protects nothing");
+}
+
+void add_picture_options(CLI::App& command, GraphicsOptions& options) {
+  command.add_option(
+      "--mesh", options.process.mesh,
+      "The mesh file that the application uses, where it is not on the physics server's machine");
+  command.add_option("--quality", options.quality, "Of the picture: low, medium or high")
       ->capture_default_str();
-  command->add_flag("--player", options->process.player, "Let the scripted player hold the stylus");
-  auto* window = command->add_flag(
-      "--window", options->process.window,
+  command.add_flag("--player", options.process.player, "Let the scripted player hold the stylus");
+  auto* window = command.add_flag(
+      "--window", options.process.window,
       "Show the picture in a window, with sound; ? lists its keys. Without, nothing is shown");
   command
-      ->add_flag("--mouse", options->process.mouse,
-                 "Let the mouse hold the stylus; with --player, from its first movement on")
+      .add_flag("--mouse", options.process.mouse,
+                "Let the mouse hold the stylus; with --player, from its first movement on")
       ->needs(window);
   command
-      ->add_option("--monitor", options->monitor,
-                   "A second window for those who look on: copy (what the first shows) or outside (the play "
-                   "from the side)")
+      .add_option("--monitor", options.monitor,
+                  "A second window for those who look on: copy (what the first shows) or outside (the play "
+                  "from the side)")
       ->type_name("VIEW")
       ->needs(window);
   command
-      ->add_flag("--biocular", options->process.biocular,
-                 "Show the camera's picture twice, side by side, for a head-mounted display")
+      .add_flag("--biocular", options.process.biocular,
+                "Show the camera's picture twice, side by side, for a head-mounted display")
       ->needs(window);
-  command->add_flag(
-      "--clock-strip", options->process.timecode,
-      "Measure the delay from light to light: show the clock strip on the simulated display, or "
-      "with a real camera in the window, at which the camera then has to look");
-  command->add_option("--world", options->world,
-                      "World file of that laboratory: how a player's hand and arm feel, the mouse's too");
-  command->add_option("--seed", options->process.seed, "Seed of the scripted player")->default_val(1);
+  command.add_flag("--clock-strip", options.process.timecode,
+                   "Measure the delay from light to light: show the clock strip on the simulated display, or "
+                   "with a real camera in the window, at which the camera then has to look");
+}
+
+void add_run_options(CLI::App& command, GraphicsOptions& options) {
+  command.add_option("--world", options.world,
+                     "World file of that laboratory: how a player's hand and arm feel, the mouse's too");
+  command.add_option("--seed", options.process.seed, "Seed of the scripted player")->default_val(1);
   command
-      ->add_option("--seconds", options->process.seconds,
-                   "Stop after this many seconds; 0 = at Ctrl-C or when the window is closed")
+      .add_option("--seconds", options.process.seconds,
+                  "Stop after this many seconds; 0 = at Ctrl-C or when the window is closed")
       ->check(CLI::NonNegativeNumber)
       ->default_val(0.0);
+  command.add_option("--out", options.process.out,
+                     "Folder for realtime_frames.csv and realtime_sync.csv, in place at the end");
+  command.add_option("--json", options.json,
+                     "Write exchange and clock figures here at the end; - = standard output");
+}
+
+void add_delay_options(CLI::App& command, GraphicsOptions& options) {
   command
-      ->add_option("--picture-time", options->picture_time,
-                   "registered: virtual things as they were when the image was taken; predicted: as they "
-                   "will be when the picture is seen. As the world file says where none is named")
+      .add_option("--picture-time", options.picture_time,
+                  "registered: virtual things as they were when the image was taken; predicted: as they "
+                  "will be when the picture is seen. As the world file says where none is named")
       ->check(CLI::IsMember({"registered", "predicted"}));
   command
-      ->add_option("--scan-out-ms", options->scan_out_ms,
-                   "From the end of drawing until the display shows the picture's middle")
+      .add_option("--scan-out-ms", options.scan_out_ms,
+                  "From the end of drawing until the display shows the picture's middle")
       ->check(CLI::Range(0.0, 1000.0));
   command
-      ->add_option("--extra-picture-delay-ms", options->extra_delay_ms,
-                   "Hold every image back by so much, on purpose: for experiments")
+      .add_option("--extra-picture-delay-ms", options.extra_delay_ms,
+                  "Hold every image back by so much, on purpose: for experiments")
       ->check(CLI::Range(0.0, 1000.0));
   command
-      ->add_option("--disguise-offset-s", options->process.disguise_offset_s,
-                   "Show this machine's clock with an offset, to try the clock synchronisation")
+      .add_option("--disguise-offset-s", options.process.disguise_offset_s,
+                  "Show this machine's clock with an offset, to try the clock synchronisation")
       ->default_val(0.0);
-  command->add_option("--disguise-drift-ppm", options->process.disguise_drift_ppm, "... and with a drift")
+  command.add_option("--disguise-drift-ppm", options.process.disguise_drift_ppm, "... and with a drift")
       ->default_val(0.0);
-  command->add_option("--out", options->process.out,
-                      "Folder for realtime_frames.csv and realtime_sync.csv, in place at the end");
-  command->add_option("--json", options->json,
-                      "Write exchange and clock figures here at the end; - = standard output");
-  on(command, [options, command]() -> Expected<void> {
-    if (command->count("--igtl-publish") > 0) {
-      const std::string where =
-          options->publish.empty() ? std::to_string(drivers::openigtlink::kDefaultPort) : options->publish;
-      const auto address =
-          drivers::openigtlink::parse_listen(where, options->igtl_insecure, "--igtl-insecure");
-      if (!address) return tl::unexpected(address.error());
-      options->process.publish = *address;
-    }
-    if (!options->tracker.empty()) {
-      if (!drivers().names_tracker(options->tracker, device::Offer::real))
-        return wrong_use("'{}': {} is expected", excerpt(options->tracker, 100),
-                         drivers().tracker_forms(device::Offer::real));
-      options->process.tracker = device::TrackerRequest{options->tracker, options->tools};
-      if (auto fine = drivers().check(*options->process.tracker); !fine) return fine;
-    } else if (!options->tools.empty()) {
-      return wrong_use("--tracker-tool names tools of the server at --tracker igtl://HOST:PORT; say which");
-    }
-    if (options->camera != "lab") {
-      if (!drivers().names_camera(options->camera, device::Offer::real))
-        return wrong_use("--camera: is '{}'; {} is expected", excerpt(options->camera, 100),
-                         drivers().camera_forms());
-      auto request = camera_request(drivers(), options->camera, options->camera_options);
-      if (!request) return tl::unexpected(request.error());
-      options->process.camera = *request;
-    }
-    if (options->process.timecode && options->process.camera) {
-      if (drivers().find_for(options->camera)->recording)
-        return wrong_use(
-            "--clock-strip: --camera is {}, which cannot look at this screen; lab, aravis or v4l2 is "
-            "expected",
-            excerpt(options->camera, 100));
-      if (!options->process.window)
-        return wrong_use("--clock-strip: with --camera {} it is shown in the window; add --window",
-                         excerpt(options->camera, 100));
-    }
-    if (!options->monitor.empty()) {
-      const auto view = desktop::parse_monitor_view(options->monitor);
-      if (!view) return tl::unexpected(view.error());
-      options->process.monitor = *view;
-    }
-    const auto quality = render::parse_quality(options->quality);
-    if (!quality) return tl::unexpected(quality.error());
-    options->process.quality = *quality;
-    auto rig = rig::read_rig(options->rig);
-    if (!rig) return tl::unexpected(rig.error());
-    if (auto objects = server::graphics::RealObjects::read(*rig); !objects)
-      return tl::unexpected(objects.error());
-    if (rig->board) {
-      if (const auto missing = rig::missing_parts(*rig); !missing.empty())
-        return refused("{}: lacks {}; {}", options->rig, missing.front().part, missing.front().remedy);
-      if (options->camera == "lab")
-        return wrong_use(
-            "--camera: the rig of {} reads its camera's place off a printed board; name one of {}",
-            options->rig, drivers().camera_forms(device::Offer::real));
-      if (!options->tracker.empty())
-        return wrong_use("--tracker: the rig of {} has a printed board instead; leave it out", options->rig);
-      if (options->picture_time == "predicted")
-        return wrong_use(
-            "--picture-time predicted: needs a tracker, which sees the head between pictures; "
-            "with a printed board registered is expected");
-    } else if (!rig->arm || !rig->camera || !rig->hand_eye) {
-      return refused(
-          "{}: arm, camera or hand-eye calibration is missing; run `palpate calibrate all --rig {}`",
-          options->rig, options->rig);
-    }
-    if (!options->right_camera.empty()) {
-      if (options->camera == "lab")
-        return wrong_use(
-            "--right-camera: goes beside a real one; name that with --camera (a laboratory's second "
-            "camera is found by itself)");
-      if (rig->board)
-        return wrong_use("--right-camera: the rig of {} has a printed board, which goes with one camera",
-                         options->rig);
-      auto request = camera_request(drivers(), options->right_camera, options->camera_options);
-      if (!request) return tl::unexpected(request.error());
-      options->process.right_camera = *request;
-      if (!rig::has_two_eyes(*rig))
-        return refused(
-            "{}: the right camera is not calibrated; run `palpate calibrate camera --camera right` and "
-            "`palpate calibrate hand-eye --camera right`",
-            options->rig);
-    }
-    if (options->process.biocular && rig::has_two_eyes(*rig))
+}
+
+Expected<void> choose_tracker(GraphicsOptions& options) {
+  if (options.publish_said) {
+    const std::string where =
+        options.publish.empty() ? std::to_string(drivers::openigtlink::kDefaultPort) : options.publish;
+    const auto address = drivers::openigtlink::parse_listen(where, options.igtl_insecure, "--igtl-insecure");
+    if (!address) return tl::unexpected(address.error());
+    options.process.publish = *address;
+  }
+  if (!options.tracker.empty()) {
+    if (!drivers().names_tracker(options.tracker, device::Offer::real))
+      return wrong_use("'{}': {} is expected", excerpt(options.tracker, 100),
+                       drivers().tracker_forms(device::Offer::real));
+    options.process.tracker = device::TrackerRequest{options.tracker, options.tools};
+    if (auto fine = drivers().check(*options.process.tracker); !fine) return fine;
+  } else if (!options.tools.empty()) {
+    return wrong_use("--tracker-tool names tools of the server at --tracker igtl://HOST:PORT; say which");
+  }
+  return {};
+}
+
+Expected<void> choose_camera(GraphicsOptions& options) {
+  if (options.camera != "lab") {
+    if (!drivers().names_camera(options.camera, device::Offer::real))
+      return wrong_use("--camera: is '{}'; {} is expected", excerpt(options.camera, 100),
+                       drivers().camera_forms());
+    auto request = camera_request(drivers(), options.camera, options.camera_options);
+    if (!request) return tl::unexpected(request.error());
+    options.process.camera = *request;
+  }
+  if (options.process.timecode && options.process.camera) {
+    if (drivers().find_for(options.camera)->recording)
       return wrong_use(
-          "--biocular: the rig of {} has two cameras, one for each eye, and shows their pictures side by "
-          "side; one camera is expected: leave it out",
-          options->rig);
-    options->process.rig = *rig;
-    options->process.applications = known_applications();
-    options->process.drivers = drivers();
-    options->process.stand_in = "lab:" + options->lab;
-    options->process.world = sim::config::reference_world();
-    if (!options->world.empty()) {
-      auto world = sim::config::read_world(options->world);
-      if (!world) return tl::unexpected(world.error());
-      options->process.world = *world;
-    }
-    auto& graphics = options->process.graphics;
-    graphics = sim::lockstep::graphics_settings(options->process.world);
-    if (!options->picture_time.empty())
-      graphics.picture_time = options->picture_time == "predicted"
-                                  ? server::graphics::PictureTime::predicted
-                                  : server::graphics::PictureTime::registered;
-    if (rig->board) graphics.picture_time = server::graphics::PictureTime::registered;
-    if (command->count("--scan-out-ms") > 0) graphics.scan_out = seconds(1e-3 * options->scan_out_ms);
-    if (command->count("--extra-picture-delay-ms") > 0)
-      graphics.extra_delay = seconds(1e-3 * options->extra_delay_ms);
-    if (!options->process.out.empty())  // now, not after an hour of play
-      if (auto made = make_folder(options->process.out); !made) return made;
-    options->process.notice = notice;
-    options->process.ready = tell_parent_ready;
-    if (options->igtl_insecure && options->process.publish)
-      notice(
-          "warning: poses over OpenIGTLink are neither encrypted nor guarded: anyone who reaches them sees "
-          "them");
-    auto result = server::session::run_graphics_process(options->process);
-    if (!result) return tl::unexpected(result.error());
-    tell_parent_result(*result);
-    if (!options->json.empty()) return write_json(options->json, *result);
-    fmt::print("{} frames at {:.1f} Hz, {} late; round trip {:.0f} us median\n",
-               (*result)["exchange"]["frames"].get<std::uint64_t>(),
-               (*result)["graphics"]["rate_hz"].get<double>(),
-               (*result)["exchange"]["late"].get<std::uint64_t>(),
-               (*result)["exchange"]["round_trip_us"]["median"].get<double>());
-    return {};
+          "--clock-strip: --camera is {}, which cannot look at this screen; lab, aravis or v4l2 is "
+          "expected",
+          excerpt(options.camera, 100));
+    if (!options.process.window)
+      return wrong_use("--clock-strip: with --camera {} it is shown in the window; add --window",
+                       excerpt(options.camera, 100));
+  }
+  return {};
+}
+
+Expected<void> choose_picture(GraphicsOptions& options) {
+  if (!options.monitor.empty()) {
+    const auto view = desktop::parse_monitor_view(options.monitor);
+    if (!view) return tl::unexpected(view.error());
+    options.process.monitor = *view;
+  }
+  const auto quality = render::parse_quality(options.quality);
+  if (!quality) return tl::unexpected(quality.error());
+  options.process.quality = *quality;
+  return {};
+}
+
+// The rig has what this way of running needs, and no option contradicts it.
+Expected<void> check_rig(const GraphicsOptions& options, const rig::Rig& rig) {
+  if (auto objects = server::graphics::RealObjects::read(rig); !objects)
+    return tl::unexpected(objects.error());
+  if (rig.board) {
+    if (const auto missing = rig::missing_parts(rig); !missing.empty())
+      return refused("{}: lacks {}; {}", options.rig, missing.front().part, missing.front().remedy);
+    if (options.camera == "lab")
+      return wrong_use("--camera: the rig of {} reads its camera's place off a printed board; name one of {}",
+                       options.rig, drivers().camera_forms(device::Offer::real));
+    if (!options.tracker.empty())
+      return wrong_use("--tracker: the rig of {} has a printed board instead; leave it out", options.rig);
+    if (options.picture_time == "predicted")
+      return wrong_use(
+          "--picture-time predicted: needs a tracker, which sees the head between pictures; "
+          "with a printed board registered is expected");
+  } else if (!rig.arm || !rig.camera || !rig.hand_eye) {
+    return refused("{}: arm, camera or hand-eye calibration is missing; run `palpate calibrate all --rig {}`",
+                   options.rig, options.rig);
+  }
+  return {};
+}
+
+Expected<void> choose_eyes(GraphicsOptions& options, const rig::Rig& rig) {
+  if (!options.right_camera.empty()) {
+    if (options.camera == "lab")
+      return wrong_use(
+          "--right-camera: goes beside a real one; name that with --camera (a laboratory's second "
+          "camera is found by itself)");
+    if (rig.board)
+      return wrong_use("--right-camera: the rig of {} has a printed board, which goes with one camera",
+                       options.rig);
+    auto request = camera_request(drivers(), options.right_camera, options.camera_options);
+    if (!request) return tl::unexpected(request.error());
+    options.process.right_camera = *request;
+    if (!rig::has_two_eyes(rig))
+      return refused(
+          "{}: the right camera is not calibrated; run `palpate calibrate camera --camera right` and "
+          "`palpate calibrate hand-eye --camera right`",
+          options.rig);
+  }
+  if (options.process.biocular && rig::has_two_eyes(rig))
+    return wrong_use(
+        "--biocular: the rig of {} has two cameras, one for each eye, and shows their pictures side by "
+        "side; one camera is expected: leave it out",
+        options.rig);
+  return {};
+}
+
+Expected<void> choose_times(GraphicsOptions& options, const rig::Rig& rig) {
+  auto world = world_of(options.world, options.process.applications);
+  if (!world) return tl::unexpected(world.error());
+  options.process.world = std::move(*world);
+  auto& graphics = options.process.graphics;
+  graphics = sim::lockstep::graphics_settings(options.process.world);
+  if (!options.picture_time.empty())
+    graphics.picture_time = options.picture_time == "predicted" ? server::graphics::PictureTime::predicted
+                                                                : server::graphics::PictureTime::registered;
+  if (rig.board) graphics.picture_time = server::graphics::PictureTime::registered;
+  if (options.scan_out_said) graphics.scan_out = seconds(1e-3 * options.scan_out_ms);
+  if (options.extra_delay_said) graphics.extra_delay = seconds(1e-3 * options.extra_delay_ms);
+  return {};
+}
+
+Expected<void> run_graphics(GraphicsOptions& options) {
+  if (auto chosen = choose_tracker(options); !chosen) return chosen;
+  if (auto chosen = choose_camera(options); !chosen) return chosen;
+  if (auto chosen = choose_picture(options); !chosen) return chosen;
+  auto rig = rig::read_rig(options.rig);
+  if (!rig) return tl::unexpected(rig.error());
+  if (auto fine = check_rig(options, *rig); !fine) return fine;
+  if (auto chosen = choose_eyes(options, *rig); !chosen) return chosen;
+  options.process.rig = *rig;
+  options.process.applications = known_applications();
+  options.process.drivers = drivers();
+  options.process.stand_in = "lab:" + options.lab;
+  if (auto chosen = choose_times(options, *rig); !chosen) return chosen;
+  if (!options.process.out.empty())  // now, not after an hour of play
+    if (auto made = make_folder(options.process.out); !made) return made;
+  options.process.notice = notice;
+  options.process.ready = tell_parent_ready;
+  if (options.igtl_insecure && options.process.publish)
+    notice(
+        "warning: poses over OpenIGTLink are neither encrypted nor guarded: anyone who reaches them sees "
+        "them");
+  auto result = server::session::run_graphics_process(options.process);
+  if (!result) return tl::unexpected(result.error());
+  tell_parent_result(*result);
+  if (!options.json.empty()) return write_json(options.json, *result);
+  fmt::print("{} frames at {:.1f} Hz, {} late; round trip {:.0f} us median\n",
+             (*result)["exchange"]["frames"].get<std::uint64_t>(),
+             (*result)["graphics"]["rate_hz"].get<double>(),
+             (*result)["exchange"]["late"].get<std::uint64_t>(),
+             (*result)["exchange"]["round_trip_us"]["median"].get<double>());
+  return {};
+}
+
+}  // namespace
+
+void add_graphics(CLI::App& program) {
+  auto* command =
+      program.add_subcommand("graphics", "The graphics server: camera and tracker in, augmented picture out");
+  auto options = std::make_shared<GraphicsOptions>();
+  add_device_options(*command, *options);
+  add_picture_options(*command, *options);
+  add_run_options(*command, *options);
+  add_delay_options(*command, *options);
+  on(command, [options, command] {
+    options->publish_said = command->count("--igtl-publish") > 0;
+    options->scan_out_said = command->count("--scan-out-ms") > 0;
+    options->extra_delay_said = command->count("--extra-picture-delay-ms") > 0;
+    return run_graphics(*options);
   });
 }
 

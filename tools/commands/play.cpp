@@ -11,6 +11,7 @@
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
 #include "tools/commands/guests.h"
+#include "tools/commands/settings_options.h"
 #include "tools/demo/desk_play.h"
 
 namespace palpate::tools::commands {
@@ -66,15 +67,14 @@ Expected<void> play(PlayArguments& options) {
 void add_play(CLI::App& program) {
   auto options = std::make_shared<PlayArguments>();
   auto* command = program.add_subcommand(
-      "play", "A game on your desk: a webcam sees a printed board, the mouse holds the bat");
+      "play", "A game on your desk: a webcam sees a printed board, the mouse holds the stylus");
   command->add_option("--rig", options->rig, "The rig that `palpate rig webcam` wrote, its lens calibrated")
       ->capture_default_str();
   command->add_option("--camera", options->camera, drivers().camera_forms(device::Offer::real))
       ->type_name("CAMERA")
       ->capture_default_str();
   add_camera_options(*command, options->camera_options);
-  command->add_option("--app", options->play.application, "Application; `palpate apps` lists them")
-      ->default_val("pingpong");
+  add_application_option(*command, options->play.application);
   command->add_option("--quality", options->quality, "Of the picture: low, medium or high")
       ->capture_default_str();
   command

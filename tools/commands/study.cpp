@@ -7,6 +7,7 @@
 #include "palpate/evaluation/studies/study.h"
 #include "palpate/sim/config/world_file.h"
 #include "tools/commands/command.h"
+#include "tools/commands/guests.h"
 
 namespace palpate::tools::commands {
 namespace {
@@ -18,7 +19,7 @@ struct Options {
 
 Expected<void> run_study(const std::string& name, Options options) {
   if (!options.world.empty()) {
-    const auto world = sim::config::read_world(options.world);
+    const auto world = sim::config::read_world(options.world, known_applications());
     if (!world) return tl::unexpected(world.error());
     options.study.world = *world;
   }

@@ -9,6 +9,8 @@
 #include "palpate/sim/camera_renderer.h"
 #include "palpate/sim/world_process.h"
 #include "tools/commands/command.h"
+#include "tools/commands/guests.h"
+#include "tools/commands/settings_options.h"
 
 namespace palpate::tools::commands {
 namespace {
@@ -25,8 +27,7 @@ struct WorldOptions {
 };
 
 Expected<sim::config::WorldFile> world_from(const std::string& file) {
-  return file.empty() ? Expected<sim::config::WorldFile>(sim::config::reference_world())
-                      : sim::config::read_world(file);
+  return world_of(file, known_applications());
 }
 
 const std::vector<std::pair<std::string, evaluation::SampleKind>> kKinds = {
@@ -67,32 +68,47 @@ Expected<void> sample_into_folder(const WorldOptions& options) {
   return {};
 }
 
-}  // namespace
+Expected<void> write_reference(const WorldOptions& options) {
+  if (options.file != "-" && std::filesystem::exists(options.file))
+    return wrong_use("{}: exists already; name a new file, or remove it first", options.file);
+  return write_file(options.file, sim::config::reference_world_text());
+}
 
-void add_world(CLI::App& program) {
-  auto options = std::make_shared<WorldOptions>();
-  auto* world = program.add_subcommand("world", "The simulated laboratory: make, show, sample, run");
-  world->require_subcommand(1);
+Expected<void> show_world(const WorldOptions& options) {
+  const auto file = world_from(options.file);
+  if (!file) return tl::unexpected(file.error());
+  return write_file("-", sim::config::world_text(*file));
+}
 
-  auto* make = world->add_subcommand("new", "Write the reference world to a file to be changed");
-  make->add_option("file", options->file, "File to write; must not exist (- is standard output)")->required();
-  on(make, [options]() -> Expected<void> {
-    if (options->file != "-" && std::filesystem::exists(options->file))
-      return wrong_use("{}: exists already; name a new file, or remove it first", options->file);
-    return write_file(options->file, sim::config::reference_world_text());
-  });
+Expected<void> run_laboratory(const WorldOptions& options) {
+  const auto file = world_from(options.file);
+  if (!file) return tl::unexpected(file.error());
+  sim::WorldProcessOptions process;
+  process.name = options.name;
+  process.seed = options.seed;
+  process.seconds = options.seconds;
+  process.exposures = options.exposures;
+  if (!options.arm_only)
+    process.make_renderer = []() -> sim::RenderView {
+      auto renderer = std::make_shared<sim::CameraRenderer>();
+      return [renderer](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
+        renderer->render(view, rgb);
+      };
+    };
+  process.notice = notice;
+  process.ready = tell_parent_ready;
+  std::signal(SIGINT, stop);
+  std::signal(SIGTERM, stop);
+  const auto report = sim::run_world(*file, process, stopped);
+  if (!report) return tl::unexpected(report.error());
+  fmt::print("{} ticks, {} late by more than 1 ms, worst {:.1f} ms; {} pictures\n", report->ticks,
+             report->late_ticks, report->worst_late_s * 1e3, report->images);
+  return {};
+}
 
-  auto* show =
-      world->add_subcommand("show", "Check a world file and print all its values, defaults filled in");
-  show->add_option("file", options->file, "World file; the reference world where none is named");
-  on(show, [options]() -> Expected<void> {
-    const auto file = world_from(options->file);
-    if (!file) return tl::unexpected(file.error());
-    return write_file("-", sim::config::world_text(*file));
-  });
-
+void add_sample(CLI::App& world, const std::shared_ptr<WorldOptions>& options) {
   auto* sample =
-      world->add_subcommand("sample", "Write what the devices would have recorded, and the truth beside it");
+      world.add_subcommand("sample", "Write what the devices would have recorded, and the truth beside it");
   sample->add_option("kind", options->kind, "What is recorded")
       ->required()
       ->check(CLI::IsMember(kind_names()));
@@ -110,9 +126,11 @@ void add_world(CLI::App& program) {
                    "arm: show the person where the next pose helps the calibration most");
   sample->add_option("--out", options->out, "Folder for the files")->required();
   on(sample, [options] { return sample_into_folder(*options); });
+}
 
+void add_run(CLI::App& world, const std::shared_ptr<WorldOptions>& options) {
   auto* run =
-      world->add_subcommand("run", "Run the laboratory in real time, its devices open to the two servers");
+      world.add_subcommand("run", "Run the laboratory in real time, its devices open to the two servers");
   run->add_option("--world", options->file, "World file; the reference world where none is named");
   run->add_option("--seed", options->seed, "Draws everything called sd, and all noise")
       ->capture_default_str();
@@ -127,31 +145,27 @@ void add_world(CLI::App& program) {
       "--exposures", options->exposures,
       "CSV file to write at the end: when each image was taken, on the machine's monotonic clock, and where "
       "camera and stylus tip truly were then");
-  on(run, [options]() -> Expected<void> {
-    const auto file = world_from(options->file);
-    if (!file) return tl::unexpected(file.error());
-    sim::WorldProcessOptions process;
-    process.name = options->name;
-    process.seed = options->seed;
-    process.seconds = options->seconds;
-    process.exposures = options->exposures;
-    if (!options->arm_only)
-      process.make_renderer = []() -> sim::RenderView {
-        auto renderer = std::make_shared<sim::CameraRenderer>();
-        return [renderer](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
-          renderer->render(view, rgb);
-        };
-      };
-    process.notice = notice;
-    process.ready = tell_parent_ready;
-    std::signal(SIGINT, stop);
-    std::signal(SIGTERM, stop);
-    const auto report = sim::run_world(*file, process, stopped);
-    if (!report) return tl::unexpected(report.error());
-    fmt::print("{} ticks, {} late by more than 1 ms, worst {:.1f} ms; {} pictures\n", report->ticks,
-               report->late_ticks, report->worst_late_s * 1e3, report->images);
-    return {};
-  });
+  on(run, [options] { return run_laboratory(*options); });
+}
+
+}  // namespace
+
+void add_world(CLI::App& program) {
+  auto options = std::make_shared<WorldOptions>();
+  auto* world = program.add_subcommand("world", "The simulated laboratory: make, show, sample, run");
+  world->require_subcommand(1);
+
+  auto* make = world->add_subcommand("new", "Write the reference world to a file to be changed");
+  make->add_option("file", options->file, "File to write; must not exist (- is standard output)")->required();
+  on(make, [options] { return write_reference(*options); });
+
+  auto* show =
+      world->add_subcommand("show", "Check a world file and print all its values, defaults filled in");
+  show->add_option("file", options->file, "World file; the reference world where none is named");
+  on(show, [options] { return show_world(*options); });
+
+  add_sample(*world, options);
+  add_run(*world, options);
 }
 
 }  // namespace palpate::tools::commands

@@ -3,17 +3,17 @@
 #include <algorithm>
 #include <array>
 
-#include "applications/scene_settings.h"
-#include "applications/touched_mesh.h"
 #include "palpate/calibration/session/landmark_finder.h"
 #include "palpate/core/progress.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/units.h"
 #include "palpate/evaluation/world_sample.h"
 #include "palpate/render/picture_file.h"
+#include "palpate/scene/mesh_asset.h"
 #include "palpate/server/graphics/frame_renderer.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/camera_renderer.h"
+#include "palpate/sim/config/world_scene.h"
 #include "tools/demo/demo_raw.h"
 #include "tools/demo/demo_report.h"
 #include "tools/demo/demo_summary.h"
@@ -32,11 +32,11 @@ void go_on_unless_stopped() {
 
 // Somebody at a desk does not turn the head twenty degrees and back every second; they move it a little,
 // which is how depth is seen. And the application goes easy on them.
-sim::config::WorldFile for_a_person(sim::config::WorldFile world) {
+sim::config::WorldFile for_a_person(sim::config::WorldFile world, const scene::ApplicationSpec& application) {
   world.head.turn_peak = std::min(world.head.turn_peak, radians_from_degrees(4.0));
   world.head.turn_hz = std::min(world.head.turn_hz, 0.15);
   world.head.shake = std::min(world.head.shake, radians_from_degrees(0.05));
-  applications::ease_for_a_person(world);
+  if (application.ease_for_a_person) application.ease_for_a_person(world.settings);
   return world;
 }
 
@@ -76,11 +76,12 @@ Expected<void> prepare_folder(const DemoOptions& options) {
 
 // Known now, not after minutes of calibration.
 Expected<scene::SceneDescription> check(const DemoOptions& options) {
-  auto settings = applications::scene_settings(options.world, options.application);
-  if (auto mesh = applications::read_touched_mesh(settings); !mesh) return tl::unexpected(mesh.error());
+  auto scene = sim::config::scene_of(options.world, options.applications, options.application);
+  if (!scene) return scene;
+  if (auto mesh = scene::read_mesh_asset(*scene); !mesh) return tl::unexpected(mesh.error());
   if (options.two_hosts)
     if (auto possible = TwoHosts::make(); !possible) return tl::unexpected(possible.error());
-  return settings;
+  return scene;
 }
 
 // The parts of a demo, called in order; each works on what those before have found.
@@ -170,7 +171,7 @@ Expected<void> Demo::calibrate() {
   if (!recordings) return tl::unexpected(recordings.error());
   recordings_ = std::move(*recordings);
   if (auto compared = compare_methods(); !compared) return compared;
-  scene_ = server::physics::scene_from_rig(rig_, scene_, options_.world.ball.restitution_table);
+  scene_ = server::physics::scene_from_rig(rig_, scene_);
   auto record = options_.applications.make_record(scene_);
   if (!record) return tl::unexpected(record.error());
   record_ = std::move(*record);
@@ -201,6 +202,7 @@ Expected<void> Demo::play_in_real_time() {
   run.program = options_.program;
   run.rig = rig_path_;
   run.application = options_.application;
+  run.applications = options_.applications;
   run.quality = options_.quality;
   run.world = world_path_;
   run.out = raw_;

@@ -66,7 +66,7 @@ Expected<Json> tell_network(const TestNetwork& network, const std::filesystem::p
 
 // What the servers never see comes in only now: world file and seed say where everything truly was.
 Expected<Json> evaluate_pictures(const RealtimeRunOptions& options) {
-  const auto world = sim::config::read_world(options.world);
+  const auto world = sim::config::read_world(options.world, options.applications);
   if (!world) return tl::unexpected(world.error());
   const auto rig = rig::read_rig(options.rig);
   if (!rig) return tl::unexpected(rig.error());

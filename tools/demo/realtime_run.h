@@ -11,6 +11,7 @@
 #include "palpate/core/json.h"
 #include "palpate/desktop/spectator_window.h"
 #include "palpate/render/compositor.h"
+#include "palpate/scene/application_registry.h"
 #include "palpate/sim/config/world_file.h"
 #include "palpate/time/instant.h"
 #include "tools/demo/test_network.h"
@@ -21,6 +22,7 @@ struct RealtimeRunOptions {
   std::filesystem::path program;  // this executable
   std::filesystem::path rig;      // file
   std::string application;
+  scene::ApplicationRegistry applications;
   std::filesystem::path world;  // file
   std::filesystem::path out;    // folder for its raw files
   std::uint64_t seed = 1;

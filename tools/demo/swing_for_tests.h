@@ -26,7 +26,7 @@ class Swing : public scene::Application {
   const scene::ImpactEvent& impact() const override { return none_; }
 
  private:
-  void serve() override {}
+  void begin() override {}
   void reset() override { passes_ = 0; }
   double before_ = 0.0;
   std::int32_t passes_ = 0;

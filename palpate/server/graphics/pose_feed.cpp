@@ -1,5 +1,7 @@
 #include "palpate/server/graphics/pose_feed.h"
 
+#include <algorithm>
+
 #include "palpate/device/live_name.h"
 #include "palpate/scene/shown_tip.h"
 
@@ -8,6 +10,7 @@ namespace {
 
 // Of live poses only the newest matter: a second or so for a reader that hesitates, not ten.
 constexpr std::size_t kMostWaitingPoses = 256;
+constexpr int kBodies = scene::SceneState::kBodies;
 constexpr Duration kStalledReader = std::chrono::seconds(10);
 
 }  // namespace
@@ -20,11 +23,12 @@ std::vector<LivePose> live_poses(const FrameRecord& frame, const scene::SceneDes
     const auto time = sync.back(frame.state.time);
     const auto& carried = frame.state.bodies[scene::kCarried];
     poses.push_back({"TipToWorld", time, {carried.q(), scene::shown_tip(frame.state, scene)}});
-    poses.push_back({"BatToWorld", time, {carried.q(), carried.p()}});
-    const auto& ball = frame.state.bodies[0];  // of touch: what is touched
-    if (ball.visible != 0)
-      poses.push_back(
-          {scene.application == "touch" ? "OrganToWorld" : "BallToWorld", time, {ball.q(), ball.p()}});
+    const auto known = static_cast<std::size_t>(std::clamp(frame.state.body_count, 0, kBodies));
+    for (std::size_t i = 0; i < std::min(known, scene.bodies.size()); ++i) {
+      const auto& body = frame.state.bodies[i];
+      if (!scene.bodies[i].name.empty() && (body.visible != 0 || i == scene::kCarried))
+        poses.push_back({scene.bodies[i].name + "ToWorld", time, {body.q(), body.p()}});
+    }
   }
   if (frame.pose_source != PoseSource::none)
     poses.push_back({"CameraToWorld",

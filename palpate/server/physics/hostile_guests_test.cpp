@@ -44,7 +44,7 @@ class ToldApplication : public scene::Application {
   int steps = 0;
 
  private:
-  void serve() override {}
+  void begin() override {}
   void reset() override { told_on_reset(); }
   scene::ImpactEvent impact_;
 };

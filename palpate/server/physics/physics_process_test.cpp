@@ -8,9 +8,9 @@
 #include <thread>
 
 #include "applications/pingpong/specification.h"
-#include "applications/scene_settings.h"
 #include "drivers/laboratory/channel.h"
 #include "drivers/laboratory/driver.h"
+#include "palpate/sim/config/world_scene.h"
 #include "palpate/time/clock.h"
 #include "palpate/transport/zmq_engine.h"
 #include "tests/scratch_folder.h"
@@ -67,7 +67,8 @@ class RestingArm : public testing::Test {
     PhysicsProcessOptions made;
     made.rig = rig();
     made.applications = {applications::pingpong::specification()};
-    made.scene = applications::scene_settings(sim::config::reference_world(), "pingpong");
+    made.scene = *sim::config::scene_of(sim::config::reference_world(),
+                                        {applications::pingpong::specification()}, "pingpong");
     drivers::laboratory::add_to(made.drivers);
     made.arm.uri = "lab:bench";
     made.real_time = false;  // a test does not take the machine's cores away

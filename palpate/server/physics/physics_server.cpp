@@ -101,17 +101,15 @@ void PhysicsServer::move_on(Instant<PhysicsClock> now) {
     to_haptic_.write(haptics::later(*input, delay_line_.delay()));
 }
 
-scene::SceneDescription scene_from_rig(const rig::Rig& rig, scene::SceneDescription settings,
-                                       double restitution) {
-  settings.surfaces.clear();
+scene::SceneDescription scene_from_rig(const rig::Rig& rig, scene::SceneDescription described) {
+  described.surfaces.clear();
   for (const auto& surface : rig.surfaces) {
     scene::SceneSurface s;
     s.name = surface.name;
-    s.restitution = restitution;
     for (int i = 0; i < 4; ++i) s.corners[static_cast<std::size_t>(i)] = surface.corner(i).m;
-    settings.surfaces.push_back(s);
+    described.surfaces.push_back(s);
   }
-  return settings;
+  return described;
 }
 
 }  // namespace palpate::server::physics

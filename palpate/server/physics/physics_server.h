@@ -120,9 +120,8 @@ void PhysicsServer::run_application(Call&& call) {
   }
 }
 
-// What both servers have to know about the scene: the rig's surfaces, which bounce a ball with `restitution`,
-// and everything else as in `settings`.
-scene::SceneDescription scene_from_rig(const rig::Rig& rig, scene::SceneDescription settings,
-                                       double restitution);
+// What both servers have to know about the scene: the rig's surfaces, and everything else as the application
+// described it.
+scene::SceneDescription scene_from_rig(const rig::Rig& rig, scene::SceneDescription described);
 
 }  // namespace palpate::server::physics

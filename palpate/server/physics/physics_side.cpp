@@ -19,9 +19,7 @@ Expected<std::unique_ptr<PhysicsSide>> PhysicsSide::open(const PhysicsSetup& set
   if (!setup.rig.arm)
     return refused("physics: the rig has no arm calibration; run `palpate calibrate arm` on it");
   std::unique_ptr<PhysicsSide> side(new PhysicsSide);
-  side->scene_ = setup.scene.surfaces.empty()
-                     ? scene_from_rig(setup.rig, setup.scene, setup.surface_restitution)
-                     : setup.scene;
+  side->scene_ = setup.scene.surfaces.empty() ? scene_from_rig(setup.rig, setup.scene) : setup.scene;
   auto application = setup.applications.make_physics(side->scene_, setup.run);
   if (!application) return tl::unexpected(application.error());
   device::ArmRequest request = setup.arm;

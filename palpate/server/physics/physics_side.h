@@ -24,8 +24,7 @@ namespace palpate::server::physics {
 struct PhysicsSetup {
   rig::Rig rig;
   scene::ApplicationRegistry applications;
-  scene::SceneDescription scene;      // where it has no surfaces, those of the rig are taken
-  double surface_restitution = 0.93;  // of the rig's
+  scene::SceneDescription scene;  // where it has no surfaces, those of the rig are taken
   device::DriverRegistry drivers;
   device::ArmRequest arm{.uri = "lab", .lengths = {}};  // its lengths are taken from the rig
   scene::RunSettings run;

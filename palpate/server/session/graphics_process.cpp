@@ -5,12 +5,12 @@
 #include <thread>
 #include <utility>
 
-#include "applications/touched_mesh.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
 #include "palpate/desktop/desktop_ui.h"
 #include "palpate/evaluation/latency_probe.h"
 #include "palpate/render/context.h"
+#include "palpate/scene/mesh_asset.h"
 #include "palpate/server/graphics/graphics_figures.h"
 #include "palpate/server/graphics/graphics_watches.h"
 #include "palpate/server/graphics/pose_feed.h"
@@ -164,8 +164,7 @@ Expected<void> GraphicsProcess::meet_physics_server() {
   if (options_.applications.find(scene->application) == nullptr)
     notice(fmt::format("application '{}' is not part of this program: its bodies are shown as plain shapes",
                        excerpt(scene->application)));
-  else if (auto found = applications::find_touched_mesh(*scene, options_.mesh, place_.endpoint.local());
-           !found)
+  else if (auto found = scene::find_mesh_asset(*scene, options_.mesh, place_.endpoint.local()); !found)
     return found;
   auto side = GraphicsSide::make(options_, std::move(*devices_), std::move(*link), *scene);
   if (!side) return tl::unexpected(side.error());

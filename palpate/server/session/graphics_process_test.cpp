@@ -8,10 +8,10 @@
 #include <optional>
 
 #include "applications/pingpong/specification.h"
-#include "applications/scene_settings.h"
 #include "palpate/core/csv.h"
 #include "palpate/server/physics/physics_loops.h"
 #include "palpate/server/session/devices_for_tests.h"
+#include "palpate/sim/config/world_scene.h"
 #include "palpate/transport/local_endpoint.h"
 #include "tests/scratch_folder.h"
 
@@ -44,7 +44,7 @@ class GraphicsProcessRun : public testing::Test {
     physics::PhysicsSetup setup;
     setup.rig = StillLaboratory::rig();
     setup.applications = {applications::pingpong::specification()};
-    setup.scene = applications::scene_settings(options_.world, "pingpong");
+    setup.scene = *sim::config::scene_of(options_.world, setup.applications, "pingpong");
     setup.drivers = its_own_.drivers();
     setup.arm.uri = "still";
     auto side = physics::PhysicsSide::open(setup);

@@ -10,9 +10,9 @@
 
 #include "applications/pingpong/pingpong.h"
 #include "applications/pingpong/specification.h"
-#include "applications/scene_settings.h"
 #include "palpate/scene/shown_tip.h"
 #include "palpate/server/session/devices_for_tests.h"
+#include "palpate/sim/config/world_scene.h"
 #include "palpate/transport/zmq_engine.h"
 #include "tests/scratch_folder.h"
 
@@ -26,7 +26,8 @@ class RunningSession : public testing::Test {
     setenv("XDG_RUNTIME_DIR", scratch_.path().c_str(), 1);
     setup_.physics.rig = StillLaboratory::rig();
     setup_.physics.applications = {applications::pingpong::specification()};
-    setup_.physics.scene = applications::scene_settings(sim::config::reference_world(), "pingpong");
+    setup_.physics.scene =
+        *sim::config::scene_of(sim::config::reference_world(), setup_.physics.applications, "pingpong");
     setup_.physics.drivers = laboratory_.drivers();
     setup_.physics.arm.uri = "still";
     setup_.graphics.stand_in = "still";

@@ -9,9 +9,9 @@
 
 #include "applications/pingpong/pingpong.h"
 #include "applications/pingpong/specification.h"
-#include "applications/scene_settings.h"
 #include "palpate/device/borrowed_devices.h"
 #include "palpate/scene/shown_tip.h"
+#include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/simulator.h"
 #include "palpate/sim/truth_rig_for_tests.h"
 
@@ -28,8 +28,7 @@ SessionSetup setup_of(sim::Simulator& world) {
   SessionSetup setup;
   setup.physics.rig = sim::truth_rig(world);
   setup.physics.applications = {applications::pingpong::specification()};
-  setup.physics.scene = applications::scene_settings(world.file(), "pingpong");
-  setup.physics.surface_restitution = world.file().ball.restitution_table;
+  setup.physics.scene = *sim::config::scene_of(world.file(), setup.physics.applications, "pingpong");
   setup.physics.drivers.add(device::borrowed_devices(
       "mine", {.arm = &world.arm(),
                .arm_facts = {.simulated = true, .identity = "mine", .peak_n = {}, .continuous_n = {}},

@@ -1,5 +1,8 @@
 #include "palpate/sim/config/world_file.h"
 
+#include <algorithm>
+#include <map>
+#include <set>
 #include <stdexcept>
 #include <type_traits>
 
@@ -7,6 +10,7 @@
 #include "palpate/core/toml.h"
 #include "palpate/core/units.h"
 #include "palpate/rig/file_mixup.h"
+#include "palpate/scene/settings_file.h"
 #include "palpate/sim/config/reference_world_text.h"
 
 namespace palpate::sim::config {
@@ -14,16 +18,21 @@ namespace {
 
 constexpr double kMm = 1e-3, kMs = 1e-3, kDeg = 1.0 / kDegreesPerRadian, kSi = 1.0;
 constexpr NumberRange kShare{0.0, 1.0};
-constexpr NumberRange kRestitution{0.0, 1.0};
-// A damped spring that lets go at zero force cannot take more of the speed away: exp(-2) is its bound.
-constexpr NumberRange kRestitutionOfBat{0.15, 1.0};
 constexpr NumberRange kRates{1.0, 1e6};
 constexpr NumberRange kFaultTimes{0.0, 1e6};
+// The laboratory's; all others are of applications.
+constexpr std::array kSections = {"world",   "clocks",  "tracker", "tip_marker", "camera_marker",
+                                  "pointer", "arm",     "hand",    "camera",     "head",
+                                  "scene",   "display", "faults",  "player"};
+
+bool is_laboratorys(std::string_view section) {
+  return std::find(kSections.begin(), kSections.end(), section) != kSections.end();
+}
 
 // One list of all fields serves reading and writing: `V` is Reader or Writer, `W` the world (const for
 // writing). number(key, field, unit, range): field = value in the file times unit.
 template <typename V, typename W>
-void visit_devices(V& v, W& w) {
+void visit_tracker(V& v, W& w) {
   v.section("world");
   v.vector("gravity_m_s2", w.gravity, kSi);
   v.number("rate_hz", w.rate_hz, kSi, {500.0, 100000.0});
@@ -62,7 +71,10 @@ void visit_devices(V& v, W& w) {
   v.rows("leds_mm", w.pointer.leds, kMm);
   v.vector("tip_mm", w.pointer.tip, kMm);
   v.number("touch_sd_mm", w.pointer.touch_sd, kMm, kNotNegative);
+}
 
+template <typename V, typename W>
+void visit_arm_and_hand(V& v, W& w) {
   v.section("arm");
   v.choice("model", w.arm.model, {"phantom-premium-1.5"});
   v.numbers("lengths_mm", w.arm.lengths, kMm, kPositive);
@@ -84,17 +96,17 @@ void visit_devices(V& v, W& w) {
   v.number("max_stiffness_n_m", w.arm.max_stiffness, kSi, kPositive);
   v.number("max_speed_m_s", w.arm.max_speed, kSi, kPositive);
   v.integer("force_dof", w.arm.force_dof, {3.0, 3.0});
-}
 
-template <typename V, typename W>
-void visit_person_and_scene(V& v, W& w) {
   v.section("hand");
   v.number("mass_kg", w.hand.mass, kSi, kNotNegative);
   v.number("damping_n_s_m", w.hand.damping, kSi, kNotNegative);
   v.number("stiffness_n_m", w.hand.stiffness, kSi, {0.0, 1e5});
   v.numbers("pull_n", w.hand.pull, kSi, kNotNegative);
   v.number("fixation_stiffness_n_m", w.hand.fixation_stiffness, kSi, kPositive);
+}
 
+template <typename V, typename W>
+void visit_camera_and_head(V& v, W& w) {
   v.section("camera");
   v.integers("size_px", w.camera.size, {16.0, 16384.0});
   v.number("fx", w.camera.fx, kSi, kPositive);
@@ -125,7 +137,10 @@ void visit_person_and_scene(V& v, W& w) {
   v.number("turn_hz", w.head.turn_hz, kSi, {1e-3, 100.0});
   v.number("shake_deg", w.head.shake, kDeg, kNotNegative);
   v.number("shake_hz", w.head.shake_hz, kSi, {1e-3, 100.0});
+}
 
+template <typename V, typename W>
+void visit_scene(V& v, W& w) {
   v.section("scene");
   v.rows("table_corners_m", w.scene.table, kSi);
   v.rows("wall_corners_m", w.scene.wall, kSi);
@@ -133,9 +148,6 @@ void visit_person_and_scene(V& v, W& w) {
   v.number("landmarks_covered", w.scene.landmarks_covered, kSi, kShare);
   v.integer("landmarks_moved", w.scene.landmarks_moved, {0.0, 200.0});
   v.number("landmarks_moved_by_mm", w.scene.landmarks_moved_by, kMm, kNotNegative);
-  v.number("bat_radius_m", w.scene.bat_radius, kSi, kPositive);
-  v.vector("bat_offset_m", w.scene.bat_offset, kSi);
-  v.number("bat_mass_kg", w.scene.bat_mass, kSi, {0.0, 10.0});
 
   v.section("display");
   v.choice("picture_time", w.display.picture_time, {"registered", "predicted"});
@@ -143,26 +155,7 @@ void visit_person_and_scene(V& v, W& w) {
   v.number("extra_picture_delay_ms", w.display.extra_picture_delay_s, kMs, {0.0, 1000.0});
   v.number("extra_force_delay_ms", w.display.extra_force_delay_s, kMs, {0.0, 200.0});
 
-  v.section("ball");
-  v.number("mass_kg", w.ball.mass, kSi, kPositive);
-  v.number("radius_m", w.ball.radius, kSi, kPositive);
-  v.number("restitution_table", w.ball.restitution_table, kSi, kRestitution);
-  v.number("restitution_bat", w.ball.restitution_bat, kSi, kRestitutionOfBat);
-  v.number("contact_ms", w.ball.contact_s, kMs, kPositive);
-  v.numbers("serve_speed_m_s", w.ball.serve_speed, kSi, kPositive);
-  v.choice("physics", w.ball.physics, {"full", "paper"});
-  v.choice("contact", w.ball.contact, {"non-sticky", "paper", "hunt-crossley"});
-
-  v.section("touch");
-  v.text("mesh", w.touch.mesh);
-  v.choice("unit", w.touch.unit, {"mm", "m"});
-  v.number("scale", w.touch.scale, kSi, {1e-6, 1e6});
-  v.vector("turn_deg", w.touch.turn, kDeg);
-  v.vector("shift_mm", w.touch.shift, kMm);
-  v.number("stiffness_n_m", w.touch.stiffness, kSi, {1.0, 800.0});
-  v.number("damping_n_s_m", w.touch.damping, kSi, {0.0, 3.0});
-  v.number("static_friction", w.touch.static_friction, kSi, {0.0, 2.0});
-  v.number("friction", w.touch.friction, kSi, {0.0, 2.0});
+  v.sections_of_applications();
 
   v.section("faults");
   v.numbers("camera_silent_s", w.faults.camera_silent, kSi, kFaultTimes);
@@ -178,13 +171,41 @@ void visit_person_and_scene(V& v, W& w) {
   v.number("reaction_ms", w.player.reaction_s, kMs, kNotNegative);
   v.number("aim_sd_mm", w.player.aim_sd, kMm, kNotNegative);
   v.number("max_hand_acceleration_m_s2", w.player.max_hand_acceleration, kSi, kPositive);
+  v.end_section();
+}
+
+template <typename V, typename W>
+void visit(V& v, W& w) {
+  visit_tracker(v, w);
+  visit_arm_and_hand(v, w);
+  visit_camera_and_head(v, w);
+  visit_scene(v, w);
 }
 
 // Overwrites what the file gives and leaves the rest.
 class Reader {
  public:
-  explicit Reader(TomlTable root) : root_(root), table_(root) {}
-  void section(std::string_view name) { table_ = root_.table(name); }
+  Reader(TomlTable root, scene::SettingValues& settings) : root_(root), table_(root), settings_(settings) {}
+  void section(std::string_view name) {
+    end_section();
+    section_ = name;
+    table_ = root_.table(name);
+  }
+  // An application's keys in this section.
+  void end_section() {
+    if (section_.empty()) return;
+    for (const auto& setting : settings_.all())
+      if (setting.field.section == section_ && asked_.contains(setting.field.key))
+        table_.complain(setting.field.key,
+                        "is the laboratory's, and an application of this program claims it, too");
+    scene::read_settings(table_, section_, settings_);
+    asked_.clear();
+    section_.clear();
+  }
+  void sections_of_applications() {
+    for (const auto& name : scene::sections_of(settings_))
+      if (!is_laboratorys(name)) scene::read_settings(root_.table(name), name, settings_);
+  }
   TomlTable section_table(std::string_view name) { return root_.table(name); }
 
   void number(std::string_view key, double& field, double unit, NumberRange range) {
@@ -253,15 +274,32 @@ class Reader {
 
  private:
   bool given(std::string_view key) {
+    asked_.emplace(key);
     table_.expect(key);
     return table_.has(key);
   }
   TomlTable root_, table_;
+  scene::SettingValues& settings_;
+  std::string section_;
+  std::set<std::string, std::less<>> asked_;  // of this section
 };
 
 class Writer {
  public:
-  void section(std::string_view name) { out_ += (out_.empty() ? "[" : "\n[") + std::string(name) + "]\n"; }
+  explicit Writer(const scene::SettingValues& settings) : settings_(settings) {}
+  void section(std::string_view name) {
+    end_section();
+    section_ = name;
+    out_ += (out_.empty() ? "[" : "\n[") + section_ + "]\n";
+  }
+  void end_section() {
+    out_ += scene::settings_text(settings_, section_);
+    section_.clear();
+  }
+  void sections_of_applications() {
+    for (const auto& name : scene::sections_of(settings_))
+      if (!is_laboratorys(name)) section(name);
+  }
   void number(std::string_view key, double field, double unit, NumberRange) { line(key, text(field, unit)); }
   void integer(std::string_view key, int field, NumberRange) { line(key, std::to_string(field)); }
   template <std::size_t N>
@@ -314,7 +352,8 @@ class Writer {
     return "[" + all + "]";
   }
   void line(std::string_view key, const std::string& value) { out_ += fmt::format("{} = {}\n", key, value); }
-  std::string out_;
+  const scene::SettingValues& settings_;
+  std::string section_, out_;
 };
 
 bool is_rectangle_like(const Corners& c) {
@@ -329,6 +368,22 @@ double spread(const std::vector<Vector3>& leds) {  // area of the largest triang
       for (std::size_t k = j + 1; k < leds.size(); ++k)
         area = std::max(area, 0.5 * (leds[j] - leds[i]).cross(leds[k] - leds[i]).norm());
   return area;
+}
+
+void check_faults(Reader& reader, const WorldFile& w) {
+  for (const auto& [key, span] : {std::pair{"camera_silent_s", &w.faults.camera_silent},
+                                  {"image_size_s", &w.faults.image_size},
+                                  {"camera_clock_s", &w.faults.camera_clock},
+                                  {"tracker_silent_s", &w.faults.tracker_silent},
+                                  {"tracker_blind_s", &w.faults.tracker_blind},
+                                  {"tracker_clock_s", &w.faults.tracker_clock}}) {
+    if ((*span)[0] > (*span)[1])
+      reader.section_table("faults").complain(key, "[from, until] with from <= until");
+    if (w.faults.repeat_s > 0.0 && (*span)[1] > w.faults.repeat_s)
+      reader.section_table("faults").complain(
+          key, fmt::format("ends at {} s, after it is to begin anew; until repeat_s = {} at most is expected",
+                           (*span)[1], w.faults.repeat_s));
+  }
 }
 
 // What no single number shows: things that cannot be built.
@@ -355,37 +410,11 @@ void check_whole(Reader& reader, const WorldFile& w) {
   if (!is_rectangle_like(w.scene.wall))
     reader.section_table("scene").complain("wall_corners_m",
                                            "four corners of a rectangle, in order, are expected");
-  constexpr double kLightestBat = 0.02;  // kg; the lightest stylus alone weighs more
-  if (w.scene.bat_mass > 0.0 && w.scene.bat_mass < kLightestBat)
-    reader.section_table("scene").complain(
-        "bat_mass_kg", fmt::format("is {}; 0 (held fast), or {} to 10 for bat, stylus and what of the hand "
-                                   "gives way, is expected",
-                                   w.scene.bat_mass, kLightestBat));
-  if (w.scene.bat_mass > 0.0 && w.ball.mass >= w.scene.bat_mass)
-    reader.section_table("ball").complain(
-        "mass_kg", fmt::format("is {}, the bat's {}; a ball lighter than the bat is expected", w.ball.mass,
-                               w.scene.bat_mass));
   if ((w.head.look_at - w.head.eye).norm() < 1e-3)
     reader.section_table("head").complain("look_at_m", "must lie away from eye_m");
   if (w.hand.pull[0] > w.hand.pull[1])
     reader.section_table("hand").complain("pull_n", "[low, high] with low <= high");
-  if (w.ball.serve_speed[0] > w.ball.serve_speed[1])
-    reader.section_table("ball").complain("serve_speed_m_s", "[low, high] with low <= high");
-  for (const auto& [key, span] : {std::pair{"camera_silent_s", &w.faults.camera_silent},
-                                  {"image_size_s", &w.faults.image_size},
-                                  {"camera_clock_s", &w.faults.camera_clock},
-                                  {"tracker_silent_s", &w.faults.tracker_silent},
-                                  {"tracker_blind_s", &w.faults.tracker_blind},
-                                  {"tracker_clock_s", &w.faults.tracker_clock}}) {
-    if ((*span)[0] > (*span)[1])
-      reader.section_table("faults").complain(key, "[from, until] with from <= until");
-    if (w.faults.repeat_s > 0.0 && (*span)[1] > w.faults.repeat_s)
-      reader.section_table("faults").complain(
-          key, fmt::format("ends at {} s, after it is to begin anew; until repeat_s = {} at most is expected",
-                           (*span)[1], w.faults.repeat_s));
-  }
-  if (w.touch.static_friction < w.touch.friction)
-    reader.section_table("touch").complain("static_friction", "at least friction is expected");
+  check_faults(reader, w);
   if (w.camera.exposure_s * w.camera.rate_hz > 1.0)
     reader.section_table("camera").complain(
         "exposure_ms",
@@ -398,17 +427,40 @@ void check_whole(Reader& reader, const WorldFile& w) {
     reader.section_table("camera").complain("shutter", "a rolling shutter needs readout_ms > 0");
 }
 
-Expected<WorldFile> parse_over(WorldFile world, std::string_view content, const std::string& source) {
+// What the reference names is no mistake, even where no application here has it.
+void expect_what_the_reference_names(const TomlTable& root) {
+  static const auto names = [] {
+    std::map<std::string, std::vector<std::string>> found;
+    const TomlTable reference = *parse_toml(kReferenceWorldText, "reference.toml");
+    for (const auto& section : reference.keys()) found[section] = reference.table(section).keys();
+    return found;
+  }();
+  for (const auto& [section, keys] : names) {
+    if (!root.has(section)) continue;
+    const TomlTable table = root.table(section);
+    for (const auto& key : keys) table.expect(key);
+  }
+}
+
+Expected<WorldFile> parse_over(WorldFile world, std::string_view content, const std::string& source,
+                               const scene::ApplicationRegistry& applications) {
   const auto root = parse_toml(content, source);
   if (!root) return tl::unexpected(root.error());
   if (auto fine = rig::is_no_rig_file(*root, source); !fine) return tl::unexpected(fine.error());
-  Reader reader(*root);
-  visit_devices(reader, world);
-  visit_person_and_scene(reader, world);
+  Reader reader(*root, world.settings);
+  visit(reader, world);
+  expect_what_the_reference_names(*root);
   if (const auto done = root->finish(); !done) return tl::unexpected(done.error());
   check_whole(reader, world);
+  scene::complain_of_relations(*root, applications, world.settings);
   if (const auto done = root->finish(); !done) return tl::unexpected(done.error());
   return world;
+}
+
+Expected<WorldFile> reference_of(const scene::ApplicationRegistry& applications) {
+  WorldFile blank;
+  blank.settings = applications.settings();
+  return parse_over(std::move(blank), kReferenceWorldText, "reference.toml", applications);
 }
 
 }  // namespace
@@ -416,33 +468,35 @@ Expected<WorldFile> parse_over(WorldFile world, std::string_view content, const 
 std::string_view reference_world_text() { return kReferenceWorldText; }
 
 const WorldFile& reference_world() {
-  static const WorldFile world = [] {
-    auto parsed = parse_over(WorldFile{}, kReferenceWorldText, "reference.toml");
-    if (!parsed) throw std::logic_error("the compiled-in reference world: " + parsed.error().message);
-    return *parsed;
-  }();
+  static const WorldFile world = reference_world(scene::ApplicationRegistry());
   return world;
 }
 
-Expected<WorldFile> parse_world(std::string_view content, const std::string& source) {
-  return parse_over(reference_world(), content, source);
+WorldFile reference_world(const scene::ApplicationRegistry& applications) {
+  auto parsed = reference_of(applications);
+  if (!parsed) throw std::logic_error("the compiled-in reference world: " + parsed.error().message);
+  return std::move(*parsed);
 }
 
-Expected<WorldFile> read_world(const std::filesystem::path& path) {
+Expected<WorldFile> parse_world(std::string_view content, const std::string& source,
+                                const scene::ApplicationRegistry& applications) {
+  auto reference = reference_of(applications);
+  if (!reference) return reference;
+  return parse_over(std::move(*reference), content, source, applications);
+}
+
+Expected<WorldFile> read_world(const std::filesystem::path& path,
+                               const scene::ApplicationRegistry& applications) {
   const auto content = read_file(path);
   if (!content) return tl::unexpected(content.error());
-  auto world = parse_world(*content, path.string());
-  // A mesh is named as seen from the world file.
-  if (world && !world->touch.mesh.empty() && std::filesystem::path(world->touch.mesh).is_relative())
-    world->touch.mesh =
-        std::filesystem::absolute(path.parent_path() / world->touch.mesh).lexically_normal().string();
+  auto world = parse_world(*content, path.string(), applications);
+  if (world) scene::resolve_files(path.parent_path(), world->settings);
   return world;
 }
 
 std::string world_text(const WorldFile& world) {
-  Writer writer;
-  visit_devices(writer, world);
-  visit_person_and_scene(writer, world);
+  Writer writer(world.settings);
+  visit(writer, world);
   return writer.content();
 }
 

@@ -2,7 +2,9 @@
 //
 // The form is that of data/worlds/reference.toml; what a file leaves out has the reference's value. In the
 // file millimetres, degrees and milliseconds (named in the keys), here SI and radians. Quantities called sd
-// are drawn per seed, see truth.h. Values, copied freely. Errors: wrong use with file and line.
+// are drawn per seed, see truth.h. What applications let people set stands in the same file and is read as their
+// schemas have it (palpate/scene/setting_schema.h); nothing of it is known here. Values, copied freely. Errors:
+// wrong use with file and line.
 #pragma once
 
 #include <array>
@@ -14,6 +16,7 @@
 
 #include "palpate/core/expected.h"
 #include "palpate/math/so3.h"
+#include "palpate/scene/application_registry.h"
 
 namespace palpate::sim::config {
 
@@ -110,9 +113,6 @@ struct WorldFile {
     double landmarks_covered = 0.0;
     int landmarks_moved = 0;
     double landmarks_moved_by = 0.0;
-    double bat_radius = 0.0;
-    double bat_mass = 0.0;  // that an impact has to move, with stylus and hand, kg; 0: held fast
-    Vector3 bat_offset = Vector3::Zero();
   } scene;
 
   // What pictures show, and delays on purpose, for experiments.
@@ -120,23 +120,6 @@ struct WorldFile {
     std::string picture_time = "registered";  // or "predicted"
     double scan_out_s = 0.0, extra_picture_delay_s = 0.0, extra_force_delay_s = 0.0;
   } display;
-
-  struct {
-    double mass = 0.0, radius = 0.0, restitution_table = 0.0, restitution_bat = 0.0, contact_s = 0.0;
-    Range serve_speed{};
-    std::string physics = "full";        // or "paper": gravity alone, nothing rubs
-    std::string contact = "non-sticky";  // or "paper", "hunt-crossley": the bat's spring
-  } ball;
-
-  // What `touch` lets one explore; the reference does not name it.
-  struct {
-    std::string mesh;         // STL, OBJ or PLY file; empty: the organ that is built in
-    std::string unit = "mm";  // of its lengths: or "m"
-    double scale = 1.0;
-    Vector3 turn = Vector3::Zero();   // angles about x, y, z
-    Vector3 shift{0.08, 0.06, 0.04};  // on the table: to the right, up on a plinth, towards the user
-    double stiffness = 600.0, damping = 2.0, static_friction = 0.4, friction = 0.3;
-  } touch;
 
   // Devices that fail on purpose (palpate/sim/device_faults.h), which the reference does not name: spans in
   // s since play began, an empty one is never; again every repeat_s where that is not 0.
@@ -148,6 +131,9 @@ struct WorldFile {
   struct {
     double reaction_s = 0.0, aim_sd = 0.0, max_hand_acceleration = 0.0;
   } player;
+
+  // Of the applications: their sections, and keys of theirs in the laboratory's.
+  scene::SettingValues settings;
 };
 
 // First to last row of the camera's shutter: 0 where it is a global one.
@@ -155,12 +141,18 @@ inline double readout_s(const WorldFile& world) {
   return world.camera.shutter == "rolling" ? world.camera.readout_s : 0.0;
 }
 
-// The reference world, compiled in: as a file with its comments, and as values.
+// The reference world, compiled in: as a file with its comments, and as values. Without applications their
+// part of it is left out.
 std::string_view reference_world_text();
 const WorldFile& reference_world();
+WorldFile reference_world(const scene::ApplicationRegistry& applications);
 
-Expected<WorldFile> parse_world(std::string_view content, const std::string& source);
-Expected<WorldFile> read_world(const std::filesystem::path& path);
+// Keys that neither the laboratory nor one of `applications` has are refused, but for those that the reference
+// world names: they are of an application that is not here.
+Expected<WorldFile> parse_world(std::string_view content, const std::string& source,
+                                const scene::ApplicationRegistry& applications);
+Expected<WorldFile> read_world(const std::filesystem::path& path,
+                               const scene::ApplicationRegistry& applications);
 
 // The world as a file (no comments); read back it gives the same world.
 std::string world_text(const WorldFile& world);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <numbers>
 
 #include "palpate/core/file.h"
@@ -9,6 +10,36 @@
 
 namespace palpate::sim::config {
 namespace {
+
+// An application that lets people set a field of every kind.
+scene::ApplicationRegistry darts() {
+  using scene::SettingKind;
+  scene::ApplicationSpec spec;
+  spec.name = "darts";
+  spec.summary = "Throw";
+  spec.settings.fields = {{.section = "darts",
+                           .key = "mass_g",
+                           .initial = std::vector<double>{20.0},
+                           .unit = 1e-3,
+                           .range = {0.0, 100.0}},
+                          {.section = "darts",
+                           .key = "board",
+                           .kind = SettingKind::choice,
+                           .initial = "round",
+                           .choices = {"round", "square"}},
+                          {.section = "darts", .key = "picture", .kind = SettingKind::file, .initial = ""},
+                          {.section = "scene",
+                           .key = "dart_offset_m",
+                           .kind = SettingKind::numbers,
+                           .initial = std::vector<double>{0.0, 0.0, 0.125}}};
+  spec.settings.relations = [](const scene::SettingValues& values) -> std::vector<scene::SettingComplaint> {
+    if (values.number("darts.mass_g") < 0.050) return {};
+    return {{"darts", "mass_g", "a dart lighter than 50 g is expected"}};
+  };
+  spec.make_physics = [](const auto&, const auto&) { return nullptr; };
+  spec.make_view = [](const auto&) { return nullptr; };
+  return {spec};
+}
 
 TEST(WorldFile, ReferenceWorldIsTheFileInTheDataFolder) {
   const auto content = read_file(PALPATE_DATA_DIR "/worlds/reference.toml");
@@ -33,7 +64,7 @@ TEST(WorldFile, WrittenTextReadsBackToTheSameText) {
   world.scene.landmarks_moved_by = 0.008;
   world.display = {"predicted", 0.008, 0.02, 0.03};
   const auto text = world_text(world);
-  const auto again = parse_world(text, "again");
+  const auto again = parse_world(text, "again", {});
   ASSERT_TRUE(again) << again.error().message;
   EXPECT_EQ(world_text(*again), text);
   EXPECT_EQ(again->tracker.white_rms, world.tracker.white_rms);
@@ -43,7 +74,7 @@ TEST(WorldFile, WrittenTextReadsBackToTheSameText) {
 }
 
 TEST(WorldFile, WhatIsLeftOutIsTheReferences) {
-  const auto world = parse_world("[arm]\nfriction_n = 0.5\n", "small.toml");
+  const auto world = parse_world("[arm]\nfriction_n = 0.5\n", "small.toml", {});
   ASSERT_TRUE(world) << world.error().message;
   EXPECT_EQ(world->arm.friction, 0.5);
   auto expected = reference_world();
@@ -57,46 +88,66 @@ struct Mistake {
   const char* word;
 };
 
-TEST(WorldFile, BallsFlyAsThePaperHasItWhereAsked) {
-  EXPECT_EQ(reference_world().ball.physics, "full");
-  EXPECT_EQ(reference_world().ball.contact, "non-sticky");
-  const auto world = parse_world("[ball]\nphysics = \"paper\"\ncontact = \"hunt-crossley\"\n", "paper.toml");
+TEST(WorldFile, WhatAnApplicationLetsPeopleSetStandsInTheSameFile) {
+  const auto text = world_text(reference_world(darts()));
+  // Keys in a section of the laboratory at its end, sections of its own after [display].
+  EXPECT_NE(text.find("landmarks_moved_by_mm = 0.0\ndart_offset_m = [0.0, 0.0, 0.125]\n\n[display]"),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("\n\n[darts]\nmass_g = 20.0\nboard = \"round\"\npicture = \"\"\n\n[faults]"),
+            std::string::npos)
+      << text;
+  const auto world =
+      parse_world("[darts]\nmass_g = 22.5\nboard = \"square\"\n[scene]\ndart_offset_m = [1, 2, 3]\n",
+                  "darts.toml", darts());
   ASSERT_TRUE(world) << world.error().message;
-  EXPECT_EQ(world->ball.physics, "paper");
-  EXPECT_EQ(world->ball.contact, "hunt-crossley");
-}
-
-TEST(WorldFile, ABatIsHeldFastUnlessItsMassIsSaid) {
-  EXPECT_EQ(reference_world().scene.bat_mass, 0.0);
-  const auto world = parse_world("[scene]\nbat_mass_kg = 0.25\n", "bat.toml");
-  ASSERT_TRUE(world) << world.error().message;
-  EXPECT_EQ(world->scene.bat_mass, 0.25);
-  EXPECT_NE(world_text(*world).find("bat_mass_kg = 0.25"), std::string::npos);
-}
-
-TEST(WorldFile, WhatIsTouchedIsWrittenAndReadAgain) {
-  const auto world = parse_world(
-      "[touch]\nmesh = \"liver.stl\"\nunit = \"m\"\nturn_deg = [90, 0, 0]\nstatic_friction = 0.5\n",
-      "touch.toml");
-  ASSERT_TRUE(world) << world.error().message;
-  EXPECT_EQ(world->touch.mesh, "liver.stl");
-  const auto again = parse_world(world_text(*world), "again.toml");
+  EXPECT_DOUBLE_EQ(world->settings.number("darts.mass_g"), 0.0225);
+  EXPECT_EQ(world->settings.text("darts.board"), "square");
+  EXPECT_EQ(world->settings.vector("scene.dart_offset_m"), Vector3(1.0, 2.0, 3.0));
+  const auto again = parse_world(world_text(*world), "again.toml", darts());
   ASSERT_TRUE(again) << again.error().message;
-  EXPECT_EQ(again->touch.mesh, "liver.stl");
-  EXPECT_EQ(again->touch.unit, "m");
-  EXPECT_EQ(again->touch.turn, world->touch.turn);
-  EXPECT_EQ(again->touch.static_friction, 0.5);
-  EXPECT_EQ(again->touch.stiffness, 600.0);
-  EXPECT_FALSE(parse_world("[touch]\nstatic_friction = 0.1\n", "low.toml")) << "less than it has sliding";
+  EXPECT_EQ(world_text(*again), world_text(*world));
+}
+
+TEST(WorldFile, AFileIsNamedAsSeenFromTheWorldFile) {
+  const auto folder = std::filesystem::temp_directory_path() / "palpate_world_file_test";
+  ASSERT_TRUE(make_folder(folder));
+  const auto picture_in = [&](const std::string& said) {
+    EXPECT_TRUE(write_file(folder / "w.toml", "[darts]\npicture = \"" + said + "\"\n"));
+    const auto world = read_world(folder / "w.toml", darts());
+    return world ? world->settings.text("darts.picture") : world.error().message;
+  };
+  EXPECT_EQ(picture_in("../board.png"), (folder.parent_path() / "board.png").string());
+  EXPECT_EQ(picture_in("/else/board.png"), "/else/board.png");
+  EXPECT_EQ(picture_in(""), "");
+  std::filesystem::remove_all(folder);
+}
+
+TEST(WorldFile, WhatTheReferenceNamesIsNoMistakeWhereNoApplicationHasIt) {
+  EXPECT_TRUE(parse_world(reference_world_text(), "reference.toml", {}));
+  EXPECT_EQ(world_text(reference_world()).find("mass_g"), std::string::npos);
+  // Of an application that is not here, and not in the reference.
+  EXPECT_FALSE(parse_world("[darts]\nmass_g = 20\n", "darts.toml", {}));
+}
+
+TEST(WorldFile, AnApplicationThatClaimsAKeyOfTheLaboratoryIsNamed) {
+  auto spec = darts().specs().front();
+  spec.settings.fields[0].section = "camera";
+  spec.settings.fields[0].key = "fx";
+  spec.settings.relations = nullptr;
+  const auto world = parse_world("", "w.toml", {spec});
+  ASSERT_FALSE(world);
+  EXPECT_NE(world.error().message.find("camera.fx: is the laboratory's"), std::string::npos)
+      << world.error().message;
 }
 
 TEST(WorldFile, FaultsAreReadAndWrittenAndNoneIsThereUnlessSaid) {
   EXPECT_EQ(reference_world().faults.tracker_blind, (Range{0.0, 0.0}));
   const auto world = parse_world(
       "[faults]\ntracker_blind_s = [4, 5.5]\ncamera_clock_s = [7, 8]\nclock_jump_s = -2\nrepeat_s = 10\n",
-      "faults.toml");
+      "faults.toml", {});
   ASSERT_TRUE(world) << world.error().message;
-  const auto again = parse_world(world_text(*world), "again.toml");
+  const auto again = parse_world(world_text(*world), "again.toml", {});
   ASSERT_TRUE(again) << again.error().message;
   EXPECT_EQ(again->faults.tracker_blind, (Range{4.0, 5.5}));
   EXPECT_EQ(again->faults.camera_clock, (Range{7.0, 8.0}));
@@ -106,7 +157,7 @@ TEST(WorldFile, FaultsAreReadAndWrittenAndNoneIsThereUnlessSaid) {
 }
 
 TEST(WorldFile, ARigFileInItsPlaceIsCalledThatAndTheWayToAWorldIsTold) {
-  const auto world = parse_world(rig::rig_text(rig::Rig{}), "desk.toml");
+  const auto world = parse_world(rig::rig_text(rig::Rig{}), "desk.toml", {});
   ASSERT_FALSE(world);
   EXPECT_EQ(world.error().kind, Error::Kind::wrong_use);
   EXPECT_EQ(world.error().message.find("desk.toml: is a rig file"), 0u) << world.error().message;
@@ -120,7 +171,7 @@ TEST(WorldFile, TheReferenceSaysThatThereCanBeTwoEyes) {
   ASSERT_NE(at, std::string::npos);
   EXPECT_NE(text.substr(at, text.find('\n', at + 1) - at).find("two eyes"), std::string::npos);
   text.replace(at, 10, "\ncount = 2");
-  const auto world = parse_world(text, "two.toml");
+  const auto world = parse_world(text, "two.toml", {});
   ASSERT_TRUE(world) << world.error().message;
   EXPECT_EQ(world->camera.count, 2);
 }
@@ -145,14 +196,13 @@ TEST(WorldFile, MistakesAreNamedWithFileLineAndKey) {
       {"[display]\nextra_picture_delay_ms = -1\n", "bad.toml:2", "extra_picture_delay_ms"},
       {"[display]\nextra_force_delay_ms = 500\n", "bad.toml:2", "extra_force_delay_ms"},
       {"[clocks]\narm = { offset = 1 }\n", "bad.toml:2", "offset"},
-      {"[ball]\nphysics = \"papyrus\"\n", "bad.toml:2", "paper"},
-      {"[ball]\nrestitution_bat = 0.1\n", "bad.toml:2", "0.15 to 1"},
-      {"[ball]\ncontact = \"glue\"\n", "bad.toml:2", "hunt-crossley"},
-      {"[scene]\nbat_mass_kg = -0.1\n", "bad.toml:2", "0 to 10"},
-      {"[scene]\nbat_mass_kg = 1000\n", "bad.toml:2", "0 to 10"},
-      {"[scene]\nbat_mass_kg = 0.001\n", "bad.toml:2", "held fast"},
-      {"[scene]\nbat_mass_kg = \"heavy\"\n", "bad.toml:2", "a number is expected"},
-      {"[ball]\nmass_kg = 0.3\n[scene]\nbat_mass_kg = 0.17\n", "bad.toml:2", "lighter than the bat"},
+      {"[darts]\nmass_g = -0.1\n", "bad.toml:2", "0 to 100"},
+      {"[darts]\n\nmass_g = \"heavy\"\n", "bad.toml:3", "a number is expected"},
+      {"[darts]\nboard = \"oval\"\n", "bad.toml:2", "square"},
+      {"[darts]\nmas_g = 20\n", "bad.toml:2", "mas_g"},
+      {"[darts]\npicture = 3\n", "bad.toml:2", "picture"},
+      {"[scene]\ndart_offset_m = [1, 2]\n", "bad.toml:2", "dart_offset_m"},
+      {"[darts]\nmass_g = 60\n", "bad.toml:2", "lighter than 50 g"},
       {"[faults]\ncamera_dark_s = [1, 2]\n", "bad.toml:2", "camera_dark_s"},
       {"[faults]\ncamera_silent_s = [3, 2]\n", "bad.toml:2", "from <= until"},
       {"[faults]\ncamera_silent_s = [-1, 2]\n", "bad.toml:2", "camera_silent_s"},
@@ -160,7 +210,7 @@ TEST(WorldFile, MistakesAreNamedWithFileLineAndKey) {
       {"[world]\nrate_hz = 4000\nrate_hz = 5000\n", "bad.toml", "rate_hz"},
   };
   for (const auto& mistake : mistakes) {
-    const auto world = parse_world(mistake.text, "bad.toml");
+    const auto world = parse_world(mistake.text, "bad.toml", darts());
     ASSERT_FALSE(world) << mistake.text;
     EXPECT_EQ(world.error().kind, Error::Kind::wrong_use);
     EXPECT_NE(world.error().message.find(mistake.line), std::string::npos) << world.error().message;
@@ -174,7 +224,7 @@ TEST(WorldFile, AWorldFileInItsPlaceIsCalledThatAndTheWayToARigIsTold) {
     const auto rig = rig::parse_rig(text, "rig.toml");
     return rig ? std::string() : rig.error().message;
   };
-  for (const auto& world : {std::string(reference_world_text()), std::string("[ball]\nmass_kg = 0.003\n"),
+  for (const auto& world : {std::string(reference_world_text()), std::string("[faults]\nrepeat_s = 3\n"),
                             std::string("[head]\nturn_hz = 1\n")}) {
     const auto words = complaint(world);
     EXPECT_EQ(words.find("rig.toml: is a world file"), 0u) << words;

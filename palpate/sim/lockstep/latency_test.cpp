@@ -5,10 +5,10 @@
 #include <fstream>
 
 #include "applications/pingpong/specification.h"
-#include "applications/scene_settings.h"
 #include "palpate/core/csv.h"
 #include "palpate/evaluation/latency_probe.h"
 #include "palpate/server/physics/physics_server.h"
+#include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
 #include "palpate/sim/truth_rig_for_tests.h"
 #include "tests/scratch_folder.h"
@@ -25,8 +25,8 @@ Played play_with_timecode(const config::WorldFile& file, double stated_scan_out_
                           double seconds_played = 4.0) {
   Simulator world(file, 5);
   const rig::Rig rig = truth_rig(world);
-  const auto scene = server::physics::scene_from_rig(rig, applications::scene_settings(file, "pingpong"),
-                                                     file.ball.restitution_table);
+  const auto scene = server::physics::scene_from_rig(
+      rig, *sim::config::scene_of(file, {applications::pingpong::specification()}, "pingpong"));
   LockstepOptions options;
   options.applications = {applications::pingpong::specification()};
   options.seconds = seconds_played;

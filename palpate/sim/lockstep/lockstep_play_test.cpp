@@ -1,10 +1,10 @@
 #include "palpate/sim/lockstep/lockstep_play.h"
+#include "palpate/sim/config/world_scene.h"
 
 #include <gtest/gtest.h>
 
 #include "applications/pingpong/pingpong.h"
 #include "applications/pingpong/specification.h"
-#include "applications/scene_settings.h"
 #include "palpate/core/error_summary.h"
 #include "palpate/scene/shown_tip.h"
 #include "palpate/server/physics/physics_server.h"
@@ -17,7 +17,7 @@ LockstepResult play(double play_seconds, const LockstepOptions& base = {}, std::
   Simulator world(config::reference_world(), seed);
   const rig::Rig rig = truth_rig(world);
   const auto scene = server::physics::scene_from_rig(
-      rig, applications::scene_settings(world.file(), "pingpong"), world.file().ball.restitution_table);
+      rig, *sim::config::scene_of(world.file(), {applications::pingpong::specification()}, "pingpong"));
   LockstepOptions options = base;
   options.applications = {applications::pingpong::specification()};
   options.seconds = play_seconds;
@@ -64,7 +64,8 @@ TEST(LockstepPlay, ATenthOfASecondMoreMakesThePlayClearlyWorse) {
 TEST(LockstepPlay, TheDrawnTipStandsWhereTheRealOneIs) {
   const auto result = play(6.0);
   Simulator world(config::reference_world(), 3);
-  const auto scene = applications::scene_settings(world.file(), "pingpong");
+  const auto scene =
+      *sim::config::scene_of(world.file(), {applications::pingpong::specification()}, "pingpong");
   ErrorSummary tip_mm;
   for (const auto& frame : result.frames)
     tip_mm.add(1e3 * (scene::shown_tip(frame.record.state, scene) - frame.true_tip).norm());

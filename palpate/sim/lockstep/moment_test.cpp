@@ -6,12 +6,12 @@
 
 #include "applications/pingpong/pingpong.h"
 #include "applications/pingpong/specification.h"
-#include "applications/scene_settings.h"
 #include "palpate/core/error_summary.h"
 #include "palpate/core/units.h"
 #include "palpate/evaluation/overlay_of_play.h"
 #include "palpate/scene/shown_tip.h"
 #include "palpate/server/physics/physics_server.h"
+#include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
 #include "palpate/sim/truth_rig_for_tests.h"
 
@@ -56,8 +56,8 @@ Moments play_moments(const config::WorldFile& file, LockstepOptions options, dou
   Moments m;
   m.rig = truth_rig(world);
   if (change) change(m.rig);
-  m.scene = server::physics::scene_from_rig(m.rig, applications::scene_settings(file, "pingpong"),
-                                            file.ball.restitution_table);
+  m.scene = server::physics::scene_from_rig(
+      m.rig, *sim::config::scene_of(file, {applications::pingpong::specification()}, "pingpong"));
   options.applications = {applications::pingpong::specification()};
   options.seconds = seconds_played;
   options.seed = 3;

@@ -9,10 +9,10 @@
 
 #include "applications/pingpong/pingpong.h"
 #include "applications/pingpong/specification.h"
-#include "applications/scene_settings.h"
 #include "palpate/desktop/desktop_ui.h"
 #include "palpate/desktop/scripted_user.h"
 #include "palpate/server/physics/physics_server.h"
+#include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/head_motion.h"
 #include "palpate/sim/truth_rig_for_tests.h"
 
@@ -39,7 +39,7 @@ MouseGame play_with_mouse(const MousePlay& how) {
   Simulator world(file, how.seed);
   const rig::Rig rig = truth_rig(world);
   const scene::SceneDescription scene = server::physics::scene_from_rig(
-      rig, applications::scene_settings(file, "pingpong"), file.ball.restitution_table);
+      rig, *sim::config::scene_of(file, {applications::pingpong::specification()}, "pingpong"));
   const scene::ApplicationRegistry applications{applications::pingpong::specification()};
   auto game = applications.make_physics(scene, {.seed = how.seed, .pause_s = 1.0});
   desktop::MouseHand mouse(rig.camera->model,

@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "applications/pingpong/specification.h"
-#include "applications/scene_settings.h"
 #include "palpate/server/physics/physics_server.h"
+#include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
 #include "palpate/sim/truth_rig_for_tests.h"
 
@@ -22,7 +22,7 @@ TEST(PoseFeed, WhatIsPublishedStandsWhereTheTruthIs) {
   Simulator world(config::reference_world(), 3);
   const rig::Rig rig = truth_rig(world);
   const auto scene = server::physics::scene_from_rig(
-      rig, applications::scene_settings(world.file(), "pingpong"), world.file().ball.restitution_table);
+      rig, *sim::config::scene_of(world.file(), {applications::pingpong::specification()}, "pingpong"));
   LockstepOptions options;
   options.applications = {applications::pingpong::specification()};
   options.seconds = 4.0;
@@ -37,7 +37,7 @@ TEST(PoseFeed, WhatIsPublishedStandsWhereTheTruthIs) {
       EXPECT_LT((tip->translation - played.true_tip).norm(), 2e-3);
       const auto* bat = pose_named(poses, "BatToWorld");
       ASSERT_NE(bat, nullptr);
-      EXPECT_LT((tip->translation + tip->rotation * scene.bat_offset - bat->translation).norm(), 1e-9);
+      EXPECT_LT((tip->translation + tip->rotation * scene.carried_offset - bat->translation).norm(), 1e-9);
     }
     if (const auto* camera = pose_named(poses, "CameraToWorld")) {
       ++cameras;
@@ -57,11 +57,31 @@ TEST(PoseFeed, WhatIsNotKnownOrNotSeenIsNotSent) {
   server::graphics::FrameRecord frame;
   EXPECT_TRUE(server::graphics::live_poses(frame, {}, {}, {}).empty());
   frame.have_state = true;
+  frame.state.body_count = 2;
   frame.state.bodies[0].visible = 0;
-  const auto poses = server::graphics::live_poses(frame, {}, {}, {});
+  scene::SceneDescription scene;
+  scene.bodies = {{"Ball", 0.1}, {"Bat", 0.2}, {"Beyond", 0.3}};
+  const auto poses = server::graphics::live_poses(frame, scene, {}, {});
+  EXPECT_NE(pose_named(poses, "BatToWorld"), nullptr) << "what is carried is where the tip is";
+  EXPECT_EQ(pose_named(poses, "BeyondToWorld"), nullptr) << "the state has two bodies";
   EXPECT_NE(pose_named(poses, "TipToWorld"), nullptr);
   EXPECT_EQ(pose_named(poses, "BallToWorld"), nullptr);
   EXPECT_EQ(pose_named(poses, "CameraToWorld"), nullptr);
+}
+
+TEST(PoseFeed, BodiesAreCalledAsTheApplicationSays) {
+  server::graphics::FrameRecord frame;
+  frame.have_state = true;
+  frame.state.body_count = 3;
+  for (auto& body : frame.state.bodies) body.visible = 1;
+  frame.state.bodies[2].set_p({1.0, 2.0, 3.0});
+  scene::SceneDescription scene;
+  scene.bodies = {{"", 0.0}, {"Needle", 0.0}, {"Target", 0.0}};
+  const auto poses = server::graphics::live_poses(frame, scene, {}, {});
+  EXPECT_EQ(pose_named(poses, "ToWorld"), nullptr) << "one without a name is not told of";
+  EXPECT_NE(pose_named(poses, "NeedleToWorld"), nullptr);
+  ASSERT_NE(pose_named(poses, "TargetToWorld"), nullptr);
+  EXPECT_EQ(pose_named(poses, "TargetToWorld")->translation, Vector3(1.0, 2.0, 3.0));
 }
 
 TEST(PoseFeed, TheTimeOfAStateIsTheGraphicsHostsOwn) {

@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "applications/pingpong/specification.h"
-#include "applications/scene_settings.h"
 #include "palpate/evaluation/overlay_of_play.h"
 #include "palpate/server/graphics/frame_renderer.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/camera_renderer.h"
+#include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
 #include "palpate/sim/truth_rig_for_tests.h"
 
@@ -58,8 +58,8 @@ StereoPlay play_with_two_eyes(const config::WorldFile& file, LockstepOptions opt
   StereoPlay s;
   s.rig = truth_rig(world);
   if (change) change(s.rig);
-  const auto scene = server::physics::scene_from_rig(s.rig, applications::scene_settings(file, "pingpong"),
-                                                     file.ball.restitution_table);
+  const auto scene = server::physics::scene_from_rig(
+      s.rig, *sim::config::scene_of(file, {applications::pingpong::specification()}, "pingpong"));
   options.applications = {applications::pingpong::specification()};
   options.seconds = seconds_played;
   options.seed = 4;

@@ -46,8 +46,8 @@ TEST_F(GuardedServer, ControlCallsNeedTheirRole) {
     bool allowed;
   };
   for (const auto& c :
-       {Case{observer, scene::Control::serve, false}, Case{observer, scene::Control::pause, false},
-        Case{graphics, scene::Control::serve, true}, Case{graphics, scene::Control::reset, false},
+       {Case{observer, scene::Control::begin, false}, Case{observer, scene::Control::pause, false},
+        Case{graphics, scene::Control::begin, true}, Case{graphics, scene::Control::reset, false},
         Case{chief, scene::Control::reset, true}}) {
     auto link = connect(c.keys);
     ASSERT_TRUE(rig.until({link.get()}, [&] { return link->role().has_value(); }));
@@ -95,7 +95,7 @@ TEST_F(GuardedServer, ARevokedKeyLosesItsRightsWhileItIsConnectedAndOthersKeepTh
   ASSERT_TRUE(revoke_keys(scratch.path(), "graphics"));
   ASSERT_TRUE(rig.until({leaving.get(), staying.get()}, [&] { return leaving->refusal().has_value(); }));
   const auto replies = leaving->counters().replies;
-  leaving->send_control(scene::Control::serve);
+  leaving->send_control(scene::Control::begin);
   for (std::uint64_t n = 2; n < 20; ++n) {
     leaving->request(n, {seconds(2)});
     rig.wait_a_little();
