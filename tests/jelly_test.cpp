@@ -277,7 +277,7 @@ TEST(AnApplicationFromOutside, PlaysThroughTheExchangeWithItsDeformingSurfaceInT
       for (std::size_t k = 0; k < 3; ++k)
         most = std::max(most, std::abs(dented.rgb[at + k] - rest.rgb[at + k]));
       if (most <= 16) continue;
-      (std::hypot(u - centre->x(), v - centre->y()) < 90.0 ? near : far)++;
+      (std::hypot(u - centre.x(), v - centre.y()) < 90.0 ? near : far)++;
     }
   EXPECT_GT(near, 150) << "pixels of the dent and of what bulges";
   EXPECT_EQ(far, 0);

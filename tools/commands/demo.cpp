@@ -78,6 +78,8 @@ void add_demo(CLI::App& program) {
     }
     demo.world = sim::config::reference_world();
     demo.command = "palpate demo";
+    if (const auto* from = plugins().origin_of_application(demo.application))
+      demo.command += " --plugin " + from->file.string();
     if (demo.application != "pingpong") demo.command += " --app " + demo.application;
     if (demo.quality != render::Quality::medium) demo.command += " --quality " + options->quality;
     if (!options->world.empty()) {
