@@ -248,11 +248,19 @@ TEST(AnApplicationFromOutside, PlaysThroughTheExchangeWithItsDeformingSurfaceInT
     // The shape is of the moment that the picture shows.
     EXPECT_LE(std::abs((frame.shape->time - frame.state.time).count()), 1'000'000)
         << "ns, a tick of the physics loop";
-    // And it is that of the physics side at that moment, to the digits that go over the network.
-    if (const auto at = dents.find(frame.shape->time.ns()); at != dents.end()) {
-      EXPECT_NEAR(1e6 * deepest_of(*frame.shape, X_world_jelly), at->second, 1.0) << "um";
-      ++compared;
+    // And it is that of the physics side then: as deep as around that moment, give or take two ticks.
+    const auto from = dents.lower_bound(frame.shape->time.ns() - 2'000'000);
+    const auto to = dents.upper_bound(frame.shape->time.ns() + 2'000'000);
+    if (from == dents.begin() || to == dents.end()) return;
+    double low = from->second, high = low;
+    for (auto at = from; at != to; ++at) {
+      low = std::min<double>(low, at->second);
+      high = std::max<double>(high, at->second);
     }
+    const double deepest = 1e6 * deepest_of(*frame.shape, X_world_jelly);
+    EXPECT_GE(deepest, low - 20.0) << "um";
+    EXPECT_LE(deepest, high + 20.0) << "um; a picture late it is hundreds off";
+    ++compared;
   };
   const auto play = sim::lockstep::play_in_lockstep(world, rig, scene, options, pictures, {});
   ASSERT_TRUE(play) << play.error().message;
