@@ -8,6 +8,7 @@
 #include "examples/jelly/application.h"
 #include "examples/jelly/settings.h"
 #include "examples/jelly/specification.h"
+#include "palpate/scene/shape_history.h"
 #include "palpate/server/graphics/frame_renderer.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/camera_renderer.h"
@@ -248,9 +249,10 @@ TEST(AnApplicationFromOutside, PlaysThroughTheExchangeWithItsDeformingSurfaceInT
     // The shape is of the moment that the picture shows.
     EXPECT_LE(std::abs((frame.shape->time - frame.state.time).count()), 1'000'000)
         << "ns, a tick of the physics loop";
-    // And it is that of the physics side then: as deep as around that moment, give or take two ticks.
-    const auto from = dents.lower_bound(frame.shape->time.ns() - 2'000'000);
-    const auto to = dents.upper_bound(frame.shape->time.ns() + 2'000'000);
+    // And it is that of the physics side then: as deep as between the two shapes of the history around that moment.
+    constexpr auto kApart = static_cast<std::int64_t>(1e9 / scene::ShapeHistory::kRateHz) + 1'000'000;
+    const auto from = dents.lower_bound(frame.shape->time.ns() - kApart);
+    const auto to = dents.upper_bound(frame.shape->time.ns() + kApart);
     if (from == dents.begin() || to == dents.end()) return;
     double low = from->second, high = low;
     for (auto at = from; at != to; ++at) {
