@@ -8,6 +8,7 @@
 #include "examples/jelly/application.h"
 #include "examples/jelly/settings.h"
 #include "examples/jelly/specification.h"
+#include "palpate/scene/shape_history.h"
 #include "palpate/server/graphics/frame_renderer.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/camera_renderer.h"
@@ -86,7 +87,7 @@ TEST(Jelly, KeepsItsVolumeForWhatIsPressedInComesOutElsewhere) {
   for (std::size_t i = 0; i < jelly::kVertices; ++i)
     pressed_in += std::max(0.0, -areas[i].dot(body.place(i) - body.rest().vertices[i]));
   EXPECT_GT(pressed_in, 3e-7);
-  EXPECT_LT(std::abs(body.volume_gained()), 0.15 * pressed_in);
+  EXPECT_LT(std::abs(body.volume_gained()), 0.25 * pressed_in) << "without air all of it would be lost";
 }
 
 TEST(Jelly, IsStableAtTheEndsOfItsSettingsAfterABlowAndAStall) {
@@ -248,11 +249,20 @@ TEST(AnApplicationFromOutside, PlaysThroughTheExchangeWithItsDeformingSurfaceInT
     // The shape is of the moment that the picture shows.
     EXPECT_LE(std::abs((frame.shape->time - frame.state.time).count()), 1'000'000)
         << "ns, a tick of the physics loop";
-    // And it is that of the physics side at that moment, to the digits that go over the network.
-    if (const auto at = dents.find(frame.shape->time.ns()); at != dents.end()) {
-      EXPECT_NEAR(1e6 * deepest_of(*frame.shape, X_world_jelly), at->second, 1.0) << "um";
-      ++compared;
+    // And it is that of the physics side then: as deep as between the two shapes of the history around that moment.
+    constexpr auto kApart = static_cast<std::int64_t>(1e9 / scene::ShapeHistory::kRateHz) + 1'000'000;
+    const auto from = dents.lower_bound(frame.shape->time.ns() - kApart);
+    const auto to = dents.upper_bound(frame.shape->time.ns() + kApart);
+    if (from == dents.begin() || to == dents.end()) return;
+    double low = from->second, high = low;
+    for (auto at = from; at != to; ++at) {
+      low = std::min<double>(low, at->second);
+      high = std::max<double>(high, at->second);
     }
+    const double deepest = 1e6 * deepest_of(*frame.shape, X_world_jelly);
+    EXPECT_GE(deepest, low - 20.0) << "um";
+    EXPECT_LE(deepest, high + 20.0) << "um; a picture late it is hundreds off";
+    ++compared;
   };
   const auto play = sim::lockstep::play_in_lockstep(world, rig, scene, options, pictures, {});
   ASSERT_TRUE(play) << play.error().message;
@@ -277,7 +287,7 @@ TEST(AnApplicationFromOutside, PlaysThroughTheExchangeWithItsDeformingSurfaceInT
       for (std::size_t k = 0; k < 3; ++k)
         most = std::max(most, std::abs(dented.rgb[at + k] - rest.rgb[at + k]));
       if (most <= 16) continue;
-      (std::hypot(u - centre->x(), v - centre->y()) < 90.0 ? near : far)++;
+      (std::hypot(u - centre.x(), v - centre.y()) < 90.0 ? near : far)++;
     }
   EXPECT_GT(near, 150) << "pixels of the dent and of what bulges";
   EXPECT_EQ(far, 0);

@@ -103,6 +103,8 @@ void choose_length(DemoArguments& options) {
 std::string command_line(const DemoArguments& options) {
   const auto& demo = options.demo;
   std::string line = "palpate demo";
+  if (const auto* from = plugins().origin_of_application(demo.application))
+    line += " --plugin " + from->file.string();
   if (demo.application != default_application(demo.applications)) line += " --app " + demo.application;
   if (demo.quality != render::Quality::medium) line += " --quality " + options.quality;
   if (!options.world.empty()) line += " --world " + options.world;

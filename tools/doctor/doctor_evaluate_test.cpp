@@ -386,7 +386,7 @@ TEST(Doctor, ARealArmLacksItsLibraryItsNodeItsSettingsOrNothing) {
 TEST(Doctor, PlugInsAreToldWithWhereTheyComeFromAndWhyOthersWereLeftOut) {
   EXPECT_TRUE(evaluate(plugin::Report{}).empty());
   const auto found = evaluate(plugin::Report{
-      .loaded = {{.file = "/home/u/jelly.so",
+      .loaded = {{.file = "/opt/jelly.so",
                   .name = "jelly",
                   .applications = {"jelly", "pudding"},
                   .drivers = {"spoon"}}},
@@ -394,7 +394,7 @@ TEST(Doctor, PlugInsAreToldWithWhereTheyComeFromAndWhyOthersWereLeftOut) {
   ASSERT_EQ(found.size(), 2u);
   EXPECT_EQ(found[0].verdict, Verdict::ok);
   EXPECT_EQ(found[0].name, "jelly");
-  EXPECT_EQ(found[0].value, "applications jelly, pudding, drivers spoon, /home/u/jelly.so");
+  EXPECT_EQ(found[0].value, "applications jelly, pudding, drivers spoon, /opt/jelly.so");
   EXPECT_EQ(found[1].verdict, Verdict::worth_knowing);
   EXPECT_EQ(found[1].value, "plug-in /opt/old.so: is made for Palpate 0.0.9, and this is 0.1.0");
   EXPECT_EQ(found[1].remedy, "build it anew");

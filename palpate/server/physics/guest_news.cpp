@@ -13,10 +13,13 @@ GuestNews::Line GuestNews::look(const PhysicsServer& server, bool haptic_loop_ha
   const haptics::HapticCondition condition = server.haptic().condition();
   if (condition.fault != fault_) same_fault_ = 0, fault_told_ = failure_told_;
   fault_ = condition.fault;
-  // What trips forces and does not heal the trip's line tells; not what a fault that would have healed has become.
-  const bool told_by_trip = !haptics::heals(fault_) && condition.trip_fault == fault_;
+  // Of a lost arm its driver tells, of the rest of what does not heal the trip's line. That line may be left out where
+  // another trip came just before: a guest that is switched off is named here.
+  const bool switched_off =
+      fault_ == haptics::ForceFault::law_failed || fault_ == haptics::ForceFault::arm_slow;
   const int told = fault_ == haptics::ForceFault::arm_silent ? kSilenceTold : kTold;
-  if (condition.culprit == haptics::Guest::none || told_by_trip || fault_told_ || ++same_fault_ < told)
+  if (condition.culprit == haptics::Guest::none || !(haptics::heals(fault_) || switched_off) || fault_told_ ||
+      ++same_fault_ < told)
     return {};
   fault_told_ = true;
   return {fmt::format("forces are off: {}: {}", haptics::name_of(condition.fault),
