@@ -261,10 +261,40 @@ std::optional<figures::Figure> haptic_lateness(const figures::PlayFolder& data) 
                          figures::Verdict::none};
 }
 
-}  // namespace
+// How often an exchange took how long, where any did.
+std::optional<figures::Plot> round_trip_plot(const CsvTable& frames) {
+  if (!frames.has("round_trip_us")) return std::nullopt;
+  const auto trips = figures::column(frames, "round_trip_us");
+  const double most = figures::quantile(trips, 0.99) * 1.25;
+  if (!(most > 0.0)) return std::nullopt;
+  figures::Plot plot{.title = "Round trips", .x_label = "\u00b5s", .y_label = "frames"};
+  plot.series = {figures::histogram("round trip", trips, 0.0, most, 50)};
+  plot.series.front().in_legend = false;
+  plot.levels.push_back({.at = figures::quantile(trips, 0.5),
+                         .label = "median",
+                         .tone = figures::Tone::rival,
+                         .upright = true});
+  plot.caption = "The outermost column also counts everything slower.";
+  return plot;
+}
 
-void add_real_time_section(evaluation::report::Report& page, const figures::PlayFolder& data) {
-  if (data.find("realtime") == nullptr) return;
+std::optional<figures::Plot> clock_error_plot(const CsvTable& sync) {
+  if (!figures::has_columns(sync, {"time_s", "offset_error_us", "uncertainty_us"})) return std::nullopt;
+  const auto time = figures::column(sync, "time_s"), error = figures::column(sync, "offset_error_us"),
+             sure = figures::column(sync, "uncertainty_us");
+  const figures::Series band =
+      figures::band_around("stated uncertainty", time, std::vector<double>(time.size(), 0.0), sure);
+  figures::Plot plot{
+      .title = "Clock difference, estimate against truth", .x_label = "s", .y_label = "\u00b5s"};
+  plot.series = {band, {.name = "error", .x = time, .y = error, .tone = figures::Tone::ours}};
+  plot.caption =
+      "Estimate minus truth, which only the simulation knows. Where the line lies inside of the band, what "
+      "the "
+      "system said of its own uncertainty was right.";
+  return plot;
+}
+
+std::vector<figures::Figure> real_time_figures(const figures::PlayFolder& data) {
   std::vector<figures::Figure> figures;
   const auto add = [&](std::string_view path, std::string label, std::string_view unit, std::string note,
                        std::optional<double> bar = std::nullopt) {
@@ -307,8 +337,10 @@ void add_real_time_section(evaluation::report::Report& page, const figures::Play
   add("realtime/photon_to_photon/p99_ms", "From light to light, 99 % below", "ms", "");
   add("realtime/photon_to_photon/instrument_error_ms", "... measured to within, 99 %", "ms", "at most 1 ms",
       1.0);
-  if (figures.empty()) return;
-  page.section("Against the wall clock", "real-time");
+  return figures;
+}
+
+void add_words(evaluation::report::Report& page, const figures::PlayFolder& data) {
   page.paragraph(
       "Everything above ran in lock-step on a virtual clock, so that no figure depends on how quick the "
       "machine is. This "
@@ -322,8 +354,10 @@ void add_real_time_section(evaluation::report::Report& page, const figures::Play
         "In this run a network cable was pulled for a while, which the figures here include; the next part "
         "tells "
         "of it.");
-  page.figures(figures);
-  // A loop that only sleeps wakes tens of microseconds late: it needs no explanation.
+}
+
+// A loop that only sleeps wakes tens of microseconds late: it needs no explanation.
+void explain_lateness(evaluation::report::Report& page, const figures::PlayFolder& data) {
   if (const auto usual = data.number("realtime/haptic/jitter_us/p50"); usual && *usual < kSpins_us)
     page.aside(
         "The haptic loop watches the clock until a tick is due. A tick therefore begins at the right moment "
@@ -333,57 +367,49 @@ void add_real_time_section(evaluation::report::Report& page, const figures::Play
         "few late "
         "ones are what counts. What falls due in such a pause is left out, for a force that belongs to a "
         "moment gone by helps nobody.");
+}
+
+// Those that can be drawn of what the run has left, a row each: how quick it was, the clocks, what was late.
+void add_plots(evaluation::report::Report& page, const figures::PlayFolder& data) {
   std::vector<figures::Plot> quickness, clocks, counts;
-  const CsvTable* frames = data.raw("realtime_frames.csv");
-  if (frames != nullptr && frames->has("round_trip_us")) {
-    const auto trips = figures::column(*frames, "round_trip_us");
-    const double most = figures::quantile(trips, 0.99) * 1.25;
-    if (most > 0.0) {
-      figures::Plot plot{.title = "Round trips", .x_label = "\u00b5s", .y_label = "frames"};
-      plot.series = {figures::histogram("round trip", trips, 0.0, most, 50)};
-      plot.series.front().in_legend = false;
-      plot.levels.push_back({.at = figures::quantile(trips, 0.5),
-                             .label = "median",
-                             .tone = figures::Tone::rival,
-                             .upright = true});
-      plot.caption = "The outermost column also counts everything slower.";
-      quickness.push_back(plot);
-    }
-  }
-  const CsvTable* sync = data.raw("realtime_sync.csv");
-  if (sync != nullptr && figures::has_columns(*sync, {"time_s", "offset_error_us", "uncertainty_us"})) {
-    const auto time = figures::column(*sync, "time_s"), error = figures::column(*sync, "offset_error_us"),
-               sure = figures::column(*sync, "uncertainty_us");
-    const figures::Series band =
-        figures::band_around("stated uncertainty", time, std::vector<double>(time.size(), 0.0), sure);
-    figures::Plot plot{
-        .title = "Clock difference, estimate against truth", .x_label = "s", .y_label = "\u00b5s"};
-    plot.series = {band, {.name = "error", .x = time, .y = error, .tone = figures::Tone::ours}};
-    plot.caption =
-        "Estimate minus truth, which only the simulation knows. Where the line lies inside of the band, what "
-        "the "
-        "system said of its own uncertainty was right.";
-    clocks.push_back(plot);
-  }
-  const CsvTable* loops = data.raw("realtime_loops.csv");
-  if (const auto plot = jitter_plot(data)) quickness.push_back(*plot);
-  if (sync != nullptr)
-    if (const auto plot = clock_difference_plot(*sync)) clocks.insert(clocks.begin(), *plot);
-  if (frames != nullptr)
-    if (const auto plot = lateness_plot(*frames)) counts.push_back(*plot);
-  if (loops != nullptr)
-    if (const auto plot = overruns_plot(*loops)) counts.push_back(*plot);
-  if (const CsvTable* photons = data.raw("realtime_photons.csv"))
-    if (const auto plot = latency_parts_plot(*photons)) quickness.push_back(*plot);
-  if (const CsvTable* poses = data.raw("realtime_poses.csv"))
-    if (const auto plot = realtime_overlay_plot(*poses)) counts.insert(counts.begin(), *plot);
+  const auto add = [&data](std::vector<figures::Plot>& row, const char* file, auto plot_of) {
+    if (const CsvTable* table = data.raw(file))
+      if (auto plot = plot_of(*table)) row.push_back(std::move(*plot));
+  };
+  add(quickness, "realtime_frames.csv", round_trip_plot);
+  if (auto plot = jitter_plot(data)) quickness.push_back(std::move(*plot));
+  add(quickness, "realtime_photons.csv", latency_parts_plot);
+  add(clocks, "realtime_sync.csv", clock_difference_plot);
+  add(clocks, "realtime_sync.csv", clock_error_plot);
+  add(counts, "realtime_poses.csv", realtime_overlay_plot);
+  add(counts, "realtime_frames.csv", lateness_plot);
+  add(counts, "realtime_loops.csv", overruns_plot);
   for (const auto& plots : {quickness, clocks, counts})
     if (!plots.empty()) page.plots(plots);
-  const bool punctual = frames != nullptr && frames->has("lost") && !lateness_plot(*frames);
-  const bool steady = loops != nullptr && !overruns_plot(*loops);
-  if (punctual) page.aside("No answer came late, twice or out of order in this run, and none was lost.");
-  if (steady)
+}
+
+// What no plot shows, as there is nothing to count.
+void say_what_went_well(evaluation::report::Report& page, const figures::PlayFolder& data) {
+  const CsvTable* frames = data.raw("realtime_frames.csv");
+  const CsvTable* loops = data.raw("realtime_loops.csv");
+  if (frames != nullptr && frames->has("lost") && !lateness_plot(*frames))
+    page.aside("No answer came late, twice or out of order in this run, and none was lost.");
+  if (loops != nullptr && !overruns_plot(*loops))
     page.aside("No tick of either loop was still at work when the next was due, and none was left out.");
+}
+
+}  // namespace
+
+void add_real_time_section(evaluation::report::Report& page, const figures::PlayFolder& data) {
+  if (data.find("realtime") == nullptr) return;
+  const std::vector<figures::Figure> figures = real_time_figures(data);
+  if (figures.empty()) return;
+  page.section("Against the wall clock", "real-time");
+  add_words(page, data);
+  page.figures(figures);
+  explain_lateness(page, data);
+  add_plots(page, data);
+  say_what_went_well(page, data);
 }
 
 }  // namespace palpate::tools::demo

@@ -71,6 +71,107 @@ std::string name_of_first_body(const scene::SceneDescription& scene) {
   return name.empty() ? "body" : name;
 }
 
+Json calibrated_arm_json(const DemoOutcome& outcome) {
+  const auto& recordings = outcome.recordings;
+  Json json = arm_json(outcome.methods, outcome.with_true_tip, recordings.arm_train.size());
+  json["stylus_error_to_truth_deg"] =
+      degrees_from_radians(stylus_error(*outcome.rig.arm, outcome.truth, recordings.arm_test));
+  if (!recordings.arm_predicted.empty() && !recordings.arm_predicted_random.empty()) {
+    json["predicted_error_mm"] = mm(recordings.arm_predicted.back());
+    json["predicted_error_unguided_mm"] = mm(recordings.arm_predicted_random.back());
+  }
+  return json;
+}
+
+Json pivot_json(const rig::Rig& rig, const sim::Truth& truth, std::size_t poses) {
+  return {{"error_to_truth_mm", mm((rig.tip_pivot->tip_in_marker - truth.tip_in_marker).norm())},
+          {"stated_std_mm", mm(std::sqrt(rig.tip_pivot->covariance.trace()))},
+          {"joint_error_to_truth_mm", mm((rig.arm->tip_in_marker - truth.tip_in_marker).norm())},
+          {"poses", poses}};
+}
+
+Json hand_eye_json(const rig::Rig& rig, const sim::Truth& truth, std::size_t images) {
+  const auto &found = rig.hand_eye->X_marker_camera, &true_one = truth.X_marker_camera;
+  return {{"error_to_truth_mm", mm((found.translation - true_one.translation).norm())},
+          {"rotation_error_deg", degrees_from_radians(angle_between(found.rotation, true_one.rotation))},
+          {"images", images}};
+}
+
+Json delays_json(const rig::DelayCalibration& found, const sim::config::WorldFile& world) {
+  return {{"tracker_after_arm_s", found.tracker_after_arm_s},
+          {"tracker_after_arm_error_s", found.tracker_after_arm_s - world.tracker.latency_s},
+          {"camera_after_tracker_s", found.camera_after_tracker_s},
+          {"camera_after_tracker_error_s",
+           found.camera_after_tracker_s - (world.camera.latency_s - world.tracker.latency_s)}};
+}
+
+void add_right_eye(Json& registration, const DemoOutcome& outcome) {
+  const StereoOverlay& stereo = *outcome.stereo;
+  const std::string body = name_of_first_body(outcome.scene);
+  registration["right_eye"] = overlay_json(stereo.right, outcome.recordings.right_camera);
+  registration["right_eye"]["frames"] = stereo.right.frames.size();
+  registration["disparity"] = {{"world_px_rms", stereo.disparity.world.rms()},
+                               {"world_px_p95", stereo.disparity.world.quantile(0.95)},
+                               {body + "_px_rms", stereo.disparity.body.rms()},
+                               {body + "_px_p95", stereo.disparity.body.quantile(0.95)}};
+}
+
+Json registration_json(const DemoOutcome& outcome) {
+  Json registration = overlay_json(outcome.overlay, outcome.recordings.camera);
+  registration["check_points"] = outcome.check_points;
+  if (outcome.stereo) add_right_eye(registration, outcome);
+  Json sources = {{"none", 0}, {"tracker", 0}, {"refined", 0}, {"landmarks", 0}};
+  double rejected = 0.0;
+  const auto& frames = outcome.play.frames;
+  for (const auto& frame : frames) {
+    auto& count = sources[server::graphics::pose_source_name(frame.record.pose_source)];
+    count = count.get<int>() + 1;
+    rejected += frame.record.landmarks_rejected;
+  }
+  registration["pose_from"] = sources;
+  registration["landmarks_rejected_per_frame"] =
+      frames.empty() ? 0.0 : rejected / static_cast<double>(frames.size());
+  return registration;
+}
+
+Json exchange_json(const sim::lockstep::LockstepResult& play) {
+  Json answers = {{"exact", 0}, {"interpolated", 0}, {"extrapolated", 0}, {"too_old", 0}, {"too_new", 0}};
+  int late = 0;
+  for (const auto& frame : play.frames) {
+    late += frame.record.late ? 1 : 0;
+    auto& count = answers[server::graphics::answer_name(frame.record.answer)];
+    count = count.get<int>() + 1;
+  }
+  ErrorSummary sync;
+  for (double e : play.sync_errors_s) sync.add(std::abs(e) * 1e6);
+  return {{"frames", play.frames.size()},
+          {"late", late},
+          {"answers", answers},
+          {"lost", play.exchange.lost},
+          {"sync_error_us_p99", sync.quantile(0.99)}};
+}
+
+Json force_json(const haptics::HapticStatistics& haptic, double limit_n) {
+  return {{"peak_n", haptic.peak_n},
+          {"limit_n", limit_n},
+          {"limited_ticks", haptic.limited_ticks},
+          {"peak_limited_ticks", haptic.peak_limited_ticks},
+          {"fault_ticks", haptic.fault_ticks},
+          {"blows", haptic.impacts},
+          {"rejected_blows", haptic.rejected_impacts},
+          {"missed_blows", haptic.missed_impacts},
+          {"lost_impulse_rel", haptic.lost_impulse_rel()},
+          {"impulse_error_rel_max", haptic.impulse_error_rel_max}};
+}
+
+Json player_json(const sim::config::WorldFile& world) {
+  const auto& player = world.player;
+  return {{"reaction_ms", player.reaction_s * 1e3},
+          {"aim_sd_mm", mm(player.aim_sd)},
+          {"max_hand_acceleration_m_s2", player.max_hand_acceleration},
+          {"sees", "the drawn pictures' states only"}};
+}
+
 }  // namespace
 
 Expected<Json> demo_summary(const DemoOutcome& outcome) {
@@ -81,82 +182,16 @@ Expected<Json> demo_summary(const DemoOutcome& outcome) {
   summary["command"] = options.command;
   summary["application"] = options.application;
   summary["seconds"] = options.seconds;
-  summary["arm"] = arm_json(methods, with_true_tip, recordings.arm_train.size());
-  summary["arm"]["stylus_error_to_truth_deg"] =
-      degrees_from_radians(stylus_error(*rig.arm, truth, recordings.arm_test));
-  if (!recordings.arm_predicted.empty() && !recordings.arm_predicted_random.empty()) {
-    summary["arm"]["predicted_error_mm"] = mm(recordings.arm_predicted.back());
-    summary["arm"]["predicted_error_unguided_mm"] = mm(recordings.arm_predicted_random.back());
-  }
-  summary["pivot"] = {{"error_to_truth_mm", mm((rig.tip_pivot->tip_in_marker - truth.tip_in_marker).norm())},
-                      {"stated_std_mm", mm(std::sqrt(rig.tip_pivot->covariance.trace()))},
-                      {"joint_error_to_truth_mm", mm((rig.arm->tip_in_marker - truth.tip_in_marker).norm())},
-                      {"poses", recordings.tip_pivot.size()}};
-  summary["hand_eye"] = {
-      {"error_to_truth_mm",
-       mm((rig.hand_eye->X_marker_camera.translation - truth.X_marker_camera.translation).norm())},
-      {"rotation_error_deg", degrees_from_radians(angle_between(rig.hand_eye->X_marker_camera.rotation,
-                                                                truth.X_marker_camera.rotation))},
-      {"images", recordings.camera.eye.size()}};
+  summary["arm"] = calibrated_arm_json(outcome);
+  summary["pivot"] = pivot_json(rig, truth, recordings.tip_pivot.size());
+  summary["hand_eye"] = hand_eye_json(rig, truth, recordings.camera.eye.size());
   summary["camera"] = {{"rms_px", rig.camera->from.rms_mm}, {"views", recordings.camera.lens_views.size()}};
-  summary["delays"] = {
-      {"tracker_after_arm_s", rig.delays->tracker_after_arm_s},
-      {"tracker_after_arm_error_s", rig.delays->tracker_after_arm_s - options.world.tracker.latency_s},
-      {"camera_after_tracker_s", rig.delays->camera_after_tracker_s},
-      {"camera_after_tracker_error_s",
-       rig.delays->camera_after_tracker_s -
-           (options.world.camera.latency_s - options.world.tracker.latency_s)}};
-  summary["registration"] = overlay_json(overlay, recordings.camera);
-  summary["registration"]["check_points"] = points;
-  if (stereo) {
-    auto& registration = summary["registration"];
-    const std::string body = name_of_first_body(scene);
-    registration["right_eye"] = overlay_json(stereo->right, recordings.right_camera);
-    registration["right_eye"]["frames"] = stereo->right.frames.size();
-    registration["disparity"] = {{"world_px_rms", stereo->disparity.world.rms()},
-                                 {"world_px_p95", stereo->disparity.world.quantile(0.95)},
-                                 {body + "_px_rms", stereo->disparity.body.rms()},
-                                 {body + "_px_p95", stereo->disparity.body.quantile(0.95)}};
-  }
-  Json sources = {{"none", 0}, {"tracker", 0}, {"refined", 0}, {"landmarks", 0}};
-  double rejected = 0.0;
-  for (const auto& frame : play.frames) {
-    auto& count = sources[server::graphics::pose_source_name(frame.record.pose_source)];
-    count = count.get<int>() + 1;
-    rejected += frame.record.landmarks_rejected;
-  }
-  summary["registration"]["pose_from"] = sources;
-  summary["registration"]["landmarks_rejected_per_frame"] =
-      play.frames.empty() ? 0.0 : rejected / static_cast<double>(play.frames.size());
-  Json answers = {{"exact", 0}, {"interpolated", 0}, {"extrapolated", 0}, {"too_old", 0}, {"too_new", 0}};
-  int late = 0;
-  for (const auto& frame : play.frames) {
-    late += frame.record.late ? 1 : 0;
-    answers[server::graphics::answer_name(frame.record.answer)] =
-        answers[server::graphics::answer_name(frame.record.answer)].get<int>() + 1;
-  }
-  ErrorSummary sync;
-  for (double e : play.sync_errors_s) sync.add(std::abs(e) * 1e6);
-  summary["exchange"] = {{"frames", play.frames.size()},
-                         {"late", late},
-                         {"answers", answers},
-                         {"lost", play.exchange.lost},
-                         {"sync_error_us_p99", sync.quantile(0.99)}};
+  summary["delays"] = delays_json(*rig.delays, options.world);
+  summary["registration"] = registration_json(outcome);
+  summary["exchange"] = exchange_json(play);
   Json rest;
-  rest["force"] = {{"peak_n", play.haptic.peak_n},
-                   {"limit_n", options.world.arm.max_force},
-                   {"limited_ticks", play.haptic.limited_ticks},
-                   {"peak_limited_ticks", play.haptic.peak_limited_ticks},
-                   {"fault_ticks", play.haptic.fault_ticks},
-                   {"blows", play.haptic.impacts},
-                   {"rejected_blows", play.haptic.rejected_impacts},
-                   {"missed_blows", play.haptic.missed_impacts},
-                   {"lost_impulse_rel", play.haptic.lost_impulse_rel()},
-                   {"impulse_error_rel_max", play.haptic.impulse_error_rel_max}};
-  rest["player"] = {{"reaction_ms", options.world.player.reaction_s * 1e3},
-                    {"aim_sd_mm", mm(options.world.player.aim_sd)},
-                    {"max_hand_acceleration_m_s2", options.world.player.max_hand_acceleration},
-                    {"sees", "the drawn pictures' states only"}};
+  rest["force"] = force_json(play.haptic, options.world.arm.max_force);
+  rest["player"] = player_json(options.world);
   const Json of_the_play = record.summary();
   for (const auto& [key, part] : of_the_play.items()) {
     if (summary.contains(key) || rest.contains(key) || key == "pictures" || key == "realtime")

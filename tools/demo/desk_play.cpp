@@ -11,6 +11,7 @@
 #include "palpate/core/file.h"
 #include "palpate/core/run_directory.h"
 #include "palpate/transport/local_endpoint.h"
+#include "tools/demo/session_processes.h"
 
 namespace palpate::tools::demo {
 namespace {
@@ -85,21 +86,21 @@ Expected<Json> play_at_desk(const DeskPlayOptions& options) {
   const GameFiles files(*folder, name);
   server::session::GraphicsProcessOptions graphics = options.graphics;
   graphics.world = desk_world(graphics.rig);
-  const std::string world_file = files.file(".world.toml").string();
-  if (auto done = write_file(world_file, sim::config::world_text(graphics.world)); !done)
+  SessionProcesses session;
+  session.name = name;
+  session.rig = options.rig_file;
+  session.world = files.file(".world.toml");
+  session.laboratory = {.seconds = kLongestGame_s, .exposures = {}, .arm_only = true};
+  session.physics.application = options.application;
+  session.physics.pause_s = kPauseAtDesk_s;
+  session.physics.listen.address = endpoint->address;
+  if (auto done = write_file(session.world, sim::config::world_text(graphics.world)); !done)
     return tl::unexpected(done.error());
 
-  auto world = ChildProcess::start(options.program,
-                                   {"world", "run", "--arm-only", "--name", name, "--world", world_file,
-                                    "--seconds", fmt::format("{}", kLongestGame_s)},
-                                   files.file(".world.log"));
+  auto world = ChildProcess::start(options.program, laboratory_arguments(session), files.file(".world.log"));
   if (!world) return tl::unexpected(world.error());
   if (auto there = wait_for_arm(*world); !there) return tl::unexpected(there.error());
-  auto physics = ChildProcess::start(
-      options.program,
-      {"physics", "--rig", options.rig_file.string(), "--app", options.application, "--lab", name, "--world",
-       world_file, "--listen", endpoint->address, "--serve-pause-s", fmt::format("{}", kPauseAtDesk_s)},
-      files.file(".physics.log"));
+  auto physics = ChildProcess::start(options.program, physics_arguments(session), files.file(".physics.log"));
   if (!physics) return tl::unexpected(physics.error());
 
   graphics.stand_in = "lab:" + name;

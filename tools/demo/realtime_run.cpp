@@ -12,6 +12,7 @@
 #include "palpate/evaluation/outage_analysis.h"
 #include "palpate/evaluation/realtime_overlay.h"
 #include "palpate/transport/local_endpoint.h"
+#include "tools/demo/session_processes.h"
 
 namespace palpate::tools::demo {
 namespace {
@@ -98,8 +99,9 @@ class RealtimeRun {
   Expected<void> judge(Json& result);
   void remove_logs() const;
 
-  Expected<ChildProcess> start_server(TwoHosts::Host host, std::vector<std::string> arguments,
-                                      const std::vector<std::string>& where, const std::string& part) const;
+  SessionProcesses processes() const;
+  Expected<ChildProcess> start_server(TwoHosts::Host host, const std::vector<std::string>& arguments,
+                                      const std::string& part) const;
   // Of a process that was not to end yet.
   Expected<void> still_runs(ChildProcess& process, const char* which) const;
   std::filesystem::path file(const std::string& part, const std::string& ending) const {
@@ -113,7 +115,7 @@ class RealtimeRun {
   std::string name_;  // of the laboratory, and of this run
   double patience_;   // s
   std::optional<TestNetwork> network_;
-  std::vector<std::string> listen_, connect_;
+  SessionProcesses session_;
   // In this order they are started, and the other way round they end.
   std::optional<ChildProcess> laboratory_, physics_, graphics_;
   Json from_physics_, from_graphics_;
@@ -127,19 +129,41 @@ Expected<Json> RealtimeRun::run() {
   return figures();
 }
 
+// The laboratory outlives the run's length and is asked to stop at its end. It ends by itself, and the physics
+// server with it, where nobody is left to ask.
+SessionProcesses RealtimeRun::processes() const {
+  SessionProcesses session;
+  session.name = name_;
+  session.rig = options_.rig;
+  session.world = options_.world;
+  session.seed = options_.seed;
+  session.out = options_.out;
+  session.laboratory = {.seconds = patience_ + 30.0, .exposures = file("truth", ".csv")};
+  session.physics.application = options_.application;
+  if (options_.window) session.physics.pause_s = kPause_s;
+  session.graphics.quality = options_.quality;
+  session.graphics.player = true;
+  session.graphics.seconds = options_.seconds;
+  session.graphics.clock = options_.graphics_clock;
+  session.graphics.timecode = timecode();
+  session.graphics.window = options_.window;
+  if (options_.window) session.graphics.monitor = options_.monitor;
+  return session;
+}
+
 Expected<void> RealtimeRun::choose_addresses() {
+  session_ = processes();
   if (options_.two_hosts) {
     auto made = TestNetwork::make(name_, *options_.two_hosts);
     if (!made) return tl::unexpected(made.error());
     network_.emplace(std::move(*made));
-    listen_ = network_->listen_options();
-    connect_ = network_->connect_options();
+    session_.physics.listen = network_->listen();
+    session_.graphics.connect = network_->connect();
     return {};
   }
   const auto endpoint = transport::default_endpoint(name_);
   if (!endpoint) return tl::unexpected(endpoint.error());
-  listen_ = {"--listen", endpoint->address};
-  connect_ = {"--connect", endpoint->address};
+  session_.physics.listen.address = session_.graphics.connect.address = endpoint->address;
   return {};
 }
 
@@ -149,15 +173,8 @@ Expected<void> RealtimeRun::still_runs(ChildProcess& process, const char* which)
                  process.why_it_ended());
 }
 
-// The laboratory outlives the run's length and is asked to stop at its end. It ends by itself, and the physics
-// server with it, where nobody is left to ask.
 Expected<void> RealtimeRun::start_laboratory() {
-  auto started =
-      ChildProcess::start(options_.program,
-                          {"world", "run", "--name", name_, "--seconds", fmt::format("{}", patience_ + 30.0),
-                           "--world", options_.world.string(), "--seed", std::to_string(options_.seed),
-                           "--exposures", file("truth", ".csv").string()},
-                          file("world", ".log"));
+  auto started = ChildProcess::start(options_.program, laboratory_arguments(session_), file("world", ".log"));
   if (!started) return tl::unexpected(started.error());
   laboratory_.emplace(std::move(*started));
   for (int i = 0; !laboratory_->reports().ready(); ++i) {
@@ -169,43 +186,22 @@ Expected<void> RealtimeRun::start_laboratory() {
   return {};
 }
 
-Expected<ChildProcess> RealtimeRun::start_server(TwoHosts::Host host, std::vector<std::string> arguments,
-                                                 const std::vector<std::string>& where,
+Expected<ChildProcess> RealtimeRun::start_server(TwoHosts::Host host,
+                                                 const std::vector<std::string>& arguments,
                                                  const std::string& part) const {
-  arguments.insert(arguments.end(), where.begin(), where.end());
-  arguments.insert(arguments.end(),
-                   {"--rig", options_.rig.string(), "--lab", name_, "--world", options_.world.string(),
-                    "--seed", std::to_string(options_.seed), "--out", options_.out.string()});
   return network_ ? network_->start(host, options_.program, arguments, file(part, ".log"))
                   : ChildProcess::start(options_.program, arguments, file(part, ".log"));
 }
 
 Expected<void> RealtimeRun::start_physics() {
-  std::vector<std::string> arguments = {"physics", "--app", options_.application};
-  if (options_.window) arguments.insert(arguments.end(), {"--serve-pause-s", fmt::format("{}", kPause_s)});
-  auto started = start_server(TwoHosts::kPhysicsHost, std::move(arguments), listen_, "physics");
+  auto started = start_server(TwoHosts::kPhysicsHost, physics_arguments(session_), "physics");
   if (!started) return tl::unexpected(started.error());
   physics_.emplace(std::move(*started));
   return {};
 }
 
 Expected<void> RealtimeRun::start_graphics() {
-  std::vector<std::string> arguments = {"graphics",
-                                        "--quality",
-                                        std::string(render::quality_word(options_.quality)),
-                                        "--player",
-                                        "--seconds",
-                                        fmt::format("{}", options_.seconds),
-                                        "--disguise-offset-s",
-                                        fmt::format("{:.9f}", options_.graphics_clock.offset_s),
-                                        "--disguise-drift-ppm",
-                                        fmt::format("{:.6f}", options_.graphics_clock.drift * 1e6)};
-  if (timecode()) arguments.emplace_back("--clock-strip");
-  if (options_.window) arguments.insert(arguments.end(), {"--window", "--mouse"});
-  if (options_.window && options_.monitor)
-    arguments.insert(arguments.end(),
-                     {"--monitor", std::string(desktop::monitor_view_word(*options_.monitor))});
-  auto started = start_server(TwoHosts::kGraphicsHost, std::move(arguments), connect_, "graphics");
+  auto started = start_server(TwoHosts::kGraphicsHost, graphics_arguments(session_), "graphics");
   if (!started) return tl::unexpected(started.error());
   graphics_.emplace(std::move(*started));
   return {};

@@ -74,9 +74,12 @@ Expected<void> TestNetwork::make_keys(const std::string& name) {
   return transport::trust_server(*folder / "graphics", address_, physics->public_key);
 }
 
-std::vector<std::string> TestNetwork::server_options(const char* option, const char* who) const {
-  if (options_.insecure) return {option, address_, "--insecure"};
-  return {option, address_, "--keys", (keys_.folder() / who).string()};
+transport::ServerName TestNetwork::server(const char* who) const {
+  transport::ServerName name;
+  name.address = address_;
+  name.insecure = options_.insecure;
+  if (!options_.insecure) name.keys = keys_.folder() / who;
+  return name;
 }
 
 Expected<ChildProcess> TestNetwork::start(TwoHosts::Host host, const fs::path& program,

@@ -12,6 +12,7 @@
 
 #include "palpate/core/child_process.h"
 #include "palpate/core/expected.h"
+#include "palpate/transport/server_place.h"
 #include "tools/demo/two_hosts.h"
 
 namespace palpate::tools::demo {
@@ -29,8 +30,8 @@ class TestNetwork {
   Expected<ChildProcess> start(TwoHosts::Host host, const std::filesystem::path& program,
                                const std::vector<std::string>& arguments,
                                const std::filesystem::path& log) const;
-  std::vector<std::string> listen_options() const { return server_options("--listen", "physics"); }
-  std::vector<std::string> connect_options() const { return server_options("--connect", "graphics"); }
+  transport::ServerName listen() const { return server("physics"); }
+  transport::ServerName connect() const { return server("graphics"); }
   const std::string& address() const { return address_; }
   bool encrypted() const { return !options_.insecure; }
 
@@ -63,7 +64,7 @@ class TestNetwork {
 
   TestNetwork(TwoHosts hosts, const TwoHostsOptions& options);
   Expected<void> make_keys(const std::string& name);
-  std::vector<std::string> server_options(const char* option, const char* who) const;
+  transport::ServerName server(const char* who) const;
 
   TwoHosts hosts_;
   TwoHostsOptions options_;

@@ -16,7 +16,6 @@
 #include "palpate/transport/zmq_engine.h"
 
 namespace palpate::server::session {
-namespace {
 
 // The frame loop: everything of the graphics side is made, used and taken down on its thread.
 class FrameLoop {
@@ -123,8 +122,6 @@ class FrameLoop {
   std::vector<scene::Control> wishes_;
   std::thread thread_;
 };
-
-}  // namespace
 
 // The loops end first: everything they touch is declared before them.
 struct Session::Parts {
