@@ -11,7 +11,6 @@
 #include "tools/demo/demo.h"
 
 namespace palpate::tools::commands {
-
 namespace {
 
 struct DemoArguments {

@@ -14,7 +14,6 @@
 #include "tools/commands/settings_options.h"
 
 namespace palpate::tools::commands {
-
 namespace {
 
 struct GraphicsOptions {

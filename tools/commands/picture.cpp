@@ -10,7 +10,6 @@
 #include "tools/demo/laboratory_picture.h"
 
 namespace palpate::tools::commands {
-
 namespace {
 
 struct PictureOptions {

@@ -97,7 +97,7 @@ std::string typed(const SettingsOptions& options) {
 
 Expected<sim::config::WorldFile> world_of(const std::string& file,
                                           const scene::ApplicationRegistry& applications) {
-  if (file.empty()) return sim::config::reference_world(applications);
+  if (file.empty()) return sim::config::parse_world("", "reference world", applications);
   return sim::config::read_world(file, applications);
 }
 

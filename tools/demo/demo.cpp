@@ -215,7 +215,9 @@ Expected<void> Demo::play_in_real_time() {
   run.monitor = options_.monitor;
   if (options_.window) {
     run.world = options_.out / "world-window.toml";
-    if (auto done = write_file(run.world, sim::config::world_text(for_a_person(options_.world))); !done)
+    if (auto done =
+            write_file(run.world, sim::config::world_text(for_a_person(options_.world, application_)));
+        !done)
       return done;
     if (options_.notice)
       options_.notice(
