@@ -110,7 +110,7 @@ TEST(Jelly, IsStableAtTheEndsOfItsSettingsAfterABlowAndAStall) {
 scene::SceneDescription scene_on(const rig::Rig& rig) {
   const scene::ApplicationRegistry registry{jelly::specification()};
   auto scene = registry.describe("jelly", scene::SettingValues(jelly::setting_schema()));
-  return server::physics::scene_from_rig(rig, *scene, 0.9);
+  return server::physics::scene_from_rig(rig, *scene);
 }
 
 struct Law {

@@ -157,7 +157,7 @@ TEST(BallStartsStatistics, NoBallOfARallyEndsInsideOrBehindAnything) {
   Played all;
   for (const auto flight : {Flight::full, Flight::paper}) {
     for (std::size_t i = 0; i < balls.size(); ++i) {
-      const auto one = play(balls[i], physics, i);
+      const auto one = play(balls[i], flight, i);
       all.table += one.table;
       all.wall += one.wall;
       all.bat += one.bat;

@@ -24,7 +24,7 @@ struct MouseSetup {
   MouseSetup() {
     reach.X_world_base = {rotation_from_xyz({0.0262, -0.0698, 0.0140}), Vector3(0.10, -1.40, 1.75)};
     Random random(1, "serve");
-    served = make_serves(scene, BallWorld(scene), {}, 1, random).front();
+    served = make_serves(scene, game_settings(scene), BallWorld(scene), {}, 1, random).front();
     settings.reaction_s = settings.aim_sd = settings.perception_sd = 0.0;
     const Strokes strokes(scene, reach, settings);
     hand.tip.m = strokes.home();

@@ -75,7 +75,7 @@ JellyApplication::JellyApplication(const palpate::scene::SceneDescription& scene
   shape_anew();
 }
 
-void JellyApplication::serve() { knocked_ = true; }
+void JellyApplication::begin() { knocked_ = true; }
 
 void JellyApplication::reset() {
   body_.come_to_rest();

@@ -67,7 +67,7 @@ class JellyApplication : public palpate::scene::Application {
   std::span<const float> shape() const override { return shape_; }
 
  private:
-  void serve() override;  // a knock on the plate: all of it wobbles
+  void begin() override;  // a knock on the plate: all of it wobbles
   void reset() override;
   void move(double dt, const palpate::Vector3& tip);
   void shape_anew();

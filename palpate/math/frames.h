@@ -6,7 +6,7 @@ namespace palpate::inline math {
 
 struct World;  // the optical tracker's frame: +x to the user's right, +y up, +z from the tracker to the user
 struct ArmBase;  // frame of the arm's kinematic equations: origin is the tip at reset, axes about as World's
-struct Tip;  // stylus: origin at its tip (= haptic interaction point), +z along the stylus, away from what it carries
+struct Tip;  // stylus: origin at its tip (= haptic interaction point), +z along it, away from what it carries
 struct TipMarker;      // rigid body of LEDs on the stylus
 struct CameraMarker;   // rigid body of LEDs on the head camera
 struct CameraOptical;  // pinhole frame: x right, y down, z forward

@@ -7,7 +7,8 @@ namespace palpate::rig {
 
 Expected<void> is_no_world_file(const TomlTable& file, const std::string& source) {
   // Tables of a laboratory that no rig file has.
-  constexpr std::array kOfWorlds = {"world", "clocks", "tracker", "hand", "head", "player", "scene", "faults"};
+  constexpr std::array kOfWorlds = {"world", "clocks", "tracker", "hand",
+                                    "head",  "player", "scene",   "faults"};
   if (file.has("rig_version") ||
       std::none_of(kOfWorlds.begin(), kOfWorlds.end(), [&](const char* name) { return file.has(name); }))
     return {};

@@ -110,7 +110,7 @@ class Application : public scene::Application {
   scene::ContactLaw* contact_law() override { return &law_; }
 
  private:
-  void serve() override {}
+  void begin() override {}
   void reset() override {}
   InStep wrong_;
   Law law_;
