@@ -25,7 +25,7 @@ inline scene::SceneDescription table_for_tests() {
 // The same scene with one setting changed, by its name and in its unit.
 inline scene::SceneDescription with(scene::SceneDescription scene, std::string_view name,
                                     scene::SettingValue value) {
-  auto values = *scene::from_payload(setting_schema(), scene.settings);
+  auto values = scene::from_payload(setting_schema(), scene.settings).value();
   values.set(name, std::move(value));
   scene.settings = scene::to_payload(setting_schema(), values);
   return scene;

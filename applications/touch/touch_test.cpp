@@ -16,7 +16,8 @@ namespace palpate::applications::touch {
 namespace {
 
 scene::SceneDescription coarse_for_tests(double static_friction = 0.4, double friction = 0.3) {
-  return with(with(organ_on_table(), "touch.static_friction", static_friction), "touch.friction", friction);
+  // In this order: friction above static friction is refused on the way, too.
+  return with(with(organ_on_table(), "touch.friction", friction), "touch.static_friction", static_friction);
 }
 
 constexpr double kTick = 1e-3;

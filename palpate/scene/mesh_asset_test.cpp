@@ -32,7 +32,9 @@ class MeshAssets : public testing::Test {
     return scene;
   }
 
-  std::filesystem::path folder_ = std::filesystem::path(testing::TempDir()) / "palpate_mesh_asset";
+  std::filesystem::path folder_ =
+      std::filesystem::path(testing::TempDir()) /
+      (std::string("palpate_mesh_asset_") + testing::UnitTest::GetInstance()->current_test_info()->name());
 };
 
 TEST_F(MeshAssets, IsReadOnOneSideAndFoundOnTheOther) {
