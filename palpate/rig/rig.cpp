@@ -7,6 +7,7 @@
 #include "palpate/core/toml.h"
 #include "palpate/core/units.h"
 #include "palpate/rig/file_mixup.h"
+#include "palpate/rig/internal/rig_forces.h"
 #include "palpate/rig/internal/rig_picture.h"
 
 namespace palpate::rig {
@@ -305,6 +306,7 @@ Expected<Rig> parse_rig(std::string_view content, const std::string& source) {
   rig.tip_pivot = pivot_of(file->table("tip_pivot"));
   rig.pointer_pivot = pivot_of(file->table("pointer_pivot"));
   rig.arm = arm_of(file->table("arm"));
+  rig.forces = forces_of(file->table("forces"));
   rig.camera = camera_of(file->table("camera"));
   rig.hand_eye = hand_eye_of(file->table("hand_eye"));
   rig.right_camera = camera_of(file->table("right_camera"));
@@ -410,7 +412,7 @@ std::string rig_text(const Rig& rig) {
     w.section("right_registration");
     w.put("covariance_si", rows(rig.right_registration_covariance));
   }
-  return w.take() + picture_parts_text(rig);
+  return w.take() + forces_text(rig.forces) + picture_parts_text(rig);
 }
 
 Expected<void> write_rig(const std::filesystem::path& path, const Rig& rig) {

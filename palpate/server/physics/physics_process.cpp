@@ -219,8 +219,9 @@ Expected<void> PhysicsProcess::open() {
   auto arm = options_.drivers.open(request);
   if (!arm) return tl::unexpected(arm.error());
   arm_ = std::move(*arm);
-  server_.emplace(options_.rig, scene_, std::move(*application), arm_->device(), haptic_settings(),
-                  &guests_clock_);
+  const haptics::HapticSettings settings = haptic_settings();
+  if (!settings.permit.words().empty()) notice(settings.permit.words());
+  server_.emplace(options_.rig, scene_, std::move(*application), arm_->device(), settings, &guests_clock_);
   server_->delay_forces(options_.extra_force_delay);
   scene_.shape_vertices = server_->shape_vertices();
   return serve(*endpoint, std::move(*identity));
@@ -231,6 +232,7 @@ haptics::HapticSettings PhysicsProcess::haptic_settings() const {
   settings.period = seconds(1.0 / options_.haptic_hz);
   if (options_.rig.arm) settings.limits = haptics::force_limits_of(options_.rig.arm->model);
   settings.limits = haptics::lowered_to(settings.limits, arm_->facts());
+  settings.permit = haptics::ForcePermit::of(arm_->facts(), options_.rig);
   return settings;
 }
 

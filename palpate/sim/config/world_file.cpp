@@ -84,6 +84,11 @@ void visit_devices(V& v, W& w) {
   v.number("max_stiffness_n_m", w.arm.max_stiffness, kSi, kPositive);
   v.number("max_speed_m_s", w.arm.max_speed, kSi, kPositive);
   v.integer("force_dof", w.arm.force_dof, {3.0, 3.0});
+
+  v.section("arm_faults");
+  v.integer("mirrored_axis", w.arm_faults.mirrored_axis, {0.0, 3.0});
+  v.integers("exchanged_joints", w.arm_faults.exchanged_joints, {0.0, 3.0});
+  v.numbers("torque_gains", w.arm_faults.torque_gains, kSi, {-10.0, 10.0});
 }
 
 template <typename V, typename W>
@@ -384,6 +389,10 @@ void check_whole(Reader& reader, const WorldFile& w) {
           key, fmt::format("ends at {} s, after it is to begin anew; until repeat_s = {} at most is expected",
                            (*span)[1], w.faults.repeat_s));
   }
+  if (const auto& joints = w.arm_faults.exchanged_joints;
+      (joints[0] == joints[1]) != (joints[0] == 0) || (joints[0] == 0) != (joints[1] == 0))
+    reader.section_table("arm_faults")
+        .complain("exchanged_joints", "two different joints, or [0, 0], are expected");
   if (w.touch.static_friction < w.touch.friction)
     reader.section_table("touch").complain("static_friction", "at least friction is expected");
   if (w.camera.exposure_s * w.camera.rate_hz > 1.0)

@@ -127,6 +127,7 @@ Expected<LockstepResult> play_in_lockstep(Simulator& world, const rig::Rig& rig,
 
   haptics::HapticSettings haptic_settings;
   haptic_settings.limits = haptics::force_limits_of(rig.arm->model);
+  haptic_settings.permit = haptics::ForcePermit::of_simulated_arm();
   server::physics::PhysicsServer physics(rig, scene, std::move(*application), world.arm(), haptic_settings);
   physics.delay_forces(options.extra_force_delay);
   world.begin_play();
