@@ -17,8 +17,9 @@ namespace {
 constexpr double kNoPower = 0.15;
 // m/N: at 0.5 N half of a tenth of a millimetre, about a step of the encoders.
 constexpr double kBlocked = 1e-4;
-// Two deviations.
-constexpr double kSure = 2.0;
+// Deviations: of what is told in the arm's disfavour (twice in a thousand by chance), and of what is told in its favour
+// (one in twenty).
+constexpr double kSure = 3.0, kLikely = 1.645;
 
 constexpr const char* kAxes[] = {"x", "y", "z"};
 
@@ -125,12 +126,12 @@ GainFault judge_gains(const ForceFit& fit, const ForceCheckSettings& settings) {
       const double ln = std::log(g[i] / g[j]);
       const double variance = fit.covariance(i, i) / (g[i] * g[i]) + fit.covariance(j, j) / (g[j] * g[j]) -
                               2.0 * fit.covariance(i, j) / (g[i] * g[j]);
-      const double sure = kSure * std::sqrt(std::max(variance, 0.0));
-      if (std::abs(ln) + sure <= most) continue;
-      most = std::abs(ln) + sure;
+      const double deviation = std::sqrt(std::max(variance, 0.0));
+      if (std::abs(ln) + kLikely * deviation <= most) continue;
+      most = std::abs(ln) + kLikely * deviation;
       const int odd = j == median || (i != median && i > j) ? i : j;
       const int other = odd == i ? j : i;
-      worst = {std::abs(ln) > sure ? ForceVerdict::ratio_off : ForceVerdict::undetermined, odd,
+      worst = {std::abs(ln) > kSure * deviation ? ForceVerdict::ratio_off : ForceVerdict::undetermined, odd,
                g[odd] / g[other]};
     }
   return worst;
@@ -355,7 +356,8 @@ Expected<WeightGain> gain_of_weight(double weight_n, std::span<const double> ris
   const double variance = std::max(0.0, squares - count * found.gain * found.gain) / (count - 1.0);
   found.deviation = std::sqrt(variance / count);
   found.friction = friction / count * found.gain;
-  if (std::abs(std::log(found.gain)) + kSure * found.deviation / found.gain > std::log(settings.agreed_ratio))
+  if (std::abs(std::log(found.gain)) + kLikely * found.deviation / found.gain >
+      std::log(settings.agreed_ratio))
     return refused(
         "force check: the weight of {:.3f} N is held by {:.3f} N of commanded force: a gain of {:.2f} +- "
         "{:.2f}; "

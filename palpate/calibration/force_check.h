@@ -66,10 +66,10 @@ struct ForceCheckSettings {
   // Beside the scatter of the ramps: a hand is no perfect spring. Of the compliance.
   double hand_nonlinearity = 0.02;
   // Largest ratio of two joints' gains that counts as agreement. It turns a force by at most
-  // asin((r - 1) / (r + 1)) = 11.5 degrees, less than the 18 and more at which people tell directions of force apart
+  // asin((r - 1) / (r + 1)) = 16.6 degrees, less than the 18 from which on people tell directions of force apart
   // (Barbagli, Salisbury, Ho, Spence, Tan 2006, "Haptic discrimination of force direction and the influence of visual
   // information").
-  double agreed_ratio = 1.5;
+  double agreed_ratio = 1.8;
   // Difference of costs (minus twice the logarithm of the likelihood) from which one explanation counts as the
   // better: odds of 10^4.
   double clearly_better = 18.4;
@@ -120,7 +120,7 @@ struct WeightGain {
 // A weight that lies on a support, or hangs at the resting stylus, begins to rise when the commanded force upwards
 // passes (weight + friction) / gain, and to sink again below (weight - friction) / gain: `rising` and `sinking` are
 // those forces, a pair for each time, N. Deviation by their scatter. Refused: fewer than three, forces that are not
-// positive, a gain that is not shown to lie within agreed_ratio of 1 (two deviations).
+// positive, a gain that is not shown to lie within agreed_ratio of 1.
 Expected<WeightGain> gain_of_weight(double weight_n, std::span<const double> rising,
                                     std::span<const double> sinking, const ForceCheckSettings& settings = {});
 

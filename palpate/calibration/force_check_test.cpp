@@ -22,7 +22,8 @@ struct Trial {
   double anisotropy = 0.35;                        // of the logarithm of the hand's stiffness, per component
   double change = 0.1, grip = 0.25, noise = 0.08;  // noise: of the response, per ramp and component
   double compliance = 1.0 / 250.0;
-  std::vector<Vector3> angles = {{0.0, 0.2, 0.1}, {-0.45, 0.5, 0.0}, {0.45, 0.05, -0.35}};
+  std::vector<Vector3> angles = {
+      {0.0, 0.2, 0.1}, {-0.5, 0.5, 0.1}, {0.5, 0.4, -0.2}, {-0.5, 0.0, -0.3}, {0.5, 0.1, 0.3}};
 
   static Matrix3 random_symmetric(Random& random, double sd) {
     Matrix3 E;
@@ -47,7 +48,7 @@ struct Trial {
           compliance * exponential(hand + random_symmetric(random, change) + firm * Matrix3::Identity());
       const Matrix3 A = C * J.transpose().inverse() * motors * J.transpose() * axes;
       ForcePose pose{J, {}};
-      for (int repeat = 0; repeat < 2; ++repeat)
+      for (int repeat = 0; repeat < 1; ++repeat)
         for (int axis = 0; axis < 3; ++axis)
           for (const double sign : {1.0, -1.0}) {
             const Vector3 u = sign * Vector3::Unit(axis);
@@ -90,7 +91,8 @@ std::string shown(const std::map<ForceVerdict, int>& verdicts) {
 }
 
 TEST(ForceCheckStatistics, Explore) {
-  const int seeds = 100;
+  const int seeds = 20;
+  setbuf(stdout, nullptr);
   for (double s : {0.0, 0.2, 0.35, 0.5}) {
     Trial t;
     t.anisotropy = s;
@@ -112,7 +114,7 @@ TEST(ForceCheckStatistics, Explore) {
     std::printf("joint %d mirrored: %s\n", i, shown(t.verdicts(seeds)).c_str());
     t.motors = with_gain(i, 0.0);
     std::printf("joint %d off: %s\n", i, shown(t.verdicts(seeds)).c_str());
-    for (double g : {0.5, 1.2, 1.5, 2.0}) {
+    for (double g : {0.5, 1.2, 2.0}) {
       t.motors = with_gain(i, g);
       std::printf("joint %d gain %.1f: %s\n", i, g, shown(t.verdicts(seeds)).c_str());
     }

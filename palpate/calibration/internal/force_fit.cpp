@@ -1,6 +1,6 @@
 #include "palpate/calibration/internal/force_fit.h"
 
-#include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "palpate/math/levenberg_marquardt.h"
@@ -26,10 +26,17 @@ const std::array<Matrix3, 6>& symmetric_basis() {
   return basis;
 }
 
+// Scaled and squared (Moler, Van Loan 2003): no decomposition, as it is taken thousands of times.
 Matrix3 exponential(const Matrix3& symmetric) {
-  const SymmetricEigen eigen = symmetric_eigen(symmetric);
-  const Eigen::VectorXd values = eigen.values.cwiseMax(-20.0).cwiseMin(20.0).array().exp();
-  return eigen.vectors * values.asDiagonal() * eigen.vectors.transpose();
+  constexpr double kMost = 20.0;  // of its size: a step of the search may go astray
+  const double size = symmetric.norm();
+  Matrix3 X = size > kMost ? Matrix3(symmetric * (kMost / size)) : symmetric;
+  constexpr int kSquarings = 6, kTerms = 8;
+  X /= 1 << kSquarings;
+  Matrix3 sum = Matrix3::Identity();
+  for (int i = kTerms; i > 0; --i) sum = (Matrix3::Identity() + X * sum / i).eval();
+  for (int i = 0; i < kSquarings; ++i) sum = (sum * sum).eval();
+  return sum;
 }
 
 // The unknowns: gains, shape of the hand (5), then its change in each pose (6).
