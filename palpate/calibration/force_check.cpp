@@ -98,7 +98,7 @@ Expected<Measured> measure(std::span<const ForcePose> poses, const ForceCheckSet
 // What one explanation's gains say.
 struct GainFault {
   ForceVerdict verdict = ForceVerdict::agreed;
-  int which = -1;
+  int which = -1, other = -1;
   double ratio = 1.0;
 };
 
@@ -109,10 +109,9 @@ GainFault judge_gains(const ForceFit& fit, const ForceCheckSettings& settings) {
   const auto n = static_cast<int>(g.size());
   for (int i = 0; i < n; ++i) {
     if (g[i] < -kNoPower * strongest && g[i] + kSure * sd[i] < 0.0)
-      return {fit.explanation.of_joints ? ForceVerdict::joint_mirrored : ForceVerdict::axis_mirrored, i,
-              -1.0};
+      return {fit.explanation.of_joints ? ForceVerdict::joint_mirrored : ForceVerdict::axis_mirrored, i};
     if (std::abs(g[i]) + kSure * sd[i] < 2.0 * kNoPower * strongest && std::abs(g[i]) < kNoPower * strongest)
-      return {ForceVerdict::joint_without_power, i, 0.0};
+      return {ForceVerdict::joint_without_power, i};
   }
   std::vector<int> by_size = counted_up(static_cast<std::size_t>(n));
   std::sort(by_size.begin(), by_size.end(), [&](int a, int b) { return g[a] < g[b]; });
@@ -122,17 +121,18 @@ GainFault judge_gains(const ForceFit& fit, const ForceCheckSettings& settings) {
   for (int i = 0; i < n; ++i)
     for (int j = 0; j < n; ++j) {
       if (i == j) continue;
-      if (!(g[i] > 0.0 && g[j] > 0.0)) return {ForceVerdict::undetermined, g[i] > 0.0 ? j : i, 0.0};
+      if (!(g[i] > 0.0 && g[j] > 0.0)) return {ForceVerdict::undetermined, g[i] > 0.0 ? j : i};
       const double ln = std::log(g[i] / g[j]);
       const double variance = fit.covariance(i, i) / (g[i] * g[i]) + fit.covariance(j, j) / (g[j] * g[j]) -
                               2.0 * fit.covariance(i, j) / (g[i] * g[j]);
       const double deviation = std::sqrt(std::max(variance, 0.0));
       if (std::abs(ln) + kLikely * deviation <= most) continue;
       most = std::abs(ln) + kLikely * deviation;
-      const int odd = j == median || (i != median && i > j) ? i : j;
-      const int other = odd == i ? j : i;
+      const bool first =
+          std::abs(std::log(std::abs(g[i] / g[median]))) > std::abs(std::log(std::abs(g[j] / g[median])));
+      const int odd = first ? i : j, other = first ? j : i;
       worst = {std::abs(ln) > kSure * deviation ? ForceVerdict::ratio_off : ForceVerdict::undetermined, odd,
-               g[odd] / g[other]};
+               other, g[odd] / g[other]};
     }
   return worst;
 }
@@ -155,7 +155,6 @@ void put_gains(ForceCheck& check, const ForceFit& fit, const Eigen::Matrix3Xd& j
   check.map_covariance = B * fit.covariance * B.transpose();
   const Eigen::VectorXd hand = symmetric_eigenvalues(fit.hand);
   check.anisotropy = hand.maxCoeff() / hand.minCoeff();
-  check.compliance = mean;
 }
 
 std::string words_of(const ForceCheck& check, const ForceExplanation& what, double ratio) {
@@ -186,9 +185,10 @@ std::string words_of(const ForceCheck& check, const ForceExplanation& what, doub
           name(check.first), 100.0 * kNoPower);
     case ForceVerdict::ratio_off:
       return fmt::format(
-          "{} gives {:.2f} times what another gives for the same command; see to its amplifier, its gear and "
-          "the arm model's lengths",
-          name(check.first), ratio);
+          "{} gives {:.2f} times what {} gives for the same command; see to the amplifiers and gears of "
+          "both, and to the "
+          "arm model's lengths",
+          name(check.first), ratio, name(check.second));
     case ForceVerdict::too_little_motion:
       return fmt::format(
           "the tip gave way by {:.3f} mm per newton only: hold the stylus lightly, away from stops and "
@@ -214,12 +214,6 @@ std::string words_of(const ForceCheck& check, const ForceExplanation& what, doub
           check.cost, check.freedoms);
   }
   return "";
-}
-
-// The scatter alone makes so many deviations of what is to be known that nothing can be.
-bool restless(const Measured& measured) {
-  constexpr double kMost = 0.5;  // of the response, for one ramp
-  return measured.scatter > kMost * measured.size;
 }
 
 }  // namespace
@@ -290,7 +284,6 @@ Expected<ForceCheck> check_forces(std::span<const ForcePose> poses, const ForceC
   };
   const ForceExplanation joints{true, counted_up(n)}, axes{false, counted_up(3)};
   if (measured->size < kBlocked) return end(ForceVerdict::too_little_motion, joints);
-  if (restless(*measured)) return end(ForceVerdict::restless_hand, joints);
 
   const ForceFit as_joints = fit_forces(measured->poses, joints, settings);
   const ForceFit as_axes = fit_forces(measured->poses, axes, settings);
@@ -321,9 +314,12 @@ Expected<ForceCheck> check_forces(std::span<const ForcePose> poses, const ForceC
   const ForceFit& told = as_axes.cost + 0.5 * settings.clearly_better < as_joints.cost ? as_axes : as_joints;
   if (told.cost > limit) return end(ForceVerdict::unexplained, joints);
   const GainFault fault = judge_gains(told, settings);
+  // Of one ramp's response: with less, it is the poses that tell too little.
+  constexpr double kRestless = 0.25;
+  if (fault.verdict == ForceVerdict::undetermined && measured->scatter > kRestless * measured->size)
+    return end(ForceVerdict::restless_hand, joints);
   if (fault.verdict != ForceVerdict::agreed) {
-    // A mirrored turret in the middle of its range is a mirrored axis: the simpler name where both fit.
-    return end(fault.verdict, told.explanation, fault.which, -1, fault.ratio);
+    return end(fault.verdict, told.explanation, fault.which, fault.other, fault.ratio);
   }
   if (&told != &as_joints) return end(ForceVerdict::unexplained, joints);
   if (exchanged->cost < straight + settings.clearly_better) return end(ForceVerdict::undetermined, joints, 0);
