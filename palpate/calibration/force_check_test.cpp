@@ -209,7 +209,7 @@ TEST(GainOfWeight, IsTheMiddleOfRisingAndSinkingAndRefusesWhatIsNotShownToBeNear
 // How often a healthy arm is refused, and a faulty one accepted, over hands drawn at random. docs/theory/force-check.md
 // has the figures.
 TEST(ForceCheckStatistics, HealthyArmsAreAcceptedAndFaultyOnesRefused) {
-  constexpr int kHands = 200;
+  constexpr int kHands = 100;
   const auto agreed = [](Trial trial) {
     const auto verdicts = trial.verdicts(kHands);
     const auto found = verdicts.find(ForceVerdict::agreed);
