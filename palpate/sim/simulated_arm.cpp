@@ -124,9 +124,9 @@ void SimulatedArm::update_joints() {
   // readings as angles); those torques act through the true geometry.
   motor_force_.setZero();
   if (commanded_ != Vector3::Zero()) {
-    const Matrix3 own = device::phantom_jacobian(joint_readings(theta_), nominal_).transpose();
-    const Vector3 torque =
-        faulty_ ? miswired(own * axis_signs_.cwiseProduct(commanded_)) : Vector3(own * commanded_);
+    const Matrix3 own = device::phantom_jacobian(joint_readings(theta_), nominal_);
+    const Vector3 torque = faulty_ ? miswired(own.transpose() * axis_signs_.cwiseProduct(commanded_))
+                                   : Vector3(own.transpose() * commanded_);
     Vector3 real = device::phantom_jacobian(theta_, lengths_).transpose().partialPivLu().solve(torque);
     const double size = real.norm();
     if (!real.allFinite()) real.setZero();

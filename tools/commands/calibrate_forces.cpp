@@ -1,11 +1,14 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <thread>
 
 #include "palpate/calibration/forces/force_session.h"
 #include "palpate/core/file.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/units.h"
+#include "palpate/time/clock.h"
+#include "palpate/time/real_time.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
 #include "tools/commands/result_output.h"
@@ -215,7 +218,11 @@ Expected<void> run(const ForceArguments& options) {
   settings.patience_s = options.patience_s;
   settings.stop = &stop_requested();
   MonotonicClock<PhysicsClock> clock;
-  const auto seen = forces::observe_forces((*arm)->device(), *rig, clock, **person, settings);
+  Expected<forces::ForceObservations> seen = refused("force check: not begun");
+  std::thread([&] {
+    enter_real_time(80);
+    seen = forces::observe_forces((*arm)->device(), *rig, clock, **person, settings);
+  }).join();
   if (!seen) return tl::unexpected(seen.error());
   return tell(options, *rig, (*arm)->facts(), *seen);
 }

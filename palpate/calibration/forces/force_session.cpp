@@ -14,12 +14,12 @@ namespace {
 
 constexpr Duration kTick = std::chrono::milliseconds(1);
 // Longer than drivers take to let forces in again after they had let go.
-constexpr double kSettle = 1.3;   // s
-constexpr double kStill = 0.003;  // m
-constexpr int kMostExcursions = 6, kMostTroubles = 30;
-constexpr double kLiftRate = 0.25;                // N/s
-constexpr double kLiftPeak = 1.0;                 // N
-constexpr double kRisen = 0.001, kSunk = 0.0005;  // m
+constexpr double kSettle = 1.3;                         // s
+constexpr double kStill = 0.003;                        // m
+constexpr int kMostExcursions = 6, kMostTroubles = 20;  // troubles: in a row
+constexpr double kLiftRate = 0.25;                      // N/s
+constexpr double kLiftPeak = 1.0;                       // N
+constexpr double kRisen = 0.001, kSunk = 0.0005;        // m
 
 constexpr const char* kWhere[] = {"in the middle of its reach", "a hand's breadth to the left, and up",
                                   "to the right, and up", "to the left, and down", "to the right, and down"};
@@ -111,7 +111,8 @@ class ForceSession {
             name_of(reason), excursions_);
     } else if (reason != BreakOff::key_released && ++troubles_ >= kMostTroubles) {
       return refused(
-          "force check: broken off {} times ({} the last time); see to the driver, and to what else runs on "
+          "force check: broken off {} times in a row ({} the last time); see to the driver, and to what else "
+          "runs on "
           "this "
           "machine",
           troubles_, name_of(reason));
@@ -143,6 +144,7 @@ class ForceSession {
     while (true) {
       const BreakOff reason = ramp(direction);
       if (reason == BreakOff::none) {
+        troubles_ = 0;
         if (const auto response = ramp_response(direction, samples_)) return *response;
         return refused("force check: a ramp left too few readings");
       }
