@@ -104,13 +104,18 @@ struct GainFault {
 
 GainFault judge_gains(const ForceFit& fit, const ForceCheckSettings& settings) {
   const Eigen::VectorXd& g = fit.gains;
-  const Eigen::VectorXd sd = fit.covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-  const double strongest = g.cwiseAbs().maxCoeff();
+  // Beside the strongest: how firm the grip was is the same for all, and says nothing of signs.
+  Eigen::Index s = 0;
+  const double strongest = g.cwiseAbs().maxCoeff(&s);
   const auto n = static_cast<int>(g.size());
   for (int i = 0; i < n; ++i) {
-    if (g[i] < -kNoPower * strongest && g[i] + kSure * sd[i] < 0.0)
+    const double ratio = g[i] / g[s];
+    const double variance =
+        fit.covariance(i, i) + ratio * ratio * fit.covariance(s, s) - 2.0 * ratio * fit.covariance(i, s);
+    const double sure = kSure * std::sqrt(std::max(variance, 0.0)) / strongest;
+    if (g[i] < -kNoPower * strongest && (i == s || std::abs(ratio) > sure))
       return {fit.explanation.of_joints ? ForceVerdict::joint_mirrored : ForceVerdict::axis_mirrored, i};
-    if (std::abs(g[i]) + kSure * sd[i] < 2.0 * kNoPower * strongest && std::abs(g[i]) < kNoPower * strongest)
+    if (std::abs(ratio) < kNoPower && std::abs(ratio) + sure < 2.0 * kNoPower)
       return {ForceVerdict::joint_without_power, i};
   }
   std::vector<int> by_size = counted_up(static_cast<std::size_t>(n));

@@ -132,6 +132,15 @@ TEST(ForceCheck, EachFaultIsRefusedByItsName) {
   }
 }
 
+TEST(ForceCheck, AMirroredAxisIsRefusedInTwoPosesToo) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Trial trial;
+    trial.angles.resize(2);
+    trial.axes = with_gain(1, -1.0);
+    EXPECT_NE(trial.check(seed).verdict, ForceVerdict::agreed);
+  }
+}
+
 TEST(ForceCheck, WhatCannotBeToldIsRefusedAndSaysWhy) {
   Trial trial;
   trial.compliance = 2e-5;
