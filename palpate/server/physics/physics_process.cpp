@@ -19,6 +19,7 @@
 #include "palpate/core/stop_signal.h"
 #include "palpate/haptics/trip_writer.h"
 #include "palpate/server/physics/guest_news.h"
+#include "palpate/server/physics/internal/arm_check.h"
 #include "palpate/server/physics/loop_watchdog.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/time/periodic_loop.h"
@@ -213,11 +214,12 @@ Expected<void> PhysicsProcess::open() {
   auto identity = identity_for(*endpoint, options_.keys);
   if (!identity) return tl::unexpected(identity.error());
   device::ArmRequest request = options_.arm;
-  request.lengths = options_.rig.nominal_lengths;
+  request.nominal = options_.rig.nominal_arm;
   if (!options_.drivers.names_arm(request.uri))
     return wrong_use("--arm: {}", options_.drivers.check(request).error().message);
   auto arm = options_.drivers.open(request);
   if (!arm) return tl::unexpected(arm.error());
+  if (auto fine = check_arm(options_.rig, **arm, request.uri); !fine) return tl::unexpected(fine.error());
   arm_ = std::move(*arm);
   server_.emplace(options_.rig, scene_, std::move(*application), arm_->device(), haptic_settings(),
                   &guests_clock_);

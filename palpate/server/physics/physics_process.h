@@ -22,7 +22,7 @@ struct PhysicsProcessOptions {
   scene::SceneDescription scene;  // without surfaces: those are the rig's
   double surface_restitution = 0.93;
   device::DriverRegistry drivers;
-  device::ArmRequest arm{.uri = "lab", .lengths = {}};  // its lengths are taken from the rig
+  device::ArmRequest arm{.uri = "lab", .nominal = {}};  // its model is taken from the rig
   std::string endpoint;                                 // empty = this user's default socket
   bool insecure = false;
   std::filesystem::path keys;  // folder; empty = this user's
