@@ -90,6 +90,8 @@ HapticLoop::HapticLoop(device::ArmDevice& arm, const rig::ArmCalibration& calibr
       records_(std::make_unique<HapticRecords>()) {
   check_joints(calibration_, *nominal_, motors_ == nullptr ? nullptr : &torque_limits_);
   joints_ = device::JointVector::filled(kinematics_->joint_count(), 0.0);
+  // No torques until there was a pose that has some.
+  device_.J = device::TipJacobian::Zero(3, kinematics_->joint_count());
 }
 
 void HapticLoop::tick(Instant<PhysicsClock> begun) {
