@@ -214,7 +214,6 @@ TEST(ChainArm, WhereItIsStretchedOrBeyondARangeThereIsNoForce) {
   bench.message.continuous = {0.2, 0.1, 0.0};
   bench.live(200);
   EXPECT_GT(bench.arm.torques.norm(), 0.01);
-  const device::JointVector here = bench.arm.sample.joints;
   for (; bench.arm.sample.joints[1] < 0.25; bench.live()) bench.arm.sample.joints[1] += 1e-3;
   bench.live(20);
   EXPECT_EQ(bench.loop->fault(), ForceFault::outside_workspace);
@@ -222,14 +221,22 @@ TEST(ChainArm, WhereItIsStretchedOrBeyondARangeThereIsNoForce) {
   EXPECT_GT(device::manipulability(device::make_kinematics(model)->jacobian(bench.arm.sample.joints)), 1e-3)
       << "it is its range alone";
 
+  constexpr double kInLine = 0.4;  // with its offset: forearm and upper arm
   ChainBench stretched(three_joint_arm());
-  stretched.arm.sample.joints = here;
-  stretched.arm.sample.joints[2] = 0.4;  // with its offset: forearm and upper arm in line
   stretched.message.continuous = {0.2, 0.1, 0.0};
   stretched.live(200);
-  EXPECT_FALSE(stretched.arm.asked_wrongly);
+  EXPECT_GT(stretched.arm.torques.norm(), 0.01);
+  for (double& elbow = stretched.arm.sample.joints[2]; elbow > kInLine; stretched.live()) elbow -= 1e-3;
+  stretched.live(20);
   EXPECT_EQ(stretched.loop->fault(), ForceFault::outside_workspace);
   EXPECT_EQ(stretched.arm.torques.norm(), 0.0);
+
+  ChainBench from_the_start(three_joint_arm());
+  from_the_start.arm.sample.joints[2] = kInLine;
+  from_the_start.message.continuous = {0.2, 0.1, 0.0};
+  from_the_start.live(200);
+  EXPECT_FALSE(from_the_start.arm.asked_wrongly);
+  EXPECT_EQ(from_the_start.arm.torques.norm(), 0.0);
 }
 
 TEST(ChainArm, TooFastForItsLimitItHasNoForceUntilSomebodyRearms) {
