@@ -56,7 +56,7 @@ struct Line {
 rig::Rig rig_with_arm(const sim::Simulator& world) {
   const rig::Rig truth = sim::truth_rig(world);
   rig::Rig rig;
-  rig.nominal_lengths = {world.file().arm.lengths[0], world.file().arm.lengths[1]};
+  rig.nominal_arm.lengths = {world.file().arm.lengths[0], world.file().arm.lengths[1]};
   rig.tip_marker_leds = world.file().tip_marker.leds;
   rig.arm = truth.arm;
   rig.tip_pivot = rig::PivotCalibration{world.truth().tip_in_marker};

@@ -63,7 +63,7 @@ class WallRig {
         into_(truth_.X_world_base.rotation * Vector3(1.0, 0.5, -0.5).normalized()),
         hand_({.mass = presser.mass, .damping = presser.damping, .stiffness = presser.stiffness}, place_,
               truth_.X_world_base.rotation) {
-    calibration_.lengths = truth_.lengths;
+    calibration_.model.lengths = truth_.lengths;
     calibration_.correction = truth_.joints;
     calibration_.X_world_base = truth_.X_world_base;
     calibration_.gimbal_gain = truth_.gimbal.gain;
@@ -92,7 +92,7 @@ class WallRig {
     settings.limits.most_damping_n_s_m = most_injected;
     TripleBuffer<haptics::HapticInput> input;
     TripleBuffer<scene::TipState> output;
-    haptics::HapticLoop loop(device, calibration_, truth_.lengths, settings, input, output);
+    haptics::HapticLoop loop(device, calibration_, {.lengths = truth_.lengths}, settings, input, output);
     Instant<PhysicsClock> now;
     const Rest rest = press([&] {
       now += settings.period;

@@ -169,7 +169,7 @@ TEST(DeskRig, IsTheSameAfterItWasWrittenAndRead) {
   EXPECT_NEAR(again->board->board.square, 0.0347, 1e-12);
   EXPECT_NEAR(again->board->board.marker, 0.026 * 0.0347 / 0.035, 1e-12);
   EXPECT_LT((again->board->X_world_board.translation - rig.board->X_world_board.translation).norm(), 1e-12);
-  EXPECT_EQ(again->arm->model, rig::kMouseArm);
+  EXPECT_EQ(again->arm->model.name, rig::kMouseArm);
   const auto missing = rig::missing_parts(*again);
   ASSERT_EQ(missing.size(), 1u);
   EXPECT_EQ(missing.front().part, "camera");

@@ -59,9 +59,12 @@ class OpenedOpenHapticsArm : public device::OpenedArm {
 };
 
 Expected<std::unique_ptr<device::OpenedArm>> open_arm(const device::ArmRequest& request) {
+  if (request.nominal.kind != device::ArmModel::Kind::phantom)
+    return refused("{}: has the kinematics of a PHANToM, the rig's arm {} is a chain of {} joints",
+                   request.uri, request.nominal.name, request.nominal.joint_count());
   ArmSettings settings;
   settings.name = device_asked_for(request.uri).value_or("");
-  settings.lengths = request.lengths;
+  settings.lengths = request.nominal.lengths;
   settings.at_reset_position = request.at_reset_position;
   auto arm = OpenHapticsArm::open(settings);
   if (!arm) return tl::unexpected(arm.error());

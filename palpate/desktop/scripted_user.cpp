@@ -8,7 +8,7 @@ namespace palpate::desktop {
 scene::Reach players_reach(const rig::Rig& rig, const sim::config::WorldFile& world) {
   scene::Reach reach;
   reach.X_world_base = rig.arm->X_world_base;
-  reach.lengths = rig.arm->lengths;
+  reach.lengths = rig.arm->model.lengths;
   for (Eigen::Index i = 0; i < 3; ++i) {
     reach.joints[0][i] = world.arm.joint_range[static_cast<std::size_t>(i)][0];
     reach.joints[1][i] = world.arm.joint_range[static_cast<std::size_t>(i)][1];

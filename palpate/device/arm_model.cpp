@@ -8,6 +8,7 @@
 #include "palpate/core/file.h"
 #include "palpate/core/toml.h"
 #include "palpate/core/units.h"
+#include "palpate/device/arm_model_file.h"
 
 namespace palpate::device {
 namespace {
@@ -98,18 +99,7 @@ Expected<ArmModel> parse_arm_model(std::string_view content, std::string source)
     const auto lengths = file->numbers<2>("lengths_mm", kPositive);
     model.lengths = {metres_from_mm(lengths[0]), metres_from_mm(lengths[1])};
   } else {
-    model.kind = ArmModel::Kind::dh;
-    const NumberRange length{-1e5, 1e5}, angle{-360.0, 360.0};
-    for (const auto& joint : file->tables("joint"))
-      model.joints.push_back({metres_from_mm(joint.number("a_mm", length)),
-                              radians_from_degrees(joint.number("alpha_deg", angle)),
-                              metres_from_mm(joint.number("d_mm", length)),
-                              radians_from_degrees(joint.number_or("theta_offset_deg", 0.0, angle))});
-    if (model.joints.empty())
-      file->complain("joint", "is missing, one [[joint]] table per joint is expected");
-    model.tool_known = file->has("tool_mm");
-    const auto tool = file->numbers_or<3>("tool_mm", {0.0, 0.0, 0.0}, length);
-    for (int i = 0; i < 3; ++i) model.tool[i] = metres_from_mm(tool[static_cast<std::size_t>(i)]);
+    read_dh_chain(*file, model);
   }
   if (const auto done = file->finish(); !done) return tl::unexpected(done.error());
   return model;

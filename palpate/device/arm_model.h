@@ -9,7 +9,8 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <optional>
+#include <cmath>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -19,18 +20,26 @@
 
 namespace palpate::device {
 
+struct JointRange {
+  double low = -std::numeric_limits<double>::infinity();  // rad, corrected angle
+  double high = std::numeric_limits<double>::infinity();
+  bool known() const { return std::isfinite(low) && std::isfinite(high); }
+};
+
 struct DhJoint {
   double a = 0.0, alpha = 0.0, d = 0.0, theta_offset = 0.0;  // m, rad
+  JointRange range{};
 };
 
 struct ArmModel {
   enum class Kind { phantom, dh };
   Kind kind = Kind::phantom;
   std::string name = "phantom-premium-1.5";
-  PhantomLengths lengths;          // phantom
-  std::vector<DhJoint> joints;     // dh
-  Vector3 tool = Vector3::Zero();  // dh: the tip in the last link's frame
-  bool tool_known = false;         // dh: else the tool point is estimated with the rest
+  PhantomLengths lengths;                         // phantom
+  std::vector<DhJoint> joints;                    // dh
+  Vector3 tool = Vector3::Zero();                 // dh: the tip in the last link's frame
+  bool tool_known = false;                        // dh: else the tool point is estimated with the rest
+  Quaternion tool_turn = Quaternion::Identity();  // dh: the stylus in that frame, its gimbal at zero
 
   Eigen::Index joint_count() const {
     return kind == Kind::phantom ? 3 : static_cast<Eigen::Index>(joints.size());
@@ -49,7 +58,8 @@ Point<ArmBase> arm_tip(const ArmModel& model, const Eigen::VectorXd& theta);
 Point<ArmBase> arm_tip(const ArmModel& model, const Eigen::VectorXd& theta, ArmJacobian& jacobian);
 
 // "phantom-premium-1.5", or a TOML file: type = "dh" with one [[joint]] per joint (a_mm, alpha_deg, d_mm,
-// theta_offset_deg) and optional tool_mm; or type = "phantom" with lengths_mm.
+// theta_offset_deg, optional range_deg) and optional tool_mm and tool_qwxyz; or type = "phantom" with
+// lengths_mm.
 Expected<ArmModel> read_arm_model(const std::string& name_or_file);
 Expected<ArmModel> parse_arm_model(std::string_view content, std::string source);  // such a file's content
 

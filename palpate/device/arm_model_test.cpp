@@ -118,6 +118,14 @@ TEST(ArmModel, UnknownKeysAndMissingRowsAreWrongUse) {
   EXPECT_EQ(unknown.error().kind, Error::Kind::wrong_use);
   EXPECT_NE(unknown.error().message.find(":6: unknown key 'joint[1].beta_deg'"), std::string::npos)
       << unknown.error().message;
+  const std::string row = "[[joint]]\na_mm = 1\nalpha_deg = 0\nd_mm = 2\n";
+  const auto turned = from_text("type = 'dh'\ntool_qwxyz = [1, 1, 0, 0]\n" + row);
+  ASSERT_FALSE(turned.has_value());
+  EXPECT_NE(turned.error().message.find(":2: tool_qwxyz"), std::string::npos) << turned.error().message;
+  const auto backwards = from_text("type = 'dh'\n" + row + "range_deg = [90, -90]\n");
+  ASSERT_FALSE(backwards.has_value());
+  EXPECT_NE(backwards.error().message.find(":6: joint[1].range_deg"), std::string::npos)
+      << backwards.error().message;
   EXPECT_FALSE(from_text("type = 'dh'\n").has_value());
   EXPECT_FALSE(from_text("type = 'scara'\n").has_value());
   EXPECT_FALSE(read_arm_model("no-such-arm").has_value());

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "palpate/core/expected.h"
+#include "palpate/device/joints.h"
 #include "palpate/math/pose.h"
 #include "palpate/time/instant.h"
 
@@ -21,8 +22,9 @@ namespace palpate::device {
 
 struct ArmSample {
   Instant<ArmClock> stamp;
-  Vector3 joints = Vector3::Zero();  // psi, encoder readings as angles, rad, uncorrected
-  Vector3 gimbal = Vector3::Zero();  // rad, uncorrected
+  // psi, encoder readings as angles, rad, uncorrected; always as many as the arm has joints.
+  JointVector joints = JointVector::filled(3, 0.0);
+  Vector3 gimbal = Vector3::Zero();  // rad, uncorrected; zeros where the arm has none
   // False: the device says that it is gone (unplugged, faulted, closed); the rest is what it said last.
   // Forces then stay off until somebody re-arms, as its encoders may have lost their zero.
   bool connected = true;
@@ -39,6 +41,18 @@ struct ArmSample {
 // A device lets go of a force when no new command has come for this long, at the latest.
 inline constexpr Duration kLongestHold = std::chrono::milliseconds(20);
 
+// The motors of an arm that is commanded by torques.
+class JointMotors {
+ public:
+  virtual ~JointMotors() = default;
+  // N m at the joints, one for each reading of ArmSample::joints and of its sign; held until the next
+  // command, or until it is too old (kLongestHold). As ArmDevice::command otherwise. The device clamps to its
+  // own limits.
+  virtual void command(const JointVector& torques) = 0;
+  // N m, above 0, that each may be asked for; stays as it is while the arm is open.
+  virtual JointVector limits() const = 0;
+};
+
 class ArmDevice {
  public:
   virtual ~ArmDevice() = default;
@@ -48,6 +62,9 @@ class ArmDevice {
   // Force at the tip in ArmBase axes as the device's own nominal kinematics sees them, N; held until the next
   // command, or until it is too old (kLongestHold). The device clamps to its own limits.
   virtual void command(const Vector3& force) = 0;
+  // Not null: the arm takes torques. It is commanded through these alone, and what its samples say of forces
+  // (withheld, held) is not used, as it knows none. The same while the arm is open.
+  virtual JointMotors* motors() { return nullptr; }
   // Gives no force from now on until the next command(). From any thread, also while read() or command() hangs
   // in another, and from a signal handler: neither waits, locks nor allocates.
   virtual void let_go() noexcept = 0;

@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "palpate/core/expected.h"
+#include "palpate/device/arm_model.h"
 #include "palpate/device/camera_settings.h"
 #include "palpate/device/opened.h"
-#include "palpate/device/phantom.h"
 
 namespace palpate::device {
 
@@ -26,7 +26,7 @@ namespace palpate::device {
 // says.
 struct ArmRequest {
   std::string uri;
-  PhantomLengths lengths;          // the maker's, of a PHANToM
+  ArmModel nominal;                // the maker's
   bool at_reset_position = false;  // a person says so: encoders that have lost their zero may be set
 };
 

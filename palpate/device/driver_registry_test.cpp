@@ -50,7 +50,7 @@ TEST(DriverRegistry, ATextIsOpenedByTheDriverOfItsScheme) {
   DriverRegistry registry;
   registry.add(arm_driver("one", "one"));
   registry.add(arm_driver("two", "two or two:NAME"));
-  auto arm = registry.open(ArmRequest{.uri = "two:Left", .lengths = {}});
+  auto arm = registry.open(ArmRequest{.uri = "two:Left", .nominal = {}});
   ASSERT_TRUE(arm) << arm.error().message;
   EXPECT_EQ((*arm)->facts().identity, "Left");
   EXPECT_EQ(registry.find_for("one")->scheme, "one");
@@ -67,13 +67,13 @@ TEST(DriverRegistry, WhatNoDriverOpensIsWrongUseThatSaysWhatThereIs) {
   registry.add(arm_driver("two", "two or two:NAME"));
   registry.add(camera_driver("live", "live[:NAME]"));
   for (const char* uri : {"", "three", "One", "on", ":one", "film:x"}) {
-    const auto none = registry.open(ArmRequest{.uri = uri, .lengths = {}});
+    const auto none = registry.open(ArmRequest{.uri = uri, .nominal = {}});
     ASSERT_FALSE(none) << uri;
     EXPECT_EQ(none.error().exit_code(), 2);
     EXPECT_EQ(none.error().message, std::string("is '") + uri + "'; one, two or two:NAME is expected");
-    EXPECT_EQ(registry.check(ArmRequest{.uri = uri, .lengths = {}}).error().message, none.error().message);
+    EXPECT_EQ(registry.check(ArmRequest{.uri = uri, .nominal = {}}).error().message, none.error().message);
   }
-  EXPECT_TRUE(registry.open(ArmRequest{.uri = "hidden", .lengths = {}}));
+  EXPECT_TRUE(registry.open(ArmRequest{.uri = "hidden", .nominal = {}}));
   EXPECT_EQ(registry.camera_forms(), "film:FILE or live[:NAME]");
   const auto no_tracker = registry.open(TrackerRequest{.uri = "igtl://host", .tools = {}});
   ASSERT_FALSE(no_tracker);
@@ -95,7 +95,7 @@ TEST(DriverRegistry, ADriverSaysWhichTextsAreDevicesAndTheSimulatedOnesCanBeLeft
   EXPECT_TRUE(registry.names_arm("real:x", Offer::real));
   EXPECT_FALSE(registry.names_arm("real:"));
   EXPECT_FALSE(registry.names_camera("real"));
-  EXPECT_EQ(registry.open(ArmRequest{.uri = "real:", .lengths = {}}).error().message,
+  EXPECT_EQ(registry.open(ArmRequest{.uri = "real:", .nominal = {}}).error().message,
             "is 'real:'; lab, real or real:NAME is expected");
 }
 
@@ -107,7 +107,7 @@ TEST(DriverRegistry, WhatAGuestThrowsOrLeavesOutIsItsRefusal) {
   };
   registry.add(thrower);
   registry.add(camera_driver("empty", "empty"));
-  const auto thrown = registry.open(ArmRequest{.uri = "thrower", .lengths = {}});
+  const auto thrown = registry.open(ArmRequest{.uri = "thrower", .nominal = {}});
   ASSERT_FALSE(thrown);
   EXPECT_EQ(thrown.error().exit_code(), 1);
   EXPECT_EQ(thrown.error().message, "device 'thrower': its driver fails: no cable");
@@ -129,9 +129,9 @@ TEST(DriverRegistry, ARequestIsCheckedBeforeItIsOpened) {
     return Expected<std::unique_ptr<OpenedArm>>(std::make_unique<OpenedStillArm>(""));
   };
   registry.add(careful);
-  EXPECT_EQ(registry.open(ArmRequest{.uri = "careful", .lengths = {}}).error().exit_code(), 2);
+  EXPECT_EQ(registry.open(ArmRequest{.uri = "careful", .nominal = {}}).error().exit_code(), 2);
   EXPECT_FALSE(opened);
-  EXPECT_TRUE(registry.open(ArmRequest{.uri = "careful:x", .lengths = {}}));
+  EXPECT_TRUE(registry.open(ArmRequest{.uri = "careful:x", .nominal = {}}));
   EXPECT_TRUE(opened);
 }
 

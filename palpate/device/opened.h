@@ -31,6 +31,8 @@ struct ArmFacts {
   bool simulated = false;
   // Who it is, the same whenever it is opened: driver, model, serial number.
   std::string identity;
+  // How many its samples have.
+  int joints = 3;
   // N at the tip, as the device states them; none: it states nothing.
   std::optional<double> peak_n, continuous_n;
 };

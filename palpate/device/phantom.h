@@ -15,6 +15,7 @@
 // depend on the gimbal.
 #pragma once
 
+#include "palpate/device/joints.h"
 #include "palpate/math/pose.h"
 
 namespace palpate::device {
@@ -22,14 +23,6 @@ namespace palpate::device {
 struct PhantomLengths {
   double l1 = 0.20955;  // m, makers' value for the Premium 1.5
   double l2 = 0.20955;
-};
-
-// theta = gain * psi + offset, joint by joint; psi are the encoder readings.
-struct JointCorrection {
-  Vector3 gain = Vector3::Ones();
-  Vector3 offset = Vector3::Zero();  // rad
-  Vector3 apply(const Vector3& psi) const { return gain.cwiseProduct(psi) + offset; }
-  Vector3 undo(const Vector3& theta) const { return (theta - offset).cwiseQuotient(gain); }
 };
 
 Point<ArmBase> phantom_tip(const Vector3& theta, const PhantomLengths& lengths = {});

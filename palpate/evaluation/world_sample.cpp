@@ -190,7 +190,7 @@ calibration::ReachablePoses reach_of(const sim::config::WorldFile& file) {
 rig::Rig blank_rig(const sim::config::WorldFile& file) {
   rig::Rig rig;
   rig.name = "simulated rig";
-  rig.nominal_lengths = {file.arm.lengths[0], file.arm.lengths[1]};
+  rig.nominal_arm.lengths = {file.arm.lengths[0], file.arm.lengths[1]};
   rig.tip_marker_leds = file.tip_marker.leds;
   rig.camera_marker_leds = file.camera_marker.leds;
   rig.pointer_leds = file.pointer.leds;

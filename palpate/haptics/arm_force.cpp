@@ -2,20 +2,35 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 namespace palpate::haptics {
+namespace {
 
-std::optional<DeviceForce> DeviceForce::at(const Vector3& psi, const device::PhantomLengths& nominal,
-                                           const Vector3& theta, const device::PhantomLengths& lengths) {
-  const Matrix3 own = device::phantom_jacobian(psi, nominal).transpose();
-  const Matrix3 real = device::phantom_jacobian(theta, lengths).transpose();
-  constexpr double kLeastDeterminant = 1e-4;  // m^3; 0.013 in the middle of a Premium's range
-  if (!(std::abs(own.determinant()) > kLeastDeterminant) ||
-      !(std::abs(real.determinant()) > kLeastDeterminant))
-    return std::nullopt;
+bool has_force_everywhere(const device::TipJacobian& J, const device::ArmKinematics& arm) {
+  return device::manipulability(J) > arm.least_manipulability();
+}
+
+Matrix3 to_device(const device::TipJacobian& own, const device::TipJacobian& real) {
+  if (own.cols() == 3) {
+    const Matrix3 own_transposed = own.transpose(), real_transposed = real.transpose();
+    return own_transposed.inverse() * real_transposed;
+  }
+  const Matrix3 squares = own * own.transpose(), mixed = own * real.transpose();
+  return squares.inverse() * mixed;
+}
+
+}  // namespace
+
+std::optional<DeviceForce> DeviceForce::at(const device::JointVector& psi,
+                                           const device::ArmKinematics& nominal,
+                                           const device::JointVector& theta,
+                                           const device::ArmKinematics& calibrated) {
+  const device::TipJacobian own = nominal.jacobian(psi), real = calibrated.jacobian(theta);
+  if (!has_force_everywhere(own, nominal) || !has_force_everywhere(real, calibrated)) return std::nullopt;
   DeviceForce force;
-  force.M = own.inverse() * real;
+  force.M = to_device(own, real);
   Eigen::SelfAdjointEigenSolver<Matrix3> squares;
   squares.computeDirect(force.M.transpose() * force.M, Eigen::EigenvaluesOnly);
   // The direct formula loses half of the digits where eigenvalues meet, as they do here.
@@ -23,6 +38,25 @@ std::optional<DeviceForce> DeviceForce::at(const Vector3& psi, const device::Pha
   constexpr double kMostGain = 2.0;
   if (!(force.gain < kMostGain)) return std::nullopt;
   return force;
+}
+
+std::optional<DeviceForce> DeviceForce::through_motors(const device::JointVector& theta,
+                                                       const device::ArmKinematics& calibrated,
+                                                       const device::JointVector& limits) {
+  DeviceForce force;
+  force.J = calibrated.jacobian(theta);
+  if (!has_force_everywhere(force.J, calibrated)) return std::nullopt;
+  for (Eigen::Index j = 0; j < force.J.cols(); ++j)  // |tau_j| <= |J_j| |f|
+    force.most_n = std::min(force.most_n, limits[j] / force.J.col(j).norm());
+  return force;
+}
+
+device::JointVector DeviceForce::torques(const Vector3& force, const device::JointVector& limits) const {
+  device::JointVector torques = J.transpose() * force;
+  double most = 1.0;
+  for (Eigen::Index j = 0; j < torques.size(); ++j) most = std::max(most, std::abs(torques[j]) / limits[j]);
+  if (most > 1.0) torques /= most;
+  return torques;
 }
 
 }  // namespace palpate::haptics

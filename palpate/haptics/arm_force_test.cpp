@@ -25,6 +25,15 @@ TrueArm any_arm(Random& random) {
   return arm;
 }
 
+std::optional<DeviceForce> device_force(const TrueArm& arm) {
+  return DeviceForce::at(arm.psi, *device::make_kinematics({.lengths = arm.nominal}), arm.theta,
+                         *device::make_kinematics({.lengths = arm.lengths}));
+}
+
+Vector3 torques_of(const Vector3& theta, const device::PhantomLengths& lengths, const Vector3& force) {
+  return device::phantom_jacobian(theta, lengths).transpose() * force;
+}
+
 TEST(ArmForce, TorquesDoTheSameWorkAsTheForceAtTheTip) {
   Random random(1, "arm_force/work");
   for (int i = 0; i < 200; ++i) {
@@ -34,7 +43,7 @@ TEST(ArmForce, TorquesDoTheSameWorkAsTheForceAtTheTip) {
     const Vector3 way = (device::phantom_tip(arm.theta + kH * turn, arm.lengths).m -
                          device::phantom_tip(arm.theta - kH * turn, arm.lengths).m) /
                         (2.0 * kH);
-    EXPECT_NEAR(joint_torques(arm.theta, arm.lengths, force).dot(turn), force.dot(way), 1e-8);
+    EXPECT_NEAR(torques_of(arm.theta, arm.lengths, force).dot(turn), force.dot(way), 1e-8);
   }
 }
 
@@ -43,13 +52,13 @@ TEST(ArmForce, TheDevicesOwnTorquesPushTheTrueTipWithTheWantedForce) {
   int possible = 0;
   for (int i = 0; i < 2000; ++i) {
     const TrueArm arm = any_arm(random);
-    const auto device = DeviceForce::at(arm.psi, arm.nominal, arm.theta, arm.lengths);
+    const auto device = device_force(arm);
     if (!device) continue;
     ++possible;
     const Vector3 wanted = normal3(random, 3.0);
     // What a device does with a Cartesian force, and what the true arm needs for the wanted one.
-    const Vector3 by_device = joint_torques(arm.psi, arm.nominal, device->M * wanted);
-    EXPECT_NEAR((by_device - joint_torques(arm.theta, arm.lengths, wanted)).norm(), 0.0, 1e-12);
+    const Vector3 by_device = torques_of(arm.psi, arm.nominal, device->M * wanted);
+    EXPECT_NEAR((by_device - torques_of(arm.theta, arm.lengths, wanted)).norm(), 0.0, 1e-12);
   }
   EXPECT_GT(possible, 1800);
 }
@@ -58,7 +67,7 @@ TEST(ArmForce, TheGainIsTheLargestInAnyDirection) {
   Random random(3, "arm_force/gain");
   for (int i = 0; i < 20; ++i) {
     const TrueArm arm = any_arm(random);
-    const auto device = DeviceForce::at(arm.psi, arm.nominal, arm.theta, arm.lengths);
+    const auto device = device_force(arm);
     if (!device) continue;
     double largest = 0.0;
     for (int k = 0; k < 20000; ++k)
@@ -70,9 +79,10 @@ TEST(ArmForce, TheGainIsTheLargestInAnyDirection) {
 
 TEST(ArmForce, AFoldedOrStretchedArmHasNoWay) {
   const double fold = 1.5707;
-  EXPECT_FALSE(DeviceForce::at({0.0, fold, 0.0}, {}, {0.0, fold, 0.0}, {}));
-  EXPECT_FALSE(DeviceForce::at({0.0, 0.5, 0.3}, {}, {0.0, fold, 0.0}, {}));
-  EXPECT_TRUE(DeviceForce::at({0.0, 0.5, 0.3}, {}, {0.0, 0.5, 0.3}, {}));
+  const Vector3 folded(0.0, fold, 0.0), bent(0.0, 0.5, 0.3);
+  EXPECT_FALSE(device_force({folded, folded, {}, {}}));
+  EXPECT_FALSE(device_force({bent, folded, {}, {}}));
+  EXPECT_TRUE(device_force({bent, bent, {}, {}}));
 }
 
 }  // namespace

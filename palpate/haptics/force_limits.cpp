@@ -21,6 +21,15 @@ ForceLimits force_limits_of(std::string_view arm_model) {
   return limits;
 }
 
+ForceLimits force_limits_of(const device::ArmModel& arm) {
+  ForceLimits limits = force_limits_of(std::string_view(arm.name));
+  if (arm.kind == device::ArmModel::Kind::phantom) return limits;
+  limits.joint_range = ForceLimits::any_range();
+  for (std::size_t j = 0; j < arm.joints.size() && j < limits.joint_range.size(); ++j)
+    limits.joint_range[j] = {arm.joints[j].range.low, arm.joints[j].range.high};
+  return limits;
+}
+
 ForceLimits lowered_to(ForceLimits limits, const device::ArmFacts& device) {
   limits.peak_n = std::min(limits.peak_n, device.peak_n.value_or(limits.peak_n));
   limits.continuous_n = std::min(limits.continuous_n, device.continuous_n.value_or(limits.continuous_n));

@@ -6,8 +6,10 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <string_view>
 
+#include "palpate/device/arm_model.h"
 #include "palpate/device/opened.h"
 
 namespace palpate::haptics {
@@ -24,12 +26,28 @@ struct ForceLimits {
   double max_backlog_s = 0.100;    // what is left of an impact's impulse this long after it ended is given up
   double most_damping_n_s_m = 2.0;  // that the passivity observer may inject; 0 switches it off
   // Corrected joint angles within which forces are rendered: the arm's stated range and a little more.
-  std::array<std::array<double, 2>, 3> joint_range{{{-1.6, 1.6}, {-1.0, 2.1}, {-1.6, 1.6}}};
+  std::array<std::array<double, 2>, device::kMostJoints> joint_range = premium_range();
+
+  static constexpr std::array<std::array<double, 2>, device::kMostJoints> any_range() {
+    std::array<std::array<double, 2>, device::kMostJoints> range{};
+    constexpr double kAny = std::numeric_limits<double>::infinity();
+    for (auto& joint : range) joint = {-kAny, kAny};
+    return range;
+  }
+  static constexpr std::array<std::array<double, 2>, device::kMostJoints> premium_range() {
+    auto range = any_range();
+    range[0] = {-1.6, 1.6};
+    range[1] = {-1.0, 2.1};
+    range[2] = {-1.6, 1.6};
+    return range;
+  }
 };
 
 // Of the arm model a rig names; a mouse moves a computed Premium 1.5. A model nobody has told us about gets
 // the weakest limits of the table.
 ForceLimits force_limits_of(std::string_view arm_model);
+// The same with the joints' ranges where the arm is a chain: those that its rows state.
+ForceLimits force_limits_of(const device::ArmModel& arm);
 
 // Those that a device states itself where they are lower.
 ForceLimits lowered_to(ForceLimits limits, const device::ArmFacts& device);

@@ -38,7 +38,7 @@ class FakeArm : public device::ArmDevice {
   // What the hand feels: motors' torques by the device's nominal arm, through the real one; World.
   Vector3 felt(const rig::ArmCalibration& c) const {
     const Vector3 theta = c.correction.apply(sample.joints);
-    return c.X_world_base.rotation * (device::phantom_jacobian(theta, c.lengths).transpose().inverse() *
+    return c.X_world_base.rotation * (device::phantom_jacobian(theta, c.model.lengths).transpose().inverse() *
                                       device::phantom_jacobian(sample.joints, {}).transpose() * force);
   }
   device::ArmSample sample;

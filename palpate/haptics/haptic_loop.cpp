@@ -35,6 +35,25 @@ HapticGuests checked(const HapticGuests& guests) {
   return guests;
 }
 
+void check_joints(const rig::ArmCalibration& arm, const device::ArmKinematics& nominal,
+                  const device::JointVector* torque_limits) {
+  const Eigen::Index joints = arm.model.joint_count();
+  const auto demand = [&](Eigen::Index there, const char* what) {
+    if (there != joints)
+      throw std::invalid_argument(fmt::format("haptic loop: the arm {} has {} joints, {} has {}",
+                                              arm.model.name, joints, what, there));
+  };
+  demand(arm.correction.gain.size(), "its gains' list");
+  demand(arm.correction.offset.size(), "its offsets' list");
+  demand(nominal.joint_count(), "its nominal kinematics");
+  if (torque_limits == nullptr) return;
+  demand(torque_limits->size(), "the list of its motors' limits");
+  if (!(torque_limits->minCoeff() > 0.0) || !torque_limits->allFinite())
+    throw std::invalid_argument(
+        fmt::format("haptic loop: a motor of the arm {} is said to give {} N m; more than 0 is expected",
+                    arm.model.name, torque_limits->minCoeff()));
+}
+
 // What read() and command() take is microseconds: a driver that waits for its device does not belong there.
 constexpr Duration kMostOfTheArm = std::chrono::milliseconds(2);
 
@@ -45,12 +64,15 @@ Duration law_bound(const HapticGuests& guests, Duration period) {
 }  // namespace
 
 HapticLoop::HapticLoop(device::ArmDevice& arm, const rig::ArmCalibration& calibration,
-                       const device::PhantomLengths& nominal, const HapticSettings& settings,
+                       const device::ArmModel& nominal, const HapticSettings& settings,
                        TripleBuffer<HapticInput>& input, TripleBuffer<scene::TipState>& output,
                        const HapticGuests& guests)
     : arm_(arm),
       calibration_(calibration),
-      nominal_(nominal),
+      kinematics_(device::make_kinematics(calibration.model)),
+      nominal_(device::make_kinematics(nominal)),
+      motors_(arm.motors()),
+      torque_limits_(motors_ == nullptr ? device::JointVector() : motors_->limits()),
       settings_(checked(settings)),
       period_(to_seconds(settings.period)),
       guests_(checked(guests)),
@@ -65,12 +87,17 @@ HapticLoop::HapticLoop(device::ArmDevice& arm, const rig::ArmCalibration& calibr
       clamp_(settings.limits, period_),
       law_watch_(law_bound(guests, settings.period), guests.clock),
       arm_watch_(kMostOfTheArm, guests.clock),
-      records_(std::make_unique<HapticRecords>()) {}
+      records_(std::make_unique<HapticRecords>()) {
+  check_joints(calibration_, *nominal_, motors_ == nullptr ? nullptr : &torque_limits_);
+  joints_ = device::JointVector::filled(kinematics_->joint_count(), 0.0);
+  // No torques until there was a pose that has some.
+  device_.J = device::TipJacobian::Zero(3, kinematics_->joint_count());
+}
 
 void HapticLoop::tick(Instant<PhysicsClock> begun) {
   SafetyInputs inputs;
   const double continuous_before = limiter_.continuous().norm();
-  const DeviceForce device_before = device_;
+  const Matrix3 M_before = device_.M;
   const device::ArmSample sample = read_arm();
   take_reading(begun, sample, inputs);
   feel_law(begun);
@@ -111,9 +138,9 @@ void HapticLoop::tick(Instant<PhysicsClock> begun) {
   // The device's force is M f. That it stays within the device's limits while M changes is the limiter's
   // room.
   const Quaternion R_base_world = calibration_.X_world_base.rotation.conjugate();
-  const double turned = ((device_.M - device_before.M) * (R_base_world * limiter_.held())).norm();
+  const double turned = ((device_.M - M_before) * (R_base_world * limiter_.held())).norm();
   const AvailableForce available{
-      .peak = heat_.allowed_n() / std::max(1.0, device_.gain),
+      .peak = std::min(heat_.allowed_n() / std::max(1.0, device_.gain), device_.most_n),
       .step = (settings_.limits.slew_n_s * period_ - turned) / std::max(1.0, device_.gain),
       .gain = guard_.gain(),
       .fading = strength.out(),
@@ -163,14 +190,20 @@ device::ArmSample HapticLoop::read_arm() {
   }
   arm_took_ = arm_watch_.took();
   if (!threw) return sample;
-  sample.joints = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());
+  sample.joints =
+      device::JointVector::filled(kinematics_->joint_count(), std::numeric_limits<double>::quiet_NaN());
   sample.connected = false;
   return sample;
 }
 
 void HapticLoop::command_arm(const Vector3& force) {
   try {
-    visit(Guest::arm, arm_watch_, [&] { arm_.command(force); });
+    visit(Guest::arm, arm_watch_, [&] {
+      if (motors_ != nullptr)
+        motors_->command(device_.torques(force, torque_limits_));
+      else
+        arm_.command(force);
+    });
   } catch (...) {
     arm_threw_ = true;
   }
@@ -241,23 +274,26 @@ Guest HapticLoop::culprit() const {
 // Where the reading makes no sense the last good tip stays, and the last way from force to device.
 void HapticLoop::take_reading(Instant<PhysicsClock> now, const device::ArmSample& sample,
                               SafetyInputs& inputs) {
-  const Vector3 theta = calibration_.correction.apply(sample.joints);
+  const bool complete = sample.joints.size() == kinematics_->joint_count();
+  const device::JointVector theta =
+      complete ? calibration_.correction.apply(sample.joints) : device::JointVector();
   inputs.connected = sample.connected;
-  inputs.reading_good = theta.allFinite() && sample.gimbal.allFinite();
+  inputs.reading_good = complete && theta.allFinite() && sample.gimbal.allFinite();
   joints_ = sample.joints;
-  note_withheld(sample.withheld);
+  if (motors_ == nullptr) note_withheld(sample.withheld);
   moved_.setZero();
   if (inputs.reading_good) {
     const Vector3 gimbal = calibration_.gimbal_gain.cwiseProduct(sample.gimbal) + calibration_.gimbal_offset;
     const Vector3 place = tip_.X_world_tip.translation;
     tip_.time = now - sample.waited;
-    tip_.X_world_tip = calibration_.X_world_base * device::phantom_pose(theta, gimbal, calibration_.lengths);
+    tip_.X_world_tip = calibration_.X_world_base * kinematics_->pose(theta, gimbal);
     if (sampled_) moved_ = tip_.X_world_tip.translation - place;
     follow_tip(now, sample);
-    const auto device = DeviceForce::at(sample.joints, nominal_, theta, calibration_.lengths);
+    const auto device = motors_ == nullptr ? DeviceForce::at(sample.joints, *nominal_, theta, *kinematics_)
+                                           : DeviceForce::through_motors(theta, *kinematics_, torque_limits_);
     if (device) device_ = *device;
     inputs.inside_workspace = device.has_value();
-    for (int i = 0; i < 3; ++i) {
+    for (int i = 0; i < kinematics_->joint_count(); ++i) {
       const auto& [low, high] = settings_.limits.joint_range[static_cast<std::size_t>(i)];
       inputs.inside_workspace = inputs.inside_workspace && theta[i] >= low && theta[i] <= high;
     }
@@ -290,7 +326,8 @@ void HapticLoop::follow_tip(Instant<PhysicsClock> now, const device::ArmSample& 
 double HapticLoop::held_share(const device::ArmSample& sample, double elapsed, bool held_up) const {
   const Vector3& told = clamp_.last();
   if (told == Vector3::Zero()) return 1.0;
-  if (!sample.held || held_up) return elapsed < to_seconds(device::kLongestHold) ? 1.0 : 0.0;
+  if (!sample.held || motors_ != nullptr || held_up)
+    return elapsed < to_seconds(device::kLongestHold) ? 1.0 : 0.0;
   const double share = sample.held->dot(told) / told.squaredNorm();
   return share >= 0.0 ? std::min(share, 1.0) : 0.0;  // what is no number counts as let go
 }

@@ -112,12 +112,12 @@ struct HapticCondition {
 
 class HapticLoop {
  public:
-  // References and guests must outlive the loop. Throws std::invalid_argument for settings that cannot be, and
-  // for a law that promises nothing.
-  HapticLoop(device::ArmDevice& arm, const rig::ArmCalibration& calibration,
-             const device::PhantomLengths& nominal, const HapticSettings& settings,
-             TripleBuffer<HapticInput>& input, TripleBuffer<scene::TipState>& output,
-             const HapticGuests& guests = {});
+  // References and guests must outlive the loop. `nominal` counts where the device takes forces. Throws
+  // std::invalid_argument for settings that cannot be, for a law that promises nothing, and for an arm that
+  // does not go with its calibration.
+  HapticLoop(device::ArmDevice& arm, const rig::ArmCalibration& calibration, const device::ArmModel& nominal,
+             const HapticSettings& settings, TripleBuffer<HapticInput>& input,
+             TripleBuffer<scene::TipState>& output, const HapticGuests& guests = {});
 
   void tick(Instant<PhysicsClock> begun);
   // By the haptic thread; ForceGuard::rearm(). A law that was switched off is on again.
@@ -175,7 +175,9 @@ class HapticLoop {
 
   device::ArmDevice& arm_;
   rig::ArmCalibration calibration_;
-  device::PhantomLengths nominal_;
+  std::unique_ptr<const device::ArmKinematics> kinematics_, nominal_;
+  device::JointMotors* motors_;  // null: the device takes forces
+  device::JointVector torque_limits_;
   HapticSettings settings_;
   double period_;
   HapticGuests guests_;
@@ -199,8 +201,8 @@ class HapticLoop {
   bool started_ = false, sampled_ = false, heard_ = false;
   Instant<PhysicsClock> last_tick_, last_fresh_sample_;
   Instant<ArmClock> last_stamp_;
-  Vector3 joints_ = Vector3::Zero(),
-          moved_ = Vector3::Zero();  // last reading; the tip's way since the tick before
+  device::JointVector joints_;       // last reading
+  Vector3 moved_ = Vector3::Zero();  // the tip's way since the tick before
   DeviceForce device_;               // at the last pose that had one
   Vector3 requested_before_ = Vector3::Zero(),
           delivered_before_ = Vector3::Zero();  // when the last impact had settled

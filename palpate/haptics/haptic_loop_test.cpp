@@ -21,7 +21,7 @@ TEST(HapticLoop, PublishesTheTipThroughTheCalibratedArm) {
   ASSERT_TRUE(bench.output.read(tip));
   const auto c = bench_calibration();
   const Vector3 theta(1.01 * 0.1, 0.99 * 0.5 + 0.02, 1.005 * 0.3 - 0.015);
-  const auto expected = c.X_world_base * device::phantom_tip(theta, c.lengths);
+  const auto expected = c.X_world_base * device::phantom_tip(theta, c.model.lengths);
   EXPECT_NEAR((tip.X_world_tip.translation - expected.m).norm(), 0.0, 1e-15);
   EXPECT_EQ(tip.time, bench.now);
   // A reading that is older says so, and the tip with it.
@@ -47,7 +47,7 @@ TEST(HapticLoop, VelocityFollowsTheArmThroughCoarseEncoders) {
     bench.output.read(tip);
     if (i < 50) continue;
     const auto place = [&](double s) {
-      return (c.X_world_base * device::phantom_tip(theta_at(s), c.lengths)).m;
+      return (c.X_world_base * device::phantom_tip(theta_at(s), c.model.lengths)).m;
     };
     const Vector3 v = (place(t + 1e-5) - place(t - 1e-5)) / 2e-5;
     worst = std::max(worst, (tip.velocity - v).norm());
@@ -218,12 +218,12 @@ double energy_after_a_stiff_wall(double most_damping) {
   HapticBench bench(settings);
   const auto c = bench_calibration();
   const Vector3 wall =
-      (c.X_world_base * device::phantom_tip(c.correction.apply({0.1, 0.5, 0.3}), c.lengths)).m;
+      (c.X_world_base * device::phantom_tip(c.correction.apply({0.1, 0.5, 0.3}), c.model.lengths)).m;
   double x = -0.02, v = 0.3;
   for (int i = 0; i < 400 && !(x < -0.02 && v < 0.0); ++i) {
     Vector3 theta;
     const Point<ArmBase> tip = c.X_world_base.inverse() * Point<World>{wall + Vector3(0.0, x, 0.0)};
-    EXPECT_TRUE(device::phantom_inverse(tip, c.lengths, theta));
+    EXPECT_TRUE(device::phantom_inverse(tip, c.model.lengths, theta));
     bench.arm.sample.joints = c.correction.undo(theta);
     bench.live();  // with the force of the tick before
     bench.message.continuous = {0.0, x > 0.0 ? -1000.0 * x : 0.0, 0.0};

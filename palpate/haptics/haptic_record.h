@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "palpate/core/broadcast_ring.h"
+#include "palpate/device/joints.h"
 #include "palpate/haptics/force_guard.h"
 #include "palpate/math/so3.h"
 #include "palpate/time/instant.h"
@@ -16,7 +17,8 @@ namespace palpate::haptics {
 
 struct HapticRecord {
   Instant<PhysicsClock> time;
-  Vector3 joints, tip, requested, commanded;  // rad; m, N in World; N in ArmBase
+  device::JointVector joints;         // rad
+  Vector3 tip, requested, commanded;  // m, N in World; N in ArmBase
   ForceFault fault = ForceFault::none;
   HapticState state = HapticState::ready;
   double speed = 0.0;  // of the tip, m/s
@@ -28,11 +30,16 @@ class HapticRecords {
   static constexpr std::size_t capacity() { return kSlots - 2; }
 
   void push(const HapticRecord& r) noexcept {
-    Packed p{
-        r.time.ns(), {}, r.speed, static_cast<std::uint32_t>(r.fault), static_cast<std::uint32_t>(r.state)};
+    Packed p;
+    p.time_ns = r.time.ns();
+    p.speed = r.speed;
+    p.fault = static_cast<std::uint8_t>(r.fault);
+    p.state = static_cast<std::uint8_t>(r.state);
+    p.joint_count = static_cast<std::uint8_t>(r.joints.size());
     double* to = p.numbers.data();
-    for (const Vector3* v : {&r.joints, &r.tip, &r.requested, &r.commanded})
+    for (const Vector3* v : {&r.tip, &r.requested, &r.commanded})
       for (int i = 0; i < 3; ++i) *to++ = (*v)[i];
+    for (const double angle : r.joints) *to++ = angle;
     ring_.push(p);
   }
   std::uint64_t count() const noexcept { return ring_.count(); }
@@ -42,10 +49,10 @@ class HapticRecords {
     if (!ring_.read(k, p)) return std::nullopt;
     const auto at = [&p](std::size_t i) { return Vector3(p.numbers[i], p.numbers[i + 1], p.numbers[i + 2]); };
     return HapticRecord{{Duration(p.time_ns)},
+                        Eigen::Map<const Eigen::VectorXd>(p.numbers.data() + 9, p.joint_count),
                         at(0),
                         at(3),
                         at(6),
-                        at(9),
                         static_cast<ForceFault>(p.fault),
                         static_cast<HapticState>(p.state),
                         p.speed};
@@ -54,9 +61,10 @@ class HapticRecords {
  private:
   struct Packed {
     std::int64_t time_ns = 0;
-    std::array<double, 12> numbers{};
+    std::array<double, 9 + device::kMostJoints> numbers{};
     double speed = 0.0;
-    std::uint32_t fault = 0, state = 0;
+    std::uint8_t fault = 0, state = 0, joint_count = 0;
+    std::array<std::uint8_t, 5> unused{};
   };
   static constexpr std::size_t kSlots = 8192;
   BroadcastRing<Packed, kSlots> ring_;

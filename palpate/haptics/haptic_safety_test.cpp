@@ -120,7 +120,7 @@ TEST(HapticSafety, APoseThatIsNoNumberFadesTheForceAndKeepsTheLastTip) {
     for (const bool gimbal : {false, true}) {
       PushedHand hand;
       const Vector3 tip = hand.loop.tip().X_world_tip.translation;
-      (gimbal ? hand.arm.sample.gimbal : hand.arm.sample.joints)[1] = bad;
+      (gimbal ? hand.arm.sample.gimbal[1] : hand.arm.sample.joints[1]) = bad;
       const Fall fall = watch(hand, [&] { hand.live(); });
       EXPECT_EQ(fall.first_less, 1);
       EXPECT_GT(fall.gone, 0);

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <limits>
+
 #include "palpate/core/csv.h"
 #include "palpate/core/file.h"
 #include "palpate/time/real_time.h"
@@ -10,18 +13,23 @@ namespace palpate::haptics {
 namespace {
 
 constexpr auto kLook = std::chrono::milliseconds(20);
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr auto kAfter = std::chrono::milliseconds(500);
 
-void put(std::vector<std::string>& row, const Vector3& v) {
-  for (int i = 0; i < 3; ++i) row.push_back(number_text(v[i]));
+template <typename Numbers>
+void put(std::vector<std::string>& row, const Numbers& v) {
+  for (const double number : v) row.push_back(number_text(number));
 }
 
 }  // namespace
 
 std::string trip_csv(const HapticCondition& trip, const std::vector<HapticRecord>& records) {
-  CsvWriter csv({"time_s", "state", "fault", "tip_x_m", "tip_y_m", "tip_z_m", "tip_speed_m_s", "asked_x_n",
-                 "asked_y_n", "asked_z_n", "commanded_x_n", "commanded_y_n", "commanded_z_n", "reading_1_rad",
-                 "reading_2_rad", "reading_3_rad"});
+  std::vector<std::string> columns{"time_s",        "state",         "fault",        "tip_x_m",   "tip_y_m",
+                                   "tip_z_m",       "tip_speed_m_s", "asked_x_n",    "asked_y_n", "asked_z_n",
+                                   "commanded_x_n", "commanded_y_n", "commanded_z_n"};
+  const Eigen::Index joints = records.empty() ? 3 : records.back().joints.size();
+  for (Eigen::Index j = 1; j <= joints; ++j) columns.push_back(fmt::format("reading_{}_rad", j));
+  CsvWriter csv(columns);
   for (const auto& record : records) {
     std::vector<std::string> row{fmt::format("{:.6f}", record.time.seconds()),
                                  std::string(name_of(record.state)), std::string(name_of(record.fault))};
@@ -29,7 +37,10 @@ std::string trip_csv(const HapticCondition& trip, const std::vector<HapticRecord
     row.push_back(number_text(record.speed));
     put(row, record.requested);
     put(row, record.commanded);
-    put(row, record.joints);
+    device::JointVector readings = device::JointVector::filled(joints, kNone);
+    const Eigen::Index read = std::min(joints, record.joints.size());
+    readings.head(read) = record.joints.head(read);
+    put(row, readings);
     csv.row(row);
   }
   return fmt::format("# tripped: {} in tick {}; tip and asked in World, commanded in ArmBase\n{}",

@@ -28,7 +28,7 @@ Rig desk_rig(const device::CharucoBoard& board, double width, double length) {
   Rig rig;
   rig.name = "desk";
   rig.arm.emplace();
-  rig.arm->model = kMouseArm;
+  rig.arm->model.name = kMouseArm;
   rig.arm->X_world_base = {Quaternion::Identity(), kArmBase};
   rig.arm->from.method = "none: it is computed";
   const Vector3 across(width, 0.0, 0.0), away(0.0, 0.0, -length), up(0.0, kWallHeight, 0.0);

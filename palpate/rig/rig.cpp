@@ -6,6 +6,8 @@
 #include "palpate/core/file.h"
 #include "palpate/core/toml.h"
 #include "palpate/core/units.h"
+#include "palpate/device/arm_kinematics.h"
+#include "palpate/device/arm_model_file.h"
 #include "palpate/rig/file_mixup.h"
 #include "palpate/rig/internal/rig_picture.h"
 
@@ -13,7 +15,7 @@ namespace palpate::rig {
 namespace {
 
 constexpr int kVersion = 1;
-constexpr std::size_t kArmUnknowns = 15, kLensUnknowns = 9, kSurfaceUnknowns = 8;
+constexpr std::size_t kLensUnknowns = 9, kSurfaceUnknowns = 8;
 constexpr NumberRange kLensFocus{1.0, 1e6}, kGain{0.5, 2.0}, kAngleDeg{-720.0, 720.0}, kPlaceMm{-1e5, 1e5},
     kLengthMm{1.0, 1e5};
 
@@ -99,22 +101,49 @@ std::optional<PivotCalibration> pivot_of(const TomlTable& table) {
   return pivot;
 }
 
+device::JointVector joints_of(const TomlTable& table, std::string_view key, Eigen::Index joints, double unit,
+                              NumberRange range) {
+  const auto v = table.numbers(key, static_cast<std::size_t>(joints), range);
+  device::JointVector list = device::JointVector::filled(joints, 0.0);
+  for (Eigen::Index j = 0; j < joints; ++j) list[j] = unit * v[static_cast<std::size_t>(j)];
+  return list;
+}
+
+// Of [nominal_arm] or [arm]: a PHANToM's lengths, or a chain (type = "dh").
+device::ArmModel arm_model_of(const TomlTable& table, std::string_view name_key) {
+  device::ArmModel model;
+  table.expect("type");
+  if (table.has("type") && table.choice("type", {"dh", "phantom"}) == "dh") {
+    model.name = table.text(name_key);
+    device::read_dh_chain(table, model);
+    if (table.has("lengths_mm"))
+      table.complain("lengths_mm", "is a PHANToM's; this arm is a chain (type), which has joint tables");
+    if (const auto fine = device::check_runnable(model); !fine) table.complain("joint", fine.error().message);
+    return table.has("joint") && device::check_runnable(model) ? model : device::ArmModel{};
+  }
+  if (table.has("joint")) table.complain("joint", "belongs to a chain; type = \"dh\" is expected beside it");
+  const auto lengths = table.numbers<2>("lengths_mm", kLengthMm);
+  model.lengths = {kMm * lengths[0], kMm * lengths[1]};
+  return model;
+}
+
 std::optional<ArmCalibration> arm_of(const TomlTable& table) {
   if (!table.exists()) return std::nullopt;
   ArmCalibration arm;
-  arm.model = table.text("model");
-  const auto lengths = table.numbers<2>("lengths_mm", kLengthMm);
-  arm.lengths = {kMm * lengths[0], kMm * lengths[1]};
-  arm.correction.gain = vector_of(table, "gains", 1.0, kGain);
-  arm.correction.offset = vector_of(table, "offsets_deg", 1.0 / kDegreesPerRadian, kAngleDeg);
+  const std::string name = table.text("model");
+  arm.model = arm_model_of(table, "model");
+  arm.model.name = name;
+  const Eigen::Index joints = arm.model.joint_count();
+  arm.correction.gain = joints_of(table, "gains", joints, 1.0, kGain);
+  arm.correction.offset = joints_of(table, "offsets_deg", joints, 1.0 / kDegreesPerRadian, kAngleDeg);
   const auto base = table.table("base");
   arm.X_world_base = {rotation_of(base, "rotation_qwxyz"), vector_of(base, "translation_mm", kMm, kPlaceMm)};
   arm.tip_in_marker = vector_of(table, "tip_mm", kMm, kPlaceMm);
   arm.R_tip_marker = rotation_of(table, "marker_in_tip_qwxyz");
   arm.gimbal_gain = vector_of(table, "gimbal_gains", 1.0, kGain);
   arm.gimbal_offset = vector_of(table, "gimbal_offsets_deg", 1.0 / kDegreesPerRadian, kAngleDeg);
-  arm.covariance = optional_covariance_of(table, "covariance_si", kArmUnknowns);
-  arm.rest_readings = vector_of(table, "rest_readings_deg", 1.0 / kDegreesPerRadian, kAngleDeg);
+  arm.covariance = optional_covariance_of(table, "covariance_si", covariance_order(arm.model).size());
+  arm.rest_readings = joints_of(table, "rest_readings_deg", joints, 1.0 / kDegreesPerRadian, kAngleDeg);
   arm.held_out_mean = kMm * table.number_or("held_out_mean_mm", 0.0, kNotNegative);
   arm.from = provenance_of(table);
   return arm;
@@ -203,6 +232,7 @@ std::string rows(const Eigen::MatrixXd& m, double unit = 1.0) {
 class Writer {
  public:
   void comment(std::string_view text) { text_ += fmt::format("# {}\n", text); }
+  void lines(std::string_view text) { text_ += text; }
   void section(std::string_view name) { text_ += fmt::format("\n[{}]\n", name); }
   void item(std::string_view name) { text_ += fmt::format("\n[[{}]]\n", name); }
   void put(std::string_view key, const std::string& value) { text_ += fmt::format("{} = {}\n", key, value); }
@@ -239,10 +269,27 @@ void write_pivot(Writer& w, const char* name, const std::optional<PivotCalibrati
   w.provenance(pivot->from);
 }
 
+// What tells the kinematics, without a chain's joint tables.
+void write_arm_model(Writer& w, const device::ArmModel& model) {
+  if (model.kind == device::ArmModel::Kind::phantom) {
+    w.put("lengths_mm", list(Eigen::Vector2d(model.lengths.l1, model.lengths.l2), kMillimetresPerMetre));
+    return;
+  }
+  w.text("type", "dh");
+  w.lines(device::tool_text(model));
+}
+
+void write_nominal_arm(Writer& w, const device::ArmModel& model) {
+  w.section("nominal_arm");
+  if (model.kind == device::ArmModel::Kind::dh) w.text("name", model.name);
+  write_arm_model(w, model);
+  w.lines(device::dh_joints_text(model, "nominal_arm.joint"));
+}
+
 void write_arm(Writer& w, const ArmCalibration& arm) {
   w.section("arm");
-  w.text("model", arm.model);
-  w.put("lengths_mm", list(Eigen::Vector2d(arm.lengths.l1, arm.lengths.l2), kMillimetresPerMetre));
+  w.text("model", arm.model.name);
+  write_arm_model(w, arm.model);
   w.put("gains", list(arm.correction.gain));
   w.put("offsets_deg", list(arm.correction.offset, kDegreesPerRadian));
   w.put("tip_mm", list(arm.tip_in_marker, kMillimetresPerMetre));
@@ -253,11 +300,14 @@ void write_arm(Writer& w, const ArmCalibration& arm) {
   w.put("rest_readings_deg", list(arm.rest_readings, kDegreesPerRadian));
   w.number("held_out_mean_mm", kMillimetresPerMetre * arm.held_out_mean);
   w.provenance(arm.from);
-  w.comment("Order: gains 3, offsets 3 (rad), base rotation 3 (rad), base translation 3 (m), tip 3 (m).");
+  w.comment(fmt::format(
+      "Order: gains {0}, offsets {0} (rad), base rotation 3 (rad), base translation 3 (m), tip 3 (m){1}.",
+      arm.model.joint_count(), arm.model.kind == device::ArmModel::Kind::dh ? ", tool 3 (m)" : ""));
   w.covariance("covariance_si", arm.covariance);
   w.section("arm.base");
   w.put("rotation_qwxyz", list(arm.X_world_base.rotation));
   w.put("translation_mm", list(arm.X_world_base.translation, kMillimetresPerMetre));
+  w.lines(device::dh_joints_text(arm.model, "arm.joint"));
 }
 
 void write_camera(Writer& w, std::string_view section, const CameraCalibration& camera) {
@@ -295,16 +345,18 @@ Expected<Rig> parse_rig(std::string_view content, const std::string& source) {
     file->complain("rig_version", fmt::format("is {}, this program reads {}", version, kVersion));
   rig.name = file->text_or("name", rig.name);
   const auto nominal = file->table("nominal_arm");
-  if (nominal.exists()) {
-    const auto lengths = nominal.numbers<2>("lengths_mm", kLengthMm);
-    rig.nominal_lengths = {kMm * lengths[0], kMm * lengths[1]};
-  }
+  if (nominal.exists()) rig.nominal_arm = arm_model_of(nominal, "name");
   rig.tip_marker_leds = leds_of(file->table("tip_marker"));
   rig.camera_marker_leds = leds_of(file->table("camera_marker"));
   rig.pointer_leds = leds_of(file->table("pointer"));
   rig.tip_pivot = pivot_of(file->table("tip_pivot"));
   rig.pointer_pivot = pivot_of(file->table("pointer_pivot"));
   rig.arm = arm_of(file->table("arm"));
+  if (rig.arm && !nominal.exists() && rig.arm->model.kind == device::ArmModel::Kind::dh)
+    rig.nominal_arm = rig.arm->model;
+  if (rig.arm && rig.arm->model.joint_count() != rig.nominal_arm.joint_count())
+    file->complain("arm", fmt::format("has {} joints, nominal_arm has {}; the same arm is expected",
+                                      rig.arm->model.joint_count(), rig.nominal_arm.joint_count()));
   rig.camera = camera_of(file->table("camera"));
   rig.hand_eye = hand_eye_of(file->table("hand_eye"));
   rig.right_camera = camera_of(file->table("right_camera"));
@@ -349,9 +401,7 @@ std::string rig_text(const Rig& rig) {
   w.comment("Covariances named _si are in rad and m; rotations are perturbed from the left.");
   w.put("rig_version", std::to_string(kVersion));
   w.text("name", rig.name);
-  w.section("nominal_arm");
-  w.put("lengths_mm",
-        list(Eigen::Vector2d(rig.nominal_lengths.l1, rig.nominal_lengths.l2), kMillimetresPerMetre));
+  write_nominal_arm(w, rig.nominal_arm);
   write_leds(w, "tip_marker", rig.tip_marker_leds);
   write_leds(w, "camera_marker", rig.camera_marker_leds);
   write_leds(w, "pointer", rig.pointer_leds);

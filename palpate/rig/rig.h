@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "palpate/core/expected.h"
+#include "palpate/device/arm_model.h"
 #include "palpate/device/camera_model.h"
 #include "palpate/device/charuco_board.h"
 #include "palpate/device/light.h"
-#include "palpate/device/phantom.h"
 #include "palpate/math/pose.h"
 #include "palpate/time/instant.h"
 
@@ -36,8 +36,7 @@ struct PivotCalibration {                   // of a rigid body with a tip: TipMa
 };
 
 struct ArmCalibration {
-  std::string model = "phantom-premium-1.5";
-  device::PhantomLengths lengths;
+  device::ArmModel model;  // its name, and its kinematics as calibrated
   device::JointCorrection correction;
   Pose<World, ArmBase> X_world_base;
   Vector3 tip_in_marker = Vector3::Zero();  // as the joint solve sees it
@@ -45,15 +44,19 @@ struct ArmCalibration {
   Quaternion R_tip_marker = Quaternion::Identity();
   Vector3 gimbal_gain = Vector3::Ones();
   Vector3 gimbal_offset = Vector3::Zero();
-  // Standard deviations and covariance in the order gains 3, offsets 3, base rotation 3 (rad), base
-  // translation 3 (m), tip 3 (m); 15 x 15, zero where fixed, empty where unknown.
+  // In the order of covariance_order(): gains and offsets of all joints, base rotation 3 (rad), base
+  // translation 3 (m), tip 3 (m), of a chain its tool 3 (m); 15 x 15 of a PHANToM, zero where fixed, empty
+  // where unknown.
   Eigen::MatrixXd covariance;
   // Encoder readings with the arm in its rest (reset) position at calibration: a later start whose rest
   // readings differ has lost its encoder zero.
-  Vector3 rest_readings = Vector3::Zero();
+  device::JointVector rest_readings = device::JointVector::filled(3, 0.0);
   double held_out_mean = 0.0;  // m
   Provenance from;
 };
+
+// The rows of ArmCalibration::covariance, as the calibration names what it estimates: "gain_1", "tip_x".
+std::vector<std::string> covariance_order(const device::ArmModel& model);
 
 struct CameraCalibration {
   device::CameraModel model;
@@ -126,7 +129,7 @@ inline constexpr const char* kMouseArm = "mouse";
 
 struct Rig {
   std::string name = "rig";
-  device::PhantomLengths nominal_lengths;
+  device::ArmModel nominal_arm;  // as its maker describes it; its name counts for a chain
   std::vector<Vector3> tip_marker_leds, camera_marker_leds, pointer_leds;  // m, marker frames
   std::optional<PivotCalibration> tip_pivot, pointer_pivot;
   std::optional<ArmCalibration> arm;
@@ -172,7 +175,7 @@ Rig right_eye_rig(const Rig& rig);
 // By how much the arm's rest readings differ from those at calibration, rad. The encoders count from wherever
 // the arm stood when it was switched on: a change means that the zero, and with it the calibration, has
 // moved.
-Vector3 rest_change(const ArmCalibration& arm, const Vector3& rest_readings);
+device::JointVector rest_change(const ArmCalibration& arm, const device::JointVector& rest_readings);
 // A hand puts an arm back into its rest position to a few tenths of a degree.
 inline constexpr double kRestTolerance = 0.0087;  // rad, half a degree
 

@@ -40,7 +40,21 @@ Rig right_eye_rig(const Rig& rig) {
   return right;
 }
 
-Vector3 rest_change(const ArmCalibration& arm, const Vector3& rest_readings) {
+std::vector<std::string> covariance_order(const device::ArmModel& model) {
+  std::vector<std::string> order;
+  for (const char* stem : {"gain_", "offset_"})
+    for (Eigen::Index j = 1; j <= model.joint_count(); ++j) order.push_back(stem + std::to_string(j));
+  const auto axes = [&](const std::string& stem) {
+    for (const char axis : {'x', 'y', 'z'}) order.push_back(stem + axis);
+  };
+  axes("base_rotation_");
+  axes("base_translation_");
+  axes("tip_");
+  if (model.kind == device::ArmModel::Kind::dh) axes("tool_");
+  return order;
+}
+
+device::JointVector rest_change(const ArmCalibration& arm, const device::JointVector& rest_readings) {
   return rest_readings - arm.rest_readings;
 }
 

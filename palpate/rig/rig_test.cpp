@@ -26,13 +26,13 @@ Rig full_rig() {
   Random random(1, "rig");
   Rig rig;
   rig.name = "bench \"two\"";
-  rig.nominal_lengths = {0.2159, 0.17};
+  rig.nominal_arm.lengths = {0.2159, 0.17};
   for (auto* leds : {&rig.tip_marker_leds, &rig.camera_marker_leds, &rig.pointer_leds})
     for (int i = 0; i < 4; ++i) leds->push_back(vector(random));
   rig.tip_pivot = PivotCalibration{vector(random), covariance(random, 3), provenance("algebraic")};
   rig.pointer_pivot = PivotCalibration{vector(random), covariance(random, 3), provenance("robust")};
   ArmCalibration arm;
-  arm.lengths = {0.21, 0.1699999999};
+  arm.model.lengths = {0.21, 0.1699999999};
   arm.correction = {Vector3(1.01, 0.99, 1.0 / 0.97), vector(random)};
   arm.X_world_base = {rotation(random), vector(random)};
   arm.tip_in_marker = vector(random);
@@ -84,13 +84,13 @@ std::vector<double> numbers(const Rig& rig) {
   };
   const auto add_pose = [&](const auto& X) { add(X.rotation.coeffs()), add(X.translation); };
   const auto add_from = [&](const Provenance& from) { all.push_back(from.rms_mm); };
-  add(Eigen::Vector2d(rig.nominal_lengths.l1, rig.nominal_lengths.l2));
+  add(Eigen::Vector2d(rig.nominal_arm.lengths.l1, rig.nominal_arm.lengths.l2));
   for (const auto* leds : {&rig.tip_marker_leds, &rig.camera_marker_leds, &rig.pointer_leds})
     for (const auto& led : *leds) add(led);
   for (const auto* pivot : {&rig.tip_pivot, &rig.pointer_pivot})
     if (*pivot) add((*pivot)->tip_in_marker), add((*pivot)->covariance), add_from((*pivot)->from);
   if (const auto& arm = rig.arm) {
-    add(Eigen::Vector2d(arm->lengths.l1, arm->lengths.l2)), add(arm->correction.gain),
+    add(Eigen::Vector2d(arm->model.lengths.l1, arm->model.lengths.l2)), add(arm->correction.gain),
         add(arm->correction.offset);
     add_pose(arm->X_world_base), add(arm->tip_in_marker), add(arm->R_tip_marker.coeffs()),
         add(arm->gimbal_gain);
@@ -232,6 +232,82 @@ TEST(Rig, AChangedEncoderResetShows) {
   arm.rest_readings = Vector3(0.001, -0.002, 0.0);
   EXPECT_LT(rest_change(arm, Vector3(0.003, -0.001, 0.001)).cwiseAbs().maxCoeff(), kRestTolerance);
   EXPECT_GT(rest_change(arm, Vector3(0.001, 0.4, 0.0)).cwiseAbs().maxCoeff(), kRestTolerance);
+}
+
+Rig chain_rig() {
+  Rig rig = full_rig();
+  Random random(2, "rig/chain");
+  auto& model = rig.arm->model;
+  model = {.kind = device::ArmModel::Kind::dh, .name = "six \"axes\""};
+  for (int j = 0; j < 6; ++j)
+    model.joints.push_back({0.1 * random.normal(), random.normal(), 0.1 * random.normal(), random.normal()});
+  model.joints[1].range = {-1.25, 0.75};
+  model.tool = vector(random);
+  model.tool_known = true;
+  model.tool_turn = rotation(random);
+  rig.nominal_arm = model;
+  rig.nominal_arm.joints[0].a += 0.001;
+  rig.arm->correction = {Eigen::VectorXd::Constant(6, 1.01), Eigen::VectorXd::LinSpaced(6, -0.1, 0.2)};
+  rig.arm->rest_readings = Eigen::VectorXd::LinSpaced(6, 0.1, 0.6);
+  rig.arm->covariance = covariance(random, 24);
+  return rig;
+}
+
+std::vector<double> chain_numbers(const device::ArmModel& model) {
+  std::vector<double> all;
+  for (const auto& row : model.joints)
+    for (const double number :
+         {row.a, row.alpha, row.d, row.theta_offset, row.range.known() ? row.range.low : -99.0,
+          row.range.known() ? row.range.high : 99.0})
+      all.push_back(number);
+  for (int i = 0; i < 3; ++i) all.push_back(model.tool[i]);
+  for (int i = 0; i < 4; ++i) all.push_back(model.tool_turn.coeffs()[i]);
+  return all;
+}
+
+TEST(Rig, AChainOfJointsIsReadAsItWasWritten) {
+  const Rig rig = chain_rig();
+  const std::string text = rig_text(rig);
+  const auto again = parse_rig(text, "rig.toml");
+  ASSERT_TRUE(again) << again.error().message;
+  expect_same(rig, *again);
+  for (const auto& [a, b] :
+       {std::pair{rig.arm->model, again->arm->model}, {rig.nominal_arm, again->nominal_arm}}) {
+    EXPECT_EQ(b.kind, device::ArmModel::Kind::dh);
+    EXPECT_EQ(a.name, b.name);
+    const auto x = chain_numbers(a), y = chain_numbers(b);
+    ASSERT_EQ(x.size(), y.size());
+    for (std::size_t i = 0; i < x.size(); ++i) EXPECT_NEAR(x[i], y[i], 1e-12 * (1.0 + std::abs(x[i])));
+  }
+  // The file of a PHANToM has no word of chains.
+  EXPECT_EQ(rig_text(full_rig()).find("joint]]"), std::string::npos);
+  EXPECT_EQ(rig_text(full_rig()).find("type"), std::string::npos);
+}
+
+TEST(Rig, ChainsThatCannotBeAreRefused) {
+  const std::string good = rig_text(chain_rig());
+  const auto changed = [&](const std::string& from, const std::string& to) {
+    std::string text = good;
+    const auto at = text.rfind(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return complaint(text.replace(at, from.size(), to));
+  };
+  EXPECT_NE(changed("type = \"dh\"", "type = \"delta\"").find("type"), std::string::npos);
+  EXPECT_NE(changed("type = \"dh\"", "").find("belongs to a chain"), std::string::npos);
+  EXPECT_NE(changed("type = \"dh\"", "type = \"dh\"\nlengths_mm = [200, 200]").find("is a PHANToM's"),
+            std::string::npos);
+  EXPECT_NE(changed("[[arm.joint]]", "[[arm.joint]]\nb_mm = 1").find("b_mm"), std::string::npos);
+  EXPECT_NE(changed("[[arm.joint]]\n", "[[arm.joint]]\nrange_deg = [10, -10]\n").find("range_deg"),
+            std::string::npos);
+  const std::string one_more = "\n[[arm.joint]]\na_mm = 1\nalpha_deg = 0\nd_mm = 1\n";
+  EXPECT_NE(complaint(good + one_more).find("gains"), std::string::npos);
+  EXPECT_NE(complaint(good + one_more + one_more + one_more).find("9 joints"), std::string::npos);
+  Rig mixed = chain_rig();
+  mixed.nominal_arm = {};
+  EXPECT_NE(complaint(rig_text(mixed)).find("has 6 joints, nominal_arm has 3"), std::string::npos);
+  mixed = chain_rig();
+  mixed.arm->covariance = Eigen::MatrixXd::Identity(15, 15);
+  EXPECT_NE(complaint(rig_text(mixed)).find("covariance_si"), std::string::npos);
 }
 
 TEST(Rig, OfOneCameraHasOneEyeAndNoLight) {

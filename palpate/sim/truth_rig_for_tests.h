@@ -22,7 +22,7 @@ inline rig::Rig truth_rig(const Simulator& world) {
   const auto& truth = world.truth();
   rig::Rig rig;
   rig.arm.emplace();
-  rig.arm->lengths = truth.lengths;
+  rig.arm->model.lengths = truth.lengths;
   rig.arm->correction = truth.joints;
   rig.arm->X_world_base = truth.X_world_base;
   rig.arm->tip_in_marker = truth.tip_in_marker;

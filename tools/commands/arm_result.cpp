@@ -110,11 +110,9 @@ void put_map(Json& json, const calibration::PredictedErrorMap& map) {
                                  {"map", places}};
 }
 
-// The rig's order: gains, offsets, base rotation, base translation, tip; zero where fixed.
+// In the rig's order, zero where fixed.
 Eigen::MatrixXd rig_covariance(const Estimate<calibration::ArmSolution>& estimate) {
-  std::vector<std::string> order{"gain_1", "gain_2", "gain_3", "offset_1", "offset_2", "offset_3"};
-  for (const char* stem : {"base_rotation_", "base_translation_", "tip_"})
-    for (const char axis : {'x', 'y', 'z'}) order.push_back(std::string(stem) + axis);
+  const std::vector<std::string> order = rig::covariance_order(estimate.value.model);
   const auto& names = estimate.value.parameters;
   const auto place = [&](std::size_t i) {
     return std::find(names.begin(), names.end(), order[i]) - names.begin();
@@ -134,10 +132,13 @@ Eigen::MatrixXd rig_covariance(const Estimate<calibration::ArmSolution>& estimat
 
 void put_into(rig::Rig& rig, const ArmFindings& found, rig::Provenance from) {
   const calibration::ArmSolution& arm = found.estimate.value;
-  rig::ArmCalibration result =
-      rig.arm.value_or(rig::ArmCalibration{});  // keeps what is fitted beside the arm
-  result.model = arm.model.name;
-  result.lengths = arm.model.lengths;
+  const bool chain = arm.model.kind == device::ArmModel::Kind::dh;
+  const bool same_arm = rig.arm && rig.arm->model.kind == arm.model.kind &&
+                        rig.arm->model.joint_count() == arm.model.joint_count();
+  rig::ArmCalibration result = same_arm ? *rig.arm : rig::ArmCalibration{};
+  if (!same_arm) result.rest_readings = device::JointVector::filled(arm.model.joint_count(), 0.0);
+  if (chain || rig.nominal_arm.kind != arm.model.kind) rig.nominal_arm = found.nominal;
+  result.model = arm.model;
   result.correction = {arm.gain, arm.offset};
   result.X_world_base = arm.X_world_base;
   result.tip_in_marker = arm.tip_in_marker;

@@ -12,6 +12,7 @@ namespace palpate::tools::commands {
 // What was found, and by what.
 struct ArmFindings {
   std::string method, free;
+  const device::ArmModel& nominal;  // the arm as its maker describes it
   const device::ArmSampleFile& samples;
   const Estimate<calibration::ArmSolution>& estimate;
   std::optional<Estimate<calibration::GimbalSolution>> gimbal;
@@ -25,7 +26,8 @@ struct ArmFindings {
 Json arm_json(const ArmFindings& found);
 std::vector<std::string> arm_summary(const ArmFindings& found, const Json& json);
 
-// Into the rig's arm, what is fitted beside it kept.
+// Into the rig's arm, what is fitted beside it kept where that is the same arm. A chain is the rig's nominal
+// arm, too.
 void put_into(rig::Rig& rig, const ArmFindings& found, rig::Provenance from);
 
 }  // namespace palpate::tools::commands

@@ -39,7 +39,7 @@ void add_calibrate_all(CLI::App& calibrate) {
       if (!read) return tl::unexpected(read.error());
       rig = *read;
     }
-    rig.nominal_lengths = {file.arm.lengths[0], file.arm.lengths[1]};
+    rig.nominal_arm.lengths = {file.arm.lengths[0], file.arm.lengths[1]};
     rig.tip_marker_leds = file.tip_marker.leds;
     rig.camera_marker_leds = file.camera_marker.leds;
     rig.pointer_leds = file.pointer.leds;

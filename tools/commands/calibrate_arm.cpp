@@ -5,6 +5,7 @@
 #include "palpate/calibration/arm_motion.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
+#include "palpate/device/arm_kinematics.h"
 #include "palpate/device/repeats.h"
 #include "tools/commands/arm_result.h"
 #include "tools/commands/command.h"
@@ -107,153 +108,207 @@ Expected<Unseen> judge(const ArmArguments& options, const std::vector<device::Ar
   return unseen;
 }
 
-Expected<void> run_arm(const ArmArguments& options) {
-  const auto rig = start_rig(options.result);
-  if (!rig) return tl::unexpected(rig.error());
+bool goes_into_a_rig(const ArmArguments& options) {
+  return !(options.result.rig.empty() && options.result.out.empty());
+}
+
+Expected<device::ArmModel> nominal_arm(const ArmArguments& options, const rig::Rig& rig) {
   if (options.arm.empty() && options.result.rig.empty())
     return wrong_use(
         "--arm is required (phantom-premium-1.5 or a file), or a rig file that knows the arm (--rig)");
-  auto model = device::read_arm_model(options.arm.empty() ? device::ArmModel{}.name : options.arm);
+  if (options.arm.empty()) return rig.nominal_arm;
+  auto model = device::read_arm_model(options.arm);
+  if (!model) return model;
+  if (goes_into_a_rig(options))
+    if (auto fine = device::check_runnable(*model); !fine) return tl::unexpected(fine.error());
+  return model;
+}
+
+// The samples, and what is asked of them.
+struct ArmTask {
+  device::ArmModel model;  // as its maker describes it
+  device::ArmSampleFile file;
+  std::size_t repeats = 0;
+  bool markers = false, has_gimbal = false, wants_gimbal = false;
+  calibration::ArmOptions how;
+  std::optional<calibration::ArmChoice> choice;
+
+  const std::vector<device::ArmObservation>& samples() const { return file.observations; }
+  bool joint() const { return how.method == calibration::ArmMethod::joint; }
+  Error of_the_file(const Error& error) const { return {error.kind, file.source + ": " + error.message}; }
+};
+
+calibration::ArmMethod method_of(const std::string& name) {
+  return name == "one-pass"      ? calibration::ArmMethod::one_pass
+         : name == "alternating" ? calibration::ArmMethod::alternating
+         : name == "eq7"         ? calibration::ArmMethod::eq7
+                                 : calibration::ArmMethod::joint;
+}
+
+// What --free asks to be estimated.
+Expected<void> choose_free(const std::string& asked, const std::string& method, ArmTask& task) {
+  calibration::ArmFree& free = task.how.free;
+  if (asked.empty()) {
+    free.lengths = task.model.kind == device::ArmModel::Kind::phantom;
+    free.tip = task.markers && task.joint();
+    free.delay = task.joint() && calibration::taken_in_motion(task.samples());
+    return {};
+  }
+  if (asked == "auto") {
+    free.tip = task.markers && task.joint();
+    if (!task.joint()) return wrong_use("--free auto: chooses for the joint method, not for {}", method);
+    auto chosen = calibration::choose_free(task.samples(), task.model, task.how);
+    if (!chosen) return refused("{}: {}", task.file.source, chosen.error().message);
+    free = chosen->free;
+    task.choice = std::move(*chosen);
+    return {};
+  }
+  const auto list = parse_free(asked);
+  if (!list) return tl::unexpected(list.error());
+  free = list->arm;
+  task.wants_gimbal = list->gimbal;
+  if (task.wants_gimbal && !task.has_gimbal)
+    return wrong_use(
+        "--free gimbal: needs gimbal angles (gimbal_1_deg ...) and marker poses of a PHANToM in every row "
+        "of {}",
+        task.file.source);
+  if (free.tip && !task.markers)
+    return wrong_use("--free tip: needs marker poses (marker_x_mm ... marker_qz), {} has none",
+                     task.file.source);
+  return {};
+}
+
+Expected<ArmTask> task_of(const ArmArguments& options, const rig::Rig& rig) {
+  auto model = nominal_arm(options, rig);
   if (!model) return tl::unexpected(model.error());
-  if (options.arm.empty()) model->lengths = rig->nominal_lengths;
-  if (model->kind == device::ArmModel::Kind::dh &&
-      !(options.result.rig.empty() && options.result.out.empty()))
-    return wrong_use("{}: a rig file holds arms of the PHANToM kind only; use --json", model->name);
   auto file = device::read_arm_samples(options.samples);
   if (!file) return tl::unexpected(file.error());
-  const std::size_t repeats = device::drop_repeats(file->observations, reading_of_sample);
-  const auto& samples = file->observations;
-  const bool markers =
-      std::all_of(samples.begin(), samples.end(), [](const auto& s) { return s.marker.has_value(); });
-
-  const bool has_gimbal =
-      markers && model->kind == device::ArmModel::Kind::phantom &&
-      std::all_of(samples.begin(), samples.end(), [](const auto& s) { return s.gimbal.has_value(); });
-  bool wants_gimbal = has_gimbal;
-
-  calibration::ArmOptions how;
-  how.method = options.method == "one-pass"      ? calibration::ArmMethod::one_pass
-               : options.method == "alternating" ? calibration::ArmMethod::alternating
-               : options.method == "eq7"         ? calibration::ArmMethod::eq7
-                                                 : calibration::ArmMethod::joint;
+  ArmTask task{.model = std::move(*model), .file = std::move(*file), .how = {}, .choice = {}};
+  task.repeats = device::drop_repeats(task.file.observations, reading_of_sample);
+  const auto all = [&](const auto& has) {
+    return std::all_of(task.samples().begin(), task.samples().end(), has);
+  };
+  task.markers = all([](const auto& s) { return s.marker.has_value(); });
+  task.has_gimbal = task.markers && task.model.kind == device::ArmModel::Kind::phantom &&
+                    all([](const auto& s) { return s.gimbal.has_value(); });
+  task.wants_gimbal = task.has_gimbal;
+  task.how.method = method_of(options.method);
   if (!options.tip_mm.empty())
-    how.tip = Vector3(options.tip_mm[0], options.tip_mm[1], options.tip_mm[2]) / kMm;
-  if (!how.tip && rig->tip_pivot) how.tip = rig->tip_pivot->tip_in_marker;
-  std::optional<calibration::ArmChoice> choice;
-  const bool joint = how.method == calibration::ArmMethod::joint;
-  if (options.free.empty()) {
-    how.free.lengths = model->kind == device::ArmModel::Kind::phantom;
-    how.free.tip = markers && joint;
-    how.free.delay = joint && calibration::taken_in_motion(samples);
-  } else if (options.free == "auto") {
-    how.free.tip = markers && joint;
-    if (!joint) return wrong_use("--free auto: chooses for the joint method, not for {}", options.method);
-    auto chosen = calibration::choose_free(samples, *model, how);
-    if (!chosen) return refused("{}: {}", file->source, chosen.error().message);
-    how.free = chosen->free;
-    choice = std::move(*chosen);
-  } else {
-    const auto free = parse_free(options.free);
-    if (!free) return tl::unexpected(free.error());
-    how.free = free->arm;
-    wants_gimbal = free->gimbal;
-    if (wants_gimbal && !has_gimbal)
-      return wrong_use(
-          "--free gimbal: needs gimbal angles (gimbal_1_deg ...) and marker poses of a PHANToM in every row "
-          "of {}",
-          file->source);
-    if (how.free.tip && !markers)
-      return wrong_use("--free tip: needs marker poses (marker_x_mm ... marker_qz), {} has none",
-                       file->source);
-  }
-
-  if ((how.free.quadratic || how.free.hysteresis) &&
-      !(options.result.rig.empty() && options.result.out.empty()))
+    task.how.tip = Vector3(options.tip_mm[0], options.tip_mm[1], options.tip_mm[2]) / kMm;
+  if (!task.how.tip && rig.tip_pivot) task.how.tip = rig.tip_pivot->tip_in_marker;
+  if (auto done = choose_free(options.free, options.method, task); !done) return tl::unexpected(done.error());
+  if ((task.how.free.quadratic || task.how.free.hysteresis) && goes_into_a_rig(options))
     return wrong_use(
         "--free {}: a rig file holds gains and offsets, no quadratic or hysteresis terms; leave them out, or "
         "use "
         "--json without --rig and --out",
-        calibration::free_text(how.free));
+        calibration::free_text(task.how.free));
+  return task;
+}
 
-  const auto estimate = calibration::calibrate_arm(samples, *model, how);
-  if (!estimate)
-    return tl::unexpected(Error{estimate.error().kind, file->source + ": " + estimate.error().message});
-  const calibration::ArmSolution& arm = estimate->value;
-  constexpr double kNoArm = 0.12, kPoor = 0.03;  // misfit as a share of the motion
-  const auto misfit = calibration::arm_misfit(arm, samples);
-  if (joint && !(misfit.share() <= kNoArm))
-    return refused(
-        "{}: arm: half of the samples lie more than {:.1f} mm off the best fit, in a motion of {:.0f} mm: "
-        "this "
-        "is not a {}; check the units, the order of the joints and that rows hold one moment each",
-        file->source, mm_from_metres(misfit.error), mm_from_metres(misfit.spread), model->name);
-  std::optional<Estimate<calibration::GimbalSolution>> gimbal;
-  if (wants_gimbal) {
-    auto fitted =
-        calibration::calibrate_gimbal(calibration::with_delay_removed(samples, arm.delay_s), *estimate);
-    if (!fitted)
-      return tl::unexpected(Error{fitted.error().kind, file->source + ": " + fitted.error().message});
-    gimbal = std::move(*fitted);
-  }
-  const auto uncorrected = calibration::uncorrected_arm(samples, *model, how);
+// Refused where half of the samples lie so far off that they are not this arm's.
+Expected<void> check_misfit(const ArmTask& task, const calibration::ArmMisfit& misfit) {
+  constexpr double kNoArm = 0.12;
+  if (!task.joint() || misfit.share() <= kNoArm) return {};
+  return refused(
+      "{}: arm: half of the samples lie more than {:.1f} mm off the best fit, in a motion of {:.0f} mm: "
+      "this "
+      "is not a {}; check the units, the order of the joints and that rows hold one moment each",
+      task.file.source, mm_from_metres(misfit.error), mm_from_metres(misfit.spread), task.model.name);
+}
+
+Expected<std::optional<Estimate<calibration::GimbalSolution>>> fit_gimbal(
+    const ArmTask& task, const Estimate<calibration::ArmSolution>& estimate) {
+  if (!task.wants_gimbal) return std::nullopt;
+  auto fitted = calibration::calibrate_gimbal(
+      calibration::with_delay_removed(task.samples(), estimate.value.delay_s), estimate);
+  if (!fitted) return tl::unexpected(task.of_the_file(fitted.error()));
+  return std::optional(std::move(*fitted));
+}
+
+Expected<Unseen> judge(const ArmArguments& options, const ArmTask& task,
+                       const calibration::ArmSolution& arm) {
+  const auto uncorrected = calibration::uncorrected_arm(task.samples(), task.model, task.how);
   if (!uncorrected) return tl::unexpected(uncorrected.error());
-  const auto unseen = judge(options, samples, *model, how, arm, uncorrected->value);
-  if (!unseen)
-    return options.test.empty()
-               ? tl::unexpected(
-                     Error{unseen.error().kind, fmt::format("{}: {} (a fifth of the samples is held out to "
-                                                            "judge by; --test FILE judges by others)",
-                                                            file->source, unseen.error().message)})
-               : tl::unexpected(unseen.error());
-  const auto regions = calibration::held_out_by_region(samples, *model, how);
+  auto unseen = judge(options, task.samples(), task.model, task.how, arm, uncorrected->value);
+  if (unseen || !options.test.empty()) return unseen;
+  return tl::unexpected(Error{
+      unseen.error().kind,
+      fmt::format("{}: {} (a fifth of the samples is held out to judge by; --test FILE judges by others)",
+                  task.file.source, unseen.error().message)});
+}
 
+// What a person should know of the result.
+std::vector<std::string> warnings_of(const ArmTask& task, const ArmFindings& found, const Unseen& unseen,
+                                     const calibration::ArmMisfit& misfit) {
+  constexpr double kPoor = 0.03;  // misfit as a share of the motion
+  const calibration::ArmSolution& arm = found.estimate.value;
+  std::vector<std::string> warnings;
+  if (task.repeats > 0) warnings.push_back(device::repeats_warning(task.repeats));
+  if (unseen.seen > 0)
+    warnings.push_back(
+        fmt::format("{} of {} stand among the samples too, so they test nothing; record others for --test",
+                    counted(unseen.seen, "row"), unseen.from));
+  if (found.gimbal)
+    if (const double off = degrees_from_radians(rms_per_component(calibration::gimbal_errors(
+            calibration::with_delay_removed(task.samples(), arm.delay_s), arm, found.gimbal->value)));
+        off > kPoorGimbal)
+      warnings.push_back(fmt::format(
+          "the gimbal's angles leave the stylus {:.1f} deg rms off its marker: check their unit, their "
+          "order and that of the joints",
+          off));
+  if (!task.joint() && task.how.free.tip)
+    warnings.push_back(fmt::format("method {} takes the tip as given; it was not estimated", found.method));
+  if (!task.joint() && arm.tip_known && !task.how.tip)
+    warnings.push_back("no tip was given (--tip-mm): it was found with the arm's nominal kinematics");
+  if (task.joint() && misfit.share() > kPoor)
+    warnings.push_back(fmt::format(
+        "half of the samples lie more than {:.1f} mm off the best fit: free more, or check units, joint "
+        "order and that rows hold one moment each",
+        mm_from_metres(misfit.error)));
+  if (found.estimate.termination == Termination::iteration_limit)
+    warnings.push_back("the solution had not settled at the iteration limit");
+  if (task.joint() && !task.how.free.delay && calibration::taken_in_motion(task.samples()))
+    warnings.push_back(
+        "the samples were taken in motion: any delay between encoders and tracker went into the errors; free "
+        "it "
+        "(--free ...,delay)");
+  return warnings;
+}
+
+Expected<void> run_arm(const ArmArguments& options) {
+  const auto rig = start_rig(options.result);
+  if (!rig) return tl::unexpected(rig.error());
+  const auto task = task_of(options, *rig);
+  if (!task) return tl::unexpected(task.error());
+  const auto estimate = calibration::calibrate_arm(task->samples(), task->model, task->how);
+  if (!estimate) return tl::unexpected(task->of_the_file(estimate.error()));
+  const auto misfit = calibration::arm_misfit(estimate->value, task->samples());
+  if (auto fine = check_misfit(*task, misfit); !fine) return fine;
+  const auto gimbal = fit_gimbal(*task, *estimate);
+  if (!gimbal) return tl::unexpected(gimbal.error());
+  const auto unseen = judge(options, *task, estimate->value);
+  if (!unseen) return tl::unexpected(unseen.error());
+  const auto regions = calibration::held_out_by_region(task->samples(), task->model, task->how);
   ArmFindings found{.method = options.method,
-                    .free = calibration::free_text(how.free) + (gimbal ? ",gimbal" : ""),
-                    .samples = *file,
+                    .free = calibration::free_text(task->how.free) + (*gimbal ? ",gimbal" : ""),
+                    .nominal = task->model,
+                    .samples = task->file,
                     .estimate = *estimate,
-                    .gimbal = gimbal,
+                    .gimbal = *gimbal,
                     .unseen = unseen->errors,
                     .unseen_uncorrected = unseen->uncorrected,
                     .unseen_from = unseen->from,
                     .regions = regions ? regions->means : std::vector<double>{},
-                    .choice = choice,
+                    .choice = task->choice,
                     .warnings = {}};
-  if (repeats > 0) found.warnings.push_back(device::repeats_warning(repeats));
-  if (unseen->seen > 0)
-    found.warnings.push_back(
-        fmt::format("{} of {} stand among the samples too, so they test nothing; record others for --test",
-                    counted(unseen->seen, "row"), unseen->from));
-  if (gimbal)
-    if (const double off = degrees_from_radians(rms_per_component(calibration::gimbal_errors(
-            calibration::with_delay_removed(samples, arm.delay_s), arm, gimbal->value)));
-        off > kPoorGimbal)
-      found.warnings.push_back(fmt::format(
-          "the gimbal's angles leave the stylus {:.1f} deg rms off its marker: check their unit, their "
-          "order and that of the joints",
-          off));
-  if (!joint && how.free.tip)
-    found.warnings.push_back(
-        fmt::format("method {} takes the tip as given; it was not estimated", options.method));
-  if (!joint && arm.tip_known && !how.tip)
-    found.warnings.push_back("no tip was given (--tip-mm): it was found with the arm's nominal kinematics");
-  if (joint && misfit.share() > kPoor)
-    found.warnings.push_back(fmt::format(
-        "half of the samples lie more than {:.1f} mm off the best fit: free more, or check units, joint "
-        "order and that rows hold one moment each",
-        mm_from_metres(misfit.error)));
-  if (estimate->termination == Termination::iteration_limit)
-    found.warnings.push_back("the solution had not settled at the iteration limit");
-  if (joint && !how.free.delay && calibration::taken_in_motion(samples))
-    found.warnings.push_back(
-        "the samples were taken in motion: any delay between encoders and tracker went into the errors; free "
-        "it "
-        "(--free ...,delay)");
+  found.warnings = warnings_of(*task, found, *unseen, misfit);
   Result result;
   result.json = arm_json(found);
   result.summary = arm_summary(found, result.json);
   result.store = [&](rig::Rig& target) {
     put_into(target, found,
-             {rig::utc_now(), file->hash, options.method, result.json["rms_mm"].get<double>()});
+             {rig::utc_now(), task->file.hash, options.method, result.json["rms_mm"].get<double>()});
   };
   return write_result(options.result, result);
 }

@@ -32,10 +32,10 @@ struct PivotArguments {
 // kinematics.
 Expected<void> add_arm_motion(const PivotArguments& options, const rig::Rig& rig,
                               std::vector<calibration::PivotPose>& poses) {
-  auto model = device::read_arm_model(options.arm.empty() ? device::ArmModel{}.name : options.arm);
-  if (!model) return tl::unexpected(model.error());
   const bool calibrated = rig.arm && options.arm.empty();
-  if (options.arm.empty()) model->lengths = calibrated ? rig.arm->lengths : rig.nominal_lengths;
+  Expected<device::ArmModel> model = calibrated ? rig.arm->model : rig.nominal_arm;
+  if (!options.arm.empty()) model = device::read_arm_model(options.arm);
+  if (!model) return tl::unexpected(model.error());
   const auto samples = device::read_arm_samples(options.poses);
   if (!samples) return tl::unexpected(samples.error());
   if (samples->observations.size() != poses.size())

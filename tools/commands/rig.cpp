@@ -58,10 +58,11 @@ std::string origin(const rig::Provenance& from, const char* unit = "mm") {
 }
 
 // "x y z +- sx sy sz": variances at `at` of the covariance, nothing where there is none.
-std::string with_sd(const Vector3& value, const Eigen::MatrixXd& covariance, Eigen::Index at, double unit) {
+std::string with_sd(const Eigen::VectorXd& value, const Eigen::MatrixXd& covariance, Eigen::Index at,
+                    double unit) {
   std::string text = shown(value, unit);
-  if (covariance.rows() >= at + 3)
-    text += "  +- " + shown(standard_deviations(covariance).segment<3>(at), unit);
+  if (covariance.rows() >= at + value.size())
+    text += "  +- " + shown(standard_deviations(covariance).segment(at, value.size()), unit);
   return text;
 }
 
@@ -71,15 +72,40 @@ std::string delay_text(double delay_s, double std_s, bool known) {
 
 void line(const char* name, const std::string& text) { std::printf("%-22s %s\n", name, text.c_str()); }
 
+std::string lengths_text(const device::ArmModel& model) {
+  return fmt::format("{:.3f} {:.3f}", kMm * model.lengths.l1, kMm * model.lengths.l2);
+}
+
+void show_chain(const rig::ArmCalibration& arm) {
+  line("  joints", fmt::format("{}, a chain; a mm, alpha deg, d mm, theta offset deg, range deg:",
+                               arm.model.joint_count()));
+  for (std::size_t j = 0; j < arm.model.joints.size(); ++j) {
+    const auto& row = arm.model.joints[j];
+    const auto& [low, high] = row.range;
+    line(fmt::format("    {}", j + 1).c_str(),
+         fmt::format("{:.3f} {:.3f} {:.3f} {:.3f}, {}", kMm * row.a, degrees_from_radians(row.alpha),
+                     kMm * row.d, degrees_from_radians(row.theta_offset),
+                     row.range.known() ? fmt::format("{:.1f} to {:.1f}", degrees_from_radians(low),
+                                                     degrees_from_radians(high))
+                                       : "not told"));
+  }
+  line("  tool, mm", with_sd(arm.model.tool, arm.covariance, 2 * arm.model.joint_count() + 9, kMm));
+  line("  stylus on it, deg", shown(so3_log(arm.model.tool_turn), kDegreesPerRadian));
+}
+
 void show_arm(const rig::ArmCalibration& arm) {
   const auto& C = arm.covariance;
-  line("arm", fmt::format("{}  ({})", arm.model, origin(arm.from)));
+  const Eigen::Index n = arm.model.joint_count();
+  line("arm", fmt::format("{}  ({})", arm.model.name, origin(arm.from)));
   line("  gains", with_sd(arm.correction.gain, C, 0, 1.0));
-  line("  offsets, deg", with_sd(arm.correction.offset, C, 3, kDegreesPerRadian));
-  line("  lengths, mm", fmt::format("{:.3f} {:.3f}", kMm * arm.lengths.l1, kMm * arm.lengths.l2));
-  line("  base in world, mm", with_sd(arm.X_world_base.translation, C, 9, kMm));
-  line("  base turn, deg", with_sd(so3_log(arm.X_world_base.rotation), C, 6, kDegreesPerRadian));
-  line("  tip in marker, mm", with_sd(arm.tip_in_marker, C, 12, kMm));
+  line("  offsets, deg", with_sd(arm.correction.offset, C, n, kDegreesPerRadian));
+  if (arm.model.kind == device::ArmModel::Kind::phantom)
+    line("  lengths, mm", lengths_text(arm.model));
+  else
+    show_chain(arm);
+  line("  base in world, mm", with_sd(arm.X_world_base.translation, C, 2 * n + 3, kMm));
+  line("  base turn, deg", with_sd(so3_log(arm.X_world_base.rotation), C, 2 * n, kDegreesPerRadian));
+  line("  tip in marker, mm", with_sd(arm.tip_in_marker, C, 2 * n + 6, kMm));
   line("  rest readings, deg", shown(arm.rest_readings, kDegreesPerRadian));
   line("  held-out error, mm", fmt::format("{:.4f}", kMm * arm.held_out_mean));
 }
@@ -105,8 +131,11 @@ Expected<void> show(const RigArguments& options) {
   const auto rig = rig::read_rig(options.file);
   if (!rig) return tl::unexpected(rig.error());
   line("rig", rig->name);
-  line("nominal lengths, mm",
-       fmt::format("{:.3f} {:.3f}", kMm * rig->nominal_lengths.l1, kMm * rig->nominal_lengths.l2));
+  if (rig->nominal_arm.kind == device::ArmModel::Kind::phantom)
+    line("nominal lengths, mm", lengths_text(rig->nominal_arm));
+  else
+    line("nominal arm",
+         fmt::format("{}, a chain of {} joints", rig->nominal_arm.name, rig->nominal_arm.joint_count()));
   line("LEDs", fmt::format("tip marker {}, camera marker {}, pointer {}", rig->tip_marker_leds.size(),
                            rig->camera_marker_leds.size(), rig->pointer_leds.size()));
   if (rig->tip_pivot)
@@ -157,10 +186,14 @@ Expected<void> check_rest(const RigArguments& options, const rig::Rig& rig) {
     return refused(
         "{}: holds no arm calibration whose rest readings could be compared; palpate calibrate arm",
         options.file);
-  const Vector3 now =
-      Vector3(options.rest_readings_deg[0], options.rest_readings_deg[1], options.rest_readings_deg[2]) /
-      kDegreesPerRadian;
-  const Vector3 change = rig::rest_change(*rig.arm, now);
+  const auto& degrees = options.rest_readings_deg;
+  if (static_cast<Eigen::Index>(degrees.size()) != rig.arm->rest_readings.size())
+    return wrong_use("--rest-readings: {} readings are given, the arm {} has {} joints", degrees.size(),
+                     rig.arm->model.name, rig.arm->rest_readings.size());
+  device::JointVector now = rig.arm->rest_readings;
+  for (Eigen::Index j = 0; j < now.size(); ++j)
+    now[j] = degrees[static_cast<std::size_t>(j)] / kDegreesPerRadian;
+  const device::JointVector change = rig::rest_change(*rig.arm, now);
   Eigen::Index joint = 0;
   if (degrees_from_radians(change.cwiseAbs().maxCoeff(&joint)) <= options.rest_tolerance_deg) {
     line("encoder reset", fmt::format("unchanged since {} (within {:.3f} deg)",
@@ -216,8 +249,8 @@ void add_rig(CLI::App& program) {
       ->add_option("--rest-readings", options->rest_readings_deg,
                    "Encoder readings at rest, deg: has the encoder reset changed?")
       ->delimiter(',')
-      ->expected(3)
-      ->type_name("PSI1,PSI2,PSI3");
+      ->expected(3, device::kMostJoints)
+      ->type_name("PSI1,PSI2,PSI3[,...]");
   checked->add_option("--rest-tolerance-deg", options->rest_tolerance_deg, "How well the arm is put to rest")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();

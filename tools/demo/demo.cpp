@@ -182,12 +182,12 @@ Expected<void> Demo::compare_methods() {
   poses_ = evaluation::judging_poses(options_.world, options_.seed);
   const auto& truth = world_.truth();
   auto methods =
-      evaluation::compare_arm_methods(recordings_->arm_train, recordings_->arm_test, rig_.nominal_lengths,
+      evaluation::compare_arm_methods(recordings_->arm_train, recordings_->arm_test, rig_.nominal_arm.lengths,
                                       rig_.tip_pivot->tip_in_marker, truth, poses_);
   if (!methods) return tl::unexpected(methods.error());
   methods_ = std::move(*methods);
   auto with_true_tip =
-      evaluation::compare_arm_methods(recordings_->arm_train, recordings_->arm_test, rig_.nominal_lengths,
+      evaluation::compare_arm_methods(recordings_->arm_train, recordings_->arm_test, rig_.nominal_arm.lengths,
                                       truth.tip_in_marker, truth, poses_);
   if (!with_true_tip) return tl::unexpected(with_true_tip.error());
   with_true_tip_ = std::move(*with_true_tip);

@@ -66,7 +66,7 @@ Expected<void> wait_for_arm(ChildProcess& world) {
 sim::config::WorldFile desk_world(const rig::Rig& rig) {
   sim::config::WorldFile world = sim::config::reference_world();
   auto& arm = world.arm;
-  arm.lengths = {rig.arm->lengths.l1, rig.arm->lengths.l2};
+  arm.lengths = {rig.arm->model.lengths.l1, rig.arm->model.lengths.l2};
   arm.length_sd = arm.gain_sd = arm.offset_sd = arm.gimbal_gain_sd = arm.gimbal_offset_sd = 0.0;
   arm.hysteresis = 0.0;
   arm.translation = rig.arm->X_world_base.translation;

@@ -24,28 +24,14 @@ std::vector<device::ArmObservation> arm_observations(const std::vector<TrackedPo
 rig::ArmCalibration rig_arm(const Estimate<ArmSolution>& estimate) {
   rig::ArmCalibration arm;
   const auto& s = estimate.value;
-  arm.lengths = s.model.lengths;
+  arm.model.lengths = s.model.lengths;
   arm.correction.gain = s.gain.head<3>();
   arm.correction.offset = s.offset.head<3>();
   arm.X_world_base = s.X_world_base;
   arm.tip_in_marker = s.tip_in_marker;
-  // The rig's order is fixed; what was not estimated has no variance.
-  const std::vector<std::string> order{"gain_1",
-                                       "gain_2",
-                                       "gain_3",
-                                       "offset_1",
-                                       "offset_2",
-                                       "offset_3",
-                                       "base_rotation_x",
-                                       "base_rotation_y",
-                                       "base_rotation_z",
-                                       "base_translation_x",
-                                       "base_translation_y",
-                                       "base_translation_z",
-                                       "tip_x",
-                                       "tip_y",
-                                       "tip_z"};
-  arm.covariance = Eigen::MatrixXd::Zero(15, 15);
+  const std::vector<std::string> order = rig::covariance_order(arm.model);
+  const auto size = static_cast<Eigen::Index>(order.size());
+  arm.covariance = Eigen::MatrixXd::Zero(size, size);
   std::vector<Eigen::Index> place(order.size(), -1);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const auto at = std::find(s.parameters.begin(), s.parameters.end(), order[i]);

@@ -105,12 +105,12 @@ struct Steps {
     PivotRecordingOptions options;
     options.poses = plan.pivot_poses;
     options.seconds = plan.pivot_s;
-    options.fixation.nominal = rig.nominal_lengths;
+    options.fixation.nominal = rig.nominal_arm.lengths;
     auto poses = record_pivot(context, options);
     if (!poses) return failed(poses);
     // The paper's way, which the methods of the paper go on from: the motion of the held tip stays in the
     // tip, and in its covariance. The joint solve of the arm finds the tip anew.
-    auto estimate = calibrate_pivot(pivot_poses(*poses, rig.nominal_lengths), {.shared_errors = true});
+    auto estimate = calibrate_pivot(pivot_poses(*poses, rig.nominal_arm.lengths), {.shared_errors = true});
     if (!estimate) return failed(estimate);
     rig.tip_pivot = rig_pivot(*estimate, provenance(plan, bytes_of(*poses), "algebraic",
                                                     mm_from_metres(rms_per_component(estimate->residuals))));
@@ -125,7 +125,7 @@ struct Steps {
     options.free.lengths = false;
     options.tip = rig.tip_pivot->tip_in_marker;
     GuidanceOptions guidance;
-    guidance.model.lengths = rig.nominal_lengths;
+    guidance.model = rig.nominal_arm;
     guidance.arm = options;
     guidance.tip = rig.tip_pivot->tip_in_marker;
     guidance.reach = plan.reach;
@@ -143,7 +143,7 @@ struct Steps {
     auto samples = arm_observations(*poses, rig.tip_pivot->tip_in_marker);
     out.arm_train.assign(samples.begin(), samples.begin() + plan.arm_points);
     out.arm_test.assign(samples.begin() + plan.arm_points, samples.end());
-    auto estimate = calibrate_arm(out.arm_train, device::ArmModel{.lengths = rig.nominal_lengths}, options);
+    auto estimate = calibrate_arm(out.arm_train, rig.nominal_arm, options);
     if (!estimate) return failed(estimate);
     const auto gimbal = calibrate_gimbal(out.arm_train, *estimate);
     if (!gimbal) return failed(gimbal);
@@ -166,10 +166,10 @@ struct Steps {
     if (!moving) return failed(moving);
     std::vector<TimedPoint> by_arm, by_tracker;
     for (const auto& reading : moving->arm)
-      by_arm.push_back(
-          {reading.time_s, (rig.arm->X_world_base *
-                            device::phantom_tip(rig.arm->correction.apply(reading.joints), rig.arm->lengths))
-                               .m});
+      by_arm.push_back({reading.time_s, (rig.arm->X_world_base *
+                                         device::phantom_tip(rig.arm->correction.apply(reading.joints),
+                                                             rig.arm->model.lengths))
+                                            .m});
     for (const auto& pose : moving->marker)
       by_tracker.push_back(
           {pose.time_s, pose.marker.translation + pose.marker.rotation * rig.arm->tip_in_marker});
@@ -247,6 +247,11 @@ struct Steps {
 
 Expected<CalibrationRecordings> calibrate_rig(AcquisitionContext context, rig::Rig& rig,
                                               const CalibrationPlan& plan, const SessionHooks& hooks) {
+  if (rig.nominal_arm.kind != device::ArmModel::Kind::phantom)
+    return wrong_use(
+        "calibration: the rig's arm {} is no PHANToM, by whose gimbal and rest position the session goes; "
+        "calibrate it from recorded samples (palpate calibrate arm)",
+        rig.nominal_arm.name);
   CalibrationRecordings out;
   Steps steps{context, rig, plan, hooks, out};
   const bool surfaces_there = rig.surface("table") != nullptr && rig.surface("wall") != nullptr;

@@ -35,6 +35,10 @@ scene::TriangleMesh outline_of(const std::vector<scene::SceneSurface>& surfaces)
 
 }  // namespace
 
+bool has_body(const rig::ArmCalibration& arm) {
+  return arm.model.kind == device::ArmModel::Kind::phantom && arm.model.name != rig::kMouseArm;
+}
+
 FrameRenderer::FrameRenderer(const rig::Rig& rig, const scene::SceneDescription& scene,
                              std::unique_ptr<scene::SceneView> scene_view, render::Quality quality)
     : left_{with_corners(rig), vision::overlay_knowledge(with_corners(rig))},
@@ -126,14 +130,14 @@ render::RealScene FrameRenderer::real_things(const FrameRecord& record) const {
   real.surfaces = scene_.surfaces;
   real.marker_leds = rig_.tip_marker_leds;
   real.bodies = objects_.bodies();
-  if (record.have_state && rig_.arm->model != rig::kMouseArm) {
+  if (record.have_state && has_body(*rig_.arm)) {
     // The arm's joints are not sent: they follow from the stylus, which is.
     const auto& carried = record.state.bodies[scene::kCarried];
     const Point<World> tip{scene::shown_tip(record.state, scene_)};
     const auto X_base_world = rig_.arm->X_world_base.inverse();
     render::ArmConfiguration arm;
     arm.X_world_base = rig_.arm->X_world_base;
-    arm.lengths = rig_.arm->lengths;
+    arm.lengths = rig_.arm->model.lengths;
     if (device::phantom_inverse(X_base_world * tip, arm.lengths, arm.theta)) {
       arm.gimbal = device::phantom_gimbal(arm.theta, X_base_world.rotation * carried.q());
       arm.X_tip_marker.rotation = rig_.arm->R_tip_marker;

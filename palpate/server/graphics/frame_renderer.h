@@ -19,6 +19,10 @@
 
 namespace palpate::server::graphics {
 
+// Whether the arm's links hide virtual things in the picture: a PHANToM's do; those of a chain have no known
+// shape, and a mouse's arm is not there.
+bool has_body(const rig::ArmCalibration& arm);
+
 class FrameRenderer : public FramePipeline {
  public:
   FrameRenderer(const FrameRenderer&) = delete;

@@ -26,7 +26,7 @@ PhysicsServer::PhysicsServer(const rig::Rig& rig, const scene::SceneDescription&
     : application_(std::move(application)),
       application_name_(scene.application),
       application_words_(haptics::name_of(haptics::Guest::application, scene.application)),
-      haptic_(arm, arm_of(rig), rig.nominal_lengths, settings, to_haptic_, to_physics_,
+      haptic_(arm, arm_of(rig), rig.nominal_arm, settings, to_haptic_, to_physics_,
               {scene.application, application_->contact_law(), clock}),
       history_(scene.gravity),
       shapes_(application_->shape().size() / scene::Shape::kFloatsPerVertex),

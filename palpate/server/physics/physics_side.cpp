@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "palpate/server/physics/internal/arm_check.h"
+
 namespace palpate::server::physics {
 namespace {
 
@@ -23,11 +25,12 @@ Expected<std::unique_ptr<PhysicsSide>> PhysicsSide::open(const PhysicsSetup& set
   auto application = setup.applications.make_physics(side->scene_, setup.run);
   if (!application) return tl::unexpected(application.error());
   device::ArmRequest request = setup.arm;
-  request.lengths = setup.rig.nominal_lengths;
+  request.nominal = setup.rig.nominal_arm;
   if (!setup.drivers.names_arm(request.uri))
     return wrong_use("arm: {}", setup.drivers.check(request).error().message);
   auto arm = setup.drivers.open(request);
   if (!arm) return tl::unexpected(arm.error());
+  if (auto fine = check_arm(setup.rig, **arm, request.uri); !fine) return tl::unexpected(fine.error());
   side->arm_ = std::move(*arm);
   side->server_.emplace(setup.rig, side->scene_, std::move(*application), side->arm_->device(),
                         haptic_settings(setup, side->arm_->facts()), guests);

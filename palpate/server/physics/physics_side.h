@@ -26,7 +26,7 @@ struct PhysicsSetup {
   scene::ApplicationRegistry applications;
   scene::SceneDescription scene;  // where it has no surfaces, those of the rig are taken
   device::DriverRegistry drivers;
-  device::ArmRequest arm{.uri = "lab", .lengths = {}};  // its lengths are taken from the rig
+  device::ArmRequest arm{.uri = "lab", .nominal = {}};  // its model is taken from the rig
   scene::RunSettings run;
   double physics_hz = 1000.0, haptic_hz = 1000.0;
   Duration extra_force_delay{0};  // forces come so much later, on purpose

@@ -24,7 +24,7 @@ class RealArm : public drivers::openhaptics::StubTest {
     return registry;
   }
   static Expected<std::unique_ptr<device::OpenedArm>> open_arm(const std::string& uri) {
-    return drivers().open(device::ArmRequest{.uri = uri, .lengths = {}});
+    return drivers().open(device::ArmRequest{.uri = uri, .nominal = {}});
   }
 };
 

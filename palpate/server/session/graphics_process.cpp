@@ -237,6 +237,9 @@ void GraphicsProcess::introduce() const {
   notice(fmt::format("shows {} of the physics server at {}", side_->scene().application, endpoint.address));
   if (options_.ready) options_.ready();
   if (feed_) notice(fmt::format("publishes poses over OpenIGTLink at {}", feed_->address().text()));
+  if (const auto& arm = options_.rig.arm; arm && arm->model.kind == device::ArmModel::Kind::dh)
+    notice(fmt::format("arm {}: the shape of its links is not known, they hide nothing in the picture",
+                       arm->model.name));
   if (const auto* camera = side_->devices().live_camera())
     notice(fmt::format("camera {}: {}", camera->name(), camera->description()));
   if (const auto* right = side_->devices().live_right())

@@ -1,0 +1,127 @@
+#include "palpate/device/arm_kinematics.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+namespace palpate::device {
+namespace {
+
+// Of a Premium in the middle of its range |det J| is 0.013 m^3; its links together are 0.42 m long.
+constexpr double kLeastOfPhantom = 1e-4;  // m^3
+constexpr double kLeastShare =
+    kLeastOfPhantom / (0.4191 * 0.4191 * 0.4191);  // of the cube of the links' length
+
+class PhantomKinematics final : public ArmKinematics {
+ public:
+  explicit PhantomKinematics(const PhantomLengths& lengths) : lengths_(lengths) {}
+  int joint_count() const override { return 3; }
+  Pose<ArmBase, Tip> pose(const JointVector& theta, const Vector3& gimbal) const override {
+    return phantom_pose(theta, gimbal, lengths_);
+  }
+  TipJacobian jacobian(const JointVector& theta) const override { return phantom_jacobian(theta, lengths_); }
+  JointRange range(int) const override { return {}; }
+  double least_manipulability() const override { return kLeastOfPhantom; }
+
+ private:
+  PhantomLengths lengths_;
+};
+
+class DhKinematics final : public ArmKinematics {
+ public:
+  explicit DhKinematics(const ArmModel& model)
+      : count_(static_cast<int>(model.joints.size())), tool_(model.tool), tool_turn_(model.tool_turn) {
+    double length = model.tool.norm();
+    for (std::size_t j = 0; j < model.joints.size(); ++j) {
+      const DhJoint& row = model.joints[j];
+      links_[j] = {row.a, row.d, row.theta_offset, std::cos(row.alpha), std::sin(row.alpha), row.range};
+      length += std::hypot(row.a, row.d);
+    }
+    least_ = kLeastShare * length * length * length;
+  }
+  int joint_count() const override { return count_; }
+
+  Pose<ArmBase, Tip> pose(const JointVector& theta, const Vector3& gimbal) const override {
+    Matrix3 R = Matrix3::Identity();
+    Vector3 p = Vector3::Zero();
+    for (int j = 0; j < count_; ++j) step(j, theta[j], R, p);
+    const Quaternion stylus(Eigen::AngleAxisd(gimbal[0], Vector3::UnitY()) *
+                            Eigen::AngleAxisd(gimbal[1], Vector3::UnitX()) *
+                            Eigen::AngleAxisd(gimbal[2], Vector3::UnitZ()));
+    return {Quaternion(R) * tool_turn_ * stylus, p + R * tool_};
+  }
+
+  // Column j: the axis of joint j crossed with the way from a point of it to the tip.
+  TipJacobian jacobian(const JointVector& theta) const override {
+    std::array<Vector3, kMostJoints> axis, place;
+    Matrix3 R = Matrix3::Identity();
+    Vector3 p = Vector3::Zero();
+    for (int j = 0; j < count_; ++j) {
+      const auto at = static_cast<std::size_t>(j);
+      axis[at] = R.col(2);
+      place[at] = p;
+      step(j, theta[j], R, p);
+    }
+    const Vector3 tip = p + R * tool_;
+    TipJacobian J(3, count_);
+    for (int j = 0; j < count_; ++j) {
+      const auto at = static_cast<std::size_t>(j);
+      J.col(j) = axis[at].cross(tip - place[at]);
+    }
+    return J;
+  }
+
+  JointRange range(int joint) const override { return links_[static_cast<std::size_t>(joint)].range; }
+  double least_manipulability() const override { return least_; }
+
+ private:
+  struct Link {
+    double a = 0.0, d = 0.0, theta_offset = 0.0, cos_alpha = 1.0, sin_alpha = 0.0;
+    JointRange range;
+  };
+
+  // Rot_z(theta) Trans_z(d) Trans_x(a) Rot_x(alpha), on the right of R, p.
+  void step(int joint, double angle, Matrix3& R, Vector3& p) const {
+    const Link& link = links_[static_cast<std::size_t>(joint)];
+    const double c = std::cos(angle + link.theta_offset), s = std::sin(angle + link.theta_offset);
+    const Vector3 x = c * R.col(0) + s * R.col(1), y = c * R.col(1) - s * R.col(0), z = R.col(2);
+    p += link.a * x + link.d * z;
+    R.col(0) = x;
+    R.col(1) = link.cos_alpha * y + link.sin_alpha * z;
+    R.col(2) = link.cos_alpha * z - link.sin_alpha * y;
+  }
+
+  int count_;
+  std::array<Link, kMostJoints> links_{};
+  Vector3 tool_;
+  Quaternion tool_turn_;
+  double least_ = 0.0;
+};
+
+}  // namespace
+
+double manipulability(const TipJacobian& J) {
+  if (J.cols() == 3) return std::abs(Matrix3(J).determinant());
+  const Matrix3 squares = J * J.transpose();
+  return std::sqrt(std::max(0.0, squares.determinant()));
+}
+
+Expected<void> check_runnable(const ArmModel& model) {
+  if (model.kind == ArmModel::Kind::phantom ||
+      (model.joint_count() >= 3 && model.joint_count() <= kMostJoints))
+    return {};
+  return wrong_use(
+      "arm {}: has {} joints; 3 to {} are expected, as fewer reach no volume and more are not carried",
+      model.name, model.joint_count(), kMostJoints);
+}
+
+std::unique_ptr<const ArmKinematics> make_kinematics(const ArmModel& model) {
+  if (const auto fine = check_runnable(model); !fine) throw std::invalid_argument(fine.error().message);
+  if (model.kind == ArmModel::Kind::phantom) return std::make_unique<PhantomKinematics>(model.lengths);
+  return std::make_unique<DhKinematics>(model);
+}
+
+}  // namespace palpate::device

@@ -1,0 +1,15 @@
+// Whether an arm that a driver has opened is one that a rig's calibration can be about.
+//
+// Refused in words: another number of joints, motors' limits that are none.
+#pragma once
+
+#include <string>
+
+#include "palpate/device/opened.h"
+#include "palpate/rig/rig.h"
+
+namespace palpate::server::physics {
+
+Expected<void> check_arm(const rig::Rig& rig, device::OpenedArm& arm, const std::string& uri);
+
+}  // namespace palpate::server::physics
