@@ -75,7 +75,7 @@ Lateness our_loop(double rate_hz, double seconds_long, Duration spin) {
   StillArm arm;
   TripleBuffer<haptics::HapticInput> input;
   TripleBuffer<scene::TipState> output;
-  haptics::HapticSettings settings;
+  haptics::HapticSettings settings{.permit = haptics::ForcePermit::of_simulated_arm()};
   settings.period = seconds(1.0 / rate_hz);
   haptics::HapticLoop haptic(arm, rig::ArmCalibration{}, {}, settings, input, output);
   const MonotonicClock<PhysicsClock> reader;

@@ -64,7 +64,7 @@ class Strokes : public testing::Test {
   // Requested forces and tips, tick by tick.
   std::vector<haptics::HapticRecord> felt_with(std::unique_ptr<scene::Application> application, bool sways) {
     RecordedArm arm(samples_);
-    haptics::HapticSettings settings;
+    haptics::HapticSettings settings{.permit = haptics::ForcePermit::of_simulated_arm()};
     settings.record_s = 8.0;
     server::physics::PhysicsServer server(rig_, scene_, std::move(application), arm, settings);
     if (sways) server.control(scene::Control::begin);

@@ -83,7 +83,7 @@ class PressedOrgan {
         server_(rig_, scene_,
                 std::move(*scene::ApplicationRegistry{applications::touch::specification()}.make_physics(
                     scene_, {})),
-                arm_, {}) {
+                arm_, {.permit = haptics::ForcePermit::of_simulated_arm()}) {
     world_.begin_play();
     target_.tip.m = above(scene_);
     run(1500);

@@ -87,7 +87,7 @@ class WallRig {
     physics::Proxy proxy(mesh, {.radius = kRadius});
     proxy.begin(place_ - 0.005 * into_);
     SimulatedArmDevice device(arm_);
-    haptics::HapticSettings settings;
+    haptics::HapticSettings settings{.permit = haptics::ForcePermit::of_simulated_arm()};
     settings.limits.start_ramp_s = 0.0;
     settings.limits.most_damping_n_s_m = most_injected;
     TripleBuffer<haptics::HapticInput> input;

@@ -21,8 +21,9 @@ TEST(TouchInLockstep, AHandThatPressesOnTheOrganComesToRestAndOneThatStrokesItFe
   auto application = scene::ApplicationRegistry{applications::touch::specification()}.make_physics(scene, {});
   ASSERT_TRUE(application) << application.error().message;
   auto& touch = dynamic_cast<applications::touch::TouchApplication&>(**application);
-  server::physics::PhysicsServer server(rig, scene, std::move(*application), world.arm(),
-                                        haptics::HapticSettings{});
+  server::physics::PhysicsServer server(
+      rig, scene, std::move(*application), world.arm(),
+      haptics::HapticSettings{.permit = haptics::ForcePermit::of_simulated_arm()});
 
   const Vector3 top = touch.rest().translation + Vector3(0.0, 0.040, 0.01);
   const auto start = world.now();

@@ -73,6 +73,14 @@ TEST_F(OpenHaptics, SamplesAreStampedInTheMachinesClockAndInOrder) {
 }
 
 // Virtual work: the device's torques are those of this force on our model of the arm.
+TEST_F(OpenHaptics, TheStylusButtonsComeWithTheSample) {
+  const auto arm = opened(patient());
+  EXPECT_TRUE(comes_true([&] { return reads(*arm); }));
+  EXPECT_EQ(arm->read().buttons, 0u);
+  with([](HdStubDevice& d) { d.buttons = 2; });
+  EXPECT_TRUE(comes_true([&] { return arm->read().buttons == 2u; }));
+}
+
 TEST_F(OpenHaptics, ForceArrivesInArmBaseAxes) {
   for (const bool left : {false, true}) {
     function<void()>("hd_stub_reset")();

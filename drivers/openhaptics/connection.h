@@ -47,6 +47,7 @@ class OpenHapticsArm::Connection {
   struct SampleWire {
     std::int64_t stamp_ns = 0;
     std::array<double, 3> joints{}, gimbal{};
+    std::uint32_t buttons = 0, unused = 0;
   };
   struct CommandWire {
     std::int64_t sent_ns = 0;

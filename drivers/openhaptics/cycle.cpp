@@ -32,6 +32,7 @@ device::ArmSample OpenHapticsArm::Connection::read() const {
   if (fresh) {
     sample.joints = {wire.joints[0], wire.joints[1], wire.joints[2]};
     sample.gimbal = {wire.gimbal[0], wire.gimbal[1], wire.gimbal[2]};
+    sample.buttons = wire.buttons;
   } else {
     sample.joints.setConstant(std::numeric_limits<double>::quiet_NaN());
     sample.gimbal = sample.joints;
@@ -76,10 +77,14 @@ unsigned int OpenHapticsArm::Connection::cycle() noexcept {
   std::array<double, 16> transform{};
   hd_.get_doublev(hd::kJointAngles, psi.data());
   hd_.get_doublev(hd::kTransform, transform.data());
+  int buttons = 0;
+  hd_.get_integerv(hd::kCurrentButtons, &buttons);
   look_at_calibration();
   const bool calibrated = calibration_.load() == hd::kCalibrationOk;
-  const std::optional<SampleWire> sample =
+  std::optional<SampleWire> sample =
       calibrated ? sample_from(psi, Eigen::Map<const Eigen::Matrix4d>(transform.data()), now) : std::nullopt;
+
+  if (sample) sample->buttons = static_cast<std::uint32_t>(buttons);
 
   const Vector3 force = last ? Vector3(Vector3::Zero()) : force_now(now, sample.has_value());
   hd_.set_doublev(hd::kForce, force.data());

@@ -27,7 +27,8 @@ inline constexpr unsigned int kCallbackDone = 0, kCallbackContinue = 1;
 inline constexpr unsigned short kHighestPriority = 0xFFFF;
 
 // What can be asked for or set.
-inline constexpr Enum kTransform = 0x2052;  // 16 doubles, a 4x4 matrix column by column, mm
+inline constexpr Enum kCurrentButtons = 0x2000;  // an integer, the first button is bit 0
+inline constexpr Enum kTransform = 0x2052;       // 16 doubles, a 4x4 matrix column by column, mm
 inline constexpr Enum kJointAngles = 0x2100;
 inline constexpr Enum kVersion = 0x2500, kModel = 0x2501, kDriverVersion = 0x2502, kSerialNumber = 0x2504;
 inline constexpr Enum kInputDof = 0x2553, kOutputDof = 0x2554, kCalibrationStyle = 0x2555;

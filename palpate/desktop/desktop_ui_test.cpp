@@ -85,8 +85,9 @@ TEST(MouseHandOfARig, LetsSomebodyPlayWhoOnlyFollowsTheBallWithThePointer) {
   const auto scene = scene_of(world, rig, "pingpong");
   auto application = both().make_physics(scene, {.seed = 1, .pause_s = 0.3});
   ASSERT_TRUE(application) << application.error().message;
-  server::physics::PhysicsServer physics(rig, scene, std::move(*application), world.arm(),
-                                         haptics::HapticSettings{});
+  server::physics::PhysicsServer physics(
+      rig, scene, std::move(*application), world.arm(),
+      haptics::HapticSettings{.permit = haptics::ForcePermit::of_simulated_arm()});
   const auto X_world_camera = sim::looking(world.file().head.eye, world.file().head.look_at);
   MouseHand hand(rig.camera->model,
                  mouse_hand_settings(scene, both().handling("pingpong"), rig, world.file()));

@@ -37,7 +37,8 @@ void Warnings::look(double now, const Standing& c) {
   judge(Trouble::old, now, !physics && c.state_old, kBlip_s,
         "The physics server no longer has the states of these pictures: the camera is too slow");
   const bool off = c.forces.starts_with("safe"), fast = c.forces == "safe: overspeed",
-             weak = c.forces.starts_with("degraded");
+             unchecked = c.forces == "safe: arm not checked",
+             released = c.forces == "degraded: button released", weak = c.forces.starts_with("degraded");
   const auto colon = c.forces.find(": ");
   const std::string why = colon == std::string::npos ? "" : " (" + c.forces.substr(colon + 2) + ")";
   // A loop that stood still for a tick heals before anybody could read of it.
@@ -45,8 +46,10 @@ void Warnings::look(double now, const Standing& c) {
       Trouble::forces, now, !physics && (off || weak), off ? 0.0 : kBlip_s,
       fast
           ? "The hand was too fast and forces are off: they come back when it has been calm for half a second"
-      : off ? fmt::format("Forces are off{}: R switches them on again, and begins from zero", why)
-            : fmt::format("Forces are weakened{}", why));
+      : unchecked ? "Forces are off: nobody has checked this arm's; palpate calibrate forces"
+      : released  ? "Forces are off: hold the stylus' button"
+      : off       ? fmt::format("Forces are off{}: R switches them on again, and begins from zero", why)
+                  : fmt::format("Forces are weakened{}", why));
   judge(Trouble::refusal, now, !c.refusal.empty(), 0.0,
         fmt::format("The physics server refuses: {}", c.refusal));
 }

@@ -28,7 +28,7 @@ TEST(BorrowedDevices, AreOpenedByTheirNameAndAreThoseThatWereGiven) {
                                          .arm_facts = {.identity = "my arm", .peak_n = 2.0},
                                          .camera = &camera,
                                          .right_camera = &right}));
-  auto opened = registry.open(ArmRequest{.uri = "mine"});
+  auto opened = registry.open(ArmRequest{.uri = "mine", .nominal = {}});
   ASSERT_TRUE(opened) << opened.error().message;
   (*opened)->device().command({1.0, 2.0, 3.0});
   EXPECT_EQ(arm.commanded, Vector3(1.0, 2.0, 3.0));

@@ -36,6 +36,8 @@ struct ArmSample {
   // N, device's axes as of command(): what its motors give now. A device lets go of a command that is too
   // old, 20 ms at most. Nothing where it cannot tell.
   std::optional<Vector3> held;
+  // Of the stylus that are pressed now: the first is bit 0. None on an arm without buttons.
+  std::uint32_t buttons = 0;
 };
 
 // A device lets go of a force when no new command has come for this long, at the latest.

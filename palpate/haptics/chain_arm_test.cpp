@@ -42,7 +42,7 @@ struct ChainBench {
     return (arm.torques - numeric_jacobian(calibration, arm.sample.joints).transpose() * felt()).norm();
   }
 
-  HapticSettings settings;
+  HapticSettings settings{.permit = ForcePermit::of_simulated_arm()};
   rig::ArmCalibration calibration;
   ChainArm arm;
   TripleBuffer<HapticInput> input;

@@ -36,6 +36,8 @@ std::string_view name_of(ForceFault fault) {
       return "outside workspace";
     case ForceFault::late_tick:
       return "late tick";
+    case ForceFault::button_released:
+      return "button released";
     case ForceFault::overspeed:
       return "overspeed";
     case ForceFault::arm_lost:
@@ -46,6 +48,8 @@ std::string_view name_of(ForceFault fault) {
       return "contact law failed";
     case ForceFault::arm_slow:
       return "arm slow";
+    case ForceFault::arm_unchecked:
+      return "arm not checked";
   }
   return "unknown";
 }
@@ -55,8 +59,12 @@ std::string condition_text(HapticState state, ForceFault fault) {
   return std::string(name_of(state)) + (state == HapticState::degraded ? ": motors warm" : "");
 }
 
-ForceGuard::ForceGuard(const ForceLimits& limits)
+ForceGuard::ForceGuard(const ForceLimits& limits, bool permitted)
     : limits_(limits),
+      permitted_(permitted),
+      state_(permitted ? HapticState::ready : HapticState::safe),
+      fault_(permitted ? ForceFault::none : ForceFault::arm_unchecked),
+      present_(fault_),
       strength_({.stale_s = limits.stale_s, .fade_s = limits.fade_s, .ramp_s = limits.start_ramp_s}) {}
 
 // Comparisons are written so that a NaN counts as a fault.
@@ -65,6 +73,7 @@ ForceFault ForceGuard::lasting_fault(const SafetyInputs& inputs) const {
   if (!inputs.clamp_good) return ForceFault::clamp_tripped;
   if (!inputs.law_good) return ForceFault::law_failed;
   if (!inputs.arm_quick) return ForceFault::arm_slow;
+  if (!permitted_) return ForceFault::arm_unchecked;
   if (inputs.reading_good && !(inputs.tip_speed <= limits_.max_tip_speed_m_s)) return ForceFault::overspeed;
   return ForceFault::none;
 }
@@ -75,6 +84,7 @@ ForceFault ForceGuard::healing_fault(const SafetyInputs& inputs) const {
   if (!(inputs.reading_age_s < limits_.stale_s)) return ForceFault::arm_silent;
   if (!(inputs.input_age_s < limits_.stale_s)) return ForceFault::stale_input;
   if (!inputs.inside_workspace) return ForceFault::outside_workspace;
+  if (!inputs.button_held) return ForceFault::button_released;
   return ForceFault::none;
 }
 

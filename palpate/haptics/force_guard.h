@@ -32,12 +32,14 @@ enum class ForceFault : std::uint8_t {
   arm_silent,         // the arm's stamps do not move on
   outside_workspace,  // joint range left, or next to a singular pose
   late_tick,          // the loop itself stood still
+  button_released,    // the dead-man switch, where the rig wants one
   // do not heal
   overspeed,
   arm_lost,       // the device says that it is gone, or its driver failed
   clamp_tripped,  // the last clamp had to act
   law_failed,     // the contact law was too slow, or asked for bad forces, again and again: it is off
-  arm_slow        // the arm's driver was too slow again and again
+  arm_slow,       // the arm's driver was too slow again and again
+  arm_unchecked   // nobody has seen that this arm's forces go where they are commanded (force_permit.h)
 };
 
 constexpr bool heals(ForceFault fault) { return fault < ForceFault::overspeed; }
@@ -53,13 +55,14 @@ struct SafetyInputs {
   double held = 1.0;           // share of the last command that the device still gave when this tick began
   double tip_speed = 0.0;      // m/s
   bool connected = true, reading_good = true, inside_workspace = true, requested_good = true,
-       clamp_good = true, law_good = true, arm_quick = true;
+       clamp_good = true, law_good = true, arm_quick = true, button_held = true;
   bool warm = false;
 };
 
 class ForceGuard {
  public:
-  explicit ForceGuard(const ForceLimits& limits);
+  // Not `permitted`: safe from the start, and no rearm() helps.
+  ForceGuard(const ForceLimits& limits, bool permitted);
 
   void tick(const SafetyInputs& inputs);
   // Safe -> ready. False, and nothing changes, where it is not safe or its reason is still there.
@@ -75,6 +78,7 @@ class ForceGuard {
   ForceFault lasting_fault(const SafetyInputs& inputs) const;
 
   ForceLimits limits_;
+  bool permitted_;
   HapticState state_ = HapticState::ready;
   ForceFault fault_ = ForceFault::none;
   ForceFault present_ = ForceFault::none;  // lasting fault seen in the last tick

@@ -17,7 +17,7 @@ const SafetyInputs kGood{.elapsed_s = kMillisecond};
 ForceGuard running_guard() {
   ForceLimits limits;
   limits.start_ramp_s = 0.0;
-  ForceGuard guard(limits);
+  ForceGuard guard(limits, true);
   guard.tick(kGood);
   EXPECT_EQ(guard.state(), HapticState::running);
   EXPECT_EQ(guard.gain(), 1.0);
@@ -42,7 +42,7 @@ const std::vector<Sign> kLasting{{ForceFault::overspeed, [](SafetyInputs& s) { s
                                  {ForceFault::clamp_tripped, [](SafetyInputs& s) { s.clamp_good = false; }}};
 
 TEST(ForceGuard, NothingIsWrongBeforeEverythingHasBeenHeardOf) {
-  ForceGuard guard(ForceLimits{});
+  ForceGuard guard(ForceLimits{}, true);
   SafetyInputs silence = kGood;
   silence.input_age_s = silence.reading_age_s = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 100; ++i) guard.tick(silence);
@@ -107,7 +107,7 @@ TEST(ForceGuard, EveryLastingFaultKeepsForcesOffUntilRearmed) {
 }
 
 TEST(ForceGuard, ALastingFaultCountsBeforeTheFirstForceToo) {
-  ForceGuard guard(ForceLimits{});
+  ForceGuard guard(ForceLimits{}, true);
   SafetyInputs inputs = kGood;
   inputs.connected = false;
   inputs.input_age_s = 1.0;

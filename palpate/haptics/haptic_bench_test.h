@@ -51,8 +51,15 @@ class FakeArm : public device::ArmDevice {
   bool finite = true;
 };
 
+inline HapticSettings bench_settings() {
+  HapticSettings settings;
+  settings.permit = ForcePermit::of_simulated_arm();
+  return settings;
+}
+
 struct HapticBench {
-  explicit HapticBench(const HapticSettings& settings = {}) : HapticBench(settings, bench_calibration()) {}
+  explicit HapticBench(const HapticSettings& settings = bench_settings())
+      : HapticBench(settings, bench_calibration()) {}
   HapticBench(const HapticSettings& settings, const rig::ArmCalibration& c)
       : period(settings.period), calibration(c), loop(arm, calibration, {}, settings, input, output) {
     arm.period = period;
@@ -85,7 +92,7 @@ struct HapticBench {
 };
 
 inline HapticSettings without_ramp() {
-  HapticSettings settings;
+  HapticSettings settings = bench_settings();
   settings.limits.start_ramp_s = 0.0;
   return settings;
 }

@@ -19,7 +19,9 @@ HapticSettings checked(const HapticSettings& settings) {
   if (!(settings.record_s >= 0.0))
     throw std::invalid_argument(fmt::format("haptic loop: record_s is {}, expected >= 0", settings.record_s));
   check_force_limits(settings.limits);
-  return settings;
+  HapticSettings within = settings;
+  within.limits = settings.permit.lowered(settings.limits);
+  return within;
 }
 
 HapticGuests checked(const HapticGuests& guests) {
@@ -80,11 +82,11 @@ HapticLoop::HapticLoop(device::ArmDevice& arm, const rig::ArmCalibration& calibr
       law_bound_n_(guests.law == nullptr ? 0.0 : guests.law->force_bound()),
       input_(input),
       output_(output),
-      passivity_(settings.limits.most_damping_n_s_m),
-      guard_(settings.limits),
-      limiter_(settings.limits.max_backlog_s),
-      heat_(settings.limits),
-      clamp_(settings.limits, period_),
+      passivity_(settings_.limits.most_damping_n_s_m),
+      guard_(settings_.limits, settings_.permit.given()),
+      limiter_(settings_.limits.max_backlog_s),
+      heat_(settings_.limits),
+      clamp_(settings_.limits, period_),
       law_watch_(law_bound(guests, settings.period), guests.clock),
       arm_watch_(kMostOfTheArm, guests.clock),
       records_(std::make_unique<HapticRecords>()) {
@@ -92,6 +94,9 @@ HapticLoop::HapticLoop(device::ArmDevice& arm, const rig::ArmCalibration& calibr
   joints_ = device::JointVector::filled(kinematics_->joint_count(), 0.0);
   // No torques until there was a pose that has some.
   device_.J = device::TipJacobian::Zero(3, kinematics_->joint_count());
+  told_.state = guard_.state();
+  told_.fault = guard_.fault();
+  condition_.write(told_);
 }
 
 void HapticLoop::tick(Instant<PhysicsClock> begun) {
@@ -114,6 +119,7 @@ void HapticLoop::tick(Instant<PhysicsClock> begun) {
   inputs.reading_age_s =
       sampled_ ? to_seconds(now - last_fresh_sample_) : std::numeric_limits<double>::infinity();
   inputs.clamp_good = !clamp_.tripped();
+  inputs.button_held = settings_.permit.held(sample.buttons);
   judge_guests(inputs);
   const bool late = !(elapsed < settings_.limits.stale_s);
   if (late) statistics_.dropped_impacts += static_cast<std::uint64_t>(player_.drop());
@@ -264,8 +270,10 @@ Guest HapticLoop::culprit() const {
       return slowest_;
     case ForceFault::none:
     case ForceFault::outside_workspace:
+    case ForceFault::button_released:
     case ForceFault::overspeed:
     case ForceFault::clamp_tripped:
+    case ForceFault::arm_unchecked:
       break;
   }
   return Guest::none;
@@ -449,7 +457,9 @@ void HapticLoop::keep(Instant<PhysicsClock> now, const RequestedForce& requested
                   clamp_.last(), fault, guard_.state(), tip_.velocity.norm()});
 
   const bool became_safe = guard_.state() == HapticState::safe && told_.state != HapticState::safe;
-  const bool forces_taken = fault != ForceFault::none && before == ForceFault::none && gain_before > 0.0;
+  // A released button is a wish.
+  const bool forces_taken = fault != ForceFault::none && fault != ForceFault::button_released &&
+                            before == ForceFault::none && gain_before > 0.0;
   told_.state = guard_.state();
   told_.fault = fault;
   told_.culprit = culprit();

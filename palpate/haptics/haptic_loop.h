@@ -23,6 +23,7 @@
 #include "palpate/haptics/arm_force.h"
 #include "palpate/haptics/force_guard.h"
 #include "palpate/haptics/force_limiter.h"
+#include "palpate/haptics/force_permit.h"
 #include "palpate/haptics/guest.h"
 #include "palpate/haptics/guest_watch.h"
 #include "palpate/haptics/haptic_record.h"
@@ -74,6 +75,7 @@ struct HapticGuests {
 struct HapticSettings {
   Duration period{1'000'000};
   ForceLimits limits;
+  ForcePermit permit;       // none: no force, whatever is requested
   double force_gain = 1.0;  // of every force requested, 0 ... 1
   double record_s = 5.0;    // kept for inspection; at most HapticRecords::capacity() ticks
 };
@@ -127,6 +129,8 @@ class HapticLoop {
 
   // Haptic thread, or after it has stopped.
   const scene::TipState& tip() const { return tip_; }
+  // Whether the arm may have forces at all.
+  const ForcePermit& permit() const { return settings_.permit; }
   const HapticStatistics& statistics() const { return statistics_; }
   ForceFault fault() const { return guard_.fault(); }
   HapticState state() const { return guard_.state(); }

@@ -243,7 +243,7 @@ TEST(HapticLoop, AStiffWallGivesNoEnergyToTheHand) {
 }
 
 TEST(HapticLoop, SettingsThatCannotBeAreRefused) {
-  HapticSettings settings;
+  HapticSettings settings = bench_settings();
   settings.force_gain = 1.5;
   EXPECT_THROW(HapticBench{settings}, std::invalid_argument);
   settings = {};
@@ -274,7 +274,7 @@ TEST(HapticLoop, TickDoesNotAllocate) {
 }
 
 TEST(HapticLoop, TheLastSecondsAreKept) {
-  HapticSettings settings;
+  HapticSettings settings = bench_settings();
   settings.record_s = 0.05;
   HapticBench bench(settings);
   for (int i = 0; i < 120; ++i) bench.live();

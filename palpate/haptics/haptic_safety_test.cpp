@@ -160,7 +160,7 @@ TEST(HapticSafety, AnArmThatRunsAwayStaysOffUntilRearmed) {
 
 TEST(HapticSafety, ASlowerArmsSpeedLimitIsItsOwn) {
   const auto state_at = [](const ForceLimits& limits, double rad_per_tick) {
-    HapticSettings settings;
+    HapticSettings settings = bench_settings();
     settings.limits = limits;
     HapticBench bench(settings);
     for (int i = 0; i < 100; ++i) bench.arm.sample.joints[0] += rad_per_tick, bench.live();

@@ -9,6 +9,7 @@
 #include "palpate/device/arm_kinematics.h"
 #include "palpate/device/arm_model_file.h"
 #include "palpate/rig/file_mixup.h"
+#include "palpate/rig/internal/rig_forces.h"
 #include "palpate/rig/internal/rig_picture.h"
 
 namespace palpate::rig {
@@ -357,6 +358,7 @@ Expected<Rig> parse_rig(std::string_view content, const std::string& source) {
   if (rig.arm && rig.arm->model.joint_count() != rig.nominal_arm.joint_count())
     file->complain("arm", fmt::format("has {} joints, nominal_arm has {}; the same arm is expected",
                                       rig.arm->model.joint_count(), rig.nominal_arm.joint_count()));
+  rig.forces = forces_of(file->table("forces"));
   rig.camera = camera_of(file->table("camera"));
   rig.hand_eye = hand_eye_of(file->table("hand_eye"));
   rig.right_camera = camera_of(file->table("right_camera"));
@@ -460,7 +462,7 @@ std::string rig_text(const Rig& rig) {
     w.section("right_registration");
     w.put("covariance_si", rows(rig.right_registration_covariance));
   }
-  return w.take() + picture_parts_text(rig);
+  return w.take() + forces_text(rig.forces) + picture_parts_text(rig);
 }
 
 Expected<void> write_rig(const std::filesystem::path& path, const Rig& rig) {

@@ -17,6 +17,7 @@
 #include "palpate/device/charuco_board.h"
 #include "palpate/device/light.h"
 #include "palpate/math/pose.h"
+#include "palpate/rig/force_calibration.h"
 #include "palpate/time/instant.h"
 
 namespace palpate::rig {
@@ -133,6 +134,7 @@ struct Rig {
   std::vector<Vector3> tip_marker_leds, camera_marker_leds, pointer_leds;  // m, marker frames
   std::optional<PivotCalibration> tip_pivot, pointer_pivot;
   std::optional<ArmCalibration> arm;
+  std::optional<ForceCalibration> forces;   // without it a real arm is given none
   std::optional<CameraCalibration> camera;  // of two: the left eye's
   std::optional<HandEyeCalibration> hand_eye;
   // A second camera on the same marker, which takes its images at the same moments.
@@ -178,6 +180,10 @@ Rig right_eye_rig(const Rig& rig);
 device::JointVector rest_change(const ArmCalibration& arm, const device::JointVector& rest_readings);
 // A hand puts an arm back into its rest position to a few tenths of a degree.
 inline constexpr double kRestTolerance = 0.0087;  // rad, half a degree
+
+// Why the check of the forces does not hold any more for this arm (as its driver names it; empty: whichever it is),
+// in words that go after "since they were checked"; empty: it holds. Needs rig.forces.
+std::string void_reason(const Rig& rig, const std::string& identity);
 
 // A rig for a desk and a webcam: the board lies on the table, near the edge that faces the camera; where the
 // board lies, the table is, and at its far end stands a wall that only the picture shows. World as the

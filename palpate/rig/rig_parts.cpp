@@ -1,6 +1,9 @@
 // What can be asked of a rig.
+#include <fmt/format.h>
+
 #include <ctime>
 
+#include "palpate/core/units.h"
 #include "palpate/rig/rig.h"
 
 namespace palpate::rig {
@@ -56,6 +59,29 @@ std::vector<std::string> covariance_order(const device::ArmModel& model) {
 
 device::JointVector rest_change(const ArmCalibration& arm, const device::JointVector& rest_readings) {
   return rest_readings - arm.rest_readings;
+}
+
+std::string void_reason(const Rig& rig, const std::string& identity) {
+  const ForceCalibration& forces = *rig.forces;
+  if (!identity.empty() && identity != forces.identity)
+    return fmt::format("the arm has changed: it is '{}', and was '{}'", identity, forces.identity);
+  if (!rig.arm) return "the arm's calibration has gone";
+  if (rig.arm->model.name != forces.model)
+    return fmt::format("the arm's model has changed: it is {}, and was {}", rig.arm->model.name,
+                       forces.model);
+  const auto moved = [](const device::JointVector& now, const device::JointVector& then,
+                        const char* what) -> std::string {
+    if (now.size() != then.size())
+      return fmt::format("the arm's model has changed: it has {} joints, and had {}", now.size(),
+                         then.size());
+    Eigen::Index joint = 0;
+    if ((now - then).cwiseAbs().maxCoeff(&joint) <= kRestTolerance) return "";
+    return fmt::format("the arm's zero has changed: {} joint {} is {:.3f} deg, and was {:.3f}", what,
+                       joint + 1, degrees_from_radians(now[joint]), degrees_from_radians(then[joint]));
+  };
+  if (auto text = moved(rig.arm->rest_readings, forces.rest_readings, "the rest reading of"); !text.empty())
+    return text;
+  return moved(rig.arm->correction.offset, forces.joint_offsets, "the offset of");
 }
 
 std::vector<MissingPart> missing_parts(const Rig& rig) {

@@ -310,6 +310,45 @@ TEST(Rig, ChainsThatCannotBeAreRefused) {
   EXPECT_NE(complaint(rig_text(mixed)).find("covariance_si"), std::string::npos);
 }
 
+TEST(Rig, TheCheckOfItsForcesReadsBackAndAnImpossibleOneIsRefused) {
+  Rig rig = full_rig();
+  EXPECT_EQ(rig_text(rig).find("[forces]"), std::string::npos);  // none unless it was checked
+  ForceCalibration forces;
+  forces.identity = "maker \"7\"";
+  forces.model = rig.arm->model.name;
+  forces.rest_readings = rig.arm->rest_readings;
+  forces.joint_offsets = rig.arm->correction.offset;
+  forces.map << 0.98, 0.01, 0.0, 0.02, 1.03, -0.01, 0.0, 0.0, 0.99;
+  forces.covariance = 1e-3 * Eigen::MatrixXd::Identity(9, 9);
+  forces.joint_gains = Vector3(1.0, 0.97, 1.04);
+  forces.gain = 1.01, forces.gain_std = 0.02, forces.peak = 8.5;
+  forces.dead_man_button = 2;
+  forces.date = "2026-01-31T12:00:00Z", forces.method = "ramps and weight",
+  forces.data_hash = "0123456789abcdef";
+  rig.forces = forces;
+  const std::string text = rig_text(rig);
+  const auto again = parse_rig(text, "rig.toml");
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(rig_text(*again), text);
+  ASSERT_TRUE(again->forces);
+  EXPECT_EQ(again->forces->identity, forces.identity);
+  EXPECT_LT((again->forces->map - forces.map).norm(), 1e-12);
+  EXPECT_EQ(again->forces->gain, forces.gain);
+  EXPECT_EQ(again->forces->dead_man_button, 2);
+  EXPECT_EQ(void_reason(*again, forces.identity), "");
+  const auto without = [&](const std::string& key, const std::string& value) {
+    const auto at = text.find("\n" + key + " =", text.find("[forces]")) + 1;
+    const auto read = parse_rig(text.substr(0, at) + value + text.substr(text.find('\n', at)), "rig.toml");
+    return read ? std::string() : read.error().message;
+  };
+  EXPECT_NE(without("gain", "# none").find("peak_n: is 8.5; without a gain"), std::string::npos)
+      << without("gain", "# none");
+  EXPECT_NE(without("peak_n", "peak_n = -1").find("peak_n"), std::string::npos);
+  EXPECT_NE(without("arm", "# none").find("arm"), std::string::npos);
+  EXPECT_NE(without("dead_man_button", "dead_man_button = 40").find("dead_man_button"), std::string::npos);
+  EXPECT_NE(without("date", "date = 'yesterday'").find("date"), std::string::npos);
+}
+
 TEST(Rig, OfOneCameraHasOneEyeAndNoLight) {
   Rig rig = full_rig();
   rig.right_camera.reset(), rig.right_hand_eye.reset(), rig.light.reset(), rig.objects.clear();

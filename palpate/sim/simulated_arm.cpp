@@ -28,6 +28,9 @@ SimulatedArm::SimulatedArm(const config::WorldFile& world, const Truth& truth)
       X_world_base_(truth.X_world_base),
       X_base_world_(truth.X_world_base.inverse()),
       range_(world.arm.joint_range),
+      axis_signs_(Vector3::Ones()),
+      exchanged_(world.arm_faults.exchanged_joints),
+      torque_gains_(world.arm_faults.torque_gains.data()),
       mass_(world.arm.apparent_mass),
       friction_(world.arm.friction),
       max_force_(world.arm.max_force),
@@ -35,6 +38,8 @@ SimulatedArm::SimulatedArm(const config::WorldFile& world, const Truth& truth)
       hysteresis_(world.arm.hysteresis),
       joint_quantum_(world.arm.encoder_quantum),
       gimbal_quantum_(world.arm.gimbal_quantum) {
+  if (const int axis = world.arm_faults.mirrored_axis; axis > 0) axis_signs_[axis - 1] = -1.0;
+  faulty_ = axis_signs_ != Vector3::Ones() || exchanged_[0] > 0 || torque_gains_ != Vector3::Ones();
   place(X_world_base_.translation, X_world_base_.rotation);
 }
 
@@ -119,8 +124,9 @@ void SimulatedArm::update_joints() {
   // readings as angles); those torques act through the true geometry.
   motor_force_.setZero();
   if (commanded_ != Vector3::Zero()) {
-    const Vector3 torque =
-        device::phantom_jacobian(joint_readings(theta_), nominal_).transpose() * commanded_;
+    const Matrix3 own = device::phantom_jacobian(joint_readings(theta_), nominal_);
+    const Vector3 torque = faulty_ ? miswired(own.transpose() * axis_signs_.cwiseProduct(commanded_))
+                                   : Vector3(own.transpose() * commanded_);
     Vector3 real = device::phantom_jacobian(theta_, lengths_).transpose().partialPivLu().solve(torque);
     const double size = real.norm();
     if (!real.allFinite()) real.setZero();
@@ -134,6 +140,13 @@ void SimulatedArm::update_joints() {
     const Vector3 held = (X_world_base_ * device::phantom_tip(inside, lengths_)).m;
     stop_force_ = kStopStiffness * (held - state_.tip) - 8.0 * state_.velocity;
   }
+}
+
+// What the motors of an arm that is wired wrongly on purpose make of the wanted torques.
+Vector3 SimulatedArm::miswired(const Vector3& torque) const {
+  Vector3 real = torque;
+  if (exchanged_[0] > 0) std::swap(real[exchanged_[0] - 1], real[exchanged_[1] - 1]);
+  return torque_gains_.cwiseProduct(real);
 }
 
 void SimulatedArm::step(double h, SimulatedHand& hand) {

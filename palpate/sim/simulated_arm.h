@@ -58,6 +58,7 @@ class SimulatedArm {
 
  private:
   void update_joints();
+  Vector3 miswired(const Vector3& torque) const;
   Vector3 clamped(const Vector3& theta) const;
 
   device::PhantomLengths lengths_, nominal_;
@@ -65,6 +66,10 @@ class SimulatedArm {
   Pose<World, ArmBase> X_world_base_;
   Pose<ArmBase, World> X_base_world_;
   std::array<config::Range, 3> range_;
+  bool faulty_ = false;  // any of:
+  Vector3 axis_signs_;   // of ArmBase
+  std::array<int, 2> exchanged_;
+  Vector3 torque_gains_;
   double mass_, friction_, max_force_, max_speed_, hysteresis_, joint_quantum_, gimbal_quantum_;
 
   State state_;

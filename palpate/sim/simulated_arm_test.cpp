@@ -79,6 +79,34 @@ TEST(SimulatedArm, WrongGainsTurnTheForceThatIsFelt) {
   EXPECT_LT((felt - wanted).norm(), 1.0);
 }
 
+// At reset each joint pushes along one axis of ArmBase.
+TEST(SimulatedArm, MotorsWiredWronglyPushWhereTheyShouldNot) {
+  const Vector3 wanted(1.0, 0.5, 0.25);
+  const auto felt = [&](const auto& wire) {
+    auto world = ideal();
+    world.arm.length_sd = 0.0;
+    wire(world.arm_faults);
+    const auto truth = draw_truth(world, 1);
+    SimulatedArm arm(world, truth);
+    arm.command(wanted);
+    return Vector3(truth.X_world_base.rotation.conjugate() * arm.motor_force());
+  };
+  EXPECT_LT((felt([](auto&) {}) - wanted).norm(), 1e-9);
+  EXPECT_LT((felt([](auto& faults) { faults.mirrored_axis = 2; }) - Vector3(1.0, -0.5, 0.25)).norm(), 1e-9);
+  EXPECT_LT((felt([](auto& faults) {
+               faults.exchanged_joints = {2, 3};
+             }) -
+             Vector3(1.0, 0.25, 0.5))
+                .norm(),
+            1e-9);
+  EXPECT_LT((felt([](auto& faults) {
+               faults.torque_gains = {0.0, 1.0, 2.0};
+             }) -
+             Vector3(0.0, 0.5, 0.5))
+                .norm(),
+            1e-9);
+}
+
 TEST(SimulatedArm, ReadingsAreTheTrueAnglesThroughGainOffsetAndQuantum) {
   const auto& world = config::reference_world();
   const auto truth = draw_truth(world, 8);

@@ -10,6 +10,7 @@ void add_commands(CLI::App& program) {
   add_calibrate_points(*calibrate);
   add_calibrate_arm(*calibrate);
   add_calibrate_surface(*calibrate);
+  add_calibrate_forces(*calibrate);
   add_calibrate_landmarks(*calibrate);
   add_calibrate_camera(*calibrate);
   add_calibrate_hand_eye(*calibrate);

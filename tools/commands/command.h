@@ -32,6 +32,7 @@ void add_calibrate_pivot(CLI::App& calibrate);
 void add_calibrate_points(CLI::App& calibrate);
 void add_calibrate_arm(CLI::App& calibrate);
 void add_calibrate_surface(CLI::App& calibrate);
+void add_calibrate_forces(CLI::App& calibrate);
 void add_calibrate_landmarks(CLI::App& calibrate);
 void add_calibrate_camera(CLI::App& calibrate);
 void add_calibrate_hand_eye(CLI::App& calibrate);

@@ -110,6 +110,26 @@ void show_arm(const rig::ArmCalibration& arm) {
   line("  held-out error, mm", fmt::format("{:.4f}", kMm * arm.held_out_mean));
 }
 
+// Which arm may be given forces by this rig, as far as the rig alone can tell.
+void show_forces(const rig::Rig& rig) {
+  if (!rig.forces) {
+    line("forces", "not checked: a real arm is given none; palpate calibrate forces --arm URI --rig FILE");
+    return;
+  }
+  const rig::ForceCalibration& forces = *rig.forces;
+  const std::string change = rig::void_reason(rig, "");
+  line("forces",
+       change.empty()
+           ? fmt::format("checked on {}  ({}, {})", forces.identity, forces.date, forces.method)
+           : fmt::format("void: since they were checked {}; palpate calibrate forces again", change));
+  line("  joint gains", shown(forces.joint_gains));
+  line("  size",
+       forces.gain ? fmt::format("{:.3f} +- {:.3f}, peak {:g} N", *forces.gain, forces.gain_std, forces.peak)
+                   : fmt::format("not told by a weight, peak {:g} N", forces.peak));
+  if (forces.dead_man_button > 0)
+    line("  dead-man switch", fmt::format("button {} of the stylus", forces.dead_man_button));
+}
+
 void show_camera(const char* name, const rig::CameraCalibration& camera) {
   const auto& m = camera.model;
   line(name, fmt::format("{} x {} px  ({})", m.width, m.height, origin(camera.from, "px")));
@@ -146,6 +166,7 @@ Expected<void> show(const RigArguments& options) {
          with_sd(rig->pointer_pivot->tip_in_marker, rig->pointer_pivot->covariance, 0, kMm) + "  (" +
              origin(rig->pointer_pivot->from) + ")");
   if (rig->arm) show_arm(*rig->arm);
+  if (rig->arm && rig->arm->model != rig::kMouseArm) show_forces(*rig);
   if (rig->camera) show_camera("camera", *rig->camera);
   if (rig->hand_eye) show_hand_eye("hand-eye", *rig->hand_eye);
   if (rig->right_camera) show_camera("right camera", *rig->right_camera);
@@ -214,6 +235,7 @@ Expected<void> check(const RigArguments& options) {
   if (!rig) return tl::unexpected(rig.error());
   if (!options.rest_readings_deg.empty())
     if (const auto rest = check_rest(options, *rig); !rest) return rest;
+  if (rig->arm && rig->arm->model != rig::kMouseArm) show_forces(*rig);
   const auto missing = rig::missing_parts(*rig);
   if (missing.empty()) {
     line("complete", options.file);

@@ -6,6 +6,8 @@
 #include "drivers/openhaptics/stub/hd_stub.h"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -109,8 +111,31 @@ Eigen::Vector3d torque_of(const HdStubDevice& device, const Eigen::Vector3d& for
 
 void give(HdStubDevice& device, const Eigen::Vector3d& force) {
   Eigen::Map<Eigen::Vector3d>(device.force) = force;
-  Eigen::Map<Eigen::Vector3d>(device.torque) = torque_of(device, force);
+  Eigen::Vector3d axes = force;
+  if (device.mirrored_axis > 0) axes[device.mirrored_axis - 1] *= -1.0;
+  Eigen::Vector3d torque = torque_of(device, axes);
+  if (device.exchanged[0] > 0) std::swap(torque[device.exchanged[0] - 1], torque[device.exchanged[1] - 1]);
+  Eigen::Map<Eigen::Vector3d>(device.torque) = torque.cwiseProduct(Eigen::Vector3d(device.torque_gain));
   device.largest_force = std::max(device.largest_force, force.norm());
+}
+
+// A cycle of a hand on the stylus, a spring and a damper without mass: the tip's way is that of the joints.
+void hold(HdStubDevice& device) {
+  if (!device.hand) return;
+  constexpr double kStep = 1e-5, kCycle = 1e-3;
+  Eigen::Map<Eigen::Vector3d> turned(device.turned);
+  Eigen::Matrix3d J;  // m / rad
+  for (int joint = 0; joint < 3; ++joint) {
+    Eigen::Vector3d ahead = turned, behind = turned;
+    ahead[joint] += kStep;
+    behind[joint] -= kStep;
+    J.col(joint) = 1e-3 * (place_of(device, ahead) - place_of(device, behind)) / (2.0 * kStep);
+  }
+  const Eigen::Vector3d motors = J.transpose().inverse() * Eigen::Vector3d(device.torque);
+  const Eigen::Vector3d off =
+      1e-3 * (place_of(device, Eigen::Vector3d(device.hand_at)) - place_of(device, turned));
+  const Eigen::Vector3d velocity = (motors + device.hand_stiffness * off) / device.hand_damping;
+  turned += J.inverse() * (kCycle * velocity);
 }
 
 void listen_to_the_file() {
@@ -120,14 +145,30 @@ void listen_to_the_file() {
   std::string word;
   bool unplugged = false;
   unsigned error = 0;
+  HdStubDevice told;  // its hand, buttons and motors
   while (in >> word) {
     unplugged = unplugged || word == "unplugged";
+    if (word == "hand")
+      told.hand = static_cast<bool>(in >> told.hand_at[0] >> told.hand_at[1] >> told.hand_at[2]);
+    if (word == "button") {
+      unsigned button = 0;
+      if (in >> button && button > 0) told.buttons |= 1u << (button - 1);
+    }
+    if (word == "axis") in >> told.mirrored_axis;
+    if (word == "exchanged") in >> told.exchanged[0] >> told.exchanged[1];
+    if (word == "torques") in >> told.torque_gain[0] >> told.torque_gain[1] >> told.torque_gain[2];
     if (word == "warm") error = 0x0200;
     if (word == "over") error = 0x0201;
   }
   for (auto& device : all().devices) {
     const std::lock_guard lock(device.guard);
     device.plugged = !unplugged;
+    device.buttons = told.buttons;
+    device.hand = told.hand;
+    device.mirrored_axis = told.mirrored_axis;
+    std::copy_n(told.hand_at, 3, device.hand_at);
+    std::copy_n(told.exchanged, 2, device.exchanged);
+    std::copy_n(told.torque_gain, 3, device.torque_gain);
     device.error = error;
     device.error_cycles = error != 0 ? 1000000 : 0;
   }
@@ -247,6 +288,7 @@ void hdEndFrame(HHD handle) {
     fail(device->error);
   }
   give(*device, force);
+  hold(*device);
   ++device->cycles;
 }
 
@@ -266,7 +308,9 @@ void hdGetIntegerv(HDenum what, int* values) {
   HdStubDevice* device = current_device();
   if (device == nullptr) return;
   const std::lock_guard lock(device->guard);
-  if (what == 0x2553) {
+  if (what == 0x2000) {
+    *values = static_cast<int>(device->buttons);
+  } else if (what == 0x2553) {
     *values = device->input_dof;
   } else if (what == 0x2554) {
     *values = 3;

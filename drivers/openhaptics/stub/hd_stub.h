@@ -3,7 +3,8 @@
 // A device obeys its own kinematics, in millimetres, and its own idea of which turn of the turret is
 // positive; nothing is shared with the driver. Everything in HdStubDevice under its guard. From another
 // process: the file named by the environment variable HD_STUB_STATE holds words ("unplugged", "warm",
-// "over"), read every few cycles.
+// "over"; "hand 0.1 0.2 0.3": a hand holds the stylus at these joint angles; "button 1"; "axis 1", "exchanged 2 3",
+// "torques 1 0 1": faults of the motors), read every few cycles.
 #pragma once
 
 #include <cstdint>
@@ -26,9 +27,19 @@ struct HdStubDevice {
   double gimbal[3] = {0.0, 0.0, 0.0};  // right, up, clockwise; rad
   bool plugged = true;
   bool joints_broken = false;  // readings are not numbers
-  bool slipped = false;        // readings of the thigh do not follow it any more
-  unsigned init_error = 0;     // of the next hdInitDevice
-  unsigned error = 0;          // of the next `error_cycles` cycles
+  unsigned buttons = 0;        // pressed ones, the first is bit 0
+  // A hand that holds the stylus lightly where these joint angles put it: without it the stylus stands, whatever the
+  // motors do.
+  bool hand = false;
+  double hand_at[3] = {0.0, 0.0, 0.0};                 // rad
+  double hand_stiffness = 250.0, hand_damping = 10.0;  // N/m, N s/m
+  // Motors that are wired wrongly.
+  int mirrored_axis = 0;      // of a commanded force: 1 x, 2 y, 3 z
+  int exchanged[2] = {0, 0};  // joints, counted from 1
+  double torque_gain[3] = {1.0, 1.0, 1.0};
+  bool slipped = false;     // readings of the thigh do not follow it any more
+  unsigned init_error = 0;  // of the next hdInitDevice
+  unsigned error = 0;       // of the next `error_cycles` cycles
   int error_cycles = 0;
   bool blocked = false;  // hdBeginFrame does not return
   bool inside_begin = false;

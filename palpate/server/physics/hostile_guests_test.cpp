@@ -200,7 +200,7 @@ TEST(LoopWatchdog, ActsWhileTheLoopsThreadHangsInAContactLaw) {
   } arm;
   TripleBuffer<haptics::HapticInput> input;
   TripleBuffer<scene::TipState> output;
-  haptics::HapticLoop loop(arm, haptics::bench_calibration(), {}, {}, input, output,
+  haptics::HapticLoop loop(arm, haptics::bench_calibration(), {}, haptics::bench_settings(), input, output,
                            {"guest", &law, nullptr});
   std::thread ticking([&] {
     while (!stop) {

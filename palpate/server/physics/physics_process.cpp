@@ -199,6 +199,7 @@ Expected<void> PhysicsProcess::open() {
   if (!side) return tl::unexpected(side.error());
   side_ = std::move(*side);
   if (auto served = side_->serve(*endpoint, clock_, *identity); !served) return served;
+  if (const std::string& words = side_->server().haptic().permit().words(); !words.empty()) notice(words);
   const auto folder = options_.out.empty() ? run_directory() : Expected<std::filesystem::path>(options_.out);
   if (!folder) return tl::unexpected(folder.error());
   trips_.emplace(side_->server().haptic(), *folder, [this](const std::string& line) { told_.add(line); });

@@ -83,6 +83,20 @@ TEST_F(RealArm, TellsOnceWhoItIsThatItIsGoneAndThatItIsBack) {
   EXPECT_EQ((*arm)->figures()["times_lost"], 1);
 }
 
+// The stub's arm, as if its forces had been checked and weighed.
+haptics::ForcePermit checked() {
+  rig::Rig rig;
+  rig.arm.emplace();
+  rig.forces = rig::ForceCalibration{};
+  rig.forces->identity = "openhaptics Simulated PHANToM 0042";
+  rig.forces->model = rig.arm->model;
+  rig.forces->gain = 1.0;
+  rig.forces->peak = 8.5;
+  device::ArmFacts facts;
+  facts.identity = rig.forces->identity;
+  return haptics::ForcePermit::of(facts, rig);
+}
+
 // The haptic loop on a real arm, with a wish of its own in every tick.
 struct Play {
   Play(drivers::openhaptics::OpenHapticsArm& arm, const haptics::HapticSettings& settings)
@@ -103,7 +117,7 @@ TEST_F(RealArm, UnpluggedDuringPlayItsForcesFadeAndStayOffUntilItIsBackAndSomebo
   auto arm = drivers::openhaptics::OpenHapticsArm::open(patient());
   ASSERT_TRUE(arm) << arm.error().message;
   ASSERT_TRUE(comes_true([&] { return reads(**arm); }));
-  const haptics::HapticSettings settings;
+  const haptics::HapticSettings settings{.permit = checked()};
   Play play(**arm, settings);
   play.request.continuous = {1.0, 0.0, 0.0};
   Instant<PhysicsClock> now;
@@ -152,7 +166,7 @@ TEST_F(RealArm, UnpluggedDuringPlayItsForcesFadeAndStayOffUntilItIsBackAndSomebo
 
 // A long, soft impact, to whose length a busy machine's pauses are short; no pause counts as a fault here.
 double lost_share_of_an_impact(drivers::openhaptics::OpenHapticsArm& arm) {
-  haptics::HapticSettings settings;
+  haptics::HapticSettings settings{.permit = checked()};
   settings.limits.start_ramp_s = 0.0;
   settings.limits.stale_s = 10.0;
   Play play(arm, settings);

@@ -97,12 +97,18 @@ void visit_arm_and_hand(V& v, W& w) {
   v.number("max_speed_m_s", w.arm.max_speed, kSi, kPositive);
   v.integer("force_dof", w.arm.force_dof, {3.0, 3.0});
 
-  v.section("hand");
-  v.number("mass_kg", w.hand.mass, kSi, kNotNegative);
-  v.number("damping_n_s_m", w.hand.damping, kSi, kNotNegative);
-  v.number("stiffness_n_m", w.hand.stiffness, kSi, {0.0, 1e5});
-  v.numbers("pull_n", w.hand.pull, kSi, kNotNegative);
-  v.number("fixation_stiffness_n_m", w.hand.fixation_stiffness, kSi, kPositive);
+  v.section("arm_faults");
+  v.integer("mirrored_axis", w.arm_faults.mirrored_axis, {0.0, 3.0});
+  v.integers("exchanged_joints", w.arm_faults.exchanged_joints, {0.0, 3.0});
+  v.numbers("torque_gains", w.arm_faults.torque_gains, kSi, {-10.0, 10.0});
+}
+
+v.section("hand");
+v.number("mass_kg", w.hand.mass, kSi, kNotNegative);
+v.number("damping_n_s_m", w.hand.damping, kSi, kNotNegative);
+v.number("stiffness_n_m", w.hand.stiffness, kSi, {0.0, 1e5});
+v.numbers("pull_n", w.hand.pull, kSi, kNotNegative);
+v.number("fixation_stiffness_n_m", w.hand.fixation_stiffness, kSi, kPositive);
 }
 
 template <typename V, typename W>
@@ -415,6 +421,10 @@ void check_whole(Reader& reader, const WorldFile& w) {
   if (w.hand.pull[0] > w.hand.pull[1])
     reader.section_table("hand").complain("pull_n", "[low, high] with low <= high");
   check_faults(reader, w);
+  if (const auto& joints = w.arm_faults.exchanged_joints;
+      (joints[0] == joints[1]) != (joints[0] == 0) || (joints[0] == 0) != (joints[1] == 0))
+    reader.section_table("arm_faults")
+        .complain("exchanged_joints", "two different joints, or [0, 0], are expected");
   if (w.camera.exposure_s * w.camera.rate_hz > 1.0)
     reader.section_table("camera").complain(
         "exposure_ms",

@@ -77,6 +77,13 @@ struct WorldFile {
     int force_dof = 3;
   } arm;
 
+  // An arm whose motors are wired wrongly on purpose, which the reference does not name: for the check of forces.
+  struct {
+    int mirrored_axis = 0;                              // of ArmBase: 1 x, 2 y, 3 z; 0: none
+    std::array<int, 2> exchanged_joints{};              // 1 to 3; 0 0: none
+    std::array<double, 3> torque_gains{1.0, 1.0, 1.0};  // of the joints' motors; 0: without power
+  } arm_faults;
+
   struct {
     double mass = 0.0, damping = 0.0, stiffness = 0.0;
     Range pull{};  // N

@@ -156,6 +156,20 @@ TEST(WorldFile, FaultsAreReadAndWrittenAndNoneIsThereUnlessSaid) {
   EXPECT_EQ(again->faults.repeat_s, 10.0);
 }
 
+TEST(WorldFile, AnArmWiredWronglyIsReadAndWrittenAndNoneIsThereUnlessSaid) {
+  EXPECT_EQ(reference_world().arm_faults.mirrored_axis, 0);
+  EXPECT_EQ(reference_world_text().find("arm_faults"), std::string_view::npos);
+  const auto world =
+      parse_world("[arm_faults]\nmirrored_axis = 2\nexchanged_joints = [1, 3]\ntorque_gains = [1, 0, 0.5]\n",
+                  "wires.toml");
+  ASSERT_TRUE(world) << world.error().message;
+  const auto again = parse_world(world_text(*world), "again.toml");
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(again->arm_faults.mirrored_axis, 2);
+  EXPECT_EQ(again->arm_faults.exchanged_joints, (std::array<int, 2>{1, 3}));
+  EXPECT_EQ(again->arm_faults.torque_gains, (std::array<double, 3>{1.0, 0.0, 0.5}));
+}
+
 TEST(WorldFile, ARigFileInItsPlaceIsCalledThatAndTheWayToAWorldIsTold) {
   const auto world = parse_world(rig::rig_text(rig::Rig{}), "desk.toml", {});
   ASSERT_FALSE(world);
@@ -203,6 +217,9 @@ TEST(WorldFile, MistakesAreNamedWithFileLineAndKey) {
       {"[darts]\npicture = 3\n", "bad.toml:2", "picture"},
       {"[scene]\ndart_offset_m = [1, 2]\n", "bad.toml:2", "dart_offset_m"},
       {"[darts]\nmass_g = 60\n", "bad.toml:2", "lighter than 50 g"},
+      {"[arm_faults]\nexchanged_joints = [2, 2]\n", "bad.toml:2", "two different joints"},
+      {"[arm_faults]\nexchanged_joints = [0, 2]\n", "bad.toml:2", "two different joints"},
+      {"[arm_faults]\nmirrored_axis = 4\n", "bad.toml:2", "mirrored_axis"},
       {"[faults]\ncamera_dark_s = [1, 2]\n", "bad.toml:2", "camera_dark_s"},
       {"[faults]\ncamera_silent_s = [3, 2]\n", "bad.toml:2", "from <= until"},
       {"[faults]\ncamera_silent_s = [-1, 2]\n", "bad.toml:2", "camera_silent_s"},

@@ -47,8 +47,9 @@ MouseGame play_with_mouse(const MousePlay& how) {
   auto help =
       applications.make_input_assist(scene, desktop::players_reach(rig, file), desktop::own_hand(file));
   if (!game || !help || !*help) return {};
-  server::physics::PhysicsServer physics(rig, scene, std::move(*game), world.arm(),
-                                         haptics::HapticSettings{});
+  server::physics::PhysicsServer physics(
+      rig, scene, std::move(*game), world.arm(),
+      haptics::HapticSettings{.permit = haptics::ForcePermit::of_simulated_arm()});
   const auto X_world_camera = looking(file.head.eye, file.head.look_at);
   mouse.see(X_world_camera);
   Random random(how.seed, "mouse");

@@ -1,0 +1,50 @@
+#include "palpate/haptics/force_permit.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace palpate::haptics {
+
+ForcePermit ForcePermit::of(const device::ArmFacts& arm, const rig::Rig& rig) {
+  ForcePermit permit;
+  if (arm.simulated) {
+    permit.given_ = true;
+    permit.words_.clear();
+    return permit;
+  }
+  constexpr const char* kRemedy = "run `palpate calibrate forces --arm URI --rig FILE`";
+  if (!rig.forces) {
+    permit.words_ = fmt::format(
+        "forces stay off: nobody has seen that the forces of this arm go where they are commanded; {}",
+        kRemedy);
+    return permit;
+  }
+  if (const std::string change = rig::void_reason(rig, arm.identity); !change.empty()) {
+    permit.words_ = fmt::format("forces stay off: since they were checked {}; {} again", change, kRemedy);
+    return permit;
+  }
+  permit.given_ = true;
+  permit.words_.clear();
+  permit.peak_n_ = rig.forces->gain ? rig.forces->peak : std::min(rig.forces->peak, rig::kUnweighedPeak);
+  if (!rig.forces->gain)
+    permit.words_ = fmt::format(
+        "forces stay below {:g} N: no known weight has told their size (palpate calibrate forces "
+        "--weight-g)",
+        permit.peak_n_);
+  if (const int button = rig.forces->dead_man_button; button > 0) {
+    permit.wanted_buttons_ = 1u << static_cast<unsigned>(button - 1);
+    permit.words_ += fmt::format("{}forces only while button {} of the stylus is held",
+                                 permit.words_.empty() ? "" : "; ", button);
+  }
+  return permit;
+}
+
+ForceLimits ForcePermit::lowered(ForceLimits limits) const {
+  if (peak_n_ <= 0.0) return limits;
+  limits.peak_n = std::min(limits.peak_n, peak_n_);
+  limits.continuous_n = std::min(limits.continuous_n, limits.peak_n);
+  return limits;
+}
+
+}  // namespace palpate::haptics

@@ -1,0 +1,35 @@
+// What a rig keeps of the check that its arm's forces go where they are commanded (palpate calibrate forces).
+//
+// It holds for one arm, one model of it and one zero of its encoders; void_reason() tells what has changed. N, rad,
+// ArmBase axes. Values.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+
+#include "palpate/device/joints.h"
+#include "palpate/math/so3.h"
+
+namespace palpate::rig {
+
+// N, at the tip: the peak of an arm whose forces nobody has compared with a known weight.
+inline constexpr double kUnweighedPeak = 1.0;
+
+struct ForceCalibration {
+  std::string identity;               // of the arm, as its driver tells (device::ArmFacts)
+  std::string model;                  // of the arm calibration then, its name
+  device::JointVector rest_readings;  // the zero then: as the arm calibration's
+  device::JointVector joint_offsets;
+  Matrix3 map =
+      Matrix3::Identity();      // felt over commanded force, of size 1, in the middle of the poses tried
+  Eigen::MatrixXd covariance;   // 9 x 9, of the map row by row; empty where unknown
+  Eigen::VectorXd joint_gains;  // torque over commanded torque, beside the median's
+  std::optional<double> gain;   // felt over commanded size, by a known weight
+  double gain_std = 0.0;
+  double peak = kUnweighedPeak;         // N: at most so much may be commanded
+  int dead_man_button = 0;              // of the stylus, counted from 1; 0: none is wanted
+  std::string date, method, data_hash;  // as Provenance has them
+};
+
+}  // namespace palpate::rig

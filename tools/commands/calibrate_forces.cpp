@@ -1,0 +1,273 @@
+#include <fmt/format.h>
+
+#include <memory>
+#include <thread>
+
+#include "palpate/calibration/forces/force_session.h"
+#include "palpate/core/file.h"
+#include "palpate/core/stop_signal.h"
+#include "palpate/core/units.h"
+#include "palpate/time/clock.h"
+#include "palpate/time/real_time.h"
+#include "tools/commands/command.h"
+#include "tools/commands/drivers.h"
+#include "tools/commands/result_output.h"
+#include "tools/commands/terminal_key.h"
+
+namespace palpate::tools::commands {
+namespace {
+
+using calibration::ForceVerdict;
+namespace forces = calibration::forces;
+
+constexpr double kGravity = 9.81;  // m/s^2
+
+struct ForceArguments {
+  std::string arm, rig, json;
+  double weight_g = 0.0, patience_s = 120.0;
+  int dead_man = 0, key_button = 0, poses = 5;
+  bool yes_held = false, at_reset = false;
+};
+
+// Who holds the stylus and the key: the simulated laboratory's hand, or a person.
+class Holder : public forces::ForcePerson {
+ public:
+  Holder(const ForceArguments& options, std::unique_ptr<TerminalKey> key,
+         std::unique_ptr<device::OpenedHand> hand, const Pose<World, ArmBase>& X_world_base)
+      : options_(options), key_(std::move(key)), hand_(std::move(hand)), X_world_base_(X_world_base) {}
+
+  bool key_held(std::uint32_t buttons) override {
+    if (hand_) hand_->device().move_to(target_);
+    if (options_.key_button > 0) return (buttons >> static_cast<unsigned>(options_.key_button - 1) & 1u) != 0;
+    return key_ ? key_->held() : true;
+  }
+  void say(const std::string& line) override { notice("forces: " + line); }
+  void pose_wanted(int pose, const Vector3& tip) override {
+    if (!hand_) return;
+    const Vector3 here = (X_world_base_ * Point<ArmBase>{tip}).m;
+    if (pose == 0) middle_ = here + Vector3(0.0, 0.03, 0.0);
+    constexpr double kAside = 0.09, kUp = 0.06;
+    const Vector3 ways[] = {
+        {0.0, 0.0, 0.0}, {-kAside, kUp, 0.0}, {kAside, kUp, 0.0}, {-kAside, -kUp, 0.0}, {kAside, -kUp, 0.0}};
+    if (pose < static_cast<int>(std::size(ways))) target_.tip.m = middle_ + ways[pose];
+  }
+
+ private:
+  const ForceArguments& options_;
+  std::unique_ptr<TerminalKey> key_;
+  std::unique_ptr<device::OpenedHand> hand_;
+  Pose<World, ArmBase> X_world_base_;
+  Vector3 middle_ = Vector3::Zero();
+  device::HandTarget target_;
+};
+
+bool names_a_fault(ForceVerdict verdict) {
+  switch (verdict) {
+    case ForceVerdict::axis_mirrored:
+    case ForceVerdict::axes_exchanged:
+    case ForceVerdict::joint_mirrored:
+    case ForceVerdict::joints_exchanged:
+    case ForceVerdict::joint_without_power:
+    case ForceVerdict::ratio_off:
+      return true;
+    case ForceVerdict::agreed:
+    case ForceVerdict::too_little_motion:
+    case ForceVerdict::restless_hand:
+    case ForceVerdict::undetermined:
+    case ForceVerdict::unexplained:
+      break;
+  }
+  return false;
+}
+
+Json forces_json(const calibration::ForceCheck& check, const forces::ForceObservations& seen,
+                 const device::ArmFacts& facts) {
+  Json json;
+  json["arm"] = facts.identity;
+  json["verdict"] = std::string(calibration::name_of(check.verdict));
+  json["words"] = check.words;
+  json["poses"] = seen.poses.size();
+  json["joint_gains"] = json_list(check.joint_gains);
+  json["joint_gains_std"] = json_list(standard_deviations(check.covariance));
+  json["map"] = json_rows(check.map);
+  json["map_covariance"] = json_rows(check.map_covariance);
+  json["hand_compliance_mm_n"] = kMm * check.compliance;
+  json["hand_anisotropy"] = check.anisotropy;
+  json["scatter_mm_n"] = kMm * check.scatter;
+  json["misfit"] = check.cost;
+  json["freedoms"] = check.freedoms;
+  json["next_misfit"] = check.next_cost;
+  for (int i = 1; i < forces::kBreakOffs; ++i)
+    json["break_offs"][std::string(forces::name_of(static_cast<forces::BreakOff>(i)))] =
+        seen.break_offs[static_cast<std::size_t>(i)];
+  json["data_hash"] = content_hash(seen.ramps_csv);
+  return json;
+}
+
+rig::ForceCalibration part_of(const rig::Rig& rig, const ForceArguments& options,
+                              const device::ArmFacts& facts, const calibration::ForceCheck& check,
+                              const std::optional<calibration::WeightGain>& weight, const std::string& hash) {
+  rig::ForceCalibration part;
+  part.identity = facts.identity;
+  part.model = rig.arm->model.name;
+  part.rest_readings = rig.arm->rest_readings;
+  part.joint_offsets = rig.arm->correction.offset;
+  part.map = check.map;
+  part.covariance = check.map_covariance;
+  part.joint_gains = check.joint_gains;
+  if (weight) {
+    part.gain = weight->gain;
+    part.gain_std = weight->deviation;
+    part.peak = haptics::lowered_to(haptics::force_limits_of(rig.arm->model), facts).peak_n;
+  }
+  part.dead_man_button = options.dead_man;
+  part.date = rig::utc_now();
+  part.method = weight ? "ramps and weight" : "ramps";
+  part.data_hash = hash;
+  return part;
+}
+
+// The rig file as it is now, with another part: the check may have taken minutes.
+Expected<void> put_into_rig(const std::string& file, std::optional<rig::ForceCalibration> part) {
+  auto rig = rig::read_rig(file);
+  if (!rig) return tl::unexpected(rig.error());
+  rig->forces = std::move(part);
+  return rig::write_rig(file, *rig);
+}
+
+Expected<std::unique_ptr<Holder>> holder(const ForceArguments& options, const rig::Rig& rig) {
+  const auto* driver = drivers().find_for(options.arm);
+  std::unique_ptr<device::OpenedHand> hand;
+  if (driver != nullptr && driver->simulated && driver->hand) {
+    auto opened = drivers().open(device::HandRequest{options.arm});
+    if (!opened) return tl::unexpected(opened.error());
+    hand = std::move(*opened);
+  }
+  std::unique_ptr<TerminalKey> key;
+  if (!hand && options.key_button == 0 && !options.yes_held) {
+    auto opened = TerminalKey::open();
+    if (!opened) return tl::unexpected(opened.error());
+    key = std::move(*opened);
+  }
+  return std::make_unique<Holder>(options, std::move(key), std::move(hand), rig.arm->X_world_base);
+}
+
+Expected<void> tell(const ForceArguments& options, const rig::Rig& rig, const device::ArmFacts& facts,
+                    const forces::ForceObservations& seen) {
+  const auto check = calibration::check_forces(seen.poses);
+  if (!check) return tl::unexpected(check.error());
+  Json json = forces_json(*check, seen, facts);
+  std::optional<calibration::WeightGain> weight;
+  std::string trouble = check->verdict == ForceVerdict::agreed ? "" : check->words;
+  if (trouble.empty() && options.weight_g > 0.0) {
+    const auto found =
+        calibration::gain_of_weight(1e-3 * options.weight_g * kGravity, seen.rising, seen.sinking);
+    if (found) {
+      weight = *found;
+      json["gain"] = weight->gain;
+      json["gain_std"] = weight->deviation;
+      json["friction_n"] = weight->friction;
+    } else {
+      trouble = found.error().message;
+      json["words"] = trouble;
+    }
+  }
+  const auto part = part_of(rig, options, facts, *check, weight, json["data_hash"].get<std::string>());
+  if (trouble.empty()) json["peak_n"] = part.peak;
+  if (!options.json.empty())
+    if (auto done = write_json(options.json, json); !done) return done;
+  const bool void_now =
+      names_a_fault(check->verdict) || (check->verdict == ForceVerdict::agreed && !trouble.empty());
+  if (trouble.empty() || void_now)
+    if (auto done = put_into_rig(options.rig, trouble.empty() ? std::optional(part) : std::nullopt); !done)
+      return done;
+  if (!trouble.empty())
+    return refused("{}: forces stay off: {}{}", options.arm,
+                   check->verdict == ForceVerdict::agreed
+                       ? ""
+                       : fmt::format("{}: ", calibration::name_of(check->verdict)),
+                   trouble);
+  std::FILE* const stream = options.json == "-" ? stderr : stdout;
+  fmt::print(stream, "forces of {} go where they are commanded; gains of the joints {} (+- {})\n",
+             facts.identity, shown(check->joint_gains), shown(standard_deviations(check->covariance)));
+  fmt::print(stream, "{}\n",
+             weight
+                 ? fmt::format("size {:.3f} +- {:.3f} of what is commanded; peak {:g} N", weight->gain,
+                               weight->deviation, part.peak)
+                 : fmt::format("no known weight has told their size: the peak stays at {:g} N", part.peak));
+  return {};
+}
+
+Expected<void> run(const ForceArguments& options) {
+  const auto rig = rig::read_rig(options.rig);
+  if (!rig) return tl::unexpected(rig.error());
+  if (!rig->arm)
+    return refused("{}: has no arm calibration; run `palpate calibrate arm ... --rig {}`", options.rig,
+                   options.rig);
+  if (!drivers().names_arm(options.arm))
+    return wrong_use("--arm: {}",
+                     drivers().check(device::ArmRequest{.uri = options.arm, .nominal = {}}).error().message);
+  auto person = holder(options, *rig);
+  if (!person) return tl::unexpected(person.error());
+  auto arm = drivers().open(device::ArmRequest{
+      .uri = options.arm, .nominal = rig->nominal_arm, .at_reset_position = options.at_reset});
+  if (!arm) return tl::unexpected(arm.error());
+  if (const auto news = (*arm)->look(); news && *news) notice(**news);
+  forces::ForceSessionSettings settings;
+  settings.poses = options.poses;
+  settings.weight_kg = 1e-3 * options.weight_g;
+  settings.patience_s = options.patience_s;
+  settings.stop = &stop_requested();
+  MonotonicClock<PhysicsClock> clock;
+  Expected<forces::ForceObservations> seen = refused("force check: not begun");
+  std::thread([&] {
+    enter_real_time(80);
+    seen = forces::observe_forces((*arm)->device(), *rig, clock, **person, settings);
+  }).join();
+  if (!seen) return tl::unexpected(seen.error());
+  return tell(options, *rig, (*arm)->facts(), *seen);
+}
+
+}  // namespace
+
+void add_calibrate_forces(CLI::App& calibrate) {
+  auto options = std::make_shared<ForceArguments>();
+  auto* command = calibrate.add_subcommand(
+      "forces", "Whether an arm's forces go where they are commanded; without it a real arm is given none");
+  command->add_option("--arm", options->arm, "The arm: lab, openhaptics or openhaptics:NAME")
+      ->required()
+      ->type_name("URI");
+  command
+      ->add_option("--rig", options->rig, "Rig file with the arm's calibration; the result is written there")
+      ->required()
+      ->type_name("FILE");
+  command
+      ->add_option(
+          "--weight-g", options->weight_g,
+          "A known weight that the arm lifts at the end, g: tells the size; without it the peak stays at 1 N")
+      ->check(CLI::Range(5.0, 90.0));
+  command
+      ->add_option("--dead-man", options->dead_man,
+                   "From then on forces only while this button of the stylus is held, counted from 1")
+      ->check(CLI::Range(1, 32));
+  command
+      ->add_option(
+          "--key-button", options->key_button,
+          "The key to be held during the check is this button of the stylus, not the terminal's space bar")
+      ->check(CLI::Range(1, 32));
+  command->add_flag("--yes-held", options->yes_held,
+                    "Count the key as held throughout: for scripts, not for people");
+  command->add_option("--poses", options->poses, "In how many poses the tip is pushed")
+      ->check(CLI::Range(1, 5))
+      ->capture_default_str();
+  command->add_option("--patience-s", options->patience_s, "How long to wait for stylus and key")
+      ->check(CLI::Range(1.0, 3600.0))
+      ->capture_default_str();
+  command->add_flag("--arm-at-reset", options->at_reset,
+                    "The arm is in its reset position now: set its encoders' zero there if it is lost");
+  command->add_option("--json", options->json, "Write the result as JSON to FILE (- = standard output)")
+      ->type_name("FILE");
+  on(command, [options] { return run(*options); });
+}
+
+}  // namespace palpate::tools::commands
