@@ -287,6 +287,37 @@ class OurRay : public Sweeper {
   const physics::CollisionMesh& mesh_;
 };
 
+struct Contender {
+  const char* name;
+  std::unique_ptr<Sweeper> sweeper;
+  const std::vector<std::pair<Vector3, Vector3>>* paths;
+  std::size_t beside;  // whom it is compared with
+  std::vector<double> means, times;
+  std::vector<std::optional<double>> answers;
+};
+
+void print_beside(const Contender& c, const Contender& ours, std::size_t triangles) {
+  std::vector<double> ratios, off;
+  int hits = 0, disagree = 0;
+  for (std::size_t r = 0; r < c.means.size(); ++r) ratios.push_back(ours.means[r] / c.means[r]);
+  for (std::size_t i = 0; i < c.answers.size(); ++i) {
+    hits += c.answers[i].has_value();
+    disagree += c.answers[i].has_value() != ours.answers[i].has_value();
+    if (c.answers[i] && ours.answers[i]) {
+      const auto& [from, to] = (*c.paths)[i];
+      off.push_back(1e3 * (to - from).norm() * std::abs(*c.answers[i] - *ours.answers[i]));
+    }
+  }
+  fmt::print("{:>9} {:20} {:9.3f} {:9.3f} {:9.3f} {:6.0f}% {:12.3f} {:8.3f} - {:.3f}", triangles, c.name,
+             quantile(c.means, 0.5), quantile(c.times, 0.5), quantile(c.times, 0.99),
+             100.0 * hits / static_cast<double>(c.answers.size()), quantile(ratios, 0.5),
+             quantile(ratios, 0.0), quantile(ratios, 1.0));
+  if (&c != &ours)
+    fmt::print("  {:.2f} % differ, p99 {:.2g} mm off",
+               100.0 * disagree / static_cast<double>(c.answers.size()), quantile(off, 0.99));
+  fmt::print("\n");
+}
+
 void sweeps() {
   const double timer = timer_ns();
   fmt::print(
@@ -311,14 +342,6 @@ void sweeps() {
       paths.emplace_back(from, from + 0.010 * u);
       rays.emplace_back(from, from + 0.060 * u);
     }
-    struct Contender {
-      const char* name;
-      std::unique_ptr<Sweeper> sweeper;
-      const std::vector<std::pair<Vector3, Vector3>>* paths;
-      std::size_t beside;  // whom it is compared with
-      std::vector<double> means, times;
-      std::vector<std::optional<double>> answers;
-    };
     std::vector<Contender> all;
     const auto add = [&](const char* name, std::unique_ptr<Sweeper> sweeper, const auto& of,
                          std::size_t beside) {
@@ -346,26 +369,7 @@ void sweeps() {
       }
     }
     for (const auto& c : all) {
-      const auto& ours = all[c.beside];
-      std::vector<double> ratios, off;
-      int hits = 0, disagree = 0;
-      for (std::size_t r = 0; r < c.means.size(); ++r) ratios.push_back(ours.means[r] / c.means[r]);
-      for (std::size_t i = 0; i < c.answers.size(); ++i) {
-        hits += c.answers[i].has_value();
-        disagree += c.answers[i].has_value() != ours.answers[i].has_value();
-        if (c.answers[i] && ours.answers[i]) {
-          const auto& [from, to] = (*c.paths)[i];
-          off.push_back(1e3 * (to - from).norm() * std::abs(*c.answers[i] - *ours.answers[i]));
-        }
-      }
-      fmt::print("{:>9} {:20} {:9.3f} {:9.3f} {:9.3f} {:6.0f}% {:12.3f} {:8.3f} - {:.3f}",
-                 mesh.triangles.size(), c.name, quantile(c.means, 0.5), quantile(c.times, 0.5),
-                 quantile(c.times, 0.99), 100.0 * hits / static_cast<double>(c.answers.size()),
-                 quantile(ratios, 0.5), quantile(ratios, 0.0), quantile(ratios, 1.0));
-      if (&c != &ours)
-        fmt::print("  {:.2f} % differ, p99 {:.2g} mm off",
-                   100.0 * disagree / static_cast<double>(c.answers.size()), quantile(off, 0.99));
-      fmt::print("\n");
+      print_beside(c, all[c.beside], mesh.triangles.size());
     }
     fmt::print("{:>9} built in {:.0f} ms\n", "", built_ms);
   }

@@ -35,7 +35,7 @@ class SimulatedHolder : public forces::ForcePerson {
 
 calibration::ForceCheck checked(const std::string& faults, std::uint64_t seed) {
   const auto file =
-      sim::config::parse_world(faults.empty() ? "" : "[arm_faults]\n" + faults + "\n", "world.toml");
+      sim::config::parse_world(faults.empty() ? "" : "[arm_faults]\n" + faults + "\n", "world.toml", {});
   EXPECT_TRUE(file) << (file ? "" : file.error().message);
   sim::Simulator world(*file, seed);
   const rig::Rig rig = sim::truth_rig(world);

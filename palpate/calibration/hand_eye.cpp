@@ -121,20 +121,10 @@ void add_warnings(HandEyeSolution& s, const HandEyeNormal& covariance, const Han
     }
 }
 
-}  // namespace
-
-Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::StampedPose> hand,
-                                                       std::vector<device::StampedPose> eye,
-                                                       const HandEyeOptions& options) {
-  sort_by_time(hand);
-  sort_by_time(eye);
-  const std::size_t stray = drop_stray_times(hand) + drop_stray_times(eye);
-  const std::size_t least = options.estimate_delay ? 10 : kFewestPoses;
-  if (hand.size() < least || eye.size() < least)
-    return refused(
-        "hand-eye: {} hand and {} eye poses at different times, at least {} each are needed; record more",
-        hand.size(), eye.size(), least);
-
+// Where the search begins, the best first; of several delays where it is to be found.
+Expected<std::vector<HandEyeStart>> find_starts(const std::vector<device::StampedPose>& hand,
+                                                const std::vector<device::StampedPose>& eye,
+                                                const HandEyeOptions& options) {
   std::vector<HandEyeStart> starts;
   if (options.estimate_delay) {
     const auto candidates = delay_candidates(hand, eye);
@@ -152,10 +142,63 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::Stamp
   }
   std::stable_sort(starts.begin(), starts.end(),
                    [](const auto& a, const auto& b) { return a.quality < b.quality; });
-  HandEyeState x = starts.front().state;
+  return starts;
+}
+
+void solve_in_turns(HandEyeProblem& problem, HandEyeState& x, Estimate<HandEyeSolution>& result) {
+  problem.whiten = hand_eye_whitening(problem.residuals(x), nullptr);
+  bool converged = problem.solve(x, 100, result.iterations);
+  // Scatter and answer in turn until both stand still: the same answer then from any start and any row order.
+  for (int round = 0; round < 60; ++round) {
+    const HandEyeState before = x;
+    problem.whiten = hand_eye_whitening(problem.residuals(x), &problem.whiten);
+    converged = problem.solve(x, 100, result.iterations);
+    if ((x.tx - before.tx).norm() < 1e-11 && angle_between(x.Rx, before.Rx) < 1e-11) break;
+  }
+  result.termination = converged ? Termination::converged : Termination::iteration_limit;
+}
+
+// Of each pair; the share of those that count.
+double judge_residuals(const HandEyeProblem& problem, const HandEyeState& x,
+                       Estimate<HandEyeSolution>& result) {
+  auto& s = result.value;
+  std::vector<double> turn, shift;
+  double sum = 0.0;
+  int good = 0;
+  for (const auto& r : problem.residuals(x)) {
+    turn.push_back(r.head<3>().norm());
+    shift.push_back(r.tail<3>().norm());
+    result.residuals.emplace_back(r.tail<3>());
+    result.inlier.push_back((problem.whiten * r).squaredNorm() < kHandEyeCauchy);
+    if (result.inlier.back()) sum += r.tail<3>().squaredNorm(), ++good;
+  }
+  s.pairs = static_cast<int>(turn.size());
+  s.rotation_residual_median = noise::median(turn);
+  s.translation_residual_median = noise::median(shift);
+  s.translation_rms = std::sqrt(sum / std::max(3 * good, 1));
+  return static_cast<double>(good) / std::max(s.pairs, 1);
+}
+
+}  // namespace
+
+Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::StampedPose> hand,
+                                                       std::vector<device::StampedPose> eye,
+                                                       const HandEyeOptions& options) {
+  sort_by_time(hand);
+  sort_by_time(eye);
+  const std::size_t stray = drop_stray_times(hand) + drop_stray_times(eye);
+  const std::size_t least = options.estimate_delay ? 10 : kFewestPoses;
+  if (hand.size() < least || eye.size() < least)
+    return refused(
+        "hand-eye: {} hand and {} eye poses at different times, at least {} each are needed; record more",
+        hand.size(), eye.size(), least);
+
+  const auto starts = find_starts(hand, eye, options);
+  if (!starts) return tl::unexpected(starts.error());
+  HandEyeState x = starts->front().state;
 
   HandEyeProblem problem{hand, {}, options.max_hand_gap_s, options.estimate_delay};
-  const auto at = enclosed(hand, eye, starts.front().quality < 1e300 ? x.delay : options.delay_s,
+  const auto at = enclosed(hand, eye, starts->front().quality < 1e300 ? x.delay : options.delay_s,
                            options.max_hand_gap_s, problem.eye);
   if (at.size() < least)
     return refused(
@@ -174,16 +217,7 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::Stamp
         degrees_from_radians(kLeastSpread));
 
   Estimate<HandEyeSolution> result;
-  problem.whiten = hand_eye_whitening(problem.residuals(x), nullptr);
-  bool converged = problem.solve(x, 100, result.iterations);
-  // Scatter and answer in turn until both stand still: the same answer then from any start and any row order.
-  for (int round = 0; round < 60; ++round) {
-    const HandEyeState before = x;
-    problem.whiten = hand_eye_whitening(problem.residuals(x), &problem.whiten);
-    converged = problem.solve(x, 100, result.iterations);
-    if ((x.tx - before.tx).norm() < 1e-11 && angle_between(x.Rx, before.Rx) < 1e-11) break;
-  }
-  result.termination = converged ? Termination::converged : Termination::iteration_limit;
+  solve_in_turns(problem, x, result);
 
   auto& s = result.value;
   s.X_marker_camera = {x.Rx, x.tx};
@@ -206,26 +240,13 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::Stamp
         "{:.1g}); {}",
         1e3 * place, result.condition, unit_hint(s).empty() ? "turn more, and about all axes" : unit_hint(s));
 
-  std::vector<double> turn, shift;
-  double sum = 0.0;
-  int good = 0;
-  for (const auto& r : problem.residuals(x)) {
-    turn.push_back(r.head<3>().norm());
-    shift.push_back(r.tail<3>().norm());
-    result.residuals.emplace_back(r.tail<3>());
-    result.inlier.push_back((problem.whiten * r).squaredNorm() < kHandEyeCauchy);
-    if (result.inlier.back()) sum += r.tail<3>().squaredNorm(), ++good;
-  }
-  s.pairs = static_cast<int>(turn.size());
-  s.rotation_residual_median = noise::median(turn);
-  s.translation_residual_median = noise::median(shift);
-  s.translation_rms = std::sqrt(sum / std::max(3 * good, 1));
+  const double good = judge_residuals(problem, x, result);
   const auto now = enclosed(problem.hand, problem.eye, x.delay, options.max_hand_gap_s, eye);
   s.method_scatter = scatter_of_methods(now, eye, result.inlier);
   if (stray > 0)
     s.warnings.push_back(counted(stray, "pose") + " left out: the time lies far beyond that of all others");
-  add_warnings(s, covariance, motion, static_cast<double>(good) / std::max(s.pairs, 1), share_behind(eye),
-               options.estimate_delay ? eye.back().time_s - eye.front().time_s : kShortTake, starts);
+  add_warnings(s, covariance, motion, good, share_behind(eye),
+               options.estimate_delay ? eye.back().time_s - eye.front().time_s : kShortTake, *starts);
   return result;
 }
 

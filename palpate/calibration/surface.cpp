@@ -149,8 +149,10 @@ Point<World> RectangleFit::corner(int number) const {
   return X_world_rectangle * Point<Rectangle>{in_rectangle(number, width, height)};
 }
 
-Expected<Estimate<RectangleFit>> fit_rectangle(std::vector<TouchedPoint> points,
-                                               const RectangleOptions& options) {
+namespace {
+
+// Corners as they are counted: 1 to 4, or 0 for a point in the plane; where none is named, the first four.
+Expected<void> check_and_count(std::vector<TouchedPoint>& points) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!points[i].place.m.allFinite())
       return refused("surface: point {} is not finite; touch it again", i + 1);
@@ -161,12 +163,10 @@ Expected<Estimate<RectangleFit>> fit_rectangle(std::vector<TouchedPoint> points,
     return refused("surface: {}; the four corners are needed", counted(points.size(), "point"));
   if (std::all_of(points.begin(), points.end(), [](const auto& p) { return p.corner == 0; }))
     for (int c = 0; c < 4; ++c) points[static_cast<std::size_t>(c)].corner = c + 1;
-  const auto corners = mean_corners(points);
-  if (!corners) return tl::unexpected(corners.error());
-  const auto& q = *corners;
+  return {};
+}
 
-  Estimate<RectangleFit> estimate;
-  RectangleFit& fit = estimate.value;
+void set_start(const std::array<Vector3, 4>& q, RectangleFit& fit) {
   const Vector3 x = (q[1] - q[0] + q[2] - q[3]).normalized();
   const Vector3 z = (q[2] - q[0]).cross(q[3] - q[1]).normalized();
   Matrix3 axes;
@@ -176,8 +176,12 @@ Expected<Estimate<RectangleFit>> fit_rectangle(std::vector<TouchedPoint> points,
   fit.X_world_rectangle = {Quaternion(axes).normalized(), q[0]};
   fit.width = 0.5 * ((q[1] - q[0]).norm() + (q[2] - q[3]).norm());
   fit.height = 0.5 * ((q[3] - q[0]).norm() + (q[2] - q[1]).norm());
+}
 
-  RectangleMatrix normal;
+// Gauss-Newton; the number of equations, and J^T J at the end.
+Eigen::Index fit_by_least_squares(const std::vector<TouchedPoint>& points, Estimate<RectangleFit>& estimate,
+                                  RectangleMatrix& normal) {
+  RectangleFit& fit = estimate.value;
   Eigen::Index rows = 0;
   for (int iteration = 0; iteration < 50; ++iteration) {
     normal.setZero();
@@ -210,14 +214,13 @@ Expected<Estimate<RectangleFit>> fit_rectangle(std::vector<TouchedPoint> points,
     fit.height += step[7];
     if (step.norm() < 1e-13) break;
   }
-  if (!(fit.width > 0.0 && fit.height > 0.0))  // corners touched again elsewhere pull a thin one inside out
-    return refused("surface: no rectangle fits the touched points; touch the four corners again, in order");
-  estimate.termination = Termination::converged;
-  learn_hand(points, estimate.residuals, rows - 8, options, fit);
-  const RectangleMatrix inverse = covariance_from_information(normal);
-  estimate.covariance =
-      fit.touch.sd * fit.touch.sd * inverse + inverse * shared_by_corner(points, fit) * inverse;
+  return rows;
+}
 
+// Refused: a rectangle of another unit, a point away from it.
+Expected<void> check_fit(const std::vector<TouchedPoint>& points, const RectangleOptions& options,
+                         const Estimate<RectangleFit>& estimate) {
+  const RectangleFit& fit = estimate.value;
   constexpr double kLargest = 100.0;  // m
   if (!(std::hypot(fit.width, fit.height) <= kLargest))
     return refused(
@@ -238,6 +241,29 @@ Expected<Estimate<RectangleFit>> fit_rectangle(std::vector<TouchedPoint> points,
         i + 1, mm_from_metres(r.norm()), off_plane ? "off the plane of" : "away from its corner of",
         mm_from_metres(fit.width), mm_from_metres(fit.height), mm_from_metres(limit));
   }
+  return {};
+}
+
+}  // namespace
+
+Expected<Estimate<RectangleFit>> fit_rectangle(std::vector<TouchedPoint> points,
+                                               const RectangleOptions& options) {
+  if (auto fine = check_and_count(points); !fine) return tl::unexpected(fine.error());
+  const auto corners = mean_corners(points);
+  if (!corners) return tl::unexpected(corners.error());
+  Estimate<RectangleFit> estimate;
+  RectangleFit& fit = estimate.value;
+  set_start(*corners, fit);
+  RectangleMatrix normal;
+  const Eigen::Index rows = fit_by_least_squares(points, estimate, normal);
+  if (!(fit.width > 0.0 && fit.height > 0.0))  // corners touched again elsewhere pull a thin one inside out
+    return refused("surface: no rectangle fits the touched points; touch the four corners again, in order");
+  estimate.termination = Termination::converged;
+  learn_hand(points, estimate.residuals, rows - 8, options, fit);
+  const RectangleMatrix inverse = covariance_from_information(normal);
+  estimate.covariance =
+      fit.touch.sd * fit.touch.sd * inverse + inverse * shared_by_corner(points, fit) * inverse;
+  if (auto fine = check_fit(points, options, estimate); !fine) return tl::unexpected(fine.error());
   return estimate;
 }
 

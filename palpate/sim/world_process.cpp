@@ -156,6 +156,36 @@ class FaultTeller {
   std::vector<const char*> told_;  // literals: the same name has the same address
 };
 
+// The force on the simulated arm: what whoever commands it wants, as long as it wants it.
+class ForceOnArm {
+ public:
+  void take(drivers::laboratory::LabServer& server, device::ArmDevice& arm) {
+    const auto force = server.take_force();
+    if (!force) return;
+    if (force->let_go || force->age > device::kLongestHold)  // also where this laboratory stood still itself
+      arm.command(Vector3::Zero());
+    else if (force->count != last_)
+      arm.command(force->force);
+    last_ = force->count;
+  }
+  // Whether its commander has gone silent since the last look.
+  bool lost_now(drivers::laboratory::LabServer& server) {
+    const bool before = std::exchange(lost_, server.peers().arm_lost);
+    return lost_ && !before;
+  }
+
+ private:
+  std::uint64_t last_ = 0;
+  bool lost_ = false;
+};
+
+void count_tick(Duration late, WorldProcessReport& report) {
+  const double late_s = to_seconds(late);
+  ++report.ticks;
+  if (late_s > 1e-3) ++report.late_ticks;
+  report.worst_late_s = std::max(report.worst_late_s, late_s);
+}
+
 }  // namespace
 
 Expected<WorldProcessReport> run_world(const config::WorldFile& file, const WorldProcessOptions& options,
@@ -185,8 +215,10 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
   const auto end =
       options.seconds > 0.0 ? start + seconds(options.seconds) : Instant<TrueTime>{Duration::max()};
   auto tick = start;
-  std::uint64_t last_force = 0;
-  bool arm_lost = false;
+  ForceOnArm force;
+  const auto notice = [&](const std::string& line) {
+    if (options.notice) options.notice(line);
+  };
   const DeviceFaults faults(file);
   FaultTeller fault_teller(options.notice);
   MonotonicClock<TrueTime> waiting;
@@ -194,21 +226,11 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
     tick += kTick;
     waiting.sleep_until(tick);
     const auto now = waiting.now();
-    const double late = to_seconds(now - tick);
-    ++report.ticks;
-    if (late > 1e-3) ++report.late_ticks;
-    report.worst_late_s = std::max(report.worst_late_s, late);
+    count_tick(now - tick, report);
     if (now > tick + std::chrono::milliseconds(100))
       tick = now;  // after a pause of the machine: go on from here
 
-    if (const auto force = server.take_force()) {
-      if (force->let_go ||
-          force->age > device::kLongestHold)  // also where this laboratory stood still itself
-        world.arm().command(Vector3::Zero());
-      else if (force->count != last_force)
-        world.arm().command(force->force);
-      last_force = force->count;
-    }
+    force.take(server, world.arm());
     if (const auto target = server.take_hand_target()) world.hand().move_to(*target);
     world.advance_to(Instant<TrueTime>{} + (now - start));
     device::ArmSample arm = world.arm().read();
@@ -223,20 +245,17 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
     if ((shots.left || shots.right) && render_thread) render_thread->draw(std::move(shots));
     server.heartbeat();
     if (report.ticks == 1 && options.ready) options.ready();
-    if (report.ticks == 1 && options.notice)
-      options.notice(fmt::format("world: the devices of laboratory '{}' are open", options.name));
-    if (const bool lost = server.peers().arm_lost; lost != arm_lost) {
-      arm_lost = lost;
-      if (lost && options.notice)
-        options.notice(
-            "world: whoever commanded the arm has gone silent; it is without force until another "
-            "`palpate physics` takes it");
-    }
+    if (report.ticks == 1)
+      notice(fmt::format("world: the devices of laboratory '{}' are open", options.name));
+    if (force.lost_now(server))
+      notice(
+          "world: whoever commanded the arm has gone silent; it is without force until another `palpate "
+          "physics` takes it");
     // Without pictures there still is an arm to feel with.
     if (render_thread && report.picture_fault.empty() && report.ticks % 100 == 0) {
       report.picture_fault = render_thread->fault();
-      if (!report.picture_fault.empty() && options.notice)
-        options.notice(fmt::format(
+      if (!report.picture_fault.empty())
+        notice(fmt::format(
             "world: the camera's picture cannot be drawn: {}; arm and tracker go on without pictures",
             report.picture_fault));
     }

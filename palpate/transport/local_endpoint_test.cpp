@@ -10,31 +10,10 @@
 #include <cstring>
 
 #include "palpate/core/file.h"
-#include "tests/scratch_folder.h"
+#include "tests/own_run_directory.h"
 
 namespace palpate::transport {
 namespace {
-
-// $XDG_RUNTIME_DIR for the life of a test.
-class RuntimeFolder {
- public:
-  explicit RuntimeFolder(const std::string& value) {
-    if (const char* before = std::getenv("XDG_RUNTIME_DIR")) before_ = before;
-    setenv("XDG_RUNTIME_DIR", value.c_str(), 1);
-  }
-  ~RuntimeFolder() {
-    if (before_.empty()) {
-      unsetenv("XDG_RUNTIME_DIR");
-    } else {
-      setenv("XDG_RUNTIME_DIR", before_.c_str(), 1);
-    }
-  }
-  RuntimeFolder(const RuntimeFolder&) = delete;
-  RuntimeFolder& operator=(const RuntimeFolder&) = delete;
-
- private:
-  std::string before_;
-};
 
 int bound_socket(const std::filesystem::path& path) {
   const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -47,7 +26,7 @@ int bound_socket(const std::filesystem::path& path) {
 
 TEST(LocalEndpoint, TheDefaultLiesInAFolderOnlyTheUserCanEnter) {
   ScratchFolder scratch;
-  RuntimeFolder runtime(scratch.path());
+  OwnRunDirectory runtime(scratch.path());
   const auto endpoint = default_endpoint();
   ASSERT_TRUE(endpoint) << endpoint.error().message;
   EXPECT_EQ(endpoint->address, "ipc://" + scratch.path().string() + "/palpate/physics.sock");
@@ -59,7 +38,7 @@ TEST(LocalEndpoint, TheDefaultLiesInAFolderOnlyTheUserCanEnter) {
 
 TEST(LocalEndpoint, AFolderOpenToOthersIsRefused) {
   ScratchFolder scratch;
-  RuntimeFolder runtime(scratch.path());
+  OwnRunDirectory runtime(scratch.path());
   const auto folder = scratch.path() / "palpate";
   std::filesystem::create_directory(folder);
   chmod(folder.c_str(), 0755);

@@ -141,76 +141,82 @@ std::vector<std::string> CameraSolution::outlier_views() const {
   return names;
 }
 
-Expected<Estimate<CameraSolution>> calibrate_camera(const std::vector<BoardView>& views, int width,
-                                                    int height, const CameraOptions& options) {
-  if (const auto ok = check(views); !ok) return tl::unexpected(ok.error());
-  if (width < 2 || height < 2) return wrong_use("image size {}x{} px: give the camera's size", width, height);
+namespace {
 
-  Estimate<CameraSolution> result;
-  auto& solution = result.value;
-  solution.model.width = width, solution.model.height = height;
-  for (const auto& view : views) solution.views.push_back({view.name});
-  std::vector<bool> use(views.size(), true);
-  const double unit = board_size(views);
-  if (!(unit > 0.0))
-    return wrong_use("all corners of the board are in one place; give the size of its squares");
+// The lens that fits the used views best, put into solution.model; the boards' poses, in the solver's units.
+struct SolvedBoards {
+  std::vector<cv::Mat> turns, places;
+};
 
-  for (int round = 0;; ++round) {
-    cv::Mat K, distortion;
-    std::vector<cv::Mat> turns, places;
-    const auto data = cv_views(views, use, unit);
-    const int flags = options.free_k3 ? 0 : cv::CALIB_FIX_K3;
-    try {
-      cv::calibrateCamera(data.board, data.image, {width, height}, K, distortion, turns, places, flags,
-                          {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-12});
-    } catch (const cv::Exception&) {
-      return refused(
-          "the views do not carry a camera's lens (no start could be found); tilt the board differently in "
-          "each");
-    }
-    auto& model = solution.model;
-    model.fx = K.at<double>(0, 0), model.fy = K.at<double>(1, 1);
-    model.cx = K.at<double>(0, 2), model.cy = K.at<double>(1, 2);
-    for (int k = 0; k < 5; ++k) model.distortion[static_cast<std::size_t>(k)] = distortion.at<double>(k);
-    bool finite = std::isfinite(model.fx + model.fy + model.cx + model.cy);
-    for (double d : model.distortion) finite = finite && std::isfinite(d);
-    if (!finite || model.fx <= 0 || model.fy <= 0)
-      return refused(
-          "the fit of the lens went astray (fx {:g}, fy {:g}); tilt the board differently in each view",
-          model.fx, model.fy);
-
-    double sum = 0.0;
-    std::size_t count = 0, k = 0;
-    for (std::size_t i = 0; i < views.size(); ++i) {
-      auto& fit = solution.views[i];
-      fit.used = use[i];
-      if (use[i]) {
-        const Vector3 turn(turns[k].at<double>(0), turns[k].at<double>(1), turns[k].at<double>(2));
-        const Vector3 place(places[k].at<double>(0), places[k].at<double>(1), places[k].at<double>(2));
-        fit.X_camera_board = {so3_exp(turn), unit * place};
-        ++k;
-        sum += squared_error(model, views[i], fit.X_camera_board);
-        count += views[i].board.size();
-      } else if (const auto pose = board_pose(model, views[i], {.max_rms_px = 1e9})) {
-        fit.X_camera_board = pose->value.X_camera_board;
-      }
-      fit.rms_px = rms(model, views[i], fit.X_camera_board);
-    }
-    solution.rms_px = std::sqrt(sum / static_cast<double>(count));
-
-    if (round > 0) break;
-    std::vector<double> each;
-    for (const auto& fit : solution.views) each.push_back(fit.rms_px);
-    const auto flagged = outliers(each, options.outlier_deviations);
-    std::size_t good = 0;
-    for (std::size_t i = 0; i < flagged.size(); ++i) {
-      solution.views[i].outlier = flagged[i];
-      good += flagged[i] ? 0 : 1;
-    }
-    if (!options.reject_outlier_views || good == views.size() || good < 3) break;
-    for (std::size_t i = 0; i < flagged.size(); ++i) use[i] = !flagged[i];
+Expected<SolvedBoards> solve_lens(const std::vector<BoardView>& views, const std::vector<bool>& use,
+                                  double unit, const CameraOptions& options, device::CameraModel& model) {
+  cv::Mat K, distortion;
+  SolvedBoards boards;
+  const auto data = cv_views(views, use, unit);
+  const int flags = options.free_k3 ? 0 : cv::CALIB_FIX_K3;
+  try {
+    cv::calibrateCamera(data.board, data.image, {model.width, model.height}, K, distortion, boards.turns,
+                        boards.places, flags, {cv::TermCriteria::COUNT | cv::TermCriteria::EPS, 100, 1e-12});
+  } catch (const cv::Exception&) {
+    return refused(
+        "the views do not carry a camera's lens (no start could be found); tilt the board differently in "
+        "each");
   }
+  model.fx = K.at<double>(0, 0), model.fy = K.at<double>(1, 1);
+  model.cx = K.at<double>(0, 2), model.cy = K.at<double>(1, 2);
+  for (int k = 0; k < 5; ++k) model.distortion[static_cast<std::size_t>(k)] = distortion.at<double>(k);
+  bool finite = std::isfinite(model.fx + model.fy + model.cx + model.cy);
+  for (double d : model.distortion) finite = finite && std::isfinite(d);
+  if (!finite || model.fx <= 0 || model.fy <= 0)
+    return refused(
+        "the fit of the lens went astray (fx {:g}, fy {:g}); tilt the board differently in each view",
+        model.fx, model.fy);
+  return boards;
+}
 
+// Where the board was in each view, and how well that fits; a view that was left out gets the pose it has alone.
+void judge_views(const std::vector<BoardView>& views, const std::vector<bool>& use, double unit,
+                 const SolvedBoards& boards, CameraSolution& solution) {
+  const auto vector = [](const cv::Mat& m) {
+    return Vector3(m.at<double>(0), m.at<double>(1), m.at<double>(2));
+  };
+  double sum = 0.0;
+  std::size_t count = 0, k = 0;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    auto& fit = solution.views[i];
+    fit.used = use[i];
+    if (use[i]) {
+      fit.X_camera_board = {so3_exp(vector(boards.turns[k])), unit * vector(boards.places[k])};
+      ++k;
+      sum += squared_error(solution.model, views[i], fit.X_camera_board);
+      count += views[i].board.size();
+    } else if (const auto pose = board_pose(solution.model, views[i], {.max_rms_px = 1e9})) {
+      fit.X_camera_board = pose->value.X_camera_board;
+    }
+    fit.rms_px = rms(solution.model, views[i], fit.X_camera_board);
+  }
+  solution.rms_px = std::sqrt(sum / static_cast<double>(count));
+}
+
+// Marks outliers; whether the lens is to be solved for again without them, in `use`.
+bool leave_out_outliers(const CameraOptions& options, CameraSolution& solution, std::vector<bool>& use) {
+  std::vector<double> each;
+  for (const auto& fit : solution.views) each.push_back(fit.rms_px);
+  const auto flagged = outliers(each, options.outlier_deviations);
+  std::size_t good = 0;
+  for (std::size_t i = 0; i < flagged.size(); ++i) {
+    solution.views[i].outlier = flagged[i];
+    good += flagged[i] ? 0 : 1;
+  }
+  if (!options.reject_outlier_views || good == flagged.size() || good < 3) return false;
+  for (std::size_t i = 0; i < flagged.size(); ++i) use[i] = !flagged[i];
+  return true;
+}
+
+// Covariance and condition of the lens; refused where the views do not fix it.
+Expected<void> judge_lens(const std::vector<BoardView>& views, const std::vector<bool>& use,
+                          const CameraOptions& options, Estimate<CameraSolution>& result) {
+  const auto& solution = result.value;
   double sum = 0.0;
   double freedom =
       -static_cast<double>(options.free_k3 ? device::kLensParameters : device::kLensParameters - 1);
@@ -245,8 +251,10 @@ Expected<Estimate<CameraSolution>> calibrate_camera(const std::vector<BoardView>
         "in "
         "different directions",
         low > 1e-13 * high ? 100.0 * f_std : 100.0);
-  result.termination = Termination::converged;
+  return {};
+}
 
+void add_warnings(double f_std, CameraSolution& solution) {
   for (const auto& name : solution.outlier_views())
     solution.warnings.push_back(
         fmt::format("view '{}' fits far worse than the others; look at it, or leave it out", name));
@@ -267,6 +275,33 @@ Expected<Estimate<CameraSolution>> calibrate_camera(const std::vector<BoardView>
   if (folds_inside(solution.model))
     solution.warnings.emplace_back(
         "the lens model folds before the image's corners; add views that reach into the corners");
+}
+
+}  // namespace
+
+Expected<Estimate<CameraSolution>> calibrate_camera(const std::vector<BoardView>& views, int width,
+                                                    int height, const CameraOptions& options) {
+  if (const auto ok = check(views); !ok) return tl::unexpected(ok.error());
+  if (width < 2 || height < 2) return wrong_use("image size {}x{} px: give the camera's size", width, height);
+
+  Estimate<CameraSolution> result;
+  auto& solution = result.value;
+  solution.model.width = width, solution.model.height = height;
+  for (const auto& view : views) solution.views.push_back({view.name});
+  std::vector<bool> use(views.size(), true);
+  const double unit = board_size(views);
+  if (!(unit > 0.0))
+    return wrong_use("all corners of the board are in one place; give the size of its squares");
+
+  for (int round = 0;; ++round) {
+    const auto boards = solve_lens(views, use, unit, options, solution.model);
+    if (!boards) return tl::unexpected(boards.error());
+    judge_views(views, use, unit, *boards, solution);
+    if (round > 0 || !leave_out_outliers(options, solution, use)) break;
+  }
+  if (auto fine = judge_lens(views, use, options, result); !fine) return tl::unexpected(fine.error());
+  result.termination = Termination::converged;
+  add_warnings(result.standard_deviation(0) / solution.model.fx, solution);
   return result;
 }
 

@@ -189,12 +189,9 @@ double rms_px(const RefinementProblem& problem, const RefinementState& x, int* i
   return n > 0 ? std::sqrt(sum / n) : 0.0;
 }
 
-// With the touches' covariance as it is.
-Expected<Estimate<LandmarkRefinement>> refine_once(const rig::CameraCalibration& camera,
-                                                   const rig::HandEyeCalibration& hand_eye,
-                                                   const std::vector<rig::Landmark>& touched,
-                                                   const std::vector<LandmarkFrame>& frames,
-                                                   const LandmarkRefinementOptions& options) {
+// Sightings in all; refused where too few landmarks are seen often enough.
+Expected<int> count_sightings(const std::vector<rig::Landmark>& touched,
+                              const std::vector<LandmarkFrame>& frames) {
   std::vector<int> views(touched.size(), 0);
   int count = 0;
   for (const auto& frame : frames)
@@ -211,89 +208,132 @@ Expected<Estimate<LandmarkRefinement>> refine_once(const rig::CameraCalibration&
         "landmarks: {} of {} are seen in at least 5 frames, 3 are needed; look at table and wall while "
         "turning the head",
         often, touched.size());
+  return count;
+}
 
-  RefinementProblem problem{camera, hand_eye, touched, frames, options, {}, {}, {}, {}, {}};
+void add_information(RefinementProblem& problem) {
+  const auto& options = problem.options;
   // Where a lens's covariance says that a parameter has no variance, it was held there and stays so.
   Eigen::MatrixXd lens_covariance = Eigen::MatrixXd::Zero(kLens, kLens);
-  if (camera.covariance.rows() == kLens && camera.covariance.cols() == kLens)
-    lens_covariance = camera.covariance;
+  if (problem.camera.covariance.rows() == kLens && problem.camera.covariance.cols() == kLens)
+    lens_covariance = problem.camera.covariance;
   for (Eigen::Index k = 0; k < kPlaces; ++k)
     problem.held[static_cast<std::size_t>(k)] =
         k < kLens ? !(lens_covariance(k, k) > 0.0) : !options.correct_hand_eye;
   problem.lens_information = covariance_from_information(lens_covariance);  // an inverse, scaled
-  Matrix6 hand_eye_covariance = hand_eye.covariance;
+  Matrix6 hand_eye_covariance = problem.hand_eye.covariance;
   hand_eye_covariance.diagonal().head<3>().array() += options.shared_rotation_sd * options.shared_rotation_sd;
   hand_eye_covariance.diagonal().tail<3>().array() +=
       options.shared_translation_sd * options.shared_translation_sd;
   problem.hand_eye_information = inverse(hand_eye_covariance);
-  for (const auto& frame : frames) problem.frame_information.push_back(inverse(frame.covariance));
-  for (const auto& landmark : touched)
+  for (const auto& frame : problem.frames) problem.frame_information.push_back(inverse(frame.covariance));
+  for (const auto& landmark : problem.touched)
     problem.place_information.push_back(
         inverse_symmetric(landmark.covariance + kLeastVariance * Matrix3::Identity()));
+}
 
-  RefinementState x{camera.model, hand_eye.X_marker_camera, {}, {}};
-  for (const auto& frame : frames) x.frames.push_back(frame.X_world_marker);
-  for (const auto& landmark : touched) x.places.push_back(landmark.place.m);
-
-  Estimate<LandmarkRefinement> result;
-  result.value.sightings = count;
-  result.value.rms_px_before = rms_px(problem, x, nullptr);
-  double best = problem.cost(x), damping = 1e-6;
-  MatrixXd A, S;
-  VectorXd b;
-  std::vector<RefinementProblem::Frame> blocks;
-  result.termination = Termination::iteration_limit;
-  bool done = false;
-  for (; result.iterations < options.max_iterations && !done; ++result.iterations) {
-    problem.linearise(x, A, b, blocks);
-    while (true) {
-      S = A;
-      S.diagonal() *= 1.0 + damping;
-      VectorXd g = b;
-      std::vector<Matrix6> solved;
-      for (const auto& block : blocks) {
-        Matrix6 D = block.A;
-        D.diagonal() *= 1.0 + damping;
-        solved.push_back(inverse_symmetric(D));
-        const MatrixXd CD = block.C.transpose() * solved.back();
-        S.noalias() -= CD * block.C;
-        g.noalias() -= CD * block.b;
-      }
-      VectorXd step = -solve_symmetric(S, g);
-      for (Eigen::Index k = 0; k < kPlaces; ++k)
-        if (problem.held[static_cast<std::size_t>(k)]) step[k] = 0.0;
-      RefinementState next = x;
-      next.lens = device::changed_lens(x.lens, step.head<kLens>());
-      next.X = moved(x.X, step.segment<kHandEye>(kLens));
-      for (std::size_t i = 0; i < touched.size(); ++i)
-        next.places[i] += step.segment<3>(kPlaces + 3 * static_cast<Eigen::Index>(i));
-      for (std::size_t f = 0; f < frames.size(); ++f)
-        next.frames[f] = moved(x.frames[f], Vector6(-solved[f] * (blocks[f].b + blocks[f].C * step)));
-      const double c = problem.cost(next);
-      if (c <= best) {
-        done = best - c < 1e-10 * best + 1e-15;
-        x = next, best = c, damping = std::max(0.1 * damping, 1e-12);
-        break;
-      }
-      if (step.norm() < 1e-12 || damping > 1e8) {
-        done = true;
-        break;
-      }
-      damping = std::max(10.0 * damping, 1e-6);
+// Levenberg's iteration; frames are eliminated, so that each step solves for what all of them share.
+class Refinement {
+ public:
+  Refinement(const RefinementProblem& problem, int most)
+      : problem_(problem), x_{problem.camera.model, problem.hand_eye.X_marker_camera, {}, {}} {
+    for (const auto& frame : problem.frames) x_.frames.push_back(frame.X_world_marker);
+    for (const auto& landmark : problem.touched) x_.places.push_back(landmark.place.m);
+    rms_px_before_ = rms_px(problem, x_, nullptr);
+    best_ = problem.cost(x_);
+    for (; iterations_ < most && !done_; ++iterations_) {
+      problem.linearise(x_, A_, b_, blocks_);
+      while (!step()) damping_ = std::max(10.0 * damping_, 1e-6);
     }
   }
-  if (done) result.termination = Termination::converged;
+  const RefinementState& state() const { return x_; }
+  double rms_px_before() const { return rms_px_before_; }
+  int iterations() const { return iterations_; }
+  bool converged() const { return done_; }
 
-  problem.linearise(x, A, b, blocks);
-  S = A;
-  for (const auto& block : blocks)
-    S.noalias() -= block.C.transpose() * solve_symmetric_columns(block.A, block.C);
-  result.covariance = covariance_from_information(S);
-  for (Eigen::Index k = 0; k < kPlaces; ++k)
-    if (problem.held[static_cast<std::size_t>(k)]) {
-      result.covariance.row(k).setZero();
-      result.covariance.col(k).setZero();
+  // Of what frames share; what is held has none.
+  MatrixXd covariance() {
+    problem_.linearise(x_, A_, b_, blocks_);
+    MatrixXd S = A_;
+    for (const auto& block : blocks_)
+      S.noalias() -= block.C.transpose() * solve_symmetric_columns(block.A, block.C);
+    MatrixXd covariance = covariance_from_information(S);
+    for (Eigen::Index k = 0; k < kPlaces; ++k)
+      if (problem_.held[static_cast<std::size_t>(k)]) {
+        covariance.row(k).setZero();
+        covariance.col(k).setZero();
+      }
+    return covariance;
+  }
+
+ private:
+  // False: it led upwards, and a shorter one is to be tried.
+  bool step() {
+    MatrixXd S = A_;
+    S.diagonal() *= 1.0 + damping_;
+    VectorXd g = b_;
+    std::vector<Matrix6> solved;
+    for (const auto& block : blocks_) {
+      Matrix6 D = block.A;
+      D.diagonal() *= 1.0 + damping_;
+      solved.push_back(inverse_symmetric(D));
+      const MatrixXd CD = block.C.transpose() * solved.back();
+      S.noalias() -= CD * block.C;
+      g.noalias() -= CD * block.b;
     }
+    VectorXd step = -solve_symmetric(S, g);
+    for (Eigen::Index k = 0; k < kPlaces; ++k)
+      if (problem_.held[static_cast<std::size_t>(k)]) step[k] = 0.0;
+    const RefinementState next = moved_by(step, solved);
+    const double c = problem_.cost(next);
+    if (c <= best_) {
+      done_ = best_ - c < 1e-10 * best_ + 1e-15;
+      x_ = next, best_ = c, damping_ = std::max(0.1 * damping_, 1e-12);
+      return true;
+    }
+    return done_ = step.norm() < 1e-12 || damping_ > 1e8;
+  }
+
+  RefinementState moved_by(const VectorXd& step, const std::vector<Matrix6>& solved) const {
+    RefinementState next = x_;
+    next.lens = device::changed_lens(x_.lens, step.head<kLens>());
+    next.X = moved(x_.X, step.segment<kHandEye>(kLens));
+    for (std::size_t i = 0; i < next.places.size(); ++i)
+      next.places[i] += step.segment<3>(kPlaces + 3 * static_cast<Eigen::Index>(i));
+    for (std::size_t f = 0; f < next.frames.size(); ++f)
+      next.frames[f] = moved(x_.frames[f], Vector6(-solved[f] * (blocks_[f].b + blocks_[f].C * step)));
+    return next;
+  }
+
+  const RefinementProblem& problem_;
+  RefinementState x_;
+  double rms_px_before_ = 0.0, best_ = 0.0, damping_ = 1e-6;
+  int iterations_ = 0;
+  bool done_ = false;
+  MatrixXd A_;
+  VectorXd b_;
+  std::vector<RefinementProblem::Frame> blocks_;
+};
+
+// With the touches' covariance as it is.
+Expected<Estimate<LandmarkRefinement>> refine_once(const rig::CameraCalibration& camera,
+                                                   const rig::HandEyeCalibration& hand_eye,
+                                                   const std::vector<rig::Landmark>& touched,
+                                                   const std::vector<LandmarkFrame>& frames,
+                                                   const LandmarkRefinementOptions& options) {
+  const auto count = count_sightings(touched, frames);
+  if (!count) return tl::unexpected(count.error());
+  RefinementProblem problem{camera, hand_eye, touched, frames, options, {}, {}, {}, {}, {}};
+  add_information(problem);
+  Refinement refinement(problem, options.max_iterations);
+  const RefinementState& x = refinement.state();
+
+  Estimate<LandmarkRefinement> result;
+  result.value.sightings = *count;
+  result.value.rms_px_before = refinement.rms_px_before();
+  result.iterations = refinement.iterations();
+  result.termination = refinement.converged() ? Termination::converged : Termination::iteration_limit;
+  result.covariance = refinement.covariance();
   if (!result.covariance.allFinite() || result.covariance.diagonal().minCoeff() < 0)
     return refused(
         "landmarks: the pictures contradict the touched places (no minimum was found); check which dot is "

@@ -1,5 +1,6 @@
 // Plug-ins whose guests misbehave, for the real program: applications that push for a while and then go wrong, each in
-// its own way, and a driver that hands the simulated laboratory's arm on and writes down what it is commanded.
+// its own way, and a driver that hands the simulated laboratory's arm on and writes down what it is commanded. As
+// listened:sleeps, :throws, :nan, :hangs and :crashes the driver itself goes wrong, in its read().
 //
 // PALPATE_HOSTILE_LOG names the file of the latter: rows of three doubles, s of the monotonic clock, N, and what it is
 // (0 commanded, 1 let go, 2 the guest goes wrong now).
@@ -8,12 +9,14 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <limits>
 #include <stdexcept>
+#include <string_view>
 
 #include "drivers/laboratory/driver.h"
 #include "palpate/plugin/plugin.h"
@@ -133,14 +136,29 @@ scene::ApplicationSpec guest(const char* name, InStep step, InLaw law) {
   return spec;
 }
 
+// What goes wrong in the driver's read().
+constexpr std::string_view kInRead[] = {"", "sleeps", "throws", "nan", "hangs", "crashes"};
+
 // The laboratory's arm, and what it is commanded.
 class ListenedArm : public device::OpenedArm, public device::ArmDevice {
  public:
-  explicit ListenedArm(std::unique_ptr<device::OpenedArm> arm) : arm_(std::move(arm)) {}
+  ListenedArm(std::unique_ptr<device::OpenedArm> arm, std::string_view wrong)
+      : arm_(std::move(arm)), wrong_(wrong) {}
   device::ArmDevice& device() override { return *this; }
   Expected<std::optional<std::string>> look() override { return arm_->look(); }
   device::ArmFacts facts() const override { return arm_->facts(); }
-  device::ArmSample read() override { return arm_->device().read(); }
+  device::ArmSample read() override {
+    device::ArmSample sample = arm_->device().read();
+    if (wrong_.empty() || !Log::shared().felt()) return sample;
+    if (!told_) Log::shared().write(0.0, Log::wrong);
+    told_ = true;
+    if (wrong_ == "sleeps") sleep_10_ms();
+    if (wrong_ == "throws") throw std::runtime_error("the cable is out");
+    if (wrong_ == "nan") sample.joints.setConstant(std::numeric_limits<double>::quiet_NaN());
+    while (wrong_ == "hangs") sleep_10_ms();
+    if (wrong_ == "crashes") std::raise(SIGSEGV);
+    return sample;
+  }
   void command(const Vector3& force) override {
     Log::shared().write(force.norm(), Log::commanded);
     arm_->device().command(force);
@@ -152,6 +170,8 @@ class ListenedArm : public device::OpenedArm, public device::ArmDevice {
 
  private:
   std::unique_ptr<device::OpenedArm> arm_;
+  std::string_view wrong_;
+  bool told_ = false;
 };
 
 device::Driver listening_driver() {
@@ -162,14 +182,18 @@ device::Driver listening_driver() {
   driver.summary = "the laboratory's arm, and a file of what it is commanded";
   driver.simulated = true;
   driver.arm.emplace();
-  driver.arm->form = "listened";
+  driver.arm->form = "listened[:WRONG]";
   driver.arm->open =
       [laboratory](const device::ArmRequest& request) -> Expected<std::unique_ptr<device::OpenedArm>> {
+    const std::size_t colon = request.uri.find(':');
+    const std::string wanted = colon == std::string::npos ? "" : request.uri.substr(colon + 1);
+    const auto* wrong = std::find(std::begin(kInRead), std::end(kInRead), wanted);
+    if (wrong == std::end(kInRead)) return wrong_use("listened:{}: no such way to go wrong", wanted);
     device::ArmRequest inner = request;
     inner.uri = "lab";
     auto arm = laboratory->open(inner);
     if (!arm) return tl::unexpected(arm.error());
-    return std::make_unique<ListenedArm>(std::move(*arm));
+    return std::make_unique<ListenedArm>(std::move(*arm), *wrong);
   };
   return driver;
 }
@@ -177,6 +201,7 @@ device::Driver listening_driver() {
 void add(plugin::Guests& guests) {
   guests.drivers.add(listening_driver());
   auto& applications = guests.applications;
+  applications.add(guest("steady", InStep::nothing, InLaw::nothing));
   applications.add(guest("sleeper", InStep::nothing, InLaw::sleeps));
   applications.add(guest("hanger", InStep::nothing, InLaw::hangs));
   applications.add(guest("nan", InStep::nothing, InLaw::no_number));

@@ -14,17 +14,17 @@ PEAK_N, SLEW_N = 8.5, 3.0  # what such an arm gives at most; how much a command 
 
 
 class HostileGuests(LaboratoryTest):
-    def plays(self, application, said_when_wrong):
-        """Runs it until it has gone wrong and was named; its rows (s, N, kind) and how the server ended."""
-        log = self.path(application + ".log")
-        self.environment["PALPATE_HOSTILE_LOG"] = log
-        physics = self.start("physics", "--plugin", GUESTS, "--rig", self.rig, "--app", application, "--arm", "listened")
+    def plays(self, application, said_when_wrong, arm="listened", ends=False):
+        """Runs it until a guest has gone wrong and was named; the rows (s, N, kind) and how the server ended."""
+        name = f"{application}.{arm.partition(':')[2]}.log"
+        self.environment["PALPATE_HOSTILE_LOG"] = self.path(name)
+        physics = self.start("physics", "--plugin", GUESTS, "--rig", self.rig, "--app", application, "--arm", arm)
         self.assertTrue(physics.says(READY["physics"]), physics.lines())
         self.assertTrue(physics.says(said_when_wrong), physics.lines())
-        if not physics.ended() and application not in ("hanger", "staller", "crasher"):
+        if not ends and not physics.ended():
             physics.send(15)
         done = physics.ends()
-        rows = [row for row in struct.iter_unpack("3d", self.read(application + ".log")) if row[0] > 0.0]
+        rows = [row for row in struct.iter_unpack("3d", self.read(name)) if row[0] > 0.0]
         return rows, done
 
     def fades(self, rows):
@@ -50,7 +50,17 @@ class HostileGuests(LaboratoryTest):
                                   ("staller", application + " does not come back; the server ends", 1),
                                   ("crasher", "crashed: " + law, -11)):
             with self.subTest(name):
-                rows, done = self.plays(name, words.format(name))
+                rows, done = self.plays(name, words.format(name), ends=code != 0)
+                self.assertEqual(done.code, code, done)
+                self.fades(rows)
+
+    def test_a_driver_that_goes_wrong_loses_its_force_and_is_named(self):
+        self.start_world()
+        driver = "the arm's driver"
+        for wrong, words, code in (("sleeps", driver, 0), ("throws", driver, 0), ("nan", driver, 0),
+                                   ("hangs", driver + " does not come back; the server ends", 1), ("crashes", "crashed: " + driver, -11)):
+            with self.subTest(wrong):
+                rows, done = self.plays("steady", words, "listened:" + wrong, ends=code != 0)
                 self.assertEqual(done.code, code, done)
                 self.fades(rows)
 

@@ -166,7 +166,7 @@ Expected<void> show(const RigArguments& options) {
          with_sd(rig->pointer_pivot->tip_in_marker, rig->pointer_pivot->covariance, 0, kMm) + "  (" +
              origin(rig->pointer_pivot->from) + ")");
   if (rig->arm) show_arm(*rig->arm);
-  if (rig->arm && rig->arm->model != rig::kMouseArm) show_forces(*rig);
+  if (rig->arm && rig->arm->model.name != rig::kMouseArm) show_forces(*rig);
   if (rig->camera) show_camera("camera", *rig->camera);
   if (rig->hand_eye) show_hand_eye("hand-eye", *rig->hand_eye);
   if (rig->right_camera) show_camera("right camera", *rig->right_camera);
@@ -235,7 +235,7 @@ Expected<void> check(const RigArguments& options) {
   if (!rig) return tl::unexpected(rig.error());
   if (!options.rest_readings_deg.empty())
     if (const auto rest = check_rest(options, *rig); !rest) return rest;
-  if (rig->arm && rig->arm->model != rig::kMouseArm) show_forces(*rig);
+  if (rig->arm && rig->arm->model.name != rig::kMouseArm) show_forces(*rig);
   const auto missing = rig::missing_parts(*rig);
   if (missing.empty()) {
     line("complete", options.file);

@@ -2,14 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <cstdlib>
 #include <mutex>
 
 #include "palpate/haptics/chain_arm_for_tests.h"
 #include "palpate/scene/generic_view.h"
 #include "palpate/server/physics/physics_process.h"
 #include "palpate/time/clock.h"
-#include "tests/scratch_folder.h"
+#include "tests/own_run_directory.h"
 
 namespace palpate::server::physics {
 namespace {
@@ -29,7 +28,7 @@ class Pusher : public scene::Application {
   scene::ContactLaw* contact_law() override { return &push_; }
 
  private:
-  void serve() override {}
+  void begin() override {}
   void reset() override {}
   scene::ImpactEvent none_;
   Push push_;
@@ -98,9 +97,6 @@ class OpenedChain : public device::OpenedArm {
 
 class ChainProcess : public testing::Test {
  protected:
-  ChainProcess() { setenv("XDG_RUNTIME_DIR", scratch_.path().c_str(), 1); }
-  ~ChainProcess() override { unsetenv("XDG_RUNTIME_DIR"); }
-
   PhysicsProcessOptions options(const device::ArmModel& model) {
     PhysicsProcessOptions made;
     made.rig.arm = haptics::chain_calibration(model);
@@ -127,7 +123,7 @@ class ChainProcess : public testing::Test {
     return made;
   }
 
-  ScratchFolder scratch_;
+  OwnRunDirectory run_directory_;
   Asked asked_;
   device::ArmModel nominal_;
 };

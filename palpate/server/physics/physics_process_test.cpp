@@ -4,16 +4,16 @@
 
 #include <atomic>
 #include <cstdlib>
-#include <numbers>
 #include <thread>
 
 #include "applications/pingpong/specification.h"
 #include "drivers/laboratory/channel.h"
 #include "drivers/laboratory/driver.h"
+#include "palpate/server/physics/rig_for_tests.h"
 #include "palpate/sim/config/world_scene.h"
 #include "palpate/time/clock.h"
 #include "palpate/transport/zmq_engine.h"
-#include "tests/scratch_folder.h"
+#include "tests/own_run_directory.h"
 
 namespace palpate::server::physics {
 namespace {
@@ -22,8 +22,6 @@ namespace {
 class RestingArm : public testing::Test {
  protected:
   RestingArm() {
-    if (const char* before = std::getenv("XDG_RUNTIME_DIR")) before_ = before;
-    setenv("XDG_RUNTIME_DIR", scratch_.path().c_str(), 1);
     auto server = drivers::laboratory::LabServer::open("bench", {.cameras = 1, .width = 16, .height = 16});
     if (!server) throw std::runtime_error(server.error().message);
     thread_ = std::thread([this, laboratory = std::move(*server)] {
@@ -38,34 +36,15 @@ class RestingArm : public testing::Test {
       }
     });
   }
-  ~RestingArm() override {
-    close_laboratory();
-    if (before_.empty()) {
-      unsetenv("XDG_RUNTIME_DIR");
-    } else {
-      setenv("XDG_RUNTIME_DIR", before_.c_str(), 1);
-    }
-  }
+  ~RestingArm() override { close_laboratory(); }
   void close_laboratory() {
     closed_ = true;
     if (thread_.joinable()) thread_.join();
   }
 
-  static rig::Rig rig() {
-    rig::Rig made;
-    made.arm = rig::ArmCalibration{};
-    rig::SurfaceCalibration table, wall;
-    table.name = "table";
-    table.width = table.height = 1.0;
-    table.X_world_rectangle.rotation = rotation_from_xyz({-std::numbers::pi / 2.0, 0.0, 0.0});  // faces up
-    wall.name = "wall";
-    wall.width = wall.height = 1.0;
-    made.surfaces = {table, wall};
-    return made;
-  }
   static PhysicsProcessOptions options() {
     PhysicsProcessOptions made;
-    made.rig = rig();
+    made.rig = rig_of_table_and_wall();
     made.applications = {applications::pingpong::specification()};
     made.scene = *sim::config::scene_of(sim::config::reference_world(),
                                         {applications::pingpong::specification()}, "pingpong");
@@ -76,8 +55,7 @@ class RestingArm : public testing::Test {
   }
 
  private:
-  ScratchFolder scratch_;
-  std::string before_;
+  OwnRunDirectory run_directory_;
   std::atomic<bool> closed_{false};
   std::thread thread_;
 };

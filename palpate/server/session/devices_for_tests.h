@@ -1,12 +1,11 @@
 // For tests: an arm, a tracker and a camera that stand still, on the machine's clock. They know nothing of each other.
 #pragma once
 
-#include <numbers>
 #include <optional>
 #include <vector>
 
 #include "palpate/device/borrowed_devices.h"
-#include "palpate/rig/rig.h"
+#include "palpate/server/physics/rig_for_tests.h"
 #include "palpate/time/clock.h"
 
 namespace palpate::server::session {
@@ -85,19 +84,11 @@ struct StillLaboratory {
     return registry;
   }
   static rig::Rig rig() {
-    rig::Rig made;
-    made.arm.emplace();
+    rig::Rig made = physics::rig_of_table_and_wall();
     made.camera.emplace();
     made.camera->model.width = 640;
     made.camera->model.height = 480;
     made.hand_eye.emplace();
-    rig::SurfaceCalibration table, wall;
-    table.name = "table";
-    table.width = table.height = 1.0;
-    table.X_world_rectangle.rotation = rotation_from_xyz({-std::numbers::pi / 2.0, 0.0, 0.0});  // faces up
-    wall.name = "wall";
-    wall.width = wall.height = 1.0;
-    made.surfaces = {table, wall};
     return made;
   }
 };

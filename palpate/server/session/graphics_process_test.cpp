@@ -14,7 +14,7 @@
 #include "palpate/server/session/devices_for_tests.h"
 #include "palpate/sim/config/world_scene.h"
 #include "palpate/transport/local_endpoint.h"
-#include "tests/scratch_folder.h"
+#include "tests/own_run_directory.h"
 
 namespace palpate::server::session {
 namespace {
@@ -22,8 +22,6 @@ namespace {
 class GraphicsProcessRun : public testing::Test {
  protected:
   GraphicsProcessRun() {
-    if (const char* before = std::getenv("XDG_RUNTIME_DIR")) before_ = before;
-    setenv("XDG_RUNTIME_DIR", scratch_.path().c_str(), 1);
     options_.rig = StillLaboratory::rig();
     options_.applications = {applications::pingpong::specification()};
     options_.world = sim::config::reference_world();
@@ -34,13 +32,7 @@ class GraphicsProcessRun : public testing::Test {
     options_.notice = [this](const std::string& line) { told_ += line + "\n"; };
     options_.ready = [this] { ++ready_; };
   }
-  ~GraphicsProcessRun() override {
-    loops_.reset();
-    if (before_.empty())
-      unsetenv("XDG_RUNTIME_DIR");
-    else
-      setenv("XDG_RUNTIME_DIR", before_.c_str(), 1);
-  }
+  ~GraphicsProcessRun() override { loops_.reset(); }
   void start_physics() {
     physics::PhysicsSetup setup;
     setup.rig = StillLaboratory::rig();
@@ -56,8 +48,8 @@ class GraphicsProcessRun : public testing::Test {
     loops_.emplace(*side_, clock_, physics::LoopRates{.real_time = false});
   }
 
-  ScratchFolder scratch_;
-  std::string before_, told_;
+  OwnRunDirectory run_directory_;
+  std::string told_;
   int ready_ = 0;
   StillLaboratory laboratory_, its_own_;
   GraphicsProcessOptions options_;
@@ -68,7 +60,7 @@ class GraphicsProcessRun : public testing::Test {
 
 TEST_F(GraphicsProcessRun, TakesEachImageAsksForItsStateAndTellsTheFigures) {
   start_physics();
-  options_.out = scratch_ / "out";
+  options_.out = run_directory_.path() / "out";
   options_.player = true;
   options_.disguise_offset_s = 3.0;
   std::filesystem::create_directory(options_.out);

@@ -14,7 +14,7 @@
 #include "palpate/server/session/devices_for_tests.h"
 #include "palpate/sim/config/world_scene.h"
 #include "palpate/transport/zmq_engine.h"
-#include "tests/scratch_folder.h"
+#include "tests/own_run_directory.h"
 
 namespace palpate::server::session {
 namespace {
@@ -22,8 +22,6 @@ namespace {
 class RunningSession : public testing::Test {
  protected:
   RunningSession() {
-    if (const char* before = std::getenv("XDG_RUNTIME_DIR")) before_ = before;
-    setenv("XDG_RUNTIME_DIR", scratch_.path().c_str(), 1);
     setup_.physics.rig = StillLaboratory::rig();
     setup_.physics.applications = {applications::pingpong::specification()};
     setup_.physics.scene =
@@ -37,12 +35,6 @@ class RunningSession : public testing::Test {
       const std::lock_guard lock(mutex_);
       frame_ = frame;
     };
-  }
-  ~RunningSession() override {
-    if (before_.empty())
-      unsetenv("XDG_RUNTIME_DIR");
-    else
-      setenv("XDG_RUNTIME_DIR", before_.c_str(), 1);
   }
 
   // Until it is so, or the patience is over.
@@ -63,8 +55,7 @@ class RunningSession : public testing::Test {
     return frame_;
   }
 
-  ScratchFolder scratch_;
-  std::string before_;
+  OwnRunDirectory run_directory_;
   StillLaboratory laboratory_;
   SessionSetup setup_;
   RealTime how_;

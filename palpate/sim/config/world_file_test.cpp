@@ -161,9 +161,9 @@ TEST(WorldFile, AnArmWiredWronglyIsReadAndWrittenAndNoneIsThereUnlessSaid) {
   EXPECT_EQ(reference_world_text().find("arm_faults"), std::string_view::npos);
   const auto world =
       parse_world("[arm_faults]\nmirrored_axis = 2\nexchanged_joints = [1, 3]\ntorque_gains = [1, 0, 0.5]\n",
-                  "wires.toml");
+                  "wires.toml", {});
   ASSERT_TRUE(world) << world.error().message;
-  const auto again = parse_world(world_text(*world), "again.toml");
+  const auto again = parse_world(world_text(*world), "again.toml", {});
   ASSERT_TRUE(again) << again.error().message;
   EXPECT_EQ(again->arm_faults.mirrored_axis, 2);
   EXPECT_EQ(again->arm_faults.exchanged_joints, (std::array<int, 2>{1, 3}));

@@ -157,7 +157,7 @@ TEST(StatesSocket, SubscribersWithoutEndAreRefusedAndThoseThereDoNotNotice) {
   expect_served(rig, *watch);
   std::vector<std::unique_ptr<Observer>> many;
   // A subscription is renewed like a watch does: where 127 connections take longer than a lease, the first would be over.
-  const auto renew_and_hear = [&, last = rig.physics_clock.now()]() mutable {
+  auto renew_and_hear = [&, last = rig.physics_clock.now()]() mutable {
     const bool due = rig.physics_clock.now() - last > Subscriptions::kLease / 4;
     if (due) last = rig.physics_clock.now();
     for (auto& one : many) {
