@@ -36,7 +36,7 @@ std::vector<Case> cases() {
       {Trouble::old, [](Standing& c, double) { c.state_old = true; }, "no longer has"},
       {Trouble::forces, [](Standing& c, double) { c.forces = "safe: overspeed"; }, "off: they come back"},
       {Trouble::forces, [](Standing& c, double) { c.forces = "safe: arm not checked"; },
-       "palpate calibrate forces"},
+       "off: nobody has checked"},
       {Trouble::forces, [](Standing& c, double) { c.forces = "degraded: button released"; },
        "stylus' button"},
       {Trouble::forces, [](Standing& c, double) { c.forces = "safe: arm lost"; }, "off (arm lost): R"},

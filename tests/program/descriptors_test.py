@@ -128,6 +128,7 @@ class Descriptors(LaboratoryTest):
             coming.socket.close()
 
     def start_server(self):
+        self.mark_checked("openhaptics Simulated PHANToM 0042", "peak_n = 1.0")
         physics = self.start_physics("--listen", f"tcp://127.0.0.1:{self.port}", "--keys", self.keys, "--arm", "openhaptics")
         self.addCleanup(lambda: self.assertIn(physics.process.poll(), (None, 0), physics.lines()))
         return physics
