@@ -13,12 +13,13 @@ GuestNews::Line GuestNews::look(const PhysicsServer& server, bool haptic_loop_ha
   const haptics::HapticCondition condition = server.haptic().condition();
   if (condition.fault != fault_) same_fault_ = 0, fault_told_ = failure_told_;
   fault_ = condition.fault;
-  // Of a lost arm its driver tells, of the rest of what does not heal the trip's line. That line may be left out where
-  // another trip came just before: a guest that is switched off is named here.
-  const bool switched_off =
-      fault_ == haptics::ForceFault::law_failed || fault_ == haptics::ForceFault::arm_slow;
-  const int told = fault_ == haptics::ForceFault::arm_silent ? kSilenceTold : kTold;
-  if (condition.culprit == haptics::Guest::none || !(haptics::heals(fault_) || switched_off) || fault_told_ ||
+  // Of what does not heal the trip's line tells. It is left out where another trip came just before: who has taken the
+  // forces for good is named here.
+  const bool lost = fault_ == haptics::ForceFault::arm_lost;
+  const bool for_good =
+      lost || fault_ == haptics::ForceFault::law_failed || fault_ == haptics::ForceFault::arm_slow;
+  const int told = lost || fault_ == haptics::ForceFault::arm_silent ? kSilenceTold : kTold;
+  if (condition.culprit == haptics::Guest::none || !(haptics::heals(fault_) || for_good) || fault_told_ ||
       ++same_fault_ < told)
     return {};
   fault_told_ = true;

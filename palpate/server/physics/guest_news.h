@@ -16,7 +16,8 @@ class GuestNews {
     bool last = false;  // a loop does not come back: the server has to end
   };
   static constexpr int kTold = 25, kGivenUp = 100;  // looks
-  // Of an arm that is silent its driver tells itself, and sooner; this is for a driver that does not.
+  // Of an arm that is silent or lost its driver tells itself, and sooner; this is for a driver that does not, as it
+  // throws.
   static constexpr int kSilenceTold = 100;
 
   Line look(const PhysicsServer& server, bool haptic_loop_hangs);

@@ -285,6 +285,19 @@ TEST(GuestNews, WhoTakesTheForcesAwayIsToldOnceUntilItHeals) {
   EXPECT_NE(told[0].find("the application 'guest' threw: enough"), std::string::npos);
 }
 
+TEST(GuestNews, ADriverThatLosesItsArmWithoutAWordIsNamed) {
+  GuestBench bench;
+  bench.live(50);
+  bench.arm.sample.connected = false;  // as where it throws
+  GuestNews news;
+  std::vector<std::string> told;
+  for (int i = 0; i < 200; ++i) {
+    bench.live(20);
+    if (const auto line = news.look(*bench.server, false); !line.text.empty()) told.push_back(line.text);
+  }
+  EXPECT_EQ(told, std::vector<std::string>{"forces are off: arm lost: the arm's driver"});
+}
+
 TEST(GuestNews, ALawThatIsSwitchedOffIsNamedAlsoWhereItsFirstFaultWouldHaveHealed) {
   struct NoNumber : ToldLaw {
     Vector3 force(const scene::TipState&, double) noexcept override { return {0.0, asked, 0.0}; }
