@@ -21,6 +21,7 @@ namespace {
 class Reader {
  public:
   Reader(TomlTable root, scene::SettingValues& settings) : root_(root), table_(root), settings_(settings) {}
+  static bool takes(bool) { return true; }
   void section(std::string_view name) {
     end_section();
     section_ = name;
@@ -122,6 +123,7 @@ class Reader {
 class Writer {
  public:
   explicit Writer(const scene::SettingValues& settings) : settings_(settings) {}
+  static bool takes(bool there) { return there; }
   void section(std::string_view name) {
     end_section();
     section_ = name;

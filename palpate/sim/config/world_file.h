@@ -82,6 +82,9 @@ struct WorldFile {
     int mirrored_axis = 0;                              // of ArmBase: 1 x, 2 y, 3 z; 0: none
     std::array<int, 2> exchanged_joints{};              // 1 to 3; 0 0: none
     std::array<double, 3> torque_gains{1.0, 1.0, 1.0};  // of the joints' motors; 0: without power
+    bool any() const {
+      return mirrored_axis != 0 || exchanged_joints[0] != 0 || torque_gains != std::array{1.0, 1.0, 1.0};
+    }
   } arm_faults;
 
   struct {

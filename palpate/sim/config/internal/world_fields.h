@@ -92,10 +92,12 @@ void visit_arm_and_hand(V& v, W& w) {
   v.number("max_speed_m_s", w.arm.max_speed, kSi, kPositive);
   v.integer("force_dof", w.arm.force_dof, {3.0, 3.0});
 
-  v.section("arm_faults");
-  v.integer("mirrored_axis", w.arm_faults.mirrored_axis, {0.0, 3.0});
-  v.integers("exchanged_joints", w.arm_faults.exchanged_joints, {0.0, 3.0});
-  v.numbers("torque_gains", w.arm_faults.torque_gains, kSi, {-10.0, 10.0});
+  if (v.takes(w.arm_faults.any())) {  // a world without them is written without their section
+    v.section("arm_faults");
+    v.integer("mirrored_axis", w.arm_faults.mirrored_axis, {0.0, 3.0});
+    v.integers("exchanged_joints", w.arm_faults.exchanged_joints, {0.0, 3.0});
+    v.numbers("torque_gains", w.arm_faults.torque_gains, kSi, {-10.0, 10.0});
+  }
 
   v.section("hand");
   v.number("mass_kg", w.hand.mass, kSi, kNotNegative);
