@@ -169,7 +169,7 @@ int run(int argc, char** argv) {
   }
   sim::config::WorldFile file = sim::config::reference_world();
   if (std::string_view(argv[1]) != "-") {
-    auto read = sim::config::read_world(argv[1]);
+    auto read = sim::config::read_world(argv[1], {applications::pingpong::specification()});
     if (!read) {
       fmt::print(stderr, "{}\n", read.error().message);
       return read.error().exit_code();
