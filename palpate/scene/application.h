@@ -21,7 +21,7 @@
 namespace palpate::scene {
 
 // A real rectangle as calibrated: corners in touching order, World, m; its front is corner[1]-corner[0] x
-// corner[3]-corner[0].
+// corner[3]-corner[0]. Of a table the edge from corner 0 to 1 is the one nearest the person.
 struct SceneSurface {
   std::string name;
   std::array<Vector3, 4> corners;
