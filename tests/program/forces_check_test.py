@@ -2,29 +2,16 @@
 """The check of an arm's forces by the real program: in the laboratory, and on a stand-in for the maker's library, whose hand holds the
 stylus and whose motors are wired wrongly through a file. Each tick has to come within 5 ms: on a busy machine pushes are broken off."""
 import json
-import os
 import signal
 import unittest
 
-from laboratory import LaboratoryTest
+from laboratory import StandInArmTest
 from program import wait_until
 
-STUB = os.environ["HD_STUB"]
 POSES = ("0 0.2 0.1", "-0.5 0.5 0.1", "0.5 0.4 -0.2", "-0.5 0.0 -0.3", "0.5 0.1 0.3")
 
 
-class ForcesCheck(LaboratoryTest):
-    def setUp(self):
-        super().setUp()
-        self.state = os.path.join(self.root, "state")
-        self.environment.update(PALPATE_LIBHD=STUB, HD_STUB_STATE=self.state)
-        self.environment.pop("GTDD_HOME", None)
-
-    def stands(self, words):
-        with open(self.state + ".new", "w", encoding="ascii") as file:
-            file.write(words)
-        os.replace(self.state + ".new", self.state)
-
+class ForcesCheck(StandInArmTest):
     def check(self, motors="", *options):
         """The check on the stand-in, the hand of which goes to each pose that is asked for."""
         poses = POSES[:2] if motors else POSES

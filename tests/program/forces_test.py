@@ -2,29 +2,14 @@
 """No force on an arm that nobody has checked: what the physics server allows on a stand-in for the maker's library. The check itself,
 which needs ticks that come in time, is tried in forces_check_test.py."""
 import json
-import os
 import signal
 import unittest
 
-from laboratory import LaboratoryTest
+from laboratory import StandInArmTest
 from program import wait_until
 
-STUB = os.environ["HD_STUB"]
-ARM = "openhaptics Simulated PHANToM 0042"
 
-
-class Forces(LaboratoryTest):
-    def setUp(self):
-        super().setUp()
-        self.state = os.path.join(self.root, "state")
-        self.environment.update(PALPATE_LIBHD=STUB, HD_STUB_STATE=self.state)
-        self.environment.pop("GTDD_HOME", None)
-
-    def stands(self, words):
-        with open(self.state + ".new", "w", encoding="ascii") as file:
-            file.write(words)
-        os.replace(self.state + ".new", self.state)
-
+class Forces(StandInArmTest):
     def condition(self):
         return json.loads(self.runs("status", "--json", "-").out)["loops"][0]["condition"]
 
@@ -40,8 +25,8 @@ class Forces(LaboratoryTest):
         self.assertIn("not checked", self.runs("rig", "show", self.rig).out)
 
     def test_a_checked_one_has_while_its_button_is_held(self):
-        self.mark_checked(ARM, "peak_n = 1.0", "dead_man_button = 1")
-        self.assertIn("checked on " + ARM, self.runs("rig", "show", self.rig).out)
+        self.mark_checked(self.ARM, "peak_n = 1.0", "dead_man_button = 1")
+        self.assertIn("checked on " + self.ARM, self.runs("rig", "show", self.rig).out)
         physics = self.start_physics("--arm", "openhaptics")
         self.assertTrue(physics.says("forces stay below 1 N"), physics.lines())
         self.assertTrue(physics.says("only while button 1"), physics.lines())

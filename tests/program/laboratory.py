@@ -88,3 +88,19 @@ class LaboratoryTest(ProgramTest):
                 mask = next(line for line in status if line.startswith("SigCgt")).split()[1]
             return int(mask, 16) >> (number - 1) & 1
         wait_until(lambda: running.ended() or caught(), f"{running.arguments} catches signal {number}")
+
+
+class StandInArmTest(LaboratoryTest):
+    """With a stand-in for the maker's library of OpenHaptics: its arm's hand, buttons, motors and cable are told through a file."""
+    ARM = "openhaptics Simulated PHANToM 0042"
+
+    def setUp(self):
+        super().setUp()
+        self.state = os.path.join(self.root, "state")
+        self.environment.update(PALPATE_LIBHD=os.environ["HD_STUB"], HD_STUB_STATE=self.state)
+        self.environment.pop("GTDD_HOME", None)
+
+    def stands(self, words=""):
+        with open(self.state + ".new", "w", encoding="ascii") as file:
+            file.write(words)
+        os.replace(self.state + ".new", self.state)

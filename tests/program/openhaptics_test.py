@@ -6,23 +6,11 @@ import os
 import signal
 import unittest
 
-from laboratory import LaboratoryTest, READY
+from laboratory import READY, StandInArmTest
 from program import wait_until
 
-STUB = os.environ["HD_STUB"]
 
-
-class OpenHaptics(LaboratoryTest):
-    def setUp(self):
-        super().setUp()
-        self.state = os.path.join(self.root, "state")
-        self.environment.update(PALPATE_LIBHD=STUB, HD_STUB_STATE=self.state)
-        self.environment.pop("GTDD_HOME", None)
-
-    def happens(self, words=""):
-        with open(self.state, "w", encoding="ascii") as file:
-            file.write(words)
-
+class OpenHaptics(StandInArmTest):
     def says_later(self, server, words):
         before = len(server.lines())
         wait_until(lambda: server.ended() or any(words in line for line in server.lines()[before:]),
@@ -43,13 +31,13 @@ class OpenHaptics(LaboratoryTest):
     def test_unplugging_and_warm_motors_are_told_in_words_and_survived(self):
         physics = self.start_physics("--arm", "openhaptics:Left")
         self.assertTrue(physics.says("serial 0042"))
-        self.happens("unplugged")
+        self.stands("unplugged")
         self.says_later(physics, "device 'Left': the connection to it broke (HD_COMM_ERROR")
-        self.happens()
+        self.stands()
         self.says_later(physics, "works again")
-        self.happens("warm")
+        self.stands("warm")
         self.says_later(physics, "its motors are too warm (HD_WARM_MOTORS")
-        self.happens()
+        self.stands()
         self.says_later(physics, "works again")
         physics.send(signal.SIGTERM)
         done = physics.ends()
@@ -57,15 +45,15 @@ class OpenHaptics(LaboratoryTest):
         self.assertEqual(self.left_behind(), [])
 
     def test_after_unplugging_forces_stay_off_until_an_operator_resets(self):
-        self.mark_checked("openhaptics Simulated PHANToM 0042", "peak_n = 1.0")
+        self.mark_checked(self.ARM, "peak_n = 1.0")
         physics = self.start_physics("--arm", "openhaptics")
         self.assertTrue(physics.says("serial 0042"))
 
         def forces(*options):
             return json.loads(self.runs("status", "--json", "-", *options).out)["loops"][0]["condition"]
-        self.happens("unplugged")
+        self.stands("unplugged")
         wait_until(lambda: forces() == "safe: arm lost", "the status says that the arm is lost")
-        self.happens()
+        self.stands()
         self.says_later(physics, "`palpate status --reset`")
         self.assertEqual(forces(), "safe: arm lost")
         forces("--reset")
@@ -77,14 +65,14 @@ class OpenHaptics(LaboratoryTest):
         arm = ("physics", "--rig", self.rig, "--arm")
         self.says_no(self.run_program(*arm, "phantom"), 2, "--arm", "'phantom'", "lab, openhaptics or openhaptics:NAME")
         self.says_no(self.run_program(*arm, "openhaptics:Middle"), 1, "device 'Middle'", "HD_DEVICE_FAULT", "; see that it has power")
-        self.happens("unplugged")
+        self.stands("unplugged")
         self.says_no(self.run_program(*arm, "openhaptics"), 1, "the default device", "does not answer", "cable")
         self.environment["PALPATE_LIBHD"] = self.path("libHD.so")
         self.says_no(self.run_program(*arm, "openhaptics"), 1, "libHD.so is not there", "install", "PALPATE_LIBHD")
         self.write("libHD.so", b"\x7fELF\x01" + bytes(60))
         self.says_no(self.run_program(*arm, "openhaptics"), 1, "32-bit")
         for kind, words in (("old", "lacks hdCheckCalibration"), ("lonely", "needs libPhantomIOLib42.so")):
-            self.environment["PALPATE_LIBHD"] = os.path.join(os.path.dirname(STUB), "..", kind, "libHD.so")
+            self.environment["PALPATE_LIBHD"] = os.path.join(os.path.dirname(os.environ["HD_STUB"]), "..", kind, "libHD.so")
             self.says_no(self.run_program(*arm, "openhaptics"), 1, words)
 
     def doctor(self, *options):
@@ -98,7 +86,7 @@ class OpenHaptics(LaboratoryTest):
         self.assertNotIn("arm", found)
         found = self.doctor("--arm", "openhaptics:Right")
         self.assertEqual(found["arm"]["value"], "Right: Simulated PHANToM, serial 0042, 8.5 N")
-        self.happens("unplugged")
+        self.stands("unplugged")
         found = self.doctor("--arm", "openhaptics")
         self.assertEqual(found["arm"]["verdict"], "in the way")
         self.assertIn("power", found["arm"]["remedy"])

@@ -15,7 +15,10 @@ class TwoHostsTest : public ::testing::Test {
  protected:
   void SetUp() override {
     auto made = TwoHosts::make();
-    if (!made) GTEST_SKIP() << made.error().message;
+    // What this machine lacks is said to be needed; anything else is our own failure.
+    if (!made && made.error().message.find("needed") != std::string::npos)
+      GTEST_SKIP() << made.error().message;
+    ASSERT_TRUE(made) << made.error().message;
     hosts_.emplace(std::move(*made));
     ASSERT_TRUE(hosts_->at(TwoHosts::kPhysicsHost, [&] { listener_ = ::socket(AF_INET, SOCK_DGRAM, 0); }));
     ASSERT_TRUE(hosts_->at(TwoHosts::kGraphicsHost, [&] { sender_ = ::socket(AF_INET, SOCK_DGRAM, 0); }));
