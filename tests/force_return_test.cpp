@@ -217,7 +217,7 @@ class RealProgram {
     wait(1.5, 0.0);
   }
   // For so long, with the hand moving up at this speed; what is called each millisecond.
-  void wait(double time_s, double speed, const std::function<void(double)>& each = {}) {
+  void wait(double time_s, double speed, const std::function<void()>& each = {}) {
     const auto begun = std::chrono::steady_clock::now();
     double before = 0.0;
     while (true) {
@@ -225,7 +225,7 @@ class RealProgram {
       target_.tip.m.y() += speed * (at - before);
       before = at;
       hand_->move_to(target_);
-      if (each) each(at);
+      if (each) each();
       if (at >= time_s) return;
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
@@ -273,13 +273,19 @@ TEST(ForceReturnOfTheProgram, AfterItWasStoppedWithTheHandSinkingIn) {
   ASSERT_GT(held, 0.3);
   program.signal(SIGSTOP);
   program.wait(1.5, -0.01);
+  const auto woken = std::chrono::steady_clock::now();
+  const auto since = [woken] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - woken).count();
+  };
   program.signal(SIGCONT);
   constexpr double kByDepth = 12.0;  // N: 20 mm in 600 N/m
   double most = 0.0, late = 0.0;
-  program.wait(1.0, 0.0, [&](double at) {
+  program.wait(1.0, 0.0, [&] {
+    // This thread may be held up between any two lines: what counts is when the force may have been read.
+    const double from = since(), force = program.commanded(), to = since();
     // The last command from before the stop still stands until the first one after it.
-    if (at > 0.05) most = std::max(most, program.commanded() - kByDepth * at);
-    if (at > 0.02 && at < 0.1) late = std::max(late, program.commanded());
+    if (from > 0.05) most = std::max(most, force - kByDepth * to);
+    if (from > 0.02 && from < 0.1) late = std::max(late, force - kByDepth * std::max(0.0, to - 0.1));
   });
   EXPECT_LE(most, 0.05);
   EXPECT_LE(late, 0.1 * kByDepth + 0.05);

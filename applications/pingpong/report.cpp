@@ -33,10 +33,8 @@ Section forces_section(const PlayFolder& play) {
       "A hit lasts about four milliseconds. The force follows a damped spring whose impulse equals the "
       "change of the ball's momentum, and is given to the arm at 1 kHz. The arm has two limits: {}, and a "
       "change of 3 N from one millisecond to the next, both of its own axes, along which a force can be a "
-      "few "
-      "percent larger. What they hold off is given a little later, so that the impulse stays whole; what "
-      "even "
-      "then cannot be given is counted, not hidden.",
+      "few percent larger. What they hold off is given a little later, so that the impulse stays whole; what "
+      "even then cannot be given is counted, not hidden.",
       figures::arm_limit(play)));
   std::vector<Figure> figures{*figures::peak_force(play, "Peak force")};
   if (auto shaped = figures::shaped_force(play, true)) figures.push_back(std::move(*shaped));
@@ -97,8 +95,7 @@ Section game_section(const PlayFolder& play, double serves) {
   section.blocks.emplace_back(
       "The scripted player knows only what the graphics server shows, learns it 150 ms late, aims with noise "
       "and cannot accelerate the hand faster than a person. It plays so that the whole chain is tried, not "
-      "to "
-      "win.");
+      "to win.");
   section.blocks.emplace_back(
       "Each serve comes off the wall. It counts as returned, once, when the bat has brought it back to the "
       "wall. If the player then meets the ball again and again, that is a rally: it counts every time the "

@@ -154,8 +154,7 @@ TEST(LiveCamera, SaysWhyNoneOfThePicturesIsOfUse) {
   script.does = Does::shrink;
   EXPECT_EQ(next_news(**camera),
             "camera scripted: its pictures are 4x4 px and the lens was calibrated at 8x4; set the camera to "
-            "that size, "
-            "or calibrate it anew (palpate calibrate camera)");
+            "that size, or calibrate it anew (palpate calibrate camera)");
   EXPECT_EQ((*camera)->status().condition, Condition::unfit);
   script.does = Does::damage;
   EXPECT_EQ(next_news(**camera), "camera scripted: a picture was damaged on its way");

@@ -213,6 +213,21 @@ TEST_F(OpenHaptics, UnpluggedArmIsNoticedNamedGivenBackAndOpenedAgain) {
   EXPECT_EQ(arm->status().times_lost, 1u);
 }
 
+TEST_F(OpenHaptics, AnotherArmInItsPlaceIsNotTakenForIt) {
+  const auto arm = opened(patient());
+  ASSERT_TRUE(comes_true([&] { return reads(*arm); }));
+  with([](HdStubDevice& d) { d.plugged = false; });
+  ASSERT_TRUE(comes_true([&] { return !reads(*arm); }));
+  with([](HdStubDevice& d) { d.plugged = true, d.serial = "0043"; });
+  EXPECT_TRUE(comes_true([&] { return arm->status().message.find("0043") != std::string::npos; }));
+  EXPECT_TRUE(says(arm->status().message, {"Simulated PHANToM 0043", "was Simulated PHANToM 0042"}));
+  EXPECT_FALSE(reads(*arm));
+  EXPECT_FALSE(arm->read().connected);
+  EXPECT_FALSE(with([](HdStubDevice& d) { return d.open; }));
+  with([](HdStubDevice& d) { d.serial = "0042"; });
+  EXPECT_TRUE(comes_true([&] { return reads(*arm); }));
+}
+
 TEST_F(OpenHaptics, EachDeviceErrorOfACycleEndsItAndIsNamed) {
   for (const auto& [code, name] :
        std::initializer_list<std::pair<unsigned, const char*>>{{0x0300, "HD_DEVICE_FAULT"},

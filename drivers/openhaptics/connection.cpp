@@ -60,8 +60,7 @@ ArmStatus OpenHapticsArm::Connection::status() const {
     status.condition = ArmCondition::inconsistent;
     status.message = fmt::format(
         "arm openhaptics: {}: its joint angles and its tip's place differ by more than {:.0f} mm of way: "
-        "forces stay off; put the arm's link lengths into nominal_arm of the rig file, calibrate the "
-        "device "
+        "forces stay off; put the arm's link lengths into nominal_arm of the rig file, calibrate the device "
         "with the maker's setup program, start again",
         device, kLargestMismatch * kMillimetresPerMetre);
   } else if (calibration_.load() != hd::kCalibrationOk) {
@@ -120,6 +119,14 @@ Expected<void> OpenHapticsArm::Connection::connect() {
   if (!opened) return tl::unexpected(opened.error());
   handle_ = opened->handle;
   calibration_style_ = opened->calibration_style;
+  // Its calibration and the check of its forces are the first one's.
+  if (facts_known_ && (opened->facts.model != facts_.model || opened->facts.serial != facts_.serial)) {
+    hd_.disable_device(opened->handle);
+    return refused(
+        "OpenHaptics: the arm that came back is {} {}, and was {} {}; plug that one in, or start the server "
+        "anew",
+        opened->facts.model, opened->facts.serial, facts_.model, facts_.serial);
+  }
   if (!facts_known_) facts_ = std::move(opened->facts);  // others read it while a device returns
   facts_known_ = true;
   // Only what a person has just said: an arm that comes back may stand anywhere.
@@ -168,8 +175,7 @@ bool OpenHapticsArm::Connection::disconnect() {
 
 std::string OpenHapticsArm::Connection::calibration_words() const {
   if (calibration_style_ == hd::kEncoderReset)
-    return "its encoders have lost their zero; put the arm into its reset position, hold it there and "
-           "start "
+    return "its encoders have lost their zero; put the arm into its reset position, hold it there and start "
            "again with --arm-at-reset";
   if (calibration_style_ == hd::kInkwell)
     return "it has to be calibrated; put the stylus into the inkwell until this line is taken back";

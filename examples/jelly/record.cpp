@@ -58,8 +58,7 @@ palpate::scene::PlayReport report_of(const palpate::figures::PlayFolder& play) {
   figures::Section section{"What the hand feels", "jelly", {}};
   section.blocks.emplace_back(
       "The tip meets the surface as it is in that millisecond: a spring between the two is what the hand "
-      "feels, and what "
-      "dents the jelly. Let go, it wobbles.");
+      "feels, and what dents the jelly. Let go, it wobbles.");
   if (const auto* table = play.raw(kTable);
       table != nullptr && figures::has_columns(*table, {"time_s", "force_n", "dent_mm"})) {
     const auto time = figures::column(*table, "time_s");

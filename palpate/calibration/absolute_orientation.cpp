@@ -114,8 +114,7 @@ Expected<Estimate<RigidTransform>> absolute_orientation(const std::vector<Vector
     if (!(extent[1] > kLineRatio * extent[0]))
       return refused(
           "absolute orientation: the {} points lie on a line ({:.3g} mm long, {:.2g} mm wide), so the turn "
-          "about "
-          "it cannot be known; measure at least one point well beside it",
+          "about it cannot be known; measure at least one point well beside it",
           points == &from ? "first" : "second", mm_from_metres(extent[0]), mm_from_metres(extent[1]));
   }
   const double ratio = typical_distance(to) / typical_distance(from);
@@ -151,8 +150,7 @@ Expected<Estimate<RigidTransform>> absolute_orientation(const std::vector<Vector
   if (!(worst <= kWorstRotation))
     return refused(
         "absolute orientation: the points are too close to a line or fit too badly (rms {:.3g} mm): the "
-        "rotation "
-        "is known to {:.0f} deg only; spread the points and check their order",
+        "rotation is known to {:.0f} deg only; spread the points and check their order",
         mm_from_metres(rms_per_component(estimate.residuals)), degrees_from_radians(worst));
   // The translation is the origin's: the middle's shift and, across the lever, the turn.
   const Matrix3 root = turn.vectors * turn.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();

@@ -71,6 +71,9 @@ Expected<Measured> measure(std::span<const ForcePose> poses, const ForceCheckSet
       directions += ramp.direction * ramp.direction.transpose();
       moved += ramp.compliance * ramp.direction.transpose();
     }
+    if (pose.jacobian.cols() != poses.front().jacobian.cols())
+      return wrong_use("force check: a pose has {} joints, another one {}", pose.jacobian.cols(),
+                       poses.front().jacobian.cols());
     if (pose.jacobian.cols() < 3 || !pose.jacobian.allFinite())
       return wrong_use("force check: a pose has no Jacobian of three joints or more");
     if (symmetric_eigenvalues(directions).minCoeff() < 2.0 - 1e-6)
@@ -169,8 +172,8 @@ std::string words_of(const ForceCheck& check, const ForceExplanation& what, doub
       return "forces go where they are commanded";
     case ForceVerdict::axis_mirrored:
       return fmt::format(
-          "{} is mirrored: the hand is pushed against the commanded force; see to the axes of driver and "
-          "arm model",
+          "{} is mirrored: the hand is pushed against the commanded force; see to the axes of driver and arm "
+          "model",
           name(check.first));
     case ForceVerdict::joint_mirrored:
       return fmt::format(
@@ -191,14 +194,12 @@ std::string words_of(const ForceCheck& check, const ForceExplanation& what, doub
     case ForceVerdict::ratio_off:
       return fmt::format(
           "{} gives {:.2f} times what {} gives for the same command; see to the amplifiers and gears of "
-          "both, and to the "
-          "arm model's lengths",
+          "both, and to the arm model's lengths",
           name(check.first), ratio, name(check.second));
     case ForceVerdict::too_little_motion:
       return fmt::format(
           "the tip gave way by {:.3f} mm per newton only: hold the stylus lightly, away from stops and "
-          "table; "
-          "see that the motors have power",
+          "table; see that the motors have power",
           kMillimetresPerMetre * check.compliance);
     case ForceVerdict::restless_hand:
       return fmt::format(
@@ -214,8 +215,7 @@ std::string words_of(const ForceCheck& check, const ForceExplanation& what, doub
     case ForceVerdict::unexplained:
       return fmt::format(
           "no single fault explains how the hand gave way (misfit {:.0f}, about {} expected): hold the "
-          "stylus "
-          "alike in all poses, and see to the arm's calibration",
+          "stylus alike in all poses, and see to the arm's calibration",
           check.cost, check.freedoms);
   }
   return "";
@@ -343,8 +343,7 @@ Expected<WeightGain> gain_of_weight(double weight_n, std::span<const double> ris
     if (!(rising[i] > 0.0 && sinking[i] > 0.0))
       return refused(
           "force check: the weight rose at {:.3f} N and sank at {:.3f} N; forces upwards are expected: see "
-          "that "
-          "it hangs at the tip, and that nothing else holds it",
+          "that it hangs at the tip, and that nothing else holds it",
           rising[i], sinking[i]);
     const double middle = 0.5 * (rising[i] + sinking[i]);
     sum += weight_n / middle;
@@ -361,8 +360,7 @@ Expected<WeightGain> gain_of_weight(double weight_n, std::span<const double> ris
       std::log(settings.agreed_ratio))
     return refused(
         "force check: the weight of {:.3f} N is held by {:.3f} N of commanded force: a gain of {:.2f} +- "
-        "{:.2f}; "
-        "1 within a factor of {:g} is expected: see to the amplifiers and the arm's model",
+        "{:.2f}; 1 within a factor of {:g} is expected: see to the amplifiers and the arm's model",
         weight_n, weight_n / found.gain, found.gain, found.deviation, settings.agreed_ratio);
   return found;
 }

@@ -170,6 +170,10 @@ TEST(ForceCheck, RampsThatAreMissingOrNoNumbersAreWrongUse) {
   ASSERT_FALSE(refusal);
   EXPECT_EQ(refusal.error().exit_code(), 2);
   EXPECT_FALSE(check_forces({}));
+  poses = Trial{}.play(1);
+  poses[1].jacobian.conservativeResize(3, 6);  // of another arm
+  poses[1].jacobian.setOnes();
+  EXPECT_FALSE(check_forces(poses));
 }
 
 // A hand with mass, damper and drift, moved by a ramp: what is in phase with the force is its compliance.

@@ -68,8 +68,7 @@ void add_warnings(HandEyeSolution& s, const HandEyeNormal& covariance, const Han
   if (eye_seconds < kShortTake)
     w.push_back(
         fmt::format("{:.1f} s of eye poses are little to find a delay by: another stretch of the hand's "
-                    "motion may fit as well; "
-                    "record 20 s and more",
+                    "motion may fit as well; record 20 s and more",
                     eye_seconds));
   if (s.X_marker_camera.translation.norm() < kNearCamera)
     w.push_back(fmt::format(
@@ -131,8 +130,7 @@ Expected<std::vector<HandEyeStart>> find_starts(const std::vector<device::Stampe
     if (candidates.empty() || candidates.front().correlation < 0.2)
       return refused(
           "hand-eye: the streams never turn alike (best correlation {:.2f}, at least 0.20 is needed); do "
-          "they belong "
-          "together, and did the camera turn?",
+          "they belong together, and did the camera turn?",
           candidates.empty() ? 0.0 : candidates.front().correlation);
     for (const auto& c : candidates)
       if (c.score > 0.5 * candidates.front().score)
@@ -203,16 +201,14 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::Stamp
   if (at.size() < least)
     return refused(
         "hand-eye: {} eye poses lie between hand poses, at least {} are needed (hand {:.3f} to {:.3f} s, eye "
-        "{:.3f} to "
-        "{:.3f} s); where the clocks differ, use --estimate-delay",
+        "{:.3f} to {:.3f} s); where the clocks differ, use --estimate-delay",
         at.size(), least, hand.front().time_s, hand.back().time_s, eye.front().time_s, eye.back().time_s);
   const HandEyeMotion motion = hand_eye_motion(at);
   const Vector3& spread = motion.spread;
   if (spread(1) < kLeastSpread)
     return refused(
         "hand-eye: the hand turned by rms {:.2f}, {:.2f}, {:.2f} deg about its main axes; at least {:.1f} "
-        "deg about a "
-        "second axis are needed to see where the camera sits, turn about all axes",
+        "deg about a second axis are needed to see where the camera sits, turn about all axes",
         degrees_from_radians(spread(0)), degrees_from_radians(spread(1)), degrees_from_radians(spread(2)),
         degrees_from_radians(kLeastSpread));
 

@@ -27,8 +27,7 @@ Expected<void> check_rotation(const PivotData& data, double range, const Matrix3
   if (range < options.needed_rotation)
     return refused(
         "pivot: the marker turns by {:.1f} deg only, at least {:.0f} deg are needed; swing it further while "
-        "the "
-        "tip rests",
+        "the tip rests",
         degrees_from_radians(range), degrees_from_radians(options.needed_rotation));
   const double least = symmetric_eigenvalues(A)[0];
   double total = 0.0;
@@ -37,8 +36,7 @@ Expected<void> check_rotation(const PivotData& data, double range, const Matrix3
   if (tilt < options.needed_tilt)
     return refused(
         "pivot: the marker turns about one axis only ({:.2f} deg rms about the weakest, {:.0f} deg are "
-        "needed), so "
-        "the tip's place along it cannot be known; swing it in two directions",
+        "needed), so the tip's place along it cannot be known; swing it in two directions",
         degrees_from_radians(tilt), degrees_from_radians(options.needed_tilt));
   return {};
 }
@@ -223,8 +221,7 @@ Expected<void> check_tip(const PivotData& data, const Estimate<PivotSolution>& e
   if (!(distance <= kFarthestTip))
     return refused(
         "pivot: the tip would lie {:.0f} m from its marker, at most {:.0f} m is expected; check the unit in "
-        "the "
-        "header (_mm or _m)",
+        "the header (_mm or _m)",
         distance, kFarthestTip);
   if (!(rms <= kMostResidual))
     return refused(

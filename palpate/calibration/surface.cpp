@@ -236,8 +236,7 @@ Expected<void> check_fit(const std::vector<TouchedPoint>& points, const Rectangl
     const bool off_plane = std::abs(out.dot(r)) > 0.7 * r.norm();
     return refused(
         "surface: point {} is {:.1f} mm {} the best rectangle ({:.0f} x {:.0f} mm), at most {:.1f} mm is "
-        "accepted; touch it "
-        "again",
+        "accepted; touch it again",
         i + 1, mm_from_metres(r.norm()), off_plane ? "off the plane of" : "away from its corner of",
         mm_from_metres(fit.width), mm_from_metres(fit.height), mm_from_metres(limit));
   }

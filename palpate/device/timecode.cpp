@@ -80,8 +80,7 @@ Expected<TimecodeBits> timecode_bits(const TimecodeLight& blocks) {
   if (!(white - black >= kLeastContrast))
     return refused(
         "clock strip: white and black differ by {:.2f} of full light, at least {:.2f} are needed; look "
-        "whether "
-        "it is in view and lit",
+        "whether it is in view and lit",
         white - black, kLeastContrast);
   TimecodeBits bits{};
   for (std::size_t k = 0; k < bits.size(); ++k) {

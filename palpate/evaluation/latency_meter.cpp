@@ -32,8 +32,7 @@ Expected<LatencyMeter::SeenTimecode> LatencyMeter::timecode_of(const device::Cam
   if (found.empty())
     return refused(
         "clock strip: not found in the camera's image; point the camera at it so that it is level, whole and "
-        "at "
-        "least a quarter of the image wide");
+        "at least a quarter of the image wide");
   last_ = area_round(found.front());
   const auto blocks = device::panel_blocks(image.rgb, image.width, image.height, found.front());
   if (!blocks) return tl::unexpected(blocks.error());

@@ -117,10 +117,8 @@ Expected<TimecodeMoment> TimecodeLog::find(const device::TimecodeBits& seen, Dur
   if (moment.residual > device::kMostTimecodeMisfit)
     return refused(
         "clock strip: at no moment of the last {:.0f} s it looked like this (off by {:.2f} of the contrast, "
-        "at "
-        "most {:.2f} is accepted); look whether something hides it, it is in focus, and the exposure is "
-        "{:.1f} "
-        "ms",
+        "at most {:.2f} is accepted); look whether something hides it, it is in focus, and the exposure is "
+        "{:.1f} ms",
         to_seconds(latest - shown_.front().at), moment.residual, device::kMostTimecodeMisfit,
         1e3 * to_seconds(exposure));
   // All moments round the best that look the same.

@@ -176,8 +176,13 @@ Expected<Files> sample(Simulator& world, const SampleRequest& request) {
 }  // namespace
 
 calibration::session::AcquisitionContext laboratory_of(Simulator& world) {
-  return {world.physics_clock(), world.arm(),    world.tracker(),
-          &world.camera(),       world.person(), world.right_camera()};
+  return {.clock = world.physics_clock(),
+          .arm = world.arm(),
+          .tracker = world.tracker(),
+          .camera = &world.camera(),
+          .person = world.person(),
+          .right_camera = world.right_camera(),
+          .computed_arm = true};
 }
 
 calibration::ReachablePoses reach_of(const sim::config::WorldFile& file) {

@@ -49,8 +49,13 @@ TEST(RecordPivot, HeldTipIsDraggedAMillimetreOrTwoInADirectionThatTurnsWithTheMa
     held_at = world.now().seconds();
     held = world.true_state().X_world_tip.translation;
   };
-  const auto poses = calibration::session::record_pivot(
-      {clock, world.arm(), world.tracker(), nullptr, world.person()}, options);
+  const auto poses = calibration::session::record_pivot({.clock = clock,
+                                                         .arm = world.arm(),
+                                                         .tracker = world.tracker(),
+                                                         .camera = nullptr,
+                                                         .person = world.person(),
+                                                         .computed_arm = true},
+                                                        options);
   ASSERT_TRUE(poses) << poses.error().message;
   EXPECT_EQ(poses->size(), 400u);
   double size = 0.0;

@@ -96,6 +96,10 @@ void ForceGuard::tick(const SafetyInputs& inputs) {
   const ForceFault healing = late && missing != ForceFault::bad_reading && missing != ForceFault::bad_force
                                  ? ForceFault::late_tick
                                  : missing;
+  // An overspeed ends by itself (PhysicsServer re-arms when the tip has calmed down); what else lasts, and comes while
+  // forces are off for it, does not.
+  if (state_ == HapticState::safe && fault_ == ForceFault::overspeed && present_ != ForceFault::none)
+    fault_ = present_;
   if (state_ != HapticState::safe) {
     if (present_ != ForceFault::none) {
       state_ = HapticState::safe;

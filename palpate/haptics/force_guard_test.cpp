@@ -106,6 +106,23 @@ TEST(ForceGuard, EveryLastingFaultKeepsForcesOffUntilRearmed) {
   }
 }
 
+TEST(ForceGuard, AnOverspeedHidesNoOtherLastingFaultThatFollowsIt) {
+  for (const auto& sign : kLasting) {
+    if (sign.fault == ForceFault::overspeed) continue;
+    ForceGuard guard = running_guard();
+    SafetyInputs fast = kGood;
+    fast.tip_speed = 10.0;
+    guard.tick(fast);
+    ASSERT_EQ(guard.fault(), ForceFault::overspeed);
+    SafetyInputs inputs = kGood;
+    sign.spoil(inputs);
+    guard.tick(inputs);
+    guard.tick(kGood);
+    EXPECT_EQ(guard.state(), HapticState::safe);
+    EXPECT_EQ(guard.fault(), sign.fault) << "whoever re-arms after an overspeed must not re-arm this";
+  }
+}
+
 TEST(ForceGuard, ALastingFaultCountsBeforeTheFirstForceToo) {
   ForceGuard guard(ForceLimits{}, true);
   SafetyInputs inputs = kGood;
@@ -155,7 +172,7 @@ TEST(ForceGuard, ImpossibleLimitsAreRefusedByName) {
   refused("fade_s", [](ForceLimits& l) { l.fade_s = std::numeric_limits<double>::infinity(); });
   refused("max_tip_speed_m_s", [](ForceLimits& l) { l.max_tip_speed_m_s = 0.0; });
   refused("stale_s", [](ForceLimits& l) { l.stale_s = 0.0; });
-  refused("longest_debt_s", [](ForceLimits& l) { l.max_backlog_s = -1.0; });
+  refused("max_backlog_s", [](ForceLimits& l) { l.max_backlog_s = -1.0; });
   refused("most_damping_n_s_m", [](ForceLimits& l) { l.most_damping_n_s_m = -1.0; });
   refused("slew_n_s * fade_s", [](ForceLimits& l) { l.slew_n_s = 100.0; });
   refused("joint_range", [](ForceLimits& l) { l.joint_range[1] = {1.0, -1.0}; });

@@ -47,7 +47,7 @@ void check_force_limits(const ForceLimits& limits) {
         std::pair{"max_tip_speed_m_s", limits.max_tip_speed_m_s}, std::pair{"stale_s", limits.stale_s}})
     demand(value > 0.0 && std::isfinite(value), name, value, "a number > 0");
   for (const auto& [name, value] :
-       {std::pair{"start_ramp_s", limits.start_ramp_s}, std::pair{"longest_debt_s", limits.max_backlog_s},
+       {std::pair{"start_ramp_s", limits.start_ramp_s}, std::pair{"max_backlog_s", limits.max_backlog_s},
         std::pair{"most_damping_n_s_m", limits.most_damping_n_s_m}})
     demand(value >= 0.0 && std::isfinite(value), name, value, "a number >= 0");
   demand(limits.continuous_s >= 0.5 && limits.continuous_s <= 100.0, "continuous_s", limits.continuous_s,

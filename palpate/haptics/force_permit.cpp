@@ -20,12 +20,24 @@ ForcePermit ForcePermit::of(const device::ArmFacts& arm, const rig::Rig& rig) {
         kRemedy);
     return permit;
   }
+  if (arm.identity.empty()) {
+    permit.words_ = "forces stay off: the arm's driver does not say which arm it is (ArmFacts::identity)";
+    return permit;
+  }
   if (const std::string change = rig::void_reason(rig, arm.identity); !change.empty()) {
     permit.words_ = fmt::format("forces stay off: since they were checked {}; {} again", change, kRemedy);
     return permit;
   }
+  // Never so from a file, which is read with these bounds.
+  if (!(rig.forces->peak > 0.0) || rig.forces->dead_man_button < 0 || rig.forces->dead_man_button > 32) {
+    permit.words_ =
+        fmt::format("forces stay off: their check allows a peak of {:g} N and wants button {}; {}",
+                    rig.forces->peak, rig.forces->dead_man_button, kRemedy);
+    return permit;
+  }
   permit.given_ = true;
   permit.words_.clear();
+  permit.gain_ = std::max(1.0, rig.forces->gain.value_or(1.0));
   permit.peak_n_ = rig.forces->gain ? rig.forces->peak : std::min(rig.forces->peak, rig::kUnweighedPeak);
   if (!rig.forces->gain)
     permit.words_ = fmt::format(
@@ -43,7 +55,8 @@ ForcePermit ForcePermit::of(const device::ArmFacts& arm, const rig::Rig& rig) {
 ForceLimits ForcePermit::lowered(ForceLimits limits) const {
   if (peak_n_ <= 0.0) return limits;
   limits.peak_n = std::min(limits.peak_n, peak_n_);
-  limits.continuous_n = std::min(limits.continuous_n, limits.peak_n);
+  limits.peak_n /= gain_;
+  limits.continuous_n = std::min(limits.continuous_n / gain_, limits.peak_n);
   return limits;
 }
 

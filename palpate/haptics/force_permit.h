@@ -31,7 +31,8 @@ class ForcePermit {
   bool given() const { return given_; }
   // Why it is not given and what to do about it, or what it is restricted to; one line, empty: nothing to tell.
   const std::string& words() const { return words_; }
-  // The limits of an arm, lowered to what is permitted.
+  // The limits of an arm, lowered to what is permitted, and so that what is felt stays below them: a known weight may
+  // have told that more is felt than is commanded.
   ForceLimits lowered(ForceLimits limits) const;
   // Whether the dead-man switch, where there is one, is among the pressed buttons (ArmSample::buttons).
   bool held(std::uint32_t buttons) const { return (buttons & wanted_buttons_) == wanted_buttons_; }
@@ -39,11 +40,11 @@ class ForcePermit {
  private:
   bool given_ = false;
   double peak_n_ = 0.0;  // 0: as the limits have it
+  double gain_ = 1.0;    // felt over commanded force, where it is above 1
   std::uint32_t wanted_buttons_ = 0;
   std::string words_ =
       "forces stay off: nobody has seen that this arm's forces go where they are commanded; run `palpate "
-      "calibrate "
-      "forces`";
+      "calibrate forces`";
 };
 
 }  // namespace palpate::haptics

@@ -17,11 +17,7 @@ rig::Rig checked_rig() {
   rig::Rig rig;
   rig.arm = bench_calibration();
   rig.arm->rest_readings = {0.1, 0.2, 0.3};
-  rig::ForceCalibration forces;
-  forces.identity = real_arm().identity;
-  forces.model = rig.arm->model.name;
-  forces.rest_readings = rig.arm->rest_readings;
-  forces.joint_offsets = rig.arm->correction.offset;
+  rig::ForceCalibration forces = rig::force_calibration_of(rig, real_arm().identity);
   forces.joint_gains = Vector3::Ones();
   rig.forces = forces;
   return rig;
@@ -59,6 +55,27 @@ TEST(ForcePermit, AnArmThatNobodyHasCheckedIsGivenNoForceWhateverIsAskedOrRearme
   EXPECT_GT(largest_force(without_ramp()), 4.0);  // the same with a computed arm
 }
 
+TEST(ForcePermit, AChainOfTheSameNameWithAnotherRowIsAnotherModel) {
+  rig::Rig rig = checked_rig();
+  rig.arm->model.kind = device::ArmModel::Kind::dh;
+  rig.arm->model.joints = {{0.0, 1.57, 0.3, 0.0}, {0.2, 0.0, 0.0, 0.0}, {0.2, 0.0, 0.0, 0.0}};
+  rig.forces->model_numbers = rig::numbers_of(rig.arm->model);
+  const auto given = [&] { return ForcePermit::of(real_arm(), rig).given(); };
+  EXPECT_TRUE(given());
+  for (double device::DhJoint::*number :
+       {&device::DhJoint::a, &device::DhJoint::d, &device::DhJoint::alpha, &device::DhJoint::theta_offset}) {
+    rig.arm->model.joints[1].*number += 0.02;
+    EXPECT_FALSE(given());
+    rig.arm->model.joints[1].*number -= 0.02;
+  }
+  rig.arm->model.tool.z() += 0.02;
+  EXPECT_FALSE(given());
+  rig.arm->model.tool.z() -= 0.02;
+  EXPECT_TRUE(given());
+  rig.arm->model.joints.push_back(rig.arm->model.joints.back());
+  EXPECT_FALSE(given());
+}
+
 TEST(ForcePermit, NeedsACheckOfThisArmWithThisModelAndZero) {
   const auto permit = [](const rig::Rig& rig, const std::string& identity = real_arm().identity) {
     return ForcePermit::of(real_arm(identity), rig);
@@ -75,6 +92,31 @@ TEST(ForcePermit, NeedsACheckOfThisArmWithThisModelAndZero) {
   rig.arm->model.name = "phantom-omni";
   EXPECT_FALSE(permit(rig).given());
   EXPECT_NE(permit(rig).words().find("model has changed"), std::string::npos);
+  rig = checked_rig();
+  rig.arm->model.lengths.l2 += 0.002;  // calibrated anew
+  EXPECT_TRUE(permit(rig).given());
+  rig.arm->model.lengths.l2 += 0.003;  // another link
+  EXPECT_FALSE(permit(rig).given());
+  EXPECT_NE(permit(rig).words().find("has other lengths or angles"), std::string::npos);
+  rig = checked_rig();
+  rig.nominal_arm.lengths.l1 += 0.01;  // commanded forces become other torques
+  EXPECT_FALSE(permit(rig).given());
+  EXPECT_NE(permit(rig).words().find("nominal model has changed"), std::string::npos);
+  rig = checked_rig();
+  rig.arm->correction.gain[1] *= 1.05;
+  EXPECT_FALSE(permit(rig).given());
+  rig = checked_rig();
+  rig.forces->identity.clear();  // of no arm in particular
+  EXPECT_FALSE(permit(rig, "").given());
+  EXPECT_NE(permit(rig, "").words().find("does not say which arm it is"), std::string::npos);
+  for (const double peak : {0.0, -1.0, std::nan("")}) {
+    rig = checked_rig();
+    rig.forces->peak = peak;
+    EXPECT_FALSE(permit(rig).given());
+  }
+  rig = checked_rig();
+  rig.forces->dead_man_button = 33;
+  EXPECT_FALSE(permit(rig).given());
   rig = checked_rig();
   rig.arm->rest_readings[1] += 0.02;
   EXPECT_FALSE(permit(rig).given());
@@ -99,9 +141,20 @@ TEST(ForcePermit, WithoutAKnownWeightThePeakStaysAtOneNewton) {
   EXPECT_GT(largest_force(with(ForcePermit::of(real_arm(), rig))), 0.9);
   rig.forces->peak = 8.5;  // whoever wrote that
   EXPECT_LE(largest_force(with(ForcePermit::of(real_arm(), rig))), 1.0 + 1e-9);
-  rig.forces->gain = 1.02;
+  rig.forces->gain = 1.02;  // what is felt stays below the limits
   EXPECT_GT(largest_force(with(ForcePermit::of(real_arm(), rig))), 4.0);
   EXPECT_EQ(ForcePermit::of(real_arm(), rig).words(), "");
+}
+
+TEST(ForcePermit, AnArmThatGivesMoreThanIsCommandedIsCommandedLess) {
+  rig::Rig rig = checked_rig();
+  rig.forces->peak = 8.5;
+  rig.forces->gain = 1.6;
+  const ForceLimits limits = ForcePermit::of(real_arm(), rig).lowered({});
+  EXPECT_NEAR(1.6 * limits.peak_n, ForceLimits{}.peak_n, 1e-12);
+  EXPECT_NEAR(1.6 * limits.continuous_n, ForceLimits{}.continuous_n, 1e-12);
+  rig.forces->gain = 0.8;  // a weak one is not driven harder
+  EXPECT_EQ(ForcePermit::of(real_arm(), rig).lowered({}).peak_n, ForceLimits{}.peak_n);
 }
 
 TEST(ForcePermit, ADeadManSwitchGivesForceOnlyWhileItIsHeld) {

@@ -137,8 +137,7 @@ Expected<void> can_be_fitted(std::span<const SeenBall> seen, std::size_t least) 
     if (step < kLeastStep)
       return refused(
           "flight: observation {} comes {:.2g} s after the one before it, at least {:g} s are expected; "
-          "check "
-          "the unit of the times",
+          "check the unit of the times",
           i + 1, step, kLeastStep);
   }
   return {};

@@ -100,8 +100,7 @@ Expected<std::shared_ptr<Context>> Context::of_this_thread() {
   }
   return refused(
       "drawing: no EGL display (devices, surfaceless Mesa, default) offers an OpenGL 3.3 core context; "
-      "install a "
-      "graphics driver or Mesa's software renderer (libegl-mesa0, libgl1-mesa-dri)");
+      "install a graphics driver or Mesa's software renderer (libegl-mesa0, libgl1-mesa-dri)");
 }
 
 std::shared_ptr<Context> Context::required() {

@@ -1,6 +1,6 @@
 // What a rig keeps of the check that its arm's forces go where they are commanded (palpate calibrate forces).
 //
-// It holds for one arm, one model of it and one zero of its encoders; void_reason() tells what has changed. N, rad,
+// It holds for one arm, one model of it and one zero of its encoders; void_reason() tells what has changed. N, m, rad,
 // ArmBase axes. Values.
 #pragma once
 
@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "palpate/device/arm_model.h"
 #include "palpate/device/joints.h"
 #include "palpate/math/so3.h"
 
@@ -16,11 +17,21 @@ namespace palpate::rig {
 // N, at the tip: the peak of an arm whose forces nobody has compared with a known weight.
 inline constexpr double kUnweighedPeak = 1.0;
 
+// What an arm's kinematics are made of, in one order: of a PHANToM its two lengths; of a chain a, d, alpha and
+// theta_offset of each joint and the tool point. m, rad.
+struct ModelNumbers {
+  Eigen::VectorXd lengths, angles;
+};
+ModelNumbers numbers_of(const device::ArmModel& model);
+
 struct ForceCalibration {
   std::string identity;               // of the arm, as its driver tells (device::ArmFacts)
   std::string model;                  // of the arm calibration then, its name
+  ModelNumbers model_numbers;         // and its kinematics
+  ModelNumbers nominal_numbers;       // the maker's, by which commanded forces become torques
   device::JointVector rest_readings;  // the zero then: as the arm calibration's
   device::JointVector joint_offsets;
+  device::JointVector reading_gains;  // of the arm calibration then
   Matrix3 map =
       Matrix3::Identity();      // felt over commanded force, of size 1, in the middle of the poses tried
   Eigen::MatrixXd covariance;   // 9 x 9, of the map row by row; empty where unknown

@@ -385,8 +385,7 @@ Expected<Rig> read_rig(const std::filesystem::path& path) {
   if (!std::filesystem::exists(path, ignored))
     return wrong_use(
         "{}: no such file; a rig file is expected: `palpate demo` writes palpate-report/rig.toml, `palpate "
-        "rig "
-        "webcam` one of a desk, `palpate rig new` an empty one",
+        "rig webcam` one of a desk, `palpate rig new` an empty one",
         path.string());
   const auto content = read_file(path);
   if (!content) return tl::unexpected(content.error());

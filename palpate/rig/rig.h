@@ -180,6 +180,14 @@ Rig right_eye_rig(const Rig& rig);
 device::JointVector rest_change(const ArmCalibration& arm, const device::JointVector& rest_readings);
 // A hand puts an arm back into its rest position to a few tenths of a degree.
 inline constexpr double kRestTolerance = 0.0087;  // rad, half a degree
+// Gains of an arm calibrated anew differ by less: half a degree at a radian.
+inline constexpr double kGainTolerance = 0.0087;
+// A length of an arm's model may change so much when it is calibrated anew: a hundredth of a link.
+inline constexpr double kLengthTolerance = 0.003;  // m
+
+// The part of a check of forces that says what it holds for: this arm, as the rig's calibration has it now. Nothing is
+// measured in it. Needs rig.arm.
+ForceCalibration force_calibration_of(const Rig& rig, const std::string& identity);
 
 // Why the check of the forces does not hold any more for this arm (as its driver names it; empty: whichever it is),
 // in words that go after "since they were checked"; empty: it holds. Needs rig.forces.

@@ -61,6 +61,49 @@ device::JointVector rest_change(const ArmCalibration& arm, const device::JointVe
   return rest_readings - arm.rest_readings;
 }
 
+ModelNumbers numbers_of(const device::ArmModel& model) {
+  ModelNumbers numbers;
+  if (model.kind == device::ArmModel::Kind::phantom) {
+    numbers.lengths = Eigen::Vector2d(model.lengths.l1, model.lengths.l2);
+    return numbers;
+  }
+  const auto n = static_cast<Eigen::Index>(model.joints.size());
+  numbers.lengths.resize(2 * n + 3);
+  numbers.angles.resize(2 * n);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const device::DhJoint& joint = model.joints[static_cast<std::size_t>(j)];
+    numbers.lengths.segment<2>(2 * j) << joint.a, joint.d;
+    numbers.angles.segment<2>(2 * j) << joint.alpha, joint.theta_offset;
+  }
+  numbers.lengths.tail<3>() = model.tool;
+  return numbers;
+}
+
+namespace {
+
+bool same_within(const Eigen::VectorXd& a, const Eigen::VectorXd& b, double tolerance) {
+  return a.size() == b.size() && (a.size() == 0 || (a - b).cwiseAbs().maxCoeff() <= tolerance);
+}
+
+bool same(const ModelNumbers& now, const ModelNumbers& then) {
+  return same_within(now.lengths, then.lengths, kLengthTolerance) &&
+         same_within(now.angles, then.angles, kRestTolerance);
+}
+
+}  // namespace
+
+ForceCalibration force_calibration_of(const Rig& rig, const std::string& identity) {
+  ForceCalibration part;
+  part.identity = identity;
+  part.model = rig.arm->model.name;
+  part.model_numbers = numbers_of(rig.arm->model);
+  part.nominal_numbers = numbers_of(rig.nominal_arm);
+  part.rest_readings = rig.arm->rest_readings;
+  part.joint_offsets = rig.arm->correction.offset;
+  part.reading_gains = rig.arm->correction.gain;
+  return part;
+}
+
 std::string void_reason(const Rig& rig, const std::string& identity) {
   const ForceCalibration& forces = *rig.forces;
   if (!identity.empty() && identity != forces.identity)
@@ -69,6 +112,10 @@ std::string void_reason(const Rig& rig, const std::string& identity) {
   if (rig.arm->model.name != forces.model)
     return fmt::format("the arm's model has changed: it is {}, and was {}", rig.arm->model.name,
                        forces.model);
+  if (!same(numbers_of(rig.arm->model), forces.model_numbers))
+    return fmt::format("the arm's model has changed: {} has other lengths or angles", forces.model);
+  if (!same(numbers_of(rig.nominal_arm), forces.nominal_numbers))
+    return "the arm's nominal model has changed: it has other lengths or angles";
   const auto moved = [](const device::JointVector& now, const device::JointVector& then,
                         const char* what) -> std::string {
     if (now.size() != then.size())
@@ -81,7 +128,11 @@ std::string void_reason(const Rig& rig, const std::string& identity) {
   };
   if (auto text = moved(rig.arm->rest_readings, forces.rest_readings, "the rest reading of"); !text.empty())
     return text;
-  return moved(rig.arm->correction.offset, forces.joint_offsets, "the offset of");
+  if (auto text = moved(rig.arm->correction.offset, forces.joint_offsets, "the offset of"); !text.empty())
+    return text;
+  if (!same_within(rig.arm->correction.gain, forces.reading_gains, kGainTolerance))
+    return "the arm's calibration has changed: its joints' gains are others";
+  return "";
 }
 
 std::vector<MissingPart> missing_parts(const Rig& rig) {

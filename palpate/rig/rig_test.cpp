@@ -313,11 +313,7 @@ TEST(Rig, ChainsThatCannotBeAreRefused) {
 TEST(Rig, TheCheckOfItsForcesReadsBackAndAnImpossibleOneIsRefused) {
   Rig rig = full_rig();
   EXPECT_EQ(rig_text(rig).find("[forces]"), std::string::npos);  // none unless it was checked
-  ForceCalibration forces;
-  forces.identity = "maker \"7\"";
-  forces.model = rig.arm->model.name;
-  forces.rest_readings = rig.arm->rest_readings;
-  forces.joint_offsets = rig.arm->correction.offset;
+  ForceCalibration forces = force_calibration_of(rig, "maker \"7\"");
   forces.map << 0.98, 0.01, 0.0, 0.02, 1.03, -0.01, 0.0, 0.0, 0.99;
   forces.covariance = 1e-3 * Eigen::MatrixXd::Identity(9, 9);
   forces.joint_gains = Vector3(1.0, 0.97, 1.04);

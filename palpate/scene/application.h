@@ -87,8 +87,9 @@ inline constexpr std::size_t kCarried = 1;
 class Application {
  public:
   virtual ~Application() = default;
-  // Advances the virtual world to `now` (dt since the last call) with the stylus at `tip`; fills bodies,
-  // counters, and the two kinds of force of `state`.
+  // Advances the virtual world to `now` (dt since the last call) with the stylus at `tip`. `state` arrives as the
+  // last step left it, with time and tick of this one; bodies and their number, counters, impact and continuous
+  // force are filled in here. The force of a contact law comes into the picture only if it is written there, too.
   virtual void step(Instant<PhysicsClock> now, Duration dt, const TipState& tip, SceneState& state) = 0;
   // What is felt as a blow: the newest impact, number 0 if none so far.
   virtual const ImpactEvent& impact() const = 0;

@@ -39,42 +39,42 @@ struct RunSettings {
 struct Handling {
   std::string held = "stylus";  // "racket": the person moves "the racket"
   std::string plays = "play";   // "let the program play"
-  std::string faces;            // the surface that what is held is turned to; empty: it hangs down
+  std::string faces{};          // the surface that what is held is turned to; empty: it hangs down
   std::string buttons = "turn the stylus";  // what the mouse's buttons do
-  std::string begins;                       // what Space begins: "round"; empty: it is not listed
+  std::string begins{};                     // what Space begins: "round"; empty: it is not listed
 };
 
 // An application, as it tells of itself. Who adds a field gives it a default: it may be left out.
 struct ApplicationSpec {
-  std::string name;     // lower-case letters, digits and '-', a letter first; at most kLongestName of them
-  std::string summary;  // one line for a person
-  std::vector<std::string> surfaces;  // of the rig, which must be calibrated before anything is made
-  Handling handling;
-  SettingSchema settings;  // what a person may set in a file
+  std::string name{};     // lower-case letters, digits and '-', a letter first; at most kLongestName of them
+  std::string summary{};  // one line for a person
+  std::vector<std::string> surfaces{};  // of the rig, which must be calibrated before anything is made
+  Handling handling{};
+  SettingSchema settings{};  // what a person may set in a file
   // Fills what a scene says of the application: carried_offset, bodies, mesh, and its settings as a payload, for
   // values that check() has passed. Empty: to_payload() alone.
-  std::function<void(const SettingValues&, SceneDescription&)> describe;
-  std::vector<ApplicationOption> options;  // of the command line; applied in this order
+  std::function<void(const SettingValues&, SceneDescription&)> describe{};
+  std::vector<ApplicationOption> options{};  // of the command line; applied in this order
   // Changes settings to what a person at a window can begin with; empty: they are so already.
-  std::function<void(SettingValues&)> ease_for_a_person;
+  std::function<void(SettingValues&)> ease_for_a_person{};
 
   // Any of these may throw for settings that cannot be, and says what is expected. They get a scene whose
   // surfaces are there.
-  std::function<std::unique_ptr<Application>(const SceneDescription&, const RunSettings&)> make_physics;
-  std::function<std::unique_ptr<SceneView>(const SceneDescription&)> make_view;
+  std::function<std::unique_ptr<Application>(const SceneDescription&, const RunSettings&)> make_physics{};
+  std::function<std::unique_ptr<SceneView>(const SceneDescription&)> make_view{};
   // Plays in a person's place; empty: nobody does.
   std::function<std::unique_ptr<Player>(const SceneDescription&, const Reach&, const PlayerSettings&)>
-      make_player;
+      make_player{};
   // Helps a person who plays with the mouse; empty: there is no need of it.
   std::function<std::unique_ptr<InputAssist>(const SceneDescription&, const Reach&, const PlayerSettings&)>
-      make_input_assist;
+      make_input_assist{};
 
   // For those who look at a play afterwards; each may be left out.
-  std::vector<PlayTable> tables;  // what the record adds to raw/
-  std::function<std::unique_ptr<PlayRecord>(const SceneDescription&)> make_record;
-  std::function<PlayReport(const figures::PlayFolder&)> report;
+  std::vector<PlayTable> tables{};  // what the record adds to raw/
+  std::function<std::unique_ptr<PlayRecord>(const SceneDescription&)> make_record{};
+  std::function<PlayReport(const figures::PlayFolder&)> report{};
   // A state worth a picture, with the stylus there; empty: the one that the application begins with.
-  std::function<SceneState(const SceneDescription&, const Pose<World, Tip>&)> example_state;
+  std::function<SceneState(const SceneDescription&, const Pose<World, Tip>&)> example_state{};
 };
 
 class ApplicationRegistry {

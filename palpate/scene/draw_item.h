@@ -28,14 +28,14 @@ struct Look {
 struct DrawItem {
   // Owned by the application's scene view, lives as long as it. Who changes its vertices raises its version.
   const TriangleMesh* mesh = nullptr;
-  Look look;
+  Look look{};
   Quaternion rotation = Quaternion::Identity();
   Vector3 position = Vector3::Zero();
   bool casts_shadow = true;
   // Where the mesh is a sphere round its own origin: the radius, m, above 0. Its shadow is then that of an
   // exact sphere, for less work, and a surface that it nearly touches gets less of the room's light. Any
   // other mesh throws the shadow of its triangles.
-  std::optional<double> sphere_radius;
+  std::optional<double> sphere_radius{};
   // The mesh is the scene's surface that deforms (Application::shape), with a vertex for each of its: what it
   // looks like at rest, and which vertices its triangles join.
   bool deforms = false;
@@ -43,7 +43,7 @@ struct DrawItem {
   // many vertices as the mesh, it takes the place of the mesh's vertices, their normals, rotation and position.
   // A mesh without triangles is then shown as a small square at each vertex.
   // Not changed by anyone any more.
-  std::shared_ptr<const Shape> shape;
+  std::shared_ptr<const Shape> shape{};
 };
 
 // Gives the newest known shape to the items that deform.

@@ -43,6 +43,8 @@ struct PlayerSettings {
 class Player {
  public:
   virtual ~Player() = default;
+  // Called as a picture appears, with what it shows. The delay of a person is the player's own to keep: what it
+  // was shown it may use from `displayed` + reaction_s on.
   virtual void show(const SceneState& state, Instant<PhysicsClock> displayed) = 0;
   // Where the hand should be now. Call often (each millisecond to each picture).
   virtual device::HandTarget act(Instant<PhysicsClock> now) = 0;

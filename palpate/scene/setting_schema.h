@@ -38,7 +38,7 @@ using SettingValue = std::variant<std::vector<double>, std::string>;
 struct SettingField {
   std::string section, key;  // [section] key = value; the key ends in the unit: mass_kg
   SettingKind kind = SettingKind::number;
-  SettingValue initial;                // in the file's unit, as range is
+  SettingValue initial{};              // in the file's unit, as range is
   double unit = 1.0;                   // what one in the file is in SI
   NumberRange range{};                 // of each number
   std::vector<std::string> choices{};  // of a choice
@@ -65,7 +65,7 @@ class SettingValues;
 struct SettingSchema {
   std::vector<SettingField> fields;
   // What no single value shows; the first complaint counts. May be empty.
-  std::function<std::vector<SettingComplaint>(const SettingValues&)> relations;
+  std::function<std::vector<SettingComplaint>(const SettingValues&)> relations{};
   std::uint32_t version = 1;  // of the payload: another one where a field changes its meaning
 };
 

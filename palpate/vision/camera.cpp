@@ -248,8 +248,7 @@ Expected<void> judge_lens(const std::vector<BoardView>& views, const std::vector
   if (!(low > 1e-13 * high) || !(f_std < 0.1))
     return refused(
         "the views do not fix the focal length (standard deviation {:.0f} %); tilt the board by 20 to 45 deg "
-        "in "
-        "different directions",
+        "in different directions",
         low > 1e-13 * high ? 100.0 * f_std : 100.0);
   return {};
 }

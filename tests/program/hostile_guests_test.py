@@ -64,6 +64,33 @@ class HostileGuests(LaboratoryTest):
                 self.assertEqual(done.code, code, done)
                 self.fades(rows)
 
+    def test_a_server_that_is_asked_to_end_while_a_guest_hangs_ends_in_words(self):
+        self.start_world()
+        physics = self.start("physics", "--plugin", GUESTS, "--rig", self.rig, "--app", "staller", "--arm", "listened")
+        self.assertTrue(physics.says("does not come back; forces are off"), physics.lines())
+        physics.send(15)
+        done = physics.ends()
+        self.assertEqual(done.code, 1, done)
+        self.assertIn("the application 'staller' does not come back; the server ends", done.err)
+
+    def test_a_driver_that_goes_wrong_while_its_forces_are_checked(self):
+        self.start_world()
+        self.environment["PALPATE_HOSTILE_FELT_N"] = "0.01"  # nobody holds the stylus: a stronger push is broken off
+        before = self.read("rig.toml")
+        for wrong, words in (("throws", "threw: the cable is out"), ("hangs", "does not come back; nothing was changed")):
+            with self.subTest(wrong):
+                self.environment["PALPATE_HOSTILE_LOG"] = self.path(f"check.{wrong}.log")
+                arm = "listened:" + wrong
+                done = self.run_program("calibrate", "forces", "--plugin", GUESTS, "--rig", self.rig, "--arm", arm, "--yes-held")
+                self.assertEqual(done.code, 1, done)
+                self.assertIn(arm, done.lines[-1])
+                self.assertIn(words, done.lines[-1])
+                rows = [row for row in struct.iter_unpack("3d", self.read(f"check.{wrong}.log")) if row[0] > 0.0]
+                at = next(i for i, row in enumerate(rows) if row[2] == WRONG)
+                self.assertTrue(any(kind == LET_GO for _, _, kind in rows[at:]), "the arm was let go")
+                self.assertFalse(any(force > 0.0 for _, force, _ in rows[at:]), "and not commanded again")
+        self.assertEqual(self.read("rig.toml"), before)
+
     def test_one_that_throws_while_it_is_made_is_refused_by_name(self):
         self.says_no(self.run_program("physics", "--plugin", GUESTS, "--rig", self.rig, "--app", "stillborn"), 1,
                      "stillborn: no level is there; install one")

@@ -42,9 +42,12 @@ class LaboratoryTest(ProgramTest):
     def mark_checked(self, arm, *more):
         """Puts into the rig that the forces of this arm have been checked, as `calibrate forces` does; `more`: further lines."""
         text = self.read("rig.toml").decode()
-        known = tomllib.loads(text)["arm"]
+        rig = tomllib.loads(text)
+        known, nominal = rig["arm"], rig["nominal_arm"]
         self.write("rig.toml", "\n".join((
-            text, "[forces]", f'arm = "{arm}"', f'model = "{known["model"]}"', f"rest_readings_deg = {known['rest_readings_deg']}",
+            text, "[forces]", f'arm = "{arm}"', f'model = "{known["model"]}"',
+            f"model_lengths_mm = {known['lengths_mm']}", "model_angles_deg = []",
+            f"nominal_lengths_mm = {nominal['lengths_mm']}", "nominal_angles_deg = []", f"gains = {known['gains']}", f"rest_readings_deg = {known['rest_readings_deg']}",
             f"offsets_deg = {known['offsets_deg']}", "map = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]", "joint_gains = [1, 1, 1]", *more, "")).encode())
 
     def start_world(self, *options):

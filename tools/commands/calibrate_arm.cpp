@@ -200,8 +200,7 @@ Expected<ArmTask> task_of(const ArmArguments& options, const rig::Rig& rig) {
   if ((task.how.free.quadratic || task.how.free.hysteresis) && goes_into_a_rig(options))
     return wrong_use(
         "--free {}: a rig file holds gains and offsets, no quadratic or hysteresis terms; leave them out, or "
-        "use "
-        "--json without --rig and --out",
+        "use --json without --rig and --out",
         calibration::free_text(task.how.free));
   return task;
 }
@@ -211,8 +210,7 @@ Expected<void> check_misfit(const ArmTask& task, const calibration::ArmMisfit& m
   constexpr double kNoArm = 0.12;
   if (!task.joint() || misfit.share() <= kNoArm) return {};
   return refused(
-      "{}: arm: half of the samples lie more than {:.1f} mm off the best fit, in a motion of {:.0f} mm: "
-      "this "
+      "{}: arm: half of the samples lie more than {:.1f} mm off the best fit, in a motion of {:.0f} mm: this "
       "is not a {}; check the units, the order of the joints and that rows hold one moment each",
       task.file.source, mm_from_metres(misfit.error), mm_from_metres(misfit.spread), task.model.name);
 }
@@ -271,8 +269,7 @@ std::vector<std::string> warnings_of(const ArmTask& task, const ArmFindings& fou
   if (task.joint() && !task.how.free.delay && calibration::taken_in_motion(task.samples()))
     warnings.push_back(
         "the samples were taken in motion: any delay between encoders and tracker went into the errors; free "
-        "it "
-        "(--free ...,delay)");
+        "it (--free ...,delay)");
   return warnings;
 }
 
@@ -333,8 +330,7 @@ void add_calibrate_arm(CLI::App& calibrate) {
   command
       ->add_option("--free", options->free,
                    "What is estimated: of gains,offsets,lengths,tip,gimbal,quadratic,hysteresis,delay,dh; or "
-                   "auto: what "
-                   "lowers the error in regions not seen")
+                   "auto: what lowers the error in regions not seen")
       ->type_name("LIST");
   command->add_option("--tip-mm", options->tip_mm, "The tip in its marker, from a pivot calibration")
       ->delimiter(',')

@@ -1,14 +1,20 @@
 #include <fmt/format.h>
 
+#include <atomic>
+#include <cstdlib>
 #include <memory>
 #include <thread>
 
 #include "palpate/calibration/forces/force_session.h"
+#include "palpate/core/crash_words.h"
 #include "palpate/core/file.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/units.h"
+#include "palpate/device/force_strength.h"
+#include "palpate/haptics/arm_check.h"
 #include "palpate/time/clock.h"
 #include "palpate/time/real_time.h"
+#include "palpate/time/standstill.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
 #include "tools/commands/result_output.h"
@@ -107,11 +113,7 @@ Json forces_json(const calibration::ForceCheck& check, const forces::ForceObserv
 rig::ForceCalibration part_of(const rig::Rig& rig, const ForceArguments& options,
                               const device::ArmFacts& facts, const calibration::ForceCheck& check,
                               const std::optional<calibration::WeightGain>& weight, const std::string& hash) {
-  rig::ForceCalibration part;
-  part.identity = facts.identity;
-  part.model = rig.arm->model.name;
-  part.rest_readings = rig.arm->rest_readings;
-  part.joint_offsets = rig.arm->correction.offset;
+  rig::ForceCalibration part = rig::force_calibration_of(rig, facts.identity);
   part.map = check.map;
   part.covariance = check.map_covariance;
   part.joint_gains = check.joint_gains;
@@ -135,10 +137,12 @@ Expected<void> put_into_rig(const std::string& file, std::optional<rig::ForceCal
   return rig::write_rig(file, *rig);
 }
 
-Expected<std::unique_ptr<Holder>> holder(const ForceArguments& options, const rig::Rig& rig) {
+// The stylus of a computed arm is held by its hand, of any other by a person.
+Expected<std::unique_ptr<Holder>> holder(const ForceArguments& options, const rig::Rig& rig,
+                                         const device::ArmFacts& facts) {
   const auto* driver = drivers().find_for(options.arm);
   std::unique_ptr<device::OpenedHand> hand;
-  if (driver != nullptr && driver->simulated && driver->hand) {
+  if (facts.simulated && driver != nullptr && driver->hand) {
     auto opened = drivers().open(device::HandRequest{options.arm});
     if (!opened) return tl::unexpected(opened.error());
     hand = std::move(*opened);
@@ -198,6 +202,95 @@ Expected<void> tell(const ForceArguments& options, const rig::Rig& rig, const de
   return {};
 }
 
+// The clock of the check's loop, which reads it in every tick: whether the loop goes on shows in how often.
+class CountedClock : public Clock<PhysicsClock> {
+ public:
+  Instant<PhysicsClock> now() const override {
+    asked_.fetch_add(1, std::memory_order_relaxed);
+    return clock_.now();
+  }
+  void sleep_until(Instant<PhysicsClock> t) override { clock_.sleep_until(t); }
+  std::uint64_t asked() const { return asked_.load(std::memory_order_relaxed); }
+
+ private:
+  mutable std::atomic<std::uint64_t> asked_{0};
+  MonotonicClock<PhysicsClock> clock_;
+};
+
+// The check in a thread of its own, and this one beside it: where the driver does not come back the arm lets go within
+// some 25 ms, and after two seconds the process ends in words; a driver that throws ends the check in words.
+class WatchedCheck {
+ public:
+  WatchedCheck(device::OpenedArm& arm, const std::string& uri) : arm_(arm), uri_(uri) {}
+
+  Expected<forces::ForceObservations> run(const rig::Rig& rig, std::unique_ptr<Holder>& person,
+                                          forces::ForceSessionSettings settings) {
+    settings.stop = &stop_;
+    Expected<forces::ForceObservations> seen = refused("force check: not begun");
+    device::ArmDevice& device = arm_.device();
+    say_crashes([](void* of) noexcept { static_cast<device::ArmDevice*>(of)->let_go(); }, &device);
+    std::thread thread([&] {
+      give_crash_stack();
+      enter_real_time(80);
+      try {
+        seen = forces::observe_forces(device, rig, clock_, *person, settings);
+      } catch (const std::exception& error) {
+        seen = refused("force check: arm {} threw: {}", uri_, error.what());
+      }
+      done_.store(true);
+    });
+    enter_real_time(90);
+    watch(person);
+    thread.join();
+    say_crashes(nullptr, nullptr);
+    if (!gone_.empty()) return refused("force check: {}", gone_);
+    return seen;
+  }
+
+ private:
+  void watch(std::unique_ptr<Holder>& person) {
+    // Looks and no time: a process that was stopped as a whole gives nobody up.
+    constexpr int kGivenUp = 500;
+    constexpr Duration kLook = std::chrono::milliseconds(4);
+    MonotonicClock<PhysicsClock> clock;
+    Standstill<PhysicsClock> hangs(device::kLongestHold);
+    std::uint64_t before = 0;
+    int standing = 0;
+    for (int look = 0; !done_.load(); ++look) {
+      clock.sleep_until(clock.now() + kLook);
+      if (stop_requested().load()) stop_.store(true);
+      const std::uint64_t asked = clock_.asked();
+      if (hangs.look(asked, clock.now())) arm_.device().let_go();
+      standing = asked == before ? standing + 1 : 0;
+      before = asked;
+      if (standing >= kGivenUp) give_up(person);
+      if (look % 25 == 0) look_at_the_arm();
+    }
+  }
+
+  void look_at_the_arm() {
+    const auto news = arm_.look();
+    if (news && *news) notice(**news);
+    if (news) return;
+    gone_ = news.error().message;
+    stop_.store(true);
+  }
+
+  [[noreturn]] void give_up(std::unique_ptr<Holder>& person) {
+    person.reset();  // the terminal is a person's again
+    notice(fmt::format("error: force check: the driver of arm {} does not come back; nothing was changed",
+                       uri_));
+    std::fflush(nullptr);
+    std::_Exit(1);
+  }
+
+  device::OpenedArm& arm_;
+  const std::string& uri_;
+  CountedClock clock_;
+  std::atomic<bool> stop_{false}, done_{false};
+  std::string gone_;
+};
+
 Expected<void> run(const ForceArguments& options) {
   const auto rig = rig::read_rig(options.rig);
   if (!rig) return tl::unexpected(rig.error());
@@ -207,23 +300,22 @@ Expected<void> run(const ForceArguments& options) {
   if (!drivers().names_arm(options.arm))
     return wrong_use("--arm: {}",
                      drivers().check(device::ArmRequest{.uri = options.arm, .nominal = {}}).error().message);
-  auto person = holder(options, *rig);
-  if (!person) return tl::unexpected(person.error());
   auto arm = drivers().open(device::ArmRequest{
       .uri = options.arm, .nominal = rig->nominal_arm, .at_reset_position = options.at_reset});
   if (!arm) return tl::unexpected(arm.error());
-  if (const auto news = (*arm)->look(); news && *news) notice(**news);
+  if (auto fine = haptics::check_arm(*rig, **arm, options.arm); !fine) return fine;
+  if ((*arm)->facts().identity.empty())
+    return refused(
+        "arm {}: its driver does not say which arm it is (ArmFacts::identity), so that no check could be "
+        "kept",
+        options.arm);
+  auto person = holder(options, *rig, (*arm)->facts());
+  if (!person) return tl::unexpected(person.error());
   forces::ForceSessionSettings settings;
   settings.poses = options.poses;
   settings.weight_kg = 1e-3 * options.weight_g;
   settings.patience_s = options.patience_s;
-  settings.stop = &stop_requested();
-  MonotonicClock<PhysicsClock> clock;
-  Expected<forces::ForceObservations> seen = refused("force check: not begun");
-  std::thread([&] {
-    enter_real_time(80);
-    seen = forces::observe_forces((*arm)->device(), *rig, clock, **person, settings);
-  }).join();
+  auto seen = WatchedCheck(**arm, options.arm).run(*rig, *person, settings);
   if (!seen) return tl::unexpected(seen.error());
   return tell(options, *rig, (*arm)->facts(), *seen);
 }

@@ -159,8 +159,7 @@ Json to_json(const PivotArguments& options, const device::PoseFile& file,
   if (solution.tip_shift && solution.tip_shift->norm() > kShiftThatMatters)
     json["warnings"].push_back(
         fmt::format("the arm's readings show that the tip moved by {:.2f} mm rms, which puts it {:.2f} mm "
-                    "off; subtract it with "
-                    "--with-arm",
+                    "off; subtract it with --with-arm",
                     kMm * solution.tip_motion, kMm * solution.tip_shift->norm()));
   json["data"] = Json{{"file", file.source}, {"hash", file.hash}};
   return json;

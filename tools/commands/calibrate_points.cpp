@@ -81,8 +81,7 @@ std::vector<std::string> warnings_of(const Pairs& pairs,
   if (std::abs(size.ratio - 1.0) > std::max(kUnlike, kSure * size.sd))
     warnings.push_back(
         fmt::format("the second list is {:.4f} +- {:.4f} times as large as the first, which no rotation "
-                    "explains: do both "
-                    "measure in the same unit, and truly?",
+                    "explains: do both measure in the same unit, and truly?",
                     size.ratio, size.sd));
   return warnings;
 }

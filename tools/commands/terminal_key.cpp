@@ -19,8 +19,7 @@ Expected<std::unique_ptr<TerminalKey>> TerminalKey::open() {
   if (isatty(STDIN_FILENO) == 0 || tcgetattr(STDIN_FILENO, &before) != 0)
     return wrong_use(
         "standard input is no terminal whose space bar could be held; --key-button N takes a button of the "
-        "stylus, "
-        "--yes-held counts the key as held throughout");
+        "stylus, --yes-held counts the key as held throughout");
   return std::unique_ptr<TerminalKey>(new TerminalKey(before));
 }
 

@@ -118,8 +118,7 @@ void add_sample(CLI::App& world, const std::shared_ptr<WorldOptions>& options) {
   sample
       ->add_option("--points", options->points,
                    "Poses, images or touches (default: pivot and pointer 400, arm 140, hand-eye 600, camera "
-                   "15, surface "
-                   "4, landmarks one each)")
+                   "15, surface 4, landmarks one each)")
       ->check(CLI::Range(1, 100000));
   sample->add_flag("--continuous", options->continuous, "arm: record while the stylus moves freely");
   sample->add_flag("--guided", options->guided,

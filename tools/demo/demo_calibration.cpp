@@ -180,14 +180,11 @@ void add_arm_section(evaluation::report::Report& page, const figures::PlayFolder
   page.section("The arm learns where it is", "arm");
   page.paragraph(
       "The arm reports joint angles with unknown gains and offsets, and does not know where it stands. The "
-      "optical "
-      "tracker sees a marker on the stylus, but not the tip. From measured poses one solve finds gains, "
-      "offsets, the "
-      "arm's place in the world and the tip's offset in the marker. The last one matters: a tip offset that "
-      "is a little "
-      "wrong turns with the marker, and no correction of joints can absorb that. The methods of the 2006 "
-      "paper take the "
-      "tip offset from the pivot calibration as it is, and stay where it leaves them.");
+      "optical tracker sees a marker on the stylus, but not the tip. From measured poses one solve finds "
+      "gains, offsets, the arm's place in the world and the tip's offset in the marker. The last one "
+      "matters: a tip offset that is a little wrong turns with the marker, and no correction of joints can "
+      "absorb that. The methods of the 2006 paper take the tip offset from the pivot calibration as it is, "
+      "and stay where it leaves them.");
   std::vector<figures::Figure> figures;
   const auto bar = arm_bar_mm(data);
   figures.push_back({"Error to truth, 1000 poses never used", figures::shown(ours, "mm"),
@@ -216,8 +213,7 @@ void add_arm_section(evaluation::report::Report& page, const figures::PlayFolder
   if (data.number("arm/true_tip_eq7_error_to_truth_mm")) {
     page.aside(
         "Grey: the same methods with the true tip offset handed to them, which nobody has in practice. The "
-        "gap between "
-        "each pair is what a wrong tip offset costs.");
+        "gap between each pair is what a wrong tip offset costs.");
   }
   draw_guidance(page, data);
   draw_error_cloud(page, data);
@@ -240,8 +236,7 @@ void add_tip_and_camera_section(evaluation::report::Report& page, const figures:
   page.section("Tip, lens and camera", "camera");
   page.paragraph(
       "Three smaller calibrations stand between the arm and the picture: where the tip sits in the marker on "
-      "the stylus, "
-      "how the lens bends the picture, and where the camera sits in the marker on the head.");
+      "the stylus, how the lens bends the picture, and where the camera sits in the marker on the head.");
   page.figures(figures);
   const CsvTable* pivot = data.raw("pivot.csv");
   if (pivot != nullptr && figures::has_columns(*pivot, {"x_mm", "y_mm", "z_mm"})) {
@@ -254,13 +249,14 @@ void add_tip_and_camera_section(evaluation::report::Report& page, const figures:
                z = figures::column(*pivot, "z_mm");
     const std::size_t step = std::max<std::size_t>(1, x.size() / 800);
     for (std::size_t i = 0; i < x.size(); i += step) markers.points.push_back({x[i], y[i], z[i]});
-    page.cloud({.title = "Pivot calibration: the marker's path (turn it)",
-                .unit = "mm",
-                .groups = {markers},
-                .height_px = 340,
-                .caption = "The marker swings on a sphere around the held tip. The hand also pulls, so the "
-                           "tip gives way by "
-                           "a millimetre or two; this is why a pivot calibration alone is not enough."});
+    page.cloud(
+        {.title = "Pivot calibration: the marker's path (turn it)",
+         .unit = "mm",
+         .groups = {markers},
+         .height_px = 340,
+         .caption =
+             "The marker swings on a sphere around the held tip. The hand also pulls, so the tip gives way "
+             "by a millimetre or two; this is why a pivot calibration alone is not enough."});
   }
   const CsvTable* lens = data.raw("lens.csv");
   if (lens != nullptr && lens->has("which")) {

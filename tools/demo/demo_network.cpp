@@ -127,8 +127,7 @@ std::optional<figures::Plot> clocks_plot(const figures::PlayFolder& data) {
   plot.levels = {cable_out(data)};
   plot.caption =
       "While nothing comes, the stated uncertainty grows by what the estimate of the drift leaves open. What "
-      "was "
-      "stated in the first second, before enough had been exchanged, may lie outside of the plot.";
+      "was stated in the first second, before enough had been exchanged, may lie outside of the plot.";
   return plot;
 }
 

@@ -31,10 +31,9 @@ void add_overlay_section(evaluation::report::Report& page, const figures::PlayFo
   page.section("The picture fits the world", "overlay");
   page.paragraph(
       "For every frame, points on table and wall that were not used for the registration are drawn where the "
-      "system "
-      "believes them to be, and compared with where the true camera sees them. The stylus tip is harder: its "
-      "error also "
-      "holds the arm's calibration and the moment in time for which the state was asked.");
+      "system believes them to be, and compared with where the true camera sees them. The stylus tip is "
+      "harder: its error also holds the arm's calibration and the moment in time for which the state was "
+      "asked.");
   std::vector<figures::Figure> figures;
   if (world)
     figures.push_back(
@@ -108,10 +107,8 @@ void add_exchange_section(evaluation::report::Report& page, const figures::PlayF
   page.section("Two servers, one moment", "exchange");
   page.paragraph(
       "The graphics server asks the physics server for the state at the moment the picture was taken, goes "
-      "on working, and "
-      "uses the answer when the frame is done. It never waits: if an answer is late, the last known state is "
-      "carried on. "
-      "Each answer says how it was known.");
+      "on working, and uses the answer when the frame is done. It never waits: if an answer is late, the "
+      "last known state is carried on. Each answer says how it was known.");
   std::vector<figures::Figure> figures{
       {"Frames", fmt::format("{:.0f}", *frames), "", figures::Verdict::none}};
   if (const auto late = data.number("exchange/late")) {

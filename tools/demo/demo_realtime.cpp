@@ -95,8 +95,7 @@ std::optional<figures::Plot> clock_difference_plot(const CsvTable& sync) {
                  {.name = "estimate", .x = x, .y = estimate, .tone = figures::Tone::ours}};
   plot.caption = fmt::format(
       "At the start the difference was {:.6f} s. The slope is the clocks' drift against each other: 100 "
-      "\u00b5s in a "
-      "second are 100 parts in a million.",
+      "\u00b5s in a second are 100 parts in a million.",
       offset[first]);
   return plot;
 }
@@ -160,8 +159,7 @@ std::optional<figures::Plot> overruns_plot(const CsvTable& loops) {
   if (plot.series.empty()) return std::nullopt;
   plot.caption =
       "Of a thousand each second. Overrun: still at work, or kept from it by the machine, when the next tick "
-      "was due. "
-      "Left out: skipped because of that, never made up for in a burst.";
+      "was due. Left out: skipped because of that, never made up for in a burst.";
   return plot;
 }
 
@@ -198,10 +196,8 @@ std::optional<figures::Plot> latency_parts_plot(const CsvTable& photons) {
   plot.height_px = 240;
   plot.caption =
       "From the middle of the camera's exposure until the picture made of the image leaves the display. "
-      "Exposure: "
-      "its second half. Transfer: until the image was there. Wait: until it was taken up. Scan-out: as "
-      "stated; "
-      "it and transfer are measured as a sum.";
+      "Exposure: its second half. Transfer: until the image was there. Wait: until it was taken up. "
+      "Scan-out: as stated; it and transfer are measured as a sum.";
   return plot;
 }
 
@@ -289,8 +285,7 @@ std::optional<figures::Plot> clock_error_plot(const CsvTable& sync) {
   plot.series = {band, {.name = "error", .x = time, .y = error, .tone = figures::Tone::ours}};
   plot.caption =
       "Estimate minus truth, which only the simulation knows. Where the line lies inside of the band, what "
-      "the "
-      "system said of its own uncertainty was right.";
+      "the system said of its own uncertainty was right.";
   return plot;
 }
 
@@ -343,17 +338,13 @@ std::vector<figures::Figure> real_time_figures(const figures::PlayFolder& data) 
 void add_words(evaluation::report::Report& page, const figures::PlayFolder& data) {
   page.paragraph(
       "Everything above ran in lock-step on a virtual clock, so that no figure depends on how quick the "
-      "machine is. This "
-      "part ran in real "
-      "time: world, physics server and graphics server as three processes, the last one's clock disguised "
-      "with an offset and a drift. Its "
-      "figures belong to "
-      "the machine it ran on.");
+      "machine is. This part ran in real time: world, physics server and graphics server as three processes, "
+      "the last one's clock disguised with an offset and a drift. Its figures belong to the machine it ran "
+      "on.");
   if (data.find("realtime/network") != nullptr)
     page.paragraph(
         "In this run a network cable was pulled for a while, which the figures here include; the next part "
-        "tells "
-        "of it.");
+        "tells of it.");
 }
 
 // A loop that only sleeps wakes tens of microseconds late: it needs no explanation.
@@ -361,12 +352,9 @@ void explain_lateness(evaluation::report::Report& page, const figures::PlayFolde
   if (const auto usual = data.number("realtime/haptic/jitter_us/p50"); usual && *usual < kSpins_us)
     page.aside(
         "The haptic loop watches the clock until a tick is due. A tick therefore begins at the right moment "
-        "to "
-        "well "
-        "within a microsecond, or it is late because the machine gave the loop's core to something else: the "
-        "few late "
-        "ones are what counts. What falls due in such a pause is left out, for a force that belongs to a "
-        "moment gone by helps nobody.");
+        "to well within a microsecond, or it is late because the machine gave the loop's core to something "
+        "else: the few late ones are what counts. What falls due in such a pause is left out, for a force "
+        "that belongs to a moment gone by helps nobody.");
 }
 
 // Those that can be drawn of what the run has left, a row each: how quick it was, the clocks, what was late.

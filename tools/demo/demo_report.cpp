@@ -64,8 +64,7 @@ void add_what_you_see_section(evaluation::report::Report& page, const figures::P
       (two_eyes ? "two cameras worn on the head, one for each eye. " : "a camera worn on the head. ") +
       play.scene +
       " In this run every device is simulated: arm, optical tracker, camera, clocks, hand and player. That "
-      "is "
-      "what lets every error below be measured against the truth, which the program itself never gets to "
+      "is what lets every error below be measured against the truth, which the program itself never gets to "
       "see.");
   if (data.has("video.mp4")) {
     page.video(data.bytes("video.mp4"), data.bytes(poster_of(data)), view);
@@ -111,8 +110,7 @@ Expected<evaluation::report::Report> demo_report(const fs::path& folder,
       application != nullptr && application->report ? application->report(*data) : plain_report(*data);
   std::string subtitle = fmt::format(
       "A report of one demonstration of Palpate on the simulated rig: calibrate everything, {}, and hold "
-      "each "
-      "figure against the truth.",
+      "each figure against the truth.",
       play.task);
   if (const auto seed = data->number("seed")) subtitle += fmt::format(" Seed {:.0f}.", *seed);
   evaluation::report::Report page(play.title, subtitle);

@@ -16,7 +16,7 @@ Json summary_of_a_run() {
       "heldout_mean_mm": 0.154, "one_pass_error_to_truth_mm": 1.2, "alternating_error_to_truth_mm": 0.51,
       "eq7_error_to_truth_mm": 0.49},
     "registration": {"world_px_rms": 0.1, "tip_px_rms": 0.2}, "exchange": {"late": 0, "frames": 90},
-    "force": {"peak_n": 4.73}})");
+    "force": {"peak_n": 4.73, "limit_n": 8.5}})");
 }
 
 TEST(ClosingLines, HoldBeforeAndAfterAgainstTheSameTruth) {
@@ -31,6 +31,12 @@ TEST(ClosingLines, HaveTheApplicationsBeforeTheReports) {
   ASSERT_EQ(lines.size(), 5u);
   EXPECT_EQ(lines[3], "swing:    3 passes");
   EXPECT_EQ(lines[4], "report:   out/report.html");
+}
+
+TEST(ClosingLines, TellTheForceWhereTheApplicationSaysNothing) {
+  const auto lines = closing_lines(summary_of_a_run(), {}, "out");
+  ASSERT_EQ(lines.size(), 5u);
+  EXPECT_EQ(lines[3], "force:    4.73 N at most, of the 8.5 N that the arm may give");
 }
 
 TEST(Tables, AreWrittenUnderTheNamesThatWereAnnounced) {

@@ -360,7 +360,7 @@ const char* hdGetString(HDenum what) {
     case 0x2502:
       return "1.0";
     case 0x2504:
-      return "0042";
+      return current_device() != nullptr ? current_device()->serial : "";
     default:
       fail(0x0100);
       return "";

@@ -15,6 +15,7 @@ struct HdStubDevice {
   const char* name = "";
 
   // What it is.
+  const char* serial = "0042";
   double link_1_mm = 209.55, link_2_mm = 209.55;
   double origin_mm[3] = {0.0, 0.0, 0.0};                 // added to every position
   bool turret_left = false;                              // positive to the user's left

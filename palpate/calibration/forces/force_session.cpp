@@ -83,11 +83,15 @@ class ForceSession {
                         kMillimetresPerMetre * settings_.apart_m));
         told = true;
       }
-      if (waited > settings_.patience_s)
+      if (waited > settings_.patience_s) {
+        const std::string last = reason != BreakOff::none ? fmt::format(" (at last: {})", name_of(reason))
+                                 : !here                  ? " (at last: where it has been tried)"
+                                                          : "";
         return refused(
-            "force check: the key was not held with the stylus still within {:.0f} s; hold both and start "
+            "force check: the key was not held with the stylus still within {:.0f} s{}; hold both and start "
             "again",
-            settings_.patience_s);
+            settings_.patience_s, last);
+      }
     }
     return {};
   }
@@ -106,15 +110,12 @@ class ForceSession {
       if (++excursions_ >= kMostExcursions)
         return refused(
             "force check: the tip went {} {} times, though the force was small; hold the stylus a little "
-            "more "
-            "firmly, and keep the other arm still",
+            "more firmly, and keep the other arm still",
             name_of(reason), excursions_);
     } else if (reason != BreakOff::key_released && ++troubles_ >= kMostTroubles) {
       return refused(
           "force check: broken off {} times in a row ({} the last time); see to the driver, and to what else "
-          "runs on "
-          "this "
-          "machine",
+          "runs on this machine",
           troubles_, name_of(reason));
     }
     person_.say(
@@ -208,8 +209,7 @@ class ForceSession {
       if (force > most)
         return refused(
             "force check: {:.2f} N upwards do not lift {:.0f} g; a weight below {:.0f} g is expected, and "
-            "one "
-            "that nothing else holds",
+            "one that nothing else holds",
             most, 1e3 * settings_.weight_kg, 1e3 * most / 9.81);
       if (force <= 0.0) return BreakOff::too_far;  // it never sank: something else holds it
       const BreakOff reason = tick(force * up);

@@ -341,8 +341,8 @@ Expected<ArmSolution> place_arm(const std::vector<WeighedSample>& samples, const
     if (!(least > 0.02))
       return refused(
           "arm: the stylus hardly turns over the samples ({:.3f} rad rms about the weakest axis, 0.02 are "
-          "needed), "
-          "so its tip cannot be found with the arm; turn it more, or give the tip of a pivot calibration",
+          "needed), so its tip cannot be found with the arm; turn it more, or give the tip of a pivot "
+          "calibration",
           least);
     const Eigen::VectorXd tip_and_place = solve_symmetric(of_tip_and_place, c);
     result.tip_in_marker = tip_and_place.head<3>();

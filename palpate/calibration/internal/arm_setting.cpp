@@ -63,8 +63,7 @@ Expected<void> check_spread(const ArmSetting& setting) {
   if (width >= kLeastWidth) return {};
   return refused(
       "arm: the tip moves along one line only ({:.2f} mm rms across it, {:.0f} mm are needed), so how the "
-      "base is "
-      "turned cannot be known; move the arm through its workspace",
+      "base is turned cannot be known; move the arm through its workspace",
       1e3 * width, 1e3 * kLeastWidth);
 }
 

@@ -28,8 +28,7 @@ Expected<PivotSphere> fit_spheres(const PivotData& data) {
     if (count < 4.0 || !(axes[0] > 1e-6 * axes[2]))
       return refused(
           "pivot: the marker's origins ({} of them) lie in a plane, so no sphere is determined; swing the "
-          "marker in "
-          "two directions, or use --method algebraic",
+          "marker in two directions, or use --method algebraic",
           count);
     const Eigen::Vector4d solution = solve_symmetric(N, b);
     sphere.centres.push_back(mean[s] + solution.head<3>());

@@ -1,6 +1,6 @@
 // What a recording procedure works with: the devices, a person to ask, and the host's time to wait on.
 //
-// Real or simulated: a procedure cannot tell. References only; the owner of the devices outlives it. One
+// Real or simulated: a procedure cannot tell, but for the one that commands forces. References only; the owner of the devices outlives it. One
 // thread.
 #pragma once
 
@@ -17,6 +17,8 @@ struct AcquisitionContext {
   device::CameraDevice* camera;  // null where a procedure needs none
   device::Person& person;
   device::CameraDevice* right_camera = nullptr;  // the second on the same marker; null where there is one
+  // The arm is a computed one: its forces, which nothing limits here, hurt nobody.
+  bool computed_arm = false;
 };
 
 }  // namespace palpate::calibration::session

@@ -47,6 +47,13 @@ double tracker_frames_per_second(const Recorder& recorder, device::MarkerId mark
 
 Expected<std::vector<TrackedPose>> record_pivot(AcquisitionContext context,
                                                 const PivotRecordingOptions& options) {
+  if (!context.computed_arm)
+    return wrong_use(
+        "pivot: the tip would be held by the arm's motors, with forces that nothing limits; that is for "
+        "computed "
+        "arms: rest the tip of a real one in a hollow, record its marker, and calibrate from the file "
+        "(palpate "
+        "calibrate pivot)");
   Recorder recorder(context);
   recorder.tick();
   if (const auto begun = begin(context, recorder, {device::Gesture::swing_stylus, "", 0}, "pivot"); !begun)

@@ -106,9 +106,7 @@ Expected<StudyResult> study_clouds(const StudyOptions& options) {
     page.paragraph(
         "The tracker's points and the arm's, in the arm's frame, as in the paper: before with the best rigid "
         "transformation alone, after with the calibration. Turn them with the mouse; the differences are "
-        "drawn twenty times "
-        "as long "
-        "as they are.");
+        "drawn twenty times as long as they are.");
     constexpr double kMagnified = 20.0;
     page.cloud(
         drawing(before, "Figure 11: before", kMagnified,

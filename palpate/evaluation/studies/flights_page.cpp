@@ -124,9 +124,7 @@ void add_bounces_section(report::Report& page, const StudyResult& study) {
   page.paragraph(
       "Bounces are found where a velocity jumps, and counted as the table's where a resting surface explains "
       "the jump at the height of the others of the set; the other jumps are blows of a racket. Restitution "
-      "is "
-      "told "
-      "where at least 0.1 s were seen on either side.");
+      "is told where at least 0.1 s were seen on either side.");
   page.table({"set", "bounces", "blows", "elsewhere", "restitution", "p10 to p90", "speed, m/s", "slide kept",
               "ball's height, m"},
              rows);
@@ -139,10 +137,9 @@ void add_flights_section(report::Report& page, const StudyResult& study) {
   page.section("Recorded flights beside the simulator", "flights");
   page.paragraph(
       "Place and velocity of the ball are fitted to the first 100 ms of each flight; then it is simulated. "
-      "The "
-      "error is the distance to the place where the ball was seen, at a time counted from the end of those "
-      "100 ms. One ball, one drag, one table for all recordings; only the height of the table is taken from "
-      "the recordings' bounces.");
+      "The error is the distance to the place where the ball was seen, at a time counted from the end of "
+      "those 100 ms. One ball, one drag, one table for all recordings; only the height of the table is taken "
+      "from the recordings' bounces.");
   std::vector<figures::Figure> figures;
   const auto key = [&](const char* mode, int at) -> double {
     for (const auto& h : study.values.at(mode).at("horizons"))
@@ -165,10 +162,8 @@ void add_flights_section(report::Report& page, const StudyResult& study) {
   page.plots(plots);
   page.aside(
       "\"Spin from the whole flight\" is told what nobody knows after 100 ms of a ball's centre: it bounds "
-      "what "
-      "knowing the spin would be worth. Errors are drawn where recordings reach that far; fewer flights do "
-      "so "
-      "towards the right.");
+      "what knowing the spin would be worth. Errors are drawn where recordings reach that far; fewer flights "
+      "do so towards the right.");
   add_examples_section(page, study);
   add_bounces_section(page, study);
 }

@@ -82,9 +82,8 @@ void add_errors_section(report::Report& page, const StudyResult& study) {
   page.paragraph(
       "140 poses over the whole workspace, random halves to train and to test, as in the paper. Each method "
       "sees the same samples and begins at gains 1 and offsets 0. The paper's three ways to read its own "
-      "text "
-      "take the tip from the pivot calibration; ours solves for it with the rest, weighted by the tracker's "
-      "covariance.");
+      "text take the tip from the pivot calibration; ours solves for it with the rest, weighted by the "
+      "tracker's covariance.");
   const auto& at70 = study.values.at("at_70_points");
   const auto& held_out = at70.at("held-out error");
   const auto& to_truth = at70.at("error to truth");
@@ -140,8 +139,7 @@ void add_bound_section(report::Report& page, const StudyResult& study) {
   page.paragraph(
       "How good can any method be? The Cramer-Rao bound answers for white noise: the tracker's bias is "
       "switched off here, every run has a laboratory of its own, and the bound is that of a method which "
-      "must "
-      "find the tip as well.");
+      "must find the tip as well.");
   Plot white{.title = "White noise: ours and the bound",
              .x_label = "points",
              .y_label = "rms error to truth, mm",
@@ -185,8 +183,7 @@ void add_bound_section(report::Report& page, const StudyResult& study) {
       "A calibration states how good it is. The regions below are the 95 % ellipsoids that follow from its "
       "covariance: of the predicted tip at places whose readings it has not seen, and of the tip's place in "
       "the marker. With the tracker's bias on (reference world) the covariance cannot know everything; the "
-      "bar "
-      "is lower there.");
+      "bar is lower there.");
   std::vector<std::vector<std::string>> shares;
   int runs = 0;
   for (const auto& bar : kCoverageBars) {
@@ -214,8 +211,7 @@ void add_bound_section(report::Report& page, const StudyResult& study) {
 void add_outliers_section(report::Report& page, const StudyResult& study) {
   page.paragraph(
       "Wild poses: a reflection taken for an LED, a hand before the marker. The same recordings solved with "
-      "and "
-      "without every twentieth pose thrown 10 mm to one side.");
+      "and without every twentieth pose thrown 10 mm to one side.");
   std::vector<std::vector<std::string>> rows;
   for (const auto& row : study.values.at("outliers")) {
     const double rise = number(row.at("rise"));
@@ -233,9 +229,8 @@ void add_numbers_section(report::Report& page, const StudyResult& study) {
   page.paragraph(
       "Offsets and gains on the paper's axes: one arm, one recording of 140 poses, the mean over random "
       "subsets. The first offset trades exactly with a turn of the base about its vertical axis, so no "
-      "number "
-      "of points tells it; the paper says the same (\"no solution can be found for offset gamma1\", 4.4.2). "
-      "Ours holds it at 0. All others are found.");
+      "number of points tells it; the paper says the same (\"no solution can be found for offset gamma1\", "
+      "4.4.2). Ours holds it at 0. All others are found.");
   auto offsets7 = value_plot(study, "Figure 8: offsets, equations 7 and 8", "offsets of one arm", "gamma",
                              kEq7, "offset, degrees", arm.at("true_offsets_deg"));
   auto offsets = value_plot(study, "Figure 8: offsets, ours", "offsets of one arm", "gamma", kJoint,
@@ -244,8 +239,7 @@ void add_numbers_section(report::Report& page, const StudyResult& study) {
     plot->levels.push_back({.at = 0.0});
     plot->caption =
         "Dotted in colour: the truth. Dotted in grey: the start, where the paper's text has gamma1 stay "
-        "while "
-        "gamma2 and gamma3 are found (4.4.2).";
+        "while gamma2 and gamma3 are found (4.4.2).";
   }
   page.plots({offsets7, offsets});
   auto gains7 = value_plot(study, "Figure 9: gains, equations 7 and 8", "gains of one arm", "k", kEq7, "gain",
@@ -256,8 +250,7 @@ void add_numbers_section(report::Report& page, const StudyResult& study) {
     plot->levels.push_back({.at = paper::kFirstGain});
     plot->caption =
         "Dotted in colour: the truth, which differs from arm to arm. Dotted in grey: 1, from which the "
-        "paper's "
-        "text has k1 change negligibly and k2, k3 deviate slightly (4.4.2).";
+        "paper's text has k1 change negligibly and k2, k3 deviate slightly (4.4.2).";
   }
   page.plots({gains7, gains});
   page.paragraph(
@@ -295,10 +288,8 @@ void add_claims_section(report::Report& page, const StudyResult& study) {
   page.paragraph(
       "What is left free matters. The paper frees the arm's lengths and finds that they \"are not modified\" "
       "(4.4.2); it frees the gains because the residual of equation 7 is higher without. Here, with 70 "
-      "points, "
-      "where the maker's lengths are the true ones: mean residual on the training points, error to truth, "
-      "and "
-      "by how much the lengths move (mean and standard deviation over laboratories).");
+      "points, where the maker's lengths are the true ones: mean residual on the training points, error to "
+      "truth, and by how much the lengths move (mean and standard deviation over laboratories).");
   page.table({"method", "residual, mm", "error to truth, mm", "l1, mm", "l2, mm"}, rows);
 }
 

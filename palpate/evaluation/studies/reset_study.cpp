@@ -73,10 +73,8 @@ void add_reset_section(report::Report& page, const StudyResult& study) {
   page.section("Encoders zeroed in odd positions (Figure 10)", "reset");
   page.paragraph(
       "The paper zeroed the encoders with the second and third joint right or obtuse, and in extreme places "
-      "of the "
-      "workspace, and found the same low error from each. Here the zeros are up to 45 degrees off. Every "
-      "solve "
-      "begins at gains 1 and offsets 0 and is told nothing of the reset.");
+      "of the workspace, and found the same low error from each. Here the zeros are up to 45 degrees off. "
+      "Every solve begins at gains 1 and offsets 0 and is told nothing of the reset.");
   std::vector<figures::Plot> plots;
   for (const auto method : kResetMethods) {
     figures::Plot plot{.title = fmt::format("Figure 10: {}", method),

@@ -10,18 +10,25 @@ namespace palpate::rig {
 namespace {
 
 constexpr NumberRange kTurnDeg{-720.0, 720.0}, kForceShare{-10.0, 10.0}, kForceGain{0.1, 10.0},
-    kPeak{0.01, 100.0};
+    kReadingGain{0.1, 10.0}, kPeak{0.01, 100.0}, kModelLengthMm{-1e5, 1e5};
+
+Eigen::VectorXd vector_of(const std::vector<double>& numbers) {
+  return Eigen::Map<const Eigen::VectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
+}
 
 // Of as many joints as the arm of the check had; that the rig's has as many is void_reason()'s to say.
-device::JointVector angles_of(const TomlTable& table, std::string_view key) {
-  const auto degrees = table.numbers(key, 0, kTurnDeg);
-  if (degrees.size() < 3 || degrees.size() > device::kMostJoints) {
+device::JointVector joints_of(const TomlTable& table, std::string_view key, NumberRange range) {
+  const auto numbers = table.numbers(key, 0, range);
+  if (numbers.size() < 3 || numbers.size() > device::kMostJoints) {
     table.complain(key, fmt::format("has {} numbers, one for each of 3 to {} joints is expected",
-                                    degrees.size(), device::kMostJoints));
+                                    numbers.size(), device::kMostJoints));
     return device::JointVector::filled(3, 0.0);
   }
-  return Eigen::Map<const Eigen::VectorXd>(degrees.data(), static_cast<Eigen::Index>(degrees.size())) /
-         kDegreesPerRadian;
+  return vector_of(numbers);
+}
+
+device::JointVector angles_of(const TomlTable& table, std::string_view key) {
+  return joints_of(table, key, kTurnDeg) / kDegreesPerRadian;
 }
 
 std::string number_list(const Eigen::Ref<const Eigen::VectorXd>& v, double unit = 1.0) {
@@ -43,9 +50,19 @@ std::optional<ForceCalibration> forces_of(const TomlTable& table) {
   if (!table.exists()) return std::nullopt;
   ForceCalibration forces;
   forces.identity = table.text("arm");
+  if (forces.identity.empty())
+    table.complain("arm", "is empty; the arm's name, as its driver tells it, is expected");
   forces.model = table.text("model");
+  forces.model_numbers.lengths =
+      vector_of(table.numbers("model_lengths_mm", 0, kModelLengthMm)) / kMillimetresPerMetre;
+  forces.model_numbers.angles = vector_of(table.numbers("model_angles_deg", 0, kTurnDeg)) / kDegreesPerRadian;
+  forces.nominal_numbers.lengths =
+      vector_of(table.numbers("nominal_lengths_mm", 0, kModelLengthMm)) / kMillimetresPerMetre;
+  forces.nominal_numbers.angles =
+      vector_of(table.numbers("nominal_angles_deg", 0, kTurnDeg)) / kDegreesPerRadian;
   forces.rest_readings = angles_of(table, "rest_readings_deg");
   forces.joint_offsets = angles_of(table, "offsets_deg");
+  forces.reading_gains = joints_of(table, "gains", kReadingGain);
   const auto map = table.rows("map", 3, 3, kForceShare);
   for (std::size_t i = 0; i < map.size(); ++i)
     for (std::size_t j = 0; j < 3; ++j)
@@ -61,9 +78,7 @@ std::optional<ForceCalibration> forces_of(const TomlTable& table) {
   } else {
     table.expect("map_covariance");
   }
-  const auto gains = table.numbers("joint_gains", 0, kForceShare);
-  forces.joint_gains =
-      Eigen::Map<const Eigen::VectorXd>(gains.data(), static_cast<Eigen::Index>(gains.size()));
+  forces.joint_gains = vector_of(table.numbers("joint_gains", 0, kForceShare));
   table.expect("gain");
   if (table.has("gain")) forces.gain = table.number("gain", kForceGain);
   forces.gain_std = table.number_or("gain_std", 0.0, kNotNegative);
@@ -94,8 +109,13 @@ std::string forces_text(const std::optional<ForceCalibration>& part) {
   text += "# Of this arm, with this model and zero: forces have been seen to go where they are commanded.\n";
   put("arm", toml_quoted(forces.identity));
   put("model", toml_quoted(forces.model));
+  put("model_lengths_mm", number_list(forces.model_numbers.lengths, kMillimetresPerMetre));
+  put("model_angles_deg", number_list(forces.model_numbers.angles, kDegreesPerRadian));
+  put("nominal_lengths_mm", number_list(forces.nominal_numbers.lengths, kMillimetresPerMetre));
+  put("nominal_angles_deg", number_list(forces.nominal_numbers.angles, kDegreesPerRadian));
   put("rest_readings_deg", number_list(forces.rest_readings, kDegreesPerRadian));
   put("offsets_deg", number_list(forces.joint_offsets, kDegreesPerRadian));
+  put("gains", number_list(forces.reading_gains));
   text +=
       "# Felt over commanded force, ArmBase axes, of size 1; torque over commanded torque, joint by joint.\n";
   put("map", number_rows(forces.map));

@@ -30,9 +30,10 @@ GuestNews::Line GuestNews::look(const PhysicsServer& server, bool haptic_loop_ha
 // The haptic loop by its watchdog, the physics loop by its steps.
 GuestNews::Line GuestNews::of_the_loops(const PhysicsServer& server, bool haptic_loop_hangs) {
   const std::uint64_t steps = server.steps_ended();
-  standing_ = steps == steps_ && steps > 0 ? standing_ + 1 : 0;
+  standing_ = steps == steps_ ? standing_ + 1 : 0;
   steps_ = steps;
-  hanging_ = haptic_loop_hangs ? hanging_ + 1 : 0;
+  // The watchdog waits for a first tick to have ended: one that never does is seen here.
+  hanging_ = haptic_loop_hangs || server.haptic().ticks_ended() == 0 ? hanging_ + 1 : 0;
   const auto words = [&](haptics::Guest guest, bool last) {
     const std::string who = server.haptic().name_of(guest);
     return fmt::format("{} does not come back{}", who.empty() ? "a loop" : who,

@@ -21,6 +21,8 @@ class GuestNews {
   static constexpr int kSilenceTold = 100;
 
   Line look(const PhysicsServer& server, bool haptic_loop_hangs);
+  // Whether a loop stood still between the last two looks.
+  bool hang() const { return hanging_ > 0 || standing_ > 0; }
 
  private:
   Line of_the_loops(const PhysicsServer& server, bool haptic_loop_hangs);

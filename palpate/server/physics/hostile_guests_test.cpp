@@ -261,6 +261,18 @@ TEST(GuestNews, ThatALoopDoesNotComeBackIsToldByNameAndEndsTheServer) {
   bench.haptic_tick();
 }
 
+TEST(GuestNews, ADriverThatNeverComesBackFromItsFirstCallIsToldAndEndsTheServer) {
+  GuestBench bench;  // no tick has ended yet
+  GuestNews news;
+  int looks = 0;
+  for (bool last = false; !last && looks < 1000; ++looks) last = news.look(*bench.server, false).last;
+  EXPECT_EQ(looks, GuestNews::kGivenUp);
+  EXPECT_TRUE(news.hang());
+  bench.live(20);
+  EXPECT_EQ(news.look(*bench.server, false).text, "");
+  EXPECT_FALSE(news.hang());
+}
+
 TEST(GuestNews, WhoTakesTheForcesAwayIsToldOnceUntilItHeals) {
   GuestBench bench;
   bench.live(50);

@@ -135,6 +135,7 @@ class PhysicsProcess {
   void start_loops();
   Expected<void> watch();
   void watch_guests();
+  void let_guests_return();
   void pass_on_lines();
   Json loops_figures(double elapsed_s) const;
   Json force_figures() const;
@@ -164,6 +165,7 @@ Expected<Json> PhysicsProcess::run() {
   start_loops();
   const auto watched = watch();
   const double elapsed_s = up_s();
+  let_guests_return();
   loops_->stop();
   Json result = loops_figures(elapsed_s);
   result["begun_monotonic_ns"] = clock_.to_monotonic(start_);
@@ -248,6 +250,14 @@ void PhysicsProcess::watch_guests() {
   side_->server().let_go();
   std::fflush(nullptr);
   std::_Exit(1);
+}
+
+// A loop that a guest has taken cannot be waited for: at the end, too, it comes back or the process ends in words.
+void PhysicsProcess::let_guests_return() {
+  do {
+    watch_guests();
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  } while (guests_.hang());
 }
 
 void PhysicsProcess::pass_on_lines() {

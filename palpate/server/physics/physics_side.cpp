@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "palpate/server/physics/internal/arm_check.h"
+#include "palpate/haptics/arm_check.h"
 
 namespace palpate::server::physics {
 namespace {
@@ -31,7 +31,8 @@ Expected<std::unique_ptr<PhysicsSide>> PhysicsSide::open(const PhysicsSetup& set
     return wrong_use("arm: {}", setup.drivers.check(request).error().message);
   auto arm = setup.drivers.open(request);
   if (!arm) return tl::unexpected(arm.error());
-  if (auto fine = check_arm(setup.rig, **arm, request.uri); !fine) return tl::unexpected(fine.error());
+  if (auto fine = haptics::check_arm(setup.rig, **arm, request.uri); !fine)
+    return tl::unexpected(fine.error());
   side->arm_ = std::move(*arm);
   side->server_.emplace(setup.rig, side->scene_, std::move(*application), side->arm_->device(),
                         haptic_settings(setup, side->arm_->facts()), guests);

@@ -87,11 +87,7 @@ TEST_F(RealArm, TellsOnceWhoItIsThatItIsGoneAndThatItIsBack) {
 haptics::ForcePermit checked() {
   rig::Rig rig;
   rig.arm.emplace();
-  rig.forces = rig::ForceCalibration{};
-  rig.forces->identity = "openhaptics Simulated PHANToM 0042";
-  rig.forces->model = rig.arm->model.name;
-  rig.forces->rest_readings = rig.arm->rest_readings;
-  rig.forces->joint_offsets = rig.arm->correction.offset;
+  rig.forces = rig::force_calibration_of(rig, "openhaptics Simulated PHANToM 0042");
   rig.forces->gain = 1.0;
   rig.forces->peak = 8.5;
   device::ArmFacts facts;

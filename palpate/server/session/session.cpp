@@ -155,6 +155,9 @@ Expected<std::unique_ptr<Session>> Session::start(const SessionSetup& setup, con
     return tl::unexpected(served.error());
   parts->endpoint = endpoint->address;
   parts->notice = how.notice;
+  if (const std::string& words = parts->physics->server().haptic().permit().words();
+      parts->notice && !words.empty())
+    parts->notice(words);
   parts->frames.emplace(setup, *endpoint, parts->physics->scene(), how.shown);
   if (auto begun = parts->frames->start(); !begun) return tl::unexpected(begun.error());
   parts->begun = parts->clock.now();

@@ -42,7 +42,7 @@ class Session {
   // Returns when all loops have ended; a second call does nothing.
   void stop();
 
-  // A person's wish: the next serve, a pause. Any thread.
+  // A person's wish: the next round, a pause. Any thread.
   void control(scene::Control wish);
 
   std::uint64_t frames() const;  // finished so far; any thread

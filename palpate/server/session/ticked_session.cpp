@@ -8,6 +8,12 @@ Expected<std::unique_ptr<TickedSession>> TickedSession::open(const SessionSetup&
   auto physics = physics::PhysicsSide::open(setup.physics);
   if (!physics) return tl::unexpected(physics.error());
   session->physics_ = std::move(*physics);
+  if (!session->physics_->arm().facts().simulated)
+    return wrong_use(
+        "session: the arm {} is no computed one; on a virtual clock, which may run ahead of the real one or "
+        "stand still, "
+        "nothing would limit how its force changes: use Session",
+        setup.physics.arm.uri);
   if (auto served = session->physics_->serve(session->network_); !served)
     return tl::unexpected(served.error());
   const GraphicsSetup shared = graphics_setup(setup);

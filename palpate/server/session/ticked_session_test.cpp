@@ -106,6 +106,19 @@ TEST(TickedSession, ARigWithoutWhatASideNeedsIsRefused) {
   const auto session = TickedSession::open(setup, {});
   ASSERT_FALSE(session);
   EXPECT_NE(session.error().message.find("arm calibration"), std::string::npos);
+  // A virtual clock limits no force of an arm that somebody holds.
+  SessionSetup real = setup_of(world);
+  real.physics.drivers = {};
+  real.physics.drivers.add(device::borrowed_devices(
+      "mine", {.arm = &world.arm(),
+               .arm_facts = {.simulated = false, .identity = "maker 7", .peak_n = {}, .continuous_n = {}},
+               .tracker = &world.tracker(),
+               .camera = &world.camera(),
+               .hand = &world.hand(),
+               .simulated = true}));
+  const auto held = TickedSession::open(real, {});
+  ASSERT_FALSE(held);
+  EXPECT_NE(held.error().message.find("is no computed one"), std::string::npos) << held.error().message;
   SessionSetup no_hand = setup_of(world);
   no_hand.physics.drivers = {};
   EXPECT_FALSE(TickedSession::open(no_hand, {}));

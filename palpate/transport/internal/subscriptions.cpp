@@ -31,8 +31,7 @@ Expected<void> Subscriptions::renew(const std::string& peer, const std::string& 
   if (!fits || (known == subscriptions_.end() && size() >= kMost) || states_hz > kMostStates_hz)
     return refused(
         "too many subscriptions; this server takes {} with {} states a second together, of them {} with {} "
-        "of "
-        "the same key",
+        "of the same key",
         kMost, kMostStates_hz, kMostOfKey, kMostStatesOfKey_hz);
   Subscription& subscription = known == subscriptions_.end() ? subscriptions_[peer] : known->second;
   if (subscription.rate_hz != rate_hz) subscription.due = now;

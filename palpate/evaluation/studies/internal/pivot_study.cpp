@@ -188,12 +188,9 @@ Expected<StudyResult> study_marker_noise(const StudyOptions& options) {
     page.section("Tracker noise and the tip's place (Figure 4)", "marker-noise");
     page.paragraph(
         "The marker swings about a tip that rests. Each LED is seen with an error of the size on the axis: "
-        "white noise "
-        "and a systematic, place-dependent part, in the proportion of the world file. The paper fits a "
-        "sphere through "
-        "the marker's places; ours uses its orientations as well and finds centre and tip in one linear "
-        "step, or "
-        "robustly.");
+        "white noise and a systematic, place-dependent part, in the proportion of the world file. The paper "
+        "fits a sphere through the marker's places; ours uses its orientations as well and finds centre and "
+        "tip in one linear step, or robustly.");
     for (const char* what : {"centre", "tip"}) {
       std::vector<Plot> plots;
       for (const auto& setting : kMarkerSettings) {
@@ -222,11 +219,9 @@ Expected<StudyResult> study_marker_noise(const StudyOptions& options) {
     }
     page.figures(figures);
     page.aside(
-        "Quarter sphere: a cap of a quarter of the area, rolled by up to "
-        "60 degrees; "
-        "100 poses each. A smooth bias moves all places near one another alike, so it does not average out "
-        "and sets "
-        "the size of the error on a full sphere; white noise alone does.");
+        "Quarter sphere: a cap of a quarter of the area, rolled by up to 60 degrees; 100 poses each. A "
+        "smooth bias moves all places near one another alike, so it does not average out and sets the size "
+        "of the error on a full sphere; white noise alone does.");
   };
   return study;
 }
@@ -244,12 +239,9 @@ Expected<StudyResult> study_tip_noise(const StudyOptions& options) {
     page.section("A held tip that gives way (Figure 5)", "tip-noise");
     page.paragraph(
         "The arm holds the tip by a spring, so a pulling hand moves it. The paper lets it jump at random, "
-        "which many "
-        "poses average out. A real hand pulls along the stylus: the displacement turns with the marker, no "
-        "number of "
-        "poses takes it away, and it goes into the tip in full. Only who looks at how the tip moved - the "
-        "arm measures "
-        "it - can subtract it.");
+        "which many poses average out. A real hand pulls along the stylus: the displacement turns with the "
+        "marker, no number of poses takes it away, and it goes into the tip in full. Only who looks at how "
+        "the tip moved - the arm measures it - can subtract it.");
     for (const char* what : {"centre", "tip"}) {
       std::vector<Plot> plots;
       for (const auto& setting : kTipSettings) {

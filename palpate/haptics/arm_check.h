@@ -8,8 +8,8 @@
 #include "palpate/device/opened.h"
 #include "palpate/rig/rig.h"
 
-namespace palpate::server::physics {
+namespace palpate::haptics {
 
 Expected<void> check_arm(const rig::Rig& rig, device::OpenedArm& arm, const std::string& uri);
 
-}  // namespace palpate::server::physics
+}  // namespace palpate::haptics

@@ -1,6 +1,6 @@
-#include "palpate/server/physics/internal/arm_check.h"
+#include "palpate/haptics/arm_check.h"
 
-namespace palpate::server::physics {
+namespace palpate::haptics {
 
 Expected<void> check_arm(const rig::Rig& rig, device::OpenedArm& arm, const std::string& uri) {
   const device::ArmModel& model = rig.arm ? rig.arm->model : rig.nominal_arm;
@@ -24,4 +24,4 @@ Expected<void> check_arm(const rig::Rig& rig, device::OpenedArm& arm, const std:
   return {};
 }
 
-}  // namespace palpate::server::physics
+}  // namespace palpate::haptics
