@@ -11,8 +11,7 @@ Expected<std::unique_ptr<TickedSession>> TickedSession::open(const SessionSetup&
   if (!session->physics_->arm().facts().simulated)
     return wrong_use(
         "session: the arm {} is no computed one; on a virtual clock, which may run ahead of the real one or "
-        "stand still, "
-        "nothing would limit how its force changes: use Session",
+        "stand still, nothing would limit how its force changes: use Session",
         setup.physics.arm.uri);
   if (auto served = session->physics_->serve(session->network_); !served)
     return tl::unexpected(served.error());

@@ -24,18 +24,19 @@ struct Play {
   scene::SceneState last;
 };
 
-SessionSetup setup_of(sim::Simulator& world) {
+SessionSetup setup_of(sim::Simulator& world,
+                      const device::ArmFacts& arm = {
+                          .simulated = true, .identity = "mine", .peak_n = {}, .continuous_n = {}}) {
   SessionSetup setup;
   setup.physics.rig = sim::truth_rig(world);
   setup.physics.applications = {applications::pingpong::specification()};
   setup.physics.scene = *sim::config::scene_of(world.file(), setup.physics.applications, "pingpong");
-  setup.physics.drivers.add(device::borrowed_devices(
-      "mine", {.arm = &world.arm(),
-               .arm_facts = {.simulated = true, .identity = "mine", .peak_n = {}, .continuous_n = {}},
-               .tracker = &world.tracker(),
-               .camera = &world.camera(),
-               .hand = &world.hand(),
-               .simulated = true}));
+  setup.physics.drivers.add(device::borrowed_devices("mine", {.arm = &world.arm(),
+                                                              .arm_facts = arm,
+                                                              .tracker = &world.tracker(),
+                                                              .camera = &world.camera(),
+                                                              .hand = &world.hand(),
+                                                              .simulated = true}));
   setup.physics.arm.uri = "mine";
   setup.graphics.world = world.file();
   setup.graphics.stand_in = "mine";
@@ -107,15 +108,8 @@ TEST(TickedSession, ARigWithoutWhatASideNeedsIsRefused) {
   ASSERT_FALSE(session);
   EXPECT_NE(session.error().message.find("arm calibration"), std::string::npos);
   // A virtual clock limits no force of an arm that somebody holds.
-  SessionSetup real = setup_of(world);
-  real.physics.drivers = {};
-  real.physics.drivers.add(device::borrowed_devices(
-      "mine", {.arm = &world.arm(),
-               .arm_facts = {.simulated = false, .identity = "maker 7", .peak_n = {}, .continuous_n = {}},
-               .tracker = &world.tracker(),
-               .camera = &world.camera(),
-               .hand = &world.hand(),
-               .simulated = true}));
+  const SessionSetup real =
+      setup_of(world, {.simulated = false, .identity = "maker 7", .peak_n = {}, .continuous_n = {}});
   const auto held = TickedSession::open(real, {});
   ASSERT_FALSE(held);
   EXPECT_NE(held.error().message.find("is no computed one"), std::string::npos) << held.error().message;
