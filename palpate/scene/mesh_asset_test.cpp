@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "palpate/core/file.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate::scene {
 namespace {
@@ -14,9 +15,6 @@ std::string tetrahedron(const std::string& x, const std::string& y, const std::s
 
 class MeshAssets : public testing::Test {
  protected:
-  MeshAssets() { EXPECT_TRUE(make_folder(folder_)); }
-  ~MeshAssets() override { std::filesystem::remove_all(folder_); }
-
   std::filesystem::path file(const std::string& name, const std::string& content) {
     EXPECT_TRUE(write_file(folder_ / name, content));
     return folder_ / name;
@@ -32,9 +30,7 @@ class MeshAssets : public testing::Test {
     return scene;
   }
 
-  std::filesystem::path folder_ =
-      std::filesystem::path(testing::TempDir()) /
-      (std::string("palpate_mesh_asset_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+  ScratchFolder folder_;
 };
 
 TEST_F(MeshAssets, IsReadOnOneSideAndFoundOnTheOther) {

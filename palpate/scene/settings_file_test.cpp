@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "palpate/core/file.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate::scene {
 namespace {
@@ -36,18 +37,14 @@ ApplicationRegistry one_of_each_kind() {
 
 class SettingsFile : public testing::Test {
  protected:
-  SettingsFile() {
-    EXPECT_TRUE(make_folder(folder_));
-    values_ = all_.settings();
-  }
-  ~SettingsFile() override { std::filesystem::remove_all(folder_); }
+  SettingsFile() { values_ = all_.settings(); }
 
   Expected<void> read(const std::string& text) {
     EXPECT_TRUE(write_file(folder_ / "s.toml", text));
     return read_settings_file(folder_ / "s.toml", all_, values_);
   }
 
-  std::filesystem::path folder_ = std::filesystem::path(testing::TempDir()) / "palpate_settings_file";
+  ScratchFolder folder_;
   ApplicationRegistry all_ = one_of_each_kind();
   SettingValues values_;
 };

@@ -7,6 +7,7 @@
 
 #include "palpate/core/file.h"
 #include "palpate/rig/rig.h"
+#include "tests/scratch_folder.h"
 
 namespace palpate::sim::config {
 namespace {
@@ -110,17 +111,15 @@ TEST(WorldFile, WhatAnApplicationLetsPeopleSetStandsInTheSameFile) {
 }
 
 TEST(WorldFile, AFileIsNamedAsSeenFromTheWorldFile) {
-  const auto folder = std::filesystem::temp_directory_path() / "palpate_world_file_test";
-  ASSERT_TRUE(make_folder(folder));
+  const ScratchFolder folder;
   const auto picture_in = [&](const std::string& said) {
     EXPECT_TRUE(write_file(folder / "w.toml", "[darts]\npicture = \"" + said + "\"\n"));
     const auto world = read_world(folder / "w.toml", darts());
     return world ? world->settings.text("darts.picture") : world.error().message;
   };
-  EXPECT_EQ(picture_in("../board.png"), (folder.parent_path() / "board.png").string());
+  EXPECT_EQ(picture_in("../board.png"), (folder.path().parent_path() / "board.png").string());
   EXPECT_EQ(picture_in("/else/board.png"), "/else/board.png");
   EXPECT_EQ(picture_in(""), "");
-  std::filesystem::remove_all(folder);
 }
 
 TEST(WorldFile, WhatTheReferenceNamesIsNoMistakeWhereNoApplicationHasIt) {
