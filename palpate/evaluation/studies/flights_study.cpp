@@ -212,7 +212,7 @@ Expected<std::vector<RecordedFlight>> read_flights(const FlightsOptions& options
   return flights;
 }
 
-Table table_of(const std::vector<RecordedFlight>& flights, std::string_view set) {
+TableHeight table_of(const std::vector<RecordedFlight>& flights, std::string_view set) {
   std::vector<double> heights;
   for (const auto& flight : flights)
     if (flight.set == set)
@@ -221,7 +221,7 @@ Table table_of(const std::vector<RecordedFlight>& flights, std::string_view set)
   return {figures::quantile(heights, 0.5), static_cast<int>(heights.size())};
 }
 
-Expected<Told> tell_flight(const RecordedFlight& flight, const FlightMode& mode, const Table& table) {
+Expected<Told> tell_flight(const RecordedFlight& flight, const FlightMode& mode, const TableHeight& table) {
   const auto model = model_of(mode);
   physics::BouncePlane plane;
   plane.point = table.height * kUp;
@@ -264,7 +264,7 @@ Expected<Told> tell_flight(const RecordedFlight& flight, const FlightMode& mode,
 Expected<StudyResult> study_flights(const FlightsOptions& options) {
   const auto flights = read_flights(options);
   if (!flights) return tl::unexpected(flights.error());
-  std::map<std::string, Table> tables;
+  std::map<std::string, TableHeight> tables;
   for (const auto& set : sets_of(*flights)) tables[set] = table_of(*flights, set);
   const std::size_t n = flights->size();
   std::vector<Expected<Told>> slots(kFlightModes.size() * n);

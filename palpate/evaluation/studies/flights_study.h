@@ -35,12 +35,12 @@ struct RecordedFlight {
 // All *.csv of a folder, in the order of their names, with their jumps.
 Expected<std::vector<RecordedFlight>> read_flights(const FlightsOptions& options);
 
-struct Table {
+struct TableHeight {
   double height = 0.0;  // of the ball's centre at a bounce, m; without a bounce there is no table
   int bounces = 0;
 };
 // The median over the bounces of flights of this set.
-Table table_of(const std::vector<RecordedFlight>& flights, std::string_view set);
+TableHeight table_of(const std::vector<RecordedFlight>& flights, std::string_view set);
 
 struct FlightMode {
   std::string_view name, label;
@@ -67,7 +67,7 @@ struct Told {
   std::vector<physics::SeenBall> simulated;
   Vector3 spin = Vector3::Zero();
 };
-Expected<Told> tell_flight(const RecordedFlight& flight, const FlightMode& mode, const Table& table);
+Expected<Told> tell_flight(const RecordedFlight& flight, const FlightMode& mode, const TableHeight& table);
 
 void add_flights_section(report::Report& page, const StudyResult& study);
 
