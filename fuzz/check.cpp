@@ -23,27 +23,4 @@ void hold_one_line(const Error& error) {
   hold(fine, "an error is one line without control characters, of at most 600 bytes");
 }
 
-const std::vector<NamedTarget>& all_targets() {
-  static const std::vector<NamedTarget> targets = {
-      {"arm_models", arm_models},
-      {"arm_samples", arm_samples},
-      {"corners", corners},
-      {"endpoints", endpoints},
-      {"flights", flights},
-      {"hand_eye", hand_eye},
-      {"keys", keys},
-      {"matrices", matrices},
-      {"meshes", meshes},
-      {"messages", messages},
-      {"openigtlink", openigtlink},
-      {"points", points},
-      {"poses", poses},
-      {"rigs", rigs},
-      {"sequences", sequences},
-      {"surfaces", surfaces},
-      {"worlds", worlds},
-  };
-  return targets;
-}
-
 }  // namespace palpate::fuzz

@@ -1,0 +1,28 @@
+#include "fuzz/targets.h"
+
+namespace palpate::fuzz {
+
+const std::vector<NamedTarget>& all_targets() {
+  static const std::vector<NamedTarget> targets = {
+      {"arm_models", arm_models},
+      {"arm_samples", arm_samples},
+      {"corners", corners},
+      {"endpoints", endpoints},
+      {"flights", flights},
+      {"hand_eye", hand_eye},
+      {"keys", keys},
+      {"matrices", matrices},
+      {"meshes", meshes},
+      {"messages", messages},
+      {"openigtlink", openigtlink},
+      {"points", points},
+      {"poses", poses},
+      {"rigs", rigs},
+      {"sequences", sequences},
+      {"surfaces", surfaces},
+      {"worlds", worlds},
+  };
+  return targets;
+}
+
+}  // namespace palpate::fuzz
