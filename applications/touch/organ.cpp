@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "applications/touch/settings.h"
+#include "palpate/scene/table_frame.h"
 
 namespace palpate::applications::touch {
 namespace {
@@ -96,19 +97,10 @@ double height_below(const scene::SceneDescription& scene, const scene::TriangleM
 Pose<World, Organ> resting_place(const scene::SceneDescription& scene, const scene::TriangleMesh& touched) {
   constexpr double kFromEdge_m = 0.11;  // of the middle, before the shift
   const double height = height_below(scene, touched);
-  const auto table = std::find_if(scene.surfaces.begin(), scene.surfaces.end(),
-                                  [](const scene::SceneSurface& s) { return s.name == "table"; });
-  if (table == scene.surfaces.end())
-    throw std::invalid_argument("touch: the scene has no surface 'table'; run `palpate calibrate surface`");
-  const auto& c = table->corners;
-  const Vector3 right = (c[1] - c[0]).normalized();
-  const Vector3 up = (c[1] - c[0]).cross(c[3] - c[0]).normalized();
-  Matrix3 R;
-  R << right, up, right.cross(up);
-  const Vector3 edge = 0.5 * (c[0] + c[1]), near = right.cross(up);
+  const scene::TableFrame table = scene::table_frame(scene);
   const Vector3 shift = surface_settings(scene).shift;
-  return {Quaternion(R),
-          edge + shift.x() * right + (height + shift.y()) * up + (shift.z() - kFromEdge_m) * near};
+  return {table.rotation, table.edge + shift.x() * table.right + (height + shift.y()) * table.up +
+                              (shift.z() - kFromEdge_m) * table.near};
 }
 
 }  // namespace palpate::applications::touch

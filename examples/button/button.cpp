@@ -3,29 +3,23 @@
 #include <atomic>
 
 #include "palpate/plugin/plugin.h"
+#include "palpate/scene/table_frame.h"
 #include "palpate/time/triple_buffer.h"
 
 namespace {
 using namespace palpate;
 using namespace palpate::scene;
 
-constexpr double kTip = 0.003, kRadius = 0.018,
-                 kHeight = 0.08;  // m: stylus ball, cap, its top over the table
+constexpr double kTip = 0.003, kRadius = 0.018, kHeight = 0.08;   // m: stylus ball, cap, how high it stands
 constexpr double kSnap = 0.0045, kBack = 0.002, kTravel = 0.006;  // m: snaps there, comes back here, the stop
 constexpr double kSpring = 400.0, kStop = 350.0, kDamping = 1.0;  // N/m, N/m, N s/m
-constexpr double kGivesWay = 0.65, kSnapTime = 0.012,
-                 kTeleport = 0.05;  // share of the spring lost by a snap; s; m
+constexpr double kGivesWay = 0.65, kSnapTime = 0.012;             // share of the spring lost by a snap; s
+constexpr double kTeleport = 0.05;                                // m in a tick: the tip came by another way
 enum BodyOrCounter { kCap = 0, kStylus = 1, kClicks = 0, kDown = 1, kForceMn = 2 };
 
-struct Place {
-  Vector3 top, up;  // World: the middle of the cap at rest; out of the table
-  explicit Place(const SceneDescription& scene) {
-    const auto is_table = [](const SceneSurface& s) { return s.name == "table"; };
-    const auto& c = std::ranges::find_if(scene.surfaces, is_table)->corners;  // there, as the system promises
-    up = (c[1] - c[0]).cross(c[3] - c[0]).normalized();                       // 0 to 1 is the near edge
-    top = (c[0] + c[1]) / 2 + 0.08 * (c[1] - c[0]).normalized() + 0.07 * (c[3] - c[0]).normalized() +
-          kHeight * up;
-  }
+struct Place : TableFrame {
+  explicit Place(const SceneDescription& scene) : TableFrame(table_frame(scene)) {}
+  Vector3 top = edge + 0.08 * right + kHeight * up - 0.07 * near;  // the middle of the cap at rest
 };
 
 struct Found {  // by the newest haptic tick
@@ -39,8 +33,8 @@ class Button : public Application, public ContactLaw {
   explicit Button(const SceneDescription& scene) : at_(scene) {}
   Vector3 force(const TipState& tip, double dt) noexcept override {  // the haptic thread
     const Vector3 p = tip.X_world_tip.translation, r = p - at_.top;
-    const double height = at_.up.dot(r), aside = (r - height * at_.up).norm(),
-                 depth = std::max(0.0, kTip - height);
+    const double height = at_.up.dot(r), aside = (r - height * at_.up).norm();
+    const double depth = std::max(0.0, kTip - height);
     if (off_ || aside > kRadius || (p - found_.tip).norm() > kTeleport)
       entered_ = 0;
     else if (depth == 0.0)
@@ -60,13 +54,12 @@ class Button : public Application, public ContactLaw {
   }
   double force_bound() const override { return 20.0; }
   Duration cost_bound() const override { return std::chrono::microseconds(50); }
-  void step(Instant<PhysicsClock>, Duration, const TipState& tip,
-            SceneState& state) override {  // the physics thread
+  void step(Instant<PhysicsClock>, Duration, const TipState& tip, SceneState& state) override {
     off_ = paused();
     newest_.read(now_);
     state.body_count = 2;
     state.bodies[kCap].set_p(at_.top - std::min(now_.depth, kTravel) * at_.up);
-    state.bodies[kCap].set_q(Quaternion::FromTwoVectors(Vector3::UnitY(), at_.up));
+    state.bodies[kCap].set_q(at_.rotation);
     state.bodies[kStylus].set_p(tip.X_world_tip.translation);  // the bare stylus carries nothing
     state.bodies[kStylus].set_q(tip.X_world_tip.rotation);
     state.bodies[kStylus].set_v(tip.velocity);
@@ -146,9 +139,7 @@ void add_button(plugin::Guests& guests) {
   spec.name = "button", spec.summary = "Press a button that clicks under the stylus",
   spec.surfaces = {"table"};
   spec.describe = [](const SettingValues&, SceneDescription& s) { s.bodies = {{"Cap"}, {"Stylus"}}; };
-  spec.make_physics = [](const SceneDescription& s, const RunSettings&) {
-    return std::make_unique<Button>(s);
-  };
+  spec.make_physics = [](const auto& s, const auto&) { return std::make_unique<Button>(s); };
   spec.make_view = [](const SceneDescription& s) { return std::make_unique<View>(s); };
   spec.make_player = [](const auto& s, const auto& r, const auto& p) {
     return std::make_unique<Finger>(s, r, p);

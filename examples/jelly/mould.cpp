@@ -4,7 +4,8 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
+
+#include "palpate/scene/table_frame.h"
 
 namespace jelly {
 namespace {
@@ -79,17 +80,9 @@ Vector3 outward(const Vector3& place) {
 
 palpate::Pose<palpate::World, JellyFrame> place_on_table(const palpate::scene::SceneDescription& scene) {
   constexpr double kToTheRight = 0.08, kFromEdge = 0.07;  // m, from the middle of the near edge
-  const auto table = std::find_if(scene.surfaces.begin(), scene.surfaces.end(),
-                                  [](const auto& surface) { return surface.name == "table"; });
-  if (table == scene.surfaces.end())
-    throw std::invalid_argument("the scene has no surface 'table'; run `palpate calibrate surface`");
-  const auto& c = table->corners;
-  const Vector3 right = (c[1] - c[0]).normalized(), up = (c[1] - c[0]).cross(c[3] - c[0]).normalized();
-  palpate::Matrix3 R;
-  R << right, up, right.cross(up);
-  const Vector3 edge = 0.5 * (c[0] + c[1]);
-  return {palpate::Quaternion(R),
-          edge + kToTheRight * right + kStandHeight * up - kFromEdge * right.cross(up)};
+  const auto table = palpate::scene::table_frame(scene);
+  return {table.rotation,
+          table.edge + kToTheRight * table.right + kStandHeight * table.up - kFromEdge * table.near};
 }
 
 }  // namespace jelly
