@@ -31,10 +31,10 @@ Matrix3 exponential(const Matrix3& symmetric) {
   constexpr double kMost = 20.0;  // of its size: a step of the search may go astray
   const double size = symmetric.norm();
   Matrix3 X = size > kMost ? Matrix3(symmetric * (kMost / size)) : symmetric;
-  constexpr int kSquarings = 6, kTerms = 8;
+  constexpr int kSquarings = 6, kOrder = 8;
   X /= 1 << kSquarings;
   Matrix3 sum = Matrix3::Identity();
-  for (int i = kTerms; i > 0; --i) sum = (Matrix3::Identity() + X * sum / i).eval();
+  for (int i = kOrder; i > 0; --i) sum = (Matrix3::Identity() + X * sum / i).eval();
   for (int i = 0; i < kSquarings; ++i) sum = (sum * sum).eval();
   return sum;
 }
