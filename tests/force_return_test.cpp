@@ -235,7 +235,7 @@ class RealProgram {
     client_->memory()->force.read(wire);
     return Vector3(wire.force.data()).norm();
   }
-  auto commands() const { return client_->memory()->force.count(); }
+  std::uint64_t commands() const { return client_->memory()->force.count(); }
   void signal(int number) const { kill(physics_, number); }
   bool physics_runs() const { return waitpid(physics_, nullptr, WNOHANG) == 0; }
 
