@@ -56,9 +56,9 @@ struct Opener {
   // How a person names one, for messages and help: "aravis[:NAME]". Empty: it is not offered.
   std::string form;
   // Whether a text of its scheme names a device; empty: each does.
-  std::function<bool(std::string_view uri)> names;
+  std::function<bool(std::string_view uri)> names{};
   // Wrong use, found before anything is opened; empty: the scheme alone decides.
-  std::function<Expected<void>(const Request&)> check;
+  std::function<Expected<void>(const Request&)> check{};
   std::function<Expected<std::unique_ptr<Opened>>(const Request&)> open;
 };
 using ArmOpener = Opener<ArmRequest, OpenedArm>;
@@ -76,16 +76,16 @@ struct FoundCamera {
 struct Driver {
   std::string scheme;   // lower-case letters, digits and '-', a letter first
   std::string summary;  // one line for a person
-  std::optional<ArmOpener> arm;
-  std::optional<TrackerOpener> tracker;
-  std::optional<CameraOpener> camera;
-  std::optional<HandOpener> hand;
-  std::optional<DisplayOpener> display;
+  std::optional<ArmOpener> arm{};
+  std::optional<TrackerOpener> tracker{};
+  std::optional<CameraOpener> camera{};
+  std::optional<HandOpener> hand{};
+  std::optional<DisplayOpener> display{};
   bool simulated = false;  // its devices are computed
   bool recording = false;  // ... play what was recorded
   bool own_clock = false;  // ... stamp by clocks of their own, each by another
   // Asks which cameras there are; may take a second. Empty: it cannot know.
-  std::function<std::vector<FoundCamera>()> find_cameras;
+  std::function<std::vector<FoundCamera>()> find_cameras{};
 };
 
 // Which devices a person may choose from: all, or those that are there to be touched.

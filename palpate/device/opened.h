@@ -30,11 +30,11 @@ struct ArmFacts {
   // A computed arm: nobody is hurt by it.
   bool simulated = false;
   // Who it is, the same whenever it is opened: driver, model, serial number.
-  std::string identity;
+  std::string identity{};
   // How many its samples have.
   int joints = 3;
   // N at the tip, as the device states them; none: it states nothing.
-  std::optional<double> peak_n, continuous_n;
+  std::optional<double> peak_n{}, continuous_n{};
 };
 
 class OpenedArm : public Opened<ArmDevice> {

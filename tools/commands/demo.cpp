@@ -55,7 +55,7 @@ void add_picture_options(CLI::App& command, DemoArguments& options) {
 void add_network_options(CLI::App& command, DemoArguments& options) {
   auto* two_hosts = command.add_flag(
       "--two-hosts", options.two_hosts,
-      "Play the real-time leg across two hosts (network namespaces; needs root, or `unshare "
+      "Do the real-time run across two hosts (network namespaces; needs root, or `unshare "
       "--map-current-user --keep-caps` in front), encrypted, and pull the cable between them for 3 s in its "
       "middle");
   command

@@ -22,7 +22,7 @@ constexpr std::array<std::pair<const char*, const char*>, 11> kFirstFiles{{
 }};
 constexpr std::array<std::pair<const char*, const char*>, 9> kLastFiles{{
     {"haptics.csv", "forces asked for and given while there were any"},
-    {"realtime_frames.csv", "the real-time leg, frame by frame"},
+    {"realtime_frames.csv", "the real-time run, frame by frame"},
     {"realtime_sync.csv", "clock difference, estimated and true"},
     {"realtime_jitter.csv", "how often ticks of haptic and physics loop began how late"},
     {"realtime_loops.csv", "clients and loops of the physics server, fifty times a second"},

@@ -316,7 +316,7 @@ std::vector<figures::Figure> real_time_figures(const figures::PlayFolder& data) 
   if (auto late = haptic_lateness(data)) figures.push_back(std::move(*late));
   if (const auto lost = data.number("realtime/force/lost_impulse_rel"))
     figures.push_back({"Impulse the hand did not get", figures::shown(100.0 * *lost, "%"),
-                       "at most 1 %; more where ticks were left out during a blow",
+                       "at most 1 %; more where ticks were left out during an impact",
                        figures::at_most(*lost, 0.01)});
   add("realtime/physics/rate_hz", "Physics loop", "Hz", "");
   add("realtime/graphics/rate_hz", "Pictures", "Hz",

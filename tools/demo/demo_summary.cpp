@@ -232,7 +232,7 @@ std::vector<std::string> closing_lines(const Json& summary,
                     realtime["sync"]["offset_error_us_p99"].get<double>(),
                     realtime["haptic"]["rate_hz"].get<double>(), realtime["haptic"]["overruns"].get<int>()));
   } else {
-    lines.push_back(fmt::format("exchange: {} of {} frames late in lock-step; no real-time leg was run",
+    lines.push_back(fmt::format("exchange: {} of {} frames late in lock-step; nothing was run in real time",
                                 summary["exchange"]["late"].get<int>(),
                                 summary["exchange"]["frames"].get<int>()));
   }
