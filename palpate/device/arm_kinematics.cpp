@@ -23,6 +23,10 @@ class PhantomKinematics final : public ArmKinematics {
     return phantom_pose(theta, gimbal, lengths_);
   }
   TipJacobian jacobian(const JointVector& theta) const override { return phantom_jacobian(theta, lengths_); }
+  PoseAndJacobian pose_and_jacobian(const JointVector& theta, const Vector3& gimbal) const override {
+    const PhantomTip tip = phantom_tip_and_jacobian(theta, lengths_);
+    return {{phantom_stylus(theta, gimbal), tip.place.m}, tip.jacobian};
+  }
   JointRange range(int) const override { return {}; }
   double least_manipulability() const override { return kLeastOfPhantom; }
 
@@ -45,33 +49,18 @@ class DhKinematics final : public ArmKinematics {
   int joint_count() const override { return count_; }
 
   Pose<ArmBase, Tip> pose(const JointVector& theta, const Vector3& gimbal) const override {
-    Matrix3 R = Matrix3::Identity();
-    Vector3 p = Vector3::Zero();
-    for (int j = 0; j < count_; ++j) step(j, theta[j], R, p);
-    const Quaternion stylus(Eigen::AngleAxisd(gimbal[0], Vector3::UnitY()) *
-                            Eigen::AngleAxisd(gimbal[1], Vector3::UnitX()) *
-                            Eigen::AngleAxisd(gimbal[2], Vector3::UnitZ()));
-    return {Quaternion(R) * tool_turn_ * stylus, p + R * tool_};
+    Walk walk;
+    for (int j = 0; j < count_; ++j) step(j, theta[j], walk);
+    return pose_after(walk, gimbal);
   }
-
-  // Column j: the axis of joint j crossed with the way from a point of it to the tip.
   TipJacobian jacobian(const JointVector& theta) const override {
-    std::array<Vector3, kMostJoints> axis, place;
-    Matrix3 R = Matrix3::Identity();
-    Vector3 p = Vector3::Zero();
-    for (int j = 0; j < count_; ++j) {
-      const auto at = static_cast<std::size_t>(j);
-      axis[at] = R.col(2);
-      place[at] = p;
-      step(j, theta[j], R, p);
-    }
-    const Vector3 tip = p + R * tool_;
-    TipJacobian J(3, count_);
-    for (int j = 0; j < count_; ++j) {
-      const auto at = static_cast<std::size_t>(j);
-      J.col(j) = axis[at].cross(tip - place[at]);
-    }
-    return J;
+    OfJoints axis, place;
+    return jacobian_after(walk_noting(theta, axis, place), axis, place);
+  }
+  PoseAndJacobian pose_and_jacobian(const JointVector& theta, const Vector3& gimbal) const override {
+    OfJoints axis, place;
+    const Walk walk = walk_noting(theta, axis, place);
+    return {pose_after(walk, gimbal), jacobian_after(walk, axis, place)};
   }
 
   JointRange range(int joint) const override { return links_[static_cast<std::size_t>(joint)].range; }
@@ -83,8 +72,45 @@ class DhKinematics final : public ArmKinematics {
     JointRange range;
   };
 
-  // Rot_z(theta) Trans_z(d) Trans_x(a) Rot_x(alpha), on the right of R, p.
-  void step(int joint, double angle, Matrix3& R, Vector3& p) const {
+  struct Walk {  // from the base, so far
+    Matrix3 R = Matrix3::Identity();
+    Vector3 p = Vector3::Zero();
+  };
+  using OfJoints = std::array<Vector3, kMostJoints>;
+
+  Pose<ArmBase, Tip> pose_after(const Walk& walk, const Vector3& gimbal) const {
+    const Quaternion stylus(Eigen::AngleAxisd(gimbal[0], Vector3::UnitY()) *
+                            Eigen::AngleAxisd(gimbal[1], Vector3::UnitX()) *
+                            Eigen::AngleAxisd(gimbal[2], Vector3::UnitZ()));
+    return {Quaternion(walk.R) * tool_turn_ * stylus, walk.p + walk.R * tool_};
+  }
+
+  // Notes each joint's axis and a point of it.
+  Walk walk_noting(const JointVector& theta, OfJoints& axis, OfJoints& place) const {
+    Walk walk;
+    for (int j = 0; j < count_; ++j) {
+      const auto at = static_cast<std::size_t>(j);
+      axis[at] = walk.R.col(2);
+      place[at] = walk.p;
+      step(j, theta[j], walk);
+    }
+    return walk;
+  }
+
+  // Column j: the axis of joint j crossed with the way from a point of it to the tip.
+  TipJacobian jacobian_after(const Walk& walk, const OfJoints& axis, const OfJoints& place) const {
+    const Vector3 tip = walk.p + walk.R * tool_;
+    TipJacobian J(3, count_);
+    for (int j = 0; j < count_; ++j) {
+      const auto at = static_cast<std::size_t>(j);
+      J.col(j) = axis[at].cross(tip - place[at]);
+    }
+    return J;
+  }
+
+  // Rot_z(theta) Trans_z(d) Trans_x(a) Rot_x(alpha), on the right.
+  void step(int joint, double angle, Walk& walk) const {
+    auto& [R, p] = walk;
     const Link& link = links_[static_cast<std::size_t>(joint)];
     const double c = std::cos(angle + link.theta_offset), s = std::sin(angle + link.theta_offset);
     const Vector3 x = c * R.col(0) + s * R.col(1), y = c * R.col(1) - s * R.col(0), z = R.col(2);

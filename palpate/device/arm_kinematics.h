@@ -17,6 +17,11 @@ namespace palpate::device {
 // d tip / d theta, metres per radian, a column per joint. Transposed it turns a force at the tip into torques.
 using TipJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMostJoints>;
 
+struct PoseAndJacobian {
+  Pose<ArmBase, Tip> pose;
+  TipJacobian jacobian;
+};
+
 class ArmKinematics {
  public:
   virtual ~ArmKinematics() = default;
@@ -24,6 +29,8 @@ class ArmKinematics {
   // The stylus: the tip's place and, with the gimbal's angles (rad, zeros where it has none), its axes.
   virtual Pose<ArmBase, Tip> pose(const JointVector& theta, const Vector3& gimbal) const = 0;
   virtual TipJacobian jacobian(const JointVector& theta) const = 0;
+  // Both in one walk along the arm, for whoever needs both in a tick; the same numbers.
+  virtual PoseAndJacobian pose_and_jacobian(const JointVector& theta, const Vector3& gimbal) const = 0;
   // Corrected angles that a joint reaches; not known() where nobody has told.
   virtual JointRange range(int joint) const = 0;
   // m^3. Where manipulability() is no larger, the arm counts as folded or stretched: in some direction its

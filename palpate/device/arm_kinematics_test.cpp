@@ -100,6 +100,21 @@ TEST(ArmKinematics, JacobiansAgreeWithFiniteDifferences) {
   }
 }
 
+TEST(ArmKinematics, PoseAndJacobianAtOnceAreTheSameNumbers) {
+  Random random(4, "kinematics/both");
+  for (const ArmModel& model : {ur5(), three_joints(), ArmModel{}}) {
+    const auto arm = make_kinematics(model);
+    for (int i = 0; i < 20; ++i) {
+      const JointVector theta = random_angles(random, model.joint_count());
+      const Vector3 gimbal = normal3(random, 0.4);
+      const auto [pose, J] = arm->pose_and_jacobian(theta, gimbal);
+      EXPECT_EQ(pose.translation, arm->pose(theta, gimbal).translation);
+      EXPECT_EQ(pose.rotation.coeffs(), arm->pose(theta, gimbal).rotation.coeffs());
+      EXPECT_EQ(J, arm->jacobian(theta));
+    }
+  }
+}
+
 TEST(ArmKinematics, AStretchedArmHasTooLittleOfAVolume) {
   for (const ArmModel& model : {ur5(), three_joints()}) {
     const auto arm = make_kinematics(model);

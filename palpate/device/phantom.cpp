@@ -5,23 +5,25 @@
 
 namespace palpate::device {
 
-Point<ArmBase> phantom_tip(const Vector3& theta, const PhantomLengths& lengths) {
-  const double reach = lengths.l1 * std::cos(theta[1]) + lengths.l2 * std::sin(theta[2]);
-  return {{std::sin(theta[0]) * reach,
-           lengths.l2 - lengths.l2 * std::cos(theta[2]) + lengths.l1 * std::sin(theta[1]),
-           -lengths.l1 + std::cos(theta[0]) * reach}};
-}
-
-Matrix3 phantom_jacobian(const Vector3& theta, const PhantomLengths& lengths) {
+PhantomTip phantom_tip_and_jacobian(const Vector3& theta, const PhantomLengths& lengths) {
   const double s1 = std::sin(theta[0]), c1 = std::cos(theta[0]);
   const double s2 = std::sin(theta[1]), c2 = std::cos(theta[1]);
   const double s3 = std::sin(theta[2]), c3 = std::cos(theta[2]);
   const double reach = lengths.l1 * c2 + lengths.l2 * s3;
-  Matrix3 J;
-  J << c1 * reach, -s1 * lengths.l1 * s2, s1 * lengths.l2 * c3,  //
-      0.0, lengths.l1 * c2, lengths.l2 * s3,                     //
+  PhantomTip tip;
+  tip.place.m = {s1 * reach, lengths.l2 - lengths.l2 * c3 + lengths.l1 * s2, -lengths.l1 + c1 * reach};
+  tip.jacobian << c1 * reach, -s1 * lengths.l1 * s2, s1 * lengths.l2 * c3,  //
+      0.0, lengths.l1 * c2, lengths.l2 * s3,                                //
       -s1 * reach, -c1 * lengths.l1 * s2, c1 * lengths.l2 * c3;
-  return J;
+  return tip;
+}
+
+Point<ArmBase> phantom_tip(const Vector3& theta, const PhantomLengths& lengths) {
+  return phantom_tip_and_jacobian(theta, lengths).place;
+}
+
+Matrix3 phantom_jacobian(const Vector3& theta, const PhantomLengths& lengths) {
+  return phantom_tip_and_jacobian(theta, lengths).jacobian;
 }
 
 namespace {

@@ -25,9 +25,14 @@ struct PhantomLengths {
   double l2 = 0.20955;
 };
 
-Point<ArmBase> phantom_tip(const Vector3& theta, const PhantomLengths& lengths = {});
+struct PhantomTip {
+  Point<ArmBase> place;
+  Matrix3 jacobian;  // d place / d theta, metres per radian
+};
+// Both at once: they have sines and cosines in common.
+PhantomTip phantom_tip_and_jacobian(const Vector3& theta, const PhantomLengths& lengths = {});
 
-// d tip / d theta, metres per radian.
+Point<ArmBase> phantom_tip(const Vector3& theta, const PhantomLengths& lengths = {});
 Matrix3 phantom_jacobian(const Vector3& theta, const PhantomLengths& lengths = {});
 
 Quaternion phantom_stylus(const Vector3& theta, const Vector3& gimbal);

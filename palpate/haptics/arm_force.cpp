@@ -25,9 +25,9 @@ Matrix3 to_device(const device::TipJacobian& own, const device::TipJacobian& rea
 
 std::optional<DeviceForce> DeviceForce::at(const device::JointVector& psi,
                                            const device::ArmKinematics& nominal,
-                                           const device::JointVector& theta,
+                                           const device::TipJacobian& real,
                                            const device::ArmKinematics& calibrated) {
-  const device::TipJacobian own = nominal.jacobian(psi), real = calibrated.jacobian(theta);
+  const device::TipJacobian own = nominal.jacobian(psi);
   if (!has_force_everywhere(own, nominal) || !has_force_everywhere(real, calibrated)) return std::nullopt;
   DeviceForce force;
   force.M = to_device(own, real);
@@ -40,12 +40,12 @@ std::optional<DeviceForce> DeviceForce::at(const device::JointVector& psi,
   return force;
 }
 
-std::optional<DeviceForce> DeviceForce::through_motors(const device::JointVector& theta,
+std::optional<DeviceForce> DeviceForce::through_motors(const device::TipJacobian& real,
                                                        const device::ArmKinematics& calibrated,
                                                        const device::JointVector& limits) {
+  if (!has_force_everywhere(real, calibrated)) return std::nullopt;
   DeviceForce force;
-  force.J = calibrated.jacobian(theta);
-  if (!has_force_everywhere(force.J, calibrated)) return std::nullopt;
+  force.J = real;
   for (Eigen::Index j = 0; j < force.J.cols(); ++j)  // |tau_j| <= |J_j| |f|
     force.most_n = std::min(force.most_n, limits[j] / force.J.col(j).norm());
   return force;

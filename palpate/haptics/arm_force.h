@@ -27,13 +27,14 @@ struct DeviceForce {
   device::TipJacobian J = device::TipJacobian::Zero(3, 0);
   double most_n = std::numeric_limits<double>::infinity();
 
-  // None where the arm is folded or stretched so far that it has no force in some direction, or where the
-  // device's own geometry differs so much from the true one that a force would grow to more than twice.
+  // `real` is the calibrated arm's Jacobian at theta. None where the arm is folded or stretched so far that it
+  // has no force in some direction, or where the device's own geometry differs so much from the true one that
+  // a force would grow to more than twice.
   static std::optional<DeviceForce> at(const device::JointVector& psi, const device::ArmKinematics& nominal,
-                                       const device::JointVector& theta,
+                                       const device::TipJacobian& real,
                                        const device::ArmKinematics& calibrated);
   // The same of an arm that takes torques, of at most these, N m.
-  static std::optional<DeviceForce> through_motors(const device::JointVector& theta,
+  static std::optional<DeviceForce> through_motors(const device::TipJacobian& real,
                                                    const device::ArmKinematics& calibrated,
                                                    const device::JointVector& limits);
 

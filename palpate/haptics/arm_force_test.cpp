@@ -26,8 +26,9 @@ TrueArm any_arm(Random& random) {
 }
 
 std::optional<DeviceForce> device_force(const TrueArm& arm) {
-  return DeviceForce::at(arm.psi, *device::make_kinematics({.lengths = arm.nominal}), arm.theta,
-                         *device::make_kinematics({.lengths = arm.lengths}));
+  const auto real = device::make_kinematics({.lengths = arm.lengths});
+  return DeviceForce::at(arm.psi, *device::make_kinematics({.lengths = arm.nominal}),
+                         real->jacobian(arm.theta), *real);
 }
 
 Vector3 torques_of(const Vector3& theta, const device::PhantomLengths& lengths, const Vector3& force) {

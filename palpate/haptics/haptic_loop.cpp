@@ -130,7 +130,7 @@ void HapticLoop::tick(Instant<PhysicsClock> begun) {
   const double held_s =
       late && inputs.held < 1.0 ? std::min(elapsed, to_seconds(device::kLongestHold)) : elapsed;
   heat_.held(clamp_.last().norm(), held_s);
-  heat_.held(0.0, elapsed - held_s);
+  if (held_s < elapsed) heat_.held(0.0, elapsed - held_s);
   inputs.warm = heat_.warm();
 
   const ForceFault before = guard_.fault();
@@ -294,11 +294,12 @@ void HapticLoop::take_reading(Instant<PhysicsClock> now, const device::ArmSample
     const Vector3 gimbal = calibration_.gimbal_gain.cwiseProduct(sample.gimbal) + calibration_.gimbal_offset;
     const Vector3 place = tip_.X_world_tip.translation;
     tip_.time = now - sample.waited;
-    tip_.X_world_tip = calibration_.X_world_base * kinematics_->pose(theta, gimbal);
+    const auto [X_base_tip, J] = kinematics_->pose_and_jacobian(theta, gimbal);
+    tip_.X_world_tip = calibration_.X_world_base * X_base_tip;
     if (sampled_) moved_ = tip_.X_world_tip.translation - place;
     follow_tip(now, sample);
-    const auto device = motors_ == nullptr ? DeviceForce::at(sample.joints, *nominal_, theta, *kinematics_)
-                                           : DeviceForce::through_motors(theta, *kinematics_, torque_limits_);
+    const auto device = motors_ == nullptr ? DeviceForce::at(sample.joints, *nominal_, J, *kinematics_)
+                                           : DeviceForce::through_motors(J, *kinematics_, torque_limits_);
     if (device) device_ = *device;
     inputs.inside_workspace = device.has_value();
     for (int i = 0; i < kinematics_->joint_count(); ++i) {

@@ -55,7 +55,7 @@ ForcePusher::ForcePusher(device::ArmDevice& arm, const rig::Rig& rig, const Push
       torque_limits_(motors_ == nullptr ? device::JointVector() : motors_->limits()),
       limits_(limits),
       clamp_(clamp_limits(limits), kPeriod),
-      theta_(device::JointVector::filled(kinematics_->joint_count(), 0.0)) {
+      J_(kinematics_->jacobian(device::JointVector::filled(kinematics_->joint_count(), 0.0))) {
   if (nominal_->joint_count() != kinematics_->joint_count() ||
       (motors_ != nullptr && torque_limits_.size() != kinematics_->joint_count()))
     throw std::invalid_argument("force check: the arm and its calibration differ in their number of joints");
@@ -91,8 +91,9 @@ BreakOff ForcePusher::look(Instant<PhysicsClock> now, const device::ArmSample& s
   if (!sampled_ || sample.stamp != last_stamp_) {
     const Instant<PhysicsClock> measured = now - sample.waited;
     const double dt = sampled_ ? to_seconds(measured - last_fresh_) : kPeriod;
-    theta_ = theta;
-    tip_ = kinematics_->pose(theta, Vector3::Zero()).translation;
+    const auto [X_base_tip, J] = kinematics_->pose_and_jacobian(theta, Vector3::Zero());
+    tip_ = X_base_tip.translation;
+    J_ = J;
     filter_.update({Quaternion::Identity(), tip_}, dt > 0.0 ? dt : kPeriod);
     velocity_ = filter_.velocity();
     if (!sampled_) start_ = tip_;
@@ -101,8 +102,8 @@ BreakOff ForcePusher::look(Instant<PhysicsClock> now, const device::ArmSample& s
     sampled_ = true;
   }
   const auto device = motors_ == nullptr
-                          ? haptics::DeviceForce::at(sample.joints, *nominal_, theta_, *kinematics_)
-                          : haptics::DeviceForce::through_motors(theta_, *kinematics_, torque_limits_);
+                          ? haptics::DeviceForce::at(sample.joints, *nominal_, J_, *kinematics_)
+                          : haptics::DeviceForce::through_motors(J_, *kinematics_, torque_limits_);
   if (device) device_ = *device;
   if (!(since_tick < limits_.stale_s)) return BreakOff::late_tick;
   if (!(to_seconds(now - last_fresh_) < limits_.stale_s)) return BreakOff::arm_silent;

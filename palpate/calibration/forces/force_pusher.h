@@ -60,7 +60,7 @@ class ForcePusher {
   Vector3 way() const { return tip_ - start_; }
   double speed() const { return filter_.velocity().norm(); }
   const Vector3& velocity() const { return velocity_; }
-  device::TipJacobian jacobian() const { return kinematics_->jacobian(theta_); }
+  const device::TipJacobian& jacobian() const { return J_; }
   std::uint32_t buttons() const { return buttons_; }
   double gain() const { return device_.gain; }  // of the device's own axes: |commanded| / |force| at most
 
@@ -77,7 +77,7 @@ class ForcePusher {
   haptics::LastClamp clamp_;
   haptics::TipFilter filter_;
   haptics::DeviceForce device_;
-  device::JointVector theta_;
+  device::TipJacobian J_;
   Vector3 tip_ = Vector3::Zero(), start_ = Vector3::Zero(), velocity_ = Vector3::Zero();
   std::uint32_t buttons_ = 0;
   bool begun_ = false, sampled_ = false;
