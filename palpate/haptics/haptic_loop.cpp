@@ -312,10 +312,31 @@ void HapticLoop::take_reading(Instant<PhysicsClock> now, const device::ArmSample
   inputs.tip_speed = tip_.velocity.norm();
 }
 
+// Whether this reading is later than the last one by the device's own stamps. Stamps that run backwards tell of
+// the past, or of a device that has begun anew: what they belong to counts only once they have gone forward for a
+// while.
+bool HapticLoop::is_fresh(Instant<PhysicsClock> now, Instant<ArmClock> stamp) {
+  if (!sampled_) return true;
+  if (stamp <= last_stamp_) {
+    if (last_stamp_ - stamp > settings_.period) {
+      last_stamp_ = stamp;
+      went_back_ = now;
+    }
+    return false;
+  }
+  constexpr Duration kForward = std::chrono::milliseconds(50);
+  if (went_back_ && now - *went_back_ < kForward) {
+    last_stamp_ = stamp;
+    return false;
+  }
+  went_back_.reset();
+  return true;
+}
+
 // The velocity, by time: a reading that is not new says nothing of it, and one after a gap says its mean. By
 // the device's own stamps, which tell when it measured; where they make no sense, by this host's time.
 void HapticLoop::follow_tip(Instant<PhysicsClock> now, const device::ArmSample& sample) {
-  if (sampled_ && sample.stamp == last_stamp_) return;
+  if (!is_fresh(now, sample.stamp)) return;
   const Instant<PhysicsClock> measured = now - sample.waited;
   const double by_host = to_seconds(measured - last_fresh_sample_),
                by_device = to_seconds(sample.stamp - last_stamp_);
@@ -457,7 +478,7 @@ void HapticLoop::keep(Instant<PhysicsClock> now, const RequestedForce& requested
   records_->push({now, joints_, tip_.X_world_tip.translation, requested.continuous + requested.impact,
                   clamp_.last(), fault, guard_.state(), tip_.velocity.norm()});
 
-  const bool became_safe = guard_.state() == HapticState::safe && told_.state != HapticState::safe;
+  const bool became_safe = guard_.state() == ForceState::safe && told_.state != ForceState::safe;
   // A released button is a wish.
   const bool forces_taken = fault != ForceFault::none && fault != ForceFault::button_released &&
                             before == ForceFault::none && gain_before > 0.0;

@@ -6,6 +6,7 @@
 
 #include "palpate/core/text.h"
 #include "palpate/transport/internal/message_arena.h"
+#include "palpate/transport/internal/wire_forces.h"
 #include "palpate/transport/messages.h"
 
 namespace palpate::transport {
@@ -101,7 +102,11 @@ void put(wire::LoopStatus* out, const LoopStatus& loop) {
   out->set_late_max_us(loop.late_max_us);
   out->set_busy_p99_us(loop.busy_p99_us);
   for (const std::uint64_t count : loop.late_octaves) out->add_late_octaves(count);
-  out->set_condition(loop.condition);
+  if (!loop.forces) return;
+  out->set_condition(loop.forces_text());
+  out->set_force_state(to_wire(kWireForceStates, loop.forces->state));
+  out->set_force_fault(to_wire(kWireForceFaults, loop.forces->fault));
+  out->set_culprit(loop.culprit);
 }
 
 void put(wire::ToPhysics& out, const Hello& message) {

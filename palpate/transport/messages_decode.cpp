@@ -7,6 +7,7 @@
 
 #include "palpate/scene/mesh_asset.h"
 #include "palpate/transport/internal/message_arena.h"
+#include "palpate/transport/internal/wire_forces.h"
 #include "palpate/transport/messages.h"
 
 namespace palpate::transport {
@@ -187,6 +188,14 @@ ClientFigures read(Check& check, const wire::ClientFigures& in) {
       .conditions = std::move(conditions)};
 }
 
+std::optional<device::ForceCondition> read_forces(Check& check, const wire::LoopStatus& in) {
+  if (in.force_state() == wire::FORCE_STATE_NONE) return std::nullopt;
+  const auto state = from_wire(kWireForceStates, in.force_state());
+  const auto fault = from_wire(kWireForceFaults, in.force_fault());
+  check.require(state && fault, "force condition", "a known state and fault");
+  return check.good() ? std::optional(device::ForceCondition{*state, *fault}) : std::nullopt;
+}
+
 LoopStatus read(Check& check, const wire::LoopStatus& in) {
   check.count(in.late_octaves_size(), kMaxOctaves, "late_octaves");
   LoopStatus loop{.name = check.text(in.name(), kMaxNameBytes, "loop name"),
@@ -199,7 +208,8 @@ LoopStatus read(Check& check, const wire::LoopStatus& in) {
                   .late_max_us = check.finite(in.late_max_us(), "late_max_us"),
                   .busy_p99_us = check.finite(in.busy_p99_us(), "busy_p99_us"),
                   .late_octaves = {},
-                  .condition = check.text(in.condition(), kMaxNameBytes, "loop condition")};
+                  .forces = read_forces(check, in),
+                  .culprit = check.text(in.culprit(), kMaxNameBytes, "culprit")};
   if (check.good()) loop.late_octaves.assign(in.late_octaves().begin(), in.late_octaves().end());
   return loop;
 }

@@ -84,6 +84,9 @@ TEST(Messages, AStatusComesBackWholeAndIsBounded) {
   reply.status.application = "marbles";
   reply.status.loops.push_back(
       {"haptic", 999.5, 1000, 3, 4, 1.5, 2.5, 3.5, 4.5, std::vector<std::uint64_t>{0, 5, 7}});
+  reply.status.loops[0].forces =
+      device::ForceCondition{device::ForceState::safe, device::ForceFault::overspeed};
+  reply.status.loops[0].culprit = "marbles";
   reply.status.clients.push_back(
       {"screen", Role::graphics, {100, 2, 1, 29.9, 150.0, 300.0, 1234.5, 20.0, {"camera: no image"}}});
   reply.status.requests = 1, reply.status.syncs = 2, reply.status.controls = 3, reply.status.rejected = 4;
@@ -95,6 +98,8 @@ TEST(Messages, AStatusComesBackWholeAndIsBounded) {
   ASSERT_EQ(got.loops.size(), 1u);
   EXPECT_EQ(got.loops[0].late_octaves, reply.status.loops[0].late_octaves);
   EXPECT_EQ(got.loops[0].late_max_us, 3.5);
+  EXPECT_EQ(got.loops[0].forces, reply.status.loops[0].forces);
+  EXPECT_EQ(got.loops[0].forces_text(), "safe: overspeed (marbles)");
   ASSERT_EQ(got.clients.size(), 1u);
   EXPECT_EQ(got.clients[0].role, Role::graphics);
   const ClientFigures& figures = got.clients[0].figures;
@@ -120,12 +125,38 @@ TEST(Messages, AStatusComesBackWholeAndIsBounded) {
   EXPECT_FALSE(decode_server_message(encode(ServerMessage(odd))));
 }
 
+TEST(Messages, EveryConditionOfTheForcesTravelsByItsNumber) {
+  using device::ForceFault;
+  using device::ForceState;
+  for (int state = 0; state <= static_cast<int>(ForceState::safe); ++state) {
+    for (int fault = 0; fault <= static_cast<int>(ForceFault::arm_unchecked); ++fault) {
+      const device::ForceCondition sent{static_cast<ForceState>(state), static_cast<ForceFault>(fault)};
+      StatusReply reply{1, {}};
+      reply.status.loops.emplace_back().forces = sent;
+      const auto back = decode_server_message(encode(ServerMessage(reply)));
+      ASSERT_TRUE(back) << back.error().message;
+      EXPECT_EQ(std::get<StatusReply>(*back).status.loops[0].forces, sent);
+    }
+  }
+  // Of a later version, or made up.
+  wire::ToGraphics made;
+  ASSERT_TRUE(made.ParseFromString(encode(ServerMessage(StatusReply{1, {}}))));
+  auto* loop = made.mutable_status_reply()->add_loops();
+  loop->set_force_state(wire::FORCE_STATE_SAFE);
+  EXPECT_TRUE(decode_server_message(made.SerializeAsString()));
+  for (const int odd : {-1, 14, 1 << 30}) {
+    loop->set_force_fault(static_cast<wire::ForceFault>(odd));
+    EXPECT_FALSE(decode_server_message(made.SerializeAsString())) << odd;
+  }
+}
+
 TEST(Messages, AStatusOfAsManyClientsAsThereMayBeEachInAllTroubleFits) {
   StatusReply reply;
   reply.number = 1;
   reply.status.application = std::string(64, 'a');
   LoopStatus loop;
-  loop.name = loop.condition = std::string(64, 'l');
+  loop.name = loop.culprit = std::string(64, 'l');
+  loop.forces = device::ForceCondition{device::ForceState::degraded, device::ForceFault::outside_workspace};
   loop.late_octaves.assign(40, std::uint64_t{1} << 62);
   reply.status.loops.assign(8, loop);
   ClientStatus client{std::string(64, 'c'), Role::graphics, {}};
