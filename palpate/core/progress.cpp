@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "palpate/core/text.h"
+
 namespace palpate::inline core {
 
 std::string time_left_text(double seconds) {
