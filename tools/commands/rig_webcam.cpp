@@ -49,7 +49,7 @@ Expected<void> make_webcam_rig(const WebcamArguments& options) {
   fmt::print(
       "next: palpate camera record CAMERA --out pictures --seconds 40 --every-s 1, the sheet seen from "
       "all sides; then\n      palpate calibrate camera --images 'pictures/*.png' --board {} --rig {}\n",
-      options.board, options.file);
+      one_line(options.board), one_line(options.file));
   return {};
 }
 
