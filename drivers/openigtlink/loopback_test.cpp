@@ -26,7 +26,9 @@ Descriptor connect_to(const Address& address, int buffer = 0) {
   pollfd item{socket.get(), POLLOUT, 0};
   EXPECT_EQ(::poll(&item, 1, 60'000), 1);
   EXPECT_TRUE(connected(socket));
-  if (buffer > 0) EXPECT_EQ(::setsockopt(socket.get(), SOL_SOCKET, SO_RCVBUF, &buffer, sizeof buffer), 0);
+  if (buffer > 0) {
+    EXPECT_EQ(::setsockopt(socket.get(), SOL_SOCKET, SO_RCVBUF, &buffer, sizeof buffer), 0);
+  }
   return socket;
 }
 

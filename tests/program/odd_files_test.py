@@ -60,10 +60,10 @@ class OddFiles(ProgramTest):
         return lines[0]
 
     def test_what_is_no_plain_file_is_refused_by_every_reader(self):
-        os.mkfifo(self.path("pipe"))
-        os.symlink("/dev/zero", self.path("zero"))
+        os.mkfifo(self.path("pipe.toml"))
+        os.symlink("/dev/zero", self.path("zero.toml"))
         for reader in READERS:
-            for file, words in (("pipe", "is a pipe"), ("zero", "is a device")):
+            for file, words in (("pipe.toml", "is a pipe"), ("zero.toml", "is a device")):
                 with self.subTest(reader=reader, file=file):
                     self.assertIn(words, self.answer(reader, file))
 
@@ -106,7 +106,7 @@ class OddFiles(ProgramTest):
 
     def test_dots_in_texts_are_no_keys(self):
         self.runs("rig", "new", "rig.toml")
-        rig = self.read("rig.toml").decode().replace('name = ""', "name = '''" + "." * 500 + "'''")
+        rig = self.read("rig.toml").decode().replace('name = "rig"', "name = '''" + "." * 500 + "'''")
         self.assertIn("." * 500, rig)
         self.write("rig.toml", rig)
         self.runs("rig", "show", "rig.toml")
