@@ -44,14 +44,14 @@ class TomlCounts {
       case '\0':
         return "holds a zero byte; a text file is expected";
       case '.':
-        return ++dots_ > kMostDots ? "has a key of more than 33 parts; write tables instead" : nullptr;
+        return ++dots_ > kMostDots ? "has a key of more than 33 parts; at most a few are expected" : nullptr;
       case '=':
         if (dots_ > 0) ++tables_;
         break;
       case '[':
       case '{':
         if (c == '[' && line_begins_) ++tables_;
-        if (++nested_ > kMostNested) return "has more than 32 brackets in each other; at most 3 are of use";
+        if (++nested_ > kMostNested) return "has more than 32 brackets in each other; at most 3 are expected";
         break;
       case ']':
       case '}':
@@ -67,7 +67,7 @@ class TomlCounts {
     }
     dots_ = 0;
     line_begins_ = c == '\n';
-    return tables_ > kMostTables ? "has more than 20000 tables; split the file" : nullptr;
+    return tables_ > kMostTables ? "has more than 20000 tables; at most some hundred are expected" : nullptr;
   }
   void take_quotes() { line_begins_ = false; }
 
