@@ -258,13 +258,12 @@ Expected<Rig> parse_rig(std::string_view content, const std::string& source) {
 }
 
 Expected<Rig> read_rig(const std::filesystem::path& path) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored))
+  if (!is_there(path))
     return wrong_use(
         "{}: no such file; a rig file is expected: `palpate demo` writes palpate-report/rig.toml, `palpate "
         "rig webcam` one of a desk, `palpate rig new` an empty one",
         path.string());
-  const auto content = read_file(path);
+  const auto content = read_file(path, kMostSettingsBytes);
   if (!content) return tl::unexpected(content.error());
   auto rig = parse_rig(*content, path.string());
   if (rig) rig->folder = path.parent_path();

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/core/text.h"
 #include "palpate/scene/mesh_asset.h"
 #include "palpate/transport/internal/message_arena.h"
 #include "palpate/transport/internal/wire_forces.h"
@@ -79,6 +80,14 @@ class Check {
   std::string text(const std::string& value, std::size_t limit, const char* field) {
     if (value.size() > limit)
       fail(fmt::format("{} must be at most {} bytes, not {}", field, limit, value.size()));
+    // It will be shown on terminals.
+    if (good() && !is_plain(value))
+      fail(fmt::format("{} must be without control characters, not '{}'", field, excerpt(value)));
+    return good() ? value : std::string();
+  }
+  std::string bytes(const std::string& value, std::size_t limit, const char* field) {
+    if (value.size() > limit)
+      fail(fmt::format("{} must be at most {} bytes, not {}", field, limit, value.size()));
     return good() ? value : std::string();
   }
   void count(int value, int limit, const char* field) {
@@ -140,7 +149,7 @@ scene::MeshAsset read(Check& check, const wire::MeshAsset& in) {
 
 scene::Payload read(Check& check, const wire::Payload& in) {
   check.require(in.version() != 0, "settings version", "1 or more");
-  return {.version = in.version(), .bytes = check.text(in.content(), scene::kMaxPayloadBytes, "settings")};
+  return {.version = in.version(), .bytes = check.bytes(in.content(), scene::kMaxPayloadBytes, "settings")};
 }
 
 scene::SceneDescription read(Check& check, const wire::SceneDescription& in) {

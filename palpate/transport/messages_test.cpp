@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "palpate/core/random.h"
+#include "palpate/core/text.h"
 #include "palpate/scene/mesh_asset.h"
 #include "palpate/transport/exchange_rig_test.h"
 
@@ -285,6 +286,56 @@ TEST(Messages, EachWrongValueIsRefusedByName) {
   EXPECT_NE(refusal_of([&](auto& m) { m.clear_body(); }).find("no known kind"), std::string::npos);
   EXPECT_NE(refusal_of([&](auto& m) { m.mutable_sync_reply()->set_received_ns(5); }).find("sent_ns"),
             std::string::npos);
+}
+
+// They are shown on the terminal of whoever asks how the server is doing. U+009B begins a command to it,
+// U+202E turns what follows around.
+TEST(Messages, TextsThatSteerATerminalAreRefused) {
+  for (const std::string odd : {"\x1B[31m", "a\nb", "a\u009B31m", "a\u202Eb", "\u2066", "\uFEFFa"}) {
+    wire::ToPhysics hello;
+    hello.set_protocol(kProtocol);
+    hello.mutable_hello()->set_client(1);
+    hello.mutable_hello()->set_name(odd);
+    const auto named = decode_client_message(hello.SerializeAsString());
+    ASSERT_FALSE(named) << odd;
+    EXPECT_NE(named.error().message.find("name must be without control characters"), std::string::npos)
+        << named.error().message;
+    EXPECT_TRUE(is_plain(named.error().message)) << "and the refusal is fit to be shown";
+    hello.mutable_hello()->set_name("graphics");
+    ASSERT_TRUE(decode_client_message(hello.SerializeAsString()));
+    hello.mutable_hello()->mutable_figures()->add_conditions(odd);
+    EXPECT_FALSE(decode_client_message(hello.SerializeAsString())) << odd;
+    EXPECT_NE(refusal_of([&](auto& m) { m.mutable_refusal()->set_reason(odd); }), "accepted");
+  }
+}
+
+// A driver's words may be among them: the message arrives nevertheless.
+TEST(Messages, OurOwnTextsAreMadeFitToBeShown) {
+  const std::string odd = "a\u202E\x1B[31m", fit = "a??[31m";
+  ClientFigures figures;
+  figures.conditions = {odd};
+  const auto hello = decode_client_message(encode(ClientMessage(Hello{1, 0, odd, figures})));
+  ASSERT_TRUE(hello) << hello.error().message;
+  EXPECT_EQ(std::get<Hello>(*hello).name, fit);
+  EXPECT_EQ(std::get<Hello>(*hello).figures->conditions[0], fit);
+  ServerStatus status;
+  status.application = odd;
+  status.loops = {{.name = odd, .condition = odd}};
+  status.clients = {{odd, Role::observer, figures}};
+  const auto reply = decode_server_message(encode(ServerMessage(StatusReply{1, status})));
+  ASSERT_TRUE(reply) << reply.error().message;
+  const auto& shown = std::get<StatusReply>(*reply).status;
+  EXPECT_EQ(shown.application + shown.loops[0].name + shown.loops[0].condition + shown.clients[0].name,
+            fit + fit + fit + fit);
+  // Cut between characters, for half a character would be refused.
+  const std::string umlauts = "a" + [] {
+    std::string many;
+    for (int i = 0; i < 600; ++i) many += "\u00E4";
+    return many;
+  }();
+  const auto refusal = decode_server_message(encode(ServerMessage(Refusal{umlauts})));
+  ASSERT_TRUE(refusal) << refusal.error().message;
+  EXPECT_GT(std::get<Refusal>(*refusal).reason.size(), 500u);
 }
 
 TEST(Messages, ASceneBeyondTheBoundsIsRefused) {

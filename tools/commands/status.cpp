@@ -57,8 +57,8 @@ std::vector<std::string> histogram(const transport::LoopStatus& loop) {
 }
 
 std::string status_text(const transport::ServerStatus& status, const std::string& address) {
-  std::vector<std::string> lines{
-      fmt::format("{} at {}, up {:.0f} s", excerpt(status.application, 64), address, status.uptime_s)};
+  std::vector<std::string> lines{fmt::format("{} at {}, up {:.0f} s", excerpt(status.application, 64),
+                                             one_line(address), status.uptime_s)};
   for (const auto& loop : status.loops) {
     lines.push_back(fmt::format("\n{} loop  {:.1f} Hz, {} ticks, {} overruns, {} missed",
                                 excerpt(loop.name, 64), loop.rate_hz, loop.ticks, loop.overruns,
