@@ -1,16 +1,20 @@
 #include "palpate/transport/keys.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <zmq.h>
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
 #include <system_error>
 #include <thread>
+#include <utility>
 
 #include "palpate/core/file.h"
 #include "palpate/core/run_directory.h"
@@ -95,13 +99,27 @@ Reading read_whole_apart(const fs::path& path) {
   return reading;
 }
 
-// The file's text, empty where there is none. Refused where users other than ours could have written it, and
-// with `secret` where they could read it. `for_want` as in read_authorized_keys().
+// Who can write to the folder can put another file in the place of one that is fine in itself.
+Expected<void> check_keys_folder(const fs::path& folder, const struct stat& info) {
+  if (info.st_uid != geteuid())
+    return refused("{}: this folder belongs to user {}, not to {}; keys must lie in a folder of your own",
+                   folder.string(), info.st_uid, geteuid());
+  if ((info.st_mode & 0022u) != 0)
+    return refused("{}: others can write to this folder of keys (mode {:o}); chmod 700 it", folder.string(),
+                   info.st_mode & 0777u);
+  return {};
+}
+
+// The file's text, empty where there is none. Refused where users other than ours could have written it or
+// put it there, and with `secret` where they could read it. `for_want` as in read_authorized_keys().
 Expected<std::string> read_own_file(const fs::path& path, bool secret, bool* for_want = nullptr) {
   const auto wants = [for_want](int error) {
     if (for_want != nullptr) *for_want = error == EMFILE || error == ENFILE || error == ENOMEM;
   };
   struct stat info {};
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  if (stat(folder.c_str(), &info) == 0)
+    if (auto own = check_keys_folder(folder, info); !own) return tl::unexpected(own.error());
   if (stat(path.c_str(), &info) != 0) {
     if (errno == ENOENT) return std::string();
     wants(errno);
@@ -131,6 +149,55 @@ Expected<void> make_keys_folder(const fs::path& folder) {
     if (auto parents = make_folder(folder.parent_path()); !parents) return parents;
   if (auto own = private_directory(folder); !own) return tl::unexpected(own.error());
   return {};
+}
+
+// Held while a file of the folder is read, changed and put back, so that commands at once do not undo each
+// other. The lock's file stays: who removed it would take it from somebody who waits for it.
+class FolderLock {
+ public:
+  static constexpr std::chrono::seconds kPatience{5};
+
+  static Expected<FolderLock> take(const fs::path& folder) {
+    const fs::path file = folder / "lock";
+    const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
+    if (fd < 0)
+      return refused(
+          "{}: cannot be opened ({}), and without it keys are not changed; check it and its folder",
+          file.string(), std::strerror(errno));
+    FolderLock lock(fd);
+    const auto until = std::chrono::steady_clock::now() + kPatience;
+    while (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+      if (errno != EWOULDBLOCK && errno != EINTR)
+        return refused("{}: cannot be locked ({}), and without that keys are not changed", file.string(),
+                       std::strerror(errno));
+      if (std::chrono::steady_clock::now() >= until)
+        return refused("{}: another program has held it for {} s; nothing was changed, try again",
+                       file.string(), kPatience.count());
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    return lock;
+  }
+  FolderLock(FolderLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  FolderLock& operator=(FolderLock&&) = delete;
+  ~FolderLock() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+
+ private:
+  explicit FolderLock(int fd) : fd_(fd) {}
+  int fd_;
+};
+
+// The lines of a file in the folder become those that `change` makes of them.
+using Lines = std::vector<std::string>;
+Expected<void> change_lines(const fs::path& file, const std::function<Expected<Lines>(Lines)>& change) {
+  const auto lock = FolderLock::take(file.parent_path());
+  if (!lock) return tl::unexpected(lock.error());
+  const auto text = read_own_file(file, false);
+  if (!text) return tl::unexpected(text.error());
+  const auto lines = change(lines_of(*text));
+  if (!lines) return tl::unexpected(lines.error());
+  return write_file(file, text_of(*lines));
 }
 
 fs::path authorized_file(const fs::path& folder) { return folder / "authorized_keys"; }
@@ -204,6 +271,8 @@ Expected<KeyPair> read_key_pair(const fs::path& folder) {
 
 Expected<void> write_key_pair(const fs::path& folder, const KeyPair& pair, bool replace) {
   if (auto made = make_keys_folder(folder); !made) return made;
+  const auto lock = FolderLock::take(folder);
+  if (!lock) return tl::unexpected(lock.error());
   const fs::path file = secret_file(folder);
   std::error_code ignored;
   if (!replace && fs::exists(file, ignored))
@@ -261,39 +330,41 @@ Expected<void> authorize_key(const fs::path& folder, const AuthorizedKey& key) {
   if (excerpt(key.name, 100) != key.name)
     return wrong_use("--name '{}': one line of at most 100 bytes is expected", excerpt(key.name, 100));
   if (auto made = make_keys_folder(folder); !made) return made;
-  auto text = read_own_file(authorized_file(folder), false);
-  if (!text) return tl::unexpected(text.error());
-  if (text->empty())
-    *text =
-        "# Who is admitted to the physics server of this machine: ROLE PUBLIC-KEY NAME, a line each.\n"
-        "# Roles: observer (sees), graphics (sees and serves), operator (also resets and pauses).\n";
-  std::vector<std::string> lines;
-  for (const auto& line : lines_of(*text)) {
-    const auto words = words_of(line, 3);
-    if (comment(words) || words.size() < 2 || words[1] != key.key) lines.push_back(line);
-  }
-  lines.push_back(
-      fmt::format("{} {}{}{}", role_name(key.role), key.key, key.name.empty() ? "" : " ", key.name));
-  return write_file(authorized_file(folder), text_of(lines));
+  return change_lines(authorized_file(folder), [&key](Lines before) -> Expected<Lines> {
+    if (before.empty())
+      before = {"# Who is admitted to the physics server of this machine: ROLE PUBLIC-KEY NAME, a line each.",
+                "# Roles: observer (sees), graphics (sees and serves), operator (also resets and pauses)."};
+    Lines lines;
+    for (auto& line : before) {
+      const auto words = words_of(line, 3);
+      if (comment(words) || words.size() < 2 || words[1] != key.key) lines.push_back(std::move(line));
+    }
+    lines.push_back(
+        fmt::format("{} {}{}{}", role_name(key.role), key.key, key.name.empty() ? "" : " ", key.name));
+    return lines;
+  });
 }
 
 Expected<std::size_t> revoke_keys(const fs::path& folder, std::string_view key_or_name) {
-  const auto text = read_own_file(authorized_file(folder), false);
-  if (!text) return tl::unexpected(text.error());
-  std::vector<std::string> lines;
+  const fs::path file = authorized_file(folder);
+  const auto unknown = refused("{}: holds no key and no name '{}'; `palpate keys show` lists them",
+                               file.string(), excerpt(key_or_name, 60));
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return unknown;  // and perhaps no folder to lock
   std::size_t removed = 0;
-  for (const auto& line : lines_of(*text)) {
-    const auto words = words_of(line, 3);
-    const bool meant = !comment(words) && words.size() >= 2 &&
-                       (words[1] == key_or_name || (words.size() > 2 && words[2] == key_or_name));
-    if (meant) ++removed;
-    if (!meant) lines.push_back(line);
-  }
-  if (removed == 0)
-    return refused("{}: holds no key and no name '{}'; `palpate keys show` lists them",
-                   authorized_file(folder).string(), excerpt(key_or_name, 60));
-  if (auto written = write_file(authorized_file(folder), text_of(lines)); !written)
-    return tl::unexpected(written.error());
+  const auto changed = change_lines(file, [&](Lines before) -> Expected<Lines> {
+    Lines lines;
+    for (auto& line : before) {
+      const auto words = words_of(line, 3);
+      const bool meant = !comment(words) && words.size() >= 2 &&
+                         (words[1] == key_or_name || (words.size() > 2 && words[2] == key_or_name));
+      if (meant) ++removed;
+      if (!meant) lines.push_back(std::move(line));
+    }
+    if (removed == 0) return unknown;
+    return lines;
+  });
+  if (!changed) return tl::unexpected(changed.error());
   return removed;
 }
 
@@ -317,15 +388,15 @@ Expected<std::map<std::string, std::string>> read_known_servers(const fs::path& 
 Expected<void> trust_server(const fs::path& folder, const std::string& address, const std::string& key) {
   if (auto good = check_key(key); !good) return good;
   if (auto made = make_keys_folder(folder); !made) return made;
-  const auto text = read_own_file(servers_file(folder), false);
-  if (!text) return tl::unexpected(text.error());
-  std::vector<std::string> lines;
-  for (const auto& line : lines_of(*text)) {
-    const auto words = words_of(line, 2);
-    if (comment(words) || words[0] != address) lines.push_back(line);
-  }
-  lines.push_back(address + ' ' + key);
-  return write_file(servers_file(folder), text_of(lines));
+  return change_lines(servers_file(folder), [&](Lines before) -> Expected<Lines> {
+    Lines lines;
+    for (auto& line : before) {
+      const auto words = words_of(line, 2);
+      if (comment(words) || words[0] != address) lines.push_back(std::move(line));
+    }
+    lines.push_back(address + ' ' + key);
+    return lines;
+  });
 }
 
 Expected<ServerIdentity> server_identity(const fs::path& folder) {

@@ -6,8 +6,11 @@
 //   secret_key        this machine's own pair; readable by its user alone
 //   authorized_keys   ROLE PUBLIC-KEY [NAME], a line each: who is admitted to the server of this machine
 //   known_servers     ADDRESS PUBLIC-KEY, a line each: which servers this machine believes
+//   lock              taken (flock) while one of the others is changed
 // Empty lines and lines that begin with # are comments; edits keep them. Files that others can write to are
-// refused, a secret that others can read as well. Functions without state; any thread.
+// refused, in a folder that others can write to all of them, a secret that others can read as well. What
+// changes a file waits some seconds for others that do; then it is refused. Functions without state; any
+// thread.
 #pragma once
 
 #include <filesystem>

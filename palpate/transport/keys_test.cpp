@@ -1,7 +1,13 @@
 #include "palpate/transport/keys.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <functional>
 
 #include "palpate/core/file.h"
 #include "tests/scratch_folder.h"
@@ -93,6 +99,91 @@ TEST(Keys, AListThatOthersCanWriteToIsRefused) {
   const auto read = read_authorized_keys(scratch.path());
   ASSERT_FALSE(read);
   EXPECT_NE(read.error().message.find("chmod 644"), std::string::npos);
+}
+
+// Each in a process of its own, as commands are; all of them at once.
+void all_at_once(const std::vector<std::function<bool()>>& commands) {
+  int gate[2];
+  ASSERT_EQ(pipe(gate), 0);
+  std::vector<pid_t> children;
+  for (const auto& command : commands) {
+    children.push_back(fork());
+    ASSERT_GE(children.back(), 0);
+    if (children.back() != 0) continue;
+    char opened = 0;
+    close(gate[1]);
+    static_cast<void>(read(gate[0], &opened, 1));  // until the last process has been started
+    _exit(command() ? 0 : 1);
+  }
+  close(gate[0]);
+  close(gate[1]);
+  for (const pid_t child : children) {
+    int status = -1;
+    waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0);
+  }
+}
+
+TEST(Keys, CommandsAtOnceLoseNoKeyAndBringNoneBack) {
+  constexpr int kRounds = 8, kAtOnce = 6;
+  for (int round = 0; round < kRounds; ++round) {
+    SCOPED_TRACE(round);
+    ScratchFolder scratch;
+    ASSERT_TRUE(authorize_key(scratch.path(), {Role::operator_, new_key(), "leaving"}));
+    std::vector<std::string> keys;
+    std::vector<std::function<bool()>> commands;
+    commands.push_back([&] { return revoke_keys(scratch.path(), "leaving").has_value(); });
+    for (int i = 0; i < kAtOnce; ++i) {
+      keys.push_back(new_key());
+      const std::string key = keys.back(), address = "tcp://host:" + std::to_string(1000 + i);
+      commands.push_back([&, key] {
+        return authorize_key(scratch.path(), {Role::observer, key, ""}).has_value();
+      });
+      commands.push_back(
+          [&, key, address] { return trust_server(scratch.path(), address, key).has_value(); });
+    }
+    all_at_once(commands);
+    const auto admitted = *read_authorized_keys(scratch.path());
+    const auto servers = *read_known_servers(scratch.path());
+    EXPECT_EQ(admitted.keys.size(), keys.size());  // and not who was revoked
+    EXPECT_EQ(servers.size(), keys.size());
+    for (const auto& key : keys) EXPECT_EQ(admitted.role_of(key), Role::observer);
+  }
+}
+
+TEST(Keys, ALockThatCannotBeHadIsSaidInWordsAndNotWaitedForForEver) {
+  ScratchFolder scratch;
+  ASSERT_TRUE(authorize_key(scratch.path(), {Role::observer, new_key(), "there"}));
+  const std::string before = *read_file(scratch / "authorized_keys");
+  const int held = open((scratch / "lock").c_str(), O_RDWR);
+  ASSERT_GE(held, 0);
+  ASSERT_EQ(flock(held, LOCK_EX), 0);
+  const auto refused = revoke_keys(scratch.path(), "there");
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("nothing was changed"), std::string::npos);
+  EXPECT_EQ(*read_file(scratch / "authorized_keys"), before);
+  close(held);
+  EXPECT_TRUE(revoke_keys(scratch.path(), "there"));
+}
+
+// Who can write to the folder can put back a list with a key that was taken out.
+TEST(Keys, InAFolderThatOthersCanWriteToNothingIsBelieved) {
+  ScratchFolder scratch;
+  ASSERT_TRUE(write_key_pair(scratch.path(), *make_key_pair(), false));
+  ASSERT_TRUE(authorize_key(scratch.path(), {Role::operator_, new_key(), ""}));
+  ASSERT_TRUE(trust_server(scratch.path(), "tcp://host:1", new_key()));
+  ASSERT_TRUE(server_identity(scratch.path()));
+  for (const mode_t open : {0777, 0720, 0702}) {
+    chmod(scratch.path().c_str(), open);
+    const auto server = server_identity(scratch.path());
+    ASSERT_FALSE(server) << open;
+    EXPECT_NE(server.error().message.find("chmod 700"), std::string::npos);
+    EXPECT_FALSE(client_identity(scratch.path(), "tcp://host:1", ""));
+    EXPECT_FALSE(read_authorized_keys(scratch.path()));
+  }
+  chmod(scratch.path().c_str(), 0755);  // to be read by others is no harm
+  EXPECT_TRUE(server_identity(scratch.path()));
+  chmod(scratch.path().c_str(), 0700);
 }
 
 TEST(Keys, AClientNeedsItsOwnPairAndTheServersKey) {

@@ -22,6 +22,9 @@ std::optional<std::string> StateLink::trouble() const {
   if (*kind == LinkTrouble::not_admitted)
     return "it does not admit the key of this machine (palpate keys show); there, `palpate keys authorize` "
            "does";
+  if (*kind == LinkTrouble::no_place)
+    return "it takes no more connections with the key of this machine; end other programs here that talk to "
+           "it";
   return "its encryption does not agree with ours: it has another key than the one entered here (palpate "
          "keys trust), or one side is --insecure";
 }

@@ -30,9 +30,9 @@ struct Arrival {
   std::optional<Instant<GraphicsClock>> asked;
 };
 
-// Why no connection comes about: their side does not admit our key, or the two sides' encryption does not
-// agree.
-enum class LinkTrouble { not_admitted, no_agreement };
+// Why no connection comes about: their side does not admit our key, or takes no more connections with it, or
+// the two sides' encryption does not agree.
+enum class LinkTrouble { not_admitted, no_place, no_agreement };
 
 // What carries a link's messages. One caller's thread; neither call waits.
 class LinkWire {

@@ -54,6 +54,8 @@ class ZmqWire : public LinkWire {
     switch (trouble_.load(std::memory_order_relaxed)) {
       case Trouble::not_admitted:
         return LinkTrouble::not_admitted;
+      case Trouble::no_place:
+        return LinkTrouble::no_place;
       case Trouble::no_agreement:
         return LinkTrouble::no_agreement;
       case Trouble::none:
@@ -87,19 +89,22 @@ class ZmqWire : public LinkWire {
   // ZeroMQ tries every kReconnectMs + kConnectMs at the latest; each attempt is a sign.
   static constexpr Duration kGivenUpAfter = std::chrono::milliseconds(600);
 
-  enum class Trouble { none, not_admitted, no_agreement };
+  enum class Trouble { none, not_admitted, no_place, no_agreement };
 
-  // What ZeroMQ tells of the connection, in messages of two frames: the event's number, and where.
+  // What ZeroMQ tells of the connection, in messages of two frames: the event's number and value, and where.
   void take_events() {
     std::string event, where;
     while (events_.receive(2, &event, where) == zmq::Socket::Received::message) {
       std::uint16_t number = 0;
-      if (event.size() < sizeof number) continue;
+      std::uint32_t value = 0;
+      if (event.size() < sizeof number + sizeof value) continue;
       std::memcpy(&number, event.data(), sizeof number);
+      std::memcpy(&value, event.data() + sizeof number, sizeof value);
       last_sign_ = clock_.now();
       if (number == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) up_ = true, trouble_ = Trouble::none;
       if (number == ZMQ_EVENT_DISCONNECTED) up_ = false;
-      if (number == ZMQ_EVENT_HANDSHAKE_FAILED_AUTH) trouble_ = Trouble::not_admitted;
+      if (number == ZMQ_EVENT_HANDSHAKE_FAILED_AUTH)
+        trouble_ = value == zmq::kNoPlace ? Trouble::no_place : Trouble::not_admitted;
       if (number == ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL || number == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL)
         trouble_ = Trouble::no_agreement;
     }

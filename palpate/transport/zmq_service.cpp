@@ -9,6 +9,7 @@
 #include "palpate/transport/internal/rate_limit.h"
 #include "palpate/transport/internal/service_core.h"
 #include "palpate/transport/internal/zmq_authenticator.h"
+#include "palpate/transport/internal/zmq_connection_guard.h"
 #include "palpate/transport/internal/zmq_publisher.h"
 #include "palpate/transport/zmq_engine.h"
 #include "palpate/transport/zmq_socket.h"
@@ -19,11 +20,12 @@ namespace {
 
 class ZmqService : public StateService {
  public:
-  ZmqService(zmq::Socket socket, std::optional<zmq::Authenticator> authenticator,
-             std::optional<SocketClaim> claim, const Clock<PhysicsClock>& clock, StateSource source,
-             scene::SceneDescription scene)
+  ZmqService(zmq::Socket socket, std::unique_ptr<zmq::ConnectionGuard> guard,
+             std::optional<zmq::Authenticator> authenticator, std::optional<SocketClaim> claim,
+             const Clock<PhysicsClock>& clock, StateSource source, scene::SceneDescription scene)
       : claim_(std::move(claim)),
         authenticator_(std::move(authenticator)),
+        guard_(std::move(guard)),
         socket_(std::move(socket)),
         endpoint_(socket_.endpoint()),
         clock_(clock),
@@ -32,6 +34,7 @@ class ZmqService : public StateService {
   ~ZmqService() override {
     stop_.set();
     if (thread_.joinable()) thread_.join();
+    guard_->leave(socket_);
   }
   ZmqService(const ZmqService&) = delete;
   ZmqService& operator=(const ZmqService&) = delete;
@@ -47,8 +50,8 @@ class ZmqService : public StateService {
 
   // Before the first client comes.
   Expected<void> publish(const zmq::Context& context, const Endpoint& endpoint, const StateSource& source) {
-    auto publisher =
-        zmq::Publisher::make(context, endpoint, authenticator_ ? &*authenticator_ : nullptr, clock_, source);
+    auto publisher = zmq::Publisher::make(context, endpoint, *guard_,
+                                          authenticator_ ? &*authenticator_ : nullptr, clock_, source);
     if (!publisher) return tl::unexpected(publisher.error());
     publisher_ = std::move(*publisher);
     core_.set_states_endpoint(publisher_->endpoint());
@@ -77,7 +80,7 @@ class ZmqService : public StateService {
       if (ready > 0 && (items[1].revents & ZMQ_POLLIN) != 0) return;
       if (ready > 0 && (items[0].revents & ZMQ_POLLIN) != 0) answer_what_has_come();
       if (authenticator_) {
-        authenticator_->answer();
+        authenticator_->answer([this](const std::string& key) { return guard_->full(key); });
         rejected_connections_.store(authenticator_->rejected_connections(), std::memory_order_relaxed);
         if (authenticator_->look_again(clock_.now().since_epoch) && publisher_) publisher_->check_keys();
       }
@@ -98,18 +101,19 @@ class ZmqService : public StateService {
     // Bounded, so that a flood cannot keep the thread from its other duties.
     for (int answered = 0, passed_over = 0;
          answered < zmq::kQueueLength && passed_over < zmq::kMostPassedOver;) {
-      const auto received = socket_.receive(2, &peer_, body_, &user_);
+      const auto received = socket_.receive(2, &peer_, body_, &sender_);
       const Instant<PhysicsClock> now = clock_.now();
       if (received == zmq::Socket::Received::nothing) return;
       const bool admitted = limit_.admits(peer_, now);
       ++(admitted ? answered : passed_over);
-      if (received == zmq::Socket::Received::rejected || !admitted) {
+      const auto role = authenticator_ ? authenticator_->role_of(sender_.user) : Role::operator_;
+      if (received == zmq::Socket::Received::rejected || !admitted ||
+          !guard_->heard(sender_, role == Role::operator_)) {
         core_.rejected();
         continue;
       }
       // A peer that has gone or does not take its mail loses the answer; nobody waits for it.
-      const auto role = authenticator_ ? authenticator_->role_of(user_) : Role::operator_;
-      const ServerMessage answer = core_.answer(body_, now, role, peer_, user_);
+      const ServerMessage answer = core_.answer(body_, now, role, peer_, sender_.user);
       const auto shape = shape_of(answer);
       if (!socket_.send(peer_, true) || !socket_.send(encode(answer), shape != nullptr) ||
           (shape && !send_shape(shape)))
@@ -127,6 +131,7 @@ class ZmqService : public StateService {
   // Destroyed from below: the thread has ended, the socket closes, and only then is the address given up.
   std::optional<SocketClaim> claim_;
   std::optional<zmq::Authenticator> authenticator_;
+  std::unique_ptr<zmq::ConnectionGuard> guard_;
   zmq::Socket socket_;
   std::string endpoint_;
   const Clock<PhysicsClock>& clock_;
@@ -136,7 +141,8 @@ class ZmqService : public StateService {
   std::uint64_t states_rejected_ = 0, states_unsent_ = 0;  // of the publisher, counted so far
   zmq::Stop stop_;
   RateLimit limit_{kMessages_hz};
-  std::string peer_, body_, user_;
+  std::string peer_, body_;
+  zmq::Sender sender_;
   std::thread thread_;
 };
 
@@ -152,8 +158,11 @@ Expected<std::unique_ptr<StateService>> serve_once(const Endpoint& endpoint, con
   }
   const auto context = zmq::make_context();
   if (!context) return tl::unexpected(context.error());
+  auto guard = zmq::ConnectionGuard::make(clock);
+  if (!guard) return tl::unexpected(guard.error());
   auto socket = zmq::Socket::make(ZMQ_ROUTER, *context);
   if (!socket) return tl::unexpected(socket.error());
+  if (auto watched = (*guard)->watch(*socket, *context); !watched) return tl::unexpected(watched.error());
   std::optional<zmq::Authenticator> authenticator;
   if (endpoint.encrypted) {
     auto made = zmq::Authenticator::make(*context, *options.identity);
@@ -164,8 +173,8 @@ Expected<std::unique_ptr<StateService>> serve_once(const Endpoint& endpoint, con
   if (auto bound = socket->bind(endpoint.address); !bound) return tl::unexpected(bound.error());
   const auto states = states_endpoint({socket->endpoint(), endpoint.socket, endpoint.encrypted});
   if (!states) return tl::unexpected(states.error());
-  auto service = std::make_unique<ZmqService>(std::move(*socket), std::move(authenticator), std::move(claim),
-                                              clock, source, scene);
+  auto service = std::make_unique<ZmqService>(std::move(*socket), std::move(*guard), std::move(authenticator),
+                                              std::move(claim), clock, source, scene);
   if (auto published = service->publish(*context, *states, source); !published)
     return tl::unexpected(published.error());
   service->set_status_source(options.status);

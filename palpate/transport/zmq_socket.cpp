@@ -5,8 +5,11 @@
 #include <unistd.h>
 #include <zmq.h>
 
+#include <array>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
+#include <future>
 #include <stdexcept>
 #include <system_error>
 #include <thread>
@@ -19,7 +22,45 @@
 
 namespace palpate::transport::zmq {
 
+namespace {
+
+constexpr int kDescriptorsOfContext = 16;  // with its first sockets
+constexpr std::chrono::seconds kEndsWithin{2};
+
+// libzmq ends the process where it finds none.
+Expected<void> check_descriptors() {
+  std::array<int, kDescriptorsOfContext> taken{};
+  std::size_t count = 0;
+  while (count < taken.size() && (taken[count] = ::eventfd(0, EFD_CLOEXEC)) >= 0) ++count;
+  const bool enough = count == taken.size();
+  for (std::size_t i = 0; i < count; ++i) ::close(taken[i]);
+  if (enough) return {};
+  return refused(
+      "too few descriptors for a connection: {} are left, {} are needed; raise the limit (ulimit -n)", count,
+      kDescriptorsOfContext);
+}
+
+// Waits until libzmq has let go of everything, but not for as long as somebody likes who has filled its
+// memory: what is left then goes with the process.
+void end_context(void* context) {
+  auto ended = std::make_shared<std::promise<void>>();
+  auto end = ended->get_future();
+  try {
+    std::thread([context, ended] {
+      zmq_ctx_term(context);
+      ended->set_value();
+    }).detach();
+  } catch (const std::system_error&) {  // no thread to be had
+    zmq_ctx_term(context);
+    return;
+  }
+  end.wait_for(kEndsWithin);
+}
+
+}  // namespace
+
 Expected<Context> make_context() {
+  if (auto enough = check_descriptors(); !enough) return tl::unexpected(enough.error());
   void* context = zmq_ctx_new();
   if (context == nullptr) return refused("ZeroMQ cannot start: {}", zmq_strerror(errno));
   zmq_ctx_set(context, ZMQ_BLOCKY, 0);
@@ -31,7 +72,7 @@ Expected<Context> make_context() {
     }).join();
   } catch (const std::system_error&) {  // no thread to be had: ZeroMQ will say so
   }
-  return Context(context, [](void* c) { zmq_ctx_term(c); });
+  return Context(context, end_context);
 }
 
 Expected<Socket> Socket::make(int type, Context context, std::optional<std::size_t> max_frame_bytes) {
@@ -53,9 +94,10 @@ Expected<Socket> Socket::make(int type, Context context, std::optional<std::size
   // that ends the process: a socket whose full queue has cost it its connection's heartbeat must not keep
   // that queue.
   const bool good = set(ZMQ_LINGER, 0) && set(ZMQ_SNDHWM, kQueueLength) && set(ZMQ_RCVHWM, kQueueLength) &&
-                    set(ZMQ_IMMEDIATE, 1) && set(ZMQ_RECONNECT_IVL, kReconnectMs) &&
-                    set(ZMQ_HEARTBEAT_IVL, kHeartbeatMs) && set(ZMQ_HEARTBEAT_TIMEOUT, kHeartbeatTimeoutMs) &&
-                    set(ZMQ_HANDSHAKE_IVL, kHandshakeMs) && set(ZMQ_CONNECT_TIMEOUT, kConnectMs) &&
+                    set(ZMQ_IMMEDIATE, 1) && set(ZMQ_BACKLOG, kBacklog) &&
+                    set(ZMQ_RECONNECT_IVL, kReconnectMs) && set(ZMQ_HEARTBEAT_IVL, kHeartbeatMs) &&
+                    set(ZMQ_HEARTBEAT_TIMEOUT, kHeartbeatTimeoutMs) && set(ZMQ_HANDSHAKE_IVL, kHandshakeMs) &&
+                    set(ZMQ_CONNECT_TIMEOUT, kConnectMs) &&
                     zmq_setsockopt(socket, ZMQ_MAXMSGSIZE, &limit, sizeof limit) == 0 &&
                     // Says so when a peer has gone or its queue is full, instead of dropping in silence.
                     (type != ZMQ_ROUTER || (set(ZMQ_ROUTER_MANDATORY, 1) && result.receive_without_bound()));
@@ -108,9 +150,9 @@ std::string Socket::endpoint() const {
   return zmq_getsockopt(socket_, ZMQ_LAST_ENDPOINT, text, &size) == 0 ? std::string(text) : std::string();
 }
 
-Socket::Received Socket::receive(int frames, std::string* peer, std::string& body, std::string* user,
+Socket::Received Socket::receive(int frames, std::string* peer, std::string& body, Sender* sender,
                                  std::vector<Frame>* rest) {
-  if (user != nullptr) user->clear();
+  if (sender != nullptr) *sender = {};
   if (rest != nullptr) rest->clear();
   int count = 0;
   for (bool more = true; more; ++count) {
@@ -119,9 +161,10 @@ Socket::Received Socket::receive(int frames, std::string* peer, std::string& bod
       return count == 0 ? Received::nothing : Received::rejected;
     std::string* target = count == frames - 1 ? &body : peer;
     if (count < frames && target != nullptr) target->assign(frame.bytes());
-    if (user != nullptr && count == frames - 1) {
+    if (sender != nullptr && count == frames - 1) {
       const char* key = zmq_msg_gets(frame.get(), "User-Id");
-      if (key != nullptr) user->assign(key);
+      if (key != nullptr) sender->user.assign(key);
+      sender->descriptor = zmq_msg_get(frame.get(), ZMQ_SRCFD);
     }
     more = zmq_msg_more(frame.get()) != 0;
     if (rest != nullptr && count >= frames && rest->size() < kMaxShapePieces)

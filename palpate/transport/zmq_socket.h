@@ -22,6 +22,8 @@ inline constexpr int kReconnectMs = 50;
 inline constexpr int kHeartbeatMs = 200;
 inline constexpr int kHeartbeatTimeoutMs = 400;
 inline constexpr int kHandshakeMs = 1000;
+// Waiting to be accepted: a flood of strangers must not make others wait for the system's second attempt.
+inline constexpr int kBacklog = 512;
 inline constexpr int kConnectMs = 300;  // then another attempt: the system's own wait grows to many seconds
 
 // One received frame, where it lies.
@@ -45,6 +47,13 @@ class Frame {
 using Context = std::shared_ptr<void>;
 Expected<Context> make_context();
 
+// Of a received message: the key of who sent it, empty where the connection is not encrypted, and the
+// connection's descriptor in this process, which may be another connection's by now.
+struct Sender {
+  std::string user;
+  int descriptor = -1;
+};
+
 class Socket {
  public:
   // `type` is one of ZeroMQ's; in a context of its own where none is given. A peer that sends a frame above
@@ -67,10 +76,9 @@ class Socket {
 
   enum class Received { nothing, message, rejected };
   // The next message of `frames` frames, without waiting; the last frame goes to `body`, the one before to
-  // `peer`, the sender's key to `user` (empty where the connection is not encrypted). The frames
-  // of a shape may follow where `rest` is given, and go there. rejected: a message with another number of
+  // `peer`. The frames of a shape may follow where `rest` is given, and go there. rejected: a message with another number of
   // frames.
-  Received receive(int frames, std::string* peer, std::string& body, std::string* user = nullptr,
+  Received receive(int frames, std::string* peer, std::string& body, Sender* sender = nullptr,
                    std::vector<Frame>* rest = nullptr);
   // One frame, without waiting. False when it cannot leave now.
   bool send(std::string_view bytes, bool more = false);

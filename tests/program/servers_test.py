@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """Servers that find no peer, or their address taken; and how they end when asked to."""
+import json
 import os
 import signal
 import socket
 import unittest
 
-from laboratory import LaboratoryTest
+from laboratory import UNPROTECTED, LaboratoryTest
 
 
 class Servers(LaboratoryTest):
@@ -76,7 +77,14 @@ class Servers(LaboratoryTest):
         done = physics.ends()
         self.assertEqual((done.code, done.out), (1, ""), done)
         self.assertIn("/dev/full", done.lines[-1])
-        self.assertEqual(len(done.lines), 2, done)
+        self.assertEqual(len([line for line in done.lines if UNPROTECTED not in line]), 2, done)
+
+    def test_forces_that_load_can_delay_are_told_at_the_start(self):
+        self.start_world()
+        physics = self.start_physics("--seconds", "0.1", "--json", "figures.json")
+        done = physics.ends()
+        granted = json.loads(self.read("figures.json"))["haptic"]["scheduling"].startswith("SCHED_FIFO")
+        self.assertEqual(any(UNPROTECTED in line for line in done.lines), not granted, done)
 
 
 if __name__ == "__main__":

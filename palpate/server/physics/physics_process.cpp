@@ -133,6 +133,7 @@ class PhysicsProcess {
   Expected<void> open();
   Expected<void> open_logs();
   void start_loops();
+  void tell_what_load_can_do() const;
   Expected<void> watch();
   void watch_guests();
   void let_guests_return();
@@ -221,8 +222,19 @@ void PhysicsProcess::start_loops() {
                  LoopRates{.physics_hz = options_.physics_hz,
                            .haptic_hz = options_.haptic_hz,
                            .real_time = options_.real_time});
+  tell_what_load_can_do();
   notice(fmt::format("answers graphics servers at {}", side_->service().endpoint()));
   if (options_.ready) options_.ready();
+}
+
+// Without real-time rights anything that works on this machine, or makes the network thread work, delays forces.
+void PhysicsProcess::tell_what_load_can_do() const {
+  const RealTimeGrant& grant = loops_->haptic().grant();
+  if (!options_.real_time || grant.fifo()) return;
+  notice(
+      "warning: without real-time rights forces are not protected from load on this machine; `palpate "
+      "doctor` "
+      "says what to do");
 }
 
 // Until its time is over or somebody asks for the end; refused where the arm has gone for good.

@@ -36,7 +36,7 @@ ServiceCore::Client* ServiceCore::find(std::uint64_t id) {
   return client == clients_.end() ? nullptr : &*client;
 }
 
-ServiceCore::Client* ServiceCore::admit(std::uint64_t id, Instant<PhysicsClock> now) {
+ServiceCore::Client* ServiceCore::admit(std::uint64_t id, Instant<PhysicsClock> now, Role role) {
   if (Client* known = find(id)) return known;
   const auto lives = [now](const Client& c) { return c.id != 0 && now - c.heard <= kClientGoneAfter; };
   const auto here = std::find_if(clients_.begin(), clients_.end(), [&](const Client& c) {
@@ -47,6 +47,9 @@ ServiceCore::Client* ServiceCore::admit(std::uint64_t id, Instant<PhysicsClock> 
     return lives(c) && !key_.empty() && c.key == key_;
   });
   if (of_key >= static_cast<std::ptrdiff_t>(kMaxClientsOfKey)) return nullptr;
+  const std::size_t most = role == Role::operator_ ? kMaxClients : kMaxClients - kForOperators;
+  if (std::count_if(clients_.begin(), clients_.end(), lives) >= static_cast<std::ptrdiff_t>(most))
+    return nullptr;
   Client* place = find(0);
   if (place == nullptr) {
     place = &*std::min_element(clients_.begin(), clients_.end(),
@@ -58,12 +61,13 @@ ServiceCore::Client* ServiceCore::admit(std::uint64_t id, Instant<PhysicsClock> 
 }
 
 ServerMessage ServiceCore::answer(const Hello& message, Instant<PhysicsClock> received, Role role) {
-  Client* client = admit(message.client, received);
+  Client* client = admit(message.client, received, role);
   if (client == nullptr) {
     rejected();
     return Refusal{
-        fmt::format("too many clients are connected; this server takes {}, of them {} with the same key",
-                    kMaxClients, kMaxClientsOfKey)};
+        fmt::format("too many clients are connected; this server takes {}, of them {} with the same key; the "
+                    "last {} places are for operators",
+                    kMaxClients, kMaxClientsOfKey, kForOperators)};
   }
   client->heard = received;
   client->peer = peer_;

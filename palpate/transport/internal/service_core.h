@@ -20,7 +20,8 @@ class ServiceCore {
   // Counted ten times a second, so that it shows within a second.
   static constexpr Duration kClientGoneAfter = std::chrono::milliseconds(800);
   static constexpr std::size_t kMaxClients = 64;
-  static constexpr std::size_t kMaxClientsOfKey = 16;  // nobody can take all places
+  static constexpr std::size_t kMaxClientsOfKey = 8;  // nobody can take all places
+  static constexpr std::size_t kForOperators = 4;     // of all places, the last ones
   using Now = std::function<Instant<PhysicsClock>()>;
 
   // `session` is a random number for the server's life, not 0. `now` gives the time stamps.
@@ -66,7 +67,7 @@ class ServiceCore {
   ServerMessage answer(const ControlCall& message, Instant<PhysicsClock> received, Role role);
   ServerMessage answer(const Subscribe& message, Instant<PhysicsClock> received, Role role);
   Client* find(std::uint64_t id);
-  Client* admit(std::uint64_t id, Instant<PhysicsClock> now);
+  Client* admit(std::uint64_t id, Instant<PhysicsClock> now, Role role);
 
   StateSource source_;
   ShapeSource shape_source_;

@@ -65,20 +65,24 @@ Expected<void> Authenticator::guard(Socket& socket) const {
   return refused("ZeroMQ cannot encrypt: {}", zmq_strerror(errno));
 }
 
-void Authenticator::answer() {
+void Authenticator::answer(const std::function<bool(const std::string& key)>& full) {
   // Bounded: strangers who try without end must not keep the thread from those who are in.
   for (int i = 0; i < kQueueLength; ++i) {
     const auto question = next_question(socket_.get());
     if (question.empty()) return;
     const bool whole = question.size() == kQuestionFrames && question[kMechanismFrame] == "CURVE";
     const std::string key = whole ? key_of(question[kKeyFrame]) : std::string();
-    const bool welcome = !key.empty() && role_of(key).has_value();
-    if (!welcome) ++rejected_connections_;
+    const bool admitted = !key.empty() && role_of(key).has_value();
+    const std::uint32_t answer = !admitted ? kNotAdmitted : full(key) ? kNoPlace : kWelcome;
+    if (answer != kWelcome) ++rejected_connections_;
     const std::string number = question.size() > kNumberFrame ? question[kNumberFrame] : std::string();
     socket_.send("1.0", true);
     socket_.send(number, true);
-    socket_.send(welcome ? "200" : "400", true);
-    socket_.send(welcome ? "" : "this key is not admitted", true);
+    socket_.send(std::to_string(answer), true);
+    socket_.send(answer == kWelcome ? ""
+                 : admitted         ? "too many connections"
+                                    : "this key is not admitted",
+                 true);
     socket_.send(key, true);
     socket_.send("");
   }
@@ -89,11 +93,14 @@ std::optional<Role> Authenticator::role_of(const std::string& user) const {
   return admitted_->list.role_of(user);
 }
 
-// What tells one version of the file from another.
+// What tells one version of the file from another, and whose it and its folder are.
 std::string Authenticator::stamp() const {
-  struct stat info {};
+  struct stat folder {
+  }, info{};
+  if (stat(identity_.folder.c_str(), &folder) != 0) return "none";
   if (stat((identity_.folder / "authorized_keys").c_str(), &info) != 0) return "none";
-  return fmt::format("{} {} {} {}.{:09}", info.st_dev, info.st_ino, info.st_size, info.st_mtim.tv_sec,
+  return fmt::format("{} {:o} {} {} {} {} {:o} {}.{:09}", folder.st_uid, folder.st_mode, info.st_dev,
+                     info.st_ino, info.st_size, info.st_uid, info.st_mode, info.st_mtim.tv_sec,
                      info.st_mtim.tv_nsec);
 }
 

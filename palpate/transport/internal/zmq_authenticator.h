@@ -19,6 +19,9 @@
 
 namespace palpate::transport::zmq {
 
+// What a client that is turned away is told, in the numbers of ZAP: it gives up where it is not 300.
+inline constexpr std::uint32_t kWelcome = 200, kNotAdmitted = 400, kNoPlace = 500;
+
 class Authenticator {
  public:
   // Before the socket it guards is bound, and in the same context.
@@ -28,8 +31,8 @@ class Authenticator {
   Expected<void> guard(Socket& socket) const;
 
   void* get() const { return socket_.get(); }
-  // Answers the questions that have come.
-  void answer();
+  // Answers the questions that have come. `full`: whether a key has all the connections it may have.
+  void answer(const std::function<bool(const std::string& key)>& full);
   // Reads authorized_keys anew where it has changed. True where somebody has lost the right to be here. A
   // file that cannot be read for want of descriptors or memory is tried again; until then the list stays as
   // it was.

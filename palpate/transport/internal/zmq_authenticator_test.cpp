@@ -123,6 +123,16 @@ TEST_F(GuardedServer, AListThatOthersCanWriteToAdmitsNobodyAnyMore) {
   EXPECT_TRUE(rig.until({link.get()}, [&] { return link->refusal().has_value(); }));
 }
 
+TEST_F(GuardedServer, AFolderThatOthersCanWriteToAdmitsNobodyUntilItIsTheOwnersAlone) {
+  auto link = connect(chief);
+  ASSERT_TRUE(gets_a_state(*link, 1));
+  std::filesystem::permissions(scratch.path(), std::filesystem::perms(0777));
+  EXPECT_TRUE(rig.until({link.get()}, [&] { return link->refusal().has_value(); }));
+  std::filesystem::permissions(scratch.path(), std::filesystem::perms(0700));
+  auto back = connect(chief);
+  EXPECT_TRUE(gets_a_state(*back, 2));
+}
+
 TEST_F(GuardedServer, AStrangerWhoForgesTheHandshakeLeavesOthersInPeace) {
   // Bytes that are no ZeroMQ greeting at all, and a greeting that ends in the middle.
   for (const std::string& bytes :

@@ -19,6 +19,7 @@ constexpr Duration kSleepAtLeast = std::chrono::microseconds(250);
 }  // namespace
 
 Expected<std::unique_ptr<Publisher>> Publisher::make(const Context& context, const Endpoint& endpoint,
+                                                     ConnectionGuard& guard,
                                                      const Authenticator* authenticator,
                                                      const Clock<PhysicsClock>& clock, StateSource source) {
   std::optional<SocketClaim> claim;
@@ -31,14 +32,19 @@ Expected<std::unique_ptr<Publisher>> Publisher::make(const Context& context, con
   if (!socket) return tl::unexpected(socket.error());
   if (authenticator != nullptr)
     if (auto guarded = authenticator->guard(*socket); !guarded) return tl::unexpected(guarded.error());
-  if (auto bound = socket->bind(endpoint.address); !bound) return tl::unexpected(bound.error());
-  return std::make_unique<Publisher>(std::move(*socket), authenticator, std::move(claim), clock,
+  if (auto watched = guard.watch(*socket, context); !watched) return tl::unexpected(watched.error());
+  if (auto bound = socket->bind(endpoint.address); !bound) {
+    guard.leave(*socket);
+    return tl::unexpected(bound.error());
+  }
+  return std::make_unique<Publisher>(std::move(*socket), guard, authenticator, std::move(claim), clock,
                                      std::move(source));
 }
 
-Publisher::Publisher(Socket socket, const Authenticator* authenticator, std::optional<SocketClaim> claim,
-                     const Clock<PhysicsClock>& clock, StateSource source)
+Publisher::Publisher(Socket socket, ConnectionGuard& guard, const Authenticator* authenticator,
+                     std::optional<SocketClaim> claim, const Clock<PhysicsClock>& clock, StateSource source)
     : claim_(std::move(claim)),
+      guard_(guard),
       authenticator_(authenticator),
       socket_(std::move(socket)),
       endpoint_(socket_.endpoint()),
@@ -49,6 +55,7 @@ Publisher::Publisher(Socket socket, const Authenticator* authenticator, std::opt
 Publisher::~Publisher() {
   stop_.set();
   thread_.join();
+  guard_.leave(socket_);
 }
 
 void Publisher::check_keys() {
@@ -81,13 +88,15 @@ void Publisher::run() {
 // True where more may have come: bounded, so that a flood does not hold up the others' states.
 bool Publisher::take_messages() {
   for (int looked_at = 0, passed_over = 0; looked_at < kQueueLength && passed_over < kMostPassedOver;) {
-    const auto received = socket_.receive(2, &peer_, body_, &user_);
+    const auto received = socket_.receive(2, &peer_, body_, &sender_);
     if (received == Socket::Received::nothing) return false;
     const bool admitted = limit_.admits(peer_, clock_.now());
     ++(admitted ? looked_at : passed_over);
     // A key that is admitted no more gets no answer either.
-    const bool heard = admitted && received == Socket::Received::message &&
-                       (authenticator_ == nullptr || authenticator_->role_of(user_));
+    const auto role =
+        authenticator_ == nullptr ? std::optional(Role::operator_) : authenticator_->role_of(sender_.user);
+    const bool heard = admitted && received == Socket::Received::message && role &&
+                       guard_.heard(sender_, role == Role::operator_);
     const Expected<void> taken = heard ? take(body_) : Expected<void>();
     if (heard && taken) continue;
     rejected_.fetch_add(1, std::memory_order_relaxed);
@@ -103,7 +112,7 @@ Expected<void> Publisher::take(std::string_view message) {
   const auto* subscribe = std::get_if<Subscribe>(&*decoded);
   if (subscribe == nullptr)
     return refused("nothing but subscriptions is taken here; ask the server's own address");
-  return subscriptions_.renew(peer_, user_, subscribe->rate_hz, clock_.now());
+  return subscriptions_.renew(peer_, sender_.user, subscribe->rate_hz, clock_.now());
 }
 
 void Publisher::send_what_is_due(Instant<PhysicsClock> now) {

@@ -19,6 +19,7 @@
 #include "palpate/transport/internal/rate_limit.h"
 #include "palpate/transport/internal/subscriptions.h"
 #include "palpate/transport/internal/zmq_authenticator.h"
+#include "palpate/transport/internal/zmq_connection_guard.h"
 #include "palpate/transport/local_endpoint.h"
 #include "palpate/transport/state_service.h"
 
@@ -31,12 +32,13 @@ inline constexpr int kMessages_hz = 200;  // of one connection; an observer send
 
 class Publisher {
  public:
-  // Refused where the address is taken. `authenticator`, where there is one, must outlive the publisher.
+  // Refused where the address is taken. `guard` and `authenticator`, where there is one, must outlive the
+  // publisher.
   static Expected<std::unique_ptr<Publisher>> make(const Context& context, const Endpoint& endpoint,
-                                                   const Authenticator* authenticator,
+                                                   ConnectionGuard& guard, const Authenticator* authenticator,
                                                    const Clock<PhysicsClock>& clock, StateSource source);
-  Publisher(Socket socket, const Authenticator* authenticator, std::optional<SocketClaim> claim,
-            const Clock<PhysicsClock>& clock, StateSource source);
+  Publisher(Socket socket, ConnectionGuard& guard, const Authenticator* authenticator,
+            std::optional<SocketClaim> claim, const Clock<PhysicsClock>& clock, StateSource source);
   ~Publisher();
   Publisher(const Publisher&) = delete;
   Publisher& operator=(const Publisher&) = delete;
@@ -56,6 +58,7 @@ class Publisher {
   void send_what_is_due(Instant<PhysicsClock> now);
 
   std::optional<SocketClaim> claim_;
+  ConnectionGuard& guard_;
   const Authenticator* authenticator_;
   Socket socket_;
   std::string endpoint_;
@@ -63,7 +66,8 @@ class Publisher {
   StateSource source_;
   Subscriptions subscriptions_;
   RateLimit limit_{kMessages_hz};
-  std::string peer_, body_, user_;  // of the message being looked at
+  std::string peer_, body_;  // of the message being looked at
+  Sender sender_;            // of the same
   std::atomic<std::uint64_t> published_{0}, unsent_{0}, rejected_{0};
   std::atomic<bool> check_keys_{false};
   Stop stop_, wake_;

@@ -1,0 +1,172 @@
+#include "palpate/transport/internal/zmq_connection_guard.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <netdb.h>
+#include <poll.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+#include <zmq.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <vector>
+
+#include "palpate/time/real_time.h"
+
+namespace palpate::transport::zmq {
+namespace {
+
+constexpr int kLookEveryMs = 20;
+
+// The kernel's number of the socket at this descriptor; none: there is no socket.
+std::optional<std::uint64_t> number_of(int descriptor) {
+  std::uint64_t number = 0;
+  socklen_t size = sizeof number;
+  if (getsockopt(descriptor, SOL_SOCKET, SO_COOKIE, &number, &size) != 0) return std::nullopt;
+  return number;
+}
+
+// Host or process at the other end.
+std::string source_of(int descriptor) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  auto* peer = reinterpret_cast<sockaddr*>(&address);
+  if (getpeername(descriptor, peer, &size) != 0) return "gone";
+  if (address.ss_family == AF_UNIX) {
+    ucred process{};
+    socklen_t length = sizeof process;
+    if (getsockopt(descriptor, SOL_SOCKET, SO_PEERCRED, &process, &length) != 0) return "process";
+    return fmt::format("process {}", process.pid);
+  }
+  std::array<char, NI_MAXHOST> host{};
+  if (getnameinfo(peer, size, host.data(), host.size(), nullptr, 0, NI_NUMERICHOST) != 0) return "host";
+  return host.data();
+}
+
+std::size_t descriptors_in_use() {
+  DIR* folder = opendir("/proc/self/fd");
+  if (folder == nullptr) return 0;
+  std::size_t count = 0;
+  while (const dirent* entry = readdir(folder))
+    if (entry->d_name[0] != '.') ++count;
+  closedir(folder);
+  return count - 1;  // the folder's own
+}
+
+}  // namespace
+
+Expected<std::unique_ptr<ConnectionGuard>> ConnectionGuard::make(const Clock<PhysicsClock>& clock) {
+  auto guard = std::make_unique<ConnectionGuard>(clock);
+  if (guard->spare_ < 0) return refused("no descriptor left for connections: {}", std::strerror(errno));
+  return guard;
+}
+
+ConnectionGuard::ConnectionGuard(const Clock<PhysicsClock>& clock)
+    : clock_(clock),
+      others_(descriptors_in_use()),
+      spare_(fcntl(stop_.fd(), F_DUPFD_CLOEXEC, 0)),
+      thread_([this] { run(); }) {}
+
+ConnectionGuard::~ConnectionGuard() {
+  stop_.set();
+  thread_.join();
+  if (spare_ >= 0) close(spare_);
+}
+
+Expected<void> ConnectionGuard::watch(const Socket& listener, const Context& context) {
+  auto events = Socket::make(ZMQ_PAIR, context);
+  if (!events) return tl::unexpected(events.error());
+  // A full queue would make libzmq's own thread wait for this one.
+  if (!events->receive_without_bound())
+    return refused("ZeroMQ refuses a socket option: {}", zmq_strerror(errno));
+  const std::lock_guard lock(mutex_);
+  const std::string place = fmt::format("inproc://connections-{}", watched_.size());
+  // No event of what could not be accepted: without descriptors that is one for each turn of libzmq's thread.
+  if (zmq_socket_monitor(listener.get(), place.c_str(), ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_DISCONNECTED) != 0 ||
+      zmq_connect(events->get(), place.c_str()) != 0)
+    return refused("ZeroMQ tells nothing of its connections: {}", zmq_strerror(errno));
+  watched_.push_back({listener.get(), std::move(*events)});
+  return {};
+}
+
+void ConnectionGuard::leave(const Socket& listener) {
+  zmq_socket_monitor(listener.get(), nullptr, 0);
+  const std::lock_guard lock(mutex_);
+  watched_.remove_if([&](const Watched& one) { return one.listener == listener.get(); });
+}
+
+bool ConnectionGuard::heard(const Sender& sender, bool by_operator) {
+  const std::lock_guard lock(mutex_);
+  if (connections_.is_of(sender.descriptor, sender.user)) return true;
+  take_events();  // its beginning has been told before anything was said
+  return connections_.heard(sender.descriptor, sender.user, by_operator);
+}
+
+bool ConnectionGuard::full(const std::string& key) {
+  const std::lock_guard lock(mutex_);
+  take_events();
+  return connections_.full(key);
+}
+
+void ConnectionGuard::run() {
+  name_and_pin_thread("palpate-guard", -1);
+  ask_for_short_turns();
+  while (true) {
+    std::vector<pollfd> items{{stop_.fd(), POLLIN, 0}};
+    {
+      const std::lock_guard lock(mutex_);
+      for (const Watched& one : watched_) items.push_back({one.events.fd(), POLLIN, 0});
+    }
+    ::poll(items.data(), items.size(), kLookEveryMs);
+    if ((items[0].revents & POLLIN) != 0) return;
+    const std::lock_guard lock(mutex_);
+    take_events();
+    end_what_is_overdue();
+  }
+}
+
+// Messages of two frames: the event's number with its descriptor, and where.
+void ConnectionGuard::take_events() {
+  for (Watched& one : watched_) {
+    while (one.events.receive(2, &event_, where_) != Socket::Received::nothing) {
+      std::uint16_t kind = 0;
+      std::int32_t descriptor = -1;
+      if (event_.size() != sizeof kind + sizeof descriptor) continue;
+      std::memcpy(&kind, event_.data(), sizeof kind);
+      std::memcpy(&descriptor, event_.data() + sizeof kind, sizeof descriptor);
+      if (kind == ZMQ_EVENT_DISCONNECTED) connections_.ended(descriptor);
+      if (kind != ZMQ_EVENT_ACCEPTED) continue;
+      // It may have ended already; then its end is among the next events.
+      if (const auto number = number_of(descriptor))
+        connections_.began(descriptor, *number, source_of(descriptor), clock_.now());
+    }
+  }
+}
+
+// How many connections the descriptors allow. The limit may be changed while the process runs.
+std::size_t ConnectionGuard::places() const {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0) return Connections::kMost;
+  const auto all = static_cast<std::size_t>(std::min<rlim_t>(limit.rlim_cur, 1 << 20));
+  const std::size_t free = all > others_ ? all - others_ : 0;
+  return std::min(Connections::kMost, free - std::min(kDescriptorsLeft, free / 4));
+}
+
+// libzmq may close a descriptor at any moment, and the next connection gets its number. So the connection is
+// first held at a descriptor of the guard's own, and is shut down only if it is still the one that was meant.
+void ConnectionGuard::end_what_is_overdue() {
+  connections_.set_places(places());
+  for (const auto& [descriptor, number] : connections_.take_overdue(clock_.now())) {
+    if (dup3(descriptor, spare_, O_CLOEXEC) < 0) continue;
+    if (number_of(spare_) == number && shutdown(spare_, SHUT_RDWR) == 0)
+      shut_down_.fetch_add(1, std::memory_order_relaxed);
+    dup3(stop_.fd(), spare_, O_CLOEXEC);
+  }
+}
+
+}  // namespace palpate::transport::zmq

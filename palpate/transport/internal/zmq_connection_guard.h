@@ -1,0 +1,66 @@
+// Keeps the number of connections to the physics server bounded, so that nobody takes the descriptors, or the
+// places, of the others (connections.h says who has to end).
+//
+// libzmq 4.3.4 accepts by itself, in a thread of its own, whoever comes. The guard is told of every connection
+// that begins and ends, and shuts one down that has to end: to libzmq it is then as if its peer had gone. The
+// service asks it about every message. Private to the engine; a thread of its own, "palpate-guard".
+#pragma once
+
+#include <atomic>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "palpate/time/clock.h"
+#include "palpate/transport/internal/connections.h"
+#include "palpate/transport/zmq_socket.h"
+
+namespace palpate::transport::zmq {
+
+// Descriptors that connections leave to the rest of the process, where there are enough.
+inline constexpr std::size_t kDescriptorsLeft = 64;
+
+class ConnectionGuard {
+ public:
+  // `clock` must be safe from any thread and outlive the guard.
+  static Expected<std::unique_ptr<ConnectionGuard>> make(const Clock<PhysicsClock>& clock);
+  explicit ConnectionGuard(const Clock<PhysicsClock>& clock);
+  ~ConnectionGuard();
+  ConnectionGuard(const ConnectionGuard&) = delete;
+  ConnectionGuard& operator=(const ConnectionGuard&) = delete;
+
+  // Before the listener is bound, and in the same context; leave() before it is closed.
+  Expected<void> watch(const Socket& listener, const Context& context);
+  void leave(const Socket& listener);
+
+  // Any thread: whether what was said over this descriptor is to be heard (Connections::heard).
+  bool heard(const Sender& sender, bool by_operator);
+  // Any thread: the key has all the connections it may have.
+  bool full(const std::string& key);
+  // Any thread: connections shut down so far.
+  std::uint64_t shut_down() const { return shut_down_.load(std::memory_order_relaxed); }
+
+ private:
+  struct Watched {
+    void* listener;
+    Socket events;  // PAIR
+  };
+  void run();
+  void take_events();
+  void end_what_is_overdue();
+  std::size_t places() const;
+
+  const Clock<PhysicsClock>& clock_;
+  Stop stop_;
+  std::size_t others_;  // descriptors that are no connections
+  int spare_;           // one of them, for a connection while it is shut down
+  std::mutex mutex_;    // of the next four
+  std::list<Watched> watched_;
+  Connections connections_;
+  std::string event_, where_;
+  std::atomic<std::uint64_t> shut_down_{0};
+  std::thread thread_;
+};
+
+}  // namespace palpate::transport::zmq
