@@ -24,10 +24,9 @@ bool process_gone(std::int32_t pid) {
   if (pid == 0) return false;
   if (kill(pid, 0) != 0) return errno == ESRCH;
   char line[512] = {};
-  const int file = ::open(fmt::format("/proc/{}/stat", pid).c_str(), O_RDONLY | O_CLOEXEC);
-  if (file < 0) return false;
-  const ssize_t length = ::read(file, line, sizeof line - 1);
-  ::close(file);
+  const FileDescriptor file(::open(fmt::format("/proc/{}/stat", pid).c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file) return false;
+  const ssize_t length = ::read(file.get(), line, sizeof line - 1);
   if (length <= 0) return false;
   const char* name_end = std::strrchr(line, ')');  // "pid (name) state ..."
   return name_end != nullptr && name_end[1] == ' ' && name_end[2] == 'Z';
@@ -72,11 +71,10 @@ Expected<std::unique_ptr<LabServer>> LabServer::open(const std::string& name, co
   // The kernel drops this lock when the process ends, however it ends: no stale lock, no guessing by process
   // number.
   const std::string lock_file = file->string() + ".lock";
-  const int lock = ::open(lock_file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
-  if (lock < 0) return refused("{}: cannot open: {}", lock_file, std::strerror(errno));
-  if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
+  FileDescriptor lock(::open(lock_file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
+  if (!lock) return refused("{}: cannot open: {}", lock_file, std::strerror(errno));
+  if (flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
     const int reason = errno;
-    close(lock);
     if (reason == EWOULDBLOCK)
       return refused(
           "laboratory '{}': address in use: another process serves {}; stop it or choose another name", name,
@@ -84,19 +82,16 @@ Expected<std::unique_ptr<LabServer>> LabServer::open(const std::string& name, co
     return refused("{}: cannot lock: {}", lock_file, std::strerror(reason));
   }
   auto mapping = create(*file, Layout{settings.cameras, settings.width, settings.height});
-  if (!mapping) {
-    close(lock);
-    return tl::unexpected(mapping.error());
-  }
+  if (!mapping) return tl::unexpected(mapping.error());
   return std::unique_ptr<LabServer>(
-      new LabServer(std::make_unique<Mapping>(std::move(*mapping)), *file, lock));
+      new LabServer(std::make_unique<Mapping>(std::move(*mapping)), *file, std::move(lock)));
 }
 
-LabServer::LabServer(std::unique_ptr<Mapping> mapping, std::filesystem::path file, int lock)
+LabServer::LabServer(std::unique_ptr<Mapping> mapping, std::filesystem::path file, FileDescriptor lock)
     : mapping_(std::move(mapping)),
       memory_(mapping_->memory()),
       file_(std::move(file)),
-      lock_(lock),
+      lock_(std::move(lock)),
       arm_silence_(kSilenceNs),
       hand_silence_(kSilenceNs) {
   heartbeat();
@@ -105,7 +100,6 @@ LabServer::LabServer(std::unique_ptr<Mapping> mapping, std::filesystem::path fil
 LabServer::~LabServer() {
   memory_->closed.store(1, std::memory_order_release);
   unlink(file_.c_str());
-  close(lock_);
 }
 
 void LabServer::heartbeat() noexcept { memory_->beat_ns.store(monotonic_ns(), std::memory_order_release); }

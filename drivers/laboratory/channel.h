@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "palpate/core/expected.h"
+#include "palpate/core/file_descriptor.h"
 #include "palpate/device/devices.h"
 #include "palpate/device/heartbeat_monitor.h"
 
@@ -76,11 +77,11 @@ class LabServer {
   Peers peers() noexcept;
 
  private:
-  LabServer(std::unique_ptr<Mapping> mapping, std::filesystem::path file, int lock);
+  LabServer(std::unique_ptr<Mapping> mapping, std::filesystem::path file, FileDescriptor lock);
   std::unique_ptr<Mapping> mapping_;
   LabMemory* memory_;
   std::filesystem::path file_;
-  int lock_;
+  FileDescriptor lock_;
   std::uint64_t hand_targets_ = 0, timecodes_ = 0;
   device::HeartbeatMonitor arm_silence_, hand_silence_;
 };

@@ -11,6 +11,7 @@
 #include <new>
 #include <utility>
 
+#include "palpate/core/file_descriptor.h"
 #include "palpate/core/run_directory.h"
 
 namespace palpate::drivers::laboratory {
@@ -21,14 +22,6 @@ std::size_t image_bytes(int width, int height) {
 }
 
 std::size_t image_offset() { return (sizeof(LabMemory) + 63) / 64 * 64; }
-
-// Closes a descriptor at the end of the scope.
-struct Descriptor {
-  int fd;
-  ~Descriptor() {
-    if (fd >= 0) close(fd);
-  }
-};
 
 }  // namespace
 
@@ -98,13 +91,13 @@ Expected<std::filesystem::path> file_of(const std::string& name, const std::file
 Expected<Mapping> create(const std::filesystem::path& file, const Layout& layout) {
   const std::filesystem::path draft = file.string() + ".new";
   unlink(draft.c_str());
-  const Descriptor d{::open(draft.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600)};
-  if (d.fd < 0) return refused("{}: cannot make shared memory: {}", draft.string(), std::strerror(errno));
+  const FileDescriptor fd(::open(draft.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600));
+  if (!fd) return refused("{}: cannot make shared memory: {}", draft.string(), std::strerror(errno));
   const std::size_t size = total_size(layout);
   // Reserved now: a memory file that cannot grow later would kill whoever touches it.
-  const int no_room = posix_fallocate(d.fd, 0, static_cast<off_t>(size));
+  const int no_room = posix_fallocate(fd.get(), 0, static_cast<off_t>(size));
   void* address =
-      no_room == 0 ? mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, d.fd, 0) : MAP_FAILED;
+      no_room == 0 ? mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, fd.get(), 0) : MAP_FAILED;
   if (address == MAP_FAILED) {
     const int reason = no_room != 0 ? no_room : errno;
     unlink(draft.c_str());
@@ -128,20 +121,19 @@ Expected<Mapping> create(const std::filesystem::path& file, const Layout& layout
 }
 
 Expected<Mapping> attach(const std::string& name, const std::filesystem::path& file) {
-  const Descriptor d{::open(file.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW)};
-  if (d.fd < 0 && errno == ENOENT)
+  const FileDescriptor fd(::open(file.c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW));
+  if (!fd && errno == ENOENT)
     return refused("laboratory '{}' is not there (looked for {}): start it with palpate world run", name,
                    file.string());
-  if (d.fd < 0)
-    return refused("laboratory '{}': cannot open {}: {}", name, file.string(), std::strerror(errno));
+  if (!fd) return refused("laboratory '{}': cannot open {}: {}", name, file.string(), std::strerror(errno));
   struct stat info {};
-  if (fstat(d.fd, &info) != 0 || !S_ISREG(info.st_mode) || info.st_uid != geteuid())
+  if (fstat(fd.get(), &info) != 0 || !S_ISREG(info.st_mode) || info.st_uid != geteuid())
     return refused("laboratory '{}': {} is not a file of this user", name, file.string());
   const auto size = static_cast<std::size_t>(info.st_size);
   if (size < sizeof(LabMemory))
     return refused("laboratory '{}': {} has {} bytes, expected at least {}: not a laboratory of this build",
                    name, file.string(), size, sizeof(LabMemory));
-  void* address = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, d.fd, 0);
+  void* address = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, fd.get(), 0);
   if (address == MAP_FAILED)
     return refused("laboratory '{}': cannot map {}: {}", name, file.string(), std::strerror(errno));
   const auto& m = *static_cast<const LabMemory*>(address);

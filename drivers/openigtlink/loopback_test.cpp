@@ -21,8 +21,8 @@ using Stamp = Instant<TrackerClock>;
 RigidPose somewhere(int i) { return {so3_exp(Vector3(0.1, 0.01 * i, 0.2)), Vector3(0.1 * i, -0.2, 1.0)}; }
 
 // A plain socket, for peers that misbehave.
-Descriptor connect_to(const Address& address, int buffer = 0) {
-  Descriptor socket = begin_connect(resolve(address)->front());
+FileDescriptor connect_to(const Address& address, int buffer = 0) {
+  FileDescriptor socket = begin_connect(resolve(address)->front());
   pollfd item{socket.get(), POLLOUT, 0};
   EXPECT_EQ(::poll(&item, 1, 60'000), 1);
   EXPECT_TRUE(connected(socket));
@@ -32,12 +32,12 @@ Descriptor connect_to(const Address& address, int buffer = 0) {
   return socket;
 }
 
-void send_all(const Descriptor& socket, const std::string& bytes) {
+void send_all(const FileDescriptor& socket, const std::string& bytes) {
   EXPECT_EQ(::send(socket.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL),
             static_cast<ssize_t>(bytes.size()));
 }
 
-Descriptor accept_one(const Listening& server) {
+FileDescriptor accept_one(const Listening& server) {
   pollfd item{server.socket.get(), POLLIN, 0};
   EXPECT_EQ(::poll(&item, 1, 60'000), 1);
   return accept_from(server.socket);
@@ -159,7 +159,7 @@ TEST(Loopback, AClientThatTakesNothingForLongIsDisconnected) {
 // queues here may stay empty.
 TEST(Loopback, ClientsThatNeverReadKeepNoPlaces) {
   const auto publisher = publisher_at();
-  std::vector<Descriptor> silent;
+  std::vector<FileDescriptor> silent;
   for (std::size_t i = 0; i < PublisherOptions{}.most_clients; ++i) {
     silent.push_back(connect_to(publisher->address(), 2048));
     ASSERT_TRUE(comes_true([&] { return publisher->state().clients == silent.size(); }));
@@ -191,7 +191,7 @@ TEST(Loopback, AClientThatHasNothingToReadKeepsItsPlace) {
 // A client that reads everything, and publishes poses of tools a and b until something has come of it.
 struct Asker {
   PosePublisher& publisher;
-  Descriptor socket;
+  FileDescriptor socket;
   MessageStream stream;
   int sent = 0, transforms = 0, other = 0;
   std::vector<Message> data;

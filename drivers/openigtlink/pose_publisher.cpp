@@ -44,7 +44,7 @@ struct Tracking {
 };
 
 struct Served {
-  Descriptor socket;
+  FileDescriptor socket;
   MessageStream stream;
   SendQueue queue;
   std::optional<Tracking> tracking;  // TDATA instead of TRANSFORM
@@ -225,7 +225,7 @@ class Publisher : public PosePublisher {
 
   void accept_clients() {
     while (true) {
-      Descriptor socket = accept_from(listening_.socket);
+      FileDescriptor socket = accept_from(listening_.socket);
       if (!socket) {
         // Without descriptors the waiting client stays where it is, and would wake us at once, again and
         // again.

@@ -53,7 +53,7 @@ class Client : public TrackerClient {
 
  private:
   // Waits until the socket is ready, at most so long; false when the client is to end.
-  bool wait_for(const Descriptor* socket, short events, int ms, bool& ready) {
+  bool wait_for(const FileDescriptor* socket, short events, int ms, bool& ready) {
     pollfd items[] = {{stop_.fd(), POLLIN, 0}, {socket != nullptr ? socket->get() : -1, events, 0}};
     const int count = ::poll(items, 2, ms);
     ready = count > 0 && items[1].revents != 0;
@@ -65,7 +65,7 @@ class Client : public TrackerClient {
     bool ready = false;
     while (true) {
       for (const auto& address : addresses_) {
-        const Descriptor socket = begin_connect(address);
+        const FileDescriptor socket = begin_connect(address);
         if (!socket) continue;
         if (!wait_for(&socket, POLLOUT, kConnectMs, ready)) return;
         if (!ready || !connected(socket)) continue;
@@ -77,7 +77,7 @@ class Client : public TrackerClient {
   }
 
   // As long as the connection stands; false when the client is to end.
-  bool converse(const Descriptor& socket) {
+  bool converse(const FileDescriptor& socket) {
     MessageStream stream;
     {
       const std::lock_guard lock(mutex_);
@@ -110,7 +110,7 @@ class Client : public TrackerClient {
   }
 
   // Empty, or why the connection is over.
-  std::string receive(const Descriptor& socket, MessageStream& stream) {
+  std::string receive(const FileDescriptor& socket, MessageStream& stream) {
     const ssize_t count = ::recv(socket.get(), buffer_, sizeof buffer_, 0);
     if (count == 0) return "the server has closed the connection";
     if (count < 0)
@@ -181,7 +181,7 @@ class Client : public TrackerClient {
   }
 
   // A few bytes on a connection that is otherwise not written to: they leave at once, or not at all.
-  static void send(const Descriptor& socket, Content content) {
+  static void send(const FileDescriptor& socket, Content content) {
     const auto bytes = encode({"", {}, std::move(content)});
     if (bytes)
       static_cast<void>(::send(socket.get(), bytes->data(), bytes->size(), MSG_NOSIGNAL | MSG_DONTWAIT));

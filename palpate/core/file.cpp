@@ -11,6 +11,7 @@
 #include <cstring>
 #include <system_error>
 
+#include "palpate/core/file_descriptor.h"
 #include "palpate/core/internal/part_file.h"
 
 namespace palpate::inline core {
@@ -18,16 +19,6 @@ namespace palpate::inline core {
 namespace fs = std::filesystem;
 
 namespace {
-
-struct OpenFile {
-  explicit OpenFile(int descriptor) : fd(descriptor) {}
-  ~OpenFile() {
-    if (fd >= 0) ::close(fd);
-  }
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-  const int fd;
-};
 
 const char* kind_of_file(mode_t mode) {
   if (S_ISDIR(mode)) return "a folder";
@@ -87,11 +78,11 @@ tl::unexpected<Error> not_written(const fs::path& path, const char* what) {
 
 // Into a device or a pipe.
 Expected<void> write_in_place(const fs::path& path, std::string_view content) {
-  const OpenFile file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
-  if (file.fd < 0)
+  const FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+  if (!file)
     return wrong_use("{}: cannot be written ({}); check its permissions", path.string(),
                      std::strerror(errno));
-  if (!write_all(file.fd, content)) return not_written(path, "writing");
+  if (!write_all(file.get(), content)) return not_written(path, "writing");
   return {};
 }
 
@@ -104,13 +95,13 @@ Expected<std::string> read_file(const fs::path& path, std::size_t most) {
   // for what was looked at may have been replaced.
   if (::stat(path.c_str(), &before) != 0) return cannot_open(path);
   if (const auto fine = check_readable(path, before, most); !fine) return tl::unexpected(fine.error());
-  const OpenFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
-  if (file.fd < 0) return cannot_open(path);
-  if (::fstat(file.fd, &before) != 0) return cannot_open(path);
+  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  if (!file) return cannot_open(path);
+  if (::fstat(file.get(), &before) != 0) return cannot_open(path);
   if (const auto fine = check_readable(path, before, most); !fine) return tl::unexpected(fine.error());
   std::string content;
   content.reserve(static_cast<std::size_t>(before.st_size));
-  if (!read_up_to(file.fd, most, content) || ::fstat(file.fd, &after) != 0)
+  if (!read_up_to(file.get(), most, content) || ::fstat(file.get(), &after) != 0)
     return refused("{}: reading failed ({})", path.string(), std::strerror(errno));
   // Of files in /proc and /sys the size is not known.
   const bool whole = before.st_size == 0 || content.size() == static_cast<std::size_t>(before.st_size);

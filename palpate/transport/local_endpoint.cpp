@@ -102,14 +102,14 @@ std::filesystem::path lock_path(const std::filesystem::path& socket) { return so
 
 // Opens and locks the file, and makes sure that the locked file is still the one at that path: its last
 // holder removes it before letting go.
-Expected<int> lock_file(const std::filesystem::path& path, const std::filesystem::path& socket) {
+Expected<FileDescriptor> lock_file(const std::filesystem::path& path, const std::filesystem::path& socket) {
   for (int attempt = 0; attempt < 100; ++attempt) {
-    const int fd = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
-    if (fd < 0) return refused("{}: cannot be opened: {}", path.string(), reason());
+    FileDescriptor lock(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
+    const int fd = lock.get();
+    if (!lock) return refused("{}: cannot be opened: {}", path.string(), reason());
     if (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
       char holder[32] = {};
       const ssize_t length = ::pread(fd, holder, sizeof holder - 1, 0);
-      ::close(fd);
       return refused("ipc://{}: address in use by process {}; stop it or listen at another address",
                      socket.string(), length > 0 ? holder : "(unknown)");
     }
@@ -120,9 +120,8 @@ Expected<int> lock_file(const std::filesystem::path& path, const std::filesystem
       const std::string pid = std::to_string(::getpid());
       // The number is for people only; the lock holds without it.
       static_cast<void>(::ftruncate(fd, 0) == 0 && ::pwrite(fd, pid.data(), pid.size(), 0) > 0);
-      return fd;
+      return lock;
     }
-    ::close(fd);
   }
   return refused("{}: other servers keep taking the lock; try again", path.string());
 }
@@ -134,12 +133,10 @@ bool somebody_listens(const std::filesystem::path& socket_path) {
   address.sun_family = AF_UNIX;
   if (socket_path.native().size() > kMaxSocketPath) return false;
   std::memcpy(address.sun_path, socket_path.c_str(), socket_path.native().size());
-  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-  if (fd < 0) return false;
-  const int connected = ::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address);
-  const bool listens = connected == 0 || errno == EAGAIN;  // EAGAIN: its queue is full
-  ::close(fd);
-  return listens;
+  const FileDescriptor fd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  if (!fd) return false;
+  const int connected = ::connect(fd.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address);
+  return connected == 0 || errno == EAGAIN;  // EAGAIN: its queue is full
 }
 
 Expected<Endpoint> default_endpoint(std::string_view name) {
@@ -175,7 +172,7 @@ Expected<Endpoint> states_endpoint(const Endpoint& service) {
 Expected<SocketClaim> SocketClaim::take(const std::filesystem::path& socket) {
   auto lock = lock_file(lock_path(socket), socket);
   if (!lock) return tl::unexpected(lock.error());
-  SocketClaim claim(*lock, socket);
+  SocketClaim claim(std::move(*lock), socket);
   struct stat info {};
   if (!exists(socket, info)) {
     claim.ours_ = true;
@@ -196,12 +193,12 @@ Expected<SocketClaim> SocketClaim::take(const std::filesystem::path& socket) {
 }
 
 SocketClaim::SocketClaim(SocketClaim&& other) noexcept
-    : lock_(std::exchange(other.lock_, -1)), socket_(std::move(other.socket_)), ours_(other.ours_) {}
+    : lock_(std::move(other.lock_)), socket_(std::move(other.socket_)), ours_(other.ours_) {}
 
 SocketClaim& SocketClaim::operator=(SocketClaim&& other) noexcept {
   if (this != &other) {
     release();
-    lock_ = std::exchange(other.lock_, -1);
+    lock_ = std::move(other.lock_);
     socket_ = std::move(other.socket_);
     ours_ = other.ours_;
   }
@@ -211,10 +208,10 @@ SocketClaim& SocketClaim::operator=(SocketClaim&& other) noexcept {
 SocketClaim::~SocketClaim() { release(); }
 
 void SocketClaim::release() {
-  if (lock_ < 0) return;
+  if (!lock_) return;
   if (ours_) ::unlink(socket_.c_str());
   ::unlink(lock_path(socket_).c_str());
-  ::close(std::exchange(lock_, -1));
+  lock_.close();
 }
 
 }  // namespace palpate::transport

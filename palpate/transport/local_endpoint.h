@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "palpate/core/expected.h"
+#include "palpate/core/file_descriptor.h"
 
 namespace palpate::transport {
 
@@ -53,10 +54,11 @@ class SocketClaim {
   ~SocketClaim();
 
  private:
-  SocketClaim(int lock, std::filesystem::path socket) : lock_(lock), socket_(std::move(socket)) {}
+  SocketClaim(FileDescriptor lock, std::filesystem::path socket)
+      : lock_(std::move(lock)), socket_(std::move(socket)) {}
   void release();
 
-  int lock_ = -1;
+  FileDescriptor lock_;
   std::filesystem::path socket_;
   bool ours_ = false;  // whatever socket lies there now was made under this claim
 };

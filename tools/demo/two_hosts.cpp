@@ -97,10 +97,6 @@ Expected<void> set_end(int socket, bool up) {
 
 }  // namespace
 
-TwoHosts::Descriptor::~Descriptor() {
-  if (number_ >= 0) ::close(number_);
-}
-
 Expected<TwoHosts> TwoHosts::make() {
   TwoHosts hosts;
   for (const Host host : {kPhysicsHost, kGraphicsHost})
@@ -119,8 +115,8 @@ Expected<void> TwoHosts::make_network(Host host) {
       failure = errno;
       return;
     }
-    networks_[host] = Descriptor(::open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC));
-    sockets_[host] = Descriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+    networks_[host] = FileDescriptor(::open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC));
+    sockets_[host] = FileDescriptor(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
     if (networks_[host].get() < 0 || sockets_[host].get() < 0) failure = errno;
   }).join();
   if (failure == EPERM)

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "palpate/core/expected.h"
+#include "palpate/core/file_descriptor.h"
 
 namespace palpate::tools::demo {
 
@@ -31,28 +32,13 @@ class TwoHosts {
   Expected<void> plug(bool in) const;
 
  private:
-  class Descriptor {
-   public:
-    explicit Descriptor(int number = -1) : number_(number) {}
-    Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
-    Descriptor& operator=(Descriptor&& other) noexcept {
-      std::swap(number_, other.number_);
-      return *this;
-    }
-    ~Descriptor();
-    int get() const { return number_; }
-
-   private:
-    int number_;
-  };
-
   TwoHosts() = default;
   Expected<void> make_network(Host host);
   Expected<void> lay_cable();
   Expected<void> set_up(Host host);
 
-  std::array<Descriptor, 2> networks_;  // the namespaces
-  std::array<Descriptor, 2> sockets_;   // of each network, to configure it
+  std::array<FileDescriptor, 2> networks_;  // the namespaces
+  std::array<FileDescriptor, 2> sockets_;   // of each network, to configure it
 };
 
 }  // namespace palpate::tools::demo

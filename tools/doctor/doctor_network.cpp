@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "drivers/laboratory/channel.h"
+#include "palpate/core/file_descriptor.h"
 #include "palpate/core/run_directory.h"
 
 namespace palpate::tools::doctor {
@@ -32,15 +33,14 @@ std::string why_no_socket(const fs::path& folder) {
   const std::string path = folder / ("d" + std::to_string(::getpid()));
   if (path.size() >= sizeof address.sun_path) return "";  // the path's length is told by itself
   std::memcpy(address.sun_path, path.c_str(), path.size());
-  const int fd = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (fd < 0) return std::strerror(errno);
+  const FileDescriptor fd(::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  if (!fd) return std::strerror(errno);
   std::string reason;
-  if (::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
+  if (::bind(fd.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0) {
     ::unlink(path.c_str());
   } else {
     reason = std::strerror(errno);
   }
-  ::close(fd);
   return reason;
 }
 

@@ -36,12 +36,8 @@ void set_up(int fd) {
 
 }  // namespace
 
-void Descriptor::close() {
-  if (fd_ >= 0) ::close(std::exchange(fd_, -1));
-}
-
 Expected<Wake> Wake::make() {
-  Descriptor fd(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+  FileDescriptor fd(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
   if (!fd) return refused("no eventfd left ({}); raise the limit of open files", std::strerror(errno));
   return Wake(std::move(fd));
 }
@@ -74,17 +70,17 @@ Expected<std::vector<SocketAddress>> resolve(const Address& address) {
   return all;
 }
 
-Descriptor begin_connect(const SocketAddress& to) {
-  Descriptor fd(::socket(to.storage.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+FileDescriptor begin_connect(const SocketAddress& to) {
+  FileDescriptor fd(::socket(to.storage.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (!fd) return fd;
   set_up(fd.get());
   if (::connect(fd.get(), reinterpret_cast<const sockaddr*>(&to.storage), to.size) != 0 &&
       errno != EINPROGRESS)
-    return Descriptor();
+    return FileDescriptor();
   return fd;
 }
 
-bool connected(const Descriptor& socket) {
+bool connected(const FileDescriptor& socket) {
   int error = 0;
   socklen_t size = sizeof error;
   if (::getsockopt(socket.get(), SOL_SOCKET, SO_ERROR, &error, &size) != 0 || error != 0) return false;
@@ -101,7 +97,7 @@ Expected<Listening> listen_at(const Address& address) {
   if (!where) return tl::unexpected(where.error());
   SocketAddress at = where->front();
   Listening listening{
-      Descriptor(::socket(at.storage.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)), address};
+      FileDescriptor(::socket(at.storage.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)), address};
   const int fd = listening.socket.get();
   if (fd >= 0) set_option(fd, SOL_SOCKET, SO_REUSEADDR, 1);
   constexpr int kWaiting = 16;
@@ -117,8 +113,8 @@ Expected<Listening> listen_at(const Address& address) {
   return listening;
 }
 
-Descriptor accept_from(const Descriptor& listening) {
-  Descriptor client(::accept4(listening.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
+FileDescriptor accept_from(const FileDescriptor& listening) {
+  FileDescriptor client(::accept4(listening.get(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK));
   if (client) set_up(client.get());
   return client;
 }

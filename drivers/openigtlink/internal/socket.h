@@ -1,4 +1,4 @@
-// Descriptors and TCP sockets, set up as this module's all are. Private to it.
+// TCP sockets, set up as this module's all are. Private to it.
 #pragma once
 
 #include <utility>
@@ -8,28 +8,9 @@
 #include <sys/socket.h>
 
 #include "drivers/openigtlink/address.h"
+#include "palpate/core/file_descriptor.h"
 
 namespace palpate::drivers::openigtlink {
-
-class Descriptor {
- public:
-  explicit Descriptor(int fd = -1) : fd_(fd) {}
-  Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    if (this != &other) {
-      close();
-      fd_ = std::exchange(other.fd_, -1);
-    }
-    return *this;
-  }
-  ~Descriptor() { close(); }
-  int get() const { return fd_; }
-  explicit operator bool() const { return fd_ >= 0; }
-
- private:
-  void close();
-  int fd_;
-};
 
 // An eventfd: set() from any thread ends another's poll().
 class Wake {
@@ -40,8 +21,8 @@ class Wake {
   int fd() const { return fd_.get(); }
 
  private:
-  explicit Wake(Descriptor fd) : fd_(std::move(fd)) {}
-  Descriptor fd_;
+  explicit Wake(FileDescriptor fd) : fd_(std::move(fd)) {}
+  FileDescriptor fd_;
 };
 
 struct SocketAddress {
@@ -53,15 +34,15 @@ struct SocketAddress {
 Expected<std::vector<SocketAddress>> resolve(const Address& address);
 
 // Begins to connect; poll for writing, then connected() tells. No descriptor where that fails at once.
-Descriptor begin_connect(const SocketAddress& to);
-bool connected(const Descriptor& socket);
+FileDescriptor begin_connect(const SocketAddress& to);
+bool connected(const FileDescriptor& socket);
 
 struct Listening {
-  Descriptor socket;
+  FileDescriptor socket;
   Address address;  // with the port that the system chose
 };
 Expected<Listening> listen_at(const Address& address);
 // The next client that waits. No descriptor: none, or (then errno says so) no more descriptors.
-Descriptor accept_from(const Descriptor& listening);
+FileDescriptor accept_from(const FileDescriptor& listening);
 
 }  // namespace palpate::drivers::openigtlink

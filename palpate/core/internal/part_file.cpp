@@ -35,23 +35,21 @@ bool is_at(const std::string& name, int fd) {
 void remove_left_behind(const std::string& name) {
   struct stat found {};
   if (::lstat(name.c_str(), &found) != 0 || !S_ISREG(found.st_mode) || found.st_uid != ::geteuid()) return;
-  const int fd = ::open(name.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
-  if (fd < 0) return;
+  const FileDescriptor fd(::open(name.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  if (!fd) return;
   // While we hold the lock, nobody else who keeps to it removes or renames the file.
-  if (::flock(fd, LOCK_EX | LOCK_NB) == 0 && is_at(name, fd)) ::unlink(name.c_str());
-  ::close(fd);
+  if (::flock(fd.get(), LOCK_EX | LOCK_NB) == 0 && is_at(name, fd.get())) ::unlink(name.c_str());
 }
 
-// A new file at this place, locked; below 0: errno, EEXIST where the place is taken.
-int take(const std::string& name) {
-  const int fd = ::open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600);
-  if (fd < 0) return fd;
-  const bool locked = ::flock(fd, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+// A new file at this place, locked; none: errno, EEXIST where the place is taken.
+FileDescriptor take(const std::string& name) {
+  FileDescriptor fd(::open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600));
+  if (!fd) return fd;
+  const bool locked = ::flock(fd.get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
   // Before it was locked, another may have taken it for one left behind.
-  if (locked && is_at(name, fd)) return fd;
-  ::close(fd);
+  if (locked && is_at(name, fd.get())) return fd;
   errno = EEXIST;
-  return -1;
+  return FileDescriptor();
 }
 
 }  // namespace
@@ -60,35 +58,32 @@ Expected<PartFile> PartFile::begin(const fs::path& target) {
   for (int number = 1; number <= kPlaces; ++number) remove_left_behind(place(target, number));
   for (int attempt = 0; attempt < kMostTries; ++attempt) {
     std::string name = place(target, 1 + attempt % kPlaces);
-    const int fd = take(name);
-    if (fd >= 0) return PartFile(target, std::move(name), fd);
+    FileDescriptor fd = take(name);
+    if (fd) return PartFile(target, std::move(name), std::move(fd));
     if (errno != EEXIST) break;
   }
   // All places are taken: a name that nobody can foresee.
   if (errno == EEXIST) {
     std::string name = target.string() + ".part-XXXXXX";
-    const int fd = ::mkostemp(name.data(), O_CLOEXEC);
-    if (fd >= 0) return PartFile(target, std::move(name), fd);
+    FileDescriptor fd(::mkostemp(name.data(), O_CLOEXEC));
+    if (fd) return PartFile(target, std::move(name), std::move(fd));
   }
   return wrong_use("{}: cannot be written ({}); check the folder and its permissions", target.string(),
                    std::strerror(errno));
 }
 
 PartFile::PartFile(PartFile&& other) noexcept
-    : target_(std::move(other.target_)),
-      name_(std::exchange(other.name_, {})),
-      fd_(std::exchange(other.fd_, -1)) {}
+    : target_(std::move(other.target_)), name_(std::exchange(other.name_, {})), fd_(std::move(other.fd_)) {}
 
 PartFile::~PartFile() {
   const int error = errno;  // of what has failed
   if (!name_.empty()) ::unlink(name_.c_str());
-  if (fd_ >= 0) ::close(fd_);
   errno = error;
 }
 
 const char* PartFile::put_in_place(unsigned mode) {
-  if (::fchmod(fd_, static_cast<mode_t>(mode)) != 0) return "setting permissions";
-  if (::fsync(fd_) != 0) return "writing to disk";
+  if (::fchmod(fd(), static_cast<mode_t>(mode)) != 0) return "setting permissions";
+  if (::fsync(fd()) != 0) return "writing to disk";
   // Closed only afterwards: without its lock it would pass for one left behind.
   if (::rename(name_.c_str(), target_.c_str()) != 0) return "putting it in place";
   name_.clear();

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "palpate/core/expected.h"
+#include "palpate/core/file_descriptor.h"
 
 namespace palpate::inline core {
 
@@ -20,18 +21,18 @@ class PartFile {
   PartFile(PartFile&& other) noexcept;
   PartFile& operator=(PartFile&&) = delete;
 
-  int fd() const { return fd_; }
+  int fd() const { return fd_.get(); }
   // Once: onto the disk, with these permissions, under the target's name. What failed, with errno; nullptr:
   // nothing has.
   const char* put_in_place(unsigned mode);
 
  private:
-  PartFile(std::filesystem::path target, std::string name, int fd)
-      : target_(std::move(target)), name_(std::move(name)), fd_(fd) {}
+  PartFile(std::filesystem::path target, std::string name, FileDescriptor fd)
+      : target_(std::move(target)), name_(std::move(name)), fd_(std::move(fd)) {}
 
   std::filesystem::path target_;
   std::string name_;  // empty: put in place
-  int fd_ = -1;
+  FileDescriptor fd_;
 };
 
 }  // namespace palpate::inline core
