@@ -30,6 +30,8 @@
 
 #include "bare_tcp.h"
 #include "bare_zeromq.h"
+#include "exchange_table.h"
+#include "palpate/core/statistics.h"
 #include "palpate/scene/scene_history.h"
 #include "palpate/scene/shape_history.h"
 #include "palpate/time/periodic_loop.h"
@@ -38,11 +40,11 @@
 namespace {
 
 using namespace palpate;
+using namespace palpate::exchange_bench;
 
 constexpr std::size_t kRequestBytes = 24;  // of ours, about
 constexpr std::size_t kShapeVertices = 10'000;
 constexpr std::size_t kShapeBytes = kShapeVertices * scene::Shape::kFloatsPerVertex * sizeof(float);
-using Times = std::vector<double>;  // us
 
 MonotonicClock<PhysicsClock> physics_clock;
 MonotonicClock<GraphicsClock> graphics_clock;
@@ -52,10 +54,6 @@ struct Shared {
   std::atomic<std::int64_t> looked_up{0}, answered{0};
   std::atomic<bool> shape_ready{false};  // to the server: send a shape as it is, without looking one up
 };
-
-void require(bool condition, const std::string& what) {
-  if (!condition) throw std::runtime_error(what);
-}
 
 void pin_to(int core) {
   cpu_set_t cores;
@@ -127,23 +125,6 @@ struct Places {
 }
 
 // ---------------------------------------------------------------------------- the client's legs
-
-struct Pace {
-  Duration period;
-  std::int64_t next = MonotonicClock<GraphicsClock>::monotonic_ns();
-  void wait() {
-    next += period.count();
-    graphics_clock.sleep_until({Duration(next)});
-  }
-};
-
-struct Load {
-  double rate_hz = 100.0;
-  int requests = 100;  // per leg
-  std::size_t reply_bytes = 0;
-  bool shape = false;
-  Duration period() const { return seconds(1.0 / rate_hz); }
-};
 
 // `exchange` sends the request, whose first eight bytes ask for so many, and takes the reply.
 template <typename Exchange>
@@ -223,14 +204,6 @@ class Ours {
   std::uint64_t number_ = 0;
 };
 
-double quantile(Times values, double q) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[static_cast<std::size_t>(q * static_cast<double>(values.size() - 1) + 0.5)];
-}
-double median(const Times& values) { return quantile(values, 0.5); }
-double p99(const Times& values) { return quantile(values, 0.99); }
-
 // What reading a request and writing a state takes on a core that has slept, us: medians.
 struct Wording {
   double decode = 0.0, encode = 0.0;
@@ -258,23 +231,6 @@ Wording wording() {
 }
 
 // ---------------------------------------------------------------------------- a table
-
-struct Row {
-  std::string name;
-  Times medians, p99s, all;  // ratios round by round; us
-  double bar = 0.0;          // of the median's ratio; 0: none
-};
-
-void print(const Row& row, double p99_bar) {
-  std::string verdict;
-  if (row.bar > 0.0) {
-    const bool holds = median(row.medians) <= row.bar && median(row.p99s) <= p99_bar;
-    verdict = fmt::format("  bar {:.1f}, p99 {:.1f}: {}", row.bar, p99_bar, holds ? "holds" : "MISSED");
-  }
-  fmt::print("  {:<16} {:6.0f} us  ratio {:.2f} ({:.2f} to {:.2f})   p99 {:6.0f} us  ratio {:.2f}{}\n",
-             row.name, median(row.all), median(row.medians), quantile(row.medians, 0.0),
-             quantile(row.medians, 1.0), p99(row.all), median(row.p99s), verdict);
-}
 
 struct Case {
   const char* what = "state";

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "bench/frame_bench.h"
+#include "palpate/core/statistics.h"
 #include "palpate/render/context.h"
 #include "palpate/render/gl_objects.h"
 #include "palpate/sim/camera_renderer.h"
@@ -32,11 +33,6 @@ struct Contender {
   std::function<void(std::size_t picture)> draw;
   std::vector<double> ms;  // per picture, one of each round
 };
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
 
 }  // namespace
 

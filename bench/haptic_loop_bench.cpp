@@ -25,6 +25,7 @@
 #include <thread>
 #include <vector>
 
+#include "palpate/core/statistics.h"
 #include "palpate/haptics/haptic_loop.h"
 #include "palpate/time/periodic_loop.h"
 
@@ -174,12 +175,6 @@ std::vector<pid_t> load() {
     }
   }));
   return all;
-}
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
-                   values.end());
-  return values[values.size() / 2];
 }
 
 void compare(const char* company, double rate_hz, int rounds, double seconds_long) {

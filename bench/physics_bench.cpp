@@ -12,6 +12,7 @@
 #include "applications/pingpong/ball_world.h"
 #include "bench/physics_rivals.h"
 #include "palpate/core/random.h"
+#include "palpate/core/statistics.h"
 #include "palpate/physics/height_field_for_tests.h"
 
 namespace palpate::bench {
@@ -23,13 +24,6 @@ double now_ns() {
   return static_cast<double>(std::chrono::duration_cast<std::chrono::nanoseconds>(
                                  std::chrono::steady_clock::now().time_since_epoch())
                                  .count());
-}
-
-double quantile(std::vector<double> values, double q) {
-  if (values.empty()) return std::nan("");
-  const auto at = static_cast<std::ptrdiff_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + at, values.end());
-  return values[static_cast<std::size_t>(at)];
 }
 
 double timer_ns() {

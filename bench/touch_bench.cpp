@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "palpate/core/random.h"
+#include "palpate/core/statistics.h"
 #include "palpate/physics/height_field_for_tests.h"
 #include "palpate/physics/proxy.h"
 
@@ -22,12 +23,6 @@ constexpr double kRadius = 0.003, kDepth = 0.002;
 
 double microseconds_since(std::chrono::steady_clock::time_point t) {
   return std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - t).count();
-}
-
-double quantile(std::vector<double>& values, double q) {
-  const auto k = static_cast<std::size_t>(q * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(k), values.end());
-  return values[k];
 }
 
 bool below(const scene::TriangleMesh& surface, std::uint32_t cells, const Vector3& p) {

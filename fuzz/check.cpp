@@ -1,8 +1,9 @@
 #include "fuzz/check.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+
+#include "palpate/core/text.h"
 
 namespace palpate::fuzz {
 
@@ -15,10 +16,7 @@ void hold(bool promise, std::string_view what) {
 void hold_one_line(const Error& error) {
   constexpr std::size_t kLongest = 600;
   const auto& text = error.message;
-  const bool fine =
-      !text.empty() && text.size() <= kLongest && std::none_of(text.begin(), text.end(), [](char c) {
-        return static_cast<unsigned char>(c) < 32 || static_cast<unsigned char>(c) == 127;
-      });
+  const bool fine = !text.empty() && text.size() <= kLongest && !has_control(text);
   if (!fine) std::fprintf(stderr, "the error is '%s'\n", text.c_str());
   hold(fine, "an error is one line without control characters, of at most 600 bytes");
 }

@@ -169,8 +169,8 @@ TEST_P(ForceReturn, ByTheRuleAfterEveryStall) {
           most_asked = std::max(most_asked, organ.asked());  // of the step before, which the loop answers to
           organ.run(1);
           const double force = organ.commanded();
-          ASSERT_NE(organ.condition().fault, haptics::ForceFault::overspeed) << after;
-          ASSERT_NE(organ.condition().state, haptics::HapticState::safe) << after;
+          ASSERT_NE(organ.condition().fault, device::ForceFault::overspeed) << after;
+          ASSERT_NE(organ.condition().state, device::ForceState::safe) << after;
           if (after == 0 && ms > 21) {
             ASSERT_EQ(force, 0.0);
           }

@@ -9,6 +9,7 @@
 
 #include "applications/pingpong/pingpong.h"
 #include "applications/pingpong/specification.h"
+#include "palpate/core/statistics.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
@@ -16,13 +17,6 @@
 
 namespace palpate {
 namespace {
-
-double median(std::vector<double>& values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // What one line tells of.
 struct Stretch {

@@ -18,7 +18,7 @@
 #include "applications/pingpong/specification.h"
 #include "palpate/calibration/session/calibration_session.h"
 #include "palpate/calibration/session/landmark_finder.h"
-#include "palpate/core/error_summary.h"
+#include "palpate/core/statistics.h"
 #include "palpate/evaluation/overlay_of_play.h"
 #include "palpate/evaluation/world_sample.h"
 #include "palpate/server/graphics/frame_renderer.h"

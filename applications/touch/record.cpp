@@ -8,7 +8,7 @@
 #include "applications/touch/report.h"
 #include "applications/touch/touch.h"
 #include "palpate/core/csv.h"
-#include "palpate/core/error_summary.h"
+#include "palpate/core/statistics.h"
 #include "palpate/core/units.h"
 
 namespace palpate::applications::touch {

@@ -7,6 +7,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "palpate/core/picture_size.h"
+
 namespace palpate::drivers::cameras {
 namespace {
 
@@ -61,6 +63,12 @@ bool whole_jpeg(std::span<const std::uint8_t> bytes) {
 
 Expected<void> decode_jpeg(const RawPicture& picture, std::vector<std::uint8_t>& rgb) {
   if (!whole_jpeg(picture.bytes)) return refused("a JPEG of {} bytes is cut off", picture.bytes.size());
+  const auto size =
+      picture_size({reinterpret_cast<const char*>(picture.bytes.data()), picture.bytes.size()}, "a JPEG");
+  if (!size) return refused("a JPEG of {} bytes is damaged", picture.bytes.size());
+  if (size->width != picture.width || size->height != picture.height)
+    return refused("a JPEG is {}x{} px where {}x{} were agreed", size->width, size->height, picture.width,
+                   picture.height);
   cv::Mat decoded;
   try {
     const cv::Mat bytes(1, static_cast<int>(picture.bytes.size()), CV_8UC1,
@@ -70,8 +78,7 @@ Expected<void> decode_jpeg(const RawPicture& picture, std::vector<std::uint8_t>&
   }
   if (decoded.empty()) return refused("a JPEG of {} bytes is damaged", picture.bytes.size());
   if (decoded.cols != picture.width || decoded.rows != picture.height)
-    return refused("a JPEG is {}x{} px where {}x{} were agreed", decoded.cols, decoded.rows, picture.width,
-                   picture.height);
+    return refused("a JPEG of {} bytes is not what its head says", picture.bytes.size());
   cv::Mat out(picture.height, picture.width, CV_8UC3, rgb.data());
   cv::cvtColor(decoded, out, cv::COLOR_BGR2RGB);
   return {};

@@ -10,6 +10,8 @@
 #include <thread>
 
 #include "palpate/core/csv.h"
+#include "palpate/core/file.h"
+#include "palpate/core/picture_size.h"
 #include "palpate/core/text.h"
 #include "palpate/time/clock.h"
 
@@ -21,6 +23,18 @@ constexpr double kLongestGapS = 60.0;
 constexpr double kLatestS = 1e10;  // three centuries: beyond the integer range of nanoseconds, and no clock
 
 std::int64_t player_ns() { return MonotonicClock<GraphicsClock>::monotonic_ns(); }
+
+// Empty where it is no picture, or one larger than any camera's.
+cv::Mat read_picture(const std::filesystem::path& file) {
+  const auto bytes = read_file(file, kMostPictureBytes);
+  if (!bytes || !picture_size(*bytes, file.string())) return {};
+  try {
+    const cv::Mat raw(1, static_cast<int>(bytes->size()), CV_8UC1, const_cast<char*>(bytes->data()));
+    return cv::imdecode(raw, cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception&) {
+    return {};
+  }
+}
 
 // What folder and video have in common: the pace.
 class Recording : public FrameSource {
@@ -87,8 +101,7 @@ class FolderSource : public Recording {
       longest = std::max(longest, images_[i].mid_exposure_ns - images_[i - 1].mid_exposure_ns);
     if (longest > 0) facts.rate_hz = 1e9 / static_cast<double>(longest);
     for (const auto& image : images_) {  // of the first that can be read
-      const cv::Mat picture =
-          cv::imread(image.file.string(), cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+      const cv::Mat picture = read_picture(image.file);
       if (picture.empty()) continue;
       facts.width = picture.cols, facts.height = picture.rows;
       break;
@@ -106,7 +119,7 @@ class FolderSource : public Recording {
     Outcome outcome{Outcome::Kind::frame, {}, {}};
     outcome.frame.mid_exposure_ns = image.mid_exposure_ns;
     outcome.frame.number = image.number;
-    coming_ = cv::imread(image.file.string(), cv::IMREAD_COLOR | cv::IMREAD_IGNORE_ORIENTATION);
+    coming_ = read_picture(image.file);
     if (coming_.empty()) {
       outcome.kind = Outcome::Kind::damaged;
       outcome.words = fmt::format("{} cannot be read as an image; record it anew or take its line out of {}",
@@ -139,6 +152,9 @@ class VideoSource : public Recording {
     facts.model = "video";
     facts.width = static_cast<int>(video_.get(cv::CAP_PROP_FRAME_WIDTH));
     facts.height = static_cast<int>(video_.get(cv::CAP_PROP_FRAME_HEIGHT));
+    if (static_cast<double>(facts.width) * facts.height > static_cast<double>(kMostPixels))
+      return refused("camera {}: its pictures have {}x{} px; at most {} million pixels are expected", name(),
+                     facts.width, facts.height, kMostPixels / 1'000'000);
     facts.rate_hz = video_.get(cv::CAP_PROP_FPS);
     if (!(facts.rate_hz > 0.0 && facts.rate_hz < 1e4)) facts.rate_hz = 0.0;
     facts.format = PixelFormat::bgr8;

@@ -160,6 +160,25 @@ TEST_F(Recorded, AVideoHasTheTimesOfItsContainer) {
             std::string::npos);
 }
 
+// Its head says 20000x20000 px, and nothing unpacks it.
+TEST_F(Recorded, AnImageLargerThanAnyCamerasIsOneThatCannotBeRead) {
+  image("b.png", 16, 8, 50);
+  std::ifstream in(folder_ / "b.png", std::ios::binary);
+  std::string content(std::istreambuf_iterator<char>(in), {});
+  ASSERT_GT(content.size(), 24u);
+  content.replace(16, 8, std::string("\x00\x00\x4E\x20\x00\x00\x4E\x20", 8));
+  std::ofstream(folder_ / "a.png", std::ios::binary) << content;
+  stamps("image,time_s\na.png,1.0\nb.png,1.01\n");
+  const auto source = make_folder_source(folder_.path());
+  const auto facts = source->open();
+  ASSERT_TRUE(facts) << facts.error().message;
+  EXPECT_EQ(facts->width, 16) << "of the one that can be read";
+  const auto outcomes = play(*source);
+  ASSERT_EQ(outcomes.size(), 2u);
+  EXPECT_EQ(outcomes[0].kind, Outcome::Kind::damaged);
+  EXPECT_EQ(outcomes[1].kind, Outcome::Kind::frame);
+}
+
 TEST(RecordedTimes, KeepTheirNanoseconds) {
   EXPECT_EQ(device::stamp_text(1'795'376'724'824'567'001), "1795376724.824567001");
   EXPECT_EQ(device::stamp_text(-1), "-0.000000001");

@@ -37,7 +37,7 @@ bool process_gone(std::int32_t pid) {
 Expected<void> take(std::atomic<std::uint32_t>& holder, const LabClient& client, const char* what) {
   std::uint32_t current = holder.load();
   while (true) {
-    if (current != 0) {
+    if (current != 0 && current <= kPeers) {
       const std::int32_t pid = client.memory()->peers[current - 1].pid.load();
       if (pid != 0 && !process_gone(pid))
         return refused("the {} of laboratory '{}' is held by process {}: stop it first", what, client.name(),
@@ -45,6 +45,12 @@ Expected<void> take(std::atomic<std::uint32_t>& holder, const LabClient& client,
     }
     if (holder.compare_exchange_weak(current, client.peer() + 1)) return {};
   }
+}
+
+// Where a reader goes on that has come as far as `next` of `count` entries: at the oldest of the last `kept`.
+// Whatever the memory says of its count, no more than a ring is looked through.
+std::uint64_t next_within(std::uint64_t kept, std::uint64_t next, std::uint64_t count) {
+  return std::clamp(next, count - std::min(count, kept), count);
 }
 
 void give_up(std::atomic<std::uint32_t>& holder, const LabClient& client) {
@@ -77,7 +83,7 @@ Expected<std::unique_ptr<LabServer>> LabServer::open(const std::string& name, co
           file->string());
     return refused("{}: cannot lock: {}", lock_file, std::strerror(reason));
   }
-  auto mapping = create(*file, settings.cameras, settings.width, settings.height);
+  auto mapping = create(*file, Layout{settings.cameras, settings.width, settings.height});
   if (!mapping) {
     close(lock);
     return tl::unexpected(mapping.error());
@@ -124,14 +130,13 @@ void LabServer::publish_tracker(const device::TrackerSample& sample) noexcept {
 }
 
 bool LabServer::publish_image(const device::CameraImage& image, int camera) noexcept {
-  if (camera < 0 || camera >= memory_->cameras || image.width < 1 || image.width > memory_->width ||
-      image.height < 1 || image.height > memory_->height ||
+  const ImageWire info{image.mid_exposure.ns(), image.frame, image.width, image.height,
+                       monotonic_ns() - image.waited.count()};
+  const Layout& layout = mapping_->layout();
+  if (camera < 0 || camera >= layout.cameras || !fits(info, layout) ||
       image.rgb.size() != 3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height))
     return false;
-  image_slots(memory_, camera)
-      .push({image.mid_exposure.ns(), image.frame, image.width, image.height,
-             monotonic_ns() - image.waited.count()},
-            image.rgb.data());
+  mapping_->image_slots(camera).push(info, image.rgb.data());
   return true;
 }
 
@@ -146,7 +151,7 @@ std::optional<device::HandTarget> LabServer::take_hand_target() noexcept {
 std::vector<ShownTimecode> LabServer::take_timecodes() {
   const auto& ring = memory_->display;
   const std::uint64_t count = ring.count();
-  timecodes_ = std::max(timecodes_, count - std::min<std::uint64_t>(count, ring.capacity() - 1));
+  timecodes_ = next_within(ring.capacity() - 1, timecodes_, count);
   std::vector<ShownTimecode> timecodes;
   TimecodeWire wire;
   for (; timecodes_ < count; ++timecodes_)
@@ -233,7 +238,8 @@ Expected<void> LabClient::check() {
       name_, static_cast<double>(monotonic_ns() - memory_->beat_ns.load()) * 1e-9, memory_->server_pid);
 }
 
-int LabClient::cameras() const noexcept { return memory_->cameras; }
+int LabClient::cameras() const noexcept { return mapping_->layout().cameras; }
+const Mapping& LabClient::mapping() const noexcept { return *mapping_; }
 
 LabArm::LabArm(std::shared_ptr<LabClient> client) : client_(std::move(client)), memory_(client_->memory()) {}
 
@@ -260,10 +266,10 @@ LabArm::~LabArm() {
 device::ArmSample LabArm::read() {
   client_->heartbeat();
   ArmWire wire;
-  client_->memory()->arm.read(wire);  // open() has seen that there is one
+  const bool there = client_->memory()->arm.read(wire);  // open() has seen that there is one
   device::ArmSample sample = unpack(wire);
   sample.waited = Duration(std::max<std::int64_t>(0, monotonic_ns() - wire.read_ns));
-  sample.connected = client_->memory()->closed.load(std::memory_order_acquire) == 0;
+  sample.connected = there && client_->memory()->closed.load(std::memory_order_acquire) == 0;
   return sample;
 }
 
@@ -282,12 +288,15 @@ std::vector<device::TrackerSample> LabTracker::poll() {
   const auto& ring = client_->memory()->tracker;
   std::vector<device::TrackerSample> samples;
   TrackerWire wire;
-  for (std::uint64_t count = ring.count(); next_ < count; ++next_) {
-    if (ring.read(next_, wire)) {
-      samples.push_back(unpack(wire));
-    } else {
+  const std::uint64_t count = ring.count(), first = next_within(ring.capacity(), next_, count);
+  lost_ += first - std::min(next_, first);
+  for (next_ = first; next_ < count; ++next_) {
+    const auto sample =
+        ring.read(next_, wire) ? unpack(wire) : std::optional<device::TrackerSample>(std::nullopt);
+    if (sample)
+      samples.push_back(*sample);
+    else
       ++lost_;
-    }
   }
   return samples;
 }
@@ -299,24 +308,27 @@ Expected<std::unique_ptr<LabCamera>> LabCamera::open(std::shared_ptr<LabClient> 
 }
 
 LabCamera::LabCamera(std::shared_ptr<LabClient> client, int camera)
-    : client_(std::move(client)), camera_(camera), next_(image_slots(client_->memory(), camera).count()) {}
+    : client_(std::move(client)), camera_(camera), next_(client_->mapping().image_slots(camera).count()) {}
 
 std::optional<device::CameraImage> LabCamera::poll() {
   const std::int64_t now_ns = monotonic_ns();  // before the image is copied
   client_->heartbeat();
-  const ImageSlots slots = image_slots(client_->memory(), camera_);
+  const Layout& layout = client_->mapping().layout();
+  const ImageSlots slots = client_->mapping().image_slots(camera_);
   ImageWire info;
   device::CameraImage image;
-  while (slots.count() > next_) {
+  constexpr int kTries = 8;
+  for (int i = 0; i < kTries && slots.count() > next_; ++i) {
     if (image.rgb.empty())
-      image.rgb.resize(static_cast<std::size_t>(client_->memory()->width) *
-                       static_cast<std::size_t>(client_->memory()->height) * 3);
+      image.rgb.resize(static_cast<std::size_t>(layout.width) * static_cast<std::size_t>(layout.height) * 3);
     const std::uint64_t newest = slots.count() - 1;
     if (!slots.read(newest, info, image.rgb.data())) continue;  // lapped by four images: there is a newer one
     next_ = newest + 1;
+    if (!fits(info, layout)) continue;
     image.mid_exposure = {Duration(info.mid_exposure_ns)};
     image.frame = info.frame;
-    image.width = info.width, image.height = info.height;
+    image.width = info.width;
+    image.height = info.height;
     image.waited = Duration(now_ns - info.arrived_ns);
     image.rgb.resize(3 * static_cast<std::size_t>(info.width) * static_cast<std::size_t>(info.height));
     return image;

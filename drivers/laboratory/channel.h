@@ -101,6 +101,7 @@ class LabClient {
   bool silent() const { return silent_; }  // at the last look: stands still
   int cameras() const noexcept;
   LabMemory* memory() const noexcept { return memory_; }
+  const Mapping& mapping() const noexcept;
   std::uint32_t peer() const noexcept { return peer_; }
   const std::string& name() const { return name_; }
   void heartbeat() noexcept;  // the devices call it whenever they are used

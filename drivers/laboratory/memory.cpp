@@ -32,14 +32,14 @@ struct Descriptor {
 
 }  // namespace
 
-std::size_t total_size(int cameras, int width, int height) {
-  return image_offset() +
-         static_cast<std::size_t>(cameras) * ImageSlots::words_needed(image_bytes(width, height)) * 8;
+std::size_t total_size(const Layout& layout) {
+  return image_offset() + static_cast<std::size_t>(layout.cameras) *
+                              ImageSlots::words_needed(image_bytes(layout.width, layout.height)) * 8;
 }
 
-ImageSlots image_slots(LabMemory* memory, int camera) {
-  const std::size_t bytes = image_bytes(memory->width, memory->height);
-  auto* words = reinterpret_cast<AtomicWord*>(reinterpret_cast<char*>(memory) + image_offset());
+ImageSlots Mapping::image_slots(int camera) const {
+  const std::size_t bytes = image_bytes(layout_.width, layout_.height);
+  auto* words = reinterpret_cast<AtomicWord*>(static_cast<char*>(address_) + image_offset());
   return {words + static_cast<std::size_t>(camera) * ImageSlots::words_needed(bytes), bytes};
 }
 
@@ -69,10 +69,13 @@ bool ImageSlots::read(std::uint64_t k, ImageWire& info, std::uint8_t* pixels) co
 }
 
 Mapping::Mapping(Mapping&& other) noexcept
-    : address_(std::exchange(other.address_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+    : address_(std::exchange(other.address_, nullptr)),
+      size_(std::exchange(other.size_, 0)),
+      layout_(other.layout_) {}
 Mapping& Mapping::operator=(Mapping&& other) noexcept {
   std::swap(address_, other.address_);
   std::swap(size_, other.size_);
+  std::swap(layout_, other.layout_);
   return *this;
 }
 Mapping::~Mapping() {
@@ -92,12 +95,12 @@ Expected<std::filesystem::path> file_of(const std::string& name, const std::file
 
 // Made whole under another name, then renamed: a client never sees half a laboratory. The caller holds the
 // lock, so nobody else works on either name.
-Expected<Mapping> create(const std::filesystem::path& file, int cameras, int width, int height) {
+Expected<Mapping> create(const std::filesystem::path& file, const Layout& layout) {
   const std::filesystem::path draft = file.string() + ".new";
   unlink(draft.c_str());
   const Descriptor d{::open(draft.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600)};
   if (d.fd < 0) return refused("{}: cannot make shared memory: {}", draft.string(), std::strerror(errno));
-  const std::size_t size = total_size(cameras, width, height);
+  const std::size_t size = total_size(layout);
   // Reserved now: a memory file that cannot grow later would kill whoever touches it.
   const int no_room = posix_fallocate(d.fd, 0, static_cast<off_t>(size));
   void* address =
@@ -108,13 +111,13 @@ Expected<Mapping> create(const std::filesystem::path& file, int cameras, int wid
     return refused("{}: cannot have {} bytes of shared memory: {}", file.string(), size,
                    std::strerror(reason));
   }
-  Mapping mapping(address, size);
+  Mapping mapping(address, size, layout);
   auto* memory = new (address) LabMemory;
   memory->memory_size = sizeof(LabMemory);
   memory->total_size = size;
-  memory->cameras = cameras;
-  memory->width = width;
-  memory->height = height;
+  memory->cameras = layout.cameras;
+  memory->width = layout.width;
+  memory->height = layout.height;
   memory->server_pid = static_cast<std::int32_t>(getpid());
   if (rename(draft.c_str(), file.c_str()) != 0) {
     const int reason = errno;
@@ -141,19 +144,20 @@ Expected<Mapping> attach(const std::string& name, const std::filesystem::path& f
   void* address = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, d.fd, 0);
   if (address == MAP_FAILED)
     return refused("laboratory '{}': cannot map {}: {}", name, file.string(), std::strerror(errno));
-  Mapping mapping(address, size);
-  const LabMemory& m = *mapping.memory();
-  const bool sane = m.magic == kMagic && m.cameras >= 1 && m.cameras <= 2 && m.width > 0 && m.width <= 8192 &&
-                    m.height > 0 && m.height <= 8192;
+  const auto& m = *static_cast<const LabMemory*>(address);
+  const Layout layout{m.cameras, m.width, m.height};
+  Mapping mapping(address, size, layout);
+  const bool sane = m.magic == kMagic && layout.cameras >= 1 && layout.cameras <= 2 && layout.width > 0 &&
+                    layout.width <= 8192 && layout.height > 0 && layout.height <= 8192;
   if (!sane) return refused("laboratory '{}': {} does not hold a laboratory; remove it", name, file.string());
   if (m.version != kVersion || m.memory_size != sizeof(LabMemory))
     return refused(
         "laboratory '{}': served by another build (layout {} of {} bytes, expected {} of {}); use the same "
         "build on both sides",
         name, m.version, m.memory_size, kVersion, sizeof(LabMemory));
-  if (m.total_size != size || size != total_size(m.cameras, m.width, m.height))
+  if (m.total_size != size || size != total_size(layout))
     return refused("laboratory '{}': {} has {} bytes, expected {}; remove it", name, file.string(), size,
-                   total_size(m.cameras, m.width, m.height));
+                   total_size(layout));
   return mapping;
 }
 
@@ -192,7 +196,9 @@ TrackerWire pack(const device::TrackerSample& sample) {
   for (int i = 0; i < 9; ++i) wire.systematic[static_cast<std::size_t>(i)] = sample.systematic(i / 3, i % 3);
   return wire;
 }
-device::TrackerSample unpack(const TrackerWire& wire) {
+std::optional<device::TrackerSample> unpack(const TrackerWire& wire) {
+  constexpr auto kLastMarker = static_cast<std::int32_t>(device::MarkerId::pointer);
+  if (wire.marker < 0 || wire.marker > kLastMarker) return std::nullopt;
   device::TrackerSample sample{.stamp = {Duration(wire.stamp_ns)},
                                .marker = static_cast<device::MarkerId>(wire.marker),
                                .seen = wire.seen != 0,
@@ -201,14 +207,24 @@ device::TrackerSample unpack(const TrackerWire& wire) {
                                .leds = wire.leds};
   for (int i = 0; i < 36; ++i) sample.covariance(i / 6, i % 6) = wire.covariance[static_cast<std::size_t>(i)];
   for (int i = 0; i < 9; ++i) sample.systematic(i / 3, i % 3) = wire.systematic[static_cast<std::size_t>(i)];
-  return sample;
+  const bool sound = sample.rotation.coeffs().allFinite() && sample.translation.allFinite() &&
+                     sample.covariance.allFinite() && sample.systematic.allFinite();
+  return sample.seen && !sound ? std::nullopt : std::optional(sample);
 }
 
 HandWire pack(const device::HandTarget& target) {
   return {array(target.tip.m), array(target.velocity), array(target.R_world_tip)};
 }
-device::HandTarget unpack(const HandWire& wire) {
-  return {Point<World>{vector(wire.tip)}, vector(wire.velocity), quaternion(wire.rotation)};
+std::optional<device::HandTarget> unpack(const HandWire& wire) {
+  const device::HandTarget target{Point<World>{vector(wire.tip)}, vector(wire.velocity),
+                                  quaternion(wire.rotation)};
+  const bool sound =
+      target.tip.m.allFinite() && target.velocity.allFinite() && target.R_world_tip.coeffs().allFinite();
+  return sound ? std::optional(target) : std::nullopt;
+}
+
+bool fits(const ImageWire& info, const Layout& layout) {
+  return info.width > 0 && info.width <= layout.width && info.height > 0 && info.height <= layout.height;
 }
 
 }  // namespace palpate::drivers::laboratory

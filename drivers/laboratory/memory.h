@@ -56,7 +56,7 @@ struct TimecodeWire {
 struct ImageWire {
   std::int64_t mid_exposure_ns = 0;
   std::uint64_t frame = 0;
-  std::int32_t width = 0, height = 0;  // px; at most the laboratory's
+  std::int32_t width = 0, height = 0;  // px; at most the laboratory's (fits())
   std::int64_t arrived_ns = 0;         // CLOCK_MONOTONIC
 };
 
@@ -108,34 +108,44 @@ class ImageSlots {
   std::size_t bytes_;
 };
 
-std::size_t total_size(int cameras, int width, int height);
-ImageSlots image_slots(LabMemory* memory, int camera);
+struct Layout {
+  int cameras = 0, width = 0, height = 0;  // px; as read and checked once
+};
+std::size_t total_size(const Layout& layout);
 
-// A file mapped for reading and writing; unmapped at the end.
+// A file mapped for reading and writing; unmapped at the end. Whoever else writes into it can write anything:
+// places and sizes come from the layout that was checked, and every number from the memory is looked at before it
+// is used as one.
 class Mapping {
  public:
   Mapping() = default;
-  Mapping(void* address, std::size_t size) : address_(address), size_(size) {}
+  Mapping(void* address, std::size_t size, const Layout& layout)
+      : address_(address), size_(size), layout_(layout) {}
   Mapping(Mapping&& other) noexcept;
   Mapping& operator=(Mapping&& other) noexcept;
   ~Mapping();
   LabMemory* memory() const { return static_cast<LabMemory*>(address_); }
+  const Layout& layout() const { return layout_; }
+  ImageSlots image_slots(int camera) const;
 
  private:
   void* address_ = nullptr;
   std::size_t size_ = 0;
+  Layout layout_;
 };
 
 // Letters, digits, '.', '_' and '-', at most 64, not beginning with a dot.
 Expected<std::filesystem::path> file_of(const std::string& name, const std::filesystem::path& folder);
-Expected<Mapping> create(const std::filesystem::path& file, int cameras, int width, int height);
+Expected<Mapping> create(const std::filesystem::path& file, const Layout& layout);
 Expected<Mapping> attach(const std::string& name, const std::filesystem::path& file);
 
 ArmWire pack(const device::ArmSample& sample);
 device::ArmSample unpack(const ArmWire& wire);
 TrackerWire pack(const device::TrackerSample& sample);
-device::TrackerSample unpack(const TrackerWire& wire);
+// Nothing where the numbers are no sample.
+std::optional<device::TrackerSample> unpack(const TrackerWire& wire);
 HandWire pack(const device::HandTarget& target);
-device::HandTarget unpack(const HandWire& wire);
+std::optional<device::HandTarget> unpack(const HandWire& wire);  // the same
+bool fits(const ImageWire& info, const Layout& layout);
 
 }  // namespace palpate::drivers::laboratory

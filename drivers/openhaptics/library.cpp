@@ -43,12 +43,11 @@ LibraryFacts look_at_head(const fs::path& file) {
   facts.file = file.string();
   std::error_code ignored;
   if (!fs::exists(file, ignored)) return facts;
+  facts.problem = LibraryProblem::unreadable;
+  if (!fs::is_regular_file(file, ignored)) return facts;  // opening alone may wait for a pipe's other end
   std::ifstream in(file, std::ios::binary);
   unsigned char head[20] = {};
-  if (!fs::is_regular_file(file, ignored) || !in.is_open()) {
-    facts.problem = LibraryProblem::unreadable;
-    return facts;
-  }
+  if (!in.is_open()) return facts;
   in.read(reinterpret_cast<char*>(head), sizeof head);
   const bool elf = in.gcount() == sizeof head && head[0] == ELFMAG0 && head[1] == ELFMAG1 &&
                    head[2] == ELFMAG2 && head[3] == ELFMAG3;

@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <sys/socket.h>
 
+#include <chrono>
 #include <thread>
 
 #include "drivers/openigtlink/internal/socket.h"
@@ -20,11 +21,14 @@ using Stamp = Instant<TrackerClock>;
 RigidPose somewhere(int i) { return {so3_exp(Vector3(0.1, 0.01 * i, 0.2)), Vector3(0.1 * i, -0.2, 1.0)}; }
 
 // A plain socket, for peers that misbehave.
-Descriptor connect_to(const Address& address) {
+Descriptor connect_to(const Address& address, int buffer = 0) {
   Descriptor socket = begin_connect(resolve(address)->front());
   pollfd item{socket.get(), POLLOUT, 0};
   EXPECT_EQ(::poll(&item, 1, 60'000), 1);
   EXPECT_TRUE(connected(socket));
+  if (buffer > 0) {
+    EXPECT_EQ(::setsockopt(socket.get(), SOL_SOCKET, SO_RCVBUF, &buffer, sizeof buffer), 0);
+  }
   return socket;
 }
 
@@ -104,7 +108,7 @@ TEST(Loopback, TheClientComesBackByItself) {
 }
 
 TEST(Loopback, AStalledClientHoldsUpNobody) {
-  const auto publisher = publisher_at(0, {.most_waiting = 64});
+  const auto publisher = publisher_at(0, {.most_waiting = 64, .stalled_after = Duration(0)});
   const auto stalled = connect_to(publisher->address());
   const auto client = client_of(publisher->address());
   ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 2; }));
@@ -149,6 +153,39 @@ TEST(Loopback, AClientThatTakesNothingForLongIsDisconnected) {
   }));
   pollfd item{stalled.get(), 0, 0};
   EXPECT_EQ(::poll(&item, 1, 60'000), 1) << "its end is told at once";
+}
+
+// All places are taken by clients that never read: what they leave lying is in the system's buffers, and the
+// queues here may stay empty.
+TEST(Loopback, ClientsThatNeverReadKeepNoPlaces) {
+  const auto publisher = publisher_at();
+  std::vector<Descriptor> silent;
+  for (std::size_t i = 0; i < PublisherOptions{}.most_clients; ++i) {
+    silent.push_back(connect_to(publisher->address(), 2048));
+    ASSERT_TRUE(comes_true([&] { return publisher->state().clients == silent.size(); }));
+  }
+  const auto client = client_of(publisher->address());  // comes again where it is turned away
+  const auto begun = std::chrono::steady_clock::now();
+  int sent = 0;
+  EXPECT_TRUE(comes_true([&] {
+    for (int i = 0; i < 10; ++i)
+      EXPECT_TRUE(publisher->publish("a", Stamp::from_seconds(++sent), somewhere(i)).has_value());
+    client->poll();
+    return client->state().samples > 0;
+  }));
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(60));
+  EXPECT_EQ(publisher->state().stalled, silent.size());
+  EXPECT_GE(publisher->state().turned_away, 1u);
+}
+
+TEST(Loopback, AClientThatHasNothingToReadKeepsItsPlace) {
+  const auto publisher = publisher_at(0, {.stalled_after = std::chrono::milliseconds(20)});
+  const auto idle = connect_to(publisher->address());
+  const auto client = client_of(publisher->address());
+  ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 2; }));
+  int looks = 0;
+  EXPECT_TRUE(comes_true([&] { return ++looks == 30; }));  // of 10 ms
+  EXPECT_EQ(publisher->state().clients, 2u);
 }
 
 // A client that reads everything, and publishes poses of tools a and b until something has come of it.

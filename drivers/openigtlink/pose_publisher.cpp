@@ -1,6 +1,8 @@
 #include "drivers/openigtlink/pose_publisher.h"
 
+#include <linux/sockios.h>
 #include <poll.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -26,6 +28,8 @@ using Stamp = std::optional<Instant<TrackerClock>>;
 // it out.
 constexpr std::int64_t kSeenNs = 500'000'000;
 
+constexpr int kLookAgainMs = 100;
+
 struct Published {
   std::string tool;
   Stamp stamp;
@@ -45,6 +49,9 @@ struct Served {
   SendQueue queue;
   std::optional<Tracking> tracking;  // TDATA instead of TRANSFORM
   std::int64_t took_ns = 0;          // when it last had nothing to take, or took of it
+  std::uint64_t given = 0;           // bytes handed to the system for it
+  std::uint64_t taken = 0;           // of these, those that the system has got rid of
+  bool waits = false;                // something is on its way to it
 };
 
 std::int64_t clock_ns() { return MonotonicClock<TrackerClock>::monotonic_ns(); }
@@ -104,7 +111,9 @@ class Publisher : public PosePublisher {
       for (const auto& client : clients_)
         items.push_back(
             {client.socket.get(), static_cast<short>(client.queue.empty() ? POLLIN : POLLIN | POLLOUT), 0});
-      ::poll(items.data(), items.size(), full_of_files_ ? 100 : -1);
+      const bool waiting =
+          std::any_of(clients_.begin(), clients_.end(), [](const auto& c) { return c.waits; });
+      ::poll(items.data(), items.size(), full_of_files_ || waiting ? kLookAgainMs : -1);
       full_of_files_ = false;
       if (items[0].revents != 0 && !take_inbox()) return;
       auto item = items.begin() + 2;
@@ -170,7 +179,15 @@ class Publisher : public PosePublisher {
   }
 
   bool stalled(Served& client) {
-    if (client.queue.empty()) client.took_ns = clock_ns();
+    // What the system has taken over still waits there where the client does not read: hundreds of kilobytes,
+    // and with few poses minutes of them.
+    int in_system = 0;
+    if (::ioctl(client.socket.get(), SIOCOUTQ, &in_system) != 0) in_system = 0;
+    client.waits = !client.queue.empty() || in_system > 0;
+    const std::uint64_t taken =
+        client.given - std::min<std::uint64_t>(client.given, static_cast<unsigned>(std::max(in_system, 0)));
+    if (!client.waits || taken != client.taken) client.took_ns = clock_ns();
+    client.taken = taken;
     if (options_.stalled_after.count() <= 0 || clock_ns() - client.took_ns <= options_.stalled_after.count())
       return false;
     // At once: what it has not taken would keep the connection half open.
@@ -199,7 +216,7 @@ class Publisher : public PosePublisher {
       const ssize_t count =
           ::send(client.socket.get(), next.data(), next.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
       if (count < 0) return errno == EAGAIN || errno == EINTR;
-      client.took_ns = clock_ns();
+      client.given += static_cast<std::uint64_t>(count);
       if (!client.queue.sent(static_cast<std::size_t>(count))) return true;
       ++sent_;
     }

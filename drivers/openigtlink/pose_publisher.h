@@ -9,6 +9,7 @@
 // millimetres. Create it from an ordinary thread: its thread inherits the scheduling class.
 #pragma once
 
+#include <chrono>
 #include <memory>
 
 #include "drivers/openigtlink/address.h"
@@ -21,7 +22,9 @@ struct PublisherOptions {
   std::size_t most_waiting = 1024;  // messages a client, and on their way to the thread; 106 bytes each;
                                     // sane: 16 to 100 000
   bool tracking_data = false;       // answers STT_TDATA: for live poses, of which only the newest matters
-  Duration stalled_after{0};        // a client that takes nothing for so long is disconnected; 0 = never
+  // A client that takes nothing for so long, while something waits for it, is disconnected, for the places
+  // are few; 0 = never.
+  Duration stalled_after = std::chrono::seconds(2);
 };
 
 struct PublisherState {

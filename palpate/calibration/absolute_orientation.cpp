@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "palpate/calibration/noise/robust_scale.h"
+#include "palpate/core/statistics.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/math/linear_algebra.h"
@@ -53,11 +54,11 @@ double typical_distance(const std::vector<Vector3>& points) {
   for (int axis = 0; axis < 3; ++axis) {
     std::vector<double> values;
     for (const auto& p : points) values.push_back(p[axis]);
-    middle[axis] = noise::median(std::move(values));
+    middle[axis] = median(std::move(values));
   }
   std::vector<double> distances;
   for (const auto& p : points) distances.push_back((p - middle).norm());
-  return noise::median(std::move(distances));
+  return median(std::move(distances));
 }
 
 // Weighted sum of squares over degrees of freedom, m^2, of the best fit.

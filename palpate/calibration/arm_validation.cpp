@@ -6,6 +6,7 @@
 
 #include "palpate/calibration/arm_motion.h"
 #include "palpate/core/random.h"
+#include "palpate/core/statistics.h"
 
 namespace palpate::calibration {
 namespace {
@@ -99,11 +100,6 @@ Expected<HeldOut> held_out_by_folds(const std::vector<device::ArmObservation>& s
 }
 
 ArmMisfit arm_misfit(const ArmSolution& arm, const std::vector<device::ArmObservation>& samples) {
-  const auto median = [](std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-  };
   std::array<std::vector<double>, 3> places;
   for (const auto& sample : samples)
     for (std::size_t i = 0; i < 3; ++i)

@@ -9,6 +9,7 @@
 #include "palpate/calibration/internal/hand_eye_start.h"
 #include "palpate/calibration/internal/motion_correlation.h"
 #include "palpate/calibration/noise/robust_scale.h"
+#include "palpate/core/statistics.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/math/linear_algebra.h"
@@ -171,8 +172,8 @@ double judge_residuals(const HandEyeProblem& problem, const HandEyeState& x,
     if (result.inlier.back()) sum += r.tail<3>().squaredNorm(), ++good;
   }
   s.pairs = static_cast<int>(turn.size());
-  s.rotation_residual_median = noise::median(turn);
-  s.translation_residual_median = noise::median(shift);
+  s.rotation_residual_median = median(turn);
+  s.translation_residual_median = median(shift);
   s.translation_rms = std::sqrt(sum / std::max(3 * good, 1));
   return static_cast<double>(good) / std::max(s.pairs, 1);
 }

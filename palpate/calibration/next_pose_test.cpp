@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "palpate/calibration/pose_candidates.h"
+#include "palpate/core/statistics.h"
 #include "palpate/math/linear_algebra.h"
 #include "palpate/math/random_vector.h"
 
@@ -86,11 +87,6 @@ ArmOptions with_tip_without_lengths() {
   ArmOptions options;
   options.free.lengths = false;
   return options;
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 TEST(JointGrid, CoversTheRangesEndsIncluded) {

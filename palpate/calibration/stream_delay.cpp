@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "palpate/core/statistics.h"
 #include "palpate/math/linear_algebra.h"
 
 namespace palpate::calibration {
@@ -59,8 +60,7 @@ Fit linearise(const std::vector<TimedPoint>& early, const std::vector<TimedPoint
 double median_norm(const std::vector<Vector3>& residuals) {
   std::vector<double> norms;
   for (const auto& r : residuals) norms.push_back(r.norm());
-  std::nth_element(norms.begin(), norms.begin() + static_cast<std::ptrdiff_t>(norms.size() / 2), norms.end());
-  return norms[norms.size() / 2];
+  return median(std::move(norms));
 }
 
 }  // namespace

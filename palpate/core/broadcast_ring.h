@@ -136,13 +136,16 @@ class Mailbox {
   void write(const T& value) noexcept { ring_.push(value); }
   // How many values were ever written: a reader sees by it whether there is a new one.
   std::uint64_t count() const noexcept { return ring_.count(); }
-  // False while nothing was ever written. Tries again only if the writer went right round the ring meanwhile.
+  // False while nothing was ever written. Tries again only if the writer went right round the ring meanwhile,
+  // and not for ever: in shared memory the count may be anything.
   bool read(T& out) const noexcept {
-    while (true) {
+    constexpr int kTries = 1000;
+    for (int i = 0; i < kTries; ++i) {
       const std::uint64_t n = ring_.count();
       if (n == 0) return false;
       if (ring_.read(n - 1, out)) return true;
     }
+    return false;
   }
   std::optional<T> newest() const noexcept {
     Room<T> room;

@@ -29,14 +29,16 @@ std::optional<double> number(std::string_view cell) {
   return value;
 }
 
-std::vector<std::string> split(std::string_view line) {
-  std::vector<std::string> cells;
-  while (true) {
+// False where there are more than a table has columns.
+bool split(std::string_view line, std::vector<std::string_view>& cells) {
+  cells.clear();
+  while (cells.size() < kMostTableColumns) {
     const auto comma = line.find(',');
-    cells.emplace_back(trimmed(line.substr(0, comma)));
-    if (comma == std::string_view::npos) return cells;
+    cells.push_back(trimmed(line.substr(0, comma)));
+    if (comma == std::string_view::npos) return true;
     line.remove_prefix(comma + 1);
   }
+  return false;
 }
 
 bool looks_binary(std::string_view content) {
@@ -51,11 +53,67 @@ bool looks_binary(std::string_view content) {
 // What a text column may hold: messages, reports and rig files will quote it.
 constexpr std::size_t kLongestName = 120;
 
-bool is_name(std::string_view cell) {
-  return cell.size() <= kLongestName && excerpt(cell, kLongestName) == cell;
-}
+// Labels in Latin-1 are let pass: tables of old programs hold them.
+bool is_name(std::string_view cell) { return cell.size() <= kLongestName && !has_control(cell); }
 
 std::string shown(std::string_view cell) { return excerpt(cell, 24); }
+
+std::string column_name(const CsvTable& table, std::size_t column) {
+  return table.header.empty() ? fmt::format("column {}", column + 1) : shown(table.header[column]);
+}
+
+// The first line's cells: a header where one of them is no number.
+bool take_header(CsvTable& table, const std::vector<std::string_view>& cells, const CsvOptions& options,
+                 std::vector<bool>& may_be_text) {
+  may_be_text.assign(cells.size(), false);
+  if (std::all_of(cells.begin(), cells.end(), [](auto cell) { return number(cell).has_value(); }))
+    return false;
+  table.header.assign(cells.begin(), cells.end());
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    for (const auto& name : options.text_columns)
+      if (name == "*" || name == table.header[i]) may_be_text[i] = true;
+  return true;
+}
+
+// A cell that is no finite number: a name where its column may hold names, else the reason why not.
+Expected<double> take_word(const CsvTable& table, int line, std::size_t column, std::string_view cell,
+                           bool may_be_text) {
+  const auto place = [&] { return fmt::format("{}:{}: {}", table.source, line, column_name(table, column)); };
+  if (may_be_text) {
+    if (is_name(cell)) return std::numeric_limits<double>::quiet_NaN();
+    return wrong_use("{} is '{}'; a name of at most {} bytes without control characters is expected", place(),
+                     shown(cell), kLongestName);
+  }
+  if (number(cell))
+    return wrong_use("{} is '{}'; finite numbers are expected, remove or repair the row", place(),
+                     shown(cell));
+  return wrong_use("{} is '{}', a number is expected", place(), shown(cell));
+}
+
+Expected<void> take_row(CsvTable& table, int line, const std::vector<std::string_view>& cells,
+                        const std::vector<bool>& may_be_text) {
+  if (cells.size() != may_be_text.size())
+    return wrong_use("{}:{}: {}, but the first line has {}; repair or remove the row", table.source, line,
+                     counted(cells.size(), "cell"), may_be_text.size());
+  if (table.rows.size() == kMostTableRows || (table.rows.size() + 1) * cells.size() > kMostTableCells)
+    return wrong_use(
+        "{}:{}: a table of at most {} rows and {} cells is expected; split it, or keep every second row",
+        table.source, line, kMostTableRows, kMostTableCells);
+  std::vector<double> row(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    if (const auto value = number(cells[i]); value && std::isfinite(*value)) {
+      row[i] = *value;
+    } else {
+      const auto word = take_word(table, line, i, cells[i], may_be_text[i]);
+      if (!word) return tl::unexpected(word.error());
+      row[i] = *word;
+    }
+  }
+  table.rows.push_back(std::move(row));
+  table.text.emplace_back(cells.begin(), cells.end());
+  table.line.push_back(line);
+  return {};
+}
 
 }  // namespace
 
@@ -80,9 +138,7 @@ Expected<void> CsvTable::require_within(const std::vector<std::size_t>& at, doub
     for (const auto column : at)
       if (std::abs(rows[i][column]) > limit)
         return wrong_use("{}:{}: {} is {:g}; at most {:g} is expected, check the unit or remove the row",
-                         source, line[i],
-                         header.empty() ? fmt::format("column {}", column + 1) : shown(header[column]),
-                         rows[i][column], limit);
+                         source, line[i], column_name(*this, column), rows[i][column], limit);
   return {};
 }
 
@@ -93,9 +149,8 @@ Expected<CsvTable> parse_csv(std::string_view content, std::string source, const
     return wrong_use("{}: is not a text file; a CSV table is expected", table.source);
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // what spreadsheets put before UTF-8
   if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
-  std::size_t width = 0;
-  std::vector<bool> may_be_text;
-  bool first = true;
+  std::vector<std::string_view> cells;
+  std::vector<bool> may_be_text;  // of each column; empty before the first line
   int line_number = 0;
   while (!content.empty()) {
     const auto end = content.find('\n');
@@ -103,49 +158,14 @@ Expected<CsvTable> parse_csv(std::string_view content, std::string source, const
     content.remove_prefix(end == std::string_view::npos ? content.size() : end + 1);
     ++line_number;
     if (line.empty() || line.front() == '#') continue;
-    auto cells = split(line);
-    if (first) {
-      first = false;
-      width = cells.size();
-      may_be_text.assign(width, false);
-      const bool header = std::any_of(cells.begin(), cells.end(), [](const auto& c) { return !number(c); });
-      if (header) {
-        table.header = std::move(cells);
-        for (std::size_t i = 0; i < width; ++i)
-          for (const auto& name : options.text_columns)
-            if (name == "*" || name == table.header[i]) may_be_text[i] = true;
-        continue;
-      }
-    }
-    if (cells.size() != width)
-      return wrong_use("{}:{}: {}, but the first line has {}; repair or remove the row", table.source,
-                       line_number, counted(cells.size(), "cell"), width);
-    std::vector<double> row(width);
-    for (std::size_t i = 0; i < width; ++i) {
-      const auto value = number(cells[i]);
-      const std::string column =
-          table.header.empty() ? fmt::format("column {}", i + 1) : shown(table.header[i]);
-      if (value && std::isfinite(*value)) {
-        row[i] = *value;
-      } else if (may_be_text[i]) {
-        if (!is_name(cells[i]))
-          return wrong_use(
-              "{}:{}: {} is '{}'; a name of at most {} bytes without control characters is expected",
-              table.source, line_number, column, shown(cells[i]), kLongestName);
-        row[i] = std::numeric_limits<double>::quiet_NaN();
-      } else if (value) {
-        return wrong_use("{}:{}: {} is '{}'; finite numbers are expected, remove or repair the row",
-                         table.source, line_number, column, shown(cells[i]));
-      } else {
-        return wrong_use("{}:{}: {} is '{}', a number is expected", table.source, line_number, column,
-                         shown(cells[i]));
-      }
-    }
-    table.rows.push_back(std::move(row));
-    table.text.push_back(std::move(cells));
-    table.line.push_back(line_number);
+    if (!split(line, cells))
+      return wrong_use("{}:{}: has more than {} cells; a table of fewer columns is expected", table.source,
+                       line_number, kMostTableColumns);
+    if (may_be_text.empty() && take_header(table, cells, options, may_be_text)) continue;
+    if (const auto done = take_row(table, line_number, cells, may_be_text); !done)
+      return tl::unexpected(done.error());
   }
-  if (first) return wrong_use("{}: is empty; a CSV table is expected", table.source);
+  if (may_be_text.empty()) return wrong_use("{}: is empty; a CSV table is expected", table.source);
   return table;
 }
 

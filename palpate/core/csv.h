@@ -2,9 +2,11 @@
 //
 // Lines starting with '#' and blank lines are skipped. A first line in which any cell is not a number is the
 // header. Cells of columns named in `text_columns` may be names: at most 120 bytes, no control characters.
-// NaN and infinity are refused: no device of ours reports them, and they poison every least-squares sum.
+// NaN and infinity are refused: no device of ours reports them, and they poison every least-squares sum. So
+// are tables that would take more memory and time than a table of measurements is worth.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -14,6 +16,10 @@
 #include "palpate/core/expected.h"
 
 namespace palpate::inline core {
+
+inline constexpr std::size_t kMostTableRows = 2'000'000;  // half an hour of a kilohertz
+inline constexpr std::size_t kMostTableColumns = 10'000;
+inline constexpr std::size_t kMostTableCells = 40'000'000;  // 56 bytes of memory each
 
 struct CsvTable {
   std::string source;                          // for messages: the file's name

@@ -1,36 +1,50 @@
 #include "palpate/core/csv_file.h"
 
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdlib>
+#include <cstdio>
 #include <cstring>
+#include <stdexcept>
 
 #include "palpate/core/csv.h"
 #include "palpate/core/file.h"
+#include "palpate/core/internal/part_file.h"
 
 namespace palpate::inline core {
 
-CsvFile::Part::~Part() {
-  if (file != nullptr) std::fclose(file);
-  if (!name.empty()) ::unlink(name.c_str());
-}
+struct CsvFile::Part {
+  Part(std::filesystem::path target, PartFile begun, std::size_t width)
+      : path(std::move(target)), place(std::move(begun)), columns(width) {}
+  ~Part() {
+    if (file != nullptr) std::fclose(file);
+  }
+  Part(const Part&) = delete;
+  Part& operator=(const Part&) = delete;
+
+  std::filesystem::path path;
+  PartFile place;
+  std::size_t columns = 0;
+  std::FILE* file = nullptr;
+  int error = 0;  // errno of the first row that failed
+};
+
+CsvFile::CsvFile(std::unique_ptr<Part> part) : part_(std::move(part)) {}
+CsvFile::~CsvFile() = default;
+CsvFile::CsvFile(CsvFile&&) noexcept = default;
+CsvFile& CsvFile::operator=(CsvFile&&) noexcept = default;
 
 Expected<CsvFile> CsvFile::begin(const std::filesystem::path& path, const std::vector<std::string>& header) {
-  auto part = std::make_unique<Part>();
-  part->path = path;
-  std::string name = path.string() + ".part-XXXXXX";
-  const int fd = ::mkstemp(name.data());
-  if (fd < 0)
-    return wrong_use("{}: cannot be written ({}); check the folder and its permissions", path.string(),
-                     std::strerror(errno));
-  part->name = name;
-  part->columns = header.size();
-  part->file = ::fdopen(fd, "w");
+  auto place = PartFile::begin(path);
+  if (!place) return tl::unexpected(place.error());
+  auto part = std::make_unique<Part>(path, std::move(*place), header.size());
+  // A descriptor of its own, for fclose() closes it; both are of one open file, whose lock they share.
+  const int fd = ::dup(part->place.fd());
+  part->file = fd < 0 ? nullptr : ::fdopen(fd, "w");
   if (part->file == nullptr) {
-    ::close(fd);
-    return refused("{}: cannot be written ({})", path.string(), std::strerror(errno));
+    const int error = errno;
+    if (fd >= 0) ::close(fd);
+    return refused("{}: cannot be written ({})", path.string(), std::strerror(error));
   }
   CsvFile table(std::move(part));
   table.row(header);
@@ -53,17 +67,12 @@ void CsvFile::row(const std::vector<double>& values) {
 }
 
 Expected<void> CsvFile::finish() {
-  std::FILE* file = part_->file;
-  const bool flushed = std::fflush(file) == 0;
-  if (part_->error == 0 && (!flushed || ::fsync(::fileno(file)) != 0 ||
-                            ::fchmod(::fileno(file), static_cast<mode_t>(FileMode::all)) != 0 ||
-                            ::rename(part_->name.c_str(), part_->path.c_str()) != 0))
-    part_->error = errno;
-  if (part_->error != 0)
-    return refused("{}: writing failed ({}); nothing was changed, free some space and try again",
-                   part_->path.string(), std::strerror(part_->error));
-  part_->name.clear();
-  return {};
+  const bool flushed = std::fflush(part_->file) == 0;
+  const char* failed = "writing";
+  if (part_->error == 0 && flushed) failed = part_->place.put_in_place(static_cast<unsigned>(FileMode::all));
+  if (failed == nullptr) return {};
+  return refused("{}: {} failed ({}); nothing was changed, free some space and try again",
+                 part_->path.string(), failed, std::strerror(part_->error != 0 ? part_->error : errno));
 }
 
 }  // namespace palpate::inline core

@@ -4,7 +4,6 @@
 // One thread. A row that finds no space is remembered: finish() says so.
 #pragma once
 
-#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -16,6 +15,10 @@ namespace palpate::inline core {
 
 class CsvFile {
  public:
+  ~CsvFile();
+  CsvFile(CsvFile&&) noexcept;
+  CsvFile& operator=(CsvFile&&) noexcept;
+
   // Wrong use where the folder is missing or may not be written to.
   static Expected<CsvFile> begin(const std::filesystem::path& path, const std::vector<std::string>& header);
   void row(const std::vector<std::string>& cells);
@@ -24,16 +27,8 @@ class CsvFile {
   Expected<void> finish();
 
  private:
-  // The temporary file; gone with this object unless it has been put in place.
-  struct Part {
-    ~Part();
-    std::filesystem::path path;
-    std::string name;
-    std::FILE* file = nullptr;
-    std::size_t columns = 0;
-    int error = 0;  // errno of the first row that failed
-  };
-  explicit CsvFile(std::unique_ptr<Part> part) : part_(std::move(part)) {}
+  struct Part;
+  explicit CsvFile(std::unique_ptr<Part> part);
   std::unique_ptr<Part> part_;
 };
 

@@ -48,6 +48,26 @@ TEST(Csv, ATextCellIsANameAMessageCanQuote) {
   }
 }
 
+TEST(Csv, ANameSteersNoTerminal) {
+  EXPECT_FALSE(parse_csv("name,x\nle\u202Eft,1\n", "f").has_value());
+  EXPECT_FALSE(parse_csv("name,x\n\u009B31mleft,1\n", "f").has_value());
+  EXPECT_TRUE(parse_csv("name,x\nM\xFCller,1\n", "f").has_value());  // Latin-1
+}
+
+// A row takes some hundred bytes of memory however short it is, and a cell 56.
+TEST(Csv, RefusesWhatIsLargerThanAnyTableOfMeasurements) {
+  std::string rows;
+  for (std::size_t i = 0; i < kMostTableRows; ++i) rows += "1\n";
+  EXPECT_EQ(parse_csv(rows, "f")->rows.size(), kMostTableRows);
+  const auto longer = parse_csv(rows + "1\n", "f");
+  ASSERT_FALSE(longer.has_value());
+  EXPECT_EQ(longer.error().message.find("f:2000001: a table of at most 2000000 rows"), 0u)
+      << longer.error().message;
+  const auto wider = parse_csv(std::string(200'000'000, ','), "f");
+  ASSERT_FALSE(wider.has_value());
+  EXPECT_NE(wider.error().message.find("more than 10000 cells"), std::string::npos) << wider.error().message;
+}
+
 TEST(Csv, NumbersTooLargeForTheirColumnAreNamed) {
   const auto table = parse_csv("t_s,x_mm\n0,1\n-1e300,5\n", "a.csv");
   ASSERT_TRUE(table.has_value());

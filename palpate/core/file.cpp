@@ -4,29 +4,124 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
-#include <sstream>
 #include <system_error>
+
+#include "palpate/core/internal/part_file.h"
 
 namespace palpate::inline core {
 
 namespace fs = std::filesystem;
 
-Expected<std::string> read_file(const fs::path& path) {
-  std::error_code code;
-  const auto status = fs::status(path, code);
-  if (!fs::exists(status)) return wrong_use("{}: no such file; check the path", path.string());
-  if (fs::is_directory(status)) return wrong_use("{}: is a folder, a file is expected", path.string());
-  std::ifstream in(path, std::ios::binary);
-  if (!in)
-    return wrong_use("{}: cannot be opened ({}); check its permissions", path.string(), std::strerror(errno));
-  std::ostringstream content;
-  content << in.rdbuf();
-  if (in.bad()) return refused("{}: reading failed ({})", path.string(), std::strerror(errno));
-  return content.str();
+namespace {
+
+struct OpenFile {
+  explicit OpenFile(int descriptor) : fd(descriptor) {}
+  ~OpenFile() {
+    if (fd >= 0) ::close(fd);
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+  const int fd;
+};
+
+const char* kind_of_file(mode_t mode) {
+  if (S_ISDIR(mode)) return "a folder";
+  if (S_ISFIFO(mode)) return "a pipe";
+  if (S_ISSOCK(mode)) return "a socket";
+  return "a device";
+}
+
+Expected<void> check_readable(const fs::path& path, const struct stat& info, std::size_t most) {
+  if (!S_ISREG(info.st_mode))
+    return wrong_use("{}: is {}, a file is expected", path.string(), kind_of_file(info.st_mode));
+  if (static_cast<std::uint64_t>(info.st_size) > most)
+    return wrong_use("{}: holds {} bytes; at most {} are expected of such a file", path.string(),
+                     info.st_size, most);
+  return {};
+}
+
+tl::unexpected<Error> cannot_open(const fs::path& path) {
+  if (errno == ENOENT || errno == ENOTDIR)
+    return wrong_use("{}: no such file; check the path", path.string());
+  return wrong_use("{}: cannot be opened ({}); check the path and its permissions", path.string(),
+                   std::strerror(errno));
+}
+
+// Up to `most` bytes and one more, by which the caller sees that there are too many. False: errno.
+bool read_up_to(int fd, std::size_t most, std::string& content) {
+  std::array<char, 65536> part{};
+  while (content.size() <= most) {
+    const ssize_t got = ::read(fd, part.data(), std::min(part.size(), most + 1 - content.size()));
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return false;
+    if (got == 0) break;
+    content.append(part.data(), static_cast<std::size_t>(got));
+  }
+  return true;
+}
+
+bool same_content(const struct stat& a, const struct stat& b) {
+  return a.st_size == b.st_size && a.st_mtim.tv_sec == b.st_mtim.tv_sec &&
+         a.st_mtim.tv_nsec == b.st_mtim.tv_nsec;
+}
+
+bool write_all(int fd, std::string_view content) {
+  while (!content.empty()) {
+    const ssize_t count = ::write(fd, content.data(), content.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return false;
+    content.remove_prefix(static_cast<std::size_t>(count));
+  }
+  return true;
+}
+
+tl::unexpected<Error> not_written(const fs::path& path, const char* what) {
+  return refused("{}: {} failed ({}); nothing was changed, free some space and try again", path.string(),
+                 what, std::strerror(errno));
+}
+
+// Into a device or a pipe.
+Expected<void> write_in_place(const fs::path& path, std::string_view content) {
+  const OpenFile file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+  if (file.fd < 0)
+    return wrong_use("{}: cannot be written ({}); check its permissions", path.string(),
+                     std::strerror(errno));
+  if (!write_all(file.fd, content)) return not_written(path, "writing");
+  return {};
+}
+
+}  // namespace
+
+Expected<std::string> read_file(const fs::path& path, std::size_t most) {
+  struct stat before {};
+  struct stat after {};
+  // Looked at before it is opened, for opening alone does something to some devices, and again afterwards,
+  // for what was looked at may have been replaced.
+  if (::stat(path.c_str(), &before) != 0) return cannot_open(path);
+  if (const auto fine = check_readable(path, before, most); !fine) return tl::unexpected(fine.error());
+  const OpenFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  if (file.fd < 0) return cannot_open(path);
+  if (::fstat(file.fd, &before) != 0) return cannot_open(path);
+  if (const auto fine = check_readable(path, before, most); !fine) return tl::unexpected(fine.error());
+  std::string content;
+  content.reserve(static_cast<std::size_t>(before.st_size));
+  if (!read_up_to(file.fd, most, content) || ::fstat(file.fd, &after) != 0)
+    return refused("{}: reading failed ({})", path.string(), std::strerror(errno));
+  // Of files in /proc and /sys the size is not known.
+  const bool whole = before.st_size == 0 || content.size() == static_cast<std::size_t>(before.st_size);
+  if (content.size() > most || !whole || !same_content(before, after))
+    return refused("{}: changed while it was read; try again when nobody writes to it", path.string());
+  return content;
+}
+
+bool is_there(const fs::path& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored);
 }
 
 Expected<void> write_file(const fs::path& path, std::string_view content, FileMode mode) {
@@ -44,37 +139,11 @@ Expected<void> write_file(const fs::path& path, std::string_view content, FileMo
   const auto status = fs::status(path, code);
   const bool in_place = fs::exists(status) && !fs::is_regular_file(status);
   if (fs::is_directory(status)) return wrong_use("{}: is a folder, a file name is expected", path.string());
-  std::string name = in_place ? path.string() : (path.string() + ".part-XXXXXX");
-  const int fd = in_place ? ::open(name.c_str(), O_WRONLY | O_CLOEXEC) : ::mkstemp(name.data());
-  if (fd < 0)
-    return wrong_use("{}: cannot be written ({}); check the folder's permissions", path.string(),
-                     std::strerror(errno));
-  const auto fail = [&](const char* what) -> Expected<void> {
-    const int cause = errno;
-    ::close(fd);
-    if (!in_place) ::unlink(name.c_str());
-    return refused("{}: {} failed ({}); nothing was changed, free some space and try again", path.string(),
-                   what, std::strerror(cause));
-  };
-  std::size_t done = 0;
-  while (done < content.size()) {
-    const auto n = ::write(fd, content.data() + done, content.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n <= 0) return fail("writing");
-    done += static_cast<std::size_t>(n);
-  }
-  if (in_place) {
-    ::close(fd);
-    return {};
-  }
-  if (::fchmod(fd, static_cast<mode_t>(mode)) != 0) return fail("setting permissions");
-  if (::fsync(fd) != 0) return fail("writing to disk");
-  if (::close(fd) != 0 || ::rename(name.c_str(), path.c_str()) != 0) {
-    const int cause = errno;
-    ::unlink(name.c_str());
-    return refused("{}: cannot be put in place ({}); nothing was changed", path.string(),
-                   std::strerror(cause));
-  }
+  if (in_place) return write_in_place(path, content);
+  auto part = PartFile::begin(path);
+  if (!part) return tl::unexpected(part.error());
+  if (!write_all(part->fd(), content)) return not_written(path, "writing");
+  if (const char* failed = part->put_in_place(static_cast<unsigned>(mode))) return not_written(path, failed);
   return {};
 }
 

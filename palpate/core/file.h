@@ -9,13 +9,25 @@
 
 namespace palpate::inline core {
 
-// The whole file as bytes. Wrong use when it is missing, a folder or unreadable.
-Expected<std::string> read_file(const std::filesystem::path& path);
+// The most bytes that a file of each kind may hold: far more than any of ours do, and no more than a machine
+// has room for.
+inline constexpr std::size_t kMostSettingsBytes = 4'000'000;   // rigs, worlds, boards, arm models
+inline constexpr std::size_t kMostTableBytes = 256'000'000;    // tables, recordings
+inline constexpr std::size_t kMostPictureBytes = 256'000'000;  // as stored
+inline constexpr std::size_t kMostMeshBytes = 1'000'000'000;
+
+// The whole file as bytes. Wrong use when it is missing, unreadable, larger than `most`, or anything but a
+// plain file: a pipe or a device could keep its reader waiting or never end. Refused when it changes
+// meanwhile.
+Expected<std::string> read_file(const std::filesystem::path& path, std::size_t most = kMostTableBytes);
+
+// Whether there is something of this name; not where nobody can tell, as with links in a circle.
+bool is_there(const std::filesystem::path& path);
 
 enum class FileMode : unsigned { all = 0644, own = 0600 };  // who may read it
 
 // Writes to a temporary neighbour, syncs, then renames over `path`: a full disk or a crash leaves the old
-// file.
+// file. What a writer that was killed has left goes when `path` is written again.
 // "-" writes to standard output. Missing parent folders are an error (wrong use).
 Expected<void> write_file(const std::filesystem::path& path, std::string_view content,
                           FileMode mode = FileMode::all);

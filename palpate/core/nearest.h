@@ -30,8 +30,15 @@ template <typename Words>
 std::string nearest(std::string_view word, const Words& known) {
   std::string found;
   std::size_t best = std::min(std::max<std::size_t>(2, word.size() / 3), word.size() / 2) + 1;
-  for (const auto& name : known)
-    if (const auto distance = edit_distance(word, name); distance < best) best = distance, found = name;
+  for (const std::string_view name : known) {
+    // At least so many letters have to be put in or taken out: no long search for what is far too long.
+    const std::size_t least = std::max(word.size(), name.size()) - std::min(word.size(), name.size());
+    if (least >= best) continue;
+    const auto distance = edit_distance(word, name);
+    if (distance >= best) continue;
+    best = distance;
+    found = name;
+  }
   return found;
 }
 

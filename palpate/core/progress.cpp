@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "palpate/core/text.h"
+
 namespace palpate::inline core {
 
 std::string time_left_text(double seconds) {
@@ -57,7 +59,7 @@ void Progress::draw(bool force) {
   std::fprintf(
       stderr, "\r\x1b[K[%s%s] %3d %%  %s%s", std::string(static_cast<std::size_t>(filled), '#').c_str(),
       std::string(static_cast<std::size_t>(width - filled), '.').c_str(), static_cast<int>(100.0 * done),
-      (said_.empty() ? phases_[phase_].name : said_).c_str(), left.c_str());
+      one_line(said_.empty() ? phases_[phase_].name : said_).c_str(), left.c_str());
   std::fflush(stderr);
   drawn_ = true;
 }

@@ -2,18 +2,26 @@
 #pragma once
 
 #include <atomic>
+#include <cerrno>
 #include <csignal>
+#include <system_error>
 
 namespace palpate::inline core {
+
+// Throws std::system_error where the signal cannot be handled.
+inline void handle_signal(int signal, void (*handler)(int)) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  if (::sigaction(signal, &action, nullptr) != 0)
+    throw std::system_error(errno, std::generic_category(), "a signal handler cannot be installed");
+}
 
 // Installs the handlers once and returns the flag. Any thread may look.
 inline const std::atomic<bool>& stop_requested() {
   static std::atomic<bool> stop{false};
   static const bool installed = [] {
-    struct sigaction action {};
-    action.sa_handler = [](int) { stop.store(true, std::memory_order_relaxed); };
-    ::sigaction(SIGINT, &action, nullptr);
-    ::sigaction(SIGTERM, &action, nullptr);
+    for (const int signal : {SIGINT, SIGTERM})
+      handle_signal(signal, [](int) { stop.store(true, std::memory_order_relaxed); });
     return true;
   }();
   (void)installed;

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "palpate/core/file.h"
+#include "palpate/core/internal/toml_check.h"
 #include "palpate/core/nearest.h"
 #include "palpate/core/text.h"
 
@@ -324,6 +325,7 @@ Expected<void> TomlTable::finish() const {
 }
 
 Expected<TomlTable> parse_toml(std::string_view content, std::string source) {
+  if (const auto fine = check_toml(content, source); !fine) return tl::unexpected(fine.error());
   auto document = std::make_shared<TomlTable::Document>();
   document->source = std::move(source);
   try {
@@ -338,7 +340,7 @@ Expected<TomlTable> parse_toml(std::string_view content, std::string source) {
 }
 
 Expected<TomlTable> read_toml(const std::filesystem::path& path) {
-  const auto content = read_file(path);
+  const auto content = read_file(path, kMostSettingsBytes);
   if (!content) return tl::unexpected(content.error());
   return parse_toml(*content, path.string());
 }
@@ -351,15 +353,20 @@ std::string toml_number(double value) {
 
 std::string toml_quoted(std::string_view text) {
   std::string result = "\"";
-  for (char c : text) {
-    if (c == '"' || c == '\\') {
+  while (!text.empty()) {
+    const Character c = first_character(text);
+    if (c.code == '"' || c.code == '\\') {
       result += '\\';
-      result += c;
-    } else if (static_cast<unsigned char>(c) < 32 || c == 127) {
-      result += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+      result += text.front();
+    } else if (!c.valid) {
+      result += "\uFFFD";  // bytes that are no UTF-8: nothing could read the file again
+    } else if (is_control(c.code)) {
+      const auto code = static_cast<std::uint32_t>(c.code);
+      result += code < 0x10000 ? fmt::format("\\u{:04x}", code) : fmt::format("\\U{:08x}", code);
     } else {
-      result += c;
+      result += text.substr(0, c.bytes);
     }
+    text.remove_prefix(c.bytes);
   }
   return result + "\"";
 }

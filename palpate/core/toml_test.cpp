@@ -102,6 +102,77 @@ TEST(Toml, BrokenSyntaxIsOneLineWithItsPlace) {
   EXPECT_EQ(broken.error().message.find('\n'), std::string::npos);
 }
 
+std::string refusal(const std::string& content) {
+  const auto table = parse_toml(content, "file.toml");
+  return table ? "none" : table.error().message;
+}
+
+std::string repeated(const std::string& text, int times) {
+  std::string all;
+  for (int i = 0; i < times; ++i) all += text;
+  return all;
+}
+
+// Given to the library, each of these ended the process.
+TEST(Toml, RefusesKeysThatAreTooDeepBeforeTheyAreTables) {
+  const std::string deep = repeated("a.", 60000) + "a";
+  const std::string apart = repeated("a . ", 60000) + "a", quoted = repeated("\"a.b\".'c'.", 60000) + "a";
+  for (const auto& content :
+       {"[" + deep + "]", "[[" + deep + "]]", deep + " = 1", "x = {" + deep + " = 1}",
+        "x = [{" + deep + " = 1}]", "\n[" + apart + "]", "[" + quoted + "]", "# '''\n" + deep + " = 1",
+        "a = \"\"\"\"b\"\"\"\"\"\n" + deep + " = 1", "a = 'b\\'\n" + deep + " = 1"})
+    EXPECT_NE(refusal(content + "\n").find("has a key of more than 33 parts"), std::string::npos)
+        << refusal(content).substr(0, 200) << " of " << content.substr(0, 60);
+  EXPECT_EQ(refusal("a = 1\n\n[" + deep + "]").substr(0, 12), "file.toml:3:");
+}
+
+TEST(Toml, RefusesBracketsThatAreTooDeep) {
+  for (const std::string open : {"[", "{a = ", "[{a.b.c.d = ["})
+    EXPECT_NE(refusal("x = " + repeated(open, 1000)).find("brackets in each other"), std::string::npos)
+        << open;
+}
+
+// The library looks through all tables for each further one: these took it many seconds.
+TEST(Toml, RefusesMoreTablesThanItsLibraryFindsAgainInTime) {
+  std::string headers, dotted;
+  for (int i = 0; i < 100000; ++i) {
+    headers += fmt::format("[[a{}]]\n[[a{}]]\n", i, i);
+    dotted += fmt::format("a{}.b = 1\na{}.c = 1\n", i, i);
+  }
+  EXPECT_NE(refusal(headers).find("tables"), std::string::npos);
+  EXPECT_NE(refusal(dotted).find("tables"), std::string::npos);
+}
+
+TEST(Toml, RefusesWhatIsNoTextAndWhatIsTooLarge) {
+  EXPECT_NE(refusal(std::string("a = 1\n\0", 7)).find("file.toml:2: holds a zero byte"), std::string::npos);
+  EXPECT_NE(refusal("a = '" + std::string(4'000'000, 'x') + "'").find("at most 4000000"), std::string::npos);
+  EXPECT_NE(refusal("a = 1\rb = 2\r" + repeated("a.", 60000) + "a = 1\r"), "none");
+}
+
+TEST(Toml, DotsInNumbersTextsAndCommentsAreNoKeys) {
+  const std::string dots(100, '.'), many = repeated("1.5, ", 1000);
+  for (const auto& content :
+       {"a = [" + many + "]", "a = [[" + many + "], [" + many + "]]", "a = '" + dots + "'",
+        "a = \"" + dots + "\"", "a = 1 # " + dots, "a = \"\"\"\n" + dots + "\n\\\"" + dots + "\"\"\"",
+        "a = '''" + dots + "\n" + dots + "'''", "a = \"\\\"" + dots + "\"", "'" + dots + "' = 1",
+        "a = \"\"\"" + dots + "\"\"\"\"\"\nb = 1", repeated("a.", 32) + "a = 1.5",
+        "x = \"\"\ny = '" + dots + "'"})
+    EXPECT_EQ(refusal(content + "\n"), "none") << content.substr(0, 80);
+}
+
+// A key that nobody knows is compared with those that are known.
+TEST(Toml, AKeyAsLongAsAFileIsNamedAtOnce) {
+  const auto file = parsed(std::string(3'900'000, 'k') + " = 1\n");
+  file.number_or("rate_hz", 1.0);
+  EXPECT_EQ(complaint(file).substr(0, 36), "file.toml:1: unknown key 'kkkkkkkkkk");
+}
+
+TEST(Toml, TextsAreWrittenSoThatTheyCanBeReadAndShown) {
+  EXPECT_EQ(toml_quoted("a\u202Eb\u009Bc\U000E0041"), "\"a\\u202eb\\u009bc\\U000e0041\"");
+  EXPECT_EQ(parsed("a = " + toml_quoted("a\u202Eb")).text("a"), "a\u202Eb");
+  EXPECT_EQ(parsed("a = " + toml_quoted("M\xFCller")).text("a"), "M\uFFFDller");  // Latin-1, from a table
+}
+
 TEST(Toml, NumbersAndTextsSurviveWritingAndReading) {
   for (double value : {0.1, 1.0, -1e-17, 123456789.123456789, 2e300}) {
     const auto file = parsed("a = " + toml_number(value));

@@ -314,7 +314,10 @@ void DesktopUi::look(Instant<GraphicsClock> now, transport::StateLink& link,
   c.state_old = frame_.have_state && frame_.answer == AnswerKind::too_old;
   if (const auto& status = link.status())
     for (const auto& loop : status->loops)
-      if (!loop.condition.empty()) c.forces = loop.condition;
+      if (loop.forces) {
+        c.forces = loop.forces;
+        c.culprit = loop.culprit;
+      }
   if (link.refusal() != refusal_seen_) {
     refusal_seen_ = link.refusal();
     refused_at_ = now;
@@ -323,7 +326,7 @@ void DesktopUi::look(Instant<GraphicsClock> now, transport::StateLink& link,
     c.refusal = excerpt(*refusal_seen_, 120);
   warnings_.look(t, c);
   // What an impact asks for is felt by nobody while forces are off.
-  forces_off_ = c.forces.starts_with("safe");
+  forces_off_ = c.forces && c.forces->state == device::ForceState::safe;
   const double asked = hits_->take_force();
   if (!forces_off_) force_.feel(t, asked);
 }

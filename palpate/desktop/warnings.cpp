@@ -8,6 +8,22 @@ namespace {
 constexpr double kBlip_s = 0.12;  // of what a single sample may say; four pictures at 30 Hz
 constexpr double kGone_s = 0.25;  // without its cause a warning stands so long, so that nothing flickers
 
+using device::ForceFault;
+using device::ForceState;
+
+std::string forces_words(const device::ForceCondition& forces, const std::string& culprit) {
+  if (forces.fault == ForceFault::overspeed)
+    return "The hand was too fast and forces are off: they come back when it has been calm for half a second";
+  if (forces.fault == ForceFault::arm_unchecked)
+    return "Forces are off: nobody has checked this arm's; palpate calibrate forces";
+  if (forces.fault == ForceFault::button_released) return "Forces are off: hold the stylus' button";
+  std::string why = device::reason_text(forces);
+  if (!culprit.empty()) why += ", " + culprit;
+  if (!why.empty()) why = " (" + why + ")";
+  if (forces.state == ForceState::degraded) return fmt::format("Forces are weakened{}", why);
+  return fmt::format("Forces are off{}: R switches them on again, and begins from zero", why);
+}
+
 }  // namespace
 
 void Warnings::judge(Trouble trouble, double now, bool wrong, double wait_s, std::string words) {
@@ -36,20 +52,11 @@ void Warnings::look(double now, const Standing& c) {
                     100.0 * c.late_share));
   judge(Trouble::old, now, !physics && c.state_old, kBlip_s,
         "The physics server no longer has the states of these pictures: the camera is too slow");
-  const bool off = c.forces.starts_with("safe"), fast = c.forces == "safe: overspeed",
-             unchecked = c.forces == "safe: arm not checked",
-             released = c.forces == "degraded: button released", weak = c.forces.starts_with("degraded");
-  const auto colon = c.forces.find(": ");
-  const std::string why = colon == std::string::npos ? "" : " (" + c.forces.substr(colon + 2) + ")";
+  const bool off = c.forces && c.forces->state == ForceState::safe,
+             weak = c.forces && c.forces->state == ForceState::degraded;
   // A loop that stood still for a tick heals before anybody could read of it.
-  judge(
-      Trouble::forces, now, !physics && (off || weak), off ? 0.0 : kBlip_s,
-      fast
-          ? "The hand was too fast and forces are off: they come back when it has been calm for half a second"
-      : unchecked ? "Forces are off: nobody has checked this arm's; palpate calibrate forces"
-      : released  ? "Forces are off: hold the stylus' button"
-      : off       ? fmt::format("Forces are off{}: R switches them on again, and begins from zero", why)
-                  : fmt::format("Forces are weakened{}", why));
+  judge(Trouble::forces, now, !physics && (off || weak), off ? 0.0 : kBlip_s,
+        off || weak ? forces_words(*c.forces, c.culprit) : std::string());
   judge(Trouble::refusal, now, !c.refusal.empty(), 0.0,
         fmt::format("The physics server refuses: {}", c.refusal));
 }

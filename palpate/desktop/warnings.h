@@ -12,16 +12,19 @@
 #include <string>
 #include <vector>
 
+#include "palpate/device/force_condition.h"
+
 namespace palpate::desktop {
 
 // How the system stands at a moment.
 struct Standing {
-  std::vector<std::string> devices;  // what is wrong with them, the oldest first
-  double since_physics_s = 0.0;      // since the physics server's last word
-  double late_share = 0.0;           // of the last second's pictures, drawn with the state before
-  bool state_old = false;            // the history no longer held what was asked for
-  std::string forces = "running";    // the haptic loop's own words ("safe: overspeed"); empty: not known
-  std::string refusal;               // why the physics server does not do as it is asked; empty: it does
+  std::vector<std::string> devices;              // what is wrong with them, the oldest first
+  double since_physics_s = 0.0;                  // since the physics server's last word
+  double late_share = 0.0;                       // of the last second's pictures, drawn with the state before
+  bool state_old = false;                        // the history no longer held what was asked for
+  std::optional<device::ForceCondition> forces;  // of the haptic loop; none: not known
+  std::string culprit;                           // the application that has brought it about; empty: none
+  std::string refusal;  // why the physics server does not do as it is asked; empty: it does
 };
 
 enum class Trouble { device, physics, late, old, forces, refusal };

@@ -7,6 +7,10 @@
 namespace palpate::desktop {
 namespace {
 
+using device::ForceCondition;
+using device::ForceFault;
+using device::ForceState;
+
 constexpr double kLook = 0.1;  // s between looks: the slowest drawing the header speaks of
 
 bool stands(const Warnings& warnings, Trouble trouble) {
@@ -34,21 +38,46 @@ std::vector<Case> cases() {
       {Trouble::device, [](Standing& c, double) { c.devices = {"camera: unplugged"}; }, "camera: unplugged"},
       {Trouble::late, [](Standing& c, double) { c.late_share = 0.5; }, "50 %"},
       {Trouble::old, [](Standing& c, double) { c.state_old = true; }, "no longer has"},
-      {Trouble::forces, [](Standing& c, double) { c.forces = "safe: overspeed"; }, "off: they come back"},
-      {Trouble::forces, [](Standing& c, double) { c.forces = "safe: arm not checked"; },
+      {Trouble::forces,
+       [](Standing& c, double) {
+         c.forces = ForceCondition{ForceState::safe, ForceFault::overspeed};
+       },
+       "off: they come back"},
+      {Trouble::forces,
+       [](Standing& c, double) {
+         c.forces = ForceCondition{ForceState::safe, ForceFault::arm_unchecked};
+       },
        "off: nobody has checked"},
-      {Trouble::forces, [](Standing& c, double) { c.forces = "degraded: button released"; },
+      {Trouble::forces,
+       [](Standing& c, double) {
+         c.forces = ForceCondition{ForceState::degraded, ForceFault::button_released};
+       },
        "stylus' button"},
-      {Trouble::forces, [](Standing& c, double) { c.forces = "safe: arm lost"; }, "off (arm lost): R"},
-      {Trouble::forces, [](Standing& c, double) { c.forces = "degraded: motors warm"; },
+      {Trouble::forces,
+       [](Standing& c, double) {
+         c.forces = ForceCondition{ForceState::safe, ForceFault::arm_lost};
+       },
+       "off (arm lost): R"},
+      {Trouble::forces,
+       [](Standing& c, double) {
+         c.forces = ForceCondition{ForceState::degraded, ForceFault::none};
+       },
        "weakened (motors warm)"},
+      {Trouble::forces,
+       [](Standing& c, double) {
+         c.forces = ForceCondition{ForceState::safe, ForceFault::law_failed};
+         c.culprit = "cube";
+       },
+       "off (contact law failed, cube): R"},
       {Trouble::refusal, [](Standing& c, double) { c.refusal = "observers may not serve"; }, "may not serve"},
   };
 }
 
 TEST(Warnings, SayNothingWhileAllIsWell) {
   Warnings warnings;
-  for (const std::string forces : {"running", "ready", ""}) {
+  for (const std::optional<ForceCondition> forces :
+       {std::optional<ForceCondition>(), std::optional(ForceCondition{ForceState::running}),
+        std::optional(ForceCondition{ForceState::ready})}) {
     Standing fine;
     fine.forces = forces;
     fine.late_share = 0.1;
@@ -115,7 +144,7 @@ TEST(Warnings, NameTheMostImportantFirst) {
   Standing c;
   c.late_share = 1.0;
   c.devices = {"camera: unplugged", "tracker: blind"};
-  c.forces = "safe: arm lost";
+  c.forces = ForceCondition{ForceState::safe, ForceFault::arm_lost};
   for (double t = 0.0; t < 1.0; t += kLook) warnings.look(t, c);
   const auto shown = warnings.shown();
   ASSERT_EQ(shown.size(), 4u);

@@ -82,10 +82,10 @@ Point<ArmBase> arm_tip(const ArmModel& model, const Eigen::VectorXd& theta, ArmJ
 
 Expected<ArmModel> read_arm_model(const std::string& name_or_file) {
   if (name_or_file == ArmModel{}.name) return ArmModel{};
-  if (!std::filesystem::exists(name_or_file))
+  if (!is_there(name_or_file))
     return wrong_use("arm model {}: neither a known arm (phantom-premium-1.5) nor a file; check the path",
                      name_or_file);
-  const auto content = read_file(name_or_file);
+  const auto content = read_file(name_or_file, kMostSettingsBytes);
   if (!content) return tl::unexpected(content.error());
   return parse_arm_model(*content, name_or_file);
 }

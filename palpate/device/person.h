@@ -39,7 +39,8 @@ struct Request {
 class Person {
  public:
   virtual ~Person() = default;
-  // Begins a gesture, which lasts until the next request. Refused where there is no such thing to do.
+  // Begins a gesture, which lasts until the next request. Refused where there is no such thing to do:
+  // ErrorCode::no_more past the last landmark, out_of_reach where the arm does not get to the target.
   virtual Expected<void> ask(const Request& request) = 0;
   // Whether the person has got there: holds still, touches, swings.
   virtual bool ready() = 0;

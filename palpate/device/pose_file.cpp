@@ -187,9 +187,10 @@ Expected<std::array<double, 16>> matrix_from_text(std::string_view text, const s
 
 Expected<PoseFile> read_folder(const fs::path& folder) {
   std::vector<fs::path> names;
-  for (const auto& entry : fs::directory_iterator(folder)) {
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
     const auto extension = entry.path().extension();
-    if (entry.is_regular_file() && (extension == ".txt" || extension == ".csv" || extension == ".dat"))
+    if (entry.is_regular_file(ignored) && (extension == ".txt" || extension == ".csv" || extension == ".dat"))
       names.push_back(entry.path());
   }
   if (names.empty())

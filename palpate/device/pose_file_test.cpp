@@ -167,6 +167,12 @@ TEST_F(PoseFileTest, BrokenSequencesAreRefusedWithTheirPlace) {
             std::string::npos);
   EXPECT_NE(complaint(head + "Seq_Frame7_AToBTransform = 1 2 3\n").find("16 finite numbers are expected"),
             std::string::npos);
+  // Each of them would be a tool of its own, for which the file is read once more.
+  std::string many = head;
+  for (int i = 0; i < 300; ++i)
+    many += fmt::format("Seq_Frame7_A{}ToBTransform = 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n", i);
+  EXPECT_NE(complaint(many).find("bad.csv:259: a recording of at most 256 transforms"), std::string::npos)
+      << complaint(many);
 }
 
 TEST_F(PoseFileTest, AFolderOfMatricesNamesTheFileThatIsNone) {

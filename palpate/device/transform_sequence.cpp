@@ -81,6 +81,7 @@ bool read_numbers(std::string_view text, std::array<double, 16>& m) {
 }
 
 constexpr std::string_view kTransform = "Transform";
+constexpr std::size_t kMostTransforms = 256;  // by name; a chain is looked for among all of them
 
 struct Entry {  // Seq_Frame<number>_<key> = <value>
   int number = 0;
@@ -152,6 +153,9 @@ Expected<std::vector<StampedPose>> parse_transform_sequence(std::string_view con
         return wrong_use("{}:{}: {} is no matrix; 16 finite numbers are expected", source, line_number,
                          excerpt(key));
       names.insert(name);
+      if (names.size() > kMostTransforms)
+        return wrong_use("{}:{}: a recording of at most {} transforms is expected", source, line_number,
+                         kMostTransforms);
     }
   }
   std::string list;

@@ -60,5 +60,61 @@ TEST(CalibrationSession, GoesOnWhereItBrokeOff) {
   EXPECT_NE(rig.camera->model.cx, lens.cx) << "the landmarks' pictures improve the lens";
 }
 
+// Does what the simulated person does, until a landmark at which something else happens.
+class PersonWhoStops : public device::Person {
+ public:
+  PersonWhoStops(device::Person& person, int at, ErrorCode why) : person_(person), at_(at), why_(why) {}
+  Expected<void> ask(const device::Request& request) override {
+    if (request.what == "landmark" && request.index >= at_) return refused(why_, "not this landmark");
+    return person_.ask(request);
+  }
+  bool ready() override { return person_.ready(); }
+
+ private:
+  device::Person& person_;
+  int at_;
+  ErrorCode why_;
+};
+
+struct Landmarks {
+  std::size_t found = 0;
+  std::string message;
+};
+
+// Up to the landmarks, of which the laboratory has more than the person gets to.
+Landmarks landmarks_until(int at, ErrorCode why) {
+  const sim::config::WorldFile file = sim::config::reference_world();
+  sim::Simulator world(file, 4);
+  rig::Rig rig = blank_rig(file);
+  calibration::session::CalibrationPlan plan;
+  plan.corner_rounds = 1;
+  plan.pivot_poses = 60;
+  plan.pivot_s = 6.0;
+  auto laboratory = laboratory_of(world);
+  PersonWhoStops person(laboratory.person, at, why);
+  calibration::session::AcquisitionContext context{laboratory.clock, laboratory.arm, laboratory.tracker,
+                                                   laboratory.camera, person};
+  calibration::session::SessionHooks hooks;
+  hooks.save = [&rig](const rig::Rig&) -> Expected<void> {
+    if (!rig.landmarks.empty()) return refused("far enough");
+    return {};
+  };
+  const auto session = calibration::session::calibrate_rig(context, rig, plan, hooks);
+  return {rig.landmarks.size(), session ? std::string() : session.error().message};
+}
+
+TEST(CalibrationSession, LandmarksEndOnlyWhereThePersonSaysSo) {
+  const auto all = sim::Simulator(sim::config::reference_world(), 4).truth().landmarks.size();
+  ASSERT_GT(all, 5u);
+  EXPECT_EQ(landmarks_until(5, ErrorCode::no_more).found, 5u);
+  // Any other failure ends the session instead of leaving the others out in silence.
+  for (const ErrorCode why : {ErrorCode::timed_out, ErrorCode::disconnected, ErrorCode::unspecified}) {
+    const Landmarks stopped = landmarks_until(5, why);
+    EXPECT_EQ(stopped.found, 0u);
+    EXPECT_NE(stopped.message.find("not this landmark"), std::string::npos) << stopped.message;
+  }
+  EXPECT_EQ(landmarks_until(2, ErrorCode::no_more).found, 0u) << "two are too few";
+}
+
 }  // namespace
 }  // namespace palpate::evaluation

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "palpate/calibration/session/arm_observations.h"
+#include "palpate/core/statistics.h"
 #include "palpate/core/units.h"
 #include "palpate/evaluation/arm_comparison.h"
 #include "palpate/evaluation/world_sample.h"
@@ -55,11 +56,6 @@ double error_to_truth(const std::vector<calibration::session::TrackedPose>& pose
   for (const auto& psi : places)
     sum += (calibration::predict_tip(estimate->value, psi).m - calibration::predict_tip(truth, psi).m).norm();
   return sum / static_cast<double>(places.size());
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
 }
 
 // 10 mm and 5 degrees rms: over 40 poses known to an eighth or so (120 numbers each).

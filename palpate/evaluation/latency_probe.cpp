@@ -8,8 +8,8 @@
 #include <map>
 
 #include "palpate/core/csv.h"
-#include "palpate/core/error_summary.h"
 #include "palpate/core/file.h"
+#include "palpate/core/statistics.h"
 
 namespace palpate::evaluation {
 namespace {

@@ -4,8 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include "palpate/core/error_summary.h"
 #include "palpate/core/json.h"
+#include "palpate/core/statistics.h"
 #include "palpate/evaluation/overlay.h"
 #include "palpate/evaluation/played_frame.h"
 #include "palpate/rig/rig.h"

@@ -86,7 +86,4 @@ Series band_around(std::string name, const std::vector<double>& x, const std::ve
 // Share of values (0..1) that are at most x, as a step line of at most `points` points.
 Series cumulative(std::string name, std::vector<double> values, Tone tone = Tone::ours, int points = 200);
 
-// The q-quantile (0..1) of the values, linear between neighbours; not a number where there are none.
-double quantile(std::vector<double> values, double q);
-
 }  // namespace palpate::figures

@@ -22,11 +22,5 @@ TEST(Cumulative, EndsAtOneWithTheLargestValue) {
   EXPECT_EQ(thinned.y.back(), 1.0);
 }
 
-TEST(Quantile, IsLinearBetweenNeighbours) {
-  EXPECT_DOUBLE_EQ(quantile({4, 1, 3, 2}, 0.5), 2.5);
-  EXPECT_DOUBLE_EQ(quantile({4, 1, 3, 2}, 1.0), 4.0);
-  EXPECT_TRUE(std::isnan(quantile({}, 0.5)));
-}
-
 }  // namespace
 }  // namespace palpate::figures

@@ -173,7 +173,7 @@ TEST(AHostileLaw, ThatSleeps10MsInEachTickLosesItsForceAndIsNamed) {
   EXPECT_LE(fall.gone, 35) << "it keeps the loop from acting for 10 ms at a time";
   EXPECT_TRUE(fall.stays_off);
   EXPECT_EQ(bench.loop.fault(), ForceFault::law_failed);
-  EXPECT_EQ(bench.loop.state(), HapticState::safe);
+  EXPECT_EQ(bench.loop.state(), ForceState::safe);
   EXPECT_EQ(bench.loop.name_of(bench.loop.condition().culprit), "the contact law of 'guest'");
   EXPECT_LT(bench.law.calls, 50 + 20) << "switched off: it is not called any more";
 }
@@ -205,7 +205,7 @@ TEST(AHostileLaw, IsNotBlamedWhereTheMachineTookItsCoreAway) {
     return Vector3(0.0, kAsked, 0.0);
   };
   bench.live(200);
-  EXPECT_EQ(bench.loop.state(), HapticState::running);
+  EXPECT_EQ(bench.loop.state(), ForceState::running);
   EXPECT_NEAR(bench.felt(), kAsked, 1e-9);
   EXPECT_EQ(bench.loop.statistics().law_overruns, 0u);
 }

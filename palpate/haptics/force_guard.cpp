@@ -1,68 +1,13 @@
 #include "palpate/haptics/force_guard.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 namespace palpate::haptics {
 
-std::string_view name_of(HapticState state) {
-  switch (state) {
-    case HapticState::ready:
-      return "ready";
-    case HapticState::running:
-      return "running";
-    case HapticState::degraded:
-      return "degraded";
-    case HapticState::safe:
-      return "safe";
-  }
-  return "unknown";
-}
-
-std::string_view name_of(ForceFault fault) {
-  switch (fault) {
-    case ForceFault::none:
-      return "none";
-    case ForceFault::stale_input:
-      return "stale input";
-    case ForceFault::bad_force:
-      return "force beyond reason";
-    case ForceFault::bad_reading:
-      return "bad reading";
-    case ForceFault::arm_silent:
-      return "arm silent";
-    case ForceFault::outside_workspace:
-      return "outside workspace";
-    case ForceFault::late_tick:
-      return "late tick";
-    case ForceFault::button_released:
-      return "button released";
-    case ForceFault::overspeed:
-      return "overspeed";
-    case ForceFault::arm_lost:
-      return "arm lost";
-    case ForceFault::clamp_tripped:
-      return "clamp tripped";
-    case ForceFault::law_failed:
-      return "contact law failed";
-    case ForceFault::arm_slow:
-      return "arm slow";
-    case ForceFault::arm_unchecked:
-      return "arm not checked";
-  }
-  return "unknown";
-}
-
-std::string condition_text(HapticState state, ForceFault fault) {
-  if (fault != ForceFault::none) return fmt::format("{}: {}", name_of(state), name_of(fault));
-  return std::string(name_of(state)) + (state == HapticState::degraded ? ": motors warm" : "");
-}
-
 ForceGuard::ForceGuard(const ForceLimits& limits, bool permitted)
     : limits_(limits),
       permitted_(permitted),
-      state_(permitted ? HapticState::ready : HapticState::safe),
+      state_(permitted ? ForceState::ready : ForceState::safe),
       fault_(permitted ? ForceFault::none : ForceFault::arm_unchecked),
       present_(fault_),
       strength_({.stale_s = limits.stale_s, .fade_s = limits.fade_s, .ramp_s = limits.start_ramp_s}) {}
@@ -98,27 +43,27 @@ void ForceGuard::tick(const SafetyInputs& inputs) {
                                  : missing;
   // An overspeed ends by itself (PhysicsServer re-arms when the tip has calmed down); what else lasts, and comes while
   // forces are off for it, does not.
-  if (state_ == HapticState::safe && fault_ == ForceFault::overspeed && present_ != ForceFault::none)
+  if (state_ == ForceState::safe && fault_ == ForceFault::overspeed && present_ != ForceFault::none)
     fault_ = present_;
-  if (state_ != HapticState::safe) {
+  if (state_ != ForceState::safe) {
     if (present_ != ForceFault::none) {
-      state_ = HapticState::safe;
+      state_ = ForceState::safe;
       fault_ = present_;
     } else if (healing != ForceFault::none) {
       // Before everything has been heard of once, nothing has failed yet.
-      if (state_ != HapticState::ready) state_ = HapticState::degraded, fault_ = healing;
+      if (state_ != ForceState::ready) state_ = ForceState::degraded, fault_ = healing;
     } else {
-      state_ = inputs.warm ? HapticState::degraded : HapticState::running;
+      state_ = inputs.warm ? ForceState::degraded : ForceState::running;
       fault_ = ForceFault::none;
     }
   }
-  const bool good = state_ != HapticState::safe && missing == ForceFault::none;
+  const bool good = state_ != ForceState::safe && missing == ForceFault::none;
   strength_.tick(good, std::max(inputs.input_age_s, inputs.reading_age_s), inputs.elapsed_s, inputs.held);
 }
 
 bool ForceGuard::rearm() {
-  if (state_ != HapticState::safe || present_ != ForceFault::none) return false;
-  state_ = HapticState::ready;
+  if (state_ != ForceState::safe || present_ != ForceFault::none) return false;
+  state_ = ForceState::ready;
   fault_ = ForceFault::none;
   strength_.restart();
   return true;

@@ -19,7 +19,7 @@ ForceGuard running_guard() {
   limits.start_ramp_s = 0.0;
   ForceGuard guard(limits, true);
   guard.tick(kGood);
-  EXPECT_EQ(guard.state(), HapticState::running);
+  EXPECT_EQ(guard.state(), ForceState::running);
   EXPECT_EQ(guard.gain(), 1.0);
   return guard;
 }
@@ -46,11 +46,11 @@ TEST(ForceGuard, NothingIsWrongBeforeEverythingHasBeenHeardOf) {
   SafetyInputs silence = kGood;
   silence.input_age_s = silence.reading_age_s = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 100; ++i) guard.tick(silence);
-  EXPECT_EQ(guard.state(), HapticState::ready);
+  EXPECT_EQ(guard.state(), ForceState::ready);
   EXPECT_EQ(guard.fault(), ForceFault::none);
   EXPECT_EQ(guard.gain(), 0.0);
   guard.tick(kGood);
-  EXPECT_EQ(guard.state(), HapticState::running);
+  EXPECT_EQ(guard.state(), ForceState::running);
   EXPECT_EQ(guard.gain(), 0.0);  // the ramp of 1 s begins with nothing
   guard.tick(kGood);
   EXPECT_NEAR(guard.gain(), 0.001, 1e-15);
@@ -62,13 +62,13 @@ TEST(ForceGuard, EveryHealingFaultFadesTheForceAndComesBackAlongTheRamp) {
     SafetyInputs inputs = kGood;
     sign.spoil(inputs);
     guard.tick(inputs);
-    EXPECT_EQ(guard.state(), HapticState::degraded) << name_of(sign.fault);
+    EXPECT_EQ(guard.state(), ForceState::degraded) << name_of(sign.fault);
     EXPECT_EQ(guard.fault(), sign.fault);
     EXPECT_LT(guard.gain(), 1.0);
     for (int i = 0; i < 14; ++i) guard.tick(inputs);
     EXPECT_EQ(guard.gain(), 0.0) << "15 ms after " << name_of(sign.fault);
     guard.tick(kGood);
-    EXPECT_EQ(guard.state(), HapticState::running);
+    EXPECT_EQ(guard.state(), ForceState::running);
     EXPECT_FALSE(guard.rearm());  // there is nothing to re-arm
   }
 }
@@ -78,10 +78,10 @@ TEST(ForceGuard, ALateTickIsToldAndGoesOnFromWhatTheDeviceHolds) {
     ForceGuard guard = running_guard();
     guard.tick({.elapsed_s = 0.012, .held = held});
     EXPECT_EQ(guard.fault(), ForceFault::late_tick);
-    EXPECT_EQ(guard.state(), HapticState::degraded);
+    EXPECT_EQ(guard.state(), ForceState::degraded);
     EXPECT_DOUBLE_EQ(guard.gain(), held);
     guard.tick(kGood);
-    EXPECT_EQ(guard.state(), HapticState::running);
+    EXPECT_EQ(guard.state(), ForceState::running);
     EXPECT_DOUBLE_EQ(guard.gain(), std::min(1.0, held + 0.001 / 0.040));
   }
 }
@@ -92,17 +92,17 @@ TEST(ForceGuard, EveryLastingFaultKeepsForcesOffUntilRearmed) {
     SafetyInputs inputs = kGood;
     sign.spoil(inputs);
     guard.tick(inputs);
-    EXPECT_EQ(guard.state(), HapticState::safe) << name_of(sign.fault);
+    EXPECT_EQ(guard.state(), ForceState::safe) << name_of(sign.fault);
     EXPECT_EQ(guard.fault(), sign.fault);
     EXPECT_FALSE(heals(sign.fault));
     EXPECT_FALSE(guard.rearm()) << "the reason is still there";
     for (int i = 0; i < 1000; ++i) guard.tick(kGood);
-    EXPECT_EQ(guard.state(), HapticState::safe);
+    EXPECT_EQ(guard.state(), ForceState::safe);
     EXPECT_EQ(guard.gain(), 0.0);
     EXPECT_TRUE(guard.rearm());
-    EXPECT_EQ(guard.state(), HapticState::ready);
+    EXPECT_EQ(guard.state(), ForceState::ready);
     guard.tick(kGood);
-    EXPECT_EQ(guard.state(), HapticState::running);
+    EXPECT_EQ(guard.state(), ForceState::running);
   }
 }
 
@@ -118,7 +118,7 @@ TEST(ForceGuard, AnOverspeedHidesNoOtherLastingFaultThatFollowsIt) {
     sign.spoil(inputs);
     guard.tick(inputs);
     guard.tick(kGood);
-    EXPECT_EQ(guard.state(), HapticState::safe);
+    EXPECT_EQ(guard.state(), ForceState::safe);
     EXPECT_EQ(guard.fault(), sign.fault) << "whoever re-arms after an overspeed must not re-arm this";
   }
 }
@@ -129,7 +129,7 @@ TEST(ForceGuard, ALastingFaultCountsBeforeTheFirstForceToo) {
   inputs.connected = false;
   inputs.input_age_s = 1.0;
   guard.tick(inputs);
-  EXPECT_EQ(guard.state(), HapticState::safe);
+  EXPECT_EQ(guard.state(), ForceState::safe);
 }
 
 TEST(ForceGuard, WarmMotorsAreDegradedWithoutAFault) {
@@ -137,7 +137,7 @@ TEST(ForceGuard, WarmMotorsAreDegradedWithoutAFault) {
   SafetyInputs inputs = kGood;
   inputs.warm = true;
   guard.tick(inputs);
-  EXPECT_EQ(guard.state(), HapticState::degraded);
+  EXPECT_EQ(guard.state(), ForceState::degraded);
   EXPECT_EQ(guard.fault(), ForceFault::none);
   EXPECT_EQ(guard.gain(), 1.0);
 }

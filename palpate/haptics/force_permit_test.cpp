@@ -41,9 +41,9 @@ double largest_force(const HapticSettings& settings) {
 
 TEST(ForcePermit, AnArmThatNobodyHasCheckedIsGivenNoForceWhateverIsAskedOrRearmed) {
   HapticBench bench(with({}));
-  EXPECT_EQ(bench.loop.state(), HapticState::safe);
+  EXPECT_EQ(bench.loop.state(), ForceState::safe);
   EXPECT_EQ(bench.loop.fault(), ForceFault::arm_unchecked);
-  EXPECT_EQ(condition_text(bench.loop.condition().state, bench.loop.condition().fault),
+  EXPECT_EQ(device::condition_text({bench.loop.condition().state, bench.loop.condition().fault}),
             "safe: arm not checked");
   bench.message.continuous = {5.0, 0.0, 0.0};
   bench.message.impact = bench_impact(1, 5.0, bench.now);
@@ -177,12 +177,12 @@ TEST(ForcePermit, ADeadManSwitchGivesForceOnlyWhileItIsHeld) {
   while (bench.arm.force.norm() > 0.0 && gone < 100) bench.live(), ++gone;
   EXPECT_LE(gone, 16);  // the fade of 15 ms
   EXPECT_LE(bench.arm.steepest, 3.0 + 1e-9);
-  EXPECT_EQ(condition_text(bench.loop.state(), bench.loop.fault()), "degraded: button released");
+  EXPECT_EQ(device::condition_text({bench.loop.state(), bench.loop.fault()}), "degraded: button released");
   EXPECT_EQ(bench.loop.condition().trips, 0u);
   bench.arm.sample.buttons = 3;
   bench.live(300);
   EXPECT_GT(bench.arm.force.norm(), 1.8);
-  EXPECT_EQ(bench.loop.state(), HapticState::running);
+  EXPECT_EQ(bench.loop.state(), ForceState::running);
 }
 
 }  // namespace

@@ -96,10 +96,10 @@ TEST(HapticHostile, TenMillionTicksNeverBreakALimit) {
     if (wild && !arm.sample.gimbal.allFinite()) arm.sample.gimbal.setZero();
     if (!bench.message.continuous.allFinite()) bench.message.continuous.setZero();
     largest = std::max(largest, arm.force.norm());
-    running += bench.loop.state() == HapticState::running;
-    degraded += bench.loop.state() == HapticState::degraded;
-    safe += bench.loop.state() == HapticState::safe;
-    if (bench.loop.state() == HapticState::safe && random.chance(0.05)) bench.loop.rearm();
+    running += bench.loop.state() == ForceState::running;
+    degraded += bench.loop.state() == ForceState::degraded;
+    safe += bench.loop.state() == ForceState::safe;
+    if (bench.loop.state() == ForceState::safe && random.chance(0.05)) bench.loop.rearm();
   }
   // The test would show nothing if forces were hardly ever on.
   EXPECT_GT(largest, 8.4);

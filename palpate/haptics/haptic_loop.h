@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -102,7 +103,7 @@ struct HapticStatistics {
 
 // How the loop is doing, for other threads.
 struct HapticCondition {
-  HapticState state = HapticState::ready;
+  ForceState state = ForceState::ready;
   ForceFault fault = ForceFault::none;
   Guest culprit = Guest::none;  // of the fault
   std::uint64_t ticks = 0;
@@ -133,7 +134,7 @@ class HapticLoop {
   const ForcePermit& permit() const { return settings_.permit; }
   const HapticStatistics& statistics() const { return statistics_; }
   ForceFault fault() const { return guard_.fault(); }
-  HapticState state() const { return guard_.state(); }
+  ForceState state() const { return guard_.state(); }
 
   // Any thread, also while a tick hangs, and a signal handler: the arm lets go; the next tick that comes begins
   // with no force and follows the rule for every return of force.
@@ -165,6 +166,7 @@ class HapticLoop {
   void take_reading(Instant<PhysicsClock> now, const device::ArmSample& sample, SafetyInputs& inputs);
   void judge_guests(SafetyInputs& inputs);
   Guest culprit() const;
+  bool is_fresh(Instant<PhysicsClock> now, Instant<ArmClock> stamp);
   void follow_tip(Instant<PhysicsClock> now, const device::ArmSample& sample);
   double held_share(const device::ArmSample& sample, double elapsed, bool held_up) const;
   void let_go(double held);
@@ -205,9 +207,10 @@ class HapticLoop {
   bool started_ = false, sampled_ = false, heard_ = false;
   Instant<PhysicsClock> last_tick_, last_fresh_sample_;
   Instant<ArmClock> last_stamp_;
-  device::JointVector joints_;       // last reading
-  Vector3 moved_ = Vector3::Zero();  // the tip's way since the tick before
-  DeviceForce device_;               // at the last pose that had one
+  std::optional<Instant<PhysicsClock>> went_back_;  // the stamps did, last
+  device::JointVector joints_;                      // last reading
+  Vector3 moved_ = Vector3::Zero();                 // the tip's way since the tick before
+  DeviceForce device_;                              // at the last pose that had one
   Vector3 requested_before_ = Vector3::Zero(),
           delivered_before_ = Vector3::Zero();  // when the last impact had settled
   Vector3 device_withheld_ = Vector3::Zero(),   // as last read: N s, device's axes

@@ -1,14 +1,17 @@
 #include "palpate/haptics/haptic_loop.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <Eigen/LU>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+#include <thread>
 
 #include "palpate/core/random.h"
 #include "palpate/haptics/haptic_bench_test.h"
+#include "palpate/time/real_time.h"
 #include "tests/allocation_count.h"
 
 namespace palpate::haptics {
@@ -181,7 +184,7 @@ TEST(HapticLoop, ALongPushFallsToTheContinuousForceAndSaysSo) {
   }
   EXPECT_NEAR(std::sqrt(energy / 5000), 1.4, 0.01);
   EXPECT_LT(bench.arm.steepest, 3.0 + 1e-9);
-  EXPECT_EQ(bench.loop.state(), HapticState::degraded);
+  EXPECT_EQ(bench.loop.state(), ForceState::degraded);
   EXPECT_EQ(bench.loop.fault(), ForceFault::none);
 }
 
@@ -271,6 +274,29 @@ TEST(HapticLoop, TickDoesNotAllocate) {
     }
   }
   EXPECT_EQ(allocations() - before, 0u);
+}
+
+// What is touched for the first time in a tick costs a page fault there, microseconds or, from disk, milliseconds.
+TEST(HapticLoop, NothingIsTouchedForTheFirstTimeInATick) {
+  HapticBench bench;
+  long faults = -1;
+  std::thread([&] {
+    enter_real_time(0);
+    const auto so_far = [] {
+      rusage used{};
+      getrusage(RUSAGE_THREAD, &used);
+      return used.ru_minflt + used.ru_majflt;
+    };
+    bench.message.continuous = {0.0, 1.0, 0.0};
+    const long before = so_far();
+    bench.live(2000);
+    bench.arm.frozen = true;  // and on the ways that are gone seldom
+    bench.live(20);
+    bench.arm.sample.joints[0] = std::numeric_limits<double>::quiet_NaN();
+    bench.live(20);
+    faults = so_far() - before;
+  }).join();
+  EXPECT_EQ(faults, 0);
 }
 
 TEST(HapticLoop, TheLastSecondsAreKept) {

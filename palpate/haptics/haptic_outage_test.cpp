@@ -99,7 +99,7 @@ TEST(HapticOutage, TheForceComesBackByTheRule) {
           const double requested = kStiffness * hand.depth;
           EXPECT_GE(at_50, 0.98 * std::min(hand.held, requested));
         }
-        EXPECT_EQ(hand.loop.state() == HapticState::safe, false) << "told " << name_of(hand.loop.fault());
+        EXPECT_EQ(hand.loop.state() == ForceState::safe, false) << "told " << name_of(hand.loop.fault());
         EXPECT_LE(hand.arm.steepest, 3.0 + 1e-9);
       }
 }
@@ -134,7 +134,7 @@ TEST(HapticOutage, NoStallReadsAsOverspeedBelowIt) {
       for (int i = 0; i < 20; ++i) millisecond(true, true);
       for (int i = 1; i < ms; ++i) millisecond(ms % 8 == 0, ms % 8 != 0);
       for (int i = 0; i < 20; ++i) millisecond(true, true);
-      EXPECT_NE(bench.loop.state(), HapticState::safe) << speed << " m/s, " << ms << " ms";
+      EXPECT_NE(bench.loop.state(), ForceState::safe) << speed << " m/s, " << ms << " ms";
       EXPECT_NEAR(bench.loop.tip().velocity.norm(), speed, 0.25 * speed);
     }
 }
@@ -146,7 +146,7 @@ TEST(HapticOutage, RealOverspeedIsStillToldWithinMilliseconds) {
   for (int i = 0; i < 20 && told < 0; ++i) {
     bench.arm.sample.joints[0] += 0.02;  // some 6 m/s
     bench.live();
-    if (bench.loop.state() == HapticState::safe) told = i;
+    if (bench.loop.state() == ForceState::safe) told = i;
   }
   EXPECT_GE(told, 0);
   EXPECT_LE(told, 5);

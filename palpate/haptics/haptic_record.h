@@ -20,7 +20,7 @@ struct HapticRecord {
   device::JointVector joints;         // rad
   Vector3 tip, requested, commanded;  // m, N in World; N in ArmBase
   ForceFault fault = ForceFault::none;
-  HapticState state = HapticState::ready;
+  ForceState state = ForceState::ready;
   double speed = 0.0;  // of the tip, m/s
 };
 
@@ -54,7 +54,7 @@ class HapticRecords {
                         at(3),
                         at(6),
                         static_cast<ForceFault>(p.fault),
-                        static_cast<HapticState>(p.state),
+                        static_cast<ForceState>(p.state),
                         p.speed};
   }
 

@@ -18,7 +18,7 @@ struct PushedHand : HapticBench {
     message.continuous = {0.0, kPush, 0.0};
     live(20);
     EXPECT_NEAR(felt(), kPush, 1e-9);
-    EXPECT_EQ(loop.state(), HapticState::running);
+    EXPECT_EQ(loop.state(), ForceState::running);
     arm.steepest = 0.0;
   }
   double felt() const { return HapticBench::felt().norm(); }
@@ -55,9 +55,9 @@ TEST(HapticSafety, ASilentPhysicsLoopIsNoticedWithin5MsAndTheForceIsGoneWithin20
   EXPECT_GT(fall.gone, 0);
   EXPECT_LE(fall.gone, 20);
   EXPECT_EQ(hand.loop.fault(), ForceFault::stale_input);
-  EXPECT_EQ(hand.loop.state(), HapticState::degraded);
+  EXPECT_EQ(hand.loop.state(), ForceState::degraded);
   hand.live(5);  // comes back by itself
-  EXPECT_EQ(hand.loop.state(), HapticState::running);
+  EXPECT_EQ(hand.loop.state(), ForceState::running);
   EXPECT_NEAR(hand.felt(), kPush, 1e-9);
 }
 
@@ -95,7 +95,68 @@ TEST(HapticSafety, AnArmWhoseStampsStandStillIsNoticedWithin5Ms) {
   EXPECT_EQ(hand.loop.fault(), ForceFault::arm_silent);
   hand.arm.frozen = false;
   hand.live(5);
-  EXPECT_EQ(hand.loop.state(), HapticState::running);
+  EXPECT_EQ(hand.loop.state(), ForceState::running);
+}
+
+TEST(HapticSafety, AnArmWhoseStampsRunBackwardsIsSilent) {
+  for (const auto back : {std::chrono::milliseconds(2), std::chrono::milliseconds(2000)}) {
+    PushedHand hand;
+    hand.arm.frozen = true;
+    hand.arm.sample.stamp += -Duration(back);
+    const Fall fall = watch(hand, [&] {
+      hand.arm.sample.stamp += std::chrono::milliseconds(-1);
+      hand.live();
+    });
+    EXPECT_LE(fall.first_less, 5);
+    EXPECT_GT(fall.gone, 0);
+    EXPECT_LE(fall.gone, 20);
+    EXPECT_EQ(hand.loop.fault(), ForceFault::arm_silent);
+  }
+}
+
+TEST(HapticSafety, ReadingsOfThePastBetweenTheNewOnesAreNoneToPushBy) {
+  PushedHand hand;
+  hand.arm.frozen = true;
+  Instant<ArmClock> time = hand.arm.sample.stamp;
+  bool old = false;
+  const Fall fall = watch(hand, [&] {
+    time += std::chrono::milliseconds(1);
+    old = !old;
+    hand.arm.sample.stamp = old ? time - std::chrono::seconds(2) : time;
+    hand.live();
+  });
+  EXPECT_LE(fall.first_less, 6);
+  EXPECT_GT(fall.gone, 0);
+  EXPECT_LE(fall.gone, 20);
+}
+
+TEST(HapticSafety, AnArmWhoseClockBeganAnewComesBackWithTheRamp) {
+  HapticBench hand(bench_settings());
+  hand.message.continuous = {0.0, kPush, 0.0};
+  hand.live(1500);
+  EXPECT_NEAR(hand.felt().norm(), kPush, 1e-9);
+  hand.arm.sample.stamp = {};  // it was plugged in again
+  hand.live(40);
+  EXPECT_EQ(hand.arm.force.norm(), 0.0);
+  double most_rise = 0.0, before = 0.0;
+  for (int ms = 0; ms < 1500; ++ms) {
+    hand.live();
+    most_rise = std::max(most_rise, hand.felt().norm() - before);
+    before = hand.felt().norm();
+  }
+  EXPECT_NEAR(before, kPush, 1e-9);
+  EXPECT_LT(most_rise, 0.05) << "N in a millisecond: the ramp takes a second";
+  EXPECT_EQ(hand.loop.state(), ForceState::running);
+}
+
+// A device whose readings come in bursts tells of a few microseconds out of order, and of nothing wrong.
+TEST(HapticSafety, AStampThatIsHardlyOlderIsNoFault) {
+  PushedHand hand;
+  for (int ms = 0; ms < 100; ++ms) {
+    hand.arm.sample.stamp += std::chrono::microseconds(ms % 2 == 0 ? -1300 : 700);
+    hand.live();
+    EXPECT_NEAR(hand.felt(), kPush, 1e-9);
+  }
 }
 
 TEST(HapticSafety, ADisconnectedArmStaysOffUntilItIsBackAndSomebodyRearms) {
@@ -104,7 +165,7 @@ TEST(HapticSafety, ADisconnectedArmStaysOffUntilItIsBackAndSomebodyRearms) {
   const Fall fall = watch(hand, [&] { hand.live(); });
   EXPECT_EQ(fall.first_less, 1);
   EXPECT_LE(fall.gone, 20);
-  EXPECT_EQ(hand.loop.state(), HapticState::safe);
+  EXPECT_EQ(hand.loop.state(), ForceState::safe);
   EXPECT_EQ(hand.loop.fault(), ForceFault::arm_lost);
   EXPECT_FALSE(hand.loop.rearm()) << "still unplugged";
   hand.arm.sample.connected = true;
@@ -150,7 +211,7 @@ TEST(HapticSafety, AnArmThatRunsAwayStaysOffUntilRearmed) {
       watch(hand, [&] { hand.arm.sample.joints[0] = angle += angle < 0.5 ? 0.02 : 0.0, hand.live(); });
   EXPECT_GT(fall.gone, 0);
   EXPECT_EQ(hand.loop.fault(), ForceFault::overspeed);
-  EXPECT_EQ(hand.loop.state(), HapticState::safe);
+  EXPECT_EQ(hand.loop.state(), ForceState::safe);
   hand.live(100);
   EXPECT_EQ(hand.arm.force.norm(), 0.0);
   EXPECT_TRUE(hand.loop.rearm());
@@ -167,8 +228,8 @@ TEST(HapticSafety, ASlowerArmsSpeedLimitIsItsOwn) {
     return bench.loop.state();
   };
   // 0.006 rad per tick at 0.3 m: about 1.8 m/s.
-  EXPECT_EQ(state_at(force_limits_of("phantom-premium-1.5"), 0.006), HapticState::running);
-  EXPECT_EQ(state_at(force_limits_of("touch"), 0.006), HapticState::safe);
+  EXPECT_EQ(state_at(force_limits_of("phantom-premium-1.5"), 0.006), ForceState::running);
+  EXPECT_EQ(state_at(force_limits_of("touch"), 0.006), ForceState::safe);
 }
 
 TEST(HapticSafety, OutsideTheWorkspaceThereIsNoForce) {
@@ -181,7 +242,7 @@ TEST(HapticSafety, OutsideTheWorkspaceThereIsNoForce) {
   EXPECT_EQ(fall.first_less, 1);
   EXPECT_GT(fall.gone, 0);
   EXPECT_LE(fall.gone, 20);
-  EXPECT_EQ(hand.loop.state(), HapticState::degraded);
+  EXPECT_EQ(hand.loop.state(), ForceState::degraded);
   for (int i = 0; i < 300; ++i) angle = std::max(0.5, angle - 0.008), hand.live();
   EXPECT_NEAR(hand.felt(), kPush, 1e-9);
 }
@@ -224,7 +285,7 @@ TEST(HapticSafety, AReadingThatLeapsCannotMakeTheCommandLeap) {
     hand.live();
   }
   EXPECT_LE(hand.arm.steepest, 3.0 + 1e-9);
-  EXPECT_EQ(hand.loop.state(), HapticState::safe);
+  EXPECT_EQ(hand.loop.state(), ForceState::safe);
   EXPECT_EQ(hand.arm.force.norm(), 0.0);
 }
 
@@ -256,7 +317,7 @@ TEST(HapticSafety, ATripIsToldOnceWithItsTick) {
   condition = hand.loop.condition();
   EXPECT_EQ(condition.trips, 2u);
   EXPECT_EQ(condition.trip_fault, ForceFault::arm_lost);
-  EXPECT_EQ(condition.state, HapticState::safe);
+  EXPECT_EQ(condition.state, ForceState::safe);
 }
 
 }  // namespace

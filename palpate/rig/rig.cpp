@@ -11,16 +11,14 @@
 #include "palpate/rig/file_mixup.h"
 #include "palpate/rig/internal/rig_forces.h"
 #include "palpate/rig/internal/rig_picture.h"
+#include "palpate/rig/internal/rig_version.h"
 
 namespace palpate::rig {
 namespace {
 
-constexpr int kVersion = 1;
 constexpr std::size_t kLensUnknowns = 9, kSurfaceUnknowns = 8;
 constexpr NumberRange kLensFocus{1.0, 1e6}, kGain{0.5, 2.0}, kAngleDeg{-720.0, 720.0}, kPlaceMm{-1e5, 1e5},
     kLengthMm{1.0, 1e5};
-
-// --- reading
 
 Vector3 vector_of(const TomlTable& table, std::string_view key, double unit, NumberRange range) {
   const auto v = table.numbers<3>(key, range);
@@ -213,127 +211,6 @@ Landmark landmark_of(const TomlTable& table) {
   return landmark;
 }
 
-// --- writing
-
-std::string list(const Eigen::Ref<const Eigen::VectorXd>& v, double unit = 1.0) {
-  std::string text = "[";
-  for (Eigen::Index i = 0; i < v.size(); ++i) text += (i > 0 ? ", " : "") + toml_number(unit * v[i]);
-  return text + "]";
-}
-
-std::string list(const Quaternion& q) { return list(Eigen::Vector4d(q.w(), q.x(), q.y(), q.z())); }
-
-std::string rows(const Eigen::MatrixXd& m, double unit = 1.0) {
-  std::string text = "[";
-  for (Eigen::Index i = 0; i < m.rows(); ++i)
-    text += (i > 0 ? ",\n  " : "\n  ") + list(m.row(i).transpose(), unit);
-  return text + "\n]";
-}
-
-class Writer {
- public:
-  void comment(std::string_view text) { text_ += fmt::format("# {}\n", text); }
-  void lines(std::string_view text) { text_ += text; }
-  void section(std::string_view name) { text_ += fmt::format("\n[{}]\n", name); }
-  void item(std::string_view name) { text_ += fmt::format("\n[[{}]]\n", name); }
-  void put(std::string_view key, const std::string& value) { text_ += fmt::format("{} = {}\n", key, value); }
-  void number(std::string_view key, double value) { put(key, toml_number(value)); }
-  void text(std::string_view key, std::string_view value) { put(key, toml_quoted(value)); }
-  void covariance(std::string_view key, const Eigen::MatrixXd& C) {
-    if (C.size() > 0) put(key, rows(C));
-  }
-  void provenance(const Provenance& from, std::string_view rms_key = "rms_mm") {
-    if (!from.date.empty()) text("date", from.date);
-    if (!from.data_hash.empty()) text("data_hash", from.data_hash);
-    if (!from.method.empty()) text("method", from.method);
-    number(rms_key, from.rms_mm);
-  }
-  std::string take() { return std::move(text_); }
-
- private:
-  std::string text_;
-};
-
-void write_leds(Writer& w, const char* name, const std::vector<Vector3>& leds) {
-  if (leds.empty()) return;
-  w.section(name);
-  Eigen::MatrixXd m(static_cast<Eigen::Index>(leds.size()), 3);
-  for (Eigen::Index i = 0; i < m.rows(); ++i) m.row(i) = leds[static_cast<std::size_t>(i)];
-  w.put("leds_mm", rows(m, kMillimetresPerMetre));
-}
-
-void write_pivot(Writer& w, const char* name, const std::optional<PivotCalibration>& pivot) {
-  if (!pivot) return;
-  w.section(name);
-  w.put("tip_mm", list(pivot->tip_in_marker, kMillimetresPerMetre));
-  w.put("covariance_mm2", rows(pivot->covariance, 1 / kMm2));
-  w.provenance(pivot->from);
-}
-
-// What tells the kinematics, without a chain's joint tables.
-void write_arm_model(Writer& w, const device::ArmModel& model) {
-  if (model.kind == device::ArmModel::Kind::phantom) {
-    w.put("lengths_mm", list(Eigen::Vector2d(model.lengths.l1, model.lengths.l2), kMillimetresPerMetre));
-    return;
-  }
-  w.text("type", "dh");
-  w.lines(device::tool_text(model));
-}
-
-void write_nominal_arm(Writer& w, const device::ArmModel& model) {
-  w.section("nominal_arm");
-  if (model.kind == device::ArmModel::Kind::dh) w.text("name", model.name);
-  write_arm_model(w, model);
-  w.lines(device::dh_joints_text(model, "nominal_arm.joint"));
-}
-
-void write_arm(Writer& w, const ArmCalibration& arm) {
-  w.section("arm");
-  w.text("model", arm.model.name);
-  write_arm_model(w, arm.model);
-  w.put("gains", list(arm.correction.gain));
-  w.put("offsets_deg", list(arm.correction.offset, kDegreesPerRadian));
-  w.put("tip_mm", list(arm.tip_in_marker, kMillimetresPerMetre));
-  w.put("marker_in_tip_qwxyz", list(arm.R_tip_marker));
-  w.put("gimbal_gains", list(arm.gimbal_gain));
-  w.put("gimbal_offsets_deg", list(arm.gimbal_offset, kDegreesPerRadian));
-  w.comment("Encoder readings with the arm at rest: a start that reads otherwise has lost its zero.");
-  w.put("rest_readings_deg", list(arm.rest_readings, kDegreesPerRadian));
-  w.number("held_out_mean_mm", kMillimetresPerMetre * arm.held_out_mean);
-  w.provenance(arm.from);
-  w.comment(fmt::format(
-      "Order: gains {0}, offsets {0} (rad), base rotation 3 (rad), base translation 3 (m), tip 3 (m){1}.",
-      arm.model.joint_count(), arm.model.kind == device::ArmModel::Kind::dh ? ", tool 3 (m)" : ""));
-  w.covariance("covariance_si", arm.covariance);
-  w.section("arm.base");
-  w.put("rotation_qwxyz", list(arm.X_world_base.rotation));
-  w.put("translation_mm", list(arm.X_world_base.translation, kMillimetresPerMetre));
-  w.lines(device::dh_joints_text(arm.model, "arm.joint"));
-}
-
-void write_camera(Writer& w, std::string_view section, const CameraCalibration& camera) {
-  w.section(section);
-  const auto& m = camera.model;
-  w.put("width_px", std::to_string(m.width));
-  w.put("height_px", std::to_string(m.height));
-  w.number("fx_px", m.fx), w.number("fy_px", m.fy), w.number("cx_px", m.cx), w.number("cy_px", m.cy);
-  if (camera.encoding != device::Encoding::root) w.text("encoding", encoding_word(camera.encoding));
-  w.comment("Brown-Conrady k1, k2, p1, p2, k3");
-  w.put("distortion", list(Eigen::Map<const Eigen::VectorXd>(m.distortion.data(), 5)));
-  w.provenance(camera.from, "rms_px");
-  w.comment("Order: fx fy cx cy (px) k1 k2 p1 p2 k3.");
-  w.covariance("covariance", camera.covariance);
-}
-
-void write_hand_eye(Writer& w, std::string_view section, const HandEyeCalibration& hand_eye) {
-  w.section(section);
-  w.put("rotation_qwxyz", list(hand_eye.X_marker_camera.rotation));
-  w.put("translation_mm", list(hand_eye.X_marker_camera.translation, kMillimetresPerMetre));
-  w.provenance(hand_eye.from);
-  w.comment("Order: rotation 3 (rad), translation 3 (m), CameraMarker axes.");
-  w.put("covariance_si", rows(hand_eye.covariance));
-}
-
 }  // namespace
 
 Expected<Rig> parse_rig(std::string_view content, const std::string& source) {
@@ -341,9 +218,9 @@ Expected<Rig> parse_rig(std::string_view content, const std::string& source) {
   if (!file) return tl::unexpected(file.error());
   if (auto fine = is_no_world_file(*file, source); !fine) return tl::unexpected(fine.error());
   Rig rig;
-  if (const auto version = file->integer("rig_version", {1, kVersion});
-      version != kVersion && file->has("rig_version"))
-    file->complain("rig_version", fmt::format("is {}, this program reads {}", version, kVersion));
+  if (const auto version = file->integer("rig_version", {1, kRigVersion});
+      version != kRigVersion && file->has("rig_version"))
+    file->complain("rig_version", fmt::format("is {}, this program reads {}", version, kRigVersion));
   rig.name = file->text_or("name", rig.name);
   const auto nominal = file->table("nominal_arm");
   if (nominal.exists()) rig.nominal_arm = arm_model_of(nominal, "name");
@@ -381,87 +258,16 @@ Expected<Rig> parse_rig(std::string_view content, const std::string& source) {
 }
 
 Expected<Rig> read_rig(const std::filesystem::path& path) {
-  std::error_code ignored;
-  if (!std::filesystem::exists(path, ignored))
+  if (!is_there(path))
     return wrong_use(
         "{}: no such file; a rig file is expected: `palpate demo` writes palpate-report/rig.toml, `palpate "
         "rig webcam` one of a desk, `palpate rig new` an empty one",
         path.string());
-  const auto content = read_file(path);
+  const auto content = read_file(path, kMostSettingsBytes);
   if (!content) return tl::unexpected(content.error());
   auto rig = parse_rig(*content, path.string());
   if (rig) rig->folder = path.parent_path();
   return rig;
-}
-
-std::string rig_text(const Rig& rig) {
-  Writer w;
-  w.comment(
-      "Rig file: what is known about one set of devices. Written by palpate; may be edited. Units are in the "
-      "keys.");
-  w.comment("Covariances named _si are in rad and m; rotations are perturbed from the left.");
-  w.put("rig_version", std::to_string(kVersion));
-  w.text("name", rig.name);
-  write_nominal_arm(w, rig.nominal_arm);
-  write_leds(w, "tip_marker", rig.tip_marker_leds);
-  write_leds(w, "camera_marker", rig.camera_marker_leds);
-  write_leds(w, "pointer", rig.pointer_leds);
-  write_pivot(w, "tip_pivot", rig.tip_pivot);
-  write_pivot(w, "pointer_pivot", rig.pointer_pivot);
-  if (rig.arm) write_arm(w, *rig.arm);
-  if (rig.camera) write_camera(w, "camera", *rig.camera);
-  if (rig.hand_eye) write_hand_eye(w, "hand_eye", *rig.hand_eye);
-  if (rig.right_camera) write_camera(w, "right_camera", *rig.right_camera);
-  if (rig.right_hand_eye) write_hand_eye(w, "right_hand_eye", *rig.right_hand_eye);
-  if (rig.delays) {
-    w.section("delays");
-    w.number("tracker_after_arm_s", rig.delays->tracker_after_arm_s);
-    w.number("camera_after_tracker_s", rig.delays->camera_after_tracker_s);
-    w.number("tracker_std_s", rig.delays->tracker_std_s);
-    w.number("camera_std_s", rig.delays->camera_std_s);
-    w.provenance(rig.delays->from);
-  }
-  if (const auto& from = rig.landmarks_from;
-      !from.date.empty() || !from.method.empty() || !from.data_hash.empty() || from.rms_mm > 0) {
-    w.section("landmarks_from");
-    w.provenance(from);
-  }
-  for (const auto& surface : rig.surfaces) {
-    w.item("surface");
-    w.text("name", surface.name);
-    w.put("corner_mm", list(surface.X_world_rectangle.translation, kMillimetresPerMetre));
-    w.put("rotation_qwxyz", list(surface.X_world_rectangle.rotation));
-    w.number("width_mm", kMillimetresPerMetre * surface.width);
-    w.number("height_mm", kMillimetresPerMetre * surface.height);
-    if (surface.covariance.size() > 0) {
-      w.comment("Order: rotation 3 (rad, World axes), corner 3 (m), width, height (m).");
-      w.put("covariance_si", rows(surface.covariance));
-    }
-    if (surface.touch.freedoms > 0.0) {
-      w.comment("By how much the hand missed per axis, and how many independent residuals say so.");
-      w.number("touch_sd_mm", kMillimetresPerMetre * surface.touch.sd);
-      w.number("touch_freedoms", surface.touch.freedoms);
-    }
-    w.provenance(surface.from);
-  }
-  for (const auto& landmark : rig.landmarks) {
-    w.item("landmark");
-    w.put("place_mm", list(landmark.place.m, kMillimetresPerMetre));
-    w.put("normal", list(landmark.normal));
-    w.number("diameter_mm", kMillimetresPerMetre * landmark.diameter);
-    w.put("covariance_mm2", rows(landmark.covariance, 1 / kMm2));
-  }
-  if (rig.registration_covariance.size() > 0) {
-    w.section("registration");
-    w.comment("Of lens 9, hand-eye 6 and each landmark's place 3 together, in the units of their own.");
-    w.comment("Holds as long as theirs agree with it.");
-    w.put("covariance_si", rows(rig.registration_covariance));
-  }
-  if (rig.right_registration_covariance.size() > 0) {
-    w.section("right_registration");
-    w.put("covariance_si", rows(rig.right_registration_covariance));
-  }
-  return w.take() + forces_text(rig.forces) + picture_parts_text(rig);
 }
 
 Expected<void> write_rig(const std::filesystem::path& path, const Rig& rig) {

@@ -45,7 +45,7 @@ Expected<TriangleMesh> parse_any(std::string_view content, const std::string& so
 }  // namespace
 
 Expected<MeshFile> read_mesh(const std::filesystem::path& path, double metres_per_unit) {
-  const auto content = read_file(path);
+  const auto content = read_file(path, kMostMeshBytes);
   if (!content) return tl::unexpected(content.error());
   return parse_mesh(*content, path.string(), metres_per_unit);
 }

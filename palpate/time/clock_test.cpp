@@ -30,6 +30,16 @@ TEST(MonotonicClock, ADisguisedClockShowsItsOffsetAndDrift) {
     EXPECT_NEAR(static_cast<double>(clock.to_monotonic(clock.from_monotonic(t)) - t), 0.0, 1.0);
 }
 
+// An old state of another host's clock may lie before this machine's start.
+TEST(MonotonicClock, ATimeBeforeTheMachineBeganIsOver) {
+  MonotonicClock<PhysicsClock> clock;
+  clock.sleep_until(Instant<PhysicsClock>{Duration(-1)});
+  clock.sleep_until(Instant<PhysicsClock>{Duration(-3'000'000'000)});
+  MonotonicClock<PhysicsClock> ahead(1e6, 0.0);
+  ahead.sleep_until(Instant<PhysicsClock>::from_seconds(1.0));
+  EXPECT_GT(clock.now().ns(), 0);
+}
+
 TEST(Instant, SecondsRoundToTheNearestNanosecond) {
   EXPECT_EQ(Instant<TrueTime>::from_seconds(0.1 + 0.2).ns(), 300'000'000);
 }

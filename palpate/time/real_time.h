@@ -18,7 +18,7 @@ struct RealTimeGrant {
 };
 
 // Asks for SCHED_FIFO at this priority and for locked memory (of the whole
-// process, from now on; pages are locked as they are touched), and touches the
+// process, from now on; pages are locked as they are touched), and touches all code and the
 // stack that a loop may need. Without FIFO sleeps still end on time: timer
 // slack is set to 1 ns instead of the usual 50 us. Children do not inherit the
 // priority.

@@ -71,7 +71,7 @@ struct Reading {
 };
 
 Reading read_whole(const fs::path& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (fd < 0) return {errno, {}};
   Reading reading;
   std::array<char, 4096> part{};
@@ -133,6 +133,7 @@ Expected<std::string> read_own_file(const fs::path& path, bool secret, bool* for
     return refused("{}: others can {} it (mode {:o}); chmod {} it", path.string(), secret ? "read" : "write",
                    info.st_mode & 0777u, secret ? "600" : "644");
   if (S_ISDIR(info.st_mode)) return wrong_use("{}: is a folder, a file is expected", path.string());
+  if (!S_ISREG(info.st_mode)) return wrong_use("{}: is no plain file, as one is expected", path.string());
   if (static_cast<std::uint64_t>(info.st_size) > kMostKeyFileBytes)
     return refused("{}: {} bytes are no list of keys", path.string(), info.st_size);
   Reading reading = read_whole(path);

@@ -1,4 +1,5 @@
-// Messages as bytes: values to wire. The other way: messages_decode.cpp.
+// Messages as bytes: values to wire. The other way: messages_decode.cpp, which refuses texts with control
+// characters; ours are made fit for it here, wherever their words came from.
 #include <palpate.pb.h>
 
 #include <algorithm>
@@ -6,6 +7,7 @@
 
 #include "palpate/core/text.h"
 #include "palpate/transport/internal/message_arena.h"
+#include "palpate/transport/internal/wire_forces.h"
 #include "palpate/transport/messages.h"
 
 namespace palpate::transport {
@@ -45,10 +47,10 @@ void put(wire::WorldState* out, const scene::SceneState& state) {
 }
 
 void put(wire::SceneDescription* out, const scene::SceneDescription& scene) {
-  out->set_application(scene.application);
+  out->set_application(one_line(scene.application));
   for (const scene::SceneSurface& surface : scene.surfaces) {
     wire::SceneSurface* to = out->add_surfaces();
-    to->set_name(surface.name);
+    to->set_name(one_line(surface.name));
     for (const Vector3& corner : surface.corners) {
       for (double x : plain(corner)) to->add_corners_m(x);
     }
@@ -57,7 +59,7 @@ void put(wire::SceneDescription* out, const scene::SceneDescription& scene) {
   put(out->mutable_carried_offset_m(), plain(scene.carried_offset));
   for (const scene::BodyDescription& body : scene.bodies) {
     wire::BodyDescription* to = out->add_bodies();
-    to->set_name(body.name);
+    to->set_name(one_line(body.name));
     to->set_mass_kg(body.mass);
   }
   if (scene.mesh) {
@@ -91,7 +93,7 @@ void put(wire::ClientFigures* out, const ClientFigures& figures) {
 wire::Role wire_role(Role role) { return static_cast<wire::Role>(static_cast<int>(role) + 1); }
 
 void put(wire::LoopStatus* out, const LoopStatus& loop) {
-  out->set_name(loop.name);
+  out->set_name(one_line(loop.name));
   out->set_rate_hz(loop.rate_hz);
   out->set_ticks(loop.ticks);
   out->set_overruns(loop.overruns);
@@ -101,13 +103,17 @@ void put(wire::LoopStatus* out, const LoopStatus& loop) {
   out->set_late_max_us(loop.late_max_us);
   out->set_busy_p99_us(loop.busy_p99_us);
   for (const std::uint64_t count : loop.late_octaves) out->add_late_octaves(count);
-  out->set_condition(loop.condition);
+  if (!loop.forces) return;
+  out->set_condition(one_line(loop.forces_text()));
+  out->set_force_state(to_wire(kWireForceStates, loop.forces->state));
+  out->set_force_fault(to_wire(kWireForceFaults, loop.forces->fault));
+  out->set_culprit(one_line(loop.culprit));
 }
 
 void put(wire::ToPhysics& out, const Hello& message) {
   out.mutable_hello()->set_client(message.client);
   out.mutable_hello()->set_known_session(message.known_session);
-  out.mutable_hello()->set_name(message.name);
+  out.mutable_hello()->set_name(one_line(message.name));
   if (message.figures) put(out.mutable_hello()->mutable_figures(), *message.figures);
 }
 void put(wire::ToPhysics& out, const StatusRequest& message) {
@@ -153,18 +159,18 @@ void put(wire::ToGraphics& out, const SyncReply& message) {
 }
 void put(wire::ToGraphics& out, const ControlReply& message) {
   out.mutable_control_reply()->set_number(message.number);
-  out.mutable_control_reply()->set_refusal(message.refusal.substr(0, kMaxReasonBytes));
+  out.mutable_control_reply()->set_refusal(excerpt(message.refusal, kMaxReasonBytes - 3));
 }
 void put(wire::ToGraphics& out, const StatusReply& message) {
   wire::StatusReply* to = out.mutable_status_reply();
   const ServerStatus& status = message.status;
   to->set_number(message.number);
   to->set_uptime_s(status.uptime_s);
-  to->set_application(status.application);
+  to->set_application(one_line(status.application));
   for (const LoopStatus& loop : status.loops) put(to->add_loops(), loop);
   for (const ClientStatus& client : status.clients) {
     wire::ClientStatus* one = to->add_clients();
-    one->set_name(client.name);
+    one->set_name(one_line(client.name));
     one->set_role(wire_role(client.role));
     put(one->mutable_figures(), client.figures);
   }
@@ -177,7 +183,7 @@ void put(wire::ToGraphics& out, const StatusReply& message) {
   to->set_published(status.published);
 }
 void put(wire::ToGraphics& out, const Refusal& message) {
-  out.mutable_refusal()->set_reason(message.reason.substr(0, kMaxReasonBytes));
+  out.mutable_refusal()->set_reason(excerpt(message.reason, kMaxReasonBytes - 3));
 }
 
 template <typename Wire, typename Message>

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/core/text.h"
 #include "palpate/scene/mesh_asset.h"
 #include "palpate/transport/internal/message_arena.h"
+#include "palpate/transport/internal/wire_forces.h"
 #include "palpate/transport/messages.h"
 
 namespace palpate::transport {
@@ -78,6 +80,14 @@ class Check {
   std::string text(const std::string& value, std::size_t limit, const char* field) {
     if (value.size() > limit)
       fail(fmt::format("{} must be at most {} bytes, not {}", field, limit, value.size()));
+    // It will be shown on terminals.
+    if (good() && !is_plain(value))
+      fail(fmt::format("{} must be without control characters, not '{}'", field, excerpt(value)));
+    return good() ? value : std::string();
+  }
+  std::string bytes(const std::string& value, std::size_t limit, const char* field) {
+    if (value.size() > limit)
+      fail(fmt::format("{} must be at most {} bytes, not {}", field, limit, value.size()));
     return good() ? value : std::string();
   }
   void count(int value, int limit, const char* field) {
@@ -139,7 +149,7 @@ scene::MeshAsset read(Check& check, const wire::MeshAsset& in) {
 
 scene::Payload read(Check& check, const wire::Payload& in) {
   check.require(in.version() != 0, "settings version", "1 or more");
-  return {.version = in.version(), .bytes = check.text(in.content(), scene::kMaxPayloadBytes, "settings")};
+  return {.version = in.version(), .bytes = check.bytes(in.content(), scene::kMaxPayloadBytes, "settings")};
 }
 
 scene::SceneDescription read(Check& check, const wire::SceneDescription& in) {
@@ -187,6 +197,14 @@ ClientFigures read(Check& check, const wire::ClientFigures& in) {
       .conditions = std::move(conditions)};
 }
 
+std::optional<device::ForceCondition> read_forces(Check& check, const wire::LoopStatus& in) {
+  if (in.force_state() == wire::FORCE_STATE_NONE) return std::nullopt;
+  const auto state = from_wire(kWireForceStates, in.force_state());
+  const auto fault = from_wire(kWireForceFaults, in.force_fault());
+  check.require(state && fault, "force condition", "a known state and fault");
+  return check.good() ? std::optional(device::ForceCondition{*state, *fault}) : std::nullopt;
+}
+
 LoopStatus read(Check& check, const wire::LoopStatus& in) {
   check.count(in.late_octaves_size(), kMaxOctaves, "late_octaves");
   LoopStatus loop{.name = check.text(in.name(), kMaxNameBytes, "loop name"),
@@ -199,7 +217,8 @@ LoopStatus read(Check& check, const wire::LoopStatus& in) {
                   .late_max_us = check.finite(in.late_max_us(), "late_max_us"),
                   .busy_p99_us = check.finite(in.busy_p99_us(), "busy_p99_us"),
                   .late_octaves = {},
-                  .condition = check.text(in.condition(), kMaxNameBytes, "loop condition")};
+                  .forces = read_forces(check, in),
+                  .culprit = check.text(in.culprit(), kMaxNameBytes, "culprit")};
   if (check.good()) loop.late_octaves.assign(in.late_octaves().begin(), in.late_octaves().end());
   return loop;
 }

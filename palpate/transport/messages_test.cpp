@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "palpate/core/random.h"
+#include "palpate/core/text.h"
 #include "palpate/scene/mesh_asset.h"
 #include "palpate/transport/exchange_rig_test.h"
 
@@ -84,6 +85,9 @@ TEST(Messages, AStatusComesBackWholeAndIsBounded) {
   reply.status.application = "marbles";
   reply.status.loops.push_back(
       {"haptic", 999.5, 1000, 3, 4, 1.5, 2.5, 3.5, 4.5, std::vector<std::uint64_t>{0, 5, 7}});
+  reply.status.loops[0].forces =
+      device::ForceCondition{device::ForceState::safe, device::ForceFault::overspeed};
+  reply.status.loops[0].culprit = "marbles";
   reply.status.clients.push_back(
       {"screen", Role::graphics, {100, 2, 1, 29.9, 150.0, 300.0, 1234.5, 20.0, {"camera: no image"}}});
   reply.status.requests = 1, reply.status.syncs = 2, reply.status.controls = 3, reply.status.rejected = 4;
@@ -95,6 +99,8 @@ TEST(Messages, AStatusComesBackWholeAndIsBounded) {
   ASSERT_EQ(got.loops.size(), 1u);
   EXPECT_EQ(got.loops[0].late_octaves, reply.status.loops[0].late_octaves);
   EXPECT_EQ(got.loops[0].late_max_us, 3.5);
+  EXPECT_EQ(got.loops[0].forces, reply.status.loops[0].forces);
+  EXPECT_EQ(got.loops[0].forces_text(), "safe: overspeed (marbles)");
   ASSERT_EQ(got.clients.size(), 1u);
   EXPECT_EQ(got.clients[0].role, Role::graphics);
   const ClientFigures& figures = got.clients[0].figures;
@@ -120,12 +126,38 @@ TEST(Messages, AStatusComesBackWholeAndIsBounded) {
   EXPECT_FALSE(decode_server_message(encode(ServerMessage(odd))));
 }
 
+TEST(Messages, EveryConditionOfTheForcesTravelsByItsNumber) {
+  using device::ForceFault;
+  using device::ForceState;
+  for (int state = 0; state <= static_cast<int>(ForceState::safe); ++state) {
+    for (int fault = 0; fault <= static_cast<int>(ForceFault::arm_unchecked); ++fault) {
+      const device::ForceCondition sent{static_cast<ForceState>(state), static_cast<ForceFault>(fault)};
+      StatusReply reply{1, {}};
+      reply.status.loops.emplace_back().forces = sent;
+      const auto back = decode_server_message(encode(ServerMessage(reply)));
+      ASSERT_TRUE(back) << back.error().message;
+      EXPECT_EQ(std::get<StatusReply>(*back).status.loops[0].forces, sent);
+    }
+  }
+  // Of a later version, or made up.
+  wire::ToGraphics made;
+  ASSERT_TRUE(made.ParseFromString(encode(ServerMessage(StatusReply{1, {}}))));
+  auto* loop = made.mutable_status_reply()->add_loops();
+  loop->set_force_state(wire::FORCE_STATE_SAFE);
+  EXPECT_TRUE(decode_server_message(made.SerializeAsString()));
+  for (const int odd : {-1, 14, 1 << 30}) {
+    loop->set_force_fault(static_cast<wire::ForceFault>(odd));
+    EXPECT_FALSE(decode_server_message(made.SerializeAsString())) << odd;
+  }
+}
+
 TEST(Messages, AStatusOfAsManyClientsAsThereMayBeEachInAllTroubleFits) {
   StatusReply reply;
   reply.number = 1;
   reply.status.application = std::string(64, 'a');
   LoopStatus loop;
-  loop.name = loop.condition = std::string(64, 'l');
+  loop.name = loop.culprit = std::string(64, 'l');
+  loop.forces = device::ForceCondition{device::ForceState::degraded, device::ForceFault::outside_workspace};
   loop.late_octaves.assign(40, std::uint64_t{1} << 62);
   reply.status.loops.assign(8, loop);
   ClientStatus client{std::string(64, 'c'), Role::graphics, {}};
@@ -254,6 +286,56 @@ TEST(Messages, EachWrongValueIsRefusedByName) {
   EXPECT_NE(refusal_of([&](auto& m) { m.clear_body(); }).find("no known kind"), std::string::npos);
   EXPECT_NE(refusal_of([&](auto& m) { m.mutable_sync_reply()->set_received_ns(5); }).find("sent_ns"),
             std::string::npos);
+}
+
+// They are shown on the terminal of whoever asks how the server is doing. U+009B begins a command to it,
+// U+202E turns what follows around.
+TEST(Messages, TextsThatSteerATerminalAreRefused) {
+  for (const std::string odd : {"\x1B[31m", "a\nb", "a\u009B31m", "a\u202Eb", "\u2066", "\uFEFFa"}) {
+    wire::ToPhysics hello;
+    hello.set_protocol(kProtocol);
+    hello.mutable_hello()->set_client(1);
+    hello.mutable_hello()->set_name(odd);
+    const auto named = decode_client_message(hello.SerializeAsString());
+    ASSERT_FALSE(named) << odd;
+    EXPECT_NE(named.error().message.find("name must be without control characters"), std::string::npos)
+        << named.error().message;
+    EXPECT_TRUE(is_plain(named.error().message)) << "and the refusal is fit to be shown";
+    hello.mutable_hello()->set_name("graphics");
+    ASSERT_TRUE(decode_client_message(hello.SerializeAsString()));
+    hello.mutable_hello()->mutable_figures()->add_conditions(odd);
+    EXPECT_FALSE(decode_client_message(hello.SerializeAsString())) << odd;
+    EXPECT_NE(refusal_of([&](auto& m) { m.mutable_refusal()->set_reason(odd); }), "accepted");
+  }
+}
+
+// A driver's words may be among them: the message arrives nevertheless.
+TEST(Messages, OurOwnTextsAreMadeFitToBeShown) {
+  const std::string odd = "a\u202E\x1B[31m", fit = "a??[31m";
+  ClientFigures figures;
+  figures.conditions = {odd};
+  const auto hello = decode_client_message(encode(ClientMessage(Hello{1, 0, odd, figures})));
+  ASSERT_TRUE(hello) << hello.error().message;
+  EXPECT_EQ(std::get<Hello>(*hello).name, fit);
+  EXPECT_EQ(std::get<Hello>(*hello).figures->conditions[0], fit);
+  ServerStatus status;
+  status.application = odd;
+  status.loops = {{.name = odd, .condition = odd}};
+  status.clients = {{odd, Role::observer, figures}};
+  const auto reply = decode_server_message(encode(ServerMessage(StatusReply{1, status})));
+  ASSERT_TRUE(reply) << reply.error().message;
+  const auto& shown = std::get<StatusReply>(*reply).status;
+  EXPECT_EQ(shown.application + shown.loops[0].name + shown.loops[0].condition + shown.clients[0].name,
+            fit + fit + fit + fit);
+  // Cut between characters, for half a character would be refused.
+  const std::string umlauts = "a" + [] {
+    std::string many;
+    for (int i = 0; i < 600; ++i) many += "\u00E4";
+    return many;
+  }();
+  const auto refusal = decode_server_message(encode(ServerMessage(Refusal{umlauts})));
+  ASSERT_TRUE(refusal) << refusal.error().message;
+  EXPECT_GT(std::get<Refusal>(*refusal).reason.size(), 500u);
 }
 
 TEST(Messages, ASceneBeyondTheBoundsIsRefused) {

@@ -12,7 +12,7 @@ constexpr std::size_t kMaxSyncsKept = 64;
 
 StateLink::StateLink(std::unique_ptr<LinkWire> wire, std::uint64_t client, std::string name)
     : wire_(std::move(wire)), client_(client), name_(std::move(name)) {
-  name_.resize(std::min(name_.size(), kMaxNameBytes));
+  if (name_.size() > kMaxNameBytes) name_ = excerpt(name_, kMaxNameBytes - 3);
   arrived_.reserve(64);
 }
 

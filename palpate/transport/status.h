@@ -4,12 +4,16 @@
 // Values; times in the units of their names.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "palpate/device/force_condition.h"
 #include "palpate/time/periodic_loop.h"
 #include "palpate/transport/keys.h"
 
@@ -31,8 +35,15 @@ struct LoopStatus {
   double rate_hz = 0.0;  // as it runs
   std::uint64_t ticks = 0, overruns = 0, missed = 0;
   double late_p50_us = 0.0, late_p99_us = 0.0, late_max_us = 0.0, busy_p99_us = 0.0;
-  std::vector<std::uint64_t> late_octaves;  // ticks less than 16 ns late, 32 ns, 64 ns, ...
-  std::string condition;  // of the forces, where the loop gives any: "running", "safe: overspeed"
+  std::vector<std::uint64_t> late_octaves;       // ticks less than 16 ns late, 32 ns, 64 ns, ...
+  std::optional<device::ForceCondition> forces;  // where the loop gives any
+  std::string culprit;                           // the application that has brought it about; empty: none
+
+  // For people: "running", "safe: overspeed"; empty where the loop gives no forces.
+  std::string forces_text() const {
+    if (!forces) return {};
+    return device::condition_text(*forces) + (culprit.empty() ? "" : fmt::format(" ({})", culprit));
+  }
 };
 
 struct ClientStatus {
@@ -86,7 +97,8 @@ LoopStatus loop_status(std::string name, const PeriodicLoop<C>& loop, double ela
           .late_max_us = us(s.late_max),
           .busy_p99_us = us(s.busy_p99),
           .late_octaves = {octaves.begin(), octaves.end()},
-          .condition = {}};
+          .forces = {},
+          .culprit = {}};
 }
 
 }  // namespace palpate::transport

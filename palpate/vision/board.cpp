@@ -15,6 +15,7 @@
 
 #include "palpate/core/csv.h"
 #include "palpate/core/file.h"
+#include "palpate/core/picture_size.h"
 #include "palpate/core/text.h"
 
 namespace palpate::vision {
@@ -117,13 +118,14 @@ Expected<BoardViews> read_views_of_images(const std::string& pattern, const Find
   BoardViews result;
   std::string hashes;
   for (const auto& file : files) {
-    const auto bytes = read_file(file);
+    const auto bytes = read_file(file, kMostPictureBytes);
     if (!bytes) return tl::unexpected(bytes.error());
+    if (const auto size = picture_size(*bytes, file); !size) return tl::unexpected(size.error());
     hashes += content_hash(*bytes);
     cv::Mat image;
     try {
       const cv::Mat raw(1, static_cast<int>(bytes->size()), CV_8UC1, const_cast<char*>(bytes->data()));
-      if (!bytes->empty()) image = cv::imdecode(raw, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
+      image = cv::imdecode(raw, cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION);
     } catch (const cv::Exception&) {
       image.release();
     }

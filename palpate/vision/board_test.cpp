@@ -95,6 +95,22 @@ TEST(Board, WrongFilesAreNamed) {
   EXPECT_NE(read_board_images(text.string(), {}).error().message.find("not an image"), std::string::npos);
 }
 
+// Files of a quarter of a megabyte unpack to 268 million pixels: searching them for a board took longer than
+// anybody waits.
+TEST(Board, AnImageIsMeasuredBeforeItIsUnpacked) {
+  const ScratchFolder folder;
+  const auto file = folder / "large.png";
+  const std::string head("\x89PNG\r\n\x1A\n\0\0\0\rIHDR\0\0\x40\0\0\0\x40\0\x08\0\0\0\0", 29);
+  ASSERT_TRUE(write_file(file, head));
+  const auto read = read_board_images(file.string(), {});
+  ASSERT_FALSE(read);
+  EXPECT_NE(read.error().message.find("is a picture of 16384x16384 px"), std::string::npos)
+      << read.error().message;
+  std::filesystem::create_symlink("/dev/zero", folder / "zero.png");
+  EXPECT_NE(read_board_images((folder / "zero.png").string(), {}).error().message.find("is a device"),
+            std::string::npos);
+}
+
 TEST(Board, ShapesAreReadStrictly) {
   const auto shape = board_shape("9x6", 0.025);
   ASSERT_TRUE(shape);

@@ -5,6 +5,7 @@
 #include <opencv2/calib3d.hpp>
 
 #include "palpate/calibration/noise/robust_scale.h"
+#include "palpate/core/statistics.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/math/linear_algebra.h"
@@ -43,13 +44,12 @@ CvViews cv_views(const std::vector<BoardView>& views, const std::vector<bool>& u
 }
 
 std::vector<bool> outliers(const std::vector<double>& rms, double deviations) {
-  const double centre = calibration::noise::median(rms);
+  const double centre = median(rms);
   std::vector<double> away;
   for (double r : rms) away.push_back(std::abs(r - centre));
   // 1.4826 makes the median absolute deviation a standard deviation of normal data; the floor keeps a set of
   // nearly equal views from flagging its own scatter.
-  const double limit =
-      centre + deviations * std::max(1.4826 * calibration::noise::median(away), 0.1 * centre);
+  const double limit = centre + deviations * std::max(1.4826 * median(away), 0.1 * centre);
   std::vector<bool> flags;
   for (double r : rms) flags.push_back(r > limit);
   return flags;

@@ -12,8 +12,8 @@ void add_apps(CLI::App& program) {
     if (applications.specs().empty()) notice("this program has no application");
     for (const auto& application : applications.specs()) {
       const auto* from = plugins().origin_of_application(application.name);
-      fmt::print("{:<12}{}{}\n", application.name, application.summary,
-                 from == nullptr ? "" : fmt::format(" (plug-in {})", from->file.string()));
+      print_line(fmt::format("{:<12}{}{}", application.name, application.summary,
+                             from == nullptr ? "" : fmt::format(" (plug-in {})", from->file.string())));
     }
     return {};
   });

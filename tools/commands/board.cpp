@@ -43,16 +43,17 @@ Expected<void> write_board(const BoardArguments& options) {
   std::filesystem::path toml = pdf;
   toml.replace_extension(".toml");
   for (const auto& file : {pdf, toml})
-    if (!options.force && std::filesystem::exists(file))
+    if (!options.force && is_there(file))
       return wrong_use("{}: exists already; choose another name, or --force to replace it", file.string());
   const std::string head =
       "# A ChArUco board as `palpate board` has drawn it. Where the print came out in another size: `palpate "
       "rig webcam\n# --square-mm` says so, or change square_mm and marker_mm here.\n";
   if (auto done = write_file(pdf, page->bytes()); !done) return done;
   if (auto done = write_file(toml, head + device::charuco_board_text(board)); !done) return done;
-  fmt::print("{}  {}, {}x{} squares of {:g} mm, {} markers of {}\n{}  the same for the program\n",
-             pdf.string(), paper->name, board.columns, board.rows, mm_from_metres(board.square),
-             board.markers(), board.dictionary, toml.string());
+  print_line(fmt::format("{}  {}, {}x{} squares of {:g} mm, {} markers of {}", pdf.string(), paper->name,
+                         board.columns, board.rows, mm_from_metres(board.square), board.markers(),
+                         board.dictionary));
+  print_line(toml.string() + "  the same for the program");
   return {};
 }
 

@@ -1,9 +1,8 @@
 #include <fmt/format.h>
 
-#include <filesystem>
-
 #include "palpate/calibration/session/calibration_session.h"
 #include "palpate/calibration/session/landmark_finder.h"
+#include "palpate/core/file.h"
 #include "palpate/core/progress.h"
 #include "palpate/core/units.h"
 #include "palpate/evaluation/world_sample.h"
@@ -34,7 +33,7 @@ void add_calibrate_all(CLI::App& calibrate) {
       file = *read;
     }
     rig::Rig rig;
-    if (std::filesystem::exists(options->rig)) {
+    if (is_there(options->rig)) {
       auto read = rig::read_rig(options->rig);
       if (!read) return tl::unexpected(read.error());
       rig = *read;
@@ -70,7 +69,7 @@ void add_calibrate_all(CLI::App& calibrate) {
     auto done = calibration::session::calibrate_rig(evaluation::laboratory_of(world), rig, plan, hooks);
     progress.finish();
     if (!done) return tl::unexpected(done.error());
-    fmt::print("{}: complete; held-out error of the arm {:.3f} mm\n", options->rig,
+    fmt::print("{}: complete; held-out error of the arm {:.3f} mm\n", one_line(options->rig),
                mm_from_metres(rig.arm->held_out_mean));
     if (guidance.poses > 0)
       fmt::print("arm: {} guided poses, {}\n", guidance.poses, calibration::session::guidance_text(guidance));

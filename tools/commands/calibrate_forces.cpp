@@ -193,7 +193,8 @@ Expected<void> tell(const ForceArguments& options, const rig::Rig& rig, const de
                    trouble);
   std::FILE* const stream = options.json == "-" ? stderr : stdout;
   fmt::print(stream, "forces of {} go where they are commanded; gains of the joints {} (+- {})\n",
-             facts.identity, shown(check->joint_gains), shown(standard_deviations(check->covariance)));
+             one_line(facts.identity), shown(check->joint_gains),
+             shown(standard_deviations(check->covariance)));
   fmt::print(stream, "{}\n",
              weight
                  ? fmt::format("size {:.3f} +- {:.3f} of what is commanded; peak {:g} N", weight->gain,

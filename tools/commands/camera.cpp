@@ -27,7 +27,7 @@ Expected<void> list_cameras(const std::string& json) {
     for (const auto& camera : found) list.push_back(camera.facts);
     return write_json(json, {{"cameras", list}});
   }
-  for (const auto& camera : found) fmt::print("{}\n", camera.line);
+  for (const auto& camera : found) print_line(camera.line);
   if (found.empty())
     fmt::print(
         "no camera: none at /dev/video*, and none answers in the network or at USB; palpate doctor says "
@@ -97,8 +97,8 @@ Expected<void> record(const RecordArguments& arguments) {
     return refused("camera {}: no picture came in {:.1f} s; {}", (*camera)->name(),
                    to_seconds(clock.now() - begun), "see to its cable, or record for longer");
   if (auto done = stamps->finish(); !done) return done;
-  fmt::print("{} in {}; {} dropped by the camera, {} damaged\n", counted(written, "image"), arguments.out,
-             (*camera)->figures()["dropped"].get<std::uint64_t>(),
+  fmt::print("{} in {}; {} dropped by the camera, {} damaged\n", counted(written, "image"),
+             one_line(arguments.out), (*camera)->figures()["dropped"].get<std::uint64_t>(),
              (*camera)->figures()["damaged"].get<std::uint64_t>());
   return {};
 }

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "palpate/core/expected.h"
+#include "palpate/core/text.h"
 
 namespace palpate::tools::commands {
 
@@ -21,8 +22,13 @@ inline void on(CLI::App* command, Action action) {
   command->callback([action = std::move(action)] { set_action(action); });
 }
 
+// A line of an answer. What it quotes of files and of peers steers no terminal.
+inline void print_line(const std::string& line, std::FILE* stream = stdout) {
+  std::fprintf(stream, "%s\n", one_line(line).c_str());
+}
+
 // What a person should know while a server runs: a line on standard error.
-inline void notice(const std::string& line) { std::fprintf(stderr, "palpate: %s\n", line.c_str()); }
+inline void notice(const std::string& line) { print_line("palpate: " + line, stderr); }
 
 // All commands that this build has.
 void add_commands(CLI::App& program);

@@ -135,7 +135,7 @@ Expected<void> show_demo(DemoArguments& options) {
   }
   const auto done = demo::run_demo(demo);
   if (!done) return tl::unexpected(done.error());
-  for (const auto& line : done->in_words) fmt::print("{}\n", line);
+  for (const auto& line : done->in_words) print_line(line);
   return {};
 }
 

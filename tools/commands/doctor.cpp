@@ -15,8 +15,9 @@ void print_findings(const doctor::Findings& findings) {
     name = std::max(name, std::min<std::size_t>(finding.name.size(), 16));
   }
   for (const auto& finding : findings)
-    fmt::print("{:<13}  {:<{}}  {:<{}}  {}{}{}\n", doctor::verdict_name(finding.verdict), finding.area, area,
-               finding.name, name, finding.value, finding.remedy.empty() ? "" : "  -> ", finding.remedy);
+    print_line(fmt::format("{:<13}  {:<{}}  {:<{}}  {}{}{}", doctor::verdict_name(finding.verdict),
+                           finding.area, area, finding.name, name, finding.value,
+                           finding.remedy.empty() ? "" : "  -> ", finding.remedy));
 }
 
 Expected<void> nothing_in_the_way(const doctor::Findings& findings) {

@@ -54,7 +54,7 @@ Expected<void> show_keys(const KeysArguments& options) {
     json["warnings"] = admitted->complaints;
     return write_json(options.json, json);
   }
-  fmt::print("public key  {}\n", own ? own->public_key : "none: " + own.error().message);
+  print_line("public key  " + (own ? own->public_key : "none: " + own.error().message));
   for (const auto& key : admitted->keys)
     fmt::print("admitted    {:<9} {} {}\n", transport::role_name(key.role), key.key, excerpt(key.name, 100));
   for (const auto& [address, key] : *servers) fmt::print("server      {} {}\n", excerpt(address, 100), key);

@@ -109,8 +109,9 @@ std::string missing_command(const CLI::App& command) {
 constexpr std::size_t kLongestError = 8192;  // bytes
 
 // To whoever reads standard error, and to the program that started this one.
-void tell_error(const std::string& message) {
-  std::fprintf(stderr, "palpate: %s\n", message.c_str());
+void tell_error(const std::string& words) {
+  const std::string message = excerpt(words, kLongestError);
+  print_line("palpate: " + message, stderr);
   tell_parent_error(message);
 }
 
@@ -145,7 +146,7 @@ int run_command(CLI::App& program, std::vector<std::string> words) {
   auto done = check_numbers(program);
   if (done) done = chosen();
   if (done) return after_printing();
-  tell_error(excerpt(done.error().message, kLongestError));
+  tell_error(done.error().message);
   return done.error().exit_code();
 }
 
@@ -160,7 +161,7 @@ int run_program(int argc, char** argv, const std::function<void(plugin::Guests&)
     const auto files = take_plugin_files(words);
     auto done = files ? gather_guests(add_guests, *files) : Expected<void>(tl::unexpected(files.error()));
     if (!done) {
-      tell_error(excerpt(done.error().message, kLongestError));
+      tell_error(done.error().message);
       return done.error().exit_code();
     }
     CLI::App program("palpate - high-precision augmented-reality haptics", "palpate");
@@ -173,7 +174,7 @@ int run_program(int argc, char** argv, const std::function<void(plugin::Guests&)
     add_commands(program);
     return run_command(program, std::move(words));
   } catch (const std::exception& error) {
-    tell_error(excerpt(error.what(), kLongestError));
+    tell_error(error.what());
     return 1;
   }
 }

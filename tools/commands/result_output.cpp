@@ -3,6 +3,9 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "palpate/core/file.h"
+#include "tools/commands/command.h"
+
 namespace palpate::tools::commands {
 
 void add_camera_option(CLI::App& command, std::string& camera) {
@@ -37,7 +40,7 @@ void add_result_options(CLI::App& command, ResultOptions& options) {
 Expected<rig::Rig> start_rig(const ResultOptions& options) {
   if (options.rig.empty()) return rig::Rig{};
   auto rig = rig::read_rig(options.rig);
-  if (!rig && !std::filesystem::exists(options.rig))
+  if (!rig && !is_there(options.rig))
     return wrong_use("{}: no such file; palpate rig new {} makes one", options.rig, options.rig);
   return rig;
 }
@@ -55,7 +58,7 @@ bool same_file(const std::string& a, const std::string& b) {
   namespace fs = std::filesystem;
   std::error_code code;
   return fs::equivalent(a, b, code) ||
-         fs::absolute(a).lexically_normal() == fs::absolute(b).lexically_normal();
+         fs::absolute(a, code).lexically_normal() == fs::absolute(b, code).lexically_normal();
 }
 
 // No two results in one file, none over a recording.
@@ -94,7 +97,7 @@ Expected<void> write_result(const ResultOptions& options, const Result& result) 
     if (const auto done = rig::write_rig(options.rig, *rig); !done) return done;
   }
   std::FILE* const stream = options.json == "-" ? stderr : stdout;
-  for (const auto& line : result.summary) std::fprintf(stream, "%s\n", line.c_str());
+  for (const auto& line : result.summary) print_line(line, stream);
   return {};
 }
 

@@ -1,7 +1,6 @@
 #include "palpate/rig/rig.h"
 
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 
 #include "palpate/core/file.h"
@@ -37,7 +36,7 @@ rig::Rig nominal_rig() {
 }
 
 Expected<void> make_new(const RigArguments& options) {
-  if (!options.force && options.file != "-" && std::filesystem::exists(options.file))
+  if (!options.force && options.file != "-" && is_there(options.file))
     return wrong_use("{}: exists already; choose another name, or --force to replace it", options.file);
   const std::string head =
       "# A new rig: link lengths and LEDs below are nominal, replace them by those of your devices (arm "
@@ -70,7 +69,7 @@ std::string delay_text(double delay_s, double std_s, bool known) {
   return known ? fmt::format("{:.3f} +- {:.3f}", 1e3 * delay_s, 1e3 * std_s) : "not measured";
 }
 
-void line(const char* name, const std::string& text) { std::printf("%-22s %s\n", name, text.c_str()); }
+void line(const char* name, const std::string& text) { print_line(fmt::format("{:<22} {}", name, text)); }
 
 std::string lengths_text(const device::ArmModel& model) {
   return fmt::format("{:.3f} {:.3f}", kMm * model.lengths.l1, kMm * model.lengths.l2);

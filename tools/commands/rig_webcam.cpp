@@ -1,7 +1,6 @@
 // palpate rig webcam: the rig file of a desk with a printed board, a webcam and a mouse.
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 
 #include "palpate/core/file.h"
@@ -41,16 +40,16 @@ Expected<void> make_webcam_rig(const WebcamArguments& options) {
         "--table-mm '{}': WIDTHxLENGTH is expected, 400 to 3000 wide and 600 to 3000 long, such "
         "as 750x1000",
         excerpt(options.table));
-  if (!options.force && std::filesystem::exists(options.file))
+  if (!options.force && is_there(options.file))
     return wrong_use("{}: exists already; choose another name, or --force to replace it", options.file);
   const rig::Rig rig = rig::desk_rig(*board, metres_from_mm(width_mm), metres_from_mm(length_mm));
   if (auto done = rig::write_rig(options.file, rig); !done) return done;
-  fmt::print("{}  desk of {:g} x {:g} mm, board of {}x{} squares of {:g} mm\n", options.file, width_mm,
-             length_mm, board->columns, board->rows, mm_from_metres(board->square));
+  fmt::print("{}  desk of {:g} x {:g} mm, board of {}x{} squares of {:g} mm\n", one_line(options.file),
+             width_mm, length_mm, board->columns, board->rows, mm_from_metres(board->square));
   fmt::print(
       "next: palpate camera record CAMERA --out pictures --seconds 40 --every-s 1, the sheet seen from "
       "all sides; then\n      palpate calibrate camera --images 'pictures/*.png' --board {} --rig {}\n",
-      options.board, options.file);
+      one_line(options.board), one_line(options.file));
   return {};
 }
 

@@ -57,8 +57,8 @@ std::vector<std::string> histogram(const transport::LoopStatus& loop) {
 }
 
 std::string status_text(const transport::ServerStatus& status, const std::string& address) {
-  std::vector<std::string> lines{
-      fmt::format("{} at {}, up {:.0f} s", excerpt(status.application, 64), address, status.uptime_s)};
+  std::vector<std::string> lines{fmt::format("{} at {}, up {:.0f} s", excerpt(status.application, 64),
+                                             one_line(address), status.uptime_s)};
   for (const auto& loop : status.loops) {
     lines.push_back(fmt::format("\n{} loop  {:.1f} Hz, {} ticks, {} overruns, {} missed",
                                 excerpt(loop.name, 64), loop.rate_hz, loop.ticks, loop.overruns,
@@ -66,7 +66,7 @@ std::string status_text(const transport::ServerStatus& status, const std::string
     lines.push_back(fmt::format("  late  median {}, p99 {}, max {}; at work p99 {}",
                                 duration_text(loop.late_p50_us), duration_text(loop.late_p99_us),
                                 duration_text(loop.late_max_us), duration_text(loop.busy_p99_us)));
-    if (!loop.condition.empty()) lines.push_back(fmt::format("  forces {}", excerpt(loop.condition, 64)));
+    if (loop.forces) lines.push_back(fmt::format("  forces {}", excerpt(loop.forces_text(), 150)));
     for (auto& bar : histogram(loop)) lines.push_back(std::move(bar));
   }
   lines.push_back(fmt::format("\n{}", counted(status.clients.size(), "client")));
@@ -107,7 +107,11 @@ Json status_json(const transport::ServerStatus& status) {
          {"late_us", {{"p50", loop.late_p50_us}, {"p99", loop.late_p99_us}, {"max", loop.late_max_us}}},
          {"busy_us", {{"p99", loop.busy_p99_us}}},
          {"late_octaves_from_16_ns", loop.late_octaves},
-         {"condition", loop.condition}});
+         {"condition", loop.forces_text()},
+         {"forces", loop.forces ? Json{{"state", device::name_of(loop.forces->state)},
+                                       {"fault", device::name_of(loop.forces->fault)},
+                                       {"culprit", loop.culprit}}
+                                : Json()}});
   for (const auto& client : status.clients) {
     const auto& f = client.figures;
     json["clients"].push_back(

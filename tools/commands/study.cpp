@@ -36,7 +36,7 @@ Expected<void> run_study(const std::string& name, Options options) {
   Json json;
   for (const auto& result : *results) {
     json[result.name] = result.values;
-    for (const auto& line : result.lines) fmt::print(stderr, "{}\n", line);
+    for (const auto& line : result.lines) print_line(line, stderr);
   }
   if (!options.out.empty())
     notice(fmt::format("written to {}; open {}/report.html", options.out, options.out));

@@ -37,7 +37,7 @@ Expected<void> run_flights(FlightsCommand options) {
     if (auto done = page.write(out / "report.html"); !done) return done;
     notice(fmt::format("written to {}; open {}/report.html", options.out, options.out));
   }
-  for (const auto& line : result->lines) fmt::print(stderr, "{}\n", line);
+  for (const auto& line : result->lines) print_line(line, stderr);
   if (!options.json.empty()) return write_json(options.json, result->values);
   return {};
 }

@@ -232,7 +232,7 @@ Expected<void> listen_to_tracker(const ListenArguments& options) {
   if (!options.json.empty()) return write_json(options.json, json_of(tools, state));
   if (options.out == "-") return {};
   for (const auto& [name, tool] : tools)
-    fmt::print("{:<20} {}, {:.1f} Hz{}\n", name, counted(tool.poses, "pose"), tool.rate_hz(),
+    fmt::print("{:<20} {}, {:.1f} Hz{}\n", excerpt(name), counted(tool.poses, "pose"), tool.rate_hz(),
                tool.unseen > 0 ? fmt::format(", {} times out of sight", tool.unseen) : "");
   return {};
 }

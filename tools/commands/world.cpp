@@ -58,10 +58,10 @@ Expected<void> sample_into_folder(const WorldOptions& options) {
   if (request.guided && (request.kind != evaluation::SampleKind::arm || request.continuous))
     return wrong_use("--guided: goes with arm in held poses, not with {}",
                      request.continuous ? "--continuous" : options.kind);
-  const bool replaces = std::filesystem::exists(std::filesystem::path(options.out) / "truth.json");
+  const bool replaces = is_there(std::filesystem::path(options.out) / "truth.json");
   const auto written = evaluation::sample_world(*file, request, options.out);
   if (!written) return tl::unexpected(written.error());
-  for (const auto& path : *written) fmt::print("{}\n", path.string());
+  for (const auto& path : *written) print_line(path.string());
   if (replaces)
     notice(fmt::format("{}: replaced the truth of an earlier sample; a folder each keeps both",
                        written->back().string()));
@@ -69,7 +69,7 @@ Expected<void> sample_into_folder(const WorldOptions& options) {
 }
 
 Expected<void> write_reference(const WorldOptions& options) {
-  if (options.file != "-" && std::filesystem::exists(options.file))
+  if (options.file != "-" && is_there(options.file))
     return wrong_use("{}: exists already; name a new file, or remove it first", options.file);
   return write_file(options.file, sim::config::reference_world_text());
 }

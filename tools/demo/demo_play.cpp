@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "palpate/core/statistics.h"
 #include "tools/demo/demo_sections.h"
 
 namespace palpate::tools::demo {
@@ -89,8 +90,7 @@ void add_overlay_section(evaluation::report::Report& page, const figures::PlayFo
                                 .y = figures::column(*frames, "expected_world_px"),
                                 .mark = figures::Mark::line,
                                 .tone = figures::Tone::muted});
-  const double most =
-      std::max({figures::quantile(world_px, 0.995), figures::quantile(tip_px, 0.995), 0.1}) * 1.1;
+  const double most = std::max({quantile(world_px, 0.995), quantile(tip_px, 0.995), 0.1}) * 1.1;
   figures::Plot shares{.title = "Frames by overlay error", .x_label = "px", .y_label = "frames"};
   for (const auto& [name, values, tone] : {std::tuple{"stylus tip", &tip_px, figures::Tone::rival},
                                            {"real scene", &world_px, figures::Tone::ours}}) {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "palpate/core/statistics.h"
 #include "tools/demo/demo_sections.h"
 
 namespace palpate::tools::demo {
@@ -177,7 +178,7 @@ std::optional<figures::Plot> latency_parts_plot(const CsvTable& photons) {
                             {"exposure_ms", "transfer_ms", "wait_ms", "draw_ms", "scan_out_ms", "total_ms"}))
     return std::nullopt;
   const auto total = figures::column(photons, "total_ms");
-  const double slow = figures::quantile(total, 0.99);
+  const double slow = quantile(total, 0.99);
   figures::Plot plot{
       .title = "From light to light", .x_label = "ms", .y_label = "", .stacked = true, .sideways = true};
   for (std::size_t k = 0; k < kParts.size(); ++k) {
@@ -261,15 +262,13 @@ std::optional<figures::Figure> haptic_lateness(const figures::PlayFolder& data) 
 std::optional<figures::Plot> round_trip_plot(const CsvTable& frames) {
   if (!frames.has("round_trip_us")) return std::nullopt;
   const auto trips = figures::column(frames, "round_trip_us");
-  const double most = figures::quantile(trips, 0.99) * 1.25;
+  const double most = quantile(trips, 0.99) * 1.25;
   if (!(most > 0.0)) return std::nullopt;
   figures::Plot plot{.title = "Round trips", .x_label = "\u00b5s", .y_label = "frames"};
   plot.series = {figures::histogram("round trip", trips, 0.0, most, 50)};
   plot.series.front().in_legend = false;
-  plot.levels.push_back({.at = figures::quantile(trips, 0.5),
-                         .label = "median",
-                         .tone = figures::Tone::rival,
-                         .upright = true});
+  plot.levels.push_back(
+      {.at = quantile(trips, 0.5), .label = "median", .tone = figures::Tone::rival, .upright = true});
   plot.caption = "The outermost column also counts everything slower.";
   return plot;
 }

@@ -4,7 +4,7 @@
 #include <cctype>
 #include <cmath>
 
-#include "palpate/core/error_summary.h"
+#include "palpate/core/statistics.h"
 #include "palpate/core/units.h"
 #include "palpate/server/graphics/record_names.h"
 #include "tools/demo/demo_raw.h"

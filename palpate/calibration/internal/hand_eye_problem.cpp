@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "palpate/calibration/noise/robust_scale.h"
+#include "palpate/core/statistics.h"
 #include "palpate/math/linear_algebra.h"
 
 namespace palpate::calibration {
@@ -160,8 +161,8 @@ Matrix6 hand_eye_whitening(const std::vector<Vector6>& residuals, const Matrix6*
   for (const auto& r : residuals) turn.push_back(r.head<3>().norm()), shift.push_back(r.tail<3>().norm());
   Matrix6 scatter = Matrix6::Zero();
   if (before == nullptr || residuals.size() < kFewResiduals) {
-    scatter.diagonal().head<3>().setConstant(std::pow(noise::median(turn) / kMedianNorm3, 2));
-    scatter.diagonal().tail<3>().setConstant(std::pow(noise::median(shift) / kMedianNorm3, 2));
+    scatter.diagonal().head<3>().setConstant(std::pow(median(turn) / kMedianNorm3, 2));
+    scatter.diagonal().tail<3>().setConstant(std::pow(median(shift) / kMedianNorm3, 2));
   } else {
     double sum = 0.0;
     for (const auto& r : residuals) {
@@ -177,7 +178,7 @@ Matrix6 hand_eye_whitening(const std::vector<Vector6>& residuals, const Matrix6*
   Matrix6 W = eigen.vectors * eigen.values.cwiseMax(1e-17).cwiseSqrt().cwiseInverse().asDiagonal() *
               eigen.vectors.transpose();
   for (const auto& r : residuals) squared.push_back((W * r).squaredNorm());
-  const double middle = noise::median(squared);
+  const double middle = median(squared);
   return middle > 1e-6 ? Matrix6(W * std::sqrt(kMedianChi2With6 / middle)) : W;
 }
 

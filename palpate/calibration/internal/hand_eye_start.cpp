@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "palpate/calibration/noise/robust_scale.h"
+#include "palpate/core/statistics.h"
 #include "palpate/math/linear_algebra.h"
 
 namespace palpate::calibration {
@@ -33,7 +34,7 @@ Quaternion start_rotation(const std::vector<HandAt>& hand, const std::vector<dev
   std::vector<double> misfit;
   for (std::size_t i = 0; i < a.size(); ++i) misfit.push_back(std::abs(a[i].norm() - b[i].norm()));
   for (int round = 0; round < 15; ++round) {
-    const double scale = std::max(2.0 * noise::median(misfit), 1e-9);
+    const double scale = std::max(2.0 * median(misfit), 1e-9);
     Matrix3 M = Matrix3::Zero();
     for (std::size_t i = 0; i < a.size(); ++i)
       M += a[i] * b[i].transpose() / (1.0 + std::pow(misfit[i] / scale, 2));
@@ -51,7 +52,7 @@ HandEyeState start_state(const std::vector<HandAt>& hand, const std::vector<devi
   x.Rx = Rx, x.delay = delay;
   std::vector<double> misfit(eye.size(), 0.0);
   for (int round = 0; round < 10; ++round) {
-    const double scale = std::max(2.0 * noise::median(misfit), 1e-9);
+    const double scale = std::max(2.0 * median(misfit), 1e-9);
     Eigen::Matrix4d M = Eigen::Matrix4d::Zero();
     for (std::size_t i = 0; i < eye.size(); ++i) {
       const Eigen::Vector4d q = (hand[i].R * Rx * eye[i].rotation.conjugate()).coeffs();
@@ -63,7 +64,7 @@ HandEyeState start_state(const std::vector<HandAt>& hand, const std::vector<devi
   }
   std::fill(misfit.begin(), misfit.end(), 0.0);
   for (int round = 0; round < 15; ++round) {
-    const double scale = std::max(2.0 * noise::median(misfit), 1e-9);
+    const double scale = std::max(2.0 * median(misfit), 1e-9);
     Matrix6 A = Matrix6::Zero();
     Vector6 b = Vector6::Zero();
     for (std::size_t i = 0; i < eye.size(); ++i) {
@@ -100,8 +101,7 @@ HandEyeStart hand_eye_start(const std::vector<device::StampedPose>& hand,
   std::vector<double> turn, shift;
   for (const auto& r : problem.residuals(start.state))
     turn.push_back(r.head<3>().norm()), shift.push_back(r.tail<3>().norm());
-  if (turn.size() >= 4)
-    start.quality = std::log(noise::median(turn) + 1e-12) + std::log(noise::median(shift) + 1e-12);
+  if (turn.size() >= 4) start.quality = std::log(median(turn) + 1e-12) + std::log(median(shift) + 1e-12);
   return start;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/core/statistics.h"
 #include "palpate/math/linear_algebra.h"
 
 namespace palpate::calibration {
@@ -19,8 +20,7 @@ struct Turning {
 double median_period(const std::vector<device::StampedPose>& poses) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < poses.size(); ++i) steps.push_back(poses[i].time_s - poses[i - 1].time_s);
-  std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
-  return steps[steps.size() / 2];
+  return median(std::move(steps));
 }
 
 Turning turning_of(const std::vector<device::StampedPose>& poses, double grid_s, double half_window_s,

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "palpate/core/statistics.h"
+
 namespace palpate::calibration::noise {
 
 inline constexpr double kMedianOfChi3 = 1.5382;
@@ -18,14 +20,6 @@ inline constexpr double kHuberKnee = 2.8;
 inline constexpr double kTukeyEnd = 5.0;
 // Below this the data are exact and only rounding is left.
 inline constexpr double kLeastScale = 1e-12;  // m
-
-// The upper one of the two middle values where there are two; 0 for none.
-inline double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Standard deviation per component, from the lengths; `parameters` of the residuals' components were fitted.
 inline double robust_scale(std::vector<double> lengths, double parameters) {

@@ -31,6 +31,8 @@ rig::PivotCalibration rig_pivot(const Estimate<PivotSolution>& estimate, const r
   return {estimate.value.tip, estimate.covariance.topLeftCorner<3, 3>(), from};
 }
 
+constexpr int kFewestLandmarks = 3;
+
 struct Steps {
   AcquisitionContext context;
   rig::Rig& rig;
@@ -87,10 +89,9 @@ struct Steps {
     for (int i = 0;; ++i) {
       auto touch = record_touches(context, {{device::Gesture::touch, "landmark", i}},
                                   rig.pointer_pivot->tip_in_marker);
-      if (!touch) {
-        if (i < 3) return failed(touch);
-        break;  // the person says there are no more
-      }
+      // Only the person can say that these were all; any other failure is one.
+      if (!touch && i >= kFewestLandmarks && touch.error().code == ErrorCode::no_more) break;
+      if (!touch) return failed(touch);
       touched.push_back({std::to_string(i), touch->front().place, touch->front().covariance});
       out.landmark_touches.push_back(touch->front());
     }

@@ -25,7 +25,8 @@ Expected<void> begin(AcquisitionContext context, Recorder& recorder, const devic
                      const char* what) {
   if (const auto asked = context.person.ask(request); !asked) return asked;
   if (!recorder.run_until_ready(kPatience))
-    return refused("{}: not begun within {} s; start again when you are ready", what, kPatience);
+    return refused(ErrorCode::timed_out, "{}: not begun within {} s; start again when you are ready", what,
+                   kPatience);
   return {};
 }
 
@@ -125,7 +126,8 @@ Expected<std::vector<TrackedPose>> record_arm(AcquisitionContext context,
     device::Request request{device::Gesture::next_pose, "", 0};
     if (options.next) request.target = options.next(result);
     const auto begun = begin(context, recorder, request, "arm pose");
-    if (!begun && request.target) continue;  // out of reach after all; another one is asked for
+    // Out of reach after all: another one is asked for.
+    if (!begun && begun.error().code == ErrorCode::out_of_reach) continue;
     if (!begun) return tl::unexpected(begun.error());
     recorder.clear();
     const double still_since = recorder.now_s();

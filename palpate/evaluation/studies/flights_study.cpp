@@ -6,6 +6,7 @@
 #include <set>
 
 #include "palpate/core/csv.h"
+#include "palpate/core/statistics.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/physics/flight_file.h"
@@ -60,8 +61,8 @@ Json horizons_json(const std::vector<const Told*>& told) {
       if (std::isfinite(one->error_mm[h])) errors.push_back(one->error_mm[h]);
     if (errors.empty()) continue;
     list.push_back({{"horizon_ms", at},
-                    {"median_mm", figures::quantile(errors, 0.5)},
-                    {"p90_mm", figures::quantile(errors, 0.9)},
+                    {"median_mm", quantile(errors, 0.5)},
+                    {"p90_mm", quantile(errors, 0.9)},
                     {"flights", errors.size()}});
   }
   return list;
@@ -117,20 +118,20 @@ void add_bounces(StudyResult& study, const std::vector<RecordedFlight>& flights)
     Json json{{"bounces", all}, {"told", restitution.size()}, {"blows", impacts}, {"elsewhere", elsewhere}};
     if (!restitution.empty()) {
       json["table_height_m"] = table.height;
-      json["restitution"] = {{"median", figures::quantile(restitution, 0.5)},
-                             {"p10", figures::quantile(restitution, 0.1)},
-                             {"p90", figures::quantile(restitution, 0.9)},
+      json["restitution"] = {{"median", quantile(restitution, 0.5)},
+                             {"p10", quantile(restitution, 0.1)},
+                             {"p90", quantile(restitution, 0.9)},
                              {"sd", number_or_null(summary_of(restitution).sd)}};
-      json["approach_m_s"] = {{"median", figures::quantile(approach, 0.5)},
+      json["approach_m_s"] = {{"median", quantile(approach, 0.5)},
                               {"least", *std::min_element(approach.begin(), approach.end())},
                               {"most", *std::max_element(approach.begin(), approach.end())}};
-      json["slide_kept_median"] = figures::quantile(kept, 0.5);
+      json["slide_kept_median"] = quantile(kept, 0.5);
       json["each"] = {{"restitution", restitution}, {"approach_m_s", approach}};
       study.lines.push_back(
           fmt::format("{}: {}, restitution {:.3f} (p10 {:.3f}, p90 {:.3f}) at {:.1f} m/s; {}", set,
-                      counted(restitution.size(), "bounce"), figures::quantile(restitution, 0.5),
-                      figures::quantile(restitution, 0.1), figures::quantile(restitution, 0.9),
-                      figures::quantile(approach, 0.5), counted(static_cast<std::size_t>(impacts), "blow")));
+                      counted(restitution.size(), "bounce"), quantile(restitution, 0.5),
+                      quantile(restitution, 0.1), quantile(restitution, 0.9), quantile(approach, 0.5),
+                      counted(static_cast<std::size_t>(impacts), "blow")));
     }
     by_set[set] = json;
   }
@@ -218,7 +219,7 @@ TableHeight table_of(const std::vector<RecordedFlight>& flights, std::string_vie
     if (flight.set == set)
       for (const auto* bounce : bounces_of(flight)) heights.push_back(bounce->place.z());
   if (heights.empty()) return {};
-  return {figures::quantile(heights, 0.5), static_cast<int>(heights.size())};
+  return {quantile(heights, 0.5), static_cast<int>(heights.size())};
 }
 
 Expected<Told> tell_flight(const RecordedFlight& flight, const FlightMode& mode, const TableHeight& table) {

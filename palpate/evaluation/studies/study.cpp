@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "palpate/core/csv.h"
+#include "palpate/core/statistics.h"
 
 namespace palpate::evaluation::studies {
 namespace {
@@ -42,8 +43,8 @@ Summary summary_of(const std::vector<double>& values) {
   for (double v : values)
     if (std::isfinite(v)) scatter += (v - summary.mean) * (v - summary.mean);
   summary.sd = n > 1 ? std::sqrt(scatter / (n - 1.0)) : none;
-  summary.median = figures::quantile(values, 0.5);
-  summary.p95 = figures::quantile(values, 0.95);
+  summary.median = quantile(values, 0.5);
+  summary.p95 = quantile(values, 0.95);
   return summary;
 }
 

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "palpate/core/csv.h"
-#include "palpate/core/error_summary.h"
+#include "palpate/core/statistics.h"
 #include "palpate/server/graphics/record_names.h"
 
 namespace palpate::server::graphics {

@@ -11,7 +11,6 @@ namespace {
 // Of live poses only the newest matter: a second or so for a reader that hesitates, not ten.
 constexpr std::size_t kMostWaitingPoses = 256;
 constexpr int kBodies = scene::SceneState::kBodies;
-constexpr Duration kStalledReader = std::chrono::seconds(10);
 
 }  // namespace
 
@@ -39,7 +38,7 @@ std::vector<LivePose> live_poses(const FrameRecord& frame, const scene::SceneDes
 
 Expected<PoseFeed> PoseFeed::open(const drivers::openigtlink::Address& address, Duration tracker_after_arm) {
   auto publisher = drivers::openigtlink::PosePublisher::listen(
-      address, {.most_waiting = kMostWaitingPoses, .tracking_data = true, .stalled_after = kStalledReader});
+      address, {.most_waiting = kMostWaitingPoses, .tracking_data = true});
   if (!publisher) return tl::unexpected(publisher.error());
   return PoseFeed(std::move(*publisher), tracker_after_arm);
 }

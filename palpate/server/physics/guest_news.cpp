@@ -15,15 +15,15 @@ GuestNews::Line GuestNews::look(const PhysicsServer& server, bool haptic_loop_ha
   fault_ = condition.fault;
   // Of what does not heal the trip's line tells. It is left out where another trip came just before: who has taken the
   // forces for good is named here.
-  const bool lost = fault_ == haptics::ForceFault::arm_lost;
+  const bool lost = fault_ == device::ForceFault::arm_lost;
   const bool for_good =
-      lost || fault_ == haptics::ForceFault::law_failed || fault_ == haptics::ForceFault::arm_slow;
-  const int told = lost || fault_ == haptics::ForceFault::arm_silent ? kSilenceTold : kTold;
-  if (condition.culprit == haptics::Guest::none || !(haptics::heals(fault_) || for_good) || fault_told_ ||
+      lost || fault_ == device::ForceFault::law_failed || fault_ == device::ForceFault::arm_slow;
+  const int told = lost || fault_ == device::ForceFault::arm_silent ? kSilenceTold : kTold;
+  if (condition.culprit == haptics::Guest::none || !(device::heals(fault_) || for_good) || fault_told_ ||
       ++same_fault_ < told)
     return {};
   fault_told_ = true;
-  return {fmt::format("forces are off: {}: {}", haptics::name_of(condition.fault),
+  return {fmt::format("forces are off: {}: {}", device::name_of(condition.fault),
                       server.haptic().name_of(condition.culprit))};
 }
 

@@ -28,7 +28,7 @@ class GuestNews {
   Line of_the_loops(const PhysicsServer& server, bool haptic_loop_hangs);
 
   bool failure_told_ = false, fault_told_ = false;
-  haptics::ForceFault fault_ = haptics::ForceFault::none;
+  device::ForceFault fault_ = device::ForceFault::none;
   int same_fault_ = 0, hanging_ = 0, standing_ = 0;
   std::uint64_t steps_ = 0;
 };

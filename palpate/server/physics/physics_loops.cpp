@@ -34,7 +34,9 @@ void PhysicsLoops::stop() {
 
 void PhysicsLoops::write_status(double up_s) {
   transport::LoopStatus force_loop = transport::loop_status("haptic", haptic_, up_s);
-  force_loop.condition = side_.server().condition_words();
+  const haptics::HapticCondition condition = side_.server().haptic().condition();
+  force_loop.forces = device::ForceCondition{condition.state, condition.fault};
+  force_loop.culprit = side_.server().culprit();
   side_.board().write({.uptime_s = up_s,
                        .loops = {std::move(force_loop), transport::loop_status("physics", physics_, up_s)}});
 }

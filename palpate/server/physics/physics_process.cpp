@@ -296,7 +296,7 @@ Json PhysicsProcess::force_figures() const {
                   {"missed_blows", statistics.missed_impacts},
                   {"dropped_blows", statistics.dropped_impacts},
                   {"outages", statistics.outages},
-                  {"condition", haptics::condition_text(haptic.state(), haptic.fault())},
+                  {"condition", device::condition_text({haptic.state(), haptic.fault()})},
                   {"fault_ticks", statistics.fault_ticks},
                   {"warm_ticks", statistics.warm_ticks},
                   {"damped_ticks", statistics.damped_ticks},

@@ -36,7 +36,7 @@ void PhysicsServer::haptic_tick(Instant<PhysicsClock> now) {
   haptic_.tick(now);
   constexpr Duration kCalm = std::chrono::milliseconds(500);
   const bool calm =
-      haptic_.fault() == haptics::ForceFault::overspeed && haptic_.tip().velocity.norm() < calm_speed_;
+      haptic_.fault() == device::ForceFault::overspeed && haptic_.tip().velocity.norm() < calm_speed_;
   if (!calm) restless_ = now;
   if (now - restless_ >= kCalm || rearm_asked_.exchange(false, std::memory_order_relaxed)) haptic_.rearm();
 }
@@ -54,13 +54,11 @@ std::string PhysicsServer::trouble() const {
       application_words_, failure_.data());
 }
 
-std::string PhysicsServer::condition_words() const {
-  const haptics::HapticCondition condition = haptic_.condition();
-  std::string words = haptics::condition_text(condition.state, condition.fault);
-  if (condition.culprit == haptics::Guest::application || condition.culprit == haptics::Guest::contact_law)
-    words += fmt::format(" ({})", application_name_);
+std::string PhysicsServer::culprit() const {
+  const haptics::Guest guest = haptic_.condition().culprit;
+  const bool ours = guest == haptics::Guest::application || guest == haptics::Guest::contact_law;
   constexpr std::size_t kMost = 64;  // of a status
-  return words.substr(0, kMost);
+  return ours ? application_name_.substr(0, kMost) : std::string();
 }
 
 void PhysicsServer::delay_forces(Duration delay) {
@@ -76,8 +74,8 @@ void PhysicsServer::physics_tick(Instant<PhysicsClock> now) {
 }
 
 void PhysicsServer::move_on(Instant<PhysicsClock> now) {
-  to_physics_.read(tip_);
-  if (tip_.time.ns() == 0) return;  // no arm yet: nothing moves in the world before its first reading
+  tip_known_ = to_physics_.read(tip_) || tip_known_;
+  if (!tip_known_) return;  // no arm yet: nothing moves in the world before its first reading
   const Duration dt = last_ ? now - *last_ : Duration(1'000'000);
   if (dt <= Duration(0)) return;
   last_ = now;

@@ -58,8 +58,8 @@ class PhysicsServer {
   // Any thread.
   // What has become of the application: empty, or that it threw and what. It stays so.
   std::string trouble() const;
-  // State, reason and who is to blame, for a status of at most 64 bytes: "safe: contact law failed (touch)".
-  std::string condition_words() const;
+  // The application, at most 64 bytes, where it or its law has brought the forces' fault about; else empty.
+  std::string culprit() const;
   std::uint64_t steps_ended() const { return steps_ended_.load(std::memory_order_relaxed); }
   // Also a signal handler.
   void let_go() noexcept { haptic_.let_go(); }
@@ -102,6 +102,7 @@ class PhysicsServer {
   double calm_speed_;                 // m/s
   std::atomic<bool> rearm_asked_{false};
   scene::TipState tip_;
+  bool tip_known_ = false;
   scene::SceneState state_;
   std::optional<Instant<PhysicsClock>> last_;
 };

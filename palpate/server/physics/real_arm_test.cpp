@@ -128,12 +128,12 @@ TEST_F(RealArm, UnpluggedDuringPlayItsForcesFadeAndStayOffUntilItIsBackAndSomebo
   with([](HdStubDevice& d) { d.plugged = false; });
   EXPECT_TRUE(comes_true([&] {
     tick();
-    return play.loop.fault() == haptics::ForceFault::arm_lost;
+    return play.loop.fault() == device::ForceFault::arm_lost;
   }));
   EXPECT_EQ(force().norm(), 0.0);  // the device itself has nothing any more
   const auto condition = play.loop.condition();
-  EXPECT_EQ(haptics::condition_text(condition.state, condition.fault), "safe: arm lost");
-  EXPECT_EQ(condition.trip_fault, haptics::ForceFault::arm_lost);
+  EXPECT_EQ(device::condition_text({condition.state, condition.fault}), "safe: arm lost");
+  EXPECT_EQ(condition.trip_fault, device::ForceFault::arm_lost);
   const int fade_ticks = static_cast<int>(settings.limits.fade_s / to_seconds(settings.period));
   for (int i = 0; i <= fade_ticks; ++i) tick();
   EXPECT_EQ(play.loop.records().back().commanded.norm(), 0.0);
@@ -148,14 +148,14 @@ TEST_F(RealArm, UnpluggedDuringPlayItsForcesFadeAndStayOffUntilItIsBackAndSomebo
     return reads(**arm);
   }));
   for (int i = 0; i < 1500; ++i) tick();
-  EXPECT_EQ(play.loop.state(), haptics::HapticState::safe);
+  EXPECT_EQ(play.loop.state(), device::ForceState::safe);
   EXPECT_EQ(with([](HdStubDevice& d) { return d.largest_force; }), 0.0);
   EXPECT_TRUE(play.loop.rearm());
   EXPECT_TRUE(comes_true([&] {
     tick();
     return given() > 0.9;
   }));
-  EXPECT_EQ(play.loop.fault(), haptics::ForceFault::none);
+  EXPECT_EQ(play.loop.fault(), device::ForceFault::none);
   const auto records = play.loop.records();
   const double largest_step = settings.limits.slew_n_s * to_seconds(settings.period);
   for (std::size_t i = 1; i < records.size(); ++i)

@@ -328,7 +328,7 @@ Expected<WorldFile> parse_world(std::string_view content, const std::string& sou
 
 Expected<WorldFile> read_world(const std::filesystem::path& path,
                                const scene::ApplicationRegistry& applications) {
-  const auto content = read_file(path);
+  const auto content = read_file(path, kMostSettingsBytes);
   if (!content) return tl::unexpected(content.error());
   auto world = parse_world(*content, path.string(), applications);
   if (world) scene::resolve_files(path.parent_path(), world->settings);

@@ -111,7 +111,8 @@ Expected<void> SimPerson::begin_shown_pose(const device::PoseTarget& target) {
   Vector3 theta;
   if ((tip - target.tip.m - miss).norm() > kFarOut ||
       !device::phantom_inverse(X_base_world_ * Point<World>{tip}, truth_.lengths, theta))
-    return refused("next pose: ({:.0f}, {:.0f}, {:.0f}) mm is out of the arm's reach; show a nearer place",
+    return refused(ErrorCode::out_of_reach,
+                   "next pose: ({:.0f}, {:.0f}, {:.0f}) mm is out of the arm's reach; show a nearer place",
                    1e3 * target.tip.m.x(), 1e3 * target.tip.m.y(), 1e3 * target.tip.m.z());
   const Quaternion marker = so3_exp(turn) * target.R_world_marker.normalized();
   Vector3 gimbal = device::phantom_gimbal(
@@ -131,7 +132,8 @@ Expected<void> SimPerson::begin_touch(const device::Request& request) {
   const bool surface = request.what == "table" || request.what == "wall";
   const int count = surface ? 4 : request.what == "landmark" ? static_cast<int>(truth_.landmarks.size()) : 0;
   if (request.index < 0 || request.index >= count)
-    return refused("touch {} {}: the laboratory has table 0-3, wall 0-3 and landmark 0-{}", request.what,
+    return refused(ErrorCode::no_more,
+                   "touch {} {}: the laboratory has table 0-3, wall 0-3 and landmark 0-{}", request.what,
                    request.index, static_cast<int>(truth_.landmarks.size()) - 1);
   if (request.what == "table") corner(truth_.table);
   if (request.what == "wall") corner(truth_.wall);

@@ -5,7 +5,7 @@
 
 #include "applications/pingpong/pingpong.h"
 #include "applications/pingpong/specification.h"
-#include "palpate/core/error_summary.h"
+#include "palpate/core/statistics.h"
 #include "palpate/scene/shown_tip.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/truth_rig_for_tests.h"

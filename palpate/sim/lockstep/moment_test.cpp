@@ -6,7 +6,7 @@
 
 #include "applications/pingpong/pingpong.h"
 #include "applications/pingpong/specification.h"
-#include "palpate/core/error_summary.h"
+#include "palpate/core/statistics.h"
 #include "palpate/core/units.h"
 #include "palpate/evaluation/overlay_of_play.h"
 #include "palpate/scene/shown_tip.h"

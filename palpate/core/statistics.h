@@ -1,4 +1,4 @@
-// Figures over many errors: rms, mean, maximum, quantiles. They are kept, all of them. One thread.
+// Figures over many numbers. Pure functions, and a summary that one thread keeps.
 #pragma once
 
 #include <cstddef>
@@ -6,6 +6,13 @@
 
 namespace palpate::inline core {
 
+// The upper one of the two middle values where there are two; 0 for none. Takes the vector apart.
+double median(std::vector<double> values);
+
+// The q-quantile (0..1), linear between neighbours; what is not finite is left out. Not a number for none.
+double quantile(std::vector<double> values, double q);
+
+// Of many errors: rms, mean, maximum, quantiles. They are kept, all of them.
 class ErrorSummary {
  public:
   void add(double error) { errors_.push_back(error); }
