@@ -18,6 +18,10 @@ namespace palpate::transport {
 
 namespace {
 
+// What clients say: a Hello of whom everything fails takes 1 KiB. Who sends more loses the connection before it is
+// in memory.
+constexpr std::size_t kMaxQuestionBytes = 4096;
+
 class ZmqService : public StateService {
  public:
   ZmqService(zmq::Socket socket, std::unique_ptr<zmq::ConnectionGuard> guard,
@@ -160,7 +164,7 @@ Expected<std::unique_ptr<StateService>> serve_once(const Endpoint& endpoint, con
   if (!context) return tl::unexpected(context.error());
   auto guard = zmq::ConnectionGuard::make(clock);
   if (!guard) return tl::unexpected(guard.error());
-  auto socket = zmq::Socket::make(ZMQ_ROUTER, *context);
+  auto socket = zmq::Socket::make(ZMQ_ROUTER, *context, kMaxQuestionBytes);
   if (!socket) return tl::unexpected(socket.error());
   if (auto watched = (*guard)->watch(*socket, *context); !watched) return tl::unexpected(watched.error());
   std::optional<zmq::Authenticator> authenticator;

@@ -3,12 +3,11 @@
 import json
 import os
 import resource
-import subprocess
 import sys
 import time
 import unittest
 
-from guarded import HERE, GuardedServerTest
+from guarded import GuardedServerTest
 from program import wait_until
 
 SOON_S = 3.0  # an operator is in after a tenth of a second; before, not after any time
@@ -17,20 +16,6 @@ MANY = 300
 
 
 class Crowds(GuardedServerTest):
-    def crowd(self, what, many, address, *keys):
-        crowd = subprocess.Popen([sys.executable, os.path.join(HERE, "crowd.py"), what, str(many), address, *keys], stdout=subprocess.PIPE, text=True)
-
-        def leave():
-            crowd.kill()
-            crowd.wait()
-            crowd.stdout.close()
-        self.addCleanup(leave)
-        self.assertEqual(crowd.stdout.readline(), "there\n")
-        return leave
-
-    def with_keys(self, pair):
-        return [key.decode() for key in (self.server_key, *pair)]
-
     def start_small_server(self):
         physics = self.start_server()
         resource.prlimit(physics.process.pid, resource.RLIMIT_NOFILE, (LIMIT, LIMIT))

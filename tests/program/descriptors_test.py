@@ -36,6 +36,18 @@ class Descriptors(GuardedServerTest):
             guest.socket.close()
             coming.socket.close()
 
+    def test_a_server_that_has_too_few_says_so_and_ends(self):
+        refused = 0
+        for few in range(6, 60, 3):
+            done = self.run_program("physics", "--rig", self.rig, "--arm", "openhaptics", "--seconds", "0.01",
+                                    before=lambda few=few: resource.setrlimit(resource.RLIMIT_NOFILE, (few, few)))
+            if done.code:
+                self.says_no(done, done.code, "descriptor" if few > 12 else "")
+            refused += done.code == 1
+            self.assertIn(done.code, (0, 1, 2), f"{few}: {done}")
+        self.assertEqual(done.code, 0, done)
+        self.assertGreater(refused, 0)
+
     def test_a_key_that_is_taken_out_loses_its_states_and_nobody_else_does(self):
         physics = self.start_server()
 

@@ -105,3 +105,17 @@ class GuardedServerTest(LaboratoryTest):
         physics = self.start_physics("--listen", f"tcp://127.0.0.1:{self.port}", "--keys", self.keys, "--arm", "openhaptics")
         self.addCleanup(lambda: self.assertIn(physics.process.poll(), (None, 0), physics.lines()))
         return physics
+
+    def crowd(self, what, many, address, *keys):
+        crowd = subprocess.Popen([sys.executable, os.path.join(HERE, "crowd.py"), what, str(many), address, *keys], stdout=subprocess.PIPE, text=True)
+
+        def leave():
+            crowd.kill()
+            crowd.wait()
+            crowd.stdout.close()
+        self.addCleanup(leave)
+        self.assertEqual(crowd.stdout.readline(), "there\n")
+        return leave
+
+    def with_keys(self, pair):
+        return [key.decode() for key in (self.server_key, *pair)]

@@ -5,8 +5,14 @@
 
 namespace palpate::transport {
 
-void Connections::began(int descriptor, std::uint64_t number, std::string source, Instant<PhysicsClock> now) {
-  connections_[descriptor] = {number, std::move(source), {}, now};
+void Connections::began(int listener, int descriptor, std::uint64_t number, std::string source,
+                        Instant<PhysicsClock> now) {
+  connections_[descriptor] = {listener, number, std::move(source), {}, now};
+}
+
+void Connections::ended(int listener, int descriptor) {
+  const auto found = connections_.find(descriptor);
+  if (found != connections_.end() && found->second.listener == listener) connections_.erase(found);
 }
 
 std::size_t Connections::of_user(const std::string& user) const {

@@ -33,9 +33,11 @@ class Connections {
   // How many connections there may be in all, as descriptors allow. Those that are there stay.
   void set_places(std::size_t places) { places_ = places; }
   // A connection from `source`, a host or a process, at this descriptor. `number`: the kernel's of the socket,
-  // which is never given twice.
-  void began(int descriptor, std::uint64_t number, std::string source, Instant<PhysicsClock> now);
-  void ended(int descriptor) { connections_.erase(descriptor); }
+  // which is never given twice. `listener` took it, 0, 1 ...
+  void began(int listener, int descriptor, std::uint64_t number, std::string source,
+             Instant<PhysicsClock> now);
+  // Told late by one listener, the descriptor may be that of another's connection by now.
+  void ended(int listener, int descriptor);
   // Whether the user is the one this connection is known to be of.
   bool is_of(int descriptor, const std::string& key) const;
   // Something was said there. `key`: of who said it, empty where nothing is encrypted. False: not to be heard.
@@ -50,6 +52,7 @@ class Connections {
 
  private:
   struct Connection {
+    int listener = 0;
     std::uint64_t number = 0;
     std::string source, user;  // no user: new
     Instant<PhysicsClock> since;

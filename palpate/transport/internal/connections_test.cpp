@@ -12,7 +12,7 @@ class ConnectionsOfAServer : public ::testing::Test {
   static Instant<PhysicsClock> at_s(double s) { return {seconds(100.0 + s)}; }
   int comes(const std::string& source, double s = 0.0) {
     ++last;
-    connections.began(last, static_cast<std::uint64_t>(1000 + last), source, at_s(s));
+    connections.began(0, last, static_cast<std::uint64_t>(1000 + last), source, at_s(s));
     return last;
   }
   bool speaks(const std::string& key, bool by_operator = false) {
@@ -51,7 +51,7 @@ TEST_F(ConnectionsOfAServer, AKeyHasSoManyAndWhatIsBeyondIsNotHeardAndEnds) {
   EXPECT_FALSE(connections.heard(one_more, "greedy", true));
   EXPECT_TRUE(speaks("modest"));
   EXPECT_EQ(overdue(2.1), std::set{one_more});
-  connections.ended(1);
+  connections.ended(0, 1);
   EXPECT_FALSE(connections.full("greedy"));
   EXPECT_TRUE(speaks("greedy"));
 }
@@ -99,6 +99,14 @@ TEST_F(ConnectionsOfAServer, WhereTheLimitIsLoweredThoseThereStayAndNobodyComes)
   EXPECT_EQ(overdue(0.0), std::set{late});
   EXPECT_EQ(connections.size(), 3u);
   EXPECT_TRUE(connections.heard(1, "a", false));
+}
+
+TEST_F(ConnectionsOfAServer, AnEndThatIsToldLateEndsNotWhoHasTheDescriptorNow) {
+  connections.began(1, comes("a"), 7, "b", at_s(0.1));
+  connections.ended(0, last);
+  EXPECT_TRUE(connections.heard(last, "key", false));
+  connections.ended(1, last);
+  EXPECT_EQ(connections.size(), 0u);
 }
 
 // The message of a connection that has ended may be read after another has got its descriptor.

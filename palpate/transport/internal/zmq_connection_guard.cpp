@@ -2,6 +2,7 @@
 
 #include <dirent.h>
 #include <fcntl.h>
+#include <malloc.h>
 #include <netdb.h>
 #include <poll.h>
 #include <sys/resource.h>
@@ -16,12 +17,15 @@
 #include <cstring>
 #include <vector>
 
+#include "palpate/time/freed_memory.h"
 #include "palpate/time/real_time.h"
 
 namespace palpate::transport::zmq {
 namespace {
 
 constexpr int kLookEveryMs = 20;
+constexpr Duration kLookForMemoryEvery = std::chrono::seconds(1);
+constexpr std::size_t kFreeMemoryKept = 16 << 20;  // more than what large messages in turn need
 
 // The kernel's number of the socket at this descriptor; none: there is no socket.
 std::optional<std::uint64_t> number_of(int descriptor) {
@@ -124,26 +128,41 @@ void ConnectionGuard::run() {
     }
     ::poll(items.data(), items.size(), kLookEveryMs);
     if ((items[0].revents & POLLIN) != 0) return;
+    give_back_memory();
     const std::lock_guard lock(mutex_);
     take_events();
     end_what_is_overdue();
   }
 }
 
+// A server keeps what is freed (keep_freed_memory()), and malloc still counts as free what it has given back: what
+// has become free since then tells.
+void ConnectionGuard::give_back_memory() {
+  if (clock_.now() - memory_looked_at_ < kLookForMemoryEvery) return;
+  memory_looked_at_ = clock_.now();
+  const std::size_t free = mallinfo2().fordblks;
+  least_free_ = std::min(least_free_, free);
+  if (free < least_free_ + kFreeMemoryKept) return;
+  give_back_freed_memory();
+  least_free_ = mallinfo2().fordblks;
+}
+
 // Messages of two frames: the event's number with its descriptor, and where.
 void ConnectionGuard::take_events() {
+  int listener = -1;
   for (Watched& one : watched_) {
+    ++listener;
     while (one.events.receive(2, &event_, where_) != Socket::Received::nothing) {
       std::uint16_t kind = 0;
       std::int32_t descriptor = -1;
       if (event_.size() != sizeof kind + sizeof descriptor) continue;
       std::memcpy(&kind, event_.data(), sizeof kind);
       std::memcpy(&descriptor, event_.data() + sizeof kind, sizeof descriptor);
-      if (kind == ZMQ_EVENT_DISCONNECTED) connections_.ended(descriptor);
+      if (kind == ZMQ_EVENT_DISCONNECTED) connections_.ended(listener, descriptor);
       if (kind != ZMQ_EVENT_ACCEPTED) continue;
       // It may have ended already; then its end is among the next events.
       if (const auto number = number_of(descriptor))
-        connections_.began(descriptor, *number, source_of(descriptor), clock_.now());
+        connections_.began(listener, descriptor, *number, source_of(descriptor), clock_.now());
     }
   }
 }

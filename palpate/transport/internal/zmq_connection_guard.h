@@ -3,7 +3,8 @@
 //
 // libzmq 4.3.4 accepts by itself, in a thread of its own, whoever comes. The guard is told of every connection
 // that begins and ends, and shuts one down that has to end: to libzmq it is then as if its peer had gone. The
-// service asks it about every message. Private to the engine; a thread of its own, "palpate-guard".
+// service asks it about every message. It also gives memory back to the system that messages have left behind,
+// such as those of a connection that ended in the middle of one. Private to the engine; a thread of its own, "palpate-guard".
 #pragma once
 
 #include <atomic>
@@ -49,6 +50,7 @@ class ConnectionGuard {
   void run();
   void take_events();
   void end_what_is_overdue();
+  void give_back_memory();
   std::size_t places() const;
 
   const Clock<PhysicsClock>& clock_;
@@ -60,6 +62,8 @@ class ConnectionGuard {
   Connections connections_;
   std::string event_, where_;
   std::atomic<std::uint64_t> shut_down_{0};
+  std::size_t least_free_ = 0;  // of malloc's memory, since it was given back; the guard's thread alone
+  Instant<PhysicsClock> memory_looked_at_;
   std::thread thread_;
 };
 

@@ -1,0 +1,53 @@
+#include "palpate/time/freed_memory.h"
+
+#include <gtest/gtest.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <fstream>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "palpate/time/real_time.h"
+
+namespace palpate::inline time {
+namespace {
+
+std::size_t resident_bytes() {
+  std::ifstream file("/proc/self/statm");
+  std::size_t all = 0, resident = 0;
+  file >> all >> resident;
+  return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+}
+
+// Many messages, of which the last one stays: what lies before it does not go back by itself.
+std::unique_ptr<char[]> burst() {
+  std::vector<std::unique_ptr<char[]>> messages;
+  for (int i = 0; i < 2000; ++i) {
+    messages.push_back(std::make_unique<char[]>(60'000));
+    std::memset(messages.back().get(), 1, 60'000);
+  }
+  return std::move(messages.back());
+}
+
+TEST(FreedMemory, GoesBackWhereItIsKeptAndWhereItIsLocked) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer has a malloc of its own";
+#endif
+  keep_freed_memory();
+  for (const bool lock : {false, true}) {
+    // Without the right to lock there is nothing to be shown.
+    if (lock && mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) != 0) break;
+    const std::size_t before = resident_bytes();
+    const auto stays = burst();
+    EXPECT_GT(resident_bytes(), before + (60 << 20)) << lock;
+    give_back_freed_memory();
+    EXPECT_LT(resident_bytes(), before + (16 << 20)) << lock;
+  }
+  munlockall();
+}
+
+}  // namespace
+}  // namespace palpate::inline time

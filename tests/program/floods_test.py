@@ -1,0 +1,95 @@
+#!/usr/bin/env python3
+"""Messages without end and messages that do not end: the physics server keeps its memory, serves its observers and ends when it is asked to."""
+import os
+import signal
+import sys
+import threading
+import time
+import unittest
+
+import zmq
+
+from guarded import GuardedServerTest
+from program import wait_until
+
+MOST_MIB = 32.0   # that one flood may leave behind
+GAP_S = 1.0       # of an observer's states; without a flood 0.02 s, it was 27 s
+END_S = 5.0       # of the server, of which libzmq gets 2
+
+
+def resident_mib(process):
+    with open(f"/proc/{process}/statm", encoding="ascii") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
+class Watching(threading.Thread):
+    """An observer that notes the longest time without a state."""
+
+    def __init__(self, observer, subscribe):
+        super().__init__(daemon=True)
+        self.observer, self.subscribe, self.longest, self.stop = observer, subscribe, 0.0, threading.Event()
+        self.start()
+
+    def run(self):
+        last = renewed = time.monotonic()
+        while not self.stop.is_set():
+            now = time.monotonic()
+            if now - renewed > 0.5:
+                self.observer.say(subscribe=self.subscribe)
+                renewed = now
+            if self.observer.hears(0.1):
+                now = time.monotonic()
+                self.longest, last = max(self.longest, now - last), now
+        self.longest = max(self.longest, time.monotonic() - last)
+
+
+class Floods(GuardedServerTest):
+    def setUp(self):
+        super().setUp()
+        self.admit("observer", self.guest, "guest")
+        self.physics = self.start_server()
+
+    def serve_through(self, what, many, port, seconds):
+        """A flood beside an observer: what it has taken at most and left behind, and the observer's longest gap."""
+        process = self.physics.process.pid
+        observer = self.comes_in(self.screen)
+        before = most = resident_mib(process)
+        watching = Watching(observer, self.wire.Subscribe(rate_hz=100))
+        leave = self.crowd(what, many, f"tcp://127.0.0.1:{port}", *self.with_keys(self.guest))
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            most = max(most, resident_mib(process))
+            time.sleep(0.02)
+        leave()
+        wait_until(lambda: resident_mib(process) < before + MOST_MIB, "the memory comes back")  # looked at once a second
+        watching.stop.set()
+        watching.join()
+        observer.socket.close()
+        print(f"{what} x {many}: {most - before:.0f} MiB more at most, {resident_mib(process) - before:.0f} MiB left, gap {watching.longest:.2f} s", file=sys.stderr)
+        self.assertFalse(self.physics.ended(), self.physics.lines())
+        self.assertLess(watching.longest, GAP_S, what)
+        return most - before
+
+    def ends_in_time(self, beside):
+        begun = time.monotonic()
+        self.physics.send(signal.SIGTERM)
+        self.assertEqual(self.physics.ends().code, 0)
+        print(f"ends {time.monotonic() - begun:.2f} s after SIGTERM, {beside}", file=sys.stderr)
+        self.assertLess(time.monotonic() - begun, END_S, beside)
+
+    def test_messages_of_any_size_from_few_and_many_connections(self):
+        for port in (self.port, self.port + 1):
+            for many in (1, 30):
+                for size in (13, 64, 1000, 60000):
+                    self.assertLess(self.serve_through(f"flood-{size}", many, port, 0.7), MOST_MIB)
+        self.ends_in_time("after floods")
+
+    def test_the_end_comes_during_a_flood(self):
+        self.crowd("flood-1000", 30, f"tcp://127.0.0.1:{self.port}", *self.with_keys(self.guest))
+        self.crowd("flood-60000", 1, f"tcp://127.0.0.1:{self.port + 1}", *self.with_keys(self.guest))
+        time.sleep(0.5)
+        self.ends_in_time("during floods")
+
+
+if __name__ == "__main__":
+    unittest.main()
