@@ -17,7 +17,7 @@
 
 namespace palpate::inline core {
 
-inline constexpr std::size_t kMostTableRows = 2'000'000;  // half an hour of a kilohertz
+inline constexpr std::size_t kMostTableRows = 4'000'000;  // an hour of a kilohertz
 inline constexpr std::size_t kMostTableColumns = 10'000;
 inline constexpr std::size_t kMostTableCells = 40'000'000;  // 56 bytes of memory each
 

@@ -61,7 +61,7 @@ TEST(Csv, RefusesWhatIsLargerThanAnyTableOfMeasurements) {
   EXPECT_EQ(parse_csv(rows, "f")->rows.size(), kMostTableRows);
   const auto longer = parse_csv(rows + "1\n", "f");
   ASSERT_FALSE(longer.has_value());
-  EXPECT_EQ(longer.error().message.find("f:2000001: a table of at most 2000000 rows"), 0u)
+  EXPECT_EQ(longer.error().message.find("f:4000001: a table of at most 4000000 rows"), 0u)
       << longer.error().message;
   const auto wider = parse_csv(std::string(200'000'000, ','), "f");
   ASSERT_FALSE(wider.has_value());

@@ -12,7 +12,7 @@ namespace palpate::inline core {
 // The most bytes that a file of each kind may hold: far more than any of ours do, and no more than a machine
 // has room for.
 inline constexpr std::size_t kMostSettingsBytes = 4'000'000;   // rigs, worlds, boards, arm models
-inline constexpr std::size_t kMostTableBytes = 256'000'000;    // tables, recordings
+inline constexpr std::size_t kMostTableBytes = 512'000'000;    // tables, recordings
 inline constexpr std::size_t kMostPictureBytes = 256'000'000;  // as stored
 inline constexpr std::size_t kMostMeshBytes = 1'000'000'000;
 

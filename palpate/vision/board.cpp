@@ -32,12 +32,25 @@ int refinement_half_window(const std::vector<cv::Point2f>& corners, const BoardS
   return std::clamp(static_cast<int>(0.45 * nearest), 2, 11);
 }
 
+// Whether a look at the image made smaller finds squares of both colours. The search itself goes through all
+// pairs of dark patches: a minute where an image of no megapixel is noise, as of a camera in the dark.
+bool may_hold_board(const cv::Mat& grey, const cv::Size& size) {
+  for (const double most_pixels : {1e6, 0.25e6}) {
+    const double scale = std::sqrt(most_pixels / static_cast<double>(grey.total()));
+    cv::Mat small = grey;
+    if (scale < 1.0) cv::resize(grey, small, {}, scale, scale, cv::INTER_AREA);
+    if (cv::checkChessboard(small, size)) return true;
+  }
+  return false;
+}
+
 std::optional<std::vector<device::Pixel>> corners_in(const cv::Mat& grey, const BoardShape& shape,
                                                      int half_window) {
   std::vector<cv::Point2f> corners;
   const cv::Size size(shape.columns, shape.rows);
   const int flags = cv::CALIB_CB_ADAPTIVE_THRESH | cv::CALIB_CB_NORMALIZE_IMAGE;
-  if (!cv::findChessboardCorners(grey, size, corners, flags)) return std::nullopt;
+  if (!may_hold_board(grey, size) || !cv::findChessboardCorners(grey, size, corners, flags))
+    return std::nullopt;
   const int half = half_window > 0 ? half_window : refinement_half_window(corners, shape);
   cv::cornerSubPix(grey, corners, {half, half}, {-1, -1},
                    {cv::TermCriteria::EPS | cv::TermCriteria::MAX_ITER, 30, 0.001});

@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "palpate/core/file.h"
+#include "palpate/core/random.h"
 #include "palpate/vision/synthetic_board.h"
 #include "tests/scratch_folder.h"
 
@@ -51,6 +55,27 @@ TEST(Board, AnEmptyImageHasNoBoard) {
   const std::vector<std::uint8_t> grey(640 * 480, 128);
   EXPECT_FALSE(find_board_corners(grey, 640, 480, {}));
   EXPECT_FALSE(find_board_corners(grey, 320, 480, {}));  // size and pixels disagree
+}
+
+// The search for a board in it takes more than a minute.
+TEST(Board, NoiseHasNoBoardAndIsLeftAtOnce) {
+  Random random(1, "noise");
+  std::vector<std::uint8_t> noise(1024 * 768);
+  for (auto& pixel : noise) pixel = static_cast<std::uint8_t>(random.below(256));
+  const auto begun = std::chrono::steady_clock::now();
+  EXPECT_FALSE(find_board_corners(noise, 1024, 768, {}));
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(30));
+}
+
+// Many times larger than what is looked at first.
+TEST(Board, ALargeImageOfABoardIsSearched) {
+  const auto small = cv::imread(kData + "left01.jpg", cv::IMREAD_GRAYSCALE);
+  ASSERT_FALSE(small.empty());
+  cv::Mat large;
+  cv::resize(small, large, {}, 4.0, 4.0, cv::INTER_CUBIC);
+  const auto corners = find_board_corners({large.data, large.total()}, large.cols, large.rows, {});
+  ASSERT_TRUE(corners);
+  EXPECT_EQ(corners->size(), 54u);
 }
 
 TEST(Board, PhotographsGiveTheCornersOfTheTable) {
