@@ -46,6 +46,8 @@ std::string_view name_of(ForceFault fault) {
       return "arm slow";
     case ForceFault::arm_unchecked:
       return "arm not checked";
+    case ForceFault::not_armed:
+      return "not armed";
   }
   return "unknown";
 }

@@ -28,7 +28,8 @@ enum class ForceFault : std::uint8_t {
   clamp_tripped,  // the last clamp had to act
   law_failed,     // the contact law was too slow, or asked for bad forces, again and again: it is off
   arm_slow,       // the arm's driver was too slow again and again
-  arm_unchecked   // nobody has seen that this arm's forces go where they are commanded (force_permit.h)
+  arm_unchecked,  // nobody has seen that this arm's forces go where they are commanded (force_permit.h)
+  not_armed       // since the start nobody has armed them, where somebody has to
 };
 
 constexpr bool heals(ForceFault fault) { return fault < ForceFault::overspeed; }

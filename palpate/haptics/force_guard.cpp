@@ -4,12 +4,14 @@
 
 namespace palpate::haptics {
 
-ForceGuard::ForceGuard(const ForceLimits& limits, bool permitted)
+ForceGuard::ForceGuard(const ForceLimits& limits, bool permitted, bool armed)
     : limits_(limits),
       permitted_(permitted),
-      state_(permitted ? ForceState::ready : ForceState::safe),
-      fault_(permitted ? ForceFault::none : ForceFault::arm_unchecked),
-      present_(fault_),
+      state_(permitted && armed ? ForceState::ready : ForceState::safe),
+      fault_(!permitted ? ForceFault::arm_unchecked
+             : armed    ? ForceFault::none
+                        : ForceFault::not_armed),
+      present_(permitted ? ForceFault::none : fault_),
       strength_({.stale_s = limits.stale_s, .fade_s = limits.fade_s, .ramp_s = limits.start_ramp_s}) {}
 
 // Comparisons are written so that a NaN counts as a fault.

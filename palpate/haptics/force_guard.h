@@ -35,8 +35,8 @@ struct SafetyInputs {
 
 class ForceGuard {
  public:
-  // Not `permitted`: safe from the start, and no rearm() helps.
-  ForceGuard(const ForceLimits& limits, bool permitted);
+  // Not `permitted`: safe from the start, and no rearm() helps. Not `armed`: safe until the first rearm().
+  ForceGuard(const ForceLimits& limits, bool permitted, bool armed = true);
 
   void tick(const SafetyInputs& inputs);
   // Safe -> ready. False, and nothing changes, where it is not safe or its reason is still there.

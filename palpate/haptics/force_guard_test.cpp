@@ -24,6 +24,23 @@ ForceGuard running_guard() {
   return guard;
 }
 
+TEST(ForceGuard, WhereSomebodyHasToArmForcesTheyAreOffUntilThenAndBeginWithTheRamp) {
+  ForceGuard guard({}, true, false);
+  for (int tick = 0; tick < 5000; ++tick) {
+    guard.tick(kGood);
+    ASSERT_EQ(guard.state(), ForceState::safe);
+    ASSERT_EQ(guard.fault(), ForceFault::not_armed);
+    ASSERT_EQ(guard.gain(), 0.0);
+  }
+  ASSERT_TRUE(guard.rearm());
+  guard.tick(kGood);
+  EXPECT_EQ(guard.state(), ForceState::running);
+  EXPECT_LT(guard.gain(), 0.01);
+  ForceGuard unchecked({}, false, false);
+  EXPECT_EQ(unchecked.fault(), ForceFault::arm_unchecked);
+  EXPECT_FALSE(unchecked.rearm());
+}
+
 struct Sign {
   ForceFault fault;
   std::function<void(SafetyInputs&)> spoil;

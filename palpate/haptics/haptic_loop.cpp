@@ -83,7 +83,7 @@ HapticLoop::HapticLoop(device::ArmDevice& arm, const rig::ArmCalibration& calibr
       input_(input),
       output_(output),
       passivity_(settings_.limits.most_damping_n_s_m),
-      guard_(settings_.limits, settings_.permit.given()),
+      guard_(settings_.limits, settings_.permit.given(), settings_.armed),
       limiter_(settings_.limits.max_backlog_s),
       heat_(settings_.limits),
       clamp_(settings_.limits, period_),

@@ -77,6 +77,7 @@ struct HapticSettings {
   Duration period{1'000'000};
   ForceLimits limits;
   ForcePermit permit;       // none: no force, whatever is requested
+  bool armed = true;        // false: no force before the first rearm()
   double force_gain = 1.0;  // of every force requested, 0 ... 1
   double record_s = 5.0;    // kept for inspection; at most HapticRecords::capacity() ticks
 };

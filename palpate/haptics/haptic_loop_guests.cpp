@@ -105,6 +105,7 @@ Guest HapticLoop::culprit() const {
     case ForceFault::overspeed:
     case ForceFault::clamp_tripped:
     case ForceFault::arm_unchecked:
+    case ForceFault::not_armed:
       break;
   }
   return Guest::none;

@@ -130,7 +130,7 @@ TEST(Messages, EveryConditionOfTheForcesTravelsByItsNumber) {
   using device::ForceFault;
   using device::ForceState;
   for (int state = 0; state <= static_cast<int>(ForceState::safe); ++state) {
-    for (int fault = 0; fault <= static_cast<int>(ForceFault::arm_unchecked); ++fault) {
+    for (int fault = 0; fault <= static_cast<int>(ForceFault::not_armed); ++fault) {
       const device::ForceCondition sent{static_cast<ForceState>(state), static_cast<ForceFault>(fault)};
       StatusReply reply{1, {}};
       reply.status.loops.emplace_back().forces = sent;
@@ -145,7 +145,7 @@ TEST(Messages, EveryConditionOfTheForcesTravelsByItsNumber) {
   auto* loop = made.mutable_status_reply()->add_loops();
   loop->set_force_state(wire::FORCE_STATE_SAFE);
   EXPECT_TRUE(decode_server_message(made.SerializeAsString()));
-  for (const int odd : {-1, 14, 1 << 30}) {
+  for (const int odd : {-1, 15, 1 << 30}) {
     loop->set_force_fault(static_cast<wire::ForceFault>(odd));
     EXPECT_FALSE(decode_server_message(made.SerializeAsString())) << odd;
   }
@@ -320,12 +320,14 @@ TEST(Messages, OurOwnTextsAreMadeFitToBeShown) {
   EXPECT_EQ(std::get<Hello>(*hello).figures->conditions[0], fit);
   ServerStatus status;
   status.application = odd;
-  status.loops = {{.name = odd, .condition = odd}};
+  status.loops.emplace_back();
+  status.loops[0].name = status.loops[0].culprit = odd;
+  status.loops[0].forces = device::ForceCondition{};
   status.clients = {{odd, Role::observer, figures}};
   const auto reply = decode_server_message(encode(ServerMessage(StatusReply{1, status})));
   ASSERT_TRUE(reply) << reply.error().message;
   const auto& shown = std::get<StatusReply>(*reply).status;
-  EXPECT_EQ(shown.application + shown.loops[0].name + shown.loops[0].condition + shown.clients[0].name,
+  EXPECT_EQ(shown.application + shown.loops[0].name + shown.loops[0].culprit + shown.clients[0].name,
             fit + fit + fit + fit);
   // Cut between characters, for half a character would be refused.
   const std::string umlauts = "a" + [] {

@@ -1,25 +1,17 @@
 #!/usr/bin/env python3
 """Messages without end and messages that do not end: the physics server keeps its memory, serves its observers and ends when it is asked to."""
-import os
 import signal
 import sys
 import threading
 import time
 import unittest
 
-import zmq
-
 from guarded import GuardedServerTest
-from program import wait_until
+from program import resident_mib, wait_until
 
 MOST_MIB = 32.0   # that one flood may leave behind
 GAP_S = 1.0       # of an observer's states; without a flood 0.02 s, it was 27 s
 END_S = 5.0       # of the server, of which libzmq gets 2
-
-
-def resident_mib(process):
-    with open(f"/proc/{process}/statm", encoding="ascii") as file:
-        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
 
 
 class Watching(threading.Thread):
@@ -42,6 +34,10 @@ class Watching(threading.Thread):
                 self.longest, last = max(self.longest, now - last), now
         self.longest = max(self.longest, time.monotonic() - last)
 
+    def end(self):
+        self.stop.set()
+        self.join()
+
 
 class Floods(GuardedServerTest):
     def setUp(self):
@@ -55,6 +51,7 @@ class Floods(GuardedServerTest):
         observer = self.comes_in(self.screen)
         before = most = resident_mib(process)
         watching = Watching(observer, self.wire.Subscribe(rate_hz=100))
+        self.addCleanup(watching.end)
         leave = self.crowd(what, many, f"tcp://127.0.0.1:{port}", *self.with_keys(self.guest))
         until = time.monotonic() + seconds
         while time.monotonic() < until:
@@ -62,8 +59,7 @@ class Floods(GuardedServerTest):
             time.sleep(0.02)
         leave()
         wait_until(lambda: resident_mib(process) < before + MOST_MIB, "the memory comes back")  # looked at once a second
-        watching.stop.set()
-        watching.join()
+        watching.end()
         observer.socket.close()
         print(f"{what} x {many}: {most - before:.0f} MiB more at most, {resident_mib(process) - before:.0f} MiB left, gap {watching.longest:.2f} s", file=sys.stderr)
         self.assertFalse(self.physics.ended(), self.physics.lines())

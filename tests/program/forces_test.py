@@ -36,6 +36,15 @@ class Forces(StandInArmTest):
         wait_until(lambda: self.condition() == "degraded: button released", "the button counts")
         self.stop(physics)
 
+    def test_a_server_that_is_to_be_armed_gives_no_force_before(self):
+        self.mark_checked(self.ARM, "peak_n = 1.0")
+        physics = self.start_physics("--arm", "openhaptics", "--disarmed")
+        self.assertTrue(physics.says("until somebody arms them: palpate status --reset"), physics.lines())
+        self.assertEqual(self.condition(), "safe: not armed")
+        self.runs("status", "--reset")
+        wait_until(lambda: self.condition() in ("ready", "running"), "forces are armed")
+        self.stop(physics)
+
     def test_the_check_of_another_arm_permits_nothing(self):
         self.mark_checked("openhaptics Simulated PHANToM 0043", "peak_n = 1.0")
         physics = self.start_physics("--arm", "openhaptics")

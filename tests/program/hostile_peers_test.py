@@ -6,6 +6,7 @@ import struct
 import unittest
 
 from laboratory import LaboratoryTest
+from program import resident_mib, wait_until
 
 
 def frame(flags, body):
@@ -31,6 +32,20 @@ def greeted(path):
 
 
 class HostilePeers(LaboratoryTest):
+    def test_a_message_without_an_end_leaves_no_memory_behind(self):
+        self.environment.update(PALPATE_LIBHD=os.environ["HD_STUB"], HD_STUB_STATE=os.path.join(self.root, "state"))
+        physics = self.start_physics("--arm", "openhaptics")
+        place = os.path.join(self.meeting, "palpate", "physics.sock")
+        before = resident_mib(physics.process.pid)
+        for _ in range(2):
+            peer = greeted(place)
+            part = b"\x03" + struct.pack("!Q", 4000) + bytes(4000)  # more follow
+            while resident_mib(physics.process.pid) < before + 128:
+                peer.sendall(200 * part)
+            peer.close()
+            wait_until(lambda: resident_mib(physics.process.pid) < before + 32, "the memory comes back")
+        self.stop_in_order(physics)
+
     def test_many_messages_signs_of_life_and_gone_do_not_end_the_server(self):
         self.environment.update(PALPATE_LIBHD=os.environ["HD_STUB"], HD_STUB_STATE=os.path.join(self.root, "state"))
         physics = self.start_physics("--arm", "openhaptics")

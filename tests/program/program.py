@@ -19,6 +19,11 @@ def wait_until(condition, what):
         time.sleep(0.02)
 
 
+def resident_mib(process):
+    with open(f"/proc/{process}/statm", encoding="ascii") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
+
+
 class Done:
     """A command that has ended."""
 

@@ -33,6 +33,11 @@ void add_place_options(CLI::App& command, PhysicsOptions& options) {
       ->default_val("lab");
   command.add_flag("--arm-at-reset", options.process.arm.at_reset_position,
                    "The real arm is in its reset position now: set its encoders' zero there if it is lost");
+  command.add_flag_callback(
+      "--disarmed", [&options] { options.process.armed = false; },
+      "Forces stay off until somebody arms them (palpate status --reset, or R in a window): for a server "
+      "that "
+      "something else than a person starts");
   command.add_option("--lab", options.lab, "Name of the laboratory `palpate world run` serves")
       ->default_val("lab");
 }

@@ -202,7 +202,10 @@ Expected<void> PhysicsProcess::open() {
   if (!side) return tl::unexpected(side.error());
   side_ = std::move(*side);
   if (auto served = side_->serve(*endpoint, clock_, *identity); !served) return served;
-  if (const std::string& words = side_->server().haptic().permit().words(); !words.empty()) notice(words);
+  const auto& permit = side_->server().haptic().permit();
+  if (!permit.words().empty()) notice(permit.words());
+  if (permit.given() && !options_.armed)
+    notice("forces stay off until somebody arms them: palpate status --reset, or R in a window");
   const auto folder = options_.out.empty() ? run_directory() : Expected<std::filesystem::path>(options_.out);
   if (!folder) return tl::unexpected(folder.error());
   trips_.emplace(side_->server().haptic(), *folder, [this](const std::string& line) { told_.add(line); });

@@ -12,6 +12,7 @@ haptics::HapticSettings haptic_settings(const PhysicsSetup& setup, const device:
   settings.period = seconds(1.0 / setup.haptic_hz);
   settings.limits = haptics::lowered_to(haptics::force_limits_of(setup.rig.arm->model), arm);
   settings.permit = haptics::ForcePermit::of(arm, setup.rig);
+  settings.armed = setup.armed;
   return settings;
 }
 

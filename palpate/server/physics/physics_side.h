@@ -29,6 +29,7 @@ struct PhysicsSetup {
   device::ArmRequest arm{.uri = "lab", .nominal = {}};  // its model is taken from the rig
   scene::RunSettings run;
   double physics_hz = 1000.0, haptic_hz = 1000.0;
+  bool armed = true;              // false: forces stay off until a person's `reset`
   Duration extra_force_delay{0};  // forces come so much later, on purpose
 };
 

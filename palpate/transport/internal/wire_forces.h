@@ -20,7 +20,7 @@ inline constexpr std::array<std::pair<ForceState, wire::ForceState>, 4> kWireFor
      {ForceState::degraded, wire::FORCE_STATE_DEGRADED},
      {ForceState::safe, wire::FORCE_STATE_SAFE}}};
 
-inline constexpr std::array<std::pair<ForceFault, wire::ForceFault>, 14> kWireForceFaults{
+inline constexpr std::array<std::pair<ForceFault, wire::ForceFault>, 15> kWireForceFaults{
     {{ForceFault::none, wire::FORCE_FAULT_NONE},
      {ForceFault::stale_input, wire::FORCE_FAULT_STALE_INPUT},
      {ForceFault::bad_force, wire::FORCE_FAULT_BAD_FORCE},
@@ -34,7 +34,8 @@ inline constexpr std::array<std::pair<ForceFault, wire::ForceFault>, 14> kWireFo
      {ForceFault::clamp_tripped, wire::FORCE_FAULT_CLAMP_TRIPPED},
      {ForceFault::law_failed, wire::FORCE_FAULT_LAW_FAILED},
      {ForceFault::arm_slow, wire::FORCE_FAULT_ARM_SLOW},
-     {ForceFault::arm_unchecked, wire::FORCE_FAULT_ARM_UNCHECKED}}};
+     {ForceFault::arm_unchecked, wire::FORCE_FAULT_ARM_UNCHECKED},
+     {ForceFault::not_armed, wire::FORCE_FAULT_NOT_ARMED}}};
 
 template <typename Table, typename Value>
 auto to_wire(const Table& table, Value value) {
