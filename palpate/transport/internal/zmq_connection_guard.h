@@ -14,6 +14,7 @@
 #include <thread>
 
 #include "palpate/time/clock.h"
+#include "palpate/time/freed_memory.h"
 #include "palpate/transport/internal/connections.h"
 #include "palpate/transport/zmq_socket.h"
 
@@ -62,7 +63,7 @@ class ConnectionGuard {
   Connections connections_;
   std::string event_, where_;
   std::atomic<std::uint64_t> shut_down_{0};
-  std::size_t least_free_ = 0;  // of malloc's memory, since it was given back; the guard's thread alone
+  std::size_t least_resident_ = resident_bytes();  // since memory was given back; the guard's thread alone
   Instant<PhysicsClock> memory_looked_at_;
   std::thread thread_;
 };
