@@ -4,7 +4,8 @@
 // libzmq 4.3.4 accepts by itself, in a thread of its own, whoever comes. The guard is told of every connection
 // that begins and ends, and shuts one down that has to end: to libzmq it is then as if its peer had gone. The
 // service asks it about every message. It also gives memory back to the system that messages have left behind,
-// such as those of a connection that ended in the middle of one. Private to the engine; a thread of its own, "palpate-guard".
+// such as those of a connection that ended in the middle of one. Private to the engine; a thread of its own,
+// "palpate-guard".
 #pragma once
 
 #include <atomic>
