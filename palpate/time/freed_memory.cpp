@@ -2,6 +2,7 @@
 
 #include <malloc.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 #include <fstream>
 #include <string>
@@ -25,6 +26,13 @@ void give_back_freed_memory() {
   if (locked) munlockall();
   malloc_trim(0);
   if (locked) mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT);
+}
+
+std::size_t resident_bytes() {
+  std::ifstream file("/proc/self/statm");
+  std::size_t all = 0, resident = 0;
+  if (!(file >> all >> resident)) return 0;
+  return resident * static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
 }
 
 }  // namespace palpate::inline time

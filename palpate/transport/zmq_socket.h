@@ -76,8 +76,8 @@ class Socket {
 
   enum class Received { nothing, message, rejected };
   // The next message of `frames` frames, without waiting; the last frame goes to `body`, the one before to
-  // `peer`. The frames of a shape may follow where `rest` is given, and go there. rejected: a message with another number of
-  // frames.
+  // `peer`. The frames of a shape may follow where `rest` is given, and go there. rejected: a message with
+  // another number of frames.
   Received receive(int frames, std::string* peer, std::string& body, Sender* sender = nullptr,
                    std::vector<Frame>* rest = nullptr);
   // One frame, without waiting. False when it cannot leave now.

@@ -17,7 +17,6 @@
 #include <cstring>
 #include <vector>
 
-#include "palpate/time/freed_memory.h"
 #include "palpate/time/real_time.h"
 
 namespace palpate::transport::zmq {
@@ -135,16 +134,17 @@ void ConnectionGuard::run() {
   }
 }
 
-// A server keeps what is freed (keep_freed_memory()), and malloc still counts as free what it has given back: what
-// has become free since then tells.
+// A server keeps what is freed (keep_freed_memory()), and malloc counts as free what it has given back, too: only
+// where the process has grown meanwhile is there something to give back.
 void ConnectionGuard::give_back_memory() {
   if (clock_.now() - memory_looked_at_ < kLookForMemoryEvery) return;
   memory_looked_at_ = clock_.now();
-  const std::size_t free = mallinfo2().fordblks;
-  least_free_ = std::min(least_free_, free);
-  if (free < least_free_ + kFreeMemoryKept) return;
+  const std::size_t resident = resident_bytes();
+  if (resident == 0) return;
+  least_resident_ = std::min(least_resident_, resident);
+  if (resident < least_resident_ + kFreeMemoryKept || mallinfo2().fordblks < kFreeMemoryKept) return;
   give_back_freed_memory();
-  least_free_ = mallinfo2().fordblks;
+  least_resident_ = resident_bytes();
 }
 
 // Messages of two frames: the event's number with its descriptor, and where.

@@ -4,7 +4,8 @@
 // libzmq 4.3.4 accepts by itself, in a thread of its own, whoever comes. The guard is told of every connection
 // that begins and ends, and shuts one down that has to end: to libzmq it is then as if its peer had gone. The
 // service asks it about every message. It also gives memory back to the system that messages have left behind,
-// such as those of a connection that ended in the middle of one. Private to the engine; a thread of its own, "palpate-guard".
+// such as those of a connection that ended in the middle of one. Private to the engine; a thread of its own,
+// "palpate-guard".
 #pragma once
 
 #include <atomic>
@@ -14,6 +15,7 @@
 #include <thread>
 
 #include "palpate/time/clock.h"
+#include "palpate/time/freed_memory.h"
 #include "palpate/transport/internal/connections.h"
 #include "palpate/transport/zmq_socket.h"
 
@@ -62,7 +64,7 @@ class ConnectionGuard {
   Connections connections_;
   std::string event_, where_;
   std::atomic<std::uint64_t> shut_down_{0};
-  std::size_t least_free_ = 0;  // of malloc's memory, since it was given back; the guard's thread alone
+  std::size_t least_resident_ = resident_bytes();  // since memory was given back; the guard's thread alone
   Instant<PhysicsClock> memory_looked_at_;
   std::thread thread_;
 };
