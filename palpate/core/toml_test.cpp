@@ -134,6 +134,14 @@ TEST(Toml, RefusesBracketsThatAreTooDeep) {
         << open;
 }
 
+// A thousand tables in each other are no trouble, for the library nor for a small stack.
+TEST(Toml, WhatIsJustShallowEnoughIsTakenDownAgain) {
+  const std::string deep = repeated("a.", 32) + "a";
+  EXPECT_EQ(refusal("[" + deep + "]\n" + deep + " = " + repeated("{" + deep + " = ", 31) + "{" +
+                    repeated("}", 32) + "\n"),
+            "none");
+}
+
 // The library looks through all tables for each further one: these took it many seconds.
 TEST(Toml, RefusesMoreTablesThanItsLibraryFindsAgainInTime) {
   std::string headers, dotted;
