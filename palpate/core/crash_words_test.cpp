@@ -8,15 +8,7 @@
 #include <stdexcept>
 
 #include "palpate/core/guest_call.h"
-
-// GCC says so by macros, clang by features.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define PALPATE_UNDER_A_SANITIZER
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define PALPATE_UNDER_A_SANITIZER
-#endif
-#endif
+#include "tests/sanitized.h"
 
 namespace palpate::inline core {
 namespace {
@@ -88,7 +80,7 @@ int fall(volatile char* above, long depth) {
 }
 
 TEST(CrashWords, HaveAStackOfTheirOwnWhereAThreadHasOverrunItsStack) {
-#ifdef PALPATE_UNDER_A_SANITIZER
+#ifdef PALPATE_SANITIZED
   GTEST_SKIP() << "a sanitizer has a stack and words of its own for this";
 #endif
   testing::GTEST_FLAG(death_test_style) = "threadsafe";

@@ -19,7 +19,8 @@ TEST(FileDescriptor, IsClosedByItsLastOwnerAndLeavesErrnoAlone) {
     kept = std::move(first);
   }
   EXPECT_TRUE(open(fd));
-  kept = std::move(kept);
+  FileDescriptor& same = kept;
+  kept = std::move(same);
   EXPECT_EQ(kept.get(), fd);
   {
     const FileDescriptor last = std::move(kept);

@@ -9,14 +9,7 @@
 #include "palpate/core/random.h"
 #include "palpate/haptics/haptic_bench_test.h"
 #include "palpate/math/random_vector.h"
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define PALPATE_SANITIZED 1
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define PALPATE_SANITIZED 1
-#endif
-#endif
+#include "tests/sanitized.h"
 
 namespace palpate::haptics {
 namespace {

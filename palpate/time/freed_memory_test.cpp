@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "palpate/time/real_time.h"
+#include "tests/sanitized.h"
 
 namespace palpate::inline time {
 namespace {
@@ -24,7 +25,7 @@ std::unique_ptr<char[]> burst() {
 }
 
 TEST(FreedMemory, GoesBackWhereItIsKeptAndWhereItIsLocked) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef PALPATE_SANITIZED
   GTEST_SKIP() << "a sanitizer has a malloc of its own";
 #endif
   keep_freed_memory();
