@@ -12,6 +12,7 @@
 #include <cstring>
 
 #include "drivers/laboratory/memory.h"
+#include "palpate/core/system_error.h"
 #include "palpate/time/clock.h"
 
 namespace palpate::drivers::laboratory {
@@ -72,14 +73,14 @@ Expected<std::unique_ptr<LabServer>> LabServer::open(const std::string& name, co
   // number.
   const std::string lock_file = file->string() + ".lock";
   FileDescriptor lock(::open(lock_file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600));
-  if (!lock) return refused("{}: cannot open: {}", lock_file, std::strerror(errno));
+  if (!lock) return refused("{}: cannot open: {}", lock_file, reason_of(errno));
   if (flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
     const int reason = errno;
     if (reason == EWOULDBLOCK)
       return refused(
           "laboratory '{}': address in use: another process serves {}; stop it or choose another name", name,
           file->string());
-    return refused("{}: cannot lock: {}", lock_file, std::strerror(reason));
+    return refused("{}: cannot lock: {}", lock_file, reason_of(reason));
   }
   auto mapping = create(*file, Layout{settings.cameras, settings.width, settings.height});
   if (!mapping) return tl::unexpected(mapping.error());

@@ -13,6 +13,7 @@
 
 #include "palpate/core/file_descriptor.h"
 #include "palpate/core/run_directory.h"
+#include "palpate/core/system_error.h"
 
 namespace palpate::drivers::laboratory {
 namespace {
@@ -92,7 +93,7 @@ Expected<Mapping> create(const std::filesystem::path& file, const Layout& layout
   const std::filesystem::path draft = file.string() + ".new";
   unlink(draft.c_str());
   const FileDescriptor fd(::open(draft.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0600));
-  if (!fd) return refused("{}: cannot make shared memory: {}", draft.string(), std::strerror(errno));
+  if (!fd) return refused("{}: cannot make shared memory: {}", draft.string(), reason_of(errno));
   const std::size_t size = total_size(layout);
   // Reserved now: a memory file that cannot grow later would kill whoever touches it.
   const int no_room = posix_fallocate(fd.get(), 0, static_cast<off_t>(size));
@@ -101,8 +102,7 @@ Expected<Mapping> create(const std::filesystem::path& file, const Layout& layout
   if (address == MAP_FAILED) {
     const int reason = no_room != 0 ? no_room : errno;
     unlink(draft.c_str());
-    return refused("{}: cannot have {} bytes of shared memory: {}", file.string(), size,
-                   std::strerror(reason));
+    return refused("{}: cannot have {} bytes of shared memory: {}", file.string(), size, reason_of(reason));
   }
   Mapping mapping(address, size, layout);
   auto* memory = new (address) LabMemory;
@@ -115,7 +115,7 @@ Expected<Mapping> create(const std::filesystem::path& file, const Layout& layout
   if (rename(draft.c_str(), file.c_str()) != 0) {
     const int reason = errno;
     unlink(draft.c_str());
-    return refused("{}: cannot put shared memory in place: {}", file.string(), std::strerror(reason));
+    return refused("{}: cannot put shared memory in place: {}", file.string(), reason_of(reason));
   }
   return mapping;
 }
@@ -125,7 +125,7 @@ Expected<Mapping> attach(const std::string& name, const std::filesystem::path& f
   if (!fd && errno == ENOENT)
     return refused("laboratory '{}' is not there (looked for {}): start it with palpate world run", name,
                    file.string());
-  if (!fd) return refused("laboratory '{}': cannot open {}: {}", name, file.string(), std::strerror(errno));
+  if (!fd) return refused("laboratory '{}': cannot open {}: {}", name, file.string(), reason_of(errno));
   struct stat info {};
   if (fstat(fd.get(), &info) != 0 || !S_ISREG(info.st_mode) || info.st_uid != geteuid())
     return refused("laboratory '{}': {} is not a file of this user", name, file.string());
@@ -135,7 +135,7 @@ Expected<Mapping> attach(const std::string& name, const std::filesystem::path& f
                    name, file.string(), size, sizeof(LabMemory));
   void* address = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, fd.get(), 0);
   if (address == MAP_FAILED)
-    return refused("laboratory '{}': cannot map {}: {}", name, file.string(), std::strerror(errno));
+    return refused("laboratory '{}': cannot map {}: {}", name, file.string(), reason_of(errno));
   const auto& m = *static_cast<const LabMemory*>(address);
   const Layout layout{m.cameras, m.width, m.height};
   Mapping mapping(address, size, layout);

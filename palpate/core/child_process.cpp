@@ -13,6 +13,8 @@
 #include <thread>
 #include <utility>
 
+#include "palpate/core/system_error.h"
+
 extern char** environ;
 
 namespace palpate::inline core {
@@ -53,7 +55,7 @@ Expected<ChildProcess> ChildProcess::start(const std::filesystem::path& program,
   argv.push_back(nullptr);
   std::array<int, 2> pipe{};
   if (::pipe2(pipe.data(), O_CLOEXEC) != 0)
-    return refused("{}: cannot be started ({})", name, std::strerror(errno));
+    return refused("{}: cannot be started ({})", name, reason_of(errno));
   ReportReader reports(pipe[0]);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
@@ -66,7 +68,7 @@ Expected<ChildProcess> ChildProcess::start(const std::filesystem::path& program,
   const int code = ::posix_spawn(&pid, name.c_str(), &actions, nullptr, argv.data(), environment.get());
   posix_spawn_file_actions_destroy(&actions);
   ::close(pipe[1]);
-  if (code != 0) return refused("{}: cannot be started ({})", name, std::strerror(code));
+  if (code != 0) return refused("{}: cannot be started ({})", name, reason_of(code));
   return ChildProcess(pid, std::move(reports), log);
 }
 

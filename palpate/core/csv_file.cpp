@@ -10,6 +10,7 @@
 #include "palpate/core/csv.h"
 #include "palpate/core/file.h"
 #include "palpate/core/internal/part_file.h"
+#include "palpate/core/system_error.h"
 
 namespace palpate::inline core {
 
@@ -44,7 +45,7 @@ Expected<CsvFile> CsvFile::begin(const std::filesystem::path& path, const std::v
   if (part->file == nullptr) {
     const int error = errno;
     if (fd >= 0) ::close(fd);
-    return refused("{}: cannot be written ({})", path.string(), std::strerror(error));
+    return refused("{}: cannot be written ({})", path.string(), reason_of(error));
   }
   CsvFile table(std::move(part));
   table.row(header);
@@ -72,7 +73,7 @@ Expected<void> CsvFile::finish() {
   if (part_->error == 0 && flushed) failed = part_->place.put_in_place(static_cast<unsigned>(FileMode::all));
   if (failed == nullptr) return {};
   return refused("{}: {} failed ({}); nothing was changed, free some space and try again",
-                 part_->path.string(), failed, std::strerror(part_->error != 0 ? part_->error : errno));
+                 part_->path.string(), failed, reason_of(part_->error != 0 ? part_->error : errno));
 }
 
 }  // namespace palpate::inline core

@@ -13,6 +13,7 @@
 
 #include "palpate/core/file_descriptor.h"
 #include "palpate/core/internal/part_file.h"
+#include "palpate/core/system_error.h"
 
 namespace palpate::inline core {
 
@@ -40,7 +41,7 @@ tl::unexpected<Error> cannot_open(const fs::path& path) {
   if (errno == ENOENT || errno == ENOTDIR)
     return wrong_use("{}: no such file; check the path", path.string());
   return wrong_use("{}: cannot be opened ({}); check the path and its permissions", path.string(),
-                   std::strerror(errno));
+                   reason_of(errno));
 }
 
 // Up to `most` bytes and one more, by which the caller sees that there are too many. False: errno.
@@ -73,15 +74,14 @@ bool write_all(int fd, std::string_view content) {
 
 tl::unexpected<Error> not_written(const fs::path& path, const char* what) {
   return refused("{}: {} failed ({}); nothing was changed, free some space and try again", path.string(),
-                 what, std::strerror(errno));
+                 what, reason_of(errno));
 }
 
 // Into a device or a pipe.
 Expected<void> write_in_place(const fs::path& path, std::string_view content) {
   const FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
   if (!file)
-    return wrong_use("{}: cannot be written ({}); check its permissions", path.string(),
-                     std::strerror(errno));
+    return wrong_use("{}: cannot be written ({}); check its permissions", path.string(), reason_of(errno));
   if (!write_all(file.get(), content)) return not_written(path, "writing");
   return {};
 }
@@ -102,7 +102,7 @@ Expected<std::string> read_file(const fs::path& path, std::size_t most) {
   std::string content;
   content.reserve(static_cast<std::size_t>(before.st_size));
   if (!read_up_to(file.get(), most, content) || ::fstat(file.get(), &after) != 0)
-    return refused("{}: reading failed ({})", path.string(), std::strerror(errno));
+    return refused("{}: reading failed ({})", path.string(), reason_of(errno));
   // Of files in /proc and /sys the size is not known.
   const bool whole = before.st_size == 0 || content.size() == static_cast<std::size_t>(before.st_size);
   if (content.size() > most || !whole || !same_content(before, after))
@@ -119,7 +119,7 @@ Expected<void> write_file(const fs::path& path, std::string_view content, FileMo
   if (path == "-") {
     const auto written = std::fwrite(content.data(), 1, content.size(), stdout);
     if (written != content.size() || std::fflush(stdout) != 0)
-      return refused("standard output: writing failed ({})", std::strerror(errno));
+      return refused("standard output: writing failed ({})", reason_of(errno));
     return {};
   }
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");

@@ -7,11 +7,13 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "palpate/core/system_error.h"
+
 namespace palpate::inline core {
 
 Expected<std::filesystem::path> private_directory(const std::filesystem::path& folder) {
   if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
-    return refused("{}: cannot make this private folder: {}", folder.string(), std::strerror(errno));
+    return refused("{}: cannot make this private folder: {}", folder.string(), reason_of(errno));
   if (auto own = check_private_directory(folder); !own) return tl::unexpected(own.error());
   return folder;
 }
@@ -19,7 +21,7 @@ Expected<std::filesystem::path> private_directory(const std::filesystem::path& f
 Expected<void> check_private_directory(const std::filesystem::path& folder) {
   struct stat info {};
   if (lstat(folder.c_str(), &info) != 0)
-    return refused("{}: cannot look at this folder: {}", folder.string(), std::strerror(errno));
+    return refused("{}: cannot look at this folder: {}", folder.string(), reason_of(errno));
   if (!S_ISDIR(info.st_mode))
     return refused("{}: expected a folder of our own, found something else; remove it", folder.string());
   if (info.st_uid != geteuid())

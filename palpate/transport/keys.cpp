@@ -18,6 +18,7 @@
 
 #include "palpate/core/file.h"
 #include "palpate/core/run_directory.h"
+#include "palpate/core/system_error.h"
 #include "palpate/core/text.h"
 
 namespace palpate::transport {
@@ -123,7 +124,7 @@ Expected<std::string> read_own_file(const fs::path& path, bool secret, bool* for
   if (stat(path.c_str(), &info) != 0) {
     if (errno == ENOENT) return std::string();
     wants(errno);
-    return refused("{}: cannot be looked at ({})", path.string(), std::strerror(errno));
+    return refused("{}: cannot be looked at ({})", path.string(), reason_of(errno));
   }
   if (info.st_uid != geteuid())
     return refused("{}: belongs to user {}, not to {}; keys must be your own", path.string(), info.st_uid,
@@ -140,8 +141,7 @@ Expected<std::string> read_own_file(const fs::path& path, bool secret, bool* for
   if (reading.error == EMFILE) reading = read_whole_apart(path);
   if (reading.error == 0) return std::move(reading.text);
   wants(reading.error);
-  return wrong_use("{}: cannot be read ({}); check its permissions", path.string(),
-                   std::strerror(reading.error));
+  return wrong_use("{}: cannot be read ({}); check its permissions", path.string(), reason_of(reading.error));
 }
 
 Expected<void> make_keys_folder(const fs::path& folder) {
@@ -163,13 +163,13 @@ class FolderLock {
     if (fd < 0)
       return refused(
           "{}: cannot be opened ({}), and without it keys are not changed; check it and its folder",
-          file.string(), std::strerror(errno));
+          file.string(), reason_of(errno));
     FolderLock lock(fd);
     const auto until = std::chrono::steady_clock::now() + kPatience;
     while (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
       if (errno != EWOULDBLOCK && errno != EINTR)
         return refused("{}: cannot be locked ({}), and without that keys are not changed", file.string(),
-                       std::strerror(errno));
+                       reason_of(errno));
       if (std::chrono::steady_clock::now() >= until)
         return refused("{}: another program has held it for {} s; nothing was changed, try again",
                        file.string(), kPatience.count());
@@ -242,7 +242,7 @@ Expected<KeyPair> make_key_pair() {
   do {
     if (zmq_curve_keypair(own.data(), secret.data()) != 0)
       return refused("keys: this machine's ZeroMQ knows no encryption ({}); install libzmq with CURVE",
-                     zmq_strerror(errno));
+                     reason_of(errno));
   } while (own[0] == '-');  // on a command line it would look like an option
   return KeyPair{own.data(), secret.data()};
 }

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "palpate/core/run_directory.h"
+#include "palpate/core/system_error.h"
 #include "palpate/core/text.h"
 
 namespace palpate::transport {
@@ -23,7 +24,7 @@ namespace {
 constexpr std::size_t kMaxSocketPath = sizeof(sockaddr_un{}.sun_path) - 1;  // 107 bytes
 
 std::string shown(std::string_view address) { return excerpt(address, 160); }
-std::string reason() { return std::strerror(errno); }
+std::string reason() { return reason_of(errno); }
 
 bool exists(const std::filesystem::path& path, struct stat& info) { return lstat(path.c_str(), &info) == 0; }
 

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <thread>
 
+#include "palpate/core/system_error.h"
 #include "palpate/transport/messages.h"
 #include "palpate/transport/zmq_engine.h"
 #include "palpate/transport/zmq_socket.h"
@@ -53,7 +54,7 @@ Listening can_listen(const Endpoint& endpoint) {
     listening.possible = true;
   } else {
     listening.in_use = errno == EADDRINUSE;
-    listening.reason = zmq_strerror(errno);
+    listening.reason = reason_of(errno);
   }
   return listening;
 }

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <thread>
 
+#include "palpate/core/system_error.h"
 #include "palpate/time/real_time.h"
 #include "palpate/transport/internal/handover_queue.h"
 #include "palpate/transport/internal/zmq_authenticator.h"
@@ -197,7 +198,7 @@ Expected<zmq::Socket> watch_handshakes(zmq::Socket& socket, const zmq::Context& 
   auto events = zmq::Socket::make(ZMQ_PAIR, context);
   if (!events) return tl::unexpected(events.error());
   if (zmq_socket_monitor(socket.get(), kPlace, kEvents) != 0 || zmq_connect(events->get(), kPlace) != 0)
-    return refused("ZeroMQ tells nothing of its connections: {}", zmq_strerror(errno));
+    return refused("ZeroMQ tells nothing of its connections: {}", reason_of(errno));
   return events;
 }
 
@@ -218,7 +219,7 @@ Expected<std::unique_ptr<StateLink>> connect_states(const Endpoint& endpoint,
   auto events = watch_handshakes(*socket, *context);
   if (!events) return tl::unexpected(events.error());
   if (zmq_connect(socket->get(), endpoint.address.c_str()) != 0) {
-    return refused("{}: cannot connect there: {}", endpoint.address, zmq_strerror(errno));
+    return refused("{}: cannot connect there: {}", endpoint.address, reason_of(errno));
   }
   try {
     return std::make_unique<StateLink>(

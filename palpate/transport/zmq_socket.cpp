@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "palpate/core/random.h"
+#include "palpate/core/system_error.h"
 #include "palpate/time/clock.h"
 #include "palpate/time/real_time.h"
 #include "palpate/transport/messages.h"
@@ -36,6 +37,7 @@ Expected<void> check_descriptors() {
   for (std::size_t i = 0; i < count; ++i) ::close(taken[i]);
   if (enough) return {};
   return refused(
+      ErrorCode::exhausted,
       "too few descriptors for a connection: {} are left, {} are needed; raise the limit (ulimit -n)", count,
       kDescriptorsOfContext);
 }
@@ -59,10 +61,14 @@ void end_context(void* context) {
 
 }  // namespace
 
+std::string reason_of(int error) {
+  return error > ZMQ_HAUSNUMERO ? std::string(zmq_strerror(error)) : core::reason_of(error);
+}
+
 Expected<Context> make_context() {
   if (auto enough = check_descriptors(); !enough) return tl::unexpected(enough.error());
   void* context = zmq_ctx_new();
-  if (context == nullptr) return refused("ZeroMQ cannot start: {}", zmq_strerror(errno));
+  if (context == nullptr) return refused("ZeroMQ cannot start: {}", reason_of(errno));
   zmq_ctx_set(context, ZMQ_BLOCKY, 0);
   // ZeroMQ starts its threads with the first socket; they inherit the turns of the thread that made it.
   try {
@@ -82,7 +88,7 @@ Expected<Socket> Socket::make(int type, Context context, std::optional<std::size
     context = std::move(*own);
   }
   void* socket = zmq_socket(context.get(), type);
-  if (socket == nullptr) return refused("ZeroMQ gives no socket: {}", zmq_strerror(errno));
+  if (socket == nullptr) return refused("ZeroMQ gives no socket: {}", reason_of(errno));
   Socket result(std::move(context), socket);
   const auto set = [&](int option, int value) {
     return zmq_setsockopt(socket, option, &value, sizeof value) == 0;
@@ -101,7 +107,7 @@ Expected<Socket> Socket::make(int type, Context context, std::optional<std::size
                     zmq_setsockopt(socket, ZMQ_MAXMSGSIZE, &limit, sizeof limit) == 0 &&
                     // Says so when a peer has gone or its queue is full, instead of dropping in silence.
                     (type != ZMQ_ROUTER || (set(ZMQ_ROUTER_MANDATORY, 1) && result.receive_without_bound()));
-  if (!good) return refused("ZeroMQ refuses a socket option: {}", zmq_strerror(errno));
+  if (!good) return refused("ZeroMQ refuses a socket option: {}", reason_of(errno));
   return result;
 }
 
@@ -127,8 +133,12 @@ Expected<void> Socket::bind(const std::string& address) {
   umask(before);
   if (bound == 0) return {};
   if (error == EADDRINUSE)
-    return refused("{}: address in use; stop the other server or listen at another address", address);
-  return refused("{}: cannot listen there: {}", address, zmq_strerror(error));
+    return refused(ErrorCode::in_use,
+                   "{}: address in use; stop the other server or listen at another address", address);
+  if (error == EMFILE || error == ENFILE)
+    return refused(ErrorCode::exhausted,
+                   "{}: no descriptor left to listen there; raise the limit (ulimit -n)", address);
+  return refused("{}: cannot listen there: {}", address, reason_of(error));
 }
 
 int Socket::fd() const {
@@ -213,7 +223,7 @@ std::uint64_t new_name(std::string_view purpose) {
 }
 
 Stop::Stop() : fd_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
-  if (fd_ < 0) throw std::runtime_error("no eventfd left on this machine: raise the limit of open files");
+  if (fd_ < 0) throw std::runtime_error("no descriptor left; raise the limit (ulimit -n)");
 }
 Stop::~Stop() { ::close(fd_); }
 void Stop::set() {

@@ -43,6 +43,9 @@ class Frame {
   zmq_msg_t message_;
 };
 
+// Why ZeroMQ refused: its own numbers in its own words, the system's as everywhere.
+std::string reason_of(int error);
+
 // ZeroMQ's threads; ends with the last socket that lives in it.
 using Context = std::shared_ptr<void>;
 Expected<Context> make_context();

@@ -2,6 +2,7 @@
 
 #include <cerrno>
 
+#include "palpate/core/system_error.h"
 #include "palpate/time/clock.h"
 #include "palpate/transport/internal/zmq_authenticator.h"
 #include "palpate/transport/state_watch.h"
@@ -88,7 +89,7 @@ Expected<std::unique_ptr<StateWatch>> watch_states(const Endpoint& service, int 
     if (auto done = zmq::encrypt(*socket, *identity); !done) return tl::unexpected(done.error());
   // Bounded by the subscription, which lapses where nobody takes states.
   if (!socket->receive_without_bound() || zmq_connect(socket->get(), states->address.c_str()) != 0)
-    return refused("{}: cannot connect there: {}", states->address, zmq_strerror(errno));
+    return refused("{}: cannot connect there: {}", states->address, reason_of(errno));
   return std::make_unique<ZmqWatch>(std::move(*socket), states->address, rate_hz);
 }
 

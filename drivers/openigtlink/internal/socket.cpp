@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
+#include "palpate/core/system_error.h"
 #include "palpate/core/text.h"
 
 namespace palpate::drivers::openigtlink {
@@ -38,7 +39,7 @@ void set_up(int fd) {
 
 Expected<Wake> Wake::make() {
   FileDescriptor fd(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
-  if (!fd) return refused("no eventfd left ({}); raise the limit of open files", std::strerror(errno));
+  if (!fd) return refused("no event to be had ({})", reason_of(errno));
   return Wake(std::move(fd));
 }
 void Wake::set() {
@@ -104,7 +105,7 @@ Expected<Listening> listen_at(const Address& address) {
   if (fd < 0 || ::bind(fd, reinterpret_cast<const sockaddr*>(&at.storage), at.size) != 0 ||
       ::listen(fd, kWaiting) != 0)
     return refused("{}: cannot be listened at ({}); stop the other server or choose another port",
-                   address.text(), std::strerror(errno));
+                   address.text(), reason_of(errno));
   at.size = sizeof at.storage;
   if (::getsockname(fd, reinterpret_cast<sockaddr*>(&at.storage), &at.size) == 0)
     listening.address.port = ntohs(at.storage.ss_family == AF_INET

@@ -48,7 +48,7 @@ Expected<Authenticator> Authenticator::make(const Context& context, ServerIdenti
   auto socket = Socket::make(ZMQ_REP, context);
   if (!socket) return tl::unexpected(socket.error());
   if (zmq_bind(socket->get(), "inproc://zeromq.zap.01") != 0)
-    return refused("ZeroMQ takes no gate keeper: {}", zmq_strerror(errno));
+    return refused("ZeroMQ takes no gate keeper: {}", reason_of(errno));
   auto admitted = read_authorized_keys(identity.folder);
   if (!admitted) return tl::unexpected(admitted.error());
   Authenticator authenticator(std::move(*socket), std::move(identity), std::move(*admitted));
@@ -62,7 +62,7 @@ Expected<void> Authenticator::guard(Socket& socket) const {
       set_text(socket, ZMQ_CURVE_SECRETKEY, identity_.own.secret_key) &&
       set_text(socket, ZMQ_ZAP_DOMAIN, "palpate"))
     return {};
-  return refused("ZeroMQ cannot encrypt: {}", zmq_strerror(errno));
+  return refused("ZeroMQ cannot encrypt: {}", reason_of(errno));
 }
 
 void Authenticator::answer(const std::function<bool(const std::string& key)>& full) {
@@ -128,7 +128,7 @@ Expected<void> encrypt(Socket& socket, const ClientIdentity& identity) {
       set_text(socket, ZMQ_CURVE_SECRETKEY, identity.own.secret_key) &&
       set_text(socket, ZMQ_CURVE_SERVERKEY, identity.server_key))
     return {};
-  return refused("ZeroMQ cannot encrypt: {}", zmq_strerror(errno));
+  return refused("ZeroMQ cannot encrypt: {}", reason_of(errno));
 }
 
 }  // namespace palpate::transport::zmq

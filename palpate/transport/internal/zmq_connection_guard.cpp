@@ -17,6 +17,7 @@
 #include <cstring>
 #include <vector>
 
+#include "palpate/core/system_error.h"
 #include "palpate/time/real_time.h"
 
 namespace palpate::transport::zmq {
@@ -65,7 +66,7 @@ std::size_t descriptors_in_use() {
 
 Expected<std::unique_ptr<ConnectionGuard>> ConnectionGuard::make(const Clock<PhysicsClock>& clock) {
   auto guard = std::make_unique<ConnectionGuard>(clock);
-  if (guard->spare_ < 0) return refused("no descriptor left for connections: {}", std::strerror(errno));
+  if (guard->spare_ < 0) return refused("no descriptor left for connections: {}", reason_of(errno));
   return guard;
 }
 
@@ -86,13 +87,13 @@ Expected<void> ConnectionGuard::watch(const Socket& listener, const Context& con
   if (!events) return tl::unexpected(events.error());
   // A full queue would make libzmq's own thread wait for this one.
   if (!events->receive_without_bound())
-    return refused("ZeroMQ refuses a socket option: {}", zmq_strerror(errno));
+    return refused("ZeroMQ refuses a socket option: {}", reason_of(errno));
   const std::lock_guard lock(mutex_);
   const std::string place = fmt::format("inproc://connections-{}", watched_.size());
   // No event of what could not be accepted: without descriptors that is one for each turn of libzmq's thread.
   if (zmq_socket_monitor(listener.get(), place.c_str(), ZMQ_EVENT_ACCEPTED | ZMQ_EVENT_DISCONNECTED) != 0 ||
       zmq_connect(events->get(), place.c_str()) != 0)
-    return refused("ZeroMQ tells nothing of its connections: {}", zmq_strerror(errno));
+    return refused("ZeroMQ tells nothing of its connections: {}", reason_of(errno));
   watched_.push_back({listener.get(), std::move(*events)});
   return {};
 }
