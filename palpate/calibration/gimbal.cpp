@@ -5,6 +5,7 @@
 #include "palpate/calibration/internal/arm_problem.h"
 #include "palpate/calibration/noise/robust_scale.h"
 #include "palpate/core/text.h"
+#include "palpate/math/levenberg_marquardt.h"
 #include "palpate/math/linear_algebra.h"
 
 namespace palpate::calibration {
@@ -63,7 +64,7 @@ Vector3 stylus_error(const SeenStylus& seen, const GimbalSolution& at, GimbalRow
   return e;
 }
 
-GimbalSolution moved(const GimbalSolution& at, const Eigen::VectorXd& x) {
+GimbalSolution moved_gimbal(const GimbalSolution& at, const Eigen::Matrix<double, kGimbalUnknowns, 1>& x) {
   GimbalSolution result = at;
   result.correction.gain += x.head<3>();
   result.correction.offset.head<2>() += x.segment<2>(3);
@@ -71,31 +72,35 @@ GimbalSolution moved(const GimbalSolution& at, const Eigen::VectorXd& x) {
   return result;
 }
 
-// GimbalNormal equations with the prior about gains of 1 and offsets of 0, in units of the noise.
-struct GimbalNormal {
-  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(kGimbalUnknowns, kGimbalUnknowns);
-  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(kGimbalUnknowns);
-  double cost = 0.0;
-};
-GimbalNormal normal_equations(const std::vector<SeenStylus>& all, const std::vector<double>& weights,
-                              const GimbalSolution& at, double scale, bool prior) {
-  GimbalNormal n;
+using GimbalEquations = NormalEquations<kGimbalUnknowns>;
+
+// The cost, in units of the noise, with the prior about gains of 1 and offsets of 0 where asked for.
+double gimbal_cost(const std::vector<SeenStylus>& all, const std::vector<double>& weights,
+                   const GimbalSolution& at, double scale, bool prior, GimbalEquations* equations) {
   GimbalRow J;
+  double cost = 0.0;
   for (std::size_t i = 0; i < all.size(); ++i) {
-    const Vector3 e = stylus_error(all[i], at, &J);
+    const Vector3 e = stylus_error(all[i], at, equations ? &J : nullptr);
     const double w = weights[i] / (scale * scale);
-    n.information += w * J.transpose() * J;
-    n.gradient += w * J.transpose() * e;
-    n.cost += w * e.squaredNorm();
+    cost += w * e.squaredNorm();
+    if (equations) equations->add(J, e, w);
   }
   for (Eigen::Index k = 0; k < 5 && prior; ++k) {
     const double size = k < 3 ? kGimbalGainSize : kGimbalOffsetSize;
     const double off = k < 3 ? at.correction.gain[k] - 1.0 : at.correction.offset[k - 3];
-    n.information(k, k) += 1.0 / (size * size);
-    n.gradient[k] += off / (size * size);
-    n.cost += off * off / (size * size);
+    cost += off * off / (size * size);
+    if (!equations) continue;
+    equations->JtJ(k, k) += 1.0 / (size * size);
+    equations->Jtr[k] += off / (size * size);
   }
-  return n;
+  return cost;
+}
+
+Eigen::MatrixXd gimbal_information(const std::vector<SeenStylus>& all, const std::vector<double>& weights,
+                                   const GimbalSolution& at, double scale, bool prior) {
+  GimbalEquations equations;
+  gimbal_cost(all, weights, at, scale, prior, &equations);
+  return equations.JtJ;
 }
 
 // The mean turn of the marker on the stylus that the readings as they are suggest.
@@ -110,27 +115,12 @@ Quaternion mean_mount(const std::vector<SeenStylus>& all) {
   return Quaternion(nearest_rotation(sum).rotation).normalized();
 }
 
-// Damped steps until they no longer help.
-int descend_gimbal(const std::vector<SeenStylus>& all, const std::vector<double>& weights, double scale,
-                   GimbalSolution& at) {
-  GimbalNormal here = normal_equations(all, weights, at, scale, true);
-  double damping = 1e-6;
-  for (int i = 1; i <= 60; ++i) {
-    Eigen::MatrixXd A = here.information;
-    A.diagonal() *= 1.0 + damping;
-    const Eigen::VectorXd step = solve_symmetric(A, -here.gradient);
-    const GimbalSolution next = moved(at, step);
-    const GimbalNormal there = normal_equations(all, weights, next, scale, true);
-    if (!(there.cost <= here.cost)) {
-      if ((damping *= 10.0) > 1e8) return i;
-      continue;
-    }
-    at = next;
-    here = there;
-    damping = std::max(1e-12, 0.1 * damping);
-    if (step.norm() < 1e-12) return i;
-  }
-  return 60;
+int solve_gimbal(const std::vector<SeenStylus>& all, const std::vector<double>& weights, double scale,
+                 GimbalSolution& at) {
+  const auto evaluate = [&](const GimbalSolution& x, GimbalEquations* equations) {
+    return gimbal_cost(all, weights, x, scale, true, equations);
+  };
+  return minimise<kGimbalUnknowns>(at, evaluate, moved_gimbal).iterations;
 }
 
 // What the arm's own uncertainty adds: how the estimate answers to each axis of the arm's covariance.
@@ -213,7 +203,7 @@ Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<device::Ar
   estimate.termination = Termination::iteration_limit;
   for (int round = 0; round < kGimbalRounds; ++round) {
     const GimbalSolution before = at;
-    estimate.iterations += descend_gimbal(all, weights, scale, at);
+    estimate.iterations += solve_gimbal(all, weights, scale, at);
     for (std::size_t i = 0; i < all.size(); ++i) errors[i] = stylus_error(all[i], at, nullptr);
     scale = noise::robust_scale(errors, kGimbalUnknowns);
     for (std::size_t i = 0; i < all.size(); ++i)
@@ -241,8 +231,7 @@ Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<device::Ar
     return refused("gimbal: only {:.0f} of {} samples agree with one model; check units and joint order",
                    inliers, all.size());
   const double sigma = std::max(noise::kLeastScale, std::sqrt(squares / freedom));
-  const GimbalNormal data = normal_equations(all, weights, at, sigma, false);
-  const Eigen::MatrixXd information = normal_equations(all, weights, at, sigma, true).information;
+  const Eigen::MatrixXd information = gimbal_information(all, weights, at, sigma, true);
   estimate.covariance = covariance_from_information(information) +
                         covariance_from_arm(samples, arm_estimate, at, weights, sigma, information);
   // What the data leave to the prior: less is known of it than was plausible before.
@@ -253,7 +242,7 @@ Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<device::Ar
                                             : fmt::format("gimbal_offset_{}", k - 2));
   }
   estimate.unobservable.push_back("gimbal_offset_3");
-  const Eigen::VectorXd values = symmetric_eigenvalues(data.information);
+  const Eigen::VectorXd values = symmetric_eigenvalues(gimbal_information(all, weights, at, sigma, false));
   estimate.condition = std::sqrt(values[values.size() - 1] / std::max(values[0], 1e-300));
   const Eigen::MatrixXd follows = without_twist(at);
   estimate.covariance = (follows * estimate.covariance * follows.transpose()).eval();

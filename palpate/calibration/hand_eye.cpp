@@ -146,15 +146,17 @@ Expected<std::vector<HandEyeStart>> find_starts(const std::vector<device::Stampe
 
 void solve_in_turns(HandEyeProblem& problem, HandEyeState& x, Estimate<HandEyeSolution>& result) {
   problem.whiten = hand_eye_whitening(problem.residuals(x), nullptr);
-  bool converged = problem.solve(x, 100, result.iterations);
+  LeastSquaresResult solved = problem.solve(x, 100);
+  result.iterations += solved.iterations;
   // Scatter and answer in turn until both stand still: the same answer then from any start and any row order.
   for (int round = 0; round < 60; ++round) {
     const HandEyeState before = x;
     problem.whiten = hand_eye_whitening(problem.residuals(x), &problem.whiten);
-    converged = problem.solve(x, 100, result.iterations);
+    solved = problem.solve(x, 100);
+    result.iterations += solved.iterations;
     if ((x.tx - before.tx).norm() < 1e-11 && angle_between(x.Rx, before.Rx) < 1e-11) break;
   }
-  result.termination = converged ? Termination::converged : Termination::iteration_limit;
+  result.termination = solved.converged ? Termination::converged : Termination::iteration_limit;
 }
 
 // Of each pair; the share of those that count.

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
+#include "palpate/calibration/noise/robust_scale.h"
 #include "palpate/core/statistics.h"
-#include "palpate/math/linear_algebra.h"
+#include "palpate/math/levenberg_marquardt.h"
 
 namespace palpate::calibration {
 namespace {
@@ -26,35 +28,36 @@ std::optional<Moving> at(const std::vector<TimedPoint>& stream, double t) {
   return Moving{(1 - s) * a.place + s * b.place, (b.place - a.place) / span};
 }
 
-struct Fit {
-  Eigen::Vector4d x = Eigen::Vector4d::Zero();  // delay, offset
-  Eigen::Matrix4d normal = Eigen::Matrix4d::Zero();
+// Of the late stream about the early one, shifted by x: delay in s, then the offset in m.
+std::vector<Vector3> residuals_at(const std::vector<TimedPoint>& early, const std::vector<TimedPoint>& late,
+                                  const Eigen::Vector4d& x) {
   std::vector<Vector3> residuals;
-  double cost = 0.0, speed2 = 0.0;
-  int used = 0;
-};
+  for (const auto& point : late)
+    if (const auto moving = at(early, point.time_s - x[0]))
+      residuals.push_back(point.place - moving->place - x.tail<3>());
+  return residuals;
+}
 
-// One weighted linearisation at x; `scale` <= 0 means all weights 1.
-Fit linearise(const std::vector<TimedPoint>& early, const std::vector<TimedPoint>& late,
-              const Eigen::Vector4d& x, double scale, Eigen::Vector4d* gradient) {
-  Fit fit;
-  fit.x = x;
-  gradient->setZero();
+// Mean loss per point, so that delays at which fewer points count are not favoured; infinite without points.
+double delay_cost(const std::vector<TimedPoint>& early, const std::vector<TimedPoint>& late,
+                  const Eigen::Vector4d& x, double knee, NormalEquations<4>* equations) {
+  double sum = 0.0;
+  int used = 0;
   for (const auto& point : late) {
     const auto moving = at(early, point.time_s - x[0]);
     if (!moving) continue;
+    ++used;
     const Vector3 r = point.place - moving->place - x.tail<3>();
+    const Robust robust = huber(r.squaredNorm(), knee);
+    sum += robust.loss;
+    if (!equations) continue;
     Eigen::Matrix<double, 3, 4> J;  // d r / d x
     J << moving->velocity, -Matrix3::Identity();
-    const double weight = scale > 0 && r.norm() > scale ? scale / r.norm() : 1.0;
-    fit.normal += weight * J.transpose() * J;
-    *gradient += weight * J.transpose() * r;
-    fit.cost += weight * r.squaredNorm();
-    fit.speed2 += moving->velocity.squaredNorm();
-    fit.residuals.push_back(r);
-    ++fit.used;
+    equations->add(J, r, robust.weight);
   }
-  return fit;
+  if (used == 0) return std::numeric_limits<double>::infinity();
+  if (equations) equations->JtJ /= used, equations->Jtr /= used;
+  return sum / used;
 }
 
 double median_norm(const std::vector<Vector3>& residuals) {
@@ -63,61 +66,91 @@ double median_norm(const std::vector<Vector3>& residuals) {
   return median(std::move(norms));
 }
 
+// 1.345 standard deviations; the median norm of 3-D noise is 1.538 standard deviations per axis.
+double knee_for(const std::vector<Vector3>& residuals) {
+  return 1.345 * std::sqrt(3.0) * median_norm(residuals) / noise::kMedianOfChi3;
+}
+
+constexpr std::size_t kNeeded = 20;  // points in the streams' common time
+
+// The best of a grid as fine as a tenth of a second of motion is smooth; empty where the streams do not meet.
+std::optional<Eigen::Vector4d> best_of_grid(const std::vector<TimedPoint>& early,
+                                            const std::vector<TimedPoint>& late, double longest_s) {
+  std::optional<Eigen::Vector4d> best;
+  double least = 0.0;
+  for (double d = -longest_s; d <= longest_s; d += 0.02) {
+    Eigen::Vector4d x(d, 0.0, 0.0, 0.0);
+    const auto residuals = residuals_at(early, late, x);
+    if (residuals.size() < kNeeded) continue;
+    const double n = static_cast<double>(residuals.size());
+    Vector3 mean = Vector3::Zero();  // the best constant offset for this delay
+    for (const auto& r : residuals) mean += r / n;
+    double cost = 0.0;
+    for (const auto& r : residuals) cost += (r - mean).squaredNorm() / n;
+    x.tail<3>() = mean;
+    if (best && !(cost < least)) continue;
+    best = x;
+    least = cost;
+  }
+  return best;
+}
+
+// m/s rms of the early stream where the late one is compared with it.
+double speed_at(const std::vector<TimedPoint>& early, const std::vector<TimedPoint>& late, double delay) {
+  double sum = 0.0;
+  int used = 0;
+  for (const auto& point : late)
+    if (const auto moving = at(early, point.time_s - delay)) sum += moving->velocity.squaredNorm(), ++used;
+  return std::sqrt(sum / used);
+}
+
 }  // namespace
 
 Expected<Estimate<StreamDelay>> estimate_stream_delay(const std::vector<TimedPoint>& early,
                                                       const std::vector<TimedPoint>& late,
                                                       const StreamDelayOptions& options) {
-  constexpr int kNeeded = 20;
-  Eigen::Vector4d gradient;
-  // Start: the best of a grid as fine as a tenth of a second of motion is smooth.
-  std::optional<Fit> best;
-  for (double d = -options.longest_s; d <= options.longest_s; d += 0.02) {
-    Eigen::Vector4d x = Eigen::Vector4d::Zero();
-    x[0] = d;
-    Fit fit = linearise(early, late, x, 0.0, &gradient);
-    if (fit.used < kNeeded) continue;
-    // best constant offset for this delay
-    Vector3 mean = Vector3::Zero();
-    for (const auto& r : fit.residuals) mean += r / fit.used;
-    double cost = 0.0;
-    for (const auto& r : fit.residuals) cost += (r - mean).squaredNorm() / fit.used;
-    fit.x.tail<3>() = mean;
-    fit.cost = cost;
-    if (!best || cost < best->cost) best = fit;
-  }
-  if (!best)
+  const auto start = best_of_grid(early, late, options.longest_s);
+  if (!start)
     return refused(
         "delay: fewer than {} points in the two streams' common time; record them together and longer",
         kNeeded);
-  const double speed = std::sqrt(best->speed2 / best->used);
+  const double speed = speed_at(early, late, (*start)[0]);
   if (speed < options.needed_speed)
     return refused("delay: the tip moves at {:.3f} m/s rms, at least {:.3f} m/s are needed; move it faster",
                    speed, options.needed_speed);
-  Eigen::Vector4d x = best->x;
-  Fit fit;
+  Eigen::Vector4d x = *start;
   Estimate<StreamDelay> estimate;
-  bool converged = false;
-  for (int i = 0; i < 50 && !converged; ++i) {
-    Fit plain = linearise(early, late, x, 0.0, &gradient);
-    if (plain.used < kNeeded)
+  double knee = 0.0;
+  bool settled = false;
+  // The loss's width and the delay in turn, until both stand still.
+  for (int round = 0; round < 50 && !settled; ++round) {
+    const auto residuals = residuals_at(early, late, x);
+    if (residuals.size() < kNeeded)
       return refused("delay: the search left the streams' common time; record them longer");
-    // 1.345 standard deviations; the median norm of 3-D noise is 1.538 standard deviations per axis
-    const double scale = 1.345 * std::sqrt(3.0) * median_norm(plain.residuals) / 1.538;
-    fit = linearise(early, late, x, scale, &gradient);
-    const Eigen::Vector4d step = -solve_symmetric(fit.normal, gradient);
-    x += step;
-    estimate.iterations = i + 1;
-    converged = std::abs(step[0]) < 1e-9 && step.tail<3>().norm() < 1e-9;
+    knee = knee_for(residuals);
+    const Eigen::Vector4d before = x;
+    estimate.iterations +=
+        minimise<4>(
+            x,
+            [&](const Eigen::Vector4d& y, NormalEquations<4>* equations) {
+              return delay_cost(early, late, y, knee, equations);
+            },
+            [](const Eigen::Vector4d& y, const Eigen::Vector4d& step) -> Eigen::Vector4d { return y + step; })
+            .iterations;
+    settled = (x - before).head<1>().norm() < 1e-9 && (x - before).tail<3>().norm() < 1e-9;
   }
-  if (!converged || std::abs(x[0]) > options.longest_s + 0.05)
+  if (!settled || std::abs(x[0]) > options.longest_s + 0.05)
     return refused(
         "delay: no delay within {:.2f} s fits the two streams; check that both saw the same motion",
         options.longest_s);
-  const double variance = fit.cost / (3.0 * fit.used - 4.0);
+  estimate.residuals = residuals_at(early, late, x);
+  NormalEquations<4> found;
+  delay_cost(early, late, x, knee, &found);
+  const double n = static_cast<double>(estimate.residuals.size());
+  double weighted = 0.0;
+  for (const auto& r : estimate.residuals) weighted += huber(r.squaredNorm(), knee).weight * r.squaredNorm();
   estimate.value = {x[0], x.tail<3>(), speed};
-  estimate.covariance = variance * covariance_from_information(fit.normal);
-  estimate.residuals = std::move(fit.residuals);
+  estimate.covariance = weighted / (3.0 * n - 4.0) * covariance_from_information(n * found.JtJ);
   estimate.termination = Termination::converged;
   return estimate;
 }

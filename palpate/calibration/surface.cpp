@@ -8,6 +8,7 @@
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/math/linear_algebra.h"
+#include "palpate/math/pose_step.h"
 
 namespace palpate::calibration {
 namespace {
@@ -178,42 +179,49 @@ void set_start(const std::array<Vector3, 4>& q, RectangleFit& fit) {
   fit.height = 0.5 * ((q[3] - q[0]).norm() + (q[2] - q[1]).norm());
 }
 
-// Gauss-Newton; the number of equations, and J^T J at the end.
+// What every point misses by, m, in World axes; the sum of their squares.
+double rectangle_cost(const std::vector<TouchedPoint>& points, const RectangleFit& fit,
+                      NormalEquations<8>* equations, std::vector<Vector3>* residuals) {
+  const Matrix3 R = fit.X_world_rectangle.matrix();
+  double cost = 0.0;
+  for (const auto& point : points) {
+    const Vector3 offset = point.place.m - fit.X_world_rectangle.translation;
+    Vector3 r;
+    if (point.corner > 0) {
+      r = offset - R * in_rectangle(point.corner, fit.width, fit.height);
+      if (equations) equations->add(-corner_jacobian(point.corner, fit), r);
+    } else {
+      const double distance = R.col(2).dot(offset);
+      r = distance * R.col(2);
+      if (equations) equations->add(-plane_jacobian(R.col(2), offset), Eigen::Matrix<double, 1, 1>(distance));
+    }
+    cost += r.squaredNorm();
+    if (residuals) residuals->push_back(r);
+  }
+  return cost;
+}
+
+RectangleFit moved_rectangle(const RectangleFit& fit, const Eigen::Matrix<double, 8, 1>& step) {
+  RectangleFit next = fit;
+  next.X_world_rectangle = moved(fit.X_world_rectangle, step.head<6>());
+  next.width += step[6];
+  next.height += step[7];
+  return next;
+}
+
+// The number of equations, and J^T J at the end.
 Eigen::Index fit_by_least_squares(const std::vector<TouchedPoint>& points, Estimate<RectangleFit>& estimate,
                                   RectangleMatrix& normal) {
-  RectangleFit& fit = estimate.value;
+  const auto evaluate = [&](const RectangleFit& fit, NormalEquations<8>* equations) {
+    return rectangle_cost(points, fit, equations, nullptr);
+  };
+  const auto solved = minimise<8>(estimate.value, evaluate, moved_rectangle);
+  estimate.iterations = solved.iterations;
+  NormalEquations<8> found;
+  rectangle_cost(points, estimate.value, &found, &estimate.residuals);
+  normal = found.JtJ;
   Eigen::Index rows = 0;
-  for (int iteration = 0; iteration < 50; ++iteration) {
-    normal.setZero();
-    Eigen::Matrix<double, 8, 1> gradient = Eigen::Matrix<double, 8, 1>::Zero();
-    estimate.residuals.clear();
-    rows = 0;
-    const Matrix3 R = fit.X_world_rectangle.matrix();
-    for (const auto& point : points) {
-      const Vector3 offset = point.place.m - fit.X_world_rectangle.translation;
-      if (point.corner > 0) {
-        const auto J = corner_jacobian(point.corner, fit);
-        estimate.residuals.push_back(offset - R * in_rectangle(point.corner, fit.width, fit.height));
-        normal += J.transpose() * J;
-        gradient += J.transpose() * estimate.residuals.back();
-        rows += 3;
-      } else {
-        const double distance = R.col(2).dot(offset);
-        const auto J = plane_jacobian(R.col(2), offset);
-        estimate.residuals.push_back(distance * R.col(2));
-        normal += J.transpose() * J;
-        gradient += J.transpose() * distance;
-        rows += 1;
-      }
-    }
-    const Eigen::Matrix<double, 8, 1> step = solve_symmetric(normal, gradient);
-    estimate.iterations = iteration + 1;
-    fit.X_world_rectangle.rotation = (so3_exp(step.head<3>()) * fit.X_world_rectangle.rotation).normalized();
-    fit.X_world_rectangle.translation += step.segment<3>(3);
-    fit.width += step[6];
-    fit.height += step[7];
-    if (step.norm() < 1e-13) break;
-  }
+  for (const auto& point : points) rows += point.corner > 0 ? 3 : 1;
   return rows;
 }
 

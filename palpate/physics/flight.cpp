@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "palpate/core/text.h"
-#include "palpate/math/linear_algebra.h"
+#include "palpate/math/levenberg_marquardt.h"
 
 namespace palpate::physics {
 
@@ -143,71 +143,40 @@ Expected<void> can_be_fitted(std::span<const SeenBall> seen, std::size_t least) 
   return {};
 }
 
-// Gauss-Newton from `x` on; Levenberg where a bounce makes the way uneven.
-Fitted minimise(const BallModel& model, std::span<const BouncePlane> planes, std::span<const SeenBall> seen,
-                Eigen::VectorXd x, const Vector3& spin) {
-  const auto unknowns = x.size();
-  const double hold = unknowns > 6 ? std::pow(kSeenError * kSpinUnit / kSpinExpected, 2) : 0.0;
-  const auto places = [&](const Eigen::VectorXd& y, std::vector<Vector3>& out) {
+// From `x` on. Derivatives by differences: a flight through bounces has none in closed form.
+Fitted minimise_misses(const BallModel& model, std::span<const BouncePlane> planes,
+                       std::span<const SeenBall> seen, Eigen::VectorXd x, const Vector3& spin) {
+  const bool spin_is_free = x.size() > 6;
+  const double hold = spin_is_free ? std::pow(kSeenError * kSpinUnit / kSpinExpected, 2) : 0.0;
+  const auto misses = [&](const Eigen::VectorXd& y) {
     BallState ball = state_of(y, spin);
-    out.clear();
+    Eigen::VectorXd r(3 * static_cast<Eigen::Index>(seen.size()));
     for (std::size_t i = 0; i < seen.size(); ++i) {
       advance(model, planes, ball, i == 0 ? 0.0 : seen[i].time - seen[i - 1].time);
-      out.push_back(ball.position);
+      r.segment<3>(3 * static_cast<Eigen::Index>(i)) = ball.position - seen[i].position;
     }
+    return r;
   };
-  const auto cost = [&](const std::vector<Vector3>& at) {
-    double sum = 0.0;
-    for (std::size_t i = 0; i < seen.size(); ++i) sum += (at[i] - seen[i].position).squaredNorm();
-    return sum;
-  };
-  const auto held = [&](const Eigen::VectorXd& y) {
-    return unknowns > 6 ? hold * y.tail<3>().squaredNorm() : 0.0;
-  };
-  std::vector<Vector3> at, moved;
-  places(x, at);
-  double best = cost(at) + held(x), damping = 1e-9;
-  int iterations = 0;
-  std::vector<Eigen::Matrix<double, 3, Eigen::Dynamic>> J(
-      seen.size(), Eigen::Matrix<double, 3, Eigen::Dynamic>(3, unknowns));
-  for (; iterations < 20; ++iterations) {
-    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(unknowns, unknowns);
-    Eigen::VectorXd g = Eigen::VectorXd::Zero(unknowns);
-    for (Eigen::Index k = 0; k < unknowns; ++k) {
+  const auto evaluate = [&](const Eigen::VectorXd& y, NormalEquations<Eigen::Dynamic>* equations) {
+    const Eigen::VectorXd r = misses(y);
+    if (equations) {
       constexpr double kStep = 1e-6;  // m, m/s, kSpinUnit
-      Eigen::VectorXd y = x;
-      y[k] += kStep;
-      places(y, moved);
-      for (std::size_t i = 0; i < seen.size(); ++i) J[i].col(k) = (moved[i] - at[i]) / kStep;
-    }
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      H += J[i].transpose() * J[i];
-      g += J[i].transpose() * (at[i] - seen[i].position);
-    }
-    if (unknowns > 6) {
-      H.diagonal().tail<3>().array() += hold;
-      g.tail<3>() += hold * x.tail<3>();
-    }
-    bool better = false;
-    for (int attempt = 0; attempt < 8 && !better; ++attempt) {
-      Eigen::MatrixXd damped = H;
-      damped.diagonal() *= 1.0 + damping;
-      const Eigen::VectorXd y = x - solve_symmetric(damped, g);
-      places(y, moved);
-      const double c = cost(moved) + held(y);
-      if (std::isfinite(c) && c <= best) {
-        better = best - c > 1e-12 * best;
-        x = y;
-        at.swap(moved);
-        best = c;
-        damping = std::max(0.1 * damping, 1e-12);
-        break;
+      Eigen::MatrixXd J(r.size(), y.size());
+      for (Eigen::Index k = 0; k < y.size(); ++k) {
+        Eigen::VectorXd ahead = y;
+        ahead[k] += kStep;
+        J.col(k) = (misses(ahead) - r) / kStep;
       }
-      damping = std::max(10.0 * damping, 1e-6);
+      equations->add(J, r);
+      if (spin_is_free) {
+        equations->JtJ.diagonal().tail<3>().array() += hold;
+        equations->Jtr.tail<3>() += hold * y.tail<3>();
+      }
     }
-    if (!better) break;
-  }
-  return {x, cost(at), best, iterations};
+    return r.squaredNorm() + (spin_is_free ? hold * y.tail<3>().squaredNorm() : 0.0);
+  };
+  const auto solved = minimise(x, evaluate, {.most_iterations = 20, .tolerance = 1e-7});
+  return {x, misses(x).squaredNorm(), evaluate(x, nullptr), solved.iterations};
 }
 
 Expected<FlightFit> result_of(const Fitted& fitted, std::span<const SeenBall> seen, const Vector3& spin) {
@@ -223,7 +192,7 @@ Expected<FlightFit> result_of(const Fitted& fitted, std::span<const SeenBall> se
 Expected<FlightFit> fit_flight(const BallModel& model, std::span<const BouncePlane> planes,
                                std::span<const SeenBall> seen, const Vector3& spin) {
   if (const auto can = can_be_fitted(seen, 3); !can) return tl::unexpected(can.error());
-  return result_of(minimise(model, planes, seen, parabola(model, seen), spin), seen, spin);
+  return result_of(minimise_misses(model, planes, seen, parabola(model, seen), spin), seen, spin);
 }
 
 Expected<FlightFit> fit_flight_and_spin(const BallModel& model, std::span<const BouncePlane> planes,
@@ -238,7 +207,7 @@ Expected<FlightFit> fit_flight_and_spin(const BallModel& model, std::span<const 
   for (const Vector3& axis : {top, Vector3(-top), up, Vector3(-up)}) {
     Eigen::VectorXd x(9);
     x << still, kStart * axis;
-    auto fitted = minimise(model, planes, seen, x, Vector3::Zero());
+    auto fitted = minimise_misses(model, planes, seen, x, Vector3::Zero());
     if (std::isfinite(fitted.held) && (!best || fitted.held < best->held)) best = std::move(fitted);
   }
   if (!best)

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 
+#include "palpate/math/levenberg_marquardt.h"
 #include "palpate/math/linear_algebra.h"
 
 namespace palpate::sim {
@@ -87,29 +88,33 @@ std::optional<BodyFit> fit_body(std::span<const Vector3> body, std::span<const L
     // A perfect tracker has no covariance; every LED then counts the same.
     weights.push_back(led.covariance.trace() > 0 ? Matrix3(led.covariance.inverse()) : Matrix3::Identity());
   }
-  Matrix6 information;
-  for (int iteration = 0; iteration < 10; ++iteration) {
-    information.setZero();
-    Vector6 right = Vector6::Zero();
-    fit.chi2 = 0.0;
+  const auto evaluate = [&](const BodyFit& at, NormalEquations<6>* equations) {
+    double chi2 = 0.0;
     for (std::size_t i = 0; i < body.size(); ++i) {
-      const Vector3 arm = fit.rotation * body[i];
-      const Vector3 residual = seen[i].place - (arm + fit.translation);
+      const Vector3 arm = at.rotation * body[i];
+      const Vector3 r = arm + at.translation - seen[i].place;
+      chi2 += r.dot(weights[i] * r);
+      if (!equations) continue;
       Eigen::Matrix<double, 3, 6> J;
       J << -hat(arm), Matrix3::Identity();
-      information += J.transpose() * weights[i] * J;
-      right += J.transpose() * weights[i] * residual;
-      fit.chi2 += residual.dot(weights[i] * residual);
+      const Eigen::Matrix<double, 6, 3> JW = J.transpose() * weights[i];
+      equations->JtJ += JW * J;
+      equations->Jtr += JW * r;
     }
-    const Vector6 step = solve_symmetric(information, right);
-    fit.rotation = (so3_exp(step.head<3>()) * fit.rotation).normalized();
-    fit.translation += step.tail<3>();
-    // Convergence is quadratic: the next step would be far below rounding.
-    if (step.head<3>().norm() < 1e-7 && step.tail<3>().norm() < 1e-8) break;
-  }
+    return chi2;
+  };
+  const auto moved = [](const BodyFit& at, const Vector6& step) {
+    BodyFit next = at;
+    next.rotation = (so3_exp(step.head<3>()) * at.rotation).normalized();
+    next.translation += step.tail<3>();
+    return next;
+  };
+  minimise<6>(fit, evaluate, moved, {.most_iterations = 10, .tolerance = 1e-6});
+  NormalEquations<6> found;
+  fit.chi2 = evaluate(fit, &found);
   if (!(fit.translation.norm() < 1e6)) return std::nullopt;
   fit.covariance =
-      seen.front().covariance.trace() > 0 ? Matrix6(inverse_symmetric(information)) : Matrix6::Zero();
+      seen.front().covariance.trace() > 0 ? Matrix6(inverse_symmetric(found.JtJ)) : Matrix6::Zero();
   return fit;
 }
 

@@ -9,6 +9,7 @@
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/math/linear_algebra.h"
+#include "palpate/math/pose_step.h"
 
 namespace palpate::vision {
 namespace {
@@ -306,37 +307,28 @@ Expected<Estimate<CameraSolution>> calibrate_camera(const std::vector<BoardView>
 
 namespace {
 
-// Gauss-Newton with Levenberg's damping on the pose alone; returns the sum of squares, px^2, and J^T J.
+// The pose alone, from X on; returns the sum of squares, px^2, and J^T J.
 double refine(const device::CameraModel& camera, const BoardView& view, Pose<CameraOptical, Board>& X,
               Matrix6& normal) {
-  double best = squared_error(camera, view, X), damping = 1e-6;
-  for (int iteration = 0; iteration < 50; ++iteration) {
-    normal.setZero();
-    Vector6 gradient = Vector6::Zero();
+  const auto evaluate = [&](const Pose<CameraOptical, Board>& at, NormalEquations<6>* equations) {
+    double sum = 0.0;
     for (std::size_t j = 0; j < view.board.size(); ++j) {
-      const Vector3 turned = X.rotation * view.board[j];
+      const Vector3 turned = at.rotation * view.board[j];
       Eigen::Matrix<double, 2, 3> J;
-      const Eigen::Vector2d r = device::project(camera, turned + X.translation, J) - view.image[j];
+      const Eigen::Vector2d r = device::project(camera, turned + at.translation, J) - view.image[j];
+      sum += r.squaredNorm();
+      if (!equations) continue;
       Eigen::Matrix<double, 2, 6> Jp;
       Jp << -J * hat(turned), J;
-      normal += Jp.transpose() * Jp;
-      gradient += Jp.transpose() * r;
+      equations->add(Jp, r);
     }
-    Matrix6 damped = normal;
-    damped.diagonal() *= 1.0 + damping;
-    const Vector6 step = -solve_symmetric(damped, gradient);
-    const Pose<CameraOptical, Board> next{(so3_exp(step.head<3>()) * X.rotation).normalized(),
-                                          X.translation + step.tail<3>()};
-    const double sum = squared_error(camera, view, next);
-    if (sum <= best) {
-      const bool done = best - sum < 1e-14 * best + 1e-22 && step.norm() < 1e-10;
-      X = next, best = sum, damping = std::max(0.1 * damping, 1e-12);
-      if (done) break;
-    } else if ((damping = std::max(10.0 * damping, 1e-6)) > 1e6 || step.norm() < 1e-13) {
-      break;
-    }
-  }
-  return best;
+    return sum;
+  };
+  minimise<6>(X, evaluate, moved<CameraOptical, Board>);
+  NormalEquations<6> found;
+  const double sum = evaluate(X, &found);
+  normal = found.JtJ;
+  return sum;
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 #include <optional>
 #include <stdexcept>
 
+#include "palpate/math/levenberg_marquardt.h"
+
 namespace palpate::vision {
 namespace {
 
@@ -15,6 +17,9 @@ constexpr double kWindow = 2.2;  // radii of the disc
 // px: neighbouring residuals hang together (levels, a ring's outer edge, shadows), which the fit's covariance
 // ignores.
 constexpr double kModel = 0.02;
+// The window follows the fitted place until it moves by less than this, px: a pixel or two of its rim change.
+constexpr double kWindowShift = 0.02;
+constexpr int kWindowRounds = 8;
 
 double light_of(double level, device::Encoding encoding) {
   switch (encoding) {
@@ -168,67 +173,102 @@ std::optional<device::Pixel> coarse(const Patch& light, const Prediction& p, dou
   return place;
 }
 
-std::optional<LandmarkSighting> fit(const Patch& light, const Prediction& p, device::Pixel centre,
-                                    const LandmarkDetectorSettings& settings) {
-  const Eigen::Matrix2d to_circle = p.radii.inverse();
-  const double reach_u = kWindow * p.radii.row(0).norm(), reach_v = kWindow * p.radii.row(1).norm();
+// A disc in its dark ring: where it is, and how bright both are, in linear light.
+struct Disc {
+  device::Pixel centre;
   double bright = 0.0, ground = 0.0;
+
+  double contrast() const { return bright - ground; }
+  Disc moved(const Eigen::Vector4d& step) const {
+    return {centre + step.head<2>(), bright + step[2], ground + step[3]};
+  }
+};
+
+// The pixels about a place that a disc is fitted to. They stay the same while it is, so that costs compare.
+class DiscWindow {
+ public:
+  DiscWindow(const Patch& light, const Prediction& p, const device::Pixel& middle)
+      : light_(light), to_circle_(p.radii.inverse()), middle_(middle) {
+    const double reach_u = kWindow * p.radii.row(0).norm(), reach_v = kWindow * p.radii.row(1).norm();
+    left_ = static_cast<int>(std::ceil(middle.x() - reach_u));
+    right_ = static_cast<int>(std::floor(middle.x() + reach_u));
+    above_ = static_cast<int>(std::ceil(middle.y() - reach_v));
+    below_ = static_cast<int>(std::floor(middle.y() + reach_v));
+    fits_ = light.holds(left_, above_, right_, below_);
+    if (!fits_) return;
+    each([&](int, int) { ++pixels_; });
+  }
+  bool fits() const { return fits_ && pixels_ >= 8; }
+  int pixels() const { return pixels_; }
+  const device::Pixel& middle() const { return middle_; }
+
+  double evaluate(const Disc& disc, NormalEquations<4>* equations) const {
+    double squares = 0.0;
+    each([&](int u, int v) {
+      const Cover c = cover(to_circle_, device::Pixel(u, v) - disc.centre);
+      const double r = disc.ground + disc.contrast() * c.value - light_.at(u, v);
+      squares += r * r;
+      if (!equations) return;
+      const Eigen::Vector4d J(disc.contrast() * c.slope.x(), disc.contrast() * c.slope.y(), c.value,
+                              1.0 - c.value);
+      equations->JtJ += J * J.transpose();
+      equations->Jtr += J * r;
+    });
+    return squares;
+  }
+
+ private:
+  template <typename F>
+  void each(const F& f) const {
+    for (int v = above_; v <= below_; ++v)
+      for (int u = left_; u <= right_; ++u)
+        if ((to_circle_ * (device::Pixel(u, v) - middle_)).squaredNorm() <= kWindow * kWindow) f(u, v);
+  }
+
+  const Patch& light_;
+  Eigen::Matrix2d to_circle_;
+  device::Pixel middle_;
+  int left_ = 0, right_ = 0, above_ = 0, below_ = 0, pixels_ = 0;
+  bool fits_ = false;
+};
+
+std::optional<LandmarkSighting> fit(const Patch& light, const Prediction& p, const device::Pixel& start,
+                                    const LandmarkDetectorSettings& settings) {
+  Disc disc{start};
+  {
+    const DiscWindow window(light, p, start);
+    if (!window.fits()) return std::nullopt;
+    // Without contrast the place tells nothing: a first step finds the two brightnesses alone.
+    NormalEquations<4> levels;
+    window.evaluate(disc, &levels);
+    disc = disc.moved(levels.solve(0.0).step);
+    if (!(disc.contrast() >= 0.5 * settings.least_contrast)) return std::nullopt;
+  }
   LandmarkSighting result;
   bool settled = false;
-  for (int iteration = 0; iteration < 12; ++iteration) {
-    // Brightness and ground are linear: solved exactly for the present place, together with its step.
-    Eigen::Matrix4d H = Eigen::Matrix4d::Zero();
-    Eigen::Vector4d g = Eigen::Vector4d::Zero();
-    double squares = 0.0;
-    int pixels = 0;
-    const int left = static_cast<int>(std::ceil(centre.x() - reach_u)),
-              right = static_cast<int>(std::floor(centre.x() + reach_u));
-    const int above = static_cast<int>(std::ceil(centre.y() - reach_v)),
-              below = static_cast<int>(std::floor(centre.y() + reach_v));
-    if (!light.holds(left, above, right, below)) return std::nullopt;
-    for (int v = above; v <= below; ++v) {
-      for (int u = left; u <= right; ++u) {
-        const Eigen::Vector2d offset = device::Pixel(u, v) - centre;
-        if ((to_circle * offset).squaredNorm() > kWindow * kWindow) continue;
-        const Cover c = cover(to_circle, offset);
-        const double value = light.at(u, v);
-        const double contrast = bright - ground;
-        const Eigen::Vector4d J(contrast * c.slope.x(), contrast * c.slope.y(), c.value, 1.0 - c.value);
-        const double r = value - (ground + contrast * c.value);
-        H += J * J.transpose();
-        g += J * r;
-        squares += r * r;
-        ++pixels;
-      }
-    }
-    if (pixels < 8) return std::nullopt;
-    if (iteration == 0) {
-      // Place held: only the two brightnesses.
-      const Eigen::Vector2d levels = H.bottomRightCorner<2, 2>().inverse() * g.tail<2>();
-      bright = levels[0];
-      ground = levels[1];
-      if (!(bright - ground >= 0.5 * settings.least_contrast)) return std::nullopt;
-      continue;
-    }
-    const double contrast = bright - ground;
-    result.contrast = contrast;
-    result.residual = std::sqrt(squares / pixels) / std::max(contrast, 1e-9);
-    result.centre = centre;
-    const Eigen::Matrix4d inverse = H.inverse();
-    result.covariance = inverse.topLeftCorner<2, 2>() * (squares / std::max(1, pixels - 4));
-    if (settled) break;
-    Eigen::Vector4d step = inverse * g;
-    if (!step.allFinite()) return std::nullopt;
-    const double length = step.head<2>().norm();
-    if (length > 1.0) step.head<2>() *= 1.0 / length;
-    centre += step.head<2>();
-    bright += step[2];
-    ground += step[3];
-    settled = length < 2e-3;  // one look more, for residual and covariance at the final place
+  // The window follows the disc, until it need not.
+  for (int round = 0; round < kWindowRounds && !settled; ++round) {
+    const DiscWindow window(light, p, disc.centre);
+    if (!window.fits()) return std::nullopt;
+    minimise<4>(
+        disc, [&](const Disc& at, NormalEquations<4>* equations) { return window.evaluate(at, equations); },
+        [](const Disc& at, const Eigen::Vector4d& step) { return at.moved(step); },
+        {.most_iterations = round == 0 ? 2 : 8, .tolerance = 1e-3});
+    settled = (disc.centre - window.middle()).norm() < kWindowShift;
+    if (!settled) continue;
+    NormalEquations<4> found;
+    const double squares = window.evaluate(disc, &found);
+    result.contrast = disc.contrast();
+    result.residual = std::sqrt(squares / window.pixels()) / std::max(disc.contrast(), 1e-9);
+    result.centre = disc.centre;
+    result.covariance =
+        found.JtJ.inverse().topLeftCorner<2, 2>() * (squares / std::max(1, window.pixels() - 4));
   }
-  if (!settled || result.contrast < settings.least_contrast || result.residual > settings.most_residual)
+  if (!settled || !disc.centre.allFinite() || !(result.contrast >= settings.least_contrast) ||
+      !(result.residual <= settings.most_residual))
     return std::nullopt;
-  if (ground > settings.most_ground * bright) return std::nullopt;  // bright, but not in a dark ring
+  if (disc.ground > settings.most_ground * disc.bright)
+    return std::nullopt;  // bright, but not in a dark ring
   if ((result.centre - p.centre).norm() > settings.search_px + 1.0) return std::nullopt;
   // A disc within one pixel stays as bright wherever in it: nothing tells its place, and no fit's covariance
   // may say that it is known, nor be infinite.

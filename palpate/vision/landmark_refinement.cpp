@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "palpate/math/linear_algebra.h"
+#include "palpate/math/pose_step.h"
 
 namespace palpate::vision {
 namespace {
@@ -18,29 +19,12 @@ constexpr double kSettled = 0.03;  // of the hand's sd: far less than what so fe
 constexpr Eigen::Index kLens = device::kLensParameters, kHandEye = 6;
 constexpr Eigen::Index kPlaces = kLens + kHandEye;  // of all unknowns that frames share, the landmarks' first
 
-Matrix6 inverse(Matrix6 covariance) {
-  covariance.diagonal().array() += 1e-18;  // a perfect prior stays invertible
-  return inverse_symmetric(covariance);
-}
-
 struct RefinementState {
   device::CameraModel lens;
   Pose<CameraMarker, CameraOptical> X;
   std::vector<Pose<World, CameraMarker>> frames;
   std::vector<Vector3> places;
 };
-
-template <typename A, typename B>
-Pose<A, B> moved(const Pose<A, B>& X, const Vector6& d) {
-  return {(so3_exp(d.head<3>()) * X.rotation).normalized(), X.translation + d.tail<3>()};
-}
-
-template <typename A, typename B>
-Vector6 deviation(const Pose<A, B>& X, const Pose<A, B>& from) {
-  Vector6 e;
-  e << so3_log(X.rotation * from.rotation.conjugate()), X.translation - from.translation;
-  return e;
-}
 
 device::LensParameters lens_difference(const device::CameraModel& a, const device::CameraModel& b) {
   device::LensParameters d;
@@ -50,11 +34,67 @@ device::LensParameters lens_difference(const device::CameraModel& a, const devic
   return d;
 }
 
-Matrix6 deviation_jacobian(const Vector6& e) {
-  Matrix6 J = Matrix6::Identity();
-  J.topLeftCorner<3, 3>() = so3_left_jacobian_inverse(e.head<3>());
-  return J;
-}
+// Of all unknowns: what frames share (lens, hand-eye, landmarks), and each frame's six, which are eliminated so
+// that a step solves for what is shared.
+struct RefinementEquations {
+  struct Frame {
+    Matrix6 A;
+    Vector6 b;
+    MatrixXd C;  // 6 x shared
+  };
+  struct Step {
+    VectorXd shared;
+    std::vector<Vector6> frames;
+  };
+
+  MatrixXd A;
+  VectorXd b;
+  std::vector<Frame> frames;
+
+  void set_zero(Eigen::Index shared, std::size_t frame_count) {
+    A = MatrixXd::Zero(shared, shared);
+    b = VectorXd::Zero(shared);
+    frames.assign(frame_count, {Matrix6::Zero(), Vector6::Zero(), MatrixXd::Zero(6, shared)});
+  }
+
+  MatrixXd shared_information() const {
+    MatrixXd S = A;
+    for (const auto& frame : frames)
+      S.noalias() -= frame.C.transpose() * solve_symmetric_columns(frame.A, frame.C);
+    return S;
+  }
+
+  DampedStep<Step> solve(double damping) const {
+    MatrixXd S = A;
+    S.diagonal() *= 1.0 + damping;
+    VectorXd g = b;
+    std::vector<Matrix6> solved;
+    for (const auto& frame : frames) {
+      Matrix6 D = frame.A;
+      D.diagonal() *= 1.0 + damping;
+      solved.push_back(inverse_symmetric(D));
+      const MatrixXd CD = frame.C.transpose() * solved.back();
+      S.noalias() -= CD * frame.C;
+      g.noalias() -= CD * frame.b;
+    }
+    const auto shared = solve_damped(S, g, 0.0);
+    DampedStep<Step> result{{shared.step, {}}};
+    double squared = 0.0;
+    const auto count = [&](const auto& diagonal, const auto& step, const auto& gradient) {
+      const double length2 = step.dot(diagonal.cwiseProduct(step));
+      squared += length2;
+      result.predicted += damping * length2 - step.dot(gradient);
+    };
+    count(A.diagonal(), shared.step, b);
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      const Vector6 step = -solved[f] * (frames[f].b + frames[f].C * shared.step);
+      count(frames[f].A.diagonal(), step, frames[f].b);
+      result.step.frames.push_back(step);
+    }
+    result.length = std::sqrt(squared);
+    return result;
+  }
+};
 
 struct RefinementProblem {
   const rig::CameraCalibration& camera;
@@ -63,8 +103,8 @@ struct RefinementProblem {
   const std::vector<LandmarkFrame>& frames;
   const LandmarkRefinementOptions& options;
   Eigen::Matrix<double, kLens, kLens> lens_information;
-  Matrix6 hand_eye_information;
-  std::vector<Matrix6> frame_information;
+  PosePrior<CameraMarker, CameraOptical> known_hand_eye;
+  std::vector<PosePrior<World, CameraMarker>> known_frames;
   std::vector<Matrix3> place_information;
   std::array<bool, kPlaces> held{};  // of lens and hand-eye: what stays as it is
 
@@ -89,90 +129,88 @@ struct RefinementProblem {
     return m;
   }
 
-  double loss(double squared, double* weight) const {
-    const double length = std::sqrt(squared), k = options.huber;
-    if (weight != nullptr) *weight = length <= k ? 1.0 : k / length;
-    return length <= k ? squared : k * (2 * length - k);
+  double evaluate(const RefinementState& x, RefinementEquations* equations) const {
+    const auto shared = kPlaces + 3 * static_cast<Eigen::Index>(touched.size());
+    if (equations) equations->set_zero(shared, frames.size());
+    double cost = evaluate_known(x, equations);
+    for (std::size_t f = 0; f < frames.size(); ++f)
+      for (const auto& seen : frames[f].sightings) {
+        const auto m = miss(x, f, seen);
+        if (!m) continue;
+        const Robust robust = huber(m->squared(), options.huber);
+        cost += robust.loss;
+        if (equations) add_sighting(x, f, seen, *m, robust.weight, *equations);
+      }
+    return cost;
   }
 
-  double cost(const RefinementState& x) const {
-    const Vector6 eh = deviation(x.X, hand_eye.X_marker_camera);
+  // What is known beforehand of lens, hand-eye, landmarks and frames.
+  double evaluate_known(const RefinementState& x, RefinementEquations* equations) const {
     const device::LensParameters el = lens_difference(x.lens, camera.model);
-    double sum = eh.dot(hand_eye_information * eh) + el.dot(lens_information * el);
+    double cost = el.dot(lens_information * el) + known_hand_eye.cost(x.X);
     for (std::size_t i = 0; i < touched.size(); ++i) {
       const Vector3 e = x.places[i] - touched[i].place.m;
-      sum += e.dot(place_information[i] * e);
+      cost += e.dot(place_information[i] * e);
     }
-    for (std::size_t f = 0; f < frames.size(); ++f) {
-      const Vector6 e = deviation(x.frames[f], frames[f].X_world_marker);
-      sum += e.dot(frame_information[f] * e);
-      for (const auto& seen : frames[f].sightings)
-        if (const auto m = miss(x, f, seen)) sum += loss(m->squared(), nullptr);
-    }
-    return sum;
-  }
-
-  struct Frame {
-    Matrix6 A;
-    Vector6 b;
-    MatrixXd C;  // 6 x shared
-  };
-
-  // Shared unknowns' normal equations, and each frame's block.
-  void linearise(const RefinementState& x, MatrixXd& A, VectorXd& b, std::vector<Frame>& blocks) const {
-    const auto n = kPlaces + 3 * static_cast<Eigen::Index>(touched.size());
-    A = MatrixXd::Zero(n, n);
-    b = VectorXd::Zero(n);
-    const Vector6 eh = deviation(x.X, hand_eye.X_marker_camera);
-    const Matrix6 Jh = deviation_jacobian(eh);
+    for (std::size_t f = 0; f < frames.size(); ++f) cost += known_frames[f].cost(x.frames[f]);
+    if (!equations) return cost;
+    auto& [A, b, blocks] = *equations;
     A.topLeftCorner<kLens, kLens>() = lens_information;
-    b.head<kLens>() = lens_information * lens_difference(x.lens, camera.model);
-    A.block<kHandEye, kHandEye>(kLens, kLens) = Jh.transpose() * hand_eye_information * Jh;
-    b.segment<kHandEye>(kLens) = Jh.transpose() * (hand_eye_information * eh);
+    b.head<kLens>() = lens_information * el;
+    known_hand_eye.add(x.X, A.block<kHandEye, kHandEye>(kLens, kLens), b.segment<kHandEye>(kLens));
     for (std::size_t i = 0; i < touched.size(); ++i) {
       const auto at = kPlaces + 3 * static_cast<Eigen::Index>(i);
       A.block<3, 3>(at, at) = place_information[i];
       b.segment<3>(at) = place_information[i] * (x.places[i] - touched[i].place.m);
     }
-    blocks.resize(frames.size());
-    const Matrix3 from_marker = x.X.matrix().transpose();
-    for (std::size_t f = 0; f < frames.size(); ++f) {
-      auto& block = blocks[f];
-      const Vector6 e = deviation(x.frames[f], frames[f].X_world_marker);
-      const Matrix6 Je = deviation_jacobian(e);
-      block.A = Je.transpose() * frame_information[f] * Je;
-      block.b = Je.transpose() * (frame_information[f] * e);
-      block.C = MatrixXd::Zero(6, n);
-      const Matrix3 to_marker = x.frames[f].matrix().transpose();
-      for (const auto& seen : frames[f].sightings) {
-        const auto m = miss(x, f, seen);
-        if (!m) continue;
-        double w = 1.0;
-        loss(m->squared(), &w);
-        const Eigen::Matrix2d W = w * m->weight;
-        const Eigen::Matrix<double, 2, 3> Jm = m->Jp * from_marker, JL = Jm * to_marker;
-        Eigen::Matrix<double, 2, 6> Jf;
-        Jf << JL * hat(m->arm_world), -JL;
-        Eigen::Matrix<double, 2, kPlaces> Jq;  // lens and hand-eye
-        Jq << device::lens_jacobian(x.lens, m->in_camera), Jm * hat(m->arm_marker), -Jm;
-        for (Eigen::Index k = 0; k < kPlaces; ++k)
-          if (held[static_cast<std::size_t>(k)]) Jq.col(k).setZero();
-        const auto at = kPlaces + 3 * static_cast<Eigen::Index>(seen.landmark);
-        const Eigen::Matrix<double, 6, 2> JfW = Jf.transpose() * W;
-        const Eigen::Matrix<double, kPlaces, 2> JqW = Jq.transpose() * W;
-        const Eigen::Matrix<double, 3, 2> JLW = JL.transpose() * W;
-        block.A += JfW * Jf;
-        block.b += JfW * m->r;
-        block.C.leftCols<kPlaces>() += JfW * Jq;
-        block.C.middleCols<3>(at) += JfW * JL;
-        A.topLeftCorner<kPlaces, kPlaces>() += JqW * Jq;
-        A.block<kPlaces, 3>(0, at) += JqW * JL;
-        A.block<3, kPlaces>(at, 0) += JLW * Jq;
-        A.block<3, 3>(at, at) += JLW * JL;
-        b.head<kPlaces>() += JqW * m->r;
-        b.segment<3>(at) += JLW * m->r;
-      }
+    for (std::size_t f = 0; f < frames.size(); ++f)
+      known_frames[f].add(x.frames[f], blocks[f].A, blocks[f].b);
+    for (Eigen::Index k = 0; k < kPlaces; ++k) {
+      if (!held[static_cast<std::size_t>(k)]) continue;
+      A.row(k).setZero();
+      A.col(k).setZero();
+      b[k] = 0.0;
     }
+    return cost;
+  }
+
+  void add_sighting(const RefinementState& x, std::size_t f, const Sighting& seen, const Miss& m,
+                    double weight, RefinementEquations& equations) const {
+    const Eigen::Matrix2d W = weight * m.weight;
+    const Eigen::Matrix<double, 2, 3> Jm = m.Jp * x.X.matrix().transpose(),
+                                      JL = Jm * x.frames[f].matrix().transpose();
+    Eigen::Matrix<double, 2, 6> Jf;
+    Jf << JL * hat(m.arm_world), -JL;
+    Eigen::Matrix<double, 2, kPlaces> Jq;  // lens and hand-eye
+    Jq << device::lens_jacobian(x.lens, m.in_camera), Jm * hat(m.arm_marker), -Jm;
+    for (Eigen::Index k = 0; k < kPlaces; ++k)
+      if (held[static_cast<std::size_t>(k)]) Jq.col(k).setZero();
+    const auto at = kPlaces + 3 * static_cast<Eigen::Index>(seen.landmark);
+    const Eigen::Matrix<double, 6, 2> JfW = Jf.transpose() * W;
+    const Eigen::Matrix<double, kPlaces, 2> JqW = Jq.transpose() * W;
+    const Eigen::Matrix<double, 3, 2> JLW = JL.transpose() * W;
+    auto& [A, b, blocks] = equations;
+    auto& block = blocks[f];
+    block.A += JfW * Jf;
+    block.b += JfW * m.r;
+    block.C.leftCols<kPlaces>() += JfW * Jq;
+    block.C.middleCols<3>(at) += JfW * JL;
+    A.topLeftCorner<kPlaces, kPlaces>() += JqW * Jq;
+    A.block<kPlaces, 3>(0, at) += JqW * JL;
+    A.block<3, kPlaces>(at, 0) += JLW * Jq;
+    A.block<3, 3>(at, at) += JLW * JL;
+    b.head<kPlaces>() += JqW * m.r;
+    b.segment<3>(at) += JLW * m.r;
+  }
+
+  RefinementState moved_by(const RefinementState& x, const RefinementEquations::Step& step) const {
+    RefinementState next = x;
+    next.lens = device::changed_lens(x.lens, step.shared.head<kLens>());
+    next.X = moved(x.X, step.shared.segment<kHandEye>(kLens));
+    for (std::size_t i = 0; i < next.places.size(); ++i)
+      next.places[i] += step.shared.segment<3>(kPlaces + 3 * static_cast<Eigen::Index>(i));
+    for (std::size_t f = 0; f < next.frames.size(); ++f) next.frames[f] = moved(x.frames[f], step.frames[f]);
+    return next;
   }
 };
 
@@ -225,95 +263,27 @@ void add_information(RefinementProblem& problem) {
   hand_eye_covariance.diagonal().head<3>().array() += options.shared_rotation_sd * options.shared_rotation_sd;
   hand_eye_covariance.diagonal().tail<3>().array() +=
       options.shared_translation_sd * options.shared_translation_sd;
-  problem.hand_eye_information = inverse(hand_eye_covariance);
-  for (const auto& frame : problem.frames) problem.frame_information.push_back(inverse(frame.covariance));
+  problem.known_hand_eye = {problem.hand_eye.X_marker_camera, hand_eye_covariance};
+  for (const auto& frame : problem.frames)
+    problem.known_frames.emplace_back(frame.X_world_marker, frame.covariance);
   for (const auto& landmark : problem.touched)
     problem.place_information.push_back(
         inverse_symmetric(landmark.covariance + kLeastVariance * Matrix3::Identity()));
 }
 
-// Levenberg's iteration; frames are eliminated, so that each step solves for what all of them share.
-class Refinement {
- public:
-  Refinement(const RefinementProblem& problem, int most)
-      : problem_(problem), x_{problem.camera.model, problem.hand_eye.X_marker_camera, {}, {}} {
-    for (const auto& frame : problem.frames) x_.frames.push_back(frame.X_world_marker);
-    for (const auto& landmark : problem.touched) x_.places.push_back(landmark.place.m);
-    rms_px_before_ = rms_px(problem, x_, nullptr);
-    best_ = problem.cost(x_);
-    for (; iterations_ < most && !done_; ++iterations_) {
-      problem.linearise(x_, A_, b_, blocks_);
-      while (!step()) damping_ = std::max(10.0 * damping_, 1e-6);
-    }
-  }
-  const RefinementState& state() const { return x_; }
-  double rms_px_before() const { return rms_px_before_; }
-  int iterations() const { return iterations_; }
-  bool converged() const { return done_; }
+RefinementState start_of(const RefinementProblem& problem) {
+  RefinementState x{problem.camera.model, problem.hand_eye.X_marker_camera, {}, {}};
+  for (const auto& frame : problem.frames) x.frames.push_back(frame.X_world_marker);
+  for (const auto& landmark : problem.touched) x.places.push_back(landmark.place.m);
+  return x;
+}
 
-  // Of what frames share; what is held has none.
-  MatrixXd covariance() {
-    problem_.linearise(x_, A_, b_, blocks_);
-    MatrixXd S = A_;
-    for (const auto& block : blocks_)
-      S.noalias() -= block.C.transpose() * solve_symmetric_columns(block.A, block.C);
-    MatrixXd covariance = covariance_from_information(S);
-    for (Eigen::Index k = 0; k < kPlaces; ++k)
-      if (problem_.held[static_cast<std::size_t>(k)]) {
-        covariance.row(k).setZero();
-        covariance.col(k).setZero();
-      }
-    return covariance;
-  }
-
- private:
-  // False: it led upwards, and a shorter one is to be tried.
-  bool step() {
-    MatrixXd S = A_;
-    S.diagonal() *= 1.0 + damping_;
-    VectorXd g = b_;
-    std::vector<Matrix6> solved;
-    for (const auto& block : blocks_) {
-      Matrix6 D = block.A;
-      D.diagonal() *= 1.0 + damping_;
-      solved.push_back(inverse_symmetric(D));
-      const MatrixXd CD = block.C.transpose() * solved.back();
-      S.noalias() -= CD * block.C;
-      g.noalias() -= CD * block.b;
-    }
-    VectorXd step = -solve_symmetric(S, g);
-    for (Eigen::Index k = 0; k < kPlaces; ++k)
-      if (problem_.held[static_cast<std::size_t>(k)]) step[k] = 0.0;
-    const RefinementState next = moved_by(step, solved);
-    const double c = problem_.cost(next);
-    if (c <= best_) {
-      done_ = best_ - c < 1e-10 * best_ + 1e-15;
-      x_ = next, best_ = c, damping_ = std::max(0.1 * damping_, 1e-12);
-      return true;
-    }
-    return done_ = step.norm() < 1e-12 || damping_ > 1e8;
-  }
-
-  RefinementState moved_by(const VectorXd& step, const std::vector<Matrix6>& solved) const {
-    RefinementState next = x_;
-    next.lens = device::changed_lens(x_.lens, step.head<kLens>());
-    next.X = moved(x_.X, step.segment<kHandEye>(kLens));
-    for (std::size_t i = 0; i < next.places.size(); ++i)
-      next.places[i] += step.segment<3>(kPlaces + 3 * static_cast<Eigen::Index>(i));
-    for (std::size_t f = 0; f < next.frames.size(); ++f)
-      next.frames[f] = moved(x_.frames[f], Vector6(-solved[f] * (blocks_[f].b + blocks_[f].C * step)));
-    return next;
-  }
-
-  const RefinementProblem& problem_;
-  RefinementState x_;
-  double rms_px_before_ = 0.0, best_ = 0.0, damping_ = 1e-6;
-  int iterations_ = 0;
-  bool done_ = false;
-  MatrixXd A_;
-  VectorXd b_;
-  std::vector<RefinementProblem::Frame> blocks_;
-};
+// Of what frames share; what is held has none.
+MatrixXd shared_covariance(const RefinementProblem& problem, const RefinementState& x) {
+  RefinementEquations at;
+  problem.evaluate(x, &at);
+  return covariance_from_information(at.shared_information());
+}
 
 // With the touches' covariance as it is.
 Expected<Estimate<LandmarkRefinement>> refine_once(const rig::CameraCalibration& camera,
@@ -325,15 +295,23 @@ Expected<Estimate<LandmarkRefinement>> refine_once(const rig::CameraCalibration&
   if (!count) return tl::unexpected(count.error());
   RefinementProblem problem{camera, hand_eye, touched, frames, options, {}, {}, {}, {}, {}};
   add_information(problem);
-  Refinement refinement(problem, options.max_iterations);
-  const RefinementState& x = refinement.state();
+  RefinementState x = start_of(problem);
 
   Estimate<LandmarkRefinement> result;
   result.value.sightings = *count;
-  result.value.rms_px_before = refinement.rms_px_before();
-  result.iterations = refinement.iterations();
-  result.termination = refinement.converged() ? Termination::converged : Termination::iteration_limit;
-  result.covariance = refinement.covariance();
+  result.value.rms_px_before = rms_px(problem, x, nullptr);
+  const auto solved = minimise_with(
+      RefinementEquations(), x,
+      [&](const RefinementState& at, RefinementEquations* equations) {
+        return problem.evaluate(at, equations);
+      },
+      [&](const RefinementState& at, const RefinementEquations::Step& step) {
+        return problem.moved_by(at, step);
+      },
+      {.most_iterations = options.max_iterations});
+  result.iterations = solved.iterations;
+  result.termination = solved.converged ? Termination::converged : Termination::iteration_limit;
+  result.covariance = shared_covariance(problem, x);
   if (!result.covariance.allFinite() || result.covariance.diagonal().minCoeff() < 0)
     return refused(
         "landmarks: the pictures contradict the touched places (no minimum was found); check which dot is "

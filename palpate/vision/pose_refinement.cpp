@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "palpate/math/linear_algebra.h"
+#include "palpate/math/pose_step.h"
 
 namespace palpate::vision {
 namespace {
@@ -17,6 +18,8 @@ constexpr double kNearest =
 // Passes of rejection, and the share of the worst sighting's length up to which others stay in a pass.
 constexpr int kPasses = 8;
 constexpr double kPeel = 0.6;
+// Of the residuals' length, by which the last step changes them: a millionth of a standard deviation.
+constexpr double kTolerance = 1e-7;
 
 struct Term {
   Eigen::Vector2d r;       // px
@@ -41,12 +44,6 @@ bool evaluate(const device::CameraModel& camera, const Pose<World, CameraOptical
   term.squared = term.r.dot(term.weight * term.r);
   return true;
 }
-
-struct System {
-  Matrix6 A;
-  Vector6 b;
-  double cost = 0.0;
-};
 
 }  // namespace
 
@@ -79,12 +76,9 @@ class PoseRefinement {
         sightings_(sightings),
         options_(options),
         variance_(options.pixel_sd * options.pixel_sd),
+        known_(prior.X_world_camera, prior.covariance),
         use_(sightings.size(), true),
-        X_(prior.X_world_camera) {
-    Matrix6 prior_covariance = prior.covariance;
-    prior_covariance.diagonal().array() += 1e-18;  // a prior said to be perfect stays invertible
-    information_ = inverse_symmetric(prior_covariance);
-  }
+        X_(prior.X_world_camera) {}
 
   RefinedPose refine() {
     RefinedPose result{prior_.X_world_camera, prior_.covariance};
@@ -97,7 +91,9 @@ class PoseRefinement {
         result.inliers < options_.least_share * static_cast<double>(sightings_.size()))
       return result;
     result.X_world_camera = X_;
-    result.covariance = covariance_from_information(system_at(X_).A);
+    NormalEquations<6> at;
+    cost_at(X_, &at);
+    result.covariance = covariance_from_information(at.JtJ);
     result.refined = true;
     return result;
   }
@@ -107,46 +103,29 @@ class PoseRefinement {
     return evaluate(camera_, X, landmarks_[sightings_[i].landmark], sightings_[i], variance_, term);
   }
 
-  System system_at(const Pose<World, CameraOptical>& X) const {
-    System s{information_, Vector6::Zero(), 0.0};
-    Vector6 e;
-    e << so3_log(X.rotation * prior_.X_world_camera.rotation.conjugate()),
-        X.translation - prior_.X_world_camera.translation;
-    Matrix6 Je = Matrix6::Identity();
-    Je.topLeftCorner<3, 3>() = so3_left_jacobian_inverse(e.head<3>());
-    s.A = Je.transpose() * information_ * Je;
-    s.b = Je.transpose() * (information_ * e);
-    s.cost = e.dot(information_ * e);
+  double cost_at(const Pose<World, CameraOptical>& X, NormalEquations<6>* equations) const {
+    double cost = known_.cost(X);
+    if (equations) known_.add(X, equations->JtJ, equations->Jtr);
     Term term;
     for (std::size_t i = 0; i < sightings_.size(); ++i) {
       if (!use_[i] || !sees(X, i, term)) continue;
-      const double length = std::sqrt(term.squared), huber = options_.huber;
-      const double w = length <= huber ? 1.0 : huber / length;
-      s.cost += length <= huber ? term.squared : huber * (2 * length - huber);
-      const Eigen::Matrix<double, 6, 2> JW = w * term.J.transpose() * term.weight;
-      s.A.noalias() += JW * term.J;
-      s.b.noalias() += JW * term.r;
+      const Robust robust = huber(term.squared, options_.huber);
+      cost += robust.loss;
+      if (!equations) continue;
+      const Eigen::Matrix<double, 6, 2> JW = robust.weight * term.J.transpose() * term.weight;
+      equations->JtJ.noalias() += JW * term.J;
+      equations->Jtr.noalias() += JW * term.r;
     }
-    return s;
+    return cost;
   }
 
   void converge(int& iterations) {
-    System s = system_at(X_);
-    for (int i = 0; i < options_.max_iterations; ++i) {
-      ++iterations;
-      const Vector6 step = -solve_symmetric(s.A, s.b);
-      double share = 1.0;  // halved where the full step overshoots, as a false sighting may make it
-      bool better = false;
-      for (int half = 0; half < 5 && !better; ++half, share *= 0.5) {
-        const Pose<World, CameraOptical> next{(so3_exp(share * step.head<3>()) * X_.rotation).normalized(),
-                                              X_.translation + share * step.tail<3>()};
-        const System t = system_at(next);
-        if (!(t.cost <= s.cost * (1 + 1e-12))) continue;
-        X_ = next, s = t, better = true;
-      }
-      // 1e-7 rad and 1e-7 m are 1e-4 px
-      if (!better || (step.head<3>().norm() < 1e-7 && step.tail<3>().norm() < 1e-7)) break;
-    }
+    const auto at = [this](const Pose<World, CameraOptical>& X, NormalEquations<6>* equations) {
+      return cost_at(X, equations);
+    };
+    iterations += minimise<6>(X_, at, moved<World, CameraOptical>,
+                              {.most_iterations = options_.max_iterations, .tolerance = kTolerance})
+                      .iterations;
   }
 
   // Whether other sightings are in use now.
@@ -193,7 +172,7 @@ class PoseRefinement {
   const std::vector<Sighting>& sightings_;
   const RefinementOptions& options_;
   double variance_;  // px^2, of a sighting beside its own
-  Matrix6 information_;
+  PosePrior<World, CameraOptical> known_;
   std::vector<bool> use_;
   Pose<World, CameraOptical> X_;
 };

@@ -154,10 +154,11 @@ double weighted_cost(const std::vector<WeighedSample>& samples, const ArmSolutio
   return stack.r.squaredNorm();
 }
 
-void square(const Eigen::MatrixXd& J, const Eigen::VectorXd& r, NormalEquations& at) {
+using ArmEquations = NormalEquations<Eigen::Dynamic>;
+
+void square(const Eigen::MatrixXd& J, const Eigen::VectorXd& r, ArmEquations& at) {
   at.JtJ.selfadjointView<Eigen::Lower>().rankUpdate(J.transpose());
   at.Jtr.noalias() += J.transpose() * r;
-  at.cost += r.squaredNorm();
 }
 
 // The base that fits best, given everything else.
@@ -216,7 +217,7 @@ ArmFit solve_arm(const std::vector<WeighedSample>& samples, const ArmSolution& s
   Stack stack;
   Scratch scratch;
   // Adds the prior to the cost; to the equations too where they are given.
-  const auto prior = [&](const ArmSolution& at, NormalEquations* equations) {
+  const auto prior = [&](const ArmSolution& at, ArmEquations* equations) {
     double cost = 0.0;
     for (Eigen::Index k = 0; k < P && prior_scale > 0.0; ++k) {
       const auto& parameter = parameters[as_size(k)];
@@ -230,24 +231,19 @@ ArmFit solve_arm(const std::vector<WeighedSample>& samples, const ArmSolution& s
     }
     return cost;
   };
-  const LeastSquaresProblem problem{
-      [&](const Eigen::VectorXd& x) {
-        const ArmSolution at = moved(start, parameters, x);
-        stack_residuals(samples, at, start, parameters, false, stack, scratch);
-        return stack.r.squaredNorm() + prior(at, nullptr);
-      },
-      [&](const Eigen::VectorXd& x, NormalEquations& equations) {
-        const ArmSolution at = moved(start, parameters, x);
-        stack_residuals(samples, at, start, parameters, true, stack, scratch);
-        if (!parameters.empty() && parameters[0].part == Part::base_rotation)
-          stack.J.leftCols<3>() =
-              (stack.J.leftCols<3>() * left_jacobian(rotation_part(parameters, x))).eval();
-        square(stack.J, stack.r, equations);
-        equations.cost += prior(at, &equations);
-      }};
-  const auto solved = least_squares_from(Eigen::VectorXd::Zero(P), problem,
-                                         {.most_iterations = most_iterations, .tolerance = tolerance});
-  ArmFit fit{moved(start, parameters, solved.x), 0.0, solved.iterations, solved.converged};
+  const auto evaluate = [&](const Eigen::VectorXd& x, ArmEquations* equations) {
+    const ArmSolution at = moved(start, parameters, x);
+    stack_residuals(samples, at, start, parameters, equations != nullptr, stack, scratch);
+    if (equations) {
+      if (!parameters.empty() && parameters[0].part == Part::base_rotation)
+        stack.J.leftCols<3>() = (stack.J.leftCols<3>() * left_jacobian(rotation_part(parameters, x))).eval();
+      square(stack.J, stack.r, *equations);
+    }
+    return stack.r.squaredNorm() + prior(at, equations);
+  };
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(P);
+  const auto solved = minimise(x, evaluate, {.most_iterations = most_iterations, .tolerance = tolerance});
+  ArmFit fit{moved(start, parameters, x), 0.0, solved.iterations, solved.converged};
   fit.cost = solved.cost - prior(fit.solution, nullptr);
   return fit;
 }
@@ -265,23 +261,20 @@ ArmFit solve_arm_inside(const std::vector<WeighedSample>& samples, const ArmSolu
     place_base(samples, at);
     return at;
   };
-  const LeastSquaresProblem problem{
-      [&](const Eigen::VectorXd& x) {
-        stack_residuals(samples, placed(x), start, parameters, false, stack, scratch);
-        return stack.r.squaredNorm();
-      },
-      [&](const Eigen::VectorXd& x, NormalEquations& equations) {
-        const ArmSolution at = placed(x);
-        stack_residuals(samples, at, start, parameters, true, stack, scratch);
-        stack_residuals(samples, at, start, base, true, base_stack, scratch);
-        const Eigen::MatrixXd reaction = solve_symmetric_columns(base_stack.J.transpose() * base_stack.J,
-                                                                 base_stack.J.transpose() * stack.J);
-        const Eigen::MatrixXd projected = stack.J - base_stack.J * reaction;
-        square(projected, stack.r, equations);
-      }};
-  const auto solved =
-      least_squares_from(Eigen::VectorXd::Zero(P), problem, {.most_iterations = most_iterations});
-  ArmFit fit{placed(solved.x), 0.0, solved.iterations, solved.converged};
+  const auto evaluate = [&](const Eigen::VectorXd& x, ArmEquations* equations) {
+    const ArmSolution at = placed(x);
+    stack_residuals(samples, at, start, parameters, equations != nullptr, stack, scratch);
+    if (equations) {
+      stack_residuals(samples, at, start, base, true, base_stack, scratch);
+      const Eigen::MatrixXd reaction = solve_symmetric_columns(base_stack.J.transpose() * base_stack.J,
+                                                               base_stack.J.transpose() * stack.J);
+      square(stack.J - base_stack.J * reaction, stack.r, *equations);
+    }
+    return stack.r.squaredNorm();
+  };
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(P);
+  const auto solved = minimise(x, evaluate, {.most_iterations = most_iterations});
+  ArmFit fit{placed(x), 0.0, solved.iterations, solved.converged};
   fit.cost = weighted_cost(samples, fit.solution);
   return fit;
 }

@@ -148,25 +148,20 @@ Matrix3 felt_map(const ForceExplanation& explanation, const Eigen::Matrix3Xd& ja
 ForceFit fit_forces(std::span<const PoseCompliance> poses, const ForceExplanation& explanation,
                     const ForceCheckSettings& settings) {
   const ForceModel model(poses, explanation, settings);
-  const LeastSquaresProblem problem{
-      .cost = [&](const Eigen::VectorXd& x) { return model.residuals(x).squaredNorm(); },
-      .linearise =
-          [&](const Eigen::VectorXd& x, NormalEquations& equations) {
-            const Eigen::VectorXd r = model.residuals(x);
-            const Eigen::MatrixXd J = model.jacobian(x);
-            equations.JtJ = J.transpose() * J;
-            equations.Jtr = J.transpose() * r;
-            equations.cost = r.squaredNorm();
-          }};
-  const LeastSquaresResult found =
-      least_squares_from(model.start(), problem, {.most_iterations = 60, .tolerance = 1e-8});
-  const Eigen::MatrixXd J = model.jacobian(found.x);
+  Eigen::VectorXd x = model.start();
+  const auto evaluate = [&](const Eigen::VectorXd& at, NormalEquations<Eigen::Dynamic>* equations) {
+    const Eigen::VectorXd r = model.residuals(at);
+    if (equations) equations->add(model.jacobian(at), r);
+    return r.squaredNorm();
+  };
+  const auto found = minimise(x, evaluate, {.most_iterations = 60, .tolerance = 1e-8});
+  const Eigen::MatrixXd J = model.jacobian(x);
   const auto n = static_cast<Eigen::Index>(explanation.order.size());
   ForceFit fit;
   fit.explanation = explanation;
-  fit.gains = model.scale() * found.x.head(n);
+  fit.gains = model.scale() * x.head(n);
   fit.covariance = model.scale() * model.scale() * covariance_from_information(gram(J)).topLeftCorner(n, n);
-  fit.hand = exponential(model.log_shape(found.x));
+  fit.hand = exponential(model.log_shape(x));
   fit.cost = found.cost;
   return fit;
 }

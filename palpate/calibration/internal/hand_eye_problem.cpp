@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "palpate/calibration/noise/robust_scale.h"
 #include "palpate/core/statistics.h"
@@ -98,17 +99,6 @@ Vector6 hand_eye_residual(const HandEyeState& x, const HandAt& hand, const devic
   return r;
 }
 
-double HandEyeProblem::cost(const HandEyeState& x) const {
-  double sum = 0.0;
-  int n = 0;
-  each(x, [&](std::size_t i, const HandAt& at) {
-    sum += kHandEyeCauchy *
-           std::log1p((whiten * hand_eye_residual(x, at, eye[i], nullptr)).squaredNorm() / kHandEyeCauchy);
-    ++n;
-  });
-  return n == 0 ? 1e300 : sum / n;
-}
-
 std::vector<Vector6> HandEyeProblem::residuals(const HandEyeState& x) const {
   std::vector<Vector6> result;
   each(x,
@@ -116,43 +106,29 @@ std::vector<Vector6> HandEyeProblem::residuals(const HandEyeState& x) const {
   return result;
 }
 
-bool HandEyeProblem::solve(HandEyeState& x, int max_iterations, int& iterations) const {
-  double damping = 1e-4, best = cost(x);
-  for (int k = 0; k < max_iterations; ++k) {
-    ++iterations;
-    HandEyeNormal A = HandEyeNormal::Zero();
-    HandEyeUnknowns b = HandEyeUnknowns::Zero();
-    int n = 0;
-    each(x, [&](std::size_t i, const HandAt& at) {
-      HandEyeJacobian J;
-      const Vector6 r = whiten * hand_eye_residual(x, at, eye[i], &J);
-      const HandEyeJacobian Jw = whiten * J;
-      const double w = 1.0 / (1.0 + r.squaredNorm() / kHandEyeCauchy);
-      A.noalias() += w * Jw.transpose() * Jw;
-      b.noalias() += w * Jw.transpose() * r;
-      ++n;
-    });
-    A /= std::max(n, 1), b /= std::max(n, 1);
-    if (!free_delay) A.row(12).setZero(), A.col(12).setZero(), A(12, 12) = 1.0, b(12) = 0.0;
-    bool accepted = false;
-    while (damping < 1e10) {
-      HandEyeNormal damped = A;
-      damped.diagonal() *= 1.0 + damping;
-      const HandEyeUnknowns step = -solve_symmetric(damped, b);
-      const HandEyeState next = x.moved(step);
-      const double c = cost(next);
-      if (c <= best) {
-        const bool done = step.norm() < 1e-11 || best - c < 1e-13 * best;
-        x = next, best = c, damping = std::max(0.1 * damping, 1e-12), accepted = true;
-        if (done) return true;
-        break;
-      }
-      if (step.norm() < 1e-11) return true;
-      damping *= 10.0;
-    }
-    if (!accepted) return true;
-  }
-  return false;
+double HandEyeProblem::evaluate(const HandEyeState& x, HandEyeEquations* equations) const {
+  double sum = 0.0;
+  int n = 0;
+  HandEyeJacobian J;
+  each(x, [&](std::size_t i, const HandAt& at) {
+    const Vector6 r = whiten * hand_eye_residual(x, at, eye[i], equations ? &J : nullptr);
+    const Robust robust = cauchy(r.squaredNorm(), kHandEyeCauchy);
+    sum += robust.loss;
+    ++n;
+    if (!equations) return;
+    if (!free_delay) J.col(12).setZero();
+    equations->add(whiten * J, r, robust.weight);
+  });
+  if (n == 0) return std::numeric_limits<double>::infinity();
+  if (equations) equations->JtJ /= n, equations->Jtr /= n;
+  return sum / n;
+}
+
+LeastSquaresResult HandEyeProblem::solve(HandEyeState& x, int most_iterations) const {
+  return minimise<kHandEyeUnknowns>(
+      x, [&](const HandEyeState& at, HandEyeEquations* equations) { return evaluate(at, equations); },
+      [](const HandEyeState& at, const HandEyeUnknowns& step) { return at.moved(step); },
+      {.most_iterations = most_iterations});
 }
 
 // Inverse square root of the residuals' robust scatter, scaled so that the middle residual counts as honest.
@@ -166,7 +142,7 @@ Matrix6 hand_eye_whitening(const std::vector<Vector6>& residuals, const Matrix6*
   } else {
     double sum = 0.0;
     for (const auto& r : residuals) {
-      const double w = 1.0 / (1.0 + (*before * r).squaredNorm() / kHandEyeCauchy);
+      const double w = cauchy((*before * r).squaredNorm(), kHandEyeCauchy).weight;
       scatter += w * r * r.transpose();
       sum += w;
     }

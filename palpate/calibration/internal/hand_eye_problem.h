@@ -2,7 +2,7 @@
 //
 // Six residuals for each eye pose that two hand poses enclose, in the camera's axes: rotation
 // log((hand X)^-1 Z eye) in rad, then translation in m; whitened by a 6x6 matrix and put through a Cauchy
-// loss (Levenberg-Marquardt, Marquardt's scaling). Unknowns: X rotation (left perturbation, CameraMarker
+// loss. Unknowns: X rotation (left perturbation, CameraMarker
 // axes), X translation, Z rotation (World axes), Z translation, delay in s. Poses are sorted by time. Pure
 // functions.
 #pragma once
@@ -10,11 +10,13 @@
 #include <vector>
 
 #include "palpate/device/pose_file.h"
+#include "palpate/math/levenberg_marquardt.h"
 
 namespace palpate::calibration {
 
 constexpr int kHandEyeUnknowns = 13;
 using HandEyeNormal = Eigen::Matrix<double, kHandEyeUnknowns, kHandEyeUnknowns>;
+using HandEyeEquations = NormalEquations<kHandEyeUnknowns>;
 using HandEyeUnknowns = Eigen::Matrix<double, kHandEyeUnknowns, 1>;
 using HandEyeJacobian = Eigen::Matrix<double, 6, kHandEyeUnknowns>;
 
@@ -70,11 +72,10 @@ struct HandEyeProblem {
       if (hand_at(hand, eye[i].time_s + x.delay, max_gap_s, at)) f(i, at);
   }
 
-  // Mean loss, so that delays at which fewer poses count are not favoured.
-  double cost(const HandEyeState& x) const;
+  // Mean loss, so that delays at which fewer poses count are not favoured; with the equations where given.
+  double evaluate(const HandEyeState& x, HandEyeEquations* equations) const;
   std::vector<Vector6> residuals(const HandEyeState& x) const;  // not whitened
-  // Whether it came to rest.
-  bool solve(HandEyeState& x, int max_iterations, int& iterations) const;
+  LeastSquaresResult solve(HandEyeState& x, int most_iterations) const;
 };
 
 // Inverse square root of the residuals' robust scatter, scaled so that the middle residual counts as honest;

@@ -96,8 +96,7 @@ HandEyeStart hand_eye_start(const std::vector<device::StampedPose>& hand,
   start.state = start_state(at, kept, start_rotation(at, kept), delay);
   HandEyeProblem problem{hand, kept, gap, free_delay};
   problem.whiten = hand_eye_whitening(problem.residuals(start.state), nullptr);
-  int iterations = 0;
-  problem.solve(start.state, 25, iterations);
+  problem.solve(start.state, 25);
   std::vector<double> turn, shift;
   for (const auto& r : problem.residuals(start.state))
     turn.push_back(r.head<3>().norm()), shift.push_back(r.tail<3>().norm());

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "palpate/calibration/absolute_orientation.h"
+#include "palpate/math/levenberg_marquardt.h"
 #include "palpate/math/linear_algebra.h"
 
 namespace palpate::calibration {
@@ -40,48 +41,76 @@ TipMotion tip_motion(const PivotData& data, const std::vector<Vector3>& motion,
   return arm;
 }
 
+namespace {
+
+struct MotionState {
+  Vector3 tip = Vector3::Zero();
+  Quaternion turn = Quaternion::Identity();
+  double delay = 0.0;
+
+  MotionState moved(const Eigen::Matrix<double, 7, 1>& step) const {
+    return {tip + step.head<3>(), (so3_exp(step.segment<3>(3)) * turn).normalized(), delay + step[6]};
+  }
+};
+
+void set_motion(PivotData& data, const TipMotion& arm, const MotionState& x) {
+  for (std::size_t i = 0; i < data.size(); ++i)
+    data.motion[i] = x.turn * (arm.centred[i] + x.delay * arm.rate[i]);
+}
+
+// Of the tips about their segments' means, weighted; `stiffness` holds the delay near zero.
+double motion_cost(PivotData& data, const TipMotion& arm, const MotionState& x, double stiffness,
+                   NormalEquations<7>* equations) {
+  using Row = Eigen::Matrix<double, 3, 8>;  // tip, turn, delay; residual
+  set_motion(data, arm, x);
+  std::vector<Row> rows(data.size());
+  for (std::size_t i = 0; i < data.size(); ++i)
+    rows[i] << data.R[i], hat(data.motion[i]), x.turn * -arm.rate[i], data.tip_at(i, x.tip);
+  const auto mean = segment_means(data, Row(Row::Zero()), [&](std::size_t i) { return rows[i]; });
+  double cost = stiffness * x.delay * x.delay;
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    const Row row = rows[i] - mean[data.segment[i]];
+    cost += data.weight[i] * row.col(7).squaredNorm();
+    if (equations) equations->add(row.leftCols<7>(), row.col(7), data.weight[i]);
+  }
+  if (equations) equations->JtJ(6, 6) += stiffness, equations->Jtr[6] += stiffness * x.delay;
+  return cost;
+}
+
+}  // namespace
+
 Vector3 solve_with_motion(PivotData& data, const TipMotion& arm, Quaternion& turn, double& delay) {
   constexpr double kDelay = 0.02;  // s
   std::fill(data.motion.begin(), data.motion.end(), Vector3::Zero());
   const auto at_rest = tip_system(data);
-  Vector3 tip = solve_symmetric(at_rest.A, at_rest.b);
-  const auto moved_from = pivots_of(data, tip);
+  MotionState x;
+  x.tip = solve_symmetric(at_rest.A, at_rest.b);
+  const auto moved_from = pivots_of(data, x.tip);
   std::vector<Vector3> moved;
   for (std::size_t i = 0; i < data.size(); ++i)
-    moved.push_back(data.tip_at(i, tip) - moved_from[data.segment[i]]);
-  turn = Quaternion(fit_rigid(arm.centred, moved, data.weight).rotation);
-  delay = 0.0;
-  using Row = Eigen::Matrix<double, 3, 8>;  // tip, turn, delay, residual
-  for (int round = 0; round < 200; ++round) {
-    std::vector<Row> rows;
-    double square = 0.0, used = 0.0;
-    for (std::size_t i = 0; i < data.size(); ++i) {
-      data.motion[i] = turn * (arm.centred[i] + delay * arm.rate[i]);
-      Row row;
-      row << -data.R[i], -hat(data.motion[i]), turn * arm.rate[i], -data.tip_at(i, tip);
-      rows.push_back(row);
-    }
-    const auto mean = segment_means(data, Row(Row::Zero()), [&](std::size_t i) { return rows[i]; });
-    Eigen::Matrix<double, 8, 8> N = Eigen::Matrix<double, 8, 8>::Zero();
-    for (std::size_t i = 0; i < data.size(); ++i) {
-      const Row row = rows[i] - mean[data.segment[i]];
-      N += data.weight[i] * row.transpose() * row;
-      square += data.weight[i] * row.col(7).squaredNorm(), used += 3.0 * data.weight[i];
-    }
-    const double prior = square / std::max(used, 1.0) / (kDelay * kDelay);
-    N(6, 6) += prior + 1e-300, N(6, 7) += prior * delay;
-    const Eigen::Matrix<double, 7, 1> step =
-        -solve_symmetric(N.topLeftCorner<7, 7>(), N.topRightCorner<7, 1>());
-    tip += step.head<3>();
-    turn = (so3_exp(step.segment<3>(3)) * turn).normalized();
-    delay += step[6];
-    for (std::size_t i = 0; i < data.size(); ++i)
-      data.motion[i] = turn * (arm.centred[i] + delay * arm.rate[i]);
-    if (step.head<3>().norm() < 1e-12 && std::abs(step[6]) < 1e-9) break;
+    moved.push_back(data.tip_at(i, x.tip) - moved_from[data.segment[i]]);
+  x.turn = Quaternion(fit_rigid(arm.centred, moved, data.weight).rotation);
+  const double used = 3.0 * std::accumulate(data.weight.begin(), data.weight.end(), 0.0);
+  // What is expected of the delay is weighed against the residuals, which depend on it: in turn, until both
+  // stand still.
+  for (int round = 0; round < 50; ++round) {
+    const MotionState before = x;
+    const double variance = motion_cost(data, arm, x, 0.0, nullptr) / std::max(used, 1.0);
+    const double stiffness = variance / (kDelay * kDelay) + 1e-300;
+    minimise<7>(
+        x,
+        [&](const MotionState& at, NormalEquations<7>* equations) {
+          return motion_cost(data, arm, at, stiffness, equations);
+        },
+        [](const MotionState& at, const Eigen::Matrix<double, 7, 1>& step) { return at.moved(step); });
+    if ((x.tip - before.tip).norm() < 1e-12 && std::abs(x.delay - before.delay) < 1e-9) break;
   }
+  turn = x.turn;
+  delay = x.delay;
+  set_motion(data, arm, x);
   data.rate.clear();
   for (const auto& rate : arm.rate) data.rate.push_back(turn * rate);
-  return tip;
+  return x.tip;
 }
 
 }  // namespace palpate::calibration

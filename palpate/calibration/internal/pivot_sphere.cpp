@@ -3,11 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/math/levenberg_marquardt.h"
 #include "palpate/math/linear_algebra.h"
 
 namespace palpate::calibration {
 
-Expected<PivotSphere> fit_spheres(const PivotData& data) {
+namespace {
+
+// Each centre and the mean radius by the linear equations of Coope (1993).
+Expected<PivotSphere> start_spheres(const PivotData& data) {
   const auto S = static_cast<Eigen::Index>(data.segments);
   PivotSphere sphere;
   const auto mean = segment_means(data, Vector3(Vector3::Zero()), [&](std::size_t i) { return data.p[i]; });
@@ -35,26 +39,52 @@ Expected<PivotSphere> fit_spheres(const PivotData& data) {
     sphere.radius +=
         std::sqrt(std::max(0.0, solution[3] + solution.head<3>().squaredNorm())) / static_cast<double>(S);
   }
-  for (int iteration = 0; iteration < 100; ++iteration) {
-    sphere.normal = Eigen::MatrixXd::Zero(3 * S + 1, 3 * S + 1);
-    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(3 * S + 1);
-    for (std::size_t i = 0; i < data.size(); ++i) {
-      const Vector3 d = data.p[i] - data.motion[i] - sphere.centres[data.segment[i]];
-      const double distance = d.norm();
-      Eigen::VectorXd J = Eigen::VectorXd::Zero(3 * S + 1);
-      J.segment<3>(3 * static_cast<Eigen::Index>(data.segment[i])) = -d / distance;
-      J[3 * S] = -1.0;
-      sphere.normal += J * J.transpose();
-      gradient += J * (distance - sphere.radius);
-    }
-    const Eigen::VectorXd step = solve_symmetric(sphere.normal, -gradient);
-    if (!step.allFinite()) return refused("pivot: the sphere fit does not converge; use --method algebraic");
-    for (Eigen::Index s = 0; s < S; ++s)
-      sphere.centres[static_cast<std::size_t>(s)] += step.segment<3>(3 * s);
-    sphere.radius += step[3 * S];
-    if (step.norm() < 1e-13) return sphere;
+  return sphere;
+}
+
+// Centres, then the radius.
+using SphereEquations = NormalEquations<Eigen::Dynamic>;
+
+double sphere_cost(const PivotData& data, const Eigen::VectorXd& x, SphereEquations* equations) {
+  const Eigen::Index last = x.size() - 1;
+  double cost = 0.0;
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    const auto at = 3 * static_cast<Eigen::Index>(data.segment[i]);
+    const Vector3 d = data.p[i] - data.motion[i] - x.segment<3>(at);
+    const double distance = d.norm(), r = distance - x[last];
+    cost += r * r;
+    if (!equations) continue;
+    const Vector3 J = -d / distance;  // by the centre; -1 by the radius
+    equations->JtJ.block<3, 3>(at, at) += J * J.transpose();
+    equations->JtJ.block<1, 3>(last, at) -= J.transpose();
+    equations->JtJ(last, last) += 1.0;
+    equations->Jtr.segment<3>(at) += J * r;
+    equations->Jtr[last] -= r;
   }
-  return refused("pivot: the sphere fit does not converge on these poses; use --method algebraic");
+  return cost;
+}
+
+}  // namespace
+
+Expected<PivotSphere> fit_spheres(const PivotData& data) {
+  auto sphere = start_spheres(data);
+  if (!sphere) return sphere;
+  const auto S = static_cast<Eigen::Index>(data.segments);
+  Eigen::VectorXd x(3 * S + 1);
+  for (Eigen::Index s = 0; s < S; ++s) x.segment<3>(3 * s) = sphere->centres[static_cast<std::size_t>(s)];
+  x[3 * S] = sphere->radius;
+  const auto evaluate = [&](const Eigen::VectorXd& at, SphereEquations* equations) {
+    return sphere_cost(data, at, equations);
+  };
+  const auto solved = minimise(x, evaluate);
+  if (!solved.converged || !x.allFinite())
+    return refused("pivot: the sphere fit does not converge on these poses; use --method algebraic");
+  for (Eigen::Index s = 0; s < S; ++s) sphere->centres[static_cast<std::size_t>(s)] = x.segment<3>(3 * s);
+  sphere->radius = x[3 * S];
+  SphereEquations found(3 * S + 1);
+  evaluate(x, &found);
+  sphere->normal = found.JtJ.selfadjointView<Eigen::Lower>();
+  return sphere;
 }
 
 }  // namespace palpate::calibration
