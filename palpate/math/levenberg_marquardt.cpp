@@ -1,5 +1,6 @@
 #include "palpate/math/levenberg_marquardt.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -15,25 +16,38 @@ constexpr double kSameCost = 1e-13;
 constexpr int kBlindSteps = 2;
 constexpr double kLeastDamping = 1e-14, kMostDamping = 1e12;
 
-}  // namespace
+// Up to this many unknowns nothing is allocated.
+constexpr int kSmall = 16;
+using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kSmall, kSmall>;
+using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kSmall, 1>;
 
-DampedStep<Eigen::VectorXd> solve_damped(const ConstMatrixRef& JtJ, const ConstVectorRef& Jtr,
-                                         double damping) {
+template <typename Matrix, typename Vector>
+StepModel solve_in(const ConstMatrixRef& JtJ, const ConstVectorRef& Jtr, double damping,
+                   Eigen::Ref<Eigen::VectorXd> step) {
+  const Eigen::Index n = Jtr.size();
   // Columns scaled to unit length: the damping is then lambda on the diagonal, and the solve well scaled.
-  Eigen::VectorXd scale = JtJ.diagonal().cwiseSqrt();
-  if (scale.size() == 0) return {scale};
+  Vector scale = JtJ.diagonal().cwiseSqrt();
   const double least = kRounding * scale.maxCoeff();
   for (double& s : scale) s = s > least ? 1.0 / s : 0.0;
-  Eigen::MatrixXd scaled = JtJ.selfadjointView<Eigen::Lower>();
-  scaled = scale.asDiagonal() * scaled * scale.asDiagonal();
-  const Eigen::VectorXd gradient = scale.cwiseProduct(Jtr);
-  scaled.diagonal().array() += damping;
-  const Eigen::VectorXd step_scaled = solve_symmetric(scaled, -gradient);
-  DampedStep<Eigen::VectorXd> result{scale.cwiseProduct(step_scaled)};
-  result.predicted = step_scaled.dot(damping * step_scaled - gradient);
-  result.length = step_scaled.norm();
-  if (!result.step.allFinite()) result.predicted = std::numeric_limits<double>::quiet_NaN();
-  return result;
+  Matrix scaled(n, n);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    for (Eigen::Index i = j; i < n; ++i) scaled(i, j) = scaled(j, i) = scale[i] * JtJ(i, j) * scale[j];
+    scaled(j, j) += damping;
+  }
+  const Vector gradient = scale.cwiseProduct(Jtr);
+  const Vector step_scaled = Eigen::LDLT<Matrix>(scaled).solve(Vector(-gradient));
+  step = scale.cwiseProduct(step_scaled);
+  if (!step.allFinite()) return {std::numeric_limits<double>::quiet_NaN(), 0.0};
+  return {step_scaled.dot(damping * step_scaled - gradient), step_scaled.norm()};
+}
+
+}  // namespace
+
+StepModel solve_damped(const ConstMatrixRef& JtJ, const ConstVectorRef& Jtr, double damping,
+                       Eigen::Ref<Eigen::VectorXd> step) {
+  if (Jtr.size() == 0) return {};
+  return Jtr.size() <= kSmall ? solve_in<SmallMatrix, SmallVector>(JtJ, Jtr, damping, step)
+                              : solve_in<Eigen::MatrixXd, Eigen::VectorXd>(JtJ, Jtr, damping, step);
 }
 
 Descent::Descent(double cost, const LeastSquaresOptions& options)
@@ -45,17 +59,18 @@ bool Descent::begin_iteration() {
   return true;
 }
 
-Descent::Verdict Descent::judge_step(double length, bool finite) {
-  if (!finite) return Verdict::no_step;
-  if (!(length <= options_.tolerance * std::sqrt(std::max(result_.cost, 1e-300)))) return Verdict::try_it;
+Descent::Verdict Descent::judge_step(const StepModel& model) {
+  if (!std::isfinite(model.predicted)) return Verdict::no_step;
+  if (!(model.length <= options_.tolerance * std::sqrt(std::max(result_.cost, 1e-300))))
+    return Verdict::try_it;
   result_.converged = true;
   return Verdict::last_step;
 }
 
-bool Descent::takes(double cost, double predicted) {
+bool Descent::takes(double cost, const StepModel& model) {
   const bool rounding = std::abs(result_.cost - cost) <= kSameCost * result_.cost;
-  if (std::isfinite(cost) && (cost < result_.cost || rounding) && predicted > 0.0) {
-    const double gain = rounding ? 1.0 : (result_.cost - cost) / predicted;
+  if (std::isfinite(cost) && (cost < result_.cost || rounding) && model.predicted > 0.0) {
+    const double gain = rounding ? 1.0 : (result_.cost - cost) / model.predicted;
     result_.cost = cost;
     hopeful_ = true;
     if (rounding && ++blind_steps_ == kBlindSteps) result_.converged = over_ = true;

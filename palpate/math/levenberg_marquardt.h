@@ -36,19 +36,23 @@ struct LeastSquaresResult {
   bool converged = false;
 };
 
-// A step, and what the linear model says of it: by how much the cost falls, and by how much the residuals
-// change (the length in columns of unit length).
-template <typename Step>
-struct DampedStep {
-  Step step;
+// What the linear model says of a step: by how much the cost falls, and by how much the residuals change (the
+// step's length in columns of unit length). Not finite: there is no step.
+struct StepModel {
   double predicted = 0.0;
   double length = 0.0;
 };
 
+template <typename Step>
+struct DampedStep {
+  Step step;
+  StepModel model;
+};
+
 // (J^T J + damping diag(J^T J)) step = -J^T r; the lower triangle is read. An unknown that nothing depends on
 // stays where it is.
-DampedStep<Eigen::VectorXd> solve_damped(const ConstMatrixRef& JtJ, const ConstVectorRef& Jtr,
-                                         double damping);
+StepModel solve_damped(const ConstMatrixRef& JtJ, const ConstVectorRef& Jtr, double damping,
+                       Eigen::Ref<Eigen::VectorXd> step);
 
 // N unknowns, or Eigen::Dynamic.
 template <int N>
@@ -73,8 +77,9 @@ struct NormalEquations {
   }
 
   DampedStep<Step> solve(double damping) const {
-    const auto found = solve_damped(JtJ, Jtr, damping);
-    return {found.step, found.predicted, found.length};
+    DampedStep<Step> found{Step(Jtr.size()), {}};
+    found.model = solve_damped(JtJ, Jtr, damping, found.step);
+    return found;
   }
 };
 
@@ -89,9 +94,9 @@ class Descent {
   bool hopeful() const { return hopeful_; }
 
   enum class Verdict { no_step, last_step, try_it };
-  Verdict judge_step(double length, bool finite);
+  Verdict judge_step(const StepModel& model);
   // Of a step that was tried; whether it is taken. The next iteration needs the equations there.
-  bool takes(double cost, double predicted);
+  bool takes(double cost, const StepModel& model);
 
   const LeastSquaresResult& result() const { return result_; }
 
@@ -117,7 +122,7 @@ LeastSquaresResult minimise_with(Equations at, State& x, const Evaluate& evaluat
     if (stale) evaluate(x, &at);
     stale = false;
     const auto found = at.solve(descent.damping());
-    const auto verdict = descent.judge_step(found.length, std::isfinite(found.predicted));
+    const auto verdict = descent.judge_step(found.model);
     if (verdict == Descent::Verdict::no_step) break;
     State next = moved(x, found.step);
     if (verdict == Descent::Verdict::last_step) {
@@ -126,7 +131,7 @@ LeastSquaresResult minimise_with(Equations at, State& x, const Evaluate& evaluat
     }
     const bool hopeful = descent.hopeful();
     const double cost = evaluate(next, hopeful ? &ahead : nullptr);
-    if (!descent.takes(cost, found.predicted)) continue;
+    if (!descent.takes(cost, found.model)) continue;
     x = std::move(next);
     if (hopeful) std::swap(at, ahead);
     stale = !hopeful;

@@ -140,7 +140,7 @@ struct Eliminated {
     const double inner = A(1, 1) * (1 + damping), s = A(0, 0) * (1 + damping) - A(0, 1) * A(0, 1) / inner;
     const double first = -(b[0] - A(0, 1) * b[1] / inner) / s, second = -(b[1] + A(0, 1) * first) / inner;
     const double length2 = A(0, 0) * first * first + A(1, 1) * second * second;
-    return {{first, second}, damping * length2 - first * b[0] - second * b[1], std::sqrt(length2)};
+    return {{first, second}, {damping * length2 - first * b[0] - second * b[1], std::sqrt(length2)}};
   }
 };
 

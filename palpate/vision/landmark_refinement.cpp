@@ -77,21 +77,23 @@ struct RefinementEquations {
       S.noalias() -= CD * frame.C;
       g.noalias() -= CD * frame.b;
     }
-    const auto shared = solve_damped(S, g, 0.0);
-    DampedStep<Step> result{{shared.step, {}}};
+    DampedStep<Step> result{{VectorXd(g.size()), {}}, {}};
+    auto& [step, model] = result;
+    model = solve_damped(S, g, 0.0, step.shared);
+    if (!std::isfinite(model.predicted)) return result;
     double squared = 0.0;
-    const auto count = [&](const auto& diagonal, const auto& step, const auto& gradient) {
-      const double length2 = step.dot(diagonal.cwiseProduct(step));
+    model.predicted = 0.0;
+    const auto count = [&](const auto& diagonal, const auto& part, const auto& gradient) {
+      const double length2 = part.dot(diagonal.cwiseProduct(part));
       squared += length2;
-      result.predicted += damping * length2 - step.dot(gradient);
+      model.predicted += damping * length2 - part.dot(gradient);
     };
-    count(A.diagonal(), shared.step, b);
+    count(A.diagonal(), step.shared, b);
     for (std::size_t f = 0; f < frames.size(); ++f) {
-      const Vector6 step = -solved[f] * (frames[f].b + frames[f].C * shared.step);
-      count(frames[f].A.diagonal(), step, frames[f].b);
-      result.step.frames.push_back(step);
+      step.frames.push_back(-solved[f] * (frames[f].b + frames[f].C * step.shared));
+      count(frames[f].A.diagonal(), step.frames.back(), frames[f].b);
     }
-    result.length = std::sqrt(squared);
+    model.length = std::sqrt(squared);
     return result;
   }
 };

@@ -18,8 +18,9 @@ constexpr double kNearest =
 // Passes of rejection, and the share of the worst sighting's length up to which others stay in a pass.
 constexpr int kPasses = 8;
 constexpr double kPeel = 0.6;
-// Of the residuals' length, by which the last step changes them: a millionth of a standard deviation.
-constexpr double kTolerance = 1e-7;
+// Of the residuals' length, by which the last step changes them: some ten-thousandth of a standard deviation,
+// and what is left after it a hundredth of that.
+constexpr double kTolerance = 1e-5;
 
 struct Term {
   Eigen::Vector2d r;       // px
