@@ -108,7 +108,9 @@ class ZmqService : public StateService {
       const auto received = socket_.receive(2, &peer_, body_, &sender_);
       const Instant<PhysicsClock> now = clock_.now();
       if (received == zmq::Socket::Received::nothing) return;
-      const bool admitted = limit_.admits(peer_, now);
+      const auto share = limit_.count(peer_, body_.size(), now);
+      const bool admitted = share == RateLimit::Share::within;
+      if (share == RateLimit::Share::flood) guard_->cut_off(sender_);
       ++(admitted ? answered : passed_over);
       const auto role = authenticator_ ? authenticator_->role_of(sender_.user) : Role::operator_;
       if (received == zmq::Socket::Received::rejected || !admitted ||
@@ -144,7 +146,7 @@ class ZmqService : public StateService {
   std::atomic<std::uint64_t> rejected_connections_{0};
   std::uint64_t states_rejected_ = 0, states_unsent_ = 0;  // of the publisher, counted so far
   zmq::Stop stop_;
-  RateLimit limit_{kMessages_hz};
+  RateLimit limit_{kMessages_hz, 3 * kMessages_hz / 2};
   std::string peer_, body_;
   zmq::Sender sender_;
   std::thread thread_;

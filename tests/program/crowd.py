@@ -1,7 +1,7 @@
 """Many connections to a physics server at once, as a process of its own: crowd.py WHAT HOW_MANY ADDRESS [SERVER_KEY PUBLIC SECRET].
 
 WHAT: strangers (bare connections that come again when they are cut off), silent (a key's, nothing is said), talking (they say Hello),
-flood-BYTES (messages of that size as quickly as they go). Says "there" once it has begun; until it is killed."""
+flood-BYTES (messages of that size as quickly as they go), flood-hello (the same with Hello). Says "there" once it has begun; until it is killed."""
 import resource
 import selectors
 import socket
@@ -79,7 +79,7 @@ def main(what, many, address, *keys):
             if what == "talking":
                 send(peer, hello(client + 1))
         time.sleep(0.2)
-    text = b"x" * int(what.split("-")[1])
+    text = hello(1) if what == "flood-hello" else b"x" * int(what.split("-")[1])
     while True:
         sent = False
         for peer in made:

@@ -45,6 +45,16 @@ bool Connections::heard(int descriptor, const std::string& key, bool by_operator
   return true;
 }
 
+std::optional<Connections::Ended> Connections::take(int descriptor, const std::string& key) {
+  const auto found = connections_.find(descriptor);
+  if (found == connections_.end()) return std::nullopt;
+  const auto& [at, connection] = *found;
+  if (!connection.user.empty() && !is_of(descriptor, key)) return std::nullopt;
+  const Ended one{at, connection.number};
+  connections_.erase(found);
+  return one;
+}
+
 // Of the source that has most new connections the one that has been new for longest.
 Connections::Entry Connections::one_too_many() {
   std::map<std::string, std::pair<std::size_t, Entry>> sources;

@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,8 @@ class Connections {
   bool heard(int descriptor, const std::string& key, bool by_operator);
   // The key has all the connections it may have.
   bool full(const std::string& key) const { return of_user(key) >= kMostOfKey; }
+  // Takes one out of the list: that at this descriptor, where it is of this user or of none yet.
+  std::optional<Ended> take(int descriptor, const std::string& key);
   // Takes out of the list those that have to end now.
   std::vector<Ended> take_overdue(Instant<PhysicsClock> now);
 

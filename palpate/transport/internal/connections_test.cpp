@@ -56,6 +56,19 @@ TEST_F(ConnectionsOfAServer, AKeyHasSoManyAndWhatIsBeyondIsNotHeardAndEnds) {
   EXPECT_TRUE(speaks("greedy"));
 }
 
+TEST_F(ConnectionsOfAServer, OneIsTakenByItsUserOnly) {
+  const int client = comes("a"), fresh = comes("a");
+  EXPECT_TRUE(connections.heard(client, "key", false));
+  EXPECT_FALSE(connections.take(client, "another"));
+  EXPECT_TRUE(connections.take(fresh, "key"));
+  const auto taken = connections.take(client, "key");
+  ASSERT_TRUE(taken);
+  EXPECT_EQ(taken->descriptor, client);
+  EXPECT_EQ(taken->number, static_cast<std::uint64_t>(1000 + client));
+  EXPECT_FALSE(connections.take(client, "key"));
+  EXPECT_EQ(connections.size(), 0u);
+}
+
 TEST_F(ConnectionsOfAServer, WithoutKeysAProcessOrHostHasSoMany) {
   for (std::size_t i = 0; i < 2 * Connections::kMostOfSource; ++i)
     EXPECT_EQ(connections.heard(comes("process 7"), "", true), i < Connections::kMostOfSource);

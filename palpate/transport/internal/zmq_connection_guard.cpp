@@ -111,6 +111,12 @@ bool ConnectionGuard::heard(const Sender& sender, bool by_operator) {
   return connections_.heard(sender.descriptor, sender.user, by_operator);
 }
 
+void ConnectionGuard::cut_off(const Sender& sender) {
+  const std::lock_guard lock(mutex_);
+  take_events();
+  if (const auto one = connections_.take(sender.descriptor, sender.user)) end(*one);
+}
+
 bool ConnectionGuard::full(const std::string& key) {
   const std::lock_guard lock(mutex_);
   take_events();
@@ -177,16 +183,18 @@ std::size_t ConnectionGuard::places() const {
   return std::min(Connections::kMost, free - std::min(kDescriptorsLeft, free / 4));
 }
 
-// libzmq may close a descriptor at any moment, and the next connection gets its number. So the connection is
-// first held at a descriptor of the guard's own, and is shut down only if it is still the one that was meant.
 void ConnectionGuard::end_what_is_overdue() {
   connections_.set_places(places());
-  for (const auto& [descriptor, number] : connections_.take_overdue(clock_.now())) {
-    if (dup3(descriptor, spare_, O_CLOEXEC) < 0) continue;
-    if (number_of(spare_) == number && shutdown(spare_, SHUT_RDWR) == 0)
-      shut_down_.fetch_add(1, std::memory_order_relaxed);
-    dup3(stop_.fd(), spare_, O_CLOEXEC);
-  }
+  for (const auto& one : connections_.take_overdue(clock_.now())) end(one);
+}
+
+// libzmq may close a descriptor at any moment, and the next connection gets its number. So the connection is
+// first held at a descriptor of the guard's own, and is shut down only if it is still the one that was meant.
+void ConnectionGuard::end(const Connections::Ended& one) {
+  if (dup3(one.descriptor, spare_, O_CLOEXEC) < 0) return;
+  if (number_of(spare_) == one.number && shutdown(spare_, SHUT_RDWR) == 0)
+    shut_down_.fetch_add(1, std::memory_order_relaxed);
+  dup3(stop_.fd(), spare_, O_CLOEXEC);
 }
 
 }  // namespace palpate::transport::zmq

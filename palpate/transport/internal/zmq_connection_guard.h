@@ -39,6 +39,8 @@ class ConnectionGuard {
 
   // Any thread: whether what was said over this descriptor is to be heard (Connections::heard).
   bool heard(const Sender& sender, bool by_operator);
+  // Any thread: the connection that this came by ends, if it is still there.
+  void cut_off(const Sender& sender);
   // Any thread: the key has all the connections it may have.
   bool full(const std::string& key);
   // Any thread: connections shut down so far.
@@ -52,6 +54,7 @@ class ConnectionGuard {
   void run();
   void take_events();
   void end_what_is_overdue();
+  void end(const Connections::Ended& one);
   void give_back_memory();
   std::size_t places() const;
 

@@ -90,7 +90,9 @@ bool Publisher::take_messages() {
   for (int looked_at = 0, passed_over = 0; looked_at < kQueueLength && passed_over < kMostPassedOver;) {
     const auto received = socket_.receive(2, &peer_, body_, &sender_);
     if (received == Socket::Received::nothing) return false;
-    const bool admitted = limit_.admits(peer_, clock_.now());
+    const auto share = limit_.count(peer_, body_.size(), clock_.now());
+    const bool admitted = share == RateLimit::Share::within;
+    if (share == RateLimit::Share::flood) guard_.cut_off(sender_);
     ++(admitted ? looked_at : passed_over);
     // A key that is admitted no more gets no answer either.
     const auto role =

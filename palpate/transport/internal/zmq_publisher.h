@@ -65,7 +65,7 @@ class Publisher {
   const Clock<PhysicsClock>& clock_;
   StateSource source_;
   Subscriptions subscriptions_;
-  RateLimit limit_{kMessages_hz};
+  RateLimit limit_{kMessages_hz, 20 * kMessages_hz};
   std::string peer_, body_;  // of the message being looked at
   Sender sender_;            // of the same
   std::atomic<std::uint64_t> published_{0}, unsent_{0}, rejected_{0};
