@@ -2,7 +2,7 @@
 //
 // Frames: World; Rectangle: origin at corner 1, x to corner 2, y to corner 4, z = x cross y out of the
 // surface when the corners were touched counter-clockwise as seen from outside. Metres. Pure functions. Fit:
-// pose and the two sides by Gauss-Newton, all touched corners weighing the same; points that are no corner
+// pose and the two sides by least squares, all touched corners weighing the same; points that are no corner
 // count with their distance from the plane. Residuals: touched - fitted corner, or the normal distance as a
 // vector. Covariance order: rotation 3 (rad, World axes), corner 1 (3, m), width, height (m); it has two
 // parts, the hand's, whose size is learned from the touches, and the tracker's, which touches of one corner

@@ -57,7 +57,7 @@ struct FlightFit {
   int iterations = 0;
 };
 
-// Position and velocity at the first observation that fit all of them best, through bounces (Gauss-Newton;
+// Position and velocity at the first observation that fit all of them best, through bounces (least squares;
 // six unknowns, spin taken as given). Refuses fewer than three observations, times less than 1 us apart, and
 // places that no ball flies through.
 Expected<FlightFit> fit_flight(const BallModel& model, std::span<const BouncePlane> planes,

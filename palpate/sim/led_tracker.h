@@ -4,7 +4,7 @@
 //   u = a.(p - c) / f.(p - c),
 // which puts the LED on the plane through c with normal a - u f. Three planes meet in the point; its
 // covariance is that of the measurements carried through, (H^T H)^-1 su^2 with rows H = (a - u f)^T / f.(p -
-// c). The body fit starts from the closed form of Arun, Huang, Blostein (1987) and refines by Gauss-Newton
+// c). The body fit starts from the closed form of Arun, Huang, Blostein (1987) and refines by least squares
 // with each LED weighted by its covariance. Pure functions and values, safe from any thread.
 #pragma once
 

@@ -2,7 +2,7 @@
 //
 // A landmark is a bright disc inside a wide dark ring. Its outline in the image is predicted from the pose
 // (an ellipse, through the lens); a disc of that outline, softened by the pixel, is fitted to the pixels by
-// Gauss-Newton over place, brightness and ground. Because the fit moves the projected CENTRE and not the
+// Least squares over place, brightness and ground. Because the fit moves the projected CENTRE and not the
 // ellipse's middle, the perspective bias of an ellipse's centroid does not arise. Brightness is taken linear
 // in light, as the camera's encoding says. A sighting that is too faint, half hidden, crossed by a
 // shadow's edge or far from the prediction is left out. Pixels: distorted image, (0,0) the centre of the

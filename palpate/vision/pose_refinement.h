@@ -1,7 +1,7 @@
 // The camera's pose made exact by the picture itself: seen landmarks pull the pose that tracker and hand-eye
 // give.
 //
-// Minimises, by Gauss-Newton on rotation and translation, sum_i rho(r_i' S_i^-1 r_i) + e' P^-1 e, with r_i =
+// Minimises, by least squares on rotation and translation, sum_i rho(r_i' S_i^-1 r_i) + e' P^-1 e, with r_i =
 // project(X^-1 L_i) - u_i in pixels of the camera's own (distorted) image, S_i = pixel variance + the
 // landmark's covariance seen in the image, e the deviation from the prior pose, P the prior's covariance, and
 // rho Huber's loss. The lens is applied to the landmark, never undone on the pixel: detection noise is even

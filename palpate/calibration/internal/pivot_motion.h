@@ -18,7 +18,7 @@ TipMotion tip_motion(const PivotData& data, const std::vector<Vector3>& motion,
                      const std::vector<double>& time_s);
 
 // Tip, the rotation that carries the arm's motion into the tracker's frame, and by how much the tracker's
-// stamps are late against the arm's, together (Gauss-Newton on columns from which the segments' means are
+// stamps are late against the arm's, together (least squares on columns from which the segments' means are
 // taken). The delay is held near zero as strongly as kDelay says: a slow swing hardly shows it.
 Vector3 solve_with_motion(PivotData& data, const TipMotion& arm, Quaternion& turn, double& delay);
 

@@ -1,6 +1,6 @@
 // Pivots by the sphere that the marker's origin moves on: a centre for each segment and one radius.
 //
-// Gauss-Newton on |p_i - motion_i - c_s| - r, from the linear (algebraic) sphere. Metres; pure function.
+// Least squares on |p_i - motion_i - c_s| - r, from the linear (algebraic) sphere. Metres; pure function.
 // Refused: origins in a plane, or too few; a search that does not settle.
 #pragma once
 
