@@ -4,7 +4,7 @@
 // Model (phantom.h): R_world_marker = R_world_base R_base_tip(theta, gain * psi + offset) R_tip_marker.
 // Frames: World, Tip, TipMarker; radians. A turn of the last gimbal joint's zero cannot be told from a turn
 // of the marker about the stylus: the marker is taken to be mounted without a twist about the stylus' axis
-// (no z part in the quaternion), and offset 3 takes what is left; `unobservable` names it. least squares on
+// (no z part in the quaternion), and offset 3 takes what is left; `unobservable` names it. Least squares on
 // the rotation error, robust as the arm (Huber, then Tukey), with the same wide prior (gains 0.1, offsets 1
 // rad) that keeps directions still which the data do not see. Covariance: gains 3, offsets 3, marker 3 (turn
 // on its own side, right perturbation); offset 3 as if the marker had no twist, so the matrix has rank 8. It

@@ -2,7 +2,7 @@
 // the tracker.
 //
 // Model: late(t) = early(t - d) + c + noise. d is the delay (s), c a constant offset (m) that soaks up what
-// the calibrations of place have left, so that it cannot pass for time. least squares on d and c with the
+// the calibrations of place have left, so that it cannot pass for time. Least squares on d and c with the
 // early stream interpolated linearly (it is the fast one), residuals weighted by Huber's rule with the scale
 // from the median. Pure functions. Refused: fewer than 20 points in the common time, a point that hardly
 // moves, no convergence.
