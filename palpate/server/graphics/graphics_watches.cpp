@@ -4,11 +4,13 @@
 
 #include <algorithm>
 
+#include "palpate/core/log.h"
 #include "palpate/core/text.h"
 
 namespace palpate::server::graphics {
 namespace {
 
+constexpr Log kLog("graphics");
 constexpr std::size_t kChangesKept = 1000;
 
 const Condition* among(const std::vector<Condition>& conditions, ConditionKind kind) {
@@ -20,36 +22,34 @@ const Condition* among(const std::vector<Condition>& conditions, ConditionKind k
 }  // namespace
 
 ServerWatch::ServerWatch(const transport::StateLink& link, const Clock<GraphicsClock>& clock,
-                         std::string address, Say say)
-    : link_(link), clock_(clock), address_(std::move(address)), say_(std::move(say)) {}
+                         std::string address)
+    : link_(link), clock_(clock), address_(std::move(address)) {}
 
 void ServerWatch::look() {
   if (link_.refusal() != refusal_) {
     refusal_ = link_.refusal();
-    if (say_ && refusal_)
-      say_(fmt::format("graphics: the physics server at {} refuses: {}", address_, excerpt(*refusal_, 200)));
+    if (refusal_) kLog.warning("the physics server at {} refuses: {}", address_, excerpt(*refusal_, 200));
   }
   if (link_.peer_alive() == there_) return;
   there_ = !there_;
   changes_.push_back({clock_.now(), there_});
   if (changes_.size() > kChangesKept) changes_.pop_front();
-  if (say_)
-    say_(there_ ? fmt::format("graphics: the physics server at {} answers again", address_)
-                : absence() + "; drawing goes on with the last state");
+  if (there_)
+    kLog.info("the physics server at {} answers again", address_);
+  else
+    kLog.warning("{}; drawing goes on with the last state", absence());
 }
 
 std::string ServerWatch::absence() const {
-  return fmt::format("graphics: the physics server at {} no longer answers; start `palpate physics` again",
-                     address_);
+  return fmt::format("the physics server at {} no longer answers; start `palpate physics` again", address_);
 }
 
 void ClockWatch::look(const ClockSync<GraphicsClock, PhysicsClock>& sync) {
   if (sync.restarts() == restarts_) return;
   restarts_ = sync.restarts();
-  if (say_)
-    say_(
-        "graphics: the physics server's clock was set, or stood still for a while; the clocks are "
-        "synchronised anew");
+  kLog.info(
+      "the physics server's clock was set, or stood still for a while; the clocks are "
+      "synchronised anew");
 }
 
 bool ConditionTeller::look(const std::vector<Condition>& now) {
@@ -58,11 +58,10 @@ bool ConditionTeller::look(const std::vector<Condition>& now) {
     const Condition* before = among(told_, condition.kind);
     news = news || before == nullptr || before->text != condition.text;
     if (before == nullptr) ++begun_[name_of(condition.kind)];
-    if (say_ && (before == nullptr || before->text != condition.text)) say_("graphics: " + condition.text);
+    if (before == nullptr || before->text != condition.text) kLog.write(LogLevel::warning, condition.text);
   }
   for (const auto& condition : told_)
-    if (say_ && among(now, condition.kind) == nullptr)
-      say_(fmt::format("graphics: {}", end_of(condition.kind)));
+    if (among(now, condition.kind) == nullptr) kLog.write(LogLevel::info, end_of(condition.kind));
   told_ = now;
   return news;
 }

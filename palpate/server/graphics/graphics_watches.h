@@ -3,7 +3,6 @@
 #pragma once
 
 #include <deque>
-#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -16,9 +15,6 @@
 
 namespace palpate::server::graphics {
 
-// Takes a line for the log; none: nobody listens.
-using Say = std::function<void(const std::string&)>;
-
 // Tells once that the physics server has gone, and once that it is back.
 class ServerWatch {
  public:
@@ -28,8 +24,7 @@ class ServerWatch {
   };
 
   // `link` and `clock` outlive it.
-  ServerWatch(const transport::StateLink& link, const Clock<GraphicsClock>& clock, std::string address,
-              Say say);
+  ServerWatch(const transport::StateLink& link, const Clock<GraphicsClock>& clock, std::string address);
   void look();
   bool there() const { return there_; }
   // The latest, should a server come and go for days.
@@ -40,7 +35,6 @@ class ServerWatch {
   const transport::StateLink& link_;
   const Clock<GraphicsClock>& clock_;
   std::string address_;
-  Say say_;
   bool there_ = true;
   std::deque<Change> changes_;
   std::optional<std::string> refusal_;
@@ -49,25 +43,21 @@ class ServerWatch {
 // Tells each time the physics server's clock was found stepped or stopped.
 class ClockWatch {
  public:
-  explicit ClockWatch(Say say) : say_(std::move(say)) {}
   void look(const ClockSync<GraphicsClock, PhysicsClock>& sync);
 
  private:
-  Say say_;
   int restarts_ = 0;
 };
 
 // Tells each time a condition begins, finds other words, or ends.
 class ConditionTeller {
  public:
-  explicit ConditionTeller(Say say) : say_(std::move(say)) {}
   // Whether there was news.
   bool look(const std::vector<Condition>& now);
   // How often each has begun.
   const std::map<std::string, int>& begun() const { return begun_; }
 
  private:
-  Say say_;
   std::vector<Condition> told_;
   std::map<std::string, int> begun_;
 };

@@ -10,12 +10,16 @@
 #include <utility>
 #include <vector>
 
+#include "palpate/core/log.h"
 #include "palpate/render/context.h"
 #include "palpate/server/physics/guest_news.h"
 #include "palpate/server/session/graphics_side.h"
 #include "palpate/transport/zmq_engine.h"
 
 namespace palpate::server::session {
+namespace {
+constexpr Log kSessionLog("session");
+}
 
 // The frame loop: everything of the graphics side is made, used and taken down on its thread.
 class FrameLoop {
@@ -133,7 +137,6 @@ struct Session::Parts {
   physics::GuestNews guests;
   Instant<PhysicsClock> begun;
   std::string endpoint;
-  std::function<void(const std::string&)> notice;
 };
 
 Session::Session(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
@@ -154,10 +157,8 @@ Expected<std::unique_ptr<Session>> Session::start(const SessionSetup& setup, con
   if (auto served = parts->physics->serve(*endpoint, parts->clock); !served)
     return tl::unexpected(served.error());
   parts->endpoint = endpoint->address;
-  parts->notice = how.notice;
-  if (const std::string& words = parts->physics->server().haptic().permit().words();
-      parts->notice && !words.empty())
-    parts->notice(words);
+  if (const std::string& words = parts->physics->server().haptic().permit().words(); !words.empty())
+    kSessionLog.write(LogLevel::warning, words);
   parts->frames.emplace(setup, *endpoint, parts->physics->scene(), how.shown);
   if (auto begun = parts->frames->start(); !begun) return tl::unexpected(begun.error());
   parts->begun = parts->clock.now();
@@ -177,8 +178,8 @@ Expected<void> Session::look() {
   const auto news = parts_->physics->arm().look();
   if (!news) return refused("session: {}", news.error().message);
   if (auto fine = parts_->frames->trouble(); !fine) return refused("session: {}", fine.error().message);
-  if (parts_->notice && !guests.text.empty()) parts_->notice(guests.text);
-  if (parts_->notice && *news) parts_->notice(**news);
+  if (!guests.text.empty()) kSessionLog.write(LogLevel::warning, guests.text);
+  if (*news) kSessionLog.write(LogLevel::warning, **news);
   return {};
 }
 
