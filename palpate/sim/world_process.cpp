@@ -10,6 +10,7 @@
 
 #include "drivers/laboratory/channel.h"
 #include "palpate/core/log.h"
+#include "palpate/device/health_monitor.h"
 #include "palpate/sim/device_faults.h"
 #include "palpate/sim/exposure_log.h"
 #include "palpate/sim/simulated_display.h"
@@ -137,25 +138,6 @@ class CameraRenderThread {
   std::thread thread_;
 };
 
-// Says which faults begin and end.
-class FaultTeller {
- public:
-  void look(std::vector<const char*> holding) {
-    if (holding == told_) return;
-    const auto among = [](const std::vector<const char*>& list, const char* name) {
-      return std::find(list.begin(), list.end(), name) != list.end();
-    };
-    for (const auto* name : holding)
-      if (!among(told_, name)) kLog.warning("fault {} begins", name);
-    for (const auto* name : told_)
-      if (!among(holding, name)) kLog.info("fault {} is over", name);
-    told_ = std::move(holding);
-  }
-
- private:
-  std::vector<const char*> told_;  // literals: the same name has the same address
-};
-
 // The force on the simulated arm: what whoever commands it wants, as long as it wants it.
 class ForceOnArm {
  public:
@@ -217,7 +199,7 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
   auto tick = start;
   ForceOnArm force;
   const DeviceFaults faults(file);
-  FaultTeller fault_teller;
+  device::HealthMonitor<TrueTime> fault_monitor(kLog);
   MonotonicClock<TrueTime> waiting;
   while (!stop.load(std::memory_order_relaxed) && tick < end) {
     tick += kTick;
@@ -234,7 +216,12 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
     arm.waited = waiting.now() - now;
     server.publish_arm(arm);
     const double since = to_seconds(now - start);
-    fault_teller.look(faults.holding(since));
+    for (const auto& [code, holds] : faults.at(since))
+      if (holds != fault_monitor.holds(code))
+        fault_monitor.set(holds,
+                          {code, fmt::format("fault {} begins", device::name_of(code)),
+                           fmt::format("fault {} is over", device::name_of(code))},
+                          now);
     auto samples = world.tracker().poll();
     faults.disturb(since, samples);
     for (const auto& sample : samples) server.publish_tracker(sample);

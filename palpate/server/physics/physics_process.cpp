@@ -16,6 +16,7 @@
 #include "palpate/core/log.h"
 #include "palpate/core/run_directory.h"
 #include "palpate/core/stop_signal.h"
+#include "palpate/device/health_monitor.h"
 #include "palpate/haptics/trip_writer.h"
 #include "palpate/server/physics/guest_news.h"
 #include "palpate/server/physics/physics_loops.h"
@@ -133,6 +134,7 @@ class PhysicsProcess {
   std::optional<LoopsLog> log_;
   std::optional<PhysicsLoops> loops_;
   GuestNews guests_;
+  device::HealthMonitor<PhysicsClock> arm_health_{kLog};
 };
 
 Expected<Json> PhysicsProcess::run() {
@@ -202,6 +204,8 @@ void PhysicsProcess::start_loops() {
                            .real_time = options_.real_time});
   tell_what_load_can_do();
   kLog.info("answers graphics servers at {}", side_->service().endpoint());
+  if (const auto who = side_->arm().description(); !who.empty() && !side_->arm().health())
+    kLog.write(LogLevel::info, who);
   if (options_.ready) options_.ready();
 }
 
@@ -224,9 +228,8 @@ Expected<void> PhysicsProcess::watch() {
       log_->look(up_s(), side_->service().counters(), loops_->haptic().statistics(),
                  loops_->physics().statistics());
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    const auto news = side_->arm().look();
-    if (!news) return refused("physics: {}", news.error().message);
-    if (*news) kLog.write(LogLevel::warning, **news);
+    if (const auto there = side_->arm().look(); !there) return refused("physics: {}", there.error().message);
+    arm_health_.follow(side_->arm().health(), clock_.now());
   }
   return {};
 }
@@ -258,7 +261,7 @@ Json PhysicsProcess::loops_figures(double elapsed_s) const {
 }
 
 Json PhysicsProcess::force_figures() const {
-  const auto& haptic = std::as_const(side_->server()).haptic();
+  auto& haptic = side_->server().haptic();  // its loop has ended
   const auto& statistics = haptic.statistics();
   Json figures = {{"peak_n", statistics.peak_n},
                   {"limited_ticks", statistics.limited_ticks},

@@ -13,8 +13,8 @@
 #include "palpate/render/context.h"
 #include "palpate/scene/mesh_asset.h"
 #include "palpate/server/graphics/graphics_figures.h"
-#include "palpate/server/graphics/graphics_watches.h"
 #include "palpate/server/graphics/pose_feed.h"
+#include "palpate/server/graphics/server_watch.h"
 #include "palpate/server/session/graphics_side.h"
 #include "palpate/time/real_time.h"
 #include "palpate/transport/zmq_engine.h"
@@ -73,8 +73,7 @@ class GraphicsProcess {
   Json monitored_;
   std::unique_ptr<evaluation::LatencyProbe> probe_;
   std::optional<graphics::ServerWatch> physics_;
-  graphics::ClockWatch clocks_;
-  graphics::ConditionTeller conditions_;
+  std::uint64_t health_told_ = 0;  // changes of which the physics server has heard
   std::optional<graphics::GraphicsLogs> logs_;
 
   graphics::Quantiles trips_, sync_errors_, uncertainties_;
@@ -166,6 +165,7 @@ Expected<void> GraphicsProcess::meet_physics_server() {
   auto side = GraphicsSide::make(options_, std::move(*devices_), std::move(*link), *scene);
   if (!side) return tl::unexpected(side.error());
   side_ = std::move(*side);
+  side_->server().set_log(kLog);
   devices_.reset();
   if (auto* pictures = side_->renderer()) pictures->set_captions(!options_.window);
   if (feed_)
@@ -219,7 +219,7 @@ Expected<void> GraphicsProcess::open_latency_probe() {
 }
 
 Expected<void> GraphicsProcess::open_logs() {
-  physics_.emplace(side_->link(), clock_, place_.endpoint.address);
+  physics_.emplace(side_->link(), place_.endpoint.address);
   if (options_.out.empty()) return {};
   auto begun = graphics::GraphicsLogs::begin(options_.out);
   if (!begun) return tl::unexpected(begun.error());
@@ -257,12 +257,14 @@ Expected<void> GraphicsProcess::tick() {
   std::this_thread::sleep_for(next_ - now);
   if (auto there = side_->devices().look(); !there) return refused("graphics: {}", there.error().message);
   graphics::GraphicsServer& server = side_->server();
-  if (auto* camera = side_->devices().live_camera()) server.set_camera_trouble(camera->trouble());
+  if (auto* camera = side_->devices().live_camera()) server.set_camera_health(camera->health());
   side_->service(clock_.now());
-  physics_->look();
-  clocks_.look(server.sync());
+  physics_->look(server.sync(), clock_.now());
   // Whoever asks for the status hears of it now.
-  if (conditions_.look(server.conditions())) told_.reset();
+  if (const auto changes = server.health().changes(); changes != health_told_) {
+    health_told_ = changes;
+    told_.reset();
+  }
   if (side_->begin(clock_.now()))
     draw_at_ = clock_.now() + GraphicsSide::kDrawAfter;
   else if (server.frame_begun() && clock_.now() >= draw_at_)
@@ -359,7 +361,7 @@ Json GraphicsProcess::figures() const {
   result["graphics"] = {{"rate_hz", elapsed > 0 ? static_cast<double>(frames_) / elapsed : 0.0}};
   result["graphics"]["eyes"] = two_eyes ? 2 : 1;
   if (two_eyes) result["graphics"]["unpaired"] = side_->server().unpaired();
-  result["graphics"]["conditions"] = conditions_.begun();
+  result["graphics"]["conditions"] = side_->server().health().begun();
   result["begun_monotonic_ns"] = clock_.to_monotonic(begun_);
   result["server_there"] = Json::array();
   for (const auto& change : physics_->changes())

@@ -66,7 +66,7 @@ std::size_t descriptors_in_use() {
 
 Expected<std::unique_ptr<ConnectionGuard>> ConnectionGuard::make(const Clock<PhysicsClock>& clock) {
   auto guard = std::make_unique<ConnectionGuard>(clock);
-  if (guard->spare_ < 0) return refused("no descriptor left for connections: {}", reason_of(errno));
+  if (!guard->spare_) return refused("no descriptor left for connections: {}", reason_of(errno));
   return guard;
 }
 
@@ -79,7 +79,6 @@ ConnectionGuard::ConnectionGuard(const Clock<PhysicsClock>& clock)
 ConnectionGuard::~ConnectionGuard() {
   stop_.set();
   thread_.join();
-  if (spare_ >= 0) close(spare_);
 }
 
 Expected<void> ConnectionGuard::watch(const Socket& listener, const Context& context) {
@@ -182,10 +181,10 @@ std::size_t ConnectionGuard::places() const {
 void ConnectionGuard::end_what_is_overdue() {
   connections_.set_places(places());
   for (const auto& [descriptor, number] : connections_.take_overdue(clock_.now())) {
-    if (dup3(descriptor, spare_, O_CLOEXEC) < 0) continue;
-    if (number_of(spare_) == number && shutdown(spare_, SHUT_RDWR) == 0)
+    if (dup3(descriptor, spare_.get(), O_CLOEXEC) < 0) continue;
+    if (number_of(spare_.get()) == number && shutdown(spare_.get(), SHUT_RDWR) == 0)
       shut_down_.fetch_add(1, std::memory_order_relaxed);
-    dup3(stop_.fd(), spare_, O_CLOEXEC);
+    dup3(stop_.fd(), spare_.get(), O_CLOEXEC);
   }
 }
 
