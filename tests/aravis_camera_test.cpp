@@ -163,18 +163,14 @@ TEST(AravisCamera, IsMissedWhenItsPlugIsPulledAndComesBackByItself) {
   auto camera = open_camera(request());
   ASSERT_TRUE(camera) << camera.error().message;
   const auto first = next_image(**camera);
-  EXPECT_FALSE((*camera)->news());
+  EXPECT_FALSE((*camera)->status().health);
   pretended.reset();
-  std::optional<std::string> news;
-  until([&] { return (news = (*camera)->news()).has_value(); }, "the loss");
-  EXPECT_NE(news->find("see to its cable and power"), std::string::npos) << *news;
+  std::optional<device::HealthReport> health;
+  until([&] { return (health = (*camera)->status().health).has_value(); }, "the loss");
+  EXPECT_NE(health->words.find("see to its cable and power"), std::string::npos) << health->words;
+  EXPECT_NE(health->end.find("works again"), std::string::npos) << health->end;
   pretended.emplace(kSerial, shown());
-  until(
-      [&] {
-        news = (*camera)->news();
-        return news && news->find("works again") != std::string::npos;
-      },
-      "the return");
+  until([&] { return !(*camera)->status().health; }, "the return");
   EXPECT_GT(next_image(**camera).frame, first.frame);
   EXPECT_GE((*camera)->status().times_opened, 2u);
 }

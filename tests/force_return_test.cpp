@@ -117,7 +117,7 @@ class PressedOrgan {
     if (motion == Motion::sliding) target_.velocity = {0.05, 0.0, 0.0};
   }
   double commanded() const { return arm_.newest; }
-  double asked() const { return Vector3(server_.newest().continuous.force.data()).norm(); }
+  double asked() { return Vector3(server_.newest().continuous.force.data()).norm(); }
   haptics::HapticCondition condition() const { return server_.haptic().condition(); }
 
  private:

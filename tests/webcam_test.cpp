@@ -344,8 +344,8 @@ TEST(BoardCondition, IsToldWithinHalfASecondAndEndsByItself) {
   watch.set_on_board();
   const auto at = [](int ms) { return Instant<GraphicsClock>{std::chrono::milliseconds(ms)}; };
   const auto kinds = [&] {
-    std::vector<server::graphics::ConditionKind> list;
-    for (const auto& condition : watch.conditions()) list.push_back(condition.kind);
+    std::vector<device::HealthCode> list;
+    for (const auto& condition : watch.health().conditions()) list.push_back(condition.code);
     return list;
   };
   std::optional<int> told, ended;
@@ -357,8 +357,7 @@ TEST(BoardCondition, IsToldWithinHalfASecondAndEndsByItself) {
     watch.look(at(ms));
     const auto now = kinds();
     if (!now.empty()) {
-      EXPECT_EQ(now, std::vector{server::graphics::ConditionKind::board_lost})
-          << ms;  // and nobody misses a tracker
+      EXPECT_EQ(now, std::vector{device::HealthCode::board_lost}) << ms;  // and nobody misses a tracker
       if (!told) told = ms;
     } else if (told && !ended) {
       ended = ms;

@@ -14,12 +14,14 @@ class OpenedLiveCamera : public device::OpenedCamera {
  public:
   explicit OpenedLiveCamera(std::unique_ptr<LiveCamera> camera) : camera_(std::move(camera)) {}
   device::CameraDevice& device() override { return *camera_; }
-  Expected<std::optional<std::string>> look() override { return camera_->news(); }
+  std::optional<device::HealthReport> health() override { return camera_->status().health; }
   std::string name() const override { return camera_->name(); }
   std::string description() const override { return cameras::description(camera_->facts()); }
   double exposure_s() const override { return camera_->facts().exposure_s; }
-  std::string trouble() override { return camera_->trouble(); }
-  bool ended() const override { return camera_->status().condition == Condition::ended; }
+  bool ended() const override {
+    const auto health = camera_->status().health;
+    return health && health->code == device::HealthCode::recording_ended;
+  }
   Json figures() const override {
     const auto status = camera_->status();
     return {{"name", camera_->name()},     {"model", camera_->facts().model},

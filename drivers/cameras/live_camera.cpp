@@ -173,36 +173,23 @@ CameraFacts LiveCamera::facts() const {
 CameraStatus LiveCamera::status() const {
   const std::lock_guard lock(mutex_);
   CameraStatus status = status_;
-  if (ended_) {
-    status.condition = Condition::ended;
-    status.message = fmt::format("camera {}: its {} have been shown; the recording has ended", name_,
-                                 counted(status.pictures, "picture"));
-  } else if (!lost_.empty()) {
-    status.condition = Condition::lost;
-    status.message = lost_;
-  } else if (silent_) {
-    status.condition = trouble_.empty() ? Condition::silent : Condition::unfit;
-    status.message = !trouble_.empty() ? trouble_
-                                       : fmt::format(
-                                             "camera {}: no picture comes any more; see to its cable and "
-                                             "power, and that nobody else uses it",
-                                             name_);
-  }
+  const auto is = [&](device::HealthCode code, std::string words) {
+    status.health = {code, std::move(words), fmt::format("camera {}: works again", name_)};
+  };
+  if (ended_)
+    is(device::HealthCode::recording_ended,
+       fmt::format("camera {}: its {} have been shown; the recording has ended", name_,
+                   counted(status.pictures, "picture")));
+  else if (!lost_.empty())
+    is(device::HealthCode::camera_lost, lost_);
+  else if (silent_ && !trouble_.empty())
+    is(device::HealthCode::camera_unfit, trouble_);
+  else if (silent_)
+    is(device::HealthCode::camera_silent,
+       fmt::format(
+           "camera {}: no picture comes any more; see to its cable and power, and that nobody else uses it",
+           name_));
   return status;
-}
-
-const std::string& LiveCamera::trouble() {
-  auto now = status();
-  if (now.condition != Condition::lost || told_ != Condition::lost) told_words_ = std::move(now.message);
-  told_ = now.condition;
-  return told_words_;
-}
-
-std::optional<std::string> LiveCamera::news() {
-  const std::string before = told_words_;
-  const std::string& now = trouble();
-  if (now == before) return std::nullopt;
-  return now.empty() ? fmt::format("camera {}: works again", name_) : now;
 }
 
 }  // namespace palpate::drivers::cameras

@@ -17,25 +17,17 @@
 
 #include "drivers/cameras/frame_source.h"
 #include "palpate/device/devices.h"
+#include "palpate/device/health.h"
 #include "palpate/device/heartbeat_monitor.h"
 
 namespace palpate::drivers::cameras {
 
-enum class Condition : std::uint8_t {
-  running,
-  silent,  // no picture for a while
-  unfit,   // pictures come, none of which can be used: another size or format, damaged
-  lost,    // unplugged, taken away, not to be opened
-  ended,   // a recording
-};
-
 struct CameraStatus {
-  Condition condition = Condition::running;
-  std::string message;             // for a person; empty while running
-  std::uint64_t pictures = 0;      // handed to the slot
-  std::uint64_t damaged = 0;       // came and could not be used
-  std::uint64_t dropped = 0;       // missing in the camera's own count
-  std::uint64_t times_opened = 0;  // 1, and once more after each loss
+  std::optional<device::HealthReport> health;  // none: it runs
+  std::uint64_t pictures = 0;                  // handed to the slot
+  std::uint64_t damaged = 0;                   // came and could not be used
+  std::uint64_t dropped = 0;                   // missing in the camera's own count
+  std::uint64_t times_opened = 0;              // 1, and once more after each loss
 };
 
 class LiveCamera : public device::CameraDevice {
@@ -55,11 +47,6 @@ class LiveCamera : public device::CameraDevice {
 
   std::optional<device::CameraImage> poll() override;
   CameraStatus status() const;
-  // What is wrong, for a person; empty: nothing. The words stay while the trouble is the same, however its
-  // own change while the camera is looked for. Calls status().
-  const std::string& trouble();
-  // A line where that has changed since the last call; calls it.
-  std::optional<std::string> news();
   const std::string& name() const { return name_; }
   CameraFacts facts() const;  // those of the last opening
 
@@ -79,10 +66,6 @@ class LiveCamera : public device::CameraDevice {
   std::uint64_t last_number_ = 0;  // of the thread alone, as what follows
   device::CameraImage next_;
   device::HeartbeatMonitor silence_;
-
-  // Of the caller.
-  Condition told_ = Condition::running;
-  std::string told_words_;
 
   mutable std::mutex mutex_;  // held for moments; guards what follows
   std::condition_variable wake_;

@@ -6,6 +6,7 @@
 #include <functional>
 
 #include "drivers/cameras/camera_choice.h"
+#include "palpate/device/health_monitor.h"
 
 namespace palpate::drivers::cameras {
 namespace {
@@ -73,11 +74,24 @@ void wait_for(const std::function<bool()>& condition, const char* what) {
   }
 }
 
-std::string next_news(LiveCamera& camera) {
-  std::optional<std::string> news;
-  wait_for([&] { return (news = camera.news()).has_value(); }, "news");
-  return news.value_or("");
-}
+// What a person is told of it.
+class Watched {
+ public:
+  explicit Watched(LiveCamera& camera) : camera_(camera) {}
+  void look() { monitor_.follow(camera_.status().health, {}); }
+  bool silent() { return look(), told_.lines().size() == heard_; }
+  std::string next_news() {
+    wait_for([&] { return !silent(); }, "news");
+    const auto lines = told_.lines();
+    return heard_ < lines.size() ? lines[heard_++].text : "";
+  }
+
+ private:
+  LiveCamera& camera_;
+  LogCapture told_;
+  device::HealthMonitor<GraphicsClock> monitor_{Log()};
+  std::size_t heard_ = 0;
+};
 
 TEST(LiveCamera, HandsOverTheNewestPictureOnceAndDropsOlderOnes) {
   Script script;
@@ -127,11 +141,12 @@ TEST(LiveCamera, SaysThatFramesStoppedAndThatTheyCameBack) {
   auto camera = LiveCamera::open(std::make_unique<ScriptedSource>(script));
   ASSERT_TRUE(camera);
   wait_for([&] { return script.made > 3; }, "pictures");
-  EXPECT_FALSE((*camera)->news());
+  Watched watched(**camera);
+  EXPECT_TRUE(watched.silent());
   script.does = Does::rest;
-  EXPECT_EQ(next_news(**camera).find("camera scripted: no picture comes any more; see to its cable"), 0u);
+  EXPECT_EQ(watched.next_news().find("camera scripted: no picture comes any more; see to its cable"), 0u);
   script.does = Does::run;
-  EXPECT_EQ(next_news(**camera), "camera scripted: works again");
+  EXPECT_EQ(watched.next_news(), "camera scripted: works again");
 }
 
 TEST(LiveCamera, KnowsThatFramesStoppedHoweverRarelyItIsAsked) {
@@ -139,11 +154,11 @@ TEST(LiveCamera, KnowsThatFramesStoppedHoweverRarelyItIsAsked) {
   auto camera = LiveCamera::open(std::make_unique<ScriptedSource>(script));
   ASSERT_TRUE(camera);
   wait_for([&] { return script.made > 3; }, "pictures");
-  EXPECT_EQ((*camera)->status().condition, Condition::running);
+  EXPECT_FALSE((*camera)->status().health);
   script.does = Does::rest;
   // As a graphics server asks that draws for a second: this is its first question since.
   std::this_thread::sleep_for(3 * LiveCamera::kSilence);
-  EXPECT_NE((*camera)->status().condition, Condition::running);
+  EXPECT_TRUE((*camera)->status().health);
 }
 
 TEST(LiveCamera, SaysWhyNoneOfThePicturesIsOfUse) {
@@ -151,15 +166,16 @@ TEST(LiveCamera, SaysWhyNoneOfThePicturesIsOfUse) {
   auto camera = LiveCamera::open(std::make_unique<ScriptedSource>(script), 8, 4);
   ASSERT_TRUE(camera);
   wait_for([&] { return script.made > 3; }, "pictures");
+  Watched watched(**camera);
   script.does = Does::shrink;
-  EXPECT_EQ(next_news(**camera),
+  EXPECT_EQ(watched.next_news(),
             "camera scripted: its pictures are 4x4 px and the lens was calibrated at 8x4; set the camera to "
             "that size, or calibrate it anew (palpate calibrate camera)");
-  EXPECT_EQ((*camera)->status().condition, Condition::unfit);
+  EXPECT_EQ((*camera)->status().health.value().code, device::HealthCode::camera_unfit);
   script.does = Does::damage;
-  EXPECT_EQ(next_news(**camera), "camera scripted: a picture was damaged on its way");
+  EXPECT_EQ(watched.next_news(), "camera scripted: a picture was damaged on its way");
   script.does = Does::run;
-  EXPECT_EQ(next_news(**camera), "camera scripted: works again");
+  EXPECT_EQ(watched.next_news(), "camera scripted: works again");
   EXPECT_GT((*camera)->status().damaged, 1u);
 }
 
@@ -168,16 +184,17 @@ TEST(LiveCamera, OpensACameraThatWasUnpluggedAgainWithoutBeingAsked) {
   auto camera = LiveCamera::open(std::make_unique<ScriptedSource>(script));
   ASSERT_TRUE(camera);
   wait_for([&] { return script.made > 3; }, "pictures");
+  Watched watched(**camera);
   script.does = Does::vanish;
-  const auto news = next_news(**camera);
+  const auto news = watched.next_news();
   EXPECT_TRUE(news == "camera scripted: it was unplugged; plug it in again" ||
               news == "camera scripted: there is no such device")
       << news;
   wait_for([&] { return script.closed > 0; }, "closing");
-  EXPECT_EQ((*camera)->trouble(), news) << "in the same words while it is looked for";
+  EXPECT_TRUE(watched.silent()) << "nothing new while it is looked for";
   script.does = Does::run;
-  EXPECT_EQ(next_news(**camera), "camera scripted: works again");
-  EXPECT_EQ((*camera)->trouble(), "");
+  EXPECT_EQ(watched.next_news(), "camera scripted: works again");
+  EXPECT_FALSE((*camera)->status().health);
   EXPECT_EQ(script.opened, 2);
   EXPECT_EQ((*camera)->status().times_opened, 2u);
 }
@@ -186,9 +203,10 @@ TEST(LiveCamera, SaysOnceThatARecordingHasEnded) {
   Script script;
   auto camera = LiveCamera::open(std::make_unique<ScriptedSource>(script));
   ASSERT_TRUE(camera);
+  Watched watched(**camera);
   script.does = Does::end;
-  EXPECT_NE(next_news(**camera).find("the recording has ended"), std::string::npos);
-  EXPECT_FALSE((*camera)->news());
+  EXPECT_NE(watched.next_news().find("the recording has ended"), std::string::npos);
+  EXPECT_TRUE(watched.silent());
 }
 
 TEST(LiveCamera, OneThatIsAbsentAtFirstIsRefused) {

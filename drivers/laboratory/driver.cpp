@@ -37,10 +37,7 @@ class OpenedLab : public Base {
   OpenedLab(Client client, std::unique_ptr<Mine> device)
       : client_(std::move(client)), device_(std::move(device)) {}
   Device& device() override { return *device_; }
-  Expected<std::optional<std::string>> look() override {
-    if (auto alive = client_->check(); !alive) return tl::unexpected(alive.error());
-    return std::nullopt;
-  }
+  Expected<void> look() override { return client_->check(); }
 
  protected:
   Client client_;
@@ -50,20 +47,16 @@ class OpenedLab : public Base {
 class OpenedLabArm : public OpenedLab<device::OpenedArm, device::ArmDevice, LabArm> {
  public:
   using OpenedLab::OpenedLab;
-  Expected<std::optional<std::string>> look() override {
-    if (auto alive = client_->check(); !alive) return tl::unexpected(alive.error());
-    if (client_->silent() == told_silent_) return std::nullopt;
-    told_silent_ = client_->silent();
-    return told_silent_
-               ? fmt::format("laboratory '{}' stands still: no forces until it goes on", client_->name())
-               : fmt::format("laboratory '{}' goes on", client_->name());
+  std::optional<device::HealthReport> health() override {
+    if (!client_->silent()) return std::nullopt;
+    return device::HealthReport{
+        device::HealthCode::laboratory_silent,
+        fmt::format("laboratory '{}' stands still: no forces until it goes on", client_->name()),
+        fmt::format("laboratory '{}' goes on", client_->name())};
   }
   device::ArmFacts facts() const override {
     return {.simulated = true, .identity = "lab", .peak_n = {}, .continuous_n = {}};
   }
-
- private:
-  bool told_silent_ = false;
 };
 
 class OpenedLabCamera : public OpenedLab<device::OpenedCamera, device::CameraDevice, LabCamera> {

@@ -47,19 +47,19 @@ std::size_t bytes_of(const ImageWire& info, std::size_t most) {
 void ImageSlots::push(const ImageWire& info, const std::uint8_t* pixels) noexcept {
   const std::uint64_t k = words_[0].load(std::memory_order_relaxed);
   AtomicWord* words = slot(k);
-  words[0].store(2 * k + 1, std::memory_order_relaxed);
+  sequence_lock::begin_entry(words[0], k);
   store_words(words + 1, &info, sizeof info);
   store_words(words + 1 + words_for(sizeof info), pixels, bytes_of(info, bytes_));
-  words[0].store(2 * k + 2, std::memory_order_release);
+  sequence_lock::end_entry(words[0], k);
   words_[0].store(k + 1, std::memory_order_release);
 }
 
 bool ImageSlots::read(std::uint64_t k, ImageWire& info, std::uint8_t* pixels) const noexcept {
   const AtomicWord* words = slot(k);
-  if (words[0].load(std::memory_order_acquire) != 2 * k + 2) return false;
+  if (!sequence_lock::holds_entry(words[0], k)) return false;
   load_words(&info, words + 1, sizeof info);
   load_words(pixels, words + 1 + words_for(sizeof info), bytes_of(info, bytes_));
-  return words[0].load(std::memory_order_relaxed) == 2 * k + 2;
+  return sequence_lock::still_holds_entry(words[0], k);
 }
 
 Mapping::Mapping(Mapping&& other) noexcept

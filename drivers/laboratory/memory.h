@@ -88,7 +88,8 @@ struct LabMemory {
 };
 
 // The image ring of one camera, over memory that is all atomic words:
-// [count] then kImageSlots x [state, ImageWire, pixels]. Same protocol as BroadcastRing.
+// [count] then kImageSlots x [state, ImageWire, pixels]. The sequence lock is BroadcastRing's; the ring is another, as a
+// slot's size is that of the images, known at run time.
 class ImageSlots {
  public:
   ImageSlots(AtomicWord* words, std::size_t pixels_bytes) : words_(words), bytes_(pixels_bytes) {}

@@ -30,6 +30,7 @@
 #include <string_view>
 
 #include "palpate/device/devices.h"
+#include "palpate/device/health.h"
 #include "palpate/device/phantom.h"
 
 namespace palpate::drivers::openhaptics {
@@ -52,17 +53,9 @@ struct ArmFacts {
   double peak_n = 0.0, continuous_n = 0.0;  // as the device states them
 };
 
-enum class ArmCondition : std::uint8_t {
-  running,
-  forces_off,    // the device has complained of a force; samples go on
-  uncalibrated,  // waits for a person; no samples
-  inconsistent,  // angles and places of the tip do not fit: no forces until it is opened anew
-  gone,          // no samples; it is opened again when it returns
-};
-
 struct ArmStatus {
-  ArmCondition condition = ArmCondition::gone;
-  std::string message;       // one line: the reason and what to do; empty where it runs
+  // arm_lost, arm_inconsistent, arm_uncalibrated or arm_forces_off, with the reason and what to do; none: it runs.
+  std::optional<device::HealthReport> health;
   std::uint64_t cycles = 0;  // of the library, since the start
   std::uint64_t force_errors = 0, stale_cycles = 0, refused_commands = 0, times_lost = 0;
 };

@@ -12,6 +12,14 @@ namespace {
 
 using OpenHaptics = StubTest;
 
+bool is(const OpenHapticsArm& arm, device::HealthCode code) {
+  const auto health = arm.status().health;
+  return health && health->code == code;
+}
+std::string words_of(const OpenHapticsArm& arm) {
+  return arm.status().health.value_or(device::HealthReport{}).words;
+}
+
 void turn(HdStubDevice& device, const Vector3& joints) {
   for (int i = 0; i < 3; ++i) device.turned[i] = joints[i];
 }
@@ -30,7 +38,7 @@ TEST_F(OpenHaptics, ArmTellsWhoItIs) {
   EXPECT_EQ(arm->facts().library_version, "3.4.0");
   EXPECT_EQ(arm->facts().peak_n, 8.5);
   EXPECT_EQ(arm->facts().continuous_n, 1.4);
-  EXPECT_EQ(arm->status().message, "");
+  EXPECT_EQ(words_of(*arm), "");
 }
 
 TEST_F(OpenHaptics, JointAnglesAreThoseOfTheArmWhicheverWayItsTurretCounts) {
@@ -48,7 +56,7 @@ TEST_F(OpenHaptics, JointAnglesAreThoseOfTheArmWhicheverWayItsTurretCounts) {
       const Vector3 tip = device::phantom_tip(sample.joints).m;
       EXPECT_GT(tip.x() * turned[0], turned[0] == 0.0 ? -1.0 : 0.0);
     }
-    EXPECT_EQ(static_cast<int>(arm->status().condition), static_cast<int>(ArmCondition::running));
+    EXPECT_FALSE(arm->status().health);
   }
 }
 
@@ -161,14 +169,14 @@ TEST_F(OpenHaptics, EachForceErrorTurnsForcesOffForAMomentAndIsNamed) {
       d.error = error;
       d.error_cycles = 1000000;
     });
-    EXPECT_TRUE(comes_true([&] { return arm->status().condition == ArmCondition::forces_off; }));
-    const std::string line = arm->status().message;
+    EXPECT_TRUE(comes_true([&] { return is(*arm, device::HealthCode::arm_forces_off); }));
+    const std::string line = words_of(*arm);
     EXPECT_TRUE(says(line, {"arm openhaptics", "the default device", name}));
     EXPECT_GT(line.size(), line.rfind("; ") + 10) << "a remedy: " << line;
     EXPECT_EQ(force().norm(), 0.0);
     EXPECT_TRUE(reads(*arm));  // the tip stays known
     with([](HdStubDevice& d) { d.error_cycles = 0; });
-    EXPECT_TRUE(comes_true([&] { return arm->status().condition == ArmCondition::running; }));
+    EXPECT_TRUE(comes_true([&] { return !arm->status().health; }));
   }
   EXPECT_GE(arm->status().force_errors, 6u);
   EXPECT_EQ(arm->status().times_lost, 0u);
@@ -182,12 +190,12 @@ TEST_F(OpenHaptics, AForceTheDeviceRefusesIsNotRepeatedAtOnce) {
   settings.hold_s = 1000.0;
   const auto arm = opened(settings);
   arm->command({5.0, 0.0, 0.0});
-  EXPECT_TRUE(comes_true([&] { return arm->status().condition == ArmCondition::forces_off; }));
+  EXPECT_TRUE(comes_true([&] { return is(*arm, device::HealthCode::arm_forces_off); }));
   const auto before = arm->status().cycles;
   EXPECT_TRUE(comes_true([&] { return arm->status().cycles >= before + 100; }));
   EXPECT_EQ(arm->status().force_errors, 1u);
   EXPECT_EQ(force().norm(), 0.0);
-  EXPECT_TRUE(says(arm->status().message, {"HD_EXCEEDED_MAX_FORCE", "peak of the force limits"}));
+  EXPECT_TRUE(says(words_of(*arm), {"HD_EXCEEDED_MAX_FORCE", "peak of the force limits"}));
 }
 
 TEST_F(OpenHaptics, UnpluggedArmIsNoticedNamedGivenBackAndOpenedAgain) {
@@ -197,10 +205,10 @@ TEST_F(OpenHaptics, UnpluggedArmIsNoticedNamedGivenBackAndOpenedAgain) {
   with([](HdStubDevice& d) { d.plugged = false; });
   EXPECT_TRUE(comes_true([&] { return !reads(*arm); }));
   EXPECT_FALSE(arm->read().connected);
-  EXPECT_EQ(static_cast<int>(arm->status().condition), static_cast<int>(ArmCondition::gone));
-  EXPECT_TRUE(says(arm->status().message, {"HD_COMM_ERROR", "connection to it broke", "cable"}));
+  EXPECT_TRUE(is(*arm, device::HealthCode::arm_lost));
+  EXPECT_TRUE(says(words_of(*arm), {"HD_COMM_ERROR", "connection to it broke", "cable"}));
   EXPECT_TRUE(comes_true([&] { return !with([](HdStubDevice& d) { return d.open; }); }));
-  EXPECT_TRUE(comes_true([&] { return arm->status().message.find("HD_DEVICE_FAULT") != std::string::npos; }));
+  EXPECT_TRUE(comes_true([&] { return words_of(*arm).find("HD_DEVICE_FAULT") != std::string::npos; }));
   EXPECT_EQ(arm->status().times_lost, 1u);
   with([](HdStubDevice& d) {
     d.plugged = true;
@@ -208,7 +216,7 @@ TEST_F(OpenHaptics, UnpluggedArmIsNoticedNamedGivenBackAndOpenedAgain) {
   });
   EXPECT_TRUE(comes_true([&] { return reads(*arm); }));
   EXPECT_TRUE(arm->read().connected);
-  EXPECT_EQ(arm->status().message, "");
+  EXPECT_EQ(words_of(*arm), "");
   EXPECT_EQ(with([](HdStubDevice& d) { return d.times_opened; }), 2);
   EXPECT_EQ(arm->status().times_lost, 1u);
 }
@@ -219,8 +227,8 @@ TEST_F(OpenHaptics, AnotherArmInItsPlaceIsNotTakenForIt) {
   with([](HdStubDevice& d) { d.plugged = false; });
   ASSERT_TRUE(comes_true([&] { return !reads(*arm); }));
   with([](HdStubDevice& d) { d.plugged = true, d.serial = "0043"; });
-  EXPECT_TRUE(comes_true([&] { return arm->status().message.find("0043") != std::string::npos; }));
-  EXPECT_TRUE(says(arm->status().message, {"Simulated PHANToM 0043", "was Simulated PHANToM 0042"}));
+  EXPECT_TRUE(comes_true([&] { return words_of(*arm).find("0043") != std::string::npos; }));
+  EXPECT_TRUE(says(words_of(*arm), {"Simulated PHANToM 0043", "was Simulated PHANToM 0042"}));
   EXPECT_FALSE(reads(*arm));
   EXPECT_FALSE(arm->read().connected);
   EXPECT_FALSE(with([](HdStubDevice& d) { return d.open; }));
@@ -246,9 +254,9 @@ TEST_F(OpenHaptics, EachDeviceErrorOfACycleEndsItAndIsNamed) {
       d.error = error;
       d.error_cycles = 1;
     });
-    EXPECT_TRUE(comes_true([&] { return arm->status().condition == ArmCondition::gone; }));
+    EXPECT_TRUE(comes_true([&] { return is(*arm, device::HealthCode::arm_lost); }));
     EXPECT_FALSE(reads(*arm));
-    EXPECT_TRUE(says(arm->status().message, {name, "; "}));
+    EXPECT_TRUE(says(words_of(*arm), {name, "; "}));
     EXPECT_EQ(force().norm(), 0.0);
   }
 }
@@ -260,8 +268,8 @@ TEST_F(OpenHaptics, ALibraryThatStopsCallingIsNoticed) {
   ASSERT_TRUE(comes_true([&] { return reads(*arm); }));
   freeze(true);
   EXPECT_TRUE(comes_true([&] { return !reads(*arm); }));
-  EXPECT_TRUE(comes_true([&] { return arm->status().condition == ArmCondition::gone; }));
-  EXPECT_TRUE(says(arm->status().message, {"has not run its cycle for", "cable"}));
+  EXPECT_TRUE(comes_true([&] { return is(*arm, device::HealthCode::arm_lost); }));
+  EXPECT_TRUE(says(words_of(*arm), {"has not run its cycle for", "cable"}));
   freeze(false);
   EXPECT_TRUE(comes_true([&] { return reads(*arm); }));
 }
@@ -274,7 +282,7 @@ TEST_F(OpenHaptics, ALibraryThatDoesNotComeBackFromTheDeviceHoldsNobodyUp) {
   with([](HdStubDevice& d) { d.blocked = true; });
   EXPECT_TRUE(comes_true([&] { return with([](HdStubDevice& d) { return d.inside_begin; }); }));
   EXPECT_TRUE(comes_true([&] { return !reads(*arm); }));
-  EXPECT_TRUE(comes_true([&] { return arm->status().condition == ArmCondition::gone; }));
+  EXPECT_TRUE(comes_true([&] { return is(*arm, device::HealthCode::arm_lost); }));
   arm->command({1.0, 0.0, 0.0});  // returns
   with([](HdStubDevice& d) { d.blocked = false; });
   EXPECT_TRUE(comes_true([&] { return reads(*arm); }));
@@ -285,8 +293,8 @@ TEST_F(OpenHaptics, InkwellIsAskedForAndThenCalibratesWithoutForce) {
   with([](HdStubDevice& d) { d.calibration = 0x5002; });
   const auto arm = opened(patient());
   EXPECT_FALSE(reads(*arm));
-  EXPECT_EQ(static_cast<int>(arm->status().condition), static_cast<int>(ArmCondition::uncalibrated));
-  EXPECT_TRUE(says(arm->status().message, {"calibrated", "stylus into the inkwell"}));
+  EXPECT_TRUE(is(*arm, device::HealthCode::arm_uncalibrated));
+  EXPECT_TRUE(says(words_of(*arm), {"calibrated", "stylus into the inkwell"}));
   arm->command({1.0, 0.0, 0.0});
   next_sample(*arm);
   EXPECT_EQ(force().norm(), 0.0);
@@ -313,7 +321,7 @@ TEST_F(OpenHaptics, EncodersAreSetOnlyWhenAPersonSaysThatTheArmIsAtReset) {
     const auto arm = opened(settings);
     next_sample(*arm);
     EXPECT_FALSE(reads(*arm));
-    EXPECT_TRUE(says(arm->status().message, {"lost their zero", "reset position", "--arm-at-reset"}));
+    EXPECT_TRUE(says(words_of(*arm), {"lost their zero", "reset position", "--arm-at-reset"}));
     EXPECT_EQ(with([](HdStubDevice& d) { return d.times_calibrated; }), 0);
   }
   settings.at_reset_position = true;
@@ -327,7 +335,7 @@ TEST_F(OpenHaptics, EncodersAreSetOnlyWhenAPersonSaysThatTheArmIsAtReset) {
   });
   EXPECT_TRUE(comes_true([&] { return !reads(*arm); }));
   with([](HdStubDevice& d) { d.plugged = true; });
-  EXPECT_TRUE(comes_true([&] { return arm->status().condition == ArmCondition::uncalibrated; }));
+  EXPECT_TRUE(comes_true([&] { return is(*arm, device::HealthCode::arm_uncalibrated); }));
   EXPECT_FALSE(reads(*arm));
   EXPECT_EQ(with([](HdStubDevice& d) { return d.times_calibrated; }), 1);
 }
@@ -343,8 +351,8 @@ TEST_F(OpenHaptics, JointsThatDoNotFitTheTipsPlaceTurnForcesOff) {
     d.turned[1] = 0.5;
   });
   EXPECT_TRUE(comes_true([&] { return force().norm() == 0.0; }));
-  EXPECT_EQ(static_cast<int>(arm->status().condition), static_cast<int>(ArmCondition::inconsistent));
-  EXPECT_TRUE(says(arm->status().message, {"differ by more than 25 mm", "nominal_arm"}));
+  EXPECT_TRUE(is(*arm, device::HealthCode::arm_inconsistent));
+  EXPECT_TRUE(says(words_of(*arm), {"differ by more than 25 mm", "nominal_arm"}));
 }
 
 TEST_F(OpenHaptics, AnotherOriginAndShortLinksAreNoInconsistency) {
@@ -360,7 +368,7 @@ TEST_F(OpenHaptics, AnotherOriginAndShortLinksAreNoInconsistency) {
     with([&](HdStubDevice& d) { turn(d, turned); });
     EXPECT_LT((next_sample(*arm).joints - turned).norm(), 1e-12);
   }
-  EXPECT_EQ(arm->status().message, "");
+  EXPECT_EQ(words_of(*arm), "");
 }
 
 TEST_F(OpenHaptics, ReadingsThatAreNotNumbersAreNoSample) {
@@ -397,7 +405,7 @@ TEST_F(OpenHaptics, DevicesAreChosenByNameAndWorkBesideEachOther) {
   EXPECT_EQ(force(2).x(), 0.0);
   with([](HdStubDevice& d) { d.plugged = false; }, 1);
   EXPECT_TRUE(comes_true([&] { return !reads(*first); }));
-  EXPECT_TRUE(says(first->status().message, {"device 'Left'"}));
+  EXPECT_TRUE(says(words_of(*first), {"device 'Left'"}));
   EXPECT_TRUE(comes_true([&] { return reads(*second); }));
   EXPECT_EQ(second->status().times_lost, 0u);
 }

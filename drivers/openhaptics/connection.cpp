@@ -49,28 +49,30 @@ ArmStatus OpenHapticsArm::Connection::status() const {
   status.stale_cycles = stale_cycles_.load();
   status.refused_commands = refused_commands_.load();
   status.times_lost = times_lost_.load();
-  const std::string device = device_words(settings_.name);
+  const std::string name = device_words(settings_.name);
   const auto force_error = force_error_.load();
+  const auto is = [&](device::HealthCode code, std::string words) {
+    status.health = {code, std::move(words), "arm openhaptics: works again"};
+  };
   if (lost_.load()) {
     const std::lock_guard lock(line_guard_);
-    status.condition = ArmCondition::gone;
-    status.message =
-        told_lost_ ? last_error_line_ : error_line(settings_.name, fatal_.load(), fatal_internal_.load());
+    is(device::HealthCode::arm_lost,
+       told_lost_ ? last_error_line_ : error_line(settings_.name, fatal_.load(), fatal_internal_.load()));
+    status.health->end +=
+        "; see that it still knows where it is, then `palpate status --reset` lets forces come back";
   } else if (inconsistent_.load()) {
-    status.condition = ArmCondition::inconsistent;
-    status.message = fmt::format(
-        "arm openhaptics: {}: its joint angles and its tip's place differ by more than {:.0f} mm of way: "
-        "forces stay off; put the arm's link lengths into nominal_arm of the rig file, calibrate the device "
-        "with the maker's setup program, start again",
-        device, kLargestMismatch * kMillimetresPerMetre);
+    is(device::HealthCode::arm_inconsistent,
+       fmt::format(
+           "arm openhaptics: {}: its joint angles and its tip's place differ by more than {:.0f} mm of "
+           "way: forces stay off; put the arm's link lengths into nominal_arm of the rig file, "
+           "calibrate the device with the maker's setup program, start again",
+           name, kLargestMismatch * kMillimetresPerMetre));
   } else if (calibration_.load() != hd::kCalibrationOk) {
-    status.condition = ArmCondition::uncalibrated;
-    status.message = fmt::format("arm openhaptics: {}: {}", device, calibration_words());
+    is(device::HealthCode::arm_uncalibrated,
+       fmt::format("arm openhaptics: {}: {}", name, calibration_words()));
   } else if (force_error != hd::kSuccess && holds()) {
-    status.condition = ArmCondition::forces_off;
-    status.message = error_line(settings_.name, force_error, force_error_internal_.load());
-  } else {
-    status.condition = ArmCondition::running;
+    is(device::HealthCode::arm_forces_off,
+       error_line(settings_.name, force_error, force_error_internal_.load()));
   }
   return status;
 }

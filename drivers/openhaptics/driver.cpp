@@ -22,19 +22,12 @@ class OpenedOpenHapticsArm : public device::OpenedArm {
   }
 
   // A real arm is worth waiting for: it never ends the server.
-  Expected<std::optional<std::string>> look() override {
-    const auto status = arm_->status();
-    const bool first = !told_;
-    if (told_ == status.condition) return std::nullopt;
-    const bool was_gone = told_ == ArmCondition::gone;
-    told_ = status.condition;
-    if (status.condition != ArmCondition::running) return status.message;
+  std::optional<device::HealthReport> health() override { return arm_->status().health; }
+
+  std::string description() const override {
     const auto& facts = arm_->facts();
-    return first ? fmt::format("arm openhaptics: {} (serial {}, {:.1f} N), {}", facts.model, facts.serial,
-                               facts.peak_n, facts.library)
-           : was_gone ? "arm openhaptics: works again; see that it still knows where it is, then "
-                        "`palpate status --reset` lets forces come back"
-                      : "arm openhaptics: works again";
+    return fmt::format("arm openhaptics: {} (serial {}, {:.1f} N), {}", facts.model, facts.serial,
+                       facts.peak_n, facts.library);
   }
 
   Json figures() const override {
@@ -55,7 +48,6 @@ class OpenedOpenHapticsArm : public device::OpenedArm {
 
  private:
   std::unique_ptr<OpenHapticsArm> arm_;
-  std::optional<ArmCondition> told_;
 };
 
 Expected<std::unique_ptr<device::OpenedArm>> open_arm(const device::ArmRequest& request) {

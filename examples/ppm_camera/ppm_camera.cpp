@@ -122,8 +122,10 @@ class OpenedPipe : public device::OpenedCamera {
   device::CameraDevice& device() override { return camera_; }
   std::string name() const override { return "ppm:" + path_; }
   std::string description() const override { return "pictures of " + size_ + " out of a pipe"; }
-  std::string trouble() override {
-    return camera_.silent() ? "no picture comes out of " + path_ + "; see to the program that writes it" : "";
+  std::optional<device::HealthReport> health() override {
+    if (!camera_.silent()) return std::nullopt;
+    return device::HealthReport{device::HealthCode::camera_silent,
+                                "no picture comes out of " + path_ + "; see to the program that writes it"};
   }
   bool ended() const override { return camera_.ended(); }
   Json figures() const override { return camera_.figures(); }

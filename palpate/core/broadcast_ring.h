@@ -81,6 +81,25 @@ concept PartlyUsed = requires(T value) {
   noexcept;
 };
 
+// The state word of a slot, and with it the whole protocol: whoever lays out slots elsewhere, as for images of a size that
+// is known at run time, uses these as well.
+namespace sequence_lock {
+inline void begin_entry(AtomicWord& state, std::uint64_t k) noexcept {
+  state.store(2 * k + 1, std::memory_order_relaxed);
+}
+inline void end_entry(AtomicWord& state, std::uint64_t k) noexcept {
+  state.store(2 * k + 2, std::memory_order_release);
+}
+// Before its words are loaded.
+inline bool holds_entry(const AtomicWord& state, std::uint64_t k) noexcept {
+  return state.load(std::memory_order_acquire) == 2 * k + 2;
+}
+// After they have been: whether they are all of this entry.
+inline bool still_holds_entry(const AtomicWord& state, std::uint64_t k) noexcept {
+  return state.load(std::memory_order_relaxed) == 2 * k + 2;
+}
+}  // namespace sequence_lock
+
 template <typename T, std::size_t N>
 class BroadcastRing {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -93,14 +112,14 @@ class BroadcastRing {
   void push(const T& value) noexcept {
     const std::uint64_t k = count_.load(std::memory_order_relaxed);
     Slot& slot = slots_[k % N];
-    slot.state.store(2 * k + 1, std::memory_order_relaxed);
+    sequence_lock::begin_entry(slot.state, k);
     std::size_t bytes = sizeof(T);
     if constexpr (PartlyUsed<T>) {
       bytes = value.used_bytes();
       slot.bytes.store(bytes, std::memory_order_release);
     }
     store_words(slot.words.data(), &value, bytes);
-    slot.state.store(2 * k + 2, std::memory_order_release);
+    sequence_lock::end_entry(slot.state, k);
     count_.store(k + 1, std::memory_order_release);
   }
 
@@ -110,11 +129,11 @@ class BroadcastRing {
   // Copies entry k; false if it has been overwritten (or is not there yet), and `out` is then meaningless.
   bool read(std::uint64_t k, T& out) const noexcept {
     const Slot& slot = slots_[k % N];
-    if (slot.state.load(std::memory_order_acquire) != 2 * k + 2) return false;
+    if (!sequence_lock::holds_entry(slot.state, k)) return false;
     std::size_t bytes = sizeof(T);
     if constexpr (PartlyUsed<T>) bytes = slot.bytes.load(std::memory_order_acquire);
     load_words(&out, slot.words.data(), bytes);
-    if (slot.state.load(std::memory_order_relaxed) != 2 * k + 2) return false;
+    if (!sequence_lock::still_holds_entry(slot.state, k)) return false;
     if constexpr (PartlyUsed<T>) out.clear_unused();
     return true;
   }
@@ -129,7 +148,9 @@ class BroadcastRing {
   std::array<Slot, N> slots_{};
 };
 
-// The newest value, from one writer to any number of readers.
+// The newest value, from one writer to any number of readers, also of another process that may die or write anything: T is
+// plain bytes. What holds matrices or poses goes from one thread to one other by a TripleBuffer
+// (palpate/time/triple_buffer.h), which copies T as T, and whose reader never tries twice.
 template <typename T>
 class Mailbox {
  public:

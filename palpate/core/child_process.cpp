@@ -56,18 +56,19 @@ Expected<ChildProcess> ChildProcess::start(const std::filesystem::path& program,
   std::array<int, 2> pipe{};
   if (::pipe2(pipe.data(), O_CLOEXEC) != 0)
     return refused("{}: cannot be started ({})", name, reason_of(errno));
-  ReportReader reports(pipe[0]);
+  ReportReader reports{FileDescriptor(pipe[0])};
+  FileDescriptor childs(pipe[1]);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0);
   posix_spawn_file_actions_addopen(&actions, 1, "/dev/null", O_WRONLY, 0);
   posix_spawn_file_actions_addopen(&actions, 2, log_name.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644);
-  posix_spawn_file_actions_adddup2(&actions, pipe[1], kReportDescriptor);
+  posix_spawn_file_actions_adddup2(&actions, childs.get(), kReportDescriptor);
   pid_t pid = -1;
   Environment environment;
   const int code = ::posix_spawn(&pid, name.c_str(), &actions, nullptr, argv.data(), environment.get());
   posix_spawn_file_actions_destroy(&actions);
-  ::close(pipe[1]);
+  childs.close();
   if (code != 0) return refused("{}: cannot be started ({})", name, reason_of(code));
   return ChildProcess(pid, std::move(reports), log);
 }

@@ -74,7 +74,7 @@ TEST(ChildReport, OfManyKilobytesArrivesWholeAndAParentThatIsGoneEndsNobody) {
   ASSERT_EQ(::pipe(pipe.data()), 0);
   ::setenv(kReportVariable, std::to_string(pipe[1]).c_str(), 1);
   {
-    ReportReader reader(pipe[0]);
+    ReportReader reader{FileDescriptor(pipe[0])};
     Json figures = Json::array();
     for (int i = 0; i < 60000; ++i) figures.push_back(i);
     std::jthread child([&] { tell_parent_result(figures); });

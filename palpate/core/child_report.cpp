@@ -64,23 +64,22 @@ class NoPipeSignal {
 void tell_parent(const Json& report) {
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
-  static int descriptor = taken_over();
-  if (descriptor < 0) return;
+  static auto& descriptor = *new FileDescriptor(taken_over());  // threads may tell until the process ends
+  if (!descriptor) return;
   const std::string line = report.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   if (line.size() > kLongestReport) return;
   const NoPipeSignal quiet;
   for (std::string_view rest = line; !rest.empty();) {
-    const ssize_t written = ::write(descriptor, rest.data(), rest.size());
+    const ssize_t written = ::write(descriptor.get(), rest.data(), rest.size());
     if (written > 0) {
       rest.remove_prefix(static_cast<std::size_t>(written));
       continue;
     }
     if (errno == EINTR) continue;
-    pollfd room{descriptor, POLLOUT, 0};
+    pollfd room{descriptor.get(), POLLOUT, 0};
     if (errno == EAGAIN && ::poll(&room, 1, kPatienceMs) > 0 && (room.revents & POLLOUT) != 0) continue;
     // Nobody reads: nothing more is told, as half a line is on its way.
-    ::close(descriptor);
-    descriptor = -1;
+    descriptor.close();
     return;
   }
 }
@@ -91,25 +90,12 @@ void tell_parent_error(const std::string& message) {
 }
 void tell_parent_result(const Json& figures) { tell_parent({{"event", "result"}, {"figures", figures}}); }
 
-ReportReader& ReportReader::operator=(ReportReader&& other) noexcept {
-  std::swap(descriptor_, other.descriptor_);
-  std::swap(begun_, other.begun_);
-  std::swap(ready_, other.ready_);
-  std::swap(error_, other.error_);
-  std::swap(result_, other.result_);
-  return *this;
-}
-
-ReportReader::~ReportReader() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
 void ReportReader::read() {
   std::array<char, 16384> some;
-  while (descriptor_ >= 0) {
-    pollfd readable{descriptor_, POLLIN, 0};
+  while (descriptor_) {
+    pollfd readable{descriptor_.get(), POLLIN, 0};
     if (::poll(&readable, 1, 0) <= 0) return;
-    const ssize_t count = ::read(descriptor_, some.data(), some.size());
+    const ssize_t count = ::read(descriptor_.get(), some.data(), some.size());
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) return;
     begun_.append(some.data(), static_cast<std::size_t>(count));

@@ -12,8 +12,10 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "palpate/core/file_descriptor.h"
 #include "palpate/core/json.h"
 
 namespace palpate::inline core {
@@ -33,10 +35,7 @@ void tell_parent_result(const Json& figures);
 class ReportReader {
  public:
   ReportReader() = default;
-  explicit ReportReader(int descriptor) : descriptor_(descriptor) {}  // owned from here on
-  ReportReader(ReportReader&& other) noexcept { *this = std::move(other); }
-  ReportReader& operator=(ReportReader&& other) noexcept;
-  ~ReportReader();
+  explicit ReportReader(FileDescriptor descriptor) : descriptor_(std::move(descriptor)) {}
 
   // Takes what has come, without waiting. A line that is no report is left out.
   void read();
@@ -46,7 +45,7 @@ class ReportReader {
 
  private:
   void take(std::string_view line);
-  int descriptor_ = -1;
+  FileDescriptor descriptor_;
   std::string begun_;  // of the line that is not complete yet
   bool ready_ = false;
   std::optional<std::string> error_;

@@ -300,7 +300,7 @@ void DesktopUi::look(Instant<GraphicsClock> now, transport::StateLink& link,
     link.ask_status();
   }
   Standing c;
-  for (const auto& condition : conditions) c.devices.push_back(condition.text);
+  for (const auto& condition : conditions) c.devices.push_back(condition.words);
   const auto silence = link.since_last_word();
   const auto beat = silence ? (now - *silence).ns() : begun_->ns();
   if (std::abs(beat - physics_beat_ns_) > kSameBeat_ns) physics_beat_ns_ = beat;

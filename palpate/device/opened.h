@@ -11,6 +11,7 @@
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/device/devices.h"
+#include "palpate/device/health.h"
 
 namespace palpate::device {
 
@@ -20,8 +21,10 @@ class Opened {
   virtual ~Opened() = default;
   virtual Device& device() = 0;
   // To be called at least some ten times a second. Refused: it is gone for good, and who uses it has to end.
-  // Otherwise a line for a person where something has changed, such as a device that was unplugged.
-  virtual Expected<std::optional<std::string>> look() { return std::nullopt; }
+  virtual Expected<void> look() { return {}; }
+  // What is wrong with it now, such as that it is unplugged, and its end in words of its own where it has some; nothing:
+  // all is well. Asked as often; whether that is news, others judge (health_monitor.h).
+  virtual std::optional<HealthReport> health() { return std::nullopt; }
   // What happened to it, for figures; null where there is nothing to tell.
   virtual Json figures() const { return nullptr; }
 };
@@ -40,6 +43,8 @@ struct ArmFacts {
 class OpenedArm : public Opened<ArmDevice> {
  public:
   virtual ArmFacts facts() const = 0;
+  // One line of who it is, for the log; empty: nothing to say.
+  virtual std::string description() const { return ""; }
 };
 
 class OpenedTracker : public Opened<TrackerDevice> {
@@ -56,8 +61,6 @@ class OpenedCamera : public Opened<CameraDevice> {
   virtual std::string name() const = 0;              // "v4l2:/dev/video0", as a person would name it
   virtual std::string description() const = 0;       // one line: model, size, format
   virtual double exposure_s() const { return 0.0; }  // 0: not told
-  // What is wrong with it, in words that stay while the trouble is the same; empty: nothing.
-  virtual std::string trouble() { return ""; }
   // A recording that has no more.
   virtual bool ended() const { return false; }
   // Of two cameras that are one device and stamp by one clock: the right one, opened by the first call. Null:

@@ -9,11 +9,13 @@
 
 #include "palpate/core/csv.h"
 #include "palpate/core/file.h"
+#include "palpate/core/log.h"
 #include "palpate/core/statistics.h"
 
 namespace palpate::evaluation {
 namespace {
 
+constexpr Log kLog("graphics");
 constexpr std::size_t kMostKept = 100'000;  // pictures in the figures: an hour's
 constexpr Duration kMostUnsure = std::chrono::milliseconds(1);
 constexpr std::uint64_t kImagesBeforeWord = 90;  // without a timecode in any, somebody should hear of it
@@ -25,9 +27,8 @@ double in_ms(Duration d) { return 1e3 * to_seconds(d); }
 Expected<std::unique_ptr<LatencyProbe>> LatencyProbe::open(std::unique_ptr<device::OpenedDisplay> display,
                                                            const LatencySettings& settings,
                                                            const MonotonicClock<GraphicsClock>& clock,
-                                                           const std::filesystem::path& out,
-                                                           std::function<void(const std::string&)> say) {
-  std::unique_ptr<LatencyProbe> probe(new LatencyProbe(settings, clock, std::move(say)));
+                                                           const std::filesystem::path& out) {
+  std::unique_ptr<LatencyProbe> probe(new LatencyProbe(settings, clock));
   if (display) {
     probe->display_ = std::move(display);
     probe->thread_ = std::thread([raw = probe.get()] { raw->show_time(); });
@@ -71,7 +72,7 @@ void LatencyProbe::look(const server::graphics::GraphicsServer& server,
   if (!delay) {
     if (!told_ && meter_.read() == 0 && meter_.images() >= kImagesBeforeWord) {
       told_ = true;
-      if (say_) say_("graphics: " + delay.error().message);
+      kLog.write(LogLevel::warning, delay.error().message);
     }
     return;
   }

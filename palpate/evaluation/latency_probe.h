@@ -9,7 +9,6 @@
 
 #include <atomic>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -30,12 +29,11 @@ namespace palpate::evaluation {
 class LatencyProbe {
  public:
   // `display`: shows the timecode; none: somebody else shows it and says so. `out`: folder for
-  // realtime_photons.csv; empty: none. `say`: a line for the log.
+  // realtime_photons.csv; empty: none.
   static Expected<std::unique_ptr<LatencyProbe>> open(std::unique_ptr<device::OpenedDisplay> display,
                                                       const LatencySettings& settings,
                                                       const MonotonicClock<GraphicsClock>& clock,
-                                                      const std::filesystem::path& out,
-                                                      std::function<void(const std::string&)> say);
+                                                      const std::filesystem::path& out);
 
   ~LatencyProbe();
   // Somebody else has just shown the timecode of this time.
@@ -48,13 +46,11 @@ class LatencyProbe {
   Expected<void> finish() { return rows_ ? rows_->finish() : Expected<void>(); }
 
  private:
-  LatencyProbe(const LatencySettings& settings, const MonotonicClock<GraphicsClock>& clock,
-               std::function<void(const std::string&)> say)
-      : meter_(settings), clock_(clock), say_(std::move(say)) {}
+  LatencyProbe(const LatencySettings& settings, const MonotonicClock<GraphicsClock>& clock)
+      : meter_(settings), clock_(clock) {}
 
   LatencyMeter meter_;
   const MonotonicClock<GraphicsClock>& clock_;
-  std::function<void(const std::string&)> say_;
   void show_time();
 
   std::unique_ptr<device::OpenedDisplay> display_;

@@ -303,7 +303,7 @@ void HapticLoop::listen(Instant<PhysicsClock> now, SafetyInputs& inputs) {
     newest_ = said;
     heard_ = true;
     // What went before the first word is nobody's to feel.
-    begin_impacts(first && said.impact.number != 0 ? said.impact.number - 1 : before, now);
+    begin_impacts(first && !said.impact.none() ? said.impact.number - 1 : before, now);
   }
   inputs.input_age_s = heard_ ? to_seconds(now - newest_.time) : std::numeric_limits<double>::infinity();
 }
@@ -318,7 +318,7 @@ void HapticLoop::begin_impacts(std::uint64_t after, Instant<PhysicsClock> now) {
       ++(player_.start(impact, now) ? statistics_.impacts : statistics_.rejected_impacts);
   };
   const scene::ImpactEvent& newest = newest_.impact;
-  if (newest.number == after || newest.number == 0) return;
+  if (newest.number == after || newest.none()) return;
   std::uint64_t seen = after;
   const auto missed = [&](std::uint64_t number) {
     if (number > seen + 1) statistics_.missed_impacts += number - seen - 1;

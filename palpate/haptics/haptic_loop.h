@@ -7,7 +7,7 @@
 // peak, slew and the motors' heat; the device's own kinematics; the last clamp. What may be given at all the
 // guard says. tick() is called by the haptic thread at a fixed rate, or by a test; after construction it does
 // not allocate, lock, throw or write text. Input and output are triple buffers: one other thread (physics)
-// writes the input and reads the tip. condition() and records() are for any thread.
+// writes the input and reads the tip. What is const is for any thread; all else is the haptic thread's.
 #pragma once
 
 #include <array>
@@ -129,13 +129,15 @@ class HapticLoop {
   // Before the first tick: the law's force comes so much later (experiments).
   void delay_law(Duration delay) { law_delay_.set(delay); }
 
-  // Haptic thread, or after it has stopped.
-  const scene::TipState& tip() const { return tip_; }
-  // Whether the arm may have forces at all.
+  // Haptic thread, or after it has stopped. Whoever else looks on has the loop as const, and its condition() and records().
+  const scene::TipState& tip() { return tip_; }
+  const HapticStatistics& statistics() { return statistics_; }
+  ForceFault fault() { return guard_.fault(); }
+  ForceState state() { return guard_.state(); }
+  const JitterHistogram& law_cost() { return law_watch_.cost(); }
+
+  // Any thread: whether the arm may have forces at all; it does not change.
   const ForcePermit& permit() const { return settings_.permit; }
-  const HapticStatistics& statistics() const { return statistics_; }
-  ForceFault fault() const { return guard_.fault(); }
-  ForceState state() const { return guard_.state(); }
 
   // Any thread, also while a tick hangs, and a signal handler: the arm lets go; the next tick that comes begins
   // with no force and follows the rule for every return of force.
@@ -146,7 +148,6 @@ class HapticLoop {
   Guest busy_with() const { return busy_with_.load(std::memory_order_relaxed); }  // in the tick under way
   std::uint64_t ticks_ended() const { return ticks_ended_.load(std::memory_order_relaxed); }
   std::string name_of(Guest guest) const { return haptics::name_of(guest, guests_.application); }
-  const JitterHistogram& law_cost() const { return law_watch_.cost(); }
 
   // Any thread. Nothing before the first tick.
   HapticCondition condition() const { return condition_.newest().value_or(HapticCondition{}); }

@@ -59,6 +59,32 @@ TEST(HapticLoop, VelocityFollowsTheArmThroughCoarseEncoders) {
   EXPECT_LT(worst, 0.025);  // lag 2 ms times up to 3 m/s^2, and encoder steps
 }
 
+template <typename Loop>
+concept ShowsItsOwnViews = requires(Loop& loop) {
+  loop.tip();
+  loop.statistics();
+  loop.state();
+  loop.fault();
+  loop.law_cost();
+};
+template <typename Loop>
+concept CanBeLookedAt = requires(Loop& loop) {
+  loop.condition();
+  loop.records();
+  loop.permit();
+};
+// Others have it as const.
+static_assert(ShowsItsOwnViews<HapticLoop> && CanBeLookedAt<const HapticLoop>);
+template <typename Loop>
+concept ShowsTip = requires(Loop& loop) {
+  loop.tip();
+};
+template <typename Loop>
+concept ShowsStatistics = requires(Loop& loop) {
+  loop.statistics();
+};
+static_assert(!ShowsTip<const HapticLoop> && !ShowsStatistics<const HapticLoop>);
+
 TEST(HapticLoop, TheWholeImpulseArrivesInTheRightDirectionThroughTheDevicesOwnKinematics) {
   for (const double speed : {0.5, 2.3, 12.0}) {
     for (const double phase : {0.0, 0.0003, 0.00077}) {

@@ -7,11 +7,13 @@
 
 #include "palpate/core/csv.h"
 #include "palpate/core/file.h"
+#include "palpate/core/log.h"
 #include "palpate/time/real_time.h"
 
 namespace palpate::haptics {
 namespace {
 
+constexpr Log kLog("physics");
 constexpr auto kLook = std::chrono::milliseconds(20);
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr auto kAfter = std::chrono::milliseconds(500);
@@ -47,8 +49,8 @@ std::string trip_csv(const HapticCondition& trip, const std::vector<HapticRecord
                      name_of(trip.trip_fault), trip.trip_tick, csv.content());
 }
 
-TripWriter::TripWriter(const HapticLoop& loop, std::filesystem::path folder, Notice notice)
-    : loop_(loop), folder_(std::move(folder)), notice_(std::move(notice)) {
+TripWriter::TripWriter(const HapticLoop& loop, std::filesystem::path folder)
+    : loop_(loop), folder_(std::move(folder)) {
   thread_ = std::thread([this] { watch(); });
 }
 
@@ -92,13 +94,13 @@ void TripWriter::write(const HapticCondition& trip, std::uint64_t until) {
   const auto path = folder_ / fmt::format("trip_{}.csv", written_.load() + 1);
   if (auto done = write_file(path, trip_csv(trip, loop_.records_before(until))); !done) {
     ++left_out_;
-    if (notice_ && !heals(trip.trip_fault))
-      notice_(fmt::format("forces tripped ({}); the last seconds are lost: {}", why, done.error().message));
+    if (!heals(trip.trip_fault))
+      kLog.warning("forces tripped ({}); the last seconds are lost: {}", why, done.error().message);
     return;
   }
   ++written_;
-  if (notice_ && !heals(trip.trip_fault))
-    notice_(fmt::format("forces tripped ({}); the last seconds are in {}", why, path.string()));
+  if (!heals(trip.trip_fault))
+    kLog.warning("forces tripped ({}); the last seconds are in {}", why, path.string());
 }
 
 }  // namespace palpate::haptics

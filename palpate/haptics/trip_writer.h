@@ -9,7 +9,6 @@
 #include <atomic>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <thread>
 
@@ -23,12 +22,11 @@ std::string trip_csv(const HapticCondition& trip, const std::vector<HapticRecord
 
 class TripWriter {
  public:
-  // A line for a person, of a fault that does not heal by itself; from this object's thread.
-  using Notice = std::function<void(const std::string&)>;
   static constexpr int kMostFiles = 4;
   static constexpr Duration kLeastApart = std::chrono::seconds(10);
 
-  TripWriter(const HapticLoop& loop, std::filesystem::path folder, Notice notice);
+  // A fault that does not heal by itself is a line of the physics server's log, from this object's thread.
+  TripWriter(const HapticLoop& loop, std::filesystem::path folder);
   ~TripWriter() { stop(); }
   TripWriter(const TripWriter&) = delete;
   TripWriter& operator=(const TripWriter&) = delete;
@@ -45,7 +43,6 @@ class TripWriter {
 
   const HapticLoop& loop_;
   std::filesystem::path folder_;
-  Notice notice_;
   HapticCondition pending_;  // where `open_`
   bool open_ = false;
   std::uint64_t seen_ = 0;

@@ -4,6 +4,7 @@
 
 #include "palpate/core/csv.h"
 #include "palpate/core/file.h"
+#include "palpate/core/log.h"
 #include "palpate/haptics/haptic_bench_test.h"
 #include "tests/scratch_folder.h"
 
@@ -12,22 +13,23 @@ namespace {
 
 TEST(TripWriter, TheLastSecondsBeforeATripAreInAFile) {
   const ScratchFolder scratch;
-  std::vector<std::string> told;
+  const LogCapture told;
   HapticSettings settings = without_ramp();
   settings.record_s = 0.05;
   HapticBench bench(settings);
   bench.message.continuous = {0.0, 1.0, 0.0};
-  TripWriter writer(bench.loop, scratch.path(), [&](const std::string& line) { told.push_back(line); });
+  TripWriter writer(bench.loop, scratch.path());
   bench.live(100);
   bench.arm.sample.connected = false;
   bench.live(20);
   writer.stop();
   EXPECT_EQ(writer.written(), 1u);
   EXPECT_EQ(writer.left_out(), 0u);
-  ASSERT_EQ(told.size(), 1u);
-  EXPECT_NE(told[0].find("arm lost"), std::string::npos) << told[0];
+  ASSERT_EQ(told.lines().size(), 1u);
+  EXPECT_EQ(told.lines()[0].level, LogLevel::warning);
+  EXPECT_EQ(told.text().find("physics: forces tripped (arm lost"), 0u) << told.text();
   const auto file = scratch.path() / "trip_1.csv";
-  EXPECT_NE(told[0].find(file.string()), std::string::npos) << told[0];
+  EXPECT_NE(told.text().find(file.string()), std::string::npos) << told.text();
 
   const auto content = read_file(file);
   ASSERT_TRUE(content);
@@ -51,7 +53,7 @@ TEST(TripWriter, TheLastSecondsBeforeATripAreInAFile) {
 TEST(TripWriter, WithoutATripThereIsNoFile) {
   const ScratchFolder scratch;
   HapticBench bench(without_ramp());
-  TripWriter writer(bench.loop, scratch.path(), nullptr);
+  TripWriter writer(bench.loop, scratch.path());
   bench.live(100);
   writer.stop();
   EXPECT_EQ(writer.written(), 0u);
@@ -59,23 +61,23 @@ TEST(TripWriter, WithoutATripThereIsNoFile) {
 }
 
 TEST(TripWriter, ATripThatCannotBeWrittenIsTold) {
-  std::vector<std::string> told;
+  const LogCapture told;
   HapticBench bench(without_ramp());
-  TripWriter writer(bench.loop, "/nowhere/at/all", [&](const std::string& line) { told.push_back(line); });
+  TripWriter writer(bench.loop, "/nowhere/at/all");
   bench.live(10);
   bench.arm.sample.connected = false;
   bench.live();
   writer.stop();
   EXPECT_EQ(writer.written(), 0u);
   EXPECT_EQ(writer.left_out(), 1u);
-  ASSERT_EQ(told.size(), 1u);
-  EXPECT_NE(told[0].find("/nowhere/at/all"), std::string::npos) << told[0];
+  ASSERT_EQ(told.lines().size(), 1u);
+  EXPECT_NE(told.text().find("/nowhere/at/all"), std::string::npos) << told.text();
 }
 
 TEST(TripWriter, TheHapticThreadGoesOnWhileTheFileIsWritten) {
   const ScratchFolder scratch;
   HapticBench bench(without_ramp());
-  TripWriter writer(bench.loop, scratch.path(), nullptr);
+  TripWriter writer(bench.loop, scratch.path());
   bench.live(10);
   bench.arm.sample.connected = false;
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);

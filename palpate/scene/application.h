@@ -65,7 +65,7 @@ struct SceneDescription {
 // An impact the hand must feel: starts at `start`, lasts `duration`; impulse along `direction` (on the hand,
 // World).
 struct ImpactEvent {
-  std::uint64_t number = 0;  // 1, 2, ...; 0 = none yet
+  std::uint64_t number = 0;  // 1, 2, ... by the application
   Instant<PhysicsClock> start;
   Duration duration{0};
   Vector3 direction = Vector3::Zero();  // unit, force on the hand
@@ -75,6 +75,8 @@ struct ImpactEvent {
   double restitution = 1.0;
   ContactModel model = ContactModel::non_sticky;  // the force's course over `duration`
 
+  // None yet: what stands where an application has had no impact.
+  bool none() const { return number == 0; }
   double impulse() const { return mass * (1.0 + restitution) * approach_speed; }  // N s, along `direction`
 };
 

@@ -63,6 +63,8 @@ struct SceneState {
   std::int32_t body_count = 0;
   std::array<BodyState, kBodies> bodies{};  // last: those beyond body_count are never copied (PartlyUsed)
 
+  // Of a server that has made no step yet: nothing to draw. Steps count from 1.
+  bool empty() const { return tick == 0; }
   // Both together: what the hand feels now, N, World.
   Vector3 felt_force() const { return Vector3(impact.force.data()) + Vector3(continuous.force.data()); }
 

@@ -46,16 +46,17 @@ void DeviceFaults::disturb(double t, std::vector<device::TrackerSample>& samples
   }
 }
 
-std::vector<const char*> DeviceFaults::holding(double t) const {
-  std::vector<const char*> names;
-  for (const auto& [name, span] : {std::pair{"camera_silent", &faults_.camera_silent},
-                                   {"image_size", &faults_.image_size},
-                                   {"camera_clock", &faults_.camera_clock},
-                                   {"tracker_silent", &faults_.tracker_silent},
-                                   {"tracker_blind", &faults_.tracker_blind},
-                                   {"tracker_clock", &faults_.tracker_clock}})
-    if (holds(*span, t)) names.push_back(name);
-  return names;
+std::vector<std::pair<device::HealthCode, bool>> DeviceFaults::at(double t) const {
+  using enum device::HealthCode;
+  std::vector<std::pair<device::HealthCode, bool>> all;
+  for (const auto& [code, span] : {std::pair{camera_silent, &faults_.camera_silent},
+                                   {image_size, &faults_.image_size},
+                                   {camera_clock, &faults_.camera_clock},
+                                   {tracker_silent, &faults_.tracker_silent},
+                                   {tracker_blind, &faults_.tracker_blind},
+                                   {tracker_clock, &faults_.tracker_clock}})
+    all.emplace_back(code, holds(*span, t));
+  return all;
 }
 
 }  // namespace palpate::sim

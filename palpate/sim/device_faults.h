@@ -8,9 +8,11 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "palpate/device/devices.h"
+#include "palpate/device/health.h"
 #include "palpate/sim/config/world_file.h"
 
 namespace palpate::sim {
@@ -22,8 +24,8 @@ class DeviceFaults {
   // At `t` seconds since play began.
   void disturb(double t, std::optional<device::CameraImage>& image) const;
   void disturb(double t, std::vector<device::TrackerSample>& samples) const;
-  // Names of those that hold, as the world file has them, without their unit.
-  std::vector<const char*> holding(double t) const;
+  // Each, and whether it holds; the world file has them by the codes' names.
+  std::vector<std::pair<device::HealthCode, bool>> at(double t) const;
 
  private:
   bool holds(const config::Range& span, double t) const;

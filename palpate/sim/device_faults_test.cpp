@@ -12,10 +12,17 @@ device::CameraImage small_image() {
   return image;
 }
 
+std::vector<device::HealthCode> holding(const DeviceFaults& faults, double t) {
+  std::vector<device::HealthCode> codes;
+  for (const auto& [code, holds] : faults.at(t))
+    if (holds) codes.push_back(code);
+  return codes;
+}
+
 TEST(DeviceFaults, WithoutAnyNothingChanges) {
   const DeviceFaults faults(config::reference_world());
   for (double t = 0.0; t < 100.0; t += 0.25) {
-    EXPECT_TRUE(faults.holding(t).empty());
+    EXPECT_TRUE(holding(faults, t).empty());
     std::optional<device::CameraImage> image = small_image();
     faults.disturb(t, image);
     ASSERT_TRUE(image);
@@ -45,10 +52,9 @@ TEST(DeviceFaults, ItComesAgainWhereThatIsAskedFor) {
   world.faults.repeat_s = 10.0;
   const DeviceFaults faults(world);
   for (const double t : {2.5, 12.5, 1002.5}) {
-    ASSERT_EQ(faults.holding(t).size(), 1u) << t;
-    EXPECT_STREQ(faults.holding(t).front(), "tracker_blind");
+    EXPECT_EQ(holding(faults, t), std::vector{device::HealthCode::tracker_blind}) << t;
   }
-  for (const double t : {1.5, 3.5, 13.5, 1003.5}) EXPECT_TRUE(faults.holding(t).empty()) << t;
+  for (const double t : {1.5, 3.5, 13.5, 1003.5}) EXPECT_TRUE(holding(faults, t).empty()) << t;
 }
 
 TEST(DeviceFaults, AnImageOfTheWrongSizeHasEverySecondPixelOfEverySecondRow) {

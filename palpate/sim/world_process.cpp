@@ -9,6 +9,8 @@
 #include <utility>
 
 #include "drivers/laboratory/channel.h"
+#include "palpate/core/log.h"
+#include "palpate/device/health_monitor.h"
 #include "palpate/sim/device_faults.h"
 #include "palpate/sim/exposure_log.h"
 #include "palpate/sim/simulated_display.h"
@@ -16,6 +18,7 @@
 namespace palpate::sim {
 namespace {
 
+constexpr Log kLog("world");
 constexpr Duration kTick = std::chrono::milliseconds(1);
 
 // Draws the newest shot in a thread of its own, while it is on its way, and publishes it at its arrival, as
@@ -135,27 +138,6 @@ class CameraRenderThread {
   std::thread thread_;
 };
 
-// Says which faults begin and end.
-class FaultTeller {
- public:
-  explicit FaultTeller(const std::function<void(const std::string&)>& say) : say_(say) {}
-  void look(std::vector<const char*> holding) {
-    if (holding == told_) return;
-    const auto among = [](const std::vector<const char*>& list, const char* name) {
-      return std::find(list.begin(), list.end(), name) != list.end();
-    };
-    for (const auto* name : holding)
-      if (say_ && !among(told_, name)) say_(fmt::format("world: fault {} begins", name));
-    for (const auto* name : told_)
-      if (say_ && !among(holding, name)) say_(fmt::format("world: fault {} is over", name));
-    told_ = std::move(holding);
-  }
-
- private:
-  const std::function<void(const std::string&)>& say_;
-  std::vector<const char*> told_;  // literals: the same name has the same address
-};
-
 // The force on the simulated arm: what whoever commands it wants, as long as it wants it.
 class ForceOnArm {
  public:
@@ -216,11 +198,8 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
       options.seconds > 0.0 ? start + seconds(options.seconds) : Instant<TrueTime>{Duration::max()};
   auto tick = start;
   ForceOnArm force;
-  const auto notice = [&](const std::string& line) {
-    if (options.notice) options.notice(line);
-  };
   const DeviceFaults faults(file);
-  FaultTeller fault_teller(options.notice);
+  device::HealthMonitor<TrueTime> fault_monitor(kLog);
   MonotonicClock<TrueTime> waiting;
   while (!stop.load(std::memory_order_relaxed) && tick < end) {
     tick += kTick;
@@ -237,7 +216,12 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
     arm.waited = waiting.now() - now;
     server.publish_arm(arm);
     const double since = to_seconds(now - start);
-    fault_teller.look(faults.holding(since));
+    for (const auto& [code, holds] : faults.at(since))
+      if (holds != fault_monitor.holds(code))
+        fault_monitor.set(holds,
+                          {code, fmt::format("fault {} begins", device::name_of(code)),
+                           fmt::format("fault {} is over", device::name_of(code))},
+                          now);
     auto samples = world.tracker().poll();
     faults.disturb(since, samples);
     for (const auto& sample : samples) server.publish_tracker(sample);
@@ -245,19 +229,17 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
     if ((shots.left || shots.right) && render_thread) render_thread->draw(std::move(shots));
     server.heartbeat();
     if (report.ticks == 1 && options.ready) options.ready();
-    if (report.ticks == 1)
-      notice(fmt::format("world: the devices of laboratory '{}' are open", options.name));
+    if (report.ticks == 1) kLog.info("the devices of laboratory '{}' are open", options.name);
     if (force.lost_now(server))
-      notice(
-          "world: whoever commanded the arm has gone silent; it is without force until another `palpate "
+      kLog.warning(
+          "whoever commanded the arm has gone silent; it is without force until another `palpate "
           "physics` takes it");
     // Without pictures there still is an arm to feel with.
     if (render_thread && report.picture_fault.empty() && report.ticks % 100 == 0) {
       report.picture_fault = render_thread->fault();
       if (!report.picture_fault.empty())
-        notice(fmt::format(
-            "world: the camera's picture cannot be drawn: {}; arm and tracker go on without pictures",
-            report.picture_fault));
+        kLog.warning("the camera's picture cannot be drawn: {}; arm and tracker go on without pictures",
+                     report.picture_fault);
     }
   }
   if (render_thread) report.images = render_thread->images();

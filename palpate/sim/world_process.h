@@ -5,7 +5,7 @@
 // arm, tracker and hand once a millisecond; another draws the camera's pictures, so that drawing never holds
 // up the arm, and paints the display that hangs in their view (simulated_display.h). Faults of the world file
 // (device_faults.h) count from the start, and are told as they begin and end. A world that cannot keep up
-// falls behind in what it shows, never in its stamps; how far is counted.
+// falls behind in what it shows, never in its stamps; how far is counted. The log's part is "world".
 #pragma once
 
 #include <atomic>
@@ -28,8 +28,7 @@ struct WorldProcessOptions {
   std::filesystem::path exposures;
   // Makes the renderer, in the thread that will use it; none: no pictures.
   std::function<RenderView()> make_renderer;
-  std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
-  std::function<void()> ready;                     // called once, when the devices are open
+  std::function<void()> ready;  // called once, when the devices are open
 };
 
 struct WorldProcessReport {

@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <thread>
 
 #include "drivers/laboratory/channel.h"
+#include "palpate/core/log.h"
 #include "tests/scratch_folder.h"
 
 namespace palpate::sim {
@@ -122,15 +124,19 @@ TEST(WorldProcess, PicturesThatCannotBeDrawnAreToldOnceAndTheArmGoesOn) {
   options.folder = folder.path();
   options.make_renderer = []() -> RenderView { throw std::runtime_error("no display and no EGL"); };
   options.seconds = 2.0;
-  std::uint64_t told = 0;
-  options.notice = [&](const std::string& line) {
-    if (line.find("cannot be drawn: no display and no EGL; arm and tracker go on") != std::string::npos)
-      ++told;
-  };
+  const LogCapture told;
   const std::atomic<bool> stop{false};
   const auto report = run_world(config::reference_world(), options, stop);
   ASSERT_TRUE(report) << report.error().message;
-  EXPECT_EQ(told, 1u);
+  const auto lines = told.lines();
+  EXPECT_EQ(std::count_if(lines.begin(), lines.end(),
+                          [](const LogLine& line) {
+                            return line.text ==
+                                   "world: the camera's picture cannot be drawn: no display and no EGL; arm "
+                                   "and tracker go on without pictures";
+                          }),
+            1)
+      << told.text();
   EXPECT_EQ(report->picture_fault, "no display and no EGL");
   EXPECT_EQ(report->images, 0u);
   EXPECT_GT(report->ticks, 200u);  // it is looked for every hundred

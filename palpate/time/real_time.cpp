@@ -16,6 +16,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
+#include <utility>
 
 namespace palpate::inline time {
 namespace {
@@ -47,18 +48,9 @@ void touch_code() {
 }  // namespace
 
 CoresAwake::CoresAwake() {
-  const int file = open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC);
-  if (file < 0) return;
+  FileDescriptor file(open("/dev/cpu_dma_latency", O_WRONLY | O_CLOEXEC));
   const std::int32_t most_us = 0;
-  if (write(file, &most_us, sizeof most_us) == sizeof most_us) {
-    file_ = file;
-  } else {
-    close(file);
-  }
-}
-
-CoresAwake::~CoresAwake() {
-  if (file_ >= 0) close(file_);
+  if (file && write(file.get(), &most_us, sizeof most_us) == sizeof most_us) file_ = std::move(file);
 }
 
 void sharpen_sleep() { prctl(PR_SET_TIMERSLACK, 1UL, 0UL, 0UL, 0UL); }

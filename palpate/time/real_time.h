@@ -4,6 +4,8 @@
 
 #include <string>
 
+#include "palpate/core/file_descriptor.h"
+
 namespace palpate::inline time {
 
 struct RealTimeGrant {
@@ -29,13 +31,10 @@ RealTimeGrant enter_real_time(int priority);
 class CoresAwake {
  public:
   CoresAwake();
-  ~CoresAwake();
-  CoresAwake(const CoresAwake&) = delete;
-  CoresAwake& operator=(const CoresAwake&) = delete;
-  bool granted() const { return file_ >= 0; }
+  bool granted() const { return static_cast<bool>(file_); }
 
  private:
-  int file_ = -1;  // the kernel keeps to it as long as this is open
+  FileDescriptor file_;  // the kernel keeps to it as long as this is open
 };
 
 // Of the calling thread: sleeps that end as near the wanted time as the

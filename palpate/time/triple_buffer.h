@@ -2,7 +2,8 @@
 //
 // A triple buffer: the writer fills a slot of its own and exchanges it with the middle one, the reader
 // exchanges its slot with the middle one when that is fresh. T is copied; nothing is torn, nothing allocates.
-// Values in between are dropped.
+// Values in between are dropped. For more readers, or over shared memory, there is Mailbox (palpate/core/broadcast_ring.h),
+// whose values are plain bytes; matrices and poses of Eigen are not.
 #pragma once
 
 #include <array>

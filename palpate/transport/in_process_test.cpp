@@ -62,24 +62,25 @@ TEST(InProcessNetwork, ADevicesTroubleReachesWhoAsksForTheStatusAtOnce) {
   InProcessRig rig;
   auto server = rig.serve();
   auto screen = rig.connect("screen"), asking = rig.connect("status");
-  const auto told = [&](const std::vector<std::string>& conditions) {
+  const auto told = [&](const ClientFigures& figures) {
     asking->ask_status();
     if (!asking->status()) return false;
     for (const auto& client : asking->status()->clients)
-      if (client.name == "screen") return client.figures.conditions == conditions;
+      if (client.name == "screen") return same_trouble(client.figures, figures);
     return false;
   };
   ClientFigures figures{.frames = 1};
   screen->tell(figures);
   const std::vector<StateLink*> links{screen.get(), asking.get()};
-  ASSERT_TRUE(rig.until(links, [&] { return told({}); }));
+  ASSERT_TRUE(rig.until(links, [&] { return told(ClientFigures{}); }));
   for (int moment = 0; moment < 5; ++moment) {
     ++figures.frames;
     figures.conditions.clear();
-    if (moment % 2 == 0) figures.conditions = {"camera: no image"};
+    if (moment % 2 == 0)
+      figures.conditions = {{device::HealthCode::camera_silent, 0.1 * moment, "camera: no image"}};
     screen->tell(figures);
     const auto begun = rig.network.now();
-    ASSERT_TRUE(rig.until(links, [&] { return told(figures.conditions); }));
+    ASSERT_TRUE(rig.until(links, [&] { return told(figures); }));
     EXPECT_LT(to_seconds(rig.network.now() - begun), 0.005) << moment;
     for (int ms = 0; ms < 37; ++ms) {
       rig.wait_a_little();

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "palpate/core/file.h"
+#include "palpate/core/file_descriptor.h"
 #include "palpate/core/run_directory.h"
 #include "palpate/core/system_error.h"
 #include "palpate/core/text.h"
@@ -72,18 +73,17 @@ struct Reading {
 };
 
 Reading read_whole(const fs::path& path) {
-  const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (fd < 0) return {errno, {}};
+  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (!file) return {errno, {}};
   Reading reading;
   std::array<char, 4096> part{};
   while (reading.text.size() <= kMostKeyFileBytes) {
-    const ssize_t got = ::read(fd, part.data(), part.size());
+    const ssize_t got = ::read(file.get(), part.data(), part.size());
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) reading.error = errno;
     if (got <= 0) break;
     reading.text.append(part.data(), static_cast<std::size_t>(got));
   }
-  ::close(fd);
   return reading;
 }
 
@@ -112,19 +112,15 @@ Expected<void> check_keys_folder(const fs::path& folder, const struct stat& info
 }
 
 // The file's text, empty where there is none. Refused where users other than ours could have written it or
-// put it there, and with `secret` where they could read it. `for_want` as in read_authorized_keys().
-Expected<std::string> read_own_file(const fs::path& path, bool secret, bool* for_want = nullptr) {
-  const auto wants = [for_want](int error) {
-    if (for_want != nullptr) *for_want = error == EMFILE || error == ENFILE || error == ENOMEM;
-  };
+// put it there, and with `secret` where they could read it; ErrorCode::exhausted as in read_authorized_keys().
+Expected<std::string> read_own_file(const fs::path& path, bool secret) {
   struct stat info {};
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   if (stat(folder.c_str(), &info) == 0)
     if (auto own = check_keys_folder(folder, info); !own) return tl::unexpected(own.error());
   if (stat(path.c_str(), &info) != 0) {
     if (errno == ENOENT) return std::string();
-    wants(errno);
-    return refused("{}: cannot be looked at ({})", path.string(), reason_of(errno));
+    return refused(code_of(errno), "{}: cannot be looked at ({})", path.string(), reason_of(errno));
   }
   if (info.st_uid != geteuid())
     return refused("{}: belongs to user {}, not to {}; keys must be your own", path.string(), info.st_uid,
@@ -140,8 +136,8 @@ Expected<std::string> read_own_file(const fs::path& path, bool secret, bool* for
   Reading reading = read_whole(path);
   if (reading.error == EMFILE) reading = read_whole_apart(path);
   if (reading.error == 0) return std::move(reading.text);
-  wants(reading.error);
-  return wrong_use("{}: cannot be read ({}); check its permissions", path.string(), reason_of(reading.error));
+  return wrong_use(code_of(reading.error), "{}: cannot be read ({}); check its permissions", path.string(),
+                   reason_of(reading.error));
 }
 
 Expected<void> make_keys_folder(const fs::path& folder) {
@@ -159,14 +155,13 @@ class FolderLock {
 
   static Expected<FolderLock> take(const fs::path& folder) {
     const fs::path file = folder / "lock";
-    const int fd = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
-    if (fd < 0)
+    FolderLock lock(FileDescriptor(::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600)));
+    if (!lock.fd_)
       return refused(
           "{}: cannot be opened ({}), and without it keys are not changed; check it and its folder",
           file.string(), reason_of(errno));
-    FolderLock lock(fd);
     const auto until = std::chrono::steady_clock::now() + kPatience;
-    while (::flock(fd, LOCK_EX | LOCK_NB) != 0) {
+    while (::flock(lock.fd_.get(), LOCK_EX | LOCK_NB) != 0) {
       if (errno != EWOULDBLOCK && errno != EINTR)
         return refused("{}: cannot be locked ({}), and without that keys are not changed", file.string(),
                        reason_of(errno));
@@ -177,15 +172,10 @@ class FolderLock {
     }
     return lock;
   }
-  FolderLock(FolderLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
-  FolderLock& operator=(FolderLock&&) = delete;
-  ~FolderLock() {
-    if (fd_ >= 0) ::close(fd_);
-  }
 
  private:
-  explicit FolderLock(int fd) : fd_(fd) {}
-  int fd_;
+  explicit FolderLock(FileDescriptor fd) : fd_(std::move(fd)) {}
+  FileDescriptor fd_;
 };
 
 // The lines of a file in the folder become those that `change` makes of them.
@@ -318,9 +308,9 @@ AuthorizedKeys parse_authorized_keys(std::string_view text, const std::string& s
   return result;
 }
 
-Expected<AuthorizedKeys> read_authorized_keys(const fs::path& folder, bool* for_want) {
+Expected<AuthorizedKeys> read_authorized_keys(const fs::path& folder) {
   const fs::path file = authorized_file(folder);
-  const auto text = read_own_file(file, false, for_want);
+  const auto text = read_own_file(file, false);
   if (!text) return tl::unexpected(text.error());
   return parse_authorized_keys(*text, file.string());
 }

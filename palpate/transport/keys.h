@@ -62,9 +62,8 @@ struct AuthorizedKeys {
 };
 // Never fails: what cannot be understood admits nobody.
 AuthorizedKeys parse_authorized_keys(std::string_view text, const std::string& source);
-// Empty where there is no file. `for_want`, where it is given: whether the reason was a want of descriptors
-// or memory, which says nothing about the file.
-Expected<AuthorizedKeys> read_authorized_keys(const std::filesystem::path& folder, bool* for_want = nullptr);
+// Empty where there is no file. ErrorCode::exhausted: for want of descriptors or memory, which says nothing about the file.
+Expected<AuthorizedKeys> read_authorized_keys(const std::filesystem::path& folder);
 // A key that is there already gets the new role and name.
 Expected<void> authorize_key(const std::filesystem::path& folder, const AuthorizedKey& key);
 // By key or name; how many were taken out.

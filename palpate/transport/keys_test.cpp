@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/file.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -122,6 +123,25 @@ void all_at_once(const std::vector<std::function<bool()>>& commands) {
     waitpid(child, &status, 0);
     EXPECT_EQ(status, 0);
   }
+}
+
+// A server decides by the code whether to keep the list it has.
+TEST(Keys, AListThatCannotBeReadForWantOfDescriptorsSaysSoByItsCode) {
+  ScratchFolder scratch;
+  ASSERT_TRUE(authorize_key(scratch.path(), {Role::graphics, new_key(), ""}));
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  const rlimit none{3, before.rlim_max};  // those of a terminal; a thread with a table of its own has no more
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &none), 0);
+  const auto wanting = read_authorized_keys(scratch.path());
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+  ASSERT_FALSE(wanting);
+  EXPECT_EQ(wanting.error().code, ErrorCode::exhausted);
+  EXPECT_NE(wanting.error().message.find("ulimit -n"), std::string::npos) << wanting.error().message;
+  EXPECT_TRUE(read_authorized_keys(scratch.path()));
+  chmod((scratch / "authorized_keys").c_str(), 0666);
+  EXPECT_NE(read_authorized_keys(scratch.path()).error().code, ErrorCode::exhausted)
+      << "what is wrong with the file itself";
 }
 
 TEST(Keys, CommandsAtOnceLoseNoKeyAndBringNoneBack) {

@@ -8,6 +8,7 @@
 #include "palpate/core/text.h"
 #include "palpate/transport/internal/message_arena.h"
 #include "palpate/transport/internal/wire_forces.h"
+#include "palpate/transport/internal/wire_health.h"
 #include "palpate/transport/messages.h"
 
 namespace palpate::transport {
@@ -86,7 +87,11 @@ void put(wire::ClientFigures* out, const ClientFigures& figures) {
   out->set_clock_uncertainty_us(figures.clock_uncertainty_us);
   for (const auto& condition : figures.conditions) {
     if (out->conditions_size() == kMaxConditions) break;
-    out->add_conditions(excerpt(condition, kMaxConditionBytes - 3));  // and "..."
+    auto* told = out->add_conditions();
+    told->set_code(to_wire(kWireHealthCodes, condition.code));
+    told->set_severity(to_wire(kWireSeverities, device::severity_of(condition.code)));
+    told->set_age_s(condition.age_s);
+    told->set_words(excerpt(condition.words, kMaxConditionBytes - 3));  // and "..."
   }
 }
 

@@ -9,6 +9,7 @@
 #include "palpate/scene/mesh_asset.h"
 #include "palpate/transport/internal/message_arena.h"
 #include "palpate/transport/internal/wire_forces.h"
+#include "palpate/transport/internal/wire_health.h"
 #include "palpate/transport/messages.h"
 
 namespace palpate::transport {
@@ -178,12 +179,22 @@ Role read_role(Check& check, int role) {
   return check.good() ? static_cast<Role>(role - 1) : Role::observer;
 }
 
+constexpr double kMaxTimeS = 1e-9 * static_cast<double>(kMaxTimeNs);
+
+ClientCondition read(Check& check, const wire::DeviceCondition& in) {
+  const auto code = from_wire(kWireHealthCodes, in.code());
+  check.require(code.has_value(), "condition", "of a known code");
+  return {.code = code.value_or(HealthCode::camera_silent),
+          .age_s = check.within(in.age_s(), 0.0, kMaxTimeS, "age_s"),
+          .words = check.text(in.words(), kMaxConditionBytes, "condition")};
+}
+
 ClientFigures read(Check& check, const wire::ClientFigures& in) {
-  constexpr double kDayUs = 86400e6, kMaxTimeS = 1e-9 * static_cast<double>(kMaxTimeNs);
+  constexpr double kDayUs = 86400e6;
   check.count(in.conditions_size(), kMaxConditions, "conditions");
-  std::vector<std::string> conditions;
+  std::vector<ClientCondition> conditions;
   for (const auto& condition : in.conditions())
-    if (check.good()) conditions.push_back(check.text(condition, kMaxConditionBytes, "condition"));
+    if (check.good()) conditions.push_back(read(check, condition));
   return {
       .frames = in.frames(),
       .late = in.late(),

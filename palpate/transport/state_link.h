@@ -102,7 +102,7 @@ class StateLink {
   // How the exchange looks from here; told with every hello.
   // What has gone wrong or right meanwhile is not kept for the next sign of life.
   void tell(const ClientFigures& figures) {
-    if (figures_ && figures.conditions != figures_->conditions) last_hello_.reset();
+    if (figures_ && !same_trouble(figures, *figures_)) last_hello_.reset();
     figures_ = figures;
   }
   // Asks how the server is doing; status() holds the newest answer after a later poll().

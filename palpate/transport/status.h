@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <mutex>
@@ -14,10 +15,18 @@
 #include <vector>
 
 #include "palpate/device/force_condition.h"
+#include "palpate/device/health.h"
 #include "palpate/time/periodic_loop.h"
 #include "palpate/transport/keys.h"
 
 namespace palpate::transport {
+
+// What is wrong with a device of a client, as of its word of it.
+struct ClientCondition {
+  device::HealthCode code = device::HealthCode::camera_silent;
+  double age_s = 0.0;  // since it began
+  std::string words;   // at most 180 bytes travel
+};
 
 // Of one graphics server, since it began.
 struct ClientFigures {
@@ -26,9 +35,17 @@ struct ClientFigures {
   double round_trip_median_us = 0.0, round_trip_p99_us = 0.0;
   double clock_offset_s = 0.0;        // server's clock minus the client's
   double clock_uncertainty_us = 0.0;  // as the client states it
-  // What is wrong with its devices, a line each: of each client the first four travel, 180 bytes of each.
-  std::vector<std::string> conditions{};
+  // What is wrong with its devices: of each client the first four travel.
+  std::vector<ClientCondition> conditions{};
 };
+
+// Whether the same is wrong with both, however long by now.
+inline bool same_trouble(const ClientFigures& a, const ClientFigures& b) {
+  const auto same = [](const ClientCondition& x, const ClientCondition& y) {
+    return x.code == y.code && x.words == y.words;
+  };
+  return std::equal(a.conditions.begin(), a.conditions.end(), b.conditions.begin(), b.conditions.end(), same);
+}
 
 struct LoopStatus {
   std::string name;

@@ -30,12 +30,10 @@ constexpr std::chrono::seconds kEndsWithin{2};
 
 // libzmq ends the process where it finds none.
 Expected<void> check_descriptors() {
-  std::array<int, kDescriptorsOfContext> taken{};
+  std::array<FileDescriptor, kDescriptorsOfContext> taken;
   std::size_t count = 0;
-  while (count < taken.size() && (taken[count] = ::eventfd(0, EFD_CLOEXEC)) >= 0) ++count;
-  const bool enough = count == taken.size();
-  for (std::size_t i = 0; i < count; ++i) ::close(taken[i]);
-  if (enough) return {};
+  while (count < taken.size() && (taken[count] = FileDescriptor(::eventfd(0, EFD_CLOEXEC)))) ++count;
+  if (count == taken.size()) return {};
   return refused(
       ErrorCode::exhausted,
       "too few descriptors for a connection: {} are left, {} are needed; raise the limit (ulimit -n)", count,
@@ -223,18 +221,17 @@ std::uint64_t new_name(std::string_view purpose) {
 }
 
 Stop::Stop() : fd_(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)) {
-  if (fd_ < 0) throw std::runtime_error("no descriptor left; raise the limit (ulimit -n)");
+  if (!fd_) throw std::runtime_error("no descriptor left; raise the limit (ulimit -n)");
 }
-Stop::~Stop() { ::close(fd_); }
 void Stop::set() {
   const std::uint64_t one = 1;
   // Fails only when the counter is full, and then it is set.
-  static_cast<void>(!::write(fd_, &one, sizeof one));
+  static_cast<void>(!::write(fd(), &one, sizeof one));
 }
 
 void Stop::clear() {
   std::uint64_t count = 0;
-  static_cast<void>(!::read(fd_, &count, sizeof count));  // empty already: as wanted
+  static_cast<void>(!::read(fd(), &count, sizeof count));  // empty already: as wanted
 }
 
 }  // namespace palpate::transport::zmq

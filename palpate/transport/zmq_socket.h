@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "palpate/core/expected.h"
+#include "palpate/core/file_descriptor.h"
 
 namespace palpate::transport::zmq {
 
@@ -101,15 +102,12 @@ std::uint64_t new_name(std::string_view purpose);
 class Stop {
  public:
   Stop();
-  ~Stop();
-  Stop(const Stop&) = delete;
-  Stop& operator=(const Stop&) = delete;
   void set();
   void clear();
-  int fd() const { return fd_; }
+  int fd() const { return fd_.get(); }
 
  private:
-  int fd_;
+  FileDescriptor fd_;
 };
 
 }  // namespace palpate::transport::zmq

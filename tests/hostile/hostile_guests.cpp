@@ -150,7 +150,8 @@ class ListenedArm : public device::OpenedArm, public device::ArmDevice {
   ListenedArm(std::unique_ptr<device::OpenedArm> arm, std::string_view wrong)
       : arm_(std::move(arm)), wrong_(wrong) {}
   device::ArmDevice& device() override { return *this; }
-  Expected<std::optional<std::string>> look() override { return arm_->look(); }
+  Expected<void> look() override { return arm_->look(); }
+  std::optional<device::HealthReport> health() override { return arm_->health(); }
   device::ArmFacts facts() const override { return arm_->facts(); }
   device::ArmSample read() override {
     device::ArmSample sample = arm_->device().read();

@@ -11,6 +11,7 @@
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/units.h"
 #include "palpate/device/force_strength.h"
+#include "palpate/device/health_monitor.h"
 #include "palpate/haptics/arm_check.h"
 #include "palpate/time/clock.h"
 #include "palpate/time/real_time.h"
@@ -257,6 +258,7 @@ class WatchedCheck {
     Standstill<PhysicsClock> hangs(device::kLongestHold);
     std::uint64_t before = 0;
     int standing = 0;
+    if (const auto who = arm_.description(); !who.empty() && !arm_.health()) notice(who);
     for (int look = 0; !done_.load(); ++look) {
       clock.sleep_until(clock.now() + kLook);
       if (stop_requested().load()) stop_.store(true);
@@ -270,10 +272,10 @@ class WatchedCheck {
   }
 
   void look_at_the_arm() {
-    const auto news = arm_.look();
-    if (news && *news) notice(**news);
-    if (news) return;
-    gone_ = news.error().message;
+    const auto there = arm_.look();
+    arm_health_.follow(arm_.health(), MonotonicClock<PhysicsClock>().now());
+    if (there) return;
+    gone_ = there.error().message;
     stop_.store(true);
   }
 
@@ -286,6 +288,7 @@ class WatchedCheck {
   }
 
   device::OpenedArm& arm_;
+  device::HealthMonitor<PhysicsClock> arm_health_{Log()};
   const std::string& uri_;
   CountedClock clock_;
   std::atomic<bool> stop_{false}, done_{false};

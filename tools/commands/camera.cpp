@@ -7,6 +7,7 @@
 #include "palpate/core/json.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
+#include "palpate/device/health_monitor.h"
 #include "palpate/device/recorded_images.h"
 #include "palpate/render/picture_file.h"
 #include "palpate/time/clock.h"
@@ -65,6 +66,7 @@ Expected<void> record(const RecordArguments& arguments) {
   notice(fmt::format("camera {}: {}", (*camera)->name(), (*camera)->description()));
   const MonotonicClock<GraphicsClock> clock;
   const auto begun = clock.now();
+  device::HealthMonitor<GraphicsClock> health{Log()};
   std::uint64_t written = 0;
   std::optional<std::int64_t> last_ns;
   std::uint64_t last_frame = 0;
@@ -72,9 +74,8 @@ Expected<void> record(const RecordArguments& arguments) {
   while (!stop.load() && !ended &&
          (arguments.seconds <= 0.0 || to_seconds(clock.now() - begun) < arguments.seconds)) {
     auto image = (*camera)->device().poll();
-    const auto news = (*camera)->look();
-    if (!news) return tl::unexpected(news.error());
-    if (*news) notice(**news);
+    if (auto there = (*camera)->look(); !there) return there;
+    health.follow((*camera)->health(), clock.now());
     ended = (*camera)->ended() && !image;
     if (!image) {
       std::this_thread::sleep_for(std::chrono::milliseconds(2));

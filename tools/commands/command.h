@@ -8,6 +8,7 @@
 #include <string>
 
 #include "palpate/core/expected.h"
+#include "palpate/core/log.h"
 #include "palpate/core/text.h"
 
 namespace palpate::tools::commands {
@@ -27,8 +28,8 @@ inline void print_line(const std::string& line, std::FILE* stream = stdout) {
   std::fprintf(stream, "%s\n", one_line(line).c_str());
 }
 
-// What a person should know while a server runs: a line on standard error.
-inline void notice(const std::string& line) { print_line("palpate: " + line, stderr); }
+// What a person should know beside the answer: a line of the log, and with it on standard error.
+inline void notice(const std::string& line) { Log().write(LogLevel::info, line); }
 
 // All commands that this build has.
 void add_commands(CLI::App& program);

@@ -126,7 +126,6 @@ Expected<void> show_demo(DemoArguments& options) {
   demo.command = command_line(options);
   std::error_code ignored;
   demo.program = std::filesystem::read_symlink("/proc/self/exe", ignored);
-  demo.notice = notice;
   const bool display = std::getenv("DISPLAY") != nullptr && *std::getenv("DISPLAY") != '\0';
   if (display && !options.headless && !options.two_hosts) {
     const auto possible = desktop::Window::possible();

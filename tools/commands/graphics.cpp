@@ -263,7 +263,6 @@ Expected<void> run_graphics(GraphicsOptions& options) {
   if (auto chosen = choose_times(options, *rig); !chosen) return chosen;
   if (!options.process.out.empty())  // now, not after an hour of play
     if (auto made = make_folder(options.process.out); !made) return made;
-  options.process.notice = notice;
   options.process.ready = tell_parent_ready;
   if (options.igtl_insecure && options.process.publish)
     notice(

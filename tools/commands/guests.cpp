@@ -56,30 +56,6 @@ const scene::ApplicationRegistry& known_applications() { return known().guests.a
 const device::DriverRegistry& drivers() { return known().guests.drivers; }
 const plugin::Report& plugins() { return known().plugins; }
 
-Expected<std::vector<std::string>> take_plugin_files(std::vector<std::string>& words) {
-  constexpr std::string_view kOption = "--plugin", kWith = "--plugin=";
-  std::vector<std::string> files, rest;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    if (words[i] == "--") {
-      rest.insert(rest.end(), words.begin() + static_cast<std::ptrdiff_t>(i), words.end());
-      break;
-    }
-    if (words[i].starts_with(kWith)) {
-      files.push_back(words[i].substr(kWith.size()));
-    } else if (words[i] == kOption && i + 1 < words.size()) {
-      files.push_back(words[++i]);
-    } else if (words[i] == kOption) {
-      files.emplace_back();
-    } else {
-      rest.push_back(words[i]);
-    }
-    if (!files.empty() && files.back().empty())
-      return wrong_use("--plugin: a file is expected, such as --plugin ./jelly.so");
-  }
-  words = std::move(rest);
-  return files;
-}
-
 Expected<void> gather_guests(const std::function<void(plugin::Guests&)>& own,
                              const std::vector<std::string>& files) {
   Known& all = known();

@@ -15,9 +15,6 @@ const scene::ApplicationRegistry& known_applications();
 // drivers() of drivers.h
 const plugin::Report& plugins();
 
-// Takes every `--plugin FILE` out of the words of a command line; wrong use: one without a file.
-Expected<std::vector<std::string>> take_plugin_files(std::vector<std::string>& words);
-
 // Fills them. Refused or wrong use: a plug-in of `files`; what is found elsewhere and not taken is told by a notice.
 // Programs started from now on load `files`, too.
 Expected<void> gather_guests(const std::function<void(plugin::Guests&)>& own,

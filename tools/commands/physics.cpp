@@ -108,7 +108,6 @@ Expected<void> serve_physics(PhysicsOptions& options, bool delay_said) {
   if (auto chosen = choose_scene(options, delay_said); !chosen) return chosen;
   if (!process.out.empty())
     if (auto made = make_folder(process.out); !made) return made;
-  process.notice = notice;
   process.ready = tell_parent_ready;
   auto result = server::physics::run_physics_process(process);
   if (!result) return tl::unexpected(result.error());

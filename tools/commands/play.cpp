@@ -53,7 +53,6 @@ Expected<void> play(PlayArguments& options) {
   graphics.camera = *request;
   graphics.quality = *quality;
   graphics.window = graphics.mouse = true;
-  graphics.notice = notice;
   const auto figures = demo::play_at_desk(options.play);
   if (!figures) return tl::unexpected(figures.error());
   if (!options.json.empty()) return write_json(options.json, *figures);

@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
@@ -8,11 +10,13 @@
 #include <exception>
 
 #include "palpate/core/child_report.h"
+#include "palpate/core/log.h"
 #include "palpate/core/nearest.h"
 #include "palpate/core/text.h"
 #include "tools/commands/command.h"
 #include "tools/commands/guests.h"
 #include "tools/commands/program.h"
+#include "tools/commands/program_options.h"
 
 namespace palpate::tools::commands {
 namespace {
@@ -111,15 +115,14 @@ constexpr std::size_t kLongestError = 8192;  // bytes
 // To whoever reads standard error, and to the program that started this one.
 void tell_error(const std::string& words) {
   const std::string message = excerpt(words, kLongestError);
-  print_line("palpate: " + message, stderr);
+  Log().write(LogLevel::error, message);
   tell_parent_error(message);
 }
 
 // What was printed may still be on its way: that the disk behind it is full shows only now.
 int after_printing() {
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return 0;
-  std::fprintf(stderr, "palpate: standard output: writing failed (%s); free some space and try again\n",
-               std::strerror(errno));
+  Log().error("standard output: writing failed ({}); free some space and try again", std::strerror(errno));
   return 1;
 }
 
@@ -158,8 +161,12 @@ int run_program(int argc, char** argv, const std::function<void(plugin::Guests&)
   try {
     std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
     // Before anything is declared: a plug-in's drivers and applications are in the help and among the choices.
-    const auto files = take_plugin_files(words);
-    auto done = files ? gather_guests(add_guests, *files) : Expected<void>(tl::unexpected(files.error()));
+    const std::string typed = CLI::detail::join(words, " ");
+    const auto options = take_program_options(words);
+    auto done = open_log(options.value_or(ProgramOptions{}));
+    if (done && !options) done = tl::unexpected(options.error());
+    if (done) Log().debug("version {}, process {}: palpate {}", PALPATE_VERSION, ::getpid(), typed);
+    if (done) done = gather_guests(add_guests, options->plugins);
     if (!done) {
       tell_error(done.error().message);
       return done.error().exit_code();
@@ -167,10 +174,7 @@ int run_program(int argc, char** argv, const std::function<void(plugin::Guests&)
     CLI::App program("palpate - high-precision augmented-reality haptics", "palpate");
     program.require_subcommand(1);
     program.set_version_flag("--version", PALPATE_VERSION);
-    // For the help: taken out of the words already.
-    program
-        .add_option("--plugin", "Load this plug-in, before or after the command; as often as there are some")
-        ->type_name("FILE");
+    describe_program_options(program);
     add_commands(program);
     return run_command(program, std::move(words));
   } catch (const std::exception& error) {

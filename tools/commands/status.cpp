@@ -81,7 +81,7 @@ std::string status_text(const transport::ServerStatus& status, const std::string
           duration_text(f.round_trip_p99_us), f.clock_offset_s, duration_text(f.clock_uncertainty_us));
     lines.push_back(line);
     for (const auto& condition : f.conditions)
-      lines.push_back(fmt::format("    ! {}", excerpt(condition, transport::kMaxConditionBytes)));
+      lines.push_back(fmt::format("    ! {}", excerpt(condition.words, transport::kMaxConditionBytes)));
   }
   lines.push_back(fmt::format("\n{} states answered, {} published, {} clock exchanges, {} wishes",
                               status.requests, status.published, status.syncs, status.controls));
@@ -114,6 +114,13 @@ Json status_json(const transport::ServerStatus& status) {
                                 : Json()}});
   for (const auto& client : status.clients) {
     const auto& f = client.figures;
+    Json words = Json::array(), health = Json::array();
+    for (const auto& condition : f.conditions) {
+      words.push_back(condition.words);
+      health.push_back({{"code", device::name_of(condition.code)},
+                        {"severity", device::name_of(device::severity_of(condition.code))},
+                        {"age_s", condition.age_s}});
+    }
     json["clients"].push_back(
         {{"name", client.name},
          {"role", transport::role_name(client.role)},
@@ -124,7 +131,8 @@ Json status_json(const transport::ServerStatus& status) {
          {"round_trip_us", {{"median", f.round_trip_median_us}, {"p99", f.round_trip_p99_us}}},
          {"clock_offset_s", f.clock_offset_s},
          {"clock_uncertainty_us", f.clock_uncertainty_us},
-         {"conditions", f.conditions}});
+         {"conditions", std::move(words)},
+         {"health", std::move(health)}});
   }
   json["service"] = {{"requests", status.requests}, {"published", status.published},
                      {"syncs", status.syncs},       {"controls", status.controls},

@@ -95,7 +95,6 @@ Expected<void> run_laboratory(const WorldOptions& options) {
         renderer->render(view, rgb);
       };
     };
-  process.notice = notice;
   process.ready = tell_parent_ready;
   std::signal(SIGINT, stop);
   std::signal(SIGTERM, stop);

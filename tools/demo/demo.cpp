@@ -4,6 +4,7 @@
 #include <array>
 
 #include "palpate/calibration/session/landmark_finder.h"
+#include "palpate/core/log.h"
 #include "palpate/core/progress.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/units.h"
@@ -219,9 +220,8 @@ Expected<void> Demo::play_in_real_time() {
             write_file(run.world, sim::config::world_text(for_a_person(options_.world, application_)));
         !done)
       return done;
-    if (options_.notice)
-      options_.notice(
-          "demo: the window opens; move the mouse in it to play, q ends the game and the report follows");
+    Log("demo").info(
+        "the window opens; move the mouse in it to play, q ends the game and the report follows");
   }
   auto played = run_realtime(run, [this](double share) { go_on(share); });
   if (!played) return tl::unexpected(played.error());

@@ -11,7 +11,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,8 +40,7 @@ struct DemoOptions {
   render::Quality quality = render::Quality::medium;  // of the pictures
   std::optional<desktop::MonitorView> monitor;        // beside the window, for those who look on
   bool window = false;  // on this machine's display: the real-time run comes first, and a person may play it
-  std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
-  std::optional<TwoHostsOptions> two_hosts;        // for the real-time run
+  std::optional<TwoHostsOptions> two_hosts;  // for the real-time run
 };
 
 struct DemoResult {

@@ -24,7 +24,7 @@ struct DeskPlayOptions {
   std::filesystem::path rig_file;  // that graphics.rig was read from
   std::string application;
   server::session::GraphicsProcessOptions
-      graphics;  // rig, camera, window, player, quality, seconds, notice; the rest is set
+      graphics;  // rig, camera, window, player, quality, seconds; the rest is set
 };
 
 // The graphics server's figures. Refused where a part cannot begin or ends early; what it said last is in the

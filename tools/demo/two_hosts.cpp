@@ -52,14 +52,12 @@ class LinkRequest {
 
   // The kernel's answer: 0 or an errno.
   int ask() {
-    const int socket = ::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE);
-    if (socket < 0) return errno;
+    const FileDescriptor socket(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE));
+    if (!socket) return errno;
     alignas(nlmsghdr) std::array<char, 1024> answer{};
-    ssize_t size = ::send(socket, bytes_.data(), header()->nlmsg_len, 0);
-    if (size >= 0) size = ::recv(socket, answer.data(), answer.size(), 0);
-    const int failure = errno;
-    ::close(socket);
-    if (size < 0) return failure;
+    ssize_t size = ::send(socket.get(), bytes_.data(), header()->nlmsg_len, 0);
+    if (size >= 0) size = ::recv(socket.get(), answer.data(), answer.size(), 0);
+    if (size < 0) return errno;
     if (static_cast<std::size_t>(size) < NLMSG_LENGTH(sizeof(nlmsgerr))) return EPROTO;
     return -reinterpret_cast<const nlmsgerr*>(answer.data() + NLMSG_HDRLEN)->error;
   }

@@ -193,8 +193,8 @@ void look_at_cameras(const std::optional<drivers::cameras::Choice>& asked, Devic
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     if (picture)
       facts.camera_answer = drivers::cameras::description((*camera)->facts());
-    else if (const auto status = (*camera)->status(); !status.message.empty())
-      facts.camera_problem = status.message;
+    else if (const auto status = (*camera)->status(); status.health)
+      facts.camera_problem = status.health->words;
     else
       facts.camera_problem =
           facts.camera_name + ": it opens and sends no picture; see to its trigger and cable";

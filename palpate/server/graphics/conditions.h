@@ -1,45 +1,24 @@
-// What is wrong with camera, tracker and landmarks right now, in words: for the log, the window and raw data.
+// What is wrong with camera, tracker and landmarks right now: for the log, the window and raw data.
 //
-// Fed by the graphics server with what it sees; `conditions()` lists what does not hold at the moment of the
-// last look(), in the order in which it began. A condition ends by itself when its cause does: nothing has to
+// Fed by the graphics server with what it sees; health() has what does not hold at the moment of the last
+// look(), in the order in which it began. A condition ends by itself when its cause does: nothing has to
 // be started again. Each is stated within 0.5 s of its beginning, at camera and tracker rates from 10 Hz on;
 // a slower camera is given three of its own intervals. A real camera's driver knows more than that images
 // stay away, and is believed. Host time of the graphics server. One thread.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "palpate/device/health_monitor.h"
 #include "palpate/time/instant.h"
 
 namespace palpate::server::graphics {
 
-enum class ConditionKind : std::uint8_t {
-  camera_silent,   // no images
-  image_size,      // images of another size than the calibrated camera's: not drawn
-  camera_clock,    // its clock was set or stood still: images cannot be placed in time for a moment
-  tracker_silent,  // no samples at all
-  tracker_clock,   // as the camera's
-  tracker_blind,   // samples, but the head's marker is not among what it sees
-  landmarks_lost,  // the picture rests on the tracker alone
-  right_eye_lost,  // of two cameras the right one: both eyes see the left one's picture
-  board_lost,      // the board by which the camera knows its place is not found in the picture
-};
-
-struct Condition {
-  ConditionKind kind = ConditionKind::camera_silent;
-  Instant<GraphicsClock> since;
-  std::string text;  // names the thing, the value, the expectation and the remedy; for the log and the screen
-};
-
-// As raw data and figures have it.
-const char* name_of(ConditionKind kind);
-// What the end of a condition is called in the log.
-const char* end_of(ConditionKind kind);
+using Condition = device::HealthCondition<GraphicsClock>;
 
 class ConditionWatch {
  public:
@@ -48,9 +27,11 @@ class ConditionWatch {
 
   // False: the image has another size than it should and must not be drawn.
   bool image(Instant<GraphicsClock> now, int width, int height);
-  // Why no image can be had, as the camera's driver has it; empty: all is well. From the first call on this
+  // Why no image can be had, as the camera's driver has it; none: all is well. From the first call on this
   // decides whether the camera is silent.
-  void set_camera_trouble(std::string words) { driver_speaks_ = true, driver_words_ = std::move(words); }
+  void set_camera_health(std::optional<device::HealthReport> health) {
+    driver_speaks_ = true, driver_says_ = std::move(health);
+  }
   // The same of a second camera's image; and whether it sends any that can be used.
   bool right_image(int width, int height);
   void right_eye(Instant<GraphicsClock> now, bool there);
@@ -69,7 +50,9 @@ class ConditionWatch {
   void board(Instant<GraphicsClock> now, bool found, std::string why);
 
   void look(Instant<GraphicsClock> now);
-  const std::vector<Condition>& conditions() const { return conditions_; }
+  // Beginnings and ends are told there from now on; else to nobody.
+  void set_log(Log log) { health_.set_log(log); }
+  const device::HealthMonitor<GraphicsClock>& health() const { return health_; }
 
  private:
   struct Source {  // of samples that should keep coming
@@ -80,12 +63,11 @@ class ConditionWatch {
     }
     void hear(Instant<GraphicsClock> now) { heard = true, last = now; }
   };
-  void set(bool holds, ConditionKind kind, Instant<GraphicsClock> since, const std::string& text);
-  std::string why_no_images() const;
+  device::HealthReport why_no_images() const;
 
   int width_, height_, wrong_width_ = 0, wrong_height_ = 0;
   bool wrong_size_ = false, begun_known_ = false, driver_speaks_ = false;
-  std::string driver_words_;
+  std::optional<device::HealthReport> driver_says_;
   std::function<std::string()> tracker_why_;
   Duration interval_{0};  // between images, smoothed
   Source images_, samples_, head_, carried_, board_, right_;
@@ -98,7 +80,7 @@ class ConditionWatch {
   int predicted_ = 0, used_ = 0;
   Instant<GraphicsClock> begun_, wrong_since_;
   std::optional<Instant<GraphicsClock>> camera_clock_set_, tracker_clock_set_;
-  std::vector<Condition> conditions_;
+  device::HealthMonitor<GraphicsClock> health_;
 };
 
 }  // namespace palpate::server::graphics

@@ -8,6 +8,8 @@
 namespace palpate::server::graphics {
 namespace {
 
+using device::HealthCode;
+
 // A camera of 30 Hz and a tracker of 100 Hz that both look well, and what a test makes of them.
 struct Devices {
   bool images = true, samples = true, head = true, agree = true;
@@ -24,12 +26,12 @@ class WatchedDevices {
       if (devices.images && ms_ % 33 == 0 && watch_.image(now, devices.width, devices.height))
         watch_.landmarks(now, devices.predicted, devices.agree ? 12 : 2, devices.agree);
       watch_.look(now);
-      if (watch_.conditions().size() > most_) most_ = watch_.conditions().size();
-      if (first_s_ < 0.0 && !watch_.conditions().empty()) first_s_ = 1e-3 * ms_;
+      if (watch_.health().conditions().size() > most_) most_ = watch_.health().conditions().size();
+      if (first_s_ < 0.0 && !watch_.health().conditions().empty()) first_s_ = 1e-3 * ms_;
     }
   }
   ConditionWatch& watch() { return watch_; }
-  const std::vector<Condition>& now() const { return watch_.conditions(); }
+  const std::vector<Condition>& now() const { return watch_.health().conditions(); }
   double first_s() const { return first_s_; }  // when anything was first told; below 0: never
   std::size_t most() const { return most_; }   // conditions at a time
 
@@ -43,29 +45,29 @@ class WatchedDevices {
 TEST(ConditionWatch, TellsEachFaultAloneWithinHalfASecondAndItsEnd) {
   struct Case {
     std::function<void(Devices&)> breaks;
-    ConditionKind kind;
+    HealthCode code;
   };
   const std::vector<Case> cases = {
-      {[](Devices& d) { d.images = false; }, ConditionKind::camera_silent},
-      {[](Devices& d) { d.width = 320; }, ConditionKind::image_size},
-      {[](Devices& d) { d.samples = false; }, ConditionKind::tracker_silent},
-      {[](Devices& d) { d.head = false; }, ConditionKind::tracker_blind},
-      {[](Devices& d) { d.agree = false; }, ConditionKind::landmarks_lost},
+      {[](Devices& d) { d.images = false; }, HealthCode::camera_silent},
+      {[](Devices& d) { d.width = 320; }, HealthCode::image_size},
+      {[](Devices& d) { d.samples = false; }, HealthCode::tracker_silent},
+      {[](Devices& d) { d.head = false; }, HealthCode::tracker_blind},
+      {[](Devices& d) { d.agree = false; }, HealthCode::landmarks_lost},
   };
   for (const auto& one : cases) {
     WatchedDevices devices;
     devices.run(2.0);
-    EXPECT_LT(devices.first_s(), 0.0) << name_of(one.kind) << ": told while all was well";
+    EXPECT_LT(devices.first_s(), 0.0) << name_of(one.code) << ": told while all was well";
     Devices broken;
     one.breaks(broken);
     devices.run(4.0, broken);
-    ASSERT_EQ(devices.now().size(), 1u) << name_of(one.kind);
-    EXPECT_EQ(devices.now()[0].kind, one.kind);
+    ASSERT_EQ(devices.now().size(), 1u) << name_of(one.code);
+    EXPECT_EQ(devices.now()[0].code, one.code);
     EXPECT_GT(devices.first_s(), 2.0);
-    EXPECT_LE(devices.first_s(), 2.5) << name_of(one.kind);
-    EXPECT_EQ(devices.most(), 1u) << name_of(one.kind) << ": and nothing that only follows from it";
+    EXPECT_LE(devices.first_s(), 2.5) << name_of(one.code);
+    EXPECT_EQ(devices.most(), 1u) << name_of(one.code) << ": and nothing that only follows from it";
     devices.run(4.1);
-    EXPECT_TRUE(devices.now().empty()) << name_of(one.kind);
+    EXPECT_TRUE(devices.now().empty()) << name_of(one.code);
   }
 }
 
@@ -92,7 +94,7 @@ TEST(ConditionWatch, TheFirstPicturesWithoutLandmarksAreNoNews) {
         watch.landmarks(now, 12, agree ? 12 : 0, agree);
       }
       watch.look(now);
-      for (const auto& one : watch.conditions()) told += one.kind == ConditionKind::landmarks_lost;
+      for (const auto& one : watch.health().conditions()) told += one.code == HealthCode::landmarks_lost;
     }
   };
   run(0, 600, false, false);
@@ -105,24 +107,26 @@ TEST(ConditionWatch, TheFirstPicturesWithoutLandmarksAreNoNews) {
 
 TEST(ConditionWatch, ADriverIsBelievedInItsOwnWords) {
   WatchedDevices devices;
-  devices.watch().set_camera_trouble("");
+  devices.watch().set_camera_health(std::nullopt);
   devices.run(1.0);
   Devices silent;
   silent.images = false;
   devices.run(1.3, silent);
   EXPECT_TRUE(devices.now().empty()) << "a slow camera whose driver is content";
-  devices.watch().set_camera_trouble("camera v4l2: unplugged; plug it in again");
+  devices.watch().set_camera_health(
+      device::HealthReport{HealthCode::camera_lost, "camera v4l2: unplugged; plug it in again"});
   devices.run(1.31, silent);
   ASSERT_EQ(devices.now().size(), 1u);
-  EXPECT_EQ(devices.now()[0].kind, ConditionKind::camera_silent);
-  EXPECT_EQ(devices.now()[0].text, "camera v4l2: unplugged; plug it in again");
+  EXPECT_EQ(devices.now()[0].code, HealthCode::camera_lost);
+  EXPECT_EQ(devices.now()[0].words, "camera v4l2: unplugged; plug it in again");
   const auto since = devices.now()[0].since;
-  devices.watch().set_camera_trouble("camera v4l2: its pictures are 320x240 px; set it to 640x480");
+  devices.watch().set_camera_health(device::HealthReport{
+      HealthCode::camera_unfit, "camera v4l2: its pictures are 320x240 px; set it to 640x480"});
   devices.run(1.4, silent);
   ASSERT_EQ(devices.now().size(), 1u) << "one trouble of the camera";
-  EXPECT_EQ(devices.now()[0].text, "camera v4l2: its pictures are 320x240 px; set it to 640x480");
+  EXPECT_EQ(devices.now()[0].words, "camera v4l2: its pictures are 320x240 px; set it to 640x480");
   EXPECT_EQ(devices.now()[0].since, since);
-  devices.watch().set_camera_trouble("");
+  devices.watch().set_camera_health(std::nullopt);
   devices.run(1.5);
   EXPECT_TRUE(devices.now().empty());
 }
@@ -158,17 +162,17 @@ TEST(ConditionWatch, WhoKnowsWhyATrackerIsSilentSaysItAndWhatChangesMeanwhile) {
   silent.samples = false;
   devices.run(2.5, silent);
   ASSERT_EQ(devices.now().size(), 1u);
-  EXPECT_EQ(devices.now()[0].kind, ConditionKind::tracker_silent);
-  EXPECT_EQ(devices.now()[0].text, why);
+  EXPECT_EQ(devices.now()[0].code, HealthCode::tracker_silent);
+  EXPECT_EQ(devices.now()[0].words, why);
   why = "tracker: sends no such tool";
   devices.run(2.6, silent);
-  EXPECT_EQ(devices.now()[0].text, why);
+  EXPECT_EQ(devices.now()[0].words, why);
   Devices blind;
   blind.head = false;
   devices.run(3.5, blind);
   ASSERT_EQ(devices.now().size(), 1u);
-  EXPECT_EQ(devices.now()[0].kind, ConditionKind::tracker_blind);
-  EXPECT_EQ(devices.now()[0].text, why);
+  EXPECT_EQ(devices.now()[0].code, HealthCode::tracker_blind);
+  EXPECT_EQ(devices.now()[0].words, why);
   devices.run(4.0);
   EXPECT_TRUE(devices.now().empty());
 }

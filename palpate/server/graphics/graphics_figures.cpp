@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "palpate/core/csv.h"
 #include "palpate/core/statistics.h"
 #include "palpate/server/graphics/record_names.h"
@@ -29,7 +31,9 @@ transport::ClientFigures figures_of(std::uint64_t frames, std::uint64_t late, st
                                    .rate_hz = elapsed_s > 0.0 ? static_cast<double>(frames) / elapsed_s : 0.0,
                                    .round_trip_median_us = 1e6 * to_seconds(trips.quantile(0.5)),
                                    .round_trip_p99_us = 1e6 * to_seconds(trips.quantile(0.99))};
-  for (const auto& condition : server.conditions()) figures.conditions.push_back(condition.text);
+  for (const auto& condition : server.conditions())
+    figures.conditions.push_back(
+        {condition.code, std::max(0.0, to_seconds(now - condition.since)), condition.words});
   const auto& sync = server.sync();
   if (sync.exchanges() > 0) {
     figures.clock_offset_s = 1e-9 * static_cast<double>(sync.model().to(now).ns() - now.ns());

@@ -83,7 +83,7 @@ TEST_F(Figures, CountsRatesTripsAndClockAreThoseOfTheRun) {
   EXPECT_NEAR(told.clock_offset_s, 93.0, 1e-6);
   EXPECT_GT(told.clock_uncertainty_us, 0.0);
   EXPECT_LT(told.clock_uncertainty_us, 1400.0);
-  EXPECT_TRUE(told.conditions.empty()) << told.conditions.front();
+  EXPECT_TRUE(told.conditions.empty()) << told.conditions.front().words;
 }
 
 TEST_F(Figures, BeforeTheFirstExchangeNothingIsSaidOfTheClock) {
@@ -97,15 +97,16 @@ TEST_F(Figures, CameraAndTrackerThatFallSilentAreToldAsLongAsTheyAre) {
   run(1.0, false, true);
   auto told = figures().conditions;
   ASSERT_EQ(told.size(), 1u);
-  EXPECT_EQ(told[0].find("camera: no image any more, one every 40 ms is expected"), 0u) << told[0];
+  EXPECT_EQ(told[0].words.find("camera: no image any more, one every 40 ms is expected"), 0u)
+      << told[0].words;
   run(1.0, false, false);
   told = figures().conditions;
   ASSERT_EQ(told.size(), 2u);
-  EXPECT_EQ(told[1].find("tracker: no samples"), 0u) << told[1];
+  EXPECT_EQ(told[1].words.find("tracker: no samples"), 0u) << told[1].words;
   run(1.0, true, false);
   told = figures().conditions;
   ASSERT_EQ(told.size(), 1u);
-  EXPECT_EQ(told[0].find("tracker: no samples"), 0u) << told[0];
+  EXPECT_EQ(told[0].words.find("tracker: no samples"), 0u) << told[0].words;
   run(1.0, true, true);
   EXPECT_TRUE(figures().conditions.empty());
 }

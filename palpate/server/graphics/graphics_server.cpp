@@ -117,7 +117,7 @@ void GraphicsServer::service(Instant<GraphicsClock> now) {
   for (const auto& arrived : link_.arrived()) {
     round_trips_.push_back(to_seconds(arrived.received - arrived.sent));
     // A server that has no state yet answers with an empty one: nothing to draw.
-    if (arrived.newest && arrived.reply.answer.state.tick > 0) last_answer_ = arrived.reply.answer;
+    if (arrived.newest && !arrived.reply.answer.state.empty()) last_answer_ = arrived.reply.answer;
   }
   while (const auto stamps = link_.take_sync()) sync_.add(stamps->t1, stamps->t2, stamps->t3, stamps->t4);
   if (!last_sync_sent_ || now - *last_sync_sent_ >= sync_.interval()) {
@@ -180,7 +180,7 @@ const FrameRecord& GraphicsServer::finish_frame(Instant<GraphicsClock> now) {
     predict_state(record_);
   }
   if (record_.requested) link_.frame_drawn(record_.number);
-  record_.conditions = watch_.conditions();
+  record_.conditions = conditions();
   if (image_) pipeline_.draw(image_->left.image, image_->right ? &*image_->right : nullptr, record_);
   record_.drawn = now;
   const Duration drawing = now - record_.begun;

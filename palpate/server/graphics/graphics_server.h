@@ -73,14 +73,18 @@ class GraphicsServer {
 
   void set_marker_tap(MarkerTap tap) { tap_ = std::move(tap); }
 
-  // What the camera's driver has to say (ConditionWatch::set_camera_trouble).
-  void set_camera_trouble(std::string words) { watch_.set_camera_trouble(std::move(words)); }
+  // What the camera's driver has to say (ConditionWatch::set_camera_health).
+  void set_camera_health(std::optional<device::HealthReport> health) {
+    watch_.set_camera_health(std::move(health));
+  }
   // The same for the tracker (ConditionWatch::set_tracker_explanation).
   void set_tracker_explanation(std::function<std::string()> why) {
     watch_.set_tracker_explanation(std::move(why));
   }
-  // What is wrong with the devices now (conditions.h), as of the last service().
-  const std::vector<Condition>& conditions() const { return watch_.conditions(); }
+  // What is wrong with the devices now (conditions.h), as of the last service(); told to a log where there is one.
+  const device::HealthMonitor<GraphicsClock>& health() const { return watch_.health(); }
+  const std::vector<Condition>& conditions() const { return health().conditions(); }
+  void set_log(Log log) { watch_.set_log(log); }
 
   bool frame_begun() const { return image_.has_value(); }
   // The image of the latest finished frame, until the next one is finished.

@@ -6,7 +6,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <thread>
 #include <utility>
@@ -14,14 +13,18 @@
 #include "palpate/core/csv.h"
 #include "palpate/core/csv_file.h"
 #include "palpate/core/file.h"
+#include "palpate/core/log.h"
 #include "palpate/core/run_directory.h"
 #include "palpate/core/stop_signal.h"
+#include "palpate/device/health_monitor.h"
 #include "palpate/haptics/trip_writer.h"
 #include "palpate/server/physics/guest_news.h"
 #include "palpate/server/physics/physics_loops.h"
 
 namespace palpate::server::physics {
 namespace {
+
+constexpr Log kLog("physics");
 
 // The keys an encrypted endpoint needs.
 Expected<std::optional<transport::ServerIdentity>> identity_for(const transport::Endpoint& endpoint,
@@ -36,20 +39,16 @@ Expected<std::optional<transport::ServerIdentity>> identity_for(const transport:
 
 // What a person should know of who may come in.
 void tell_who_is_admitted(const transport::Endpoint& endpoint,
-                          const std::optional<transport::ServerIdentity>& identity,
-                          const std::function<void(const std::string&)>& notice) {
-  if (!notice) return;
+                          const std::optional<transport::ServerIdentity>& identity) {
   if (!endpoint.local() && !identity)
-    notice(fmt::format(
-        "physics: warning: {} is neither encrypted nor guarded: whoever reaches it sees and commands",
-        endpoint.address));
+    kLog.warning("warning: {} is neither encrypted nor guarded: whoever reaches it sees and commands",
+                 endpoint.address);
   if (!identity) return;
-  notice("physics: key of this server " + identity->own.public_key);
+  kLog.info("key of this server {}", identity->own.public_key);
   const auto admitted =
       transport::read_authorized_keys(identity->folder).value_or(transport::AuthorizedKeys{});
-  for (const auto& complaint : admitted.complaints) notice("physics: warning: " + complaint);
-  if (admitted.keys.empty())
-    notice("physics: warning: nobody is admitted yet; `palpate keys authorize` admits");
+  for (const auto& complaint : admitted.complaints) kLog.warning("warning: {}", complaint);
+  if (admitted.keys.empty()) kLog.warning("warning: nobody is admitted yet; `palpate keys authorize` admits");
 }
 
 Json loop_json(const LoopStatistics& loop, double elapsed_s) {
@@ -62,23 +61,6 @@ Json loop_json(const LoopStatistics& loop, double elapsed_s) {
           {"jitter_us", {{"p50", us(loop.late_p50)}, {"p99", us(loop.late_p99)}, {"max", us(loop.late_max)}}},
           {"busy_us", {{"p50", us(loop.busy_p50)}, {"p99", us(loop.busy_p99)}, {"max", us(loop.busy_max)}}}};
 }
-
-// Lines for a person from another thread, until the main one passes them on.
-class Told {
- public:
-  void add(const std::string& line) {
-    const std::lock_guard lock(mutex_);
-    lines_.push_back(line);
-  }
-  std::vector<std::string> take() {
-    const std::lock_guard lock(mutex_);
-    return std::exchange(lines_, {});
-  }
-
- private:
-  std::mutex mutex_;
-  std::vector<std::string> lines_;
-};
 
 // Clients and loops as they stand at a moment; counts since the start. Written as it goes: a server may run
 // for days.
@@ -137,26 +119,22 @@ class PhysicsProcess {
   Expected<void> watch();
   void watch_guests();
   void let_guests_return();
-  void pass_on_lines();
   Json loops_figures(double elapsed_s) const;
   Json force_figures() const;
   Expected<void> finish_logs(const std::string& jitter);
   double up_s() const { return to_seconds(clock_.now() - start_); }
-  void notice(const std::string& line) const {
-    if (options_.notice) options_.notice("physics: " + line);
-  }
 
   const PhysicsProcessOptions& options_;
   const std::atomic<bool>& stop_ = stop_requested();
   MonotonicClock<PhysicsClock> clock_;
   MachineThreadClock guests_clock_;
   std::unique_ptr<PhysicsSide> side_;
-  Told told_;
   std::optional<haptics::TripWriter> trips_;
   Instant<PhysicsClock> start_;
   std::optional<LoopsLog> log_;
   std::optional<PhysicsLoops> loops_;
   GuestNews guests_;
+  device::HealthMonitor<PhysicsClock> arm_health_{kLog};
 };
 
 Expected<Json> PhysicsProcess::run() {
@@ -173,7 +151,6 @@ Expected<Json> PhysicsProcess::run() {
   const std::string jitter =
       jitter_csv({{"haptic", &loops_->haptic().lateness()}, {"physics", &loops_->physics().lateness()}});
   trips_->stop();
-  pass_on_lines();
   const auto counters = side_->service().counters();
   result["service"] = {{"endpoint", side_->service().endpoint()},
                        {"requests", counters.requests},
@@ -203,13 +180,13 @@ Expected<void> PhysicsProcess::open() {
   side_ = std::move(*side);
   if (auto served = side_->serve(*endpoint, clock_, *identity); !served) return served;
   const auto& permit = side_->server().haptic().permit();
-  if (!permit.words().empty()) notice(permit.words());
+  if (!permit.words().empty()) kLog.write(LogLevel::warning, permit.words());
   if (permit.given() && !options_.armed)
-    notice("forces stay off until somebody arms them: palpate status --reset, or R in a window");
+    kLog.info("forces stay off until somebody arms them: palpate status --reset, or R in a window");
   const auto folder = options_.out.empty() ? run_directory() : Expected<std::filesystem::path>(options_.out);
   if (!folder) return tl::unexpected(folder.error());
-  trips_.emplace(side_->server().haptic(), *folder, [this](const std::string& line) { told_.add(line); });
-  tell_who_is_admitted(*endpoint, *identity, options_.notice);
+  trips_.emplace(side_->server().haptic(), *folder);
+  tell_who_is_admitted(*endpoint, *identity);
   return {};
 }
 
@@ -226,7 +203,9 @@ void PhysicsProcess::start_loops() {
                            .haptic_hz = options_.haptic_hz,
                            .real_time = options_.real_time});
   tell_what_load_can_do();
-  notice(fmt::format("answers graphics servers at {}", side_->service().endpoint()));
+  kLog.info("answers graphics servers at {}", side_->service().endpoint());
+  if (const auto who = side_->arm().description(); !who.empty() && !side_->arm().health())
+    kLog.write(LogLevel::info, who);
   if (options_.ready) options_.ready();
 }
 
@@ -234,7 +213,7 @@ void PhysicsProcess::start_loops() {
 void PhysicsProcess::tell_what_load_can_do() const {
   const RealTimeGrant& grant = loops_->haptic().grant();
   if (!options_.real_time || grant.fifo()) return;
-  notice(
+  kLog.warning(
       "warning: without real-time rights forces are not protected from load on this machine; `palpate "
       "doctor` "
       "says what to do");
@@ -244,15 +223,13 @@ void PhysicsProcess::tell_what_load_can_do() const {
 Expected<void> PhysicsProcess::watch() {
   for (int look = 0; !stop_.load() && (options_.seconds <= 0.0 || up_s() < options_.seconds); ++look) {
     if (look % 10 == 0) loops_->write_status(up_s());
-    pass_on_lines();
     watch_guests();
     if (log_)
       log_->look(up_s(), side_->service().counters(), loops_->haptic().statistics(),
                  loops_->physics().statistics());
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
-    const auto news = side_->arm().look();
-    if (!news) return refused("physics: {}", news.error().message);
-    if (*news) notice(**news);
+    if (const auto there = side_->arm().look(); !there) return refused("physics: {}", there.error().message);
+    arm_health_.follow(side_->arm().health(), clock_.now());
   }
   return {};
 }
@@ -260,7 +237,7 @@ Expected<void> PhysicsProcess::watch() {
 // A thread that a guest has taken comes back to nobody: then the server ends in words, and with it the threads.
 void PhysicsProcess::watch_guests() {
   const GuestNews::Line line = guests_.look(side_->server(), loops_->watchdog().hangs());
-  if (!line.text.empty()) notice(line.text);
+  if (!line.text.empty()) kLog.write(line.last ? LogLevel::error : LogLevel::warning, line.text);
   if (!line.last) return;
   side_->server().let_go();
   std::fflush(nullptr);
@@ -275,10 +252,6 @@ void PhysicsProcess::let_guests_return() {
   } while (guests_.hang());
 }
 
-void PhysicsProcess::pass_on_lines() {
-  for (const auto& line : told_.take()) notice(line);
-}
-
 Json PhysicsProcess::loops_figures(double elapsed_s) const {
   Json result;
   result["haptic"] = loop_json(loops_->haptic().statistics(), elapsed_s);
@@ -288,7 +261,7 @@ Json PhysicsProcess::loops_figures(double elapsed_s) const {
 }
 
 Json PhysicsProcess::force_figures() const {
-  const auto& haptic = std::as_const(side_->server()).haptic();
+  auto& haptic = side_->server().haptic();  // its loop has ended
   const auto& statistics = haptic.statistics();
   Json figures = {{"peak_n", statistics.peak_n},
                   {"limited_ticks", statistics.limited_ticks},

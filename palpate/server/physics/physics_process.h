@@ -1,5 +1,5 @@
 // The physics server as a process: haptic loop and physics loop in threads of their own, states served over
-// ZeroMQ.
+// ZeroMQ. What a person should know while it runs is in the log, of the part "physics".
 #pragma once
 
 #include <filesystem>
@@ -20,8 +20,7 @@ struct PhysicsProcessOptions : PhysicsSetup {
   bool real_time = true;
   std::filesystem::path
       out;  // realtime_loops.csv, realtime_jitter.csv, trip_*.csv; empty = trips only, in the run folder
-  std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
-  std::function<void()> ready;                     // called once, when graphics servers are answered
+  std::function<void()> ready;  // called once, when graphics servers are answered
 };
 
 // Rates, overruns, jitter, forces and exchange counts of the whole run; also written by `palpate physics

@@ -9,6 +9,7 @@
 #include "applications/pingpong/specification.h"
 #include "drivers/laboratory/channel.h"
 #include "drivers/laboratory/driver.h"
+#include "palpate/core/log.h"
 #include "palpate/server/physics/rig_for_tests.h"
 #include "palpate/sim/config/world_scene.h"
 #include "palpate/time/clock.h"
@@ -90,14 +91,12 @@ TEST_F(RestingArm, TheProcessAnswersClientsAndEndsWithItsLaboratory) {
 TEST_F(RestingArm, ItsFiguresTellOfBothLoops) {
   auto asked = options();
   asked.seconds = 1.0;
-  std::vector<std::string> told;
-  asked.notice = [&](const std::string& line) { told.push_back(line); };
+  const LogCapture told;
   const auto result = run_physics_process(asked);
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_GT((*result)["haptic"]["ticks"].get<std::uint64_t>(), 0u);
   EXPECT_GT((*result)["physics"]["ticks"].get<std::uint64_t>(), 0u);
-  ASSERT_FALSE(told.empty());
-  EXPECT_NE(told[0].find("answers graphics servers at ipc://"), std::string::npos) << told[0];
+  EXPECT_EQ(told.text().find("physics: answers graphics servers at ipc://"), 0u) << told.text();
   EXPECT_EQ((*result)["force"]["blows"], 0);
   EXPECT_TRUE((*result)["force"].contains("trips"));
 }

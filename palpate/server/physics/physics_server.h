@@ -74,9 +74,9 @@ class PhysicsServer {
 
   const haptics::HapticLoop& haptic() const { return haptic_; }
   haptics::HapticLoop& haptic() { return haptic_; }
-  // The physics thread's own view.
-  const scene::SceneState& newest() const { return state_; }
-  const scene::ImpactEvent& impact() const { return application_->impact(); }
+  // The physics thread's own view, or after it has stopped; whoever else looks on has the server as const.
+  const scene::SceneState& newest() { return state_; }
+  const scene::ImpactEvent& impact() { return application_->impact(); }
 
  private:
   void move_on(Instant<PhysicsClock> now);

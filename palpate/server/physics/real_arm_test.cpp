@@ -5,6 +5,7 @@
 #include "drivers/laboratory/driver.h"
 #include "drivers/openhaptics/driver.h"
 #include "drivers/openhaptics/stub_for_tests.h"
+#include "palpate/device/health_monitor.h"
 #include "palpate/haptics/haptic_loop.h"
 #include "palpate/time/clock.h"
 
@@ -65,21 +66,21 @@ TEST_F(RealArm, LowersTheForceLimitsToItsOwnAndNeverRaisesThem) {
 TEST_F(RealArm, TellsOnceWhoItIsThatItIsGoneAndThatItIsBack) {
   auto arm = open_arm("openhaptics");
   ASSERT_TRUE(arm) << arm.error().message;
-  std::vector<std::string> lines;
+  const LogCapture told;
+  device::HealthMonitor<PhysicsClock> monitor{Log("physics")};
   const auto hears = [&](const std::string& words) {
     return comes_true([&] {
-      const auto news = (*arm)->look();
-      if (news && *news) lines.push_back(**news);
-      return !lines.empty() && lines.back().find(words) != std::string::npos;
+      monitor.follow((*arm)->health(), {});
+      return told.text().find(words) != std::string::npos;
     });
   };
-  EXPECT_TRUE(hears("Simulated PHANToM (serial 0042, 8.5 N)"));
+  EXPECT_NE((*arm)->description().find("Simulated PHANToM (serial 0042, 8.5 N)"), std::string::npos);
   with([](HdStubDevice& d) { d.plugged = false; });
   EXPECT_TRUE(hears("the connection to it broke"));
   EXPECT_TRUE(comes_true([&] { return !with([](HdStubDevice& d) { return d.open; }); }));
   with([](HdStubDevice& d) { d.plugged = true; });
   EXPECT_TRUE(hears("works again"));
-  EXPECT_EQ(lines.size(), 3u);
+  EXPECT_EQ(told.lines().size(), 2u) << told.text();
   EXPECT_EQ((*arm)->figures()["times_lost"], 1);
 }
 
@@ -137,7 +138,7 @@ TEST_F(RealArm, UnpluggedDuringPlayItsForcesFadeAndStayOffUntilItIsBackAndSomebo
   const int fade_ticks = static_cast<int>(settings.limits.fade_s / to_seconds(settings.period));
   for (int i = 0; i <= fade_ticks; ++i) tick();
   EXPECT_EQ(play.loop.records().back().commanded.norm(), 0.0);
-  EXPECT_NE((*arm)->status().message.find("HD_"), std::string::npos);
+  EXPECT_NE((*arm)->status().health.value_or(device::HealthReport{}).words.find("HD_"), std::string::npos);
   EXPECT_FALSE(play.loop.rearm()) << "still unplugged";
   with([](HdStubDevice& d) {
     d.plugged = true;

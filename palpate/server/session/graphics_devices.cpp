@@ -31,7 +31,7 @@ device::CameraRequest sized(device::CameraRequest request, const rig::CameraCali
 template <typename Opened>
 Expected<void> look_at(const std::unique_ptr<Opened>& device) {
   if (!device) return {};
-  if (const auto news = device->look(); !news) return tl::unexpected(news.error());
+  if (auto there = device->look(); !there) return there;
   return {};
 }
 

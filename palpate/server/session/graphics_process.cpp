@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "palpate/core/log.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
 #include "palpate/desktop/desktop_ui.h"
@@ -12,8 +13,8 @@
 #include "palpate/render/context.h"
 #include "palpate/scene/mesh_asset.h"
 #include "palpate/server/graphics/graphics_figures.h"
-#include "palpate/server/graphics/graphics_watches.h"
 #include "palpate/server/graphics/pose_feed.h"
+#include "palpate/server/graphics/server_watch.h"
 #include "palpate/server/session/graphics_side.h"
 #include "palpate/time/real_time.h"
 #include "palpate/transport/zmq_engine.h"
@@ -21,6 +22,7 @@
 namespace palpate::server::session {
 namespace {
 
+constexpr Log kLog("graphics");
 // How long a physics server may take to answer for the first time before the wait is given up.
 constexpr double kPatienceS = 10.0;
 
@@ -35,9 +37,7 @@ class GraphicsProcess {
   explicit GraphicsProcess(const GraphicsProcessOptions& options)
       : options_(options),
         clock_(options.disguise_offset_s, options.disguise_drift_ppm,
-               MonotonicClock<GraphicsClock>::monotonic_ns()),
-        clocks_(options.notice),
-        conditions_(options.notice) {}
+               MonotonicClock<GraphicsClock>::monotonic_ns()) {}
 
   Expected<Json> run();
 
@@ -58,9 +58,6 @@ class GraphicsProcess {
   void take_turns_with_a_person();
   void shown_timecode();
   Json figures() const;
-  void notice(const std::string& line) const {
-    if (options_.notice) options_.notice("graphics: " + line);
-  }
   bool program_plays() const { return options_.player && !(ui_ && ui_->person_plays()); }
 
   const GraphicsProcessOptions& options_;
@@ -76,8 +73,7 @@ class GraphicsProcess {
   Json monitored_;
   std::unique_ptr<evaluation::LatencyProbe> probe_;
   std::optional<graphics::ServerWatch> physics_;
-  graphics::ClockWatch clocks_;
-  graphics::ConditionTeller conditions_;
+  std::uint64_t health_told_ = 0;  // changes of which the physics server has heard
   std::optional<graphics::GraphicsLogs> logs_;
 
   graphics::Quantiles trips_, sync_errors_, uncertainties_;
@@ -100,7 +96,7 @@ Expected<Json> GraphicsProcess::run() {
     if (auto done = tick(); !done) return tl::unexpected(done.error());
   // Figures of a measured run without its server would be figures of something else.
   if (!physics_->there() && options_.seconds > 0.0 && !stop_.load() && !quit_)
-    return refused("{}", physics_->absence());
+    return refused("graphics: {}", physics_->absence());
   if (monitor_) monitored_ = monitor_->figures();
   Json result = figures();
   if (logs_)
@@ -162,13 +158,14 @@ Expected<void> GraphicsProcess::meet_physics_server() {
   auto scene = await_scene(**link);
   if (!scene) return tl::unexpected(scene.error());
   if (options_.applications.find(scene->application) == nullptr)
-    notice(fmt::format("application '{}' is not part of this program: its bodies are shown as plain shapes",
-                       excerpt(scene->application)));
+    kLog.info("application '{}' is not part of this program: its bodies are shown as plain shapes",
+              excerpt(scene->application));
   else if (auto found = scene::find_mesh_asset(*scene, options_.mesh, place_.endpoint.local()); !found)
     return found;
   auto side = GraphicsSide::make(options_, std::move(*devices_), std::move(*link), *scene);
   if (!side) return tl::unexpected(side.error());
   side_ = std::move(*side);
+  side_->server().set_log(kLog);
   devices_.reset();
   if (auto* pictures = side_->renderer()) pictures->set_captions(!options_.window);
   if (feed_)
@@ -193,7 +190,7 @@ Expected<void> GraphicsProcess::open_windows() {
                                 .outside_viewpoint = side_->renderer()->outside_viewpoint()});
   if (!opened) return tl::unexpected(opened.error());
   ui_ = std::move(*opened);
-  if (!ui_->notice().empty()) notice(ui_->notice());
+  if (!ui_->notice().empty()) kLog.write(LogLevel::info, ui_->notice());
   if (!options_.monitor) return {};
   auto monitor = desktop::SpectatorWindow::open(*options_.monitor, ui_->window(), from_outside);
   if (!monitor) return tl::unexpected(monitor.error());
@@ -215,14 +212,14 @@ Expected<void> GraphicsProcess::open_latency_probe() {
                                                {.exposure = seconds(exposure_s),
                                                 .scan_out = options_.graphics.scan_out,
                                                 .readout = seconds(camera_readout_s(options_))},
-                                               clock_, options_.out, options_.notice);
+                                               clock_, options_.out);
   if (!opened) return tl::unexpected(opened.error());
   probe_ = std::move(*opened);
   return {};
 }
 
 Expected<void> GraphicsProcess::open_logs() {
-  physics_.emplace(side_->link(), clock_, place_.endpoint.address, options_.notice);
+  physics_.emplace(side_->link(), place_.endpoint.address);
   if (options_.out.empty()) return {};
   auto begun = graphics::GraphicsLogs::begin(options_.out);
   if (!begun) return tl::unexpected(begun.error());
@@ -233,17 +230,17 @@ Expected<void> GraphicsProcess::open_logs() {
 void GraphicsProcess::introduce() const {
   const transport::Endpoint& endpoint = place_.endpoint;
   if (!endpoint.local() && !endpoint.encrypted)
-    notice(fmt::format("warning: {} is neither encrypted nor guarded", endpoint.address));
-  notice(fmt::format("shows {} of the physics server at {}", side_->scene().application, endpoint.address));
+    kLog.warning("warning: {} is neither encrypted nor guarded", endpoint.address);
+  kLog.info("shows {} of the physics server at {}", side_->scene().application, endpoint.address);
   if (options_.ready) options_.ready();
-  if (feed_) notice(fmt::format("publishes poses over OpenIGTLink at {}", feed_->address().text()));
+  if (feed_) kLog.info("publishes poses over OpenIGTLink at {}", feed_->address().text());
   if (const auto& arm = options_.rig.arm; arm && arm->model.kind == device::ArmModel::Kind::dh)
-    notice(fmt::format("arm {}: the shape of its links is not known, they hide nothing in the picture",
-                       arm->model.name));
+    kLog.info("arm {}: the shape of its links is not known, they hide nothing in the picture",
+              arm->model.name);
   if (const auto* camera = side_->devices().live_camera())
-    notice(fmt::format("camera {}: {}", camera->name(), camera->description()));
+    kLog.info("camera {}: {}", camera->name(), camera->description());
   if (const auto* right = side_->devices().live_right())
-    notice(fmt::format("right camera {}: {}", right->name(), right->description()));
+    kLog.info("right camera {}: {}", right->name(), right->description());
 }
 
 bool GraphicsProcess::goes_on() const {
@@ -260,12 +257,14 @@ Expected<void> GraphicsProcess::tick() {
   std::this_thread::sleep_for(next_ - now);
   if (auto there = side_->devices().look(); !there) return refused("graphics: {}", there.error().message);
   graphics::GraphicsServer& server = side_->server();
-  if (auto* camera = side_->devices().live_camera()) server.set_camera_trouble(camera->trouble());
+  if (auto* camera = side_->devices().live_camera()) server.set_camera_health(camera->health());
   side_->service(clock_.now());
-  physics_->look();
-  clocks_.look(server.sync());
+  physics_->look(server.sync(), clock_.now());
   // Whoever asks for the status hears of it now.
-  if (conditions_.look(server.conditions())) told_.reset();
+  if (const auto changes = server.health().changes(); changes != health_told_) {
+    health_told_ = changes;
+    told_.reset();
+  }
   if (side_->begin(clock_.now()))
     draw_at_ = clock_.now() + GraphicsSide::kDrawAfter;
   else if (server.frame_begun() && clock_.now() >= draw_at_)
@@ -275,7 +274,7 @@ Expected<void> GraphicsProcess::tick() {
   if (ui_) quit_ = !ui_->act(clock_.now(), side_->link(), server.conditions(), server.sync());
   shown_timecode();
   if (monitor_ && !monitor_->act(ui_->content(), clock_.now())) {
-    notice("the monitor window is closed; the play goes on");
+    kLog.info("the monitor window is closed; the play goes on");
     monitored_ = monitor_->figures();
     monitor_.reset();
   }
@@ -362,7 +361,7 @@ Json GraphicsProcess::figures() const {
   result["graphics"] = {{"rate_hz", elapsed > 0 ? static_cast<double>(frames_) / elapsed : 0.0}};
   result["graphics"]["eyes"] = two_eyes ? 2 : 1;
   if (two_eyes) result["graphics"]["unpaired"] = side_->server().unpaired();
-  result["graphics"]["conditions"] = conditions_.begun();
+  result["graphics"]["conditions"] = side_->server().health().begun();
   result["begun_monotonic_ns"] = clock_.to_monotonic(begun_);
   result["server_there"] = Json::array();
   for (const auto& change : physics_->changes())

@@ -1,6 +1,7 @@
 // The graphics server as a process: camera and tracker from the laboratory's channel, or a real camera and a
 // tracker over OpenIGTLink, and no laboratory; states over ZeroMQ, a picture per image; a person, or in demos
 // the scripted player, sits in front of it. With a window: main thread alone.
+// What a person should know while it runs is in the log, of the part "graphics".
 #pragma once
 
 #include <filesystem>
@@ -31,9 +32,8 @@ struct GraphicsProcessOptions : GraphicsSetup {
   double seconds = 0.0;
   // Shows this machine's clock with an offset and a drift, so that the synchronisation has something to find.
   double disguise_offset_s = 0.0, disguise_drift_ppm = 0.0;
-  std::filesystem::path out;  // realtime_frames.csv, realtime_sync.csv, realtime_poses.csv; empty = none
-  std::function<void(const std::string&)> notice;  // what a person should know while it runs, a line each
-  std::function<void()> ready;                     // called once, when its pictures begin
+  std::filesystem::path out;    // realtime_frames.csv, realtime_sync.csv, realtime_poses.csv; empty = none
+  std::function<void()> ready;  // called once, when its pictures begin
 };
 
 Expected<Json> run_graphics_process(const GraphicsProcessOptions& options);

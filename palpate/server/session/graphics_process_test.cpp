@@ -10,6 +10,7 @@
 
 #include "applications/pingpong/specification.h"
 #include "palpate/core/file.h"
+#include "palpate/core/log.h"
 #include "palpate/server/physics/physics_loops.h"
 #include "palpate/server/session/devices_for_tests.h"
 #include "palpate/sim/config/world_scene.h"
@@ -29,7 +30,6 @@ class GraphicsProcessRun : public testing::Test {
     options_.stand_in = "still";
     options_.pixels = Pixels::unseen;
     options_.seconds = 2.0;
-    options_.notice = [this](const std::string& line) { told_ += line + "\n"; };
     options_.ready = [this] { ++ready_; };
   }
   ~GraphicsProcessRun() override { loops_.reset(); }
@@ -49,7 +49,7 @@ class GraphicsProcessRun : public testing::Test {
   }
 
   OwnRunDirectory run_directory_;
-  std::string told_;
+  LogCapture told_;
   int ready_ = 0;
   StillLaboratory laboratory_, its_own_;
   GraphicsProcessOptions options_;
@@ -67,8 +67,8 @@ TEST_F(GraphicsProcessRun, TakesEachImageAsksForItsStateAndTellsTheFigures) {
   const auto figures = run_graphics_process(options_);
   ASSERT_TRUE(figures) << figures.error().message;
   EXPECT_EQ(ready_, 1);
-  EXPECT_NE(told_.find("graphics: shows pingpong of the physics server at ipc://"), std::string::npos)
-      << told_;
+  EXPECT_NE(told_.text().find("graphics: shows pingpong of the physics server at ipc://"), std::string::npos)
+      << told_.text();
   const auto frames = (*figures)["exchange"]["frames"].get<std::uint64_t>();
   EXPECT_GT(frames, 10u) << "of a hundred images, on however busy a machine";
   EXPECT_GT((*figures)["sync"]["exchanges"].get<std::uint64_t>(), 0u);
@@ -102,7 +102,8 @@ TEST_F(GraphicsProcessRun, AnApplicationThatIsNotKnownHereIsSaidOnceAndThePlayer
   options_.applications = {};
   const auto figures = run_graphics_process(options_);
   ASSERT_TRUE(figures) << figures.error().message;
-  EXPECT_NE(told_.find("application 'pingpong' is not part of this program"), std::string::npos) << told_;
+  EXPECT_NE(told_.text().find("application 'pingpong' is not part of this program"), std::string::npos)
+      << told_.text();
   options_.player = true;
   const auto none = run_graphics_process(options_);
   ASSERT_FALSE(none);

@@ -10,12 +10,17 @@
 #include <utility>
 #include <vector>
 
+#include "palpate/core/log.h"
+#include "palpate/device/health_monitor.h"
 #include "palpate/render/context.h"
 #include "palpate/server/physics/guest_news.h"
 #include "palpate/server/session/graphics_side.h"
 #include "palpate/transport/zmq_engine.h"
 
 namespace palpate::server::session {
+namespace {
+constexpr Log kSessionLog("session");
+}
 
 // The frame loop: everything of the graphics side is made, used and taken down on its thread.
 class FrameLoop {
@@ -91,7 +96,7 @@ class FrameLoop {
       const std::lock_guard lock(mutex_);
       trouble_ = there;
     }
-    if (auto* camera = side.devices().live_camera()) side.server().set_camera_trouble(camera->trouble());
+    if (auto* camera = side.devices().live_camera()) side.server().set_camera_health(camera->health());
     side.service(clock_.now());
     for (const auto wish : take_wishes()) side.link().send_control(wish);
     if (side.begin(clock_.now())) {
@@ -131,9 +136,9 @@ struct Session::Parts {
   std::optional<physics::PhysicsLoops> loops;
   std::optional<FrameLoop> frames;
   physics::GuestNews guests;
+  device::HealthMonitor<PhysicsClock> arm_health{kSessionLog};
   Instant<PhysicsClock> begun;
   std::string endpoint;
-  std::function<void(const std::string&)> notice;
 };
 
 Session::Session(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
@@ -154,10 +159,11 @@ Expected<std::unique_ptr<Session>> Session::start(const SessionSetup& setup, con
   if (auto served = parts->physics->serve(*endpoint, parts->clock); !served)
     return tl::unexpected(served.error());
   parts->endpoint = endpoint->address;
-  parts->notice = how.notice;
-  if (const std::string& words = parts->physics->server().haptic().permit().words();
-      parts->notice && !words.empty())
-    parts->notice(words);
+  if (const std::string& words = parts->physics->server().haptic().permit().words(); !words.empty())
+    kSessionLog.write(LogLevel::warning, words);
+  device::OpenedArm& arm = parts->physics->arm();
+  if (const auto who = arm.description(); !who.empty() && !arm.health())
+    kSessionLog.write(LogLevel::info, who);
   parts->frames.emplace(setup, *endpoint, parts->physics->scene(), how.shown);
   if (auto begun = parts->frames->start(); !begun) return tl::unexpected(begun.error());
   parts->begun = parts->clock.now();
@@ -174,11 +180,11 @@ Expected<void> Session::look() {
   const physics::GuestNews::Line guests =
       parts_->guests.look(parts_->physics->server(), parts_->loops->watchdog().hangs());
   if (guests.last) return refused("session: {}", guests.text);
-  const auto news = parts_->physics->arm().look();
-  if (!news) return refused("session: {}", news.error().message);
+  device::OpenedArm& arm = parts_->physics->arm();
+  if (const auto there = arm.look(); !there) return refused("session: {}", there.error().message);
+  parts_->arm_health.follow(arm.health(), parts_->clock.now());
   if (auto fine = parts_->frames->trouble(); !fine) return refused("session: {}", fine.error().message);
-  if (parts_->notice && !guests.text.empty()) parts_->notice(guests.text);
-  if (parts_->notice && *news) parts_->notice(**news);
+  if (!guests.text.empty()) kSessionLog.write(LogLevel::warning, guests.text);
   return {};
 }
 

@@ -21,8 +21,6 @@ struct RealTime {
   std::string
       endpoint;  // where it serves, as `palpate physics --listen`; empty: a socket named after this process
   bool real_time = true;  // ask for SCHED_FIFO; it runs without it as well
-  // What a person should know while it runs, a line each; called by look().
-  std::function<void(const std::string&)> notice;
   // Each finished frame, on the frame loop's thread; valid until it returns.
   std::function<void(const graphics::FrameRecord&)> shown;
 };
@@ -35,9 +33,10 @@ class Session {
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
-  // To be called every 20 ms or so while it runs. Refused where an arm, a camera or a tracker has gone for good, or where
-  // the application or a driver has taken a loop's thread and does not come back. Of the latter stop() would wait for
-  // ever: forces are off by then, and the program is to end (std::_Exit).
+  // To be called every 20 ms or so while it runs. What a person should know is then in the log, of the part "session".
+  // Refused where an arm, a camera or a tracker has gone for good, or where the application or a driver has taken a loop's
+  // thread and does not come back. Of the latter stop() would wait for ever: forces are off by then, and the program is
+  // to end (std::_Exit).
   Expected<void> look();
   // Returns when all loops have ended; a second call does nothing.
   void stop();

@@ -144,9 +144,9 @@ TEST_F(RunningSession, LookRefusesWhereADeviceHasGone) {
     device::CameraDevice& device() override { return camera_; }
     std::string name() const override { return "film"; }
     std::string description() const override { return "a film of ten looks"; }
-    Expected<std::optional<std::string>> look() override {
+    Expected<void> look() override {
       if (++looks_ > 10) return refused("camera film: has been pulled out");
-      return std::nullopt;
+      return {};
     }
 
    private:

@@ -217,8 +217,8 @@ TEST(Moment, ImpossibleDelaysAreRefused) {
 // --- devices that fail
 
 struct Told {
-  std::map<server::graphics::ConditionKind, std::pair<double, double>> spans;  // first and last moment, s
-  std::map<server::graphics::ConditionKind, std::string> words;
+  std::map<device::HealthCode, std::pair<double, double>> spans;  // first and last moment, s
+  std::map<device::HealthCode, std::string> words;
 };
 
 constexpr double kFrom = 4.0, kUntil = 5.0;  // s, of the play, warm-up counted
@@ -231,8 +231,8 @@ Told conditions_of(const Faults& faults, Moments* moments = nullptr) {
   options.conditions = [&told](double t, const std::vector<server::graphics::Condition>& conditions) {
     if (t < 2.0) return;  // devices start
     for (const auto& condition : conditions) {
-      told.spans.try_emplace(condition.kind, t, t).first->second.second = t;
-      told.words[condition.kind] = condition.text;
+      told.spans.try_emplace(condition.code, t, t).first->second.second = t;
+      told.words[condition.code] = condition.words;
     }
   };
   auto file = config::reference_world();
@@ -255,11 +255,10 @@ Told conditions_of(const Faults& faults, Moments* moments = nullptr) {
   return told;
 }
 
-void expect_told(const Told& told, server::graphics::ConditionKind kind, const std::string& word,
-                 double until = kUntil) {
+void expect_told(const Told& told, device::HealthCode kind, const std::string& word, double until = kUntil) {
   ASSERT_EQ(told.spans.count(kind), 1u) << word;
   EXPECT_LE(told.spans.at(kind).first, kFrom + 0.5);
-  ::testing::Test::RecordProperty(server::graphics::name_of(kind) + std::string("_told_after_ms"),
+  ::testing::Test::RecordProperty(std::string(device::name_of(kind)) + std::string("_told_after_ms"),
                                   static_cast<int>(std::lround(1e3 * (told.spans.at(kind).first - kFrom))));
   EXPECT_GE(told.spans.at(kind).first, kFrom);
   EXPECT_LE(told.spans.at(kind).second, until + 0.5);
@@ -273,35 +272,34 @@ TEST(Conditions, NothingIsToldWhileAllIsWell) { EXPECT_TRUE(conditions_of({}).sp
 TEST(Conditions, ACameraThatStopsIsToldWithinHalfASecond) {
   const auto told = conditions_of({.camera_silent = kSpan});
   EXPECT_EQ(told.spans.size(), 1u);
-  expect_told(told, server::graphics::ConditionKind::camera_silent, "one every 33 ms is expected");
+  expect_told(told, device::HealthCode::camera_silent, "one every 33 ms is expected");
 }
 
 TEST(Conditions, ImagesOfTheWrongSizeAreNotDrawnAndToldWithBothSizes) {
   Moments m;
   const auto told = conditions_of({.image_size = kSpan}, &m);
   EXPECT_EQ(told.spans.size(), 1u);
-  expect_told(told, server::graphics::ConditionKind::image_size,
-              "320 x 240 pixels, the rig is calibrated for 640 x 480");
+  expect_told(told, device::HealthCode::image_size, "320 x 240 pixels, the rig is calibrated for 640 x 480");
   EXPECT_NEAR(static_cast<double>(m.play.frames.size()), 150.0, 4.0);  // of 180; the second is missing
 }
 
 TEST(Conditions, ATrackerThatDoesNotSeeTheHeadIsTold) {
   const auto told = conditions_of({.tracker_blind = kSpan});
   EXPECT_EQ(told.spans.size(), 1u);
-  expect_told(told, server::graphics::ConditionKind::tracker_blind, "head's marker");
+  expect_told(told, device::HealthCode::tracker_blind, "head's marker");
 }
 
 TEST(Conditions, ATrackerWithoutSamplesIsTold) {
   const auto told = conditions_of({.tracker_silent = kSpan});
   EXPECT_EQ(told.spans.size(), 1u);
-  expect_told(told, server::graphics::ConditionKind::tracker_silent, "no samples");
+  expect_told(told, device::HealthCode::tracker_silent, "no samples");
 }
 
 TEST(Conditions, ATrackerClockThatJumpsIsToldAndLearnedAnew) {
   for (const double jump_s : {0.5, -0.3, 40.0, -40.0}) {
     const auto told = conditions_of({.tracker_clock = kFromThenOn, .clock_jump_s = jump_s});
     EXPECT_EQ(told.spans.size(), 1u) << jump_s;
-    expect_told(told, server::graphics::ConditionKind::tracker_clock, "tracker: its clock", kFrom + 1.2);
+    expect_told(told, device::HealthCode::tracker_clock, "tracker: its clock", kFrom + 1.2);
   }
 }
 
@@ -309,7 +307,7 @@ TEST(Conditions, ACameraClockThatJumpsIsToldAndLearnedAnew) {
   for (const double jump_s : {0.5, -0.3, 40.0, -40.0}) {
     const auto told = conditions_of({.camera_clock = kFromThenOn, .clock_jump_s = jump_s});
     EXPECT_EQ(told.spans.size(), 1u) << jump_s;
-    expect_told(told, server::graphics::ConditionKind::camera_clock, "clock", kFrom + 1.2);
+    expect_told(told, device::HealthCode::camera_clock, "clock", kFrom + 1.2);
   }
 }
 

@@ -207,7 +207,7 @@ TEST(StereoPlay, ARigOfTwoCamerasPlaysWithTheLeftOneInAWorldOfOne) {
 struct ToldOfRightEye {
   double first_s = 0.0, last_s = 0.0;
   std::string words;
-  std::map<server::graphics::ConditionKind, int> kinds;
+  std::map<device::HealthCode, int> kinds;
 };
 
 constexpr double kRightFails = 3.0, kRightIsBack = 4.5;  // s, of the play, warm-up counted
@@ -221,9 +221,9 @@ ToldOfRightEye while_right_fails(const std::function<void(std::optional<device::
   options.conditions = [&](double t, const std::vector<server::graphics::Condition>& conditions) {
     for (const auto& condition : conditions) {
       if (t < 2.0) continue;
-      if (told.kinds[condition.kind]++ == 0) told.first_s = t;
+      if (told.kinds[condition.code]++ == 0) told.first_s = t;
       told.last_s = t;
-      told.words = condition.text;
+      told.words = condition.words;
     }
   };
   const auto s = play_with_two_eyes(two_eyed_world(), options, 5.0);
@@ -246,7 +246,7 @@ ToldOfRightEye while_right_fails(const std::function<void(std::optional<device::
 TEST(StereoPlay, ARightCameraThatStopsIsToldAndTheLeftOneGoesOnForBothEyes) {
   const auto told = while_right_fails([](std::optional<device::CameraImage>& image) { image.reset(); });
   EXPECT_EQ(told.kinds.size(), 1u);
-  EXPECT_EQ(told.kinds.begin()->first, server::graphics::ConditionKind::right_eye_lost);
+  EXPECT_EQ(told.kinds.begin()->first, device::HealthCode::right_eye_lost);
   EXPECT_GT(told.first_s, kRightFails);
   EXPECT_LT(told.first_s, kRightFails + 0.5);
   EXPECT_LT(told.last_s, kRightIsBack + 0.1);

@@ -1,13 +1,12 @@
-// The forces' condition between memory and wire: which number means what stands here alone, so that neither side's
-// order matters. Pure. Private to the messages.
+// The forces' condition between memory and wire: which number means what stands here alone. Pure. Private to the messages.
 #pragma once
 
 #include <array>
-#include <optional>
 #include <utility>
 
 #include "palpate.pb.h"
 #include "palpate/device/force_condition.h"
+#include "palpate/transport/internal/wire_table.h"
 
 namespace palpate::transport {
 
@@ -36,21 +35,5 @@ inline constexpr std::array<std::pair<ForceFault, wire::ForceFault>, 15> kWireFo
      {ForceFault::arm_slow, wire::FORCE_FAULT_ARM_SLOW},
      {ForceFault::arm_unchecked, wire::FORCE_FAULT_ARM_UNCHECKED},
      {ForceFault::not_armed, wire::FORCE_FAULT_NOT_ARMED}}};
-
-template <typename Table, typename Value>
-auto to_wire(const Table& table, Value value) {
-  for (const auto& [ours, theirs] : table)
-    if (ours == value) return theirs;
-  return table.front().second;
-}
-
-// Nothing for a number that means nothing here.
-template <typename Table>
-auto from_wire(const Table& table, int value) {
-  using Ours = typename Table::value_type::first_type;
-  for (const auto& [ours, theirs] : table)
-    if (theirs == value) return std::optional<Ours>(ours);
-  return std::optional<Ours>();
-}
 
 }  // namespace palpate::transport

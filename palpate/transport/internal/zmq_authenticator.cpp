@@ -109,9 +109,8 @@ bool Authenticator::look_again(Duration now) {
   looked_ = now;
   std::string there = stamp();
   if (there == stamp_) return false;
-  bool for_want = false;
-  auto read = read_authorized_keys(identity_.folder, &for_want);
-  if (for_want) return false;
+  auto read = read_authorized_keys(identity_.folder);
+  if (!read && read.error().code == ErrorCode::exhausted) return false;
   stamp_ = std::move(there);
   // A file that cannot be trusted any more admits nobody.
   auto before = std::move(read).value_or(AuthorizedKeys{});

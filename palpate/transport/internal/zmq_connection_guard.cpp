@@ -66,7 +66,7 @@ std::size_t descriptors_in_use() {
 
 Expected<std::unique_ptr<ConnectionGuard>> ConnectionGuard::make(const Clock<PhysicsClock>& clock) {
   auto guard = std::make_unique<ConnectionGuard>(clock);
-  if (guard->spare_ < 0) return refused("no descriptor left for connections: {}", reason_of(errno));
+  if (!guard->spare_) return refused("no descriptor left for connections: {}", reason_of(errno));
   return guard;
 }
 
@@ -79,7 +79,6 @@ ConnectionGuard::ConnectionGuard(const Clock<PhysicsClock>& clock)
 ConnectionGuard::~ConnectionGuard() {
   stop_.set();
   thread_.join();
-  if (spare_ >= 0) close(spare_);
 }
 
 Expected<void> ConnectionGuard::watch(const Socket& listener, const Context& context) {
@@ -191,10 +190,10 @@ void ConnectionGuard::end_what_is_overdue() {
 // libzmq may close a descriptor at any moment, and the next connection gets its number. So the connection is
 // first held at a descriptor of the guard's own, and is shut down only if it is still the one that was meant.
 void ConnectionGuard::end(const Connections::Ended& one) {
-  if (dup3(one.descriptor, spare_, O_CLOEXEC) < 0) return;
-  if (number_of(spare_) == one.number && shutdown(spare_, SHUT_RDWR) == 0)
+  if (dup3(one.descriptor, spare_.get(), O_CLOEXEC) < 0) return;
+  if (number_of(spare_.get()) == one.number && shutdown(spare_.get(), SHUT_RDWR) == 0)
     shut_down_.fetch_add(1, std::memory_order_relaxed);
-  dup3(stop_.fd(), spare_, O_CLOEXEC);
+  dup3(stop_.fd(), spare_.get(), O_CLOEXEC);
 }
 
 }  // namespace palpate::transport::zmq

@@ -14,6 +14,7 @@
 #include <mutex>
 #include <thread>
 
+#include "palpate/core/file_descriptor.h"
 #include "palpate/time/clock.h"
 #include "palpate/time/freed_memory.h"
 #include "palpate/transport/internal/connections.h"
@@ -60,9 +61,9 @@ class ConnectionGuard {
 
   const Clock<PhysicsClock>& clock_;
   Stop stop_;
-  std::size_t others_;  // descriptors that are no connections
-  int spare_;           // one of them, for a connection while it is shut down
-  std::mutex mutex_;    // of the next four
+  std::size_t others_;    // descriptors that are no connections
+  FileDescriptor spare_;  // one of them, for a connection while it is shut down
+  std::mutex mutex_;      // of the next four
   std::list<Watched> watched_;
   Connections connections_;
   std::string event_, where_;
