@@ -99,6 +99,7 @@ void add_record(scene::ApplicationSpec& spec) {
   spec.tables = {{kBallTable, "the ball, frame by frame"}};
   spec.make_record = [](const scene::SceneDescription& scene) { return std::make_unique<GameRecord>(scene); };
   spec.report = play_report;
+  spec.page = page_files();
   spec.example_state = example_state;
 }
 

@@ -97,6 +97,7 @@ void add_record(scene::ApplicationSpec& spec) {
   spec.tables = {{kTouchTable, "touch, millisecond by millisecond of contact"}};
   spec.make_record = [](const scene::SceneDescription&) { return std::make_unique<TouchRecord>(); };
   spec.report = play_report;
+  spec.page = page_files();
 }
 
 }  // namespace palpate::applications::touch

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "palpate/figures/limits.h"
+
 namespace palpate::figures {
 namespace fs = std::filesystem;
 
@@ -31,17 +33,7 @@ Expected<PlayFolder> PlayFolder::read(const fs::path& folder) {
   return play;
 }
 
-const Json* PlayFolder::find(std::string_view path) const {
-  const Json* at = &summary_;
-  while (!path.empty()) {
-    const auto slash = path.find('/');
-    const std::string key(path.substr(0, slash));
-    if (!at->is_object() || !at->contains(key)) return nullptr;
-    at = &(*at)[key];
-    path = slash == std::string_view::npos ? "" : path.substr(slash + 1);
-  }
-  return at;
-}
+const Json* PlayFolder::find(std::string_view path) const { return find_in(summary_, path); }
 
 std::optional<double> PlayFolder::number(std::string_view path) const {
   const Json* value = find(path);

@@ -21,10 +21,12 @@ class PlayFolder {
   std::optional<double> number(std::string_view path) const;
   std::optional<std::string> text(std::string_view path) const;
   const Json* find(std::string_view path) const;
+  const Json& summary() const { return summary_; }
 
   // raw/NAME as a table; none where it is missing or has no rows. A file that is there and broken is an error
   // at read.
   const CsvTable* raw(std::string_view name) const;
+  const std::vector<std::pair<std::string, CsvTable>>& tables() const { return tables_; }  // all of raw/
   // A file's bytes; empty where it is missing.
   std::string bytes(std::string_view name) const;
   bool has(std::string_view name) const;

@@ -1,5 +1,4 @@
-// What a page can draw: flat plots of lines, points and bars, and clouds of points in space that a reader
-// turns.
+// What a page can draw: flat plots of lines, points and bars.
 //
 // Values, in the units their axis labels name. Not a number is a gap. Nothing here knows HTML.
 #pragma once
@@ -52,26 +51,6 @@ struct Plot {
   std::array<double, 2> y_range{0.0, 0.0};  // fixed where they differ
   std::array<double, 2> x_range{0.0, 0.0};
   int height_px = 340;
-  std::string caption;
-};
-
-struct CloudGroup {
-  std::string name;
-  Tone tone = Tone::ours;
-  std::vector<std::array<double, 3>> points;
-  bool joined = false;  // a path instead of points; a not-a-number lifts the pen
-  double size_px = 2.5;
-};
-
-// Points in space, seen along an axis the reader turns with mouse or finger. `up` is the axis shown upright
-// (0, 1, 2).
-struct Cloud {
-  std::string title;
-  std::string unit;
-  std::vector<CloudGroup> groups;
-  int up = 1;
-  double turn_deg = 35.0, tilt_deg = 20.0;
-  int height_px = 380;
   std::string caption;
 };
 

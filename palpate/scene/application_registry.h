@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "palpate/core/expected.h"
+#include "palpate/figures/page_file.h"
 #include "palpate/figures/play_folder.h"
 #include "palpate/scene/application.h"
 #include "palpate/scene/application_option.h"
@@ -73,6 +74,9 @@ struct ApplicationSpec {
   std::vector<PlayTable> tables{};  // what the record adds to raw/
   std::function<std::unique_ptr<PlayRecord>(const SceneDescription&)> make_record{};
   std::function<PlayReport(const figures::PlayFolder&)> report{};
+  // Words, limits and templates of its part of the page, all optional: NAME.toml, NAME-limits.toml,
+  // NAME-figures.html, NAME-sections.html.
+  figures::PageFiles page{};
   // A state worth a picture, with the stylus there; empty: the one that the application begins with.
   std::function<SceneState(const SceneDescription&, const Pose<World, Tip>&)> example_state{};
 };

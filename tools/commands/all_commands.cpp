@@ -19,6 +19,7 @@ void add_commands(CLI::App& program) {
   add_apps(program);
   add_world(program);
   add_rig(program);
+  add_report(program);
   add_study(program);
   add_physics(program);
   add_graphics(program);

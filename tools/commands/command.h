@@ -47,6 +47,7 @@ void add_calibrate_all(CLI::App& calibrate);
 void add_world(CLI::App& program);
 void add_rig(CLI::App& program);
 void add_rig_webcam(CLI::App& rig);
+void add_report(CLI::App& program);
 void add_study(CLI::App& program);
 void add_study_flights(CLI::App& study);
 void add_physics(CLI::App& program);

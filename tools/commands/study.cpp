@@ -63,7 +63,8 @@ void add_study(CLI::App& program) {
         ->check(CLI::Range(0, 1024))
         ->capture_default_str();
     command->add_option("--world", options->world, "World file; the reference world without one");
-    command->add_option("--out", options->out, "Folder for report.html, and JSON and CSV of each study");
+    command->add_option("--out", options->out,
+                        "Folder for report.html, report.json, and JSON and CSV of each study");
     command->add_option("--json", options->json, "Key figures, - for standard output");
     on(command, [name, options] { return run_study(name, *options); });
   };

@@ -29,12 +29,9 @@ Expected<void> run_flights(FlightsCommand options) {
   if (!options.out.empty()) {
     const std::filesystem::path out = options.out;
     if (auto done = evaluation::studies::write_study(*result, {}, out); !done) return done;
-    evaluation::report::Report page(
-        "Palpate: recorded flights beside the simulator",
-        fmt::format("{} flights of {}", result->values["flights"].get<std::size_t>(),
-                    options.study.data.string()));
-    result->tell(page);
-    if (auto done = page.write(out / "report.html"); !done) return done;
+    const Json about{{"flights", result->values["flights"]}, {"data", options.study.data.string()}};
+    if (auto done = evaluation::studies::write_study_report("flights", about, {*result}, out); !done)
+      return done;
     notice(fmt::format("written to {}; open {}/report.html", options.out, options.out));
   }
   for (const auto& line : result->lines) print_line(line, stderr);
@@ -57,8 +54,9 @@ void add_study_flights(CLI::App& study) {
       ->add_option("--threads", options->study.repeats.threads, "Threads, 0 for all cores; changes no figure")
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
-  flights->add_option("--out", options->out,
-                      "Folder for report.html, flights.json, flights.csv, errors.csv, bounces.csv");
+  flights->add_option(
+      "--out", options->out,
+      "Folder for report.html, report.json, flights.json, flights.csv, errors.csv, bounces.csv");
   flights->add_option("--json", options->json, "Key figures, - for standard output");
   on(flights, [options] { return run_flights(*options); });
 }

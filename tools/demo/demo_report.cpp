@@ -1,136 +1,190 @@
 #include "tools/demo/demo_report.h"
 
 #include <algorithm>
+#include <array>
 
-#include "palpate/figures/force_figures.h"
-#include "tools/demo/demo_sections.h"
+#include "palpate/core/toml.h"
+#include "palpate/figures/limits.h"
+#include "tools/demo/report_data.h"
 
 namespace palpate::tools::demo {
 namespace fs = std::filesystem;
 namespace {
 
-// Frame pictures shown in the page; more would make it heavy, not clearer.
-constexpr std::size_t kMostPictures = 4;
-
-void add_figure(std::vector<figures::Figure>& figures, const figures::PlayFolder& data, std::string_view path,
-                std::string label, std::string_view unit, std::optional<double> at_most_this,
-                std::string bar) {
-  const auto value = data.number(path);
-  if (!value) return;
-  const figures::Verdict verdict =
-      at_most_this ? figures::at_most(*value, *at_most_this) : figures::Verdict::none;
-  figures.push_back({std::move(label), figures::shown(value, unit), std::move(bar), verdict});
-}
+using evaluation::report::PageTemplates, figures::PlayFolder;
 
 // The picture a film shows before it plays: an event (a hit, a touch), where there is one.
-std::string poster_of(const figures::PlayFolder& data) {
-  if (data.has("poster.png")) return "poster.png";
-  const auto pictures = data.pictures("pictures");
+Json poster_of(const PlayFolder& play) {
+  if (play.has("poster.png")) return "poster.png";
+  if (!play.has("video.mp4")) return nullptr;
+  const auto pictures = play.pictures("pictures");
   for (const auto& name : pictures)
     if (name.find('-') != std::string::npos && name.find("-play") == std::string::npos) return name;
-  return pictures.empty() ? "poster.png" : pictures.front();
+  return pictures.empty() ? Json() : Json(pictures.front());
 }
 
-// Of an application that has none of its own.
-scene::PlayReport plain_report(const figures::PlayFolder& data) {
-  const std::string name = data.text("application").value_or("an application");
-  scene::PlayReport report{
-      .title = "Palpate: " + name,
-      .task = "play " + name,
-      .scene =
-          "What is drawn into the picture exists only in the computer; the hand feels it through the stylus.",
-      .drawn = "virtual objects",
-      .figures = {},
-      .sections = {}};
-  std::vector<figures::Figure> forces;
-  if (auto peak = figures::peak_force(data, "Peak force")) forces.push_back(std::move(*peak));
-  if (auto shaped = figures::shaped_force(data, false)) forces.push_back(std::move(*shaped));
-  if (!forces.empty()) report.sections.push_back({"What the hand feels", "forces", {std::move(forces)}});
-  return report;
+// Width over height as a PNG's first chunk states them; of what is no PNG, a camera's 4 : 3.
+double shape_of(std::string_view png) {
+  constexpr std::size_t kSizes = 16;  // signature, and the chunk's length and name
+  const auto number = [&](std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(png[at + i]);
+    return static_cast<double>(value);
+  };
+  if (png.size() < kSizes + 8 || png.substr(1, 3) != "PNG" || png.substr(12, 4) != "IHDR") return 4.0 / 3.0;
+  const double width = number(kSizes), height = number(kSizes + 4);
+  return width > 0.0 && height > 0.0 ? width / height : 4.0 / 3.0;
+}
+
+// Two in a row. The one from the side is always among them, the last.
+Json pictures_of(const PlayFolder& play) {
+  constexpr std::size_t kMost = 4;  // more would make the page heavy, not clearer
+  std::vector<std::string> names = play.pictures("pictures");
+  const auto outside = std::stable_partition(names.begin(), names.end(),
+                                             [](const auto& name) { return name != "pictures/outside.png"; });
+  const auto seen = static_cast<std::size_t>(outside - names.begin());
+  if (seen < names.size() && seen >= kMost) names.erase(names.begin() + kMost - 1, outside);
+  names.resize(std::min(names.size(), kMost));
+  Json rows = Json::array();
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string file = fs::path(names[i]).filename().string();
+    if (i % 2 == 0) rows.push_back(Json::array());
+    rows.back().push_back({{"file", names[i]},
+                           {"caption", play.text("pictures/" + file).value_or(file)},
+                           {"shape", shape_of(play.bytes(names[i]))}});
+  }
+  return rows;
+}
+
+std::string stem(std::string_view file) { return std::string(file.substr(0, file.rfind('.'))); }
+
+// How many rows each table of raw/ has, under its name without .csv.
+Json rows_of(const PlayFolder& play) {
+  Json rows = Json::object();
+  for (const auto& [name, table] : play.tables())
+    if (!table.rows.empty()) rows[stem(name)] = table.rows.size();
+  return rows;
+}
+
+// The application's words: those of its report, else those of NAME.toml, else none.
+Expected<Json> words_of(const std::string& name, const scene::PlayReport& report, std::string_view toml) {
+  const auto file = parse_toml(toml, name + ".toml");
+  if (!file) return tl::unexpected(file.error());
+  Json words{{"name", name}};
+  const std::array<std::pair<const char*, const std::string*>, 5> kWords{
+      {{"title", &report.title},
+       {"task", &report.task},
+       {"scene", &report.scene},
+       {"drawn", &report.drawn},
+       {"force_label", &report.force_label}}};
+  for (const auto& [key, own] : kWords) words[key] = file->text_or(key, *own);
+  if (const auto done = file->finish(); !done) return tl::unexpected(done.error());
+  return words;
+}
+
+Expected<Json> application_of(const PlayFolder& play, const scene::ApplicationSpec* spec,
+                              const PageTemplates& templates) {
+  const std::string name = play.text("application").value_or("");
+  const scene::PlayReport report = spec != nullptr && spec->report ? spec->report(play) : scene::PlayReport{};
+  auto application = words_of(name, report, templates.text(name + ".toml"));
+  if (!application) return application;
+  (*application)["figures"] = evaluation::report::json_of(report.figures);
+  (*application)["sections"] = evaluation::report::json_of(report.sections);
+  (*application)["data"] = report.data;
+  (*application)["tables"] = Json::array();
+  if (spec != nullptr)
+    for (const auto& table : spec->tables)
+      if (const CsvTable* rows = play.raw(table.file))
+        (*application)["tables"].push_back(
+            {{"file", table.file}, {"rows", rows->rows.size()}, {"holds", table.holds}});
+  return application;
+}
+
+Expected<Json> judged_of(const PlayFolder& play, const std::string& application,
+                         const PageTemplates& templates) {
+  auto all = figures::judged(play.summary(), templates.text("limits.toml"), "limits.toml");
+  if (!all) return all;
+  const std::string own_file = application + "-limits.toml";
+  auto own = figures::judged(play.summary(), templates.text(own_file), own_file);
+  if (!own) return own;
+  all->update(*own);
+  return all;
+}
+
+// Differences, sums and alternatives that a template cannot form.
+Json sums_of(const PlayFolder& play) {
+  Json sums = Json::object();
+  if (const auto all = play.number("force/limited_ticks"), at_peak = play.number("force/peak_limited_ticks");
+      all && at_peak)
+    sums["force_held_back_ticks"] = *all - *at_peak;
+  if (const auto begun = play.number("realtime/haptic/ticks"), missed = play.number("realtime/haptic/missed");
+      begun && missed)
+    sums["haptic_due_ticks"] = *begun + *missed;
+  const auto known = [&](const char* path) { return play.number(path).has_value(); };
+  sums["smaller_calibrations"] = known("pivot/error_to_truth_mm") || known("hand_eye/error_to_truth_mm") ||
+                                 known("hand_eye/rotation_error_deg") || known("camera/rms_px");
+  sums["tables"] = !rows_of(play).empty();
+  sums["overlay"] = known("registration/world_px_rms") || known("registration/tip_px_rms");
+  return sums;
+}
+
+// registration/disparity has a key for the points of the real scene, and one for a virtual body, named after it.
+Json disparities_of(const PlayFolder& play) {
+  constexpr std::string_view kRms = "_px_rms";
+  Json list = Json::array();
+  const Json* disparity = play.find("registration/disparity");
+  if (disparity == nullptr || !disparity->is_object()) return list;
+  for (const auto& [key, value] : disparity->items())
+    if (key.ends_with(kRms) && !key.starts_with("world") && value.is_number())
+      list.push_back({{"body", key.substr(0, key.size() - kRms.size())}, {"px", value}});
+  return list;
 }
 
 }  // namespace
 
-void add_what_you_see_section(evaluation::report::Report& page, const figures::PlayFolder& data,
-                              const scene::PlayReport& play) {
-  page.section("What you see", "see");
-  const bool two_eyes = data.find("registration/right_eye") != nullptr;
-  const std::string view =
-      std::string("The player's view") +
-      (two_eyes ? ", left eye and right eye side by side: each camera's picture" : ": the camera's picture") +
-      ", undistorted, with " + play.drawn + " drawn into it.";
-  page.paragraph(
-      std::string("A person holds the stylus of a haptic arm and looks at the scene through ") +
-      (two_eyes ? "two cameras worn on the head, one for each eye. " : "a camera worn on the head. ") +
-      play.scene +
-      " In this run every device is simulated: arm, optical tracker, camera, clocks, hand and player. That "
-      "is what lets every error below be measured against the truth, which the program itself never gets to "
-      "see.");
-  if (data.has("video.mp4")) {
-    page.video(data.bytes("video.mp4"), data.bytes(poster_of(data)), view);
-  } else if (data.has("poster.png")) {
-    page.picture(data.bytes("poster.png"), view);
+Expected<Json> demo_report(const fs::path& folder, const scene::ApplicationRegistry& applications,
+                           PageTemplates& templates) {
+  const auto play = PlayFolder::read(folder);
+  if (!play) return tl::unexpected(play.error());
+  const std::string name = play->text("application").value_or("");
+  const auto* spec = applications.find(name);
+  if (spec != nullptr) templates.add_missing(spec->page);
+  for (const char* part : {"figures", "sections"})
+    templates.use(fmt::format("{}-{}.html", name, part), fmt::format("application-{}.html", part));
+  const auto application = application_of(*play, spec, templates);
+  if (!application) return application;
+  auto judged = judged_of(*play, name, templates);
+  if (!judged) return judged;
+  // Each body's disparity is judged by the same limit.
+  Json disparities = disparities_of(*play);
+  for (auto& one : disparities) {
+    const auto verdict = figures::judged(one, templates.text("limits.toml"), "limits.toml");
+    if (!verdict) return verdict;
+    one.update(verdict->value("disparity", Json::object()));
   }
-  std::vector<std::pair<std::string, std::string>> pictures;
-  std::vector<std::string> names = data.pictures("pictures");
-  // The one from the side is always among them, the last.
-  const auto outside = std::stable_partition(names.begin(), names.end(),
-                                             [](const auto& name) { return name != "pictures/outside.png"; });
-  const auto seen = static_cast<std::size_t>(outside - names.begin());
-  if (seen < names.size() && seen >= kMostPictures) names.erase(names.begin() + kMostPictures - 1, outside);
-  for (const auto& name : names) {
-    if (pictures.size() == kMostPictures) break;
-    const std::string file = fs::path(name).filename().string();
-    pictures.emplace_back(data.bytes(name), data.text("pictures/" + file).value_or(file));
-  }
-  if (!pictures.empty()) page.pictures(pictures);
-  std::vector<figures::Figure> figures;
-  const auto bar = arm_bar_mm(data);
-  add_figure(figures, data, "arm/error_to_truth_mean_mm", "Arm: the tip's error against the truth", "mm", bar,
-             fmt::format("at most {}, half of the best of the paper's methods or 0.3 mm",
-                         figures::shown(bar, "mm")));
-  add_figure(figures, data, "registration/world_px_rms", "Overlay on the real scene, rms", "px", 0.3,
-             "at most 0.3 px");
-  add_figure(figures, data, "registration/tip_px_rms", "Overlay on the stylus tip, rms", "px", 0.6,
-             "at most 0.6 px");
-  figures.insert(figures.end(), play.figures.begin(), play.figures.end());
-  if (auto peak = figures::peak_force(data, play.force_label)) figures.push_back(std::move(*peak));
-  add_figure(figures, data, "realtime/exchange/round_trip_us/median",
-             "Asking for the state, round trip, median", "\u00b5s", std::nullopt,
-             "real time, between two processes");
-  page.figures(figures);
+  Json data = calibration_data(*play);
+  data.update(play_data(*play));
+  data.update(realtime_data(*play));
+  return Json{{"format", 1},
+              {"kind", "demo"},
+              {"summary", play->summary()},
+              {"judged", *judged},
+              {"sums", sums_of(*play)},
+              {"disparities", disparities},
+              {"application", *application},
+              {"video", play->has("video.mp4") ? Json("video.mp4") : Json()},
+              {"poster", poster_of(*play)},
+              {"pictures", pictures_of(*play)},
+              {"data", data},
+              {"network", network_data(*play)},
+              {"rows", rows_of(*play)}};
 }
 
-Expected<evaluation::report::Report> demo_report(const fs::path& folder,
-                                                 const scene::ApplicationRegistry& applications) {
-  const auto data = figures::PlayFolder::read(folder);
-  if (!data) return tl::unexpected(data.error());
-  const auto* application = applications.find(data->text("application").value_or(""));
-  const scene::PlayReport play =
-      application != nullptr && application->report ? application->report(*data) : plain_report(*data);
-  std::string subtitle = fmt::format(
-      "A report of one demonstration of Palpate on the simulated rig: calibrate everything, {}, and hold "
-      "each figure against the truth.",
-      play.task);
-  if (const auto seed = data->number("seed")) subtitle += fmt::format(" Seed {:.0f}.", *seed);
-  evaluation::report::Report page(play.title, subtitle);
-  add_what_you_see_section(page, *data, play);
-  add_arm_section(page, *data);
-  add_tip_and_camera_section(page, *data);
-  add_overlay_section(page, *data);
-  add_exchange_section(page, *data);
-  for (const auto& section : play.sections) page.section(section);
-  add_real_time_section(page, *data);
-  add_network_section(page, *data);
-  add_how_section(page, *data,
-                  application != nullptr ? application->tables : std::vector<scene::PlayTable>{});
-  return page;
-}
-
-Expected<void> write_demo_report(const fs::path& folder, const scene::ApplicationRegistry& applications) {
-  const auto page = demo_report(folder, applications);
-  if (!page) return tl::unexpected(page.error());
-  return page->write(folder / "report.html");
+Expected<void> write_demo_report(const fs::path& folder, const scene::ApplicationRegistry& applications,
+                                 PageTemplates templates) {
+  const auto report = demo_report(folder, applications, templates);
+  if (!report) return tl::unexpected(report.error());
+  return evaluation::report::write_report(*report, templates, folder);
 }
 
 }  // namespace palpate::tools::demo

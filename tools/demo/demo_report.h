@@ -1,5 +1,5 @@
-// The page a demo ends with, written from what the demo left in its folder: summary.json, raw/*.csv,
-// pictures, video.
+// The report a demo ends with, written from what the demo left in its folder: summary.json, raw/*.csv,
+// pictures, video. Its words are templates in share/report, its limits share/report/limits.toml.
 //
 // Files read, each of them optional but summary.json; a missing one leaves its part of the page out:
 //   video.mp4, poster.png, pictures/*.png (in name order; captions from summary.json "pictures" {"name.png":
@@ -27,18 +27,21 @@
 #include <filesystem>
 
 #include "palpate/core/expected.h"
-#include "palpate/evaluation/report/report.h"
+#include "palpate/evaluation/report/page.h"
 #include "palpate/scene/application_registry.h"
 
 namespace palpate::tools::demo {
 
-// The application is the one that summary.json names; its part of the page is the one it has in `applications`, or
-// a plain one.
-Expected<evaluation::report::Report> demo_report(const std::filesystem::path& folder,
-                                                 const scene::ApplicationRegistry& applications);
+// The report of a play's folder (docs/report.md). Its application is the one that summary.json names: `applications` has
+// its part and its templates, which `templates` gets where it has none of that name yet. Errors: wrong use for a folder
+// without a summary, for a broken table, and for limits or words that are none.
+Expected<Json> demo_report(const std::filesystem::path& folder,
+                           const scene::ApplicationRegistry& applications,
+                           evaluation::report::PageTemplates& templates);
 
-// demo_report() written as folder/report.html.
+// folder/report.json and folder/report.html.
 Expected<void> write_demo_report(const std::filesystem::path& folder,
-                                 const scene::ApplicationRegistry& applications);
+                                 const scene::ApplicationRegistry& applications,
+                                 evaluation::report::PageTemplates templates = {});
 
 }  // namespace palpate::tools::demo

@@ -42,26 +42,22 @@ Clouds clouds_of(const calibration::ArmSolution& arm, const std::vector<device::
   return clouds;
 }
 
-figures::Cloud drawing(const Clouds& clouds, std::string title, double magnified, std::string caption) {
-  figures::CloudGroup seen{.name = "tracker", .tone = figures::Tone::rival},
-      told{.name = "arm", .tone = figures::Tone::ours},
-      strokes{.name = "difference", .tone = figures::Tone::muted, .joined = true};
-  const auto point = [](const Vector3& m) {
-    return std::array<double, 3>{mm_from_metres(m.x()), mm_from_metres(m.y()), mm_from_metres(m.z())};
+// Points for a cloud, mm: the tracker's, the arm's with the difference drawn longer, and strokes between the two.
+Json drawing(const Clouds& clouds) {
+  constexpr double kMagnified = 20.0;
+  std::vector<double> seen, told, strokes;
+  const auto add = [](std::vector<double>& list, const Vector3& m) {
+    for (const double one : m) list.push_back(mm_from_metres(one));
   };
   for (std::size_t i = 0; i < clouds.arm.size(); ++i) {
-    const Vector3 moved = clouds.tracker[i] + magnified * (clouds.arm[i] - clouds.tracker[i]);
-    seen.points.push_back(point(clouds.tracker[i]));
-    told.points.push_back(point(moved));
-    strokes.points.push_back(point(clouds.tracker[i]));
-    strokes.points.push_back(point(moved));
-    strokes.points.push_back({NAN, NAN, NAN});
+    const Vector3 moved = clouds.tracker[i] + kMagnified * (clouds.arm[i] - clouds.tracker[i]);
+    add(seen, clouds.tracker[i]);
+    add(told, moved);
+    add(strokes, clouds.tracker[i]);
+    add(strokes, moved);
+    strokes.insert(strokes.end(), 3, NAN);
   }
-  return {.title = std::move(title),
-          .unit = "mm",
-          .groups = {strokes, seen, told},
-          .height_px = 430,
-          .caption = std::move(caption)};
+  return {{"tracker_mm", seen}, {"arm_mm", told}, {"strokes_mm", strokes}};
 }
 
 Json json_of(const Clouds& clouds) {
@@ -101,28 +97,7 @@ Expected<StudyResult> study_clouds(const StudyOptions& options) {
       fmt::format("clouds: mean distance {:.3f} -> {:.3f} mm, radial part {:.3f} -> {:.3f} mm sd",
                   mm_from_metres(before.mean), mm_from_metres(after.mean), mm_from_metres(before.radial_sd),
                   mm_from_metres(after.radial_sd)));
-  study.tell = [before, after](report::Report& page) {
-    page.section("The two clouds (Figures 11, 12)", "clouds");
-    page.paragraph(
-        "The tracker's points and the arm's, in the arm's frame, as in the paper: before with the best rigid "
-        "transformation alone, after with the calibration. Turn them with the mouse; the differences are "
-        "drawn twenty times as long as they are.");
-    constexpr double kMagnified = 20.0;
-    page.cloud(
-        drawing(before, "Figure 11: before", kMagnified,
-                "No rigid transformation takes this deformation away: gains and offsets of the joints bend "
-                "the cloud about the arm's base."));
-    page.cloud(
-        drawing(after, "Figure 12: after", kMagnified, "What is left is the tracker's noise and bias."));
-    page.figures(
-        {{"Mean distance",
-          fmt::format("{:.2f} \u2192 {:.3f} mm", mm_from_metres(before.mean), mm_from_metres(after.mean)),
-          "the paper: 3 \u2192 1.3 mm on poses held out", figures::Verdict::none},
-         {"Along the line from the shoulder, sd",
-          fmt::format("{:.2f} \u2192 {:.3f} mm", mm_from_metres(before.radial_sd),
-                      mm_from_metres(after.radial_sd)),
-          "the paper's radial error", figures::Verdict::none}});
-  };
+  study.page = {{"before", drawing(before)}, {"after", drawing(after)}};
   return study;
 }
 

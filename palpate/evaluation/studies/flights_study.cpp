@@ -324,8 +324,7 @@ Expected<StudyResult> study_flights(const FlightsOptions& options) {
   study.files.emplace_back("errors.csv", csv.content());
   add_bounces(study, *flights);
   add_examples(study, *flights, told);
-  study.tell = [copy = StudyResult{study.name, study.curves, study.values, {}, {}, {}}](
-                   report::Report& page) { add_flights_section(page, copy); };
+  study.page = flights_page(study);
   return study;
 }
 

@@ -69,6 +69,7 @@ struct Told {
 };
 Expected<Told> tell_flight(const RecordedFlight& flight, const FlightMode& mode, const TableHeight& table);
 
-void add_flights_section(report::Report& page, const StudyResult& study);
+// From the study's curves and values: horizons, rows, sets and bounces, as its page lists them.
+Json flights_page(const StudyResult& study);
 
 }  // namespace palpate::evaluation::studies

@@ -116,12 +116,13 @@ TEST(FlightsStudy, FilesAndPageAreWritten) {
   ASSERT_TRUE(study);
   ASSERT_TRUE(can_be_written(folder / "out"));
   ASSERT_TRUE(write_study(*study, {}, folder / "out"));
-  report::Report page("flights");
-  study->tell(page);
-  ASSERT_TRUE(page.write(folder / "out" / "report.html"));
+  const auto done =
+      write_study_report("flights", {{"flights", 12}, {"data", "here"}}, {*study}, folder / "out");
+  ASSERT_TRUE(done) << done.error().message;
   const auto html = read_file(folder / "out" / "report.html");
   ASSERT_TRUE(html);
-  for (const char* told : {"no_spin_robot_simple", "mn5008_topspin", "Restitution of every bounce"})
+  for (const char* told : {"no_spin_robot_simple", "mn5008_topspin", "Restitution of every bounce",
+                           "data-name=\"no_spin_robot_simple\""})
     EXPECT_NE(html->find(told), std::string::npos) << told;
   const auto errors = read_csv(folder / "out" / "errors.csv", {.text_columns = {"*"}});
   ASSERT_TRUE(errors) << errors.error().message;

@@ -11,7 +11,6 @@
 
 #include "palpate/core/units.h"
 #include "palpate/evaluation/studies/internal/arm_methods.h"
-#include "palpate/evaluation/studies/internal/paper_values.h"
 #include "palpate/evaluation/studies/study.h"
 
 namespace palpate::evaluation::studies {
@@ -68,49 +67,6 @@ Expected<Table> try_resets(const StudyOptions& options, std::size_t number) {
   return table;
 }
 
-void add_reset_section(report::Report& page, const StudyResult& study) {
-  using figures::Tone;
-  page.section("Encoders zeroed in odd positions (Figure 10)", "reset");
-  page.paragraph(
-      "The paper zeroed the encoders with the second and third joint right or obtuse, and in extreme places "
-      "of the workspace, and found the same low error from each. Here the zeros are up to 45 degrees off. "
-      "Every solve begins at gains 1 and offsets 0 and is told nothing of the reset.");
-  std::vector<figures::Plot> plots;
-  for (const auto method : kResetMethods) {
-    figures::Plot plot{.title = fmt::format("Figure 10: {}", method),
-                       .x_label = "points",
-                       .y_label = "mean error held out, mm",
-                       .log_y = true};
-    constexpr std::array kLineTones{Tone::ours, Tone::rival, Tone::third, Tone::fourth};
-    for (std::size_t r = 0; r < kResets.size(); ++r) {
-      auto series = series_of(curve_named(study.curves, figure_of("held-out error", method), kResets[r].name),
-                              kLineTones[r % kLineTones.size()]);
-      series.dashed = r >= kLineTones.size();
-      plot.series.push_back(series);
-    }
-    plot.levels = {{.at = paper::kAfter_mm, .label = "paper, 4.4.2: 1.3 mm from the usual reset"}};
-    plots.push_back(plot);
-  }
-  page.plots(plots);
-  page.aside(
-      fmt::format("{} laboratories (draws of the world), each reset in all eight ways: same truth, same "
-                  "poses, same noise.",
-                  study.values.at("laboratories").get<std::size_t>()));
-  std::vector<std::vector<std::string>> rows;
-  for (const auto& row : study.values.at("at_70_points")) {
-    std::vector<std::string> cells{row.at("reset").get<std::string>()};
-    for (const auto method : kResetMethods) {
-      const auto& value = row.at(std::string(method));
-      cells.push_back(value.is_null() ? "-" : fmt::format("{:.3f}", value.get<double>()));
-    }
-    rows.push_back(cells);
-  }
-  page.table({"zeroed", "paper: alternating, held out mm", "paper: equations 7, 8", "ours"}, rows);
-  const double spread = study.values.at("ours_spread").get<double>();
-  page.figures({{"Ours, 70 points: largest mean beside the smallest",
-                 fmt::format("{:+.1f} %", 100.0 * spread), "at most 5 %", figures::at_most(spread, 0.05)}});
-}
-
 }  // namespace
 
 Expected<StudyResult> study_reset(const StudyOptions& options) {
@@ -158,8 +114,6 @@ Expected<StudyResult> study_reset(const StudyOptions& options) {
   study.values["ours_spread"] = most / least - 1.0;
   study.lines.push_back(
       fmt::format("ours: largest mean {:.1f} % above the smallest", 100.0 * (most / least - 1.0)));
-  study.tell = [copy = StudyResult{study.name, study.curves, study.values, {}, {}, {}}](
-                   report::Report& page) { add_reset_section(page, copy); };
   return study;
 }
 

@@ -9,11 +9,30 @@
 
 #include "palpate/core/csv.h"
 #include "palpate/core/statistics.h"
+#include "palpate/evaluation/report/page.h"
+#include "palpate/figures/limits.h"
 
 namespace palpate::evaluation::studies {
 namespace {
 
 constexpr int kMostRuns = 1000000;
+
+// Under figure and label; a list of numbers for each of x and what is drawn.
+Json curves_by_name(const std::vector<Curve>& curves) {
+  Json by_figure = Json::object();
+  for (const auto& curve : curves) {
+    Json& lists = by_figure[curve.figure][curve.label];
+    for (const char* key : {"x", "mean", "sd", "rms", "median"}) lists[key] = Json::array();
+    for (const auto& [x, y] : curve.points) {
+      lists["x"].push_back(x);
+      lists["mean"].push_back(number_or_null(y.mean));
+      lists["sd"].push_back(number_or_null(y.sd));
+      lists["rms"].push_back(number_or_null(y.rms));
+      lists["median"].push_back(number_or_null(y.median));
+    }
+  }
+  return by_figure;
+}
 
 }  // namespace
 
@@ -46,15 +65,6 @@ Summary summary_of(const std::vector<double>& values) {
   summary.median = quantile(values, 0.5);
   summary.p95 = quantile(values, 0.95);
   return summary;
-}
-
-figures::Series series_of(const Curve& curve, figures::Tone tone, Drawn drawn) {
-  figures::Series series{.name = curve.label, .tone = tone};
-  for (const auto& point : curve.points) {
-    series.x.push_back(point.x);
-    series.y.push_back(drawn == Drawn::mean ? point.y.mean : drawn == Drawn::sd ? point.y.sd : point.y.rms);
-  }
-  return series;
 }
 
 Summary Curve::at(double x) const {
@@ -130,6 +140,22 @@ Expected<void> write_study(const StudyResult& result, const Json& about, const s
   return {};
 }
 
+Expected<void> write_study_report(std::string_view kind, Json about, const std::vector<StudyResult>& results,
+                                  const std::filesystem::path& out) {
+  const report::PageTemplates templates;
+  Json report{{"format", 1}, {"kind", kind}};
+  report.update(about);
+  report["studies"] = Json::object();
+  for (const auto& result : results) {
+    Json study{{"values", result.values}, {"curves", curves_by_name(result.curves)}, {"page", result.page}};
+    auto judged = figures::judged(study, templates.text("study-limits.toml"), "study-limits.toml");
+    if (!judged) return tl::unexpected(judged.error());
+    study["judged"] = std::move(*judged);
+    report["studies"][result.name] = std::move(study);
+  }
+  return report::write_report(report, templates, out);
+}
+
 Expected<std::vector<StudyResult>> run_studies(std::string_view name, const StudyOptions& options,
                                                const std::filesystem::path& out,
                                                const std::function<void(std::size_t)>& begin) {
@@ -156,14 +182,9 @@ Expected<std::vector<StudyResult>> run_studies(std::string_view name, const Stud
     results.push_back(std::move(*result));
   }
   if (!out.empty()) {
-    report::Report page(
-        "Palpate: the paper's studies again",
-        fmt::format("The calibration experiments of Bianchi, Kn\u00f6rlein, Sz\u00e9kely, Harders (2006), "
-                    "\"High precision augmented reality haptics\", in a simulated laboratory where the truth "
-                    "is known. {} runs, seed {}.",
-                    options.runs, options.seed));
-    for (const auto& result : results) result.tell(page);
-    if (auto done = page.write(out / "report.html"); !done) return tl::unexpected(done.error());
+    const Json about{{"runs", options.runs}, {"seed", options.seed}};
+    if (auto done = write_study_report("studies", about, results, out); !done)
+      return tl::unexpected(done.error());
   }
   return results;
 }

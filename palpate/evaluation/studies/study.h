@@ -1,4 +1,4 @@
-// What a study of the paper is made of: options in; curves, key figures and a part of a page out.
+// What a study of the paper is made of: options in; curves, key figures and what its part of a page draws out.
 //
 // A study is a pure function of its options: the same seed gives the same numbers on any number of threads.
 // Curves are in the units their names state (mm, degrees). Errors: wrong use for options that make no sense.
@@ -18,7 +18,6 @@
 
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
-#include "palpate/evaluation/report/report.h"
 #include "palpate/evaluation/studies/repeats.h"
 #include "palpate/sim/config/world_file.h"
 
@@ -61,7 +60,7 @@ struct StudyResult {
   Json values;                                             // key figures, for NAME.json
   std::vector<std::pair<std::string, std::string>> files;  // more files, name and content
   std::vector<std::string> lines;                          // key figures, for a person
-  std::function<void(report::Report&)> tell;               // the study's part of the page
+  Json page = Json::object();                              // what its template needs beyond curves and values
 };
 
 Expected<StudyResult> study_marker_noise(const StudyOptions& options);  // Figure 4
@@ -79,9 +78,6 @@ struct StudyName {
 // In the order of the paper's figures.
 const std::vector<StudyName>& studies();
 
-// A curve as a line of a plot: of its means, deviations or rms values.
-enum class Drawn { mean, sd, rms };
-figures::Series series_of(const Curve& curve, figures::Tone tone, Drawn drawn = Drawn::mean);
 // "centre, full sphere".
 inline std::string figure_of(std::string_view what, std::string_view setting) {
   return fmt::format("{}, {}", what, setting);
@@ -98,7 +94,12 @@ Expected<void> can_be_written(const std::filesystem::path& out);
 // NAME.json (with `about` beside its values and curves), NAME.csv and the study's own files into the folder.
 Expected<void> write_study(const StudyResult& result, const Json& about, const std::filesystem::path& out);
 
-// Runs NAME, or all; with a folder writes report.html and NAME.json, NAME.csv for each. `begin` hears of each
+// report.json and report.html of `kind`, the template that draws them: `about` beside "studies", an object of each
+// study's values, curves (by figure and label), page and judged (share/report/study-limits.toml).
+Expected<void> write_study_report(std::string_view kind, Json about, const std::vector<StudyResult>& results,
+                                  const std::filesystem::path& out);
+
+// Runs NAME, or all; with a folder writes report.html, report.json, and NAME.json, NAME.csv for each. `begin` hears of each
 // study's number before it runs. Errors: wrong use for an unknown name, for fewer than 1 or more than a
 // million runs, for a folder that cannot be written - before anything is computed.
 Expected<std::vector<StudyResult>> run_studies(std::string_view name, const StudyOptions& options,

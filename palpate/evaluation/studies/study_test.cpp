@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <regex>
 
 #include "palpate/core/csv.h"
 #include "palpate/core/file.h"
+#include "palpate/evaluation/report/page.h"
 #include "palpate/evaluation/studies/internal/arm_laboratory.h"
 #include "palpate/evaluation/studies/internal/points_study.h"
 #include "tests/scratch_folder.h"
@@ -65,6 +67,42 @@ TEST(Study, EverythingIsWrittenAndReadsBack) {
     EXPECT_FALSE(table->rows.empty());
   }
   EXPECT_EQ(read_csv(folder / "studies" / "clouds.csv")->rows.size(), 140u);
+}
+
+// The templates name what a report holds, and a verdict follows its figure.
+TEST(Study, TheReportHoldsWhatThePageNamesAndJudgesIt) {
+  const ScratchFolder folder;
+  const auto done = run_studies("all", few(2, 2), folder / "studies");
+  ASSERT_TRUE(done) << done.error().message;
+  const Json report = Json::parse(read_file(folder / "studies" / "report.json").value());
+  EXPECT_EQ(report["studies"]["clouds"]["values"], done->back().values);
+  const auto page = report::page_of(report, report::PageTemplates(), folder.path());
+  ASSERT_TRUE(page) << page.error().message;
+  static const std::regex condition(R"(\{\{[#^]\s*([^}]*?)\s*\}\})");
+  for (const auto& file : report::report_files()) {
+    if (!file.name.starts_with("stud")) continue;
+    const std::string text(file.text);
+    for (std::sregex_iterator at(text.begin(), text.end(), condition), end; at != end; ++at)
+      EXPECT_TRUE(page->found.contains((*at)[1])) << file.name << ": {{#" << (*at)[1] << "}}";
+  }
+  StudyResult points = done->at(2);
+  ASSERT_EQ(points.name, "points");
+  points.values["cramer_rao"][0]["ratio"] = 1.31;
+  points.values["cramer_rao"][1]["ratio"] = 1.1;
+  points.values["coverage"]["white"][0].update(Json{{"unseen_places", 0.95}, {"tip_in_marker", 0.92}});
+  points.values["coverage"]["white"][1].update(Json{{"unseen_places", 0.95}, {"tip_in_marker", 0.98}});
+  points.values["coverage"]["white"][2].update(Json{{"unseen_places", 0.95}, {"tip_in_marker", 0.96}});
+  const auto judged = points_page(points);
+  ASSERT_TRUE(judged) << judged.error().message;
+  EXPECT_EQ((*judged)["cramer_rao"][0]["judged"]["verdict"], "falls short");
+  EXPECT_EQ((*judged)["cramer_rao"][1]["judged"]["verdict"], "holds");
+  const Json& coverage = (*judged)["coverage"];
+  const auto said = [&](std::size_t row) {
+    return std::pair(coverage[row]["short"].get<bool>(), coverage[row]["wide"].get<bool>());
+  };
+  EXPECT_EQ(said(0), std::pair(true, false));
+  EXPECT_EQ(said(1), std::pair(false, true));
+  EXPECT_EQ(said(2), std::pair(false, false));
 }
 
 TEST(Study, WhatMakesNoSenseIsRefusedBeforeAnythingRuns) {

@@ -12,44 +12,35 @@
 namespace palpate::evaluation::studies {
 namespace {
 
-using figures::Plot;
-using figures::Tone;
-
 struct Method {
   std::string_view label;
   calibration::PivotMethod method;
   bool with_motion;
-  Tone tone;
 };
-constexpr std::array<Method, 3> kStill{
-    {{"paper: sphere fit", calibration::PivotMethod::sphere, false, Tone::rival},
-     {"ours: algebraic", calibration::PivotMethod::algebraic, false, Tone::ours},
-     {"ours: robust", calibration::PivotMethod::robust, false, Tone::third}}};
+constexpr std::array<Method, 3> kStill{{{"paper: sphere fit", calibration::PivotMethod::sphere, false},
+                                        {"ours: algebraic", calibration::PivotMethod::algebraic, false},
+                                        {"ours: robust", calibration::PivotMethod::robust, false}}};
 constexpr std::array<Method, 4> kMoving{
     {kStill[0],
      kStill[1],
      kStill[2],
-     {"ours: with the arm's reading", calibration::PivotMethod::algebraic, true, Tone::fourth}}};
+     {"ours: with the arm's reading", calibration::PivotMethod::algebraic, true}}};
 
 struct Setting {
   std::string_view name;  // as in curves
-  std::string_view title;
   Coverage coverage;
   TipMotion motion;
   bool biased = true;  // the tracker's smooth bias is on
 };
 constexpr std::array<Setting, 4> kMarkerSettings{
-    {{"full sphere", "full sphere", Coverage::full_sphere, TipMotion::random},
-     {"quarter sphere", "quarter sphere", Coverage::quarter_sphere, TipMotion::random},
-     {"full sphere, white noise", "full sphere, white noise alone", Coverage::full_sphere, TipMotion::random,
-      false},
-     {"quarter sphere, white noise", "quarter sphere, white noise alone", Coverage::quarter_sphere,
-      TipMotion::random, false}}};
+    {{"full sphere", Coverage::full_sphere, TipMotion::random},
+     {"quarter sphere", Coverage::quarter_sphere, TipMotion::random},
+     {"full sphere, white noise", Coverage::full_sphere, TipMotion::random, false},
+     {"quarter sphere, white noise", Coverage::quarter_sphere, TipMotion::random, false}}};
 constexpr std::array<Setting, 3> kTipSettings{
-    {{"full sphere", "full sphere", Coverage::full_sphere, TipMotion::random},
-     {"quarter sphere", "quarter sphere", Coverage::quarter_sphere, TipMotion::random},
-     {"quarter sphere, dragged", "quarter sphere, dragged along the stylus", Coverage::quarter_sphere,
-      TipMotion::dragged}}};
+    {{"full sphere", Coverage::full_sphere, TipMotion::random},
+     {"quarter sphere", Coverage::quarter_sphere, TipMotion::random},
+     {"quarter sphere, dragged", Coverage::quarter_sphere, TipMotion::dragged}}};
 
 struct Errors {
   double centre_mm = kNoValue, tip_mm = kNoValue;
@@ -122,19 +113,6 @@ std::vector<Curve> pivot_curves(const StudyOptions& options, const Settings& set
   return curves;
 }
 
-template <typename Methods>
-Plot plot_of(const std::vector<Curve>& curves, const Methods& methods, std::string_view what,
-             std::string_view setting, std::string title, std::string x_label) {
-  Plot plot{.title = std::move(title),
-            .x_label = std::move(x_label),
-            .y_label = fmt::format("mean {} error, mm", what),
-            .from_zero = true};
-  for (const auto& method : methods)
-    plot.series.push_back(
-        series_of(curve_named(curves, figure_of(what, setting), method.label), method.tone));
-  return plot;
-}
-
 // Mean errors at one level, for NAME.json and for a person.
 template <typename Settings, typename Methods>
 void add_level(StudyResult& study, const Settings& settings, const Methods& methods, double level,
@@ -184,45 +162,9 @@ Expected<StudyResult> study_marker_noise(const StudyOptions& options) {
                            {"at_tracker_rms_mm", paper::kTrackerRms_mm},
                            {"source", "section 4.2.2, Figure 4"}};
   add_level(study, kMarkerSettings, kStill, paper::kTrackerRms_mm, "tracker");
-  study.tell = [curves = study.curves](report::Report& page) {
-    page.section("Tracker noise and the tip's place (Figure 4)", "marker-noise");
-    page.paragraph(
-        "The marker swings about a tip that rests. Each LED is seen with an error of the size on the axis: "
-        "white noise and a systematic, place-dependent part, in the proportion of the world file. The paper "
-        "fits a sphere through the marker's places; ours uses its orientations as well and finds centre and "
-        "tip in one linear step, or robustly.");
-    for (const char* what : {"centre", "tip"}) {
-      std::vector<Plot> plots;
-      for (const auto& setting : kMarkerSettings) {
-        auto plot = plot_of(curves, kStill, what, setting.name,
-                            fmt::format("Figure 4: {}, {}", what, setting.title), "error of one LED, mm rms");
-        plot.levels.push_back(
-            {.at = paper::kTrackerRms_mm, .label = "the tracker's 0.2 mm (paper, 3)", .upright = true});
-        if (what == std::string_view("centre")) {
-          const bool full = setting.coverage == Coverage::full_sphere;
-          plot.levels.push_back({.at = full ? paper::kFullSphere_mm : paper::kQuarterSphere_mm,
-                                 .label = full ? "paper, 4.2.2: below 0.05 mm at 0.2 mm"
-                                               : "paper, 4.2.2: up to 0.2 mm at 0.2 mm"});
-        }
-        plots.push_back(plot);
-      }
-      page.plots(plots);
-    }
-    std::vector<figures::Figure> figures;
-    for (const auto& setting : kMarkerSettings) {
-      const bool full = setting.coverage == Coverage::full_sphere;
-      const auto& curve = curve_named(curves, figure_of("centre", setting.name), kStill[0].label);
-      figures.push_back({fmt::format("Sphere fit, {}, LEDs 0.2 mm: centre", setting.title),
-                         fmt::format("{:.3f} mm", mean_at(curve, paper::kTrackerRms_mm)),
-                         full ? "the paper: below 0.05 mm (4.2.2)" : "the paper: up to 0.2 mm (4.2.2)",
-                         figures::Verdict::none});
-    }
-    page.figures(figures);
-    page.aside(
-        "Quarter sphere: a cap of a quarter of the area, rolled by up to 60 degrees; 100 poses each. A "
-        "smooth bias moves all places near one another alike, so it does not average out and sets the size "
-        "of the error on a full sphere; white noise alone does.");
-  };
+  for (const auto& setting : kMarkerSettings)
+    study.page["sphere_centre_mm"][std::string(setting.name)] = mean_at(
+        curve_named(study.curves, figure_of("centre", setting.name), kStill[0].label), paper::kTrackerRms_mm);
   return study;
 }
 
@@ -235,41 +177,11 @@ Expected<StudyResult> study_tip_noise(const StudyOptions& options) {
                            {"source", "section 4.2.2, Figure 5"}};
   for (const double level : {paper::kTipMotionLow_mm, paper::kTipMotionHigh_mm})
     add_level(study, kTipSettings, kMoving, level, "tip motion");
-  study.tell = [curves = study.curves](report::Report& page) {
-    page.section("A held tip that gives way (Figure 5)", "tip-noise");
-    page.paragraph(
-        "The arm holds the tip by a spring, so a pulling hand moves it. The paper lets it jump at random, "
-        "which many poses average out. A real hand pulls along the stylus: the displacement turns with the "
-        "marker, no number of poses takes it away, and it goes into the tip in full. Only who looks at how "
-        "the tip moved - the arm measures it - can subtract it.");
-    for (const char* what : {"centre", "tip"}) {
-      std::vector<Plot> plots;
-      for (const auto& setting : kTipSettings) {
-        auto plot =
-            plot_of(curves, kMoving, what, setting.name, fmt::format("Figure 5: {}, {}", what, setting.title),
-                    "motion of the tip, mm rms");
-        plot.levels.push_back(
-            {.at = paper::kPivotGlobal_mm, .label = "paper, 4.2.2: global error below 1 mm"});
-        plot.levels.push_back({.at = paper::kTipMotionLow_mm,
-                               .label = "paper, 4.2.2: the stylus moves 1 to 2 mm",
-                               .upright = true,
-                               .to = paper::kTipMotionHigh_mm});
-        plots.push_back(plot);
-      }
-      page.plots(plots);
-    }
-    std::vector<figures::Figure> figures;
-    for (const auto& setting : kTipSettings) {
-      const auto& curve = curve_named(curves, figure_of("centre", setting.name), kMoving[0].label);
-      const double still = mean_at(curve, 0.0), moving = mean_at(curve, paper::kTipMotionLow_mm);
-      figures.push_back(
-          {fmt::format("Sphere fit, {}: centre with 1 mm of motion, and without", setting.title),
-           fmt::format("{:.3f}, {:.3f} mm", moving, still), "the paper: the motion dominates (4.2.2)",
-           figures::Verdict::none});
-    }
-    page.figures(figures);
-    page.aside("Error of one LED 0.2 mm rms throughout; 100 poses each.");
-  };
+  for (const auto& setting : kTipSettings) {
+    const auto& curve = curve_named(study.curves, figure_of("centre", setting.name), kMoving[0].label);
+    study.page["sphere_centre_mm"][std::string(setting.name)] = {
+        {"still", mean_at(curve, 0.0)}, {"moving", mean_at(curve, paper::kTipMotionLow_mm)}};
+  }
   return study;
 }
 

@@ -26,8 +26,9 @@ Expected<StudyResult> study_points(const StudyOptions& options) {
     if (const auto added = part.add(study, own); !added) return tl::unexpected(added.error());
     before += part.share;
   }
-  study.tell = [copy = StudyResult{study.name, study.curves, study.values, {}, {}, {}}](
-                   report::Report& page) { add_points_section(page, copy); };
+  auto page = points_page(study);
+  if (!page) return tl::unexpected(page.error());
+  study.page = std::move(*page);
   return study;
 }
 

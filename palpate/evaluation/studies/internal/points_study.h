@@ -1,4 +1,4 @@
-// Inside of the study of Figures 7, 8 and 9: its four experiments and its part of the page. Internal to this
+// Inside of the study of Figures 7, 8 and 9: its four experiments and what its page draws. Internal to this
 // module. Each experiment adds its curves, key figures and lines; refused where no laboratory can be
 // recorded.
 #pragma once
@@ -24,14 +24,8 @@ struct BoundBar {
 };
 inline constexpr std::array<BoundBar, 4> kBoundBars{{{15, 1.3}, {30, 1.1}, {70, 1.1}, {140, 1.1}}};
 
-// Where stated 95 % regions are put to the test, and what share of them has to hold the truth. (With the
-// bias on, up to the paper's half.)
+// Where stated 95 % regions are put to the test. (With the bias on, up to the paper's half.)
 inline constexpr std::array kCoverageCounts{15, 30, 70, 140};
-struct CoverageBar {
-  std::string_view world;
-  double least, most;
-};
-inline constexpr std::array<CoverageBar, 2> kCoverageBars{{{"white", 0.93, 0.97}, {"reference", 0.90, 1.0}}};
 
 // Where lengths are freed or held and gains are held, to see what that does.
 inline constexpr int kVariantCount = 70;
@@ -40,12 +34,13 @@ inline constexpr int kVariantCount = 70;
 Expected<void> add_splits(StudyResult& study, const StudyOptions& options);
 // The bound, and whether stated regions hold the truth.
 Expected<void> add_bound(StudyResult& study, const StudyOptions& options);
-// What 5 % of wild poses do. Page's bar: the error rises by at most this share.
-inline constexpr double kMostRise = 0.10;
+// What 5 % of wild poses do.
 Expected<void> add_outliers(StudyResult& study, const StudyOptions& options);
 // Figures 8 and 9: the numbers found on one arm.
 Expected<void> add_one_arm(StudyResult& study, const StudyOptions& options);
 
-void add_points_section(report::Report& page, const StudyResult& study);
+// From the study's curves and values: by_points, paper_best_mm, floor_excess, and the rows of cramer_rao, coverage and
+// outliers with their verdicts.
+Expected<Json> points_page(const StudyResult& study);
 
 }  // namespace palpate::evaluation::studies

@@ -1,0 +1,170 @@
+#include "palpate/evaluation/report/page_templates.h"
+
+#include <algorithm>
+#include <deque>
+#include <kainjow/mustache.hpp>
+#include <regex>
+#include <unordered_map>
+
+#include "palpate/core/file.h"
+#include "palpate/evaluation/report/format.h"
+
+namespace palpate::evaluation::report {
+namespace {
+
+using Data = kainjow::mustache::data;
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(' ');
+  if (first == std::string_view::npos) return "";
+  return text.substr(first, text.find_last_not_of(' ') - first + 1);
+}
+
+// Walks "a.b.c" down from `from`; null where there is no such thing.
+const Json* walk(const Json* from, std::string_view path) {
+  while (from != nullptr && !path.empty()) {
+    const auto dot = path.find('.');
+    const std::string key(path.substr(0, dot));
+    from = from->is_object() && from->contains(key) ? &(*from)[key] : nullptr;
+    path = dot == std::string_view::npos ? "" : path.substr(dot + 1);
+  }
+  return from;
+}
+
+// What the library asks for names, answered from JSON.
+class JsonContext : public kainjow::mustache::basic_context<std::string> {
+ public:
+  JsonContext(const PageTemplates& templates, const std::vector<const Json*>& data,
+              const std::filesystem::path& folder)
+      : templates_(templates), stack_(data), folder_(folder) {}
+
+  void push(const Data* data) override {
+    const auto found = json_of_.find(data);
+    stack_.push_back(found == json_of_.end() ? nullptr : found->second);
+  }
+  void pop() override { stack_.pop_back(); }
+
+  const Data* get(const std::string& name) const override {
+    const auto bar = name.find('|');
+    const std::string_view path = trimmed(std::string_view(name).substr(0, bar));
+    const Json* value = find(path);
+    (value == nullptr ? absent_ : found_).insert(name);
+    if (value == nullptr) return nullptr;
+    if (bar == std::string::npos) return made(*value);
+    const auto format = trimmed(std::string_view(name).substr(bar + 1));
+    const std::string text = formatted(*value, format, folder_);
+    return &made_.emplace_back(text.empty() ? Data(false) : Data(text));
+  }
+
+  const Data* get_partial(const std::string& name) const override {
+    const auto text = templates_.text(name + ".html");
+    if (text.empty()) missing_.insert(name + ".html");
+    sections_of(text);
+    return &made_.emplace_back(std::string(text));
+  }
+
+  // Notes the names of {{#...}} and {{^...}}: they may be absent.
+  void sections_of(std::string_view text) const {
+    static const std::regex section(R"(\{\{[#^]\s*([^}]*?)\s*\}\})");
+    for (std::cregex_iterator at(text.begin(), text.end(), section), end; at != end; ++at)
+      sections_.insert((*at)[1]);
+  }
+
+  // A name that is not there and not asked for as a section; empty where all is well.
+  std::string complaint() const {
+    for (const auto& name : missing_) return fmt::format("names the template {}, which is not there", name);
+    for (const auto& name : absent_)
+      if (!sections_.contains(name)) return fmt::format("names '{}', which the report does not hold", name);
+    return "";
+  }
+  std::set<std::string> found() const {
+    std::set<std::string> result;
+    for (const auto& name : found_)
+      if (sections_.contains(name)) result.insert(name);
+    return result;
+  }
+
+ private:
+  const Json* find(std::string_view path) const {
+    if (path == ".") return stack_.back();
+    for (auto at = stack_.rbegin(); at != stack_.rend(); ++at)
+      if (const Json* value = walk(*at, path); value != nullptr) return value;
+    return nullptr;
+  }
+
+  // As the library sees it: a list, a text, or false; an object stands for itself, and is asked for through us.
+  const Data* made(const Json& json) const {
+    if (const auto known = data_of_.find(&json); known != data_of_.end()) return known->second;
+    Data& data = made_.emplace_back(shape_of(json));
+    if (json.is_array())
+      for (std::size_t i = 0; i < json.size(); ++i) json_of_[&data.list_value()[i]] = &json[i];
+    json_of_[&data] = &json;
+    data_of_[&json] = &data;
+    return &data;
+  }
+  static Data shape_of(const Json& json) {
+    if (json.is_null() || json == false || json == "") return Data(false);
+    if (json.is_object()) return Data(Data::type::object);
+    if (!json.is_array()) return Data(formatted(json, ""));
+    Data list(Data::type::list);
+    for (const auto& item : json) list.push_back(shape_of(item));
+    return list;
+  }
+
+  const PageTemplates& templates_;
+  std::vector<const Json*> stack_;
+  const std::filesystem::path& folder_;
+  mutable std::deque<Data> made_;
+  mutable std::unordered_map<const Data*, const Json*> json_of_;
+  mutable std::unordered_map<const Json*, const Data*> data_of_;
+  mutable std::set<std::string> found_, absent_, sections_, missing_;
+};
+
+}  // namespace
+
+PageTemplates::PageTemplates() { add(report_files()); }
+
+void PageTemplates::add(const figures::PageFiles& files) {
+  for (const auto& file : files) files_[std::string(file.name)] = std::string(file.text);
+}
+
+void PageTemplates::add_missing(const figures::PageFiles& files) {
+  for (const auto& file : files) files_.emplace(file.name, file.text);
+}
+
+void PageTemplates::use(const std::string& file, const std::string& in_place_of) {
+  if (const auto found = files_.find(file); found != files_.end()) files_[in_place_of] = found->second;
+}
+
+Expected<void> PageTemplates::add_folder(const std::filesystem::path& folder) {
+  std::error_code none;
+  if (!std::filesystem::is_directory(folder, none))
+    return wrong_use("{}: a folder of templates is expected, as share/palpate/report", folder.string());
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    auto text = read_file(entry.path());
+    if (!text) return tl::unexpected(text.error());
+    files_[entry.path().filename().string()] = std::move(*text);
+  }
+  return {};
+}
+
+std::string_view PageTemplates::text(std::string_view name) const {
+  const auto found = files_.find(name);
+  return found == files_.end() ? std::string_view() : std::string_view(found->second);
+}
+
+Expected<Rendered> PageTemplates::render(std::string_view name, const std::vector<const Json*>& data,
+                                         const std::filesystem::path& folder) const {
+  const std::string file = fmt::format("{}.html", name), source(text(file));
+  if (source.empty()) return wrong_use("{}: there is no such template", file);
+  JsonContext context(*this, data, folder);
+  context.sections_of(source);
+  kainjow::mustache::mustache page(source);
+  std::string text = page.is_valid() ? page.render(context) : "";
+  if (!page.is_valid()) return wrong_use("{}: {}", file, page.error_message());
+  if (const std::string wrong = context.complaint(); !wrong.empty()) return wrong_use("{} {}", file, wrong);
+  return Rendered{std::move(text), context.found()};
+}
+
+}  // namespace palpate::evaluation::report
