@@ -32,8 +32,10 @@ std::string with_unit(const std::string& number, std::string_view unit) {
 // "3 mm", "+.1f %".
 std::string as_number(const Json& value, std::string_view digits, std::string_view unit) {
   if (value.is_string()) return value.get<std::string>();
-  const double number = (unit == "%" ? 100.0 : 1.0) * number_of(value);
+  const bool percent = unit == "percent";
+  const double number = (unit == "%" || percent ? 100.0 : 1.0) * number_of(value);
   if (!std::isfinite(number)) return "\u2014";
+  if (percent) unit = "";
   if (digits.find_first_not_of("0123456789") == std::string_view::npos)
     return figures::shown(number, unit, std::stoi(std::string(digits)));
   return with_unit(fmt::format(fmt::runtime(fmt::format("{{:{}}}", digits)), number), unit);

@@ -12,7 +12,8 @@ namespace palpate::evaluation::report {
 
 // `format` is one of
 //   (nothing)         a text as it is, a number in full, a dash where there is no value
-//   3 mm              at most 3 significant digits, and a unit, which may be left out; "%" shows a share in hundredths
+//   3 mm              at most 3 significant digits, and a unit, which may be left out; "%" shows a share in hundredths,
+//                     "percent" too, without the sign
 //   .1f px, +.1f %    digits in the form of printf, and a unit
 //   us                microseconds, or milliseconds from a thousand of them on
 //   numbers           a list of numbers, rounded to a ten-thousandth of their span; "numbers log": to 4 digits

@@ -16,6 +16,7 @@ TEST(Format, ShowsNumbersWithDigitsAndUnits) {
   EXPECT_EQ(formatted(12.0, "3 °"), "12°");
   EXPECT_EQ(formatted(0.0042, "3 %"), "0.42\u00a0%");
   EXPECT_EQ(formatted(0.0125, "+.1f %"), "+1.2\u00a0%");
+  EXPECT_EQ(formatted(0.93, "3 percent"), "93");
   EXPECT_EQ(formatted(7, ".2f s"), "7.00\u00a0s");
   EXPECT_EQ(formatted(999.0, "us"), "999\u00a0\u00b5s");
   EXPECT_EQ(formatted(15161.817, "us"), "15.2\u00a0ms");
