@@ -55,9 +55,9 @@ Expected<Rendered> page_of(const Json& report, const PageTemplates& templates,
 
 Expected<void> write_report(const Json& report, const PageTemplates& templates,
                             const std::filesystem::path& folder) {
-  if (auto done = write_json(folder / "report.json", report); !done) return done;
   const auto page = page_of(report, templates, folder);
   if (!page) return tl::unexpected(page.error());
+  if (auto done = write_json(folder / "report.json", report); !done) return done;
   return write_file(folder / "report.html", page->text);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <iterator>
 #include <kainjow/mustache.hpp>
 #include <regex>
 #include <unordered_map>
@@ -31,6 +32,56 @@ const Json* walk(const Json* from, std::string_view path) {
   return from;
 }
 
+// A template with all that it takes in, by file. Each is checked to be there, to be whole, and not to take itself in.
+class TemplateFiles {
+ public:
+  explicit TemplateFiles(const PageTemplates& templates) : templates_(templates) {}
+
+  Expected<void> add(const std::string& file) {
+    if (std::find(open_.begin(), open_.end(), file) != open_.end())
+      return wrong_use("{} takes itself in", file);
+    if (texts_.contains(file)) return {};
+    if (!templates_.has(file) && open_.empty()) return wrong_use("{}: there is no such template", file);
+    if (!templates_.has(file))
+      return wrong_use("{} names the template {}, which is not there", open_.back(), file);
+    const std::string_view text = templates_.text(file);
+    const kainjow::mustache::mustache whole{std::string(text)};
+    if (!whole.is_valid()) return wrong_use("{}: {}", file, whole.error_message());
+    texts_[file] = text;
+    open_.push_back(file);
+    static const std::regex taken_in(R"(\{\{>\s*([^}]*?)\s*\}\})");
+    for (std::cregex_iterator at(text.begin(), text.end(), taken_in), end; at != end; ++at)
+      if (auto done = add((*at)[1].str() + ".html"); !done) return done;
+    open_.pop_back();
+    return {};
+  }
+
+  // The names of {{#...}} and {{^...}}: they may be absent.
+  std::set<std::string> conditions() const {
+    static const std::regex condition(R"(\{\{[#^]\s*([^}]*?)\s*\}\})");
+    std::set<std::string> names;
+    for (const auto& [file, text] : texts_)
+      for (std::cregex_iterator at(text.begin(), text.end(), condition), end; at != end; ++at)
+        names.insert((*at)[1]);
+    return names;
+  }
+
+  // The file in which {{name}} stands; the first where it stands in several, `otherwise` where in none.
+  std::string with_value(std::string_view name, const std::string& otherwise) const {
+    for (const auto& [file, text] : texts_)
+      for (auto at = text.find(name); at != std::string_view::npos; at = text.find(name, at + 1)) {
+        const auto before = text.find_last_not_of(' ', at == 0 ? 0 : at - 1);
+        if (at > 0 && before != std::string_view::npos && text[before] == '{') return file;
+      }
+    return otherwise;
+  }
+
+ private:
+  const PageTemplates& templates_;
+  std::map<std::string, std::string_view> texts_;
+  std::vector<std::string> open_;  // that took in the one being added, from the first
+};
+
 // What the library asks for names, answered from JSON.
 class JsonContext : public kainjow::mustache::basic_context<std::string> {
  public:
@@ -57,32 +108,11 @@ class JsonContext : public kainjow::mustache::basic_context<std::string> {
   }
 
   const Data* get_partial(const std::string& name) const override {
-    const auto text = templates_.text(name + ".html");
-    if (text.empty()) missing_.insert(name + ".html");
-    sections_of(text);
-    return &made_.emplace_back(std::string(text));
+    return &made_.emplace_back(std::string(templates_.text(name + ".html")));
   }
 
-  // Notes the names of {{#...}} and {{^...}}: they may be absent.
-  void sections_of(std::string_view text) const {
-    static const std::regex section(R"(\{\{[#^]\s*([^}]*?)\s*\}\})");
-    for (std::cregex_iterator at(text.begin(), text.end(), section), end; at != end; ++at)
-      sections_.insert((*at)[1]);
-  }
-
-  // A name that is not there and not asked for as a section; empty where all is well.
-  std::string complaint() const {
-    for (const auto& name : missing_) return fmt::format("names the template {}, which is not there", name);
-    for (const auto& name : absent_)
-      if (!sections_.contains(name)) return fmt::format("names '{}', which the report does not hold", name);
-    return "";
-  }
-  std::set<std::string> found() const {
-    std::set<std::string> result;
-    for (const auto& name : found_)
-      if (sections_.contains(name)) result.insert(name);
-    return result;
-  }
+  const std::set<std::string>& found() const { return found_; }
+  const std::set<std::string>& absent() const { return absent_; }
 
  private:
   const Json* find(std::string_view path) const {
@@ -117,7 +147,7 @@ class JsonContext : public kainjow::mustache::basic_context<std::string> {
   mutable std::deque<Data> made_;
   mutable std::unordered_map<const Data*, const Json*> json_of_;
   mutable std::unordered_map<const Json*, const Data*> data_of_;
-  mutable std::set<std::string> found_, absent_, sections_, missing_;
+  mutable std::set<std::string> found_, absent_;  // names that were asked for
 };
 
 }  // namespace
@@ -149,6 +179,8 @@ Expected<void> PageTemplates::add_folder(const std::filesystem::path& folder) {
   return {};
 }
 
+bool PageTemplates::has(std::string_view name) const { return files_.find(name) != files_.end(); }
+
 std::string_view PageTemplates::text(std::string_view name) const {
   const auto found = files_.find(name);
   return found == files_.end() ? std::string_view() : std::string_view(found->second);
@@ -156,15 +188,19 @@ std::string_view PageTemplates::text(std::string_view name) const {
 
 Expected<Rendered> PageTemplates::render(std::string_view name, const std::vector<const Json*>& data,
                                          const std::filesystem::path& folder) const {
-  const std::string file = fmt::format("{}.html", name), source(text(file));
-  if (source.empty()) return wrong_use("{}: there is no such template", file);
+  const std::string file = fmt::format("{}.html", name);
+  TemplateFiles files(*this);
+  if (const auto done = files.add(file); !done) return tl::unexpected(done.error());
   JsonContext context(*this, data, folder);
-  context.sections_of(source);
-  kainjow::mustache::mustache page(source);
-  std::string text = page.is_valid() ? page.render(context) : "";
-  if (!page.is_valid()) return wrong_use("{}: {}", file, page.error_message());
-  if (const std::string wrong = context.complaint(); !wrong.empty()) return wrong_use("{} {}", file, wrong);
-  return Rendered{std::move(text), context.found()};
+  Rendered rendered{kainjow::mustache::mustache(std::string(text(file))).render(context), {}};
+  const auto conditions = files.conditions();
+  for (const auto& absent : context.absent())
+    if (!conditions.contains(absent))
+      return wrong_use("{} names '{}', which the report does not hold", files.with_value(absent, file),
+                       absent);
+  std::set_intersection(context.found().begin(), context.found().end(), conditions.begin(), conditions.end(),
+                        std::inserter(rendered.found, rendered.found.end()));
+  return rendered;
 }
 
 }  // namespace palpate::evaluation::report

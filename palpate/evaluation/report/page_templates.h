@@ -38,11 +38,13 @@ class PageTemplates {
   void use(const std::string& file, const std::string& in_place_of);
   Expected<void> add_folder(const std::filesystem::path& folder);
 
+  bool has(std::string_view name) const;
   // Empty where there is no such file.
   std::string_view text(std::string_view name) const;
 
   // The template NAME.html. A name is looked up in the last of `data` first; `folder`: where files lie that they name.
-  // Errors: wrong use for a template that is missing or broken, and for one that names what is not there.
+  // Errors: wrong use for a template that is missing, is broken or takes itself in, and for one that names
+  // what is not there.
   Expected<Rendered> render(std::string_view name, const std::vector<const Json*>& data,
                             const std::filesystem::path& folder) const;
 

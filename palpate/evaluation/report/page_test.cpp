@@ -116,8 +116,24 @@ TEST(Templates, ANameThatIsNotThereIsAnErrorUnlessItIsACondition) {
   EXPECT_FALSE(page("{{eror | 3 mm}}", {}));
   EXPECT_NE(page("{{#missing}}x{{/missing}}{{^missing}}none{{/missing}}", {}).value().find("none"),
             std::string::npos);
-  EXPECT_FALSE(page("{{>nowhere}}", {}));
   EXPECT_FALSE(page("{{#open}}", {{"open", true}}));
+}
+
+// Of several templates that make a page, the one to repair is named.
+TEST(Templates, AMistakeIsToldOfTheTemplateThatHasIt) {
+  const auto complaint = [](std::string_view part) {
+    PageTemplates templates;
+    templates.add({{"mine.html", "<p>{{>part}}</p>"}, {"part.html", part}});
+    const auto rendered = page_of({{"kind", "mine"}}, templates, {});
+    return rendered ? std::string("none") : rendered.error().message;
+  };
+  EXPECT_EQ(complaint("{{ arm.eror | 3 mm }}"),
+            "part.html names 'arm.eror | 3 mm', which the report does not hold");
+  EXPECT_EQ(complaint("{{>nowhere}}"), "part.html names the template nowhere.html, which is not there");
+  EXPECT_TRUE(complaint("{{#open}}").starts_with("part.html: ")) << complaint("{{#open}}");
+  EXPECT_EQ(complaint("{{> part}}"), "part.html takes itself in");
+  EXPECT_EQ(complaint("{{#never}}{{>mine}}{{/never}}"), "mine.html takes itself in");
+  EXPECT_EQ(complaint(""), "none") << "an empty file leaves a part out";
 }
 
 TEST(Templates, ConditionsTakeZeroForAValueAndEmptyTextForNone) {
@@ -164,6 +180,8 @@ TEST(Report, IsWrittenAsJsonAndAsAPageAndRefusedWithoutAKind) {
   EXPECT_NE(read_file(folder / "report.html").value().find("0.25\u00a0mm"), std::string::npos);
   EXPECT_FALSE(page_of(Json::array(), templates, folder.path()));
   EXPECT_FALSE(page_of({{"kind", "unheard-of"}}, templates, folder.path()));
+  EXPECT_FALSE(write_report({{"kind", "mine"}}, templates, folder.path()));
+  EXPECT_TRUE(Json::parse(read_file(folder / "report.json").value()).contains("values")) << "left as it was";
 }
 
 }  // namespace
