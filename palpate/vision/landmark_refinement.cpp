@@ -78,7 +78,8 @@ struct RefinementEquations {
       g.noalias() -= CD * frame.b;
     }
     DampedStep<Step> result{{VectorXd(g.size()), {}}, {}};
-    auto& [step, model] = result;
+    Step& step = result.step;
+    StepModel& model = result.model;
     model = solve_damped(S, g, 0.0, step.shared);
     if (!std::isfinite(model.predicted)) return result;
     double squared = 0.0;

@@ -17,6 +17,7 @@ class Descriptors(GuardedServerTest):
     def does_not_notice(self, physics, harm):
         """For each number of descriptors around those in use: harm(observer of a guest) and what it did to the others."""
         asking, staying = self.peer(self.chief, self.port), self.comes_in(self.screen)
+        self.loops(asking)  # who has said nothing for long loses the connection, and another may find no descriptor
         process = physics.process.pid
         before = resource.prlimit(process, resource.RLIMIT_NOFILE)
         for more in range(-3, 4):
