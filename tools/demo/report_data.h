@@ -3,8 +3,11 @@
 // names or those of their columns state; not a number is a gap. Pure. Internal to this module.
 #pragma once
 
+#include <vector>
+
 #include "palpate/core/json.h"
 #include "palpate/figures/play_folder.h"
+#include "palpate/figures/plot.h"
 
 namespace palpate::tools::demo {
 
