@@ -49,6 +49,9 @@ class Report(ProgramTest):
         for words, told in (("{{arm.eror}}", "arm.eror"), ("{{>demo-how}}", "takes itself in"), ("{{#open}}", "open")):
             self.write("mine/demo-how.html", words)
             self.refuses(["report", "played", "--templates", "mine"], 2, "demo-how.html", told)
+        for opening in ("{{>", "{{#", "{{"):  # a name without end ended the program
+            self.write("mine/demo-how.html", opening + "a" * 2_000_000 + "}}")
+            self.refuses(["report", "played", "--templates", "mine"], 2, "demo-how.html", "aaa")
         os.remove(self.path("mine", "demo-how.html"))
         self.write("mine/limits.toml", "[arm_error]\nfigure = 3\n")
         self.refuses(["report", "played", "--templates", "mine"], 2, "limits.toml:2")

@@ -1,7 +1,5 @@
 #include "palpate/evaluation/report/page.h"
 
-#include <regex>
-
 #include "palpate/core/file.h"
 
 namespace palpate::evaluation::report {
@@ -19,10 +17,17 @@ std::string cut_out(std::string& from, std::string_view begin, std::string_view 
 
 // A link to each <h2>; their texts are escaped already.
 std::string contents_of(const std::string& main) {
-  static const std::regex heading(R"re(<h2 id="([^"]*)">([^<]*)</h2>)re");
+  constexpr std::string_view kBegin = "<h2 id=\"", kMiddle = "\">", kEnd = "</h2>";
   std::string links;
-  for (std::sregex_iterator at(main.begin(), main.end(), heading), end; at != end; ++at)
-    links += fmt::format("<a href=\"#{}\">{}</a>\n", (*at)[1].str(), (*at)[2].str());
+  for (auto at = main.find(kBegin); at != std::string::npos; at = main.find(kBegin, at)) {
+    at += kBegin.size();
+    const auto middle = main.find(kMiddle, at), end = main.find(kEnd, at);
+    if (middle == std::string::npos || end == std::string::npos || middle > end) break;
+    const auto text = middle + kMiddle.size();
+    links +=
+        fmt::format("<a href=\"#{}\">{}</a>\n", main.substr(at, middle - at), main.substr(text, end - text));
+    at = end;
+  }
   return links;
 }
 

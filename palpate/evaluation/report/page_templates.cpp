@@ -4,10 +4,10 @@
 #include <deque>
 #include <iterator>
 #include <kainjow/mustache.hpp>
-#include <regex>
 #include <unordered_map>
 
 #include "palpate/core/file.h"
+#include "palpate/core/text.h"
 #include "palpate/evaluation/report/format.h"
 
 namespace palpate::evaluation::report {
@@ -16,9 +16,10 @@ namespace {
 using Data = kainjow::mustache::data;
 
 std::string_view trimmed(std::string_view text) {
-  const auto first = text.find_first_not_of(' ');
+  constexpr std::string_view kSpace = " \t\r\n";
+  const auto first = text.find_first_not_of(kSpace);
   if (first == std::string_view::npos) return "";
-  return text.substr(first, text.find_last_not_of(' ') - first + 1);
+  return text.substr(first, text.find_last_not_of(kSpace) - first + 1);
 }
 
 // Walks "a.b.c" down from `from`; null where there is no such thing.
@@ -32,6 +33,20 @@ const Json* walk(const Json* from, std::string_view path) {
   return from;
 }
 
+// The names in {{KIND name}} for any of these kinds, such as "#^".
+std::vector<std::string> names_of(std::string_view text, std::string_view kinds) {
+  std::vector<std::string> names;
+  for (auto at = text.find("{{"); at != std::string_view::npos; at = text.find("{{", at)) {
+    at += 2;
+    const auto end = text.find('}', at);
+    if (end == std::string_view::npos) break;
+    if (kinds.find(text[at]) == std::string_view::npos) continue;
+    names.emplace_back(trimmed(text.substr(at + 1, end - at - 1)));
+    at = end;
+  }
+  return names;
+}
+
 // A template with all that it takes in, by file. Each is checked to be there, to be whole, and not to take itself in.
 class TemplateFiles {
  public:
@@ -43,26 +58,23 @@ class TemplateFiles {
     if (texts_.contains(file)) return {};
     if (!templates_.has(file) && open_.empty()) return wrong_use("{}: there is no such template", file);
     if (!templates_.has(file))
-      return wrong_use("{} names the template {}, which is not there", open_.back(), file);
+      return wrong_use("{} names the template {}, which is not there", open_.back(), excerpt(file));
     const std::string_view text = templates_.text(file);
     const kainjow::mustache::mustache whole{std::string(text)};
-    if (!whole.is_valid()) return wrong_use("{}: {}", file, whole.error_message());
+    if (!whole.is_valid()) return wrong_use("{}: {}", file, excerpt(whole.error_message()));
     texts_[file] = text;
     open_.push_back(file);
-    static const std::regex taken_in(R"(\{\{>\s*([^}]*?)\s*\}\})");
-    for (std::cregex_iterator at(text.begin(), text.end(), taken_in), end; at != end; ++at)
-      if (auto done = add((*at)[1].str() + ".html"); !done) return done;
+    for (const auto& part : names_of(text, ">"))
+      if (auto done = add(part + ".html"); !done) return done;
     open_.pop_back();
     return {};
   }
 
   // The names of {{#...}} and {{^...}}: they may be absent.
   std::set<std::string> conditions() const {
-    static const std::regex condition(R"(\{\{[#^]\s*([^}]*?)\s*\}\})");
     std::set<std::string> names;
     for (const auto& [file, text] : texts_)
-      for (std::cregex_iterator at(text.begin(), text.end(), condition), end; at != end; ++at)
-        names.insert((*at)[1]);
+      for (auto& name : names_of(text, "#^")) names.insert(std::move(name));
     return names;
   }
 
@@ -197,7 +209,7 @@ Expected<Rendered> PageTemplates::render(std::string_view name, const std::vecto
   for (const auto& absent : context.absent())
     if (!conditions.contains(absent))
       return wrong_use("{} names '{}', which the report does not hold", files.with_value(absent, file),
-                       absent);
+                       excerpt(absent));
   std::set_intersection(context.found().begin(), context.found().end(), conditions.begin(), conditions.end(),
                         std::inserter(rendered.found, rendered.found.end()));
   return rendered;

@@ -52,6 +52,13 @@ TEST(Page, NamesItsSectionsAndItsTitle) {
   EXPECT_EQ(page("<header><h1>A</h1></header>", {}).value().find("<nav"), std::string::npos);
 }
 
+TEST(Page, AnEndlessHeadingIsAHeading) {
+  const std::string endless(2'000'000, 'x');
+  const auto html = page("<h2 id=\"a\">{{long}}</h2>", {{"long", endless}});
+  ASSERT_TRUE(html) << html.error().message;
+  EXPECT_NE(html->find("<a href=\"#a\">" + endless + "</a>"), std::string::npos);
+}
+
 TEST(Page, LoadsNothingFromElsewhere) {
   const ScratchFolder folder;
   ASSERT_TRUE(write_file(folder / "a.png", "\x89PNG"));
