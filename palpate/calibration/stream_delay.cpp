@@ -129,15 +129,11 @@ Expected<Estimate<StreamDelay>> estimate_stream_delay(const std::vector<TimedPoi
       return refused("delay: the search left the streams' common time; record them longer");
     knee = knee_for(residuals);
     const Eigen::Vector4d before = x;
-    estimate.iterations +=
-        minimise<4>(
-            x,
-            [&](const Eigen::Vector4d& y, NormalEquations<4>* equations) {
-              return delay_cost(early, late, y, knee, equations);
-            },
-            [](const Eigen::Vector4d& y, const Eigen::Vector4d& step) -> Eigen::Vector4d { return y + step; })
-            .iterations;
-    settled = (x - before).head<1>().norm() < 1e-9 && (x - before).tail<3>().norm() < 1e-9;
+    const auto evaluate = [&](const Eigen::Vector4d& y, NormalEquations<4>* equations) {
+      return delay_cost(early, late, y, knee, equations);
+    };
+    estimate.iterations += minimise(x, evaluate).iterations;
+    settled = std::abs(x[0] - before[0]) < 1e-9 && (x - before).tail<3>().norm() < 1e-9;
   }
   if (!settled || std::abs(x[0]) > options.longest_s + 0.05)
     return refused(

@@ -92,7 +92,7 @@ TEST_F(LogTo, AFileThatCannotBeOpenedIsRefusedInWords) {
 }
 
 TEST_F(LogTo, AFullDiskIsToldOnceAndTheOthersGoOn) {
-  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  ASSERT_TRUE(std::filesystem::exists("/dev/full"));  // as on every Linux
   std::vector<LogLine> lines;
   log_to([&](const LogLine& line) { lines.push_back(line); });
   ASSERT_TRUE(log_to_file("/dev/full"));

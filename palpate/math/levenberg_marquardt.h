@@ -4,8 +4,8 @@
 // The cost is the sum of r(x)^2, or of a robust loss of it (robust_loss.h). Damping follows Marquardt's
 // scaling (lambda times the diagonal of J^T J), so that the path does not depend on the units of the unknowns,
 // and Nielsen's rule for lambda. The state may be anything that a step moves: a vector, a pose, a lens with
-// places. Deterministic; pure but for the caller's functions; no thread rule. It allocates: not for the haptic
-// loop.
+// places. Deterministic; pure but for the caller's functions; no thread rule. Not for the haptic loop: beyond 16
+// unknowns it allocates.
 //
 // Converged: the last step changed the residuals by less than `tolerance` of their length, or no step lowers
 // the cost any more. Not converged: the iterations were used up, or an equation is not finite; the state is
@@ -151,19 +151,17 @@ LeastSquaresResult minimise(State& x, const Evaluate& evaluate, const Moved& mov
   return minimise_with(NormalEquations<N>(), x, from_zero, moved, options);
 }
 
-// Of a vector.
-template <typename Evaluate>
-LeastSquaresResult minimise(Eigen::VectorXd& x, const Evaluate& evaluate,
+// Of a vector, of fixed size or not.
+template <int N, typename Evaluate>
+LeastSquaresResult minimise(Eigen::Matrix<double, N, 1>& x, const Evaluate& evaluate,
                             const LeastSquaresOptions& options = {}) {
-  using Equations = NormalEquations<Eigen::Dynamic>;
-  const auto from_zero = [&](const Eigen::VectorXd& at, Equations* equations) {
+  using Vector = Eigen::Matrix<double, N, 1>;
+  const auto from_zero = [&](const Vector& at, NormalEquations<N>* equations) {
     if (equations) equations->set_zero(at.size());
     return evaluate(at, equations);
   };
-  const auto moved = [](const Eigen::VectorXd& at, const Eigen::VectorXd& step) -> Eigen::VectorXd {
-    return at + step;
-  };
-  return minimise_with(Equations(x.size()), x, from_zero, moved, options);
+  const auto moved = [](const Vector& at, const Vector& step) -> Vector { return at + step; };
+  return minimise_with(NormalEquations<N>(x.size()), x, from_zero, moved, options);
 }
 
 }  // namespace palpate::inline math

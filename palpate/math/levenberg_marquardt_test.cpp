@@ -178,6 +178,19 @@ TEST(LevenbergMarquardt, ANumberThatIsNoneEndsItWithoutAnAnswer) {
   EXPECT_EQ(result.x[0], 2.0);
 }
 
+TEST(LevenbergMarquardt, VectorsOfFixedSizeNeedNoStepOfTheirOwn) {
+  Eigen::Vector2d x(-1.2, 1.0);
+  Eigen::VectorXd same = x;
+  minimise(x, [](const Eigen::Vector2d& at, NormalEquations<2>* equations) {
+    Equations full(2);
+    const double cost = valley(1.0)(at, &full);
+    if (equations) equations->JtJ = full.JtJ, equations->Jtr = full.Jtr;
+    return cost;
+  });
+  minimise(same, valley(1.0));
+  EXPECT_EQ(Eigen::VectorXd(x), same);
+}
+
 // One of nine values is wrong by far; against the minimum of the loss by a search on a fine grid.
 TEST(LevenbergMarquardt, RobustLossesEndWhereTheGridSearchDoes) {
   const std::array<double, 9> seen{1.0, 1.1, 0.9, 1.05, 0.95, 1.02, 0.98, 1.2, 50.0};

@@ -14,16 +14,18 @@ struct Robust {
   double weight = 1.0;
 };
 
+inline double huber_weight(double length, double knee) { return length <= knee ? 1.0 : knee / length; }
+inline double cauchy_weight(double squared, double c2) { return 1.0 / (1.0 + squared / c2); }
+
 // Quadratic up to the knee, linear beyond.
 inline Robust huber(double squared, double knee) {
   const double length = std::sqrt(squared);
-  if (length <= knee) return {squared, 1.0};
-  return {knee * (2.0 * length - knee), knee / length};
+  return {length <= knee ? squared : knee * (2.0 * length - knee), huber_weight(length, knee)};
 }
 
 // c^2 log(1 + s / c^2).
 inline Robust cauchy(double squared, double c2) {
-  return {c2 * std::log1p(squared / c2), 1.0 / (1.0 + squared / c2)};
+  return {c2 * std::log1p(squared / c2), cauchy_weight(squared, c2)};
 }
 
 }  // namespace palpate::inline math

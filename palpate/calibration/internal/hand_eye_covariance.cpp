@@ -33,7 +33,7 @@ Influences influences_of(const HandEyeProblem& problem, const HandEyeState& x) {
     const Vector6 r = problem.whiten * hand_eye_residual(x, at, problem.eye[i], &J);
     if (!problem.free_delay) J.col(12).setZero();
     const HandEyeJacobian Jw = problem.whiten * J;
-    const double w = 1.0 / (1.0 + r.squaredNorm() / kHandEyeCauchy);
+    const double w = cauchy_weight(r.squaredNorm(), kHandEyeCauchy);
     const HandEyeUnknowns g = Jw.transpose() * r;
     // second derivative of the loss
     A += w * Jw.transpose() * Jw - (2.0 * w * w / kHandEyeCauchy) * g * g.transpose();

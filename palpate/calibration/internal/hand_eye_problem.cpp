@@ -142,7 +142,7 @@ Matrix6 hand_eye_whitening(const std::vector<Vector6>& residuals, const Matrix6*
   } else {
     double sum = 0.0;
     for (const auto& r : residuals) {
-      const double w = cauchy((*before * r).squaredNorm(), kHandEyeCauchy).weight;
+      const double w = cauchy_weight((*before * r).squaredNorm(), kHandEyeCauchy);
       scatter += w * r * r.transpose();
       sum += w;
     }

@@ -71,7 +71,7 @@ HandEyeState start_state(const std::vector<HandAt>& hand, const std::vector<devi
       Eigen::Matrix<double, 3, 6> J;
       J << hand[i].R.toRotationMatrix(), -Matrix3::Identity();
       const Vector3 d = x.Rz * eye[i].translation - hand[i].t;
-      const double w = 1.0 / (1.0 + std::pow(misfit[i] / scale, 2));
+      const double w = cauchy_weight(std::pow(misfit[i] / scale, 2), 1.0);
       A += w * J.transpose() * J, b += w * J.transpose() * d;
     }
     const Vector6 t = solve_symmetric(A, b);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "palpate/core/statistics.h"
+#include "palpate/math/robust_loss.h"
 
 namespace palpate::calibration::noise {
 
@@ -36,7 +37,7 @@ inline double robust_scale(const std::vector<Eigen::Vector3d>& residuals, double
 }
 
 inline double huber_weight(double length, double scale) {
-  return length <= kHuberKnee * scale ? 1.0 : kHuberKnee * scale / length;
+  return math::huber_weight(length, kHuberKnee * scale);
 }
 
 inline double tukey_weight(double length, double scale) {
