@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -74,6 +75,30 @@ TEST(LevenbergMarquardt, EndsWhereTheGradientVanishes) {
   Equations at(2);
   EXPECT_GT(problem(result.x, &at), 0.01);
   EXPECT_LT(at.Jtr.norm(), 1e-8);
+}
+
+// atan(x) from 2: Gauss-Newton's steps lead to -3.5, 13.9, -279 (Dennis, Schnabel 1983, section 5.4).
+TEST(LevenbergMarquardt, NoStepThatRaisesTheCostIsTaken) {
+  double tried = 0.0, highest = 0.0;
+  Eigen::VectorXd x = Eigen::VectorXd::Constant(1, 2.0);
+  const auto evaluate = [&](const Eigen::VectorXd& at, Equations* equations) {
+    const Eigen::VectorXd r = at.array().atan();
+    if (equations) equations->add(Eigen::MatrixXd::Constant(1, 1, 1.0 / (1.0 + at[0] * at[0])), r);
+    tried = std::max(tried, std::abs(at[0]));
+    return r.squaredNorm();
+  };
+  const auto moved = [&](const Eigen::VectorXd& at, const Eigen::VectorXd& step) -> Eigen::VectorXd {
+    highest = std::max(highest, std::abs(at[0]));  // steps are made from states that were taken
+    return at + step;
+  };
+  const auto from_zero = [&](const Eigen::VectorXd& at, Equations* equations) {
+    if (equations) equations->set_zero(1);
+    return evaluate(at, equations);
+  };
+  EXPECT_TRUE(minimise_with(Equations(1), x, from_zero, moved).converged);
+  EXPECT_NEAR(x[0], 0.0, 1e-10);
+  EXPECT_GT(tried, 3.0);  // it would have led there
+  EXPECT_LE(highest, 2.0);
 }
 
 TEST(LevenbergMarquardt, AStepIntoNonsenseIsNotTaken) {
