@@ -92,9 +92,10 @@ Reading read_whole(const fs::path& path) {
 Reading read_whole_apart(const fs::path& path) {
   Reading reading{EMFILE, {}};
   try {
-    std::thread([&] {
+    const std::function<void()> read = [&] {
       if (::close_range(3, ~0U, CLOSE_RANGE_UNSHARE) == 0) reading = read_whole(path);
-    }).join();
+    };
+    std::thread(read).join();
   } catch (const std::system_error&) {  // no thread left either
   }
   return reading;

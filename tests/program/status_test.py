@@ -2,10 +2,19 @@
 """palpate status: a running system as a person and a program see it."""
 import csv
 import json
+import os
+import subprocess
+import sys
+import threading
+import time
 import unittest
+
+import zmq
 
 from laboratory import LaboratoryTest
 from program import wait_until
+
+PROTOCOL = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../proto")
 
 
 class Status(LaboratoryTest):
@@ -50,6 +59,49 @@ class Status(LaboratoryTest):
         until = float(rows[shown["frames"] - 1]["time_s"])
         self.assertLessEqual(shown["rate_hz"], 1.001 * shown["frames"] / until)
         self.assertGreater(shown["rate_hz"], 0)
+
+    def test_a_reset_waits_for_what_its_key_may_do(self):
+        """A server that tells how it is doing before it answers the first hello."""
+        subprocess.run(["protoc", f"-I{PROTOCOL}", f"--python_out={self.root}", "palpate.proto"], check=True)
+        sys.path.append(self.root)
+        self.addCleanup(sys.path.remove, self.root)
+        import palpate_pb2 as wire
+        socket = zmq.Context.instance().socket(zmq.ROUTER)
+        self.addCleanup(socket.close, 0)
+        socket.bind(f"ipc://{self.root}/slow.sock")
+        over, wishes, told, silent = threading.Event(), [], [], False
+
+        def answer(message):
+            said = message.WhichOneof("body")
+            if said == "status_request":
+                told.append(time.monotonic())
+                return wire.ToGraphics(protocol=2, status_reply=wire.StatusReply(
+                    number=message.status_request.number, uptime_s=len(told), application="touch", controls=len(wishes)))
+            if said == "hello" and len(told) >= 2 and not silent:
+                return wire.ToGraphics(protocol=2, welcome=wire.Welcome(
+                    session=7, role=wire.ROLE_OPERATOR, scene=wire.SceneDescription(application="touch", gravity_m_per_s2=[0, 0, -9.81], carried_offset_m=[0, 0, 0])))
+            if said == "control_call":
+                wishes.append(message.control_call.control)
+                return wire.ToGraphics(protocol=2, control_reply=wire.ControlReply(number=message.control_call.number))
+            return None
+
+        def serve():
+            while not over.is_set():
+                if socket.poll(20):
+                    peer, body = socket.recv_multipart()
+                    if reply := answer(wire.ToPhysics.FromString(body)):
+                        socket.send_multipart([peer, reply.SerializeToString()])
+        server = threading.Thread(target=serve)
+        server.start()
+        try:
+            view = self.runs("status", "--reset", "--connect", f"ipc://{self.root}/slow.sock").out
+            silent = True
+            self.refuses(["status", "--reset", "--connect", f"ipc://{self.root}/slow.sock"], 1, "has not said within 5 s what this machine's key may do")
+        finally:
+            over.set()
+            server.join()
+        self.assertIn("1 wishes", view)
+        self.assertEqual(set(wishes), {wire.CONTROL_RESET})
 
 
 if __name__ == "__main__":

@@ -152,7 +152,8 @@ Expected<void> show_status(const StatusArguments& options) {
 
   const bool live = !options.once && !options.reset && options.json.empty();
   const bool terminal = isatty(STDOUT_FILENO) != 0;
-  auto heard = clock.now();
+  const auto begun = clock.now();
+  auto heard = begun;
   std::optional<Instant<GraphicsClock>> asked;
   const transport::ServerStatus* shown = nullptr;
   transport::ServerStatus last;
@@ -168,8 +169,14 @@ Expected<void> show_status(const StatusArguments& options) {
       return refused("status: no physics server answers at {}; start `palpate physics` first",
                      endpoint.address);
     }
+    if (options.reset && now - begun > seconds(kAnswerWithin))
+      return refused("status: --reset: the physics server at {0} has not {2} within {1} s{3}",
+                     endpoint.address, kAnswerWithin, (*link)->role() ? "taken the wish" : "said",
+                     (*link)->role() ? "" : " what this machine's key may do");
     if ((!asked || now - *asked >= seconds(options.interval_s)) && (*link)->ask_status()) asked = now;
-    if ((*link)->status() && (shown == nullptr || (*link)->status()->uptime_s != last.uptime_s)) {
+    const bool may_say =
+        !options.reset || (*link)->role();  // what we may do comes with the answer to our hello
+    if (may_say && (*link)->status() && (shown == nullptr || (*link)->status()->uptime_s != last.uptime_s)) {
       last = *(*link)->status();
       shown = &last;
       if (options.reset && !controls_before) {
