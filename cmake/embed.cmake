@@ -20,7 +20,7 @@ function(palpate_embed result)
   set(source ${CMAKE_CURRENT_BINARY_DIR}/${prefix}.cpp)
   configure_file(${PROJECT_SOURCE_DIR}/cmake/embedded.cpp.in ${source} @ONLY)
   # Link-time optimisation does not see what the assembler defines; the compiler does not see the files as dependencies.
-  set_source_files_properties(${source} PROPERTIES COMPILE_OPTIONS -fno-lto SKIP_UNITY_BUILD_INCLUSION ON
+  set_source_files_properties(${source} PROPERTIES COMPILE_OPTIONS -fno-lto SKIP_UNITY_BUILD_INCLUSION ON SKIP_PRECOMPILE_HEADERS ON
     OBJECT_DEPENDS "${ARG_FILES}")
   set(${result} ${source} PARENT_SCOPE)
 endfunction()

@@ -14,6 +14,13 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_L
 endif()
 # Results must be the same on every run and build: no fused operations chosen by the optimiser's mood.
 target_compile_options(palpate_options INTERFACE -ffp-contract=off)
+# GCC collects its garbage often, by what it thinks of the machine's memory; a tenth of its time. A translation unit stays
+# below the 1.5 GB that scripts/build.sh counts with.
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(palpate_options INTERFACE "SHELL:--param ggc-min-expand=1000" "SHELL:--param ggc-min-heapsize=1000000")
+endif()
+# What some libraries ask for is asked for everywhere: precompiled headers are those of all modules.
+target_compile_options(palpate_options INTERFACE -pthread)
 if(PALPATE_SANITIZE)
   # Without the checks of each pointer for null, alignment and size: in Eigen's templates they are half of all
   # compiler time, a null pointer stops under the address sanitizer too, and Eigen asserts its alignment.

@@ -6,6 +6,8 @@ if [ -z "${CMAKE_CXX_COMPILER_LAUNCHER:-}" ] && command -v ccache > /dev/null; t
 fi
 # Clones of this tree in different folders share what the cache holds.
 export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
+# As ccache wants it for precompiled headers; no file of ours uses __TIME__ or the like.
+export CCACHE_SLOPPINESS=pch_defines,time_macros
 
 # One job per core, but not more than memory carries: a translation unit with Ceres takes up to 1.5 GB.
 build_jobs() {

@@ -30,11 +30,6 @@ void ScriptedPlayer::show(const scene::SceneState& state, Instant<PhysicsClock> 
   waiting_.push_back({state, displayed + seconds(settings_.reaction_s)});
 }
 
-std::optional<Instant<PhysicsClock>> ScriptedPlayer::planned_hit() const {
-  if (!plan_.stroke) return std::nullopt;
-  return Instant<PhysicsClock>::from_seconds(plan_.hit);
-}
-
 void ScriptedPlayer::notice(const scene::SceneState& state, double now) {
   const auto& ball = state.bodies[kBall];
   const std::array<std::int32_t, 2> score{state.counters[kServes], state.counters[kHits]};

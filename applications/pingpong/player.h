@@ -27,9 +27,6 @@ class ScriptedPlayer : public scene::Player {
   device::HandTarget act(Instant<PhysicsClock> now) override;
   void take_over(const device::HandTarget& at, Instant<PhysicsClock> now) override;
 
-  // When the next stroke is meant to meet the ball, if one is planned.
-  std::optional<Instant<PhysicsClock>> planned_hit() const;
-
  private:
   struct Seen {
     scene::SceneState state;

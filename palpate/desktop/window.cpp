@@ -351,7 +351,6 @@ void Window::toggle_full_screen() {
 }
 
 Size Window::framebuffer() const { return impl_->size(); }
-Box Window::picture_box() const { return impl_->box(); }
 const std::string& Window::renderer() const { return impl_->renderer; }
 
 }  // namespace palpate::desktop

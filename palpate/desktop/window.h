@@ -67,7 +67,6 @@ class Window {
   void toggle_full_screen();
 
   Size framebuffer() const;
-  Box picture_box() const;  // where the picture lies in the framebuffer
   const std::string& renderer() const;
 
  private:

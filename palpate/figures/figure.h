@@ -18,8 +18,5 @@ struct Figure {
 inline Verdict at_most(double figure, double bar) {
   return figure <= bar ? Verdict::holds : Verdict::falls_short;
 }
-inline Verdict at_least(double figure, double bar) {
-  return figure >= bar ? Verdict::holds : Verdict::falls_short;
-}
 
 }  // namespace palpate::figures

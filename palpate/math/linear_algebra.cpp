@@ -81,11 +81,6 @@ VectorXd symmetric_eigenvalues(const ConstMatrixRef& A) {
   return Eigen::SelfAdjointEigenSolver<MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues();
 }
 
-SingularValues singular_values(const ConstMatrixRef& A) {
-  const Eigen::JacobiSVD<MatrixXd> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  return {svd.matrixU(), svd.singularValues(), svd.matrixV()};
-}
-
 MatrixXd least_squares_columns(const ConstMatrixRef& A, const ConstMatrixRef& B) {
   return Eigen::ColPivHouseholderQR<MatrixXd>(A).solve(B);
 }

@@ -40,14 +40,6 @@ struct SymmetricEigen {
 SymmetricEigen symmetric_eigen(const ConstMatrixRef& A);
 Eigen::VectorXd symmetric_eigenvalues(const ConstMatrixRef& A);
 
-// A = U diag(values) V^T, thin; values fall.
-struct SingularValues {
-  Eigen::MatrixXd U;
-  Eigen::VectorXd values;
-  Eigen::MatrixXd V;
-};
-SingularValues singular_values(const ConstMatrixRef& A);
-
 // X of least |A x - b| for each column b of B (Householder QR with column pivots).
 Eigen::MatrixXd least_squares_columns(const ConstMatrixRef& A, const ConstMatrixRef& B);
 

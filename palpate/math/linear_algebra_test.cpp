@@ -68,16 +68,13 @@ TEST(LinearAlgebra, WhatIsNotKnownHasAnEnormousVarianceAndNeverANegativeOne) {
   }
 }
 
-TEST(LinearAlgebra, EigenAndSingularValuesRebuildTheirMatrix) {
+TEST(LinearAlgebra, EigenvaluesRebuildTheirMatrix) {
   Random random(3, "linear algebra");
   const MatrixXd B = random_matrix(random, 9, 5), A = B.transpose() * B;
   const auto eigen = symmetric_eigen(A);
   EXPECT_LT((eigen.vectors * eigen.values.asDiagonal() * eigen.vectors.transpose() - A).norm(), kRounding);
   EXPECT_LE(eigen.values[0], eigen.values[4]);
   EXPECT_LT((symmetric_eigenvalues(A) - eigen.values).norm(), kRounding);
-  const auto svd = singular_values(B);
-  EXPECT_LT((svd.U * svd.values.asDiagonal() * svd.V.transpose() - B).norm(), kRounding);
-  EXPECT_LT((svd.values.reverse().cwiseAbs2() - eigen.values).norm(), 1e-10);
 }
 
 TEST(LinearAlgebra, LeastSquaresLeavesAResidualAtRightAnglesToTheColumns) {

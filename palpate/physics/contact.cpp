@@ -75,15 +75,4 @@ double DampedContact::peak_force() const {
 
 double DampedContact::peak_penetration() const { return penetration(std::atan2(wd_, alpha_) / wd_); }
 
-ForceTable::ForceTable(const DampedContact& contact, int samples) : duration_(contact.duration()) {
-  if (samples < 2) throw std::invalid_argument("force table: needs at least 2 samples");
-  for (int i = 0; i < samples; ++i) force_.push_back(contact.force(duration_ * i / (samples - 1)));
-}
-
-double ForceTable::look_up(double t) const {
-  if (t < 0.0 || t > duration_) return 0.0;
-  const double last = static_cast<double>(force_.size() - 1);
-  return force_[static_cast<std::size_t>(std::lround(t / duration_ * last))];
-}
-
 }  // namespace palpate::physics

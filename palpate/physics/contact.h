@@ -10,8 +10,6 @@
 // the tests check.
 #pragma once
 
-#include <vector>
-
 namespace palpate::physics {
 
 enum class Release { where_rest_length_is_back, where_force_is_zero };  // designs A and B
@@ -41,18 +39,6 @@ class DampedContact {
 
  private:
   double mass_, restitution_, duration_, stiffness_ = 0.0, damping_ = 0.0, alpha_ = 0.0, wd_ = 0.0;
-};
-
-// The paper's way: force sampled at start into a table over t/T, looked up by nearest sample. For comparison;
-// its impulse depends on rate and phase.
-class ForceTable {
- public:
-  ForceTable(const DampedContact& contact, int samples);
-  double look_up(double t) const;  // N per m/s, 0 outside
-
- private:
-  double duration_;
-  std::vector<double> force_;
 };
 
 }  // namespace palpate::physics

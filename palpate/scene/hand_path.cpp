@@ -29,11 +29,6 @@ Vector3 Quintic::jerk(double t) const {
   return 6.0 * c_[3] + t * (24.0 * c_[4] + t * 60.0 * c_[5]);
 }
 
-Vector3 Quintic::snap(double t) const {
-  t = std::clamp(t, 0.0, duration_);
-  return 24.0 * c_[4] + t * 120.0 * c_[5];
-}
-
 double Quintic::largest_speed() const {
   double most = 0.0;
   for (int i = 0; i <= 16; ++i) most = std::max(most, at(duration_ * i / 16).velocity.norm());

@@ -22,7 +22,6 @@ class Quintic {
   Quintic(const HandState& from, const HandState& to, double duration);
   HandState at(double t) const;  // clamped to [0, duration]
   Vector3 jerk(double t) const;
-  Vector3 snap(double t) const;
   double duration() const { return duration_; }
   double largest_speed() const;         // sampled
   double largest_acceleration() const;  // sampled

@@ -17,7 +17,6 @@ TEST(Quintic, MeetsBothEndsWithPositionVelocityAndAcceleration) {
               1e-7);
   EXPECT_NEAR(((path.at(t + h).acceleration - path.at(t - h).acceleration) / (2 * h) - path.jerk(t)).norm(),
               0, 1e-5);
-  EXPECT_NEAR(((path.jerk(t + h) - path.jerk(t - h)) / (2 * h) - path.snap(t)).norm(), 0, 1e-4);
 }
 
 TEST(Reach, EndsAtTheJointLimitsAndWhereTheElbowIsStretched) {

@@ -79,7 +79,6 @@ struct LineFit {
   double a = 0, b = 0, var_a = 0, var_b = 0, cov = 0;
   void add(double x, double z, double weight);
   void solve(double prior_b, double prior_sd_b);
-  double variance_at(double x) const { return var_a + 2.0 * x * cov + x * x * var_b; }
 };
 
 enum class Phase : std::uint8_t {

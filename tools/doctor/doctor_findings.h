@@ -30,12 +30,9 @@ inline std::string listed(const std::vector<std::string>& words) {
   return text;
 }
 
-// "what; remedy" as our messages have it, in two.
+// A message of the part that was asked says what is wrong and what to do.
 inline Finding told(Verdict verdict, const char* area, const char* name, const std::string& message) {
-  const auto at = message.rfind("; ");
-  if (at == std::string::npos)
-    return finding(area, name, verdict, message, "mend it and ask palpate doctor again");
-  return finding(area, name, verdict, message.substr(0, at), message.substr(at + 2));
+  return finding(area, name, verdict, message, "do as it says, and ask palpate doctor again");
 }
 
 }  // namespace palpate::tools::doctor

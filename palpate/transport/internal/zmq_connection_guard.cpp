@@ -191,8 +191,7 @@ void ConnectionGuard::end_what_is_overdue() {
 // first held at a descriptor of the guard's own, and is shut down only if it is still the one that was meant.
 void ConnectionGuard::end(const Connections::Ended& one) {
   if (dup3(one.descriptor, spare_.get(), O_CLOEXEC) < 0) return;
-  if (number_of(spare_.get()) == one.number && shutdown(spare_.get(), SHUT_RDWR) == 0)
-    shut_down_.fetch_add(1, std::memory_order_relaxed);
+  if (number_of(spare_.get()) == one.number) shutdown(spare_.get(), SHUT_RDWR);  // or it has closed just now
   dup3(stop_.fd(), spare_.get(), O_CLOEXEC);
 }
 

@@ -44,8 +44,6 @@ class ConnectionGuard {
   void cut_off(const Sender& sender);
   // Any thread: the key has all the connections it may have.
   bool full(const std::string& key);
-  // Any thread: connections shut down so far.
-  std::uint64_t shut_down() const { return shut_down_.load(std::memory_order_relaxed); }
 
  private:
   struct Watched {
@@ -67,7 +65,6 @@ class ConnectionGuard {
   std::list<Watched> watched_;
   Connections connections_;
   std::string event_, where_;
-  std::atomic<std::uint64_t> shut_down_{0};
   std::size_t least_resident_ = resident_bytes();  // since memory was given back; the guard's thread alone
   Instant<PhysicsClock> memory_looked_at_;
   std::thread thread_;

@@ -17,6 +17,5 @@ inline constexpr double kPivotGlobal_mm = 1.0;  // 4.2.2: global error smaller t
 inline constexpr double kBefore_mm = 3.0;       // 4.4.2, Figure 7: from 3 ...
 inline constexpr double kAfter_mm = 1.3;        // ... to 1.3 mm
 inline constexpr double kEnoughPoints = 30;     // 4.4.2: a minimum of 30 points can be used
-inline constexpr double kFirstGain = 1.0;       // 4.4.2, Figure 9: its change is negligible
 
 }  // namespace palpate::evaluation::studies::paper
