@@ -7,6 +7,8 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
+#include <utility>
+
 #include "palpate/core/file_descriptor.h"
 #include "palpate/transport/internal/socket_number.h"
 
@@ -21,7 +23,7 @@ void ServerConnection::began(int descriptor) {
 void ServerConnection::ended() {
   number_.reset();
   whole_ = 0;
-  flood_ = false;
+  flood_ = came_ = false;
 }
 
 bool ServerConnection::count(std::size_t bytes, Instant<GraphicsClock> now) {
@@ -30,7 +32,7 @@ bool ServerConnection::count(std::size_t bytes, Instant<GraphicsClock> now) {
   window_ = window;
   ++messages_;
   bytes_ += bytes;
-  whole_ = bytes_read().value_or(0);
+  came_ = true;
   flood_ = flood_ || messages_ > kMostMessages || bytes_ > kMostBytes;
   return !flood_;
 }
@@ -38,6 +40,7 @@ bool ServerConnection::count(std::size_t bytes, Instant<GraphicsClock> now) {
 bool ServerConnection::too_much() {
   if (!there()) return false;
   const auto read = bytes_read();
+  if (std::exchange(came_, false)) whole_ = read.value_or(0);
   return flood_ || (read && *read > whole_ + 2 * largest_ + kSlackBytes);
 }
 

@@ -34,7 +34,8 @@ class ServerConnection {
 
   // One more message has come. False: more has come than is looked at; it is passed over.
   bool count(std::size_t bytes, Instant<GraphicsClock> now);
-  // Whether it has to end: a flood, or a message without an end. Over a unix socket nobody counts bytes that are no
+  // To be asked after what has come was counted, some times a second at least: whether it has to end, for a flood or
+  // a message without an end. Over a unix socket nobody counts bytes that are no
   // message yet; who can listen there is this user.
   bool too_much();
   // Ends it: to libzmq it is as if the peer had gone.
@@ -46,7 +47,8 @@ class ServerConnection {
   int descriptor_ = -1;
   std::optional<std::uint64_t> number_;  // the kernel's, of the socket
   std::size_t largest_ = kMaxMessageBytes;
-  std::uint64_t whole_ = 0;  // bytes read when the last whole message had come
+  std::uint64_t whole_ = 0;  // bytes read when the last whole message had come, as it was last looked
+  bool came_ = false;        // a message since
   std::int64_t window_ = 0;
   std::size_t messages_ = 0, bytes_ = 0;  // in this window
   bool flood_ = false;
