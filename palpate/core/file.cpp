@@ -1,18 +1,22 @@
 #include "palpate/core/file.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <system_error>
+#include <thread>
 
 #include "palpate/core/file_descriptor.h"
 #include "palpate/core/internal/part_file.h"
+#include "palpate/core/stop_signal.h"
 #include "palpate/core/system_error.h"
 
 namespace palpate::inline core {
@@ -62,10 +66,28 @@ bool same_content(const struct stat& a, const struct stat& b) {
          a.st_mtim.tv_nsec == b.st_mtim.tv_nsec;
 }
 
+// Of a pipe: until somebody reads it, from the moment it is to be written, and once the program is to end.
+constexpr int kReaderWaitMs = 800, kLookEveryMs = 20;
+
+// Until more can be written. Who pages through a pipe is waited for, but not by a program that has been told to
+// end. False: errno.
+bool wait_for_room(int fd) {
+  int waited_ms = 0;
+  while (waited_ms < kReaderWaitMs) {
+    pollfd item{fd, POLLOUT, 0};
+    const int ready = ::poll(&item, 1, kLookEveryMs);
+    if (ready > 0) return true;
+    if (ready < 0 && errno != EINTR) return false;
+    if (told_to_stop()) waited_ms += kLookEveryMs;
+  }
+  errno = ETIMEDOUT;
+  return false;
+}
+
 bool write_all(int fd, std::string_view content) {
   while (!content.empty()) {
     const ssize_t count = ::write(fd, content.data(), content.size());
-    if (count < 0 && errno == EINTR) continue;
+    if (count < 0 && (errno == EINTR || (errno == EAGAIN && wait_for_room(fd)))) continue;
     if (count <= 0) return false;
     content.remove_prefix(static_cast<std::size_t>(count));
   }
@@ -77,13 +99,25 @@ tl::unexpected<Error> not_written(const fs::path& path, const char* what) {
                  what, reason_of(errno));
 }
 
+// A pipe that nobody reads cannot be opened without waiting; who reads it may be started at the same time.
+FileDescriptor open_device(const fs::path& path) {
+  for (int waited_ms = 0;; waited_ms += kLookEveryMs) {
+    FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+    if (file || errno != ENXIO || waited_ms >= kReaderWaitMs) return file;
+    std::this_thread::sleep_for(std::chrono::milliseconds(kLookEveryMs));
+  }
+}
+
 // Into a device or a pipe.
 Expected<void> write_in_place(const fs::path& path, std::string_view content) {
-  const FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CLOEXEC));
+  const FileDescriptor file = open_device(path);
+  if (!file && errno == ENXIO)
+    return wrong_use("{}: nobody reads there; start its reader first, or name a file", path.string());
   if (!file)
     return wrong_use("{}: cannot be written ({}); check its permissions", path.string(), reason_of(errno));
-  if (!write_all(file.get(), content)) return not_written(path, "writing");
-  return {};
+  if (write_all(file.get(), content)) return {};
+  if (errno == ETIMEDOUT) return refused("{}: its reader takes nothing any more", path.string());
+  return not_written(path, "writing");
 }
 
 }  // namespace

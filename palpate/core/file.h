@@ -28,7 +28,8 @@ enum class FileMode : unsigned { all = 0644, own = 0600 };  // who may read it
 
 // Writes to a temporary neighbour, syncs, then renames over `path`: a full disk or a crash leaves the old
 // file. What a writer that was killed has left goes when `path` is written again.
-// "-" writes to standard output. Missing parent folders are an error (wrong use).
+// "-" writes to standard output. Missing parent folders are an error (wrong use), and so is a pipe that nobody
+// reads within a second; for a reader that stops reading it waits until the program is told to stop.
 Expected<void> write_file(const std::filesystem::path& path, std::string_view content,
                           FileMode mode = FileMode::all);
 

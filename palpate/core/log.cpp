@@ -1,14 +1,17 @@
 // The only file that knows spdlog.
 #include "palpate/core/log.h"
 
+#include <fcntl.h>
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/sinks/stdout_sinks.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <exception>
 #include <memory>
 
+#include "palpate/core/file_descriptor.h"
 #include "palpate/core/text.h"
 
 namespace palpate::inline core {
@@ -129,6 +132,12 @@ Expected<void> log_to_file(const std::filesystem::path& path) {
   const auto folder = path.parent_path();
   if (!folder.empty() && !std::filesystem::is_directory(folder, none))
     return wrong_use("log {}: there is no folder {}; create it first", path.string(), folder.string());
+  // A pipe that nobody reads would keep whoever opens it; where somebody does, this holds it open meanwhile.
+  FileDescriptor pipe;
+  const bool is_pipe = std::filesystem::is_fifo(path, none);
+  if (is_pipe) pipe = FileDescriptor(::open(path.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK));
+  if (is_pipe && !pipe && errno == ENXIO)
+    return wrong_use("log {}: nobody reads this pipe; start its reader first, or name a file", path.string());
   try {
     auto sink = std::make_shared<spdlog::sinks::basic_file_sink_mt>(path.string());
     sink->set_level(spdlog::level::debug);

@@ -18,8 +18,8 @@ namespace {
 
 using Doubles = google::protobuf::RepeatedField<double>;
 
-// Instants further from zero than this (146 years) could overflow when subtracted.
-constexpr std::int64_t kMaxTimeNs = std::int64_t{1} << 62;
+// Instants further from zero than this (36 years) could overflow where a clock's lead is reckoned from four of them.
+constexpr std::int64_t kMaxTimeNs = std::int64_t{1} << 60;
 constexpr int kMaxLoops = 8, kMaxOctaves = 40, kMaxClientsTold = 64;
 constexpr double kUnitTolerance = 1e-3;  // of a quaternion's norm: a sanity check, not a normalisation
 
@@ -37,7 +37,7 @@ class Check {
   }
   template <typename C>
   Instant<C> time(std::int64_t ns, const char* field) {
-    require(ns > -kMaxTimeNs && ns < kMaxTimeNs, field, "within 146 years of the clock's zero");
+    require(ns > -kMaxTimeNs && ns < kMaxTimeNs, field, "within 36 years of the clock's zero");
     return good() ? Instant<C>{Duration(ns)} : Instant<C>{};
   }
   std::uint64_t number(std::uint64_t value, const char* field) {

@@ -19,7 +19,7 @@ namespace {
 // A state whose every number is drawn; counts too.
 scene::SceneState random_state(Random& random) {
   scene::SceneState state;
-  state.time = {Duration(static_cast<std::int64_t>(random.bits() >> 3))};
+  state.time = {Duration(static_cast<std::int64_t>(random.bits() >> 4))};
   state.tick = random.bits();
   state.body_count = static_cast<int>(random.below(scene::SceneState::kBodies + 1));
   for (int i = 0; i < state.body_count; ++i) {
@@ -65,7 +65,7 @@ void expect_same(const scene::SceneState& a, const scene::SceneState& b) {
 TEST(Messages, EveryStateComesBackToTheBit) {
   Random random(1, "test/messages");
   for (int i = 0; i < 500; ++i) {
-    StateReply reply{1 + random.below(1000), {Duration(static_cast<std::int64_t>(random.bits() >> 3))}, {}};
+    StateReply reply{1 + random.below(1000), {Duration(static_cast<std::int64_t>(random.bits() >> 4))}, {}};
     reply.answer = {static_cast<AnswerKind>(random.below(5)),
                     Duration(static_cast<int>(random.below(1000000))), random_state(random)};
     const auto back = decode_server_message(encode(ServerMessage(reply)));

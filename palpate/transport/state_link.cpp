@@ -7,6 +7,7 @@ namespace palpate::transport {
 
 namespace {
 constexpr std::size_t kMaxWishes = 16;
+constexpr int kMostTaken = 1024;
 constexpr std::size_t kMaxSyncsKept = 64;
 }  // namespace
 
@@ -25,6 +26,10 @@ std::optional<std::string> StateLink::trouble() const {
   if (*kind == LinkTrouble::no_place)
     return "it takes no more connections with the key of this machine; end other programs here that talk to "
            "it";
+  if (*kind == LinkTrouble::flood)
+    return "it sends far more than anybody asked it for, and was cut off; is a physics server of this "
+           "release "
+           "there?";
   return "its encryption does not agree with ours: it has another key than the one entered here (palpate "
          "keys trust), or one side is --insecure";
 }
@@ -49,7 +54,8 @@ bool StateLink::request(std::uint64_t number, Instant<PhysicsClock> time, bool s
 void StateLink::poll() {
   arrived_.clear();
   Arrival arrival;
-  while (wire_->take(arrival)) {
+  // Bounded, should more come all the while.
+  for (int taken = 0; taken < kMostTaken && wire_->take(arrival); ++taken) {
     if (!arrival.message) {
       request_tracker_.rejected();
       continue;
@@ -147,7 +153,10 @@ void StateLink::take(const ControlReply& message, const Arrival&) {
 
 bool StateLink::ask_status() { return send(StatusRequest{++statuses_}).has_value(); }
 
-void StateLink::take(const StatusReply& message, const Arrival&) { status_ = message.status; }
+void StateLink::take(const StatusReply& message, const Arrival&) {
+  status_ = message.status;
+  ++statuses_come_;
+}
 
 void StateLink::take(const Refusal& message, const Arrival&) { refusal_ = message.reason; }
 

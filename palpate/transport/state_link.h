@@ -31,8 +31,8 @@ struct Arrival {
 };
 
 // Why no connection comes about: their side does not admit our key, or takes no more connections with it, or
-// the two sides' encryption does not agree.
-enum class LinkTrouble { not_admitted, no_place, no_agreement };
+// the two sides' encryption does not agree, or it has sent far more than it was asked for and was cut off.
+enum class LinkTrouble { not_admitted, no_place, no_agreement, flood };
 
 // What carries a link's messages. One caller's thread; neither call waits.
 class LinkWire {
@@ -108,6 +108,7 @@ class StateLink {
   // Asks how the server is doing; status() holds the newest answer after a later poll().
   bool ask_status();
   const std::optional<ServerStatus>& status() const { return status_; }
+  std::uint64_t statuses() const { return statuses_come_; }  // that have come so far
 
   // What the physics server shows; empty until it has been reached once. Replaced when another server takes
   // its place.
@@ -167,7 +168,7 @@ class StateLink {
   std::uint64_t session_ = 0;
   std::optional<Role> role_;
   std::optional<ClientFigures> figures_;
-  std::uint64_t statuses_ = 0;
+  std::uint64_t statuses_ = 0, statuses_come_ = 0;
   std::optional<ServerStatus> status_;
   std::optional<Instant<GraphicsClock>> last_hello_, last_word_;
   std::optional<Instant<GraphicsClock>> unanswered_since_;  // first thing sent since the last word

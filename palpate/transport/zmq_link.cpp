@@ -13,6 +13,7 @@
 #include "palpate/core/system_error.h"
 #include "palpate/time/real_time.h"
 #include "palpate/transport/internal/handover_queue.h"
+#include "palpate/transport/internal/server_connection.h"
 #include "palpate/transport/internal/zmq_authenticator.h"
 #include "palpate/transport/zmq_engine.h"
 #include "palpate/transport/zmq_socket.h"
@@ -49,7 +50,11 @@ class ZmqWire : public LinkWire {
     return sent;
   }
 
-  bool take(Arrival& arrival) override { return arrivals_.pop(arrival); }
+  bool take(Arrival& arrival) override {
+    if (!arrivals_.pop(arrival)) return false;
+    if (has_shape(arrival)) shapes_waiting_.fetch_sub(1, std::memory_order_relaxed);
+    return true;
+  }
 
   std::optional<LinkTrouble> trouble() const override {
     switch (trouble_.load(std::memory_order_relaxed)) {
@@ -59,6 +64,8 @@ class ZmqWire : public LinkWire {
         return LinkTrouble::no_place;
       case Trouble::no_agreement:
         return LinkTrouble::no_agreement;
+      case Trouble::flood:
+        return LinkTrouble::flood;
       case Trouble::none:
         break;
     }
@@ -74,15 +81,21 @@ class ZmqWire : public LinkWire {
                       {events_.fd(), POLLIN, 0},
                       {more_.fd(), POLLIN, 0}};
     while (true) {
-      // The time-out is a safety net; each signal of the socket wakes the thread.
-      ::poll(items, 4, 100);
+      // The time-out is a safety net, for each signal of the socket wakes the thread; and a message that does not
+      // end gives none.
+      ::poll(items, 4, connection_.there() ? 20 : 100);
       if ((items[1].revents & POLLIN) != 0) return;
       if ((items[3].revents & POLLIN) != 0) more_.clear();
+      take_events();
       // Bounded, so that a server that floods cannot keep the thread from its other duties.
       int received = 0;
-      while (received < zmq::kQueueLength && receive_one()) ++received;
-      if (received == zmq::kQueueLength) more_.set();
-      take_events();
+      while (received < zmq::kMostPassedOver && receive_one()) ++received;
+      if (received == zmq::kMostPassedOver) more_.set();
+      if (connection_.too_much()) {
+        trouble_ = Trouble::flood;
+        cut_off_ = true;
+        connection_.end();
+      }
       begin_anew_where_given_up();
     }
   }
@@ -90,7 +103,12 @@ class ZmqWire : public LinkWire {
   // ZeroMQ tries every kReconnectMs + kConnectMs at the latest; each attempt is a sign.
   static constexpr Duration kGivenUpAfter = std::chrono::milliseconds(600);
 
-  enum class Trouble { none, not_admitted, no_place, no_agreement };
+  enum class Trouble { none, not_admitted, no_place, no_agreement, flood };
+
+  static bool has_shape(const Arrival& arrival) {
+    const auto* reply = arrival.message ? std::get_if<StateReply>(&*arrival.message) : nullptr;
+    return reply != nullptr && reply->shape != nullptr;
+  }
 
   // What ZeroMQ tells of the connection, in messages of two frames: the event's number and value, and where.
   void take_events() {
@@ -102,8 +120,12 @@ class ZmqWire : public LinkWire {
       std::memcpy(&number, event.data(), sizeof number);
       std::memcpy(&value, event.data() + sizeof number, sizeof value);
       last_sign_ = clock_.now();
-      if (number == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) up_ = true, trouble_ = Trouble::none;
-      if (number == ZMQ_EVENT_DISCONNECTED) up_ = false;
+      if (number == ZMQ_EVENT_CONNECTED) connection_.began(static_cast<int>(value));
+      if (number == ZMQ_EVENT_HANDSHAKE_SUCCEEDED) up_ = true;
+      if (up_ && trouble_ != Trouble::flood)
+        trouble_ = Trouble::none;  // of which the next good word makes an end
+      if (number == ZMQ_EVENT_DISCONNECTED) up_ = false, connection_.ended();
+      if (number == ZMQ_EVENT_DISCONNECTED && std::exchange(cut_off_, false)) pause();
       if (number == ZMQ_EVENT_HANDSHAKE_FAILED_AUTH)
         trouble_ = value == zmq::kNoPlace ? Trouble::no_place : Trouble::not_admitted;
       if (number == ZMQ_EVENT_HANDSHAKE_FAILED_PROTOCOL || number == ZMQ_EVENT_HANDSHAKE_FAILED_NO_DETAIL)
@@ -113,6 +135,11 @@ class ZmqWire : public LinkWire {
 
   // ZeroMQ connects again by itself, but gives up for good where the other side breaks the protocol or turns
   // us away: then we begin anew, for a key may be admitted and a server replaced.
+  // No new attempt before kGivenUpAfter.
+  void pause() {
+    const std::lock_guard lock(mutex_);
+    zmq_disconnect(socket_.get(), address_.c_str());
+  }
   void begin_anew_where_given_up() {
     if (up_ || clock_.now() - last_sign_ < kGivenUpAfter) return;
     last_sign_ = clock_.now();
@@ -132,16 +159,29 @@ class ZmqWire : public LinkWire {
       arrival.received = clock_.now();
     }
     if (received == zmq::Socket::Received::nothing) return false;
-    if (received == zmq::Socket::Received::message) {
+    std::size_t bytes = body_.size();
+    for (const zmq::Frame& piece : shape_) bytes += piece.bytes().size();
+    const bool looked_at =
+        connection_.count(bytes, arrival.received) &&
+        (shape_.empty() || shapes_waiting_.load() < zmq::ServerConnection::kMostShapesWaiting);
+    if (!looked_at) shape_.clear();
+    if (received == zmq::Socket::Received::message && looked_at) {
       std::vector<std::string_view> shape;
       for (const zmq::Frame& piece : shape_) shape.push_back(piece.bytes());
       if (auto message = decode_server_message(body_, shape)) arrival.message = std::move(*message);
       shape_.clear();
     }
+    if (arrival.message) trouble_ = Trouble::none;
+    if (const auto* welcome = arrival.message ? std::get_if<Welcome>(&*arrival.message) : nullptr)
+      if (welcome->scene)
+        connection_.expect(kMaxMessageBytes +
+                           welcome->scene->shape_vertices * scene::Shape::kFloatsPerVertex * sizeof(float));
     if (arrival.message)
       if (const auto* sync = std::get_if<SyncReply>(&*arrival.message)) follow_up(*sync, arrival);
     // Full when the graphics loop has stopped for seconds; what is dropped then is counted as lost.
-    arrivals_.push(std::move(arrival));
+    const bool shape = has_shape(arrival);
+    if (shape) shapes_waiting_.fetch_add(1, std::memory_order_relaxed);
+    if (!arrivals_.push(std::move(arrival)) && shape) shapes_waiting_.fetch_sub(1, std::memory_order_relaxed);
     return true;
   }
 
@@ -176,15 +216,17 @@ class ZmqWire : public LinkWire {
   std::atomic<Trouble> trouble_{Trouble::none};
   zmq::Socket socket_;
   const Clock<GraphicsClock>& clock_;
-  // Of the thread alone: whether the connection stands, and the last attempt at it.
-  bool up_ = false;
+  // Of the thread alone: the connection, whether it stands, whether we have ended it, and the last attempt at it.
+  zmq::ServerConnection connection_;
+  bool up_ = false, cut_off_ = false;
   Instant<GraphicsClock> last_sign_ = clock_.now();
   std::mutex mutex_;
   std::string body_;  // the thread's, like the next
   std::vector<zmq::Frame> shape_;
   SyncTrainUnderWay train_;
   HandoverQueue<Arrival, 128> arrivals_;
-  zmq::Stop stop_, more_;  // more_: something may have come without a signal
+  std::atomic<int> shapes_waiting_{0};  // in it
+  zmq::Stop stop_, more_;               // more_: something may have come without a signal
   std::thread thread_;
 };
 
@@ -216,6 +258,9 @@ Expected<std::unique_ptr<StateLink>> connect_states(const Endpoint& endpoint,
   if (!socket) return tl::unexpected(socket.error());
   if (endpoint.encrypted)
     if (auto done = zmq::encrypt(*socket, *identity); !done) return tl::unexpected(done.error());
+  // Bounded by ServerConnection.
+  if (!socket->receive_without_bound())
+    return refused("ZeroMQ refuses a socket option: {}", reason_of(errno));
   auto events = watch_handshakes(*socket, *context);
   if (!events) return tl::unexpected(events.error());
   if (zmq_connect(socket->get(), endpoint.address.c_str()) != 0) {

@@ -119,6 +119,21 @@ class OddFiles(ProgramTest):
         self.write("long.csv", POSES + "0,1,2,3,1,0,0,0\n" * 4000001)
         self.assertIn("at most 4000000 rows", self.answer("poses", "long.csv"))
 
+    def test_a_pipe_that_nobody_reads_is_refused_and_one_that_somebody_reads_later_is_not(self):
+        os.mkfifo(self.path("pipe.png"))
+        self.runs("world", "sample", "pivot", "--points", "20", "--out", "samples")
+        pivot = ["calibrate", "pivot", "--poses", "samples/pivot.csv"]
+        for command in ([*pivot, "--json", "pipe.png"], [*pivot, "--out", "pipe.png"], ["picture", "--out", "pipe.png"], ["--log", "pipe.png", "apps"]):
+            with self.subTest(command=command):
+                self.says_no(self.run_program(*command), 2, "pipe.png", "nobody reads")
+        # A reader that is started at the same time gets everything, also what no pipe holds at once.
+        self.runs("picture", "--out", "whole.png")
+        reader = subprocess.Popen(["cat", self.path("pipe.png")], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+        self.addCleanup(reader.stdout.close)
+        self.addCleanup(reader.kill)
+        self.runs("picture", "--out", "pipe.png")
+        self.assertEqual(reader.communicate()[0], self.read("whole.png"))
+
     def test_names_of_rigs_and_worlds_steer_no_terminal(self):
         self.runs("rig", "new", "rig.toml")
         escaped = "".join(f"\\u{ord(c):04x}" for c in NAME)

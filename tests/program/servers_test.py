@@ -79,6 +79,22 @@ class Servers(LaboratoryTest):
         self.assertIn("/dev/full", done.lines[-1])
         self.assertEqual(len([line for line in done.lines if UNPROTECTED not in line]), 2, done)
 
+    def test_figures_whose_reader_stops_reading_keep_no_server_that_is_to_end(self):
+        os.mkfifo(self.path("pipe"))
+        reader = os.open(self.path("pipe"), os.O_RDONLY | os.O_NONBLOCK)
+        self.addCleanup(os.close, reader)
+        writer = os.open(self.path("pipe"), os.O_WRONLY | os.O_NONBLOCK)
+        self.addCleanup(os.close, writer)
+        with self.assertRaises(BlockingIOError):
+            while True:
+                os.write(writer, bytes(1))  # until nothing more fits
+        self.start_world("--arm-only")
+        physics = self.start_physics("--json", "pipe")
+        physics.send(signal.SIGTERM)
+        done = physics.ends()
+        self.assertEqual(done.code, 1, done)
+        self.assertIn("its reader takes nothing any more", done.lines[-1])
+
     def test_forces_that_load_can_delay_are_told_at_the_start(self):
         self.start_world()
         physics = self.start_physics("--seconds", "0.1", "--json", "figures.json")

@@ -153,8 +153,9 @@ Expected<void> show_status(const StatusArguments& options) {
   const bool live = !options.once && !options.reset && options.json.empty();
   const bool terminal = isatty(STDOUT_FILENO) != 0;
   const auto begun = clock.now();
-  auto heard = begun;
+  auto heard = begun, told = begun;  // anything, and a status
   std::optional<Instant<GraphicsClock>> asked;
+  std::uint64_t statuses = 0;  // that have come
   const transport::ServerStatus* shown = nullptr;
   transport::ServerStatus last;
   std::optional<std::uint64_t> controls_before;  // how many the server had taken when --reset was sent
@@ -173,6 +174,14 @@ Expected<void> show_status(const StatusArguments& options) {
       return refused("status: --reset: the physics server at {0} has not {2} within {1} s{3}",
                      endpoint.address, kAnswerWithin, (*link)->role() ? "taken the wish" : "said",
                      (*link)->role() ? "" : " what this machine's key may do");
+    if ((*link)->statuses() != statuses) statuses = (*link)->statuses(), told = now;
+    if (now - told > seconds(kAnswerWithin)) {
+      const auto refusal = (*link)->refusal();
+      return refused(
+          "status: the physics server at {} answers, but has not said for {} s how it is doing{}{}",
+          endpoint.address, kAnswerWithin, refusal ? "; it refuses: " : "",
+          refusal ? excerpt(*refusal, 200) : "");
+    }
     if ((!asked || now - *asked >= seconds(options.interval_s)) && (*link)->ask_status()) asked = now;
     const bool may_say =
         !options.reset || (*link)->role();  // what we may do comes with the answer to our hello

@@ -1,10 +1,9 @@
 // palpate world: makes, shows and samples simulated laboratories.
 #include <algorithm>
-#include <atomic>
-#include <csignal>
 
 #include "palpate/core/child_report.h"
 #include "palpate/core/file.h"
+#include "palpate/core/stop_signal.h"
 #include "palpate/evaluation/world_sample.h"
 #include "palpate/sim/camera_renderer.h"
 #include "palpate/sim/world_process.h"
@@ -14,9 +13,6 @@
 
 namespace palpate::tools::commands {
 namespace {
-
-std::atomic<bool> stopped{false};
-void stop(int) { stopped = true; }
 
 struct WorldOptions {
   std::string file, kind, out, name = "lab", exposures;
@@ -96,9 +92,7 @@ Expected<void> run_laboratory(const WorldOptions& options) {
       };
     };
   process.ready = tell_parent_ready;
-  std::signal(SIGINT, stop);
-  std::signal(SIGTERM, stop);
-  const auto report = sim::run_world(*file, process, stopped);
+  const auto report = sim::run_world(*file, process, stop_requested());
   if (!report) return tl::unexpected(report.error());
   fmt::print("{} ticks, {} late by more than 1 ms, worst {:.1f} ms; {} pictures\n", report->ticks,
              report->late_ticks, report->worst_late_s * 1e3, report->images);

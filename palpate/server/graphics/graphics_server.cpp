@@ -15,6 +15,10 @@ constexpr Duration kMostExtraDelay = std::chrono::seconds(1);
 constexpr Duration kPoseCarried = std::chrono::milliseconds(150);
 constexpr double kTurnDoubt = 0.01, kShiftDoubt = 0.005;  // rad, m
 
+// A picture is seen less than this after its state: delays of a second at most, and drawing. An older state, of a
+// server that has gone or whose clock is another, is not reckoned on for hours.
+constexpr Duration kFurthestAhead = std::chrono::seconds(3);
+
 constexpr double kDrawingWeight = 0.1;  // a frame's weight in the smoothed time that drawing takes
 
 // The last two poses carried on to `time`.
@@ -309,7 +313,7 @@ void GraphicsServer::predict_pose(FrameRecord& record) const {
 
 void GraphicsServer::predict_state(FrameRecord& record) const {
   if (!record.have_state || sync_.exchanges() == 0) return;
-  const Duration ahead = sync_.model().to(record.photon) - record.state.time;
+  const Duration ahead = std::min(sync_.model().to(record.photon) - record.state.time, kFurthestAhead);
   if (ahead <= Duration(0)) return;
   record.state = pipeline_.predict(record.state, ahead);
   record.answer = AnswerKind::extrapolated;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "palpate/core/text.h"
 
 namespace palpate::server::graphics {
@@ -15,7 +17,9 @@ constexpr std::size_t kChangesKept = 1000;
 void ServerWatch::look(const ClockSync<GraphicsClock, PhysicsClock>& sync, Instant<GraphicsClock> now) {
   if (link_.refusal() != refusal_) {
     refusal_ = link_.refusal();
-    if (refusal_) kLog.warning("the physics server at {} refuses: {}", address_, excerpt(*refusal_, 200));
+    if (refusal_)
+      if (const auto more = refusals_told_.more(now))
+        kLog.warning("the physics server at {} refuses: {}{}", address_, excerpt(*refusal_, 200), *more);
   }
   const bool was_there = there();
   if (link_.peer_alive() != was_there) {
@@ -28,8 +32,23 @@ void ServerWatch::look(const ClockSync<GraphicsClock, PhysicsClock>& sync, Insta
   }
   if (sync.restarts() == restarts_) return;
   restarts_ = sync.restarts();
-  kLog.warning(
-      "the physics server's clock was set, or stood still for a while; the clocks are synchronised anew");
+  if (const auto more = restarts_told_.more(now))
+    kLog.warning(
+        "the physics server's clock was set, or stood still for a while; the clocks are synchronised anew{}",
+        *more);
+}
+
+// What is to be added to the line; none: it is not to be said now.
+std::optional<std::string> ServerWatch::Line::more(Instant<GraphicsClock> now) {
+  if (said && now - *said < kSayAgain) {
+    ++left_out;
+    return std::nullopt;
+  }
+  said = now;
+  const int count = std::exchange(left_out, 0);
+  return count > 0 ? fmt::format(" (and {} since it was last said)",
+                                 counted(static_cast<std::size_t>(count), "time"))
+                   : std::string();
 }
 
 std::string ServerWatch::absence() const {

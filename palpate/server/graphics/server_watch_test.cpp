@@ -45,5 +45,23 @@ TEST_F(WatchedServer, ThatGoesAndComesBackIsToldOnceEach) {
   EXPECT_LT(watch_.changes()[0].time, watch_.changes()[1].time);
 }
 
+// A server that is set anew, or that refuses in other words, many times a second fills no log.
+TEST_F(WatchedServer, ThatIsSetAgainAndAgainIsToldOfNowAndThen) {
+  std::int64_t ahead = 0;
+  Instant<GraphicsClock> now{std::chrono::seconds(1)};
+  for (int ms = 0; ms < 25'000; ++ms, now += std::chrono::milliseconds(1)) {
+    if (ms % 50 == 0) ahead += 1'000'000'000'000;
+    sync_.add(now, {now.since_epoch + Duration(ahead)}, {now.since_epoch + Duration(ahead)}, now);
+    watch_.look(sync_, now);
+  }
+  ASSERT_GT(sync_.restarts(), 300);
+  const auto lines = told_.lines();
+  ASSERT_EQ(lines.size(), 4u) << told_.text();  // the first: nobody answers here
+  EXPECT_EQ(lines[1].text,
+            "graphics: the physics server's clock was set, or stood still for a while; the clocks are "
+            "synchronised anew");
+  EXPECT_NE(lines[2].text.find("(and 199 times since it was last said)"), std::string::npos) << lines[2].text;
+}
+
 }  // namespace
 }  // namespace palpate::server::graphics

@@ -19,6 +19,7 @@
 
 #include "palpate/core/system_error.h"
 #include "palpate/time/real_time.h"
+#include "palpate/transport/internal/socket_number.h"
 
 namespace palpate::transport::zmq {
 namespace {
@@ -26,14 +27,6 @@ namespace {
 constexpr int kLookEveryMs = 20;
 constexpr Duration kLookForMemoryEvery = std::chrono::seconds(1);
 constexpr std::size_t kFreeMemoryKept = 16 << 20;  // more than what large messages in turn need
-
-// The kernel's number of the socket at this descriptor; none: there is no socket.
-std::optional<std::uint64_t> number_of(int descriptor) {
-  std::uint64_t number = 0;
-  socklen_t size = sizeof number;
-  if (getsockopt(descriptor, SOL_SOCKET, SO_COOKIE, &number, &size) != 0) return std::nullopt;
-  return number;
-}
 
 // Host or process at the other end.
 std::string source_of(int descriptor) {
