@@ -4,6 +4,7 @@
 // trip, 2.8 ms.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -220,6 +221,24 @@ TEST(ClockSync, AStepTooSmallToTellFromDelayIsCoveredByTheUncertainty) {
     trial.run(20.1, 50.0);
     EXPECT_LE(trial.outside, 6) << step;  // until the third exchange after it nobody can know
   }
+}
+
+// What messages may carry (palpate/transport): under the sanitizers any sum or difference that overflows ends this.
+TEST(ClockSync, APeerThatIsSetByDecadesAgainAndAgainIsFollowed) {
+  constexpr std::int64_t kFar = std::int64_t{1} << 60;
+  Sync sync;
+  Instant<GraphicsClock> now{std::chrono::hours(14)};
+  for (int i = 0; i < 20'000; ++i, now += std::chrono::milliseconds(20)) {
+    const std::int64_t base = std::array{kFar - 1'000'000'000, 1 - kFar, std::int64_t{0}, kFar / 2,
+                                         -kFar / 3}[static_cast<std::size_t>(i / 10 % 5)];
+    const Instant<PhysicsClock> there{Duration(base + i % 10 * 20'000'000)};
+    sync.add(now, there, there, now + std::chrono::microseconds(100));
+    EXPECT_LT(std::abs(sync.remote_time(now).ns() / 2), kFar);
+    if (i % 10 == 9) {
+      EXPECT_LT(std::abs((sync.model().to(now) - there).count()), 1'000'000);
+    }
+  }
+  EXPECT_GT(sync.restarts(), 1900);
 }
 
 TEST(ClockSync, OneMadExchangeChangesNothing) {

@@ -24,7 +24,8 @@ class ZmqWatch : public StateWatch {
   std::optional<StateReply> take() override {
     const Instant<GraphicsClock> now = clock_.now();
     std::optional<StateReply> newest;
-    while (socket_.readable()) {
+    // Bounded, should more come all the while.
+    for (int taken = 0; taken < zmq::kMostPassedOver && socket_.readable(); ++taken) {
       const auto received = socket_.receive(1, nullptr, body_);
       if (received == zmq::Socket::Received::nothing) break;
       heard_ = now;
