@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "palpate/math/random_vector.h"
+#include "tests/chi_square.h"
 
 namespace palpate::calibration {
 namespace {
@@ -36,13 +37,11 @@ TEST(AbsoluteOrientation, ExactPointsGiveTheExactTransform) {
   }
 }
 
-// Errors against the stated covariance: the normalised square is chi-square with 6 degrees of freedom (F with
-// few points; 40 points make the difference 5 %). Mean of 400: 6 +- 0.17, allowed 4 sigma and the F
-// correction.
+// 40 points of three components less six parameters leave 114 freedoms to find the noise by.
 TEST(AbsoluteOrientation, ErrorsAgreeWithTheCovariance) {
   Random random(2);
   double sum = 0.0;
-  const int runs = 400;
+  const int runs = 2000;
   for (int run = 0; run < runs; ++run) {
     const auto c = make(random, 40, 1e-3);
     const auto estimate = absolute_orientation(c.from, c.to);
@@ -50,9 +49,9 @@ TEST(AbsoluteOrientation, ErrorsAgreeWithTheCovariance) {
     Eigen::Matrix<double, 6, 1> error;
     error << so3_log(Quaternion(Matrix3(estimate->value.rotation * c.R.transpose()))),
         estimate->value.translation - c.t;
-    sum += error.dot(estimate->covariance.ldlt().solve(error));
+    sum += tests::normalised_square(error, estimate->covariance);
   }
-  EXPECT_NEAR(sum / runs, 6.0, 0.9);
+  EXPECT_TRUE(tests::is_sum_of_f(sum, runs, 6, 114));
 }
 
 // The weighted optimum, against a numeric derivative of the weighted cost.
@@ -144,7 +143,7 @@ TEST(AbsoluteOrientation, StrayPointsAreToldAndNoneAmongGoodOnes) {
 
 TEST(AbsoluteOrientation, TheSizeRatioIsFoundWithItsDeviation) {
   double squares = 0.0;
-  constexpr int kRuns = 200;
+  constexpr int kRuns = 1000;
   for (std::uint64_t seed = 1; seed <= kRuns; ++seed) {
     Random random(seed);
     auto c = make(random, 12, 1e-3);
@@ -153,7 +152,7 @@ TEST(AbsoluteOrientation, TheSizeRatioIsFoundWithItsDeviation) {
     const double off = (size.ratio - 1.1) / size.sd;
     squares += off * off;
   }
-  EXPECT_NEAR(squares / kRuns, 1.0, 0.35);
+  EXPECT_TRUE(tests::is_sum_of_f(squares, kRuns, 1, 29));  // 36 components less seven parameters
 }
 
 TEST(AbsoluteOrientation, ImpossibleInputIsRefused) {

@@ -224,12 +224,17 @@ Expected<Estimate<GimbalSolution>> calibrate_gimbal(const std::vector<device::Ar
     estimate.inlier.push_back(inlier);
     weights[i] = inlier ? 1.0 : 0.0;
     inliers += weights[i];
-    squares += weights[i] * errors[i].squaredNorm();
   }
   const double freedom = 3.0 * inliers - static_cast<double>(kGimbalUnknowns);
   if (!(freedom > 0.0) || inliers < static_cast<double>(kFewestGimbalSamples))
     return refused("gimbal: only {:.0f} of {} samples agree with one model; check units and joint order",
                    inliers, all.size());
+  // Who belongs counts in full, as the covariance has it: Tukey's weights would cost 8 % of variance.
+  estimate.iterations += solve_gimbal(all, weights, scale, at);
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    errors[i] = stylus_error(all[i], at, nullptr);
+    squares += weights[i] * errors[i].squaredNorm();
+  }
   const double sigma = std::max(noise::kLeastScale, std::sqrt(squares / freedom));
   const Eigen::MatrixXd information = gimbal_information(all, weights, at, sigma, true);
   estimate.covariance = covariance_from_information(information) +

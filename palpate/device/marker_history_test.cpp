@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "palpate/core/random.h"
+#include "tests/chi_square.h"
 
 namespace palpate::device {
 namespace {
@@ -87,10 +88,10 @@ TEST(MarkerHistory, APredictionsCovarianceGrowsAsItsErrorsDo) {
       }
       const auto p = history.predict(at(1.06 + ahead));
       ASSERT_TRUE(p);
-      squares += p->translation.x() * p->translation.x() / kRuns;
+      squares += p->translation.x() * p->translation.x();
       stated = p->covariance(3, 3);
     }
-    EXPECT_NEAR(squares / stated, 1.0, 0.15) << ahead;  // 2000 draws: 3 % of deviation
+    EXPECT_TRUE(tests::is_chi_square(squares / stated, kRuns)) << ahead;
   }
 }
 

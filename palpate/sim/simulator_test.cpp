@@ -4,6 +4,7 @@
 
 #include "palpate/core/units.h"
 #include "palpate/sim/board_view.h"
+#include "tests/chi_square.h"
 
 namespace palpate::sim {
 namespace {
@@ -28,11 +29,11 @@ TEST(Simulator, SpreadOfTheDrawsIsTheStatedOne) {
   constexpr int kSeeds = 2000;
   for (int seed = 0; seed < kSeeds; ++seed) {
     const auto truth = draw_truth(config::reference_world(), static_cast<std::uint64_t>(seed));
-    gains += (truth.joints.gain - Vector3::Ones()).squaredNorm() / (3.0 * kSeeds);
-    mount += (truth.tip_in_marker - config::reference_world().tip_marker.tip).squaredNorm() / (3.0 * kSeeds);
+    gains += (truth.joints.gain - Vector3::Ones()).squaredNorm();
+    mount += (truth.tip_in_marker - config::reference_world().tip_marker.tip).squaredNorm();
   }
-  EXPECT_NEAR(std::sqrt(gains), 0.012, 0.012 * 0.05);  // 6000 draws: sd 1 %
-  EXPECT_NEAR(std::sqrt(mount), 2e-3, 2e-3 * 0.05);
+  EXPECT_TRUE(tests::is_chi_square(gains / std::pow(0.012, 2), 3 * kSeeds));
+  EXPECT_TRUE(tests::is_chi_square(mount / std::pow(2e-3, 2), 3 * kSeeds));
 }
 
 TEST(Simulator, ArmWrittenWithoutFirstOffsetHasTheSameTips) {

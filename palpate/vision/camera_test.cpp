@@ -7,6 +7,7 @@
 
 #include "palpate/core/units.h"
 #include "palpate/vision/synthetic_board.h"
+#include "tests/chi_square.h"
 
 namespace palpate::vision {
 namespace {
@@ -63,10 +64,9 @@ TEST(CalibrateCamera, ErrorsAgreeWithTheCovarianceItClaims) {
         calibrate_camera(views_of(truth, 10, 0.2, 100 + static_cast<std::uint64_t>(run)), 640, 480);
     ASSERT_TRUE(fit) << fit.error().message;
     const Eigen::Matrix<double, 9, 1> error = parameters(fit->value.model) - parameters(truth);
-    sum += error.dot(fit->covariance.ldlt().solve(error));
+    sum += tests::normalised_square(error, fit->covariance);
   }
-  // chi-squared with 9 * 25 degrees: mean 225, sd 21; four sd either side
-  EXPECT_NEAR(sum, 9.0 * kRuns, 4 * std::sqrt(2.0 * 9.0 * kRuns));
+  EXPECT_TRUE(tests::is_sum_of_f(sum, kRuns, 9, 10 * 108 - 69));  // ten views of 54 corners, 69 parameters
 }
 
 TEST(CalibrateCamera, RealPhotographsAgreeWithThePublishedFit) {
@@ -204,7 +204,7 @@ TEST(BoardPose, ErrorsAgreeWithTheCovarianceItClaims) {
   const auto camera = reference_lens();
   Random random(3, "board pose noise");
   double sum = 0.0;
-  constexpr int kRuns = 200;
+  constexpr int kRuns = 500;
   for (int i = 0; i < kRuns; ++i) {
     const auto X = synthetic::board_in_view(camera, {}, random);
     const auto pose = board_pose(camera, synthetic::view_of(camera, X, {}, 0.2, random));
@@ -212,11 +212,9 @@ TEST(BoardPose, ErrorsAgreeWithTheCovarianceItClaims) {
     Eigen::Matrix<double, 6, 1> error;
     error << so3_log(X.rotation * pose->value.X_camera_board.rotation.conjugate()),
         X.translation - pose->value.X_camera_board.translation;
-    sum += error.dot(pose->covariance.ldlt().solve(error));
+    sum += tests::normalised_square(error, pose->covariance);
   }
-  // F-like statistic (the noise is estimated from 102 degrees of freedom): mean 6 * 102/100; five sd either
-  // side
-  EXPECT_NEAR(sum / kRuns, 6.12, 5 * std::sqrt(12.0 / kRuns) * 1.1);
+  EXPECT_TRUE(tests::is_sum_of_f(sum, kRuns, 6, 108 - 6));  // 54 corners, six parameters
 }
 
 TEST(BoardPose, ADistantNoisyBoardIsAmbiguousANearOneIsNot) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "palpate/vision/synthetic_room.h"
+#include "tests/chi_square.h"
 
 namespace palpate::vision {
 namespace {
@@ -77,7 +78,7 @@ TEST(LandmarkRefinement, PlacesBecomeBetterThanTheTouches) {
 
 TEST(LandmarkRefinementStatistics, ErrorsAgreeWithTheCovarianceItClaims) {
   double sum = 0.0;
-  constexpr int kRuns = 20;
+  constexpr int kRuns = 100;
   for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
     const auto C = diagonal(0.001, 0.0005);
     const auto r = record(40, 0.0003, 0.1, diagonal(0.002, 0.0002), C, 100 + seed);
@@ -90,10 +91,9 @@ TEST(LandmarkRefinementStatistics, ErrorsAgreeWithTheCovarianceItClaims) {
       e.segment<3>(static_cast<Eigen::Index>(6 + 3 * i)) =
           r.truth[i].place.m - fit->value.landmarks[i].place.m;
     const Eigen::MatrixXd stated = fit->covariance.bottomRightCorner(e.size(), e.size());  // no lens
-    sum += e.dot(stated.ldlt().solve(e));
+    sum += tests::normalised_square(e, stated);
   }
-  // chi-squared with 42 degrees, 20 times: mean 42, deviation 2; Huber's loss adds a few per cent
-  EXPECT_NEAR(sum / kRuns, 42.0, 9.0);
+  EXPECT_TRUE(tests::is_chi_square(sum, 42 * kRuns));
 }
 
 // Twelve dots touched once each by a hand that is presumed to miss by 0.3 mm. Of 36 numbers six are free for
@@ -102,7 +102,7 @@ TEST(LandmarkRefinementStatistics, ErrorsAgreeWithTheCovarianceItClaims) {
 TEST(LandmarkRefinementStatistics, ThePicturesTellHowFarTheHandMissed) {
   for (const double hand : {0.1e-3, 0.8e-3}) {
     double variance = 0.0, square = 0.0;
-    constexpr int kRuns = 5;
+    constexpr int kRuns = 25;
     for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
       const auto C = diagonal(0.001, 0.0005);
       auto r = record(25, hand, 0.1, diagonal(0.002, 0.0002), C, 300 + seed);
@@ -117,13 +117,14 @@ TEST(LandmarkRefinementStatistics, ThePicturesTellHowFarTheHandMissed) {
       Eigen::VectorXd e(3 * static_cast<Eigen::Index>(r.truth.size()));
       for (std::size_t i = 0; i < r.truth.size(); ++i)
         e.segment<3>(static_cast<Eigen::Index>(3 * i)) = r.truth[i].place.m - fit->value.landmarks[i].place.m;
-      square += e.dot(fit->covariance.bottomRightCorner(e.size(), e.size()).ldlt().solve(e)) / kRuns;
+      square += tests::normalised_square(e, fit->covariance.bottomRightCorner(e.size(), e.size()));
     }
     EXPECT_NEAR(std::sqrt(variance), hand, std::max(0.2 * hand, 0.05e-3)) << "the hand misses by " << hand;
-    // Chi-squared with 36 degrees, five times; the presumption makes the steady hand a little worse than it
-    // is.
-    EXPECT_GT(square, 20.0) << "the hand misses by " << hand;
-    EXPECT_LT(square, 48.0) << "the hand misses by " << hand;
+    // The presumption's two freedoms, of 0.3 mm, make a steadier hand worse than it is.
+    const double presumed = (2 * 9e-8 + 16 * hand * hand) / (18 * hand * hand);
+    const auto honest = tests::chi_square_bracket(36 * kRuns);
+    EXPECT_TRUE(tests::is_within(square, {honest.low / std::max(1.0, presumed), honest.high}))
+        << "the hand misses by " << hand;
   }
 }
 
@@ -146,7 +147,7 @@ TEST(LandmarkRefinementStatistics, TheLensIsFoundWithTheRestAndTheirErrorsAreSta
   const Eigen::MatrixXd C_lens = board_lens_covariance();
   const Eigen::VectorXd scale = C_lens.diagonal().cwiseSqrt();
   double sum = 0.0, before = 0.0, after = 0.0;
-  constexpr int kRuns = 30;
+  constexpr int kRuns = 100;
   for (std::uint64_t seed = 0; seed < kRuns; ++seed) {
     const auto r = record(50, 0.0003, 0.04, diagonal(0.001, 0.0002), diagonal(0.001, 0.0005), 200 + seed);
     Random random(300 + seed, "landmark refinement lens");
@@ -166,14 +167,9 @@ TEST(LandmarkRefinementStatistics, TheLensIsFoundWithTheRestAndTheirErrorsAreSta
     for (std::size_t i = 0; i < r.truth.size(); ++i)
       e.segment<3>(15 + 3 * static_cast<Eigen::Index>(i)) =
           fit->value.landmarks[i].place.m - r.truth[i].place.m;
-    // Scaled, as pixels and radians differ by many powers of ten.
-    const Eigen::VectorXd sd = fit->covariance.diagonal().cwiseSqrt();
-    const Eigen::MatrixXd correlation =
-        sd.cwiseInverse().asDiagonal() * fit->covariance * sd.cwiseInverse().asDiagonal();
-    sum += e.cwiseQuotient(sd).dot(correlation.ldlt().solve(e.cwiseQuotient(sd)));
+    sum += tests::normalised_square(e, fit->covariance);
   }
-  // chi-squared with 51 degrees, 30 times: mean 51, deviation 1.8; Huber's loss adds a few per cent
-  EXPECT_NEAR(sum / kRuns, 51.0, 8.0);
+  EXPECT_TRUE(tests::is_chi_square(sum, 51 * kRuns));
   EXPECT_LT(after, 0.7 * before);
 }
 

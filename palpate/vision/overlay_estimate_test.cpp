@@ -6,6 +6,7 @@
 
 #include "palpate/vision/landmark_refinement.h"
 #include "palpate/vision/synthetic_room.h"
+#include "tests/chi_square.h"
 
 namespace palpate::vision {
 namespace {
@@ -147,7 +148,7 @@ Picture picture_of(const Laboratory& lab, const OverlayKnowledge& known, double 
   return picture;
 }
 
-// Three kinds of laboratories, fifty of each; six pictures of each with all landmarks, with every second one
+// Three kinds of laboratories, a hundred of each; six pictures of each with all landmarks, with every second one
 // and by the tracker alone.
 TEST(OverlayEstimateStatistics, SaysWhatTheErrorIsOverManyCalibrations) {
   struct Sum {
@@ -158,7 +159,8 @@ TEST(OverlayEstimateStatistics, SaysWhatTheErrorIsOverManyCalibrations) {
   for (const auto& kind : laboratory_kinds()) {
     std::array<Sum, 3> sums{Sum{"all", Seen::all}, Sum{"half", Seen::half}, Sum{"none", Seen::none}};
     Random random(1, kind.name);
-    for (int k = 0; k < 50; ++k) {
+    constexpr int kLaboratories = 100;
+    for (int k = 0; k < kLaboratories; ++k) {
       const Laboratory lab = calibrated(kind, random);
       const auto known = overlay_knowledge(lab.rig);
       for (auto& sum : sums)
@@ -171,9 +173,11 @@ TEST(OverlayEstimateStatistics, SaysWhatTheErrorIsOverManyCalibrations) {
           sum.expected += picture.spots * std::pow(parts->total(), 2);
         }
     }
-    // Each laboratory is wrong in some five independent ways that matter: 1/sqrt(2 x 250) = 5 % of the rms.
+    // Each laboratory is wrong in some five independent ways that matter.
+    constexpr int kDegrees = 5 * kLaboratories;
     for (const auto& sum : sums)
-      EXPECT_NEAR(std::sqrt(sum.expected / sum.squares), 1.0, 0.15) << kind.name << ", seen: " << sum.seen;
+      EXPECT_TRUE(tests::is_chi_square(kDegrees * sum.squares / sum.expected, kDegrees))
+          << kind.name << ", seen: " << sum.seen;
   }
 }
 

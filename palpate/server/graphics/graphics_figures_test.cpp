@@ -3,33 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <optional>
-#include <utility>
-
+#include "palpate/server/graphics/devices_for_tests.h"
 #include "palpate/transport/exchange_rig_test.h"
 
 namespace palpate::server::graphics {
 namespace {
-
-class HandedCamera : public device::CameraDevice {
- public:
-  std::optional<device::CameraImage> next;
-  std::optional<device::CameraImage> poll() override { return std::exchange(next, std::nullopt); }
-};
-
-class HandedTracker : public device::TrackerDevice {
- public:
-  std::vector<device::TrackerSample> next;
-  std::vector<device::TrackerSample> poll() override { return std::exchange(next, {}); }
-};
-
-rig::Rig calibrated_rig() {
-  rig::Rig rig;
-  rig.camera.emplace();
-  rig.camera->model.width = 640, rig.camera->model.height = 480;
-  rig.hand_eye.emplace();
-  return rig;
-}
 
 // A physics server whose clock is 93 s ahead of ours (exchange_rig_test.h), 0.7 ms away; images at 25 Hz and
 // samples at 100 Hz, where they come.

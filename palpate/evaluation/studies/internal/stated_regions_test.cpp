@@ -7,6 +7,7 @@
 #include "palpate/calibration/arm_prediction.h"
 #include "palpate/evaluation/studies/internal/arm_methods.h"
 #include "palpate/math/random_vector.h"
+#include "tests/chi_square.h"
 
 namespace palpate::evaluation::studies {
 namespace {
@@ -20,8 +21,7 @@ TEST(StatedRegions, NinetyFivePercentOfNormalErrorsAreInside) {
   int inside = 0;
   constexpr int kDraws = 20000;
   for (int i = 0; i < kDraws; ++i) inside += inside_region(L * normal3(random), C);
-  // Binomial: sd 0.15 %.
-  EXPECT_NEAR(inside / static_cast<double>(kDraws), 0.95, 0.006);
+  EXPECT_TRUE(tests::is_binomial(inside, kDraws, 0.95));
 }
 
 Expected<Estimate<calibration::ArmSolution>> an_estimate(const ArmLaboratory& laboratory, Lengths lengths) {
