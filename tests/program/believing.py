@@ -7,6 +7,7 @@ from odd_files_test import CONTROLS
 from program import wait_until
 
 FRAMES = 6            # of a camera with thirty a second, during each attack
+MOST_GROWTH_MIB = 32
 MOST_LINES = 60       # that a graphics server says of all attacks together
 ENDS_WITHIN_S = 2.0
 

@@ -128,11 +128,13 @@ class OddFiles(ProgramTest):
                 self.says_no(self.run_program(*command), 2, "pipe.png", "nobody reads")
         # A reader that is started at the same time gets everything, also what no pipe holds at once.
         self.runs("picture", "--out", "whole.png")
-        reader = subprocess.Popen(["cat", self.path("pipe.png")], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
-        self.addCleanup(reader.stdout.close)
+        with open(self.path("got.png"), "wb") as got:
+            reader = subprocess.Popen(["cat", self.path("pipe.png")], stdout=got)
+        self.addCleanup(reader.wait)
         self.addCleanup(reader.kill)
         self.runs("picture", "--out", "pipe.png")
-        self.assertEqual(reader.communicate()[0], self.read("whole.png"))
+        reader.wait()
+        self.assertEqual(self.read("got.png"), self.read("whole.png"))
 
     def test_names_of_rigs_and_worlds_steer_no_terminal(self):
         self.runs("rig", "new", "rig.toml")
