@@ -171,4 +171,6 @@ void InProcessNetwork::advance_to(Instant<TrueTime> now) {
 
 Instant<TrueTime> InProcessNetwork::now() const { return net_->now; }
 
+void InProcessNetwork::set_model(const ChannelModel& model) { net_->model = model; }
+
 }  // namespace palpate::transport

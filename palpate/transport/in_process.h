@@ -45,6 +45,9 @@ class InProcessNetwork {
   void advance_to(Instant<TrueTime> now);
   Instant<TrueTime> now() const;
 
+  // The model may change while running: messages sent from now on follow the new one.
+  void set_model(const ChannelModel& model);
+
  private:
   struct Net;
   class Wire;
