@@ -104,7 +104,7 @@ class Doctor(LaboratoryTest):
         os.chmod(os.path.join(self.keys, "secret_key"), 0o644)
         os.chmod(os.path.join(self.keys, "authorized_keys"), 0o666)
         found = self.look()
-        self.assertIn("chmod 600", self.about(found, "keys", "pair")["value"])
+        self.assertIn("chmod 600", self.about(found, "keys", "pair")["remedy"])
         self.assertEqual(self.verdict(found, "keys", "pair"), "in the way")
         self.assertEqual(self.verdict(found, "keys", "admitted"), "in the way")
 

@@ -30,9 +30,12 @@ inline std::string listed(const std::vector<std::string>& words) {
   return text;
 }
 
-// A message of the part that was asked says what is wrong and what to do.
+// "what; remedy" as our messages have it, in two.
 inline Finding told(Verdict verdict, const char* area, const char* name, const std::string& message) {
-  return finding(area, name, verdict, message, "do as it says, and ask palpate doctor again");
+  const auto at = message.rfind("; ");
+  if (at == std::string::npos)
+    return finding(area, name, verdict, message, "mend it and ask palpate doctor again");
+  return finding(area, name, verdict, message.substr(0, at), message.substr(at + 2));
 }
 
 }  // namespace palpate::tools::doctor
