@@ -15,6 +15,7 @@
 #include "palpate/vision/camera.h"
 #include "palpate/vision/charuco.h"
 #include "palpate/vision/synthetic_charuco.h"
+#include "tests/chi_square.h"
 #include "tests/scratch_folder.h"
 
 namespace palpate {
@@ -52,7 +53,7 @@ std::vector<std::optional<device::Pixel>> opencv_corners(const cv::Mat& grey,
   return corners;
 }
 
-// The page as a printer would have it, 1 px = 25.4 / dpi mm; empty where poppler is not installed.
+// The page as a printer would have it, 1 px = 25.4 / dpi mm; empty where poppler could not draw it.
 cv::Mat rendered(const vision::PdfPage& page, int dpi) {
   const ScratchFolder folder;
   if (!write_file(folder / "page.pdf", page.bytes())) return {};
@@ -62,10 +63,7 @@ cv::Mat rendered(const vision::PdfPage& page, int dpi) {
   return cv::imread((folder / "page.png").string(), cv::IMREAD_GRAYSCALE);
 }
 
-bool have_poppler() { return std::system("command -v pdftoppm > /dev/null 2>&1") == 0; }
-
 TEST(BoardPage, EveryCornerIsPrintedWhereThePageSays) {
-  if (!have_poppler()) GTEST_SKIP() << "pdftoppm is not installed (scripts/setup --with-tools)";
   struct Case {
     const char* paper;
     int columns, rows;
@@ -108,7 +106,6 @@ TEST(BoardPage, EveryCornerIsPrintedWhereThePageSays) {
 }
 
 TEST(BoardPage, TheScaleBarIsAHundredMillimetresLong) {
-  if (!have_poppler()) GTEST_SKIP() << "pdftoppm is not installed (scripts/setup --with-tools)";
   const auto paper = vision::paper_for("a4", 7, 5);
   const device::CharucoBoard board = board_on(*paper, 7, 5, "4x4_50");
   constexpr int kDpi = 300;
@@ -292,9 +289,11 @@ TEST(CharucoPose, AMovingHeadIsFollowedToTheTenthOfAPixel) {
               errors.rms_mm(), errors.rms_px(), errors.normalised / errors.frames);
   EXPECT_LT(errors.rms_mm(), 1.0);
   EXPECT_LT(errors.rms_px(), 0.3);
-  // The covariance means what it says: within a factor of two either way of 1 per degree of freedom.
-  EXPECT_GT(errors.normalised / errors.frames, 0.05);
-  EXPECT_LT(errors.normalised / errors.frames, 2.0);
+  // A corner's deviation is stated as photographs have it, for all lights and printers: it is larger here, by a factor of
+  // two at most.
+  const int degrees = 6 * errors.frames;
+  EXPECT_TRUE(tests::is_at_most_chi_square(6.0 * errors.normalised, degrees));
+  EXPECT_GT(6.0 * errors.normalised, 0.25 * tests::chi_square_bracket(degrees).low);
 }
 
 TEST(CharucoPose, ABoardHalfCoveredIsEnough) {

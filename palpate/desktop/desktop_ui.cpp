@@ -93,14 +93,27 @@ Expected<std::unique_ptr<DesktopUi>> DesktopUi::open(const scene::ApplicationReg
                                                      const rig::Rig& rig, const sim::config::WorldFile& world,
                                                      const transport::ServerPlace& place,
                                                      const DesktopUiOptions& options) {
-  const scene::Handling& handling = applications.handling(scene.application);
-  std::unique_ptr<DesktopUi> ui(new DesktopUi(scene, handling, rig, options));
   auto opened = Window::open("Palpate", options.biocular || options.two_eyes ? kFirstSizeOfTwo : kFirstSize);
   if (!opened) return tl::unexpected(opened.error());
-  ui->window_ = std::move(*opened);
+  const Window* window = opened->get();
   auto sound = SoundOut::open();
-  if (!sound) ui->notice_ = sound.error().message + "; it plays on in silence";
-  auto hits = HitWatch::begin(place, heard_masses(scene), sound ? std::move(*sound) : nullptr);
+  auto ui = open_on(std::move(*opened), sound ? std::move(*sound) : nullptr, applications, scene, rig, world,
+                    place, options);
+  if (!ui) return ui;
+  (*ui)->window_ = window;
+  if (!sound) (*ui)->notice_ = sound.error().message + "; it plays on in silence";
+  return ui;
+}
+
+Expected<std::unique_ptr<DesktopUi>> DesktopUi::open_on(
+    std::unique_ptr<Screen> screen, std::unique_ptr<SoundOut> sound,
+    const scene::ApplicationRegistry& applications, const scene::SceneDescription& scene, const rig::Rig& rig,
+    const sim::config::WorldFile& world, const transport::ServerPlace& place,
+    const DesktopUiOptions& options) {
+  const scene::Handling& handling = applications.handling(scene.application);
+  std::unique_ptr<DesktopUi> ui(new DesktopUi(scene, handling, rig, options));
+  ui->screen_ = std::move(screen);
+  auto hits = HitWatch::begin(place, heard_masses(scene), std::move(sound));
   if (!hits) return tl::unexpected(hits.error());
   ui->hits_ = std::move(*hits);
   std::unique_ptr<scene::InputAssist> assist;
@@ -157,7 +170,7 @@ void DesktopUi::take_picture(const server::graphics::FrameRecord& frame) {
     size.width *= 2;
   }
   picture_ = size;
-  window_->take_picture(rgb, picture_, eyes_);
+  screen_->take_picture(rgb, picture_, eyes_);
 }
 
 // Which camera's picture the pointer is over, and where that stands.
@@ -242,7 +255,7 @@ bool DesktopUi::obey(Key key, Instant<GraphicsClock> now, transport::StateLink& 
             now);
       break;
     case Key::full_screen:
-      window_->toggle_full_screen();
+      screen_->toggle_full_screen();
       break;
     case Key::view:
       from_outside_ = options_.outside && !from_outside_;
@@ -268,7 +281,7 @@ bool DesktopUi::act(Instant<GraphicsClock> now, transport::StateLink& link,
                     const ClockSync<GraphicsClock, PhysicsClock>& sync) {
   if (!begun_) begun_ = now;
   if (sync.exchanges() > 0) leader_->synchronised(sync.model());
-  const Input input = window_->poll();
+  const Input input = screen_->poll();
   attended_ = attended_ || !input.keys.empty();
   for (const auto key : input.keys)
     if (!obey(key, now, link)) return false;
@@ -279,7 +292,7 @@ bool DesktopUi::act(Instant<GraphicsClock> now, transport::StateLink& link,
     take_over(now);
   }
   if (input.pointer) {
-    const Box box = letterbox(picture_, window_->framebuffer());
+    const Box box = letterbox(picture_, screen_->framebuffer());
     const device::Pixel pixel = picture_pixel(box, picture_, *input.pointer);
     over_right_ = eyes_ == 2 && pixel.x() >= 0.5 * picture_.width;
     aim();
@@ -355,7 +368,7 @@ void DesktopUi::draw(Instant<GraphicsClock> now) {
   content_.paused = paused_;
   content_.hint = hint(t);
   if (options_.timecode) timecode_ = now.since_epoch % device::kTimecodeCycle;
-  window_->draw(content_, timecode_);
+  screen_->draw(content_, timecode_);
 }
 
 }  // namespace palpate::desktop

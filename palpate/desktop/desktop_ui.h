@@ -55,6 +55,12 @@ class DesktopUi {
                                                    const sim::config::WorldFile& world,
                                                    const transport::ServerPlace& place,
                                                    const DesktopUiOptions& options);
+  // The same on another screen, silent where there is no sound.
+  static Expected<std::unique_ptr<DesktopUi>> open_on(
+      std::unique_ptr<Screen> screen, std::unique_ptr<SoundOut> sound,
+      const scene::ApplicationRegistry& applications, const scene::SceneDescription& scene,
+      const rig::Rig& rig, const sim::config::WorldFile& world, const transport::ServerPlace& place,
+      const DesktopUiOptions& options);
 
   // A frame has been drawn; `captions` are its score.
   void show(const server::graphics::FrameRecord& frame, std::vector<std::string> captions,
@@ -72,7 +78,7 @@ class DesktopUi {
   // It shows the play from the side; the score, warnings and all else that stands over the picture.
   bool from_outside() const { return from_outside_; }
   const HudContent& content() const { return content_; }
-  const Window& window() const { return *window_; }
+  const Window& window() const { return *window_; }  // of open() alone
 
   // The timecode that was drawn last, once; just after show() or act() it has gone to the screen.
   std::optional<Duration> take_timecode() { return std::exchange(timecode_, {}); }
@@ -109,7 +115,8 @@ class DesktopUi {
   device::CameraModel camera_;
   std::optional<device::CameraModel> right_camera_;
   double full_force_n_;
-  std::unique_ptr<Window> window_;
+  std::unique_ptr<Screen> screen_;
+  const Window* window_ = nullptr;  // the same, where it is one
   std::unique_ptr<HitWatch> hits_;
   std::unique_ptr<HandLeader> leader_;
   ForceBar force_;

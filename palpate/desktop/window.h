@@ -46,7 +46,21 @@ struct Input {
   std::vector<Key> keys;                   // pressed, in their order; closing the window is `quit`
 };
 
-class Window {
+// Where somebody sees the pictures and moves the mouse: a window; in tests, what they are handed.
+class Screen {
+ public:
+  virtual ~Screen() = default;
+  virtual Input poll() = 0;
+  // Packed RGB, row 0 on top; shown from the next draw() on. `eyes`: so many pictures side by side, and what
+  // stands over the picture stands over each.
+  virtual void take_picture(std::span<const std::uint8_t> rgb, Size picture, int eyes) = 0;
+  // With the timecode of this moment in a panel over the picture's upper edge, where one is given.
+  virtual void draw(const HudContent& content, std::optional<Duration> timecode) = 0;
+  virtual void toggle_full_screen() = 0;
+  virtual Size framebuffer() const = 0;
+};
+
+class Window : public Screen {
  public:
   // `beside`: that of the person who plays. This one comes up without taking keys away from it, on another
   // screen where there is one.
@@ -54,19 +68,16 @@ class Window {
                                                 const Window* beside = nullptr);
   // Whether one could be opened here; opens one unseen and closes it again.
   static Expected<void> possible();
-  ~Window();
+  ~Window() override;
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
 
-  Input poll();
-  // Packed RGB, row 0 on top; shown from the next draw() on. `eyes`: so many pictures side by side, and what
-  // stands over the picture stands over each.
-  void take_picture(std::span<const std::uint8_t> rgb, Size picture, int eyes = 1);
-  // With the timecode of this moment in a panel over the picture's upper edge, where one is given.
-  void draw(const HudContent& content, std::optional<Duration> timecode = {});
-  void toggle_full_screen();
+  Input poll() override;
+  void take_picture(std::span<const std::uint8_t> rgb, Size picture, int eyes = 1) override;
+  void draw(const HudContent& content, std::optional<Duration> timecode = {}) override;
+  void toggle_full_screen() override;
 
-  Size framebuffer() const;
+  Size framebuffer() const override;
   const std::string& renderer() const;
 
  private:

@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <optional>
+#include <thread>
 
 #include "applications/pingpong/specification.h"
 #include "palpate/core/file.h"
@@ -81,6 +83,64 @@ TEST_F(GraphicsProcessRun, TakesEachImageAsksForItsStateAndTellsTheFigures) {
   EXPECT_EQ(static_cast<std::uint64_t>(std::count(log->begin(), log->end(), '\n')), frames + 1)
       << "with a header";
   EXPECT_GE(side_->service().counters().requests, frames / 2);
+}
+
+// Its camera lets it run until it is told: a process without an end of its own.
+TEST_F(GraphicsProcessRun, GoesOnWithoutItsPhysicsServerAndFindsTheNextOne) {
+  class UntilTold : public device::OpenedCamera, public device::CameraDevice {
+   public:
+    UntilTold(std::atomic<bool>& done, std::atomic<int>& images) : done_(done), images_(images) {}
+    device::CameraDevice& device() override { return *this; }
+    std::string name() const override { return "film"; }
+    std::string description() const override { return "a film"; }
+    Expected<void> look() override {
+      if (done_) return refused("camera film: has ended");
+      return {};
+    }
+    std::optional<device::CameraImage> poll() override {
+      auto image = still_.poll();
+      images_ += image ? 1 : 0;
+      return image;
+    }
+
+   private:
+    StillCamera still_;
+    std::atomic<bool>& done_;
+    std::atomic<int>& images_;
+  };
+  std::atomic<bool> done{false};
+  std::atomic<int> images{0};
+  device::Driver film;
+  film.scheme = "film";
+  film.summary = "a camera that ends";
+  film.camera.emplace();
+  film.camera->form = "film";
+  film.camera->open = [&](const device::CameraRequest&) -> Expected<std::unique_ptr<device::OpenedCamera>> {
+    return std::make_unique<UntilTold>(done, images);
+  };
+  options_.drivers.add(film);
+  options_.camera = device::CameraRequest{"film", {}};
+  options_.seconds = 0.0;
+  start_physics();
+  Expected<Json> ended;
+  std::thread process([&] { ended = run_graphics_process(options_); });
+  const auto soon = [&](const auto& condition) {
+    for (int i = 0; i < 6000 && !condition(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    return condition();
+  };
+  const auto answered = [&] { return side_->service().counters().requests > 5; };
+  EXPECT_TRUE(soon(answered));
+  loops_.reset();
+  side_.reset();
+  const int before = images;
+  EXPECT_TRUE(soon([&] { return images > before + 50; })) << "a second without a server";
+  start_physics();
+  EXPECT_TRUE(soon(answered)) << told_.text();
+  EXPECT_EQ(ready_, 1) << "it began once";
+  done = true;
+  process.join();
+  ASSERT_FALSE(ended);
+  EXPECT_NE(ended.error().message.find("camera film: has ended"), std::string::npos) << ended.error().message;
 }
 
 TEST_F(GraphicsProcessRun, WhoShowsNothingHasNoWindow) {

@@ -88,7 +88,9 @@ class FrameLoop {
     if (!devices) return tl::unexpected(devices.error());
     auto link = transport::connect_states(endpoint_, clock_, "session");
     if (!link) return tl::unexpected(link.error());
-    return GraphicsSide::make(setup_, std::move(*devices), std::move(*link), scene_, pipeline_);
+    auto side = GraphicsSide::make(setup_, std::move(*devices), std::move(*link), scene_, pipeline_);
+    if (side) (*side)->server().set_log(kSessionLog);
+    return side;
   }
 
   void tick(GraphicsSide& side, Instant<GraphicsClock>& draw_at) {

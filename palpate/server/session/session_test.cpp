@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <mutex>
 #include <thread>
 
 #include "applications/pingpong/pingpong.h"
 #include "applications/pingpong/specification.h"
+#include "palpate/core/log.h"
 #include "palpate/scene/shown_tip.h"
 #include "palpate/server/session/devices_for_tests.h"
 #include "palpate/sim/config/world_scene.h"
@@ -134,6 +136,97 @@ TEST_F(RunningSession, WhatCannotBeHadIsRefusedBeforeAnythingRuns) {
             std::string::npos);
   EXPECT_NE(refusal([](auto&, auto& how) { how.endpoint = "tcp://127.0.0.1:0"; }).find("ipc:// is expected"),
             std::string::npos);
+}
+
+TEST_F(RunningSession, ThatCouldNotBeginLeavesNothingBehindThatIsInTheWay) {
+  SessionSetup spoilt = setup_;
+  spoilt.graphics.stand_in = "elsewhere";  // found last: arm, socket and physics side are there by then
+  for (int i = 0; i < 3; ++i) ASSERT_FALSE(Session::start(spoilt, how_));
+  auto session = Session::start(setup_, how_);
+  ASSERT_TRUE(session) << session.error().message;
+  session->reset();  // nobody has said stop
+  session = Session::start(setup_, how_);
+  ASSERT_TRUE(session) << session.error().message;
+  EXPECT_TRUE(wait_for(**session, [&] { return (*session)->frames() > 0; }));
+}
+
+// A device that is asked by a session that has stopped may be gone by then.
+TEST_F(RunningSession, TouchesNoDeviceOnceItHasStopped) {
+  std::atomic<int> touched{0};
+  class WatchedArm : public StillArm {
+   public:
+    explicit WatchedArm(std::atomic<int>& touched) : touched_(touched) {}
+    device::ArmSample read() override { return ++touched_, StillArm::read(); }
+    void command(const Vector3&) override { ++touched_; }
+
+   private:
+    std::atomic<int>& touched_;
+  } arm(touched);
+  class WatchedCamera : public StillCamera {
+   public:
+    explicit WatchedCamera(std::atomic<int>& touched) : touched_(touched) {}
+    std::optional<device::CameraImage> poll() override { return ++touched_, StillCamera::poll(); }
+
+   private:
+    std::atomic<int>& touched_;
+  } camera(touched);
+  setup_.physics.drivers.add(device::borrowed_devices(
+      "watched", {.arm = &arm,
+                  .arm_facts = {.simulated = true, .identity = "watched", .peak_n = {}, .continuous_n = {}},
+                  .tracker = &laboratory_.tracker,
+                  .camera = &camera,
+                  .simulated = true}));
+  setup_.physics.arm.uri = "watched";
+  setup_.graphics.stand_in = "watched";
+  auto session = Session::start(setup_, how_);
+  ASSERT_TRUE(session) << session.error().message;
+  ASSERT_TRUE(wait_for(**session, [&] { return (*session)->frames() > 2; }));
+  (*session)->stop();
+  const int before = touched;
+  EXPECT_GT(before, 0);
+  (*session)->control(scene::Control::pause);
+  EXPECT_TRUE((*session)->look());
+  std::this_thread::sleep_for(std::chrono::milliseconds(60));  // of loops that ran a thousand times a second
+  EXPECT_EQ(touched, before);
+}
+
+TEST_F(RunningSession, ACameraThatGoesDarkIsSaidAndItsFramesComeBackWithIt) {
+  class Dark : public StillCamera {
+   public:
+    std::atomic<bool> dark{false};
+    std::optional<device::CameraImage> poll() override { return dark ? std::nullopt : StillCamera::poll(); }
+  } camera;
+  const LogCapture told;
+  setup_.physics.drivers.add(device::borrowed_devices(
+      "dark", {.arm = &laboratory_.arm,
+               .arm_facts = {.simulated = true, .identity = "dark", .peak_n = {}, .continuous_n = {}},
+               .tracker = &laboratory_.tracker,
+               .camera = &camera,
+               .simulated = true}));
+  setup_.physics.arm.uri = "dark";
+  setup_.graphics.stand_in = "dark";
+  auto session = Session::start(setup_, how_);
+  ASSERT_TRUE(session) << session.error().message;
+  ASSERT_TRUE(wait_for(**session, [&] { return frame().answer == AnswerKind::interpolated; }));
+  const auto says_of_camera = [&] {
+    const auto lines = told.lines();
+    return std::count_if(lines.begin(), lines.end(),
+                         [](const auto& line) { return line.text.find("camera") != std::string::npos; });
+  };
+  const auto before = says_of_camera();
+  camera.dark = true;
+  ASSERT_TRUE(wait_for(**session, [&] { return says_of_camera() > before; })) << told.text();
+  const auto last = frame().number;
+  const auto requests = (*session)->physics().service().counters().syncs;
+  EXPECT_TRUE(wait_for(**session, [&] {
+    return (*session)->physics().service().counters().syncs > requests;
+  })) << "the clocks are kept meanwhile";
+  EXPECT_LE(frame().number, last + 1);
+  camera.dark = false;
+  EXPECT_TRUE(wait_for(**session, [&] {
+    const auto f = frame();
+    return f.number > last + 1 && f.conditions.empty() && f.answer == AnswerKind::interpolated && !f.late;
+  })) << frame().number;
 }
 
 // A camera that is pulled out.
