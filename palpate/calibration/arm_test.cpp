@@ -105,13 +105,13 @@ double sum_of_squares(bool stated) {
 }
 
 // Gains 3, offsets 2, base 6, tip 3, with the noise known.
-TEST(ArmCalibration, ErrorsAgreeWithTheCovariance) {
+TEST(ArmCalibrationStatistics, ErrorsAgreeWithTheCovariance) {
   EXPECT_TRUE(tests::is_chi_square(sum_of_squares(true), 14 * kArms));
 }
 
 // Where the tracker states nothing, some of the noise may be systematic: the covariance is wider, not by more
 // than a factor of two in the square.
-TEST(ArmCalibration, WithoutAStatedAccuracyTheCovarianceIsCautious) {
+TEST(ArmCalibrationStatistics, WithoutAStatedAccuracyTheCovarianceIsCautious) {
   const double square = sum_of_squares(false);
   const auto honest = tests::chi_square_bracket(14 * kArms);
   EXPECT_LT(square, honest.low);

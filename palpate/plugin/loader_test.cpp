@@ -156,7 +156,7 @@ class PlugInOfAStranger : public PlugIn {
     EXPECT_TRUE(says(why, "belongs to user 12345, who is neither you nor root")) << why;
   }
 };
-const auto* const kOfAStranger =
+[[maybe_unused]] const auto* const kOfAStranger =
     geteuid() != 0
         ? nullptr
         : testing::RegisterTest("PlugIn", "ThatBelongsToAStrangerIsRefused", nullptr, nullptr, __FILE__,
