@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <numbers>
 
+#include "palpate/math/looking.h"
 #include "palpate/render/picture_file.h"
 #include "palpate/rig/rig.h"
 #include "palpate/vision/synthetic_board.h"
@@ -61,7 +62,7 @@ int film(const device::CharucoBoard& board, const std::filesystem::path& file, i
     const bool looks_away = away || t > kRound_s - 1.0;
     const Vector3 at = looks_away ? Vector3(middle + Vector3(1.5, 0.0, -0.3))
                                   : Vector3(middle + Vector3(0.02 * std::sin(2 * turn), 0.0, -0.16));
-    const auto X = vision::synthetic::looking(eye, at).inverse() * placed.X_world_board;
+    const auto X = looking(eye, at).inverse() * placed.X_world_board;
     pictures.push_back(rgb_of(camera.grey(X, kNoise, random)));
   }
   auto video = render::VideoFile::create(file, kLens.width, kLens.height, kRate);

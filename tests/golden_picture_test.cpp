@@ -7,6 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "palpate/core/file.h"
+#include "palpate/math/looking.h"
 #include "palpate/render/context.h"
 #include "palpate/render/picture_file.h"
 #include "tests/picture_scene_for_tests.h"

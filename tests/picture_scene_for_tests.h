@@ -6,6 +6,7 @@
 #include <limits>
 #include <vector>
 
+#include "palpate/math/looking.h"
 #include "palpate/render/arm_shape.h"
 #include "palpate/render/compositor.h"
 
@@ -19,12 +20,6 @@ inline constexpr scene::Look kOrange{{0.86f, 0.30f, 0.035f}, 0.010f, 0.10f, 0.10
 inline constexpr scene::Look kRed{{0.42f, 0.020f, 0.018f}, 0.015f, 0.12f, 0.06f};
 inline constexpr scene::Look kGreen{{0.16f, 0.62f, 0.22f}, 0.030f, 0.20f, 0.20f};
 
-inline Pose<World, CameraOptical> looking(const Vector3& eye, const Vector3& at) {
-  const Vector3 z = (at - eye).normalized(), x = z.cross(Vector3::UnitY()).normalized();
-  Matrix3 R;
-  R << x, z.cross(x), z;
-  return {Quaternion(R), eye};
-}
 inline const Pose<World, CameraOptical> kTestEye = looking({0, -0.95, 2.30}, {0, -1.45, 1.40});
 
 inline device::CameraImage even_image(const device::CameraModel& camera, std::uint8_t level) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "palpate/math/looking.h"
 #include "palpate/render/compositor.h"
 #include "palpate/sim/camera_renderer.h"
 #include "palpate/vision/landmark_detector.h"
@@ -11,13 +12,6 @@ namespace palpate {
 namespace {
 
 constexpr scene::Look kOrange{{0.86f, 0.30f, 0.035f}, 0.010f, 0.10f, 0.10f};
-
-Pose<World, CameraOptical> looking(const Vector3& eye, const Vector3& at) {
-  const Vector3 z = (at - eye).normalized(), x = z.cross(Vector3::UnitY()).normalized();
-  Matrix3 R;
-  R << x, z.cross(x), z;
-  return {Quaternion(R), eye};
-}
 
 sim::TrueView laboratory() {
   sim::TrueView view;

@@ -9,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "palpate/core/file.h"
+#include "palpate/math/looking.h"
 #include "palpate/rig/rig.h"
 #include "palpate/server/graphics/conditions.h"
 #include "palpate/vision/board_page.h"
@@ -232,7 +233,7 @@ struct Desk {
   Pose<World, CameraOptical> head(int i) const {
     const double t = i / 30.0;
     const Vector3 eye = middle() + Vector3(0.15 * std::sin(2.0 * t), 0.50 + 0.04 * std::sin(3.1 * t), 0.40);
-    return vision::synthetic::looking(eye, middle() + Vector3(0.04 * std::sin(5.0 * t), 0.0, -0.05));
+    return looking(eye, middle() + Vector3(0.04 * std::sin(5.0 * t), 0.0, -0.05));
   }
   std::vector<std::uint8_t> picture(
       const Pose<World, CameraOptical>& X,
@@ -315,8 +316,7 @@ TEST(CharucoPose, ABoardHalfCoveredIsEnough) {
 
 TEST(CharucoPose, WhatCannotBeSeenIsSaidInWords) {
   Desk desk;
-  const auto away =
-      vision::synthetic::looking(desk.middle() + Vector3(0, 0.5, 0.4), desk.middle() + Vector3(3, 0, 0));
+  const auto away = looking(desk.middle() + Vector3(0, 0.5, 0.4), desk.middle() + Vector3(3, 0, 0));
   const auto nothing = desk.pose(desk.picture(away));
   ASSERT_FALSE(nothing);
   EXPECT_NE(nothing.error().message.find("0 of its 24 corners are seen"), std::string::npos);

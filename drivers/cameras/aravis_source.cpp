@@ -84,12 +84,6 @@ class AravisSource : public FrameSource {
   ~AravisSource() override { AravisSource::close(); }
   const std::string& name() const override { return name_; }
 
-  Expected<CameraFacts> open() override {
-    auto facts = try_open();
-    if (!facts) close();
-    return facts;
-  }
-
   Outcome wait(Duration longest) override {
     give_back();
     if (gone_.load())
@@ -126,7 +120,7 @@ class AravisSource : public FrameSource {
   // Of the library's heartbeat thread.
   static void control_lost(ArvDevice*, void* self) { static_cast<AravisSource*>(self)->gone_ = true; }
 
-  Expected<CameraFacts> try_open() {
+  Expected<CameraFacts> try_open() override {
     Reason reason;
     CameraFacts facts;
     {

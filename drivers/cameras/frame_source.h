@@ -51,13 +51,21 @@ class FrameSource {
   // "v4l2:/dev/video0" as a person would name it.
   virtual const std::string& name() const = 0;
   // Refused or wrong use in words for a person, the camera being closed then.
-  virtual Expected<CameraFacts> open() = 0;
+  Expected<CameraFacts> open() {
+    auto facts = try_open();
+    if (!facts) close();
+    return facts;
+  }
   // The newest frame; older ones that nobody took are passed over. Waits at most so long. Recordings leave
   // none out, since nobody would get it again.
   virtual Outcome wait(Duration longest) = 0;
   virtual void close() = 0;
   // It is silent on purpose, as a recording between two pictures: opening it anew would be no help.
   virtual bool keeps_its_own_pace() const { return false; }
+
+ private:
+  // What it has opened when it is refused is closed.
+  virtual Expected<CameraFacts> try_open() = 0;
 };
 
 }  // namespace palpate::drivers::cameras

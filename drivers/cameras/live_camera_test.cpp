@@ -27,7 +27,7 @@ class ScriptedSource : public FrameSource {
  public:
   explicit ScriptedSource(Script& script) : script_(script) {}
   const std::string& name() const override { return name_; }
-  Expected<CameraFacts> open() override {
+  Expected<CameraFacts> try_open() override {
     if (script_.does == Does::vanish) return refused("camera scripted: there is no such device");
     ++script_.opened;
     CameraFacts facts;

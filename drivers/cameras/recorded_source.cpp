@@ -85,7 +85,7 @@ class FolderSource : public Recording {
   explicit FolderSource(std::filesystem::path folder)
       : Recording("images:" + folder.string()), folder_(std::move(folder)) {}
 
-  Expected<CameraFacts> open() override {
+  Expected<CameraFacts> try_open() override {
     auto images = read_stamps(folder_);
     if (!images)
       return tl::unexpected(Error{images.error().kind, "camera images: " + images.error().message});
@@ -138,7 +138,7 @@ class VideoSource : public Recording {
   explicit VideoSource(std::filesystem::path file)
       : Recording("video:" + file.string()), file_(std::move(file)) {}
 
-  Expected<CameraFacts> open() override {
+  Expected<CameraFacts> try_open() override {
     std::error_code ignored;
     if (!std::filesystem::is_regular_file(file_, ignored))
       return wrong_use("camera {}: there is no such file; the path of a video is expected", name());

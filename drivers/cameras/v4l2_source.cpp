@@ -53,12 +53,6 @@ class V4l2Source : public FrameSource {
   ~V4l2Source() override { V4l2Source::close(); }
   const std::string& name() const override { return name_; }
 
-  Expected<CameraFacts> open() override {
-    auto facts = try_open();
-    if (!facts) close();
-    return facts;
-  }
-
   Outcome wait(Duration longest) override {
     give_back();
     const int ms = static_cast<int>(std::chrono::ceil<std::chrono::milliseconds>(longest).count());
@@ -109,7 +103,7 @@ class V4l2Source : public FrameSource {
     return refused("camera {}: {}", name_, fmt::format(format, std::forward<Args>(args)...));
   }
 
-  Expected<CameraFacts> try_open() {
+  Expected<CameraFacts> try_open() override {
     std::string path = device_;
     if (path.empty()) {
       for (const auto& look : list_v4l2(io_))

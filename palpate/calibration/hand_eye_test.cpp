@@ -112,9 +112,8 @@ TEST(HandEye, AKnownDelayIsUsedAsItIs) {
 TEST(HandEyeStatistics, ErrorsAgreeWithTheCovarianceItClaims) {
   TwoStreams lab;
   lab.seconds = 20.0;
-  // No simple part of the hand's 100 Hz: a straight line between two noisy poses is quietest in its middle, and where
-  // all eye poses fall on the same places between them the delay is drawn there, by some 0.05 ms.
-  lab.eye_rate = 29.3;
+  lab.eye_rate =
+      29.3;  // at a simple part of the hand's 100 Hz the delay is drawn to the middle of two hand poses, 0.05 ms
   lab.eye_turn_noise = 0.003, lab.eye_place_noise = 0.002, lab.hand_turn_noise = 0.0005,
   lab.hand_place_noise = 0.0002;
   Eigen::VectorXd each = Eigen::VectorXd::Zero(7);
@@ -127,8 +126,8 @@ TEST(HandEyeStatistics, ErrorsAgreeWithTheCovarianceItClaims) {
     Eigen::VectorXd error(7);
     error << so3_log(lab.X.rotation * fit->value.X_marker_camera.rotation.conjugate()),
         lab.X.translation - fit->value.X_marker_camera.translation, lab.delay - fit->value.delay_s;
-    const std::array<int, 7> found{0, 1, 2, 3,
-                                   4, 5, 12};  // the camera in its marker and the delay, without the board
+    const std::array found{0, 1, 2, 3,
+                           4, 5, 12};  // the camera in its marker and the delay, without the board
     const Eigen::MatrixXd C = fit->covariance(found, found);
     EXPECT_NEAR(std::sqrt(C(6, 6)), fit->value.delay_std_s, 1e-9 * fit->value.delay_std_s);
     each += error.cwiseAbs2().cwiseQuotient(C.diagonal());
@@ -191,8 +190,7 @@ TEST(HandEyeStatistics, ATrackersSmoothBiasIsInTheCovariance) {
   EXPECT_TRUE(tests::is_at_most_chi_square(place.sum(), 3 * kRuns)) << place.transpose();
   // How wide is a matter of the field's length, of which one recording tells little: not absurdly wide.
   EXPECT_GT(place.mean() / kRuns, 0.1) << place.transpose();
-  EXPECT_FALSE(tests::is_at_most_chi_square(white.sum(), 3 * kRuns))
-      << "what white noise alone would have claimed";
+  EXPECT_FALSE(tests::is_at_most_chi_square(white.sum(), 3 * kRuns)) << "what white noise would have claimed";
 }
 
 TEST(HandEye, ClocksFarApartAreFound) {

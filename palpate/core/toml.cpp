@@ -212,19 +212,25 @@ std::string TomlTable::choice(std::string_view key, const std::vector<std::strin
   return value;
 }
 
+// The toml::array; null where there is none of so many entries (0: of any number), which is complained of.
+const void* TomlTable::wanted_list(std::string_view key, std::size_t count, std::string_view expected) const {
+  const void* node = wanted(key, expected, true);
+  if (node == nullptr) return nullptr;
+  const toml::array* list = as_node(node).as_array();
+  if (list == nullptr)
+    complain(key, fmt::format("is {}, {} is expected", kind_of(as_node(node)), expected));
+  else if (count > 0 && list->size() != count)
+    complain(key, fmt::format("has {} entries, {} is expected", list->size(), expected));
+  else
+    return list;
+  return nullptr;
+}
+
 std::vector<double> TomlTable::numbers(std::string_view key, std::size_t count, NumberRange range) const {
   std::vector<double> result;
   const std::string expected = count > 0 ? fmt::format("a list of {} numbers", count) : "a list of numbers";
-  if (const void* node = wanted(key, expected, true)) {
-    const auto* array = as_node(node).as_array();
-    if (!array) {
-      complain(key, fmt::format("is {}, {} is expected", kind_of(as_node(node)), expected));
-    } else if (count > 0 && array->size() != count) {
-      complain(key, fmt::format("has {} entries, {} is expected", array->size(), expected));
-    } else {
-      for (std::size_t i = 0; i < array->size(); ++i) result.push_back(number_of(array->get(i), key, range));
-    }
-  }
+  if (const auto* list = static_cast<const toml::array*>(wanted_list(key, count, expected)))
+    for (std::size_t i = 0; i < list->size(); ++i) result.push_back(number_of(list->get(i), key, range));
   if (count > 0) result.resize(count, std::max(range.low, std::min(0.0, range.high)));
   return result;
 }
@@ -234,24 +240,16 @@ std::vector<std::vector<double>> TomlTable::rows(std::string_view key, std::size
   std::vector<std::vector<double>> result;
   const std::string expected = count > 0 ? fmt::format("a list of {} lists of {} numbers", count, width)
                                          : fmt::format("a list of lists of {} numbers", width);
-  if (const void* node = wanted(key, expected, true)) {
-    const auto* array = as_node(node).as_array();
-    if (!array) {
-      complain(key, fmt::format("is {}, {} is expected", kind_of(as_node(node)), expected));
-    } else if (count > 0 && array->size() != count) {
-      complain(key, fmt::format("has {} entries, {} is expected", array->size(), expected));
-    } else {
-      for (std::size_t i = 0; i < array->size(); ++i) {
-        const auto* inner = (*array)[i].as_array();
-        if (!inner || inner->size() != width) {
-          complain(key, fmt::format("entry {} is not a list of {} numbers", i + 1, width));
-          break;
-        }
-        auto& row = result.emplace_back();
-        for (std::size_t j = 0; j < width; ++j) row.push_back(number_of(inner->get(j), key, range));
+  if (const auto* list = static_cast<const toml::array*>(wanted_list(key, count, expected)))
+    for (std::size_t i = 0; i < list->size(); ++i) {
+      const auto* inner = list->get(i)->as_array();
+      if (!inner || inner->size() != width) {
+        complain(key, fmt::format("entry {} is not a list of {} numbers", i + 1, width));
+        break;
       }
+      auto& row = result.emplace_back();
+      for (std::size_t j = 0; j < width; ++j) row.push_back(number_of(inner->get(j), key, range));
     }
-  }
   if (count > 0) result.resize(count, std::vector<double>(width, 0.0));
   return result;
 }

@@ -90,6 +90,7 @@ class TomlTable {
   friend Expected<TomlTable> parse_toml(std::string_view content, std::string source);
   TomlTable(std::shared_ptr<Document> document, const void* table, std::string path);
   const void* wanted(std::string_view key, std::string_view kind, bool required) const;
+  const void* wanted_list(std::string_view key, std::size_t count, std::string_view expected) const;
   double number_of(const void* node, std::string_view key, NumberRange range) const;
 
   std::shared_ptr<Document> document_;

@@ -7,6 +7,7 @@
 #include "applications/pingpong/pingpong.h"
 #include "applications/pingpong/specification.h"
 #include "applications/touch/specification.h"
+#include "palpate/math/looking.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/head_motion.h"
@@ -32,7 +33,7 @@ TEST(MouseHandOfARig, BeginsWithinReachAndStaysThereWhereverThePointerGoes) {
                                               rig, world.file());
     MouseHand hand(rig.camera->model, settings);
     EXPECT_TRUE(settings.reachable(hand.act(0.0).tip.m)) << application;
-    hand.see(sim::looking(world.file().head.eye, world.file().head.look_at));
+    hand.see(looking(world.file().head.eye, world.file().head.look_at));
     double t = 0.0;
     for (const device::Pixel& pixel :
          {device::Pixel(0, 0), device::Pixel(639, 479), device::Pixel(320, 100), device::Pixel(0, 479)}) {
@@ -88,7 +89,7 @@ TEST(MouseHandOfARig, LetsSomebodyPlayWhoOnlyFollowsTheBallWithThePointer) {
   server::physics::PhysicsServer physics(
       rig, scene, std::move(*application), world.arm(),
       haptics::HapticSettings{.permit = haptics::ForcePermit::of_simulated_arm()});
-  const auto X_world_camera = sim::looking(world.file().head.eye, world.file().head.look_at);
+  const auto X_world_camera = looking(world.file().head.eye, world.file().head.look_at);
   MouseHand hand(rig.camera->model,
                  mouse_hand_settings(scene, both().handling("pingpong"), rig, world.file()));
   hand.see(X_world_camera);

@@ -1,4 +1,5 @@
 #include "palpate/render/compositor.h"
+#include "palpate/math/looking.h"
 
 #include <gtest/gtest.h>
 
@@ -11,12 +12,6 @@ namespace {
 
 const device::CameraModel kCamera{640, 480, 560, 561.5, 318.7, 242.1, {-0.28, 0.09, 0.001, -0.0005, 0.0}};
 
-Pose<World, CameraOptical> looking(const Vector3& eye, const Vector3& at) {
-  const Vector3 z = (at - eye).normalized(), x = z.cross(Vector3::UnitY()).normalized();
-  Matrix3 R;
-  R << x, z.cross(x), z;
-  return {Quaternion(R), eye};
-}
 const Pose<World, CameraOptical> kEye = looking({0, -0.95, 2.30}, {0, -1.45, 1.40});
 
 device::CameraImage grey_image(std::uint8_t level) {

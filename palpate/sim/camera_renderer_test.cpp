@@ -5,18 +5,12 @@
 #include <cmath>
 
 #include "palpate/core/units.h"
+#include "palpate/math/looking.h"
 #include "palpate/sim/lens_rays.h"
 #include "palpate/sim/sensor_noise.h"
 
 namespace palpate::sim {
 namespace {
-
-Pose<World, CameraOptical> looking(const Vector3& eye, const Vector3& at) {
-  const Vector3 z = (at - eye).normalized(), x = z.cross(Vector3::UnitY()).normalized();
-  Matrix3 R;
-  R << x, z.cross(x), z;
-  return {Quaternion(R), eye};
-}
 
 TrueView reference_view() {
   TrueView view;

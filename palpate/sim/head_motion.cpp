@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "palpate/core/units.h"
+#include "palpate/math/looking.h"
 #include "palpate/sim/internal/wave.h"
 
 namespace palpate::sim {
@@ -13,16 +14,6 @@ namespace {
 constexpr double kNeck = 0.12;  // m from the eye back to the axis about which the head turns
 
 }  // namespace
-
-Pose<World, CameraOptical> looking(const Vector3& eye, const Vector3& target) {
-  const Vector3 z = (target - eye).normalized();
-  Vector3 x = z.cross(Vector3::UnitY());
-  if (x.norm() < 1e-6) x = Vector3::UnitX();  // straight up or down
-  x.normalize();
-  Matrix3 R;
-  R << x, z.cross(x), z;
-  return {Quaternion(R), eye};
-}
 
 HeadMotion::HeadMotion(const config::WorldFile& world, const Vector3& board)
     : eye_(world.head.eye),

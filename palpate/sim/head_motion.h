@@ -32,7 +32,4 @@ class HeadMotion {
   double changed_ = -1e9, share_at_change_ = 0.0;
 };
 
-// A camera at `eye` that looks at `target`, world up being up in the picture.
-Pose<World, CameraOptical> looking(const Vector3& eye, const Vector3& target);
-
 }  // namespace palpate::sim

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "palpate/math/looking.h"
 #include "palpate/render/picture_looks.h"
 #include "palpate/sim/head_motion.h"
 #include "palpate/sim/simulator.h"

@@ -94,12 +94,4 @@ class CharucoCamera {
   std::vector<Eigen::Vector2f> rays_;
 };
 
-// A camera in hand over a desk: `eye` and what it looks at, World with y up.
-inline Pose<World, CameraOptical> looking(const Vector3& eye, const Vector3& at) {
-  const Vector3 z = (at - eye).normalized(), x = z.cross(Vector3::UnitY()).normalized();
-  Matrix3 R;
-  R << x, z.cross(x), z;
-  return {Quaternion(R), eye};
-}
-
 }  // namespace palpate::vision::synthetic

@@ -96,12 +96,9 @@ class Replays(GuardedServerTest):
     def controls(self):
         """Wishes that the server has carried out."""
         asking = self.peer(self.chief, self.port)
-        self.number += 1
-        asking.say(status_request=self.wire.StatusRequest(number=self.number))
-        heard = asking.hears(10.0)
+        controls = self.status(asking).controls
         asking.socket.close()
-        self.assertIsNotNone(heard, "the server goes on for others")
-        return heard.status_reply.controls
+        return controls
 
     def operator(self, address):
         peer = Peer(self.wire, address, self.server_key, self.chief)

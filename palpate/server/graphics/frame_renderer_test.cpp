@@ -1,5 +1,6 @@
 // Which things a frame shows, and when there is no picture at all.
 #include "palpate/server/graphics/frame_renderer.h"
+#include "palpate/math/looking.h"
 
 #include <gtest/gtest.h>
 
@@ -73,7 +74,7 @@ const device::CameraImage kEven = image_of(Picture(kFrameWidth * kFrameHeight, k
 FrameRecord frame_at(const Vector3& ball, std::uint64_t number = 1) {
   FrameRecord record;
   record.number = number;
-  record.X_world_camera = vision::synthetic::looking({0.5, 0.5, -0.1}, {0.5, 0.05, -0.5});
+  record.X_world_camera = looking({0.5, 0.5, -0.1}, {0.5, 0.05, -0.5});
   record.have_state = true;
   record.state.tick = 1;
   record.state.bodies[0].position = {ball.x(), ball.y(), ball.z()};
@@ -173,7 +174,7 @@ struct DeskWithBoard {
   DeskWithBoard() { rig.camera = rig::CameraCalibration{kFrameLens, {}}; }
   Pose<World, CameraOptical> truth() const {
     const Vector3 middle = (rig.board->X_world_board * Point<Board>{board.middle()}).m;
-    return vision::synthetic::looking(middle + Vector3(0.05, 0.40, 0.25), middle);
+    return looking(middle + Vector3(0.05, 0.40, 0.25), middle);
   }
   device::CameraImage image(const device::CharucoBoard& seen) const {
     Random random(1, "frame renderer");

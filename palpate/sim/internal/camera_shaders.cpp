@@ -46,18 +46,8 @@ std::string with(const char* a, const char* b, const char* c) {
   return render::kLightGlsl + render::encoding_glsl(device::Encoding::root) + a + b + c;
 }
 
-// The inside of a surface needs neither a soft edge nor, away from the shadow, a look at it.
-std::string surface(SurfacePart part, const char* main) {
-  const bool edge = part == SurfacePart::edge, shadowed = part != SurfacePart::plain;
-  const std::string switches = std::string("const bool EDGE = ") + (edge ? "true" : "false") +
-                               ", SHADOWED = " + (shadowed ? "true" : "false") + ";\n";
-  return switches + with(kRay, kFlat, main);
-}
-
-}  // namespace
-
-std::string table_shader(SurfacePart part) {
-  return surface(part, R"(
+// What a pixel of a flat surface begins with: its ray r, the place p on the surface and q in the world.
+constexpr const char* kPlace = R"(
 void main() {
   vec2 r = ray();
   vec3 h = to_plane * vec3(r, 1.0);
@@ -69,6 +59,21 @@ void main() {
     if (alpha <= 0.0) discard;
   }
   vec3 q = world(p);
+)";
+
+// A flat surface's shader, of which `paint` is the rest of main(). The inside of a surface needs neither a soft edge nor,
+// away from the shadow, a look at it.
+std::string surface(SurfacePart part, const char* paint) {
+  const bool edge = part == SurfacePart::edge, shadowed = part != SurfacePart::plain;
+  const std::string switches = std::string("const bool EDGE = ") + (edge ? "true" : "false") +
+                               ", SHADOWED = " + (shadowed ? "true" : "false") + ";\n";
+  return switches + with(kRay, kFlat, kPlace) + paint;
+}
+
+}  // namespace
+
+std::string table_shader(SurfacePart part) {
+  return surface(part, R"(
   float cloth = noise(p * 2.3) * 0.14;
   vec3 paint = vec3(0.020, 0.118, 0.300) * (1.0 + cloth);
   float border = 1.0 - band(p.x, 0.012, size.x - 0.012, w.x) * band(p.y, 0.012, size.y - 0.012, w.y);
@@ -83,15 +88,7 @@ void main() {
 }
 
 std::string side_shader() {
-  return with(kRay, kFlat, R"(
-void main() {
-  vec2 r = ray();
-  vec3 h = to_plane * vec3(r, 1.0);
-  vec2 p = h.xy / h.z;
-  vec2 w = footprint(p);
-  float alpha = h.z > 0.0 ? inside(p, w) : 0.0;
-  if (alpha <= 0.0) discard;
-  vec3 q = world(p);
+  return surface(SurfacePart::edge, R"(
   float wood = noise(vec2(p.x * 1.3, p.y * 9.0)) * 0.6;
   vec3 albedo = mix(vec3(0.46, 0.27, 0.125), vec3(0.60, 0.39, 0.20), clamp(0.5 + 1.4 * wood, 0.0, 1.0));
   colour = seen(lit(albedo, q, cross(side_x, side_y), 1.0, 1.0), alpha, r);
@@ -101,17 +98,6 @@ void main() {
 
 std::string wall_shader(SurfacePart part) {
   return surface(part, R"(
-void main() {
-  vec2 r = ray();
-  vec3 h = to_plane * vec3(r, 1.0);
-  vec2 p = h.xy / h.z;
-  vec2 w = footprint(p);
-  float alpha = 1.0;
-  if (EDGE) {
-    alpha = h.z > 0.0 ? inside(p, w) : 0.0;
-    if (alpha <= 0.0) discard;
-  }
-  vec3 q = world(p);
   float frame = 1.0 - band(p.x, 0.010, size.x - 0.010, w.x) * band(p.y, -1.0, size.y - 0.010, w.y);
   float plaster = noise(p * 2.1) * 0.07;
   float wood = plaster * 6.0;
@@ -122,17 +108,9 @@ void main() {
 }
 
 std::string leg_shader() {
-  return with(kRay, kFlat, R"(
-void main() {
-  vec2 r = ray();
-  vec3 h = to_plane * vec3(r, 1.0);
-  vec2 p = h.xy / h.z;
-  vec2 w = footprint(p);
-  float alpha = h.z > 0.0 ? inside(p, w) : 0.0;
-  if (alpha <= 0.0) discard;
+  return surface(SurfacePart::edge, R"(
   float across = clamp(p.x / size.x * 2.0 - 1.0, -1.0, 1.0);
   vec3 n = across * side_x + sqrt(1.0 - across * across) * cross(side_x, side_y);
-  vec3 q = world(p);
   vec3 light = lit(vec3(0.10, 0.105, 0.115), q, n, 0.25, 0.35 + 0.4 * (1.0 - p.y / size.y));
   colour = seen(light, alpha, r);
 }

@@ -11,6 +11,7 @@
 #include "applications/pingpong/specification.h"
 #include "palpate/desktop/desktop_ui.h"
 #include "palpate/desktop/scripted_user.h"
+#include "palpate/math/looking.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/head_motion.h"
