@@ -5,8 +5,6 @@ import os
 import random
 import socket
 import struct
-import subprocess
-import sys
 import threading
 import time
 
@@ -15,7 +13,6 @@ import zmq
 from laboratory import LaboratoryTest
 from program import wait_until
 
-HERE = os.path.dirname(os.path.abspath(__file__))
 LARGEST_SHAPE = 40000  # vertices
 
 
@@ -178,11 +175,7 @@ class FakeServerTest(LaboratoryTest):
 
     def setUp(self):
         super().setUp()
-        subprocess.run(["protoc", f"-I{HERE}/../../proto", f"--python_out={self.root}", "palpate.proto"], check=True)
-        sys.path.append(self.root)
-        self.addCleanup(sys.path.remove, self.root)
-        import palpate_pb2
-        self.wire = palpate_pb2
+        self.wire = self.wire_messages()
 
     def learn(self, *options):
         """Scene and a state of a true physics server."""

@@ -37,11 +37,7 @@ class Peer:
 class GuardedServerTest(LaboratoryTest):
     def setUp(self):
         super().setUp()
-        subprocess.run(["protoc", f"-I{HERE}/../../proto", f"--python_out={self.root}", "palpate.proto"], check=True)
-        sys.path.append(self.root)
-        self.addCleanup(sys.path.remove, self.root)
-        import palpate_pb2
-        self.wire, self.keys, self.port = palpate_pb2, self.path("keys"), free_port()
+        self.wire, self.keys, self.port = self.wire_messages(), self.path("keys"), free_port()
         self.environment.update(PALPATE_LIBHD=os.environ["HD_STUB"], HD_STUB_STATE=os.path.join(self.root, "state"))
         self.runs("keys", "new", "--keys", self.keys)
         with open(os.path.join(self.keys, "secret_key"), encoding="ascii") as file:

@@ -1,6 +1,9 @@
 """Laboratory, physics server and graphics server as three processes, for the tests of servers."""
+import importlib
 import os
 import signal
+import subprocess
+import sys
 import tomllib
 
 from program import ProgramTest, wait_until
@@ -33,6 +36,14 @@ def calibrate(runs):
 
 class LaboratoryTest(ProgramTest):
     _rig = None  # calibrated once, from samples of the simulated laboratory
+
+    def wire_messages(self):
+        """The messages between the servers, as Python knows them, compiled from the protocol's own file."""
+        protocol = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../proto")
+        subprocess.run(["protoc", f"-I{protocol}", f"--python_out={self.root}", "palpate.proto"], check=True)
+        sys.path.append(self.root)
+        self.addCleanup(sys.path.remove, self.root)
+        return importlib.import_module("palpate_pb2")
 
     def setUp(self):
         super().setUp()

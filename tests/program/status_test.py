@@ -2,9 +2,6 @@
 """palpate status: a running system as a person and a program see it."""
 import csv
 import json
-import os
-import subprocess
-import sys
 import threading
 import time
 import unittest
@@ -13,8 +10,6 @@ import zmq
 
 from laboratory import LaboratoryTest
 from program import wait_until
-
-PROTOCOL = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../proto")
 
 
 class Status(LaboratoryTest):
@@ -62,10 +57,7 @@ class Status(LaboratoryTest):
 
     def test_a_reset_waits_for_what_its_key_may_do(self):
         """A server that tells how it is doing before it answers the first hello."""
-        subprocess.run(["protoc", f"-I{PROTOCOL}", f"--python_out={self.root}", "palpate.proto"], check=True)
-        sys.path.append(self.root)
-        self.addCleanup(sys.path.remove, self.root)
-        import palpate_pb2 as wire
+        wire = self.wire_messages()
         socket = zmq.Context.instance().socket(zmq.ROUTER)
         self.addCleanup(socket.close, 0)
         socket.bind(f"ipc://{self.root}/slow.sock")
