@@ -9,11 +9,13 @@ export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
 # As ccache wants it for precompiled headers; no file of ours uses __TIME__ or the like.
 export CCACHE_SLOPPINESS=pch_defines,time_macros
 
-# One job per core, but not more than memory carries: a translation unit with Ceres takes up to 1.5 GB.
+# build_jobs [PRESET]: one job per core, but not more than memory carries: a translation unit takes up to 1.5 GB, one of
+# the preset release, which holds several modules, 3 GB.
 build_jobs() {
-  local cores memory
+  local cores memory unit=1500000
+  [ "${1:-}" != release ] || unit=3000000
   cores=$(nproc 2> /dev/null || echo 2)
-  memory=$(awk '/^MemAvailable:/ { jobs = int($2 / 1500000); print jobs < 1 ? 1 : jobs }' /proc/meminfo 2> /dev/null || echo "$cores")
+  memory=$(awk -v unit="$unit" '/^MemAvailable:/ { jobs = int($2 / unit); print jobs < 1 ? 1 : jobs }' /proc/meminfo 2> /dev/null || echo "$cores")
   echo $((cores < memory ? cores : memory))
 }
 
@@ -24,5 +26,5 @@ build_preset() {
   local log=build/$preset-configure.log
   mkdir -p build
   cmake --preset "$preset" > "$log" 2>&1 || { cat "$log" >&2; return 1; }
-  cmake --build --preset "$preset" --parallel "$(build_jobs)" ${1:+--target "$@"}
+  cmake --build --preset "$preset" --parallel "$(build_jobs "$preset")" ${1:+--target "$@"}
 }
