@@ -161,11 +161,10 @@ class Fit {
         std::sqrt(4.0 / 3.0 * static_cast<double>(reach + 1) / n);  // of `direct`, relative
     double variance = correlated;
     if (direct * (1.0 - 2.0 * scatter) > variance) variance = direct;
-    // What the features and the shift have taken from the residuals of as many independent samples.
+    // What the features and the shift have taken from so many independent residuals.
     const auto k = static_cast<double>(features_) + 1.0;
-    const double independent =
-        std::max(problem_.independent_s > 0.0 ? fit.overlap_s / problem_.independent_s : n, 2.0 * k);
-    variance *= std::min(independent, n) / (std::min(independent, n) - k);
+    const double independent = std::max(fit.effective_rows, 2.0 * k);
+    variance *= independent / (independent - k);
     fit.grown_by = std::sqrt(variance / std::max(white, 1e-300));
     fit.std_s = A > 0.0 ? std::sqrt(variance) / A : std::numeric_limits<double>::infinity();
   }
