@@ -16,7 +16,6 @@ namespace {
 constexpr double kLever = 0.2;        // m: a turn by a radian counts like this change of place
 constexpr double kLeastShare = 1e-5;  // of a stream's variance: weaker directions hold noise
 constexpr std::size_t kFewestRows = 20;
-constexpr Eigen::Index kMostRows = 100'000;
 constexpr std::size_t kMostNamed = 4;
 constexpr double kLooseShare = 0.25;   // of the time in which the motion changes: a poor deviation
 constexpr double kNearlyAsGood = 4.0;  // times the unexplained share of the best delay
@@ -46,23 +45,14 @@ Expected<Changing> changing(const Motion& motion) {
   if (motion.time_s.size() < kFewestRows)
     return refused("delay: {} holds {} at different times; at least {} are needed", motion.name,
                    counted(motion.time_s.size(), "sample"), kFewestRows);
-  Changing result;
-  const auto rows = motion.channels.rows(), every = (rows + kMostRows - 1) / kMostRows;
-  std::vector<Eigen::Index> kept;
-  for (Eigen::Index i = 0; i < rows; i += every) {
-    kept.push_back(i);
-    result.time_s.push_back(motion.time_s[static_cast<std::size_t>(i)]);
-  }
-  const Eigen::MatrixXd taken = motion.channels(kept, Eigen::all);
-  const Eigen::RowVectorXd mean = taken.colwise().mean();
-  const Eigen::MatrixXd about_mean = taken.rowwise() - mean;
+  const Eigen::RowVectorXd mean = motion.channels.colwise().mean();
+  const Eigen::MatrixXd about_mean = motion.channels.rowwise() - mean;
   const auto eigen = symmetric_eigen(gram(about_mean) / static_cast<double>(about_mean.rows()));
   const double largest = eigen.values.maxCoeff(), size = 1.0 + mean.squaredNorm();
   if (!(largest > 1e-24 * size))
     return refused("delay: {} does not change; a recording of a motion is expected", motion.name);
   const auto strong = (eigen.values.array() > kLeastShare * largest).count();
-  result.channels = about_mean * eigen.vectors.rightCols(strong).rowwise().reverse();
-  return result;
+  return Changing{motion.time_s, about_mean * eigen.vectors.rightCols(strong).rowwise().reverse()};
 }
 
 // The streams in the roles that they have in search and fit.

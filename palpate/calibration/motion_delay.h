@@ -32,8 +32,7 @@ struct Motion {
   Eigen::MatrixXd channels;    // a row for each time
 };
 
-// Rows may come in any order; of equal times the first is kept. Longer recordings than the name's limit of
-// 100 000 rows are thinned evenly by the estimate, not here.
+// Rows may come in any order; of equal times the first is kept.
 Motion motion_of_poses(std::string name, const std::vector<device::StampedPose>& poses);
 Motion motion_of_points(std::string name, const std::vector<TimedPoint>& points);
 Motion motion_of_signal(std::string name, const std::vector<double>& time_s,
@@ -48,7 +47,7 @@ struct MotionDelay {
   double delay_std_s = 0.0;
   double correlation = 0.0;     // multiple correlation of response and features at this delay, 0 ... 1
   double overlap_s = 0.0;       // common time at this delay
-  int samples = 0;              // of the slower stream, compared
+  int samples = 0;              // of the slower stream, compared; of very many every n-th
   double noise_memory_s = 0.0;  // how long residuals stay alike; 0 where they look white
   double std_grown_by = 1.0;    // factor on the deviation because of that
   struct Other {
