@@ -193,6 +193,59 @@ std::vector<device::StampedPose> turned_round(const std::vector<device::StampedP
   return result;
 }
 
+// Hand poses that are the tracker's in the marker have a solution, too, with larger residuals.
+Expected<void> refuse_other_way(const PixelProblem& problem, const Fitted& fitted,
+                                const device::CameraModel& lens, const PixelHandEyeOptions& options) {
+  const auto other_hand = turned_round(problem.hand);
+  const PixelProblem other_way{other_hand, problem.views, problem.time_s, problem.max_hand_gap_s,
+                               problem.free};
+  if (const auto other = start_of(other_way, lens, options)) {
+    const auto other_fit = fit(other_way, *other, options);
+    if (other_fit.used.size() == fitted.used.size() && rms_px(other_fit) < kOtherWay * rms_px(fitted))
+      return refused(
+          "hand-eye: the hand's poses fit the other way round: residuals of {:.2f} px against {:.2f} px; "
+          "poses of the marker in the tracker are expected, these look like the tracker in the marker",
+          rms_px(other_fit), rms_px(fitted));
+  }
+  return {};
+}
+
+PixelHandEye answer_of(const PixelProblem& problem, const Fitted& fitted) {
+  PixelHandEye answer;
+  answer.X_marker_camera = fitted.x.X;
+  answer.X_world_board = fitted.x.Z;
+  answer.delay_s = fitted.x.delay_s;
+  answer.lens = fitted.x.lens;
+  answer.rms_px = rms_px(fitted);
+  answer.noise_px = fitted.noise.corner;
+  answer.turn_sd = fitted.noise.turn, answer.place_sd = fitted.noise.place;
+  for (const auto i : fitted.used) answer.views.push_back(problem.views[i].name);
+  for (const auto i : fitted.used)
+    for (const auto j : fitted.used) {
+      const auto a = problem.hand_at(problem.time_s[i] + fitted.x.delay_s),
+                 b = problem.hand_at(problem.time_s[j] + fitted.x.delay_s);
+      if (a && b)
+        answer.rotation_range =
+            std::max(answer.rotation_range, angle_between(a->pose.rotation, b->pose.rotation));
+    }
+  return answer;
+}
+
+// Each view's hand error with nothing known of it beforehand.
+void add_residuals(const PixelProblem& problem, const Fitted& fitted, PixelHandEye& answer) {
+  constexpr double kNothingKnown = 1e-9;
+  std::vector<double> turns, places;
+  PixelProblem::View view;
+  for (const auto i : fitted.used) {
+    if (!problem.linearise(fitted.x, i, view)) continue;
+    const auto error = hand_error(view, fitted.noise.corner_weight[i], kNothingKnown, fitted.noise);
+    turns.push_back(error.mean.head<3>().norm());
+    places.push_back(error.mean.tail<3>().norm());
+  }
+  answer.rotation_residual_median = median(std::move(turns));
+  answer.translation_residual_median = median(std::move(places));
+}
+
 // What the residuals say of things that were taken as they were told.
 void look_for_mistakes(const PixelProblem& problem, const Fitted& fitted, bool has_times,
                        const PixelHandEyeOptions& options, PixelHandEye& answer) {
@@ -283,34 +336,11 @@ Expected<Estimate<PixelHandEye>> calibrate_hand_eye_pixels(std::vector<device::S
   if (fitted.used.size() < kFewestViews)
     return refused("hand-eye: only {} lie between hand poses at most {:.2f} s apart; at least {} are needed",
                    counted(fitted.used.size(), "view"), problem.max_hand_gap_s, kFewestViews);
-  const auto other_hand = turned_round(hand);
-  const PixelProblem other_way{other_hand, views, time_s, problem.max_hand_gap_s, problem.free};
-  if (const auto other = start_of(other_way, lens, options)) {
-    const auto other_fit = fit(other_way, *other, options);
-    if (other_fit.used.size() == fitted.used.size() && rms_px(other_fit) < kOtherWay * rms_px(fitted))
-      return refused(
-          "hand-eye: the hand's poses fit the other way round: residuals of {:.2f} px against {:.2f} px; "
-          "poses of the marker in the tracker are expected, these look like the tracker in the marker",
-          rms_px(other_fit), rms_px(fitted));
-  }
+  if (const auto fine = refuse_other_way(problem, fitted, lens, options); !fine)
+    return tl::unexpected(fine.error());
   Estimate<PixelHandEye> estimate;
-  auto& answer = estimate.value;
-  answer.X_marker_camera = fitted.x.X;
-  answer.X_world_board = fitted.x.Z;
-  answer.delay_s = fitted.x.delay_s;
-  answer.lens = fitted.x.lens;
-  answer.rms_px = rms_px(fitted);
-  answer.noise_px = fitted.noise.corner;
-  answer.turn_sd = fitted.noise.turn, answer.place_sd = fitted.noise.place;
-  for (const auto i : fitted.used) answer.views.push_back(views[i].name);
-  for (const auto i : fitted.used)
-    for (const auto j : fitted.used) {
-      const auto a = problem.hand_at(time_s[i] + fitted.x.delay_s),
-                 b = problem.hand_at(time_s[j] + fitted.x.delay_s);
-      if (a && b)
-        answer.rotation_range =
-            std::max(answer.rotation_range, angle_between(a->pose.rotation, b->pose.rotation));
-    }
+  auto& answer = estimate.value = answer_of(problem, fitted);
+  add_residuals(problem, fitted, answer);
   look_for_mistakes(problem, fitted, has_times, options, answer);
   add_warnings(fitted, answer);
   estimate.covariance = fitted.covariance.topLeftCorner(kScaleAt, kScaleAt);

@@ -37,6 +37,8 @@ struct PixelHandEye {
   double rms_px = 0.0;    // sqrt(sum |r|^2 / corners), as OpenCV's; the tracker's part is in it
   double noise_px = 0.0;  // per axis, of single corners
   double turn_sd = 0.0, place_sd = 0.0;  // rad and m per axis: of the hand poses, found or stated
+  // Of the views' hand errors, found from each view alone: what the pose of one view is off.
+  double rotation_residual_median = 0.0, translation_residual_median = 0.0;  // rad, m
   double board_scale = 1.0,
          board_scale_sd = 0.0;  // by which the squares would fit better, and how well it is known
   double untold_delay_s = 0.0,
