@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <memory>
+#include <tuple>
 
 #include "palpate/calibration/hand_eye.h"
 #include "palpate/core/file.h"
