@@ -16,6 +16,7 @@ namespace {
 constexpr double kLever = 0.2;        // m: a turn by a radian counts like this change of place
 constexpr double kLeastShare = 1e-5;  // of a stream's variance: weaker directions hold noise
 constexpr std::size_t kFewestRows = 20;
+constexpr double kUnseen = 1e-5;  // of a motion's variance: less is no difference between two delays
 constexpr std::size_t kMostNamed = 4;
 constexpr double kLooseShare = 0.25;   // of the time in which the motion changes: a poor deviation
 constexpr double kNearlyAsGood = 4.0;  // times the unexplained share of the best delay
@@ -109,7 +110,8 @@ std::string named(const std::vector<Fitted>& fits) {
 // The unexplained share up to which another delay fits as well as the best one, as far as its noise can tell.
 double as_good_share(const ShiftFit& best) {
   const double n = std::max(1.0, best.effective_rows);
-  return best.unexplained * (1.0 + std::max({0.05, 12.0 / n, 3.0 * std::sqrt(2.0 / n)}));
+  const double share = std::max({0.05, 12.0 / n, 3.0 * std::sqrt(2.0 / n)});
+  return std::max(best.unexplained * (1.0 + share), kUnseen);
 }
 
 std::string spans(const Motion& from, const Motion& to) {
