@@ -99,6 +99,12 @@ double merit(const Fitted& f, double independent_s) {
   return -f.fit.overlap_s / independent_s * std::log(std::max(f.fit.unexplained, 1e-12));
 }
 
+// Where a motion is too slow for the search to count many independent samples, exact recordings still tell: the best
+// delay fits far better than any other.
+bool stands_out(const std::vector<Fitted>& fits, double independent_s) {
+  return fits.size() > 1 && merit(fits[0], independent_s) > 2.0 * merit(fits[1], independent_s) + 10.0;
+}
+
 std::string named(const std::vector<Fitted>& fits) {
   std::string text;
   for (std::size_t i = 0; i < std::min(fits.size(), kMostNamed); ++i)
@@ -200,7 +206,8 @@ Expected<MotionDelay> estimate_motion_delay(const Motion& from_motion, const Mot
   std::stable_sort(fits.begin(), fits.end(), [&](const Fitted& x, const Fitted& y) {
     return merit(x, search.independent_s) > merit(y, search.independent_s);
   });
-  if (fits.empty() || search.peaks.front().score < search.chance_score)
+  if (fits.empty() ||
+      (search.peaks.front().score < search.chance_score && !stands_out(fits, search.independent_s)))
     return refused(
         "delay: no common time span is found: at no delay do {} and {} move together better than chance "
         "would "
