@@ -16,7 +16,8 @@ namespace {
 constexpr double kLever = 0.2;        // m: a turn by a radian counts like this change of place
 constexpr double kLeastShare = 1e-5;  // of a stream's variance: weaker directions hold noise
 constexpr std::size_t kFewestRows = 20;
-constexpr double kUnseen = 1e-5;  // of a motion's variance: less is no difference between two delays
+constexpr double kUnseen = 1e-5;           // of a motion's variance: less is no difference between two delays
+constexpr double kLeastCorrelation = 0.5;  // below it little of the one is in the other
 constexpr std::size_t kMostNamed = 4;
 constexpr double kLooseShare = 0.25;   // of the time in which the motion changes: a poor deviation
 constexpr double kNearlyAsGood = 4.0;  // times the unexplained share of the best delay
@@ -210,12 +211,12 @@ Expected<MotionDelay> estimate_motion_delay(const Motion& from_motion, const Mot
   });
   const double shorter_s =
       std::min(from->time_s.back() - from->time_s.front(), to->time_s.back() - to->time_s.front());
-  if (fits.empty() || (search.peaks.front().score < search.chance_score &&
-                       !stands_out(fits, search.independent_s, shorter_s)))
+  const bool by_chance = search.peaks.empty() || (search.peaks.front().score < search.chance_score &&
+                                                  !stands_out(fits, search.independent_s, shorter_s));
+  if (fits.empty() || by_chance || fits.front().fit.correlation < kLeastCorrelation)
     return refused(
         "delay: no common time span is found: at no delay do {} and {} move together better than chance "
-        "would "
-        "have it ({}{}); record one motion with both, larger and longer",
+        "would have it ({}{}); record one motion with both, larger and longer",
         from_motion.name, to_motion.name, spans(from_motion, to_motion),
         fits.empty() ? "" : "; best: " + named({fits.front()}));
   const auto& best = fits.front();
