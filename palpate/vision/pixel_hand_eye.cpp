@@ -83,6 +83,21 @@ PixelNoise presumed_noise(const std::vector<BoardView>& views, const PixelHandEy
   return noise;
 }
 
+// What the views' weights cost: the variance of an estimate by a loss (Huber 1967) over that of the weighted
+// equations, in which the weights look like known numbers.
+double price_of_weights(const Fitted& fitted) {
+  double w = 0.0, squared = 0.0;  // means of the weights, and of the squared weighted errors
+  for (const auto i : fitted.used) {
+    const double weight = fitted.noise.view_weight[i];
+    w += weight;
+    squared += weight * weight * ((kFreedoms + 6.0) / weight - kFreedoms) / 6.0;
+  }
+  const auto n = static_cast<double>(fitted.used.size());
+  w /= n, squared /= n;
+  const double slope = w - 2.0 * squared / (kFreedoms + 6.0);
+  return slope > 0.0 ? std::max(1.0, squared * w / (slope * slope)) : 1.0;
+}
+
 Fitted fit(const PixelProblem& problem, const PixelState& start, const PixelHandEyeOptions& options) {
   Fitted fitted{start, presumed_noise(problem.views, options), {}, 0.0, 0.0, 0, 0, {}};
   fitted.iterations = problem.solve(fitted.x, fitted.noise, 50).iterations;
@@ -106,7 +121,7 @@ Fitted fit(const PixelProblem& problem, const PixelState& start, const PixelHand
   problem.evaluate(fitted.x, fitted.noise, &equations);
   const Eigen::MatrixXd information = static_cast<double>(fitted.used.size()) *
                                       Eigen::MatrixXd(equations.JtJ.selfadjointView<Eigen::Lower>());
-  fitted.covariance = covariance_from_information(information);
+  fitted.covariance = price_of_weights(fitted) * covariance_from_information(information);
   std::vector<Eigen::Index> free;
   for (Eigen::Index k = 0; k < kPixelUnknowns; ++k)
     if (problem.free[k] && information(k, k) > 0.0) free.push_back(k);

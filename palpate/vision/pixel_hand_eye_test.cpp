@@ -90,7 +90,7 @@ TEST(PixelHandEye, ExactViewsGiveTheTruth) {
   EXPECT_TRUE(found->value.warnings.empty()) << found->value.warnings.front();
 }
 
-// MarkerErrors over stated deviations, squared, of many recordings.
+// Errors over stated deviations, squared, of many recordings.
 double normalised_errors(int runs, int views, bool free_lens, double spread = 1.0) {
   double sum = 0.0;
   for (int run = 0; run < runs; ++run) {
