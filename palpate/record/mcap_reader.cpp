@@ -85,6 +85,7 @@ class Scanner {
 };
 
 void Scanner::fault(std::uint64_t offset, std::string words) {
+  if (stopped()) return;
   if (result_.faults.size() < kMostFaults) result_.faults.push_back({offset, std::move(words)});
   ++result_.fault_count;
 }
@@ -228,12 +229,13 @@ Expected<void> Scanner::data_section() {
     if (first && data_crc_known_ && record.opcode != Opcode::header)
       fault(record.offset, name_of(record.opcode) + ": a Header is expected before it");
     first = false;
+    if (stopped()) return {};
     if (record.opcode == Opcode::data_end) {
       Fields fields(record.content());
       const auto crc = fields.number<std::uint32_t>();
       data_ended_ = true;
       if (!fields.sound())
-        fault(record.offset, "DataEnd: is too short for its fields");
+        fault(record.offset, "DataEnd: its fields do not fit it");
       else if (crc != 0 && data_crc_known_ && crc != data_crc_)
         fault(record.offset, "DataEnd: the CRC of all before it is wrong");
       return {};
@@ -248,7 +250,7 @@ Expected<void> Scanner::data_record(const Record& record) {
   switch (record.opcode) {
     case Opcode::header: {
       auto header = decode_header(record.content());
-      if (!header) damaged(record, "is too short for its fields");
+      if (!header) damaged(record, "its fields do not fit it");
       if (header) result_.header = std::move(*header);
       return {};
     }
@@ -285,7 +287,7 @@ Expected<void> Scanner::data_record(const Record& record) {
 Expected<void> Scanner::read_attachment(const Record& record) {
   const auto stored = decode_attachment(record.content());
   if (!stored || !stored->crc_right) {
-    damaged(record, stored ? "its CRC is wrong" : "is too short for its fields");
+    damaged(record, stored ? "its CRC is wrong" : "its fields do not fit it");
     return {};
   }
   const auto& attachment = stored->attachment;
@@ -297,7 +299,7 @@ Expected<void> Scanner::read_attachment(const Record& record) {
 Expected<void> Scanner::read_metadata(const Record& record) {
   const auto metadata = decode_metadata(record.content());
   if (!metadata) {
-    damaged(record, "is too short for its fields");
+    damaged(record, "its fields do not fit it");
     return {};
   }
   seen_.add_metadata({record.offset, record.length, metadata->name});
@@ -307,7 +309,7 @@ Expected<void> Scanner::read_metadata(const Record& record) {
 Expected<void> Scanner::read_chunk(const Record& record) {
   const auto head = decode_chunk(record.content());
   if (!head) {
-    damaged(record, "is too short for its fields");
+    damaged(record, "its fields do not fit it");
     return {};
   }
   std::string why;
@@ -364,7 +366,7 @@ Expected<void> Scanner::read_message(std::string_view content, std::optional<std
   const Channel* channel = message ? seen_.channel(message->channel) : nullptr;
   if (channel == nullptr) {
     fault(offset, message ? fmt::format("Message: of channel {}, of which nothing was told", message->channel)
-                          : "Message: is too short for its fields");
+                          : "Message: its fields do not fit it");
     result_.lost_bytes += kRecordHeadBytes + content.size();
     gap_ = true;
     return {};

@@ -123,9 +123,12 @@ Expected<void> SessionWriter::State::write_message(const Message& message) {
   Declared& declared = *known[message.channel];
   if (declared.channel_number == 0) {
     Channel channel = declared.channel;
-    const auto schema = writer.add_schema(declared.schema);
-    if (!schema) return tl::unexpected(schema.error());
-    channel.schema = *schema;
+    channel.schema = 0;
+    if (!(declared.schema == Schema{})) {
+      const auto schema = writer.add_schema(declared.schema);
+      if (!schema) return tl::unexpected(schema.error());
+      channel.schema = *schema;
+    }
     const auto number = writer.add_channel(channel);
     if (!number) return tl::unexpected(number.error());
     declared.channel_number = *number;

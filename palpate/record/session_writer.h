@@ -74,7 +74,7 @@ class SessionWriter {
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
 
-  // `channel.schema` is not looked at: `schema` takes its place. Throws std::invalid_argument beyond 65000 streams.
+  // `channel.schema` is not looked at: `schema` takes its place; an empty one is none. Throws std::invalid_argument beyond 65000 streams.
   RecordStream& add(const Schema& schema, const Channel& channel);
   // Refused where 256 MiB of them wait to be written.
   Expected<void> attach(Attachment attachment);

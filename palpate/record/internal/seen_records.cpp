@@ -14,7 +14,7 @@ constexpr std::uint64_t kMostDefinitionBytes = 64 * 1024 * 1024;
 constexpr std::size_t kMostIndexed =
     4'000'000;  // chunks, attachments or metadata: three weeks at two chunks a second
 
-constexpr const char* kTooShort = "is too short for its fields";
+constexpr const char* kTooShort = "its fields do not fit it";
 
 // An index record that has to be the same as what was seen at its offset.
 template <typename Index>
