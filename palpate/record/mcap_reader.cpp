@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::size_t kMostFaults = 100;  // that are kept
 constexpr std::uint64_t kMostRecordBytes = kMostAttachmentBytes + 1024 * 1024;
-constexpr std::size_t kPiece = 256 * 1024;  // of what is only passed over
+constexpr std::size_t kPassedAtOnce = 256 * 1024;  // of what is only passed over
 constexpr std::uint64_t kLongestChunkNs =
     3'600'000'000'000;  // of log time, where one that is cut is believed
 
@@ -118,7 +118,7 @@ void Scanner::lost_times(std::uint64_t start_ns, std::uint64_t end_ns) {
 // Reads and sums up what is not looked at.
 Expected<void> Scanner::pass_over(std::uint64_t offset, std::uint64_t length) {
   while (length > 0) {
-    const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(length, kPiece));
+    const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(length, kPassedAtOnce));
     const auto bytes = window_.view(offset, part);
     if (!bytes) return tl::unexpected(bytes.error());
     data_crc_ = crc32(*bytes, data_crc_);

@@ -223,6 +223,19 @@ TEST(McapReader, MessagesOfNoChannelAndChunksInChunksAreFaults) {
   EXPECT_EQ(result.faults[1].words, "Chunk: has no place in a chunk");
 }
 
+// A large chunk, and small records about it by the thousand.
+TEST(McapReader, AFileFullOfIndexesIsDoneSoon) {
+  std::string records = one_message();
+  for (int i = 0; i < 500'000; ++i) append_message(records, {7, 1, 50, 50, ""});
+  std::string bytes(kMagic);
+  append_header(bytes, {"", "others"});
+  append_chunk(bytes, {50, 50, records.size(), 0, "", records});
+  for (int i = 0; i < 20'000; ++i) append_message_index(bytes, 7, {});
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_EQ(scanned(bytes).fault_count, 20'001u);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
+}
+
 // Marks of chunks wherever one looks: work in proportion to the file.
 TEST(McapReader, AFileFullOfFalseChunksIsDoneSoon) {
   std::string bytes(kMagic);

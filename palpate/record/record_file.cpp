@@ -48,6 +48,10 @@ Expected<RecordFile> RecordFile::growing(const fs::path& path, Existing existing
                              static_cast<mode_t>(mode)));
   if (!file && errno == EEXIST) return wrong_use("{}: exists already; choose another name", path.string());
   if (!file) return cannot_be_made(path, errno);
+  // That there is such a file is on the disk only with its folder. Some file systems cannot, and need not.
+  const auto folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  if (const FileDescriptor above(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)); above)
+    ::fsync(above.get());
   return RecordFile(path.string(), std::move(file));
 }
 

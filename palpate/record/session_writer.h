@@ -42,7 +42,7 @@ struct SessionOptions {
 
 struct SessionReport {
   std::optional<Error> error;  // what ended the recording before its time
-  Statistics written;
+  Statistics written;          // after an error also what its last chunk would have held
   std::uint64_t file_bytes = 0;
   std::map<std::string, std::uint64_t> dropped;  // of each topic that lost some
 };

@@ -8,7 +8,8 @@
 namespace palpate::record {
 namespace {
 
-constexpr int kMostTries = 200;
+constexpr int kMostFailures = 200;
+constexpr std::uint64_t kMostFailedBytes = 1024ull * 1024 * 1024;
 constexpr std::uint64_t kPiece = 256 * 1024;
 constexpr std::string_view kMark{"\x04\0\0\0zstd", 8};
 constexpr std::uint64_t kMarkAt = kRecordHeadBytes + 28;              // in a chunk
@@ -29,7 +30,7 @@ std::optional<std::uint64_t> length_of(std::string_view head) {
 
 Expected<std::optional<std::uint64_t>> ChunkSearch::first_from(std::uint64_t offset) {
   from_ = std::max(from_, offset);
-  while (from_ + kHeadBytes <= size_ && tries_ < kMostTries) {
+  while (from_ + kHeadBytes <= size_ && failures_ < kMostFailures && failed_bytes_ < kMostFailedBytes) {
     const auto part = std::min(kPiece, size_ - from_);
     const auto piece = window_.view(from_, static_cast<std::size_t>(part));
     if (!piece) return tl::unexpected(piece.error());
@@ -58,15 +59,20 @@ Expected<std::optional<std::uint64_t>> ChunkSearch::first_from(std::uint64_t off
 }
 
 Expected<bool> ChunkSearch::is_sound(std::uint64_t offset, std::uint64_t length) {
-  ++tries_;
   const auto bytes = window_.view(offset, static_cast<std::size_t>(length));
   if (!bytes) return tl::unexpected(bytes.error());
   const auto chunk = decode_chunk(bytes->substr(kRecordHeadBytes));
-  if (!chunk || chunk->uncompressed_crc == 0) return false;
+  if (!chunk || chunk->uncompressed_crc == 0) {
+    ++failures_;
+    return false;
+  }
   std::string why;
   const auto records = unpacker_.unpack(*chunk, why);
   if (!records) return tl::unexpected(records.error());
-  return records->has_value();
+  if (*records) return true;
+  ++failures_;
+  failed_bytes_ += std::min(chunk->uncompressed_size, kMostChunkBytes);
+  return false;
 }
 
 }  // namespace palpate::record

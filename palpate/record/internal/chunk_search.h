@@ -1,8 +1,8 @@
 // Looks for a chunk that is sound in a file where nothing tells where the next record begins. Chunks are recognised by the
 // name of their packing, so those that are not packed are not found; what no CRC covers is not believed.
 //
-// The work is bounded whatever the file holds: its bytes are looked through once, and 200 chunks that only look sound are
-// unpacked. One thread.
+// The work is bounded whatever the file holds: its bytes are looked through once, and at most 200 chunks that only look sound
+// are unpacked, of 1 GiB together. One thread.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,8 @@ class ChunkSearch {
   ChunkUnpacker& unpacker_;
   const std::uint64_t size_, most_record_bytes_;
   std::uint64_t from_ = 0;  // chunks that begin before are known
-  int tries_ = 0;
+  int failures_ = 0;
+  std::uint64_t failed_bytes_ = 0;  // that they would have held
 };
 
 }  // namespace palpate::record

@@ -117,7 +117,6 @@ struct ChunkIndex {
   std::uint64_t message_index_length = 0;
   std::string compression;
   std::uint64_t compressed_size = 0, uncompressed_size = 0;
-  bool operator==(const ChunkIndex&) const = default;
 };
 struct AttachmentIndex {
   std::uint64_t offset = 0, length = 0, log_time_ns = 0, create_time_ns = 0, data_size = 0;
