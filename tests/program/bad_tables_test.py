@@ -19,6 +19,8 @@ TABLES = {
                          "image,corner,board_x_squares,board_y_squares,u_px,v_px\n", "one,0,0,0,100,100\n"),
     "hand-eye --hand": (["calibrate", "hand-eye", "--hand", "FILE", "--eye", "poses.csv"], POSES, "0,1,2,3,1,0,0,0\n"),
     "hand-eye --eye": (["calibrate", "hand-eye", "--hand", "poses.csv", "--eye", "FILE"], POSES, "0,1,2,3,1,0,0,0\n"),
+    "delay --from": (["calibrate", "delay", "--from", "FILE", "--to", "poses.csv"], POSES, "0,1,2,3,1,0,0,0\n"),
+    "delay --to": (["calibrate", "delay", "--from", "poses.csv", "--to", "FILE"], "time_s," + POINTS, "0,1,2,3\n"),
 }
 
 

@@ -2,6 +2,7 @@
 """Data that are well formed and cannot carry an answer: refused with the reason, exit 1, nothing written."""
 import json
 import math
+import os
 import unittest
 
 from program import ProgramTest
@@ -67,6 +68,35 @@ class WeakData(ProgramTest):
         command = ["calibrate", "hand-eye", "--json", "result.json", "--hand", "early.csv", "--eye"]
         self.refuses([*command, "late.csv"], 1, "hand-eye", "--estimate-delay")
         self.refuses([*command, "between.csv"], 1, "hand-eye")
+
+    def test_two_recordings_without_one_delay(self):
+        def table(name, header, begin, value):
+            times = [begin + 0.02 * i for i in range(1000)]
+            self.write(name, header + "\n" + "".join(f"{t},{value(t - begin)}\n" for t in times))
+
+        def motion(t):
+            return sum(math.sin(rate * t + rate * rate) for rate in (0.7, 1.9, 3.1, 4.3, 5.9))
+
+        table("number.csv", "time_s,u_px,level", 0, lambda t: f"{640 - 100 * motion(t)},7")
+        table("place.csv", "time_s,x_mm,y_mm,z_mm", 0.25, lambda t: f"{50 * motion(t)},{20 * math.sin(t)},0")
+        command = ["calibrate", "delay", "--json", "result.json", "--from", "number.csv", "--to", "place.csv"]
+        self.refuses(command, 2, "number.csv: ", "neither poses", "--from-column", "u_px, level")
+        self.refuses([*command, "--from-column", "v_px"], 2, "number.csv: ", "'v_px'", "time_s,u_px,level")
+        self.refuses([*command, "--from-column", "level"], 1, "number.csv", "does not change")
+        self.runs(*command, "--from-column", "u_px")
+        found = json.loads(self.read("result.json"))
+        self.assertAlmostEqual(found["delay_s"], 0.25, delta=1e-3)
+        self.assertGreater(found["correlation"], 0.999)
+        os.remove(self.path("result.json"))
+        table("swing.csv", "time_s,u_px", 0, lambda t: f"{math.sin(4 * t)}")
+        table("swing_late.csv", "time_s,u_px", 0.3, lambda t: f"{math.sin(4 * t)}")
+        columns = ["--from-column", "u_px", "--to-column", "u_px"]
+        swings = ["calibrate", "delay", "--json", "result.json", "--from", "swing.csv", "--to", "swing_late.csv", *columns]
+        self.refuses(swings, 1, "repeats itself", "1.08")
+        self.runs(*swings, "--longest-s", "0.4")
+        table("other.csv", "time_s,u_px", 0.3, lambda t: f"{sum(math.sin(rate * t + 5 * rate) for rate in (0.9, 2.3, 3.7, 5.1))}")
+        self.refuses([*command[:-1], "other.csv", *columns], 1, "no common time span", "0.300 to 20.280 s")
+        self.refuses([*command[:-1], "number.csv", *columns], 2, "holds the same")
 
     def test_an_arm_from_two_samples(self):
         self.write("arm.csv", "joint_1_deg,joint_2_deg,joint_3_deg,x_mm,y_mm,z_mm\n1,2,3,4,5,6\n2,3,4,5,6,7\n")

@@ -1,23 +1,17 @@
 #include <algorithm>
 #include <memory>
+#include <tuple>
 
 #include "palpate/calibration/hand_eye.h"
 #include "palpate/core/file.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "tools/commands/command.h"
+#include "tools/commands/hand_eye_arguments.h"
 #include "tools/commands/result_output.h"
 
 namespace palpate::tools::commands {
 namespace {
-
-struct HandEyeArguments {
-  ResultOptions result;
-  std::string camera = "left";  // of two: the one whose result the rig gets
-  std::string hand, eye;
-  bool estimate_delay = false;
-  double delay_s = 0.0;
-};
 
 Json to_json(const HandEyeArguments& options, const Estimate<calibration::HandEyeSolution>& fit,
              const std::string& hash) {
@@ -61,7 +55,7 @@ Json to_json(const HandEyeArguments& options, const Estimate<calibration::HandEy
   return json;
 }
 
-Expected<void> run_hand_eye(const HandEyeArguments& options) {
+Expected<void> run_hand_eye_poses(const HandEyeArguments& options) {
   if (const auto rig = start_rig(options.result); !rig) return tl::unexpected(rig.error());
   const auto hand = device::read_poses(options.hand);
   if (!hand) return tl::unexpected(hand.error());
@@ -121,6 +115,15 @@ Expected<void> run_hand_eye(const HandEyeArguments& options) {
   return write_result(options.result, result);
 }
 
+Expected<void> run_hand_eye(const HandEyeArguments& options) {
+  const bool corners = !options.board.images.empty() || !options.board.corners.empty();
+  if (corners == !options.eye.empty())
+    return wrong_use(
+        "calibrate hand-eye: either --eye (the camera's poses) or one of --corners and --images (the board's "
+        "views) is expected");
+  return corners ? run_hand_eye_pixels(options) : run_hand_eye_poses(options);
+}
+
 }  // namespace
 
 void add_calibrate_hand_eye(CLI::App& calibrate) {
@@ -130,9 +133,25 @@ void add_calibrate_hand_eye(CLI::App& calibrate) {
   command->add_option("--hand", options->hand, "Poses of the marker in the tracker")
       ->required()
       ->type_name("FILE");
-  command->add_option("--eye", options->eye, "Poses of the camera in the board's frame")
-      ->required()
+  command->add_option("--eye", options->eye, "Poses of the camera in the board's frame")->type_name("FILE");
+  add_board_options(*command, options->board);
+  command->add_option("--stamps", options->stamps, "When each image was taken, a CSV table image,time_s")
       ->type_name("FILE");
+  command
+      ->add_option(
+          "--lens", options->lens,
+          "With --corners or --images: the lens, a rig file or a result of calibrate camera; found too "
+          "where neither this nor the rig has it")
+      ->type_name("FILE");
+  for (const auto& [name, value, what] : {std::tuple{"--tracker-sd-mm", &options->tracker_sd_mm, "shift"},
+                                          {"--tracker-sd-deg", &options->tracker_sd_deg, "turn"}})
+    command
+        ->add_option(
+            name, *value,
+            fmt::format("With --corners or --images: the tracker's error, a {} per axis; told by the "
+                        "residuals where it is not given",
+                        what))
+        ->check(CLI::PositiveNumber);
   auto* estimate = command->add_flag("--estimate-delay", options->estimate_delay,
                                      "Find the offset of the two streams' clocks");
   command->add_option("--delay-s", options->delay_s, "A known offset: hand time = eye time + this")
