@@ -16,6 +16,7 @@ namespace {
 constexpr double kLever = 0.2;        // m: a turn by a radian counts like this change of place
 constexpr double kLeastShare = 1e-5;  // of a stream's variance: weaker directions hold noise
 constexpr std::size_t kFewestRows = 20;
+constexpr double kUnseen = 1e-5;  // of a motion's variance: less is no difference between two delays
 constexpr std::size_t kMostNamed = 4;
 constexpr double kLooseShare = 0.25;   // of the time in which the motion changes: a poor deviation
 constexpr double kNearlyAsGood = 4.0;  // times the unexplained share of the best delay
@@ -98,6 +99,12 @@ double merit(const Fitted& f, double independent_s) {
   return -f.fit.overlap_s / independent_s * std::log(std::max(f.fit.unexplained, 1e-12));
 }
 
+// Where a motion is too slow for the search to count many independent samples, exact recordings still tell: the best
+// delay fits far better than any other.
+bool stands_out(const std::vector<Fitted>& fits, double independent_s) {
+  return fits.size() > 1 && merit(fits[0], independent_s) > 2.0 * merit(fits[1], independent_s) + 10.0;
+}
+
 std::string named(const std::vector<Fitted>& fits) {
   std::string text;
   for (std::size_t i = 0; i < std::min(fits.size(), kMostNamed); ++i)
@@ -109,7 +116,8 @@ std::string named(const std::vector<Fitted>& fits) {
 // The unexplained share up to which another delay fits as well as the best one, as far as its noise can tell.
 double as_good_share(const ShiftFit& best) {
   const double n = std::max(1.0, best.effective_rows);
-  return best.unexplained * (1.0 + std::max({0.05, 12.0 / n, 3.0 * std::sqrt(2.0 / n)}));
+  const double share = std::max({0.05, 12.0 / n, 3.0 * std::sqrt(2.0 / n)});
+  return std::max(best.unexplained * (1.0 + share), kUnseen);
 }
 
 std::string spans(const Motion& from, const Motion& to) {
@@ -198,7 +206,8 @@ Expected<MotionDelay> estimate_motion_delay(const Motion& from_motion, const Mot
   std::stable_sort(fits.begin(), fits.end(), [&](const Fitted& x, const Fitted& y) {
     return merit(x, search.independent_s) > merit(y, search.independent_s);
   });
-  if (fits.empty() || search.peaks.front().score < search.chance_score)
+  if (fits.empty() ||
+      (search.peaks.front().score < search.chance_score && !stands_out(fits, search.independent_s)))
     return refused(
         "delay: no common time span is found: at no delay do {} and {} move together better than chance "
         "would "

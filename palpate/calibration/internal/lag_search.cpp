@@ -178,7 +178,6 @@ LagSearch search_lags(const LagStream& features, const LagStream& response, doub
   const double per_sample = points_per_sample(x, y, correlator);
   result.independent_s = per_sample * grid;
   const double least = std::max(20.0, kLeastOverlap * std::min(x.valid.sum(), y.valid.sum()));
-  const auto k = static_cast<double>(x.rate.cols());
   std::vector<LagPeak> lags;
   double tried = 1.0;
   for (Eigen::Index lag = -(nx - 1); lag < ny; ++lag) {
@@ -186,9 +185,12 @@ LagSearch search_lags(const LagStream& features, const LagStream& response, doub
     point.lag_s = response.time_s.front() - features.time_s.front() + static_cast<double>(lag) * grid;
     const auto at = static_cast<std::size_t>(lag < 0 ? static_cast<Eigen::Index>(length) + lag : lag);
     const double n = sums.both[at] / per_sample;
-    if (sums.both[at] + 0.5 >= least && n >= k + 3.0 && std::abs(point.lag_s) <= longest_s) {
+    // Few independent samples carry few features: the strongest.
+    const auto features = std::min(x.rate.cols(), static_cast<Eigen::Index>(n) - 2);
+    if (sums.both[at] + 0.5 >= least && features >= 1 && std::abs(point.lag_s) <= longest_s) {
       tried += 1.0 / per_sample;
-      const double share = explained_share(sums, at, x.rate.cols(), y.rate.cols());
+      const auto k = static_cast<double>(features);
+      const double share = explained_share(sums, at, features, y.rate.cols());
       const double beyond_chance = std::max(0.0, 1.0 - (1.0 - share) * n / (n - k));
       point.correlation = std::sqrt(beyond_chance);
       point.score = -0.5 * (n - k) * std::log(1.0 - beyond_chance);
