@@ -147,7 +147,8 @@ void add_recording(CLI::App& program) {
       ->check(CLI::NonNegativeNumber);
   part->add_option("--to", options->cut.to_s, "Seconds after the recording's first message; default: its end")
       ->check(CLI::NonNegativeNumber);
-  part->add_option("--topic", options->cut.topics, "This topic, as often as there are some; default: all");
+  part->add_option("--topic", options->cut.topics, "This topic, as often as there are some; default: all")
+      ->allow_extra_args(false);
 }
 
 }  // namespace palpate::tools::commands

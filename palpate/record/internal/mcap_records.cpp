@@ -52,9 +52,10 @@ using u64 = std::uint64_t;
 
 // What was decoded, where the record was long enough.
 template <typename T>
-std::optional<T> if_sound(const Fields& fields, T&& value) {
-  if (!fields.sound()) return std::nullopt;
-  return std::forward<T>(value);
+std::optional<T> if_sound(const Fields& fields, T value) {
+  std::optional<T> sound;
+  if (fields.sound()) sound.emplace(std::move(value));
+  return sound;
 }
 
 void add_numbers(RecordBytes& record, const std::map<u16, u64>& numbers) {
@@ -136,7 +137,7 @@ std::optional<Message> decode_message(std::string_view content) {
   message.log_time_ns = fields.number<u64>();
   message.publish_time_ns = fields.number<u64>();
   message.data = fields.rest();
-  return if_sound(fields, std::move(message));
+  return if_sound(fields, message);
 }
 
 void append_chunk(std::string& out, const ChunkHead& chunk) {
@@ -299,7 +300,7 @@ std::optional<SummaryOffset> decode_summary_offset(std::string_view content) {
   offset.group = static_cast<Opcode>(fields.number<std::uint8_t>());
   offset.start = fields.number<u64>();
   offset.length = fields.number<u64>();
-  return if_sound(fields, std::move(offset));
+  return if_sound(fields, offset);
 }
 
 void append_data_end(std::string& out, u32 data_crc) {
@@ -312,7 +313,7 @@ std::optional<Footer> decode_footer(std::string_view content) {
   footer.summary_start = fields.number<u64>();
   footer.summary_offset_start = fields.number<u64>();
   footer.summary_crc = fields.number<u32>();
-  return if_sound(fields, std::move(footer));
+  return if_sound(fields, footer);
 }
 
 }  // namespace palpate::record
