@@ -15,7 +15,7 @@ namespace {
 const Pose<CameraMarker, CameraOptical> kX{so3_exp({0.3, -1.1, 0.4}), Vector3(0.05, -0.03, 0.08)};
 const Pose<World, Board> kZ{so3_exp({-1.2, 0.4, 0.2}), Vector3(0.2, -0.6, -1.4)};
 
-struct Recording {
+struct Filmed {
   std::vector<device::StampedPose> hand;
   std::vector<BoardView> views;
   std::vector<double> time_s;
@@ -39,9 +39,9 @@ device::StampedPose erring(const Pose<World, CameraMarker>& X, double t, const E
 }
 
 // Views one by one, the head held still in each.
-Recording still(int count, Random& random, const Errors& errors = {}, double spread = 1.0,
-                const BoardShape& shape = {}) {
-  Recording recording;
+Filmed still(int count, Random& random, const Errors& errors = {}, double spread = 1.0,
+             const BoardShape& shape = {}) {
+  Filmed recording;
   const auto first = synthetic::board_in_view(lens(), shape, random);
   for (int i = 0; i < count; ++i) {
     auto X_camera_board = synthetic::board_in_view(lens(), shape, random);
@@ -54,8 +54,8 @@ Recording still(int count, Random& random, const Errors& errors = {}, double spr
 }
 
 // A head that moves slowly round, the hand's clock ahead by `delay`.
-Recording moving(int count, double delay, Random& random, const Errors& errors = {}) {
-  Recording recording;
+Filmed moving(int count, double delay, Random& random, const Errors& errors = {}) {
+  Filmed recording;
   const BoardShape shape;
   const auto middle = 0.5 * shape.corner(shape.corners() - 1);
   const auto at = [&](double t) {
