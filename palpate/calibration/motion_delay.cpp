@@ -84,7 +84,7 @@ std::vector<Fitted> fit_all(const Changing& from, const Changing& to, const Role
     const double delay = roles.features_are_from ? peak.lag_s : -peak.lag_s;
     const auto fit =
         fit_shift(problem, roles.sampled_is_from ? delay : -delay, std::max(0.1, 3.0 * search.grid_s));
-    if (!fit) continue;
+    if (!fit || !std::isfinite(fit->std_s)) continue;
     const double found = roles.sampled_is_from ? fit->shift_s : -fit->shift_s;
     const bool known = std::any_of(all.begin(), all.end(), [&](const Fitted& f) {
       return std::abs(f.delay_s - found) < 0.5 * search.grid_s;
@@ -101,8 +101,10 @@ double merit(const Fitted& f, double independent_s) {
 
 // Where a motion is too slow for the search to count many independent samples, exact recordings still tell: the best
 // delay fits far better than any other.
-bool stands_out(const std::vector<Fitted>& fits, double independent_s) {
-  return fits.size() > 1 && merit(fits[0], independent_s) > 2.0 * merit(fits[1], independent_s) + 10.0;
+bool stands_out(const std::vector<Fitted>& fits, double independent_s, double shorter_s) {
+  // A short stretch is fitted by that many features whatever it shows.
+  return fits.size() > 1 && fits[0].fit.overlap_s > 0.5 * shorter_s &&
+         merit(fits[0], independent_s) > 2.0 * merit(fits[1], independent_s) + 10.0;
 }
 
 std::string named(const std::vector<Fitted>& fits) {
@@ -206,8 +208,10 @@ Expected<MotionDelay> estimate_motion_delay(const Motion& from_motion, const Mot
   std::stable_sort(fits.begin(), fits.end(), [&](const Fitted& x, const Fitted& y) {
     return merit(x, search.independent_s) > merit(y, search.independent_s);
   });
-  if (fits.empty() ||
-      (search.peaks.front().score < search.chance_score && !stands_out(fits, search.independent_s)))
+  const double shorter_s =
+      std::min(from->time_s.back() - from->time_s.front(), to->time_s.back() - to->time_s.front());
+  if (fits.empty() || (search.peaks.front().score < search.chance_score &&
+                       !stands_out(fits, search.independent_s, shorter_s)))
     return refused(
         "delay: no common time span is found: at no delay do {} and {} move together better than chance "
         "would "

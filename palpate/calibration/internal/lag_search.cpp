@@ -13,7 +13,7 @@ namespace {
 
 constexpr Eigen::Index kMostChannels = 6;
 constexpr double kMostGridPoints = 131072;  // of both streams
-constexpr double kLeastOverlap = 0.1;       // of the shorter stream
+constexpr double kLeastOverlap = 0.25;      // of the shorter stream
 constexpr std::size_t kMostPeaks = 10;
 
 using Spectrum = std::vector<std::complex<double>>;
@@ -186,11 +186,11 @@ LagSearch search_lags(const LagStream& features, const LagStream& response, doub
     const auto at = static_cast<std::size_t>(lag < 0 ? static_cast<Eigen::Index>(length) + lag : lag);
     const double n = sums.both[at] / per_sample;
     // Few independent samples carry few features: the strongest.
-    const auto features = std::min(x.rate.cols(), static_cast<Eigen::Index>(n) - 2);
-    if (sums.both[at] + 0.5 >= least && features >= 1 && std::abs(point.lag_s) <= longest_s) {
+    const auto carried = std::min(x.rate.cols(), static_cast<Eigen::Index>(0.5 * n));
+    if (sums.both[at] + 0.5 >= least && n >= 4.0 && std::abs(point.lag_s) <= longest_s) {
       tried += 1.0 / per_sample;
-      const auto k = static_cast<double>(features);
-      const double share = explained_share(sums, at, features, y.rate.cols());
+      const auto k = static_cast<double>(carried);
+      const double share = explained_share(sums, at, carried, y.rate.cols());
       const double beyond_chance = std::max(0.0, 1.0 - (1.0 - share) * n / (n - k));
       point.correlation = std::sqrt(beyond_chance);
       point.score = -0.5 * (n - k) * std::log(1.0 - beyond_chance);
