@@ -25,7 +25,7 @@ foreach(folder IN LISTS PALPATE_EXTRA_APPLICATIONS)
 endforeach()
 set(PALPATE_LAYER_0 core)
 set(PALPATE_LAYER_1 math time figures)
-set(PALPATE_LAYER_2 device)
+set(PALPATE_LAYER_2 device record)
 set(PALPATE_LAYER_3 scene rig)
 set(PALPATE_LAYER_4 physics calibration/noise transport render sim/config plugin)
 set(PALPATE_LAYER_5 calibration haptics ${PALPATE_APPLICATIONS})
@@ -41,17 +41,17 @@ set(PALPATE_LAYER_14 tools/program)
 set(PALPATE_LAYER_COUNT 15)
 
 # Where threads or processes meet: the thread sanitizer runs the tests of these (target threaded_tests, label threaded).
-set(PALPATE_THREADED core time scene device transport drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras haptics
+set(PALPATE_THREADED core time record scene device transport drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras haptics
   server/physics)
 
 # Where memory is at risk from what others send, from parsers and from raw buffers: the address sanitizer runs the tests
 # of these for every change (target checked_tests, label checked), and those of all modules in scripts/long.
-set(PALPATE_CHECKED core device scene plugin rig physics transport render sim/config haptics ${PALPATE_APPLICATIONS}
+set(PALPATE_CHECKED core record device scene plugin rig physics transport render sim/config haptics ${PALPATE_APPLICATIONS}
   drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras server/physics server/graphics)
 
 # Tests that take long: hundreds of repeats for statistics, and long runs of what shorter tests run, too. They have the
 # label long; .ci/run leaves them to scripts/long. A regular expression each.
-set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "^Program\\.(soak|live_poses|two_hosts|forces_check|clocks)$")
+set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "^Program\\.(soak|live_poses|two_hosts|forces_check|clocks|calibrate_live)$")
 
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.

@@ -17,6 +17,7 @@ const std::vector<NamedTarget>& all_targets() {
       {"openigtlink", openigtlink},
       {"points", points},
       {"poses", poses},
+      {"recordings", recordings},
       {"rigs", rigs},
       {"sequences", sequences},
       {"surfaces", surfaces},

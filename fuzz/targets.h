@@ -28,6 +28,7 @@ Refusals messages(std::string_view file);
 Refusals openigtlink(std::string_view file);
 Refusals points(std::string_view file);
 Refusals poses(std::string_view file);
+Refusals recordings(std::string_view file);
 Refusals rigs(std::string_view file);
 Refusals sequences(std::string_view file);
 Refusals surfaces(std::string_view file);

@@ -9,7 +9,7 @@
 
 #include "palpate/core/csv.h"
 #include "palpate/core/file.h"
-#include "palpate/core/internal/part_file.h"
+#include "palpate/core/part_file.h"
 #include "palpate/core/system_error.h"
 
 namespace palpate::inline core {

@@ -25,6 +25,7 @@ enum class ErrorCode : std::uint8_t {
   in_use,        // somebody else has it
   exhausted,     // no descriptor, memory or place is left now; later there may be
   disconnected,  // a device or a peer has gone
+  stopped,       // a person said so
 };
 
 struct Error {

@@ -15,7 +15,7 @@
 #include <thread>
 
 #include "palpate/core/file_descriptor.h"
-#include "palpate/core/internal/part_file.h"
+#include "palpate/core/part_file.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/system_error.h"
 

@@ -1,13 +1,15 @@
 // The person in the laboratory: what a calibration procedure may ask them to do.
 //
-// A real person is asked in words and answers with a key; a simulated one acts. Procedures are written
-// against this interface alone and so serve both. One thread.
+// A real person is asked in words and answers with a key and by what the devices show of them; a simulated one
+// acts. Procedures are written against this interface alone and so serve both. One thread.
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 
 #include "palpate/core/expected.h"
+#include "palpate/device/devices.h"
 #include "palpate/math/pose.h"
 
 namespace palpate::device {
@@ -27,6 +29,7 @@ enum class Gesture {
 struct PoseTarget {
   Point<World> tip;
   Quaternion R_world_marker = Quaternion::Identity();
+  Vector3 tip_in_marker = Vector3::Zero();  // as far as it is known: where the marker's pose has the tip
 };
 
 struct Request {
@@ -42,8 +45,15 @@ class Person {
   // Begins a gesture, which lasts until the next request. Refused where there is no such thing to do:
   // ErrorCode::no_more past the last landmark, out_of_reach where the arm does not get to the target.
   virtual Expected<void> ask(const Request& request) = 0;
-  // Whether the person has got there: holds still, touches, swings.
-  virtual bool ready() = 0;
+  // Whether the person has got there: holds still, touches, swings. Refused as ask() is, where that shows only
+  // now; ErrorCode::stopped: the person breaks off.
+  virtual Expected<bool> ready() = 0;
+  // How long to wait for that, s; nothing: until the person says otherwise.
+  virtual std::optional<double> patience() const { return 60.0; }
+  // What the devices have shown in this millisecond. `now_s`: host time.
+  virtual void watch(double now_s, const ArmSample& arm, std::span<const TrackerSample> tracked) {
+    static_cast<void>(now_s), static_cast<void>(arm), static_cast<void>(tracked);
+  }
 };
 
 }  // namespace palpate::device

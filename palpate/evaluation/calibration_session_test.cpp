@@ -68,7 +68,7 @@ class PersonWhoStops : public device::Person {
     if (request.what == "landmark" && request.index >= at_) return refused(why_, "not this landmark");
     return person_.ask(request);
   }
-  bool ready() override { return person_.ready(); }
+  Expected<bool> ready() override { return person_.ready(); }
 
  private:
   device::Person& person_;

@@ -69,7 +69,7 @@ TEST(ShownPoses, APersonGetsAboutThere) {
     const device::PoseTarget target{calibration::predict_tip(true_arm(world), pose.joints),
                                     pose.marker->rotation};
     ASSERT_TRUE(world.person().ask({device::Gesture::next_pose, "", 0, target}));
-    for (int ms = 0; ms < 3000 && !world.person().ready(); ++ms)
+    for (int ms = 0; ms < 3000 && !*world.person().ready(); ++ms)
       world.physics_clock().sleep_until(world.physics_clock().now() + seconds(0.001));
     const auto state = world.true_state();
     places += (state.X_world_tip.translation - target.tip.m).squaredNorm() / 40.0;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "palpate/core/file.h"
+#include "palpate/core/little_endian.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/scene/mesh_text.h"
@@ -13,7 +14,7 @@ namespace {
 // A binary STL says by its length what it is; some of them begin with "solid" nevertheless.
 bool is_stl(std::string_view content) {
   if (content.size() >= 84) {
-    const auto count = mesh_text::little_endian<std::uint32_t>(content.data() + 80);
+    const auto count = little_endian<std::uint32_t>(content.data() + 80);
     if (content.size() == 84 + 50 * static_cast<std::size_t>(count)) return true;
   }
   return content.substr(0, 5) == "solid";

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "palpate/core/little_endian.h"
 #include "palpate/core/text.h"
 #include "palpate/scene/mesh_file.h"
 #include "palpate/scene/mesh_text.h"
@@ -81,7 +82,7 @@ class Numbers {
   template <typename T>
   std::optional<double> bytes() {
     if (rest_.size() < sizeof(T)) return std::nullopt;
-    const auto value = static_cast<double>(mesh_text::little_endian<T>(rest_.data()));
+    const auto value = static_cast<double>(little_endian<T>(rest_.data()));
     rest_.remove_prefix(sizeof(T));
     return value;
   }

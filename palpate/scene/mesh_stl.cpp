@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "palpate/core/little_endian.h"
 #include "palpate/core/text.h"
 #include "palpate/scene/mesh_file.h"
 #include "palpate/scene/mesh_text.h"
@@ -23,7 +24,7 @@ Expected<TriangleMesh> parse_binary_stl(std::string_view content, const std::str
   if (content.size() < kStlHeader)
     return wrong_use("{}: {} bytes; a binary STL of at least {} is expected, copy it again", source,
                      content.size(), kStlHeader);
-  const std::size_t count = mesh_text::little_endian<std::uint32_t>(content.data() + 80);
+  const std::size_t count = little_endian<std::uint32_t>(content.data() + 80);
   if (count > kMostTriangles)
     return wrong_use("{}: says it holds {} triangles, at most {} are expected; make it coarser", source,
                      count, kMostTriangles);
@@ -37,7 +38,7 @@ Expected<TriangleMesh> parse_binary_stl(std::string_view content, const std::str
     const char* at = content.data() + kStlHeader + kStlTriangle * i + 12;  // past the normal
     std::array<Vector3, 3> corners;
     for (auto& corner : corners)
-      for (Eigen::Index k = 0; k < 3; ++k, at += 4) corner[k] = mesh_text::little_endian<float>(at);
+      for (Eigen::Index k = 0; k < 3; ++k, at += 4) corner[k] = little_endian<float>(at);
     add_triangle(mesh, corners);
   }
   return mesh;
@@ -98,7 +99,7 @@ Expected<TriangleMesh> parse_text_stl(std::string_view content, const std::strin
 
 Expected<TriangleMesh> parse_stl(std::string_view content, const std::string& source) {
   if (content.size() >= kStlHeader) {
-    const std::size_t count = mesh_text::little_endian<std::uint32_t>(content.data() + 80);
+    const std::size_t count = little_endian<std::uint32_t>(content.data() + 80);
     if (content.size() == kStlHeader + kStlTriangle * count) return parse_binary_stl(content, source);
   }
   // Text, unless there are bytes that no text has.

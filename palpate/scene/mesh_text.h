@@ -3,11 +3,7 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <charconv>
-#include <cstdint>
-#include <cstring>
 #include <optional>
 #include <string_view>
 
@@ -55,15 +51,6 @@ std::optional<Number> number(std::string_view text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
   return value;
-}
-
-// Little-endian, wherever this runs. The caller has seen that there are enough bytes.
-template <typename Number>
-Number little_endian(const char* at) {
-  std::array<char, sizeof(Number)> bytes;
-  std::memcpy(bytes.data(), at, bytes.size());
-  if constexpr (std::endian::native == std::endian::big) std::reverse(bytes.begin(), bytes.end());
-  return std::bit_cast<Number>(bytes);
 }
 
 }  // namespace palpate::scene::mesh_text

@@ -1,5 +1,7 @@
 #include "palpate/sim/world_process.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <condition_variable>
@@ -13,6 +15,7 @@
 #include "palpate/device/health_monitor.h"
 #include "palpate/sim/device_faults.h"
 #include "palpate/sim/exposure_log.h"
+#include "palpate/sim/gesture_lines.h"
 #include "palpate/sim/simulated_display.h"
 
 namespace palpate::sim {
@@ -181,7 +184,11 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
   if (!opened) return tl::unexpected(opened.error());
   drivers::laboratory::LabServer& server = **opened;
   Simulator world(file, options.seed);
-  world.begin_play();
+  std::optional<GestureLines> gestures;
+  if (options.gestures)
+    gestures.emplace(STDIN_FILENO, stdout);
+  else
+    world.begin_play();
   WorldProcessReport report;
   const MonotonicClock<TrueTime> clock(0.0, 0.0);
   const auto start = clock.now();
@@ -211,6 +218,7 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
 
     force.take(server, world.arm());
     if (const auto target = server.take_hand_target()) world.hand().move_to(*target);
+    if (gestures) gestures->look(world.person());
     world.advance_to(Instant<TrueTime>{} + (now - start));
     device::ArmSample arm = world.arm().read();
     arm.waited = waiting.now() - now;

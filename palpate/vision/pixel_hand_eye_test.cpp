@@ -15,7 +15,7 @@ namespace {
 const Pose<CameraMarker, CameraOptical> kX{so3_exp({0.3, -1.1, 0.4}), Vector3(0.05, -0.03, 0.08)};
 const Pose<World, Board> kZ{so3_exp({-1.2, 0.4, 0.2}), Vector3(0.2, -0.6, -1.4)};
 
-struct HandAndViews {
+struct Filmed {
   std::vector<device::StampedPose> hand;
   std::vector<BoardView> views;
   std::vector<double> time_s;
@@ -27,11 +27,11 @@ device::CameraModel lens() {
   return camera;
 }
 
-struct MarkerErrors {
+struct Errors {
   double px = 0.2, turn = 2e-4, place = 2e-4;
 };
 
-device::StampedPose erring(const Pose<World, CameraMarker>& X, double t, const MarkerErrors& errors,
+device::StampedPose erring(const Pose<World, CameraMarker>& X, double t, const Errors& errors,
                            Random& random) {
   const Vector3 turn(random.normal(errors.turn), random.normal(errors.turn), random.normal(errors.turn)),
       shift(random.normal(errors.place), random.normal(errors.place), random.normal(errors.place));
@@ -39,9 +39,9 @@ device::StampedPose erring(const Pose<World, CameraMarker>& X, double t, const M
 }
 
 // Views one by one, the head held still in each.
-HandAndViews still(int count, Random& random, const MarkerErrors& errors = {}, double spread = 1.0,
-                   const BoardShape& shape = {}) {
-  HandAndViews recording;
+Filmed still(int count, Random& random, const Errors& errors = {}, double spread = 1.0,
+             const BoardShape& shape = {}) {
+  Filmed recording;
   const auto first = synthetic::board_in_view(lens(), shape, random);
   for (int i = 0; i < count; ++i) {
     auto X_camera_board = synthetic::board_in_view(lens(), shape, random);
@@ -54,8 +54,8 @@ HandAndViews still(int count, Random& random, const MarkerErrors& errors = {}, d
 }
 
 // A head that moves slowly round, the hand's clock ahead by `delay`.
-HandAndViews moving(int count, double delay, Random& random, const MarkerErrors& errors = {}) {
-  HandAndViews recording;
+Filmed moving(int count, double delay, Random& random, const Errors& errors = {}) {
+  Filmed recording;
   const BoardShape shape;
   const auto middle = 0.5 * shape.corner(shape.corners() - 1);
   const auto at = [&](double t) {
@@ -91,7 +91,7 @@ TEST(PixelHandEye, ExactViewsGiveTheTruth) {
 }
 
 // Errors over stated deviations, squared, of many recordings.
-double normalised_errors(int runs, int views, bool free_lens, double spread = 1.0) {
+double normalised(int runs, int views, bool free_lens, double spread = 1.0) {
   double sum = 0.0;
   for (int run = 0; run < runs; ++run) {
     Random random(static_cast<std::uint64_t>(run), "views");
@@ -108,12 +108,10 @@ double normalised_errors(int runs, int views, bool free_lens, double spread = 1.
 }
 
 TEST(PixelHandEye, StatesItsErrorWithTheLensGiven) {
-  EXPECT_TRUE(tests::is_sum_of_f(normalised_errors(12, 15, false), 12, 6, 60))
-      << normalised_errors(12, 15, false) / 72;
+  EXPECT_TRUE(tests::is_sum_of_f(normalised(12, 15, false), 12, 6, 60)) << normalised(12, 15, false) / 72;
 }
 TEST(PixelHandEye, StatesItsErrorWithTheLensFree) {
-  EXPECT_TRUE(tests::is_sum_of_f(normalised_errors(12, 15, true), 12, 6, 60))
-      << normalised_errors(12, 15, true) / 72;
+  EXPECT_TRUE(tests::is_sum_of_f(normalised(12, 15, true), 12, 6, 60)) << normalised(12, 15, true) / 72;
 }
 
 TEST(PixelHandEye, TenViewsOfLittleRotationSayHowLittleTheyKnow) {
@@ -124,7 +122,7 @@ TEST(PixelHandEye, TenViewsOfLittleRotationSayHowLittleTheyKnow) {
   const double sd = found->covariance.diagonal().segment<3>(3).cwiseSqrt().maxCoeff();
   EXPECT_GT(sd, 0.003);
   EXPECT_LT(error_of(found->value).tail<3>().norm(), 5.0 * sd);
-  EXPECT_LT(normalised_errors(10, 10, false, 0.05) / 60, 2.5);
+  EXPECT_LT(normalised(10, 10, false, 0.05) / 60, 2.5);
 }
 
 TEST(PixelHandEye, FindsTheDelayAndNamesAForgottenOne) {

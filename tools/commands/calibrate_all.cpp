@@ -8,16 +8,39 @@
 #include "palpate/evaluation/world_sample.h"
 #include "palpate/server/graphics/frame_renderer.h"
 #include "palpate/sim/camera_renderer.h"
+#include "tools/commands/calibrate_live.h"
 #include "tools/commands/command.h"
+#include "tools/commands/drivers.h"
 #include "tools/commands/guests.h"
 
 namespace palpate::tools::commands {
+namespace {
+
+// A person's session; the rig file says which arm and markers there are.
+Expected<void> calibrate_named(const LiveDevices& devices, const std::string& file, const rig::Rig& rig,
+                               std::uint64_t seed, int poses) {
+  if (!is_there(file))
+    return wrong_use("--rig {}: no such file; `palpate rig new {}` makes one, for your arm and markers", file,
+                     file);
+  calibration::session::CalibrationPlan plan;
+  plan.guidance_seed = seed;
+  plan.arm_points = plan.arm_test_points = poses;
+  plan.date = rig::utc_now();
+  return calibrate_live(devices, file, rig, plan);
+}
+
+}  // namespace
+
 void add_calibrate_all(CLI::App& calibrate) {
-  auto* command = calibrate.add_subcommand(
-      "all", "All of it through the devices of a simulated laboratory; goes on where an earlier run stopped");
+  auto* command = calibrate.add_subcommand("all",
+                                           "All of it, step by step: with you at the devices that --arm, "
+                                           "--tracker and --camera name, or by itself in a "
+                                           "simulated laboratory; goes on where an earlier run stopped");
   struct Options {
     std::string rig, world;
     std::uint64_t seed = 1;
+    int poses = calibration::session::CalibrationPlan().arm_points;
+    LiveDevices devices;
   };
   auto options = std::make_shared<Options>();
   command->add_option("--rig", options->rig, "Rig file: written after each step; what it has already is kept")
@@ -25,6 +48,27 @@ void add_calibrate_all(CLI::App& calibrate) {
   command->add_option("--world", options->world, "World file; the reference laboratory where none is named");
   command->add_option("--seed", options->seed, "Draws the laboratory's imperfections and noise")
       ->capture_default_str();
+  command
+      ->add_option(
+          "--poses", options->poses,
+          "In how many poses the stylus is held for the arm, and as many again that judge the result")
+      ->check(CLI::Range(15, 1000))
+      ->capture_default_str();
+  auto& devices = options->devices;
+  command->add_option("--arm", devices.arm, "The arm: " + drivers().arm_forms())->type_name("URI");
+  command->add_option("--tracker", devices.tracker, "The tracker: " + drivers().tracker_forms())
+      ->type_name("URI");
+  command->add_option("--tracker-tool", devices.tools,
+                      "What the tracker calls a marker: tip_marker=NAME, camera_marker=NAME, pointer=NAME");
+  command->add_option("--camera", devices.camera, "The camera: " + drivers().camera_forms())
+      ->type_name("URI");
+  add_camera_options(*command, devices.camera_options);
+  command->add_flag("--arm-at-reset", devices.at_reset,
+                    "The arm is in its reset position now: set its encoders' zero there if it is lost");
+  command
+      ->add_option("--instructions", devices.instructions,
+                   "Write what the person is asked for to FILE as well, a line of JSON each")
+      ->type_name("FILE");
   on(command, [options]() -> Expected<void> {
     sim::config::WorldFile file = sim::config::reference_world();
     if (!options->world.empty()) {
@@ -38,6 +82,8 @@ void add_calibrate_all(CLI::App& calibrate) {
       if (!read) return tl::unexpected(read.error());
       rig = *read;
     }
+    if (options->devices.named())
+      return calibrate_named(options->devices, options->rig, rig, options->seed, options->poses);
     rig.nominal_arm.lengths = {file.arm.lengths[0], file.arm.lengths[1]};
     rig.tip_marker_leds = file.tip_marker.leds;
     rig.camera_marker_leds = file.camera_marker.leds;
@@ -65,6 +111,7 @@ void add_calibrate_all(CLI::App& calibrate) {
     calibration::session::CalibrationPlan plan;
     plan.reach = evaluation::reach_of(file);
     plan.guidance_seed = options->seed;
+    plan.arm_points = plan.arm_test_points = options->poses;
     plan.date = rig::utc_now();
     auto done = calibration::session::calibrate_rig(evaluation::laboratory_of(world), rig, plan, hooks);
     progress.finish();

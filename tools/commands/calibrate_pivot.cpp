@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "palpate/calibration/pivot.h"
+#include "palpate/calibration/pivot_rests.h"
 #include "palpate/core/csv.h"
 #include "palpate/core/units.h"
 #include "palpate/device/arm_model.h"
@@ -78,6 +79,28 @@ device::Reading reading_of_pose(const calibration::PivotPose& pose) {
       .add_if(pose.motion);
 }
 
+constexpr const char* kFindThem = "auto";  // instead of a column: where the tip rested shows in the poses
+
+// The segments found by themselves, and their names.
+Expected<void> find_segments(device::PoseFile& file, std::vector<calibration::PivotPose>& poses) {
+  const auto rests = calibration::find_pivot_rests(poses);
+  if (!rests) return refused("{}: {}", file.source, rests.error().message);
+  calibration::put_segments(*rests, poses);
+  file.segments.clear();
+  for (std::size_t s = 0; s < rests->size(); ++s) file.segments.push_back(std::to_string(s + 1));
+  return {};
+}
+
+// When each segment began and ended; nothing where the poses have no times.
+void add_times(const std::vector<calibration::PivotPose>& poses, Json& segments) {
+  for (const auto& pose : poses) {
+    if (pose.segment < 0 || !pose.time_s) continue;
+    Json& entry = segments[static_cast<std::size_t>(pose.segment)];
+    if (!entry.contains("from_s")) entry["from_s"] = *pose.time_s;
+    entry["to_s"] = *pose.time_s;
+  }
+}
+
 // A file whose poses never agree may hold several pivots, in a column that was not named.
 std::string hint_of_segments(const PivotArguments& options, const device::PoseFile& file) {
   if (!options.segments.empty()) return "";
@@ -85,7 +108,7 @@ std::string hint_of_segments(const PivotArguments& options, const device::PoseFi
     if (name == "segment" || name == "pivot" || name == "landmark")
       return fmt::format("; its column '{}' may number the pivots (--segments {})", excerpt(name),
                          excerpt(name));
-  return "";
+  return file.has_time ? "; several pivots in one file are found by --segments auto" : "";
 }
 
 Json to_json(const PivotArguments& options, const device::PoseFile& file,
@@ -155,7 +178,8 @@ Json to_json(const PivotArguments& options, const device::PoseFile& file,
         kMm * solution.tip.norm()));
   if (rms_3d > kRestlessTip)
     json["warnings"].push_back(
-        "the poses agree badly: the tip did not rest, or the file holds several pivots (--segments COLUMN)");
+        "the poses agree badly: the tip did not rest, or the file holds several pivots (--segments COLUMN, "
+        "or auto)");
   if (solution.tip_shift && solution.tip_shift->norm() > kShiftThatMatters)
     json["warnings"].push_back(
         fmt::format("the arm's readings show that the tip moved by {:.2f} mm rms, which puts it {:.2f} mm "
@@ -170,12 +194,13 @@ Expected<void> run_pivot(const PivotArguments& options) {
     return wrong_use("--with-arm goes with --method algebraic or robust, not sphere");
   const auto rig = start_rig(options.result);
   if (!rig) return tl::unexpected(rig.error());
-  const auto file =
-      device::read_poses(options.poses, {.transform = options.transform, .segment_column = options.segments});
+  const bool find = options.segments == kFindThem;
+  auto file = device::read_poses(
+      options.poses, {.transform = options.transform, .segment_column = find ? "" : options.segments});
   if (!file) return tl::unexpected(file.error());
   std::vector<calibration::PivotPose> poses;
   for (const auto& pose : file->poses)
-    poses.push_back({pose.rotation, pose.translation, options.segments.empty() ? 0 : pose.segment,
+    poses.push_back({pose.rotation, pose.translation, options.segments.empty() || find ? 0 : pose.segment,
                      std::nullopt, file->has_time ? std::optional(pose.time_s) : std::nullopt});
   if (options.with_arm)
     if (const auto done = add_arm_motion(options, *rig, poses); !done) return done;
@@ -190,6 +215,8 @@ Expected<void> run_pivot(const PivotArguments& options) {
   if (file->has_time)
     std::stable_sort(poses.begin(), poses.end(),
                      [](const auto& a, const auto& b) { return a.time_s < b.time_s; });
+  if (find)
+    if (const auto done = find_segments(*file, poses); !done) return done;
   calibration::PivotCalibrationOptions how;
   how.method = options.method == "sphere"   ? calibration::PivotMethod::sphere
                : options.method == "robust" ? calibration::PivotMethod::robust
@@ -206,6 +233,8 @@ Expected<void> run_pivot(const PivotArguments& options) {
   if (!options.pivots_out.empty())
     if (const auto done = write_pivots(options.pivots_out, *file, *estimate); !done) return done;
   Result result{to_json(options, *file, *estimate, repeats), {}, {}};
+  add_times(poses, result.json["segments"]);
+  if (find) result.summary.push_back(fmt::format("rests          {} found", file->segments.size()));
   result.summary.push_back(fmt::format("tip in marker  {} mm  +- {}", shown(estimate->value.tip, kMm),
                                        shown(standard_deviations(estimate->covariance).head<3>(), kMm)));
   result.summary.push_back(
@@ -239,8 +268,10 @@ void add_calibrate_pivot(CLI::App& calibrate) {
       ->check(CLI::IsMember({"algebraic", "sphere", "robust"}))
       ->capture_default_str();
   command
-      ->add_option("--segments", options->segments, "Column that numbers the pivots (0 or empty = in none)")
-      ->type_name("COLUMN");
+      ->add_option(
+          "--segments", options->segments,
+          "Column that numbers the pivots (0 or empty = in none); auto: they are found by themselves")
+      ->type_name("COLUMN|auto");
   command->add_option("--tip-mm", options->tip_mm, "A known tip: estimate the pivots only")
       ->delimiter(',')
       ->expected(3)

@@ -63,5 +63,6 @@ void add_camera(CLI::App& program);
 void add_picture(CLI::App& program);
 void add_board(CLI::App& program);
 void add_play(CLI::App& program);
+void add_recording(CLI::App& program);
 
 }  // namespace palpate::tools::commands

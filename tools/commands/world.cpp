@@ -19,7 +19,7 @@ struct WorldOptions {
   double seconds = 0.0;
   std::uint64_t seed = 1;
   int points = 0;
-  bool continuous = false, guided = false, arm_only = false;
+  bool continuous = false, guided = false, arm_only = false, gestures = false;
 };
 
 Expected<sim::config::WorldFile> world_from(const std::string& file) {
@@ -92,6 +92,7 @@ Expected<void> run_laboratory(const WorldOptions& options) {
       };
     };
   process.ready = tell_parent_ready;
+  process.gestures = options.gestures;
   const auto report = sim::run_world(*file, process, stop_requested());
   if (!report) return tl::unexpected(report.error());
   fmt::print("{} ticks, {} late by more than 1 ms, worst {:.1f} ms; {} pictures\n", report->ticks,
@@ -130,6 +131,10 @@ void add_run(CLI::App& world, const std::shared_ptr<WorldOptions>& options) {
       ->capture_default_str();
   run->add_flag("--arm-only", options->arm_only,
                 "Draw no pictures: for a rig whose camera is real and whose arm is the mouse");
+  run->add_flag(
+      "--gestures", options->gestures,
+      "The person in it does what lines of JSON on standard input say, as `calibrate all --instructions` "
+      "writes them");
   run->add_option("--seconds", options->seconds,
                   "Stop by itself after this time (default: run until stopped)")
       ->check(CLI::NonNegativeNumber);

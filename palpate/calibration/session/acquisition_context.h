@@ -4,6 +4,8 @@
 // thread.
 #pragma once
 
+#include <atomic>
+
 #include "palpate/device/devices.h"
 #include "palpate/device/person.h"
 #include "palpate/time/clock.h"
@@ -19,6 +21,10 @@ struct AcquisitionContext {
   device::CameraDevice* right_camera = nullptr;  // the second on the same marker; null where there is one
   // The arm is a computed one: its forces, which nothing limits here, hurt nobody.
   bool computed_arm = false;
+  // Becomes true: what is being recorded is given up. Null: nobody breaks off.
+  const std::atomic<bool>* stop = nullptr;
+
+  bool stopped() const { return stop != nullptr && stop->load(std::memory_order_relaxed); }
 };
 
 }  // namespace palpate::calibration::session

@@ -6,6 +6,7 @@
 #include "palpate/calibration/gimbal.h"
 #include "palpate/calibration/pivot.h"
 #include "palpate/calibration/session/camera_session.h"
+#include "palpate/calibration/session/step_words.h"
 #include "palpate/calibration/stream_delay.h"
 #include "palpate/calibration/surface.h"
 #include "palpate/calibration/touched_landmarks.h"
@@ -56,6 +57,7 @@ struct Steps {
   }
 
   Expected<void> surfaces() {
+    out.corners.clear();
     rig.surfaces.clear();
     std::vector<SurfaceTouches> touched;
     for (const std::string name : {"table", "wall"}) {
@@ -85,6 +87,7 @@ struct Steps {
   }
 
   Expected<void> landmarks() {
+    out.landmark_touches.clear();
     std::vector<LandmarkTouch> touched;
     for (int i = 0;; ++i) {
       auto touch = record_touches(context, {{device::Gesture::touch, "landmark", i}},
@@ -244,6 +247,122 @@ struct Steps {
   }
 };
 
+struct Step {
+  std::string name;
+  Expected<void> (Steps::*run)();
+  std::function<bool(const rig::Rig&)> there;
+  std::function<std::string(const rig::Rig&)> words;
+};
+
+// In their order.
+std::vector<Step> steps_for(const AcquisitionContext& context) {
+  using rig::Rig;
+  std::vector<Step> list{
+      {"pointer tip", &Steps::pointer, [](const Rig& r) { return r.pointer_pivot.has_value(); },
+       [](const Rig& r) { return words_of_pivot(*r.pointer_pivot); }},
+      {"table and wall", &Steps::surfaces,
+       [](const Rig& r) { return r.surface("table") != nullptr && r.surface("wall") != nullptr; },
+       words_of_surfaces},
+      {"landmarks", &Steps::landmarks, [](const Rig& r) { return !r.landmarks.empty(); }, words_of_landmarks},
+      {"stylus tip", &Steps::tip, [](const Rig& r) { return r.tip_pivot.has_value(); },
+       [](const Rig& r) { return words_of_pivot(*r.tip_pivot); }},
+      {"arm", &Steps::arm, [](const Rig& r) { return r.arm.has_value(); },
+       [](const Rig& r) { return words_of_arm(*r.arm); }},
+      {"delay of the tracker", &Steps::arm_delay,
+       [](const Rig& r) { return r.delays && r.delays->tracker_known(); },
+       [](const Rig& r) { return words_of_delay(r.delays->tracker_after_arm_s, r.delays->tracker_std_s); }},
+      {"lens and hand-eye", &Steps::camera,
+       [](const Rig& r) { return r.camera.has_value() && r.hand_eye.has_value(); },
+       [](const Rig& r) { return words_of_camera(*r.camera, *r.hand_eye); }},
+      {"landmarks from pictures", &Steps::landmarks_again,
+       [](const Rig& r) { return r.registration_covariance.size() > 0; }, words_of_places},
+  };
+  if (context.right_camera != nullptr) {
+    list.push_back({"lens and hand-eye of the right camera", &Steps::right_camera,
+                    [](const Rig& r) { return rig::has_two_eyes(r); },
+                    [](const Rig& r) { return words_of_camera(*r.right_camera, *r.right_hand_eye); }});
+    list.push_back({"landmarks from pictures of the right camera", &Steps::right_landmarks,
+                    [](const Rig& r) { return r.right_registration_covariance.size() > 0; },
+                    words_of_places});
+  }
+  return list;
+}
+
+// The steps one after the other, as whoever reviews them decides; the rig as it was before each that was done now.
+class Course {
+ public:
+  Course(Steps& steps, const SessionHooks& hooks) : steps_(steps), hooks_(hooks) {}
+
+  Expected<void> run(const std::vector<Step>& list) {
+    for (std::size_t i = 0; i < list.size();) {
+      if (hooks_.progress) hooks_.progress(i, list.size(), list[i].name);
+      if (list[i].there(steps_.rig)) {
+        ++i;
+        continue;
+      }
+      before_.push_back({i, steps_.rig});
+      const auto done = (steps_.*list[i].run)();
+      if (steps_.context.stopped()) return stopped(list[i]);
+      const auto next = judge(list[i], done);
+      if (!next) return tl::unexpected(next.error());
+      i = *next;
+    }
+    return {};
+  }
+
+ private:
+  struct Before {
+    std::size_t step;
+    rig::Rig rig;
+  };
+
+  static tl::unexpected<Error> stopped(const Step& step) {
+    return refused(ErrorCode::stopped,
+                   "{}: stopped; the steps before it are kept, and the same command goes on with this one",
+                   step.name);
+  }
+
+  // The step to go on with, after the newest.
+  Expected<std::size_t> judge(const Step& step, const Expected<void>& done) {
+    const std::size_t i = before_.back().step;
+    if (done)
+      if (auto saved = save(); !saved) return tl::unexpected(saved.error());
+    if (!done && done.error().code == ErrorCode::stopped) return stopped(step);
+    if (!done && !hooks_.review) return tl::unexpected(done.error());
+    if (!hooks_.review) return i + 1;
+    const bool found = done && step.there(steps_.rig);
+    const std::string words = !done ? done.error().message : found ? step.words(steps_.rig) : "nothing to do";
+    switch (hooks_.review({step.name, done.has_value(), words, before_.size() < 2})) {
+      case Review::go_on:
+        if (!done) return tl::unexpected(done.error());
+        return i + 1;
+      case Review::repeat:
+        return back();
+      case Review::undo:
+        if (before_.size() > 1) before_.pop_back();
+        return back();
+      case Review::stop:
+        break;
+    }
+    if (!done) steps_.rig = before_.back().rig;
+    return stopped(step);
+  }
+
+  Expected<std::size_t> back() {
+    const std::size_t i = before_.back().step;
+    steps_.rig = std::move(before_.back().rig);
+    before_.pop_back();
+    if (auto saved = save(); !saved) return tl::unexpected(saved.error());
+    return i;
+  }
+
+  Expected<void> save() const { return hooks_.save ? hooks_.save(steps_.rig) : Expected<void>{}; }
+
+  Steps& steps_;
+  const SessionHooks& hooks_;
+  std::vector<Before> before_;
+};
+
 }  // namespace
 
 Expected<CalibrationRecordings> calibrate_rig(AcquisitionContext context, rig::Rig& rig,
@@ -255,34 +374,7 @@ Expected<CalibrationRecordings> calibrate_rig(AcquisitionContext context, rig::R
         rig.nominal_arm.name);
   CalibrationRecordings out;
   Steps steps{context, rig, plan, hooks, out};
-  const bool surfaces_there = rig.surface("table") != nullptr && rig.surface("wall") != nullptr;
-  struct Step {
-    std::string name;
-    bool there;
-    Expected<void> (Steps::*run)();
-  };
-  std::vector<Step> list{
-      {"pointer tip", rig.pointer_pivot.has_value(), &Steps::pointer},
-      {"table and wall", surfaces_there, &Steps::surfaces},
-      {"landmarks", !rig.landmarks.empty(), &Steps::landmarks},
-      {"stylus tip", rig.tip_pivot.has_value(), &Steps::tip},
-      {"arm", rig.arm.has_value(), &Steps::arm},
-      {"delay of the tracker", rig.delays && rig.delays->tracker_known(), &Steps::arm_delay},
-      {"lens and hand-eye", rig.camera.has_value() && rig.hand_eye.has_value(), &Steps::camera},
-      {"landmarks from pictures", rig.registration_covariance.size() > 0, &Steps::landmarks_again},
-  };
-  if (context.right_camera != nullptr) {
-    list.push_back({"lens and hand-eye of the right camera", rig::has_two_eyes(rig), &Steps::right_camera});
-    list.push_back({"landmarks from pictures of the right camera",
-                    rig.right_registration_covariance.size() > 0, &Steps::right_landmarks});
-  }
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    if (hooks.progress) hooks.progress(i, list.size(), list[i].name);
-    if (list[i].there) continue;
-    if (auto done = (steps.*list[i].run)(); !done) return tl::unexpected(done.error());
-    if (hooks.save)
-      if (auto saved = hooks.save(rig); !saved) return tl::unexpected(saved.error());
-  }
+  if (auto done = Course(steps, hooks).run(steps_for(context)); !done) return tl::unexpected(done.error());
   return out;
 }
 

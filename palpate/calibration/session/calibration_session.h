@@ -4,10 +4,12 @@
 // delay camera-tracker, landmarks again from pictures; the same for a second camera where there is one, with
 // the landmarks as the first one has left them. Every step goes through AcquisitionContext (devices and a
 // person who is asked for gestures), writes its part of the rig, and is skipped where the rig has it already:
-// a session that broke off goes on where it stopped. No truth in here. One thread. Errors: the step's
-// refusal, which says what to do.
+// a session that broke off goes on where it stopped. Who reviews the steps may have one done again, also one
+// that failed. No truth in here. One thread. Errors: the step's refusal, which says what to do, or
+// ErrorCode::stopped.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -34,9 +36,25 @@ struct CalibrationRecordings {
   CameraRecordings camera, right_camera;
 };
 
+// How a step ended, for whoever reviews it.
+struct StepOutcome {
+  std::string step;
+  bool done = false;
+  std::string words;   // its result with its figures, or why there is none
+  bool first = false;  // nothing before it could be undone
+};
+
+enum class Review : std::uint8_t {
+  go_on,   // of a step that failed: the session ends with its refusal
+  repeat,  // this step
+  undo,    // this step and the one before are to be done again
+  stop,    // the session ends; what is done is kept
+};
+
 struct SessionHooks {
   std::function<void(std::size_t step, std::size_t steps, const std::string& name)> progress;
   std::function<Expected<void>(const rig::Rig&)> save;         // after each step, so that nothing is lost
+  std::function<Review(const StepOutcome&)> review;            // after each step; empty: go on
   FindLandmarks find_landmarks;                                // empty: the last step is left out
   std::function<void(const GuidanceState&, int of)> guidance;  // after each guided pose of the arm
 };

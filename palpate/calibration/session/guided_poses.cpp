@@ -114,7 +114,8 @@ void GuidedPoses::plan(const std::vector<TrackedPose>& poses) {
   for (const auto& sample : samples) design.take(sample);
   const int count = std::clamp(points_ - static_cast<int>(poses.size()), 1, options_.every);
   for (const std::size_t index : design.plan(count, 1))
-    planned_.push_back({predict_tip(*arm_, drawn[index].joints), drawn[index].marker->rotation});
+    planned_.push_back(
+        {predict_tip(*arm_, drawn[index].joints), drawn[index].marker->rotation, arm_->tip_in_marker});
 }
 
 void GuidedPoses::kept(const std::vector<TrackedPose>& poses) {

@@ -7,7 +7,6 @@
 namespace palpate::calibration::session {
 namespace {
 
-constexpr double kPatience = 60.0;     // s for a person to get somewhere
 constexpr double kStillBefore = 0.03;  // s a pose has been still before a frame counts
 constexpr double kFrameWait = 0.25;    // s to wait for a frame that shows the marker
 constexpr double kSlipped = 0.03;      // m: the arm has lost the tip it should hold
@@ -24,10 +23,10 @@ std::vector<TrackedPose> evenly(const std::vector<TrackedPose>& all, int wanted)
 Expected<void> begin(AcquisitionContext context, Recorder& recorder, const device::Request& request,
                      const char* what) {
   if (const auto asked = context.person.ask(request); !asked) return asked;
-  if (!recorder.run_until_ready(kPatience))
-    return refused(ErrorCode::timed_out, "{}: not begun within {} s; start again when you are ready", what,
-                   kPatience);
-  return {};
+  auto ready = recorder.run_until_ready();
+  if (!ready && ready.error().code == ErrorCode::timed_out)
+    return refused(ErrorCode::timed_out, "{}: {}", what, ready.error().message);
+  return ready;
 }
 
 // Too few of the frames showed the marker.
@@ -48,13 +47,6 @@ double tracker_frames_per_second(const Recorder& recorder, device::MarkerId mark
 
 Expected<std::vector<TrackedPose>> record_pivot(AcquisitionContext context,
                                                 const PivotRecordingOptions& options) {
-  if (!context.computed_arm)
-    return wrong_use(
-        "pivot: the tip would be held by the arm's motors, with forces that nothing limits; that is for "
-        "computed "
-        "arms: rest the tip of a real one in a hollow, record its marker, and calibrate from the file "
-        "(palpate "
-        "calibrate pivot)");
   Recorder recorder(context);
   recorder.tick();
   if (const auto begun = begin(context, recorder, {device::Gesture::swing_stylus, "", 0}, "pivot"); !begun)
@@ -64,7 +56,8 @@ Expected<std::vector<TrackedPose>> record_pivot(AcquisitionContext context,
   recorder.set_control([&](const device::ArmSample& sample) {
     const Vector3 force = fixation.force(sample);
     slipped = slipped || fixation.displacement() > kSlipped;
-    context.arm.command(slipped ? Vector3::Zero() : force);
+    // Nothing limits this force: a real arm gives none, and its tip stands in a hollow.
+    if (context.computed_arm) context.arm.command(slipped ? Vector3::Zero() : force);
   });
   if (options.holding) options.holding();
   recorder.run(1.0);  // the swing begins
@@ -73,7 +66,7 @@ Expected<std::vector<TrackedPose>> record_pivot(AcquisitionContext context,
   const double longest = std::max(3.0 * options.seconds, options.poses / 20.0);
   std::vector<TrackedPose> poses;
   // At least the stated time, so that the swing is wide; longer where the poses are still too few.
-  while (!slipped && recorded < longest) {
+  while (!slipped && recorded < longest && !context.stopped()) {
     recorder.run(std::min(1.0, options.seconds));
     recorded += std::min(1.0, options.seconds);
     if (recorded < options.seconds - 1e-9) continue;
@@ -85,12 +78,12 @@ Expected<std::vector<TrackedPose>> record_pivot(AcquisitionContext context,
         poses.empty())
       break;
   }
-  context.arm.command(Vector3::Zero());
+  if (context.computed_arm) context.arm.command(Vector3::Zero());
   if (const auto rest = context.person.ask({device::Gesture::rest, "", 0}); !rest)
     return tl::unexpected(rest.error());
   if (slipped)
-    return refused("pivot: the tip moved more than {:.0f} mm although the arm held it; pull less",
-                   kSlipped * 1e3);
+    return refused("pivot: the tip moved more than {:.0f} mm although {}; pull less", kSlipped * 1e3,
+                   context.computed_arm ? "the arm held it" : "it stood in a hollow");
   if (static_cast<int>(poses.size()) < options.poses) return not_seen("pivot", poses.size(), options.poses);
   return evenly(poses, options.poses);
 }
@@ -132,7 +125,7 @@ Expected<std::vector<TrackedPose>> record_arm(AcquisitionContext context,
     recorder.clear();
     const double still_since = recorder.now_s();
     std::optional<TrackedPose> frame;
-    while (!frame && recorder.now_s() < still_since + kFrameWait) {
+    while (!frame && recorder.now_s() < still_since + kFrameWait && !context.stopped()) {
       recorder.run(0.005);
       for (const auto& sample : recorder.tracker_samples())
         if (sample.seen && sample.marker == device::MarkerId::tip_marker &&
@@ -198,7 +191,7 @@ Expected<ViewRecord> record_views(AcquisitionContext context, device::Gesture ge
   int arrived = 0;
   const double end = recorder.now_s() + seconds_long;
   auto looked = context.clock.now();
-  while (recorder.now_s() < end) {
+  while (recorder.now_s() < end && !context.stopped()) {
     recorder.tick();
     const bool wanted = arrived % every == 0;
     const auto before = std::exchange(looked, context.clock.now());
@@ -259,7 +252,8 @@ Expected<std::vector<TouchedPoint>> record_touches(AcquisitionContext context,
     recorder.clear();
     std::vector<TrackedPose> frames;
     const double still_since = recorder.now_s();
-    while (static_cast<int>(frames.size()) < kFrames && recorder.now_s() < still_since + 1.0) {
+    while (static_cast<int>(frames.size()) < kFrames && recorder.now_s() < still_since + 1.0 &&
+           !context.stopped()) {
       recorder.run(0.02);
       frames.clear();
       for (const auto& pose : recorder.poses(device::MarkerId::pointer))

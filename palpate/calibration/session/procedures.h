@@ -19,7 +19,7 @@ struct PivotRecordingOptions {
   FixationSettings fixation;
   std::function<void()> holding;  // called when the arm has begun to hold the tip
 };
-// The stylus is swung about its tip, which the arm holds.
+// The stylus is swung about its tip, which a computed arm holds; that of a real one stands in a hollow.
 Expected<std::vector<TrackedPose>> record_pivot(AcquisitionContext context,
                                                 const PivotRecordingOptions& options);
 

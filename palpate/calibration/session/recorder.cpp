@@ -20,7 +20,9 @@ void Recorder::tick() {
   // A hundred pairs a second are plenty for a clock.
   if (ticks_++ % 10 == 0) arm_clock_.add(arm.stamp, read_at, waited);
   arm_.push_back(arm);
-  for (const auto& sample : context_.tracker.poll()) {
+  const auto tracked = context_.tracker.poll();
+  context_.person.watch(read_at.seconds(), arm, tracked);
+  for (const auto& sample : tracked) {
     // The bodies of one frame share a stamp; a clock estimator wants each moment once.
     if (tracked_.empty() || sample.stamp != tracked_.back().stamp)
       tracker_clock_.add(sample.stamp, read_at, waited);
@@ -30,16 +32,22 @@ void Recorder::tick() {
 
 void Recorder::run(double seconds_long) {
   const auto end = context_.clock.now() + seconds(seconds_long);
-  while (context_.clock.now() < end) tick();
+  while (context_.clock.now() < end && !context_.stopped()) tick();
 }
 
-bool Recorder::run_until_ready(double patience) {
-  const auto end = context_.clock.now() + seconds(patience);
-  while (!context_.person.ready()) {
-    if (context_.clock.now() >= end) return false;
+Expected<void> Recorder::run_until_ready() {
+  const auto patience = context_.person.patience();
+  const auto began = context_.clock.now();
+  while (true) {
+    const auto ready = context_.person.ready();
+    if (!ready) return tl::unexpected(ready.error());
+    if (*ready) return {};
+    if (context_.stopped()) return refused(ErrorCode::stopped, "stopped");
+    if (patience && context_.clock.now() >= began + seconds(*patience))
+      return refused(ErrorCode::timed_out, "not begun within {} s; start again when you are ready",
+                     *patience);
     tick();
   }
-  return true;
 }
 
 void Recorder::clear() {

@@ -40,9 +40,9 @@ class Recorder {
   void set_control(std::function<void(const device::ArmSample&)> control) { control_ = std::move(control); }
 
   void tick();
-  void run(double seconds_long);
-  // Ticks until the person is ready; false after `patience` seconds.
-  bool run_until_ready(double patience);
+  void run(double seconds_long);  // shorter where the session is stopped
+  // Ticks until the person is ready. Refused: what the person says, or ErrorCode::timed_out.
+  Expected<void> run_until_ready();
   // Forgets the samples, keeps the clocks.
   void clear();
 

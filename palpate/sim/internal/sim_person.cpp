@@ -218,7 +218,7 @@ Expected<void> SimPerson::ask(const device::Request& request) {
   return {};
 }
 
-bool SimPerson::ready() {
+bool SimPerson::there() const {
   const double t = now_ - began_;
   switch (gesture_) {
     case device::Gesture::next_pose:
@@ -268,7 +268,7 @@ void SimPerson::update(double t) {
     case device::Gesture::rest:
       if (hand_.grip() == Grip::none) break;
       follow_path(path_, t, held_orientation_);
-      if (ready()) hand_.take(Grip::none, arm_.state().tip, arm_.state().velocity);
+      if (there()) hand_.take(Grip::none, arm_.state().tip, arm_.state().velocity);
       break;
     case device::Gesture::swing_stylus: {
       const double swing = since - (kBringTime + kSwingDelay);

@@ -20,7 +20,7 @@ class SimPerson : public device::Person {
             SimulatedHand& hand);
 
   Expected<void> ask(const device::Request& request) override;
-  bool ready() override;
+  Expected<bool> ready() override { return there(); }
 
   // A player leads the stylus: gestures end.
   void play(const device::HandTarget& target, double t);
@@ -35,6 +35,7 @@ class SimPerson : public device::Person {
   device::Gesture gesture() const { return gesture_; }
 
  private:
+  bool there() const;
   struct JointPath {  // straight in joint angles, smooth in time
     Vector3 from = Vector3::Zero(), to = Vector3::Zero();
     double start = 0.0, duration = 1.0;

@@ -3,6 +3,8 @@
 // It is called FILE.part-1, or -2 and so on where several write at once, and is locked as long as its writer
 // lives; so whoever writes FILE next can tell what a killed writer has left, and removes it. A file without a
 // name (O_TMPFILE) would leave nothing behind, but cannot take the place of one that is there already.
+//
+// For files too large to be kept in memory; write_file() (file.h) does the same with a text. One thread.
 #pragma once
 
 #include <filesystem>

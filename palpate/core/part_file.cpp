@@ -1,4 +1,4 @@
-#include "palpate/core/internal/part_file.h"
+#include "palpate/core/part_file.h"
 
 #include <fcntl.h>
 #include <sys/file.h>

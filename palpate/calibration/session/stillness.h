@@ -1,0 +1,42 @@
+// Whether a marker is held still, and whether it has been moved since it was last made use of.
+//
+// Held still: seen, and for `window_s` within `place` and `turn` of its mean over that time. World frame, m, rad;
+// times are the tracker's. One thread.
+#pragma once
+
+#include <deque>
+#include <optional>
+
+#include "palpate/device/devices.h"
+
+namespace palpate::calibration::session {
+
+struct StillnessSettings {
+  double window_s = 0.4;
+  double place = 0.4e-3, turn = 4e-3;  // a hand's tremor and a tracker's noise are below, a slow move is not
+  double moved = 8e-3, turned = 0.08;  // either is a new pose
+};
+
+class Stillness {
+ public:
+  explicit Stillness(device::MarkerId marker, StillnessSettings settings = {})
+      : marker_(marker), settings_(settings) {}
+
+  void add(const device::TrackerSample& sample);  // of other markers: nothing
+  bool seen() const { return !window_.empty(); }
+  bool still() const;
+  // Since take(); true before the first.
+  bool moved() const;
+  void take();
+  // The newest pose.
+  std::optional<device::TrackerSample> newest() const;
+
+ private:
+  device::MarkerId marker_;
+  StillnessSettings settings_;
+  std::deque<device::TrackerSample> window_;
+  bool whole_ = false;  // it has been seen throughout
+  std::optional<device::TrackerSample> taken_;
+};
+
+}  // namespace palpate::calibration::session

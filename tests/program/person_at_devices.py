@@ -1,0 +1,84 @@
+"""A script in the place of a person: reads what `calibrate all` asks for, has the laboratory's person do it, presses the keys."""
+import json
+import os
+import subprocess
+import threading
+
+from program import PROGRAM, wait_until
+
+
+class Laboratory:
+    """`world run --gestures`: its person does what it is told, a line each."""
+
+    def __init__(self, test, *options):
+        self.process = subprocess.Popen([PROGRAM, "world", "run", "--gestures", *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+                                        stderr=subprocess.PIPE, text=True, env=test.environment, cwd=test.folder)
+        test.addCleanup(self.remove)
+        self.said = []
+        self._opened = threading.Event()
+        threading.Thread(target=self._listen, daemon=True).start()
+        if not self._opened.wait(60):
+            raise AssertionError(f"the laboratory does not open: {self.said}")
+
+    def _listen(self):
+        for line in self.process.stderr:
+            self.said.append(line)
+            if "are open" in line:
+                self._opened.set()
+
+    def does(self, instruction):
+        """Until the person is there; what they answer."""
+        self.process.stdin.write(json.dumps(instruction) + "\n")
+        self.process.stdin.flush()
+        return json.loads(self.process.stdout.readline())
+
+    def remove(self):
+        self.process.kill()
+        self.process.wait()
+        for pipe in (self.process.stdin, self.process.stdout, self.process.stderr):
+            pipe.close()
+
+
+class Session:
+    """`calibrate all` with a person at its keys; `at_the_end(step, ended)` gives the key after each step, Enter where there is none."""
+
+    def __init__(self, test, laboratory, *options, at_the_end=lambda step, ended: "\n"):
+        self.fifo = test.path("instructions")
+        if not os.path.exists(self.fifo):
+            os.mkfifo(self.fifo)
+        self.laboratory, self.at_the_end = laboratory, at_the_end
+        self.shown, self.ended, self.lines = [], [], []
+        self.process = subprocess.Popen([PROGRAM, "calibrate", "all", "--instructions", self.fifo, *options], stdin=subprocess.PIPE,
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=test.environment, cwd=test.folder)
+        test.addCleanup(self.remove)
+        threading.Thread(target=lambda: self.lines.extend(self.process.stderr), daemon=True).start()
+        threading.Thread(target=self._sit, daemon=True).start()
+
+    def press(self, key):
+        try:
+            self.process.stdin.write(key)
+            self.process.stdin.flush()
+        except OSError:
+            pass  # it has ended
+
+    def _sit(self):
+        with open(self.fifo, encoding="utf-8") as instructions:
+            for line in instructions:
+                told = json.loads(line)
+                self.shown.append(told)
+                if "gesture" in told:
+                    answer = self.laboratory.does({key: told[key] for key in told if key != "text"})
+                    self.press("\n" if "ready" in answer else "n" if answer["no_more"] else "s")
+                elif "ended" in told:
+                    self.ended.append(told)
+                    self.press(self.at_the_end(told["ended"], told))
+
+    def ends(self):
+        wait_until(lambda: self.process.poll() is not None, f"the session ends; so far {self.lines[-5:]}")
+        return self.process.returncode
+
+    def remove(self):
+        self.process.kill()
+        self.process.wait()
+        for pipe in (self.process.stdin, self.process.stdout, self.process.stderr):
+            pipe.close()

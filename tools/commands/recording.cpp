@@ -1,0 +1,154 @@
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "palpate/core/json.h"
+#include "palpate/core/text.h"
+#include "palpate/record/byte_source.h"
+#include "palpate/record/mcap_reader.h"
+#include "palpate/record/recording_copy.h"
+#include "palpate/record/recording_info.h"
+#include "tools/commands/command.h"
+
+namespace palpate::tools::commands {
+namespace {
+
+struct RecordingArguments {
+  std::string file, out, json;
+  record::Cut cut{0.0, std::numeric_limits<double>::infinity(), {}};
+};
+
+Expected<void> show_info(const RecordingArguments& options) {
+  const auto source = record::open_source(options.file);
+  if (!source) return tl::unexpected(source.error());
+  const auto info = record::info(**source);
+  if (!info) return tl::unexpected(info.error());
+  if (!options.json.empty())
+    if (auto written = write_json(options.json, record::info_json(*info)); !written) return written;
+  if (options.json == "-") return {};
+  const auto& scanned = info->scanned;
+  print_line(fmt::format("recording    {}", options.file));
+  print_line(fmt::format("written by   {}", excerpt(scanned.header.library, 100)));
+  print_line(fmt::format("holds        {:.3f} s, {}, {}, {}", info->seconds,
+                         counted(info->streams.size(), "stream"), counted(scanned.found.messages, "message"),
+                         counted(scanned.found.attachments, "attachment")));
+  for (const auto& stream : info->streams)
+    print_line(fmt::format("stream       {:<32} {:>9} messages {:>9.2f} Hz{}", excerpt(stream.name, 100),
+                           stream.messages, stream.rate_hz,
+                           stream.dropped == 0 ? "" : fmt::format("  {} dropped", stream.dropped)));
+  print_line(scanned.complete ? "whole        yes"
+                              : fmt::format("whole        no{}; palpate recording repair {} OUT",
+                                            record::first_fault(scanned), options.file));
+  return {};
+}
+
+Expected<void> check(const RecordingArguments& options) {
+  const auto source = record::open_source(options.file);
+  if (!source) return tl::unexpected(source.error());
+  record::ScanHandler nobody;
+  const auto scanned = record::scan(**source, {}, nobody);
+  if (!scanned) return tl::unexpected(scanned.error());
+  if (!options.json.empty())
+    if (auto written = write_json(options.json, record::check_json(*scanned)); !written) return written;
+  if (!scanned->complete)
+    return refused("{}: is not sound{}; palpate recording repair {} OUT keeps what is", options.file,
+                   record::first_fault(*scanned), options.file);
+  if (options.json != "-")
+    print_line(fmt::format("{}: sound: {} in {}; every length, CRC, index and count is right", options.file,
+                           counted(scanned->found.messages, "message"),
+                           counted(scanned->found.chunks, "chunk")));
+  return {};
+}
+
+// The original is not written over: what is lost in the copy is lost for good.
+Expected<void> apart(const RecordingArguments& options) {
+  std::error_code code;
+  if (options.out != "-" && std::filesystem::equivalent(options.file, options.out, code))
+    return wrong_use("{}: is the recording itself; give the result a file of its own", options.out);
+  return {};
+}
+
+std::FILE* stream_beside(const std::string& out) { return out == "-" ? stderr : stdout; }
+
+Expected<void> repair(const RecordingArguments& options) {
+  if (auto fine = apart(options); !fine) return fine;
+  const auto source = record::open_source(options.file);
+  if (!source) return tl::unexpected(source.error());
+  const auto done = record::repair(**source, options.out);
+  if (!done) return tl::unexpected(done.error());
+  const auto& scanned = done->scanned;
+  std::FILE* const stream = stream_beside(options.out);
+  print_line(fmt::format("kept         {}, {}, {:.3f} s", counted(done->written.messages, "message"),
+                         counted(done->written.attachments, "attachment"), record::seconds_of(done->written)),
+             stream);
+  if (scanned.complete) {
+    print_line("lost         nothing: the recording was sound", stream);
+    return {};
+  }
+  print_line(fmt::format("lost         {:.3f} s as far as it can be told, {} in {}, {} damaged",
+                         scanned.lost_s, counted(scanned.lost_bytes, "byte"),
+                         counted(scanned.fault_count, "fault"), counted(scanned.lost_chunks, "chunk")),
+             stream);
+  for (const auto& fault : scanned.faults)
+    print_line(fmt::format("fault        byte {}: {}", fault.offset, fault.words), stream);
+  return {};
+}
+
+Expected<void> cut(const RecordingArguments& options) {
+  if (options.cut.to_s < options.cut.from_s)
+    return wrong_use("--to {}: lies before --from {}; a later time is expected", options.cut.to_s,
+                     options.cut.from_s);
+  if (auto fine = apart(options); !fine) return fine;
+  const auto source = record::open_source(options.file);
+  if (!source) return tl::unexpected(source.error());
+  const auto done = record::cut(**source, options.out, options.cut);
+  if (!done) return tl::unexpected(done.error());
+  print_line(fmt::format("kept         {} of {}, {:.3f} s of {:.3f} s", done->written.messages,
+                         counted(done->scanned.found.messages, "message"), record::seconds_of(done->written),
+                         record::seconds_of(done->scanned.found)),
+             stream_beside(options.out));
+  return {};
+}
+
+}  // namespace
+
+void add_recording(CLI::App& program) {
+  auto* recording =
+      program.add_subcommand("recording", "Look into the recording of a session, mend it, take parts");
+  recording->require_subcommand(1);
+  auto options = std::make_shared<RecordingArguments>();
+  const auto command = [&](const char* name, const char* help,
+                           Expected<void> (*action)(const RecordingArguments&)) {
+    auto* made = recording->add_subcommand(name, help);
+    made->add_option("FILE", options->file, "The recording (MCAP)")->required();
+    on(made, [options, action] { return action(*options); });
+    return made;
+  };
+  const auto with_json = [&](CLI::App* made) {
+    made->add_option("--json", options->json, "Write the same as JSON to FILE (- = standard output)")
+        ->type_name("FILE");
+  };
+  const auto with_out = [&](CLI::App* made) {
+    made->add_option("OUT", options->out, "The new recording (- = standard output)")->required();
+    return made;
+  };
+  with_json(command("info", "Streams, rates, what was dropped, and whether it is whole", show_info));
+  with_json(command(
+      "check", "Compare every length, CRC, index and count with what is there; exit 1 names the first fault",
+      check));
+  with_out(
+      command("repair", "Write a whole recording of everything that is sound, and say what is lost", repair));
+  auto* part = with_out(command("cut", "Write a recording of some time and some topics", cut));
+  part->add_option("--from", options->cut.from_s, "Seconds after the recording's first message")
+      ->check(CLI::NonNegativeNumber);
+  part->add_option("--to", options->cut.to_s, "Seconds after the recording's first message; default: its end")
+      ->check(CLI::NonNegativeNumber);
+  part->add_option("--topic", options->cut.topics, "This topic, as often as there are some; default: all")
+      ->allow_extra_args(false);
+}
+
+}  // namespace palpate::tools::commands

@@ -1,0 +1,133 @@
+#include "tools/commands/terminal_panel.h"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
+
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+
+#include "palpate/core/text.h"
+#include "palpate/device/person_json.h"
+
+namespace palpate::tools::commands {
+namespace {
+
+using calibration::session::PanelKey;
+using calibration::session::Review;
+
+constexpr int kLook = 100;  // ms between looks at whether to stop
+
+}  // namespace
+
+Expected<std::unique_ptr<TerminalPanel>> TerminalPanel::open(const std::string& instructions,
+                                                             const std::atomic<bool>& stop) {
+  File file;
+  if (!instructions.empty()) {
+    file.reset(std::fopen(instructions.c_str(), "we"));
+    if (!file) return wrong_use("--instructions {}: {}", instructions, std::strerror(errno));
+  }
+  return std::unique_ptr<TerminalPanel>(new TerminalPanel(std::move(file), stop));
+}
+
+TerminalPanel::TerminalPanel(File instructions, const std::atomic<bool>& stop)
+    : instructions_(std::move(instructions)), stop_(stop), draws_(isatty(STDERR_FILENO) != 0) {
+  termios now{};
+  if (isatty(STDIN_FILENO) == 0 || tcgetattr(STDIN_FILENO, &now) != 0) return;
+  before_ = now;
+  now.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);  // Ctrl-C stays a signal
+  tcsetattr(STDIN_FILENO, TCSANOW, &now);
+}
+
+TerminalPanel::~TerminalPanel() {
+  if (draws_ && told_) std::fputc('\n', stderr);
+  if (before_) tcsetattr(STDIN_FILENO, TCSAFLUSH, &*before_);
+}
+
+void TerminalPanel::line(const std::string& text) {
+  std::fprintf(stderr, "%s%s\n", draws_ && told_ ? "\r\x1b[K" : "", one_line(text).c_str());
+  std::fflush(stderr);
+  told_ = false;
+}
+
+void TerminalPanel::write(const Json& instruction) {
+  if (!instructions_) return;
+  std::fprintf(instructions_.get(), "%s\n", instruction.dump().c_str());
+  std::fflush(instructions_.get());
+}
+
+void TerminalPanel::begin_step(std::size_t step, std::size_t steps, const std::string& name) {
+  line(fmt::format("--- {} of {}: {}", step + 1, steps, name));
+  write({{"step", name}, {"number", step + 1}, {"of", steps}});
+}
+
+void TerminalPanel::show(const device::Request& request, const std::string& text) {
+  line(text);
+  Json json = device::json_of(request);
+  json["text"] = text;
+  write(json);
+}
+
+void TerminalPanel::tell(const std::string& text) {
+  if (!draws_) return;
+  std::fprintf(stderr, "\r\x1b[K  %s", one_line(text).c_str());
+  std::fflush(stderr);
+  told_ = true;
+}
+
+void TerminalPanel::taken() {
+  if (draws_) std::fputc('\a', stderr);
+  write({{"taken", true}});
+}
+
+std::optional<char> TerminalPanel::press(int ms) {
+  if (ended_) return 'q';
+  pollfd input{STDIN_FILENO, POLLIN, 0};
+  if (poll(&input, 1, ms) <= 0) return std::nullopt;
+  char key = 0;
+  const auto got = read(STDIN_FILENO, &key, 1);
+  if (got < 0 && errno == EINTR) return std::nullopt;
+  if (got != 1) {
+    ended_ = true;
+    return 'q';
+  }
+  return static_cast<char>(std::tolower(static_cast<unsigned char>(key)));
+}
+
+std::optional<PanelKey> TerminalPanel::key() {
+  const auto pressed = press(0);
+  if (!pressed) return std::nullopt;
+  switch (*pressed) {
+    case '\n':
+    case '\r':
+    case ' ':
+      return PanelKey::proceed;
+    case 'n':
+      return PanelKey::no_more;
+    case 's':
+      return PanelKey::skip;
+    case 'q':
+      return PanelKey::stop;
+    default:
+      return std::nullopt;
+  }
+}
+
+Review TerminalPanel::review(const calibration::session::StepOutcome& outcome) {
+  line(fmt::format("{} {}: {}", outcome.done ? "done" : "FAILED", outcome.step, outcome.words));
+  line(fmt::format("{}r: repeat it{}, q: stop", outcome.done ? "Enter: go on, " : "",
+                   outcome.first ? "" : ", u: the one before, too"));
+  write({{"ended", outcome.step}, {"done", outcome.done}, {"words", outcome.words}});
+  while (!stop_.load()) {
+    const auto pressed = press(kLook);
+    if (!pressed) continue;
+    if (outcome.done && (*pressed == '\n' || *pressed == '\r' || *pressed == ' ')) return Review::go_on;
+    if (*pressed == 'r') return Review::repeat;
+    if (*pressed == 'u' && !outcome.first) return Review::undo;
+    if (*pressed == 'q') break;
+  }
+  return Review::stop;
+}
+
+}  // namespace palpate::tools::commands

@@ -1,0 +1,56 @@
+// A terminal as the panel of a calibration session: what to do in lines, how it goes in the last line, keys without
+// Enter where it is a terminal; a pipe on standard input serves for keys, too.
+//
+// Keys: Enter or space goes on, n: no more, s: another pose, r: repeat, u: undo, q: stop; the end of standard input
+// stops. One object at a time, one thread. The terminal is as it was when the object goes.
+#pragma once
+
+#include <termios.h>
+
+#include <atomic>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "palpate/calibration/session/calibration_session.h"
+#include "palpate/calibration/session/guided_person.h"
+#include "palpate/core/json.h"
+
+namespace palpate::tools::commands {
+
+class TerminalPanel : public calibration::session::Panel {
+ public:
+  // `instructions`: a file that gets what is shown as a line of JSON each, for a display of one's own; empty: none.
+  static Expected<std::unique_ptr<TerminalPanel>> open(const std::string& instructions,
+                                                       const std::atomic<bool>& stop);
+  ~TerminalPanel() override;
+
+  void show(const device::Request& request, const std::string& text) override;
+  void tell(const std::string& line) override;
+  void taken() override;
+  std::optional<calibration::session::PanelKey> key() override;
+
+  void begin_step(std::size_t step, std::size_t steps, const std::string& name);
+  // Shows a step's result and waits for the answer.
+  calibration::session::Review review(const calibration::session::StepOutcome& outcome);
+
+ private:
+  struct CloseFile {
+    void operator()(std::FILE* file) const noexcept { std::fclose(file); }
+  };
+  using File = std::unique_ptr<std::FILE, CloseFile>;
+
+  TerminalPanel(File instructions, const std::atomic<bool>& stop);
+  void line(const std::string& text);
+  void write(const Json& instruction);
+  // Waits `ms` at most.
+  std::optional<char> press(int ms);
+
+  File instructions_;
+  const std::atomic<bool>& stop_;
+  std::optional<termios> before_;
+  bool draws_ = false, ended_ = false, told_ = false;
+};
+
+}  // namespace palpate::tools::commands
