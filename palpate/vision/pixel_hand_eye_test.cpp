@@ -15,23 +15,23 @@ namespace {
 const Pose<CameraMarker, CameraOptical> kX{so3_exp({0.3, -1.1, 0.4}), Vector3(0.05, -0.03, 0.08)};
 const Pose<World, Board> kZ{so3_exp({-1.2, 0.4, 0.2}), Vector3(0.2, -0.6, -1.4)};
 
-struct Filmed {
+struct HandAndViews {
   std::vector<device::StampedPose> hand;
   std::vector<BoardView> views;
   std::vector<double> time_s;
 };
 
-device::CameraModel lens() {
+device::CameraModel wide_lens() {
   device::CameraModel camera;
   camera.distortion = {-0.12, 0.05, 0.0008, -0.0005, 0.0};
   return camera;
 }
 
-struct Errors {
+struct MarkerErrors {
   double px = 0.2, turn = 2e-4, place = 2e-4;
 };
 
-device::StampedPose erring(const Pose<World, CameraMarker>& X, double t, const Errors& errors,
+device::StampedPose erring(const Pose<World, CameraMarker>& X, double t, const MarkerErrors& errors,
                            Random& random) {
   const Vector3 turn(random.normal(errors.turn), random.normal(errors.turn), random.normal(errors.turn)),
       shift(random.normal(errors.place), random.normal(errors.place), random.normal(errors.place));
@@ -39,23 +39,23 @@ device::StampedPose erring(const Pose<World, CameraMarker>& X, double t, const E
 }
 
 // Views one by one, the head held still in each.
-Filmed still(int count, Random& random, const Errors& errors = {}, double spread = 1.0,
-             const BoardShape& shape = {}) {
-  Filmed recording;
-  const auto first = synthetic::board_in_view(lens(), shape, random);
+HandAndViews still(int count, Random& random, const MarkerErrors& errors = {}, double spread = 1.0,
+                   const BoardShape& shape = {}) {
+  HandAndViews recording;
+  const auto first = synthetic::board_in_view(wide_lens(), shape, random);
   for (int i = 0; i < count; ++i) {
-    auto X_camera_board = synthetic::board_in_view(lens(), shape, random);
+    auto X_camera_board = synthetic::board_in_view(wide_lens(), shape, random);
     X_camera_board = interpolate(first, X_camera_board, spread);
-    recording.views.push_back(
-        synthetic::view_of(lens(), X_camera_board, shape, errors.px, random, "view" + std::to_string(i)));
+    recording.views.push_back(synthetic::view_of(wide_lens(), X_camera_board, shape, errors.px, random,
+                                                 "view" + std::to_string(i)));
     recording.hand.push_back(erring(kZ * X_camera_board.inverse() * kX.inverse(), i, errors, random));
   }
   return recording;
 }
 
 // A head that moves slowly round, the hand's clock ahead by `delay`.
-Filmed moving(int count, double delay, Random& random, const Errors& errors = {}) {
-  Filmed recording;
+HandAndViews moving(int count, double delay, Random& random, const MarkerErrors& errors = {}) {
+  HandAndViews recording;
   const BoardShape shape;
   const auto middle = 0.5 * shape.corner(shape.corners() - 1);
   const auto at = [&](double t) {
@@ -68,7 +68,7 @@ Filmed moving(int count, double delay, Random& random, const Errors& errors = {}
   for (int i = 0; i < count; ++i) {
     recording.time_s.push_back(0.2 * i);
     recording.views.push_back(
-        synthetic::view_of(lens(), at(0.2 * i), shape, errors.px, random, "view" + std::to_string(i)));
+        synthetic::view_of(wide_lens(), at(0.2 * i), shape, errors.px, random, "view" + std::to_string(i)));
   }
   return recording;
 }
@@ -83,20 +83,20 @@ Vector6 error_of(const PixelHandEye& found) {
 TEST(PixelHandEye, ExactViewsGiveTheTruth) {
   Random random(1);
   const auto recording = still(12, random, {0.0, 0.0, 0.0});
-  const auto found = calibrate_hand_eye_pixels(recording.hand, recording.views, {}, lens());
+  const auto found = calibrate_hand_eye_pixels(recording.hand, recording.views, {}, wide_lens());
   ASSERT_TRUE(found.has_value()) << found.error().message;
   EXPECT_LT(error_of(found->value).norm(), 1e-7);
   EXPECT_LT(found->value.rms_px, 1e-4);
   EXPECT_TRUE(found->value.warnings.empty()) << found->value.warnings.front();
 }
 
-// Errors over stated deviations, squared, of many recordings.
-double normalised(int runs, int views, bool free_lens, double spread = 1.0) {
+// MarkerErrors over stated deviations, squared, of many recordings.
+double normalised_errors(int runs, int views, bool free_lens, double spread = 1.0) {
   double sum = 0.0;
   for (int run = 0; run < runs; ++run) {
     Random random(static_cast<std::uint64_t>(run), "views");
     const auto recording = still(views, random, {}, spread);
-    auto start = lens();
+    auto start = wide_lens();
     if (free_lens) start.fx += 3.0, start.fy -= 2.0, start.distortion[0] += 0.01;
     const auto found =
         calibrate_hand_eye_pixels(recording.hand, recording.views, {}, start, {.free_lens = free_lens});
@@ -108,33 +108,36 @@ double normalised(int runs, int views, bool free_lens, double spread = 1.0) {
 }
 
 TEST(PixelHandEye, StatesItsErrorWithTheLensGiven) {
-  EXPECT_TRUE(tests::is_sum_of_f(normalised(12, 15, false), 12, 6, 60)) << normalised(12, 15, false) / 72;
+  EXPECT_TRUE(tests::is_sum_of_f(normalised_errors(12, 15, false), 12, 6, 60))
+      << normalised_errors(12, 15, false) / 72;
 }
 TEST(PixelHandEye, StatesItsErrorWithTheLensFree) {
-  EXPECT_TRUE(tests::is_sum_of_f(normalised(12, 15, true), 12, 6, 60)) << normalised(12, 15, true) / 72;
+  EXPECT_TRUE(tests::is_sum_of_f(normalised_errors(12, 15, true), 12, 6, 60))
+      << normalised_errors(12, 15, true) / 72;
 }
 
 TEST(PixelHandEye, TenViewsOfLittleRotationSayHowLittleTheyKnow) {
   Random random(4);
   const auto recording = still(10, random, {}, 0.03);
-  const auto found = calibrate_hand_eye_pixels(recording.hand, recording.views, {}, lens());
+  const auto found = calibrate_hand_eye_pixels(recording.hand, recording.views, {}, wide_lens());
   ASSERT_TRUE(found.has_value()) << found.error().message;
   const double sd = found->covariance.diagonal().segment<3>(3).cwiseSqrt().maxCoeff();
   EXPECT_GT(sd, 0.003);
   EXPECT_LT(error_of(found->value).tail<3>().norm(), 5.0 * sd);
-  EXPECT_LT(normalised(10, 10, false, 0.05) / 60, 2.5);
+  EXPECT_LT(normalised_errors(10, 10, false, 0.05) / 60, 2.5);
 }
 
 TEST(PixelHandEye, FindsTheDelayAndNamesAForgottenOne) {
   Random random(5);
   const auto recording = moving(60, 0.03, random);
-  const auto found = calibrate_hand_eye_pixels(recording.hand, recording.views, recording.time_s, lens(),
+  const auto found = calibrate_hand_eye_pixels(recording.hand, recording.views, recording.time_s, wide_lens(),
                                                {.free_delay = true});
   ASSERT_TRUE(found.has_value()) << found.error().message;
   EXPECT_NEAR(found->value.delay_s, 0.03, 4.0 * found->standard_deviation(12));
   EXPECT_LT(found->standard_deviation(12), 1e-3);
   EXPECT_TRUE(found->value.warnings.empty()) << found->value.warnings.front();
-  const auto forgotten = calibrate_hand_eye_pixels(recording.hand, recording.views, recording.time_s, lens());
+  const auto forgotten =
+      calibrate_hand_eye_pixels(recording.hand, recording.views, recording.time_s, wide_lens());
   ASSERT_TRUE(forgotten.has_value()) << forgotten.error().message;
   ASSERT_FALSE(forgotten->value.warnings.empty());
   EXPECT_NE(forgotten->value.warnings[0].find("--estimate-delay"), std::string::npos);
@@ -146,7 +149,7 @@ TEST(PixelHandEye, NamesAWrongSizeOfTheSquares) {
   auto recording = still(15, random);
   for (auto& view : recording.views)
     for (auto& corner : view.board) corner *= 1.2;
-  const auto found = calibrate_hand_eye_pixels(recording.hand, recording.views, {}, lens());
+  const auto found = calibrate_hand_eye_pixels(recording.hand, recording.views, {}, wide_lens());
   ASSERT_TRUE(found.has_value()) << found.error().message;
   ASSERT_FALSE(found->value.warnings.empty());
   EXPECT_NE(found->value.warnings[0].find("--square-mm"), std::string::npos);
@@ -160,7 +163,7 @@ TEST(PixelHandEye, NamesHandPosesThatAreTheOtherWayRound) {
     const auto inverse = pose.as<World, CameraMarker>().inverse();
     pose.rotation = inverse.rotation, pose.translation = inverse.translation;
   }
-  const auto found = calibrate_hand_eye_pixels(recording.hand, recording.views, {}, lens());
+  const auto found = calibrate_hand_eye_pixels(recording.hand, recording.views, {}, wide_lens());
   ASSERT_FALSE(found.has_value());
   EXPECT_NE(found.error().message.find("other way round"), std::string::npos);
 }
@@ -169,7 +172,7 @@ TEST(PixelHandEye, ABlunderAmongTheHandPosesIsNamedAndHardlyCounts) {
   Random random(8);
   auto recording = still(20, random);
   recording.hand[7].translation.x() += 0.05;
-  const auto found = calibrate_hand_eye_pixels(recording.hand, recording.views, {}, lens());
+  const auto found = calibrate_hand_eye_pixels(recording.hand, recording.views, {}, wide_lens());
   ASSERT_TRUE(found.has_value()) << found.error().message;
   EXPECT_LT(error_of(found->value).tail<3>().norm(), 0.001);
   ASSERT_FALSE(found->value.warnings.empty());
