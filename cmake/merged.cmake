@@ -40,11 +40,13 @@ function(palpate_merge_into target)
   endforeach()
   palpate_write_unit(${target} ${number} "${content}")
   foreach(module IN LISTS modules)
-    # Ours are there by palpate_options; named as a system's they would be spared warnings.
+    # Not ours: named as a system's they would be spared warnings.
     target_include_directories(${target} SYSTEM PRIVATE
-      $<FILTER:$<TARGET_PROPERTY:${module},INCLUDE_DIRECTORIES>,EXCLUDE,^${PROJECT_SOURCE_DIR}$|/generated$>)
+      "$<FILTER:$<TARGET_PROPERTY:${module},INCLUDE_DIRECTORIES>,EXCLUDE,^${PROJECT_SOURCE_DIR}$|/generated$>")
     target_compile_definitions(${target} PRIVATE $<TARGET_PROPERTY:${module},COMPILE_DEFINITIONS>)
   endforeach()
+  # What the modules have named already, CMake does not take from palpate_options a second time.
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/generated)
   set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
 endfunction()
 

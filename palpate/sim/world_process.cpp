@@ -164,6 +164,31 @@ class ForceOnArm {
   bool lost_ = false;
 };
 
+// The devices' faults that the world file asks for, said as they begin and end.
+class FaultNews {
+ public:
+  void look(const DeviceFaults& faults, double since, Instant<TrueTime> now) {
+    for (const auto& [code, holds] : faults.at(since))
+      if (holds != monitor_.holds(code))
+        monitor_.set(holds,
+                     {code, fmt::format("fault {} begins", device::name_of(code)),
+                      fmt::format("fault {} is over", device::name_of(code))},
+                     now);
+  }
+
+ private:
+  device::HealthMonitor<TrueTime> monitor_{kLog};
+};
+
+// Without pictures there still is an arm to feel with: said once.
+void look_at_pictures(const CameraRenderThread& render_thread, WorldProcessReport& report) {
+  if (!report.picture_fault.empty() || report.ticks % 100 != 0) return;
+  report.picture_fault = render_thread.fault();
+  if (!report.picture_fault.empty())
+    kLog.warning("the camera's picture cannot be drawn: {}; arm and tracker go on without pictures",
+                 report.picture_fault);
+}
+
 void count_tick(Duration late, WorldProcessReport& report) {
   const double late_s = to_seconds(late);
   ++report.ticks;
@@ -206,7 +231,7 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
   auto tick = start;
   ForceOnArm force;
   const DeviceFaults faults(file);
-  device::HealthMonitor<TrueTime> fault_monitor(kLog);
+  FaultNews fault_news;
   MonotonicClock<TrueTime> waiting;
   while (!stop.load(std::memory_order_relaxed) && tick < end) {
     tick += kTick;
@@ -224,12 +249,7 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
     arm.waited = waiting.now() - now;
     server.publish_arm(arm);
     const double since = to_seconds(now - start);
-    for (const auto& [code, holds] : faults.at(since))
-      if (holds != fault_monitor.holds(code))
-        fault_monitor.set(holds,
-                          {code, fmt::format("fault {} begins", device::name_of(code)),
-                           fmt::format("fault {} is over", device::name_of(code))},
-                          now);
+    fault_news.look(faults, since, now);
     auto samples = world.tracker().poll();
     faults.disturb(since, samples);
     for (const auto& sample : samples) server.publish_tracker(sample);
@@ -242,13 +262,7 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
       kLog.warning(
           "whoever commanded the arm has gone silent; it is without force until another `palpate "
           "physics` takes it");
-    // Without pictures there still is an arm to feel with.
-    if (render_thread && report.picture_fault.empty() && report.ticks % 100 == 0) {
-      report.picture_fault = render_thread->fault();
-      if (!report.picture_fault.empty())
-        kLog.warning("the camera's picture cannot be drawn: {}; arm and tracker go on without pictures",
-                     report.picture_fault);
-    }
+    if (render_thread) look_at_pictures(*render_thread, report);
   }
   if (render_thread) report.images = render_thread->images();
   render_thread.reset();  // it writes the exposures

@@ -29,6 +29,70 @@ Expected<void> calibrate_named(const LiveDevices& devices, const std::string& fi
   return calibrate_live(devices, file, rig, plan);
 }
 
+struct CalibrateAllOptions {
+  std::string rig, world;
+  std::uint64_t seed = 1;
+  int poses = calibration::session::CalibrationPlan().arm_points;
+  LiveDevices devices;
+};
+
+void add_device_options(CLI::App& command, LiveDevices& devices) {
+  command.add_option("--arm", devices.arm, "The arm: " + drivers().arm_forms())->type_name("URI");
+  command.add_option("--tracker", devices.tracker, "The tracker: " + drivers().tracker_forms())
+      ->type_name("URI");
+  command.add_option("--tracker-tool", devices.tools,
+                     "What the tracker calls a marker: tip_marker=NAME, camera_marker=NAME, pointer=NAME");
+  command.add_option("--camera", devices.camera, "The camera: " + drivers().camera_forms())->type_name("URI");
+  add_camera_options(command, devices.camera_options);
+  command.add_flag("--arm-at-reset", devices.at_reset,
+                   "The arm is in its reset position now: set its encoders' zero there if it is lost");
+  command
+      .add_option("--instructions", devices.instructions,
+                  "Write what the person is asked for to FILE as well, a line of JSON each")
+      ->type_name("FILE");
+}
+
+// By itself, in the simulated laboratory of a world file.
+Expected<void> calibrate_simulated(const CalibrateAllOptions& options, const sim::config::WorldFile& file,
+                                   rig::Rig rig) {
+  rig.nominal_arm.lengths = {file.arm.lengths[0], file.arm.lengths[1]};
+  rig.tip_marker_leds = file.tip_marker.leds;
+  rig.camera_marker_leds = file.camera_marker.leds;
+  rig.pointer_leds = file.pointer.leds;
+  sim::CameraRenderer renderer;
+  sim::Simulator world(file, options.seed);
+  world.set_renderer(
+      [&renderer](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) { renderer.render(view, rgb); });
+  Progress progress({{"calibrating", 25.0}});
+  calibration::session::SessionHooks hooks;
+  calibration::session::GuidanceState guidance;
+  hooks.progress = [&progress](std::size_t step, std::size_t steps, const std::string& name) {
+    progress.begin(0);
+    progress.say(name);
+    progress.update(static_cast<double>(step) / static_cast<double>(steps));
+  };
+  hooks.guidance = [&progress, &guidance](const calibration::session::GuidanceState& state, int of) {
+    guidance = state;
+    progress.say(
+        fmt::format("arm: pose {} of {}, {}", state.poses, of, calibration::session::guidance_text(state)));
+  };
+  hooks.save = [&options](const rig::Rig& so_far) { return rig::write_rig(options.rig, so_far); };
+  hooks.find_landmarks = calibration::session::landmark_finder();
+  calibration::session::CalibrationPlan plan;
+  plan.reach = evaluation::reach_of(file);
+  plan.guidance_seed = options.seed;
+  plan.arm_points = plan.arm_test_points = options.poses;
+  plan.date = rig::utc_now();
+  auto done = calibration::session::calibrate_rig(evaluation::laboratory_of(world), rig, plan, hooks);
+  progress.finish();
+  if (!done) return tl::unexpected(done.error());
+  fmt::print("{}: complete; held-out error of the arm {:.3f} mm\n", one_line(options.rig),
+             mm_from_metres(rig.arm->held_out_mean));
+  if (guidance.poses > 0)
+    fmt::print("arm: {} guided poses, {}\n", guidance.poses, calibration::session::guidance_text(guidance));
+  return {};
+}
+
 }  // namespace
 
 void add_calibrate_all(CLI::App& calibrate) {
@@ -36,13 +100,7 @@ void add_calibrate_all(CLI::App& calibrate) {
                                            "All of it, step by step: with you at the devices that --arm, "
                                            "--tracker and --camera name, or by itself in a "
                                            "simulated laboratory; goes on where an earlier run stopped");
-  struct Options {
-    std::string rig, world;
-    std::uint64_t seed = 1;
-    int poses = calibration::session::CalibrationPlan().arm_points;
-    LiveDevices devices;
-  };
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CalibrateAllOptions>();
   command->add_option("--rig", options->rig, "Rig file: written after each step; what it has already is kept")
       ->required();
   command->add_option("--world", options->world, "World file; the reference laboratory where none is named");
@@ -54,21 +112,7 @@ void add_calibrate_all(CLI::App& calibrate) {
           "In how many poses the stylus is held for the arm, and as many again that judge the result")
       ->check(CLI::Range(15, 1000))
       ->capture_default_str();
-  auto& devices = options->devices;
-  command->add_option("--arm", devices.arm, "The arm: " + drivers().arm_forms())->type_name("URI");
-  command->add_option("--tracker", devices.tracker, "The tracker: " + drivers().tracker_forms())
-      ->type_name("URI");
-  command->add_option("--tracker-tool", devices.tools,
-                      "What the tracker calls a marker: tip_marker=NAME, camera_marker=NAME, pointer=NAME");
-  command->add_option("--camera", devices.camera, "The camera: " + drivers().camera_forms())
-      ->type_name("URI");
-  add_camera_options(*command, devices.camera_options);
-  command->add_flag("--arm-at-reset", devices.at_reset,
-                    "The arm is in its reset position now: set its encoders' zero there if it is lost");
-  command
-      ->add_option("--instructions", devices.instructions,
-                   "Write what the person is asked for to FILE as well, a line of JSON each")
-      ->type_name("FILE");
+  add_device_options(*command, options->devices);
   on(command, [options]() -> Expected<void> {
     sim::config::WorldFile file = sim::config::reference_world();
     if (!options->world.empty()) {
@@ -84,43 +128,7 @@ void add_calibrate_all(CLI::App& calibrate) {
     }
     if (options->devices.named())
       return calibrate_named(options->devices, options->rig, rig, options->seed, options->poses);
-    rig.nominal_arm.lengths = {file.arm.lengths[0], file.arm.lengths[1]};
-    rig.tip_marker_leds = file.tip_marker.leds;
-    rig.camera_marker_leds = file.camera_marker.leds;
-    rig.pointer_leds = file.pointer.leds;
-    sim::CameraRenderer renderer;
-    sim::Simulator world(file, options->seed);
-    world.set_renderer([&renderer](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
-      renderer.render(view, rgb);
-    });
-    Progress progress({{"calibrating", 25.0}});
-    calibration::session::SessionHooks hooks;
-    calibration::session::GuidanceState guidance;
-    hooks.progress = [&progress](std::size_t step, std::size_t steps, const std::string& name) {
-      progress.begin(0);
-      progress.say(name);
-      progress.update(static_cast<double>(step) / static_cast<double>(steps));
-    };
-    hooks.guidance = [&progress, &guidance](const calibration::session::GuidanceState& state, int of) {
-      guidance = state;
-      progress.say(
-          fmt::format("arm: pose {} of {}, {}", state.poses, of, calibration::session::guidance_text(state)));
-    };
-    hooks.save = [&options](const rig::Rig& so_far) { return rig::write_rig(options->rig, so_far); };
-    hooks.find_landmarks = calibration::session::landmark_finder();
-    calibration::session::CalibrationPlan plan;
-    plan.reach = evaluation::reach_of(file);
-    plan.guidance_seed = options->seed;
-    plan.arm_points = plan.arm_test_points = options->poses;
-    plan.date = rig::utc_now();
-    auto done = calibration::session::calibrate_rig(evaluation::laboratory_of(world), rig, plan, hooks);
-    progress.finish();
-    if (!done) return tl::unexpected(done.error());
-    fmt::print("{}: complete; held-out error of the arm {:.3f} mm\n", one_line(options->rig),
-               mm_from_metres(rig.arm->held_out_mean));
-    if (guidance.poses > 0)
-      fmt::print("arm: {} guided poses, {}\n", guidance.poses, calibration::session::guidance_text(guidance));
-    return {};
+    return calibrate_simulated(*options, file, std::move(rig));
   });
 }
 

@@ -180,9 +180,9 @@ Expected<void> listen_to_tracker(const ListenArguments& options) {
   LiveLine live;
   const std::int64_t start = MonotonicClock<TrackerClock>::monotonic_ns();
   LinkNews link;
-  bool last_look = false;
-  while (!last_look) {
-    last_look = stop || recorder.full() || (options.seconds > 0.0 && since(start) >= options.seconds);
+  for (;;) {
+    const bool last_look =
+        stop || recorder.full() || (options.seconds > 0.0 && since(start) >= options.seconds);
     link.look((*client)->state(), [&](const char* what) {
       live.end();
       notice(fmt::format("{}: {}", where, what));
@@ -201,7 +201,8 @@ Expected<void> listen_to_tracker(const ListenArguments& options) {
       if (!options.out.empty()) recorder.add(sample);
     }
     live.show(tools, since(start));
-    if (!last_look) sleep_ms(20);
+    if (last_look) break;
+    sleep_ms(20);
   }
   live.end();
 
