@@ -99,7 +99,7 @@ HapticLoop::HapticLoop(device::ArmDevice& arm, const rig::ArmCalibration& calibr
   condition_.write(told_);
 }
 
-void HapticLoop::tick(Instant<PhysicsClock> begun) {
+void HapticLoop::tick(Instant<PhysicsClock> begun, HapticTick* told) {
   SafetyInputs inputs;
   const double continuous_before = limiter_.continuous().norm();
   const Matrix3 M_before = device_.M;
@@ -109,7 +109,7 @@ void HapticLoop::tick(Instant<PhysicsClock> begun) {
   // Where a guest has held the tick up, it begins anew when that is over: what was known is old.
   const Duration waited = held_up();
   const Instant<PhysicsClock> now = begun + waited;
-  const bool let_go_meanwhile = let_go_.exchange(false);
+  const bool let_go_meanwhile = InputTrace::pass(let_go_.exchange(false)) != 0;
   double elapsed = started_ ? std::max(0.0, to_seconds(now - last_tick_)) : 0.0;
   if (let_go_meanwhile) elapsed = std::max(elapsed, to_seconds(device::kLongestHold));
   last_tick_ = now;
@@ -165,6 +165,10 @@ void HapticLoop::tick(Instant<PhysicsClock> begun) {
 
   account(elapsed);
   keep(now, requested, before, gain_before);
+  if (told != nullptr) {
+    told->begun = begun;
+    tell(*told, sample, requested);
+  }
   ticks_ended_.store(statistics_.ticks, std::memory_order_relaxed);
 }
 
@@ -389,6 +393,20 @@ void HapticLoop::keep(Instant<PhysicsClock> now, const RequestedForce& requested
     told_.trip_culprit = told_.culprit;
   }
   condition_.write(told_);
+}
+
+void HapticLoop::tell(HapticTick& told, const device::ArmSample& sample,
+                      const RequestedForce& requested) const {
+  told.number = statistics_.ticks;
+  told.sample = sample;
+  told.tip = tip_.X_world_tip.translation;
+  told.speed = tip_.velocity.norm();
+  told.continuous = requested.continuous;
+  told.impact = requested.impact;
+  told.commanded = clamp_.last();
+  told.state = guard_.state();
+  told.fault = guard_.fault();
+  told.culprit = told_.culprit;
 }
 
 std::vector<HapticRecord> HapticLoop::records_before(std::uint64_t tick) const {

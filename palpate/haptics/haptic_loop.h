@@ -28,6 +28,7 @@
 #include "palpate/haptics/guest.h"
 #include "palpate/haptics/guest_watch.h"
 #include "palpate/haptics/haptic_record.h"
+#include "palpate/haptics/haptic_tick.h"
 #include "palpate/haptics/impact_renderer.h"
 #include "palpate/haptics/last_clamp.h"
 #include "palpate/haptics/motor_heat.h"
@@ -123,7 +124,8 @@ class HapticLoop {
              const HapticSettings& settings, TripleBuffer<HapticInput>& input,
              TripleBuffer<scene::TipState>& output, const HapticGuests& guests = {});
 
-  void tick(Instant<PhysicsClock> begun);
+  // `told`, where it is asked for: what happened in it.
+  void tick(Instant<PhysicsClock> begun, HapticTick* told = nullptr);
   // By the haptic thread; ForceGuard::rearm(). A law that was switched off is on again.
   bool rearm();
   // Before the first tick: the law's force comes so much later (experiments).
@@ -180,6 +182,7 @@ class HapticLoop {
   void account(double elapsed);
   void keep(Instant<PhysicsClock> now, const RequestedForce& requested, ForceFault before,
             double gain_before);
+  void tell(HapticTick& told, const device::ArmSample& sample, const RequestedForce& requested) const;
 
   device::ArmDevice& arm_;
   rig::ArmCalibration calibration_;

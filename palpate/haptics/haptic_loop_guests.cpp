@@ -21,7 +21,10 @@ device::ArmSample HapticLoop::read_arm() {
   bool threw = arm_threw_;
   arm_threw_ = false;
   try {
-    visit(Guest::arm, arm_watch_, [&] { sample = arm_.read(); });
+    visit(Guest::arm, arm_watch_, [&] {
+      const InputTrace::Scope outside(nullptr);  // what the driver learns stands in the sample
+      sample = arm_.read();
+    });
   } catch (...) {
     threw = true;
   }
@@ -36,6 +39,7 @@ device::ArmSample HapticLoop::read_arm() {
 void HapticLoop::command_arm(const Vector3& force) {
   try {
     visit(Guest::arm, arm_watch_, [&] {
+      const InputTrace::Scope outside(nullptr);
       if (motors_ != nullptr)
         motors_->command(device_.torques(force, torque_limits_));
       else

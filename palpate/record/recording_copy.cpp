@@ -1,11 +1,11 @@
 #include "palpate/record/recording_copy.h"
 
 #include <cmath>
-#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
 
+#include "palpate/record/internal/channel_numbers.h"
 #include "palpate/record/mcap_writer.h"
 #include "palpate/record/recording_info.h"
 
@@ -19,11 +19,10 @@ class Copier : public ScanHandler {
 
   Expected<void> message(const HeardMessage& heard) override {
     if (auto ready = begin(); !ready) return ready;
-    const auto known = numbers_.find(heard.message.channel);
-    if (known == numbers_.end() || !(known->second.told == heard.channel))
-      if (auto added = add(heard); !added) return added;
+    const auto number = numbers_.of(heard.channel, heard.schema, heard.message.channel, *writer_);
+    if (!number) return tl::unexpected(number.error());
     Message message = heard.message;
-    message.channel = numbers_.at(heard.message.channel).number;
+    message.channel = *number;
     return writer_->write(message);
   }
   Expected<void> attachment(const Attachment& attachment) override {
@@ -43,10 +42,6 @@ class Copier : public ScanHandler {
   }
 
  private:
-  struct Known {
-    Channel told;  // in the original
-    std::uint16_t number = 0;
-  };
   Expected<void> begin() {
     if (writer_) return {};
     auto file = RecordFile::whole(out_);
@@ -58,24 +53,10 @@ class Copier : public ScanHandler {
     writer_ = std::make_unique<McapWriter>(std::move(*writer));
     return {};
   }
-  Expected<void> add(const HeardMessage& heard) {
-    Channel channel = heard.channel;
-    channel.schema = 0;
-    if (heard.schema != nullptr) {
-      const auto schema = writer_->add_schema(*heard.schema);
-      if (!schema) return tl::unexpected(schema.error());
-      channel.schema = *schema;
-    }
-    const auto number = writer_->add_channel(channel);
-    if (!number) return tl::unexpected(number.error());
-    numbers_[heard.message.channel] = {heard.channel, *number};
-    return {};
-  }
-
   std::filesystem::path out_;
   FileHeader header_;
   std::unique_ptr<McapWriter> writer_;
-  std::map<std::uint16_t, Known> numbers_;  // of the original
+  ChannelNumbers numbers_;
 };
 
 // Nanoseconds after `start`, as far as they go.

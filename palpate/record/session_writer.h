@@ -54,6 +54,11 @@ class RecordStream {
  public:
   // False where it is dropped. Messages that are written at the same time by several threads stand in any order.
   bool write(std::uint64_t log_time_ns, std::uint64_t publish_time_ns, std::string_view data) noexcept;
+  // One that its source could not even hand over: it counts as dropped.
+  void drop() noexcept {
+    offered_.fetch_add(1, std::memory_order_relaxed);
+    dropped_.fetch_add(1, std::memory_order_relaxed);
+  }
   std::uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
 
  private:

@@ -25,14 +25,22 @@ cv::Mat blue_first(std::span<const std::uint8_t> rgb, int width, int height) {
   return turned;
 }
 
+std::string encoded(const char* format, std::span<const std::uint8_t> rgb, int width, int height,
+                    const std::vector<int>& how) {
+  std::vector<std::uint8_t> bytes;
+  if (!cv::imencode(format, blue_first(rgb, width, height), bytes, how))
+    throw std::runtime_error(std::string("picture: encoding as ") + format + " failed");
+  return {bytes.begin(), bytes.end()};
+}
+
 }  // namespace
 
 std::string png_bytes(std::span<const std::uint8_t> rgb, int width, int height) {
-  std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(".png", blue_first(rgb, width, height), bytes, {cv::IMWRITE_PNG_COMPRESSION, 6})) {
-    throw std::runtime_error("picture: PNG encoding failed");
-  }
-  return {bytes.begin(), bytes.end()};
+  return encoded(".png", rgb, width, height, {cv::IMWRITE_PNG_COMPRESSION, 6});
+}
+
+std::string jpeg_bytes(std::span<const std::uint8_t> rgb, int width, int height) {
+  return encoded(".jpg", rgb, width, height, {cv::IMWRITE_JPEG_QUALITY, 95});
 }
 
 Expected<void> write_png(const std::filesystem::path& path, std::span<const std::uint8_t> rgb, int width,

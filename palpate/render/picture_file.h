@@ -17,6 +17,8 @@ namespace palpate::render {
 
 // The picture as a PNG file's bytes. Throws std::invalid_argument when size and bytes do not agree.
 std::string png_bytes(std::span<const std::uint8_t> rgb, int width, int height);
+// As a JPEG file's bytes, quality 95. Throws as png_bytes().
+std::string jpeg_bytes(std::span<const std::uint8_t> rgb, int width, int height);
 Expected<void> write_png(const std::filesystem::path& path, std::span<const std::uint8_t> rgb, int width,
                          int height);
 

@@ -200,10 +200,22 @@ std::string encode_as(const Message& message) {
   return out.SerializeAsString();
 }
 
+template <typename Wire, typename Part>
+std::string encode_part(const Part& part) {
+  MessageArena arena;
+  Wire& out = arena.make<Wire>();
+  put(&out, part);
+  return out.SerializeAsString();
+}
+
 }  // namespace
 
 std::string encode(const ClientMessage& message) { return encode_as<wire::ToPhysics>(message); }
 std::string encode(const ServerMessage& message) { return encode_as<wire::ToGraphics>(message); }
+std::string encode(const scene::SceneState& state) { return encode_part<wire::WorldState>(state); }
+std::string encode(const scene::SceneDescription& scene) {
+  return encode_part<wire::SceneDescription>(scene);
+}
 
 std::shared_ptr<const scene::Shape> shape_of(const ServerMessage& message) {
   const auto* reply = std::get_if<StateReply>(&message);

@@ -109,6 +109,12 @@ Expected<ClientMessage> decode_client_message(std::string_view bytes);
 Expected<ServerMessage> decode_server_message(std::string_view bytes,
                                               std::span<const std::string_view> shape = {});
 
+// What stands in messages by itself, as recordings keep it: a WorldState, a SceneDescription of palpate.proto.
+std::string encode(const scene::SceneState& state);
+std::string encode(const scene::SceneDescription& scene);
+Expected<scene::SceneState> decode_state(std::string_view bytes);
+Expected<scene::SceneDescription> decode_scene(std::string_view bytes);
+
 // The second frame of a message; nothing where it has none.
 std::shared_ptr<const scene::Shape> shape_of(const ServerMessage& message);
 // Its numbers, cut in pieces of so many bytes; they point into `shape`.

@@ -368,20 +368,36 @@ ServerMessage read(Check& check, const wire::ToGraphics& in) {
 }
 
 // `more` reads what does not stand in the message itself.
-template <typename Wire, typename Message, typename More>
-Expected<Message> decode_as(std::string_view bytes, More&& more) {
-  if (bytes.size() > kMaxMessageBytes) {
+template <typename Wire>
+Expected<void> parse(Wire& in, std::string_view bytes) {
+  if (bytes.size() > kMaxMessageBytes)
     return refused("message refused: {} bytes, at most {} are allowed", bytes.size(), kMaxMessageBytes);
-  }
   // protobuf writes about bad text on standard error: no peer is to fill that.
   static const bool silent = (google::protobuf::SetLogHandler(nullptr), true);
   static_cast<void>(silent);
-  MessageArena arena;
-  Wire& in = arena.make<Wire>();
-  if (!in.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+  if (!in.ParseFromArray(bytes.data(), static_cast<int>(bytes.size())))
     return refused("message refused: {} bytes that are no message of palpate.proto, which is expected",
                    bytes.size());
-  }
+  return {};
+}
+
+template <typename Wire>
+auto decode_part(std::string_view bytes)
+    -> Expected<decltype(read(std::declval<Check&>(), std::declval<const Wire&>()))> {
+  MessageArena arena;
+  Wire& in = arena.make<Wire>();
+  if (auto parsed = parse(in, bytes); !parsed) return tl::unexpected(parsed.error());
+  Check check;
+  auto part = read(check, in);
+  if (!check.good()) return refused("message refused: {}", check.reason());
+  return part;
+}
+
+template <typename Wire, typename Message, typename More>
+Expected<Message> decode_as(std::string_view bytes, More&& more) {
+  MessageArena arena;
+  Wire& in = arena.make<Wire>();
+  if (auto parsed = parse(in, bytes); !parsed) return tl::unexpected(parsed.error());
   if (in.protocol() != kProtocol) {
     return refused(
         "message refused: protocol {}, this side speaks {}; use the same release of palpate on both",
@@ -395,6 +411,14 @@ Expected<Message> decode_as(std::string_view bytes, More&& more) {
 }
 
 }  // namespace
+
+Expected<scene::SceneState> decode_state(std::string_view bytes) {
+  return decode_part<wire::WorldState>(bytes);
+}
+
+Expected<scene::SceneDescription> decode_scene(std::string_view bytes) {
+  return decode_part<wire::SceneDescription>(bytes);
+}
 
 Expected<ClientMessage> decode_client_message(std::string_view bytes) {
   return decode_as<wire::ToPhysics, ClientMessage>(bytes, [](auto&...) {});

@@ -44,6 +44,7 @@ void add_device_options(CLI::App& command, LiveDevices& devices) {
                      "What the tracker calls a marker: tip_marker=NAME, camera_marker=NAME, pointer=NAME");
   command.add_option("--camera", devices.camera, "The camera: " + drivers().camera_forms())->type_name("URI");
   add_camera_options(command, devices.camera_options);
+  add_record_options(command, devices.record);
   command.add_flag("--arm-at-reset", devices.at_reset,
                    "The arm is in its reset position now: set its encoders' zero there if it is lost");
   command

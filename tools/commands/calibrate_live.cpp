@@ -29,7 +29,7 @@ struct Opened {
   }
 };
 
-Expected<Opened> open(const LiveDevices& names, const rig::Rig& rig) {
+Expected<Opened> open(const LiveDevices& names, const rig::Rig& rig, const device::DriverRegistry& known) {
   for (const auto& [option, text] :
        {std::pair("--arm", names.arm), {"--tracker", names.tracker}, {"--camera", names.camera}})
     if (text.empty())
@@ -37,11 +37,11 @@ Expected<Opened> open(const LiveDevices& names, const rig::Rig& rig) {
           "{} is missing: a session needs arm, tracker and camera (palpate doctor shows what there is)",
           option);
   Opened opened;
-  auto arm = drivers().open(
+  auto arm = known.open(
       device::ArmRequest{.uri = names.arm, .nominal = rig.nominal_arm, .at_reset_position = names.at_reset});
   if (!arm) return tl::unexpected(arm.error());
   opened.arm = std::move(*arm);
-  auto tracker = drivers().open(device::TrackerRequest{names.tracker, names.tools});
+  auto tracker = known.open(device::TrackerRequest{names.tracker, names.tools});
   if (!tracker) return tl::unexpected(tracker.error());
   opened.tracker = std::move(*tracker);
   device::CameraRequest request{names.camera, {}};
@@ -50,10 +50,30 @@ Expected<Opened> open(const LiveDevices& names, const rig::Rig& rig) {
     if (!asked) return tl::unexpected(asked.error());
     request = *asked;
   }
-  auto camera = drivers().open(request);
+  auto camera = known.open(request);
   if (!camera) return tl::unexpected(camera.error());
   opened.camera = std::move(*camera);
   return opened;
+}
+
+// The session's recording, where it is asked for, and the drivers that write into it.
+struct Recorded {
+  std::unique_ptr<record::session::SessionRecording> recording;
+  device::DriverRegistry drivers;
+};
+
+Expected<Recorded> begin_recording(const RecordOptions& options, const rig::Rig& rig) {
+  auto pictures = picture_recording(options);
+  if (!pictures) return tl::unexpected(pictures.error());
+  if (options.file.empty()) return Recorded{nullptr, drivers()};
+  auto begun =
+      record::session::SessionRecording::begin(options.file, {.recorder = "calibrate all", .on_error = {}});
+  if (!begun) return tl::unexpected(begun.error());
+  if (auto done = (*begun)->attach("rig-before.toml", "application/toml", rig::rig_text(rig)); !done)
+    return tl::unexpected(done.error());
+  Recorded recorded{std::move(*begun), {}};
+  recorded.drivers = record::session::recorded_drivers(drivers(), *recorded.recording, *pictures);
+  return recorded;
 }
 
 // A person whose devices are looked at meanwhile: one that goes ends the session, in words.
@@ -85,7 +105,9 @@ class PersonAtDevices : public session::GuidedPerson {
 
 Expected<void> calibrate_live(const LiveDevices& devices, const std::string& rig_file, rig::Rig rig,
                               session::CalibrationPlan plan) {
-  auto opened = open(devices, rig);
+  auto recording = begin_recording(devices.record, rig);
+  if (!recording) return tl::unexpected(recording.error());
+  auto opened = open(devices, rig, recording->drivers);
   if (!opened) return tl::unexpected(opened.error());
   const auto& stop = stop_requested();
   auto panel = TerminalPanel::open(devices.instructions, stop);
@@ -114,6 +136,13 @@ Expected<void> calibrate_live(const LiveDevices& devices, const std::string& rig
   hooks.find_landmarks = session::landmark_finder();
   const auto done = session::calibrate_rig(context, rig, plan, hooks);
   panel->reset();
+  if (recording->recording) {
+    if (auto kept = recording->recording->attach("rig.toml", "application/toml", rig::rig_text(rig)); !kept)
+      notice(kept.error().message);
+    if (const Json figures = recording->recording->close(); figures.contains("error"))
+      return refused("{}: the recording is not whole: {}", devices.record.file,
+                     figures["error"].get<std::string>());
+  }
   if (!done) return tl::unexpected(done.error());
   fmt::print("{}: complete; held-out error of the arm {:.3f} mm\n", one_line(rig_file),
              mm_from_metres(rig.arm->held_out_mean));

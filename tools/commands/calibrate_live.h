@@ -9,6 +9,7 @@
 #include "palpate/core/expected.h"
 #include "palpate/rig/rig.h"
 #include "tools/commands/camera_options.h"
+#include "tools/commands/record_options.h"
 
 namespace palpate::tools::commands {
 
@@ -16,6 +17,7 @@ struct LiveDevices {
   std::string arm, tracker, camera;
   std::vector<std::string> tools;  // MARKER=NAME
   CameraOptions camera_options;
+  RecordOptions record;
   bool at_reset = false;
   std::string instructions;  // file of what is shown
 

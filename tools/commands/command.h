@@ -64,5 +64,6 @@ void add_picture(CLI::App& program);
 void add_board(CLI::App& program);
 void add_play(CLI::App& program);
 void add_recording(CLI::App& program);
+void add_replay(CLI::App& program);
 
 }  // namespace palpate::tools::commands

@@ -7,6 +7,7 @@
 #include "palpate/desktop/window.h"
 #include "tools/commands/command.h"
 #include "tools/commands/guests.h"
+#include "tools/commands/record_options.h"
 #include "tools/commands/settings_options.h"
 #include "tools/demo/demo.h"
 
@@ -16,6 +17,7 @@ namespace {
 struct DemoArguments {
   demo::DemoOptions demo;
   SettingsOptions settings;
+  RecordOptions record;
   std::string world, quality = "medium", monitor;
   bool stereo = false, headless = false, two_hosts = false, insecure = false;
   bool seconds_said = false;
@@ -123,6 +125,10 @@ Expected<void> show_demo(DemoArguments& options) {
   if (auto chosen = choose_pictures(options); !chosen) return chosen;
   if (auto chosen = choose_world(options); !chosen) return chosen;
   choose_length(options);
+  if (const auto pictures = picture_recording(options.record); !pictures)
+    return tl::unexpected(pictures.error());
+  demo.record = options.record.file;
+  if (options.record.pictures != "none") demo.recorded_pictures = options.record.pictures;
   demo.command = command_line(options);
   std::error_code ignored;
   demo.program = std::filesystem::read_symlink("/proc/self/exe", ignored);
@@ -147,6 +153,7 @@ void add_demo(CLI::App& program) {
   add_play_options(*command, *options);
   add_picture_options(*command, *options);
   add_network_options(*command, *options);
+  add_record_options(*command, options->record);
   on(command, [options, command] {
     options->seconds_said = command->count("--seconds") > 0;
     return show_demo(*options);

@@ -10,6 +10,7 @@
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
 #include "tools/commands/guests.h"
+#include "tools/commands/record_options.h"
 #include "tools/commands/server_options.h"
 #include "tools/commands/settings_options.h"
 
@@ -20,6 +21,7 @@ struct GraphicsOptions {
   std::string rig = "rig.toml", world, json, tracker, publish, camera = "lab", right_camera,
               quality = "medium", lab = "lab";
   CameraOptions camera_options;
+  RecordOptions record;
   std::vector<std::string> tools;
   std::string picture_time, monitor;
   double scan_out_ms = 0.0, extra_delay_ms = 0.0;
@@ -104,6 +106,7 @@ void add_run_options(CLI::App& command, GraphicsOptions& options) {
       ->default_val(0.0);
   command.add_option("--out", options.process.out,
                      "Folder for realtime_frames.csv and realtime_sync.csv, in place at the end");
+  add_record_options(command, options.record);
   command.add_option("--json", options.json,
                      "Write exchange and clock figures here at the end; - = standard output");
 }
@@ -259,6 +262,10 @@ Expected<void> run_graphics(GraphicsOptions& options) {
   options.process.rig = *rig;
   options.process.applications = known_applications();
   options.process.drivers = drivers();
+  auto pictures = picture_recording(options.record);
+  if (!pictures) return tl::unexpected(pictures.error());
+  options.process.record = options.record.file;
+  options.process.record_pictures = std::move(*pictures);
   options.process.stand_in = "lab:" + options.lab;
   if (auto chosen = choose_times(options, *rig); !chosen) return chosen;
   if (!options.process.out.empty())  // now, not after an hour of play

@@ -73,6 +73,10 @@ void add_loop_options(CLI::App& command, PhysicsOptions& options) {
       "--out", options.process.out,
       "Folder for realtime_loops.csv and realtime_jitter.csv, there when the server has ended, and for "
       "trip_*.csv, the last seconds before forces were switched off (without --out: in the run folder)");
+  command
+      .add_option("--record", options.process.record,
+                  "Record the session in this new file (MCAP; palpate recording)")
+      ->type_name("FILE");
   command.add_option("--json", options.json,
                      "Write loop and exchange figures here at the end; - = standard output");
 }

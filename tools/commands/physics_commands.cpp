@@ -8,6 +8,8 @@ void add_commands(CLI::App& program) {
   add_physics(program);
   add_keys(program);
   add_status(program);
+  add_recording(program);
+  add_replay(program);
 }
 
 }  // namespace palpate::tools::commands

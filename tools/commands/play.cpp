@@ -11,6 +11,7 @@
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
 #include "tools/commands/guests.h"
+#include "tools/commands/record_options.h"
 #include "tools/commands/settings_options.h"
 #include "tools/demo/desk_play.h"
 
@@ -20,6 +21,7 @@ namespace {
 struct PlayArguments {
   std::string rig = "desk.rig.toml", camera = "v4l2", quality = "medium", monitor, json;
   CameraOptions camera_options;
+  RecordOptions record;
   demo::DeskPlayOptions play;
 };
 
@@ -45,6 +47,10 @@ Expected<void> play(PlayArguments& options) {
     return refused("{}: lacks {}; {} --rig {}", options.rig, missing.front().part, missing.front().remedy,
                    options.rig);
   if (const auto possible = desktop::Window::possible(); !possible) return tl::unexpected(possible.error());
+  auto pictures = picture_recording(options.record);
+  if (!pictures) return tl::unexpected(pictures.error());
+  options.play.graphics.record = options.record.file;
+  options.play.graphics.record_pictures = std::move(*pictures);
   options.play.program = std::filesystem::read_symlink("/proc/self/exe");
   options.play.rig_file = options.rig;
   auto& graphics = options.play.graphics;
@@ -90,6 +96,7 @@ void add_play(CLI::App& program) {
       ->default_val(0.0);
   command->add_option("--out", options->play.graphics.out,
                       "Folder for realtime_frames.csv and realtime_sync.csv");
+  add_record_options(*command, options->record);
   command->add_option("--json", options->json, "Write its figures here at the end; - = standard output");
   on(command, [options] { return play(*options); });
 }

@@ -12,6 +12,7 @@
 #include "palpate/record/mcap_reader.h"
 #include "palpate/record/recording_copy.h"
 #include "palpate/record/recording_info.h"
+#include "palpate/record/recording_merge.h"
 #include "tools/commands/command.h"
 
 namespace palpate::tools::commands {
@@ -19,6 +20,7 @@ namespace {
 
 struct RecordingArguments {
   std::string file, out, json;
+  std::vector<std::filesystem::path> files;
   record::Cut cut{0.0, std::numeric_limits<double>::infinity(), {}};
 };
 
@@ -114,6 +116,27 @@ Expected<void> cut(const RecordingArguments& options) {
   return {};
 }
 
+Expected<void> merge(const RecordingArguments& options) {
+  std::error_code code;
+  for (const auto& file : options.files)
+    if (options.out != "-" && std::filesystem::equivalent(file, options.out, code))
+      return wrong_use("{}: is one of the recordings; give the result a file of its own", options.out);
+  const auto written = record::merge(options.files, options.out);
+  if (!written) return tl::unexpected(written.error());
+  print_line(fmt::format("kept         {}, {}, {:.3f} s", counted(written->messages, "message"),
+                         counted(written->attachments, "attachment"), record::seconds_of(*written)),
+             stream_beside(options.out));
+  return {};
+}
+
+void add_merge(CLI::App& recording, const std::shared_ptr<RecordingArguments>& options) {
+  auto* command = recording.add_subcommand(
+      "merge", "Write one recording of several that were made side by side, in the order of their times");
+  command->add_option("OUT", options->out, "The new recording (- = standard output)")->required();
+  command->add_option("FILES", options->files, "The recordings (MCAP)")->required()->expected(1, 64);
+  on(command, [options] { return merge(*options); });
+}
+
 }  // namespace
 
 void add_recording(CLI::App& program) {
@@ -149,6 +172,7 @@ void add_recording(CLI::App& program) {
       ->check(CLI::NonNegativeNumber);
   part->add_option("--topic", options->cut.topics, "This topic, as often as there are some; default: all")
       ->allow_extra_args(false);
+  add_merge(*recording, options);
 }
 
 }  // namespace palpate::tools::commands

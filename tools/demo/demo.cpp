@@ -80,6 +80,7 @@ Expected<scene::SceneDescription> check(const DemoOptions& options) {
   auto scene = sim::config::scene_of(options.world, options.applications, options.application);
   if (!scene) return scene;
   if (auto mesh = scene::read_mesh_asset(*scene); !mesh) return tl::unexpected(mesh.error());
+  if (auto fine = JointRecording(options.record).check(); !fine) return tl::unexpected(fine.error());
   if (options.two_hosts)
     if (auto possible = TwoHosts::make(); !possible) return tl::unexpected(possible.error());
   return scene;
@@ -214,6 +215,8 @@ Expected<void> Demo::play_in_real_time() {
   run.graphics_clock = options_.world.clocks.graphics_host;
   run.window = options_.window;
   run.monitor = options_.monitor;
+  run.recording = JointRecording(options_.record);
+  run.recorded_pictures = options_.recorded_pictures;
   if (options_.window) {
     run.world = options_.out / "world-window.toml";
     if (auto done =

@@ -41,6 +41,8 @@ struct DemoOptions {
   std::optional<desktop::MonitorView> monitor;        // beside the window, for those who look on
   bool window = false;  // on this machine's display: the real-time run comes first, and a person may play it
   std::optional<TwoHostsOptions> two_hosts;  // for the real-time run
+  std::filesystem::path record;              // a new file for a recording of that run; empty: none
+  std::string recorded_pictures;             // in it: jpeg, lossless; empty: none
 };
 
 struct DemoResult {

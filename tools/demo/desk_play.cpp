@@ -11,6 +11,7 @@
 #include "palpate/core/file.h"
 #include "palpate/core/run_directory.h"
 #include "palpate/transport/local_endpoint.h"
+#include "tools/demo/joint_recording.h"
 #include "tools/demo/session_processes.h"
 
 namespace palpate::tools::demo {
@@ -94,6 +95,10 @@ Expected<Json> play_at_desk(const DeskPlayOptions& options) {
   session.physics.application = options.application;
   session.physics.pause_s = kPauseAtDesk_s;
   session.physics.listen.address = endpoint->address;
+  const JointRecording recording(graphics.record);
+  if (auto fine = recording.check(); !fine) return tl::unexpected(fine.error());
+  session.physics.record = recording.physics();
+  graphics.record = recording.graphics();
   if (auto done = write_file(session.world, sim::config::world_text(graphics.world)); !done)
     return tl::unexpected(done.error());
 
@@ -113,6 +118,8 @@ Expected<Json> play_at_desk(const DeskPlayOptions& options) {
   physics->wait(std::chrono::seconds(5));
   world->ask_to_stop();
   world->wait(std::chrono::seconds(5));
+  if (figures)
+    if (auto joined = recording.join(); !joined) return tl::unexpected(joined.error());
   return figures;
 }
 

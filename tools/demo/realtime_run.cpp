@@ -148,6 +148,9 @@ SessionProcesses RealtimeRun::processes() const {
   session.graphics.timecode = timecode();
   session.graphics.window = options_.window;
   if (options_.window) session.graphics.monitor = options_.monitor;
+  session.physics.record = options_.recording.physics();
+  session.graphics.record = options_.recording.graphics();
+  session.graphics.pictures = options_.recorded_pictures;
   return session;
 }
 
@@ -238,7 +241,7 @@ Expected<void> RealtimeRun::stop() {
       return refused("real-time run: a server ended without its figures: {}", server->why_it_ended());
   from_graphics_ = *graphics_->reports().result();
   from_physics_ = *physics_->reports().result();
-  return {};
+  return options_.recording.join();
 }
 
 Expected<Json> RealtimeRun::figures() {

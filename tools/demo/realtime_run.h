@@ -14,6 +14,7 @@
 #include "palpate/scene/application_registry.h"
 #include "palpate/sim/config/world_file.h"
 #include "palpate/time/instant.h"
+#include "tools/demo/joint_recording.h"
 #include "tools/demo/test_network.h"
 
 namespace palpate::tools::demo {
@@ -34,6 +35,8 @@ struct RealtimeRunOptions {
   // `seconds`.
   bool window = false;
   std::optional<desktop::MonitorView> monitor;  // beside it, for those who look on
+  JointRecording recording;                     // of both servers
+  std::string recorded_pictures;                // in it: jpeg, lossless; empty: none
   Duration scan_out{0};                         // the simulated display's, as the world file has it
   sim::config::ClockSettings graphics_clock;    // what the graphics process disguises its clock with
 };

@@ -57,6 +57,7 @@ std::vector<std::string> physics_arguments(const SessionProcesses& session) {
   Arguments arguments({"physics"});
   arguments.option("--app", physics.application);
   if (physics.pause_s) arguments.option("--serve-pause-s", fmt::format("{}", *physics.pause_s));
+  arguments.unless_empty("--record", physics.record);
   return arguments.server("--listen", physics.listen).both_servers(session).words();
 }
 
@@ -73,6 +74,7 @@ std::vector<std::string> graphics_arguments(const SessionProcesses& session) {
       .flag("--mouse", graphics.window);
   if (graphics.monitor)
     arguments.option("--monitor", std::string(desktop::monitor_view_word(*graphics.monitor)));
+  arguments.unless_empty("--record", graphics.record).unless_empty("--pictures", graphics.pictures);
   return arguments.server("--connect", graphics.connect).both_servers(session).words();
 }
 

@@ -28,6 +28,7 @@ struct PhysicsServerProcess {
   std::string application;
   std::optional<double> pause_s;  // between two rounds, for people
   transport::ServerName listen;   // where it serves
+  std::filesystem::path record;   // new file of its recording; empty: none
 };
 
 struct GraphicsServerProcess {
@@ -39,6 +40,8 @@ struct GraphicsServerProcess {
   bool timecode = false;
   bool window = false;  // and the mouse in it
   std::optional<desktop::MonitorView> monitor;
+  std::filesystem::path record;  // new file of its recording; empty: none
+  std::string pictures;          // in there: jpeg, lossless; empty: none
 };
 
 struct SessionProcesses {

@@ -18,38 +18,16 @@
 #include "palpate/core/stop_signal.h"
 #include "palpate/device/health_monitor.h"
 #include "palpate/haptics/trip_writer.h"
+#include "palpate/record/session/physics_recorder.h"
 #include "palpate/server/physics/guest_news.h"
 #include "palpate/server/physics/physics_loops.h"
+#include "palpate/server/physics/recorded_setup.h"
+#include "palpate/server/physics/serving_place.h"
 
 namespace palpate::server::physics {
 namespace {
 
 constexpr Log kLog("physics");
-
-// The keys an encrypted endpoint needs.
-Expected<std::optional<transport::ServerIdentity>> identity_for(const transport::Endpoint& endpoint,
-                                                                const std::filesystem::path& chosen) {
-  if (!endpoint.encrypted) return std::nullopt;
-  const auto folder = chosen.empty() ? transport::keys_folder() : Expected<std::filesystem::path>(chosen);
-  if (!folder) return tl::unexpected(folder.error());
-  auto identity = transport::server_identity(*folder);
-  if (!identity) return tl::unexpected(identity.error());
-  return std::optional(std::move(*identity));
-}
-
-// What a person should know of who may come in.
-void tell_who_is_admitted(const transport::Endpoint& endpoint,
-                          const std::optional<transport::ServerIdentity>& identity) {
-  if (!endpoint.local() && !identity)
-    kLog.warning("warning: {} is neither encrypted nor guarded: whoever reaches it sees and commands",
-                 endpoint.address);
-  if (!identity) return;
-  kLog.info("key of this server {}", identity->own.public_key);
-  const auto admitted =
-      transport::read_authorized_keys(identity->folder).value_or(transport::AuthorizedKeys{});
-  for (const auto& complaint : admitted.complaints) kLog.warning("warning: {}", complaint);
-  if (admitted.keys.empty()) kLog.warning("warning: nobody is admitted yet; `palpate keys authorize` admits");
-}
 
 Json loop_json(const LoopStatistics& loop, double elapsed_s) {
   const auto us = [](Duration d) { return static_cast<double>(d.count()) * 1e-3; };
@@ -114,9 +92,12 @@ class PhysicsProcess {
  private:
   Expected<void> open();
   Expected<void> open_logs();
+  Expected<void> begin_recording();
+  Expected<Json> end_recording();
   void start_loops();
   void tell_what_load_can_do() const;
   Expected<void> watch();
+  void record_loops();
   void watch_guests();
   void let_guests_return();
   Json loops_figures(double elapsed_s) const;
@@ -128,7 +109,10 @@ class PhysicsProcess {
   const std::atomic<bool>& stop_ = stop_requested();
   MonotonicClock<PhysicsClock> clock_;
   MachineThreadClock guests_clock_;
+  std::unique_ptr<record::session::PhysicsTicks> ticks_;  // null: nothing is recorded
   std::unique_ptr<PhysicsSide> side_;
+  std::unique_ptr<record::session::SessionRecording> recording_;
+  std::optional<record::session::PhysicsRecorder> recorder_;
   std::optional<haptics::TripWriter> trips_;
   Instant<PhysicsClock> start_;
   std::optional<LoopsLog> log_;
@@ -141,6 +125,7 @@ Expected<Json> PhysicsProcess::run() {
   if (auto done = open(); !done) return tl::unexpected(done.error());
   start_ = clock_.now();
   if (auto done = open_logs(); !done) return tl::unexpected(done.error());
+  if (auto done = begin_recording(); !done) return tl::unexpected(done.error());
   start_loops();
   const auto watched = watch();
   const double elapsed_s = up_s();
@@ -151,6 +136,11 @@ Expected<Json> PhysicsProcess::run() {
   const std::string jitter =
       jitter_csv({{"haptic", &loops_->haptic().lateness()}, {"physics", &loops_->physics().lateness()}});
   trips_->stop();
+  if (recording_) {
+    auto recorded = end_recording();
+    if (!recorded) return recorded;
+    result["recording"] = std::move(*recorded);
+  }
   const auto counters = side_->service().counters();
   result["service"] = {{"endpoint", side_->service().endpoint()},
                        {"requests", counters.requests},
@@ -168,17 +158,12 @@ Expected<Json> PhysicsProcess::run() {
 Expected<void> PhysicsProcess::open() {
   if (!options_.drivers.names_arm(options_.arm.uri))
     return wrong_use("--arm: {}", options_.drivers.check(options_.arm).error().message);
-  auto endpoint =
-      options_.endpoint.empty()
-          ? transport::default_endpoint()
-          : transport::parse_endpoint(options_.endpoint, transport::EndpointUse::listen, options_.insecure);
-  if (!endpoint) return tl::unexpected(endpoint.error());
-  auto identity = identity_for(*endpoint, options_.keys);
-  if (!identity) return tl::unexpected(identity.error());
+  auto place = serving_place(options_.endpoint, options_.insecure, options_.keys);
+  if (!place) return tl::unexpected(place.error());
   auto side = PhysicsSide::open(options_, &guests_clock_);
   if (!side) return tl::unexpected(side.error());
   side_ = std::move(*side);
-  if (auto served = side_->serve(*endpoint, clock_, *identity); !served) return served;
+  if (auto served = side_->serve(place->endpoint, clock_, place->identity); !served) return served;
   const auto& permit = side_->server().haptic().permit();
   if (!permit.words().empty()) kLog.write(LogLevel::warning, permit.words());
   if (permit.given() && !options_.armed)
@@ -186,7 +171,7 @@ Expected<void> PhysicsProcess::open() {
   const auto folder = options_.out.empty() ? run_directory() : Expected<std::filesystem::path>(options_.out);
   if (!folder) return tl::unexpected(folder.error());
   trips_.emplace(side_->server().haptic(), *folder);
-  tell_who_is_admitted(*endpoint, *identity);
+  tell_who_is_admitted(*place, kLog);
   return {};
 }
 
@@ -195,6 +180,35 @@ Expected<void> PhysicsProcess::open_logs() {
   if (!log) return tl::unexpected(log.error());
   log_ = std::move(*log);
   return {};
+}
+
+Expected<void> PhysicsProcess::begin_recording() {
+  if (options_.record.empty()) return {};
+  auto begun =
+      record::session::SessionRecording::begin(options_.record, {.recorder = "physics", .on_error = {}});
+  if (!begun) return tl::unexpected(begun.error());
+  recording_ = std::move(*begun);
+  if (auto done = recording_->describe(kSetupWords, words_of(recorded_setup(options_, side_->arm(), true)));
+      !done)
+    return done;
+  ticks_ = std::make_unique<record::session::PhysicsTicks>();
+  side_->server().record_to(*ticks_);
+  recorder_.emplace(*recording_, *ticks_, side_->server().haptic(), options_.rig, side_->scene());
+  recorder_->start();
+  return {};
+}
+
+// The loops have ended. Figures of what the file holds; refused where the disk has refused.
+Expected<Json> PhysicsProcess::end_recording() {
+  recorder_->stop();
+  Json figures = recording_->close();
+  figures["missed"] = recorder_->missed();
+  if (figures.contains("error"))
+    return refused("{}: the recording is not whole: {}", options_.record.string(),
+                   figures["error"].get<std::string>());
+  kLog.info("{}: {:.1f} s recorded, {:.1f} MB", options_.record.string(), figures["seconds"].get<double>(),
+            figures["bytes"].get<double>() * 1e-6);
+  return figures;
 }
 
 void PhysicsProcess::start_loops() {
@@ -223,6 +237,7 @@ void PhysicsProcess::tell_what_load_can_do() const {
 Expected<void> PhysicsProcess::watch() {
   for (int look = 0; !stop_.load() && (options_.seconds <= 0.0 || up_s() < options_.seconds); ++look) {
     if (look % 10 == 0) loops_->write_status(up_s());
+    if (recorder_ && look % 50 == 0) record_loops();
     watch_guests();
     if (log_)
       log_->look(up_s(), side_->service().counters(), loops_->haptic().statistics(),
@@ -232,6 +247,23 @@ Expected<void> PhysicsProcess::watch() {
     arm_health_.follow(side_->arm().health(), clock_.now());
   }
   return {};
+}
+
+void PhysicsProcess::record_loops() {
+  const auto us = [](Duration d) { return static_cast<double>(d.count()) * 1e-3; };
+  for (const auto& [name, loop] :
+       {std::pair("haptic", &loops_->haptic()), std::pair("physics", &loops_->physics())}) {
+    const LoopStatistics s = loop->statistics();
+    recorder_->write({.name = name,
+                      .rate_hz = up_s() > 0.0 ? static_cast<double>(s.ticks) / up_s() : 0.0,
+                      .ticks = s.ticks,
+                      .overruns = s.overruns,
+                      .missed = s.missed,
+                      .late_p50_us = us(s.late_p50),
+                      .late_p99_us = us(s.late_p99),
+                      .late_max_us = us(s.late_max)},
+                     clock_.now());
+  }
 }
 
 // A thread that a guest has taken comes back to nobody: then the server ends in words, and with it the threads.

@@ -20,7 +20,8 @@ struct PhysicsProcessOptions : PhysicsSetup {
   bool real_time = true;
   std::filesystem::path
       out;  // realtime_loops.csv, realtime_jitter.csv, trip_*.csv; empty = trips only, in the run folder
-  std::function<void()> ready;  // called once, when graphics servers are answered
+  std::filesystem::path record;  // a new file for a recording of the session; empty: none
+  std::function<void()> ready;   // called once, when graphics servers are answered
 };
 
 // Rates, overruns, jitter, forces and exchange counts of the whole run; also written by `palpate physics

@@ -32,13 +32,28 @@ PhysicsServer::PhysicsServer(const rig::Rig& rig, const scene::SceneDescription&
       shapes_(application_->shape().size() / scene::Shape::kFloatsPerVertex),
       calm_speed_(0.5 * settings.limits.max_tip_speed_m_s) {}
 
-void PhysicsServer::haptic_tick(Instant<PhysicsClock> now) {
-  haptic_.tick(now);
+void PhysicsServer::haptic_tick(Instant<PhysicsClock> now, haptics::HapticTick* told) {
+  if (ticks_ == nullptr) {
+    haptic_.tick(now, told);
+    judge_calm(now);
+    return;
+  }
+  haptics::HapticTick written;
+  haptic_trace_.write();
+  const InputTrace::Scope scope(&haptic_trace_);
+  haptic_.tick(now, &written);
+  judge_calm(now);
+  ticks_->haptic.push(written, haptic_trace_);
+  if (told != nullptr) *told = written;
+}
+
+void PhysicsServer::judge_calm(Instant<PhysicsClock> now) {
   constexpr Duration kCalm = std::chrono::milliseconds(500);
   const bool calm =
       haptic_.fault() == device::ForceFault::overspeed && haptic_.tip().velocity.norm() < calm_speed_;
   if (!calm) restless_ = now;
-  if (now - restless_ >= kCalm || rearm_asked_.exchange(false, std::memory_order_relaxed)) haptic_.rearm();
+  const bool asked = InputTrace::pass(rearm_asked_.exchange(false, std::memory_order_relaxed)) != 0;
+  if (now - restless_ >= kCalm || asked) haptic_.rearm();
 }
 
 void PhysicsServer::fail(const char* what) noexcept {
@@ -68,16 +83,30 @@ void PhysicsServer::delay_forces(Duration delay) {
   haptic_.delay_law(delay);
 }
 
+// That of the step to come: wishes before it are part of it. Where nobody records, whatever trace is in hand.
+InputTrace* PhysicsServer::trace_of_step() {
+  if (ticks_ == nullptr) return InputTrace::current();
+  if (!step_traced_) step_trace_.write();
+  step_traced_ = true;
+  return &step_trace_;
+}
+
 void PhysicsServer::physics_tick(Instant<PhysicsClock> now) {
-  move_on(now);
+  {
+    const InputTrace::Scope scope(trace_of_step());
+    const bool moved = move_on(now);
+    if (ticks_ != nullptr) ticks_->steps.push(now, moved ? &state_ : nullptr, step_trace_);
+  }
+  step_traced_ = false;
   steps_ended_.fetch_add(1, std::memory_order_relaxed);
 }
 
-void PhysicsServer::move_on(Instant<PhysicsClock> now) {
+// Whether the world has moved.
+bool PhysicsServer::move_on(Instant<PhysicsClock> now) {
   tip_known_ = to_physics_.read(tip_) || tip_known_;
-  if (!tip_known_) return;  // no arm yet: nothing moves in the world before its first reading
+  if (!tip_known_) return false;  // no arm yet: nothing moves in the world before its first reading
   const Duration dt = last_ ? now - *last_ : Duration(1'000'000);
-  if (dt <= Duration(0)) return;
+  if (dt <= Duration(0)) return false;
   last_ = now;
   state_.time = now;
   ++state_.tick;
@@ -87,7 +116,7 @@ void PhysicsServer::move_on(Instant<PhysicsClock> now) {
     shape = application_->shape();
     felt_ = haptics::haptic_input(state_, application_->impact(), felt_);
   });
-  if (failed()) return;
+  if (failed()) return false;
   history_.push(state_);
   if (shapes_.vertices() > 0 && now >= next_shape_) {
     shapes_.push(now, shape);
@@ -97,6 +126,7 @@ void PhysicsServer::move_on(Instant<PhysicsClock> now) {
   }
   if (const auto input = delay_line_.push(felt_, now))
     to_haptic_.write(haptics::later(*input, delay_line_.delay()));
+  return true;
 }
 
 scene::SceneDescription scene_from_rig(const rig::Rig& rig, scene::SceneDescription described) {

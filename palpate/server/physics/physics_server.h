@@ -21,6 +21,7 @@
 #include "palpate/core/guest_call.h"
 #include "palpate/device/devices.h"
 #include "palpate/haptics/haptic_loop.h"
+#include "palpate/record/session/physics_ticks.h"
 #include "palpate/rig/rig.h"
 #include "palpate/scene/application.h"
 #include "palpate/scene/scene_history.h"
@@ -42,11 +43,14 @@ class PhysicsServer {
   // The haptic thread, 1 kHz. Forces that were switched off because the tip was too fast come back, ramped,
   // once the tip has been slow for half a second; after any other lasting fault (ForceGuard) a person's
   // `reset` re-arms. Every fault stays counted.
-  void haptic_tick(Instant<PhysicsClock> now);
+  // `told`, where it is asked for: what happened in it.
+  void haptic_tick(Instant<PhysicsClock> now, haptics::HapticTick* told = nullptr);
   // The physics thread, 1 kHz or faster.
   void physics_tick(Instant<PhysicsClock> now);
   // The physics thread: a person's wish.
   void control(scene::Control command) {
+    if (ticks_ != nullptr) ticks_->steps.control(command);
+    const InputTrace::Scope scope(trace_of_step());
     if (command == scene::Control::reset) rearm_asked_.store(true, std::memory_order_relaxed);
     run_application([&] { application_->control(command); });
   }
@@ -54,6 +58,9 @@ class PhysicsServer {
   // Before the loops start: forces come so much later than they would (experiments). Throws
   // std::invalid_argument outside 0 ... DelayLine::kMost.
   void delay_forces(Duration delay);
+  // Before the loops start: each tick and each step is written there, with all it has learned from outside its thread.
+  // It must outlive the server.
+  void record_to(record::session::PhysicsTicks& ticks) { ticks_ = &ticks; }
 
   // Any thread.
   // What has become of the application: empty, or that it threw and what. It stays so.
@@ -79,12 +86,17 @@ class PhysicsServer {
   const scene::ImpactEvent& impact() { return application_->impact(); }
 
  private:
-  void move_on(Instant<PhysicsClock> now);
+  InputTrace* trace_of_step();
+  bool move_on(Instant<PhysicsClock> now);
+  void judge_calm(Instant<PhysicsClock> now);
   template <typename Call>
   void run_application(Call&& call);
   void fail(const char* what) noexcept;
   bool failed() const { return failed_.load(std::memory_order_acquire); }
 
+  record::session::PhysicsTicks* ticks_ = nullptr;  // null: nobody records
+  InputTrace haptic_trace_, step_trace_;            // of the tick under way, where somebody does
+  bool step_traced_ = false;                        // its trace has begun, with a wish
   std::unique_ptr<scene::Application> application_;
   std::string application_name_, application_words_;
   std::array<char, 160> failure_{};  // what it threw; set before `failed_`

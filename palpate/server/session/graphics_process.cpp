@@ -15,6 +15,7 @@
 #include "palpate/server/graphics/graphics_figures.h"
 #include "palpate/server/graphics/pose_feed.h"
 #include "palpate/server/graphics/server_watch.h"
+#include "palpate/server/session/frame_recorder.h"
 #include "palpate/server/session/graphics_side.h"
 #include "palpate/time/real_time.h"
 #include "palpate/transport/zmq_engine.h"
@@ -43,6 +44,8 @@ class GraphicsProcess {
 
  private:
   Expected<void> open();
+  Expected<GraphicsDevices> open_devices();
+  Expected<Json> end_recording();
   Expected<void> meet_physics_server();
   Expected<scene::SceneDescription> await_scene(transport::StateLink& link) const;
   Expected<void> open_windows();
@@ -66,6 +69,9 @@ class GraphicsProcess {
   transport::ServerPlace place_;
   std::optional<graphics::PoseFeed> feed_;
   const MonotonicClock<GraphicsClock> clock_;
+  std::unique_ptr<record::session::SessionRecording>
+      recording_;  // null: nothing is recorded; its devices go first
+  std::optional<FrameRecorder> recorder_;
   std::optional<GraphicsDevices> devices_;  // until the physics server has been met
   std::unique_ptr<GraphicsSide> side_;
   std::unique_ptr<desktop::DesktopUi> ui_;
@@ -103,6 +109,11 @@ Expected<Json> GraphicsProcess::run() {
     if (auto done = logs_->finish(); !done) return tl::unexpected(done.error());
   if (probe_)
     if (auto done = probe_->finish(); !done) return tl::unexpected(done.error());
+  if (recording_) {
+    auto recorded = end_recording();
+    if (!recorded) return recorded;
+    result["recording"] = std::move(*recorded);
+  }
   return result;
 }
 
@@ -119,7 +130,7 @@ Expected<void> GraphicsProcess::open() {
   auto place = transport::server_place(options_.server);
   if (!place) return tl::unexpected(place.error());
   place_ = std::move(*place);
-  auto devices = GraphicsDevices::open(options_);
+  auto devices = open_devices();
   if (!devices) return tl::unexpected(devices.error());
   devices_.emplace(std::move(*devices));
   if (!options_.publish) return {};
@@ -128,6 +139,30 @@ Expected<void> GraphicsProcess::open() {
   if (!feed) return tl::unexpected(feed.error());
   feed_ = std::move(*feed);
   return {};
+}
+
+// Where there is a recording, its drivers write into it.
+Expected<GraphicsDevices> GraphicsProcess::open_devices() {
+  if (options_.record.empty()) return GraphicsDevices::open(options_);
+  auto begun =
+      record::session::SessionRecording::begin(options_.record, {.recorder = "graphics", .on_error = {}});
+  if (!begun) return tl::unexpected(begun.error());
+  recording_ = std::move(*begun);
+  recorder_.emplace(*recording_, options_.rig, clock_);
+  GraphicsSetup setup = options_;
+  setup.drivers = record::session::recorded_drivers(options_.drivers, *recording_, options_.record_pictures);
+  return GraphicsDevices::open(setup);
+}
+
+// Figures of what the file holds; refused where the disk has refused.
+Expected<Json> GraphicsProcess::end_recording() {
+  Json figures = recording_->close();
+  if (figures.contains("error"))
+    return refused("{}: the recording is not whole: {}", options_.record.string(),
+                   figures["error"].get<std::string>());
+  kLog.info("{}: {:.1f} s recorded, {:.1f} MB", options_.record.string(), figures["seconds"].get<double>(),
+            figures["bytes"].get<double>() * 1e-6);
+  return figures;
 }
 
 // Who is there, and what is played?
@@ -264,6 +299,7 @@ Expected<void> GraphicsProcess::tick() {
   if (const auto changes = server.health().changes(); changes != health_told_) {
     health_told_ = changes;
     told_.reset();
+    if (recorder_) recorder_->write(server.conditions(), clock_.now());
   }
   if (side_->begin(clock_.now()))
     draw_at_ = clock_.now() + GraphicsSide::kDrawAfter;
@@ -293,6 +329,7 @@ void GraphicsProcess::show_frame() {
   shown_timecode();
   if (feed_) feed_->frame(frame, side_->scene(), side_->server().sync().model());
   log_frame(frame);
+  if (recorder_) recorder_->write(frame, side_->server());
   if (probe_) probe_->look(side_->server(), frame, presented);
   if (monitor_)
     monitor_->show({frame, ui_->from_outside(), ui_->content()}, options_.rig.camera->model.width, clock_);

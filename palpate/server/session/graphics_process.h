@@ -12,6 +12,7 @@
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/desktop/spectator_window.h"
+#include "palpate/record/session/recorded_drivers.h"
 #include "palpate/server/graphics/pose_feed.h"
 #include "palpate/server/session/graphics_setup.h"
 #include "palpate/transport/server_place.h"
@@ -32,8 +33,10 @@ struct GraphicsProcessOptions : GraphicsSetup {
   double seconds = 0.0;
   // Shows this machine's clock with an offset and a drift, so that the synchronisation has something to find.
   double disguise_offset_s = 0.0, disguise_drift_ppm = 0.0;
-  std::filesystem::path out;    // realtime_frames.csv, realtime_sync.csv, realtime_poses.csv; empty = none
-  std::function<void()> ready;  // called once, when its pictures begin
+  std::filesystem::path out;     // realtime_frames.csv, realtime_sync.csv, realtime_poses.csv; empty = none
+  std::filesystem::path record;  // a new file for a recording; empty: none
+  record::session::PictureRecording record_pictures;  // of its cameras, in there
+  std::function<void()> ready;                        // called once, when its pictures begin
 };
 
 Expected<Json> run_graphics_process(const GraphicsProcessOptions& options);

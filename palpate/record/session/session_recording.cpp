@@ -1,0 +1,93 @@
+#include "palpate/record/session/session_recording.h"
+
+#include <fmt/format.h>
+#include <sys/utsname.h>
+
+#include <chrono>
+#include <thread>
+#include <utility>
+
+#include "palpate/core/log.h"
+#include "palpate/core/text.h"
+#include "palpate/record/session/internal/schemas.h"
+#include "palpate/time/clock.h"
+
+namespace palpate::record::session {
+namespace {
+
+constexpr Log kRecordingLog("recording");
+
+std::int64_t utc_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+Words machine() {
+  utsname names{};
+  Words words{{"cores", fmt::format("{}", std::thread::hardware_concurrency())}};
+  if (::uname(&names) == 0) {
+    words["system"] = names.sysname;
+    words["release"] = names.release;
+    words["machine"] = names.machine;
+  }
+  return words;
+}
+
+}  // namespace
+
+Expected<std::unique_ptr<SessionRecording>> SessionRecording::begin(const std::filesystem::path& file,
+                                                                    RecordingOptions options) {
+  auto opened = RecordFile::growing(file);
+  if (!opened) return tl::unexpected(opened.error());
+  const std::int64_t monotonic = MonotonicClock<PhysicsClock>::monotonic_ns();
+  const std::int64_t to_utc = options.wall_time ? utc_ns() - monotonic : 0;
+  std::unique_ptr<SessionRecording> recording(new SessionRecording(file, to_utc));
+  SessionOptions how;
+  how.on_error =
+      options.on_error ? std::move(options.on_error) : [name = one_line(file.string())](const Error& error) {
+        kRecordingLog.warning("warning: {}: recording has ended: {}; what runs goes on without it", name,
+                     error.message);
+      };
+  auto writer = SessionWriter::begin(std::move(*opened), std::move(how));
+  if (!writer) return tl::unexpected(writer.error());
+  recording->writer_ = std::move(*writer);
+  if (auto done =
+          recording->describe("palpate.session", {{"version", own_library()},
+                                                  {"recorder", options.recorder},
+                                                  {"to_utc_ns", fmt::format("{}", to_utc)},
+                                                  {"log_time", options.wall_time ? "UTC" : "computed"}});
+      !done)
+    return tl::unexpected(done.error());
+  if (auto done = recording->describe("palpate.machine", machine()); !done)
+    return tl::unexpected(done.error());
+  return recording;
+}
+
+SessionRecording::~SessionRecording() { close(); }
+
+RecordStream& SessionRecording::stream(const std::string& topic, const std::string& message) {
+  const std::lock_guard lock(mutex_);
+  const auto found = streams_.find(topic);
+  if (found != streams_.end()) return *found->second;
+  RecordStream& added = writer_->add(schema_of(message), Channel{topic, "protobuf", 0, {}});
+  streams_[topic] = &added;
+  return added;
+}
+
+Expected<void> SessionRecording::attach(std::string name, std::string media_type, std::string data) {
+  const auto now = log_time(MonotonicClock<PhysicsClock>::monotonic_ns());
+  return writer_->attach(Attachment{now, now, std::move(name), std::move(media_type), std::move(data)});
+}
+
+Json SessionRecording::close() {
+  const SessionReport report = writer_->close();
+  Json json = {{"file", file_.string()}, {"messages", report.written.messages}, {"bytes", report.file_bytes}};
+  json["seconds"] = static_cast<double>(report.written.end_ns - report.written.start_ns) * 1e-9;
+  json["dropped"] = Json::object();
+  for (const auto& [topic, count] : report.dropped) json["dropped"][topic] = count;
+  if (report.error) json["error"] = report.error->message;
+  return json;
+}
+
+}  // namespace palpate::record::session
