@@ -59,15 +59,14 @@ class Copier : public ScanHandler {
   ChannelNumbers numbers_;
 };
 
-// Nanoseconds after `start`, as far as they go.
+}  // namespace
+
 std::uint64_t later(std::uint64_t start, double s) {
   const double ns = std::max(0.0, s) * 1e9;
   const auto most = std::numeric_limits<std::uint64_t>::max() - start;
   return ns >= static_cast<double>(most) ? start + most
                                          : start + static_cast<std::uint64_t>(std::llround(ns));
 }
-
-}  // namespace
 
 Expected<CopyReport> repair(ByteSource& source, const std::filesystem::path& out) {
   // Twice: what is lost is known before the copy begins, and the copy's header is that of the original.

@@ -23,6 +23,9 @@ struct CopyReport {
 // A complete recording of everything that is sound, there whole or not at all; "-" is standard output. Refused where nothing is.
 Expected<CopyReport> repair(ByteSource& source, const std::filesystem::path& out);
 
+// Log time so many seconds after `start`, ns, as far as it goes.
+std::uint64_t later(std::uint64_t start, double s);
+
 struct Cut {
   double from_s = 0.0, to_s = 0.0;  // after the first message of the recording
   std::vector<std::string> topics;  // none: all

@@ -31,6 +31,7 @@ void add_commands(CLI::App& program) {
   add_camera(program);
   add_board(program);
   add_play(program);
+  add_record(program);
   add_recording(program);
   add_replay(program);
   add_doctor(program);

@@ -9,6 +9,7 @@
 #include "palpate/device/repeats.h"
 #include "tools/commands/arm_result.h"
 #include "tools/commands/command.h"
+#include "tools/commands/table_source.h"
 
 namespace palpate::tools::commands {
 namespace {
@@ -317,7 +318,6 @@ void add_calibrate_arm(CLI::App& calibrate) {
   auto* command = calibrate.add_subcommand(
       "arm", "Joint correction and place of the arm, from encoder readings and the tracker");
   command->add_option("--samples", options->samples, "Joint readings with measured tips or marker poses, CSV")
-      ->required()
       ->type_name("FILE");
   command
       ->add_option("--test", options->test,
@@ -338,7 +338,11 @@ void add_calibrate_arm(CLI::App& calibrate) {
       ->type_name("X,Y,Z");
   command->add_option("--seed", options->seed, "Draws the folds")->capture_default_str();
   add_result_options(*command, options->result);
-  on(command, [options] { return run_arm(*options); });
+  const auto tables = std::make_shared<TableSource>();
+  tables->add("--samples", options->samples, "arm");
+  tables->add("--test", options->test, "arm_test", false);
+  tables->add_options(*command);
+  on(command, tables, [options] { return run_arm(*options); });
 }
 
 }  // namespace palpate::tools::commands

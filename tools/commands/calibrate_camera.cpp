@@ -6,6 +6,7 @@
 #include "tools/commands/board_options.h"
 #include "tools/commands/command.h"
 #include "tools/commands/result_output.h"
+#include "tools/commands/table_source.h"
 
 namespace palpate::tools::commands {
 namespace {
@@ -106,7 +107,12 @@ void add_calibrate_camera(CLI::App& calibrate) {
                     "Fit again without the views that are flagged");
   add_camera_option(*command, options->camera);
   add_result_options(*command, options->result);
-  on(command, [options] { return run_camera(*options); });
+  const auto tables = std::make_shared<TableSource>();
+  tables->add(
+      "--corners", options->board.corners,
+      [options] { return options->board.images.empty() ? std::string("corners") : std::string(); }, false);
+  tables->add_options(*command);
+  on(command, tables, [options] { return run_camera(*options); });
 }
 
 }  // namespace palpate::tools::commands

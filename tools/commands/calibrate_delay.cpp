@@ -10,6 +10,7 @@
 #include "palpate/device/transform_sequence.h"
 #include "tools/commands/command.h"
 #include "tools/commands/result_output.h"
+#include "tools/commands/table_source.h"
 
 namespace palpate::tools::commands {
 namespace {
@@ -168,11 +169,8 @@ Expected<void> run_delay(const DelayArguments& options) {
 void add_calibrate_delay(CLI::App& calibrate) {
   auto options = std::make_shared<DelayArguments>();
   auto* command = calibrate.add_subcommand("delay", "The time offset of two recordings of one motion");
-  command->add_option("--from", options->from, "Poses, points, or a table with time_s")
-      ->required()
-      ->type_name("FILE");
+  command->add_option("--from", options->from, "Poses, points, or a table with time_s")->type_name("FILE");
   command->add_option("--to", options->to, "The same motion by another clock; to time = from time + delay")
-      ->required()
       ->type_name("FILE");
   command->add_option("--from-column", options->from_column, "The column of --from that follows the motion")
       ->type_name("NAME");
@@ -184,7 +182,11 @@ void add_calibrate_delay(CLI::App& calibrate) {
       ->check(CLI::PositiveNumber)
       ->type_name("S");
   add_result_options(*command, options->result);
-  on(command, [options] { return run_delay(*options); });
+  const auto tables = std::make_shared<TableSource>();
+  tables->add("--from", options->from, "from");
+  tables->add("--to", options->to, "to");
+  tables->add_options(*command, false);
+  on(command, tables, [options] { return run_delay(*options); });
 }
 
 }  // namespace palpate::tools::commands

@@ -9,6 +9,7 @@
 #include "tools/commands/command.h"
 #include "tools/commands/hand_eye_arguments.h"
 #include "tools/commands/result_output.h"
+#include "tools/commands/table_source.h"
 
 namespace palpate::tools::commands {
 namespace {
@@ -130,9 +131,7 @@ void add_calibrate_hand_eye(CLI::App& calibrate) {
   auto options = std::make_shared<HandEyeArguments>();
   auto* command =
       calibrate.add_subcommand("hand-eye", "The camera in its marker's frame, and the clocks' offset");
-  command->add_option("--hand", options->hand, "Poses of the marker in the tracker")
-      ->required()
-      ->type_name("FILE");
+  command->add_option("--hand", options->hand, "Poses of the marker in the tracker")->type_name("FILE");
   command->add_option("--eye", options->eye, "Poses of the camera in the board's frame")->type_name("FILE");
   add_board_options(*command, options->board);
   command->add_option("--stamps", options->stamps, "When each image was taken, a CSV table image,time_s")
@@ -159,7 +158,17 @@ void add_calibrate_hand_eye(CLI::App& calibrate) {
       ->capture_default_str();
   add_camera_option(*command, options->camera);
   add_result_options(*command, options->result);
-  on(command, [options] { return run_hand_eye(*options); });
+  const auto tables = std::make_shared<TableSource>();
+  tables->add("--hand", options->hand, "hand");
+  tables->add(
+      "--eye", options->eye,
+      [options] {
+        return options->board.images.empty() && options->board.corners.empty() ? std::string("eye")
+                                                                               : std::string();
+      },
+      false);
+  tables->add_options(*command);
+  on(command, tables, [options] { return run_hand_eye(*options); });
 }
 
 }  // namespace palpate::tools::commands

@@ -10,6 +10,7 @@
 #include "palpate/device/repeats.h"
 #include "tools/commands/command.h"
 #include "tools/commands/result_output.h"
+#include "tools/commands/table_source.h"
 
 namespace palpate::tools::commands {
 namespace {
@@ -107,7 +108,6 @@ void add_calibrate_landmarks(CLI::App& calibrate) {
   command
       ->add_option("--points", options->points,
                    "Touches of the dots' middles, CSV; a label column allows several of each")
-      ->required()
       ->type_name("FILE");
   command
       ->add_option(
@@ -124,7 +124,10 @@ void add_calibrate_landmarks(CLI::App& calibrate) {
       ->check(CLI::Range(0.1, 1000.0))
       ->capture_default_str();
   add_result_options(*command, options->result);
-  on(command, [options] { return run_landmarks(*options); });
+  const auto tables = std::make_shared<TableSource>();
+  tables->add("--points", options->points, "landmarks");
+  tables->add_options(*command);
+  on(command, tables, [options] { return run_landmarks(*options); });
 }
 
 }  // namespace palpate::tools::commands

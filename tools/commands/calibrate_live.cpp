@@ -1,11 +1,14 @@
 #include "tools/commands/calibrate_live.h"
 
+#include <map>
 #include <memory>
 
 #include "palpate/calibration/session/calibration_session.h"
 #include "palpate/calibration/session/landmark_finder.h"
+#include "palpate/calibration/session/sample_csv.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/units.h"
+#include "palpate/record/session/recorded_tables.h"
 #include "palpate/time/clock.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
@@ -60,20 +63,34 @@ Expected<Opened> open(const LiveDevices& names, const rig::Rig& rig, const devic
 struct Recorded {
   std::unique_ptr<record::session::SessionRecording> recording;
   device::DriverRegistry drivers;
+  std::map<std::string, std::string> tables;  // as they were attached last
 };
 
 Expected<Recorded> begin_recording(const RecordOptions& options, const rig::Rig& rig) {
   auto pictures = picture_recording(options);
   if (!pictures) return tl::unexpected(pictures.error());
-  if (options.file.empty()) return Recorded{nullptr, drivers()};
+  if (options.file.empty()) return Recorded{nullptr, drivers(), {}};
   auto begun =
       record::session::SessionRecording::begin(options.file, {.recorder = "calibrate all", .on_error = {}});
   if (!begun) return tl::unexpected(begun.error());
   if (auto done = (*begun)->attach("rig-before.toml", "application/toml", rig::rig_text(rig)); !done)
     return tl::unexpected(done.error());
-  Recorded recorded{std::move(*begun), {}};
+  Recorded recorded{std::move(*begun), {}, {}};
   recorded.drivers = record::session::recorded_drivers(drivers(), *recorded.recording, *pictures);
   return recorded;
+}
+
+// What the calibrations worked on, as their tables: the newest of each name counts.
+void keep_tables(Recorded& recorded, const session::CalibrationRecordings& recordings, const rig::Rig& rig) {
+  const Vector3 tip = rig.tip_pivot ? rig.tip_pivot->tip_in_marker : Vector3(Vector3::Zero());
+  for (const auto& [name, text] : session::session_tables(recordings, tip)) {
+    std::string& last = recorded.tables[name];
+    if (last == text) continue;
+    last = text;
+    if (auto done = recorded.recording->attach(record::session::table_attachment(name), "text/csv", text);
+        !done)
+      notice(done.error().message);
+  }
 }
 
 // A person whose devices are looked at meanwhile: one that goes ends the session, in words.
@@ -132,6 +149,10 @@ Expected<void> calibrate_live(const LiveDevices& devices, const std::string& rig
     (*panel)->tell(fmt::format("pose {} of {}, {}", state.poses, of, session::guidance_text(state)));
   };
   hooks.save = [&rig_file](const rig::Rig& so_far) { return rig::write_rig(rig_file, so_far); };
+  if (recording->recording)
+    hooks.recorded = [&recording, &rig](const session::CalibrationRecordings& recordings) {
+      keep_tables(*recording, recordings, rig);
+    };
   hooks.review = [&panel](const session::StepOutcome& outcome) { return (*panel)->review(outcome); };
   hooks.find_landmarks = session::landmark_finder();
   const auto done = session::calibrate_rig(context, rig, plan, hooks);

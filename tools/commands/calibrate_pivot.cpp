@@ -11,6 +11,7 @@
 #include "palpate/device/repeats.h"
 #include "tools/commands/command.h"
 #include "tools/commands/result_output.h"
+#include "tools/commands/table_source.h"
 
 namespace palpate::tools::commands {
 namespace {
@@ -260,7 +261,6 @@ void add_calibrate_pivot(CLI::App& calibrate) {
   auto* command =
       calibrate.add_subcommand("pivot", "The tip in its marker's frame, from poses around a resting tip");
   command->add_option("--poses", options->poses, "Marker poses: CSV, .igs.mha, or a folder of matrices")
-      ->required()
       ->type_name("FILE");
   command->add_option("--transform", options->transform, "Which transform of an .igs.mha sequence")
       ->type_name("AToB");
@@ -288,7 +288,12 @@ void add_calibrate_pivot(CLI::App& calibrate) {
       ->check(CLI::IsMember({"tip", "pointer"}))
       ->capture_default_str();
   add_result_options(*command, options->result);
-  on(command, [options] { return run_pivot(*options); });
+  const auto tables = std::make_shared<TableSource>();
+  tables->add("--poses", options->poses, [options] {
+    return options->marker == "pointer" ? std::string("pointer_pivot") : std::string("pivot");
+  });
+  tables->add_options(*command);
+  on(command, tables, [options] { return run_pivot(*options); });
 }
 
 }  // namespace palpate::tools::commands

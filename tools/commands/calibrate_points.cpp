@@ -9,6 +9,7 @@
 #include "palpate/device/repeats.h"
 #include "tools/commands/command.h"
 #include "tools/commands/result_output.h"
+#include "tools/commands/table_source.h"
 
 namespace palpate::tools::commands {
 namespace {
@@ -152,10 +153,14 @@ void add_calibrate_points(CLI::App& calibrate) {
   auto options = std::make_shared<PointsArguments>();
   auto* command =
       calibrate.add_subcommand("points", "The rotation and translation between two lists of points");
-  command->add_option("--from", options->from, "Points A, CSV")->required()->type_name("A.csv");
-  command->add_option("--to", options->to, "Points B, CSV; B = R A + t")->required()->type_name("B.csv");
+  command->add_option("--from", options->from, "Points A, CSV")->type_name("A.csv");
+  command->add_option("--to", options->to, "Points B, CSV; B = R A + t")->type_name("B.csv");
   add_result_options(*command, options->result);
-  on(command, [options] { return run_points(*options); });
+  const auto tables = std::make_shared<TableSource>();
+  tables->add("--from", options->from, "points_a");
+  tables->add("--to", options->to, "points_b");
+  tables->add_options(*command, false);
+  on(command, tables, [options] { return run_points(*options); });
 }
 
 }  // namespace palpate::tools::commands

@@ -7,6 +7,7 @@
 #include "palpate/device/repeats.h"
 #include "tools/commands/command.h"
 #include "tools/commands/result_output.h"
+#include "tools/commands/table_source.h"
 
 namespace palpate::tools::commands {
 namespace {
@@ -198,12 +199,14 @@ void add_calibrate_surface(CLI::App& calibrate) {
   command
       ->add_option("--points", options->points,
                    "Touched points, CSV; a corner column (1-4) allows more than four")
-      ->required()
       ->type_name("FILE");
   command->add_option("--name", options->name, "Name of the surface; with a surface column, which one")
       ->type_name("NAME");
   add_result_options(*command, options->result);
-  on(command, [options] { return run_surface(*options); });
+  const auto tables = std::make_shared<TableSource>();
+  tables->add("--points", options->points, "surface");
+  tables->add_options(*command);
+  on(command, tables, [options] { return run_surface(*options); });
 }
 
 }  // namespace palpate::tools::commands

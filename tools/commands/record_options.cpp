@@ -4,16 +4,20 @@
 
 namespace palpate::tools::commands {
 
-void add_record_options(CLI::App& command, RecordOptions& options) {
-  command
-      .add_option("--record", options.file,
-                  "Record the session in this new file (MCAP; see palpate recording, palpate replay)")
-      ->type_name("FILE");
+void add_picture_option(CLI::App& command, RecordOptions& options) {
   command
       .add_option("--pictures", options.pictures,
                   "The camera's pictures in the recording: none, jpeg or lossless. They may show people")
       ->check(CLI::IsMember({"none", "jpeg", "lossless"}))
       ->capture_default_str();
+}
+
+void add_record_options(CLI::App& command, RecordOptions& options) {
+  command
+      .add_option("--record", options.file,
+                  "Record the session in this new file (MCAP; see palpate recording, palpate replay)")
+      ->type_name("FILE");
+  add_picture_option(command, options);
 }
 
 Expected<record::session::PictureRecording> picture_recording(const RecordOptions& options) {

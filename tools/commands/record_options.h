@@ -15,6 +15,7 @@ struct RecordOptions {
 };
 
 void add_record_options(CLI::App& command, RecordOptions& options);
+void add_picture_option(CLI::App& command, RecordOptions& options);  // --pictures alone
 
 // How pictures are recorded. Wrong use where they are asked for and nothing is recorded.
 Expected<record::session::PictureRecording> picture_recording(const RecordOptions& options);

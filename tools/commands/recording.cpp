@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "palpate/core/csv.h"
+#include "palpate/core/file.h"
 #include "palpate/core/json.h"
 #include "palpate/core/text.h"
 #include "palpate/record/byte_source.h"
@@ -13,6 +15,8 @@
 #include "palpate/record/recording_copy.h"
 #include "palpate/record/recording_info.h"
 #include "palpate/record/recording_merge.h"
+#include "palpate/record/session/export_tables.h"
+#include "palpate/record/session/recorded_tables.h"
 #include "tools/commands/command.h"
 
 namespace palpate::tools::commands {
@@ -21,6 +25,7 @@ namespace {
 struct RecordingArguments {
   std::string file, out, json;
   std::vector<std::filesystem::path> files;
+  std::string csv, tum, attachments;
   record::Cut cut{0.0, std::numeric_limits<double>::infinity(), {}};
 };
 
@@ -129,6 +134,102 @@ Expected<void> merge(const RecordingArguments& options) {
   return {};
 }
 
+// The recording's own times of a part of it.
+Expected<record::ScanOptions> part_of(const RecordingArguments& options) {
+  record::ScanOptions part;
+  part.topics = options.cut.topics;
+  const auto source = record::open_source(options.file);
+  if (!source) return tl::unexpected(source.error());
+  const auto info = record::info(**source);
+  if (!info) return tl::unexpected(info.error());
+  part.from_ns = record::later(info->scanned.found.start_ns, options.cut.from_s);
+  part.to_ns = record::later(info->scanned.found.start_ns, options.cut.to_s);
+  return part;
+}
+
+Expected<void> export_parts(const RecordingArguments& options) {
+  namespace session = record::session;
+  if (options.csv.empty() && options.tum.empty() && options.attachments.empty())
+    return wrong_use("recording export: --csv DIR, --tum DIR or --attachments DIR is expected");
+  const auto part = part_of(options);
+  if (!part) return tl::unexpected(part.error());
+  const auto tell = [](const std::string& folder,
+                       const Expected<session::ExportReport>& report) -> Expected<void> {
+    if (!report) return tl::unexpected(report.error());
+    for (const auto& [file, rows] : report->rows)
+      print_line(fmt::format("{:>9}    {}/{}", rows, folder, file));
+    for (const auto& [topic, messages] : report->left_out)
+      notice(fmt::format("{}: {} messages are not protobuf and are left out", excerpt(topic, 100), messages));
+    if (report->unread > 0)
+      notice(fmt::format("{} messages are none of their schema and are left out", report->unread));
+    return {};
+  };
+  if (!options.csv.empty())
+    if (auto done = tell(options.csv, session::export_csv(options.file, options.csv, *part)); !done)
+      return done;
+  if (!options.tum.empty())
+    if (auto done = tell(options.tum, session::export_tum(options.file, options.tum, *part)); !done)
+      return done;
+  if (options.attachments.empty()) return {};
+  return tell(options.attachments, session::export_attachments(options.file, options.attachments));
+}
+
+void add_part_options(CLI::App& command, record::Cut& cut) {
+  command.add_option("--from", cut.from_s, "Seconds after the recording's first message")
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--to", cut.to_s, "Seconds after the recording's first message; default: its end")
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--topic", cut.topics, "This topic, as often as there are some; default: all")
+      ->allow_extra_args(false);
+}
+
+void add_export(CLI::App& recording, const std::shared_ptr<RecordingArguments>& options) {
+  auto* command = recording.add_subcommand("export", "Write its streams as tables that other programs read");
+  command->add_option("FILE", options->file, "The recording (MCAP)")->required();
+  command->add_option("--csv", options->csv, "A CSV table of each topic, with all digits")->type_name("DIR");
+  command
+      ->add_option("--tum", options->tum, "Poses of markers and camera: time x y z qx qy qz qw, in s and m")
+      ->type_name("DIR");
+  command->add_option("--attachments", options->attachments, "The files that it holds: rig, scene")
+      ->type_name("DIR");
+  add_part_options(*command, options->cut);
+  on(command, [options] { return export_parts(*options); });
+}
+
+// "pivot=pivot1.csv"; without a name the file's own.
+Expected<void> import_tables(const RecordingArguments& options) {
+  std::vector<std::pair<std::string, std::string>> tables;
+  for (const auto& argument : options.files) {
+    const std::string text = argument.string();
+    const auto equals = text.find('=');
+    const std::filesystem::path file = equals == std::string::npos ? text : text.substr(equals + 1);
+    const std::string name = equals == std::string::npos ? file.stem().string() : text.substr(0, equals);
+    const auto content = read_file(file);
+    if (!content) return tl::unexpected(content.error());
+    if (auto table = parse_csv(*content, file.filename().string(), {.text_columns = {"*"}}); !table)
+      return tl::unexpected(table.error());
+    tables.emplace_back(name, *content);
+  }
+  if (auto done = record::session::write_tables(options.out, tables); !done) return done;
+  print_line(fmt::format("kept         {}", counted(tables.size(), "table")), stream_beside(options.out));
+  return {};
+}
+
+void add_import(CLI::App& recording, const std::shared_ptr<RecordingArguments>& options) {
+  auto* command = recording.add_subcommand(
+      "import",
+      "Write a recording of tables, for the calibrations' --recording; export --attachments gives them back");
+  command->add_option("OUT", options->out, "The new recording (- = standard output)")->required();
+  command
+      ->add_option("TABLES", options->files,
+                   "Tables (CSV), NAME=FILE each: arm, arm_test, pivot, pointer_pivot, surface, landmarks, "
+                   "corners, hand, eye, "
+                   "from, to, points_a, points_b")
+      ->required()
+      ->expected(1, 64);
+  on(command, [options] { return import_tables(*options); });
+}
+
 void add_merge(CLI::App& recording, const std::shared_ptr<RecordingArguments>& options) {
   auto* command = recording.add_subcommand(
       "merge", "Write one recording of several that were made side by side, in the order of their times");
@@ -166,13 +267,10 @@ void add_recording(CLI::App& program) {
   with_out(
       command("repair", "Write a whole recording of everything that is sound, and say what is lost", repair));
   auto* part = with_out(command("cut", "Write a recording of some time and some topics", cut));
-  part->add_option("--from", options->cut.from_s, "Seconds after the recording's first message")
-      ->check(CLI::NonNegativeNumber);
-  part->add_option("--to", options->cut.to_s, "Seconds after the recording's first message; default: its end")
-      ->check(CLI::NonNegativeNumber);
-  part->add_option("--topic", options->cut.topics, "This topic, as often as there are some; default: all")
-      ->allow_extra_args(false);
+  add_part_options(*part, options->cut);
   add_merge(*recording, options);
+  add_export(*recording, options);
+  add_import(*recording, options);
 }
 
 }  // namespace palpate::tools::commands

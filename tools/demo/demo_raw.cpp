@@ -13,17 +13,6 @@ namespace {
 Json list(const Vector3& v, double unit) { return {v.x() * unit, v.y() * unit, v.z() * unit}; }
 Json wxyz(const Quaternion& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
-std::string corners_csv(const std::vector<vision::BoardView>& views) {
-  CsvWriter csv({"image", "corner", "board_x_squares", "board_y_squares", "u_px", "v_px"});
-  const double square = vision::BoardShape{}.square;
-  for (const auto& view : views)
-    for (std::size_t i = 0; i < view.image.size(); ++i)
-      csv.row(Cells{view.name, number_text(static_cast<double>(i)), number_text(view.board[i].x() / square),
-                    number_text(view.board[i].y() / square), number_text(view.image[i].x()),
-                    number_text(view.image[i].y())});
-  return csv.content();
-}
-
 std::string lens_csv(const device::CameraModel& estimated, const device::CameraModel& truth) {
   CsvWriter csv({"which", "fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "width", "height"});
   for (const auto& [name, lens] : {std::pair{"est", &estimated}, std::pair{"true", &truth}}) {
@@ -114,7 +103,7 @@ Expected<void> write_calibration_raw(const std::filesystem::path& raw,
       {"touches.csv", calibration::session::points_csv(touched)},
       {"hand.csv", calibration::session::poses_csv(recordings.camera.hand)},
       {"eye.csv", calibration::session::poses_csv(recordings.camera.eye)},
-      {"corners.csv", corners_csv(recordings.camera.lens_views)},
+      {"corners.csv", calibration::session::corners_csv(recordings.camera.lens_views)},
       {"estimates.json", estimates.dump(2) + "\n"},
       {"truth.json", truths.dump(2) + "\n"}};
   for (const auto& [name, content] : files)

@@ -327,6 +327,7 @@ class Course {
     const std::size_t i = before_.back().step;
     if (done)
       if (auto saved = save(); !saved) return tl::unexpected(saved.error());
+    if (done && hooks_.recorded) hooks_.recorded(steps_.out);
     if (!done && done.error().code == ErrorCode::stopped) return stopped(step);
     if (!done && !hooks_.review) return tl::unexpected(done.error());
     if (!hooks_.review) return i + 1;

@@ -53,7 +53,9 @@ enum class Review : std::uint8_t {
 
 struct SessionHooks {
   std::function<void(std::size_t step, std::size_t steps, const std::string& name)> progress;
-  std::function<Expected<void>(const rig::Rig&)> save;         // after each step, so that nothing is lost
+  std::function<Expected<void>(const rig::Rig&)> save;  // after each step, so that nothing is lost
+  // After each step that has found something: what has been recorded so far.
+  std::function<void(const CalibrationRecordings&)> recorded;
   std::function<Review(const StepOutcome&)> review;            // after each step; empty: go on
   FindLandmarks find_landmarks;                                // empty: the last step is left out
   std::function<void(const GuidanceState&, int of)> guidance;  // after each guided pose of the arm

@@ -1,5 +1,7 @@
 #include "palpate/calibration/session/sample_csv.h"
 
+#include <algorithm>
+
 #include "palpate/core/csv.h"
 #include "palpate/core/units.h"
 
@@ -69,6 +71,17 @@ std::string points_csv(const std::vector<TouchedPoint>& touches) {
   return csv.content();
 }
 
+std::string corners_csv(const std::vector<vision::BoardView>& views) {
+  CsvWriter csv({"image", "corner", "board_x_squares", "board_y_squares", "u_px", "v_px"});
+  const double square = vision::BoardShape{}.square;
+  for (const auto& view : views)
+    for (std::size_t i = 0; i < view.image.size(); ++i)
+      csv.row(std::vector<std::string>{view.name, cell(static_cast<double>(i)),
+                                       cell(view.board[i].x() / square), cell(view.board[i].y() / square),
+                                       cell(view.image[i].x()), cell(view.image[i].y())});
+  return csv.content();
+}
+
 template <typename A, typename B>
 std::string poses_csv(const std::vector<TimedPose<A, B>>& poses) {
   CsvWriter csv(kPoseColumns);
@@ -83,5 +96,33 @@ std::string poses_csv(const std::vector<TimedPose<A, B>>& poses) {
 
 template std::string poses_csv(const std::vector<TimedPose<World, CameraMarker>>&);
 template std::string poses_csv(const std::vector<TimedPose<Board, CameraOptical>>&);
+
+std::vector<std::pair<std::string, std::string>> session_tables(const CalibrationRecordings& recordings,
+                                                                const Vector3& tip) {
+  std::vector<std::pair<std::string, std::string>> tables;
+  const auto add = [&tables](const char* name, bool there, auto&& text) {
+    if (there) tables.emplace_back(name, text());
+  };
+  add("pivot", !recordings.tip_pivot.empty(), [&] { return pivot_csv(recordings.tip_pivot, true); });
+  add("pointer_pivot", !recordings.pointer_pivot.empty(),
+      [&] { return pivot_csv(recordings.pointer_pivot, false); });
+  const auto split =
+      recordings.arm_poses.begin() +
+      static_cast<std::ptrdiff_t>(std::min(recordings.arm_train.size(), recordings.arm_poses.size()));
+  add("arm", split != recordings.arm_poses.begin(), [&] {
+    return arm_csv({recordings.arm_poses.begin(), split}, tip);
+  });
+  add("arm_test", split != recordings.arm_poses.end(), [&] {
+    return arm_csv({split, recordings.arm_poses.end()}, tip);
+  });
+  add("surface", !recordings.corners.empty(), [&] { return points_csv(recordings.corners); });
+  add("landmarks", !recordings.landmark_touches.empty(),
+      [&] { return points_csv(recordings.landmark_touches); });
+  add("corners", !recordings.camera.lens_views.empty(),
+      [&] { return corners_csv(recordings.camera.lens_views); });
+  add("hand", !recordings.camera.hand.empty(), [&] { return poses_csv(recordings.camera.hand); });
+  add("eye", !recordings.camera.eye.empty(), [&] { return poses_csv(recordings.camera.eye); });
+  return tables;
+}
 
 }  // namespace palpate::calibration::session

@@ -47,7 +47,7 @@ Expected<std::unique_ptr<SessionRecording>> SessionRecording::begin(const std::f
   how.on_error =
       options.on_error ? std::move(options.on_error) : [name = one_line(file.string())](const Error& error) {
         kRecordingLog.warning("warning: {}: recording has ended: {}; what runs goes on without it", name,
-                     error.message);
+                              error.message);
       };
   auto writer = SessionWriter::begin(std::move(*opened), std::move(how));
   if (!writer) return tl::unexpected(writer.error());

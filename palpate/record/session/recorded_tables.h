@@ -1,0 +1,35 @@
+// The tables that calibrations read, out of a recording: those it holds as attachments ("tables/arm.csv"), and poses of markers
+// made of what its tracker saw. And into one: a recording that holds the tables of other people's files.
+//
+// A table is CSV text, as `palpate calibrate` reads it. Between two times it has the rows whose `time_s` lies so many seconds after
+// its first one; of device streams the samples that lie so long after the recording's first message. Ordinary threads. Errors:
+// wrong use for a file that is no recording; refused where it has no such table, or a part of one is asked for that has no times.
+#pragma once
+
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "palpate/core/expected.h"
+
+namespace palpate::record::session {
+
+struct TimeSpan {
+  double from_s = 0.0, to_s = std::numeric_limits<double>::infinity();
+  bool all() const { return from_s <= 0.0 && to_s == std::numeric_limits<double>::infinity(); }
+};
+
+// `name`: arm, pivot, pointer_pivot, hand, eye ...; pivot, pointer_pivot and hand are also made of the poses of tip marker, pointer
+// and camera marker.
+Expected<std::string> table_of(const std::filesystem::path& recording, const std::string& name, const TimeSpan& span = {});
+
+// A new recording of tables alone: name and text each. There whole or not at all.
+Expected<void> write_tables(const std::filesystem::path& recording,
+                            const std::vector<std::pair<std::string, std::string>>& tables);
+
+// The name of the attachment that a table is.
+std::string table_attachment(const std::string& name);
+
+}  // namespace palpate::record::session

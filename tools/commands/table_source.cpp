@@ -1,0 +1,64 @@
+#include "tools/commands/table_source.h"
+
+#include <cstdlib>
+
+#include "palpate/core/file.h"
+#include "palpate/core/text.h"
+
+namespace palpate::tools::commands {
+
+TableSource::~TableSource() {
+  if (folder_.empty()) return;
+  std::error_code ignored;
+  std::filesystem::remove_all(folder_, ignored);
+}
+
+void TableSource::add(std::string option, std::string& path, std::function<std::string()> name, bool needed) {
+  tables_.push_back({std::move(option), &path, std::move(name), needed});
+}
+
+void TableSource::add_options(CLI::App& command, bool with_times) {
+  command
+      .add_option("--recording", recording_, "Take the tables that are not named from this recording (MCAP)")
+      ->type_name("FILE");
+  if (!with_times) return;
+  command.add_option("--from", span_.from_s, "Of the recording: from so many seconds after its beginning")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("S");
+  command.add_option("--to", span_.to_s, "Of the recording: until so many seconds after its beginning")
+      ->check(CLI::PositiveNumber)
+      ->type_name("S");
+}
+
+Expected<void> TableSource::supply() {
+  if (!named() && !span_.all()) return wrong_use("--from and --to go with --recording FILE");
+  for (const auto& table : tables_) {
+    if (!table.path->empty() || table.name().empty()) continue;
+    if (!named()) {
+      if (table.needed) return wrong_use("{} is required, or --recording", table.option);
+      continue;
+    }
+    auto taken = take(table);
+    if (!taken && table.needed) return taken;
+  }
+  return {};
+}
+
+Expected<void> TableSource::take(const Table& table) {
+  const std::string name = table.name();
+  const auto text = record::session::table_of(recording_, name, span_);
+  if (!text) return tl::unexpected(text.error());
+  if (folder_.empty()) {
+    std::error_code code;
+    std::string pattern = (std::filesystem::temp_directory_path(code) / "palpate-tables-XXXXXX").string();
+    if (code || ::mkdtemp(pattern.data()) == nullptr)
+      return refused("no folder for the recording's tables can be made");
+    folder_ = pattern;
+  }
+  const auto file = folder_ / (name + ".csv");
+  if (auto done = write_file(file, *text); !done) return done;
+  *table.path = file.string();
+  return {};
+}
+
+}  // namespace palpate::tools::commands
