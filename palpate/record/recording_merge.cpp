@@ -1,97 +1,21 @@
 #include "palpate/record/recording_merge.h"
 
 #include <algorithm>
-#include <condition_variable>
-#include <deque>
 #include <map>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "palpate/record/byte_source.h"
 #include "palpate/record/internal/channel_numbers.h"
 #include "palpate/record/mcap_reader.h"
 #include "palpate/record/mcap_writer.h"
+#include "palpate/record/message_feed.h"
 #include "palpate/record/recording_info.h"
 
 namespace palpate::record {
 namespace {
-
-// The messages of one recording, a scan in a thread of its own that waits where it is too far ahead.
-class MessageFeed : public ScanHandler {
- public:
-  struct Item {
-    Channel channel;
-    std::optional<Schema> schema;
-    Message message;  // without its data
-    std::string data;
-  };
-
-  explicit MessageFeed(std::unique_ptr<ByteSource> source) : source_(std::move(source)) {
-    thread_ = std::thread([this] { run(); });
-  }
-  ~MessageFeed() override {
-    {
-      const std::lock_guard lock(mutex_);
-      abandoned_ = true;
-    }
-    changed_.notify_all();
-    thread_.join();
-  }
-  MessageFeed(const MessageFeed&) = delete;
-  MessageFeed& operator=(const MessageFeed&) = delete;
-
-  // The next one, or null where there is none any more; the same until take().
-  const Item* next() {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return over_ || !items_.empty(); });
-    return items_.empty() ? nullptr : &items_.front();
-  }
-  void take() {
-    const std::lock_guard lock(mutex_);
-    waiting_bytes_ -= items_.front().data.size();
-    items_.pop_front();
-    changed_.notify_all();
-  }
-  // Once next() is null.
-  const Expected<void>& result() const { return result_; }
-
- private:
-  static constexpr std::size_t kMostItems = 4096, kMostBytes = 32 * 1024 * 1024;
-
-  Expected<void> message(const HeardMessage& heard) override {
-    Item item{heard.channel, heard.schema == nullptr ? std::nullopt : std::optional(*heard.schema),
-              heard.message, std::string(heard.message.data)};
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] {
-      return abandoned_ || items_.empty() || (items_.size() < kMostItems && waiting_bytes_ < kMostBytes);
-    });
-    if (abandoned_) return refused(ErrorCode::stopped, "");
-    waiting_bytes_ += item.data.size();
-    items_.push_back(std::move(item));
-    changed_.notify_all();
-    return {};
-  }
-  void run() {
-    const auto scanned = scan(*source_, {}, *this);
-    const std::lock_guard lock(mutex_);
-    if (!scanned) result_ = tl::unexpected(scanned.error());
-    over_ = true;
-    changed_.notify_all();
-  }
-
-  std::unique_ptr<ByteSource> source_;
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  std::deque<Item> items_;  // a deque: the front stays where it is while others are added
-  std::size_t waiting_bytes_ = 0;
-  bool over_ = false, abandoned_ = false;
-  Expected<void> result_{};
-  std::thread thread_;
-};
 
 // Attachments and metadata, which stand before all messages of the copy.
 class Collector : public ScanHandler {
@@ -190,7 +114,7 @@ Expected<Statistics> merge(const std::vector<std::filesystem::path>& recordings,
     for (const auto& recording : recordings) {
       auto source = open_source(recording);
       if (!source) return tl::unexpected(source.error());
-      feeds.push_back(std::make_unique<MessageFeed>(std::move(*source)));
+      feeds.push_back(std::make_unique<MessageFeed>(std::move(*source), ScanOptions{}));
     }
     if (auto done = write_in_order(feeds, *writer); !done) return tl::unexpected(done.error());
   }

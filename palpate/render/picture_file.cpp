@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "palpate/core/file.h"
+#include "palpate/core/picture_size.h"
 
 namespace palpate::render {
 namespace {
@@ -41,6 +42,19 @@ std::string png_bytes(std::span<const std::uint8_t> rgb, int width, int height) 
 
 std::string jpeg_bytes(std::span<const std::uint8_t> rgb, int width, int height) {
   return encoded(".jpg", rgb, width, height, {cv::IMWRITE_JPEG_QUALITY, 95});
+}
+
+bool read_picture(std::string_view bytes, std::vector<std::uint8_t>& rgb, int& width, int& height) {
+  if (!picture_size(bytes, "picture")) return false;  // of too many pixels, too
+  const cv::Mat packed(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data()));
+  const cv::Mat picture = cv::imdecode(packed, cv::IMREAD_COLOR);
+  if (picture.empty()) return false;
+  cv::Mat turned;
+  cv::cvtColor(picture, turned, cv::COLOR_BGR2RGB);
+  width = turned.cols;
+  height = turned.rows;
+  rgb.assign(turned.datastart, turned.dataend);
+  return true;
 }
 
 Expected<void> write_png(const std::filesystem::path& path, std::span<const std::uint8_t> rgb, int width,

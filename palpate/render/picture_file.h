@@ -9,6 +9,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "palpate/core/expected.h"
@@ -19,6 +20,8 @@ namespace palpate::render {
 std::string png_bytes(std::span<const std::uint8_t> rgb, int width, int height);
 // As a JPEG file's bytes, quality 95. Throws as png_bytes().
 std::string jpeg_bytes(std::span<const std::uint8_t> rgb, int width, int height);
+// The pixels of a PNG or JPEG file's bytes. False where they are none, or of more than kMostPixels.
+bool read_picture(std::string_view bytes, std::vector<std::uint8_t>& rgb, int& width, int& height);
 Expected<void> write_png(const std::filesystem::path& path, std::span<const std::uint8_t> rgb, int width,
                          int height);
 

@@ -2,9 +2,11 @@
 
 #include "drivers/laboratory/driver.h"
 #include "drivers/openhaptics/driver.h"
+#include "palpate/record/session/recording_driver.h"
 #ifndef PALPATE_PHYSICS_ALONE
 #include "drivers/cameras/driver.h"
 #include "drivers/openigtlink/driver.h"
+#include "palpate/render/picture_file.h"
 #endif
 
 namespace palpate::tools::commands {
@@ -16,6 +18,11 @@ device::DriverRegistry built_in_drivers() {
 #ifndef PALPATE_PHYSICS_ALONE
   drivers::cameras::add_to(registry);
   drivers::openigtlink::add_to(registry);
+  record::session::add_to(registry, [](std::string_view bytes, device::CameraImage& image) {
+    return render::read_picture(bytes, image.rgb, image.width, image.height);
+  });
+#else
+  record::session::add_to(registry);
 #endif
   return registry;
 }

@@ -129,6 +129,23 @@ std::string encode_compressed_image(std::string jpeg, std::uint64_t time, const 
   return out.SerializeAsString();
 }
 
+bool decode_picture(std::string_view bytes, std::string_view type,
+                    const std::function<bool(std::string_view, device::CameraImage&)>& decode_jpeg,
+                    device::CameraImage& image) {
+  const int width = image.width, height = image.height;
+  if (type == "foxglove.RawImage") {
+    const auto in = parse<foxglove::RawImage>(bytes, "a RawImage");
+    const std::size_t size = 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    if (!in || in->encoding() != "rgb8" || in->data().size() != size) return false;
+    image.rgb.assign(in->data().begin(), in->data().end());
+    return true;
+  }
+  if (type != "foxglove.CompressedImage" || !decode_jpeg) return false;
+  const auto in = parse<foxglove::CompressedImage>(bytes, "a CompressedImage");
+  return in && in->format() == "jpeg" && decode_jpeg(in->data(), image) && image.width == width &&
+         image.height == height;
+}
+
 // "plumb_bob" is the viewers' name of k1 k2 p1 p2 k3; pixels count from the centre of the first one there, too.
 std::string encode_calibration(const device::CameraModel& model, std::uint64_t time,
                                const std::string& frame) {

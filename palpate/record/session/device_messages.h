@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -35,6 +36,11 @@ std::string encode_condition(device::HealthCode code, bool holds, const std::str
 // For viewers. `time`: log time, ns; `frame`: of the camera, "camera_left".
 std::string encode_raw_image(const device::CameraImage& image, std::uint64_t time, const std::string& frame);
 std::string encode_compressed_image(std::string jpeg, std::uint64_t time, const std::string& frame);
+// A recorded picture's pixels, by the name of its message's type; `decode_jpeg` as of recording_driver.h. False where it is none, or
+// of another size than its stamp says.
+bool decode_picture(std::string_view bytes, std::string_view type,
+                    const std::function<bool(std::string_view, device::CameraImage&)>& decode_jpeg,
+                    device::CameraImage& image);
 std::string encode_calibration(const device::CameraModel& model, std::uint64_t time,
                                const std::string& frame);
 
