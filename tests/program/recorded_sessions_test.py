@@ -1,0 +1,161 @@
+#!/usr/bin/env python3
+"""Sessions of the servers are recorded, shown again, executed again, calibrated again; and a disk or a signal in between."""
+import csv
+import json
+import os
+import random
+import signal
+import sys
+import time
+import unittest
+
+from laboratory import LaboratoryTest
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+import check_mcap  # noqa: E402
+
+PLAYED_S = 3.0
+KILLED = int(os.environ.get("KILLED", "4"))  # so often; 50 in the long test
+
+
+class RecordedSessions(LaboratoryTest):
+    def play(self, application, seconds=PLAYED_S):
+        """Both servers record; returns when they have ended."""
+        world = self.start_world()
+        physics = self.start_physics("--app", application, "--record", self.path("physics.mcap"), "--seconds", seconds + 3, "--json", "physics.json")
+        graphics = self.start("graphics", "--rig", self.rig, "--player", "--seconds", seconds, "--record", self.path("graphics.mcap"),
+                              "--pictures", "jpeg", "--json", "graphics.json")
+        for server in (graphics, physics):
+            done = server.ends()
+            self.assertEqual(done.code, 0, done)
+        world.send(signal.SIGTERM)
+        world.ends()
+        return json.loads(self.read("physics.json")), json.loads(self.read("graphics.json"))
+
+    def test_both_applications_are_executed_again_to_the_last_bit(self):
+        for application in ("pingpong", "touch"):
+            with self.subTest(application):
+                physics, _ = self.play(application)
+                self.assertEqual(physics["recording"]["dropped"], {})
+                self.assertEqual(physics["recording"]["missed"], 0)
+                self.runs("replay", "physics.mcap", "--verify", "--json", "again.json")
+                again = json.loads(self.read("again.json"))
+                self.assertTrue(again["same"], again)
+                self.assertGreater(again["ticks"], 500)
+                self.assertEqual(again["ticks"], physics["haptic"]["ticks"])
+                for name in ("physics.mcap", "graphics.mcap"):
+                    os.remove(self.path(name))
+
+    def test_what_both_wrote_becomes_one_recording(self):
+        physics, graphics = self.play("pingpong")
+        self.runs("recording", "merge", "both.mcap", "physics.mcap", "graphics.mcap")
+        parts = [check_mcap.check(self.path(name)) for name in ("physics.mcap", "graphics.mcap")]
+        both = check_mcap.check(self.path("both.mcap"))
+        topics = {}
+        for part in parts:
+            for topic, count in part["topics"].items():
+                topics[topic] = topics.get(topic, 0) + count
+        self.assertEqual(both["topics"], topics)
+        self.assertEqual(both["topics"]["/arm/sample"], physics["haptic"]["ticks"])
+        self.assertEqual(both["topics"]["/frame"], graphics["exchange"]["frames"])
+        for topic in ("/tracker/sample", "/camera/left/stamp", "/camera/left/image", "/clock/physics", "/tf", "/scene", "/plot", "/loop",
+                      "/camera/left/calibration"):
+            self.assertGreater(both["topics"].get(topic, 0), 0, topic)
+        self.assertEqual(sorted(both["attachments"]), ["rig.toml", "scene.pb"])
+        self.runs("replay", "both.mcap", "--verify")
+        # Without one kind of input it cannot be the same.
+        for topic in ("/arm/sample", "/physics/step"):
+            kept = [option for name in topics if name != topic for option in ("--topic", name)]
+            self.runs("recording", "cut", "both.mcap", "less.mcap", *kept)
+            done = self.run_program("replay", "less.mcap", "--verify")
+            self.assertEqual(done.code, 1, done)
+            os.remove(self.path("less.mcap"))
+        self.tables()
+
+    def tables(self):
+        """Every stream as a table, and the tracker's poses as those of a pivot."""
+        self.runs("recording", "export", "both.mcap", "--csv", "csv", "--tum", "tum", "--attachments", "files")
+        with open(self.path("csv/arm_sample.csv"), encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual([int(row["tick"]) for row in rows], list(range(1, len(rows) + 1)))
+        self.assertEqual(self.read("files/rig.toml")[:100], self.read("rig.toml")[:100])
+        with open(self.path("tum/camera_marker.tum"), encoding="utf-8") as file:
+            times = [float(line.split()[0]) for line in file]
+        self.assertEqual(times, sorted(times))
+
+    def test_shown_again_it_is_a_physics_server(self):
+        self.play("pingpong")
+        world = self.start_world()
+        replay = self.start("replay", self.path("physics.mcap"), "--loop")
+        self.assertTrue(replay.says("shows "), replay.lines())
+        graphics = self.start_graphics("--seconds", "2", "--json", "again.json")
+        self.assertEqual(graphics.ends().code, 0)
+        self.assertGreater(json.loads(self.read("again.json"))["exchange"]["frames"], 10)
+        record = self.run_program("record", "--out", "beside.mcap", "--seconds", "1", "--tracker", "lab", "--json", "beside.json")
+        self.assertEqual(record.code, 0, record)
+        self.assertGreater(json.loads(self.read("beside.json"))["states"]["taken"], 50)
+        replay.send(signal.SIGINT)
+        self.assertEqual(replay.ends().code, 0)
+        world.send(signal.SIGTERM)
+        topics = check_mcap.check(self.path("beside.mcap"))["topics"]
+        self.assertGreater(topics["/physics/state"], 50)
+        self.assertGreater(topics["/tracker/sample"], 20)
+
+    def test_killed_at_any_moment_it_can_be_mended(self):
+        """At most one second is lost, and what is left is executed again without a difference until it is cut off."""
+        world = self.start_world()
+        chosen = random.Random(4)
+        for i in range(KILLED):
+            name = self.path(f"killed{i}.mcap")
+            physics = self.start_physics("--app", "touch", "--record", name)
+            begun = time.monotonic()
+            time.sleep(chosen.uniform(0.3, 2.5))
+            lived = time.monotonic() - begun
+            physics.send(signal.SIGKILL)
+            physics.ends()
+            done = self.run_program("recording", "repair", name, self.path("whole.mcap"))
+            self.assertEqual(done.code, 0, done)
+            whole = check_mcap.check(self.path("whole.mcap"))
+            self.assertGreater(whole["seconds"], lived - 1.0, f"{i}: it had run for {lived:.2f} s")
+            done = self.run_program("replay", "whole.mcap", "--verify", "--json", "again.json")
+            again = json.loads(self.read("again.json"))
+            self.assertEqual((again["different_forces"], again["different_states"]), (0, 0), again)
+            self.assertGreater(again["ticks"], 0.9 * again["recorded_ticks"] - 100)
+            os.remove(self.path("whole.mcap"))
+        world.send(signal.SIGTERM)
+
+    def test_a_file_that_is_there_is_not_written_over(self):
+        self.write("there.mcap", b"mine")
+        world = self.start_world()
+        done = self.run_program("physics", "--rig", self.rig, "--record", "there.mcap", "--seconds", "1")
+        self.assertEqual(done.code, 2, done)
+        self.assertEqual(self.read("there.mcap"), b"mine")
+        done = self.run_program("demo", "--quick", "--headless", "--record", "there.mcap")
+        self.assertEqual(done.code, 2, done)
+        world.send(signal.SIGTERM)
+
+    def test_calibrations_from_a_recording_are_those_from_tables(self):
+        for kind in ("arm", "camera", "hand-eye", "surface", "pivot"):
+            self.runs("world", "sample", kind, "--out", "samples")
+        self.runs("recording", "import", "t.mcap", "arm=samples/arm.csv", "corners=samples/corners.csv", "hand=samples/hand.csv",
+                  "eye=samples/eye.csv", "surface=samples/surface.csv", "pivot=samples/pivot.csv")
+        for kind, tables in (("arm", ["--samples", "samples/arm.csv"]), ("camera", ["--corners", "samples/corners.csv"]),
+                             ("hand-eye", ["--hand", "samples/hand.csv", "--eye", "samples/eye.csv"]),
+                             ("surface", ["--points", "samples/surface.csv"]), ("pivot", ["--poses", "samples/pivot.csv"])):
+            with self.subTest(kind):
+                more = ["--estimate-delay"] if kind == "hand-eye" else []
+                self.runs("calibrate", kind, *tables, *more, "--json", "tables.json")
+                self.runs("calibrate", kind, "--recording", "t.mcap", *more, "--json", "recording.json")
+                self.assertEqual(json.loads(self.read("tables.json")), json.loads(self.read("recording.json")))
+        done = self.run_program("calibrate", "landmarks", "--recording", "t.mcap", "--rig", self.rig)
+        self.assertEqual(done.code, 1, done)
+        self.assertIn("landmarks", done.err)
+        done = self.run_program("calibrate", "arm")
+        self.assertEqual(done.code, 2, done)
+        self.assertIn("--samples is required", done.err)
+        self.runs("recording", "export", "t.mcap", "--attachments", "back")
+        self.assertEqual(self.read("back/arm.csv"), self.read("samples/arm.csv"))
+
+
+if __name__ == "__main__":
+    unittest.main()
