@@ -10,6 +10,7 @@
 #include "palpate/core/log.h"
 #include "palpate/core/text.h"
 #include "palpate/record/session/internal/schemas.h"
+#include "palpate/record/session/internal/viewer_messages.h"
 #include "palpate/time/clock.h"
 
 namespace palpate::record::session {
@@ -64,6 +65,28 @@ Expected<std::unique_ptr<SessionRecording>> SessionRecording::begin(const std::f
   return recording;
 }
 
+// The log keeps its sinks for ever; this one falls silent when its recording is closed.
+struct SessionRecording::LogTap {
+  std::mutex mutex;
+  RecordStream* stream = nullptr;
+  SessionRecording* recording = nullptr;
+
+  void write(const LogLine& line) {
+    const std::lock_guard lock(mutex);
+    if (stream == nullptr) return;
+    const auto time = recording->log_time(MonotonicClock<PhysicsClock>::monotonic_ns());
+    stream->write(time, time, encode_log(line.level, line.text, time));
+  }
+};
+
+void SessionRecording::record_log() {
+  if (log_tap_) return;
+  log_tap_ = std::make_shared<LogTap>();
+  log_tap_->stream = &stream("/log", "foxglove.Log");
+  log_tap_->recording = this;
+  log_to([tap = log_tap_](const LogLine& line) { tap->write(line); });
+}
+
 SessionRecording::~SessionRecording() { close(); }
 
 RecordStream& SessionRecording::stream(const std::string& topic, const std::string& message) {
@@ -81,6 +104,10 @@ Expected<void> SessionRecording::attach(std::string name, std::string media_type
 }
 
 Json SessionRecording::close() {
+  if (log_tap_) {
+    const std::lock_guard lock(log_tap_->mutex);
+    log_tap_->stream = nullptr;
+  }
   const SessionReport report = writer_->close();
   Json json = {{"file", file_.string()}, {"messages", report.written.messages}, {"bytes", report.file_bytes}};
   json["seconds"] = static_cast<double>(report.written.end_ns - report.written.start_ns) * 1e-9;

@@ -44,6 +44,9 @@ class SessionRecording {
     return static_cast<std::uint64_t>(monotonic_ns + to_utc_ns_);
   }
 
+  // From here on the log's lines as well, on /log as foxglove.Log.
+  void record_log();
+
   Expected<void> attach(std::string name, std::string media_type, std::string data);
   Expected<void> describe(std::string name, Words words) {
     return writer_->write(Metadata{std::move(name), std::move(words)});
@@ -60,7 +63,9 @@ class SessionRecording {
 
   std::filesystem::path file_;
   std::int64_t to_utc_ns_;
+  struct LogTap;
   std::mutex mutex_;
+  std::shared_ptr<LogTap> log_tap_;  // null: the log is not recorded
   std::map<std::string, RecordStream*> streams_;
   std::unique_ptr<SessionWriter> writer_;
 };

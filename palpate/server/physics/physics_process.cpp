@@ -188,6 +188,7 @@ Expected<void> PhysicsProcess::begin_recording() {
       record::session::SessionRecording::begin(options_.record, {.recorder = "physics", .on_error = {}});
   if (!begun) return tl::unexpected(begun.error());
   recording_ = std::move(*begun);
+  recording_->record_log();
   if (auto done = recording_->describe(kSetupWords, words_of(recorded_setup(options_, side_->arm(), true)));
       !done)
     return done;

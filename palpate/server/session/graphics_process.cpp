@@ -148,6 +148,7 @@ Expected<GraphicsDevices> GraphicsProcess::open_devices() {
       record::session::SessionRecording::begin(options_.record, {.recorder = "graphics", .on_error = {}});
   if (!begun) return tl::unexpected(begun.error());
   recording_ = std::move(*begun);
+  recording_->record_log();
   recorder_.emplace(*recording_, options_.rig, clock_);
   GraphicsSetup setup = options_;
   setup.drivers = record::session::recorded_drivers(options_.drivers, *recording_, options_.record_pictures);
