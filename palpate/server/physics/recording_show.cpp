@@ -19,7 +19,7 @@
 namespace palpate::server::physics {
 namespace {
 
-constexpr Log kLog("replay");
+constexpr Log kReplayLog("replay");
 
 // Serves from the moment it knows the scene; each state goes into the history when its time has come.
 class Show : public record::ScanHandler {
@@ -38,7 +38,7 @@ class Show : public record::ScanHandler {
         {.identity = options_.place.identity, .status = {}, .shape = {}});
     if (!service) return tl::unexpected(service.error());
     service_ = std::move(*service);
-    kLog.info("shows {} at {}", file(), service_->endpoint());
+    kReplayLog.info("shows {} at {}", file(), service_->endpoint());
     if (options_.ready) options_.ready();
     return {};
   }
@@ -56,7 +56,7 @@ class Show : public record::ScanHandler {
     const auto due = begun_->here + seconds((since - begun_->since) / options_.speed);
     clock_.sleep_until(due);
     while (service_->take_control())
-      kLog.warning("warning: somebody wishes something; a recording does what it did");
+      kReplayLog.warning("warning: somebody wishes something; a recording does what it did");
     if (stop_.load()) return refused(ErrorCode::stopped, "");
     state->time = due;
     state->tick = ++states_;

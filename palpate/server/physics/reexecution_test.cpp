@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <memory>
 #include <thread>
@@ -12,7 +14,7 @@
 #include "palpate/haptics/haptic_bench_test.h"
 #include "palpate/record/recording_copy.h"
 #include "palpate/record/session/physics_recorder.h"
-#include "palpate/server/physics/physics_loops.h"
+#include "palpate/server/physics/physics_side.h"
 #include "palpate/server/physics/recorded_setup.h"
 #include "palpate/server/physics/rig_for_tests.h"
 #include "tests/scratch_folder.h"
@@ -127,22 +129,24 @@ void record_session(const std::filesystem::path& file) {
   ASSERT_TRUE((*recording)->describe(kSetupWords, words_of(recorded_setup(setup, (*side)->arm(), true))));
   const auto ticks = std::make_unique<record::session::PhysicsTicks>();
   (*side)->server().record_to(*ticks);
-  transport::InProcessNetwork network;
-  ASSERT_TRUE((*side)->serve(network));
   record::session::PhysicsRecorder recorder(**recording, *ticks, (*side)->server().haptic(), setup.rig,
                                             (*side)->scene());
   recorder.start();
   {
-    PhysicsLoops loops(**side, clock, {.real_time = false});
-    for (int i = 0; i < 10; ++i) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(50));
-      // A thread that takes the core away, so that loops are late and meet in other orders.
-      if (i % 3 == 0)
-        std::thread([] {
-          for (volatile int k = 0; k < 20'000'000; k = k + 1) {
-          }
-        }).join();
+    std::atomic<bool> done{false};
+    std::jthread haptic([&] {
+      while (!done) {
+        (*side)->haptic_tick(clock.now());
+        std::this_thread::sleep_for(std::chrono::microseconds(900));
+      }
+    });
+    // A step in between takes long, so that the loops meet in other orders; every tenth follows a person's wish.
+    for (int i = 0; i < 400; ++i) {
+      if (i % 10 == 0) (*side)->server().control(i % 20 == 0 ? scene::Control::reset : scene::Control::begin);
+      (*side)->physics_tick(clock.now());
+      std::this_thread::sleep_for(std::chrono::microseconds(i % 7 == 0 ? 4000 : 800));
     }
+    done = true;
   }
   recorder.stop();
   const Json figures = (*recording)->close();
