@@ -14,6 +14,7 @@
 #include "palpate/haptics/haptic_bench_test.h"
 #include "palpate/record/recording_copy.h"
 #include "palpate/record/session/physics_recorder.h"
+#include "palpate/scene/generic_view.h"
 #include "palpate/server/physics/physics_side.h"
 #include "palpate/server/physics/recorded_setup.h"
 #include "palpate/server/physics/rig_for_tests.h"
@@ -98,6 +99,7 @@ scene::ApplicationRegistry applications() {
   wall.name = "yielding-wall";
   wall.summary = "A wall that gives way";
   wall.make_physics = [](const auto&, const auto&) { return std::make_unique<YieldingWall>(); };
+  wall.make_view = [](const auto&) { return std::make_unique<scene::GenericView>("yielding-wall"); };
   return {wall};
 }
 
