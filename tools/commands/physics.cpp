@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "palpate/core/child_report.h"
+#include "palpate/core/file.h"
 #include "palpate/core/json.h"
 #include "palpate/scene/mesh_asset.h"
 #include "palpate/server/physics/physics_process.h"
@@ -107,6 +108,7 @@ Expected<void> serve_physics(PhysicsOptions& options, bool delay_said) {
     return refused("{}: has no arm calibration; run `palpate calibrate arm ... --rig {}`", options.rig,
                    options.rig);
   process.rig = *rig;
+  process.rig_text = read_file(options.rig).value_or("");
   process.drivers = drivers();
   if (process.arm.uri == "lab") process.arm.uri += ":" + options.lab;
   if (auto chosen = choose_scene(options, delay_said); !chosen) return chosen;

@@ -38,7 +38,7 @@ void drain(const Ring& ring, std::uint64_t& next, std::uint64_t& missed, Take&& 
 
 PhysicsRecorder::PhysicsRecorder(SessionRecording& recording, const PhysicsTicks& ticks,
                                  const haptics::HapticLoop& loop, const rig::Rig& rig,
-                                 const scene::SceneDescription& scene)
+                                 const scene::SceneDescription& scene, const std::string& rig_text)
     : recording_(recording),
       ticks_(ticks),
       loop_(loop),
@@ -54,7 +54,7 @@ PhysicsRecorder::PhysicsRecorder(SessionRecording& recording, const PhysicsTicks
       shown_scene_(recording.stream("/scene", "foxglove.SceneUpdate")),
       plot_(recording.stream("/plot", "palpate.recording.Plot")) {
   for (const auto& done :
-       {recording.attach("rig.toml", "application/toml", rig::rig_text(rig)),
+       {recording.attach("rig.toml", "application/toml", rig_text.empty() ? rig::rig_text(rig) : rig_text),
         recording.attach("scene.pb", "application/x-protobuf; palpate.wire.SceneDescription",
                          transport::encode(scene))})
     if (!done) kRecorderLog.warning("warning: {}", done.error().message);

@@ -30,9 +30,10 @@ struct LoopFigures {
 
 class PhysicsRecorder {
  public:
-  // Rig and scene become attachments at once.
+  // Rig and scene become attachments at once; `rig_text`: the file that `rig` was read from, empty: a text is made of it.
   PhysicsRecorder(SessionRecording& recording, const PhysicsTicks& ticks, const haptics::HapticLoop& loop,
-                  const rig::Rig& rig, const scene::SceneDescription& scene);
+                  const rig::Rig& rig, const scene::SceneDescription& scene,
+                  const std::string& rig_text = {});
   ~PhysicsRecorder();  // stops
   PhysicsRecorder(const PhysicsRecorder&) = delete;
   PhysicsRecorder& operator=(const PhysicsRecorder&) = delete;

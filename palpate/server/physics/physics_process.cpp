@@ -194,7 +194,8 @@ Expected<void> PhysicsProcess::begin_recording() {
     return done;
   ticks_ = std::make_unique<record::session::PhysicsTicks>();
   side_->server().record_to(*ticks_);
-  recorder_.emplace(*recording_, *ticks_, side_->server().haptic(), options_.rig, side_->scene());
+  recorder_.emplace(*recording_, *ticks_, side_->server().haptic(), options_.rig, side_->scene(),
+                    options_.rig_text);
   recorder_->start();
   return {};
 }

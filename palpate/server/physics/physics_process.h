@@ -20,6 +20,9 @@ struct PhysicsProcessOptions : PhysicsSetup {
   bool real_time = true;
   std::filesystem::path
       out;  // realtime_loops.csv, realtime_jitter.csv, trip_*.csv; empty = trips only, in the run folder
+  // The rig's file as it was read, for the recording: what is read from it again is the same to the last bit, which another text
+  // of the same rig need not be. Empty: there was none.
+  std::string rig_text;
   std::filesystem::path record;  // a new file for a recording of the session; empty: none
   std::function<void()> ready;   // called once, when graphics servers are answered
 };
