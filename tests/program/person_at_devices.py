@@ -1,6 +1,7 @@
 """A script in the place of a person: reads what `calibrate all` asks for, has the laboratory's person do it, presses the keys."""
 import json
 import os
+import signal
 import subprocess
 import threading
 
@@ -10,9 +11,9 @@ from program import PROGRAM, wait_until
 class Laboratory:
     """`world run --gestures`: its person does what it is told, a line each."""
 
-    def __init__(self, test, *options):
+    def __init__(self, test, *options, environment=None):
         self.process = subprocess.Popen([PROGRAM, "world", "run", "--gestures", *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                        stderr=subprocess.PIPE, text=True, env=test.environment, cwd=test.folder)
+                                        stderr=subprocess.PIPE, text=True, env=environment or test.environment, cwd=test.folder)
         test.addCleanup(self.remove)
         self.said = []
         self._opened = threading.Event()
@@ -31,6 +32,11 @@ class Laboratory:
         self.process.stdin.write(json.dumps(instruction) + "\n")
         self.process.stdin.flush()
         return json.loads(self.process.stdout.readline())
+
+    def ends(self):
+        """As with Ctrl-C: it writes what it has to write."""
+        self.process.send_signal(signal.SIGTERM)
+        self.process.wait(60)
 
     def remove(self):
         self.process.kill()

@@ -1,0 +1,91 @@
+#!/usr/bin/env python3
+"""One laboratory process behind three protocol doors - OpenIGTLink, GigE Vision, OpenHaptics' library at a socket - is calibrated by
+`calibrate all`, a script doing what it asks of a person; its forces are checked; a game is played. The same again through the laboratory's
+own channel, and both beside the truth. Takes about ten minutes, in real time.
+
+DOORS_SEED, DOORS_SECONDS, DOORS_KEEP: another laboratory, the length of the game, a folder for the files of both."""
+import json
+import os
+import shutil
+import signal
+import unittest
+
+from doors import Doors
+from judged import figures
+from laboratory import READY
+from person_at_devices import Laboratory, Session
+from program import ProgramTest, wait_until
+
+SEED = os.environ.get("DOORS_SEED", "5")
+SECONDS = os.environ.get("DOORS_SECONDS", "20")
+BOUNDS = {"arm/error_to_truth_mean_mm": 0.2, "realtime/overlay/world_px_rms": 0.3, "realtime/overlay/tip_px_rms": 0.6}
+RATIO = 1.5  # of what the channel gives
+
+
+class ThreeDoors(ProgramTest):
+    def calibrates(self, laboratory, devices):
+        self.runs("rig", "new", "rig.toml")
+        repeated = []
+
+        def once_again(step, ended):
+            print(f"{'done' if ended['done'] else 'FAILED'} {step}: {ended['words']}", flush=True)
+            if ended["done"]:
+                return "\n"
+            self.assertLess(repeated.count(step), 3, ended)
+            repeated.append(step)
+            return "r"
+        session = Session(self, laboratory, *devices, "--rig", "rig.toml", at_the_end=once_again)
+        self.assertEqual(session.ends(), 0, session.lines[-5:])
+        self.assertIn("complete", self.runs("rig", "check", "rig.toml").out)
+
+    def checks_forces(self, laboratory):
+        """A pose that is asked for is one of the person's own choice; another one where that is too near."""
+        check = self.start("calibrate", "forces", "--arm", "openhaptics", "--rig", "rig.toml", "--yes-held", "--json", "forces.json")
+        asked = 0
+
+        def moves():
+            nonlocal asked
+            wanted = sum(" of 5: " in line or "take it further away" in line for line in check.lines())
+            while asked < wanted:
+                laboratory.does({"gesture": "next_pose"})
+                asked += 1
+            return check.ended()
+        wait_until(moves, "the check of the forces ends")
+        done = check.ends()
+        self.assertEqual(done.code, 0, done)
+        self.assertEqual(json.loads(self.read("forces.json"))["verdict"], "agreed")
+        laboratory.does({"gesture": "rest"})
+
+    def plays(self, doors):
+        physics = self.start("physics", "--rig", "rig.toml", "--arm", "openhaptics", "--app", "pingpong", "--seed", SEED, "--out", "game", "--json", "physics.json")
+        self.assertTrue(physics.says(READY["physics"]), physics.lines())
+        endpoint = "ipc://" + os.path.join(self.meeting, "palpate", "physics.sock")
+        doors.plays(endpoint, self.path("rig.toml"), SEED)
+        graphics = self.start("graphics", "--rig", "rig.toml", "--tracker", doors.tracker, "--camera", doors.camera, "--seconds", SECONDS, "--out", "game",
+                              "--json", "graphics.json")
+        self.assertEqual(graphics.ends().code, 0, graphics.lines())
+        physics.send(signal.SIGTERM)
+        self.assertEqual(physics.ends().code, 0, physics.lines())
+        print("physics:", *physics.lines(), sep="\n  ")
+        print("graphics:", *graphics.lines(), sep="\n  ")
+
+    def keeps(self, name):
+        if folder := os.environ.get("DOORS_KEEP"):
+            shutil.copytree(self.folder, os.path.join(folder, name), dirs_exist_ok=True, ignore=shutil.ignore_patterns("instructions"))
+
+    def through_the_doors(self):
+        doors = Doors(self, "--seed", SEED, "--exposures", self.path("truth.csv"))
+        self.calibrates(doors.laboratory, doors.devices)
+        self.checks_forces(doors.laboratory)
+        self.plays(doors)
+        doors.laboratory.ends()
+        return figures(self, "rig.toml", SEED, (self.path("game", "realtime_poses.csv"), self.path("truth.csv")))
+
+    def test_through_the_doors_everything_is_as_near_to_the_truth_as_through_the_channel(self):
+        found = self.through_the_doors()
+        self.keeps("doors")
+        print(json.dumps(found, indent=2))
+
+
+if __name__ == "__main__":
+    unittest.main()
