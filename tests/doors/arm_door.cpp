@@ -20,7 +20,7 @@ namespace {
 
 // A reading is due a millisecond after the one before: asleep until shortly before, then looking often, so that it goes
 // out as soon as it is there.
-constexpr Duration kQuiet = std::chrono::microseconds(850), kLook = std::chrono::microseconds(50);
+constexpr Duration kQuiet = std::chrono::microseconds(850), kReadingLook = std::chrono::microseconds(50);
 
 Expected<FileDescriptor> listen_at(const std::string& path) {
   sockaddr_un address{};
@@ -103,7 +103,7 @@ Expected<void> serve_arm(const std::shared_ptr<drivers::laboratory::LabClient>& 
   auto due = clock.now();
   ready();
   while (!stop && laboratory->alive()) {
-    cable.work(std::max(due - clock.now(), kLook));
+    cable.work(std::max(due - clock.now(), kReadingLook));
     if (clock.now() >= due && cable.send_reading()) due = clock.now() + kQuiet;
   }
   unlink(path.c_str());

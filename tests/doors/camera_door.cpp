@@ -8,7 +8,7 @@
 namespace palpate::doors {
 namespace {
 
-constexpr Duration kLook = std::chrono::milliseconds(1), kLongest = std::chrono::milliseconds(500);
+constexpr Duration kPictureLook = std::chrono::milliseconds(1), kLongest = std::chrono::milliseconds(500);
 
 // The pretended camera asks for a picture a little more often than there is one, and so waits for each.
 constexpr double kFaster = 1.05;
@@ -26,7 +26,7 @@ class Pictures {
         image_ = std::move(*image);
         break;
       }
-      clock_.sleep_until(clock_.now() + kLook);
+      clock_.sleep_until(clock_.now() + kPictureLook);
     }
     return {&image_.rgb, static_cast<std::uint64_t>((image_.mid_exposure + to_start_).ns()), image_.frame};
   }

@@ -93,7 +93,7 @@ device::TrackerSample tracked(std::int64_t n, device::MarkerId marker) {
 }
 
 TEST_F(DoorTest, TheTrackersPosesComeThroughEqualWithItsOwnStamps) {
-  constexpr std::uint16_t kPort = 18977;
+  static constexpr std::uint16_t kPort = 18977;
   run([this](std::int64_t n) {
     if (n % 10 != 0) return;
     for (const auto marker :
@@ -101,7 +101,8 @@ TEST_F(DoorTest, TheTrackersPosesComeThroughEqualWithItsOwnStamps) {
       server_->publish_tracker(tracked(n, marker));
   });
   open([this](const auto& laboratory, auto ready) { return serve_tracker(laboratory, kPort, stop_, ready); });
-  const auto named = drivers::openigtlink::parse_live_tracker("igtl://127.0.0.1:18977", {});
+  const auto named =
+      drivers::openigtlink::parse_live_tracker("igtl://127.0.0.1:" + std::to_string(kPort), {});
   auto tracker = drivers::openigtlink::open_live_tracker(*named);
   ASSERT_TRUE(tracker.has_value());
   std::vector<device::TrackerSample> heard;
@@ -118,68 +119,95 @@ TEST_F(DoorTest, TheTrackersPosesComeThroughEqualWithItsOwnStamps) {
                 2.0);                                                 // ns; the door's own start
     EXPECT_LT((sample.translation - sent.translation).norm(), 3e-7);  // float32 on the wire
     EXPECT_LT(sample.rotation.angularDistance(sent.rotation), 1e-6);
-    if (const auto before = last.find(sample.marker); before != last.end())
+    if (const auto before = last.find(sample.marker); before != last.end()) {
       EXPECT_EQ(n - before->second, (n - 10) % 50 == 0 ? 20 : 10) << "none is lost";
+    }
     last[sample.marker] = n;
   }
   EXPECT_EQ(last.size(), 3u);
 }
 
-TEST_F(DoorTest, TheArmsReadingsComeEachMillisecondAndForcesReachItsMotors) {
-  const std::string cable = (scratch_ / "arm").string();
-  std::mutex guard;
-  std::map<std::int64_t, std::int64_t> published;  // when, of each reading's number
-  run([&](std::int64_t n) {
-    device::ArmSample sample;
-    sample.stamp = {Duration(n)};
-    sample.joints = {0.1, 0.5, 1e-9 * static_cast<double>(n)};
-    sample.gimbal = {0.3, -0.4, 1.1};
-    const std::lock_guard lock(guard);
-    server_->publish_arm(sample);
-    published[n] = door_now_ns();
-  });
-  open([&](const auto& laboratory, auto ready) { return serve_arm(laboratory, cable, stop_, ready); });
+// When each reading of the laboratory's arm was published, by its number.
+class Published {
+ public:
+  void add(std::int64_t n) {
+    const std::lock_guard lock(guard_);
+    when_[n] = door_now_ns();
+  }
+  std::map<std::int64_t, std::int64_t> all() const {
+    const std::lock_guard lock(guard_);
+    return when_;
+  }
+
+ private:
+  mutable std::mutex guard_;
+  std::map<std::int64_t, std::int64_t> when_;
+};
+
+// The driver with the stand-in's arm at the cable.
+std::unique_ptr<drivers::openhaptics::OpenHapticsArm> arm_at(const std::string& cable) {
   setenv("HD_STUB_ARM", cable.c_str(), 1);
   drivers::openhaptics::ArmSettings settings;
   settings.library = HD_STUB_FILE;
   settings.watchdog_s = 10.0;  // a busy machine is no fault of the door
   settings.ramp_s = 0.01;
   auto arm = drivers::openhaptics::OpenHapticsArm::open(settings);
-  ASSERT_TRUE(arm.has_value()) << arm.error().message;
+  if (!arm) throw std::runtime_error(arm.error().message);
+  return std::move(*arm);
+}
+
+TEST_F(DoorTest, TheArmsReadingsComeEachMillisecondAndForcesReachItsMotors) {
+  const std::string cable = (scratch_ / "arm").string();
+  const auto published = std::make_shared<Published>();
+  run([this, published](std::int64_t n) {
+    device::ArmSample sample;
+    sample.stamp = {Duration(n)};
+    sample.joints = {0.1, 0.5, 1e-9 * static_cast<double>(n)};
+    sample.gimbal = {0.3, -0.4, 1.1};
+    published->add(n);
+    server_->publish_arm(sample);
+  });
+  open([&](const auto& laboratory, auto ready) { return serve_arm(laboratory, cable, stop_, ready); });
+  auto arm = arm_at(cable);
   std::map<std::int64_t, std::int64_t> read;  // the driver's stamp, of each number
   const Vector3 wanted(0.3, -0.2, 0.5);
   const auto begun = door_now_ns();
+  const std::uint64_t cycles_before = arm->status().cycles;
   bool felt = false;
   comes_true([&] {
-    (*arm)->command(wanted);
-    const auto sample = (*arm)->read();
+    arm->command(wanted);
+    const auto sample = arm->read();
     if (sample.joints.allFinite() && sample.joints[0] != 0.0) {
-      const auto n = std::llround(sample.joints[2] * 1e9);
       EXPECT_NEAR(sample.joints[0], 0.1, 1e-12);
       EXPECT_LT((sample.gimbal - Vector3(0.3, -0.4, 1.1)).norm(), 1e-7);
-      read.emplace(n, sample.stamp.ns());
+      read.emplace(std::llround(sample.joints[2] * 1e9), sample.stamp.ns());
     }
     const auto force = server_->take_force();
     felt = felt || (force && !force->let_go && (force->force - wanted).norm() < 1e-9);
     return door_now_ns() - begun > 3'000'000'000;
   });
   EXPECT_TRUE(felt) << "the force that was commanded";
-  // Sampled each millisecond here, too: some readings are seen twice, others not at all.
-  EXPECT_GT(read.size(), 1500u) << "of 3000 in as many milliseconds";
+  const auto when = published->all();
+  const auto there =
+      std::count_if(when.begin(), when.end(), [&](const auto& one) { return one.second >= begun; });
+  const auto cycles = static_cast<double>(arm->status().cycles - cycles_before);
+  EXPECT_GT(cycles, 0.5 * static_cast<double>(there)) << "a busy machine may pass some over";
+  EXPECT_LT(cycles, 1.01 * static_cast<double>(there) + 2.0) << "a cycle is one of the arm's";
   std::vector<double> late;
-  const std::lock_guard lock(guard);
-  for (const auto& [n, stamp] : read) late.push_back(1e-3 * static_cast<double>(stamp - published[n]));
+  for (const auto& [n, stamp] : read) late.push_back(1e-3 * static_cast<double>(stamp - when.at(n)));
   std::sort(late.begin(), late.end());
-  std::printf("from the arm's reading to the driver's stamp: median %.0f us, 99 %% %.0f us, least %.0f us\n",
-              late[late.size() / 2], late[late.size() * 99 / 100], late.front());
+  ASSERT_GT(late.size(), 100u);
+  std::printf(
+      "from the arm's reading to the driver's stamp: median %.0f us, 99 %% %.0f us, least %.0f us; %.0f of "
+      "%ld\n",
+      late[late.size() / 2], late[late.size() * 99 / 100], late.front(), cycles, static_cast<long>(there));
   EXPECT_GT(late.front(), 0.0);
-  EXPECT_LT(late[late.size() / 2], 1000.0);
-  arm->reset();
+  EXPECT_LT(late[late.size() / 2], 2000.0);
+  arm.reset();
   comes_true([&] {
     const auto force = server_->take_force();
     return force && force->force == Vector3::Zero();
   });
-  unsetenv("HD_STUB_ARM");
 }
 
 TEST_F(DoorTest, ThePicturesComeThroughWithTheCamerasStamps) {
@@ -205,7 +233,7 @@ TEST_F(DoorTest, ThePicturesComeThroughWithTheCamerasStamps) {
     if (auto image = (*camera)->poll()) seen.push_back(std::move(*image));
     return seen.size() >= 40;
   });
-  std::size_t in_turn = 0;
+  std::int64_t before = 0;
   for (std::size_t i = 0; i < seen.size(); ++i) {
     const std::int64_t n =
         std::llround(static_cast<double>(seen[i].mid_exposure.ns() - 7'000'000'000) / 1'000'001.0);
@@ -214,9 +242,12 @@ TEST_F(DoorTest, ThePicturesComeThroughWithTheCamerasStamps) {
     ASSERT_EQ(seen[i].width, 640);
     EXPECT_EQ(seen[i].rgb[0], 1);
     EXPECT_EQ(seen[i].rgb.back(), n % 251) << "the picture that was stamped so";
-    if (i > 0) in_turn += seen[i].frame - seen[i - 1].frame == 1 ? 1 : 0;
+    if (i > 0) {
+      EXPECT_EQ(static_cast<std::int64_t>(seen[i].frame - seen[i - 1].frame), (n - before) / 33)
+          << "frames are counted";
+    }
+    before = n;
   }
-  EXPECT_GT(in_turn, seen.size() * 3 / 4);  // a busy machine may lose some
 }
 
 }  // namespace

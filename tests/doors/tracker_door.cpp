@@ -7,7 +7,7 @@
 namespace palpate::doors {
 namespace {
 
-constexpr Duration kLook = std::chrono::milliseconds(1);
+constexpr Duration kTrackerLook = std::chrono::milliseconds(1);
 constexpr Duration kOwnStart = std::chrono::seconds(1000);
 
 }  // namespace
@@ -19,7 +19,7 @@ Expected<void> serve_tracker(const std::shared_ptr<drivers::laboratory::LabClien
   drivers::laboratory::LabTracker tracker(laboratory);
   MonotonicClock<TrueTime> clock;
   ready();
-  for (auto next = clock.now(); !stop && laboratory->alive(); next += kLook) {
+  for (auto next = clock.now(); !stop && laboratory->alive(); next += kTrackerLook) {
     clock.sleep_until(next);
     for (const auto& sample : tracker.poll()) {
       if (!sample.seen) continue;

@@ -30,6 +30,22 @@ def wait_for_turn(test):
     fcntl.flock(turn, fcntl.LOCK_EX)
 
 
+def close(process):
+    process.kill()
+    process.wait()
+    process.stdout.close()
+
+
+class Channel:
+    """The same laboratory without doors: its devices over its own channel."""
+
+    def __init__(self, test, *world_options):
+        self.environment = test.environment
+        self.laboratory = Laboratory(test, *world_options)
+        self.devices = ("--arm", "lab", "--tracker", "lab", "--camera", "lab")
+        self.physics, self.graphics = ("--arm", "lab"), ()
+
+
 class Doors:
     """Opened with the laboratory; the test's own environment is what servers run in."""
 
@@ -48,24 +64,12 @@ class Doors:
         self.tracker = f"igtl://127.0.0.1:{self.port}"
         self.camera = "aravis:127.0.0.1"  # by address: a machine of several networks answers to the name by way of any of them
         self.devices = ("--arm", "openhaptics", "--tracker", self.tracker, "--camera", self.camera)
+        self.physics, self.graphics = ("--arm", "openhaptics"), ("--tracker", self.tracker, "--camera", self.camera)
 
     def _open(self, *command):
         process = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE, text=True, env=self.environment)
-        self.test.addCleanup(self._close, process)
+        self.test.addCleanup(close, process)
         self.test.assertEqual(process.stdout.readline(), "ready\n", command)
-        return process
-
-    @staticmethod
-    def _close(process):
-        process.kill()
-        process.wait()
-        process.stdout.close()
-
-    def plays(self, endpoint, rig, seed):
-        """The person plays what the physics server at the endpoint shows, until the test ends; their process."""
-        process = subprocess.Popen([os.environ["SCRIPTED_PLAYER"], "lab", endpoint, rig, str(seed)], env=self.environment,
-                                   stdout=subprocess.PIPE, text=True)
-        self.test.addCleanup(self._close, process)
         return process
 
     def pull(self, kind):

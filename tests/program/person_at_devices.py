@@ -5,7 +5,7 @@ import signal
 import subprocess
 import threading
 
-from program import PROGRAM, wait_until
+from program import PATIENCE_S, PROGRAM, wait_until
 
 
 class Laboratory:
@@ -79,8 +79,8 @@ class Session:
                     self.ended.append(told)
                     self.press(self.at_the_end(told["ended"], told))
 
-    def ends(self):
-        wait_until(lambda: self.process.poll() is not None, f"the session ends; so far {self.lines[-5:]}")
+    def ends(self, patience_s=PATIENCE_S):
+        wait_until(lambda: self.process.poll() is not None, f"the session ends; so far {self.lines[-5:]}", patience_s)
         return self.process.returncode
 
     def remove(self):
