@@ -9,6 +9,8 @@ namespace palpate::doors {
 namespace {
 
 constexpr Duration kPictureLook = std::chrono::milliseconds(1), kLongest = std::chrono::milliseconds(500);
+constexpr Duration kHeld =
+    std::chrono::milliseconds(50);  // less than two pictures: none is overtaken by the next
 
 // The pretended camera asks for a picture a little more often than there is one, and so waits for each.
 constexpr double kFaster = 1.05;
@@ -18,12 +20,15 @@ class Pictures {
   Pictures(drivers::laboratory::LabCamera& camera, double exposure_s)
       : camera_(camera), to_start_(seconds(-0.5 * exposure_s)) {}
 
-  // The next picture; the one before again where none has come for long. Of the pretended camera's thread.
+  // The next picture, a little after a camera would have brought it: one that took long to draw is as late as the others,
+  // for the time that a camera takes does not depend on what else the machine does. The one before again where none has
+  // come for long. Of the pretended camera's thread.
   FakeNetworkCamera::Shown next() {
     const auto until = clock_.now() + kLongest;
     while (clock_.now() < until) {
       if (auto image = camera_.poll()) {
         image_ = std::move(*image);
+        clock_.sleep_until(clock_.now() - image_.waited + kHeld);
         break;
       }
       clock_.sleep_until(clock_.now() + kPictureLook);

@@ -7,7 +7,7 @@ import signal
 import socket
 import subprocess
 
-from person_at_devices import Laboratory
+from person_at_devices import Laboratory, as_devices_run
 
 DOORS = os.environ["DOORS"]
 TURN = "/tmp/palpate_network_camera.lock"  # one network camera at a time on a machine, as tests/fake_network_camera.h says
@@ -67,7 +67,8 @@ class Doors:
         self.physics, self.graphics = ("--arm", "openhaptics"), ("--tracker", self.tracker, "--camera", self.camera)
 
     def _open(self, *command):
-        process = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE, text=True, env=self.environment)
+        process = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE, text=True, env=self.environment,
+                                   preexec_fn=as_devices_run)
         self.test.addCleanup(close, process)
         self.test.assertEqual(process.stdout.readline(), "ready\n", command)
         return process

@@ -8,6 +8,14 @@ import threading
 from program import PATIENCE_S, PROGRAM, wait_until
 
 
+def as_devices_run():
+    """Before the program: first in turn where the machine allows that, for a device has electronics of its own."""
+    try:
+        os.nice(-15)
+    except PermissionError:
+        pass
+
+
 class Laboratory:
     """`world run --gestures`: its person does what it is told, a line each."""
 

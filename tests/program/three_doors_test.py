@@ -9,10 +9,11 @@ import os
 import shutil
 import signal
 import subprocess
+import tomllib
 import unittest
 
 from doors import Channel, Doors, close
-from judged import figures
+from judged import figures, recompute
 from laboratory import READY
 from person_at_devices import Session
 from program import PATIENCE_S, ProgramTest, wait_until
@@ -41,18 +42,16 @@ class ThreeDoors(ProgramTest):
         self.assertIn("complete", self.runs("rig", "check", "rig.toml").out)
 
     def checks_forces(self, laboratory):
-        """A pose that is asked for is one of the person's own choice; another one where that is too near."""
+        """The person brings the stylus where it is asked for: about the middle, and up and down on both sides of it."""
         check = self.start("calibrate", "forces", "--arm", "openhaptics", "--rig", "rig.toml", "--yes-held", "--json", "forces.json")
-        asked = 0
-
-        def moves():
-            nonlocal asked
-            wanted = sum(" of 5: " in line or "take it further away" in line for line in check.lines())
-            while asked < wanted:
-                laboratory.does({"gesture": "next_pose"})
-                asked += 1
-            return check.ended()
-        wait_until(moves, "the check of the forces ends")
+        arm = tomllib.loads(self.read("rig.toml").decode())["arm"]
+        turn = recompute.product(arm["base"]["rotation_qwxyz"], arm["marker_in_tip_qwxyz"])
+        for pose, aside in enumerate(((0, 0.03), (-0.09, 0.09), (0.09, 0.09), (-0.09, -0.02), (0.09, -0.02))):
+            wait_until(lambda n=pose: check.ended() or any(f"pose {n + 1} of 5" in line for line in check.lines()), "a pose is asked for")
+            self.assertFalse(check.ended(), check.lines())
+            place = [a / 1000 + b for a, b in zip(arm["base"]["translation_mm"], (*aside, 0.03))]
+            answer = laboratory.does({"gesture": "next_pose", "tip_m": place, "marker_rotation_qwxyz": turn})
+            self.assertIn("ready", answer)
         done = check.ends()
         self.assertEqual(done.code, 0, done)
         self.assertEqual(json.loads(self.read("forces.json"))["verdict"], "agreed")

@@ -1,6 +1,7 @@
 #include "drivers/openhaptics/stub/arm_line.h"
 
 #include <poll.h>
+#include <pthread.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -9,6 +10,12 @@
 #include <cstring>
 
 namespace hd_stub {
+
+void ArmLine::hurry() const {
+  sched_param first{};
+  first.sched_priority = 85;
+  if (named()) static_cast<void>(pthread_setschedparam(pthread_self(), SCHED_FIFO, &first));
+}
 
 bool ArmLine::reach() {
   const std::lock_guard lock(guard_);

@@ -193,6 +193,7 @@ bool take_reading() {
 }
 
 void schedule() {
+  all().arm.hurry();
   auto next = std::chrono::steady_clock::now();
   for (int cycle = 0; all().running.load(); ++cycle) {
     if (cycle % 16 == 0) listen_to_the_file();

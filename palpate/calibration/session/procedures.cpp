@@ -200,7 +200,7 @@ Expected<ViewRecord> record_views(AcquisitionContext context, device::Gesture ge
     const auto image = wanted ? context.camera->poll() : context.camera->poll_unseen();
     if (!image) continue;
     ++arrived;
-    camera_clock.add(image->mid_exposure, looked, looked - before);
+    camera_clock.add(image->mid_exposure, looked - image->waited, looked - before);
     if (wanted && keep(*image)) kept.push_back(image->mid_exposure);
   }
   ViewRecord record;
