@@ -3,7 +3,7 @@
 //
 // It sends Mono8 (the green channel), RGB8 or one of the four Bayer patterns, as it is told over the network,
 // 640x480 px of whatever size it is set to, each picture `repeats` times before the next. Its clock is the
-// machine's CLOCK_REALTIME. Gone with the object, as if its plug were pulled.
+// machine's CLOCK_REALTIME, or that of whoever gives the pictures. Gone with the object, as if its plug were pulled.
 //
 // There is one place for such a camera on a machine: port 3956 of 127.0.0.1. Who tries one holds a
 // NetworkCameraTurn meanwhile, so that tests of several checkouts do not take each other's camera.
@@ -20,6 +20,7 @@
 #include <array>
 #include <atomic>
 #include <cstring>
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -50,8 +51,14 @@ class FakeNetworkCamera {
   using Picture = std::vector<std::uint8_t>;  // RGB
   static constexpr int kWidth = 640, kHeight = 480;
 
-  FakeNetworkCamera(const std::string& serial, std::vector<Picture> pictures, unsigned repeats = 1)
-      : pictures_(std::move(pictures)), repeats_(repeats) {
+  // What it sends: a picture, and where they are not 0 its stamp, ns, and its number.
+  struct Shown {
+    const Picture* picture = nullptr;
+    std::uint64_t stamp_ns = 0, number = 0;
+  };
+
+  // `next` gives one picture after the other, in the camera's thread, and may wait for it; `picture` is used until the next.
+  FakeNetworkCamera(const std::string& serial, std::function<Shown()> next) : next_(std::move(next)) {
     // The library's camera runs also where it could not take its port, deaf to everybody: so look before, and
     // whether it has it afterwards.
     if (!port_is_free())
@@ -64,9 +71,22 @@ class FakeNetworkCamera {
     }
     arv_fake_camera_set_fill_pattern(arv_gv_fake_camera_get_fake_camera(camera_), fill, this);
   }
+  FakeNetworkCamera(const std::string& serial, std::vector<Picture> pictures, unsigned repeats = 1)
+      : FakeNetworkCamera(serial, [pictures = std::move(pictures), repeats, shown = 0u]() mutable {
+          return Shown{&pictures[shown++ / repeats % pictures.size()]};
+        }) {}
   ~FakeNetworkCamera() { g_object_unref(camera_); }
   FakeNetworkCamera(const FakeNetworkCamera&) = delete;
   FakeNetworkCamera& operator=(const FakeNetworkCamera&) = delete;
+
+  // A register of Aravis' camera (arvfakecamera.h), as its client would read and write it.
+  void set(std::uint32_t address, std::uint32_t value) {
+    arv_fake_camera_write_register(arv_gv_fake_camera_get_fake_camera(camera_), address, value);
+  }
+  void set_size() {
+    set(ARV_FAKE_CAMERA_REGISTER_WIDTH, kWidth);
+    set(ARV_FAKE_CAMERA_REGISTER_HEIGHT, kHeight);
+  }
 
   // The channel that a Bayer camera has at this place: 0 red, 1 green, 2 blue.
   static int channel(ArvPixelFormat format, int x, int y) {
@@ -97,7 +117,11 @@ class FakeNetworkCamera {
     auto* out = static_cast<std::uint8_t*>(const_cast<void*>(arv_buffer_get_data(buffer, &ignored)));
     if (arv_buffer_get_image_width(buffer) != kWidth || arv_buffer_get_image_height(buffer) != kHeight)
       return;
-    const Picture& picture = pictures_[shown_++ / repeats_ % pictures_.size()];
+    const Shown shown = next_();
+    const Picture& picture = *shown.picture;
+    if (picture.size() != std::size_t{3} * kWidth * kHeight) return;
+    if (shown.stamp_ns != 0) arv_buffer_set_timestamp(buffer, shown.stamp_ns);
+    if (shown.number != 0) arv_buffer_set_frame_id(buffer, shown.number);
     if (format == ARV_PIXEL_FORMAT_RGB_8_PACKED) {
       std::memcpy(out, picture.data(), picture.size());
       return;
@@ -110,9 +134,7 @@ class FakeNetworkCamera {
       }
   }
 
-  const std::vector<Picture> pictures_;
-  const unsigned repeats_;
-  unsigned shown_ = 0;  // of the camera's thread
+  const std::function<Shown()> next_;  // of the camera's thread
   ArvGvFakeCamera* camera_ = nullptr;
 };
 

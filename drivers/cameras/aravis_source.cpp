@@ -283,6 +283,14 @@ class AravisSource : public FrameSource {
     held_ = nullptr;
   }
 
+  // The library notes the wall clock's time of a picture's first packet.
+  static std::int64_t arrival_of(ArvBuffer* buffer, std::int64_t now_ns) {
+    constexpr std::int64_t kLongest = 1'000'000'000;  // older: the wall clock was set meanwhile
+    const auto since =
+        g_get_real_time() * 1000 - static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer));
+    return since >= 0 && since < kLongest ? now_ns - since : now_ns;
+  }
+
   Outcome frame_of(ArvBuffer* buffer) {
     const std::int64_t taken = aravis_now_ns();
     if (automatic_ && taken - asked_ns_ > kAskExposureTimeNs) ask_exposure();
@@ -305,6 +313,7 @@ class AravisSource : public FrameSource {
     const Shutter shutter{exposure_, seconds(settings_.readout_s), settings_.rolling};
     Outcome outcome{Outcome::Kind::frame, {}, {}};
     outcome.frame.number = number;
+    outcome.frame.arrived_ns = arrival_of(buffer, taken);
     outcome.frame.mid_exposure_ns =
         stamp > 0
             ? stamp + to_mid_exposure(settings_.stamp_at.value_or(StampAt::exposure_start), shutter).count()

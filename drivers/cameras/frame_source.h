@@ -29,7 +29,9 @@ struct CameraFacts {
 struct Frame {
   std::int64_t mid_exposure_ns = 0;
   std::uint64_t number = 0;  // counts frames taken: a gap is a lost frame
-  RawPicture picture;        // valid until the source is used again
+  // When it reached this machine, on its monotonic clock, as far as the interface tells; 0: as it is handed over.
+  std::int64_t arrived_ns = 0;
+  RawPicture picture;  // valid until the source is used again
 };
 
 struct Outcome {

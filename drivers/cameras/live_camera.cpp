@@ -128,6 +128,8 @@ void LiveCamera::run() {
 
 void LiveCamera::take(const Frame& frame) {
   const auto& picture = frame.picture;
+  const std::int64_t arrived =
+      frame.arrived_ns != 0 ? frame.arrived_ns : host_ns();  // before the colours are made
   std::string words;
   if ((width_ != 0 && picture.width != width_) || (height_ != 0 && picture.height != height_)) {
     words = fmt::format(
@@ -153,7 +155,7 @@ void LiveCamera::take(const Frame& frame) {
   silent_ = false;
   lost_.clear();
   trouble_.clear();
-  heard_ns_ = host_ns();
+  heard_ns_ = arrived;
   // What nobody took is overwritten and its memory used again.
   if (!newest_) newest_.emplace();
   std::swap(*newest_, next_);

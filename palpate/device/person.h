@@ -17,7 +17,7 @@ namespace palpate::device {
 enum class Gesture {
   rest,       // let go: the arm in its rest position, the pointer put down
   next_pose,  // hold the stylus still in one more pose, spread over the reach, its marker facing the tracker
-  swing_stylus,       // swing the stylus' marker widely around the tip while the arm holds the tip
+  swing_stylus,       // swing the stylus' marker widely around the tip, which the arm or a hollow holds
   wander,             // move the stylus freely through the whole reach, its marker facing the tracker
   swing_pointer,      // swing the pointer widely around its tip, which stands in a divot
   touch,              // hold the pointer's tip on `what` number `index`
@@ -34,7 +34,9 @@ struct PoseTarget {
 
 struct Request {
   Gesture gesture = Gesture::rest;
-  std::string what;  // touch: "table", "wall" (corners, index 0 to 3) or "landmark"
+  // touch: "table", "wall" (corners, index 0 to 3) or "landmark"; swing_stylus: "hollow", or empty where the arm
+  // holds the tip.
+  std::string what;
   int index = 0;
   std::optional<PoseTarget> target{};  // next_pose: this one; none: whichever the person likes
 };

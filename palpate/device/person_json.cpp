@@ -45,6 +45,7 @@ Json json_of(const Request& request) {
     json["what"] = request.what;
     json["index"] = request.index;
   }
+  if (request.gesture == Gesture::swing_stylus && !request.what.empty()) json["what"] = request.what;
   if (request.target) {
     const Quaternion& q = request.target->R_world_marker;
     const Vector3& tip = request.target->tip.m;
@@ -73,6 +74,10 @@ Expected<Request> request_of(const Json& json) {
       return wrong_use("touch: \"what\", a name, and \"index\", 0 to {}, are expected", kMostPlaces);
     request.what = what->get<std::string>();
     request.index = index->get<int>();
+  }
+  if (request.gesture == Gesture::swing_stylus && json.contains("what")) {
+    if (json["what"] != "hollow") return wrong_use("swing_stylus: \"what\" is \"hollow\" or left out");
+    request.what = "hollow";
   }
   if (json.contains("tip_m")) {
     const auto tip = numbers<3>(json, "tip_m");

@@ -44,7 +44,7 @@ class PlayedRun {
       sim::TrueView view;
       view.X_world_camera = turned(angle_at(i));
       view.X_world_base.translation = tip_at(i) - device::phantom_tip(view.theta, view.lengths).m;
-      truth->add(static_cast<std::uint64_t>(100 + i), 1'000'000'000LL * i, view);
+      truth->add(static_cast<std::uint64_t>(100 + i), 1'000'000'000LL * i, view, {Duration(i)});
       if (i < 2) continue;
       server::graphics::FrameRecord record;
       record.number = static_cast<std::uint64_t>(i);

@@ -3,7 +3,8 @@
 // the play (latency_probe.h, realtime_overlay.h); no server reads it.
 //
 // Columns: frame (the camera's own count), mid_exposure_monotonic_ns (the machine's monotonic clock),
-// cam_x_m ... cam_qz (camera in World), tip_x_m, tip_y_m, tip_z_m (World). One thread.
+// cam_x_m ... cam_qz (camera in World), tip_x_m, tip_y_m, tip_z_m (World), camera_stamp_ns (the same moment by the
+// camera's own clock, which its images carry wherever they go). One thread.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +19,9 @@ namespace palpate::sim {
 class ExposureLog {
  public:
   static Expected<ExposureLog> begin(const std::filesystem::path& path);
-  // `view`: as it was in the middle of the exposure.
-  void add(std::uint64_t frame, std::int64_t mid_exposure_ns, const TrueView& view);
+  // `view`: as it was in the middle of the exposure, which the camera stamps with `stamp`.
+  void add(std::uint64_t frame, std::int64_t mid_exposure_ns, const TrueView& view,
+           Instant<CameraClock> stamp);
   Expected<void> finish() { return rows_.finish(); }
 
  private:

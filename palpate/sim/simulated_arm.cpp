@@ -12,6 +12,8 @@ namespace {
 constexpr double kUpdateInterval = 0.001;  // s, of joint angles, motor torques and stops
 constexpr double kStopMargin = 0.05;       // rad beyond the stated range
 constexpr double kStopStiffness = 2000.0;  // N/m at the tip
+constexpr double kHollowStiffness = 5e4;   // N/m: 0.04 mm under a press of 2 N
+constexpr double kHollowDamping = 100.0;   // N s/m: half of critical for hand and arm together
 constexpr double kFrictionSpeed = 0.002;   // m/s at which dry friction has taken its full size
 
 }  // namespace
@@ -159,7 +161,12 @@ void SimulatedArm::step(double h, SimulatedHand& hand) {
   }
   hand.step(h);
   const double mass = mass_ + hand.mass();
-  const SimulatedHand::Push push = hand.push(state_.tip, mass);
+  SimulatedHand::Push push = hand.push(state_.tip, mass);
+  if (hollow_) {
+    push.force += kHollowStiffness * (*hollow_ - state_.tip);
+    push.stiffness += kHollowStiffness;
+    push.damping += kHollowDamping;
+  }
   Vector3 force = push.force + motor_force_ + stop_force_;
   // Dry friction, smoothed around standstill; v / (|v| + v0) keeps tanh out of the loop.
   force -= state_.velocity * (friction_ / (state_.velocity.norm() + kFrictionSpeed));

@@ -9,6 +9,8 @@
 // load. One thread; stepping does not allocate.
 #pragma once
 
+#include <optional>
+
 #include "palpate/device/devices.h"
 #include "palpate/device/phantom.h"
 #include "palpate/sim/simulated_hand.h"
@@ -40,6 +42,8 @@ class SimulatedArm {
     Vector3 spin = Vector3::Zero();                   // rad/s, World
   };
   const State& state() const { return state_; }
+  // The tip stands in a hollow whose bottom is here (World), metal on metal, until it is lifted out (nothing).
+  void rest_in(const std::optional<Vector3>& hollow) { hollow_ = hollow; }
   // Puts the stylus somewhere at rest (start of a session, tests).
   void place(const Vector3& tip, const Quaternion& orientation);
 
@@ -73,6 +77,7 @@ class SimulatedArm {
   double mass_, friction_, max_force_, max_speed_, hysteresis_, joint_quantum_, gimbal_quantum_;
 
   State state_;
+  std::optional<Vector3> hollow_;
   Vector3 theta_ = Vector3::Zero();      // at the last update
   Vector3 followed_ = Vector3::Zero();   // theta as the encoders feel it behind the backlash
   Vector3 commanded_ = Vector3::Zero();  // N, ArmBase

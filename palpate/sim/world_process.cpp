@@ -106,7 +106,8 @@ class CameraRenderThread {
         if (!shots.left) continue;
         if (!publish(std::move(images[0]), 0, since)) continue;
         if (exposures_ != nullptr)
-          exposures_->add(shots.left->frame, monotonic(taken).ns(), middle(*shots.left));
+          exposures_->add(shots.left->frame, monotonic(taken).ns(), middle(*shots.left),
+                          shots.left->mid_exposure);
         ++images_;
       }
     } catch (const std::exception& error) {
@@ -242,7 +243,10 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
       tick = now;  // after a pause of the machine: go on from here
 
     force.take(server, world.arm());
-    if (const auto target = server.take_hand_target()) world.hand().move_to(*target);
+    if (const auto target = server.take_hand_target()) {
+      world.begin_play();
+      world.hand().move_to(*target);
+    }
     if (gestures) gestures->look(world.person());
     world.advance_to(Instant<TrueTime>{} + (now - start));
     device::ArmSample arm = world.arm().read();

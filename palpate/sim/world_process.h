@@ -29,7 +29,8 @@ struct WorldProcessOptions {
   // Makes the renderer, in the thread that will use it; none: no pictures.
   std::function<RenderView()> make_renderer;
   std::function<void()> ready;  // called once, when the devices are open
-  // The laboratory's person does what lines on standard input say (gesture_lines.h), and nobody plays.
+  // The laboratory's person does what lines on standard input say (gesture_lines.h), and nobody plays until somebody
+  // leads the hand.
   bool gestures = false;
 };
 

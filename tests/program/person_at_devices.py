@@ -1,18 +1,27 @@
 """A script in the place of a person: reads what `calibrate all` asks for, has the laboratory's person do it, presses the keys."""
 import json
 import os
+import signal
 import subprocess
 import threading
 
-from program import PROGRAM, wait_until
+from program import PATIENCE_S, PROGRAM, wait_until
+
+
+def as_devices_run():
+    """Before the program: first in turn where the machine allows that, for a device has electronics of its own."""
+    try:
+        os.nice(-15)
+    except PermissionError:
+        pass
 
 
 class Laboratory:
     """`world run --gestures`: its person does what it is told, a line each."""
 
-    def __init__(self, test, *options):
+    def __init__(self, test, *options, environment=None):
         self.process = subprocess.Popen([PROGRAM, "world", "run", "--gestures", *options], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                                        stderr=subprocess.PIPE, text=True, env=test.environment, cwd=test.folder)
+                                        stderr=subprocess.PIPE, text=True, env=environment or test.environment, cwd=test.folder)
         test.addCleanup(self.remove)
         self.said = []
         self._opened = threading.Event()
@@ -31,6 +40,11 @@ class Laboratory:
         self.process.stdin.write(json.dumps(instruction) + "\n")
         self.process.stdin.flush()
         return json.loads(self.process.stdout.readline())
+
+    def ends(self):
+        """As with Ctrl-C: it writes what it has to write."""
+        self.process.send_signal(signal.SIGTERM)
+        self.process.wait(60)
 
     def remove(self):
         self.process.kill()
@@ -73,8 +87,8 @@ class Session:
                     self.ended.append(told)
                     self.press(self.at_the_end(told["ended"], told))
 
-    def ends(self):
-        wait_until(lambda: self.process.poll() is not None, f"the session ends; so far {self.lines[-5:]}")
+    def ends(self, patience_s=PATIENCE_S):
+        wait_until(lambda: self.process.poll() is not None, f"the session ends; so far {self.lines[-5:]}", patience_s)
         return self.process.returncode
 
     def remove(self):

@@ -11,11 +11,11 @@ PROGRAM = os.environ["PALPATE"]
 PATIENCE_S = 240.0  # for what ought to take seconds, on a busy machine and under sanitizers
 
 
-def wait_until(condition, what):
-    until = time.monotonic() + PATIENCE_S
+def wait_until(condition, what, patience_s=PATIENCE_S):
+    until = time.monotonic() + patience_s
     while not condition():
         if time.monotonic() > until:
-            raise AssertionError(f"waited {PATIENCE_S:.0f} s until {what}")
+            raise AssertionError(f"waited {patience_s:.0f} s until {what}")
         time.sleep(0.02)
 
 

@@ -20,6 +20,8 @@
 #include <thread>
 #include <vector>
 
+#include "drivers/openhaptics/stub/arm_line.h"
+
 #ifdef HD_STUB_NEEDS_IO
 extern "C" int hd_stub_io();
 #endif
@@ -54,6 +56,7 @@ struct Everything {
   unsigned long next_handle = 1;
   std::thread scheduler;
   std::atomic<bool> running{false}, frozen{false};
+  hd_stub::ArmLine arm;
   std::array<Eigen::Vector3d, kDevices> asked{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(),
                                               Eigen::Vector3d::Zero()};
   Everything() { name_devices(); }
@@ -174,10 +177,27 @@ void listen_to_the_file() {
   }
 }
 
+// False where no new reading has come: a cycle is one of the arm's.
+bool take_reading() {
+  constexpr int kLongest = 5;  // ms
+  hd_stub::ArmReading reading;
+  const bool taken = all().arm.take(reading, kLongest), there = all().arm.is_open();
+  HdStubDevice& device = all().devices[0];
+  const std::lock_guard lock(device.guard);
+  device.plugged = there;
+  if (!taken) return !there;
+  std::copy_n(reading.turned, 3, device.turned);
+  std::copy_n(reading.gimbal, 3, device.gimbal);
+  device.buttons = reading.buttons;
+  return true;
+}
+
 void schedule() {
+  all().arm.hurry();
   auto next = std::chrono::steady_clock::now();
   for (int cycle = 0; all().running.load(); ++cycle) {
     if (cycle % 16 == 0) listen_to_the_file();
+    if (all().arm.named() && !take_reading()) continue;
     if (!all().frozen.load()) {
       const std::lock_guard lock(all().scheduled_guard);
       auto& list = all().scheduled;
@@ -188,6 +208,7 @@ void schedule() {
           ++i;
         }
     }
+    if (all().arm.is_open()) continue;
     next = std::max(next + std::chrono::milliseconds(1),
                     std::chrono::steady_clock::now() - std::chrono::milliseconds(5));
     std::this_thread::sleep_until(next);
@@ -227,6 +248,7 @@ HHD hdInitDevice(const char* name) {
     if (i == 0 ? (name != nullptr && std::strcmp(name, "Default Device") != 0)
                : (name == nullptr || std::strcmp(name, device.name) != 0))
       continue;
+    if (i == 0 && all().arm.named()) device.plugged = all().arm.reach();
     unsigned error = device.init_error;
     if (!device.plugged) error = 0x0300;
     if (device.open) error = 0x0301;
@@ -289,6 +311,7 @@ void hdEndFrame(HHD handle) {
   }
   give(*device, force);
   hold(*device);
+  if (handle == 0) all().arm.give({{device->force[0], device->force[1], device->force[2]}});
   ++device->cycles;
 }
 

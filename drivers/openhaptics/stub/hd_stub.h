@@ -4,7 +4,8 @@
 // positive; nothing is shared with the driver. Everything in HdStubDevice under its guard. From another
 // process: the file named by the environment variable HD_STUB_STATE holds words ("unplugged", "warm",
 // "over"; "hand 0.1 0.2 0.3": a hand holds the stylus at these joint angles; "button 1"; "axis 1", "exchanged 2 3",
-// "torques 1 0 1": faults of the motors), read every few cycles.
+// "torques 1 0 1": faults of the motors), read every few cycles. HD_STUB_ARM names the socket of an arm in another
+// process (arm_line.h): that is the default device then, and the library's cycles are its readings.
 #pragma once
 
 #include <cstdint>

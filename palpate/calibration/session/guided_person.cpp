@@ -48,7 +48,11 @@ std::string instruction(const device::Request& request) {
                  : "Hold the stylus still in a pose unlike those before, anywhere in its reach, its marker "
                    "towards the tracker.";
     case Gesture::swing_stylus:
-      return std::string("Rest the stylus' tip in a hollow and swing its marker widely in all directions.") +
+      return (request.what == "hollow"
+                  ? std::string(
+                        "Rest the stylus' tip in a hollow and swing its marker widely in all directions.")
+                  : std::string(
+                        "Swing the stylus' marker widely in all directions; the arm holds its tip.")) +
              kBegin;
     case Gesture::wander:
       return std::string("Move the stylus freely through its whole reach, its marker towards the tracker.") +

@@ -49,7 +49,8 @@ Expected<std::vector<TrackedPose>> record_pivot(AcquisitionContext context,
                                                 const PivotRecordingOptions& options) {
   Recorder recorder(context);
   recorder.tick();
-  if (const auto begun = begin(context, recorder, {device::Gesture::swing_stylus, "", 0}, "pivot"); !begun)
+  const std::string where = context.computed_arm ? "" : "hollow";
+  if (const auto begun = begin(context, recorder, {device::Gesture::swing_stylus, where, 0}, "pivot"); !begun)
     return tl::unexpected(begun.error());
   Fixation fixation(options.fixation, recorder.newest_arm());
   bool slipped = false;
@@ -172,6 +173,7 @@ Expected<Vector3> record_rest(AcquisitionContext context) {
   recorder.run(0.2);
   Vector3 sum = Vector3::Zero();
   const auto readings = recorder.arm_readings();
+  if (readings.empty()) return refused("rest: the arm gave no readings; see that it is connected");
   for (const auto& reading : readings) sum += reading.joints;
   return Vector3(sum / static_cast<double>(readings.size()));
 }
@@ -198,7 +200,7 @@ Expected<ViewRecord> record_views(AcquisitionContext context, device::Gesture ge
     const auto image = wanted ? context.camera->poll() : context.camera->poll_unseen();
     if (!image) continue;
     ++arrived;
-    camera_clock.add(image->mid_exposure, looked, looked - before);
+    camera_clock.add(image->mid_exposure, looked - image->waited, looked - before);
     if (wanted && keep(*image)) kept.push_back(image->mid_exposure);
   }
   ViewRecord record;

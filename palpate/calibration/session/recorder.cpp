@@ -59,8 +59,10 @@ std::vector<ArmReading> Recorder::arm_readings() const {
   const auto model = arm_clock_.model();
   std::vector<ArmReading> readings;
   readings.reserve(arm_.size());
+  // Readings that are not numbers are those of an arm that was silent for a moment.
   for (const auto& sample : arm_)
-    readings.push_back({model.to(sample.stamp).seconds(), sample.joints, sample.gimbal});
+    if (sample.joints.allFinite() && sample.gimbal.allFinite())
+      readings.push_back({model.to(sample.stamp).seconds(), sample.joints, sample.gimbal});
   return readings;
 }
 

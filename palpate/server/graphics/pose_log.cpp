@@ -7,13 +7,14 @@
 namespace palpate::server::graphics {
 
 Expected<PoseLog> PoseLog::begin(const std::filesystem::path& folder) {
-  auto rows = CsvFile::begin(folder / "realtime_poses.csv",
-                             joined({{"frame", "camera_frame", "time_s"},
-                                     pose_columns("cam"),
-                                     point_columns("tip"),
-                                     {"late"},
-                                     pose_columns("tracker_cam"),
-                                     {"pose_source", "landmarks_used", "expected_world_px"}}));
+  auto rows =
+      CsvFile::begin(folder / "realtime_poses.csv",
+                     joined({{"frame", "camera_frame", "time_s"},
+                             pose_columns("cam"),
+                             point_columns("tip"),
+                             {"late"},
+                             pose_columns("tracker_cam"),
+                             {"pose_source", "landmarks_used", "expected_world_px", "camera_stamp_ns"}}));
   if (!rows) return tl::unexpected(rows.error());
   return PoseLog(std::move(*rows));
 }
@@ -34,6 +35,7 @@ void PoseLog::add(const FrameRecord& frame, const scene::SceneDescription& scene
   row.emplace_back(pose_source_name(frame.pose_source));
   put(row, static_cast<double>(frame.landmarks_used));
   put(row, frame.expected_world_px);
+  row.push_back(fmt::format("{}", frame.stamp.ns()));
   rows_.row(row);
 }
 

@@ -4,7 +4,8 @@
 // cam_x_m ... cam_qz (the camera's pose that was drawn with, World), tip_x_m, tip_y_m, tip_z_m (the stylus
 // tip as it was drawn; empty where no state was known), late (1: the reply was late, the previous state was
 // drawn), tracker_cam_x_m ... tracker_cam_qz (by the tracker alone; empty where it was blind), pose_source,
-// landmarks_used, expected_world_px (its own estimate of its overlay error). One thread.
+// landmarks_used, expected_world_px (its own estimate of its overlay error), camera_stamp_ns (of the middle of the
+// image's exposure, by the camera's own clock). One thread.
 #pragma once
 
 #include <filesystem>

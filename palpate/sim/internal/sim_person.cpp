@@ -175,6 +175,8 @@ Expected<void> SimPerson::ask(const device::Request& request) {
   if (!needs_stylus && hand_.grip() == Grip::swing)
     hand_.take(Grip::follow, arm_.state().tip, arm_.state().velocity);
   playing_ = false;
+  in_hollow_ = request.gesture == device::Gesture::swing_stylus && request.what == "hollow";
+  arm_.rest_in(std::nullopt);
   gesture_ = request.gesture;
   began_ = t;
   switch (request.gesture) {
@@ -241,6 +243,7 @@ bool SimPerson::there() const {
 
 void SimPerson::play(const device::HandTarget& target, double t) {
   if (!playing_) {
+    arm_.rest_in(std::nullopt);
     hand_.take(Grip::follow, arm_.state().tip, arm_.state().velocity);
     gesture_ = device::Gesture::look;
     head_.look(t);
@@ -248,6 +251,28 @@ void SimPerson::play(const device::HandTarget& target, double t) {
   }
   played_ = target;
   played_at_ = t;
+}
+
+// Held by the arm the tip is pulled at; in a hollow, which stands where the arm is in the middle of its range, it is
+// pressed into it.
+void SimPerson::swing_stylus(double t) {
+  const double since = t - began_, swing = since - (kBringTime + kSwingDelay);
+  if (swing < 0.0) {
+    follow_path(path_, t, held_orientation_);
+    return;
+  }
+  if (hand_.grip() != Grip::swing) {
+    hand_.take(Grip::swing, arm_.state().tip, arm_.state().velocity);
+    if (in_hollow_) arm_.rest_in((truth_.X_world_base * device::phantom_tip(path_.to, truth_.lengths)).m);
+  }
+  const Vector3 tip = arm_.state().tip;
+  const Quaternion marker = swung(neutral_, tip, swing, kMarkerTilt, kSwingRoll);
+  hand_.set_target(tip, Vector3::Zero(), marker * truth_.X_tip_marker.rotation.conjugate());
+  const auto& [low, high] = world_.hand.pull;
+  const double size = low + (high - low) * 0.5 * (1.0 + wave(0.37, t, phase_[3]));
+  const Quaternion& stylus = arm_.state().orientation;
+  const Vector3 way = in_hollow_ ? Vector3(stylus * -Vector3::UnitZ()) : pull_direction(stylus);
+  hand_.set_pull(std::min(1.0, since) * size * way);
 }
 
 void SimPerson::update(double t) {
@@ -270,21 +295,9 @@ void SimPerson::update(double t) {
       follow_path(path_, t, held_orientation_);
       if (there()) hand_.take(Grip::none, arm_.state().tip, arm_.state().velocity);
       break;
-    case device::Gesture::swing_stylus: {
-      const double swing = since - (kBringTime + kSwingDelay);
-      if (swing < 0.0) {
-        follow_path(path_, t, held_orientation_);
-        break;
-      }
-      if (hand_.grip() != Grip::swing) hand_.take(Grip::swing, arm_.state().tip, arm_.state().velocity);
-      const Vector3 tip = arm_.state().tip;
-      const Quaternion marker = swung(neutral_, tip, swing, kMarkerTilt, kSwingRoll);
-      hand_.set_target(tip, Vector3::Zero(), marker * truth_.X_tip_marker.rotation.conjugate());
-      const auto& [low, high] = world_.hand.pull;
-      const double size = low + (high - low) * 0.5 * (1.0 + wave(0.37, t, phase_[3]));
-      hand_.set_pull(std::min(1.0, since) * size * pull_direction(arm_.state().orientation));
+    case device::Gesture::swing_stylus:
+      swing_stylus(t);
       break;
-    }
     case device::Gesture::wander: {
       const double share = smooth(std::clamp(since, 0.0, 1.0));
       const double step = 1e-3;

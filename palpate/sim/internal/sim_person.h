@@ -46,6 +46,7 @@ class SimPerson : public device::Person {
   Quaternion facing_tracker(const Vector3& normal, const Vector3& place) const;
   // A wide swing about the direction to the tracker: tilt up to `cone`, roll up to `roll`, rad.
   Quaternion swung(const Quaternion& neutral, const Vector3& place, double t, double cone, double roll) const;
+  void swing_stylus(double t);
   void begin_pose_of_their_own();
   Expected<void> begin_shown_pose(const device::PoseTarget& target);
   Expected<void> begin_touch(const device::Request& request);
@@ -62,7 +63,7 @@ class SimPerson : public device::Person {
 
   device::Gesture gesture_ = device::Gesture::rest;
   double now_ = 0.0, began_ = -1e9;
-  bool playing_ = false;
+  bool playing_ = false, in_hollow_ = false;
   device::HandTarget played_;
   double played_at_ = 0.0;
 

@@ -1,0 +1,26 @@
+// The laboratory's camera as a GigE Vision camera at 127.0.0.1, port 3956 (tests/fake_network_camera.h): each of its
+// pictures goes out once, 50 ms after the laboratory's camera would have brought it.
+//
+// Stamped with the start of the exposure by the camera's own clock, and with its own count of frames. Pixels are what the
+// client chooses: of a Bayer camera, RGB8 or Mono8.
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+
+#include "drivers/laboratory/channel.h"
+
+namespace palpate::doors {
+
+struct CameraDoorSettings {
+  std::string serial;
+  double exposure_s = 0.008, rate_hz = 30.0;  // what it tells of itself
+};
+
+// Until `stop`, or until the laboratory is gone, which is no error. `ready` is called once it can be found.
+Expected<void> serve_camera(const std::shared_ptr<drivers::laboratory::LabClient>& laboratory,
+                            const CameraDoorSettings& settings, const std::atomic<bool>& stop,
+                            void (*ready)());
+
+}  // namespace palpate::doors

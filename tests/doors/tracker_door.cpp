@@ -1,0 +1,35 @@
+#include "tests/doors/tracker_door.h"
+
+#include "drivers/openigtlink/pose_publisher.h"
+#include "palpate/device/live_name.h"
+#include "palpate/time/clock.h"
+
+namespace palpate::doors {
+namespace {
+
+constexpr Duration kTrackerLook = std::chrono::milliseconds(1);
+constexpr Duration kOwnStart = std::chrono::seconds(1000);
+
+}  // namespace
+
+Expected<void> serve_tracker(const std::shared_ptr<drivers::laboratory::LabClient>& laboratory,
+                             std::uint16_t port, const std::atomic<bool>& stop, void (*ready)()) {
+  auto publisher = drivers::openigtlink::PosePublisher::listen({"127.0.0.1", port});
+  if (!publisher) return tl::unexpected(publisher.error());
+  drivers::laboratory::LabTracker tracker(laboratory);
+  MonotonicClock<TrueTime> clock;
+  ready();
+  for (auto next = clock.now(); !stop && laboratory->alive(); next += kTrackerLook) {
+    clock.sleep_until(next);
+    for (const auto& sample : tracker.poll()) {
+      if (!sample.seen) continue;
+      auto sent = (*publisher)
+                      ->publish(device::live_name(sample.marker), sample.stamp + kOwnStart,
+                                {sample.rotation, sample.translation});
+      if (!sent) return sent;
+    }
+  }
+  return {};
+}
+
+}  // namespace palpate::doors

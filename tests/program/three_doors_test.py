@@ -1,0 +1,107 @@
+#!/usr/bin/env python3
+"""One laboratory process behind three protocol doors - OpenIGTLink, GigE Vision, OpenHaptics' library at a socket - is calibrated by
+`calibrate all`, a script doing what it asks of a person; its forces are checked; a game is played. The same again through the laboratory's
+own channel, and both beside the truth. Takes about ten minutes, in real time.
+
+DOORS_SEED, DOORS_SECONDS, DOORS_KEEP: another laboratory, the length of the game, a folder for the files of both."""
+import json
+import os
+import shutil
+import signal
+import subprocess
+import tomllib
+import unittest
+
+from doors import Channel, Doors, close
+from judged import figures, recompute
+from laboratory import READY
+from person_at_devices import Session
+from program import PATIENCE_S, ProgramTest, wait_until
+
+SEED = os.environ.get("DOORS_SEED", "5")
+POSES = os.environ.get("DOORS_POSES", "70")
+SECONDS = os.environ.get("DOORS_SECONDS", "20")
+BOUNDS = {"arm/error_to_truth_mean_mm": 0.2, "realtime/overlay/world_px_rms": 0.3, "realtime/overlay/tip_px_rms": 0.6}
+RATIO = 1.5  # of what the channel gives
+
+
+class ThreeDoors(ProgramTest):
+    def calibrates(self, laboratory, devices):
+        self.runs("rig", "new", "rig.toml")
+        repeated = []
+
+        def once_again(step, ended):
+            print(f"{'done' if ended['done'] else 'FAILED'} {step}: {ended['words']}", flush=True)
+            if ended["done"]:
+                return "\n"
+            self.assertLess(repeated.count(step), 3, ended)
+            repeated.append(step)
+            return "r"
+        session = Session(self, laboratory, *devices, "--rig", "rig.toml", "--poses", POSES, at_the_end=once_again)
+        self.assertEqual(session.ends(PATIENCE_S * 5), 0, session.lines[-5:])
+        self.assertIn("complete", self.runs("rig", "check", "rig.toml").out)
+
+    def checks_forces(self, laboratory):
+        """The person brings the stylus where it is asked for: about the middle, and up and down on both sides of it."""
+        check = self.start("calibrate", "forces", "--arm", "openhaptics", "--rig", "rig.toml", "--yes-held", "--json", "forces.json")
+        arm = tomllib.loads(self.read("rig.toml").decode())["arm"]
+        turn = recompute.product(arm["base"]["rotation_qwxyz"], arm["marker_in_tip_qwxyz"])
+        for pose, aside in enumerate(((0, 0.03), (-0.09, 0.09), (0.09, 0.09), (-0.09, -0.02), (0.09, -0.02))):
+            wait_until(lambda n=pose: check.ended() or any(f"pose {n + 1} of 5" in line for line in check.lines()), "a pose is asked for")
+            self.assertFalse(check.ended(), check.lines())
+            place = [a / 1000 + b for a, b in zip(arm["base"]["translation_mm"], (*aside, 0.03))]
+            answer = laboratory.does({"gesture": "next_pose", "tip_m": place, "marker_rotation_qwxyz": turn})
+            self.assertIn("ready", answer)
+        done = check.ends()
+        self.assertEqual(done.code, 0, done)
+        self.assertEqual(json.loads(self.read("forces.json"))["verdict"], "agreed")
+        laboratory.does({"gesture": "rest"})
+
+    def plays(self, way):
+        """A person who sees what the physics server shows and leads the laboratory's hand plays; the figures of both servers."""
+        physics = self.start("physics", "--rig", "rig.toml", *way.physics, "--app", "pingpong", "--seed", SEED, "--out", "game", "--json", "physics.json")
+        self.assertTrue(physics.says(READY["physics"]), physics.lines())
+        endpoint = "ipc://" + os.path.join(self.meeting, "palpate", "physics.sock")
+        person = subprocess.Popen([os.environ["SCRIPTED_PLAYER"], "lab", endpoint, self.path("rig.toml"), SEED], env=way.environment, stdout=subprocess.PIPE)
+        self.addCleanup(close, person)
+        graphics = self.start("graphics", "--rig", "rig.toml", *way.graphics, "--seconds", SECONDS, "--out", "game", "--json", "graphics.json")
+        self.assertEqual(graphics.ends().code, 0, graphics.lines())
+        self.assertIsNone(person.poll(), "who plays is still there")
+        physics.send(signal.SIGTERM)
+        self.assertEqual(physics.ends().code, 0, physics.lines())
+        for server in (physics, graphics):
+            print(server.arguments[0] + ":", *server.lines(), sep="\n  ", flush=True)
+
+    def keeps(self, name):
+        if folder := os.environ.get("DOORS_KEEP"):
+            shutil.copytree(self.folder, os.path.join(folder, name), dirs_exist_ok=True, ignore=shutil.ignore_patterns("instructions"))
+
+    def judged(self, name):
+        found = figures(self, "rig.toml", SEED, (self.path("game", "realtime_poses.csv"), self.path("truth.csv")))
+        self.keeps(name)
+        return found
+
+    def through(self, way, name):
+        self.calibrates(way.laboratory, way.devices)
+        if name == "doors":
+            self.checks_forces(way.laboratory)
+        self.plays(way)
+        way.laboratory.ends()
+        found = self.judged(name)
+        print(name, json.dumps(found, indent=2), flush=True)
+        return found
+
+    def test_through_the_doors_everything_is_as_near_to_the_truth_as_through_the_channel(self):
+        world = ("--seed", SEED, "--exposures", self.path("truth.csv"))
+        doors = self.through(Doors(self, *world), "doors")
+        self.doCleanups()
+        self.setUp()
+        channel = self.through(Channel(self, "--seed", SEED, "--exposures", self.path("truth.csv")), "channel")
+        for key, bound in BOUNDS.items():
+            with self.subTest(key):
+                self.assertLess(doors[key], bound)
+                self.assertLess(doors[key], RATIO * channel[key])
+
+
+if __name__ == "__main__":
+    unittest.main()
