@@ -32,6 +32,7 @@ void add_commands(CLI::App& program) {
   add_board(program);
   add_play(program);
   add_recording(program);
+  add_verify(program);
   add_doctor(program);
 }
 
