@@ -67,6 +67,19 @@ Expected<void> known(const rig::Rig& rig, const RigObservations& observed) {
   return {};
 }
 
+// What one kind of observation leaves must not hide behind another that fits better than stated.
+bool each_kind_fits(const RigMisfit& misfit, const ChangeFit& found) {
+  const Eigen::VectorXd left = misfit.remaining(
+      found.jacobian, misfit.differences(changed(misfit.rig_state(), found.changes, found.amounts)));
+  const std::array kinds{misfit.rest(), misfit.held(), misfit.touched(), misfit.seen(), misfit.delay()};
+  for (const auto& kind : kinds)
+    if (kind.count > 0 && left.segment(kind.first, kind.count).squaredNorm() >
+                              chi_square_quantile(kUnexplained / static_cast<double>(kinds.size()),
+                                                  static_cast<double>(kind.count), true))
+      return false;
+  return true;
+}
+
 std::string amount_words(const FoundChange& found) {
   const auto turn_and_shift = [&] {
     return fmt::format("turned by {:.2f} deg and shifted by {:.2f} mm",
@@ -152,7 +165,8 @@ Expected<Verification> verify_rig(const rig::Rig& rig, const RigObservations& ob
   result.freedoms = static_cast<double>(misfit.rows() - search.found.amounts.size());
   if (result.freedoms > 0.0) {
     result.misfit = search.found.cost / result.freedoms;
-    result.explained = search.found.cost <= chi_square_quantile(kUnexplained, result.freedoms, true);
+    result.explained = search.found.cost <= chi_square_quantile(kUnexplained, result.freedoms, true) &&
+                       each_kind_fits(misfit, search.found);
   }
   result.figures = rig_figures(misfit, observed, search.found, options);
   return result;

@@ -120,6 +120,8 @@ struct VerificationOptions {
   double head_turn_sd = 2e-4, head_shift_sd = 5e-5;  // rad, m
   double field_reach =
       0.15;  // m, over which a systematic error of the tracker changes: it turns markers, too
+  // s: what a tracker's systematic error along a motion passes for as delay; no residual shows it.
+  double delay_sd = 3e-5;
   int most_changes = 3;
 };
 

@@ -14,6 +14,7 @@ VerificationOptions paper_options() {
   VerificationOptions options;
   options.head_turn_sd = 1e-9;  // no systematic error where the head is
   options.head_shift_sd = 1e-12;
+  options.delay_sd = 0.0;
   return options;
 }
 

@@ -29,12 +29,13 @@ class Figures {
     if (observed_.held.empty()) return;
     RigFigure figure{"arm", "mm", kMillimetresPerMetre};
     observe(figure, misfit_.held(), 3);
-    infer(figure, 3, [this](const RigState& state) {
-      Eigen::VectorXd tips(3 * static_cast<Eigen::Index>(observed_.held.size()));
-      Eigen::Index row = 0;
-      for (const auto& held : observed_.held) tips.segment<3>(row) = state.tip_at(held.joints).m, row += 3;
-      return tips;
-    });
+    infer(figure, 3, split([this](const RigState& state) {
+            Eigen::VectorXd tips(3 * static_cast<Eigen::Index>(observed_.held.size()));
+            Eigen::Index row = 0;
+            for (const auto& held : observed_.held)
+              tips.segment<3>(row) = state.tip_at(held.joints).m, row += 3;
+            return tips;
+          }));
     list_.push_back(figure);
   }
 
@@ -42,12 +43,13 @@ class Figures {
     if (observed_.touched.empty()) return;
     RigFigure figure{"places", "mm", kMillimetresPerMetre};
     observe(figure, misfit_.touched(), 3);
-    infer(figure, 3, [this](const RigState& state) {
-      Eigen::VectorXd places(3 * static_cast<Eigen::Index>(observed_.touched.size()));
-      Eigen::Index row = 0;
-      for (const auto& touched : observed_.touched) places.segment<3>(row) = state.place(touched).m, row += 3;
-      return places;
-    });
+    infer(figure, 3, split([this](const RigState& state) {
+            Eigen::VectorXd places(3 * static_cast<Eigen::Index>(observed_.touched.size()));
+            Eigen::Index row = 0;
+            for (const auto& touched : observed_.touched)
+              places.segment<3>(row) = state.place(touched).m, row += 3;
+            return places;
+          }));
     list_.push_back(figure);
   }
 
@@ -82,22 +84,10 @@ class Figures {
     list_.push_back(figure);
   }
 
-  // Of each picture and pose; the tracker's noise of the picture's moment comes to the rig's error.
+  // Of each picture and pose; the tracker's noise of the picture's moment comes to the rig's error, as far as the
+  // picture's dots tell it.
   void tip() {
-    if (observed_.held.empty() || observed_.frames.empty()) return;
-    struct Pair {
-      const HeadFrame* frame;
-      const HeldStylus* held;
-    };
-    std::vector<Pair> pairs;
-    const RigState& rig = misfit_.rig_state();
-    const auto inside = [&rig](const device::Pixel& p) {
-      return p.x() >= 0.0 && p.y() >= 0.0 && p.x() < rig.lens.width && p.y() < rig.lens.height;
-    };
-    for (const auto& frame : observed_.frames)
-      for (const auto& held : observed_.held)
-        if (const auto pixel = rig.pixel(frame, rig.tip_at(held.joints).m); pixel && inside(*pixel))
-          pairs.push_back({&frame, &held});
+    const auto pairs = tips_in_pictures();
     if (pairs.empty()) return;
     const Quantity pixels = [&pairs](const RigState& state) {
       Eigen::VectorXd all(2 * static_cast<Eigen::Index>(pairs.size()));
@@ -109,22 +99,30 @@ class Figures {
       }
       return all;
     };
+    const RigState& rig = misfit_.rig_state();
+    constexpr double kStep = 1e-6;  // rad, m
     const Eigen::MatrixXd by_marker =
-        derivative(6, 1e-6, [&](const Eigen::VectorXd& step) -> Eigen::VectorXd {
+        derivative(6, kStep, [&](const Eigen::VectorXd& step) -> Eigen::VectorXd {
           RigState state = rig;
           state.head_field += step;
           return pixels(state);
         });
-    Eigen::MatrixXd noise = Eigen::MatrixXd::Zero(by_marker.rows(), by_marker.rows());
-    for (std::size_t i = 0; i < pairs.size(); ++i)
-      for (std::size_t j = 0; j < pairs.size(); ++j) {
-        if (pairs[i].frame != pairs[j].frame) continue;
-        const auto a = 2 * static_cast<Eigen::Index>(i), b = 2 * static_cast<Eigen::Index>(j);
-        noise.block<2, 2>(a, b) =
-            by_marker.middleRows<2>(a) * pairs[i].frame->covariance * by_marker.middleRows<2>(b).transpose();
-      }
+    Split part = split(pixels);
+    Eigen::MatrixXd stated = Eigen::MatrixXd::Zero(part.covariance.rows(), part.covariance.rows());
+    const RigState likely = posterior_state();
+    for (std::size_t begin = 0, end = 0; begin < pairs.size(); begin = end) {
+      while (end < pairs.size() && pairs[end].frame == pairs[begin].frame) ++end;
+      const auto first = 2 * static_cast<Eigen::Index>(begin),
+                 count = 2 * static_cast<Eigen::Index>(end - begin);
+      const Eigen::MatrixXd J = by_marker.middleRows(first, count);
+      const auto step = misfit_.marker_step(*pairs[begin].frame, likely);
+      part.mean.segment(first, count) -= J * step.mean;
+      part.covariance.block(first, first, count, count) += J * step.covariance * J.transpose();
+      stated.block(first, first, count, count) = J * pairs[begin].frame->covariance * J.transpose();
+    }
+    part.promised += stated;
     RigFigure figure{"tip", "px", 1.0};
-    infer(figure, 2, pixels, noise);
+    infer(figure, 2, part);
     list_.push_back(figure);
   }
 
@@ -181,10 +179,31 @@ class Figures {
     return part;
   }
 
-  void infer(RigFigure& figure, Eigen::Index dimension, const Quantity& quantity,
-             const Eigen::MatrixXd& noise = {}) const {
-    Split part = split(quantity);
-    if (noise.size() > 0) part.covariance += noise, part.promised += noise;
+  struct Pair {
+    const HeadFrame* frame;
+    const HeldStylus* held;
+  };
+  std::vector<Pair> tips_in_pictures() const {
+    std::vector<Pair> pairs;
+    const RigState& rig = misfit_.rig_state();
+    const auto inside = [&rig](const device::Pixel& p) {
+      return p.x() >= 0.0 && p.y() >= 0.0 && p.x() < rig.lens.width && p.y() < rig.lens.height;
+    };
+    for (const auto& frame : observed_.frames)
+      for (const auto& held : observed_.held)
+        if (const auto pixel = rig.pixel(frame, rig.tip_at(held.joints).m); pixel && inside(*pixel))
+          pairs.push_back({&frame, &held});
+    return pairs;
+  }
+
+  RigState posterior_state() const {
+    const Eigen::Index changes = found_.amounts.size();
+    return misfit_.errors_on(
+        changed(misfit_.rig_state(), found_.changes, found_.amounts + posterior_.mean.tail(changes)),
+        posterior_.mean.head(misfit_.errors()));
+  }
+
+  static void infer(RigFigure& figure, Eigen::Index dimension, const Split& part) {
     const Eigen::Index items = part.mean.size() / dimension;
     const auto now = rms_interval(part.mean, part.covariance, items);
     const auto promised = rms_interval(Eigen::VectorXd::Zero(part.mean.size()), part.promised, items);

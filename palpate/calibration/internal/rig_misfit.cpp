@@ -38,7 +38,10 @@ Eigen::MatrixXd pixels_by_marker(const RigState& state, const HeadFrame& frame) 
 }  // namespace
 
 RigMisfit::RigMisfit(const rig::Rig& rig, const RigObservations& observed, const VerificationOptions& options)
-    : observed_(observed), state_(state_of(rig)), root_(error_root(rig, options)) {
+    : observed_(observed),
+      state_(state_of(rig)),
+      pixel_variance_(options.pixel_sd * options.pixel_sd),
+      root_(error_root(rig, options)) {
   rest_then_ = rig.arm->rest_readings;
   if (rig.delays) delay_then_ = rig.delays->tracker_after_arm_s;
   const rig::TouchNoise hand =
@@ -54,7 +57,7 @@ RigMisfit::RigMisfit(const rig::Rig& rig, const RigObservations& observed, const
   for (const auto& touched : observed.touched)
     add(touched.covariance + hand.sd * hand.sd * Matrix3::Identity());
   end(touched_), begin(seen_);
-  add_frames(options);
+  add_frames();
   end(seen_), begin(delay_);
   if (observed.tracker_delay_s)
     add(Eigen::MatrixXd::Constant(1, 1, observed.tracker_delay_std_s * observed.tracker_delay_std_s));
@@ -80,18 +83,33 @@ Matrix3 RigMisfit::held_covariance(const HeldStylus& held, const VerificationOpt
   return C + kArmUnstated * kArmUnstated * Matrix3::Identity();
 }
 
-void RigMisfit::add_frames(const VerificationOptions& options) {
+Eigen::MatrixXd RigMisfit::dots_covariance(const HeadFrame& frame) const {
+  const auto rows = 2 * static_cast<Eigen::Index>(frame.dots.size());
+  Eigen::MatrixXd C = pixel_variance_ * Eigen::MatrixXd::Identity(rows, rows);
+  Eigen::Index row = 0;
+  for (const auto& dot : frame.dots) C.block<2, 2>(row, row) += dot.covariance, row += 2;
+  return C;
+}
+
+void RigMisfit::add_frames() {
   for (const auto& frame : observed_.frames) {
     const Eigen::MatrixXd J = pixels_by_marker(state_, frame);
-    Eigen::MatrixXd C = J * frame.covariance * J.transpose();
-    Eigen::Index row = 0;
-    for (const auto& dot : frame.dots) {
-      C.block<2, 2>(row, row) +=
-          dot.covariance + options.pixel_sd * options.pixel_sd * Eigen::Matrix2d::Identity();
-      row += 2;
-    }
-    add(C);
+    add(J * frame.covariance * J.transpose() + dots_covariance(frame));
   }
+}
+
+RigMisfit::MarkerStep RigMisfit::marker_step(const HeadFrame& frame, const RigState& state) const {
+  const Eigen::MatrixXd J = pixels_by_marker(state, frame);
+  Eigen::VectorXd r(J.rows());
+  Eigen::Index row = 0;
+  for (const auto& dot : frame.dots) {
+    r.segment<2>(row) = dot.centre - state.pixel(frame, state.landmarks[dot.landmark]).value_or(dot.centre);
+    row += 2;
+  }
+  const Eigen::MatrixXd M = frame.covariance;
+  const Eigen::MatrixXd gain =
+      math::solve_symmetric_columns(J * M * J.transpose() + dots_covariance(frame), J * M);
+  return {Vector6(gain.transpose() * r), Matrix6(M - gain.transpose() * J * M)};
 }
 
 Eigen::VectorXd RigMisfit::raw(const RigState& state) const {
@@ -139,6 +157,11 @@ RigMisfit::Posterior RigMisfit::posterior(const Eigen::MatrixXd& J, const Eigen:
   found.covariance = math::covariance_from_information(H);
   found.mean = -found.covariance * (all.transpose() * e);
   return found;
+}
+
+Eigen::VectorXd RigMisfit::remaining(const Eigen::MatrixXd& J, const Eigen::VectorXd& e) const {
+  const Eigen::VectorXd mean = posterior(J, e).mean;
+  return e + A_ * mean.head(A_.cols()) + J * mean.tail(J.cols());
 }
 
 Eigen::MatrixXd RigMisfit::spread(Eigen::Index from, Eigen::Index count) const {

@@ -34,26 +34,38 @@ class RigMisfit {
     Eigen::MatrixXd covariance;
   };
   Posterior posterior(const Eigen::MatrixXd& J, const Eigen::VectorXd& e) const;
+  // The differences that these leave: on average a little shorter than the devices' noise.
+  Eigen::VectorXd remaining(const Eigen::MatrixXd& J, const Eigen::VectorXd& e) const;
   // Covariance of the differences that are not whitened, rows `from` on, where nothing has changed: devices and errors.
   Eigen::MatrixXd spread(Eigen::Index from, Eigen::Index count) const;
 
   struct Rows {
     Eigen::Index first = 0, count = 0;
   };
+  Rows rest() const { return rest_; }
   Rows held() const { return held_; }
   Rows touched() const { return touched_; }
   Rows seen() const { return seen_; }
   Rows delay() const { return delay_; }
+  // What the tracker's noise did to a frame's marker, as the dots in its picture tell for a state of the rig: the step to
+  // the true pose (rad, m) and its covariance.
+  struct MarkerStep {
+    Vector6 mean = Vector6::Zero();
+    Matrix6 covariance = Matrix6::Zero();
+  };
+  MarkerStep marker_step(const HeadFrame& frame, const RigState& state) const;
   // Not whitened.
   Eigen::VectorXd raw(const RigState& state) const;
 
  private:
   void add(const Eigen::MatrixXd& covariance);
-  void add_frames(const VerificationOptions& options);
+  void add_frames();
+  Eigen::MatrixXd dots_covariance(const HeadFrame& frame) const;
   Matrix3 held_covariance(const HeldStylus& held, const VerificationOptions& options) const;
 
   const RigObservations& observed_;
   RigState state_;
+  double pixel_variance_ = 0.0;
   Eigen::VectorXd rest_then_;
   double delay_then_ = 0.0;
   Eigen::MatrixXd root_;

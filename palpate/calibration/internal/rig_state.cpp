@@ -1,5 +1,7 @@
 #include "palpate/calibration/internal/rig_state.h"
 
+#include <cmath>
+
 #include "palpate/math/linear_algebra.h"
 #include "palpate/math/pose_step.h"
 
@@ -121,7 +123,8 @@ Eigen::MatrixXd error_root(const rig::Rig& rig, const VerificationOptions& optio
   C.add(registration, registration.rows());
   Eigen::VectorXd own(8);
   const auto delays = rig.delays.value_or(rig::DelayCalibration{});
-  own << delays.camera_std_s, delays.tracker_std_s, Vector3::Constant(options.head_turn_sd),
+  own << std::hypot(delays.camera_std_s, options.delay_sd),
+      std::hypot(delays.tracker_std_s, options.delay_sd), Vector3::Constant(options.head_turn_sd),
       Vector3::Constant(options.head_shift_sd);
   C.add(own.cwiseAbs2().asDiagonal(), own.size());
   // Scaled, as the numbers differ by many orders of magnitude; what is held fixed has no column.

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "palpate/calibration/motion_delay.h"
 #include "palpate/calibration/session/board_views.h"
-#include "palpate/calibration/stream_delay.h"
 #include "palpate/core/units.h"
 #include "palpate/vision/camera.h"
 #include "palpate/vision/landmark_detector.h"
@@ -13,6 +13,8 @@ namespace {
 
 // Landmarks by which a picture tells more than where it was taken from.
 constexpr std::size_t kFewestDots = 3;
+constexpr std::size_t kArmEvery = 5;   // of its 1 kHz: the tracker is slower still
+constexpr double kLongestDelay = 0.3;  // s
 
 // Looks near the places where the landmarks should be, and farther around once most of them are not there: a camera
 // that was knocked shows them elsewhere, all by the same turn.
@@ -97,18 +99,22 @@ struct Look {
   Expected<void> delay() {
     const auto moving = record_moving(context, plan.moving_s);
     if (!moving) return tl::unexpected(moving.error());
-    std::vector<TimedPoint> by_arm, by_tracker;
-    const auto& arm = *rig.arm;
-    for (const auto& reading : moving->arm)
+    // Whatever the arm's base and the tip are by now: any linear relation between the two will do.
+    std::vector<TimedPoint> by_arm;
+    for (std::size_t i = 0; i < moving->arm.size(); i += kArmEvery) {
+      const auto& reading = moving->arm[i];
       by_arm.push_back(
-          {reading.time_s,
-           (arm.X_world_base * device::arm_tip(arm.model, arm.correction.apply(reading.joints))).m});
+          {reading.time_s, device::arm_tip(rig.arm->model, rig.arm->correction.apply(reading.joints)).m});
+    }
+    std::vector<device::StampedPose> by_tracker;
     for (const auto& pose : moving->marker)
-      by_tracker.push_back({pose.time_s, pose.marker.translation + pose.marker.rotation * arm.tip_in_marker});
-    const auto delay = estimate_stream_delay(by_arm, by_tracker);
+      by_tracker.push_back({pose.time_s, pose.marker.rotation, pose.marker.translation});
+    const auto delay =
+        estimate_motion_delay(motion_of_points("arm", by_arm), motion_of_poses("stylus' marker", by_tracker),
+                              {.longest_s = kLongestDelay});
     if (!delay) return tl::unexpected(delay.error());
-    out.observed.tracker_delay_s = delay->value.delay_s;
-    out.observed.tracker_delay_std_s = delay->standard_deviation(0);
+    out.observed.tracker_delay_s = delay->delay_s;
+    out.observed.tracker_delay_std_s = delay->delay_std_s;
     return {};
   }
 
