@@ -11,6 +11,7 @@
 #include "palpate/rig/file_mixup.h"
 #include "palpate/rig/internal/rig_forces.h"
 #include "palpate/rig/internal/rig_picture.h"
+#include "palpate/rig/internal/rig_verifications.h"
 #include "palpate/rig/internal/rig_version.h"
 
 namespace palpate::rig {
@@ -236,6 +237,7 @@ Expected<Rig> parse_rig(std::string_view content, const std::string& source) {
     file->complain("arm", fmt::format("has {} joints, nominal_arm has {}; the same arm is expected",
                                       rig.arm->model.joint_count(), rig.nominal_arm.joint_count()));
   rig.forces = forces_of(file->table("forces"));
+  rig.verifications = verifications_of(*file);
   rig.camera = camera_of(file->table("camera"));
   rig.hand_eye = hand_eye_of(file->table("hand_eye"));
   rig.right_camera = camera_of(file->table("right_camera"));

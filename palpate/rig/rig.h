@@ -18,6 +18,7 @@
 #include "palpate/device/light.h"
 #include "palpate/math/pose.h"
 #include "palpate/rig/force_calibration.h"
+#include "palpate/rig/verification_record.h"
 #include "palpate/time/instant.h"
 
 namespace palpate::rig {
@@ -153,7 +154,8 @@ struct Rig {
   Provenance landmarks_from;
   std::optional<device::RoomLight> light;
   std::vector<RealObject> objects;
-  std::filesystem::path folder;  // of the file it was read from; not written
+  std::vector<VerificationRecord> verifications;  // oldest first; the newest kVerificationsKept are written
+  std::filesystem::path folder;                   // of the file it was read from; not written
 
   const SurfaceCalibration* surface(std::string_view surface_name) const;
 };

@@ -4,6 +4,7 @@
 #include "palpate/device/arm_model_file.h"
 #include "palpate/rig/internal/rig_forces.h"
 #include "palpate/rig/internal/rig_picture.h"
+#include "palpate/rig/internal/rig_verifications.h"
 #include "palpate/rig/internal/rig_version.h"
 #include "palpate/rig/rig.h"
 
@@ -200,7 +201,7 @@ std::string rig_text(const Rig& rig) {
     w.section("right_registration");
     w.put("covariance_si", rows(rig.right_registration_covariance));
   }
-  return w.take() + forces_text(rig.forces) + picture_parts_text(rig);
+  return w.take() + forces_text(rig.forces) + picture_parts_text(rig) + verifications_text(rig.verifications);
 }
 
 }  // namespace palpate::rig

@@ -4,14 +4,14 @@
 
 namespace palpate::sim {
 
-SimulatedTracker::SimulatedTracker(const config::WorldFile& world, std::uint64_t seed)
+SimulatedTracker::SimulatedTracker(const config::WorldFile& world, std::uint64_t seed, std::uint64_t chance)
     : bias_fields_{SmoothField(seed, "tracker/bias-0", world.tracker.bias_correlation),
                    SmoothField(seed, "tracker/bias-1", world.tracker.bias_correlation),
                    SmoothField(seed, "tracker/bias-2", world.tracker.bias_correlation)},
       cos_max_angle_(std::cos(world.tracker.max_led_angle)),
       dropout_(world.tracker.dropout),
-      white_(seed, "tracker/white"),
-      dropouts_(seed, "tracker/dropout") {
+      white_(chance, "tracker/white"),
+      dropouts_(chance, "tracker/dropout") {
   const auto& t = world.tracker;
   Vector3 middle = Vector3::Zero();
   for (std::size_t i = 0; i < 3; ++i) {

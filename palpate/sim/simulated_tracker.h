@@ -31,7 +31,10 @@ struct SeenBody {
 
 class SimulatedTracker {
  public:
-  SimulatedTracker(const config::WorldFile& world, std::uint64_t seed);
+  // `seed` draws its systematic error, `chance` the noise.
+  SimulatedTracker(const config::WorldFile& world, std::uint64_t seed, std::uint64_t chance);
+  SimulatedTracker(const config::WorldFile& world, std::uint64_t seed)
+      : SimulatedTracker(world, seed, seed) {}
 
   // One frame of one body as the cameras have it.
   device::TrackerSample measure(Instant<TrackerClock> stamp, const SeenBody& body);

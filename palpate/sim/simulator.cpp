@@ -11,18 +11,19 @@
 namespace palpate::sim {
 
 struct Simulator::Parts : device::ArmDevice, device::TrackerDevice, device::HandDevice, Clock<PhysicsClock> {
-  Parts(config::WorldFile world, std::uint64_t seed_number)
+  Parts(config::WorldFile world, std::uint64_t seed_number, std::uint64_t visit)
       : file(std::move(world)),
         seed(seed_number),
+        chance(seed_number + 0x9e3779b97f4a7c15ull * visit),
         truth(draw_truth(file, seed)),
         simulated_arm(file, truth),
         simulated_hand({file.hand.mass, file.hand.damping, file.hand.stiffness,
                         file.player.max_hand_acceleration, file.arm.max_speed},
                        simulated_arm.state().tip, simulated_arm.state().orientation),
-        person(file, truth, seed, simulated_arm, simulated_hand),
-        simulated_tracker(file, seed),
-        simulated_camera(file, seed),
-        simulated_right_camera(file, seed, "right-camera"),
+        person(file, truth, chance, simulated_arm, simulated_hand),
+        simulated_tracker(file, seed, chance),
+        simulated_camera(file, chance),
+        simulated_right_camera(file, chance, "right-camera"),
         arm_clock(file.clocks.arm),
         tracker_clock(file.clocks.tracker),
         camera_clock(file.clocks.camera),
@@ -83,7 +84,7 @@ struct Simulator::Parts : device::ArmDevice, device::TrackerDevice, device::Hand
     if (person.board_in_place()) view.board = truth.X_world_board;
     // As many moments as are averaged leave the noise of one picture.
     view.noise_sd = file.camera.noise_sd * std::sqrt(static_cast<double>(file.camera.blur_steps));
-    view.noise_seed = Random(seed + static_cast<std::uint64_t>(t.ns()), "camera/noise").bits();
+    view.noise_seed = Random(chance + static_cast<std::uint64_t>(t.ns()), "camera/noise").bits();
     return view;
   }
 
@@ -217,6 +218,7 @@ struct Simulator::Parts : device::ArmDevice, device::TrackerDevice, device::Hand
 
   config::WorldFile file;
   std::uint64_t seed;
+  std::uint64_t chance;  // seed of what a visit draws anew
   Truth truth;
   SimulatedArm simulated_arm;
   SimulatedHand simulated_hand;
@@ -239,8 +241,8 @@ struct Simulator::Parts : device::ArmDevice, device::TrackerDevice, device::Hand
   std::optional<Instant<TrueTime>> played_since;
 };
 
-Simulator::Simulator(config::WorldFile file, std::uint64_t seed)
-    : parts_(std::make_unique<Parts>(std::move(file), seed)) {}
+Simulator::Simulator(config::WorldFile file, std::uint64_t seed, std::uint64_t visit)
+    : parts_(std::make_unique<Parts>(std::move(file), seed, visit)) {}
 Simulator::~Simulator() = default;
 
 Instant<TrueTime> Simulator::now() const { return parts_->time; }

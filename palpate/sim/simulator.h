@@ -32,7 +32,9 @@ struct TrueState {  // at one moment
 
 class Simulator {
  public:
-  Simulator(config::WorldFile file, std::uint64_t seed);
+  // The same laboratory on another `visit`: what is true of it stays, the tracker's systematic error included;
+  // noise, the hand's misses and the person's choices are drawn anew.
+  Simulator(config::WorldFile file, std::uint64_t seed, std::uint64_t visit = 0);
   ~Simulator();
   Simulator(const Simulator&) = delete;
   Simulator& operator=(const Simulator&) = delete;

@@ -24,6 +24,44 @@ TEST(Simulator, TruthIsDrawnBySeedAndStaysTheSame) {
   EXPECT_EQ(draw_truth(still, 5).joints.offset, a.joints.offset);  // others keep their draw
 }
 
+TEST(Simulator, AKnockMovesWhatItNamesAndNothingElse) {
+  const auto before = draw_truth(config::reference_world(), 5);
+  auto world = config::reference_world();
+  world.knock.camera = {1e-3, 0.0, 0.0};
+  world.knock.base_turn = {0.0, 0.01, 0.0};
+  world.knock.tip = {0.0, 0.0, 2e-3};
+  world.knock.focus = 0.01;
+  world.knock.table = {0.0, 0.0, 5e-3};
+  const auto after = draw_truth(world, 5);
+  EXPECT_NEAR((after.X_marker_camera.translation - before.X_marker_camera.translation).x(), 1e-3, 1e-15);
+  EXPECT_EQ(after.X_marker_camera.rotation.coeffs(), before.X_marker_camera.rotation.coeffs());
+  EXPECT_NEAR(after.X_world_base.rotation.angularDistance(before.X_world_base.rotation), 0.01, 1e-12);
+  EXPECT_EQ(after.X_world_base.translation, before.X_world_base.translation);
+  EXPECT_NEAR((after.tip_in_marker - before.tip_in_marker).z(), 2e-3, 1e-15);
+  EXPECT_NEAR((after.X_tip_marker * Point<TipMarker>{after.tip_in_marker}).m.norm(), 0.0, 1e-15);
+  EXPECT_EQ(after.pointer_tip, before.pointer_tip);
+  EXPECT_NEAR(after.lens.fx / before.lens.fx, 1.01, 1e-12);
+  EXPECT_EQ(after.lens.cx, before.lens.cx);
+  EXPECT_NEAR((after.landmarks[0].centre - before.landmarks[0].centre).z(), 5e-3, 1e-12);
+  EXPECT_NEAR((after.wall[2] - before.wall[2]).z(), 5e-3, 1e-12);
+}
+
+// The tracker's first sample of the head's marker; the white noise is another on each visit, the bias is not.
+TEST(Simulator, AnotherVisitDrawsNoiseAnewAndKeepsTheSystematicError) {
+  const auto first_head = [](std::uint64_t visit, bool white) {
+    auto file = config::reference_world();
+    if (!white) file.tracker.white_rms = 1e-9;
+    Simulator world(file, 5, visit);
+    world.advance_to(at(0.1));
+    for (const auto& sample : world.tracker().poll())
+      if (sample.marker == device::MarkerId::camera_marker && sample.seen) return sample.translation;
+    return Vector3(Vector3::Zero());
+  };
+  EXPECT_EQ(first_head(0, true), first_head(0, true));
+  EXPECT_GT((first_head(1, true) - first_head(0, true)).norm(), 1e-6);
+  EXPECT_LT((first_head(1, false) - first_head(0, false)).norm(), 1e-7);
+}
+
 TEST(Simulator, SpreadOfTheDrawsIsTheStatedOne) {
   double gains = 0.0, mount = 0.0;
   constexpr int kSeeds = 2000;

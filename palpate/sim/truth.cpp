@@ -15,6 +15,25 @@ Vector3 normals(std::uint64_t seed, std::string_view purpose, double sd) {
   return {x, y, z};
 }
 
+// To the bit as it was where nothing was knocked.
+Quaternion turned(const Quaternion& rotation, const Vector3& knock) {
+  return knock.isZero(0.0) ? rotation : (so3_exp(knock) * rotation).normalized();
+}
+
+config::Corners knocked(config::Corners corners, const Vector3& about, const config::WorldFile& world) {
+  if (world.knock.table.isZero(0.0) && world.knock.table_turn.isZero(0.0)) return corners;
+  const Quaternion turn = so3_exp(world.knock.table_turn);
+  for (auto& corner : corners) corner = about + turn * (corner - about) + world.knock.table;
+  return corners;
+}
+
+void refocus(device::CameraModel& lens, const config::WorldFile& world) {
+  lens.fx *= 1.0 + world.knock.focus;
+  lens.fy *= 1.0 + world.knock.focus;
+  lens.cx += world.knock.principal_point[0];
+  lens.cy += world.knock.principal_point[1];
+}
+
 Vector3 on(const config::Corners& c, double u, double v) {
   return (1 - u) * (1 - v) * c[0] + u * (1 - v) * c[1] + u * v * c[2] + (1 - u) * v * c[3];
 }
@@ -49,6 +68,28 @@ std::vector<Vector3> place_check_points(const config::Corners& table, const conf
   return points;
 }
 
+void draw_cameras(Truth& truth, const config::WorldFile& world, std::uint64_t seed) {
+  const Vector3 shift = normals(seed, "truth/camera-mount", world.camera_marker.mount_sd);
+  const Vector3 turn = normals(seed, "truth/camera-turn", world.camera_marker.mount_sd_rad);
+  const Quaternion mounted =
+      (so3_exp(turn) * rotation_from_xyz(world.camera_marker.camera_rotation)).normalized();
+  truth.X_marker_camera = {turned(mounted, world.knock.camera_turn),
+                           world.camera_marker.camera_translation + shift + world.knock.camera};
+
+  truth.lens = {world.camera.size[0], world.camera.size[1], world.camera.fx,        world.camera.fy,
+                world.camera.cx,      world.camera.cy,      world.camera.distortion};
+  truth.right_lens = {world.camera.size[0],         world.camera.size[1],  world.camera.right_fx,
+                      world.camera.right_fy,        world.camera.right_cx, world.camera.right_cy,
+                      world.camera.right_distortion};
+  refocus(truth.lens, world);
+  const Vector3 beside = normals(seed, "truth/right-camera-mount", kOnOneBar * world.camera_marker.mount_sd);
+  const Vector3 askew =
+      normals(seed, "truth/right-camera-turn", kOnOneBar * world.camera_marker.mount_sd_rad);
+  truth.X_marker_right_camera =
+      truth.X_marker_camera * Pose<CameraOptical, CameraOptical>{
+                                  so3_exp(askew), Vector3(world.camera.stereo_baseline, 0.0, 0.0) + beside};
+}
+
 }  // namespace
 
 Vector3 tip_marker_normal() { return Vector3::UnitZ(); }
@@ -71,31 +112,17 @@ Truth draw_truth(const config::WorldFile& world, std::uint64_t seed) {
   truth.joints.offset = normals(seed, "truth/arm-offsets", world.arm.offset_sd);
   truth.gimbal.gain = Vector3::Ones() + normals(seed, "truth/gimbal-gains", world.arm.gimbal_gain_sd);
   truth.gimbal.offset = normals(seed, "truth/gimbal-offsets", world.arm.gimbal_offset_sd);
-  truth.X_world_base = {rotation_from_xyz(world.arm.rotation), world.arm.translation};
+  truth.X_world_base = {turned(rotation_from_xyz(world.arm.rotation), world.knock.base_turn),
+                        world.arm.translation + world.knock.base};
 
-  truth.tip_in_marker = world.tip_marker.tip + normals(seed, "truth/tip-mount", world.tip_marker.mount_sd);
+  truth.tip_in_marker =
+      world.tip_marker.tip + normals(seed, "truth/tip-mount", world.tip_marker.mount_sd) + world.knock.tip;
   truth.X_tip_marker = {tip_marker_mount(), -(tip_marker_mount() * truth.tip_in_marker)};
 
-  const Vector3 shift = normals(seed, "truth/camera-mount", world.camera_marker.mount_sd);
-  const Vector3 turn = normals(seed, "truth/camera-turn", world.camera_marker.mount_sd_rad);
-  truth.X_marker_camera = {
-      (so3_exp(turn) * rotation_from_xyz(world.camera_marker.camera_rotation)).normalized(),
-      world.camera_marker.camera_translation + shift};
-  truth.pointer_tip = world.pointer.tip;
-
-  truth.lens = {world.camera.size[0], world.camera.size[1], world.camera.fx,        world.camera.fy,
-                world.camera.cx,      world.camera.cy,      world.camera.distortion};
-  truth.right_lens = {world.camera.size[0],         world.camera.size[1],  world.camera.right_fx,
-                      world.camera.right_fy,        world.camera.right_cx, world.camera.right_cy,
-                      world.camera.right_distortion};
-  const Vector3 beside = normals(seed, "truth/right-camera-mount", kOnOneBar * world.camera_marker.mount_sd);
-  const Vector3 askew =
-      normals(seed, "truth/right-camera-turn", kOnOneBar * world.camera_marker.mount_sd_rad);
-  truth.X_marker_right_camera =
-      truth.X_marker_camera * Pose<CameraOptical, CameraOptical>{
-                                  so3_exp(askew), Vector3(world.camera.stereo_baseline, 0.0, 0.0) + beside};
-  truth.table = world.scene.table;
-  truth.wall = world.scene.wall;
+  truth.pointer_tip = world.pointer.tip + world.knock.pointer_tip;
+  draw_cameras(truth, world, seed);
+  truth.table = knocked(world.scene.table, world.scene.table[0], world);
+  truth.wall = knocked(world.scene.wall, world.scene.table[0], world);
   truth.landmarks = place_landmarks(truth.table, truth.wall, world.scene.landmarks);
   truth.check_points = place_check_points(truth.table, truth.wall);
 

@@ -1,4 +1,5 @@
-// The truth of one simulated laboratory: the world file's values with everything called sd drawn for a seed.
+// The truth of one simulated laboratory: the world file's values with everything called sd drawn for a seed,
+// and then moved by what the file's knock says.
 //
 // SI and radians. Only sim, tests, `world sample ... truth.json` and the report may look at it. Each quantity
 // draws from a generator of its own, so that switching one sd off leaves the others as they were.

@@ -1,4 +1,4 @@
-"""A script in the place of a person: reads what `calibrate all` asks for, has the laboratory's person do it, presses the keys."""
+"""A script in the place of a person: reads what `calibrate all`, or `verify`, asks for, has the laboratory's person do it, presses the keys."""
 import json
 import os
 import signal
@@ -54,15 +54,15 @@ class Laboratory:
 
 
 class Session:
-    """`calibrate all` with a person at its keys; `at_the_end(step, ended)` gives the key after each step, Enter where there is none."""
+    """`calibrate all`, or another `command`, with a person at its keys; `at_the_end(step, ended)` gives the key after each step, Enter where there is none."""
 
-    def __init__(self, test, laboratory, *options, at_the_end=lambda step, ended: "\n"):
+    def __init__(self, test, laboratory, *options, command=("calibrate", "all"), at_the_end=lambda step, ended: "\n"):
         self.fifo = test.path("instructions")
         if not os.path.exists(self.fifo):
             os.mkfifo(self.fifo)
         self.laboratory, self.at_the_end = laboratory, at_the_end
         self.shown, self.ended, self.lines = [], [], []
-        self.process = subprocess.Popen([PROGRAM, "calibrate", "all", "--instructions", self.fifo, *options], stdin=subprocess.PIPE,
+        self.process = subprocess.Popen([PROGRAM, *command, "--instructions", self.fifo, *options], stdin=subprocess.PIPE,
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=test.environment, cwd=test.folder)
         test.addCleanup(self.remove)
         threading.Thread(target=lambda: self.lines.extend(self.process.stderr), daemon=True).start()

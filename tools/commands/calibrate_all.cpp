@@ -36,23 +36,6 @@ struct CalibrateAllOptions {
   LiveDevices devices;
 };
 
-void add_device_options(CLI::App& command, LiveDevices& devices) {
-  command.add_option("--arm", devices.arm, "The arm: " + drivers().arm_forms())->type_name("URI");
-  command.add_option("--tracker", devices.tracker, "The tracker: " + drivers().tracker_forms())
-      ->type_name("URI");
-  command.add_option("--tracker-tool", devices.tools,
-                     "What the tracker calls a marker: tip_marker=NAME, camera_marker=NAME, pointer=NAME");
-  command.add_option("--camera", devices.camera, "The camera: " + drivers().camera_forms())->type_name("URI");
-  add_camera_options(command, devices.camera_options);
-  add_record_options(command, devices.record);
-  command.add_flag("--arm-at-reset", devices.at_reset,
-                   "The arm is in its reset position now: set its encoders' zero there if it is lost");
-  command
-      .add_option("--instructions", devices.instructions,
-                  "Write what the person is asked for to FILE as well, a line of JSON each")
-      ->type_name("FILE");
-}
-
 // By itself, in the simulated laboratory of a world file.
 Expected<void> calibrate_simulated(const CalibrateAllOptions& options, const sim::config::WorldFile& file,
                                    rig::Rig rig) {
@@ -114,6 +97,7 @@ void add_calibrate_all(CLI::App& calibrate) {
       ->check(CLI::Range(15, 1000))
       ->capture_default_str();
   add_device_options(*command, options->devices);
+  add_record_options(*command, options->devices.record);
   on(command, [options]() -> Expected<void> {
     sim::config::WorldFile file = sim::config::reference_world();
     if (!options->world.empty()) {

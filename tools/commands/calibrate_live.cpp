@@ -6,58 +6,16 @@
 #include "palpate/calibration/session/calibration_session.h"
 #include "palpate/calibration/session/landmark_finder.h"
 #include "palpate/calibration/session/sample_csv.h"
-#include "palpate/core/stop_signal.h"
 #include "palpate/core/units.h"
 #include "palpate/record/session/recorded_tables.h"
-#include "palpate/time/clock.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
-#include "tools/commands/terminal_panel.h"
 
 namespace palpate::tools::commands {
+
 namespace {
 
 namespace session = calibration::session;
-
-struct Opened {
-  std::unique_ptr<device::OpenedArm> arm;
-  std::unique_ptr<device::OpenedTracker> tracker;
-  std::unique_ptr<device::OpenedCamera> camera;
-
-  // Of the first that is gone.
-  Expected<void> look() {
-    if (auto there = arm->look(); !there) return there;
-    if (auto there = tracker->look(); !there) return there;
-    return camera->look();
-  }
-};
-
-Expected<Opened> open(const LiveDevices& names, const rig::Rig& rig, const device::DriverRegistry& known) {
-  for (const auto& [option, text] :
-       {std::pair("--arm", names.arm), {"--tracker", names.tracker}, {"--camera", names.camera}})
-    if (text.empty())
-      return wrong_use(
-          "{} is missing: a session needs arm, tracker and camera (palpate doctor shows what there is)",
-          option);
-  Opened opened;
-  auto arm = known.open(
-      device::ArmRequest{.uri = names.arm, .nominal = rig.nominal_arm, .at_reset_position = names.at_reset});
-  if (!arm) return tl::unexpected(arm.error());
-  opened.arm = std::move(*arm);
-  auto tracker = known.open(device::TrackerRequest{names.tracker, names.tools});
-  if (!tracker) return tl::unexpected(tracker.error());
-  opened.tracker = std::move(*tracker);
-  device::CameraRequest request{names.camera, {}};
-  if (drivers().names_camera(names.camera, device::Offer::real)) {
-    auto asked = camera_request(drivers(), names.camera, names.camera_options);
-    if (!asked) return tl::unexpected(asked.error());
-    request = *asked;
-  }
-  auto camera = known.open(request);
-  if (!camera) return tl::unexpected(camera.error());
-  opened.camera = std::move(*camera);
-  return opened;
-}
 
 // The session's recording, where it is asked for, and the drivers that write into it.
 struct Recorded {
@@ -93,70 +51,32 @@ void keep_tables(Recorded& recorded, const session::CalibrationRecordings& recor
   }
 }
 
-// A person whose devices are looked at meanwhile: one that goes ends the session, in words.
-class PersonAtDevices : public session::GuidedPerson {
- public:
-  PersonAtDevices(session::Panel& panel, Opened& devices) : GuidedPerson(panel), devices_(devices) {}
-
-  Expected<bool> ready() override {
-    if (!there_) return tl::unexpected(there_.error());
-    return GuidedPerson::ready();
-  }
-  void watch(double now_s, const device::ArmSample& arm,
-             std::span<const device::TrackerSample> tracked) override {
-    constexpr double kLook = 0.1;  // s
-    if (there_ && now_s >= looked_s_ + kLook) {
-      there_ = devices_.look();
-      looked_s_ = now_s;
-    }
-    GuidedPerson::watch(now_s, arm, tracked);
-  }
-
- private:
-  Opened& devices_;
-  Expected<void> there_{};
-  double looked_s_ = 0.0;
-};
-
 }  // namespace
 
 Expected<void> calibrate_live(const LiveDevices& devices, const std::string& rig_file, rig::Rig rig,
                               session::CalibrationPlan plan) {
   auto recording = begin_recording(devices.record, rig);
   if (!recording) return tl::unexpected(recording.error());
-  auto opened = open(devices, rig, recording->drivers);
+  auto opened = LiveSession::open(devices, rig, recording->drivers);
   if (!opened) return tl::unexpected(opened.error());
-  const auto& stop = stop_requested();
-  auto panel = TerminalPanel::open(devices.instructions, stop);
-  if (!panel) return tl::unexpected(panel.error());
-  PersonAtDevices person(**panel, *opened);
-  MonotonicClock<PhysicsClock> clock;
-  const auto right = opened->camera->right();
-  if (!right) return tl::unexpected(right.error());
-  session::AcquisitionContext context{clock,
-                                      opened->arm->device(),
-                                      opened->tracker->device(),
-                                      &opened->camera->device(),
-                                      person,
-                                      *right,
-                                      opened->arm->facts().simulated,
-                                      &stop};
+  LiveSession& live = **opened;
+  TerminalPanel& panel = live.panel();
   session::SessionHooks hooks;
   hooks.progress = [&panel](std::size_t step, std::size_t steps, const std::string& name) {
-    (*panel)->begin_step(step, steps, name);
+    panel.begin_step(step, steps, name);
   };
   hooks.guidance = [&panel](const session::GuidanceState& state, int of) {
-    (*panel)->tell(fmt::format("pose {} of {}, {}", state.poses, of, session::guidance_text(state)));
+    panel.tell(fmt::format("pose {} of {}, {}", state.poses, of, session::guidance_text(state)));
   };
   hooks.save = [&rig_file](const rig::Rig& so_far) { return rig::write_rig(rig_file, so_far); };
   if (recording->recording)
     hooks.recorded = [&recording, &rig](const session::CalibrationRecordings& recordings) {
       keep_tables(*recording, recordings, rig);
     };
-  hooks.review = [&panel](const session::StepOutcome& outcome) { return (*panel)->review(outcome); };
+  hooks.review = [&panel](const session::StepOutcome& outcome) { return panel.review(outcome); };
   hooks.find_landmarks = session::landmark_finder();
-  const auto done = session::calibrate_rig(context, rig, plan, hooks);
-  panel->reset();
+  const auto done = session::calibrate_rig(live.context(), rig, plan, hooks);
+  live.end();
   if (recording->recording) {
     if (auto kept = recording->recording->attach("rig.toml", "application/toml", rig::rig_text(rig)); !kept)
       notice(kept.error().message);

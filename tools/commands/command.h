@@ -57,6 +57,7 @@ void add_demo(CLI::App& program);
 void add_apps(CLI::App& program);
 void add_keys(CLI::App& program);
 void add_status(CLI::App& program);
+void add_verify(CLI::App& program);
 void add_doctor(CLI::App& program);
 void add_tracker(CLI::App& program);
 void add_camera(CLI::App& program);

@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "palpate/calibration/session/landmark_frames.h"
 #include "palpate/calibration/session/procedures.h"
 #include "palpate/calibration/session/session_plan.h"
 #include "palpate/rig/rig.h"
@@ -25,12 +26,6 @@ struct CameraRecordings {
   std::vector<TimedPose<Board, CameraOptical>> eye;
   double landmark_rms_px_before = 0.0, landmark_rms_px = 0.0;
 };
-
-// Finds landmarks in an image: predicted from the camera's pose, as the compositor's detector does it. The
-// sightings state their covariance.
-using FindLandmarks = std::function<std::vector<vision::Sighting>(
-    const device::CameraImage&, const rig::CameraCalibration&, const Pose<World, CameraOptical>&,
-    const std::vector<rig::Landmark>&)>;
 
 // The parts of a rig that one camera has for itself.
 struct RigEye {

@@ -271,6 +271,8 @@ Expected<std::vector<TouchedPoint>> record_touches(AcquisitionContext context,
       const Matrix3& systematic = frame.marker.systematic;  // the same in all frames
       touch.covariance += (frame.marker.point_covariance(tip) - systematic) / (n * n) + systematic / n;
     }
+    touch.X_world_pointer.rotation = frames.back().marker.rotation;
+    touch.X_world_pointer.translation = touch.place - touch.X_world_pointer.rotation * tip;
     touches.push_back(touch);
   }
   return touches;

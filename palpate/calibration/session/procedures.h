@@ -73,6 +73,7 @@ struct TouchedPoint {
   Vector3 place = Vector3::Zero();  // World, mean over the frames of the touch
   Matrix3 covariance =
       Matrix3::Zero();  // as the tracker believes, m^2; what the person missed by is not in it
+  Pose<World, Pointer> X_world_pointer;  // the pointer then: the tip is at `place`
 };
 // The pointer's tip (calibrated: `tip` in Pointer) held on each place in turn.
 Expected<std::vector<TouchedPoint>> record_touches(AcquisitionContext context,

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -86,6 +87,24 @@ struct WorldFile {
       return mirrored_axis != 0 || exchanged_joints[0] != 0 || torque_gains != std::array{1.0, 1.0, 1.0};
     }
   } arm_faults;
+
+  // What has been moved since the rig was calibrated, which the reference does not name: for palpate verify.
+  // Drawn truths are changed by it (truth.h). Rotation vectors in rad.
+  struct {
+    Vector3 camera = Vector3::Zero(), camera_turn = Vector3::Zero();  // in its marker, CameraMarker axes
+    Vector3 base = Vector3::Zero(), base_turn = Vector3::Zero();    // the arm's, about its origin, World axes
+    Vector3 table = Vector3::Zero(), table_turn = Vector3::Zero();  // with wall, landmarks and board; World
+    Vector3 tip = Vector3::Zero(), pointer_tip = Vector3::Zero();   // in their markers, which were bent
+    double focus = 0.0;                                             // by so much of the focal length
+    std::array<double, 2> principal_point{};                        // px
+    bool any() const {
+      double sum = std::abs(focus) + std::abs(principal_point[0]) + std::abs(principal_point[1]);
+      for (const auto* move :
+           {&camera, &camera_turn, &base, &base_turn, &table, &table_turn, &tip, &pointer_tip})
+        sum += move->norm();
+      return sum > 0.0;
+    }
+  } knock;
 
   struct {
     double mass = 0.0, damping = 0.0, stiffness = 0.0;

@@ -169,6 +169,24 @@ TEST(WorldFile, AnArmWiredWronglyIsReadAndWrittenAndNoneIsThereUnlessSaid) {
   EXPECT_EQ(again->arm_faults.torque_gains, (std::array<double, 3>{1.0, 0.0, 0.5}));
 }
 
+TEST(WorldFile, WhatWasKnockedSinceIsReadAndWrittenAndNothingIsUnlessSaid) {
+  EXPECT_FALSE(reference_world().knock.any());
+  EXPECT_EQ(world_text(reference_world()).find("[knock]"), std::string::npos);
+  const auto world = parse_world(
+      "[knock]\ncamera_mm = [1, 0, -2]\nbase_deg = [0, 90, 0]\npointer_tip_mm = [0, 0.5, 0]\nfocus_percent = "
+      "-1.5\nprincipal_point_px = [2, -3]\n",
+      "knocked.toml", {});
+  ASSERT_TRUE(world) << world.error().message;
+  const auto again = parse_world(world_text(*world), "again.toml", {});
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_TRUE(again->knock.any());
+  EXPECT_EQ(again->knock.camera, Vector3(0.001, 0.0, -0.002));
+  EXPECT_NEAR(again->knock.base_turn.y(), 1.5707963, 1e-6);
+  EXPECT_EQ(again->knock.pointer_tip, Vector3(0.0, 0.0005, 0.0));
+  EXPECT_NEAR(again->knock.focus, -0.015, 1e-15);
+  EXPECT_EQ(again->knock.principal_point, (std::array<double, 2>{2.0, -3.0}));
+}
+
 TEST(WorldFile, ARigFileInItsPlaceIsCalledThatAndTheWayToAWorldIsTold) {
   const auto world = parse_world(rig::rig_text(rig::Rig{}), "desk.toml", {});
   ASSERT_FALSE(world);

@@ -16,9 +16,9 @@ inline constexpr NumberRange kShare{0.0, 1.0};
 inline constexpr NumberRange kRates{1.0, 1e6};
 inline constexpr NumberRange kFaultTimes{0.0, 1e6};
 // The laboratory's; all others are of applications.
-inline constexpr std::array kSections = {"world",   "clocks", "tracker",    "tip_marker", "camera_marker",
-                                         "pointer", "arm",    "arm_faults", "hand",       "camera",
-                                         "head",    "scene",  "display",    "faults",     "player"};
+inline constexpr std::array kSections = {
+    "world", "clocks", "tracker", "tip_marker", "camera_marker", "pointer", "arm",   "arm_faults",
+    "hand",  "camera", "head",    "scene",      "display",       "faults",  "knock", "player"};
 
 inline bool is_laboratorys(std::string_view section) {
   return std::find(kSections.begin(), kSections.end(), section) != kSections.end();
@@ -97,6 +97,20 @@ void visit_arm_and_hand(V& v, W& w) {
     v.integer("mirrored_axis", w.arm_faults.mirrored_axis, {0.0, 3.0});
     v.integers("exchanged_joints", w.arm_faults.exchanged_joints, {0.0, 3.0});
     v.numbers("torque_gains", w.arm_faults.torque_gains, kSi, {-10.0, 10.0});
+  }
+
+  if (v.takes(w.knock.any())) {
+    v.section("knock");
+    v.vector("camera_mm", w.knock.camera, kMm);
+    v.vector("camera_deg", w.knock.camera_turn, kDeg);
+    v.vector("base_mm", w.knock.base, kMm);
+    v.vector("base_deg", w.knock.base_turn, kDeg);
+    v.vector("table_mm", w.knock.table, kMm);
+    v.vector("table_deg", w.knock.table_turn, kDeg);
+    v.vector("tip_mm", w.knock.tip, kMm);
+    v.vector("pointer_tip_mm", w.knock.pointer_tip, kMm);
+    v.number("focus_percent", w.knock.focus, 0.01, {-50.0, 50.0});
+    v.numbers("principal_point_px", w.knock.principal_point, kSi, {-100.0, 100.0});
   }
 
   v.section("hand");

@@ -1,0 +1,121 @@
+// A calibrated rig verified in the simulated laboratory on another day, as it was and after a knock.
+#include "palpate/calibration/session/verification_session.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+
+#include "palpate/evaluation/verification_lab_for_tests.h"
+#include "tests/chi_square.h"
+
+namespace palpate::evaluation {
+namespace {
+
+using calibration::session::CalibrationPlan;
+using calibration::session::VerificationPlan;
+
+// A calibration as short as one can be: it promises less, and is verified for what it promises.
+CalibrationPlan hasty_plan() {
+  CalibrationPlan plan;
+  plan.corner_rounds = 1;
+  plan.pivot_poses = 100;
+  plan.pivot_s = 8.0;
+  plan.arm_points = plan.arm_test_points = 30;
+  plan.guided = false;
+  plan.moving_s = 3.0;
+  plan.board_s = 6.0;
+  plan.board_every = 4;
+  plan.lens_views = 15;
+  plan.look_s = 2.0;
+  return plan;
+}
+
+TEST(VerificationSession, AQuickLookTellsAKnockFromAnotherDaysNoise) {
+  const rig::Rig rig = calibrated_rig(3, hasty_plan());
+  ASSERT_FALSE(testing::Test::HasFailure());
+  for (const Knock knock : {Knock::none, Knock::camera_turn, Knock::base_shift, Knock::stylus, Knock::lens}) {
+    const auto verified = verified_rig(knocked_world(knock, 3), 3, 1, rig, VerificationPlan::quick());
+    EXPECT_EQ(names_of(verified.found), name_told_of(knock)) << static_cast<int>(knock);
+    EXPECT_LT(verified.seconds, 40.0) << "of the laboratory's time";
+  }
+}
+
+TEST(VerificationSession, ARigThatLacksSomethingIsRefusedBeforeAnybodyIsAsked) {
+  const sim::config::WorldFile file = sim::config::reference_world();
+  sim::Simulator world(file, 1);
+  calibration::session::VerificationHooks hooks;
+  hooks.find_landmarks = calibration::session::landmark_finder();
+  const auto none = calibration::session::observe_rig(laboratory_of(world), blank_rig(file), {}, hooks);
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().message.find("lacks its arm"), std::string::npos);
+  EXPECT_EQ(world.now().seconds(), 0.0);
+}
+
+struct Tally {
+  int told = 0, named = 0, of = 0;
+};
+
+struct Coverage {
+  const char* name;
+  double TrueErrors::*truth;
+  bool has_sign;
+  int hits = 0, of = 0;
+};
+
+void count(std::array<Coverage, 6>& coverage, const Verified& verified, std::uint64_t seed, int knock) {
+  for (auto& one : coverage)
+    for (const auto& figure : verified.found.figures) {
+      if (figure.name != one.name) continue;
+      const double truth = verified.truth.*one.truth;
+      const bool hit = figure.low <= truth && truth <= figure.high;
+      ++one.of;
+      one.hits += hit;
+      std::printf("seed %llu knock %d %-14s %.4f (%.4f to %.4f %s) truth %.4f%s\n",
+                  static_cast<unsigned long long>(seed), knock, one.name, figure.scale * figure.error,
+                  figure.scale * figure.low, figure.scale * figure.high, figure.unit.c_str(),
+                  figure.scale * truth, hit ? "" : "  MISSED");
+    }
+}
+
+// Twenty rigs, each verified as it was and after each knock: what `palpate verify` is held against.
+void expect_verdicts(const VerificationPlan& plan, bool with_figures) {
+  constexpr std::uint64_t kRigs = 20;
+  std::array<Tally, kKnocks> tallies{};
+  std::array<Coverage, 6> coverage{{{"arm", &TrueErrors::arm, false},
+                                    {"places", &TrueErrors::places, false},
+                                    {"picture", &TrueErrors::picture, false},
+                                    {"tip", &TrueErrors::tip, false},
+                                    {"camera delay", &TrueErrors::camera_delay, true},
+                                    {"tracker delay", &TrueErrors::tracker_delay, true}}};
+  for (std::uint64_t seed = 1; seed <= kRigs; ++seed) {
+    const rig::Rig rig = calibrated_rig(seed, {});
+    for (int k = 0; k < kKnocks; ++k) {
+      const auto knock = static_cast<Knock>(k);
+      const auto verified = verified_rig(knocked_world(knock, seed), seed, 1, rig, plan);
+      const std::string names = names_of(verified.found);
+      auto& tally = tallies[static_cast<std::size_t>(k)];
+      ++tally.of;
+      tally.told += !verified.found.holds();
+      tally.named += names == name_told_of(knock);
+      std::printf("seed %llu knock %d: '%s' wanted '%s' misfit %.3f %.0f s\n",
+                  static_cast<unsigned long long>(seed), k, names.c_str(), name_told_of(knock),
+                  verified.found.misfit, verified.seconds);
+      if (with_figures && knock == Knock::none) count(coverage, verified, seed, k);
+    }
+  }
+  EXPECT_LE(tallies[0].told, 1) << "false alarms of 20";
+  for (int k = 1; k < kKnocks; ++k)
+    EXPECT_GE(tallies[static_cast<std::size_t>(k)].named, 19)
+        << name_told_of(static_cast<Knock>(k)) << ", " << k;
+  if (!with_figures) return;
+  // 95 % intervals: of 20 fewer than 17 once in sixty times.
+  for (const auto& one : coverage) EXPECT_GE(one.hits, 17) << one.name << " of " << one.of;
+}
+
+TEST(VerificationSessionStatistics, TwentyRigsInFull) { expect_verdicts({}, true); }
+
+TEST(VerificationSessionStatistics, TwentyRigsQuickly) { expect_verdicts(VerificationPlan::quick(), false); }
+
+}  // namespace
+}  // namespace palpate::evaluation

@@ -1,0 +1,65 @@
+#!/usr/bin/env python3
+"""palpate verify: a rig as it was calibrated, and after something was knocked; alone in the simulated laboratory and with a person at the devices."""
+import json
+import tomllib
+import unittest
+
+from person_at_devices import Laboratory, Session
+from program import ProgramTest
+
+SEED = "5"
+LIVE = ("--arm", "lab", "--tracker", "lab", "--camera", "lab", "--rig", "rig.toml", "--quick")
+
+
+class Verify(ProgramTest):
+    def knocked(self, name, lines):
+        with open(self.path(name), "w", encoding="utf-8") as file:
+            file.write("[knock]\n" + lines + "\n")
+        return name
+
+    def last(self):
+        return tomllib.loads(self.read("rig.toml").decode())["verification"][-1]
+
+    def test_a_rig_that_holds_a_knocked_base_and_a_person_who_finds_the_camera_moved(self):
+        self.runs("calibrate", "all", "--rig", "rig.toml", "--seed", SEED, "--poses", "30")
+        held = self.runs("verify", "--quick", "--rig", "rig.toml", "--seed", SEED, "--json", "held.json")
+        self.assertIn("the rig holds", held.out)
+        result = json.loads(self.read("held.json"))
+        self.assertTrue(result["holds"])
+        self.assertEqual(result["changes"], [])
+        self.assertGreaterEqual(result["touched"], 5)
+        self.assertLess(result["seconds"], 40)
+        for name in ("arm_mm", "places_mm", "picture_px", "tip_px", "camera_delay_ms"):
+            figure = result["figures"][name]
+            low, high = figure["interval_95"]
+            self.assertTrue(low <= figure["error"] <= high, (name, figure))
+        kept = self.last()
+        self.assertTrue(kept["holds"])
+        self.assertEqual(kept["arm_mm"][0], result["figures"]["arm_mm"]["error"])
+
+        world = self.knocked("base.toml", "base_mm = [1.5, 0, 1]")
+        self.refuses(["verify", "--quick", "--rig", "rig.toml", "--seed", SEED, "--world", world, "--json", "base.json"], 1,
+                     "arm base", "palpate calibrate arm")
+        result = json.loads(self.read("base.json"))
+        self.assertFalse(result["holds"])
+        self.assertEqual([change["what"] for change in result["changes"]], ["arm base"])
+        self.assertEqual(self.last()["changed"], ["arm base"])
+
+        world = self.knocked("camera.toml", "camera_deg = [0.5, 0.5, 0]")
+        laboratory = Laboratory(self, "--seed", SEED, "--world", world)
+        session = Session(self, laboratory, *LIVE, "--json", "camera.json", command=("verify",))
+        self.assertEqual(session.ends(), 1, session.lines[-5:])
+        self.assertIn("camera", session.lines[-1])
+        result = json.loads(self.read("camera.json"))
+        self.assertEqual([change["what"] for change in result["changes"]], ["camera"])
+        self.assertEqual([told["of"] for told in session.shown if "step" in told][0], 4)
+
+    def test_what_cannot_be_verified_is_refused(self):
+        self.refuses(["verify", "--rig", "none.toml"], 2, "no such file")
+        self.runs("rig", "new", "new.toml")
+        self.refuses(["verify", "--rig", "new.toml"], 1, "lacks its arm", "palpate calibrate all")
+        self.refuses(["verify", "--rig", "new.toml", "--arm", "lab"], 2, "--tracker is missing")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,140 @@
+#include "tools/commands/live_devices.h"
+
+#include "palpate/core/stop_signal.h"
+#include "palpate/time/clock.h"
+#include "tools/commands/command.h"
+#include "tools/commands/drivers.h"
+
+namespace palpate::tools::commands {
+namespace {
+
+namespace session = calibration::session;
+
+struct Opened {
+  std::unique_ptr<device::OpenedArm> arm;
+  std::unique_ptr<device::OpenedTracker> tracker;
+  std::unique_ptr<device::OpenedCamera> camera;
+
+  // Of the first that is gone.
+  Expected<void> look() {
+    if (auto there = arm->look(); !there) return there;
+    if (auto there = tracker->look(); !there) return there;
+    return camera->look();
+  }
+};
+
+Expected<Opened> open_devices(const LiveDevices& names, const rig::Rig& rig,
+                              const device::DriverRegistry& known) {
+  for (const auto& [option, text] :
+       {std::pair("--arm", names.arm), {"--tracker", names.tracker}, {"--camera", names.camera}})
+    if (text.empty())
+      return wrong_use(
+          "{} is missing: a session needs arm, tracker and camera (palpate doctor shows what there is)",
+          option);
+  Opened opened;
+  auto arm = known.open(
+      device::ArmRequest{.uri = names.arm, .nominal = rig.nominal_arm, .at_reset_position = names.at_reset});
+  if (!arm) return tl::unexpected(arm.error());
+  opened.arm = std::move(*arm);
+  auto tracker = known.open(device::TrackerRequest{names.tracker, names.tools});
+  if (!tracker) return tl::unexpected(tracker.error());
+  opened.tracker = std::move(*tracker);
+  device::CameraRequest request{names.camera, {}};
+  if (drivers().names_camera(names.camera, device::Offer::real)) {
+    auto asked = camera_request(drivers(), names.camera, names.camera_options);
+    if (!asked) return tl::unexpected(asked.error());
+    request = *asked;
+  }
+  auto camera = known.open(request);
+  if (!camera) return tl::unexpected(camera.error());
+  opened.camera = std::move(*camera);
+  return opened;
+}
+
+// A person whose devices are looked at meanwhile: one that goes ends the session, in words.
+class PersonAtDevices : public session::GuidedPerson {
+ public:
+  PersonAtDevices(session::Panel& panel, Opened& devices) : GuidedPerson(panel), devices_(devices) {}
+
+  Expected<bool> ready() override {
+    if (!there_) return tl::unexpected(there_.error());
+    return GuidedPerson::ready();
+  }
+  void watch(double now_s, const device::ArmSample& arm,
+             std::span<const device::TrackerSample> tracked) override {
+    constexpr double kLook = 0.1;  // s
+    if (there_ && now_s >= looked_s_ + kLook) {
+      there_ = devices_.look();
+      looked_s_ = now_s;
+    }
+    GuidedPerson::watch(now_s, arm, tracked);
+  }
+
+ private:
+  Opened& devices_;
+  Expected<void> there_{};
+  double looked_s_ = 0.0;
+};
+
+}  // namespace
+
+void add_device_options(CLI::App& command, LiveDevices& devices) {
+  command.add_option("--arm", devices.arm, "The arm: " + drivers().arm_forms())->type_name("URI");
+  command.add_option("--tracker", devices.tracker, "The tracker: " + drivers().tracker_forms())
+      ->type_name("URI");
+  command.add_option("--tracker-tool", devices.tools,
+                     "What the tracker calls a marker: tip_marker=NAME, camera_marker=NAME, pointer=NAME");
+  command.add_option("--camera", devices.camera, "The camera: " + drivers().camera_forms())->type_name("URI");
+  add_camera_options(command, devices.camera_options);
+  command.add_flag("--arm-at-reset", devices.at_reset,
+                   "The arm is in its reset position now: set its encoders' zero there if it is lost");
+  command
+      .add_option("--instructions", devices.instructions,
+                  "Write what the person is asked for to FILE as well, a line of JSON each")
+      ->type_name("FILE");
+}
+
+struct LiveSession::Parts {
+  Parts(Opened devices, std::unique_ptr<TerminalPanel> its_panel, device::CameraDevice* right_camera)
+      : opened(std::move(devices)),
+        panel(std::move(its_panel)),
+        person(*panel, opened),
+        right(right_camera) {}
+
+  Opened opened;
+  std::unique_ptr<TerminalPanel> panel;
+  PersonAtDevices person;
+  MonotonicClock<PhysicsClock> clock;
+  device::CameraDevice* right;
+};
+
+Expected<std::unique_ptr<LiveSession>> LiveSession::open(const LiveDevices& devices, const rig::Rig& rig,
+                                                         const device::DriverRegistry& known) {
+  auto opened = open_devices(devices, rig, known);
+  if (!opened) return tl::unexpected(opened.error());
+  auto panel = TerminalPanel::open(devices.instructions, stop_requested());
+  if (!panel) return tl::unexpected(panel.error());
+  const auto right = opened->camera->right();
+  if (!right) return tl::unexpected(right.error());
+  return std::unique_ptr<LiveSession>(
+      new LiveSession(std::make_unique<Parts>(std::move(*opened), std::move(*panel), *right)));
+}
+
+LiveSession::LiveSession(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+LiveSession::~LiveSession() = default;
+
+session::AcquisitionContext LiveSession::context() {
+  return {parts_->clock,
+          parts_->opened.arm->device(),
+          parts_->opened.tracker->device(),
+          &parts_->opened.camera->device(),
+          parts_->person,
+          parts_->right,
+          parts_->opened.arm->facts().simulated,
+          &stop_requested()};
+}
+
+TerminalPanel& LiveSession::panel() { return *parts_->panel; }
+void LiveSession::end() { parts_->panel.reset(); }
+
+}  // namespace palpate::tools::commands

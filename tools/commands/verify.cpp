@@ -1,0 +1,228 @@
+#include <fmt/format.h>
+
+#include <memory>
+
+#include "palpate/calibration/session/landmark_finder.h"
+#include "palpate/calibration/session/verification_session.h"
+#include "palpate/core/file.h"
+#include "palpate/core/progress.h"
+#include "palpate/evaluation/world_sample.h"
+#include "palpate/sim/camera_renderer.h"
+#include "palpate/sim/simulator.h"
+#include "tools/commands/command.h"
+#include "tools/commands/guests.h"
+#include "tools/commands/live_devices.h"
+#include "tools/commands/result_output.h"
+
+namespace palpate::tools::commands {
+namespace {
+
+namespace session = calibration::session;
+
+struct VerifyOptions {
+  std::string rig, world, json;
+  std::uint64_t seed = 1, visit = 1;
+  bool quick = false;
+  LiveDevices devices;
+};
+
+// With a person at the devices.
+Expected<session::VerificationRecord> observe_live(const VerifyOptions& options, const rig::Rig& rig,
+                                                   const session::VerificationPlan& plan) {
+  auto opened = LiveSession::open(options.devices, rig, drivers());
+  if (!opened) return tl::unexpected(opened.error());
+  LiveSession& live = **opened;
+  session::VerificationHooks hooks;
+  hooks.progress = [&live](std::size_t step, std::size_t steps, const std::string& name) {
+    live.panel().begin_step(step, steps, name);
+  };
+  hooks.find_landmarks = session::landmark_finder();
+  auto record = session::observe_rig(live.context(), rig, plan, hooks);
+  live.end();
+  return record;
+}
+
+// By itself, in the simulated laboratory of a world file.
+Expected<session::VerificationRecord> observe_simulated(const VerifyOptions& options, const rig::Rig& rig,
+                                                        const session::VerificationPlan& plan) {
+  sim::config::WorldFile file = sim::config::reference_world();
+  if (!options.world.empty()) {
+    auto read = sim::config::read_world(options.world, known_applications());
+    if (!read) return tl::unexpected(read.error());
+    file = *read;
+  }
+  sim::CameraRenderer renderer;
+  sim::Simulator world(file, options.seed, options.visit);
+  world.set_renderer(
+      [&renderer](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) { renderer.render(view, rgb); });
+  Progress progress({{"verifying", 5.0}});
+  session::VerificationHooks hooks;
+  hooks.progress = [&progress](std::size_t step, std::size_t steps, const std::string& name) {
+    progress.begin(0);
+    progress.say(name);
+    progress.update(static_cast<double>(step) / static_cast<double>(steps));
+  };
+  hooks.find_landmarks = session::landmark_finder();
+  auto record = session::observe_rig(evaluation::laboratory_of(world), rig, plan, hooks);
+  progress.finish();
+  return record;
+}
+
+std::string key_of(const calibration::RigFigure& figure) {
+  std::string key = figure.name + "_" + figure.unit;
+  for (char& c : key)
+    if (c == ' ') c = '_';
+  return key;
+}
+
+rig::VerificationRecord kept(const VerifyOptions& options, const calibration::Verification& found,
+                             const std::string& date) {
+  rig::VerificationRecord record;
+  record.date = date;
+  record.form = options.quick ? "quick" : "full";
+  record.holds = found.holds();
+  for (const auto& change : found.changes) record.changed.emplace_back(calibration::name_of(change.change));
+  for (const auto& f : found.figures)
+    record.figures.push_back({key_of(f), f.scale * f.error, f.scale * f.low, f.scale * f.high,
+                              f.scale * f.promised_high, f.scale * f.seen, f.scale * f.seen_high});
+  return record;
+}
+
+Json json_of(const calibration::FoundChange& change) {
+  Json json;
+  json["what"] = calibration::name_of(change.change);
+  json["words"] = calibration::change_words(change);
+  json["amount_si"] = json_list(change.amount);
+  json["std_si"] = json_list(standard_deviations(change.covariance));
+  json["probability_by_chance"] = change.probability;
+  json["evidence"] = change.evidence;
+  return json;
+}
+
+Json json_of(const rig::VerificationRecord& record, const calibration::Verification& found,
+             const session::VerificationRecord& seen) {
+  Json json;
+  json["holds"] = record.holds;
+  json["form"] = record.form;
+  json["date"] = record.date;
+  json["seconds"] = seen.seconds;
+  json["changes"] = Json::array();
+  for (const auto& change : found.changes) json["changes"].push_back(json_of(change));
+  json["explained"] = found.explained;
+  json["misfit"] = found.misfit;
+  json["freedoms"] = found.freedoms;
+  for (std::size_t i = 0; i < record.figures.size(); ++i) {
+    const auto& f = record.figures[i];
+    const auto& figure = found.figures[i];
+    Json& entry = json["figures"][f.name];
+    entry["error"] = f.error;
+    entry["interval_95"] = {f.low, f.high};
+    entry["promised"] = figure.scale * figure.promised;
+    entry["promised_95"] = f.promised;
+    if (figure.seen_high > 0.0) entry["seen"] = f.seen, entry["seen_95"] = f.seen_most;
+  }
+  if (seen.board)
+    json["board"] = {{"views", seen.board->views},
+                     {"rms_px", seen.board->rms_px},
+                     {"promised_px", seen.board->promised_px}};
+  json["touched"] = seen.observed.touched.size();
+  json["poses"] = seen.observed.held.size();
+  json["pictures"] = seen.observed.frames.size();
+  json["tried"] = Json::array();
+  for (const auto& change : found.tried) json["tried"].push_back(json_of(change));
+  return json;
+}
+
+std::string line_of(const calibration::RigFigure& f) {
+  const auto shown_in_unit = [&f](double value) { return f.scale * value; };
+  std::string text = fmt::format("  {:<14} {:7.3f} {} ({:.3f} to {:.3f}), promised below {:.3f}", f.name,
+                                 shown_in_unit(f.error), f.unit, shown_in_unit(f.low), shown_in_unit(f.high),
+                                 shown_in_unit(f.promised_high));
+  if (f.seen_high > 0.0)
+    text += fmt::format("; seen {:.3f}, expected below {:.3f}", shown_in_unit(f.seen),
+                        shown_in_unit(f.seen_high));
+  return text;
+}
+
+void tell(const VerifyOptions& options, const calibration::Verification& found,
+          const session::VerificationRecord& seen) {
+  std::FILE* stream = options.json == "-" ? stderr : stdout;
+  print_line(fmt::format("{}: {} verification, {:.0f} s: {}", options.rig, options.quick ? "quick" : "full",
+                         seen.seconds, found.holds() ? "the rig holds" : "the rig does not hold"),
+             stream);
+  for (const auto& figure : found.figures) print_line(line_of(figure), stream);
+  if (seen.board)
+    print_line(fmt::format("  {:<14} {:7.3f} px rms over {} views, the lens had {:.3f}", "board",
+                           seen.board->rms_px, seen.board->views, seen.board->promised_px),
+               stream);
+}
+
+Expected<void> verdict(const VerifyOptions& options, const calibration::Verification& found) {
+  if (found.holds()) return {};
+  std::string words;
+  for (const auto& change : found.changes)
+    words += (words.empty() ? "" : "; ") + calibration::change_words(change);
+  if (!found.explained)
+    words += fmt::format(
+        "{}what is observed is not explained{} (misfit {:.2f}, 1 is expected); look for what is loose, "
+        "verify again, "
+        "then calibrate anew",
+        words.empty() ? "" : "; ",
+        found.changes.empty() ? " by any change that is known of" : " by this alone", found.misfit);
+  return refused("{}: has changed since it was calibrated: {}", options.rig, words);
+}
+
+Expected<void> verify(const VerifyOptions& options) {
+  if (!is_there(options.rig))
+    return wrong_use("--rig {}: no such file; palpate calibrate all makes a rig", options.rig);
+  auto rig = rig::read_rig(options.rig);
+  if (!rig) return tl::unexpected(rig.error());
+  const auto plan = options.quick ? session::VerificationPlan::quick() : session::VerificationPlan{};
+  const auto seen =
+      options.devices.named() ? observe_live(options, *rig, plan) : observe_simulated(options, *rig, plan);
+  if (!seen) return tl::unexpected(seen.error());
+  const auto found = calibration::verify_rig(*rig, seen->observed);
+  if (!found) return tl::unexpected(found.error());
+  const rig::VerificationRecord record = kept(options, *found, rig::utc_now());
+  tell(options, *found, *seen);
+  rig->verifications.push_back(record);
+  if (auto written = rig::write_rig(options.rig, *rig); !written) return written;
+  if (!options.json.empty())
+    if (auto written = write_json(options.json, json_of(record, *found, *seen)); !written) return written;
+  return verdict(options, *found);
+}
+
+}  // namespace
+
+void add_verify(CLI::App& program) {
+  auto* command = program.add_subcommand("verify",
+                                         "How good a calibrated rig is today, by touching fresh places, and "
+                                         "what has moved: with you at the devices "
+                                         "that --arm, --tracker and --camera name, or by itself in a "
+                                         "simulated laboratory. Exit 0: it holds, 1: not");
+  auto options = std::make_shared<VerifyOptions>();
+  command
+      ->add_option("--rig", options->rig, "Rig file, calibrated; what is found is kept there with its date")
+      ->required()
+      ->type_name("FILE");
+  command->add_flag("--quick", options->quick, "Half a minute, before each day's work: fewer places");
+  command->add_option("--json", options->json, "Write the result as JSON to FILE (- = standard output)")
+      ->type_name("FILE");
+  command
+      ->add_option(
+          "--world", options->world,
+          "World file, with what was knocked since in its [knock]; the reference laboratory where none "
+          "is named")
+      ->type_name("FILE");
+  command->add_option("--seed", options->seed, "The simulated laboratory that the rig was calibrated in")
+      ->capture_default_str();
+  command
+      ->add_option(
+          "--visit", options->visit,
+          "Which visit to it: noise, touches and poses are drawn anew for each; 0 is the calibration's")
+      ->capture_default_str();
+  add_device_options(*command, options->devices);
+  on(command, [options] { return verify(*options); });
+}
+
+}  // namespace palpate::tools::commands
