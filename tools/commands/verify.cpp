@@ -10,6 +10,7 @@
 #include "palpate/sim/camera_renderer.h"
 #include "palpate/sim/simulator.h"
 #include "tools/commands/command.h"
+#include "tools/commands/drivers.h"
 #include "tools/commands/guests.h"
 #include "tools/commands/live_devices.h"
 #include "tools/commands/result_output.h"
