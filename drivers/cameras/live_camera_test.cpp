@@ -55,7 +55,7 @@ class ScriptedSource : public FrameSource {
     outcome.kind = Outcome::Kind::frame;
     script_.handed_ns = stopwatch_ns();
     outcome.frame = {
-        static_cast<std::int64_t>(number) * 1000, number, {PixelFormat::rgb8, width, 4, 0, bytes_}};
+        static_cast<std::int64_t>(number) * 1000, number, 0, {PixelFormat::rgb8, width, 4, 0, bytes_}};
     return outcome;
   }
   void close() override { ++script_.closed; }
