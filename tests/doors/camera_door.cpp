@@ -9,16 +9,18 @@ namespace palpate::doors {
 namespace {
 
 constexpr Duration kPictureLook = std::chrono::milliseconds(1), kLongest = std::chrono::milliseconds(500);
-constexpr Duration kHeld =
-    std::chrono::milliseconds(50);  // less than two pictures: none is overtaken by the next
+// Of a picture's time: what drawing may be late by before it shows; less than two, so that none is overtaken.
+constexpr double kHeld = 0.75;
 
 // The pretended camera asks for a picture a little more often than there is one, and so waits for each.
 constexpr double kFaster = 1.05;
 
 class Pictures {
  public:
-  Pictures(drivers::laboratory::LabCamera& camera, double exposure_s)
-      : camera_(camera), to_start_(seconds(-0.5 * exposure_s)) {}
+  Pictures(drivers::laboratory::LabCamera& camera, const CameraDoorSettings& settings)
+      : camera_(camera),
+        to_start_(seconds(-0.5 * settings.exposure_s)),
+        held_(seconds(kHeld / settings.rate_hz)) {}
 
   // The next picture, a little after a camera would have brought it: one that took long to draw is as late as the others,
   // for the time that a camera takes does not depend on what else the machine does. The one before again where none has
@@ -28,7 +30,7 @@ class Pictures {
     while (clock_.now() < until) {
       if (auto image = camera_.poll()) {
         image_ = std::move(*image);
-        clock_.sleep_until(clock_.now() - image_.waited + kHeld);
+        clock_.sleep_until(clock_.now() - image_.waited + held_);
         break;
       }
       clock_.sleep_until(clock_.now() + kPictureLook);
@@ -38,7 +40,7 @@ class Pictures {
 
  private:
   drivers::laboratory::LabCamera& camera_;
-  Duration to_start_;
+  Duration to_start_, held_;
   device::CameraImage image_;
   MonotonicClock<TrueTime> clock_;
 };
@@ -50,7 +52,7 @@ Expected<void> serve_camera(const std::shared_ptr<drivers::laboratory::LabClient
                             void (*ready)()) {
   auto camera = drivers::laboratory::LabCamera::open(laboratory);
   if (!camera) return tl::unexpected(camera.error());
-  Pictures pictures(**camera, settings.exposure_s);
+  Pictures pictures(**camera, settings);
   FakeNetworkCamera network(settings.serial, [&pictures] { return pictures.next(); });
   network.set_size();
   network.set(ARV_FAKE_CAMERA_REGISTER_EXPOSURE_TIME_US,

@@ -1,5 +1,5 @@
 // The laboratory's camera as a GigE Vision camera at 127.0.0.1, port 3956 (tests/fake_network_camera.h): each of its
-// pictures goes out once, 50 ms after the laboratory's camera would have brought it.
+// pictures goes out once, three quarters of a picture's time after the laboratory has it.
 //
 // Stamped with the start of the exposure by the camera's own clock, and with its own count of frames. Pixels are what the
 // client chooses: of a Bayer camera, RGB8 or Mono8.

@@ -60,16 +60,16 @@ def game_rows(drawn, taken):
     return known, taken
 
 
-def figures(test, rig_file, seed, game=None, name="judged"):
+def figures(test, rig_file, world_file, seed, game=None, name="judged"):
     """Errors to truth of the rig: arm, tip, hand-eye; with game = (poses, exposures), files of the graphics server and of the
     laboratory, of its pictures. `test` is a ProgramTest."""
     raw = os.path.join(test.folder, name, "raw")
     os.makedirs(raw)
     rig = tomllib.loads(test.read(rig_file).decode())
-    world = tomllib.loads(test.runs("world", "show").out)
+    world = tomllib.loads(test.runs("world", "show", world_file).out)
     truth = {}
     for kind, key in (("arm", "arm"), ("pivot", "pivot"), ("hand-eye", "hand_eye"), ("camera", "camera"), ("pointer", "pointer")):
-        test.runs("world", "sample", kind, "--seed", seed, "--points", "20", "--out", f"{name}/{kind}")
+        test.runs("world", "sample", kind, "--world", world_file, "--seed", seed, "--points", "20", "--out", f"{name}/{kind}")
         truth[key] = json.loads(test.read(name, kind, "truth.json"))
     arm = {"lengths_mm": truth["arm"]["lengths_mm"], **rig["arm"]}
     estimates = {"arm": {"joint": arm}, "pivot": {"tip_mm": rig["arm"]["tip_mm"]}, "hand_eye": rig["hand_eye"]}

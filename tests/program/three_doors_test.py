@@ -12,7 +12,7 @@ import subprocess
 import tomllib
 import unittest
 
-from doors import Channel, Doors, close
+from doors import Channel, Doors, close, write_world
 from judged import figures, recompute
 from laboratory import READY
 from person_at_devices import Session
@@ -77,7 +77,7 @@ class ThreeDoors(ProgramTest):
             shutil.copytree(self.folder, os.path.join(folder, name), dirs_exist_ok=True, ignore=shutil.ignore_patterns("instructions"))
 
     def judged(self, name):
-        found = figures(self, "rig.toml", SEED, (self.path("game", "realtime_poses.csv"), self.path("truth.csv")))
+        found = figures(self, "rig.toml", "world.toml", SEED, (self.path("game", "realtime_poses.csv"), self.path("truth.csv")))
         self.keeps(name)
         return found
 
@@ -91,12 +91,14 @@ class ThreeDoors(ProgramTest):
         print(name, json.dumps(found, indent=2), flush=True)
         return found
 
+    def world(self):
+        return "--world", write_world(self), "--seed", SEED, "--exposures", self.path("truth.csv")
+
     def test_through_the_doors_everything_is_as_near_to_the_truth_as_through_the_channel(self):
-        world = ("--seed", SEED, "--exposures", self.path("truth.csv"))
-        doors = self.through(Doors(self, *world), "doors")
+        doors = self.through(Doors(self, *self.world()), "doors")
         self.doCleanups()
         self.setUp()
-        channel = self.through(Channel(self, "--seed", SEED, "--exposures", self.path("truth.csv")), "channel")
+        channel = self.through(Channel(self, *self.world()), "channel")
         for key, bound in BOUNDS.items():
             with self.subTest(key):
                 self.assertLess(doors[key], bound)
