@@ -112,7 +112,11 @@ struct Look {
     const auto delay =
         estimate_motion_delay(motion_of_points("arm", by_arm), motion_of_poses("stylus' marker", by_tracker),
                               {.longest_s = kLongestDelay});
-    if (!delay) return tl::unexpected(delay.error());
+    // A motion too poor for its delay says nothing against the rest.
+    if (!delay) {
+      out.no_delay = delay.error().message;
+      return {};
+    }
     out.observed.tracker_delay_s = delay->delay_s;
     out.observed.tracker_delay_std_s = delay->delay_std_s;
     return {};
