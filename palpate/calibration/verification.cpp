@@ -41,6 +41,12 @@ bool finite(const RigObservations& observed) {
          std::isfinite(observed.tracker_delay_std_s);
 }
 
+bool nothing(const RigObservations& observed) {
+  for (const auto& frame : observed.frames)
+    if (!frame.dots.empty()) return false;
+  return !observed.rest && observed.held.empty() && observed.touched.empty() && !observed.tracker_delay_s;
+}
+
 // Wrong use, which no observation excuses.
 Expected<void> known(const rig::Rig& rig, const RigObservations& observed) {
   const auto joints = rig.arm->model.joint_count();
@@ -156,8 +162,8 @@ Expected<Verification> verify_rig(const rig::Rig& rig, const RigObservations& ob
                                                                                              : "hand-eye");
   if (auto fine = known(rig, observed); !fine) return tl::unexpected(fine.error());
   if (!finite(observed)) return refused("verification: an observation is not a number");
+  if (nothing(observed)) return refused("verification: nothing was observed");
   const RigMisfit misfit(rig, observed, options);
-  if (misfit.rows() == 0) return refused("verification: nothing was observed");
   const ChangeSearch search = search_changes(misfit, options);
   Verification result;
   result.changes = search.told;

@@ -107,7 +107,7 @@ TEST(Verification, ACameraOrABaseThatWasMovedIsNamedAndByHowMuch) {
   for (int i = 0; i < 4; ++i) {
     Random random(static_cast<std::uint64_t>(i), "knocks");
     const Vector3 turn = i % 2 == 0 ? of_size(random, half) : Vector3(Vector3::Zero());
-    const Vector3 shift = i % 2 == 0 ? Vector3(Vector3::Zero()) : of_size(random, 1.2e-3);
+    const Vector3 shift = i % 2 == 0 ? Vector3(Vector3::Zero()) : of_size(random, 4e-3);
     const auto seed = 10 + static_cast<std::uint64_t>(i);
     expect_told(
         "camera", seed,
@@ -276,6 +276,11 @@ TEST(Verification, WhatCannotBeVerifiedIsRefused) {
   rig::Rig rig = paper_rig(truth, random);
   RigObservations seen = paper_observations(truth, rig, random);
   EXPECT_FALSE(verify_rig(rig, RigObservations{}));
+  RigObservations dark;  // a picture in which no dot was found is no observation
+  dark.frames.emplace_back();
+  EXPECT_NE(verify_rig(rig, dark).error().message.find("nothing was observed"), std::string::npos);
+  dark.rest = seen.rest;
+  EXPECT_TRUE(verify_rig(rig, dark));
   seen.touched[0].index = 4;
   EXPECT_NE(verify_rig(rig, seen).error().message.find("table 5"), std::string::npos);
   seen.touched[0] = seen.touched[1];

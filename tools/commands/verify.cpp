@@ -126,6 +126,7 @@ Json json_of(const rig::VerificationRecord& record, const calibration::Verificat
     json["board"] = {{"views", seen.board->views},
                      {"rms_px", seen.board->rms_px},
                      {"promised_px", seen.board->promised_px}};
+  if (!seen.no_delay.empty()) json["no_tracker_delay"] = seen.no_delay;
   json["touched"] = seen.observed.touched.size();
   json["poses"] = seen.observed.held.size();
   json["pictures"] = seen.observed.frames.size();
@@ -152,6 +153,7 @@ void tell(const VerifyOptions& options, const calibration::Verification& found,
                          seen.seconds, found.holds() ? "the rig holds" : "the rig does not hold"),
              stream);
   for (const auto& figure : found.figures) print_line(line_of(figure), stream);
+  if (!seen.no_delay.empty()) notice("the tracker's delay was not told: " + seen.no_delay);
   if (seen.board)
     print_line(fmt::format("  {:<14} {:7.3f} px rms over {} views, the lens had {:.3f}", "board",
                            seen.board->rms_px, seen.board->views, seen.board->promised_px),

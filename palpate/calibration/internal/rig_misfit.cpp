@@ -93,12 +93,14 @@ Eigen::MatrixXd RigMisfit::dots_covariance(const HeadFrame& frame) const {
 
 void RigMisfit::add_frames() {
   for (const auto& frame : observed_.frames) {
+    if (frame.dots.empty()) continue;
     const Eigen::MatrixXd J = pixels_by_marker(state_, frame);
     add(J * frame.covariance * J.transpose() + dots_covariance(frame));
   }
 }
 
 RigMisfit::MarkerStep RigMisfit::marker_step(const HeadFrame& frame, const RigState& state) const {
+  if (frame.dots.empty()) return {Vector6::Zero(), frame.covariance};
   const Eigen::MatrixXd J = pixels_by_marker(state, frame);
   Eigen::VectorXd r(J.rows());
   Eigen::Index row = 0;

@@ -17,7 +17,8 @@ constexpr std::size_t kArmEvery = 5;   // of its 1 kHz: the tracker is slower st
 constexpr double kLongestDelay = 0.3;  // s
 
 // Looks near the places where the landmarks should be, and farther around once most of them are not there: a camera
-// that was knocked shows them elsewhere, all by the same turn.
+// that was knocked shows them elsewhere, all by the same turn. Once a picture has shown most of them there is no more
+// searching: in a poor picture another turn takes one dot for its neighbour.
 class WideFinder {
  public:
   explicit WideFinder(FindLandmarks find) : find_(std::move(find)) {}
@@ -29,7 +30,8 @@ class WideFinder {
     auto found = find_(image, camera, turned(X_world_camera, turn_), landmarks);
     const auto expected =
         static_cast<std::size_t>(vision::predicted_landmarks(camera.model, X_world_camera, landmarks));
-    if (2 * found.size() >= expected || searched_ >= kSearches) return found;
+    settled_ = settled_ || 2 * found.size() >= expected;
+    if (settled_ || searched_ >= kSearches) return found;
     ++searched_;
     for (int across = -kSteps; across <= kSteps; ++across)
       for (int up = -kSteps; up <= kSteps; ++up) {
@@ -54,6 +56,7 @@ class WideFinder {
   FindLandmarks find_;
   Vector3 turn_ = Vector3::Zero();
   int searched_ = 0;
+  bool settled_ = false;
 };
 
 struct Look {
@@ -112,7 +115,11 @@ struct Look {
     const auto delay =
         estimate_motion_delay(motion_of_points("arm", by_arm), motion_of_poses("stylus' marker", by_tracker),
                               {.longest_s = kLongestDelay});
-    if (!delay) return tl::unexpected(delay.error());
+    // A motion too poor for its delay says nothing against the rest.
+    if (!delay) {
+      out.no_delay = delay.error().message;
+      return {};
+    }
     out.observed.tracker_delay_s = delay->delay_s;
     out.observed.tracker_delay_std_s = delay->delay_std_s;
     return {};

@@ -19,7 +19,7 @@ struct VerificationPlan {
   int poses = 12;           // of the stylus
   int corners_of_each = 4;  // of table and wall, from the first on
   int landmarks = 4;        // touched, spread over those there are
-  double moving_s = 4.0;    // 0: the tracker's delay is not looked at
+  double moving_s = 8.0;    // 0: the tracker's delay is not looked at
   double look_s = 5.0;      // of the landmarks
   int every = 6;            // one picture in so many
   double board_s = 4.0;     // of the calibration board; 0: none
@@ -38,6 +38,7 @@ struct BoardFigure {
 struct VerificationRecord {
   RigObservations observed;
   std::optional<BoardFigure> board;
+  std::string no_delay;  // why the free motion does not tell the tracker's delay; empty where it does
   double seconds = 0.0;  // host time that it took
 };
 
