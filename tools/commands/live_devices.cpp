@@ -6,9 +6,11 @@
 #include "tools/commands/drivers.h"
 
 namespace palpate::tools::commands {
-namespace {
 
 namespace session = calibration::session;
+
+// Not in an anonymous namespace: LiveSession::Parts has them, and this file is read as a part of others.
+namespace live {
 
 struct Opened {
   std::unique_ptr<device::OpenedArm> arm;
@@ -76,7 +78,7 @@ class PersonAtDevices : public session::GuidedPerson {
   double looked_s_ = 0.0;
 };
 
-}  // namespace
+}  // namespace live
 
 void add_device_options(CLI::App& command, LiveDevices& devices) {
   command.add_option("--arm", devices.arm, "The arm: " + drivers().arm_forms())->type_name("URI");
@@ -95,22 +97,22 @@ void add_device_options(CLI::App& command, LiveDevices& devices) {
 }
 
 struct LiveSession::Parts {
-  Parts(Opened devices, std::unique_ptr<TerminalPanel> its_panel, device::CameraDevice* right_camera)
+  Parts(live::Opened devices, std::unique_ptr<TerminalPanel> its_panel, device::CameraDevice* right_camera)
       : opened(std::move(devices)),
         panel(std::move(its_panel)),
         person(*panel, opened),
         right(right_camera) {}
 
-  Opened opened;
+  live::Opened opened;
   std::unique_ptr<TerminalPanel> panel;
-  PersonAtDevices person;
+  live::PersonAtDevices person;
   MonotonicClock<PhysicsClock> clock;
   device::CameraDevice* right;
 };
 
 Expected<std::unique_ptr<LiveSession>> LiveSession::open(const LiveDevices& devices, const rig::Rig& rig,
                                                          const device::DriverRegistry& known) {
-  auto opened = open_devices(devices, rig, known);
+  auto opened = live::open_devices(devices, rig, known);
   if (!opened) return tl::unexpected(opened.error());
   auto panel = TerminalPanel::open(devices.instructions, stop_requested());
   if (!panel) return tl::unexpected(panel.error());
