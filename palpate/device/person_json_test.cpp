@@ -30,8 +30,8 @@ TEST(PersonJson, WhatIsNoRequestIsRefusedInWords) {
        {"3", "[]", "{}", R"({"gesture": 1})", R"({"gesture": "dance"})", R"({"gesture": "touch"})",
         R"({"gesture": "touch", "what": "table", "index": -1})",
         R"({"gesture": "touch", "what": "table", "index": 1e9})",
-        R"({"gesture": "swing_stylus", "what": "table"})",
-        R"({"gesture": "next_pose", "tip_m": [1, 2]})", R"({"gesture": "next_pose", "tip_m": [1, 2, 3]})",
+        R"({"gesture": "swing_stylus", "what": "table"})", R"({"gesture": "next_pose", "tip_m": [1, 2]})",
+        R"({"gesture": "next_pose", "tip_m": [1, 2, 3]})",
         R"({"gesture": "next_pose", "tip_m": [1, 2, 3], "marker_rotation_qwxyz": [0, 0, 0, 0]})"}) {
     const auto read = request_of(Json::parse(text));
     ASSERT_FALSE(read) << text;
