@@ -15,24 +15,8 @@ namespace {
 using calibration::session::CalibrationPlan;
 using calibration::session::VerificationPlan;
 
-// A calibration as short as one can be: it promises less, and is verified for what it promises.
-CalibrationPlan hasty_plan() {
-  CalibrationPlan plan;
-  plan.corner_rounds = 1;
-  plan.pivot_poses = 100;
-  plan.pivot_s = 8.0;
-  plan.arm_points = plan.arm_test_points = 30;
-  plan.guided = false;
-  plan.moving_s = 3.0;
-  plan.board_s = 6.0;
-  plan.board_every = 4;
-  plan.lens_views = 15;
-  plan.look_s = 2.0;
-  return plan;
-}
-
 TEST(VerificationSession, AQuickLookTellsAKnockFromAnotherDaysNoise) {
-  const rig::Rig rig = calibrated_rig(3, hasty_plan());
+  const rig::Rig rig = calibrated_rig(3, CalibrationPlan());
   ASSERT_FALSE(testing::Test::HasFailure());
   for (const Knock knock : {Knock::none, Knock::camera_turn, Knock::base_shift, Knock::stylus, Knock::lens}) {
     const auto verified = verified_rig(knocked_world(knock, 3), 3, 1, rig, VerificationPlan::quick());

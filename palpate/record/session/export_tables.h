@@ -33,6 +33,7 @@ Expected<ExportReport> export_tum(const std::filesystem::path& recording, const 
                                   const ScanOptions& which = {});
 
 // The files that a recording holds: rig, world, whatever was attached. Of several of a name the last.
-Expected<ExportReport> export_attachments(const std::filesystem::path& recording, const std::filesystem::path& folder);
+Expected<ExportReport> export_attachments(const std::filesystem::path& recording,
+                                          const std::filesystem::path& folder);
 
 }  // namespace palpate::record::session

@@ -27,23 +27,29 @@ std::optional<device::MarkerId> marker_of_table(const std::string& name) {
 // The attachment, and the poses of the marker where there is none.
 class TableCollector : public ScanHandler {
  public:
-  TableCollector(std::string name, const TimeSpan& span) : name_(std::move(name)), span_(span), marker_(marker_of_table(name_)) {}
+  TableCollector(std::string name, const TimeSpan& span)
+      : name_(std::move(name)), span_(span), marker_(marker_of_table(name_)) {}
 
   Expected<void> attachment(const Attachment& attachment) override {
     if (attachment.name == table_attachment(name_)) table_ = attachment.data;
-    if (attachment.name.starts_with("tables/")) there_ += (there_.empty() ? "" : ", ") + excerpt(attachment.name.substr(7), 40);
+    if (attachment.name.starts_with("tables/"))
+      there_ += (there_.empty() ? "" : ", ") + excerpt(attachment.name.substr(7), 40);
     return {};
   }
   Expected<void> message(const HeardMessage& heard) override {
     if (!begun_) begun_ = heard.message.log_time_ns;
-    if (!marker_ || heard.schema == nullptr || heard.schema->name != "palpate.recording.TrackerSample") return {};
-    if (heard.message.log_time_ns < later(*begun_, span_.from_s) || heard.message.log_time_ns > later(*begun_, span_.to_s)) return {};
+    if (!marker_ || heard.schema == nullptr || heard.schema->name != "palpate.recording.TrackerSample")
+      return {};
+    if (heard.message.log_time_ns < later(*begun_, span_.from_s) ||
+        heard.message.log_time_ns > later(*begun_, span_.to_s))
+      return {};
     const auto sample = decode_tracker_sample(heard.message.data);
     if (!sample || !sample->sample.seen || sample->sample.marker != *marker_) return {};
     const auto& q = sample->sample.rotation;
     const Vector3 mm = 1000.0 * sample->sample.translation;
     poses_ += fmt::format("{}.{:09},{},{},{},{},{},{},{}\n", sample->sample.stamp.ns() / 1'000'000'000,
-                          sample->sample.stamp.ns() % 1'000'000'000, mm.x(), mm.y(), mm.z(), q.w(), q.x(), q.y(), q.z());
+                          sample->sample.stamp.ns() % 1'000'000'000, mm.x(), mm.y(), mm.z(), q.w(), q.x(),
+                          q.y(), q.z());
     return {};
   }
 
@@ -51,7 +57,8 @@ class TableCollector : public ScanHandler {
   Expected<std::string> table(const std::string& file) const {
     if (table_) return *table_;
     if (!poses_.empty()) return "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n" + poses_;
-    return refused("{}: holds no table '{}'{}{}", file, name_, marker_ ? " and no poses of that marker there" : "",
+    return refused("{}: holds no table '{}'{}{}", file, name_,
+                   marker_ ? " and no poses of that marker there" : "",
                    there_.empty() ? std::string() : "; it holds " + there_);
   }
 
@@ -79,7 +86,8 @@ Expected<std::string> part_of_table(const std::string& text, const std::string& 
     at = end + 1;
   }
   std::string part;
-  const std::size_t first_row = table->line.empty() ? lines.size() : static_cast<std::size_t>(table->line.front()) - 1;
+  const std::size_t first_row =
+      table->line.empty() ? lines.size() : static_cast<std::size_t>(table->line.front()) - 1;
   for (std::size_t i = 0; i < std::min(first_row, lines.size()); ++i) part += std::string(lines[i]) + "\n";
   for (std::size_t row = 0; row < table->rows.size(); ++row) {
     const double since = table->rows[row][*time] - table->rows.front()[*time];
@@ -93,7 +101,8 @@ Expected<std::string> part_of_table(const std::string& text, const std::string& 
 
 std::string table_attachment(const std::string& name) { return "tables/" + name + ".csv"; }
 
-Expected<std::string> table_of(const std::filesystem::path& recording, const std::string& name, const TimeSpan& span) {
+Expected<std::string> table_of(const std::filesystem::path& recording, const std::string& name,
+                               const TimeSpan& span) {
   const std::string file = one_line(recording.string());
   auto source = open_source(recording);
   if (!source) return tl::unexpected(source.error());
@@ -111,7 +120,8 @@ Expected<void> write_tables(const std::filesystem::path& recording,
   auto writer = McapWriter::begin(std::move(*file));
   if (!writer) return tl::unexpected(writer.error());
   for (const auto& [name, text] : tables)
-    if (auto done = writer->attach(Attachment{0, 0, table_attachment(name), "text/csv", text}); !done) return done;
+    if (auto done = writer->attach(Attachment{0, 0, table_attachment(name), "text/csv", text}); !done)
+      return done;
   const auto closed = writer->close();
   if (!closed) return tl::unexpected(closed.error());
   return {};

@@ -23,7 +23,8 @@ struct TimeSpan {
 
 // `name`: arm, pivot, pointer_pivot, hand, eye ...; pivot, pointer_pivot and hand are also made of the poses of tip marker, pointer
 // and camera marker.
-Expected<std::string> table_of(const std::filesystem::path& recording, const std::string& name, const TimeSpan& span = {});
+Expected<std::string> table_of(const std::filesystem::path& recording, const std::string& name,
+                               const TimeSpan& span = {});
 
 // A new recording of tables alone: name and text each. There whole or not at all.
 Expected<void> write_tables(const std::filesystem::path& recording,
