@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "palpate/core/child_report.h"
+#include "palpate/core/file.h"
 #include "palpate/core/json.h"
 #include "palpate/core/text.h"
 #include "palpate/server/graphics/real_objects.h"
@@ -259,6 +260,7 @@ Expected<void> run_graphics(GraphicsOptions& options) {
   if (!rig) return tl::unexpected(rig.error());
   if (auto fine = check_rig(options, *rig); !fine) return fine;
   if (auto chosen = choose_eyes(options, *rig); !chosen) return chosen;
+  options.process.rig_text = read_file(options.rig).value_or("");
   options.process.rig = *rig;
   options.process.applications = known_applications();
   options.process.drivers = drivers();

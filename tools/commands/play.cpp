@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "palpate/core/file.h"
 #include "palpate/core/json.h"
 #include "palpate/core/text.h"
 #include "palpate/desktop/window.h"
@@ -55,6 +56,7 @@ Expected<void> play(PlayArguments& options) {
   options.play.rig_file = options.rig;
   auto& graphics = options.play.graphics;
   graphics.rig = *rig;
+  graphics.rig_text = read_file(options.rig).value_or("");
   graphics.drivers = drivers();
   graphics.camera = *request;
   graphics.quality = *quality;

@@ -7,6 +7,7 @@
 #include "palpate/core/units.h"
 #include "palpate/vision/camera.h"
 #include "palpate/vision/landmark_detector.h"
+#include "palpate/vision/pose_refinement.h"
 
 namespace palpate::calibration::session {
 namespace {
@@ -125,6 +126,18 @@ struct Look {
     return {};
   }
 
+  // Those of a picture that one pose of the camera explains, wherever it is: a dot taken for its neighbour is many pixels off.
+  // What a refocused lens leaves, and everything that moved as a whole, is not.
+  std::vector<vision::Sighting> that_agree(const vision::LandmarkFrame& frame) const {
+    constexpr double kTurn = 0.1, kShift = 0.05, kAgree_px = 1.0;  // rad, m, px per axis
+    vision::CameraPosePrior anywhere{frame.X_world_marker * rig.hand_eye->X_marker_camera, Matrix6::Zero()};
+    anywhere.covariance.diagonal() << Vector3::Constant(kTurn * kTurn), Vector3::Constant(kShift * kShift);
+    vision::RefinementOptions options;
+    options.pixel_sd = kAgree_px;
+    return vision::refine_camera_pose(rig.camera->model, anywhere, rig.landmarks, frame.sightings, options)
+        .used;
+  }
+
   Expected<void> pictures() {
     LandmarkFrameOptions options;
     options.seconds = plan.look_s;
@@ -138,10 +151,10 @@ struct Look {
         });
     if (!frames) return tl::unexpected(frames.error());
     for (const auto& one : *frames) {
-      if (one.frame.sightings.size() < kFewestDots) continue;
+      const auto agreeing = that_agree(one.frame);
+      if (agreeing.size() < kFewestDots) continue;
       HeadFrame frame{one.frame.X_world_marker, one.frame.covariance, one.rate, {}};
-      for (const auto& dot : one.frame.sightings)
-        frame.dots.push_back({dot.landmark, dot.centre, dot.covariance});
+      for (const auto& dot : agreeing) frame.dots.push_back({dot.landmark, dot.centre, dot.covariance});
       frame.time_s = one.time_s;
       out.observed.frames.push_back(std::move(frame));
     }

@@ -35,7 +35,7 @@ record::session::RecordedFrame recorded(const graphics::FrameRecord& frame) {
 }  // namespace
 
 FrameRecorder::FrameRecorder(record::session::SessionRecording& recording, const rig::Rig& rig,
-                             const MonotonicClock<GraphicsClock>& clock)
+                             const std::string& rig_text, const MonotonicClock<GraphicsClock>& clock)
     : recording_(recording),
       clock_(clock),
       frame_(recording.stream("/frame", "palpate.recording.Frame")),
@@ -44,7 +44,9 @@ FrameRecorder::FrameRecorder(record::session::SessionRecording& recording, const
       tf_(recording.stream("/tf", "foxglove.FrameTransforms")),
       calibration_(recording.stream("/camera/left/calibration", "foxglove.CameraCalibration")) {
   if (rig.camera) camera_ = rig.camera->model;
-  if (auto done = recording.attach("rig.toml", "application/toml", rig::rig_text(rig)); !done)
+  if (auto done =
+          recording.attach("rig.toml", "application/toml", rig_text.empty() ? rig::rig_text(rig) : rig_text);
+      !done)
     kRecordingLog.warning("warning: {}", done.error().message);
 }
 

@@ -14,9 +14,9 @@ namespace palpate::server::session {
 
 class FrameRecorder {
  public:
-  // The rig becomes an attachment.
+  // The rig becomes an attachment: `rig_text`, or where that is empty a text made of it.
   FrameRecorder(record::session::SessionRecording& recording, const rig::Rig& rig,
-                const MonotonicClock<GraphicsClock>& clock);
+                const std::string& rig_text, const MonotonicClock<GraphicsClock>& clock);
 
   void write(const graphics::FrameRecord& frame, const graphics::GraphicsServer& server);
   // Conditions that have begun or ended since the last call.

@@ -149,7 +149,7 @@ Expected<GraphicsDevices> GraphicsProcess::open_devices() {
   if (!begun) return tl::unexpected(begun.error());
   recording_ = std::move(*begun);
   recording_->record_log();
-  recorder_.emplace(*recording_, options_.rig, clock_);
+  recorder_.emplace(*recording_, options_.rig, options_.rig_text, clock_);
   GraphicsSetup setup = options_;
   setup.drivers = record::session::recorded_drivers(options_.drivers, *recording_, options_.record_pictures);
   return GraphicsDevices::open(setup);
