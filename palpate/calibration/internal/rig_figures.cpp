@@ -73,7 +73,7 @@ class Figures {
         sums[dot.landmark] += d;  // what a sighting does not state is the same in all pictures of a dot
       }
     for (const auto& sum : sums) variance += 4.0 * own * sum.squaredNorm();
-    const double items = static_cast<double>(rows.count / 2), square = r.squaredNorm() - detection,
+    const double items = 0.5 * static_cast<double>(rows.count), square = r.squaredNorm() - detection,
                  spread = kDeviations * std::sqrt(variance);
     const auto rms = [items](double sum) { return std::sqrt(std::max(0.0, sum) / items); };
     figure.error = rms(square);
