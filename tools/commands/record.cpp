@@ -16,7 +16,7 @@
 namespace palpate::tools::commands {
 namespace {
 
-struct RecordArguments {
+struct SideRecordArguments {
   server::session::SideRecordingOptions side;
   std::string tracker, camera, json;
   std::vector<std::string> tools;
@@ -24,7 +24,7 @@ struct RecordArguments {
   RecordOptions record;
 };
 
-Expected<void> record_session(RecordArguments& options) {
+Expected<void> record_session(SideRecordArguments& options) {
   auto& side = options.side;
   side.drivers = drivers();
   side.out = options.record.file;
@@ -60,7 +60,7 @@ Expected<void> record_session(RecordArguments& options) {
 }  // namespace
 
 void add_record(CLI::App& program) {
-  auto options = std::make_shared<RecordArguments>();
+  auto options = std::make_shared<SideRecordArguments>();
   auto* command = program.add_subcommand("record",
                                          "Record beside a running session: its world's states, and a tracker "
                                          "and a camera that others may read, too");
