@@ -33,9 +33,9 @@ struct GraphicsProcessOptions : GraphicsSetup {
   double seconds = 0.0;
   // Shows this machine's clock with an offset and a drift, so that the synchronisation has something to find.
   double disguise_offset_s = 0.0, disguise_drift_ppm = 0.0;
-  std::filesystem::path out;     // realtime_frames.csv, realtime_sync.csv, realtime_poses.csv; empty = none
-  std::string rig_text;          // the rig's file as it was read, for the recording; empty: a text is made of the rig
-  std::filesystem::path record;  // a new file for a recording; empty: none
+  std::filesystem::path out;  // realtime_frames.csv, realtime_sync.csv, realtime_poses.csv; empty = none
+  std::string rig_text;  // the rig's file as it was read, for the recording; empty: a text is made of the rig
+  std::filesystem::path record;                       // a new file for a recording; empty: none
   record::session::PictureRecording record_pictures;  // of its cameras, in there
   std::function<void()> ready;                        // called once, when its pictures begin
 };
