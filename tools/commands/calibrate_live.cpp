@@ -80,9 +80,7 @@ Expected<void> calibrate_live(const LiveDevices& devices, const std::string& rig
   if (recording->recording) {
     if (auto kept = recording->recording->attach("rig.toml", "application/toml", rig::rig_text(rig)); !kept)
       notice(kept.error().message);
-    if (const Json figures = recording->recording->close(); figures.contains("error"))
-      return refused("{}: the recording is not whole: {}", devices.record.file,
-                     figures["error"].get<std::string>());
+    if (auto whole = recording->recording->finish(); !whole) return tl::unexpected(whole.error());
   }
   if (!done) return tl::unexpected(done.error());
   fmt::print("{}: complete; held-out error of the arm {:.3f} mm\n", one_line(rig_file),

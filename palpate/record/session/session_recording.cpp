@@ -117,4 +117,14 @@ Json SessionRecording::close() {
   return json;
 }
 
+Expected<Json> SessionRecording::finish() {
+  const std::string name = one_line(file_.string());
+  Json figures = close();
+  if (figures.contains("error"))
+    return refused("{}: the recording is not whole: {}", name, figures["error"].get<std::string>());
+  kRecordingLog.info("{}: {:.1f} s recorded, {:.1f} MB", name, figures["seconds"].get<double>(),
+                     figures["bytes"].get<double>() * 1e-6);
+  return figures;
+}
+
 }  // namespace palpate::record::session

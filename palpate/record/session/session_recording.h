@@ -56,6 +56,8 @@ class SessionRecording {
   bool ended() const { return writer_->ended(); }  // an error has ended it
   // Once: everything is in the file when it returns. What it holds, and what was dropped, as JSON for figures and a person.
   Json close();
+  // The same for who ends a session: the log is told what the file holds; refused where the disk has refused.
+  Expected<Json> finish();
 
  private:
   SessionRecording(std::filesystem::path file, std::int64_t to_utc_ns)

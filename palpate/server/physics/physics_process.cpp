@@ -203,13 +203,8 @@ Expected<void> PhysicsProcess::begin_recording() {
 // The loops have ended. Figures of what the file holds; refused where the disk has refused.
 Expected<Json> PhysicsProcess::end_recording() {
   recorder_->stop();
-  Json figures = recording_->close();
-  figures["missed"] = recorder_->missed();
-  if (figures.contains("error"))
-    return refused("{}: the recording is not whole: {}", options_.record.string(),
-                   figures["error"].get<std::string>());
-  kLog.info("{}: {:.1f} s recorded, {:.1f} MB", options_.record.string(), figures["seconds"].get<double>(),
-            figures["bytes"].get<double>() * 1e-6);
+  auto figures = recording_->finish();
+  if (figures) (*figures)["missed"] = recorder_->missed();
   return figures;
 }
 

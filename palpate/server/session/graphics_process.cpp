@@ -45,7 +45,6 @@ class GraphicsProcess {
  private:
   Expected<void> open();
   Expected<GraphicsDevices> open_devices();
-  Expected<Json> end_recording();
   Expected<void> meet_physics_server();
   Expected<scene::SceneDescription> await_scene(transport::StateLink& link) const;
   Expected<void> open_windows();
@@ -110,7 +109,7 @@ Expected<Json> GraphicsProcess::run() {
   if (probe_)
     if (auto done = probe_->finish(); !done) return tl::unexpected(done.error());
   if (recording_) {
-    auto recorded = end_recording();
+    auto recorded = recording_->finish();
     if (!recorded) return recorded;
     result["recording"] = std::move(*recorded);
   }
@@ -153,17 +152,6 @@ Expected<GraphicsDevices> GraphicsProcess::open_devices() {
   GraphicsSetup setup = options_;
   setup.drivers = record::session::recorded_drivers(options_.drivers, *recording_, options_.record_pictures);
   return GraphicsDevices::open(setup);
-}
-
-// Figures of what the file holds; refused where the disk has refused.
-Expected<Json> GraphicsProcess::end_recording() {
-  Json figures = recording_->close();
-  if (figures.contains("error"))
-    return refused("{}: the recording is not whole: {}", options_.record.string(),
-                   figures["error"].get<std::string>());
-  kLog.info("{}: {:.1f} s recorded, {:.1f} MB", options_.record.string(), figures["seconds"].get<double>(),
-            figures["bytes"].get<double>() * 1e-6);
-  return figures;
 }
 
 // Who is there, and what is played?
