@@ -254,6 +254,10 @@ TEST(RecordedSetup, ComesBackFromItsWords) {
   const auto back = setup_of(words);
   ASSERT_TRUE(back) << back.error().message;
   EXPECT_EQ(words_of(*back), words);
+  EXPECT_EQ(back->run.seed, setup.run.seed);
+  EXPECT_EQ(back->run.pause_s, setup.run.pause_s);
+  EXPECT_EQ(back->haptic_hz, setup.haptic_hz);
+  EXPECT_EQ(back->armed, setup.armed);
   EXPECT_EQ(back->arm.peak_n, setup.arm.peak_n);
   EXPECT_EQ((*back->torque_limits)[1], 1.0 / 3.0);
   for (const auto& [name, value] : words) {
