@@ -1,5 +1,5 @@
 // What a recording holds of the physics server's loops, in memory: message by message, as bytes that are read when their turn
-// comes. About 400 bytes a tick: 0.25 GB for 10 minutes. Private to the module.
+// comes: a few hundred bytes a tick. Private to the module.
 #pragma once
 
 #include <cstdint>
