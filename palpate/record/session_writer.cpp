@@ -16,11 +16,14 @@
 #include "palpate/core/json.h"
 #include "palpate/record/recorder_queue.h"
 #include "palpate/record/recording_info.h"
+#include "palpate/time/standstill.h"
 
 namespace palpate::record {
 namespace {
 
 constexpr std::chrono::milliseconds kLookEvery{5};
+constexpr std::chrono::milliseconds kWatchEvery{100};
+constexpr Duration kDiskPatience = std::chrono::seconds(1);
 constexpr std::size_t kMostStreams = 65'000;
 constexpr std::uint64_t kMostWaiting = 256ull * 1024 * 1024;  // of attachments and metadata, bytes
 constexpr int kMessagesBetweenLooks = 256;                    // at the clock
@@ -65,6 +68,10 @@ struct SessionWriter::State {
   Expected<void> finish();
   void fail(Error error);
 
+  // Of the watching thread.
+  void watch();
+  std::uint64_t all_dropped();
+
   // Under the mutex.
   std::map<std::string, std::uint64_t> drops();
 
@@ -73,8 +80,9 @@ struct SessionWriter::State {
   std::atomic<bool> ended{false};  // by an error or by close(): nothing is taken any more
   std::atomic<bool> failed{false};
   std::mutex mutex;
-  std::condition_variable wake;
-  bool stop = false;             // under the mutex, as the next three
+  std::condition_variable wake, wake_watch;
+  bool stop = false;             // under the mutex, as the next four
+  bool done = false;             // the writing thread has ended
   std::deque<Declared> streams;  // grows, and never moves what it holds
   std::deque<std::variant<Attachment, Metadata>> aside;
   std::uint64_t aside_bytes = 0;
@@ -88,7 +96,9 @@ struct SessionWriter::State {
   std::uint64_t newest_ns = 0;
   bool any_message = false;
   SessionReport report;  // read after the thread has ended
-  std::thread thread;
+
+  std::atomic<std::uint64_t> turns{0};  // of the writing thread: stand still while the disk has it
+  std::thread thread, watching;
 };
 
 std::map<std::string, std::uint64_t> SessionWriter::State::drops() {
@@ -161,6 +171,7 @@ Expected<void> SessionWriter::State::tell_drops() {
 }
 
 Expected<void> SessionWriter::State::keep_time(SteadyTime& flushed, SteadyTime& synced) {
+  turns.fetch_add(1, std::memory_order_relaxed);
   const auto now = std::chrono::steady_clock::now();
   if (now - flushed >= options.flush_every) {
     flushed = now;
@@ -228,8 +239,46 @@ void SessionWriter::State::run() {
   }
 }
 
+std::uint64_t SessionWriter::State::all_dropped() {
+  std::uint64_t sum = 0;
+  for (const auto& [topic, count] : drops()) sum += count;
+  return sum;
+}
+
+// Its own looks are the time it counts by: a process that was stopped as a whole calls no disk slow.
+void SessionWriter::State::watch() {
+  ::pthread_setname_np(::pthread_self(), "palpate-disk");
+  Standstill<PhysicsClock> stands(kDiskPatience);
+  Instant<PhysicsClock> looked, in_trouble;
+  DiskState told = DiskState::keeps_up;
+  std::uint64_t dropped_before = 0;
+  std::unique_lock lock(mutex);
+  while (!wake_watch.wait_for(lock, kWatchEvery, [this] { return done; })) {
+    looked += kWatchEvery;
+    const std::uint64_t dropped = all_dropped();
+    const bool waits = stands.look(turns.load(std::memory_order_relaxed), looked),
+               drops = dropped > dropped_before;
+    dropped_before = dropped;
+    if (waits || drops) in_trouble = looked;
+    DiskState now = told;
+    if (drops)
+      now = DiskState::drops;
+    else if (waits && told == DiskState::keeps_up)
+      now = DiskState::waits;
+    else if (looked - in_trouble >= kDiskPatience)
+      now = DiskState::keeps_up;
+    // After an error there is no disk to wait for, and everything is dropped.
+    if (now == told || failed) continue;
+    told = now;
+    lock.unlock();
+    if (options.on_disk) options.on_disk(now, dropped);
+    lock.lock();
+  }
+}
+
 SessionWriter::SessionWriter(std::unique_ptr<State> state) : state_(std::move(state)) {
   state_->thread = std::thread([this] { state_->run(); });
+  state_->watching = std::thread([this] { state_->watch(); });
 }
 
 Expected<std::unique_ptr<SessionWriter>> SessionWriter::begin(RecordFile file, SessionOptions options) {
@@ -287,6 +336,12 @@ SessionReport SessionWriter::close() {
     }
     state.wake.notify_one();
     state.thread.join();
+    {
+      const std::lock_guard lock(state.mutex);
+      state.done = true;
+    }
+    state.wake_watch.notify_one();
+    state.watching.join();
     // What came while it ended, and what an error left.
     while (state.queue.pop([&](const Message& message) {
       state.streams[message.channel].stream->dropped_.fetch_add(1, std::memory_order_relaxed);

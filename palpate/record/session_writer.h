@@ -7,6 +7,8 @@
 //                           the file: on the topic /recording/drops when they change, and in the metadata palpate.drops.
 //   all else                ordinary threads; locks for moments
 //
+//   a thread that watches     tells of a disk that does not come back, and of the first drop, while the writing thread waits
+//
 // An error of the disk is told once and ends the recording; whoever feeds it goes on undisturbed, and what it feeds counts as
 // dropped. Times are those of the caller: log times of all streams are on one timeline, nanoseconds. When a chunk is closed
 // depends on the machine's clock: who needs the same bytes each time writes them with McapWriter, in the thread that ticks.
@@ -31,6 +33,13 @@
 
 namespace palpate::record {
 
+// How the disk keeps up. Told when it changes.
+enum class DiskState : std::uint8_t {
+  waits,  // it has not come back for a second; what comes is kept in the queue
+  drops,  // the queue is full: messages are being lost
+  keeps_up,
+};
+
 struct SessionOptions {
   std::size_t queue_bytes = 64 * 1024 * 1024, queue_messages = 262'144;
   Duration flush_every = std::chrono::milliseconds(500);  // at the latest
@@ -38,6 +47,8 @@ struct SessionOptions {
   WriterOptions writer;
   // Of the writing thread, at most once; may not call back into the writer.
   std::function<void(const Error&)> on_error;
+  // Of the watching thread, with what has been dropped so far; may not call back into the writer.
+  std::function<void(DiskState, std::uint64_t dropped)> on_disk;
 };
 
 struct SessionReport {

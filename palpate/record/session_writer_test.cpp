@@ -135,25 +135,29 @@ TEST(SessionWriter, CountsWhatItDropsInTheFile) {
   SessionOptions options;
   options.queue_messages = 10;
   options.flush_every = std::chrono::milliseconds(20);
+  std::vector<std::pair<DiskState, std::uint64_t>> told;  // of the watching thread, read after close()
+  options.on_disk = [&told](DiskState state, std::uint64_t lost) { told.emplace_back(state, lost); };
   auto session = *SessionWriter::begin(*RecordFile::growing(folder / "s.mcap"), options);
   auto& arm = session->add(kSchema, {"/arm", "json", 0, {}});
   auto& rare = session->add(kSchema, {"/rare", "json", 0, {}});
   std::uint64_t dropped = 0, written = 0;
   // A burst faster than any disk, until some were dropped; then time for the file to tell of it.
   for (std::uint64_t i = 0; dropped < 100; ++i) (arm.write(kStartNs + i, 0, "x") ? written : dropped)++;
-  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
   EXPECT_TRUE(rare.write(kStartNs + 1'000'000'000, 0, "r"));
   const auto report = session->close();
   EXPECT_EQ(report.dropped, (std::map<std::string, std::uint64_t>{{"/arm", dropped}}));
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0], std::pair(DiskState::drops, dropped));
   EXPECT_EQ(arm.dropped(), dropped);
   const auto bytes = *read_file(folder / "s.mcap");
   Listener listener;
   EXPECT_TRUE(scanned(bytes, listener).complete);
   EXPECT_EQ(listener.metadata_of[kDropsMetadata]["/arm"], std::to_string(dropped));
-  std::string told;
+  std::string in_file;
   for (const auto& line : listener.lines)
-    if (line.topic == kDropsTopic) told = line.data;
-  EXPECT_EQ(told, R"({"dropped":{"/arm":)" + std::to_string(dropped) + "}}");
+    if (line.topic == kDropsTopic) in_file = line.data;
+  EXPECT_EQ(in_file, R"({"dropped":{"/arm":)" + std::to_string(dropped) + "}}");
   MemorySource source(bytes);
   const auto streams = info(source)->streams;
   ASSERT_EQ(streams.size(), 3u);

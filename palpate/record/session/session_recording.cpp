@@ -24,6 +24,25 @@ std::int64_t utc_ns() {
       .count();
 }
 
+void tell_disk(const std::string& name, DiskState state, std::uint64_t dropped) {
+  switch (state) {
+    case DiskState::waits:
+      kRecordingLog.warning(
+          "warning: {}: the disk has not come back for a second; what is recorded waits in memory, and what "
+          "runs goes on",
+          name);
+      break;
+    case DiskState::drops:
+      kRecordingLog.warning(
+          "warning: {}: the disk is too slow: messages are lost ({} so far); what runs goes on", name,
+          dropped);
+      break;
+    case DiskState::keeps_up:
+      kRecordingLog.info("{}: the disk keeps up again; {} messages were lost so far", name, dropped);
+      break;
+  }
+}
+
 Words machine() {
   utsname names{};
   Words words{{"cores", fmt::format("{}", std::thread::hardware_concurrency())}};
@@ -50,6 +69,9 @@ Expected<std::unique_ptr<SessionRecording>> SessionRecording::begin(const std::f
         kRecordingLog.warning("warning: {}: recording has ended: {}; what runs goes on without it", name,
                               error.message);
       };
+  how.on_disk = [name = one_line(file.string())](DiskState state, std::uint64_t dropped) {
+    tell_disk(name, state, dropped);
+  };
   auto writer = SessionWriter::begin(std::move(*opened), std::move(how));
   if (!writer) return tl::unexpected(writer.error());
   recording->writer_ = std::move(*writer);
