@@ -69,7 +69,6 @@ class Running:
     def send(self, number):
         self.process.send_signal(number)
 
-
     def ends(self, patience_s=PATIENCE_S):
         wait_until(self.ended, f"{self.arguments} ends; so far {self.lines()}", patience_s)
         return Done(self.process.returncode, self._text(self.files[0]), self._text(self.files[1]))
