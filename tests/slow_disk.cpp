@@ -1,9 +1,10 @@
 // Loaded in front of a program (LD_PRELOAD): a disk that takes its time. Each write to a recording (*.mcap), and each wait until it is
-// on the disk, takes SLOW_DISK_MS, once the file has SLOW_DISK_AFTER bytes.
+// on the disk, takes SLOW_DISK_MS, once the file has SLOW_DISK_AFTER bytes; the first SLOW_DISK_CALLS of them.
 #include <dlfcn.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <climits>
 #include <cstdlib>
@@ -28,7 +29,9 @@ bool is_slow(int fd) {
 }
 
 void take_time(int fd) {
-  if (is_slow(fd)) std::this_thread::sleep_for(std::chrono::milliseconds(number_of("SLOW_DISK_MS")));
+  static std::atomic<long> calls{0};
+  if (is_slow(fd) && calls.fetch_add(1) < number_of("SLOW_DISK_CALLS"))
+    std::this_thread::sleep_for(std::chrono::milliseconds(number_of("SLOW_DISK_MS")));
 }
 
 template <typename Function>

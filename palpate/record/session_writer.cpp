@@ -82,7 +82,7 @@ struct SessionWriter::State {
   std::mutex mutex;
   std::condition_variable wake, wake_watch;
   bool stop = false;             // under the mutex, as the next four
-  bool done = false;             // the writing thread has ended
+  bool has_ended = false;        // the writing thread has ended
   std::deque<Declared> streams;  // grows, and never moves what it holds
   std::deque<std::variant<Attachment, Metadata>> aside;
   std::uint64_t aside_bytes = 0;
@@ -253,7 +253,7 @@ void SessionWriter::State::watch() {
   DiskState told = DiskState::keeps_up;
   std::uint64_t dropped_before = 0;
   std::unique_lock lock(mutex);
-  while (!wake_watch.wait_for(lock, kWatchEvery, [this] { return done; })) {
+  while (!wake_watch.wait_for(lock, kWatchEvery, [this] { return has_ended; })) {
     looked += kWatchEvery;
     const std::uint64_t dropped = all_dropped();
     const bool waits = stands.look(turns.load(std::memory_order_relaxed), looked),
@@ -338,7 +338,7 @@ SessionReport SessionWriter::close() {
     state.thread.join();
     {
       const std::lock_guard lock(state.mutex);
-      state.done = true;
+      state.has_ended = true;
     }
     state.wake_watch.notify_one();
     state.watching.join();

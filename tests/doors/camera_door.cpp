@@ -1,6 +1,11 @@
 #include "tests/doors/camera_door.h"
 
 #include <cmath>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
 
 #include "palpate/time/clock.h"
 #include "tests/fake_network_camera.h"
@@ -9,28 +14,27 @@ namespace palpate::doors {
 namespace {
 
 constexpr Duration kPictureLook = std::chrono::milliseconds(1), kLongest = std::chrono::milliseconds(500);
-// Of a picture's time: what drawing may be late by before it shows; less than two, so that none is overtaken.
-constexpr double kHeld = 0.75;
 
 // The pretended camera asks for a picture a little more often than there is one, and so waits for each.
 constexpr double kFaster = 1.05;
 
+// Takes the laboratory's pictures as they are drawn, and gives each a fixed time after its exposure: one that took long to draw is as
+// late as the others, for the time that a camera takes does not depend on what else the machine does.
 class Pictures {
  public:
   Pictures(drivers::laboratory::LabCamera& camera, const CameraDoorSettings& settings)
-      : camera_(camera),
-        to_start_(seconds(-0.5 * settings.exposure_s)),
-        held_(seconds(kHeld / settings.rate_hz)) {}
+      : to_start_(seconds(-0.5 * settings.exposure_s)), taking_([this, &camera] { take(camera); }) {}
+  ~Pictures() {
+    stop_ = true;
+    taking_.join();
+  }
 
-  // The next picture, a little after a camera would have brought it: one that took long to draw is as late as the others,
-  // for the time that a camera takes does not depend on what else the machine does. The one before again where none has
-  // come for long. Of the pretended camera's thread.
+  // The next picture; the one before again where none has come for long. Of the pretended camera's thread.
   FakeNetworkCamera::Shown next() {
     const auto until = clock_.now() + kLongest;
     while (clock_.now() < until) {
-      if (auto image = camera_.poll()) {
+      if (auto image = due()) {
         image_ = std::move(*image);
-        clock_.sleep_until(clock_.now() - image_.waited + held_);
         break;
       }
       clock_.sleep_until(clock_.now() + kPictureLook);
@@ -39,10 +43,32 @@ class Pictures {
   }
 
  private:
-  drivers::laboratory::LabCamera& camera_;
-  Duration to_start_, held_;
-  device::CameraImage image_;
+  void take(drivers::laboratory::LabCamera& camera) {
+    while (!stop_) {
+      if (auto image = camera.poll()) {
+        const auto release = clock_.now() - image->waited + kCameraTakes;
+        const std::lock_guard lock(mutex_);
+        waiting_.emplace_back(release, std::move(*image));
+      }
+      clock_.sleep_until(clock_.now() + kPictureLook);
+    }
+  }
+
+  std::optional<device::CameraImage> due() {
+    const std::lock_guard lock(mutex_);
+    if (waiting_.empty() || clock_.now() < waiting_.front().first) return std::nullopt;
+    auto image = std::move(waiting_.front().second);
+    waiting_.pop_front();
+    return image;
+  }
+
+  Duration to_start_;
   MonotonicClock<TrueTime> clock_;
+  std::mutex mutex_;
+  std::deque<std::pair<Instant<TrueTime>, device::CameraImage>> waiting_;  // with the time of its release
+  device::CameraImage image_;
+  std::atomic<bool> stop_{false};
+  std::thread taking_;
 };
 
 }  // namespace
