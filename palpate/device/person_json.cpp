@@ -8,7 +8,7 @@
 namespace palpate::device {
 namespace {
 
-constexpr std::array<std::pair<Gesture, std::string_view>, 8> kNames{
+constexpr std::array<std::pair<Gesture, std::string_view>, 9> kNames{
     {{Gesture::rest, "rest"},
      {Gesture::next_pose, "next_pose"},
      {Gesture::swing_stylus, "swing_stylus"},
@@ -16,7 +16,8 @@ constexpr std::array<std::pair<Gesture, std::string_view>, 8> kNames{
      {Gesture::swing_pointer, "swing_pointer"},
      {Gesture::touch, "touch"},
      {Gesture::look_around_board, "look_around_board"},
-     {Gesture::look, "look"}}};
+     {Gesture::look, "look"},
+     {Gesture::hold, "hold"}}};
 constexpr int kMostPlaces = 1000;  // landmarks of a rig
 
 template <std::size_t N>

@@ -8,7 +8,7 @@ namespace {
 TEST(PersonJson, EveryRequestComesBack) {
   for (const auto gesture :
        {Gesture::rest, Gesture::next_pose, Gesture::swing_stylus, Gesture::wander, Gesture::swing_pointer,
-        Gesture::touch, Gesture::look_around_board, Gesture::look}) {
+        Gesture::touch, Gesture::look_around_board, Gesture::look, Gesture::hold}) {
     Request request{gesture, "", 0};
     if (gesture == Gesture::touch) request = {gesture, "wall", 3};
     if (gesture == Gesture::next_pose)

@@ -75,6 +75,12 @@ std::string instruction(const device::Request& request) {
              kBegin;
     case Gesture::look:
       return std::string("Look at the scene as in use, and move the head slowly.") + kBegin;
+    case Gesture::hold:
+      return "Now the arm's forces: in five poses, a hand's breadth apart, it pushes the tip by at most 0.5 "
+             "N while you hold "
+             "the key that is told. Hold the stylus lightly, as a pen, about the middle of its reach. Enter "
+             "when you do; n: "
+             "not today, forces stay off.";
   }
   return "";
 }
@@ -116,6 +122,7 @@ Expected<bool> GuidedPerson::answer(PanelKey key) {
     case PanelKey::no_more:
       if (request_.gesture == Gesture::touch && request_.what == "landmark")
         return refused(ErrorCode::no_more, "landmark {}: there are no more", request_.index + 1);
+      if (request_.gesture == Gesture::hold) return refused(ErrorCode::no_more, "forces: not today");
       break;
     case PanelKey::skip:
       if (request_.gesture == Gesture::next_pose)

@@ -169,7 +169,8 @@ Expected<void> SimPerson::ask(const device::Request& request) {
   const double t = now_;
   const bool needs_stylus =
       request.gesture == device::Gesture::next_pose || request.gesture == device::Gesture::swing_stylus ||
-      request.gesture == device::Gesture::wander || request.gesture == device::Gesture::rest;
+      request.gesture == device::Gesture::wander || request.gesture == device::Gesture::rest ||
+      request.gesture == device::Gesture::hold;
   if (needs_stylus && !(request.gesture == device::Gesture::rest && hand_.grip() == Grip::none))
     hand_.take(Grip::follow, arm_.state().tip, arm_.state().velocity);
   if (!needs_stylus && hand_.grip() == Grip::swing)
@@ -196,6 +197,10 @@ Expected<void> SimPerson::ask(const device::Request& request) {
       held_orientation_ = truth_.X_world_base.rotation;
       pointer_from_.reset();
       pointer_to_.reset();
+      break;
+    case device::Gesture::hold:
+      path_ = {hand_joints(), middle_joints(world_), t, kReachTime};
+      held_orientation_ = arm_.state().orientation;
       break;
     case device::Gesture::swing_pointer: {
       const Vector3 across = truth_.table[1] - truth_.table[0], along = truth_.table[3] - truth_.table[0];
@@ -225,6 +230,7 @@ bool SimPerson::there() const {
   switch (gesture_) {
     case device::Gesture::next_pose:
     case device::Gesture::rest:
+    case device::Gesture::hold:
       return t > kReachTime + kSettleTime && arm_.state().velocity.norm() < 1e-3;
     case device::Gesture::swing_stylus:
       return t > kBringTime + 0.1;
@@ -288,6 +294,7 @@ void SimPerson::update(double t) {
   const double since = t - began_;
   switch (gesture_) {
     case device::Gesture::next_pose:
+    case device::Gesture::hold:
       follow_path(path_, t, held_orientation_);
       break;
     case device::Gesture::rest:
