@@ -10,6 +10,10 @@ void Canvas::lay(int x, int y, const Colour& colour, int share) {
   std::uint8_t* p = &rgba[4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
                                static_cast<std::size_t>(x))];
   const int cover = (colour.cover * share + 127) / 255;
+  if (cover == 255) {
+    p[0] = colour.red, p[1] = colour.green, p[2] = colour.blue, p[3] = 255;
+    return;
+  }
   const std::array<int, 4> over{colour.red * cover / 255, colour.green * cover / 255,
                                 colour.blue * cover / 255, cover};
   for (std::size_t i = 0; i < 4; ++i)
@@ -22,17 +26,19 @@ void Canvas::rectangle(int x, int y, int wide, int high, const Colour& colour) {
 }
 
 void Canvas::rounded(int x, int y, int wide, int high, int radius, const Colour& colour) {
-  radius = std::min({radius, wide / 2, high / 2});
-  for (int row = 0; row < high; ++row) {
-    for (int column = 0; column < wide; ++column) {
-      // How far this pixel's centre lies into a corner's square, beyond the centre of its circle.
-      const double in_x = std::max({radius - (column + 0.5), column + 0.5 - (wide - radius), 0.0});
-      const double in_y = std::max({radius - (row + 0.5), row + 0.5 - (high - radius), 0.0});
-      const double inside = radius + 0.5 - std::hypot(in_x, in_y);
+  radius = std::max(0, std::min({radius, wide / 2, high / 2}));
+  rectangle(x, y + radius, wide, high - 2 * radius, colour);
+  const int right = x + wide - 1, bottom = y + high - 1;
+  for (const int row : {y, y + high - radius}) rectangle(x + radius, row, wide - 2 * radius, radius, colour);
+  for (int row = 0; row < radius; ++row)
+    for (int column = 0; column < radius; ++column) {
+      // How far this pixel's centre lies within the corner's circle.
+      const double inside = radius + 0.5 - std::hypot(radius - (column + 0.5), radius - (row + 0.5));
       if (inside <= 0.0) continue;
-      lay(x + column, y + row, colour, static_cast<int>(255.0 * std::min(1.0, inside)));
+      const int share = static_cast<int>(255.0 * std::min(1.0, inside));
+      for (const int across : {x + column, right - column})
+        for (const int down : {y + row, bottom - row}) lay(across, down, colour, share);
     }
-  }
 }
 
 std::array<std::uint8_t, 4> Canvas::at(int x, int y) const {

@@ -45,19 +45,7 @@ std::vector<KeyHelp> key_help(const KeysInUse& uses) {
 }
 
 std::vector<std::string> Hud::wrapped(const std::string& words, int size, int width) {
-  std::vector<std::string> lines(1);
-  std::size_t at = 0;
-  while (at < words.size()) {
-    const std::size_t end = std::min(words.find(' ', at), words.size());
-    const std::string word = words.substr(at, end - at);
-    const std::string longer = lines.back().empty() ? word : lines.back() + ' ' + word;
-    if (!lines.back().empty() && lettering_->width(longer, size) > width)
-      lines.push_back(word);
-    else
-      lines.back() = longer;
-    at = end + 1;
-  }
-  return lines;
+  return wrapped_lines(*lettering_, words, size, width);
 }
 
 Canvas Hud::box_of(const std::vector<Text>& lines, const Colour& ground, int padding) {

@@ -105,4 +105,20 @@ int Lettering::write(Canvas& canvas, int x, int top, std::string_view words, int
   return x;
 }
 
+std::vector<std::string> wrapped_lines(Lettering& lettering, const std::string& words, int size, int width) {
+  std::vector<std::string> lines(1);
+  std::size_t at = 0;
+  while (at < words.size()) {
+    const std::size_t end = std::min(words.find(' ', at), words.size());
+    const std::string word = words.substr(at, end - at);
+    const std::string longer = lines.back().empty() ? word : lines.back() + ' ' + word;
+    if (!lines.back().empty() && lettering.width(longer, size) > width)
+      lines.push_back(word);
+    else
+      lines.back() = longer;
+    at = end + 1;
+  }
+  return lines;
+}
+
 }  // namespace palpate::desktop

@@ -6,8 +6,10 @@
 
 #include <map>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "palpate/core/expected.h"
 #include "palpate/desktop/canvas.h"
@@ -29,5 +31,8 @@ class Lettering {
   explicit Lettering(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
+
+// Lines no wider than `width`, broken between words.
+std::vector<std::string> wrapped_lines(Lettering& lettering, const std::string& words, int size, int width);
 
 }  // namespace palpate::desktop

@@ -5,6 +5,7 @@
 #include <GLFW/glfw3.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdlib>
 
 #include "palpate/device/timecode.h"
@@ -182,6 +183,8 @@ struct Window::Impl {
     if (key == GLFW_KEY_UP) return input.keys.push_back(Key::farther);
     if (key == GLFW_KEY_DOWN) return input.keys.push_back(Key::nearer);
     if (action == GLFW_REPEAT) return;
+    if ((key == GLFW_KEY_ENTER && (mods & GLFW_MOD_ALT) == 0) || key == GLFW_KEY_KP_ENTER)
+      input.typed += '\n';
     if (key == GLFW_KEY_ESCAPE) input.keys.push_back(Key::quit);
     if (key == GLFW_KEY_F11 || (key == GLFW_KEY_ENTER && (mods & GLFW_MOD_ALT) != 0))
       input.keys.push_back(Key::full_screen);
@@ -190,6 +193,8 @@ struct Window::Impl {
 
   // Letters as the keyboard's own layout has them.
   void on_letter(unsigned letter) {
+    if (letter >= 32 && letter < 127)
+      input.typed += static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
     switch (letter) {
       case ' ':
         return input.keys.push_back(Key::serve);
@@ -280,10 +285,12 @@ Input Window::poll() {
   glfwPollEvents();
   Input input = impl_->input;
   impl_->input.keys.clear();
+  impl_->input.typed.clear();
   impl_->input.wheel = impl_->input.moved = 0.0;
   input.left = glfwGetMouseButton(impl_->window, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS;
   input.right = glfwGetMouseButton(impl_->window, GLFW_MOUSE_BUTTON_RIGHT) == GLFW_PRESS;
-  if (glfwWindowShouldClose(impl_->window)) input.keys.push_back(Key::quit);
+  input.closed = glfwWindowShouldClose(impl_->window) == GLFW_TRUE;
+  if (input.closed) input.keys.push_back(Key::quit);
   return input;
 }
 

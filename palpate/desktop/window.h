@@ -44,6 +44,8 @@ struct Input {
   double wheel = 0.0;                      // notches, away from the person positive
   bool left = false, right = false;        // buttons held now
   std::vector<Key> keys;                   // pressed, in their order; closing the window is `quit`
+  std::string typed;    // the same as letters, as the keyboard has them, small ones; Enter is '\n'
+  bool closed = false;  // somebody has closed the window
 };
 
 // Where somebody sees the pictures and moves the mouse: a window; in tests, what they are handed.

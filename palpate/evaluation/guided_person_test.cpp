@@ -29,6 +29,7 @@ class SimulatedReader : public Panel {
     refusal_ = asked ? ErrorCode::unspecified : asked.error().code;
   }
   void tell(const std::string& line) override { told.push_back(line); }
+  void observe(const PersonView& view) override { observed.push_back(view); }
   void taken() override { ++sounds; }
   std::optional<PanelKey> key() override {
     if (stop_at >= 0 && static_cast<int>(shown.size()) > stop_at) return PanelKey::stop;
@@ -42,6 +43,7 @@ class SimulatedReader : public Panel {
 
   std::deque<device::Request> shown;
   std::deque<std::string> told;
+  std::deque<PersonView> observed;
   int sounds = 0, stop_at = -1;
 
  private:
@@ -103,6 +105,27 @@ TEST_F(GuidedSession, EndsAtARigLikeThatOfThePersonWhoActs) {
   bool led = false;
   for (const auto& line : reader.told) led = led || line.find("turn it by") != std::string::npos;
   EXPECT_TRUE(led) << "where to go was told";
+}
+
+TEST_F(GuidedSession, APanelThatDrawsSeesTheMarkersTwentyTimesASecond) {
+  hooks.review = [](const StepOutcome&) { return Review::stop; };
+  const double began = world.physics_clock().now().seconds();
+  ASSERT_FALSE(calibrate_rig(devices(), rig, plan, hooks));
+  ASSERT_GT(reader.observed.size(), 20u);
+  const double seconds_long = reader.observed.back().now_s - began;
+  EXPECT_NEAR(static_cast<double>(reader.observed.size()) / seconds_long, 20.0, 1.0);
+  // Of the first step: the pointer is swung.
+  int seen = 0, still = 0;
+  for (const auto& view : reader.observed) {
+    EXPECT_TRUE(view.arm_answers);
+    EXPECT_FALSE(view.near_target);
+    seen += view.pointer.seen;
+    still += view.pointer.seen && view.pointer.still;
+  }
+  EXPECT_GT(seen, static_cast<int>(reader.observed.size()) / 2);
+  EXPECT_LT(still, seen / 2);
+  const auto& last = reader.observed.back().pointer;
+  EXPECT_GT(last.translation.norm(), 1.0) << "World: the tracker hangs above";
 }
 
 TEST_F(GuidedSession, AStepIsRepeatedAndUndoneAsThePersonSays) {

@@ -6,6 +6,7 @@ import zlib
 
 from Xlib import X, XK, display, error
 from Xlib.ext import xtest
+from Xlib.protocol import event
 
 
 class Picture:
@@ -83,6 +84,12 @@ class Desktop:
     def focus(self, window):
         """Keys go there from now on."""
         window.set_input_focus(X.RevertToParent, X.CurrentTime)
+        self.display.sync()
+
+    def close_window(self, window):
+        """As the cross in its frame does: it is asked to close."""
+        protocols, delete = self.display.intern_atom("WM_PROTOCOLS"), self.display.intern_atom("WM_DELETE_WINDOW")
+        window.send_event(event.ClientMessage(window=window, client_type=protocols, data=(32, [delete, X.CurrentTime, 0, 0, 0])))
         self.display.sync()
 
     def point(self, x, y):

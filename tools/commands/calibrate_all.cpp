@@ -111,6 +111,7 @@ void add_calibrate_all(CLI::App& calibrate) {
       if (!read) return tl::unexpected(read.error());
       rig = *read;
     }
+    if (options->devices.window && !options->devices.named()) return window_without_devices();
     if (options->devices.named())
       return calibrate_named(options->devices, options->rig, rig, options->seed, options->poses);
     return calibrate_simulated(*options, file, std::move(rig));

@@ -51,30 +51,34 @@ void keep_tables(Recorded& recorded, const session::CalibrationRecordings& recor
   }
 }
 
-}  // namespace
-
-Expected<void> calibrate_live(const LiveDevices& devices, const std::string& rig_file, rig::Rig rig,
-                              session::CalibrationPlan plan) {
-  auto recording = begin_recording(devices.record, rig);
-  if (!recording) return tl::unexpected(recording.error());
-  auto opened = LiveSession::open(devices, rig, recording->drivers);
-  if (!opened) return tl::unexpected(opened.error());
-  LiveSession& live = **opened;
-  TerminalPanel& panel = live.panel();
+session::SessionHooks hooks_for(session::SessionPanel& panel, const std::string& rig_file) {
   session::SessionHooks hooks;
   hooks.progress = [&panel](std::size_t step, std::size_t steps, const std::string& name) {
     panel.begin_step(step, steps, name);
   };
-  hooks.guidance = [&panel](const session::GuidanceState& state, int of) {
-    panel.tell(fmt::format("pose {} of {}, {}", state.poses, of, session::guidance_text(state)));
+  hooks.guidance = [&panel](const session::GuidanceState& state, int of) { panel.guided(state, of); };
+  hooks.save = [&panel, &rig_file](const rig::Rig& so_far) {
+    panel.show_rig(so_far);
+    return rig::write_rig(rig_file, so_far);
   };
-  hooks.save = [&rig_file](const rig::Rig& so_far) { return rig::write_rig(rig_file, so_far); };
+  hooks.review = [&panel](const session::StepOutcome& outcome) { return panel.review(outcome); };
+  hooks.find_landmarks = session::landmark_finder();
+  return hooks;
+}
+
+// `exchange`: to the window; null where there is none.
+Expected<void> calibrate_with(const LiveDevices& devices, const std::string& rig_file, rig::Rig rig,
+                              const session::CalibrationPlan& plan, desktop::SessionExchange* exchange) {
+  auto recording = begin_recording(devices.record, rig);
+  if (!recording) return tl::unexpected(recording.error());
+  auto opened = LiveSession::open(devices, rig, recording->drivers, exchange);
+  if (!opened) return tl::unexpected(opened.error());
+  LiveSession& live = **opened;
+  session::SessionHooks hooks = hooks_for(live.panel(), rig_file);
   if (recording->recording)
     hooks.recorded = [&recording, &rig](const session::CalibrationRecordings& recordings) {
       keep_tables(*recording, recordings, rig);
     };
-  hooks.review = [&panel](const session::StepOutcome& outcome) { return panel.review(outcome); };
-  hooks.find_landmarks = session::landmark_finder();
   const auto done = session::calibrate_rig(live.context(), rig, plan, hooks);
   live.end();
   if (recording->recording) {
@@ -86,6 +90,15 @@ Expected<void> calibrate_live(const LiveDevices& devices, const std::string& rig
   fmt::print("{}: complete; held-out error of the arm {:.3f} mm\n", one_line(rig_file),
              mm_from_metres(rig.arm->held_out_mean));
   return {};
+}
+
+}  // namespace
+
+Expected<void> calibrate_live(const LiveDevices& devices, const std::string& rig_file, const rig::Rig& rig,
+                              const session::CalibrationPlan& plan) {
+  return run_session(devices, "Palpate calibration", [&](desktop::SessionExchange* exchange) {
+    return calibrate_with(devices, rig_file, rig, plan, exchange);
+  });
 }
 
 }  // namespace palpate::tools::commands

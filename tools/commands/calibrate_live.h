@@ -1,5 +1,5 @@
 // `palpate calibrate all` with a person at real devices: opens them, leads the person through the session on this
-// terminal, and keeps what each step has found in the rig file.
+// terminal and, where that is asked for, in a window, and keeps what each step has found in the rig file.
 #pragma once
 
 #include <string>
@@ -11,9 +11,9 @@
 
 namespace palpate::tools::commands {
 
-// Wrong use: not all three devices, or none of such a name; refused: a device that cannot be had or goes, and the
+// Main thread. Wrong use: not all three devices, or none of such a name; refused: a device that cannot be had or goes, and the
 // session's own. ErrorCode::stopped: the person broke off.
-Expected<void> calibrate_live(const LiveDevices& devices, const std::string& rig_file, rig::Rig rig,
-                              calibration::session::CalibrationPlan plan);
+Expected<void> calibrate_live(const LiveDevices& devices, const std::string& rig_file, const rig::Rig& rig,
+                              const calibration::session::CalibrationPlan& plan);
 
 }  // namespace palpate::tools::commands

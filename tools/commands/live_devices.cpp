@@ -1,9 +1,13 @@
 #include "tools/commands/live_devices.h"
 
 #include "palpate/core/stop_signal.h"
+#include "palpate/desktop/session_window.h"
+#include "palpate/device/camera_preview.h"
 #include "palpate/time/clock.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
+#include "tools/commands/terminal_panel.h"
+#include "tools/commands/windowed_panel.h"
 
 namespace palpate::tools::commands {
 
@@ -56,7 +60,9 @@ Expected<Opened> open_devices(const LiveDevices& names, const rig::Rig& rig,
 // A person whose devices are looked at meanwhile: one that goes ends the session, in words.
 class PersonAtDevices : public session::GuidedPerson {
  public:
-  PersonAtDevices(session::Panel& panel, Opened& devices) : GuidedPerson(panel), devices_(devices) {}
+  // `preview`: null where nobody sees the camera's pictures.
+  PersonAtDevices(session::Panel& panel, Opened& devices, device::CameraPreview* preview)
+      : GuidedPerson(panel), devices_(devices), preview_(preview) {}
 
   Expected<bool> ready() override {
     if (!there_) return tl::unexpected(there_.error());
@@ -70,10 +76,12 @@ class PersonAtDevices : public session::GuidedPerson {
       looked_s_ = now_s;
     }
     GuidedPerson::watch(now_s, arm, tracked);
+    if (preview_ != nullptr) preview_->refresh(now_s);
   }
 
  private:
   Opened& devices_;
+  device::CameraPreview* preview_;
   Expected<void> there_{};
   double looked_s_ = 0.0;
 };
@@ -90,36 +98,76 @@ void add_device_options(CLI::App& command, LiveDevices& devices) {
   add_camera_options(command, devices.camera_options);
   command.add_flag("--arm-at-reset", devices.at_reset,
                    "The arm is in its reset position now: set its encoders' zero there if it is lost");
+  command.add_flag(
+      "--window", devices.window,
+      "Lead you in a window, too: the camera's live picture, where to hold what, how it goes; the "
+      "terminal's keys answer there as well");
   command
       .add_option("--instructions", devices.instructions,
                   "Write what the person is asked for to FILE as well, a line of JSON each")
       ->type_name("FILE");
 }
 
+tl::unexpected<Error> window_without_devices() {
+  return wrong_use("--window leads a person at devices; name them with --arm, --tracker and --camera");
+}
+
+Expected<void> run_session(const LiveDevices& devices, const std::string& title,
+                           const std::function<Expected<void>(desktop::SessionExchange*)>& session) {
+  if (!devices.window) return session(nullptr);
+  auto window = desktop::SessionWindow::open(title);
+  if (!window)
+    return refused(window.error().code, "{} (leave --window away to be led in this terminal alone)",
+                   window.error().message);
+  return (*window)->run([&session](desktop::SessionExchange& exchange) { return session(&exchange); });
+}
+
 struct LiveSession::Parts {
-  Parts(live::Opened devices, std::unique_ptr<TerminalPanel> its_panel, device::CameraDevice* right_camera)
+  Parts(live::Opened devices, std::unique_ptr<TerminalPanel> its_terminal, device::CameraDevice* right_camera,
+        desktop::SessionExchange* exchange)
       : opened(std::move(devices)),
-        panel(std::move(its_panel)),
-        person(*panel, opened),
-        right(right_camera) {}
+        terminal(std::move(its_terminal)),
+        windowed(exchange != nullptr ? std::make_unique<WindowedPanel>(*terminal, *exchange) : nullptr),
+        preview(exchange != nullptr ? make_preview(right_camera) : nullptr),
+        person(panel(), opened, preview.get()),
+        camera(preview ? preview->camera() : opened.camera->device()),
+        right(preview ? preview->right() : right_camera) {}
+
+  session::SessionPanel& panel() {
+    if (windowed) return *windowed;
+    return *terminal;
+  }
+
+  std::unique_ptr<device::CameraPreview> make_preview(device::CameraDevice* right_camera) {
+    constexpr double kPictures_hz = 15.0;
+    return std::make_unique<device::CameraPreview>(
+        opened.camera->device(), right_camera, kPictures_hz,
+        [this](const device::CameraImage& image, bool is_right) { windowed->show_picture(image, is_right); });
+  }
 
   live::Opened opened;
-  std::unique_ptr<TerminalPanel> panel;
+  std::unique_ptr<TerminalPanel> terminal;
+  std::unique_ptr<WindowedPanel> windowed;         // null: the terminal alone
+  std::unique_ptr<device::CameraPreview> preview;  // for the window
   live::PersonAtDevices person;
   MonotonicClock<PhysicsClock> clock;
+  device::CameraDevice& camera;
   device::CameraDevice* right;
 };
 
 Expected<std::unique_ptr<LiveSession>> LiveSession::open(const LiveDevices& devices, const rig::Rig& rig,
-                                                         const device::DriverRegistry& known) {
+                                                         const device::DriverRegistry& known,
+                                                         desktop::SessionExchange* exchange) {
   auto opened = live::open_devices(devices, rig, known);
   if (!opened) return tl::unexpected(opened.error());
-  auto panel = TerminalPanel::open(devices.instructions, stop_requested());
-  if (!panel) return tl::unexpected(panel.error());
+  auto terminal = TerminalPanel::open(devices.instructions, stop_requested());
+  if (!terminal) return tl::unexpected(terminal.error());
   const auto right = opened->camera->right();
   if (!right) return tl::unexpected(right.error());
-  return std::unique_ptr<LiveSession>(
-      new LiveSession(std::make_unique<Parts>(std::move(*opened), std::move(*panel), *right)));
+  std::unique_ptr<LiveSession> session(
+      new LiveSession(std::make_unique<Parts>(std::move(*opened), std::move(*terminal), *right, exchange)));
+  session->panel().show_rig(rig);
+  return session;
 }
 
 LiveSession::LiveSession(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
@@ -129,14 +177,14 @@ session::AcquisitionContext LiveSession::context() {
   return {parts_->clock,
           parts_->opened.arm->device(),
           parts_->opened.tracker->device(),
-          &parts_->opened.camera->device(),
+          &parts_->camera,
           parts_->person,
           parts_->right,
           parts_->opened.arm->facts().simulated,
           &stop_requested()};
 }
 
-TerminalPanel& LiveSession::panel() { return *parts_->panel; }
-void LiveSession::end() { parts_->panel.reset(); }
+session::SessionPanel& LiveSession::panel() { return parts_->panel(); }
+void LiveSession::end() { parts_->terminal.reset(); }
 
 }  // namespace palpate::tools::commands

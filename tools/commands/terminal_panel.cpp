@@ -4,6 +4,7 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cctype>
 #include <cerrno>
 #include <cstring>
@@ -17,7 +18,7 @@ namespace {
 using calibration::session::PanelKey;
 using calibration::session::Review;
 
-constexpr int kLook = 100;  // ms between looks at whether to stop
+constexpr int kLook = 100, kLookElsewhere = 20;  // ms between looks at whether to stop, and at further keys
 
 }  // namespace
 
@@ -76,21 +77,27 @@ void TerminalPanel::tell(const std::string& text) {
   told_ = true;
 }
 
+void TerminalPanel::guided(const calibration::session::GuidanceState& state, int of) {
+  tell(fmt::format("pose {} of {}, {}", state.poses, of, calibration::session::guidance_text(state)));
+}
+
 void TerminalPanel::taken() {
   if (draws_) std::fputc('\a', stderr);
   write({{"taken", true}});
 }
 
 std::optional<char> TerminalPanel::press(int ms) {
-  if (ended_) return 'q';
-  pollfd input{STDIN_FILENO, POLLIN, 0};
-  if (poll(&input, 1, ms) <= 0) return std::nullopt;
+  if (more_keys_)
+    if (const auto pressed = more_keys_()) return pressed;
+  if (ended_ && !more_keys_) return 'q';
+  pollfd input{ended_ ? -1 : STDIN_FILENO, POLLIN, 0};  // of -1 poll only waits
+  if (poll(&input, 1, more_keys_ ? std::min(ms, kLookElsewhere) : ms) <= 0) return std::nullopt;
   char key = 0;
   const auto got = read(STDIN_FILENO, &key, 1);
   if (got < 0 && errno == EINTR) return std::nullopt;
   if (got != 1) {
     ended_ = true;
-    return 'q';
+    return more_keys_ ? std::nullopt : std::optional('q');
   }
   return static_cast<char>(std::tolower(static_cast<unsigned char>(key)));
 }

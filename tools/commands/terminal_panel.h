@@ -1,25 +1,26 @@
 // A terminal as the panel of a calibration session: what to do in lines, how it goes in the last line, keys without
 // Enter where it is a terminal; a pipe on standard input serves for keys, too.
 //
-// Keys: Enter or space goes on, n: no more, s: another pose, r: repeat, u: undo, q: stop; the end of standard input
-// stops. One object at a time, one thread. The terminal is as it was when the object goes.
+// Keys: Enter or space goes on, n: no more, s: another pose, r: repeat, u: undo, q: stop. The end of standard input
+// stops, unless there are further keys. One object at a time, one thread. The terminal is as it was when the object
+// goes.
 #pragma once
 
 #include <termios.h>
 
 #include <atomic>
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 
-#include "palpate/calibration/session/calibration_session.h"
-#include "palpate/calibration/session/guided_person.h"
+#include "palpate/calibration/session/session_panel.h"
 #include "palpate/core/json.h"
 
 namespace palpate::tools::commands {
 
-class TerminalPanel : public calibration::session::Panel {
+class TerminalPanel : public calibration::session::SessionPanel {
  public:
   // `instructions`: a file that gets what is shown as a line of JSON each, for a display of one's own; empty: none.
   static Expected<std::unique_ptr<TerminalPanel>> open(const std::string& instructions,
@@ -31,9 +32,13 @@ class TerminalPanel : public calibration::session::Panel {
   void taken() override;
   std::optional<calibration::session::PanelKey> key() override;
 
-  void begin_step(std::size_t step, std::size_t steps, const std::string& name);
-  // Shows a step's result and waits for the answer.
-  calibration::session::Review review(const calibration::session::StepOutcome& outcome);
+  void begin_step(std::size_t step, std::size_t steps, const std::string& name) override;
+  calibration::session::Review review(const calibration::session::StepOutcome& outcome) override;
+  void guided(const calibration::session::GuidanceState& state, int of) override;
+
+  // Keys that are pressed elsewhere, as these are here; asked often, never waits.
+  using MoreKeys = std::function<std::optional<char>()>;
+  void set_more_keys(MoreKeys keys) { more_keys_ = std::move(keys); }
 
  private:
   struct CloseFile {
@@ -50,6 +55,7 @@ class TerminalPanel : public calibration::session::Panel {
   File instructions_;
   const std::atomic<bool>& stop_;
   std::optional<termios> before_;
+  MoreKeys more_keys_;
   bool draws_ = false, ended_ = false, told_ = false;
 };
 

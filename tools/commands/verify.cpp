@@ -27,10 +27,11 @@ struct VerifyOptions {
   LiveDevices devices;
 };
 
-// With a person at the devices.
-Expected<session::VerificationRecord> observe_live(const VerifyOptions& options, const rig::Rig& rig,
-                                                   const session::VerificationPlan& plan) {
-  auto opened = LiveSession::open(options.devices, rig, drivers());
+// With a person at the devices. `exchange`: to the window; null where there is none.
+Expected<session::VerificationRecord> observe_with(const VerifyOptions& options, const rig::Rig& rig,
+                                                   const session::VerificationPlan& plan,
+                                                   desktop::SessionExchange* exchange) {
+  auto opened = LiveSession::open(options.devices, rig, drivers(), exchange);
   if (!opened) return tl::unexpected(opened.error());
   LiveSession& live = **opened;
   session::VerificationHooks hooks;
@@ -40,6 +41,20 @@ Expected<session::VerificationRecord> observe_live(const VerifyOptions& options,
   hooks.find_landmarks = session::landmark_finder();
   auto record = session::observe_rig(live.context(), rig, plan, hooks);
   live.end();
+  return record;
+}
+
+Expected<session::VerificationRecord> observe_live(const VerifyOptions& options, const rig::Rig& rig,
+                                                   const session::VerificationPlan& plan) {
+  session::VerificationRecord record;
+  const auto done = run_session(options.devices, "Palpate verification",
+                                [&](desktop::SessionExchange* exchange) -> Expected<void> {
+                                  auto seen = observe_with(options, rig, plan, exchange);
+                                  if (!seen) return tl::unexpected(seen.error());
+                                  record = std::move(*seen);
+                                  return {};
+                                });
+  if (!done) return tl::unexpected(done.error());
   return record;
 }
 
@@ -180,6 +195,7 @@ Expected<void> verify(const VerifyOptions& options) {
     return wrong_use("--rig {}: no such file; palpate calibrate all makes a rig", options.rig);
   auto rig = rig::read_rig(options.rig);
   if (!rig) return tl::unexpected(rig.error());
+  if (options.devices.window && !options.devices.named()) return window_without_devices();
   const auto plan = options.quick ? session::VerificationPlan::quick() : session::VerificationPlan{};
   const auto seen =
       options.devices.named() ? observe_live(options, *rig, plan) : observe_simulated(options, *rig, plan);

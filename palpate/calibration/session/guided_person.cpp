@@ -12,8 +12,9 @@ namespace {
 
 using device::Gesture;
 
-constexpr double kTold = 0.2;   // s between lines of progress
-constexpr double kNear = 0.05;  // m: about where it was shown
+constexpr double kTold = 0.2;       // s between lines of progress
+constexpr double kObserved = 0.05;  // s between views
+constexpr double kNear = 0.05;      // m: about where it was shown
 const double kTurnedAlike = radians_from_degrees(25.0);
 constexpr double kSaid = 0.01;  // m: less is not told
 
@@ -33,6 +34,12 @@ std::string way(const Vector3& offset) {
 
 Point<World> tip_of(const device::TrackerSample& marker, const device::PoseTarget& target) {
   return {marker.translation + marker.rotation * target.tip_in_marker};
+}
+
+SeenMarker seen_marker(const Stillness& marker) {
+  const auto newest = marker.newest();
+  if (!newest) return {};
+  return {true, marker.still(), newest->rotation, newest->translation};
 }
 
 }  // namespace
@@ -161,9 +168,22 @@ void GuidedPerson::watch(double now_s, const device::ArmSample& arm,
   for (const auto& sample : tracked)
     for (Stillness* marker : {&stylus_, &pointer_, &head_}) marker->add(sample);
   now_s_ = now_s;
+  if (now_s_ >= observed_s_ + kObserved || observed_s_ < 0.0) {
+    observed_s_ = now_s_;
+    panel_.observe(seen_now(arm.connected));
+  }
   if (now_s_ < told_s_ + kTold && told_s_ >= 0.0) return;
   told_s_ = now_s_;
   panel_.tell(arm.connected ? progress() : "the arm does not answer");
+}
+
+PersonView GuidedPerson::seen_now(bool arm_answers) const {
+  return {now_s_,
+          arm_answers,
+          seen_marker(stylus_),
+          seen_marker(pointer_),
+          seen_marker(head_),
+          request_.target && near_target()};
 }
 
 std::string GuidedPerson::progress() {

@@ -15,6 +15,21 @@ namespace palpate::calibration::session {
 
 enum class PanelKey : std::uint8_t { proceed, no_more, skip, stop };
 
+// A marker as the tracker shows it now. Without `seen` the pose is none.
+struct SeenMarker {
+  bool seen = false, still = false;
+  Quaternion rotation = Quaternion::Identity();  // in World
+  Vector3 translation = Vector3::Zero();         // World, m
+};
+
+// What the devices show of the person at a moment, for a panel that draws.
+struct PersonView {
+  double now_s = 0.0;  // host time
+  bool arm_answers = true;
+  SeenMarker stylus, pointer, head;  // head: the camera's marker
+  bool near_target = false;          // of a pose that is shown: about there
+};
+
 // Where the person reads and answers: a terminal, a window.
 class Panel {
  public:
@@ -23,6 +38,8 @@ class Panel {
   virtual void show(const device::Request& request, const std::string& text) = 0;
   // How it is going, in place of what was said before; some times a second.
   virtual void tell(const std::string& line) = 0;
+  // The same as values, twenty times a second.
+  virtual void observe(const PersonView& view) { static_cast<void>(view); }
   // A pose or a touch has been taken, a movement is being recorded: a sound.
   virtual void taken() = 0;
   // Pressed since the last call; one at a time.
@@ -42,6 +59,7 @@ class GuidedPerson : public device::Person {
  private:
   Stillness& watched();
   std::string progress();
+  PersonView seen_now(bool arm_answers) const;
   bool near_target() const;
   Expected<bool> answer(PanelKey key);
   bool there();
@@ -50,7 +68,7 @@ class GuidedPerson : public device::Person {
   device::Request request_;
   Stillness stylus_, pointer_, head_;
   bool pressed_ = false;
-  double now_s_ = 0.0, told_s_ = -1.0;
+  double now_s_ = 0.0, told_s_ = -1.0, observed_s_ = -1.0;
 };
 
 // What a person is asked for, in words; the keys that answer included.
