@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """One laboratory process behind three protocol doors - OpenIGTLink, GigE Vision, OpenHaptics' library at a socket - is calibrated by
-`calibrate all`, a script doing what it asks of a person; its forces are checked; a game is played. The same again through the laboratory's
+`calibrate all`, its forces included, a script doing what it asks of a person; verified; a game is played. The same again through the laboratory's
 own channel, and both beside the truth. Takes about ten minutes, in real time.
 
 DOORS_SEED, DOORS_SECONDS, DOORS_KEEP: another laboratory, the length of the game, a folder for the files of both."""
@@ -26,7 +26,7 @@ RATIO = 1.5  # of what the channel gives
 
 
 class ThreeDoors(ProgramTest):
-    def calibrates(self, laboratory, devices):
+    def calibrates(self, laboratory, devices, forces):
         self.runs("rig", "new", "rig.toml")
         repeated = []
 
@@ -37,25 +37,37 @@ class ThreeDoors(ProgramTest):
             self.assertLess(repeated.count(step), 3, ended)
             repeated.append(step)
             return "r"
-        session = Session(self, laboratory, *devices, "--rig", "rig.toml", "--poses", POSES, at_the_end=once_again)
+        session = Session(self, laboratory, *devices, "--rig", "rig.toml", "--poses", POSES, *(("--yes-held",) if forces else ()),
+                          at_the_end=once_again)
+        if forces:
+            self.pushed(laboratory, session)
         self.assertEqual(session.ends(PATIENCE_S * 5), 0, session.lines[-5:])
         self.assertIn("complete", self.runs("rig", "check", "rig.toml").out)
+        if forces:
+            self.assertIn("forces", tomllib.loads(self.read("rig.toml").decode()))
+            laboratory.does({"gesture": "rest"})
 
-    def checks_forces(self, laboratory):
-        """The person brings the stylus where it is asked for: about the middle, and up and down on both sides of it."""
-        check = self.start("calibrate", "forces", "--arm", "openhaptics", "--rig", "rig.toml", "--yes-held", "--json", "forces.json")
-        arm = tomllib.loads(self.read("rig.toml").decode())["arm"]
-        turn = recompute.product(arm["base"]["rotation_qwxyz"], arm["marker_in_tip_qwxyz"])
+    def pushed(self, laboratory, session):
+        """The last step of the session, an arm's forces: the person brings the stylus where it is asked for: about the middle, and up and
+        down on both sides of it."""
         for pose, aside in enumerate(((0, 0.03), (-0.09, 0.09), (0.09, 0.09), (-0.09, -0.02), (0.09, -0.02))):
-            wait_until(lambda n=pose: check.ended() or any(f"pose {n + 1} of 5" in line for line in check.lines()), "a pose is asked for")
-            self.assertFalse(check.ended(), check.lines())
+            wait_until(lambda n=pose: session.process.poll() is not None or any(f"pose {n + 1} of 5" in line for line in session.lines),
+                       "a pose is asked for", PATIENCE_S * 5)
+            self.assertIsNone(session.process.poll(), session.lines[-5:])
+            arm = tomllib.loads(self.read("rig.toml").decode())["arm"]
+            turn = recompute.product(arm["base"]["rotation_qwxyz"], arm["marker_in_tip_qwxyz"])
             place = [a / 1000 + b for a, b in zip(arm["base"]["translation_mm"], (*aside, 0.03))]
             answer = laboratory.does({"gesture": "next_pose", "tip_m": place, "marker_rotation_qwxyz": turn})
             self.assertIn("ready", answer)
-        done = check.ends()
-        self.assertEqual(done.code, 0, done)
-        self.assertEqual(json.loads(self.read("forces.json"))["verdict"], "agreed")
-        laboratory.does({"gesture": "rest"})
+
+    def verifies(self, way):
+        """The person touches fresh places; nothing was knocked since the calibration."""
+        session = Session(self, way.laboratory, *way.devices, "--rig", "rig.toml", "--json", "verified.json", command=("verify",))
+        code = session.ends(PATIENCE_S * 2)
+        print("verify:", *session.lines[-8:], sep="\n  ", flush=True)
+        self.assertEqual(code, 0, session.lines[-5:])
+        self.assertTrue(json.loads(self.read("verified.json"))["holds"])
+        way.laboratory.does({"gesture": "rest"})
 
     def plays(self, way):
         """A person who sees what the physics server shows and leads the laboratory's hand plays; the figures of both servers."""
@@ -82,9 +94,8 @@ class ThreeDoors(ProgramTest):
         return found
 
     def through(self, way, name):
-        self.calibrates(way.laboratory, way.devices)
-        if name == "doors":
-            self.checks_forces(way.laboratory)
+        self.calibrates(way.laboratory, way.devices, forces=name == "doors")
+        self.verifies(way)
         self.plays(way)
         way.laboratory.ends()
         found = self.judged(name)

@@ -18,7 +18,7 @@ namespace {
 
 // A person's session; the rig file says which arm and markers there are.
 Expected<void> calibrate_named(const LiveDevices& devices, const std::string& file, const rig::Rig& rig,
-                               std::uint64_t seed, int poses) {
+                               const ForceArguments& forces, std::uint64_t seed, int poses) {
   if (!is_there(file))
     return wrong_use("--rig {}: no such file; `palpate rig new {}` makes one, for your arm and markers", file,
                      file);
@@ -26,7 +26,7 @@ Expected<void> calibrate_named(const LiveDevices& devices, const std::string& fi
   plan.guidance_seed = seed;
   plan.arm_points = plan.arm_test_points = poses;
   plan.date = rig::utc_now();
-  return calibrate_live(devices, file, rig, plan);
+  return calibrate_live(devices, file, rig, plan, forces);
 }
 
 struct CalibrateAllOptions {
@@ -34,6 +34,7 @@ struct CalibrateAllOptions {
   std::uint64_t seed = 1;
   int poses = calibration::session::CalibrationPlan().arm_points;
   LiveDevices devices;
+  ForceArguments forces;
 };
 
 // By itself, in the simulated laboratory of a world file.
@@ -98,6 +99,7 @@ void add_calibrate_all(CLI::App& calibrate) {
       ->capture_default_str();
   add_device_options(*command, options->devices);
   add_record_options(*command, options->devices.record);
+  add_force_options(*command, options->forces);
   on(command, [options]() -> Expected<void> {
     sim::config::WorldFile file = sim::config::reference_world();
     if (!options->world.empty()) {
@@ -113,7 +115,8 @@ void add_calibrate_all(CLI::App& calibrate) {
     }
     if (options->devices.window && !options->devices.named()) return window_without_devices();
     if (options->devices.named())
-      return calibrate_named(options->devices, options->rig, rig, options->seed, options->poses);
+      return calibrate_named(options->devices, options->rig, rig, options->forces, options->seed,
+                             options->poses);
     return calibrate_simulated(*options, file, std::move(rig));
   });
 }

@@ -16,22 +16,7 @@ void add_calibrate_forces(CLI::App& calibrate) {
       ->add_option("--rig", options->rig, "Rig file with the arm's calibration; the result is written there")
       ->required()
       ->type_name("FILE");
-  command
-      ->add_option(
-          "--weight-g", options->weight_g,
-          "A known weight that the arm lifts at the end, g: tells the size; without it the peak stays at 1 N")
-      ->check(CLI::Range(5.0, 90.0));
-  command
-      ->add_option("--dead-man", options->dead_man,
-                   "From then on forces only while this button of the stylus is held, counted from 1")
-      ->check(CLI::Range(1, 32));
-  command
-      ->add_option(
-          "--key-button", options->key_button,
-          "The key to be held during the check is this button of the stylus, not the terminal's space bar")
-      ->check(CLI::Range(1, 32));
-  command->add_flag("--yes-held", options->yes_held,
-                    "Count the key as held throughout: for scripts, not for people");
+  add_force_options(*command, *options);
   command->add_option("--poses", options->poses, "In how many poses the tip is pushed")
       ->check(CLI::Range(1, 5))
       ->capture_default_str();

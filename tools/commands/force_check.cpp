@@ -292,6 +292,30 @@ class WatchedCheck {
 
 }  // namespace
 
+void add_force_options(CLI::App& command, ForceArguments& options) {
+  command
+      .add_option(
+          "--weight-g", options.weight_g,
+          "A known weight that the arm lifts at the end, g: tells the size; without it the peak stays at 1 N")
+      ->check(CLI::Range(5.0, 90.0));
+  command
+      .add_option("--dead-man", options.dead_man,
+                  "From then on forces only while this button of the stylus is held, counted from 1")
+      ->check(CLI::Range(1, 32));
+  command
+      .add_option(
+          "--key-button", options.key_button,
+          "The key to be held during the check is this button of the stylus, not the terminal's space bar")
+      ->check(CLI::Range(1, 32));
+  command.add_flag("--yes-held", options.yes_held,
+                   "Count the key as held throughout: for scripts, not for people");
+}
+
+bool forces_due(const rig::Rig& rig, const device::ArmFacts& facts) {
+  return !facts.simulated && !facts.identity.empty() &&
+         (!rig.forces || !rig::void_reason(rig, facts.identity).empty());
+}
+
 Expected<void> check_forces_of(const ForceArguments& options) {
   const auto rig = rig::read_rig(options.rig);
   if (!rig) return tl::unexpected(rig.error());

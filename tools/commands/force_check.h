@@ -5,9 +5,12 @@
 // refused where forces stay off, in words that say why.
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <string>
 
 #include "palpate/core/expected.h"
+#include "palpate/device/opened.h"
+#include "palpate/rig/rig.h"
 
 namespace palpate::tools::commands {
 
@@ -17,6 +20,12 @@ struct ForceArguments {
   int dead_man = 0, key_button = 0, poses = 5;
   bool yes_held = false, at_reset = false;
 };
+
+// The weight, the key, the dead-man switch.
+void add_force_options(CLI::App& command, ForceArguments& options);
+
+// Whether this arm is given no force until it is checked: a real one whose check the rig does not hold, or not any more.
+bool forces_due(const rig::Rig& rig, const device::ArmFacts& facts);
 
 Expected<void> check_forces_of(const ForceArguments& options);
 

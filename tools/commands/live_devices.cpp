@@ -185,6 +185,7 @@ session::AcquisitionContext LiveSession::context() {
 }
 
 session::SessionPanel& LiveSession::panel() { return parts_->panel(); }
+device::ArmFacts LiveSession::arm_facts() const { return parts_->opened.arm->facts(); }
 void LiveSession::end() { parts_->terminal.reset(); }
 
 }  // namespace palpate::tools::commands

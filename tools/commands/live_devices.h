@@ -55,6 +55,7 @@ class LiveSession {
   // As long as this object lives.
   calibration::session::AcquisitionContext context();
   calibration::session::SessionPanel& panel();
+  device::ArmFacts arm_facts() const;
   // The terminal is as it was; nothing else may be asked of this object.
   void end();
 
