@@ -24,6 +24,8 @@ namespace {
 constexpr std::chrono::milliseconds kLookEvery{5};
 constexpr std::chrono::milliseconds kWatchEvery{100};
 constexpr Duration kDiskPatience = std::chrono::seconds(1);
+// At the end: for a disk that does not come back, and for one that does, again and again.
+constexpr Duration kEndPatience = std::chrono::milliseconds(1500), kLongestEnd = std::chrono::seconds(10);
 constexpr std::size_t kMostStreams = 65'000;
 constexpr std::uint64_t kMostWaiting = 256ull * 1024 * 1024;  // of attachments and metadata, bytes
 constexpr int kMessagesBetweenLooks = 256;                    // at the clock
@@ -68,6 +70,8 @@ struct SessionWriter::State {
   Expected<void> finish();
   void fail(Error error);
 
+  // Of who closes: waits for the writing thread; false: the disk keeps it.
+  bool await_end();
   // Of the watching thread.
   void watch();
   std::uint64_t all_dropped();
@@ -81,8 +85,9 @@ struct SessionWriter::State {
   std::atomic<bool> failed{false};
   std::mutex mutex;
   std::condition_variable wake, wake_watch;
-  bool stop = false;             // under the mutex, as the next four
+  bool stop = false;             // under the mutex, as the next five
   bool has_ended = false;        // the writing thread has ended
+  bool given_up = false;         // nobody waits for it any more, nor wants to hear from it
   std::deque<Declared> streams;  // grows, and never moves what it holds
   std::deque<std::variant<Attachment, Metadata>> aside;
   std::uint64_t aside_bytes = 0;
@@ -225,6 +230,10 @@ Expected<void> SessionWriter::State::finish() {
 void SessionWriter::State::fail(Error error) {
   ended = true;
   failed = true;
+  {
+    const std::lock_guard lock(mutex);
+    if (given_up) return;
+  }
   if (options.on_error) options.on_error(error);
   report.error = std::move(error);
 }
@@ -237,6 +246,25 @@ void SessionWriter::State::run() {
     fail({Error::Kind::refused,
           std::string("recording: ") + error.what() + "; less is to be recorded at once"});
   }
+  {
+    const std::lock_guard lock(mutex);
+    has_ended = true;
+  }
+  wake_watch.notify_all();
+}
+
+bool SessionWriter::State::await_end() {
+  Standstill<PhysicsClock> stands(kEndPatience);
+  const Instant<PhysicsClock> begun;
+  Instant<PhysicsClock> looked;
+  std::unique_lock lock(mutex);
+  while (!wake_watch.wait_for(lock, kWatchEvery, [this] { return has_ended; })) {
+    looked += kWatchEvery;
+    if (!stands.look(turns.load(std::memory_order_relaxed), looked) && looked - begun < kLongestEnd) continue;
+    given_up = true;
+    return false;
+  }
+  return true;
 }
 
 std::uint64_t SessionWriter::State::all_dropped() {
@@ -253,7 +281,7 @@ void SessionWriter::State::watch() {
   DiskState told = DiskState::keeps_up;
   std::uint64_t dropped_before = 0;
   std::unique_lock lock(mutex);
-  while (!wake_watch.wait_for(lock, kWatchEvery, [this] { return has_ended; })) {
+  while (!wake_watch.wait_for(lock, kWatchEvery, [this] { return has_ended || given_up; })) {
     looked += kWatchEvery;
     const std::uint64_t dropped = all_dropped();
     const bool waits = stands.look(turns.load(std::memory_order_relaxed), looked),
@@ -276,8 +304,9 @@ void SessionWriter::State::watch() {
   }
 }
 
-SessionWriter::SessionWriter(std::unique_ptr<State> state) : state_(std::move(state)) {
-  state_->thread = std::thread([this] { state_->run(); });
+SessionWriter::SessionWriter(std::shared_ptr<State> state) : state_(std::move(state)) {
+  // It may outlive this object, where a disk never comes back.
+  state_->thread = std::thread([kept = state_] { kept->run(); });
   state_->watching = std::thread([this] { state_->watch(); });
 }
 
@@ -285,7 +314,7 @@ Expected<std::unique_ptr<SessionWriter>> SessionWriter::begin(RecordFile file, S
   auto writer = McapWriter::begin(std::move(file), options.writer);
   if (!writer) return tl::unexpected(writer.error());
   return std::unique_ptr<SessionWriter>(
-      new SessionWriter(std::make_unique<State>(std::move(*writer), std::move(options))));
+      new SessionWriter(std::make_shared<State>(std::move(*writer), std::move(options))));
 }
 
 SessionWriter::~SessionWriter() { close(); }
@@ -335,24 +364,31 @@ SessionReport SessionWriter::close() {
       state.stop = true;
     }
     state.wake.notify_one();
-    state.thread.join();
-    {
-      const std::lock_guard lock(state.mutex);
-      state.has_ended = true;
-    }
-    state.wake_watch.notify_one();
+    const bool whole = state.await_end();
+    state.wake_watch.notify_all();
     state.watching.join();
+    if (!whole) {
+      state.thread.detach();
+      const std::lock_guard lock(state.mutex);
+      report_.error = Error{
+          Error::Kind::refused,
+          "recording: the disk does not take the rest; `palpate recording repair` makes whole what it has"};
+      report_.dropped = state.drops();
+      return report_;
+    }
+    state.thread.join();
     // What came while it ended, and what an error left.
     while (state.queue.pop([&](const Message& message) {
       state.streams[message.channel].stream->dropped_.fetch_add(1, std::memory_order_relaxed);
     })) {
     }
-    state.report.written = state.writer.statistics();
-    state.report.file_bytes = state.writer.file_bytes();
+    report_ = state.report;
+    report_.written = state.writer.statistics();
+    report_.file_bytes = state.writer.file_bytes();
     const std::lock_guard lock(state.mutex);
-    state.report.dropped = state.drops();
+    report_.dropped = state.drops();
   }
-  return state.report;
+  return report_;
 }
 
 }  // namespace palpate::record

@@ -98,13 +98,15 @@ class SessionWriter {
 
   // Whether an error has ended it.
   bool ended() const;
-  // Writes what is in the queue and the summary; then, and after every further call, what happened. Streams drop from here on.
+  // Writes what is in the queue and the summary; then, and after every further call, what happened. Streams drop from here on. A
+  // disk that does not come back for 1.5 s, or takes longer than 10 s in all, is not waited for: that is an error, and the rest is lost.
   SessionReport close();
 
  private:
   struct State;
-  explicit SessionWriter(std::unique_ptr<State> state);
-  std::unique_ptr<State> state_;
+  explicit SessionWriter(std::shared_ptr<State> state);
+  std::shared_ptr<State> state_;
+  SessionReport report_;  // after close()
 };
 
 }  // namespace palpate::record
