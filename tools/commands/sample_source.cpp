@@ -317,7 +317,8 @@ Expected<TakenSamples> take_samples(const SampleArguments& options, const Sample
   if (!taken) return taken;
   if (taken->streams.restarts() > 0)
     taken->warnings.push_back(fmt::format(
-        "a device's clock was set anew {}; times before that are not to be relied on",
+        "a device's clock was set anew, or its samples came late for seconds, {}; times of some seconds "
+        "around that may be off",
         taken->streams.restarts() == 1 ? "once" : fmt::format("{} times", taken->streams.restarts())));
   if (needs.arm && taken->streams.arm().empty()) return refused("{}: the arm said nothing", options.arm);
   if (taken->streams.other_arms() > 0)

@@ -18,9 +18,9 @@ class HoldInProgress {
     if (!pose.marker.seen) return true;
     const Vector3 mean = sum_ / static_cast<double>(hold_.size());
     const Quaternion& middle = hold_[hold_.size() / 2].marker.rotation;
-    if ((pose.marker.translation - mean).norm() > settings_.still.place ||
-        pose.marker.rotation.angularDistance(middle) > settings_.still.turn)
-      return false;
+    if ((pose.marker.translation - mean).norm() > settings_.lasting * settings_.still.place ||
+        pose.marker.rotation.angularDistance(middle) > settings_.lasting * settings_.still.turn)
+      return true;  // ends it where it goes on
     hold_.push_back(pose);
     sum_ += pose.marker.translation;
     return true;
