@@ -5,6 +5,8 @@
 namespace palpate::calibration::session {
 namespace {
 
+constexpr double kLasting = 2.0;  // times what begins a hold
+
 // Poses from the first of a hold on, as long as the marker stays where it is held.
 class HoldInProgress {
  public:
@@ -18,8 +20,8 @@ class HoldInProgress {
     if (!pose.marker.seen) return true;
     const Vector3 mean = sum_ / static_cast<double>(hold_.size());
     const Quaternion& middle = hold_[hold_.size() / 2].marker.rotation;
-    if ((pose.marker.translation - mean).norm() > settings_.lasting * settings_.still.place ||
-        pose.marker.rotation.angularDistance(middle) > settings_.lasting * settings_.still.turn)
+    if ((pose.marker.translation - mean).norm() > kLasting * settings_.still.place ||
+        pose.marker.rotation.angularDistance(middle) > kLasting * settings_.still.turn)
       return true;  // ends it where it goes on
     hold_.push_back(pose);
     sum_ += pose.marker.translation;

@@ -18,7 +18,6 @@ namespace palpate::calibration::session {
 
 struct HoldSettings {
   StillnessSettings still;
-  double lasting = 2.0;  // times what begins one
   double bridged_s = 0.25, trim_s = 0.05;
   double least_s = 0.25;   // what is left of a shorter one tells nothing
   std::size_t fewest = 5;  // seen poses in it
