@@ -128,8 +128,8 @@ class Sampling(ProgramTest):
             return math.dist(result["base"]["translation_mm"], truth["base"]["translation_mm"])
         print(f"base off: sampled {off(sampled):.2f}, world sample {off(made):.2f}, continuous {off(carried):.2f} mm; "
               f"rms {sampled['rms_mm']:.3f}, {made['rms_mm']:.3f}; delay {carried['delay_s']:.4f} of {truth['delay_s']:.4f} s")
-        self.assertLess(off(sampled), max(2.0 * off(made), 2.5))
-        self.assertLess(off(carried), max(2.0 * off(made), 2.5))
+        self.assertLess(off(sampled), max(2.0 * off(made), 0.6))
+        self.assertLess(off(carried), max(2.0 * off(made), 0.6))
         self.assertLess(sampled["rms_mm"], 1.2 * made["rms_mm"] + 0.02)
         self.assertAlmostEqual(carried["delay_s"], truth["delay_s"], delta=4e-3)
 
