@@ -15,7 +15,8 @@ constexpr double kPieceTurn =
     radians_from_degrees(20.0);        // tells a tip to about ten times the tracker's noise
 constexpr double kLongestPiece = 8.0;  // s
 constexpr std::size_t kPieces = 400, kFewest = 8;
-constexpr double kLeastTilt = 0.03;  // rms turn about the weakest axis of a piece
+constexpr double kLeastTilt = 0.03;    // rms turn about the weakest axis of a piece
+constexpr std::size_t kLookEvery = 8;  // poses by which a longer piece grows
 constexpr int kRounds = 10;
 constexpr double kNoisy = 4.0;  // times the stillest tenth's spread is still
 
@@ -55,16 +56,27 @@ Stretch stretch_of(const std::vector<PivotPose>& poses, std::size_t first, std::
   return stretch;
 }
 
-std::vector<Stretch> pieces_of(const std::vector<PivotPose>& poses) {
+bool tilts(const Stretch& piece) {
+  return symmetric_eigenvalues(piece.A())[0] >= kLeastTilt * kLeastTilt * piece.count;
+}
+
+// From one pose until the marker has turned enough; where `about_all_axes`, until a tip can be told. A marker that is swung quickly
+// turns about one axis in each of the shorter pieces, and these tell none.
+std::vector<Stretch> pieces_of(const std::vector<PivotPose>& poses, bool about_all_axes) {
   std::vector<Stretch> pieces;
   const std::size_t stride = std::max<std::size_t>(1, poses.size() / kPieces);
-  for (std::size_t i = 0; i < poses.size(); i += stride)
+  for (std::size_t i = 0; i < poses.size(); i += stride) {
+    double turn = 0.0;
     for (std::size_t j = i + kFewest; j < poses.size() && *poses[j].time_s - *poses[i].time_s < kLongestPiece;
-         ++j)
-      if (poses[i].rotation.angularDistance(poses[j].rotation) > kPieceTurn) {
-        pieces.push_back(stretch_of(poses, i, j));
-        break;
-      }
+         ++j) {
+      turn = std::max(turn, poses[i].rotation.angularDistance(poses[j].rotation));
+      if (turn <= kPieceTurn || (about_all_axes && (j - i) % kLookEvery != 0)) continue;
+      auto piece = stretch_of(poses, i, j);
+      if (about_all_axes && !tilts(piece)) continue;
+      pieces.push_back(piece);
+      break;
+    }
+  }
   return pieces;
 }
 
@@ -74,9 +86,8 @@ std::optional<Vector3> first_tip(const std::vector<Stretch>& pieces) {
   double least = 0.0;
   std::vector<double> spreads(pieces.size());
   for (const auto& piece : pieces) {
-    const Matrix3 A = piece.A();
-    if (symmetric_eigenvalues(A)[0] < kLeastTilt * kLeastTilt * piece.count) continue;
-    const Vector3 tip = solve_symmetric(A, piece.b());
+    if (!tilts(piece)) continue;
+    const Vector3 tip = solve_symmetric(piece.A(), piece.b());
     for (std::size_t i = 0; i < pieces.size(); ++i) spreads[i] = pieces[i].spread(tip);
     const double third = quantile(spreads, 1.0 / 3.0);
     if (best && third >= least) continue;
@@ -166,6 +177,27 @@ bool same(const std::vector<PivotRest>& a, const std::vector<PivotRest>& b) {
   });
 }
 
+std::size_t poses_in(const std::vector<PivotRest>& rests) {
+  std::size_t count = 0;
+  for (const auto& rest : rests) count += rest.last - rest.first + 1;
+  return count;
+}
+
+// The rests of a first tip, improved by all of them together until they stay the same.
+std::vector<PivotRest> rests_from(const std::optional<Vector3>& tip, const std::vector<PivotPose>& poses,
+                                  const PivotRestsOptions& options) {
+  if (!tip) return {};
+  const Rests finder(poses, options);
+  auto rests = finder.at(*tip);
+  for (int round = 0; round < kRounds && !rests.empty(); ++round) {
+    auto next = finder.at(finder.tip_of(rests));
+    const bool done = same(next, rests);
+    rests = std::move(next);
+    if (done) break;
+  }
+  return rests;
+}
+
 }  // namespace
 
 Expected<std::vector<PivotRest>> find_pivot_rests(const std::vector<PivotPose>& poses,
@@ -177,16 +209,11 @@ Expected<std::vector<PivotRest>> find_pivot_rests(const std::vector<PivotPose>& 
     if (!poses[i].rotation.coeffs().allFinite() || !poses[i].translation.allFinite())
       return refused("rests: pose {} is not a number", i + 1);
   }
-  const auto tip = first_tip(pieces_of(poses));
-  const Rests finder(poses, options);
-  std::vector<PivotRest> rests;
-  if (tip) rests = finder.at(*tip);
-  for (int round = 0; round < kRounds && !rests.empty(); ++round) {
-    auto next = finder.at(finder.tip_of(rests));
-    const bool done = same(next, rests);
-    rests = std::move(next);
-    if (done) break;
-  }
+  // The one that explains more of the recording.
+  std::vector<PivotRest> rests = rests_from(first_tip(pieces_of(poses, false)), poses, options);
+  if (auto others = rests_from(first_tip(pieces_of(poses, true)), poses, options);
+      poses_in(others) > poses_in(rests))
+    rests = std::move(others);
   if (rests.empty())
     return refused(
         "rests: in none of the {} poses does a tip stay in its place for {:g} s while its marker turns by "

@@ -54,6 +54,27 @@ struct Simulated {
   }
 };
 
+// A marker whose tilt goes round within two seconds: a piece of 20 degrees turns about one axis and tells no tip.
+TEST(PivotRests, AQuickSwingIsARestAsWell) {
+  Random random(9, "quick swing");
+  const Vector3 tip(-0.01, -0.015, 0.16), hollow(0.1, -1.5, 1.2);
+  std::vector<PivotPose> poses;
+  for (int i = 0; i < 1000; ++i) {
+    const double t = 0.01 * i;
+    const bool rests = t > 2.0 && t < 8.0;
+    const Vector3 tilt(0.6 * std::cos(4.0 * t), 0.6 * std::sin(4.0 * t), 0.0);
+    const Quaternion R = so3_exp(rests ? tilt : Vector3(0.1, 0.0, 0.0));
+    const Vector3 carried = rests ? Vector3(Vector3::Zero()) : Vector3(0.05 * (t - 2.0), 0.02 * t, 0.1);
+    const Vector3 off(random.normal(1.5e-4), random.normal(1.5e-4), random.normal(1.5e-4));
+    poses.push_back({R, hollow + carried - R * tip + off, 0, std::nullopt, t});
+  }
+  const auto rests = find_pivot_rests(poses);
+  ASSERT_TRUE(rests) << rests.error().message;
+  ASSERT_EQ(rests->size(), 1u);
+  EXPECT_NEAR(*poses[rests->front().first].time_s, 2.0, 0.3);
+  EXPECT_NEAR(*poses[rests->front().last].time_s, 8.0, 0.3);
+}
+
 TEST(PivotRests, EachHollowIsFoundOnceAndNothingBetweenThem) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     Simulated made(seed, 1 + static_cast<int>(seed % 7));

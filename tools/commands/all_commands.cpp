@@ -34,6 +34,7 @@ void add_commands(CLI::App& program) {
   add_record(program);
   add_recording(program);
   add_replay(program);
+  add_sample(program);
   add_verify(program);
   add_doctor(program);
 }

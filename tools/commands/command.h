@@ -67,5 +67,6 @@ void add_play(CLI::App& program);
 void add_record(CLI::App& program);
 void add_recording(CLI::App& program);
 void add_replay(CLI::App& program);
+void add_sample(CLI::App& program);
 
 }  // namespace palpate::tools::commands

@@ -2,7 +2,6 @@
 
 #include "drivers/laboratory/driver.h"
 #include "drivers/openhaptics/driver.h"
-#include "palpate/record/session/recording_driver.h"
 #ifndef PALPATE_PHYSICS_ALONE
 #include "drivers/cameras/driver.h"
 #include "drivers/openigtlink/driver.h"
@@ -18,13 +17,19 @@ device::DriverRegistry built_in_drivers() {
 #ifndef PALPATE_PHYSICS_ALONE
   drivers::cameras::add_to(registry);
   drivers::openigtlink::add_to(registry);
-  record::session::add_to(registry, [](std::string_view bytes, device::CameraImage& image) {
-    return render::read_picture(bytes, image.rgb, image.width, image.height);
-  });
-#else
-  record::session::add_to(registry);
 #endif
+  record::session::add_to(registry, jpeg_decoder());
   return registry;
+}
+
+record::session::DecodeJpeg jpeg_decoder() {
+#ifndef PALPATE_PHYSICS_ALONE
+  return [](std::string_view bytes, device::CameraImage& image) {
+    return render::read_picture(bytes, image.rgb, image.width, image.height);
+  };
+#else
+  return {};
+#endif
 }
 
 }  // namespace palpate::tools::commands

@@ -10,6 +10,7 @@
 #include "palpate/vision/camera.h"
 #include "palpate/vision/pixel_hand_eye.h"
 #include "tools/commands/hand_eye_arguments.h"
+#include "tools/commands/lens_file.h"
 
 namespace palpate::tools::commands {
 namespace {
@@ -105,53 +106,6 @@ Expected<Joined> join(const HandEyeArguments& options, const device::PoseFile& h
   if (column && hand.table.text.size() == hand.poses.size())
     return join_by_name(hand, *column, views, warnings);
   return join_by_order(options, hand, views);
-}
-
-Expected<device::CameraModel> lens_from_json(const std::string& file, const std::string& content) {
-  const auto json = Json::parse(content, nullptr, false);
-  const auto number = [&](const char* key) { return json.contains(key) && json[key].is_number(); };
-  for (const char* key : {"fx", "fy", "cx", "cy", "width_px", "height_px"})
-    if (json.is_discarded() || !json.is_object() || !number(key))
-      return wrong_use("{}: no number '{}'; a rig file, or what calibrate camera --json writes, is expected",
-                       file, key);
-  device::CameraModel lens;
-  lens.width = json["width_px"].get<int>(), lens.height = json["height_px"].get<int>();
-  lens.fx = json["fx"].get<double>(), lens.fy = json["fy"].get<double>();
-  lens.cx = json["cx"].get<double>(), lens.cy = json["cy"].get<double>();
-  const auto list = json.value("distortion", Json::array());
-  if (!list.is_array() || list.size() != lens.distortion.size() ||
-      !std::all_of(list.begin(), list.end(), [](const Json& k) { return k.is_number(); }) ||
-      !(lens.fx > 0.0) || !(lens.fy > 0.0))
-    return wrong_use("{}: 'distortion' k1 k2 p1 p2 k3 and focal lengths above 0 are expected", file);
-  for (std::size_t i = 0; i < lens.distortion.size(); ++i) lens.distortion[i] = list[i].get<double>();
-  return lens;
-}
-
-std::optional<device::CameraModel> lens_of(const rig::Rig& rig, const std::string& camera) {
-  const auto& calibration = camera == "right" ? rig.right_camera : rig.camera;
-  if (!calibration) return std::nullopt;
-  return calibration->model;
-}
-
-// The lens that is given: by --lens, else by the rig; none where it is to be found with the rest.
-Expected<std::optional<device::CameraModel>> given_lens(const HandEyeArguments& options,
-                                                        const rig::Rig& rig) {
-  if (options.lens.empty()) return lens_of(rig, options.camera);
-  const auto content = read_file(options.lens);
-  if (!content) return tl::unexpected(content.error());
-  if (const auto first = content->find_first_not_of(" \t\r\n");
-      first != std::string::npos && (*content)[first] == '{') {
-    const auto lens = lens_from_json(options.lens, *content);
-    if (!lens) return tl::unexpected(lens.error());
-    return std::optional(*lens);
-  }
-  const auto other = rig::read_rig(options.lens);
-  if (!other) return tl::unexpected(other.error());
-  const auto lens = lens_of(*other, options.camera);
-  if (!lens)
-    return wrong_use("{}: has no lens of the {} camera; calibrate camera writes one", options.lens,
-                     options.camera);
-  return lens;
 }
 
 Json to_json(const HandEyeArguments& options, const Estimate<vision::PixelHandEye>& fit, const Joined& joined,
@@ -268,7 +222,7 @@ Expected<void> run_hand_eye_pixels(const HandEyeArguments& options) {
   if (!views) return tl::unexpected(views.error());
   const auto joined = join(options, *hand, *views, warnings);
   if (!joined) return tl::unexpected(joined.error());
-  auto lens = given_lens(options, *rig);
+  auto lens = given_lens(options.lens, *rig, options.camera);
   if (!lens) return tl::unexpected(lens.error());
   const std::string source = fmt::format("{}, {}", options.hand, source_of(options.board));
   vision::PixelHandEyeOptions how{.free_lens = !lens->has_value(),

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
 #include <memory>
@@ -15,9 +16,12 @@
 #include "palpate/record/recording_copy.h"
 #include "palpate/record/recording_info.h"
 #include "palpate/record/recording_merge.h"
+#include "palpate/record/session/export_sequence.h"
 #include "palpate/record/session/export_tables.h"
 #include "palpate/record/session/recorded_tables.h"
+#include "palpate/rig/rig.h"
 #include "tools/commands/command.h"
+#include "tools/commands/drivers.h"
 
 namespace palpate::tools::commands {
 namespace {
@@ -26,6 +30,9 @@ struct RecordingArguments {
   std::string file, out, json;
   std::vector<std::filesystem::path> files;
   std::string csv, tum, attachments;
+  std::string sequence, camera = "left";
+  std::vector<std::string> names;  // MARKER=Name
+  std::string rig;
   record::Cut cut{0.0, std::numeric_limits<double>::infinity(), {}};
 };
 
@@ -147,10 +154,61 @@ Expected<record::ScanOptions> part_of(const RecordingArguments& options) {
   return part;
 }
 
+// "pointer=Stylus"
+Expected<std::pair<device::MarkerId, std::string>> named_body(const std::string& text) {
+  const auto equals = text.find('=');
+  const std::string marker = text.substr(0, equals),
+                    name = equals == std::string::npos ? "" : text.substr(equals + 1);
+  const auto plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+  };
+  if (name.empty() || !std::all_of(name.begin(), name.end(), plain) || name[0] < 'A' || name[0] > 'Z')
+    return wrong_use("--igs-name {}: MARKER=Name is expected, Name of letters and digits and a capital first",
+                     excerpt(text));
+  for (const auto& [known, its_name] : {std::pair(device::MarkerId::tip_marker, "tip_marker"),
+                                        {device::MarkerId::camera_marker, "camera_marker"},
+                                        {device::MarkerId::pointer, "pointer"}})
+    if (marker == its_name) return std::pair(known, name);
+  return wrong_use("--igs-name {}: tip_marker, camera_marker or pointer is expected before '='",
+                   excerpt(text));
+}
+
+Expected<void> export_igs_mha(const RecordingArguments& options) {
+  record::session::SequenceOptions how;
+  how.span = {options.cut.from_s, options.cut.to_s};
+  how.camera = options.camera;
+  how.decode = jpeg_decoder();
+  for (const auto& text : options.names) {
+    const auto named = named_body(text);
+    if (!named) return tl::unexpected(named.error());
+    how.names[named->first] = named->second;
+  }
+  if (!options.rig.empty()) {
+    const auto rig = rig::read_rig(options.rig);
+    if (!rig) return tl::unexpected(rig.error());
+    if (rig->delays) how.camera_after_tracker_s = rig->delays->camera_after_tracker_s;
+  }
+  const auto report = record::session::export_sequence(options.file, options.sequence, how);
+  if (!report) return tl::unexpected(report.error());
+  std::FILE* const stream = stream_beside(options.sequence);
+  print_line(fmt::format("{:>9}    pictures of {} x {} px in {}", report->frames, report->width,
+                         report->height, options.sequence),
+             stream);
+  for (const auto& [name, counts] : report->transforms)
+    print_line(fmt::format("{:>9}    of them with {}", counts.valid, name), stream);
+  if (report->transforms.empty()) notice("no marker was heard of: pictures alone");
+  if (report->left_out > 0)
+    notice(fmt::format("{} of another size left out", counted(report->left_out, "picture")));
+  return {};
+}
+
 Expected<void> export_parts(const RecordingArguments& options) {
   namespace session = record::session;
-  if (options.csv.empty() && options.tum.empty() && options.attachments.empty())
-    return wrong_use("recording export: --csv DIR, --tum DIR or --attachments DIR is expected");
+  if (options.csv.empty() && options.tum.empty() && options.attachments.empty() && options.sequence.empty())
+    return wrong_use(
+        "recording export: --csv DIR, --tum DIR, --attachments DIR or --igs-mha FILE is expected");
+  if (!options.sequence.empty())
+    if (auto done = export_igs_mha(options); !done) return done;
   const auto part = part_of(options);
   if (!part) return tl::unexpected(part.error());
   const auto tell = [](const std::string& folder,
@@ -192,6 +250,21 @@ void add_export(CLI::App& recording, const std::shared_ptr<RecordingArguments>& 
       ->type_name("DIR");
   command->add_option("--attachments", options->attachments, "The files that it holds: rig, scene")
       ->type_name("DIR");
+  command
+      ->add_option("--igs-mha", options->sequence,
+                   "A camera's pictures with the markers' transforms beside each: sequence metafile of PLUS "
+                   "and Slicer")
+      ->type_name("FILE");
+  command->add_option("--igs-camera", options->camera, "... which camera")
+      ->check(CLI::IsMember({"left", "right"}))
+      ->capture_default_str();
+  command
+      ->add_option("--igs-name", options->names,
+                   "... what a marker is called: pointer=Stylus gives StylusToTrackerTransform")
+      ->type_name("MARKER=Name")
+      ->allow_extra_args(false);
+  command->add_option("--rig", options->rig, "... the rig whose delay between camera and tracker counts")
+      ->type_name("FILE");
   add_part_options(*command, options->cut);
   on(command, [options] { return export_parts(*options); });
 }

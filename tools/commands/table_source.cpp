@@ -2,8 +2,10 @@
 
 #include <cstdlib>
 
+#include "palpate/calibration/session/stream_tables.h"
 #include "palpate/core/file.h"
 #include "palpate/core/text.h"
+#include "palpate/record/session/recorded_streams.h"
 
 namespace palpate::tools::commands {
 
@@ -44,9 +46,27 @@ Expected<void> TableSource::supply() {
   return {};
 }
 
+// The table that the recording holds, else what its raw streams make of it.
+Expected<std::string> TableSource::text_of(const std::string& name) const {
+  auto held = record::session::find_table(recording_, name, span_);
+  if (!held) return tl::unexpected(held.error());
+  if (*held) return **held;
+  const auto raw = record::session::read_streams(recording_, {.span = span_, .camera = {}});
+  if (!raw) return tl::unexpected(raw.error());
+  auto made = calibration::session::table_from_streams(raw->streams, name);
+  if (!made) {
+    const auto refusal = record::session::table_of(recording_, name, span_);
+    if (refusal || raw->arm + raw->tracker == 0) return refusal;
+    return refused("{}; of its raw streams: {}", refusal.error().message, made.error().message);
+  }
+  notice(fmt::format("{}: holds no table '{}'; it is made of what arm and tracker said", one_line(recording_),
+                     name));
+  return made;
+}
+
 Expected<void> TableSource::take(const Table& table) {
   const std::string name = table.name();
-  const auto text = record::session::table_of(recording_, name, span_);
+  const auto text = text_of(name);
   if (!text) return tl::unexpected(text.error());
   if (folder_.empty()) {
     std::error_code code;

@@ -1,5 +1,5 @@
 // --recording FILE --from S --to S of the calibrations, in place of their tables: a table that is not named comes out of the
-// recording, as a file in a folder that is gone with the program.
+// recording, as a file in a folder that is gone with the program: the table that it holds, or one made of its raw streams.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -45,6 +45,7 @@ class TableSource {
     bool needed;
   };
   Expected<void> take(const Table& table);
+  Expected<std::string> text_of(const std::string& name) const;
 
   std::string recording_;
   record::session::TimeSpan span_;

@@ -39,6 +39,18 @@ std::vector<device::Pixel> numbered(std::vector<device::Pixel> corners, const vi
 
 }  // namespace
 
+std::optional<vision::BoardView> find_board(const device::CameraImage& image, const vision::BoardShape& shape,
+                                            int half_window) {
+  const auto grey = vision::grey_from_rgb(image.rgb);
+  const auto corners = vision::find_board_corners(grey, image.width, image.height, shape, half_window);
+  if (!corners) return std::nullopt;
+  vision::BoardView view;
+  view.name = fmt::format("image {}", image.frame);
+  view.image = numbered(*corners, shape, grey, image.width, image.height);
+  for (int i = 0; i < shape.corners(); ++i) view.board.push_back(shape.corner(i));
+  return view;
+}
+
 Expected<BoardViewRecord> record_board_views(AcquisitionContext context, double seconds_long, int every) {
   const vision::BoardShape shape;
   BoardViewRecord seen;
@@ -46,16 +58,9 @@ Expected<BoardViewRecord> record_board_views(AcquisitionContext context, double 
                              [&](const device::CameraImage& image) {
                                seen.width = image.width;
                                seen.height = image.height;
-                               const auto grey = vision::grey_from_rgb(image.rgb);
-                               const auto corners =
-                                   vision::find_board_corners(grey, image.width, image.height, shape);
-                               if (!corners) return false;
-                               vision::BoardView view;
-                               view.name = fmt::format("image {}", image.frame);
-                               view.image = numbered(*corners, shape, grey, image.width, image.height);
-                               for (int i = 0; i < shape.corners(); ++i)
-                                 view.board.push_back(shape.corner(i));
-                               seen.views.push_back(std::move(view));
+                               auto view = find_board(image, shape);
+                               if (!view) return false;
+                               seen.views.push_back(std::move(*view));
                                return true;
                              });
   if (!record) return tl::unexpected(record.error());

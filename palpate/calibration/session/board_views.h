@@ -4,6 +4,7 @@
 // pictures, or in none, is no error here.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "palpate/calibration/session/procedures.h"
@@ -16,6 +17,10 @@ struct BoardViewRecord {
   ViewRecord record;          // its image_times_s are those of the views
   int width = 0, height = 0;  // px
 };
+
+// The board in one picture: its corners found, and numbered from its dark end. Nothing where it is not whole in view.
+std::optional<vision::BoardView> find_board(const device::CameraImage& image, const vision::BoardShape& shape,
+                                            int half_window = 0);
 
 // One image in `every` is searched.
 Expected<BoardViewRecord> record_board_views(AcquisitionContext context, double seconds_long, int every);

@@ -235,6 +235,17 @@ Expected<HandEyeRecord> record_hand_eye(AcquisitionContext context, double secon
   return record;
 }
 
+MeanTip mean_tip(const std::vector<TrackedPose>& frames, const Vector3& tip) {
+  MeanTip mean;
+  const double n = static_cast<double>(frames.size());
+  for (const auto& frame : frames) {
+    mean.place += (frame.marker.rotation * tip + frame.marker.translation) / n;
+    const Matrix3& systematic = frame.marker.systematic;  // the same in all frames
+    mean.covariance += (frame.marker.point_covariance(tip) - systematic) / (n * n) + systematic / n;
+  }
+  return mean;
+}
+
 std::vector<device::Request> corner_requests(const std::string& surface) {
   std::vector<device::Request> requests;
   for (int i = 0; i < 4; ++i) requests.push_back({device::Gesture::touch, surface, i});
@@ -265,12 +276,9 @@ Expected<std::vector<TouchedPoint>> record_touches(AcquisitionContext context,
       return not_seen(("touch of " + place.what + " " + std::to_string(place.index + 1)).c_str(),
                       frames.size(), kFrames);
     TouchedPoint touch{place.what, place.index};
-    const double n = static_cast<double>(frames.size());
-    for (const auto& frame : frames) {
-      touch.place += (frame.marker.rotation * tip + frame.marker.translation) / n;
-      const Matrix3& systematic = frame.marker.systematic;  // the same in all frames
-      touch.covariance += (frame.marker.point_covariance(tip) - systematic) / (n * n) + systematic / n;
-    }
+    const MeanTip mean = mean_tip(frames, tip);
+    touch.place = mean.place;
+    touch.covariance = mean.covariance;
     touch.X_world_pointer.rotation = frames.back().marker.rotation;
     touch.X_world_pointer.translation = touch.place - touch.X_world_pointer.rotation * tip;
     touches.push_back(touch);

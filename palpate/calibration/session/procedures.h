@@ -80,6 +80,14 @@ Expected<std::vector<TouchedPoint>> record_touches(AcquisitionContext context,
                                                    const std::vector<device::Request>& places,
                                                    const Vector3& tip);
 
+// Where a tip at `tip` in the marker was in the mean of some frames, and the covariance of that as the tracker believes: its noise
+// is averaged, its systematic part is not. At least one frame.
+struct MeanTip {
+  Vector3 place = Vector3::Zero();
+  Matrix3 covariance = Matrix3::Zero();  // m^2
+};
+MeanTip mean_tip(const std::vector<TrackedPose>& frames, const Vector3& tip);
+
 // Requests for the four corners of a surface.
 std::vector<device::Request> corner_requests(const std::string& surface);
 

@@ -1,7 +1,5 @@
 #include "palpate/calibration/session/recorder.h"
 
-#include <algorithm>
-
 namespace palpate::calibration::session {
 namespace {
 constexpr Duration kTick = std::chrono::milliseconds(1);
@@ -17,17 +15,10 @@ void Recorder::tick() {
   last_look_ = read_at;
   const device::ArmSample arm = context_.arm.read();
   if (control_) control_(arm);
-  // A hundred pairs a second are plenty for a clock.
-  if (ticks_++ % 10 == 0) arm_clock_.add(arm.stamp, read_at, waited);
-  arm_.push_back(arm);
+  streams_.add(arm, read_at, waited);
   const auto tracked = context_.tracker.poll();
   context_.person.watch(read_at.seconds(), arm, tracked);
-  for (const auto& sample : tracked) {
-    // The bodies of one frame share a stamp; a clock estimator wants each moment once.
-    if (tracked_.empty() || sample.stamp != tracked_.back().stamp)
-      tracker_clock_.add(sample.stamp, read_at, waited);
-    tracked_.push_back(sample);
-  }
+  for (const auto& sample : tracked) streams_.add(sample, read_at, waited);
 }
 
 void Recorder::run(double seconds_long) {
@@ -50,45 +41,6 @@ Expected<void> Recorder::run_until_ready() {
   }
 }
 
-void Recorder::clear() {
-  arm_.clear();
-  tracked_.clear();
-}
-
-std::vector<ArmReading> Recorder::arm_readings() const {
-  const auto model = arm_clock_.model();
-  std::vector<ArmReading> readings;
-  readings.reserve(arm_.size());
-  // Readings that are not numbers are those of an arm that was silent for a moment.
-  for (const auto& sample : arm_)
-    if (sample.joints.allFinite() && sample.gimbal.allFinite())
-      readings.push_back({model.to(sample.stamp).seconds(), sample.joints, sample.gimbal});
-  return readings;
-}
-
-std::vector<TrackedPose> Recorder::poses(device::MarkerId marker) const {
-  const auto readings = arm_readings();
-  const auto model = tracker_clock_.model();
-  std::vector<TrackedPose> result;
-  for (const auto& sample : tracked_) {
-    if (sample.marker != marker || !sample.seen) continue;
-    const double t = model.to(sample.stamp).seconds();
-    const auto after =
-        std::lower_bound(readings.begin(), readings.end(), t,
-                         [](const ArmReading& reading, double when) { return reading.time_s < when; });
-    if (after == readings.begin() || after == readings.end()) continue;
-    const auto before = after - 1;
-    const double s = (t - before->time_s) / (after->time_s - before->time_s);
-    result.push_back({t, sample, before->joints + s * (after->joints - before->joints),
-                      before->gimbal + s * (after->gimbal - before->gimbal)});
-  }
-  return result;
-}
-
-int Recorder::missed(device::MarkerId marker) const {
-  return static_cast<int>(std::count_if(
-      tracked_.begin(), tracked_.end(),
-      [&](const device::TrackerSample& sample) { return sample.marker == marker && !sample.seen; }));
-}
+void Recorder::clear() { streams_.clear(); }
 
 }  // namespace palpate::calibration::session

@@ -1,6 +1,9 @@
 #include "palpate/calibration/session/sample_csv.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 
 #include "palpate/core/csv.h"
 #include "palpate/core/units.h"
@@ -26,18 +29,95 @@ void append_arm(std::vector<double>& row, const TrackedPose& pose) {
 
 std::string cell(double value) { return number_text(value); }
 
+std::vector<double> pose_row(const TrackedPose& pose) {
+  std::vector<double> row{pose.time_s};
+  append(row, pose.marker.translation, kMillimetresPerMetre);
+  append(row, pose.marker.rotation);
+  return row;
+}
+
+// Upper triangle, row by row.
+void append_upper(std::vector<double>& row, const Matrix3& m, double unit) {
+  row.insert(row.end(), {m(0, 0) * unit, m(0, 1) * unit, m(0, 2) * unit, m(1, 1) * unit, m(1, 2) * unit,
+                         m(2, 2) * unit});
+}
+
+constexpr double kMm2 = kMillimetresPerMetre * kMillimetresPerMetre;
+
 }  // namespace
 
-std::string pivot_csv(const std::vector<TrackedPose>& poses, bool with_arm) {
+std::string pivot_csv(const std::vector<TrackedPose>& poses, bool with_arm,
+                      const std::vector<int>& segments) {
   auto columns = kPoseColumns;
   if (with_arm) columns.insert(columns.end(), kArmColumns.begin(), kArmColumns.end());
+  if (!segments.empty()) columns.emplace_back("segment");
+  CsvWriter csv(columns);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    auto row = pose_row(poses[i]);
+    if (with_arm) append_arm(row, poses[i]);
+    if (!segments.empty()) row.push_back(segments.at(i));
+    csv.row(row);
+  }
+  return csv.content();
+}
+
+std::string marker_csv(const std::vector<TrackedPose>& poses) {
+  const std::vector<std::string> axes{"rx", "ry", "rz", "x", "y", "z"};
+  const auto turns = [](std::size_t i) { return i < 3; };
+  auto columns = kPoseColumns;
+  for (std::size_t i = 0; i < 6; ++i)
+    for (std::size_t j = i; j < 6; ++j)
+      columns.push_back("cov_" + axes[i] + "_" + axes[j] +
+                        (turns(j)   ? "_rad2"
+                         : turns(i) ? "_rad_mm"
+                                    : "_mm2"));
+  for (const char* name : {"xx", "xy", "xz", "yy", "yz", "zz"})
+    columns.push_back(fmt::format("sys_{}_mm2", name));
   CsvWriter csv(columns);
   for (const auto& pose : poses) {
-    std::vector<double> row{pose.time_s};
-    append(row, pose.marker.translation, kMillimetresPerMetre);
-    append(row, pose.marker.rotation);
-    if (with_arm) append_arm(row, pose);
+    auto row = pose_row(pose);
+    for (Eigen::Index i = 0; i < 6; ++i)
+      for (Eigen::Index j = i; j < 6; ++j)
+        row.push_back(pose.marker.covariance(i, j) * (i < 3 ? 1.0 : kMillimetresPerMetre) *
+                      (j < 3 ? 1.0 : kMillimetresPerMetre));
+    append_upper(row, pose.marker.systematic, kMm2);
     csv.row(row);
+  }
+  return csv.content();
+}
+
+std::string touches_csv(const std::vector<HeldTouch>& touches, const std::vector<std::string>& labels) {
+  CsvWriter csv({"label", "x_mm", "y_mm", "z_mm", "std_x_mm", "std_y_mm", "std_z_mm", "frames", "time_s",
+                 "seconds", "cov_xx_mm2", "cov_xy_mm2", "cov_xz_mm2", "cov_yy_mm2", "cov_yz_mm2",
+                 "cov_zz_mm2"});
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    const HeldTouch& touch = touches[i];
+    std::vector<double> row;
+    append(row, touch.place, kMillimetresPerMetre);
+    append(row, touch.scatter.diagonal().cwiseSqrt(), kMillimetresPerMetre);
+    row.insert(row.end(), {static_cast<double>(touch.frames), 0.5 * (touch.from_s + touch.to_s),
+                           touch.to_s - touch.from_s});
+    append_upper(row, touch.covariance, kMm2);
+    std::vector<std::string> cells{labels.at(i)};
+    for (const double value : row) cells.push_back(cell(value));
+    csv.row(cells);
+  }
+  return csv.content();
+}
+
+std::string sights_csv(const std::vector<BoardSight>& sights) {
+  auto columns = kPoseColumns;
+  columns.insert(columns.end(), {"rms_px", "image"});
+  CsvWriter csv(columns);
+  for (const auto& sight : sights) {
+    std::vector<double> row{sight.time_s};
+    append(row, sight.pose.translation, kMillimetresPerMetre);
+    append(row, sight.pose.rotation);
+    row.push_back(sight.rms_px);
+    std::vector<std::string> cells;
+    for (const double value : row) cells.push_back(cell(value));
+    cells.push_back(sight.image);
+    csv.row(cells);
   }
   return csv.content();
 }
@@ -54,9 +134,8 @@ std::string arm_csv(const std::vector<TrackedPose>& poses, const Vector3& tip) {
     row.push_back(pose.time_s);
     append(row, pose.marker.translation, kMillimetresPerMetre);
     append(row, pose.marker.rotation);
-    const Matrix3 c = pose.marker.point_covariance(tip) * (kMillimetresPerMetre * kMillimetresPerMetre);
-    row.insert(row.end(), {c(0, 0), c(0, 1), c(0, 2), c(1, 1), c(1, 2), c(2, 2),
-                           std::sqrt(pose.marker.systematic.trace()) * kMillimetresPerMetre});
+    append_upper(row, pose.marker.point_covariance(tip), kMm2);
+    row.push_back(std::sqrt(pose.marker.systematic.trace()) * kMillimetresPerMetre);
     csv.row(row);
   }
   return csv.content();
@@ -71,9 +150,8 @@ std::string points_csv(const std::vector<TouchedPoint>& touches) {
   return csv.content();
 }
 
-std::string corners_csv(const std::vector<vision::BoardView>& views) {
+std::string corners_csv(const std::vector<vision::BoardView>& views, double square) {
   CsvWriter csv({"image", "corner", "board_x_squares", "board_y_squares", "u_px", "v_px"});
-  const double square = vision::BoardShape{}.square;
   for (const auto& view : views)
     for (std::size_t i = 0; i < view.image.size(); ++i)
       csv.row(std::vector<std::string>{view.name, cell(static_cast<double>(i)),

@@ -1,7 +1,5 @@
 #include "palpate/record/session/recorded_tables.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <optional>
 #include <string_view>
@@ -11,24 +9,13 @@
 #include "palpate/record/byte_source.h"
 #include "palpate/record/mcap_reader.h"
 #include "palpate/record/mcap_writer.h"
-#include "palpate/record/recording_copy.h"
-#include "palpate/record/session/device_messages.h"
 
 namespace palpate::record::session {
 namespace {
 
-std::optional<device::MarkerId> marker_of_table(const std::string& name) {
-  if (name == "pivot") return device::MarkerId::tip_marker;
-  if (name == "pointer_pivot") return device::MarkerId::pointer;
-  if (name == "hand") return device::MarkerId::camera_marker;
-  return std::nullopt;
-}
-
-// The attachment, and the poses of the marker where there is none.
 class TableCollector : public ScanHandler {
  public:
-  TableCollector(std::string name, const TimeSpan& span)
-      : name_(std::move(name)), span_(span), marker_(marker_of_table(name_)) {}
+  explicit TableCollector(std::string name) : name_(std::move(name)) {}
 
   Expected<void> attachment(const Attachment& attachment) override {
     if (attachment.name == table_attachment(name_)) table_ = attachment.data;
@@ -36,39 +23,14 @@ class TableCollector : public ScanHandler {
       there_ += (there_.empty() ? "" : ", ") + excerpt(attachment.name.substr(7), 40);
     return {};
   }
-  Expected<void> message(const HeardMessage& heard) override {
-    if (!begun_) begun_ = heard.message.log_time_ns;
-    if (!marker_ || heard.schema == nullptr || heard.schema->name != "palpate.recording.TrackerSample")
-      return {};
-    if (heard.message.log_time_ns < later(*begun_, span_.from_s) ||
-        heard.message.log_time_ns > later(*begun_, span_.to_s))
-      return {};
-    const auto sample = decode_tracker_sample(heard.message.data);
-    if (!sample || !sample->sample.seen || sample->sample.marker != *marker_) return {};
-    const auto& q = sample->sample.rotation;
-    const Vector3 mm = 1000.0 * sample->sample.translation;
-    poses_ += fmt::format("{}.{:09},{},{},{},{},{},{},{}\n", sample->sample.stamp.ns() / 1'000'000'000,
-                          sample->sample.stamp.ns() % 1'000'000'000, mm.x(), mm.y(), mm.z(), q.w(), q.x(),
-                          q.y(), q.z());
-    return {};
-  }
 
-  bool attached() const { return table_.has_value(); }
-  Expected<std::string> table(const std::string& file) const {
-    if (table_) return *table_;
-    if (!poses_.empty()) return "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n" + poses_;
-    return refused("{}: holds no table '{}'{}{}", file, name_,
-                   marker_ ? " and no poses of that marker there" : "",
-                   there_.empty() ? std::string() : "; it holds " + there_);
-  }
+  const std::optional<std::string>& table() const { return table_; }
+  const std::string& there() const { return there_; }
 
  private:
   std::string name_;
-  TimeSpan span_;
-  std::optional<device::MarkerId> marker_;
   std::optional<std::string> table_;
-  std::optional<std::uint64_t> begun_;
-  std::string poses_, there_;
+  std::string there_;
 };
 
 // Rows by their time after the first, as they stand there: no number is read and written again.
@@ -97,20 +59,39 @@ Expected<std::string> part_of_table(const std::string& text, const std::string& 
   return part;
 }
 
+// `there`: the tables there are.
+Expected<std::optional<std::string>> looked_up(const std::filesystem::path& recording,
+                                               const std::string& name, const TimeSpan& span,
+                                               std::string& there) {
+  auto source = open_source(recording);
+  if (!source) return tl::unexpected(source.error());
+  TableCollector collector(name);
+  if (const auto scanned = scan(**source, {}, collector); !scanned) return tl::unexpected(scanned.error());
+  there = collector.there();
+  if (!collector.table() || span.all()) return collector.table();
+  auto part = part_of_table(*collector.table(), name, span);
+  if (!part) return tl::unexpected(part.error());
+  return std::optional(std::move(*part));
+}
+
 }  // namespace
 
 std::string table_attachment(const std::string& name) { return "tables/" + name + ".csv"; }
 
 Expected<std::string> table_of(const std::filesystem::path& recording, const std::string& name,
                                const TimeSpan& span) {
-  const std::string file = one_line(recording.string());
-  auto source = open_source(recording);
-  if (!source) return tl::unexpected(source.error());
-  TableCollector collector(name, span);
-  if (const auto scanned = scan(**source, {}, collector); !scanned) return tl::unexpected(scanned.error());
-  auto table = collector.table(file);
-  if (!table || span.all() || !collector.attached()) return table;
-  return part_of_table(*table, name, span);
+  std::string there;
+  auto table = looked_up(recording, name, span, there);
+  if (!table) return tl::unexpected(table.error());
+  if (*table) return **table;
+  return refused("{}: holds no table '{}'{}", one_line(recording.string()), name,
+                 there.empty() ? std::string() : "; it holds " + there);
+}
+
+Expected<std::optional<std::string>> find_table(const std::filesystem::path& recording,
+                                                const std::string& name, const TimeSpan& span) {
+  std::string there;
+  return looked_up(recording, name, span, there);
 }
 
 Expected<void> write_tables(const std::filesystem::path& recording,

@@ -1,13 +1,14 @@
-// The tables that calibrations read, out of a recording: those it holds as attachments ("tables/arm.csv"), and poses of markers
-// made of what its tracker saw. And into one: a recording that holds the tables of other people's files.
+// The tables that calibrations read, out of a recording that holds them as attachments ("tables/arm.csv"). And into one: a recording
+// that holds the tables of other people's files. Those made of raw streams: recorded_streams.h.
 //
 // A table is CSV text, as `palpate calibrate` reads it. Between two times it has the rows whose `time_s` lies so many seconds after
-// its first one; of device streams the samples that lie so long after the recording's first message. Ordinary threads. Errors:
+// its first one. Ordinary threads. Errors:
 // wrong use for a file that is no recording; refused where it has no such table, or a part of one is asked for that has no times.
 #pragma once
 
 #include <filesystem>
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,10 +22,12 @@ struct TimeSpan {
   bool all() const { return from_s <= 0.0 && to_s == std::numeric_limits<double>::infinity(); }
 };
 
-// `name`: arm, pivot, pointer_pivot, hand, eye ...; pivot, pointer_pivot and hand are also made of the poses of tip marker, pointer
-// and camera marker.
+// `name`: arm, pivot, pointer_pivot, hand, eye ...
 Expected<std::string> table_of(const std::filesystem::path& recording, const std::string& name,
                                const TimeSpan& span = {});
+// The same; nothing where there is no such table.
+Expected<std::optional<std::string>> find_table(const std::filesystem::path& recording,
+                                                const std::string& name, const TimeSpan& span = {});
 
 // A new recording of tables alone: name and text each. There whole or not at all.
 Expected<void> write_tables(const std::filesystem::path& recording,

@@ -62,20 +62,6 @@ std::filesystem::path tracked(const ScratchFolder& folder) {
   return folder / "s.mcap";
 }
 
-TEST(RecordedTables, PosesOfAMarkerAreATableToTheLastDigit) {
-  const ScratchFolder folder;
-  const auto text = table_of(tracked(folder), "pivot");
-  ASSERT_TRUE(text) << text.error().message;
-  const auto table = parse_csv(*text, "pivot");
-  ASSERT_TRUE(table) << table.error().message;
-  ASSERT_EQ(table->rows.size(), 3u);
-  EXPECT_EQ(table->rows[1][*table->find("time_s")], 1.51);
-  EXPECT_EQ(table->rows[2][*table->find("y_mm")], 1000.0 * (1.0 / 3.0));
-  const auto part = parse_csv(*table_of(folder / "s.mcap", "pivot", {0.5, 1.5}), "pivot");
-  ASSERT_TRUE(part);
-  EXPECT_EQ(part->rows.size(), 1u);
-}
-
 TEST(ExportTables, EachTopicIsATableWithAllItsDigits) {
   const ScratchFolder folder;
   const auto report = export_csv(tracked(folder), folder / "csv");

@@ -1,0 +1,19 @@
+// A camera's lens as a person names it: --lens FILE, a rig file or what `calibrate camera --json` writes, else the rig at hand.
+//
+// Errors: wrong use: a file that is neither, or has no lens of that camera.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "palpate/core/expected.h"
+#include "palpate/device/camera_model.h"
+#include "palpate/rig/rig.h"
+
+namespace palpate::tools::commands {
+
+// `camera`: left or right. None where neither `file`, empty, nor the rig has one.
+Expected<std::optional<device::CameraModel>> given_lens(const std::string& file, const rig::Rig& rig,
+                                                        const std::string& camera);
+
+}  // namespace palpate::tools::commands
