@@ -161,6 +161,8 @@ class RecordedSessions(LaboratoryTest):
                 self.runs("calibrate", kind, *tables, *more, "--json", "tables.json")
                 self.runs("calibrate", kind, "--recording", "t.mcap", *more, "--json", "recording.json")
                 results = [json.loads(self.read(name)) for name in ("tables.json", "recording.json")]
+                for source in results[1]["data"].values():
+                    self.assertNotIn(os.sep, source, "the recording is named, not a file in between")
                 hashes = [{name: value for name, value in result.pop("data").items() if "hash" in name} for result in results]
                 self.assertEqual(*results)
                 self.assertEqual(*hashes)

@@ -5,6 +5,7 @@
 
 #include "palpate/core/file.h"
 #include "tools/commands/command.h"
+#include "tools/commands/source_names.h"
 
 namespace palpate::tools::commands {
 
@@ -88,8 +89,11 @@ Expected<void> write_result(const ResultOptions& options, const Result& result) 
     result.store(alone);
     if (const auto done = rig::write_rig(options.out, alone); !done) return done;
   }
-  if (!options.json.empty())
-    if (const auto done = write_json(options.json, result.json); !done) return done;
+  if (!options.json.empty()) {
+    Json json = result.json;
+    with_sources_named(json);
+    if (const auto done = write_json(options.json, json); !done) return done;
+  }
   if (!options.rig.empty()) {
     auto rig = start_rig(options);
     if (!rig) return tl::unexpected(rig.error());
@@ -97,7 +101,7 @@ Expected<void> write_result(const ResultOptions& options, const Result& result) 
     if (const auto done = rig::write_rig(options.rig, *rig); !done) return done;
   }
   std::FILE* const stream = options.json == "-" ? stderr : stdout;
-  for (const auto& line : result.summary) print_line(line, stream);
+  for (const auto& line : result.summary) print_line(with_sources_named(line), stream);
   return {};
 }
 

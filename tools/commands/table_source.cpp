@@ -6,6 +6,7 @@
 #include "palpate/core/file.h"
 #include "palpate/core/text.h"
 #include "palpate/record/session/recorded_streams.h"
+#include "tools/commands/source_names.h"
 
 namespace palpate::tools::commands {
 
@@ -78,6 +79,7 @@ Expected<void> TableSource::take(const Table& table) {
   const auto file = folder_ / (name + ".csv");
   if (auto done = write_file(file, *text); !done) return done;
   *table.path = file.string();
+  name_source(*table.path, fmt::format("{}: table {}", one_line(recording_), name));
   return {};
 }
 

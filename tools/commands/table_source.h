@@ -11,6 +11,7 @@
 
 #include "palpate/record/session/recorded_tables.h"
 #include "tools/commands/command.h"
+#include "tools/commands/source_names.h"
 
 namespace palpate::tools::commands {
 
@@ -57,7 +58,9 @@ class TableSource {
 inline void on(CLI::App* command, std::shared_ptr<TableSource> tables, Action action) {
   on(command, [tables = std::move(tables), action = std::move(action)]() -> Expected<void> {
     if (auto there = tables->supply(); !there) return there;
-    return action();
+    auto done = action();
+    if (!done) done.error().message = with_sources_named(std::move(done.error().message));
+    return done;
   });
 }
 
