@@ -320,8 +320,10 @@ void SessionPage::draw_words(const SessionView& view, const Layout& at) {
   } else {
     write_wrapped(x, y, right - x, 3, view.ending ? "" : view.instruction, letter * 21 / 20, kInkWhite);
     const StateWords state = session_state(view);
+    int size = letter * 13 / 10;  // smaller only where it would not fit
+    while (size > letter * 3 / 4 && lettering_->width(state.words, size) > right - x) --size;
     write_wrapped(x, y + 3 * lettering_->line_height(letter * 21 / 20) + pad / 2, right - x, 1, state.words,
-                  letter * 13 / 10, colour_of(state.mood));
+                  size, colour_of(state.mood));
     // What has been taken of it so far.
     std::string count;
     if (view.guided_of > 0 && view.request && view.request->gesture == Gesture::next_pose &&
