@@ -227,9 +227,10 @@ void SessionPage::draw_camera(const SessionView& view, const Layout& at) {
   // Drawn on a canvas of its own, whose edges cut what goes beyond.
   Canvas picture(box.width, box.height);
   draw_picture(picture, image.rgb, {image.width, image.height}, {0, 0, box.width, box.height});
+  const SessionShapes shapes = shapes_of(view);
   const bool is_place = view.request && !view.outcome && !is_movement(*view.request);
   if (const auto projection = picture_projection(view, {0, 0, box.width, box.height}); projection && is_place)
-    draw_shapes(picture, shapes_of(view), *projection, view.person.near_target, letter);
+    draw_shapes(picture, shapes, *projection, is_near_goal(view, shapes), letter);
   box.x += room.x, box.y += room.y;
   put(page_, picture, box.x, box.y);
   if (flashes(view)) border(page_, box, std::max(3, letter / 3), kGood);
@@ -267,7 +268,8 @@ void SessionPage::draw_plan(const SessionView& view, const Box& box, int letter,
     fill_polygon(canvas, corners, {kSurface.red, kSurface.green, kSurface.blue, 28});
   }
   if (shapes.head) draw_ring(canvas, *projection(*shapes.head), 0.4 * letter, 0.15 * letter, kInkGrey);
-  draw_shapes(canvas, shapes, projection, view.person.near_target, letter);
+  const bool is_near = is_near_goal(view, shapes);
+  draw_shapes(canvas, shapes, projection, is_near, letter);
   const int x = box.x + edge, y = box.y + line + edge / 2;
   put(page_, canvas, x, y);
   // A decimetre, and what the colours mean.
@@ -279,8 +281,7 @@ void SessionPage::draw_plan(const SessionView& view, const Box& box, int letter,
   write(right - decimetre - edge - lettering_->width(scale, small), foot, scale, small, kInkGrey);
   int legend = x;
   if (shapes.present) legend = write(legend, foot, "you", small, kPresent) + letter;
-  if (shapes.goal())
-    legend = write(legend, foot, "hold it here", small, view.person.near_target ? kGood : kGoal) + letter;
+  if (shapes.goal()) legend = write(legend, foot, "hold it here", small, is_near ? kGood : kGoal) + letter;
   const bool has_head = shapes.head && is_on(canvas, *projection(*shapes.head));
   if (has_head) write(legend, foot, "camera", small, kInkGrey);
 }
@@ -319,14 +320,16 @@ void SessionPage::draw_words(const SessionView& view, const Layout& at) {
   } else {
     write_wrapped(x, y, right - x, 3, view.ending ? "" : view.instruction, letter * 21 / 20, kInkWhite);
     const StateWords state = session_state(view);
+    int size = letter * 13 / 10;  // smaller only where it would not fit
+    while (size > letter * 3 / 4 && lettering_->width(state.words, size) > right - x) --size;
     write_wrapped(x, y + 3 * lettering_->line_height(letter * 21 / 20) + pad / 2, right - x, 1, state.words,
-                  letter * 13 / 10, colour_of(state.mood));
+                  size, colour_of(state.mood));
     // What has been taken of it so far.
     std::string count;
     if (view.guided_of > 0 && view.request && view.request->gesture == Gesture::next_pose &&
         !view.guidance.empty() && view.guidance.back().poses < view.guided_of)
       count = fmt::format("{} of {} taken", view.guidance.back().poses, view.guided_of);
-    else if (view.taken > 0)
+    else if (view.taken > 0 && view.request && !is_movement(*view.request))
       count = fmt::format("{} taken", view.taken);
     write(right - lettering_->width(count, letter), box.y + pad, count, letter, kInkWhite);
   }

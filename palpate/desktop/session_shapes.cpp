@@ -16,6 +16,7 @@ constexpr double kBar = 0.03;      // m to either side
 constexpr double kSmallest = 0.4;  // m that a plan shows at least
 constexpr double kAround = 0.06;   // m around what has to be seen
 constexpr double kGrid = 0.1;      // m
+constexpr double kFinger = 0.015;  // m
 constexpr double kNearest = 0.05;  // m before the camera: nearer a drawing tells nothing
 
 RodShape rod_at(const Vector3& tip, const Quaternion& R_world_marker, const Vector3& tip_in_marker) {
@@ -100,6 +101,11 @@ SessionShapes shapes_of(const SessionView& view) {
   if (watched == device::MarkerId::tip_marker && stylus.seen)
     shapes.present = rod_of(stylus, stylus_tip(view));
   return shapes;
+}
+
+bool is_near_goal(const SessionView& view, const SessionShapes& shapes) {
+  if (shapes.target) return view.person.near_target;
+  return shapes.place && shapes.present && (shapes.present->tip - *shapes.place).norm() < kFinger;
 }
 
 std::optional<Projection> picture_projection(const SessionView& view, const Box& box) {
@@ -224,12 +230,12 @@ void draw_surfaces(Canvas& canvas, const SessionShapes& shapes, const Projection
 
 }  // namespace
 
-void draw_shapes(Canvas& canvas, const SessionShapes& shapes, const Projection& projection, bool near_target,
+void draw_shapes(Canvas& canvas, const SessionShapes& shapes, const Projection& projection, bool near_goal,
                  double unit) {
   draw_surfaces(canvas, shapes, projection, unit);
   for (const auto& tip : shapes.held)
     if (const auto at = projection(tip)) draw_disc(canvas, *at, 0.16 * unit, kHeld);
-  const Colour& wanted = near_target ? kGood : kGoal;
+  const Colour& wanted = near_goal ? kGood : kGoal;
   const auto goal = shapes.goal() ? projection(*shapes.goal()) : std::nullopt;
   const auto tip = shapes.present ? projection(shapes.present->tip) : std::nullopt;
   if (shapes.target) draw_rod(canvas, *shapes.target, projection, unit, wanted);

@@ -44,6 +44,8 @@ struct SessionShapes {
 };
 
 SessionShapes shapes_of(const SessionView& view);
+// Whether the tip is about where it is wanted: the stylus' as the session judges it, the pointer's to a finger's breadth.
+bool is_near_goal(const SessionView& view, const SessionShapes& shapes);
 
 // Which of the markers a request watches.
 device::MarkerId watched_marker(const device::Request& request);
@@ -53,7 +55,7 @@ std::optional<Vector3> stylus_tip(const SessionView& view);
 // To a canvas: where a point is drawn; none: it cannot be.
 using Projection = std::function<std::optional<Eigen::Vector2d>(const Vector3& world)>;
 
-// Into a picture that is drawn in `box`, through the lens, as the camera's marker stood when it came. Nothing where
+// Into a picture that is drawn in `box`, through the lens, as the camera's marker stood when it was taken. Nothing where
 // that is not known: before lens and hand-eye are calibrated, and while the marker is not seen.
 std::optional<Projection> picture_projection(const SessionView& view, const Box& box);
 
@@ -71,7 +73,7 @@ struct Plan {
 Plan plan_of(const SessionShapes& shapes);
 
 // `unit`: px, the size of letters beside it. A goal beyond the canvas is an arrow at its edge.
-void draw_shapes(Canvas& canvas, const SessionShapes& shapes, const Projection& projection, bool near_target,
+void draw_shapes(Canvas& canvas, const SessionShapes& shapes, const Projection& projection, bool near_goal,
                  double unit);
 
 }  // namespace palpate::desktop

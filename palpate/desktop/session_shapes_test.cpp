@@ -160,6 +160,24 @@ TEST(SessionShapes, ShowsWhereToTouchWhatTheRigHasAlready) {
   EXPECT_FALSE(shapes_of(view).goal());
 }
 
+TEST(SessionShapes, KnowsWhenTheTipIsThere) {
+  SessionView view = a_calibrated_view();
+  auto rig = *view.rig;
+  rig.pointer_pivot.emplace();
+  rig.landmarks.push_back({{Vector3(0.3, 0.2, 0.1)}});
+  view.rig = std::make_shared<rig::Rig>(rig);
+  view.request = device::Request{Gesture::touch, "landmark", 0};
+  view.person.pointer.seen = true;
+  view.person.pointer.translation = {0.3, 0.2, 0.11};
+  EXPECT_TRUE(is_near_goal(view, shapes_of(view)));
+  view.person.pointer.translation = {0.3, 0.2, 0.13};
+  EXPECT_FALSE(is_near_goal(view, shapes_of(view)));
+  view.request = pose_request({0.1, 0.2, 0.3});  // as the session judges it
+  EXPECT_FALSE(is_near_goal(view, shapes_of(view)));
+  view.person.near_target = true;
+  EXPECT_TRUE(is_near_goal(view, shapes_of(view)));
+}
+
 TEST(Plan, ShowsTheWorldFromAboveAndAsThePersonSeesIt) {
   SessionShapes shapes;
   shapes.target = rod_from({0.1, -1.3, 1.6}, {0.1, -1.2, 1.6});

@@ -20,7 +20,7 @@
 
 namespace palpate::desktop {
 
-// A camera's picture with where the camera's marker was seen last when it came.
+// A camera's picture with where the camera's marker was when it was taken.
 struct SessionPicture {
   device::CameraImage image;
   bool right = false;  // of two cameras

@@ -60,9 +60,10 @@ Expected<Opened> open_devices(const LiveDevices& names, const rig::Rig& rig,
 // A person whose devices are looked at meanwhile: one that goes ends the session, in words.
 class PersonAtDevices : public session::GuidedPerson {
  public:
-  // `preview`: null where nobody sees the camera's pictures.
-  PersonAtDevices(session::Panel& panel, Opened& devices, device::CameraPreview* preview)
-      : GuidedPerson(panel), devices_(devices), preview_(preview) {}
+  using Watch = std::function<void(double now_s, std::span<const device::TrackerSample> tracked)>;
+  // `also`: watches as well; may be empty.
+  PersonAtDevices(session::Panel& panel, Opened& devices, Watch also)
+      : GuidedPerson(panel), devices_(devices), also_(std::move(also)) {}
 
   Expected<bool> ready() override {
     if (!there_) return tl::unexpected(there_.error());
@@ -76,12 +77,12 @@ class PersonAtDevices : public session::GuidedPerson {
       looked_s_ = now_s;
     }
     GuidedPerson::watch(now_s, arm, tracked);
-    if (preview_ != nullptr) preview_->refresh(now_s);
+    if (also_) also_(now_s, tracked);
   }
 
  private:
   Opened& devices_;
-  device::CameraPreview* preview_;
+  Watch also_;
   Expected<void> there_{};
   double looked_s_ = 0.0;
 };
@@ -129,7 +130,7 @@ struct LiveSession::Parts {
         terminal(std::move(its_terminal)),
         windowed(exchange != nullptr ? std::make_unique<WindowedPanel>(*terminal, *exchange) : nullptr),
         preview(exchange != nullptr ? make_preview(right_camera) : nullptr),
-        person(panel(), opened, preview.get()),
+        person(panel(), opened, preview ? watch_for_window() : live::PersonAtDevices::Watch()),
         camera(preview ? preview->camera() : opened.camera->device()),
         right(preview ? preview->right() : right_camera) {}
 
@@ -140,9 +141,18 @@ struct LiveSession::Parts {
 
   std::unique_ptr<device::CameraPreview> make_preview(device::CameraDevice* right_camera) {
     constexpr double kPictures_hz = 15.0;
-    return std::make_unique<device::CameraPreview>(
-        opened.camera->device(), right_camera, kPictures_hz,
-        [this](const device::CameraImage& image, bool is_right) { windowed->show_picture(image, is_right); });
+    return std::make_unique<device::CameraPreview>(opened.camera->device(), right_camera, kPictures_hz,
+                                                   [this](const device::CameraImage& image, bool is_right) {
+                                                     windowed->show_picture(image, is_right,
+                                                                            clock.now().seconds());
+                                                   });
+  }
+
+  live::PersonAtDevices::Watch watch_for_window() {
+    return [this](double now_s, std::span<const device::TrackerSample> tracked) {
+      windowed->watch(now_s, tracked);
+      preview->refresh(now_s);
+    };
   }
 
   live::Opened opened;

@@ -85,18 +85,17 @@ void WindowedPanel::guided(const session::GuidanceState& state, int of) {
 }
 
 void WindowedPanel::show_rig(const rig::Rig& rig) {
+  camera_after_tracker_s_ = rig.delays ? rig.delays->camera_after_tracker_s : 0.0;
   auto known = std::make_shared<const rig::Rig>(rig);
   exchange_.change([&](SessionView& view) { view.rig = std::move(known); });
 }
 
-void WindowedPanel::show_picture(const device::CameraImage& image, bool right) {
+void WindowedPanel::show_picture(const device::CameraImage& image, bool right, double now_s) {
   auto picture = std::make_shared<desktop::SessionPicture>();
   picture->image = image;
   picture->right = right;
-  exchange_.change([&](SessionView& view) {
-    picture->marker = view.person.head;
-    view.picture = std::move(picture);
-  });
+  picture->marker = marker_.at(image, now_s, camera_after_tracker_s_);
+  exchange_.change([&](SessionView& view) { view.picture = std::move(picture); });
 }
 
 }  // namespace palpate::tools::commands

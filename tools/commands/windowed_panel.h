@@ -4,6 +4,9 @@
 // The session's thread; the window's takes part through the exchange alone.
 #pragma once
 
+#include <span>
+
+#include "palpate/calibration/session/picture_marker.h"
 #include "palpate/calibration/session/session_panel.h"
 #include "palpate/desktop/session_view.h"
 #include "palpate/device/devices.h"
@@ -26,12 +29,16 @@ class WindowedPanel : public calibration::session::SessionPanel {
   void guided(const calibration::session::GuidanceState& state, int of) override;
   void show_rig(const rig::Rig& rig) override;
 
-  // A picture of the left or the right camera.
-  void show_picture(const device::CameraImage& image, bool right);
+  // What the tracker has told until `now_s`, host time; in each tick.
+  void watch(double now_s, std::span<const device::TrackerSample> tracked) { marker_.watch(now_s, tracked); }
+  // A picture of the left or the right camera, looked at at `now_s`.
+  void show_picture(const device::CameraImage& image, bool right, double now_s);
 
  private:
   TerminalPanel& terminal_;
   desktop::SessionExchange& exchange_;
+  calibration::session::PictureMarker marker_;
+  double camera_after_tracker_s_ = 0.0;
 };
 
 }  // namespace palpate::tools::commands
