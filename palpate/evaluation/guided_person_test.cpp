@@ -52,6 +52,40 @@ class SimulatedReader : public Panel {
   ErrorCode refusal_ = ErrorCode::unspecified;
 };
 
+// Keys as they are pressed.
+class TypedKeys : public Panel {
+ public:
+  void show(const device::Request&, const std::string&) override {}
+  void tell(const std::string&) override {}
+  void taken() override {}
+  std::optional<PanelKey> key() override {
+    if (keys.empty()) return std::nullopt;
+    const PanelKey first = keys.front();
+    keys.pop_front();
+    return first;
+  }
+  std::deque<PanelKey> keys;
+};
+
+TEST(GuidedPerson, WhatWasPressedBeforeAQuestionAnswersNoneButAStop) {
+  TypedKeys panel;
+  GuidedPerson person(panel);
+  panel.keys = {PanelKey::proceed, PanelKey::no_more};
+  ASSERT_TRUE(person.ask({device::Gesture::hold, "", 0}));
+  EXPECT_FALSE(*person.ready());
+  panel.keys = {PanelKey::proceed};
+  EXPECT_TRUE(*person.ready());
+  ASSERT_TRUE(person.ask({device::Gesture::hold, "", 0}));
+  panel.keys = {PanelKey::no_more};
+  const auto not_today = person.ready();
+  ASSERT_FALSE(not_today);
+  EXPECT_EQ(not_today.error().code, ErrorCode::no_more);
+  panel.keys = {PanelKey::proceed, PanelKey::stop};
+  const auto stopped = person.ask({device::Gesture::hold, "", 0});
+  ASSERT_FALSE(stopped);
+  EXPECT_EQ(stopped.error().code, ErrorCode::stopped);
+}
+
 struct GuidedSession : ::testing::Test {
   sim::config::WorldFile file = sim::config::reference_world();
   sim::CameraRenderer renderer;

@@ -101,6 +101,9 @@ GuidedPerson::GuidedPerson(Panel& panel, StillnessSettings settings)
 Expected<void> GuidedPerson::ask(const device::Request& request) {
   // Where the stylus lies before the first pose is no pose of the person's choice.
   if (request.gesture == Gesture::next_pose && request_.gesture != Gesture::next_pose) stylus_.take();
+  // What was pressed before the person could read this was meant for something else.
+  while (const auto key = panel_.key())
+    if (*key == PanelKey::stop) return tl::unexpected(answer(*key).error());
   request_ = request;
   pressed_ = false;
   told_s_ = -1.0;
