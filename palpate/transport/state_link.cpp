@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "palpate/core/text.h"
+
 namespace palpate::transport {
 
 namespace {

@@ -238,14 +238,14 @@ Expected<void> listen_to_tracker(const ListenArguments& options) {
   return {};
 }
 
-struct ReplayArguments {
+struct TrackReplay {
   std::string file, listen, json;
   std::vector<std::string> transforms;
   double speed = 1.0, seconds = 0.0;
   bool loop = false, insecure = false;
 };
 
-Expected<void> replay_recording(const ReplayArguments& options) {
+Expected<void> replay_recording(const TrackReplay& options) {
   const auto address = drivers::openigtlink::parse_listen(options.listen, options.insecure);
   if (!address) return tl::unexpected(address.error());
   auto recording = drivers::openigtlink::read_recording(options.file, options.transforms);
@@ -320,7 +320,7 @@ void add_tracker_listen(CLI::App& tracker) {
 
 void add_tracker_replay(CLI::App& tracker) {
   auto* command = tracker.add_subcommand("replay", "Serve a recording as a live OpenIGTLink tracker");
-  auto options = std::make_shared<ReplayArguments>();
+  auto options = std::make_shared<TrackReplay>();
   command->add_option("FILE", options->file, "Sequence (.igs.mha) or other file of poses with times")
       ->required();
   command
