@@ -13,7 +13,8 @@
 namespace palpate::doors {
 namespace {
 
-constexpr Duration kPictureLook = std::chrono::milliseconds(1), kLongest = std::chrono::milliseconds(500);
+constexpr Duration kPictureLook = std::chrono::milliseconds(1), kLongest = std::chrono::milliseconds(500),
+                   kGoneBy = std::chrono::milliseconds(100);
 
 // The pretended camera asks for a picture a little more often than there is one, and so waits for each.
 constexpr double kFaster = 1.05;
@@ -49,13 +50,16 @@ class Pictures {
         const auto release = clock_.now() - image->waited + kCameraTakes;
         const std::lock_guard lock(mutex_);
         waiting_.emplace_back(release, std::move(*image));
+        while (!waiting_.empty() && clock_.now() - waiting_.front().first > kGoneBy) waiting_.pop_front();
       }
       clock_.sleep_until(clock_.now() + kPictureLook);
     }
   }
 
+  // While nobody looks pictures go by, as those of a camera do; whoever begins to look gets the next.
   std::optional<device::CameraImage> due() {
     const std::lock_guard lock(mutex_);
+    while (waiting_.size() > 1 && clock_.now() - waiting_.front().first > kGoneBy) waiting_.pop_front();
     if (waiting_.empty() || clock_.now() < waiting_.front().first) return std::nullopt;
     auto image = std::move(waiting_.front().second);
     waiting_.pop_front();
