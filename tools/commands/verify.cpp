@@ -200,7 +200,9 @@ Expected<void> verify(const VerifyOptions& options) {
   const auto seen =
       options.devices.named() ? observe_live(options, *rig, plan) : observe_simulated(options, *rig, plan);
   if (!seen) return tl::unexpected(seen.error());
-  const auto found = calibration::verify_rig(*rig, seen->observed);
+  calibration::VerificationOptions how;
+  if (options.devices.named()) how.delay_sd = calibration::VerificationOptions::kLiveDelaySd;
+  const auto found = calibration::verify_rig(*rig, seen->observed, how);
   if (!found) return tl::unexpected(found.error());
   const rig::VerificationRecord record = kept(options, *found, rig::utc_now());
   tell(options, *found, *seen);
