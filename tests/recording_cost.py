@@ -58,9 +58,10 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         machine = Machine(program, folder, seconds)
         calibrate(machine.runs)
-        world = subprocess.Popen([program, "world", "run", "--arm-only"], cwd=folder, env=machine.environment, stdout=subprocess.PIPE, text=True)
+        world = subprocess.Popen([program, "world", "run", "--arm-only"], cwd=folder, env=machine.environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                 text=True)
         try:
-            world.stdout.readline()
+            world.stderr.readline()  # its devices are open
             with_it, without, again = [], [], []
             for pair in range(pairs):
                 # The order changes, so that what changes on the machine by and by favours nobody.
