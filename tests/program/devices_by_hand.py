@@ -6,6 +6,7 @@ DOORS_SEED: another laboratory."""
 import json
 import os
 import shlex
+import signal
 import sys
 
 from doors import Doors, write_world
@@ -21,7 +22,8 @@ class ByHand(ProgramTest):
                 "The devices are on. In another terminal:", "",
                 *(f"    export {name}={shlex.quote(self.environment[name])}" for name in ("PALPATE_LIBHD", "HD_STUB_ARM", "XDG_RUNTIME_DIR")), "",
                 f"The arm is openhaptics, the tracker {doors.tracker}, the camera {doors.camera}; the program is {PROGRAM}.",
-                "Whoever leads a session gives it also this option, so that the person here hears what is asked for:", "",
+                "The values of `palpate rig new` fit these devices. Give a session also this option, so that the person here hears what is",
+                "asked for (a pipe that the session alone opens; look at it here instead):", "",
                 f"    --instructions {asked}", "", "Ctrl-C switches everything off.", ""):
             print(line, flush=True)
         while True:
@@ -41,6 +43,8 @@ class ByHand(ProgramTest):
 
 
 if __name__ == "__main__":
+    for ending in (signal.SIGINT, signal.SIGTERM):  # a shell's background jobs ignore the first
+        signal.signal(ending, signal.default_int_handler)
     hands = ByHand()
     hands.setUp()
     try:

@@ -71,7 +71,8 @@ void TerminalPanel::show(const device::Request& request, const std::string& text
 }
 
 void TerminalPanel::tell(const std::string& text) {
-  if (!draws_) return;
+  if (!draws_ || (told_ && text == last_told_)) return;
+  last_told_ = text;
   std::fprintf(stderr, "\r\x1b[K  %s", one_line(text).c_str());
   std::fflush(stderr);
   told_ = true;

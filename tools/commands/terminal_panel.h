@@ -57,6 +57,7 @@ class TerminalPanel : public calibration::session::SessionPanel {
   std::optional<termios> before_;
   MoreKeys more_keys_;
   bool draws_ = false, ended_ = false, told_ = false;
+  std::string last_told_;  // stands there while told_
 };
 
 }  // namespace palpate::tools::commands
