@@ -64,4 +64,15 @@ inline Expected<device::CameraRequest> camera_request(const device::DriverRegist
   return request;
 }
 
+// Of any kind: a real one as the options say. `drivers`: all there are, which check the request; `known`: those that open it.
+inline Expected<std::unique_ptr<device::OpenedCamera>> open_camera(const device::DriverRegistry& drivers,
+                                                                   const device::DriverRegistry& known,
+                                                                   const std::string& text,
+                                                                   const CameraOptions& options) {
+  if (!drivers.names_camera(text, device::Offer::real)) return known.open(device::CameraRequest{text, {}});
+  const auto request = camera_request(drivers, text, options);
+  if (!request) return tl::unexpected(request.error());
+  return known.open(*request);
+}
+
 }  // namespace palpate::tools::commands

@@ -45,13 +45,7 @@ Expected<Opened> open_devices(const LiveDevices& names, const rig::Rig& rig,
   auto tracker = known.open(device::TrackerRequest{names.tracker, names.tools});
   if (!tracker) return tl::unexpected(tracker.error());
   opened.tracker = std::move(*tracker);
-  device::CameraRequest request{names.camera, {}};
-  if (drivers().names_camera(names.camera, device::Offer::real)) {
-    auto asked = camera_request(drivers(), names.camera, names.camera_options);
-    if (!asked) return tl::unexpected(asked.error());
-    request = *asked;
-  }
-  auto camera = known.open(request);
+  auto camera = open_camera(drivers(), known, names.camera, names.camera_options);
   if (!camera) return tl::unexpected(camera.error());
   opened.camera = std::move(*camera);
   return opened;

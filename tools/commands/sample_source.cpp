@@ -57,13 +57,7 @@ Expected<SampledDevices> open_sampled(const SampleArguments& options, const rig:
     opened.tracker = std::move(*tracker);
   }
   if (!options.camera.empty()) {
-    device::CameraRequest request{options.camera, {}};
-    if (drivers().names_camera(options.camera, device::Offer::real)) {
-      auto asked = camera_request(drivers(), options.camera, options.camera_options);
-      if (!asked) return tl::unexpected(asked.error());
-      request = *asked;
-    }
-    auto camera = known.open(request);
+    auto camera = open_camera(drivers(), known, options.camera, options.camera_options);
     if (!camera) return tl::unexpected(camera.error());
     opened.camera = std::move(*camera);
   }
