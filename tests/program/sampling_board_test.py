@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """palpate sample board, and recording export --igs-mha: a head that looks around the calibration board, beside the truth."""
-import csv
 import json
 import math
 import signal
@@ -9,18 +8,10 @@ import unittest
 
 from person_at_devices import Laboratory
 from program import ProgramTest
+from tables import numbers, rows_of
 
 SEED = "5"
 LOOKED_S = 6.0
-
-
-def rows_of(path):
-    with open(path, encoding="utf-8") as file:
-        return list(csv.DictReader(file))
-
-
-def numbers(row, *names):
-    return [float(row[name]) for name in names]
 
 
 def read_sequence(content):

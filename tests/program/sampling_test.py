@@ -1,6 +1,5 @@
 #!/usr/bin/env python3
 """palpate sample: tables from the simulated laboratory's devices and from the recording made meanwhile, beside the truth."""
-import csv
 import json
 import math
 import os
@@ -11,18 +10,10 @@ import unittest
 
 from person_at_devices import Laboratory
 from program import PROGRAM, ProgramTest, wait_until
+from tables import numbers, rows_of
 
 SEED = "5"
 POSES = 12
-
-
-def rows_of(path):
-    with open(path, encoding="utf-8") as file:
-        return list(csv.DictReader(file))
-
-
-def numbers(row, *names):
-    return [float(row[name]) for name in names]
 
 
 def place(row, prefix=""):
