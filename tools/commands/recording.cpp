@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "palpate/calibration/session/stream_tables.h"
 #include "palpate/core/csv.h"
 #include "palpate/core/file.h"
 #include "palpate/core/json.h"
@@ -165,10 +166,7 @@ Expected<std::pair<device::MarkerId, std::string>> named_body(const std::string&
   if (name.empty() || !std::all_of(name.begin(), name.end(), plain) || name[0] < 'A' || name[0] > 'Z')
     return wrong_use("--igs-name {}: MARKER=Name is expected, Name of letters and digits and a capital first",
                      excerpt(text));
-  for (const auto& [known, its_name] : {std::pair(device::MarkerId::tip_marker, "tip_marker"),
-                                        {device::MarkerId::camera_marker, "camera_marker"},
-                                        {device::MarkerId::pointer, "pointer"}})
-    if (marker == its_name) return std::pair(known, name);
+  if (const auto known = calibration::session::marker_named(marker)) return std::pair(*known, name);
   return wrong_use("--igs-name {}: tip_marker, camera_marker or pointer is expected before '='",
                    excerpt(text));
 }
