@@ -2,29 +2,30 @@
 
 #include <algorithm>
 
+#include "palpate/math/so3.h"
+
 namespace palpate::calibration::session {
 namespace {
 
-constexpr double kLasting = 2.0;  // times what begins a hold
+constexpr double kLasting = 2.0;  // times what a hold's poses scatter by
 
 // Poses from the first of a hold on, as long as the marker stays where it is held.
 class HoldInProgress {
  public:
   HoldInProgress(const HoldSettings& settings, Hold begun) : settings_(settings), hold_(std::move(begun)) {
-    for (const auto& pose : hold_) sum_ += pose.marker.translation;
+    for (const auto& pose : hold_) sum(pose);
   }
 
   // False: the hold has ended before this pose.
   bool add(const TrackedPose& pose) {
     if (pose.time_s - hold_.back().time_s > settings_.bridged_s) return false;
     if (!pose.marker.seen) return true;
-    const Vector3 mean = sum_ / static_cast<double>(hold_.size());
-    const Quaternion& middle = hold_[hold_.size() / 2].marker.rotation;
-    if ((pose.marker.translation - mean).norm() > kLasting * settings_.still.place ||
-        pose.marker.rotation.angularDistance(middle) > kLasting * settings_.still.turn)
+    const auto n = static_cast<double>(hold_.size());
+    if ((pose.marker.translation - places_ / n).norm() > kLasting * settings_.still.place ||
+        (turn_of(pose) - turns_ / n).norm() > kLasting * settings_.still.turn)
       return true;  // ends it where it goes on
     hold_.push_back(pose);
-    sum_ += pose.marker.translation;
+    sum(pose);
     return true;
   }
 
@@ -37,9 +38,17 @@ class HoldInProgress {
   }
 
  private:
+  Vector3 turn_of(const TrackedPose& pose) const {
+    return so3_log(pose.marker.rotation * hold_.front().marker.rotation.conjugate());
+  }
+  void sum(const TrackedPose& pose) {
+    places_ += pose.marker.translation;
+    turns_ += turn_of(pose);
+  }
+
   const HoldSettings& settings_;
   Hold hold_;
-  Vector3 sum_ = Vector3::Zero();
+  Vector3 places_ = Vector3::Zero(), turns_ = Vector3::Zero();
 };
 
 // The seen poses up to `at` that lie within the stillness' window.

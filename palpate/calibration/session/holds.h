@@ -1,8 +1,8 @@
 // When a marker was held still, found in what the tracker saw: nobody has to say when.
 //
 // A hold begins as Stillness says: seen and still for its window, and moved since the hold before. It lasts while the marker is seen
-// and stays within twice `place` and `turn` of the hold's mean: a hand trembles, and what one frame more or less is off tells nothing. A
-// glimpse lost, or a frame that is off, does not end it within `bridged_s`; frames that are off are left out. Both ends are cut off by `trim_s`,
+// and stays within twice `place` and `turn` of the hold's mean so far: a hand trembles, and what one frame more or less is off tells nothing.
+// A glimpse lost, or a frame that is off, does not end it within `bridged_s`; frames that are off are left out. Both ends are cut off by `trim_s`,
 // in which a hand settles and sets off. A marker at rest anywhere, in the air or put down on a table, is a hold as well: only who held
 // it knows better. Poses as of DeviceStreams: World (or a reference body), m, rad, host time, in its order. Pure.
 #pragma once

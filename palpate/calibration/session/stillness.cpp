@@ -1,8 +1,19 @@
 #include "palpate/calibration/session/stillness.h"
 
+#include "palpate/math/so3.h"
 #include "palpate/time/instant.h"
 
 namespace palpate::calibration::session {
+namespace {
+
+constexpr double kDrift = 0.6;  // from half to half, of what poses may scatter by: 1.2 mm/s by default
+
+// The mean of poses, turns as vectors from one of them.
+struct MeanPose {
+  Vector3 place = Vector3::Zero(), turn = Vector3::Zero();
+};
+
+}  // namespace
 
 void Stillness::add(const device::TrackerSample& sample) {
   if (sample.marker != marker_) return;
@@ -24,15 +35,30 @@ void Stillness::add(const device::TrackerSample& sample) {
 }
 
 bool Stillness::still() const {
-  if (!whole_) return false;
-  Vector3 mean = Vector3::Zero();
-  for (const auto& sample : window_) mean += sample.translation / static_cast<double>(window_.size());
-  const Quaternion& middle = window_[window_.size() / 2].rotation;
-  for (const auto& sample : window_)
-    if ((sample.translation - mean).norm() > settings_.place ||
-        sample.rotation.angularDistance(middle) > settings_.turn)
-      return false;
-  return true;
+  if (!whole_ || window_.size() < 2) return false;
+  const auto& origin = window_[window_.size() / 2];
+  MeanPose halves[2];
+  const std::size_t half = window_.size() / 2;
+  double place_squares = 0.0, turn_squares = 0.0;
+  for (std::size_t i = 0; i < window_.size(); ++i) {
+    const Vector3 place = window_[i].translation - origin.translation;
+    const Vector3 turn = so3_log(window_[i].rotation * origin.rotation.conjugate());
+    const auto n = static_cast<double>(i < half ? half : window_.size() - half);
+    halves[i < half ? 0 : 1].place += place / n;
+    halves[i < half ? 0 : 1].turn += turn / n;
+    place_squares += place.squaredNorm();
+    turn_squares += turn.squaredNorm();
+  }
+  const auto n = static_cast<double>(window_.size());
+  const double first = static_cast<double>(half) / n;
+  const auto scatter = [&](double squares, const Vector3& a, const Vector3& b) {
+    return squares / n - (first * a + (1.0 - first) * b).squaredNorm();
+  };
+  const auto square = [](double x) { return x * x; };
+  return scatter(place_squares, halves[0].place, halves[1].place) <= square(settings_.place) &&
+         scatter(turn_squares, halves[0].turn, halves[1].turn) <= square(settings_.turn) &&
+         (halves[1].place - halves[0].place).norm() <= kDrift * settings_.place &&
+         (halves[1].turn - halves[0].turn).norm() <= kDrift * settings_.turn;
 }
 
 bool Stillness::moved() const {

@@ -1,7 +1,8 @@
 // Whether a marker is held still, and whether it has been moved since it was last made use of.
 //
-// Held still: seen, and for `window_s` within `place` and `turn` of its mean over that time. World frame, m, rad;
-// times are the tracker's. One thread.
+// Held still: seen for `window_s`, its poses scattered about their mean by no more than `place` and `turn` (root of the mean square), and
+// the means of the two halves of that time apart by no more than 0.6 of either. What a single pose is off does not count: a tracker's
+// noise is several times larger at the far end of its volume. World frame, m, rad; times are the tracker's. One thread.
 #pragma once
 
 #include <deque>
@@ -13,7 +14,7 @@ namespace palpate::calibration::session {
 
 struct StillnessSettings {
   double window_s = 0.4;
-  double place = 0.4e-3, turn = 4e-3;  // a hand's tremor and a tracker's noise are below, a slow move is not
+  double place = 0.4e-3, turn = 5e-3;  // a hand's tremor and a tracker's noise are below, a slow move is not
   double moved = 8e-3, turned = 0.08;  // either is a new pose
 };
 

@@ -51,6 +51,28 @@ TEST(Stillness, ATremblingHandIsStillAndAHiddenMarkerIsNot) {
   EXPECT_FALSE(still.still()) << "what was before it was hidden does not count";
 }
 
+// The far end of a tracker's volume: single poses lie up to 7 mrad from one another, and the marker rests.
+TEST(Stillness, ANoisyTrackerDoesNotHideThatAMarkerRestsNorThatItTurns) {
+  Random random(2, "stillness");
+  int rested = 0;
+  bool moved = true;
+  for (int hold = 0; hold < 50; ++hold) {
+    Stillness resting(device::MarkerId::pointer), turning(device::MarkerId::pointer);
+    for (int i = 0; i < 60; ++i) {
+      auto sample = at(0.01 * i, Vector3(random.normal(1e-4), random.normal(1e-4), random.normal(1e-4)));
+      const Vector3 noise(random.normal(1.5e-3), random.normal(1.5e-3), random.normal(1.5e-3));
+      sample.rotation = so3_exp(noise);
+      resting.add(sample);
+      sample.rotation = so3_exp(noise + Vector3(0.0, 0.0, 0.0003 * i));  // 1.7 degrees a second
+      turning.add(sample);
+    }
+    rested += resting.still();
+    moved = moved && !turning.still();
+  }
+  EXPECT_EQ(rested, 50);
+  EXPECT_TRUE(moved);
+}
+
 TEST(Stillness, ATurnInPlaceIsAMove) {
   Stillness still(device::MarkerId::pointer);
   for (int i = 0; i < 100; ++i) {
