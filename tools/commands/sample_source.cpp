@@ -288,7 +288,8 @@ void add_still_options(CLI::App& command, session::HoldSettings& settings) {
         ->check(CLI::PositiveNumber)
         ->default_str(fmt::format("{:g}", target / per_unit));
   };
-  scaled("--still-mm", settings.still.place, 1e-3, "Held still: the marker's places scatter about their mean by at most this (rms)");
+  scaled("--still-mm", settings.still.place, 1e-3,
+         "Held still: the marker's places scatter about their mean by at most this (rms)");
   scaled("--still-deg", settings.still.turn, 1.0 / kDegreesPerRadian, "... and its turns by this");
   scaled("--still-s", settings.still.window_s, 1.0, "... for so long");
 }
