@@ -2,6 +2,7 @@
 #include "palpate/core/toml.h"
 #include "palpate/core/units.h"
 #include "palpate/device/arm_model_file.h"
+#include "palpate/rig/internal/number_text.h"
 #include "palpate/rig/internal/rig_forces.h"
 #include "palpate/rig/internal/rig_picture.h"
 #include "palpate/rig/internal/rig_verifications.h"
@@ -13,21 +14,6 @@ namespace {
 
 constexpr double kMm2PerM2 = 1.0 / ((1.0 / kMillimetresPerMetre) * (1.0 / kMillimetresPerMetre));
 
-std::string list(const Eigen::Ref<const Eigen::VectorXd>& v, double unit = 1.0) {
-  std::string text = "[";
-  for (Eigen::Index i = 0; i < v.size(); ++i) text += (i > 0 ? ", " : "") + toml_number(unit * v[i]);
-  return text + "]";
-}
-
-std::string list(const Quaternion& q) { return list(Eigen::Vector4d(q.w(), q.x(), q.y(), q.z())); }
-
-std::string rows(const Eigen::MatrixXd& m, double unit = 1.0) {
-  std::string text = "[";
-  for (Eigen::Index i = 0; i < m.rows(); ++i)
-    text += (i > 0 ? ",\n  " : "\n  ") + list(m.row(i).transpose(), unit);
-  return text + "\n]";
-}
-
 class Writer {
  public:
   void comment(std::string_view text) { text_ += fmt::format("# {}\n", text); }
@@ -38,7 +24,7 @@ class Writer {
   void number(std::string_view key, double value) { put(key, toml_number(value)); }
   void text(std::string_view key, std::string_view value) { put(key, toml_quoted(value)); }
   void covariance(std::string_view key, const Eigen::MatrixXd& C) {
-    if (C.size() > 0) put(key, rows(C));
+    if (C.size() > 0) put(key, number_rows(C));
   }
   void provenance(const Provenance& from, std::string_view rms_key = "rms_mm") {
     if (!from.date.empty()) text("date", from.date);
@@ -57,21 +43,22 @@ void write_leds(Writer& w, const char* name, const std::vector<Vector3>& leds) {
   w.section(name);
   Eigen::MatrixXd m(static_cast<Eigen::Index>(leds.size()), 3);
   for (Eigen::Index i = 0; i < m.rows(); ++i) m.row(i) = leds[static_cast<std::size_t>(i)];
-  w.put("leds_mm", rows(m, kMillimetresPerMetre));
+  w.put("leds_mm", number_rows(m, kMillimetresPerMetre));
 }
 
 void write_pivot(Writer& w, const char* name, const std::optional<PivotCalibration>& pivot) {
   if (!pivot) return;
   w.section(name);
-  w.put("tip_mm", list(pivot->tip_in_marker, kMillimetresPerMetre));
-  w.put("covariance_mm2", rows(pivot->covariance, kMm2PerM2));
+  w.put("tip_mm", number_list(pivot->tip_in_marker, kMillimetresPerMetre));
+  w.put("covariance_mm2", number_rows(pivot->covariance, kMm2PerM2));
   w.provenance(pivot->from);
 }
 
 // What tells the kinematics, without a chain's joint tables.
 void write_arm_model(Writer& w, const device::ArmModel& model) {
   if (model.kind == device::ArmModel::Kind::phantom) {
-    w.put("lengths_mm", list(Eigen::Vector2d(model.lengths.l1, model.lengths.l2), kMillimetresPerMetre));
+    w.put("lengths_mm",
+          number_list(Eigen::Vector2d(model.lengths.l1, model.lengths.l2), kMillimetresPerMetre));
     return;
   }
   w.text("type", "dh");
@@ -89,14 +76,14 @@ void write_arm(Writer& w, const ArmCalibration& arm) {
   w.section("arm");
   w.text("model", arm.model.name);
   write_arm_model(w, arm.model);
-  w.put("gains", list(arm.correction.gain));
-  w.put("offsets_deg", list(arm.correction.offset, kDegreesPerRadian));
-  w.put("tip_mm", list(arm.tip_in_marker, kMillimetresPerMetre));
-  w.put("marker_in_tip_qwxyz", list(arm.R_tip_marker));
-  w.put("gimbal_gains", list(arm.gimbal_gain));
-  w.put("gimbal_offsets_deg", list(arm.gimbal_offset, kDegreesPerRadian));
+  w.put("gains", number_list(arm.correction.gain));
+  w.put("offsets_deg", number_list(arm.correction.offset, kDegreesPerRadian));
+  w.put("tip_mm", number_list(arm.tip_in_marker, kMillimetresPerMetre));
+  w.put("marker_in_tip_qwxyz", number_list(arm.R_tip_marker));
+  w.put("gimbal_gains", number_list(arm.gimbal_gain));
+  w.put("gimbal_offsets_deg", number_list(arm.gimbal_offset, kDegreesPerRadian));
   w.comment("Encoder readings with the arm at rest: a start that reads otherwise has lost its zero.");
-  w.put("rest_readings_deg", list(arm.rest_readings, kDegreesPerRadian));
+  w.put("rest_readings_deg", number_list(arm.rest_readings, kDegreesPerRadian));
   w.number("held_out_mean_mm", kMillimetresPerMetre * arm.held_out_mean);
   w.provenance(arm.from);
   w.comment(fmt::format(
@@ -104,8 +91,8 @@ void write_arm(Writer& w, const ArmCalibration& arm) {
       arm.model.joint_count(), arm.model.kind == device::ArmModel::Kind::dh ? ", tool 3 (m)" : ""));
   w.covariance("covariance_si", arm.covariance);
   w.section("arm.base");
-  w.put("rotation_qwxyz", list(arm.X_world_base.rotation));
-  w.put("translation_mm", list(arm.X_world_base.translation, kMillimetresPerMetre));
+  w.put("rotation_qwxyz", number_list(arm.X_world_base.rotation));
+  w.put("translation_mm", number_list(arm.X_world_base.translation, kMillimetresPerMetre));
   w.lines(device::dh_joints_text(arm.model, "arm.joint"));
 }
 
@@ -117,7 +104,7 @@ void write_camera(Writer& w, std::string_view section, const CameraCalibration& 
   w.number("fx_px", m.fx), w.number("fy_px", m.fy), w.number("cx_px", m.cx), w.number("cy_px", m.cy);
   if (camera.encoding != device::Encoding::root) w.text("encoding", encoding_word(camera.encoding));
   w.comment("Brown-Conrady k1, k2, p1, p2, k3");
-  w.put("distortion", list(Eigen::Map<const Eigen::VectorXd>(m.distortion.data(), 5)));
+  w.put("distortion", number_list(Eigen::Map<const Eigen::VectorXd>(m.distortion.data(), 5)));
   w.provenance(camera.from, "rms_px");
   w.comment("Order: fx fy cx cy (px) k1 k2 p1 p2 k3.");
   w.covariance("covariance", camera.covariance);
@@ -125,11 +112,11 @@ void write_camera(Writer& w, std::string_view section, const CameraCalibration& 
 
 void write_hand_eye(Writer& w, std::string_view section, const HandEyeCalibration& hand_eye) {
   w.section(section);
-  w.put("rotation_qwxyz", list(hand_eye.X_marker_camera.rotation));
-  w.put("translation_mm", list(hand_eye.X_marker_camera.translation, kMillimetresPerMetre));
+  w.put("rotation_qwxyz", number_list(hand_eye.X_marker_camera.rotation));
+  w.put("translation_mm", number_list(hand_eye.X_marker_camera.translation, kMillimetresPerMetre));
   w.provenance(hand_eye.from);
   w.comment("Order: rotation 3 (rad), translation 3 (m), CameraMarker axes.");
-  w.put("covariance_si", rows(hand_eye.covariance));
+  w.put("covariance_si", number_rows(hand_eye.covariance));
 }
 
 }  // namespace
@@ -169,13 +156,13 @@ std::string rig_text(const Rig& rig) {
   for (const auto& surface : rig.surfaces) {
     w.item("surface");
     w.text("name", surface.name);
-    w.put("corner_mm", list(surface.X_world_rectangle.translation, kMillimetresPerMetre));
-    w.put("rotation_qwxyz", list(surface.X_world_rectangle.rotation));
+    w.put("corner_mm", number_list(surface.X_world_rectangle.translation, kMillimetresPerMetre));
+    w.put("rotation_qwxyz", number_list(surface.X_world_rectangle.rotation));
     w.number("width_mm", kMillimetresPerMetre * surface.width);
     w.number("height_mm", kMillimetresPerMetre * surface.height);
     if (surface.covariance.size() > 0) {
       w.comment("Order: rotation 3 (rad, World axes), corner 3 (m), width, height (m).");
-      w.put("covariance_si", rows(surface.covariance));
+      w.put("covariance_si", number_rows(surface.covariance));
     }
     if (surface.touch.freedoms > 0.0) {
       w.comment("By how much the hand missed per axis, and how many independent residuals say so.");
@@ -186,20 +173,20 @@ std::string rig_text(const Rig& rig) {
   }
   for (const auto& landmark : rig.landmarks) {
     w.item("landmark");
-    w.put("place_mm", list(landmark.place.m, kMillimetresPerMetre));
-    w.put("normal", list(landmark.normal));
+    w.put("place_mm", number_list(landmark.place.m, kMillimetresPerMetre));
+    w.put("normal", number_list(landmark.normal));
     w.number("diameter_mm", kMillimetresPerMetre * landmark.diameter);
-    w.put("covariance_mm2", rows(landmark.covariance, kMm2PerM2));
+    w.put("covariance_mm2", number_rows(landmark.covariance, kMm2PerM2));
   }
   if (rig.registration_covariance.size() > 0) {
     w.section("registration");
     w.comment("Of lens 9, hand-eye 6 and each landmark's place 3 together, in the units of their own.");
     w.comment("Holds as long as theirs agree with it.");
-    w.put("covariance_si", rows(rig.registration_covariance));
+    w.put("covariance_si", number_rows(rig.registration_covariance));
   }
   if (rig.right_registration_covariance.size() > 0) {
     w.section("right_registration");
-    w.put("covariance_si", rows(rig.right_registration_covariance));
+    w.put("covariance_si", number_rows(rig.right_registration_covariance));
   }
   return w.take() + forces_text(rig.forces) + picture_parts_text(rig) + verifications_text(rig.verifications);
 }

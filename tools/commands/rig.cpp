@@ -35,6 +35,8 @@ rig::Rig nominal_rig() {
   return rig;
 }
 
+void line(const char* name, const std::string& text) { print_line(fmt::format("{:<22} {}", name, text)); }
+
 Expected<void> make_new(const RigArguments& options) {
   if (!options.force && options.file != "-" && is_there(options.file))
     return wrong_use("{}: exists already; choose another name, or --force to replace it", options.file);
@@ -46,7 +48,12 @@ Expected<void> make_new(const RigArguments& options) {
       "palpate "
       "calibrate all --rig FILE\n"
       "# `palpate rig check FILE` says what is still missing.\n";
-  return write_file(options.file, head + rig::rig_text(nominal_rig()));
+  if (const auto written = write_file(options.file, head + rig::rig_text(nominal_rig())); !written)
+    return written;
+  if (options.file == "-") return {};
+  line("new", options.file);
+  line("next", "palpate calibrate all --arm URI --tracker URI --camera URI --rig " + options.file);
+  return {};
 }
 
 std::string origin(const rig::Provenance& from, const char* unit = "mm") {
@@ -68,8 +75,6 @@ std::string with_sd(const Eigen::VectorXd& value, const Eigen::MatrixXd& covaria
 std::string delay_text(double delay_s, double std_s, bool known) {
   return known ? fmt::format("{:.3f} +- {:.3f}", 1e3 * delay_s, 1e3 * std_s) : "not measured";
 }
-
-void line(const char* name, const std::string& text) { print_line(fmt::format("{:<22} {}", name, text)); }
 
 std::string lengths_text(const device::ArmModel& model) {
   return fmt::format("{:.3f} {:.3f}", kMm * model.lengths.l1, kMm * model.lengths.l2);
@@ -245,8 +250,11 @@ Expected<void> check(const RigArguments& options) {
     line("missing", fmt::format("{}: {}", part.part, part.remedy));
     names += (names.empty() ? "" : ", ") + part.part;
   }
-  return refused("{}: is valid but not complete, it lacks {}; calibrate these with --rig {}", options.file,
-                 names, options.file);
+  return refused(
+      "{}: is valid but not complete, it lacks {}; calibrate these with --rig {}, or all in one session: "
+      "palpate "
+      "calibrate all --arm URI --tracker URI --camera URI --rig {}",
+      options.file, names, options.file, options.file);
 }
 
 }  // namespace

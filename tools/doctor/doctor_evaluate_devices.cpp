@@ -53,7 +53,8 @@ Findings evaluate_arm(const DeviceFacts& facts) {
     found.push_back(finding(kArea, "haptic arm", lacking, "no real one: " + library.reason(),
                             library.remedy() + (facts.arm_asked ? "" : "; palpate world run simulates one")));
   }
-  if (facts.arm_nodes.empty() && (works || facts.arm_asked))
+  const bool answers = facts.arm_asked && works && facts.arm_problem.empty();
+  if (facts.arm_nodes.empty() && !answers && (works || facts.arm_asked))
     found.push_back(note(kArea, "arm node", "no PHANToM or Touch at USB or FireWire",
                          "see to its cable and power; one at Ethernet does not show here"));
   for (const auto& node : facts.arm_nodes) {

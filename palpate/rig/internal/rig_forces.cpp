@@ -5,6 +5,7 @@
 #include <ctime>
 
 #include "palpate/core/units.h"
+#include "palpate/rig/internal/number_text.h"
 
 namespace palpate::rig {
 namespace {
@@ -29,19 +30,6 @@ device::JointVector joints_of(const TomlTable& table, std::string_view key, Numb
 
 device::JointVector angles_of(const TomlTable& table, std::string_view key) {
   return joints_of(table, key, kTurnDeg) / kDegreesPerRadian;
-}
-
-std::string number_list(const Eigen::Ref<const Eigen::VectorXd>& v, double unit = 1.0) {
-  std::string text = "[";
-  for (Eigen::Index i = 0; i < v.size(); ++i) text += (i > 0 ? ", " : "") + toml_number(unit * v[i]);
-  return text + "]";
-}
-
-std::string number_rows(const Eigen::Ref<const Eigen::MatrixXd>& m) {
-  std::string text = "[";
-  for (Eigen::Index i = 0; i < m.rows(); ++i)
-    text += (i > 0 ? ",\n  " : "\n  ") + number_list(m.row(i).transpose());
-  return text + "\n]";
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "palpate/core/units.h"
+#include "palpate/rig/internal/number_text.h"
 
 namespace palpate::rig {
 namespace {
@@ -12,11 +13,6 @@ namespace {
 constexpr double kMetre = 1.0 / kMillimetresPerMetre;
 constexpr NumberRange kNear{-1e5, 1e5};  // mm
 const std::vector<std::string> kEncodings = {"root", "srgb", "linear"}, kUnits = {"mm", "m"};
-
-std::string triple(const Vector3& v, double unit) {
-  return fmt::format("[{}, {}, {}]", toml_number(unit * v.x()), toml_number(unit * v.y()),
-                     toml_number(unit * v.z()));
-}
 
 std::optional<device::RoomLight> light_of(const TomlTable& table) {
   if (!table.exists()) return std::nullopt;
@@ -38,11 +34,6 @@ Quaternion turn_of(const TomlTable& table) {
     table.complain("rotation_qwxyz",
                    fmt::format("is no rotation: w, x, y, z have length {:g}, 1 is expected", length));
   return rotation;
-}
-
-std::string turn_text(const Quaternion& q) {
-  return fmt::format("[{}, {}, {}, {}]", toml_number(q.w()), toml_number(q.x()), toml_number(q.y()),
-                     toml_number(q.z()));
 }
 
 std::optional<BoardPlacement> board_of(const TomlTable& table) {
@@ -97,8 +88,8 @@ std::string picture_parts_text(const Rig& rig) {
   if (rig.light) {
     text += "\n[light]\n# What virtual things are lit by: a lamp, and light from all around.\n";
     text += fmt::format("lamp_mm = {}\nlamp_radius_mm = {}\nkey = {}\nambient = {}\n",
-                        triple(rig.light->lamp, kMillimetresPerMetre),
-                        toml_number(kMillimetresPerMetre * rig.light->lamp_radius),
+                        number_list(rig.light->lamp, kMillimetresPerMetre),
+                        number_text(rig.light->lamp_radius, kMillimetresPerMetre),
                         toml_number(rig.light->key), toml_number(rig.light->ambient));
   }
   if (rig.board) {
@@ -108,14 +99,14 @@ std::string picture_parts_text(const Rig& rig) {
         "corner.\n" +
         device::charuco_board_text(board);
     text += fmt::format("corner_mm = {}\nrotation_qwxyz = {}\n",
-                        triple(X_world_board.translation, kMillimetresPerMetre),
-                        turn_text(X_world_board.rotation));
+                        number_list(X_world_board.translation, kMillimetresPerMetre),
+                        number_list(X_world_board.rotation));
   }
   for (const auto& object : rig.objects) {
     text += fmt::format(
         "\n[[object]]\nname = {}\nmesh = {}\nmesh_unit = \"{}\"\ntranslation_mm = {}\nrotation_qwxyz = {}\n",
         toml_quoted(object.name), toml_quoted(object.mesh), object.metres_per_unit == 1.0 ? "m" : "mm",
-        triple(object.position, kMillimetresPerMetre), turn_text(object.rotation));
+        number_list(object.position, kMillimetresPerMetre), number_list(object.rotation));
   }
   return text;
 }

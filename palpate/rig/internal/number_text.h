@@ -1,0 +1,18 @@
+// Numbers as a rig's file has them, in the file's units.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "palpate/math/so3.h"
+
+namespace palpate::rig {
+
+// `value` times `unit`. What that product is off by its own rounding is not written down: 209.55 mm stands there
+// as 209.55. Read back, it is within one part in 2^52 of `value`; with unit 1 it is `value` itself.
+std::string number_text(double value, double unit = 1.0);
+std::string number_list(const Eigen::Ref<const Eigen::VectorXd>& v, double unit = 1.0);
+std::string number_list(const Quaternion& q);  // w, x, y, z
+std::string number_rows(const Eigen::Ref<const Eigen::MatrixXd>& m, double unit = 1.0);
+
+}  // namespace palpate::rig
