@@ -89,7 +89,8 @@ HapticLoop::HapticLoop(device::ArmDevice& arm, const rig::ArmCalibration& calibr
       clamp_(settings_.limits, period_),
       law_watch_(law_bound(guests, settings.period), guests.clock),
       arm_watch_(kMostOfTheArm, guests.clock),
-      records_(std::make_unique<HapticRecords>()) {
+      records_(std::make_unique<HapticRecords>()),
+      trips_(std::make_unique<BroadcastRing<HapticTrip, 256>>()) {
   check_joints(calibration_, *nominal_, motors_ == nullptr ? nullptr : &torque_limits_);
   joints_ = device::JointVector::filled(kinematics_->joint_count(), 0.0);
   // No torques until there was a pose that has some.
@@ -391,6 +392,7 @@ void HapticLoop::keep(Instant<PhysicsClock> now, const RequestedForce& requested
     told_.trip_tick = statistics_.ticks;
     told_.trip_fault = fault;
     told_.trip_culprit = told_.culprit;
+    trips_->push({statistics_.ticks, now, fault, told_.culprit});
   }
   condition_.write(told_);
 }

@@ -109,8 +109,7 @@ struct HapticCondition {
   ForceFault fault = ForceFault::none;
   Guest culprit = Guest::none;  // of the fault
   std::uint64_t ticks = 0;
-  // A trip: forces were on and a fault took them, or it made the state safe.
-  std::uint64_t trips = 0, trip_tick = 0;    // the newest trip's tick
+  std::uint64_t trips = 0, trip_tick = 0;    // HapticTrip: how many; the newest one's tick
   ForceFault trip_fault = ForceFault::none;  // and its reason
   Guest trip_culprit = Guest::none;
 };
@@ -157,6 +156,14 @@ class HapticLoop {
   std::vector<HapticRecord> records() const { return records_before(records_->count()); }
   // Those that ended with this tick (counted from 1), as far as they are still there.
   std::vector<HapticRecord> records_before(std::uint64_t tick) const;
+  // The same one by one: record k of tick k + 1, and trips 0, 1, ...; nothing where it has been overwritten.
+  std::uint64_t record_count() const { return records_->count(); }
+  std::optional<HapticRecord> record(std::uint64_t k) const { return records_->read(k); }
+  std::uint64_t trip_count() const { return trips_->count(); }
+  std::optional<HapticTrip> trip(std::uint64_t k) const {
+    HapticTrip trip;
+    return trips_->read(k, trip) ? std::optional(trip) : std::nullopt;
+  }
 
  private:
   static constexpr double kUnlimited = std::numeric_limits<double>::infinity();
@@ -234,6 +241,7 @@ class HapticLoop {
   HapticCondition told_;
   Mailbox<HapticCondition> condition_;
   std::unique_ptr<HapticRecords> records_;
+  std::unique_ptr<BroadcastRing<HapticTrip, 256>> trips_;
 };
 
 }  // namespace palpate::haptics

@@ -10,6 +10,7 @@
 #include "palpate/core/broadcast_ring.h"
 #include "palpate/device/joints.h"
 #include "palpate/haptics/force_guard.h"
+#include "palpate/haptics/guest.h"
 #include "palpate/math/so3.h"
 #include "palpate/time/instant.h"
 
@@ -22,6 +23,14 @@ struct HapticRecord {
   ForceFault fault = ForceFault::none;
   ForceState state = ForceState::ready;
   double speed = 0.0;  // of the tip, m/s
+};
+
+// Forces were on and a fault took them, or it made the state safe.
+struct HapticTrip {
+  std::uint64_t tick = 0;  // 1, 2, ...
+  Instant<PhysicsClock> time;
+  ForceFault fault = ForceFault::none;
+  Guest culprit = Guest::none;
 };
 
 class HapticRecords {

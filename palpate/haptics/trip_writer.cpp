@@ -17,6 +17,7 @@ constexpr Log kLog("physics");
 constexpr auto kLook = std::chrono::milliseconds(20);
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr auto kAfter = std::chrono::milliseconds(500);
+constexpr auto kLogApart = std::chrono::seconds(1);
 
 template <typename Numbers>
 void put(std::vector<std::string>& row, const Numbers& v) {
@@ -49,8 +50,8 @@ std::string trip_csv(const HapticCondition& trip, const std::vector<HapticRecord
                      name_of(trip.trip_fault), trip.trip_tick, csv.content());
 }
 
-TripWriter::TripWriter(const HapticLoop& loop, std::filesystem::path folder)
-    : loop_(loop), folder_(std::move(folder)) {
+TripWriter::TripWriter(const HapticLoop& loop, std::filesystem::path folder, Instant<PhysicsClock> begun)
+    : loop_(loop), folder_(std::move(folder)), begun_(begun), log_(loop) {
   thread_ = std::thread([this] { watch(); });
 }
 
@@ -83,7 +84,19 @@ void TripWriter::look(bool at_the_end) {
       open_ = true;
     }
   }
+  log_is_newer_ |= log_.look();
   if (open_ && (at_the_end || now - noticed_ >= kAfter)) write(pending_, condition.ticks);
+  write_log(at_the_end);
+}
+
+void TripWriter::write_log(bool at_the_end) {
+  const auto now = std::chrono::steady_clock::now();
+  if (at_the_end ? log_.trips().empty() : !log_is_newer_ || now - log_written_ < kLogApart) return;
+  log_is_newer_ = false;
+  log_written_ = now;
+  const auto path = folder_ / "realtime_trips.csv";
+  if (auto done = write_file(path, trips_csv(log_.trips(), begun_, loop_)); !done && at_the_end)
+    kLog.warning("{}", done.error().message);
 }
 
 void TripWriter::write(const HapticCondition& trip, std::uint64_t until) {
@@ -99,6 +112,8 @@ void TripWriter::write(const HapticCondition& trip, std::uint64_t until) {
     return;
   }
   ++written_;
+  log_.set_file(trip.trip_tick, path.filename().string());
+  log_is_newer_ = true;
   if (!heals(trip.trip_fault))
     kLog.warning("forces tripped ({}); the last seconds are in {}", why, path.string());
 }

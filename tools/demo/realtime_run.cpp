@@ -27,11 +27,14 @@ constexpr double kWarmUp_s = 1.0;  // clocks settle and the person takes the sty
 // The physics server writes seconds since its own start; everything else of the run counts from the graphics
 // server's.
 Expected<void> shift_times(const std::filesystem::path& path, double by_s) {
-  const auto table = read_csv(path);
+  CsvOptions some_text;
+  some_text.text_columns = {"*"};
+  const auto table = read_csv(path, some_text);
   if (!table) return tl::unexpected(table.error());
   CsvWriter shifted(table->header);
-  for (auto row : table->rows) {
-    row.front() += by_s;
+  for (std::size_t i = 0; i < table->rows.size(); ++i) {
+    auto row = table->text[i];
+    row.front() = number_text(table->rows[i].front() + by_s);
     shifted.row(row);
   }
   return write_file(path, shifted.content());
@@ -246,10 +249,10 @@ Expected<void> RealtimeRun::stop() {
 
 Expected<Json> RealtimeRun::figures() {
   const auto begun_ns = [](const Json& json) { return json["begun_monotonic_ns"].get<std::int64_t>(); };
-  if (auto done = shift_times(options_.out / "realtime_loops.csv",
-                              1e-9 * static_cast<double>(begun_ns(from_physics_) - begun_ns(from_graphics_)));
-      !done)
-    return tl::unexpected(done.error());
+  const double later_s = 1e-9 * static_cast<double>(begun_ns(from_physics_) - begun_ns(from_graphics_));
+  for (const char* name : {"realtime_loops.csv", "realtime_trips.csv"})
+    if (std::filesystem::exists(options_.out / name))
+      if (auto done = shift_times(options_.out / name, later_s); !done) return tl::unexpected(done.error());
   Json result = from_graphics_;
   result.erase("begun_monotonic_ns");
   result.erase("server_there");

@@ -18,7 +18,7 @@ Json calibration_data(const figures::PlayFolder& play);
 // overlay, overlay_shares, late and answers (counts and shares of the frames, by kind), surfaces (m).
 Json play_data(const figures::PlayFolder& play);
 
-// round_trips, jitter, latency, clock_difference, clock_error, realtime_overlay, late_answers, loop_faults; and
+// round_trips, jitter, latency, clock_difference, clock_error, realtime_overlay, late_answers, loop_faults, trips; and
 // what tells that there was nothing to draw: no_late_answers, no_loop_faults.
 Json realtime_data(const figures::PlayFolder& play);
 

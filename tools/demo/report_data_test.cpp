@@ -63,6 +63,27 @@ TEST_F(ReportData, HasTheInstrumentsOfTheLoops) {
   EXPECT_FALSE(data["no_loop_faults"].get<bool>());
 }
 
+TEST_F(ReportData, HasEachTripWithItsCauseAndWhatTheHandLost) {
+  write("raw/realtime_loops.csv",
+        "time_s,haptic_ticks,physics_ticks,haptic_overruns,haptic_missed,physics_overruns,physics_missed\n"
+        "0.5,500,500,0,0,0,0\n1.5,1500,1500,0,0,0,0\n");
+  std::string rows = "time_s,tick,cause,who,away_s,returned,lost_n_s,file\n";
+  for (int i = 0; i < 45; ++i)
+    rows += fmt::format("{:.1f},{},{},,0.02,{},0.001,\n", 0.1 * i, 100 * i + 1,
+                        i % 3 == 0 ? "arm silent" : "late tick", i < 44 ? 1 : 0);
+  write("raw/realtime_trips.csv", rows);
+  const Json data = realtime_data(play());
+  const Json& trips = data["trips"];
+  EXPECT_FALSE(data["no_trips"].get<bool>());
+  EXPECT_EQ(trips["count"], 45);
+  EXPECT_EQ(trips["causes"],
+            (Json{{{"cause", "arm silent"}, {"count", 15}}, {{"cause", "late tick"}, {"count", 30}}}));
+  EXPECT_NEAR(trips["lost_mn_s"].get<double>(), 45.0, 1e-9);
+  EXPECT_EQ(trips["shown"].size() + trips["more"].get<std::size_t>(), 45u);
+  EXPECT_NEAR(trips["shown"][3]["time_s"].get<double>(), 0.3, 1e-12);
+  EXPECT_NEAR(trips["shown"][3]["away_ms"].get<double>(), 20.0, 1e-9);
+}
+
 TEST_F(ReportData, SaysSoWhereNothingWentWrong) {
   write("raw/realtime_frames.csv",
         "time_s,round_trip_us,late,lost,repeated,out_of_order\n0.5,100,0,0,0,0\n1.5,120,0,0,0,0\n");
@@ -73,6 +94,7 @@ TEST_F(ReportData, SaysSoWhereNothingWentWrong) {
   EXPECT_TRUE(data["no_late_answers"].get<bool>());
   EXPECT_TRUE(data["no_loop_faults"].get<bool>());
   EXPECT_FALSE(data.contains("loop_faults"));
+  EXPECT_TRUE(data["no_trips"].get<bool>());
 }
 
 TEST_F(ReportData, HasThePicturesOfTheRealTimeRunOnceTheyHaveSettledAndLateOnesApart) {

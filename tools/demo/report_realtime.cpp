@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <string>
 
 #include "palpate/core/statistics.h"
 #include "palpate/figures/plot.h"
@@ -127,6 +129,33 @@ Json loop_faults(const CsvTable& loops) {
   return per_second(column(loops, "time_s"), counts);
 }
 
+// The first of them, and of all how many there were of each cause.
+Json trips(const CsvTable& table) {
+  constexpr std::size_t kShown = 40;
+  if (!has_columns(table, {"time_s", "cause", "who", "away_s", "returned", "lost_n_s"})) return nullptr;
+  const auto cell = [&](std::size_t row, const char* name) { return table.text[row][*table.find(name)]; };
+  const auto number = [&](std::size_t row, const char* name) { return table.rows[row][*table.find(name)]; };
+  Json shown = Json::array();
+  std::map<std::string, int> causes;
+  double lost = 0.0;
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    ++causes[cell(i, "cause")];
+    lost += number(i, "lost_n_s");
+    if (i < kShown)
+      shown.push_back({{"time_s", number(i, "time_s")},
+                       {"cause", cell(i, "cause")},
+                       {"who", cell(i, "who")},
+                       {"away_ms", 1e3 * number(i, "away_s")},
+                       {"returned", number(i, "returned") != 0.0},
+                       {"lost_mn_s", 1e3 * number(i, "lost_n_s")}});
+  }
+  Json counted = Json::array();
+  for (const auto& [cause, count] : causes) counted.push_back({{"cause", cause}, {"count", count}});
+  Json part{{"count", table.rows.size()}, {"shown", shown}, {"causes", counted}, {"lost_mn_s", 1e3 * lost}};
+  if (table.rows.size() > kShown) part["more"] = table.rows.size() - kShown;
+  return part;
+}
+
 // Of the mean picture and of the slowest of a hundred: what the delay from light to light is made of, ms.
 Json latency(const CsvTable& photons) {
   constexpr std::array kParts{"exposure_ms", "transfer_ms", "wait_ms", "draw_ms", "scan_out_ms"};
@@ -196,8 +225,10 @@ Json realtime_data(const PlayFolder& play) {
   add("realtime_overlay", "realtime_poses.csv", realtime_overlay);
   add("late_answers", "realtime_frames.csv", late_answers);
   add("loop_faults", "realtime_loops.csv", loop_faults);
+  add("trips", "realtime_trips.csv", trips);
   const CsvTable *frames = play.raw("realtime_frames.csv"), *loops = play.raw("realtime_loops.csv");
   data["no_late_answers"] = frames != nullptr && frames->has("lost") && !data.contains("late_answers");
+  data["no_trips"] = loops != nullptr && !data.contains("trips");
   data["no_loop_faults"] = loops != nullptr && !data.contains("loop_faults");
   return data;
 }

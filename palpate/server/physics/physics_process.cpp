@@ -168,14 +168,14 @@ Expected<void> PhysicsProcess::open() {
   if (!permit.words().empty()) kLog.write(LogLevel::warning, permit.words());
   if (permit.given() && !options_.armed)
     kLog.info("forces stay off until somebody arms them: palpate status --reset, or R in a window");
-  const auto folder = options_.out.empty() ? run_directory() : Expected<std::filesystem::path>(options_.out);
-  if (!folder) return tl::unexpected(folder.error());
-  trips_.emplace(side_->server().haptic(), *folder);
   tell_who_is_admitted(*place, kLog);
   return {};
 }
 
 Expected<void> PhysicsProcess::open_logs() {
+  const auto folder = options_.out.empty() ? run_directory() : Expected<std::filesystem::path>(options_.out);
+  if (!folder) return tl::unexpected(folder.error());
+  trips_.emplace(side_->server().haptic(), *folder, start_);
   auto log = LoopsLog::begin(options_.out);
   if (!log) return tl::unexpected(log.error());
   log_ = std::move(*log);

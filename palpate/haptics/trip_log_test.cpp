@@ -1,0 +1,99 @@
+#include "palpate/haptics/trip_log.h"
+
+#include <gtest/gtest.h>
+
+#include "palpate/core/csv.h"
+#include "palpate/haptics/haptic_bench_test.h"
+
+namespace palpate::haptics {
+namespace {
+
+constexpr double kTickOfTrips = 1e-3, kAskedInTrips = 1.0;  // s, N
+
+// Forces of 1 N are asked for; the arm stands still for `silent` ticks in each of `times` outages.
+struct Interrupted {
+  HapticBench bench{without_ramp()};
+  TripLog log{bench.loop};
+
+  Interrupted() {
+    bench.message.continuous = {0.0, kAskedInTrips, 0.0};
+    bench.live(300);
+    log.look();
+  }
+  void outage(int silent, int after = 400) {
+    bench.arm.frozen = true;
+    bench.live(silent);
+    bench.arm.frozen = false;
+    bench.live(after);
+  }
+};
+
+TEST(TripLog, EveryTripHasItsTimeItsCauseAndWhatTheHandLost) {
+  Interrupted run;
+  EXPECT_FALSE(run.log.look());
+  double owed = 0.0;  // counted from the arm itself
+  for (int i = 0; i < 3; ++i) {
+    run.outage(60);
+    EXPECT_TRUE(run.log.look());
+  }
+  ASSERT_EQ(run.log.trips().size(), 3u);
+  EXPECT_EQ(run.bench.loop.condition().trips, 3u);
+  for (const auto& trip : run.log.trips()) {
+    EXPECT_EQ(trip.trip.fault, ForceFault::arm_silent);
+    EXPECT_TRUE(trip.returned);
+    // Told once the stamps have stood still for a while; gone with the first that moves on.
+    EXPECT_GT(trip.away_s, 10 * kTickOfTrips);
+    EXPECT_LT(trip.away_s, 61 * kTickOfTrips);
+    owed = 0.0;
+    for (std::uint64_t k = trip.trip.tick - 1; k < trip.trip.tick + 80; ++k) {
+      const auto record = *run.bench.loop.record(k);
+      if (record.fault == ForceFault::none) break;
+      if (k + 1 > trip.trip.tick) owed += kTickOfTrips * (kAskedInTrips - record.commanded.norm());
+    }
+    EXPECT_NEAR(trip.lost_n_s, owed, 1e-9);
+    EXPECT_GT(trip.lost_n_s, 0.2 * kAskedInTrips * trip.away_s) << "forces were off for most of it";
+    EXPECT_LE(trip.lost_n_s, kAskedInTrips * trip.away_s);
+  }
+  EXPECT_NEAR(to_seconds(run.log.trips()[1].trip.time - run.log.trips()[0].trip.time), 460 * kTickOfTrips,
+              2 * kTickOfTrips);
+}
+
+TEST(TripLog, SeveralTripsBetweenTwoLooksAreAllThere) {
+  Interrupted often, seldom;
+  for (int i = 0; i < 5; ++i) {
+    often.outage(50);
+    often.log.look();
+    seldom.outage(50);
+  }
+  seldom.log.look();
+  ASSERT_EQ(seldom.log.trips().size(), 5u);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_EQ(seldom.log.trips()[i].trip.tick, often.log.trips()[i].trip.tick);
+    EXPECT_EQ(seldom.log.trips()[i].away_s, often.log.trips()[i].away_s);
+    EXPECT_EQ(seldom.log.trips()[i].lost_n_s, often.log.trips()[i].lost_n_s);
+  }
+}
+
+TEST(TripLog, WhatDoesNotReturnIsSaidAndTheTableIsReadByOthers) {
+  Interrupted run;
+  run.outage(50);
+  run.bench.arm.sample.connected = false;
+  run.bench.live(50);
+  run.log.look();
+  run.log.set_file(run.log.trips()[1].trip.tick, "trip_1.csv");
+  CsvOptions options;
+  options.text_columns = {"cause", "who", "file"};
+  const auto table = parse_csv(trips_csv(run.log.trips(), {}, run.bench.loop), "realtime_trips.csv", options);
+  ASSERT_TRUE(table) << table.error().message;
+  ASSERT_EQ(table->rows.size(), 2u);
+  EXPECT_EQ(table->text[0][2], "arm silent");
+  EXPECT_EQ(table->rows[0][5], 1.0);
+  EXPECT_EQ(table->text[0][7], "");
+  EXPECT_EQ(table->text[1][2], "arm lost");
+  EXPECT_EQ(table->rows[1][5], 0.0);
+  EXPECT_EQ(table->text[1][7], "trip_1.csv");
+  EXPECT_NEAR(table->rows[1][0], run.log.trips()[1].trip.time.seconds(), 1e-4);
+}
+
+}  // namespace
+}  // namespace palpate::haptics
