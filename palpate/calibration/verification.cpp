@@ -73,10 +73,14 @@ Expected<void> known(const rig::Rig& rig, const RigObservations& observed) {
   return {};
 }
 
+// What of the differences the changes leave, whitened.
+Eigen::VectorXd left_by(const RigMisfit& misfit, const ChangeFit& found) {
+  return misfit.remaining(found.jacobian,
+                          misfit.differences(changed(misfit.rig_state(), found.changes, found.amounts)));
+}
+
 // What one kind of observation leaves must not hide behind another that fits better than stated.
-bool each_kind_fits(const RigMisfit& misfit, const ChangeFit& found) {
-  const Eigen::VectorXd left = misfit.remaining(
-      found.jacobian, misfit.differences(changed(misfit.rig_state(), found.changes, found.amounts)));
+bool each_kind_fits(const RigMisfit& misfit, const Eigen::VectorXd& left) {
   const std::array kinds{misfit.rest(), misfit.held(), misfit.touched(), misfit.seen(), misfit.delay()};
   for (const auto& kind : kinds)
     if (kind.count > 0 && left.segment(kind.first, kind.count).squaredNorm() >
@@ -84,6 +88,30 @@ bool each_kind_fits(const RigMisfit& misfit, const ChangeFit& found) {
                                                   static_cast<double>(kind.count), true))
       return false;
   return true;
+}
+
+// Whose difference stands in this row of the misfit.
+std::string observation_words(const RigMisfit& misfit, const RigObservations& observed, Eigen::Index row) {
+  const auto within = [row](RigMisfit::Rows rows) {
+    return row >= rows.first && row < rows.first + rows.count;
+  };
+  if (within(misfit.rest())) return fmt::format("joint {} at rest", row - misfit.rest().first + 1);
+  if (within(misfit.held()))
+    return fmt::format("the stylus held still, pose {} of {}", (row - misfit.held().first) / 3 + 1,
+                       observed.held.size());
+  if (within(misfit.touched())) {
+    const auto& touched = observed.touched[static_cast<std::size_t>((row - misfit.touched().first) / 3)];
+    return fmt::format("the touch of {} {}",
+                       touched.what == "landmark" ? "landmark" : touched.what + ", corner",
+                       touched.index + 1);
+  }
+  // The dots of a picture share its pose's error and are whitened together: no row belongs to one of them.
+  Eigen::Index from = misfit.seen().first;
+  for (std::size_t i = 0; i < observed.frames.size(); ++i) {
+    from += 2 * static_cast<Eigen::Index>(observed.frames[i].dots.size());
+    if (row < from) return fmt::format("the landmarks in picture {} of {}", i + 1, observed.frames.size());
+  }
+  return "the tracker's delay";
 }
 
 std::string amount_words(const FoundChange& found) {
@@ -169,10 +197,14 @@ Expected<Verification> verify_rig(const rig::Rig& rig, const RigObservations& ob
   result.changes = search.told;
   result.tried = search.tried;
   result.freedoms = static_cast<double>(misfit.rows() - search.found.amounts.size());
+  const Eigen::VectorXd left = left_by(misfit, search.found);
+  Eigen::Index farthest = 0;
+  result.farthest_sds = left.cwiseAbs().maxCoeff(&farthest);
+  result.farthest = observation_words(misfit, observed, farthest);
   if (result.freedoms > 0.0) {
     result.misfit = search.found.cost / result.freedoms;
     result.explained = search.found.cost <= chi_square_quantile(kUnexplained, result.freedoms, true) &&
-                       each_kind_fits(misfit, search.found);
+                       each_kind_fits(misfit, left);
   }
   result.figures = rig_figures(misfit, observed, search.found, options);
   return result;

@@ -135,6 +135,9 @@ struct Verification {
   double misfit = 1.0;               // mean square of the whitened residuals, in the end; about 1
   double freedoms = 0.0;
   std::vector<RigFigure> figures;
+  std::string
+      farthest;  // what of the observations is off most, with these changes: "the touch of landmark 3"
+  double farthest_sds = 0.0;  // ... by so many of its standard deviations
 
   bool holds() const { return changes.empty() && explained; }
 };

@@ -1,5 +1,6 @@
 #include "palpate/calibration/verification.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "palpate/calibration/internal/rig_figures.h"
@@ -211,6 +212,23 @@ TEST(Verification, WhatNoChangeExplainsIsSaid) {
   ASSERT_TRUE(found);
   EXPECT_FALSE(found->holds());
   EXPECT_FALSE(found->explained);
+  EXPECT_EQ(found->farthest.find("the stylus held still, pose "), 0u) << found->farthest;
+  EXPECT_GT(found->farthest_sds, 10.0);
+  // One place taken for another, and a dot for another.
+  seen = outcome.seen;
+  auto& touch = seen.touched[seen.touched.size() / 2];
+  touch.X_world_pointer.translation.x() += 0.03;
+  const auto wrong_place = verify_rig(outcome.rig, seen, paper_options());
+  ASSERT_TRUE(wrong_place && !wrong_place->explained);
+  EXPECT_EQ(wrong_place->farthest,
+            fmt::format("the touch of {} {}", touch.what == "landmark" ? "landmark" : touch.what + ", corner",
+                        touch.index + 1));
+  seen = outcome.seen;
+  ASSERT_GT(seen.frames.size(), 3u);
+  seen.frames[3].dots.at(1).centre.x() += 25.0;
+  const auto wrong_dot = verify_rig(outcome.rig, seen, paper_options());
+  ASSERT_TRUE(wrong_dot && !wrong_dot->explained);
+  EXPECT_EQ(wrong_dot->farthest, fmt::format("the landmarks in picture 4 of {}", seen.frames.size()));
 }
 
 // The rig's own errors, which the test knows, lie within the figures' intervals as often as these say.

@@ -127,6 +127,7 @@ Json json_of(const rig::VerificationRecord& record, const calibration::Verificat
   json["explained"] = found.explained;
   json["misfit"] = found.misfit;
   json["freedoms"] = found.freedoms;
+  json["farthest"] = {{"observation", found.farthest}, {"standard_deviations", found.farthest_sds}};
   for (std::size_t i = 0; i < record.figures.size(); ++i) {
     const auto& f = record.figures[i];
     const auto& figure = found.figures[i];
@@ -182,11 +183,12 @@ Expected<void> verdict(const VerifyOptions& options, const calibration::Verifica
     words += (words.empty() ? "" : "; ") + calibration::change_words(change);
   if (!found.explained)
     words += fmt::format(
-        "{}what is observed is not explained{} (misfit {:.2f}, 1 is expected); look for what is loose, "
-        "verify again, "
-        "then calibrate anew",
+        "{}what is observed is not explained{} (misfit {:.2f}, 1 is expected; {} is off most, by {:.0f} "
+        "standard "
+        "deviations); look for what is loose, verify again, then calibrate anew",
         words.empty() ? "" : "; ",
-        found.changes.empty() ? " by any change that is known of" : " by this alone", found.misfit);
+        found.changes.empty() ? " by any change that is known of" : " by this alone", found.misfit,
+        found.farthest, found.farthest_sds);
   return refused("{}: has changed since it was calibrated: {}", options.rig, words);
 }
 
