@@ -48,6 +48,8 @@ class Person {
   // Begins a gesture, which lasts until the next request. Refused where there is no such thing to do:
   // ErrorCode::no_more past the last landmark, out_of_reach where the arm does not get to the target.
   virtual Expected<void> ask(const Request& request) = 0;
+  // The gesture is over; what was in hand may be put down, and nobody waits for that.
+  virtual Expected<void> release() { return ask({}); }
   // Whether the person has got there: holds still, touches, swings. Refused as ask() is, where that shows only
   // now; ErrorCode::stopped: the person breaks off.
   virtual Expected<bool> ready() = 0;

@@ -30,6 +30,7 @@ class SimulatedReader : public Panel {
   }
   void tell(const std::string& line) override { told.push_back(line); }
   void observe(const PersonView& view) override { observed.push_back(view); }
+  void released() override { EXPECT_TRUE(person_.release()); }
   void taken() override { ++sounds; }
   std::optional<PanelKey> key() override {
     if (stop_at >= 0 && static_cast<int>(shown.size()) > stop_at) return PanelKey::stop;
@@ -55,7 +56,7 @@ class SimulatedReader : public Panel {
 // Keys as they are pressed.
 class TypedKeys : public Panel {
  public:
-  void show(const device::Request&, const std::string&) override {}
+  void show(const device::Request&, const std::string&) override { ++shown; }
   void tell(const std::string&) override {}
   void taken() override {}
   std::optional<PanelKey> key() override {
@@ -65,6 +66,7 @@ class TypedKeys : public Panel {
     return first;
   }
   std::deque<PanelKey> keys;
+  int shown = 0;
 };
 
 TEST(GuidedPerson, WhatWasPressedBeforeAQuestionAnswersNoneButAStop) {
@@ -84,6 +86,15 @@ TEST(GuidedPerson, WhatWasPressedBeforeAQuestionAnswersNoneButAStop) {
   const auto stopped = person.ask({device::Gesture::hold, "", 0});
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().code, ErrorCode::stopped);
+}
+
+// Who is asked presses a key some time; where nobody waits for it, it would answer what comes next.
+TEST(GuidedPerson, IsAskedForNothingThatNobodyWaitsFor) {
+  TypedKeys panel;
+  GuidedPerson person(panel);
+  ASSERT_TRUE(person.ask({device::Gesture::next_pose, "", 0}));
+  ASSERT_TRUE(person.release());
+  EXPECT_EQ(panel.shown, 1);
 }
 
 struct GuidedSession : ::testing::Test {

@@ -34,6 +34,8 @@ class ByHand(ProgramTest):
     def obeys(self, laboratory, told):
         if "step" in told:
             print(f"--- {told['number']} of {told['of']}: {told['step']}", flush=True)
+        if "released" in told:
+            laboratory.does({"gesture": "rest"})
         if "gesture" not in told:
             return
         answer = laboratory.does({key: told[key] for key in told if key != "text"})

@@ -83,6 +83,8 @@ class Session:
                 if "gesture" in told:
                     answer = self.laboratory.does({key: told[key] for key in told if key != "text"})
                     self.press("\n" if "ready" in answer else "n" if answer["no_more"] else "s")
+                elif "released" in told:
+                    self.laboratory.does({"gesture": "rest"})
                 elif "ended" in told:
                     self.ended.append(told)
                     self.press(self.at_the_end(told["ended"], told))

@@ -82,6 +82,8 @@ void TerminalPanel::guided(const calibration::session::GuidanceState& state, int
   tell(fmt::format("pose {} of {}, {}", state.poses, of, calibration::session::guidance_text(state)));
 }
 
+void TerminalPanel::released() { write({{"released", true}}); }
+
 void TerminalPanel::taken() {
   if (draws_) std::fputc('\a', stderr);
   write({{"taken", true}});

@@ -22,6 +22,7 @@ class WindowedPanel : public calibration::session::SessionPanel {
   void show(const device::Request& request, const std::string& text) override;
   void tell(const std::string& line) override;
   void observe(const calibration::session::PersonView& view) override;
+  void released() override { terminal_.released(); }
   void taken() override;
   std::optional<calibration::session::PanelKey> key() override { return terminal_.key(); }
   void begin_step(std::size_t step, std::size_t steps, const std::string& name) override;

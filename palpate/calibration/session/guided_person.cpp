@@ -111,6 +111,13 @@ Expected<void> GuidedPerson::ask(const device::Request& request) {
   return {};
 }
 
+Expected<void> GuidedPerson::release() {
+  request_ = {};
+  pressed_ = false;
+  panel_.released();
+  return {};
+}
+
 Stillness& GuidedPerson::watched() {
   switch (request_.gesture) {
     case Gesture::touch:

@@ -40,6 +40,8 @@ class Panel {
   virtual void tell(const std::string& line) = 0;
   // The same as values, twenty times a second.
   virtual void observe(const PersonView& view) { static_cast<void>(view); }
+  // What was asked for is over, and the next has not come: for who has to put something down.
+  virtual void released() {}
   // A pose or a touch has been taken, a movement is being recorded: a sound.
   virtual void taken() = 0;
   // Pressed since the last call; one at a time.
@@ -51,6 +53,8 @@ class GuidedPerson : public device::Person {
   explicit GuidedPerson(Panel& panel, StillnessSettings settings = {});
 
   Expected<void> ask(const device::Request& request) override;
+  // Asks for nothing: a key that answered this would be taken for an answer to what comes next.
+  Expected<void> release() override;
   Expected<bool> ready() override;
   std::optional<double> patience() const override { return std::nullopt; }
   void watch(double now_s, const device::ArmSample& arm,

@@ -80,8 +80,7 @@ Expected<std::vector<TrackedPose>> record_pivot(AcquisitionContext context,
       break;
   }
   if (context.computed_arm) context.arm.command(Vector3::Zero());
-  if (const auto rest = context.person.ask({device::Gesture::rest, "", 0}); !rest)
-    return tl::unexpected(rest.error());
+  if (const auto done = context.person.release(); !done) return tl::unexpected(done.error());
   if (slipped)
     return refused("pivot: the tip moved more than {:.0f} mm although {}; pull less", kSlipped * 1e3,
                    context.computed_arm ? "the arm held it" : "it stood in a hollow");
@@ -141,8 +140,7 @@ Expected<std::vector<TrackedPose>> record_arm(AcquisitionContext context,
     }
     if (attempt == 20 && result.empty()) break;  // hidden altogether
   }
-  if (const auto rest = context.person.ask({device::Gesture::rest, "", 0}); !rest)
-    return tl::unexpected(rest.error());
+  if (const auto done = context.person.release(); !done) return tl::unexpected(done.error());
   if (static_cast<int>(result.size()) < points) return not_seen("arm poses", result.size(), points);
   return result;
 }
@@ -154,8 +152,7 @@ Expected<MovingRecord> record_moving(AcquisitionContext context, double seconds_
     return tl::unexpected(begun.error());
   recorder.clear();
   recorder.run(seconds_long);
-  if (const auto rest = context.person.ask({device::Gesture::rest, "", 0}); !rest)
-    return tl::unexpected(rest.error());
+  if (const auto done = context.person.release(); !done) return tl::unexpected(done.error());
   MovingRecord record{recorder.arm_readings(), recorder.poses(device::MarkerId::tip_marker)};
   constexpr int kFewest = 20;
   if (static_cast<int>(record.marker.size()) < kFewest)
