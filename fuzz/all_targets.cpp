@@ -20,6 +20,7 @@ const std::vector<NamedTarget>& all_targets() {
       {"recordings", recordings},
       {"rigs", rigs},
       {"sequences", sequences},
+      {"session_messages", session_messages},
       {"surfaces", surfaces},
       {"worlds", worlds},
   };

@@ -31,6 +31,7 @@ Refusals poses(std::string_view file);
 Refusals recordings(std::string_view file);
 Refusals rigs(std::string_view file);
 Refusals sequences(std::string_view file);
+Refusals session_messages(std::string_view file);
 Refusals surfaces(std::string_view file);
 Refusals worlds(std::string_view file);
 
