@@ -1,17 +1,19 @@
 #!/usr/bin/env python3
 """Sessions of the servers are recorded, shown again, executed again, calibrated again; and a disk or a signal in between.
 
-KILLED, PLAYED_S, BURNERS: how often a server is killed, how long each application is played to be executed again, how many processes
-keep the cores busy meanwhile."""
+KILLED, PLAYED_S, PICTURES_S, BURNERS: how often a server is killed, how long each application is played to be executed again, how long
+pictures are recorded, how many processes keep the cores busy meanwhile."""
 import csv
 import json
 import os
 import random
 import signal
+import struct
 import subprocess
 import sys
 import time
 import unittest
+import zlib
 
 from laboratory import LaboratoryTest
 from program import PATIENCE_S
@@ -22,6 +24,7 @@ import check_mcap  # noqa: E402
 PLAYED_S = float(os.environ.get("PLAYED_S", "3"))
 KILLED = int(os.environ.get("KILLED", "4"))
 BURNERS = int(os.environ.get("BURNERS", "0"))
+PICTURES_S = float(os.environ.get("PICTURES_S", "4"))
 
 
 class RecordedSessions(LaboratoryTest):
@@ -38,6 +41,42 @@ class RecordedSessions(LaboratoryTest):
         for done in ended:
             self.assertEqual(done.code, 0, done)
         return json.loads(self.read("physics.json")), json.loads(self.read("graphics.json"))
+
+    def draw_pictures(self, count):
+        """A folder as a camera of thirty pictures a second: eight pictures of noise, again and again; of the size that the rig's camera has."""
+        os.mkdir(self.path("drawn"))
+        noise = random.Random(7)
+
+        def chunk(kind, content):
+            return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+        for i in range(8):
+            rows = b"".join(b"\0" + bytes(noise.choices(range(100, 108), k=640)) for _ in range(480))  # 8 grey levels of noise
+            self.write(os.path.join("drawn", f"{i}.png"), b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", 640, 480, 8, 0, 0, 0, 0)) +
+                       chunk(b"IDAT", zlib.compress(rows, 1)) + chunk(b"IEND", b""))
+        self.write("drawn/stamps.csv", "image,time_s\n" + "".join(f"{i % 8}.png,{i / 30:.6f}\n" for i in range(count)))
+
+    def test_a_thousand_ticks_and_thirty_pictures_a_second_are_recorded_without_a_drop(self):
+        self.keep_busy()
+        self.draw_pictures(int(30 * (PICTURES_S + 20)))
+        world = self.start_world("--arm-only")
+        physics = self.start_physics("--app", "pingpong", "--record", self.path("physics.mcap"), "--json", "physics.json")
+        graphics = [self.start("graphics", "--rig", self.rig, "--camera", "images:" + self.path("drawn"), "--seconds", PICTURES_S, "--record",
+                               self.path(f"{pictures}.mcap"), "--pictures", pictures, "--json", f"{pictures}.json") for pictures in ("lossless", "jpeg")]
+        ended = [server.ends(PATIENCE_S + PICTURES_S) for server in graphics]
+        for process in (physics, world):
+            process.send(signal.SIGINT)
+            ended.append(process.ends())
+        for done in ended:
+            self.assertEqual(done.code, 0, done)
+        told = {name: json.loads(self.read(f"{name}.json")) for name in ("physics", "lossless", "jpeg")}
+        for name, result in told.items():
+            print(name, json.dumps(result["recording"]), flush=True)
+            self.assertEqual(result["recording"]["dropped"], {})
+        self.assertEqual(told["physics"]["recording"]["missed"], 0)
+        for pictures in ("lossless", "jpeg"):
+            topics = {topic["topic"]: topic["messages"] for topic in json.loads(self.runs("recording", "info", f"{pictures}.mcap", "--json", "-").out)["topics"]}
+            self.assertEqual(topics["/camera/left/image"], topics["/camera/left/stamp"])
+            self.assertGreater(topics["/camera/left/image"], 25 * PICTURES_S)
 
     def keep_busy(self):
         for _ in range(BURNERS):
