@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
+#include "palpate/core/statistics.h"
 #include "palpate/math/levenberg_marquardt.h"
 
 namespace palpate::vision {
@@ -20,6 +23,11 @@ constexpr double kModel = 0.02;
 // The window follows the fitted place until it moves by less than this, px: a pixel or two of its rim change.
 constexpr double kWindowShift = 0.02;
 constexpr int kWindowRounds = 8;
+// px: what the edges of a picture may be softened by beside the pixel, as a box of this width. Colours filled in from a Bayer pattern
+// are averages of neighbours, of a variance of 0.4 px^2: a box of 2.2 px.
+constexpr std::array kSoftness{0.0, 1.2, 2.2};
+// As sharp as the model says: rms of the fits over the contrast, median of a picture.
+constexpr double kSharp = 0.06;
 
 double light_of(double level, device::Encoding encoding) {
   switch (encoding) {
@@ -100,12 +108,12 @@ class Patch {
 
 // Share of a pixel covered by the disc, and its derivative with respect to the disc's centre. `q` is the
 // pixel minus the centre in radii (unit circle); the edge is a straight line within the pixel, softened by
-// its width.
+// its width, and by a box of `softness` px more, whose variance is added to that of the pixel's wider side.
 struct Cover {
   double value;
   Eigen::Vector2d slope;
 };
-Cover cover(const Eigen::Matrix2d& to_circle, const Eigen::Vector2d& offset) {
+Cover cover(const Eigen::Matrix2d& to_circle, const Eigen::Vector2d& offset, double softness) {
   const Eigen::Vector2d q = to_circle * offset;
   const double length = q.norm();
   if (length < 1e-9) return {1.0, Eigen::Vector2d::Zero()};
@@ -113,7 +121,9 @@ Cover cover(const Eigen::Matrix2d& to_circle, const Eigen::Vector2d& offset) {
   const double steep = gradient.norm();
   const double distance = (1.0 - length) / steep;  // px inside the outline, along its normal
   // A unit pixel's shadow along that normal: a trapezium, from the sum of two boxes.
-  const double s = std::abs(gradient.x()) / steep, t = std::abs(gradient.y()) / steep;
+  const double across = std::abs(gradient.x()) / steep, down = std::abs(gradient.y()) / steep;
+  const double t = std::min(across, down);
+  const double s = softness > 0.0 ? std::hypot(std::max(across, down), softness) : std::max(across, down);
   const double wide = 0.5 * (s + t), narrow = 0.5 * std::abs(s - t);
   const double x = std::abs(distance);
   double tail = 0.0, density = 0.0;  // area beyond x, and its rate
@@ -187,8 +197,8 @@ struct Disc {
 // The pixels about a place that a disc is fitted to. They stay the same while it is, so that costs compare.
 class DiscWindow {
  public:
-  DiscWindow(const Patch& light, const Prediction& p, const device::Pixel& middle)
-      : light_(light), to_circle_(p.radii.inverse()), middle_(middle) {
+  DiscWindow(const Patch& light, const Prediction& p, const device::Pixel& middle, double softness)
+      : light_(light), to_circle_(p.radii.inverse()), middle_(middle), softness_(softness) {
     const double reach_u = kWindow * p.radii.row(0).norm(), reach_v = kWindow * p.radii.row(1).norm();
     left_ = static_cast<int>(std::ceil(middle.x() - reach_u));
     right_ = static_cast<int>(std::floor(middle.x() + reach_u));
@@ -205,7 +215,7 @@ class DiscWindow {
   double evaluate(const Disc& disc, NormalEquations<4>* equations) const {
     double squares = 0.0;
     each([&](int u, int v) {
-      const Cover c = cover(to_circle_, device::Pixel(u, v) - disc.centre);
+      const Cover c = cover(to_circle_, device::Pixel(u, v) - disc.centre, softness_);
       const double r = disc.ground + disc.contrast() * c.value - light_.at(u, v);
       squares += r * r;
       if (!equations) return;
@@ -228,15 +238,17 @@ class DiscWindow {
   const Patch& light_;
   Eigen::Matrix2d to_circle_;
   device::Pixel middle_;
+  double softness_;
   int left_ = 0, right_ = 0, above_ = 0, below_ = 0, pixels_ = 0;
   bool fits_ = false;
 };
 
+// However badly the pixels fit.
 std::optional<LandmarkSighting> fit(const Patch& light, const Prediction& p, const device::Pixel& start,
-                                    const LandmarkDetectorSettings& settings) {
+                                    double softness, const LandmarkDetectorSettings& settings) {
   Disc disc{start};
   {
-    const DiscWindow window(light, p, start);
+    const DiscWindow window(light, p, start, softness);
     if (!window.fits()) return std::nullopt;
     // Without contrast the place tells nothing: a first step finds the two brightnesses alone.
     NormalEquations<4> levels;
@@ -248,7 +260,7 @@ std::optional<LandmarkSighting> fit(const Patch& light, const Prediction& p, con
   bool settled = false;
   // The window follows the disc, until it need not.
   for (int round = 0; round < kWindowRounds && !settled; ++round) {
-    const DiscWindow window(light, p, disc.centre);
+    const DiscWindow window(light, p, disc.centre, softness);
     if (!window.fits()) return std::nullopt;
     minimise<4>(
         disc, [&](const Disc& at, NormalEquations<4>* equations) { return window.evaluate(at, equations); },
@@ -264,8 +276,7 @@ std::optional<LandmarkSighting> fit(const Patch& light, const Prediction& p, con
     result.covariance =
         found.JtJ.inverse().topLeftCorner<2, 2>() * (squares / std::max(1, window.pixels() - 4));
   }
-  if (!settled || !disc.centre.allFinite() || !(result.contrast >= settings.least_contrast) ||
-      !(result.residual <= settings.most_residual))
+  if (!settled || !disc.centre.allFinite() || !(result.contrast >= settings.least_contrast))
     return std::nullopt;
   if (disc.ground > settings.most_ground * disc.bright)
     return std::nullopt;  // bright, but not in a dark ring
@@ -276,6 +287,48 @@ std::optional<LandmarkSighting> fit(const Patch& light, const Prediction& p, con
     return std::nullopt;
   result.covariance += kModel * kModel * Eigen::Matrix2d::Identity();
   return result;
+}
+
+// A landmark in view, and where a disc stands out most.
+struct Candidate {
+  std::size_t landmark;
+  Prediction prediction;
+  Patch light;
+  device::Pixel start;
+};
+
+std::vector<LandmarkSighting> fit_all(const std::vector<Candidate>& candidates, double softness,
+                                      const LandmarkDetectorSettings& settings) {
+  std::vector<LandmarkSighting> fits;
+  for (const auto& [landmark, prediction, light, start] : candidates) {
+    auto found = fit(light, prediction, start, softness, settings);
+    if (!found) continue;
+    found->landmark = landmark;
+    fits.push_back(*found);
+  }
+  return fits;
+}
+
+double median_residual(const std::vector<LandmarkSighting>& fits) {
+  std::vector<double> residuals;
+  for (const auto& sighting : fits) residuals.push_back(sighting.residual);
+  return residuals.empty() ? std::numeric_limits<double>::infinity() : median(std::move(residuals));
+}
+
+// All of one picture are equally soft. What fits worse than the others stays what it is: half hidden, or no landmark.
+std::vector<LandmarkSighting> best_fits(const std::vector<Candidate>& candidates,
+                                        const LandmarkDetectorSettings& settings) {
+  std::vector<LandmarkSighting> best = fit_all(candidates, kSoftness.front(), settings);
+  double least = median_residual(best);
+  if (least <= kSharp) return best;
+  for (auto softness = kSoftness.begin() + 1; softness != kSoftness.end(); ++softness) {
+    auto softer = fit_all(candidates, *softness, settings);
+    const double residual = median_residual(softer);
+    if (softer.size() < best.size() || residual >= least) continue;
+    best = std::move(softer);
+    least = residual;
+  }
+  return best;
 }
 
 }  // namespace
@@ -294,7 +347,7 @@ std::vector<LandmarkSighting> detect_landmarks(const device::CameraImage& image,
   for (std::size_t i = 0; i < 256; ++i)
     linear[i] = light_of(static_cast<double>(i) / 255.0, settings.encoding);
   const Pose<CameraOptical, World> X = X_world_camera.inverse();
-  std::vector<LandmarkSighting> sightings;
+  std::vector<Candidate> candidates;
   for (std::size_t i = 0; i < landmarks.size(); ++i) {
     const auto prediction = predict(camera, X, landmarks[i]);
     if (!prediction || prediction->short_axis < settings.least_radius_px) continue;
@@ -302,12 +355,11 @@ std::vector<LandmarkSighting> detect_landmarks(const device::CameraImage& image,
     const Patch light(image, linear, prediction->centre, kWindow * prediction->radii.row(0).norm() + margin,
                       kWindow * prediction->radii.row(1).norm() + margin);
     const auto start = coarse(light, *prediction, settings.search_px);
-    if (!start) continue;
-    auto sighting = fit(light, *prediction, *start, settings);
-    if (!sighting) continue;
-    sighting->landmark = i;
-    sightings.push_back(*sighting);
+    if (start) candidates.push_back({i, *prediction, light, *start});
   }
+  auto sightings = best_fits(candidates, settings);
+  std::erase_if(sightings,
+                [&](const LandmarkSighting& s) { return !(s.residual <= settings.most_residual); });
   return sightings;
 }
 

@@ -4,7 +4,8 @@
 // (an ellipse, through the lens); a disc of that outline, softened by the pixel, is fitted to the pixels by
 // Least squares over place, brightness and ground. Because the fit moves the projected CENTRE and not the
 // ellipse's middle, the perspective bias of an ellipse's centroid does not arise. Brightness is taken linear
-// in light, as the camera's encoding says. A sighting that is too faint, half hidden, crossed by a
+// in light, as the camera's encoding says. Where the landmarks of a picture fit badly, softer edges are tried, the same for all of them:
+// colours filled in from a Bayer pattern, a lens, motion. A sighting that is too faint, half hidden, crossed by a
 // shadow's edge or far from the prediction is left out. Pixels: distorted image, (0,0) the centre of the
 // first pixel. Pure functions, any thread; about 10 us a landmark.
 #pragma once

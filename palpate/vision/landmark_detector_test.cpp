@@ -123,6 +123,54 @@ TEST(LandmarkDetector, StaysWithinATenthOfAPixelWithNoiseAndAWrongPose) {
   EXPECT_GT(whitened / count, 0.1);
 }
 
+// What a camera with a Bayer pattern delivers once its colours are filled in: each pixel keeps one colour of `image`, the others
+// are means of the nearest that have them.
+device::CameraImage through_a_bayer_pattern(const device::CameraImage& image) {
+  const auto colour = [](int u, int v) { return v % 2 == 0 ? (u % 2 == 0 ? 0 : 1) : (u % 2 == 0 ? 1 : 2); };
+  device::CameraImage filled = image;
+  for (int v = 1; v < image.height - 1; ++v)
+    for (int u = 1; u < image.width - 1; ++u)
+      for (int c = 0; c < 3; ++c) {
+        // The nearest: the pixel itself, its four neighbours, or the diagonal ones.
+        for (const int reach : {0, 1, 2}) {
+          double sum = 0.0;
+          int count = 0;
+          for (int y = -1; y <= 1; ++y)
+            for (int x = -1; x <= 1; ++x)
+              if (x * x + y * y == reach && colour(u + x, v + y) == c) {
+                sum += image.rgb[static_cast<std::size_t>(3 * ((v + y) * 640 + u + x) + c)];
+                ++count;
+              }
+          if (count == 0) continue;
+          filled.rgb[static_cast<std::size_t>(3 * (v * 640 + u) + c)] =
+              static_cast<std::uint8_t>(std::lround(sum / count));
+          break;
+        }
+      }
+  return filled;
+}
+
+TEST(LandmarkDetector, FindsAsManyInColoursFilledInFromABayerPatternButNoneThatIsHalfHidden) {
+  const auto marks = room();
+  double squares = 0.0, whitened = 0.0;
+  std::size_t found = 0;
+  for (std::uint64_t frame = 0; frame < 6; ++frame) {
+    const auto image = through_a_bayer_pattern(photograph(marks, 2.0, frame));
+    for (const auto& s : detect_landmarks(image, kLens, {}, marks)) {
+      const Eigen::Vector2d error = s.centre - kLens.project(marks[s.landmark].place.m);
+      squares += error.squaredNorm();
+      whitened += error.dot(s.covariance.inverse() * error);
+      ++found;
+    }
+  }
+  const auto n = static_cast<double>(found);
+  EXPECT_GE(found, 6 * marks.size() - 2);
+  EXPECT_LT(std::sqrt(squares / n), 0.12);
+  EXPECT_LT(whitened / n, 4.0);
+  const auto hidden = through_a_bayer_pattern(photograph({marks[4]}, 1.0, 3, 0.0));
+  EXPECT_TRUE(detect_landmarks(hidden, kLens, {}, std::vector{marks[4]}).empty());
+}
+
 TEST(LandmarkDetector, ReadsPicturesInTheEncodingOfTheirCamera) {
   const auto marks = room();
   struct Reading {
