@@ -25,7 +25,7 @@ foreach(folder IN LISTS PALPATE_EXTRA_APPLICATIONS)
 endforeach()
 set(PALPATE_LAYER_0 core)
 set(PALPATE_LAYER_1 math time figures)
-set(PALPATE_LAYER_2 device record)
+set(PALPATE_LAYER_2 device record experiment)
 set(PALPATE_LAYER_3 scene rig)
 set(PALPATE_LAYER_4 physics calibration/noise transport render sim/config plugin)
 set(PALPATE_LAYER_5 calibration haptics ${PALPATE_APPLICATIONS})
@@ -46,7 +46,7 @@ set(PALPATE_THREADED core time record record/session scene device transport driv
 
 # Where memory is at risk from what others send, from parsers and from raw buffers: the address sanitizer runs the tests
 # of these for every change (target checked_tests, label checked), and those of all modules in scripts/long.
-set(PALPATE_CHECKED core record record/session device scene plugin rig physics transport render sim/config haptics ${PALPATE_APPLICATIONS}
+set(PALPATE_CHECKED core record experiment record/session device scene plugin rig physics transport render sim/config haptics ${PALPATE_APPLICATIONS}
   drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras server/physics server/graphics)
 
 # Tests that take long: hundreds of repeats for statistics, and long runs of what shorter tests run, too. They have the
@@ -55,7 +55,7 @@ set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "^Program\\.(soak|live_
 
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.
-set(PALPATE_PHYSICS_PARTS core math time figures device record record/session scene rig physics transport sim/config haptics drivers/laboratory drivers/openhaptics
+set(PALPATE_PHYSICS_PARTS core math time figures experiment device record record/session scene rig physics transport sim/config haptics drivers/laboratory drivers/openhaptics
   ${PALPATE_APPLICATIONS} server/physics plugin tools/commands tools/program)
 
 set(PALPATE_ALL_MODULES "")
