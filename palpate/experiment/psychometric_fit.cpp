@@ -135,7 +135,7 @@ Expected<PsychometricFit> fit_psychometric(std::span<const Level> levels, const 
     return no_fit(verdict);
   PsychometricFit fit;
   fit.curve = curve_of(best.at);
-  const Eigen::MatrixXd covariance = covariance_from_information(best.information);
+  const Eigen::MatrixXd covariance = covariance_from_information(information_at(kept, task, best.at));
   fit.log_threshold_sd = std::sqrt(covariance(0, 0));
   fit.log_spread_sd = std::sqrt(covariance(1, 1));
   fit.threshold = profile(kept, task, bounds, best, 0, level, fit.log_threshold_sd);

@@ -43,7 +43,7 @@ struct Interval {
 
 struct PsychometricFit {
   PsychometricCurve curve;
-  double log_threshold_sd = 0.0;  // from the information, with the lapse rate held where it is at a bound
+  double log_threshold_sd = 0.0;  // from the information, the lapse rate being unknown, too
   double log_spread_sd = 0.0;
   Interval threshold, spread;  // by profile, at the level asked for
   double deviance = 0.0;

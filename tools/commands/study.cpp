@@ -71,6 +71,7 @@ void add_study(CLI::App& program) {
   for (const auto& each : evaluation::studies::studies()) add(each.name, each.what);
   add("all", "All of the paper's figures");
   add_study_flights(*study);
+  add_study_psychometric(*study);
 }
 
 }  // namespace palpate::tools::commands

@@ -79,10 +79,14 @@ SearchResult descend(std::span<const Level> levels, const TaskShape& task, const
   SearchResult found;
   found.at = start;
   found.deviance = minimise<3>(found.at, evaluate, moved, {.tolerance = kTolerance}).cost;
-  NormalEquations<3> there(3);
-  found.deviance = evaluate(found.at, &there);
-  found.information = there.JtJ;
   return found;
+}
+
+Eigen::Matrix3d information_at(std::span<const Level> levels, const TaskShape& task, const Parameters& at) {
+  NormalEquations<3> there(3);
+  for (const auto& level : levels) add_level(at, task, level, there);
+  if (task.most_lapse == 0.0) hold(there, 2);
+  return there.JtJ.selfadjointView<Eigen::Lower>();
 }
 
 SearchResult search(std::span<const Level> levels, const TaskShape& task, const SearchBounds& bounds,

@@ -24,12 +24,13 @@ SearchBounds bounds_of(std::span<const Level> levels, const TaskShape& task);
 struct SearchResult {
   Parameters at = Parameters::Zero();
   double deviance = 0.0;
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();  // rows of what is held, or at a bound, are zero
 };
 
 // From `start`; of what is not `free` it keeps the values.
 SearchResult descend(std::span<const Level> levels, const TaskShape& task, const SearchBounds& bounds,
                      const Parameters& start, const std::array<bool, 3>& free);
+// Fisher's, of all that the task leaves free. A lapse rate at its bound counts as free: its truth is mostly within.
+Eigen::Matrix3d information_at(std::span<const Level> levels, const TaskShape& task, const Parameters& at);
 // From so many of a grid's best places.
 SearchResult search(std::span<const Level> levels, const TaskShape& task, const SearchBounds& bounds,
                     std::size_t descents = 3);
