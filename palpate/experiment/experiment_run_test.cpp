@@ -2,9 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <map>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "palpate/experiment/observer.h"
 #include "palpate/experiment/psychometric_fit.h"
@@ -161,22 +163,27 @@ TEST(ExperimentRun, AWholeExperimentFindsTheObserversWeberFraction) {
   EXPECT_TRUE(tests::is_chi_square(error * error, 1.0));
 }
 
-// Two of four staircases a cell; the observer is right in 70.7 % of trials at w' = exp(spread z) - 1.
+// A two-down-one-up staircase seeks 70.7 % right, which this observer is at a ratio of exp(0.545 spread).
 TEST(ExperimentRun, StaircasesOfAnExperimentCloseInOnTheObserversThreshold) {
   auto conditions = example_conditions(Method::staircase);
-  conditions.rule.step_factors = {1.2, 1.1, 1.02};
+  conditions.rule.step_factors = {1.2, 1.1, 1.05, 1.05, 1.03};
   conditions.rule.reversals = 40;
   conditions.rule.discard = 10;
   conditions.rule.most_trials = 500;
-  conditions.tracks = 40;
+  conditions.tracks = 90;
   ExperimentRun run(conditions, 9);
   Observer observer({0.2, 0.0}, 4);
   (void)play(run, observer);
-  ASSERT_EQ(run.staircases().size(), 80u);
-  double sum = 0.0;
-  for (const auto& staircase : run.staircases()) sum += std::log(staircase.threshold()->stimulus);
+  ASSERT_EQ(run.staircases().size(), 180u);
+  double sum = 0.0, squares = 0.0;
+  for (const auto& staircase : run.staircases()) {
+    const double x = std::log(staircase.threshold()->stimulus);
+    sum += x;
+    squares += x * x;
+  }
+  const double mean = sum / 180.0, sd_of_mean = std::sqrt((squares / 180.0 - mean * mean) / 180.0);
   const double sought = spread_of_weber_fraction(0.2) * 0.5449521356;  // z of 0.70711
-  EXPECT_NEAR(sum / 80.0, sought, 0.05 * sought);
+  EXPECT_NEAR(mean, sought, 4.0 * sd_of_mean + 0.02 * sought);
 }
 
 }  // namespace

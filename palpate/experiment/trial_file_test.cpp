@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
+#include <algorithm>
+#include <string>
+#include <string_view>
+#include <vector>
 
 #include "palpate/core/file.h"
 #include "palpate/experiment/experiment_run.h"
