@@ -61,6 +61,32 @@ TEST(PsychometricFit, AverageAnswersGiveTheCurveBack) {
     }
 }
 
+// Where the counts are the curve's own averages, the information is half the deviance's second derivative.
+TEST(PsychometricFit, InformationIsTheDeviancesCurvature) {
+  const PsychometricCurve curve{1.4, 0.6, 0.03};
+  const Parameters at{std::log(curve.threshold), std::log(curve.spread), curve.lapse};
+  for (const auto& task : {kChoice, kYesNo, kComparison}) {
+    const auto levels = average_answers(curve, task, levels_around(curve, 7, 2.0));
+    const auto information = information_at(levels, task, at);
+    const double h = 1e-3;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j <= i; ++j) {
+        double second = 0.0;
+        for (const int a : {-1, 1})
+          for (const int b : {-1, 1}) {
+            Parameters there = at;
+            there[i] += a * h;
+            there[j] += b * h;
+            second += a * b * deviance(curve_of(there), task, levels);
+          }
+        second /= 4.0 * h * h;
+        const double scale = std::sqrt(information(i, i) * information(j, j));
+        EXPECT_NEAR(0.5 * second / scale, information(i, j) / scale, 1e-3) << i << j;
+        EXPECT_EQ(information(i, j), information(j, i));
+      }
+  }
+}
+
 // Two levels without lapses: the probits of the two shares are a line through both, in closed form.
 TEST(PsychometricFit, TwoLevelsAreTheLineThroughTheirProbits) {
   const std::vector<Level> levels{{1.0, 12, 60}, {2.0, 48, 60}};

@@ -64,6 +64,26 @@ TEST(Staircase, StepsByHand) {
   EXPECT_THROW(staircase.answer(true), std::logic_error);
 }
 
+// Peaks and valleys weigh the same: of three reversals that count, the first one is left out as well.
+TEST(Staircase, AnEvenNumberOfReversalsCounts) {
+  StaircaseRule rule;
+  rule.kind = StaircaseKind::weighted;
+  rule.target = 0.5;
+  rule.start = 8.0;
+  rule.highest = 10.0;
+  rule.step_factors = {2.0};
+  rule.discard = 0;
+  Staircase staircase(rule);
+  for (const bool positive : {true, true, false, true, false}) staircase.answer(positive);
+  EXPECT_EQ(staircase.reversals().size(), 3u);  // at 2, at 4, at 2
+  const auto threshold = staircase.threshold();
+  ASSERT_TRUE(threshold);
+  EXPECT_EQ(threshold->reversals, 2);
+  EXPECT_NEAR(threshold->stimulus, std::sqrt(8.0), 1e-12);
+  staircase.answer(true);
+  EXPECT_EQ(staircase.threshold()->reversals, 4);
+}
+
 TEST(Staircase, TheEndsOfTheStimuliHold) {
   StaircaseRule rule;
   rule.start = 2.0;
