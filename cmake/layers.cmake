@@ -28,17 +28,18 @@ set(PALPATE_LAYER_1 math time figures)
 set(PALPATE_LAYER_2 device record experiment)
 set(PALPATE_LAYER_3 scene rig)
 set(PALPATE_LAYER_4 physics calibration/noise transport render sim/config plugin)
-set(PALPATE_LAYER_5 calibration haptics ${PALPATE_APPLICATIONS})
-set(PALPATE_LAYER_6 record/session vision drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras)
-set(PALPATE_LAYER_7 calibration/session calibration/forces server/physics server/graphics sim)
-set(PALPATE_LAYER_8 desktop)
-set(PALPATE_LAYER_9 evaluation)
-set(PALPATE_LAYER_10 server/session evaluation/report)
-set(PALPATE_LAYER_11 sim/lockstep evaluation/studies)
-set(PALPATE_LAYER_12 tools/demo tools/doctor)
-set(PALPATE_LAYER_13 tools/commands)
-set(PALPATE_LAYER_14 tools/program)
-set(PALPATE_LAYER_COUNT 15)
+set(PALPATE_LAYER_5 physics/deformable physics/tissue)
+set(PALPATE_LAYER_6 calibration haptics ${PALPATE_APPLICATIONS})
+set(PALPATE_LAYER_7 record/session vision drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras)
+set(PALPATE_LAYER_8 calibration/session calibration/forces server/physics server/graphics sim)
+set(PALPATE_LAYER_9 desktop)
+set(PALPATE_LAYER_10 evaluation)
+set(PALPATE_LAYER_11 server/session evaluation/report)
+set(PALPATE_LAYER_12 sim/lockstep evaluation/studies)
+set(PALPATE_LAYER_13 tools/demo tools/doctor)
+set(PALPATE_LAYER_14 tools/commands)
+set(PALPATE_LAYER_15 tools/program)
+set(PALPATE_LAYER_COUNT 16)
 
 # Where threads or processes meet: the thread sanitizer runs the tests of these (target threaded_tests, label threaded).
 set(PALPATE_THREADED core time record record/session scene device transport drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras haptics
@@ -46,7 +47,7 @@ set(PALPATE_THREADED core time record record/session scene device transport driv
 
 # Where memory is at risk from what others send, from parsers and from raw buffers: the address sanitizer runs the tests
 # of these for every change (target checked_tests, label checked), and those of all modules in scripts/long.
-set(PALPATE_CHECKED core record experiment record/session device scene plugin rig physics transport render sim/config haptics ${PALPATE_APPLICATIONS}
+set(PALPATE_CHECKED core record experiment record/session device scene plugin rig physics physics/tissue transport render sim/config haptics ${PALPATE_APPLICATIONS}
   drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras server/physics server/graphics)
 
 # Tests that take long: hundreds of repeats for statistics, and long runs of what shorter tests run, too. They have the
@@ -55,7 +56,7 @@ set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "^Program\\.(soak|live_
 
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.
-set(PALPATE_PHYSICS_PARTS core math time figures experiment device record record/session scene rig physics transport sim/config haptics drivers/laboratory drivers/openhaptics
+set(PALPATE_PHYSICS_PARTS core math time figures experiment device record record/session scene rig physics physics/tissue transport sim/config haptics drivers/laboratory drivers/openhaptics
   ${PALPATE_APPLICATIONS} server/physics plugin tools/commands tools/program)
 
 set(PALPATE_ALL_MODULES "")
