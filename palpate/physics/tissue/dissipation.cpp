@@ -10,11 +10,8 @@ namespace palpate::physics::tissue {
 
 void check_dissipation(const DissipationSettings& s) {
   const auto within = [](double x, double low, double high) { return x >= low && x <= high; };
-  if (!within(s.damping_n_s_m, 0.0, 5.0) || !within(s.most_damping_n_s_m, s.damping_n_s_m, 5.0) ||
-      !within(s.loss_s, 0.0, 0.1))
-    throw std::invalid_argument(fmt::format(
-        "tissue: damping {} to {} N s/m and loss {} s; 0 to 5 N s/m, rising, and 0 to 0.1 s are expected",
-        s.damping_n_s_m, s.most_damping_n_s_m, s.loss_s));
+  if (!within(s.damping_n_s_m, 0.0, 5.0))
+    throw std::invalid_argument(fmt::format("tissue: damping {} N s/m; 0 to 5 is expected", s.damping_n_s_m));
   if (!within(s.relaxation_s, 2e-4, 10.0) || !within(s.fade_m, 1e-6, 0.1) ||
       !within(s.most_viscous_n, 0.0, 10.0))
     throw std::invalid_argument(
@@ -36,14 +33,14 @@ const DissipationSettings& checked_dissipation(const DissipationSettings& settin
 }  // namespace
 
 double viscous_step_bound(const DissipationSettings& s, double step, double dt) {
-  if (s.most_damping_n_s_m == 0.0) return 0.0;
-  const double spring = s.most_damping_n_s_m / s.relaxation_s;
-  return spring * step / (1.0 + dt * spring / s.most_damping_n_s_m);
+  if (s.damping_n_s_m == 0.0) return 0.0;
+  const double spring = s.damping_n_s_m / s.relaxation_s;
+  return spring * step / (1.0 + dt * spring / s.damping_n_s_m);
 }
 
 Dissipation::Dissipation(const DissipationSettings& settings)
     : settings_(checked_dissipation(settings)),
-      spring_(settings.most_damping_n_s_m / settings.relaxation_s),
+      spring_(settings.damping_n_s_m / settings.relaxation_s),
       ratio_(2.0 * (1.0 - settings.poisson) / (2.0 - settings.poisson)) {}
 
 void Dissipation::reset() {
@@ -58,9 +55,7 @@ double Dissipation::stored() const {
 }
 
 double Dissipation::dashpot(const TipEnergy& now) const {
-  const double full =
-      std::min(settings_.most_damping_n_s_m, settings_.damping_n_s_m + settings_.loss_s * now.tangent);
-  return full * std::min(1.0, now.depth / settings_.fade_m);
+  return settings_.damping_n_s_m * std::min(1.0, now.depth / settings_.fade_m);
 }
 
 // Shortens the arm along the normal until it neither pulls more than the body presses nor presses more than it may.

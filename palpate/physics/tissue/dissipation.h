@@ -1,8 +1,8 @@
 // What a soft contact takes from the hand beside what it stores: viscosity and friction. Both only dissipate.
 //
 // Viscosity: the second arm of a standard linear solid, a spring in series with a dashpot, which follows the tip
-// in all directions. The dashpot's constant rises with the contact's stiffness and from zero with depth; the
-// spring's is fixed, so that nothing that changes with depth can give out energy. Its pull along the normal never
+// in all directions. The dashpot's constant rises from zero with depth; the spring's is fixed, so that nothing
+// that changes with depth can give out energy. Its pull along the normal never
 // makes the contact stick, nor exceeds `most_viscous_n`; an encoder's step of s changes it by
 // viscous_step_bound(s) at most within a tick.
 // Friction: a tangential spring from an anchor on the surface (Mindlin), dragged along where Coulomb's limit is
@@ -19,10 +19,9 @@
 namespace palpate::physics::tissue {
 
 struct DissipationSettings {
-  double damping_n_s_m = 0.5;       // of the dashpot for the softest contact
-  double loss_s = 0.0025;           // what the dashpot gains for each N/m of the contact's stiffness
-  double most_damping_n_s_m = 2.0;  // of both together
-  double relaxation_s = 0.001;  // of the arm at its largest dashpot; the arm's spring is damping / relaxation
+  // Of the dashpot, by which 75 to 225 g held lightly rest within a second of being pressed.
+  double damping_n_s_m = 2.0;
+  double relaxation_s = 0.001;  // of the arm; its spring is damping / relaxation
   double fade_m = 0.0005;       // depth at which the dashpot has its full size
   double most_viscous_n = 1.0;
   double friction = 0.0;  // Coulomb's coefficient

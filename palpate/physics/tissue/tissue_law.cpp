@@ -72,10 +72,10 @@ void TissueLaw::disengage() {
 
 // What it held fades.
 void TissueLaw::let_go() {
-  left_j_ = touch_.contact.energy + dissipation_.stored();
+  left_j_ = 0.5 * touch_.contact.energy;
   const Vector3 held = held_;
   disengage();
-  held_ = held;
+  held_ = held_earlier_ = held;
   touch_.releasing = !held.isZero(0.0);
   ++touch_.lost;
 }
@@ -107,7 +107,8 @@ Vector3 TissueLaw::press(const TipEnergy& now, const Vector3& moved, const Vecto
 
 // What is left of the force of a tip that was let go.
 Vector3 TissueLaw::release(const Vector3& moved, double dt) {
-  left_j_ -= held_.dot(moved);
+  left_j_ -= std::max({0.0, held_.dot(moved), held_earlier_.dot(moved)});
+  held_earlier_ = held_;
   const double size = held_.norm(), next = size - kRelease_n_s * dt;
   if (next <= 0.0 || left_j_ <= 0.0) {
     touch_.releasing = false;

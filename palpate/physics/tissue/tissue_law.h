@@ -6,8 +6,8 @@
 //
 // The contact begins where the tip has been outside. A tip that is pushed so deep that its place no longer tells
 // from which side it came (TipEnergy::lost), or that is found beyond the body's middle, is let go: the force it had
-// fades within its last direction, by kRelease_n_s, doing no more work than was stored, and there is none until the
-// tip has been outside again. A tip that jumps further than kTeleport_m within a tick, or is no number, has no force
+// fades within its last direction, by kRelease_n_s, and is gone before it has given back half of what was stored;
+// there is none until the tip has been outside again. A tip that jumps further than kTeleport_m within a tick, or is no number, has no force
 // at once. World frame, SI.
 // Source: docs/theory/tissue.md.
 #pragma once
@@ -97,8 +97,9 @@ class TissueLaw : public scene::ContactLaw {
   Vector3 tip_before_ = Vector3::Zero(), place_before_ = Vector3::Zero();  // World, Body
   bool seen_before_ = false;
   Vector3 held_ =
-      Vector3::Zero();   // Body: the force of the last tick, and while it is let go what is left of it
-  double left_j_ = 0.0;  // that what is let go may still give out
+      Vector3::Zero();  // Body: the force of the last tick, and while it is let go what is left of it
+  Vector3 held_earlier_ = Vector3::Zero();  // the same of the tick before
+  double left_j_ = 0.0;                     // that what is let go may still give out
   BodyMotion body_;
   TissueTouch touch_;   // the haptic thread's
   TissueTouch newest_;  // the physics thread's
