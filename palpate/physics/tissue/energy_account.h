@@ -42,6 +42,13 @@ class EnergyAccount {
     const double power = dt * velocity.squaredNorm();
     return missing_ > 0.0 && power > 1e-12 ? std::min(missing_ / power, most_) : 0.0;
   }
+  // Others have put in so much, J.
+  void credit(double energy) {
+    if (!std::isfinite(energy)) return;
+    at_once_ += energy;
+    late_ += energy;
+    put_in_ += energy;
+  }
   // The force of this tick.
   void give(const Vector3& force) {
     before_ = last_;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "palpate/physics/tissue/two_contacts.h"
+
 namespace palpate::physics::tissue {
 namespace {
 
@@ -23,6 +25,12 @@ double checked_damping(double damping) {
     throw std::invalid_argument(
         fmt::format("tissue: passivity damping {} N s/m; 0 to 10 is expected", damping));
   return damping;
+}
+
+double checked_young(double young) {
+  if (!(young >= 100.0 && young <= 1e9))
+    throw std::invalid_argument(fmt::format("tissue: Young's modulus {} Pa; 100 to 1e9 is expected", young));
+  return young;
 }
 
 }  // namespace
@@ -47,7 +55,10 @@ TissueLaw::TissueLaw(const TipField& field, const TissueSettings& settings, cons
     : field_(checked_field(field)),
       dissipation_(settings.dissipation),
       account_(checked_damping(settings.passivity_damping_n_s_m)),
-      passivity_damping_(settings.passivity_damping_n_s_m) {
+      passivity_damping_(settings.passivity_damping_n_s_m),
+      finger_(settings.finger),
+      young_(checked_young(settings.young_pa)),
+      poisson_(settings.dissipation.poisson) {
   body_.X_world_body = rest;
 }
 
@@ -65,6 +76,7 @@ void TissueLaw::disengage() {
   touch_.created_j += account_.created();
   touch_.engaged = touch_.releasing = false;
   touch_.contact = TipEnergy{};
+  finger_before_there_ = false;
   held_.setZero();
   dissipation_.reset();
   account_.reset();
@@ -78,6 +90,31 @@ void TissueLaw::let_go() {
   held_ = held_earlier_ = held;
   touch_.releasing = !held.isZero(0.0);
   ++touch_.lost;
+}
+
+// With a finger at this place: the tip's force, and the energy beyond what the finger alone stores.
+TipEnergy TissueLaw::shared(const TipEnergy& alone, const Vector3& p, const Vector3& finger) {
+  const MutualCompliance mutual =
+      half_space_compliance(p, finger, young_, poisson_, finger_->facts().tip_radius);
+  const TwoForces both = two_contacts(field_, p, *finger_, finger, mutual);
+  TipEnergy now = alone;
+  now.force = both.first;
+  now.energy = both.energy - finger_->at(finger).energy;
+  touch_.finger_force = both.second;
+  return now;
+}
+
+void TissueLaw::meet_finger(TipEnergy& now, const Vector3& p) {
+  const bool there = finger_ != nullptr && body_.finger_there && body_.finger.allFinite();
+  if (!there && !finger_before_there_) return;
+  const TipEnergy alone = now;
+  // What the tip's part of the energy gains because the finger moves is the finger's work.
+  const double before = finger_before_there_ ? shared(alone, p, finger_before_).energy : alone.energy;
+  touch_.finger_force.setZero();
+  if (there) now = shared(alone, p, body_.finger);
+  account_.credit(now.energy - before);
+  finger_before_there_ = there;
+  if (there) finger_before_ = body_.finger;
 }
 
 // Whether the force at this place still pushes to where the tip came from.
@@ -132,10 +169,11 @@ void TissueLaw::follow(const scene::TipState& tip, double dt) {
 
   touch_.force.setZero();
   touch_.static_force.setZero();
+  touch_.finger_force.setZero();
   touch_.damping = 0.0;
   if (jumped || body_.paused) disengage();
   if (!seen || body_.paused) return;
-  const TipEnergy now = field_.at(p);
+  TipEnergy now = field_.at(p);
   if (!touch_.engaged && now.depth <= 0.0) touch_.engaged = true;
   if (touch_.engaged && !still_on_its_side(now, moved)) let_go();
   if (touch_.releasing) {
@@ -150,12 +188,14 @@ void TissueLaw::follow(const scene::TipState& tip, double dt) {
     touch_.engaged = true;
     return;
   }
+  meet_finger(now, p);
   const Vector3 lever = place - X_world_body.translation;
   const Vector3 relative = tip.velocity - body_.velocity - body_.spin.cross(lever);
   held_ = press(now, moved, X_body_world.rotation * relative, dt);
   touch_.contact = now;
   touch_.force = X_world_body.rotation * held_;
   touch_.static_force = X_world_body.rotation * now.force;
+  touch_.finger_force = X_world_body.rotation * touch_.finger_force;
   touch_.touches += !touched;
   touch_.contact_s += dt;
   touch_.slips += touched && dissipation_.sliding() && !slid;

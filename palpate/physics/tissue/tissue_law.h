@@ -31,7 +31,11 @@ struct BodyMotion {
   Pose<World, Body> X_world_body;
   Vector3 velocity = Vector3::Zero(), spin = Vector3::Zero();  // of its origin; World
   bool paused = false;                                         // followed, and not felt
-  std::uint64_t resets = 0;                                    // counts below begin anew with each
+  // A second contact (TissueSettings::finger): the centre of its sphere, in the body's frame. It moves in the physics
+  // loop's steps, and so does what the tip feels of it.
+  bool finger_there = false;
+  Vector3 finger = Vector3::Zero();
+  std::uint64_t resets = 0;  // counts below begin anew with each
 };
 
 // What the newest tick found.
@@ -41,6 +45,7 @@ struct TissueTouch {
   Vector3 tip = Vector3::Zero();           // that it is the answer to
   bool engaged = false;                    // the tip has been outside
   bool releasing = false;                  // let go, the force fades
+  Vector3 finger_force = Vector3::Zero();  // N on the finger, while the tip touches, too
   TipEnergy contact;                       // in the body's frame; of a tip that is not engaged nothing
   double damping = 0.0;                    // N s/m, that keeps it passive
   std::uint64_t resets = 0;                // that these counts have followed
@@ -52,6 +57,9 @@ struct TissueTouch {
 struct TissueSettings {
   DissipationSettings dissipation;
   double passivity_damping_n_s_m = 4.0;  // at most; 0 switches the account off
+  // What a finger of its own radius feels of this body; null: there is none. It must outlive the law.
+  const TipField* finger = nullptr;
+  double young_pa = 6000.0;  // by which finger and tip feel one another through the body (two_contacts.h)
 };
 
 class TissueLaw : public scene::ContactLaw {
@@ -85,6 +93,8 @@ class TissueLaw : public scene::ContactLaw {
   Pose<World, Body> body_at(Instant<PhysicsClock> time) const;
   void let_go();
   void disengage();
+  TipEnergy shared(const TipEnergy& alone, const Vector3& p, const Vector3& finger);
+  void meet_finger(TipEnergy& now, const Vector3& p);
   bool still_on_its_side(const TipEnergy& now, const Vector3& moved) const;
   Vector3 press(const TipEnergy& now, const Vector3& moved, const Vector3& velocity, double dt);
   Vector3 release(const Vector3& moved, double dt);
@@ -94,6 +104,10 @@ class TissueLaw : public scene::ContactLaw {
   Dissipation dissipation_;
   EnergyAccount account_;
   double passivity_damping_;
+  const TipField* finger_;
+  double young_, poisson_;
+  bool finger_before_there_ = false;
+  Vector3 finger_before_ = Vector3::Zero();
   Vector3 tip_before_ = Vector3::Zero(), place_before_ = Vector3::Zero();  // World, Body
   bool seen_before_ = false;
   Vector3 held_ =

@@ -10,6 +10,7 @@
 #include "palpate/math/random_vector.h"
 #include "palpate/physics/tissue/tissue_for_tests.h"
 #include "palpate/physics/tissue/tissue_plant_for_tests.h"
+#include "palpate/physics/tissue/two_contacts.h"
 #include "tests/allocation_count.h"
 
 namespace palpate::physics::tissue {
@@ -112,31 +113,60 @@ TEST(TissueLaw, ABodyThatIsPausedIsNotFelt) {
   EXPECT_GT(driven.go(over(0.003)).z(), 0.0);
 }
 
-// Prescribed motion at up to 0.1 m/s over flat, edges and air: only what the tangent explains, and 0.02 N.
+// Prescribed motion at up to 0.1 m/s over the flat, over an edge and in and out of contact: only what the tangent
+// explains, and 0.02 N.
 TEST(TissueLaw, TheStaticForceStepsNoFurtherThanItsTangentSays) {
   const TipField& field = stiff_field();
   DrivenLaw driven(field);
-  Random random(1, "tissue/steps of force");
-  Vector3 place = over(-0.002), velocity = Vector3::Zero(), before = Vector3::Zero();
-  driven.at(place);
-  double worst = -1.0;
-  int pressed = 0;
-  for (int i = 0; i < 200'000; ++i) {
-    velocity += normal3(random, 0.003) +
-                0.05 * (over(0.002, 0.0, 0.0) - place).cwiseProduct(Vector3(0.05, 0.05, 1.0));
-    if (velocity.norm() > 0.1) velocity *= 0.1 / velocity.norm();
-    const Vector3 next = place + 1e-3 * velocity;
-    driven.at(next, velocity);
+  const auto path = [](double t) {
+    return over(0.0025 + 0.0028 * std::sin(7.1 * t - 1.8), 0.055 * std::sin(0.9 * t),
+                0.03 * std::sin(1.3 * t + 1.0));
+  };
+  Vector3 before = Vector3::Zero();
+  double worst = -1.0, strongest = 0.0;
+  int pressed = 0, touches = 0;
+  for (int i = 1; i < 100'000; ++i) {
+    const Vector3 place = path(1e-3 * i), way = place - path(1e-3 * (i - 1));
+    driven.at(place, way / 1e-3);
     const TissueTouch& touch = driven.law.newest();
-    worst = std::max(
-        worst, (touch.static_force - before).norm() - field.facts().stiffest_n_m * (next - place).norm());
+    worst = std::max(worst, (touch.static_force - before).norm() - field.facts().stiffest_n_m * way.norm());
     before = touch.static_force;
-    place = next;
+    strongest = std::max(strongest, before.norm());
     pressed += touch.contact.depth > 0.0;
+    touches = touch.touches;
   }
-  EXPECT_GT(pressed, 20'000);
-  EXPECT_LT(driven.law.newest().lost, 1);
+  EXPECT_GT(pressed, 50'000);
+  EXPECT_GT(touches, 50);
+  EXPECT_EQ(driven.law.newest().lost, 0);
+  EXPECT_GT(strongest, 1.0);
   EXPECT_LT(worst, 0.02);
+}
+
+// A finger beside the tip: what it dents away is not felt, and what both hold is the shared energy.
+TEST(TissueLaw, AFingerBesideItTakesForceAwayAndIsPushedItself) {
+  const MutualCompliance mutual =
+      half_space_compliance(over(0.004), over(0.005, 0.023), 6000.0, 0.45, kTipRadius);
+  const TwoForces expected =
+      two_contacts(soft_field(), over(0.004), soft_field(), over(0.005, 0.023), mutual);
+  DrivenLaw driven(soft_field(), {.finger = &soft_field(), .young_pa = 6000.0});
+  driven.at(over(-0.001));
+  driven.go(over(0.004));
+  const double alone = driven.at(over(0.004)).z();
+  BodyMotion motion;
+  motion.finger_there = true;
+  Vector3 force;
+  for (int i = 0; i <= 300; ++i) {
+    motion.finger = over(std::min(0.005, -0.001 + 3e-5 * i), 0.023);
+    driven.law.move_body(motion);
+    force = driven.at(over(0.004));
+  }
+  EXPECT_LT(force.z(), 0.97 * alone);
+  EXPECT_LT((force - expected.first).norm(), 1e-9);
+  EXPECT_LT((driven.law.newest().finger_force - expected.second).norm(), 1e-9);
+  EXPECT_EQ(driven.law.newest().damped_ticks, 0) << "what the finger brings in is not missing";
+  motion.finger.x() = std::nan("");
+  driven.law.move_body(motion);
+  EXPECT_TRUE(driven.at(over(0.004)).allFinite());
 }
 
 TEST(TissueLaw, PushedTooDeepItLetsGoEvenlyAndTakesHoldOutsideOnly) {
@@ -256,8 +286,8 @@ TEST(TissueInTheLoop, AConservativeForceAloneThrowsItBackFaster) {
   EXPECT_GT(bounce(stiff_field(), bare, over(-0.003), {0, 0, -0.1}, 3e-5).ratio, 1.1);
   TissueSettings account = bare;
   account.passivity_damping_n_s_m = 4.0;
-  EXPECT_LE(bounce(stiff_field(), account, over(-0.003), {0, 0, -0.1}, 3e-5).ratio, 1.0)
-      << "the account alone keeps it passive";
+  EXPECT_LE(bounce(stiff_field(), account, over(-0.003), {0, 0, -0.1}, 3e-5).ratio, 1.02)
+      << "the account alone keeps it passive, to an encoder step";
 }
 
 // Swing, peak to peak, from one second after the press on, m.
