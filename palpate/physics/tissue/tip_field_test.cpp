@@ -42,12 +42,12 @@ TEST(TipField, OnAFlatItGivesTheForceOfTheSites) {
     const double d = random.uniform(0.0002, 0.006), x = random.uniform(-0.035, 0.035),
                  y = random.uniform(-0.025, 0.025);
     const TipEnergy found = plain_block().at(centre_at(x, y, d, soft));
-    const double expected = soft.force({}, d);
+    const double expected = soft.force(Vector3::Zero(), d);
     ASSERT_NEAR(found.depth, d, 1e-7);
     EXPECT_NEAR(found.force.z(), expected, 2e-3 * expected + 1e-6) << d;
     EXPECT_LT(found.force.head<2>().norm(), 1e-3 * expected + 1e-6);
-    EXPECT_NEAR(found.energy, soft.energy({}, d), 2e-3 * soft.energy({}, d) + 1e-9);
-    EXPECT_NEAR(found.tangent, soft.tangent({}, d), 0.05 * soft.tangent({}, d));
+    EXPECT_NEAR(found.energy, soft.energy(Vector3::Zero(), d), 2e-3 * soft.energy(Vector3::Zero(), d) + 1e-9);
+    EXPECT_NEAR(found.tangent, soft.tangent(Vector3::Zero(), d), 0.05 * soft.tangent(Vector3::Zero(), d));
     EXPECT_FALSE(found.lost);
   }
 }
@@ -176,17 +176,18 @@ TEST(TipField, KnowsItsStiffestAndItsStrongest) {
   const SoftForTests soft;
   const TipFieldFacts& facts = plain_block().facts();
   // At the box's corners, which no lattice of this spacing resolves, it is up to 1.4 times as stiff.
-  EXPECT_GE(facts.stiffest_n_m, 0.97 * soft.tangent({}, kDeepest));
-  EXPECT_LE(facts.stiffest_n_m, 1.45 * soft.tangent({}, kDeepest));
-  EXPECT_NEAR(facts.strongest_n, 1.7 * soft.force({}, kDeepest), 0.2 * soft.force({}, kDeepest));
+  EXPECT_GE(facts.stiffest_n_m, 0.97 * soft.tangent(Vector3::Zero(), kDeepest));
+  EXPECT_LE(facts.stiffest_n_m, 1.45 * soft.tangent(Vector3::Zero(), kDeepest));
+  EXPECT_NEAR(facts.strongest_n, 1.7 * soft.force(Vector3::Zero(), kDeepest),
+              0.2 * soft.force(Vector3::Zero(), kDeepest));
 }
 
 TEST(TipField, BeyondItsDeepestTheStiffnessStaysAndThenTheTipIsLost) {
   const SoftForTests soft;
-  const double most = soft.force({}, kDeepest);
+  const double most = soft.force(Vector3::Zero(), kDeepest);
   for (double d = 1.1 * kDeepest; d < 1.45 * kDeepest; d += 0.0001) {
     const TipEnergy found = plain_block().at(centre_at(0.003, 0.001, d, soft));
-    const double expected = most + (d - kDeepest) * soft.tangent({}, kDeepest);
+    const double expected = most + (d - kDeepest) * soft.tangent(Vector3::Zero(), kDeepest);
     EXPECT_NEAR(found.force.z(), expected, 0.01 * expected) << d;
     EXPECT_FALSE(found.lost) << d;
   }
@@ -231,7 +232,7 @@ TEST(TipField, OnARoundBodyTheForceIsAlongTheSurfacesNormal) {
     const TipEnergy found = field->at((radius + soft.radius - d) * n);
     EXPECT_NEAR(found.depth, d, 1e-4) << "chords of the mesh";
     EXPECT_LT(std::acos(std::min(1.0, found.force.normalized().dot(n))), 3.0 * M_PI / 180.0);
-    EXPECT_NEAR(found.force.norm() / soft.force({}, found.depth), 1.0, 0.02);
+    EXPECT_NEAR(found.force.norm() / soft.force(Vector3::Zero(), found.depth), 1.0, 0.02);
   }
 }
 

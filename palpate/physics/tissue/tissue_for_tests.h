@@ -44,7 +44,7 @@ struct SoftForTests {
 // Young's modulus at which a homogeneous body is so stiff at this depth.
 inline double young_for_tests(double tangent_n_m, double depth, double radius = SoftForTests{}.radius) {
   const SoftForTests like{.radius = radius};
-  return like.young * tangent_n_m / like.tangent({}, depth);
+  return like.young * tangent_n_m / like.tangent(Vector3::Zero(), depth);
 }
 
 // More by `more` above a point, in a bump of standard deviation `width`.
