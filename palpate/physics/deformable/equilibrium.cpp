@@ -1,0 +1,206 @@
+#include "palpate/physics/deformable/equilibrium.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace palpate::physics::deformable {
+namespace {
+
+constexpr double kNear =
+    0.3;  // forces left over, in parts of those of contact: the tip's curvature is counted
+constexpr double kSlow = 0.35;  // a step that leaves more of the forces than this calls for a new factor
+constexpr int kHalvings = 20;
+constexpr int kMostTouches = 100;
+constexpr int kColumnsAtOnce = 64;
+
+void stiffen_diagonal(double share, SymmetricMatrix& matrix) {
+  for (int column = 0; column < matrix.size; ++column)
+    matrix.values[static_cast<std::size_t>(matrix.starts[static_cast<std::size_t>(column)])] *= 1.0 + share;
+}
+
+void add_to_dense(const SymmetricMatrix& matrix, Eigen::MatrixXd& dense) {
+  for (int column = 0; column < matrix.size; ++column)
+    for (int k = matrix.starts[static_cast<std::size_t>(column)];
+         k < matrix.starts[static_cast<std::size_t>(column) + 1]; ++k)
+      dense(matrix.rows[static_cast<std::size_t>(k)], column) += matrix.values[static_cast<std::size_t>(k)];
+}
+
+FreeMotion touched_part(const TetMesh& mesh, const TipContact& contact, const FreeMotion& motion) {
+  std::vector<bool> is_touched(mesh.nodes.size(), false);
+  for (const int node : contact.nodes()) is_touched[static_cast<std::size_t>(node)] = true;
+  FreeMotion touched(mesh);
+  for (int node = 0; node < static_cast<int>(mesh.nodes.size()); ++node)
+    for (int axis = 0; axis < 3; ++axis)
+      if (!is_touched[static_cast<std::size_t>(node)] || motion.equation(3 * node + axis) < 0)
+        touched.hold(node, axis);
+  touched.number();
+  return touched;
+}
+
+}  // namespace
+
+Equilibrium::Equilibrium(const TetMesh& mesh, const Solid& solid, const TipContact& contact,
+                         const FreeMotion& motion, SymmetricMatrix matrix, SparseFactor factor)
+    : solid_(&solid),
+      contact_(&contact),
+      motion_(&motion),
+      touched_(touched_part(mesh, contact, motion)),
+      matrix_(std::move(matrix)),
+      contact_matrix_(stiffness_pattern(mesh, touched_)),
+      factor_(std::move(factor)) {}
+
+Expected<Equilibrium> Equilibrium::prepare(const TetMesh& mesh, const Solid& solid, const TipContact& contact,
+                                           const FreeMotion& motion) {
+  auto matrix = stiffness_pattern(mesh, motion);
+  auto factor = SparseFactor::analyse(matrix);
+  if (!factor) return tl::unexpected(factor.error());
+  return Equilibrium(mesh, solid, contact, motion, std::move(matrix), std::move(*factor));
+}
+
+Expected<void> Equilibrium::linearise(const Eigen::VectorXd& u) {
+  std::fill(matrix_.values.begin(), matrix_.values.end(), 0.0);
+  solid_->add_stiffness(u, *motion_, matrix_);
+  auto done = factor_.factorise(matrix_);
+  // Matter that is squeezed hard may be unstable where contact does not hold it; a stiffer diagonal keeps the
+  // step one that descends.
+  for (double share = 1e-3; !done && done.error().code != ErrorCode::exhausted && share <= 10.0;
+       share *= 10.0) {
+    stiffen_diagonal(share, matrix_);
+    done = factor_.factorise(matrix_);
+  }
+  if (!done) return done;
+  ++factorisations_;
+  return condense();
+}
+
+Expected<void> Equilibrium::condense() {
+  std::vector<int> equations;  // of the touched components
+  for (int node : contact_->nodes())
+    for (int axis = 0; axis < 3; ++axis)
+      if (touched_.equation(3 * node + axis) >= 0) equations.push_back(motion_->equation(3 * node + axis));
+  const int count = touched_.count();
+  Eigen::MatrixXd compliance(count, count);
+  for (int first = 0; first < count; first += kColumnsAtOnce) {
+    const int columns = std::min(kColumnsAtOnce, count - first);
+    Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(motion_->count(), columns);
+    for (int k = 0; k < columns; ++k) unit(equations[static_cast<std::size_t>(first + k)], k) = 1.0;
+    if (auto solved = factor_.solve(unit); !solved) return solved;
+    for (int row = 0; row < count; ++row)
+      compliance.block(row, first, 1, columns) = unit.row(equations[static_cast<std::size_t>(row)]);
+  }
+  const Eigen::LLT<Eigen::MatrixXd> triangle(0.5 * (compliance + compliance.transpose()));
+  if (triangle.info() != Eigen::Success)
+    return refused("equilibrium: the touched surface's compliance is singular");
+  condensed_ = triangle.solve(Eigen::MatrixXd::Identity(count, count));
+  return {};
+}
+
+Expected<Eigen::VectorXd> Equilibrium::touch(const RigidTip& tip, const Eigen::VectorXd& u,
+                                             const Eigen::VectorXd& y0) {
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(y0.size()), moved = u;
+  const auto energy = [&](const Eigen::VectorXd& at, Eigen::VectorXd& place) {
+    place = u;
+    touched_.add(at, 1.0, place);
+    return 0.5 * (at - y0).dot(condensed_ * (at - y0)) + contact_->energy(tip, place);
+  };
+  double value = energy(y, moved);
+  for (int step = 0; step < kMostTouches; ++step) {
+    Eigen::VectorXd pushes = Eigen::VectorXd::Zero(u.size());
+    contact_->add_forces(tip, moved, pushes);
+    const Eigen::VectorXd push = touched_.free_part(pushes), rest = -push - condensed_ * (y - y0);
+    if (rest.norm() <= 1e-9 * push.norm()) break;
+    Eigen::MatrixXd stiffness = condensed_;
+    std::fill(contact_matrix_.values.begin(), contact_matrix_.values.end(), 0.0);
+    contact_->add_stiffness(tip, moved, touched_, rest.norm() < kNear * push.norm(), contact_matrix_);
+    add_to_dense(contact_matrix_, stiffness);
+    Eigen::LLT<Eigen::MatrixXd> triangle(stiffness);
+    if (triangle.info() != Eigen::Success) {
+      stiffness = condensed_;
+      std::fill(contact_matrix_.values.begin(), contact_matrix_.values.end(), 0.0);
+      contact_->add_stiffness(tip, moved, touched_, false, contact_matrix_);
+      add_to_dense(contact_matrix_, stiffness);
+      triangle.compute(stiffness);
+    }
+    const Eigen::VectorXd direction = triangle.solve(rest);
+    double length = 1.0, next_value = value;
+    Eigen::VectorXd next;
+    for (int halving = 0; halving <= kHalvings; ++halving, length *= 0.5) {
+      next = y + length * direction;
+      next_value = energy(next, moved);
+      if (next_value < value) break;
+    }
+    if (!(next_value < value)) {  // rounding is all that is left
+      value = energy(y, moved);
+      break;
+    }
+    y = std::move(next);
+    value = next_value;
+  }
+  return y;
+}
+
+Expected<Eigen::VectorXd> Equilibrium::way(const RigidTip& tip, const Eigen::VectorXd& u,
+                                           const Eigen::VectorXd& forces) {
+  Eigen::VectorXd untouched = -motion_->free_part(forces);
+  if (auto solved = factor_.solve(untouched); !solved) return tl::unexpected(solved.error());
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(u.size());
+  motion_->add(untouched, 1.0, all);
+  const Eigen::VectorXd y0 = touched_.free_part(all);
+  const auto y = touch(tip, u, y0);
+  if (!y) return y;
+  Eigen::VectorXd load = Eigen::VectorXd::Zero(u.size());
+  touched_.add(condensed_ * (*y - y0), 1.0, load);
+  Eigen::VectorXd answer = motion_->free_part(load);
+  if (auto solved = factor_.solve(answer); !solved) return tl::unexpected(solved.error());
+  motion_->add(answer, 1.0, all);
+  return all;
+}
+
+Expected<void> Equilibrium::search(const RigidTip& tip, const Eigen::VectorXd& way,
+                                   Eigen::VectorXd& u) const {
+  const auto energy = [&](const Eigen::VectorXd& at) {
+    return solid_->energy(at) + contact_->energy(tip, at);
+  };
+  const double value = energy(u);
+  double length = 1.0;
+  for (int halving = 0; halving <= kHalvings; ++halving, length *= 0.5) {
+    Eigen::VectorXd next = u + length * way;
+    if (energy(next) <= value * (1.0 + 1e-10)) {
+      u = std::move(next);
+      return {};
+    }
+  }
+  return refused("equilibrium: no descent");
+}
+
+Expected<int> Equilibrium::solve(const RigidTip& tip, const NewtonSettings& settings, Eigen::VectorXd& u) {
+  bool fresh = false;
+  double before = 0.0;
+  for (int step = 0; step <= settings.most_steps; ++step) {
+    const Eigen::VectorXd forces = solid_->forces(u);
+    Eigen::VectorXd pushed = Eigen::VectorXd::Zero(u.size());
+    contact_->add_forces(tip, u, pushed);
+    const double scale = motion_->free_part(pushed).norm(), rest = motion_->free_part(forces + pushed).norm();
+    if (rest <= settings.tolerance * scale) return step;
+    const bool slow = step > 0 && rest > kSlow * before;
+    if (condensed_.size() == 0 || (slow && !fresh)) {
+      if (auto done = linearise(u); !done) return tl::unexpected(done.error());
+      fresh = true;
+    } else {
+      fresh = false;
+    }
+    before = rest;
+    const auto step_way = way(tip, u, forces);
+    if (!step_way) return tl::unexpected(step_way.error());
+    if (auto found = search(tip, *step_way, u); !found) {
+      if (fresh) return tl::unexpected(found.error());
+      before = 0.0;  // a new factor, then
+    }
+  }
+  return refused("equilibrium: {:.2g} N are left over after {} steps", before, settings.most_steps);
+}
+
+}  // namespace palpate::physics::deformable

@@ -1,0 +1,71 @@
+// A rigid spherical tip with a shaft, pressed without friction into a body's surface.
+//
+// Where a point of the displaced surface lies inside the tip it is pushed out along the tip's normal there, by a
+// stiff spring per reference area:  E = integral of stiffness/2 penetration^2 dA.  The tip is a sphere; on its
+// shaft's side of the centre it goes on as a cylinder of the same radius. SI, the body's frame. One thread at a
+// time; it allocates. Source: Wriggers, Computational Contact Mechanics, chapter 6.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "palpate/physics/deformable/solid.h"
+
+namespace palpate::physics::deformable {
+
+struct RigidTip {
+  Vector3 centre{0.0, 0.0, 0.0};
+  Vector3 shaft{0.0, 0.0, 1.0};  // unit, away from the body
+  double radius = 0.008;
+};
+
+// How deep a point lies in the tip, m, negative outside; the outward normal there; second derivatives of depth.
+struct TipPenetration {
+  double depth = 0.0;
+  Vector3 normal{0.0, 0.0, -1.0};
+  Matrix3 curvature = Matrix3::Zero();
+};
+TipPenetration penetration(const RigidTip& tip, const Vector3& place);
+
+class TipContact {
+ public:
+  // Facets of the mesh that may be touched; stiffness in Pa/m. A facet is integrated in parts^2 triangles with
+  // seven points each.
+  TipContact(const TetMesh& mesh, const std::vector<int>& facets, double stiffness, int parts = 3);
+
+  double energy(const RigidTip& tip, const Eigen::VectorXd& u) const;
+  // The energy's gradient is added, 3 per node.
+  void add_forces(const RigidTip& tip, const Eigen::VectorXd& u, Eigen::VectorXd& forces) const;
+  // `curved`: with the part that comes of the tip's curvature, which is negative and, far from equilibrium, larger
+  // than what holds the surface sideways.
+  void add_stiffness(const RigidTip& tip, const Eigen::VectorXd& u, const FreeMotion& motion, bool curved,
+                     SymmetricMatrix& matrix) const;
+
+  // Of its facets, rising.
+  const std::vector<int>& nodes() const { return nodes_; }
+
+  struct State {
+    Vector3 force{0.0, 0.0, 0.0};  // of the body on the tip, N
+    double radius = 0.0;  // m: how far from the axis a point in contact lay before it was displaced, at most
+  };
+  State state(const RigidTip& tip, const Eigen::VectorXd& u) const;
+
+ private:
+  struct Point {
+    Eigen::Matrix<double, 6, 1> shape;
+    double area;  // m^2
+  };
+  struct Facet {
+    QuadraticFacet nodes;
+    Eigen::Matrix<double, 6, 3> places;
+    std::vector<Point> points;
+  };
+  template <typename Visit>  // (facet, point, penetration, reference place) of each point in contact
+  void each_in_contact(const RigidTip& tip, const Eigen::VectorXd& u, const Visit& visit) const;
+
+  std::vector<Facet> facets_;
+  std::vector<int> nodes_;
+  double stiffness_;
+};
+
+}  // namespace palpate::physics::deformable
