@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+#include <string_view>
+#include <vector>
+
 #include "palpate/core/file.h"
 #include "tests/scratch_folder.h"
 
@@ -56,6 +60,27 @@ TEST(Conditions, ExamplesAreReadAsTheyAreWritten) {
       EXPECT_EQ(hash_of(*again), hash_of(conditions));
     }
   }
+}
+
+// What stands in the guide: a whole file, and a section to be put in place of another.
+TEST(Conditions, TheGuidesFilesAreRead) {
+  const auto guide = read_file(PALPATE_DATA_DIR "/../docs/guides/experiments.md");
+  ASSERT_TRUE(guide) << guide.error().message;
+  std::vector<std::string> blocks;
+  constexpr std::string_view kBegin = "```toml\n", kEnd = "```";
+  for (auto at = guide->find(kBegin); at != guide->npos; at = guide->find(kBegin, at)) {
+    at += kBegin.size();
+    blocks.push_back(guide->substr(at, guide->find(kEnd, at) - at));
+  }
+  ASSERT_EQ(blocks.size(), 2u);
+  const auto constant = parse_conditions(blocks[0], "guide");
+  ASSERT_TRUE(constant) << constant.error().message;
+  EXPECT_EQ(hash_of(*constant), hash_of(example_conditions(Method::constant_stimuli)));
+  auto text = blocks[0];
+  text = text.substr(0, text.find("method = ")) + blocks[1];
+  const auto staircase = parse_conditions(text, "guide");
+  ASSERT_TRUE(staircase) << staircase.error().message;
+  EXPECT_EQ(staircase->tracks, 2);
 }
 
 TEST(Conditions, TheHashIsOfWhatTheFileSays) {

@@ -145,8 +145,9 @@ Expected<StudyResult> study_psychometric(const PsychometricOptions& options) {
     any = any || one.fit;
   }
   if (!any)
-    return refused("{}: {}", table->source,
-                   fits.size() == 1 ? fits.front().refusal : "no group: " + result.lines.front());
+    return refused(
+        "{}: {}", table->source,
+        fits.size() == 1 ? fits.front().refusal : "no group tells a curve; " + result.lines.front());
   result.page = page_of(fits, options);
   return result;
 }
