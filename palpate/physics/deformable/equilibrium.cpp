@@ -12,6 +12,8 @@ namespace {
 constexpr double kNear =
     0.3;  // forces left over, in parts of those of contact: the tip's curvature is counted
 constexpr double kSlow = 0.35;  // a step that leaves more of the forces than this calls for a new factor
+constexpr double kTouchTolerance = 1e-9;  // the same, in the small system
+constexpr double kHeld = 0.02;            // of the contact's stiffness
 constexpr int kHalvings = 20;
 constexpr int kMostTouches = 100;
 constexpr int kColumnsAtOnce = 64;
@@ -60,12 +62,22 @@ Expected<Equilibrium> Equilibrium::prepare(const TetMesh& mesh, const Solid& sol
   return Equilibrium(mesh, solid, contact, motion, std::move(matrix), std::move(*factor));
 }
 
-Expected<void> Equilibrium::linearise(const Eigen::VectorXd& u) {
+void Equilibrium::add_contact(const RigidTip& tip, const Eigen::VectorXd& u, bool curved, double share,
+                              Eigen::MatrixXd& dense) {
+  std::fill(contact_matrix_.values.begin(), contact_matrix_.values.end(), 0.0);
+  contact_->add_stiffness(tip, u, touched_, curved, contact_matrix_, share);
+  add_to_dense(contact_matrix_, dense);
+}
+
+Expected<void> Equilibrium::linearise(const RigidTip& tip, const Eigen::VectorXd& u) {
   std::fill(matrix_.values.begin(), matrix_.values.end(), 0.0);
   solid_->add_stiffness(u, *motion_, matrix_);
+  contact_->add_stiffness(tip, u, *motion_, false, matrix_, kHeld);
+  held_ = Eigen::MatrixXd::Zero(touched_.count(), touched_.count());
+  add_contact(tip, u, false, kHeld, held_);
+  held_ = held_.selfadjointView<Eigen::Lower>();
   auto done = factor_.factorise(matrix_);
-  // Matter that is squeezed hard may be unstable where contact does not hold it; a stiffer diagonal keeps the
-  // step one that descends.
+  // What is unstable all the same gets a stiffer diagonal: the step is one that descends.
   for (double share = 1e-3; !done && done.error().code != ErrorCode::exhausted && share <= 10.0;
        share *= 10.0) {
     stiffen_diagonal(share, matrix_);
@@ -94,49 +106,39 @@ Expected<void> Equilibrium::condense() {
   const Eigen::LLT<Eigen::MatrixXd> triangle(0.5 * (compliance + compliance.transpose()));
   if (triangle.info() != Eigen::Success)
     return refused("equilibrium: the touched surface's compliance is singular");
-  condensed_ = triangle.solve(Eigen::MatrixXd::Identity(count, count));
+  factorised_ = triangle.solve(Eigen::MatrixXd::Identity(count, count));
+  condensed_ = factorised_ - held_;
   return {};
 }
 
-Expected<Eigen::VectorXd> Equilibrium::touch(const RigidTip& tip, const Eigen::VectorXd& u,
-                                             const Eigen::VectorXd& y0) {
-  Eigen::VectorXd y = Eigen::VectorXd::Zero(y0.size()), moved = u;
-  const auto energy = [&](const Eigen::VectorXd& at, Eigen::VectorXd& place) {
-    place = u;
-    touched_.add(at, 1.0, place);
-    return 0.5 * (at - y0).dot(condensed_ * (at - y0)) + contact_->energy(tip, place);
+Eigen::VectorXd Equilibrium::touch(const RigidTip& tip, const Eigen::VectorXd& u,
+                                   const Eigen::VectorXd& pull) {
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(pull.size()), moved = u;
+  const auto energy = [&](const Eigen::VectorXd& at) {
+    moved = u;
+    touched_.add(at, 1.0, moved);
+    return 0.5 * at.dot(condensed_ * at) + pull.dot(at) + contact_->energy(tip, moved);
   };
-  double value = energy(y, moved);
+  double value = energy(y);
   for (int step = 0; step < kMostTouches; ++step) {
     Eigen::VectorXd pushes = Eigen::VectorXd::Zero(u.size());
     contact_->add_forces(tip, moved, pushes);
-    const Eigen::VectorXd push = touched_.free_part(pushes), rest = -push - condensed_ * (y - y0);
-    if (rest.norm() <= 1e-9 * push.norm()) break;
+    const Eigen::VectorXd push = touched_.free_part(pushes), rest = -push - condensed_ * y - pull;
+    if (rest.norm() <= kTouchTolerance * push.norm()) break;
     Eigen::MatrixXd stiffness = condensed_;
-    std::fill(contact_matrix_.values.begin(), contact_matrix_.values.end(), 0.0);
-    contact_->add_stiffness(tip, moved, touched_, rest.norm() < kNear * push.norm(), contact_matrix_);
-    add_to_dense(contact_matrix_, stiffness);
+    add_contact(tip, moved, rest.norm() < kNear * push.norm(), 1.0, stiffness);
     Eigen::LLT<Eigen::MatrixXd> triangle(stiffness);
     if (triangle.info() != Eigen::Success) {
-      stiffness = condensed_;
-      std::fill(contact_matrix_.values.begin(), contact_matrix_.values.end(), 0.0);
-      contact_->add_stiffness(tip, moved, touched_, false, contact_matrix_);
-      add_to_dense(contact_matrix_, stiffness);
+      stiffness = factorised_;  // positive definite
+      add_contact(tip, moved, false, 1.0, stiffness);
       triangle.compute(stiffness);
     }
     const Eigen::VectorXd direction = triangle.solve(rest);
-    double length = 1.0, next_value = value;
-    Eigen::VectorXd next;
-    for (int halving = 0; halving <= kHalvings; ++halving, length *= 0.5) {
-      next = y + length * direction;
-      next_value = energy(next, moved);
-      if (next_value < value) break;
-    }
-    if (!(next_value < value)) {  // rounding is all that is left
-      value = energy(y, moved);
-      break;
-    }
-    y = std::move(next);
+    double length = 1.0, next_value = energy(y + direction);
+    for (int halving = 0; !(next_value < value) && halving < kHalvings; ++halving)
+      next_value = energy(y + (length *= 0.5) * direction);
+    if (!(next_value < value)) break;  // rounding is all that is left
+    y += length * direction;
     value = next_value;
   }
   return y;
@@ -148,11 +150,10 @@ Expected<Eigen::VectorXd> Equilibrium::way(const RigidTip& tip, const Eigen::Vec
   if (auto solved = factor_.solve(untouched); !solved) return tl::unexpected(solved.error());
   Eigen::VectorXd all = Eigen::VectorXd::Zero(u.size());
   motion_->add(untouched, 1.0, all);
-  const Eigen::VectorXd y0 = touched_.free_part(all);
-  const auto y = touch(tip, u, y0);
-  if (!y) return y;
+  const Eigen::VectorXd pull = -factorised_ * touched_.free_part(all);
+  const Eigen::VectorXd y = touch(tip, u, pull);
   Eigen::VectorXd load = Eigen::VectorXd::Zero(u.size());
-  touched_.add(condensed_ * (*y - y0), 1.0, load);
+  touched_.add(factorised_ * y + pull, 1.0, load);
   Eigen::VectorXd answer = motion_->free_part(load);
   if (auto solved = factor_.solve(answer); !solved) return tl::unexpected(solved.error());
   motion_->add(answer, 1.0, all);
@@ -187,7 +188,7 @@ Expected<int> Equilibrium::solve(const RigidTip& tip, const NewtonSettings& sett
     if (rest <= settings.tolerance * scale) return step;
     const bool slow = step > 0 && rest > kSlow * before;
     if (condensed_.size() == 0 || (slow && !fresh)) {
-      if (auto done = linearise(u); !done) return tl::unexpected(done.error());
+      if (auto done = linearise(tip, u); !done) return tl::unexpected(done.error());
       fresh = true;
     } else {
       fresh = false;

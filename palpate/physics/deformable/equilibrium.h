@@ -31,14 +31,18 @@ class Equilibrium {
  private:
   Equilibrium(const TetMesh& mesh, const Solid& solid, const TipContact& contact, const FreeMotion& motion,
               SymmetricMatrix matrix, SparseFactor factor);
-  // Matter's stiffness at u, factorised and condensed.
-  Expected<void> linearise(const Eigen::VectorXd& u);
+  // Matter's stiffness at u, factorised and condensed. Squeezed matter may be unstable where no contact holds it, so
+  // a share of the contact's stiffness is put in before it is factorised and taken out of the condensed one.
+  Expected<void> linearise(const RigidTip& tip, const Eigen::VectorXd& u);
   Expected<void> condense();
   // Matter's forces that are left over are `forces`: the way to where the linearised matter and the contact are in
   // equilibrium, all components.
   Expected<Eigen::VectorXd> way(const RigidTip& tip, const Eigen::VectorXd& u, const Eigen::VectorXd& forces);
-  // Displacements y of the touched components, with stiffness condensed_ about y0 and the contact.
-  Expected<Eigen::VectorXd> touch(const RigidTip& tip, const Eigen::VectorXd& u, const Eigen::VectorXd& y0);
+  // The displacements y of the touched components with the least of y' condensed_ y / 2 + pull' y + contact.
+  Eigen::VectorXd touch(const RigidTip& tip, const Eigen::VectorXd& u, const Eigen::VectorXd& pull);
+  // The contact's second derivatives there are added to `dense`.
+  void add_contact(const RigidTip& tip, const Eigen::VectorXd& u, bool curved, double share,
+                   Eigen::MatrixXd& dense);
   Expected<void> search(const RigidTip& tip, const Eigen::VectorXd& way, Eigen::VectorXd& u) const;
 
   const Solid* solid_;
@@ -48,7 +52,8 @@ class Equilibrium {
   SymmetricMatrix matrix_;
   SymmetricMatrix contact_matrix_;
   SparseFactor factor_;
-  Eigen::MatrixXd condensed_;  // stiffness of the touched components, the others in equilibrium
+  // Of the touched components, the others in equilibrium: the stiffness, what was put in and taken out, and the sum.
+  Eigen::MatrixXd condensed_, held_, factorised_;
   int factorisations_ = 0;
 };
 

@@ -6,6 +6,7 @@
 #include <numeric>
 #include <utility>
 
+#include "palpate/physics/deformable/block.h"
 #include "palpate/physics/deformable/box_mesh.h"
 #include "palpate/physics/deformable/equilibrium.h"
 #include "palpate/physics/deformable/half_space.h"
@@ -18,7 +19,89 @@ constexpr double kLargestStep = 0.25;         // of depth, in tip radii, from on
 constexpr double kSpread = 2.3;               // depths with contacts within this factor share a mesh
 constexpr int kContactParts = 3;
 
-Expected<void> check_indentation(const Indentation& it) {
+// As deep as this the contact is at most about so wide: Hertz's radius is the widest of all models.
+double widest_contact(const Indentation& it, double depth) {
+  return std::min(hertz_contact_radius(it.radius, depth), 1.05 * it.radius);
+}
+
+// One mesh, and the states on it from the shallowest to the deepest.
+class Press {
+ public:
+  Press(const Indentation& it, double deepest) : it_(it), widest_(widest_contact(it, deepest)) {}
+
+  Expected<void> prepare() {
+    auto block = mesh_block(it_, widest_);
+    if (!block) return tl::unexpected(block.error());
+    block_ = std::make_unique<Block>(std::move(*block));
+    solid_ = std::make_unique<Solid>(block_->mesh, it_.material, it_.model);
+    contact_ = std::make_unique<TipContact>(block_->mesh, facets_within_reach(),
+                                            kContactStiffness * it_.material.matrix.young / it_.radius,
+                                            kContactParts);
+    auto equilibrium = Equilibrium::prepare(block_->mesh, *solid_, *contact_, block_->motion);
+    if (!equilibrium) return tl::unexpected(equilibrium.error());
+    equilibrium_ = std::make_unique<Equilibrium>(std::move(*equilibrium));
+    now_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * block_->mesh.nodes.size()));
+    before_ = now_;
+    return {};
+  }
+
+  Expected<IndentationPoint> press(double depth) {
+    const double way = depth - depth_;
+    // A linear body needs no path: its state does not depend on where the search begins.
+    const int steps = it_.model == Model::linear
+                          ? 1
+                          : std::max(1, static_cast<int>(std::ceil(way / (kLargestStep * it_.radius))));
+    for (int step = 1; step <= steps; ++step)
+      if (auto done = move_to(depth - way * (steps - step) / steps); !done)
+        return tl::unexpected(done.error());
+    const auto state = contact_->state(tip_at(depth), now_);
+    return IndentationPoint{depth, block_->copies * state.force.z(), state.radius};
+  }
+
+ private:
+  RigidTip tip_at(double depth) const {
+    return {{0.0, 0.0, it_.radius - depth}, {0.0, 0.0, 1.0}, it_.radius};
+  }
+
+  Expected<void> move_to(double depth) {
+    if (depth <= depth_) return {};
+    Eigen::VectorXd guess = now_;
+    if (depth_ > 0.0) guess += (now_ - before_) * ((depth - depth_) / (depth_ - depth_before_));
+    if (!std::isfinite(solid_->energy(guess))) guess = now_;
+    const auto steps = equilibrium_->solve(tip_at(depth), {}, guess);
+    if (!steps)
+      return refused(steps.error().code, "indentation: at a depth of {:.4g} m: {}", depth,
+                     steps.error().message);
+    before_ = std::exchange(now_, std::move(guess));
+    depth_before_ = std::exchange(depth_, depth);
+    return {};
+  }
+
+  std::vector<int> facets_within_reach() const {
+    const double reach = 1.05 * widest_;
+    std::vector<int> facets;
+    for (const int facet : facets_on_plane(block_->mesh, 2, 0.0))
+      for (const int node : block_->mesh.facets[static_cast<std::size_t>(facet)])
+        if (block_->mesh.nodes[static_cast<std::size_t>(node)].norm() < reach) {
+          facets.push_back(facet);
+          break;
+        }
+    return facets;
+  }
+
+  const Indentation& it_;
+  double widest_;
+  std::unique_ptr<Block> block_;
+  std::unique_ptr<Solid> solid_;
+  std::unique_ptr<TipContact> contact_;
+  std::unique_ptr<Equilibrium> equilibrium_;
+  Eigen::VectorXd now_, before_;
+  double depth_ = 0.0, depth_before_ = 0.0;
+};
+
+}  // namespace
+
+Expected<void> check(const Indentation& it) {
   if (auto good = check(it.material); !good) return good;
   if (!(it.material.matrix.poisson >= 0.0 && it.material.matrix.poisson <= 0.495))
     return wrong_use("indentation: Poisson's ratio is {}; 0 to 0.495 is expected",
@@ -47,128 +130,9 @@ Expected<void> check_indentation(const Indentation& it) {
   return {};
 }
 
-// As deep as this the contact is at most about so wide: Hertz's radius is the widest of all models.
-double widest_contact(const Indentation& it, double depth) {
-  return std::min(hertz_contact_radius(it.radius, depth), 1.05 * it.radius);
-}
-
-// One mesh, and the states on it from the shallowest to the deepest.
-class Press {
- public:
-  Press(const Indentation& it, double deepest) : it_(it), widest_(widest_contact(it, deepest)) {}
-
-  Expected<void> prepare() {
-    auto mesh = box_mesh(mesh_settings());
-    if (!mesh) return tl::unexpected(mesh.error());
-    mesh_ = std::move(*mesh);
-    motion_ = std::make_unique<FreeMotion>(mesh_);
-    for (const int node : nodes_on_plane(mesh_, 2, -it_.size.z())) motion_->hold(node);
-    if (half_x_)
-      for (const int node : nodes_on_plane(mesh_, 0, 0.0)) motion_->hold(node, 0);
-    if (half_y_)
-      for (const int node : nodes_on_plane(mesh_, 1, 0.0)) motion_->hold(node, 1);
-    motion_->number();
-    solid_ = std::make_unique<Solid>(mesh_, it_.material, it_.model);
-    contact_ = std::make_unique<TipContact>(mesh_, facets_within_reach(),
-                                            kContactStiffness * it_.material.matrix.young / it_.radius,
-                                            kContactParts);
-    auto equilibrium = Equilibrium::prepare(mesh_, *solid_, *contact_, *motion_);
-    if (!equilibrium) return tl::unexpected(equilibrium.error());
-    equilibrium_ = std::make_unique<Equilibrium>(std::move(*equilibrium));
-    now_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * mesh_.nodes.size()));
-    before_ = now_;
-    return {};
-  }
-
-  Expected<IndentationPoint> press(double depth) {
-    const double way = depth - depth_;
-    // A linear body needs no path: its state does not depend on where the search begins.
-    const int steps = it_.model == Model::linear
-                          ? 1
-                          : std::max(1, static_cast<int>(std::ceil(way / (kLargestStep * it_.radius))));
-    for (int step = 1; step <= steps; ++step)
-      if (auto done = move_to(depth - way * (steps - step) / steps); !done)
-        return tl::unexpected(done.error());
-    const auto state = contact_->state(tip_at(depth), now_);
-    const double copies = (half_x_ ? 2.0 : 1.0) * (half_y_ ? 2.0 : 1.0);
-    return IndentationPoint{depth, copies * state.force.z(), state.radius};
-  }
-
- private:
-  RigidTip tip_at(double depth) const {
-    return {{0.0, 0.0, it_.radius - depth}, {0.0, 0.0, 1.0}, it_.radius};
-  }
-
-  Expected<void> move_to(double depth) {
-    if (depth <= depth_) return {};
-    Eigen::VectorXd guess = now_;
-    if (depth_ > 0.0) guess += (now_ - before_) * ((depth - depth_) / (depth_ - depth_before_));
-    if (!std::isfinite(solid_->energy(guess))) guess = now_;
-    const auto steps = equilibrium_->solve(tip_at(depth), {}, guess);
-    if (!steps)
-      return refused(steps.error().code, "indentation: at a depth of {:.4g} m: {}", depth,
-                     steps.error().message);
-    before_ = std::exchange(now_, std::move(guess));
-    depth_before_ = std::exchange(depth_, depth);
-    return {};
-  }
-
-  BoxMeshSettings mesh_settings() {
-    BoxMeshSettings settings;
-    settings.size = it_.size;
-    for (const auto& inclusion : it_.material.inclusions) {
-      half_x_ = half_x_ && inclusion.centre.x() == 0.0;
-      half_y_ = half_y_ && inclusion.centre.y() == 0.0;
-    }
-    settings.half_x = half_x_;
-    settings.half_y = half_y_;
-    const double element = widest_ / it_.fineness;
-    settings.core = std::min(1.2 * widest_, 0.3 * std::min(it_.size.x(), it_.size.y()));
-    settings.core_depth = std::min(settings.core, 0.5 * it_.size.z());
-    settings.cells = std::max(2, static_cast<int>(std::ceil(settings.core / element - 1e-9)));
-    settings.cells_down = std::max(2, static_cast<int>(std::ceil(settings.core_depth / element - 1e-9)));
-    settings.shells = shells(settings.core, element);
-    return settings;
-  }
-
-  // So many that each is at most 1.6 times as thick as the one within.
-  int shells(double core, double element) const {
-    const double reach =
-        std::max({0.5 * it_.size.x() - core, 0.5 * it_.size.y() - core, it_.size.z() - core});
-    int count = 0;
-    for (double total = 0.0, part = element; total < reach && count < 40; part *= 1.6, ++count) total += part;
-    return std::max(3, count);
-  }
-
-  std::vector<int> facets_within_reach() const {
-    const double reach = 1.05 * widest_;
-    std::vector<int> facets;
-    for (const int facet : facets_on_plane(mesh_, 2, 0.0))
-      for (const int node : mesh_.facets[static_cast<std::size_t>(facet)])
-        if (mesh_.nodes[static_cast<std::size_t>(node)].norm() < reach) {
-          facets.push_back(facet);
-          break;
-        }
-    return facets;
-  }
-
-  const Indentation& it_;
-  double widest_;
-  bool half_x_ = true, half_y_ = true;
-  TetMesh mesh_;
-  std::unique_ptr<FreeMotion> motion_;
-  std::unique_ptr<Solid> solid_;
-  std::unique_ptr<TipContact> contact_;
-  std::unique_ptr<Equilibrium> equilibrium_;
-  Eigen::VectorXd now_, before_;
-  double depth_ = 0.0, depth_before_ = 0.0;
-};
-
-}  // namespace
-
 Expected<std::vector<IndentationPoint>> solve_indentation(const Indentation& indentation,
                                                           const std::function<void(double)>& progress) {
-  if (auto good = check_indentation(indentation); !good) return tl::unexpected(good.error());
+  if (auto good = check(indentation); !good) return tl::unexpected(good.error());
   const auto& depths = indentation.depths;
   std::vector<std::size_t> order(depths.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

@@ -31,6 +31,9 @@ struct IndentationPoint {
   double contact_radius = 0.0;  // m: of the farthest point in contact, before it was displaced
 };
 
+// Wrong use where a value makes no sense.
+Expected<void> check(const Indentation& indentation);
+
 // In the order of the depths asked for. `progress` hears the share that is done.
 Expected<std::vector<IndentationPoint>> solve_indentation(const Indentation& indentation,
                                                           const std::function<void(double)>& progress = {});

@@ -68,6 +68,9 @@ SparseFactor::SparseFactor(SparseFactor&&) noexcept = default;
 SparseFactor& SparseFactor::operator=(SparseFactor&&) noexcept = default;
 
 Expected<SparseFactor> SparseFactor::analyse(const SymmetricMatrix& matrix) {
+  for (const int row : matrix.rows)
+    if (row < 0 || row >= matrix.size)
+      return refused("sparse solver: a row of number {}, and there are {}", row, matrix.size);
   auto library = std::make_unique<Library>();
   auto& mumps = library->mumps;
   mumps.par = 1;

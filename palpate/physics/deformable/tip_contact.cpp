@@ -109,7 +109,7 @@ void TipContact::add_forces(const RigidTip& tip, const Eigen::VectorXd& u, Eigen
 }
 
 void TipContact::add_stiffness(const RigidTip& tip, const Eigen::VectorXd& u, const FreeMotion& motion,
-                               bool curved, SymmetricMatrix& matrix) const {
+                               bool curved, SymmetricMatrix& matrix, double share) const {
   using Block = Eigen::Matrix<double, 18, 18>;
   const Facet* current = nullptr;
   Block block = Block::Zero();
@@ -124,7 +124,7 @@ void TipContact::add_stiffness(const RigidTip& tip, const Eigen::VectorXd& u, co
     }
     Matrix3 local = inside.normal * inside.normal.transpose();
     if (curved) local += inside.depth * inside.curvature;
-    local *= stiffness_ * point.area;
+    local *= share * stiffness_ * point.area;
     for (int a = 0; a < 6; ++a)
       for (int b = 0; b < 6; ++b) block.block<3, 3>(3 * a, 3 * b) += point.shape[a] * point.shape[b] * local;
   });

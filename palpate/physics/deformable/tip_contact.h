@@ -37,9 +37,9 @@ class TipContact {
   // The energy's gradient is added, 3 per node.
   void add_forces(const RigidTip& tip, const Eigen::VectorXd& u, Eigen::VectorXd& forces) const;
   // `curved`: with the part that comes of the tip's curvature, which is negative and, far from equilibrium, larger
-  // than what holds the surface sideways.
+  // than what holds the surface sideways. A share of it all can be taken.
   void add_stiffness(const RigidTip& tip, const Eigen::VectorXd& u, const FreeMotion& motion, bool curved,
-                     SymmetricMatrix& matrix) const;
+                     SymmetricMatrix& matrix, double share = 1.0) const;
 
   // Of its facets, rising.
   const std::vector<int>& nodes() const { return nodes_; }

@@ -1,0 +1,16 @@
+// The same block pressed by the law of the haptic loop: a site's closed form instead of a finite-element solution.
+//
+// Two or one linear solutions of the block give the residual compliance of the middle of its top. SI; errors as
+// indentation.h. Some seconds, one thread; it allocates.
+#pragma once
+
+#include "palpate/physics/deformable/indentation.h"
+#include "palpate/physics/deformable/site_law.h"
+
+namespace palpate::physics::deformable {
+
+Expected<SiteLaw> site_law_of_block(const Indentation& indentation);
+// Neo-Hookean matter alone; wrong use for another model.
+Expected<std::vector<IndentationPoint>> quick_indentation(const Indentation& indentation);
+
+}  // namespace palpate::physics::deformable

@@ -1,0 +1,44 @@
+// Force of a spherical tip over depth at one place of a body's surface, in closed form.
+//
+// A half-space of the place's own matter in series with what the rest of the body adds to or takes from it, its
+// residual compliance c(a) at a contact of radius a:
+//   F0(delta) = 4/3 E* sqrt(R) delta^(3/2) (1 - k delta/R),   a = sqrt(R delta) (1 - 0.1 delta/R)
+//   d = delta + F c(a) + F^2/2 dc/dF,   c(a) = c_homogeneous + s(d) c_inclusions(a)
+// The last term of d makes the force of fixed s the derivative of an energy. k corrects Hertz for finite strain;
+// s = 1/(1 - gamma d) lets what an inclusion adds grow with depth d, gamma = 0.205/t + 0.133/R, with the layer t
+// above it, up to d = t. k and gamma are fitted to neo-Hookean solutions, docs/theory/deformable.md. SI. Values;
+// force() and energy() do not allocate.
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "palpate/physics/deformable/elasticity.h"
+
+namespace palpate::physics::deformable {
+
+// k of a Poisson's ratio.
+double finite_strain_softening(double poisson);
+// The contact's radius before it was displaced, of a tip that is `depth` deep in a half-space.
+double footprint(double radius, double depth);
+
+struct SiteLaw {
+  Elastic matter;
+  double radius = 0.008;
+  double homogeneous = 0.0;                                // m/N, residual compliance without inclusions
+  std::vector<double> footprints;                          // m, rising
+  std::vector<double> inclusions;                          // m/N at these: what inclusions change
+  double layer = std::numeric_limits<double>::infinity();  // m from here to the nearest inclusion
+
+  double force(double depth) const;  // N
+  // J; the force integrated over depth.
+  double energy(double depth) const;
+  double contact_radius(double depth) const;
+
+ private:
+  double half_space_depth(double depth) const;
+  double whole_depth(double delta, double growth) const;
+  double compliance(double a, double growth, double& slope) const;
+};
+
+}  // namespace palpate::physics::deformable
