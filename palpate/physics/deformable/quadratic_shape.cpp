@@ -1,6 +1,7 @@
 #include "palpate/physics/deformable/quadratic_shape.h"
 
 #include <cmath>
+#include <vector>
 
 namespace palpate::physics::deformable {
 namespace {
@@ -13,6 +14,21 @@ double slope(int corner, int direction) {
 }
 
 constexpr std::array<std::array<int, 2>, 3> kFacetEdges{{{0, 1}, {1, 2}, {2, 0}}};
+
+// Triangle (i, j, upright or not) of the parts^2 equal ones.
+std::vector<std::array<Barycentric3, 3>> parts_of_facet(int parts) {
+  const auto corner = [parts](int i, int j) {
+    return Barycentric3{1.0 - static_cast<double>(i + j) / parts, static_cast<double>(i) / parts,
+                        static_cast<double>(j) / parts};
+  };
+  std::vector<std::array<Barycentric3, 3>> triangles;
+  for (int i = 0; i < parts; ++i)
+    for (int j = 0; i + j < parts; ++j) {
+      triangles.push_back({corner(i, j), corner(i + 1, j), corner(i, j + 1)});
+      if (i + j + 1 < parts) triangles.push_back({corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)});
+    }
+  return triangles;
+}
 
 }  // namespace
 
@@ -90,6 +106,18 @@ const std::array<FacetPoint, 7>& facet_rule() {
     return points;
   }();
   return rule;
+}
+
+std::vector<FacetPoint> divided_facet_rule(int parts) {
+  std::vector<FacetPoint> points;
+  for (const auto& triangle : parts_of_facet(parts))
+    for (const auto& point : facet_rule()) {
+      Barycentric3 L{};
+      for (std::size_t k = 0; k < 3; ++k)
+        for (std::size_t c = 0; c < 3; ++c) L[c] += point.L[k] * triangle[k][c];
+      points.push_back({L, point.weight / (parts * parts)});
+    }
+  return points;
 }
 
 Eigen::Matrix<double, 10, 3> places_of(const TetMesh& mesh, const QuadraticElement& element) {

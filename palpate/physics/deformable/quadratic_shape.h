@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <vector>
 
 #include "palpate/physics/deformable/tet_mesh.h"
 
@@ -34,6 +35,8 @@ struct FacetPoint {
 };
 const std::array<ElementPoint, 4>& element_rule();
 const std::array<FacetPoint, 7>& facet_rule();
+// The seven points in each of parts^2 equal triangles.
+std::vector<FacetPoint> divided_facet_rule(int parts);
 
 // Rows are the places of an element's or a facet's nodes.
 Eigen::Matrix<double, 10, 3> places_of(const TetMesh& mesh, const QuadraticElement& element);

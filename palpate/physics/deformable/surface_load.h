@@ -1,9 +1,8 @@
 // A unit force spread over a disc of a body's surface as Hertz's pressure is, and what the body answers.
 //
-// Six rings of sixteen equal forces, each put on the surface along the site's normal and spread over the nodes of
-// the facet it meets. The answer f.u is the displacement that the force does its work along, m/N. SI, the body's
-// frame. Pure functions; they allocate. Source: Johnson, Contact Mechanics, section 3.4: a half-space answers
-// 3/(5 a E*).
+// The pressure is a function of the distance from the site's normal and acts along it, integrated over the surface
+// that faces it. The answer f.u is the displacement that the force does its work along, m/N. SI, the body's frame.
+// Pure functions; they allocate. Source: Johnson, Contact Mechanics, section 3.4: a half-space answers 3/(5 a E*).
 #pragma once
 
 #include <Eigen/Core>

@@ -6,37 +6,6 @@
 #include <utility>
 
 namespace palpate::physics::deformable {
-namespace {
-
-// Triangle (i, j, upright or not) of the parts^2 equal ones.
-std::vector<std::array<Barycentric3, 3>> parts_of_facet(int parts) {
-  const auto corner = [parts](int i, int j) {
-    return Barycentric3{1.0 - static_cast<double>(i + j) / parts, static_cast<double>(i) / parts,
-                        static_cast<double>(j) / parts};
-  };
-  std::vector<std::array<Barycentric3, 3>> triangles;
-  for (int i = 0; i < parts; ++i)
-    for (int j = 0; i + j < parts; ++j) {
-      triangles.push_back({corner(i, j), corner(i + 1, j), corner(i, j + 1)});
-      if (i + j + 1 < parts) triangles.push_back({corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)});
-    }
-  return triangles;
-}
-
-std::vector<FacetPoint> divided_rule(int parts) {
-  std::vector<FacetPoint> points;
-  for (const auto& triangle : parts_of_facet(parts))
-    for (const auto& point : facet_rule()) {
-      Barycentric3 L{};
-      for (std::size_t k = 0; k < 3; ++k)
-        for (std::size_t c = 0; c < 3; ++c) L[c] += point.L[k] * triangle[k][c];
-      points.push_back({L, point.weight / (parts * parts)});
-    }
-  return points;
-}
-
-}  // namespace
-
 TipPenetration penetration(const RigidTip& tip, const Vector3& place) {
   Vector3 from = place - tip.centre;
   Matrix3 across = Matrix3::Identity();
@@ -56,7 +25,7 @@ TipPenetration penetration(const RigidTip& tip, const Vector3& place) {
 
 TipContact::TipContact(const TetMesh& mesh, const std::vector<int>& facets, double stiffness, int parts)
     : stiffness_(stiffness) {
-  const auto rule = divided_rule(parts);
+  const auto rule = divided_facet_rule(parts);
   for (const int index : facets) {
     Facet facet{mesh.facets[static_cast<std::size_t>(index)], {}, {}};
     facet.places = places_of(mesh, facet.nodes);
