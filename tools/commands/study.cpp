@@ -72,6 +72,7 @@ void add_study(CLI::App& program) {
   add("all", "All of the paper's figures");
   add_study_flights(*study);
   add_study_psychometric(*study);
+  add_study_indent(*study);
 }
 
 }  // namespace palpate::tools::commands

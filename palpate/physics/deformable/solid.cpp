@@ -36,6 +36,42 @@ void add_point(const Matrix9& tangent, const Solid::Point& point, ElementMatrix&
   }
 }
 
+// Places in an element, for each of its quadrature points those that lie nearest to its corner.
+std::array<std::vector<Barycentric4>, 4> places_near_corners() {
+  constexpr int kParts = 8;
+  std::array<std::vector<Barycentric4>, 4> places;
+  for (int i = 0; i < kParts; ++i)
+    for (int j = 0; i + j < kParts; ++j)
+      for (int k = 0; i + j + k < kParts; ++k) {
+        Barycentric4 L{(i + 0.25) / kParts, (j + 0.25) / kParts, (k + 0.25) / kParts, 0.0};
+        L[3] = 1.0 - L[0] - L[1] - L[2];
+        places[static_cast<std::size_t>(std::max_element(L.begin(), L.end()) - L.begin())].push_back(L);
+      }
+  return places;
+}
+
+// Stiffness in parts of the matrix's at the four quadrature points. Where an inclusion's surface cuts an element
+// the harmonic mean is taken: the element's few displacements cannot follow the jump of strain and would make it
+// too stiff.
+std::array<double, 4> ratios_of(const Material& material, const Eigen::Matrix<double, 10, 3>& X) {
+  static const auto places = places_near_corners();
+  std::array<double, 4> ratios;
+  bool cut = false;
+  const double first = material.ratio_at(X.row(0).transpose());
+  for (int k = 1; k < 10; ++k) cut = cut || material.ratio_at(X.row(k).transpose()) != first;
+  for (std::size_t q = 0; q < 4; ++q) {
+    ratios[q] = material.ratio_at(X.transpose() * element_shape(element_rule()[q].L));
+    cut = cut || ratios[q] != first;
+  }
+  if (!cut) return ratios;
+  for (std::size_t q = 0; q < 4; ++q) {
+    double sum = 0.0;
+    for (const auto& L : places[q]) sum += 1.0 / material.ratio_at(X.transpose() * element_shape(L));
+    ratios[q] = static_cast<double>(places[q].size()) / sum;
+  }
+  return ratios;
+}
+
 }  // namespace
 
 void FreeMotion::number() {
@@ -61,13 +97,13 @@ Solid::Solid(const TetMesh& mesh, const Material& material, Model model)
   points_.resize(mesh.elements.size());
   for (std::size_t e = 0; e < mesh.elements.size(); ++e) {
     const auto X = places_of(mesh, mesh.elements[e]);
+    const auto ratios = ratios_of(material, X);
     for (std::size_t q = 0; q < 4; ++q) {
       const auto& rule = element_rule()[q];
       const ElementGradients slopes = element_shape_derivatives(rule.L);
       const Matrix3 jacobian = X.transpose() * slopes;
-      const double ratio = material.ratio_at(X.transpose() * element_shape(rule.L));
       points_[e][q] = {slopes * jacobian.inverse(), rule.weight * jacobian.determinant() / 6.0,
-                       ratio * material.matrix.shear(), ratio * material.matrix.bulk()};
+                       ratios[q] * material.matrix.shear(), ratios[q] * material.matrix.bulk()};
     }
   }
 }
