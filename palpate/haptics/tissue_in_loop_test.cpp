@@ -49,12 +49,13 @@ class LightArm : public device::ArmDevice {
   void move() {
     const Vector3 force = late ? before_ : commanded_;
     before_ = commanded_;
-    constexpr double kStep = 1e-4;
-    const double b = 0.5 * damping * kStep, k = 0.25 * stiffness * kStep * kStep;
+    constexpr double kPlantStep = 1e-4;
+    const double b = 0.5 * damping * kPlantStep, k = 0.25 * stiffness * kStep * kStep;
     for (int i = 0; i < 10; ++i) {
       const Vector3 old = velocity;
-      velocity = ((mass - b - k) * old + kStep * (force - stiffness * (place - target))) / (mass + b + k);
-      place += 0.5 * kStep * (old + velocity);
+      velocity =
+          ((mass - b - k) * old + kPlantStep * (force - stiffness * (place - target))) / (mass + b + k);
+      place += 0.5 * kPlantStep * (old + velocity);
     }
   }
   double force() const { return commanded_.norm() + before_.norm(); }

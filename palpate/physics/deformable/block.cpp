@@ -9,7 +9,7 @@
 namespace palpate::physics::deformable {
 namespace {
 
-constexpr double kGrowth = 1.6;  // at most, of a shell over the one within
+constexpr double kGrowth = 1.45;  // at most, of a shell over the one within
 
 int shells(const Vector3& size, double core, double element) {
   const double reach = std::max({0.5 * size.x() - core, 0.5 * size.y() - core, size.z() - core});

@@ -35,7 +35,9 @@ class BoxBuilder {
   explicit BoxBuilder(const BoxMeshSettings& settings) : s_(settings) {
     lowest_ = {s_.half_x ? 0 : -s_.cells, s_.half_y ? 0 : -s_.cells, -s_.cells_down};
     scale_ = Vector3(0.5 * s_.size.x() / s_.core, 0.5 * s_.size.y() / s_.core, s_.size.z() / s_.core_depth);
-    grade();
+    ends_ = {graded(0.5 * s_.size.x() - s_.core, s_.core / s_.cells),
+             graded(0.5 * s_.size.y() - s_.core, s_.core / s_.cells),
+             graded(s_.size.z() - s_.core_depth, s_.core_depth / s_.cells_down)};
   }
 
   void build() {
@@ -51,11 +53,10 @@ class BoxBuilder {
   std::vector<Tetrahedron> tetrahedra;
 
  private:
-  // Shell thickness in parts of the whole: the first one as thick as a core cell, where it can be.
-  void grade() {
-    const double reach =
-        std::min({0.5 * s_.size.x() - s_.core, 0.5 * s_.size.y() - s_.core, s_.size.z() - s_.core_depth});
-    const double first = s_.core / s_.cells / reach;
+  // Where the shells end along one axis, in parts of the way from core to side: the first one as thick as a core
+  // cell, where it can be, each thicker by one factor than the one within.
+  std::vector<double> graded(double reach, double cell) const {
+    const double first = cell / reach;
     double low = 1.0, high = 10.0;
     const auto sum = [&](double g) {
       double total = 0.0, part = first;
@@ -63,11 +64,13 @@ class BoxBuilder {
       return total;
     };
     for (int i = 0; i < 60; ++i) (sum(0.5 * (low + high)) < 1.0 ? low : high) = 0.5 * (low + high);
-    parts_.assign(1, 0.0);
+    std::vector<double> ends{0.0};
     double part = first;
-    for (int i = 0; i < s_.shells; ++i, part *= low) parts_.push_back(parts_.back() + part);
-    for (auto& value : parts_) value /= parts_.back();
-    parts_.back() = 1.0;
+    for (int i = 0; i < s_.shells; ++i, part *= low) ends.push_back(ends.back() + part);
+    const double whole = ends.back();
+    for (auto& end : ends) end /= whole;
+    ends.back() = 1.0;
+    return ends;
   }
 
   int node(const std::array<int, 3>& c, int shell) {
@@ -76,8 +79,9 @@ class BoxBuilder {
     if (is_new) {
       const Vector3 inner(s_.core * c[0] / s_.cells, s_.core * c[1] / s_.cells,
                           s_.core_depth * c[2] / s_.cells_down);
-      const double t = parts_[static_cast<std::size_t>(shell)];
-      corners.push_back(inner.cwiseProduct(Vector3::Ones() + t * (scale_ - Vector3::Ones())));
+      const auto k = static_cast<std::size_t>(shell);
+      const Vector3 t(ends_[0][k], ends_[1][k], ends_[2][k]);
+      corners.push_back(inner + t.cwiseProduct(scale_.cwiseProduct(inner) - inner));
     }
     return found->second;
   }
@@ -116,7 +120,7 @@ class BoxBuilder {
   const BoxMeshSettings& s_;
   std::array<int, 3> lowest_{};
   Vector3 scale_;
-  std::vector<double> parts_;
+  std::array<std::vector<double>, 3> ends_;
   std::map<std::array<int, 4>, int> numbers_;
 };
 

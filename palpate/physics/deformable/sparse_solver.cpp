@@ -9,9 +9,9 @@ namespace palpate::physics::deformable {
 namespace {
 
 constexpr int kBegin = -1, kEnd = -2, kAnalyse = 1, kFactorise = 2, kSolve = 3;  // MUMPS' JOB
-constexpr int kSequential = -987654;  // its communicator of a single process
-constexpr int kScotch = 3;            // ICNTL(7), the ordering
-constexpr int kColumnsAtOnce = 32;    // ICNTL(27)
+constexpr int kSequential = -987654;    // its communicator of a single process
+constexpr int kScotch = 3;              // ICNTL(7), the ordering
+constexpr int kColumnsInOneSolve = 32;  // ICNTL(27)
 
 Expected<void> answer_of(const DMUMPS_STRUC_C& mumps, const char* what) {
   const int code = mumps.infog[0];
@@ -83,7 +83,7 @@ Expected<SparseFactor> SparseFactor::analyse(const SymmetricMatrix& matrix) {
   mumps.icntl[3] = 0;
   mumps.icntl[6] = kScotch;
   mumps.icntl[13] = 50;  // per cent of memory beyond the estimate
-  mumps.icntl[26] = kColumnsAtOnce;
+  mumps.icntl[26] = kColumnsInOneSolve;
   for (int column = 0; column < matrix.size; ++column)
     for (int k = matrix.starts[static_cast<std::size_t>(column)];
          k < matrix.starts[static_cast<std::size_t>(column) + 1]; ++k) {

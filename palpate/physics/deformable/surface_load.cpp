@@ -8,7 +8,7 @@
 namespace palpate::physics::deformable {
 namespace {
 
-constexpr int kColumnsAtOnce = 32, kMostParts = 16;
+constexpr int kLoadsAtOnce = 32, kMostParts = 16;
 
 // Hertz's pressure of a unit force, at a distance from its axis.
 double hertz_pressure(double distance, double radius) {
@@ -47,8 +47,8 @@ Eigen::VectorXd hertz_load(const TetMesh& mesh, const SurfaceSite& site, double 
 Expected<std::vector<double>> answers(const SparseFactor& factor, const FreeMotion& motion,
                                       const std::vector<Eigen::VectorXd>& loads) {
   std::vector<double> results;
-  for (std::size_t first = 0; first < loads.size(); first += kColumnsAtOnce) {
-    const std::size_t count = std::min<std::size_t>(kColumnsAtOnce, loads.size() - first);
+  for (std::size_t first = 0; first < loads.size(); first += kLoadsAtOnce) {
+    const std::size_t count = std::min<std::size_t>(kLoadsAtOnce, loads.size() - first);
     Eigen::MatrixXd columns(motion.count(), static_cast<Eigen::Index>(count));
     for (std::size_t k = 0; k < count; ++k)
       columns.col(static_cast<Eigen::Index>(k)) = motion.free_part(loads[first + k]);

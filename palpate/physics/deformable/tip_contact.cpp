@@ -79,9 +79,9 @@ void TipContact::add_forces(const RigidTip& tip, const Eigen::VectorXd& u, Eigen
 
 void TipContact::add_stiffness(const RigidTip& tip, const Eigen::VectorXd& u, const FreeMotion& motion,
                                bool curved, SymmetricMatrix& matrix, double share) const {
-  using Block = Eigen::Matrix<double, 18, 18>;
+  using FacetBlock = Eigen::Matrix<double, 18, 18>;
   const Facet* current = nullptr;
-  Block block = Block::Zero();
+  FacetBlock block = FacetBlock::Zero();
   const auto flush = [&] {
     if (current != nullptr) add_block(current->nodes.data(), block, motion, matrix);
     block.setZero();

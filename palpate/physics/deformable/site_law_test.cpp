@@ -1,0 +1,119 @@
+#include "palpate/physics/deformable/site_law.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "palpate/physics/deformable/box_mesh.h"
+#include "palpate/physics/deformable/half_space.h"
+#include "palpate/physics/deformable/quick_indentation.h"
+#include "palpate/physics/deformable/surface_load.h"
+
+namespace palpate::physics::deformable {
+namespace {
+
+TEST(SurfaceLoad, IsAUnitForceWhereverItLies) {
+  BoxMeshSettings settings;
+  settings.size = {0.06, 0.06, 0.03};
+  settings.cells = settings.cells_down = 3;
+  settings.shells = 3;
+  const auto mesh = *box_mesh(settings);
+  for (const Vector3& place : {Vector3(0, 0, 0), Vector3(0.0031, -0.0012, 0.0), Vector3(0.012, 0.007, 0.0)})
+    for (const double radius : {0.002, 0.005}) {
+      const auto load = hertz_load(mesh, {place, {0, 0, 1}}, radius);
+      Vector3 force = Vector3::Zero(), moment = Vector3::Zero();
+      for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
+        const Vector3 f = load.segment<3>(static_cast<Eigen::Index>(3 * i));
+        force += f;
+        moment += (mesh.nodes[i] - place).cross(f);
+      }
+      EXPECT_NEAR(force.z(), -1.0, 2e-3);
+      EXPECT_LT(force.head<2>().norm(), 1e-12);
+      EXPECT_LT(moment.norm(), 3e-3 * radius);
+    }
+  // The bottom is not what is pressed, and a disc that hangs over an edge loses what hangs over.
+  EXPECT_NEAR(hertz_load(mesh, {{0.03, 0.0, 0.0}, {0, 0, 1}}, 0.004).sum(), -0.5, 2e-3);
+}
+
+TEST(SurfaceLoad, ADeepBlockAnswersAsAHalfSpaceAndALayer) {
+  Indentation it;
+  it.depths = {0.001};
+  it.size = {0.2, 0.2, 0.06};
+  it.fineness = 4.0;
+  const auto law = site_law_of_block(it);
+  ASSERT_TRUE(law) << law.error().message;
+  // Dimitriadis' first term says what a wide bonded layer's compliance lacks: F = F_Hertz (1 - 2 alpha chi / pi).
+  const double nu = it.material.matrix.poisson;
+  const double alpha = -(1.2876 - 1.4678 * nu + 1.3442 * nu * nu) / (1.0 - nu);
+  const double lacking = alpha / (3.14159265 * it.material.matrix.plane_strain() * it.size.z());
+  EXPECT_NEAR(law->homogeneous / lacking, 1.0, 0.15);
+}
+
+TEST(SiteLaw, WithoutComplianceItIsHertzSoftened) {
+  SiteLaw law;
+  law.matter = {6000.0, 0.45};
+  for (const double depth : {0.0005, 0.004, 0.008}) {
+    const double softened = 1.0 - 0.124 * depth / law.radius;
+    EXPECT_NEAR(law.force(depth) / (softened * hertz_force(law.matter, law.radius, depth)), 1.0, 1e-9);
+    const double step = 1e-7;
+    EXPECT_NEAR((law.energy(depth + step) - law.energy(depth - step)) / (2.0 * step) / law.force(depth), 1.0,
+                1e-4);
+  }
+  EXPECT_EQ(law.force(-0.001), 0.0);
+  EXPECT_EQ(law.energy(0.0), 0.0);
+}
+
+// A spring of constant compliance c in series: the half-space yields d - F c.
+TEST(SiteLaw, AConstantComplianceIsASpringInSeries) {
+  SiteLaw law;
+  law.matter = {6000.0, 0.45};
+  law.homogeneous = -0.002;
+  SiteLaw bare = law;
+  bare.homogeneous = 0.0;
+  for (const double depth : {0.001, 0.005}) {
+    const double force = law.force(depth);
+    EXPECT_NEAR(bare.force(depth - force * law.homogeneous) / force, 1.0, 1e-9);
+  }
+}
+
+// With a compliance that depends on the contact's radius force and depth are derivatives of the complementary energy
+// W0* + F^2 c(a(F)) / 2; so the stored energies of both parts sum to the work done.
+TEST(SiteLaw, WorkIsStoredInTheHalfSpaceAndInTheRest) {
+  SiteLaw law;
+  law.matter = {6000.0, 0.45};
+  law.footprints = {0.001, 0.012};
+  law.inclusions = {-0.0005, -0.0035};
+  SiteLaw bare = law;
+  bare.footprints.clear();
+  const double depth = 0.005, force = law.force(depth);
+  // The half-space's own depth and footprint at that force, by bisection on the bare law.
+  double low = 0.0, high = 0.012;
+  for (int i = 0; i < 60; ++i) (bare.force(0.5 * (low + high)) < force ? low : high) = 0.5 * (low + high);
+  const double c = -0.0005 - 0.003 * (footprint(law.radius, low) - 0.001) / 0.011;
+  const double complementary = force * low - bare.energy(low) + 0.5 * force * force * c;
+  EXPECT_NEAR((force * depth - law.energy(depth)) / complementary, 1.0, 1e-3);
+}
+
+// Neo-Hookean solutions of another program (axisymmetric elements), docs/theory/deformable.md.
+TEST(SiteLaw, MeetsTheTablesOfAnotherSolver) {
+  Indentation it;
+  it.material.matrix = {6000.0, 0.45};
+  it.size = {0.10635, 0.10635, 0.05};
+  it.fineness = 4.0;
+  it.depths = {0.002, 0.005};
+  it.material.inclusions = {{{0.0, 0.0, -0.0125}, {0.0075, 0.0075, 0.0075}, 10.0}};
+  const auto above = quick_indentation(it);
+  ASSERT_TRUE(above) << above.error().message;
+  EXPECT_NEAR((*above)[0].force / 0.1145, 1.0, 0.05);
+  EXPECT_NEAR((*above)[1].force / 0.4623, 1.0, 0.05);
+  it.material.inclusions.clear();
+  const auto bare = quick_indentation(it);
+  ASSERT_TRUE(bare) << bare.error().message;
+  EXPECT_NEAR((*bare)[0].force / 0.08366, 1.0, 0.03);
+  EXPECT_NEAR((*bare)[1].force / 0.3273, 1.0, 0.03);
+  it.model = Model::linear;
+  EXPECT_FALSE(quick_indentation(it));
+}
+
+}  // namespace
+}  // namespace palpate::physics::deformable
