@@ -95,7 +95,7 @@ class LaboratoryTest(ProgramTest):
     def left_behind(self):
         """Sockets and shared memory; lock files that nobody holds block nobody, and what forces did before a trip is to stay."""
         place = os.path.join(self.meeting, "palpate")
-        return [name for name in os.listdir(place) if not name.endswith(".lock") and not name.startswith("trip_")] if os.path.isdir(place) else []
+        return [name for name in os.listdir(place) if not name.endswith(".lock") and not name.startswith(("trip_", "realtime_trips."))] if os.path.isdir(place) else []
 
     def catches(self, running, number):
         """Waits until the process has a handler for the signal."""

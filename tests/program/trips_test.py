@@ -54,6 +54,14 @@ class Trips(LaboratoryTest):
         for file in sorted(glob.glob(os.path.join(self.folder, out, "**", "trip_*.csv"), recursive=True)):
             with open(file, encoding="utf-8") as trip:
                 told.append(trip.readline().removeprefix("# tripped: ").split(" in tick ")[0])
+        every = []
+        if force["trips"] > 0:
+            with open(self.path(out, "realtime_trips.csv"), encoding="utf-8") as file:
+                every = list(csv.DictReader(file))
+        self.assertEqual(len(every), force["trips"], "each is a row")
+        for trip in every:
+            self.assertTrue(trip["cause"])
+            self.assertGreaterEqual(float(trip["lost_n_s"]), 0.0)
         speed = self.fastest(recording)
         os.remove(recording)
         return force, told, speed

@@ -89,7 +89,7 @@ class Webcam(ProgramTest):
         figures = json.loads(self.read("figures.json"))
         self.assertGreater(figures["exchange"]["frames"], 10)
         self.assertGreaterEqual(figures["graphics"]["conditions"]["board_lost"], 1)
-        left = [name for name in os.listdir(os.path.join(self.meeting, "palpate")) if not name.endswith(".lock") and not name.startswith("trip_")]
+        left = [name for name in os.listdir(os.path.join(self.meeting, "palpate")) if not name.endswith(".lock") and not name.startswith(("trip_", "realtime_trips."))]
         self.assertEqual(left, [])
 
     def test_another_board_on_the_desk_is_said(self):
