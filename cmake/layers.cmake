@@ -198,8 +198,7 @@ function(palpate_leave_out_tests tests_list modules_result)
 endfunction()
 
 # palpate_discover_tests(target LABELS ... RESOURCE_LOCK name): the GoogleTest tests of a program, each with these labels,
-# and with `long` where PALPATE_LONG_TESTS names it. They compute, and count for two of ctest's four jobs; most tests of the
-# program from outside wait, and count for one (tests/CMakeLists.txt).
+# and with `long` where PALPATE_LONG_TESTS names it.
 function(palpate_discover_tests target)
   cmake_parse_arguments(ARG "" "RESOURCE_LOCK" "LABELS" ${ARGN})
   gtest_discover_tests(${target} DISCOVERY_MODE PRE_TEST TEST_LIST ${target}_found PROPERTIES TIMEOUT 300
@@ -216,7 +215,7 @@ foreach(test IN LISTS @target@_found)
   if(test MATCHES [==[@long@]==])
     list(APPEND labels long)
   endif()
-  set_tests_properties("${test}" PROPERTIES LABELS "${labels}" PROCESSORS 2 @lock@)
+  set_tests_properties("${test}" PROPERTIES LABELS "${labels}" @lock@)
 endforeach()
 ]])
   set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${settings})
