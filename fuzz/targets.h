@@ -17,6 +17,7 @@ using Target = Refusals (*)(std::string_view file);
 
 Refusals arm_models(std::string_view file);
 Refusals arm_samples(std::string_view file);
+Refusals conditions(std::string_view file);
 Refusals corners(std::string_view file);
 Refusals endpoints(std::string_view file);
 Refusals flights(std::string_view file);
@@ -33,6 +34,7 @@ Refusals rigs(std::string_view file);
 Refusals sequences(std::string_view file);
 Refusals session_messages(std::string_view file);
 Refusals surfaces(std::string_view file);
+Refusals trials(std::string_view file);
 Refusals worlds(std::string_view file);
 
 struct NamedTarget {

@@ -113,16 +113,18 @@ Expected<void> ExperimentRun::take_up(std::span<const TrialRecord> records, std:
   for (const auto& record : records) {
     if (state_ == RunState::rest) end_rest();
     if (state_ == RunState::finished)
-      return refused("{}: has trials after the last one of these conditions; the file belongs to others",
-                     source);
+      return refused(
+          "{}: has trials after the last one of these conditions; use the ones the file was begun with",
+          source);
     if (!same_trial(next_, record.trial))
       return refused(
-          "{}: trial {} is not the one that these conditions and seed {} give; the file belongs to others, "
-          "or was changed",
+          "{}: trial {} is not the one that these conditions and seed {} give; use the ones the file "
+          "was begun with",
           source, record.trial.number, seed_);
     if (answer(record.answer).positive != record.positive)
-      return refused("{}: trial {}: response is not what target and answer say; the file was changed", source,
-                     record.trial.number);
+      return refused(
+          "{}: trial {}: response is not what target and answer say; use the file as it was written", source,
+          record.trial.number);
   }
   return {};
 }

@@ -101,7 +101,7 @@ class ObservationReader {
     const auto [at, is_new] = index_.emplace(key, levels_.size());
     if (is_new) {
       if (levels_.size() == kMostGroups)
-        return wrong_use("{}:{}: more than {} groups; name fewer columns with --by", table_->source,
+        return wrong_use("{}:{}: more than {} groups; use fewer columns after --by", table_->source,
                          table_->line[row], kMostGroups);
       levels_.emplace_back();
       auto& group = result_->groups.emplace_back();
@@ -110,10 +110,11 @@ class ObservationReader {
     }
     auto& sum = levels_[at->second].try_emplace(level.stimulus, Level{level.stimulus, 0, 0}).first->second;
     if (levels_[at->second].size() > kMostLevels)
-      return wrong_use("{}:{}: more than {} different stimuli in one group; round them", table_->source,
+      return wrong_use("{}:{}: more than {} different stimuli in one group; use rounded ones", table_->source,
                        table_->line[row], kMostLevels);
     if (sum.trials > static_cast<int>(1000.0 * kMostCount))
-      return wrong_use("{}:{}: too many trials of one stimulus", table_->source, table_->line[row]);
+      return wrong_use("{}:{}: too many trials of one stimulus; at most 1000000000 are expected",
+                       table_->source, table_->line[row]);
     sum.positives += level.positives;
     sum.trials += level.trials;
     result_->trials += level.trials;
@@ -145,8 +146,8 @@ Expected<ObservationTable> parse_observations(std::string_view content, std::str
     if (const auto taken = reader.take(i); !taken) return tl::unexpected(taken.error());
   reader.finish();
   if (result.trials == 0)
-    return refused("{}: holds no trial that counts ({} of practice, {} left out)", result.source,
-                   result.practice, result.excluded);
+    return refused("{}: holds no trial that counts ({} of practice, {} left out); one or more are expected",
+                   result.source, result.practice, result.excluded);
   return result;
 }
 

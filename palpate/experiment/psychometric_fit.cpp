@@ -41,17 +41,17 @@ std::string_view remedy_of(DataVerdict verdict) {
       return "all trials have one stimulus; at least two are expected, better five or more around the "
              "threshold";
     case DataVerdict::all_positive:
-      return "every answer is positive; add weaker stimuli";
+      return "every answer is positive; use weaker stimuli as well";
     case DataVerdict::all_negative:
-      return "no answer is positive; add stronger stimuli";
+      return "no answer is positive; use stronger stimuli as well";
     case DataVerdict::no_rise:
       return "positive answers do not become more frequent with the stimulus than chance allows; check the "
              "columns, or "
              "add trials";
     case DataVerdict::separated:
-      return "the answers turn between two neighbouring stimuli; add stimuli between them";
+      return "the answers turn between two neighbouring stimuli; use stimuli between them as well";
     case DataVerdict::out_of_range:
-      return "the threshold lies far outside of the stimuli; try others";
+      return "the threshold lies far outside of the stimuli; use others";
   }
   return "";
 }
@@ -150,7 +150,7 @@ Expected<PsychometricFit> fit_psychometric(std::span<const Level> levels, const 
 PsychometricCurve most_likely_curve(std::span<const Level> levels, const TaskShape& task) {
   check(levels, task);
   const auto kept = with_trials(levels);
-  if (kept.empty() || kept.front().stimulus == kept.back().stimulus)
+  if (kept.empty() || judge_counts(kept) == DataVerdict::one_level)
     throw std::invalid_argument("psychometric fit: two levels with trials are expected");
   return curve_of(search(kept, task, bounds_of(kept, task)).at);
 }

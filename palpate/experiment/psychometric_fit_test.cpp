@@ -216,6 +216,7 @@ TEST(PsychometricFit, WhatSaysNothingIsRefusedWithACode) {
   EXPECT_EQ(verdict({}), DataVerdict::no_trials);
   EXPECT_EQ(verdict({{1.0, 0, 0}, {2.0, 0, 0}}), DataVerdict::no_trials);
   EXPECT_EQ(verdict({{1.0, 7, 10}}), DataVerdict::one_level);
+  EXPECT_EQ(verdict({{1e300, 7, 10}, {std::nextafter(1e300, 2e300), 9, 10}}), DataVerdict::one_level);
   EXPECT_EQ(verdict({{1.0, 10, 10}, {2.0, 10, 10}}), DataVerdict::all_positive);
   EXPECT_EQ(verdict({{1.0, 0, 10}, {2.0, 0, 10}}), DataVerdict::all_negative);
   EXPECT_EQ(verdict({{1.0, 18, 20}, {2.0, 15, 20}, {4.0, 10, 20}}), DataVerdict::no_rise);
@@ -224,6 +225,14 @@ TEST(PsychometricFit, WhatSaysNothingIsRefusedWithACode) {
             DataVerdict::separated);
   EXPECT_EQ(verdict({{1.0, 14, 400}, {1.02, 32, 400}, {1.04, 63, 400}}, kYesNo), DataVerdict::out_of_range);
   EXPECT_EQ(verdict({{1.0, 11, 20}, {2.0, 15, 20}, {4.0, 20, 20}}), DataVerdict::usable);
+}
+
+TEST(PsychometricFit, StimuliThatRoundingAlmostMakesOneAreNoTrouble) {
+  const std::vector<Level> levels{
+      {1e200, 1, 20}, {std::nextafter(1e200, 2e200), 3, 20}, {2e200, 15, 20}, {4e200, 20, 20}};
+  const auto fit = fit_psychometric(levels, kYesNo);
+  ASSERT_TRUE(fit) << fit.error().message;
+  EXPECT_NEAR(fit->curve.threshold / 1e200, 1.6, 0.3);
 }
 
 TEST(PsychometricFit, WrongUseThrows) {

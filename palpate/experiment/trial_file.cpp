@@ -45,8 +45,8 @@ Expected<void> read_first_line(std::string_view content, const std::string& sour
   const auto line = content.substr(0, content.find('\n'));
   const auto seed_at = line.find(kSeedWords);
   if (!line.starts_with(kFirstWords) || seed_at == line.npos)
-    return wrong_use("{}:1: is '{}'; a file of trials begins with '{}HASH{}N'", source, excerpt(line),
-                     kFirstWords, kSeedWords);
+    return wrong_use("{}:1: is '{}'; '{}HASH{}N' is expected", source, excerpt(line), kFirstWords,
+                     kSeedWords);
   table.conditions_hash = line.substr(kFirstWords.size(), seed_at - kFirstWords.size());
   const auto digits = line.substr(seed_at + kSeedWords.size());
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), table.seed);
@@ -125,23 +125,31 @@ Expected<TrialRecord> record_of(const CsvTable& table, std::size_t index,
   return record;
 }
 
-Expected<TrialTable> parse_trials(std::string_view content, const std::string& source,
+Expected<void> lock(const FileDescriptor& fd, const std::filesystem::path& path) {
+  if (::flock(fd.get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return {};
+  return refused(ErrorCode::in_use, "{}: another run is writing to it; end that one, or name another file",
+                 path.string());
+}
+
+}  // namespace
+
+Expected<TrialTable> parse_trials(std::string_view content, std::string source,
                                   const Conditions& conditions) {
   TrialTable trials;
   if (const auto first = read_first_line(content, source, trials); !first)
     return tl::unexpected(first.error());
   if (trials.conditions_hash != hash_of(conditions))
-    return refused(
-        "{}: belongs to other conditions than {}; take the ones it was begun with, or another file", source,
-        conditions.name);
+    return refused("{}: belongs to other conditions than {}; use the ones it was begun with, or another file",
+                   source, conditions.name);
   trials.whole_bytes = content.rfind('\n') + 1;
   trials.cut_off = trials.whole_bytes < content.size();
   const auto table = parse_csv(content.substr(0, trials.whole_bytes), source, {.text_columns = {"*"}});
   if (!table) return tl::unexpected(table.error());
   const auto header = header_of(conditions, trials.seed);
   if (content.substr(0, header.size()) != header)
-    return wrong_use("{}: the first three lines are not those of these conditions; the file was changed",
-                     source);
+    return wrong_use(
+        "{}: the first three lines are not those of these conditions; use the file as it was written",
+        source);
   const auto cells = cells_of(conditions);
   for (std::size_t i = 0; i < table->rows.size(); ++i) {
     auto record = record_of(*table, i, cells);
@@ -150,14 +158,6 @@ Expected<TrialTable> parse_trials(std::string_view content, const std::string& s
   }
   return trials;
 }
-
-Expected<void> lock(const FileDescriptor& fd, const std::filesystem::path& path) {
-  if (::flock(fd.get(), LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return {};
-  return refused(ErrorCode::in_use, "{}: another run is writing to it; end that one, or name another file",
-                 path.string());
-}
-
-}  // namespace
 
 Expected<TrialTable> read_trials(const std::filesystem::path& path, const Conditions& conditions) {
   const auto content = read_file(path);

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -29,6 +30,8 @@ struct TrialTable {
   std::size_t whole_bytes = 0;  // of the file, without it
 };
 Expected<TrialTable> read_trials(const std::filesystem::path& path, const Conditions& conditions);
+
+Expected<TrialTable> parse_trials(std::string_view content, std::string source, const Conditions& conditions);
 
 class TrialFile {
  public:

@@ -8,6 +8,8 @@
 namespace palpate::experiment {
 namespace {
 
+// Stimuli whose logarithms differ by less are one: rounding decides what lies between them.
+constexpr double kLeastSpan = 1e-9;
 // A curve that rises by less than this from the lowest level to the highest says nothing of its shape.
 constexpr double kLeastRise = 0.1;
 // Where every level lies in the outermost shares of the curve, none is on its slope.
@@ -41,7 +43,8 @@ DataVerdict judge_counts(std::span<const Level> levels) {
   }
   if (positives == trials) return DataVerdict::all_positive;
   if (positives == 0) return DataVerdict::all_negative;
-  return levels.front().stimulus == levels.back().stimulus ? DataVerdict::one_level : DataVerdict::usable;
+  const double span = std::log(levels.back().stimulus) - std::log(levels.front().stimulus);
+  return span < kLeastSpan ? DataVerdict::one_level : DataVerdict::usable;
 }
 
 DataVerdict judge_curve(std::span<const Level> levels, const SearchBounds& bounds,

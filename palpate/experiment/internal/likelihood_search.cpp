@@ -14,6 +14,7 @@ namespace {
 constexpr double kWidestSpread = 10.0;  // over the levels' span
 // Of the residuals' length: some 1e-5 of a parameter's deviation, as scoring closes in by a constant factor a step.
 constexpr double kTolerance = 1e-7;
+constexpr double kSmallestGap = 1e-5;      // over the levels' span
 constexpr double kNarrowestSpread = 0.02;  // over the smallest gap between levels
 
 // d p / d (ln threshold, ln spread, lapse).
@@ -56,6 +57,7 @@ SearchBounds bounds_of(std::span<const Level> levels, const TaskShape& task) {
   const double span = logs.back() - logs.front();
   double gap = span;
   for (std::size_t i = 1; i < logs.size(); ++i) gap = std::min(gap, logs[i] - logs[i - 1]);
+  gap = std::max(gap, kSmallestGap * span);
   return {{logs.front() - span, std::log(kNarrowestSpread * gap), 0.0},
           {logs.back() + span, std::log(kWidestSpread * span), task.most_lapse}};
 }
