@@ -4,25 +4,6 @@ namespace palpate::fuzz {
 
 const std::vector<NamedTarget>& all_targets() {
   static const std::vector<NamedTarget> targets = {
-      {"arm_models", arm_models},
-      {"arm_samples", arm_samples},
-      {"corners", corners},
-      {"endpoints", endpoints},
-      {"flights", flights},
-      {"hand_eye", hand_eye},
-      {"keys", keys},
-      {"matrices", matrices},
-      {"meshes", meshes},
-      {"messages", messages},
-      {"openigtlink", openigtlink},
-      {"points", points},
-      {"poses", poses},
-      {"recordings", recordings},
-      {"rigs", rigs},
-      {"sequences", sequences},
-      {"session_messages", session_messages},
-      {"surfaces", surfaces},
-      {"worlds", worlds},
       {"arm_models", arm_models}, {"arm_samples", arm_samples},
       {"conditions", conditions}, {"corners", corners},
       {"endpoints", endpoints},   {"flights", flights},
@@ -31,8 +12,9 @@ const std::vector<NamedTarget>& all_targets() {
       {"messages", messages},     {"openigtlink", openigtlink},
       {"points", points},         {"poses", poses},
       {"recordings", recordings}, {"rigs", rigs},
-      {"sequences", sequences},   {"surfaces", surfaces},
-      {"trials", trials},         {"worlds", worlds},
+      {"sequences", sequences},   {"session_messages", session_messages},
+      {"surfaces", surfaces},     {"trials", trials},
+      {"worlds", worlds},
   };
   return targets;
 }

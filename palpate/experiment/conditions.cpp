@@ -62,7 +62,8 @@ void read_constant(const TomlTable& table, Conditions& conditions) {
     table.complain("levels",
                    fmt::format("has {}, 2 to 1000 are expected", counted(sorted.size(), "stimulus")));
   if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end())
-    table.complain("levels", "names a stimulus twice; `repeats` says how often each comes");
+    table.complain("levels",
+                   "names a stimulus twice; each once is expected, `repeats` says how often it comes");
 }
 
 void read_staircase(const TomlTable& table, Conditions& conditions) {
@@ -102,7 +103,7 @@ Factor read_factor(const TomlTable& table) {
                                  excerpt(level), kLongestWord));
   if (factor.levels.empty()) table.complain(key, "is empty, one level or more is expected");
   if (std::set<std::string>(factor.levels.begin(), factor.levels.end()).size() != factor.levels.size())
-    table.complain(key, "names a level twice");
+    table.complain(key, "names a level twice; each once is expected");
   return factor;
 }
 
@@ -113,7 +114,7 @@ void read_factors(const TomlTable& root, Conditions& conditions) {
     auto factor = read_factor(table);
     if (!names.insert(factor.name).second) table.complain("name", "is the name of another factor, too");
     if (is_trial_column(factor.name))
-      table.complain("name", fmt::format("\"{}\" is a column of the file of trials; take another name",
+      table.complain("name", fmt::format("\"{}\" is a column of the file of trials; use another name",
                                          excerpt(factor.name)));
     cells = std::min(cells * std::max<std::size_t>(factor.levels.size(), 1), kMostCells + 1);
     conditions.factors.push_back(std::move(factor));
@@ -143,9 +144,9 @@ void check_together(const TomlTable& root, const Conditions& conditions) {
                           sought, guess));
   }
   if (most_trials(conditions) > kMostTrials)
-    root.complain("method",
-                  fmt::format("there would be more than {} trials; take fewer repeats, levels or factors",
-                              kMostTrials));
+    root.complain(
+        "method",
+        fmt::format("there would be more than {} trials; use fewer repeats, levels or factors", kMostTrials));
 }
 
 std::string list_of(const std::vector<double>& numbers) {

@@ -14,6 +14,12 @@ bool is_positive(const Conditions& conditions, const Trial& trial, const Answer&
   return answer.place == (conditions.task == TaskKind::yes_no ? 1 : trial.target);
 }
 
+// A trial that is left out may be without an answer.
+bool names_a_place(const Conditions& conditions, const Answer& answer) {
+  return answer.place >= (answer.exclusion == Exclusion::none ? 1 : 0) &&
+         answer.place <= std::max(2, conditions.places);
+}
+
 // Files hold stimuli with twelve digits.
 bool same_trial(const Trial& a, Trial b) {
   const bool same_stimulus = std::abs(a.stimulus - b.stimulus) <= 1e-10 * std::abs(a.stimulus);
@@ -50,10 +56,8 @@ const Trial& ExperimentRun::next_trial() const {
 TrialRecord ExperimentRun::answer(const Answer& answer) {
   TrialRecord record{next_trial(), answer, false};
   const bool left_out = answer.exclusion != Exclusion::none;
-  const int places = std::max(2, conditions_.places);
-  if (answer.place < (left_out ? 0 : 1) || answer.place > places)
-    throw std::invalid_argument(
-        fmt::format("run: the answer {} names none of {} places", answer.place, places));
+  if (!names_a_place(conditions_, answer))
+    throw std::invalid_argument(fmt::format("run: the answer {} names no place", answer.place));
   record.positive = is_positive(conditions_, next_, answer);
   ++answered_;
   if (!next_.practice && staircases_) {
@@ -121,7 +125,7 @@ Expected<void> ExperimentRun::take_up(std::span<const TrialRecord> records, std:
           "{}: trial {} is not the one that these conditions and seed {} give; use the ones the file "
           "was begun with",
           source, record.trial.number, seed_);
-    if (answer(record.answer).positive != record.positive)
+    if (!names_a_place(conditions_, record.answer) || answer(record.answer).positive != record.positive)
       return refused(
           "{}: trial {}: response is not what target and answer say; use the file as it was written", source,
           record.trial.number);

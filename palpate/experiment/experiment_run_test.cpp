@@ -131,6 +131,9 @@ TEST(ExperimentRun, IsTakenUpWhereItWasBrokenOff) {
     const auto told = third.take_up(forged, "t.csv");
     ASSERT_FALSE(told);
     EXPECT_NE(told.error().message.find("trial 6: response"), std::string::npos);
+    forged[5].answer.place = 3;
+    ExperimentRun nowhere(small(method), 5);
+    EXPECT_FALSE(nowhere.take_up(forged, "t.csv"));
     auto longer = all;
     longer.push_back(all.back());
     ExperimentRun fourth(small(method), 5);
