@@ -52,9 +52,8 @@ class ExperimentRun {
   const std::vector<std::string>& levels_of(const Trial& trial) const { return cells_.at(trial.cell); }
   const std::string& level_of(const Trial& trial, std::string_view factor) const;
   int answered() const { return answered_; }  // practice included
-  int most_trials() const {
-    return most_;
-  }  // of all, practice included; what staircases do not need is left over
+  // Of all, practice included; what staircases do not need is left over.
+  int most_trials() const { return most_; }
   // Of staircases: a cell's tracks after each other, cells in the order of cells_of().
   const std::vector<Staircase>& staircases() const;
 
