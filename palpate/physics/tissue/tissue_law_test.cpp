@@ -322,6 +322,25 @@ TEST(TissueInTheLoop, HeldLightlyItRestsWithinASecondOfBeingPressed) {
       }
 }
 
+TEST(TissueInTheLoop, ReleasedWhilePressedItLeavesWithNoMoreThanWasStored) {
+  for (const TipField* field : {&soft_field(), &stiff_field()})
+    for (const double depth : {0.002, 0.004, 0.0055}) {
+      TissueLaw law(*field, {}, kAtRest);
+      PlantForTests stylus;
+      stylus.place = over(-0.0005);
+      stylus.damping = 5.0;
+      stylus.push = -field->at(over(depth)).force;
+      for (int i = 0; i < 3000; ++i) stylus.tick(law);
+      ASSERT_NEAR(law.newest().contact.depth, depth, 1e-4);
+      stylus.push.setZero();
+      stylus.damping = 0.0;
+      for (int i = 0; i < 500 && field->at(stylus.place).depth > 0.0; ++i) stylus.tick(law);
+      EXPECT_EQ(field->at(stylus.place).depth, 0.0);
+      EXPECT_GT(stylus.velocity.z(), 0.0);
+      EXPECT_LT(0.5 * stylus.mass * stylus.velocity.squaredNorm(), field->at(over(depth)).energy) << depth;
+    }
+}
+
 TEST(TissueInTheLoop, WithoutViscosityAndAccountItBuzzes) {
   TissueSettings bare;
   bare.dissipation.damping_n_s_m = 0.0;
