@@ -129,10 +129,10 @@ std::uint32_t SurfaceDistance::build(std::uint32_t first, std::uint32_t last) {
   return self;
 }
 
-SurfacePlace SurfaceDistance::at(const Vector3& p) const {
-  double best = std::numeric_limits<double>::infinity();
-  const Face* face = &faces_.front();
-  Nearest nearest{face->corners[0], Where::corner, 0};
+SurfacePlace SurfaceDistance::at(const Vector3& p, double most) const {
+  double best = most * most;
+  const Face* face = nullptr;
+  Nearest nearest{p, Where::face, 0};
   std::array<std::pair<double, std::uint32_t>, kStack> waiting;
   std::size_t depth = 0;
   waiting[depth++] = {0.0, 0};
@@ -155,6 +155,7 @@ SurfacePlace SurfaceDistance::at(const Vector3& p) const {
     waiting[depth++] = far;
     waiting[depth++] = near;
   }
+  if (face == nullptr) return {-most, p, Vector3::UnitZ()};
   const Vector3& normal = nearest.where == Where::face   ? face->normal
                           : nearest.where == Where::edge ? face->edge_normals[nearest.number]
                                                          : face->corner_normals[nearest.number];

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "palpate/core/expected.h"
@@ -29,7 +30,9 @@ class SurfaceDistance {
   // Refused: a surface that is not closed or not turned one way, numbers that are none, triangles without area.
   static Expected<SurfaceDistance> of(const scene::TriangleMesh& mesh);
 
-  SurfacePlace at(const Vector3& p) const;
+  // Where the surface is further away than `most`, p counts as inside, so far from itself: who asks for less than
+  // the farthest outer point is spared the deep inside, where all of a surface is equally far.
+  SurfacePlace at(const Vector3& p, double most = std::numeric_limits<double>::infinity()) const;
 
  private:
   struct Box {

@@ -60,6 +60,14 @@ TEST(SurfaceDistance, BesideSharpEdgesTheSideIsThatOfTheWindingNumber) {
   EXPECT_GT(inside, 300);
 }
 
+TEST(SurfaceDistance, BeyondWhatIsAskedForItIsInside) {
+  const Vector3 half(0.06, 0.05, 0.02);
+  const auto surface = distance_of(scene::box_mesh(-half, half));
+  EXPECT_NEAR(surface.at({0, 0, 0.016}, 0.005).distance, -0.004, 1e-15);
+  EXPECT_EQ(surface.at({0, 0, 0}, 0.005).distance, -0.005);
+  EXPECT_NEAR(surface.at({0, 0, 0.0249}, 0.005).distance, 0.0049, 1e-15);
+}
+
 TEST(SurfaceDistance, WhatIsNotClosedIsRefusedInWords) {
   const Vector3 half(0.01, 0.01, 0.01);
   scene::TriangleMesh open = scene::box_mesh(-half, half), turned = open, bad = open;

@@ -72,6 +72,9 @@ Expected<TipField> TipField::build(const scene::TriangleMesh& surface, std::span
   if (!lattice) return tl::unexpected<Error>(lattice.error());
 
   const double band = kBand * settings.spacing;
+  // Deeper than that nobody is pushed, and no corner of the lattice is as far outside.
+  const double border = settings.tip_radius + (kBorder + 1) * settings.spacing;
+  const double most = std::max((1.0 + kBeyond) * blend->deepest() - settings.tip_radius + band, 2.0 * border);
   std::vector<double> depth, kappa;
   depth.reserve(lattice->size());
   kappa.reserve(lattice->size());
@@ -79,7 +82,7 @@ Expected<TipField> TipField::build(const scene::TriangleMesh& surface, std::span
     for (int y = 0; y < lattice->count[1]; ++y)
       for (int x = 0; x < lattice->count[0]; ++x) {
         const Vector3 p = lattice->at(x, y, z);
-        const SurfacePlace place = distance->at(p);
+        const SurfacePlace place = distance->at(p, most);
         const double d = settings.tip_radius - place.distance;
         const bool pressed = d > -band && d < (1.0 + kBeyond) * blend->deepest() + band;
         // Seen from the tip, which around an edge is from between its sides.
