@@ -155,7 +155,7 @@ SurfacePlace SurfaceDistance::at(const Vector3& p, double most) const {
     waiting[depth++] = far;
     waiting[depth++] = near;
   }
-  if (face == nullptr) return {-most, p, Vector3::UnitZ()};
+  if (face == nullptr) return {most, p, Vector3::UnitZ()};
   const Vector3& normal = nearest.where == Where::face   ? face->normal
                           : nearest.where == Where::edge ? face->edge_normals[nearest.number]
                                                          : face->corner_normals[nearest.number];

@@ -30,8 +30,8 @@ class SurfaceDistance {
   // Refused: a surface that is not closed or not turned one way, numbers that are none, triangles without area.
   static Expected<SurfaceDistance> of(const scene::TriangleMesh& mesh);
 
-  // Where the surface is further away than `most`, p counts as inside, so far from itself: who asks for less than
-  // the farthest outer point is spared the deep inside, where all of a surface is equally far.
+  // Where the surface is further away than `most`, that is the distance, and neither side nor foot is told: the deep
+  // inside, where all of a surface is equally far, takes long.
   SurfacePlace at(const Vector3& p, double most = std::numeric_limits<double>::infinity()) const;
 
  private:

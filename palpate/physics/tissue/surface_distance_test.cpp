@@ -60,11 +60,11 @@ TEST(SurfaceDistance, BesideSharpEdgesTheSideIsThatOfTheWindingNumber) {
   EXPECT_GT(inside, 300);
 }
 
-TEST(SurfaceDistance, BeyondWhatIsAskedForItIsInside) {
+TEST(SurfaceDistance, BeyondWhatIsAskedForItIsThat) {
   const Vector3 half(0.06, 0.05, 0.02);
   const auto surface = distance_of(scene::box_mesh(-half, half));
   EXPECT_NEAR(surface.at({0, 0, 0.016}, 0.005).distance, -0.004, 1e-15);
-  EXPECT_EQ(surface.at({0, 0, 0}, 0.005).distance, -0.005);
+  EXPECT_EQ(surface.at({0, 0, 0}, 0.005).distance, 0.005);
   EXPECT_NEAR(surface.at({0, 0, 0.0249}, 0.005).distance, 0.0049, 1e-15);
 }
 

@@ -72,17 +72,23 @@ Expected<TipField> TipField::build(const scene::TriangleMesh& surface, std::span
   if (!lattice) return tl::unexpected<Error>(lattice.error());
 
   const double band = kBand * settings.spacing;
-  // Deeper than that nobody is pushed, and no corner of the lattice is as far outside.
-  const double border = settings.tip_radius + (kBorder + 1) * settings.spacing;
-  const double most = std::max((1.0 + kBeyond) * blend->deepest() - settings.tip_radius + band, 2.0 * border);
+  // Deeper than that nobody is pushed.
+  const double most = std::max(band, (1.0 + kBeyond) * blend->deepest() - settings.tip_radius + band);
   std::vector<double> depth, kappa;
   depth.reserve(lattice->size());
   kappa.reserve(lattice->size());
+  double side = 1.0;
   for (int z = 0; z < lattice->count[2]; ++z)
     for (int y = 0; y < lattice->count[1]; ++y)
       for (int x = 0; x < lattice->count[0]; ++x) {
         const Vector3 p = lattice->at(x, y, z);
-        const SurfacePlace place = distance->at(p, most);
+        SurfacePlace place = distance->at(p, most);
+        // So far from the surface a point is on the side of its neighbour; a row begins outside.
+        if (x == 0) side = 1.0;
+        if (place.distance < most)
+          side = place.distance < 0.0 ? -1.0 : 1.0;
+        else
+          place.distance = side * most;
         const double d = settings.tip_radius - place.distance;
         const bool pressed = d > -band && d < (1.0 + kBeyond) * blend->deepest() + band;
         // Seen from the tip, which around an edge is from between its sides.
