@@ -50,7 +50,7 @@ class LightArm : public device::ArmDevice {
     const Vector3 force = late ? before_ : commanded_;
     before_ = commanded_;
     constexpr double kPlantStep = 1e-4;
-    const double b = 0.5 * damping * kPlantStep, k = 0.25 * stiffness * kStep * kStep;
+    const double b = 0.5 * damping * kPlantStep, k = 0.25 * stiffness * kPlantStep * kPlantStep;
     for (int i = 0; i < 10; ++i) {
       const Vector3 old = velocity;
       velocity =

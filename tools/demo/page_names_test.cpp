@@ -70,7 +70,9 @@ void add_conditions(std::set<std::string>& names, const figures::PageFiles& file
   static const std::regex condition(R"(\{\{[#^]\s*([^}]*?)\s*\}\})");
   for (const auto& file : files) {
     const std::string name(file.name), text(file.text);
-    if (!name.ends_with(".html") || name.starts_with("stud") || name == "flights.html") continue;
+    if (!name.ends_with(".html") || name.starts_with("stud") || name == "flights.html" ||
+        name == "psychometric.html")
+      continue;
     for (std::sregex_iterator at(text.begin(), text.end(), condition), end; at != end; ++at)
       names.insert((*at)[1]);
   }

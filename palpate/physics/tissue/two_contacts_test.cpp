@@ -51,8 +51,9 @@ TEST(TwoContacts, TheDepthsLeftSolveTheirEquations) {
       const double x = 0.5 * (low + high);
       (x + c * own(second, second_of(x)) > 0.004 ? high : low) = x;
     }
-    EXPECT_NEAR(found.first_depth, low, 1e-9) << apart;
-    EXPECT_NEAR(found.second_depth, second_of(low), 1e-9);
+    // The lattice has a depth of its own, within 0.2 um of the geometry's.
+    EXPECT_NEAR(found.first_depth, low, 2e-7) << apart;
+    EXPECT_NEAR(found.second_depth, second_of(low), 2e-7);
     EXPECT_LT(found.first_depth, 0.004);
   }
 }

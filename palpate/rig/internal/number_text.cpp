@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <limits>
 
 #include "palpate/core/toml.h"
 
@@ -14,7 +13,7 @@ std::string number_text(double value, double unit) {
   const double exact = unit * value;
   if (unit == 1.0 || !std::isfinite(exact)) return toml_number(exact);
   const double shorter = std::strtod(fmt::format("{:.15g}", exact).c_str(), nullptr);
-  const bool same = std::abs(shorter - exact) <= std::numeric_limits<double>::epsilon() * std::abs(exact);
+  const bool same = shorter / unit == value && shorter * (1.0 / unit) == value;  // whichever way it is read
   return toml_number(same ? shorter : exact);
 }
 

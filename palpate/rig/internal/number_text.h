@@ -9,7 +9,7 @@
 namespace palpate::rig {
 
 // `value` times `unit`. What that product is off by its own rounding is not written down: 209.55 mm stands there
-// as 209.55. Read back, it is within one part in 2^52 of `value`; with unit 1 it is `value` itself.
+// as 209.55, if that reads back as `value` to the bit: a session is executed again with the rig that its recording holds.
 std::string number_text(double value, double unit = 1.0);
 std::string number_list(const Eigen::Ref<const Eigen::VectorXd>& v, double unit = 1.0);
 std::string number_list(const Quaternion& q);  // w, x, y, z

@@ -20,9 +20,14 @@ TEST(NumberText, WhatWasMeasuredComesBackWithinALastPlaceAndWithoutAUnitExactly)
   for (int i = 0; i < 10'000; ++i) {
     const double value = random.normal(1.0);
     EXPECT_EQ(std::strtod(number_text(value).c_str(), nullptr), value);
-    const double back =
-        std::strtod(number_text(value, kMillimetresPerMetre).c_str(), nullptr) / kMillimetresPerMetre;
-    EXPECT_NEAR(back, value, 4.5e-16 * std::abs(value));
+    const std::string text = number_text(value, kMillimetresPerMetre);
+    const double written = std::strtod(text.c_str(), nullptr);
+    // Shorter than the product only where that loses nothing.
+    if (written != kMillimetresPerMetre * value) {
+      EXPECT_EQ(written / kMillimetresPerMetre, value);
+      EXPECT_EQ(written * (1.0 / kMillimetresPerMetre), value);
+    }
+    EXPECT_NEAR(written / kMillimetresPerMetre, value, 4.5e-16 * std::abs(value));
   }
   EXPECT_EQ(number_text(0.1 + 0.2), "0.30000000000000004");
 }
