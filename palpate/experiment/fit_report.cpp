@@ -39,7 +39,7 @@ GroupFit fit_group(const ObservationGroup& group, const TaskShape& task, const B
     return result;
   }
   result.again = bootstrap(*fit, group.levels, task, options);
-  result.fit = std::move(*fit);
+  result.fit = *fit;
   return result;
 }
 
