@@ -6,15 +6,15 @@
 namespace palpate::calibration {
 namespace {
 
-constexpr double kErrorStep = 1e-2;    // of a deviation, for derivatives
-constexpr double kArmUnstated = 3e-5;  // m: encoder steps and what else an arm's model leaves, per axis
-constexpr double kExact = 1e-12;       // of the largest variance: devices without noise stay invertible
+constexpr double kErrorStep = 1e-2;         // of a deviation, for derivatives
+constexpr double kArmUnstated = 3e-5;       // m: encoder steps and what else an arm's model leaves, per axis
+constexpr double kLeastOfVariance = 1e-12;  // of the largest variance: devices without noise stay invertible
 const double kRestSd = rig::kRestTolerance / 3.0;  // rad: a hand puts the arm to rest within the tolerance
 
 // W with W'W = C^-1.
 Eigen::MatrixXd whitener_of(const Eigen::MatrixXd& C) {
   const auto eigen = math::symmetric_eigen(C);
-  const double least = kExact * std::max(eigen.values.maxCoeff(), 1e-300);
+  const double least = kLeastOfVariance * std::max(eigen.values.maxCoeff(), 1e-300);
   return eigen.values.cwiseMax(least).cwiseSqrt().cwiseInverse().asDiagonal() * eigen.vectors.transpose();
 }
 

@@ -13,12 +13,12 @@ namespace {
 constexpr double kFreedoms = 5.0;          // of the noise's t distribution
 constexpr double kStillness = 1e-8;        // s
 constexpr std::size_t kMostRows = 20'000;  // more tell little, and take long
-constexpr int kMostRounds = 60;
+constexpr int kMostShiftRounds = 60;
 constexpr Eigen::Index kMostMemory = 40;  // coefficients of the autoregression
 
 // The rows compared at one shift. The relation of both streams is eliminated: residuals and slopes hold no part
 // that the features explain.
-struct Rows {
+struct ShiftRows {
   Eigen::MatrixXd features;  // with a column of ones
   Eigen::MatrixXd response, read_slope;
 };
@@ -175,7 +175,7 @@ class Fit {
   Eigen::Index features_ = 0, responses_ = 0;
   Eigen::VectorXd weight_;
   Eigen::MatrixXd unscatter_;  // residual rows times this are white
-  Rows rows_;
+  ShiftRows rows_;
   Eigen::MatrixXd residual_, slope_, relation_;
 };
 
@@ -185,7 +185,7 @@ std::optional<ShiftFit> fit_shift(const ShiftProblem& problem, double shift_s, d
   Fit fit(problem, shift_s, reach_s);
   if (!fit.enough()) return std::nullopt;
   Eigen::Matrix<double, 1, 1> x(shift_s);
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMostShiftRounds; ++round) {
     fit.renew(x[0]);
     const double before = x[0];
     minimise(x,
