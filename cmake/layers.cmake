@@ -29,17 +29,19 @@ set(PALPATE_LAYER_2 device record experiment)
 set(PALPATE_LAYER_3 scene rig)
 set(PALPATE_LAYER_4 physics calibration/noise transport render sim/config plugin)
 set(PALPATE_LAYER_5 physics/deformable physics/tissue)
-set(PALPATE_LAYER_6 calibration haptics ${PALPATE_APPLICATIONS})
-set(PALPATE_LAYER_7 record/session vision drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras)
-set(PALPATE_LAYER_8 calibration/session calibration/forces server/physics server/graphics sim)
-set(PALPATE_LAYER_9 desktop)
-set(PALPATE_LAYER_10 evaluation)
-set(PALPATE_LAYER_11 server/session evaluation/report)
-set(PALPATE_LAYER_12 sim/lockstep evaluation/studies)
-set(PALPATE_LAYER_13 tools/demo tools/doctor)
-set(PALPATE_LAYER_14 tools/commands)
-set(PALPATE_LAYER_15 tools/program)
-set(PALPATE_LAYER_COUNT 16)
+set(PALPATE_LAYER_6 physics/organ)
+set(PALPATE_LAYER_7 physics/organ)
+set(PALPATE_LAYER_8 calibration haptics ${PALPATE_APPLICATIONS})
+set(PALPATE_LAYER_9 record/session vision drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras)
+set(PALPATE_LAYER_10 calibration/session calibration/forces server/physics server/graphics sim)
+set(PALPATE_LAYER_11 desktop)
+set(PALPATE_LAYER_12 evaluation)
+set(PALPATE_LAYER_13 server/session evaluation/report)
+set(PALPATE_LAYER_14 sim/lockstep evaluation/studies)
+set(PALPATE_LAYER_15 tools/demo tools/doctor)
+set(PALPATE_LAYER_16 tools/commands)
+set(PALPATE_LAYER_17 tools/program)
+set(PALPATE_LAYER_COUNT 17)
 
 # Where threads or processes meet: the thread sanitizer runs the tests of these (target threaded_tests, label threaded).
 set(PALPATE_THREADED core time record record/session scene device transport drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras haptics
@@ -56,7 +58,7 @@ set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "^Program\\.(soak|live_
 
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.
-set(PALPATE_PHYSICS_PARTS core math time figures experiment device record record/session scene rig physics physics/tissue transport sim/config haptics drivers/laboratory drivers/openhaptics
+set(PALPATE_PHYSICS_PARTS core math time figures experiment device record record/session scene rig physics physics/deformable physics/tissue physics/organ transport sim/config haptics drivers/laboratory drivers/openhaptics
   ${PALPATE_APPLICATIONS} server/physics plugin tools/commands tools/program)
 
 set(PALPATE_ALL_MODULES "")
