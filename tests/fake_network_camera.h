@@ -51,10 +51,12 @@ class FakeNetworkCamera {
   using Picture = std::vector<std::uint8_t>;  // RGB
   static constexpr int kWidth = 640, kHeight = 480;
 
-  // What it sends: a picture, and where they are not 0 its stamp, ns, and its number.
+  // What it sends: a picture, and where they are not 0 its stamp, ns, and its number; where it is said, what waits
+  // for the moment at which it goes out, all being ready.
   struct Shown {
     const Picture* picture = nullptr;
     std::uint64_t stamp_ns = 0, number = 0;
+    std::function<void()> wait;
   };
 
   // `next` gives one picture after the other, in the camera's thread, and may wait for it; `picture` is used until the next.
@@ -122,10 +124,13 @@ class FakeNetworkCamera {
     if (picture.size() != std::size_t{3} * kWidth * kHeight) return;
     if (shown.stamp_ns != 0) arv_buffer_set_timestamp(buffer, shown.stamp_ns);
     if (shown.number != 0) arv_buffer_set_frame_id(buffer, shown.number);
-    if (format == ARV_PIXEL_FORMAT_RGB_8_PACKED) {
+    if (format == ARV_PIXEL_FORMAT_RGB_8_PACKED)
       std::memcpy(out, picture.data(), picture.size());
-      return;
-    }
+    else
+      fill_mosaic(picture, format, out);
+    if (shown.wait) shown.wait();
+  }
+  static void fill_mosaic(const Picture& picture, ArvPixelFormat format, std::uint8_t* out) {
     for (int y = 0; y < kHeight; ++y)
       for (int x = 0; x < kWidth; ++x) {
         const auto at = static_cast<std::size_t>(y * kWidth + x);

@@ -10,6 +10,7 @@
 #include "drivers/cameras/internal/frame_count.h"
 #include "palpate/core/text.h"
 #include "palpate/time/clock.h"
+#include "palpate/time/real_time.h"
 
 namespace palpate::drivers::cameras {
 namespace {
@@ -117,6 +118,11 @@ class AravisSource : public FrameSource {
     return refused("camera {}: {}", name_, fmt::format(format, std::forward<Args>(args)...));
   }
 
+  // Of the library's thread that receives packets and notes when a picture's first one came: it is let in at once,
+  // whatever draws beside it, for what it is late by looks like the camera's delay.
+  static void stream_event(void*, ArvStreamCallbackType type, ArvBuffer*) {
+    if (type == ARV_STREAM_CALLBACK_TYPE_INIT) ask_for_short_turns();
+  }
   // Of the library's heartbeat thread.
   static void control_lost(ArvDevice*, void* self) { static_cast<AravisSource*>(self)->gone_ = true; }
 
@@ -266,7 +272,11 @@ class AravisSource : public FrameSource {
     Reason reason;
     // A trigger that somebody has set stays: cameras side by side are triggered together.
     arv_camera_set_acquisition_mode(camera_.get(), ARV_ACQUISITION_MODE_CONTINUOUS, &reason);
-    stream_.reset(arv_camera_create_stream(camera_.get(), nullptr, nullptr, &reason));
+    // The library's packet socket, which it takes where it may, hands packets on up to 5 ms later, in blocks.
+    if (arv_camera_is_gv_device(camera_.get()))
+      arv_gv_device_set_stream_options(ARV_GV_DEVICE(arv_camera_get_device(camera_.get())),
+                                       ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
+    stream_.reset(arv_camera_create_stream(camera_.get(), stream_event, nullptr, &reason));
     if (!stream_)
       return no("opens no stream ({}); see that no firewall keeps its packets away", reason.words());
     const guint bytes = arv_camera_get_payload(camera_.get(), &reason);

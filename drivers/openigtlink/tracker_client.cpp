@@ -15,6 +15,7 @@
 #include "drivers/openigtlink/message_stream.h"
 #include "palpate/core/text.h"
 #include "palpate/time/clock.h"
+#include "palpate/time/real_time.h"
 
 namespace palpate::drivers::openigtlink {
 namespace {
@@ -62,6 +63,7 @@ class Client : public TrackerClient {
 
   void run() {
     pthread_setname_np(pthread_self(), "palpate-igtl-in");
+    ask_for_short_turns();  // it notes when samples arrive
     bool ready = false;
     while (true) {
       for (const auto& address : addresses_) {

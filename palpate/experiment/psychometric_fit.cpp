@@ -98,7 +98,9 @@ std::pair<double, bool> profile_end(std::span<const Level> levels, const TaskSha
 Interval profile(std::span<const Level> levels, const TaskShape& task, const SearchBounds& bounds,
                  const SearchResult& best, Eigen::Index i, double level, double sd) {
   const double limit = chi_square_quantile(1.0 - level, 1.0, true);
-  const double step = std::clamp(std::sqrt(limit) * sd, 1e-4, 0.5 * (bounds.high[i] - bounds.low[i]));
+  const double widest = 0.5 * (bounds.high[i] - bounds.low[i]), wanted = std::sqrt(limit) * sd;
+  // Where the information says nothing, or no number, the search begins as wide as it can.
+  const double step = wanted < widest ? std::max(wanted, std::min(1e-4, widest)) : widest;
   const auto low = profile_end(levels, task, bounds, best, i, limit, -step);
   const auto high = profile_end(levels, task, bounds, best, i, limit, step);
   return {std::exp(low.first), std::exp(high.first), low.second, high.second};

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "palpate/time/clock.h"
+#include "palpate/time/real_time.h"
 #include "tests/fake_network_camera.h"
 
 namespace palpate::doors {
@@ -15,6 +16,9 @@ namespace {
 
 constexpr Duration kPictureLook = std::chrono::milliseconds(1), kLongest = std::chrono::milliseconds(500),
                    kGoneBy = std::chrono::milliseconds(100);
+
+// A camera's electronics wait for nobody; not above those of an arm.
+constexpr int kElectronics = 60;
 
 // The pretended camera asks for a picture a little more often than there is one, and so waits for each.
 constexpr double kFaster = 1.05;
@@ -30,20 +34,28 @@ class Pictures {
     taking_.join();
   }
 
-  // The next picture; the one before again where none has come for long. Of the pretended camera's thread.
+  // The next picture, to be made ready before it is due; the one before again where none has come for long. Of the
+  // pretended camera's thread.
   FakeNetworkCamera::Shown next() {
+    if (!hurried_) enter_real_time(kElectronics);
+    hurried_ = true;
     const auto until = clock_.now() + kLongest;
+    auto release = clock_.now();
     while (clock_.now() < until) {
-      if (auto image = due()) {
-        image_ = std::move(*image);
+      if (auto waiting = taken()) {
+        release = waiting->first;
+        image_ = std::move(waiting->second);
         break;
       }
       clock_.sleep_until(clock_.now() + kPictureLook);
     }
-    return {&image_.rgb, static_cast<std::uint64_t>((image_.mid_exposure + to_start_).ns()), image_.frame};
+    return {&image_.rgb, static_cast<std::uint64_t>((image_.mid_exposure + to_start_).ns()), image_.frame,
+            [this, release] { clock_.sleep_until(release); }};
   }
 
  private:
+  using Waiting = std::pair<Instant<TrueTime>, device::CameraImage>;  // with the time of its release
+
   void take(drivers::laboratory::LabCamera& camera) {
     while (!stop_) {
       if (auto image = camera.poll()) {
@@ -57,20 +69,21 @@ class Pictures {
   }
 
   // While nobody looks pictures go by, as those of a camera do; whoever begins to look gets the next.
-  std::optional<device::CameraImage> due() {
+  std::optional<Waiting> taken() {
     const std::lock_guard lock(mutex_);
     while (waiting_.size() > 1 && clock_.now() - waiting_.front().first > kGoneBy) waiting_.pop_front();
-    if (waiting_.empty() || clock_.now() < waiting_.front().first) return std::nullopt;
-    auto image = std::move(waiting_.front().second);
+    if (waiting_.empty()) return std::nullopt;
+    auto oldest = std::move(waiting_.front());
     waiting_.pop_front();
-    return image;
+    return oldest;
   }
 
   Duration to_start_;
   MonotonicClock<TrueTime> clock_;
   std::mutex mutex_;
-  std::deque<std::pair<Instant<TrueTime>, device::CameraImage>> waiting_;  // with the time of its release
-  device::CameraImage image_;
+  std::deque<Waiting> waiting_;
+  device::CameraImage image_;  // of the pretended camera's thread
+  bool hurried_ = false;
   std::atomic<bool> stop_{false};
   std::thread taking_;
 };

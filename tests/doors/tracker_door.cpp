@@ -3,11 +3,16 @@
 #include "drivers/openigtlink/pose_publisher.h"
 #include "palpate/device/live_name.h"
 #include "palpate/time/clock.h"
+#include "palpate/time/real_time.h"
 
 namespace palpate::doors {
 namespace {
 
-constexpr Duration kTrackerLook = std::chrono::milliseconds(1);
+// Often beside a millisecond: a tracker's period is a multiple of that, and what a sample waits here would be the same
+// each time, and another at each start.
+constexpr Duration kTrackerLook = std::chrono::microseconds(200);
+constexpr int kTrackerPriority =
+    50;  // a tracker's electronics wait for nobody; below those of arm and camera
 constexpr Duration kOwnStart = std::chrono::seconds(1000);
 
 }  // namespace
@@ -18,6 +23,7 @@ Expected<void> serve_tracker(const std::shared_ptr<drivers::laboratory::LabClien
   if (!publisher) return tl::unexpected(publisher.error());
   drivers::laboratory::LabTracker tracker(laboratory);
   MonotonicClock<TrueTime> clock;
+  enter_real_time(kTrackerPriority);
   ready();
   for (auto next = clock.now(); !stop && laboratory->alive(); next += kTrackerLook) {
     clock.sleep_until(next);

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Sessions of the servers are recorded, shown again, executed again, calibrated again; and a disk or a signal in between.
 
-KILLED, PLAYED_S, PICTURES_S, BURNERS: how often a server is killed, how long each application is played to be executed again, how long
-pictures are recorded, how many processes keep the cores busy meanwhile."""
+KILLED, PLAYED_S, PICTURES_S, PICTURES, BURNERS: how often a server is killed, how long each application is played to be executed again, how
+long pictures are recorded, by which graphics servers, how many processes keep the cores busy meanwhile."""
 import csv
 import json
 import os
@@ -25,6 +25,7 @@ PLAYED_S = float(os.environ.get("PLAYED_S", "3"))
 KILLED = int(os.environ.get("KILLED", "4"))
 BURNERS = int(os.environ.get("BURNERS", "0"))
 PICTURES_S = float(os.environ.get("PICTURES_S", "4"))
+PICTURES = os.environ.get("PICTURES", "lossless jpeg").split()
 
 
 class RecordedSessions(LaboratoryTest):
@@ -61,19 +62,19 @@ class RecordedSessions(LaboratoryTest):
         world = self.start_world("--arm-only")
         physics = self.start_physics("--app", "pingpong", "--record", self.path("physics.mcap"), "--json", "physics.json")
         graphics = [self.start("graphics", "--rig", self.rig, "--camera", "images:" + self.path("drawn"), "--seconds", PICTURES_S, "--record",
-                               self.path(f"{pictures}.mcap"), "--pictures", pictures, "--json", f"{pictures}.json") for pictures in ("lossless", "jpeg")]
+                               self.path(f"{pictures}.mcap"), "--pictures", pictures, "--json", f"{pictures}.json") for pictures in PICTURES]
         ended = [server.ends(PATIENCE_S + PICTURES_S) for server in graphics]
         for process in (physics, world):
             process.send(signal.SIGINT)
             ended.append(process.ends())
         for done in ended:
             self.assertEqual(done.code, 0, done)
-        told = {name: json.loads(self.read(f"{name}.json")) for name in ("physics", "lossless", "jpeg")}
+        told = {name: json.loads(self.read(f"{name}.json")) for name in ("physics", *PICTURES)}
         for name, result in told.items():
             print(name, json.dumps(result["recording"]), flush=True)
             self.assertEqual(result["recording"]["dropped"], {})
         self.assertEqual(told["physics"]["recording"]["missed"], 0)
-        for pictures in ("lossless", "jpeg"):
+        for pictures in PICTURES:
             info = json.loads(self.runs("recording", "info", f"{pictures}.mcap", "--json", "-").out)
             topics = {stream["name"]: stream["messages"] for stream in info["streams"]}
             self.assertEqual(topics["/camera/left/image"], topics["/camera/left/stamp"])

@@ -36,8 +36,10 @@ void add_level(const Parameters& at, const TaskShape& task, const Level& level,
   const Parameters slope = derivative_at(at, task, level.stimulus);
   const double surplus =
       level.positives * chance.negative - (level.trials - level.positives) * chance.positive;
-  equations.JtJ.noalias() += level.trials / variance * slope * slope.transpose();
-  equations.Jtr.noalias() -= surplus / variance * slope;
+  // Far out on the curve's tails both are next to nothing, and only their ratio is a number of ordinary size.
+  const Parameters ratio = slope / variance;
+  equations.JtJ.noalias() += level.trials * ratio * slope.transpose();
+  equations.Jtr.noalias() -= surplus * ratio;
 }
 
 void hold(NormalEquations<3>& equations, Eigen::Index i) {
