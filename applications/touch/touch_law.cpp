@@ -6,13 +6,13 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "palpate/scene/carry_on.h"
+
 namespace palpate::applications::touch {
 namespace {
 
 // Depth at which the damper has its full size: it begins without a jump.
 constexpr double kDampFrom_m = 0.0005;
-// A physics loop that stands still does not send the organ away.
-constexpr Duration kLongestCarry = std::chrono::milliseconds(3);
 
 SurfaceSettings checked(const SurfaceSettings& m) {
   if (!(m.stiffness > 0.0 && m.stiffness <= kMostStiffness))
@@ -45,15 +45,6 @@ TouchLaw::TouchLaw(const SurfaceSettings& settings, const scene::TriangleMesh& s
   organ_.X_world_organ = rest;
 }
 
-Pose<World, Organ> TouchLaw::organ_at(Instant<PhysicsClock> time) const {
-  Pose<World, Organ> X = organ_.X_world_organ;
-  const double ahead = to_seconds(std::clamp(time - organ_.time, Duration(0), kLongestCarry));
-  if (ahead == 0.0 || (organ_.velocity.isZero(0.0) && organ_.spin.isZero(0.0))) return X;
-  X.translation += ahead * organ_.velocity;
-  X.rotation = (so3_exp(ahead * organ_.spin) * X.rotation).normalized();
-  return X;
-}
-
 // Looking away from the middle: nothing there, or a triangle seen from its outer side.
 bool TouchLaw::outside(const Vector3& p) const {
   const Vector3 away = p.norm() > 0.0 ? Vector3(p.normalized()) : Vector3::UnitY();
@@ -83,7 +74,7 @@ void TouchLaw::follow(const scene::TipState& tip, double dt) {
   if (seen) tip_before_ = place;
 
   // What the organ sees: its own motion is the tip's, the other way round.
-  const Pose<World, Organ> X_world_organ = organ_at(tip.time);
+  const Pose<World, Organ> X_world_organ = scene::carried_on(organ_.X_world_organ, organ_, tip.time);
   const auto X_organ_world = X_world_organ.inverse();
   const Vector3 p = (X_organ_world * Point<World>{place}).m;
   const bool touched = now.engaged && now.proxy.touching, slid = touched && now.proxy.sliding;

@@ -67,7 +67,6 @@ class TouchLaw : public scene::ContactLaw {
   static constexpr double kBound_n =
       20.0;  // beyond any arm of this class: there a spring is a spring no more
 
-  Pose<World, Organ> organ_at(Instant<PhysicsClock> time) const;
   bool outside(const Vector3& p) const;
   Vector3 pull(const Vector3& tip, const Vector3& velocity) const;
   void follow(const scene::TipState& tip, double dt);

@@ -7,12 +7,11 @@
 #include <stdexcept>
 
 #include "palpate/physics/tissue/two_contacts.h"
+#include "palpate/scene/carry_on.h"
 
 namespace palpate::physics::tissue {
 namespace {
 
-// A physics loop that stands still does not send the body away.
-constexpr Duration kLongestCarry = std::chrono::milliseconds(3);
 constexpr double kShortestTick = 1e-4, kLongestTick = 0.02;  // s
 
 const TipField& checked_field(const TipField& field) {
@@ -60,15 +59,6 @@ TissueLaw::TissueLaw(const TipField& field, const TissueSettings& settings, cons
       young_(checked_young(settings.young_pa)),
       poisson_(settings.dissipation.poisson) {
   body_.X_world_body = rest;
-}
-
-Pose<World, Body> TissueLaw::body_at(Instant<PhysicsClock> time) const {
-  Pose<World, Body> X = body_.X_world_body;
-  const double ahead = to_seconds(std::clamp(time - body_.time, Duration(0), kLongestCarry));
-  if (ahead == 0.0 || (body_.velocity.isZero(0.0) && body_.spin.isZero(0.0))) return X;
-  X.translation += ahead * body_.velocity;
-  X.rotation = (so3_exp(ahead * body_.spin) * X.rotation).normalized();
-  return X;
 }
 
 // At once, and all that was remembered is forgotten.
@@ -157,7 +147,7 @@ Vector3 TissueLaw::release(const Vector3& moved, double dt) {
 void TissueLaw::follow(const scene::TipState& tip, double dt) {
   const Vector3 place = tip.X_world_tip.translation;
   const bool seen = place.allFinite() && tip.velocity.allFinite() && place.norm() < 1e6;
-  const Pose<World, Body> X_world_body = body_at(tip.time);
+  const Pose<World, Body> X_world_body = scene::carried_on(body_.X_world_body, body_, tip.time);
   const auto X_body_world = X_world_body.inverse();
   const Vector3 p = seen ? (X_body_world * Point<World>{place}).m : place_before_;
   const bool jumped = !seen || !seen_before_ || (place - tip_before_).norm() > kTeleport_m ||

@@ -90,7 +90,6 @@ class TissueLaw : public scene::ContactLaw {
   }
 
  private:
-  Pose<World, Body> body_at(Instant<PhysicsClock> time) const;
   void let_go();
   void disengage();
   TipEnergy shared(const TipEnergy& alone, const Vector3& p, const Vector3& finger);
