@@ -1,11 +1,30 @@
 #include "palpate/physics/deformable/elasticity.h"
 
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
 namespace palpate::physics::deformable {
 namespace {
 
 Matrix3 small_strain(const Matrix3& F) { return 0.5 * (F + F.transpose()) - Matrix3::Identity(); }
 
 }  // namespace
+
+double distance_to(const Inclusion& inclusion, const Vector3& place) {
+  const Vector3& radii = inclusion.radii;
+  if (radii.minCoeff() == radii.maxCoeff()) return (place - inclusion.centre).norm() - radii.x();
+  constexpr int kSteps = 64;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (int i = 0; i <= kSteps; ++i)
+    for (int j = 0; j < 2 * kSteps; ++j) {
+      const double theta = std::numbers::pi * i / kSteps, phi = std::numbers::pi * j / kSteps;
+      const Vector3 way(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
+      nearest = std::min(nearest, (inclusion.centre + radii.cwiseProduct(way) - place).norm());
+    }
+  return nearest;
+}
 
 double Material::ratio_at(const Vector3& place) const {
   double ratio = 1.0;

@@ -31,6 +31,9 @@ struct Inclusion {
   double ratio = 1.0;
 };
 
+// From a place to its surface, to the nearest of many points where it is no ball; negative within a ball.
+double distance_to(const Inclusion& inclusion, const Vector3& place);
+
 struct Material {
   Elastic matrix;  // what the inclusions lie in
   std::vector<Inclusion> inclusions;

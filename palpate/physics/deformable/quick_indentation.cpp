@@ -1,11 +1,9 @@
 #include "palpate/physics/deformable/quick_indentation.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <numbers>
 
 #include "palpate/physics/deformable/block.h"
+#include "palpate/physics/deformable/linear_body.h"
 #include "palpate/physics/deformable/surface_load.h"
 
 namespace palpate::physics::deformable {
@@ -17,32 +15,14 @@ constexpr double kFootprints[] = {0.375, 0.625, 0.9375, 1.25};
 
 Expected<std::vector<double>> answers_of(const Block& block, const Material& material,
                                          const std::vector<double>& footprints) {
-  const Solid solid(block.mesh, material, Model::linear);
-  auto matrix = stiffness_pattern(block.mesh, block.motion);
-  solid.add_stiffness(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * block.mesh.nodes.size())),
-                      block.motion, matrix);
-  auto factor = SparseFactor::analyse(matrix);
+  const auto factor = factorised(linear_stiffness(block.mesh, material, block.motion));
   if (!factor) return tl::unexpected(factor.error());
-  if (auto done = factor->factorise(matrix); !done) return tl::unexpected(done.error());
   std::vector<Eigen::VectorXd> loads;
   for (const double a : footprints) loads.push_back(hertz_load(block.mesh, {}, a));
   auto results = answers(*factor, block.motion, loads);
   if (results)
     for (auto& each : *results) each *= block.copies;
   return results;
-}
-
-// From the middle of the top to an inclusion's surface, along the ray to its centre and to the nearest of many.
-double distance_to(const Inclusion& inclusion) {
-  double nearest = std::numeric_limits<double>::infinity();
-  constexpr int kSteps = 64;
-  for (int i = 0; i <= kSteps; ++i)
-    for (int j = 0; j < 2 * kSteps; ++j) {
-      const double theta = std::numbers::pi * i / kSteps, phi = std::numbers::pi * j / kSteps;
-      const Vector3 way(std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi), std::cos(theta));
-      nearest = std::min(nearest, (inclusion.centre + inclusion.radii.cwiseProduct(way)).norm());
-    }
-  return nearest;
 }
 
 }  // namespace
@@ -68,7 +48,7 @@ Expected<SiteLaw> site_law_of_block(const Indentation& it) {
   for (std::size_t k = 1; k < footprints.size(); ++k)
     law.inclusions.push_back((*heterogeneous)[k] - (*homogeneous)[k]);
   for (const auto& inclusion : it.material.inclusions)
-    law.layer = std::min(law.layer, distance_to(inclusion));
+    law.layer = std::min(law.layer, distance_to(inclusion, {0.0, 0.0, 0.0}));
   return law;
 }
 

@@ -189,7 +189,7 @@ class Stuffing {
       const double of_b = (points_[b] - points_[cut_of(a, out)]).squaredNorm();
       return of_a != of_b ? of_a < of_b : a < b;
     }
-    return is_long(a, out) == kFromLong;
+    return !is_long(a, out);
   }
 
   // A wedge with the triangles p and q and the edges p[i] q[i]; `up[i]`: the diagonal of the side between i and i + 1
@@ -240,8 +240,6 @@ class Stuffing {
         (points_[p[1]] - points_[q[2]]).squaredNorm() < (points_[p[2]] - points_[q[1]]).squaredNorm();
     add_wedge(p, q, {first, first == last ? !first : shorter, last});
   }
-
-  static constexpr bool kFromLong = true;  // the diagonal begins where the long edge is cut
 
   const SignedDistance& distance_;
   double spacing_;

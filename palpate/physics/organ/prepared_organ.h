@@ -8,14 +8,13 @@
 // Source: docs/theory/organ.md.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <functional>
-#include <span>
 #include <string_view>
 #include <vector>
 
 #include "palpate/core/expected.h"
+#include "palpate/physics/organ/dent_shape.h"
 #include "palpate/physics/tissue/tip_field.h"
 #include "palpate/scene/mesh.h"
 
@@ -38,26 +37,6 @@ struct OrganSettings {
   Vector3 up = Vector3::UnitY();  // unit; the table's normal
   std::vector<Nodule> nodules;
   std::filesystem::path cache;  // a folder; empty: nothing is kept
-};
-
-// What the surface does under a tip.
-class DentShape {
- public:
-  struct Column {  // of a site: displacement of every vertex for a unit force at the site
-    Vector3 place = Vector3::Zero();
-    std::vector<Eigen::Vector3f> per_newton;  // m/N, of the force along -normal
-  };
-  DentShape(const scene::TriangleMesh& surface, std::vector<Column> columns, double tip_radius,
-            double young_pa, double poisson);
-
-  // Places of all vertices, body's frame, for a tip whose centre is at `tip`, `depth` deep, that is pushed back by
-  // `force` (N, on the tip). Vertices that would lie inside the tip lie on it. No allocation; one thread.
-  void press(const Vector3& tip, double depth, const Vector3& force, std::span<Vector3> vertices) const;
-
- private:
-  std::vector<Vector3> rest_;
-  std::vector<Column> columns_;
-  double radius_, young_, poisson_;
 };
 
 struct PreparedOrgan {

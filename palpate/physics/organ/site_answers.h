@@ -1,0 +1,43 @@
+// What a body answers to loads at its sites, by linear elasticity on its own mesh: without nodules, and what nodules
+// change of it.
+//
+// Loads are of one newton along -normal, spread as Hertz's pressure over a disc and laid onto the mesh's surface.
+// SI. Seconds; they allocate.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "palpate/core/expected.h"
+#include "palpate/physics/deformable/linear_body.h"
+#include "palpate/physics/deformable/surface_load.h"
+#include "palpate/physics/organ/organ_mesh.h"
+
+namespace palpate::physics::organ {
+
+using Share = std::function<void(double)>;  // of this part that is done
+
+inline constexpr double kBodyFootprint = 0.012;  // m, which meshes of 10 mm resolve
+inline constexpr std::array<double, 4> kNoduleFootprints{0.003, 0.005, 0.0075, 0.010};  // m
+
+struct BodyAnswers {
+  std::vector<double> residual;  // m/N: f.u less what a half-space answers, a site each
+  Eigen::MatrixXf moved;         // m/N: 3 rows a node of the surface, a column a site
+};
+Expected<BodyAnswers> body_answers(const OrganMesh& body, const deformable::Elastic& matter,
+                                   const deformable::SparseFactor& factor,
+                                   const std::vector<deformable::SurfaceSite>& sites, const Share& progress);
+
+struct NoduleAnswers {
+  Eigen::MatrixXd change;  // m/N, of f.u: a row a site, a column a footprint of kNoduleFootprints
+  Eigen::MatrixXf moved;   // as above, what is added
+};
+Expected<NoduleAnswers> nodule_answers(const OrganMesh& body, const deformable::Material& material,
+                                       const deformable::SymmetricMatrix& bare,
+                                       const deformable::SparseFactor& factor,
+                                       const std::vector<deformable::SurfaceSite>& sites,
+                                       const Share& progress);
+
+}  // namespace palpate::physics::organ
