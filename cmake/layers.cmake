@@ -7,7 +7,8 @@
 # specification.h (docs/guides/new-application.md).
 set(PALPATE_APPLICATIONS
   applications/pingpong
-  applications/touch)
+  applications/touch
+  applications/palpation)
 if(NOT IS_DIRECTORY ${PROJECT_SOURCE_DIR}/applications)
   set(PALPATE_APPLICATIONS "")
 endif()

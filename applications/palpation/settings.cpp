@@ -1,0 +1,220 @@
+#include "applications/palpation/settings.h"
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <stdexcept>
+#include <utility>
+
+#include "palpate/core/units.h"
+
+namespace palpate::applications::palpation {
+namespace {
+
+constexpr double kMillimetre = 1e-3, kDegree = 1.0 / kDegreesPerRadian, kKilopascal = 1e3;
+
+using scene::SettingField;
+using scene::SettingKind;
+
+SettingField one(std::string key, double initial, NumberRange range, std::string help, double unit = 1.0) {
+  return {.section = "palpation",
+          .key = std::move(key),
+          .initial = std::vector<double>{initial},
+          .unit = unit,
+          .range = range,
+          .help = std::move(help)};
+}
+
+SettingField several(std::string key, std::vector<double> initial, NumberRange range, std::string help,
+                     double unit = 1.0) {
+  SettingField field = one(std::move(key), 0.0, range, std::move(help), unit);
+  field.kind = SettingKind::numbers;
+  field.initial = std::move(initial);
+  return field;
+}
+
+SettingField choice(std::string key, std::string initial, std::vector<std::string> choices,
+                    std::string help) {
+  return {.section = "palpation",
+          .key = std::move(key),
+          .kind = SettingKind::choice,
+          .initial = std::move(initial),
+          .choices = std::move(choices),
+          .help = std::move(help)};
+}
+
+std::vector<SettingField> organ_fields() {
+  return {{.section = "palpation",
+           .key = "mesh",
+           .kind = SettingKind::file,
+           .initial = "",
+           .help = "Closed surface as STL, OBJ or PLY; empty: the liver that is built in"},
+          choice("unit", "mm", {"mm", "m"}, "Of the file's lengths"),
+          one("scale", 1.0, {1e-6, 1e6}, "How many times larger it is felt"),
+          several("turn_deg", {0.0, 0.0, 0.0}, {-360.0, 360.0}, "Angles about x, y, z; y is up afterwards",
+                  kDegree),
+          several("shift_mm", {80.0, 50.0, 40.0}, {-1000.0, 1000.0},
+                  "On the table: to the right, up on a tray, towards the user", kMillimetre),
+          one("young_kpa", 6.0, {0.5, 50.0}, "Young's modulus of the organ; a healthy liver has 3 to 8",
+              kKilopascal),
+          one("poisson", 0.45, {0.30, 0.49}, "Poisson's ratio"),
+          one("friction", 0.15, {0.0, 1.0}, "Coulomb's coefficient"),
+          one("tip_radius_mm", 6.0, {3.0, 8.0}, "Of the sphere at the tip", kMillimetre),
+          one("deepest_mm", 8.0, {3.0, 12.0}, "How deep a press is computed", kMillimetre),
+          one("element_mm", 10.0, {5.0, 20.0}, "Edge of the elements inside", kMillimetre)};
+}
+
+std::vector<SettingField> trial_fields() {
+  return {several("nodules", {1.0, 2.0}, {0.0, 3.0}, "Fewest and most of them"),
+          several("nodule_mm", {14.0, 18.0}, {4.0, 30.0}, "Smallest and largest diameter", kMillimetre),
+          several("nodule_depth_mm", {4.0, 6.0}, {1.0, 30.0}, "Of its top below the surface, least and most",
+                  kMillimetre),
+          several("nodule_ratio", {8.0, 12.0}, {0.1, 100.0},
+                  "How many times as stiff as the organ, least and most"),
+          one("nodule_seed", 0.0, {0.0, 1e9}, "Draws the nodules; 0: the run's own seed"),
+          one("trial_s", 90.0, {5.0, 3600.0}, "Longest time to search, from the first touch"),
+          one("dwell_s", 1.0, {0.3, 10.0}, "Pressed and held still so long, a place is marked"),
+          one("hard_n", 1.5, {0.1, 20.0}, "Pressing harder counts as too hard"),
+          one("found_mm", 10.0, {1.0, 50.0}, "So near a mark has found a nodule", kMillimetre),
+          one("pause_s", 0.0, {0.0, 600.0}, "Shown so long, the next trial begins; 0: when asked for")};
+}
+
+std::vector<SettingField> trainee_fields() {
+  return {
+      choice("trainee_senses", "yes", {"yes", "no"}, "Whether the scripted trainee feels what it presses"),
+      one("trainee_weber", 0.14, {0.0, 5.0}, "Its Weber fraction for force"),
+      one("trainee_spacing_mm", 10.0, {4.0, 40.0}, "Between the places it presses", kMillimetre),
+      one("trainee_press_mm", 5.0, {1.0, 10.0}, "How deep it presses", kMillimetre)};
+}
+
+std::vector<SettingField> fields() {
+  auto all = organ_fields();
+  for (auto* part : {trial_fields, trainee_fields})
+    for (auto& field : part()) all.push_back(std::move(field));
+  return all;
+}
+
+std::vector<scene::SettingComplaint> relations(const scene::SettingValues& values) {
+  for (const char* key : {"nodules", "nodule_mm", "nodule_depth_mm", "nodule_ratio"}) {
+    const auto [low, high] = values.range(std::string("palpation.") + key);
+    if (low > high) return {{"palpation", key, "the smaller number first is expected"}};
+  }
+  for (const double count : values.range("palpation.nodules"))
+    if (count != std::round(count)) return {{"palpation", "nodules", "whole numbers are expected"}};
+  const double seed = values.number("palpation.nodule_seed");
+  if (seed != std::round(seed)) return {{"palpation", "nodule_seed", "a whole number is expected"}};
+  if (values.number("palpation.deepest_mm") > 1.4 * values.number("palpation.tip_radius_mm"))
+    return {{"palpation", "deepest_mm", "at most 1.4 times tip_radius_mm is expected"}};
+  if (values.number("palpation.trainee_press_mm") > values.number("palpation.deepest_mm"))
+    return {{"palpation", "trainee_press_mm", "at most deepest_mm is expected"}};
+  return {};
+}
+
+Expected<void> set_mesh(const std::string& file, scene::SettingValues& values) {
+  values.set("palpation.mesh", std::filesystem::absolute(file).lexically_normal().string());
+  return {};
+}
+
+Expected<void> set_unit(const std::string& unit, scene::SettingValues& values) {
+  if (values.text("palpation.mesh").empty())
+    return wrong_use("--unit {}: no mesh is named; say which with --mesh FILE", unit);
+  values.set("palpation.unit", unit);
+  return {};
+}
+
+Expected<void> set_nodules(const std::string& how, scene::SettingValues& values) {
+  struct Level {
+    const char* name;
+    std::array<double, 2> diameter, depth;
+  };
+  constexpr std::array<Level, 3> kLevels{{{"easy", {16.0, 20.0}, {3.0, 5.0}},
+                                          {"plain", {14.0, 18.0}, {4.0, 6.0}},
+                                          {"hard", {8.0, 12.0}, {5.0, 10.0}}}};
+  for (const auto& level : kLevels)
+    if (how == level.name) {
+      values.set("palpation.nodule_mm", std::vector<double>(level.diameter.begin(), level.diameter.end()));
+      values.set("palpation.nodule_depth_mm", std::vector<double>(level.depth.begin(), level.depth.end()));
+    }
+  return {};
+}
+
+Expected<void> set_tissue(const std::string& name, scene::SettingValues& values) {
+  // Shear-wave elastography of livers, healthy and cirrhotic; a soft gel for those who like large dents.
+  for (const auto& [tissue, kpa] :
+       {std::pair{"gel", 3.0}, std::pair{"liver", 6.0}, std::pair{"cirrhotic", 15.0}})
+    if (name == tissue) values.set("palpation.young_kpa", kpa);
+  return {};
+}
+
+}  // namespace
+
+const scene::SettingSchema& setting_schema() {
+  static const scene::SettingSchema schema{fields(), relations};
+  return schema;
+}
+
+std::vector<scene::ApplicationOption> options() {
+  return {{.name = "--mesh", .help = "STL, OBJ or PLY file to press instead of the liver", .apply = set_mesh},
+          {.name = "--unit",
+           .help = "Unit of that file's lengths: mm (default) or m",
+           .choices = {"mm", "m"},
+           .apply = set_unit},
+          {.name = "--nodules",
+           .help = "easy, plain or hard to feel; the settings of [palpation] hold the numbers",
+           .choices = {"easy", "plain", "hard"},
+           .apply = set_nodules},
+          {.name = "--tissue",
+           .help = "gel, liver or cirrhotic; the settings of [palpation] hold the numbers",
+           .choices = {"gel", "liver", "cirrhotic"},
+           .apply = set_tissue}};
+}
+
+PalpationSettings palpation_settings(const scene::SettingValues& values) {
+  const auto number = [&](const char* key) { return values.number(std::string("palpation.") + key); };
+  const auto range = [&](const char* key) { return values.range(std::string("palpation.") + key); };
+  PalpationSettings s;
+  s.mesh_file = values.text("palpation.mesh");
+  s.metres_per_unit = number("scale") * (values.text("palpation.unit") == "m" ? 1.0 : kMillimetre);
+  s.turn = values.vector("palpation.turn_deg");
+  s.shift = values.vector("palpation.shift_mm");
+  s.young_pa = number("young_kpa");
+  s.poisson = number("poisson");
+  s.friction = number("friction");
+  s.tip_radius = number("tip_radius_mm");
+  s.deepest = number("deepest_mm");
+  s.element = number("element_mm");
+  s.nodule_seed = static_cast<std::uint64_t>(number("nodule_seed"));
+  s.nodules = {.fewest = static_cast<int>(range("nodules")[0]),
+               .most = static_cast<int>(range("nodules")[1]),
+               .diameter = range("nodule_mm"),
+               .depth = range("nodule_depth_mm"),
+               .ratio = range("nodule_ratio")};
+  s.rules = {.seconds = number("trial_s"),
+             .dwell_s = number("dwell_s"),
+             .hard_n = number("hard_n"),
+             .within = number("found_mm"),
+             .pause_s = number("pause_s")};
+  s.trainee = {.senses = values.text("palpation.trainee_senses") == "yes",
+               .weber_fraction = number("trainee_weber"),
+               .spacing = number("trainee_spacing_mm"),
+               .press = number("trainee_press_mm")};
+  return s;
+}
+
+PalpationSettings palpation_settings(const scene::SceneDescription& scene) {
+  const auto values = scene::from_payload(setting_schema(), scene.settings);
+  if (!values) throw std::invalid_argument("palpation: " + values.error().message);
+  return palpation_settings(*values);
+}
+
+void describe(const scene::SettingValues& values, scene::SceneDescription& scene) {
+  const PalpationSettings s = palpation_settings(values);
+  scene.carried_offset.setZero();  // the bare stylus
+  scene.bodies = {{"Organ", 0.0}, {"Stylus", 0.0}};
+  scene.mesh.reset();
+  if (!s.mesh_file.empty())
+    scene.mesh = scene::MeshAsset{.file = s.mesh_file, .metres_per_unit = s.metres_per_unit};
+  scene.settings = scene::to_payload(setting_schema(), values);
+}
+
+}  // namespace palpate::applications::palpation
