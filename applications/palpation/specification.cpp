@@ -1,5 +1,6 @@
 #include "applications/palpation/specification.h"
 
+#include "applications/palpation/example.h"
 #include "applications/palpation/palpation.h"
 #include "applications/palpation/record.h"
 #include "applications/palpation/scene_view.h"
@@ -28,6 +29,10 @@ scene::ApplicationSpec specification() {
     return std::make_unique<Trainee>(scene, reach, settings);
   };
   add_record(spec);
+  spec.example_state = example_state;
+  spec.example_shape = example_shape;
+  spec.demo_s = 40.0;
+  spec.quick_demo_s = 20.0;
   return spec;
 }
 

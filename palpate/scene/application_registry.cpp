@@ -225,4 +225,16 @@ Expected<SceneState> ApplicationRegistry::example_state(const SceneDescription& 
   return **state;
 }
 
+Expected<std::shared_ptr<const Shape>> ApplicationRegistry::example_shape(const SceneDescription& scene,
+                                                                          const SceneState& state) const {
+  const auto spec = ready(scene);
+  if (!spec) return tl::unexpected(spec.error());
+  if (!(*spec)->example_shape) return nullptr;
+  auto shape = guarded((*spec)->name, "shape", [&] {
+    return std::make_shared<const Shape>(Shape{state.time, (*spec)->example_shape(scene, state)});
+  });
+  if (!shape) return tl::unexpected(shape.error());
+  return std::move(*shape);
+}
+
 }  // namespace palpate::scene

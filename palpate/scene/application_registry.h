@@ -24,6 +24,7 @@
 #include "palpate/scene/play_report.h"
 #include "palpate/scene/player.h"
 #include "palpate/scene/setting_schema.h"
+#include "palpate/scene/shape.h"
 
 namespace palpate::scene {
 
@@ -79,6 +80,11 @@ struct ApplicationSpec {
   figures::PageFiles page{};
   // A state worth a picture, with the stylus there; empty: the one that the application begins with.
   std::function<SceneState(const SceneDescription&, const Pose<World, Tip>&)> example_state{};
+  // The surface that deforms as it is in that state, Application::shape; empty: it is drawn at rest.
+  std::function<std::vector<float>(const SceneDescription&, const SceneState&)> example_shape{};
+
+  // How long a demo plays in lock-step where nobody says, s: enough for something to happen; 0: the demo's own length.
+  double demo_s = 0.0, quick_demo_s = 0.0;
 };
 
 class ApplicationRegistry {
@@ -126,6 +132,9 @@ class ApplicationRegistry {
   // With the stylus there, at rest.
   Expected<SceneState> example_state(const SceneDescription& scene,
                                      const Pose<World, Tip>& X_world_tip) const;
+  // Its surface that deforms; null where it is at rest, or there is none.
+  Expected<std::shared_ptr<const Shape>> example_shape(const SceneDescription& scene,
+                                                       const SceneState& state) const;
 
  private:
   Expected<const ApplicationSpec*> known(std::string_view name) const;

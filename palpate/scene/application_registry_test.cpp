@@ -223,9 +223,14 @@ TEST(ApplicationRegistry, AnExampleIsTheGuestsOwnOrItsFirstState) {
     state.bodies[1].set_p(X_world_tip.translation);
     return state;
   };
+  spec.example_shape = [](const SceneDescription&, const SceneState& state) {
+    return std::vector<float>(6, static_cast<float>(state.bodies[1].p().y()));
+  };
   registry.add(spec);
   const auto posed = registry.example_state(scene_of("posing"), {Quaternion::Identity(), {1.0, 2.0, 3.0}});
   ASSERT_TRUE(posed) << posed.error().message;
+  EXPECT_EQ(registry.example_shape(scene_of("still"), *begun).value(), nullptr) << "it is at rest";
+  EXPECT_EQ(registry.example_shape(scene_of("posing"), *posed).value()->values, std::vector<float>(6, 2.0f));
   EXPECT_EQ(posed->bodies[1].p(), Vector3(1.0, 2.0, 3.0));
   EXPECT_EQ(registry.example_state(scene_of("stil"), {}).error().kind, Error::Kind::wrong_use);
 }

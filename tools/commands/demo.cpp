@@ -91,10 +91,11 @@ Expected<void> choose_world(DemoArguments& options) {
 
 void choose_length(DemoArguments& options) {
   auto& demo = options.demo;
-  if (demo.quick) {
-    if (!options.seconds_said) demo.seconds = 4.0;
-    demo.realtime_s = 3.0;
-  }
+  const auto* spec = demo.applications.find(demo.application);
+  const double asked_for = spec == nullptr ? 0.0 : demo.quick ? spec->quick_demo_s : spec->demo_s;
+  if (demo.quick) demo.realtime_s = 3.0;
+  if (!options.seconds_said && demo.quick) demo.seconds = 4.0;
+  if (!options.seconds_said && asked_for > 0.0) demo.seconds = asked_for;
   if (!options.two_hosts) return;
   demo.two_hosts = demo::TwoHostsOptions{.insecure = options.insecure};
   demo.realtime_s = std::max(demo.realtime_s, 15.0);

@@ -73,7 +73,10 @@ Expected<LaboratoryPicture> laboratory_picture(const sim::config::WorldFile& fil
   if (!scene_view) return tl::unexpected(scene_view.error());
   const auto state = applications.example_state(scene, world.true_state().X_world_tip);
   if (!state) return tl::unexpected(state.error());
+  const auto shape = applications.example_shape(scene, *state);
+  if (!shape) return tl::unexpected(shape.error());
   auto items = (*scene_view)->draw(*state);
+  scene::deform(items, *shape);
   render::RealScene real = real_scene(left);
 
   render::Compositor compositor(render::settings_of(quality));
