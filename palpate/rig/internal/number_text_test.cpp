@@ -13,6 +13,27 @@ namespace {
 TEST(NumberText, InTheFilesUnitItHasTheDigitsThatItWasReadWith) {
   EXPECT_EQ(number_text(209.55 / kMillimetresPerMetre, kMillimetresPerMetre), "209.55");
   EXPECT_EQ(number_list(Eigen::Vector3d(0.001, 0.0201, -0.3), kMillimetresPerMetre), "[1.0, 20.1, -300.0]");
+  // Times 1000 these are a last place off what was read.
+  const double read = 3.97 / kMillimetresPerMetre;
+  ASSERT_NE(kMillimetresPerMetre * read, 3.97);
+  EXPECT_EQ(number_text(read, kMillimetresPerMetre), "3.97");
+  EXPECT_EQ(number_text(-31.67 / kMillimetresPerMetre, kMillimetresPerMetre), "-31.67");
+}
+
+TEST(NumberText, ListsAndRowsHaveTheirNumbersInOrder) {
+  EXPECT_EQ(number_list(Quaternion(0.5, -0.25, 0.125, 1.0)), "[0.5, -0.25, 0.125, 1.0]");
+  const Eigen::Matrix<double, 2, 3> m = (Eigen::Matrix<double, 2, 3>() << 1, 2, 3, 4, 5, 6).finished();
+  EXPECT_EQ(number_rows(m, 10.0), "[\n  [10.0, 20.0, 30.0],\n  [40.0, 50.0, 60.0]\n]");
+}
+
+// What stands in a file is read, written and read again: a session is executed again with what its recording holds.
+TEST(NumberText, WhatWasReadComesBackToTheBit) {
+  Random random(4, "number text/read");
+  for (int i = 0; i < 10'000; ++i) {
+    const double read = random.normal(300.0) / kMillimetresPerMetre;
+    EXPECT_EQ(std::strtod(number_text(read, kMillimetresPerMetre).c_str(), nullptr) / kMillimetresPerMetre,
+              read);
+  }
 }
 
 TEST(NumberText, WhatWasMeasuredComesBackWithinALastPlaceAndWithoutAUnitExactly) {
