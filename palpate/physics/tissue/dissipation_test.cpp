@@ -41,6 +41,7 @@ TEST(Dissipation, HeldStillTheArmRelaxes) {
   double force = first;
   for (int i = 0; i < 50; ++i) force = dissipation.step(flat_contact(0.003), Vector3::Zero(), kTick).z();
   EXPECT_NEAR(force, first * std::pow(1.0 / 1.02, 50), 1e-9);
+  EXPECT_NEAR(dissipation.stored(), 0.5 * force * force / 20.0, 1e-12);
 }
 
 TEST(Dissipation, ItIsFadedInWithDepthNeverPullsAndIsBounded) {
@@ -104,6 +105,7 @@ TEST(Dissipation, FrictionSticksBelowCoulombsLimitAndSlidesAtIt) {
     force = dissipation.step(contact, {1e-5, 0, 0}, kTick);
     ASSERT_FALSE(dissipation.sliding());
     ASSERT_NEAR(-force.x(), shear * (aside + 1e-5), 1e-9) << "Mindlin's spring";
+    ASSERT_NEAR(dissipation.stored(), 0.5 * shear * std::pow(aside + 1e-5, 2), 1e-12);
   }
   for (int i = 0; i < 100; ++i) force = dissipation.step(contact, {1e-5, 0, 0}, kTick);
   EXPECT_TRUE(dissipation.sliding());
@@ -111,6 +113,28 @@ TEST(Dissipation, FrictionSticksBelowCoulombsLimitAndSlidesAtIt) {
   force = dissipation.step(contact, {-1e-5, 0, 0}, kTick);
   EXPECT_FALSE(dissipation.sliding());
   EXPECT_NEAR(-force.x(), limit - shear * 1e-5, 1e-9) << "its anchor has been dragged along";
+}
+
+// The limit is a share of all that presses: of what the body's energy and the arm press with.
+TEST(Dissipation, PressedQuicklyItHoldsMoreAndLiftedQuicklyLess) {
+  const TipEnergy contact = flat_contact(0.003);
+  for (const double down : {2e-5, -2e-5}) {
+    Dissipation dissipation({.friction = 0.3});
+    const Vector3 force = dissipation.step(contact, {0.005, 0.0, -down}, kTick);
+    EXPECT_TRUE(dissipation.sliding());
+    EXPECT_GT(std::abs(force.z()), 0.01);
+    EXPECT_NEAR(force.head<2>().norm(), 0.3 * (contact.force.z() + force.z()), 1e-12);
+  }
+}
+
+// With an arm that keeps its length for long, too.
+TEST(Dissipation, HavingSlidItSticksAsSoonAsItTurnsBack) {
+  Dissipation dissipation({.relaxation_s = 0.1, .friction = 0.3});
+  const TipEnergy contact = flat_contact(0.003);
+  for (int i = 0; i < 100; ++i) dissipation.step(contact, {1e-4, 0, 0}, kTick);
+  EXPECT_TRUE(dissipation.sliding());
+  dissipation.step(contact, {-1e-5, 0, 0}, kTick);
+  EXPECT_FALSE(dissipation.sliding());
 }
 
 // Press, shear, press deeper, shear back, lift: with a spring whose length is kept this gives out energy.

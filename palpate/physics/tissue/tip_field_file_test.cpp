@@ -78,6 +78,9 @@ TEST_F(TipFieldFile, NumbersThatCannotBeAreRefusedWhereTheHashIsRight) {
     bad += content_hash(bad);
     (void)parse_tip_field(bad, kKey, "here");
   }
+  std::string longer = content + "four";
+  longer += content_hash(longer);
+  EXPECT_NE(refusal(longer).find("bytes for a lattice"), std::string::npos);
   std::string long_axis = content;
   long_axis[24 + 64 + 3] = 1;
   long_axis += content_hash(long_axis);

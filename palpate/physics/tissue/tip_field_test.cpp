@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "palpate/math/random_vector.h"
 #include "palpate/physics/tissue/tissue_for_tests.h"
@@ -164,10 +165,11 @@ TEST(TipField, AroundAThousandClosedPathsNoWorkIsDone) {
 }
 
 TEST(TipField, ABodyThatIsTooStiffIsRefusedInWords) {
-  const double young = young_for_tests(700.0, kDeepest);
-  EXPECT_TRUE(block_for_tests({.young = 0.7 * young}).has_value())
-      << "corners sharper than the spacing count, too";
-  const auto stiff = block_for_tests({.young = 1.02 * young});
+  // At which it is as stiff as is allowed; corners sharper than the spacing count, too.
+  const double young = SoftForTests{}.young * kMostTangent_n_m / plain_block().facts().stiffest_n_m;
+  EXPECT_LT(young, 0.98 * young_for_tests(kMostTangent_n_m, kDeepest));
+  EXPECT_TRUE(block_for_tests({.young = 0.99 * young}).has_value());
+  const auto stiff = block_for_tests({.young = 1.01 * young});
   ASSERT_FALSE(stiff.has_value());
   EXPECT_NE(stiff.error().message.find("choose a softer material, a smaller tip or less depth"),
             std::string::npos)
@@ -194,6 +196,7 @@ TEST(TipField, BeyondItsDeepestTheStiffnessStaysAndThenTheTipIsLost) {
     EXPECT_FALSE(found.lost) << d;
   }
   EXPECT_TRUE(plain_block().at(centre_at(0.003, 0.001, 1.51 * kDeepest, soft)).lost);
+  EXPECT_TRUE(plain_block().at(Vector3::Zero()).lost) << "in its middle";
 }
 
 // A sheet thinner than the tip: where the force begins to turn to the other side the tip is lost.
@@ -267,6 +270,17 @@ TEST(TipField, ItsKeyChangesWithAllThatItIsMadeOf) {
   const std::string key = tip_field_key(mesh, sites, {});
   EXPECT_EQ(key, tip_field_key(mesh, sites, {}));
   EXPECT_NE(key, tip_field_key(mesh, sites, {.tip_radius = 0.006}));
+  EXPECT_NE(key, tip_field_key(mesh, sites, {.spacing = 0.9 * TipFieldSettings{}.spacing}));
+  EXPECT_NE(key, tip_field_key(mesh, sites, {.deepest = 0.005}));
+  std::swap(mesh.triangles[0], mesh.triangles[1]);
+  EXPECT_NE(key, tip_field_key(mesh, sites, {}));
+  std::swap(mesh.triangles[0], mesh.triangles[1]);
+  sites[7].normal *= -1.0;
+  EXPECT_NE(key, tip_field_key(mesh, sites, {}));
+  sites[7].normal *= -1.0;
+  sites[7].depth_m[4] *= 1.0 + 1e-15;
+  EXPECT_NE(key, tip_field_key(mesh, sites, {}));
+  sites = box_sites_for_tests(kHalf, soft, 0.02, kDeepest);
   sites[7].energy_j[4] *= 1.0 + 1e-15;
   EXPECT_NE(key, tip_field_key(mesh, sites, {}));
   sites = box_sites_for_tests(kHalf, soft, 0.02, kDeepest);
