@@ -75,6 +75,7 @@ TEST(ServerConnection, MoreMessagesThanAnybodyAsksForAreAFlood) {
   connection.end();
   EXPECT_FALSE(ends.open());
   EXPECT_FALSE(connection.there());
+  EXPECT_FALSE(connection.too_much()) << "it has ended";
   connection.ended();
   EXPECT_TRUE(connection.count(100, kNow + std::chrono::seconds(2)));
 }
@@ -146,6 +147,10 @@ TEST(ServerConnection, OfOneThatHasEndedNothingCountsForTheNext) {
   connection.began(second.client.get());
   second.send(400'000, true);
   EXPECT_TRUE(connection.too_much()) << "no message of its own has come";
+  while (connection.count(ServerConnection::kMostBytes, kNow)) {
+  }
+  connection.began(first.client.get());
+  EXPECT_TRUE(connection.count(100, kNow + std::chrono::seconds(1))) << "nor is it a flood";
 }
 
 TEST(ServerConnection, AnotherSocketThatHasGotItsDescriptorStaysOpen) {
