@@ -329,11 +329,11 @@ TEST(TissueLaw, WhatCannotBeRenderedIsRefusedInWords) {
   EXPECT_NO_THROW(TissueLaw(soft_field(), {}, kAtRest));
 }
 
-// A field that is two hundred times as strong as its facts say.
+// A field that is 170 times as strong as its facts say.
 TEST(TissueLaw, WhateverTheFieldSaysTheForceStaysWithinItsBound) {
   const SplineFields<2>& fields = soft_field().fields();
   std::vector<float> coefficients = fields.coefficients();
-  for (std::size_t i = 1; i < coefficients.size(); i += 2) coefficients[i] *= 200.0f;
+  for (std::size_t i = 1; i < coefficients.size(); i += 2) coefficients[i] *= 170.0f;
   const TipField strong(soft_field().facts(), SplineFields<2>(fields.lattice(), coefficients));
   DrivenLaw driven(strong);
   driven.at(over(-0.001));
