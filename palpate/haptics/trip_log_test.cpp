@@ -80,19 +80,22 @@ TEST(TripLog, WhatDoesNotReturnIsSaidAndTheTableIsReadByOthers) {
   run.bench.arm.sample.connected = false;
   run.bench.live(50);
   run.log.look();
-  run.log.set_file(run.log.trips()[1].trip.tick, "trip_1.csv");
+  run.log.set_file(run.log.trips()[0].trip.tick, "trip_1.csv");
+  const Instant<PhysicsClock> begun{std::chrono::milliseconds(100)};
   CsvOptions options;
   options.text_columns = {"cause", "who", "file"};
-  const auto table = parse_csv(trips_csv(run.log.trips(), {}, run.bench.loop), "realtime_trips.csv", options);
+  const auto table =
+      parse_csv(trips_csv(run.log.trips(), begun, run.bench.loop), "realtime_trips.csv", options);
   ASSERT_TRUE(table) << table.error().message;
   ASSERT_EQ(table->rows.size(), 2u);
   EXPECT_EQ(table->text[0][2], "arm silent");
   EXPECT_EQ(table->rows[0][5], 1.0);
-  EXPECT_EQ(table->text[0][7], "");
+  EXPECT_EQ(table->text[0][7], "trip_1.csv");
   EXPECT_EQ(table->text[1][2], "arm lost");
   EXPECT_EQ(table->rows[1][5], 0.0);
-  EXPECT_EQ(table->text[1][7], "trip_1.csv");
-  EXPECT_NEAR(table->rows[1][0], run.log.trips()[1].trip.time.seconds(), 1e-4);
+  EXPECT_EQ(table->text[1][7], "");
+  EXPECT_NEAR(table->rows[0][6], run.log.trips()[0].lost_n_s, 1e-6);
+  EXPECT_NEAR(table->rows[1][0], run.log.trips()[1].trip.time.seconds() - 0.1, 1e-4);
 }
 
 }  // namespace
