@@ -7,17 +7,14 @@
 #include <utility>
 
 #include "palpate/physics/deformable/block.h"
-#include "palpate/physics/deformable/box_mesh.h"
-#include "palpate/physics/deformable/equilibrium.h"
 #include "palpate/physics/deformable/half_space.h"
+#include "palpate/physics/deformable/press_path.h"
 
 namespace palpate::physics::deformable {
 namespace {
 
-constexpr double kContactStiffness = 5000.0;  // times Young's modulus over the tip's radius, Pa/m
-constexpr double kLargestStep = 0.25;         // of depth, in tip radii, from one state to the next
-constexpr double kSpread = 2.3;               // depths with contacts within this factor share a mesh
-constexpr int kContactParts = 3;
+constexpr double kSpread = 2.3;  // depths with contacts within this factor share a mesh
+constexpr double kReach = 1.05;  // of the widest contact, within which the top may be touched
 
 // As deep as this the contact is at most about so wide: Hertz's radius is the widest of all models.
 double widest_contact(const Indentation& it, double depth) {
@@ -33,70 +30,25 @@ class Press {
     auto block = mesh_block(it_, widest_);
     if (!block) return tl::unexpected(block.error());
     block_ = std::make_unique<Block>(std::move(*block));
-    solid_ = std::make_unique<Solid>(block_->mesh, it_.material, it_.model);
-    contact_ = std::make_unique<TipContact>(block_->mesh, facets_within_reach(),
-                                            kContactStiffness * it_.material.matrix.young / it_.radius,
-                                            kContactParts);
-    auto equilibrium = Equilibrium::prepare(block_->mesh, *solid_, *contact_, block_->motion);
-    if (!equilibrium) return tl::unexpected(equilibrium.error());
-    equilibrium_ = std::make_unique<Equilibrium>(std::move(*equilibrium));
-    now_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * block_->mesh.nodes.size()));
-    before_ = now_;
+    const SurfaceSite middle;
+    auto path = PressPath::prepare(block_->mesh, block_->motion, it_.material, it_.model,
+                                   facets_near(block_->mesh, middle, kReach * widest_), middle, it_.radius);
+    if (!path) return tl::unexpected(path.error());
+    path_ = std::make_unique<PressPath>(std::move(*path));
     return {};
   }
 
   Expected<IndentationPoint> press(double depth) {
-    const double way = depth - depth_;
-    // A linear body needs no path: its state does not depend on where the search begins.
-    const int steps = it_.model == Model::linear
-                          ? 1
-                          : std::max(1, static_cast<int>(std::ceil(way / (kLargestStep * it_.radius))));
-    for (int step = 1; step <= steps; ++step)
-      if (auto done = move_to(depth - way * (steps - step) / steps); !done)
-        return tl::unexpected(done.error());
-    const auto state = contact_->state(tip_at(depth), now_);
-    return IndentationPoint{depth, block_->copies * state.force.z(), state.radius};
+    const auto state = path_->press(depth);
+    if (!state) return tl::unexpected(state.error());
+    return IndentationPoint{depth, block_->copies * state->force.z(), state->radius};
   }
 
  private:
-  RigidTip tip_at(double depth) const {
-    return {{0.0, 0.0, it_.radius - depth}, {0.0, 0.0, 1.0}, it_.radius};
-  }
-
-  Expected<void> move_to(double depth) {
-    if (depth <= depth_) return {};
-    Eigen::VectorXd guess = now_;
-    if (depth_ > 0.0) guess += (now_ - before_) * ((depth - depth_) / (depth_ - depth_before_));
-    if (!std::isfinite(solid_->energy(guess))) guess = now_;
-    const auto steps = equilibrium_->solve(tip_at(depth), {}, guess);
-    if (!steps)
-      return refused(steps.error().code, "indentation: at a depth of {:.4g} m: {}", depth,
-                     steps.error().message);
-    before_ = std::exchange(now_, std::move(guess));
-    depth_before_ = std::exchange(depth_, depth);
-    return {};
-  }
-
-  std::vector<int> facets_within_reach() const {
-    const double reach = 1.05 * widest_;
-    std::vector<int> facets;
-    for (const int facet : facets_on_plane(block_->mesh, 2, 0.0))
-      for (const int node : block_->mesh.facets[static_cast<std::size_t>(facet)])
-        if (block_->mesh.nodes[static_cast<std::size_t>(node)].norm() < reach) {
-          facets.push_back(facet);
-          break;
-        }
-    return facets;
-  }
-
   const Indentation& it_;
   double widest_;
   std::unique_ptr<Block> block_;
-  std::unique_ptr<Solid> solid_;
-  std::unique_ptr<TipContact> contact_;
-  std::unique_ptr<Equilibrium> equilibrium_;
-  Eigen::VectorXd now_, before_;
-  double depth_ = 0.0, depth_before_ = 0.0;
+  std::unique_ptr<PressPath> path_;
 };
 
 }  // namespace

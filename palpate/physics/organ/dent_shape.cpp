@@ -109,14 +109,14 @@ DentShape::DentShape(const scene::TriangleMesh& surface, std::vector<Anchor> anc
       anchors_(std::move(anchors)),
       table_(std::move(table)),
       radius_(tip_radius),
-      blended_(Eigen::VectorXf::Zero(table_.rest.rows())) {
+      blended_(Eigen::VectorXf::Zero(table_.rest.moved.rows())) {
   const std::size_t sites = table_.sites.size();
-  bool fits = anchors_.size() == rest_.size() && sites > 0 && table_.own.size() == sites &&
-              static_cast<std::size_t>(table_.rest.cols()) == sites && table_.rest.rows() % 3 == 0 &&
-              radius_ > 0.0;
+  bool fits = anchors_.size() == rest_.size() && sites > 0 && table_.rest.own.size() == sites &&
+              static_cast<std::size_t>(table_.rest.moved.cols()) == sites &&
+              table_.rest.moved.rows() % 3 == 0 && radius_ > 0.0;
   for (const Anchor& anchor : anchors_)
     for (const std::uint32_t node : anchor.nodes)
-      fits = fits && 3 * static_cast<Eigen::Index>(node) < table_.rest.rows();
+      fits = fits && 3 * static_cast<Eigen::Index>(node) < table_.rest.moved.rows();
   if (!fits) throw std::invalid_argument("dent: surface, anchors and tables do not fit one another");
 }
 
@@ -165,9 +165,9 @@ void DentShape::press(const Vector3& tip, double depth, const Vector3& force,
   double own = 0.0;
   for (std::size_t k = 0; k < count; ++k) {
     const auto site = found[k].site;
-    blended_ +=
-        static_cast<float>(newtons * found[k].weight) * table_.rest.col(static_cast<Eigen::Index>(site));
-    own += newtons * found[k].weight * static_cast<double>(table_.own[site]);
+    blended_ += static_cast<float>(newtons * found[k].weight) *
+                table_.rest.moved.col(static_cast<Eigen::Index>(site));
+    own += newtons * found[k].weight * table_.rest.own[site];
   }
   // What is left of the depth is the contact's own.
   const double delta = std::max(depth - own, kLeastOwn * depth);

@@ -15,6 +15,7 @@
 #include "palpate/math/so3.h"
 #include "palpate/physics/deformable/surface_load.h"
 #include "palpate/physics/deformable/tet_mesh.h"
+#include "palpate/physics/organ/site_table.h"
 #include "palpate/scene/mesh.h"
 
 namespace palpate::physics::organ {
@@ -32,8 +33,7 @@ std::vector<Anchor> anchors_of(const scene::TriangleMesh& surface, const deforma
 // half-space does.
 struct DentTable {
   std::vector<deformable::SurfaceSite> sites;
-  std::vector<float> own;  // m/N, of the site along -normal
-  Eigen::MatrixXf rest;    // m/N: 3 rows a node of the surface, a column a site
+  SiteTable rest;
 };
 
 // Displacement along the force of a half-space's surface at this distance from the middle of Hertz's pressure, in parts

@@ -36,15 +36,13 @@ bool carries(const std::vector<Vector3>& held, double element) {
 
 }  // namespace
 
-Expected<OrganMesh> organ_mesh(const scene::TriangleMesh& surface, double element, const Vector3& up,
-                               double support) {
-  const auto distance = tissue::SurfaceDistance::of(surface);
-  if (!distance) return tl::unexpected(distance.error());
+Expected<OrganMesh> organ_mesh(const scene::TriangleMesh& surface, const tissue::SurfaceDistance& distance,
+                               double element, const Vector3& up, double support) {
   deformable::StuffedMeshSettings box;
   box.spacing = element;
   box.low = box.high = surface.vertices.front();
   for (const Vector3& v : surface.vertices) box.low = box.low.cwiseMin(v), box.high = box.high.cwiseMax(v);
-  auto mesh = deformable::stuffed_mesh([&](const Vector3& p) { return distance->at(p).distance; }, box);
+  auto mesh = deformable::stuffed_mesh([&](const Vector3& p) { return distance.at(p).distance; }, box);
   if (!mesh) return tl::unexpected(mesh.error());
   const double share = deformable::volume(*mesh) / enclosed_volume(surface);
   if (!(share > kLeastVolume))
@@ -52,7 +50,12 @@ Expected<OrganMesh> organ_mesh(const scene::TriangleMesh& surface, double elemen
         "organ: elements of {:.1f} mm fill {:.0f} % of the surface, it is too thin for them; take smaller "
         "ones",
         1e3 * element, 100.0 * share);
-  OrganMesh organ{std::move(*mesh), deformable::FreeMotion({}), {}};
+  return lay_down(std::move(*mesh), surface, element, up, support);
+}
+
+Expected<OrganMesh> lay_down(deformable::TetMesh mesh, const scene::TriangleMesh& surface, double element,
+                             const Vector3& up, double support) {
+  OrganMesh organ{std::move(mesh), deformable::FreeMotion({}), {}};
   organ.motion = deformable::FreeMotion(organ.mesh);
   double lowest = std::numeric_limits<double>::infinity();
   for (const Vector3& v : surface.vertices) lowest = std::min(lowest, v.dot(up));

@@ -3,27 +3,25 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
+#include "palpate/physics/deformable/linear_body.h"
 #include "palpate/physics/deformable/site_law.h"
+#include "palpate/physics/organ/organ_cache.h"
 #include "palpate/physics/organ/organ_mesh.h"
 #include "palpate/physics/organ/site_answers.h"
 #include "palpate/physics/organ/surface_sites.h"
 #include "palpate/physics/tissue/energy_site.h"
+#include "palpate/physics/tissue/surface_distance.h"
 
 namespace palpate::physics::organ {
 namespace {
 
 constexpr int kDepths = 16;  // at which a site's energy is tabulated
 constexpr std::size_t kFewestSites = 12;
-
-deformable::Material matter_of(const OrganSettings& settings) {
-  deformable::Material material;
-  material.matrix = {settings.young_pa, settings.poisson};
-  for (const Nodule& nodule : settings.nodules)
-    material.inclusions.push_back({nodule.centre, Vector3::Constant(nodule.radius), nodule.ratio});
-  return material;
-}
 
 // The share of the whole of each part, as it was measured.
 class Parts {
@@ -56,7 +54,7 @@ tissue::EnergySite energy_site(const deformable::SiteLaw& law, const deformable:
 }
 
 std::vector<tissue::EnergySite> energy_sites(const std::vector<deformable::SurfaceSite>& sites,
-                                             const BodyAnswers& body, const NoduleAnswers& nodules,
+                                             const SiteTable& body, const NoduleAnswers& nodules,
                                              const deformable::Material& material,
                                              const OrganSettings& settings) {
   std::vector<tissue::EnergySite> energies;
@@ -64,7 +62,7 @@ std::vector<tissue::EnergySite> energy_sites(const std::vector<deformable::Surfa
     deformable::SiteLaw law;
     law.matter = material.matrix;
     law.radius = settings.tip_radius;
-    law.homogeneous = body.residual[i];
+    law.homogeneous = body.own[i];
     if (!material.inclusions.empty()) {
       law.footprints.assign(kNoduleFootprints.begin(), kNoduleFootprints.end());
       for (Eigen::Index k = 0; k < nodules.change.cols(); ++k)
@@ -77,24 +75,25 @@ std::vector<tissue::EnergySite> energy_sites(const std::vector<deformable::Surfa
   return energies;
 }
 
-DentTable dent_table(const OrganMesh& body, const std::vector<deformable::SurfaceSite>& sites,
-                     const deformable::Elastic& matter, Eigen::MatrixXf moved) {
-  DentTable table{sites, {}, std::move(moved)};
+// Of what the surface does, what is beyond a half-space's answer.
+SiteTable beyond_half_space(const OrganMesh& body, const std::vector<deformable::SurfaceSite>& sites,
+                            const deformable::Elastic& matter, Eigen::MatrixXf moved) {
+  SiteTable table{{}, std::move(moved)};
   const double middle = 0.75 / (matter.plane_strain() * kBodyFootprint);  // of a half-space, m/N
   for (std::size_t i = 0; i < sites.size(); ++i) {
     const auto column = static_cast<Eigen::Index>(i);
     double own = 0.0, weight = 0.0;
     for (std::size_t n = 0; n < body.surface_nodes.size(); ++n) {
       const Vector3& node = body.mesh.nodes[static_cast<std::size_t>(body.surface_nodes[n])];
-      const double distance = (node - sites[i].place).norm();
-      auto moves = table.rest.col(column).segment<3>(static_cast<Eigen::Index>(3 * n));
-      moves += (middle * half_space_profile(distance / kBodyFootprint) * sites[i].normal).cast<float>();
+      const double distance = (node - sites[i].place).norm() / kBodyFootprint;
+      auto moves = table.moved.col(column).segment<3>(static_cast<Eigen::Index>(3 * n));
+      moves += (middle * half_space_profile(distance) * sites[i].normal).cast<float>();
       // Smooth there, so what the nodes within the disc have tells what the site has.
-      const double q = distance / kBodyFootprint, w = q < 1.0 ? (1.0 - q) * (1.0 - q) : 0.0;
+      const double w = distance < 1.0 ? (1.0 - distance) * (1.0 - distance) : 0.0;
       own -= w * moves.cast<double>().dot(sites[i].normal);
       weight += w;
     }
-    table.own.push_back(static_cast<float>(weight > 0.0 ? own / weight : 0.0));
+    table.own.push_back(weight > 0.0 ? own / weight : 0.0);
   }
   return table;
 }
@@ -122,41 +121,116 @@ Expected<void> check_organ(const OrganSettings& s) {
   return {};
 }
 
+// All that is computed, with what the cache has.
+struct Work {
+  const scene::TriangleMesh& surface;
+  const OrganSettings& settings;
+  deformable::Material material;
+  OrganCache cache;
+  std::string body_key, whole_key;
+  OrganMesh body;
+  std::vector<deformable::SurfaceSite> sites;
+  SiteTable dent;
+};
+
+Expected<tissue::TipField> compute(Work& work, Parts& parts) {
+  const auto bare =
+      deformable::linear_stiffness(work.body.mesh, {work.material.matrix, {}}, work.body.motion);
+  auto answers = work.cache.body(work.body_key);
+  if (answers && (answers->own.size() != work.sites.size() ||
+                  answers->moved.rows() != static_cast<Eigen::Index>(3 * work.body.surface_nodes.size())))
+    answers.reset();
+  NoduleAnswers changes;
+  if (!answers || !work.material.inclusions.empty()) {
+    const auto factor = deformable::factorised(bare);
+    if (!factor) return tl::unexpected(factor.error());
+    const auto progress = parts.begin("body", 0.35);
+    if (!answers) {
+      auto computed = body_answers(work.body, work.material.matrix, *factor, work.sites, progress);
+      if (!computed) return tl::unexpected(computed.error());
+      answers = std::move(*computed);
+      work.cache.keep_body(work.body_key, *answers);
+    }
+    if (!work.material.inclusions.empty()) {
+      auto found =
+          nodule_answers(work.body, work.material, bare, *factor, work.sites, parts.begin("nodules", 0.3));
+      if (!found) return tl::unexpected(found.error());
+      changes = std::move(*found);
+    }
+  }
+  parts.begin("field of the tip", 0.3);
+  auto field = tissue::TipField::build(
+      work.surface, energy_sites(work.sites, *answers, changes, work.material, work.settings),
+      {.tip_radius = work.settings.tip_radius, .deepest = work.settings.deepest});
+  if (!field) return field;
+  if (changes.moved.size() > 0) answers->moved += changes.moved;
+  work.dent = beyond_half_space(work.body, work.sites, work.material.matrix, std::move(answers->moved));
+  work.cache.keep_whole(work.whole_key, work.dent, *field);
+  return field;
+}
+
+// Whether each lies within the surface.
+Expected<void> check_nodules(const tissue::SurfaceDistance& distance, const std::vector<Nodule>& nodules) {
+  for (const Nodule& nodule : nodules)
+    if (const double out = distance.at(nodule.centre).distance; !(out < -nodule.radius))
+      return refused(
+          "organ: a nodule of {:.1f} mm radius whose middle is {:.1f} mm deep; all of it is to be inside",
+          1e3 * nodule.radius, -1e3 * out);
+  return {};
+}
+
 }  // namespace
+
+deformable::Material matter_of(const OrganSettings& settings) {
+  deformable::Material material;
+  material.matrix = {settings.young_pa, settings.poisson};
+  for (const Nodule& nodule : settings.nodules)
+    material.inclusions.push_back({nodule.centre, Vector3::Constant(nodule.radius), nodule.ratio});
+  return material;
+}
 
 Expected<PreparedOrgan> prepare_organ(const scene::TriangleMesh& surface, const OrganSettings& settings,
                                       const OrganProgress& progress) {
   if (auto good = check_organ(settings); !good) return tl::unexpected(good.error());
   Parts parts(progress);
-  const auto material = matter_of(settings);
   parts.begin("mesh", 0.05);
-  const auto body = organ_mesh(surface, settings.element, settings.up, settings.support);
+  const auto distance = tissue::SurfaceDistance::of(surface);
+  if (!distance) return tl::unexpected(distance.error());
+  if (auto good = check_nodules(*distance, settings.nodules); !good) return tl::unexpected(good.error());
+  auto body = organ_mesh(surface, *distance, settings.element, settings.up, settings.support);
   if (!body) return tl::unexpected(body.error());
-  const auto sites = surface_sites(surface, settings.site_spacing, settings.up, settings.support);
-  if (sites.size() < kFewestSites)
+  const std::string key = body_key(surface, settings);
+  Work work{surface,
+            settings,
+            matter_of(settings),
+            OrganCache(settings.cache),
+            key,
+            whole_key(key, settings),
+            std::move(*body),
+            surface_sites(surface, settings.site_spacing, settings.up, settings.support),
+            {}};
+  if (work.sites.size() < kFewestSites)
     return refused(
         "organ: {} places {:.1f} mm apart on what can be reached; at least {} are expected: take a smaller "
         "spacing",
-        sites.size(), 1e3 * settings.site_spacing, kFewestSites);
-  const auto bare = deformable::linear_stiffness(body->mesh, {material.matrix, {}}, body->motion);
-  const auto factor = deformable::factorised(bare);
-  if (!factor) return tl::unexpected(factor.error());
-  auto answers = body_answers(*body, material.matrix, *factor, sites, parts.begin("body", 0.35));
-  if (!answers) return tl::unexpected(answers.error());
-  NoduleAnswers changes;
-  if (!material.inclusions.empty()) {
-    auto found = nodule_answers(*body, material, bare, *factor, sites, parts.begin("nodules", 0.3));
-    if (!found) return tl::unexpected(found.error());
-    changes = std::move(*found);
-    answers->moved += changes.moved;
+        work.sites.size(), 1e3 * settings.site_spacing, kFewestSites);
+  auto anchors = anchors_of(surface, work.body.mesh, work.body.surface_nodes);
+  auto known = work.cache.field(work.whole_key);
+  auto dent = known ? work.cache.dent(work.whole_key) : std::nullopt;
+  const bool from_cache = dent && dent->own.size() == work.sites.size() &&
+                          dent->moved.rows() == static_cast<Eigen::Index>(3 * work.body.surface_nodes.size());
+  if (from_cache) {
+    work.dent = std::move(*dent);
+  } else {
+    auto field = compute(work, parts);
+    if (!field) return tl::unexpected(field.error());
+    known = std::move(*field);
   }
-  parts.begin("field of the tip", 0.3);
-  auto field = tissue::TipField::build(surface, energy_sites(sites, *answers, changes, material, settings),
-                                       {.tip_radius = settings.tip_radius, .deepest = settings.deepest});
-  if (!field) return tl::unexpected(field.error());
-  DentShape dent(surface, anchors_of(surface, body->mesh, body->surface_nodes),
-                 dent_table(*body, sites, material.matrix, std::move(answers->moved)), settings.tip_radius);
-  return PreparedOrgan{surface, std::move(*field), std::move(dent), false};
+  if (progress) progress("ready", 1.0);
+  return PreparedOrgan{surface, std::move(*known),
+                       DentShape(surface, std::move(anchors), {std::move(work.sites), std::move(work.dent)},
+                                 settings.tip_radius),
+                       from_cache};
 }
 
 }  // namespace palpate::physics::organ

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "palpate/core/expected.h"
+#include "palpate/physics/deformable/elasticity.h"
 #include "palpate/physics/organ/dent_shape.h"
 #include "palpate/physics/tissue/tip_field.h"
 #include "palpate/scene/mesh.h"
@@ -38,6 +39,9 @@ struct OrganSettings {
   std::vector<Nodule> nodules;
   std::filesystem::path cache;  // a folder; empty: nothing is kept
 };
+
+// What it is made of.
+deformable::Material matter_of(const OrganSettings& settings);
 
 struct PreparedOrgan {
   scene::TriangleMesh surface;  // as given

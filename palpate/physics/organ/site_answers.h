@@ -14,6 +14,7 @@
 #include "palpate/physics/deformable/linear_body.h"
 #include "palpate/physics/deformable/surface_load.h"
 #include "palpate/physics/organ/organ_mesh.h"
+#include "palpate/physics/organ/site_table.h"
 
 namespace palpate::physics::organ {
 
@@ -22,17 +23,14 @@ using Share = std::function<void(double)>;  // of this part that is done
 inline constexpr double kBodyFootprint = 0.012;  // m, which meshes of 10 mm resolve
 inline constexpr std::array<double, 4> kNoduleFootprints{0.003, 0.005, 0.0075, 0.010};  // m
 
-struct BodyAnswers {
-  std::vector<double> residual;  // m/N: f.u less what a half-space answers, a site each
-  Eigen::MatrixXf moved;         // m/N: 3 rows a node of the surface, a column a site
-};
-Expected<BodyAnswers> body_answers(const OrganMesh& body, const deformable::Elastic& matter,
-                                   const deformable::SparseFactor& factor,
-                                   const std::vector<deformable::SurfaceSite>& sites, const Share& progress);
+// `own`: f.u less what a half-space answers.
+Expected<SiteTable> body_answers(const OrganMesh& body, const deformable::Elastic& matter,
+                                 const deformable::SparseFactor& factor,
+                                 const std::vector<deformable::SurfaceSite>& sites, const Share& progress);
 
 struct NoduleAnswers {
   Eigen::MatrixXd change;  // m/N, of f.u: a row a site, a column a footprint of kNoduleFootprints
-  Eigen::MatrixXf moved;   // as above, what is added
+  Eigen::MatrixXf moved;   // as in a SiteTable, what is added
 };
 Expected<NoduleAnswers> nodule_answers(const OrganMesh& body, const deformable::Material& material,
                                        const deformable::SymmetricMatrix& bare,
