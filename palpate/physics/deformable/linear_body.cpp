@@ -67,7 +67,7 @@ Expected<InclusionChange> InclusionChange::prepare(const SymmetricMatrix& bare, 
   const auto equations = changed_equations(bare, with);
   const auto count = static_cast<Eigen::Index>(equations.size());
   InclusionChange result;
-  result.columns_.resize(static_cast<Eigen::Index>(rows.size()), count);
+  result.columns_.resize(count, static_cast<Eigen::Index>(rows.size()));
   if (count == 0) return result;
   Eigen::MatrixXd compliance(count, count);
   for (Eigen::Index first = 0; first < count; first += kUnitLoadsAtOnce) {
@@ -75,7 +75,7 @@ Expected<InclusionChange> InclusionChange::prepare(const SymmetricMatrix& bare, 
     Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(bare.size, columns);
     for (Eigen::Index k = 0; k < columns; ++k) unit(equations[static_cast<std::size_t>(first + k)], k) = 1.0;
     if (auto solved = factor.solve(unit); !solved) return tl::unexpected(solved.error());
-    result.columns_.middleCols(first, columns) = unit(rows, Eigen::all);
+    result.columns_.middleRows(first, columns) = unit(rows, Eigen::all).transpose();
     compliance.middleCols(first, columns) = unit(equations, Eigen::all);
   }
   const Eigen::MatrixXd D = difference(bare, with, equations);
@@ -83,6 +83,18 @@ Expected<InclusionChange> InclusionChange::prepare(const SymmetricMatrix& bare, 
   result.change_ = lu.solve(D);
   if (!result.change_.allFinite()) return refused("inclusions: the changed body's stiffness is singular");
   return result;
+}
+
+Eigen::VectorXd InclusionChange::within(const Eigen::VectorXd& load) const {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(count());
+  for (Eigen::Index row = 0; row < load.size(); ++row)
+    if (load[row] != 0.0) sum += load[row] * columns_.col(row);
+  return sum;
+}
+
+Eigen::MatrixXf InclusionChange::of_displacements(const Eigen::MatrixXd& within) const {
+  const Eigen::MatrixXf forces = (change_ * within).cast<float>(), columns = columns_.cast<float>();
+  return -(columns.transpose() * forces);
 }
 
 }  // namespace palpate::physics::deformable

@@ -28,17 +28,15 @@ class InclusionChange {
 
   // Equations whose matter changes; none where inclusions touch no element.
   Eigen::Index count() const { return change_.rows(); }
-  // Displacements of these in the bare body under a load, given at the rows.
-  Eigen::VectorXd within(const Eigen::VectorXd& load) const { return columns_.transpose() * load; }
+  // Displacements of these in the bare body under a load, given at the rows; a load at few of them is quick.
+  Eigen::VectorXd within(const Eigen::VectorXd& load) const;
   // By which the work-conjugate displacement f.u of that load changes.
   double of_answer(const Eigen::VectorXd& within) const { return -within.dot(change_ * within); }
-  // By which displacements at the rows change.
-  Eigen::VectorXd of_displacements(const Eigen::VectorXd& within) const {
-    return -(columns_ * (change_ * within));
-  }
+  // By which displacements at the rows change; a column for each load.
+  Eigen::MatrixXf of_displacements(const Eigen::MatrixXd& within) const;
 
  private:
-  Eigen::MatrixXd columns_;  // Z, its rows
+  Eigen::MatrixXd columns_;  // of Z its rows, a column each
   Eigen::MatrixXd change_;   // S
 };
 

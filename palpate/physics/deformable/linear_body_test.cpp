@@ -44,7 +44,8 @@ TEST(InclusionChange, IsThatOfTheChangedBodySolvedByItself) {
     const double is = load.dot(after - before);
     EXPECT_GT(std::abs(is), 0.02 * load.dot(before));
     EXPECT_NEAR(change->of_answer(within), is, 1e-7 * std::abs(is));
-    EXPECT_LT((change->of_displacements(within) - (after - before)).norm(), 1e-7 * (after - before).norm());
+    const Eigen::MatrixXd moved = change->of_displacements(within).cast<double>();
+    EXPECT_LT((moved.col(0) - (after - before)).norm(), 1e-4 * (after - before).norm());
   }
 }
 

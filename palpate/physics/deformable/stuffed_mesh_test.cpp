@@ -44,7 +44,7 @@ TEST(StuffedMesh, VolumeAndAreaOfABallAreMetWithTheSquareOfTheSpacing) {
   const double volume_of_ball = 4.0 / 3.0 * std::numbers::pi * std::pow(kBallRadius, 3);
   const double area_of_ball = 4.0 * std::numbers::pi * kBallRadius * kBallRadius;
   double before = 0.0;
-  for (const double spacing : {0.016, 0.008}) {
+  for (const double spacing : {0.010, 0.005}) {
     const auto mesh = ball_of_elements(spacing);
     ASSERT_TRUE(mesh) << mesh.error().message;
     EXPECT_TRUE(check(*mesh));

@@ -78,6 +78,7 @@ Expected<NoduleAnswers> nodule_answers(const OrganMesh& body, const deformable::
   NoduleAnswers answers;
   answers.change = Eigen::MatrixXd::Zero(count, kNoduleFootprints.size());
   answers.moved = Eigen::MatrixXf::Zero(static_cast<Eigen::Index>(3 * body.surface_nodes.size()), count);
+  Eigen::MatrixXd wide_within(change->count(), count);
   const auto each = [&](Eigen::Index first) {
     for (Eigen::Index i = first; i < count; i += 2) {
       const auto& site = sites[static_cast<std::size_t>(i)];
@@ -85,7 +86,7 @@ Expected<NoduleAnswers> nodule_answers(const OrganMesh& body, const deformable::
         return change->within(newton_at(body, site, radius)(surface.components));
       };
       const Eigen::VectorXd wide = within(kBodyFootprint);
-      answers.moved.col(i)(surface.rows) = change->of_displacements(wide).cast<float>();
+      wide_within.col(i) = wide;
       double last = change->of_answer(wide);
       for (auto k = static_cast<Eigen::Index>(kNoduleFootprints.size()) - 1; k >= 0; --k) {
         const Eigen::VectorXd narrow = within(kNoduleFootprints[static_cast<std::size_t>(k)]);
@@ -98,6 +99,7 @@ Expected<NoduleAnswers> nodule_answers(const OrganMesh& body, const deformable::
   auto others = std::async(std::launch::async, each, 1);  // two sites at once
   each(0);
   others.get();
+  answers.moved(surface.rows, Eigen::all) = change->of_displacements(wide_within);
   return answers;
 }
 

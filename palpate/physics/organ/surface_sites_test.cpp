@@ -26,7 +26,9 @@ TEST(SurfaceSites, CoverWhatCanBeReachedEvenly) {
     EXPECT_GE(nearest(site.place, true), 0.84 * kSpacing);
   }
   for (const Vector3& v : ball.vertices)
-    if (v.y() > -0.04 * 0.29) EXPECT_LE(nearest(v, false), 0.95 * kSpacing) << v.transpose();
+    if (v.y() > -0.04 * 0.29) {
+      EXPECT_LE(nearest(v, false), 0.95 * kSpacing) << v.transpose();
+    }
   // The ball's zone above, and a square of the spacing for each.
   const double squares = 2.0 * 3.14159 * 0.04 * 0.04 * 1.3 / (kSpacing * kSpacing);
   EXPECT_NEAR(static_cast<double>(sites.size()) / squares, 1.0, 0.12);
