@@ -82,7 +82,7 @@ std::vector<double> PressMap::hardness() const {
     used.clear();
     for (const auto i : all)
       if (above[i] <= limit) used.push_back(i);
-    if (used.size() < 8) break;
+    if (used.size() < 10) break;
   }
   return above;
 }

@@ -22,11 +22,21 @@ scene::TriangleMesh net_of(const scene::TriangleMesh& organ) {
   net.vertices = organ.vertices;
   for (const auto& t : organ.triangles) {
     const Vector3 middle = (organ.vertices[t[0]] + organ.vertices[t[1]] + organ.vertices[t[2]]) / 3.0;
-    constexpr double kUnderside_m = 0.0005;
-    if (near_line(middle.x()) || near_line(middle.z()) || middle.y() < kUnderside_m)
-      net.triangles.push_back(t);
+    if (near_line(middle.x()) || near_line(middle.z())) net.triangles.push_back(t);
   }
   return net;
+}
+
+// All of it but the underside, which nobody sees: half as much to draw.
+scene::TriangleMesh upper_side(const scene::TriangleMesh& organ) {
+  constexpr double kUnderside_m = 0.0002;
+  scene::TriangleMesh upper;
+  upper.vertices = organ.vertices;
+  for (const auto& t : organ.triangles)
+    if (std::any_of(t.begin(), t.end(),
+                    [&](std::uint32_t i) { return organ.vertices[i].y() > kUnderside_m; }))
+      upper.triangles.push_back(t);
+  return upper;
 }
 
 // What the organ lies on, where it is lifted off the table; a box in the frame Body.
@@ -72,6 +82,7 @@ PalpationView::PalpationView(const scene::SceneDescription& scene)
     : settings_(palpation_settings(scene)),
       X_world_rest_(resting_place(scene)),
       organ_(pressed_mesh(scene)),
+      seen_(upper_side(organ_)),
       net_(net_of(organ_)),
       tray_(tray_under(organ_, settings_.shift.y())),
       tip_(scene::sphere_mesh(settings_.tip_radius)),
@@ -119,7 +130,7 @@ std::vector<scene::DrawItem> PalpationView::draw(const scene::SceneState& state)
   if (state.body_count <= kTip) return items;
   const bool shown = is_shown(state);
   const auto& organ = state.bodies[kOrgan];
-  items.push_back({.mesh = shown ? &net_ : &organ_,
+  items.push_back({.mesh = shown ? &net_ : &seen_,
                    .look = shown ? kNetLook : kLiverLook,
                    .rotation = organ.q(),
                    .position = organ.p(),

@@ -45,7 +45,7 @@ class PalpationView : public scene::SceneView {
 
   PalpationSettings settings_;
   Pose<World, Body> X_world_rest_;
-  scene::TriangleMesh organ_, net_, tray_, tip_, stylus_, mark_;
+  scene::TriangleMesh organ_, seen_, net_, tray_, tip_, stylus_, mark_;
   mutable RevealedNodules revealed_;
   mutable std::array<scene::TriangleMesh, kMostNodules> nodule_meshes_;
   mutable std::int32_t meshes_of_ = 0;  // seed

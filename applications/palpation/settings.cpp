@@ -53,7 +53,7 @@ std::vector<SettingField> organ_fields() {
           one("scale", 1.0, {1e-6, 1e6}, "How many times larger it is felt"),
           several("turn_deg", {0.0, 0.0, 0.0}, {-360.0, 360.0}, "Angles about x, y, z; y is up afterwards",
                   kDegree),
-          several("shift_mm", {80.0, 50.0, 40.0}, {-1000.0, 1000.0},
+          several("shift_mm", {70.0, 70.0, 50.0}, {-1000.0, 1000.0},
                   "On the table: to the right, up on a tray, towards the user", kMillimetre),
           one("young_kpa", 6.0, {0.5, 50.0}, "Young's modulus of the organ; a healthy liver has 3 to 8",
               kKilopascal),
@@ -83,7 +83,7 @@ std::vector<SettingField> trainee_fields() {
   return {
       choice("trainee_senses", "yes", {"yes", "no"}, "Whether the scripted trainee feels what it presses"),
       one("trainee_weber", 0.14, {0.0, 5.0}, "Its Weber fraction for force"),
-      one("trainee_spacing_mm", 10.0, {4.0, 40.0}, "Between the places it presses", kMillimetre),
+      one("trainee_spacing_mm", 15.0, {4.0, 40.0}, "Between the places it presses", kMillimetre),
       one("trainee_press_mm", 5.0, {1.0, 10.0}, "How deep it presses", kMillimetre)};
 }
 

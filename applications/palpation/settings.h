@@ -31,7 +31,7 @@ struct TrialRules {
 struct TraineeSettings {
   bool senses = true;            // false: it feels nothing and marks by lot
   double weber_fraction = 0.14;  // of the force that it tells from another three times in four
-  double spacing = 0.010;        // m, of the places it presses
+  double spacing = 0.015;        // m, of the places it presses
   double press = 0.005;          // m, how deep
 };
 
@@ -39,7 +39,7 @@ struct PalpationSettings {
   std::string mesh_file;  // as the setting names it; empty: the liver that is built in
   double metres_per_unit = 0.001;
   Vector3 turn = Vector3::Zero();   // rad, angles about x, y, z, before it is put on the table
-  Vector3 shift{0.08, 0.05, 0.04};  // m, on the table: to the right, up on a tray, towards the person
+  Vector3 shift{0.07, 0.07, 0.05};  // m, on the table: to the right, up on a tray, towards the person
   double young_pa = 6000.0, poisson = 0.45, friction = 0.15;
   double tip_radius = 0.006;                // m
   double deepest = 0.008, element = 0.010;  // m: how deep it is tabulated, edge of the elements inside

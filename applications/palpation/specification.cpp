@@ -31,8 +31,7 @@ scene::ApplicationSpec specification() {
   add_record(spec);
   spec.example_state = example_state;
   spec.example_shape = example_shape;
-  spec.demo_s = 40.0;
-  spec.quick_demo_s = 20.0;
+  spec.quick_demo_s = 16.0;
   return spec;
 }
 

@@ -10,16 +10,17 @@ namespace {
 
 constexpr double kHover_m = 0.005,
                  kHighHover_m = 0.025;  // above the surface: between presses, at begin and end
-constexpr double kTravelSpeed = 0.25, kCrossSpeed = 0.12;  // m/s, mean
-constexpr double kLeastCross_s = 0.09, kDown_s = 0.11, kHold_s = 0.11, kUp_s = 0.08, kThink_s = 0.45;
+constexpr double kTravelSpeed = 0.25, kCrossSpeed = 0.16;  // m/s, mean
+constexpr double kLeastCross_s = 0.09, kDown_s = 0.10, kHold_s = 0.10, kUp_s = 0.07, kThink_s = 0.40;
 constexpr double kLeastTravel_s = 0.5;
 constexpr double kSlow = 0.012;      // m/s: what is felt when moving faster is not the tissue's own
 constexpr double kPressed = 0.5;     // share of the depth wanted from which on a press is felt
 constexpr double kPressable = 0.75;  // least upward part of the normal
 constexpr double kExponent = 1.5;    // of force over depth: presses of different depth are compared by it
 constexpr double kLearn = 0.4, kMostDeeper_m = 0.004;
-constexpr std::size_t kBest = 5, kAgain = 2;  // places that are pressed again, and how often
+constexpr std::size_t kBest = 5, kAgain = 1;  // places that are pressed again, and how often
 constexpr int kMostTries = 3;
+constexpr double kBeyond = 0.1;      // spacings: so far it searches beyond the area
 constexpr double kPatience_s = 1.5;  // beyond the time that marking takes
 constexpr double kLean = 0.9;        // rad: the stylus leans from the user up to the vertical by that much
 
@@ -71,11 +72,11 @@ Vector3 Trainee::over(const Spot& spot, double height) const {
   return (X_world_body_ * Point<Body>{spot.place + (palpation_.tip_radius + height) * spot.normal}).m;
 }
 
-// Of the area that nodules lie in, a little wider: a nodule at its rim has neighbours, too.
+// Of the area that nodules lie in.
 std::vector<PlanPlace> Trainee::places_in_reach(const scene::SceneDescription&) const {
   const SearchArea area = search_area(surface_);
   const double spacing = palpation_.trainee.spacing;
-  const PlanPlace half(area.half_x + 0.5 * spacing, area.half_z + 0.5 * spacing);
+  const PlanPlace half(area.half_x + kBeyond * spacing, area.half_z + kBeyond * spacing);
   std::vector<PlanPlace> kept;
   for (const auto& place : grid_of({area.centre_x, area.centre_z}, half, spacing)) {
     const auto spot = spot_at(place);
