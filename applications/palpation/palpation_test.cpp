@@ -26,7 +26,7 @@ scene::SceneDescription easy_scene() {
            {"palpation.nodule_mm", {19.0, 20.0}},
            {"palpation.nodule_depth_mm", {3.0, 3.5}},
            {"palpation.nodule_ratio", {20.0, 20.0}},
-           {"palpation.element_mm", {13.0}},
+           {"palpation.element_mm", {16.0}},
            {"palpation.trainee_weber", {0.05}}})
     scene = with(std::move(scene), name, value);
   scene.mesh = scene::MeshAsset{.mesh = organ};
