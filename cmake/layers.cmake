@@ -49,12 +49,12 @@ set(PALPATE_THREADED core time record record/session scene device transport driv
 
 # Where memory is at risk from what others send, from parsers and from raw buffers: the address sanitizer runs the tests
 # of these for every change (target checked_tests, label checked), and those of all modules in scripts/long.
-set(PALPATE_CHECKED core record experiment record/session device scene plugin rig physics physics/tissue transport render sim/config haptics ${PALPATE_APPLICATIONS}
-  drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras server/physics server/graphics)
+set(PALPATE_CHECKED core record experiment record/session device scene plugin rig transport sim/config
+  drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras)
 
 # Tests that take long: hundreds of repeats for statistics, and long runs of what shorter tests run, too. They have the
 # label long; .ci/run leaves them to scripts/long. A regular expression each.
-set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "FullSolution\\." "^Program\\.(soak|live_poses|two_hosts|forces_check|clocks|calibrate_live|three_doors|trips|session_window)$")
+set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "FullSolution\\." "^Program\\.(soak|live_poses|two_hosts|forces_check|clocks|calibrate_live|three_doors|trips|session_window|descriptors|invariance|weak_data|world_values)$")
 
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.
