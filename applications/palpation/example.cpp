@@ -25,7 +25,7 @@ Vector3 pressed_place(const scene::TriangleMesh& organ) {
 }  // namespace
 
 scene::SceneState example_state(const scene::SceneDescription& scene, const Pose<World, Tip>&) {
-  constexpr double kLean_rad = 0.5;
+  constexpr double kLean_rad = 1.2;
   const PalpationSettings settings = palpation_settings(scene);
   const Pose<World, Body> X_world_body = resting_place(scene);
   const double depth = std::min(settings.deepest, 0.9 * settings.tip_radius);
