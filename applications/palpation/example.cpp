@@ -54,7 +54,7 @@ std::vector<float> example_shape(const scene::SceneDescription& scene, const sce
   constexpr int kTicks = 400;
   constexpr double kFrom_m = 0.02;
   for (int i = 0; i < 2 * kTicks; ++i) {  // down, and held
-    tip.time = Instant<PhysicsClock>((i + 1) * kTick);
+    tip.time = Instant<PhysicsClock>{(i + 1) * kTick};
     tip.X_world_tip.translation =
         state.bodies[kTip].p() + kFrom_m * std::max(0.0, 1.0 - static_cast<double>(i) / kTicks) * up;
     application.contact_law()->force(tip, to_seconds(kTick));

@@ -272,10 +272,6 @@ class AravisSource : public FrameSource {
     Reason reason;
     // A trigger that somebody has set stays: cameras side by side are triggered together.
     arv_camera_set_acquisition_mode(camera_.get(), ARV_ACQUISITION_MODE_CONTINUOUS, &reason);
-    // The library's packet socket, which it takes where it may, hands packets on up to 5 ms later, in blocks.
-    if (arv_camera_is_gv_device(camera_.get()))
-      arv_gv_device_set_stream_options(ARV_GV_DEVICE(arv_camera_get_device(camera_.get())),
-                                       ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
     stream_.reset(arv_camera_create_stream(camera_.get(), stream_event, nullptr, &reason));
     if (!stream_)
       return no("opens no stream ({}); see that no firewall keeps its packets away", reason.words());

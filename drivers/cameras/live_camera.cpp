@@ -64,8 +64,16 @@ void LiveCamera::set_lost(std::string words) {
   lost_ = std::move(words);
 }
 
+void LiveCamera::set_trouble(std::string words) {
+  ++status_.damaged;
+  trouble_ = fmt::format("camera {}: {}", name_, words);
+  troubled_ns_ = host_ns();
+}
+
 void LiveCamera::judge() {
   const std::lock_guard lock(mutex_);
+  // A plug that is pulled leaves half a picture behind: not that is what is wrong then.
+  if (host_ns() - troubled_ns_ > allowed_ns(facts_)) trouble_.clear();
   silent_ = silence_.gone(host_ns(), heard_ns_);
 }
 
@@ -99,8 +107,7 @@ void LiveCamera::run() {
       case Outcome::Kind::damaged: {
         waiting_since = host_ns();
         const std::lock_guard lock(mutex_);
-        ++status_.damaged;
-        trouble_ = fmt::format("camera {}: {}", name_, outcome.words);
+        set_trouble(outcome.words);
         break;
       }
       case Outcome::Kind::nothing:
@@ -147,8 +154,7 @@ void LiveCamera::take(const Frame& frame) {
     status_.dropped += frame.number - last_number_ - 1;
   last_number_ = frame.number;
   if (!words.empty()) {
-    ++status_.damaged;
-    trouble_ = fmt::format("camera {}: {}", name_, words);
+    set_trouble(std::move(words));
     return;
   }
   ++status_.pictures;

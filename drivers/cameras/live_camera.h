@@ -56,6 +56,7 @@ class LiveCamera : public device::CameraDevice {
   void take(const Frame& frame);
   bool pause(Duration time);  // false when the camera is to end
   void set_lost(std::string words);
+  void set_trouble(std::string words);  // mutex_ held
   // Whether it is silent, as its own thread sees it: a caller that stands still while it draws neither delays
   // that nor is misled by it.
   void judge();
@@ -73,7 +74,8 @@ class LiveCamera : public device::CameraDevice {
   std::optional<device::CameraImage> newest_;
   CameraStatus status_;  // counts
   CameraFacts facts_;
-  std::string lost_, trouble_;  // why it is gone; what was wrong with the latest picture
+  std::string lost_, trouble_;    // why it is gone; what is wrong with the pictures that come
+  std::int64_t troubled_ns_ = 0;  // when the latest of these came
   bool ended_ = false, silent_ = false;
   std::int64_t heard_ns_ = 0;  // the latest good picture, or when one is due at the earliest
   std::thread thread_;         // last: it uses all of the above
