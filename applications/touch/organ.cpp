@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "applications/touch/settings.h"
+#include "palpate/scene/ringed_mesh.h"
 #include "palpate/scene/table_frame.h"
 
 namespace palpate::applications::touch {
@@ -29,41 +30,13 @@ const scene::TriangleMesh* brought(const scene::SceneDescription& scene) {
 
 }  // namespace
 
-// Rings of latitude like an octahedron's: 4 vertices on the first, 4 more on each to the equator, and back.
 scene::TriangleMesh organ_mesh(std::uint32_t rings) {
   if (rings < 2)
     throw std::invalid_argument(
         fmt::format("organ: {} rings; 2 and more are expected, 112 make 100352 triangles", rings));
-  scene::TriangleMesh mesh;
-  const std::uint32_t last = 2 * rings;
-  const auto size = [&](std::uint32_t r) { return 4 * std::min(r, last - r); };  // 0 at the poles
-  std::vector<std::uint32_t> first;
-  for (std::uint32_t r = 0; r <= last; ++r) {
-    first.push_back(static_cast<std::uint32_t>(mesh.vertices.size()));
-    const double latitude = std::numbers::pi * (0.5 - static_cast<double>(r) / last);
-    const std::uint32_t count = std::max(1u, size(r));
-    for (std::uint32_t i = 0; i < count; ++i)
-      mesh.vertices.push_back(on_surface(latitude, 2.0 * std::numbers::pi * i / count));
-  }
-  const auto at = [&](std::uint32_t r, std::uint32_t i) {
-    return first[r] + (size(r) == 0 ? 0 : i % size(r));
-  };
-  for (std::uint32_t r = 0; r < last; ++r) {
-    // The narrow ring of the two has n vertices in a quarter, the wide one n + 1.
-    const bool widening = r < rings;
-    const std::uint32_t narrow = widening ? r : r + 1, wide = widening ? r + 1 : r, n = size(narrow) / 4;
-    for (std::uint32_t quarter = 0; quarter < 4; ++quarter) {
-      for (std::uint32_t i = 0; i <= n; ++i) {
-        const std::uint32_t a = at(narrow, quarter * n + i);
-        const std::uint32_t b = at(wide, quarter * (n + 1) + i), c = at(wide, quarter * (n + 1) + i + 1);
-        mesh.triangles.push_back(widening ? std::array{a, b, c} : std::array{a, c, b});
-        if (i == n) continue;
-        const std::uint32_t d = at(narrow, quarter * n + i + 1);
-        mesh.triangles.push_back(widening ? std::array{a, c, d} : std::array{a, d, c});
-      }
-    }
-  }
-  return mesh;
+  return scene::ringed_mesh(rings, [&](std::uint32_t ring, double longitude) {
+    return on_surface(std::numbers::pi * (0.5 - static_cast<double>(ring) / (2 * rings)), longitude);
+  });
 }
 
 scene::TriangleMesh drawn_mesh(const scene::SceneDescription& scene) {
