@@ -16,7 +16,6 @@ constexpr double kTouchTolerance = 1e-9;  // the same, in the small system
 constexpr double kHeld = 0.02;            // of the contact's stiffness
 constexpr int kHalvings = 20;
 constexpr int kMostTouches = 100;
-constexpr int kColumnsAtOnce = 64;
 
 void stiffen_diagonal(double share, SymmetricMatrix& matrix) {
   for (int column = 0; column < matrix.size; ++column)
@@ -42,24 +41,39 @@ FreeMotion touched_part(const TetMesh& mesh, const TipContact& contact, const Fr
   return touched;
 }
 
+// Of the touched components, among all that are free.
+std::vector<int> touched_equations(const TipContact& contact, const FreeMotion& touched,
+                                   const FreeMotion& motion) {
+  std::vector<int> equations(static_cast<std::size_t>(touched.count()));
+  for (const int node : contact.nodes())
+    for (int axis = 0; axis < 3; ++axis)
+      if (const int number = touched.equation(3 * node + axis); number >= 0)
+        equations[static_cast<std::size_t>(number)] = motion.equation(3 * node + axis);
+  return equations;
+}
+
 }  // namespace
 
-Equilibrium::Equilibrium(const TetMesh& mesh, const Solid& solid, const TipContact& contact,
-                         const FreeMotion& motion, SymmetricMatrix matrix, SparseFactor factor)
+Equilibrium::Equilibrium(const Solid& solid, const TipContact& contact, const FreeMotion& motion,
+                         FreeMotion touched, SymmetricMatrix matrix, SymmetricMatrix contact_matrix,
+                         SparseFactor factor)
     : solid_(&solid),
       contact_(&contact),
       motion_(&motion),
-      touched_(touched_part(mesh, contact, motion)),
+      touched_(std::move(touched)),
       matrix_(std::move(matrix)),
-      contact_matrix_(stiffness_pattern(mesh, touched_)),
+      contact_matrix_(std::move(contact_matrix)),
       factor_(std::move(factor)) {}
 
 Expected<Equilibrium> Equilibrium::prepare(const TetMesh& mesh, const Solid& solid, const TipContact& contact,
                                            const FreeMotion& motion) {
   auto matrix = stiffness_pattern(mesh, motion);
-  auto factor = SparseFactor::analyse(matrix);
+  auto touched = touched_part(mesh, contact, motion);
+  auto factor = SparseFactor::analyse(matrix, touched_equations(contact, touched, motion));
   if (!factor) return tl::unexpected(factor.error());
-  return Equilibrium(mesh, solid, contact, motion, std::move(matrix), std::move(*factor));
+  auto contact_matrix = stiffness_pattern(mesh, touched);
+  return Equilibrium(solid, contact, motion, std::move(touched), std::move(matrix), std::move(contact_matrix),
+                     std::move(*factor));
 }
 
 void Equilibrium::add_contact(const RigidTip& tip, const Eigen::VectorXd& u, bool curved, double share,
@@ -76,37 +90,22 @@ Expected<void> Equilibrium::linearise(const RigidTip& tip, const Eigen::VectorXd
   held_ = Eigen::MatrixXd::Zero(touched_.count(), touched_.count());
   add_contact(tip, u, false, kHeld, held_);
   held_ = held_.selfadjointView<Eigen::Lower>();
-  auto done = factor_.factorise(matrix_);
+  auto done = condense();
   // What is unstable all the same gets a stiffer diagonal: the step is one that descends.
   for (double share = 1e-3; !done && done.error().code != ErrorCode::exhausted && share <= 10.0;
        share *= 10.0) {
     stiffen_diagonal(share, matrix_);
-    done = factor_.factorise(matrix_);
+    done = condense();
   }
-  if (!done) return done;
-  ++factorisations_;
-  return condense();
+  if (done) ++factorisations_;
+  return done;
 }
 
 Expected<void> Equilibrium::condense() {
-  std::vector<int> equations;  // of the touched components
-  for (int node : contact_->nodes())
-    for (int axis = 0; axis < 3; ++axis)
-      if (touched_.equation(3 * node + axis) >= 0) equations.push_back(motion_->equation(3 * node + axis));
-  const int count = touched_.count();
-  Eigen::MatrixXd compliance(count, count);
-  for (int first = 0; first < count; first += kColumnsAtOnce) {
-    const int columns = std::min(kColumnsAtOnce, count - first);
-    Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(motion_->count(), columns);
-    for (int k = 0; k < columns; ++k) unit(equations[static_cast<std::size_t>(first + k)], k) = 1.0;
-    if (auto solved = factor_.solve(unit); !solved) return solved;
-    for (int row = 0; row < count; ++row)
-      compliance.block(row, first, 1, columns) = unit.row(equations[static_cast<std::size_t>(row)]);
-  }
-  const Eigen::LLT<Eigen::MatrixXd> triangle(0.5 * (compliance + compliance.transpose()));
-  if (triangle.info() != Eigen::Success)
-    return refused("equilibrium: the touched surface's compliance is singular");
-  factorised_ = triangle.solve(Eigen::MatrixXd::Identity(count, count));
+  if (auto done = factor_.factorise(matrix_); !done) return done;
+  factorised_ = factor_.condensed();
+  if (Eigen::LLT<Eigen::MatrixXd>(factorised_).info() != Eigen::Success)
+    return refused("equilibrium: the touched surface's stiffness is not positive definite");
   condensed_ = factorised_ - held_;
   return {};
 }
@@ -146,17 +145,12 @@ Eigen::VectorXd Equilibrium::touch(const RigidTip& tip, const Eigen::VectorXd& u
 
 Expected<Eigen::VectorXd> Equilibrium::way(const RigidTip& tip, const Eigen::VectorXd& u,
                                            const Eigen::VectorXd& forces) {
-  Eigen::VectorXd untouched = -motion_->free_part(forces);
-  if (auto solved = factor_.solve(untouched); !solved) return tl::unexpected(solved.error());
+  const auto left = factor_.condense(-motion_->free_part(forces));
+  if (!left) return tl::unexpected(left.error());
+  const auto moved = factor_.expand(touch(tip, u, -*left));
+  if (!moved) return tl::unexpected(moved.error());
   Eigen::VectorXd all = Eigen::VectorXd::Zero(u.size());
-  motion_->add(untouched, 1.0, all);
-  const Eigen::VectorXd pull = -factorised_ * touched_.free_part(all);
-  const Eigen::VectorXd y = touch(tip, u, pull);
-  Eigen::VectorXd load = Eigen::VectorXd::Zero(u.size());
-  touched_.add(factorised_ * y + pull, 1.0, load);
-  Eigen::VectorXd answer = motion_->free_part(load);
-  if (auto solved = factor_.solve(answer); !solved) return tl::unexpected(solved.error());
-  motion_->add(answer, 1.0, all);
+  motion_->add(*moved, 1.0, all);
   return all;
 }
 

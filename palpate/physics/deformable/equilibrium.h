@@ -1,6 +1,6 @@
 // The state of a body that a rigid tip holds pressed: least energy of matter and contact together.
 //
-// Matter is linearised and condensed onto the nodes that can be touched; there, in a small dense system, contact is
+// Matter is linearised and condensed onto the nodes that can be touched (Schur's complement); there, in a small dense system, contact is
 // solved exactly (Newton, line search); the step is then searched along the true energy. Factor and condensation are
 // kept as long as steps with them converge, and a linear body needs one only. SI. One thread at a time; it allocates.
 // Refused: no convergence, no memory.
@@ -29,9 +29,9 @@ class Equilibrium {
   int factorisations() const { return factorisations_; }
 
  private:
-  Equilibrium(const TetMesh& mesh, const Solid& solid, const TipContact& contact, const FreeMotion& motion,
-              SymmetricMatrix matrix, SparseFactor factor);
-  // Matter's stiffness at u, factorised and condensed. Squeezed matter may be unstable where no contact holds it, so
+  Equilibrium(const Solid& solid, const TipContact& contact, const FreeMotion& motion, FreeMotion touched,
+              SymmetricMatrix matrix, SymmetricMatrix contact_matrix, SparseFactor factor);
+  // Matter's stiffness at u, condensed. Squeezed matter may be unstable where no contact holds it, so
   // a share of the contact's stiffness is put in before it is factorised and taken out of the condensed one.
   Expected<void> linearise(const RigidTip& tip, const Eigen::VectorXd& u);
   Expected<void> condense();

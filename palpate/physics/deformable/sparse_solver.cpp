@@ -9,9 +9,11 @@ namespace palpate::physics::deformable {
 namespace {
 
 constexpr int kBegin = -1, kEnd = -2, kAnalyse = 1, kFactorise = 2, kSolve = 3;  // MUMPS' JOB
-constexpr int kSequential = -987654;    // its communicator of a single process
-constexpr int kScotch = 3;              // ICNTL(7), the ordering
-constexpr int kColumnsInOneSolve = 32;  // ICNTL(27)
+constexpr int kSequential = -987654;       // its communicator of a single process
+constexpr int kScotch = 3;                 // ICNTL(7), the ordering
+constexpr int kColumnsInOneSolve = 32;     // ICNTL(27)
+constexpr int kWholeByColumns = 3;         // ICNTL(19), Schur's complement
+constexpr int kCondense = 1, kExpand = 2;  // ICNTL(26)
 
 Expected<void> answer_of(const DMUMPS_STRUC_C& mumps, const char* what) {
   const int code = mumps.infog[0];
@@ -51,7 +53,23 @@ struct SparseFactor::Library {
   DMUMPS_STRUC_C mumps{};
   std::vector<MUMPS_INT> rows, columns;  // 1-based
   std::vector<double> values;
-  bool begun = false, factorised = false;
+  std::vector<MUMPS_INT> kept;  // 1-based
+  std::vector<double> right;    // of the solution that is condensed
+  Eigen::MatrixXd condensed;
+  bool begun = false, factorised = false, is_condensed = false;
+
+  void keep(const std::vector<int>& equations) {
+    for (const int equation : equations) kept.push_back(equation + 1);
+    const auto count = static_cast<MUMPS_INT>(kept.size());
+    condensed.resize(count, count);
+    mumps.icntl[18] = kWholeByColumns;
+    mumps.size_schur = count;
+    mumps.listvar_schur = kept.data();
+    mumps.schur = condensed.data();
+    mumps.schur_lld = mumps.schur_mloc = mumps.schur_nloc = count;
+    mumps.nprow = mumps.npcol = 1;
+    mumps.mblock = mumps.nblock = count;
+  }
 
   void call(int job) {
     mumps.job = job;
@@ -67,10 +85,11 @@ SparseFactor::~SparseFactor() = default;
 SparseFactor::SparseFactor(SparseFactor&&) noexcept = default;
 SparseFactor& SparseFactor::operator=(SparseFactor&&) noexcept = default;
 
-Expected<SparseFactor> SparseFactor::analyse(const SymmetricMatrix& matrix) {
-  for (const int row : matrix.rows)
-    if (row < 0 || row >= matrix.size)
-      return refused("sparse solver: a row of number {}, and there are {}", row, matrix.size);
+Expected<SparseFactor> SparseFactor::analyse(const SymmetricMatrix& matrix, const std::vector<int>& kept) {
+  for (const auto* numbers : {&matrix.rows, &kept})
+    for (const int row : *numbers)
+      if (row < 0 || row >= matrix.size)
+        return refused("sparse solver: a row of number {}, and there are {}", row, matrix.size);
   auto library = std::make_unique<Library>();
   auto& mumps = library->mumps;
   mumps.par = 1;
@@ -94,6 +113,7 @@ Expected<SparseFactor> SparseFactor::analyse(const SymmetricMatrix& matrix) {
   mumps.nnz = static_cast<MUMPS_INT8>(library->rows.size());
   mumps.irn = library->rows.data();
   mumps.jcn = library->columns.data();
+  if (!kept.empty()) library->keep(kept);
   library->call(kAnalyse);
   if (auto good = answer_of(mumps, "order"); !good) return tl::unexpected(good.error());
   return SparseFactor(std::move(library));
@@ -101,7 +121,7 @@ Expected<SparseFactor> SparseFactor::analyse(const SymmetricMatrix& matrix) {
 
 Expected<void> SparseFactor::factorise(const SymmetricMatrix& matrix) {
   auto& mumps = library_->mumps;
-  library_->factorised = false;
+  library_->factorised = library_->is_condensed = false;
   library_->values = matrix.values;
   mumps.a = library_->values.data();
   library_->call(kFactorise);
@@ -110,11 +130,18 @@ Expected<void> SparseFactor::factorise(const SymmetricMatrix& matrix) {
     return refused("sparse solver: the matrix is not positive definite, {} pivots are negative",
                    mumps.infog[11]);
   library_->factorised = true;
+  if (!library_->kept.empty()) {
+    // The library promises one triangle of a symmetric one. In its place, which the library knows.
+    auto& whole = library_->condensed;
+    for (Eigen::Index column = 1; column < whole.cols(); ++column)
+      whole.col(column).head(column) = whole.row(column).head(column).transpose();
+  }
   return {};
 }
 
 Expected<void> SparseFactor::solve(Eigen::MatrixXd& columns) const {
-  if (!library_->factorised) return refused("sparse solver: nothing is factorised");
+  if (!library_->factorised || !library_->kept.empty())
+    return refused("sparse solver: nothing is factorised whole");
   auto& mumps = library_->mumps;
   mumps.rhs = columns.data();
   mumps.nrhs = static_cast<MUMPS_INT>(columns.cols());
@@ -128,6 +155,40 @@ Expected<void> SparseFactor::solve(Eigen::VectorXd& column) const {
   if (auto good = solve(columns); !good) return good;
   column = columns.col(0);
   return {};
+}
+
+Eigen::MatrixXd SparseFactor::condensed() const {
+  return library_->factorised ? library_->condensed : Eigen::MatrixXd();
+}
+
+Expected<Eigen::VectorXd> SparseFactor::condense(const Eigen::VectorXd& right) const {
+  if (!library_->factorised || library_->kept.empty() || right.size() != library_->mumps.n)
+    return refused("sparse solver: nothing is factorised that keeps equations, for {} values", right.size());
+  auto& mumps = library_->mumps;
+  Eigen::VectorXd left(mumps.size_schur);
+  library_->right.assign(right.begin(), right.end());
+  mumps.rhs = library_->right.data();
+  mumps.nrhs = 1;
+  mumps.lrhs = mumps.n;
+  mumps.redrhs = left.data();
+  mumps.lredrhs = mumps.size_schur;
+  mumps.icntl[25] = kCondense;
+  library_->call(kSolve);
+  if (auto good = answer_of(mumps, "condense"); !good) return tl::unexpected(good.error());
+  library_->is_condensed = true;
+  return left;
+}
+
+Expected<Eigen::VectorXd> SparseFactor::expand(const Eigen::VectorXd& kept) const {
+  auto& mumps = library_->mumps;
+  if (!library_->is_condensed || kept.size() != mumps.size_schur)
+    return refused("sparse solver: nothing is condensed, for {} values", kept.size());
+  Eigen::VectorXd values = kept;
+  mumps.redrhs = values.data();
+  mumps.icntl[25] = kExpand;
+  library_->call(kSolve);
+  if (auto good = answer_of(mumps, "expand"); !good) return tl::unexpected(good.error());
+  return Eigen::VectorXd::Map(library_->right.data(), mumps.n);
 }
 
 std::int64_t SparseFactor::entries() const {

@@ -27,18 +27,27 @@ struct SymmetricMatrix {
 
 class SparseFactor {
  public:
-  // The order of elimination for this pattern. Refused: an index out of range, no memory (exhausted).
-  static Expected<SparseFactor> analyse(const SymmetricMatrix& matrix);
+  // The order of elimination for this pattern; the equations `kept` are not eliminated. Refused: an index out of
+  // range, no memory (exhausted).
+  static Expected<SparseFactor> analyse(const SymmetricMatrix& matrix, const std::vector<int>& kept = {});
   ~SparseFactor();
   SparseFactor(SparseFactor&&) noexcept;
   SparseFactor& operator=(SparseFactor&&) noexcept;
 
-  // A matrix of the pattern that was analysed. Refused: singular or not positive definite, no memory
-  // (exhausted); then there is no factor.
+  // A matrix of the pattern that was analysed. Refused: singular or not positive definite (of what is kept nothing is
+  // known), no memory (exhausted); then there is no factor.
   Expected<void> factorise(const SymmetricMatrix& matrix);
-  // The right-hand sides, a column each, become the solutions. Refused where there is no factor.
+  // The right-hand sides, a column each, become the solutions. Refused where there is no factor, or equations are kept.
   Expected<void> solve(Eigen::MatrixXd& columns) const;
   Expected<void> solve(Eigen::VectorXd& column) const;
+
+  // With k the kept and e the eliminated equations: A_kk - A_ke A_ee^-1 A_ek (Schur's complement), in their order.
+  // Empty where nothing is factorised or kept.
+  Eigen::MatrixXd condensed() const;
+  // The right-hand side that is left for the kept: b_k - A_ke A_ee^-1 b_e.
+  Expected<Eigen::VectorXd> condense(const Eigen::VectorXd& right) const;
+  // Of the right-hand side condensed last: all unknowns where the kept ones have these values.
+  Expected<Eigen::VectorXd> expand(const Eigen::VectorXd& kept) const;
 
   std::int64_t entries() const;  // of the factor
 

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/LU>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 namespace palpate::physics::deformable {
 namespace {
@@ -55,6 +57,61 @@ TEST(SparseSolver, AnotherMatrixOfThePatternIsFactorisedAnew) {
   Eigen::VectorXd x = right;
   ASSERT_TRUE(factor->solve(x));
   EXPECT_LT((second.times(x) - right).norm(), 1e-12);
+}
+
+Eigen::MatrixXd dense(const SymmetricMatrix& matrix) {
+  Eigen::MatrixXd all(matrix.size, matrix.size);
+  for (int k = 0; k < matrix.size; ++k) all.col(k) = matrix.times(Eigen::VectorXd::Unit(matrix.size, k));
+  return all;
+}
+
+TEST(SparseSolver, EquationsThatAreKeptAreCondensedAsByDenseInversion) {
+  constexpr int kSize = 60;
+  const auto matrix = row_of_springs(kSize, 0.3);
+  const std::vector<int> kept{41, 7, 8, 40, 59};  // in an order of their own
+  auto factor = SparseFactor::analyse(matrix, kept);
+  ASSERT_TRUE(factor) << factor.error().message;
+  EXPECT_EQ(factor->condensed().size(), 0);
+  ASSERT_TRUE(factor->factorise(row_of_springs(kSize, 1.0)));
+  ASSERT_TRUE(factor->factorise(matrix)) << "another of the pattern";
+  const Eigen::MatrixXd inverse = dense(matrix).inverse();
+  const Eigen::MatrixXd compliance = inverse(kept, kept);
+  EXPECT_LT((factor->condensed() * compliance - Eigen::MatrixXd::Identity(5, 5)).norm(), 1e-12);
+
+  const Eigen::VectorXd right = Eigen::VectorXd::LinSpaced(kSize, -1.0, 2.0), x = inverse * right;
+  const auto left = factor->condense(right);
+  ASSERT_TRUE(left) << left.error().message;
+  EXPECT_LT((factor->condensed() * x(kept) - *left).norm(), 1e-12);
+  const auto whole = factor->expand(x(kept));
+  ASSERT_TRUE(whole) << whole.error().message;
+  EXPECT_LT((*whole - x).norm(), 1e-12);
+
+  // Other values of the kept ones: the eliminated ones are in equilibrium all the same.
+  const Eigen::VectorXd held = Eigen::VectorXd::LinSpaced(5, 0.1, 0.5);
+  ASSERT_TRUE(factor->condense(right));
+  const auto moved = factor->expand(held);
+  ASSERT_TRUE(moved);
+  EXPECT_EQ((*moved)(kept), held);
+  Eigen::VectorXd rest = matrix.times(*moved) - right;
+  rest(kept).setZero();
+  EXPECT_LT(rest.norm(), 1e-12);
+}
+
+TEST(SparseSolver, WhatIsKeptIsNotSolvedAndOnlyWhatIsKeptIsCondensed) {
+  const auto matrix = row_of_springs(20, 0.3);
+  EXPECT_FALSE(SparseFactor::analyse(matrix, {3, 20}));
+  auto factor = SparseFactor::analyse(matrix, {3});
+  Eigen::VectorXd x = Eigen::VectorXd::Ones(20);
+  EXPECT_FALSE(factor->condense(x)) << "before it is factorised";
+  ASSERT_TRUE(factor->factorise(matrix));
+  EXPECT_FALSE(factor->solve(x));
+  EXPECT_FALSE(factor->expand(Eigen::VectorXd::Ones(1))) << "before anything is condensed";
+  EXPECT_FALSE(factor->condense(Eigen::VectorXd::Ones(19)));
+  ASSERT_TRUE(factor->condense(x));
+  EXPECT_FALSE(factor->expand(Eigen::VectorXd::Ones(2)));
+  auto whole = SparseFactor::analyse(matrix);
+  ASSERT_TRUE(whole->factorise(matrix));
+  EXPECT_FALSE(whole->condense(x));
 }
 
 TEST(SparseSolver, WhatIsNotPositiveDefiniteIsRefused) {

@@ -1,0 +1,50 @@
+#!/usr/bin/env python3
+"""The application palpation as a user meets it: served, shown, refused."""
+import json
+import os
+import signal
+import unittest
+
+from laboratory import LaboratoryTest
+
+# Coarse, so that it is made ready within seconds.
+QUICK = "[palpation]\nelement_mm = 14.0\nnodules = [1, 1]\nnodule_seed = 3\n"
+
+
+class Palpation(LaboratoryTest):
+    def setUp(self):
+        super().setUp()
+        self.environment["XDG_CACHE_HOME"] = self.path("cache")
+
+    def test_it_is_listed_served_and_shown_and_known_again(self):
+        self.assertIn("palpation", self.runs("apps").out)
+        self.start_world()
+        settings = self.write("quick.toml", QUICK)
+        for known in (False, True):
+            physics = self.start("physics", "--rig", self.rig, "--app", "palpation", "--settings", settings, "--json", "figures.json")
+            self.assertTrue(physics.says("answers graphics servers at"), physics.lines())
+            parts = sorted(os.listdir(self.path("cache", "palpate", "organs")))
+            self.assertEqual([name.split("-")[0] for name in parts], ["body", "dent", "tip"])
+            if known:
+                self.assertEqual(parts, before)
+            before = parts
+            graphics = self.start("graphics", "--rig", self.rig, "--player", "--seconds", "6", "--json", "shown.json")
+            self.assertEqual(graphics.ends().code, 0, graphics.lines())
+            self.assertGreater(json.loads(self.read("shown.json"))["exchange"]["frames"], 5)
+            physics.send(signal.SIGTERM)
+            self.assertEqual(physics.ends().code, 0, physics.lines())
+            self.assertEqual(json.loads(self.read("figures.json"))["force"]["blows"], 0)
+
+    def test_what_cannot_be_is_refused_with_the_remedy(self):
+        physics = ["physics", "--rig", self.rig, "--app", "palpation"]
+        for text, words in (("nodules = [2, 1]\n", ("nodules", "the smaller number first")), ("nodules = [0.5, 1]\n", ("nodules", "whole numbers")),
+                            ("poisson = 0.5\n", ("poisson", "0.49")), ("deepest_mm = 12.0\n", ("deepest_mm", "1.4 times tip_radius_mm")),
+                            ("trainee_press_mm = 9.0\n", ("trainee_press_mm", "deepest_mm")), ("trainee_senses = \"perhaps\"\n", ("trainee_senses", "perhaps")),
+                            ("mesh = \"missing.stl\"\n", ("missing.stl",))):
+            settings = self.write("wrong.toml", "[palpation]\n" + text)
+            self.says_no(self.run_program(*physics, "--settings", settings), 2, *words)
+        self.says_no(self.run_program(*physics, "--unit", "m"), 2, "no mesh is named")
+
+
+if __name__ == "__main__":
+    unittest.main()
