@@ -2,9 +2,9 @@
 // places of the upper side, above and beside nodules, on slopes up to 30 degrees and near the rim, three depths each.
 //
 // usage: organ_places TABLE [PLACES [SEED]]
-// TABLE: CSV, a line for each place and depth; places that are in it already are not computed again, so that hours of
-// computing may be interrupted. scripts/organ-places builds, runs and draws it. A place without equilibrium is said in
-// its line (`what`), not left out.
+// TABLE: CSV, a line for each place and depth. Full solutions that are in it are not computed again, so hours of computing
+// may be interrupted, and the tick's columns are those of this program whenever it runs. scripts/organ-places builds, runs
+// and draws it. A place without equilibrium is said in its line (`what`), not left out.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,13 +13,16 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <numbers>
-#include <set>
+#include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "applications/palpation/liver.h"
 #include "applications/palpation/nodules.h"
+#include "palpate/core/file.h"
 #include "palpate/core/random.h"
 #include "palpate/physics/organ/full_press.h"
 #include "palpate/physics/tissue/surface_distance.h"
@@ -32,9 +35,10 @@ namespace palpation = applications::palpation;
 using physics::deformable::SurfaceSite;
 
 const std::vector<double> kDepths{0.0015, 0.003, 0.0045};  // m
-constexpr double kSteepest = 30.0, kFlat = 10.0;           // degrees
-constexpr double kBeside = 0.010;                          // m, from a nodule's rim, seen from above
-constexpr double kRim = 0.015;                             // m, to where the surface is steeper than that
+constexpr const char* kUnits = "tick and full neo-Hookean solution; frame of the liver, y up; tip of 5 mm\n";
+constexpr double kSteepest = 30.0, kFlat = 10.0;  // degrees
+constexpr double kBeside = 0.010;                 // m, from a nodule's rim, seen from above
+constexpr double kRim = 0.015;                    // m, to where the surface is steeper than that
 
 struct Place {
   SurfaceSite site;
@@ -91,28 +95,64 @@ std::vector<Place> draw_places(const scene::TriangleMesh& surface, const std::ve
   return places;
 }
 
-std::set<int> done_in(const std::string& table) {
-  std::set<int> done;
-  std::ifstream file(table);
-  for (std::string line; std::getline(file, line);)
-    if (!line.empty() && line[0] >= '0' && line[0] <= '9') done.insert(std::atoi(line.c_str()));
-  return done;
+// What the table has of one state: the full solution's force, which takes long, or why there is none.
+struct Known {
+  Vector3 force = Vector3::Zero();
+  std::string nodes, seconds, what;
+  bool there() const { return what.empty(); }
+};
+using Table = std::map<std::pair<int, int>, Known>;  // by place and depth, um
+
+constexpr const char* kColumns =
+    "place,kind,slope_deg,x_mm,y_mm,z_mm,depth_mm,tick_n,full_x_n,full_y_n,full_z_n,tick_beyond_full_percent,"
+    "direction_deg,nodes,seconds,what";
+
+Table read_table(const std::string& name) {
+  Table table;
+  std::ifstream file(name);
+  for (std::string line; std::getline(file, line);) {
+    if (line.empty() || line[0] < '0' || line[0] > '9') continue;
+    std::vector<std::string> cells;
+    std::istringstream cut(line);
+    for (std::string cell; std::getline(cut, cell, ',');) cells.push_back(cell);
+    cells.resize(16);
+    const auto number = [&](std::size_t k) { return std::strtod(cells[k].c_str(), nullptr); };
+    table[{std::atoi(cells[0].c_str()), static_cast<int>(std::lround(1e3 * number(6)))}] = {
+        {number(8), number(9), number(10)}, cells[13], cells[14], cells[15]};
+  }
+  return table;
 }
 
 std::string line_of(int number, const Place& place, double depth, const organ::PreparedOrgan& soft,
-                    const Expected<organ::FullPress>& full, std::size_t k, double took_s) {
+                    const Known& full) {
   const auto& p = place.site.place;
-  const Vector3& n = place.site.normal;
-  const auto tick = soft.field.at(p + (soft.field.facts().tip_radius - depth) * n);
+  const Vector3 tick = soft.field.at(p + (soft.field.facts().tip_radius - depth) * place.site.normal).force;
   std::string line =
       fmt::format("{},{},{:.1f},{:.3f},{:.3f},{:.3f},{:.1f},{:.5f}", number, place.kind, place.slope,
-                  1e3 * p.x(), 1e3 * p.y(), 1e3 * p.z(), 1e3 * depth, tick.force.norm());
-  if (!full) return line + fmt::format(",,,,,{:.0f},\"{}\"\n", took_s, full.error().message);
-  const auto& state = full->states[k];
-  const double cosine = std::clamp(tick.force.normalized().dot(state.force.normalized()), -1.0, 1.0);
-  return line + fmt::format(",{:.5f},{:.2f},{:.2f},{},{:.0f},\n", state.force.norm(),
-                            100.0 * (tick.force.norm() / state.force.norm() - 1.0),
-                            std::acos(cosine) * 180.0 / std::numbers::pi, full->nodes, took_s);
+                  1e3 * p.x(), 1e3 * p.y(), 1e3 * p.z(), 1e3 * depth, tick.norm());
+  if (!full.there()) return line + fmt::format(",,,,,,{},{},{}\n", full.nodes, full.seconds, full.what);
+  const double cosine = std::clamp(tick.normalized().dot(full.force.normalized()), -1.0, 1.0);
+  return line + fmt::format(",{:.5f},{:.5f},{:.5f},{:.2f},{:.2f},{},{},\n", full.force.x(), full.force.y(),
+                            full.force.z(), 100.0 * (tick.norm() / full.force.norm() - 1.0),
+                            std::acos(cosine) * 180.0 / std::numbers::pi, full.nodes, full.seconds);
+}
+
+void compute(const scene::TriangleMesh& surface, const organ::OrganSettings& settings, int number,
+             const Place& place, Table& table) {
+  const auto begun = std::chrono::steady_clock::now();
+  const auto full = organ::full_press(surface, settings, place.site, kDepths);
+  const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  for (std::size_t k = 0; k < kDepths.size(); ++k) {
+    Known& state = table[{number, static_cast<int>(std::lround(1e6 * kDepths[k]))}];
+    state.seconds = fmt::format("{:.0f}", took);
+    if (full) {
+      state.force = full->states[k].force;
+      state.nodes = fmt::format("{}", full->nodes);
+    } else {
+      state.what = full.error().message;
+      std::replace(state.what.begin(), state.what.end(), ',', ';');
+    }
+  }
 }
 
 int run(const std::string& table, int count, std::uint64_t seed) {
@@ -131,30 +171,36 @@ int run(const std::string& table, int count, std::uint64_t seed) {
     return 1;
   }
   const auto places = draw_places(surface, settings.nodules, count, seed);
-  const auto done = done_in(table);
-  std::ofstream file(table, std::ios::app);
-  if (done.empty()) {
-    for (const auto& nodule : settings.nodules)
-      file << fmt::format("# nodule at {:.2f} {:.2f} {:.2f} mm, radius {:.2f} mm, {:.2f} times stiffer\n",
-                          1e3 * nodule.centre.x(), 1e3 * nodule.centre.y(), 1e3 * nodule.centre.z(),
-                          1e3 * nodule.radius, nodule.ratio);
-    file << "place,kind,slope_deg,x_mm,y_mm,z_mm,depth_mm,tick_n,full_n,tick_beyond_full_percent,direction_"
-            "deg,nodes,seconds,what\n";
-  }
+  std::string text = "# " + std::string(kUnits);
+  for (const auto& nodule : settings.nodules)
+    text += fmt::format("# nodule at {:.2f} {:.2f} {:.2f} mm, radius {:.2f} mm, {:.2f} times stiffer\n",
+                        1e3 * nodule.centre.x(), 1e3 * nodule.centre.y(), 1e3 * nodule.centre.z(),
+                        1e3 * nodule.radius, nodule.ratio);
+  text += std::string(kColumns) + "\n";
+  Table known = read_table(table);
   for (int i = 0; i < std::ssize(places); ++i) {
-    if (done.contains(i)) continue;
     const Place& place = places[static_cast<std::size_t>(i)];
-    const auto begun = std::chrono::steady_clock::now();
-    const auto full = organ::full_press(surface, settings, place.site, kDepths);
-    const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+    if (!known.contains({i, static_cast<int>(std::lround(1e6 * kDepths.front()))}))
+      compute(surface, settings, i, place, known);
     std::string lines;
-    for (std::size_t k = 0; k < kDepths.size(); ++k)
-      lines += line_of(i, place, kDepths[k], *soft, full, k, took);
+    for (const double depth : kDepths)
+      lines += line_of(i, place, depth, *soft, known[{i, static_cast<int>(std::lround(1e6 * depth))}]);
     fmt::print("{}", lines);
     std::fflush(stdout);
-    file << lines << std::flush;
+    text += lines;
+    // Of places that are known and not reached yet the table keeps what it has.
+    std::string rest;
+    for (int later = i + 1; later < std::ssize(places); ++later)
+      for (const double depth : kDepths)
+        if (const auto found = known.find({later, static_cast<int>(std::lround(1e6 * depth))});
+            found != known.end())
+          rest += line_of(later, places[static_cast<std::size_t>(later)], depth, *soft, found->second);
+    if (const auto written = write_file(table, text + rest); !written) {
+      fmt::print(stderr, "organ_places: {}\n", written.error().message);
+      return 1;
+    }
   }
-  return file ? 0 : 1;
+  return 0;
 }
 
 }  // namespace

@@ -2,16 +2,13 @@
 
 #include <array>
 #include <cmath>
-#include <filesystem>
 #include <stdexcept>
 #include <utility>
-
-#include "palpate/core/units.h"
 
 namespace palpate::applications::palpation {
 namespace {
 
-constexpr double kMillimetre = 1e-3, kDegree = 1.0 / kDegreesPerRadian, kKilopascal = 1e3;
+constexpr double kMillimetre = 1e-3, kKilopascal = 1e3;
 
 using scene::SettingField;
 using scene::SettingKind;
@@ -44,18 +41,7 @@ SettingField choice(std::string key, std::string initial, std::vector<std::strin
 }
 
 std::vector<SettingField> organ_fields() {
-  return {{.section = "palpation",
-           .key = "mesh",
-           .kind = SettingKind::file,
-           .initial = "",
-           .help = "Closed surface as STL, OBJ or PLY; empty: the liver that is built in"},
-          choice("unit", "mm", {"mm", "m"}, "Of the file's lengths"),
-          one("scale", 1.0, {1e-6, 1e6}, "How many times larger it is felt"),
-          several("turn_deg", {0.0, 0.0, 0.0}, {-360.0, 360.0}, "Angles about x, y, z; y is up afterwards",
-                  kDegree),
-          several("shift_mm", {70.0, 70.0, 50.0}, {-1000.0, 1000.0},
-                  "On the table: to the right, up on a tray, towards the user", kMillimetre),
-          one("young_kpa", 6.0, {0.5, 50.0}, "Young's modulus of the organ; a healthy liver has 3 to 8",
+  return {one("young_kpa", 6.0, {0.5, 50.0}, "Young's modulus of the organ; a healthy liver has 3 to 8",
               kKilopascal),
           one("poisson", 0.45, {0.30, 0.49}, "Poisson's ratio"),
           one("friction", 0.15, {0.0, 1.0}, "Coulomb's coefficient"),
@@ -88,8 +74,10 @@ std::vector<SettingField> trainee_fields() {
 }
 
 std::vector<SettingField> fields() {
-  auto all = organ_fields();
-  for (auto* part : {trial_fields, trainee_fields})
+  auto all =
+      scene::mesh_fields("palpation", "Closed surface as STL, OBJ or PLY; empty: the liver that is built in",
+                         {70.0, 70.0, 50.0}, "tray");
+  for (auto* part : {organ_fields, trial_fields, trainee_fields})
     for (auto& field : part()) all.push_back(std::move(field));
   return all;
 }
@@ -107,18 +95,6 @@ std::vector<scene::SettingComplaint> relations(const scene::SettingValues& value
     return {{"palpation", "deepest_mm", "at most 1.4 times tip_radius_mm is expected"}};
   if (values.number("palpation.trainee_press_mm") > values.number("palpation.deepest_mm"))
     return {{"palpation", "trainee_press_mm", "at most deepest_mm is expected"}};
-  return {};
-}
-
-Expected<void> set_mesh(const std::string& file, scene::SettingValues& values) {
-  values.set("palpation.mesh", std::filesystem::absolute(file).lexically_normal().string());
-  return {};
-}
-
-Expected<void> set_unit(const std::string& unit, scene::SettingValues& values) {
-  if (values.text("palpation.mesh").empty())
-    return wrong_use("--unit {}: no mesh is named; say which with --mesh FILE", unit);
-  values.set("palpation.unit", unit);
   return {};
 }
 
@@ -154,29 +130,22 @@ const scene::SettingSchema& setting_schema() {
 }
 
 std::vector<scene::ApplicationOption> options() {
-  return {{.name = "--mesh", .help = "STL, OBJ or PLY file to press instead of the liver", .apply = set_mesh},
-          {.name = "--unit",
-           .help = "Unit of that file's lengths: mm (default) or m",
-           .choices = {"mm", "m"},
-           .apply = set_unit},
-          {.name = "--nodules",
-           .help = "easy, plain or hard to feel; the settings of [palpation] hold the numbers",
-           .choices = {"easy", "plain", "hard"},
-           .apply = set_nodules},
-          {.name = "--tissue",
-           .help = "gel, liver or cirrhotic; the settings of [palpation] hold the numbers",
-           .choices = {"gel", "liver", "cirrhotic"},
-           .apply = set_tissue}};
+  auto all = scene::mesh_options("palpation", "STL, OBJ or PLY file to press instead of the liver");
+  all.push_back({.name = "--nodules",
+                 .help = "easy, plain or hard to feel; the settings of [palpation] hold the numbers",
+                 .choices = {"easy", "plain", "hard"},
+                 .apply = set_nodules});
+  all.push_back({.name = "--tissue",
+                 .help = "gel, liver or cirrhotic; the settings of [palpation] hold the numbers",
+                 .choices = {"gel", "liver", "cirrhotic"},
+                 .apply = set_tissue});
+  return all;
 }
 
 PalpationSettings palpation_settings(const scene::SettingValues& values) {
   const auto number = [&](const char* key) { return values.number(std::string("palpation.") + key); };
   const auto range = [&](const char* key) { return values.range(std::string("palpation.") + key); };
-  PalpationSettings s;
-  s.mesh_file = values.text("palpation.mesh");
-  s.metres_per_unit = number("scale") * (values.text("palpation.unit") == "m" ? 1.0 : kMillimetre);
-  s.turn = values.vector("palpation.turn_deg");
-  s.shift = values.vector("palpation.shift_mm");
+  PalpationSettings s{scene::chosen_mesh(values, "palpation")};
   s.young_pa = number("young_kpa");
   s.poisson = number("poisson");
   s.friction = number("friction");
@@ -211,9 +180,7 @@ void describe(const scene::SettingValues& values, scene::SceneDescription& scene
   const PalpationSettings s = palpation_settings(values);
   scene.carried_offset.setZero();  // the bare stylus
   scene.bodies = {{"Organ", 0.0}, {"Stylus", 0.0}};
-  scene.mesh.reset();
-  if (!s.mesh_file.empty())
-    scene.mesh = scene::MeshAsset{.file = s.mesh_file, .metres_per_unit = s.metres_per_unit};
+  scene::set_mesh(s, scene);
   scene.settings = scene::to_payload(setting_schema(), values);
 }
 

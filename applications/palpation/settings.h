@@ -8,6 +8,7 @@
 
 #include "palpate/scene/application.h"
 #include "palpate/scene/application_option.h"
+#include "palpate/scene/chosen_mesh.h"
 #include "palpate/scene/setting_schema.h"
 
 namespace palpate::applications::palpation {
@@ -35,11 +36,7 @@ struct TraineeSettings {
   double press = 0.005;          // m, how deep
 };
 
-struct PalpationSettings {
-  std::string mesh_file;  // as the setting names it; empty: the liver that is built in
-  double metres_per_unit = 0.001;
-  Vector3 turn = Vector3::Zero();   // rad, angles about x, y, z, before it is put on the table
-  Vector3 shift{0.07, 0.07, 0.05};  // m, on the table: to the right, up on a tray, towards the person
+struct PalpationSettings : scene::ChosenMesh {  // without one: the liver that is built in
   double young_pa = 6000.0, poisson = 0.45, friction = 0.15;
   double tip_radius = 0.006;                // m
   double deepest = 0.008, element = 0.010;  // m: how deep it is tabulated, edge of the elements inside

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/math/random_vector.h"
+
 namespace palpate::applications::pingpong {
 namespace {
 
@@ -46,8 +48,8 @@ void ScriptedPlayer::notice(const scene::SceneState& state, double now) {
     return;
   }
   if (state.impact.share > 0.0) return;
-  const Vector3 noise(random_.normal(settings_.perception_sd), random_.normal(settings_.perception_sd),
-                      random_.normal(settings_.perception_sd));
+  const Vector3 noise =
+      normal3(random_, settings_.perception_sd).reverse();  // as it was first drawn: z before x
   const double t = state.time.seconds();
   if (!seen_.empty() && t <= seen_.back().time) return;
   seen_.push_back({t, ball.p() + noise});

@@ -37,8 +37,10 @@ std::vector<physics::BallState> make_serves(const scene::SceneDescription& scene
     const double shortest = settings.shortest_s - 0.05 * loose, longest = settings.longest_s + 0.1 * loose;
     const double speed = random.uniform(game.serve_speed[0], game.serve_speed[1]);
     const double climb = random.uniform(-0.5, 1.2);  // rad
-    const Vector3 from = far + random.uniform(-0.12, 0.12) * right + random.uniform(0.10, 0.42) * up +
-                         (game.ball_radius + random.uniform(0.04, 0.08)) * near;
+    // One after the other: a sum's terms are drawn in an order that is the compiler's.
+    const double before = random.uniform(0.04, 0.08), above = random.uniform(0.10, 0.42),
+                 aside = random.uniform(-0.12, 0.12);
+    const Vector3 from = far + aside * right + above * up + (game.ball_radius + before) * near;
     const Vector3 to = aim + settings.aim_sd * std::clamp(random.normal(), -2.0, 2.0) * right;
     const Vector3 along = (to - from) - up.dot(to - from) * up;
     physics::BallState ball{from, speed * (std::cos(climb) * along.normalized() + std::sin(climb) * up),

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "applications/touch/organ.h"
+#include "palpate/math/random_vector.h"
 
 namespace palpate::applications::touch {
 namespace {
@@ -56,8 +57,8 @@ void Explorer::show(const scene::SceneState& state, Instant<PhysicsClock> displa
 void Explorer::notice(const scene::SceneState& state) {
   if (state.body_count <= kProxy) return;
   const auto& organ = state.bodies[kOrgan];
-  const Vector3 noise(random_.normal(settings_.perception_sd), random_.normal(settings_.perception_sd),
-                      random_.normal(settings_.perception_sd));
+  const Vector3 noise =
+      normal3(random_, settings_.perception_sd).reverse();  // as it was first drawn: z before x
   // What stands still is known better the longer one looks.
   constexpr double kNew = 0.1;
   const Vector3 seen = organ.p() + noise;
@@ -80,8 +81,8 @@ std::optional<double> Explorer::resting_height(double x, double z) const {
 bool Explorer::choose() {
   for (int i = 0; i < kTries; ++i) {
     const auto anywhere = [&] {
-      return Vector3(random_.uniform(-kShare, kShare) * half_.x(), 0.0,
-                     random_.uniform(-kShare, kShare) * half_.z());
+      const double z = random_.uniform(-kShare, kShare), x = random_.uniform(-kShare, kShare);
+      return Vector3(x * half_.x(), 0.0, z * half_.z());
     };
     const Vector3 a = anywhere(), b = anywhere();
     if ((b - a).norm() < std::min(kShortest_m, half_.head<1>().norm())) continue;
@@ -98,7 +99,8 @@ bool Explorer::choose() {
       good = reach_.contains((X_world_organ_ * Point<Organ>{{p.x(), height, p.z()}}).m);
     }
     if (!good) continue;
-    const Vector3 aim(random_.normal(settings_.aim_sd), 0.0, random_.normal(settings_.aim_sd));
+    const double aim_z = random_.normal(settings_.aim_sd), aim_x = random_.normal(settings_.aim_sd);
+    const Vector3 aim(aim_x, 0.0, aim_z);
     here_ = resting_height(a.x() + aim.x(), a.z() + aim.z()) ? Vector3(a + aim) : a;
     there_ = b;
     return true;

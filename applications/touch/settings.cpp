@@ -1,19 +1,14 @@
 #include "applications/touch/settings.h"
 
 #include <array>
-#include <filesystem>
 #include <stdexcept>
 
 #include "applications/touch/touch.h"
-#include "palpate/core/units.h"
 
 namespace palpate::applications::touch {
 namespace {
 
-constexpr double kMm = 1e-3, kDeg = 1.0 / kDegreesPerRadian;
 constexpr NumberRange kFrictions{0.0, 2.0};
-
-using scene::SettingKind;
 
 std::vector<scene::SettingField> fields() {
   const auto number = [](std::string key, double initial, NumberRange range, std::string help) {
@@ -23,34 +18,16 @@ std::vector<scene::SettingField> fields() {
                                .range = range,
                                .help = std::move(help)};
   };
-  return {{.section = "touch",
-           .key = "mesh",
-           .kind = SettingKind::file,
-           .initial = "",
-           .help = "STL, OBJ or PLY file; empty: the organ that is built in"},
-          {.section = "touch",
-           .key = "unit",
-           .kind = SettingKind::choice,
-           .initial = "mm",
-           .choices = {"mm", "m"},
-           .help = "Of the file's lengths"},
-          number("scale", 1.0, {1e-6, 1e6}, "How many times larger it is felt"),
-          {.section = "touch",
-           .key = "turn_deg",
-           .kind = SettingKind::numbers,
-           .initial = std::vector<double>{0.0, 0.0, 0.0},
-           .unit = kDeg,
-           .help = "Angles about x, y, z; y is up afterwards"},
-          {.section = "touch",
-           .key = "shift_mm",
-           .kind = SettingKind::numbers,
-           .initial = std::vector<double>{80.0, 60.0, 40.0},
-           .unit = kMm,
-           .help = "On the table: to the right, up on a plinth, towards the user"},
-          number("stiffness_n_m", 600.0, {1.0, kMostStiffness}, "Along all directions"),
-          number("damping_n_s_m", 2.0, {0.0, kMostDamping}, "Along the normal"),
-          number("static_friction", 0.4, kFrictions, "Sideways over normal force, until it slides"),
-          number("friction", 0.3, kFrictions, "While it slides")};
+  // There the reference arm reaches all round.
+  auto all = scene::mesh_fields("touch", "STL, OBJ or PLY file; empty: the organ that is built in",
+                                {80.0, 60.0, 40.0}, "plinth");
+  for (auto& field :
+       {number("stiffness_n_m", 600.0, {1.0, kMostStiffness}, "Along all directions"),
+        number("damping_n_s_m", 2.0, {0.0, kMostDamping}, "Along the normal"),
+        number("static_friction", 0.4, kFrictions, "Sideways over normal force, until it slides"),
+        number("friction", 0.3, kFrictions, "While it slides")})
+    all.push_back(field);
+  return all;
 }
 
 std::vector<scene::SettingComplaint> relations(const scene::SettingValues& values) {
@@ -67,18 +44,6 @@ struct Material {
 constexpr std::array<Material, 3> kMaterials{{{"plain", 600.0, 2.0, 0.4, 0.3},
                                               {"bone", 800.0, 2.0, 0.3, 0.2},
                                               {"soft-tissue", 110.0, 1.0, 0.2, 0.15}}};
-
-Expected<void> set_mesh(const std::string& file, scene::SettingValues& values) {
-  values.set("touch.mesh", std::filesystem::absolute(file).lexically_normal().string());
-  return {};
-}
-
-Expected<void> set_unit(const std::string& unit, scene::SettingValues& values) {
-  if (values.text("touch.mesh").empty())
-    return wrong_use("--unit {}: no mesh is named; say which with --mesh FILE", unit);
-  values.set("touch.unit", unit);
-  return {};
-}
 
 Expected<void> set_material(const std::string& name, scene::SettingValues& values) {
   for (const auto& material : kMaterials)
@@ -99,24 +64,16 @@ const scene::SettingSchema& setting_schema() {
 }
 
 std::vector<scene::ApplicationOption> options() {
-  return {
-      {.name = "--mesh", .help = "STL, OBJ or PLY file to explore instead of the organ", .apply = set_mesh},
-      {.name = "--unit",
-       .help = "Unit of that file's lengths: mm (default) or m",
-       .choices = {"mm", "m"},
-       .apply = set_unit},
-      {.name = "--material",
-       .help = "plain, bone or soft-tissue; the settings of [touch] hold the numbers",
-       .choices = {"plain", "bone", "soft-tissue"},
-       .apply = set_material}};
+  auto all = scene::mesh_options("touch", "STL, OBJ or PLY file to explore instead of the organ");
+  all.push_back({.name = "--material",
+                 .help = "plain, bone or soft-tissue; the settings of [touch] hold the numbers",
+                 .choices = {"plain", "bone", "soft-tissue"},
+                 .apply = set_material});
+  return all;
 }
 
 SurfaceSettings surface_settings(const scene::SettingValues& values) {
-  SurfaceSettings surface;
-  surface.mesh_file = values.text("touch.mesh");
-  surface.metres_per_unit = values.number("touch.scale") * (values.text("touch.unit") == "m" ? 1.0 : kMm);
-  surface.turn = values.vector("touch.turn_deg");
-  surface.shift = values.vector("touch.shift_mm");
+  SurfaceSettings surface{scene::chosen_mesh(values, "touch")};
   surface.stiffness = values.number("touch.stiffness_n_m");
   surface.damping = values.number("touch.damping_n_s_m");
   surface.static_friction = values.number("touch.static_friction");
@@ -134,9 +91,7 @@ void describe(const scene::SettingValues& values, scene::SceneDescription& scene
   const SurfaceSettings surface = surface_settings(values);
   scene.carried_offset.setZero();  // the bare stylus
   scene.bodies = {{"Organ", 0.0}, {"Stylus", 0.0}};
-  scene.mesh.reset();
-  if (!surface.mesh_file.empty())
-    scene.mesh = scene::MeshAsset{.file = surface.mesh_file, .metres_per_unit = surface.metres_per_unit};
+  scene::set_mesh(surface, scene);
   scene.settings = scene::to_payload(setting_schema(), values);
 }
 

@@ -7,19 +7,14 @@
 
 #include "palpate/scene/application.h"
 #include "palpate/scene/application_option.h"
+#include "palpate/scene/chosen_mesh.h"
 #include "palpate/scene/setting_schema.h"
 
 namespace palpate::applications::touch {
 
-struct SurfaceSettings {
-  std::string mesh_file;  // as the setting names it; empty: the organ that is built in
-  double metres_per_unit = 0.001;
-  Vector3 turn = Vector3::Zero();  // rad, angles about x, y, z, before it is put on the table
-  // On the table: to the right, up on a plinth, towards the user, m; there the reference arm reaches all
-  // round.
-  Vector3 shift{0.08, 0.06, 0.04};
-  double stiffness = 600.0;  // N/m, along all directions
-  double damping = 2.0;      // N s/m, along the normal
+struct SurfaceSettings : scene::ChosenMesh {  // without one: the organ that is built in
+  double stiffness = 600.0;                   // N/m, along all directions
+  double damping = 2.0;                       // N s/m, along the normal
   double static_friction = 0.4,
          friction = 0.3;  // tangential over normal force: until it slides, while it does
 };

@@ -19,7 +19,7 @@ TEST(TouchSettings, InitiallyTheOrganIsTouchedWithABareStylus) {
   EXPECT_FALSE(scene.mesh);
   const SurfaceSettings surface = surface_settings(scene), plain;
   EXPECT_EQ(surface.mesh_file, "");
-  EXPECT_EQ(surface.shift, plain.shift);
+  EXPECT_EQ(surface.shift, Vector3(0.08, 0.06, 0.04));
   EXPECT_EQ(surface.stiffness, plain.stiffness);
   EXPECT_EQ(surface.friction, plain.friction);
 }

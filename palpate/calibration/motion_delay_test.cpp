@@ -251,14 +251,14 @@ Motion swinging(double other, double clock_s, double rate_hz, Random& random) {
 TEST(MotionDelay, ARhythmIsRefusedWithTheDelaysThatFitAlike) {
   Random random(6);
   // Half a period off, one number falls where the other rises, which its unknown sign allows.
-  expect_refused(swinging(0.0, 0.0, 100.0, random), swinging(0.0, 0.3, 40.0, random),
-                 {"repeats itself", "0.299", "1.09", "-0.500"});
+  const Motion late = swinging(0.0, 0.3, 40.0, random), early = swinging(0.0, 0.0, 100.0, random);
+  expect_refused(early, late, {"repeats itself", "0.299", "1.09", "-0.500"});
 }
 
 TEST(MotionDelay, AMotionThatNearlyRepeatsItselfIsAnsweredWithTheRunnerUp) {
   Random random(7);
-  const auto found =
-      estimate_motion_delay(swinging(1.0, 0.0, 100.0, random), swinging(1.0, 0.3, 40.0, random));
+  const Motion late = swinging(1.0, 0.3, 40.0, random), early = swinging(1.0, 0.0, 100.0, random);
+  const auto found = estimate_motion_delay(early, late);
   ASSERT_TRUE(found.has_value()) << found.error().message;
   EXPECT_NEAR(found->delay_s, 0.3, 1e-3);
   ASSERT_FALSE(found->warnings.empty());

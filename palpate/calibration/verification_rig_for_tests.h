@@ -58,7 +58,9 @@ inline rig::Rig paper_rig(const rig::Rig& truth, Random& random, const PaperErro
       Vector3::Constant(sd.base), Vector3::Constant(sd.tip);
   rig.arm->covariance = arm.cwiseAbs2().asDiagonal();
   rig.arm->correction.gain += normal3(random, sd.gain);
-  rig.arm->correction.offset += Vector3(0.0, random.normal(sd.offset), random.normal(sd.offset));
+  // Here and below one after the other: a call's arguments are drawn in an order that is the compiler's.
+  const double roll = random.normal(sd.offset), yaw = random.normal(sd.offset);
+  rig.arm->correction.offset += Vector3(0.0, yaw, roll);
   rig.arm->X_world_base.rotation = so3_exp(normal3(random, sd.base_turn)) * rig.arm->X_world_base.rotation;
   rig.arm->X_world_base.translation += normal3(random, sd.base);
   rig.arm->tip_in_marker += normal3(random, sd.tip);
@@ -112,8 +114,9 @@ inline RigObservations paper_observations(const rig::Rig& truth, const rig::Rig&
   };
   for (int i = 0; i < 10; ++i) {
     HeldStylus held;
-    held.joints = device::JointVector(
-        Vector3(random.uniform(-0.7, 0.7), random.uniform(-0.1, 1.2), random.uniform(-0.4, 1.0)));
+    const double third = random.uniform(-0.4, 1.0), second = random.uniform(-0.1, 1.2),
+                 first = random.uniform(-0.7, 0.7);
+    held.joints = device::JointVector(Vector3(first, second, third));
     const auto theta = truth.arm->correction.apply(held.joints);
     const Vector3 tip = (truth.arm->X_world_base * device::phantom_tip(theta, truth.arm->model.lengths)).m;
     const Quaternion turn = so3_exp(normal3(random, 0.5));
@@ -130,7 +133,8 @@ inline RigObservations paper_observations(const rig::Rig& truth, const rig::Rig&
   }
   const auto touch = [&](const std::string& what, int index, const Vector3& place) {
     const Quaternion turn = so3_exp(Vector3(0.9, 0.0, 0.0) + normal3(random, 0.3));
-    const Vector3 tip = place + normal3(random, noise.touch) + normal3(random, noise.shift);
+    const Vector3 shift = normal3(random, noise.shift), off = normal3(random, noise.touch);
+    const Vector3 tip = place + off + shift;
     seen.touched.push_back({what,
                             index,
                             {turn, tip - turn * truth.pointer_pivot->tip_in_marker},
@@ -139,8 +143,8 @@ inline RigObservations paper_observations(const rig::Rig& truth, const rig::Rig&
   for (int i = 0; i < 4; ++i) touch("table", i, truth.surfaces[0].corner(i).m);
   for (int i = 0; i < 8; i += 2) touch("landmark", i, truth.landmarks[static_cast<std::size_t>(i)].place.m);
   for (int i = 0; i < 12; ++i) {
-    const auto X_world_camera = looking(Vector3(0.0, -0.95, 2.30) + normal3(random, 0.02),
-                                        Vector3(0.0, -1.45, 1.30) + normal3(random, 0.08));
+    const Vector3 aim = normal3(random, 0.08), head = normal3(random, 0.02);
+    const auto X_world_camera = looking(Vector3(0.0, -0.95, 2.30) + head, Vector3(0.0, -1.45, 1.30) + aim);
     HeadFrame frame;
     const auto X_world_marker = X_world_camera * truth.hand_eye->X_marker_camera.inverse();
     frame.rate << normal3(random, 0.5), normal3(random, 0.1);
@@ -154,8 +158,9 @@ inline RigObservations paper_observations(const rig::Rig& truth, const rig::Rig&
       const Vector3 p = (X_world_camera.inverse() * truth.landmarks[k].place).m;
       const device::Pixel pixel = truth.camera->model.project(p);
       const double sd = std::hypot(noise.pixel, 0.03);
-      frame.dots.push_back({k, pixel + device::Pixel(random.normal(sd), random.normal(sd)),
-                            noise.pixel * noise.pixel * Eigen::Matrix2d::Identity()});
+      const double v = random.normal(sd), u = random.normal(sd);
+      frame.dots.push_back(
+          {k, pixel + device::Pixel(u, v), noise.pixel * noise.pixel * Eigen::Matrix2d::Identity()});
     }
     seen.frames.push_back(frame);
   }

@@ -17,6 +17,8 @@
 namespace palpate::rig {
 namespace {
 
+constexpr double kMm = 1.0 / kMillimetresPerMetre, kMm2 = kMm * kMm;
+
 constexpr std::size_t kLensUnknowns = 9, kSurfaceUnknowns = 8;
 constexpr NumberRange kLensFocus{1.0, 1e6}, kGain{0.5, 2.0}, kAngleDeg{-720.0, 720.0}, kPlaceMm{-1e5, 1e5},
     kLengthMm{1.0, 1e5};
@@ -84,13 +86,11 @@ std::vector<Vector3> leds_of(const TomlTable& table) {
   std::vector<Vector3> leds;
   if (!table.exists()) return leds;
   const auto rows = table.rows("leds_mm", 3, 0, kPlaceMm);
-  for (const auto& row : rows) leds.push_back(Vector3(row[0], row[1], row[2]) / kMillimetresPerMetre);
+  for (const auto& row : rows) leds.push_back(kMm * Vector3(row[0], row[1], row[2]));
   if (!rows.empty() && rows.size() < 3)
     table.complain("leds_mm", fmt::format("has {} LEDs, at least 3 are needed for a pose", rows.size()));
   return leds;
 }
-
-constexpr double kMm = 1.0 / kMillimetresPerMetre, kMm2 = kMm * kMm;
 
 std::optional<PivotCalibration> pivot_of(const TomlTable& table) {
   if (!table.exists()) return std::nullopt;

@@ -21,7 +21,7 @@ class Writer {
   void section(std::string_view name) { text_ += fmt::format("\n[{}]\n", name); }
   void item(std::string_view name) { text_ += fmt::format("\n[[{}]]\n", name); }
   void put(std::string_view key, const std::string& value) { text_ += fmt::format("{} = {}\n", key, value); }
-  void number(std::string_view key, double value) { put(key, toml_number(value)); }
+  void number(std::string_view key, double value, double unit = 1.0) { put(key, number_text(value, unit)); }
   void text(std::string_view key, std::string_view value) { put(key, toml_quoted(value)); }
   void covariance(std::string_view key, const Eigen::MatrixXd& C) {
     if (C.size() > 0) put(key, number_rows(C));
@@ -84,7 +84,7 @@ void write_arm(Writer& w, const ArmCalibration& arm) {
   w.put("gimbal_offsets_deg", number_list(arm.gimbal_offset, kDegreesPerRadian));
   w.comment("Encoder readings with the arm at rest: a start that reads otherwise has lost its zero.");
   w.put("rest_readings_deg", number_list(arm.rest_readings, kDegreesPerRadian));
-  w.number("held_out_mean_mm", kMillimetresPerMetre * arm.held_out_mean);
+  w.number("held_out_mean_mm", arm.held_out_mean, kMillimetresPerMetre);
   w.provenance(arm.from);
   w.comment(fmt::format(
       "Order: gains {0}, offsets {0} (rad), base rotation 3 (rad), base translation 3 (m), tip 3 (m){1}.",
@@ -158,15 +158,15 @@ std::string rig_text(const Rig& rig) {
     w.text("name", surface.name);
     w.put("corner_mm", number_list(surface.X_world_rectangle.translation, kMillimetresPerMetre));
     w.put("rotation_qwxyz", number_list(surface.X_world_rectangle.rotation));
-    w.number("width_mm", kMillimetresPerMetre * surface.width);
-    w.number("height_mm", kMillimetresPerMetre * surface.height);
+    w.number("width_mm", surface.width, kMillimetresPerMetre);
+    w.number("height_mm", surface.height, kMillimetresPerMetre);
     if (surface.covariance.size() > 0) {
       w.comment("Order: rotation 3 (rad, World axes), corner 3 (m), width, height (m).");
       w.put("covariance_si", number_rows(surface.covariance));
     }
     if (surface.touch.freedoms > 0.0) {
       w.comment("By how much the hand missed per axis, and how many independent residuals say so.");
-      w.number("touch_sd_mm", kMillimetresPerMetre * surface.touch.sd);
+      w.number("touch_sd_mm", surface.touch.sd, kMillimetresPerMetre);
       w.number("touch_freedoms", surface.touch.freedoms);
     }
     w.provenance(surface.from);
@@ -175,7 +175,7 @@ std::string rig_text(const Rig& rig) {
     w.item("landmark");
     w.put("place_mm", number_list(landmark.place.m, kMillimetresPerMetre));
     w.put("normal", number_list(landmark.normal));
-    w.number("diameter_mm", kMillimetresPerMetre * landmark.diameter);
+    w.number("diameter_mm", landmark.diameter, kMillimetresPerMetre);
     w.put("covariance_mm2", number_rows(landmark.covariance, kMm2PerM2));
   }
   if (rig.registration_covariance.size() > 0) {

@@ -36,6 +36,11 @@ void SimulatedCamera::expose(Instant<CameraClock> stamp, std::vector<TrueView> v
   next_ = first_ + seconds(static_cast<double>(frame_) * interval_s_);
 }
 
+void SimulatedCamera::set_rate(double rate_hz) {
+  interval_s_ = 1.0 / rate_hz;
+  first_ = next_ - seconds(static_cast<double>(frame_) * interval_s_);
+}
+
 std::optional<CameraShot> SimulatedCamera::take(Instant<TrueTime> now) {
   std::optional<CameraShot> newest;
   while (!pending_.empty() && pending_.front().arrival <= now) {

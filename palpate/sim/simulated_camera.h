@@ -50,6 +50,9 @@ class SimulatedCamera {
   // Lets a frame pass without a view (nobody draws).
   void skip() { expose({}, {}); }
 
+  // From the frame after the next on. Frames a second, more than 0.
+  void set_rate(double rate_hz);
+
   // The newest frame that has arrived by `now`; older ones are forgotten.
   std::optional<CameraShot> take(Instant<TrueTime> now);
   // The newest frame that is exposed, on its way or arrived, for whoever needs the way's time to draw it.

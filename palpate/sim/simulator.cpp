@@ -257,6 +257,10 @@ device::CameraDevice* Simulator::right_camera() {
 device::HandDevice& Simulator::hand() { return *parts_; }
 device::Person& Simulator::person() { return parts_->person; }
 Clock<PhysicsClock>& Simulator::physics_clock() { return *parts_; }
+void Simulator::set_camera_rate(double rate_hz) {
+  parts_->simulated_camera.set_rate(rate_hz);
+  parts_->simulated_right_camera.set_rate(rate_hz);
+}
 std::optional<CameraShot> Simulator::take_shot() { return parts_->simulated_camera.take_exposed(); }
 std::optional<CameraShot> Simulator::take_right_shot() {
   return parts_->simulated_right_camera.take_exposed();

@@ -55,6 +55,8 @@ class Simulator {
   Clock<PhysicsClock>& physics_clock();
   // From now on somebody plays: what the world file says of that time (covered and moved landmarks) holds.
   void begin_play();
+  // From here on, both cameras: fewer pictures where nobody needs as many. More than 0.
+  void set_camera_rate(double rate_hz);
   // Without a renderer the cameras' images have stamps but no pixels.
   void set_renderer(RenderView render);
   // Instead of camera().poll(), where the picture is to be drawn elsewhere, and shown from its arrival on.

@@ -251,6 +251,31 @@ TEST(Simulator, DroppedFramesLeaveGapsInTheCount) {
   EXPECT_NEAR(share, 0.3, 0.06);  // 900 frames: sd 0.015
 }
 
+TEST(Simulator, CamerasTakeOtherPicturesAtAnotherRateAndCountOn) {
+  auto file = config::reference_world();
+  file.camera.drop = 0.0;
+  Simulator world(file, 1);
+  world.advance_to(at(1.0));
+  const auto before = world.camera().poll_unseen();
+  world.set_camera_rate(10.0);
+  std::vector<device::CameraImage> images;
+  for (int i = 1; i <= 400; ++i) {
+    world.advance_to(at(1.0 + i * 0.0025));
+    if (auto image = world.camera().poll_unseen()) images.push_back(std::move(*image));
+  }
+  ASSERT_TRUE(before);
+  ASSERT_GE(images.size(), 10u);
+  EXPECT_LE(images.size(), 12u);
+  std::uint64_t frame = before->frame;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    EXPECT_EQ(images[i].frame, ++frame);
+    // The clock's drift is some millionths; what was exposed or due before the change came at 30 a second.
+    if (i > 2) {
+      EXPECT_NEAR(to_seconds(images[i].mid_exposure - images[i - 1].mid_exposure), 0.1, 1e-4);
+    }
+  }
+}
+
 TEST(Simulator, RollingShutterLooksBandByBand) {
   auto file = config::reference_world();
   file.camera.shutter = "rolling";

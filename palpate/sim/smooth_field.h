@@ -21,7 +21,9 @@ class SmoothField {
   SmoothField(std::uint64_t seed, std::string_view purpose, double correlation_length) {
     Random random(seed, purpose);
     for (auto& wave : waves_) {
-      wave.k = Vector3(random.normal(), random.normal(), random.normal()) / correlation_length;
+      // One after the other: a call's arguments are drawn in an order that is the compiler's.
+      const double z = random.normal(), y = random.normal(), x = random.normal();
+      wave.k = Vector3(x, y, z) / correlation_length;
       wave.phase = random.uniform(0.0, 2.0 * std::numbers::pi);
     }
   }

@@ -27,6 +27,14 @@ namespace {
 // Thrown where the demo looks at Ctrl-C: on its way out the processes it started end and unfinished files go.
 struct Interrupted {};
 
+// A quick demo that plays longer, for something to happen, draws its pictures further apart.
+constexpr double kMostQuickPictures = 160.0;
+
+double picture_rate(const DemoOptions& options) {
+  const double rate = options.world.camera.rate_hz;
+  return options.quick ? std::min(rate, kMostQuickPictures / options.seconds) : rate;
+}
+
 void go_on_unless_stopped() {
   if (stop_requested().load()) throw Interrupted{};
 }
@@ -239,7 +247,7 @@ Expected<void> Demo::play_in_lockstep() {
   server::graphics::FrameRenderer pictures(rig_, scene_, std::move(*scene_view), options_.quality);
   const auto& lens = rig_.camera->model;
   auto video = render::VideoFile::create(options_.out / "video.mp4", options_.world.camera.count * lens.width,
-                                         lens.height, options_.world.camera.rate_hz);
+                                         lens.height, picture_rate(options_));
   if (!video) return tl::unexpected(video.error());
   SnapshotSelector book(options_.out / "pictures", options_.seconds, lens, *record_);
   book.look_from_outside(
@@ -261,6 +269,7 @@ Expected<void> Demo::play_in_lockstep() {
   lockstep.seed = options_.seed;
   lockstep.graphics = sim::lockstep::graphics_settings(options_.world);
   lockstep.extra_force_delay = seconds(options_.world.display.extra_force_delay_s);
+  world_.set_camera_rate(picture_rate(options_));
   lockstep.watch = [this](const scene::SceneState& state) { record_->add_state(state); };
   auto play = sim::lockstep::play_in_lockstep(world_, rig_, scene_, lockstep, parts,
                                               [this](double share) { go_on(share); });

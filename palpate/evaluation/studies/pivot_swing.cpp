@@ -17,7 +17,9 @@ constexpr double kArmGainError = 0.01, kArmNoise = 0.03e-3;  // m, per axis
 
 Quaternion any_orientation(Random& random) {
   for (;;) {
-    const Eigen::Vector4d q(random.normal(), random.normal(), random.normal(), random.normal());
+    // One after the other: a call's arguments are drawn in an order that is the compiler's.
+    const double d = random.normal(), c = random.normal(), b = random.normal(), a = random.normal();
+    const Eigen::Vector4d q(a, b, c, d);
     if (q.norm() > 1e-3) return Quaternion(q[0], q[1], q[2], q[3]).normalized();
   }
 }

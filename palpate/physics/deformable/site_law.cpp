@@ -10,16 +10,20 @@ namespace {
 constexpr double kFootprintShrink = 0.1;
 constexpr double kDeepest = 1.5;  // half-space depth in tip radii: the search for it ends there
 
+// Of a tip on a flat place that touches as wide.
+double relative_radius(double radius, double curvature) { return radius / (1.0 + radius * curvature); }
+
 double half_space_force(const SiteLaw& law, double delta) {
   const double k = finite_strain_softening(law.matter.poisson);
-  return 4.0 / 3.0 * law.matter.plane_strain() * std::sqrt(law.radius * delta) * delta *
+  return 4.0 / 3.0 * law.matter.plane_strain() *
+         std::sqrt(relative_radius(law.radius, law.curvature) * delta) * delta *
          (1.0 - k * delta / law.radius);
 }
 
 double half_space_stiffness(const SiteLaw& law, double delta) {
   const double k = finite_strain_softening(law.matter.poisson);
-  return 4.0 / 3.0 * law.matter.plane_strain() * std::sqrt(law.radius * delta) *
-         (1.5 - 2.5 * k * delta / law.radius);
+  return 4.0 / 3.0 * law.matter.plane_strain() *
+         std::sqrt(relative_radius(law.radius, law.curvature) * delta) * (1.5 - 2.5 * k * delta / law.radius);
 }
 
 }  // namespace
@@ -33,8 +37,10 @@ double finite_strain_softening(double poisson) {
   return from[1] + (to[1] - from[1]) * (poisson - from[0]) / (to[0] - from[0]);
 }
 
-double footprint(double radius, double depth) {
-  return depth > 0.0 ? std::sqrt(radius * depth) * (1.0 - kFootprintShrink * depth / radius) : 0.0;
+double footprint(double radius, double depth, double curvature) {
+  return depth > 0.0 ? std::sqrt(relative_radius(radius, curvature) * depth) *
+                           (1.0 - kFootprintShrink * depth / radius)
+                     : 0.0;
 }
 
 double SiteLaw::compliance(double a, double growth, double& slope) const {
@@ -50,11 +56,11 @@ double SiteLaw::compliance(double a, double growth, double& slope) const {
 
 double SiteLaw::whole_depth(double delta, double growth) const {
   if (!(delta > 0.0)) return 0.0;
-  const double a = footprint(radius, delta), force = half_space_force(*this, delta);
+  const double a = footprint(radius, delta, curvature), force = half_space_force(*this, delta);
   double slope = 0.0;
   const double c = compliance(a, growth, slope);
-  const double widening =
-      0.5 * std::sqrt(radius / delta) - 1.5 * kFootprintShrink * std::sqrt(delta / radius);
+  const double widening = std::sqrt(relative_radius(radius, curvature)) *
+                          (0.5 / std::sqrt(delta) - 1.5 * kFootprintShrink * std::sqrt(delta) / radius);
   return delta + force * c + 0.5 * force * force * slope * widening / half_space_stiffness(*this, delta);
 }
 
@@ -74,7 +80,7 @@ double SiteLaw::force(double depth) const {
 }
 
 double SiteLaw::contact_radius(double depth) const {
-  return depth > 0.0 ? footprint(radius, half_space_depth(depth)) : 0.0;
+  return depth > 0.0 ? footprint(radius, half_space_depth(depth), curvature) : 0.0;
 }
 
 // Gauss-Legendre in the root of depth, in which the force is smooth at the first touch.

@@ -63,6 +63,23 @@ TEST(SiteLaw, WithoutComplianceItIsHertzSoftened) {
   EXPECT_EQ(law.energy(0.0), 0.0);
 }
 
+// Hertz's answer for a tip on a ball of radius 1/H, and for one in a hollow.
+TEST(SiteLaw, ACurvedPlaceIsTouchedAsByAnotherTip) {
+  SiteLaw law;
+  law.matter = {6000.0, 0.45};
+  for (const double curvature : {1.0 / 0.03, -1.0 / 0.05}) {
+    law.curvature = curvature;
+    const double as_wide = 1.0 / (1.0 / law.radius + curvature);
+    for (const double depth : {0.0005, 0.004}) {
+      const double softened = 1.0 - 0.124 * depth / law.radius;
+      EXPECT_NEAR(law.force(depth) / (softened * hertz_force(law.matter, as_wide, depth)), 1.0, 1e-9);
+      EXPECT_NEAR(law.contact_radius(depth) /
+                      (hertz_contact_radius(as_wide, depth) * (1.0 - 0.1 * depth / law.radius)),
+                  1.0, 1e-9);
+    }
+  }
+}
+
 // A spring of constant compliance c in series: the half-space yields d - F c.
 TEST(SiteLaw, AConstantComplianceIsASpringInSeries) {
   SiteLaw law;

@@ -26,6 +26,6 @@ struct FullPress {
 // Rising depths. `fineness`: elements across the contact's radius at the least depth.
 Expected<FullPress> full_press(const scene::TriangleMesh& surface, const OrganSettings& settings,
                                const deformable::SurfaceSite& site, const std::vector<double>& depths,
-                               double fineness = 1.4);
+                               double fineness = 1.0);
 
 }  // namespace palpate::physics::organ

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -53,7 +54,22 @@ tissue::EnergySite energy_site(const deformable::SiteLaw& law, const deformable:
   return result;
 }
 
-std::vector<tissue::EnergySite> energy_sites(const std::vector<deformable::SurfaceSite>& sites,
+// Mean curvature of the surface under a tip: by how much it falls below the tangent plane all round. A mesh's edges are
+// smoothed by the tip's own size; an edge sharper than the tip counts as one of its radius.
+double curvature_at(const tissue::SurfaceDistance& distance, const deformable::SurfaceSite& site,
+                    double radius) {
+  constexpr int kDirections = 12;
+  const Vector3 side = site.normal.unitOrthogonal(), other = site.normal.cross(side);
+  double fallen = 0.0;
+  for (int k = 0; k < kDirections; ++k) {
+    const double angle = 2.0 * std::numbers::pi * k / kDirections;
+    fallen += distance.at(site.place + radius * (std::cos(angle) * side + std::sin(angle) * other)).distance;
+  }
+  return std::clamp(2.0 * fallen / (kDirections * radius * radius), -0.5 / radius, 1.0 / radius);
+}
+
+std::vector<tissue::EnergySite> energy_sites(const tissue::SurfaceDistance& distance,
+                                             const std::vector<deformable::SurfaceSite>& sites,
                                              const SiteTable& body, const NoduleAnswers& nodules,
                                              const deformable::Material& material,
                                              const OrganSettings& settings) {
@@ -62,6 +78,7 @@ std::vector<tissue::EnergySite> energy_sites(const std::vector<deformable::Surfa
     deformable::SiteLaw law;
     law.matter = material.matrix;
     law.radius = settings.tip_radius;
+    law.curvature = curvature_at(distance, sites[i], settings.tip_radius);
     law.homogeneous = body.own[i];
     if (!material.inclusions.empty()) {
       law.footprints.assign(kNoduleFootprints.begin(), kNoduleFootprints.end());
@@ -124,6 +141,7 @@ Expected<void> check_organ(const OrganSettings& s) {
 // All that is computed, with what the cache has.
 struct Work {
   const scene::TriangleMesh& surface;
+  const tissue::SurfaceDistance& distance;
   const OrganSettings& settings;
   deformable::Material material;
   OrganCache cache;
@@ -160,7 +178,7 @@ Expected<tissue::TipField> compute(Work& work, Parts& parts) {
   }
   parts.begin("field of the tip", 0.3);
   auto field = tissue::TipField::build(
-      work.surface, energy_sites(work.sites, *answers, changes, work.material, work.settings),
+      work.surface, energy_sites(work.distance, work.sites, *answers, changes, work.material, work.settings),
       {.tip_radius = work.settings.tip_radius, .deepest = work.settings.deepest});
   if (!field) return field;
   if (changes.moved.size() > 0) answers->moved += changes.moved;
@@ -201,6 +219,7 @@ Expected<PreparedOrgan> prepare_organ(const scene::TriangleMesh& surface, const 
   if (!body) return tl::unexpected(body.error());
   const std::string key = body_key(surface, settings);
   Work work{surface,
+            *distance,
             settings,
             matter_of(settings),
             OrganCache(settings.cache),

@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 
 #include "palpate/core/toml.h"
 
@@ -12,9 +15,12 @@ namespace palpate::rig {
 std::string number_text(double value, double unit) {
   const double exact = unit * value;
   if (unit == 1.0 || !std::isfinite(exact)) return toml_number(exact);
+  constexpr double kUp = std::numeric_limits<double>::infinity();
   const double shorter = std::strtod(fmt::format("{:.15g}", exact).c_str(), nullptr);
-  const bool same = shorter / unit == value && shorter * (1.0 / unit) == value;  // whichever way it is read
-  return toml_number(same ? shorter : exact);
+  const std::array candidates{shorter, exact, std::nextafter(exact, kUp), std::nextafter(exact, -kUp)};
+  const auto* found = std::find_if(candidates.begin(), candidates.end(),
+                                   [&](double text) { return text * (1.0 / unit) == value; });
+  return toml_number(found == candidates.end() ? exact : *found);
 }
 
 std::string number_list(const Eigen::Ref<const Eigen::VectorXd>& v, double unit) {

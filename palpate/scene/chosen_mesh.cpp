@@ -1,0 +1,76 @@
+#include "palpate/scene/chosen_mesh.h"
+
+#include <filesystem>
+#include <utility>
+
+#include "palpate/core/units.h"
+
+namespace palpate::scene {
+namespace {
+
+constexpr double kMillimetre = 1e-3;
+
+SettingField three_numbers(const std::string& section, std::string key, const Vector3& initial, double unit,
+                           double most, std::string help) {
+  return {.section = section,
+          .key = std::move(key),
+          .kind = SettingKind::numbers,
+          .initial = std::vector<double>(initial.begin(), initial.end()),
+          .unit = unit,
+          .range = {-most, most},
+          .help = std::move(help)};
+}
+
+}  // namespace
+
+std::vector<SettingField> mesh_fields(const std::string& section, const std::string& help,
+                                      const Vector3& shift_mm, const std::string& on) {
+  return {{.section = section, .key = "mesh", .kind = SettingKind::file, .initial = "", .help = help},
+          {.section = section,
+           .key = "unit",
+           .kind = SettingKind::choice,
+           .initial = "mm",
+           .choices = {"mm", "m"},
+           .help = "Of the file's lengths"},
+          {.section = section,
+           .key = "scale",
+           .initial = std::vector<double>{1.0},
+           .range = {1e-6, 1e6},
+           .help = "How many times larger it is felt"},
+          three_numbers(section, "turn_deg", Vector3::Zero(), 1.0 / kDegreesPerRadian, 360.0,
+                        "Angles about x, y, z; y is up afterwards"),
+          three_numbers(section, "shift_mm", shift_mm, kMillimetre, 1000.0,
+                        "On the table: to the right, up on a " + on + ", towards the user")};
+}
+
+std::vector<ApplicationOption> mesh_options(const std::string& section, const std::string& help) {
+  const auto set_file = [section](const std::string& file, SettingValues& values) -> Expected<void> {
+    values.set(section + ".mesh", std::filesystem::absolute(file).lexically_normal().string());
+    return {};
+  };
+  const auto set_unit = [section](const std::string& unit, SettingValues& values) -> Expected<void> {
+    if (values.text(section + ".mesh").empty())
+      return wrong_use("--unit {}: no mesh is named; say which with --mesh FILE", unit);
+    values.set(section + ".unit", unit);
+    return {};
+  };
+  return {{.name = "--mesh", .help = help, .apply = set_file},
+          {.name = "--unit",
+           .help = "Unit of that file's lengths: mm (default) or m",
+           .choices = {"mm", "m"},
+           .apply = set_unit}};
+}
+
+ChosenMesh chosen_mesh(const SettingValues& values, const std::string& section) {
+  const bool metres = values.text(section + ".unit") == "m";
+  return {values.text(section + ".mesh"), values.number(section + ".scale") * (metres ? 1.0 : kMillimetre),
+          values.vector(section + ".turn_deg"), values.vector(section + ".shift_mm")};
+}
+
+void set_mesh(const ChosenMesh& chosen, SceneDescription& scene) {
+  scene.mesh.reset();
+  if (!chosen.mesh_file.empty())
+    scene.mesh = MeshAsset{.file = chosen.mesh_file, .metres_per_unit = chosen.metres_per_unit};
+}
+
+}  // namespace palpate::scene
