@@ -17,7 +17,8 @@ namespace palpate::drivers::cameras {
 namespace {
 
 constexpr int kAravisBuffers = 5;  // one held here, one being filled, three against a busy machine
-constexpr int kPicturesInSocket = 4;  // come in one burst each, while the thread that takes them waits for its turn
+constexpr int kPicturesInSocket =
+    4;  // come in one burst each, while the thread that takes them waits for its turn
 constexpr std::int64_t kAskExposureTimeNs = 500'000'000;
 
 std::int64_t aravis_now_ns() { return MonotonicClock<CameraClock>::monotonic_ns(); }
