@@ -8,8 +8,7 @@ import socket
 import unittest
 
 from laboratory import LaboratoryTest
-from keys_test import free_port
-from program import wait_until
+from program import free_port, wait_until
 
 VERDICTS = ("ok", "worth knowing", "in the way")
 

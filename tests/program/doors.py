@@ -4,10 +4,10 @@ comes through their drivers."""
 import fcntl
 import os
 import signal
-import socket
 import subprocess
 
 from person_at_devices import Laboratory, as_devices_run
+from program import free_port
 
 DOORS = os.environ["DOORS"]
 TURN = "/tmp/palpate_network_camera.lock"  # one network camera at a time on a machine, as tests/fake_network_camera.h says
@@ -21,12 +21,6 @@ def write_world(test):
     before, camera = test.read("world.toml").decode().split("[camera]\n")
     assert "rate_hz = 30.0" in camera
     return test.write("world.toml", before + "[camera]\n" + camera.replace("rate_hz = 30.0", f"rate_hz = {RATE_HZ}.0", 1))
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def wait_for_turn(test):

@@ -6,9 +6,8 @@ import time
 
 import zmq
 
-from keys_test import free_port
 from laboratory import LaboratoryTest
-from program import wait_until
+from program import free_port, wait_until
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 

@@ -6,8 +6,7 @@ import unittest
 
 from believing import MOST_GROWTH_MIB, BelievingTest
 from fake_server import RawServer, frame
-from keys_test import free_port
-from program import resident_mib, wait_until
+from program import free_port, resident_mib, wait_until
 
 
 def trickle(server, connection):

@@ -8,7 +8,7 @@ import unittest
 
 from believing import BelievingTest
 from fake_server import ON_A_LINK, FakeServer, odd_status, refusals, unasked
-from keys_test import free_port
+from program import free_port
 
 
 class HostileWords(BelievingTest):

@@ -2,17 +2,10 @@
 """Keys, and the servers that need them: two machines, each with its own folder of keys, over an encrypted connection."""
 import json
 import os
-import socket
 import unittest
 
 from laboratory import LaboratoryTest
-from program import wait_until
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+from program import free_port, wait_until
 
 
 class Keys(LaboratoryTest):

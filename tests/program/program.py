@@ -1,7 +1,9 @@
 """Runs the program from outside: to its end, or in the background as a server. Nothing waits for a fixed time."""
 import hashlib
 import os
+import random
 import shutil
+import socket
 import subprocess
 import tempfile
 import time
@@ -17,6 +19,18 @@ def wait_until(condition, what, patience_s=PATIENCE_S):
         if time.monotonic() > until:
             raise AssertionError(f"waited {patience_s:.0f} s until {what}")
         time.sleep(0.02)
+
+
+def free_port():
+    """Of those that the kernel gives to nobody by itself: one that it gave once it may give to a connection meanwhile."""
+    while True:
+        port = random.randrange(10000, 32000)
+        with socket.socket() as probe:
+            try:
+                probe.bind(("127.0.0.1", port))
+                return port
+            except OSError:
+                pass
 
 
 def resident_mib(process):

@@ -9,8 +9,7 @@ import unittest
 import zmq
 
 from guarded import GuardedServerTest, Peer
-from keys_test import free_port
-from program import wait_until
+from program import free_port, wait_until
 
 GREETING = 64
 

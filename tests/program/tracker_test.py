@@ -10,17 +10,11 @@ import struct
 import subprocess
 import unittest
 
-from program import ProgramTest, wait_until
+from program import ProgramTest, free_port, wait_until
 
 DATA = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "data", "plus_eight_landmark_pivots")
 RECORDING = os.path.join(DATA, "EightLandmarkPointsTrackedForPhantomRegistration.igs.mha")
 PEERS = os.environ.get("OPENIGTLINK_PEERS", "")  # folder of Debian's example programs, where they could be built
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 class TrackerTest(ProgramTest):
