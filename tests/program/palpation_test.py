@@ -20,6 +20,7 @@ class Palpation(LaboratoryTest):
         self.assertIn("palpation", self.runs("apps").out)
         self.start_world()
         settings = self.write("quick.toml", QUICK)
+        before = None
         for known in (False, True):
             physics = self.start("physics", "--rig", self.rig, "--app", "palpation", "--settings", settings, "--json", "figures.json")
             self.assertTrue(physics.says("answers graphics servers at"), physics.lines())
