@@ -123,6 +123,26 @@ Table read_table(const std::string& name) {
   return table;
 }
 
+// The organ from above: of each direction from the middle the vertex furthest out.
+std::string outline_of(const scene::TriangleMesh& surface) {
+  constexpr int kDirections = 90;
+  Vector3 middle = Vector3::Zero();
+  for (const Vector3& v : surface.vertices) middle += v / static_cast<double>(surface.vertices.size());
+  std::array<Vector3, kDirections> furthest;
+  furthest.fill(Vector3::Zero());
+  for (const Vector3& v : surface.vertices) {
+    const Vector3 out = v - middle;
+    const double share = 0.5 + std::atan2(out.z(), out.x()) / (2.0 * std::numbers::pi);
+    Vector3& known = furthest[static_cast<std::size_t>(share * kDirections) % kDirections];
+    if (std::hypot(out.x(), out.z()) > std::hypot(known.x(), known.z())) known = out;
+  }
+  std::string line = "# outline";
+  for (const Vector3& out : furthest)
+    if (!out.isZero(0.0))
+      line += fmt::format(" {:.1f} {:.1f}", 1e3 * (middle.x() + out.x()), 1e3 * (middle.z() + out.z()));
+  return line + "\n";
+}
+
 std::string line_of(int number, const Place& place, double depth, const organ::PreparedOrgan& soft,
                     const Known& full) {
   const auto& p = place.site.place;
@@ -176,7 +196,7 @@ int run(const std::string& table, int count, std::uint64_t seed) {
     text += fmt::format("# nodule at {:.2f} {:.2f} {:.2f} mm, radius {:.2f} mm, {:.2f} times stiffer\n",
                         1e3 * nodule.centre.x(), 1e3 * nodule.centre.y(), 1e3 * nodule.centre.z(),
                         1e3 * nodule.radius, nodule.ratio);
-  text += std::string(kColumns) + "\n";
+  text += outline_of(surface) + std::string(kColumns) + "\n";
   Table known = read_table(table);
   for (int i = 0; i < std::ssize(places); ++i) {
     const Place& place = places[static_cast<std::size_t>(i)];
