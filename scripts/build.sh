@@ -4,10 +4,6 @@
 if [ -z "${CMAKE_CXX_COMPILER_LAUNCHER:-}" ] && command -v ccache > /dev/null; then
   export CMAKE_CXX_COMPILER_LAUNCHER=ccache
 fi
-# clang where it is installed and nobody asks for another: it takes two thirds of GCC's time (docs/decisions/0005).
-if [ -z "${CXX:-}" ] && command -v clang++ > /dev/null; then
-  export CXX=clang++
-fi
 # Clones of this tree in different folders share what the cache holds.
 export CCACHE_BASEDIR=$PWD CCACHE_NOHASHDIR=1
 # As ccache wants it for precompiled headers; no file of ours uses __TIME__ or the like.
