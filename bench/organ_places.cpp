@@ -101,7 +101,9 @@ struct Known {
   std::string nodes, seconds, what;
   bool there() const { return what.empty(); }
 };
-using Table = std::map<std::pair<int, int>, Known>;  // by place and depth, um
+using Table = std::map<std::pair<int, int>, Known>;  // by place and depth, micrometres
+
+int micrometres(double depth) { return static_cast<int>(std::lround(1e6 * depth)); }
 
 constexpr const char* kColumns =
     "place,kind,slope_deg,x_mm,y_mm,z_mm,depth_mm,tick_n,full_x_n,full_y_n,full_z_n,tick_beyond_full_percent,"
@@ -117,7 +119,7 @@ Table read_table(const std::string& name) {
     for (std::string cell; std::getline(cut, cell, ',');) cells.push_back(cell);
     cells.resize(16);
     const auto number = [&](std::size_t k) { return std::strtod(cells[k].c_str(), nullptr); };
-    table[{std::atoi(cells[0].c_str()), static_cast<int>(std::lround(1e3 * number(6)))}] = {
+    table[{std::atoi(cells[0].c_str()), micrometres(1e-3 * number(6))}] = {
         {number(8), number(9), number(10)}, cells[13], cells[14], cells[15]};
   }
   return table;
@@ -163,7 +165,7 @@ void compute(const scene::TriangleMesh& surface, const organ::OrganSettings& set
   const auto full = organ::full_press(surface, settings, place.site, kDepths);
   const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   for (std::size_t k = 0; k < kDepths.size(); ++k) {
-    Known& state = table[{number, static_cast<int>(std::lround(1e6 * kDepths[k]))}];
+    Known& state = table[{number, micrometres(kDepths[k])}];
     state.seconds = fmt::format("{:.0f}", took);
     if (full) {
       state.force = full->states[k].force;
@@ -200,11 +202,10 @@ int run(const std::string& table, int count, std::uint64_t seed) {
   Table known = read_table(table);
   for (int i = 0; i < std::ssize(places); ++i) {
     const Place& place = places[static_cast<std::size_t>(i)];
-    if (!known.contains({i, static_cast<int>(std::lround(1e6 * kDepths.front()))}))
-      compute(surface, settings, i, place, known);
+    if (!known.contains({i, micrometres(kDepths.front())})) compute(surface, settings, i, place, known);
     std::string lines;
     for (const double depth : kDepths)
-      lines += line_of(i, place, depth, *soft, known[{i, static_cast<int>(std::lround(1e6 * depth))}]);
+      lines += line_of(i, place, depth, *soft, known[{i, micrometres(depth)}]);
     fmt::print("{}", lines);
     std::fflush(stdout);
     text += lines;
@@ -212,8 +213,7 @@ int run(const std::string& table, int count, std::uint64_t seed) {
     std::string rest;
     for (int later = i + 1; later < std::ssize(places); ++later)
       for (const double depth : kDepths)
-        if (const auto found = known.find({later, static_cast<int>(std::lround(1e6 * depth))});
-            found != known.end())
+        if (const auto found = known.find({later, micrometres(depth)}); found != known.end())
           rest += line_of(later, places[static_cast<std::size_t>(later)], depth, *soft, found->second);
     if (const auto written = write_file(table, text + rest); !written) {
       fmt::print(stderr, "organ_places: {}\n", written.error().message);
