@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
+#include <atomic>
 #include <cstdio>
+#include <thread>
+#include <vector>
 
 #include "palpate/evaluation/verification_lab_for_tests.h"
 #include "tests/chi_square.h"
@@ -62,9 +66,31 @@ void count(std::array<Coverage, 6>& coverage, const Verified& verified, std::uin
     }
 }
 
+// One rig, verified as it was and after each knock.
+std::array<Verified, kKnocks> verdicts_on(std::uint64_t seed, const VerificationPlan& plan) {
+  const rig::Rig rig = calibrated_rig(seed, {});
+  std::array<Verified, kKnocks> all;
+  for (int k = 0; k < kKnocks; ++k)
+    all[static_cast<std::size_t>(k)] =
+        verified_rig(knocked_world(static_cast<Knock>(k), seed), seed, 1, rig, plan);
+  return all;
+}
+
+// Of rigs 1 to `rigs`, each core has one in work: rigs share nothing, and a rig takes a minute and more.
+std::vector<std::array<Verified, kKnocks>> verdicts(std::size_t rigs, const VerificationPlan& plan) {
+  std::vector<std::array<Verified, kKnocks>> all(rigs);
+  std::atomic<std::size_t> next{0};
+  std::vector<std::thread> threads;
+  for (unsigned i = 0; i < std::max(1u, std::thread::hardware_concurrency()); ++i)
+    threads.emplace_back([&] {
+      for (std::size_t r = next++; r < rigs; r = next++) all[r] = verdicts_on(r + 1, plan);
+    });
+  for (auto& thread : threads) thread.join();
+  return all;
+}
+
 // Twenty rigs, each verified as it was and after each knock: what `palpate verify` is held against.
 void expect_verdicts(const VerificationPlan& plan, bool with_figures) {
-  constexpr std::uint64_t kRigs = 20;
   std::array<Tally, kKnocks> tallies{};
   std::array<Coverage, 6> coverage{{{"arm", &TrueErrors::arm, false},
                                     {"places", &TrueErrors::places, false},
@@ -72,11 +98,12 @@ void expect_verdicts(const VerificationPlan& plan, bool with_figures) {
                                     {"tip", &TrueErrors::tip, false},
                                     {"camera delay", &TrueErrors::camera_delay, true},
                                     {"tracker delay", &TrueErrors::tracker_delay, true}}};
-  for (std::uint64_t seed = 1; seed <= kRigs; ++seed) {
-    const rig::Rig rig = calibrated_rig(seed, {});
+  std::uint64_t seed = 0;
+  for (const auto& of_rig : verdicts(20, plan)) {
+    ++seed;
     for (int k = 0; k < kKnocks; ++k) {
       const auto knock = static_cast<Knock>(k);
-      const auto verified = verified_rig(knocked_world(knock, seed), seed, 1, rig, plan);
+      const Verified& verified = of_rig[static_cast<std::size_t>(k)];
       const std::string names = names_of(verified.found);
       auto& tally = tallies[static_cast<std::size_t>(k)];
       ++tally.of;

@@ -26,6 +26,15 @@ namespace fs = std::filesystem;
 constexpr std::uint32_t kLayout[] = PALPATE_LAYOUT;
 constexpr std::size_t kLongest = 400;  // bytes of the words of others
 
+// GCC and clang follow one C++ ABI, Itanium's: what they make of one source, with the standard library and the options that
+// `options` tells, lies and is named alike, so that one may call the other.
+bool of_one_abi(const char* a, const char* b) {
+  const auto family = [](std::string_view compiler) {
+    return compiler.starts_with("gcc ") || compiler.starts_with("clang ");
+  };
+  return a != nullptr && b != nullptr && (std::strcmp(a, b) == 0 || (family(a) && family(b)));
+}
+
 std::string text_of(const char* words) { return words == nullptr ? "nothing" : excerpt(words, 100); }
 
 // What a plug-in tells of itself fits this program; else what does not.
@@ -42,8 +51,8 @@ Expected<void> check_build(const std::string& file, const PalpatePlugin* told) {
     return refused(
         "plug-in {}: is made for Palpate {}, and this is {}; build it with the headers of this release", file,
         text_of(told->release), PALPATE_RELEASE);
-  if (differs(told->compiler, PALPATE_COMPILER))
-    return refused("plug-in {}: is compiled by {}, and this program by {}; use the same compiler", file,
+  if (!of_one_abi(told->compiler, PALPATE_COMPILER))
+    return refused("plug-in {}: is compiled by {}, and this program by {}; use GCC or clang", file,
                    text_of(told->compiler), PALPATE_COMPILER);
   if (differs(told->options, PALPATE_BUILD_OPTIONS))
     return refused("plug-in {}: is compiled for {}, and this program for {}; use the same options", file,

@@ -77,6 +77,13 @@ TEST_F(PlugIn, AddsItsApplicationAndItsDriverAndIsToldAsWhereTheyComeFrom) {
   EXPECT_EQ(report_.loaded.size(), 1u);
 }
 
+TEST_F(PlugIn, OfGccOrClangFitsAProgramOfEither) {
+  const auto done = load(fixture("other_family"), guests_, report_);
+  ASSERT_TRUE(done) << done.error().message;
+  ASSERT_EQ(report_.loaded.size(), 1u);
+  EXPECT_EQ(report_.loaded[0].name, "impostor");
+}
+
 TEST_F(PlugIn, OfAnotherReleaseCompilerOptionsLayoutOrEntryIsRefusedInWordsAndNothingOfItIsCalled) {
   const auto other = [&](const std::string& what) { return refusal(fixture("other_" + what)); };
   const std::string release = other("release");

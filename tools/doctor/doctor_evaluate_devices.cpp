@@ -33,7 +33,12 @@ Findings evaluate(const LibraryFacts& facts) {
   return {fine(kArea, "palpate", fmt::format("{}, protocol {}", facts.palpate, facts.network.protocol)),
           fine(kArea, "ZeroMQ",
                fmt::format("{}, {} CURVE", facts.network.zeromq, facts.network.curve ? "with" : "without")),
-          fine(kArea, "protobuf", facts.network.protobuf), fine(kArea, "Eigen", facts.eigen),
+          fine(kArea, "protobuf", facts.network.protobuf),
+          fine(kArea, "Eigen", facts.eigen),
+          facts.dense.in_threads
+              ? fine(kArea, "BLAS", facts.dense.name)
+              : note(kArea, "BLAS", facts.dense.name + ": wrong results where two threads call it at once",
+                     "apt-get install libblis4-serial; apt-get remove libopenblas0-serial"),
           fine(kArea, "pictures", facts.pictures)};
 }
 

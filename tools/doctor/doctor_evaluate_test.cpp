@@ -80,7 +80,7 @@ Facts good_machine() {
   facts.keys = good_keys();
   facts.graphics = {"NVIDIA RTX", "device", ""};
   facts.desktop = {":0", "", "Built-in Audio", ""};
-  facts.libraries = {"0.1.0", "3.4.0", "OpenCV 4.6.0", {"4.3.4", "3.21.12", true, 1}};
+  facts.libraries = {"0.1.0", "3.4.0", "OpenCV 4.6.0", {"4.3.4", "3.21.12", true, 1}, {"BLIS 0.9", true}};
   facts.space = {"/run/user/1000/palpate", 1ull << 30, 1024};
   return facts;
 }
@@ -101,13 +101,14 @@ TEST(Doctor, NothingToldAtAllIsStillOneUsefulLineEach) {
   facts.graphics.problem = "drawing: no display; install a driver";
   facts.desktop.window_problem = "window: no display; start it on a desktop";
   facts.desktop.sound_problem = "sound: the sound device has no voices left";
-  facts.libraries = {"0", "0", "none", {"4.3.4", "3", false, 1}};
+  facts.libraries = {"0", "0", "none", {"4.3.4", "3", false, 1}, {"OpenBLAS without threads", false}};
   facts.keys.folder_problem = "no place for keys; give --keys DIR";
   facts.space.folder = facts.sockets.folder = "/run";
   facts.clock.why_unknown = "Operation not permitted";
   facts.real_time.grant.fifo_errno = EPERM;
   facts.real_time.grant.memory_errno = ENOMEM;
   expect_useful(evaluate(facts));
+  EXPECT_EQ(named(evaluate(facts), "BLAS").verdict, Verdict::worth_knowing);
 }
 
 TEST(Doctor, RealTimeRightsAreGrantedOrTheLimitsFileIsNamed) {

@@ -259,9 +259,9 @@ Expected<Facts> gather_facts(const Options& options) {
   facts.devices = device_facts(arm, camera);
   facts.space = space_facts();
   facts.plugins = options.plugins;
-  facts.libraries = {options.version,
-                     fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION),
-                     render::picture_library(), transport::network_libraries()};
+  facts.libraries = {
+      options.version, fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION),
+      render::picture_library(), transport::network_libraries(), physics::deformable::dense_library()};
   facts.graphics = graphics_facts();
   facts.desktop = desktop_facts();
   return facts;

@@ -14,6 +14,7 @@
 #include "drivers/cameras/v4l2_source.h"
 #include "drivers/openhaptics/library.h"
 #include "drivers/openhaptics/nodes.h"
+#include "palpate/physics/deformable/dense_library.h"
 #include "palpate/plugin/loader.h"
 #include "palpate/time/real_time.h"
 #include "palpate/transport/keys.h"
@@ -96,6 +97,7 @@ struct DesktopFacts {
 struct LibraryFacts {
   std::string palpate, eigen, pictures;
   transport::NetworkLibraries network;
+  physics::deformable::DenseLibrary dense;
 };
 
 struct DeviceFacts {

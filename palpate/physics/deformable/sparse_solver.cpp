@@ -3,6 +3,7 @@
 #include <dmumps_c.h>
 
 #include <algorithm>
+#include <mutex>
 #include <utility>
 
 namespace palpate::physics::deformable {
@@ -10,7 +11,7 @@ namespace {
 
 constexpr int kBegin = -1, kEnd = -2, kAnalyse = 1, kFactorise = 2, kSolve = 3;  // MUMPS' JOB
 constexpr int kSequential = -987654;       // its communicator of a single process
-constexpr int kScotch = 3;                 // ICNTL(7), the ordering
+constexpr int kPord = 4;                   // ICNTL(7), the ordering; Scotch's is another in each run
 constexpr int kColumnsInOneSolve = 32;     // ICNTL(27)
 constexpr int kWholeByColumns = 3;         // ICNTL(19), Schur's complement
 constexpr int kCondense = 1, kExpand = 2;  // ICNTL(26)
@@ -71,7 +72,10 @@ struct SparseFactor::Library {
     mumps.mblock = mumps.nblock = count;
   }
 
+  // The library keeps things in variables of its own: whoever calls it, for whichever factor, waits for the others.
   void call(int job) {
+    static std::mutex one_at_a_time;
+    const std::lock_guard lock(one_at_a_time);
     mumps.job = job;
     dmumps_c(&mumps);
   }
@@ -100,7 +104,7 @@ Expected<SparseFactor> SparseFactor::analyse(const SymmetricMatrix& matrix, cons
   library->begun = true;
   for (int k = 0; k < 3; ++k) mumps.icntl[k] = -1;  // no words on the terminal
   mumps.icntl[3] = 0;
-  mumps.icntl[6] = kScotch;
+  mumps.icntl[6] = kPord;
   mumps.icntl[13] = 50;  // per cent of memory beyond the estimate
   mumps.icntl[26] = kColumnsInOneSolve;
   for (int column = 0; column < matrix.size; ++column)

@@ -1,7 +1,8 @@
 // Sparse symmetric positive definite systems: factorised once, solved for many right-hand sides.
 //
 // The library that does it (MUMPS, multifrontal; Amestoy et al., SIAM J. Matrix Anal. Appl. 23, 2001) stays behind
-// this header. Any units. One thread at a time for each factor. It allocates: not for the haptic loop.
+// this header. Any units. One thread at a time for each factor;
+// factors in several threads wait for each other. It allocates: not for the haptic loop.
 #pragma once
 
 #include <Eigen/Core>

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <numbers>
+#include <thread>
 #include <vector>
 
 namespace palpate::physics::deformable {
@@ -47,6 +48,46 @@ TEST(SparseSolver, EigenvectorsComeBackScaledByTheirEigenvalue) {
         << k;
   }
   EXPECT_GE(factor->entries(), 2 * kSize - 1);
+}
+
+// A square of springs: its elimination has dense blocks, for which a library of dense algebra is called.
+SymmetricMatrix square_of_springs(int side) {
+  SymmetricMatrix matrix;
+  matrix.size = side * side;
+  matrix.starts.assign(1, 0);
+  const auto add = [&](int row, double value) {
+    matrix.rows.push_back(row);
+    matrix.values.push_back(value);
+  };
+  for (int column = 0; column < matrix.size; ++column) {
+    add(column, 4.0);
+    if ((column + 1) % side != 0) add(column + 1, -1.0);
+    if (column + side < matrix.size) add(column + side, -1.0);
+    matrix.starts.push_back(static_cast<int>(matrix.rows.size()));
+  }
+  return matrix;
+}
+
+TEST(SparseSolver, InSeveralThreadsItSolvesAsInOne) {
+  const auto matrix = square_of_springs(60);
+  const Eigen::VectorXd right = Eigen::VectorXd::LinSpaced(matrix.size, -1.0, 2.0);
+  const auto solved = [&] {
+    Eigen::VectorXd x = right;
+    auto factor = SparseFactor::analyse(matrix);
+    const bool good = factor && factor->factorise(matrix) && factor->solve(x);
+    return good ? x : Eigen::VectorXd();
+  };
+  const Eigen::VectorXd alone = solved();
+  ASSERT_LT((matrix.times(alone) - right).norm(), 1e-9 * right.norm());
+  std::vector<std::vector<Eigen::VectorXd>> found(4);
+  std::vector<std::thread> threads;
+  for (auto& of_thread : found)
+    threads.emplace_back([&] {
+      for (int i = 0; i < 10; ++i) of_thread.push_back(solved());
+    });
+  for (auto& thread : threads) thread.join();
+  for (const auto& of_thread : found)
+    for (const auto& x : of_thread) EXPECT_EQ(x, alone);
 }
 
 TEST(SparseSolver, AnotherMatrixOfThePatternIsFactorisedAnew) {
