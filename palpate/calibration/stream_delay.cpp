@@ -151,4 +151,30 @@ Expected<Estimate<StreamDelay>> estimate_stream_delay(const std::vector<TimedPoi
   return estimate;
 }
 
+double delay_of_systematic(const std::vector<TimedPoint>& points, double systematic, double reach) {
+  constexpr std::size_t kMostPlaces = 300, kFewestPlaces = 5;
+  const std::size_t every = 1 + points.size() / kMostPlaces;
+  std::vector<Vector3> places, speeds;
+  for (std::size_t i = every; i + every < points.size(); i += every) {
+    const double takes = points[i + every].time_s - points[i - every].time_s;
+    if (!(takes > 0.0)) continue;
+    places.push_back(points[i].place);
+    speeds.push_back((points[i + every].place - points[i - every].place) / takes);
+  }
+  if (places.size() < kFewestPlaces) return 0.0;
+  const auto n = static_cast<Eigen::Index>(places.size());
+  Eigen::MatrixXd w(n, 3), K(n, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto& here = places[static_cast<std::size_t>(i)];
+    w.row(i) = speeds[static_cast<std::size_t>(i)].transpose();
+    for (Eigen::Index j = 0; j <= i; ++j)
+      K(i, j) = K(j, i) =
+          std::exp(-0.5 * (here - places[static_cast<std::size_t>(j)]).squaredNorm() / (reach * reach));
+  }
+  w.rowwise() -= Eigen::RowVector3d(w.colwise().mean());
+  const double motion = w.squaredNorm();
+  if (!(motion > 0.0)) return 0.0;
+  return systematic * std::sqrt(std::max(0.0, w.cwiseProduct(K * w).sum())) / motion;
+}
+
 }  // namespace palpate::calibration

@@ -37,4 +37,14 @@ Expected<Estimate<StreamDelay>> estimate_stream_delay(const std::vector<TimedPoi
                                                       const std::vector<TimedPoint>& late,
                                                       const StreamDelayOptions& options = {});
 
+// What a smooth systematic error of one of the two streams passes for as delay, as a standard deviation in s: it comes
+// back with the place, so that no residual shows it. `systematic`: its rms per axis, m, correlated by
+// exp(-d^2 / (2 reach^2)) over the distance d (K below), the axes independently. With w the speeds about their mean, since a
+// constant offset is eliminated (more that is eliminated leaves less):
+//   sd^2 = sum over axes of w' K w / (sum over axes of w' w)^2
+// On a way there and back it cancels; on one around something it does not. Of many points every n-th is taken.
+inline constexpr double kSystematicReach = 0.15;  // m
+double delay_of_systematic(const std::vector<TimedPoint>& points, double systematic,
+                           double reach = kSystematicReach);
+
 }  // namespace palpate::calibration

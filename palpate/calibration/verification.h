@@ -24,6 +24,7 @@
 #include <string_view>
 #include <vector>
 
+#include "palpate/calibration/stream_delay.h"
 #include "palpate/core/expected.h"
 #include "palpate/rig/rig.h"
 
@@ -118,8 +119,7 @@ struct VerificationOptions {
   // The tracker's systematic error where the head's marker is now, beside what the hand-eye calibration has taken
   // in: it differs by the distance between the two.
   double head_turn_sd = 2e-4, head_shift_sd = 5e-5;  // rad, m
-  double field_reach =
-      0.15;  // m, over which a systematic error of the tracker changes: it turns markers, too
+  double field_reach = kSystematicReach;             // a systematic error of the tracker turns markers, too
   // s: what a tracker's systematic error along a motion passes for as delay; no residual shows it.
   double delay_sd = 3e-5;
   // The same where stamps come from a machine that does other things as well: its shortest latency, which clocks are

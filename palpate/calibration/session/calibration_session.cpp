@@ -181,7 +181,9 @@ struct Steps {
     if (!delay) return failed(delay);
     if (!rig.delays) rig.delays.emplace();
     rig.delays->tracker_after_arm_s = delay->value.delay_s;
-    rig.delays->tracker_std_s = delay->standard_deviation(0);
+    rig.delays->tracker_std_s =
+        std::hypot(delay->standard_deviation(0),
+                   delay_sd_of_systematic(*moving, by_tracker, rig.arm->tip_in_marker.norm()));
     return {};
   }
 

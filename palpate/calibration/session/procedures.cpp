@@ -1,6 +1,7 @@
 #include "palpate/calibration/session/procedures.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -158,6 +159,15 @@ Expected<MovingRecord> record_moving(AcquisitionContext context, double seconds_
   if (static_cast<int>(record.marker.size()) < kFewest)
     return not_seen("free motion", record.marker.size(), kFewest);
   return record;
+}
+
+double delay_sd_of_systematic(const MovingRecord& moving, const std::vector<TimedPoint>& places,
+                              double lever) {
+  double variance = 0.0;  // per axis
+  for (const auto& pose : moving.marker) variance += pose.marker.systematic.trace() / 3.0;
+  if (moving.marker.empty()) return 0.0;
+  const double shift = std::sqrt(variance / static_cast<double>(moving.marker.size()));
+  return delay_of_systematic(places, std::hypot(shift, shift / kSystematicReach * lever));
 }
 
 Expected<Vector3> record_rest(AcquisitionContext context) {

@@ -10,6 +10,7 @@
 
 #include "palpate/calibration/session/fixation.h"
 #include "palpate/calibration/session/recorder.h"
+#include "palpate/calibration/stream_delay.h"
 
 namespace palpate::calibration::session {
 
@@ -44,6 +45,12 @@ struct MovingRecord {
   std::vector<TrackedPose> marker;  // tracker rate, with readings interpolated at the uncorrected host time
 };
 Expected<MovingRecord> record_moving(AcquisitionContext context, double seconds_long);
+
+// By how much, as a standard deviation, a delay found by this motion is off for the tracker's systematic error
+// (delay_of_systematic), s. `places`: of the point whose motion the delay was found by, `lever` m from the marker, which
+// the error turns as well, by its size over its reach.
+double delay_sd_of_systematic(const MovingRecord& moving, const std::vector<TimedPoint>& places,
+                              double lever);
 
 // Mean encoder readings with the arm at rest: what a later start is compared with.
 Expected<Vector3> record_rest(AcquisitionContext context);

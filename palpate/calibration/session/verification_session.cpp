@@ -122,7 +122,8 @@ struct Look {
       return {};
     }
     out.observed.tracker_delay_s = delay->delay_s;
-    out.observed.tracker_delay_std_s = delay->delay_std_s;
+    out.observed.tracker_delay_std_s = std::hypot(
+        delay->delay_std_s, delay_sd_of_systematic(*moving, by_arm, rig.arm->tip_in_marker.norm()));
     return {};
   }
 

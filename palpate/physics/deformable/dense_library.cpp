@@ -1,27 +1,22 @@
 #include "palpate/physics/deformable/dense_library.h"
 
 #include <dlfcn.h>
-#include <fmt/core.h>
+
+#include <filesystem>
 
 namespace palpate::physics::deformable {
-namespace {
-
-template <typename Function>
-Function* function(const char* name) {
-  return reinterpret_cast<Function*>(dlsym(RTLD_DEFAULT, name));
-}
-
-}  // namespace
-
 DenseLibrary dense_library() {
-  if (auto* version = function<const char*()>("bli_info_get_version_str"))
-    return {fmt::format("BLIS {}", version()), true};
-  if (auto* parallel = function<int()>("openblas_get_parallel")) {
-    constexpr int kWithoutThreads = 0;  // and then without the locks that other people's threads need
-    return {parallel() == kWithoutThreads ? "OpenBLAS without threads" : "OpenBLAS",
-            parallel() != kWithoutThreads};
+  DenseLibrary found;
+  Dl_info from{};
+  if (void* multiply = dlsym(RTLD_DEFAULT, "dgemm_"); multiply && dladdr(multiply, &from) != 0) {
+    std::error_code unknown;
+    const auto file = std::filesystem::canonical(from.dli_fname, unknown);
+    found.name = unknown ? from.dli_fname : file.string();
   }
-  return {"one that does not tell its name", true};
+  constexpr int kWithoutThreads = 0;  // and then without the locks that other people's threads need
+  if (auto* parallel = reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "openblas_get_parallel")))
+    found.in_threads = parallel() != kWithoutThreads;
+  return found;
 }
 
 }  // namespace palpate::physics::deformable

@@ -6,7 +6,7 @@
 namespace palpate::physics::deformable {
 
 struct DenseLibrary {
-  std::string name;        // as far as it tells
+  std::string name;        // its file; empty where that is not known
   bool in_threads = true;  // may be called by several threads at once; false: it answers wrongly then
 };
 
