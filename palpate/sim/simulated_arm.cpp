@@ -14,6 +14,9 @@ constexpr double kStopMargin = 0.05;       // rad beyond the stated range
 constexpr double kStopStiffness = 2000.0;  // N/m at the tip
 constexpr double kHollowStiffness = 5e4;   // N/m: 0.04 mm under a press of 2 N
 constexpr double kHollowDamping = 100.0;   // N s/m: half of critical for hand and arm together
+constexpr double kStretched = 0.9999;      // of both links' length: where the arm itself ends
+constexpr double kComfortable = 0.98;      // the same, for what a person reaches for
+constexpr double kOnTheArm = 1e-6;         // m
 constexpr double kFrictionSpeed = 0.002;   // m/s at which dry friction has taken its full size
 
 }  // namespace
@@ -53,9 +56,21 @@ void SimulatedArm::place(const Vector3& tip, const Quaternion& orientation) {
   update_joints();
 }
 
+Vector3 SimulatedArm::back_in_reach(const Vector3& in_base, double share) const {
+  const Vector3 shoulder(0.0, lengths_.l2, -lengths_.l1), out = in_base - shoulder;
+  const double stretched = share * (lengths_.l1 + lengths_.l2),
+               folded = std::abs(lengths_.l1 - lengths_.l2) / share, distance = out.norm();
+  if (distance > stretched) return shoulder + stretched / distance * out;
+  if (distance < folded && distance > 0.0) return shoulder + folded / distance * out;
+  return in_base;
+}
+
+// Where the hand has pulled the tip out of the arm's reach the arm is stretched towards it: its angles follow the hand,
+// and do not jump when it comes back.
 Vector3 SimulatedArm::theta_of(const State& state) const {
   Vector3 theta = theta_;
-  if (!device::phantom_inverse(X_base_world_ * Point<World>{state.tip}, lengths_, theta)) return theta_;
+  const Vector3 in_base = back_in_reach((X_base_world_ * Point<World>{state.tip}).m, kStretched);
+  if (!device::phantom_inverse({in_base}, lengths_, theta)) return theta_;
   return theta;
 }
 
@@ -95,11 +110,7 @@ Vector3 SimulatedArm::clamped(const Vector3& theta) const {
 bool SimulatedArm::within_range(const Vector3& theta) const { return (clamped(theta) - theta).norm() < 1e-9; }
 
 Vector3 SimulatedArm::within_reach(const Vector3& tip) const {
-  Vector3 in_base = (X_base_world_ * Point<World>{tip}).m;
-  // Beyond the stretched arm: back along the line from the shoulder.
-  const Vector3 shoulder(0.0, lengths_.l2, -lengths_.l1);
-  const double reach = 0.98 * (lengths_.l1 + lengths_.l2);
-  if ((in_base - shoulder).norm() > reach) in_base = shoulder + reach * (in_base - shoulder).normalized();
+  const Vector3 in_base = back_in_reach((X_base_world_ * Point<World>{tip}).m, kComfortable);
   Vector3 theta;
   if (!device::phantom_inverse({in_base}, lengths_, theta)) return state_.tip;
   const Vector3 inside = clamped(theta);
@@ -138,7 +149,10 @@ void SimulatedArm::update_joints() {
   }
   const Vector3 inside = clamped(theta_);
   stop_force_.setZero();
-  if (inside != theta_) {
+  const bool reached =
+      (device::phantom_tip(theta_, lengths_).m - (X_base_world_ * Point<World>{state_.tip}).m).norm() <
+      kOnTheArm;
+  if (inside != theta_ || !reached) {
     const Vector3 held = (X_world_base_ * device::phantom_tip(inside, lengths_)).m;
     stop_force_ = kStopStiffness * (held - state_.tip) - 8.0 * state_.velocity;
   }

@@ -64,6 +64,8 @@ class SimulatedArm {
   void update_joints();
   Vector3 miswired(const Vector3& torque) const;
   Vector3 clamped(const Vector3& theta) const;
+  // Places beyond so large a share of the stretched arm (or within the folded one): on its edge, in line with the shoulder.
+  Vector3 back_in_reach(const Vector3& in_base, double share) const;
 
   device::PhantomLengths lengths_, nominal_;
   device::JointCorrection joints_, gimbal_;

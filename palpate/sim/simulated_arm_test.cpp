@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <numbers>
+
 #include "palpate/core/units.h"
 
 namespace palpate::sim {
@@ -166,6 +169,32 @@ TEST(SimulatedArm, StaysWithinItsReachHoweverTheHandPulls) {
     }
     EXPECT_LT(arm.state().velocity.norm(), 0.01);
   }
+}
+
+// What pulls the stylus out of the arm's reach stretches it; it never stands still and catches up with one leap.
+TEST(SimulatedArm, ItsReadingsFollowTheHandBeyondItsReachAndBack) {
+  const auto world = ideal();
+  const auto truth = draw_truth(world, 1);
+  SimulatedArm arm(world, truth);
+  SimulatedHand hand({}, arm.state().tip, arm.state().orientation);
+  hand.take(Grip::follow, arm.state().tip, Vector3::Zero());
+  const Vector3 begin = arm.state().tip;
+  // Ahead of the shoulder and upwards, farther than both links together, and past it sideways.
+  double fastest = 0.0, farthest = 0.0;
+  Vector3 before = device::phantom_tip(arm.theta_of(arm.state()), truth.lengths).m;
+  for (int ms = 0; ms < 6000; ++ms) {
+    const double phase = 2.0 * std::numbers::pi * ms / 3000.0;
+    hand.set_target(begin + truth.X_world_base.rotation *
+                                Vector3(0.15 * std::sin(3.0 * phase), 0.1, 0.35 * (1.0 - std::cos(phase))),
+                    Vector3::Zero(), hand.orientation());
+    for (int k = 0; k < 4; ++k) arm.step(0.00025, hand);
+    const Vector3 tip = device::phantom_tip(arm.theta_of(arm.state()), truth.lengths).m;
+    fastest = std::max(fastest, (tip - before).norm() / 1e-3 - arm.state().velocity.norm());
+    farthest = std::max(farthest, (arm.state().tip - (truth.X_world_base * Point<ArmBase>{tip}).m).norm());
+    before = tip;
+  }
+  EXPECT_GT(farthest, 1e-3) << "the hand does not leave the arm's reach: nothing is tried";
+  EXPECT_LT(fastest, 0.5) << "m/s beyond what the tip has";
 }
 
 TEST(SimulatedHand, ReachesItsTargetWithBoundedAccelerationAndStopsThere) {

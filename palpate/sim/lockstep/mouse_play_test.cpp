@@ -75,7 +75,8 @@ MouseGame play_with_mouse(const MousePlay& how) {
       next_picture += 1.0 / how.picture_hz;
       pictures.emplace_back(t + how.delay_s, state);
       const Vector3 ball = (X_world_camera.inverse() * Point<World>{state.bodies[0].p()}).m;
-      const device::Pixel off(random.normal(how.noise_px), random.normal(how.noise_px));
+      const double down = random.normal(how.noise_px), right = random.normal(how.noise_px);
+      const device::Pixel off(right, down);
       coming.push_back({t + how.seen_late_s, device::Pixel(rig.camera->model.project_undistorted(ball) + off),
                         state.counters[applications::pingpong::kPhase] ==
                             static_cast<int>(applications::pingpong::Phase::incoming)});
