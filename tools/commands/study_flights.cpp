@@ -1,42 +1,34 @@
 // palpate study flights: recorded ball flights against the simulator.
 #include <memory>
 
-#include "palpate/core/json.h"
 #include "palpate/core/progress.h"
 #include "palpate/evaluation/studies/flights_study.h"
 #include "tools/commands/command.h"
+#include "tools/commands/study_results.h"
 
 namespace palpate::tools::commands {
 namespace {
 
 struct FlightsCommand {
   evaluation::studies::FlightsOptions study;
-  std::string out, json;
+  StudyResults results;
 };
 
 Expected<void> run_flights(FlightsCommand options) {
   // Where there is nothing to study no folder is made.
   if (const auto flights = evaluation::studies::read_flights(options.study); !flights)
     return tl::unexpected(flights.error());
-  if (!options.out.empty())
-    if (auto can = evaluation::studies::can_be_written(options.out); !can) return can;
+  if (!options.results.out.empty())
+    if (auto can = evaluation::studies::can_be_written(options.results.out); !can) return can;
   Progress progress({{"flights", 1.0}});
   options.study.repeats.progress = [&progress](double share) { progress.update(share); };
   progress.begin(0);
   const auto result = evaluation::studies::study_flights(options.study);
   progress.finish();
   if (!result) return tl::unexpected(result.error());
-  if (!options.out.empty()) {
-    const std::filesystem::path out = options.out;
-    if (auto done = evaluation::studies::write_study(*result, {}, out); !done) return done;
-    const Json about{{"flights", result->values["flights"]}, {"data", options.study.data.string()}};
-    if (auto done = evaluation::studies::write_study_report("flights", about, {*result}, out); !done)
-      return done;
-    notice(fmt::format("written to {}; open {}/report.html", options.out, options.out));
-  }
-  for (const auto& line : result->lines) print_line(line, stderr);
-  if (!options.json.empty()) return write_json(options.json, result->values);
-  return {};
+  return give_results("flights", *result,
+                      {{"flights", result->values["flights"]}, {"data", options.study.data.string()}},
+                      options.results);
 }
 
 }  // namespace
@@ -55,9 +47,9 @@ void add_study_flights(CLI::App& study) {
       ->check(CLI::Range(0, 1024))
       ->capture_default_str();
   flights->add_option(
-      "--out", options->out,
+      "--out", options->results.out,
       "Folder for report.html, report.json, flights.json, flights.csv, errors.csv, bounces.csv");
-  flights->add_option("--json", options->json, "Key figures, - for standard output");
+  flights->add_option("--json", options->results.json, "Key figures, - for standard output");
   on(flights, [options] { return run_flights(*options); });
 }
 

@@ -1,41 +1,33 @@
 // palpate study psychometric: curves of a table of trials.
 #include <memory>
 
-#include "palpate/core/json.h"
 #include "palpate/core/progress.h"
 #include "palpate/evaluation/studies/psychometric_study.h"
 #include "tools/commands/command.h"
+#include "tools/commands/study_results.h"
 
 namespace palpate::tools::commands {
 namespace {
 
 struct PsychometricCommand {
   evaluation::studies::PsychometricOptions study;
-  std::string out, json;
+  StudyResults results;
   bool comparison = false;
 };
 
 Expected<void> run_psychometric(PsychometricCommand options) {
   if (options.comparison) options.study.task.rule = experiment::GuessRule::equals_lapse;
+  if (!options.results.out.empty())
+    if (auto can = evaluation::studies::can_be_written(options.results.out); !can) return can;
   Progress progress({{"curves", 1.0}});
   options.study.repeats.progress = [&progress](double share) { progress.update(share); };
   progress.begin(0);
   const auto result = evaluation::studies::study_psychometric(options.study);
   progress.finish();
   if (!result) return tl::unexpected(result.error());
-  if (!options.out.empty()) {
-    const std::filesystem::path out = options.out;
-    if (auto can = evaluation::studies::can_be_written(out); !can) return can;
-    if (auto done = evaluation::studies::write_study(*result, {}, out); !done) return done;
-    Json about{{"data", options.study.trials.string()}};
-    for (const char* key : {"trials", "practice", "excluded"}) about[key] = result->values[key];
-    if (auto done = evaluation::studies::write_study_report("psychometric", about, {*result}, out); !done)
-      return done;
-    notice(fmt::format("written to {}; open {}/report.html", options.out, options.out));
-  }
-  for (const auto& line : result->lines) print_line(line, stderr);
-  if (!options.json.empty()) return write_json(options.json, result->values);
-  return {};
+  Json about{{"data", options.study.trials.string()}};
+  for (const char* key : {"trials", "practice", "excluded"}) about[key] = result->values[key];
+  return give_results("psychometric", *result, about, options.results);
 }
 
 }  // namespace
@@ -79,9 +71,9 @@ void add_study_psychometric(CLI::App& study) {
       ->capture_default_str();
   command->add_option("--seed", options->study.bootstrap.seed, "Seed; the same one gives the same figures")
       ->capture_default_str();
-  command->add_option("--out", options->out, "Folder for report.html, report.json, psychometric.json")
+  command->add_option("--out", options->results.out, "Folder for report.html, report.json, psychometric.json")
       ->type_name("DIR");
-  command->add_option("--json", options->json, "Figures, - for standard output")->type_name("FILE");
+  command->add_option("--json", options->results.json, "Figures, - for standard output")->type_name("FILE");
   on(command, [options] { return run_psychometric(*options); });
 }
 
