@@ -39,13 +39,13 @@ SplineFields<1> spline_of(const Lattice& lattice) {
 TEST(SplineField, GoesThroughItsValues) {
   const Lattice lattice{{0.1, -0.2, 0.3}, 0.004, {9, 12, 7}};
   const auto spline = spline_of(lattice);
-  for (int z = 1; z < 5; ++z)
-    for (int y = 1; y < 10; ++y)
-      for (int x = 1; x < 7; ++x) {
-        const Vector3 p = lattice.at(x, y, z) + Vector3::Constant(1e-15);
-        if (lattice.covers(p)) {
-          EXPECT_NEAR(spline.sample(p)[0].value, wave(lattice.at(x, y, z)), 2e-6) << "floats: 6e-8 of 8 each";
-        }
+  const Vector3 middle = 0.5 * (lattice.at(0, 0, 0) + lattice.at(8, 11, 6));
+  for (int z = 1; z <= 5; ++z)
+    for (int y = 1; y <= 10; ++y)
+      for (int x = 1; x <= 7; ++x) {
+        const Vector3 p = lattice.at(x, y, z) + 1e-9 * (middle - lattice.at(x, y, z));
+        ASSERT_TRUE(lattice.covers(p)) << x << ' ' << y << ' ' << z;
+        EXPECT_NEAR(spline.sample(p)[0].value, wave(p), 2e-6) << "floats: 6e-8 of 8 each";
       }
 }
 
@@ -145,6 +145,8 @@ TEST(SplineField, WhatCannotCarryASplineIsRefused) {
   EXPECT_THROW(made(good, 64, std::nanf("")), std::invalid_argument);
   EXPECT_THROW(made({{0, 0, 0}, 0.0, {4, 4, 4}}, 64, 1.0f), std::invalid_argument);
   EXPECT_THROW(made({{0, 0, 0}, 0.001, {3, 4, 4}}, 48, 1.0f), std::invalid_argument);
+  std::vector<double> too_few(63);
+  EXPECT_THROW(spline_coefficients(good, too_few), std::invalid_argument);
 }
 
 TEST(SplineField, SamplingAllocatesNothing) {

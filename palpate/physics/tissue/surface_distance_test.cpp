@@ -68,6 +68,17 @@ TEST(SurfaceDistance, BeyondWhatIsAskedForItIsThat) {
   EXPECT_NEAR(surface.at({0, 0, 0.0249}, 0.005).distance, 0.0049, 1e-15);
 }
 
+// Each face counts by its angle at the corner (Baerentzen and Aanaes 2005), in however many triangles it is cut.
+TEST(SurfaceDistance, AtACornerOfABoxItPointsAwayFromAllThreeFacesAlike) {
+  const Vector3 half(0.01, 0.02, 0.03);
+  const auto surface = distance_of(scene::box_mesh(-half, half));
+  for (int corner = 0; corner < 8; ++corner) {
+    const Vector3 away((corner & 1) != 0 ? 1 : -1, (corner & 2) != 0 ? 1 : -1, (corner & 4) != 0 ? 1 : -1);
+    const SurfacePlace place = surface.at(half.cwiseProduct(away) + 0.005 * away);
+    EXPECT_LT((place.normal - away.normalized()).norm(), 1e-12) << corner;
+  }
+}
+
 TEST(SurfaceDistance, WhatIsNotClosedIsRefusedInWords) {
   const Vector3 half(0.01, 0.01, 0.01);
   scene::TriangleMesh open = scene::box_mesh(-half, half), turned = open, bad = open;
@@ -78,6 +89,11 @@ TEST(SurfaceDistance, WhatIsNotClosedIsRefusedInWords) {
   EXPECT_NE(SurfaceDistance::of(turned).error().message.find("the same way"), std::string::npos);
   EXPECT_NE(SurfaceDistance::of(bad).error().message.find("not finite"), std::string::npos);
   EXPECT_FALSE(SurfaceDistance::of({}).has_value());
+  scene::TriangleMesh flat = scene::box_mesh(-half, half), stray = flat;
+  flat.triangles[3] = {flat.triangles[3][0], flat.triangles[3][1], flat.triangles[3][1]};
+  stray.triangles[3][0] = static_cast<std::uint32_t>(stray.vertices.size());
+  EXPECT_NE(SurfaceDistance::of(flat).error().message.find("no area"), std::string::npos);
+  EXPECT_NE(SurfaceDistance::of(stray).error().message.find("names vertex"), std::string::npos);
 }
 
 }  // namespace
