@@ -120,7 +120,7 @@ struct VerificationOptions {
   // in: it differs by the distance between the two.
   double head_turn_sd = 2e-4, head_shift_sd = 5e-5;  // rad, m
   double field_reach = kSystematicReach;             // a systematic error of the tracker turns markers, too
-  // s: what a tracker's systematic error along a motion passes for as delay; no residual shows it.
+  // s: of each delay beside what rig and observations state, where they share an error that neither shows.
   double delay_sd = 3e-5;
   // The same where stamps come from a machine that does other things as well: its shortest latency, which clocks are
   // compared by, is another one from visit to visit.
