@@ -52,9 +52,14 @@ set(PALPATE_THREADED core time record record/session scene device transport driv
 set(PALPATE_CHECKED core record experiment record/session device scene plugin rig transport sim/config
   drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras)
 
-# Tests that take long: hundreds of repeats for statistics, and long runs of what shorter tests run, too. They have the
-# label long; .ci/run leaves them to scripts/long. A regular expression each.
-set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "FullSolution\\." "^Program\\.(soak|live_poses|two_hosts|forces_check|clocks|calibrate_live|three_doors|trips|session_window|descriptors|invariance|weak_data|world_values)$")
+# Tests that take long have the label long; .ci/run leaves them to scripts/long. A regular expression each: hundreds of
+# repeats for statistics, long runs of what shorter tests run too, and programs whose parts are tested one by one for
+# every change: what they run together, and what strangers send them, for which the sanitizers and fuzzers look as well.
+set(PALPATE_LONG_PROGRAMS soak live_poses two_hosts forces_check clocks calibrate_live three_doors trips session_window descriptors
+  invariance weak_data world_values recorded_sessions recordings webcam two_eyes photon verify pixel_hand_eye sampling_board bad_tables
+  psychometric full_disk slow_disk demo_stopped hostile_words hostile_wire hostile_server replays)
+list(JOIN PALPATE_LONG_PROGRAMS "|" palpate_long_programs)
+set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "FullSolution\\." "^Program\\.(${palpate_long_programs})$")
 
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.

@@ -30,7 +30,7 @@ bool TripLog::look() {
   for (; scanned_ < ticks; ++scanned_) {
     const auto record = loop_.record(scanned_);
     if (next != coming.end() && next->tick <= scanned_ + 1) {
-      open_ = trips_.size() < kMostTrips;
+      open_ = trips_.size() < most_;
       if (open_)
         trips_.push_back({.trip = *next, .file = {}});
       else

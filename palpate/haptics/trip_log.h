@@ -22,10 +22,8 @@ struct LoggedTrip {
 
 class TripLog {
  public:
-  // What lies beyond is counted only: a fault that comes and goes fills no disk.
-  static constexpr std::size_t kMostTrips = 10'000;
-
-  explicit TripLog(const HapticLoop& loop) : loop_(loop) {}
+  // What lies beyond `most` is counted only: a fault that comes and goes fills no disk.
+  explicit TripLog(const HapticLoop& loop, std::size_t most = 10'000) : loop_(loop), most_(most) {}
 
   // Takes what has come since the last call. True where a trip has begun or ended.
   bool look();
@@ -38,6 +36,7 @@ class TripLog {
   void follow(const HapticRecord& record);
 
   const HapticLoop& loop_;
+  std::size_t most_;
   std::vector<LoggedTrip> trips_;
   std::uint64_t left_out_ = 0, seen_ = 0, scanned_ = 0;  // trips and ticks
   bool open_ = false;                                    // forces are away since the newest

@@ -13,9 +13,9 @@ constexpr double kTickOfTrips = 1e-3, kAskedInTrips = 1.0;  // s, N
 // Forces of 1 N are asked for; the arm stands still for `silent` ticks in each of `times` outages.
 struct Interrupted {
   HapticBench bench{without_ramp()};
-  TripLog log{bench.loop};
+  TripLog log;
 
-  Interrupted() {
+  explicit Interrupted(std::size_t most = 10) : log(bench.loop, most) {
     bench.message.continuous = {0.0, kAskedInTrips, 0.0};
     bench.live(300);
     log.look();
@@ -47,7 +47,10 @@ TEST(TripLog, EveryTripHasItsTimeItsCauseAndWhatTheHandLost) {
     owed = 0.0;
     for (std::uint64_t k = trip.trip.tick - 1; k < trip.trip.tick + 80; ++k) {
       const auto record = *run.bench.loop.record(k);
-      if (record.fault == ForceFault::none) break;
+      if (record.fault == ForceFault::none) {
+        EXPECT_EQ(trip.away_s, to_seconds(record.time - trip.trip.time));
+        break;
+      }
       if (k + 1 > trip.trip.tick) owed += kTickOfTrips * (kAskedInTrips - record.commanded.norm());
     }
     EXPECT_NEAR(trip.lost_n_s, owed, 1e-9);
@@ -72,6 +75,58 @@ TEST(TripLog, SeveralTripsBetweenTwoLooksAreAllThere) {
     EXPECT_EQ(seldom.log.trips()[i].away_s, often.log.trips()[i].away_s);
     EXPECT_EQ(seldom.log.trips()[i].lost_n_s, often.log.trips()[i].lost_n_s);
   }
+}
+
+TEST(TripLog, AnEndIsToldOnce) {
+  Interrupted run;
+  run.outage(50, 0);
+  EXPECT_TRUE(run.log.look());
+  EXPECT_FALSE(run.log.trips().at(0).returned);
+  const double so_far = run.log.trips().at(0).away_s;
+  EXPECT_FALSE(run.log.look());
+  run.bench.live(400);
+  EXPECT_TRUE(run.log.look());
+  EXPECT_TRUE(run.log.trips().at(0).returned);
+  EXPECT_NEAR(run.log.trips().at(0).away_s, so_far + kTickOfTrips, 1e-9);
+  EXPECT_FALSE(run.log.look());
+}
+
+// An arm that ran away and stands still again: nothing is wrong any more, but somebody has to rearm.
+TEST(TripLog, ForcesAreBackOnceSomebodyHasRearmed) {
+  Interrupted run;
+  double& joint = run.bench.arm.sample.joints[0];
+  for (int i = 0; i < 20; ++i) {
+    joint += 0.02;  // rad a tick: 6 m/s
+    run.bench.live();
+  }
+  run.bench.live(200);
+  run.log.look();
+  ASSERT_EQ(run.log.trips().size(), 1u);
+  EXPECT_EQ(run.log.trips()[0].trip.fault, ForceFault::overspeed);
+  EXPECT_FALSE(run.log.trips()[0].returned);
+  EXPECT_GT(run.log.trips()[0].away_s, 200 * kTickOfTrips);
+  ASSERT_TRUE(run.bench.loop.rearm());
+  run.bench.live(5);
+  EXPECT_TRUE(run.log.look());
+  EXPECT_TRUE(run.log.trips()[0].returned);
+}
+
+TEST(TripLog, WhatTheRingHasOverwrittenOrIsTooMuchIsCounted) {
+  Interrupted seldom(1000), few(3);
+  for (int i = 0; i < 300; ++i) {
+    seldom.outage(30, 30);
+    if (i < 5) {
+      few.outage(30, 30);
+      few.log.look();
+    }
+  }
+  seldom.log.look();
+  EXPECT_EQ(seldom.bench.loop.trip_count(), 300u);
+  EXPECT_EQ(seldom.log.trips().size(), 256u);  // what HapticLoop keeps
+  EXPECT_EQ(seldom.log.left_out(), 44u);
+  EXPECT_EQ(few.log.trips().size(), 3u);
+  EXPECT_EQ(few.log.left_out(), 2u);
+  EXPECT_TRUE(few.log.trips()[2].returned);
 }
 
 TEST(TripLog, WhatDoesNotReturnIsSaidAndTheTableIsReadByOthers) {

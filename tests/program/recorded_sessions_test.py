@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Sessions of the servers are recorded, shown again, executed again, calibrated again; and a disk or a signal in between.
 
-KILLED, PLAYED_S, PICTURES_S, PICTURES, BURNERS: how often a server is killed, how long each application is played to be executed again, how
-long pictures are recorded, by which graphics servers, how many processes keep the cores busy meanwhile."""
+KILLED, PLAYED_S, APPLICATIONS, PICTURES_S, PICTURES, BURNERS: how often a server is killed, how long each application is played to be executed
+again, which, how long pictures are recorded, by which graphics servers, how many processes keep the cores busy meanwhile."""
 import csv
 import json
 import os
@@ -22,6 +22,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."
 import check_mcap  # noqa: E402
 
 PLAYED_S = float(os.environ.get("PLAYED_S", "3"))
+APPLICATIONS = os.environ.get("APPLICATIONS", "pingpong touch").split()
 KILLED = int(os.environ.get("KILLED", "4"))
 BURNERS = int(os.environ.get("BURNERS", "0"))
 PICTURES_S = float(os.environ.get("PICTURES_S", "4"))
@@ -88,7 +89,7 @@ class RecordedSessions(LaboratoryTest):
 
     def test_both_applications_are_executed_again_to_the_last_bit(self):
         self.keep_busy()
-        for application in ("pingpong", "touch"):
+        for application in APPLICATIONS:
             with self.subTest(application):
                 physics, _ = self.play(application, PLAYED_S)
                 self.assertEqual(physics["recording"]["dropped"], {})

@@ -99,7 +99,7 @@ class Sampling(ProgramTest):
         self.assertEqual(len(again), len(live))
         since = float(live[0]["time_s"]) - float(again[0]["time_s"])
         for a, b in zip(live, again):
-            self.assertAlmostEqual(float(a["time_s"]) - float(b["time_s"]), since, delta=0.03)  # of a frame more or less
+            self.assertAlmostEqual(float(a["time_s"]) - float(b["time_s"]), since, delta=0.1)  # of a few frames more or less
             self.assertLess(math.dist(place(a, "marker_"), place(b, "marker_")), 0.02)
             for joint in ("joint_1_deg", "joint_2_deg", "joint_3_deg"):
                 self.assertAlmostEqual(float(a[joint]), float(b[joint]), delta=0.01)
