@@ -90,5 +90,22 @@ TEST(ChildReport, OfManyKilobytesArrivesWholeAndAParentThatIsGoneEndsNobody) {
   tell_parent_ready();
 }
 
+// Started anew by the death test, this process is a child whose parent reads first, and then is gone.
+void live_until_the_parent_is_gone() {
+  std::array<int, 2> pipe{};
+  if (::pipe(pipe.data()) != 0) return;
+  ::setenv(kReportVariable, std::to_string(pipe[1]).c_str(), 1);
+  end_with_parent();
+  std::this_thread::sleep_for(milliseconds(100));
+  ::write(STDERR_FILENO, "it lives", 8);
+  ::close(pipe[0]);
+  std::this_thread::sleep_for(std::chrono::seconds(20));
+}
+
+TEST(ChildReportDeathTest, AChildEndsWhenItsParentIsGoneAndNotBefore) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(live_until_the_parent_is_gone(), testing::KilledBySignal(SIGTERM), "it lives");
+}
+
 }  // namespace
 }  // namespace palpate::inline core

@@ -12,6 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <mutex>
+#include <thread>
 #include <utility>
 
 namespace palpate::inline core {
@@ -35,6 +36,14 @@ int taken_over() {
     return -1;
   ::fcntl(descriptor, F_SETFD, FD_CLOEXEC);
   ::fcntl(descriptor, F_SETFL, ::fcntl(descriptor, F_GETFL) | O_NONBLOCK);
+  return descriptor;
+}
+
+std::mutex one_at_a_time;
+
+// Taken over by the first caller; threads may tell until the process ends. one_at_a_time is held.
+FileDescriptor& to_parent() {
+  static auto& descriptor = *new FileDescriptor(taken_over());
   return descriptor;
 }
 
@@ -62,9 +71,8 @@ class NoPipeSignal {
 }  // namespace
 
 void tell_parent(const Json& report) {
-  static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
-  static auto& descriptor = *new FileDescriptor(taken_over());  // threads may tell until the process ends
+  auto& descriptor = to_parent();
   if (!descriptor) return;
   const std::string line = report.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   if (line.size() > kLongestReport) return;
@@ -82,6 +90,24 @@ void tell_parent(const Json& report) {
     descriptor.close();
     return;
   }
+}
+
+void end_with_parent() {
+  const std::lock_guard lock(one_at_a_time);
+  if (!to_parent()) return;
+  // One of its own: tell_parent() may close the other.
+  const int watched = ::fcntl(to_parent().get(), F_DUPFD_CLOEXEC, 0);
+  if (watched < 0) return;
+  sigset_t all, before;  // signals stay with the threads that had them
+  sigfillset(&all);
+  ::pthread_sigmask(SIG_SETMASK, &all, &before);
+  std::thread([watched] {
+    pollfd reader{watched, 0, 0};  // an error is told always: that nobody can read any more
+    while (::poll(&reader, 1, -1) < 0 && errno == EINTR) {
+    }
+    ::kill(::getpid(), SIGTERM);
+  }).detach();
+  ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 
 void tell_parent_ready() { tell_parent({{"event", "ready"}}); }

@@ -7,7 +7,8 @@
 //
 // The child finds its end of the pipe by the environment variable PALPATE_REPORT_FD; where nobody set it, telling
 // does nothing. A parent that does not read, or is gone, holds nobody up for long: a line is then left out.
-// Thread: any for tell_parent(), one for a ReportReader.
+// Thread: any for tell_parent(), one for a ReportReader; end_with_parent() once, before a thread of the child takes
+// real-time rights.
 #pragma once
 
 #include <optional>
@@ -30,6 +31,10 @@ void tell_parent(const Json& report);
 void tell_parent_ready();
 void tell_parent_error(const std::string& message);
 void tell_parent_result(const Json& figures);
+
+// From now on SIGTERM comes when the parent's ReportReader is gone, however the parent ended: no server with an arm
+// goes on for nobody. Without a parent that listens: nothing.
+void end_with_parent();
 
 // The parent's side: what has come so far.
 class ReportReader {

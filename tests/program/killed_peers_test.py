@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Each of the three processes killed in turn: the others notice, say so in one line, and a restart finds nothing in its way."""
+import os
 import signal
 import time
 import unittest
 
-from laboratory import BACK, GONE, LaboratoryTest, told
+from laboratory import BACK, GONE, READY, LaboratoryTest, told
 
 
 class KilledPeers(LaboratoryTest):
@@ -23,6 +24,20 @@ class KilledPeers(LaboratoryTest):
         world, physics, graphics = self.start_all()
         self.assertEqual(self.stop_in_order(graphics, physics, world), [[], [], []])
         self.assertEqual(self.left_behind(), [])
+
+    def test_servers_end_with_the_program_that_started_them_however_it_ended(self):
+        """A parent listens at a pipe (palpate/core/child_report.h), and is gone."""
+        heard, told_to = os.pipe()
+        child = {"pass_fds": (told_to,), "env": {**self.environment, "PALPATE_REPORT_FD": str(told_to)}}
+        world = self.start("world", "run", **child)
+        self.assertTrue(world.says(READY["world"]), world.lines())
+        physics = self.start("physics", "--rig", self.rig, **child)
+        self.assertTrue(physics.says(READY["physics"]), physics.lines())
+        os.close(told_to)
+        self.assertFalse(world.ended() or physics.ended())
+        os.close(heard)
+        self.assertEqual(world.ends().code, 0)
+        self.assertIn(physics.ends().code, (0, 1))  # 1: it saw the laboratory end first
 
     def test_a_laboratory_that_closes_is_noticed_too(self):
         world, physics, graphics = self.start_all()

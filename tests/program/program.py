@@ -141,8 +141,8 @@ class ProgramTest(unittest.TestCase):
         self.assertEqual(done.code, 0, f"{arguments}: {done}")
         return done
 
-    def start(self, *arguments):
-        running = Running(arguments, self.logs, env=self.environment, cwd=self.folder)
+    def start(self, *arguments, **how):
+        running = Running(arguments, self.logs, **{"env": self.environment, "cwd": self.folder, **how})
         self.addCleanup(running.remove)
         return running
 

@@ -158,6 +158,7 @@ int run_command(CLI::App& program, std::vector<std::string> words) {
 int run_program(int argc, char** argv, const std::function<void(plugin::Guests&)>& add_guests) {
   // A file that may not grow further is then an error of write(), not the end of the program.
   std::signal(SIGXFSZ, SIG_IGN);
+  end_with_parent();
   try {
     std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
     // Before anything is declared: a plug-in's drivers and applications are in the help and among the choices.
