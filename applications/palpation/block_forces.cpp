@@ -120,14 +120,22 @@ Expected<std::vector<ForceCurve>> forces_on_block(std::span<const BlockNodule> n
   return curves;
 }
 
+double ContrastProfile::node(int k) const {
+  const auto at = static_cast<std::size_t>(std::abs(k));
+  if (at < contrasts_.size()) return contrasts_[at];
+  const double last = std::max(1.0, static_cast<double>(contrasts_.size()) - 1.0);
+  return contrasts_.back() * std::max(0.0, 2.0 - static_cast<double>(at) / last);
+}
+
+// Catmull and Rom's cubic: beside its middle a nodule is felt as far to the left as to the right, so the curve is flat there.
 double ContrastProfile::at(double beside) const {
   if (contrasts_.empty()) return 0.0;
-  const double at = beside / kStep_m;
-  const auto i = static_cast<std::size_t>(at);
-  if (i + 1 < contrasts_.size())
-    return contrasts_[i] + (at - static_cast<double>(i)) * (contrasts_[i + 1] - contrasts_[i]);
-  const double last = static_cast<double>(contrasts_.size() - 1);
-  return contrasts_.back() * std::clamp(2.0 - at / std::max(1.0, last), 0.0, 1.0);
+  const double place = beside / step_;
+  const int k = static_cast<int>(place);
+  const double u = place - k, before = node(k - 1), here = node(k), after = node(k + 1), beyond = node(k + 2);
+  const double slope = 0.5 * (after - before), bend = before - 2.5 * here + 2.0 * after - 0.5 * beyond,
+               twist = 1.5 * (here - after) + 0.5 * (beyond - before);
+  return std::max(0.0, here + u * (slope + u * (bend + u * twist)));
 }
 
 Expected<std::vector<ContrastProfile>> contrast_profiles(std::span<const BlockNodule> nodules, int steps,

@@ -52,13 +52,17 @@ Expected<std::vector<ForceCurve>> forces_on_block(std::span<const BlockNodule> n
 class ContrastProfile {
  public:
   static constexpr double kStep_m = 0.004;
-  // At 0, kStep_m, 2 kStep_m, ... beside; 0 beyond twice the last one, linear until there.
-  explicit ContrastProfile(std::vector<double> contrasts) : contrasts_(std::move(contrasts)) {}
+  // Not negative, at 0, `step`, 2 `step`, ... beside; beyond the last one it fades to 0 at twice as far.
+  explicit ContrastProfile(std::vector<double> contrasts, double step = kStep_m)
+      : contrasts_(std::move(contrasts)), step_(step) {}
   double at(double beside) const;
   const std::vector<double>& contrasts() const { return contrasts_; }
 
  private:
+  double node(int k) const;
+
   std::vector<double> contrasts_;
+  double step_;  // m
 };
 
 // Of one nodule after the other. `done` as above.

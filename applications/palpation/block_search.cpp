@@ -14,7 +14,7 @@ namespace {
 constexpr double kGrid_m = 0.010, kAreaX_m = 0.100, kAreaZ_m = 0.070, kInnerShare = 0.8,
                  kFoundWithin_m = 0.010;
 constexpr std::size_t kPressedAgain = 5, kTimesAgain = 4;
-constexpr double kMarksApart_m = 0.018;
+constexpr double kMarksApart_m = 0.018, kFreelyApart_m = 0.012;
 
 std::vector<PlanPlace> searching_grid() {
   std::vector<PlanPlace> places;
@@ -48,7 +48,9 @@ class BlockSearch {
   }
 
   bool ends_freely() {
-    for (std::size_t k = 0; k < kTimesAgain * kPressedAgain; ++k) press(map_.best(1).front());
+    for (std::size_t k = 0; k < kTimesAgain; ++k)
+      for (const PlanPlace& place : map_.likeliest(kPressedAgain, kFreelyApart_m))
+        press(map_.add_place(place));
     const auto answers = map_.believed(1, 1, kMarksApart_m);
     return !answers.empty() && is_near(answers.front());
   }

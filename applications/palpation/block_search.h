@@ -3,7 +3,7 @@
 // The searching grid of the reference table (docs/theory/trainee.md): 100 x 70 mm, a press every 10 mm, the best five again
 // four times, and the hardest of these is the answer; nodules lie in the inner 80 % of the sides, and are found within 10 mm.
 // Each press has the noise of the Weber fraction, its depth is prescribed. Beside it a freer search with as many presses:
-// each press of the second round goes where it is hardest so far, and the answer is drawn to hard neighbours.
+// those after the grid go, five at a time, where a nodule is likeliest by then (PressMap::likeliest), and so does the answer.
 // SI. Pure; the same seed gives the same shares.
 #pragma once
 

@@ -9,11 +9,14 @@ namespace palpate::applications::palpation {
 namespace {
 
 // Over a nodule of 15 mm whose top lies 5 mm deep, 10 times stiffer: contrasts at 0, 4, ... 24 mm beside it, of neo-Hookean
-// finite-element solutions that share nothing with ours.
+// finite-element solutions that share nothing with ours, with straight lines between them in steps of 1 mm.
 ContrastProfile known_profile() {
+  constexpr double kForce[] = {1.41, 1.36, 1.21, 1.09, 1.03, 1.01, 1.0};
   std::vector<double> contrasts;
-  for (const double force : {1.41, 1.36, 1.21, 1.09, 1.03, 1.01, 1.0}) contrasts.push_back(std::log(force));
-  return ContrastProfile(std::move(contrasts));
+  for (std::size_t mm = 0; mm < 24; ++mm)
+    contrasts.push_back(
+        std::log(std::lerp(kForce[mm / 4], kForce[mm / 4 + 1], 0.25 * static_cast<double>(mm % 4))));
+  return ContrastProfile(std::move(contrasts), 0.001);
 }
 
 double percent(double weber) {
@@ -52,7 +55,7 @@ TEST(BlockSearch, AFreerSearchFindsAtLeastAsMuch) {
 
 TEST(BlockSearch, AProfileIsReadBetweenItsPlacesAndFadesOut) {
   const ContrastProfile profile({0.4, 0.2, 0.1});
-  EXPECT_NEAR(profile.at(0.002), 0.3, 1e-12);
+  EXPECT_NEAR(profile.at(0.002), (9.0 * (0.4 + 0.2) - 0.2 - 0.1) / 16.0, 1e-12) << "a cubic, even about 0";
   EXPECT_NEAR(profile.at(0.012), 0.05, 1e-12);
   EXPECT_EQ(profile.at(0.017), 0.0);
 }

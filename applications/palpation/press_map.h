@@ -24,6 +24,8 @@ class PressMap {
   // `noise`: of the logarithm of a single press.
   PressMap(std::vector<PlanPlace> places, double spacing, double noise, Trend trend);
 
+  // A further place, and its number.
+  std::size_t add_place(const PlanPlace& place);
   void felt(std::size_t place, double log_force);
 
   const std::vector<PlanPlace>& places() const { return places_; }
@@ -32,13 +34,19 @@ class PressMap {
   std::vector<double> hardness() const;
   // The hardest first.
   std::vector<std::size_t> best(std::size_t count) const;
-  // Where it believes nodules to be: places that stand out from their neighbours, the hardest first, drawn towards hard
-  // neighbours; as many as are surely felt, at least `fewest` and at most `most`, further apart than `apart`.
+  // Where a nodule is likeliest, the likeliest first, further apart than `apart`: places of a fine net on and about those
+  // pressed, by how well a nodule there explains what has been felt around it (kExpected* in the source).
+  std::vector<PlanPlace> likeliest(std::size_t count, double apart) const;
+  // Where it believes nodules to be: the likeliest places, as many as are surely felt, at least `fewest` and at most `most`.
   std::vector<PlanPlace> believed(std::size_t fewest, std::size_t most, double apart) const;
 
  private:
   double mean(std::size_t place) const { return sum_[place] / static_cast<double>(count_[place]); }
-  PlanPlace drawn_to_neighbours(std::size_t place, const std::vector<double>& hardness) const;
+  struct Evidence {
+    double odds = 0.0;        // log-likelihood of a nodule there over none, of presses that are independent
+    double deviations = 0.0;  // by how many standard deviations it is harder there than around
+  };
+  Evidence evidence_at(const PlanPlace& at, const std::vector<double>& hardness) const;
 
   std::vector<PlanPlace> places_;
   double spacing_, noise_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -113,7 +114,9 @@ Expected<void> run_application_study(const ApplicationStudyCommand& command) {
 }
 
 void add_one(CLI::App& study, const std::string& application, const scene::ApplicationStudy& of) {
-  if (study.get_subcommand_no_throw(of.name) != nullptr)
+  const auto known = study.get_subcommands(std::function<bool(CLI::App*)>{});
+  if (std::any_of(known.begin(), known.end(),
+                  [&](const CLI::App* one) { return one->get_name() == of.name; }))
     throw std::invalid_argument(
         fmt::format("application '{}': its study {} has the name of one that the program has; choose another",
                     application, of.name));
