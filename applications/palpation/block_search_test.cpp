@@ -49,8 +49,9 @@ TEST(BlockSearch, WithTheSenseOffItFindsByLot) {
 }
 
 TEST(BlockSearch, AFreerSearchFindsAtLeastAsMuch) {
-  const SearchTask task{.weber_fraction = 0.22, .searches = 1000, .seed = 5};
-  EXPECT_GT(freer_share(known_profile(), task), grid_share(known_profile(), task) - 0.02);
+  const SearchTask task{.weber_fraction = 0.14, .searches = 300, .seed = 5};
+  // Standard deviation of either 0.018.
+  EXPECT_GT(freer_share(known_profile(), task), grid_share(known_profile(), task) - 0.08);
 }
 
 TEST(BlockSearch, AProfileIsReadBetweenItsPlacesAndFadesOut) {

@@ -15,10 +15,6 @@ constexpr double kUnevenness = 0.05;  // of log forces that no smooth trend expl
 constexpr double kStandsOut =
     1.5;  // deviations (of the median's kind) above which the trend leaves a place out
 constexpr int kFits = 4;
-// What a nodule worth searching feels like: the logarithm of the force above it, fading as a bell over the distance beside it
-// (docs/theory/trainee.md: 15 mm, its top 5 mm deep).
-constexpr double kExpectedContrast = 0.30, kExpectedReach_m = 0.0073;
-constexpr double kFaded = 3.5;      // reaches beyond which nothing is felt of it
 constexpr double kNetShare = 0.25;  // of the spacing
 
 Eigen::MatrixXd basis_of(const std::vector<PlanPlace>& places, const std::vector<std::size_t>& rows,
@@ -110,34 +106,19 @@ std::vector<std::size_t> PressMap::best(std::size_t count) const {
   return order;
 }
 
-PressMap::Evidence PressMap::evidence_at(const PlanPlace& at, const std::vector<double>& hard) const {
-  double felt = 0.0, information = 0.0;
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    if (count_[i] == 0) continue;
-    const double beside = (places_[i] - at).norm() / kExpectedReach_m;
-    if (beside > kFaded) continue;
-    const double share = std::exp(-0.5 * beside * beside);
-    const double variance = noise_ * noise_ / static_cast<double>(count_[i]) + kUnevenness * kUnevenness;
-    felt += share * hard[i] / variance;
-    information += share * share / variance;
-  }
-  return {kExpectedContrast * (felt - 0.5 * kExpectedContrast * information),
-          information > 0.0 ? felt / std::sqrt(information) : 0.0};
-}
-
 std::vector<PlanPlace> PressMap::likeliest(std::size_t count, double apart) const {
-  const auto hard = hardness();
+  const NoduleOdds odds = weigh();
   std::vector<std::pair<double, PlanPlace>> net;
   const double step = kNetShare * spacing_;
   for (const auto& place : places_)
-    for (int i = -2; i <= 2; ++i)
-      for (int k = -2; k <= 2; ++k) {
+    for (int i = -1; i <= 2; ++i)  // up to half a spacing, each place once
+      for (int k = -1; k <= 2; ++k) {
         const PlanPlace at = place + step * PlanPlace(i, k);
-        net.emplace_back(evidence_at(at, hard).odds, at);
+        net.emplace_back(odds.of(at), at);
       }
   std::stable_sort(net.begin(), net.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<PlanPlace> chosen;
-  for (const auto& [odds, at] : net) {
+  for (const auto& [odds_there, at] : net) {
     if (chosen.size() == count) break;
     const bool near = std::any_of(chosen.begin(), chosen.end(), [&, &here = at](const PlanPlace& other) {
       return (other - here).norm() < apart;
@@ -147,11 +128,23 @@ std::vector<PlanPlace> PressMap::likeliest(std::size_t count, double apart) cons
   return chosen;
 }
 
+NoduleOdds PressMap::weigh() const {
+  std::vector<PlanPlace> pressed;
+  std::vector<double> felt, variances;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (count_[i] == 0) continue;
+    pressed.push_back(places_[i]);
+    felt.push_back(mean(i));
+    variances.push_back(noise_ * noise_ / static_cast<double>(count_[i]) + kUnevenness * kUnevenness);
+  }
+  return {std::move(pressed), felt, variances, trend_ == Trend::level};
+}
+
 std::vector<PlanPlace> PressMap::believed(std::size_t fewest, std::size_t most, double apart) const {
-  const auto hard = hardness();
+  const NoduleOdds odds = weigh();
   std::vector<PlanPlace> found;
   for (const PlanPlace& at : likeliest(most, apart))
-    if (found.size() < fewest || evidence_at(at, hard).deviations > kSure) found.push_back(at);
+    if (found.size() < fewest || odds.deviations(at) > kSure) found.push_back(at);
   return found;
 }
 

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-namespace palpate::applications::palpation {
+#include "applications/palpation/nodule_odds.h"
 
-using PlanPlace = Eigen::Vector2d;
+namespace palpate::applications::palpation {
 
 // Places of a grid of this spacing on an ellipse around `centre`, row by row, to and fro.
 std::vector<PlanPlace> grid_of(const PlanPlace& centre, const PlanPlace& half, double spacing);
@@ -35,18 +35,14 @@ class PressMap {
   // The hardest first.
   std::vector<std::size_t> best(std::size_t count) const;
   // Where a nodule is likeliest, the likeliest first, further apart than `apart`: places of a fine net on and about those
-  // pressed, by how well a nodule there explains what has been felt around it (kExpected* in the source).
+  // pressed, by how well a nodule there explains what has been felt around it (nodule_odds.h).
   std::vector<PlanPlace> likeliest(std::size_t count, double apart) const;
   // Where it believes nodules to be: the likeliest places, as many as are surely felt, at least `fewest` and at most `most`.
   std::vector<PlanPlace> believed(std::size_t fewest, std::size_t most, double apart) const;
 
  private:
+  NoduleOdds weigh() const;
   double mean(std::size_t place) const { return sum_[place] / static_cast<double>(count_[place]); }
-  struct Evidence {
-    double odds = 0.0;        // log-likelihood of a nodule there over none, of presses that are independent
-    double deviations = 0.0;  // by how many standard deviations it is harder there than around
-  };
-  Evidence evidence_at(const PlanPlace& at, const std::vector<double>& hardness) const;
 
   std::vector<PlanPlace> places_;
   double spacing_, noise_;

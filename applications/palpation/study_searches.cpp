@@ -17,8 +17,8 @@ const std::array<Published, 6> kPublished{{{{0.015, 0.005, 10.0}, {49.0, 63.0, 7
                                            {{0.015, 0.010, 10.0}, {14.0, 19.0, 25.0, 36.0, 65.0}},
                                            {{0.010, 0.010, 10.0}, {8.0, 10.0, 11.0, 13.0, 26.0}},
                                            {{0.015, 0.020, 10.0}, {7.0, 7.0, 8.0, 9.0, 11.0}}}};
-constexpr int kProfileSteps = 7;  // to 24 mm beside
-constexpr int kFewerOfFreer = 8;  // its presses are chosen one by one, which takes longer
+constexpr int kProfileSteps = 7;   // to 24 mm beside
+constexpr int kFewerOfFreer = 20;  // its presses are chosen one by one, which takes longer
 constexpr double kPercent = 100.0, kOfProfiles = 0.7;
 
 SearchTask task_of(const StudyPlan& plan, double weber) {

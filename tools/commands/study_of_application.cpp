@@ -70,8 +70,13 @@ Expected<scene::SettingValues> settings_of(const ApplicationStudyCommand& comman
     if (!value) return tl::unexpected(value.error());
     values.set(field.name(), std::move(*value));
   }
-  if (auto fine = scene::check(command.study.settings, values); !fine) return tl::unexpected(fine.error());
-  return values;
+  auto fine = scene::check(command.study.settings, values);
+  if (fine) return values;
+  Error complaint = fine.error();  // names the setting, which a person knows as an option
+  for (const auto& field : command.study.settings.fields)
+    if (const std::string named = field.name() + ": "; complaint.message.starts_with(named))
+      complaint.message = option_name(field) + ": " + complaint.message.substr(named.size());
+  return tl::unexpected(complaint);
 }
 
 Expected<scene::StudyOutcome> outcome_of(const ApplicationStudyCommand& command,
