@@ -4,10 +4,12 @@
 #include <cmath>
 #include <utility>
 
+#include "palpate/experiment/normal.h"
+
 namespace palpate::applications::palpation {
 namespace {
 
-// What a nodule worth searching feels like: the logarithm of the force above it, fading as a bell over the distance beside it
+// What nodules worth searching feel like: how large the logarithm of the force above them mostly is at most, fading as a bell over the distance beside it
 // (docs/theory/trainee.md: 15 mm, its top 5 mm deep).
 constexpr double kExpectedContrast = 0.30, kExpectedReach_m = 0.0073;
 constexpr double kFaded = 2.5;  // reaches beyond which nothing is felt of it
@@ -52,9 +54,12 @@ NoduleOdds::Fit NoduleOdds::fit(const PlanPlace& at) const {
   return fit;
 }
 
+// The bell's height is half a Gaussian: the integral over it in closed form.
 double NoduleOdds::of(const PlanPlace& at) const {
   const Fit here = fit(at);
-  return kExpectedContrast * (here.felt - 0.5 * kExpectedContrast * here.information);
+  constexpr double kPrior = 1.0 / (kExpectedContrast * kExpectedContrast);
+  const double sharp = here.information + kPrior, z = here.felt / std::sqrt(sharp);
+  return 0.5 * std::log(kPrior / sharp) + 0.5 * z * z + std::log(2.0 * experiment::normal_below(z));
 }
 
 double NoduleOdds::deviations(const PlanPlace& at) const {

@@ -2,7 +2,8 @@
 //
 // The logarithm of what is felt at a place is a smooth trend of the organ, what a nodule adds, and noise. The trend is a
 // polynomial whose coefficients are unknown but small (Gaussian, sd in the source), so that a nodule near the rim is not
-// taken for a slope. What a nodule adds is a bell of known height and width. Metres in the plan. Values; one thread.
+// taken for a slope. What a nodule adds is a bell of known width, whose height is
+// not known but above 0 (half a Gaussian). Metres in the plan. Values; one thread.
 //
 // Source: generalised least squares; the trend's part of the covariance as in Rasmussen, Williams (2006), section 2.7.
 #pragma once
