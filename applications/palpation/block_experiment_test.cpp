@@ -52,8 +52,8 @@ double chance_right(double difference, double noise, double lapse) {
 
 TEST(BlockExperiment, SharesAreThoseOfTheClosedForm) {
   constexpr int kTrials = 2000;
-  const StudiedTrainee trainee;
-  const auto groups = detected(conditions({{"sight", {"with", "without"}}}, kTrials), 5);
+  const StudiedTrainee trainee{.lapse_rate = 0.1};  // more than it has, so that it shows
+  const auto groups = detected(conditions({{"sight", {"with", "without"}}}, kTrials), 5, trainee);
   ASSERT_EQ(groups.size(), 2u);
   for (std::size_t cell = 0; cell < 2; ++cell)
     for (const auto& level : groups[cell].levels) {
