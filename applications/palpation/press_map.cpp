@@ -10,12 +10,12 @@
 namespace palpate::applications::palpation {
 namespace {
 
-constexpr double kSure = 2.5;         // standard deviations above the trend that are no chance of one place
+constexpr double kSure = 2.5;         // standard deviations above the trend that are no chance
 constexpr double kUnevenness = 0.05;  // of log forces that no smooth trend explains
 constexpr double kStandsOut =
-    1.5;                        // deviations (of the median's kind) above which the trend leaves a place out
-constexpr double kReach = 1.6;  // spacings: whose neighbours draw a belief
+    1.5;  // deviations (of the median's kind) above which the trend leaves a place out
 constexpr int kFits = 4;
+constexpr double kNetShare = 0.25;  // of the spacing
 
 Eigen::MatrixXd basis_of(const std::vector<PlanPlace>& places, const std::vector<std::size_t>& rows,
                          bool level) {
@@ -53,6 +53,13 @@ PressMap::PressMap(std::vector<PlanPlace> places, double spacing, double noise, 
       trend_(trend),
       sum_(places_.size(), 0.0),
       count_(places_.size(), 0) {}
+
+std::size_t PressMap::add_place(const PlanPlace& place) {
+  places_.push_back(place);
+  sum_.push_back(0.0);
+  count_.push_back(0);
+  return places_.size() - 1;
+}
 
 void PressMap::felt(std::size_t place, double log_force) {
   sum_[place] += log_force;
@@ -99,31 +106,45 @@ std::vector<std::size_t> PressMap::best(std::size_t count) const {
   return order;
 }
 
-PlanPlace PressMap::drawn_to_neighbours(std::size_t place, const std::vector<double>& hard) const {
-  PlanPlace sum = PlanPlace::Zero();
-  double weight = 0.0;
-  for (std::size_t i = 0; i < places_.size(); ++i) {
-    if ((places_[i] - places_[place]).norm() > kReach * spacing_) continue;
-    const double w = std::max(0.0, hard[i]);
-    sum += w * places_[i];
-    weight += w;
+std::vector<PlanPlace> PressMap::likeliest(std::size_t count, double apart) const {
+  const NoduleOdds odds = weigh();
+  std::vector<std::pair<double, PlanPlace>> net;
+  const double step = kNetShare * spacing_;
+  for (const auto& place : places_)
+    for (int i = -1; i <= 2; ++i)  // up to half a spacing, each place once
+      for (int k = -1; k <= 2; ++k) {
+        const PlanPlace at = place + step * PlanPlace(i, k);
+        net.emplace_back(odds.of(at), at);
+      }
+  std::stable_sort(net.begin(), net.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<PlanPlace> chosen;
+  for (const auto& [odds_there, at] : net) {
+    if (chosen.size() == count) break;
+    const bool near = std::any_of(chosen.begin(), chosen.end(), [&, &here = at](const PlanPlace& other) {
+      return (other - here).norm() < apart;
+    });
+    if (!near) chosen.push_back(at);
   }
-  return weight > 0.0 ? PlanPlace(sum / weight) : places_[place];
+  return chosen;
+}
+
+NoduleOdds PressMap::weigh() const {
+  std::vector<PlanPlace> pressed;
+  std::vector<double> felt, variances;
+  for (std::size_t i = 0; i < places_.size(); ++i) {
+    if (count_[i] == 0) continue;
+    pressed.push_back(places_[i]);
+    felt.push_back(mean(i));
+    variances.push_back(noise_ * noise_ / static_cast<double>(count_[i]) + kUnevenness * kUnevenness);
+  }
+  return {std::move(pressed), felt, variances, trend_ == Trend::level};
 }
 
 std::vector<PlanPlace> PressMap::believed(std::size_t fewest, std::size_t most, double apart) const {
-  const auto hard = hardness();
+  const NoduleOdds odds = weigh();
   std::vector<PlanPlace> found;
-  for (const std::size_t i : best(places_.size())) {
-    if (found.size() >= most || count_[i] == 0) break;
-    const double sure = kSure * noise_ / std::sqrt(static_cast<double>(count_[i])) + kUnevenness;
-    if (found.size() >= fewest && hard[i] < sure) continue;
-    const PlanPlace at = drawn_to_neighbours(i, hard);
-    const bool near = std::any_of(found.begin(), found.end(), [&](const PlanPlace& other) {
-      return (other - places_[i]).norm() < apart || (other - at).norm() < apart;
-    });
-    if (!near) found.push_back(at);
-  }
+  for (const PlanPlace& at : likeliest(most, apart))
+    if (found.size() < fewest || odds.deviations(at) > kSure) found.push_back(at);
   return found;
 }
 

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-namespace palpate::applications::palpation {
+#include "applications/palpation/nodule_odds.h"
 
-using PlanPlace = Eigen::Vector2d;
+namespace palpate::applications::palpation {
 
 // Places of a grid of this spacing on an ellipse around `centre`, row by row, to and fro.
 std::vector<PlanPlace> grid_of(const PlanPlace& centre, const PlanPlace& half, double spacing);
@@ -24,6 +24,8 @@ class PressMap {
   // `noise`: of the logarithm of a single press.
   PressMap(std::vector<PlanPlace> places, double spacing, double noise, Trend trend);
 
+  // A further place, and its number.
+  std::size_t add_place(const PlanPlace& place);
   void felt(std::size_t place, double log_force);
 
   const std::vector<PlanPlace>& places() const { return places_; }
@@ -32,13 +34,15 @@ class PressMap {
   std::vector<double> hardness() const;
   // The hardest first.
   std::vector<std::size_t> best(std::size_t count) const;
-  // Where it believes nodules to be: places that stand out from their neighbours, the hardest first, drawn towards hard
-  // neighbours; as many as are surely felt, at least `fewest` and at most `most`, further apart than `apart`.
+  // Where a nodule is likeliest, the likeliest first, further apart than `apart`: places of a fine net on and about those
+  // pressed, by how well a nodule there explains what has been felt around it (nodule_odds.h).
+  std::vector<PlanPlace> likeliest(std::size_t count, double apart) const;
+  // Where it believes nodules to be: the likeliest places, as many as are surely felt, at least `fewest` and at most `most`.
   std::vector<PlanPlace> believed(std::size_t fewest, std::size_t most, double apart) const;
 
  private:
+  NoduleOdds weigh() const;
   double mean(std::size_t place) const { return sum_[place] / static_cast<double>(count_[place]); }
-  PlanPlace drawn_to_neighbours(std::size_t place, const std::vector<double>& hardness) const;
 
   std::vector<PlanPlace> places_;
   double spacing_, noise_;

@@ -68,41 +68,6 @@ TEST(PressMap, TheDullerTheSenseTheLessIsFound) {
 // A disc of 10 mm on an area of 90 x 70 mm: by lot about one in fifteen, the rim counted.
 TEST(PressMap, WithoutSenseItFindsNoMoreThanByLot) { EXPECT_LT(share_found(0.14, false, true), 0.14); }
 
-// A search whose outcome has been computed elsewhere: 70 places on 100 x 70 mm, the best five pressed four times again,
-// the hardest of these is the answer; nodules lie in the inner 80 %, and are found within 10 mm.
-double share_of_plain_searches(double weber, int searches) {
-  Random random(5, "press map test/plain");
-  std::vector<PlanPlace> places;
-  for (int i = 0; i < 10; ++i)
-    for (int k = 0; k < 7; ++k) places.emplace_back(-0.045 + 0.010 * i, -0.030 + 0.010 * k);
-  const double noise = experiment::noise_of_weber_fraction(weber);
-  int found = 0;
-  for (int search = 0; search < searches; ++search) {
-    const PlanPlace nodule(random.uniform(-0.040, 0.040), random.uniform(-0.028, 0.028));
-    PressMap map(places, kSpacing, noise, PressMap::Trend::level);
-    const auto press = [&](std::size_t i) {
-      map.felt(i, nodule_log((places[i] - nodule).norm()) + random.normal(noise));
-    };
-    for (std::size_t i = 0; i < places.size(); ++i) press(i);
-    const auto again = map.best(5);
-    for (int k = 0; k < 4; ++k)
-      for (const std::size_t i : again) press(i);
-    const auto hard = map.hardness();
-    const auto answer =
-        *std::max_element(again.begin(), again.end(), [&](auto a, auto b) { return hard[a] < hard[b]; });
-    found += (places[answer] - nodule).norm() <= 0.010;
-  }
-  return 100.0 * found / searches;
-}
-
-TEST(PressMap, FindsAsMuchAsWasComputedElsewhereForTheseWeberFractions) {
-  constexpr int kSearches = 4000;  // standard deviation 0.8 of a hundred
-  EXPECT_NEAR(share_of_plain_searches(0.28, kSearches), 49.0, 3.0);
-  EXPECT_NEAR(share_of_plain_searches(0.18, kSearches), 75.0, 3.0);
-  EXPECT_NEAR(share_of_plain_searches(0.14, kSearches), 89.0, 3.0);
-  EXPECT_NEAR(share_of_plain_searches(0.08, kSearches), 100.0, 3.0);
-}
-
 TEST(PressMap, MarksAsManyAsItSurelyFeels) {
   const auto places = grid_of({0.0, 0.0}, {0.045, 0.035}, kSpacing);
   PressMap map(places, kSpacing, 0.05, PressMap::Trend::level);

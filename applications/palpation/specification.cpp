@@ -2,6 +2,7 @@
 
 #include "applications/palpation/example.h"
 #include "applications/palpation/palpation.h"
+#include "applications/palpation/palpation_study.h"
 #include "applications/palpation/record.h"
 #include "applications/palpation/scene_view.h"
 #include "applications/palpation/settings.h"
@@ -32,6 +33,7 @@ scene::ApplicationSpec specification() {
   spec.example_state = example_state;
   spec.example_shape = example_shape;
   spec.quick_demo_s = 16.0;
+  spec.studies = {palpation_study()};
   return spec;
 }
 

@@ -11,14 +11,17 @@ namespace {
 constexpr double kHover_m = 0.005,
                  kHighHover_m = 0.025;  // above the surface: between presses, at begin and end
 constexpr double kTravelSpeed = 0.25, kCrossSpeed = 0.16;  // m/s, mean
-constexpr double kLeastCross_s = 0.09, kDown_s = 0.10, kHold_s = 0.10, kUp_s = 0.07, kThink_s = 0.40;
+constexpr double kLeastCross_s = 0.09, kDown_s = 0.10, kHold_s = 0.10, kUp_s = 0.07, kThink_s = 0.25;
 constexpr double kLeastTravel_s = 0.5;
 constexpr double kSlow = 0.012;      // m/s: what is felt when moving faster is not the tissue's own
 constexpr double kPressed = 0.5;     // share of the depth wanted from which on a press is felt
 constexpr double kPressable = 0.75;  // least upward part of the normal
 constexpr double kExponent = 1.5;    // of force over depth: presses of different depth are compared by it
 constexpr double kLearn = 0.4, kMostDeeper_m = 0.004;
-constexpr std::size_t kBest = 5, kAgain = 1;  // places that are pressed again, and how often
+// After the grid it presses where a nodule is likeliest by then, several places before it thinks again.
+constexpr int kRounds = 3;
+constexpr std::size_t kOfRound = 3;
+constexpr double kApartInRound_m = 0.012;
 constexpr int kMostTries = 3;
 constexpr double kBeyond = 0.1;      // spacings: so far it searches beyond the area
 constexpr double kPatience_s = 1.5;  // beyond the time that marking takes
@@ -72,18 +75,20 @@ Vector3 Trainee::over(const Spot& spot, double height) const {
   return (X_world_body_ * Point<Body>{spot.place + (palpation_.tip_radius + height) * spot.normal}).m;
 }
 
+bool Trainee::can_press(const PlanPlace& place) const {
+  const auto spot = spot_at(place);
+  return spot && reach_.contains(over(*spot, kHighHover_m)) &&
+         reach_.contains(over(*spot, -palpation_.trainee.press - kMostDeeper_m));
+}
+
 // Of the area that nodules lie in.
 std::vector<PlanPlace> Trainee::places_in_reach(const scene::SceneDescription&) const {
   const SearchArea area = search_area(surface_);
   const double spacing = palpation_.trainee.spacing;
   const PlanPlace half(area.half_x + kBeyond * spacing, area.half_z + kBeyond * spacing);
   std::vector<PlanPlace> kept;
-  for (const auto& place : grid_of({area.centre_x, area.centre_z}, half, spacing)) {
-    const auto spot = spot_at(place);
-    if (spot && reach_.contains(over(*spot, kHighHover_m)) &&
-        reach_.contains(over(*spot, -palpation_.trainee.press - kMostDeeper_m)))
-      kept.push_back(place);
-  }
+  for (const auto& place : grid_of({area.centre_x, area.centre_z}, half, spacing))
+    if (can_press(place)) kept.push_back(place);
   return kept;
 }
 
@@ -139,11 +144,19 @@ void Trainee::approach(double now, const PlanPlace& place) {
   go(now, to, std::max(kLeastCross_s, (to - path_.at(now - begin_).position).norm() / kCrossSpeed));
 }
 
+// The likeliest places that can be pressed.
+void Trainee::look_closer() {
+  for (const PlanPlace& place : map_.likeliest(kOfRound, kApartInRound_m)) {
+    if (!can_press(place)) continue;
+    queue_.push_back(map_.add_place(place));
+    tries_.push_back(0);
+  }
+}
+
 void Trainee::after_thinking(double now) {
-  if (!again_) {
-    again_ = true;
-    for (std::size_t k = 0; k < kAgain; ++k)
-      for (const std::size_t i : map_.best(kBest)) queue_.push_back(i);
+  if (rounds_ < kRounds) {
+    ++rounds_;
+    look_closer();
   } else if (!decided_) {
     decided_ = marking_ = true;
     constexpr double kApart_m = 0.018;

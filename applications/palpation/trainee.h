@@ -1,5 +1,5 @@
 // The scripted trainee of palpation (palpate/scene/player.h): presses place after place of a grid to one depth, compares
-// what it feels, presses the hardest places again, marks where it believes a nodule is, and puts the stylus away.
+// what it feels, presses where a nodule is likeliest by then, marks where it believes one to be, and puts the stylus away.
 //
 // It feels through the commanded force alone, as late as everything it is shown, and remembers it with the noise of a
 // Weber fraction (experiment/observer.h): all of its imprecision is in there, as in the thresholds published, so that the
@@ -50,12 +50,14 @@ class Trainee : public scene::Player {
 
   std::vector<PlanPlace> places_in_reach(const scene::SceneDescription& scene) const;
   std::optional<Spot> spot_at(const PlanPlace& place) const;
+  bool can_press(const PlanPlace& place) const;
   Vector3 over(const Spot& spot, double height) const;  // World; below 0: pressed
   void notice(const scene::SceneState& state);
   void feel(const scene::SceneState& state, Press& press) const;
   void learn(const Press& press);
   void go(double now, const Vector3& to, double duration);
   void next(double now);
+  void look_closer();
   void after_thinking(double now);
   void approach(double now, const PlanPlace& place);
 
@@ -75,7 +77,8 @@ class Trainee : public scene::Player {
   std::vector<std::size_t> queue_;  // places still to be pressed, the last one first
   std::vector<PlanPlace> to_mark_;
   std::vector<int> tries_;  // of each place, in vain
-  bool again_ = false, marking_ = false, decided_ = false;
+  int rounds_ = 0;          // of closer looks, begun
+  bool marking_ = false, decided_ = false;
   Spot here_;
   Doing doing_ = Doing::coming;
   double deeper_ = 0.0;                        // m: so much it asks for beyond the depth it wants, as learnt

@@ -10,6 +10,20 @@ std::vector<std::pair<std::string, std::string>> names_of(const Conditions& cond
   return by;
 }
 
+}  // namespace
+
+std::vector<ObservationGroup> groups_of(const Conditions& conditions, std::span<const TrialRecord> records) {
+  const auto cells = cells_of(conditions);
+  std::vector<std::vector<Observation>> observations(cells.size());
+  for (const auto& record : records)
+    if (record.counts())
+      observations.at(record.trial.cell).push_back({record.trial.stimulus, record.positive});
+  std::vector<ObservationGroup> groups;
+  for (std::size_t i = 0; i < cells.size(); ++i)
+    groups.push_back({names_of(conditions, cells[i]), levels_of(observations[i])});
+  return groups;
+}
+
 Json json_of_staircases(const ExperimentRun& run) {
   Json list = Json::array();
   const auto& conditions = run.conditions();
@@ -30,20 +44,6 @@ Json json_of_staircases(const ExperimentRun& run) {
     list.push_back(std::move(one));
   }
   return list;
-}
-
-}  // namespace
-
-std::vector<ObservationGroup> groups_of(const Conditions& conditions, std::span<const TrialRecord> records) {
-  const auto cells = cells_of(conditions);
-  std::vector<std::vector<Observation>> observations(cells.size());
-  for (const auto& record : records)
-    if (record.counts())
-      observations.at(record.trial.cell).push_back({record.trial.stimulus, record.positive});
-  std::vector<ObservationGroup> groups;
-  for (std::size_t i = 0; i < cells.size(); ++i)
-    groups.push_back({names_of(conditions, cells[i]), levels_of(observations[i])});
-  return groups;
 }
 
 Json json_of(const ExperimentRun& run, std::span<const TrialRecord> records,

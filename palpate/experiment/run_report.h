@@ -15,6 +15,9 @@ namespace palpate::experiment {
 // The answers that count, a group for each cell, in the order of cells_of(); one without answers has no levels.
 std::vector<ObservationGroup> groups_of(const Conditions& conditions, std::span<const TrialRecord> records);
 
+// A list with an entry for each staircase, as json_of(ExperimentRun) has it; empty of constant stimuli.
+Json json_of_staircases(const ExperimentRun& run);
+
 // A key for each figure:
 //   name, conditions (their hash), seed, finished, trials, practice, excluded,
 //   groups (as json_of(GroupFit)), staircases [{by, track, share_sought, trials, trials_at_limit, reversals, threshold, log_sd}]

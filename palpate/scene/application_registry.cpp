@@ -61,6 +61,8 @@ Expected<void> fits_in_a_message(const SceneDescription& scene) {
   return {};
 }
 
+bool is_line(std::string_view text) { return !text.empty() && text.find('\n') == std::string_view::npos; }
+
 // A CSV file's name, without a folder.
 bool is_table(std::string_view file) {
   return file.ends_with(".csv") && file.size() > 4 && file.find('/') == file.npos && file.front() != '.';
@@ -76,8 +78,7 @@ void ApplicationRegistry::add(ApplicationSpec spec) {
     throw wrong(fmt::format(
         "a name of 1 to {} lower-case letters, digits and '-', a letter first, is expected", kLongestName));
   if (find(spec.name) != nullptr) throw wrong("another one has this name; choose a new one");
-  if (spec.summary.empty() || spec.summary.find('\n') != std::string::npos)
-    throw wrong("a summary of one line is expected");
+  if (!is_line(spec.summary)) throw wrong("a summary of one line is expected");
   if (!spec.make_physics) throw wrong("has no make_physics");
   if (!spec.make_view) throw wrong("has no make_view");
   SettingValues taken = settings();
@@ -93,6 +94,16 @@ void ApplicationRegistry::add(ApplicationSpec spec) {
   for (const auto& table : spec.tables)
     if (!is_table(table.file))
       throw wrong(fmt::format("table '{}': a file name that ends in .csv is expected", excerpt(table.file)));
+  for (const auto& study : spec.studies) {
+    if (!is_name(study.name) || !is_line(study.summary) || !study.run)
+      throw wrong(fmt::format(
+          "study '{}': a name as applications have, a summary of one line and what it runs are expected",
+          excerpt(study.name)));
+    for (const auto& other : specs_)
+      for (const auto& known : other.studies)
+        if (known.name == study.name)
+          throw wrong(fmt::format("study '{}': another one has this name", study.name));
+  }
   specs_.push_back(std::move(spec));
 }
 

@@ -20,6 +20,7 @@
 #include "palpate/figures/play_folder.h"
 #include "palpate/scene/application.h"
 #include "palpate/scene/application_option.h"
+#include "palpate/scene/application_study.h"
 #include "palpate/scene/play_record.h"
 #include "palpate/scene/play_report.h"
 #include "palpate/scene/player.h"
@@ -83,6 +84,8 @@ struct ApplicationSpec {
   // The surface that deforms as it is in that state, Application::shape; empty: it is drawn at rest.
   std::function<std::vector<float>(const SceneDescription&, const SceneState&)> example_shape{};
 
+  std::vector<ApplicationStudy> studies{};  // `palpate study NAME`, in this order
+
   // How long a demo plays in lock-step where nobody says, s: enough for something to happen; 0: the demo's own length.
   double demo_s = 0.0, quick_demo_s = 0.0;
 };
@@ -97,7 +100,8 @@ class ApplicationRegistry {
   }
 
   // Throws std::invalid_argument, which names the application: a name that is no such, or is taken; a summary of
-  // no or several lines; no physics side or no view; a setting that another one has; an option that is none.
+  // no or several lines; no physics side or no view; a setting that another one has; an option that is none; a study
+  // without a name, a summary of one line or anything to run, or with the name of another application's.
   void add(ApplicationSpec spec);
 
   // Null where there is none. Valid until the next add().

@@ -352,5 +352,31 @@ TEST(ApplicationRegistry, AnOptionHasANameAHelpAndAnEffect) {
         << broken.name;
 }
 
+TEST(ApplicationRegistry, AStudyHasANameOfItsOwnASummaryAndWhatItRuns) {
+  const auto run = [](const StudyRequest&) -> Expected<StudyOutcome> { return StudyOutcome{}; };
+  const auto refusal = [](const ApplicationStudy& study) {
+    ApplicationSpec first = guest("first"), second = guest("second");
+    first.studies = {{.name = "taken",
+                      .summary = "Known",
+                      .run = [](const StudyRequest&) -> Expected<StudyOutcome> { return StudyOutcome{}; }}};
+    second.studies = {study};
+    try {
+      ApplicationRegistry{first, second};
+      return std::string();
+    } catch (const std::invalid_argument& thrown) {
+      return std::string(thrown.what());
+    }
+  };
+  EXPECT_EQ(refusal({.name = "new", .summary = "One line", .run = run}), "");
+  for (const ApplicationStudy& broken :
+       {ApplicationStudy{.name = "New one", .summary = "One line", .run = run},
+        {.name = "new", .summary = "", .run = run},
+        {.name = "new", .summary = "Two\nlines", .run = run},
+        {.name = "new", .summary = "One line", .run = nullptr},
+        {.name = "taken", .summary = "One line", .run = run}})
+    EXPECT_NE(refusal(broken).find("application 'second': study '" + broken.name), std::string::npos)
+        << broken.name;
+}
+
 }  // namespace
 }  // namespace palpate::scene

@@ -46,6 +46,20 @@ class Palpation(LaboratoryTest):
             self.says_no(self.run_program(*physics, "--settings", settings), 2, *words)
         self.says_no(self.run_program(*physics, "--unit", "m"), 2, "no mesh is named")
 
+    def test_its_study_tells_what_must_come_out(self):
+        self.assertIn("--late-ms", self.runs("study", "palpation", "--help").out)
+        self.says_no(self.run_program("study", "palpation", "--trials", "3"), 2, "trials", "10")
+        self.says_no(self.run_program("study", "palpation", "--late-ms", "soon"), 2, "--late-ms soon", "a number")
+        done = self.runs("study", "palpation", "--quick", "--quiet", "--trials", "40", "--searches", "200", "--out", "study", "--json", "study.json")
+        self.assertEqual(done.err, "")
+        told = json.loads(self.read("study.json"))
+        self.assertEqual({one["name"] for one in told["experiments"]} - {"matter"},
+                         {"depth", "size", "ratio", "late", "sessions", "sense-off", "staircase", "felt-late"})
+        self.assertTrue(told["bars"][0]["met"], told["bars"][0])
+        self.assertIn(b"What must come out", self.read("study", "report.html"))
+        again = self.runs("study", "psychometric", "--trials", "study/palpation_answers.csv", "--guess", "0.5", "--by", "experiment,cell", "--json", "-")
+        self.assertIn("depth", again.out)
+
 
 if __name__ == "__main__":
     unittest.main()

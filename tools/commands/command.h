@@ -53,6 +53,7 @@ void add_study(CLI::App& program);
 void add_study_flights(CLI::App& study);
 void add_study_psychometric(CLI::App& study);
 void add_study_indent(CLI::App& study);
+void add_studies_of_applications(CLI::App& study);
 void add_physics(CLI::App& program);
 void add_graphics(CLI::App& program);
 void add_demo(CLI::App& program);

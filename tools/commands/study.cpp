@@ -73,6 +73,7 @@ void add_study(CLI::App& program) {
   add_study_flights(*study);
   add_study_psychometric(*study);
   add_study_indent(*study);
+  add_studies_of_applications(*study);
 }
 
 }  // namespace palpate::tools::commands

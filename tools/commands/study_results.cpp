@@ -12,9 +12,10 @@ Expected<void> give_results(std::string_view kind, const evaluation::studies::St
     const std::filesystem::path out = wanted.out;
     if (auto done = evaluation::studies::write_study(result, {}, out); !done) return done;
     if (auto done = evaluation::studies::write_study_report(kind, about, {result}, out); !done) return done;
-    notice(fmt::format("written to {}; open {}/report.html", wanted.out, wanted.out));
+    if (!wanted.quiet) notice(fmt::format("written to {}; open {}/report.html", wanted.out, wanted.out));
   }
-  for (const auto& line : result.lines) print_line(line, stderr);
+  if (!wanted.quiet)
+    for (const auto& line : result.lines) print_line(line, stderr);
   if (!wanted.json.empty()) return write_json(wanted.json, result.values);
   return {};
 }

@@ -12,6 +12,7 @@ namespace palpate::tools::commands {
 
 struct StudyResults {
   std::string out, json;  // --out and --json; empty: not asked for
+  bool quiet = false;     // no lines for the person
 };
 
 // Files and page of --out, lines for the person, figures for --json. `kind` names the page's template; `about`, what was studied.

@@ -1,6 +1,7 @@
 #include "palpate/physics/deformable/quick_indentation.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "palpate/physics/deformable/block.h"
 #include "palpate/physics/deformable/linear_body.h"
@@ -27,29 +28,50 @@ Expected<std::vector<double>> answers_of(const Block& block, const Material& mat
 
 }  // namespace
 
-Expected<SiteLaw> site_law_of_block(const Indentation& it) {
+Expected<std::vector<SiteLaw>> site_laws_of_block(const Indentation& indentation,
+                                                  std::span<const std::vector<Inclusion>> sets,
+                                                  const std::function<void(std::size_t)>& done) {
+  Indentation it = indentation;
+  it.material.inclusions.clear();
+  for (const auto& set : sets)
+    it.material.inclusions.insert(it.material.inclusions.end(), set.begin(), set.end());
   if (auto good = check(it); !good) return tl::unexpected(good.error());
   const auto block = mesh_block(it, it.radius);
   if (!block) return tl::unexpected(block.error());
-  SiteLaw law;
-  law.matter = it.material.matrix;
-  law.radius = it.radius;
   std::vector<double> footprints{kHomogeneousFootprint * it.radius};
   for (const double share : kFootprints) footprints.push_back(share * it.radius);
-  Material bare = it.material;
-  bare.inclusions.clear();
-  const auto homogeneous = answers_of(*block, bare, footprints);
+  Material matter = it.material;
+  matter.inclusions.clear();
+  const auto homogeneous = answers_of(*block, matter, footprints);
   if (!homogeneous) return tl::unexpected(homogeneous.error());
-  law.homogeneous = homogeneous->front() - half_space_answer(law.matter, footprints.front());
-  if (it.material.inclusions.empty()) return law;
-  const auto heterogeneous = answers_of(*block, it.material, footprints);
-  if (!heterogeneous) return tl::unexpected(heterogeneous.error());
-  law.footprints.assign(footprints.begin() + 1, footprints.end());
-  for (std::size_t k = 1; k < footprints.size(); ++k)
-    law.inclusions.push_back((*heterogeneous)[k] - (*homogeneous)[k]);
-  for (const auto& inclusion : it.material.inclusions)
-    law.layer = std::min(law.layer, distance_to(inclusion, {0.0, 0.0, 0.0}));
-  return law;
+  SiteLaw bare;
+  bare.matter = it.material.matrix;
+  bare.radius = it.radius;
+  bare.homogeneous = homogeneous->front() - half_space_answer(bare.matter, footprints.front());
+  std::vector<SiteLaw> laws;
+  for (const auto& set : sets) {
+    laws.push_back(bare);
+    if (!set.empty()) {
+      matter.inclusions = set;
+      const auto heterogeneous = answers_of(*block, matter, footprints);
+      if (!heterogeneous) return tl::unexpected(heterogeneous.error());
+      SiteLaw& law = laws.back();
+      law.footprints.assign(footprints.begin() + 1, footprints.end());
+      for (std::size_t k = 1; k < footprints.size(); ++k)
+        law.inclusions.push_back((*heterogeneous)[k] - (*homogeneous)[k]);
+      for (const auto& inclusion : set)
+        law.layer = std::min(law.layer, distance_to(inclusion, {0.0, 0.0, 0.0}));
+    }
+    if (done) done(laws.size());
+  }
+  return laws;
+}
+
+Expected<SiteLaw> site_law_of_block(const Indentation& it) {
+  const std::vector<std::vector<Inclusion>> own{it.material.inclusions};
+  auto laws = site_laws_of_block(it, own);
+  if (!laws) return tl::unexpected(laws.error());
+  return std::move(laws->front());
 }
 
 Expected<std::vector<IndentationPoint>> quick_indentation(const Indentation& it) {

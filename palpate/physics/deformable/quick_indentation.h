@@ -4,12 +4,21 @@
 // indentation.h. Some seconds, one thread; it allocates.
 #pragma once
 
+#include <functional>
+#include <span>
+#include <vector>
+
 #include "palpate/physics/deformable/indentation.h"
 #include "palpate/physics/deformable/site_law.h"
 
 namespace palpate::physics::deformable {
 
 Expected<SiteLaw> site_law_of_block(const Indentation& indentation);
+// Of the same block with one set of inclusions after the other in place of its own: one mesh, that of the block without any
+// symmetry that a set lacks, and one solution without inclusions. `done` hears how many sets are; may be empty.
+Expected<std::vector<SiteLaw>> site_laws_of_block(const Indentation& indentation,
+                                                  std::span<const std::vector<Inclusion>> sets,
+                                                  const std::function<void(std::size_t)>& done = {});
 // Neo-Hookean matter alone; wrong use for another model.
 Expected<std::vector<IndentationPoint>> quick_indentation(const Indentation& indentation);
 
