@@ -4,6 +4,7 @@
 //   board_film film BOARD.toml FILE.mp4 TIMES    four seconds over the desk, so many times; in the
 //                                                last second of each it looks away
 //   board_film away BOARD.toml FILE.mp4 TIMES    the board is never seen
+//   board_film still BOARD.toml FILE.mp4 TIMES   the camera stands and sees it
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -49,7 +50,9 @@ int views(const device::CharucoBoard& board, const std::filesystem::path& folder
   return 0;
 }
 
-int film(const device::CharucoBoard& board, const std::filesystem::path& file, int times, bool away) {
+enum class Head { moves, looks_away, stands };
+
+int film(const device::CharucoBoard& board, const std::filesystem::path& file, int times, Head head) {
   const vision::synthetic::CharucoCamera camera(kLens, board, 2);
   Random random(6, "film of a board");
   const rig::Rig rig = rig::desk_rig(board);
@@ -57,9 +60,9 @@ int film(const device::CharucoBoard& board, const std::filesystem::path& file, i
   const Vector3 middle = (placed.X_world_board * Point<Board>{board.middle()}).m;
   std::vector<std::vector<std::uint8_t>> pictures;
   for (int i = 0; i < static_cast<int>(kRound_s * kRate); ++i) {
-    const double t = i / kRate, turn = 2.0 * std::numbers::pi * t / kRound_s;
+    const double t = head == Head::stands ? 0.0 : i / kRate, turn = 2.0 * std::numbers::pi * t / kRound_s;
     const Vector3 eye = middle + Vector3(0.12 * std::sin(turn), 0.60 + 0.03 * std::cos(turn), 0.62);
-    const bool looks_away = away || t > kRound_s - 1.0;
+    const bool looks_away = head == Head::looks_away || t > kRound_s - 1.0;
     const Vector3 at = looks_away ? Vector3(middle + Vector3(1.5, 0.0, -0.3))
                                   : Vector3(middle + Vector3(0.02 * std::sin(2 * turn), 0.0, -0.16));
     const auto X = looking(eye, at).inverse() * placed.X_world_board;
@@ -76,10 +79,14 @@ int film(const device::CharucoBoard& board, const std::filesystem::path& file, i
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 5) return fail("views|film|away BOARD.toml PLACE COUNT are expected");
+  if (argc != 5) return fail("views|film|away|still BOARD.toml PLACE COUNT are expected");
   const auto board = device::read_charuco_board(argv[2]);
   if (!board) return fail(board.error().message);
   const std::string what = argv[1];
   const int count = std::atoi(argv[4]);
-  return what == "views" ? views(*board, argv[3], count) : film(*board, argv[3], count, what == "away");
+  return what == "views" ? views(*board, argv[3], count)
+                         : film(*board, argv[3], count,
+                                what == "away"    ? Head::looks_away
+                                : what == "still" ? Head::stands
+                                                  : Head::moves);
 }

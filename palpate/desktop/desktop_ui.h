@@ -42,9 +42,11 @@ struct DesktopUiOptions {
   render::Viewpoint outside_viewpoint;
 };
 
-// How the mouse moves this rig's stylus in this scene.
+// How the mouse moves this rig's stylus in this scene. `explored`: over what it leads the tip, if anything; throws
+// std::invalid_argument for a mesh that is none.
 MouseHandSettings mouse_hand_settings(const scene::SceneDescription& scene, const scene::Handling& handling,
-                                      const rig::Rig& rig, const sim::config::WorldFile& world);
+                                      const rig::Rig& rig, const sim::config::WorldFile& world,
+                                      std::optional<scene::ExploredSurface> explored = std::nullopt);
 
 class DesktopUi {
  public:
@@ -140,7 +142,7 @@ class DesktopUi {
   std::optional<std::string> refusal_seen_;
   std::optional<Instant<GraphicsClock>> refused_at_;
   double moved_px_ = 0.0;
-  bool person_plays_ = false, attended_ = false, paused_ = false, helped_ = false;
+  bool person_plays_ = false, attended_ = false, paused_ = false, helped_ = false, explores_ = false;
 };
 
 }  // namespace palpate::desktop

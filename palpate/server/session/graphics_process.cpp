@@ -84,6 +84,7 @@ class GraphicsProcess {
   graphics::Quantiles trips_, sync_errors_, uncertainties_;
   std::optional<Instant<GraphicsClock>> told_;
   std::uint64_t frames_ = 0, late_ = 0;
+  std::unique_ptr<scene::PlayRecord> played_;  // of the states that pictures showed; null: not known
   Instant<GraphicsClock> begun_, next_, draw_at_;
   bool quit_ = false;
 };
@@ -190,6 +191,11 @@ Expected<void> GraphicsProcess::meet_physics_server() {
   if (!side) return tl::unexpected(side.error());
   side_ = std::move(*side);
   side_->server().set_log(kLog);
+  if (options_.applications.find(scene->application) != nullptr) {
+    auto record = options_.applications.make_record(side_->scene());
+    if (!record) return tl::unexpected(record.error());
+    played_ = std::move(*record);
+  }
   devices_.reset();
   if (auto* pictures = side_->renderer()) pictures->set_captions(!options_.window);
   if (feed_)
@@ -311,6 +317,10 @@ void GraphicsProcess::show_frame() {
   const graphics::FrameRecord& frame = side_->finish(clock_.now(), program_plays());
   ++frames_;
   late_ += frame.late ? 1 : 0;
+  if (played_ && frame.have_state) {
+    played_->add_state(frame.state);
+    played_->add_picture(frame.state);
+  }
   if (ui_)
     ui_->show(frame, frame.have_state ? side_->renderer()->captions(frame.state) : std::vector<std::string>{},
               clock_.now());
@@ -398,6 +408,7 @@ Json GraphicsProcess::figures() const {
     result["window"] = {{"played_by_mouse", ui_->person_plays()},
                         {"blows_heard", ui_->impacts()},
                         {"bounces_heard", ui_->bounces()}};
+  if (played_) result["play"] = played_->summary();
   if (!monitored_.is_null()) result["window"]["monitor"] = monitored_;
   if (const auto* camera = side_->devices().live_camera()) result["camera"] = camera->figures();
   return result;
