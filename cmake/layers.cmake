@@ -54,7 +54,7 @@ set(PALPATE_CHECKED core record experiment record/session device scene plugin ri
 
 # Tests that take long: hundreds of repeats for statistics, and long runs of what shorter tests run, too. They have the
 # label long; .ci/run leaves them to scripts/long. A regular expression each.
-set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "FullSolution\\." "^Program\\.(soak|live_poses|two_hosts|forces_check|clocks|calibrate_live|three_doors|trips|session_window|descriptors|invariance|weak_data|world_values)$")
+set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "FullSolution\\." "^Program\\.(soak|live_poses|two_hosts|forces_check|palpation_by_mouse|clocks|calibrate_live|three_doors|trips|session_window|descriptors|invariance|weak_data|world_values)$")
 
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.

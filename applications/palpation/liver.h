@@ -11,6 +11,7 @@
 #include "palpate/physics/tissue/tissue_law.h"
 #include "palpate/scene/application.h"
 #include "palpate/scene/explored_surface.h"
+#include "palpate/scene/mesh_normals.h"
 
 namespace palpate::applications::palpation {
 

@@ -10,6 +10,7 @@
 
 #include "applications/touch/settings.h"
 #include "applications/touch/touch.h"
+#include "palpate/scene/mesh_normals.h"
 #include "palpate/scene/ringed_mesh.h"
 #include "palpate/scene/table_frame.h"
 

@@ -227,6 +227,7 @@ KeysInUse DesktopUi::keys_in_use() const {
           .strokes = options_.mouse && helped_,
           .program = options_.mouse && options_.scripted_player,
           .view = static_cast<bool>(options_.outside),
+          .looks = static_cast<bool>(options_.next_look),
           .explores = explores_,
           .handling = handling_};
 }
@@ -276,6 +277,9 @@ bool DesktopUi::obey(Key key, Instant<GraphicsClock> now, transport::StateLink& 
     case Key::view:
       from_outside_ = options_.outside && !from_outside_;
       say(from_outside_ ? "From the side. V: with your own eyes" : "", now);
+      break;
+    case Key::look:
+      say(options_.next_look ? options_.next_look().value_or("") : "There is one way to draw this", now);
       break;
     case Key::help:
       content_.help = content_.help ? std::nullopt : std::optional(keys_in_use());

@@ -40,6 +40,8 @@ struct DesktopUiOptions {
   // A frame as it is seen from the side, and the eye it is seen with; none: it cannot be turned there.
   std::function<const render::OutsidePicture&(const server::graphics::FrameRecord&)> outside;
   render::Viewpoint outside_viewpoint;
+  // Draws in the next of several ways from now on, and says in which; none: there is one way alone.
+  std::function<std::optional<std::string>()> next_look{};
 };
 
 // How the mouse moves this rig's stylus in this scene. `explored`: over what it leads the tip, if anything; throws

@@ -41,6 +41,7 @@ std::vector<KeyHelp> key_help(const KeysInUse& uses) {
   add(true, "R", "start again from zero");
   add(uses.program, "A", fmt::format("let the program {}, take the {} back", plays, held));
   add(uses.strokes, "S", "strokes by themselves, or only by pushing");
+  add(uses.looks, "L", "draw it in another way");
   add(uses.view, "V", "see it from the side, see it with your own eyes");
   add(true, "F11", "full screen");
   add(true, "?", "this list");

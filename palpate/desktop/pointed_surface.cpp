@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "palpate/scene/mesh_normals.h"
+
 namespace palpate::desktop {
 namespace {
 

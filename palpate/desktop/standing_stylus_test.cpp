@@ -6,6 +6,7 @@
 
 #include "palpate/desktop/mouse_hand.h"
 #include "palpate/math/looking.h"
+#include "palpate/scene/mesh_normals.h"
 
 namespace palpate::desktop {
 namespace {

@@ -64,10 +64,4 @@ TriangleMesh box_mesh(const Vector3& low, const Vector3& high);
 
 void append(TriangleMesh& mesh, const TriangleMesh& other);
 
-// The same, turned and then shifted.
-TriangleMesh moved(TriangleMesh mesh, const Quaternion& rotation, const Vector3& translation);
-
-// Unit normals of the vertices, weighted by the triangles' areas; of a vertex without any, zero.
-std::vector<Vector3> vertex_normals(const TriangleMesh& mesh);
-
 }  // namespace palpate::scene

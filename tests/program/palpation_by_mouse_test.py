@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Somebody at a desk searches the organ with the mouse, and feels with the eyes: the length of the force bar in the window's
-pixels is all that is read. What was found is judged by the program's own record.
+pixels is all that is read. Where on the screen the organ lies is known, as the camera stands. What was found is judged
+by the program's own record.
 
-TRIES=N: so many (10). KEEP_PICTURES=FOLDER: the screen after each.
+TRIES=N: so many (10). KEEP_PICTURES=FOLDER: the screen at each step. ORGAN_CACHE=FOLDER: of prepared organs.
 """
 import json
 import math
@@ -16,6 +17,7 @@ from program import wait_until
 WIDTH, HEIGHT = 960, 720
 TRIES = int(os.environ.get("TRIES", "10"))
 WANTED_SHARE = 0.8
+BARELY = 0.02  # of the bar: shorter, and nothing was pressed
 # One nodule of 16 mm, its top 5 mm deep, ten times stiffer; a minute.
 SETTINGS = """[palpation]
 nodules = [1, 1]
@@ -27,6 +29,29 @@ trial_s = 60.0
 BAR = 17, HEIGHT - 22, 240, 3  # where the force bar lies in a window of this size
 PRESS_S, READ_S, GO_S = 0.62, 0.10, 0.13  # down until it is read; how long it is read; the pointer's way to the next place
 MARK_S, AWAY_S = 1.7, 1.8
+# The middle of the organ's upper side on the screen, and how far from there it is searched: px. There a millimetre is
+# 1.33 px across and about one px away from the person.
+MIDDLE, REACH = (575, 470), (70, 39)
+ACROSS, AWAY = 1.33, 1.0
+COARSE_MM, FINE_MM, NEAR_MM = 14.0, 8.0, 15.0
+
+
+def around(middle, rings, spacing_mm):
+    """Places of a hexagonal grid, row by row."""
+    places = []
+    for row in range(-rings, rings + 1):
+        for column in range(-rings, rings + 1):
+            across, away = column + 0.5 * (row % 2), 0.866 * row
+            places.append((round(middle[0] + across * spacing_mm * ACROSS), round(middle[1] + away * spacing_mm * AWAY)))
+    return places
+
+
+def inside(place):
+    return sum(((a - m) / r) ** 2 for a, m, r in zip(place, MIDDLE, REACH)) <= 1.0
+
+
+def apart_mm(a, b):
+    return math.hypot((a[0] - b[0]) / ACROSS, (a[1] - b[1]) / AWAY)
 
 
 def lit(red, green, blue):
@@ -135,13 +160,20 @@ class PalpationByMouse(DeskTest):
         person = Person(self.desktop, window)
         self.keep(f"{seed}-begin")
         felt = {}
-        for place in GRID:
-            if (bar := person.press(place)) > 0.02:
+        for place in filter(inside, around(MIDDLE, 4, COARSE_MM)):
+            if (bar := person.press(place)) > BARELY:
                 felt[place] = bar
         self.keep(f"{seed}-felt")
         out = beyond_trend(felt)
         best = max(out, key=out.get)
-        person.mark(best)
+        for place in around(best, 1, FINE_MM):
+            if (bar := person.press(place)) > BARELY:
+                felt[place] = bar
+        out = beyond_trend(felt)
+        best = max(out, key=out.get)
+        # The middle of what is hard.
+        hard = {place: value for place, value in out.items() if apart_mm(place, best) < NEAR_MM and value > 0.5 * out[best]}
+        person.mark([sum(value * place[k] for place, value in hard.items()) / sum(hard.values()) for k in (0, 1)])
         self.keep(f"{seed}-marked")
         person.put_away()
         time.sleep(1.0)

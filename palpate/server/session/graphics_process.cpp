@@ -209,6 +209,8 @@ Expected<void> GraphicsProcess::open_windows() {
   const auto from_outside = [this](const graphics::FrameRecord& frame) -> const render::OutsidePicture& {
     return side_->renderer()->outside(frame);
   };
+  std::function<std::optional<std::string>()> next_look;
+  if (side_->renderer()->has_looks()) next_look = [this] { return side_->renderer()->next_look(); };
   auto opened =
       desktop::DesktopUi::open(options_.applications, side_->scene(), options_.rig, options_.world, place_,
                                {.mouse = options_.mouse,
@@ -217,7 +219,8 @@ Expected<void> GraphicsProcess::open_windows() {
                                 .biocular = options_.biocular,
                                 .two_eyes = side_->devices().right_camera() != nullptr,
                                 .outside = from_outside,
-                                .outside_viewpoint = side_->renderer()->outside_viewpoint()});
+                                .outside_viewpoint = side_->renderer()->outside_viewpoint(),
+                                .next_look = next_look});
   if (!opened) return tl::unexpected(opened.error());
   ui_ = std::move(*opened);
   if (!ui_->notice().empty()) kLog.write(LogLevel::info, ui_->notice());
