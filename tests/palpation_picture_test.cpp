@@ -108,7 +108,8 @@ class MarkedPicture {
 
 // A mark out of the surface by what is a pixel in the laboratory's picture is seen, one as far inside is not.
 TEST(PalpationPicture, DentIsAsDeepUnderTheTipAsTheForceModelsToAPixel) {
-  const scene::SceneDescription scene = with(table_for_tests(), "palpation.element_mm", {16.0});
+  const scene::SceneDescription scene =
+      with(table_for_tests(), "palpation.element_mm", std::vector<double>{16.0});
   PalpationApplication application(scene, {}, {});
   int ticks = 0;
   for (const auto& [x, z] : {std::pair{0.0, 0.0}, std::pair{-0.025, 0.015}, std::pair{0.03, -0.012}})
@@ -129,7 +130,8 @@ TEST(PalpationPicture, DentIsAsDeepUnderTheTipAsTheForceModelsToAPixel) {
 
 // Veins are there, and where the tip presses it is paler than at rest.
 TEST(PalpationPicture, SurfaceIsPalerWhereItIsPressedAndStretchedThereMost) {
-  const scene::SceneDescription scene = with(table_for_tests(), "palpation.element_mm", {16.0});
+  const scene::SceneDescription scene =
+      with(table_for_tests(), "palpation.element_mm", std::vector<double>{16.0});
   PalpationApplication application(scene, {}, {});
   int ticks = 0;
   const Pressed organ = pressed(scene, application, ticks, 0.0, 0.0, 0.0055);

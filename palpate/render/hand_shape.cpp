@@ -8,9 +8,9 @@ namespace {
 
 // Of a right hand: x to the right of who looks along the stylus to its tip, with +y up.
 const HandCapsule kRightHand[] = {
-    {{0.002, -0.006, 0.036}, {0.012, -0.024, 0.078}, 0.019, 0.027},   // fingertips and fingers
-    {{0.012, -0.024, 0.078}, {0.026, -0.066, 0.100}, 0.035, 0.036},   // the back of the hand
-    {{0.026, -0.066, 0.100}, {0.076, -0.290, 0.170}, 0.031, 0.043}};  // wrist and forearm
+    {{-0.004, 0.002, 0.043}, {0.004, -0.012, 0.080}, 0.022, 0.028},   // fingertips and fingers
+    {{0.006, -0.020, 0.084}, {0.024, -0.070, 0.101}, 0.029, 0.033},   // the back of the hand
+    {{0.024, -0.072, 0.102}, {0.074, -0.352, 0.171}, 0.033, 0.050}};  // wrist and forearm
 
 }  // namespace
 

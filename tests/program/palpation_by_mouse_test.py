@@ -30,7 +30,7 @@ dwell_s = 2.0
 BAR = 17, HEIGHT - 22, 240, 3  # where the force bar lies in a window of this size
 # The pointer's way to the next place; down until the bar is looked at, and at most until it stands still: so many looks in a
 # row, within so much of it.
-GO_S, PRESS_S, LONGEST_S, STILL, MOVES = 0.12, 0.45, 0.8, 6, 0.006
+GO_S, PRESS_S, LONGEST_S, STILL, MOVES = 0.12, 0.80, 0.4, 10, 0.006
 MARK_S, AWAY_S = 3.0, 2.0
 # The organ's upper side on the screen: its middle, and where a millimetre to the right and one towards the person lead; px.
 # Places are named by millimetres from the middle; so far from there it is searched.
@@ -185,7 +185,12 @@ class PalpationByMouse(DeskTest):
         best = max(out, key=out.get)
         # The middle of what is hard.
         hard = {place: value for place, value in out.items() if math.dist(place, best) < SAME_MM and value > 0.5 * out[best]}
-        person.mark([sum(value * place[k] for place, value in hard.items()) / sum(hard.values()) for k in (0, 1)])
+        middle = [sum(value * place[k] for place, value in hard.items()) / sum(hard.values()) for k in (0, 1)]
+        person.mark(middle)
+        if "KEEP_PICTURES" in os.environ:
+            told = {"marked_mm": middle, "felt": [[*place, bar, out[place]] for place, bar in felt.items()]}
+            with open(os.path.join(os.environ["KEEP_PICTURES"], f"{seed}-felt.json"), "w", encoding="ascii") as file:
+                json.dump(told, file)
         self.keep(f"{seed}-marked")
         person.put_away()
         time.sleep(1.0)
