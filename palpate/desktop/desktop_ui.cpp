@@ -362,6 +362,7 @@ void DesktopUi::look(Instant<GraphicsClock> now, transport::StateLink& link,
   forces_off_ = c.forces && c.forces->state == device::ForceState::safe;
   const double asked = hits_->take_force();
   if (!forces_off_) force_.feel(t, asked);
+  force_.last(forces_off_ ? 0.0 : hits_->lasting_force());
 }
 
 std::string DesktopUi::hint(double t) const {

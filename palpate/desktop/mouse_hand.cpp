@@ -24,6 +24,8 @@ constexpr double kLift_m = 0.090;      // by the right button
 constexpr double kPressSpeed = 0.060;  // m/s: a press so slow that the tissue's viscosity is felt little
 constexpr double kThere_m = 0.005,
                  kAway_m = 0.015;  // beside the goal: it may touch; it has to go over the surface
+constexpr double kFar_m = 0.030,
+                 kRisen_m = 0.020;  // to the side: over all of it; so far below that it may set off
 constexpr double kArch = 0.5, kHighestArch_m = 0.080;  // higher by so much of the way that is left
 
 }  // namespace
@@ -105,7 +107,18 @@ Vector3 MouseHand::over_surface(const PointedSurface::Place& place) const {
   const double there = std::clamp((kAway_m - aside) / (kAway_m - kThere_m), 0.0, 1.0);
   const double height = height_ < kHover_m ? kHover_m + there * (height_ - kHover_m) : height_;
   const double lift = std::clamp(kArch * (aside - kAway_m), 0.0, kHighestArch_m) + (right_ ? kLift_m : 0.0);
-  return touching + height * place.normal + lift * settings_.up + lever;
+  return over_all(touching + height * place.normal + lift * settings_.up, position_ - lever) + lever;
+}
+
+// The tip's goal; farther away to the side than kFar_m it goes up first, and then on above all of the surface.
+Vector3 MouseHand::over_all(const Vector3& goal, const Vector3& tip) const {
+  const Vector3& up = settings_.up;
+  const Vector3 way = goal - tip, to_the_side = way - way.dot(up) * up;
+  if (to_the_side.norm() < kFar_m) return goal;
+  const double above = settings_.surface->highest() + settings_.surface->explored().tip_radius + kHover_m;
+  const double still_to_rise = above - up.dot(tip);
+  const double share = std::clamp((kRisen_m - still_to_rise) / (kRisen_m - kThere_m), 0.0, 1.0);
+  return tip + share * to_the_side + std::max(way.dot(up), still_to_rise) * up;
 }
 
 Vector3 MouseHand::wanted() const {

@@ -78,6 +78,7 @@ class MouseHand {
   Vector3 middle_of_plane() const { return settings_.home + depth_ * settings_.wheel; }
   std::optional<Vector3> on_plane(const Aim& aim) const;
   Vector3 over_surface(const PointedSurface::Place& place) const;
+  Vector3 over_all(const Vector3& goal, const Vector3& tip) const;
   Vector3 pointed_at() const;
   device::Pixel followed(const device::Pixel& pixel) const;
   void aim_at(const device::Pixel& pixel);

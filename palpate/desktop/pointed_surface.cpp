@@ -27,6 +27,7 @@ PointedSurface::PointedSurface(scene::ExploredSurface explored, const Vector3& u
     : explored_(std::move(explored)),
       up_(up),
       lowest_(lowest_along(explored_.mesh, up)),
+      highest_(-lowest_along(explored_.mesh, -up)),
       normals_(scene::vertex_normals(explored_.mesh)),
       mesh_(explored_.mesh) {}
 

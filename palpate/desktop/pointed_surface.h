@@ -25,11 +25,12 @@ class PointedSurface {
   // `along`: unit. None where the ray meets neither.
   std::optional<Place> under(const Vector3& eye, const Vector3& along) const;
   const scene::ExploredSurface& explored() const { return explored_; }
+  double highest() const { return highest_; }  // of the vertices, along `up`
 
  private:
   scene::ExploredSurface explored_;
   Vector3 up_;
-  double lowest_;  // of the vertices, along up_
+  double lowest_, highest_;  // of the vertices, along up_
   std::vector<Vector3> normals_;
   physics::CollisionMesh mesh_;
 };

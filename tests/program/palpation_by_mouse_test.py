@@ -30,13 +30,13 @@ dwell_s = 2.0
 BAR = 17, HEIGHT - 22, 240, 3  # where the force bar lies in a window of this size
 # The pointer's way to the next place; down until the bar is looked at, and at most until it stands still: so many looks in a
 # row, within so much of it.
-GO_S, PRESS_S, LONGEST_S, STILL, MOVES = 0.12, 0.80, 0.4, 10, 0.006
+GO_S, PRESS_S, LONGEST_S, STILL, MOVES = 0.12, 0.65, 0.5, 8, 0.006
 MARK_S, AWAY_S = 3.0, 2.0
 # The organ's upper side on the screen: its middle, and where a millimetre to the right and one towards the person lead; px.
 # Places are named by millimetres from the middle; so far from there it is searched.
 MIDDLE, RIGHT, NEAR = (560.0, 342.0), (1.70, -0.29), (0.22, 1.20)
-REACH_MM = 50.0, 36.0
-COARSE_MM, FINE_MM, SAME_MM = 14.0, 8.0, 15.0
+REACH_MM = 47.0, 34.0
+COARSE_MM, FINE_MM, SAME_MM = 16.0, 8.0, 15.0
 READY_S = 90.0
 SCREEN = 0, 100, WIDTH, 560
 
@@ -89,7 +89,7 @@ class Person:
             felt.append(self.bar())
             time.sleep(0.02)
         self.desktop.button(1, False)
-        return felt[-1]
+        return min(felt[-STILL:])
 
     def mark(self, place):
         self.go(place)
@@ -153,7 +153,7 @@ class PalpationByMouse(DeskTest):
     def opens(self, seed):
         self.open_desktop(WIDTH, HEIGHT)
         play = self.start("play", "--app", "palpation", "--camera", "images:desk", "--settings", self.settings, "--seed", seed,
-                          "--json", f"figures{seed}.json")
+                          "--quality", "low", "--json", f"figures{seed}.json")
         wait_until(lambda: play.ended() or self.desktop.window("Palpate") is not None, "the window opens")
         self.assertFalse(play.ended(), play.lines())
         window = self.desktop.window("Palpate")
@@ -172,15 +172,23 @@ class PalpationByMouse(DeskTest):
         person = Person(self.desktop, window)
         self.keep(f"{seed}-begin")
         felt = {}
-        for place in filter(in_reach, around((0.0, 0.0), 4, COARSE_MM)):
-            if (bar := person.press(place)) > BARELY:
-                felt[place] = bar
+
+        def feel(places):
+            """What disturbs a press makes the bar longer: of several presses of a place the shortest counts."""
+            for place in places:
+                if (bar := person.press(place)) > BARELY:
+                    felt[place] = min(bar, felt.get(place, 1.0))
+
+        def hardest(count):
+            out = beyond_trend(felt)
+            return sorted(out, key=out.get, reverse=True)[:count]
+        feel(filter(in_reach, around((0.0, 0.0), 4, COARSE_MM)))
+        feel(hardest(4))
+        feel(hardest(3))
         self.keep(f"{seed}-felt")
-        out = beyond_trend(felt)
-        best = max(out, key=out.get)
-        for place in around(best, 1, FINE_MM):
-            if (bar := person.press(place)) > BARELY:
-                felt[place] = bar
+        best = hardest(1)[0]
+        feel(place for place in around(best, 1, FINE_MM) if math.dist(place, best) < 1.2 * FINE_MM)
+        feel(hardest(3))
         out = beyond_trend(felt)
         best = max(out, key=out.get)
         # The middle of what is hard.
