@@ -8,6 +8,7 @@ TRIES=N: so many (10). KEEP_PICTURES=FOLDER: the screen at each step. ORGAN_CACH
 import json
 import math
 import os
+import statistics
 import time
 import unittest
 
@@ -17,6 +18,8 @@ from program import wait_until
 WIDTH, HEIGHT = 960, 720
 TRIES = int(os.environ.get("TRIES", "10"))
 WANTED_SHARE = 0.8
+LOW = 0.85  # of the typical bar: what is shorter is pressed once more
+RIM = 0.7  # of the median bar: what is shorter lies at the rim
 BARELY = 0.02  # of the bar: shorter, and nothing was pressed
 # One nodule of 16 mm, its top 5 mm deep, ten times stiffer; a minute.
 SETTINGS = """[palpation]
@@ -30,7 +33,7 @@ dwell_s = 2.0
 BAR = 17, HEIGHT - 22, 240, 3  # where the force bar lies in a window of this size
 # The pointer's way to the next place; down until the bar is looked at, and at most until it stands still: so many looks in a
 # row, within so much of it.
-GO_S, PRESS_S, LONGEST_S, STILL, MOVES = 0.12, 0.65, 0.5, 8, 0.006
+GO_S, PRESS_S, LONGEST_S, STILL, MOVES = 0.12, 0.65, 0.6, 14, 0.006
 MARK_S, AWAY_S = 3.0, 2.0
 # The organ's upper side on the screen: its middle, and where a millimetre to the right and one towards the person lead; px.
 # Places are named by millimetres from the middle; so far from there it is searched.
@@ -136,6 +139,12 @@ def beyond_trend(felt):
     return dict(zip(places, off))
 
 
+def firm(felt):
+    """Without places at the rim, which give way to the side."""
+    median = sorted(felt.values())[len(felt) // 2]
+    return {place: bar for place, bar in felt.items() if bar > RIM * median}
+
+
 class PalpationByMouse(DeskTest):
     def setUp(self):
         super().setUp()
@@ -171,32 +180,38 @@ class PalpationByMouse(DeskTest):
         play, window = self.opens(seed)
         person = Person(self.desktop, window)
         self.keep(f"{seed}-begin")
-        felt = {}
+        presses = {}
 
         def feel(places):
-            """What disturbs a press makes the bar longer: of several presses of a place the shortest counts."""
-            for place in places:
+            """Of several presses of a place the middle one counts: a busy window shows one too early, or what disturbed it."""
+            for place in list(places):
                 if (bar := person.press(place)) > BARELY:
-                    felt[place] = min(bar, felt.get(place, 1.0))
+                    presses.setdefault(place, []).append(bar)
+
+        def standing_out():
+            return beyond_trend(firm({place: statistics.median_high(bars) for place, bars in presses.items()}))
 
         def hardest(count):
-            out = beyond_trend(felt)
+            out = standing_out()
             return sorted(out, key=out.get, reverse=True)[:count]
-        feel(filter(in_reach, around((0.0, 0.0), 4, COARSE_MM)))
-        feel(hardest(4))
+        grid = list(filter(in_reach, around((0.0, 0.0), 4, COARSE_MM)))
+        feel(grid)
+        typical = statistics.median(bars[0] for bars in presses.values())
+        feel(place for place in grid if presses.get(place, [0.0])[0] < LOW * typical)
         feel(hardest(3))
+        feel(hardest(2))
         self.keep(f"{seed}-felt")
         best = hardest(1)[0]
         feel(place for place in around(best, 1, FINE_MM) if math.dist(place, best) < 1.2 * FINE_MM)
-        feel(hardest(3))
-        out = beyond_trend(felt)
+        feel(hardest(2))
+        out = standing_out()
         best = max(out, key=out.get)
         # The middle of what is hard.
         hard = {place: value for place, value in out.items() if math.dist(place, best) < SAME_MM and value > 0.5 * out[best]}
         middle = [sum(value * place[k] for place, value in hard.items()) / sum(hard.values()) for k in (0, 1)]
         person.mark(middle)
         if "KEEP_PICTURES" in os.environ:
-            told = {"marked_mm": middle, "felt": [[*place, bar, out[place]] for place, bar in felt.items()]}
+            told = {"marked_mm": middle, "felt": [[*place, statistics.median_high(bars), out.get(place, 0.0)] for place, bars in presses.items()]}
             with open(os.path.join(os.environ["KEEP_PICTURES"], f"{seed}-felt.json"), "w", encoding="ascii") as file:
                 json.dump(told, file)
         self.keep(f"{seed}-marked")
