@@ -55,7 +55,7 @@ set(PALPATE_CHECKED core record experiment record/session device scene plugin ri
 # Tests that take long have the label long; .ci/run leaves them to scripts/long. A regular expression each: hundreds of
 # repeats for statistics, long runs of what shorter tests run too, and programs whose parts are tested one by one for
 # every change: what they run together, and what strangers send them, for which the sanitizers and fuzzers look as well.
-set(PALPATE_LONG_PROGRAMS soak live_poses two_hosts forces_check clocks calibrate_live three_doors trips session_window descriptors
+set(PALPATE_LONG_PROGRAMS soak live_poses two_hosts forces_check palpation_by_mouse clocks calibrate_live three_doors trips session_window descriptors
   invariance weak_data world_values recorded_sessions recordings webcam two_eyes photon verify pixel_hand_eye sampling_board bad_tables
   psychometric full_disk slow_disk demo_stopped hostile_words hostile_wire hostile_server replays)
 list(JOIN PALPATE_LONG_PROGRAMS "|" palpate_long_programs)

@@ -4,12 +4,14 @@
 //   board_film film BOARD.toml FILE.mp4 TIMES    four seconds over the desk, so many times; in the
 //                                                last second of each it looks away
 //   board_film away BOARD.toml FILE.mp4 TIMES    the board is never seen
+//   board_film still BOARD.toml FOLDER SECONDS    a camera that stands, as `palpate camera record` writes its pictures
 #include <fmt/format.h>
 
 #include <cstdlib>
 #include <filesystem>
 #include <numbers>
 
+#include "palpate/core/file.h"
 #include "palpate/math/looking.h"
 #include "palpate/render/picture_file.h"
 #include "palpate/rig/rig.h"
@@ -73,13 +75,34 @@ int film(const device::CharucoBoard& board, const std::filesystem::path& file, i
   return 0;
 }
 
+// One picture, again and again: a recording of any length that is soon made.
+int still(const device::CharucoBoard& board, const std::filesystem::path& folder, int seconds) {
+  const vision::synthetic::CharucoCamera camera(kLens, board, 2);
+  Random random(7, "picture of a board");
+  const rig::Rig rig = rig::desk_rig(board);
+  const auto& placed = *rig.board;
+  const Vector3 middle = (placed.X_world_board * Point<Board>{board.middle()}).m;
+  const auto X = looking(middle + Vector3(0.0, 0.50, 0.50), middle + Vector3(0.03, 0.02, 0.04)).inverse() *
+                 placed.X_world_board;
+  std::string stamps = "image,time_s\n";
+  for (int i = 0; i < static_cast<int>(seconds * kRate); ++i)
+    stamps += fmt::format("desk.png,{:.3f}\n", i / kRate);
+  if (auto done = write_file(folder / "stamps.csv", stamps); !done) return fail(done.error().message);
+  if (auto done = render::write_png(folder / "desk.png", rgb_of(camera.grey(X, kNoise, random)), kLens.width,
+                                    kLens.height);
+      !done)
+    return fail(done.error().message);
+  return 0;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 5) return fail("views|film|away BOARD.toml PLACE COUNT are expected");
+  if (argc != 5) return fail("views|film|away|still BOARD.toml PLACE COUNT are expected");
   const auto board = device::read_charuco_board(argv[2]);
   if (!board) return fail(board.error().message);
   const std::string what = argv[1];
   const int count = std::atoi(argv[4]);
+  if (what == "still") return still(*board, argv[3], count);
   return what == "views" ? views(*board, argv[3], count) : film(*board, argv[3], count, what == "away");
 }

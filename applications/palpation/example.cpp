@@ -39,8 +39,12 @@ scene::SceneState example_state(const scene::SceneDescription& scene, const Pose
                 ? X_world_body.rotation
                 : X_world_body.rotation * Quaternion(Eigen::AngleAxisd(-kLean_rad, Vector3::UnitX())));
   }
+  state.counters[kPhase] = static_cast<std::int32_t>(TrialPhase::searching);
+  state.counters[kDepthUm] = static_cast<std::int32_t>(std::lround(1e6 * depth));
   state.continuous.touching = 1;
-  state.continuous.point = state.bodies[kTip].position;
+  const Vector3 touched =
+      state.bodies[kTip].p() - settings.tip_radius * (X_world_body.rotation * Vector3::UnitY());
+  state.continuous.point = {touched.x(), touched.y(), touched.z()};
   return state;
 }
 

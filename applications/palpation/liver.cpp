@@ -127,15 +127,16 @@ Pose<World, Body> resting_place(const scene::SceneDescription& scene) {
                               (shift.z() - kFromEdge_m) * table.near};
 }
 
-std::vector<Vector3> vertex_normals(const scene::TriangleMesh& mesh) {
-  std::vector<Vector3> normals(mesh.vertices.size(), Vector3::Zero());
-  for (const auto& t : mesh.triangles) {
-    const Vector3& a = mesh.vertices[t[0]];
-    const Vector3 area = (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a);
-    for (const auto corner : t) normals[corner] += area;
-  }
-  for (auto& n : normals) n.normalize();
-  return normals;
+scene::ExploredSurface explored_surface(const scene::SceneDescription& scene) {
+  const PalpationSettings settings = palpation_settings(scene);
+  const Pose<World, Body> X_world_body = resting_place(scene);
+  scene::ExploredSurface explored;
+  explored.mesh = scene::moved(pressed_mesh(scene), X_world_body.rotation, X_world_body.translation);
+  explored.tip_radius = settings.tip_radius;
+  explored.press = std::min(explored.press, settings.deepest);
+  explored.deepest = settings.deepest;
+  explored.full_force_n = settings.rules.hard_n;
+  return explored;
 }
 
 double volume_of(const scene::TriangleMesh& mesh) {

@@ -10,6 +10,8 @@
 
 #include "palpate/physics/tissue/tissue_law.h"
 #include "palpate/scene/application.h"
+#include "palpate/scene/explored_surface.h"
+#include "palpate/scene/mesh_normals.h"
 
 namespace palpate::applications::palpation {
 
@@ -28,8 +30,9 @@ scene::TriangleMesh pressed_mesh(const scene::SceneDescription& scene);
 // where the scene has no table.
 Pose<World, Body> resting_place(const scene::SceneDescription& scene);
 
-// Unit normals of the vertices, weighted by the triangles' areas.
-std::vector<Vector3> vertex_normals(const scene::TriangleMesh& mesh);
+// What a hand explores of it.
+scene::ExploredSurface explored_surface(const scene::SceneDescription& scene);
+
 double volume_of(const scene::TriangleMesh& mesh);  // m^3, of a closed mesh whose normals point outwards
 
 }  // namespace palpate::applications::palpation

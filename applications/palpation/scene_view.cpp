@@ -88,6 +88,7 @@ PalpationView::PalpationView(const scene::SceneDescription& scene)
       tip_(scene::sphere_mesh(settings_.tip_radius)),
       stylus_(scene::cylinder_mesh(Vector3::Zero(), {0.0, 0.0, kStylusLength_m}, kStylusRadius_m)),
       mark_(scene::sphere_mesh(kMarkRadius_m, 12, 24)),
+      tint_(organ_),
       revealed_(organ_, settings_) {}
 
 void PalpationView::add_nodules(const scene::SceneState& state, std::vector<scene::DrawItem>& items) const {
@@ -125,16 +126,30 @@ void PalpationView::add_marks(const scene::SceneState& state, std::vector<scene:
   }
 }
 
+scene::DrawItem PalpationView::organ_item(const scene::SceneState& state) const {
+  const auto& organ = state.bodies[kOrgan];
+  scene::DrawItem item{
+      .mesh = &seen_, .look = kLiverLook, .rotation = organ.q(), .position = organ.p(), .deforms = true};
+  if (is_shown(state) || way_ == Way::net) {
+    item.mesh = &net_;
+    item.look = kNetLook;
+  } else if (way_ == Way::strain) {
+    item.look = kStrainLook;
+    item.tint = tint_.strain(shape_.get());
+    most_strain_ = OrganTint::kFullStrain * OrganTint::largest(*item.tint);
+  } else {
+    const bool pressed = state.continuous.touching != 0;
+    item.tint = tint_.living(shape_.get(), Vector3(state.continuous.point.data()),
+                             pressed ? 1e-6 * state.counters[kDepthUm] : 0.0, settings_.tip_radius);
+  }
+  return item;
+}
+
 std::vector<scene::DrawItem> PalpationView::draw(const scene::SceneState& state) const {
   std::vector<scene::DrawItem> items;
   if (state.body_count <= kTip) return items;
   const bool shown = is_shown(state);
-  const auto& organ = state.bodies[kOrgan];
-  items.push_back({.mesh = shown ? &net_ : &seen_,
-                   .look = shown ? kNetLook : kLiverLook,
-                   .rotation = organ.q(),
-                   .position = organ.p(),
-                   .deforms = true});
+  items.push_back(organ_item(state));
   if (!tray_.triangles.empty())
     items.push_back({.mesh = &tray_,
                      .look = kTrayLook,
@@ -165,6 +180,9 @@ std::vector<std::string> PalpationView::captions(const scene::SceneState& state)
   lines.push_back(
       fmt::format("force {:.2f} N [{}{}]{}", force, std::string(static_cast<std::size_t>(full), '|'),
                   std::string(static_cast<std::size_t>(kBar - full), '.'), force > hard ? " too hard" : ""));
+  if (way_ == Way::strain && !is_shown(state))
+    lines.push_back(fmt::format("yellow: stretched by {:.0f} %; here by {:.0f} % at most",
+                                100.0 * OrganTint::kFullStrain, 100.0 * most_strain_));
   if (is_shown(state)) {
     const auto nodules = static_cast<std::int32_t>(revealed_.of(state).size());
     lines.push_back(fmt::format("found {} of {}   missed {}   false alarms {}", c[kFound], nodules,

@@ -1,6 +1,7 @@
 #include "applications/palpation/specification.h"
 
 #include "applications/palpation/example.h"
+#include "applications/palpation/liver.h"
 #include "applications/palpation/palpation.h"
 #include "applications/palpation/palpation_study.h"
 #include "applications/palpation/record.h"
@@ -29,6 +30,7 @@ scene::ApplicationSpec specification() {
                         const scene::PlayerSettings& settings) {
     return std::make_unique<Trainee>(scene, reach, settings);
   };
+  spec.explored = explored_surface;
   add_record(spec);
   spec.example_state = example_state;
   spec.example_shape = example_shape;

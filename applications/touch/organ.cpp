@@ -9,6 +9,8 @@
 #include <stdexcept>
 
 #include "applications/touch/settings.h"
+#include "applications/touch/touch.h"
+#include "palpate/scene/mesh_normals.h"
 #include "palpate/scene/ringed_mesh.h"
 #include "palpate/scene/table_frame.h"
 
@@ -74,6 +76,17 @@ Pose<World, Organ> resting_place(const scene::SceneDescription& scene, const sce
   const Vector3 shift = surface_settings(scene).shift;
   return {table.rotation, table.edge + shift.x() * table.right + (height + shift.y()) * table.up +
                               (shift.z() - kFromEdge_m) * table.near};
+}
+
+scene::ExploredSurface explored_surface(const scene::SceneDescription& scene) {
+  constexpr double kPress_m = 0.004, kFullForce_n = 3.0;
+  const Pose<World, Organ> X_world_organ = resting_place(scene, touched_mesh(scene));
+  scene::ExploredSurface explored;
+  explored.mesh = scene::moved(drawn_mesh(scene), X_world_organ.rotation, X_world_organ.translation);
+  explored.tip_radius = Settings{}.tip_radius;
+  explored.press = explored.deepest = kPress_m;
+  explored.full_force_n = kFullForce_n;
+  return explored;
 }
 
 }  // namespace palpate::applications::touch

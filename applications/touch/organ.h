@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "palpate/scene/application.h"
+#include "palpate/scene/explored_surface.h"
 
 namespace palpate::applications::touch {
 
@@ -28,5 +29,8 @@ double height_below(const scene::SceneDescription& scene, const scene::TriangleM
 // Where it rests: y up, x to the user's right, on the table shifted as the scene says. Throws
 // std::invalid_argument where the scene has no table.
 Pose<World, Organ> resting_place(const scene::SceneDescription& scene, const scene::TriangleMesh& touched);
+
+// What a hand explores of it, before it moves.
+scene::ExploredSurface explored_surface(const scene::SceneDescription& scene);
 
 }  // namespace palpate::applications::touch

@@ -1,6 +1,7 @@
 #include "applications/touch/specification.h"
 
 #include "applications/touch/explorer.h"
+#include "applications/touch/organ.h"
 #include "applications/touch/record.h"
 #include "applications/touch/scene_view.h"
 #include "applications/touch/settings.h"
@@ -25,6 +26,7 @@ scene::ApplicationSpec specification() {
                         const scene::PlayerSettings& settings) {
     return std::make_unique<Explorer>(scene, reach, settings);
   };
+  spec.explored = explored_surface;
   add_record(spec);
   return spec;
 }

@@ -45,7 +45,9 @@ Vector3 middle_of(const scene::SceneSurface& surface) {
 }  // namespace
 
 MouseHandSettings mouse_hand_settings(const scene::SceneDescription& scene, const scene::Handling& handling,
-                                      const rig::Rig& rig, const sim::config::WorldFile& world) {
+                                      const rig::Rig& rig, const sim::config::WorldFile& world,
+                                      std::optional<scene::ExploredSurface> explored) {
+  constexpr double kStylusLean = 0.67;  // rad: as a pen is held
   MouseHandSettings settings;
   const scene::Reach reach = players_reach(rig, world);
   settings.reachable = [reach](const Vector3& tip) { return reach.contains(tip); };
@@ -63,10 +65,14 @@ MouseHandSettings mouse_hand_settings(const scene::SceneDescription& scene, cons
     settings.faces = middle_of(*faced);
     settings.wheel = settings.forward;
   } else {
-    // A stylus over something that lies on the table: the pointer moves it level, the wheel up and down.
+    // A stylus over something that lies on the table: the pointer moves it level, the wheel up and down, to both
+    // ends of what the arm reaches.
     settings.lean = 0.5 * std::numbers::pi;
-    settings.wheel = -settings.up;
+    settings.wheel = settings.up;
     settings.notch = 0.004;
+    settings.farthest = 0.40;
+    settings.stylus_lean = kStylusLean;
+    if (explored) settings.surface = std::make_shared<PointedSurface>(std::move(*explored), settings.up);
   }
   // The tip in a comfortable place, what it carries where that puts it.
   settings.home = reach.home();
@@ -123,8 +129,17 @@ Expected<std::unique_ptr<DesktopUi>> DesktopUi::open_on(
     assist = std::move(*made);
   }
   ui->helped_ = assist != nullptr;
+  std::optional<scene::ExploredSurface> explored;
+  if (applications.find(scene.application) != nullptr) {
+    auto made = applications.explored(scene);
+    if (!made) return tl::unexpected(made.error());
+    explored = std::move(*made);
+  }
+  ui->explores_ = explored.has_value();
+  if (explored && explored->full_force_n > 0.0) ui->full_force_n_ = explored->full_force_n;
   ui->leader_ = std::make_unique<HandLeader>(
-      MouseHand(rig.camera->model, mouse_hand_settings(scene, handling, rig, world)), std::move(assist));
+      MouseHand(rig.camera->model, mouse_hand_settings(scene, handling, rig, world, std::move(explored))),
+      std::move(assist));
   return ui;
 }
 
@@ -212,6 +227,8 @@ KeysInUse DesktopUi::keys_in_use() const {
           .strokes = options_.mouse && helped_,
           .program = options_.mouse && options_.scripted_player,
           .view = static_cast<bool>(options_.outside),
+          .looks = static_cast<bool>(options_.next_look),
+          .explores = explores_,
           .handling = handling_};
 }
 
@@ -260,6 +277,9 @@ bool DesktopUi::obey(Key key, Instant<GraphicsClock> now, transport::StateLink& 
     case Key::view:
       from_outside_ = options_.outside && !from_outside_;
       say(from_outside_ ? "From the side. V: with your own eyes" : "", now);
+      break;
+    case Key::look:
+      say(options_.next_look ? options_.next_look().value_or("") : "There is one way to draw this", now);
       break;
     case Key::help:
       content_.help = content_.help ? std::nullopt : std::optional(keys_in_use());
@@ -342,6 +362,7 @@ void DesktopUi::look(Instant<GraphicsClock> now, transport::StateLink& link,
   forces_off_ = c.forces && c.forces->state == device::ForceState::safe;
   const double asked = hits_->take_force();
   if (!forces_off_) force_.feel(t, asked);
+  force_.last(forces_off_ ? 0.0 : hits_->lasting_force());
 }
 
 std::string DesktopUi::hint(double t) const {

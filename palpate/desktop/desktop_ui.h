@@ -40,11 +40,15 @@ struct DesktopUiOptions {
   // A frame as it is seen from the side, and the eye it is seen with; none: it cannot be turned there.
   std::function<const render::OutsidePicture&(const server::graphics::FrameRecord&)> outside;
   render::Viewpoint outside_viewpoint;
+  // Draws in the next of several ways from now on, and says in which; none: there is one way alone.
+  std::function<std::optional<std::string>()> next_look{};
 };
 
-// How the mouse moves this rig's stylus in this scene.
+// How the mouse moves this rig's stylus in this scene. `explored`: over what it leads the tip, if anything; throws
+// std::invalid_argument for a mesh that is none.
 MouseHandSettings mouse_hand_settings(const scene::SceneDescription& scene, const scene::Handling& handling,
-                                      const rig::Rig& rig, const sim::config::WorldFile& world);
+                                      const rig::Rig& rig, const sim::config::WorldFile& world,
+                                      std::optional<scene::ExploredSurface> explored = std::nullopt);
 
 class DesktopUi {
  public:
@@ -140,7 +144,7 @@ class DesktopUi {
   std::optional<std::string> refusal_seen_;
   std::optional<Instant<GraphicsClock>> refused_at_;
   double moved_px_ = 0.0;
-  bool person_plays_ = false, attended_ = false, paused_ = false, helped_ = false;
+  bool person_plays_ = false, attended_ = false, paused_ = false, helped_ = false, explores_ = false;
 };
 
 }  // namespace palpate::desktop

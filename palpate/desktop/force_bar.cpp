@@ -1,5 +1,6 @@
 #include "palpate/desktop/force_bar.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace palpate::desktop {
@@ -12,8 +13,8 @@ void ForceBar::feel(double t, double newton) {
 
 double ForceBar::level(double t) const {
   const double since = t - at_;
-  if (since <= kHold_s) return peak_;
-  return peak_ * std::exp(-(since - kHold_s) / kFall_s);
+  const double fallen = since <= kHold_s ? peak_ : peak_ * std::exp(-(since - kHold_s) / kFall_s);
+  return std::max(fallen, lasting_);
 }
 
 }  // namespace palpate::desktop

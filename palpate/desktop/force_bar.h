@@ -1,5 +1,5 @@
 // The force that a hand on the arm would feel, for a person who has none: a bar that jumps up with a force,
-// holds its peak long enough to be read, and falls.
+// holds its peak long enough to be read, and falls. A force that lasts it shows as it is.
 //
 // Newtons and seconds of any steady clock. Pure; one thread.
 #pragma once
@@ -14,13 +14,17 @@ class ForceBar {
   // The force at `t`, or the largest since the last call.
   void feel(double t, double newton);
 
-  double level(double t) const;               // N, what the bar shows
-  double last_peak() const { return peak_; }  // N, of the latest rise
+  // The force that lasts, from now on; 0: none.
+  void last(double newton) { lasting_ = newton; }
+
+  double level(double t) const;  // N, what the bar shows
+  // N, of the latest rise, or what lasts.
+  double last_peak() const { return lasting_ > 0.0 ? lasting_ : peak_; }
   // Where something is felt now or has just been.
-  bool shows(double t) const { return level(t) > 0.02 * peak_; }
+  bool shows(double t) const { return level(t) > 0.02 * last_peak(); }
 
  private:
-  double peak_ = 0.0, at_ = -1e9;
+  double peak_ = 0.0, at_ = -1e9, lasting_ = 0.0;
 };
 
 }  // namespace palpate::desktop

@@ -45,5 +45,19 @@ TEST(ForceBar, TakesNoForceThatIsNoNumber) {
   EXPECT_EQ(bar.level(1.0), 0.0);
 }
 
+TEST(ForceBar, ShowsAForceThatLastsAsItIs) {
+  ForceBar bar;
+  bar.last(0.3);
+  EXPECT_DOUBLE_EQ(bar.level(1.0), 0.3);
+  bar.last(0.2);
+  EXPECT_DOUBLE_EQ(bar.level(1.001), 0.2) << "no peak of it is held";
+  EXPECT_DOUBLE_EQ(bar.last_peak(), 0.2);
+  bar.feel(2.0, 4.0);  // a blow meanwhile
+  EXPECT_DOUBLE_EQ(bar.level(2.1), 4.0);
+  bar.last(0.0);
+  EXPECT_LT(bar.level(10.0), 1e-6);
+  EXPECT_DOUBLE_EQ(bar.last_peak(), 4.0);
+}
+
 }  // namespace
 }  // namespace palpate::desktop

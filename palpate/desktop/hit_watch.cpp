@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <deque>
+#include <optional>
 
 #include "palpate/desktop/hit_detector.h"
 #include "palpate/desktop/hit_sound.h"
@@ -13,7 +14,8 @@ namespace {
 
 constexpr int kRate_hz = 1000;
 constexpr auto kLook = std::chrono::microseconds(500);  // twice a state: none is overtaken
-constexpr std::size_t kMostWaiting = 512;               // half a second of a force that lasts
+constexpr double kNewest = 0.03;           // of the mean of a lasting force: over some thirty states
+constexpr std::size_t kMostWaiting = 512;  // half a second of a force that lasts
 
 }  // namespace
 
@@ -44,7 +46,8 @@ void HitWatch::run() {
   struct Waiting {
     Steady::time_point due;
     Hit hit;
-    double force = 0.0;  // where it is not a hit but a force that lasts
+    double force = 0.0;             // an impact's, now
+    std::optional<double> lasting;  // a state's force that lasts
   };
   std::deque<Waiting> waiting;
   const auto raise = [this](double newton) {
@@ -60,12 +63,19 @@ void HitWatch::run() {
                                  std::chrono::duration<double>(delay_s_.load(std::memory_order_relaxed)));
       if (const auto hit = detector.look(state); hit && waiting.size() < kMostWaiting)
         waiting.push_back({due, *hit});
-      const double force = state.felt_force().norm();
-      if (force > 0.0 && waiting.size() < kMostWaiting) waiting.push_back({due, {}, force});
+      const Vector3 lasting(state.continuous.force.data());
+      const double blow = (state.felt_force() - lasting).norm();
+      if (waiting.size() < kMostWaiting) waiting.push_back({due, {}, blow, lasting.norm()});
     }
     for (; !waiting.empty() && waiting.front().due <= now; waiting.pop_front()) {
       const Waiting& one = waiting.front();
       raise(one.force);
+      if (one.lasting) {
+        const double before = lasting_.load(std::memory_order_relaxed);
+        // Told as gone when it is: what is left of a mean would be a touch that is not there.
+        lasting_.store(*one.lasting > 0.0 ? before + kNewest * (*one.lasting - before) : 0.0,
+                       std::memory_order_relaxed);
+      }
       if (one.hit.impulse <= 0.0) continue;
       (one.hit.kind == HitKind::hand ? impacts_ : bounces_).fetch_add(1, std::memory_order_relaxed);
       if (sound_) sound_->play(hit_sound(one.hit.kind, one.hit.impulse));

@@ -29,8 +29,10 @@ class HitWatch {
 
   // From a state's moment to its picture.
   void set_delay(double delay_s) { delay_s_.store(delay_s, std::memory_order_relaxed); }
-  // The largest force since the last call, N.
+  // The largest force of impacts since the last call, N.
   double take_force() { return force_.exchange(0.0, std::memory_order_relaxed); }
+  // The force that lasts: what it was in the newest states on average, some thirty, N; 0: none does.
+  double lasting_force() const { return lasting_.load(std::memory_order_relaxed); }
   std::uint64_t impacts() const { return impacts_.load(std::memory_order_relaxed); }  // on the hand
   std::uint64_t bounces() const { return bounces_.load(std::memory_order_relaxed); }  // of a body
   bool heard() const { return sound_ != nullptr; }
@@ -44,7 +46,7 @@ class HitWatch {
   std::vector<double> masses_;
   std::unique_ptr<SoundOut> sound_;
   std::atomic<bool> stop_{false};
-  std::atomic<double> delay_s_{0.0}, force_{0.0};
+  std::atomic<double> delay_s_{0.0}, force_{0.0}, lasting_{0.0};
   std::atomic<std::uint64_t> impacts_{0}, bounces_{0};
   std::thread thread_;
 };

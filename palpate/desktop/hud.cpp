@@ -19,6 +19,9 @@ int letter_size(Size framebuffer) {
 
 constexpr double kGone = 0.5;  // of the last peak: a bar lower than this is falling
 
+// Of the number beside a bar that ends there: a hundredth of it is told.
+int decimals_of(double full_n) { return full_n < 3.0 ? 2 : 1; }
+
 Colour force_colour(double share) { return share < 0.4 ? kGentle : share < 0.8 ? kStrong : kHard; }
 
 }  // namespace
@@ -30,13 +33,15 @@ std::vector<KeyHelp> key_help(const KeysInUse& uses) {
   };
   const auto& [held, plays, faces, buttons, begins] = uses.handling;
   add(uses.mouse, "Mouse", fmt::format("moves the {}: it goes where you point", held));
-  add(uses.mouse, "Wheel, Up, Down", held + (faces.empty() ? " down, up" : " farther away, nearer"));
-  add(uses.mouse, "Left, right button", buttons);
+  add(uses.mouse, "Wheel, Up, Down", held + (faces.empty() ? " up, down" : " farther away, nearer"));
+  add(uses.mouse && uses.explores, "Left, right button", "press, lift off: while held");
+  add(uses.mouse && !uses.explores, "Left, right button", buttons);
   add(!begins.empty(), "Space", begins);
   add(true, "P", "pause, go on");
   add(true, "R", "start again from zero");
   add(uses.program, "A", fmt::format("let the program {}, take the {} back", plays, held));
   add(uses.strokes, "S", "strokes by themselves, or only by pushing");
+  add(uses.looks, "L", "draw it in another way");
   add(uses.view, "V", "see it from the side, see it with your own eyes");
   add(true, "F11", "full screen");
   add(true, "?", "this list");
@@ -73,7 +78,8 @@ Canvas Hud::force_bar(const HudContent& content, int size) {
   const bool gone = content.force_n < kGone * content.last_force_n;
   lettering_->write(canvas, padding, padding, gone ? "Last force on your hand" : "Force on your hand", size,
                     kGrey);
-  const std::string newtons = fmt::format("{:.1f} N", content.last_force_n);
+  const std::string newtons =
+      fmt::format("{:.{}f} N", content.last_force_n, decimals_of(content.full_force_n));
   lettering_->write(canvas, canvas.width - padding - lettering_->width(newtons, size), padding, newtons, size,
                     gone ? kGrey : kWhite);
   const double share = std::clamp(content.force_n / content.full_force_n, 0.0, 1.0);
@@ -156,8 +162,9 @@ const std::vector<Panel>& Hud::lay_out(const HudContent& content, Size framebuff
 
   signature.clear();
   if (content.full_force_n > 0.0)
-    signature = fmt::format("{} {:.0f} {:.1f} {}", sized, 280.0 * content.force_n / content.full_force_n,
-                            content.last_force_n, content.force_n < kGone * content.last_force_n);
+    signature = fmt::format("{} {:.0f} {:.{}f} {}", sized, 280.0 * content.force_n / content.full_force_n,
+                            content.last_force_n, decimals_of(content.full_force_n),
+                            content.force_n < kGone * content.last_force_n);
   renew(kForce, signature, [&] { return force_bar(content, small); });
   put(kForce, edge, framebuffer.height - high(kForce) - edge);
 

@@ -19,6 +19,8 @@ namespace palpate::desktop {
 // What the hand, the program and the view can do here: keys that would do nothing are not listed.
 struct KeysInUse {
   bool mouse = true, strokes = true, program = true, view = true;
+  bool looks = false;     // there are several ways to draw it
+  bool explores = false;  // the mouse leads the tip over a surface and presses it
   scene::Handling handling;
 };
 

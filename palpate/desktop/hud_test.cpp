@@ -175,9 +175,12 @@ TEST(KeyHelp, SpeaksInTheWordsOfTheApplication) {
                                "spin it\nthrow up\n"));
   EXPECT_NE(does({.handling = kRacket}).find("let the program swing, take the racket back\n"),
             std::string::npos);
+  // What explores presses with its buttons.
+  EXPECT_NE(does({.explores = true}).find("stylus up, down\npress, lift off: while held\n"),
+            std::string::npos);
   // What hangs down is led from above.
   EXPECT_TRUE(does({}).starts_with(
-      "moves the stylus: it goes where you point\nstylus down, up\nturn the stylus\npause"));
+      "moves the stylus: it goes where you point\nstylus up, down\nturn the stylus\npause"));
 }
 
 TEST(Hud, BreaksLongLinesBetweenWords) {

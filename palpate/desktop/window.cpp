@@ -210,6 +210,9 @@ struct Window::Impl {
       case 's':
       case 'S':
         return input.keys.push_back(Key::strokes);
+      case 'l':
+      case 'L':
+        return input.keys.push_back(Key::look);
       case 'v':
       case 'V':
         return input.keys.push_back(Key::view);

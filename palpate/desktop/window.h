@@ -30,6 +30,7 @@ enum class Key {
   program_plays,
   strokes,
   view,
+  look,
   full_screen,
   help,
   quit,

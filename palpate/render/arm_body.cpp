@@ -4,7 +4,9 @@ namespace palpate::render {
 
 ArmBody::ArmBody(const device::PhantomLengths& lengths, const ArmShapeSettings& settings) {
   ShadedMesh all;
-  for (const ArmPart& part : arm_parts(lengths, settings)) {
+  std::vector<ArmPart> parts = arm_parts(lengths, settings);
+  parts.insert(parts.end(), settings.more.begin(), settings.more.end());
+  for (const ArmPart& part : parts) {
     const ShadedMesh mesh = shaded(part.mesh);
     const std::size_t begin = all.vertices.size();
     for (ShadedVertex vertex : mesh.vertices) {

@@ -18,7 +18,7 @@
 namespace palpate::render {
 
 enum class ArmFrame : int { base, turntable, upper, rod, forearm, stylus, marker, count };
-enum class ArmLook : int { black, metal, dark, bright, red };
+enum class ArmLook : int { black, metal, dark, bright, red, skin };
 
 struct ArmPart {
   scene::TriangleMesh mesh;
@@ -34,9 +34,10 @@ struct ArmConfiguration {
 };
 
 struct ArmShapeSettings {
-  double base_below = 0.12;       // m, from ArmBase's origin down to what the arm stands on
-  std::span<const Vector3> leds;  // m, marker frame; none: no marker is drawn
-  int segments = 20;              // round the tubes
+  double base_below = 0.12;         // m, from ArmBase's origin down to what the arm stands on
+  std::span<const Vector3> leds;    // m, marker frame; none: no marker is drawn
+  int segments = 20;                // round the tubes
+  std::span<const ArmPart> more{};  // what moves with the arm besides: the hand that holds it
 };
 
 std::vector<ArmPart> arm_parts(const device::PhantomLengths& lengths, const ArmShapeSettings& settings);

@@ -80,31 +80,46 @@ std::vector<std::uint32_t> indices_of(const scene::TriangleMesh& mesh) {
   return indices;
 }
 
+ShadedMesh with_tint(ShadedMesh mesh, const scene::Tint* tint) {
+  if (tint == nullptr) return mesh;
+  for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+    mesh.vertices[i].look = tint->shares[mesh.from.empty() ? i : mesh.from[i]];
+  return mesh;
+}
+
 }  // namespace
 
 bool takes(const scene::TriangleMesh& mesh, const scene::Shape* shape) {
   return shape != nullptr && shape->vertices() == mesh.vertices.size();
 }
 
+bool takes(const scene::TriangleMesh& mesh, const scene::Tint* tint) {
+  return tint != nullptr && tint->shares.size() == mesh.vertices.size();
+}
+
 const CachedBody& BodyCache::body(const scene::TriangleMesh& mesh,
-                                  const std::shared_ptr<const scene::Shape>& shape) {
-  const bool deformed = takes(mesh, shape.get());
-  CachedBody& known = bodies_[{&mesh, deformed}];
+                                  const std::shared_ptr<const scene::Shape>& shape,
+                                  const std::shared_ptr<const scene::Tint>& tint) {
+  const bool deformed = takes(mesh, shape.get()), tinted = takes(mesh, tint.get());
+  CachedBody& known = bodies_[{&mesh, deformed, tinted}];
   known.last_used = picture_;
   const bool same_mesh = known.version == mesh.version.number();
-  if (same_mesh && (!deformed || known.shape == shape)) return known;
+  const bool same_tint = !tinted || known.tint == tint;
+  if (same_mesh && same_tint && (!deformed || known.shape == shape)) return known;
   known.version = mesh.version.number();
+  const scene::Tint* shares = tinted ? tint.get() : nullptr;
   if (!deformed) {
-    known.buffer.upload(shaded(mesh));
+    known.buffer.upload(with_tint(shaded(mesh), shares));
   } else if (mesh.triangles.empty()) {
     if (known.spacing == 0.0) known.spacing = spacing_of(*shape);
     known.buffer.upload(squares_of(*shape, kOverlap * known.spacing));
   } else if (same_mesh) {
-    known.buffer.upload_vertices(vertices_of(*shape));
+    known.buffer.upload_vertices(with_tint({vertices_of(*shape), {}}, shares).vertices);
   } else {
-    known.buffer.upload({vertices_of(*shape), indices_of(mesh)});
+    known.buffer.upload(with_tint({vertices_of(*shape), indices_of(mesh)}, shares));
   }
   if (deformed) known.shape = shape;
+  if (tinted) known.tint = tint;
   // What deforms keeps its triangles, and comparing these is far quicker than looking for open edges.
   if (known.triangles != mesh.triangles) {
     known.triangles = mesh.triangles;

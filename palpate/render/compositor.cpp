@@ -164,13 +164,23 @@ struct Compositor::Impl {
         .set("eye", Vector3f(eye.cast<float>()))
         .set("ground", Vector4f(0, 1, 0, 1e3f))
         .set("ground_colour", Vector3f(0.16f, 0.18f, 0.20f))
-        .set("shaded_by", Vector2f(1, 1));
+        .set("shaded_by", Vector2f(1, 1))
+        .set("tinted", 0.0f)
+        .set("above", Vector3f(Vector3f::Zero()))
+        .set("below", Vector3f(Vector3f::Zero()));
     set_light(item, settings.light);
     scene.use_maps(item);
   }
   void set_look(const scene::Look& look) {
     item.set("albedo", Vector3f(look.colour[0], look.colour[1], look.colour[2]))
         .set("surface", Vector3f(look.mirror, look.mirror_edge, look.gloss));
+  }
+
+  void set_tint(const scene::DrawItem& it) {
+    const bool tinted = takes(*it.mesh, it.tint.get());
+    item.set("tinted", tinted ? 1.0f : 0.0f);
+    if (tinted)
+      item.set("above", Vector3f(it.tint->above.data())).set("below", Vector3f(it.tint->below.data()));
   }
 
   // Plane of the surface below a thing, if any: the one whose front it is nearest to.
@@ -192,6 +202,7 @@ struct Compositor::Impl {
     use_item(to_clip, eye);
     for (const PlacedBody& it : scene.virtual_bodies()) {
       set_look(it.item->look);
+      set_tint(*it.item);
       item.set("to_world", it.X_world_mesh).set("ground", ground_below(it.item->position));
       (it.body->closed ? glEnable : glDisable)(GL_CULL_FACE);
       it.body->buffer.draw();

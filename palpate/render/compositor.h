@@ -18,6 +18,7 @@
 #include "palpate/core/expected.h"
 #include "palpate/device/camera_model.h"
 #include "palpate/device/devices.h"
+#include "palpate/device/holding_hand.h"
 #include "palpate/render/arm_shape.h"
 #include "palpate/render/room_light.h"
 #include "palpate/scene/application.h"
@@ -34,10 +35,11 @@ struct RealBody {
 
 // What is known of the real things in view.
 struct RealScene {
-  std::vector<scene::SceneSurface> surfaces;  // table, wall, ...
-  std::optional<ArmConfiguration> arm;        // at the moment of the image
-  std::vector<Vector3> marker_leds;           // m, marker frame: the stylus carries its plate
-  double arm_base_below = 0.12;               // m, ArmBase origin above what the arm stands on
+  std::vector<scene::SceneSurface> surfaces;             // table, wall, ...
+  std::optional<ArmConfiguration> arm;                   // at the moment of the image
+  std::vector<Vector3> marker_leds;                      // m, marker frame: the stylus carries its plate
+  device::HoldingHand hand = device::HoldingHand::none;  // that holds its stylus; hides as the arm does
+  double arm_base_below = 0.12;                          // m, ArmBase origin above what the arm stands on
   std::vector<RealBody> bodies;
   // What stands round them in a view from outside, to be seen and no more: it hides nothing virtual, throws
   // no shadow and takes none. Eyes with an image do not see it.

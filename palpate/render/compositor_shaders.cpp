@@ -75,10 +75,13 @@ void main() {
 const char* const kSolidVertex = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
+layout(location = 2) in float look;
 uniform mat4 to_clip, to_world;
 invariant gl_Position;
 out vec3 p, n;
+out float share;             // of a tint
 void main() {
+  share = look;
   vec4 w = to_world * vec4(position, 1.0);
   p = w.xyz;
   n = mat3(to_world) * normal;
@@ -97,7 +100,10 @@ uniform vec3 surface;        // mirror straight, mirror at the edge, lamp's imag
 uniform vec4 ground;         // plane of the nearest real surface and the light it sends back
 uniform vec3 ground_colour;
 uniform vec2 shaded_by;      // real bodies, virtual ones: 0 or 1
+uniform float tinted;        // 0 or 1
+uniform vec3 above, below;   // colours that take the place of albedo
 in vec3 p, n;
+in float share;
 out vec4 colour;
 void main() {
   vec3 m = normalize(n), v = normalize(eye - p);
@@ -106,12 +112,14 @@ void main() {
   float edge = 1.0 - abs(towards);
   edge *= edge;
   edge *= edge;
+  vec3 tint = share > 0.0 ? above : below;
+  vec3 own = mix(albedo, tint, tinted * min(abs(share), 1.0));
   // A surface close by takes some of the room's light and gives its own colour back.
   float height = max(dot(ground, vec4(p, 1.0)), 0.0);
   float facing = max(-dot(ground.xyz, m), 0.0);
   float near = facing / (1.0 + 60.0 * height);
   float lamp_share = mix(1.0, seen_past_real(p, m), shaded_by.x) * mix(1.0, seen_past_virtual(p, m), shaded_by.y);
-  vec3 light = lit(albedo, p, m, lamp_share, 1.0 - 0.75 * near) + albedo * ground_colour * (0.9 * facing / (1.0 + 12.0 * height));
+  vec3 light = lit(own, p, m, lamp_share, 1.0 - 0.75 * near) + own * ground_colour * (0.9 * facing / (1.0 + 12.0 * height));
   float room = ambient * clamp(0.7 + 0.6 * m.y, 0.3, 1.0);
   light += (surface.x + surface.y * edge) * room + surface.z * gloss(p, m, eye, lamp_share);
   colour = vec4(encode(light), 1.0);

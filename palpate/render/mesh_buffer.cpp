@@ -64,6 +64,7 @@ ShadedMesh shaded(const scene::TriangleMesh& mesh, double crease_deg) {
       if (vertex == none) {
         vertex = static_cast<std::uint32_t>(result.vertices.size());
         result.vertices.push_back({{p.x(), p.y(), p.z()}, {n.x(), n.y(), n.z()}});
+        result.from.push_back(v);
         next.push_back(first[at]);
         first[at] = vertex;
       }

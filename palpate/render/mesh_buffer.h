@@ -16,12 +16,13 @@ namespace palpate::render {
 struct ShadedVertex {
   float position[3];
   float normal[3];
-  float look = 0.0f;  // which of its looks a body of several shows here
+  float look = 0.0f;  // which of its looks a body of several shows here; of one with a tint its share
 };
 
 struct ShadedMesh {
   std::vector<ShadedVertex> vertices;
   std::vector<std::uint32_t> indices;  // three per triangle
+  std::vector<std::uint32_t> from{};   // the mesh's vertex of each of these; empty: the same
 };
 
 // Areas weigh the normals.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "palpate/render/hand_shape.h"
+
 namespace palpate::render {
 namespace {
 
@@ -46,10 +48,10 @@ PlacedBody placed(BodyCache& cache, const scene::TriangleMesh& mesh, const Quate
                   const Vector3& position, const scene::DrawItem* item) {
   Matrix4f X = Matrix4f::Identity();
   if (item != nullptr && takes(mesh, item->shape.get())) {  // in World already
-    const CachedBody& body = cache.body(mesh, item->shape);
+    const CachedBody& body = cache.body(mesh, item->shape, item->tint);
     return {&body, X, item, box_of(body.buffer, X)};
   }
-  const CachedBody& body = cache.body(mesh);
+  const CachedBody& body = item != nullptr ? cache.body(mesh, {}, item->tint) : cache.body(mesh);
   X.topLeftCorner<3, 3>() = rotation.toRotationMatrix().cast<float>();
   X.topRightCorner<3, 1>() = position.cast<float>();
   return {&body, X, item, box_of(body.buffer, X)};
@@ -70,11 +72,13 @@ void PictureScene::set_arm(const RealScene& real) {
   if (!has_arm_) return;
   const auto& lengths = real.arm->lengths;
   if (!arm_ || lengths.l1 != arm_lengths_.l1 || lengths.l2 != arm_lengths_.l2 ||
-      arm_leds_ != real.marker_leds || arm_base_below_ != real.arm_base_below) {
+      arm_leds_ != real.marker_leds || arm_base_below_ != real.arm_base_below || arm_hand_ != real.hand) {
     arm_lengths_ = lengths;
     arm_leds_ = real.marker_leds;
     arm_base_below_ = real.arm_base_below;
-    ArmShapeSettings shape{.base_below = arm_base_below_, .leds = arm_leds_, .segments = 20};
+    arm_hand_ = real.hand;
+    const std::vector<ArmPart> hand = coarse_hand_parts(arm_hand_);
+    ArmShapeSettings shape{.base_below = arm_base_below_, .leds = arm_leds_, .segments = 20, .more = hand};
     arm_ = std::make_unique<ArmBody>(lengths, shape);
     shape.segments = 8;
     arm_coarse_ = std::make_unique<ArmBody>(lengths, shape);

@@ -79,6 +79,7 @@ class PictureScene {
   device::PhantomLengths arm_lengths_;
   std::vector<Vector3> arm_leds_;
   double arm_base_below_ = 0.0;
+  device::HoldingHand arm_hand_ = device::HoldingHand::none;
 };
 
 }  // namespace palpate::render

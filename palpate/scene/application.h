@@ -121,6 +121,11 @@ class SceneView {
  public:
   virtual ~SceneView() = default;
   virtual std::vector<DrawItem> draw(const SceneState& state) const = 0;
+  // The surface that deforms, as it is in the pictures drawn from now on; null: it is not known, or there is none.
+  virtual void set_shape(const std::shared_ptr<const Shape>& /*shape*/) {}
+  // Ways in which it can be drawn, as a person calls them, the usual one first; empty: there is one.
+  virtual std::vector<std::string> looks() const { return {}; }
+  virtual void set_look(std::size_t /*which*/) {}
   // The state carried on by `ahead`, for a picture of the near future. Bodies move on steadily; an
   // application whose bodies fall or meet others says so itself, and never guesses beyond a contact.
   virtual SceneState predict(const SceneState& state, Duration ahead) const {

@@ -40,6 +40,16 @@ auto guarded(const std::string& name, const char* part, const Make& make, const 
   }
 }
 
+// One that can be pointed at.
+bool is_mesh(const TriangleMesh& mesh) {
+  return !mesh.triangles.empty() &&
+         std::all_of(mesh.vertices.begin(), mesh.vertices.end(),
+                     [](const auto& v) { return v.allFinite(); }) &&
+         std::all_of(mesh.triangles.begin(), mesh.triangles.end(), [&mesh](const auto& t) {
+           return std::all_of(t.begin(), t.end(), [&mesh](auto i) { return i < mesh.vertices.size(); });
+         });
+}
+
 // "--long-name", in lower-case letters, digits and '-'.
 bool is_option(std::string_view name) { return name.starts_with("--") && is_name(name.substr(2)); }
 
@@ -208,6 +218,18 @@ Expected<std::unique_ptr<InputAssist>> ApplicationRegistry::make_input_assist(
   if (!spec) return tl::unexpected(spec.error());
   if (!(*spec)->make_input_assist) return nullptr;
   return guarded((*spec)->name, "help for the mouse", (*spec)->make_input_assist, scene, reach, settings);
+}
+
+Expected<std::optional<ExploredSurface>> ApplicationRegistry::explored(const SceneDescription& scene) const {
+  const auto spec = ready(scene);
+  if (!spec) return tl::unexpected(spec.error());
+  if (!(*spec)->explored) return std::optional<ExploredSurface>();
+  auto made = guarded((*spec)->name, "surface to explore",
+                      [&] { return std::optional<ExploredSurface>((*spec)->explored(scene)); });
+  if (made && !is_mesh((*made)->mesh))
+    return refused("{}: its surface to explore is no mesh; triangles of finite vertices are expected",
+                   (*spec)->name);
+  return made;
 }
 
 Expected<std::unique_ptr<PlayRecord>> ApplicationRegistry::make_record(const SceneDescription& scene) const {

@@ -21,6 +21,7 @@
 #include "palpate/scene/application.h"
 #include "palpate/scene/application_option.h"
 #include "palpate/scene/application_study.h"
+#include "palpate/scene/explored_surface.h"
 #include "palpate/scene/play_record.h"
 #include "palpate/scene/play_report.h"
 #include "palpate/scene/player.h"
@@ -71,6 +72,9 @@ struct ApplicationSpec {
   // Helps a person who plays with the mouse; empty: there is no need of it.
   std::function<std::unique_ptr<InputAssist>(const SceneDescription&, const Reach&, const PlayerSettings&)>
       make_input_assist{};
+  // What a hand explores with the tip, where it does so: the mouse then leads the tip over it and presses with a
+  // button. Empty: the mouse leads what is held over a plane.
+  std::function<ExploredSurface(const SceneDescription&)> explored{};
 
   // For those who look at a play afterwards; each may be left out.
   std::vector<PlayTable> tables{};  // what the record adds to raw/
@@ -131,6 +135,8 @@ class ApplicationRegistry {
   // Null where it has no need of one.
   Expected<std::unique_ptr<InputAssist>> make_input_assist(const SceneDescription& scene, const Reach& reach,
                                                            const PlayerSettings& settings) const;
+  // None where there is nothing to explore. Refused where its mesh is none.
+  Expected<std::optional<ExploredSurface>> explored(const SceneDescription& scene) const;
   // One that keeps nothing where the application has no record of its own.
   Expected<std::unique_ptr<PlayRecord>> make_record(const SceneDescription& scene) const;
   // With the stylus there, at rest.

@@ -179,6 +179,29 @@ TEST(ApplicationRegistry, APlayerMayBeMissingAndSoMayHelp) {
   EXPECT_EQ(*help, nullptr);
 }
 
+TEST(ApplicationRegistry, WhatIsExploredMayBeMissingAndIsAMesh) {
+  ApplicationRegistry registry;
+  registry.add(guest("still"));
+  const auto nothing = registry.explored(scene_of("still"));
+  ASSERT_TRUE(nothing) << nothing.error().message;
+  EXPECT_FALSE(*nothing);
+  auto spec = guest("other");
+  ExploredSurface surface;
+  spec.explored = [&surface](const SceneDescription&) { return surface; };
+  registry.add(spec);
+  const auto words = [&registry] {
+    const auto made = registry.explored(scene_of("other"));
+    return made ? std::string() : made.error().message;
+  };
+  const std::string no_mesh =
+      "other: its surface to explore is no mesh; triangles of finite vertices are expected";
+  EXPECT_EQ(words(), no_mesh);
+  surface.mesh = sphere_mesh(0.05);
+  EXPECT_EQ(words(), "");
+  surface.mesh.triangles.push_back({0, 1, 1'000'000});
+  EXPECT_EQ(words(), no_mesh);
+}
+
 TEST(ApplicationRegistry, TakesTablesOfRawAlone) {
   for (const std::string file : {"", ".csv", "a.txt", "../summary.csv", "raw/a.csv"}) {
     ApplicationRegistry registry;

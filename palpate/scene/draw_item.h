@@ -24,6 +24,14 @@ struct Look {
   bool operator==(const Look&) const = default;
 };
 
+// Other colours for a part of a mesh: veins, marks of wear, values on a scale.
+struct Tint {
+  // Of each of the mesh's vertices, in their order, -1 to 1: so much of `above` (where it is positive) or of `below`
+  // (negative) takes the place of the look's colour. Where there are not as many as vertices, none counts.
+  std::vector<float> shares;
+  std::array<float, 3> above{}, below{};  // as Look::colour
+};
+
 // A mesh at a place, World, m.
 struct DrawItem {
   // Owned by the application's scene view, lives as long as it. Who changes its vertices raises its version.
@@ -44,6 +52,8 @@ struct DrawItem {
   // A mesh without triangles is then shown as a small square at each vertex.
   // Not changed by anyone any more.
   std::shared_ptr<const Shape> shape{};
+  // Not changed by anyone any more; whoever wants others brings another.
+  std::shared_ptr<const Tint> tint{};
 };
 
 // Gives the newest known shape to the items that deform.

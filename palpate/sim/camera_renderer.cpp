@@ -14,6 +14,7 @@
 #include "palpate/sim/internal/camera_shaders.h"
 #include "palpate/sim/internal/grain.h"
 #include "palpate/sim/internal/picture_tiles.h"
+#include "palpate/sim/internal/true_hand.h"
 #include "palpate/sim/lens_rays.h"
 #include "palpate/sim/sensor_noise.h"
 
@@ -74,6 +75,7 @@ struct CameraRenderer::Impl {
   device::PhantomLengths arm_lengths;
   std::vector<Vector3> arm_leds;
   double arm_foot = 0.0;
+  TrueHand arm_hand;
   std::unique_ptr<render::ArmBody> arm_body, arm_shadow_body;
   std::optional<std::array<Vector3, 4>> floor_table;  // none drawn yet
   render::Target boards{512, 512, render::Format::rgb8, false};
@@ -96,14 +98,18 @@ struct CameraRenderer::Impl {
     // The arm stands on the table.
     const double foot = std::max(0.0, (view.X_world_base.translation - top.corner).dot(normal(top)));
     if (!arm_body || view.lengths.l1 != arm_lengths.l1 || view.lengths.l2 != arm_lengths.l2 ||
-        view.marker_leds != arm_leds || std::abs(foot - arm_foot) > 1e-9) {
+        view.marker_leds != arm_leds || !(view.hand == arm_hand) || std::abs(foot - arm_foot) > 1e-9) {
       arm_lengths = view.lengths;
       arm_leds = view.marker_leds;
       arm_foot = foot;
+      arm_hand = view.hand;
+      const auto hand = true_hand_parts(arm_hand);
       arm_body = std::make_unique<render::ArmBody>(
-          arm_lengths, render::ArmShapeSettings{.base_below = foot, .leds = arm_leds, .segments = 24});
+          arm_lengths,
+          render::ArmShapeSettings{.base_below = foot, .leds = arm_leds, .segments = 24, .more = hand});
       arm_shadow_body = std::make_unique<render::ArmBody>(
-          arm_lengths, render::ArmShapeSettings{.base_below = foot, .leds = arm_leds, .segments = 8});
+          arm_lengths,
+          render::ArmShapeSettings{.base_below = foot, .leds = arm_leds, .segments = 8, .more = hand});
     }
   }
 

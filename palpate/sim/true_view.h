@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "palpate/device/camera_model.h"
+#include "palpate/device/holding_hand.h"
 #include "palpate/device/phantom.h"
 #include "palpate/math/pose.h"
 
@@ -23,6 +24,15 @@ struct RealBall {  // a ball somebody has put there: what a virtual one at its p
   double radius = 0.020;
 };
 
+// The person's hand at the stylus, if it is seen; people's differ.
+struct TrueHand {
+  device::HoldingHand side = device::HoldingHand::none;
+  double size = 1.0;   // over the median's
+  double along = 0.0;  // m, further up the handle
+  double roll = 0.0;   // rad, about the handle
+  bool operator==(const TrueHand&) const = default;
+};
+
 struct TrueView {
   device::CameraModel lens;
   Pose<World, CameraOptical> X_world_camera;
@@ -35,6 +45,7 @@ struct TrueView {
   Vector3 theta = Vector3::Zero(), gimbal = Vector3::Zero();
   Pose<Tip, TipMarker> X_tip_marker;
   std::vector<Vector3> marker_leds;
+  TrueHand hand;
   std::optional<Pose<World, Board>> board;  // a chessboard with 10 x 7 squares (9 x 6 inner corners)
   double board_square = 0.025;
   double noise_sd = 0.0;         // grey levels of 255

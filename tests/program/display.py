@@ -113,8 +113,11 @@ class Desktop:
         self.button(number, True)
         self.button(number, False)
 
-    def picture(self, window=None):
+    def picture(self, window=None, box=None):
+        """Of all of it, or of `box` alone: x, y, width, height."""
         drawable = window or self.root
-        geometry = drawable.get_geometry()
-        image = drawable.get_image(0, 0, geometry.width, geometry.height, X.ZPixmap, 0xffffffff)
-        return Picture(geometry.width, geometry.height, image.data)
+        if box is None:
+            geometry = drawable.get_geometry()
+            box = 0, 0, geometry.width, geometry.height
+        image = drawable.get_image(*box, X.ZPixmap, 0xffffffff)
+        return Picture(box[2], box[3], image.data)

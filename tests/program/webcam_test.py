@@ -1,13 +1,11 @@
 """A desk, a webcam, a printed board and a mouse, as a person meets them: from the page to a game in a window."""
 import json
 import os
-import subprocess
 import unittest
 
-from display import Desktop
-from program import ProgramTest, wait_until
+from desk import DeskTest
+from program import wait_until
 
-FILM = os.environ["BOARD_FILM"]
 LENS = {"fx": 610.0, "fy": 611.0, "cx": 322.0, "cy": 236.0}  # of tests/board_film.cpp
 NOT_SEEN = "of its 24 corners are seen"
 
@@ -27,31 +25,7 @@ def grey(red, green, blue):
     return 10 < red < 250 and abs(red - green) < 12 and abs(green - blue) < 12
 
 
-class Webcam(ProgramTest):
-    _rig = None
-
-    def film(self, *arguments):
-        subprocess.run([FILM, *map(str, arguments)], check=True, cwd=self.folder)
-
-    def make_rig(self):
-        """board.pdf, board.toml and desk.rig.toml with a calibrated lens; made once."""
-        if Webcam._rig is None:
-            self.runs("board", "--out", "board.pdf")
-            self.runs("rig", "webcam", "desk.rig.toml", "--board", "board.toml")
-            os.mkdir(self.path("views"))
-            self.film("views", "board.toml", "views", 12)
-            done = self.runs("calibrate", "camera", "--images", self.path("views", "*.png"), "--board", "board.toml", "--rig", "desk.rig.toml", "--json", "-")
-            Webcam._lens = json.loads(done.out)
-            Webcam._rig, Webcam._board, Webcam._pdf = self.read("desk.rig.toml"), self.read("board.toml"), self.read("board.pdf")
-        self.write("desk.rig.toml", Webcam._rig)
-        self.write("board.toml", Webcam._board)
-
-    def open_desktop(self):
-        self.desktop = Desktop()
-        self.addCleanup(self.desktop.close)
-        self.environment.update(DISPLAY=self.desktop.name)
-        self.environment.pop("WAYLAND_DISPLAY", None)
-
+class Webcam(DeskTest):
     def sees(self, condition, what):
         wait_until(lambda: self.play.ended() or condition(), what)
         self.assertFalse(self.play.ended(), f"{what}: {self.play.lines()}")
@@ -60,11 +34,11 @@ class Webcam(ProgramTest):
 
     def test_from_the_printer_to_a_game(self):
         self.make_rig()
-        self.assertTrue(Webcam._pdf.startswith(b"%PDF-1.4") and Webcam._pdf.endswith(b"%%EOF\n"))
-        self.assertIn(b'dictionary = "4x4_50"', Webcam._board)
-        self.assertLess(Webcam._lens["rms_px"], 0.3)
+        self.assertTrue(DeskTest._pdf.startswith(b"%PDF-1.4") and DeskTest._pdf.endswith(b"%%EOF\n"))
+        self.assertIn(b'dictionary = "4x4_50"', DeskTest._board)
+        self.assertLess(DeskTest._lens["rms_px"], 0.3)
         for key, truth in LENS.items():  # 1.5 px: what 12 views with 0.05 px of noise leave open, twice
-            self.assertLess(abs(Webcam._lens[key] - truth), max(1.5, 4 * Webcam._lens["std"][key]), key)
+            self.assertLess(abs(DeskTest._lens[key] - truth), max(1.5, 4 * DeskTest._lens["std"][key]), key)
         self.assertIn("complete", self.runs("rig", "check", "desk.rig.toml").out)
         self.film("film", "board.toml", "desk.mp4", 12)
         self.open_desktop()

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "palpate/core/child_report.h"
 #include "palpate/core/file.h"
 #include "palpate/core/json.h"
@@ -20,7 +22,7 @@ namespace {
 
 struct GraphicsOptions {
   std::string rig = "rig.toml", world, json, tracker, publish, camera = "lab", right_camera,
-              quality = "medium", lab = "lab";
+              quality = "medium", hand = "none", lab = "lab";
   CameraOptions camera_options;
   RecordOptions record;
   std::vector<std::string> tools;
@@ -71,6 +73,12 @@ void add_picture_options(CLI::App& command, GraphicsOptions& options) {
   command.add_option(
       "--mesh", options.process.mesh,
       "The mesh file that the application uses, where it is not on the physics server's machine");
+  command
+      .add_option(
+          "--hand", options.hand,
+          "The hand that holds the arm's stylus and that the camera sees: right or left; virtual things "
+          "behind it are not drawn over it")
+      ->capture_default_str();
   command.add_option("--quality", options.quality, "Of the picture: low, medium or high")
       ->capture_default_str();
   command.add_flag("--player", options.process.player, "Let the scripted player hold the stylus");
@@ -185,6 +193,10 @@ Expected<void> choose_picture(GraphicsOptions& options) {
   const auto quality = render::parse_quality(options.quality);
   if (!quality) return tl::unexpected(quality.error());
   options.process.quality = *quality;
+  const auto hands = device::holding_hand_words();
+  if (std::find(hands.begin(), hands.end(), options.hand) == hands.end())
+    return wrong_use("--hand '{}': none, right or left is expected", excerpt(options.hand));
+  options.process.hand = device::holding_hand_of(options.hand);
   return {};
 }
 

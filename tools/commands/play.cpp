@@ -6,7 +6,6 @@
 
 #include "palpate/core/file.h"
 #include "palpate/core/json.h"
-#include "palpate/core/text.h"
 #include "palpate/desktop/window.h"
 #include "tools/commands/camera_options.h"
 #include "tools/commands/command.h"
@@ -23,14 +22,19 @@ struct PlayArguments {
   std::string rig = "desk.rig.toml", camera = "v4l2", quality = "medium", monitor, json;
   CameraOptions camera_options;
   RecordOptions record;
+  SettingsOptions settings;
   demo::DeskPlayOptions play;
 };
 
 Expected<void> play(PlayArguments& options) {
   options.play.graphics.applications = known_applications();
-  if (options.play.graphics.applications.find(options.play.application) == nullptr)
-    return wrong_use("--app {}: not known; `palpate apps` lists the applications there are",
-                     excerpt(options.play.application));
+  auto chosen = world_of("", options.play.graphics.applications);
+  if (!chosen) return tl::unexpected(chosen.error());
+  if (auto fine = apply(options.settings, options.play.graphics.applications, options.play.application,
+                        chosen->settings);
+      !fine)
+    return fine;
+  options.play.settings = std::move(chosen->settings);
   const auto quality = render::parse_quality(options.quality);
   if (!quality) return tl::unexpected(quality.error());
   if (!options.monitor.empty()) {
@@ -82,6 +86,8 @@ void add_play(CLI::App& program) {
       ->capture_default_str();
   add_camera_options(*command, options->camera_options);
   add_application_option(*command, options->play.application);
+  add_settings_options(*command, options->settings, known_applications());
+  command->add_option("--seed", options->play.seed, "Seed of the application")->capture_default_str();
   command->add_option("--quality", options->quality, "Of the picture: low, medium or high")
       ->capture_default_str();
   command

@@ -9,7 +9,9 @@
 
 #include "palpate/core/child_process.h"
 #include "palpate/core/file.h"
+#include "palpate/core/log.h"
 #include "palpate/core/run_directory.h"
+#include "palpate/core/stop_signal.h"
 #include "palpate/transport/local_endpoint.h"
 #include "tools/demo/joint_recording.h"
 #include "tools/demo/session_processes.h"
@@ -62,6 +64,20 @@ Expected<void> wait_for_arm(ChildProcess& world) {
   return {};
 }
 
+// An application may have to get ready first, for half a minute and more.
+Expected<void> wait_for_physics(ChildProcess& physics) {
+  constexpr int kSoon = 150;  // looks
+  for (int i = 0; !physics.reports().ready(); ++i) {
+    if (!physics.running())
+      return refused("play: the physics server ended (exit {}): {}", *physics.wait({}),
+                     physics.why_it_ended());
+    if (stop_requested()) return refused("play: stopped before the physics server was ready");
+    if (i == kSoon) Log("play").info("the application is getting ready; the window opens when it is");
+    std::this_thread::sleep_for(milliseconds(10));
+  }
+  return {};
+}
+
 }  // namespace
 
 sim::config::WorldFile desk_world(const rig::Rig& rig) {
@@ -87,10 +103,12 @@ Expected<Json> play_at_desk(const DeskPlayOptions& options) {
   const GameFiles files(*folder, name);
   server::session::GraphicsProcessOptions graphics = options.graphics;
   graphics.world = desk_world(graphics.rig);
+  graphics.world.settings = options.settings;
   SessionProcesses session;
   session.name = name;
   session.rig = options.rig_file;
   session.world = files.file(".world.toml");
+  session.seed = options.seed;
   session.laboratory = {.seconds = kLongestGame_s, .exposures = {}, .arm_only = true};
   session.physics.application = options.application;
   session.physics.pause_s = kPauseAtDesk_s;
@@ -107,6 +125,7 @@ Expected<Json> play_at_desk(const DeskPlayOptions& options) {
   if (auto there = wait_for_arm(*world); !there) return tl::unexpected(there.error());
   auto physics = ChildProcess::start(options.program, physics_arguments(session), files.file(".physics.log"));
   if (!physics) return tl::unexpected(physics.error());
+  if (auto there = wait_for_physics(*physics); !there) return tl::unexpected(there.error());
 
   graphics.stand_in = "lab:" + name;
   graphics.server.address = endpoint->address;

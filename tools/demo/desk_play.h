@@ -23,6 +23,8 @@ struct DeskPlayOptions {
   std::filesystem::path program;   // this executable
   std::filesystem::path rig_file;  // that graphics.rig was read from
   std::string application;
+  scene::SettingValues settings;  // of the applications
+  std::uint64_t seed = 1;         // of the application
   server::session::GraphicsProcessOptions
       graphics;  // rig, camera, window, player, quality, seconds; the rest is set
 };

@@ -38,6 +38,7 @@ render::RealScene real_scene(const sim::TrueView& seen) {
   render::RealScene real;
   real.surfaces = {{"table", seen.table}, {"wall", seen.wall}};
   real.marker_leds = seen.marker_leds;
+  real.hand = seen.hand.side;
   real.arm =
       render::ArmConfiguration{seen.X_world_base, seen.lengths, seen.theta, seen.gimbal, seen.X_tip_marker};
   real.arm_base_below = seen.X_world_base.translation.y() - seen.table[0].y();
@@ -75,6 +76,7 @@ Expected<LaboratoryPicture> laboratory_picture(const sim::config::WorldFile& fil
   if (!state) return tl::unexpected(state.error());
   const auto shape = applications.example_shape(scene, *state);
   if (!shape) return tl::unexpected(shape.error());
+  (*scene_view)->set_shape(*shape);
   auto items = (*scene_view)->draw(*state);
   scene::deform(items, *shape);
   render::RealScene real = real_scene(left);

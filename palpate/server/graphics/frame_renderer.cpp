@@ -130,6 +130,7 @@ render::RealScene FrameRenderer::real_things(const FrameRecord& record) const {
   real.surfaces = scene_.surfaces;
   real.marker_leds = rig_.tip_marker_leds;
   real.bodies = objects_.bodies();
+  real.hand = hand_;
   if (record.have_state && has_body(*rig_.arm)) {
     // The arm's joints are not sent: they follow from the stylus, which is.
     const auto& carried = record.state.bodies[scene::kCarried];
@@ -149,9 +150,18 @@ render::RealScene FrameRenderer::real_things(const FrameRecord& record) const {
 }
 
 std::vector<scene::DrawItem> FrameRenderer::virtual_things(const FrameRecord& record) const {
+  scene_view_->set_shape(record.shape);
   auto items = scene_view_->draw(record.state);
   scene::deform(items, record.shape);
   return items;
+}
+
+std::optional<std::string> FrameRenderer::next_look() {
+  const auto looks = scene_view_->looks();
+  if (looks.size() < 2) return std::nullopt;
+  look_ = (look_ + 1) % looks.size();
+  scene_view_->set_look(look_);
+  return looks[look_];
 }
 
 bool FrameRenderer::lost() const { return rig_.board && lost_ >= kLostForGood; }

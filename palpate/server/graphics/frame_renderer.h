@@ -33,6 +33,8 @@ class FrameRenderer : public FramePipeline {
                 std::unique_ptr<scene::SceneView> scene_view,
                 render::Quality quality = render::Quality::medium);
 
+  // The hand at the stylus, as the camera sees it: it hides virtual things.
+  void set_hand(device::HoldingHand hand) { hand_ = hand; }
   // Score and rally stand in the picture's corner, unless somebody else shows them.
   void set_captions(bool shown) { captions_shown_ = shown; }
 
@@ -50,6 +52,9 @@ class FrameRenderer : public FramePipeline {
   std::vector<std::string> captions(const scene::SceneState& state) const {
     return scene_view_->captions(state);
   }
+  // Draws in the next of the view's ways from now on; its name. None where there is one way alone.
+  std::optional<std::string> next_look();
+  bool has_looks() const { return scene_view_->looks().size() > 1; }
   // A drawn frame as seen from the side (outside_view.h), of the size of the camera's picture; drawn once for
   // each frame, when it is first asked for. Valid until the next frame is asked for.
   const render::OutsidePicture& outside(const FrameRecord& record);
@@ -79,6 +84,8 @@ class FrameRenderer : public FramePipeline {
   std::optional<render::Furniture> furniture_;  // of a table in a room; what a desk stands on nobody knows
   render::OutsidePicture outside_;
   bool captions_shown_ = true;
+  device::HoldingHand hand_ = device::HoldingHand::none;
+  std::size_t look_ = 0;                 // of the view's ways to draw
   scene::TriangleMesh outline_;          // of a desk's table and wall, which nobody would see otherwise
   int lost_ = 0;                         // images in a row without the board
   std::optional<std::string> stranger_;  // the dictionary of another board that lies there

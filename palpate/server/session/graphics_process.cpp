@@ -84,6 +84,7 @@ class GraphicsProcess {
   graphics::Quantiles trips_, sync_errors_, uncertainties_;
   std::optional<Instant<GraphicsClock>> told_;
   std::uint64_t frames_ = 0, late_ = 0;
+  std::unique_ptr<scene::PlayRecord> played_;  // of the states that pictures showed; null: not known
   Instant<GraphicsClock> begun_, next_, draw_at_;
   bool quit_ = false;
 };
@@ -190,6 +191,11 @@ Expected<void> GraphicsProcess::meet_physics_server() {
   if (!side) return tl::unexpected(side.error());
   side_ = std::move(*side);
   side_->server().set_log(kLog);
+  if (options_.applications.find(scene->application) != nullptr) {
+    auto record = options_.applications.make_record(side_->scene());
+    if (!record) return tl::unexpected(record.error());
+    played_ = std::move(*record);
+  }
   devices_.reset();
   if (auto* pictures = side_->renderer()) pictures->set_captions(!options_.window);
   if (feed_)
@@ -203,6 +209,8 @@ Expected<void> GraphicsProcess::open_windows() {
   const auto from_outside = [this](const graphics::FrameRecord& frame) -> const render::OutsidePicture& {
     return side_->renderer()->outside(frame);
   };
+  std::function<std::optional<std::string>()> next_look;
+  if (side_->renderer()->has_looks()) next_look = [this] { return side_->renderer()->next_look(); };
   auto opened =
       desktop::DesktopUi::open(options_.applications, side_->scene(), options_.rig, options_.world, place_,
                                {.mouse = options_.mouse,
@@ -211,7 +219,8 @@ Expected<void> GraphicsProcess::open_windows() {
                                 .biocular = options_.biocular,
                                 .two_eyes = side_->devices().right_camera() != nullptr,
                                 .outside = from_outside,
-                                .outside_viewpoint = side_->renderer()->outside_viewpoint()});
+                                .outside_viewpoint = side_->renderer()->outside_viewpoint(),
+                                .next_look = next_look});
   if (!opened) return tl::unexpected(opened.error());
   ui_ = std::move(*opened);
   if (!ui_->notice().empty()) kLog.write(LogLevel::info, ui_->notice());
@@ -311,6 +320,10 @@ void GraphicsProcess::show_frame() {
   const graphics::FrameRecord& frame = side_->finish(clock_.now(), program_plays());
   ++frames_;
   late_ += frame.late ? 1 : 0;
+  if (played_ && frame.have_state) {
+    played_->add_state(frame.state);
+    played_->add_picture(frame.state);
+  }
   if (ui_)
     ui_->show(frame, frame.have_state ? side_->renderer()->captions(frame.state) : std::vector<std::string>{},
               clock_.now());
@@ -398,6 +411,7 @@ Json GraphicsProcess::figures() const {
     result["window"] = {{"played_by_mouse", ui_->person_plays()},
                         {"blows_heard", ui_->impacts()},
                         {"bounces_heard", ui_->bounces()}};
+  if (played_) result["play"] = played_->summary();
   if (!monitored_.is_null()) result["window"]["monitor"] = monitored_;
   if (const auto* camera = side_->devices().live_camera()) result["camera"] = camera->figures();
   return result;

@@ -38,6 +38,8 @@ struct GraphicsSetup {
   graphics::GraphicsSettings graphics;
   Pixels pixels = Pixels::drawn;
   render::Quality quality = render::Quality::medium;  // of the picture
+  // That holds the stylus and is seen there: virtual things behind it are not drawn over it.
+  device::HoldingHand hand = device::HoldingHand::none;
   // Who holds the stylus: the scripted player, a mouse; with both, the mouse from its first movement on.
   bool player = false, mouse = false;
   std::uint64_t seed = 1;             // of the player

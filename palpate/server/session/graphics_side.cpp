@@ -29,6 +29,7 @@ Expected<void> GraphicsSide::make_renderer(const GraphicsSetup& setup) {
                   : std::make_unique<scene::GenericView>(scene_.application, scene_.shape_vertices);
   if (!view) return tl::unexpected(view.error());
   renderer_.emplace(setup.rig, scene_, std::move(*view), setup.quality);
+  renderer_->set_hand(setup.hand);
   return {};
 }
 

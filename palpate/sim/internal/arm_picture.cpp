@@ -17,11 +17,12 @@ constexpr double kLayerScale = 1.1;  // the arm is drawn this much finer than th
 
 // Of each ArmLook: colour; how much it mirrors straight on, at the edge, the lamp; light of its own.
 const std::vector<render::Vector3f> kArmLooks = {
-    {0.022f, 0.022f, 0.023f}, {0.04f, 0.30f, 0.10f}, {0, 0, 0},               // black
-    {0.16f, 0.165f, 0.175f},  {0.45f, 0.40f, 0.75f}, {0, 0, 0},               // metal
-    {0.055f, 0.057f, 0.062f}, {0.12f, 0.35f, 0.25f}, {0, 0, 0},               // dark
-    {0.70f, 0.70f, 0.70f},    {0.02f, 0.05f, 0.05f}, {0, 0, 0},               // bright
-    {0.10f, 0.01f, 0.01f},    {0.02f, 0.00f, 0.50f}, {0.55f, 0.05f, 0.04f}};  // red
+    {0.022f, 0.022f, 0.023f}, {0.04f, 0.30f, 0.10f}, {0, 0, 0},              // black
+    {0.16f, 0.165f, 0.175f},  {0.45f, 0.40f, 0.75f}, {0, 0, 0},              // metal
+    {0.055f, 0.057f, 0.062f}, {0.12f, 0.35f, 0.25f}, {0, 0, 0},              // dark
+    {0.70f, 0.70f, 0.70f},    {0.02f, 0.05f, 0.05f}, {0, 0, 0},              // bright
+    {0.10f, 0.01f, 0.01f},    {0.02f, 0.00f, 0.50f}, {0.55f, 0.05f, 0.04f},  // red
+    {0.42f, 0.22f, 0.15f},    {0.01f, 0.06f, 0.03f}, {0, 0, 0}};             // skin
 
 }  // namespace
 

@@ -298,7 +298,7 @@ void main() {
 // Follows render::kLightGlsl.
 const char* const kArmFragment = R"(
 uniform vec3 eye;
-uniform vec3 looks[15];  // of each ArmLook: colour; mirror straight, mirror at the edge, lamp's image; light of its own
+uniform vec3 looks[18];  // of each ArmLook: colour; mirror straight, mirror at the edge, lamp's image; light of its own
 in vec3 p, n;
 flat in int which;
 out vec4 colour;
