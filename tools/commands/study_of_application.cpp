@@ -115,7 +115,7 @@ Expected<void> run_application_study(const ApplicationStudyCommand& command) {
   const Json about{
       {"title", command.study.summary}, {"study", command.study.name}, {"application", command.application},
       {"seed", command.seed},           {"quick", command.quick},      {"sections", result.page["sections"]}};
-  return give_results("application-study", result, about, command.results);
+  return give_results("study-of-application", result, about, command.results);
 }
 
 void add_one(CLI::App& study, const std::string& application, const scene::ApplicationStudy& of) {
