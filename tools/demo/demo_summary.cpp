@@ -246,7 +246,7 @@ std::vector<std::string> closing_lines(const Json& summary,
                     network["encrypted"].get<bool>() ? "encrypted" : "not encrypted",
                     network["cut_for_s"].get<double>(), after("gone_after_s"), after("replies_after_s")));
   }
-  for (const auto& line : of_the_play) lines.push_back(fmt::format("{:<10}{}", line.about + ":", line.text));
+  for (const auto& line : of_the_play) lines.push_back(fmt::format("{:<9} {}", line.about + ":", line.text));
   if (of_the_play.empty())  // an application that says nothing of a play: what the hand felt at least
     lines.push_back(fmt::format("force:    {:.2f} N at most, of the {:g} N that the arm may give",
                                 number("force", "peak_n"), number("force", "limit_n")));
