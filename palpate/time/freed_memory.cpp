@@ -4,6 +4,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <string>
 
@@ -27,6 +28,22 @@ void give_back_freed_memory() {
   malloc_trim(0);
   if (locked) mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT);
 }
+
+FreedMemory::FreedMemory(std::size_t kept, std::size_t resident, std::size_t freed)
+    : kept_(kept), least_resident_(resident), least_freed_(freed) {}
+
+bool FreedMemory::has_grown(std::size_t resident, std::size_t freed) {
+  least_resident_ = std::min(least_resident_, resident);
+  least_freed_ = std::min(least_freed_, freed);
+  return freed >= kept_ && (resident >= least_resident_ + kept_ || freed >= least_freed_ + kept_);
+}
+
+void FreedMemory::was_given_back(std::size_t resident, std::size_t freed) {
+  least_resident_ = resident;
+  least_freed_ = freed;
+}
+
+std::size_t freed_bytes() { return mallinfo2().fordblks; }
 
 std::size_t resident_bytes() {
   std::ifstream file("/proc/self/statm");

@@ -2,7 +2,6 @@
 
 #include <dirent.h>
 #include <fcntl.h>
-#include <malloc.h>
 #include <netdb.h>
 #include <poll.h>
 #include <sys/resource.h>
@@ -26,7 +25,6 @@ namespace {
 
 constexpr int kLookEveryMs = 20;
 constexpr Duration kLookForMemoryEvery = std::chrono::seconds(1);
-constexpr std::size_t kFreeMemoryKept = 16 << 20;  // more than what large messages in turn need
 
 // Host or process at the other end.
 std::string source_of(int descriptor) {
@@ -133,17 +131,14 @@ void ConnectionGuard::run() {
   }
 }
 
-// A server keeps what is freed (keep_freed_memory()), and malloc counts as free what it has given back, too: only
-// where the process has grown meanwhile is there something to give back.
+// A server keeps what is freed (keep_freed_memory()).
 void ConnectionGuard::give_back_memory() {
   if (clock_.now() - memory_looked_at_ < kLookForMemoryEvery) return;
   memory_looked_at_ = clock_.now();
   const std::size_t resident = resident_bytes();
-  if (resident == 0) return;
-  least_resident_ = std::min(least_resident_, resident);
-  if (resident < least_resident_ + kFreeMemoryKept || mallinfo2().fordblks < kFreeMemoryKept) return;
+  if (resident == 0 || !memory_.has_grown(resident, freed_bytes())) return;
   give_back_freed_memory();
-  least_resident_ = resident_bytes();
+  memory_.was_given_back(resident_bytes(), freed_bytes());
 }
 
 // Messages of two frames: the event's number with its descriptor, and where.

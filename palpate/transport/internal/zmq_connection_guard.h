@@ -25,6 +25,8 @@ namespace palpate::transport::zmq {
 // Descriptors that connections leave to the rest of the process, where there are enough.
 inline constexpr std::size_t kDescriptorsLeft = 64;
 
+inline constexpr std::size_t kFreeMemoryKept = 16 << 20;  // more than what large messages in turn need
+
 class ConnectionGuard {
  public:
   // `clock` must be safe from any thread and outlive the guard.
@@ -65,7 +67,7 @@ class ConnectionGuard {
   std::list<Watched> watched_;
   Connections connections_;
   std::string event_, where_;
-  std::size_t least_resident_ = resident_bytes();  // since memory was given back; the guard's thread alone
+  FreedMemory memory_{kFreeMemoryKept, resident_bytes(), freed_bytes()};  // the guard's thread alone
   Instant<PhysicsClock> memory_looked_at_;
   std::thread thread_;
 };
