@@ -43,23 +43,25 @@ set(PALPATE_LAYER_15 tools/commands)
 set(PALPATE_LAYER_16 tools/program)
 set(PALPATE_LAYER_COUNT 17)
 
-# Where threads or processes meet: the thread sanitizer runs the tests of these (target threaded_tests, label threaded).
-set(PALPATE_THREADED core time record record/session scene device transport drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras haptics
-  server/physics)
+# Where threads share memory: the thread sanitizer runs the tests of these for every change (target threaded_tests, label
+# threaded), and those of all modules in scripts/long.
+set(PALPATE_THREADED core time record scene transport drivers/laboratory)
 
-# Where memory is at risk from what others send, from parsers and from raw buffers: the address sanitizer runs the tests
-# of these for every change (target checked_tests, label checked), and those of all modules in scripts/long.
-set(PALPATE_CHECKED core record experiment record/session device scene plugin rig transport sim/config
-  drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras)
+# Where memory is at risk from what others send and from raw buffers: the address sanitizer runs the tests of these for
+# every change (target checked_tests, label checked), and those of all modules in scripts/long.
+set(PALPATE_CHECKED core record rig transport)
 
-# Tests that take long have the label long; .ci/run leaves them to scripts/long. A regular expression each: hundreds of
-# repeats for statistics, long runs of what shorter tests run too, and programs whose parts are tested one by one for
-# every change: what they run together, and what strangers send them, for which the sanitizers and fuzzers look as well.
+# What a change need not wait for has one of two labels, and .ci/run leaves it to scripts/long. `long`: hundreds of repeats
+# for statistics, long runs of what shorter tests run too; the sanitizers leave them out as well. `slow`: the other
+# programs but a few, whose parts are tested one by one for every change, and comparisons with full solutions. For tests
+# of GoogleTest a regular expression each; all programs are in tests/CMakeLists.txt.
 set(PALPATE_LONG_PROGRAMS soak live_poses two_hosts forces_check palpation_by_mouse clocks calibrate_live three_doors trips session_window descriptors
-  invariance weak_data world_values recorded_sessions recordings webcam two_eyes photon verify pixel_hand_eye sampling_board bad_tables
-  psychometric full_disk slow_disk demo_stopped hostile_words hostile_wire hostile_server replays)
-list(JOIN PALPATE_LONG_PROGRAMS "|" palpate_long_programs)
-set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "FullSolution\\." "^Program\\.(${palpate_long_programs})$")
+  invariance weak_data world_values recorded_sessions recordings)
+set(PALPATE_QUICK_PROGRAMS servers keys status touch log chain_arm forces tracker plugins report examples openhaptics hostile_peers
+  physics_alone no_application)
+set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "FullSolution\\.")
+set(PALPATE_SLOW_TESTS "^FewDescriptors\\." "^PreparedOrgan\\.Tick" "^Indentation\\.(ShallowPresses|TheTablesOf)"
+  "^VerificationSession\\.AQuickLook" "^Materials/ForceReturn.*/(plain|softtissue)" "^Csv\\.RefusesWhatIsLarger" "^StereoPlay\\.BothEyes")
 
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.
@@ -205,7 +207,7 @@ function(palpate_leave_out_tests tests_list modules_result)
 endfunction()
 
 # palpate_discover_tests(target LABELS ... RESOURCE_LOCK name): the GoogleTest tests of a program, each with these labels,
-# and with `long` where PALPATE_LONG_TESTS names it.
+# and with `long` or `slow` where a list above names it.
 function(palpate_discover_tests target)
   cmake_parse_arguments(ARG "" "RESOURCE_LOCK" "LABELS" ${ARGN})
   gtest_discover_tests(${target} DISCOVERY_MODE PRE_TEST TEST_LIST ${target}_found PROPERTIES TIMEOUT 300
@@ -213,6 +215,7 @@ function(palpate_discover_tests target)
   # Which tests there are is known when ctest starts: it reads this after it has asked the program.
   set(settings ${CMAKE_CURRENT_BINARY_DIR}/${target}_labels.cmake)
   list(JOIN PALPATE_LONG_TESTS "|" long)
+  list(JOIN PALPATE_SLOW_TESTS "|" slow)
   if(ARG_RESOURCE_LOCK)
     set(lock "RESOURCE_LOCK ${ARG_RESOURCE_LOCK}")
   endif()
@@ -221,6 +224,8 @@ foreach(test IN LISTS @target@_found)
   set(labels "@ARG_LABELS@")
   if(test MATCHES [==[@long@]==])
     list(APPEND labels long)
+  elseif(test MATCHES [==[@slow@]==])
+    list(APPEND labels slow)
   endif()
   set_tests_properties("${test}" PROPERTIES LABELS "${labels}" @lock@)
 endforeach()
