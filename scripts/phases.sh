@@ -25,7 +25,7 @@ run_phases() {
   done
   for phase in "${failed_phases[@]}"; do  # again at the end, where whoever sees only the end finds it
     printf '\n=== what failed in %s ===\n' "$phase"
-    grep -vE '^ *Start +[0-9]+: |\.\.\. +Passed +[0-9]|^\[ *(OK|RUN|-+|=+|PASSED) *\]|^$' "build/phase-$phase.log" | tail -60
+    grep -vE '^ *Start +[0-9]+: |\.\.\. +Passed +[0-9]|^\[ *(OK|RUN|-+|=+|PASSED) *\]|Cannot export local symbol|^$' "build/phase-$phase.log" | tail -60
   done
   printf '\n'
   printf '%s\n' "${summary[@]}"

@@ -13,23 +13,17 @@ namespace {
 constexpr double kOfForces = 0.45, kOfExperiments = 0.25;  // shares of the whole time
 constexpr int kQuickTrials = 80, kQuickSearches = 800, kQuickBootstraps = 100;
 
-scene::SettingField study_number(std::string key, double initial, NumberRange range, std::string help,
-                                 double unit = 1.0) {
-  return {.section = "study",
-          .key = std::move(key),
-          .initial = std::vector<double>{initial},
-          .unit = unit,
-          .range = range,
-          .help = std::move(help)};
-}
-
 scene::SettingSchema study_schema() {
-  return {.fields = {study_number("trials", 200.0, {10.0, 5000.0}, "Of each stimulus in each condition"),
-                     study_number("searches", 4000.0, {100.0, 100000.0}, "Of each nodule and Weber fraction"),
-                     study_number("weber", 0.14, {0.02, 1.0}, "Weber fraction of the trainee for compliance"),
-                     study_number("late_ms", 50.0, {0.0, 150.0}, "How late is what is late", 1e-3),
-                     study_number("inwards_ms", 400.0, {200.0, 2000.0},
-                                  "How long a press takes on its way in", 1e-3)},
+  return {.fields = {scene::number_field("study", "trials", 200.0, {10.0, 5000.0},
+                                         "Of each stimulus in each condition"),
+                     scene::number_field("study", "searches", 4000.0, {100.0, 100000.0},
+                                         "Of each nodule and Weber fraction"),
+                     scene::number_field("study", "weber", 0.14, {0.02, 1.0},
+                                         "Weber fraction of the trainee for compliance"),
+                     scene::number_field("study", "late_ms", 50.0, {0.0, 150.0}, "How late is what is late",
+                                         1e-3),
+                     scene::number_field("study", "inwards_ms", 400.0, {200.0, 2000.0},
+                                         "How long a press takes on its way in", 1e-3)},
           .relations = [](const scene::SettingValues& values) -> std::vector<scene::SettingComplaint> {
             for (const char* key : {"trials", "searches"}) {
               const double count = values.number(std::string("study.") + key);

@@ -10,67 +10,50 @@ namespace {
 
 constexpr double kMillimetre = 1e-3, kKilopascal = 1e3;
 
+constexpr const char* kSection = "palpation";
+
+using scene::choice_field;
+using scene::number_field;
+using scene::numbers_field;
 using scene::SettingField;
-using scene::SettingKind;
-
-SettingField one(std::string key, double initial, NumberRange range, std::string help, double unit = 1.0) {
-  return {.section = "palpation",
-          .key = std::move(key),
-          .initial = std::vector<double>{initial},
-          .unit = unit,
-          .range = range,
-          .help = std::move(help)};
-}
-
-SettingField several(std::string key, std::vector<double> initial, NumberRange range, std::string help,
-                     double unit = 1.0) {
-  SettingField field = one(std::move(key), 0.0, range, std::move(help), unit);
-  field.kind = SettingKind::numbers;
-  field.initial = std::move(initial);
-  return field;
-}
-
-SettingField choice(std::string key, std::string initial, std::vector<std::string> choices,
-                    std::string help) {
-  return {.section = "palpation",
-          .key = std::move(key),
-          .kind = SettingKind::choice,
-          .initial = std::move(initial),
-          .choices = std::move(choices),
-          .help = std::move(help)};
-}
 
 std::vector<SettingField> organ_fields() {
-  return {one("young_kpa", 6.0, {0.5, 50.0}, "Young's modulus of the organ; a healthy liver has 3 to 8",
-              kKilopascal),
-          one("poisson", 0.45, {0.30, 0.49}, "Poisson's ratio"),
-          one("friction", 0.15, {0.0, 1.0}, "Coulomb's coefficient"),
-          one("tip_radius_mm", 6.0, {3.0, 8.0}, "Of the sphere at the tip", kMillimetre),
-          one("deepest_mm", 8.0, {3.0, 12.0}, "How deep a press is computed", kMillimetre),
-          one("element_mm", 10.0, {5.0, 20.0}, "Edge of the elements inside", kMillimetre)};
+  return {
+      number_field(kSection, "young_kpa", 6.0, {0.5, 50.0},
+                   "Young's modulus of the organ; a healthy liver has 3 to 8", kKilopascal),
+      number_field(kSection, "poisson", 0.45, {0.30, 0.49}, "Poisson's ratio"),
+      number_field(kSection, "friction", 0.15, {0.0, 1.0}, "Coulomb's coefficient"),
+      number_field(kSection, "tip_radius_mm", 6.0, {3.0, 8.0}, "Of the sphere at the tip", kMillimetre),
+      number_field(kSection, "deepest_mm", 8.0, {3.0, 12.0}, "How deep a press is computed", kMillimetre),
+      number_field(kSection, "element_mm", 10.0, {5.0, 20.0}, "Edge of the elements inside", kMillimetre)};
 }
 
 std::vector<SettingField> trial_fields() {
-  return {several("nodules", {1.0, 2.0}, {0.0, 3.0}, "Fewest and most of them"),
-          several("nodule_mm", {14.0, 18.0}, {4.0, 30.0}, "Smallest and largest diameter", kMillimetre),
-          several("nodule_depth_mm", {4.0, 6.0}, {1.0, 30.0}, "Of its top below the surface, least and most",
-                  kMillimetre),
-          several("nodule_ratio", {8.0, 12.0}, {0.1, 100.0},
-                  "How many times as stiff as the organ, least and most"),
-          one("nodule_seed", 0.0, {0.0, 1e9}, "Draws the nodules; 0: the run's own seed"),
-          one("trial_s", 90.0, {5.0, 3600.0}, "Longest time to search, from the first touch"),
-          one("dwell_s", 1.0, {0.3, 10.0}, "Pressed and held still so long, a place is marked"),
-          one("hard_n", 1.5, {0.1, 20.0}, "Pressing harder counts as too hard"),
-          one("found_mm", 10.0, {1.0, 50.0}, "So near a mark has found a nodule", kMillimetre),
-          one("pause_s", 0.0, {0.0, 600.0}, "Shown so long, the next trial begins; 0: when asked for")};
+  return {
+      numbers_field(kSection, "nodules", {1.0, 2.0}, {0.0, 3.0}, "Fewest and most of them"),
+      numbers_field(kSection, "nodule_mm", {14.0, 18.0}, {4.0, 30.0}, "Smallest and largest diameter",
+                    kMillimetre),
+      numbers_field(kSection, "nodule_depth_mm", {4.0, 6.0}, {1.0, 30.0},
+                    "Of its top below the surface, least and most", kMillimetre),
+      numbers_field(kSection, "nodule_ratio", {8.0, 12.0}, {0.1, 100.0},
+                    "How many times as stiff as the organ, least and most"),
+      number_field(kSection, "nodule_seed", 0.0, {0.0, 1e9}, "Draws the nodules; 0: the run's own seed"),
+      number_field(kSection, "trial_s", 90.0, {5.0, 3600.0}, "Longest time to search, from the first touch"),
+      number_field(kSection, "dwell_s", 1.0, {0.3, 10.0},
+                   "Pressed and held still so long, a place is marked"),
+      number_field(kSection, "hard_n", 1.5, {0.1, 20.0}, "Pressing harder counts as too hard"),
+      number_field(kSection, "found_mm", 10.0, {1.0, 50.0}, "So near a mark has found a nodule", kMillimetre),
+      number_field(kSection, "pause_s", 0.0, {0.0, 600.0},
+                   "Shown so long, the next trial begins; 0: when asked for")};
 }
 
 std::vector<SettingField> trainee_fields() {
-  return {
-      choice("trainee_senses", "yes", {"yes", "no"}, "Whether the scripted trainee feels what it presses"),
-      one("trainee_weber", 0.14, {0.0, 5.0}, "Its Weber fraction for force"),
-      one("trainee_spacing_mm", 15.0, {4.0, 40.0}, "Between the places it presses", kMillimetre),
-      one("trainee_press_mm", 5.0, {1.0, 10.0}, "How deep it presses", kMillimetre)};
+  return {choice_field(kSection, "trainee_senses", "yes", {"yes", "no"},
+                       "Whether the scripted trainee feels what it presses"),
+          number_field(kSection, "trainee_weber", 0.14, {0.0, 5.0}, "Its Weber fraction for force"),
+          number_field(kSection, "trainee_spacing_mm", 15.0, {4.0, 40.0}, "Between the places it presses",
+                       kMillimetre),
+          number_field(kSection, "trainee_press_mm", 5.0, {1.0, 10.0}, "How deep it presses", kMillimetre)};
 }
 
 std::vector<SettingField> fields() {

@@ -14,49 +14,27 @@ constexpr NumberRange kRestitution{0.0, 1.0};
 // A damped spring that lets go at zero force cannot take more of the speed away: exp(-2) is its bound.
 constexpr NumberRange kRestitutionOfBat{0.15, 1.0};
 
-using scene::SettingKind;
+using scene::choice_field;
+using scene::number_field;
+using scene::numbers_field;
 
 std::vector<scene::SettingField> fields() {
-  const auto number = [](std::string section, std::string key, double initial, NumberRange range,
-                         std::string help, double unit = 1.0) {
-    return scene::SettingField{.section = std::move(section),
-                               .key = std::move(key),
-                               .initial = std::vector<double>{initial},
-                               .unit = unit,
-                               .range = range,
-                               .help = std::move(help)};
-  };
-  return {number("scene", "bat_radius_m", 0.075, kPositive, "Radius of the bat's blade"),
-          {.section = "scene",
-           .key = "bat_offset_m",
-           .kind = SettingKind::numbers,
-           .initial = std::vector<double>{0.0, 0.0, -0.09},
-           .help = "From the stylus tip to the blade's centre, in Tip"},
-          number("scene", "bat_mass_kg", 0.0, {0.0, 10.0},
-                 "What an impact has to move: bat, stylus and what of the hand gives way; 0: held fast"),
-          number("ball", "mass_kg", 0.0027, kPositive, "Mass of the ball"),
-          number("ball", "radius_m", 0.020, kPositive, "Radius of the ball"),
-          number("ball", "restitution_table", 0.93, kRestitution, "Of the ball on table and wall"),
-          number("ball", "restitution_bat", 0.80, kRestitutionOfBat, "Of the ball on the bat"),
-          number("ball", "contact_ms", 4.0, kPositive, "Duration of a contact with the bat", kMs),
-          {.section = "ball",
-           .key = "serve_speed_m_s",
-           .kind = SettingKind::numbers,
-           .initial = std::vector<double>{2.0, 3.5},
-           .range = kPositive,
-           .help = "Speed of the slowest and the fastest serve"},
-          {.section = "ball",
-           .key = "physics",
-           .kind = SettingKind::choice,
-           .initial = "full",
-           .choices = {"full", "paper"},
-           .help = "Air, spin and friction, or gravity alone"},
-          {.section = "ball",
-           .key = "contact",
-           .kind = SettingKind::choice,
-           .initial = "non-sticky",
-           .choices = {"non-sticky", "paper", "hunt-crossley"},
-           .help = "The spring of the bat"}};
+  return {
+      number_field("scene", "bat_radius_m", 0.075, kPositive, "Radius of the bat's blade"),
+      numbers_field("scene", "bat_offset_m", {0.0, 0.0, -0.09}, {},
+                    "From the stylus tip to the blade's centre, in Tip"),
+      number_field("scene", "bat_mass_kg", 0.0, {0.0, 10.0},
+                   "What an impact has to move: bat, stylus and what of the hand gives way; 0: held fast"),
+      number_field("ball", "mass_kg", 0.0027, kPositive, "Mass of the ball"),
+      number_field("ball", "radius_m", 0.020, kPositive, "Radius of the ball"),
+      number_field("ball", "restitution_table", 0.93, kRestitution, "Of the ball on table and wall"),
+      number_field("ball", "restitution_bat", 0.80, kRestitutionOfBat, "Of the ball on the bat"),
+      number_field("ball", "contact_ms", 4.0, kPositive, "Duration of a contact with the bat", kMs),
+      numbers_field("ball", "serve_speed_m_s", {2.0, 3.5}, kPositive,
+                    "Speed of the slowest and the fastest serve"),
+      choice_field("ball", "physics", "full", {"full", "paper"}, "Air, spin and friction, or gravity alone"),
+      choice_field("ball", "contact", "non-sticky", {"non-sticky", "paper", "hunt-crossley"},
+                   "The spring of the bat")};
 }
 
 std::vector<scene::SettingComplaint> relations(const scene::SettingValues& values) {

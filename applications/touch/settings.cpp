@@ -11,21 +11,15 @@ namespace {
 constexpr NumberRange kFrictions{0.0, 2.0};
 
 std::vector<scene::SettingField> fields() {
-  const auto number = [](std::string key, double initial, NumberRange range, std::string help) {
-    return scene::SettingField{.section = "touch",
-                               .key = std::move(key),
-                               .initial = std::vector<double>{initial},
-                               .range = range,
-                               .help = std::move(help)};
-  };
   // There the reference arm reaches all round.
   auto all = scene::mesh_fields("touch", "STL, OBJ or PLY file; empty: the organ that is built in",
                                 {80.0, 60.0, 40.0}, "plinth");
   for (auto& field :
-       {number("stiffness_n_m", 600.0, {1.0, kMostStiffness}, "Along all directions"),
-        number("damping_n_s_m", 2.0, {0.0, kMostDamping}, "Along the normal"),
-        number("static_friction", 0.4, kFrictions, "Sideways over normal force, until it slides"),
-        number("friction", 0.3, kFrictions, "While it slides")})
+       {scene::number_field("touch", "stiffness_n_m", 600.0, {1.0, kMostStiffness}, "Along all directions"),
+        scene::number_field("touch", "damping_n_s_m", 2.0, {0.0, kMostDamping}, "Along the normal"),
+        scene::number_field("touch", "static_friction", 0.4, kFrictions,
+                            "Sideways over normal force, until it slides"),
+        scene::number_field("touch", "friction", 0.3, kFrictions, "While it slides")})
     all.push_back(field);
   return all;
 }

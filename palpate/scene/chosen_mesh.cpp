@@ -12,13 +12,8 @@ constexpr double kMillimetre = 1e-3;
 
 SettingField three_numbers(const std::string& section, std::string key, const Vector3& initial, double unit,
                            double most, std::string help) {
-  return {.section = section,
-          .key = std::move(key),
-          .kind = SettingKind::numbers,
-          .initial = std::vector<double>(initial.begin(), initial.end()),
-          .unit = unit,
-          .range = {-most, most},
-          .help = std::move(help)};
+  return numbers_field(section, std::move(key), {initial.begin(), initial.end()}, {-most, most},
+                       std::move(help), unit);
 }
 
 }  // namespace
@@ -26,17 +21,8 @@ SettingField three_numbers(const std::string& section, std::string key, const Ve
 std::vector<SettingField> mesh_fields(const std::string& section, const std::string& help,
                                       const Vector3& shift_mm, const std::string& on) {
   return {{.section = section, .key = "mesh", .kind = SettingKind::file, .initial = "", .help = help},
-          {.section = section,
-           .key = "unit",
-           .kind = SettingKind::choice,
-           .initial = "mm",
-           .choices = {"mm", "m"},
-           .help = "Of the file's lengths"},
-          {.section = section,
-           .key = "scale",
-           .initial = std::vector<double>{1.0},
-           .range = {1e-6, 1e6},
-           .help = "How many times larger it is felt"},
+          choice_field(section, "unit", "mm", {"mm", "m"}, "Of the file's lengths"),
+          number_field(section, "scale", 1.0, {1e-6, 1e6}, "How many times larger it is felt"),
           three_numbers(section, "turn_deg", Vector3::Zero(), 1.0 / kDegreesPerRadian, 360.0,
                         "Angles about x, y, z; y is up afterwards"),
           three_numbers(section, "shift_mm", shift_mm, kMillimetre, 1000.0,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "palpate/core/json.h"
 #include "palpate/core/text.h"
@@ -52,6 +53,35 @@ Expected<SettingValue> value_from(const SettingField& field, const Json& json) {
 }
 
 }  // namespace
+
+SettingField number_field(std::string section, std::string key, double initial, NumberRange range,
+                          std::string help, double unit) {
+  SettingField field =
+      numbers_field(std::move(section), std::move(key), {initial}, range, std::move(help), unit);
+  field.kind = SettingKind::number;
+  return field;
+}
+
+SettingField numbers_field(std::string section, std::string key, std::vector<double> initial,
+                           NumberRange range, std::string help, double unit) {
+  return {.section = std::move(section),
+          .key = std::move(key),
+          .kind = SettingKind::numbers,
+          .initial = std::move(initial),
+          .unit = unit,
+          .range = range,
+          .help = std::move(help)};
+}
+
+SettingField choice_field(std::string section, std::string key, std::string initial,
+                          std::vector<std::string> choices, std::string help) {
+  return {.section = std::move(section),
+          .key = std::move(key),
+          .kind = SettingKind::choice,
+          .initial = std::move(initial),
+          .choices = std::move(choices),
+          .help = std::move(help)};
+}
 
 bool fits(const SettingField& field, const SettingValue& value) {
   return std::holds_alternative<std::vector<double>>(value) == is_numeric(field) &&

@@ -47,6 +47,14 @@ struct SettingField {
   std::string name() const { return section + "." + key; }  // as settings are called: "ball.mass_kg"
 };
 
+// Fields of one number, of several and of words to choose from.
+SettingField number_field(std::string section, std::string key, double initial, NumberRange range,
+                          std::string help, double unit = 1.0);
+SettingField numbers_field(std::string section, std::string key, std::vector<double> initial,
+                           NumberRange range, std::string help, double unit = 1.0);
+SettingField choice_field(std::string section, std::string key, std::string initial,
+                          std::vector<std::string> choices, std::string help);
+
 struct Setting {
   SettingField field;
   SettingValue value;
