@@ -52,8 +52,8 @@ set(PALPATE_THREADED core time record transport)
 set(PALPATE_CHECKED transport)
 
 # PALPATE_TEST_OPTIONS are the tests' own compiler options. Tests that compute much themselves are compiled as the program
-# is all the same.
-set(PALPATE_COMPUTING_TESTS math device experiment calibration calibration/noise physics physics/deformable physics/tissue physics/organ haptics
+# is all the same, and so are the loader's, which hold the program's libraries whole.
+set(PALPATE_TESTS_AS_THE_PROGRAM plugin math device experiment calibration calibration/noise physics physics/deformable physics/tissue physics/organ haptics
   sim sim/lockstep vision render evaluation evaluation/studies applications/palpation)
 
 # What a change need not wait for has one of two labels, and .ci/run leaves it to scripts/long. `long`: hundreds of repeats
@@ -177,7 +177,7 @@ function(palpate_module)
     # Tests are compiled once and read the same headers of GoogleTest and the module.
     set_target_properties(${target}_test PROPERTIES UNITY_BUILD_BATCH_SIZE 16)
     set(precompiled palpate_precompiled_tests)
-    if(PALPATE_TEST_OPTIONS AND module IN_LIST PALPATE_COMPUTING_TESTS)
+    if(PALPATE_TEST_OPTIONS AND module IN_LIST PALPATE_TESTS_AS_THE_PROGRAM)
       set(precompiled palpate_precompiled_modules)
     elseif(PALPATE_TEST_OPTIONS)
       target_compile_options(${target}_test PRIVATE ${PALPATE_TEST_OPTIONS})
