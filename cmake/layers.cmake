@@ -223,9 +223,21 @@ function(palpate_leave_out_tests tests_list modules_result)
 endfunction()
 
 # palpate_discover_tests(target LABELS ... RESOURCE_LOCK name): the GoogleTest tests of a program, each with these labels,
-# and with `long` or `slow` where a list above names it.
+# and with `long` or `slow` where a list above names it. With PALPATE_TESTS_TOGETHER one test of ctest, without those.
 function(palpate_discover_tests target)
   cmake_parse_arguments(ARG "" "RESOURCE_LOCK" "LABELS" ${ARGN})
+  if(PALPATE_TESTS_TOGETHER)
+    list(JOIN PALPATE_LONG_TESTS "|" long)
+    list(JOIN PALPATE_SLOW_TESTS "|" slow)
+    find_package(Python3 REQUIRED COMPONENTS Interpreter)
+    add_test(NAME ${target} COMMAND ${CMAKE_COMMAND} -E env PYTHONDONTWRITEBYTECODE=1 ${Python3_EXECUTABLE}
+      ${PROJECT_SOURCE_DIR}/tests/run_together.py $<TARGET_FILE:${target}> "${long}|${slow}")
+    set_tests_properties(${target} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT 900)
+    if(ARG_RESOURCE_LOCK)
+      set_tests_properties(${target} PROPERTIES RESOURCE_LOCK ${ARG_RESOURCE_LOCK})
+    endif()
+    return()
+  endif()
   gtest_discover_tests(${target} DISCOVERY_MODE PRE_TEST TEST_LIST ${target}_found PROPERTIES TIMEOUT 300
     ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/cmake/tsan.supp")
   # Which tests there are is known when ctest starts: it reads this after it has asked the program.
