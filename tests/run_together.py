@@ -1,6 +1,7 @@
 """run_together.py PROGRAM EXPRESSION: its tests of GoogleTest in one process, but those whose name holds the expression."""
 import os
 import re
+import signal
 import subprocess
 import sys
 
@@ -16,4 +17,6 @@ kept = [name for name in names if not re.search(left_out, name)]
 if not names:
     sys.exit(f"{program} has no tests")
 if kept:
+    for ignored in (signal.SIGPIPE, signal.SIGXFSZ):  # by Python, and by what it becomes
+        signal.signal(ignored, signal.SIG_DFL)
     os.execv(program, [program, "--gtest_filter=" + ":".join(kept)])
