@@ -29,13 +29,15 @@ StepModel solve_in(const ConstMatrixRef& JtJ, const ConstVectorRef& Jtr, double 
   Vector scale = JtJ.diagonal().cwiseSqrt();
   const double least = kRounding * scale.maxCoeff();
   for (double& s : scale) s = s > least ? 1.0 / s : 0.0;
-  Matrix scaled(n, n);
+  Matrix scaled(n, n);  // the lower triangle is read
   for (Eigen::Index j = 0; j < n; ++j) {
-    for (Eigen::Index i = j; i < n; ++i) scaled(i, j) = scaled(j, i) = scale[i] * JtJ(i, j) * scale[j];
+    for (Eigen::Index i = j; i < n; ++i) scaled(i, j) = scale[i] * JtJ(i, j) * scale[j];
     scaled(j, j) += damping;
   }
   const Vector gradient = scale.cwiseProduct(Jtr);
-  const Vector step_scaled = Eigen::LDLT<Matrix>(scaled).solve(Vector(-gradient));
+  Vector step_scaled = -gradient;
+  Eigen::LDLT<Eigen::Ref<Matrix>> factor(scaled);  // in place: nothing is copied
+  factor.solveInPlace(step_scaled);
   step = scale.cwiseProduct(step_scaled);
   if (!step.allFinite()) return {std::numeric_limits<double>::quiet_NaN(), 0.0};
   return {step_scaled.dot(damping * step_scaled - gradient), step_scaled.norm()};

@@ -263,7 +263,11 @@ TEST(PosePrior, CostAndEquationsAgreeWithDifferences) {
   const PosePrior<World, Tip> prior(mean, covariance);
   Matrix6 A = Matrix6::Zero();
   Vector6 b = Vector6::Zero();
-  prior.add(at, A, b);
+  EXPECT_DOUBLE_EQ(prior.add(at, A, b), prior.cost(at));
+  const Vector6 e = deviation(at, mean);
+  Matrix6 J = Matrix6::Identity();
+  J.topLeftCorner<3, 3>() = so3_left_jacobian_inverse(e.head<3>());
+  EXPECT_LT((A - J.transpose() * covariance.inverse() * J).norm(), 1e-12 * A.norm());
   for (Eigen::Index k = 0; k < 6; ++k) {
     constexpr double kStep = 1e-6;
     const double ahead = prior.cost(moved(at, kStep * Vector6::Unit(k))),

@@ -39,14 +39,20 @@ struct PosePrior {
     const Vector6 e = deviation(X, mean);
     return e.dot(information * e);
   }
-  // Adds its part to the equations of the pose's six unknowns.
+  // Adds its part to the equations of the pose's six unknowns. Returns the cost.
   template <typename JtJ, typename Jtr>
-  void add(const Pose<A, B>& X, JtJ&& A_block, Jtr&& b_block) const {
+  double add(const Pose<A, B>& X, JtJ&& A_block, Jtr&& b_block) const {
     const Vector6 e = deviation(X, mean);
-    Matrix6 J = Matrix6::Identity();
-    J.topLeftCorner<3, 3>() = so3_left_jacobian_inverse(e.head<3>());
-    A_block += J.transpose() * information * J;
-    b_block += J.transpose() * (information * e);
+    const Matrix3 J = so3_left_jacobian_inverse(e.head<3>());  // of the rotation; the translation's is 1
+    Matrix6 A_prior = information;
+    A_prior.topRows<3>() = J.transpose() * information.topRows<3>();
+    A_prior.leftCols<3>() = A_prior.leftCols<3>() * J;
+    Vector6 b = information * e;
+    const double cost = e.dot(b);
+    b.head<3>() = J.transpose() * b.head<3>();
+    A_block += A_prior;
+    b_block += b;
+    return cost;
   }
 };
 

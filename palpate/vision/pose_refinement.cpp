@@ -105,8 +105,7 @@ class PoseRefinement {
   }
 
   double cost_at(const Pose<World, CameraOptical>& X, NormalEquations<6>* equations) const {
-    double cost = known_.cost(X);
-    if (equations) known_.add(X, equations->JtJ, equations->Jtr);
+    double cost = equations ? known_.add(X, equations->JtJ, equations->Jtr) : known_.cost(X);
     Term term;
     for (std::size_t i = 0; i < sightings_.size(); ++i) {
       if (!use_[i] || !sees(X, i, term)) continue;
