@@ -65,7 +65,7 @@ set(PALPATE_LONG_PROGRAMS soak live_poses two_hosts forces_check palpation_by_mo
 set(PALPATE_QUICK_PROGRAMS servers status touch log chain_arm forces tracker plugins report examples hostile_peers
   physics_alone no_application)
 set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "FullSolution\\.")
-set(PALPATE_SLOW_TESTS "^FewDescriptors\\." "^PreparedOrgan\\.Tick" "^Indentation\\.(ShallowPresses|TheTablesOf)"
+set(PALPATE_SLOW_TESTS "^FewDescriptors\\." "^PreparedOrgan\\.Tick" "^Indentation\\.(ShallowPresses|TheTablesOf)" "^TipContact\\.(DrawnAside|WhatCannotSlip)"
   "^VerificationSession\\.AQuickLook" "^Materials/ForceReturn.*/(plain|softtissue)" "^Csv\\.RefusesWhatIsLarger" "^StereoPlay\\.BothEyes"
   "^SiteLaw\\.MeetsTheTables" "^BlockForces\\.ContrastBeside" "^Hand\\.(IsDrawnOverInATenth|WhoseElbow)" "^PixelHandEye\\.StatesItsError"
   "^AnApplicationFromOutside\\.PlaysThroughTheExchange")

@@ -30,6 +30,7 @@ deformable::Indentation indentation_of(const IndentCommand& options) {
   };
   it.size = vector_of(options.size_mm);
   it.radius = metres_from_mm(options.radius_mm);
+  it.friction = options.friction;
   it.model = options.model == "linear" ? deformable::Model::linear : deformable::Model::neo_hookean;
   for (const double depth : options.depths_mm) it.depths.push_back(metres_from_mm(depth));
   if (!options.inclusion_mm.empty()) {
@@ -42,9 +43,6 @@ deformable::Indentation indentation_of(const IndentCommand& options) {
 }
 
 Expected<void> run_indent(const IndentCommand& options) {
-  if (options.friction != 0.0)
-    return wrong_use("study indent: --friction {}: only a tip without friction, 0, is known so far",
-                     options.friction);
   Progress progress({{"indent", 1.0}});
   progress.begin(0);
   const auto indentation = indentation_of(options);
@@ -95,7 +93,7 @@ void add_study_indent(CLI::App& study) {
   indent->add_option("--method", options->method, "Finite elements (full) or the haptic loop's law (tick)")
       ->check(CLI::IsMember({"full", "tick"}))
       ->capture_default_str();
-  indent->add_option("--friction", options->friction, "Coefficient of friction; 0 alone so far")
+  indent->add_option("--friction", options->friction, "Coulomb's coefficient between tip and block")
       ->capture_default_str();
   indent->add_option("--json", options->json, "Depths, forces and contact radii, - for standard output");
   on(indent, [options] { return run_indent(*options); });

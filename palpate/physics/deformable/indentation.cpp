@@ -32,7 +32,8 @@ class Press {
     block_ = std::make_unique<Block>(std::move(*block));
     const SurfaceSite middle;
     auto path = PressPath::prepare(block_->mesh, block_->motion, it_.material, it_.model,
-                                   facets_near(block_->mesh, middle, kReach * widest_), middle, it_.radius);
+                                   facets_near(block_->mesh, middle, kReach * widest_), middle, it_.radius,
+                                   it_.friction);
     if (!path) return tl::unexpected(path.error());
     path_ = std::make_unique<PressPath>(std::move(*path));
     return {};
@@ -74,6 +75,8 @@ Expected<void> check(const Indentation& it) {
   if (std::min(it.size.x(), it.size.y()) < 4.0 * it.radius)
     return wrong_use("indentation: the block is {:.4g} m wide; at least 4 tip radii are expected",
                      std::min(it.size.x(), it.size.y()));
+  if (!(it.friction >= 0.0 && it.friction <= 10.0))
+    return wrong_use("indentation: a coefficient of friction of {}; 0 to 10 is expected", it.friction);
   if (!(it.fineness >= 1.0 && it.fineness <= 20.0))
     return wrong_use("indentation: fineness {}; 1 to 20 is expected", it.fineness);
   for (const auto& inclusion : it.material.inclusions)

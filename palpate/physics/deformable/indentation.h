@@ -1,4 +1,4 @@
-// A block on a rigid table, pressed on the middle of its top by a frictionless spherical tip: force over depth.
+// A block on a rigid table, pressed on the middle of its top by a spherical tip: force over depth.
 //
 // The full finite-element solution, for validation and as the reference of faster laws: a block bonded at its
 // bottom with free sides, in the frame of box_mesh.h; the tip is a sphere with a shaft above, contact is integrated
@@ -21,6 +21,7 @@ struct Indentation {
   double radius = 0.008;         // m
   Model model = Model::neo_hookean;
   std::vector<double> depths;  // m
+  double friction = 0.0;       // Coulomb's coefficient between tip and top
   // Elements across the widest contact's radius; 5 give 1 to 2 % of force.
   double fineness = 5.0;
 };

@@ -21,7 +21,7 @@ class PressPath {
   // `facets`: those that the tip may touch. Mesh and motion must outlive it.
   static Expected<PressPath> prepare(const TetMesh& mesh, const FreeMotion& motion, const Material& material,
                                      Model model, const std::vector<int>& facets, const SurfaceSite& site,
-                                     double radius);
+                                     double radius, double friction = 0.0);
   // Deeper than before.
   Expected<TipContact::State> press(double depth);
   const Eigen::VectorXd& displacements() const { return now_; }
@@ -29,14 +29,16 @@ class PressPath {
  private:
   PressPath() = default;
   RigidTip tip_at(double depth) const;
+  double next_depth(double wanted) const;
   Expected<void> move_to(double depth);
+  Expected<void> settle(const RigidTip& tip, Eigen::VectorXd& u);
 
   std::unique_ptr<Solid> solid_;
   std::unique_ptr<TipContact> contact_;
   std::unique_ptr<Equilibrium> equilibrium_;
   Model model_ = Model::neo_hookean;
   SurfaceSite site_;
-  double radius_ = 0.0;
+  double radius_ = 0.0, friction_ = 0.0;
   Eigen::VectorXd now_, before_;
   double depth_ = 0.0, depth_before_ = 0.0;
 };

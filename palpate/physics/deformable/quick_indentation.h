@@ -19,7 +19,8 @@ Expected<SiteLaw> site_law_of_block(const Indentation& indentation);
 Expected<std::vector<SiteLaw>> site_laws_of_block(const Indentation& indentation,
                                                   std::span<const std::vector<Inclusion>> sets,
                                                   const std::function<void(std::size_t)>& done = {});
-// Neo-Hookean matter alone; wrong use for another model.
+// Neo-Hookean matter alone; wrong use for another model. Friction changes nothing here: the law's acts along the surface
+// alone, and in the middle of the top nothing slips.
 Expected<std::vector<IndentationPoint>> quick_indentation(const Indentation& indentation);
 
 }  // namespace palpate::physics::deformable
