@@ -48,6 +48,7 @@ class BelievingTest(FakeServerTest):
         self.nothing_odd(done.err + done.out + self.read("all.log").decode())
         self.assertLess(len(done.lines), MOST_LINES, done)
         self.assertLess(max(map(len, done.lines)), 1000)
+        return done
 
     def begins(self, *options, address=None):
         """A graphics server that has drawn some frames of an honest one."""

@@ -396,6 +396,17 @@ def odd_status(server, said, message):
                                                        loops=[loop] * pick.choice((1, 8, 9)), clients=[client] * pick.choice((0, 64, 65)), requests=2**64 - 1))]
 
 
+def odd_words(server, said, message):
+    """In turn a status that is in order but for one text, which would steer a terminal, and a refusal in such words."""
+    if said != "status_request":
+        return None
+    times = server.heard[said] - 1
+    text = ODD_TEXTS[times // 2 % 4]
+    if times % 2:
+        return [server.reply(refusal=server.wire.Refusal(reason=text))]
+    return [server.reply(status_reply=server.wire.StatusReply(number=message.status_request.number, uptime_s=time.monotonic(), application=text))]
+
+
 ON_A_LINK = {attack.__name__: attack for attack in (
     nothing, noise, cut_off, huge, many_frames, unasked, twice_and_late, odd_states, far_states, old_states, new_sessions, odd_shapes, shapes_by_the_hundred, odd_clocks,
     jumping_clock, refusals, odd_status)}

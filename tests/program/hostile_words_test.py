@@ -7,8 +7,10 @@ import time
 import unittest
 
 from believing import BelievingTest
-from fake_server import ON_A_LINK, FakeServer, odd_status, refusals, unasked
+from fake_server import ON_A_LINK, FakeServer, odd_status, odd_words, refusals, unasked
 from program import free_port
+
+SAYS_AGAIN_S = 10.0  # that a server refuses
 
 
 class HostileWords(BelievingTest):
@@ -61,8 +63,8 @@ class HostileWords(BelievingTest):
 
     def test_status_ends_in_a_view_or_in_one_line_whatever_it_is_told(self):
         commands, running = (["--once"], ["--json", "-"], ["--reset"], []), []
-        for attack in ON_A_LINK.values():
-            for command in commands if attack in (odd_status, unasked, refusals) else commands[:1]:
+        for attack in (*ON_A_LINK.values(), odd_words):
+            for command in commands if attack in (odd_status, odd_words, unasked, refusals) else commands[:1]:
                 server = FakeServer(self.wire, os.path.join(self.root, f"{len(running)}.sock"), self.wire.SceneDescription(), self.wire.WorldState())
                 server.scene.gravity_m_per_s2.extend([0.0, 0.0, 0.0])
                 server.scene.carried_offset_m.extend([0.0, 0.0, 0.0])
@@ -85,9 +87,13 @@ class HostileWords(BelievingTest):
         self.start_world()
         for name in ("nothing", "shapes_by_the_hundred", "old_states", "refusals"):
             graphics, server = self.begins("--picture-time", "predicted")
+            begun = time.monotonic()
             server.attack = ON_A_LINK[name]
             self.goes_on(graphics, server)
-            self.ends_at_once(graphics)
+            done = self.ends_at_once(graphics)
+            told = sum("refuses: " in line for line in done.lines)  # refusals in other words each time
+            self.assertLessEqual(told, 1 + (time.monotonic() - begun) // SAYS_AGAIN_S, done)
+            self.assertEqual(told > 0, name == "refusals", done)
             server.stop()
 
 if __name__ == "__main__":

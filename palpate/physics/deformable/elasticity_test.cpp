@@ -98,11 +98,28 @@ TEST(Elasticity, InclusionsAreWhereTheyAreSaidToBe) {
   EXPECT_TRUE(check(material));
   material.inclusions[0].ratio = 0.0;
   EXPECT_FALSE(check(material));
+  material.inclusions[0] = {{0.0, 0.0, -0.01}, {0.002, 0.0, 0.004}, 10.0};
+  EXPECT_FALSE(check(material)) << "flat";
+  material.inclusions[0] = {{0.0, std::nan(""), -0.01}, {0.002, 0.002, 0.004}, 10.0};
+  EXPECT_FALSE(check(material)) << "nowhere";
   material.inclusions.clear();
   material.matrix.poisson = 0.5;
   EXPECT_FALSE(check(material));
   material.matrix = {-1.0, 0.4};
   EXPECT_FALSE(check(material));
+}
+
+// From a point on an axis outside of an ellipsoid the axis' end is nearest.
+TEST(Elasticity, TheDistanceToAnInclusionIsThatToItsSurface) {
+  const Inclusion ball{{0.001, 0.0, -0.01}, {0.004, 0.004, 0.004}, 10.0};
+  EXPECT_NEAR(distance_to(ball, {0.001, 0.003, -0.006}), 0.001, 1e-15);
+  EXPECT_NEAR(distance_to(ball, {0.002, 0.0, -0.01}), -0.003, 1e-15) << "within";
+  const Inclusion egg{{0.001, 0.0, -0.01}, {0.002, 0.003, 0.004}, 10.0};
+  for (int axis = 0; axis < 3; ++axis)
+    for (const double side : {-1.0, 1.0}) {
+      const Vector3 place = egg.centre + side * (egg.radii[axis] + 0.005) * Vector3::Unit(axis);
+      EXPECT_NEAR(distance_to(egg, place), 0.005, 1e-9) << axis << ' ' << side;
+    }
 }
 
 // The paper's own numbers for an incompressible layer. Its fourth term, 0.0975 x^4, has the other sign in the paper's

@@ -83,6 +83,23 @@ TEST(Indentation, AnInclusionBesideTheMiddleWeighsAsItsMirrorImageDoes) {
   EXPECT_GT(beside, 1.02 * without);
 }
 
+TEST(Indentation, DepthsComeBackInTheirOrderAndProgressEndsAtOne) {
+  auto it = tabulated_block();
+  it.model = Model::linear;
+  it.fineness = 1.0;
+  it.depths = {0.002, 0.0002, 0.001};  // of two meshes
+  std::vector<double> heard;
+  const auto points = solve_indentation(it, [&](double share) { heard.push_back(share); });
+  ASSERT_TRUE(points) << points.error().message;
+  ASSERT_EQ(points->size(), 3u);
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ((*points)[k].depth, it.depths[k]);
+    EXPECT_NEAR((*points)[k].force / hertz_force(it.material.matrix, it.radius, it.depths[k]), 1.0, 0.2) << k;
+  }
+  ASSERT_EQ(heard.size(), 3u);
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(heard[k], (k + 1.0) / 3.0, 1e-12);
+}
+
 TEST(Indentation, WhatMakesNoSenseIsRefused) {
   const auto refuses = [](auto change) {
     auto it = tabulated_block();
@@ -94,6 +111,8 @@ TEST(Indentation, WhatMakesNoSenseIsRefused) {
   EXPECT_TRUE(refuses([](Indentation& it) { it.depths = {0.0}; }));
   EXPECT_TRUE(refuses([](Indentation& it) { it.depths = {0.01}; }));
   EXPECT_TRUE(refuses([](Indentation& it) { it.radius = -1.0; }));
+  EXPECT_TRUE(refuses([](Indentation& it) { it.fineness = 0.5; }));
+  EXPECT_TRUE(refuses([](Indentation& it) { it.fineness = std::nan(""); }));
   EXPECT_TRUE(refuses([](Indentation& it) { it.size.x() = 0.01; }));
   EXPECT_TRUE(refuses([](Indentation& it) { it.size.z() = std::nan(""); }));
   EXPECT_TRUE(refuses([](Indentation& it) { it.material.matrix.poisson = 0.5; }));

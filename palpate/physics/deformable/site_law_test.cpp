@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include "palpate/physics/deformable/box_mesh.h"
 #include "palpate/physics/deformable/half_space.h"
+#include "palpate/physics/deformable/linear_body.h"
 #include "palpate/physics/deformable/quick_indentation.h"
 #include "palpate/physics/deformable/surface_load.h"
 
@@ -33,6 +37,49 @@ TEST(SurfaceLoad, IsAUnitForceWhereverItLies) {
     }
   // The bottom is not what is pressed, and a disc that hangs over an edge loses what hangs over.
   EXPECT_NEAR(hertz_load(mesh, {{0.03, 0.0, 0.0}, {0, 0, 1}}, 0.004).sum(), -0.5, 2e-3);
+}
+
+TetMesh thin_plate() {
+  BoxMeshSettings settings;
+  settings.size = {0.06, 0.06, 0.002};
+  settings.core_depth = 0.001;
+  settings.cells = 3;
+  settings.cells_down = 1;
+  settings.shells = 3;
+  return *box_mesh(settings);
+}
+
+TEST(SurfaceLoad, NeitherAPlatesBackNorAnotherPlateBeneathIsPressed) {
+  const TetMesh plate = thin_plate();
+  EXPECT_NEAR(hertz_load(plate, {}, 0.004).sum(), -1.0, 2e-3);
+  TetMesh two = plate;
+  const int count = static_cast<int>(plate.nodes.size());
+  for (const auto& node : plate.nodes) two.nodes.push_back(node - Vector3(0.0, 0.0, 0.005));
+  for (auto facet : plate.facets) {
+    for (int& node : facet) node += count;
+    two.facets.push_back(facet);
+  }
+  EXPECT_NEAR(hertz_load(two, {}, 0.004).sum(), -1.0, 2e-3);
+}
+
+TEST(SurfaceLoad, ManyLoadsAreAnsweredAsEachAlone) {
+  const TetMesh plate = thin_plate();
+  FreeMotion motion(plate);
+  for (const int node : nodes_on_plane(plate, 2, -0.002)) motion.hold(node);
+  motion.number();
+  const auto factor = factorised(linear_stiffness(plate, {}, motion));
+  ASSERT_TRUE(factor);
+  std::vector<Eigen::VectorXd> loads;
+  for (int k = 0; k < 40; ++k) loads.push_back(hertz_load(plate, {{4e-4 * k, 0.0, 0.0}, {0, 0, 1}}, 0.004));
+  const auto all = answers(*factor, motion, loads);
+  ASSERT_TRUE(all);
+  ASSERT_EQ(all->size(), loads.size());
+  for (const std::size_t k : {std::size_t{0}, std::size_t{31}, std::size_t{32}, std::size_t{39}}) {
+    const auto one = answers(*factor, motion, {loads[k]});
+    ASSERT_TRUE(one);
+    EXPECT_NEAR((*all)[k] / one->front(), 1.0, 1e-9) << k;
+  }
+  EXPECT_GT(std::abs((*all)[0] / (*all)[32] - 1.0), 1e-6) << "places that answer differently";
 }
 
 TEST(SurfaceLoad, ADeepBlockAnswersAsAHalfSpaceAndALayer) {
@@ -109,6 +156,70 @@ TEST(SiteLaw, WorkIsStoredInTheHalfSpaceAndInTheRest) {
   const double c = -0.0005 - 0.003 * (footprint(law.radius, low) - 0.001) / 0.011;
   const double complementary = force * low - bare.energy(low) + 0.5 * force * force * c;
   EXPECT_NEAR((force * depth - law.energy(depth)) / complementary, 1.0, 1e-3);
+}
+
+TEST(SiteLaw, BeyondTheFootprintsThatAreKnownAnInclusionWeighsAsAtTheNearestOne) {
+  SiteLaw law;
+  law.matter = {6000.0, 0.45};
+  law.footprints = {0.002, 0.003};
+  law.inclusions = {-0.002, -0.004};
+  for (const double depth : {0.0002, 0.005}) {
+    SiteLaw constant;
+    constant.matter = law.matter;
+    constant.homogeneous = depth < 0.001 ? -0.002 : -0.004;
+    ASSERT_EQ(law.contact_radius(depth) < 0.002, depth < 0.001);
+    ASSERT_EQ(law.contact_radius(depth) > 0.003, depth > 0.001);
+    EXPECT_NEAR(law.force(depth) / constant.force(depth), 1.0, 1e-9) << depth;
+  }
+}
+
+// From as deep as the layer above it is thick, what an inclusion adds grows no more.
+TEST(SiteLaw, WhatAnInclusionAddsGrowsDownToTheLayersDepth) {
+  SiteLaw law;
+  law.matter = {6000.0, 0.45};
+  law.footprints = {0.001, 0.012};
+  law.inclusions = {-0.0005, -0.0035};
+  law.layer = 0.003;
+  const double gamma = 0.205 / law.layer + 0.133 / law.radius;
+  for (const double depth : {0.001, 0.003, 0.006}) {
+    SiteLaw grown = law;
+    grown.layer = std::numeric_limits<double>::infinity();
+    for (double& inclusion : grown.inclusions) inclusion /= 1.0 - gamma * std::min(depth, law.layer);
+    EXPECT_NEAR(law.force(depth) / grown.force(depth), 1.0, 1e-9) << depth;
+  }
+}
+
+// The table of docs/theory/deformable.md, and halfway between two of its entries.
+TEST(SiteLaw, TheSofteningIsTheTabulatedOne) {
+  EXPECT_NEAR(finite_strain_softening(0.40), 0.076, 1e-12);
+  EXPECT_NEAR(finite_strain_softening(0.45), 0.124, 1e-12);
+  EXPECT_NEAR(finite_strain_softening(0.465), 0.140, 1e-12);
+  EXPECT_NEAR(finite_strain_softening(0.48), 0.156, 1e-12);
+  EXPECT_NEAR(finite_strain_softening(0.49), 0.168, 1e-12);
+}
+
+TEST(SiteLaw, SetsOfInclusionsAreEachAsIfAlone) {
+  Indentation it;
+  it.fineness = 1.0;
+  it.depths = {0.001};
+  const Inclusion near{{0.0, 0.0, -0.010}, {0.004, 0.004, 0.004}, 10.0};
+  const Inclusion deep{{0.0, 0.0, -0.020}, {0.004, 0.005, 0.006}, 10.0};
+  const std::vector<std::vector<Inclusion>> sets{{near, deep}, {}, {deep}};
+  std::vector<std::size_t> heard;
+  const auto laws = site_laws_of_block(it, sets, [&](std::size_t done) { heard.push_back(done); });
+  ASSERT_TRUE(laws) << laws.error().message;
+  ASSERT_EQ(laws->size(), 3u);
+  EXPECT_EQ(heard, (std::vector<std::size_t>{1, 2, 3}));
+  EXPECT_NEAR((*laws)[0].layer, 0.006, 1e-9) << "of the nearest";
+  EXPECT_NEAR((*laws)[2].layer, 0.014, 1e-9);
+  EXPECT_TRUE((*laws)[1].inclusions.empty());
+  it.material.inclusions = {deep};  // which counts for site_law_of_block alone
+  const auto alone = site_law_of_block(it);
+  ASSERT_TRUE(alone);
+  EXPECT_EQ(alone->homogeneous, (*laws)[1].homogeneous);
+  EXPECT_EQ(alone->inclusions, (*laws)[2].inclusions);
+  const Inclusion out{{0.0, 0.0, -0.001}, {0.004, 0.004, 0.004}, 10.0};
+  EXPECT_FALSE(site_laws_of_block(it, std::vector<std::vector<Inclusion>>{{deep}, {out}}));
 }
 
 // Neo-Hookean solutions of another program (axisymmetric elements), docs/theory/deformable.md.

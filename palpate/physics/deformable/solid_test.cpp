@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "palpate/core/random.h"
 #include "palpate/physics/deformable/box_mesh.h"
@@ -85,6 +87,24 @@ TEST(Solid, ForcesAndStiffnessAreDerivativesOfTheEnergy) {
   }
 }
 
+// The half-space z > 1/2 is half of the part of a unit tetrahedron that lies nearest to its upper corner, as seen by
+// barycentric coordinates, and nothing of the other three parts. How much is counted on a coarse lattice: a third to five
+// sixths.
+TEST(Solid, WhereAnInclusionsSurfaceCutsAnElementCompliancesAreAveraged) {
+  const auto mesh = *quadratic_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}});
+  constexpr double kFar = 1e4;  // a ball so large that its surface is flat here
+  Material material;
+  material.inclusions = {{{0.0, 0.0, 0.5 + kFar}, {kFar, kFar, kFar}, 10.0}};
+  const Solid solid(mesh, material, Model::linear);
+  const auto& points = solid.points().front();
+  const double shear = material.matrix.shear();
+  for (std::size_t q = 0; q < 3; ++q) EXPECT_NEAR(points[q].shear / shear, 1.0, 1e-12);
+  const auto with_share = [](double share) { return 1.0 / (share / 10.0 + 1.0 - share); };
+  EXPECT_GT(points[3].shear / shear, with_share(1.0 / 3.0));
+  EXPECT_LT(points[3].shear / shear, with_share(5.0 / 6.0));
+  EXPECT_NEAR(points[3].bulk / points[3].shear, material.matrix.bulk() / shear, 1e-9);
+}
+
 TEST(Solid, RigidMotionStoresNothing) {
   const auto mesh = small_block();
   const Matrix3 R = so3_exp(Vector3(0.3, 0.2, -1.0)).toRotationMatrix();
@@ -119,6 +139,45 @@ TEST(TipContact, PenetrationHasTheNormalAndCurvatureOfItsTip) {
   }
   EXPECT_NEAR(penetration(tip, {0.001, 0.0, -0.0005}).depth, 0.0005, 1e-12);
   EXPECT_NEAR(penetration(tip, {0.006, 0.0, 0.02}).depth, 0.001, 1e-12) << "beside the shaft";
+  const auto middle = penetration(tip, tip.centre);
+  EXPECT_EQ(middle.depth, tip.radius);
+  EXPECT_TRUE(middle.normal.allFinite() && middle.curvature.allFinite());
+}
+
+// With h the height of the tip's centre the energy is  pi k integral from h to R of (R - s)^2 s ds.
+TEST(TipContact, ASmallTipInTheMiddleOfAFacetIsFelt) {
+  const auto mesh = small_block();
+  const auto top = facets_on_plane(mesh, 2, 0.0);
+  const TipContact contact(mesh, top, 1e7, 16);
+  const Eigen::VectorXd u = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * mesh.nodes.size()));
+  // None of the facet's six nodes lies within the tip.
+  const auto X = places_of(mesh, mesh.facets[static_cast<std::size_t>(top.front())]);
+  const Vector3 middle = X.topRows<3>().colwise().mean().transpose();
+  const double R = 0.001, h = 0.0005;
+  ASSERT_GT((X.rowwise() - middle.transpose()).rowwise().norm().minCoeff(), R);
+  const RigidTip tip{middle + Vector3(0.0, 0.0, h), {0.0, 0.0, 1.0}, R};
+  const double energy = std::numbers::pi * 1e7 * std::pow(R, 4) * 5.0 / 192.0;
+  EXPECT_NEAR(contact.energy(tip, u) / energy, 1.0, 0.05);
+  EXPECT_NEAR(contact.state(tip, u).radius, std::sqrt(R * R - h * h), 2e-4);
+}
+
+TEST(TipContact, AShareOfItsStiffnessIsThatShare) {
+  const auto mesh = small_block();
+  const TipContact contact(mesh, facets_on_plane(mesh, 2, 0.0), 1e7, 3);
+  FreeMotion motion(mesh);
+  motion.number();
+  const RigidTip tip{{0.0005, 0.0, 0.005}, {0.0, 0.0, 1.0}, 0.006};
+  const Eigen::VectorXd u = random_displacements(mesh, 1e-4);
+  auto whole = stiffness_pattern(mesh, motion), share = whole;
+  contact.add_stiffness(tip, u, motion, true, whole);
+  contact.add_stiffness(tip, u, motion, true, share, 0.25);
+  double largest = 0.0, off = 0.0;
+  for (std::size_t k = 0; k < whole.values.size(); ++k) {
+    largest = std::max(largest, std::abs(whole.values[k]));
+    off = std::max(off, std::abs(share.values[k] - 0.25 * whole.values[k]));
+  }
+  EXPECT_GT(largest, 0.0);
+  EXPECT_LT(off, 1e-12 * largest);
 }
 
 TEST(TipContact, ForcesAndStiffnessAreDerivativesOfTheEnergy) {

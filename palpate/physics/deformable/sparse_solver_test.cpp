@@ -141,6 +141,7 @@ TEST(SparseSolver, EquationsThatAreKeptAreCondensedAsByDenseInversion) {
 TEST(SparseSolver, WhatIsKeptIsNotSolvedAndOnlyWhatIsKeptIsCondensed) {
   const auto matrix = row_of_springs(20, 0.3);
   EXPECT_FALSE(SparseFactor::analyse(matrix, {3, 20}));
+  EXPECT_FALSE(SparseFactor::analyse(matrix, {-1, 3}));
   auto factor = SparseFactor::analyse(matrix, {3});
   Eigen::VectorXd x = Eigen::VectorXd::Ones(20);
   EXPECT_FALSE(factor->condense(x)) << "before it is factorised";

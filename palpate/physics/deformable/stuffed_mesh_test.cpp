@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <numbers>
 #include <set>
+#include <vector>
 
 #include "palpate/physics/deformable/refined_mesh.h"
 
@@ -95,6 +97,19 @@ TEST(StuffedMesh, WhatItCannotFillIsSaid) {
   EXPECT_FALSE(stuffed_mesh(to_ball, {{-0.04, -0.04, -0.04}, {0.04, 0.04, 0.04}, 1e-4}));
 }
 
+TEST(StuffedMesh, ACrumbBesideTheBodyIsLeftOut) {
+  const auto with_crumb = [](const Vector3& p) {
+    return std::min(to_ball(p), (p - kBallMiddle - Vector3(0.055, 0.0, 0.0)).norm() - 0.005);
+  };
+  const Vector3 half = Vector3::Constant(0.065);
+  const StuffedMeshSettings settings{kBallMiddle - half, kBallMiddle + half, 0.006};
+  const auto alone = stuffed_mesh(to_ball, settings), beside = stuffed_mesh(with_crumb, settings);
+  ASSERT_TRUE(alone);
+  ASSERT_TRUE(beside) << beside.error().message;
+  EXPECT_EQ(beside->elements.size(), alone->elements.size());
+  EXPECT_NEAR(volume(*beside) / volume(*alone), 1.0, 1e-12);
+}
+
 TEST(RefinedMesh, IsFineWhereItIsAskedForAndFollowsTheSurface) {
   const auto mesh = ball_of_elements(0.016);
   ASSERT_TRUE(mesh);
@@ -127,6 +142,30 @@ TEST(RefinedMesh, IsFineWhereItIsAskedForAndFollowsTheSurface) {
   const auto straight = refined_mesh(*mesh, wanted);
   ASSERT_TRUE(straight);
   EXPECT_NEAR(volume(*straight) / volume(*mesh), 1.0, 1e-12);
+}
+
+TEST(RefinedMesh, AWayOntoTheSurfaceThatTurnsElementsInsideOutIsNotTaken) {
+  const auto mesh = ball_of_elements(0.016);
+  ASSERT_TRUE(mesh);
+  const auto wanted = [](const Vector3&) { return 0.012; };
+  const auto straight = refined_mesh(*mesh, wanted);
+  ASSERT_TRUE(straight);
+  const auto through = [](const Vector3& p) { return Vector3(2.0 * kBallMiddle - p); };
+  const auto nowhere = [](const Vector3& p) { return Vector3(p.x(), p.y(), std::nan("")); };
+  for (const auto& onto : std::vector<std::function<Vector3(const Vector3&)>>{through, nowhere}) {
+    const auto fine = refined_mesh(*mesh, wanted, onto);
+    ASSERT_TRUE(fine) << fine.error().message;
+    EXPECT_TRUE(check(*fine));
+    EXPECT_NEAR(volume(*fine) / volume(*straight), 1.0, 1e-12);
+  }
+}
+
+TEST(RefinedMesh, WhatTakesTooManyElementsIsRefused) {
+  const auto mesh = ball_of_elements(0.016);
+  ASSERT_TRUE(mesh);
+  const auto fine = refined_mesh(*mesh, [](const Vector3&) { return 0.0018; });
+  ASSERT_FALSE(fine);
+  EXPECT_NE(fine.error().message.find("200000 elements"), std::string::npos) << fine.error().message;
 }
 
 }  // namespace

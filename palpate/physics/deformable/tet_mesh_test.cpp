@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <set>
+#include <string>
 
 #include "palpate/physics/deformable/box_mesh.h"
 #include "palpate/physics/deformable/quadratic_shape.h"
@@ -45,6 +47,11 @@ double flux_of_place(const TetMesh& mesh) {
 TEST(TetMesh, TheSurfaceIsClosedAndFacesOutwards) {
   auto mesh = *box_mesh({});
   EXPECT_NEAR(flux_of_place(mesh) / (3.0 * volume(mesh)), 1.0, 1e-12);
+  for (std::size_t f = 0; f < mesh.facets.size(); ++f) {
+    const auto& element = mesh.elements.at(static_cast<std::size_t>(mesh.facet_elements.at(f)));
+    for (const int node : mesh.facets[f])
+      ASSERT_NE(std::find(element.begin(), element.end(), node), element.end()) << "facet " << f;
+  }
   // With bent edges the elements are curved; the identity holds still.
   for (auto& node : mesh.nodes) node += Vector3(0.3 * node.y() * node.y(), 0.0, 0.5 * node.x() * node.y());
   EXPECT_NEAR(flux_of_place(mesh) / (3.0 * volume(mesh)), 1.0, 1e-9);
@@ -107,6 +114,15 @@ TEST(TetMesh, WhatIsNoBodyIsRefused) {
   EXPECT_FALSE(check(mesh)) << "a middle far from its edge";
   mesh.nodes[4].x() = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(check(mesh));
+  mesh.nodes[4] = {0.2, 0.0, 0.0};
+  EXPECT_FALSE(check(mesh)) << "turned inside out at a corner alone";
+  for (const int odd : {-1, 10}) {
+    mesh = one_tetrahedron();
+    mesh.elements[0][5] = odd;
+    const auto checked = check(mesh);
+    ASSERT_FALSE(checked);
+    EXPECT_NE(checked.error().message.find("has node"), std::string::npos) << checked.error().message;
+  }
 }
 
 TEST(BoxMesh, HasTheBlocksVolumeFacesAndGrading) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -55,6 +56,49 @@ TEST(TwoContacts, TheDepthsLeftSolveTheirEquations) {
     EXPECT_NEAR(found.first_depth, low, 2e-7) << apart;
     EXPECT_NEAR(found.second_depth, second_of(low), 2e-7);
     EXPECT_LT(found.first_depth, 0.004);
+  }
+}
+
+// The dent of the deeper one is deeper here than the other one reaches.
+TEST(TwoContacts, WhatReachesLessDeepThanTheOthersDentTouchesNothing) {
+  const Vector3 shallow = pressed_at(-0.003, 0.0003), deep = pressed_at(0.003, 0.005);
+  const TipEnergy alone = shared_body().at(deep);
+  ASSERT_GT(between(shallow, deep).value * alone.force.norm(), 2.0 * 0.0003);
+  const TwoForces found = press_two(shallow, deep), exchanged = press_two(deep, shallow);
+  EXPECT_EQ(found.first_depth, 0.0);
+  EXPECT_EQ(found.first.norm(), 0.0);
+  EXPECT_LT((found.second - alone.force).norm(), 1e-12);
+  EXPECT_NEAR(found.energy, alone.energy, 1e-15);
+  EXPECT_EQ(exchanged.second_depth, 0.0);
+  EXPECT_LT((exchanged.first - alone.force).norm(), 1e-12);
+}
+
+// There Newton's rule alone leads away from any solution. The one that is found has the deeper one's contact alone.
+TEST(TwoContacts, WhereEachGivesWayMoreThanTheOtherResistsTheDeeperOneStays) {
+  for (const double compliance : {0.02, 0.03, 0.045})
+    for (const double less : {0.001, 0.0015}) {
+      const Vector3 first = pressed_at(-0.015, 0.0045 - less), second = pressed_at(-0.01, 0.0045);
+      const TwoForces found =
+          two_contacts(shared_body(), first, shared_body(), second, {compliance, Vector3::Zero()});
+      EXPECT_EQ(found.first_depth, 0.0) << compliance << ' ' << less;
+      EXPECT_NEAR(found.second_depth, 0.0045, 2e-7);
+      EXPECT_LT((found.second - shared_body().at(second).force).norm(), 1e-12);
+    }
+}
+
+// Whatever the compliance: a servo gets finite forces, and nobody is deeper than its place is.
+TEST(TwoContacts, DepthsStayWithinThoseOfTheirPlaces) {
+  Random random(2, "tissue/two contacts/any compliance");
+  for (int i = 0; i < 2000; ++i) {
+    const double depth_1 = random.uniform(0.0001, 0.005);
+    const double depth_2 = random.uniform(0.0001, 0.005);
+    const double compliance = std::pow(10.0, random.uniform(-4.0, 2.0));
+    const TwoForces found = two_contacts(shared_body(), pressed_at(-0.01, depth_1), shared_body(),
+                                         pressed_at(0.01, depth_2), {compliance, Vector3::Zero()});
+    ASSERT_TRUE(found.first.allFinite() && found.second.allFinite() && std::isfinite(found.energy));
+    ASSERT_GE(std::min(found.first_depth, found.second_depth), 0.0);
+    ASSERT_LT(found.first_depth, depth_1 + 1e-6) << compliance;
+    ASSERT_LT(found.second_depth, depth_2 + 1e-6) << compliance;
   }
 }
 
