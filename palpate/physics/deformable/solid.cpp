@@ -36,17 +36,30 @@ void add_point(const Matrix9& tangent, const Solid::Point& point, ElementMatrix&
   }
 }
 
-// Places in an element, for each of its quadrature points those that lie nearest to its corner.
-std::array<std::vector<Barycentric4>, 4> places_near_corners() {
-  constexpr int kParts = 8;
-  std::array<std::vector<Barycentric4>, 4> places;
-  for (int i = 0; i < kParts; ++i)
-    for (int j = 0; i + j < kParts; ++j)
-      for (int k = 0; i + j + k < kParts; ++k) {
-        Barycentric4 L{(i + 0.25) / kParts, (j + 0.25) / kParts, (k + 0.25) / kParts, 0.0};
-        L[3] = 1.0 - L[0] - L[1] - L[2];
-        places[static_cast<std::size_t>(std::max_element(L.begin(), L.end()) - L.begin())].push_back(L);
-      }
+struct WeighedPlace {
+  Barycentric4 L;
+  double weight;  // those of a quarter make 1
+};
+
+// Of a quadrature point's quarter of the element: what is nearer to its corner than to the others, which is a box with
+// the corner, the middles of its edges and faces, and the element's. Gathered as a grid over that box, so that no
+// place lies between two quarters and no order of the nodes counts.
+std::vector<WeighedPlace> places_near_corner(int corner) {
+  constexpr int kParts = 5;
+  std::vector<WeighedPlace> places;
+  double sum = 0.0;
+  for (int n = 0; n < kParts * kParts * kParts; ++n) {
+    const std::array<double, 3> x{(n % kParts + 0.5) / kParts, (n / kParts % kParts + 0.5) / kParts,
+                                  (n / kParts / kParts + 0.5) / kParts};
+    // With b_k = x_k L of the corner the box's sides are b = 1: L = 1/(1 + x1 + x2 + x3), b = x L; and volume goes as L^4.
+    const double own = 1.0 / (1.0 + x[0] + x[1] + x[2]);
+    WeighedPlace place{{}, own * own * own * own};
+    for (int k = 0, other = 0; k < 4; ++k)
+      place.L[static_cast<std::size_t>(k)] = k == corner ? own : own * x[static_cast<std::size_t>(other++)];
+    sum += place.weight;
+    places.push_back(place);
+  }
+  for (auto& place : places) place.weight /= sum;
   return places;
 }
 
@@ -54,7 +67,8 @@ std::array<std::vector<Barycentric4>, 4> places_near_corners() {
 // the harmonic mean is taken: the element's few displacements cannot follow the jump of strain and would make it
 // too stiff.
 std::array<double, 4> ratios_of(const Material& material, const Eigen::Matrix<double, 10, 3>& X) {
-  static const auto places = places_near_corners();
+  static const std::array<std::vector<WeighedPlace>, 4> places{places_near_corner(0), places_near_corner(1),
+                                                               places_near_corner(2), places_near_corner(3)};
   std::array<double, 4> ratios;
   bool cut = false;
   const double first = material.ratio_at(X.row(0).transpose());
@@ -66,8 +80,9 @@ std::array<double, 4> ratios_of(const Material& material, const Eigen::Matrix<do
   if (!cut) return ratios;
   for (std::size_t q = 0; q < 4; ++q) {
     double sum = 0.0;
-    for (const auto& L : places[q]) sum += 1.0 / material.ratio_at(X.transpose() * element_shape(L));
-    ratios[q] = static_cast<double>(places[q].size()) / sum;
+    for (const auto& [L, weight] : places[q])
+      sum += weight / material.ratio_at(X.transpose() * element_shape(L));
+    ratios[q] = 1.0 / sum;
   }
   return ratios;
 }
