@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A demo stopped at different stages: it ends soon, says so, and leaves only whole files and no process."""
+"""A demo stopped at different stages: it ends soon, says so, and leaves only whole files and no process. One that is quick and long at once."""
 import json
 import os
 import signal
@@ -59,6 +59,11 @@ class DemoStopped(ProgramTest):
         self.assertEqual(self.children(demo), [])
         place = os.path.join(self.meeting, "palpate")
         self.assertEqual([name for name in os.listdir(place) if not name.endswith(".lock")], [])
+
+    def test_who_names_the_length_of_a_quick_demo_gets_every_picture(self):
+        """Those that an application makes long by itself draw 160; players see by them, and play worse."""
+        self.runs("demo", "--headless", "--quick", "--seconds", "8", "--out", "report")
+        self.assertGreater(json.loads(self.read("report", "summary.json"))["exchange"]["frames"], 8 * 30 - 3)
 
 
 if __name__ == "__main__":

@@ -89,6 +89,8 @@ Expected<void> choose_world(DemoArguments& options) {
   return apply(options.settings, demo.applications, demo.application, demo.world.settings);
 }
 
+constexpr double kMostQuickPictures = 160.0;
+
 void choose_length(DemoArguments& options) {
   auto& demo = options.demo;
   const auto* spec = demo.applications.find(demo.application);
@@ -96,6 +98,8 @@ void choose_length(DemoArguments& options) {
   if (demo.quick) demo.realtime_s = 3.0;
   if (!options.seconds_said && demo.quick) demo.seconds = 4.0;
   if (!options.seconds_said && asked_for > 0.0) demo.seconds = asked_for;
+  // Where a quick demo plays longer for something to happen. Who names the length gets every picture: players see by them.
+  if (!options.seconds_said && demo.quick) demo.most_pictures = kMostQuickPictures;
   if (!options.two_hosts) return;
   demo.two_hosts = demo::TwoHostsOptions{.insecure = options.insecure};
   demo.realtime_s = std::max(demo.realtime_s, 15.0);

@@ -27,12 +27,8 @@ namespace {
 // Thrown where the demo looks at Ctrl-C: on its way out the processes it started end and unfinished files go.
 struct Interrupted {};
 
-// A quick demo that plays longer, for something to happen, draws its pictures further apart.
-constexpr double kMostQuickPictures = 160.0;
-
 double picture_rate(const DemoOptions& options) {
-  const double rate = options.world.camera.rate_hz;
-  return options.quick ? std::min(rate, kMostQuickPictures / options.seconds) : rate;
+  return std::min(options.world.camera.rate_hz, options.most_pictures / options.seconds);
 }
 
 void go_on_unless_stopped() {

@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,6 +31,7 @@ struct DemoOptions {
   std::string application;                  // one of them
   double seconds = 30.0;
   double realtime_s = 10.0;
+  double most_pictures = std::numeric_limits<double>::infinity();  // in lock-step: further apart, if need be
   std::uint64_t seed = 1;
   sim::config::WorldFile world;
   std::filesystem::path world_path;  // for the real-time processes; empty = the reference world
