@@ -6,16 +6,12 @@
 #include <vector>
 
 #include "applications/palpation/settings.h"
-#include "palpate/scene/application.h"
+#include "palpate/scene/table_for_tests.h"
 
 namespace palpate::applications::palpation {
 
 inline scene::SceneDescription table_for_tests() {
-  scene::SceneDescription scene;
-  scene.application = "palpation";
-  scene.surfaces = {{"table",
-                     {Vector3(-0.375, -1.52, 1.80), Vector3(0.375, -1.52, 1.80), Vector3(0.375, -1.52, 0.80),
-                      Vector3(-0.375, -1.52, 0.80)}}};
+  scene::SceneDescription scene = scene::table_for_tests("palpation");
   describe(scene::SettingValues(setting_schema()), scene);
   return scene;
 }
@@ -23,10 +19,7 @@ inline scene::SceneDescription table_for_tests() {
 // The same scene with one setting changed, by its name and in its unit.
 inline scene::SceneDescription with(scene::SceneDescription scene, std::string_view name,
                                     scene::SettingValue value) {
-  auto values = scene::from_payload(setting_schema(), scene.settings).value();
-  values.set(name, std::move(value));
-  scene.settings = scene::to_payload(setting_schema(), values);
-  return scene;
+  return scene::with_setting(setting_schema(), std::move(scene), name, std::move(value));
 }
 
 }  // namespace palpate::applications::palpation

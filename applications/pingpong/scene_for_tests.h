@@ -7,19 +7,15 @@
 #include <vector>
 
 #include "applications/pingpong/settings.h"
-#include "palpate/scene/application.h"
+#include "palpate/scene/table_for_tests.h"
 
 namespace palpate::applications::pingpong {
 
 inline scene::SceneDescription scene_for_tests() {
-  scene::SceneDescription scene;
-  scene.application = "pingpong";
-  scene.surfaces = {{"table",
-                     {Vector3(-0.375, -1.52, 1.80), Vector3(0.375, -1.52, 1.80), Vector3(0.375, -1.52, 0.80),
-                      Vector3(-0.375, -1.52, 0.80)}},
-                    {"wall",
-                     {Vector3(-0.375, -1.52, 0.80), Vector3(0.375, -1.52, 0.80), Vector3(0.375, -0.92, 0.80),
-                      Vector3(-0.375, -0.92, 0.80)}}};
+  scene::SceneDescription scene = scene::table_for_tests("pingpong");
+  scene.surfaces.push_back({"wall",
+                            {Vector3(-0.375, -1.52, 0.80), Vector3(0.375, -1.52, 0.80),
+                             Vector3(0.375, -0.92, 0.80), Vector3(-0.375, -0.92, 0.80)}});
   describe(scene::SettingValues(setting_schema()), scene);
   return scene;
 }

@@ -8,16 +8,12 @@
 
 #include "applications/touch/organ.h"
 #include "applications/touch/settings.h"
-#include "palpate/scene/application.h"
+#include "palpate/scene/table_for_tests.h"
 
 namespace palpate::applications::touch {
 
 inline scene::SceneDescription table_for_tests() {
-  scene::SceneDescription scene;
-  scene.application = "touch";
-  scene.surfaces = {{"table",
-                     {Vector3(-0.375, -1.52, 1.80), Vector3(0.375, -1.52, 1.80), Vector3(0.375, -1.52, 0.80),
-                      Vector3(-0.375, -1.52, 0.80)}}};
+  scene::SceneDescription scene = scene::table_for_tests("touch");
   describe(scene::SettingValues(setting_schema()), scene);
   return scene;
 }
@@ -25,10 +21,7 @@ inline scene::SceneDescription table_for_tests() {
 // The same scene with one setting changed, by its name and in its unit.
 inline scene::SceneDescription with(scene::SceneDescription scene, std::string_view name,
                                     scene::SettingValue value) {
-  auto values = scene::from_payload(setting_schema(), scene.settings).value();
-  values.set(name, std::move(value));
-  scene.settings = scene::to_payload(setting_schema(), values);
-  return scene;
+  return scene::with_setting(setting_schema(), std::move(scene), name, std::move(value));
 }
 
 inline scene::SceneDescription with(const scene::SceneDescription& scene, std::string_view name,
