@@ -49,7 +49,7 @@ scene::SceneState example_state(const scene::SceneDescription& scene, const Pose
 }
 
 std::vector<float> example_shape(const scene::SceneDescription& scene, const scene::SceneState& state) {
-  PalpationApplication application(scene, {}, cache_folder());
+  PalpationApplication application(scene, {.keeps_files = false}, cache_folder());
   constexpr Duration kTick = std::chrono::milliseconds(1);
   scene::TipState tip;
   tip.X_world_tip = {state.bodies[kTip].q(), state.bodies[kTip].p()};

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "applications/palpation/difficulty.h"
 #include "applications/palpation/liver.h"
 #include "palpate/core/random.h"
 #include "palpate/core/units.h"
@@ -15,6 +16,8 @@ constexpr double kInner = 0.62;       // share of the organ's half sides
 constexpr double kLevelAbove = 0.85;  // least upward part of the normal above a nodule
 constexpr double kCover_m = 0.003;    // least matter between a nodule and any other side
 constexpr int kMostDraws = 400;
+constexpr std::int32_t kLevelBits = 15;  // of a seed that tells the level
+static_assert(kHardestLevel + 1 <= kLevelBits);
 
 // The outer points of a nodule are no nearer to another side than kCover_m, and to its own as deep as was drawn.
 bool lies_inside(const physics::tissue::SurfaceDistance& surface, const HiddenNodule& nodule, double depth) {
@@ -26,10 +29,13 @@ bool lies_inside(const physics::tissue::SurfaceDistance& surface, const HiddenNo
 
 }  // namespace
 
-std::int32_t trial_seed(std::uint64_t run_seed, int trial) {
+std::int32_t trial_seed(std::uint64_t run_seed, int trial, std::optional<int> level) {
   Random random(run_seed + 0x9e3779b97f4a7c15ull * static_cast<std::uint64_t>(trial), "palpation/trial");
-  return static_cast<std::int32_t>(1 + random.below(0x7ffffffe));
+  const auto seed = static_cast<std::int32_t>(1 + random.below(0x7ffffffe));
+  return level ? (seed & ~kLevelBits) | (std::clamp(*level, 0, kHardestLevel) + 1) : seed;
 }
+
+int level_in_seed(std::int32_t seed) { return std::clamp((seed & kLevelBits) - 1, 0, kHardestLevel); }
 
 SearchArea search_area(const scene::TriangleMesh& organ) {
   Vector3 low = organ.vertices.front(), high = low;
@@ -76,6 +82,13 @@ Expected<std::vector<HiddenNodule>> draw_nodules(const scene::TriangleMesh& orga
     if (!near && lies_inside(*surface, nodule, depth)) nodules.push_back(nodule);
   }
   return nodules;
+}
+
+Expected<std::vector<HiddenNodule>> draw_nodules(const scene::TriangleMesh& organ,
+                                                 const PalpationSettings& settings, std::int32_t seed) {
+  const bool by_level = settings.difficulty == Difficulty::staircase;
+  return draw_nodules(organ, by_level ? ranges_at(settings.nodules, level_in_seed(seed)) : settings.nodules,
+                      settings.rules.within, seed);
 }
 
 }  // namespace palpate::applications::palpation

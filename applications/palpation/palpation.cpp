@@ -11,8 +11,9 @@ namespace {
 
 constexpr double kShapeEvery_s = 0.004;  // twice as often as shapes are kept
 
-std::unique_ptr<PreparedTrial> first_trial(const TrialPlan& plan) {
-  auto trial = prepare_trial(plan, 1);
+std::unique_ptr<PreparedTrial> first_trial(const TrialPlan& plan, std::optional<int> level) {
+  if (const auto fit = levels_fit(plan); !fit) throw std::runtime_error(fit.error().message);
+  auto trial = prepare_trial(plan, 1, level);
   if (!trial) throw std::runtime_error(trial.error().message);
   return std::move(*trial);
 }
@@ -38,6 +39,12 @@ void put(const Vector3& v, float* out) {
 
 }  // namespace
 
+std::optional<int> level_told(const PalpationSettings& settings, const scene::SceneState& state) {
+  const std::int32_t told = state.counters[kNoduleSeed];
+  if (settings.difficulty != Difficulty::staircase || told == 0) return std::nullopt;
+  return told > 0 ? level_in_seed(told) : std::clamp(-1 - told, 0, kHardestLevel);
+}
+
 PalpationApplication::PalpationApplication(const scene::SceneDescription& scene,
                                            const scene::RunSettings& run, const std::filesystem::path& cache)
     : settings_(palpation_settings(scene)),
@@ -45,8 +52,9 @@ PalpationApplication::PalpationApplication(const scene::SceneDescription& scene,
       ahead_(run.pause_s.has_value()),
       X_world_organ_(resting_place(scene)),
       surface_(pressed_mesh(scene)),
-      prepared_(first_trial(plan_of(scene, run, cache))),
-      preparer_(plan_of(scene, run, cache)),
+      training_(settings_, run.keeps_files),
+      prepared_(first_trial(plan_of(scene, run, cache), training_.level())),
+      preparer_(plan_of(scene, run, cache), training_),
       law_(prepared_->law),
       trial_(settings_.rules, top_of(surface_)),
       vertices_(surface_.vertices),
@@ -64,9 +72,31 @@ void PalpationApplication::reset() {
   trial_.prepare(prepared_->nodules);
 }
 
+// Once of each trial: who searches again after a reset has seen where its nodules are.
+void PalpationApplication::tell_of_search() {
+  if (trial_.phase() != TrialPhase::shown || told_ == number_) return;
+  told_ = number_;
+  const Score& score = trial_.score();
+  FinishedSearch search;
+  search.trial = number_;
+  if (settings_.difficulty == Difficulty::staircase) search.level = level_in_seed(prepared_->seed);
+  search.nodules = score.nodules;
+  search.found = score.found;
+  search.false_alarms = score.false_alarms;
+  search.error = score.median_error();
+  search.seconds = trial_.searched_s();
+  search.path = trial_.path();
+  search.hard_presses = trial_.hard_presses();
+  search.peak_force = touch_.resets == resets_ ? touch_.peak_n : 0.0;
+  preparer_.tell(search);
+}
+
 void PalpationApplication::next_trial() {
-  if (trial_.next_wanted() || (ahead_ && trial_.phase() == TrialPhase::searching))
-    preparer_.want(number_ + 1);
+  tell_of_search();
+  // How hard the next one is, a staircase knows when this one is over, and not before.
+  const TrialPhase from =
+      settings_.difficulty == Difficulty::staircase ? TrialPhase::shown : TrialPhase::searching;
+  if (trial_.next_wanted() || (ahead_ && trial_.phase() == from)) preparer_.want(number_ + 1);
   if (!trial_.next_wanted() || !preparer_.take(prepared_)) return;
   ++number_;
   ++resets_;
@@ -189,7 +219,8 @@ void PalpationApplication::count(scene::SceneState& state) const {
   c[kPathMm] = in_thousandths(trial_.path());
   c[kMarks] = static_cast<std::int32_t>(trial_.marks().size());
   c[kDwellPermille] = in_thousandths(trial_.dwelt());
-  c[kNoduleSeed] = shown ? prepared_->seed : 0;
+  const bool by_level = settings_.difficulty == Difficulty::staircase;
+  c[kNoduleSeed] = shown ? prepared_->seed : by_level ? -1 - level_in_seed(prepared_->seed) : 0;
   c[kFound] = shown ? score.found : 0;
   c[kFalseAlarms] = shown ? score.false_alarms : 0;
   c[kErrorUm] = shown && score.found > 0 ? in_thousandths(1e3 * score.median_error()) : -1;

@@ -3,12 +3,15 @@
 // The force is a contact law's (physics/tissue), which the haptic tick evaluates; the physics loop follows the trial,
 // dents the surface for the picture and shows what was found. Bodies: 0 the organ, 1 the stylus (its tip, displaced by
 // the scene's carried_offset), 2 the tip's sphere, from 3 on the marks. Nodules are not in the state: when a search is
-// over it holds the seed that they were drawn by. World frame, SI. Physics thread; step() does not allocate, lock, throw
+// over it holds the seed that they were drawn by. With a staircase what was found sets how hard the next trial is, which is
+// prepared while the person looks at what the search has shown; finished searches go into a file where one is named. Both are
+// the preparing thread's. World frame, SI. Physics thread; step() does not allocate, lock, throw
 // or write text.
 #pragma once
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "applications/palpation/liver.h"
@@ -37,12 +40,15 @@ enum Counter : std::size_t {
   kPathMm,  // of the tip while searching
   kMarks,
   kDwellPermille,  // how far the next mark is
-  kNoduleSeed,     // 0 until the search is over
+  kNoduleSeed,     // until the search is over 0, or -1 less the level that a staircase has set
   kFound,
   kFalseAlarms,
   kErrorUm,    // median distance between found nodules and their marks; -1 for none
   kCreatedNj,  // energy that contacts have given out without its having been put in, since the last reset
 };
+
+// The level that a state tells, of a search and after it; none: its nodules were drawn.
+std::optional<int> level_told(const PalpationSettings& settings, const scene::SceneState& state);
 
 // What the haptic tick evaluates: the law of the trial that runs.
 class TrialLaw : public scene::ContactLaw {
@@ -69,7 +75,7 @@ class PalpationApplication : public scene::Application {
  public:
   // The organ stands on the surface "table". Prepares the first trial, which may take half a minute where the cache
   // does not know the organ; an empty `cache` keeps nothing. Throws std::invalid_argument for settings that cannot be,
-  // std::runtime_error for an organ that cannot be prepared.
+  // std::runtime_error for an organ that cannot be prepared, and for a file of searches that cannot be added to.
   PalpationApplication(const scene::SceneDescription& scene, const scene::RunSettings& run,
                        const std::filesystem::path& cache);
 
@@ -88,6 +94,7 @@ class PalpationApplication : public scene::Application {
   void reset() override;
   void follow_law(Instant<PhysicsClock> now, double dt);
   void next_trial();
+  void tell_of_search();
   void dent(double dt);
   void show_marks(scene::SceneState& state);
   void show(const scene::TipState& tip, scene::SceneState& state);
@@ -95,14 +102,15 @@ class PalpationApplication : public scene::Application {
 
   PalpationSettings settings_;
   Vector3 carried_offset_;
-  bool ahead_;  // the next trial is prepared while one runs
+  bool ahead_;  // the next trial is prepared before it is asked for: while one runs, or is looked at
   Pose<World, Body> X_world_organ_;
   scene::TriangleMesh surface_;
+  Training training_;  // the preparer's
   std::unique_ptr<PreparedTrial> prepared_;
   TrialPreparer preparer_;
   TrialLaw law_;
   Trial trial_;
-  int number_ = 1;
+  int number_ = 1, told_ = 0;  // trials: the one that runs, the newest whose search is over
   physics::tissue::TissueTouch touch_;
   std::uint64_t resets_ = 0;
   double since_shape_ = 1.0;  // s

@@ -79,8 +79,7 @@ Json PalpationRecord::summary() const {
   }
   const auto known = [&](Json value) { return over_ ? value : Json(nullptr); };
   const auto nodules = static_cast<int>(revealed_.of(judged()).size());
-  return {{"palpation",
-           {{"over", over_},
+  Json told{{"over", over_},
             {"nodules", known(nodules)},
             {"found", known(c[kFound])},
             {"missed", known(nodules - c[kFound])},
@@ -94,18 +93,21 @@ Json PalpationRecord::summary() const {
             {"force_max_n", force.empty() ? Json(nullptr) : Json(force.quantile(1.0))},
             {"hard_presses", c[kHardPresses]},
             {"depth_mm_max", mm_from_metres(deepest)},
-            {"energy_created_j", 1e-9 * last_.counters[kCreatedNj]}}}};
+            {"energy_created_j", 1e-9 * last_.counters[kCreatedNj]}};
+  if (const auto level = level_told(settings_, judged())) told["level"] = *level;
+  return {{"palpation", std::move(told)}};
 }
 
 std::vector<scene::ClosingLine> PalpationRecord::closing_lines(const Json& summary) const {
   const auto& p = summary["palpation"];
+  const std::string level = p.contains("level") ? fmt::format(" at level {}", p["level"].get<int>()) : "";
   if (!over_)
-    return {{"palpation", fmt::format("the search was not over after {:.1f} s, {} places marked",
+    return {{"palpation", fmt::format("the search{} was not over after {:.1f} s, {} places marked", level,
                                       p["seconds"].get<double>(), p["marks"].get<int>())}};
-  return {
-      {"palpation", fmt::format("found {} of {} nodules, {} false alarms, in {:.1f} s with {} presses",
-                                p["found"].get<int>(), p["nodules"].get<int>(), p["false_alarms"].get<int>(),
-                                p["seconds"].get<double>(), p["presses"].get<int>())}};
+  return {{"palpation",
+           fmt::format("found {} of {} nodules{}, {} false alarms, in {:.1f} s with {} presses",
+                       p["found"].get<int>(), p["nodules"].get<int>(), level, p["false_alarms"].get<int>(),
+                       p["seconds"].get<double>(), p["presses"].get<int>())}};
 }
 
 void add_record(scene::ApplicationSpec& spec) {

@@ -64,7 +64,7 @@ const std::vector<HiddenNodule>& RevealedNodules::of(const scene::SceneState& st
   seed_ = seed;
   nodules_.clear();
   if (seed <= 0) return nodules_;
-  if (auto drawn = draw_nodules(organ_, settings_.nodules, settings_.rules.within, seed)) nodules_ = *drawn;
+  if (auto drawn = draw_nodules(organ_, settings_, seed)) nodules_ = *drawn;
   return nodules_;
 }
 
@@ -183,19 +183,21 @@ std::vector<std::string> PalpationView::captions(const scene::SceneState& state)
   if (way_ == Way::strain && !is_shown(state))
     lines.push_back(fmt::format("yellow: stretched by {:.0f} %; here by {:.0f} % at most",
                                 100.0 * OrganTint::kFullStrain, 100.0 * most_strain_));
+  const auto told = level_told(settings_, state);
+  const std::string level = told ? fmt::format("   level {}", *told) : "";
   if (is_shown(state)) {
     const auto nodules = static_cast<std::int32_t>(revealed_.of(state).size());
-    lines.push_back(fmt::format("found {} of {}   missed {}   false alarms {}", c[kFound], nodules,
-                                nodules - c[kFound], c[kFalseAlarms]));
+    lines.push_back(fmt::format("found {} of {}   missed {}   false alarms {}{}", c[kFound], nodules,
+                                nodules - c[kFound], c[kFalseAlarms], level));
     if (c[kErrorUm] >= 0) lines.push_back(fmt::format("{:.1f} mm beside", 1e-3 * c[kErrorUm]));
     return lines;
   }
   if (c[kPhase] == static_cast<std::int32_t>(TrialPhase::ready)) {
-    lines.push_back(fmt::format("trial {}: find what is hard inside", c[kTrial]));
+    lines.push_back(fmt::format("trial {}: find what is hard inside{}", c[kTrial], level));
     return lines;
   }
-  lines.push_back(fmt::format("{:.0f} of {:.0f} s   marks {}   too hard {}", 1e-3 * c[kSearchMs],
-                              settings_.rules.seconds, c[kMarks], c[kHardPresses]));
+  lines.push_back(fmt::format("{:.0f} of {:.0f} s   marks {}   too hard {}{}", 1e-3 * c[kSearchMs],
+                              settings_.rules.seconds, c[kMarks], c[kHardPresses], level));
   if (c[kDwellPermille] > 300)
     lines.push_back(fmt::format("hold still to mark: {} %", c[kDwellPermille] / 10));
   return lines;

@@ -2,8 +2,11 @@
 
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <stdexcept>
 #include <utility>
+
+#include "applications/palpation/learning_file.h"
 
 namespace palpate::applications::palpation {
 namespace {
@@ -47,6 +50,18 @@ std::vector<SettingField> trial_fields() {
                    "Shown so long, the next trial begins; 0: when asked for")};
 }
 
+std::vector<SettingField> difficulty_fields() {
+  return {choice_field(kSection, "difficulty", "drawn", {"drawn", "staircase"},
+                       "What sets size and depth: a draw between both ends, or what has been found"),
+          number_field(kSection, "level", 3.0, {0.0, kHardestLevel},
+                       "Of the staircase's first search: 0 largest and shallowest, 10 smallest and deepest"),
+          {.section = kSection,
+           .key = "learning_file",
+           .kind = scene::SettingKind::file,
+           .initial = "",
+           .help = "Table to which finished searches are added, over sessions; empty: none"}};
+}
+
 std::vector<SettingField> trainee_fields() {
   return {choice_field(kSection, "trainee_senses", "yes", {"yes", "no"},
                        "Whether the scripted trainee feels what it presses"),
@@ -60,7 +75,7 @@ std::vector<SettingField> fields() {
   auto all =
       scene::mesh_fields("palpation", "Closed surface as STL, OBJ or PLY; empty: the liver that is built in",
                          {70.0, 70.0, 50.0}, "tray");
-  for (auto* part : {organ_fields, trial_fields, trainee_fields})
+  for (auto* part : {organ_fields, trial_fields, difficulty_fields, trainee_fields})
     for (auto& field : part()) all.push_back(std::move(field));
   return all;
 }
@@ -72,8 +87,9 @@ std::vector<scene::SettingComplaint> relations(const scene::SettingValues& value
   }
   for (const double count : values.range("palpation.nodules"))
     if (count != std::round(count)) return {{"palpation", "nodules", "whole numbers are expected"}};
-  const double seed = values.number("palpation.nodule_seed");
-  if (seed != std::round(seed)) return {{"palpation", "nodule_seed", "a whole number is expected"}};
+  for (const char* key : {"nodule_seed", "level"})
+    if (const double number = values.number(std::string("palpation.") + key); number != std::round(number))
+      return {{"palpation", key, "a whole number is expected"}};
   if (values.number("palpation.deepest_mm") > 1.4 * values.number("palpation.tip_radius_mm"))
     return {{"palpation", "deepest_mm", "at most 1.4 times tip_radius_mm is expected"}};
   if (values.number("palpation.trainee_press_mm") > values.number("palpation.deepest_mm"))
@@ -105,6 +121,19 @@ Expected<void> set_tissue(const std::string& name, scene::SettingValues& values)
   return {};
 }
 
+Expected<void> set_difficulty(const std::string& what, scene::SettingValues& values) {
+  values.set("palpation.difficulty", what);
+  return {};
+}
+
+Expected<void> set_learning_file(const std::string& file, scene::SettingValues& values) {
+  if (file.empty()) return wrong_use("--learning: the name of a file is expected");
+  const auto path = std::filesystem::absolute(file).lexically_normal();
+  if (const auto lines = read_learning_if_there(path); !lines) return tl::unexpected(lines.error());
+  values.set("palpation.learning_file", path.string());
+  return {};
+}
+
 }  // namespace
 
 const scene::SettingSchema& setting_schema() {
@@ -122,6 +151,16 @@ std::vector<scene::ApplicationOption> options() {
                  .help = "gel, liver or cirrhotic; the settings of [palpation] hold the numbers",
                  .choices = {"gel", "liver", "cirrhotic"},
                  .apply = set_tissue});
+  all.push_back({.name = "--difficulty",
+                 .help = "drawn, or by staircase: harder after two searches that found all, easier after one "
+                         "that did not",
+                 .choices = {"drawn", "staircase"},
+                 .apply = set_difficulty});
+  all.push_back({.name = "--learning",
+                 .help =
+                     "CSV file to which every finished search is added, over sessions; a staircase goes on "
+                     "where it ended there",
+                 .apply = set_learning_file});
   return all;
 }
 
@@ -141,6 +180,10 @@ PalpationSettings palpation_settings(const scene::SettingValues& values) {
                .diameter = range("nodule_mm"),
                .depth = range("nodule_depth_mm"),
                .ratio = range("nodule_ratio")};
+  s.difficulty =
+      values.text("palpation.difficulty") == "staircase" ? Difficulty::staircase : Difficulty::drawn;
+  s.level = static_cast<int>(number("level"));
+  s.learning_file = values.text("palpation.learning_file");
   s.rules = {.seconds = number("trial_s"),
              .dwell_s = number("dwell_s"),
              .hard_n = number("hard_n"),
@@ -164,7 +207,13 @@ void describe(const scene::SettingValues& values, scene::SceneDescription& scene
   scene.carried_offset.setZero();  // the bare stylus
   scene.bodies = {{"Organ", 0.0}, {"Stylus", 0.0}};
   scene::set_mesh(s, scene);
-  scene.settings = scene::to_payload(setting_schema(), values);
+  scene::SettingValues resolved = values;
+  if (s.difficulty == Difficulty::staircase && !s.learning_file.empty()) {
+    const auto lines = read_learning_if_there(s.learning_file);
+    if (!lines) throw std::invalid_argument(lines.error().message);
+    if (const auto level = newest_level(*lines)) resolved.set("palpation.level", *level);
+  }
+  scene.settings = scene::to_payload(setting_schema(), resolved);
 }
 
 }  // namespace palpate::applications::palpation

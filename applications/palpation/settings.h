@@ -13,6 +13,12 @@
 
 namespace palpate::applications::palpation {
 
+inline constexpr int kHardestLevel = 10;  // of the staircase; the easiest is 0
+
+// What sets how large and how deep a trial's nodules are: a draw between the ends of NoduleRanges, or a staircase, which
+// follows what the trainee finds, between them (difficulty.h).
+enum class Difficulty { drawn, staircase };
+
 // From which a trial's nodules are drawn, evenly between both ends.
 struct NoduleRanges {
   int fewest = 1, most = 2;
@@ -42,6 +48,9 @@ struct PalpationSettings : scene::ChosenMesh {  // without one: the liver that i
   double deepest = 0.008, element = 0.010;  // m: how deep it is tabulated, edge of the elements inside
   std::uint64_t nodule_seed = 0;            // 0: the run's
   NoduleRanges nodules;
+  Difficulty difficulty = Difficulty::drawn;
+  int level = 3;              // of the first trial, where a staircase sets it
+  std::string learning_file;  // to which finished searches are added (learning_file.h); empty: to none
   TrialRules rules;
   TraineeSettings trainee;
 };
@@ -50,9 +59,11 @@ const scene::SettingSchema& setting_schema();
 PalpationSettings palpation_settings(const scene::SettingValues& values);
 // Of a scene that comes from anywhere. Throws std::invalid_argument where its payload is not as the schema has it.
 PalpationSettings palpation_settings(const scene::SceneDescription& scene);
-// --mesh, --unit, --nodules, --tissue.
+// --mesh, --unit, --nodules, --tissue, --difficulty, --learning.
 std::vector<scene::ApplicationOption> options();
-// Fills what the scene says of palpation: the bare stylus, the bodies, the mesh to be read, the payload.
+// Fills what the scene says of palpation: the bare stylus, the bodies, the mesh to be read, the payload. With a staircase
+// and a file of searches that a staircase has set, the level is the newest one there: whoever has the scene, as a recording
+// has, needs no file. Throws std::invalid_argument for a file that is no such.
 void describe(const scene::SettingValues& values, scene::SceneDescription& scene);
 
 }  // namespace palpate::applications::palpation

@@ -1,6 +1,7 @@
 #include "applications/palpation/specification.h"
 
 #include "applications/palpation/example.h"
+#include "applications/palpation/learning_study.h"
 #include "applications/palpation/liver.h"
 #include "applications/palpation/palpation.h"
 #include "applications/palpation/palpation_study.h"
@@ -35,7 +36,7 @@ scene::ApplicationSpec specification() {
   spec.example_state = example_state;
   spec.example_shape = example_shape;
   spec.quick_demo_s = 16.0;
-  spec.studies = {palpation_study()};
+  spec.studies = {palpation_study(), learning_study()};
   return spec;
 }
 

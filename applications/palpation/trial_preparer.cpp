@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "palpate/core/log.h"
+#include "palpate/time/input_trace.h"
 
 namespace palpate::applications::palpation {
 namespace {
@@ -52,6 +53,10 @@ class SlowSteps {
   std::chrono::steady_clock::time_point told_ = std::chrono::steady_clock::now();
 };
 
+std::uint64_t seed_of_run(const TrialPlan& plan) {
+  return plan.settings.nodule_seed > 0 ? plan.settings.nodule_seed : plan.run_seed;
+}
+
 }  // namespace
 
 std::filesystem::path cache_folder() {
@@ -70,10 +75,10 @@ PreparedTrial::PreparedTrial(std::int32_t seed_of_nodules, std::vector<HiddenNod
       organ(std::move(prepared)),
       law(organ.field, tissue_settings(settings), rest) {}
 
-Expected<std::unique_ptr<PreparedTrial>> prepare_trial(const TrialPlan& plan, int trial) {
-  const std::uint64_t run = plan.settings.nodule_seed > 0 ? plan.settings.nodule_seed : plan.run_seed;
-  const std::int32_t seed = trial_seed(run, trial);
-  auto nodules = draw_nodules(plan.surface, plan.settings.nodules, plan.settings.rules.within, seed);
+Expected<std::unique_ptr<PreparedTrial>> prepare_trial(const TrialPlan& plan, int trial,
+                                                       std::optional<int> level) {
+  const std::int32_t seed = trial_seed(seed_of_run(plan), trial, level);
+  auto nodules = draw_nodules(plan.surface, plan.settings, seed);
   if (!nodules) return tl::unexpected(nodules.error());
   SlowSteps steps;
   auto organ = physics::organ::prepare_organ(
@@ -86,7 +91,19 @@ Expected<std::unique_ptr<PreparedTrial>> prepare_trial(const TrialPlan& plan, in
                                          plan.rest);
 }
 
-TrialPreparer::TrialPreparer(TrialPlan plan) : plan_(std::move(plan)), thread_([this] { run(); }) {}
+Expected<void> levels_fit(const TrialPlan& plan) {
+  if (plan.settings.difficulty != Difficulty::staircase) return {};
+  PalpationSettings settings = plan.settings;
+  settings.nodules.fewest = settings.nodules.most;
+  for (const int level : {0, kHardestLevel}) {
+    const auto drawn = draw_nodules(plan.surface, settings, trial_seed(seed_of_run(plan), 1, level));
+    if (!drawn) return refused("{} (level {})", drawn.error().message, level);
+  }
+  return {};
+}
+
+TrialPreparer::TrialPreparer(TrialPlan plan, Training& training)
+    : plan_(std::move(plan)), training_(training), thread_([this] { run(); }) {}
 
 TrialPreparer::~TrialPreparer() {
   stop_ = true;
@@ -94,9 +111,14 @@ TrialPreparer::~TrialPreparer() {
 }
 
 bool TrialPreparer::take(std::unique_ptr<PreparedTrial>& current) {
-  int ready = 0;
-  if (!ready_.read(ready) || ready <= taken_) return false;
-  // Where a recording is executed again, it says when; there it may have to be waited for.
+  const int newest = finished_.load(std::memory_order_acquire);
+  // What this tick learns of the thread. Where a recording is executed again, the recording says so, and the trial may have
+  // to be waited for; one that nobody has wanted never comes.
+  const std::uint64_t learned = InputTrace::pass(newest > taken_ ? static_cast<std::uint64_t>(newest) : 0);
+  if (learned <= static_cast<std::uint64_t>(taken_) ||
+      learned > static_cast<std::uint64_t>(wanted_.load(std::memory_order_relaxed)))
+    return false;
+  const int ready = static_cast<int>(learned);
   for (int now = finished_.load(std::memory_order_acquire); now < ready;
        now = finished_.load(std::memory_order_acquire))
     finished_.wait(now, std::memory_order_acquire);
@@ -111,16 +133,29 @@ void TrialPreparer::run() {
   int prepared = 0;
   while (!stop_) {
     std::this_thread::sleep_for(kLook);
+    // First what is wanted: what was told before that is heard before it is prepared.
     const int wanted = wanted_.load(std::memory_order_acquire);
+    hear();
     if (wanted <= prepared) continue;
     std::this_thread::sleep_for(kLook);  // no tick holds on to what was exchanged so long ago
-    auto trial = prepare_trial(plan_, wanted);
+    auto trial = prepare_trial(plan_, wanted, training_.level());
     if (!trial) kPreparationLog.warning("trial {} cannot be prepared: {}", wanted, trial.error().message);
     slot_ = trial ? std::move(*trial) : nullptr;
     prepared = wanted;
     finished_.store(wanted, std::memory_order_release);
     finished_.notify_all();
-    ready_.write(wanted);
+  }
+  hear();
+}
+
+void TrialPreparer::hear() {
+  for (const std::uint64_t told = told_.count(); heard_ < told; ++heard_) {
+    FinishedSearch search;
+    if (told_.read(heard_, search))
+      training_.hear(search);
+    else
+      kPreparationLog.warning(
+          "warning: a search came while those before it could not be kept; it is left out");
   }
 }
 

@@ -1,5 +1,6 @@
 // A trial's organ, made ready for the tick: nodules drawn, the field and the law of it. The first one when the
-// application begins, the next ones in a thread of their own while a trial runs.
+// application begins, the next ones in a thread of their own while a trial runs, or is looked at. The same thread does what
+// else follows from a search and takes its time (training.h).
 #pragma once
 
 #include <atomic>
@@ -10,10 +11,11 @@
 
 #include "applications/palpation/nodules.h"
 #include "applications/palpation/settings.h"
+#include "applications/palpation/training.h"
+#include "palpate/core/broadcast_ring.h"
 #include "palpate/core/expected.h"
 #include "palpate/physics/organ/prepared_organ.h"
 #include "palpate/physics/tissue/tissue_law.h"
-#include "palpate/time/triple_buffer.h"
 
 namespace palpate::applications::palpation {
 
@@ -42,30 +44,42 @@ struct TrialPlan {
   std::filesystem::path cache;
 };
 
-// Of trial 1, 2, ...; takes seconds, more where the cache does not know the organ. Any thread, one call at a time.
-Expected<std::unique_ptr<PreparedTrial>> prepare_trial(const TrialPlan& plan, int trial);
+// Of trial 1, 2, ...; takes seconds, more where the cache does not know the organ. `level`: of a staircase. Any thread, one
+// call at a time.
+Expected<std::unique_ptr<PreparedTrial>> prepare_trial(const TrialPlan& plan, int trial,
+                                                       std::optional<int> level);
 
-// The physics loop asks, a thread prepares, and the physics loop takes. want() and take() neither wait, allocate nor
+// Refused where a staircase's easiest or hardest nodules do not fit into the organ.
+Expected<void> levels_fit(const TrialPlan& plan);
+
+// The physics loop asks, a thread prepares, and the physics loop takes. tell(), want() and take() neither wait, allocate nor
 // lock. What was taken before may still be in a tick's hands: it goes when the one after next is prepared.
 class TrialPreparer {
  public:
-  explicit TrialPreparer(TrialPlan plan);
+  // `training` is the thread's for as long as this lives. What it has been told is heard before this goes.
+  TrialPreparer(TrialPlan plan, Training& training);
   ~TrialPreparer();
   TrialPreparer(const TrialPreparer&) = delete;
   TrialPreparer& operator=(const TrialPreparer&) = delete;
 
+  // Of a search that is over. A trial that is wanted afterwards is as hard as follows from it.
+  void tell(const FinishedSearch& search) { told_.push(search); }
   void want(int trial) { wanted_.store(trial, std::memory_order_release); }
   // Exchanges `current` for the trial that was wanted, once it is ready; false, and as before, until then.
   bool take(std::unique_ptr<PreparedTrial>& current);
 
  private:
   void run();
+  void hear();
 
   TrialPlan plan_;
+  Training& training_;
   std::unique_ptr<PreparedTrial> slot_;       // the thread's until it is ready, then the physics loop's
   std::atomic<int> wanted_{0}, finished_{0};  // trials
-  TripleBuffer<int> ready_;                   // the same as finished_, as a recording sees it
-  int taken_ = 0;
+  int taken_ = 0;                             // the physics loop's
+  // A search takes seconds: so many wait only where the disk does not answer.
+  BroadcastRing<FinishedSearch, 8> told_;
+  std::uint64_t heard_ = 0;  // the thread's
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

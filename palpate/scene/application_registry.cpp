@@ -245,7 +245,7 @@ Expected<SceneState> ApplicationRegistry::example_state(const SceneDescription& 
   if (!spec) return tl::unexpected(spec.error());
   const auto state = guarded((*spec)->name, "state", [&]() -> std::optional<SceneState> {
     if ((*spec)->example_state) return (*spec)->example_state(scene, X_world_tip);
-    const auto physics = (*spec)->make_physics(scene, {});
+    const auto physics = (*spec)->make_physics(scene, {.keeps_files = false});
     if (!physics) return std::nullopt;
     constexpr Duration kTick = std::chrono::milliseconds(1);
     const Instant<PhysicsClock> now{kTick};

@@ -36,6 +36,9 @@ struct RunSettings {
   // For people: so long a pause lies between two rounds, s, and a round lasts as long as the person keeps it
   // going. None: rounds follow each other as the scripted player likes them.
   std::optional<double> pause_s;
+  // False where nothing that people keep over sessions may be written, nor be needed: a recording that is executed again, an
+  // example that is drawn.
+  bool keeps_files = true;
 };
 
 // What the hand holds and what it does with that: words on the screen and in the list of keys, and how a mouse

@@ -13,14 +13,15 @@
 namespace palpate::scene {
 namespace {
 
-// A body that stands where the seed and the pause say, to see that both arrive.
+// A body that stands where the seed, the pause and what is kept say, to see that all arrive.
 class Still : public Application {
  public:
   explicit Still(const RunSettings& run) : run_(run) {}
   void step(Instant<PhysicsClock> now, Duration, const TipState&, SceneState& state) override {
     state.time = now;
     state.body_count = 1;
-    state.bodies[0].set_p({static_cast<double>(run_.seed), run_.pause_s.value_or(-1.0), 0.0});
+    state.bodies[0].set_p(
+        {static_cast<double>(run_.seed), run_.pause_s.value_or(-1.0), run_.keeps_files ? 0.0 : 1.0});
   }
   const ImpactEvent& impact() const override { return impact_; }
 
@@ -238,7 +239,7 @@ TEST(ApplicationRegistry, AnExampleIsTheGuestsOwnOrItsFirstState) {
   const auto begun = registry.example_state(scene_of("still"), {});
   ASSERT_TRUE(begun) << begun.error().message;
   EXPECT_EQ(begun->body_count, 1);
-  EXPECT_EQ(begun->bodies[0].p(), Vector3(1.0, -1.0, 0.0));
+  EXPECT_EQ(begun->bodies[0].p(), Vector3(1.0, -1.0, 1.0)) << "an example leaves no file behind";
   auto spec = guest("posing");
   spec.example_state = [](const SceneDescription&, const Pose<World, Tip>& X_world_tip) {
     SceneState state;

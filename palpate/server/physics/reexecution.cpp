@@ -204,6 +204,7 @@ Expected<Reexecution> execute_again(const ReexecutionOptions& options) {
   setup.applications = options.applications;
   setup.scene = recorded->scene;
   setup.run = recorded->setup.run;
+  setup.run.keeps_files = false;  // what a person has learned, for one, counts once
   setup.physics_hz = recorded->setup.physics_hz;
   setup.haptic_hz = recorded->setup.haptic_hz;
   setup.armed = recorded->setup.armed;

@@ -94,11 +94,15 @@ class RestlessArm : public device::OpenedArm, public device::ArmDevice {
   MonotonicClock<ArmClock> clock_;
 };
 
-scene::ApplicationRegistry applications() {
+// `kept`: learns whether the run that is made keeps files.
+scene::ApplicationRegistry applications(bool* kept = nullptr) {
   scene::ApplicationSpec wall;
   wall.name = "yielding-wall";
   wall.summary = "A wall that gives way";
-  wall.make_physics = [](const auto&, const auto&) { return std::make_unique<YieldingWall>(); };
+  wall.make_physics = [kept](const auto&, const scene::RunSettings& run) {
+    if (kept != nullptr) *kept = run.keeps_files;
+    return std::make_unique<YieldingWall>();
+  };
   wall.make_view = [](const auto&) { return std::make_unique<scene::GenericView>("yielding-wall"); };
   return {wall};
 }
@@ -176,6 +180,12 @@ TEST_F(ReexecutionTest, EveryForceIsEqualToTheLastBit) {
   EXPECT_TRUE(result->same()) << json_of(*result).dump(2);
   EXPECT_GT(result->ticks, 100u);
   EXPECT_GT(result->steps, 100u);
+}
+
+TEST_F(ReexecutionTest, LeavesWhatPeopleKeepAlone) {
+  bool kept = true;
+  ASSERT_TRUE(execute_again({.recording = file_, .applications = applications(&kept), .mesh = {}}));
+  EXPECT_FALSE(kept);
 }
 
 // Copies a recording, all but one message.
