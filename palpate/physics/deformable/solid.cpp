@@ -49,8 +49,9 @@ std::vector<WeighedPlace> places_near_corner(int corner) {
   std::vector<WeighedPlace> places;
   double sum = 0.0;
   for (int n = 0; n < kParts * kParts * kParts; ++n) {
-    const std::array<double, 3> x{(n % kParts + 0.5) / kParts, (n / kParts % kParts + 0.5) / kParts,
-                                  (n / kParts / kParts + 0.5) / kParts};
+    const int row = n / kParts, layer = row / kParts;
+    const auto middle = [](int k) { return (k % kParts + 0.5) / kParts; };
+    const std::array<double, 3> x{middle(n), middle(row), middle(layer)};
     // With b_k = x_k L of the corner the box's sides are b = 1: L = 1/(1 + x1 + x2 + x3), b = x L; and volume goes as L^4.
     const double own = 1.0 / (1.0 + x[0] + x[1] + x[2]);
     WeighedPlace place{{}, own * own * own * own};
