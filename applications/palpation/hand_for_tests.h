@@ -11,6 +11,7 @@
 #include "applications/palpation/organ_for_tests.h"
 #include "applications/palpation/palpation.h"
 #include "applications/palpation/trainee.h"
+#include "palpate/scene/soft_hand_for_tests.h"
 #include "tests/scratch_folder.h"
 
 namespace palpate::applications::palpation {
@@ -37,37 +38,14 @@ inline std::filesystem::path cache_for_tests() {
   return folder.path();
 }
 
-// A mass on a spring that the organ pushes back.
-struct SoftHand {
-  static constexpr double kTick = 1e-3, kMass = 0.225, kStiffness = 250.0, kDamping = 4.0;
-  PalpationApplication& application;
-  scene::SceneState state;
-  scene::TipState tip;
-  Vector3 x, v = Vector3::Zero(), force = Vector3::Zero();
-  int ticks = 0;
+using scene::SoftHand;
 
-  SoftHand(PalpationApplication& played, const Vector3& start) : application(played), x(start) {}
-  Instant<PhysicsClock> now() const { return Instant<PhysicsClock>::from_seconds(10.0 + ticks * kTick); }
-  void follow(const device::HandTarget& target) {
-    ++ticks;
-    for (int k = 0; k < 4; ++k) {
-      v +=
-          0.25 * kTick / kMass * (force + kStiffness * (target.tip.m - x) + kDamping * (target.velocity - v));
-      x += 0.25 * kTick * v;
-    }
-    tip.X_world_tip = {target.R_world_tip, x};
-    tip.velocity = v;
-    tip.time = now();
-    force = application.contact_law()->force(tip, kTick);  // as the haptic tick does
-    application.step(now(), seconds(kTick), tip, state);
-    state.time = now();
-  }
-  void go_to(const Vector3& place, double for_s) {
-    const Vector3 from = x;
-    const int steps = static_cast<int>(for_s / kTick);
-    for (int i = 1; i <= steps; ++i) follow({{from + (place - from) * i / steps}, Vector3::Zero(), {}});
-  }
-};
+// To a place in so many seconds, in a straight line.
+inline void go_to(SoftHand& hand, const Vector3& place, double for_s) {
+  const Vector3 from = hand.x;
+  const int steps = static_cast<int>(for_s / SoftHand::kTick);
+  for (int i = 1; i <= steps; ++i) hand.follow({{from + (place - from) * i / steps}, Vector3::Zero(), {}});
+}
 
 inline Vector3 in_world(const PalpationApplication& application, const Vector3& body) {
   return (application.rest() * Point<Body>{body}).m;
@@ -81,13 +59,8 @@ struct Search {
 // The trainee of a scene plays an application, which need not be that scene's, until the search is over.
 inline Search search(PalpationApplication& application, const scene::SceneDescription& scene,
                      std::uint64_t seed) {
-  scene::Reach reach;
-  reach.X_world_base = {rotation_from_xyz({0.0262, -0.0698, 0.0140}), {0.10, -1.40, 1.75}};
-  scene::PlayerSettings settings;
-  settings.seed = seed;
-  settings.hand = {.stiffness = SoftHand::kStiffness / SoftHand::kMass,
-                   .damping = SoftHand::kDamping / SoftHand::kMass};
-  Trainee trainee(scene, reach, settings);
+  const scene::Reach reach = SoftHand::reach();
+  Trainee trainee(scene, reach, SoftHand::player_settings(seed));
   SoftHand hand(application, reach.home());
   Search result;
   for (int i = 0; i < 80'000 && application.trial().phase() != TrialPhase::shown; ++i) {
@@ -95,7 +68,7 @@ inline Search search(PalpationApplication& application, const scene::SceneDescri
     hand.follow(trainee.act(hand.now()));
     result.hardest = std::max(result.hardest, hand.force.norm());
   }
-  hand.go_to(hand.x, 0.01);
+  go_to(hand, hand.x, 0.01);
   result.found = hand.state.counters[kFound];
   result.marks = hand.state.counters[kMarks];
   result.seconds = 1e-3 * hand.state.counters[kSearchMs];

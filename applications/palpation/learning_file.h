@@ -46,7 +46,7 @@ class LearningFile {
   static Expected<LearningFile> open(std::filesystem::path path);
 
   int session() const { return session_; }
-  // With this session's number. The file is read again and written whole: what another session has added stays.
+  // Numbered by session(). The file is read again and written whole: what was added to it meanwhile stays.
   Expected<void> add(LearningLine line);
 
  private:

@@ -31,11 +31,11 @@ TEST(Palpation, APressIsFeltDentsTheSurfaceAndAllocatesNothing) {
   ASSERT_EQ(at_rest.size(), liver_mesh(11).vertices.size() * scene::Shape::kFloatsPerVertex);
   const Vector3 top(0.01, 0.0502, 0.0);
   SoftHand hand(application, in_world(application, top + Vector3(0.0, 0.03, 0.0)));
-  hand.go_to(hand.x, 0.05);
+  go_to(hand, hand.x, 0.05);
   EXPECT_EQ(hand.state.counters[kForceMn], 0);
   const std::size_t before = allocations();
-  hand.go_to(in_world(application, top), 0.5);
-  hand.go_to(in_world(application, top), 0.3);
+  go_to(hand, in_world(application, top), 0.5);
+  go_to(hand, in_world(application, top), 0.3);
   EXPECT_EQ(allocations() - before, 0u);
   EXPECT_GT(hand.state.counters[kForceMn], 100);
   EXPECT_GT(hand.state.counters[kDepthUm], 2000);
@@ -46,7 +46,7 @@ TEST(Palpation, APressIsFeltDentsTheSurfaceAndAllocatesNothing) {
   for (std::size_t i = 0; i < at_rest.size(); i += 6)
     deepest = std::max(deepest, static_cast<double>(at_rest[i + 1] - application.shape()[i + 1]));
   EXPECT_NEAR(deepest, 1e-6 * hand.state.counters[kDepthUm], 0.0015) << "the dent is as deep as the tip";
-  hand.go_to(hand.x + Vector3(0.0, 0.03, 0.0), 0.3);
+  go_to(hand, hand.x + Vector3(0.0, 0.03, 0.0), 0.3);
   EXPECT_TRUE(std::equal(at_rest.begin(), at_rest.end(), application.shape().begin(), [](float a, float b) {
     return std::abs(a - b) < 1e-6f;
   })) << "it comes back";
@@ -57,12 +57,12 @@ TEST(Palpation, TheEndOfASearchAllocatesNothing) {
   PalpationApplication application(easy_scene(), {.seed = 3}, cache_for_tests());
   const Vector3 top(0.01, 0.0502, 0.0);
   SoftHand hand(application, in_world(application, top + Vector3(0.0, 0.03, 0.0)));
-  hand.go_to(in_world(application, top), 0.3);
+  go_to(hand, in_world(application, top), 0.3);
   ASSERT_EQ(application.trial().phase(), TrialPhase::searching);
-  hand.go_to(in_world(application, top + Vector3(0.0, 0.03, 0.0)), 0.2);
+  go_to(hand, in_world(application, top + Vector3(0.0, 0.03, 0.0)), 0.2);
   const std::size_t before = allocations();
   application.control(scene::Control::begin);
-  hand.go_to(hand.x, 0.003);
+  go_to(hand, hand.x, 0.003);
   const std::size_t after = allocations();
   EXPECT_EQ(application.trial().phase(), TrialPhase::shown);
   EXPECT_EQ(after - before, 0u);
@@ -72,9 +72,9 @@ TEST(Palpation, InAPauseNothingIsFeltAndNoTimePasses) {
   auto& application = easy_application();
   const Vector3 top(0.01, 0.0502, 0.0);
   SoftHand hand(application, in_world(application, top + Vector3(0.0, 0.03, 0.0)));
-  hand.go_to(hand.x, 0.05);
+  go_to(hand, hand.x, 0.05);
   application.control(scene::Control::pause);
-  hand.go_to(in_world(application, top), 0.4);
+  go_to(hand, in_world(application, top), 0.4);
   EXPECT_EQ(hand.state.counters[kForceMn], 0);
   EXPECT_EQ(hand.state.counters[kSearchMs], 0);
   application.control(scene::Control::resume);
@@ -89,16 +89,16 @@ TEST(Palpation, WhatIsHiddenIsToldWhenTheSearchIsOver) {
   const Vector3 over = truth.above + Vector3(0.0, 0.03, 0.0),
                 pressed = truth.above + Vector3(0.0, 0.001, 0.0);
   SoftHand hand(application, in_world(application, over));
-  hand.go_to(hand.x, 0.05);
-  hand.go_to(in_world(application, pressed), 0.4);
-  hand.go_to(in_world(application, pressed), 1.4);
+  go_to(hand, hand.x, 0.05);
+  go_to(hand, in_world(application, pressed), 0.4);
+  go_to(hand, in_world(application, pressed), 1.4);
   EXPECT_EQ(hand.state.counters[kMarks], 1);
   record.add_state(hand.state);
   EXPECT_TRUE(record.summary()["palpation"]["nodules"].is_null());
   const auto before = view.draw(hand.state).size();
-  hand.go_to(in_world(application, over), 0.3);
+  go_to(hand, in_world(application, over), 0.3);
   application.control(scene::Control::begin);
-  hand.go_to(in_world(application, over), 0.01);
+  go_to(hand, in_world(application, over), 0.01);
   record.add_state(hand.state);
   const Json told = record.summary()["palpation"];
   EXPECT_EQ(told["nodules"], 1);

@@ -34,7 +34,7 @@ void go_on(SoftHand& hand) {
   const auto number = hand.state.counters[kTrial];
   hand.application.control(scene::Control::begin);
   for (int i = 0; i < kMostLooks && hand.state.counters[kTrial] == number; ++i) {
-    hand.go_to(hand.x, 0.001);
+    go_to(hand, hand.x, 0.001);
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   ASSERT_EQ(hand.state.counters[kTrial], number + 1);
@@ -54,12 +54,12 @@ Vector3 elsewhere(const PalpationApplication& application, const scene::Triangle
 void search_at(SoftHand& hand, const Vector3& place) {
   const auto& application = hand.application;
   const Vector3 over = place + Vector3(0.0, 0.03, 0.0);
-  hand.go_to(in_world(application, over), 0.4);
-  hand.go_to(in_world(application, place + Vector3(0.0, 0.001, 0.0)), 0.3);
-  hand.go_to(in_world(application, place + Vector3(0.0, 0.001, 0.0)), 1.4);
-  hand.go_to(in_world(application, over), 0.3);
+  go_to(hand, in_world(application, over), 0.4);
+  go_to(hand, in_world(application, place + Vector3(0.0, 0.001, 0.0)), 0.3);
+  go_to(hand, in_world(application, place + Vector3(0.0, 0.001, 0.0)), 1.4);
+  go_to(hand, in_world(application, over), 0.3);
   hand.application.control(scene::Control::begin);
-  hand.go_to(hand.x, 0.002);
+  go_to(hand, hand.x, 0.002);
   ASSERT_EQ(application.trial().phase(), TrialPhase::shown);
 }
 
@@ -79,14 +79,14 @@ TEST(PalpationByStaircase, ATraineeWhoFindsIsLedUpAndOneWithoutItsSenseDown) {
     SoftHand hand(application, in_world(application, {0.0, 0.15, 0.0}));
     std::vector<int> levels;
     for (int trial = 1; trial <= 4; ++trial) {
-      hand.go_to(hand.x, 0.002);
+      go_to(hand, hand.x, 0.002);
       levels.push_back(level_told(palpation_settings(scene), hand.state).value_or(-1));
       EXPECT_NE(captions_of(scene, hand.state).find(fmt::format("level {}", levels.back())),
                 std::string::npos);
       if (trial == 4) break;
       const Search done = search(application, trial <= 2 ? scene : numb, static_cast<std::uint64_t>(trial));
       EXPECT_EQ(done.found, trial <= 2 ? 1 : 0) << "the numb one marks by lot; choose another seed";
-      hand.go_to(hand.x, 0.002);
+      go_to(hand, hand.x, 0.002);
       go_on(hand);
     }
     EXPECT_EQ(levels, (std::vector<int>{3, 3, 5, 4}));
@@ -107,7 +107,7 @@ TEST(PalpationByStaircase, WhoIsToldTheStateDrawsTheSameNodulesAndTellsTheLevel)
   const auto scene = with(scene_by_staircase(folder / "me.csv"), "palpation.level", std::vector<double>{8.0});
   PalpationApplication application(scene, {.seed = 3}, cache_for_tests());
   SoftHand hand(application, in_world(application, {0.0, 0.15, 0.0}));
-  hand.go_to(hand.x, 0.002);
+  go_to(hand, hand.x, 0.002);
   EXPECT_EQ(hand.state.counters[kNoduleSeed], -9) << "the level, and nothing of where they are";
   RevealedNodules revealed(pressed_mesh(scene), palpation_settings(scene));
   EXPECT_TRUE(revealed.of(hand.state).empty());

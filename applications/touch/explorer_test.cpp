@@ -1,10 +1,10 @@
-// Exploring in a test: the application, a soft hand, and a player that sees late. The hand here is a mass on
-// a spring that the surface pushes back, and knows nothing of the player's plans.
+// Exploring in a test: the application, a soft hand, and a player that sees late.
 #include "applications/touch/explorer.h"
 
 #include <gtest/gtest.h>
 
 #include "applications/touch/organ_for_tests.h"
+#include "palpate/scene/soft_hand_for_tests.h"
 
 namespace palpate::applications::touch {
 namespace {
@@ -17,52 +17,40 @@ struct Exploration {
 
 Exploration explore(const scene::SceneDescription& scene, double for_s, std::uint64_t seed,
                     double extra_delay_s = 0.0) {
-  constexpr double kTick = 1e-3, kMass = 0.225, kStiffness = 250.0, kDamping = 4.0;
+  using scene::SoftHand;
   TouchApplication application(scene);
-  scene::Reach reach;
-  reach.X_world_base = {rotation_from_xyz({0.0262, -0.0698, 0.0140}), {0.10, -1.40, 1.75}};
-  scene::PlayerSettings settings;
-  settings.seed = seed;
+  const scene::Reach reach = SoftHand::reach();
+  scene::PlayerSettings settings = SoftHand::player_settings(seed);
   settings.reaction_s += extra_delay_s;
-  settings.hand = {.stiffness = kStiffness / kMass, .damping = kDamping / kMass};
   Explorer player(scene, reach, settings);
+  SoftHand hand(application, reach.home());
 
   Exploration result;
-  scene::SceneState state;
-  scene::TipState tip;
-  Vector3 x = reach.home(), v = Vector3::Zero(), force = Vector3::Zero(), target_velocity = Vector3::Zero();
+  Vector3 target_velocity = Vector3::Zero();
   double sum = 0.0;
   int felt = 0;
-  for (int i = 1; i * kTick <= for_s; ++i) {
-    const auto now = Instant<PhysicsClock>::from_seconds(10.0 + i * kTick);
-    if (i % 33 == 0) player.show(state, now + seconds(0.05));
+  for (int i = 1; i * SoftHand::kTick <= for_s; ++i) {
+    const auto now = hand.next();
+    if (i % 33 == 0) player.show(hand.state, now + seconds(0.05));
     const device::HandTarget target = player.act(now);
-    result.hardest = std::max(result.hardest, (target.velocity - target_velocity).norm() / kTick);
+    result.hardest = std::max(result.hardest, (target.velocity - target_velocity).norm() / SoftHand::kTick);
     target_velocity = target.velocity;
-    for (int k = 0; k < 4; ++k) {
-      v +=
-          0.25 * kTick / kMass * (force + kStiffness * (target.tip.m - x) + kDamping * (target.velocity - v));
-      x += 0.25 * kTick * v;
-    }
-    tip.X_world_tip = {target.R_world_tip, x};
-    tip.velocity = v;
-    tip.time = now;
-    force = application.contact_law()->force(tip, kTick);  // as the haptic tick does
-    application.step(now, seconds(kTick), tip, state);
-    state.time = now;
-    result.peak = std::max(result.peak, force.norm());
+    hand.follow(target);
+    const auto& state = hand.state;
+    result.peak = std::max(result.peak, hand.force.norm());
     result.deepest = std::max(result.deepest, 1e-6 * state.counters[kDepthUm]);
     if (state.continuous.touching != 0) {
-      sum += force.norm();
+      sum += hand.force.norm();
       ++felt;
     }
   }
+  const auto& state = hand.state;
   result.touches = state.counters[kTouches];
   result.slips = state.counters[kSlips];
   result.contact_ms = state.counters[kContactMs];
   result.unsettled = state.counters[kUnsettled];
   result.mean_force = felt > 0 ? sum / felt : 0.0;
-  result.last = x;
+  result.last = hand.x;
   return result;
 }
 
