@@ -38,7 +38,7 @@ inline std::filesystem::path cache_for_tests() {
   return folder.path();
 }
 
-using scene::SoftHand;
+using SoftHand = scene::SoftHand<PalpationApplication>;
 
 // To a place in so many seconds, in a straight line.
 inline void go_to(SoftHand& hand, const Vector3& place, double for_s) {

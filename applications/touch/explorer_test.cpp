@@ -17,7 +17,7 @@ struct Exploration {
 
 Exploration explore(const scene::SceneDescription& scene, double for_s, std::uint64_t seed,
                     double extra_delay_s = 0.0) {
-  using scene::SoftHand;
+  using SoftHand = scene::SoftHand<TouchApplication>;
   TouchApplication application(scene);
   const scene::Reach reach = SoftHand::reach();
   scene::PlayerSettings settings = SoftHand::player_settings(seed);

@@ -8,15 +8,16 @@
 
 namespace palpate::scene {
 
+template <typename Played>  // an Application
 struct SoftHand {
   static constexpr double kTick = 1e-3, kMass = 0.225, kStiffness = 250.0, kDamping = 4.0;
-  Application& application;
+  Played& application;
   SceneState state;
   TipState tip;
   Vector3 x, v = Vector3::Zero(), force = Vector3::Zero();
   int ticks = 0;
 
-  SoftHand(Application& played, const Vector3& start) : application(played), x(start) {}
+  SoftHand(Played& played, const Vector3& start) : application(played), x(start) {}
   // Of the newest tick, and of the one that follow() makes.
   Instant<PhysicsClock> now() const { return Instant<PhysicsClock>::from_seconds(10.0 + ticks * kTick); }
   Instant<PhysicsClock> next() const {
