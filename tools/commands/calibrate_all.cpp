@@ -10,7 +10,7 @@
 #include "palpate/sim/camera_renderer.h"
 #include "tools/commands/calibrate_live.h"
 #include "tools/commands/command.h"
-#include "tools/commands/drivers.h"
+#include "tools/commands/device_recording.h"
 #include "tools/commands/guests.h"
 
 namespace palpate::tools::commands {
@@ -46,6 +46,8 @@ Expected<void> calibrate_simulated(const CalibrateAllOptions& options, const sim
   rig.pointer_leds = file.pointer.leds;
   sim::CameraRenderer renderer;
   sim::Simulator world(file, options.seed);
+  auto recorded = DeviceRecording::begin(options.devices.record, "calibrate all", rig, true);
+  if (!recorded) return tl::unexpected(recorded.error());
   world.set_renderer(
       [&renderer](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) { renderer.render(view, rgb); });
   Progress progress({{"calibrating", 25.0}});
@@ -68,8 +70,13 @@ Expected<void> calibrate_simulated(const CalibrateAllOptions& options, const sim
   plan.guidance_seed = options.seed;
   plan.arm_points = plan.arm_test_points = options.poses;
   plan.date = rig::utc_now();
-  auto done = calibration::session::calibrate_rig(evaluation::laboratory_of(world), rig, plan, hooks);
+  hooks.recorded = [&recorded, &rig](const calibration::session::CalibrationRecordings& recordings) {
+    recorded->keep_tables(recordings, rig);
+  };
+  auto done = calibration::session::calibrate_rig(recorded->recorded(evaluation::laboratory_of(world)), rig,
+                                                  plan, hooks);
   progress.finish();
+  if (auto whole = recorded->finish(rig); !whole) return whole;
   if (!done) return tl::unexpected(done.error());
   fmt::print("{}: complete; held-out error of the arm {:.3f} mm\n", one_line(options.rig),
              mm_from_metres(rig.arm->held_out_mean));

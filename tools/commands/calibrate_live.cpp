@@ -1,56 +1,19 @@
 #include "tools/commands/calibrate_live.h"
 
-#include <map>
 #include <memory>
 
 #include "palpate/calibration/session/calibration_session.h"
 #include "palpate/calibration/session/landmark_finder.h"
 #include "palpate/calibration/session/recorder.h"
-#include "palpate/calibration/session/sample_csv.h"
 #include "palpate/core/units.h"
-#include "palpate/record/session/recorded_tables.h"
 #include "tools/commands/command.h"
-#include "tools/commands/drivers.h"
+#include "tools/commands/device_recording.h"
 
 namespace palpate::tools::commands {
 
 namespace {
 
 namespace session = calibration::session;
-
-// The session's recording, where it is asked for, and the drivers that write into it.
-struct Recorded {
-  std::unique_ptr<record::session::SessionRecording> recording;
-  device::DriverRegistry drivers;
-  std::map<std::string, std::string> tables;  // as they were attached last
-};
-
-Expected<Recorded> begin_recording(const RecordOptions& options, const rig::Rig& rig) {
-  auto pictures = picture_recording(options);
-  if (!pictures) return tl::unexpected(pictures.error());
-  if (options.file.empty()) return Recorded{nullptr, drivers(), {}};
-  auto begun =
-      record::session::SessionRecording::begin(options.file, {.recorder = "calibrate all", .on_error = {}});
-  if (!begun) return tl::unexpected(begun.error());
-  if (auto done = (*begun)->attach("rig-before.toml", "application/toml", rig::rig_text(rig)); !done)
-    return tl::unexpected(done.error());
-  Recorded recorded{std::move(*begun), {}, {}};
-  recorded.drivers = record::session::recorded_drivers(drivers(), *recorded.recording, *pictures);
-  return recorded;
-}
-
-// What the calibrations worked on, as their tables: the newest of each name counts.
-void keep_tables(Recorded& recorded, const session::CalibrationRecordings& recordings, const rig::Rig& rig) {
-  const Vector3 tip = rig.tip_pivot ? rig.tip_pivot->tip_in_marker : Vector3(Vector3::Zero());
-  for (const auto& [name, text] : session::session_tables(recordings, tip)) {
-    std::string& last = recorded.tables[name];
-    if (last == text) continue;
-    last = text;
-    if (auto done = recorded.recording->attach(record::session::table_attachment(name), "text/csv", text);
-        !done)
-      notice(done.error().message);
-  }
-}
 
 // `steps` becomes the number of the session's own; `more` come after them.
 session::SessionHooks hooks_for(session::SessionPanel& panel, const std::string& rig_file, std::size_t& steps,
@@ -103,25 +66,20 @@ Expected<void> check_forces(std::unique_ptr<LiveSession> live, std::size_t steps
 Expected<void> calibrate_with(const LiveDevices& devices, const std::string& rig_file, rig::Rig rig,
                               const session::CalibrationPlan& plan, const ForceArguments& forces,
                               desktop::SessionExchange* exchange) {
-  auto recording = begin_recording(devices.record, rig);
-  if (!recording) return tl::unexpected(recording.error());
-  auto opened = LiveSession::open(devices, rig, recording->drivers, exchange);
+  auto recorded = DeviceRecording::begin(devices.record, "calibrate all", rig);
+  if (!recorded) return tl::unexpected(recorded.error());
+  auto opened = LiveSession::open(devices, rig, recorded->drivers(), exchange);
   if (!opened) return tl::unexpected(opened.error());
   LiveSession& live = **opened;
   std::size_t steps = 0;
   const bool forces_wanted = forces_due(rig, live.arm_facts());
   session::SessionHooks hooks = hooks_for(live.panel(), rig_file, steps, forces_wanted ? 1 : 0);
-  if (recording->recording)
-    hooks.recorded = [&recording, &rig](const session::CalibrationRecordings& recordings) {
-      keep_tables(*recording, recordings, rig);
-    };
+  hooks.recorded = [&recorded, &rig](const session::CalibrationRecordings& recordings) {
+    recorded->keep_tables(recordings, rig);
+  };
   const auto done = session::calibrate_rig(live.context(), rig, plan, hooks);
   if (!done) live.end();
-  if (recording->recording) {
-    if (auto kept = recording->recording->attach("rig.toml", "application/toml", rig::rig_text(rig)); !kept)
-      notice(kept.error().message);
-    if (auto whole = recording->recording->finish(); !whole) return tl::unexpected(whole.error());
-  }
+  if (auto whole = recorded->finish(rig); !whole) return whole;
   if (!done) return tl::unexpected(done.error());
   fmt::print("{}: complete; held-out error of the arm {:.3f} mm\n", one_line(rig_file),
              mm_from_metres(rig.arm->held_out_mean));

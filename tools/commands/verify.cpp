@@ -10,7 +10,7 @@
 #include "palpate/sim/camera_renderer.h"
 #include "palpate/sim/simulator.h"
 #include "tools/commands/command.h"
-#include "tools/commands/drivers.h"
+#include "tools/commands/device_recording.h"
 #include "tools/commands/guests.h"
 #include "tools/commands/live_devices.h"
 #include "tools/commands/result_output.h"
@@ -31,7 +31,9 @@ struct VerifyOptions {
 Expected<session::VerificationRecord> observe_with(const VerifyOptions& options, const rig::Rig& rig,
                                                    const session::VerificationPlan& plan,
                                                    desktop::SessionExchange* exchange) {
-  auto opened = LiveSession::open(options.devices, rig, drivers(), exchange);
+  auto recorded = DeviceRecording::begin(options.devices.record, "verify", rig);
+  if (!recorded) return tl::unexpected(recorded.error());
+  auto opened = LiveSession::open(options.devices, rig, recorded->drivers(), exchange);
   if (!opened) return tl::unexpected(opened.error());
   LiveSession& live = **opened;
   session::VerificationHooks hooks;
@@ -41,6 +43,8 @@ Expected<session::VerificationRecord> observe_with(const VerifyOptions& options,
   hooks.find_landmarks = session::landmark_finder();
   auto record = session::observe_rig(live.context(), rig, plan, hooks);
   live.end();
+  opened->reset();
+  if (auto whole = recorded->finish(rig); !whole && record) return tl::unexpected(whole.error());
   return record;
 }
 
@@ -79,8 +83,11 @@ Expected<session::VerificationRecord> observe_simulated(const VerifyOptions& opt
     progress.update(static_cast<double>(step) / static_cast<double>(steps));
   };
   hooks.find_landmarks = session::landmark_finder();
-  auto record = session::observe_rig(evaluation::laboratory_of(world), rig, plan, hooks);
+  auto recorded = DeviceRecording::begin(options.devices.record, "verify", rig, true);
+  if (!recorded) return tl::unexpected(recorded.error());
+  auto record = session::observe_rig(recorded->recorded(evaluation::laboratory_of(world)), rig, plan, hooks);
   progress.finish();
+  if (auto whole = recorded->finish(rig); !whole && record) return tl::unexpected(whole.error());
   return record;
 }
 
@@ -245,6 +252,7 @@ void add_verify(CLI::App& program) {
           "Which visit to it: noise, touches and poses are drawn anew for each; 0 is the calibration's")
       ->capture_default_str();
   add_device_options(*command, options->devices);
+  add_record_options(*command, options->devices.record);
   on(command, [options] { return verify(*options); });
 }
 

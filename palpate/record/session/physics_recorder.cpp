@@ -16,6 +16,7 @@ namespace {
 
 constexpr Log kRecorderLog("recording");
 constexpr std::uint64_t kShowEvery = 1'000'000'000 / 60, kSceneEvery = 5'000'000'000;  // ns
+constexpr Duration kShapeEvery = std::chrono::nanoseconds(1'000'000'000 / 30);
 
 // Takes entries from `next` on; those that are gone count as missed.
 template <typename Ring, typename Take>
@@ -62,6 +63,13 @@ PhysicsRecorder::PhysicsRecorder(SessionRecording& recording, const PhysicsTicks
 
 PhysicsRecorder::~PhysicsRecorder() { stop(); }
 
+void PhysicsRecorder::record_shapes(transport::ShapeSource source) {
+  if (scene_.shape_vertices == 0) return;
+  shape_source_ = std::move(source);
+  shapes_ = &recording_.stream("/physics/shape", "palpate.recording.Shape");
+  shape_.values.resize(scene_.shape_vertices * scene::Shape::kFloatsPerVertex);
+}
+
 void PhysicsRecorder::start() {
   thread_ = std::thread([this] {
     while (!stopping_.load()) {
@@ -81,6 +89,7 @@ void PhysicsRecorder::look() {
   take_haptic_ticks();
   take_steps();
   take_trip();
+  take_shape();
 }
 
 void PhysicsRecorder::take_haptic_ticks() {
@@ -94,6 +103,7 @@ void PhysicsRecorder::take_haptic_ticks() {
 void PhysicsRecorder::take_steps() {
   drain(ticks_.steps, step_next_, missed_, [this](const RecordedStep& step) {
     write(step_, step.now, encode_step(step));
+    last_step_ = step.now;
     if (!step.state) return;
     write(state_, step.now, transport::encode(*step.state));
     if (const auto time = recording_.log_time(step.now.ns()); time >= next_bodies_)
@@ -113,6 +123,16 @@ void PhysicsRecorder::take_trip() {
   const std::uint64_t end = ticks_.haptic.count();
   const auto last = end > 0 ? ticks_.haptic.read(end - 1) : std::nullopt;
   if (last) write(trip_, last->tick.begun, out.SerializeAsString());
+}
+
+// The newest: the surface is pushed less often than the world steps.
+void PhysicsRecorder::take_shape() {
+  if (shapes_ == nullptr || last_step_ < next_shape_) return;
+  const auto time = shape_source_(last_step_, shape_.values);
+  if (!time || *time <= shape_.time) return;
+  shape_.time = *time;
+  next_shape_ = std::max(next_shape_ + kShapeEvery, *time);
+  write(*shapes_, *time, shape_encoder_.encode(shape_));
 }
 
 void PhysicsRecorder::write(const LoopFigures& loop, Instant<PhysicsClock> now) {

@@ -196,6 +196,8 @@ Expected<void> PhysicsProcess::begin_recording() {
   side_->server().record_to(*ticks_);
   recorder_.emplace(*recording_, *ticks_, side_->server().haptic(), options_.rig, side_->scene(),
                     options_.rig_text);
+  recorder_->record_shapes(
+      [this](Instant<PhysicsClock> t, std::span<float> out) { return side_->server().shape_at(t, out); });
   recorder_->start();
   return {};
 }

@@ -11,7 +11,9 @@
 #include "palpate/core/text.h"
 #include "palpate/record/byte_source.h"
 #include "palpate/record/mcap_reader.h"
+#include "palpate/record/session/shape_messages.h"
 #include "palpate/scene/scene_history.h"
+#include "palpate/scene/shape_history.h"
 #include "palpate/time/clock.h"
 #include "palpate/transport/messages.h"
 #include "palpate/transport/zmq_engine.h"
@@ -20,6 +22,7 @@ namespace palpate::server::physics {
 namespace {
 
 constexpr Log kReplayLog("replay");
+constexpr const char *kStates = "/physics/state", *kShapes = "/physics/shape";
 
 // Serves from the moment it knows the scene; each state goes into the history when its time has come.
 class Show : public record::ScanHandler {
@@ -31,11 +34,12 @@ class Show : public record::ScanHandler {
     const auto scene = transport::decode_scene(attachment.data);
     if (!scene) return refused("{}: scene.pb: {}", file(), scene.error().message);
     history_ = std::make_unique<scene::SceneHistory>(scene->gravity);
-    scene::SceneDescription served = *scene;
-    served.shape_vertices = 0;  // shapes are not recorded
+    shapes_ = std::make_unique<scene::ShapeHistory>(scene->shape_vertices);
     auto service = transport::serve_states(
-        options_.place.endpoint, clock_, [this](Instant<PhysicsClock> t) { return history_->at(t); }, served,
-        {.identity = options_.place.identity, .status = {}, .shape = {}});
+        options_.place.endpoint, clock_, [this](Instant<PhysicsClock> t) { return history_->at(t); }, *scene,
+        {.identity = options_.place.identity,
+         .status = {},
+         .shape = [this](Instant<PhysicsClock> t, std::span<float> out) { return shapes_->at(t, out); }});
     if (!service) return tl::unexpected(service.error());
     service_ = std::move(*service);
     kReplayLog.info("shows {} at {}", file(), service_->endpoint());
@@ -46,6 +50,7 @@ class Show : public record::ScanHandler {
   Expected<void> message(const record::HeardMessage& heard) override {
     if (!service_)
       return refused("{}: holds no session of a physics server: the attachment scene.pb is missing", file());
+    if (heard.channel.topic == kShapes) return take_shape(heard.message.data);
     auto state = transport::decode_state(heard.message.data);
     if (!state) return tl::unexpected(state.error());
     if (!first_) first_ = state->time;
@@ -61,6 +66,7 @@ class Show : public record::ScanHandler {
     state->time = due;
     state->tick = ++states_;
     history_->push(*state);
+    show_shape(state->time);
     shown_s_ = since - begun_->since;
     return {};
   }
@@ -86,12 +92,27 @@ class Show : public record::ScanHandler {
     double since;
   };
   void begin(double since) { begun_ = Beginning{clock_.now(), since}; }
+  // What it says of the surface counts from the state that follows on.
+  Expected<void> take_shape(std::string_view bytes) {
+    const auto taken = shape_.decode(bytes);
+    if (!taken) return tl::unexpected(taken.error());
+    shape_waits_ = *taken;
+    return {};
+  }
+  void show_shape(Instant<PhysicsClock> now) {
+    if (!shape_waits_) return;
+    shapes_->push(now, shape_.shape().values);
+    shape_waits_ = false;
+  }
   std::string file() const { return one_line(options_.recording.string()); }
 
   const ShowOptions& options_;
   const std::atomic<bool>& stop_ = stop_requested();
   MonotonicClock<PhysicsClock> clock_;
   std::unique_ptr<scene::SceneHistory> history_;
+  std::unique_ptr<scene::ShapeHistory> shapes_;
+  record::session::ShapeDecoder shape_;
+  bool shape_waits_ = false;
   std::unique_ptr<transport::StateService> service_;
   std::optional<Instant<PhysicsClock>> first_;
   std::optional<Beginning> begun_;
@@ -104,7 +125,7 @@ class Show : public record::ScanHandler {
 Expected<Json> show_recording(const ShowOptions& options) {
   stop_requested();  // from here on a signal is a request
   record::ScanOptions scan_options;
-  scan_options.topics = {"/physics/state"};
+  scan_options.topics = {kStates, kShapes};
   Show show(options);
   for (bool again = true; again;) {
     auto source = record::open_source(options.recording);
