@@ -11,8 +11,10 @@
 
 #include "drivers/cameras/aravis_source.h"
 #include "drivers/cameras/camera_choice.h"
+#include "palpate/core/random.h"
 #include "palpate/time/clock.h"
 #include "palpate/time/clock_model.h"
+#include "tests/fake_camera_clock.h"
 #include "tests/fake_network_camera.h"
 #include "tests/rendered_views.h"
 
@@ -115,19 +117,52 @@ TEST(AravisCamera, PicturesArriveToTheLastBitInEveryFormat) {
         own);
 }
 
-// The pretended camera's clock is CLOCK_REALTIME and the host's is CLOCK_MONOTONIC: their difference is
-// known.
+// The pretended camera's clock is CLOCK_REALTIME and the host's is CLOCK_MONOTONIC: their difference is known.
+std::int64_t wall_ns() {
+  timespec wall{};
+  clock_gettime(CLOCK_REALTIME, &wall);
+  return wall.tv_sec * 1'000'000'000LL + wall.tv_nsec;
+}
+std::int64_t lead_ns() {  // of the camera's clock
+  const std::int64_t before = MonotonicClock<GraphicsClock>::monotonic_ns(), wall = wall_ns();
+  return wall - (before + MonotonicClock<GraphicsClock>::monotonic_ns()) / 2;
+}
+
+// How long after mid-exposure the driver says that it was, for twenty pictures that are on their way for 30 to 150 ms.
+std::vector<double> told_late_ms() {
+  std::uint64_t number = 0;
+  Random random(4, "ways");
+  const FakeNetworkCamera pretended(kSerial, [&] {
+    const auto ms = static_cast<std::int64_t>(random.uniform(30.0, 150.0));
+    return FakeNetworkCamera::Shown{&shown()[0], static_cast<std::uint64_t>(wall_ns()), ++number,
+                                    [ms] { std::this_thread::sleep_for(std::chrono::milliseconds(ms)); }};
+  });
+  auto camera = open_camera(request("Mono8"));
+  EXPECT_TRUE(camera) << camera.error().message;
+  std::vector<double> late;
+  const std::int64_t lead = lead_ns();
+  while (late.size() < 20) {
+    const auto image = next_image(**camera);
+    const std::int64_t told = MonotonicClock<GraphicsClock>::monotonic_ns() - image.waited.count();
+    late.push_back(1e-6 * static_cast<double>(told - (image.mid_exposure.ns() - lead)));
+  }
+  return late;
+}
+
+TEST(AravisCamera, IsAskedForItsClockSoThatTheWayOfAPictureDoesNotCount) {
+  for (const double late_ms : told_late_ms()) EXPECT_NEAR(late_ms, 0.0, 10.0);
+}
+
+TEST(AravisCamera, WithoutALatchAStampBelongsToTheMomentOfArrival) {
+  set_fake_camera_clock({});
+  for (const double late_ms : told_late_ms()) EXPECT_GE(late_ms, 25.0);
+  set_fake_camera_clock([] { return static_cast<std::uint64_t>(wall_ns()); });
+}
+
 TEST(AravisCamera, StampsLeadToTheHostsTimeWithinWhatTheEstimatorStates) {
   const FakeNetworkCamera pretended(kSerial, shown());
   auto camera = open_camera(request("Mono8"));
   ASSERT_TRUE(camera) << camera.error().message;
-  const auto lead_ns = [] {  // of the camera's clock
-    timespec wall{};
-    const std::int64_t before = MonotonicClock<GraphicsClock>::monotonic_ns();
-    clock_gettime(CLOCK_REALTIME, &wall);
-    return wall.tv_sec * 1'000'000'000LL + wall.tv_nsec -
-           (before + MonotonicClock<GraphicsClock>::monotonic_ns()) / 2;
-  };
   const MonotonicClock<GraphicsClock> clock;
   ClockEstimator<CameraClock, GraphicsClock> estimator;
   const std::int64_t lead = lead_ns();

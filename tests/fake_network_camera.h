@@ -3,7 +3,8 @@
 //
 // It sends Mono8 (the green channel), RGB8 or one of the four Bayer patterns, as it is told over the network,
 // 640x480 px of whatever size it is set to, each picture `repeats` times before the next. Its clock is the
-// machine's CLOCK_REALTIME, or that of whoever gives the pictures. Gone with the object, as if its plug were pulled.
+// machine's CLOCK_REALTIME, or that of whoever gives the pictures; who asks for it is answered by fake_camera_clock.h. Gone with the
+// object, as if its plug were pulled.
 //
 // There is one place for such a camera on a machine: port 3956 of 127.0.0.1. Who tries one holds a
 // NetworkCameraTurn meanwhile, so that tests of several checkouts do not take each other's camera.

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <mutex>
 
+#include "drivers/cameras/internal/clock_reader.h"
 #include "drivers/cameras/internal/frame_count.h"
 #include "palpate/core/text.h"
 #include "palpate/time/clock.h"
@@ -19,6 +20,9 @@ namespace {
 constexpr int kAravisBuffers = 5;  // one held here, one being filled, three against a busy machine
 constexpr int kPicturesInSocket =
     4;  // come in one burst each, while the thread that takes them waits for its turn
+// Of every GigE Vision camera: GevTimestampControl, whose bit for latching is the last but one, and what it has latched.
+constexpr std::uint64_t kTimestampControl = 0x944, kTimestampHigh = 0x948, kTimestampLow = 0x94c;
+constexpr std::uint32_t kLatch = 2;
 constexpr std::int64_t kAskExposureTimeNs = 500'000'000;
 
 std::int64_t aravis_now_ns() { return MonotonicClock<CameraClock>::monotonic_ns(); }
@@ -112,6 +116,7 @@ class AravisSource : public FrameSource {
 
   void close() override {
     give_back();
+    clock_.reset();
     if (camera_ && stream_ && !gone_.load()) {
       Reason ignored;
       arv_camera_stop_acquisition(camera_.get(), &ignored);
@@ -166,9 +171,36 @@ class AravisSource : public FrameSource {
     facts.exposure_s = to_seconds(exposure_);
     facts.stamp = "start of exposure, by the camera's clock";
     if (settings_.stamp_at) facts.stamp = "as --camera-stamp says";
+    if (arv_camera_is_gv_device(camera_.get())) {
+      ticks_per_s_ = arv_gv_device_get_timestamp_tick_frequency(
+          ARV_GV_DEVICE(arv_camera_get_device(camera_.get())), &reason);
+      if (!reason && ticks_per_s_ > 0) clock_ = ClockReader::begin([this] { return read_clock(); });
+      if (clock_) facts.stamp += ", read over the network";
+    }
     if (auto begun = begin(); !begun) return tl::unexpected(begun.error());
     count_.restart();
     return facts;
+  }
+
+  // Of the thread that opens, and then of the clock's own.
+  std::optional<ClockReading> read_clock() {
+    if (gone_.load()) return std::nullopt;
+    auto* device = arv_camera_get_device(camera_.get());
+    Reason reason;
+    ClockReading reading;
+    reading.asked_ns = aravis_now_ns();
+    arv_device_write_register(device, kTimestampControl, kLatch, &reason);
+    reading.answered_ns = aravis_now_ns();
+    guint32 high = 0, low = 0;
+    if (!reason) arv_device_read_register(device, kTimestampHigh, &high, &reason);
+    if (!reason) arv_device_read_register(device, kTimestampLow, &low, &reason);
+    if (reason) return std::nullopt;
+    // As the library makes ns of a picture's stamp.
+    constexpr std::uint64_t kNs = 1'000'000'000;
+    const std::uint64_t ticks = std::uint64_t{high} << 32 | low;
+    reading.camera_ns =
+        static_cast<std::int64_t>(ticks / ticks_per_s_ * kNs + ticks % ticks_per_s_ * kNs / ticks_per_s_);
+    return reading;
   }
 
   Expected<void> set_format(CameraFacts& facts) {
@@ -342,6 +374,7 @@ class AravisSource : public FrameSource {
         stamp > 0
             ? stamp + to_mid_exposure(settings_.stamp_at.value_or(StampAt::exposure_start), shutter).count()
             : taken + to_mid_exposure(StampAt::frame_end, shutter).count();
+    if (clock_ && stamp > 0) outcome.frame.taken_ns = clock_->host_ns(outcome.frame.mid_exposure_ns);
     std::size_t size = 0;
     const auto* data = static_cast<const std::uint8_t*>(arv_buffer_get_image_data(buffer, &size));
     gint pad_x = 0, pad_y = 0;
@@ -363,6 +396,8 @@ class AravisSource : public FrameSource {
   Owned<ArvStream> stream_;  // after the camera: gone first
   ArvBuffer* held_ = nullptr;
   std::atomic<bool> gone_{false};
+  std::unique_ptr<ClockReader> clock_;  // null: the camera does not tell. Asks the camera: gone before it
+  std::uint64_t ticks_per_s_ = 0;       // of the camera's clock
   bool automatic_ = false;
   Duration exposure_{0};
   std::int64_t asked_ns_ = 0;

@@ -31,6 +31,9 @@ struct Frame {
   std::uint64_t number = 0;  // counts frames taken: a gap is a lost frame
   // When it reached this machine, on its monotonic clock, as far as the interface tells; 0: as it is handed over.
   std::int64_t arrived_ns = 0;
+  // The host's time of mid-exposure on the same clock, where the interface can tell it without what the picture
+  // took to come; 0: it cannot.
+  std::int64_t taken_ns = 0;
   RawPicture picture;  // valid until the source is used again
 };
 

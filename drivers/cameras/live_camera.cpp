@@ -162,6 +162,7 @@ void LiveCamera::take(const Frame& frame) {
   lost_.clear();
   trouble_.clear();
   heard_ns_ = arrived;
+  stamped_ns_ = frame.taken_ns != 0 ? frame.taken_ns : arrived;
   // What nobody took is overwritten and its memory used again.
   if (!newest_) newest_.emplace();
   std::swap(*newest_, next_);
@@ -169,7 +170,7 @@ void LiveCamera::take(const Frame& frame) {
 
 std::optional<device::CameraImage> LiveCamera::poll() {
   const std::lock_guard lock(mutex_);
-  if (newest_) newest_->waited = Duration(host_ns() - heard_ns_);
+  if (newest_) newest_->waited = Duration(host_ns() - stamped_ns_);
   return std::exchange(newest_, std::nullopt);
 }
 

@@ -77,8 +77,9 @@ class LiveCamera : public device::CameraDevice {
   std::string lost_, trouble_;    // why it is gone; what is wrong with the pictures that come
   std::int64_t troubled_ns_ = 0;  // when the latest of these came
   bool ended_ = false, silent_ = false;
-  std::int64_t heard_ns_ = 0;  // the latest good picture, or when one is due at the earliest
-  std::thread thread_;         // last: it uses all of the above
+  std::int64_t heard_ns_ = 0;    // the latest good picture, or when one is due at the earliest
+  std::int64_t stamped_ns_ = 0;  // the moment of this host with which its stamp is to be compared
+  std::thread thread_;           // last: it uses all of the above
 };
 
 }  // namespace palpate::drivers::cameras

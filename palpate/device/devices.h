@@ -112,8 +112,8 @@ struct CameraImage {
   std::uint64_t frame = 0;  // counts frames taken: a gap is a dropped frame
   int width = 0, height = 0;
   std::vector<std::uint8_t> rgb;  // width * height * 3, row 0 on top
-  // Since it reached this host until it was asked for, as far as its driver knows: its stamp is to be
-  // compared with that moment.
+  // Until it was asked for, since the moment of this host with which its stamp is to be compared: that at which
+  // it was taken where its driver can tell, else that at which it came, as far as the driver knows.
   Duration waited{0};
 };
 

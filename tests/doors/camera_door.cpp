@@ -8,7 +8,9 @@
 #include <utility>
 
 #include "palpate/time/clock.h"
+#include "palpate/time/clock_model.h"
 #include "palpate/time/real_time.h"
+#include "tests/fake_camera_clock.h"
 #include "tests/fake_network_camera.h"
 
 namespace palpate::doors {
@@ -23,12 +25,34 @@ constexpr int kElectronics = 60;
 // The pretended camera asks for a picture a little more often than there is one, and so waits for each.
 constexpr double kFaster = 1.05;
 
+// The clock of the laboratory's camera beside this machine's, as its pictures tell: all of them are as late as the
+// laboratory's camera makes them, to the ns. What that is stays in it, the same for all who ask.
+class LabCameraClock {
+ public:
+  void add(Instant<CameraClock> stamp, Instant<TrueTime> arrived) {
+    const std::lock_guard lock(mutex_);
+    clock_.add(stamp, arrived);
+  }
+  std::uint64_t now_ns() const {
+    const std::lock_guard lock(mutex_);
+    return static_cast<std::uint64_t>(clock_.model().back(machine_.now()).ns());
+  }
+
+ private:
+  MonotonicClock<TrueTime> machine_;
+  mutable std::mutex mutex_;
+  ClockEstimator<CameraClock, TrueTime> clock_;
+};
+
 // Takes the laboratory's pictures as they are drawn, and gives each a fixed time after its exposure: one that took long to draw is as
 // late as the others, for the time that a camera takes does not depend on what else the machine does.
 class Pictures {
  public:
-  Pictures(drivers::laboratory::LabCamera& camera, const CameraDoorSettings& settings)
-      : to_start_(seconds(-0.5 * settings.exposure_s)), taking_([this, &camera] { take(camera); }) {}
+  Pictures(drivers::laboratory::LabCamera& camera, LabCameraClock& camera_clock,
+           const CameraDoorSettings& settings)
+      : camera_clock_(camera_clock),
+        to_start_(seconds(-0.5 * settings.exposure_s)),
+        taking_([this, &camera] { take(camera); }) {}
   ~Pictures() {
     stop_ = true;
     taking_.join();
@@ -59,7 +83,9 @@ class Pictures {
   void take(drivers::laboratory::LabCamera& camera) {
     while (!stop_) {
       if (auto image = camera.poll()) {
-        const auto release = clock_.now() - image->waited + kCameraTakes;
+        const auto arrived = clock_.now() - image->waited;
+        camera_clock_.add(image->mid_exposure, arrived);
+        const auto release = arrived + kCameraTakes;
         const std::lock_guard lock(mutex_);
         waiting_.emplace_back(release, std::move(*image));
         while (!waiting_.empty() && clock_.now() - waiting_.front().first > kGoneBy) waiting_.pop_front();
@@ -78,6 +104,7 @@ class Pictures {
     return oldest;
   }
 
+  LabCameraClock& camera_clock_;
   Duration to_start_;
   MonotonicClock<TrueTime> clock_;
   std::mutex mutex_;
@@ -95,7 +122,9 @@ Expected<void> serve_camera(const std::shared_ptr<drivers::laboratory::LabClient
                             void (*ready)()) {
   auto camera = drivers::laboratory::LabCamera::open(laboratory);
   if (!camera) return tl::unexpected(camera.error());
-  Pictures pictures(**camera, settings);
+  LabCameraClock camera_clock;
+  set_fake_camera_clock([&camera_clock] { return camera_clock.now_ns(); });
+  Pictures pictures(**camera, camera_clock, settings);
   FakeNetworkCamera network(settings.serial, [&pictures] { return pictures.next(); });
   network.set_size();
   network.set(ARV_FAKE_CAMERA_REGISTER_EXPOSURE_TIME_US,
