@@ -19,6 +19,7 @@ struct Script {
   std::atomic<std::uint64_t> made{0};
   std::atomic<int> opened{0}, closed{0};
   std::atomic<std::int64_t> handed_ns{0};  // when the latest picture left it, CLOCK_MONOTONIC
+  std::atomic<std::int64_t> way_ns{0};     // how long it was on its way, where the source can tell
 };
 
 std::int64_t stopwatch_ns() { return std::chrono::steady_clock::now().time_since_epoch().count(); }
@@ -54,8 +55,10 @@ class ScriptedSource : public FrameSource {
     bytes_.assign(static_cast<std::size_t>(width * 4 * 3), static_cast<std::uint8_t>(number));
     outcome.kind = Outcome::Kind::frame;
     script_.handed_ns = stopwatch_ns();
-    outcome.frame = {
-        static_cast<std::int64_t>(number) * 1000, number, 0, {PixelFormat::rgb8, width, 4, 0, bytes_}};
+    outcome.frame.mid_exposure_ns = static_cast<std::int64_t>(number) * 1000;
+    outcome.frame.number = number;
+    if (script_.way_ns != 0) outcome.frame.taken_ns = script_.handed_ns - script_.way_ns;
+    outcome.frame.picture = {PixelFormat::rgb8, width, 4, 0, bytes_};
     return outcome;
   }
   void close() override { ++script_.closed; }
@@ -134,6 +137,19 @@ TEST(LiveCamera, APictureSaysHowLongItHasWaitedToBeAskedFor) {
   ASSERT_TRUE(image);
   EXPECT_GE(image->waited.count(), asked - there);
   EXPECT_LE(image->waited.count(), taken - script.handed_ns);
+}
+
+TEST(LiveCamera, APictureThatTellsWhenItWasTakenHasWaitedSinceThenAndIsNoneTheLessNew) {
+  Script script;
+  script.way_ns = 700'000'000;  // longer than one is silent for
+  auto camera = LiveCamera::open(std::make_unique<ScriptedSource>(script));
+  ASSERT_TRUE(camera);
+  wait_for([&] { return script.made > 3; }, "pictures");
+  Watched watched(**camera);
+  EXPECT_TRUE(watched.silent());
+  std::optional<device::CameraImage> image;
+  wait_for([&] { return (image = (*camera)->poll()).has_value(); }, "a picture");
+  EXPECT_GE(image->waited.count(), script.way_ns);
 }
 
 TEST(LiveCamera, SaysThatFramesStoppedAndThatTheyCameBack) {

@@ -14,7 +14,7 @@ namespace palpate::drivers::cameras {
 namespace {
 
 constexpr int kFirst = 8, kFewest = 4;
-constexpr auto kBetweenFirst = std::chrono::milliseconds(25), kLook = std::chrono::milliseconds(20);
+constexpr auto kBetweenFirst = std::chrono::milliseconds(25), kStopLook = std::chrono::milliseconds(20);
 constexpr double kMostDrift = 1e-3;
 
 // The same clock, later, as far as the two answers can tell.
@@ -61,7 +61,7 @@ void ClockReader::run() {
   auto next = std::chrono::steady_clock::now();
   while (!stop_) {
     if (std::chrono::steady_clock::now() < next) {
-      std::this_thread::sleep_for(kLook);
+      std::this_thread::sleep_for(kStopLook);
       continue;
     }
     if (const auto reading = read_()) add(*reading);

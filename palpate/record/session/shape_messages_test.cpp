@@ -127,7 +127,7 @@ TEST(RecordedShape, ASurfaceOfAnotherSizeIsWaitedForWhole) {
   ASSERT_TRUE(decoder.decode(encoder.encode({{}, std::vector<float>(5 * kFloats)})).value());
   recording::Shape other;
   other.set_vertices(6);
-  EXPECT_EQ(decoder.decode(other.SerializeAsString()), Expected<bool>(false));
+  EXPECT_FALSE(decoder.decode(other.SerializeAsString()).value());
   EXPECT_TRUE(decoder.decode(encoder.encode({{seconds(1)}, std::vector<float>(6 * kFloats)})).value());
   EXPECT_EQ(decoder.shape().vertices(), 6u);
 }
