@@ -38,7 +38,7 @@ class MovingSurface {
  private:
   float number() { return static_cast<float>(random_.normal(1.0)); }
   Random random_{5, "surface"};
-  scene::Shape shape_{{}, std::vector<float>(40 * kFloats)};
+  scene::Shape shape_{Instant<PhysicsClock>::from_seconds(1.0), std::vector<float>(40 * kFloats)};
 };
 
 TEST(RecordedShape, ComesBackBitByBitWithWhatHasMoved) {
