@@ -121,7 +121,9 @@ std::optional<ForceCommand> LabServer::take_force() const noexcept {
 }
 
 void LabServer::publish_tracker(const device::TrackerSample& sample) noexcept {
-  memory_->tracker.push(pack(sample));
+  TrackerWire wire = pack(sample);
+  wire.arrived_ns = monotonic_ns() - sample.waited.count();
+  memory_->tracker.push(wire);
 }
 
 bool LabServer::publish_image(const device::CameraImage& image, int camera) noexcept {
@@ -280,6 +282,7 @@ LabTracker::LabTracker(std::shared_ptr<LabClient> client)
 
 std::vector<device::TrackerSample> LabTracker::poll() {
   client_->heartbeat();
+  const std::int64_t asked_ns = monotonic_ns();
   const auto& ring = client_->memory()->tracker;
   std::vector<device::TrackerSample> samples;
   TrackerWire wire;
@@ -288,10 +291,12 @@ std::vector<device::TrackerSample> LabTracker::poll() {
   for (next_ = first; next_ < count; ++next_) {
     const auto sample =
         ring.read(next_, wire) ? unpack(wire) : std::optional<device::TrackerSample>(std::nullopt);
-    if (sample)
-      samples.push_back(*sample);
-    else
+    if (!sample) {
       ++lost_;
+      continue;
+    }
+    samples.push_back(*sample);
+    samples.back().waited = Duration(std::max<std::int64_t>(0, asked_ns - wire.arrived_ns));
   }
   return samples;
 }

@@ -20,7 +20,7 @@
 namespace palpate::drivers::laboratory {
 
 inline constexpr std::uint64_t kMagic = 0x62616c2d70616c70;  // "plap-lab" as it lies in memory
-inline constexpr std::uint32_t kVersion = 6;
+inline constexpr std::uint32_t kVersion = 7;
 inline constexpr std::size_t kPeers = 16;
 inline constexpr std::uint32_t kImageSlots = 4;
 // After this long without a heartbeat a process is silent; it is gone when it has ended, or after this much
@@ -45,6 +45,7 @@ struct TrackerWire {
   std::array<double, 3> translation{};
   std::array<double, 36> covariance{};  // row by row
   std::array<double, 9> systematic{};
+  std::int64_t arrived_ns = 0;  // CLOCK_MONOTONIC
 };
 struct HandWire {
   std::array<double, 3> tip{}, velocity{};

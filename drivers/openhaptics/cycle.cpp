@@ -37,6 +37,7 @@ device::ArmSample OpenHapticsArm::Connection::read() const {
     sample.joints.setConstant(std::numeric_limits<double>::quiet_NaN());
     sample.gimbal = sample.joints;
   }
+  sample.waited = std::max(Duration(0), Duration(now_ns() - sample.stamp.ns()));
   sample.connected = !lost_.load(std::memory_order_acquire);
   sample.withheld = withheld(sample.connected);
   GivenWire given;

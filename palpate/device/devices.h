@@ -89,6 +89,8 @@ struct TrackerSample {
   // near each other. It does not average out.
   Matrix3 systematic = Matrix3::Zero();
   int leds = 0;
+  // Since it reached this host until it was asked for, as far as its driver knows; not negative.
+  Duration waited{0};
 
   // m^2, of a point fixed to the marker: noise and systematic part.
   Matrix3 point_covariance(const Vector3& in_marker) const {

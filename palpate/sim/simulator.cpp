@@ -190,6 +190,7 @@ struct Simulator::Parts : device::ArmDevice, device::TrackerDevice, device::Hand
     std::vector<device::TrackerSample> arrived;
     while (!tracked.empty() && tracked.front().arrival <= time) {
       arrived.push_back(tracked.front().sample);
+      arrived.back().waited = time - tracked.front().arrival;
       tracked.pop_front();
     }
     return arrived;

@@ -256,7 +256,10 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
     fault_news.look(faults, since, now);
     auto samples = world.tracker().poll();
     faults.disturb(since, samples);
-    for (const auto& sample : samples) server.publish_tracker(sample);
+    for (auto& sample : samples) {
+      sample.waited += waiting.now() - now;
+      server.publish_tracker(sample);
+    }
     CameraRenderThread::Shots shots{world.take_shot(), world.take_right_shot()};
     if ((shots.left || shots.right) && render_thread) render_thread->draw(std::move(shots));
     server.heartbeat();

@@ -170,11 +170,11 @@ Expected<TakenSamples> from_devices(const SampleArguments& options, const Sample
     const Duration waited = now - std::exchange(looked, now);
     if (opened->arm) {
       const auto sample = opened->arm->device().read();
-      if (sample.connected) taken.streams.add(sample, now, waited), counts.add_arm();
+      if (sample.connected) taken.streams.add(sample, now - sample.waited, waited), counts.add_arm();
     }
     if (opened->tracker)
       for (const auto& sample : opened->tracker->device().poll())
-        taken.streams.add(sample, now, waited), counts.add(sample);
+        taken.streams.add(sample, now - sample.waited, waited), counts.add(sample);
     if (opened->camera)
       if (const auto image = opened->camera->device().poll()) {
         taken.streams.add_image(image->mid_exposure, clock.now() - image->waited, waited);

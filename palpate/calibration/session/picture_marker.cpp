@@ -8,7 +8,7 @@ void PictureMarker::watch(double now_s, std::span<const device::TrackerSample> t
   watched_s_ = now_s;
   for (const auto& sample : tracked) {
     if (sample.marker != device::MarkerId::camera_marker) continue;
-    tracker_clock_.add(sample.stamp, now, waited);
+    tracker_clock_.add(sample.stamp, now - sample.waited, waited);
     if (!sample.seen) continue;
     history_.add(
         {tracker_clock_.model().to(sample.stamp), sample.rotation, sample.translation, sample.covariance});

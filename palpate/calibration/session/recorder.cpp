@@ -15,10 +15,10 @@ void Recorder::tick() {
   last_look_ = read_at;
   const device::ArmSample arm = context_.arm.read();
   if (control_) control_(arm);
-  streams_.add(arm, read_at, waited);
+  streams_.add(arm, read_at - arm.waited, waited);
   const auto tracked = context_.tracker.poll();
   context_.person.watch(read_at.seconds(), arm, tracked);
-  for (const auto& sample : tracked) streams_.add(sample, read_at, waited);
+  for (const auto& sample : tracked) streams_.add(sample, read_at - sample.waited, waited);
 }
 
 void Recorder::run(double seconds_long) {

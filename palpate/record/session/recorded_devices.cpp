@@ -56,8 +56,10 @@ class RecordedTrackerDevice : public device::TrackerDevice {
   std::vector<device::TrackerSample> poll() override {
     auto samples = tracker_.poll();
     const auto now = host_time_();
-    for (const auto& sample : samples)
-      write_at(recording_, stream_, now, encode(RecordedTrackerSample{sample, now}));
+    for (const auto& sample : samples) {
+      const std::int64_t arrived = now - sample.waited.count();
+      write_at(recording_, stream_, arrived, encode(RecordedTrackerSample{sample, arrived}));
+    }
     return samples;
   }
 

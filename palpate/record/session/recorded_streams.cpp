@@ -57,7 +57,7 @@ class StreamReader : public ScanHandler {
     }
     const auto& sample = decoded->tick.sample;
     if (!sample.connected) return;  // it says what it said last
-    found_.streams.add(sample, arrived, Duration(0), within);
+    found_.streams.add(sample, arrived - sample.waited, Duration(0), within);
     found_.arm += within ? 1 : 0;
   }
 

@@ -108,7 +108,7 @@ void GraphicsServer::service(Instant<GraphicsClock> now) {
   auto image = camera_.poll();
   auto right_image = right_camera_ != nullptr ? right_camera_->poll() : std::nullopt;
   for (const auto& sample : tracker_.poll()) {
-    const auto time = tracker_clock_.take(sample.stamp, now, waited);
+    const auto time = tracker_clock_.take(sample.stamp, now - sample.waited, waited);
     if (tracker_clock_.found_set()) watch_.tracker_clock_set(now);
     watch_.tracker_sample(now, sample.marker == device::MarkerId::camera_marker, sample.seen);
     if (!sample.seen || !time) continue;
