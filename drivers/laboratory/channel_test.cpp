@@ -157,6 +157,22 @@ TEST_F(LabChannel, ACameraGivesTheNewestImageOnceAndNoneThatIsTooLarge) {
   EXPECT_FALSE(LabCamera::open(connect(*server), 1).has_value());
 }
 
+TEST_F(LabChannel, ATrackersSamplesSayHowLongEachHasWaited) {
+  const auto server = serve();
+  LabTracker tracker(connect(*server));
+  device::TrackerSample sample;
+  sample.waited = std::chrono::milliseconds(50);  // before it was handed over
+  server->publish_tracker(sample);
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  sample.waited = Duration(0);
+  server->publish_tracker(sample);
+  const auto samples = tracker.poll();
+  ASSERT_EQ(samples.size(), 2u);
+  EXPECT_GE(samples[0].waited, std::chrono::milliseconds(70));
+  EXPECT_GE(samples[0].waited - samples[1].waited, std::chrono::milliseconds(70));
+  EXPECT_LT(samples[0].waited, std::chrono::seconds(20));
+}
+
 TEST_F(LabChannel, ATrackerThatIsPolledTooLateCountsWhatItLost) {
   const auto server = serve();
   LabTracker tracker(connect(*server));

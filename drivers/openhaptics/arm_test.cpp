@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <thread>
 #include <numbers>
 
 #include "drivers/openhaptics/stub_for_tests.h"
@@ -381,6 +382,9 @@ TEST_F(OpenHaptics, ReadingsThatAreNotNumbersAreNoSample) {
   const auto last = arm->read().stamp;
   next_sample(*arm);
   EXPECT_EQ(arm->read().stamp, last);  // and so goes stale
+  const Duration waited = arm->read().waited;
+  std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_GE(arm->read().waited, waited + std::chrono::milliseconds(5)) << "and says so";
   arm->command({1.0, 0.0, 0.0});
   next_sample(*arm);
   EXPECT_EQ(force().norm(), 0.0);

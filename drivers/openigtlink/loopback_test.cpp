@@ -365,8 +365,12 @@ TEST(Loopback, ToolsBecomeMarkersInWorld) {
   for (const char* tool : {"Other", "Head", "Stylus"})
     ASSERT_TRUE(publisher->publish(tool, Stamp::from_seconds(7), somewhere(2)).has_value());
   ASSERT_TRUE(comes_true([&] { return tracker.state().samples == 3; }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(30));
   const auto samples = device.poll();
   ASSERT_EQ(samples.size(), 2u);
+  EXPECT_GE(samples[0].waited, std::chrono::milliseconds(30));
+  EXPECT_GE(samples[0].waited, samples[1].waited);
+  EXPECT_LT(samples[0].waited, std::chrono::seconds(60));
   EXPECT_EQ(samples[0].marker, device::MarkerId::camera_marker);
   EXPECT_EQ(samples[1].marker, device::MarkerId::pointer);
   EXPECT_EQ(samples[1].stamp, Stamp::from_seconds(7));

@@ -108,6 +108,7 @@ TEST(Simulator, TrackerSamplesComeLateWithTheirOwnStamps) {
   const auto samples = world.tracker().poll();
   ASSERT_EQ(samples.size(), 2u);  // stylus and head; the pointer is put down
   EXPECT_EQ(samples[0].stamp, world.tracker_clock().at(at(0.01)));
+  EXPECT_EQ(samples[0].waited, std::chrono::microseconds(100));
   world.advance_to(at(1.0));
   EXPECT_EQ(world.tracker().poll().size(), 2u * 98u);
 }

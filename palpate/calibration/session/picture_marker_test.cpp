@@ -16,11 +16,13 @@ struct MovingHead {
   double t = 0.0;  // host time
   long ms = 0;
   bool seen = true;
+  int looks_every_ms = 1;
+  std::vector<device::TrackerSample> tracked;  // since one looked
 
   void run(int milliseconds) {
     for (int i = 0; i < milliseconds; ++i, ++ms) {
       t = 100.0 + 1e-3 * static_cast<double>(ms);
-      std::vector<device::TrackerSample> tracked;
+      for (auto& sample : tracked) sample.waited += std::chrono::milliseconds(1);
       if (ms % 10 == 0) {
         device::TrackerSample sample;
         sample.stamp = Instant<TrackerClock>::from_seconds(t - kTrackerLate - 42.0);
@@ -32,7 +34,9 @@ struct MovingHead {
         sample.translation = {7.0, 7.0, 7.0};
         tracked.push_back(sample);
       }
+      if (ms % looks_every_ms != 0) continue;
       marker.watch(t, tracked);
+      tracked.clear();
     }
   }
   SeenMarker picture() {
@@ -52,6 +56,19 @@ TEST(PictureMarker, TellsWhereTheMarkerWasAndNotWhereItIs) {
     ASSERT_TRUE(seen.seen) << i;
     EXPECT_NEAR(seen.translation.x(), head.where_it_was(), 0.5e-3) << i;
     EXPECT_EQ(seen.translation.y(), 0.0);
+  }
+}
+
+// Who looks for boards in between: never just when a sample has come.
+TEST(PictureMarker, TellsItAsWellToOneWhoLooksRarely) {
+  MovingHead head;
+  head.looks_every_ms = 137;
+  for (int i = 0; i < 30; ++i) {
+    head.run(137);
+    const SeenMarker seen = head.picture();
+    if (i < 3) continue;
+    ASSERT_TRUE(seen.seen) << i;
+    EXPECT_NEAR(seen.translation.x(), head.where_it_was(), 0.5e-3) << i;
   }
 }
 
