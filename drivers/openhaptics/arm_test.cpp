@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <thread>
 #include <numbers>
+#include <thread>
 
 #include "drivers/openhaptics/stub_for_tests.h"
 #include "tests/allocation_count.h"

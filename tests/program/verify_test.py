@@ -1,11 +1,16 @@
 #!/usr/bin/env python3
 """palpate verify: a rig as it was calibrated, and after something was knocked; alone in the simulated laboratory and with a person at the devices."""
 import json
+import os
+import sys
 import tomllib
 import unittest
 
 from person_at_devices import Laboratory, Session
 from program import ProgramTest
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+import check_mcap  # noqa: E402
 
 SEED = "5"
 LIVE = ("--arm", "lab", "--tracker", "lab", "--camera", "lab", "--rig", "rig.toml", "--quick")
@@ -17,12 +22,23 @@ class Verify(ProgramTest):
             file.write("[knock]\n" + lines + "\n")
         return name
 
+    def recorded(self, file, topics, attachments):
+        """Whole, and with what it should hold."""
+        found = check_mcap.check(self.path(file))
+        self.assertLessEqual(topics, found["topics"].keys())
+        for topic in topics:
+            self.assertGreater(found["topics"][topic], 50, topic)
+        self.runs("recording", "export", file, "--attachments", file + "-files")
+        self.assertLessEqual(attachments, set(os.listdir(self.path(file + "-files"))))
+
     def last(self):
         return tomllib.loads(self.read("rig.toml").decode())["verification"][-1]
 
     def test_a_rig_that_holds_a_knocked_base_and_a_person_who_finds_the_camera_moved(self):
-        self.runs("calibrate", "all", "--rig", "rig.toml", "--seed", SEED, "--poses", "30")
-        held = self.runs("verify", "--quick", "--rig", "rig.toml", "--seed", SEED, "--json", "held.json")
+        self.runs("calibrate", "all", "--rig", "rig.toml", "--seed", SEED, "--poses", "30", "--record", "all.mcap")
+        self.recorded("all.mcap", {"/arm/sample", "/tracker/sample", "/camera/left/stamp"}, {"rig-before.toml", "rig.toml", "arm.csv", "hand.csv"})
+        held = self.runs("verify", "--quick", "--rig", "rig.toml", "--seed", SEED, "--json", "held.json", "--record", "held.mcap")
+        self.recorded("held.mcap", {"/arm/sample", "/tracker/sample", "/camera/left/stamp"}, {"rig-before.toml", "rig.toml"})
         self.assertIn("the rig holds", held.out)
         result = json.loads(self.read("held.json"))
         self.assertTrue(result["holds"])
@@ -49,12 +65,13 @@ class Verify(ProgramTest):
 
         world = self.knocked("camera.toml", "camera_deg = [0.5, 0.5, 0]")
         laboratory = Laboratory(self, "--seed", SEED, "--world", world)
-        session = Session(self, laboratory, *LIVE, "--json", "camera.json", command=("verify",))
+        session = Session(self, laboratory, *LIVE, "--json", "camera.json", "--record", "camera.mcap", command=("verify",))
         self.assertEqual(session.ends(), 1, session.lines[-5:])
         self.assertIn("camera", session.lines[-1])
         result = json.loads(self.read("camera.json"))
         self.assertEqual([change["what"] for change in result["changes"]], ["camera"])
         self.assertEqual([told["of"] for told in session.shown if "step" in told][0], 4)
+        self.recorded("camera.mcap", {"/arm/sample", "/tracker/sample", "/camera/left/stamp"}, {"rig-before.toml", "rig.toml"})
 
     def test_what_cannot_be_verified_is_refused(self):
         self.refuses(["verify", "--rig", "none.toml"], 2, "no such file")
