@@ -17,7 +17,7 @@ namespace palpate::doors {
 namespace {
 
 constexpr Duration kPictureLook = std::chrono::milliseconds(1), kLongest = std::chrono::milliseconds(500),
-                   kGoneBy = std::chrono::milliseconds(100);
+                   kGoneBy = std::chrono::milliseconds(100), kSettles = std::chrono::seconds(5);
 
 // A camera's electronics wait for nobody; not above those of an arm.
 constexpr int kElectronics = 60;
@@ -32,6 +32,11 @@ class LabCameraClock {
   void add(Instant<CameraClock> stamp, Instant<TrueTime> arrived) {
     const std::lock_guard lock(mutex_);
     clock_.add(stamp, arrived);
+  }
+  // Nobody is told a clock that is still being learned.
+  bool settled() const {
+    const std::lock_guard lock(mutex_);
+    return clock_.phase() == ClockPhase::tracking;
   }
   std::uint64_t now_ns() const {
     const std::lock_guard lock(mutex_);
@@ -125,6 +130,10 @@ Expected<void> serve_camera(const std::shared_ptr<drivers::laboratory::LabClient
   LabCameraClock camera_clock;
   set_fake_camera_clock([&camera_clock] { return camera_clock.now_ns(); });
   Pictures pictures(**camera, camera_clock, settings);
+  MonotonicClock<TrueTime> clock;
+  const auto patience = clock.now() + kSettles;
+  while (!stop && !camera_clock.settled() && clock.now() < patience)
+    clock.sleep_until(clock.now() + kPictureLook);
   FakeNetworkCamera network(settings.serial, [&pictures] { return pictures.next(); });
   network.set_size();
   network.set(ARV_FAKE_CAMERA_REGISTER_EXPOSURE_TIME_US,
@@ -132,7 +141,6 @@ Expected<void> serve_camera(const std::shared_ptr<drivers::laboratory::LabClient
   network.set(ARV_FAKE_CAMERA_REGISTER_ACQUISITION_FRAME_PERIOD_US,
               static_cast<std::uint32_t>(std::lround(1e6 / (kFaster * settings.rate_hz))));
   ready();
-  MonotonicClock<TrueTime> clock;
   while (!stop && laboratory->alive()) clock.sleep_until(clock.now() + std::chrono::milliseconds(50));
   return {};
 }
