@@ -282,7 +282,6 @@ LabTracker::LabTracker(std::shared_ptr<LabClient> client)
 
 std::vector<device::TrackerSample> LabTracker::poll() {
   client_->heartbeat();
-  const std::int64_t asked_ns = monotonic_ns();
   const auto& ring = client_->memory()->tracker;
   std::vector<device::TrackerSample> samples;
   TrackerWire wire;
@@ -296,7 +295,7 @@ std::vector<device::TrackerSample> LabTracker::poll() {
       continue;
     }
     samples.push_back(*sample);
-    samples.back().waited = Duration(std::max<std::int64_t>(0, asked_ns - wire.arrived_ns));
+    samples.back().waited = Duration(std::max<std::int64_t>(0, monotonic_ns() - wire.arrived_ns));
   }
   return samples;
 }
@@ -311,7 +310,6 @@ LabCamera::LabCamera(std::shared_ptr<LabClient> client, int camera)
     : client_(std::move(client)), camera_(camera), next_(client_->mapping().image_slots(camera).count()) {}
 
 std::optional<device::CameraImage> LabCamera::poll() {
-  const std::int64_t now_ns = monotonic_ns();  // before the image is copied
   client_->heartbeat();
   const Layout& layout = client_->mapping().layout();
   const ImageSlots slots = client_->mapping().image_slots(camera_);
@@ -329,7 +327,7 @@ std::optional<device::CameraImage> LabCamera::poll() {
     image.frame = info.frame;
     image.width = info.width;
     image.height = info.height;
-    image.waited = Duration(now_ns - info.arrived_ns);
+    image.waited = Duration(monotonic_ns() - info.arrived_ns);  // the copying, too: asked for is what one has
     image.rgb.resize(3 * static_cast<std::size_t>(info.width) * static_cast<std::size_t>(info.height));
     return image;
   }

@@ -8,7 +8,6 @@ namespace palpate::drivers::openigtlink {
 
 std::vector<device::TrackerSample> OpenIgtlinkTracker::poll() {
   std::vector<device::TrackerSample> samples;
-  const std::int64_t asked_ns = MonotonicClock<TrackerClock>::monotonic_ns();
   for (const auto& heard : client_->poll()) {
     const auto marker = mapping_.markers.find(heard.tool);
     if (marker == mapping_.markers.end()) {
@@ -20,7 +19,8 @@ std::vector<device::TrackerSample> OpenIgtlinkTracker::poll() {
     sample.stamp = heard.stamp;
     sample.marker = marker->second;
     sample.seen = heard.seen;
-    sample.waited = Duration(std::max<std::int64_t>(0, asked_ns - heard.arrived_ns));
+    const std::int64_t since = MonotonicClock<TrackerClock>::monotonic_ns() - heard.arrived_ns;
+    sample.waited = Duration(std::max<std::int64_t>(0, since));
     const auto X_world_tool =
         mapping_.X_world_server * Pose<ServerFrame, TipMarker>{heard.pose.rotation, heard.pose.translation};
     sample.rotation = X_world_tool.rotation;

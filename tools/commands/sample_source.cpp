@@ -170,11 +170,15 @@ Expected<TakenSamples> from_devices(const SampleArguments& options, const Sample
     const Duration waited = now - std::exchange(looked, now);
     if (opened->arm) {
       const auto sample = opened->arm->device().read();
-      if (sample.connected) taken.streams.add(sample, now - sample.waited, waited), counts.add_arm();
+      const auto read = clock.now();  // not before: how long it has waited is counted until it was asked for
+      if (sample.connected) taken.streams.add(sample, read - sample.waited, waited), counts.add_arm();
     }
-    if (opened->tracker)
-      for (const auto& sample : opened->tracker->device().poll())
-        taken.streams.add(sample, now - sample.waited, waited), counts.add(sample);
+    if (opened->tracker) {
+      const auto tracked = opened->tracker->device().poll();
+      const auto polled = clock.now();
+      for (const auto& sample : tracked)
+        taken.streams.add(sample, polled - sample.waited, waited), counts.add(sample);
+    }
     if (opened->camera)
       if (const auto image = opened->camera->device().poll()) {
         taken.streams.add_image(image->mid_exposure, clock.now() - image->waited, waited);

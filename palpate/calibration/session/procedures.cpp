@@ -203,8 +203,8 @@ Expected<ViewRecord> record_views(AcquisitionContext context, device::Gesture ge
   while (recorder.now_s() < end && !context.stopped()) {
     recorder.tick();
     const bool wanted = arrived % every == 0;
-    const auto before = std::exchange(looked, context.clock.now());
     const auto image = wanted ? context.camera->poll() : context.camera->poll_unseen();
+    const auto before = std::exchange(looked, context.clock.now());
     if (!image) continue;
     ++arrived;
     camera_clock.add(image->mid_exposure, looked - image->waited, looked - before);

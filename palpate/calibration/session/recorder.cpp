@@ -13,12 +13,16 @@ void Recorder::tick() {
   const auto read_at = context_.clock.now();
   const Duration waited = read_at - last_look_.value_or(read_at);
   last_look_ = read_at;
+  // How long a sample has waited is counted until it was asked for; a look at the clock after that may be late, as what comes
+  // from devices is, but never early.
   const device::ArmSample arm = context_.arm.read();
+  const auto arm_read = context_.clock.now();
   if (control_) control_(arm);
-  streams_.add(arm, read_at - arm.waited, waited);
+  streams_.add(arm, arm_read - arm.waited, waited);
   const auto tracked = context_.tracker.poll();
-  context_.person.watch(read_at.seconds(), arm, tracked);
-  for (const auto& sample : tracked) streams_.add(sample, read_at - sample.waited, waited);
+  const auto polled = context_.clock.now();
+  context_.person.watch(polled.seconds(), arm, tracked);
+  for (const auto& sample : tracked) streams_.add(sample, polled - sample.waited, waited);
 }
 
 void Recorder::run(double seconds_long) {

@@ -104,11 +104,17 @@ void GraphicsServer::arrive(Arrived images) {
 void GraphicsServer::service(Instant<GraphicsClock> now) {
   const Duration waited = now - last_look_.value_or(now);
   last_look_ = now;
-  // First of all: how long they have waited is counted until now.
+  // How long they have waited is counted until they were asked for: each is followed by a look at the clock, which may be
+  // late but never early.
+  const auto asked = [&] { return clock_ != nullptr ? clock_->now() : now; };
   auto image = camera_.poll();
+  const auto image_asked = asked();
   auto right_image = right_camera_ != nullptr ? right_camera_->poll() : std::nullopt;
-  for (const auto& sample : tracker_.poll()) {
-    const auto time = tracker_clock_.take(sample.stamp, now - sample.waited, waited);
+  const auto right_asked = asked();
+  const auto tracked = tracker_.poll();
+  const auto tracker_asked = asked();
+  for (const auto& sample : tracked) {
+    const auto time = tracker_clock_.take(sample.stamp, tracker_asked - sample.waited, waited);
     if (tracker_clock_.found_set()) watch_.tracker_clock_set(now);
     watch_.tracker_sample(now, sample.marker == device::MarkerId::camera_marker, sample.seen);
     if (!sample.seen || !time) continue;
@@ -128,9 +134,9 @@ void GraphicsServer::service(Instant<GraphicsClock> now) {
     if (link_.send_sync()) last_sync_sent_ = now;
   }
 
-  if (image) take_image(std::move(*image), now, waited);
+  if (image) take_image(std::move(*image), image_asked, waited);
   if (right_camera_ != nullptr) {
-    if (right_image) take_right_image(std::move(*right_image), now, waited);
+    if (right_image) take_right_image(std::move(*right_image), right_asked, waited);
     if (auto images = pair_.take(now)) arrive(std::move(*images));
     watch_.right_eye(now, !pair_.right_lost());
   }

@@ -85,6 +85,9 @@ class GraphicsServer {
   const device::HealthMonitor<GraphicsClock>& health() const { return watch_.health(); }
   const std::vector<Condition>& conditions() const { return health().conditions(); }
   void set_log(Log log) { watch_.set_log(log); }
+  // Where time goes on by itself: whoever calls service() may be held up before the devices are asked, and how long a sample has
+  // waited counts from when it was asked for. Must outlive the server; without it times are those handed over.
+  void set_clock(const Clock<GraphicsClock>& clock) { clock_ = &clock; }
 
   bool frame_begun() const { return image_.has_value(); }
   // The image of the latest finished frame, until the next one is finished.
@@ -123,6 +126,7 @@ class GraphicsServer {
   FramePipeline& pipeline_;
   GraphicsSettings settings_;
   MarkerTap tap_;
+  const Clock<GraphicsClock>* clock_ = nullptr;
   WatchedClock<TrackerClock> tracker_clock_;
   WatchedClock<CameraClock> camera_clock_, right_camera_clock_;
   StereoPair pair_;

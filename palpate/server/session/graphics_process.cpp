@@ -191,6 +191,7 @@ Expected<void> GraphicsProcess::meet_physics_server() {
   if (!side) return tl::unexpected(side.error());
   side_ = std::move(*side);
   side_->server().set_log(kLog);
+  side_->server().set_clock(clock_);
   if (options_.applications.find(scene->application) != nullptr) {
     auto record = options_.applications.make_record(side_->scene());
     if (!record) return tl::unexpected(record.error());

@@ -89,7 +89,10 @@ class FrameLoop {
     auto link = transport::connect_states(endpoint_, clock_, "session");
     if (!link) return tl::unexpected(link.error());
     auto side = GraphicsSide::make(setup_, std::move(*devices), std::move(*link), scene_, pipeline_);
-    if (side) (*side)->server().set_log(kSessionLog);
+    if (side) {
+      (*side)->server().set_log(kSessionLog);
+      (*side)->server().set_clock(clock_);
+    }
     return side;
   }
 
