@@ -14,13 +14,13 @@
 #include "palpate/core/system_error.h"
 #include "palpate/time/clock.h"
 #include "palpate/time/real_time.h"
+#include "tests/doors/release.h"
 
 namespace palpate::doors {
 namespace {
 
-// A reading is due a millisecond after the one before: asleep until shortly before, then looking often, so that it goes
-// out as soon as it is there.
-constexpr Duration kQuiet = std::chrono::microseconds(850), kReadingLook = std::chrono::microseconds(50);
+// A reading of the laboratory is looked for this often, and goes out so long after it was made.
+constexpr Duration kReadingLook = std::chrono::microseconds(200), kArmTakes = std::chrono::milliseconds(2);
 
 Expected<FileDescriptor> listen_at(const std::string& path) {
   sockaddr_un address{};
@@ -52,11 +52,22 @@ class ArmAtCable {
     }
   }
 
-  // True where the arm had a new reading.
-  bool send_reading() {
+  void look() {
     const auto sample = arm_.read();
-    if (sample.stamp == last_) return false;
+    if (sample.stamp != last_) release_.add(clock_.now() - sample.waited, sample);
     last_ = sample.stamp;
+  }
+  void send_readings() {
+    while (const auto sample = release_.take(clock_.now())) send_reading(*sample);
+  }
+  // Until which one may sleep.
+  Instant<TrueTime> next() const {
+    const auto look = clock_.now() + kReadingLook;
+    return std::min(look, release_.next().value_or(look));
+  }
+
+ private:
+  void send_reading(const device::ArmSample& sample) {
     hd_stub::ArmReading reading;
     reading.number = ++readings_;
     std::copy_n(sample.joints.data(), 3, reading.turned);
@@ -68,10 +79,7 @@ class ArmAtCable {
     if (client_ && send(client_.get(), &reading, sizeof reading, MSG_NOSIGNAL | MSG_DONTWAIT) < 0 &&
         errno != EAGAIN)
       leave();
-    return true;
   }
-
- private:
   void take_force() {
     hd_stub::ArmForce force;
     const auto got = recv(client_.get(), &force, sizeof force, MSG_DONTWAIT);
@@ -83,7 +91,9 @@ class ArmAtCable {
     client_.close();
   }
 
+  const MonotonicClock<TrueTime> clock_;
   drivers::laboratory::LabArm& arm_;
+  Release<device::ArmSample> release_{kArmTakes};
   FileDescriptor listening_, client_;
   Instant<ArmClock> last_;
   std::uint64_t readings_ = 0;
@@ -100,11 +110,11 @@ Expected<void> serve_arm(const std::shared_ptr<drivers::laboratory::LabClient>& 
   ArmAtCable cable(**arm, std::move(*listening));
   enter_real_time(70);  // a device's own electronics wait for nobody
   const MonotonicClock<TrueTime> clock;
-  auto due = clock.now();
   ready();
   while (!stop && laboratory->alive()) {
-    cable.work(std::max(due - clock.now(), kReadingLook));
-    if (clock.now() >= due && cable.send_reading()) due = clock.now() + kQuiet;
+    cable.look();
+    cable.send_readings();
+    cable.work(cable.next() - clock.now());
   }
   unlink(path.c_str());
   return {};

@@ -201,8 +201,8 @@ TEST_F(DoorTest, TheArmsReadingsComeEachMillisecondAndForcesReachItsMotors) {
       "from the arm's reading to the driver's stamp: median %.0f us, 99 %% %.0f us, least %.0f us; %.0f of "
       "%ld\n",
       late[late.size() / 2], late[late.size() * 99 / 100], late.front(), cycles, static_cast<long>(there));
-  EXPECT_GT(late.front(), 0.0);
-  EXPECT_LT(late[late.size() / 2], 2000.0);
+  EXPECT_GE(late.front(), 2000.0) << "none goes out before its time";
+  EXPECT_LT(late[late.size() / 2], 4000.0);
   arm.reset();
   comes_true([&] {
     const auto force = server_->take_force();
