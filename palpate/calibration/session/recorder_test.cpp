@@ -12,7 +12,7 @@
 namespace palpate::calibration::session {
 namespace {
 
-constexpr double kTrackerEvery = 0.01, kTrackerLate = 0.010, kTrackerAhead = 42.0, kArmAhead = 7.0;  // s
+constexpr double kTrackerEvery = 0.01, kOnItsWay = 0.010, kTrackerAhead = 42.0, kArmAhead = 7.0;  // s
 
 class Busy : public device::ArmDevice, public device::TrackerDevice, public device::Person {
  public:
@@ -35,12 +35,12 @@ class Busy : public device::ArmDevice, public device::TrackerDevice, public devi
   std::vector<device::TrackerSample> poll() override {
     hold_up();
     std::vector<device::TrackerSample> samples;
-    for (; next_ + kTrackerLate <= clock_.now().seconds(); next_ += kTrackerEvery) {
+    for (; next_ + kOnItsWay <= clock_.now().seconds(); next_ += kTrackerEvery) {
       device::TrackerSample& sample = samples.emplace_back();
       sample.stamp = Instant<TrackerClock>::from_seconds(next_ + kTrackerAhead);
       sample.seen = true;
       sample.translation.x() = next_;  // what time it was
-      sample.waited = seconds(clock_.now().seconds() - next_ - kTrackerLate);
+      sample.waited = seconds(clock_.now().seconds() - next_ - kOnItsWay);
     }
     hold_up();
     return samples;
@@ -67,7 +67,7 @@ TEST(Recorder, ClocksDoNotHoldWhereItWasHeldUp) {
   const auto poses = recorder.poses(device::MarkerId::tip_marker);
   ASSERT_GT(poses.size(), 1000u);
   for (const auto& pose : poses)
-    ASSERT_NEAR(pose.time_s - pose.marker.translation.x(), kTrackerLate, 0.2e-3) << pose.time_s;
+    ASSERT_NEAR(pose.time_s - pose.marker.translation.x(), kOnItsWay, 0.2e-3) << pose.time_s;
   const auto readings = recorder.arm_readings();
   ASSERT_GT(readings.size(), 1000u);
   for (std::size_t i = 0; i < readings.size(); ++i)
