@@ -17,6 +17,7 @@
 #include "palpate/sim/exposure_log.h"
 #include "palpate/sim/gesture_lines.h"
 #include "palpate/sim/simulated_display.h"
+#include "palpate/time/real_time.h"
 
 namespace palpate::sim {
 namespace {
@@ -229,6 +230,7 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
     render_thread.emplace(server, file, options.make_renderer, start, exposures ? &*exposures : nullptr);
   const auto end =
       options.seconds > 0.0 ? start + seconds(options.seconds) : Instant<TrueTime>{Duration::max()};
+  ask_for_short_turns();  // after the thread that draws was started: the world does not wait for its pictures
   auto tick = start;
   ForceOnArm force;
   const DeviceFaults faults(file);

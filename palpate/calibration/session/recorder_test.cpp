@@ -65,11 +65,11 @@ TEST(Recorder, ClocksDoNotHoldWhereItWasHeldUp) {
     clock.advance(seconds(0.137));  // looks for a board
   }
   const auto poses = recorder.poses(device::MarkerId::tip_marker);
-  ASSERT_GT(poses.size(), 1000u);
+  ASSERT_GT(poses.size(), 800u);
   for (const auto& pose : poses)
     ASSERT_NEAR(pose.time_s - pose.marker.translation.x(), kOnItsWay, 0.2e-3) << pose.time_s;
   const auto readings = recorder.arm_readings();
-  ASSERT_GT(readings.size(), 1000u);
+  ASSERT_GT(readings.size(), 5000u);
   for (std::size_t i = 0; i < readings.size(); ++i)
     ASSERT_NEAR(readings[i].time_s, std::round(1e3 * readings[i].time_s) * 1e-3, 0.2e-3) << i;
 }
