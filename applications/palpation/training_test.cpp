@@ -154,6 +154,20 @@ TEST(LearningFile, KeepsWhatAnotherSessionHasAddedMeanwhile) {
   EXPECT_EQ(sessions, (std::vector<int>{1, 2, 1}));
 }
 
+TEST(LearningFile, WhatSomebodyHasDamagedMeanwhileIsNotAddedTo) {
+  const ScratchFolder folder;
+  const auto file = folder / "me.csv";
+  auto opened = LearningFile::open(file);
+  ASSERT_TRUE(opened) << opened.error().message;
+  ASSERT_TRUE(opened->add({.trial = 1, .date = "2026-01-31T12:00:00Z", .seconds = 10.0}));
+  const std::string damaged = read_file(file).value() + "1,two\n";
+  ASSERT_TRUE(write_file(file, damaged));
+  const auto added = opened->add({.trial = 2, .date = "2026-01-31T12:01:00Z", .seconds = 10.0});
+  ASSERT_FALSE(added);
+  EXPECT_NE(added.error().message.find("me.csv"), std::string::npos) << added.error().message;
+  EXPECT_EQ(read_file(file).value(), damaged);
+}
+
 TEST(LearningFile, WhereNothingIsKeptNothingIsWrittenAndNoFileIsNeeded) {
   const ScratchFolder folder;
   const auto file = folder / "me.csv";
