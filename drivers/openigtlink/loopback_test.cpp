@@ -369,7 +369,6 @@ TEST(Loopback, ToolsBecomeMarkersInWorld) {
   const auto samples = device.poll();
   ASSERT_EQ(samples.size(), 2u);
   EXPECT_GE(samples[0].waited, std::chrono::milliseconds(30));
-  EXPECT_GE(samples[0].waited, samples[1].waited);
   EXPECT_LT(samples[0].waited, std::chrono::seconds(60));
   EXPECT_EQ(samples[0].marker, device::MarkerId::camera_marker);
   EXPECT_EQ(samples[1].marker, device::MarkerId::pointer);
