@@ -71,7 +71,8 @@ class PhysicsServer {
   // Also a signal handler.
   void let_go() noexcept { haptic_.let_go(); }
 
-  // Any thread.
+  // Any thread. Steps whose tip is more than kLongestCarry old are not in the history, for up to 50 ms in a row: a gap in the arm's
+  // readings is interpolated across once it is over, extrapolated into while it lasts.
   scene::StateAnswer state_at(Instant<PhysicsClock> time) const { return history_.at(time); }
   // Any thread: of the application's surface that deforms (ShapeHistory::at), where it has one.
   std::optional<Instant<PhysicsClock>> shape_at(Instant<PhysicsClock> time, std::span<float> out) const {
@@ -88,6 +89,7 @@ class PhysicsServer {
  private:
   InputTrace* trace_of_step();
   bool move_on(Instant<PhysicsClock> now);
+  bool shows_the_tip(Instant<PhysicsClock> now) const;
   void judge_calm(Instant<PhysicsClock> now);
   template <typename Call>
   void run_application(Call&& call);
