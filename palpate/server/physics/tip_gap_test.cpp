@@ -41,7 +41,8 @@ class GapInReadings : public ::testing::Test {
     return {0.1 + 0.6 * s, 0.5 + 0.3 * s, 0.3};
   }
   Vector3 truth(Instant<PhysicsClock> t) const {
-    return rig_.arm->X_world_base * device::arm_tip(rig_.arm->model, rig_.arm->correction.apply(joints(t))).m;
+    return (rig_.arm->X_world_base * device::arm_tip(rig_.arm->model, rig_.arm->correction.apply(joints(t))))
+        .m;
   }
   void live(int ms, bool reads = true) {
     for (int i = 0; i < ms; ++i) {
