@@ -62,8 +62,10 @@ class ThreeDoors(ProgramTest):
 
     def verifies(self, way):
         """The person touches fresh places; nothing was knocked since the calibration."""
-        session = Session(self, way.laboratory, *way.devices, "--rig", "rig.toml", "--json", "verified.json", command=("verify",))
+        session = Session(self, way.laboratory, *way.devices, "--rig", "rig.toml", "--json", "verified.json", "--record", "verified.mcap",
+                          command=("verify",))
         code = session.ends(PATIENCE_S * 2)
+        self.keeps("verified")
         print("verify:", *session.lines[-8:], sep="\n  ", flush=True)
         self.assertEqual(code, 0, session.lines[-5:])
         self.assertTrue(json.loads(self.read("verified.json"))["holds"])
