@@ -23,7 +23,9 @@ enum class Gesture {
   touch,              // hold the pointer's tip on `what` number `index`
   look_around_board,  // move the head widely with the calibration board in view
   look,               // move the head as in use
-  hold,  // hold the stylus lightly, as a pen, about the middle of its reach, where it will be pushed
+  // hold the stylus lightly, as a pen, where it will be pushed; `index` 0: about the middle of its reach, then a hand's breadth from there
+  // to the left and up, right and up, left and down, right and down
+  hold,
 };
 
 // Where a person is shown to put the stylus, "here, and turned so"; they will be about there.

@@ -13,10 +13,10 @@ import tomllib
 import unittest
 
 from doors import Channel, Doors, close, write_world
-from judged import figures, recompute
+from judged import figures
 from laboratory import READY
 from person_at_devices import Session
-from program import PATIENCE_S, ProgramTest, wait_until
+from program import PATIENCE_S, ProgramTest
 
 SEED = os.environ.get("DOORS_SEED", "5")
 POSES = os.environ.get("DOORS_POSES", "70")
@@ -39,26 +39,11 @@ class ThreeDoors(ProgramTest):
             return "r"
         session = Session(self, laboratory, *devices, "--rig", "rig.toml", "--poses", POSES, *(("--yes-held",) if forces else ()),
                           at_the_end=once_again)
-        if forces:
-            self.pushed(laboratory, session)
-        self.assertEqual(session.ends(PATIENCE_S * 5), 0, session.lines[-5:])
+        self.assertEqual(session.ends(PATIENCE_S * 10), 0, session.lines[-5:])
         self.assertIn("complete", self.runs("rig", "check", "rig.toml").out)
         if forces:
             self.assertIn("forces", tomllib.loads(self.read("rig.toml").decode()))
             laboratory.does({"gesture": "rest"})
-
-    def pushed(self, laboratory, session):
-        """The last step of the session, an arm's forces: the person brings the stylus where it is asked for: about the middle, and up and
-        down on both sides of it."""
-        for pose, aside in enumerate(((0, 0.03), (-0.09, 0.09), (0.09, 0.09), (-0.09, -0.02), (0.09, -0.02))):
-            wait_until(lambda n=pose: session.process.poll() is not None or any(f"pose {n + 1} of 5" in line for line in session.lines),
-                       "a pose is asked for", PATIENCE_S * 5)
-            self.assertIsNone(session.process.poll(), session.lines[-5:])
-            arm = tomllib.loads(self.read("rig.toml").decode())["arm"]
-            turn = recompute.product(arm["base"]["rotation_qwxyz"], arm["marker_in_tip_qwxyz"])
-            place = [a / 1000 + b for a, b in zip(arm["base"]["translation_mm"], (*aside, 0.03))]
-            answer = laboratory.does({"gesture": "next_pose", "tip_m": place, "marker_rotation_qwxyz": turn})
-            self.assertIn("ready", answer)
 
     def verifies(self, way):
         """The person touches fresh places; nothing was knocked since the calibration."""

@@ -48,7 +48,9 @@ Expected<bool> holds_for_forces(LiveSession& live, std::size_t steps) {
 // The last step. The devices are closed when it comes to the pushing, for the check has a loop of its own.
 Expected<void> check_forces(std::unique_ptr<LiveSession> live, std::size_t steps, const LiveDevices& devices,
                             const std::string& rig_file, ForceArguments forces) {
-  const auto held = holds_for_forces(*live, steps);
+  const bool possible = key_can_be_held(forces);
+  const auto held = possible ? holds_for_forces(*live, steps) : Expected<bool>(false);
+  forces.instructions = live->instructions();
   live->end();
   live.reset();
   if (!held) return tl::unexpected(held.error());
@@ -73,6 +75,11 @@ Expected<void> calibrate_with(const LiveDevices& devices, const std::string& rig
   LiveSession& live = **opened;
   std::size_t steps = 0;
   const bool forces_wanted = forces_due(rig, live.arm_facts());
+  if (forces_wanted && !key_can_be_held(forces))
+    notice(
+        "standard input is no terminal whose space bar could be held: the last step, the check of the arm's "
+        "forces, is left out "
+        "(--key-button N takes a button of the stylus, --yes-held counts the key as held throughout)");
   session::SessionHooks hooks = hooks_for(live.panel(), rig_file, steps, forces_wanted ? 1 : 0);
   hooks.recorded = [&recorded, &rig](const session::CalibrationRecordings& recordings) {
     recorded->keep_tables(recordings, rig);

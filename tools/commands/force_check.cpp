@@ -1,6 +1,7 @@
 #include "tools/commands/force_check.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cstdlib>
@@ -43,8 +44,12 @@ class Holder : public forces::ForcePerson {
     if (options_.key_button > 0) return (buttons >> static_cast<unsigned>(options_.key_button - 1) & 1u) != 0;
     return key_ ? key_->held() : true;
   }
-  void say(const std::string& line) override { notice("forces: " + line); }
+  void say(const std::string& line) override {
+    notice("forces: " + line);
+    last_said_ = line;
+  }
   void pose_wanted(int pose, const Vector3& tip) override {
+    if (options_.instructions) options_.instructions->write({device::Gesture::hold, "", pose}, last_said_);
     if (!hand_) return;
     const Vector3 here = (X_world_base_ * Point<ArmBase>{tip}).m;
     if (pose == 0) middle_ = here + Vector3(0.0, 0.03, 0.0);
@@ -59,6 +64,7 @@ class Holder : public forces::ForcePerson {
   std::unique_ptr<TerminalKey> key_;
   std::unique_ptr<device::OpenedHand> hand_;
   Pose<World, ArmBase> X_world_base_;
+  std::string last_said_;
   Vector3 middle_ = Vector3::Zero();
   device::HandTarget target_;
 };
@@ -314,6 +320,10 @@ void add_force_options(CLI::App& command, ForceArguments& options) {
 bool forces_due(const rig::Rig& rig, const device::ArmFacts& facts) {
   return !facts.simulated && !facts.identity.empty() &&
          (!rig.forces || !rig::void_reason(rig, facts.identity).empty());
+}
+
+bool key_can_be_held(const ForceArguments& options) {
+  return options.key_button > 0 || options.yes_held || isatty(STDIN_FILENO) != 0;
 }
 
 Expected<void> check_forces_of(const ForceArguments& options) {

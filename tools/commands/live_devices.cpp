@@ -118,10 +118,11 @@ Expected<void> run_session(const LiveDevices& devices, const std::string& title,
 }
 
 struct LiveSession::Parts {
-  Parts(live::Opened devices, std::unique_ptr<TerminalPanel> its_terminal, device::CameraDevice* right_camera,
-        desktop::SessionExchange* exchange)
+  Parts(live::Opened devices, std::shared_ptr<InstructionFile> instructions_to,
+        device::CameraDevice* right_camera, desktop::SessionExchange* exchange)
       : opened(std::move(devices)),
-        terminal(std::move(its_terminal)),
+        instructions(std::move(instructions_to)),
+        terminal(std::make_unique<TerminalPanel>(instructions, stop_requested())),
         windowed(exchange != nullptr ? std::make_unique<WindowedPanel>(*terminal, *exchange) : nullptr),
         preview(exchange != nullptr ? make_preview(right_camera) : nullptr),
         person(panel(), opened, preview ? watch_for_window() : live::PersonAtDevices::Watch()),
@@ -150,6 +151,7 @@ struct LiveSession::Parts {
   }
 
   live::Opened opened;
+  std::shared_ptr<InstructionFile> instructions;
   std::unique_ptr<TerminalPanel> terminal;
   std::unique_ptr<WindowedPanel> windowed;         // null: the terminal alone
   std::unique_ptr<device::CameraPreview> preview;  // for the window
@@ -164,12 +166,12 @@ Expected<std::unique_ptr<LiveSession>> LiveSession::open(const LiveDevices& devi
                                                          desktop::SessionExchange* exchange) {
   auto opened = live::open_devices(devices, rig, known);
   if (!opened) return tl::unexpected(opened.error());
-  auto terminal = TerminalPanel::open(devices.instructions, stop_requested());
-  if (!terminal) return tl::unexpected(terminal.error());
+  auto instructions = InstructionFile::open(devices.instructions);
+  if (!instructions) return tl::unexpected(instructions.error());
   const auto right = opened->camera->right();
   if (!right) return tl::unexpected(right.error());
-  std::unique_ptr<LiveSession> session(
-      new LiveSession(std::make_unique<Parts>(std::move(*opened), std::move(*terminal), *right, exchange)));
+  std::unique_ptr<LiveSession> session(new LiveSession(
+      std::make_unique<Parts>(std::move(*opened), std::move(*instructions), *right, exchange)));
   session->panel().show_rig(rig);
   return session;
 }
@@ -190,6 +192,7 @@ session::AcquisitionContext LiveSession::context() {
 
 session::SessionPanel& LiveSession::panel() { return parts_->panel(); }
 device::ArmFacts LiveSession::arm_facts() const { return parts_->opened.arm->facts(); }
+std::shared_ptr<InstructionFile> LiveSession::instructions() const { return parts_->instructions; }
 void LiveSession::end() { parts_->terminal.reset(); }
 
 }  // namespace palpate::tools::commands

@@ -56,6 +56,8 @@ class LiveSession {
   calibration::session::AcquisitionContext context();
   calibration::session::SessionPanel& panel();
   device::ArmFacts arm_facts() const;
+  // Where what is shown is written; outlives this object in whose hands it is.
+  std::shared_ptr<InstructionFile> instructions() const;
   // The terminal is as it was; nothing else may be asked of this object.
   void end();
 

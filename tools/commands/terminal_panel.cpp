@@ -10,7 +10,6 @@
 #include <cstring>
 
 #include "palpate/core/text.h"
-#include "palpate/device/person_json.h"
 
 namespace palpate::tools::commands {
 namespace {
@@ -22,17 +21,7 @@ constexpr int kLook = 100, kLookElsewhere = 20;  // ms between looks at whether 
 
 }  // namespace
 
-Expected<std::unique_ptr<TerminalPanel>> TerminalPanel::open(const std::string& instructions,
-                                                             const std::atomic<bool>& stop) {
-  File file;
-  if (!instructions.empty()) {
-    file.reset(std::fopen(instructions.c_str(), "we"));
-    if (!file) return wrong_use("--instructions {}: {}", instructions, std::strerror(errno));
-  }
-  return std::unique_ptr<TerminalPanel>(new TerminalPanel(std::move(file), stop));
-}
-
-TerminalPanel::TerminalPanel(File instructions, const std::atomic<bool>& stop)
+TerminalPanel::TerminalPanel(std::shared_ptr<InstructionFile> instructions, const std::atomic<bool>& stop)
     : instructions_(std::move(instructions)), stop_(stop), draws_(isatty(STDERR_FILENO) != 0) {
   termios now{};
   if (isatty(STDIN_FILENO) == 0 || tcgetattr(STDIN_FILENO, &now) != 0) return;
@@ -52,22 +41,14 @@ void TerminalPanel::line(const std::string& text) {
   told_ = false;
 }
 
-void TerminalPanel::write(const Json& instruction) {
-  if (!instructions_) return;
-  std::fprintf(instructions_.get(), "%s\n", instruction.dump().c_str());
-  std::fflush(instructions_.get());
-}
-
 void TerminalPanel::begin_step(std::size_t step, std::size_t steps, const std::string& name) {
   line(fmt::format("--- {} of {}: {}", step + 1, steps, name));
-  write({{"step", name}, {"number", step + 1}, {"of", steps}});
+  instructions_->write({{"step", name}, {"number", step + 1}, {"of", steps}});
 }
 
 void TerminalPanel::show(const device::Request& request, const std::string& text) {
   line(text);
-  Json json = device::json_of(request);
-  json["text"] = text;
-  write(json);
+  instructions_->write(request, text);
 }
 
 void TerminalPanel::tell(const std::string& text) {
@@ -82,11 +63,11 @@ void TerminalPanel::guided(const calibration::session::GuidanceState& state, int
   tell(fmt::format("pose {} of {}, {}", state.poses, of, calibration::session::guidance_text(state)));
 }
 
-void TerminalPanel::released() { write({{"released", true}}); }
+void TerminalPanel::released() { instructions_->write({{"released", true}}); }
 
 void TerminalPanel::taken() {
   if (draws_) std::fputc('\a', stderr);
-  write({{"taken", true}});
+  instructions_->write({{"taken", true}});
 }
 
 std::optional<char> TerminalPanel::press(int ms) {
@@ -128,7 +109,7 @@ Review TerminalPanel::review(const calibration::session::StepOutcome& outcome) {
   line(fmt::format("{} {}: {}", outcome.done ? "done" : "FAILED", outcome.step, outcome.words));
   line(fmt::format("{}r: repeat it{}, q: stop", outcome.done ? "Enter: go on, " : "",
                    outcome.first ? "" : ", u: the one before, too"));
-  write({{"ended", outcome.step}, {"done", outcome.done}, {"words", outcome.words}});
+  instructions_->write({{"ended", outcome.step}, {"done", outcome.done}, {"words", outcome.words}});
   while (!stop_.load()) {
     const auto pressed = press(kLook);
     if (!pressed) continue;

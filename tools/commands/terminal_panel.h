@@ -16,15 +16,14 @@
 #include <string>
 
 #include "palpate/calibration/session/session_panel.h"
-#include "palpate/core/json.h"
+#include "tools/commands/instruction_file.h"
 
 namespace palpate::tools::commands {
 
 class TerminalPanel : public calibration::session::SessionPanel {
  public:
-  // `instructions`: a file that gets what is shown as a line of JSON each, for a display of one's own; empty: none.
-  static Expected<std::unique_ptr<TerminalPanel>> open(const std::string& instructions,
-                                                       const std::atomic<bool>& stop);
+  // `instructions` gets what is shown; never null.
+  TerminalPanel(std::shared_ptr<InstructionFile> instructions, const std::atomic<bool>& stop);
   ~TerminalPanel() override;
 
   void show(const device::Request& request, const std::string& text) override;
@@ -42,18 +41,11 @@ class TerminalPanel : public calibration::session::SessionPanel {
   void set_more_keys(MoreKeys keys) { more_keys_ = std::move(keys); }
 
  private:
-  struct CloseFile {
-    void operator()(std::FILE* file) const noexcept { std::fclose(file); }
-  };
-  using File = std::unique_ptr<std::FILE, CloseFile>;
-
-  TerminalPanel(File instructions, const std::atomic<bool>& stop);
   void line(const std::string& text);
-  void write(const Json& instruction);
   // Waits `ms` at most.
   std::optional<char> press(int ms);
 
-  File instructions_;
+  std::shared_ptr<InstructionFile> instructions_;
   const std::atomic<bool>& stop_;
   std::optional<termios> before_;
   MoreKeys more_keys_;

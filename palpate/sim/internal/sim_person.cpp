@@ -123,6 +123,20 @@ Expected<void> SimPerson::begin_shown_pose(const device::PoseTarget& target) {
   return {};
 }
 
+// As Gesture::hold has it; the middle where the arm does not reach so far.
+Vector3 SimPerson::held_joints(int index) const {
+  constexpr double kAside = 0.09, kUp = 0.06;  // m, World
+  const Vector3 ways[] = {
+      {0.0, 0.0, 0.0}, {-kAside, kUp, 0.0}, {kAside, kUp, 0.0}, {-kAside, -kUp, 0.0}, {kAside, -kUp, 0.0}};
+  const Vector3 middle = middle_joints(world_);
+  if (index <= 0 || index >= static_cast<int>(std::size(ways))) return middle;
+  const Vector3 tip = (truth_.X_world_base * device::phantom_tip(middle, truth_.lengths)).m + ways[index];
+  Vector3 theta;
+  return device::phantom_inverse(X_base_world_ * Point<World>{arm_.within_reach(tip)}, truth_.lengths, theta)
+             ? theta
+             : middle;
+}
+
 Expected<void> SimPerson::begin_touch(const device::Request& request) {
   Vector3 place, front;
   const auto corner = [&](const config::Corners& corners) {
@@ -199,7 +213,7 @@ Expected<void> SimPerson::ask(const device::Request& request) {
       pointer_to_.reset();
       break;
     case device::Gesture::hold:
-      path_ = {hand_joints(), middle_joints(world_), t, kReachTime};
+      path_ = {hand_joints(), held_joints(request.index), t, kReachTime};
       held_orientation_ = arm_.state().orientation;
       break;
     case device::Gesture::swing_pointer: {

@@ -49,6 +49,7 @@ class SimPerson : public device::Person {
   void swing_stylus(double t);
   void begin_pose_of_their_own();
   Expected<void> begin_shown_pose(const device::PoseTarget& target);
+  Vector3 held_joints(int index) const;
   Expected<void> begin_touch(const device::Request& request);
   Vector3 wander_joints(double t) const;
 

@@ -1,0 +1,30 @@
+#include "tools/commands/instruction_file.h"
+
+#include <cerrno>
+#include <cstring>
+
+#include "palpate/device/person_json.h"
+
+namespace palpate::tools::commands {
+
+Expected<std::shared_ptr<InstructionFile>> InstructionFile::open(const std::string& name) {
+  auto opened = std::make_shared<InstructionFile>();
+  if (name.empty()) return opened;
+  opened->file_.reset(std::fopen(name.c_str(), "we"));
+  if (!opened->file_) return wrong_use("--instructions {}: {}", name, std::strerror(errno));
+  return opened;
+}
+
+void InstructionFile::write(const Json& instruction) {
+  if (!file_) return;
+  std::fprintf(file_.get(), "%s\n", instruction.dump().c_str());
+  std::fflush(file_.get());
+}
+
+void InstructionFile::write(const device::Request& request, const std::string& text) {
+  Json json = device::json_of(request);
+  json["text"] = text;
+  write(json);
+}
+
+}  // namespace palpate::tools::commands

@@ -1,0 +1,33 @@
+// What a session shows, as a line of JSON each, for a display of one's own or a script in a person's place: `--instructions FILE`, which
+// may be a pipe.
+//
+// One thread at a time; each line is whole and written at once. Errors: wrong use for a file that cannot be written.
+#pragma once
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "palpate/core/expected.h"
+#include "palpate/core/json.h"
+#include "palpate/device/person.h"
+
+namespace palpate::tools::commands {
+
+class InstructionFile {
+ public:
+  // Without a name none of it is written.
+  static Expected<std::shared_ptr<InstructionFile>> open(const std::string& name);
+
+  void write(const Json& instruction);
+  // What the person is asked for, and in which words.
+  void write(const device::Request& request, const std::string& text);
+
+ private:
+  struct Close {
+    void operator()(std::FILE* file) const noexcept { std::fclose(file); }
+  };
+  std::unique_ptr<std::FILE, Close> file_;
+};
+
+}  // namespace palpate::tools::commands
