@@ -40,7 +40,7 @@ class ByHand(ProgramTest):
             return
         answer = laboratory.does({key: told[key] for key in told if key != "text"})
         what = " ".join(str(told[key]) for key in ("gesture", "what", "index") if told.get(key) not in (None, ""))
-        said = "is there" if "ready" in answer else "finds no more of them (n)" if answer["no_more"] else "does not get there (s)"
+        said = ("is there (it counts by itself)" if told["gesture"] == "next_pose" else "is there") if "ready" in answer else "finds no more of them (n)" if answer["no_more"] else "does not get there (s)"
         print(f"the person, asked for {what}: {said}", flush=True)
 
 

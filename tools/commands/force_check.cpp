@@ -44,6 +44,7 @@ class Holder : public forces::ForcePerson {
     if (options_.key_button > 0) return (buttons >> static_cast<unsigned>(options_.key_button - 1) & 1u) != 0;
     return key_ ? key_->held() : true;
   }
+  bool quit() const { return key_ != nullptr && key_->quit(); }
   void say(const std::string& line) override {
     notice("forces: " + line);
     last_said_ = line;
@@ -262,7 +263,7 @@ class WatchedCheck {
     if (const auto who = arm_.description(); !who.empty() && !arm_.health()) notice(who);
     for (int look = 0; !done_.load(); ++look) {
       clock.sleep_until(clock.now() + kLook);
-      if (stop_requested().load()) stop_.store(true);
+      if (stop_requested().load() || person->quit()) stop_.store(true);
       const std::uint64_t asked = clock_.asked();
       if (hangs.look(asked, clock.now())) arm_.device().let_go();
       standing = asked == before ? standing + 1 : 0;

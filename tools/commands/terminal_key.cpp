@@ -50,6 +50,7 @@ void TerminalKey::listen() {
         until_ns_.store(now_ns() + (repeats ? kRepeatNs : kFirstNs), std::memory_order_relaxed);
       } else {
         until_ns_.store(0, std::memory_order_relaxed);  // any other key lets go
+        if (key == 'q' || key == 'Q') quit_.store(true, std::memory_order_relaxed);
       }
     }
   }

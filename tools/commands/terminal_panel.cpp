@@ -109,6 +109,9 @@ Review TerminalPanel::review(const calibration::session::StepOutcome& outcome) {
   line(fmt::format("{} {}: {}", outcome.done ? "done" : "FAILED", outcome.step, outcome.words));
   line(fmt::format("{}r: repeat it{}, q: stop", outcome.done ? "Enter: go on, " : "",
                    outcome.first ? "" : ", u: the one before, too"));
+  // What was pressed before this could be read was meant for something else.
+  while (const auto early = press(0))
+    if (*early == 'q') return Review::stop;
   instructions_->write({{"ended", outcome.step}, {"done", outcome.done}, {"words", outcome.words}});
   while (!stop_.load()) {
     const auto pressed = press(kLook);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cctype>
 #include <cmath>
 
 #include "palpate/core/units.h"
@@ -50,10 +51,17 @@ std::string instruction(const device::Request& request) {
       return "Put the arm into its rest position and the pointer down. Enter when they are.";
     case Gesture::next_pose:
       return request.target
-                 ? "Bring the stylus to the place that is told and hold it still, its marker towards the "
-                   "tracker. s: another place; Enter: take it where it is."
-                 : "Hold the stylus still in a pose unlike those before, anywhere in its reach, its marker "
-                   "towards the tracker.";
+                 ? fmt::format(
+                       "Bring the stylus' tip to the place that is shown, ({:.0f}, {:.0f}, {:.0f}) mm in "
+                       "World, and hold it still, its "
+                       "marker towards the tracker; it counts by itself. s: another place; Enter: take it "
+                       "where it is.",
+                       mm_from_metres(request.target->tip.m.x()), mm_from_metres(request.target->tip.m.y()),
+                       mm_from_metres(request.target->tip.m.z()))
+                 : std::string(
+                       "Hold the stylus still in a pose unlike those before, anywhere in its reach, its "
+                       "marker "
+                       "towards the tracker; it counts by itself.");
     case Gesture::swing_stylus:
       return (request.what == "hollow"
                   ? std::string(
@@ -107,7 +115,11 @@ Expected<void> GuidedPerson::ask(const device::Request& request) {
   request_ = request;
   pressed_ = false;
   told_s_ = -1.0;
-  panel_.show(request_, instruction(request_));
+  std::string text = instruction(request_);
+  if (request.gesture == Gesture::touch && !touched_.emplace(request.what, request.index).second)
+    text = fmt::format("Once more: {}{}",
+                       static_cast<char>(std::tolower(static_cast<unsigned char>(text[0]))), text.substr(1));
+  panel_.show(request_, text);
   return {};
 }
 

@@ -6,7 +6,9 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
+#include <utility>
 
 #include "palpate/calibration/session/stillness.h"
 #include "palpate/device/person.h"
@@ -70,6 +72,7 @@ class GuidedPerson : public device::Person {
 
   Panel& panel_;
   device::Request request_;
+  std::set<std::pair<std::string, int>> touched_;  // what has been asked for
   Stillness stylus_, pointer_, head_;
   bool pressed_ = false;
   double now_s_ = 0.0, told_s_ = -1.0, observed_s_ = -1.0;
