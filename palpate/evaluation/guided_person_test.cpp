@@ -56,7 +56,10 @@ class SimulatedReader : public Panel {
 // Keys as they are pressed.
 class TypedKeys : public Panel {
  public:
-  void show(const device::Request&, const std::string&) override { ++shown; }
+  void show(const device::Request&, const std::string& text) override {
+    ++shown;
+    last = text;
+  }
   void tell(const std::string&) override {}
   void taken() override {}
   std::optional<PanelKey> key() override {
@@ -67,7 +70,29 @@ class TypedKeys : public Panel {
   }
   std::deque<PanelKey> keys;
   int shown = 0;
+  std::string last;
 };
+
+TEST(GuidedPerson, APlaceThatIsTouchedAgainIsAskedForOnceMore) {
+  TypedKeys panel;
+  GuidedPerson person(panel);
+  ASSERT_TRUE(person.ask({device::Gesture::touch, "table", 1}));
+  EXPECT_EQ(panel.last, "Hold the pointer's tip on corner 2 of the table and press Enter.");
+  ASSERT_TRUE(person.ask({device::Gesture::touch, "wall", 1}));
+  EXPECT_EQ(panel.last, "Hold the pointer's tip on corner 2 of the wall and press Enter.");
+  ASSERT_TRUE(person.ask({device::Gesture::touch, "table", 1}));
+  EXPECT_EQ(panel.last, "Once more: hold the pointer's tip on corner 2 of the table and press Enter.");
+}
+
+TEST(GuidedPerson, APoseThatIsShownIsToldInNumbers) {
+  TypedKeys panel;
+  GuidedPerson person(panel);
+  device::Request request{device::Gesture::next_pose, "", 0};
+  request.target.emplace();
+  request.target->tip = {Vector3(0.12, -1.4, 1.75)};
+  ASSERT_TRUE(person.ask(request));
+  EXPECT_NE(panel.last.find("(120, -1400, 1750) mm in World"), std::string::npos) << panel.last;
+}
 
 TEST(GuidedPerson, WhatWasPressedBeforeAQuestionAnswersNoneButAStop) {
   TypedKeys panel;

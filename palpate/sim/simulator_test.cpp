@@ -343,5 +343,25 @@ TEST(BoardView, WholeBoardsOnly) {
   EXPECT_FALSE(board_corners(lens, behind, 0.0, random));
 }
 
+// The check of the forces needs them apart, and the arm reaches all of them.
+TEST(SimulatedPerson, HoldsTheStylusInFivePlacesAHandsBreadthApart) {
+  Simulator world(config::reference_world(), 3);
+  std::vector<Vector3> held;
+  for (int i = 0; i < 5; ++i) {
+    ASSERT_TRUE(world.person().ask({device::Gesture::hold, "", i}));
+    for (int ms = 0; ms < 6000 && !*world.person().ready(); ++ms)
+      world.advance_to(world.now() + std::chrono::milliseconds(1));
+    ASSERT_TRUE(*world.person().ready()) << i;
+    held.push_back(world.true_state().X_world_tip.translation);
+    for (int k = 0; k < i; ++k)
+      EXPECT_GT((held[static_cast<std::size_t>(i)] - held[static_cast<std::size_t>(k)]).norm(), 0.075)
+          << i << " " << k;
+  }
+  EXPECT_GT(held[1].y(), held[0].y() + 0.04);
+  EXPECT_LT(held[1].x(), held[0].x() - 0.06);
+  EXPECT_LT(held[4].y(), held[0].y() - 0.04);
+  EXPECT_GT(held[4].x(), held[0].x() + 0.06);
+}
+
 }  // namespace
 }  // namespace palpate::sim
