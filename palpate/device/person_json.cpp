@@ -46,6 +46,7 @@ Json json_of(const Request& request) {
     json["what"] = request.what;
     json["index"] = request.index;
   }
+  if (request.gesture == Gesture::hold) json["index"] = request.index;
   if (request.gesture == Gesture::swing_stylus && !request.what.empty()) json["what"] = request.what;
   if (request.target) {
     const Quaternion& q = request.target->R_world_marker;
@@ -75,6 +76,13 @@ Expected<Request> request_of(const Json& json) {
       return wrong_use("touch: \"what\", a name, and \"index\", 0 to {}, are expected", kMostPlaces);
     request.what = what->get<std::string>();
     request.index = index->get<int>();
+  }
+  if (request.gesture == Gesture::hold && json.contains("index")) {
+    const auto& index = json["index"];
+    if (!index.is_number_integer() || index.get<std::int64_t>() < 0 ||
+        index.get<std::int64_t>() > kMostPlaces)
+      return wrong_use("hold: \"index\", 0 to {}, is expected", kMostPlaces);
+    request.index = index.get<int>();
   }
   if (request.gesture == Gesture::swing_stylus && json.contains("what")) {
     if (json["what"] != "hollow") return wrong_use("swing_stylus: \"what\" is \"hollow\" or left out");

@@ -11,6 +11,7 @@ TEST(PersonJson, EveryRequestComesBack) {
         Gesture::touch, Gesture::look_around_board, Gesture::look, Gesture::hold}) {
     Request request{gesture, "", 0};
     if (gesture == Gesture::touch) request = {gesture, "wall", 3};
+    if (gesture == Gesture::hold) request.index = 4;
     if (gesture == Gesture::next_pose)
       request.target = PoseTarget{{Vector3(0.1, -0.2, 0.3)}, so3_exp(Vector3(0.1, 0.2, 0.3)), {}};
     const auto back = request_of(Json::parse(json_of(request).dump()));
@@ -29,9 +30,9 @@ TEST(PersonJson, WhatIsNoRequestIsRefusedInWords) {
   for (const char* text :
        {"3", "[]", "{}", R"({"gesture": 1})", R"({"gesture": "dance"})", R"({"gesture": "touch"})",
         R"({"gesture": "touch", "what": "table", "index": -1})",
-        R"({"gesture": "touch", "what": "table", "index": 1e9})",
-        R"({"gesture": "swing_stylus", "what": "table"})", R"({"gesture": "next_pose", "tip_m": [1, 2]})",
-        R"({"gesture": "next_pose", "tip_m": [1, 2, 3]})",
+        R"({"gesture": "touch", "what": "table", "index": 1e9})", R"({"gesture": "hold", "index": -1})",
+        R"({"gesture": "hold", "index": "left"})", R"({"gesture": "swing_stylus", "what": "table"})",
+        R"({"gesture": "next_pose", "tip_m": [1, 2]})", R"({"gesture": "next_pose", "tip_m": [1, 2, 3]})",
         R"({"gesture": "next_pose", "tip_m": [1, 2, 3], "marker_rotation_qwxyz": [0, 0, 0, 0]})"}) {
     const auto read = request_of(Json::parse(text));
     ASSERT_FALSE(read) << text;
