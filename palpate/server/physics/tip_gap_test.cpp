@@ -35,7 +35,7 @@ class GapInReadings : public ::testing::Test {
     server_.emplace(rig_, scene::SceneDescription{}, std::make_unique<TipShown>(), arm_,
                     haptics::without_ramp());
   }
-  // The hand swings at about a metre and a half a second.
+  // The hand swings at about a metre a second.
   Vector3 joints(Instant<PhysicsClock> t) const {
     const double s = std::sin(9.0 * (t - begun_).count() * 1e-9);
     return {0.1 + 0.6 * s, 0.5 + 0.3 * s, 0.3};
