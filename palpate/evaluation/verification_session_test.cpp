@@ -40,6 +40,60 @@ TEST(VerificationSession, ARigThatLacksSomethingIsRefusedBeforeAnybodyIsAsked) {
   EXPECT_EQ(world.now().seconds(), 0.0);
 }
 
+// Its driver gives a new reading three times a second only, whatever it says of its stamps.
+class StutteringArm : public device::ArmDevice {
+ public:
+  explicit StutteringArm(device::ArmDevice& arm) : arm_(arm) {}
+  device::ArmSample read() override {
+    device::ArmSample sample = arm_.read();
+    if (reads_++ % 333 == 0) held_ = sample.joints;
+    sample.joints = held_;
+    return sample;
+  }
+  void command(const Vector3& force) override { arm_.command(force); }
+  void let_go() noexcept override { arm_.let_go(); }
+
+ private:
+  device::ArmDevice& arm_;
+  device::JointVector held_;
+  int reads_ = 0;
+};
+
+TEST(VerificationSession, ADelayAtWhichArmAndMarkerDoNotMoveAlikeIsNone) {
+  const sim::config::WorldFile file = sim::config::reference_world();
+  rig::Rig rig = blank_rig(file);
+  rig.arm.emplace();
+  rig.pointer_pivot.emplace();
+  rig.camera.emplace();
+  rig.hand_eye.emplace();
+  rig.landmarks.resize(3);
+  VerificationPlan moved_only;
+  moved_only.poses = moved_only.corners_of_each = moved_only.landmarks = 0;
+  moved_only.look_s = moved_only.board_s = 0.0;
+  calibration::session::VerificationHooks hooks;
+  hooks.find_landmarks = calibration::session::landmark_finder();
+  for (const bool stutters : {false, true}) {
+    sim::Simulator world(file, 1);
+    const auto laboratory = laboratory_of(world);
+    StutteringArm arm(laboratory.arm);
+    const calibration::session::AcquisitionContext context{laboratory.clock,
+                                                           stutters ? arm : laboratory.arm,
+                                                           laboratory.tracker,
+                                                           laboratory.camera,
+                                                           laboratory.person,
+                                                           nullptr,
+                                                           true};
+    const auto seen = calibration::session::observe_rig(context, rig, moved_only, hooks);
+    ASSERT_TRUE(seen) << seen.error().message;
+    EXPECT_EQ(seen->observed.tracker_delay_s.has_value(), !stutters) << seen->delay_correlation;
+    EXPECT_EQ(seen->no_delay.empty(), !stutters);
+    if (stutters)
+      EXPECT_LT(seen->delay_correlation, 0.99);
+    else
+      EXPECT_GT(seen->delay_correlation, 0.999);
+  }
+}
+
 struct Tally {
   int told = 0, named = 0, of = 0;
 };

@@ -150,6 +150,7 @@ Json json_of(const rig::VerificationRecord& record, const calibration::Verificat
                      {"rms_px", seen.board->rms_px},
                      {"promised_px", seen.board->promised_px}};
   if (!seen.no_delay.empty()) json["no_tracker_delay"] = seen.no_delay;
+  if (seen.delay_correlation > 0.0) json["tracker_delay_correlation"] = seen.delay_correlation;
   json["touched"] = seen.observed.touched.size();
   json["poses"] = seen.observed.held.size();
   json["pictures"] = seen.observed.frames.size();

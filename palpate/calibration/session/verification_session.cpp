@@ -1,5 +1,7 @@
 #include "palpate/calibration/session/verification_session.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "palpate/calibration/motion_delay.h"
@@ -16,6 +18,9 @@ namespace {
 constexpr std::size_t kFewestDots = 3;
 constexpr std::size_t kArmEvery = 5;   // of its 1 kHz: the tracker is slower still
 constexpr double kLongestDelay = 0.3;  // s
+// Arm and marker hold one stylus: what the one does not explain of the other is some tenths of a millimetre in a decimetre. A
+// delay at which they move less alike is none of a device: one of the streams was held up.
+constexpr double kMoveAlike = 0.99;
 
 // Looks near the places where the landmarks should be, and farther around once most of them are not there: a camera
 // that was knocked shows them elsewhere, all by the same turn. Once a picture has shown most of them there is no more
@@ -119,6 +124,15 @@ struct Look {
     // A motion too poor for its delay says nothing against the rest.
     if (!delay) {
       out.no_delay = delay.error().message;
+      return {};
+    }
+    out.delay_correlation = delay->correlation;
+    if (delay->correlation < kMoveAlike) {
+      out.no_delay = fmt::format(
+          "arm and tracker do not move alike at any delay (correlation {:.3f}); one of them was held up, or "
+          "the machine was: verify "
+          "again",
+          delay->correlation);
       return {};
     }
     out.observed.tracker_delay_s = delay->delay_s;

@@ -39,6 +39,8 @@ struct VerificationRecord {
   RigObservations observed;
   std::optional<BoardFigure> board;
   std::string no_delay;  // why the free motion does not tell the tracker's delay; empty where it does
+  double delay_correlation =
+      0.0;               // of arm and marker at the delay that was found; 0: none was looked for, or found
   double seconds = 0.0;  // host time that it took
 };
 
