@@ -15,6 +15,8 @@
 #include <thread>
 #include <utility>
 
+#include "palpate/core/no_pipe_signal.h"
+
 namespace palpate::inline core {
 namespace {
 
@@ -47,27 +49,6 @@ FileDescriptor& to_parent() {
   return descriptor;
 }
 
-// A parent that is gone must not end the child: the signal of a broken pipe is held back for this write.
-class NoPipeSignal {
- public:
-  NoPipeSignal() {
-    sigemptyset(&pipe_);
-    sigaddset(&pipe_, SIGPIPE);
-    ::pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
-  }
-  NoPipeSignal(const NoPipeSignal&) = delete;
-  NoPipeSignal& operator=(const NoPipeSignal&) = delete;
-  ~NoPipeSignal() {
-    const timespec at_once{};
-    while (::sigtimedwait(&pipe_, nullptr, &at_once) == SIGPIPE) {
-    }
-    ::pthread_sigmask(SIG_SETMASK, &before_, nullptr);
-  }
-
- private:
-  sigset_t pipe_{}, before_{};
-};
-
 }  // namespace
 
 void tell_parent(const Json& report) {
@@ -76,7 +57,7 @@ void tell_parent(const Json& report) {
   if (!descriptor) return;
   const std::string line = report.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   if (line.size() > kLongestReport) return;
-  const NoPipeSignal quiet;
+  const NoPipeSignal quiet;  // a parent that is gone must not end the child
   for (std::string_view rest = line; !rest.empty();) {
     const ssize_t written = ::write(descriptor.get(), rest.data(), rest.size());
     if (written > 0) {

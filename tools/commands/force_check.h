@@ -9,10 +9,10 @@
 #include <memory>
 #include <string>
 
+#include "palpate/calibration/session/instruction_file.h"
 #include "palpate/core/expected.h"
 #include "palpate/device/opened.h"
 #include "palpate/rig/rig.h"
-#include "tools/commands/instruction_file.h"
 
 namespace palpate::tools::commands {
 
@@ -21,7 +21,8 @@ struct ForceArguments {
   double weight_g = 0.0, patience_s = 120.0;
   int dead_man = 0, key_button = 0, poses = 5;
   bool yes_held = false, at_reset = false;
-  std::shared_ptr<InstructionFile> instructions;  // gets each pose that is wanted; null: nothing does
+  std::shared_ptr<calibration::session::InstructionFile>
+      instructions;  // gets each pose that is wanted; null: nothing does
 };
 
 // The weight, the key, the dead-man switch.

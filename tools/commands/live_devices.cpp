@@ -118,7 +118,7 @@ Expected<void> run_session(const LiveDevices& devices, const std::string& title,
 }
 
 struct LiveSession::Parts {
-  Parts(live::Opened devices, std::shared_ptr<InstructionFile> instructions_to,
+  Parts(live::Opened devices, std::shared_ptr<session::InstructionFile> instructions_to,
         device::CameraDevice* right_camera, desktop::SessionExchange* exchange)
       : opened(std::move(devices)),
         instructions(std::move(instructions_to)),
@@ -151,7 +151,7 @@ struct LiveSession::Parts {
   }
 
   live::Opened opened;
-  std::shared_ptr<InstructionFile> instructions;
+  std::shared_ptr<session::InstructionFile> instructions;
   std::unique_ptr<TerminalPanel> terminal;
   std::unique_ptr<WindowedPanel> windowed;         // null: the terminal alone
   std::unique_ptr<device::CameraPreview> preview;  // for the window
@@ -166,7 +166,7 @@ Expected<std::unique_ptr<LiveSession>> LiveSession::open(const LiveDevices& devi
                                                          desktop::SessionExchange* exchange) {
   auto opened = live::open_devices(devices, rig, known);
   if (!opened) return tl::unexpected(opened.error());
-  auto instructions = InstructionFile::open(devices.instructions);
+  auto instructions = session::InstructionFile::open(devices.instructions);
   if (!instructions) return tl::unexpected(instructions.error());
   const auto right = opened->camera->right();
   if (!right) return tl::unexpected(right.error());
@@ -192,7 +192,7 @@ session::AcquisitionContext LiveSession::context() {
 
 session::SessionPanel& LiveSession::panel() { return parts_->panel(); }
 device::ArmFacts LiveSession::arm_facts() const { return parts_->opened.arm->facts(); }
-std::shared_ptr<InstructionFile> LiveSession::instructions() const { return parts_->instructions; }
+std::shared_ptr<session::InstructionFile> LiveSession::instructions() const { return parts_->instructions; }
 void LiveSession::end() { parts_->terminal.reset(); }
 
 }  // namespace palpate::tools::commands

@@ -57,7 +57,7 @@ class LiveSession {
   calibration::session::SessionPanel& panel();
   device::ArmFacts arm_facts() const;
   // Where what is shown is written; outlives this object in whose hands it is.
-  std::shared_ptr<InstructionFile> instructions() const;
+  std::shared_ptr<calibration::session::InstructionFile> instructions() const;
   // The terminal is as it was; nothing else may be asked of this object.
   void end();
 

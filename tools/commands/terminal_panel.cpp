@@ -21,7 +21,8 @@ constexpr int kLook = 100, kLookElsewhere = 20;  // ms between looks at whether 
 
 }  // namespace
 
-TerminalPanel::TerminalPanel(std::shared_ptr<InstructionFile> instructions, const std::atomic<bool>& stop)
+TerminalPanel::TerminalPanel(std::shared_ptr<calibration::session::InstructionFile> instructions,
+                             const std::atomic<bool>& stop)
     : instructions_(std::move(instructions)), stop_(stop), draws_(isatty(STDERR_FILENO) != 0) {
   termios now{};
   if (isatty(STDIN_FILENO) == 0 || tcgetattr(STDIN_FILENO, &now) != 0) return;

@@ -15,15 +15,16 @@
 #include <optional>
 #include <string>
 
+#include "palpate/calibration/session/instruction_file.h"
 #include "palpate/calibration/session/session_panel.h"
-#include "tools/commands/instruction_file.h"
 
 namespace palpate::tools::commands {
 
 class TerminalPanel : public calibration::session::SessionPanel {
  public:
   // `instructions` gets what is shown; never null.
-  TerminalPanel(std::shared_ptr<InstructionFile> instructions, const std::atomic<bool>& stop);
+  TerminalPanel(std::shared_ptr<calibration::session::InstructionFile> instructions,
+                const std::atomic<bool>& stop);
   ~TerminalPanel() override;
 
   void show(const device::Request& request, const std::string& text) override;
@@ -45,7 +46,7 @@ class TerminalPanel : public calibration::session::SessionPanel {
   // Waits `ms` at most.
   std::optional<char> press(int ms);
 
-  std::shared_ptr<InstructionFile> instructions_;
+  std::shared_ptr<calibration::session::InstructionFile> instructions_;
   const std::atomic<bool>& stop_;
   std::optional<termios> before_;
   MoreKeys more_keys_;

@@ -1,7 +1,8 @@
 // What a session shows, as a line of JSON each, for a display of one's own or a script in a person's place: `--instructions FILE`, which
 // may be a pipe.
 //
-// One thread at a time; each line is whole and written at once. Errors: wrong use for a file that cannot be written.
+// One thread at a time; each line is whole and written at once. A display that goes away does not end the session: nothing more is
+// written then. Errors: wrong use for a file that cannot be written.
 #pragma once
 
 #include <cstdio>
@@ -12,7 +13,7 @@
 #include "palpate/core/json.h"
 #include "palpate/device/person.h"
 
-namespace palpate::tools::commands {
+namespace palpate::calibration::session {
 
 class InstructionFile {
  public:
@@ -30,4 +31,4 @@ class InstructionFile {
   std::unique_ptr<std::FILE, Close> file_;
 };
 
-}  // namespace palpate::tools::commands
+}  // namespace palpate::calibration::session

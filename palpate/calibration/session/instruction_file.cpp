@@ -1,11 +1,12 @@
-#include "tools/commands/instruction_file.h"
+#include "palpate/calibration/session/instruction_file.h"
 
 #include <cerrno>
 #include <cstring>
 
+#include "palpate/core/no_pipe_signal.h"
 #include "palpate/device/person_json.h"
 
-namespace palpate::tools::commands {
+namespace palpate::calibration::session {
 
 Expected<std::shared_ptr<InstructionFile>> InstructionFile::open(const std::string& name) {
   auto opened = std::make_shared<InstructionFile>();
@@ -17,8 +18,9 @@ Expected<std::shared_ptr<InstructionFile>> InstructionFile::open(const std::stri
 
 void InstructionFile::write(const Json& instruction) {
   if (!file_) return;
+  const NoPipeSignal quiet;
   std::fprintf(file_.get(), "%s\n", instruction.dump().c_str());
-  std::fflush(file_.get());
+  if (std::fflush(file_.get()) != 0) file_.reset();
 }
 
 void InstructionFile::write(const device::Request& request, const std::string& text) {
@@ -27,4 +29,4 @@ void InstructionFile::write(const device::Request& request, const std::string& t
   write(json);
 }
 
-}  // namespace palpate::tools::commands
+}  // namespace palpate::calibration::session

@@ -1,0 +1,54 @@
+#include "palpate/calibration/session/instruction_file.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+namespace palpate::calibration::session {
+namespace {
+
+TEST(InstructionFile, TellsARequestAndItsWordsInALine) {
+  const auto name = std::filesystem::path(testing::TempDir()) / "instructions.jsonl";
+  {
+    auto file = InstructionFile::open(name);
+    ASSERT_TRUE(file) << file.error().message;
+    (*file)->write({device::Gesture::hold, "", 2}, "to the right");
+    (*file)->write({{"released", true}});
+  }
+  std::FILE* read = std::fopen(name.c_str(), "r");
+  ASSERT_NE(read, nullptr);
+  char text[200] = {};
+  const auto size = std::fread(text, 1, sizeof text - 1, read);
+  std::fclose(read);
+  EXPECT_EQ(std::string(text, size),
+            "{\"gesture\":\"hold\",\"index\":2,\"text\":\"to the right\"}\n{\"released\":true}\n");
+}
+
+TEST(InstructionFile, ADisplayThatGoesAwayDoesNotEndTheSession) {
+  const auto name = std::filesystem::path(testing::TempDir()) / "instructions.pipe";
+  std::filesystem::remove(name);
+  ASSERT_EQ(mkfifo(name.c_str(), 0600), 0);
+  const int display = ::open(name.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  ASSERT_GE(display, 0);
+  auto file = InstructionFile::open(name);
+  ASSERT_TRUE(file) << file.error().message;
+  (*file)->write({{"taken", true}});
+  ::close(display);
+  for (int i = 0; i < 3; ++i) (*file)->write({{"taken", true}});
+  SUCCEED() << "and is not ended by a signal";
+}
+
+TEST(InstructionFile, WhatCannotBeWrittenIsRefusedInWords) {
+  const auto none = InstructionFile::open("/nowhere/there/instructions");
+  ASSERT_FALSE(none);
+  EXPECT_NE(none.error().message.find("--instructions /nowhere/there/instructions: "), std::string::npos);
+  const auto unnamed = InstructionFile::open("");
+  ASSERT_TRUE(unnamed);
+  (*unnamed)->write({{"taken", true}});
+}
+
+}  // namespace
+}  // namespace palpate::calibration::session
