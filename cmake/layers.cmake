@@ -68,7 +68,7 @@ set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "FullSolution\\.")
 set(PALPATE_SLOW_TESTS "^FewDescriptors\\." "^PreparedOrgan\\.Tick" "^Indentation\\.(ShallowPresses|TheTablesOf)" "^TipContact\\.(DrawnAside|WhatCannotSlip)"
   "^VerificationSession\\.AQuickLook" "^Materials/ForceReturn.*/(plain|softtissue)" "^Csv\\.RefusesWhatIsLarger" "^StereoPlay\\.BothEyes"
   "^SiteLaw\\.MeetsTheTables" "^BlockForces\\.ContrastBeside" "^Hand\\.(IsDrawnOverInATenth|WhoseElbow)" "^PixelHandEye\\.StatesItsError"
-  "^AnApplicationFromOutside\\.PlaysThroughTheExchange")
+  "^AnApplicationFromOutside\\.PlaysThroughTheExchange" "^PalpationByStaircase\\.ATraineeWhoFinds")
 
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.
