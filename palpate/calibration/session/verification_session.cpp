@@ -20,7 +20,7 @@ constexpr std::size_t kArmEvery = 5;   // of its 1 kHz: the tracker is slower st
 constexpr double kLongestDelay = 0.3;  // s
 // Arm and marker hold one stylus: what the one does not explain of the other is some tenths of a millimetre in a decimetre. A
 // delay at which they move less alike is none of a device: one of the streams was held up.
-constexpr double kMoveAlike = 0.99;
+constexpr double kMoveAlike = 0.998;
 
 // Looks near the places where the landmarks should be, and farther around once most of them are not there: a camera
 // that was knocked shows them elsewhere, all by the same turn. Once a picture has shown most of them there is no more
