@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <thread>
 
@@ -62,8 +63,10 @@ TEST(ClockReader, LeadsToTheHostsTimeWithinWhatItStates) {
   for (int i = 0; i < 60; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     const std::int64_t taken = host_now(), stamp = camera.camera_ns(taken);
+    // An answer may come between two questions to the reader.
+    const Duration before = reader->uncertainty(stamp);
     const std::int64_t off = std::abs(reader->host_ns(stamp) - taken);
-    ASSERT_LE(off, reader->uncertainty(stamp).count()) << i;
+    ASSERT_LE(off, std::max(before, reader->uncertainty(stamp)).count()) << i;
   }
   EXPECT_LT(reader->uncertainty(camera.camera_ns(host_now())), std::chrono::milliseconds(1));
   EXPECT_GT(camera.asked(), 20);
