@@ -20,6 +20,8 @@ class InstructionFile {
   // Without a name none of it is written.
   static Expected<std::shared_ptr<InstructionFile>> open(const std::string& name);
 
+  // Whether what is written goes anywhere.
+  bool is_open() const { return file_ != nullptr; }
   void write(const Json& instruction);
   // What the person is asked for, and in which words.
   void write(const device::Request& request, const std::string& text);
