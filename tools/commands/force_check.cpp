@@ -15,6 +15,7 @@
 #include "palpate/core/units.h"
 #include "palpate/device/force_strength.h"
 #include "palpate/device/health_monitor.h"
+#include "palpate/device/held_places.h"
 #include "palpate/haptics/arm_check.h"
 #include "palpate/time/clock.h"
 #include "palpate/time/real_time.h"
@@ -54,10 +55,8 @@ class Holder : public forces::ForcePerson {
     if (!hand_) return;
     const Vector3 here = (X_world_base_ * Point<ArmBase>{tip}).m;
     if (pose == 0) middle_ = here + Vector3(0.0, 0.03, 0.0);
-    constexpr double kAside = 0.09, kUp = 0.06;
-    const Vector3 ways[] = {
-        {0.0, 0.0, 0.0}, {-kAside, kUp, 0.0}, {kAside, kUp, 0.0}, {-kAside, -kUp, 0.0}, {kAside, -kUp, 0.0}};
-    if (pose < static_cast<int>(std::size(ways))) target_.tip.m = middle_ + ways[pose];
+    if (pose < static_cast<int>(device::kHeldPlaces.size()))
+      target_.tip.m = middle_ + device::kHeldPlaces[static_cast<std::size_t>(pose)];
   }
 
  private:

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "palpate/device/held_places.h"
 #include "palpate/sim/internal/wave.h"
 #include "palpate/sim/pose_sampling.h"
 
@@ -125,12 +126,10 @@ Expected<void> SimPerson::begin_shown_pose(const device::PoseTarget& target) {
 
 // As Gesture::hold has it; the middle where the arm does not reach so far.
 Vector3 SimPerson::held_joints(int index) const {
-  constexpr double kAside = 0.09, kUp = 0.06;  // m, World
-  const Vector3 ways[] = {
-      {0.0, 0.0, 0.0}, {-kAside, kUp, 0.0}, {kAside, kUp, 0.0}, {-kAside, -kUp, 0.0}, {kAside, -kUp, 0.0}};
   const Vector3 middle = middle_joints(world_);
-  if (index <= 0 || index >= static_cast<int>(std::size(ways))) return middle;
-  const Vector3 tip = (truth_.X_world_base * device::phantom_tip(middle, truth_.lengths)).m + ways[index];
+  if (index <= 0 || index >= static_cast<int>(device::kHeldPlaces.size())) return middle;
+  const Vector3 tip = (truth_.X_world_base * device::phantom_tip(middle, truth_.lengths)).m +
+                      device::kHeldPlaces[static_cast<std::size_t>(index)];
   Vector3 theta;
   return device::phantom_inverse(X_base_world_ * Point<World>{arm_.within_reach(tip)}, truth_.lengths, theta)
              ? theta
