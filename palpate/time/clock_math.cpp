@@ -203,6 +203,9 @@ constexpr std::int64_t kExchangeStartNs = 1'000'000'000;
 constexpr int kSeasoned = 8;             // points in the window that tell drift and shortest trip
 constexpr double kStampSdNs = 3e3;       // clock reading and wake-up, of an exchange that met no delay
 constexpr double kStepMarginNs = 100e3;  // wake-ups that hit one way only reach tens of microseconds
+// The quickest trip may itself have been held up. By how much the others in the window tell, where none of them comes close
+// to it; before there are enough of them, a part of the trip itself is assumed.
+constexpr double kOfOthersDelay = 0.2, kOfShortestTrip = 0.1;
 
 }  // namespace
 
@@ -271,6 +274,16 @@ void Exchange::take(const Sample& s) {
   refit(s.x + s.delay / 2);
 }
 
+double Exchange::shortest_held_up_ns(std::int64_t lowest) const {
+  std::array<double, Window::kBuckets> longer{};
+  std::size_t n = 0;
+  window_.each([&](const Point& p) { longer[n++] = as_double(p.delay - lowest); });
+  const auto middle = longer.begin() + static_cast<std::ptrdiff_t>(n / 2);
+  std::nth_element(longer.begin(), middle, longer.begin() + static_cast<std::ptrdiff_t>(n));
+  const double missing = std::max(0.0, 1.0 - static_cast<double>(points_ - 1) / kSeasoned);
+  return kOfOthersDelay * *middle + kOfShortestTrip * missing * std::max(0.0, as_double(lowest));
+}
+
 void Exchange::refit(std::int64_t now) {
   std::int64_t z_reference = 0, lowest = std::numeric_limits<std::int64_t>::max();
   points_ = 0;
@@ -280,8 +293,9 @@ void Exchange::refit(std::int64_t now) {
     ++points_;
   });
   lowest_round_trip_ = std::max<std::int64_t>(0, lowest);
+  const double held_up = shortest_held_up_ns(lowest);
   const auto variance = [&](const Point& p) {
-    return square(kStampSdNs + 0.5 * as_double(p.delay - lowest));
+    return square(kStampSdNs + 0.5 * (held_up + as_double(p.delay - lowest)));
   };
   LineFit line;
   window_.each([&](const Point& p) {

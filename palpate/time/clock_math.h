@@ -129,6 +129,7 @@ class Exchange {
   void begin(const Sample& s);
   void refit(std::int64_t now);
   bool agree(const Sample& a, const Sample& b) const;
+  double shortest_held_up_ns(std::int64_t lowest) const;
 
   Window window_;
   Map fitted_, published_;

@@ -121,6 +121,28 @@ TEST(ClockSyncStatistics, CongestionFromTheFirstExchangeOnIsStated) {
   EXPECT_EQ(outcome.restarts, 0);
 }
 
+// Networks without a shortest way: every trip is held up, so that no exchange may be relied on more than its length allows. A
+// device on a busy machine that is asked ten times a second is one.
+class ClockSyncSlowStatistics : public ::testing::TestWithParam<Promise> {};
+
+TEST_P(ClockSyncSlowStatistics, TheErrorIsWithinWhatItStates) {
+  const Outcome outcome(GetParam());
+  EXPECT_LE(outcome.outside, static_cast<int>(outcome.looks / 100));
+  EXPECT_EQ(outcome.restarts, 0);
+  // And better than a single quick exchange could promise.
+  EXPECT_LE(outcome.quantile(0.68), 0.25 * GetParam().network.spread_s);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Networks, ClockSyncSlowStatistics,
+    ::testing::Values(Promise{"evenly from nothing to a millisecond", {.wake_s = 0.0, .spread_s = 1e-3}, {}},
+                      Promise{"half of them milliseconds later",
+                              {.wake_s = 0.0, .held_up = 0.5, .held_up_s = 4e-3, .spread_s = 1e-3},
+                              {}},
+                      Promise{"most of them milliseconds later",
+                              {.wake_s = 0.0, .held_up = 0.8, .held_up_s = 4e-3, .spread_s = 1e-3},
+                              {}}));
+
 // --- one-way stamps
 
 struct Instrument {

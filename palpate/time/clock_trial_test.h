@@ -20,9 +20,10 @@ struct Network {
   double tail_s =
       0.0;  // scale of a heavy tail on every message: beyond d with (1 + d / scale)^-1.1, to 0.5 s
   double congested_every_s = 0.0, congested_for_s = 0.0,
-         queue_s = 0.0;  // full queues at the end of each turn, one way at a time
-  int train = 1;         // exchanges that follow each other at once ...
-  double awake_s = 0.0;  // ... and how much later the server wakes for all but the first
+         queue_s = 0.0;   // full queues at the end of each turn, one way at a time
+  int train = 1;          // exchanges that follow each other at once ...
+  double awake_s = 0.0;   // ... and how much later the server wakes for all but the first
+  double spread_s = 0.0;  // evenly distributed on top of each way: no trip is quick
 };
 
 // Leads by offset_s and gains drift_ppm, which swings by wander_ppm and rises by warming_ppm_s.
@@ -50,6 +51,7 @@ struct Trial {
     double d = forth ? network.forth_s : network.back_s;
     d -= network.jitter_s * std::log(1.0 - random.uniform());
     if (random.chance(network.held_up)) d -= network.held_up_s * std::log(1.0 - random.uniform());
+    if (network.spread_s > 0.0) d += network.spread_s * random.uniform();
     if (network.tail_s > 0.0)
       d += std::min(0.5, network.tail_s * (std::pow(1.0 - random.uniform(), -1.0 / 1.1) - 1.0));
     if (network.congested_every_s > 0.0) {
