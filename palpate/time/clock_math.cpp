@@ -205,7 +205,7 @@ constexpr double kStampSdNs = 3e3;       // clock reading and wake-up, of an exc
 constexpr double kStepMarginNs = 100e3;  // wake-ups that hit one way only reach tens of microseconds
 // The quickest trip may itself have been held up. By how much the others in the window tell, where none of them comes close
 // to it; before there are enough of them, a part of the trip itself is assumed.
-constexpr double kOfOthersDelay = 0.2, kOfShortestTrip = 0.1;
+constexpr double kOfOthersDelay = 0.15, kOfShortestTrip = 0.05;
 
 }  // namespace
 
