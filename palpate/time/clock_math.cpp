@@ -235,7 +235,8 @@ Exchange::Result Exchange::add(std::int64_t t1, std::int64_t t2, std::int64_t t3
   // What the fit leaves. Half of the difference to the lowest round trip may be delay: of this exchange, or
   // of all those before it if this is the quickest so far. Before a few seconds have shown how quick a trip
   // can be, only half of the whole trips is sure to explain it.
-  const double least = points_ >= kSeasoned ? as_double(lowest_round_trip_) : 0.0;
+  const double least =
+      points_ >= kSeasoned ? std::max(0.0, as_double(lowest_round_trip_) - shortest_held_up_) : 0.0;
   const double residual = as_double(s.x + s.z - fitted_.forward(s.x));
   const double explained = 0.5 * std::abs(as_double(s.delay) - least);
   const double statistical = std::max(0.0, fitted_.uncertainty_at(s.x) - 0.5 * least);
@@ -293,9 +294,9 @@ void Exchange::refit(std::int64_t now) {
     ++points_;
   });
   lowest_round_trip_ = std::max<std::int64_t>(0, lowest);
-  const double held_up = shortest_held_up_ns(lowest);
+  shortest_held_up_ = shortest_held_up_ns(lowest);
   const auto variance = [&](const Point& p) {
-    return square(kStampSdNs + 0.5 * (held_up + as_double(p.delay - lowest)));
+    return square(kStampSdNs + 0.5 * (shortest_held_up_ + as_double(p.delay - lowest)));
   };
   LineFit line;
   window_.each([&](const Point& p) {

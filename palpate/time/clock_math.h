@@ -135,6 +135,7 @@ class Exchange {
   Map fitted_, published_;
   Phase phase_ = Phase::empty;
   std::int64_t first_ = 0, lowest_round_trip_ = 0;
+  double shortest_held_up_ = 0.0;  // ns: by how much the lowest round trip may be longer than it need be
   double known_drift_ = 0.0;  // from the last well filled window; what is left to go by after a long silence
   std::array<double, 3> unexplained_{};  // what the last residuals keep when their extra delay is taken off
   std::array<Sample, 3> suspects_{};
