@@ -81,7 +81,7 @@ std::vector<KeyWords> session_keys(const SessionView& view) {
     keys.push_back({"S", request.target ? "another place" : "skip this one"});
   } else if (request.gesture == Gesture::touch) {
     keys.push_back({"Enter", "the tip is there"});
-    if (request.what == "landmark") keys.push_back({"N", "there are no more"});
+    if (request.what == "landmark" && !request.known) keys.push_back({"N", "there are no more"});
   } else if (!recording) {
     keys.push_back({"Enter", request.gesture == Gesture::rest ? "done" : "I have begun"});
   }

@@ -65,6 +65,8 @@ TEST(SessionPage, NamesTheKeysThatAnswer) {
   EXPECT_EQ(keys_of(view), (Keys{"S", "Q"}));
   view.request = device::Request{Gesture::touch, "landmark", 3};
   EXPECT_EQ(keys_of(view), (Keys{"Enter", "N", "Q"}));
+  view.request->known = true;
+  EXPECT_EQ(keys_of(view), (Keys{"Enter", "Q"}));
   view.request = device::Request{Gesture::touch, "table", 3};
   EXPECT_EQ(keys_of(view), (Keys{"Enter", "Q"}));
   view.request = device::Request{Gesture::swing_pointer, "", 0};

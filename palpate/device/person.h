@@ -42,6 +42,7 @@ struct Request {
   std::string what;
   int index = 0;
   std::optional<PoseTarget> target{};  // next_pose: this one; none: whichever the person likes
+  bool known = false;  // touch: a place that is calibrated, of which it is known how many there are
 };
 
 class Person {

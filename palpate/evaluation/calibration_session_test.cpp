@@ -49,9 +49,16 @@ TEST(CalibrationSession, GoesOnWhereItBrokeOff) {
   const Vector3 tip = rig.pointer_pivot->tip_in_marker;
 
   full_after.clear();
+  std::vector<std::string> kept;
+  hooks.kept = [&kept](const std::string& name, const std::string& words) {
+    kept.push_back(name + ": " + words);
+  };
   const auto rest = calibration::session::calibrate_rig(laboratory_of(world), rig, plan, hooks);
   ASSERT_TRUE(rest) << rest.error().message;
   EXPECT_EQ(rig.pointer_pivot->tip_in_marker, tip);
+  ASSERT_GE(kept.size(), 6u) << "all steps but the last";
+  EXPECT_EQ(kept.front().find("pointer tip: the tip is at"), 0u) << kept.front();
+  EXPECT_EQ(kept.back().find("lens and hand-eye: lens"), 0u) << kept.back();
   EXPECT_TRUE(rest->pointer_pivot.empty() && rest->arm_train.empty() && rest->camera.lens_views.empty())
       << "it was there";
   EXPECT_GT(rig.registration_covariance.size(), 0);

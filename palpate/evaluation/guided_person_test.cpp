@@ -94,6 +94,22 @@ TEST(GuidedPerson, APoseThatIsShownIsToldInNumbers) {
   EXPECT_NE(panel.last.find("(120, -1400, 1750) mm in World"), std::string::npos) << panel.last;
 }
 
+TEST(GuidedPerson, OfKnownLandmarksThereAreNotNoMore) {
+  TypedKeys panel;
+  GuidedPerson person(panel);
+  panel.keys = {};
+  ASSERT_TRUE(person.ask({device::Gesture::touch, "landmark", 3, {}, true}));
+  panel.keys = {PanelKey::no_more};
+  const auto known = person.ready();
+  ASSERT_TRUE(known) << known.error().message;
+  EXPECT_FALSE(*known);
+  ASSERT_TRUE(person.ask({device::Gesture::touch, "landmark", 3}));
+  panel.keys = {PanelKey::no_more};
+  const auto unknown = person.ready();
+  ASSERT_FALSE(unknown);
+  EXPECT_EQ(unknown.error().code, ErrorCode::no_more);
+}
+
 TEST(GuidedPerson, WhatWasPressedBeforeAQuestionAnswersNoneButAStop) {
   TypedKeys panel;
   GuidedPerson person(panel);

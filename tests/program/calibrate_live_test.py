@@ -24,7 +24,7 @@ class CalibrateLive(ProgramTest):
         # The first session is broken off after the surfaces; the second goes on there.
         first = Session(self, laboratory, *DEVICES, at_the_end=lambda step, ended: "q" if step == "table and wall" else "\n")
         self.assertEqual(first.ends(), 1, first.lines)
-        self.assertIn("goes on with this one", first.lines[-1])
+        self.assertIn("goes on with the next", first.lines[-1])
         self.assertEqual([ended["ended"] for ended in first.ended], ["pointer tip", "table and wall"])
         repeated = []
 
@@ -38,6 +38,7 @@ class CalibrateLive(ProgramTest):
         self.assertEqual(second.ends(), 0, second.lines[-5:])
         self.assertEqual([ended["ended"] for ended in second.ended if ended["done"]],
                          ["landmarks", "stylus tip", "arm", "delay of the tracker", "lens and hand-eye", "landmarks from pictures"])
+        self.assertEqual([told["kept"] for told in second.shown if "kept" in told], ["pointer tip", "table and wall"])
         rig = tomllib.loads(self.read("rig.toml").decode())
         self.assertIn("complete", self.runs("rig", "check", "rig.toml").out)
         self.assertLess(rig["arm"]["held_out_mean_mm"], 0.5)

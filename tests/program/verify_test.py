@@ -52,6 +52,9 @@ class Verify(ProgramTest):
         kept = self.last()
         self.assertTrue(kept["holds"])
         self.assertEqual(kept["arm_mm"][0], result["figures"]["arm_mm"]["error"])
+        shown = self.runs("rig", "show", "rig.toml").out
+        self.assertIn(f"{kept['date']}, quick: holds", shown)
+        self.assertIn(f"arm_mm               {kept['arm_mm'][0]:.3f} (", shown)
 
         world = self.knocked("base.toml", "base_mm = [1.5, 0, 1]")
         done = self.run_program("verify", "--quick", "--rig", "rig.toml", "--seed", SEED, "--world", world, "--json", "base.json")

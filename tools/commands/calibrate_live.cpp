@@ -23,6 +23,7 @@ session::SessionHooks hooks_for(session::SessionPanel& panel, const std::string&
     steps = of;
     panel.begin_step(step, of + more, name);
   };
+  hooks.kept = [&panel](const std::string& name, const std::string& words) { panel.keep_step(name, words); };
   hooks.guidance = [&panel](const session::GuidanceState& state, int of) { panel.guided(state, of); };
   hooks.save = [&panel, &rig_file](const rig::Rig& so_far) {
     panel.show_rig(so_far);

@@ -151,6 +151,16 @@ void show_hand_eye(const char* name, const rig::HandEyeCalibration& h) {
   line("  turn, deg", with_sd(so3_log(h.X_marker_camera.rotation), h.covariance, 0, kDegreesPerRadian));
 }
 
+// How good the rig was when it was last verified.
+void show_verification(const rig::VerificationRecord& last) {
+  std::string found = last.holds ? "holds" : "does not hold";
+  for (std::size_t i = 0; i < last.changed.size(); ++i) found += (i == 0 ? ": " : ", ") + last.changed[i];
+  line("verified", fmt::format("{}, {}: {}", last.date, last.form, found));
+  for (const auto& f : last.figures)
+    line(("  " + f.name).c_str(),
+         fmt::format("{:.3f} ({:.3f} to {:.3f}), promised below {:.3f}", f.error, f.low, f.high, f.promised));
+}
+
 Expected<void> show(const RigArguments& options) {
   const auto rig = rig::read_rig(options.file);
   if (!rig) return tl::unexpected(rig.error());
@@ -201,6 +211,7 @@ Expected<void> show(const RigArguments& options) {
   for (const auto& object : rig->objects)
     line(("object " + object.name).c_str(),
          fmt::format("{} at {} mm", object.mesh, shown(object.position, kMm)));
+  if (!rig->verifications.empty()) show_verification(rig->verifications.back());
   for (const auto& missing : rig::missing_parts(*rig))
     line("missing", fmt::format("{}: {}", missing.part, missing.remedy));
   return {};

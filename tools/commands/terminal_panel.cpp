@@ -47,6 +47,11 @@ void TerminalPanel::begin_step(std::size_t step, std::size_t steps, const std::s
   instructions_->write({{"step", name}, {"number", step + 1}, {"of", steps}});
 }
 
+void TerminalPanel::keep_step(const std::string& name, const std::string& words) {
+  line(fmt::format("done before: {}: {}", name, words));
+  instructions_->write({{"kept", name}, {"words", words}});
+}
+
 void TerminalPanel::show(const device::Request& request, const std::string& text) {
   line(text);
   instructions_->write(request, text);

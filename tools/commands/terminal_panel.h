@@ -34,6 +34,7 @@ class TerminalPanel : public calibration::session::SessionPanel {
   std::optional<calibration::session::PanelKey> key() override;
 
   void begin_step(std::size_t step, std::size_t steps, const std::string& name) override;
+  void keep_step(const std::string& name, const std::string& words) override;
   calibration::session::Review review(const calibration::session::StepOutcome& outcome) override;
   void guided(const calibration::session::GuidanceState& state, int of) override;
 

@@ -26,6 +26,9 @@ class WindowedPanel : public calibration::session::SessionPanel {
   void taken() override;
   std::optional<calibration::session::PanelKey> key() override { return terminal_.key(); }
   void begin_step(std::size_t step, std::size_t steps, const std::string& name) override;
+  void keep_step(const std::string& name, const std::string& words) override {
+    terminal_.keep_step(name, words);
+  }
   calibration::session::Review review(const calibration::session::StepOutcome& outcome) override;
   void guided(const calibration::session::GuidanceState& state, int of) override;
   void show_rig(const rig::Rig& rig) override;

@@ -299,6 +299,7 @@ class Course {
     for (std::size_t i = 0; i < list.size();) {
       if (hooks_.progress) hooks_.progress(i, list.size(), list[i].name);
       if (list[i].there(steps_.rig)) {
+        if (hooks_.kept) hooks_.kept(list[i].name, list[i].words(steps_.rig));
         ++i;
         continue;
       }
@@ -347,7 +348,10 @@ class Course {
       case Review::stop:
         break;
     }
-    if (!done) steps_.rig = before_.back().rig;
+    if (done)
+      return refused(ErrorCode::stopped,
+                     "{}: done; stopped after it, and the same command goes on with the next", step.name);
+    steps_.rig = before_.back().rig;
     return stopped(step);
   }
 

@@ -53,6 +53,8 @@ enum class Review : std::uint8_t {
 
 struct SessionHooks {
   std::function<void(std::size_t step, std::size_t steps, const std::string& name)> progress;
+  // For each step whose result the rig has from before, after `progress`.
+  std::function<void(const std::string& name, const std::string& words)> kept;
   std::function<Expected<void>(const rig::Rig&)> save;  // after each step, so that nothing is lost
   // After each step that has found something: what has been recorded so far.
   std::function<void(const CalibrationRecordings&)> recorded;

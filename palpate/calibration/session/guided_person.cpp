@@ -77,10 +77,8 @@ std::string instruction(const device::Request& request) {
              kBegin;
     case Gesture::touch:
       return request.what == "landmark"
-                 ? fmt::format(
-                       "Hold the pointer's tip on the middle of landmark {} and press Enter; n: there are no "
-                       "more.",
-                       request.index + 1)
+                 ? fmt::format("Hold the pointer's tip on the middle of landmark {} and press Enter{}.",
+                               request.index + 1, request.known ? "" : "; n: there are no more")
                  : fmt::format("Hold the pointer's tip on corner {} of the {} and press Enter.",
                                request.index + 1, request.what);
     case Gesture::look_around_board:
@@ -149,7 +147,7 @@ Expected<bool> GuidedPerson::answer(PanelKey key) {
       pressed_ = true;
       break;
     case PanelKey::no_more:
-      if (request_.gesture == Gesture::touch && request_.what == "landmark")
+      if (request_.gesture == Gesture::touch && request_.what == "landmark" && !request_.known)
         return refused(ErrorCode::no_more, "landmark {}: there are no more", request_.index + 1);
       if (request_.gesture == Gesture::hold) return refused(ErrorCode::no_more, "forces: not today");
       break;

@@ -17,6 +17,8 @@ class SessionPanel : public Panel {
  public:
   // `step`: from 0.
   virtual void begin_step(std::size_t step, std::size_t steps, const std::string& name) = 0;
+  // The step that has begun is over: the rig has its result from before.
+  virtual void keep_step(const std::string& name, const std::string& words) = 0;
   // Shows a step's result and waits for the answer.
   virtual Review review(const StepOutcome& outcome) = 0;
   // After each guided pose, of so many.

@@ -94,10 +94,10 @@ struct Look {
     std::vector<device::Request> places;
     for (const auto& surface : rig.surfaces)
       for (int i = 0; i < plan.corners_of_each; ++i)
-        places.push_back({device::Gesture::touch, surface.name, i});
+        places.push_back({device::Gesture::touch, surface.name, i, {}, true});
     const int there = static_cast<int>(rig.landmarks.size()), wanted = std::min(plan.landmarks, there);
     for (int i = 0; i < wanted; ++i)
-      places.push_back({device::Gesture::touch, "landmark", i * there / wanted});
+      places.push_back({device::Gesture::touch, "landmark", i * there / wanted, {}, true});
     const auto touched = record_touches(context, places, rig.pointer_pivot->tip_in_marker);
     if (!touched) return tl::unexpected(touched.error());
     for (const auto& touch : *touched)
