@@ -106,7 +106,7 @@ class SessionWindow(ProgramTest):
         self.sees(lambda: len(ended) == 3, "the second step ends")
         self.desktop.press("q")
         self.assertEqual(session.ends(), 1, session.lines[-5:])
-        self.assertIn("goes on with this one", session.lines[-1])
+        self.assertIn("goes on with the next", session.lines[-1])
         self.assertIn("--- 2 of 8: table and wall", "".join(session.lines))  # the terminal's lines stay
         self.assertIn("pointer_pivot", tomllib.loads(self.read("rig.toml").decode()))
 
