@@ -21,6 +21,7 @@ constexpr double kLeastCorrelation = 0.5;  // below it little of the one is in t
 constexpr std::size_t kMostNamed = 4;
 constexpr double kLooseShare = 0.25;   // of the time in which the motion changes: a poor deviation
 constexpr double kNearlyAsGood = 4.0;  // times the unexplained share of the best delay
+constexpr double kRhythmCorrelation = 0.95, kRhythmBetter = 2.0;  // see in_step()
 
 Motion sorted(std::string name, const std::vector<double>& time_s, const Eigen::MatrixXd& channels) {
   std::vector<std::size_t> order(time_s.size());
@@ -106,6 +107,20 @@ bool stands_out(const std::vector<Fitted>& fits, double independent_s, double sh
   // A short stretch is fitted by that many features whatever it shows.
   return fits.size() > 1 && fits[0].fit.overlap_s > 0.5 * shorter_s &&
          merit(fits[0], independent_s) > 2.0 * merit(fits[1], independent_s) + 10.0;
+}
+
+// A probe moved up and down, a pendulum: two rhythms of one period correlate whether they belong together or not, and few samples
+// of them are independent. What a shift by whole periods leaves unexplained is about the same each time, unless one of them makes
+// the strokes' own differences agree, too: that one leaves less than half of every other's. Taken where it is the nearest to no delay as well, for clocks
+// with a common origin; where the delay was limited nothing else is in question.
+bool in_step(const std::vector<Fitted>& fits, double longest_s, double shorter_s) {
+  const Fitted& best = fits.front();
+  if (best.fit.correlation < kRhythmCorrelation || best.fit.overlap_s < 0.5 * shorter_s) return false;
+  if (fits.size() == 1) return std::isfinite(longest_s);
+  return std::all_of(fits.begin() + 1, fits.end(), [&](const Fitted& other) {
+    return other.fit.unexplained > kRhythmBetter * best.fit.unexplained &&
+           std::abs(other.delay_s) > std::abs(best.delay_s);
+  });
 }
 
 std::string named(const std::vector<Fitted>& fits) {
@@ -211,8 +226,9 @@ Expected<MotionDelay> estimate_motion_delay(const Motion& from_motion, const Mot
   });
   const double shorter_s =
       std::min(from->time_s.back() - from->time_s.front(), to->time_s.back() - to->time_s.front());
-  const bool by_chance = search.peaks.empty() || (search.peaks.front().score < search.chance_score &&
-                                                  !stands_out(fits, search.independent_s, shorter_s));
+  const bool many = !search.peaks.empty() && search.peaks.front().score >= search.chance_score;
+  const bool rhythm = !many && !fits.empty() && !stands_out(fits, search.independent_s, shorter_s);
+  const bool by_chance = rhythm && !in_step(fits, options.longest_s, shorter_s);
   if (fits.empty() || by_chance || fits.front().fit.correlation < kLeastCorrelation)
     return refused(
         "delay: no common time span is found: at no delay do {} and {} move together better than chance "
@@ -239,6 +255,11 @@ Expected<MotionDelay> estimate_motion_delay(const Motion& from_motion, const Mot
   for (std::size_t i = 1; i < fits.size(); ++i)
     answer.others.push_back({fits[i].delay_s, fits[i].fit.correlation});
   add_warnings(answer, from_motion, to_motion, fits, search);
+  if (rhythm)
+    answer.warnings.push_back(
+        fmt::format("the motion is a rhythm of a few strokes, which two recordings may share by chance: the "
+                    "delay holds where both are "
+                    "of one motion; record a motion without a rhythm to be sure"));
   return answer;
 }
 

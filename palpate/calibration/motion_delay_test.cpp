@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <limits>
 #include <numbers>
 
 #include "palpate/calibration/hand_eye.h"
+#include "palpate/core/file.h"
 #include "palpate/core/random.h"
 #include "tests/chi_square.h"
 
@@ -332,6 +335,67 @@ void expect_stated_error(double memory_s) {
 TEST(MotionDelayStatistics, WhiteNoise) { expect_stated_error(0.0); }
 TEST(MotionDelayStatistics, NoiseOfAShortMemory) { expect_stated_error(0.05); }
 TEST(MotionDelayStatistics, NoiseOfALongMemory) { expect_stated_error(0.3); }
+
+// A hand that moves a probe up and down: strokes of about one period, none quite like another.
+Motion strokes(std::uint64_t seed, double clock_s, double rate_hz) {
+  Random of_hand(seed, "strokes"), of_device(seed + 100, rate_hz > 20.0 ? "tracker" : "video");
+  std::vector<double> begins{0.0}, heights;
+  while (begins.back() < 18.0) {
+    begins.push_back(begins.back() + of_hand.uniform(0.97, 1.03));
+    heights.push_back(of_hand.uniform(0.8, 1.2));
+  }
+  std::vector<double> time_s, values;
+  for (double t = 0.0; t < 18.0; t += 1.0 / rate_hz) {
+    const auto i =
+        static_cast<std::size_t>(std::upper_bound(begins.begin(), begins.end(), t) - begins.begin()) - 1;
+    const double phase = (t - begins[i]) / (begins[i + 1] - begins[i]);
+    time_s.push_back(t + clock_s);
+    values.push_back(heights[i] * (1.0 - std::cos(2.0 * std::numbers::pi * phase)) + of_device.normal(0.05));
+  }
+  return motion_of_signal("strokes", time_s, values);
+}
+
+TEST(MotionDelay, StrokesOfOneHandAreInStepOnceOnly) {
+  const auto found = estimate_motion_delay(strokes(1, 0.0, 11.5), strokes(1, -0.065, 38.0));
+  ASSERT_TRUE(found.has_value()) << found.error().message;
+  EXPECT_NEAR(found->delay_s, -0.065, 2.0 * found->delay_std_s);
+  EXPECT_LT(found->delay_std_s, 0.01);
+}
+
+TEST(MotionDelay, StrokesOfTwoHandsAreNotOneMotion) {
+  int answered = 0;
+  for (std::uint64_t seed = 1; seed <= 50; ++seed)
+    answered +=
+        estimate_motion_delay(strokes(seed, 0.0, 11.5), strokes(seed + 1000, -0.065, 38.0)).has_value() ? 1
+                                                                                                        : 0;
+  EXPECT_LE(answered, 1);
+}
+
+// The bottom of a water tank in a probe's pictures beside the tracker's poses of the probe; a peer's result is told by its makers.
+TEST(MotionDelay, ALineInRecordedPicturesHasThePeersDelay) {
+  constexpr double kPeers = -0.0648266;  // TemporalCalibrationResultsBaseline.xml of PlusLib
+  const std::string folder = std::string(PALPATE_DATA_DIR) + "/plus_water_tank/";
+  const auto probe = device::read_poses(folder + "probe.csv");
+  ASSERT_TRUE(probe.has_value()) << probe.error().message;
+  const auto table = read_file(folder + "line.csv");
+  ASSERT_TRUE(table.has_value());
+  std::vector<double> time_s, row_px;
+  for (std::size_t at = table->find('\n') + 1; at < table->size(); at = table->find('\n', at) + 1) {
+    char* next = nullptr;
+    time_s.push_back(std::strtod(table->c_str() + at, &next));
+    row_px.push_back(std::strtod(next + 1, nullptr));
+  }
+  ASSERT_EQ(row_px.size(), 201u);
+  const Motion line = motion_of_signal("line", time_s, row_px),
+               tracked = motion_of_poses("probe", probe->poses);
+  for (const double longest_s : {std::numeric_limits<double>::infinity(), 0.25}) {
+    const auto found = estimate_motion_delay(line, tracked, {.longest_s = longest_s});
+    ASSERT_TRUE(found.has_value()) << found.error().message;
+    EXPECT_NEAR(found->delay_s, kPeers, 0.005);
+    EXPECT_NEAR(found->delay_s, kPeers, 1.96 * found->delay_std_s);
+    EXPECT_FALSE(found->warnings.empty()) << "that it is a rhythm";
+  }
+}
 
 TEST(MotionDelay, ARealRecordingHasTheDelayOfItsHandEyeCalibration) {
   const std::string name = std::string(PALPATE_DATA_DIR) + "/ethz_handeye_primesense1/2017-04-09-18-13-10_";
