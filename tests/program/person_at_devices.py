@@ -62,6 +62,7 @@ class Session:
             os.mkfifo(self.fifo)
         self.laboratory, self.at_the_end = laboratory, at_the_end
         self.shown, self.ended, self.lines = [], [], []
+        self.posing, self.poses, self.sees = False, 0, True  # whether a pose is held, the how many-th; whether the tracker sees the stylus
         self.process = subprocess.Popen([PROGRAM, *command, "--instructions", self.fifo, *options], stdin=subprocess.PIPE,
                                         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=test.environment, cwd=test.folder)
         test.addCleanup(self.remove)
@@ -82,12 +83,26 @@ class Session:
                 self.shown.append(told)
                 if "gesture" in told:
                     answer = self.laboratory.does({key: told[key] for key in told if key != "text"})
+                    self.posing = told["gesture"] == "next_pose" and "ready" in answer
+                    self.poses += 1
                     self.press("\n" if "ready" in answer else "n" if answer["no_more"] else "s")
+                    self._look_again()
+                elif "seen" in told:
+                    self.sees = told["seen"]["stylus"]
+                    self._look_again()
+                elif "taken" in told:
+                    self.posing = False
                 elif "released" in told:
                     self.laboratory.does({"gesture": "rest"})
                 elif "ended" in told:
                     self.ended.append(told)
                     self.press(self.at_the_end(told["ended"], told))
+
+    def _look_again(self):
+        """Another pose, where the tracker does not see the stylus in this one."""
+        if self.posing and not self.sees:
+            pose = self.poses
+            threading.Timer(3.0, lambda: self.press("s") if self.posing and not self.sees and self.poses == pose else None).start()
 
     def ends(self, patience_s=PATIENCE_S):
         wait_until(lambda: self.process.poll() is not None, f"the session ends; so far {self.lines[-5:]}", patience_s)

@@ -29,6 +29,7 @@ class TerminalPanel : public calibration::session::SessionPanel {
 
   void show(const device::Request& request, const std::string& text) override;
   void tell(const std::string& line) override;
+  void observe(const calibration::session::PersonView& view) override { instructions_->write_seen(view); }
   void released() override;
   void taken() override;
   std::optional<calibration::session::PanelKey> key() override;

@@ -34,6 +34,7 @@ void WindowedPanel::tell(const std::string& line) {
 
 void WindowedPanel::observe(const session::PersonView& person) {
   exchange_.change([&](SessionView& view) { view.person = person; });
+  terminal_.observe(person);
 }
 
 void WindowedPanel::taken() {

@@ -7,6 +7,11 @@
 #include "palpate/device/person_json.h"
 
 namespace palpate::calibration::session {
+namespace {
+
+constexpr double kSeenEvery = 1.0;  // s: a marker may come and go with each frame
+
+}  // namespace
 
 Expected<std::shared_ptr<InstructionFile>> InstructionFile::open(const std::string& name) {
   auto opened = std::make_shared<InstructionFile>();
@@ -27,6 +32,15 @@ void InstructionFile::write(const device::Request& request, const std::string& t
   Json json = device::json_of(request);
   json["text"] = text;
   write(json);
+}
+
+void InstructionFile::write_seen(const PersonView& view) {
+  if (!seen_.is_null() && view.now_s < seen_s_ + kSeenEvery) return;
+  Json seen = {{"stylus", view.stylus.seen}, {"pointer", view.pointer.seen}, {"camera", view.head.seen}};
+  if (seen == seen_) return;
+  seen_ = seen;
+  seen_s_ = view.now_s;
+  write({{"seen", std::move(seen)}});
 }
 
 }  // namespace palpate::calibration::session

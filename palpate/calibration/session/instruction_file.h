@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "palpate/calibration/session/guided_person.h"
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/device/person.h"
@@ -25,12 +26,16 @@ class InstructionFile {
   void write(const Json& instruction);
   // What the person is asked for, and in which words.
   void write(const device::Request& request, const std::string& text);
+  // Which of stylus, pointer and camera the tracker sees, where that has changed; once a second at most.
+  void write_seen(const PersonView& view);
 
  private:
   struct Close {
     void operator()(std::FILE* file) const noexcept { std::fclose(file); }
   };
   std::unique_ptr<std::FILE, Close> file_;
+  Json seen_;
+  double seen_s_ = 0.0;
 };
 
 }  // namespace palpate::calibration::session

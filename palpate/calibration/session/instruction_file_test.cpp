@@ -27,6 +27,30 @@ TEST(InstructionFile, TellsARequestAndItsWordsInALine) {
             "{\"gesture\":\"hold\",\"index\":2,\"text\":\"to the right\"}\n{\"released\":true}\n");
 }
 
+TEST(InstructionFile, TellsWhatTheTrackerSeesWhereItChangesOnceASecond) {
+  const auto name = std::filesystem::path(testing::TempDir()) / "seen.jsonl";
+  {
+    auto file = InstructionFile::open(name);
+    ASSERT_TRUE(file) << file.error().message;
+    PersonView view;
+    view.head.seen = true;
+    for (int i = 0; i < 60; ++i) {  // 3 s, the pointer from 1.5 s on, the stylus at 2.1 s for a moment
+      view.now_s = 100.0 + 0.05 * i;
+      view.pointer.seen = i >= 30;
+      view.stylus.seen = i == 42;
+      (*file)->write_seen(view);
+    }
+  }
+  std::FILE* read = std::fopen(name.c_str(), "r");
+  ASSERT_NE(read, nullptr);
+  char text[400] = {};
+  const auto size = std::fread(text, 1, sizeof text - 1, read);
+  std::fclose(read);
+  EXPECT_EQ(std::string(text, size),
+            "{\"seen\":{\"camera\":true,\"pointer\":false,\"stylus\":false}}\n"
+            "{\"seen\":{\"camera\":true,\"pointer\":true,\"stylus\":false}}\n");
+}
+
 TEST(InstructionFile, ADisplayThatGoesAwayDoesNotEndTheSession) {
   const auto name = std::filesystem::path(testing::TempDir()) / "instructions.pipe";
   std::filesystem::remove(name);
