@@ -345,8 +345,13 @@ Expected<Estimate<PixelHandEye>> calibrate_hand_eye_pixels(std::vector<device::S
   if (!start)
     return refused(
         "hand-eye: no start is found: in none of the {} views the board's pose and a hand pose are known; "
-        "do the stamps of both belong together?",
-        views.size());
+        "{}",
+        views.size(),
+        has_times ? fmt::format("do the stamps of both belong together, hand poses at most {:.2f} s apart? "
+                                "Poses and pictures taken one by one "
+                                "need no stamps",
+                                problem.max_hand_gap_s)
+                  : "is it this board, and are its squares counted rightly?");
   const auto fitted = fit(problem, *start, options);
   if (fitted.used.size() < kFewestViews)
     return refused("hand-eye: only {} lie between hand poses at most {:.2f} s apart; at least {} are needed",
