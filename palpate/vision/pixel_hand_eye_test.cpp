@@ -6,6 +6,8 @@
 
 #include "palpate/core/random.h"
 #include "palpate/core/units.h"
+#include "palpate/device/pose_file.h"
+#include "palpate/vision/camera.h"
 #include "palpate/vision/synthetic_board.h"
 #include "tests/chi_square.h"
 
@@ -125,6 +127,55 @@ TEST(PixelHandEye, TenViewsOfLittleRotationSayHowLittleTheyKnow) {
   EXPECT_GT(sd, 0.003);
   EXPECT_LT(error_of(found->value).tail<3>().norm(), 5.0 * sd);
   EXPECT_LT(normalised_errors(10, 10, false, 0.05) / 60, 2.5);
+}
+
+// A tracked endoscope, ten views of a board with a tracker's marker of its own; a peer's hand-eye from the same pictures.
+class TrackedEndoscope : public testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string folder = std::string(PALPATE_DATA_DIR) + "/tracked_endoscope/";
+    const auto hand = device::read_poses(folder + "hand.csv");
+    const auto views = read_board_corners(folder + "corners.csv", {13, 8, 0.003});
+    ASSERT_TRUE(hand && views);
+    ASSERT_EQ(hand->poses.size(), 10u);
+    ASSERT_EQ(views->views.size(), 10u);
+    hand_ = hand->poses;
+    views_ = views->views;
+    const auto lens = calibrate_camera(views_, 1920, 1080);
+    ASSERT_TRUE(lens) << lens.error().message;
+    lens_ = lens->value.model;
+  }
+  Estimate<PixelHandEye> of_views(std::size_t begin, std::size_t end) const {
+    const auto at = [](auto& all, std::size_t i) { return all.begin() + static_cast<std::ptrdiff_t>(i); };
+    const auto found =
+        calibrate_hand_eye_pixels({at(hand_, begin), at(hand_, end)}, {at(views_, begin), at(views_, end)},
+                                  {}, lens_, {.free_lens = true});
+    EXPECT_TRUE(found) << found.error().message;
+    return found ? *found : Estimate<PixelHandEye>{};
+  }
+  std::vector<device::StampedPose> hand_;
+  std::vector<BoardView> views_;
+  device::CameraModel lens_;
+};
+
+TEST_F(TrackedEndoscope, LiesWhereThePeerFindsItAndSaysHowLittleThatIsKnown) {
+  const Vector3 peers(-18.59e-3, 201.24e-3, -195.14e-3);  // calib.left.handeye.txt, turned round
+  const auto found = of_views(0, 10);
+  const Vector3 sd = found.covariance.diagonal().segment<3>(3).cwiseSqrt();
+  const Vector3 off = found.value.X_marker_camera.translation - peers;
+  EXPECT_LT((off.array() / sd.array()).abs().maxCoeff(), 4.0) << off.transpose() * 1e3;
+  EXPECT_GT(sd.minCoeff(), 0.5e-3);
+  EXPECT_LT(sd.maxCoeff(), 5e-3);
+  EXPECT_LT(found.value.noise_px, 0.6);
+}
+
+TEST_F(TrackedEndoscope, HalvesOfTheViewsAgreeWithinWhatTheyState) {
+  const auto first = of_views(0, 5), second = of_views(5, 10);
+  const Matrix6 sum = first.covariance.topLeftCorner<6, 6>() + second.covariance.topLeftCorner<6, 6>();
+  Vector6 off;
+  off << so3_log(first.value.X_marker_camera.rotation * second.value.X_marker_camera.rotation.conjugate()),
+      first.value.X_marker_camera.translation - second.value.X_marker_camera.translation;
+  EXPECT_LT(off.dot(sum.ldlt().solve(off)), 22.5);  // chi-squared of six, one in 1000
 }
 
 TEST(PixelHandEye, FindsTheDelayAndNamesAForgottenOne) {

@@ -47,8 +47,8 @@ TEST(InstructionFile, TellsWhatTheTrackerSeesWhereItChangesOnceASecond) {
   const auto size = std::fread(text, 1, sizeof text - 1, read);
   std::fclose(read);
   EXPECT_EQ(std::string(text, size),
-            "{\"seen\":{\"camera\":true,\"pointer\":false,\"stylus\":false}}\n"
-            "{\"seen\":{\"camera\":true,\"pointer\":true,\"stylus\":false}}\n");
+            "{\"seen\":{\"stylus\":false,\"pointer\":false,\"camera\":true}}\n"
+            "{\"seen\":{\"stylus\":false,\"pointer\":true,\"camera\":true}}\n");
 }
 
 TEST(InstructionFile, ADisplayThatGoesAwayDoesNotEndTheSession) {
