@@ -11,6 +11,7 @@
 #include "palpate/math/looking.h"
 #include "palpate/render/compositor.h"
 #include "palpate/scene/mesh_normals.h"
+#include "tests/golden_picture_for_tests.h"
 
 namespace palpate::applications::palpation {
 namespace {
@@ -152,6 +153,38 @@ TEST(PalpationPicture, SurfaceIsPalerWhereItIsPressedAndStretchedThereMost) {
       EXPECT_LT(strained->shares[i], 0.5f) << off;
     }
   }
+}
+
+// As a person has looked at it: pressed; its net with the nodules and a mark, once a search is over; how far it is stretched.
+TEST(PalpationPicture, OrganLooksAsItDidToWhoLookedAtIt) {
+  const scene::SceneDescription scene =
+      with(table_for_tests(), "palpation.element_mm", std::vector<double>{16.0});
+  PalpationApplication application(scene, {}, {});
+  int ticks = 0;
+  Pressed organ = pressed(scene, application, ticks, -0.01, 0.01, 0.0055);
+  const device::CameraModel camera{320, 240, 420, 420, 159.5, 119.5, {}};
+  const auto X_world_camera = looking(organ.touched + Vector3(0.05, 0.33, 0.30), organ.touched);
+  device::CameraImage image;
+  image.width = camera.width, image.height = camera.height;
+  image.rgb.assign(3u * 320u * 240u, 150);
+  render::RealScene real;
+  real.surfaces = scene.surfaces;
+  PalpationView view(scene);
+  view.set_shape(organ.shape);
+  render::Compositor compositor;
+  const auto compare = [&](const char* name) {
+    auto items = view.draw(organ.state);
+    scene::deform(items, organ.shape);
+    std::vector<std::uint8_t> rgb;
+    compositor.draw(image, camera, X_world_camera, items, real, rgb);
+    compare_with_golden(name, rgb, camera.width, camera.height, Golden::alike);
+  };
+  compare("organ-pressed");
+  view.set_look(2);
+  compare("organ-stretched");
+  view.set_look(0);
+  organ.state.counters[kNoduleSeed] = 7;
+  compare("organ-searched");
 }
 
 }  // namespace
