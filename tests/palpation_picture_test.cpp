@@ -162,7 +162,7 @@ TEST(PalpationPicture, OrganLooksAsItDidToWhoLookedAtIt) {
   PalpationApplication application(scene, {}, {});
   int ticks = 0;
   Pressed organ = pressed(scene, application, ticks, -0.01, 0.01, 0.0055);
-  const device::CameraModel camera{320, 240, 420, 420, 159.5, 119.5, {}};
+  const device::CameraModel camera{320, 240, 900, 900, 159.5, 119.5, {}};
   const auto X_world_camera = looking(organ.touched + Vector3(0.05, 0.33, 0.30), organ.touched);
   device::CameraImage image;
   image.width = camera.width, image.height = camera.height;
@@ -183,7 +183,11 @@ TEST(PalpationPicture, OrganLooksAsItDidToWhoLookedAtIt) {
   view.set_look(2);
   compare("organ-stretched");
   view.set_look(0);
+  organ.state.counters[kPhase] = static_cast<std::int32_t>(TrialPhase::shown);
   organ.state.counters[kNoduleSeed] = 7;
+  auto& mark = organ.state.bodies[kFirstMark];
+  mark.visible = 1;
+  mark.set_p(organ.touched + Vector3(0.03, 0.0, 0.0));
   compare("organ-searched");
 }
 
