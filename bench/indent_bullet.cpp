@@ -24,7 +24,7 @@ namespace {
 
 constexpr double kUnit = 100.0;             // lengths in Bullet per metre
 constexpr double kForceUnit = 1.0 / kUnit;  // N per kg cm/s^2
-constexpr double kDensity = 1000.0, kStep = 1.0 / 240.0, kSpeed = 0.02, kHold = 0.3;
+constexpr double kDensity = 1000.0, kStep = 1.0 / 240.0, kSpeed = 0.02, kHold = 0.15;
 constexpr float kMargin = 0.02f, kDamping = 0.05f;
 
 class BulletBlock : public Rival {
