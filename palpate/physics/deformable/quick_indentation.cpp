@@ -1,6 +1,7 @@
 #include "palpate/physics/deformable/quick_indentation.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "palpate/physics/deformable/block.h"
@@ -59,8 +60,12 @@ Expected<std::vector<SiteLaw>> site_laws_of_block(const Indentation& indentation
       law.footprints.assign(footprints.begin() + 1, footprints.end());
       for (std::size_t k = 1; k < footprints.size(); ++k)
         law.inclusions.push_back((*heterogeneous)[k] - (*homogeneous)[k]);
-      for (const auto& inclusion : set)
-        law.layer = std::min(law.layer, distance_to(inclusion, {0.0, 0.0, 0.0}));
+      double nearest = std::numeric_limits<double>::infinity();
+      for (const auto& inclusion : set) {
+        const double away = distance_to(inclusion, {0.0, 0.0, 0.0});
+        if (away < nearest) law.layer = -(inclusion.centre.z() + inclusion.radii.z());
+        nearest = std::min(nearest, away);
+      }
     }
     if (done) done(laws.size());
   }

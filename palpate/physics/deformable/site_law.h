@@ -30,7 +30,8 @@ struct SiteLaw {
   double homogeneous = 0.0;                                // m/N, residual compliance without inclusions
   std::vector<double> footprints;                          // m, rising
   std::vector<double> inclusions;                          // m/N at these: what inclusions change
-  double layer = std::numeric_limits<double>::infinity();  // m from here to the nearest inclusion
+  // m, above the nearest inclusion where that is thinnest, wherever beside it the site lies.
+  double layer = std::numeric_limits<double>::infinity();
 
   double force(double depth) const;  // N
   // J; the force integrated over depth.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -73,6 +74,12 @@ std::vector<tissue::EnergySite> energy_sites(const tissue::SurfaceDistance& dist
                                              const SiteTable& body, const NoduleAnswers& nodules,
                                              const deformable::Material& material,
                                              const OrganSettings& settings) {
+  std::vector<double> layers;  // above each inclusion, where it is thinnest
+  for (const auto& inclusion : material.inclusions) {
+    layers.push_back(std::numeric_limits<double>::infinity());
+    for (const auto& site : sites)
+      layers.back() = std::min(layers.back(), deformable::distance_to(inclusion, site.place));
+  }
   std::vector<tissue::EnergySite> energies;
   for (std::size_t i = 0; i < sites.size(); ++i) {
     deformable::SiteLaw law;
@@ -84,8 +91,12 @@ std::vector<tissue::EnergySite> energy_sites(const tissue::SurfaceDistance& dist
       law.footprints.assign(kNoduleFootprints.begin(), kNoduleFootprints.end());
       for (Eigen::Index k = 0; k < nodules.change.cols(); ++k)
         law.inclusions.push_back(nodules.change(static_cast<Eigen::Index>(i), k));
-      for (const auto& inclusion : material.inclusions)
-        law.layer = std::min(law.layer, deformable::distance_to(inclusion, sites[i].place));
+      double nearest = std::numeric_limits<double>::infinity();
+      for (std::size_t n = 0; n < material.inclusions.size(); ++n) {
+        const double away = deformable::distance_to(material.inclusions[n], sites[i].place);
+        if (away < nearest) law.layer = layers[n];
+        nearest = std::min(nearest, away);
+      }
     }
     energies.push_back(energy_site(law, sites[i], settings.deepest));
   }
