@@ -26,6 +26,7 @@ inline void on(CLI::App* command, Action action) {
 // A line of an answer. What it quotes of files and of peers steers no terminal.
 inline void print_line(const std::string& line, std::FILE* stream = stdout) {
   std::fprintf(stream, "%s\n", one_line(line).c_str());
+  std::fflush(stream);  // whoever reads it through a pipe or a file reads it now
 }
 
 // What a person should know beside the answer: a line of the log, and with it on standard error.

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 
 #include "palpate/core/text.h"
@@ -17,6 +18,7 @@ namespace {
 using calibration::session::PanelKey;
 using calibration::session::Review;
 
+constexpr auto kLogged = std::chrono::seconds(5);
 constexpr int kLook = 100, kLookElsewhere = 20;  // ms between looks at whether to stop, and at further keys
 
 }  // namespace
@@ -58,21 +60,39 @@ void TerminalPanel::show(const device::Request& request, const std::string& text
 }
 
 void TerminalPanel::tell(const std::string& text) {
-  if (!draws_ || (told_ && text == last_told_)) return;
+  if (!draws_) return log_told(text);
+  if (told_ && text == last_told_) return;
   last_told_ = text;
   std::fprintf(stderr, "\r\x1b[K  %s", one_line(text).c_str());
   std::fflush(stderr);
   told_ = true;
 }
 
+// Where nobody sees a last line: now and then a line of its own.
+void TerminalPanel::log_told(const std::string& text) {
+  const auto now = std::chrono::steady_clock::now();
+  if (text.empty() || text == last_told_ || now < next_told_) return;
+  last_told_ = text;
+  next_told_ = now + kLogged;
+  line("  " + text);
+}
+
 void TerminalPanel::guided(const calibration::session::GuidanceState& state, int of) {
-  tell(fmt::format("pose {} of {}, {}", state.poses, of, calibration::session::guidance_text(state)));
+  const std::string text =
+      fmt::format("pose {} of {}, {}", state.poses, of, calibration::session::guidance_text(state));
+  if (draws_)
+    tell(text);
+  else
+    line("  " + text);
 }
 
 void TerminalPanel::released() { instructions_->write({{"released", true}}); }
 
 void TerminalPanel::taken() {
-  if (draws_) std::fputc('\a', stderr);
+  if (draws_)
+    std::fputc('\a', stderr);
+  else
+    line("  taken");
   instructions_->write({{"taken", true}});
 }
 

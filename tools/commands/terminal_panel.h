@@ -1,4 +1,5 @@
-// A terminal as the panel of a calibration session: what to do in lines, how it goes in the last line, keys without
+// A terminal as the panel of a calibration session: what to do in lines, how it goes in the last line (where it is a file or a pipe: in a
+// line each five seconds), keys without
 // Enter where it is a terminal; a pipe on standard input serves for keys, too.
 //
 // Keys: Enter or space goes on, n: no more, s: another pose, r: repeat, u: undo, q: stop. The end of standard input
@@ -9,6 +10,7 @@
 #include <termios.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstdio>
 #include <functional>
 #include <memory>
@@ -45,6 +47,7 @@ class TerminalPanel : public calibration::session::SessionPanel {
 
  private:
   void line(const std::string& text);
+  void log_told(const std::string& text);
   // Waits `ms` at most.
   std::optional<char> press(int ms);
 
@@ -54,6 +57,7 @@ class TerminalPanel : public calibration::session::SessionPanel {
   MoreKeys more_keys_;
   bool draws_ = false, ended_ = false, told_ = false;
   std::string last_told_;  // stands there while told_
+  std::chrono::steady_clock::time_point next_told_{};
 };
 
 }  // namespace palpate::tools::commands
