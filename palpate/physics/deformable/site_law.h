@@ -26,10 +26,10 @@ double footprint(double radius, double depth, double curvature = 0.0);
 struct SiteLaw {
   Elastic matter;
   double radius = 0.008;
-  double curvature = 0.0;                                  // 1/m, of the surface, more than -1/radius
-  double homogeneous = 0.0;                                // m/N, residual compliance without inclusions
-  std::vector<double> footprints;                          // m, rising
-  std::vector<double> inclusions;                          // m/N at these: what inclusions change
+  double curvature = 0.0;          // 1/m, of the surface, more than -1/radius
+  double homogeneous = 0.0;        // m/N, residual compliance without inclusions
+  std::vector<double> footprints;  // m, rising
+  std::vector<double> inclusions;  // m/N at these: what inclusions change
   // m, above the nearest inclusion where that is thinnest, wherever beside it the site lies.
   double layer = std::numeric_limits<double>::infinity();
 
