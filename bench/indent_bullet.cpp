@@ -12,9 +12,12 @@
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 #include <btBulletDynamicsCommon.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <optional>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "palpate/core/statistics.h"
@@ -24,7 +27,7 @@ namespace {
 
 constexpr double kUnit = 100.0;             // lengths in Bullet per metre
 constexpr double kForceUnit = 1.0 / kUnit;  // N per kg cm/s^2
-constexpr double kDensity = 1000.0, kStep = 1.0 / 240.0, kSpeed = 0.02, kHold = 0.15;
+constexpr double kDensity = 1000.0, kStep = 1.0 / 240.0, kSpeed = 0.02, kHold = 0.3;
 constexpr float kMargin = 0.02f, kDamping = 0.05f;
 
 class BulletBlock : public Rival {
@@ -95,6 +98,8 @@ class BulletBlock : public Rival {
     for (int i = 0; i < block_.across; ++i)
       for (int j = 0; j < block_.across; ++j)
         for (int k = 0; k < block_.up; ++k) add_cell(i, j, k);
+    for (const auto& [first, second] : edges_)
+      body_->appendLink(first, second);  // its node tree is built along them
     btSoftBodyHelpers::generateBoundaryFaces(body_.get());
     body_->initializeDmInverse();
     body_->m_tetraScratches.resize(body_->m_tetras.size());
@@ -123,6 +128,8 @@ class BulletBlock : public Rival {
     static constexpr int kEven[5][4] = {{0, 1, 2, 4}, {3, 2, 1, 7}, {5, 4, 7, 1}, {6, 7, 4, 2}, {1, 2, 4, 7}};
     static constexpr int kOdd[5][4] = {{1, 0, 5, 3}, {2, 3, 6, 0}, {4, 5, 0, 6}, {7, 6, 3, 5}, {0, 3, 5, 6}};
     for (const auto& t : (i + j + k) % 2 == 0 ? kEven : kOdd) {
+      for (int a = 0; a < 4; ++a)
+        for (int b = 0; b < a; ++b) edges_.insert(std::minmax(c[t[a]], c[t[b]]));
       const btVector3 o = body_->m_nodes[c[t[0]]].m_x;
       const btScalar volume = (body_->m_nodes[c[t[1]]].m_x - o)
                                   .cross(body_->m_nodes[c[t[2]]].m_x - o)
@@ -183,6 +190,7 @@ class BulletBlock : public Rival {
   std::unique_ptr<btSoftBody> body_;
   std::optional<btSphereShape> shape_;
   std::optional<btRigidBody> sphere_;
+  std::set<std::pair<int, int>> edges_;
   double depth_ = 0.0;
   std::vector<double> took_;
 };

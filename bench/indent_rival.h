@@ -23,7 +23,7 @@ struct RivalPress {
   int inside = 0;                                   // nodes of the body inside the sphere at the end
 };
 
-// Presses deeper and deeper, at 20 mm/s, and holds each depth for 0.15 s.
+// Presses deeper and deeper, at 20 mm/s, and holds each depth for 0.3 s.
 class Rival {
  public:
   virtual ~Rival() = default;
