@@ -202,6 +202,13 @@ PalpationSettings palpation_settings(const scene::SceneDescription& scene) {
   return palpation_settings(*values);
 }
 
+void shorten_for_a_quick_demo(scene::SettingValues& values) {
+  constexpr double kSearch_s = 11.0;
+  const scene::SettingValues initial(setting_schema());
+  if (values.number("palpation.trial_s") == initial.number("palpation.trial_s"))
+    values.set("palpation.trial_s", kSearch_s);
+}
+
 void describe(const scene::SettingValues& values, scene::SceneDescription& scene) {
   const PalpationSettings s = palpation_settings(values);
   scene.carried_offset.setZero();  // the bare stylus

@@ -65,5 +65,7 @@ std::vector<scene::ApplicationOption> options();
 // and a file of searches that a staircase has set, the level is the newest one there: whoever has the scene, as a recording
 // has, needs no file. Throws std::invalid_argument for a file that is no such.
 void describe(const scene::SettingValues& values, scene::SceneDescription& scene);
+// A search so short that a quick demo sees its end, where its length is as it was.
+void shorten_for_a_quick_demo(scene::SettingValues& values);
 
 }  // namespace palpate::applications::palpation

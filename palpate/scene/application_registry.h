@@ -64,6 +64,8 @@ struct ApplicationSpec {
   std::vector<ApplicationOption> options{};  // of the command line; applied in this order
   // Changes settings to what a person at a window can begin with; empty: they are so already.
   std::function<void(SettingValues&)> ease_for_a_person{};
+  // Changes settings that nobody has set so that quick_demo_s shows all of it; empty: it does.
+  std::function<void(SettingValues&)> shorten_for_a_quick_demo{};
 
   // Any of these may throw for settings that cannot be, and says what is expected. They get a scene whose
   // surfaces are there.

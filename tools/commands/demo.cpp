@@ -98,6 +98,8 @@ void choose_length(DemoArguments& options) {
   if (demo.quick) demo.realtime_s = 3.0;
   if (!options.seconds_said && demo.quick) demo.seconds = 4.0;
   if (!options.seconds_said && asked_for > 0.0) demo.seconds = asked_for;
+  if (!options.seconds_said && demo.quick && spec != nullptr && spec->shorten_for_a_quick_demo)
+    spec->shorten_for_a_quick_demo(demo.world.settings);
   // Where a quick demo plays longer for something to happen. Who names the length gets every picture: players see by them.
   if (!options.seconds_said && demo.quick) demo.most_pictures = kMostQuickPictures;
   if (!options.two_hosts) return;
