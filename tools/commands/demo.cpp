@@ -89,7 +89,7 @@ Expected<void> choose_world(DemoArguments& options) {
   return apply(options.settings, demo.applications, demo.application, demo.world.settings);
 }
 
-constexpr double kMostQuickPictures = 160.0;
+constexpr double kMostQuickPictures = 110.0;
 
 void choose_length(DemoArguments& options) {
   auto& demo = options.demo;
