@@ -203,7 +203,7 @@ PalpationSettings palpation_settings(const scene::SceneDescription& scene) {
 }
 
 void shorten_for_a_quick_demo(scene::SettingValues& values) {
-  constexpr double kSearch_s = 15.5;
+  constexpr double kSearch_s = 21.5;
   const scene::SettingValues initial(setting_schema());
   if (values.number("palpation.trial_s") == initial.number("palpation.trial_s"))
     values.set("palpation.trial_s", kSearch_s);

@@ -35,7 +35,7 @@ scene::ApplicationSpec specification() {
   add_record(spec);
   spec.example_state = example_state;
   spec.example_shape = example_shape;
-  spec.quick_demo_s = 18.0;
+  spec.quick_demo_s = 24.0;
   spec.shorten_for_a_quick_demo = shorten_for_a_quick_demo;
   spec.studies = {palpation_study(), learning_study()};
   return spec;
