@@ -7,6 +7,8 @@
 
 #include <filesystem>
 
+#include "palpate/core/file.h"
+
 namespace palpate::calibration::session {
 namespace {
 
@@ -18,13 +20,9 @@ TEST(InstructionFile, TellsARequestAndItsWordsInALine) {
     (*file)->write({device::Gesture::hold, "", 2}, "to the right");
     (*file)->write({{"released", true}});
   }
-  std::FILE* read = std::fopen(name.c_str(), "r");
-  ASSERT_NE(read, nullptr);
-  char text[200] = {};
-  const auto size = std::fread(text, 1, sizeof text - 1, read);
-  std::fclose(read);
-  EXPECT_EQ(std::string(text, size),
-            "{\"gesture\":\"hold\",\"index\":2,\"text\":\"to the right\"}\n{\"released\":true}\n");
+  const auto text = read_file(name);
+  ASSERT_TRUE(text) << text.error().message;
+  EXPECT_EQ(*text, "{\"gesture\":\"hold\",\"index\":2,\"text\":\"to the right\"}\n{\"released\":true}\n");
 }
 
 TEST(InstructionFile, TellsWhatTheTrackerSeesWhereItChangesOnceASecond) {
@@ -41,12 +39,9 @@ TEST(InstructionFile, TellsWhatTheTrackerSeesWhereItChangesOnceASecond) {
       (*file)->write_seen(view);
     }
   }
-  std::FILE* read = std::fopen(name.c_str(), "r");
-  ASSERT_NE(read, nullptr);
-  char text[400] = {};
-  const auto size = std::fread(text, 1, sizeof text - 1, read);
-  std::fclose(read);
-  EXPECT_EQ(std::string(text, size),
+  const auto text = read_file(name);
+  ASSERT_TRUE(text) << text.error().message;
+  EXPECT_EQ(*text,
             "{\"seen\":{\"stylus\":false,\"pointer\":false,\"camera\":true}}\n"
             "{\"seen\":{\"stylus\":false,\"pointer\":true,\"camera\":true}}\n");
 }
