@@ -256,10 +256,9 @@ Expected<MotionDelay> estimate_motion_delay(const Motion& from_motion, const Mot
     answer.others.push_back({fits[i].delay_s, fits[i].fit.correlation});
   add_warnings(answer, from_motion, to_motion, fits, search);
   if (rhythm)
-    answer.warnings.push_back(
-        fmt::format("the motion is a rhythm of a few strokes, which two recordings may share by chance: the "
-                    "delay holds where both are "
-                    "of one motion; record a motion without a rhythm to be sure"));
+    answer.warnings.emplace_back(
+        "the motion is a rhythm of a few strokes, which two recordings may share by chance: the delay holds "
+        "where both are of one motion; record a motion without a rhythm to be sure");
   return answer;
 }
 
