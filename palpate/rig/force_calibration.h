@@ -33,10 +33,11 @@ struct ForceCalibration {
   device::JointVector joint_offsets;
   device::JointVector reading_gains;  // of the arm calibration then
   Matrix3 map =
-      Matrix3::Identity();      // felt over commanded force, of size 1, in the middle of the poses tried
-  Eigen::MatrixXd covariance;   // 9 x 9, of the map row by row; empty where unknown
-  Eigen::VectorXd joint_gains;  // torque over commanded torque, beside the median's
-  std::optional<double> gain;   // felt over commanded size, by a known weight
+      Matrix3::Identity();          // felt over commanded force, of size 1, in the middle of the poses tried
+  Eigen::MatrixXd covariance;       // 9 x 9, of the map row by row; empty where unknown
+  Eigen::VectorXd joint_gains;      // torque over commanded torque, beside the median's
+  Eigen::VectorXd joint_gains_std;  // empty where unknown
+  std::optional<double> gain;       // felt over commanded size, by a known weight
   double gain_std = 0.0;
   double peak = kUnweighedPeak;         // N: at most so much may be commanded
   int dead_man_button = 0;              // of the stylus, counted from 1; 0: none is wanted

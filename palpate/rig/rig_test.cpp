@@ -317,6 +317,7 @@ TEST(Rig, TheCheckOfItsForcesReadsBackAndAnImpossibleOneIsRefused) {
   forces.map << 0.98, 0.01, 0.0, 0.02, 1.03, -0.01, 0.0, 0.0, 0.99;
   forces.covariance = 1e-3 * Eigen::MatrixXd::Identity(9, 9);
   forces.joint_gains = Vector3(1.0, 0.97, 1.04);
+  forces.joint_gains_std = Vector3(0.01, 0.02, 0.03);
   forces.gain = 1.01, forces.gain_std = 0.02, forces.peak = 8.5;
   forces.dead_man_button = 2;
   forces.date = "2026-01-31T12:00:00Z", forces.method = "ramps and weight",
@@ -343,6 +344,11 @@ TEST(Rig, TheCheckOfItsForcesReadsBackAndAnImpossibleOneIsRefused) {
   };
   EXPECT_NE(without("gain", "# none").find("peak_n: is 8.5; without a gain"), std::string::npos)
       << without("gain", "# none");
+  EXPECT_NE(without("joint_gains_std", "joint_gains_std = [0.01, -0.02, 0.03]").find("joint_gains_std"),
+            std::string::npos);
+  EXPECT_NE(without("joint_gains_std", "joint_gains_std = [0.01]").find("joint_gains_std"),
+            std::string::npos);
+  EXPECT_EQ(without("joint_gains_std", "# as files were before it was written"), "");
   EXPECT_NE(without("peak_n", "peak_n = -1").find("peak_n"), std::string::npos);
   EXPECT_NE(without("arm", "# none").find("arm"), std::string::npos);
   EXPECT_NE(without("dead_man_button", "dead_man_button = 40").find("dead_man_button"), std::string::npos);

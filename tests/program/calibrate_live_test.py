@@ -42,6 +42,10 @@ class CalibrateLive(ProgramTest):
         rig = tomllib.loads(self.read("rig.toml").decode())
         self.assertIn("complete", self.runs("rig", "check", "rig.toml").out)
         self.assertLess(rig["arm"]["held_out_mean_mm"], 0.5)
+        # Each step bears the time of its own end.
+        dates = [rig[part]["date"] for part in ("pointer_pivot", "tip_pivot", "arm", "hand_eye", "landmarks_from")]
+        self.assertEqual(dates, sorted(set(dates)))
+        self.assertEqual(rig["landmarks_from"]["method"], "head-motion")
         tip = math.dist(rig["pointer_pivot"]["tip_mm"], self.truth("pointer")["tip_mm"])
         self.assertLess(tip, 0.5)
         self.assertEqual([told["of"] for told in second.shown if "step" in told][0], 8)

@@ -25,7 +25,7 @@ Expected<void> calibrate_named(const LiveDevices& devices, const std::string& fi
   calibration::session::CalibrationPlan plan;
   plan.guidance_seed = seed;
   plan.arm_points = plan.arm_test_points = poses;
-  plan.date = rig::utc_now();
+  plan.now = rig::utc_now;
   return calibrate_live(devices, file, rig, plan, forces);
 }
 
@@ -69,7 +69,7 @@ Expected<void> calibrate_simulated(const CalibrateAllOptions& options, const sim
   plan.reach = evaluation::reach_of(file);
   plan.guidance_seed = options.seed;
   plan.arm_points = plan.arm_test_points = options.poses;
-  plan.date = rig::utc_now();
+  plan.now = rig::utc_now;
   hooks.recorded = [&recorded, &rig](const calibration::session::CalibrationRecordings& recordings) {
     recorded->keep_tables(recordings, rig);
   };

@@ -119,6 +119,7 @@ rig::ForceCalibration part_of(const rig::Rig& rig, const ForceArguments& options
   part.map = check.map;
   part.covariance = check.map_covariance;
   part.joint_gains = check.joint_gains;
+  part.joint_gains_std = standard_deviations(check.covariance);
   if (weight) {
     part.gain = weight->gain;
     part.gain_std = weight->deviation;

@@ -126,7 +126,9 @@ void show_forces(const rig::Rig& rig) {
        change.empty()
            ? fmt::format("checked on {}  ({}, {})", forces.identity, forces.date, forces.method)
            : fmt::format("void: since they were checked {}; palpate calibrate forces again", change));
-  line("  joint gains", shown(forces.joint_gains));
+  line("  joint gains",
+       shown(forces.joint_gains) +
+           (forces.joint_gains_std.size() > 0 ? "  +- " + shown(forces.joint_gains_std) : ""));
   line("  size",
        forces.gain ? fmt::format("{:.3f} +- {:.3f}, peak {:g} N", *forces.gain, forces.gain_std, forces.peak)
                    : fmt::format("not told by a weight, peak {:g} N", forces.peak));

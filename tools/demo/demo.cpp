@@ -56,7 +56,7 @@ calibration::session::CalibrationPlan plan_for(const DemoOptions& options) {
   plan.reach = evaluation::reach_of(options.world);
   plan.guidance_seed = options.seed;
   // A simulated laboratory has no calendar: the same run gives the same file, on whatever day.
-  plan.date = "1970-01-01T00:00:00Z";
+  plan.now = [] { return "1970-01-01T00:00:00Z"; };
   return plan;
 }
 

@@ -102,6 +102,8 @@ struct Steps {
         landmarks_from_touches(touched, rig.surfaces, {.touch = noise::touch_noise_of(rig.surfaces)});
     if (!found) return failed(found);
     rig.landmarks = std::move(found->value.landmarks);
+    rig.landmarks_from = provenance(plan, bytes_of(out.landmark_touches), "touched",
+                                    mm_from_metres(rms_per_component(found->residuals)));
     return {};
   }
 
@@ -230,6 +232,9 @@ struct Steps {
     if (!*refined) return {};
     rig.registration_covariance = (*refined)->covariance;
     rig.landmarks = (*refined)->value.landmarks;
+    // By how much the pictures have moved them.
+    rig.landmarks_from = provenance(plan, bytes_of(out.landmark_touches), "head-motion",
+                                    mm_from_metres(rms_per_component((*refined)->residuals)));
     return {};
   }
 

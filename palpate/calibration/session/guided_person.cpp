@@ -90,10 +90,8 @@ std::string instruction(const device::Request& request) {
       return std::string("Look at the scene as in use, and move the head slowly.") + kBegin;
     case Gesture::hold:
       return "Now the arm's forces: in five poses, a hand's breadth apart, it pushes the tip by at most 0.5 "
-             "N while you hold "
-             "the key that is told. Hold the stylus lightly, as a pen, about the middle of its reach. Enter "
-             "when you do; n: "
-             "not today, forces stay off.";
+             "N, and only while you hold the key that each pose names. Hold the stylus lightly, as a pen, "
+             "about the middle of its reach. Enter when you do; n: not today, forces stay off.";
   }
   return "";
 }

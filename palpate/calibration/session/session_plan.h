@@ -2,6 +2,7 @@
 // comes from, and how a refusal is passed on. SI units. Pure.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,17 +22,18 @@ struct CalibrationPlan {
   ReachablePoses reach;                       // of this arm, where this tracker sees its stylus
   std::uint64_t guidance_seed = 1;            // draws the candidates
   double moving_s = 8.0;
-  double board_s = 12.0;  // head around the calibration board: lens and hand-eye
-  int board_every = 2;    // every so many images are searched for the board
-  int lens_views = 30;    // of these, used for the lens
-  double look_s = 5.0;    // head as in use: landmarks from pictures
-  std::string date;       // ISO 8601, for the provenance
+  double board_s = 12.0;             // head around the calibration board: lens and hand-eye
+  int board_every = 2;               // every so many images are searched for the board
+  int lens_views = 30;               // of these, used for the lens
+  double look_s = 5.0;               // head as in use: landmarks from pictures
+  std::function<std::string()> now;  // ISO 8601, for the provenance of what is done then; none: not told
 };
 
 // Of a calibration's result: `data` is what it was computed from.
 rig::Provenance provenance(const CalibrationPlan& plan, const std::string& data, const std::string& method,
                            double rms_mm);
 std::string bytes_of(const std::vector<TrackedPose>& poses);
+std::string bytes_of(const std::vector<TouchedPoint>& touches);
 
 template <typename T>
 tl::unexpected<Error> failed(const Expected<T>& step) {

@@ -67,6 +67,11 @@ std::optional<ForceCalibration> forces_of(const TomlTable& table) {
     table.expect("map_covariance");
   }
   forces.joint_gains = vector_of(table.numbers("joint_gains", 0, kForceShare));
+  if (table.has("joint_gains_std"))
+    forces.joint_gains_std = vector_of(
+        table.numbers("joint_gains_std", static_cast<std::size_t>(forces.joint_gains.size()), kNotNegative));
+  else
+    table.expect("joint_gains_std");
   table.expect("gain");
   if (table.has("gain")) forces.gain = table.number("gain", kForceGain);
   forces.gain_std = table.number_or("gain_std", 0.0, kNotNegative);
@@ -108,6 +113,7 @@ std::string forces_text(const std::optional<ForceCalibration>& part) {
       "# Felt over commanded force, ArmBase axes, of size 1; torque over commanded torque, joint by joint.\n";
   put("map", number_rows(forces.map));
   put("joint_gains", number_list(forces.joint_gains));
+  if (forces.joint_gains_std.size() > 0) put("joint_gains_std", number_list(forces.joint_gains_std));
   if (forces.gain) {
     text += "# Felt over commanded size, by a known weight.\n";
     put("gain", toml_number(*forces.gain));
