@@ -237,7 +237,7 @@ Expected<PreparedOrgan> prepare_organ(const scene::TriangleMesh& surface, const 
             key,
             whole_key(key, settings),
             std::move(*body),
-            surface_sites(surface, settings.site_spacing, settings.up, settings.support),
+            surface_sites(surface, *distance, settings.site_spacing, settings.up, settings.support),
             {}};
   if (work.sites.size() < kFewestSites)
     return refused(
