@@ -29,7 +29,7 @@ set(PALPATE_LAYER_1 math time figures)
 set(PALPATE_LAYER_2 device record experiment)
 set(PALPATE_LAYER_3 scene rig)
 set(PALPATE_LAYER_4 physics calibration/noise transport render sim/config plugin)
-set(PALPATE_LAYER_5 physics/deformable physics/tissue)
+set(PALPATE_LAYER_5 physics/deformable physics/tissue headset)
 set(PALPATE_LAYER_6 physics/organ)
 set(PALPATE_LAYER_7 calibration haptics ${PALPATE_APPLICATIONS})
 set(PALPATE_LAYER_8 record/session vision drivers/laboratory drivers/openigtlink drivers/openhaptics drivers/cameras)
@@ -45,7 +45,7 @@ set(PALPATE_LAYER_COUNT 17)
 
 # Where threads share memory: the thread sanitizer runs the tests of these for every change (target threaded_tests, label
 # threaded), and those of all modules in scripts/long.
-set(PALPATE_THREADED core time record transport)
+set(PALPATE_THREADED core time record transport headset)
 
 # Where memory is at risk from what others send: the address sanitizer runs the tests of these for every change (target
 # checked_tests, label checked), and those of all modules in scripts/long. Readers of files are fuzzed besides.
@@ -131,6 +131,7 @@ function(palpate_module)
   endif()
   foreach(file IN LISTS ARG_EXCEPT)
     list(REMOVE_ITEM sources ${CMAKE_CURRENT_SOURCE_DIR}/${file})
+    list(REMOVE_ITEM tests ${CMAKE_CURRENT_SOURCE_DIR}/${file})
   endforeach()
   palpate_leave_out_tests(tests applications_of_tests)
   list(REMOVE_ITEM applications_of_tests ${module})
