@@ -45,7 +45,7 @@ set(PALPATE_LAYER_COUNT 17)
 
 # Where threads share memory: the thread sanitizer runs the tests of these for every change (target threaded_tests, label
 # threaded), and those of all modules in scripts/long.
-set(PALPATE_THREADED core time record transport headset)
+set(PALPATE_THREADED core time record transport)
 
 # Where memory is at risk from what others send: the address sanitizer runs the tests of these for every change (target
 # checked_tests, label checked), and those of all modules in scripts/long. Readers of files are fuzzed besides.

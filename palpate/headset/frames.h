@@ -1,10 +1,12 @@
-// The frames of an OpenXR runtime, as empty types. Right-handed, metres; x right, y up, z towards who looks.
+// The frames of an OpenXR runtime, as empty types: palpate/math/headset_frames.h, by OpenXR's names.
 #pragma once
+
+#include "palpate/math/headset_frames.h"
 
 namespace palpate::headset {
 
-struct Local;  // the runtime's LOCAL space: where the head was at the start, upright
-struct View;   // between the eyes, turns with the head; it looks along -z
+using Local = HeadsetLocal;
+using View = HeadsetEyes;
 struct
     Panel;  // a flat picture: origin in its middle, x to its right, y to its upper edge, z out of its front
 

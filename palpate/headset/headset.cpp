@@ -1,5 +1,7 @@
 #include "palpate/headset/headset.h"
 
+#include <dlfcn.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -24,6 +26,13 @@ tl::unexpected<Error> without_openxr() {
 
 // The loader writes its own lines on standard error unless it is told not to; what matters of them is in our errors.
 void silence_loader() { setenv("XR_LOADER_DEBUG", "none", 0); }
+
+// OpenXR's loader unloads the runtime when the program ends, under the feet of a thread that is still in there.
+void keep_loaded(void* code) {
+  Dl_info info{};
+  if (code == nullptr || dladdr(code, &info) == 0 || info.dli_fname == nullptr) return;
+  dlopen(info.dli_fname, RTLD_NOW | RTLD_NOLOAD | RTLD_NODELETE);
+}
 
 // The rows in reverse order: OpenGL's first row is the lowest.
 void copy_upside_down(std::span<const std::uint8_t> from, int width, int height, std::size_t bytes_per_pixel,
@@ -70,6 +79,7 @@ struct Headset::Impl {
     if (ended) {
       thread.join();
     } else {
+      keep_loaded(shared->runtime_code.load());
       kHeadsetLog.warning("the runtime does not return; it is left to itself");
       thread.detach();
     }
@@ -177,7 +187,7 @@ HeadsetFacts Headset::facts() const {
 }
 
 HeadHistory::Head Headset::head_at(Instant<GraphicsClock> time) const {
-  return impl_->shared->history.at(time + impl_->shared->settings.pose_delay);
+  return impl_->shared->history.at(time);
 }
 
 Instant<GraphicsClock> Headset::display_time(Instant<GraphicsClock> handed_over) const {

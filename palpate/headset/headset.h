@@ -112,7 +112,7 @@ class Headset {
   std::optional<std::string> trouble(Instant<GraphicsClock> now);
 
   HeadsetFacts facts() const;
-  // Where the head was, or will be within a tenth of a second.
+  // Where the head was, or will be within a tenth of a second, by the runtime: pose_delay is not taken off.
   HeadHistory::Head head_at(Instant<GraphicsClock> time) const;
   // When a picture that is handed over then is expected to be seen.
   Instant<GraphicsClock> display_time(Instant<GraphicsClock> handed_over) const;

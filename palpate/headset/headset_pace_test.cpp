@@ -22,7 +22,7 @@ class HeadsetPace : public HeadsetTest {
     EXPECT_EQ(after.refreshes - before.refreshes, static_cast<std::uint64_t>(refreshes));
     const double share =
         static_cast<double>(after.with_layers - before.with_layers) / static_cast<double>(refreshes);
-    std::printf("%.1f s: %d refreshes, %.1f %% with a picture\n", s, refreshes, 100.0 * share);
+    RecordProperty("share_with_picture", std::to_string(share));
     return share;
   }
 };

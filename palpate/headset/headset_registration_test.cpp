@@ -67,7 +67,6 @@ class HeadsetRegistration : public HeadsetTest {
       }
     }
     RecordProperty("worst_deg", std::to_string(worst / kDegree));
-    std::printf("worst of both eyes: %.3f deg\n", worst / kDegree);
     close();
     return worst;
   }

@@ -16,6 +16,7 @@ void rest(SharedState& shared, Duration how_long) {
 }
 
 void tell_there(SharedState& shared, const OpenXrInstance& instance) {
+  shared.runtime_code = instance.code();
   const std::lock_guard lock(shared.mutex);
   shared.facts.state = HeadsetState::waiting;
   shared.facts.runtime = instance.runtime();

@@ -20,6 +20,8 @@ class OpenXrInstance {
   XrSystemId system() const { return system_; }
   const std::string& runtime() const { return runtime_; }  // name and version
   const std::string& device() const { return device_; }
+  // A function of the runtime's own library.
+  void* code() const { return reinterpret_cast<void*>(from_timespec_); }
   // Has to be asked before a session is made.
   Expected<void> require_opengl() const;
 

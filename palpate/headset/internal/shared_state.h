@@ -39,6 +39,7 @@ struct SharedState {
   std::atomic<std::uint64_t> beats{
       0};  // of that thread, while a runtime is there: it stands still when that hangs
   std::atomic<bool> stopping{false};
+  std::atomic<void*> runtime_code{nullptr};  // a function of the runtime's library, while that is loaded
 
   mutable std::mutex mutex;
   std::condition_variable changed;

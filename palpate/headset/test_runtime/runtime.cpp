@@ -2,7 +2,9 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
+#include <fstream>
 
 namespace palpate::headset {
 namespace {
@@ -125,6 +127,19 @@ void Runtime::wear(bool worn) {
   changed_.notify_all();
 }
 
+// A program whose runtime this is, in a process of its own, is told by a file what becomes of it.
+void Runtime::obey_file() {
+  const char* name = std::getenv("PALPATE_TEST_RUNTIME_FILE");
+  if (name == nullptr) return;
+  std::ifstream file(name);
+  std::string said;
+  file >> said;
+  if (said == file_said_) return;
+  file_said_ = said;
+  hung_ = said == "hang";
+  gone_ = said == "vanish";
+}
+
 void Runtime::hang(bool hung) {
   const std::lock_guard lock(mutex_);
   hung_ = hung;
@@ -181,6 +196,7 @@ TestRuntime::Refusal Runtime::refusal() const {
 
 XrResult Runtime::make_instance(XrInstance* instance) {
   const std::lock_guard lock(mutex_);
+  obey_file();
   if (gone_ || refusal_ == Refusal::no_service) return XR_ERROR_RUNTIME_FAILURE;
   if (instance_) return XR_ERROR_LIMIT_REACHED;
   instance_ = true;

@@ -11,6 +11,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <string>
 
 #define XR_USE_PLATFORM_EGL
 #define XR_USE_GRAPHICS_API_OPENGL
@@ -91,6 +92,7 @@ class Runtime : public TestRuntime {
 
  private:
   std::int64_t now_locked() const;
+  void obey_file();
   void put_session(XrSessionState state);
   Placed head_at(std::int64_t monotonic_ns) const;   // in the room
   Placed local_at(std::int64_t monotonic_ns) const;  // the same
@@ -108,6 +110,7 @@ class Runtime : public TestRuntime {
   std::int64_t virtual_ns_ = 0;
   std::uint64_t frame_asked_ = 0, frame_waited_ = 0, frame_ended_ = 0;
   std::int64_t last_real_ns_ = 0;
+  std::string file_said_;
   bool instance_ = false, session_ = false, running_ = false, begun_ = false;
   bool wait_done_ = false;  // a frame has been waited for, and not begun
   OpenGl gl_;

@@ -154,6 +154,11 @@ XrResult Runtime::wait_frame(XrFrameState& state) {
   const auto period = static_cast<std::int64_t>(std::llround(1e9 / display_.rate_hz));
   counts_.waiting = true;
   changed_.notify_all();
+  obey_file();
+  while (!virtual_time_ && hung_ && !gone_) {
+    changed_.wait_for(lock, std::chrono::milliseconds(10));
+    obey_file();
+  }
   // Told when by refresh(); or at every period of real time. A change of worn has to be noticed by the application.
   changed_.wait(lock, [this] {
     return gone_ || !worn_ || (!hung_ && (!virtual_time_ || frame_asked_ > frame_waited_));

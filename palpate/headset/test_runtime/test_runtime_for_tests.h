@@ -7,7 +7,9 @@
 // specification's error.
 //
 // Time is CLOCK_MONOTONIC's, or a virtual one that refresh() moves on by the display's period. The runtime's own
-// XrTime differs from either by kXrTimeAhead_ns. All functions may be called from any thread.
+// XrTime differs from either by kXrTimeAhead_ns. All functions may be called from any thread. In a process that nobody
+// steers it runs by itself, and what stands in the file that PALPATE_TEST_RUNTIME_FILE names (hang, vanish, or nothing)
+// becomes of it.
 #pragma once
 
 #include <cstdint>
