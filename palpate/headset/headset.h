@@ -47,7 +47,7 @@ struct HeadsetSettings {
   std::function<std::int64_t()> monotonic_ns = MonotonicClock<GraphicsClock>::monotonic_ns;
   Duration retry = std::chrono::seconds(2);           // between attempts to reach a runtime that has gone
   Duration opening = std::chrono::seconds(10);        // how long the first answer may take
-  Duration silence = std::chrono::milliseconds(400);  // of the runtime, until trouble() says so
+  Duration silence = std::chrono::milliseconds(300);  // of the runtime, until trouble() says so
   Duration closing = std::chrono::seconds(1);         // how long the destructor waits for the runtime
 };
 
