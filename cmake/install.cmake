@@ -28,6 +28,7 @@ palpate_finds(PkgConfig::FREETYPE "palpate_find_by_pkg_config(FREETYPE freetype2
 palpate_finds(PkgConfig::FONTCONFIG "palpate_find_by_pkg_config(FONTCONFIG fontconfig)")
 palpate_finds(PkgConfig::ZSTD "palpate_find_by_pkg_config(ZSTD libzstd)")
 palpate_finds(PkgConfig::OPENAL "palpate_find_by_pkg_config(OPENAL openal)")
+palpate_finds(OpenXR::openxr_loader "find_dependency(OpenXR)")
 palpate_finds(Mumps::dmumps_seq "palpate_find_file(Mumps::dmumps_seq dmumps_seq)")
 foreach(part core imgproc imgcodecs videoio calib3d aruco)
   palpate_finds(opencv_${part} "find_dependency(OpenCV 4 COMPONENTS ${part})")

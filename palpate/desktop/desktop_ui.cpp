@@ -334,6 +334,7 @@ void DesktopUi::look(Instant<GraphicsClock> now, transport::StateLink& link,
   }
   Standing c;
   for (const auto& condition : conditions) c.devices.push_back(condition.words);
+  if (headset_trouble_) c.devices.push_back(*headset_trouble_);
   const auto silence = link.since_last_word();
   const auto beat = silence ? (now - *silence).ns() : begun_->ns();
   if (std::abs(beat - physics_beat_ns_) > kSameBeat_ns) physics_beat_ns_ = beat;

@@ -79,6 +79,9 @@ class DesktopUi {
            const std::vector<server::graphics::Condition>& conditions,
            const ClockSync<GraphicsClock, PhysicsClock>& sync);
 
+  // Why a headset beside the window shows nothing new; none: it does, or there is none.
+  void set_headset_trouble(const std::optional<std::string>& words) { headset_trouble_ = words; }
+
   // It shows the play from the side; the score, warnings and all else that stands over the picture.
   bool from_outside() const { return from_outside_; }
   const HudContent& content() const { return content_; }
@@ -127,6 +130,7 @@ class DesktopUi {
   Warnings warnings_;
   bool forces_off_ = false;
   std::string notice_;
+  std::optional<std::string> headset_trouble_;
 
   std::optional<Instant<GraphicsClock>> begun_, drawn_, status_asked_, taken_over_, said_at_;
   std::string said_;  // what a key did that cannot be seen at once

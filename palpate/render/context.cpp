@@ -51,18 +51,22 @@ std::vector<Display> displays() {
   return found;
 }
 
-EGLContext context_on(EGLDisplay display) {
+struct MadeContext {
+  EGLContext handle = EGL_NO_CONTEXT;
+  EGLConfig config = nullptr;
+};
+
+MadeContext context_on(EGLDisplay display) {
   EGLint major = 0, minor = 0;
-  if (display == EGL_NO_DISPLAY || !eglInitialize(display, &major, &minor)) return EGL_NO_CONTEXT;
+  if (display == EGL_NO_DISPLAY || !eglInitialize(display, &major, &minor)) return {};
   const char* extensions = eglQueryString(display, EGL_EXTENSIONS);
-  if (!has_word(extensions, "EGL_KHR_surfaceless_context") || !eglBindAPI(EGL_OPENGL_API))
-    return EGL_NO_CONTEXT;
+  if (!has_word(extensions, "EGL_KHR_surfaceless_context") || !eglBindAPI(EGL_OPENGL_API)) return {};
   const EGLint wanted[] = {EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_NONE};
   EGLConfig config = nullptr;
   EGLint configs = 0;
-  if (!eglChooseConfig(display, wanted, &config, 1, &configs)) return EGL_NO_CONTEXT;
+  if (!eglChooseConfig(display, wanted, &config, 1, &configs)) return {};
   if (configs == 0) {
-    if (!has_word(extensions, "EGL_KHR_no_config_context")) return EGL_NO_CONTEXT;
+    if (!has_word(extensions, "EGL_KHR_no_config_context")) return {};
     config = EGL_NO_CONFIG_KHR;
   }
   const EGLint version[] = {EGL_CONTEXT_MAJOR_VERSION,
@@ -72,7 +76,7 @@ EGLContext context_on(EGLDisplay display) {
                             EGL_CONTEXT_OPENGL_PROFILE_MASK,
                             EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
                             EGL_NONE};
-  return eglCreateContext(display, config, EGL_NO_CONTEXT, version);
+  return {eglCreateContext(display, config, EGL_NO_CONTEXT, version), config};
 }
 
 }  // namespace
@@ -83,7 +87,7 @@ Expected<std::shared_ptr<Context>> Context::of_this_thread() {
     return context;
   }
   for (const Display& display : displays()) {
-    const EGLContext handle = context_on(display.handle);
+    const auto [handle, config] = context_on(display.handle);
     if (handle == EGL_NO_CONTEXT) continue;
     if (!eglMakeCurrent(display.handle, EGL_NO_SURFACE, EGL_NO_SURFACE, handle)) {
       eglDestroyContext(display.handle, handle);
@@ -91,6 +95,7 @@ Expected<std::shared_ptr<Context>> Context::of_this_thread() {
     }
     std::shared_ptr<Context> context(new Context());
     context->display_ = display.handle;
+    context->config_ = config;
     context->context_ = handle;
     context->renderer_ = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
     context->version_ = reinterpret_cast<const char*>(glGetString(GL_VERSION));

@@ -31,9 +31,17 @@ class Context {
   const std::string& version() const { return version_; }    // OpenGL and driver
   const std::string& platform() const { return platform_; }  // "device", "surfaceless" or "default"
 
+  // For a library that shares this context's textures: EGLDisplay, EGLConfig and EGLContext. A null config is
+  // EGL_NO_CONFIG_KHR: the context was made without one.
+  struct Native {
+    void *display = nullptr, *config = nullptr, *context = nullptr;
+  };
+  Native native() const { return {display_, config_, context_}; }
+
  private:
   Context() = default;
   void* display_ = nullptr;
+  void* config_ = nullptr;
   void* context_ = nullptr;
   std::string renderer_, version_, platform_;
 };

@@ -174,6 +174,18 @@ std::optional<HandEyeCalibration> hand_eye_of(const TomlTable& table) {
   return hand_eye;
 }
 
+std::optional<HeadsetCalibration> headset_of(const TomlTable& table) {
+  if (!table.exists()) return std::nullopt;
+  HeadsetCalibration headset;
+  headset.X_eyes_camera = {rotation_of(table, "rotation_qwxyz"),
+                           vector_of(table, "translation_mm", kMm, kPlaceMm)};
+  headset.covariance = covariance_of(table, "covariance_si", 6, 1.0);
+  headset.delay_s = table.number("delay_s", {-1.0, 1.0});
+  headset.delay_std_s = table.number("delay_std_s", {0.0, 1.0});
+  headset.from = provenance_of(table);
+  return headset;
+}
+
 std::optional<DelayCalibration> delays_of(const TomlTable& table) {
   if (!table.exists()) return std::nullopt;
   DelayCalibration delays;
@@ -242,6 +254,7 @@ Expected<Rig> parse_rig(std::string_view content, const std::string& source) {
   rig.hand_eye = hand_eye_of(file->table("hand_eye"));
   rig.right_camera = camera_of(file->table("right_camera"));
   rig.right_hand_eye = hand_eye_of(file->table("right_hand_eye"));
+  rig.headset = headset_of(file->table("headset"));
   read_picture_parts(*file, rig);
   rig.delays = delays_of(file->table("delays"));
   std::set<std::string> names;

@@ -18,18 +18,12 @@
 #include "palpate/device/light.h"
 #include "palpate/math/pose.h"
 #include "palpate/rig/force_calibration.h"
+#include "palpate/rig/headset_calibration.h"
+#include "palpate/rig/provenance.h"
 #include "palpate/rig/verification_record.h"
 #include "palpate/time/instant.h"
 
 namespace palpate::rig {
-
-// Where a calibration came from.
-struct Provenance {
-  std::string date;       // ISO 8601, UTC
-  std::string data_hash;  // content_hash of the samples
-  std::string method;     // "joint", "algebraic", ...
-  double rms_mm = 0.0;    // of its residuals, per component (px for the camera's lens)
-};
 
 struct PivotCalibration {                   // of a rigid body with a tip: TipMarker or Pointer
   Vector3 tip_in_marker = Vector3::Zero();  // m
@@ -141,6 +135,7 @@ struct Rig {
   // A second camera on the same marker, which takes its images at the same moments.
   std::optional<CameraCalibration> right_camera;
   std::optional<HandEyeCalibration> right_hand_eye;
+  std::optional<HeadsetCalibration> headset;  // without it the camera is taken to sit between the eyes
   std::optional<BoardPlacement> board;
   std::optional<DelayCalibration> delays;
   std::vector<SurfaceCalibration> surfaces;

@@ -55,6 +55,8 @@ Rig full_rig() {
   rig.right_camera->model.fx = 559.87654321, rig.right_camera->encoding = device::Encoding::srgb;
   rig.right_hand_eye =
       HandEyeCalibration{{rotation(random), vector(random)}, covariance(random, 6), provenance("joint")};
+  rig.headset = HeadsetCalibration{
+      {rotation(random), vector(random)}, covariance(random, 6), 0.0123, 0.0004, provenance("joint")};
   rig.light = device::RoomLight{vector(random), 0.2, 0.7, 0.3};
   rig.objects.push_back({"head", "head one.stl", 0.001, rotation(random), vector(random)});
   rig.objects.push_back({"vise", "/meshes/vise.ply", 1.0, rotation(random), vector(random)});
@@ -108,6 +110,9 @@ std::vector<double> numbers(const Rig& rig) {
   }
   for (const auto* hand_eye : {&rig.hand_eye, &rig.right_hand_eye})
     if (const auto& h = *hand_eye) add_pose(h->X_marker_camera), add(h->covariance), add_from(h->from);
+  if (const auto& h = rig.headset)
+    add_pose(h->X_eyes_camera), add(h->covariance), add(Eigen::Vector2d(h->delay_s, h->delay_std_s)),
+        add_from(h->from);
   if (const auto& l = rig.light) add(l->lamp), add(Vector3(l->lamp_radius, l->key, l->ambient));
   for (const auto& o : rig.objects)
     add(o.rotation.coeffs()), add(o.position), all.push_back(o.metres_per_unit);

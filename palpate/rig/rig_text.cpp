@@ -119,6 +119,18 @@ void write_hand_eye(Writer& w, std::string_view section, const HandEyeCalibratio
   w.put("covariance_si", number_rows(hand_eye.covariance));
 }
 
+void write_headset(Writer& w, const HeadsetCalibration& headset) {
+  w.section("headset");
+  w.comment("The camera in the frame between the eyes: x right, y up, z backwards.");
+  w.put("rotation_qwxyz", number_list(headset.X_eyes_camera.rotation));
+  w.put("translation_mm", number_list(headset.X_eyes_camera.translation, kMillimetresPerMetre));
+  w.number("delay_s", headset.delay_s);
+  w.number("delay_std_s", headset.delay_std_s);
+  w.provenance(headset.from);
+  w.comment("Order: rotation 3 (rad), translation 3 (m), axes of that frame.");
+  w.put("covariance_si", number_rows(headset.covariance));
+}
+
 }  // namespace
 
 std::string rig_text(const Rig& rig) {
@@ -140,6 +152,7 @@ std::string rig_text(const Rig& rig) {
   if (rig.hand_eye) write_hand_eye(w, "hand_eye", *rig.hand_eye);
   if (rig.right_camera) write_camera(w, "right_camera", *rig.right_camera);
   if (rig.right_hand_eye) write_hand_eye(w, "right_hand_eye", *rig.right_hand_eye);
+  if (rig.headset) write_headset(w, *rig.headset);
   if (rig.delays) {
     w.section("delays");
     w.number("tracker_after_arm_s", rig.delays->tracker_after_arm_s);

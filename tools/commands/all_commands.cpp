@@ -14,6 +14,7 @@ void add_commands(CLI::App& program) {
   add_calibrate_landmarks(*calibrate);
   add_calibrate_camera(*calibrate);
   add_calibrate_hand_eye(*calibrate);
+  add_calibrate_headset(*calibrate);
   add_calibrate_delay(*calibrate);
   add_calibrate_all(*calibrate);
   add_demo(program);

@@ -44,6 +44,7 @@ void add_calibrate_forces(CLI::App& calibrate);
 void add_calibrate_landmarks(CLI::App& calibrate);
 void add_calibrate_camera(CLI::App& calibrate);
 void add_calibrate_hand_eye(CLI::App& calibrate);
+void add_calibrate_headset(CLI::App& calibrate);
 void add_calibrate_delay(CLI::App& calibrate);
 void add_calibrate_all(CLI::App& calibrate);
 void add_world(CLI::App& program);

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "palpate/desktop/window.h"
+#include "palpate/headset/headset.h"
 #include "tools/commands/command.h"
 #include "tools/commands/guests.h"
 #include "tools/commands/record_options.h"
@@ -52,6 +53,9 @@ void add_picture_options(CLI::App& command, DemoArguments& options) {
                   "Beside the window a second one for those who look on: copy (what the first shows) or "
                   "outside (the play from the side)")
       ->type_name("VIEW");
+  command.add_flag(
+      "--headset", options.demo.headset,
+      "Show the real-time run's pictures in a headset (OpenXR), beside the window or without one");
 }
 
 void add_network_options(CLI::App& command, DemoArguments& options) {
@@ -70,6 +74,11 @@ Expected<void> choose_pictures(DemoArguments& options) {
   const auto quality = render::parse_quality(options.quality);
   if (!quality) return tl::unexpected(quality.error());
   options.demo.quality = *quality;
+  if (options.demo.headset) {  // known now, not after the calibration
+    if (options.two_hosts)
+      return wrong_use("--headset: --two-hosts plays without anybody at it; leave one of them out");
+    if (auto found = headset::Headset::look_for(); !found) return tl::unexpected(found.error());
+  }
   if (options.monitor.empty()) return {};
   const auto view = desktop::parse_monitor_view(options.monitor);
   if (!view) return tl::unexpected(view.error());

@@ -27,8 +27,9 @@ struct GraphicsOptions {
   RecordOptions record;
   std::vector<std::string> tools;
   std::string picture_time, monitor;
-  double scan_out_ms = 0.0, extra_delay_ms = 0.0;
-  bool igtl_insecure = false, publish_said = false, scan_out_said = false, extra_delay_said = false;
+  double headset_distance = 0.0, scan_out_ms = 0.0, extra_delay_ms = 0.0;
+  bool igtl_insecure = false, publish_said = false, scan_out_said = false, extra_delay_said = false,
+       headset_distance_said = false;
   server::session::GraphicsProcessOptions process;
 };
 
@@ -99,6 +100,17 @@ void add_picture_options(CLI::App& command, GraphicsOptions& options) {
       .add_flag("--biocular", options.process.biocular,
                 "Show the camera's picture twice, side by side, for a head-mounted display")
       ->needs(window);
+  auto* headset = command.add_flag("--headset", options.process.headset,
+                                   "Show the picture in the headset of this machine's OpenXR runtime, with "
+                                   "score and warnings; beside a window or "
+                                   "without one");
+  command
+      .add_option(
+          "--headset-distance-m", options.headset_distance,
+          "Where shifts of the head are corrected: at this distance from the camera, instead of that of the "
+          "stylus' tip")
+      ->check(CLI::Range(0.1, 100.0))
+      ->needs(headset);
   command.add_flag("--clock-strip", options.process.timecode,
                    "Measure the delay from light to light: show the clock strip on the simulated display, or "
                    "with a real camera in the window, at which the camera then has to look");
@@ -190,6 +202,9 @@ Expected<void> choose_picture(GraphicsOptions& options) {
     if (!view) return tl::unexpected(view.error());
     options.process.monitor = *view;
   }
+  if (options.headset_distance_said) options.process.headset_distance = options.headset_distance;
+  if (options.process.headset && options.process.biocular)
+    return wrong_use("--biocular: a headset shows each eye its picture by itself; leave it out");
   const auto quality = render::parse_quality(options.quality);
   if (!quality) return tl::unexpected(quality.error());
   options.process.quality = *quality;
@@ -314,6 +329,7 @@ void add_graphics(CLI::App& program) {
   on(command, [options, command] {
     options->publish_said = command->count("--igtl-publish") > 0;
     options->scan_out_said = command->count("--scan-out-ms") > 0;
+    options->headset_distance_said = command->count("--headset-distance-m") > 0;
     options->extra_delay_said = command->count("--extra-picture-delay-ms") > 0;
     return run_graphics(*options);
   });

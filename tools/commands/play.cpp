@@ -95,6 +95,8 @@ void add_play(CLI::App& program) {
                    "A second window for those who look on: copy (what the first shows) or outside (the play "
                    "from the side)")
       ->type_name("VIEW");
+  command->add_flag("--headset", options->play.graphics.headset,
+                    "Show the picture in a headset as well (OpenXR), on whose front the camera sits");
   command->add_flag("--player", options->play.graphics.player, "Let the program play until the mouse moves");
   command
       ->add_option("--seconds", options->play.graphics.seconds,

@@ -187,6 +187,12 @@ Expected<void> show(const RigArguments& options) {
   if (rig->hand_eye) show_hand_eye("hand-eye", *rig->hand_eye);
   if (rig->right_camera) show_camera("right camera", *rig->right_camera);
   if (rig->right_hand_eye) show_hand_eye("right hand-eye", *rig->right_hand_eye);
+  if (const auto& h = rig->headset) {
+    line("headset", "(" + origin(h->from) + ")");
+    line("  camera before the eyes, mm", with_sd(h->X_eyes_camera.translation, h->covariance, 3, kMm));
+    line("  turn, deg", with_sd(so3_log(h->X_eyes_camera.rotation), h->covariance, 0, kDegreesPerRadian));
+    line("  delay, ms", delay_text(h->delay_s, h->delay_std_s, true));
+  }
   if (const auto& d = rig->delays)
     line("delays, ms",
          fmt::format("tracker after arm {}, camera after tracker {}",

@@ -219,6 +219,7 @@ Expected<void> Demo::play_in_real_time() {
   run.graphics_clock = options_.world.clocks.graphics_host;
   run.window = options_.window;
   run.monitor = options_.monitor;
+  run.headset = options_.headset;
   run.recording = JointRecording(options_.record);
   run.recorded_pictures = options_.recorded_pictures;
   if (options_.window) {

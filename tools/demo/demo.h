@@ -41,6 +41,7 @@ struct DemoOptions {
   bool quick = false;
   render::Quality quality = render::Quality::medium;  // of the pictures
   std::optional<desktop::MonitorView> monitor;        // beside the window, for those who look on
+  bool headset = false;                               // the real-time run's pictures in a headset as well
   bool window = false;  // on this machine's display: the real-time run comes first, and a person may play it
   std::optional<TwoHostsOptions> two_hosts;  // for the real-time run
   std::filesystem::path record;              // a new file for a recording of that run; empty: none

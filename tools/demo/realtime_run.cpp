@@ -150,6 +150,7 @@ SessionProcesses RealtimeRun::processes() const {
   session.graphics.clock = options_.graphics_clock;
   session.graphics.timecode = timecode();
   session.graphics.window = options_.window;
+  session.graphics.headset = options_.headset;
   if (options_.window) session.graphics.monitor = options_.monitor;
   session.physics.record = options_.recording.physics();
   session.graphics.record = options_.recording.graphics();

@@ -35,6 +35,7 @@ struct RealtimeRunOptions {
   // `seconds`.
   bool window = false;
   std::optional<desktop::MonitorView> monitor;  // beside it, for those who look on
+  bool headset = false;                         // its pictures in a headset as well
   JointRecording recording;                     // of both servers
   std::string recorded_pictures;                // in it: jpeg, lossless; empty: none
   Duration scan_out{0};                         // the simulated display's, as the world file has it

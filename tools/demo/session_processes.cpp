@@ -71,7 +71,8 @@ std::vector<std::string> graphics_arguments(const SessionProcesses& session) {
       .option("--disguise-drift-ppm", fmt::format("{:.6f}", graphics.clock.drift * 1e6))
       .flag("--clock-strip", graphics.timecode)
       .flag("--window", graphics.window)
-      .flag("--mouse", graphics.window);
+      .flag("--mouse", graphics.window)
+      .flag("--headset", graphics.headset);
   if (graphics.monitor)
     arguments.option("--monitor", std::string(desktop::monitor_view_word(*graphics.monitor)));
   arguments.unless_empty("--record", graphics.record).unless_empty("--pictures", graphics.pictures);

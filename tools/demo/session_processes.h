@@ -40,6 +40,7 @@ struct GraphicsServerProcess {
   bool timecode = false;
   bool window = false;  // and the mouse in it
   std::optional<desktop::MonitorView> monitor;
+  bool headset = false;
   std::filesystem::path record;  // new file of its recording; empty: none
   std::string pictures;          // in there: jpeg, lossless; empty: none
 };

@@ -54,6 +54,7 @@ TEST(SessionProcesses, APersonAtAWindowAndTwoHostsWithKeysOrWithout) {
   session.graphics.connect = {.address = "tcp://192.0.2.1:5555", .insecure = true};
   session.graphics.window = true;
   session.graphics.monitor = desktop::MonitorView::outside;
+  session.graphics.headset = true;
   EXPECT_EQ(laboratory_arguments(session),
             words("world run --name desk --seconds 100 --world arm.toml --seed 1 --arm-only"));
   EXPECT_EQ(physics_arguments(session),
@@ -61,7 +62,7 @@ TEST(SessionProcesses, APersonAtAWindowAndTwoHostsWithKeysOrWithout) {
                   "keys/physics --rig desk.toml --lab desk --world arm.toml --seed 1"));
   EXPECT_EQ(graphics_arguments(session),
             words("graphics --quality medium --seconds 0 --disguise-offset-s 0.000000000 "
-                  "--disguise-drift-ppm 0.000000 --window --mouse --monitor outside --connect "
+                  "--disguise-drift-ppm 0.000000 --window --mouse --headset --monitor outside --connect "
                   "tcp://192.0.2.1:5555 --insecure --rig desk.toml --lab desk --world arm.toml --seed 1"));
 }
 

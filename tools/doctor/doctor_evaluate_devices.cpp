@@ -25,7 +25,10 @@ Findings evaluate(const DesktopFacts& facts) {
               ? fine(kArea, "window", fmt::format("can be opened at display {}", facts.display))
               : told(Verdict::worth_knowing, kArea, "window", facts.window_problem),
           facts.sound_problem.empty() ? fine(kArea, "sound", facts.sound)
-                                      : told(Verdict::worth_knowing, kArea, "sound", facts.sound_problem)};
+                                      : told(Verdict::worth_knowing, kArea, "sound", facts.sound_problem),
+          facts.headset_problem.empty()
+              ? fine(kArea, "headset", facts.headset)
+              : told(Verdict::worth_knowing, kArea, "headset", facts.headset_problem)};
 }
 
 Findings evaluate(const LibraryFacts& facts) {

@@ -79,7 +79,7 @@ Facts good_machine() {
   facts.sockets = good_sockets();
   facts.keys = good_keys();
   facts.graphics = {"NVIDIA RTX", "device", ""};
-  facts.desktop = {":0", "", "Built-in Audio", ""};
+  facts.desktop = {":0", "", "Built-in Audio", "", "Example HMD (Monado 25.0.0)", ""};
   facts.libraries = {"0.1.0", "3.4.0", "OpenCV 4.6.0", {"4.3.4", "3.21.12", true, 1}, {"BLIS 0.9", true}};
   facts.space = {"/run/user/1000/palpate", 1ull << 30, 1024};
   return facts;
@@ -101,6 +101,7 @@ TEST(Doctor, NothingToldAtAllIsStillOneUsefulLineEach) {
   facts.graphics.problem = "drawing: no display; install a driver";
   facts.desktop.window_problem = "window: no display; start it on a desktop";
   facts.desktop.sound_problem = "sound: the sound device has no voices left";
+  facts.desktop.headset_problem = "headset: no OpenXR runtime is there; install one";
   facts.libraries = {"0", "0", "none", {"4.3.4", "3", false, 1}, {"OpenBLAS without threads", false}};
   facts.keys.folder_problem = "no place for keys; give --keys DIR";
   facts.space.folder = facts.sockets.folder = "/run";

@@ -25,6 +25,7 @@
 #include "palpate/core/text.h"
 #include "palpate/desktop/sound_out.h"
 #include "palpate/desktop/window.h"
+#include "palpate/headset/headset.h"
 #include "palpate/render/context.h"
 #include "palpate/render/picture_file.h"
 #include "tools/doctor/doctor_network.h"
@@ -152,6 +153,10 @@ DesktopFacts desktop_facts() {
   else
     facts.sound_problem = sound.error().message;
   if (!was_there) fs::remove(pulse, ignored);  // only if it is empty
+  if (const auto found = headset::Headset::look_for(std::chrono::seconds(3)))
+    facts.headset = fmt::format("{} ({})", found->device, found->runtime);
+  else
+    facts.headset_problem = found.error().message;
   return facts;
 }
 

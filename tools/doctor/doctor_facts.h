@@ -88,10 +88,11 @@ struct GraphicsFacts {
   std::string renderer, platform, problem;
 };
 
-// What `palpate graphics --window` needs beyond that.
+// What `palpate graphics --window` and `--headset` need beyond that.
 struct DesktopFacts {
-  std::string display, window_problem;  // DISPLAY; why no window can be opened there
-  std::string sound, sound_problem;     // the device, as the library names it; why nothing is heard
+  std::string display, window_problem;   // DISPLAY; why no window can be opened there
+  std::string sound, sound_problem;      // the device, as the library names it; why nothing is heard
+  std::string headset, headset_problem;  // and its OpenXR runtime; why there is none
 };
 
 struct LibraryFacts {

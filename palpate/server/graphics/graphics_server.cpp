@@ -159,7 +159,7 @@ bool GraphicsServer::begin_frame(Instant<GraphicsClock> now) {
   record_.two_eyes = right_camera_ != nullptr;
   const rig::DelayCalibration delays = rig_.delays.value_or(rig::DelayCalibration{});
   record_.image_time = image_->left.time - seconds(delays.camera_after_tracker_s);
-  record_.photon = now + drawing_ + settings_.scan_out;
+  record_.photon = display_time_ ? display_time_(now + drawing_) : now + drawing_ + settings_.scan_out;
   if (sync_.exchanges() > 0) {
     // A predicted picture starts from the newest state there is.
     record_.asked = settings_.picture_time == PictureTime::predicted
@@ -186,7 +186,7 @@ const FrameRecord& GraphicsServer::finish_frame(Instant<GraphicsClock> now) {
     record_.extrapolated_by = last_answer_->extrapolated_by;
   }
   if (settings_.picture_time == PictureTime::predicted) {
-    predict_pose(record_);
+    if (!display_time_) predict_pose(record_);
     predict_state(record_);
   }
   if (record_.requested) link_.frame_drawn(record_.number);

@@ -89,6 +89,12 @@ class GraphicsServer {
   // waited counts from when it was asked for. Must outlive the server; without it times are those handed over.
   void set_clock(const Clock<GraphicsClock>& clock) { clock_ = &clock; }
 
+  // A display that knows when a picture that is finished at some moment will be seen, and itself corrects what the head
+  // moves until then (a headset): that is when its light leaves, and a predicted picture's camera stays where it was at its
+  // image, for else that motion would count twice.
+  using DisplayTime = std::function<Instant<GraphicsClock>(Instant<GraphicsClock> finished)>;
+  void set_display(DisplayTime display_time) { display_time_ = std::move(display_time); }
+
   bool frame_begun() const { return image_.has_value(); }
   // The image of the latest finished frame, until the next one is finished.
   const device::CameraImage& finished_image() const { return finished_image_; }
@@ -127,6 +133,7 @@ class GraphicsServer {
   GraphicsSettings settings_;
   MarkerTap tap_;
   const Clock<GraphicsClock>* clock_ = nullptr;
+  DisplayTime display_time_;  // none: a screen, scan_out after drawing
   WatchedClock<TrackerClock> tracker_clock_;
   WatchedClock<CameraClock> camera_clock_, right_camera_clock_;
   StereoPair pair_;

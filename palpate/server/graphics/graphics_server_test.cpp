@@ -232,6 +232,18 @@ TEST_F(FramesOfAServer, APredictedPictureIsOfTheMomentItsLightLeavesTheDisplay) 
   EXPECT_NEAR(pose_s(frame), photon_s, 1e-3);
 }
 
+// Which moves the picture against the head by itself.
+TEST_F(FramesOfAServer, InAHeadsetOnlyTheStateIsPredictedAndTheCameraStaysAtItsImage) {
+  make({.picture_time = PictureTime::predicted, .scan_out = std::chrono::milliseconds(12)});
+  server_->set_display([](Instant<GraphicsClock> finished) { return finished + 23 * kOneMs; });
+  run(2000);
+  const FrameRecord& frame = frames_.back();
+  const double photon_s = to_seconds(frame.photon.since_epoch) - 7.0;
+  EXPECT_NEAR(photon_s, to_seconds(frame.begun.since_epoch) - 7.0 + 1e-3 * (kDrawnAfter + 23), 1e-3);
+  EXPECT_NEAR(to_seconds(frame.state.time.since_epoch) - 100.0, photon_s, kSettled_s);
+  EXPECT_NEAR(pose_s(frame), image_s(frame), kSettled_s);
+}
+
 TEST_F(FramesOfAServer, WhatCannotBeIsWrongUse) {
   const auto made = [&](const rig::Rig& rig, const GraphicsSettings& settings = {}) {
     GraphicsServer server(rig, *link_, tracker_, camera_, pipeline_, settings);

@@ -8,7 +8,6 @@
 #include "palpate/core/log.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
-#include "palpate/desktop/desktop_ui.h"
 #include "palpate/evaluation/latency_probe.h"
 #include "palpate/render/context.h"
 #include "palpate/scene/mesh_asset.h"
@@ -16,6 +15,7 @@
 #include "palpate/server/graphics/pose_feed.h"
 #include "palpate/server/graphics/server_watch.h"
 #include "palpate/server/session/frame_recorder.h"
+#include "palpate/server/session/graphics_screens.h"
 #include "palpate/server/session/graphics_side.h"
 #include "palpate/time/real_time.h"
 #include "palpate/transport/zmq_engine.h"
@@ -47,7 +47,7 @@ class GraphicsProcess {
   Expected<GraphicsDevices> open_devices();
   Expected<void> meet_physics_server();
   Expected<scene::SceneDescription> await_scene(transport::StateLink& link) const;
-  Expected<void> open_windows();
+  Expected<void> open_screens();
   Expected<void> open_latency_probe();
   Expected<void> open_logs();
   void introduce() const;
@@ -60,7 +60,8 @@ class GraphicsProcess {
   void take_turns_with_a_person();
   void shown_timecode();
   Json figures() const;
-  bool program_plays() const { return options_.player && !(ui_ && ui_->person_plays()); }
+  desktop::DesktopUi* ui() const { return screens_ ? screens_->ui() : nullptr; }
+  bool program_plays() const { return options_.player && !(ui() && ui()->person_plays()); }
 
   const GraphicsProcessOptions& options_;
   const std::atomic<bool>& stop_ = stop_requested();
@@ -73,9 +74,7 @@ class GraphicsProcess {
   std::optional<FrameRecorder> recorder_;
   std::optional<GraphicsDevices> devices_;  // until the physics server has been met
   std::unique_ptr<GraphicsSide> side_;
-  std::unique_ptr<desktop::DesktopUi> ui_;
-  std::unique_ptr<desktop::SpectatorWindow> monitor_;
-  Json monitored_;
+  std::unique_ptr<GraphicsScreens> screens_;
   std::unique_ptr<evaluation::LatencyProbe> probe_;
   std::optional<graphics::ServerWatch> physics_;
   std::uint64_t health_told_ = 0;  // changes of which the physics server has heard
@@ -92,21 +91,21 @@ class GraphicsProcess {
 Expected<Json> GraphicsProcess::run() {
   if (auto done = open(); !done) return tl::unexpected(done.error());
   if (auto done = meet_physics_server(); !done) return tl::unexpected(done.error());
-  if (auto done = open_windows(); !done) return tl::unexpected(done.error());
+  if (auto done = open_screens(); !done) return tl::unexpected(done.error());
   if (auto done = open_latency_probe(); !done) return tl::unexpected(done.error());
   introduce();
   if (auto done = open_logs(); !done) return tl::unexpected(done.error());
-  if (ui_ && options_.mouse) ui_->lead(*side_->devices().hand(), clock_);
+  if (ui() && options_.mouse) ui()->lead(*side_->devices().hand(), clock_);
   begun_ = next_ = draw_at_ = clock_.now();
   while (goes_on())
     if (auto done = tick(); !done) return tl::unexpected(done.error());
   // Figures of a measured run without its server would be figures of something else.
   if (!physics_->there() && options_.seconds > 0.0 && !stop_.load() && !quit_)
     return refused("graphics: {}", physics_->absence());
-  if (monitor_) monitored_ = monitor_->figures();
   Json result = figures();
   if (logs_)
     if (auto done = logs_->finish(); !done) return tl::unexpected(done.error());
+  if (auto done = screens_->finish(); !done) return tl::unexpected(done.error());
   if (probe_)
     if (auto done = probe_->finish(); !done) return tl::unexpected(done.error());
   if (recording_) {
@@ -120,12 +119,14 @@ Expected<Json> GraphicsProcess::run() {
 Expected<void> GraphicsProcess::open() {
   if (options_.window)  // known now, not after waiting for a physics server
     if (auto possible = desktop::Window::possible(); !possible) return possible;
+  if (options_.headset)  // the same
+    if (auto found = headset::Headset::look_for(); !found) return tl::unexpected(found.error());
   if (options_.pixels == Pixels::drawn) {  // the same
     auto drawing = render::Context::of_this_thread();
     if (!drawing) return refused("graphics: {}", drawing.error().message);
     drawing_ = std::move(*drawing);
-  } else if (options_.window) {
-    return wrong_use("graphics: a window shows drawn pictures, and pixels are not to be drawn");
+  } else if (options_.window || options_.headset) {
+    return wrong_use("graphics: a window or a headset shows drawn pictures, and pixels are not to be drawn");
   }
   auto place = transport::server_place(options_.server);
   if (!place) return tl::unexpected(place.error());
@@ -198,37 +199,17 @@ Expected<void> GraphicsProcess::meet_physics_server() {
     played_ = std::move(*record);
   }
   devices_.reset();
-  if (auto* pictures = side_->renderer()) pictures->set_captions(!options_.window);
+  if (auto* pictures = side_->renderer()) pictures->set_captions(!options_.window && !options_.headset);
   if (feed_)
     side_->server().set_marker_tap(
         [this](device::MarkerId marker, const device::MarkerPose& pose) { feed_->marker(marker, pose); });
   return {};
 }
 
-Expected<void> GraphicsProcess::open_windows() {
-  if (!options_.window) return {};
-  const auto from_outside = [this](const graphics::FrameRecord& frame) -> const render::OutsidePicture& {
-    return side_->renderer()->outside(frame);
-  };
-  std::function<std::optional<std::string>()> next_look;
-  if (side_->renderer()->has_looks()) next_look = [this] { return side_->renderer()->next_look(); };
-  auto opened =
-      desktop::DesktopUi::open(options_.applications, side_->scene(), options_.rig, options_.world, place_,
-                               {.mouse = options_.mouse,
-                                .scripted_player = options_.player,
-                                .timecode = options_.timecode && side_->devices().live_camera() != nullptr,
-                                .biocular = options_.biocular,
-                                .two_eyes = side_->devices().right_camera() != nullptr,
-                                .outside = from_outside,
-                                .outside_viewpoint = side_->renderer()->outside_viewpoint(),
-                                .next_look = next_look});
+Expected<void> GraphicsProcess::open_screens() {
+  auto opened = GraphicsScreens::open(options_, *side_, place_, clock_);
   if (!opened) return tl::unexpected(opened.error());
-  ui_ = std::move(*opened);
-  if (!ui_->notice().empty()) kLog.write(LogLevel::info, ui_->notice());
-  if (!options_.monitor) return {};
-  auto monitor = desktop::SpectatorWindow::open(*options_.monitor, ui_->window(), from_outside);
-  if (!monitor) return tl::unexpected(monitor.error());
-  monitor_ = std::move(*monitor);
+  screens_ = std::move(*opened);
   return {};
 }
 
@@ -280,7 +261,7 @@ void GraphicsProcess::introduce() const {
 bool GraphicsProcess::goes_on() const {
   if (stop_.load() || quit_) return false;
   return options_.seconds <= 0.0 || to_seconds(clock_.now() - begun_) < options_.seconds ||
-         (ui_ && ui_->attended());
+         (ui() && ui()->attended());
 }
 
 // A millisecond's rhythm: often enough for arrival times, cheap enough to leave the core to others.
@@ -306,13 +287,9 @@ Expected<void> GraphicsProcess::tick() {
     show_frame();
   // Also while no images come: then above all it is asked what is wrong.
   if (!told_ || clock_.now() - *told_ >= transport::StateLink::kHelloEvery) tell_figures();
-  if (ui_) quit_ = !ui_->act(clock_.now(), side_->link(), server.conditions(), server.sync());
+  quit_ = !screens_->act();
   shown_timecode();
-  if (monitor_ && !monitor_->act(ui_->content(), clock_.now())) {
-    kLog.info("the monitor window is closed; the play goes on");
-    monitored_ = monitor_->figures();
-    monitor_.reset();
-  }
+  screens_->act_for_others();
   take_turns_with_a_person();
   return {};
 }
@@ -325,17 +302,14 @@ void GraphicsProcess::show_frame() {
     played_->add_state(frame.state);
     played_->add_picture(frame.state);
   }
-  if (ui_)
-    ui_->show(frame, frame.have_state ? side_->renderer()->captions(frame.state) : std::vector<std::string>{},
-              clock_.now());
+  screens_->show(frame);
   const auto presented = clock_.now();
   shown_timecode();
   if (feed_) feed_->frame(frame, side_->scene(), side_->server().sync().model());
   log_frame(frame);
   if (recorder_) recorder_->write(frame, side_->server());
   if (probe_) probe_->look(side_->server(), frame, presented);
-  if (monitor_)
-    monitor_->show({frame, ui_->from_outside(), ui_->content()}, options_.rig.camera->model.width, clock_);
+  screens_->show_to_others(frame);
 }
 
 void GraphicsProcess::log_frame(const graphics::FrameRecord& frame) {
@@ -372,14 +346,14 @@ void GraphicsProcess::tell_figures() {
 
 void GraphicsProcess::take_turns_with_a_person() {
   if (!program_plays()) return;
-  if (const auto left = ui_ ? ui_->take_left() : std::nullopt)
+  if (const auto left = ui() ? ui()->take_left() : std::nullopt)
     side_->player()->take_over(*left, clock_.now(), side_->server());
   side_->lead_hand(clock_.now());
 }
 
 void GraphicsProcess::shown_timecode() {
-  if (!ui_ || !probe_) return;
-  if (const auto timecode = ui_->take_timecode()) probe_->shown(*timecode);
+  if (!ui() || !probe_) return;
+  if (const auto timecode = ui()->take_timecode()) probe_->shown(*timecode);
 }
 
 Json GraphicsProcess::figures() const {
@@ -408,12 +382,8 @@ Json GraphicsProcess::figures() const {
     result["server_there"].push_back({{"time_s", to_seconds(change.time - begun_)}, {"there", change.there}});
   if (probe_) result["photon_to_photon"] = probe_->figures();
   if (feed_) result["published"] = feed_->figures();
-  if (ui_)
-    result["window"] = {{"played_by_mouse", ui_->person_plays()},
-                        {"blows_heard", ui_->impacts()},
-                        {"bounces_heard", ui_->bounces()}};
+  screens_->add_figures(result);
   if (played_) result["play"] = played_->summary();
-  if (!monitored_.is_null()) result["window"]["monitor"] = monitored_;
   if (const auto* camera = side_->devices().live_camera()) result["camera"] = camera->figures();
   return result;
 }

@@ -26,6 +26,8 @@ struct GraphicsProcessOptions : GraphicsSetup {
   bool window = false;         // on this machine's display, with sound
   std::optional<desktop::MonitorView> monitor;  // a second window, for those who look on; with `window`
   bool biocular = false;  // in the window: the camera's picture before both eyes, side by side
+  bool headset = false;   // in the headset of this machine's OpenXR runtime (palpate/headset/headset.h)
+  std::optional<double> headset_distance;  // m, of the picture there; none: that of the stylus' tip
   // Shows the timecode, on the simulated display or, where the camera is a real one, in the window, and
   // measures the delay from light to light with it.
   bool timecode = false;
@@ -33,7 +35,8 @@ struct GraphicsProcessOptions : GraphicsSetup {
   double seconds = 0.0;
   // Shows this machine's clock with an offset and a drift, so that the synchronisation has something to find.
   double disguise_offset_s = 0.0, disguise_drift_ppm = 0.0;
-  std::filesystem::path out;  // realtime_frames.csv, realtime_sync.csv, realtime_poses.csv; empty = none
+  std::filesystem::path
+      out;  // realtime_frames.csv, realtime_sync.csv, realtime_poses.csv; with a headset its poses; empty = none
   std::string rig_text;  // the rig's file as it was read, for the recording; empty: a text is made of the rig
   std::filesystem::path record;                       // a new file for a recording; empty: none
   record::session::PictureRecording record_pictures;  // of its cameras, in there
