@@ -8,6 +8,7 @@
 #include "palpate/core/units.h"
 #include "tools/commands/command.h"
 #include "tools/commands/hand_eye_arguments.h"
+#include "tools/commands/hand_eye_output.h"
 #include "tools/commands/result_output.h"
 #include "tools/commands/table_source.h"
 
@@ -17,14 +18,7 @@ namespace {
 Json to_json(const HandEyeArguments& options, const Estimate<calibration::HandEyeSolution>& fit,
              const std::string& hash) {
   const auto& s = fit.value;
-  const auto sd = standard_deviations(fit.covariance);
-  Json json;
-  json["translation_mm"] = json_list(s.X_marker_camera.translation, kMm);
-  json["rotation_qwxyz"] = json_quaternion(s.X_marker_camera.rotation);
-  json["delay_s"] = s.delay_s;
-  json["delay_std_s"] = s.delay_std_s;
-  json["rotation_residual_median_deg"] = degrees_from_radians(s.rotation_residual_median);
-  json["translation_residual_median_mm"] = kMm * s.translation_residual_median;
+  Json json = hand_eye_json(s);
   json["warnings"] = s.warnings;
   json["board_in_world"] = {{"translation_mm", json_list(s.X_world_board.translation, kMm)},
                             {"rotation_qwxyz", json_quaternion(s.X_world_board.rotation)}};
@@ -37,9 +31,7 @@ Json to_json(const HandEyeArguments& options, const Estimate<calibration::HandEy
   json["error_length_mm"] = kMm * s.error_length;
   json["method_scatter_mm"] = kMm * s.method_scatter;
   json["condition"] = fit.condition;
-  json["std"] = {{"rotation_deg", json_list(sd.segment<3>(0), kDegreesPerRadian)},
-                 {"translation_mm", json_list(sd.segment<3>(3), kMm)},
-                 {"delay_s", s.delay_std_s}};
+  json["std"] = hand_eye_std_json(fit);
   std::vector<std::string> names;
   Eigen::VectorXd scales(13);
   for (const char* part : {"camera", "board"}) {
@@ -58,37 +50,31 @@ Json to_json(const HandEyeArguments& options, const Estimate<calibration::HandEy
 
 Expected<void> run_hand_eye_poses(const HandEyeArguments& options) {
   if (const auto rig = start_rig(options.result); !rig) return tl::unexpected(rig.error());
-  const auto hand = device::read_poses(options.hand);
-  if (!hand) return tl::unexpected(hand.error());
-  const auto eye = device::read_poses(options.eye);
-  if (!eye) return tl::unexpected(eye.error());
-  if (hand->hash == eye->hash)
-    return wrong_use(
-        "{}: holds the same as {}; the marker's poses in the tracker (--hand) and the camera's at the board "
-        "(--eye) are expected",
-        options.eye, options.hand);
+  const auto pair =
+      read_pose_pair(options.hand, options.eye,
+                     "the marker's poses in the tracker (--hand) and the camera's at the board (--eye)");
+  if (!pair) return tl::unexpected(pair.error());
+  const device::PoseFile &hand = pair->hand, &eye = pair->eye;
   calibration::HandEyeOptions how{.estimate_delay = options.estimate_delay, .delay_s = options.delay_s};
-  if (hand->has_time != eye->has_time)
+  if (hand.has_time != eye.has_time)
     return wrong_use("{}: has no times, {} has; both or neither is expected",
-                     hand->has_time ? options.eye : options.hand,
-                     hand->has_time ? options.hand : options.eye);
-  if (!hand->has_time) {  // row k of one belongs to row k of the other
+                     hand.has_time ? options.eye : options.hand, hand.has_time ? options.hand : options.eye);
+  if (!hand.has_time) {  // row k of one belongs to row k of the other
     if (options.estimate_delay)
       return wrong_use("{}: has no times; --estimate-delay needs them", options.hand);
-    if (hand->poses.size() != eye->poses.size())
+    if (hand.poses.size() != eye.poses.size())
       return wrong_use("{}: has {}, {} has {}; without times they belong together one by one", options.hand,
-                       counted(hand->poses.size(), "pose"), options.eye, eye->poses.size());
+                       counted(hand.poses.size(), "pose"), options.eye, eye.poses.size());
     how.max_hand_gap_s = 1.5;
   }
-  const auto fit = calibration::calibrate_hand_eye(hand->poses, eye->poses, how);
+  const auto fit = calibration::calibrate_hand_eye(hand.poses, eye.poses, how);
   if (!fit)
     return tl::unexpected(
         Error{fit.error().kind, fmt::format("{}, {}: {}", options.hand, options.eye, fit.error().message)});
 
   const auto& s = fit->value;
   const auto sd = standard_deviations(fit->covariance);
-  const std::string hash = content_hash(hand->hash + eye->hash);
-  Result result{to_json(options, *fit, hash), {}, {}};
+  Result result{to_json(options, *fit, pair->hash), {}, {}};
   result.summary.push_back(fmt::format("camera in marker  {} mm  +- {}",
                                        shown(s.X_marker_camera.translation, kMm),
                                        shown(sd.segment<3>(3), kMm)));
@@ -104,7 +90,7 @@ Expected<void> run_hand_eye_poses(const HandEyeArguments& options) {
                                        kMm * s.translation_residual_median, s.pairs));
   for (const auto& warning : s.warnings) result.summary.push_back("warning: " + warning);
   result.store = [&](rig::Rig& rig) {
-    const rig::Provenance from{rig::utc_now(), hash, "joint", kMm * s.translation_rms};
+    const rig::Provenance from{rig::utc_now(), pair->hash, "joint", kMm * s.translation_rms};
     auto& hand_eye = options.camera == "right" ? rig.right_hand_eye : rig.hand_eye;
     hand_eye = rig::HandEyeCalibration{s.X_marker_camera, fit->covariance.topLeftCorner<6, 6>(), from};
     if (!options.estimate_delay || options.camera == "right") return;  // both take their images together

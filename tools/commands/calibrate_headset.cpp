@@ -2,9 +2,9 @@
 #include <memory>
 
 #include "palpate/calibration/hand_eye.h"
-#include "palpate/core/file.h"
 #include "palpate/core/units.h"
 #include "tools/commands/command.h"
+#include "tools/commands/hand_eye_output.h"
 #include "tools/commands/result_output.h"
 
 namespace palpate::tools::commands {
@@ -20,22 +20,13 @@ struct HeadsetArguments {
 Json headset_json(const HeadsetArguments& options, const Estimate<calibration::HandEyeSolution>& fit,
                   const std::string& hash) {
   const auto& s = fit.value;
-  const auto sd = standard_deviations(fit.covariance);
-  Json json;
-  json["translation_mm"] = json_list(s.X_marker_camera.translation, kMm);
-  json["rotation_qwxyz"] = json_quaternion(s.X_marker_camera.rotation);
-  json["delay_s"] = s.delay_s;
-  json["delay_std_s"] = s.delay_std_s;
-  json["rotation_residual_median_deg"] = degrees_from_radians(s.rotation_residual_median);
-  json["translation_residual_median_mm"] = kMm * s.translation_residual_median;
+  Json json = hand_eye_json(s);
   json["world_in_headset_room"] = {{"translation_mm", json_list(s.X_world_board.translation, kMm)},
                                    {"rotation_qwxyz", json_quaternion(s.X_world_board.rotation)}};
   json["camera_poses"] = s.pairs;
   json["rotation_range_deg"] = degrees_from_radians(s.rotation_range);
   json["warnings"] = s.warnings;
-  json["std"] = {{"rotation_deg", json_list(sd.segment<3>(0), kDegreesPerRadian)},
-                 {"translation_mm", json_list(sd.segment<3>(3), kMm)},
-                 {"delay_s", s.delay_std_s}};
+  json["std"] = hand_eye_std_json(fit);
   json["data"] = {{"head", options.head}, {"camera", options.camera}, {"hash", hash}};
   return json;
 }
@@ -60,34 +51,30 @@ std::vector<std::string> headset_summary(const Estimate<calibration::HandEyeSolu
 
 Expected<void> calibrate_headset(const HeadsetArguments& options) {
   if (const auto rig = start_rig(options.result); !rig) return tl::unexpected(rig.error());
-  const auto head = device::read_poses(options.head);
-  if (!head) return tl::unexpected(head.error());
-  const auto camera = device::read_poses(options.camera);
-  if (!camera) return tl::unexpected(camera.error());
-  if (head->hash == camera->hash)
-    return wrong_use(
-        "{}: holds the same as {}; the head's poses by the headset (--head) and the camera's in World "
-        "(--camera) are expected",
-        options.camera, options.head);
-  for (const auto& [file, poses] : {std::pair{&options.head, &*head}, std::pair{&options.camera, &*camera}})
+  const auto pair =
+      read_pose_pair(options.head, options.camera,
+                     "the head's poses by the headset (--head) and the camera's in World (--camera)");
+  if (!pair) return tl::unexpected(pair.error());
+  for (const auto& [file, poses] :
+       {std::pair{&options.head, &pair->hand}, std::pair{&options.camera, &pair->eye}})
     if (!poses->has_time)
       return wrong_use(
           "{}: has no times; poses with time_s are expected, as `palpate graphics --headset --out` "
           "writes them",
           *file);
-  const auto fit = calibration::calibrate_hand_eye(head->poses, camera->poses, {.estimate_delay = true});
+  const auto fit =
+      calibration::calibrate_hand_eye(pair->hand.poses, pair->eye.poses, {.estimate_delay = true});
   if (!fit)
     return tl::unexpected(Error{
         fit.error().kind, fmt::format("{}, {}: {}", options.head, options.camera, fit.error().message)});
-  const std::string hash = content_hash(head->hash + camera->hash);
-  Result result{headset_json(options, *fit, hash), headset_summary(*fit), {}};
+  Result result{headset_json(options, *fit, pair->hash), headset_summary(*fit), {}};
   result.store = [&](rig::Rig& rig) {
     const auto& s = fit->value;
     rig.headset = rig::HeadsetCalibration{{s.X_marker_camera.rotation, s.X_marker_camera.translation},
                                           fit->covariance.topLeftCorner<6, 6>(),
                                           s.delay_s,
                                           s.delay_std_s,
-                                          {rig::utc_now(), hash, "joint", kMm * s.translation_rms}};
+                                          {rig::utc_now(), pair->hash, "joint", kMm * s.translation_rms}};
   };
   return write_result(options.result, result);
 }
