@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "palpate/calibration/session/acquisition_context.h"
+#include "palpate/calibration/session/instruction_file.h"
 #include "palpate/calibration/session/session_panel.h"
 #include "palpate/desktop/session_view.h"
 #include "palpate/rig/rig.h"
