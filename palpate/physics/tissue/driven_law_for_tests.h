@@ -25,6 +25,17 @@ inline const TipField& stiff_field() {
   return field;
 }
 
+// As stiff as is allowed above something hard, twice as stiff as beside it.
+inline const TipField& nodule_field() {
+  static const TipField field = [] {
+    const auto built = [](double young) {
+      return *block_for_tests({.young = young, .share = bump_for_tests({0.003, 0.002, kTop}, 1.0, 0.008)});
+    };
+    return built(6000.0 * 0.999 * kMostTangent_n_m / built(6000.0).facts().stiffest_n_m);
+  }();
+  return field;
+}
+
 inline Vector3 over(double depth, double x = 0.003, double y = 0.002) {
   return {x, y, kTop + kTipRadius - depth};
 }
