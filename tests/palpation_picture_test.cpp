@@ -130,32 +130,33 @@ TEST(PalpationPicture, DentIsAsDeepUnderTheTipAsTheForceModelsToAPixel) {
 }
 
 // Veins are there, and where the tip presses it is paler than at rest.
-TEST(PalpationPicture, SurfaceIsPalerWhereItIsPressedAndStretchedThereMost) {
+TEST(PalpationPicture, SurfaceIsPalerWhereItIsPressedAndStressedThereMost) {
   const scene::SceneDescription scene =
       with(table_for_tests(), "palpation.element_mm", std::vector<double>{16.0});
   PalpationApplication application(scene, {}, {});
   int ticks = 0;
   const Pressed organ = pressed(scene, application, ticks, 0.0, 0.0, 0.0055);
-  const OrganTint tint(pressed_mesh(scene));
-  const auto rest = tint.living(nullptr, organ.touched, 0.0, 0.006);
-  const auto now = tint.living(organ.shape.get(), organ.touched, organ.depth, 0.006);
+  const OrganTint tint(pressed_mesh(scene), {});
+  const TintPress press{organ.touched, organ.depth, 1e-3 * organ.state.counters[kForceMn], 0.006};
+  const auto rest = tint.living(nullptr, {});
+  const auto now = tint.living(organ.shape.get(), press);
   EXPECT_GT(*std::max_element(rest->shares.begin(), rest->shares.end()), 0.5f) << "no veins";
   EXPECT_GE(*std::min_element(rest->shares.begin(), rest->shares.end()), 0.0f);
-  const auto strained = tint.strain(organ.shape.get());
-  EXPECT_GT(OrganTint::largest(*strained), 0.5);
-  EXPECT_EQ(OrganTint::largest(*tint.strain(nullptr)), 0.0);
+  const auto stressed = tint.stress(organ.shape.get(), press);
+  EXPECT_GT(OrganTint::largest(*stressed), 0.5);
+  EXPECT_EQ(OrganTint::largest(*tint.stress(nullptr, {})), 0.0);
   for (std::size_t i = 0; i < now->shares.size(); ++i) {
     const Vector3 at = Eigen::Map<const Eigen::Vector3f>(&organ.shape->values[6 * i]).cast<double>();
     const double off = (at - organ.touched).norm();
     if (off < 0.004) EXPECT_LT(now->shares[i], -0.6f) << off;
     if (off > 0.030) {
       EXPECT_EQ(now->shares[i], rest->shares[i]) << off;
-      EXPECT_LT(strained->shares[i], 0.5f) << off;
+      EXPECT_LT(stressed->shares[i], 0.5f) << off;
     }
   }
 }
 
-// As a person has looked at it: pressed; its net with the nodules and a mark, once a search is over; how far it is stretched.
+// As a person has looked at it: pressed; its net with the nodules and a mark, once a search is over; its stress.
 TEST(PalpationPicture, OrganLooksAsItDidToWhoLookedAtIt) {
   const scene::SceneDescription scene =
       with(table_for_tests(), "palpation.element_mm", std::vector<double>{16.0});
@@ -181,7 +182,7 @@ TEST(PalpationPicture, OrganLooksAsItDidToWhoLookedAtIt) {
   };
   compare("organ-pressed");
   view.set_look(2);
-  compare("organ-stretched");
+  compare("organ-stressed");
   view.set_look(0);
   organ.state.counters[kPhase] = static_cast<std::int32_t>(TrialPhase::shown);
   organ.state.counters[kNoduleSeed] = 7;

@@ -1,9 +1,14 @@
 #include "applications/palpation/organ_tint.h"
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "applications/palpation/looks.h"
+#include "palpate/physics/deformable/site_law.h"
+#include "palpate/physics/deformable/surface_stress.h"
 
 namespace palpate::applications::palpation {
 namespace {
@@ -29,6 +34,7 @@ constexpr Vein kVeins[] = {
     {{0.55, -0.02}, {0.66, -0.38}, kTwig_m},    {{0.66, -0.38}, {0.58, -0.66}, kTwig_m}};
 
 constexpr double kVeinShare = 0.75, kPaleShare = 0.80;
+constexpr double kLeastArea_m2 = 1e-12;
 constexpr double kPaleReach = 2.6;  // contact radii: so far from its middle something is seen
 
 double smooth_step(double from, double to, double x) {
@@ -68,29 +74,35 @@ std::vector<float> vein_shares(const scene::TriangleMesh& organ) {
 
 }  // namespace
 
-OrganTint::OrganTint(const scene::TriangleMesh& organ) : edges_at_(organ.vertices.size(), 0.0f) {
+OrganTint::OrganTint(const scene::TriangleMesh& organ, const physics::deformable::Elastic& matter)
+    : matter_(matter), area_at_(organ.vertices.size(), 0.0f) {
   auto veins = std::make_shared<scene::Tint>();
   veins->shares = vein_shares(organ);
   veins->above = kVeinColour;
   veins->below = kPaleColour;
   veins_ = std::move(veins);
-  for (const auto& t : organ.triangles)
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::uint32_t a = t[i], b = t[(i + 1) % 3];
-      if (a > b) continue;  // of a closed surface its other triangle has it, too
-      edges_.push_back({{a, b}, static_cast<float>((organ.vertices[a] - organ.vertices[b]).norm())});
-      edges_at_[a] += 1.0f;
-      edges_at_[b] += 1.0f;
-    }
+  for (const auto& t : organ.triangles) {
+    const Vector3 u = organ.vertices[t[1]] - organ.vertices[t[0]],
+                  v = organ.vertices[t[2]] - organ.vertices[t[0]];
+    const double area = 0.5 * u.cross(v).norm(), length = u.norm();
+    if (!(area > kLeastArea_m2)) continue;
+    const double along = u.dot(v) / length, across = 2.0 * area / length;
+    const Eigen::Matrix2d edges = (Eigen::Matrix2d() << length, along, 0.0, across).finished();
+    const Eigen::Matrix2d back = edges.inverse();
+    Facet facet{{t[0], t[1], t[2]}, {}, static_cast<float>(area)};
+    Eigen::Map<Eigen::Matrix2d>(facet.to_rest.data()) = back;
+    facets_.push_back(facet);
+    for (const std::uint32_t corner : t) area_at_[corner] += facet.share;
+  }
 }
 
-std::shared_ptr<const scene::Tint> OrganTint::living(const scene::Shape* shape, const Vector3& point,
-                                                     double depth, double tip_radius) const {
-  if (shape == nullptr || shape->vertices() != edges_at_.size() || !(depth > 0.0)) return veins_;
+std::shared_ptr<const scene::Tint> OrganTint::living(const scene::Shape* shape,
+                                                     const TintPress& press) const {
+  if (shape == nullptr || shape->vertices() != area_at_.size() || !(press.depth > 0.0)) return veins_;
   auto tint = std::make_shared<scene::Tint>(*veins_);
-  const double contact = std::sqrt(tip_radius * depth);
+  const double contact = std::sqrt(press.tip_radius * press.depth);
   for (std::size_t i = 0; i < tint->shares.size(); ++i) {
-    const double off = (vertex_of(*shape, i) - point).norm();
+    const double off = (vertex_of(*shape, i) - press.point).norm();
     if (off > kPaleReach * contact) continue;
     const double pale = 1.0 - smooth_step(contact, kPaleReach * contact, off);
     float& share = tint->shares[i];
@@ -99,21 +111,37 @@ std::shared_ptr<const scene::Tint> OrganTint::living(const scene::Shape* shape, 
   return tint;
 }
 
-std::shared_ptr<const scene::Tint> OrganTint::strain(const scene::Shape* shape) const {
+double OrganTint::stress_of(const Facet& facet, const scene::Shape& shape, const TintPress& press) const {
+  const Vector3 a = vertex_of(shape, facet.corners[0]), b = vertex_of(shape, facet.corners[1]),
+                c = vertex_of(shape, facet.corners[2]);
+  Eigen::Matrix<double, 3, 2> edges;
+  edges << b - a, c - a;
+  const Eigen::Matrix<double, 3, 2> F = edges * Eigen::Map<const Eigen::Matrix2d>(facet.to_rest.data());
+  double pressure = 0.0;
+  if (press.depth > 0.0) {
+    const double contact = physics::deformable::footprint(press.tip_radius, press.depth);
+    const double off = ((a + b + c) / 3.0 - press.point).norm() / contact;
+    if (off < 1.0)
+      pressure = 1.5 * press.force / (std::numbers::pi * contact * contact) * std::sqrt(1.0 - off * off);
+  }
+  return physics::deformable::surface_von_mises(matter_, F.transpose() * F, pressure);
+}
+
+std::shared_ptr<const scene::Tint> OrganTint::stress(const scene::Shape* shape,
+                                                     const TintPress& press) const {
   auto tint = std::make_shared<scene::Tint>();
-  tint->shares.assign(edges_at_.size(), 0.0f);
-  tint->above = kStretchedColour;
-  if (shape == nullptr || shape->vertices() != edges_at_.size()) return tint;
-  for (const Edge& edge : edges_) {
-    const double now = (vertex_of(*shape, edge.ends[0]) - vertex_of(*shape, edge.ends[1])).norm();
-    const auto strained = static_cast<float>(std::abs(now / edge.length - 1.0) / kFullStrain);
-    for (const std::uint32_t end : edge.ends) tint->shares[end] += strained / edges_at_[end];
+  tint->shares.assign(area_at_.size(), 0.0f);
+  tint->above = kStressedColour;
+  if (shape == nullptr || shape->vertices() != area_at_.size()) return tint;
+  for (const Facet& facet : facets_) {
+    const auto share = static_cast<float>(stress_of(facet, *shape, press) / kFullStress) * facet.share;
+    for (const std::uint32_t corner : facet.corners) tint->shares[corner] += share / area_at_[corner];
   }
   return tint;
 }
 
-double OrganTint::largest(const scene::Tint& strain) {
-  return strain.shares.empty() ? 0.0 : *std::max_element(strain.shares.begin(), strain.shares.end());
+double OrganTint::largest(const scene::Tint& stress) {
+  return stress.shares.empty() ? 0.0 : *std::max_element(stress.shares.begin(), stress.shares.end());
 }
 
 }  // namespace palpate::applications::palpation

@@ -88,7 +88,7 @@ PalpationView::PalpationView(const scene::SceneDescription& scene)
       tip_(scene::sphere_mesh(settings_.tip_radius)),
       stylus_(scene::cylinder_mesh(Vector3::Zero(), {0.0, 0.0, kStylusLength_m}, kStylusRadius_m)),
       mark_(scene::sphere_mesh(kMarkRadius_m, 12, 24)),
-      tint_(organ_),
+      tint_(organ_, {.young = settings_.young_pa, .poisson = settings_.poisson}),
       revealed_(organ_, settings_) {}
 
 void PalpationView::add_nodules(const scene::SceneState& state, std::vector<scene::DrawItem>& items) const {
@@ -133,14 +133,17 @@ scene::DrawItem PalpationView::organ_item(const scene::SceneState& state) const 
   if (is_shown(state) || way_ == Way::net) {
     item.mesh = &net_;
     item.look = kNetLook;
-  } else if (way_ == Way::strain) {
-    item.look = kStrainLook;
-    item.tint = tint_.strain(shape_.get());
-    most_strain_ = OrganTint::kFullStrain * OrganTint::largest(*item.tint);
+    return item;
+  }
+  const TintPress press{Vector3(state.continuous.point.data()),
+                        state.continuous.touching != 0 ? 1e-6 * state.counters[kDepthUm] : 0.0,
+                        1e-3 * state.counters[kForceMn], settings_.tip_radius};
+  if (way_ == Way::stress) {
+    item.look = kStressLook;
+    item.tint = tint_.stress(shape_.get(), press);
+    most_stress_ = OrganTint::kFullStress * OrganTint::largest(*item.tint);
   } else {
-    const bool pressed = state.continuous.touching != 0;
-    item.tint = tint_.living(shape_.get(), Vector3(state.continuous.point.data()),
-                             pressed ? 1e-6 * state.counters[kDepthUm] : 0.0, settings_.tip_radius);
+    item.tint = tint_.living(shape_.get(), press);
   }
   return item;
 }
@@ -180,9 +183,9 @@ std::vector<std::string> PalpationView::captions(const scene::SceneState& state)
   lines.push_back(
       fmt::format("force {:.2f} N [{}{}]{}", force, std::string(static_cast<std::size_t>(full), '|'),
                   std::string(static_cast<std::size_t>(kBar - full), '.'), force > hard ? " too hard" : ""));
-  if (way_ == Way::strain && !is_shown(state))
-    lines.push_back(fmt::format("yellow: stretched by {:.0f} %; here by {:.0f} % at most",
-                                100.0 * OrganTint::kFullStrain, 100.0 * most_strain_));
+  if (way_ == Way::stress && !is_shown(state))
+    lines.push_back(fmt::format("yellow: stress of {:.0f} kPa (von Mises); here {:.1f} at most",
+                                1e-3 * OrganTint::kFullStress, 1e-3 * most_stress_));
   const auto told = level_told(settings_, state);
   const std::string level = told ? fmt::format("   level {}", *told) : "";
   if (is_shown(state)) {

@@ -40,14 +40,12 @@ class PalpationView : public scene::SceneView {
   std::vector<scene::DrawItem> draw(const scene::SceneState& state) const override;
   std::vector<std::string> captions(const scene::SceneState& state) const override;
   void set_shape(const std::shared_ptr<const scene::Shape>& shape) override { shape_ = shape; }
-  // The organ; its net, through which one sees; how far its surface is stretched.
-  std::vector<std::string> looks() const override {
-    return {"the organ", "its net", "how far it is stretched"};
-  }
+  // The organ; its net, through which one sees; the stress in its surface.
+  std::vector<std::string> looks() const override { return {"the organ", "its net", "its stress"}; }
   void set_look(std::size_t which) override { way_ = static_cast<Way>(which); }
 
  private:
-  enum class Way : std::size_t { organ, net, strain };
+  enum class Way : std::size_t { organ, net, stress };
   scene::DrawItem organ_item(const scene::SceneState& state) const;
   void add_nodules(const scene::SceneState& state, std::vector<scene::DrawItem>& items) const;
   void add_marks(const scene::SceneState& state, std::vector<scene::DrawItem>& items) const;
@@ -58,7 +56,7 @@ class PalpationView : public scene::SceneView {
   OrganTint tint_;
   std::shared_ptr<const scene::Shape> shape_;
   Way way_ = Way::organ;
-  mutable double most_strain_ = 0.0;  // in the newest picture that shows it
+  mutable double most_stress_ = 0.0;  // Pa, in the newest picture that shows it
   mutable RevealedNodules revealed_;
   mutable std::array<scene::TriangleMesh, kMostNodules> nodule_meshes_;
   mutable std::int32_t meshes_of_ = 0;  // seed
