@@ -8,6 +8,8 @@ namespace palpate::physics::deformable {
 namespace {
 
 constexpr double kFootprintShrink = 0.1;
+constexpr double kGrowthOfLayer = 0.187, kGrowthOfTip = 0.26;
+constexpr double kGrownTo = 1.6;  // layers, of depth
 constexpr double kDeepest = 1.5;  // half-space depth in tip radii: the search for it ends there
 
 // Of a tip on a flat place that touches as wide.
@@ -65,8 +67,10 @@ double SiteLaw::whole_depth(double delta, double growth) const {
 }
 
 double SiteLaw::half_space_depth(double depth) const {
-  const double gamma = std::isfinite(layer) && layer > 0.0 ? 0.205 / layer + 0.133 / radius : 0.0;
-  const double growth = 1.0 / (1.0 - std::min(gamma * std::min(depth, layer), 0.8));
+  const double growth =
+      std::isfinite(layer) && layer > 0.0
+          ? 1.0 + (kGrowthOfLayer / layer + kGrowthOfTip / radius) * std::min(depth, kGrownTo * layer)
+          : 1.0;
   double low = 0.0, high = kDeepest * radius;
   for (int i = 0; i < 60; ++i) {
     const double middle = 0.5 * (low + high);

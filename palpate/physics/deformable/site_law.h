@@ -6,9 +6,9 @@
 //   d = delta + F c(a) + F^2/2 dc/dF,   c(a) = c_homogeneous + s(d) c_inclusions(a)
 // H is the surface's mean curvature, positive where it bulges (Johnson, Contact Mechanics, section 4.2, for two spheres).
 // The last term of d makes the force of fixed s the derivative of an energy. k corrects Hertz for finite strain;
-// s = 1/(1 - gamma d) lets what an inclusion adds grow with depth d, gamma = 0.205/t + 0.133/R, with the layer t
-// above it, up to d = t. k and gamma are fitted to neo-Hookean solutions, docs/theory/deformable.md. SI. Values;
-// force() and energy() do not allocate.
+// s = 1 + (0.187/t + 0.26/R) d lets what an inclusion adds grow with depth d, with the layer t above it, up to d = 1.6 t,
+// as deep as it has been tried. k and s are fitted to neo-Hookean solutions, docs/theory/deformable.md. SI. Values; force()
+// and energy() do not allocate.
 #pragma once
 
 #include <limits>
