@@ -23,9 +23,11 @@ constexpr int kRounds = 3;
 constexpr std::size_t kOfRound = 3;
 constexpr double kApartInRound_m = 0.012;
 constexpr int kMostTries = 3;
-constexpr double kBeyond = 0.1;      // spacings: so far it searches beyond the area
-constexpr double kPatience_s = 1.5;  // beyond the time that marking takes
-constexpr double kLean = 0.9;        // rad: the stylus leans from the user up to the vertical by that much
+constexpr double kBeyond = 0.1;       // spacings: so far it searches beyond the area
+constexpr double kPatience_s = 1.5;   // beyond the time that marking takes
+constexpr double kMarking_s = 0.8;    // of coming to a place
+constexpr double kMostApart_s = 0.4;  // pictures, for the hold to last from one to the next
+constexpr double kLean = 0.9;         // rad: the stylus leans from the user up to the vertical by that much
 
 double weber_of(const TraineeSettings& settings) { return std::max(1e-6, settings.weber_fraction); }
 
@@ -93,6 +95,8 @@ std::vector<PlanPlace> Trainee::places_in_reach(const scene::SceneDescription&) 
 }
 
 void Trainee::show(const scene::SceneState& state, Instant<PhysicsClock> displayed) {
+  if (shown_ >= 0.0) apart_ = std::clamp(displayed.seconds() - shown_, 0.0, kMostApart_s);
+  shown_ = displayed.seconds();
   waiting_.push_back({state, displayed + seconds(settings_.reaction_s)});
 }
 
@@ -124,6 +128,7 @@ void Trainee::notice(const scene::SceneState& state) {
   if (state.body_count <= kTip) return;
   marks_ = state.counters[kMarks];
   const double t = state.time.seconds();
+  searching_since_ = t - 1e-3 * state.counters[kSearchMs];
   while (!presses_.empty() && presses_.front().to < t) {
     learn(presses_.front());
     presses_.pop_front();
@@ -144,6 +149,13 @@ void Trainee::approach(double now, const PlanPlace& place) {
   go(now, to, std::max(kLeastCross_s, (to - path_.at(now - begin_).position).norm() / kCrossSpeed));
 }
 
+// Whether there is just time enough left to mark what it believes.
+bool Trainee::time_is_short(double now) const {
+  const double marking =
+      kPatience_s + (kMarking_s + palpation_.rules.dwell_s) * static_cast<double>(palpation_.nodules.most);
+  return now + marking > searching_since_ + palpation_.rules.seconds;
+}
+
 // The likeliest places that can be pressed.
 void Trainee::look_closer() {
   for (const PlanPlace& place : map_.likeliest(kOfRound, kApartInRound_m)) {
@@ -154,7 +166,7 @@ void Trainee::look_closer() {
 }
 
 void Trainee::after_thinking(double now) {
-  if (rounds_ < kRounds) {
+  if (rounds_ < kRounds && !time_is_short(now)) {
     ++rounds_;
     look_closer();
   } else if (!decided_) {
@@ -180,6 +192,13 @@ void Trainee::after_thinking(double now) {
   }
 }
 
+// Until a picture has shown it.
+void Trainee::hold(double now) {
+  const double held = std::max(kHold_s, apart_);
+  go(now, path_.at(now - begin_).position, marking_ ? palpation_.rules.dwell_s + held : held);
+  if (!marking_) presses_.push_back({.place = queue_.back(), .from = now, .to = now + held});
+}
+
 void Trainee::next(double now) {
   switch (doing_) {
     case Doing::coming: {
@@ -201,8 +220,7 @@ void Trainee::next(double now) {
       return;
     case Doing::pressing:
       doing_ = Doing::holding;
-      go(now, path_.at(now - begin_).position, marking_ ? palpation_.rules.dwell_s + kHold_s : kHold_s);
-      if (!marking_) presses_.push_back({.place = queue_.back(), .from = now, .to = now + kHold_s});
+      hold(now);
       return;
     case Doing::holding:
       if (marking_ && marks_ <= marks_before_ && now - begin_ < palpation_.rules.dwell_s + kPatience_s)
@@ -215,6 +233,7 @@ void Trainee::next(double now) {
         to_mark_.pop_back();
       else
         queue_.pop_back();
+      if (!marking_ && time_is_short(now)) queue_.clear();
       if (!queue_.empty()) return approach(now, map_.places()[queue_.back()]);
       doing_ = Doing::thinking;
       go(now, path_.at(now - begin_).position, marking_ ? kUp_s : kThink_s);

@@ -55,6 +55,8 @@ class Trainee : public scene::Player {
   void notice(const scene::SceneState& state);
   void feel(const scene::SceneState& state, Press& press) const;
   void learn(const Press& press);
+  bool time_is_short(double now) const;
+  void hold(double now);
   void go(double now, const Vector3& to, double duration);
   void next(double now);
   void look_closer();
@@ -81,6 +83,8 @@ class Trainee : public scene::Player {
   bool marking_ = false, decided_ = false;
   Spot here_;
   Doing doing_ = Doing::coming;
+  double shown_ = -1.0, apart_ = 0.0;          // s, the newest picture, and how long after the one before
+  double searching_since_ = 1e9;               // s, as shown; the search has not begun
   double deeper_ = 0.0;                        // m: so much it asks for beyond the depth it wants, as learnt
   std::int32_t marks_ = 0, marks_before_ = 0;  // as shown
   scene::Quintic path_;
