@@ -11,9 +11,13 @@ namespace palpate::drivers::openigtlink {
 namespace {
 
 constexpr std::string_view kScheme = "igtl://";
+// As the options say them, and as frames are called.
 constexpr std::pair<std::string_view, device::MarkerId> kMarkers[] = {
+    {"tip_marker", device::MarkerId::tip_marker},
     {"TipMarker", device::MarkerId::tip_marker},
+    {"camera_marker", device::MarkerId::camera_marker},
     {"CameraMarker", device::MarkerId::camera_marker},
+    {"pointer", device::MarkerId::pointer},
     {"Pointer", device::MarkerId::pointer}};
 
 }  // namespace
@@ -33,7 +37,7 @@ Expected<LiveTracker> parse_live_tracker(std::string_view address, const std::ve
     });
     if (marker == std::end(kMarkers) || equals + 1 == tool.size())
       return wrong_use(
-          "'{}': MARKER=NAME is expected, MARKER one of TipMarker, CameraMarker, Pointer and NAME the "
+          "'{}': MARKER=NAME is expected, MARKER one of tip_marker, camera_marker, pointer and NAME the "
           "server's tool",
           excerpt(tool, 100));
     names[marker->second] = tool.substr(equals + 1).substr(0, kNameBytes);
@@ -66,7 +70,7 @@ std::string why_unheard(const OpenIgtlinkTracker& tracker, const LiveTracker& na
   if (tracker.seen(device::MarkerId::camera_marker) == 0 && !tracker.others().empty())
     return fmt::format(
         "tracker: the server at {} sends no '{}'; there are {}: name the camera's marker with "
-        "--tracker-tool CameraMarker=NAME",
+        "--tracker-tool camera_marker=NAME",
         where, excerpt(name), excerpt(fmt::format("{}", fmt::join(tracker.others(), ", ")), 160));
   return fmt::format(
       "tracker: the server at {} does not see '{}' (the head's marker); turn it towards the tracker, or take "

@@ -18,8 +18,8 @@ struct LiveTracker {
   std::map<std::string, device::MarkerId> tools;  // the server's names
 };
 
-// igtl://HOST[:PORT], and MARKER=NAME for each tool that is not called MARKERToWorld; MARKER is TipMarker,
-// CameraMarker or Pointer. Errors: wrong use.
+// igtl://HOST[:PORT], and MARKER=NAME for each tool that is not called MARKERToWorld; MARKER is tip_marker,
+// camera_marker or pointer, or the frame's name (TipMarker). Errors: wrong use.
 Expected<LiveTracker> parse_live_tracker(std::string_view address, const std::vector<std::string>& tools);
 
 // Connects in the background. The server measures in World.

@@ -28,6 +28,9 @@ TEST(LiveTracker, ToolsAreNamedAfterTheirMarkersUnlessSaidOtherwise) {
   ASSERT_TRUE(plain.has_value());
   EXPECT_EQ(plain->server.port, kDefaultPort);
   EXPECT_EQ(plain->tools.at("CameraMarkerToWorld"), device::MarkerId::camera_marker);
+  for (const char* word : {"camera_marker", "CameraMarker"})
+    EXPECT_EQ(parse_live_tracker("igtl://h:7", {std::string(word) + "=Head"})->tools.at("Head"),
+              device::MarkerId::camera_marker);
   const auto named = parse_live_tracker("igtl://[::1]:7", {"CameraMarker=HeadToTracker"});
   ASSERT_TRUE(named.has_value());
   EXPECT_EQ(named->server.text(), "[::1]:7");
@@ -88,7 +91,7 @@ TEST(LiveTracker, AToolUnderAnotherNameIsAskedFor) {
   }));
   const auto said = why_unheard(**device, *named);
   EXPECT_NE(said.find("there are CameraMarkerToWorld"), std::string::npos) << said;
-  EXPECT_NE(said.find("--tracker-tool CameraMarker=NAME"), std::string::npos) << said;
+  EXPECT_NE(said.find("--tracker-tool camera_marker=NAME"), std::string::npos) << said;
 }
 
 }  // namespace

@@ -30,6 +30,9 @@ class ByHand(ProgramTest):
             with open(asked, encoding="utf-8") as instructions:
                 for line in instructions:
                     self.obeys(doors.laboratory, json.loads(line))
+            # Whoever plays next finds the board put away, a head that looks at the table, and a stylus that moves.
+            doors.laboratory.does({"gesture": "wander"})
+            print("the session is over: the person looks at the table and moves the stylus about", flush=True)
 
     def obeys(self, laboratory, told):
         if "step" in told:

@@ -89,10 +89,12 @@ Expected<void> calibrate_with(const LiveDevices& devices, const std::string& rig
   if (!done) live.end();
   if (auto whole = recorded->finish(rig); !whole) return whole;
   if (!done) return tl::unexpected(done.error());
-  fmt::print("{}: complete; held-out error of the arm {:.3f} mm\n", one_line(rig_file),
-             mm_from_metres(rig.arm->held_out_mean));
-  if (forces_wanted) return check_forces(std::move(*opened), steps, devices, rig_file, forces);
-  live.end();
+  if (!forces_wanted)
+    live.end();
+  else if (auto checked = check_forces(std::move(*opened), steps, devices, rig_file, forces); !checked)
+    return checked;
+  fmt::print("{}: complete; held-out error of the arm {:.3f} mm; each morning: palpate verify --quick\n",
+             one_line(rig_file), mm_from_metres(rig.arm->held_out_mean));
   return {};
 }
 

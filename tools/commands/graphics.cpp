@@ -56,8 +56,9 @@ void add_device_options(CLI::App& command, GraphicsOptions& options) {
       ->type_name("ADDRESS");
   command
       .add_option("--tracker-tool", options.tools,
-                  "What that server calls a marker, where it is not MARKERToWorld: CameraMarker, TipMarker "
-                  "or Pointer; several may be named")
+                  "What that server calls a marker, where it is not CameraMarkerToWorld and so on: "
+                  "camera_marker, tip_marker "
+                  "or pointer; several may be named")
       ->type_name("MARKER=NAME")
       ->expected(1)
       ->take_all();

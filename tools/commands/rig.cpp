@@ -1,5 +1,7 @@
 #include "palpate/rig/rig.h"
 
+#include <fmt/ranges.h>
+
 #include <cstdio>
 #include <memory>
 
@@ -33,6 +35,11 @@ rig::Rig nominal_rig() {
       leds({{70, 0, 0}, {35, 61, 10}, {-35, 61, 0}, {-70, 0, 10}, {-35, -61, 0}, {35, -61, 10}});
   rig.pointer_leds = leds({{0, 0, 0}, {50, 0, 0}, {0, 50, 0}, {50, 60, 10}});
   return rig;
+}
+
+// What is known to a tenth.
+std::string hundredths(const Eigen::VectorXd& values) {
+  return fmt::format("{:.2f}", fmt::join(values, " "));
 }
 
 void line(const char* name, const std::string& text) { print_line(fmt::format("{:<22} {}", name, text)); }
@@ -127,8 +134,8 @@ void show_forces(const rig::Rig& rig) {
            ? fmt::format("checked on {}  ({}, {})", forces.identity, forces.date, forces.method)
            : fmt::format("void: since they were checked {}; palpate calibrate forces again", change));
   line("  joint gains",
-       shown(forces.joint_gains) +
-           (forces.joint_gains_std.size() > 0 ? "  +- " + shown(forces.joint_gains_std) : ""));
+       hundredths(forces.joint_gains) +
+           (forces.joint_gains_std.size() > 0 ? "  +- " + hundredths(forces.joint_gains_std) : ""));
   line("  size",
        forces.gain ? fmt::format("{:.3f} +- {:.3f}, peak {:g} N", *forces.gain, forces.gain_std, forces.peak)
                    : fmt::format("not told by a weight, peak {:g} N", forces.peak));

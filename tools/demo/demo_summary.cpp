@@ -226,7 +226,7 @@ std::vector<std::string> closing_lines(const Json& summary,
     const auto& realtime = summary["realtime"];
     lines.push_back(
         fmt::format("exchange: {:.0f} us round trip, {} of {} frames late; clocks within {:.0f} us; haptic "
-                    "loop {:.0f} Hz, {} overruns",
+                    "loop {:.0f} of 1000 Hz, {} overruns",
                     realtime["exchange"]["round_trip_us"]["median"].get<double>(),
                     realtime["exchange"]["late"].get<int>(), realtime["exchange"]["frames"].get<int>(),
                     realtime["sync"]["offset_error_us_p99"].get<double>(),

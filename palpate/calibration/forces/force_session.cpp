@@ -118,14 +118,14 @@ class ForceSession {
           "runs on this machine",
           troubles_, name_of(reason));
     }
-    person_.say(
-        fmt::format("broken off ({}): no force; hold the key and keep still to go on", name_of(reason)));
+    person_.say(fmt::format("broken off ({}): no force; hold {} and keep still to go on", name_of(reason),
+                            settings_.key));
     return wait_until_held(false);
   }
 
   Expected<void> push_in_pose(int pose) {
-    person_.say(fmt::format("pose {} of {}: hold the stylus lightly {}, keep still, and hold the key",
-                            pose + 1, settings_.poses, kWhere[pose]));
+    person_.say(fmt::format("pose {} of {}: hold the stylus lightly {}, keep still, and hold {}", pose + 1,
+                            settings_.poses, kWhere[pose], settings_.key));
     person_.pose_wanted(pose, pusher_->tip());
     if (auto held = wait_until_held(true); !held) return held;
     places_.push_back(pusher_->tip());
@@ -182,9 +182,9 @@ class ForceSession {
     PushLimits limits = settings_.limits;
     limits.peak_n = kLiftPeak;
     pusher_.emplace(arm_, rig_, limits);
-    person_.say(fmt::format(
-        "now the weight: hang {:.0f} g at the tip, let it lie or hang without your hand, hold the key",
-        1e3 * settings_.weight_kg));
+    person_.say(
+        fmt::format("now the weight: hang {:.0f} g at the tip, let it lie or hang without your hand, hold {}",
+                    1e3 * settings_.weight_kg, settings_.key));
     person_.pose_wanted(settings_.poses, pusher_->tip());
     if (auto held = wait_until_held(false); !held) return held;
     const Vector3 up = rig_.arm->X_world_base.rotation.conjugate() * Vector3::UnitY();

@@ -29,12 +29,13 @@ class ForcePerson {
 };
 
 struct ForceSessionSettings {
-  int poses = 5;              // 1 to 5
-  double ramp_s = 1.2;        // up and down again
-  double apart_m = 0.06;      // poses, from each other
-  double patience_s = 120.0;  // for a person to get there and hold the key
-  double weight_kg = 0.0;     // 0: none
-  int lifts = 4;              // of the weight, 3 or more
+  std::string key = "the space bar";  // what a person holds, in words
+  int poses = 5;                      // 1 to 5
+  double ramp_s = 1.2;                // up and down again
+  double apart_m = 0.06;              // poses, from each other
+  double patience_s = 120.0;          // for a person to get there and hold the key
+  double weight_kg = 0.0;             // 0: none
+  int lifts = 4;                      // of the weight, 3 or more
   const std::atomic<bool>* stop = nullptr;
   PushLimits limits;
 };

@@ -90,7 +90,8 @@ std::string instruction(const device::Request& request) {
       return std::string("Look at the scene as in use, and move the head slowly.") + kBegin;
     case Gesture::hold:
       return "Now the arm's forces: in five poses, a hand's breadth apart, it pushes the tip by at most 0.5 "
-             "N, and only while you hold the key that each pose names. Hold the stylus lightly, as a pen, "
+             "N, and only while you hold the key (the space bar, or the stylus' button that --key-button "
+             "names). Hold the stylus lightly, as a pen, "
              "about the middle of its reach. Enter when you do; n: not today, forces stay off.";
   }
   return "";
@@ -183,8 +184,7 @@ Expected<bool> GuidedPerson::ready() {
 
 void GuidedPerson::watch(double now_s, const device::ArmSample& arm,
                          std::span<const device::TrackerSample> tracked) {
-  for (const auto& sample : tracked)
-    for (Stillness* marker : {&stylus_, &pointer_, &head_}) marker->add(sample);
+  for (Stillness* marker : {&stylus_, &pointer_, &head_}) marker->watch(now_s, tracked);
   now_s_ = now_s;
   if (now_s_ >= observed_s_ + kObserved || observed_s_ < 0.0) {
     observed_s_ = now_s_;

@@ -17,21 +17,30 @@ struct MeanPose {
 
 void Stillness::add(const device::TrackerSample& sample) {
   if (sample.marker != marker_) return;
-  if (!sample.seen) {
-    window_.clear();
-    whole_ = false;
-    return;
-  }
+  if (!sample.seen) return lose();
   if (!window_.empty() && sample.stamp <= window_.back().stamp) {  // a clock begun anew, or said twice
     if (sample.stamp == window_.back().stamp) return;
-    window_.clear();
-    whole_ = false;
+    lose();
   }
   window_.push_back(sample);
   while (window_.back().stamp - window_.front().stamp > seconds(settings_.window_s)) {
     window_.pop_front();
     whole_ = true;
   }
+}
+
+void Stillness::lose() {
+  window_.clear();
+  whole_ = false;
+}
+
+void Stillness::watch(double now_s, std::span<const device::TrackerSample> samples) {
+  for (const auto& sample : samples) {
+    if (sample.marker != marker_) continue;
+    heard_s_ = now_s;
+    add(sample);
+  }
+  if (now_s > heard_s_ + settings_.silent_s) lose();
 }
 
 bool Stillness::still() const {

@@ -7,6 +7,7 @@
 
 #include <deque>
 #include <optional>
+#include <span>
 
 #include "palpate/device/devices.h"
 
@@ -16,6 +17,7 @@ struct StillnessSettings {
   double window_s = 0.4;
   double place = 0.4e-3, turn = 5e-3;  // a hand's tremor and a tracker's noise are below, a slow move is not
   double moved = 8e-3, turned = 0.08;  // either is a new pose
+  double silent_s = 0.5;
 };
 
 class Stillness {
@@ -24,6 +26,9 @@ class Stillness {
       : marker_(marker), settings_(settings) {}
 
   void add(const device::TrackerSample& sample);  // of other markers: nothing
+  // What has arrived by `now_s`, on any clock that goes on. A tracker may say nothing of a marker that it does not see:
+  // after `silent_s` without a word it is not seen.
+  void watch(double now_s, std::span<const device::TrackerSample> samples);
   bool seen() const { return !window_.empty(); }
   bool still() const;
   // Since take(); true before the first.
@@ -33,10 +38,13 @@ class Stillness {
   std::optional<device::TrackerSample> newest() const;
 
  private:
+  void lose();
+
   device::MarkerId marker_;
   StillnessSettings settings_;
   std::deque<device::TrackerSample> window_;
-  bool whole_ = false;  // it has been seen throughout
+  bool whole_ = false;    // it has been seen throughout
+  double heard_s_ = 0.0;  // when it was heard of last
   std::optional<device::TrackerSample> taken_;
 };
 

@@ -51,6 +51,23 @@ TEST(Stillness, ATremblingHandIsStillAndAHiddenMarkerIsNot) {
   EXPECT_FALSE(still.still()) << "what was before it was hidden does not count";
 }
 
+// A server that says nothing of a marker it does not see; others it does see.
+TEST(Stillness, OfWhatNothingIsHeardIsNotSeen) {
+  Stillness still(device::MarkerId::pointer);
+  double t = 0.0;
+  for (; t < 1.0; t += 0.01) {
+    const auto sample = at(t, Vector3(1, 2, 3));
+    still.watch(5.0 + t, {&sample, 1});
+  }
+  EXPECT_TRUE(still.still());
+  device::TrackerSample other = at(t, Vector3::Zero());
+  other.marker = device::MarkerId::tip_marker;
+  still.watch(5.0 + t + 0.3, {&other, 1});
+  EXPECT_TRUE(still.seen()) << "a tracker may stutter";
+  still.watch(5.0 + t + 0.6, {&other, 1});
+  EXPECT_FALSE(still.seen() || still.still() || still.newest());
+}
+
 // The far end of a tracker's volume: single poses lie up to 7 mrad from one another, and the marker rests.
 TEST(Stillness, ANoisyTrackerDoesNotHideThatAMarkerRestsNorThatItTurns) {
   Random random(2, "stillness");
