@@ -13,6 +13,7 @@
 #include "palpate/render/picture_looks.h"
 #include "palpate/render/picture_scene.h"
 #include "palpate/render/projection.h"
+#include "palpate/render/undistortion_map.h"
 
 namespace palpate::render {
 namespace {
@@ -53,6 +54,7 @@ struct Compositor::Impl {
   MeshBuffer unit_square{scene::rectangle_mesh(Vector3::Zero(), Vector3::UnitX(), Vector3::UnitY())};
   Texture image;
   Target layer, picture, model;
+  std::array<UndistortionMap, 2> maps;  // of the eyes' cameras, where the processor undoes their lenses
   std::function<void(const char*)> watcher;
 
   explicit Impl(const CompositorSettings& s)
@@ -77,11 +79,16 @@ struct Compositor::Impl {
     model = {};
   }
 
+  // Whether the processor undoes the lens: a software renderer takes three times as long for it.
+  bool undone_beforehand(const Viewpoint& eye) const {
+    return eye.image != nullptr && settings.lens_on_processor.value_or(context->is_software());
+  }
+
   // Uniforms of the shaders that look at the camera's image.
   void set_camera(Program& program, const Viewpoint& eye) {
     const device::CameraModel& c = eye.camera;
     std::array<double, 5> d{};
-    if (eye.image != nullptr) d = c.distortion;
+    if (eye.image != nullptr && !undone_beforehand(eye)) d = c.distortion;
     (eye.image != nullptr ? image : model.texture()).bind(0);
     program.use()
         .set("image", 0)
@@ -313,6 +320,21 @@ struct Compositor::Impl {
     return pixels[2] > 0 && pixels[3] > 0 ? pixels : std::array<int, 4>{0, 0, 0, 0};
   }
 
+  // The lens undone straight into the picture, of which only what virtual things touch goes through the renderer.
+  void draw_round_layer(const Viewpoint& eye, UndistortionMap& map, std::uint8_t* rgb, int stride) {
+    const Pose<CameraOptical, World> X_camera_world = eye.X_world_camera.inverse();
+    if (!map.is_of(eye.camera)) map = UndistortionMap(eye.camera);
+    map.undo(eye.image->rgb, rgb, stride);
+    done("background");
+    const auto box = touched(eye, X_camera_world);
+    if (box[2] <= 0) return;
+    image.upload(rgb, stride, box);
+    done("upload");
+    draw_layer(eye, projection_matrix(eye.camera, kNearest, kFar) * matrix4(X_camera_world), box);
+    picture.read_rgb(rgb, stride, box);
+    done("read");
+  }
+
   void draw_eye(const Viewpoint& eye) {
     const Pose<CameraOptical, World> X_camera_world = eye.X_world_camera.inverse();
     const Matrix4f to_clip = projection_matrix(eye.camera, kNearest, kFar) * matrix4(X_camera_world);
@@ -351,9 +373,16 @@ struct Compositor::Impl {
     done("shadows");
     const auto width = static_cast<std::size_t>(first.width);
     rgb.resize(3 * width * static_cast<std::size_t>(first.height) * eyes.size());
+    glFlush();  // what was asked for goes on while the processor looks at the image
+    const auto stride = static_cast<int>(width * eyes.size());
     for (std::size_t i = 0; i < eyes.size(); ++i) {
+      std::uint8_t* part = rgb.data() + 3 * width * i;
+      if (undone_beforehand(eyes[i])) {
+        draw_round_layer(eyes[i], maps[std::min(i, maps.size() - 1)], part, stride);
+        continue;
+      }
       draw_eye(eyes[i]);
-      picture.read_rgb(rgb.data() + 3 * width * i, static_cast<int>(width * eyes.size()));
+      picture.read_rgb(part, stride);
       done("read");
     }
   }

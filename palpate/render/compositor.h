@@ -54,6 +54,8 @@ struct CompositorSettings {
   int map_texels = 512;      // of the shadow maps by which bodies shade bodies, 64 to 4096; 0: they do not
   bool real_shadows = true;  // those of real things on surfaces are known: no place gets darker twice
   device::Encoding encoding = device::Encoding::root;
+  // Who undoes the camera's lens; where nothing is said the processor if it draws the rest, too. Both agree to two levels.
+  std::optional<bool> lens_on_processor;
 };
 
 // low: a software renderer keeps up with a camera; medium: the usual; high: with a graphics card.

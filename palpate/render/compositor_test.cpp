@@ -113,6 +113,34 @@ TEST(Compositor, UndoesTheLensOfTheBackground) {
   }
 }
 
+// By the processor and by the renderer, with a ball, its shadow and a noisy image, for two eyes of two lenses.
+TEST(Compositor, TheLensIsUndoneAlikeByTheProcessorAndTheRenderer) {
+  device::CameraImage image = grey_image(40);
+  for (std::size_t i = 0; i < image.rgb.size(); ++i)
+    image.rgb[i] = static_cast<std::uint8_t>(40 + (i * 7919) % 23);
+  device::CameraModel other = kCamera;
+  other.distortion[0] = -0.2;
+  const std::vector<Viewpoint> eyes{{&image, kCamera, kEye}, {&image, other, kEye}};
+  const scene::TriangleMesh ball = scene::sphere_mesh(0.02, 24, 48);
+  const scene::DrawItem item = ball_at(ball, {0.05, -1.49, 1.4});
+  for (const int samples : {1, 4}) {
+    std::vector<std::uint8_t> by_processor, by_renderer, nothing;
+    Compositor({.samples = samples, .lens_on_processor = true})
+        .draw(eyes, {&item, 1}, table_and_wall(), by_processor);
+    Compositor({.samples = samples, .lens_on_processor = false})
+        .draw(eyes, {&item, 1}, table_and_wall(), by_renderer);
+    Compositor({.samples = samples}).draw(eyes, {}, table_and_wall(), nothing);
+    ASSERT_EQ(by_processor.size(), by_renderer.size());
+    int farthest = 0, drawn = 0;
+    for (std::size_t i = 0; i < by_processor.size(); ++i) {
+      farthest = std::max(farthest, std::abs(by_processor[i] - by_renderer[i]));
+      drawn += std::abs(by_processor[i] - nothing[i]) > 10;
+    }
+    EXPECT_LE(farthest, 2) << samples;
+    EXPECT_GT(drawn, 2000) << "the ball and its shadow";
+  }
+}
+
 TEST(Compositor, RealThingsHideVirtualOnes) {
   Compositor compositor({.shadows = false});
   const device::CameraImage image = grey_image(90);

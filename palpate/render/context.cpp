@@ -121,6 +121,10 @@ Context::~Context() {
   eglDestroyContext(display_, context_);
 }
 
+bool Context::is_software() const {
+  return renderer_.find("llvmpipe") != std::string::npos || renderer_.find("softpipe") != std::string::npos;
+}
+
 bool Context::make_current() const {
   if (eglGetCurrentContext() == context_) return true;
   return eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_) == EGL_TRUE;

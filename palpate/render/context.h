@@ -27,6 +27,8 @@ class Context {
 
   // Cheap where it is current already. False on a thread that does not own the context.
   bool make_current() const;
+  // Whether the processor draws: then it does some things quicker by itself.
+  bool is_software() const;
   const std::string& renderer() const { return renderer_; }  // as the driver names itself
   const std::string& version() const { return version_; }    // OpenGL and driver
   const std::string& platform() const { return platform_; }  // "device", "surfaceless" or "default"

@@ -164,6 +164,18 @@ void Texture::upload(const void* pixels) {
   glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width_, height_, external, type, pixels);
 }
 
+void Texture::upload(const void* pixels, int stride, const std::array<int, 4>& box) {
+  glBindTexture(GL_TEXTURE_2D, handle_);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glPixelStorei(GL_UNPACK_ROW_LENGTH, stride);
+  glPixelStorei(GL_UNPACK_SKIP_PIXELS, box[0]);
+  glPixelStorei(GL_UNPACK_SKIP_ROWS, box[1]);
+  const auto [internal, external, type] = gl_format(format_);
+  glTexSubImage2D(GL_TEXTURE_2D, 0, box[0], box[1], box[2], box[3], external, type, pixels);
+  for (const GLenum name : {GL_UNPACK_ROW_LENGTH, GL_UNPACK_SKIP_PIXELS, GL_UNPACK_SKIP_ROWS})
+    glPixelStorei(name, 0);
+}
+
 void Texture::bind(int unit) const {
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
   glBindTexture(GL_TEXTURE_2D, handle_);
@@ -243,10 +255,15 @@ void Target::read_rgb(std::vector<std::uint8_t>& rgb) const {
 }
 
 void Target::read_rgb(std::uint8_t* rgb, int stride) const {
+  read_rgb(rgb, stride, {0, 0, width(), height()});
+}
+
+void Target::read_rgb(std::uint8_t* rgb, int stride, const std::array<int, 4>& box) const {
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glPixelStorei(GL_PACK_ROW_LENGTH, stride);
-  glReadPixels(0, 0, width(), height(), GL_RGB, GL_UNSIGNED_BYTE, rgb);
+  glReadPixels(box[0], box[1], box[2], box[3], GL_RGB, GL_UNSIGNED_BYTE,
+               rgb + 3 * (static_cast<std::ptrdiff_t>(stride) * box[1] + box[0]));
   glPixelStorei(GL_PACK_ROW_LENGTH, 0);
 }
 

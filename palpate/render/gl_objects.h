@@ -6,6 +6,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -58,6 +59,8 @@ class Texture {
 
   // Bytes of r8, rg8, rgb8, rgba8 (rows packed), or floats of rg32f.
   void upload(const void* pixels);
+  // The rectangle x, y, width, height of a picture that begins at `pixels` and whose rows are `stride` pixels apart.
+  void upload(const void* pixels, int stride, const std::array<int, 4>& box);
   void bind(int unit) const;
   int width() const { return width_; }
   int height() const { return height_; }
@@ -93,6 +96,8 @@ class Target {
   void read_rgb(std::vector<std::uint8_t>& rgb) const;
   // The same into a part of a wider picture: `rgb` is where row 0 begins, rows are `stride` pixels apart.
   void read_rgb(std::uint8_t* rgb, int stride) const;
+  // And of that one only the rectangle x, y, width, height.
+  void read_rgb(std::uint8_t* rgb, int stride, const std::array<int, 4>& box) const;
   explicit operator bool() const { return framebuffer_ != 0; }
 
  private:
