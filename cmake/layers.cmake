@@ -49,7 +49,7 @@ set(PALPATE_THREADED core time record transport)
 
 # Where memory is at risk from what others send: the address sanitizer runs the tests of these for every change (target
 # checked_tests, label checked), and those of all modules in scripts/long. Readers of files are fuzzed besides.
-set(PALPATE_CHECKED transport physics/tissue)
+set(PALPATE_CHECKED transport)
 
 # PALPATE_TEST_OPTIONS are the tests' own compiler options. Tests that compute much themselves are compiled as the program
 # is all the same, and so are the loader's, which hold the program's libraries whole.
