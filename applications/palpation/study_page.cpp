@@ -30,9 +30,13 @@ std::string words_about(const Finding& finding) {
            "alike: "
            "above 1 the late one feels softer than it is, below 1 stiffer.";
   if (finding.name == "sense-off") return "Every place feels alike but for the noise: no curve is expected.";
+  const std::string unit =
+      finding.varied == Varied::closeness
+          ? " The table has it as one over the depth of the nodule's top, 1/mm; the plots have mm."
+          : "";
   return "Which of two places has a nodule under it. The threshold is where three of four answers are right, "
-         "but for "
-         "lapses.";
+         "but for lapses." +
+         unit;
 }
 
 // Depth in place of its inverse at the axis.
@@ -63,6 +67,8 @@ figures::Section section_of(const Finding& finding) {
   for (const auto& fit : finding.fits) {
     auto plot = experiment::plot_of(fit, task, finding.conditions.stimulus);
     if (finding.varied == Varied::closeness) plot = over_depth(std::move(plot));
+    if (finding.varied == Varied::diameter) plot.x_label = "diameter of the nodule, mm";
+    if (finding.varied == Varied::ratio) plot.x_label = "stiffness of the nodule over the block's, less 1";
     row.push_back(std::move(plot));
     if (row.size() < kStudyPlotsOfARow && &fit != &finding.fits.back()) continue;
     section.blocks.emplace_back(std::exchange(row, {}));
