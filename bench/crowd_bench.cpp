@@ -7,8 +7,8 @@
 // Late: the reply was not there 10 ms after the request, when the frame would have been drawn. Overruns and
 // memory are the server's.
 //
-// Then a server whose physics loop moves a surface of 10,000 vertices 120 times a second, and one graphics
-// server that asks for it with every frame, 30 times a second, or for the state alone.
+// Then a server whose physics loop moves a surface of 10,000 vertices 120 times a second, and two graphics
+// servers that ask for it with every frame, 30 times a second, or for the state alone.
 //   crowd_bench [seconds per leg = 20; the second one takes three times as long]
 #include <fmt/format.h>
 #include <signal.h>
@@ -265,7 +265,7 @@ int main(int argc, char** argv) {
     run_legs("serve", {{.name = "five graphics servers", .length_s = length_s},
                        {.name = "in bad company", .length_s = 3 * length_s, .crowd = true},
                        {.name = "five, again", .length_s = length_s}});
-    const Leg unasked{.name = "surface, not asked for", .length_s = length_s, .clients = 1, .rate_hz = 30.0};
+    const Leg unasked{.name = "surface, not asked for", .length_s = length_s, .clients = 2, .rate_hz = 30.0};
     Leg asked = unasked;
     asked.name = "10,000 vertices at 30 Hz";
     asked.shape = true;
