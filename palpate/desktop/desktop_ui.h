@@ -79,6 +79,9 @@ class DesktopUi {
            const std::vector<server::graphics::Condition>& conditions,
            const ClockSync<GraphicsClock, PhysicsClock>& sync);
 
+  // To the person, for some seconds: what a key did, what has changed by itself.
+  void say(std::string words, Instant<GraphicsClock> now);
+
   // Why a headset beside the window shows nothing new; none: it does, or there is none.
   void set_headset_trouble(const std::optional<std::string>& words) { headset_trouble_ = words; }
 
@@ -106,7 +109,6 @@ class DesktopUi {
             const DesktopUiOptions& options);
   bool obey(Key key, Instant<GraphicsClock> now, transport::StateLink& link);
   void program_or_person(Instant<GraphicsClock> now);
-  void say(std::string words, Instant<GraphicsClock> now);
   KeysInUse keys_in_use() const;
   void take_over(Instant<GraphicsClock> now);
   void take_picture(const server::graphics::FrameRecord& frame);
@@ -133,7 +135,7 @@ class DesktopUi {
   std::optional<std::string> headset_trouble_;
 
   std::optional<Instant<GraphicsClock>> begun_, drawn_, status_asked_, taken_over_, said_at_;
-  std::string said_;  // what a key did that cannot be seen at once
+  std::string said_;  // what has changed and cannot be seen at once
   std::optional<device::HandTarget> left_;
   HudContent content_;
   server::graphics::FrameRecord frame_;  // without pixels

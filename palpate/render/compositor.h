@@ -63,6 +63,9 @@ enum class Quality : std::uint8_t { low, medium, high };
 CompositorSettings settings_of(Quality quality);
 std::string_view quality_word(Quality quality);
 Expected<Quality> parse_quality(std::string_view word);  // wrong use where it is another word
+// The same where `auto` leaves the choice to the program: none.
+std::string_view quality_choice_word(std::optional<Quality> quality);
+Expected<std::optional<Quality>> parse_quality_choice(std::string_view word);
 
 // One view: an image, the calibrated camera that took it (lens undone by its distortion, drawn with its focal
 // lengths and centre) and where it was. Without an image the real things are drawn as plain shapes: a view

@@ -33,6 +33,17 @@ Expected<Quality> parse_quality(std::string_view word) {
   return wrong_use("--quality '{}': low, medium or high is expected", excerpt(word));
 }
 
+std::string_view quality_choice_word(std::optional<Quality> quality) {
+  return quality ? quality_word(*quality) : "auto";
+}
+
+Expected<std::optional<Quality>> parse_quality_choice(std::string_view word) {
+  if (word == quality_choice_word(std::nullopt)) return std::nullopt;
+  const auto quality = parse_quality(word);
+  if (!quality) return wrong_use("--quality '{}': auto, low, medium or high is expected", excerpt(word));
+  return *quality;
+}
+
 std::vector<std::uint8_t> biocular(std::span<const std::uint8_t> rgb, int width, int height) {
   const auto row = 3 * static_cast<std::size_t>(std::max(width, 0));
   if (width <= 0 || height <= 0 || rgb.size() != row * static_cast<std::size_t>(height))

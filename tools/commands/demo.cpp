@@ -19,7 +19,7 @@ struct DemoArguments {
   demo::DemoOptions demo;
   SettingsOptions settings;
   RecordOptions record;
-  std::string world, quality = "medium", monitor;
+  std::string world, quality = "auto", monitor;
   bool stereo = false, headless = false, two_hosts = false, insecure = false;
   bool seconds_said = false;
 };
@@ -43,7 +43,9 @@ void add_play_options(CLI::App& command, DemoArguments& options) {
 }
 
 void add_picture_options(CLI::App& command, DemoArguments& options) {
-  command.add_option("--quality", options.quality, "Of the pictures: low, medium or high")
+  command
+      .add_option("--quality", options.quality,
+                  "Of the pictures: low, medium, high, or auto: by what is missed (in lock-step medium)")
       ->capture_default_str();
   command.add_flag("--stereo", options.stereo,
                    "Two cameras on the head, and a picture for each eye: side by side");
@@ -71,7 +73,7 @@ void add_network_options(CLI::App& command, DemoArguments& options) {
 }
 
 Expected<void> choose_pictures(DemoArguments& options) {
-  const auto quality = render::parse_quality(options.quality);
+  const auto quality = render::parse_quality_choice(options.quality);
   if (!quality) return tl::unexpected(quality.error());
   options.demo.quality = *quality;
   if (options.demo.headset) {  // known now, not after the calibration
@@ -123,7 +125,7 @@ std::string command_line(const DemoArguments& options) {
   if (const auto* from = plugins().origin_of_application(demo.application))
     line += " --plugin " + from->file.string();
   if (demo.application != default_application(demo.applications)) line += " --app " + demo.application;
-  if (demo.quality != render::Quality::medium) line += " --quality " + options.quality;
+  if (demo.quality) line += " --quality " + options.quality;
   if (!options.world.empty()) line += " --world " + options.world;
   if (options.stereo) line += " --stereo";
   line += typed(options.settings);

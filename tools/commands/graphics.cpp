@@ -21,8 +21,8 @@ namespace palpate::tools::commands {
 namespace {
 
 struct GraphicsOptions {
-  std::string rig = "rig.toml", world, json, tracker, publish, camera = "lab", right_camera,
-              quality = "medium", hand = "none", lab = "lab";
+  std::string rig = "rig.toml", world, json, tracker, publish, camera = "lab", right_camera, quality = "auto",
+              hand = "none", lab = "lab";
   CameraOptions camera_options;
   RecordOptions record;
   std::vector<std::string> tools;
@@ -81,7 +81,9 @@ void add_picture_options(CLI::App& command, GraphicsOptions& options) {
           "The hand that holds the arm's stylus and that the camera sees: right or left; virtual things "
           "behind it are not drawn over it")
       ->capture_default_str();
-  command.add_option("--quality", options.quality, "Of the picture: low, medium or high")
+  command
+      .add_option("--quality", options.quality,
+                  "Of the picture: low, medium, high, or auto: by what is missed")
       ->capture_default_str();
   command.add_flag("--player", options.process.player, "Let the scripted player hold the stylus");
   auto* window = command.add_flag(
@@ -206,7 +208,7 @@ Expected<void> choose_picture(GraphicsOptions& options) {
   if (options.headset_distance_said) options.process.headset_distance = options.headset_distance;
   if (options.process.headset && options.process.biocular)
     return wrong_use("--biocular: a headset shows each eye its picture by itself; leave it out");
-  const auto quality = render::parse_quality(options.quality);
+  const auto quality = render::parse_quality_choice(options.quality);
   if (!quality) return tl::unexpected(quality.error());
   options.process.quality = *quality;
   const auto hands = device::holding_hand_words();

@@ -19,7 +19,7 @@ namespace palpate::tools::commands {
 namespace {
 
 struct PlayArguments {
-  std::string rig = "desk.rig.toml", camera = "v4l2", quality = "medium", monitor, json;
+  std::string rig = "desk.rig.toml", camera = "v4l2", quality = "auto", monitor, json;
   CameraOptions camera_options;
   RecordOptions record;
   SettingsOptions settings;
@@ -35,7 +35,7 @@ Expected<void> play(PlayArguments& options) {
       !fine)
     return fine;
   options.play.settings = std::move(chosen->settings);
-  const auto quality = render::parse_quality(options.quality);
+  const auto quality = render::parse_quality_choice(options.quality);
   if (!quality) return tl::unexpected(quality.error());
   if (!options.monitor.empty()) {
     const auto view = desktop::parse_monitor_view(options.monitor);
@@ -88,7 +88,9 @@ void add_play(CLI::App& program) {
   add_application_option(*command, options->play.application);
   add_settings_options(*command, options->settings, known_applications());
   command->add_option("--seed", options->play.seed, "Seed of the application")->capture_default_str();
-  command->add_option("--quality", options->quality, "Of the picture: low, medium or high")
+  command
+      ->add_option("--quality", options->quality,
+                   "Of the picture: low, medium, high, or auto: by what is missed")
       ->capture_default_str();
   command
       ->add_option("--monitor", options->monitor,

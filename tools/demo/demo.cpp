@@ -241,7 +241,8 @@ Expected<void> Demo::play_in_lockstep() {
   progress_.begin(options_.window ? kSecondPlay : kFirstPlay);
   auto scene_view = options_.applications.make_view(scene_);
   if (!scene_view) return tl::unexpected(scene_view.error());
-  server::graphics::FrameRenderer pictures(rig_, scene_, std::move(*scene_view), options_.quality);
+  server::graphics::FrameRenderer pictures(rig_, scene_, std::move(*scene_view),
+                                           options_.quality.value_or(render::Quality::medium));
   const auto& lens = rig_.camera->model;
   auto video = render::VideoFile::create(options_.out / "video.mp4", options_.world.camera.count * lens.width,
                                          lens.height, picture_rate(options_));

@@ -39,9 +39,9 @@ struct DemoOptions {
   std::filesystem::path program;  // this executable, for the real-time run; empty leaves that run out
   std::string command;            // as typed, for the report
   bool quick = false;
-  render::Quality quality = render::Quality::medium;  // of the pictures
-  std::optional<desktop::MonitorView> monitor;        // beside the window, for those who look on
-  bool headset = false;                               // the real-time run's pictures in a headset as well
+  std::optional<render::Quality> quality;  // of the pictures; none: by what is missed, in lock-step medium
+  std::optional<desktop::MonitorView> monitor;  // beside the window, for those who look on
+  bool headset = false;                         // the real-time run's pictures in a headset as well
   bool window = false;  // on this machine's display: the real-time run comes first, and a person may play it
   std::optional<TwoHostsOptions> two_hosts;  // for the real-time run
   std::filesystem::path record;              // a new file for a recording of that run; empty: none

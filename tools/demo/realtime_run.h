@@ -27,7 +27,7 @@ struct RealtimeRunOptions {
   std::filesystem::path world;  // file
   std::filesystem::path out;    // folder for its raw files
   std::uint64_t seed = 1;
-  render::Quality quality = render::Quality::medium;  // of the pictures
+  std::optional<render::Quality> quality;  // of the pictures; none: by what is missed
   double seconds = 10.0;
   // Physics and graphics on hosts of their own, and the cable between them pulled in the middle of the run.
   std::optional<TwoHostsOptions> two_hosts;

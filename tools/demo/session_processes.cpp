@@ -64,7 +64,7 @@ std::vector<std::string> physics_arguments(const SessionProcesses& session) {
 std::vector<std::string> graphics_arguments(const SessionProcesses& session) {
   const GraphicsServerProcess& graphics = session.graphics;
   Arguments arguments({"graphics"});
-  arguments.option("--quality", std::string(render::quality_word(graphics.quality)))
+  arguments.option("--quality", std::string(render::quality_choice_word(graphics.quality)))
       .flag("--player", graphics.player)
       .option("--seconds", fmt::format("{}", graphics.seconds))
       .option("--disguise-offset-s", fmt::format("{:.9f}", graphics.clock.offset_s))

@@ -33,7 +33,7 @@ struct PhysicsServerProcess {
 
 struct GraphicsServerProcess {
   transport::ServerName connect;
-  render::Quality quality = render::Quality::medium;
+  std::optional<render::Quality> quality;  // none: by what is missed
   bool player = false;
   double seconds = 0.0;
   sim::config::ClockSettings clock;  // what its clock is disguised with

@@ -61,7 +61,7 @@ TEST(SessionProcesses, APersonAtAWindowAndTwoHostsWithKeysOrWithout) {
             words("physics --app pingpong --serve-pause-s 0.8 --listen tcp://192.0.2.1:5555 --keys "
                   "keys/physics --rig desk.toml --lab desk --world arm.toml --seed 1"));
   EXPECT_EQ(graphics_arguments(session),
-            words("graphics --quality medium --seconds 0 --disguise-offset-s 0.000000000 "
+            words("graphics --quality auto --seconds 0 --disguise-offset-s 0.000000000 "
                   "--disguise-drift-ppm 0.000000 --window --mouse --headset --monitor outside --connect "
                   "tcp://192.0.2.1:5555 --insecure --rig desk.toml --lab desk --world arm.toml --seed 1"));
 }

@@ -44,12 +44,12 @@ FrameRenderer::FrameRenderer(const rig::Rig& rig, const scene::SceneDescription&
     : left_{with_corners(rig), vision::overlay_knowledge(with_corners(rig))},
       scene_(scene),
       scene_view_(std::move(scene_view)),
-      compositor_(picture_settings(rig, quality)),
       outside_viewpoint_(render::onlooker(scene.surfaces, rig.camera->model.width, rig.camera->model.height)),
       players_camera_(
           rig::has_two_eyes(rig)
               ? render::PlayersCamera(rig.camera->model, rig.right_camera->model, rig::right_in_left(rig))
               : render::PlayersCamera(rig.camera->model, !rig.board)) {
+  set_quality(quality);
   if (!rig.board)
     furniture_.emplace(render::table_of(scene.surfaces).corners, picture_settings(rig, quality).light.lamp);
   auto objects = RealObjects::read(rig);
@@ -60,6 +60,12 @@ FrameRenderer::FrameRenderer(const rig::Rig& rig, const scene::SceneDescription&
   rig::Rig right = rig::right_eye_rig(rig);
   vision::OverlayKnowledge known = vision::overlay_knowledge(right);
   right_ = {std::move(right), std::move(known)};
+}
+
+void FrameRenderer::set_quality(render::Quality quality) {
+  auto& compositor = compositors_.at(static_cast<std::size_t>(quality));
+  if (!compositor) compositor = std::make_unique<render::Compositor>(picture_settings(rig_, quality));
+  compositor_ = compositor.get();
 }
 
 Expected<void> FrameRenderer::find(const device::CameraImage& image,
@@ -182,7 +188,7 @@ void FrameRenderer::draw(const device::CameraImage& image, const device::CameraI
   std::vector<render::Viewpoint> eyes{{&image, rig_.camera->model, record.X_world_camera}};
   if (right != nullptr && record.right)
     eyes.push_back({right, right_->rig.camera->model, record.right->X_world_camera});
-  compositor_.draw(eyes, items, real, record.rgb);
+  compositor_->draw(eyes, items, real, record.rgb);
   if (record.two_eyes) {
     // While the right camera is silent both eyes see the same: nothing leaves its place, and nothing has
     // depth.
@@ -205,7 +211,7 @@ const render::OutsidePicture& FrameRenderer::outside(const FrameRecord& record) 
   outside_.frame = record.number;
   outside_.width = outside_viewpoint_.camera.width;
   outside_.height = outside_viewpoint_.camera.height;
-  compositor_.draw({&outside_viewpoint_, 1}, items, real, outside_.rgb);
+  compositor_->draw({&outside_viewpoint_, 1}, items, real, outside_.rgb);
   return outside_;
 }
 

@@ -5,6 +5,7 @@
 // no OpenGL is to be had.
 #pragma once
 
+#include <array>
 #include <memory>
 
 #include "palpate/render/compositor.h"
@@ -33,6 +34,8 @@ class FrameRenderer : public FramePipeline {
                 std::unique_ptr<scene::SceneView> scene_view,
                 render::Quality quality = render::Quality::medium);
 
+  // Draws so from now on. What a level needs is made when it is first asked for, which takes some frames' time.
+  void set_quality(render::Quality quality);
   // The hand at the stylus, as the camera sees it: it hides virtual things.
   void set_hand(device::HoldingHand hand) { hand_ = hand; }
   // Score and rally stand in the picture's corner, unless somebody else shows them.
@@ -78,7 +81,8 @@ class FrameRenderer : public FramePipeline {
   scene::SceneDescription scene_;
   std::unique_ptr<scene::SceneView> scene_view_;
   RealObjects objects_;
-  render::Compositor compositor_;
+  std::array<std::unique_ptr<render::Compositor>, 3> compositors_;  // of each quality, once it was drawn with
+  render::Compositor* compositor_ = nullptr;                        // the one in use
   render::Viewpoint outside_viewpoint_;
   render::PlayersCamera players_camera_;
   std::optional<render::Furniture> furniture_;  // of a table in a room; what a desk stands on nobody knows

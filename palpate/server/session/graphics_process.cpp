@@ -296,6 +296,10 @@ Expected<void> GraphicsProcess::tick() {
 
 void GraphicsProcess::show_frame() {
   const graphics::FrameRecord& frame = side_->finish(clock_.now(), program_plays());
+  if (const auto words = side_->choose_quality(frame, clock_.now())) {
+    kLog.write(LogLevel::info, *words);
+    screens_->say(*words);
+  }
   ++frames_;
   late_ += frame.late ? 1 : 0;
   if (played_ && frame.have_state) {
@@ -374,6 +378,9 @@ Json GraphicsProcess::figures() const {
   const bool two_eyes = side_->devices().right_camera() != nullptr;
   result["graphics"] = {{"rate_hz", elapsed > 0 ? static_cast<double>(frames_) / elapsed : 0.0}};
   result["graphics"]["eyes"] = two_eyes ? 2 : 1;
+  if (const auto& quality = side_->quality())
+    result["graphics"]["quality"] = {{"at_the_end", render::quality_word(quality->quality())},
+                                     {"changes", quality->changes()}};
   if (two_eyes) result["graphics"]["unpaired"] = side_->server().unpaired();
   result["graphics"]["conditions"] = side_->server().health().begun();
   result["begun_monotonic_ns"] = clock_.to_monotonic(begun_);

@@ -78,6 +78,10 @@ void GraphicsScreens::show_to_others(const graphics::FrameRecord& frame) {
     monitor_->show({frame, ui_->from_outside(), ui_->content()}, options_.rig.camera->model.width, clock_);
 }
 
+void GraphicsScreens::say(const std::string& words) {
+  if (ui_) ui_->say(words, clock_.now());
+}
+
 bool GraphicsScreens::act() {
   act_for_headset();
   const graphics::GraphicsServer& server = side_.server();

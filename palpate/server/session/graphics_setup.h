@@ -37,7 +37,8 @@ struct GraphicsSetup {
       false;  // each camera's clock is found by itself, also where they have one in common
   graphics::GraphicsSettings graphics;
   Pixels pixels = Pixels::drawn;
-  render::Quality quality = render::Quality::medium;  // of the picture
+  // Of the picture; none: chosen from what is missed (quality_choice.h).
+  std::optional<render::Quality> quality = render::Quality::medium;
   // That holds the stylus and is seen there: virtual things behind it are not drawn over it.
   device::HoldingHand hand = device::HoldingHand::none;
   // Who holds the stylus: the scripted player, a mouse; with both, the mouse from its first movement on.

@@ -1,5 +1,6 @@
 #include "palpate/server/session/graphics_side.h"
 
+#include "palpate/render/context.h"
 #include "palpate/scene/generic_view.h"
 
 namespace palpate::server::session {
@@ -28,7 +29,11 @@ Expected<void> GraphicsSide::make_renderer(const GraphicsSetup& setup) {
                   ? setup.applications.make_view(scene_)
                   : std::make_unique<scene::GenericView>(scene_.application, scene_.shape_vertices);
   if (!view) return tl::unexpected(view.error());
-  renderer_.emplace(setup.rig, scene_, std::move(*view), setup.quality);
+  // Where the processor draws it has little to spare beside the loops.
+  const auto drawing = render::Context::required();
+  const auto first = drawing->is_software() ? render::Quality::low : render::Quality::medium;
+  renderer_.emplace(setup.rig, scene_, std::move(*view), setup.quality.value_or(first));
+  if (!setup.quality) quality_.emplace(first);
   renderer_->set_hand(setup.hand);
   return {};
 }
@@ -46,6 +51,14 @@ const graphics::FrameRecord& GraphicsSide::finish(Instant<GraphicsClock> now, bo
   const graphics::FrameRecord& frame = server_->finish_frame(now);
   if (player_ && player_sees) player_->show(frame, *server_);
   return frame;
+}
+
+std::optional<std::string> GraphicsSide::choose_quality(const graphics::FrameRecord& frame,
+                                                        Instant<GraphicsClock> drawn) {
+  if (!quality_ || frame.rgb.empty()) return std::nullopt;
+  auto words = quality_->frame(drawn, drawn - frame.begun, frame.camera_frame, frame.stamp);
+  if (words) renderer_->set_quality(quality_->quality());
+  return words;
 }
 
 void GraphicsSide::lead_hand(Instant<GraphicsClock> now) {

@@ -19,6 +19,7 @@
 #include "palpate/scene/application_registry.h"
 #include "palpate/server/graphics/frame_renderer.h"
 #include "palpate/server/graphics/graphics_server.h"
+#include "palpate/server/graphics/quality_choice.h"
 #include "palpate/server/session/graphics_devices.h"
 #include "palpate/transport/state_link.h"
 
@@ -46,6 +47,10 @@ class GraphicsSide {
   bool begin(Instant<GraphicsClock> now) { return !server_->frame_begun() && server_->begin_frame(now); }
   // The frame that was begun, drawn; valid until the next one. The player sees it where it plays.
   const graphics::FrameRecord& finish(Instant<GraphicsClock> now, bool player_sees = true);
+  // To be told of each frame when it has been drawn: where its quality is chosen here and becomes another, why.
+  std::optional<std::string> choose_quality(const graphics::FrameRecord& frame, Instant<GraphicsClock> drawn);
+  // None: it was chosen beforehand.
+  const std::optional<graphics::QualityChoice>& quality() const { return quality_; }
   // The player leads the hand; nothing where there is no player.
   void lead_hand(Instant<GraphicsClock> now);
 
@@ -69,6 +74,7 @@ class GraphicsSide {
   std::unique_ptr<transport::StateLink> link_;
   scene::SceneDescription scene_;
   std::optional<graphics::FrameRenderer> renderer_;
+  std::optional<graphics::QualityChoice> quality_;
   graphics::NullFramePipeline blind_;
   std::optional<graphics::GraphicsServer> server_;
   std::optional<desktop::ScriptedUser> player_;
