@@ -13,6 +13,7 @@
 #include "palpate/core/csv_file.h"
 #include "palpate/core/expected.h"
 #include "palpate/sim/true_view.h"
+#include "palpate/time/instant.h"
 
 namespace palpate::sim {
 
