@@ -373,11 +373,11 @@ void HapticLoop::keep(Instant<PhysicsClock> now, const RequestedForce& requested
   ++statistics_.ticks;
   statistics_.limited_ticks += limiter_.limited() || clamp_.tripped();
   statistics_.peak_limited_ticks += limiter_.limited() && limiter_.at_peak();
-  statistics_.fault_ticks += fault != ForceFault::none;
+  statistics_.fault_ticks += fault != ForceFault::none && clamp_.last() == Vector3::Zero();
   statistics_.damped_ticks += passivity_.injected() > 0.0;
   statistics_.warm_ticks += heat_.warm();
   records_->push({now, joints_, tip_.X_world_tip.translation, requested.continuous + requested.impact,
-                  clamp_.last(), fault, guard_.state(), tip_.velocity.norm()});
+                  clamp_.last(), fault, guard_.state(), tip_.velocity.norm(), guard_.strength().outage_s()});
 
   const bool became_safe = guard_.state() == ForceState::safe && told_.state != ForceState::safe;
   // A released button is a wish.

@@ -85,7 +85,8 @@ struct HapticSettings {
 
 struct HapticStatistics {
   // limited: another force was given than requested; peak_limited: of these, where the peak cut it. The
-  // others could not rise or fall as quickly, paid back what was held off, or faded.
+  // others could not rise or fall as quickly, paid back what was held off, or faded. fault: 0 N was commanded
+  // through a fault.
   std::uint64_t ticks = 0, limited_ticks = 0, peak_limited_ticks = 0, fault_ticks = 0, bad_samples = 0,
                 damped_ticks = 0, warm_ticks = 0;
   std::uint64_t outages = 0;  // brief ones (ForceStrength): forces came back to what there was

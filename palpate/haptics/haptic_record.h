@@ -22,10 +22,12 @@ struct HapticRecord {
   Vector3 tip, requested, commanded;  // m, N in World; N in ArmBase
   ForceFault fault = ForceFault::none;
   ForceState state = ForceState::ready;
-  double speed = 0.0;  // of the tip, m/s
+  double speed = 0.0;     // of the tip, m/s
+  double outage_s = 0.0;  // of the outage under way or of the last one, as device::ForceStrength counts it
 };
 
-// Forces were on and a fault took them, or it made the state safe.
+// Forces were on and a fault took them, or it made the state safe. An outage or a trip: how long it lasts tells
+// (LoggedTrip).
 struct HapticTrip {
   std::uint64_t tick = 0;  // 1, 2, ...
   Instant<PhysicsClock> time;
@@ -42,6 +44,7 @@ class HapticRecords {
     Packed p;
     p.time_ns = r.time.ns();
     p.speed = r.speed;
+    p.outage_s = r.outage_s;
     p.fault = static_cast<std::uint8_t>(r.fault);
     p.state = static_cast<std::uint8_t>(r.state);
     p.joint_count = static_cast<std::uint8_t>(r.joints.size());
@@ -64,14 +67,15 @@ class HapticRecords {
                         at(6),
                         static_cast<ForceFault>(p.fault),
                         static_cast<ForceState>(p.state),
-                        p.speed};
+                        p.speed,
+                        p.outage_s};
   }
 
  private:
   struct Packed {
     std::int64_t time_ns = 0;
     std::array<double, 9 + device::kMostJoints> numbers{};
-    double speed = 0.0;
+    double speed = 0.0, outage_s = 0.0;
     std::uint8_t fault = 0, state = 0, joint_count = 0;
     std::array<std::uint8_t, 5> unused{};
   };

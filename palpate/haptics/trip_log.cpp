@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "palpate/core/csv.h"
@@ -46,6 +47,7 @@ bool TripLog::look() {
 void TripLog::follow(const HapticRecord& record) {
   auto& newest = trips_.back();
   newest.away_s = to_seconds(record.time - newest.trip.time);
+  if (std::isfinite(record.outage_s)) newest.outage_s = std::max(0.0, record.outage_s);
   if (record.fault == ForceFault::none && record.state != ForceState::safe) {
     newest.returned = true;
     open_ = false;
@@ -62,13 +64,34 @@ void TripLog::set_file(std::uint64_t trip_tick, std::string name) {
   if (of != trips_.rend()) of->file = std::move(name);
 }
 
+TripSummary summary_of(const std::vector<LoggedTrip>& trips) {
+  TripSummary summary;
+  for (const LoggedTrip& logged : trips) {
+    const std::string cause(name_of(logged.trip.fault));
+    if (logged.is_trip()) {
+      ++summary.trips;
+      ++summary.trip_causes[cause];
+    } else {
+      ++summary.outages;
+      ++summary.outage_causes[cause];
+    }
+    if (heals(logged.trip.fault))
+      summary.longest_outage_s = std::max({summary.longest_outage_s, logged.outage_s, logged.away_s});
+  }
+  return summary;
+}
+
 std::string trips_csv(const std::vector<LoggedTrip>& trips, Instant<PhysicsClock> begun,
                       const HapticLoop& loop) {
-  CsvWriter csv({"time_s", "tick", "cause", "who", "away_s", "returned", "lost_n_s", "file"});
-  for (const auto& [trip, away_s, lost_n_s, returned, file] : trips)
+  CsvWriter csv(
+      {"time_s", "tick", "cause", "who", "away_s", "returned", "lost_n_s", "file", "outage_s", "kind"});
+  for (const LoggedTrip& logged : trips) {
+    const auto& [trip, away_s, lost_n_s, outage_s, returned, file] = logged;
     csv.row({fmt::format("{:.4f}", to_seconds(trip.time - begun)), fmt::format("{}", trip.tick),
              std::string(name_of(trip.fault)), loop.name_of(trip.culprit), fmt::format("{:.4f}", away_s),
-             returned ? "1" : "0", number_text(lost_n_s), file});
+             returned ? "1" : "0", number_text(lost_n_s), file, fmt::format("{:.4f}", outage_s),
+             logged.is_trip() ? "trip" : "outage"});
+  }
   return csv.content();
 }
 

@@ -61,6 +61,41 @@ TEST(TripLog, EveryTripHasItsTimeItsCauseAndWhatTheHandLost) {
               2 * kTickOfTrips);
 }
 
+// The stamps stand still for so many ticks; an outage begins 5 ms after the last that moved on.
+TEST(TripLog, AnOutageIsBriefOrATripByRealTime) {
+  Interrupted run;
+  for (const int silent : {12, 30, 54, 57, 90, 300}) {
+    run.outage(silent, 1200);
+    run.log.look();
+    ASSERT_FALSE(run.log.trips().empty());
+    const LoggedTrip& newest = run.log.trips().back();
+    EXPECT_TRUE(newest.returned);
+    EXPECT_NEAR(newest.outage_s, (silent - 4) * kTickOfTrips, 1.01 * kTickOfTrips);
+    EXPECT_EQ(newest.is_trip(), silent > 55) << silent;
+  }
+  const TripSummary summary = summary_of(run.log.trips());
+  EXPECT_EQ(summary.outages, 3u);
+  EXPECT_EQ(summary.trips, 3u);
+  EXPECT_EQ(summary.trip_causes, (std::map<std::string, std::uint64_t>{{"arm silent", 3}}));
+  EXPECT_EQ(summary.outage_causes, (std::map<std::string, std::uint64_t>{{"arm silent", 3}}));
+  EXPECT_NEAR(summary.longest_outage_s, 0.296, 0.002);
+}
+
+// Between two ticks the loop itself stands still: no tick was there to count it.
+TEST(TripLog, AStallOfTheLoopCountsWithTheTimeThatPassed) {
+  Interrupted run;
+  for (const int ms : {8, 40, 70}) {
+    run.bench.now += seconds(1e-3 * ms);
+    run.bench.live(1200);
+    run.log.look();
+    ASSERT_FALSE(run.log.trips().empty());
+    EXPECT_EQ(run.log.trips().back().trip.fault, ForceFault::late_tick);
+    EXPECT_NEAR(run.log.trips().back().outage_s, 1e-3 * (ms - 4), 2.01 * kTickOfTrips);
+    EXPECT_EQ(run.log.trips().back().is_trip(), ms > 55);
+  }
+  EXPECT_EQ(run.log.trips().size(), 3u);
+}
+
 TEST(TripLog, SeveralTripsBetweenTwoLooksAreAllThere) {
   Interrupted often, seldom;
   for (int i = 0; i < 5; ++i) {
@@ -104,6 +139,7 @@ TEST(TripLog, ForcesAreBackOnceSomebodyHasRearmed) {
   ASSERT_EQ(run.log.trips().size(), 1u);
   EXPECT_EQ(run.log.trips()[0].trip.fault, ForceFault::overspeed);
   EXPECT_FALSE(run.log.trips()[0].returned);
+  EXPECT_TRUE(run.log.trips()[0].is_trip());
   EXPECT_GT(run.log.trips()[0].away_s, 200 * kTickOfTrips);
   ASSERT_TRUE(run.bench.loop.rearm());
   run.bench.live(5);

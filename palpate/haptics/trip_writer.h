@@ -36,6 +36,8 @@ class TripWriter {
 
   // Writes what is still to be written and ends the thread. Once; then the counts are final.
   void stop();
+  // After stop(): every one.
+  const TripLog& log() const { return log_; }
   std::uint64_t written() const { return written_.load(); }
   std::uint64_t left_out() const { return left_out_.load(); }
 

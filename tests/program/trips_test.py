@@ -55,10 +55,15 @@ class Trips(LaboratoryTest):
             with open(file, encoding="utf-8") as trip:
                 told.append(trip.readline().removeprefix("# tripped: ").split(" in tick ")[0])
         every = []
-        if force["trips"] > 0:
+        taken = force["trips"] + force["outages"]
+        if taken > 0:
             with open(self.path(out, "realtime_trips.csv"), encoding="utf-8") as file:
                 every = list(csv.DictReader(file))
-        self.assertEqual(len(every), force["trips"], "each is a row")
+        self.assertEqual(len(every), taken, "each is a row")
+        self.assertEqual(sum(trip["kind"] == "trip" for trip in every), force["trips"])
+        for trip in every:
+            long = max(float(trip["outage_s"]), float(trip["away_s"])) > 0.05 or trip["cause"] in ("overspeed", "arm lost")
+            self.assertEqual(trip["kind"] == "trip", long, trip)
         for trip in every:
             self.assertTrue(trip["cause"])
             self.assertGreaterEqual(float(trip["lost_n_s"]), 0.0)
@@ -73,7 +78,7 @@ class Trips(LaboratoryTest):
                 print(f"run {run + 1}: {force['trips']} trips {told}, hand {speed:.2f} m/s, outages {force['outages']}, blows {force['blows']}, "
                       f"lost {force['lost_impulse_rel']:.3f} of the impulse", flush=True)
                 self.assertEqual(len(told), force["trip_files"])
-                self.assertEqual(force["trips"] > 0, len(told) > 0, "each has a file, but for those too soon after another")
+                self.assertEqual(force["trips"] + force["outages"] > 0, len(told) > 0, "each has a file, but for those too soon after another")
                 if speed < LIMIT_M_S:
                     self.assertNotIn("overspeed", told)
                 self.assertNotIn("", told)

@@ -67,15 +67,18 @@ TEST_F(ReportData, HasEachTripWithItsCauseAndWhatTheHandLost) {
   write("raw/realtime_loops.csv",
         "time_s,haptic_ticks,physics_ticks,haptic_overruns,haptic_missed,physics_overruns,physics_missed\n"
         "0.5,500,500,0,0,0,0\n1.5,1500,1500,0,0,0,0\n");
-  std::string rows = "time_s,tick,cause,who,away_s,returned,lost_n_s,file\n";
+  std::string rows = "time_s,tick,cause,who,away_s,returned,lost_n_s,file,outage_s,kind\n";
   for (int i = 0; i < 45; ++i)
-    rows += fmt::format("{:.1f},{},{},,0.02,{},0.001,\n", 0.1 * i, 100 * i + 1,
-                        i % 3 == 0 ? "arm silent" : "late tick", i < 44 ? 1 : 0);
+    rows += fmt::format("{:.1f},{},{},,0.02,{},0.001,,{},{}\n", 0.1 * i, 100 * i + 1,
+                        i % 3 == 0 ? "arm silent" : "late tick", i < 44 ? 1 : 0, i < 40 ? 0.021 : 0.07,
+                        i < 40 ? "outage" : "trip");
   write("raw/realtime_trips.csv", rows);
   const Json data = realtime_data(play());
   const Json& trips = data["trips"];
   EXPECT_FALSE(data["no_trips"].get<bool>());
   EXPECT_EQ(trips["count"], 45);
+  EXPECT_EQ(trips["outages"], 40);
+  EXPECT_EQ(trips["trips"], 5);
   EXPECT_EQ(trips["causes"],
             (Json{{{"cause", "arm silent"}, {"count", 15}}, {{"cause", "late tick"}, {"count", 30}}}));
   EXPECT_NEAR(trips["lost_mn_s"].get<double>(), 45.0, 1e-9);

@@ -132,19 +132,24 @@ Json loop_faults(const CsvTable& loops) {
 // The first of them, and of all how many there were of each cause.
 Json trips(const CsvTable& table) {
   constexpr std::size_t kShown = 40;
-  if (!has_columns(table, {"time_s", "cause", "who", "away_s", "returned", "lost_n_s"})) return nullptr;
+  if (!has_columns(table, {"time_s", "cause", "who", "away_s", "returned", "lost_n_s", "outage_s", "kind"}))
+    return nullptr;
   const auto cell = [&](std::size_t row, const char* name) { return table.text[row][*table.find(name)]; };
   const auto number = [&](std::size_t row, const char* name) { return table.rows[row][*table.find(name)]; };
   Json shown = Json::array();
   std::map<std::string, int> causes;
+  int long_ones = 0;
   double lost = 0.0;
   for (std::size_t i = 0; i < table.rows.size(); ++i) {
     ++causes[cell(i, "cause")];
     lost += number(i, "lost_n_s");
+    long_ones += cell(i, "kind") == "trip";
     if (i < kShown)
       shown.push_back({{"time_s", number(i, "time_s")},
                        {"cause", cell(i, "cause")},
                        {"who", cell(i, "who")},
+                       {"trip", cell(i, "kind") == "trip"},
+                       {"outage_ms", 1e3 * number(i, "outage_s")},
                        {"away_ms", 1e3 * number(i, "away_s")},
                        {"returned", number(i, "returned") != 0.0},
                        {"lost_mn_s", 1e3 * number(i, "lost_n_s")}});
@@ -152,6 +157,8 @@ Json trips(const CsvTable& table) {
   Json counted = Json::array();
   for (const auto& [cause, count] : causes) counted.push_back({{"cause", cause}, {"count", count}});
   Json part{{"count", table.rows.size()}, {"shown", shown}, {"causes", counted}, {"lost_mn_s", 1e3 * lost}};
+  part["trips"] = long_ones;
+  part["outages"] = table.rows.size() - static_cast<std::size_t>(long_ones);
   if (table.rows.size() > kShown) part["more"] = table.rows.size() - kShown;
   return part;
 }

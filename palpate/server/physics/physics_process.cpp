@@ -294,6 +294,8 @@ Json PhysicsProcess::loops_figures(double elapsed_s) const {
 Json PhysicsProcess::force_figures() const {
   auto& haptic = side_->server().haptic();  // its loop has ended
   const auto& statistics = haptic.statistics();
+  const haptics::TripSummary taken = haptics::summary_of(trips_->log().trips());
+  const auto stalls = loops_->watchdog().machine_stalls();
   Json figures = {{"peak_n", statistics.peak_n},
                   {"limited_ticks", statistics.limited_ticks},
                   {"peak_limited_ticks", statistics.peak_limited_ticks},
@@ -302,12 +304,18 @@ Json PhysicsProcess::force_figures() const {
                   {"rejected_blows", statistics.rejected_impacts},
                   {"missed_blows", statistics.missed_impacts},
                   {"dropped_blows", statistics.dropped_impacts},
-                  {"outages", statistics.outages},
+                  {"ticks", statistics.ticks},
+                  {"outages", taken.outages},
                   {"condition", device::condition_text({haptic.state(), haptic.fault()})},
                   {"fault_ticks", statistics.fault_ticks},
                   {"warm_ticks", statistics.warm_ticks},
                   {"damped_ticks", statistics.damped_ticks},
-                  {"trips", haptic.condition().trips},
+                  {"trips", taken.trips},
+                  {"trip_causes", taken.trip_causes},
+                  {"outage_causes", taken.outage_causes},
+                  {"longest_outage_ms", 1e3 * taken.longest_outage_s},
+                  {"machine_stalls", stalls.count},
+                  {"longest_machine_stall_ms", 1e3 * to_seconds(stalls.longest)},
                   {"trip_files", trips_->written()}};
   if (statistics.law_ticks > 0) {
     const auto us = [&](double q) {
