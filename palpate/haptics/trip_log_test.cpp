@@ -174,7 +174,7 @@ TEST(TripLog, WhatDoesNotReturnIsSaidAndTheTableIsReadByOthers) {
   run.log.set_file(run.log.trips()[0].trip.tick, "trip_1.csv");
   const Instant<PhysicsClock> begun{std::chrono::milliseconds(100)};
   CsvOptions options;
-  options.text_columns = {"cause", "who", "file"};
+  options.text_columns = {"cause", "who", "file", "kind"};
   const auto table =
       parse_csv(trips_csv(run.log.trips(), begun, run.bench.loop), "realtime_trips.csv", options);
   ASSERT_TRUE(table) << table.error().message;
@@ -182,7 +182,9 @@ TEST(TripLog, WhatDoesNotReturnIsSaidAndTheTableIsReadByOthers) {
   EXPECT_EQ(table->text[0][2], "arm silent");
   EXPECT_EQ(table->rows[0][5], 1.0);
   EXPECT_EQ(table->text[0][7], "trip_1.csv");
+  EXPECT_EQ(table->text[0][9], "outage");
   EXPECT_EQ(table->text[1][2], "arm lost");
+  EXPECT_EQ(table->text[1][9], "trip");
   EXPECT_EQ(table->rows[1][5], 0.0);
   EXPECT_EQ(table->text[1][7], "");
   EXPECT_NEAR(table->rows[0][6], run.log.trips()[0].lost_n_s, 1e-6);
