@@ -138,7 +138,6 @@ void size(const sim::Simulator& world, int width, int height) {
     std::map<std::string, double> shares;
     double last = 0.0, sum = 0.0;
     compositors[which]->watch_stages([&](const char* stage) {
-      glFinish();
       const double now = wall_ms();
       shares[stage] += now - last;
       sum += now - last;

@@ -68,7 +68,9 @@ struct Compositor::Impl {
         catcher("compositor/catcher", kCatcherVertex, catcher_fragment()) {}
 
   void done(const char* stage) const {
-    if (watcher) watcher(stage);
+    if (!watcher) return;
+    glFinish();
+    watcher(stage);
   }
 
   void prepare(const device::CameraModel& camera) {

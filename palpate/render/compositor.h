@@ -90,7 +90,8 @@ class Compositor {
   void draw(std::span<const Viewpoint> eyes, std::span<const scene::DrawItem> items, const RealScene& real,
             std::vector<std::uint8_t>& rgb_out);
 
-  // Called at the end of each stage of a picture with its name; for benchmarks.
+  // Called at the end of each stage of a picture with its name, a literal; for benchmarks and traces. While somebody
+  // watches each stage is waited for, which is a little slower.
   void watch_stages(std::function<void(const char* stage)> watcher);
 
  private:

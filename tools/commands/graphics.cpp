@@ -120,6 +120,10 @@ void add_picture_options(CLI::App& command, GraphicsOptions& options) {
 }
 
 void add_run_options(CLI::App& command, GraphicsOptions& options) {
+  command
+      .add_option("--trace", options.process.trace,
+                  "Write where each frame's time goes, in stages, to open in Perfetto or chrome://tracing")
+      ->type_name("FILE.json");
   command.add_option("--world", options.world,
                      "World file of that laboratory: how a player's hand and arm feel, the mouse's too");
   command.add_option("--seed", options.process.seed, "Seed of the scripted player")->default_val(1);

@@ -66,6 +66,12 @@ void FrameRenderer::set_quality(render::Quality quality) {
   auto& compositor = compositors_.at(static_cast<std::size_t>(quality));
   if (!compositor) compositor = std::make_unique<render::Compositor>(picture_settings(rig_, quality));
   compositor_ = compositor.get();
+  compositor_->watch_stages(watcher_);
+}
+
+void FrameRenderer::watch_stages(std::function<void(const char* stage)> watcher) {
+  watcher_ = std::move(watcher);
+  compositor_->watch_stages(watcher_);
 }
 
 Expected<void> FrameRenderer::find(const device::CameraImage& image,
@@ -115,6 +121,7 @@ void FrameRenderer::refine(EyeSide side, const device::CameraImage& image, const
   prior.covariance += covariance;
   pose.landmarks_predicted = vision::predicted_landmarks(lens, prior.X_world_camera, rig.landmarks);
   const auto sightings = vision::find_sightings(image, *rig.camera, prior.X_world_camera, rig.landmarks);
+  done("landmarks found");
   const vision::RefinementOptions options{.pixel_sd = vision::kUnstatedSightingSd};
   const vision::RefinedPose refined =
       vision::refine_camera_pose(lens, prior, known.landmarks, sightings, options);
@@ -127,8 +134,10 @@ void FrameRenderer::refine(EyeSide side, const device::CameraImage& image, const
     pose.X_world_camera = refined.X_world_camera;
     pose.pose_source = PoseSource::refined;
   }
+  done("pose refined");
   if (const auto expected = vision::expected_overlay(known, {prior, covariance, refined, options.pixel_sd}))
     pose.expected_world_px = expected->total();
+  done("overlay estimated");
 }
 
 render::RealScene FrameRenderer::real_things(const FrameRecord& record) const {
@@ -188,6 +197,7 @@ void FrameRenderer::draw(const device::CameraImage& image, const device::CameraI
   std::vector<render::Viewpoint> eyes{{&image, rig_.camera->model, record.X_world_camera}};
   if (right != nullptr && record.right)
     eyes.push_back({right, right_->rig.camera->model, record.right->X_world_camera});
+  done("scene");
   compositor_->draw(eyes, items, real, record.rgb);
   if (record.two_eyes) {
     // While the right camera is silent both eyes see the same: nothing leaves its place, and nothing has
@@ -198,6 +208,7 @@ void FrameRenderer::draw(const device::CameraImage& image, const device::CameraI
   if (captions_shown_)
     render::burn_captions(record.rgb, record.width, record.height, scene_view_->captions(record.state),
                           record.two_eyes ? 2 : 1);
+  done("captions");
 }
 
 const render::OutsidePicture& FrameRenderer::outside(const FrameRecord& record) {

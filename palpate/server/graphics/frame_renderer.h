@@ -6,6 +6,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
 
 #include "palpate/render/compositor.h"
@@ -36,6 +37,8 @@ class FrameRenderer : public FramePipeline {
 
   // Draws so from now on. What a level needs is made when it is first asked for, which takes some frames' time.
   void set_quality(render::Quality quality);
+  // Called at the end of each stage of refining and drawing (Compositor::watch_stages).
+  void watch_stages(std::function<void(const char* stage)> watcher);
   // The hand at the stylus, as the camera sees it: it hides virtual things.
   void set_hand(device::HoldingHand hand) { hand_ = hand; }
   // Score and rally stand in the picture's corner, unless somebody else shows them.
@@ -75,6 +78,10 @@ class FrameRenderer : public FramePipeline {
   // Nobody knows where the camera is, nor where its picture's virtual things would stand.
   bool lost() const;
 
+  void done(const char* stage) const {
+    if (watcher_) watcher_(stage);
+  }
+
   EyeParts left_;
   const rig::Rig& rig_ = left_.rig;
   std::optional<EyeParts> right_;
@@ -83,6 +90,7 @@ class FrameRenderer : public FramePipeline {
   RealObjects objects_;
   std::array<std::unique_ptr<render::Compositor>, 3> compositors_;  // of each quality, once it was drawn with
   render::Compositor* compositor_ = nullptr;                        // the one in use
+  std::function<void(const char*)> watcher_;
   render::Viewpoint outside_viewpoint_;
   render::PlayersCamera players_camera_;
   std::optional<render::Furniture> furniture_;  // of a table in a room; what a desk stands on nobody knows

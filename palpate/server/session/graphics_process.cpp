@@ -5,12 +5,14 @@
 #include <thread>
 #include <utility>
 
+#include "palpate/core/file.h"
 #include "palpate/core/log.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
 #include "palpate/evaluation/latency_probe.h"
 #include "palpate/render/context.h"
 #include "palpate/scene/mesh_asset.h"
+#include "palpate/server/graphics/frame_trace.h"
 #include "palpate/server/graphics/graphics_figures.h"
 #include "palpate/server/graphics/pose_feed.h"
 #include "palpate/server/graphics/server_watch.h"
@@ -54,6 +56,12 @@ class GraphicsProcess {
   bool goes_on() const;
   Expected<void> tick();
   void show_frame();
+  void trace_stage(const char* name) {
+    if (trace_) trace_->stage(name);
+  }
+  void trace_frame(const graphics::FrameRecord& frame, Instant<GraphicsClock> presented);
+  void begin_trace();
+  Expected<void> finish_trace();
   void log_frame(const graphics::FrameRecord& frame);
   void log_clocks(double time_s);
   void tell_figures();
@@ -77,6 +85,7 @@ class GraphicsProcess {
   std::unique_ptr<GraphicsScreens> screens_;
   std::unique_ptr<evaluation::LatencyProbe> probe_;
   std::optional<graphics::ServerWatch> physics_;
+  std::optional<graphics::FrameTrace> trace_;
   std::uint64_t health_told_ = 0;  // changes of which the physics server has heard
   std::optional<graphics::GraphicsLogs> logs_;
 
@@ -96,6 +105,7 @@ Expected<Json> GraphicsProcess::run() {
   introduce();
   if (auto done = open_logs(); !done) return tl::unexpected(done.error());
   if (ui() && options_.mouse) ui()->lead(*side_->devices().hand(), clock_);
+  if (!options_.trace.empty()) begin_trace();
   begun_ = next_ = draw_at_ = clock_.now();
   while (goes_on())
     if (auto done = tick(); !done) return tl::unexpected(done.error());
@@ -106,6 +116,7 @@ Expected<Json> GraphicsProcess::run() {
   if (logs_)
     if (auto done = logs_->finish(); !done) return tl::unexpected(done.error());
   if (auto done = screens_->finish(); !done) return tl::unexpected(done.error());
+  if (auto done = finish_trace(); !done) return tl::unexpected(done.error());
   if (probe_)
     if (auto done = probe_->finish(); !done) return tl::unexpected(done.error());
   if (recording_) {
@@ -281,9 +292,11 @@ Expected<void> GraphicsProcess::tick() {
     told_.reset();
     if (recorder_) recorder_->write(server.conditions(), clock_.now());
   }
-  if (side_->begin(clock_.now()))
+  if (trace_) trace_->begin(frames_ + 1);
+  if (side_->begin(clock_.now())) {
+    trace_stage("begun");
     draw_at_ = clock_.now() + GraphicsSide::kDrawAfter;
-  else if (server.frame_begun() && clock_.now() >= draw_at_)
+  } else if (server.frame_begun() && clock_.now() >= draw_at_)
     show_frame();
   // Also while no images come: then above all it is asked what is wrong.
   if (!told_ || clock_.now() - *told_ >= transport::StateLink::kHelloEvery) tell_figures();
@@ -295,6 +308,7 @@ Expected<void> GraphicsProcess::tick() {
 }
 
 void GraphicsProcess::show_frame() {
+  if (trace_) trace_->begin(frames_ + 1);
   const graphics::FrameRecord& frame = side_->finish(clock_.now(), program_plays());
   if (const auto words = side_->choose_quality(frame, clock_.now())) {
     kLog.write(LogLevel::info, *words);
@@ -306,14 +320,40 @@ void GraphicsProcess::show_frame() {
     played_->add_state(frame.state);
     played_->add_picture(frame.state);
   }
+  trace_stage("player");
   screens_->show(frame);
   const auto presented = clock_.now();
+  trace_stage("show");
   shown_timecode();
   if (feed_) feed_->frame(frame, side_->scene(), side_->server().sync().model());
   log_frame(frame);
   if (recorder_) recorder_->write(frame, side_->server());
+  trace_stage("log");
   if (probe_) probe_->look(side_->server(), frame, presented);
+  trace_stage("timecode");
+  trace_frame(frame, presented);
   screens_->show_to_others(frame);
+}
+
+void GraphicsProcess::begin_trace() {
+  trace_.emplace();
+  if (auto* renderer = side_->renderer())
+    renderer->watch_stages([this](const char* stage) { trace_->stage(stage); });
+}
+
+// The whole of it, and of that the waits.
+void GraphicsProcess::trace_frame(const graphics::FrameRecord& frame, Instant<GraphicsClock> presented) {
+  if (!trace_) return;
+  const auto ns = [this](Instant<GraphicsClock> t) { return clock_.to_monotonic(t); };
+  trace_->span("frame", ns(frame.begun), ns(presented));
+  trace_->span("image waits", ns(frame.arrived), ns(frame.begun));
+}
+
+Expected<void> GraphicsProcess::finish_trace() {
+  if (!trace_) return {};
+  if (trace_->log().left_out() > 0)
+    kLog.warning("{}: {} spans did not fit", options_.trace.string(), trace_->log().left_out());
+  return write_file(options_.trace, trace_->log().json());
 }
 
 void GraphicsProcess::log_frame(const graphics::FrameRecord& frame) {

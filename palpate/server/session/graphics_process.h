@@ -40,7 +40,8 @@ struct GraphicsProcessOptions : GraphicsSetup {
   std::string rig_text;  // the rig's file as it was read, for the recording; empty: a text is made of the rig
   std::filesystem::path record;                       // a new file for a recording; empty: none
   record::session::PictureRecording record_pictures;  // of its cameras, in there
-  std::function<void()> ready;                        // called once, when its pictures begin
+  std::filesystem::path trace;  // of where each frame's time goes, for Perfetto (frame_trace.h); empty: none
+  std::function<void()> ready;  // called once, when its pictures begin
 };
 
 Expected<Json> run_graphics_process(const GraphicsProcessOptions& options);
