@@ -8,7 +8,7 @@
 
 #include "palpate/core/json.h"
 
-namespace palpate {
+namespace palpate::inline core {
 
 TraceLog::TraceLog(std::string process, std::size_t most) : process_(std::move(process)), most_(most) {}
 
@@ -36,4 +36,4 @@ std::string TraceLog::json() const {
   return text + "]}\n";
 }
 
-}  // namespace palpate
+}  // namespace palpate::inline core

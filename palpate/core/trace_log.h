@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-namespace palpate {
+namespace palpate::inline core {
 
 class TraceLog {
  public:
@@ -36,4 +36,4 @@ class TraceLog {
   std::vector<Span> spans_;
 };
 
-}  // namespace palpate
+}  // namespace palpate::inline core

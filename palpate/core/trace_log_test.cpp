@@ -4,7 +4,7 @@
 
 #include "palpate/core/json.h"
 
-namespace palpate {
+namespace palpate::inline core {
 namespace {
 
 TEST(TraceLog, IsTheTraceEventFormat) {
@@ -37,4 +37,4 @@ TEST(TraceLog, AnEmptyOneCanBeOpened) {
 }
 
 }  // namespace
-}  // namespace palpate
+}  // namespace palpate::inline core
