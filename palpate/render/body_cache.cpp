@@ -109,14 +109,14 @@ const CachedBody& BodyCache::body(const scene::TriangleMesh& mesh,
   known.version = mesh.version.number();
   const scene::Tint* shares = tinted ? tint.get() : nullptr;
   if (!deformed) {
-    known.buffer.upload(with_tint(shaded(mesh), shares));
+    upload(known.buffer, with_tint(shaded(mesh), shares));
   } else if (mesh.triangles.empty()) {
     if (known.spacing == 0.0) known.spacing = spacing_of(*shape);
     known.buffer.upload(squares_of(*shape, kOverlap * known.spacing));
   } else if (same_mesh) {
     known.buffer.upload_vertices(with_tint({vertices_of(*shape), {}}, shares).vertices);
   } else {
-    known.buffer.upload(with_tint({vertices_of(*shape), indices_of(mesh)}, shares));
+    upload(known.buffer, with_tint({vertices_of(*shape), indices_of(mesh)}, shares));
   }
   if (deformed) known.shape = shape;
   if (tinted) known.tint = tint;
@@ -126,6 +126,13 @@ const CachedBody& BodyCache::body(const scene::TriangleMesh& mesh,
     known.closed = is_closed(mesh);
   }
   return known;
+}
+
+void BodyCache::upload(MeshBuffer& buffer, const ShadedMesh& mesh) const {
+  buffer.upload(mesh);
+  constexpr std::size_t kMany = 3000;  // triangles
+  if (coarse_cells_ > 0 && mesh.indices.size() > 3 * kMany)
+    buffer.upload_coarse(clustered(mesh, coarse_cells_));
 }
 
 void BodyCache::next_picture() {

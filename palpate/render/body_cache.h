@@ -33,6 +33,8 @@ bool takes(const scene::TriangleMesh& mesh, const scene::Shape* shape);
 
 class BodyCache {
  public:
+  // `coarse_cells`: bodies of many triangles have fewer as well (MeshBuffer::draw_coarse), clustered(); 0: none have.
+  explicit BodyCache(int coarse_cells = 0) : coarse_cells_(coarse_cells) {}
   // `shape`: how the mesh has deformed, or null. One of another number of vertices does not count. Of a mesh
   // without triangles a small square is drawn at each vertex of the shape. `tint`: goes to the vertices' look.
   const CachedBody& body(const scene::TriangleMesh& mesh,
@@ -45,6 +47,9 @@ class BodyCache {
   // With a shape or a tint and without are different bodies, as all may stand in one picture. Looked up, never
   // walked in an order that shows.
   std::map<std::tuple<const scene::TriangleMesh*, bool, bool>, CachedBody> bodies_;
+  void upload(MeshBuffer& buffer, const ShadedMesh& mesh) const;
+
+  int coarse_cells_;
   std::uint64_t picture_ = 0;
 };
 

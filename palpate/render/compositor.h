@@ -52,6 +52,9 @@ struct CompositorSettings {
   bool shadows = true;
   int surface_texels = 128;  // along the darkened part of a surface, 16 to 1024
   int map_texels = 512;      // of the shadow maps by which bodies shade bodies, 64 to 4096; 0: they do not
+  // Of bodies of many triangles, along the diagonal of their box, of which one vertex each throws their shadow on
+  // surfaces (clustered()); 0: every one does.
+  int shadow_cells = 0;
   bool real_shadows = true;  // those of real things on surfaces are known: no place gets darker twice
   device::Encoding encoding = device::Encoding::root;
   // Who undoes the camera's lens; where nothing is said the processor if it draws the rest, too. Both agree to two levels.

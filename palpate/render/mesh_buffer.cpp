@@ -2,14 +2,51 @@
 
 #include <epoxy/gl.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <utility>
 
 namespace palpate::render {
+
+std::vector<std::uint32_t> clustered(const ShadedMesh& mesh, int cells) {
+  if (mesh.vertices.empty() || cells < 1) return mesh.indices;
+  Eigen::AlignedBox3f box;
+  for (const ShadedVertex& vertex : mesh.vertices) box.extend(Vector3f(vertex.position));
+  const float side = std::max(box.diagonal().norm() / static_cast<float>(cells), 1e-9f);
+  struct Kept {
+    std::uint32_t vertex;
+    float distance;
+  };
+  std::map<std::array<int, 3>, Kept> kept;
+  const auto cell_of = [&](const Vector3f& p) {
+    const Vector3f c = ((p - box.min()) / side).array().floor();
+    return std::array{static_cast<int>(c.x()), static_cast<int>(c.y()), static_cast<int>(c.z())};
+  };
+  std::vector<const Kept*> of_vertex;
+  of_vertex.reserve(mesh.vertices.size());
+  for (std::uint32_t i = 0; i < mesh.vertices.size(); ++i) {
+    const Vector3f p(mesh.vertices[i].position);
+    const auto cell = cell_of(p);
+    const Vector3f middle = box.min() + side * (Vector3f(cell[0], cell[1], cell[2]).array() + 0.5f).matrix();
+    const float distance = (p - middle).squaredNorm();
+    Kept& best = kept.try_emplace(cell, Kept{i, distance}).first->second;
+    if (distance < best.distance) best = {i, distance};
+    of_vertex.push_back(&best);
+  }
+  std::vector<std::uint32_t> indices;
+  for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3) {
+    const std::uint32_t a = of_vertex[mesh.indices[t]]->vertex, b = of_vertex[mesh.indices[t + 1]]->vertex,
+                        c = of_vertex[mesh.indices[t + 2]]->vertex;
+    if (a != b && b != c && c != a) indices.insert(indices.end(), {a, b, c});
+  }
+  return indices;
+}
 
 ShadedMesh shaded(const scene::TriangleMesh& mesh, double crease_deg) {
   const std::size_t count = mesh.vertices.size();
@@ -95,13 +132,16 @@ MeshBuffer::~MeshBuffer() {
   if (array_ != 0) glDeleteVertexArrays(1, &array_);
   if (buffer_ != 0) glDeleteBuffers(1, &buffer_);
   if (indices_ != 0) glDeleteBuffers(1, &indices_);
+  if (coarse_ != 0) glDeleteBuffers(1, &coarse_);
 }
 MeshBuffer::MeshBuffer(MeshBuffer&& other) noexcept { *this = std::move(other); }
 MeshBuffer& MeshBuffer::operator=(MeshBuffer&& other) noexcept {
   std::swap(array_, other.array_);
   std::swap(buffer_, other.buffer_);
   std::swap(indices_, other.indices_);
+  std::swap(coarse_, other.coarse_);
   std::swap(count_, other.count_);
+  std::swap(coarse_count_, other.coarse_count_);
   std::swap(low_, other.low_);
   std::swap(high_, other.high_);
   return *this;
@@ -112,6 +152,7 @@ void MeshBuffer::upload(const ShadedMesh& mesh) {
   glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.indices.size() * sizeof(std::uint32_t)),
                mesh.indices.data(), GL_STATIC_DRAW);
   count_ = static_cast<int>(mesh.indices.size());
+  coarse_count_ = 0;
   upload_vertices(mesh.vertices);
 }
 
@@ -125,6 +166,24 @@ void MeshBuffer::upload_vertices(std::span<const ShadedVertex> vertices) {
     low_ = i == 0 ? p : Vector3f(low_.cwiseMin(p));
     high_ = i == 0 ? p : Vector3f(high_.cwiseMax(p));
   }
+}
+
+void MeshBuffer::upload_coarse(std::span<const std::uint32_t> indices) {
+  if (coarse_ == 0) glGenBuffers(1, &coarse_);
+  glBindVertexArray(array_);
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, coarse_);
+  glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size_bytes()), indices.data(),
+               GL_STATIC_DRAW);
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_);
+  coarse_count_ = static_cast<int>(indices.size());
+}
+
+void MeshBuffer::draw_coarse(int instances) const {
+  if (coarse_count_ == 0) return draw(instances);
+  glBindVertexArray(array_);
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, coarse_);
+  glDrawElementsInstanced(GL_TRIANGLES, coarse_count_, GL_UNSIGNED_INT, nullptr, instances);
+  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_);
 }
 
 void MeshBuffer::draw(int instances) const {

@@ -2,7 +2,9 @@
 // compositor that has never seen the mesh before.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <utility>
 
@@ -319,6 +321,41 @@ TEST(DeformingMesh, IsNotTakenForOneThatWasThereBefore) {
   const auto ball = picture_of(compositor, item);
   EXPECT_NE(ball, box);
   EXPECT_EQ(ball, picture_of(fresh, item));
+}
+
+// Fewer triangles throw the shadow of all, to less than a cell: rays at a coarser ball of the same size tell.
+TEST(MeshShadow, OfManyTrianglesIsThrownByFewer) {
+  CompositorSettings settings = small_lamp();
+  settings.shadow_cells = 40;
+  Compositor compositor(settings);
+  const scene::TriangleMesh fine = scene::sphere_mesh(0.05, 80, 160), plain = scene::sphere_mesh(0.05);
+  const scene::DrawItem item = item_at(fine, kOverTable);
+  const auto rgb = picture_of(compositor, item);
+  int wrong = 0, shaded = 0;
+  for (const TablePlace& place :
+       table_places(triangles_of(plain, item.rotation, item.position), settings.light.lamp,
+                    foot_of(kOverTable, settings.light.lamp))) {
+    wrong += dark(rgb, place.at) != place.shaded;
+    shaded += place.shaded;
+  }
+  EXPECT_EQ(wrong, 0);
+  EXPECT_GT(shaded, 100);
+}
+
+TEST(MeshShadow, FewerTrianglesOfAClosedSurfaceStillCloseIt) {
+  const ShadedMesh fine = shaded(scene::sphere_mesh(0.05, 80, 160));
+  const auto fewer = clustered(fine, 40);
+  EXPECT_LT(fewer.size(), fine.indices.size() / 4);
+  EXPECT_GT(fewer.size(), fine.indices.size() / 40);
+  std::map<std::pair<std::uint32_t, std::uint32_t>, int> open;  // edges walked one way, less the other
+  for (std::size_t t = 0; t < fewer.size(); t += 3)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::uint32_t a = fewer[t + k], b = fewer[t + (k + 1) % 3];
+      open[std::minmax(a, b)] += a < b ? 1 : -1;
+    }
+  for (const auto& [edge, count] : open) EXPECT_EQ(count, 0) << edge.first << " " << edge.second;
+  EXPECT_EQ(clustered(fine, 0), fine.indices);
+  EXPECT_TRUE(clustered({}, 40).empty());
 }
 
 }  // namespace

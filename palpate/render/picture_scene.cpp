@@ -60,7 +60,7 @@ PlacedBody placed(BodyCache& cache, const scene::TriangleMesh& mesh, const Quate
 }  // namespace
 
 PictureScene::PictureScene(const CompositorSettings& settings)
-    : settings_(settings), unit_disc_(flat_disc()) {
+    : settings_(settings), cache_(settings.shadow_cells), unit_disc_(flat_disc()) {
   if (settings.map_texels > 0 && settings.shadows) {
     map_real_ = std::make_unique<ShadowMap>(settings.map_texels);
     map_virtual_ = std::make_unique<ShadowMap>(settings.map_texels);
@@ -114,14 +114,14 @@ void PictureScene::set(std::span<const scene::DrawItem> items, const RealScene& 
   }
   if (!settings_.shadows) return;
   const auto add = [&](const PlacedBody& it) {
-    casters_.push_back({&it.body->buffer, it.X_world_mesh, it.body->closed, it.item == nullptr});
+    casters_.push_back({&it.body->buffer, it.X_world_mesh, it.body->closed, false, it.item == nullptr});
     flat_casters_.push_back(flat_caster(it));
   };
   for (const PlacedBody& it : virtual_)
     if (it.item->casts_shadow) add(it);
   for (const PlacedBody& it : real_) add(it);
   if (has_arm_ && arm_throws()) {
-    casters_.push_back({&arm_coarse_->mesh(), Matrix4f::Identity(), true, true});
+    casters_.push_back({&arm_coarse_->mesh(), Matrix4f::Identity(), true, false, true});
     flat_casters_.push_back(casters_.back());
   }
   throw_on_surfaces(real, eyes, screen);
@@ -130,7 +130,8 @@ void PictureScene::set(std::span<const scene::DrawItem> items, const RealScene& 
 
 // A sphere throws the shadow of the circle in which rays of the lamp touch it: a flat disc is far cheaper.
 ShadowCaster PictureScene::flat_caster(const PlacedBody& it) const {
-  const ShadowCaster triangles{&it.body->buffer, it.X_world_mesh, it.body->closed, it.item == nullptr};
+  const ShadowCaster triangles{&it.body->buffer, it.X_world_mesh, it.body->closed, settings_.shadow_cells > 0,
+                               it.item == nullptr};
   const double radius = it.sphere_radius();
   if (radius <= 0.0) return triangles;
   const Vector3 to_lamp = settings_.light.lamp - it.item->position;
@@ -143,7 +144,7 @@ ShadowCaster PictureScene::flat_caster(const PlacedBody& it) const {
   m.col(1).head<3>() = across * z.cross(x);
   m.col(2).head<3>() = z;
   m.col(3).head<3>() = it.item->position + radius * share * z;
-  return {&unit_disc_, m.cast<float>(), false, false};
+  return {&unit_disc_, m.cast<float>(), false, false, false};
 }
 
 void PictureScene::throw_on_surfaces(const RealScene& real, std::span<const Vector3> eyes,

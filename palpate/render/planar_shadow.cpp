@@ -129,7 +129,10 @@ bool PlanarShadow::draw(std::span<const ShadowCaster> casters, const ShadowRecei
     cast_.set("to_plane", Matrix4f(to_plane.cast<float>() * caster.X_world_mesh));
     (caster.closed ? glEnable : glDisable)(GL_CULL_FACE);
     glColorMask(caster.real ? GL_FALSE : GL_TRUE, caster.real ? GL_TRUE : GL_FALSE, GL_FALSE, GL_FALSE);
-    caster.mesh->draw(kSamples);
+    if (caster.coarse)
+      caster.mesh->draw_coarse(kSamples);
+    else
+      caster.mesh->draw(kSamples);
   }
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glDisable(GL_CULL_FACE);

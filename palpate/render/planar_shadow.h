@@ -16,8 +16,9 @@ namespace palpate::render {
 struct ShadowCaster {
   const MeshBuffer* mesh = nullptr;
   Matrix4f X_world_mesh = Matrix4f::Identity();
-  bool closed = true;  // one side of it throws the whole shadow
-  bool real = false;   // its own shadow is in the camera's image already
+  bool closed = true;   // one side of it throws the whole shadow
+  bool coarse = false;  // by fewer triangles, where it has them
+  bool real = false;    // its own shadow is in the camera's image already
 };
 
 // Corner and unit sides; the normal is side_x cross side_y.
