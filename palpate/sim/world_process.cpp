@@ -27,7 +27,8 @@ constexpr Duration kTick = std::chrono::milliseconds(1);
 
 // Draws the newest shot in a thread of its own, while it is on its way, and publishes it at its arrival, as
 // the camera's calibrated delay has it; where drawing takes longer, it comes when it is done. A shot that
-// finds the thread busy replaces the one that waits. `start`: when the world's time was 0.
+// finds the thread busy replaces the one that waits. It is drawn as late as it can be: a real camera takes none of this
+// machine's time, so this one leaves the cores to who draws the image before. `start`: when the world's time was 0.
 class CameraRenderThread {
  public:
   CameraRenderThread(drivers::laboratory::LabServer& server, const config::WorldFile& world,
@@ -81,14 +82,16 @@ class CameraRenderThread {
           shots = std::move(*next_);
           next_.reset();
         }
+        const auto& first = shots.left ? *shots.left : *shots.right;
+        const auto drawn_from = begin_drawing(monotonic(first.arrival));
         std::array<device::CameraImage, 2> images;
         for (const auto& [shot, image] :
              {std::pair{&shots.left, &images[0]}, std::pair{&shots.right, &images[1]}})
           if (*shot) *image = draw_shot(**shot, render);
-        const auto& either = shots.left ? *shots.left : *shots.right;
-        const auto taken = either.arrival - latency_;
+        took(arriving_.now() - drawn_from);
+        const auto taken = first.arrival - latency_;
         // What the display shows until the exposure's end has to be known.
-        arriving_.sleep_until(std::min(monotonic(taken + exposed_), monotonic(either.arrival)));
+        arriving_.sleep_until(std::min(monotonic(taken + exposed_), monotonic(first.arrival)));
         for (const auto& timecode : server_.take_timecodes())
           display_.show(Instant<TrueTime>{Duration(timecode.sent_ns) - start_.since_epoch}, timecode.code);
         const auto middle = [](const CameraShot& shot) -> const TrueView& {
@@ -97,11 +100,11 @@ class CameraRenderThread {
         for (const auto& [shot, image] :
              {std::pair{&shots.left, &images[0]}, std::pair{&shots.right, &images[1]}})
           if (*shot) display_.paint(*image, middle(**shot), taken);
-        arriving_.sleep_until(monotonic(either.arrival));
+        arriving_.sleep_until(monotonic(first.arrival));
         const auto handed = arriving_.now();
         const double since = to_seconds(handed - start_);
         // A camera's images would have come in time, however long drawing has taken here.
-        for (auto& image : images) image.waited = handed - monotonic(either.arrival);
+        for (auto& image : images) image.waited = handed - monotonic(first.arrival);
         // The right one first: who has the left one then need not wait.
         if (shots.right) publish(std::move(images[1]), 1, since);
         if (!shots.left) continue;
@@ -116,6 +119,14 @@ class CameraRenderThread {
       fault_ = error.what();
     }
   }
+
+  // Waits until there is just time enough to draw before `arrival`, by what pictures have taken lately; then it is now.
+  Instant<TrueTime> begin_drawing(Instant<TrueTime> arrival) {
+    arriving_.sleep_until(arrival - cost_ - cost_ / 4);
+    return arriving_.now();
+  }
+  // A dearer picture counts at once, a cheaper one by and by.
+  void took(Duration cost) { cost_ = cost > cost_ ? cost : cost_ - (cost_ - cost) / 16; }
 
   // False where it does not come, by a fault or for another reason.
   bool publish(device::CameraImage image, int camera, double since) {
@@ -134,6 +145,7 @@ class CameraRenderThread {
   DeviceFaults faults_;
   ExposureLog* exposures_;
   MonotonicClock<TrueTime> arriving_;
+  Duration cost_ = std::chrono::seconds(1);  // of what one exposure shows; at first all the time there is
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::optional<Shots> next_;

@@ -326,6 +326,11 @@ void GraphicsServer::predict_state(FrameRecord& record) const {
   record.extrapolated_by = ahead;
 }
 
+bool GraphicsServer::answered() const {
+  const auto& newest = link_.newest();
+  return !record_.requested || (newest && newest->reply.number == record_.number);
+}
+
 std::vector<double> GraphicsServer::take_round_trips() { return std::exchange(round_trips_, {}); }
 
 }  // namespace palpate::server::graphics

@@ -101,6 +101,8 @@ class GraphicsServer {
   const ClockSync<GraphicsClock, PhysicsClock>& sync() const { return sync_; }
   // Images of the left camera that were left out as the right one's was lost.
   std::uint64_t unpaired() const { return pair_.unpaired(); }
+  // The state that the frame under way asked for is there, or none can come.
+  bool answered() const;
   // Round trips of requests, s, in the order of arrival, since the last call.
   std::vector<double> take_round_trips();
 

@@ -296,8 +296,9 @@ Expected<void> GraphicsProcess::tick() {
   if (side_->begin(clock_.now())) {
     trace_stage("begun");
     draw_at_ = clock_.now() + GraphicsSide::kDrawAfter;
-  } else if (server.frame_begun() && clock_.now() >= draw_at_)
+  } else if (server.frame_begun() && (server.answered() || clock_.now() >= draw_at_)) {
     show_frame();
+  }
   // Also while no images come: then above all it is asked what is wrong.
   if (!told_ || clock_.now() - *told_ >= transport::StateLink::kHelloEvery) tell_figures();
   quit_ = !screens_->act();

@@ -27,8 +27,8 @@ namespace palpate::server::session {
 
 class GraphicsSide {
  public:
-  // In real time drawing begins this long after an image was taken up, whether the reply has come or not: the loop
-  // goes on meanwhile, and a frame of 33 ms does not miss it.
+  // In real time drawing begins when the reply has come, or this long after the image was taken up, whether it has or
+  // not: the loop goes on meanwhile, and a frame of 33 ms does not miss it.
   static constexpr Duration kDrawAfter = std::chrono::milliseconds(2);
 
   // `scene` is what the physics server plays; an application that is not among setup.applications is shown by its
