@@ -11,7 +11,9 @@
 #include <utility>
 
 #include "drivers/laboratory/channel.h"
+#include "palpate/core/file.h"
 #include "palpate/core/log.h"
+#include "palpate/core/trace_log.h"
 #include "palpate/device/health_monitor.h"
 #include "palpate/sim/device_faults.h"
 #include "palpate/sim/exposure_log.h"
@@ -33,7 +35,7 @@ class CameraRenderThread {
  public:
   CameraRenderThread(drivers::laboratory::LabServer& server, const config::WorldFile& world,
                      std::function<RenderView()> make_renderer, Instant<TrueTime> start,
-                     ExposureLog* exposures)
+                     ExposureLog* exposures, TraceLog* trace)
       : server_(server),
         make_renderer_(std::move(make_renderer)),
         start_(start),
@@ -42,6 +44,7 @@ class CameraRenderThread {
         display_(world),
         faults_(world),
         exposures_(exposures),
+        trace_(trace),
         thread_([this] { run(); }) {}
   ~CameraRenderThread() {
     {
@@ -88,7 +91,9 @@ class CameraRenderThread {
         for (const auto& [shot, image] :
              {std::pair{&shots.left, &images[0]}, std::pair{&shots.right, &images[1]}})
           if (*shot) *image = draw_shot(**shot, render);
-        took(arriving_.now() - drawn_from);
+        const auto drawn = arriving_.now();
+        took(drawn - drawn_from);
+        if (trace_ != nullptr) trace_->add("camera's image drawn", drawn_from.ns(), drawn.ns(), first.frame);
         const auto taken = first.arrival - latency_;
         // What the display shows until the exposure's end has to be known.
         arriving_.sleep_until(std::min(monotonic(taken + exposed_), monotonic(first.arrival)));
@@ -144,6 +149,7 @@ class CameraRenderThread {
   SimulatedDisplay display_;
   DeviceFaults faults_;
   ExposureLog* exposures_;
+  TraceLog* trace_;
   MonotonicClock<TrueTime> arriving_;
   Duration cost_ = std::chrono::seconds(1);  // of what one exposure shows; at first all the time there is
   mutable std::mutex mutex_;
@@ -237,9 +243,11 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
     if (!begun) return tl::unexpected(begun.error());
     exposures.emplace(std::move(*begun));
   }
+  TraceLog trace("world");
   std::optional<CameraRenderThread> render_thread;
   if (options.make_renderer)
-    render_thread.emplace(server, file, options.make_renderer, start, exposures ? &*exposures : nullptr);
+    render_thread.emplace(server, file, options.make_renderer, start, exposures ? &*exposures : nullptr,
+                          options.trace.empty() ? nullptr : &trace);
   const auto end =
       options.seconds > 0.0 ? start + seconds(options.seconds) : Instant<TrueTime>{Duration::max()};
   ask_for_short_turns();  // after the thread that draws was started: the world does not wait for its pictures
@@ -289,6 +297,8 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
   render_thread.reset();  // it writes the exposures
   if (exposures)
     if (auto done = exposures->finish(); !done) return tl::unexpected(done.error());
+  if (!options.trace.empty())
+    if (auto done = write_file(options.trace, trace.json()); !done) return tl::unexpected(done.error());
   return report;
 }
 

@@ -26,6 +26,7 @@ struct WorldProcessOptions {
   // Where to write when each image was taken and what was true then (exposure_log.h), for whoever judges
   // delays and overlay afterwards; empty: nowhere.
   std::filesystem::path exposures;
+  std::filesystem::path trace;  // of the camera's drawing (core/trace_log.h), written at the end; empty: none
   // Makes the renderer, in the thread that will use it; none: no pictures.
   std::function<RenderView()> make_renderer;
   std::function<void()> ready;  // called once, when the devices are open

@@ -15,7 +15,7 @@ namespace palpate::tools::commands {
 namespace {
 
 struct WorldOptions {
-  std::string file, kind, out, name = "lab", exposures;
+  std::string file, kind, out, name = "lab", exposures, trace;
   double seconds = 0.0;
   std::uint64_t seed = 1;
   int points = 0;
@@ -84,6 +84,7 @@ Expected<void> run_laboratory(const WorldOptions& options) {
   process.seed = options.seed;
   process.seconds = options.seconds;
   process.exposures = options.exposures;
+  process.trace = options.trace;
   if (!options.arm_only)
     process.make_renderer = []() -> sim::RenderView {
       auto renderer = std::make_shared<sim::CameraRenderer>();
@@ -142,6 +143,10 @@ void add_run(CLI::App& world, const std::shared_ptr<WorldOptions>& options) {
       "--exposures", options->exposures,
       "CSV file to write at the end: when each image was taken, on the machine's monotonic clock, and where "
       "camera and stylus tip truly were then");
+  run->add_option("--trace", options->trace,
+                  "Write when the camera's images were drawn, to open in Perfetto beside that of `palpate "
+                  "graphics --trace`")
+      ->type_name("FILE.json");
   on(run, [options] { return run_laboratory(*options); });
 }
 
