@@ -92,7 +92,7 @@ class CameraRenderThread {
              {std::pair{&shots.left, &images[0]}, std::pair{&shots.right, &images[1]}})
           if (*shot) *image = draw_shot(**shot, render);
         const auto drawn = arriving_.now();
-        took(drawn - drawn_from);
+        drew(monotonic(first.arrival) - drawn);
         if (trace_ != nullptr) trace_->add("camera's image drawn", drawn_from.ns(), drawn.ns(), first.frame);
         const auto taken = first.arrival - latency_;
         // What the display shows until the exposure's end has to be known.
@@ -125,13 +125,19 @@ class CameraRenderThread {
     }
   }
 
-  // Waits until there is just time enough to draw before `arrival`, by what pictures have taken lately; then it is now.
+  // Waits until there is just time enough to draw before `arrival`; then it is now.
   Instant<TrueTime> begin_drawing(Instant<TrueTime> arrival) {
-    arriving_.sleep_until(arrival - cost_ - cost_ / 4);
+    arriving_.sleep_until(arrival - ahead_);
     return arriving_.now();
   }
-  // A dearer picture counts at once, a cheaper one by and by.
-  void took(Duration cost) { cost_ = cost > cost_ ? cost : cost_ - (cost_ - cost) / 16; }
+  // Later from picture to picture until about one in thirty is not done in time.
+  void drew(Duration in_hand) {
+    constexpr Duration kLater = std::chrono::microseconds(100), kMuch = std::chrono::milliseconds(6);
+    if (in_hand < Duration(0))
+      ahead_ = std::min(latency_, ahead_ + 30 * kLater);
+    else
+      ahead_ = std::max(kLater, ahead_ - (in_hand > kMuch ? (in_hand - kMuch) / 4 : kLater));
+  }
 
   // False where it does not come, by a fault or for another reason.
   bool publish(device::CameraImage image, int camera, double since) {
@@ -151,7 +157,7 @@ class CameraRenderThread {
   ExposureLog* exposures_;
   TraceLog* trace_;
   MonotonicClock<TrueTime> arriving_;
-  Duration cost_ = std::chrono::seconds(1);  // of what one exposure shows; at first all the time there is
+  Duration ahead_ = latency_;  // of a picture's arrival, where drawing it begins
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::optional<Shots> next_;
