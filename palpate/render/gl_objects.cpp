@@ -267,6 +267,13 @@ void Target::read_rgb(std::uint8_t* rgb, int stride, const std::array<int, 4>& b
   glPixelStorei(GL_PACK_ROW_LENGTH, 0);
 }
 
+void Target::read_rg(std::vector<std::uint8_t>& rg) const {
+  rg.resize(static_cast<std::size_t>(width()) * static_cast<std::size_t>(height()) * 2);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glReadPixels(0, 0, width(), height(), GL_RG, GL_UNSIGNED_BYTE, rg.data());
+}
+
 FullScreen::FullScreen() { glGenVertexArrays(1, &array_); }
 FullScreen::~FullScreen() { glDeleteVertexArrays(1, &array_); }
 void FullScreen::draw() const {

@@ -98,6 +98,8 @@ class Target {
   void read_rgb(std::uint8_t* rgb, int stride) const;
   // And of that one only the rectangle x, y, width, height.
   void read_rgb(std::uint8_t* rgb, int stride, const std::array<int, 4>& box) const;
+  // Both channels of an rg8 one, rows packed.
+  void read_rg(std::vector<std::uint8_t>& rg) const;
   explicit operator bool() const { return framebuffer_ != 0; }
 
  private:

@@ -7,6 +7,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "palpate/render/context.h"
+#include "palpate/render/shadow_gather.h"
+
 namespace palpate::render {
 namespace {
 
@@ -59,11 +62,13 @@ void main() {
 
 }  // namespace
 
-PlanarShadow::PlanarShadow(int size)
+PlanarShadow::PlanarShadow(int size, std::optional<bool> by_processor)
     : cast_("shadow/cast", kCastVertex, kCastFragment),
       gather_("shadow/gather", kFullScreen, kGatherFragment),
+      by_processor_(by_processor.value_or(Context::required()->is_software())),
       tiles_(kSide * size, kSide * size, Format::rg8, false),
-      result_(size, size, Format::rg8, false) {}
+      result_(size, size, Format::rg8, false),
+      averaged_(size, size, Format::rg8, Filter::linear) {}
 
 bool PlanarShadow::draw(std::span<const ShadowCaster> casters, const ShadowReceiver& receiver,
                         const device::RoomLight& light, const FullScreen& screen) {
@@ -137,6 +142,12 @@ bool PlanarShadow::draw(std::span<const ShadowCaster> casters, const ShadowRecei
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glDisable(GL_CULL_FACE);
   for (int i = 0; i < 5; ++i) glDisable(GL_CLIP_DISTANCE0 + static_cast<GLenum>(i));
+  if (by_processor_) {
+    tiles_.read_rg(samples_);
+    gather_tiles(samples_, averaged_.width(), average_);
+    averaged_.upload(average_.data());
+    return true;
+  }
   result_.bind();
   tiles_.texture().bind(0);
   gather_.use().set("tiles", 0).set("size", static_cast<float>(result_.width()));

@@ -6,7 +6,10 @@
 // context's.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <span>
+#include <vector>
 
 #include "palpate/render/mesh_buffer.h"
 #include "palpate/render/room_light.h"
@@ -29,20 +32,24 @@ struct ShadowReceiver {
 
 class PlanarShadow {
  public:
-  // `size` texels along each side of the darkened part.
-  explicit PlanarShadow(int size = 128);
+  // `size` texels along each side of the darkened part. `by_processor`: who averages the samples; where nothing is said
+  // the processor if it draws the rest, too. Both agree to a level.
+  explicit PlanarShadow(int size = 128, std::optional<bool> by_processor = {});
 
   // False where no virtual body throws a shadow on the rectangle. Leaves its own framebuffer bound.
   bool draw(std::span<const ShadowCaster> casters, const ShadowReceiver& receiver,
             const device::RoomLight& light, const FullScreen& screen);
   // Of the last draw: red, share of the lamp that any body hides; green, that real bodies hide; and the part
   // that virtual ones darken as (x, y, width, height) in metres on the rectangle.
-  const Texture& texture() const { return result_.texture(); }
+  const Texture& texture() const { return by_processor_ ? averaged_ : result_.texture(); }
   const Vector4f& part() const { return part_; }
 
  private:
   Program cast_, gather_;
+  bool by_processor_;
   Target tiles_, result_;
+  Texture averaged_;  // where the processor does it
+  std::vector<std::uint8_t> samples_, average_;
   Vector4f part_ = Vector4f::Zero();
 };
 
