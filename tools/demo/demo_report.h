@@ -15,7 +15,8 @@
 //   and what the application's part reads, its own tables among it
 //   raw/realtime_frames.csv  time_s,round_trip_us,late,lost,repeated,out_of_order
 //   raw/realtime_sync.csv    time_s,offset_error_us,uncertainty_us,offset_s
-//   raw/realtime_trips.csv   time_s,tick,cause,who,away_s,returned,lost_n_s,file (haptics/trip_log.h), where there were any
+//   raw/realtime_trips.csv   time_s,tick,cause,who,away_s,returned,lost_n_s,file,outage_s,kind
+//                            (haptics/trip_log.h), where there were any
 //   raw/realtime_loops.csv   time_s and, of haptic_ and physics_ each, ticks,overruns,missed since the start
 //   raw/realtime_jitter.csv  loop,late_from_us,late_to_us,ticks
 //   summary.json "realtime/network" where the run was played on two hosts

@@ -95,9 +95,10 @@ TEST_F(PageNames, EveryConditionIsHeldBySomeReport) {
   write("raw/realtime_loops.csv",
         "time_s,haptic_ticks,physics_ticks,haptic_overruns,haptic_missed,physics_overruns,physics_missed\n"
         "0.5,500,500,0,1,0,0\n1.5,1500,1500,0,0,0,0\n");
-  std::string trips = "time_s,tick,cause,who,away_s,returned,lost_n_s,file\n";
+  std::string trips = "time_s,tick,cause,who,away_s,returned,lost_n_s,file,outage_s,kind\n";
   for (int i = 0; i < 50; ++i)
-    trips += fmt::format("{},{},late tick,,0.01,{},0.001,\n", i, 1000 * i + 1, i % 2);
+    trips += fmt::format("{},{},late tick,,0.01,{},0.001,,0.01,{}\n", i, 1000 * i + 1, i % 2,
+                         i % 3 == 0 ? "trip" : "outage");
   write("raw/realtime_trips.csv", trips);
   write("raw/arm_guidance.csv", "poses,guided_mm,chosen_mm\n30,0.1,0.3\n");
   add_found(found);
