@@ -129,7 +129,7 @@ class Trips(LaboratoryTest):
                 print(f"run {run + 1}: {force['rate_hz']:.1f} pictures/s, {force['stops']} stops, {force['trips']} trips {force['trip_causes']}, "
                       f"{force['outages']} outages {force['outage_causes']}, longest {force['longest_outage_ms']:.0f} ms, "
                       f"{100 * force['fault_ticks'] / force['ticks']:.2f} % of ticks at 0 N through a fault, "
-                      f"machine's stalls {force['machine_stalls']} up to {force['longest_machine_stall_ms']:.0f} ms, hand {speed:.2f} m/s, "
+                      f"machine's stalls {force['machine_stalls']} up to {force['longest_machine_stall_ms']:.0f} ms, in them {force['trips_in_machine_stalls']} trips, {force['outages_in_machine_stalls']} outages, hand {speed:.2f} m/s, "
                       f"lost {force['lost_impulse_rel']:.3f} of the impulse", flush=True)
                 self.assertEqual(sum(force["trip_causes"].values()), force["trips"])
                 self.assertNotIn("", force["trip_causes"])

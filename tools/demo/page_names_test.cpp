@@ -31,7 +31,8 @@ class PageNames : public PlayFolderTest {
         "depth_mm": {"mean": 1, "max": 2}, "friction": {"median": 0.3}, "unsettled": 2},
       "force": {"peak_limited_ticks": 1},
       "realtime": {"overlay": {"world_px_rms": 0.1, "tip_px_rms_in_time": 0.2, "tip_px_rms_late": 3},
-        "force": {"lost_impulse_rel": 0.001}, "photon_to_photon": {"median_ms": 60, "p99_ms": 70, "instrument_error_ms": 0.5},
+        "force": {"lost_impulse_rel": 0.001, "machine_stalls": 2, "longest_machine_stall_ms": 7.5,
+                  "outages_in_machine_stalls": 1, "trips_in_machine_stalls": 0}, "photon_to_photon": {"median_ms": 60, "p99_ms": 70, "instrument_error_ms": 0.5},
         "haptic": {"ticks": 9991, "missed_in_a_row": 5}}})"));
     all["application"] = application;
     if (application == "another") all.erase("command");

@@ -44,19 +44,10 @@ class LoopWatchdog {
   // Any thread: whether a tick hangs now; how often one has.
   bool hangs() const { return hangs_.load(std::memory_order_relaxed); }
   std::uint64_t times() const { return times_.load(std::memory_order_relaxed); }
-  // After stop(): how often the machine itself stood still, as this thread sees it, which nothing of ours keeps from its
-  // core where it has real-time rights; and for how long at most.
-  struct MachineStalls {
-    std::uint64_t count = 0;
-    Duration longest{0};
-  };
-  static constexpr Duration kStall = std::chrono::milliseconds(5);  // late by so much
-  MachineStalls machine_stalls() const { return stalls_; }
 
  private:
   std::atomic<bool> stopping_{false}, hangs_{false};
   std::atomic<std::uint64_t> times_{0};
-  MachineStalls stalls_;
   std::thread thread_;
 };
 

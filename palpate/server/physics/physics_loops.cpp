@@ -21,11 +21,13 @@ PhysicsLoops::PhysicsLoops(PhysicsSide& side, Clock<PhysicsClock>& clock, const 
                                     .priority = 70,
                                     .spin = Duration(0)},
                [&side](Instant<PhysicsClock> t) { side.physics_tick(t); }),
-      watchdog_(clock, side.server().haptic(), rates.real_time) {
+      watchdog_(clock, side.server().haptic(), rates.real_time),
+      stalls_(clock, rates.real_time) {
   say_crashes([](void* server) noexcept { static_cast<PhysicsServer*>(server)->let_go(); }, &side.server());
 }
 
 void PhysicsLoops::stop() {
+  stalls_.stop();
   watchdog_.stop();
   haptic_.stop();
   physics_.stop();

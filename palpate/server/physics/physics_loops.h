@@ -1,10 +1,11 @@
 // A physics side in real time: the haptic loop and the physics loop in threads of their own, and who watches over
-// them: a watchdog beside the haptic loop, and the crash that makes the arm let go before the process ends.
+// them: a watchdog beside the haptic loop, watches of the machine's own stalls, and the crash that makes the arm let go before the process ends.
 //
 // Made, looked at and stopped by one ordinary thread; stopped at the latest by its end.
 #pragma once
 
 #include "palpate/server/physics/loop_watchdog.h"
+#include "palpate/server/physics/machine_stalls.h"
 #include "palpate/server/physics/physics_side.h"
 #include "palpate/time/clock.h"
 #include "palpate/time/periodic_loop.h"
@@ -33,11 +34,13 @@ class PhysicsLoops {
   const PeriodicLoop<PhysicsClock>& haptic() const { return haptic_; }
   const PeriodicLoop<PhysicsClock>& physics() const { return physics_; }
   const LoopWatchdog& watchdog() const { return watchdog_; }
+  const MachineStalls& machine_stalls() const { return stalls_; }
 
  private:
   PhysicsSide& side_;
   PeriodicLoop<PhysicsClock> haptic_, physics_;
   LoopWatchdog watchdog_;
+  MachineStalls stalls_;
 };
 
 }  // namespace palpate::server::physics

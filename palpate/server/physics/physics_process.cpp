@@ -295,7 +295,10 @@ Json PhysicsProcess::force_figures() const {
   auto& haptic = side_->server().haptic();  // its loop has ended
   const auto& statistics = haptic.statistics();
   const haptics::TripSummary taken = haptics::summary_of(trips_->log().trips());
-  const auto stalls = loops_->watchdog().machine_stalls();
+  const MachineStalls& stalls = loops_->machine_stalls();
+  std::uint64_t outages_then = 0, trips_then = 0;  // in stalls of the machine
+  for (const haptics::LoggedTrip& trip : trips_->log().trips())
+    if (within_stall(trip, stalls.stalls())) ++(trip.is_trip() ? trips_then : outages_then);
   Json figures = {{"peak_n", statistics.peak_n},
                   {"limited_ticks", statistics.limited_ticks},
                   {"peak_limited_ticks", statistics.peak_limited_ticks},
@@ -314,8 +317,10 @@ Json PhysicsProcess::force_figures() const {
                   {"trip_causes", taken.trip_causes},
                   {"outage_causes", taken.outage_causes},
                   {"longest_outage_ms", 1e3 * taken.longest_outage_s},
-                  {"machine_stalls", stalls.count},
-                  {"longest_machine_stall_ms", 1e3 * to_seconds(stalls.longest)},
+                  {"machine_stalls", stalls.count()},
+                  {"longest_machine_stall_ms", 1e3 * to_seconds(stalls.longest())},
+                  {"outages_in_machine_stalls", outages_then},
+                  {"trips_in_machine_stalls", trips_then},
                   {"trip_files", trips_->written()}};
   if (statistics.law_ticks > 0) {
     const auto us = [&](double q) {
