@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <string>
 #include <utility>
 
 #include "palpate/vision/synthetic_charuco.h"
@@ -117,6 +118,31 @@ TEST(FrameRenderer, DrawsWhatTheStateHasWhereItIsAndNothingBeforeThereIsAState) 
   EXPECT_TRUE(red_at(record, at.x(), at.y()));
   EXPECT_NEAR(middle_of_red(record, 0, kFrameWidth), at.x(), 0.5);
   EXPECT_NEAR(record.rgb[0], kLevel, 1) << "the image elsewhere";
+}
+
+// A level's picture is the same however often it is left and taken up again, and stages are told at each.
+TEST(FrameRenderer, DrawsWithTheQualityThatIsAskedFor) {
+  Renderer changed(rig_of(1));
+  std::vector<std::string> stages;
+  changed.watch_stages([&](const char* stage) { stages.emplace_back(stage); });
+  for (const auto quality :
+       {render::Quality::low, render::Quality::medium, render::Quality::high, render::Quality::low}) {
+    FrameRenderer fresh(rig_of(1), scene_on(rig_of(1)), std::make_unique<BallView>(), quality);
+    fresh.set_captions(false);
+    FrameRecord as_changed = frame_at(kBall), as_fresh = frame_at(kBall);
+    stages.clear();
+    changed.set_quality(quality);
+    changed.draw(kEven, nullptr, as_changed);
+    fresh.draw(kEven, nullptr, as_fresh);
+    EXPECT_EQ(as_changed.rgb, as_fresh.rgb) << render::quality_word(quality);
+    for (const char* stage : {"scene", "shadows", "layer", "captions"})
+      EXPECT_EQ(std::count(stages.begin(), stages.end(), stage), 1) << stage;
+  }
+  FrameRecord low = frame_at(kBall), medium = frame_at(kBall);
+  changed.draw(kEven, nullptr, low);
+  changed.set_quality(render::Quality::medium);
+  changed.draw(kEven, nullptr, medium);
+  EXPECT_NE(low.rgb, medium.rgb);
 }
 
 TEST(FrameRenderer, CaptionsStandInThePictureUnlessSomebodyElseShowsThem) {
