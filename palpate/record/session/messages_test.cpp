@@ -154,6 +154,18 @@ TEST(RecordedTrackerSample, ComesBackBitByBit) {
   EXPECT_FALSE(decode_tracker_sample(encode(sent))->sample.seen);
 }
 
+// As a file of single precision has it, or another program's.
+TEST(RecordedTrackerSample, ATurnThatWasWrittenRoughlyIsMadeOne) {
+  RecordedTrackerSample sent;
+  sent.sample.seen = true;
+  for (const double scale : {1.0 + 9e-4, 1.0 - 9e-4, 1.0 + 2e-7}) {
+    sent.sample.rotation.coeffs() = scale * Quaternion(0.5, -0.5, 0.5, 0.5).coeffs();
+    const auto back = decode_tracker_sample(encode(sent));
+    ASSERT_TRUE(back) << back.error().message;
+    EXPECT_NEAR(back->sample.rotation.norm(), 1.0, 1e-15);
+  }
+}
+
 TEST(RecordedTrackerSample, WhatMakesNoSenseIsRefused) {
   RecordedTrackerSample bad;
   bad.sample.seen = true;

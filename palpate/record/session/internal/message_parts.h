@@ -41,12 +41,15 @@ bool read_upper(const google::protobuf::RepeatedField<double>& from, Eigen::Matr
 inline void put_orientation(google::protobuf::RepeatedField<double>* to, const Quaternion& q) {
   for (const double part : {q.w(), q.x(), q.y(), q.z()}) to->Add(part);
 }
-// Nothing where it is no unit quaternion to 1e-3; as it stands there otherwise.
+// Nothing where it is no unit quaternion to 1e-3.
 inline std::optional<Quaternion> orientation_of(const google::protobuf::RepeatedField<double>& from) {
   if (from.size() != 4) return std::nullopt;
   const Quaternion q(from[0], from[1], from[2], from[3]);
-  constexpr double kUnit = 1e-3;
-  return std::abs(q.norm() - 1.0) < kUnit ? std::optional(q) : std::nullopt;
+  // What rounding leaves stays as it was written; what was written roughly is made a rotation.
+  constexpr double kRoughly = 1e-3, kRounding = 1e-7;
+  const double off = std::abs(q.norm() - 1.0);
+  if (!(off < kRoughly)) return std::nullopt;
+  return off < kRounding ? q : q.normalized();
 }
 
 template <typename Wire>
