@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <stdexcept>
@@ -66,11 +67,18 @@ struct CameraRenderer::Impl {
   render::PlanarShadow table_shadow{160}, wall_shadow{96};
   render::Texture grain_texture{256, 256, render::Format::r8, render::Filter::linear_repeat};
 
-  device::CameraModel lens;  // for which the next three were made
-  render::Texture rays;
-  render::Target picture;
-  std::optional<PictureTiles> tiles;
-  ArmPicture arm_picture;
+  // What is made for a lens, which takes as long as some pictures: of the last two, as two cameras take turns.
+  struct LensParts {
+    device::CameraModel lens;
+    render::Texture rays;
+    render::Target picture;
+    std::optional<PictureTiles> tiles;
+    ArmPicture arm_picture;
+  };
+  std::array<LensParts, 2> lenses;
+  std::size_t in_use = 0;
+  const render::Target& picture() const { return lenses[in_use].picture; }
+  PictureTiles& tiles() { return *lenses[in_use].tiles; }
 
   device::PhantomLengths arm_lengths;
   std::vector<Vector3> arm_leds;
@@ -84,14 +92,20 @@ struct CameraRenderer::Impl {
   Impl() { grain_texture.upload(grain(256).data()); }
 
   void prepare_lens(const device::CameraModel& model) {
-    if (rays && same(model, lens)) return;
-    lens = model;
+    for (std::size_t i = 0; i < lenses.size(); ++i)
+      if (lenses[i].rays && same(model, lenses[i].lens)) {
+        in_use = i;
+        return;
+      }
+    if (lenses[in_use].rays) in_use = 1 - in_use;
+    LensParts& parts = lenses[in_use];
+    parts.lens = model;
     const LensRays all = lens_rays(model);
-    rays = render::Texture(model.width, model.height, render::Format::rg32f, render::Filter::nearest);
-    rays.upload(all.ray.data());
-    picture = render::Target(model.width, model.height, render::Format::rgb8, false);
-    tiles.emplace(model.width, model.height, all.ray);
-    arm_picture.prepare(model, all.low, all.high);
+    parts.rays = render::Texture(model.width, model.height, render::Format::rg32f, render::Filter::nearest);
+    parts.rays.upload(all.ray.data());
+    parts.picture = render::Target(model.width, model.height, render::Format::rgb8, false);
+    parts.tiles.emplace(model.width, model.height, all.ray);
+    parts.arm_picture.prepare(model, all.low, all.high);
   }
 
   void prepare_bodies(const TrueView& view, const ShadowReceiver& top) {
@@ -162,10 +176,10 @@ struct CameraRenderer::Impl {
     Seen seen;
     std::vector<TileCover> cover;  // empty: seen from behind
   };
-  Surface surface(const TrueView& view, const ShadowReceiver& r) const {
+  Surface surface(const TrueView& view, const ShadowReceiver& r) {
     Surface s{r, Seen(view, r), {}};
     if (!s.seen.from_behind())
-      s.cover = tiles->cover(s.seen.to_plane, Eigen::Vector2d::Zero(), Eigen::Vector2d(r.width, r.height));
+      s.cover = tiles().cover(s.seen.to_plane, Eigen::Vector2d::Zero(), Eigen::Vector2d(r.width, r.height));
     return s;
   }
 
@@ -173,10 +187,10 @@ struct CameraRenderer::Impl {
                     const ShadowReceiver& neighbour, const render::PlanarShadow* shadow) {
     if (s.cover.empty()) return;
     glDisable(GL_SCISSOR_TEST);
-    std::vector<TileCover> dark(tiles->count(), TileCover::none);
+    std::vector<TileCover> dark(tiles().count(), TileCover::none);
     if (shadow != nullptr) {
       const Eigen::Vector4d part = shadow->part().cast<double>();
-      dark = tiles->cover(s.seen.to_plane, part.head<2>(), part.head<2>() + part.tail<2>());
+      dark = tiles().cover(s.seen.to_plane, part.head<2>(), part.head<2>() + part.tail<2>());
     }
     const auto draw = [&](Program& program, const auto& wanted) {
       flat_uniforms(program, view, s.place, s.seen);
@@ -184,7 +198,7 @@ struct CameraRenderer::Impl {
       use_shadow(program, shadow != nullptr, shadow);
       std::vector<char> marked(s.cover.size());
       for (std::size_t i = 0; i < marked.size(); ++i) marked[i] = wanted(s.cover[i], dark[i]);
-      tiles->draw(marked);
+      tiles().draw(marked);
     };
     glDisable(GL_BLEND);
     draw(programs.plain, [](TileCover own, TileCover in_dark) {
@@ -234,7 +248,7 @@ struct CameraRenderer::Impl {
 
   // Where neither surface hides it.
   void draw_room(const TrueView& view, const Surface& top, const Surface& back, const Room& box) {
-    std::vector<char> marked(tiles->count(), 1);
+    std::vector<char> marked(tiles().count(), 1);
     for (const Surface* s : {&top, &back})
       for (std::size_t i = 0; i < s->cover.size(); ++i)
         if (s->cover[i] == TileCover::whole) marked[i] = 0;
@@ -246,7 +260,7 @@ struct CameraRenderer::Impl {
         .set("eye", render::Vector3f(view.X_world_camera.translation.cast<float>()))
         .set("room_low", render::Vector3f(box.low.cast<float>()))
         .set("room_high", render::Vector3f(box.high.cast<float>()));
-    tiles->draw(marked);
+    tiles().draw(marked);
   }
 
   // Far ones first; the table's top, drawn later, covers what it hides.
@@ -329,10 +343,10 @@ struct CameraRenderer::Impl {
     const bool on_table = table_shadow.draw({&caster, 1}, top, light, screen);
     const bool on_wall = wall_shadow.draw({&caster, 1}, back, light, screen);
 
-    picture.bind();
+    picture().bind();
     glDisable(GL_DEPTH_TEST);
     glDisable(GL_BLEND);
-    rays.bind(0);
+    lenses[in_use].rays.bind(0);
     grain_texture.bind(1);
     const Surface table_seen = surface(view, top), wall_seen = surface(view, back);
     draw_room(view, table_seen, wall_seen, box);
@@ -344,7 +358,7 @@ struct CameraRenderer::Impl {
     draw_surface(table, view, table_seen, back, on_table ? &table_shadow : nullptr);
     draw_dots(view, top, back, on_table, on_wall);
     draw_balls(view);
-    arm_picture.draw(*arm_body, view, light, kFalloff, picture, screen);
+    lenses[in_use].arm_picture.draw(*arm_body, view, light, kFalloff, picture(), screen);
     if (view.board) {
       const double s = view.board_square;
       const Vector3 x = view.board->rotation * Vector3::UnitX(), y = view.board->rotation * Vector3::UnitY();
@@ -356,7 +370,7 @@ struct CameraRenderer::Impl {
     }
     glDisable(GL_BLEND);
     glDisable(GL_SCISSOR_TEST);
-    picture.read_rgb(rgb);
+    picture().read_rgb(rgb);
     noise.add(rgb, view.noise_seed);
   }
 };
