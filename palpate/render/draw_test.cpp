@@ -8,6 +8,7 @@
 #include "palpate/render/mesh_buffer.h"
 #include "palpate/render/planar_shadow.h"
 #include "palpate/render/projection.h"
+#include "palpate/render/shadow_texels_for_tests.h"
 
 namespace palpate::render {
 namespace {
@@ -102,17 +103,7 @@ TEST(PlanarShadow, LiesWhereTheLampThrowsIt) {
   ShadowCaster caster{&ball};
   caster.X_world_mesh.topRightCorner<3, 1>() = place.cast<float>();
   ASSERT_TRUE(shadow.draw({&caster, 1}, table, light, screen));
-  // Read through a target of bytes: texture() itself is one channel.
-  Program copy("copy", kFullScreen,
-               "uniform sampler2D t; out vec4 c; void main() { c = vec4(texelFetch(t, "
-               "ivec2(gl_FragCoord.xy), 0).r); }");
-  Target target(128, 128, Format::rgb8, false);
-  target.bind();
-  shadow.texture().bind(0);
-  copy.use().set("t", 0);
-  screen.draw();
-  std::vector<std::uint8_t> rgb;
-  target.read_rgb(rgb);
+  const auto rgb = texels_of(shadow, screen);
   double sum = 0, x = 0, y = 0, most = 0;
   for (int v = 0; v < 128; ++v) {
     for (int u = 0; u < 128; ++u) {

@@ -9,6 +9,7 @@
 #include "palpate/render/arm_body.h"
 #include "palpate/render/context.h"
 #include "palpate/render/planar_shadow.h"
+#include "palpate/render/shadow_texels_for_tests.h"
 
 namespace palpate::render {
 namespace {
@@ -51,21 +52,6 @@ TEST(ShadowGather, WrongSizesAreRefused) {
   std::vector<std::uint8_t> result;
   EXPECT_THROW(gather_tiles(random_tiles(8, 1), 9, result), std::invalid_argument);
   EXPECT_THROW(gather_tiles({}, 0, result), std::invalid_argument);
-}
-
-// Read through a target of bytes.
-std::vector<std::uint8_t> texels_of(const PlanarShadow& shadow, const FullScreen& screen) {
-  Program copy("copy", kFullScreen,
-               "uniform sampler2D t; out vec4 c; void main() { c = vec4(texelFetch(t, "
-               "ivec2(gl_FragCoord.xy), 0).rg, 0.0, 1.0); }");
-  Target target(96, 96, Format::rgb8, false);
-  target.bind();
-  shadow.texture().bind(0);
-  copy.use().set("t", 0);
-  screen.draw();
-  std::vector<std::uint8_t> rgb;
-  target.read_rgb(rgb);
-  return rgb;
 }
 
 TEST(ShadowGather, ProcessorAndCardAgreeToALevel) {
