@@ -19,6 +19,7 @@ struct CameraModel {
   int width = 640, height = 480;
   double fx = 560.0, fy = 560.0, cx = 319.5, cy = 239.5;  // px
   std::array<double, 5> distortion{};
+  bool operator==(const CameraModel&) const = default;
 
   // Ideal pinhole (no lens): the pixel of the undistorted picture. Needs z > 0.
   Pixel project_undistorted(const Vector3& p) const {

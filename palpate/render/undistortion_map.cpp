@@ -48,8 +48,7 @@ UndistortionMap::UndistortionMap(const device::CameraModel& camera) : camera_(ca
 }
 
 bool UndistortionMap::is_of(const device::CameraModel& c) const {
-  return !sources_.empty() && c.width == camera_.width && c.height == camera_.height && c.fx == camera_.fx &&
-         c.fy == camera_.fy && c.cx == camera_.cx && c.cy == camera_.cy && c.distortion == camera_.distortion;
+  return !sources_.empty() && c == camera_;
 }
 
 void UndistortionMap::undo_row(std::span<const std::uint8_t> image, int row, std::uint8_t* out) const {

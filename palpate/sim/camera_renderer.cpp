@@ -17,6 +17,7 @@
 #include "palpate/sim/internal/picture_tiles.h"
 #include "palpate/sim/internal/true_hand.h"
 #include "palpate/sim/lens_rays.h"
+#include "palpate/sim/per_lens.h"
 #include "palpate/sim/sensor_noise.h"
 
 namespace palpate::sim {
@@ -27,11 +28,6 @@ using render::ShadowReceiver;
 
 constexpr double kTableThickness = 0.024, kTableHeight = 0.74;  // m
 constexpr float kFalloff = 0.16f;  // light lost in the corners, per squared ray length
-
-bool same(const device::CameraModel& a, const device::CameraModel& b) {
-  return a.width == b.width && a.height == b.height && a.fx == b.fx && a.fy == b.fy && a.cx == b.cx &&
-         a.cy == b.cy && a.distortion == b.distortion;
-}
 
 ShadowReceiver rectangle(const std::array<Vector3, 4>& corners) {
   const Vector3 x = corners[1] - corners[0], y = corners[3] - corners[0];
@@ -67,18 +63,25 @@ struct CameraRenderer::Impl {
   render::PlanarShadow table_shadow{160}, wall_shadow{96};
   render::Texture grain_texture{256, 256, render::Format::r8, render::Filter::linear_repeat};
 
-  // What is made for a lens, which takes as long as some pictures: of the last two, as two cameras take turns.
   struct LensParts {
-    device::CameraModel lens;
+    explicit LensParts(const device::CameraModel& lens) : LensParts(lens, lens_rays(lens)) {}
     render::Texture rays;
     render::Target picture;
-    std::optional<PictureTiles> tiles;
+    PictureTiles tiles;
     ArmPicture arm_picture;
+
+   private:
+    LensParts(const device::CameraModel& lens, const LensRays& all)
+        : rays(lens.width, lens.height, render::Format::rg32f, render::Filter::nearest),
+          picture(lens.width, lens.height, render::Format::rgb8, false),
+          tiles(lens.width, lens.height, all.ray) {
+      rays.upload(all.ray.data());
+      arm_picture.prepare(lens, all.low, all.high);
+    }
   };
-  std::array<LensParts, 2> lenses;
-  std::size_t in_use = 0;
-  const render::Target& picture() const { return lenses[in_use].picture; }
-  PictureTiles& tiles() { return *lenses[in_use].tiles; }
+  PerLens<LensParts> lenses;
+  const render::Target& picture() { return lenses.latest().picture; }
+  PictureTiles& tiles() { return lenses.latest().tiles; }
 
   device::PhantomLengths arm_lengths;
   std::vector<Vector3> arm_leds;
@@ -90,23 +93,6 @@ struct CameraRenderer::Impl {
   SensorNoise noise{0.0};
 
   Impl() { grain_texture.upload(grain(256).data()); }
-
-  void prepare_lens(const device::CameraModel& model) {
-    for (std::size_t i = 0; i < lenses.size(); ++i)
-      if (lenses[i].rays && same(model, lenses[i].lens)) {
-        in_use = i;
-        return;
-      }
-    if (lenses[in_use].rays) in_use = 1 - in_use;
-    LensParts& parts = lenses[in_use];
-    parts.lens = model;
-    const LensRays all = lens_rays(model);
-    parts.rays = render::Texture(model.width, model.height, render::Format::rg32f, render::Filter::nearest);
-    parts.rays.upload(all.ray.data());
-    parts.picture = render::Target(model.width, model.height, render::Format::rgb8, false);
-    parts.tiles.emplace(model.width, model.height, all.ray);
-    parts.arm_picture.prepare(model, all.low, all.high);
-  }
 
   void prepare_bodies(const TrueView& view, const ShadowReceiver& top) {
     // The arm stands on the table.
@@ -330,7 +316,7 @@ struct CameraRenderer::Impl {
     if (!context->make_current())
       throw std::runtime_error("camera picture: asked for on another thread than its own");
     const ShadowReceiver top = rectangle(view.table), back = rectangle(view.wall);
-    prepare_lens(view.lens);
+    lenses.of(view.lens, [](const device::CameraModel& lens) { return LensParts(lens); });
     const Room box = room_round(top, back);
     prepare_floor(view, top, box);
     if (noise.sd() != view.noise_sd) noise = SensorNoise(view.noise_sd);
@@ -346,7 +332,7 @@ struct CameraRenderer::Impl {
     picture().bind();
     glDisable(GL_DEPTH_TEST);
     glDisable(GL_BLEND);
-    lenses[in_use].rays.bind(0);
+    lenses.latest().rays.bind(0);
     grain_texture.bind(1);
     const Surface table_seen = surface(view, top), wall_seen = surface(view, back);
     draw_room(view, table_seen, wall_seen, box);
@@ -358,7 +344,7 @@ struct CameraRenderer::Impl {
     draw_surface(table, view, table_seen, back, on_table ? &table_shadow : nullptr);
     draw_dots(view, top, back, on_table, on_wall);
     draw_balls(view);
-    lenses[in_use].arm_picture.draw(*arm_body, view, light, kFalloff, picture(), screen);
+    lenses.latest().arm_picture.draw(*arm_body, view, light, kFalloff, picture(), screen);
     if (view.board) {
       const double s = view.board_square;
       const Vector3 x = view.board->rotation * Vector3::UnitX(), y = view.board->rotation * Vector3::UnitY();

@@ -26,11 +26,6 @@ PanelPlace panel_place(const std::array<Vector3, 4>& wall) {
           -kBlock * y};
 }
 
-bool same_lens(const device::CameraModel& a, const device::CameraModel& b) {
-  return a.width == b.width && a.height == b.height && a.fx == b.fx && a.fy == b.fy && a.cx == b.cx &&
-         a.cy == b.cy && a.distortion == b.distortion;
-}
-
 }  // namespace
 
 SimulatedDisplay::SimulatedDisplay(const config::WorldFile& world)
@@ -72,14 +67,6 @@ device::TimecodeLight SimulatedDisplay::light(Instant<TrueTime> mid_exposure, in
   return sum;
 }
 
-const LensRays& SimulatedDisplay::rays_of(const device::CameraModel& lens) {
-  if (!lens_ || !same_lens(*lens_, lens)) {
-    lens_ = lens;
-    rays_ = lens_rays(lens);
-  }
-  return rays_;
-}
-
 void SimulatedDisplay::paint(device::CameraImage& image, const TrueView& view,
                              Instant<TrueTime> mid_exposure) {
   if (!lit(mid_exposure)) return;
@@ -95,7 +82,7 @@ void SimulatedDisplay::paint(device::CameraImage& image, const TrueView& view,
   Matrix3 from_panel;
   from_panel << along, down, corner;
   const Matrix3 to_panel = from_panel.inverse();
-  const auto& ray = rays_of(view.lens).ray;
+  const auto& ray = rays_.of(view.lens, lens_rays).ray;
   const auto index = [&](int u, int v) {
     u = std::clamp(u, 0, image.width - 1), v = std::clamp(v, 0, image.height - 1);
     return static_cast<std::size_t>(v) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(u);

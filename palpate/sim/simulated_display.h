@@ -7,12 +7,12 @@
 #pragma once
 
 #include <deque>
-#include <optional>
 
 #include "palpate/device/devices.h"
 #include "palpate/device/timecode.h"
 #include "palpate/sim/config/world_file.h"
 #include "palpate/sim/lens_rays.h"
+#include "palpate/sim/per_lens.h"
 #include "palpate/sim/sensor_noise.h"
 #include "palpate/sim/true_view.h"
 
@@ -38,12 +38,9 @@ class SimulatedDisplay {
     Instant<TrueTime> at;  // its light
     Duration code{0};
   };
-  const LensRays& rays_of(const device::CameraModel& lens);
-
   Duration scan_out_, exposure_, readout_;
   std::deque<Shown> shown_;
-  std::optional<device::CameraModel> lens_;
-  LensRays rays_;
+  PerLens<LensRays> rays_;
   SensorNoise noise_{0.0};
 };
 
