@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
 """Growth that has to be seen and noise that must not be taken for it, in made-up runs of nine minutes, a sample a second."""
+import contextlib
+import io
 import random
 import unittest
 
@@ -35,6 +37,16 @@ class GrowthThatHasToBeSeen(unittest.TestCase):
     def test_a_clock_that_walks_off_by_ten_microseconds_a_minute(self):
         self.assertTrue(grew([15 + t / 6 for t in TIMES], "clock"))
 
+    def test_pictures_that_become_fewer(self):
+        for seed in range(50):
+            noise = random.Random(seed)
+            self.assertTrue(grew([40 + t / 45 + noise.choice((0, 10, 20)) for t in TIMES], "pictures"), seed)
+
+    def test_a_recording_that_takes_more_and_more(self):
+        for seed in range(50):
+            noise = random.Random(seed)
+            self.assertTrue(grew([380 + t / 4 + noise.uniform(-100, 80) for t in TIMES], "disk"), seed)
+
     def test_overruns_that_become_more_frequent_every_minute(self):
         for seed in range(50):
             noise = random.Random(seed)
@@ -60,6 +72,9 @@ class NoiseThatIsNoGrowth(unittest.TestCase):
             return values
         self.assertLessEqual(self.false_alarms("latency", series), 3)  # of 300: chance
 
+    def test_a_recording_of_rallies_and_pauses(self):
+        self.assertLessEqual(self.false_alarms("disk", lambda noise: [noise.choice((290, 440, 450)) for _ in TIMES]), 1)
+
     def test_one_step_is_no_growth(self):
         for figure, step in (("memory", 5.0), ("descriptors", 1.0), ("threads", 1.0), ("latency", 200.0)):
             for at in range(60, 500, 40):
@@ -70,6 +85,30 @@ class NoiseThatIsNoGrowth(unittest.TestCase):
 
     def test_what_falls_does_not_grow(self):
         self.assertFalse(grew([80 - t for t in TIMES], "memory"))
+
+
+class WhatIsToldAtTheEnd(unittest.TestCase):
+    HEADSET = {"frames": 900, "rate_hz": 90.0, "pictures_shown": 200, "losses": 0, "age_ms": {"median": 40.0, "p99": 60.0}}
+
+    def told(self, tell, *figures):
+        with contextlib.redirect_stdout(io.StringIO()) as text:
+            return tell(*figures), text.getvalue()
+
+    def test_a_message_that_no_recording_holds_is_told(self):
+        def figures(dropped, missed):
+            return {"physics": {"recording": {"bytes": 2**21, "messages": 7, "dropped": {"/arm/sample": dropped}, "missed": missed}},
+                    "graphics": {"recording": {"bytes": 2**20, "messages": 3, "dropped": {}}}}
+        self.assertEqual(self.told(soak.tell_recordings, figures(0, 0)),
+                         (0, "physics recorded 2 MiB, 7 messages, 0 lost\ngraphics recorded 1 MiB, 3 messages, 0 lost\n"))
+        self.assertEqual(self.told(soak.tell_recordings, figures(4, 5))[0], 9)
+
+    def test_a_headset_that_went_or_showed_nothing_is_told(self):
+        bad, text = self.told(soak.tell_headset, self.HEADSET, 10.0)
+        self.assertEqual(bad, 0)
+        self.assertIn("90.0 frames/s", text)
+        self.assertIn("20.0 new pictures/s", text)
+        self.assertEqual(self.told(soak.tell_headset, {**self.HEADSET, "losses": 2}, 10.0)[0], 2)
+        self.assertEqual(self.told(soak.tell_headset, {**self.HEADSET, "pictures_shown": 0}, 10.0)[0], 1)
 
 
 class Arithmetic(unittest.TestCase):
