@@ -58,7 +58,7 @@ struct McapWriter::State {
   std::vector<Channel> channels_;                 // number - 1
   std::vector<bool> schema_told_, channel_told_;  // in a chunk
   OpenChunk chunk_;
-  std::vector<ChunkIndex> chunk_indexes_;
+  std::string chunk_indexes_;  // as they will stand in the summary: all that grows while a recording does, so kept small
   std::vector<AttachmentIndex> attachment_indexes_;
   std::vector<MetadataIndex> metadata_indexes_;
   Statistics statistics_;
@@ -178,7 +178,7 @@ Expected<void> McapWriter::State::flush() {
   chunk_.records.clear();
   chunk_.messages = 0;
   if (auto done = put(out); !done) return done;
-  chunk_indexes_.push_back(std::move(index));
+  append_chunk_index(chunk_indexes_, index);
   ++statistics_.chunks;
   return {};
 }
@@ -227,9 +227,7 @@ std::string McapWriter::State::summary() {
       append_channel(out, static_cast<std::uint16_t>(i + 1), channels_[i]);
   });
   group(Opcode::statistics, [&] { append_statistics(out, statistics_); });
-  group(Opcode::chunk_index, [&] {
-    for (const auto& index : chunk_indexes_) append_chunk_index(out, index);
-  });
+  group(Opcode::chunk_index, [&] { out += chunk_indexes_; });
   group(Opcode::attachment_index, [&] {
     for (const auto& index : attachment_indexes_) append_attachment_index(out, index);
   });
