@@ -46,8 +46,8 @@ class Soak(ProgramTest):
         for process in ("world", "physics", "graphics", "second graphics", "a second link", "an observer"):
             for figure in ("memory", "descriptors", "threads"):
                 self.verdict(table, f"{figure} of {process}")
-        for loop in ("overruns of haptic loop", "overruns of physics loop", "recorded by physics", "recorded by graphics"):
-            self.verdict(table, loop)
+        for figure in ("overruns of haptic loop", "overruns of physics loop", "recorded by physics", "recorded by graphics"):
+            self.verdict(table, figure)
         for figure in ("round trip", "between pictures", "clock error", "clock uncertainty"):
             self.verdict(table, figure + ", second")
             self.verdict(table, figure)
