@@ -58,8 +58,8 @@ struct McapWriter::State {
   std::vector<Channel> channels_;                 // number - 1
   std::vector<bool> schema_told_, channel_told_;  // in a chunk
   OpenChunk chunk_;
-  std::string
-      chunk_indexes_;  // as they will stand in the summary: all that grows while a recording does, so kept small
+  // As they will stand in the summary: what memory grows by while a recording does.
+  std::string chunk_indexes_;
   std::vector<AttachmentIndex> attachment_indexes_;
   std::vector<MetadataIndex> metadata_indexes_;
   Statistics statistics_;
