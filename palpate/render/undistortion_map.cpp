@@ -47,9 +47,7 @@ UndistortionMap::UndistortionMap(const device::CameraModel& camera) : camera_(ca
     }
 }
 
-bool UndistortionMap::is_of(const device::CameraModel& c) const {
-  return !sources_.empty() && c == camera_;
-}
+bool UndistortionMap::is_of(const device::CameraModel& c) const { return !sources_.empty() && c == camera_; }
 
 void UndistortionMap::undo_row(std::span<const std::uint8_t> image, int row, std::uint8_t* out) const {
   const std::size_t width = static_cast<std::size_t>(camera_.width);
