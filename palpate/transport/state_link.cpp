@@ -53,8 +53,13 @@ bool StateLink::request(std::uint64_t number, Instant<PhysicsClock> time, bool s
   return true;
 }
 
+bool StateLink::look_back(std::uint64_t number, Instant<PhysicsClock> time, bool shape) {
+  return send(StateRequest{number | kLookBack, time, shape}).has_value();
+}
+
 void StateLink::poll() {
   arrived_.clear();
+  looked_back_.clear();
   Arrival arrival;
   // Bounded, should more come all the while.
   for (int taken = 0; taken < kMostTaken && wire_->take(arrival); ++taken) {
@@ -121,6 +126,11 @@ void StateLink::take(const Welcome& message, const Arrival&) {
 }
 
 void StateLink::take(const StateReply& message, const Arrival& arrival) {
+  if ((message.number & kLookBack) != 0) {
+    looked_back_.push_back(message);
+    looked_back_.back().number &= ~kLookBack;
+    return;
+  }
   const RequestTracker::Noted noted = request_tracker_.reply(message.number, message.answer.kind);
   if (!noted.first) return;
   arrived_.push_back({message, noted.sent, arrival.received, noted.newest});

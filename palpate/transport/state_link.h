@@ -91,6 +91,13 @@ class StateLink {
   // What the last poll() brought, in the order of arrival.
   std::span<const ArrivedState> arrived() const { return arrived_; }
 
+  // Asks for the state of some moment besides the frames' own, to look back at it: not counted among their requests.
+  // False when it could not go out. `number` comes back with the answer and stays below kLookBack.
+  static constexpr std::uint64_t kLookBack = std::uint64_t{1} << 63;
+  bool look_back(std::uint64_t number, Instant<PhysicsClock> time, bool shape = false);
+  // Answers to that which the last poll() brought.
+  std::span<const StateReply> looked_back() const { return looked_back_; }
+
   // Starts a clock exchange, or a train of them; their stamps come out of take_sync() after a later poll().
   bool send_sync();
   std::optional<SyncStamps> take_sync();
@@ -159,6 +166,7 @@ class StateLink {
   std::optional<ArrivedState> newest_;
   std::shared_ptr<const scene::Shape> newest_shape_;
   std::vector<ArrivedState> arrived_;
+  std::vector<StateReply> looked_back_;
   std::array<SentSync, 16> syncs_sent_{};
   std::uint64_t trains_ = 0;  // of clock exchanges
   std::deque<SyncStamps> syncs_done_;

@@ -42,7 +42,19 @@ transport::ClientFigures figures_of(std::uint64_t frames, std::uint64_t late, st
   return figures;
 }
 
-Expected<GraphicsLogs> GraphicsLogs::begin(const std::filesystem::path& folder) {
+Json exchange_json(const Quantiles& trips, std::uint64_t frames, std::uint64_t late,
+                   const transport::ExchangeCounters& counters) {
+  return {{"round_trip_us", {{"median", trips.us(0.5)}, {"p99", trips.us(0.99)}}},
+          {"frames", frames},
+          {"late", late},
+          {"lost", counters.lost},
+          {"unsent", counters.unsent},
+          {"repeated", counters.duplicated},
+          {"out_of_order", counters.out_of_order}};
+}
+
+Expected<GraphicsLogs> GraphicsLogs::begin(const std::filesystem::path& folder, PictureTime picture_time,
+                                           const scene::SceneDescription& scene) {
   // From `unsent` on: how many since the start.
   auto frames = CsvFile::begin(folder / "realtime_frames.csv",
                                {"frame", "time_s", "round_trip_us", "late", "answer", "landmarks_used",
@@ -53,7 +65,13 @@ Expected<GraphicsLogs> GraphicsLogs::begin(const std::filesystem::path& folder) 
   if (!sync) return tl::unexpected(sync.error());
   auto poses = PoseLog::begin(folder);
   if (!poses) return tl::unexpected(poses.error());
-  return GraphicsLogs{std::move(*frames), std::move(*sync), std::move(*poses)};
+  std::optional<PredictionLog> predictions;
+  if (picture_time == PictureTime::predicted) {
+    auto begun = PredictionLog::begin(folder, scene);
+    if (!begun) return tl::unexpected(begun.error());
+    predictions.emplace(std::move(*begun));
+  }
+  return GraphicsLogs{std::move(*frames), std::move(*sync), std::move(*poses), std::move(predictions)};
 }
 
 void GraphicsLogs::frame(const FrameRecord& frame, double t, double trip_us, Duration busy,
@@ -72,7 +90,7 @@ void GraphicsLogs::clocks(double t, double error_us, Duration stated, Duration o
 Expected<void> GraphicsLogs::finish() {
   for (auto done : {frames.finish(), sync.finish(), poses.finish()})
     if (!done) return done;
-  return {};
+  return predictions ? predictions->finish() : Expected<void>{};
 }
 
 }  // namespace palpate::server::graphics

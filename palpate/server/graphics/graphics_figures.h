@@ -4,12 +4,15 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "palpate/core/csv_file.h"
 #include "palpate/core/expected.h"
+#include "palpate/core/json.h"
 #include "palpate/server/graphics/graphics_server.h"
 #include "palpate/server/graphics/pose_log.h"
+#include "palpate/server/graphics/prediction_figures.h"
 #include "palpate/time/jitter_histogram.h"
 #include "palpate/transport/status.h"
 
@@ -29,18 +32,24 @@ class Quantiles {
   JitterHistogram all_;
 };
 
+// For the end of a run.
+Json exchange_json(const Quantiles& trips, std::uint64_t frames, std::uint64_t late,
+                   const transport::ExchangeCounters& counters);
+
 // For `palpate status`.
 transport::ClientFigures figures_of(std::uint64_t frames, std::uint64_t late, std::uint64_t lost,
                                     double elapsed_s, const JitterHistogram& trips,
                                     const GraphicsServer& server, Instant<GraphicsClock> now);
 
-// realtime_frames.csv, realtime_sync.csv and realtime_poses.csv, written as they go: a server may run for
-// days.
+// realtime_frames.csv, realtime_sync.csv, realtime_poses.csv and, where pictures are predicted,
+// realtime_predictions.csv, written as they go: a server may run for days.
 struct GraphicsLogs {
   CsvFile frames, sync;
   PoseLog poses;
+  std::optional<PredictionLog> predictions;
 
-  static Expected<GraphicsLogs> begin(const std::filesystem::path& folder);
+  static Expected<GraphicsLogs> begin(const std::filesystem::path& folder, PictureTime picture_time,
+                                      const scene::SceneDescription& scene);
   // A frame at `t`, s since the start; `trip_us` 0: no reply came with it. `busy`: since its image was taken
   // up.
   void frame(const FrameRecord& frame, double t, double trip_us, Duration busy,

@@ -19,6 +19,11 @@ constexpr double kTurnDoubt = 0.01, kShiftDoubt = 0.005;  // rad, m
 // server that has gone or whose clock is another, is not reckoned on for hours.
 constexpr Duration kFurthestAhead = std::chrono::seconds(3);
 
+// A predicted picture: how much the hand speeds up is seen over the first; not beyond the second does that say where it
+// will be. Shapes of two pictures further apart say nothing of how a surface moves.
+constexpr Duration kHandBefore = std::chrono::milliseconds(8), kHandAhead = std::chrono::milliseconds(60),
+                   kShapeBefore = std::chrono::milliseconds(100);
+
 constexpr double kDrawingWeight = 0.1;  // a frame's weight in the smoothed time that drawing takes
 
 // The last two poses carried on to `time`.
@@ -30,6 +35,10 @@ Pose<World, CameraOptical> carried_on(const D& a, const D& b, Instant<GraphicsCl
       (so3_exp(share * turn) * b.X_world_camera.rotation).normalized(),
       b.X_world_camera.translation + share * (b.X_world_camera.translation - a.X_world_camera.translation)};
 }
+
+// The question's number where a frame asks for the state a little before its own; the check of predictions has its own.
+constexpr std::uint64_t kBefore = std::uint64_t{1} << 62;
+std::uint64_t before_question(std::uint64_t frame) { return kBefore | frame; }
 
 // A pose's covariance for another place on the same body: a turn w moves what is a lever away by w x lever.
 Matrix6 carried_along(const Vector3& lever, const Matrix6& covariance) {
@@ -49,6 +58,7 @@ GraphicsServer::GraphicsServer(rig::Rig rig, transport::StateLink& link, device:
       camera_(camera),
       pipeline_(pipeline),
       settings_(settings),
+      predictions_(link),
       watch_(rig_.camera ? rig_.camera->model.width : 0, rig_.camera ? rig_.camera->model.height : 0) {
   if (!rig_.camera) throw std::invalid_argument("graphics server: the rig has no camera calibration");
   if (!rig_.hand_eye && !rig_.board)
@@ -129,10 +139,15 @@ void GraphicsServer::service(Instant<GraphicsClock> now) {
     // A server that has no state yet answers with an empty one: nothing to draw.
     if (arrived.newest && !arrived.reply.answer.state.empty()) last_answer_ = arrived.reply.answer;
   }
+  for (const auto& before : link_.looked_back())
+    if (before.number == before_question(record_.number)) state_before_ = before.answer.state;
   while (const auto stamps = link_.take_sync()) sync_.add(stamps->t1, stamps->t2, stamps->t3, stamps->t4);
   if (!last_sync_sent_ || now - *last_sync_sent_ >= sync_.interval()) {
     if (link_.send_sync()) last_sync_sent_ = now;
   }
+
+  if (predicts() && link_.description())
+    predictions_.service(now, sync_.model(), tracker_after_arm(), camera_marker_, *link_.description());
 
   if (image) take_image(std::move(*image), image_asked, waited);
   if (right_camera_ != nullptr) {
@@ -159,14 +174,14 @@ bool GraphicsServer::begin_frame(Instant<GraphicsClock> now) {
   record_.two_eyes = right_camera_ != nullptr;
   const rig::DelayCalibration delays = rig_.delays.value_or(rig::DelayCalibration{});
   record_.image_time = image_->left.time - seconds(delays.camera_after_tracker_s);
-  record_.photon = display_time_ ? display_time_(now + drawing_) : now + drawing_ + settings_.scan_out;
   if (sync_.exchanges() > 0) {
     // A predicted picture starts from the newest state there is.
-    record_.asked = settings_.picture_time == PictureTime::predicted
-                        ? sync_.remote_time(now)
-                        : sync_.remote_time(record_.image_time) - seconds(delays.tracker_after_arm_s);
+    record_.asked =
+        predicts() ? sync_.remote_time(now) : sync_.remote_time(record_.image_time) - tracker_after_arm();
     const bool shape = link_.description() && link_.description()->shape_vertices > 0;
     record_.requested = link_.request(record_.number, record_.asked, shape);
+    state_before_.reset();
+    if (predicts()) link_.look_back(before_question(record_.number), record_.asked - kHandBefore);
   }
   estimate_pose(record_);
   return true;
@@ -185,21 +200,35 @@ const FrameRecord& GraphicsServer::finish_frame(Instant<GraphicsClock> now) {
     record_.answer = last_answer_->kind;
     record_.extrapolated_by = last_answer_->extrapolated_by;
   }
-  if (settings_.picture_time == PictureTime::predicted) {
-    if (!display_time_) predict_pose(record_);
-    predict_state(record_);
-  }
+  record_.photon = light_of(now + drawing_);
+  if (predicts()) predict(record_);
   if (record_.requested) link_.frame_drawn(record_.number);
   record_.conditions = conditions();
   if (image_) pipeline_.draw(image_->left.image, image_->right ? &*image_->right : nullptr, record_);
   record_.drawn = now;
-  const Duration drawing = now - record_.begun;
-  drawing_ += frames_ == 1 ? drawing
-                           : Duration(static_cast<Duration::rep>(
-                                 kDrawingWeight * static_cast<double>((drawing - drawing_).count())));
   if (image_) finished_image_ = std::move(image_->left.image);
   image_.reset();
   return record_;
+}
+
+void GraphicsServer::shown(Instant<GraphicsClock> at) {
+  const Duration drawing = at - record_.drawn;
+  drawing_ += frames_ == 1 ? drawing
+                           : Duration(static_cast<Duration::rep>(
+                                 kDrawingWeight * static_cast<double>((drawing - drawing_).count())));
+  if (!predicts() || record_.answer != AnswerKind::extrapolated || newest_state_.empty()) return;
+  const auto light = light_of(at);
+  predictions_.shown({.frame = &record_,
+                      .newest = &newest_state_,
+                      .newest_shape = newest_shape_,
+                      .marker = marker_ahead_,
+                      .light = light,
+                      .marker_light = light + tracker_after_arm(),
+                      .image_time = record_.image_time});
+}
+
+Instant<GraphicsClock> GraphicsServer::light_of(Instant<GraphicsClock> presented) const {
+  return display_time_ ? display_time_(presented) : presented + settings_.scan_out;
 }
 
 void GraphicsServer::estimate_pose(FrameRecord& record) {
@@ -296,15 +325,23 @@ void GraphicsServer::pose_from_image(FrameRecord& record) {
   last_ = Drawn{record.image_time, record.X_world_camera};
 }
 
+void GraphicsServer::predict(FrameRecord& record) {
+  marker_ahead_.reset();
+  newest_state_ = record.have_state ? record.state : scene::SceneState{};
+  shape_before_ = std::exchange(newest_shape_, record.shape);
+  if (!display_time_) predict_pose(record);
+  predict_state(record);
+}
+
 // The image's own pose, moved on as the tracker saw the marker move from then until now and steadily on from
 // there. The tracker's stamps show the world tracker_after_arm earlier than they say.
-void GraphicsServer::predict_pose(FrameRecord& record) const {
-  const rig::DelayCalibration delays = rig_.delays.value_or(rig::DelayCalibration{});
+void GraphicsServer::predict_pose(FrameRecord& record) {
   const auto then = camera_marker_.at(record.image_time);
-  const auto ahead = camera_marker_.predict(record.photon + seconds(delays.tracker_after_arm_s));
+  const auto ahead = camera_marker_.predict(record.photon + tracker_after_arm());
   if (!then || !ahead || record.pose_source == PoseSource::none) return;
   const Pose<World, CameraMarker> X_then{then->rotation, then->translation},
       X_ahead{ahead->rotation, ahead->translation};
+  marker_ahead_ = X_ahead;
   // In the marker's axes: an error of the tracker's that stays drops out.
   const Pose<CameraMarker, CameraMarker> moved = X_then.inverse() * X_ahead;
   const Pose<World, CameraMarker> X_marker =
@@ -321,9 +358,35 @@ void GraphicsServer::predict_state(FrameRecord& record) const {
   if (!record.have_state || sync_.exchanges() == 0) return;
   const Duration ahead = std::min(sync_.model().to(record.photon) - record.state.time, kFurthestAhead);
   if (ahead <= Duration(0)) return;
+  predict_hand(record.state, ahead);
   record.state = pipeline_.predict(record.state, ahead);
   record.answer = AnswerKind::extrapolated;
   record.extrapolated_by = ahead;
+  predict_shape(record);
+}
+
+// What the stylus carries goes where the hand takes it, and a hand speeds up and slows down: its mean velocity over `ahead` is
+// that of now and half of what it gains meanwhile. Application::predict carries bodies on by their velocities alone.
+void GraphicsServer::predict_hand(scene::SceneState& state, Duration ahead) const {
+  if (!state_before_ || ahead > kHandAhead || state.body_count <= static_cast<int>(scene::kCarried)) return;
+  const double gone = to_seconds(state.time - state_before_->time);
+  if (state_before_->empty() || gone < 0.5 * to_seconds(kHandBefore)) return;
+  auto& hand = state.bodies[scene::kCarried];
+  const auto& before = state_before_->bodies[scene::kCarried];
+  if (hand.jumps != before.jumps) return;
+  const double share = 0.5 * to_seconds(ahead) / gone;
+  hand.set_v(hand.v() + share * (hand.v() - before.v()));
+  const Vector3 turning(hand.angular_velocity.data());
+  hand.set_w(turning + share * (turning - Vector3(before.angular_velocity.data())));
+}
+
+// As each vertex has moved since the picture before, of which the shape is known.
+void GraphicsServer::predict_shape(FrameRecord& record) const {
+  if (!record.shape || !shape_before_ || shape_before_->values.size() != record.shape->values.size()) return;
+  const Duration since = record.shape->time - shape_before_->time,
+                 ahead = record.state.time - record.shape->time;
+  if (since <= Duration(0) || since > kShapeBefore || ahead <= Duration(0)) return;
+  record.shape = scene::carried_on(*shape_before_, *record.shape, record.state.time);
 }
 
 bool GraphicsServer::answered() const {

@@ -29,6 +29,7 @@
 #include "palpate/scene/application.h"
 #include "palpate/server/graphics/frame_pipeline.h"
 #include "palpate/server/graphics/frame_record.h"
+#include "palpate/server/graphics/prediction_check.h"
 #include "palpate/server/graphics/stereo_pair.h"
 #include "palpate/server/graphics/watched_clock.h"
 #include "palpate/time/clock_model.h"
@@ -95,6 +96,13 @@ class GraphicsServer {
   using DisplayTime = std::function<Instant<GraphicsClock>(Instant<GraphicsClock> finished)>;
   void set_display(DisplayTime display_time) { display_time_ = std::move(display_time); }
 
+  // The picture of the latest finished frame has been handed to the display. How long that took, from finish_frame() on,
+  // is how far ahead the next ones reckon, and how well a predicted one was predicted is found out from here on. Where
+  // nobody says so, drawing takes no time.
+  void shown(Instant<GraphicsClock> at);
+  // Of predicted pictures, since the last call (prediction_check.h).
+  std::vector<PredictionError> take_prediction_errors() { return predictions_.take(); }
+
   bool frame_begun() const { return image_.has_value(); }
   // The image of the latest finished frame, until the next one is finished.
   const device::CameraImage& finished_image() const { return finished_image_; }
@@ -122,8 +130,16 @@ class GraphicsServer {
   void estimate_right(FrameRecord& record) const;
   void pose_without_tracker(FrameRecord& record);
   void pose_from_image(FrameRecord& record);
-  void predict_pose(FrameRecord& record) const;
+  Duration tracker_after_arm() const {
+    return rig_.delays ? seconds(rig_.delays->tracker_after_arm_s) : Duration(0);
+  }
+  Instant<GraphicsClock> light_of(Instant<GraphicsClock> presented) const;
+  void predict(FrameRecord& record);
+  void predict_pose(FrameRecord& record);
   void predict_state(FrameRecord& record) const;
+  void predict_hand(scene::SceneState& state, Duration ahead) const;
+  void predict_shape(FrameRecord& record) const;
+  bool predicts() const { return settings_.picture_time == PictureTime::predicted; }
 
   rig::Rig rig_;
   transport::StateLink& link_;
@@ -147,9 +163,15 @@ class GraphicsServer {
   std::optional<Arrived> image_;  // being worked on
   device::CameraImage finished_image_;
   std::optional<scene::StateAnswer> last_answer_;
+  // Of a predicted picture: the state a little before that which it starts from, and the shape of the picture before.
+  std::optional<scene::SceneState> state_before_;
+  std::shared_ptr<const scene::Shape> newest_shape_, shape_before_;
+  scene::SceneState newest_state_;
+  std::optional<Pose<World, CameraMarker>> marker_ahead_;
+  PredictionCheck predictions_;
   std::vector<double> round_trips_;
   std::optional<Drawn> last_, before_last_;
-  Duration drawing_{0};  // from taking up an image to the finished picture, smoothed
+  Duration drawing_{0};  // from finish_frame() until its picture is with the display, smoothed
   FrameRecord record_;
   std::uint64_t frames_ = 0;
 };

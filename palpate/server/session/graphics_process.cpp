@@ -88,6 +88,7 @@ class GraphicsProcess {
   std::optional<graphics::FrameTrace> trace_;
   std::uint64_t health_told_ = 0;  // changes of which the physics server has heard
   std::optional<graphics::GraphicsLogs> logs_;
+  graphics::PredictionFigures predictions_;
 
   graphics::Quantiles trips_, sync_errors_, uncertainties_;
   std::optional<Instant<GraphicsClock>> told_;
@@ -247,7 +248,7 @@ Expected<void> GraphicsProcess::open_latency_probe() {
 Expected<void> GraphicsProcess::open_logs() {
   physics_.emplace(side_->link(), place_.endpoint.address);
   if (options_.out.empty()) return {};
-  auto begun = graphics::GraphicsLogs::begin(options_.out);
+  auto begun = graphics::GraphicsLogs::begin(options_.out, options_.graphics.picture_time, side_->scene());
   if (!begun) return tl::unexpected(begun.error());
   logs_.emplace(std::move(*begun));
   return {};
@@ -324,6 +325,7 @@ void GraphicsProcess::show_frame() {
   trace_stage("player");
   screens_->show(frame);
   const auto presented = clock_.now();
+  side_->server().shown(presented);
   trace_stage("show");
   shown_timecode();
   if (feed_) feed_->frame(frame, side_->scene(), side_->server().sync().model());
@@ -364,6 +366,10 @@ void GraphicsProcess::log_frame(const graphics::FrameRecord& frame) {
     trips_.add(seconds(s));
   }
   const double time_s = to_seconds(clock_.now() - begun_);
+  for (const auto& error : side_->server().take_prediction_errors()) {
+    predictions_.add(error);
+    if (logs_ && logs_->predictions) logs_->predictions->add(error);
+  }
   if (logs_) {
     logs_->frame(frame, time_s, trip_us, clock_.now() - frame.begun, side_->link().counters());
     logs_->poses.add(frame, side_->scene(), time_s);
@@ -403,15 +409,8 @@ void GraphicsProcess::shown_timecode() {
 
 Json GraphicsProcess::figures() const {
   const double elapsed = to_seconds(clock_.now() - begun_);
-  const auto& counters = side_->link().counters();
   Json result;
-  result["exchange"] = {{"round_trip_us", {{"median", trips_.us(0.5)}, {"p99", trips_.us(0.99)}}},
-                        {"frames", frames_},
-                        {"late", late_},
-                        {"lost", counters.lost},
-                        {"unsent", counters.unsent},
-                        {"repeated", counters.duplicated},
-                        {"out_of_order", counters.out_of_order}};
+  result["exchange"] = graphics::exchange_json(trips_, frames_, late_, side_->link().counters());
   result["sync"] = {{"offset_error_us_p99", sync_errors_.us(0.99)},
                     {"uncertainty_us", uncertainties_.us(0.5)},
                     {"exchanges", side_->server().sync().exchanges()},
@@ -428,6 +427,7 @@ Json GraphicsProcess::figures() const {
   result["server_there"] = Json::array();
   for (const auto& change : physics_->changes())
     result["server_there"].push_back({{"time_s", to_seconds(change.time - begun_)}, {"there", change.there}});
+  if (predictions_.pictures() > 0) result["predicted"] = predictions_.json(side_->scene());
   if (probe_) result["photon_to_photon"] = probe_->figures();
   if (feed_) result["published"] = feed_->figures();
   screens_->add_figures(result);

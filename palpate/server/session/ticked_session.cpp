@@ -39,6 +39,7 @@ const graphics::FrameRecord* TickedSession::tick_graphics(Instant<TrueTime> t) {
   if (finish_at_ && t >= *finish_at_) {
     finish_at_.reset();
     frame = &graphics_->finish(now);
+    graphics_->server().shown(now);
   }
   graphics_->lead_hand(now);
   return frame;
