@@ -10,6 +10,8 @@
 namespace palpate::server::graphics {
 namespace {
 
+constexpr double kMm = kMillimetresPerMetre;
+
 // "Ball" as a column's or figure's name: ball.
 std::string column_name(std::string name) {
   for (char& c : name)
