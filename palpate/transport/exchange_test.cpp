@@ -56,6 +56,27 @@ TEST_P(Exchange, AShapeComesWithTheStateWhereItIsAskedFor) {
   EXPECT_EQ(link->newest_shape()->values, expected);
 }
 
+TEST_P(Exchange, LookingBackDoesNotTouchTheFramesOwnRequests) {
+  auto server = rig->serve(testing::cloth_scene());
+  auto link = rig->connect();
+  ASSERT_TRUE(rig->until({link.get()}, [&] { return link->description().has_value(); }));
+  ASSERT_TRUE(link->request(7, {seconds(4)}));
+  ASSERT_TRUE(rig->until({link.get()}, [&] { return link->newest().has_value(); }));
+  const auto counters = link->counters();
+  ASSERT_TRUE(link->look_back(3, {seconds(2)}, true));
+  ASSERT_TRUE(rig->until({link.get()}, [&] { return !link->looked_back().empty(); }));
+  const StateReply& answer = link->looked_back().front();
+  EXPECT_EQ(answer.number, 3u);
+  EXPECT_EQ(answer.answer.state.time, Instant<PhysicsClock>{seconds(2)});
+  ASSERT_TRUE(answer.shape);
+  EXPECT_EQ(answer.shape->time, Instant<PhysicsClock>{seconds(2)});
+  EXPECT_EQ(link->newest()->reply.number, 7u);
+  EXPECT_FALSE(link->newest_shape());
+  EXPECT_EQ(link->counters(), counters);
+  link->poll();
+  EXPECT_TRUE(link->looked_back().empty()) << "only what the last poll brought";
+}
+
 TEST_P(Exchange, WithoutASurfaceThatDeformsAShapeIsAskedForInVain) {
   auto server = rig->serve();
   auto link = rig->connect();

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
 #include "palpate/server/graphics/devices_for_tests.h"
@@ -45,8 +46,9 @@ class FramesOfAServer : public ::testing::Test {
       if (samples && ms_ % kSampleEvery == 0) hand_sample();
       server_->service(now());
       if (!server_->frame_begun() && server_->begin_frame(now())) begun_ms_ = ms_;
-      if (server_->frame_begun() && ms_ >= begun_ms_ + kDrawnAfter)
-        frames_.push_back(server_->finish_frame(now()));
+      if (!server_->frame_begun() || ms_ < begun_ms_ + kDrawnAfter) continue;
+      frames_.push_back(server_->finish_frame(now()));
+      if (shown_after_) server_->shown(now() + *shown_after_);
     }
   }
   void hand_image(int width = 640) {
@@ -82,6 +84,7 @@ class FramesOfAServer : public ::testing::Test {
   std::unique_ptr<GraphicsServer> server_;
   std::vector<FrameRecord> frames_;
   int ms_ = 0, begun_ms_ = 0;
+  std::optional<Duration> shown_after_;  // a frame was finished; none: nobody says so
 };
 
 // Clocks are known to some ten microseconds by then.
@@ -230,6 +233,55 @@ TEST_F(FramesOfAServer, APredictedPictureIsOfTheMomentItsLightLeavesTheDisplay) 
   EXPECT_NEAR(photon_s, to_seconds(frame.begun.since_epoch) - 7.0 + 1e-3 * (kDrawnAfter + 12), 1e-3);
   EXPECT_NEAR(to_seconds(frame.state.time.since_epoch) - 100.0, photon_s, kSettled_s);
   EXPECT_NEAR(pose_s(frame), photon_s, 1e-3);
+}
+
+TEST_F(FramesOfAServer, APredictedPictureReckonsWithTheTimeThatDrawingTook) {
+  make({.picture_time = PictureTime::predicted, .scan_out = std::chrono::milliseconds(12)});
+  shown_after_ = 9 * kOneMs;
+  run(2000);
+  const FrameRecord& frame = frames_.back();
+  EXPECT_NEAR(to_seconds(frame.photon - frame.drawn), 1e-3 * (9 + 12), 1e-6);
+  EXPECT_NEAR(pose_s(frame), to_seconds(frame.photon.since_epoch) - 7.0, 1e-3);
+}
+
+// Body 0 goes at 1 m/s and does not say so: a state shows it as far behind as the state is old.
+TEST_F(FramesOfAServer, HowWellAPictureWasPredictedIsKnownSoonAfter) {
+  make({.picture_time = PictureTime::predicted, .scan_out = std::chrono::milliseconds(12)});
+  shown_after_ = 9 * kOneMs;
+  run(2000);
+  const auto errors = server_->take_prediction_errors();
+  ASSERT_GT(errors.size(), 40u);
+  for (std::size_t i = 25; i < errors.size(); ++i) {
+    const FrameRecord& frame = frames_[errors[i].frame - 1];
+    const double light_s = to_seconds(frame.photon.since_epoch) - 7.0;
+    EXPECT_NEAR(errors[i].moment_s, 0.0, 1e-6);
+    EXPECT_NEAR(errors[i].ahead_s, 1e-3 * (kDrawnAfter + 9 + 12), 1e-3);
+    ASSERT_TRUE(errors[i].bodies.at(0));
+    EXPECT_NEAR(errors[i].bodies[0]->newest, errors[i].ahead_s, 3 * kSettled_s);
+    EXPECT_NEAR(errors[i].bodies[0]->shown, errors[i].ahead_s, 3 * kSettled_s);
+    EXPECT_NEAR(errors[i].bodies[0]->registered, light_s - image_s(frame), 3 * kSettled_s);
+    ASSERT_TRUE(errors[i].head_m);
+    EXPECT_NEAR(*errors[i].head_m, 0.0, 1e-3 * kHeadSpeed);
+  }
+  EXPECT_TRUE(server_->take_prediction_errors().empty());
+}
+
+TEST_F(FramesOfAServer, APictureShownLaterThanItWasReckonedSaysByHowMuch) {
+  make({.picture_time = PictureTime::predicted});
+  shown_after_ = 9 * kOneMs;
+  run(1000);
+  server_->take_prediction_errors();
+  shown_after_ = 14 * kOneMs;
+  run(120);
+  const auto errors = server_->take_prediction_errors();
+  ASSERT_FALSE(errors.empty());
+  EXPECT_NEAR(errors.back().moment_s, 5e-3, 1.5e-3);
+}
+
+TEST_F(FramesOfAServer, ARegisteredPictureIsNotLookedBackAt) {
+  shown_after_ = 9 * kOneMs;
+  run(1000);
+  EXPECT_TRUE(server_->take_prediction_errors().empty());
 }
 
 // Which moves the picture against the head by itself.

@@ -207,7 +207,10 @@ void LockstepPlay::show_timecode(Instant<TrueTime> t) {
 void LockstepPlay::take_frame(Instant<TrueTime> t, const Frame& frame) {
   evaluation::PlayedFrame played;
   const bool known = find_truth(t, frame, played);
+  const auto predictions = graphics().take_prediction_errors();
   if (!counted()) return;
+  if (!options_.pass_on)
+    result_.predictions.insert(result_.predictions.end(), predictions.begin(), predictions.end());
   if (meter_) measure_delay(t, frame);
   if (!frame.have_state || !known) return;
   if (pictures_.shown) pictures_.shown(frame);

@@ -78,6 +78,8 @@ struct LockstepResult {
   scene::SceneState final_state;
   std::vector<double> round_trips_s;  // virtual: the channel model's
   std::vector<double> sync_errors_s;  // true error of the clock synchronisation, each frame
+  std::vector<server::graphics::PredictionError>
+      predictions;  // of predicted pictures, as the servers know by themselves
 };
 
 // What a world file says of them.

@@ -182,6 +182,16 @@ TEST(Moment, APredictedPictureShowsTheTipWhereItIsWhenItsLightLeaves) {
   // to predict; from where it was 52 ms ago it strays by its whole way.
   EXPECT_LT(ahead.rms(), 3.0);
   EXPECT_GT(behind.rms(), 3.0 * ahead.rms());
+  // What the servers find out by themselves, beside the truth: the arm's errors are in one alone.
+  ErrorSummary found, not_carried_on;
+  for (const auto& error : now.play.predictions) {
+    ASSERT_TRUE(error.tip);
+    found.add(1e3 * error.tip->shown);
+    not_carried_on.add(1e3 * error.tip->newest);
+  }
+  ASSERT_GT(found.count(), now.play.frames.size() - 10);
+  EXPECT_NEAR(found.rms(), ahead.rms(), 0.15 * ahead.rms());
+  EXPECT_GT(not_carried_on.rms(), 3.0 * found.rms());
   // The head: 0.5 a t^2 = 0.03 deg at 250 deg/s^2 within 15 ms, and the tracker's own delay once more.
   EXPECT_LT(turn.rms(), radians_from_degrees(0.15));
 }
