@@ -92,7 +92,6 @@ class CameraRenderThread {
              {std::pair{&shots.left, &images[0]}, std::pair{&shots.right, &images[1]}})
           if (*shot) *image = draw_shot(**shot, render);
         const auto drawn = arriving_.now();
-        drew(monotonic(first.arrival) - drawn);
         if (trace_ != nullptr) trace_->add("camera's image drawn", drawn_from.ns(), drawn.ns(), first.frame);
         const auto taken = first.arrival - latency_;
         // What the display shows until the exposure's end has to be known.
@@ -105,6 +104,7 @@ class CameraRenderThread {
         for (const auto& [shot, image] :
              {std::pair{&shots.left, &images[0]}, std::pair{&shots.right, &images[1]}})
           if (*shot) display_.paint(*image, middle(**shot), taken);
+        drew(monotonic(first.arrival) - arriving_.now());
         arriving_.sleep_until(monotonic(first.arrival));
         const auto handed = arriving_.now();
         const double since = to_seconds(handed - start_);
