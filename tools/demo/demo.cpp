@@ -68,8 +68,8 @@ Expected<void> prepare_folder(const DemoOptions& options) {
   for (const auto* old : {"summary.json", "report.html", "video.mp4"})
     std::filesystem::remove(options.out / old, ignored);
   for (const auto* old :
-       {"realtime_network.csv", "realtime_photons.csv", "realtime_truth.csv", "realtime_poses.csv",
-        "frames_right.csv", "truth_frames_right.csv", "lens_right.csv"})
+       {"realtime_network.csv", "realtime_photons.csv", "realtime_predictions.csv", "realtime_truth.csv",
+        "realtime_poses.csv", "frames_right.csv", "truth_frames_right.csv", "lens_right.csv"})
     std::filesystem::remove(options.out / "raw" / old, ignored);
   for (const auto& application : options.applications.specs())
     for (const auto& table : application.tables)

@@ -58,7 +58,6 @@ GraphicsServer::GraphicsServer(rig::Rig rig, transport::StateLink& link, device:
       camera_(camera),
       pipeline_(pipeline),
       settings_(settings),
-      predictions_(link),
       watch_(rig_.camera ? rig_.camera->model.width : 0, rig_.camera ? rig_.camera->model.height : 0) {
   if (!rig_.camera) throw std::invalid_argument("graphics server: the rig has no camera calibration");
   if (!rig_.hand_eye && !rig_.board)

@@ -168,7 +168,7 @@ class GraphicsServer {
   std::shared_ptr<const scene::Shape> newest_shape_, shape_before_;
   scene::SceneState newest_state_;
   std::optional<Pose<World, CameraMarker>> marker_ahead_;
-  PredictionCheck predictions_;
+  PredictionCheck predictions_{link_};
   std::vector<double> round_trips_;
   std::optional<Drawn> last_, before_last_;
   Duration drawing_{0};  // from finish_frame() until its picture is with the display, smoothed
