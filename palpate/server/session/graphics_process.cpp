@@ -318,10 +318,8 @@ void GraphicsProcess::show_frame() {
   }
   ++frames_;
   late_ += frame.late ? 1 : 0;
-  if (played_ && frame.have_state) {
-    played_->add_state(frame.state);
-    played_->add_picture(frame.state);
-  }
+  // Not its pictures: nobody asks for their table here, and it would grow for as long as the server runs.
+  if (played_ && frame.have_state) played_->add_state(frame.state);
   trace_stage("player");
   screens_->show(frame);
   const auto presented = clock_.now();
