@@ -1,6 +1,8 @@
 #include "palpate/device/marker_history.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
+#include <iterator>
 
 namespace palpate::device {
 
@@ -29,29 +31,39 @@ std::optional<MarkerPose> MarkerHistory::at(Instant<GraphicsClock> time) const {
   return result;
 }
 
-std::optional<MarkerPose> MarkerHistory::predict(Instant<GraphicsClock> time, Duration span) const {
+std::optional<MarkerPose> MarkerHistory::predict(Instant<GraphicsClock> time, Course course,
+                                                 Duration span) const {
   if (poses_.empty() || time - poses_.back().time > longest_gap_) return std::nullopt;
   const MarkerPose& newest = poses_.back();
-  // A line through (turn, shift) relative to the newest pose, over time relative to it.
-  double n = 0.0, st = 0.0, stt = 0.0;
-  Vector6 sy = Vector6::Zero(), sty = Vector6::Zero();
-  for (auto pose = poses_.rbegin(); pose != poses_.rend() && newest.time - pose->time <= span; ++pose) {
-    const double t = to_seconds(pose->time - newest.time);
+  const auto within = std::distance(
+      poses_.rbegin(), std::find_if(poses_.rbegin(), poses_.rend(),
+                                    [&](const MarkerPose& p) { return newest.time - p.time > span; }));
+  if (within < 3) return std::nullopt;
+  const Eigen::Index terms = course == Course::accelerating && within >= kLeastAccelerating ? 3 : 2;
+  // A polynomial through (turn, shift) relative to the newest pose, over time relative to it in units of the span, which keeps
+  // the equations well scaled.
+  const auto powers = [&](Duration t) {
+    const double x = to_seconds(t) / to_seconds(span);
+    return Eigen::Vector3d(1.0, x, x * x).head(terms).eval();
+  };
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(terms, terms), right = Eigen::MatrixXd::Zero(terms, 6);
+  for (auto pose = poses_.rbegin(); pose != poses_.rbegin() + within; ++pose) {
     Vector6 y;
     y << so3_log(pose->rotation * newest.rotation.conjugate()), pose->translation - newest.translation;
-    n += 1.0, st += t, stt += t * t, sy += y, sty += t * y;
+    const Eigen::VectorXd at = powers(pose->time - newest.time);
+    normal += at * at.transpose();
+    right += at * y.transpose();
   }
-  const double spread = n * stt - st * st;
-  if (n < 3.0 || spread <= 0.0) return std::nullopt;
-  const Vector6 rate = (n * sty - st * sy) / spread, at_newest = (sy - rate * st) / n;
-  const double ahead = to_seconds(time - newest.time);
-  const Vector6 y = at_newest + ahead * rate;
+  const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
+  const Eigen::VectorXd ahead = powers(time - newest.time), weights = solver.solve(ahead);
+  const Vector6 y = right.transpose() * weights;
+  if (!y.allFinite()) return std::nullopt;
   MarkerPose result = newest;
   result.time = time;
   result.rotation = (so3_exp(y.head<3>()) * newest.rotation).normalized();
   result.translation = newest.translation + y.tail<3>();
-  // Variance of a line's value at `ahead`, each pose as uncertain as the newest.
-  result.covariance *= (stt - 2.0 * ahead * st + n * ahead * ahead) / spread;
+  // Variance of the polynomial's value at `ahead`, each pose as uncertain as the newest.
+  result.covariance *= ahead.dot(weights);
   return result;
 }
 

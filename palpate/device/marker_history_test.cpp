@@ -71,7 +71,26 @@ TEST(MarkerHistory, PredictsASteadyMotionExactly) {
   EXPECT_FALSE(two.predict(at(1.02)));
 }
 
-TEST(MarkerHistory, APredictionsCovarianceGrowsAsItsErrorsDo) {
+TEST(MarkerHistory, AHeadThatSpeedsUpIsFollowed) {
+  const auto turn = [](double t) { return Vector3(0.0, 0.5 * t + 2.0 * t * t, 0.0); };  // 4 rad/s^2
+  const auto shift = [](double t) { return Vector3(0.1 * t + 0.8 * t * t, 0.0, -t * t); };
+  MarkerHistory history;
+  for (int i = 0; i <= 6; ++i) {
+    MarkerPose p;
+    p.time = at(1.0 + 0.01 * i);
+    p.rotation = so3_exp(turn(0.01 * i));
+    p.translation = shift(0.01 * i);
+    history.add(p);
+  }
+  const auto p = history.predict(at(1.09), MarkerHistory::Course::accelerating),
+             steady = history.predict(at(1.09));
+  ASSERT_TRUE(p && steady);
+  EXPECT_LT(angle_between(p->rotation, so3_exp(turn(0.09))), 1e-9);
+  EXPECT_LT((p->translation - shift(0.09)).norm(), 1e-9);
+  EXPECT_GT(angle_between(steady->rotation, so3_exp(turn(0.09))), 5e-3);
+}
+
+void expect_stated_errors(MarkerHistory::Course course) {
   Random random(3, "marker prediction");
   const double sd = 0.0003;
   for (const double ahead : {0.0, 0.02, 0.05}) {
@@ -86,13 +105,18 @@ TEST(MarkerHistory, APredictionsCovarianceGrowsAsItsErrorsDo) {
         p.covariance.diagonal().setConstant(sd * sd);
         history.add(p);
       }
-      const auto p = history.predict(at(1.06 + ahead));
+      const auto p = history.predict(at(1.06 + ahead), course);
       ASSERT_TRUE(p);
       squares += p->translation.x() * p->translation.x();
       stated = p->covariance(3, 3);
     }
     EXPECT_TRUE(tests::is_chi_square(squares / stated, kRuns)) << ahead;
   }
+}
+
+TEST(MarkerHistory, APredictionsCovarianceGrowsAsItsErrorsDo) {
+  expect_stated_errors(MarkerHistory::Course::steady);
+  expect_stated_errors(MarkerHistory::Course::accelerating);
 }
 
 }  // namespace

@@ -24,8 +24,6 @@ constexpr Duration kFurthestAhead = std::chrono::seconds(3);
 constexpr Duration kHandBefore = std::chrono::milliseconds(8), kHandAhead = std::chrono::milliseconds(60),
                    kShapeBefore = std::chrono::milliseconds(100);
 
-constexpr double kDrawingWeight = 0.1;  // a frame's weight in the smoothed time that drawing takes
-
 // The last two poses carried on to `time`.
 template <typename D>
 Pose<World, CameraOptical> carried_on(const D& a, const D& b, Instant<GraphicsClock> time) {
@@ -211,10 +209,12 @@ const FrameRecord& GraphicsServer::finish_frame(Instant<GraphicsClock> now) {
 }
 
 void GraphicsServer::shown(Instant<GraphicsClock> at) {
-  const Duration drawing = at - record_.drawn;
-  drawing_ += frames_ == 1 ? drawing
-                           : Duration(static_cast<Duration::rep>(
-                                 kDrawingWeight * static_cast<double>((drawing - drawing_).count())));
+  drawing_times_[frames_ % drawing_times_.size()] = at - record_.drawn;
+  auto times = drawing_times_;
+  const std::size_t count = std::min<std::size_t>(frames_, times.size());
+  // Those not written yet stand at the end, longer than any.
+  std::sort(times.begin(), times.end());
+  drawing_ = times[(count - 1) / 2];
   if (!predicts() || record_.answer != AnswerKind::extrapolated || newest_state_.empty()) return;
   const auto light = light_of(at);
   predictions_.shown({.frame = &record_,
@@ -326,17 +326,18 @@ void GraphicsServer::pose_from_image(FrameRecord& record) {
 
 void GraphicsServer::predict(FrameRecord& record) {
   marker_ahead_.reset();
+  pressed_before_ = newest_state_.continuous.touching != 0;
   newest_state_ = record.have_state ? record.state : scene::SceneState{};
   shape_before_ = std::exchange(newest_shape_, record.shape);
   if (!display_time_) predict_pose(record);
   predict_state(record);
 }
 
-// The image's own pose, moved on as the tracker saw the marker move from then until now and steadily on from
-// there. The tracker's stamps show the world tracker_after_arm earlier than they say.
+// The image's own pose, moved on as the tracker saw the marker move from then until now and as it went on speeding up. The tracker's stamps show the world tracker_after_arm earlier than they say.
 void GraphicsServer::predict_pose(FrameRecord& record) {
   const auto then = camera_marker_.at(record.image_time);
-  const auto ahead = camera_marker_.predict(record.photon + tracker_after_arm());
+  const auto ahead = camera_marker_.predict(record.photon + tracker_after_arm(),
+                                            device::MarkerHistory::Course::accelerating);
   if (!then || !ahead || record.pose_source == PoseSource::none) return;
   const Pose<World, CameraMarker> X_then{then->rotation, then->translation},
       X_ahead{ahead->rotation, ahead->translation};
@@ -379,13 +380,15 @@ void GraphicsServer::predict_hand(scene::SceneState& state, Duration ahead) cons
   hand.set_w(turning + share * (turning - Vector3(before.angular_velocity.data())));
 }
 
-// As each vertex has moved since the picture before, of which the shape is known.
+// As each vertex has moved since the picture before, while something presses it: what has been let go is back at rest at once,
+// and goes no further.
 void GraphicsServer::predict_shape(FrameRecord& record) const {
   if (!record.shape || !shape_before_ || shape_before_->values.size() != record.shape->values.size()) return;
-  const Duration since = record.shape->time - shape_before_->time,
-                 ahead = record.state.time - record.shape->time;
+  if (!pressed_before_ || newest_state_.continuous.touching == 0) return;
+  const Duration since = record.shape->time - shape_before_->time;
+  const Duration ahead = std::min(record.state.time - record.shape->time, since);
   if (since <= Duration(0) || since > kShapeBefore || ahead <= Duration(0)) return;
-  record.shape = scene::carried_on(*shape_before_, *record.shape, record.state.time);
+  record.shape = scene::carried_on(*shape_before_, *record.shape, record.shape->time + ahead);
 }
 
 bool GraphicsServer::answered() const {

@@ -17,6 +17,7 @@
 // one image waits, the newest; what it is drawn with is latched at the end of the frame.
 #pragma once
 
+#include <array>
 #include <deque>
 #include <functional>
 #include <optional>
@@ -167,11 +168,19 @@ class GraphicsServer {
   std::optional<scene::SceneState> state_before_;
   std::shared_ptr<const scene::Shape> newest_shape_, shape_before_;
   scene::SceneState newest_state_;
+  bool pressed_before_ = false;  // something, in the picture before
   std::optional<Pose<World, CameraMarker>> marker_ahead_;
   PredictionCheck predictions_{link_};
   std::vector<double> round_trips_;
   std::optional<Drawn> last_, before_last_;
-  Duration drawing_{0};  // from finish_frame() until its picture is with the display, smoothed
+  // From finish_frame() until its picture is with the display: of the last pictures, and their median, as one in a while takes
+  // many times as long (a shader that is compiled).
+  std::array<Duration, 15> drawing_times_ = [] {
+    std::array<Duration, 15> times;
+    times.fill(Duration::max());
+    return times;
+  }();
+  Duration drawing_{0};
   FrameRecord record_;
   std::uint64_t frames_ = 0;
 };

@@ -27,7 +27,7 @@ namespace {
 
 constexpr Log kLog("graphics");
 // How long a physics server may take to answer for the first time before the wait is given up.
-constexpr double kPatienceS = 10.0;
+constexpr double kPatienceS = 10.0, kFirstPicturesS = 1.0;
 
 double camera_readout_s(const GraphicsProcessOptions& options) {
   if (!options.camera) return sim::config::readout_s(options.world);
@@ -365,7 +365,7 @@ void GraphicsProcess::log_frame(const graphics::FrameRecord& frame) {
   }
   const double time_s = to_seconds(clock_.now() - begun_);
   for (const auto& error : side_->server().take_prediction_errors()) {
-    predictions_.add(error);
+    if (time_s > kFirstPicturesS) predictions_.add(error);
     if (logs_ && logs_->predictions) logs_->predictions->add(error);
   }
   if (logs_) {
