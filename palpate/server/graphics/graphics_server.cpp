@@ -23,6 +23,7 @@ constexpr Duration kFurthestAhead = std::chrono::seconds(3);
 // will be. Shapes of two pictures further apart say nothing of how a surface moves.
 constexpr Duration kHandBefore = std::chrono::milliseconds(8), kHandAhead = std::chrono::milliseconds(60),
                    kShapeBefore = std::chrono::milliseconds(100);
+constexpr double kLeastPressed_m = 0.0002;  // a hand that rests says nothing of where the surface goes
 
 // The last two poses carried on to `time`.
 template <typename D>
@@ -326,7 +327,7 @@ void GraphicsServer::pose_from_image(FrameRecord& record) {
 
 void GraphicsServer::predict(FrameRecord& record) {
   marker_ahead_.reset();
-  pressed_before_ = newest_state_.continuous.touching != 0;
+  picture_before_ = newest_state_;
   newest_state_ = record.have_state ? record.state : scene::SceneState{};
   shape_before_ = std::exchange(newest_shape_, record.shape);
   if (!display_time_) predict_pose(record);
@@ -380,15 +381,23 @@ void GraphicsServer::predict_hand(scene::SceneState& state, Duration ahead) cons
   hand.set_w(turning + share * (turning - Vector3(before.angular_velocity.data())));
 }
 
-// As each vertex has moved since the picture before, while something presses it: what has been let go is back at rest at once,
-// and goes no further.
+// While something presses it: as each vertex has moved since the picture before, by the share of that way which the hand goes
+// on. What has been let go is back at rest at once, and goes no further.
 void GraphicsServer::predict_shape(FrameRecord& record) const {
   if (!record.shape || !shape_before_ || shape_before_->values.size() != record.shape->values.size()) return;
-  if (!pressed_before_ || newest_state_.continuous.touching == 0) return;
+  if (newest_state_.continuous.touching == 0 || picture_before_.continuous.touching == 0) return;
+  const auto hand_at = [](const scene::SceneState& state, Instant<PhysicsClock> time) -> Vector3 {
+    const auto& hand = state.bodies[scene::kCarried];
+    return hand.p() + to_seconds(time - state.time) * hand.v();
+  };
   const Duration since = record.shape->time - shape_before_->time;
-  const Duration ahead = std::min(record.state.time - record.shape->time, since);
-  if (since <= Duration(0) || since > kShapeBefore || ahead <= Duration(0)) return;
-  record.shape = scene::carried_on(*shape_before_, *record.shape, record.shape->time + ahead);
+  if (since <= Duration(0) || since > kShapeBefore || record.state.time <= record.shape->time) return;
+  const Vector3 now = hand_at(newest_state_, record.shape->time);
+  const Vector3 gone = now - hand_at(picture_before_, shape_before_->time);
+  const double share = (record.state.bodies[scene::kCarried].p() - now).dot(gone) / gone.squaredNorm();
+  if (gone.norm() < kLeastPressed_m || share <= 0.0) return;
+  record.shape = scene::carried_on(*shape_before_, *record.shape,
+                                   record.shape->time + seconds(std::min(share, 1.0) * to_seconds(since)));
 }
 
 bool GraphicsServer::answered() const {

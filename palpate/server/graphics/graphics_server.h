@@ -167,8 +167,7 @@ class GraphicsServer {
   // Of a predicted picture: the state a little before that which it starts from, and the shape of the picture before.
   std::optional<scene::SceneState> state_before_;
   std::shared_ptr<const scene::Shape> newest_shape_, shape_before_;
-  scene::SceneState newest_state_;
-  bool pressed_before_ = false;  // something, in the picture before
+  scene::SceneState newest_state_, picture_before_;  // that which it starts from, and the one before did
   std::optional<Pose<World, CameraMarker>> marker_ahead_;
   PredictionCheck predictions_{link_};
   std::vector<double> round_trips_;
