@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
 #include <vector>
 
 #include "palpate/time/instant.h"
@@ -19,17 +18,5 @@ struct Shape {
 
   std::size_t vertices() const { return values.size() / kFloatsPerVertex; }
 };
-
-// `newest` carried on to `time` as each of its numbers has changed since `before`; both of one size, `before` earlier. Normals
-// are then a little off unit length.
-inline std::shared_ptr<const Shape> carried_on(const Shape& before, const Shape& newest,
-                                               Instant<PhysicsClock> time) {
-  const auto share =
-      static_cast<float>(to_seconds(time - newest.time) / to_seconds(newest.time - before.time));
-  auto ahead = std::make_shared<Shape>(Shape{time, newest.values});
-  for (std::size_t i = 0; i < ahead->values.size(); ++i)
-    ahead->values[i] += share * (newest.values[i] - before.values[i]);
-  return ahead;
-}
 
 }  // namespace palpate::scene

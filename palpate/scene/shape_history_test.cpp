@@ -49,14 +49,6 @@ TEST(ShapeHistory, RefusesOtherSizesAndTimesThatDoNotIncrease) {
   EXPECT_THROW(ShapeHistory(Shape::kMaxVertices + 1), std::invalid_argument);
 }
 
-TEST(ShapeHistory, AShapeIsCarriedOnAsItHasChanged) {
-  const Shape before{moment(kStepNs), {1.0f, 2.0f, 3.0f, 0.0f, 1.0f, 0.0f}},
-      newest{moment(3 * kStepNs), {1.0f, 4.0f, 2.0f, 0.0f, 1.0f, 0.0f}};
-  const auto ahead = carried_on(before, newest, moment(4 * kStepNs));
-  EXPECT_EQ(ahead->time, moment(4 * kStepNs));
-  EXPECT_EQ(ahead->values, (std::vector<float>{1.0f, 5.0f, 1.5f, 0.0f, 1.0f, 0.0f}));
-}
-
 TEST(ShapeHistory, ReadersBesideAWriterSeeOnlyWholeShapes) {
   ShapeHistory history(kVertices);
   ASSERT_TRUE(history.push(moment(kStepNs), shape_of(1)));

@@ -20,10 +20,8 @@ constexpr double kTurnDoubt = 0.01, kShiftDoubt = 0.005;  // rad, m
 constexpr Duration kFurthestAhead = std::chrono::seconds(3);
 
 // A predicted picture: how much the hand speeds up is seen over the first; not beyond the second does that say where it
-// will be. Shapes of two pictures further apart say nothing of how a surface moves.
-constexpr Duration kHandBefore = std::chrono::milliseconds(8), kHandAhead = std::chrono::milliseconds(60),
-                   kShapeBefore = std::chrono::milliseconds(100);
-constexpr double kLeastPressed_m = 0.0002;  // a hand that rests says nothing of where the surface goes
+// will be.
+constexpr Duration kHandBefore = std::chrono::milliseconds(8), kHandAhead = std::chrono::milliseconds(60);
 
 // The last two poses carried on to `time`.
 template <typename D>
@@ -220,7 +218,6 @@ void GraphicsServer::shown(Instant<GraphicsClock> at) {
   const auto light = light_of(at);
   predictions_.shown({.frame = &record_,
                       .newest = &newest_state_,
-                      .newest_shape = newest_shape_,
                       .marker = marker_ahead_,
                       .light = light,
                       .marker_light = light + tracker_after_arm(),
@@ -327,9 +324,7 @@ void GraphicsServer::pose_from_image(FrameRecord& record) {
 
 void GraphicsServer::predict(FrameRecord& record) {
   marker_ahead_.reset();
-  picture_before_ = newest_state_;
   newest_state_ = record.have_state ? record.state : scene::SceneState{};
-  shape_before_ = std::exchange(newest_shape_, record.shape);
   if (!display_time_) predict_pose(record);
   predict_state(record);
 }
@@ -363,7 +358,6 @@ void GraphicsServer::predict_state(FrameRecord& record) const {
   record.state = pipeline_.predict(record.state, ahead);
   record.answer = AnswerKind::extrapolated;
   record.extrapolated_by = ahead;
-  predict_shape(record);
 }
 
 // What the stylus carries goes where the hand takes it, and a hand speeds up and slows down: its mean velocity over `ahead` is
@@ -379,25 +373,6 @@ void GraphicsServer::predict_hand(scene::SceneState& state, Duration ahead) cons
   hand.set_v(hand.v() + share * (hand.v() - before.v()));
   const Vector3 turning(hand.angular_velocity.data());
   hand.set_w(turning + share * (turning - Vector3(before.angular_velocity.data())));
-}
-
-// While something presses it: as each vertex has moved since the picture before, by the share of that way which the hand goes
-// on. What has been let go is back at rest at once, and goes no further.
-void GraphicsServer::predict_shape(FrameRecord& record) const {
-  if (!record.shape || !shape_before_ || shape_before_->values.size() != record.shape->values.size()) return;
-  if (newest_state_.continuous.touching == 0 || picture_before_.continuous.touching == 0) return;
-  const auto hand_at = [](const scene::SceneState& state, Instant<PhysicsClock> time) -> Vector3 {
-    const auto& hand = state.bodies[scene::kCarried];
-    return hand.p() + to_seconds(time - state.time) * hand.v();
-  };
-  const Duration since = record.shape->time - shape_before_->time;
-  if (since <= Duration(0) || since > kShapeBefore || record.state.time <= record.shape->time) return;
-  const Vector3 now = hand_at(newest_state_, record.shape->time);
-  const Vector3 gone = now - hand_at(picture_before_, shape_before_->time);
-  const double share = (record.state.bodies[scene::kCarried].p() - now).dot(gone) / gone.squaredNorm();
-  if (gone.norm() < kLeastPressed_m || share <= 0.0) return;
-  record.shape = scene::carried_on(*shape_before_, *record.shape,
-                                   record.shape->time + seconds(std::min(share, 1.0) * to_seconds(since)));
 }
 
 bool GraphicsServer::answered() const {

@@ -139,7 +139,6 @@ class GraphicsServer {
   void predict_pose(FrameRecord& record);
   void predict_state(FrameRecord& record) const;
   void predict_hand(scene::SceneState& state, Duration ahead) const;
-  void predict_shape(FrameRecord& record) const;
   bool predicts() const { return settings_.picture_time == PictureTime::predicted; }
 
   rig::Rig rig_;
@@ -164,10 +163,9 @@ class GraphicsServer {
   std::optional<Arrived> image_;  // being worked on
   device::CameraImage finished_image_;
   std::optional<scene::StateAnswer> last_answer_;
-  // Of a predicted picture: the state a little before that which it starts from, and the shape of the picture before.
+  // Of a predicted picture: the state that it starts from, one a little before, and where the head's marker will be.
+  scene::SceneState newest_state_;
   std::optional<scene::SceneState> state_before_;
-  std::shared_ptr<const scene::Shape> newest_shape_, shape_before_;
-  scene::SceneState newest_state_, picture_before_;  // that which it starts from, and the one before did
   std::optional<Pose<World, CameraMarker>> marker_ahead_;
   PredictionCheck predictions_{link_};
   std::vector<double> round_trips_;

@@ -35,7 +35,6 @@ void PredictionCheck::shown(const PredictedPicture& picture) {
   next.shown = frame.state;
   next.newest = *picture.newest;
   next.shape = frame.shape;
-  next.newest_shape = picture.newest_shape;
   next.marker = picture.marker;
   next.light = picture.light;
   next.marker_light = picture.marker_light;
@@ -98,10 +97,7 @@ void PredictionCheck::judge(Waiting& picture, const device::MarkerHistory& camer
     picture.error.head_m = apart(picture.marker->translation, seen->translation);
     picture.error.head_rad = angle_between(picture.marker->rotation, seen->rotation);
   }
-  if (!picture.shape_at_light || !picture.newest_shape) return;
-  const auto shown = worst_vertex(*picture.shape, *picture.shape_at_light),
-             newest = worst_vertex(*picture.newest_shape, *picture.shape_at_light);
-  if (shown && newest) picture.error.shape = PlaceErrors{*shown, *newest, 0.0};
+  if (picture.shape_at_light) picture.error.shape_m = worst_vertex(*picture.shape, *picture.shape_at_light);
 }
 
 }  // namespace palpate::server::graphics

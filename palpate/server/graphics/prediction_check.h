@@ -32,8 +32,8 @@ struct PredictionError {
   // Of each body that can be seen; empty where it was struck or set elsewhere meanwhile, which nobody can foresee.
   std::vector<std::optional<PlaceErrors>> bodies;
   std::optional<double> head_m, head_rad;  // of the marker on the head
-  // Of the surface that deforms, at its worst vertex; `registered` is not known.
-  std::optional<PlaceErrors> shape;
+  std::optional<double>
+      shape_m;  // of the surface that deforms, which is shown as the newest known, at its worst vertex
 };
 
 // What a picture showed.
@@ -66,7 +66,7 @@ class PredictionCheck {
   struct Waiting {
     PredictionError error;
     scene::SceneState shown, newest;
-    std::shared_ptr<const scene::Shape> shape, newest_shape;
+    std::shared_ptr<const scene::Shape> shape;
     std::optional<Pose<World, CameraMarker>> marker;
     Instant<GraphicsClock> light, marker_light, image_time;
     bool asked = false;

@@ -50,7 +50,7 @@ Expected<PredictionLog> PredictionLog::begin(const std::filesystem::path& folder
       add_places(column_name(scene.bodies[i].name));
       bodies.push_back(i);
     }
-  for (const char* name : {"head_mm", "head_deg", "shape_mm", "shape_newest_mm"}) columns.emplace_back(name);
+  for (const char* name : {"head_mm", "head_deg", "shape_mm"}) columns.emplace_back(name);
   auto rows = CsvFile::begin(folder / "realtime_predictions.csv", columns);
   if (!rows) return tl::unexpected(rows.error());
   return PredictionLog(std::move(*rows), std::move(bodies));
@@ -68,8 +68,7 @@ void PredictionLog::add(const PredictionError& error) {
   };
   put(row, scaled(error.head_m, kMm));
   put(row, scaled(error.head_rad, degrees_from_radians(1.0)));
-  put(row, error.shape ? std::optional(kMm * error.shape->shown) : std::nullopt);
-  put(row, error.shape ? std::optional(kMm * error.shape->newest) : std::nullopt);
+  put(row, scaled(error.shape_m, kMm));
   rows_.row(row);
 }
 
@@ -89,7 +88,7 @@ void PredictionFigures::add(const PredictionError& error) {
   moment_.add(error.moment_s);
   moment_size_.add(std::abs(error.moment_s));
   if (error.tip) tip_.add(*error.tip);
-  if (error.shape) shape_.add(*error.shape);
+  if (error.shape_m) shape_.add(*error.shape_m);
   if (error.head_m) head_m_.add(*error.head_m);
   if (error.head_rad) head_rad_.add(*error.head_rad);
   for (std::size_t i = 0; i < std::min(error.bodies.size(), bodies_.size()); ++i)
@@ -107,8 +106,7 @@ Json PredictionFigures::json(const scene::SceneDescription& scene) const {
       result["bodies"][column_name(scene.bodies[i].name)] = bodies_[i].json();
   if (!head_rad_.empty())
     result["head"] = {{"rms_mm", kMm * head_m_.rms()}, {"rms_deg", degrees_from_radians(head_rad_.rms())}};
-  if (!shape_.shown.empty())
-    result["shape"] = {{"shown", json_of(shape_.shown)}, {"newest", json_of(shape_.newest)}};
+  if (!shape_.empty()) result["shape"] = json_of(shape_);
   return result;
 }
 

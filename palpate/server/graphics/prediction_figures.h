@@ -4,8 +4,8 @@
 // Columns, a row for each picture: frame, ahead_ms (by so much the state was carried on), moment_ms (its light left so much
 // after the moment it was made for), then of the tip and of each body that has a name its distance, mm, from where it was
 // when the light left: NAME_mm as shown, NAME_newest_mm as the newest state that was known had it, NAME_registered_mm as
-// it was when the image was taken (empty where an impact came between); head_mm, head_deg of the head's marker; shape_mm,
-// shape_newest_mm of the worst vertex of a surface that deforms (every fourth picture). One thread.
+// it was when the image was taken (empty where an impact came between); head_mm, head_deg of the head's marker; shape_mm of the
+// worst vertex of a surface that deforms (every fourth picture). One thread.
 #pragma once
 
 #include <array>
@@ -55,8 +55,8 @@ class PredictionFigures {
     Json json() const;
   };
   std::uint64_t pictures_ = 0;
-  ErrorSummary ahead_, moment_, moment_size_, head_m_, head_rad_;
-  Places tip_, shape_;
+  ErrorSummary ahead_, moment_, moment_size_, head_m_, head_rad_, shape_;
+  Places tip_;
   std::array<Places, scene::SceneState::kBodies> bodies_;
 };
 
