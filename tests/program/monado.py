@@ -13,6 +13,8 @@ import subprocess
 import sys
 import unittest
 
+from Xlib import X, error
+
 from display import Desktop
 from program import ProgramTest, wait_until
 
@@ -133,13 +135,22 @@ class MonadoTest(ProgramTest):
         self.remote.sendall(packet(head))
 
     def window(self):
-        """Monado's, once it is there."""
-        size = 2 * EYE_PX[0], EYE_PX[1]
-        found = [w for w in self.desktop.root.query_tree().children if self.desktop.box(w)[2:] == size]
-        return found[0] if found else None
+        """Monado's, once it is to be seen: which is as long as somebody shows pictures."""
+        for window in self.desktop.root.query_tree().children:
+            try:
+                if self.desktop.box(window)[2:] == (2 * EYE_PX[0], EYE_PX[1]) and window.get_attributes().map_state == X.IsViewable:
+                    return window
+            except error.BadDrawable:
+                continue
+        return None
 
     def picture(self):
-        return self.desktop.picture(self.window())
+        window = self.window()
+        return window and self.desktop.picture(window)
+
+    def shows_something(self):
+        picture = self.picture()
+        return picture and any(picture.data[::4])
 
     def steady_picture(self):
         """Once it is the same for three looks, far more than a frame apart."""
@@ -147,7 +158,7 @@ class MonadoTest(ProgramTest):
 
         def steady():
             looks.append(self.picture())
-            return len(looks) > 2 and looks[-1].data == looks[-2].data == looks[-3].data
+            return None not in looks[-3:] and len(looks) > 2 and looks[-1].data == looks[-2].data == looks[-3].data
         wait_until(lambda: self.frames_pass(6) and steady(), "the display shows what stands still")
         return looks[-1]
 

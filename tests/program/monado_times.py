@@ -21,7 +21,7 @@ ALLOWED_MS, SHARE = 3.0, 0.95
 
 class Times(MonadoTest):
     def monado_settings(self):
-        return {"XRT_COMPOSITOR_SCALE_PERCENTAGE": os.environ.get("MONADO_SCALE", "15")}
+        return {"XRT_COMPOSITOR_SCALE_PERCENTAGE": os.environ.get("MONADO_SCALE", "15"), "U_PACING_COMP_MIN_TIME_MS": os.environ.get("MONADO_COMPOSITOR_MS", "3")}
 
     def watch(self, window, seen, stop):
         """When a pixel near the middle of the left eye's view first had another value."""
@@ -31,6 +31,7 @@ class Times(MonadoTest):
             if level != before:
                 seen.append((level, time.monotonic_ns()))
             before = level
+            time.sleep(0.0003)
 
     def test_pictures_are_seen_when_the_runtime_says(self):
         dots = Dots(self)
