@@ -108,4 +108,4 @@ class Program(MonadoTest, LaboratoryTest):
 
 if __name__ == "__main__":
     run_alone()
-    unittest.main()
+    unittest.main(verbosity=2)  # why it was not tried, too
