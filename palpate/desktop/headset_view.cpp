@@ -15,17 +15,19 @@ constexpr Size kWordsSize{800, 600};                   // that letters are laid 
 constexpr double kPixelsPerM = 1000.0;                 // 800 px are 0.8 m, 1 m away: 44 degrees
 constexpr double kWordsAway = 1.0, kWordsTop = -0.16;  // m: below where one looks
 constexpr Duration kAskEvery = std::chrono::milliseconds(50);
+constexpr Duration kSaidStands = std::chrono::seconds(6);
 
 }  // namespace
 
-Canvas stacked_words(Hud& hud, const HudContent& content, std::uint64_t* version) {
+Canvas stacked_words(Hud& hud, const HudContent& content, const std::string& said, std::uint64_t* version) {
   HudContent theirs;  // keys, figures and hints are for a desk
   theirs.score = content.score;
   theirs.warnings = content.warnings;
   theirs.paused = content.paused;
+  theirs.hint = said;
   theirs.full_force_n = 0.0;
   const auto& panels = hud.lay_out(theirs, kWordsSize);
-  constexpr std::array kShown{Hud::kWarnings, Hud::kPaused, Hud::kScore};
+  constexpr std::array kShown{Hud::kWarnings, Hud::kPaused, Hud::kHint, Hud::kScore};
   int width = 0, height = 0;
   *version = 0;
   for (const auto place : kShown) {
@@ -107,7 +109,7 @@ void HeadsetView::act(const HudContent& content, Instant<GraphicsClock> now) {
   if (asked_ && now - *asked_ < kAskEvery) return;
   asked_ = now;
   follow_runtime(now);
-  put_words(content);
+  put_words(content, now);
   const auto shown = headset_->shown();
   if (!shown || shown->picture == seen_) return;
   seen_ = shown->picture;
@@ -121,12 +123,19 @@ void HeadsetView::follow_runtime(Instant<GraphicsClock> now) {
     kViewLog.warning("{}", *trouble);
   else
     kViewLog.info("headset: {} shows pictures again", headset_->facts().device);
+  if (!trouble) words_version_ = 0;  // a runtime that was reached anew has none yet
   trouble_ = std::move(trouble);
 }
 
-void HeadsetView::put_words(const HudContent& content) {
+void HeadsetView::say(std::string words, Instant<GraphicsClock> now) {
+  said_ = std::move(words);
+  said_at_ = now;
+}
+
+void HeadsetView::put_words(const HudContent& content, Instant<GraphicsClock> now) {
+  if (now - said_at_ > kSaidStands) said_.clear();
   std::uint64_t version = 0;
-  const Canvas words = stacked_words(hud_, content, &version);
+  const Canvas words = stacked_words(hud_, content, said_, &version);
   if (version == words_version_) return;
   words_version_ = version;
   const double wide = words.width / kPixelsPerM, high = words.height / kPixelsPerM;

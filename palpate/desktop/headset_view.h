@@ -43,6 +43,8 @@ class HeadsetView {
   void show(const server::graphics::FrameRecord& frame, Instant<GraphicsClock> now);
   // Every millisecond or so: score and warnings of `content`, and how the runtime is.
   void act(const HudContent& content, Instant<GraphicsClock> now);
+  // To who wears it, for some seconds: what has changed by itself.
+  void say(std::string words, Instant<GraphicsClock> now);
 
   // When a picture that is finished then will be seen.
   Instant<GraphicsClock> display_time(Instant<GraphicsClock> finished) const {
@@ -60,7 +62,7 @@ class HeadsetView {
   HeadsetView(std::unique_ptr<headset::Headset> headset, std::unique_ptr<Lettering> lettering,
               const scene::SceneDescription& scene, const HeadsetViewOptions& options)
       : headset_(std::move(headset)), hud_(std::move(lettering)), scene_(scene), options_(options) {}
-  void put_words(const HudContent& content);
+  void put_words(const HudContent& content, Instant<GraphicsClock> now);
   void follow_runtime(Instant<GraphicsClock> now);
 
   std::unique_ptr<headset::Headset> headset_;
@@ -71,6 +73,8 @@ class HeadsetView {
   std::optional<HeadsetLog> log_;
   std::optional<std::string> trouble_;
   std::uint64_t words_version_ = 0;
+  std::string said_;
+  Instant<GraphicsClock> said_at_;
   std::optional<Instant<GraphicsClock>> asked_;
   std::uint64_t seen_ = 0;                 // the picture whose display was counted last
   server::graphics::Quantiles age_;        // of pictures when they are seen first, since mid-exposure
@@ -78,6 +82,7 @@ class HeadsetView {
 };
 
 // The panels of a head-up display that matter to who wears a headset, one below the other; empty: nothing is said.
-Canvas stacked_words(Hud& hud, const HudContent& content, std::uint64_t* version);
+// `said`: instead of the hint, which is for who sits at keys; empty: nothing.
+Canvas stacked_words(Hud& hud, const HudContent& content, const std::string& said, std::uint64_t* version);
 
 }  // namespace palpate::desktop

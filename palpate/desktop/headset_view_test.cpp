@@ -99,6 +99,46 @@ TEST_F(HeadsetViewTest, ScoreAndWarningsStandBeforeTheEyesAsLongAsThereAreAny) {
   EXPECT_EQ(runtime.counts().quads, 1U);
 }
 
+TEST_F(HeadsetViewTest, WhatIsSaidStandsThereForSomeSeconds) {
+  open_view();
+  refresh(8);
+  view->show(frame(), now());
+  const auto said_at = now();
+  view->say("Pictures at quality low from here on", said_at);
+  view->act({}, said_at);
+  refresh();
+  EXPECT_EQ(runtime.counts().quads, 2U);
+  view->act({}, said_at + std::chrono::milliseconds(5900));
+  refresh();
+  EXPECT_EQ(runtime.counts().quads, 2U);
+  view->act({}, said_at + std::chrono::milliseconds(6100));
+  refresh();
+  EXPECT_EQ(runtime.counts().quads, 1U);
+}
+
+TEST_F(HeadsetViewTest, WordsReturnWithTheRuntime) {
+  settings.retry = std::chrono::milliseconds(20);
+  open_view();
+  refresh(8);
+  HudContent content;
+  content.score = {"rally 3"};
+  auto at = now();
+  const auto told = [&](bool trouble) {
+    at += std::chrono::milliseconds(60);
+    view->act(content, at);
+    return view->trouble().has_value() == trouble;
+  };
+  told(false);
+  refresh();
+  EXPECT_EQ(runtime.counts().quads, 1U);
+  runtime.vanish();
+  ASSERT_TRUE(headset::comes_to_be([&] { return told(true); }));
+  runtime.return_again();
+  ASSERT_TRUE(headset::comes_to_be([&] { return runtime.refresh(0.01) && told(false); }));
+  refresh();
+  EXPECT_EQ(runtime.counts().quads, 1U);
+}
+
 TEST_F(HeadsetViewTest, TellsTheLogOnceThatTheRuntimeHasGoneAndOnceThatItIsBack) {
   settings.retry = std::chrono::milliseconds(20);
   open_view();
@@ -126,17 +166,19 @@ TEST(StackedWords, AreAsWideAsTheWidestAndNoneWhereNothingIsSaid) {
   ASSERT_TRUE(lettering) << lettering.error().message;
   Hud hud(std::move(*lettering));
   std::uint64_t version = 0, later = 0;
-  EXPECT_EQ(stacked_words(hud, {}, &version).width, 0);
+  EXPECT_EQ(stacked_words(hud, {}, {}, &version).width, 0);
   HudContent content;
   content.score = {"rally 3"};
   content.hint = "a hint for the desk";
-  const Canvas score = stacked_words(hud, content, &version);
+  const Canvas score = stacked_words(hud, content, {}, &version);
   EXPECT_GT(score.width, 0);
   content.warnings = {"No landmarks are found in the picture"};
-  const Canvas both = stacked_words(hud, content, &later);
+  const Canvas both = stacked_words(hud, content, {}, &later);
   EXPECT_GT(both.width, score.width);
   EXPECT_GT(both.height, score.height);
   EXPECT_NE(version, later);
+  const Canvas three = stacked_words(hud, content, "Pictures at quality low from here on", &later);
+  EXPECT_GT(three.height, both.height);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@ import json
 import os
 import unittest
 
+from desk import DeskTest
 from laboratory import LaboratoryTest
 
 RUNTIME = os.environ["TEST_OPENXR_RUNTIME"]
@@ -84,6 +85,20 @@ class Headset(LaboratoryTest):
         found = json.loads(self.run_program("doctor", "--json", "-").out)
         text = json.dumps(found)
         self.assertIn("test headset (Palpate's test runtime 1.2.3)", text)
+
+
+class OnTheDesk(DeskTest):
+    def test_a_game_is_shown_in_the_headset_as_well(self):
+        self.make_rig()
+        self.film("film", "board.toml", "desk.mp4", 12)
+        self.open_desktop()
+        play = "play", "--camera", "video:desk.mp4", "--player", "--headset", "--seconds", "3", "--json", "-"
+        self.environment["XR_RUNTIME_JSON"] = self.path("none.json")
+        self.says_no(self.run_program(*play), 1, "headset: no OpenXR runtime is there", "XR_RUNTIME_JSON")
+        self.environment["XR_RUNTIME_JSON"] = RUNTIME
+        done = self.runs(*play)
+        self.assertIn(SHOWS, done.err)
+        self.assertGreater(json.loads(done.out)["headset"]["pictures_shown"], 0)
 
 
 if __name__ == "__main__":

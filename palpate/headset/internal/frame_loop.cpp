@@ -61,17 +61,19 @@ Expected<void> show_frames(SharedState& shared, OpenXrSession& session) {
   return {};
 }
 
-// From reaching the runtime until it goes. `there`: whether it was reached.
-Expected<void> live_with_runtime(SharedState& shared, bool& there) {
+// From reaching the runtime, which may fail, until it goes or all is to end. That it has gone is told before session and
+// context are let go: with a runtime that has died this may take long.
+Expected<void> live_with_runtime(SharedState& shared, bool& been_there) {
   auto context = render::Context::of_this_thread();
   if (!context) return refused("headset: {}", context.error().message);
   auto instance = OpenXrInstance::open();
   if (!instance) return tl::unexpected(instance.error());
   auto session = OpenXrSession::open(**instance, *context, shared);
   if (!session) return tl::unexpected(session.error());
-  there = true;
+  been_there = true;
   tell_there(shared, **instance);
-  return show_frames(shared, **session);
+  if (auto ended = show_frames(shared, **session); !ended) tell_absent(shared, ended.error(), true, true);
+  return {};
 }
 
 }  // namespace
@@ -85,11 +87,8 @@ void run_frame_loop(const std::shared_ptr<SharedState>& state) {
   SharedState& shared = *state;
   bool been_there = false;
   while (!shared.stopping) {
-    bool there = false;
-    const auto ended = live_with_runtime(shared, there);
-    if (ended) return;
-    been_there = been_there || there;
-    tell_absent(shared, ended.error(), there, been_there);
+    if (const auto lived = live_with_runtime(shared, been_there); !lived)
+      tell_absent(shared, lived.error(), false, been_there);
     rest(shared, shared.settings.retry);
   }
 }

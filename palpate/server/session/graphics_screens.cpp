@@ -79,7 +79,9 @@ void GraphicsScreens::show_to_others(const graphics::FrameRecord& frame) {
 }
 
 void GraphicsScreens::say(const std::string& words) {
-  if (ui_) ui_->say(words, clock_.now());
+  const auto now = clock_.now();
+  if (ui_) ui_->say(words, now);
+  if (headset_) headset_->say(words, now);
 }
 
 bool GraphicsScreens::act() {

@@ -31,7 +31,7 @@ class GraphicsScreens {
   // A frame has been drawn: for who plays at once, for those who look on when there is time.
   void show(const graphics::FrameRecord& frame);
   void show_to_others(const graphics::FrameRecord& frame);
-  // To who plays, for a few seconds.
+  // To who plays, for a few seconds, wherever they look.
   void say(const std::string& words);
   // Every millisecond or so; false when the person at the window has quit.
   bool act();
