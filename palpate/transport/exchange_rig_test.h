@@ -10,7 +10,8 @@
 
 namespace palpate::transport::testing {
 
-// A state that can be recognised: body 0 moves along x at 1 m/s, tick counts milliseconds.
+// A state that can be recognised: body 0 moves along x at 1 m/s and does not say so, body 1 speeds up by 3 m/s^2 and says its
+// velocity; tick counts milliseconds.
 inline scene::StateAnswer state_at(Instant<PhysicsClock> time) {
   scene::StateAnswer answer;
   answer.kind = AnswerKind::interpolated;
@@ -18,6 +19,8 @@ inline scene::StateAnswer state_at(Instant<PhysicsClock> time) {
   answer.state.tick = static_cast<std::uint64_t>(std::max<std::int64_t>(time.ns(), 0) / 1'000'000);
   answer.state.body_count = 2;
   answer.state.bodies[0].position = {time.seconds(), 0.25, -0.5};
+  answer.state.bodies[1].position = {1.5 * time.seconds() * time.seconds(), 0.0, 0.0};
+  answer.state.bodies[1].velocity = {3.0 * time.seconds(), 0.0, 0.0};
   answer.state.bodies[1].jumps = 7;
   answer.state.counters[3] = -4;
   answer.state.continuous.force = {0.0, 1.5, 0.0};

@@ -266,6 +266,16 @@ TEST_F(FramesOfAServer, HowWellAPictureWasPredictedIsKnownSoonAfter) {
   EXPECT_TRUE(server_->take_prediction_errors().empty());
 }
 
+// By its velocity alone what the stylus carries (exchange_rig_test.h) would be 0.5 x 3 m/s^2 x (20 ms)^2 = 0.6 mm behind.
+TEST_F(FramesOfAServer, AHandThatSpeedsUpIsCarriedOnSo) {
+  make({.picture_time = PictureTime::predicted, .scan_out = std::chrono::milliseconds(12)});
+  run(2000);
+  const FrameRecord& frame = frames_.back();
+  const double ahead = to_seconds(frame.extrapolated_by), light = frame.state.time.seconds();
+  EXPECT_NEAR(ahead, 1e-3 * (kDrawnAfter + 12), 1e-3);
+  EXPECT_NEAR(frame.state.bodies[1].p().x(), 1.5 * light * light, 1e-5);
+}
+
 TEST_F(FramesOfAServer, APictureShownLaterThanItWasReckonedSaysByHowMuch) {
   make({.picture_time = PictureTime::predicted});
   shown_after_ = 9 * kOneMs;
