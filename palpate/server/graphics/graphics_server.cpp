@@ -22,6 +22,7 @@ constexpr Duration kFurthestAhead = std::chrono::seconds(3);
 // A predicted picture: how much the hand speeds up is seen over the first; not beyond the second does that say where it
 // will be.
 constexpr Duration kHandBefore = std::chrono::milliseconds(8), kHandAhead = std::chrono::milliseconds(60);
+constexpr double kMostHandGains = 1000.0;  // m/s^2; no hand does, another server's numbers may
 
 // The last two poses carried on to `time`.
 template <typename D>
@@ -329,7 +330,8 @@ void GraphicsServer::predict(FrameRecord& record) {
   predict_state(record);
 }
 
-// The image's own pose, moved on as the tracker saw the marker move from then until now and as it went on speeding up. The tracker's stamps show the world tracker_after_arm earlier than they say.
+// The image's own pose, moved on as the tracker saw the marker move from then until now, and on as it has sped up. The
+// tracker's stamps show the world tracker_after_arm earlier than they say.
 void GraphicsServer::predict_pose(FrameRecord& record) {
   const auto then = camera_marker_.at(record.image_time);
   const auto ahead = camera_marker_.predict(record.photon + tracker_after_arm(),
@@ -368,7 +370,7 @@ void GraphicsServer::predict_hand(scene::SceneState& state, Duration ahead) cons
   if (state_before_->empty() || gone < 0.5 * to_seconds(kHandBefore)) return;
   auto& hand = state.bodies[scene::kCarried];
   const auto& before = state_before_->bodies[scene::kCarried];
-  if (hand.jumps != before.jumps) return;
+  if (hand.jumps != before.jumps || (hand.v() - before.v()).norm() > kMostHandGains * gone) return;
   const double share = 0.5 * to_seconds(ahead) / gone;
   hand.set_v(hand.v() + share * (hand.v() - before.v()));
   const Vector3 turning(hand.angular_velocity.data());
