@@ -97,7 +97,8 @@ void PredictionCheck::judge(Waiting& picture, const device::MarkerHistory& camer
     picture.error.head_m = apart(picture.marker->translation, seen->translation);
     picture.error.head_rad = angle_between(picture.marker->rotation, seen->rotation);
   }
-  if (picture.shape_at_light) picture.error.shape_m = worst_vertex(*picture.shape, *picture.shape_at_light);
+  if (picture.shape && picture.shape_at_light)
+    picture.error.shape_m = worst_vertex(*picture.shape, *picture.shape_at_light);
 }
 
 }  // namespace palpate::server::graphics
