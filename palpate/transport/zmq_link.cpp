@@ -83,7 +83,7 @@ class ZmqWire : public LinkWire {
     while (true) {
       // The time-out is a safety net, for each signal of the socket wakes the thread; and a message that does not
       // end gives none.
-      ::poll(items, 4, connection_.there() ? 20 : 100);
+      ::poll(items, 4, connection_.there() ? kLookEveryMs : 100);
       if ((items[1].revents & POLLIN) != 0) return;
       if ((items[3].revents & POLLIN) != 0) more_.clear();
       take_events();
@@ -100,6 +100,8 @@ class ZmqWire : public LinkWire {
     }
   }
 
+  // How long a message without an end may go on before somebody looks: a quick machine takes 2 MB of it a millisecond.
+  static constexpr int kLookEveryMs = 5;
   // ZeroMQ tries every kReconnectMs + kConnectMs at the latest; each attempt is a sign.
   static constexpr Duration kGivenUpAfter = std::chrono::milliseconds(600);
 
