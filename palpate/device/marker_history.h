@@ -31,8 +31,7 @@ class MarkerHistory {
   void add(const MarkerPose& pose);
   std::optional<MarkerPose> at(Instant<GraphicsClock> time) const;
   // How it goes on after the newest pose: steadily, or changing its rates as it did before, which follows a head that turns about
-  // and makes more of the tracker's noise (of a head that turns by 50 deg/s at 0.8 Hz and shakes by 0.4 degrees at 6 Hz, seen
-  // at 100 Hz, 31 ms ahead: 0.33 deg rms instead of 0.48).
+  // and makes more of the tracker's noise.
   enum class Course { steady, accelerating };
   // At `time` after the newest pose: carried on with the turn and shift that fit the last `span` (least squares). Nothing where
   // fewer than three poses lie in it or the newest is older than `longest_gap`; steadily below kLeastAccelerating.
