@@ -130,11 +130,12 @@ class CameraRenderThread {
     arriving_.sleep_until(arrival - ahead_);
     return arriving_.now();
   }
-  // Later from picture to picture until about one in thirty is not done in time.
+  // Later from picture to picture until about one in eighty is not done in time: a late
+  // one makes two intervals wrong.
   void drew(Duration in_hand) {
-    constexpr Duration kLater = std::chrono::microseconds(100), kMuch = std::chrono::milliseconds(6);
+    constexpr Duration kLater = std::chrono::microseconds(50), kMuch = std::chrono::milliseconds(6);
     if (in_hand < Duration(0))
-      ahead_ = std::min(latency_, ahead_ + 30 * kLater);
+      ahead_ = std::min(latency_, ahead_ + 80 * kLater);
     else
       ahead_ = std::max(kLater, ahead_ - (in_hand > kMuch ? (in_hand - kMuch) / 4 : kLater));
   }
