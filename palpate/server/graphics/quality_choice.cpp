@@ -11,7 +11,6 @@ namespace {
 
 constexpr int kTooMany = 3;            // missed images in kJudged frames
 constexpr double kGoodPart = 0.25;     // of an interval: below it somebody else makes the loop miss images
-constexpr double kDearer = 3.0;        // than the level below, at most
 constexpr double kFits = 0.75;         // of an interval
 constexpr std::uint64_t kOutage = 15;  // images in a row: the camera stood still
 
@@ -38,15 +37,17 @@ std::optional<std::string> QualityChoice::frame(Instant<GraphicsClock> now, Dura
     Attempt& left = attempts_.at(static_cast<std::size_t>(quality_));
     left.not_before = now + left.wait;
     left.wait = std::min(2 * left.wait, kLongestWait);
+    if (share_below_ > 0.0) left.dearer = std::max(left.dearer, busy_share(kJudged, 0.5) / share_below_);
+    share_below_ = 0.0;
     change(next(quality_, -1));
     return fmt::format("Pictures at quality {} from here on: {} of {} images were missed",
                        render::quality_word(quality_), lost, kJudged + static_cast<std::size_t>(lost));
   }
   if (quality_ == render::Quality::high || frames_.size() < kCalm || missed(kCalm) > 0) return std::nullopt;
   const render::Quality better = next(quality_, 1);
-  if (now < attempts_.at(static_cast<std::size_t>(better)).not_before ||
-      kDearer * busy_share(kCalm, 0.9) > kFits)
-    return std::nullopt;
+  const Attempt& attempt = attempts_.at(static_cast<std::size_t>(better));
+  if (now < attempt.not_before || attempt.dearer * busy_share(kCalm, 0.9) > kFits) return std::nullopt;
+  share_below_ = busy_share(kCalm, 0.5);
   change(better);
   return fmt::format("Pictures at quality {} from here on: there is time to spare",
                      render::quality_word(quality_));

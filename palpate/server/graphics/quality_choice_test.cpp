@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <vector>
 
 namespace palpate::server::graphics {
@@ -19,7 +20,8 @@ class Loop {
   Loop(Quality first, std::vector<Duration> costs) : choice(first), costs_(std::move(costs)) {}
   void run(Duration length) {
     for (const auto end = now_ + length; now_ < end;) {
-      const Duration busy = costs_[static_cast<std::size_t>(choice.quality())];
+      const bool longer = choice.quality() == now_and_then_ && ++drawn_ % 8 == 0;
+      const Duration busy = longer ? longer_ : costs_[static_cast<std::size_t>(choice.quality())];
       now_ = std::max(now_ + busy, at(image_ + 1));
       while (at(image_ + 1) <= now_) ++image_;
       if (const auto words = choice.frame(now_, busy, image_, Instant<CameraClock>{at(image_).since_epoch}))
@@ -28,6 +30,7 @@ class Loop {
   }
   void lose_images(std::uint64_t count) { image_ += count, now_ = at(image_); }
   void set_cost(Quality quality, Duration cost) { costs_[static_cast<std::size_t>(quality)] = cost; }
+  void set_now_and_then(Quality quality, Duration cost) { now_and_then_ = quality, longer_ = cost; }
   QualityChoice choice;
   std::vector<std::string> said;
 
@@ -36,6 +39,9 @@ class Loop {
     return Instant<GraphicsClock>{static_cast<Duration::rep>(image) * kInterval};
   }
   std::vector<Duration> costs_;
+  std::optional<Quality> now_and_then_;  // one picture in eight takes `longer_`
+  Duration longer_{};
+  int drawn_ = 0;
   Instant<GraphicsClock> now_;
   std::uint64_t image_ = 0;
 };
@@ -57,15 +63,27 @@ TEST(QualityChoice, FallsStepByStepAsFarAsItMust) {
 }
 
 TEST(QualityChoice, TriesMoreWhereThereIsTime) {
-  Loop loop(Quality::low, {milliseconds(3), milliseconds(7), milliseconds(20)});
+  Loop loop(Quality::low, {milliseconds(2), milliseconds(4), milliseconds(20)});
   loop.run(std::chrono::seconds(30));
   EXPECT_EQ(loop.choice.quality(), Quality::high);
   EXPECT_EQ(loop.said.size(), 2u);
   EXPECT_NE(loop.said[0].find("time to spare"), std::string::npos) << loop.said[0];
 }
 
+TEST(QualityChoice, RemembersHowDearALevelWas) {
+  Loop loop(Quality::low, {milliseconds(4), milliseconds(40), milliseconds(80)});
+  loop.run(std::chrono::minutes(10));
+  EXPECT_EQ(loop.choice.changes(), 2u);  // ten times as dear does not fit
+  EXPECT_EQ(loop.choice.quality(), Quality::low);
+  loop.set_cost(Quality::low, milliseconds(2));
+  loop.set_cost(Quality::medium, milliseconds(20));
+  loop.run(std::chrono::minutes(1));
+  EXPECT_EQ(loop.choice.quality(), Quality::medium);
+}
+
 TEST(QualityChoice, TriesWhatItMissedAgainEverMoreSeldom) {
-  Loop loop(Quality::low, {milliseconds(8), milliseconds(40), milliseconds(80)});
+  Loop loop(Quality::low, {milliseconds(2), milliseconds(20), milliseconds(80)});
+  loop.set_now_and_then(Quality::medium, milliseconds(70));  // most pictures would fit
   loop.run(std::chrono::minutes(10));
   // After 20, 40, 80, 160 and 320 s at the earliest: up and down again each time.
   EXPECT_GE(loop.choice.changes(), 8u);
