@@ -48,7 +48,7 @@ struct LoopStatistics {
   std::uint64_t missed_in_a_row = 0;  // the most of them one after the other
   // Begin of a tick after its deadline; of skipped ones nothing is known. A loop that spins begins within
   // nanoseconds unless its core was taken from it: what the machine is worth stands in late_max and missed.
-  Duration late_p50{0}, late_p99{0}, late_max{0};
+  Duration late_p50{0}, late_p99{0}, late_p999{0}, late_max{0};
   Duration busy_p50{0}, busy_p99{0}, busy_max{0};  // what the callable took
 };
 
@@ -83,6 +83,7 @@ class PeriodicLoop {
             missed_in_a_row_.load(std::memory_order_relaxed),
             late_.quantile(0.5),
             late_.quantile(0.99),
+            late_.quantile(0.999),
             late_.max(),
             busy_.quantile(0.5),
             busy_.quantile(0.99),

@@ -36,7 +36,11 @@ Json loop_json(const LoopStatistics& loop, double elapsed_s) {
           {"overruns", loop.overruns},
           {"missed", loop.missed},
           {"missed_in_a_row", loop.missed_in_a_row},
-          {"jitter_us", {{"p50", us(loop.late_p50)}, {"p99", us(loop.late_p99)}, {"max", us(loop.late_max)}}},
+          {"jitter_us",
+           {{"p50", us(loop.late_p50)},
+            {"p99", us(loop.late_p99)},
+            {"p99.9", us(loop.late_p999)},
+            {"max", us(loop.late_max)}}},
           {"busy_us", {{"p50", us(loop.busy_p50)}, {"p99", us(loop.busy_p99)}, {"max", us(loop.busy_max)}}}};
 }
 
