@@ -11,6 +11,7 @@
 #include "palpate/record/internal/compression.h"
 #include "palpate/record/internal/crc32.h"
 #include "palpate/record/internal/mcap_records.h"
+#include "palpate/record/internal/spilled_bytes.h"
 
 namespace palpate::record {
 namespace {
@@ -47,25 +48,28 @@ struct McapWriter::State {
   Expected<void> note(Expected<void> done);
   Expected<void> put(const std::string& bytes);
   void tell_in_chunk(std::uint16_t channel);
-  std::string summary();
+  Expected<void> put_summary();
+  Expected<void> put_chunk_indexes();
 
   RecordFile file_;
   WriterOptions options_;
   Compressor compressor_;
   std::optional<Error> failed_;
-  std::uint32_t data_crc_ = 0;
+  std::uint32_t section_crc_ = 0;                 // of the data so far, then of the summary so far
   std::vector<Schema> schemas_;                   // number - 1
   std::vector<Channel> channels_;                 // number - 1
   std::vector<bool> schema_told_, channel_told_;  // in a chunk
   OpenChunk chunk_;
-  // As they will stand in the summary: what memory grows by while a recording does.
-  std::string chunk_indexes_;
+  SpilledBytes chunk_indexes_;  // as they will stand in the summary: some for each second of the recording
   std::vector<AttachmentIndex> attachment_indexes_;
   std::vector<MetadataIndex> metadata_indexes_;
   Statistics statistics_;
 };
 
-McapWriter::State::State(RecordFile to, WriterOptions how) : file_(std::move(to)), options_(std::move(how)) {
+McapWriter::State::State(RecordFile to, WriterOptions how)
+    : file_(std::move(to)),
+      options_(std::move(how)),
+      chunk_indexes_(file_.path().empty() ? FileDescriptor() : nameless_file(file_.path())) {
   if (options_.chunk_bytes > kMostMessageBytes)
     throw std::invalid_argument("McapWriter: chunks of more than 128 MiB are for no reader");
 }
@@ -77,7 +81,7 @@ Expected<void> McapWriter::State::note(Expected<void> done) {
 
 Expected<void> McapWriter::State::put(const std::string& bytes) {
   if (failed_) return tl::unexpected(*failed_);
-  data_crc_ = crc32(bytes, data_crc_);
+  section_crc_ = crc32(bytes, section_crc_);
   return note(file_.append(bytes));
 }
 
@@ -179,8 +183,11 @@ Expected<void> McapWriter::State::flush() {
   chunk_.records.clear();
   chunk_.messages = 0;
   if (auto done = put(out); !done) return done;
-  append_chunk_index(chunk_indexes_, index);
   ++statistics_.chunks;
+  std::string record;
+  append_chunk_index(record, index);
+  if (const int error = chunk_indexes_.append(record); error != 0)
+    return note(file_.failed("writing its index aside", error));
   return {};
 }
 
@@ -209,15 +216,26 @@ Expected<void> McapWriter::State::write(const Metadata& metadata) {
   return {};
 }
 
+Expected<void> McapWriter::State::put_chunk_indexes() {
+  std::string part;
+  for (std::uint64_t at = 0; at < chunk_indexes_.size(); at += part.size()) {
+    if (const int error = chunk_indexes_.read(at, part); error != 0)
+      return note(file_.failed("reading its index", error));
+    if (auto done = put(part); !done) return done;
+  }
+  return {};
+}
+
 // All records of it with the footer, whose CRC covers them.
-std::string McapWriter::State::summary() {
+Expected<void> McapWriter::State::put_summary() {
   std::string out;
   std::vector<SummaryOffset> groups;
   const std::uint64_t begin = file_.size();
+  const auto here = [&] { return file_.size() + out.size(); };
   const auto group = [&](Opcode opcode, const auto& add) {
-    const std::size_t before = out.size();
+    const std::uint64_t before = here();
     add();
-    if (out.size() > before) groups.push_back({opcode, begin + before, out.size() - before});
+    if (here() > before) groups.push_back({opcode, before, here() - before});
   };
   group(Opcode::schema, [&] {
     for (std::size_t i = 0; i < schemas_.size(); ++i)
@@ -228,14 +246,17 @@ std::string McapWriter::State::summary() {
       append_channel(out, static_cast<std::uint16_t>(i + 1), channels_[i]);
   });
   group(Opcode::statistics, [&] { append_statistics(out, statistics_); });
-  group(Opcode::chunk_index, [&] { out += chunk_indexes_; });
+  if (auto done = put(std::exchange(out, {})); !done) return done;
+  Expected<void> copied;
+  group(Opcode::chunk_index, [&] { copied = put_chunk_indexes(); });
+  if (!copied) return copied;
   group(Opcode::attachment_index, [&] {
     for (const auto& index : attachment_indexes_) append_attachment_index(out, index);
   });
   group(Opcode::metadata_index, [&] {
     for (const auto& index : metadata_indexes_) append_metadata_index(out, index);
   });
-  const std::uint64_t offsets_begin = begin + out.size();
+  const std::uint64_t offsets_begin = here();
   for (const auto& offset : groups) append_summary_offset(out, offset);
   RecordBytes footer(out, Opcode::footer);
   footer.number(begin).number(offsets_begin);
@@ -243,18 +264,22 @@ std::string McapWriter::State::summary() {
   const std::size_t crc_at = out.size();
   footer.number(std::uint32_t{0}).finish();
   out.resize(crc_at);
-  append_little_endian(out, crc32(out));
-  return out;
+  append_little_endian(out, crc32(out, section_crc_));
+  out += kMagic;
+  return put(out);
 }
 
 Expected<Statistics> McapWriter::State::close() {
   if (auto done = flush(); !done) return tl::unexpected(done.error());
-  std::string out;
-  append_data_end(out, data_crc_);
-  if (auto done = put(out); !done) return tl::unexpected(done.error());
-  out = summary();
-  out += kMagic;
-  if (auto done = put(out); !done) return tl::unexpected(done.error());
+  std::string data_end;
+  append_data_end(data_end, section_crc_);
+  if (auto done = put(data_end); !done) return tl::unexpected(done.error());
+  section_crc_ = 0;
+  const std::uint64_t data_bytes = file_.size();
+  if (auto done = put_summary(); !done) {
+    file_.cut_back(data_bytes);  // half a summary is of no use, and a reader would count it as lost
+    return tl::unexpected(done.error());
+  }
   if (auto done = note(file_.finish()); !done) return tl::unexpected(done.error());
   return statistics_;
 }

@@ -5,6 +5,9 @@
 // stand in the chunk of its first message, and once more in front of it, outside of all chunks, where the damage of one chunk
 // does not reach. A chunk is closed when it holds `chunk_bytes` or `chunk_time` of log time, or by flush().
 //
+// Memory does not grow with a recording's length, but for what is attached: the index of its chunks, needed at the end, waits
+// in a file without a name beside it (in memory for standard output, and where no such file can be made).
+//
 // One thread. What the file refuses (a full disk) is returned, and then by every later call again. A channel or schema that
 // was never added throws std::invalid_argument. The same calls give the same bytes.
 #pragma once

@@ -1,9 +1,7 @@
 #include "palpate/record/mcap_writer.h"
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
-#include <csignal>
 #include <filesystem>
 #include <stdexcept>
 
@@ -160,23 +158,8 @@ TEST(RecordFile, AWholeFileAppearsAtItsEnd) {
   EXPECT_EQ(*read_file(folder / "whole"), "abc");
   { ASSERT_TRUE(RecordFile::whole(folder / "whole")->append("xyz")); }
   EXPECT_EQ(*read_file(folder / "whole"), "abc") << "never finished";
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
+  EXPECT_EQ(files_in(folder.path()), 1);
 }
-
-// No file can grow beyond this, whoever the user is; what a full disk does, too.
-class FileLimit {
- public:
-  explicit FileLimit(rlim_t bytes) {
-    std::signal(SIGXFSZ, SIG_IGN);
-    ::getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit low{bytes, before_.rlim_max};
-    ::setrlimit(RLIMIT_FSIZE, &low);
-  }
-  ~FileLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
-
- private:
-  rlimit before_{};
-};
 
 TEST(McapWriter, AFullDiskIsToldAndLeavesWholeRecords) {
   const ScratchFolder folder;

@@ -52,14 +52,14 @@ Expected<RecordFile> RecordFile::growing(const fs::path& path, Existing existing
   const auto folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   if (const FileDescriptor above(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)); above)
     ::fsync(above.get());
-  return RecordFile(path.string(), std::move(file));
+  return RecordFile(path, std::move(file));
 }
 
 Expected<RecordFile> RecordFile::whole(const fs::path& path) {
   if (path == "-") {
     FileDescriptor out(::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 0));
     if (!out) return refused("standard output: cannot be written ({})", reason_of(errno));
-    return RecordFile("standard output", std::move(out));
+    return RecordFile(std::move(out));
   }
   if (auto fine = folder_is_there(path); !fine) return tl::unexpected(fine.error());
   std::error_code code;
@@ -70,7 +70,7 @@ Expected<RecordFile> RecordFile::whole(const fs::path& path) {
                      path.string());
   auto part = PartFile::begin(path);
   if (!part) return tl::unexpected(part.error());
-  return RecordFile(path.string(), std::move(*part));
+  return RecordFile(path, std::move(*part));
 }
 
 tl::unexpected<Error> RecordFile::failed(const char* what, int error) const {
@@ -92,14 +92,19 @@ Expected<void> RecordFile::append(std::string_view bytes) {
     }
     if (count <= 0) {
       const int error = count == 0 ? ENOSPC : errno;
-      // Of a pipe nothing can be taken back; nobody is helped by knowing.
-      [[maybe_unused]] const int ignored = ::ftruncate(fd(), static_cast<off_t>(size_));
+      cut_back(size_);
       return failed("writing", error);
     }
     rest.remove_prefix(static_cast<std::size_t>(count));
   }
   size_ += bytes.size();
   return {};
+}
+
+void RecordFile::cut_back(std::uint64_t size) {
+  if (path_.empty()) return;
+  [[maybe_unused]] const int ignored = ::ftruncate(fd(), static_cast<off_t>(size));
+  size_ = size;
 }
 
 Expected<void> RecordFile::sync() {

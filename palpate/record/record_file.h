@@ -37,16 +37,27 @@ class RecordFile {
   // Once, after the last append().
   Expected<void> finish();
 
+  // Takes back what was appended beyond `size`. Not of standard output, where it may be gone already and where others
+  // may have written before.
+  void cut_back(std::uint64_t size);
+
   std::uint64_t size() const { return size_; }  // bytes appended
   const std::string& name() const { return name_; }
-
- private:
-  RecordFile(std::string name, FileDescriptor file) : name_(std::move(name)), file_(std::move(file)) {}
-  RecordFile(std::string name, PartFile part) : name_(std::move(name)), part_(std::move(part)) {}
-  int fd() const { return part_ ? part_->fd() : file_.get(); }
+  const std::filesystem::path& path() const { return path_; }  // empty: standard output
+  // That what belongs to writing this file failed, as each of its own failures is told.
   tl::unexpected<Error> failed(const char* what, int error) const;
 
+ private:
+  explicit RecordFile(FileDescriptor standard_output)
+      : name_("standard output"), file_(std::move(standard_output)) {}
+  RecordFile(const std::filesystem::path& path, FileDescriptor file)
+      : name_(path.string()), path_(path), file_(std::move(file)) {}
+  RecordFile(const std::filesystem::path& path, PartFile part)
+      : name_(path.string()), path_(path), part_(std::move(part)) {}
+  int fd() const { return part_ ? part_->fd() : file_.get(); }
+
   std::string name_;
+  std::filesystem::path path_;
   FileDescriptor file_;
   std::optional<PartFile> part_;
   std::uint64_t size_ = 0;

@@ -2,8 +2,12 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <cstdint>
+#include <filesystem>
+#include <iterator>
 #include <map>
 #include <string>
 #include <string_view>
@@ -87,6 +91,26 @@ inline std::vector<HeardLine> lines_of(const std::string& bytes) {
   Listener listener;
   EXPECT_TRUE(scanned(bytes, listener).complete);
   return listener.lines;
+}
+
+// No file can grow beyond this, whoever the user is; what a full disk does, too.
+class FileLimit {
+ public:
+  explicit FileLimit(rlim_t bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit low{bytes, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &low);
+  }
+  ~FileLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+// Files with a name in a folder.
+inline std::ptrdiff_t files_in(const std::filesystem::path& folder) {
+  return std::distance(std::filesystem::directory_iterator(folder), {});
 }
 
 }  // namespace palpate::record

@@ -18,6 +18,7 @@
 #include "palpate/record/recording_copy.h"
 #include "palpate/record/recording_for_tests.h"
 #include "palpate/record/recording_info.h"
+#include "tests/allocation_count.h"
 
 namespace palpate::record {
 namespace {
@@ -165,6 +166,28 @@ TEST(SessionWriter, CountsWhatItDropsInTheFile) {
   EXPECT_EQ(streams[0].messages, written);
 }
 
+// Half a second of log time from one message to the next: each is a chunk.
+TEST(SessionWriter, AnHourTakesNoMoreMemoryThanTenMinutes) {
+  const ScratchFolder folder;
+  auto session = *SessionWriter::begin(*RecordFile::growing(folder / "s.mcap"));
+  auto& arm = session->add(kSchema, {"/arm", "json", 0, {}});
+  std::uint64_t count = 0;
+  const auto held_after = [&](std::uint64_t messages) {
+    for (; count < messages; ++count) EXPECT_TRUE(arm.write(kStartNs + count * 500'000'000, 0, "x"));
+    const auto written = [&] {
+      const auto bytes = read_file(folder / "s.mcap");  // not while it is written to
+      return bytes ? scanned(*bytes).found.messages : 0;
+    };
+    // The last chunk is closed by the clock; then the writing thread holds nothing but what it keeps.
+    while (written() < messages) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    return held_bytes();
+  };
+  const auto before = held_after(1200);
+  EXPECT_LE(held_after(7200), before + 100 * 1024) << "the index of 6000 chunks is five times as long";
+  EXPECT_EQ(files_in(folder.path()), 1);
+  EXPECT_FALSE(session->close().error);
+}
+
 TEST(SessionWriter, AFullDiskEndsTheRecordingAndDisturbsNobody) {
   std::signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
@@ -234,6 +257,7 @@ TEST(SessionWriter, KilledAtAnyMomentItLosesAtMostASecond) {
     ::kill(child, SIGKILL);
     const auto killed_ns = now_ns();
     ASSERT_EQ(::waitpid(child, nullptr, 0), child);
+    EXPECT_EQ(files_in(folder.path()), 1) << "nothing is left beside it";
     const auto bytes = *read_file(path);
     MemorySource source(bytes);
     const auto done = repair(source, folder / "repaired.mcap");
