@@ -12,7 +12,7 @@ CompositorSettings settings_of(Quality quality) {
   switch (quality) {
     case Quality::low:
       settings.samples = 1, settings.surface_texels = 64, settings.map_texels = 0;
-      settings.real_shadows = false, settings.shadow_cells = 24;
+      settings.real_shadows = false, settings.shadow_cells = 16;
       break;
     case Quality::medium:
       break;

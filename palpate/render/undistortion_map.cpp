@@ -61,10 +61,12 @@ void UndistortionMap::undo_row(std::span<const std::uint8_t> image, int row, std
       // Both columns' three values lie side by side: first down, then across. At most 255 * 256 + 128.
       const Words8 column =
           (eight_from(upper) * above + eight_from(upper + down) * below + std::uint16_t{kHalf}) >> 8;
-      const Words8 next = right == 0 ? column : __builtin_shufflevector(column, column, 3, 4, 5, 6, 7, 0, 1, 2);
+      const Words8 next =
+          right == 0 ? column : __builtin_shufflevector(column, column, 3, 4, 5, 6, 7, 0, 1, 2);
       const auto share = static_cast<std::uint16_t>(source->right),
                  rest = static_cast<std::uint16_t>(kShares - source->right);
-      const Bytes8 mean = __builtin_convertvector((column * rest + next * share + std::uint16_t{kHalf}) >> 8, Bytes8);
+      const Bytes8 mean =
+          __builtin_convertvector((column * rest + next * share + std::uint16_t{kHalf}) >> 8, Bytes8);
       std::memcpy(out, &mean, 3);
     } else {
       for (std::size_t k = 0; k < 3; ++k)

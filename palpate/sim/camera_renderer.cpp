@@ -103,13 +103,14 @@ struct CameraRenderer::Impl {
       arm_leds = view.marker_leds;
       arm_foot = foot;
       arm_hand = view.hand;
-      const auto hand = true_hand_parts(arm_hand);
-      arm_body = std::make_unique<render::ArmBody>(
-          arm_lengths,
-          render::ArmShapeSettings{.base_below = foot, .leds = arm_leds, .segments = 24, .more = hand});
-      arm_shadow_body = std::make_unique<render::ArmBody>(
-          arm_lengths,
-          render::ArmShapeSettings{.base_below = foot, .leds = arm_leds, .segments = 8, .more = hand});
+      const auto body = [&](int segments, int round_bones) {
+        const auto hand = true_hand_parts(arm_hand, round_bones);
+        return std::make_unique<render::ArmBody>(
+            arm_lengths, render::ArmShapeSettings{
+                             .base_below = foot, .leds = arm_leds, .segments = segments, .more = hand});
+      };
+      arm_body = body(24, 16);
+      arm_shadow_body = body(8, 8);
     }
   }
 

@@ -133,7 +133,7 @@ class CameraRenderThread {
   // Later from picture to picture until about one in eighty is not done in time: a late
   // one makes two intervals wrong.
   void drew(Duration in_hand) {
-    constexpr Duration kLater = std::chrono::microseconds(50), kMuch = std::chrono::milliseconds(6);
+    constexpr Duration kLater = std::chrono::microseconds(50), kMuch = std::chrono::milliseconds(4);
     if (in_hand < Duration(0))
       ahead_ = std::min(latency_, ahead_ + 80 * kLater);
     else

@@ -33,7 +33,7 @@ const render::HandCapsule kBones[] = {
 
 }  // namespace
 
-std::vector<render::ArmPart> true_hand_parts(const TrueHand& hand) {
+std::vector<render::ArmPart> true_hand_parts(const TrueHand& hand, int segments) {
   std::vector<render::ArmPart> parts;
   if (hand.side == device::HoldingHand::none) return parts;
   const Quaternion roll(Eigen::AngleAxisd(hand.roll, Vector3::UnitZ()));
@@ -42,10 +42,10 @@ std::vector<render::ArmPart> true_hand_parts(const TrueHand& hand) {
     return Vector3(roll * (hand.size * p) + hand.along * Vector3::UnitZ());
   };
   for (const render::HandCapsule& bone : kBones)
-    parts.push_back(
-        {render::capsule_mesh(
-             {placed(bone.a), placed(bone.b), hand.size * bone.radius_a, hand.size * bone.radius_b}, 16),
-         render::ArmFrame::stylus, render::ArmLook::skin});
+    parts.push_back({render::capsule_mesh({placed(bone.a), placed(bone.b), hand.size * bone.radius_a,
+                                           hand.size * bone.radius_b},
+                                          segments),
+                     render::ArmFrame::stylus, render::ArmLook::skin});
   return parts;
 }
 

@@ -9,7 +9,7 @@
 
 namespace palpate::sim {
 
-// In the stylus' frame; of no hand: none.
-std::vector<render::ArmPart> true_hand_parts(const TrueHand& hand);
+// In the stylus' frame, with `segments` round each bone; of no hand: none.
+std::vector<render::ArmPart> true_hand_parts(const TrueHand& hand, int segments);
 
 }  // namespace palpate::sim
