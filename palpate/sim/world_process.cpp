@@ -130,8 +130,7 @@ class CameraRenderThread {
     arriving_.sleep_until(arrival - ahead_);
     return arriving_.now();
   }
-  // Later from picture to picture until about one in eighty is not done in time: a late
-  // one makes two intervals wrong.
+  // Later from picture to picture until about one in eighty is not done in time: a late one makes two intervals wrong.
   void drew(Duration in_hand) {
     constexpr Duration kLater = std::chrono::microseconds(50), kMuch = std::chrono::milliseconds(4);
     if (in_hand < Duration(0))
