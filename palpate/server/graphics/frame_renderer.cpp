@@ -18,6 +18,7 @@ constexpr int kLostForGood = 3;
 constexpr int kLookForOther = 2, kLookAgain = 90;
 
 constexpr double kOutline = 0.0025;  // m, radius
+constexpr double kRehearsedAbove = 0.05;  // m, over the table: whatever casts a shadow casts one
 
 rig::Rig with_corners(rig::Rig rig) {
   if (rig.board) rig.landmarks = vision::charuco_landmarks(rig.board->board, rig.board->X_world_board);
@@ -67,6 +68,23 @@ void FrameRenderer::set_quality(render::Quality quality) {
   if (!compositor) compositor = std::make_unique<render::Compositor>(picture_settings(rig_, quality));
   compositor_ = compositor.get();
   compositor_->watch_stages(watcher_);
+}
+
+// From where an onlooker sees all of it, each body over the middle of the table.
+void FrameRenderer::rehearse() {
+  const auto& corners = render::table_of(scene_.surfaces).corners;
+  device::CameraImage image;
+  image.width = rig_.camera->model.width;
+  image.height = rig_.camera->model.height;
+  image.rgb.resize(3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
+  FrameRecord record;
+  record.X_world_camera = outside_viewpoint_.X_world_camera;
+  record.have_state = true;
+  record.state.tick = 1;
+  record.state.body_count = static_cast<std::int32_t>(scene_.bodies.size());
+  for (scene::BodyState& body : record.state.bodies)
+    body.set_p(0.5 * (corners[0] + corners[2]) + kRehearsedAbove * Vector3::UnitY());
+  draw(image, nullptr, record);
 }
 
 void FrameRenderer::watch_stages(std::function<void(const char* stage)> watcher) {

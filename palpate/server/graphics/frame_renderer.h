@@ -37,6 +37,9 @@ class FrameRenderer : public FramePipeline {
 
   // Draws so from now on. What a level needs is made when it is first asked for, which takes some frames' time.
   void set_quality(render::Quality quality);
+  // Draws a picture that nobody sees, so that what a driver compiles and buffers at first use is there before the first
+  // image. Nothing of it is left in later pictures.
+  void rehearse();
   // Called at the end of each stage of refining and drawing (Compositor::watch_stages).
   void watch_stages(std::function<void(const char* stage)> watcher);
   // The hand at the stylus, as the camera sees it: it hides virtual things.

@@ -145,6 +145,22 @@ TEST(FrameRenderer, DrawsWithTheQualityThatIsAskedFor) {
   EXPECT_NE(low.rgb, medium.rgb);
 }
 
+// All that a picture goes through has been gone through, and it looks as without that.
+TEST(FrameRenderer, ARehearsalDrawsEverythingAndLeavesNothing) {
+  for (const int cameras : {1, 2}) {
+    Renderer rehearsed(rig_of(cameras)), fresh(rig_of(cameras));
+    std::vector<std::string> stages;
+    rehearsed.watch_stages([&](const char* stage) { stages.emplace_back(stage); });
+    rehearsed.rehearse();
+    EXPECT_EQ(stages, (std::vector<std::string>{"scene", "shadows", "background", "upload", "layer", "over", "read",
+                                                "captions"}));
+    FrameRecord after = frame_at(kBall), alone = frame_at(kBall);
+    rehearsed.draw(kEven, nullptr, after);
+    fresh.draw(kEven, nullptr, alone);
+    EXPECT_EQ(after.rgb, alone.rgb);
+  }
+}
+
 TEST(FrameRenderer, CaptionsStandInThePictureUnlessSomebodyElseShowsThem) {
   Renderer renderer(rig_of(1));
   FrameRecord without = frame_at(kBall), with = frame_at(kBall);

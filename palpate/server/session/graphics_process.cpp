@@ -211,7 +211,10 @@ Expected<void> GraphicsProcess::meet_physics_server() {
     played_ = std::move(*record);
   }
   devices_.reset();
-  if (auto* pictures = side_->renderer()) pictures->set_captions(!options_.window && !options_.headset);
+  if (auto* pictures = side_->renderer()) {
+    pictures->set_captions(!options_.window && !options_.headset);
+    pictures->rehearse();
+  }
   if (feed_)
     side_->server().set_marker_tap(
         [this](device::MarkerId marker, const device::MarkerPose& pose) { feed_->marker(marker, pose); });
