@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "palpate/math/looking.h"
 #include "palpate/render/picture_file.h"
 #include "palpate/render/picture_looks.h"
 #include "palpate/scene/shown_tip.h"
@@ -19,6 +20,7 @@ constexpr int kLookForOther = 2, kLookAgain = 90;
 
 constexpr double kOutline = 0.0025;  // m, radius
 constexpr double kRehearsedAbove = 0.05;  // m, over the table: whatever casts a shadow casts one
+const Vector3 kRehearsedFrom(0.0, 0.4, 0.4);
 
 rig::Rig with_corners(rig::Rig rig) {
   if (rig.board) rig.landmarks = vision::charuco_landmarks(rig.board->board, rig.board->X_world_board);
@@ -70,20 +72,20 @@ void FrameRenderer::set_quality(render::Quality quality) {
   compositor_->watch_stages(watcher_);
 }
 
-// From where an onlooker sees all of it, each body over the middle of the table.
+// As many bodies as a state can have over the middle of the table: a view draws more than are described.
 void FrameRenderer::rehearse() {
   const auto& corners = render::table_of(scene_.surfaces).corners;
+  const Vector3 place = 0.5 * (corners[0] + corners[2]) + kRehearsedAbove * Vector3::UnitY();
   device::CameraImage image;
   image.width = rig_.camera->model.width;
   image.height = rig_.camera->model.height;
   image.rgb.resize(3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
   FrameRecord record;
-  record.X_world_camera = outside_viewpoint_.X_world_camera;
+  record.X_world_camera = looking(place + kRehearsedFrom, place);
   record.have_state = true;
   record.state.tick = 1;
-  record.state.body_count = static_cast<std::int32_t>(scene_.bodies.size());
-  for (scene::BodyState& body : record.state.bodies)
-    body.set_p(0.5 * (corners[0] + corners[2]) + kRehearsedAbove * Vector3::UnitY());
+  record.state.body_count = scene::SceneState::kBodies;
+  for (scene::BodyState& body : record.state.bodies) body.set_p(place);
   draw(image, nullptr, record);
 }
 
