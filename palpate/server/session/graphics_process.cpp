@@ -19,6 +19,7 @@
 #include "palpate/server/session/frame_recorder.h"
 #include "palpate/server/session/graphics_screens.h"
 #include "palpate/server/session/graphics_side.h"
+#include "palpate/server/session/same_places.h"
 #include "palpate/time/real_time.h"
 #include "palpate/transport/zmq_engine.h"
 
@@ -195,6 +196,7 @@ Expected<void> GraphicsProcess::meet_physics_server() {
   if (!link) return tl::unexpected(link.error());
   auto scene = await_scene(**link);
   if (!scene) return tl::unexpected(scene.error());
+  if (auto same = same_places(options_.rig, *scene, place_.endpoint.address); !same) return same;
   if (options_.applications.find(scene->application) == nullptr)
     kLog.info("application '{}' is not part of this program: its bodies are shown as plain shapes",
               excerpt(scene->application));
