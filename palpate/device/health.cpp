@@ -37,6 +37,8 @@ constexpr std::array<Facts, kHealthCodes> kFacts{{
     {laboratory_silent, "laboratory_silent", fault, laboratory_silent, false, "laboratory: goes on"},
     {physics_server_gone, "physics_server_gone", fault, physics_server_gone, false,
      "the physics server answers again"},
+    {other_scene, "other_scene", fault, other_scene, false, "the physics server plays again what is drawn"},
+    {other_rig, "other_rig", warning, other_rig, false, "the physics server has the same rig again"},
 }};
 
 constexpr bool in_order() {

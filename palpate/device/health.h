@@ -15,26 +15,28 @@
 namespace palpate::device {
 
 enum class HealthCode : std::uint8_t {
-  camera_silent,       // no images
-  camera_unfit,        // images come, none of which can be used: another size or format, damaged
-  camera_lost,         // unplugged, taken away, not to be opened
-  recording_ended,     // the camera is a recording that has no more
-  image_size,          // images of another size than the calibrated camera's: not drawn
-  camera_clock,        // its clock was set or stood still: images cannot be placed in time for a moment
-  tracker_silent,      // no samples at all
-  tracker_clock,       // as the camera's
-  tracker_blind,       // samples, but the head's marker is not among what it sees
-  landmarks_lost,      // the picture rests on the tracker alone
-  right_eye_lost,      // of two cameras the right one: both eyes see the left one's picture
-  board_lost,          // the board by which the camera knows its place is not found in the picture
-  arm_lost,            // no samples; it is opened again when it returns
-  arm_inconsistent,    // angles and places of the tip do not fit: no forces until it is opened anew
-  arm_uncalibrated,    // waits for a person; no samples
-  arm_forces_off,      // the device has complained of a force; samples go on
-  laboratory_silent,   // the simulated laboratory stands still
-  physics_server_gone  // it no longer answers
+  camera_silent,        // no images
+  camera_unfit,         // images come, none of which can be used: another size or format, damaged
+  camera_lost,          // unplugged, taken away, not to be opened
+  recording_ended,      // the camera is a recording that has no more
+  image_size,           // images of another size than the calibrated camera's: not drawn
+  camera_clock,         // its clock was set or stood still: images cannot be placed in time for a moment
+  tracker_silent,       // no samples at all
+  tracker_clock,        // as the camera's
+  tracker_blind,        // samples, but the head's marker is not among what it sees
+  landmarks_lost,       // the picture rests on the tracker alone
+  right_eye_lost,       // of two cameras the right one: both eyes see the left one's picture
+  board_lost,           // the board by which the camera knows its place is not found in the picture
+  arm_lost,             // no samples; it is opened again when it returns
+  arm_inconsistent,     // angles and places of the tip do not fit: no forces until it is opened anew
+  arm_uncalibrated,     // waits for a person; no samples
+  arm_forces_off,       // the device has complained of a force; samples go on
+  laboratory_silent,    // the simulated laboratory stands still
+  physics_server_gone,  // it no longer answers
+  other_scene,          // it plays something else than the pictures are made for: they show none of it
+  other_rig             // it has surfaces elsewhere than we: forces and pictures are not in one place
 };
-inline constexpr std::size_t kHealthCodes = 18;
+inline constexpr std::size_t kHealthCodes = 20;
 
 enum class Severity : std::uint8_t {
   notice,   // passes by itself, or was to be expected

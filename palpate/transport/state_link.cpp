@@ -122,6 +122,7 @@ void StateLink::take(const Welcome& message, const Arrival&) {
   role_ = message.role;
   if (!message.scene) return;
   description_ = message.scene;
+  ++descriptions_;
   newest_shape_ = nullptr;  // of another scene
 }
 

@@ -120,6 +120,8 @@ class StateLink {
   // What the physics server shows; empty until it has been reached once. Replaced when another server takes
   // its place.
   const std::optional<scene::SceneDescription>& description() const { return description_; }
+  // That have come so far: with each it is to be looked at anew.
+  std::uint64_t descriptions() const { return descriptions_; }
   // Number of the server's life; 0 before the first word. A new number means it was started anew.
   std::uint64_t session() const { return session_; }
 
@@ -173,7 +175,7 @@ class StateLink {
   std::deque<PendingControl> pending_;
   std::uint64_t controls_made_ = 0, controls_dropped_ = 0;
   std::optional<scene::SceneDescription> description_;
-  std::uint64_t session_ = 0;
+  std::uint64_t session_ = 0, descriptions_ = 0;
   std::optional<Role> role_;
   std::optional<ClientFigures> figures_;
   std::uint64_t statuses_ = 0, statuses_come_ = 0;

@@ -67,6 +67,22 @@ class KilledPeers(LaboratoryTest):
         self.assertEqual(len(self.stop_in_order(world)[0]), 1)
         self.assertEqual(self.left_behind(), [])
 
+    def test_graphics_says_that_another_application_has_come_and_draws_on_when_the_first_is_back(self):
+        world, physics, graphics = self.start_all()
+        measured = self.start_graphics("--seconds", "6")
+        physics.remove()
+        self.assertTrue(graphics.says(GONE), graphics.lines())
+        physics = self.start_physics("--app", "touch")
+        words = "the physics server now plays touch, not pingpong; start `palpate graphics` again"
+        self.assertTrue(graphics.says(words), graphics.lines())
+        done = measured.ends()
+        self.assertEqual((done.code, done.out), (1, ""), done)
+        self.assertIn(words, done.lines[-1])
+        self.stop_in_order(physics)
+        physics = self.start_physics()
+        self.assertTrue(graphics.says("plays again what is drawn"), graphics.lines())
+        self.stop_in_order(graphics, physics, world)
+
     def test_a_pause_of_the_whole_machine_is_nobodys_death(self):
         servers = world, physics, graphics = self.start_all()
         for number in (signal.SIGSTOP, signal.SIGCONT):

@@ -2,11 +2,12 @@
 """Servers that find no peer, or their address taken; and how they end when asked to."""
 import json
 import os
+import re
 import signal
 import socket
 import unittest
 
-from laboratory import UNPROTECTED, LaboratoryTest
+from laboratory import READY, UNPROTECTED, LaboratoryTest
 
 
 class Servers(LaboratoryTest):
@@ -26,6 +27,31 @@ class Servers(LaboratoryTest):
         self.catches(graphics, signal.SIGINT)
         graphics.send(signal.SIGINT)
         self.says_no(graphics.ends(), 1, "stopped before the physics server answered")
+
+    def rig_with_table(self, change):
+        """A copy of the rig whose table lies elsewhere: `change` of its first corner, or of its name, as the file has them."""
+        text = self.read("rig.toml").decode()
+        table = next(part for part in text.split("[[surface]]") if 'name = "table"' in part)
+        return self.write("other.toml", text.replace(table, change(table)))
+
+    def rig_moved_by(self, mm):
+        def moved(table):
+            corner = re.search(r"corner_mm = \[([^\]]*)\]", table)
+            x, y, z = (float(number) for number in corner.group(1).split(","))
+            return table.replace(corner.group(0), f"corner_mm = [{x + mm}, {y}, {z}]")
+        return self.rig_with_table(moved)
+
+    def test_graphics_with_another_rig_than_physics_is_refused_or_warned(self):
+        self.start_world()
+        self.start_physics()
+        self.says_no(self.run_program("graphics", "--rig", self.rig_moved_by(300)), 1, "has another rig", "'table' lies 300 mm from where it lies here", "both servers need the same rig file")
+        for rig, words in ((self.rig_moved_by(5), "'table' lies 5 mm"), (self.rig_with_table(lambda table: table.replace('"table"', '"desk"')), "'desk' is missing there, 'table' is missing here")):
+            graphics = self.start("graphics", "--rig", rig)
+            self.assertTrue(graphics.says(READY["graphics"]), graphics.lines())
+            self.assertTrue(graphics.says(words + " from where it lies here; both servers need the same rig file" if "mm" in words else words), graphics.lines())
+            self.stop_in_order(graphics)
+        graphics = self.start_graphics()
+        self.assertEqual(self.stop_in_order(graphics), [[]])
 
     def test_addresses_that_are_none_are_wrong_use(self):
         for command, option, address, words in (("physics", "--listen", "nonsense", "not an address"),

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace palpate::server::graphics {
 namespace {
@@ -21,6 +22,8 @@ constexpr int kMissed = 3;
 constexpr Duration kJumpTold = std::chrono::seconds(1);
 // An interval's weight in the smoothed one.
 constexpr double kSmooth = 0.1;
+// So long a description has stood before another one's words, or their end, are told.
+constexpr Duration kDescribed = std::chrono::seconds(1);
 constexpr Duration kLongestInterval = std::chrono::seconds(5);
 
 }  // namespace
@@ -70,6 +73,24 @@ void ConditionWatch::board(Instant<GraphicsClock> now, bool found, std::string w
     board_.hear(now);
   else
     board_why_ = std::move(why);
+}
+
+void ConditionWatch::scene_described(Instant<GraphicsClock> now, std::optional<std::string> scene_words,
+                                     std::optional<std::string> rig_words) {
+  scene_words_ = std::move(scene_words), rig_words_ = std::move(rig_words);
+  described_ = now;
+}
+
+void ConditionWatch::look_at_scene(Instant<GraphicsClock> now) {
+  if (!described_) return;
+  const bool settled = now - *described_ >= kDescribed;
+  const auto tell = [&](const std::optional<std::string>& words, HealthCode code) {
+    if (settled || (words && !health_.holds(code)))
+      health_.set(words.has_value(), {code, words.value_or("")}, *described_);
+  };
+  tell(scene_words_, other_scene);
+  tell(rig_words_, other_rig);
+  if (settled) described_.reset();
 }
 
 void ConditionWatch::look(Instant<GraphicsClock> now) {
@@ -128,6 +149,7 @@ void ConditionWatch::look(Instant<GraphicsClock> now) {
   set(on_board_ && !board_why_.empty() && images_.heard && !silent && !no_images && !wrong_size_ &&
           board_.silent_for(patience, now, begun_),
       board_lost, since(board_), "board: " + board_why_);
+  look_at_scene(now);
 }
 
 device::HealthReport ConditionWatch::why_no_images() const {

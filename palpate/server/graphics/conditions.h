@@ -44,6 +44,11 @@ class ConditionWatch {
   // A frame's pose: how many landmarks it should have seen, and whether they carried it.
   void landmarks(Instant<GraphicsClock> now, int predicted, int used, bool refined);
 
+  // What the physics server was last described to play and where it has its surfaces, where that is not what is drawn and what our
+  // rig has; none: it fits. A server that is another one each moment is told of once a second at most.
+  void scene_described(Instant<GraphicsClock> now, std::optional<std::string> scene_words,
+                       std::optional<std::string> rig_words);
+
   // From now on the camera's place comes from a board in the picture: nobody misses a tracker.
   void set_on_board() { on_board_ = true; }
   // A frame's pose by that board: found, or why not, in words.
@@ -64,6 +69,7 @@ class ConditionWatch {
     void hear(Instant<GraphicsClock> now) { heard = true, last = now; }
   };
   device::HealthReport why_no_images() const;
+  void look_at_scene(Instant<GraphicsClock> now);
 
   int width_, height_, wrong_width_ = 0, wrong_height_ = 0;
   bool wrong_size_ = false, begun_known_ = false, driver_speaks_ = false;
@@ -77,6 +83,8 @@ class ConditionWatch {
   int missed_ = 0;
   bool on_board_ = false;
   std::string board_why_;
+  std::optional<std::string> scene_words_, rig_words_;
+  std::optional<Instant<GraphicsClock>> described_;  // none: there is nothing to tell
   int predicted_ = 0, used_ = 0;
   Instant<GraphicsClock> begun_, wrong_since_;
   std::optional<Instant<GraphicsClock>> camera_clock_set_, tracker_clock_set_;

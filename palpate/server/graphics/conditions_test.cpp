@@ -151,6 +151,30 @@ TEST(ConditionWatch, AtMostFourHoldAtTheSameTime) {
   EXPECT_EQ(most, 4u);
 }
 
+TEST(ConditionWatch, AnotherSceneIsToldAtOnceAndWhatComesAfterItWhenItHasStoodForASecond) {
+  WatchedDevices devices;
+  devices.run(1.0);
+  const auto at = [](double s) { return Instant<GraphicsClock>{seconds(s)}; };
+  devices.watch().scene_described(at(1.0), "plays touch", std::nullopt);
+  devices.run(1.01);
+  ASSERT_EQ(devices.now().size(), 1u);
+  EXPECT_EQ(devices.now()[0].code, HealthCode::other_scene);
+  EXPECT_EQ(devices.now()[0].words, "plays touch");
+  devices.watch().scene_described(at(1.5), "plays jelly", "table elsewhere");
+  devices.run(2.4);
+  ASSERT_EQ(devices.now().size(), 2u);
+  EXPECT_EQ(devices.now()[0].words, "plays touch");
+  EXPECT_EQ(devices.now()[1].code, HealthCode::other_rig);
+  EXPECT_EQ(devices.now()[1].words, "table elsewhere");
+  devices.run(2.6);
+  EXPECT_EQ(devices.now()[0].words, "plays jelly");
+  devices.watch().scene_described(at(2.6), std::nullopt, std::nullopt);
+  devices.run(3.5);
+  EXPECT_EQ(devices.now().size(), 2u) << "one that changes all the time does not fill a log";
+  devices.run(3.7);
+  EXPECT_TRUE(devices.now().empty());
+}
+
 TEST(ConditionWatch, WhoKnowsWhyATrackerIsSilentSaysItAndWhatChangesMeanwhile) {
   WatchedDevices devices;
   std::string why = "tracker: no server answers";

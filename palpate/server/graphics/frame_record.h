@@ -52,6 +52,8 @@ struct FrameRecord : EyePose {
   bool late = false;              // its reply was not there in time: the previous state was used
   AnswerKind answer = AnswerKind::too_old;
   Duration extrapolated_by{0};
+  // The physics server plays something else than the pipeline draws: there is no state, and the camera's picture is drawn alone.
+  bool other_scene = false;
   bool have_state = false;
   scene::SceneState state;  // the state that was drawn
   // Of the surface that deforms, as it was drawn; null: there is none, or it is not known yet.

@@ -203,14 +203,15 @@ bool FrameRenderer::lost() const { return rig_.board && lost_ >= kLostForGood; }
 
 void FrameRenderer::draw(const device::CameraImage& image, const device::CameraImage* right,
                          FrameRecord& record) {
-  if (!record.have_state) return;  // nothing is known of the game yet: no picture is better than half of one
-  render::RealScene real = real_things(record);
-  auto items = virtual_things(record);
-  if (!outline_.triangles.empty())
-    items.push_back({&outline_, render::kHighlightLook, Quaternion::Identity(), Vector3::Zero(), false});
-  if (lost()) {
-    items.clear();
-    real = {};
+  // Nothing is known of the game yet: no picture is better than half of one.
+  if (!record.have_state && !record.other_scene) return;
+  render::RealScene real;
+  std::vector<scene::DrawItem> items;
+  if (record.have_state && !lost()) {
+    real = real_things(record);
+    items = virtual_things(record);
+    if (!outline_.triangles.empty())
+      items.push_back({&outline_, render::kHighlightLook, Quaternion::Identity(), Vector3::Zero(), false});
   }
   record.width = rig_.camera->model.width;
   record.height = rig_.camera->model.height;
@@ -225,15 +226,16 @@ void FrameRenderer::draw(const device::CameraImage& image, const device::CameraI
     if (eyes.size() == 1) record.rgb = render::biocular(record.rgb, record.width, record.height);
     record.width *= 2;
   }
-  if (captions_shown_)
+  if (captions_shown_ && record.have_state)
     render::burn_captions(record.rgb, record.width, record.height, scene_view_->captions(record.state),
                           record.two_eyes ? 2 : 1);
   done("captions");
 }
 
 const render::OutsidePicture& FrameRenderer::outside(const FrameRecord& record) {
-  if (!record.have_state || outside_.frame == record.number) return outside_;
-  auto items = virtual_things(record);
+  if ((!record.have_state && !record.other_scene) || outside_.frame == record.number) return outside_;
+  std::vector<scene::DrawItem> items;
+  if (record.have_state) items = virtual_things(record);
   if (!lost())
     for (const auto& item : players_camera_.items(record.X_world_camera, record.right.has_value()))
       items.push_back(item);

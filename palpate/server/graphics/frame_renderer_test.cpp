@@ -120,6 +120,21 @@ TEST(FrameRenderer, DrawsWhatTheStateHasWhereItIsAndNothingBeforeThereIsAState) 
   EXPECT_NEAR(record.rgb[0], kLevel, 1) << "the image elsewhere";
 }
 
+TEST(FrameRenderer, OfAnotherSceneTheCamerasPictureIsAllThereIs) {
+  Renderer renderer(rig_of(1));
+  renderer.set_captions(true);
+  FrameRecord record = frame_at(kBall, 1);
+  renderer.draw(kEven, nullptr, record);
+  const Picture before = renderer.outside(record).rgb;
+  record.number = 2;
+  record.other_scene = true;
+  record.have_state = false;
+  renderer.draw(kEven, nullptr, record);
+  ASSERT_EQ(record.rgb.size(), kEven.rgb.size());
+  for (std::size_t i = 0; i < record.rgb.size(); ++i) ASSERT_NEAR(record.rgb[i], kLevel, 1) << i;
+  EXPECT_NE(renderer.outside(record).rgb, before) << "the ball is gone from there, too";
+}
+
 // A level's picture is the same however often it is left and taken up again, and stages are told at each.
 TEST(FrameRenderer, DrawsWithTheQualityThatIsAskedFor) {
   Renderer changed(rig_of(1));

@@ -1,8 +1,12 @@
 #include "palpate/server/graphics/graphics_server.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
+
+#include "palpate/scene/scene_comparison.h"
 
 namespace palpate::server::graphics {
 namespace {
@@ -130,14 +134,7 @@ void GraphicsServer::service(Instant<GraphicsClock> now) {
     if (tap_) tap_(sample.marker, pose);
   }
 
-  link_.poll();
-  for (const auto& arrived : link_.arrived()) {
-    round_trips_.push_back(to_seconds(arrived.received - arrived.sent));
-    // A server that has no state yet answers with an empty one: nothing to draw.
-    if (arrived.newest && !arrived.reply.answer.state.empty()) last_answer_ = arrived.reply.answer;
-  }
-  for (const auto& before : link_.looked_back())
-    if (before.number == before_question(record_.number)) state_before_ = before.answer.state;
+  take_states(now);
   while (const auto stamps = link_.take_sync()) sync_.add(stamps->t1, stamps->t2, stamps->t3, stamps->t4);
   if (!last_sync_sent_ || now - *last_sync_sent_ >= sync_.interval()) {
     if (link_.send_sync()) last_sync_sent_ = now;
@@ -153,6 +150,34 @@ void GraphicsServer::service(Instant<GraphicsClock> now) {
     watch_.right_eye(now, !pair_.right_lost());
   }
   watch_.look(now);
+}
+
+void GraphicsServer::take_states(Instant<GraphicsClock> now) {
+  link_.poll();
+  for (const auto& arrived : link_.arrived()) {
+    round_trips_.push_back(to_seconds(arrived.received - arrived.sent));
+    // A server that has no state yet answers with an empty one: nothing to draw.
+    if (arrived.newest && !arrived.reply.answer.state.empty()) last_answer_ = arrived.reply.answer;
+  }
+  for (const auto& before : link_.looked_back())
+    if (before.number == before_question(record_.number)) state_before_ = before.answer.state;
+  if (drawn_ && link_.description() && met_ != link_.descriptions()) meet(*link_.description(), now);
+}
+
+// Whatever came together with the description may be of the server before.
+void GraphicsServer::meet(const scene::SceneDescription& played, Instant<GraphicsClock> now) {
+  met_ = link_.descriptions();
+  const auto other = scene::other_than_drawn(*drawn_, played);
+  if (other_scene_ || other) last_answer_.reset(), state_before_.reset();
+  other_scene_ = other.has_value();
+  const auto places = scene::compare_surfaces(drawn_->surfaces, played.surfaces);
+  std::optional<std::string> scene_words, rig_words;
+  if (other)
+    scene_words = fmt::format("the physics server now plays {}; start `palpate graphics` again", *other);
+  if (!places.agree())
+    rig_words = fmt::format("the physics server has another rig: {}; both servers need the same rig file",
+                            places.words());
+  watch_.scene_described(now, std::move(scene_words), std::move(rig_words));
 }
 
 bool GraphicsServer::begin_frame(Instant<GraphicsClock> now) {
@@ -190,7 +215,8 @@ const FrameRecord& GraphicsServer::finish_frame(Instant<GraphicsClock> now) {
   if (image_ && record_.pose_source == PoseSource::none && !rig_.board) estimate_pose(record_);
   const auto& newest = link_.newest();
   record_.late = !newest || newest->reply.number != record_.number;
-  if (last_answer_) {
+  record_.other_scene = other_scene_;
+  if (last_answer_ && !other_scene_) {
     record_.have_state = true;
     record_.state = last_answer_->state;
     record_.shape = link_.newest_shape();

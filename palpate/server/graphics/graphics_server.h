@@ -87,6 +87,10 @@ class GraphicsServer {
   const device::HealthMonitor<GraphicsClock>& health() const { return watch_.health(); }
   const std::vector<Condition>& conditions() const { return health().conditions(); }
   void set_log(Log log) { watch_.set_log(log); }
+  // What the pipeline draws, with the own rig's surfaces. While the physics server is described to play something else its states
+  // are left out of the frames, which are drawn without; that, and surfaces that it has elsewhere, are among the conditions.
+  // Without this whatever comes is drawn.
+  void set_drawn(scene::SceneDescription drawn) { drawn_ = std::move(drawn); }
   // Where time goes on by itself: whoever calls service() may be held up before the devices are asked, and how long a sample has
   // waited counts from when it was asked for. Must outlive the server; without it times are those handed over.
   void set_clock(const Clock<GraphicsClock>& clock) { clock_ = &clock; }
@@ -126,6 +130,8 @@ class GraphicsServer {
   void take_image(device::CameraImage image, Instant<GraphicsClock> now, Duration waited);
   void take_right_image(device::CameraImage image, Instant<GraphicsClock> now, Duration waited);
   void arrive(Arrived images);
+  void take_states(Instant<GraphicsClock> now);
+  void meet(const scene::SceneDescription& played, Instant<GraphicsClock> now);
   void estimate_pose(FrameRecord& record);
   void estimate_left(FrameRecord& record);
   void estimate_right(FrameRecord& record) const;
@@ -163,6 +169,9 @@ class GraphicsServer {
   std::optional<Arrived> image_;  // being worked on
   device::CameraImage finished_image_;
   std::optional<scene::StateAnswer> last_answer_;
+  std::optional<scene::SceneDescription> drawn_;
+  std::uint64_t met_ = 0;     // descriptions
+  bool other_scene_ = false;  // than drawn_
   // Of a predicted picture: the state that it starts from, one a little before, and where the head's marker will be.
   scene::SceneState newest_state_;
   std::optional<scene::SceneState> state_before_;

@@ -124,6 +124,36 @@ TEST_F(FramesOfAServer, AReplyThatComesAfterTheDrawingLeavesThePreviousState) {
   EXPECT_NEAR(state_s(frames_.back()), image_s(frames_.back()), 2 * kSettled_s);
 }
 
+TEST_F(FramesOfAServer, NothingOfAnotherApplicationIsDrawnUntilTheFirstIsBack) {
+  server_->set_drawn(transport::testing::table_scene());
+  const auto serve_next = [&](scene::SceneDescription scene) {
+    service_.reset();
+    run(1000);
+    service_ = std::move(*exchange_.serve(std::move(scene)));
+    run(1000);
+  };
+  const auto words = [&] { return server_->conditions().empty() ? "" : server_->conditions()[0].words; };
+  run(1000);
+  EXPECT_TRUE(frames_.back().have_state && !frames_.back().other_scene);
+  EXPECT_EQ(words(), "");
+  serve_next(transport::testing::table_scene("touch"));
+  EXPECT_TRUE(frames_.back().other_scene && !frames_.back().have_state);
+  EXPECT_EQ(words(), "the physics server now plays touch, not marbles; start `palpate graphics` again");
+  auto moved = transport::testing::table_scene();
+  for (auto& corner : moved.surfaces[0].corners) corner.x() += 0.3;
+  serve_next(moved);
+  run(500);
+  EXPECT_TRUE(frames_.back().have_state && !frames_.back().other_scene);
+  EXPECT_EQ(
+      words(),
+      "the physics server has another rig: 'table' lies 300 mm from where it lies here; both servers need "
+      "the same rig file");
+  serve_next(transport::testing::table_scene());
+  run(500);
+  EXPECT_TRUE(frames_.back().have_state);
+  EXPECT_EQ(words(), "");
+}
+
 TEST_F(FramesOfAServer, APictureGoesOnWithTheLastStateWhileThePhysicsServerIsGone) {
   run(1000);
   const auto last = frames_.back();

@@ -16,9 +16,11 @@
 #include "palpate/server/graphics/graphics_figures.h"
 #include "palpate/server/graphics/pose_feed.h"
 #include "palpate/server/graphics/server_watch.h"
+#include "palpate/server/physics/physics_server.h"
 #include "palpate/server/session/frame_recorder.h"
 #include "palpate/server/session/graphics_screens.h"
 #include "palpate/server/session/graphics_side.h"
+#include "palpate/server/session/physics_meeting.h"
 #include "palpate/time/real_time.h"
 #include "palpate/transport/zmq_engine.h"
 
@@ -26,8 +28,7 @@ namespace palpate::server::session {
 namespace {
 
 constexpr Log kLog("graphics");
-// How long a physics server may take to answer for the first time before the wait is given up.
-constexpr double kPatienceS = 10.0, kFirstPicturesS = 1.0;
+constexpr double kFirstPicturesS = 1.0;
 
 double camera_readout_s(const GraphicsProcessOptions& options) {
   if (!options.camera) return sim::config::readout_s(options.world);
@@ -48,12 +49,12 @@ class GraphicsProcess {
   Expected<void> open();
   Expected<GraphicsDevices> open_devices();
   Expected<void> meet_physics_server();
-  Expected<scene::SceneDescription> await_scene(transport::StateLink& link) const;
   Expected<void> open_screens();
   Expected<void> open_latency_probe();
   Expected<void> open_logs();
   void introduce() const;
   bool goes_on() const;
+  std::optional<std::string> unmeasured() const;
   Expected<void> tick();
   void show_frame();
   void trace_stage(const char* name) {
@@ -111,8 +112,7 @@ Expected<Json> GraphicsProcess::run() {
   while (goes_on())
     if (auto done = tick(); !done) return tl::unexpected(done.error());
   // Figures of a measured run without its server would be figures of something else.
-  if (!physics_->there() && options_.seconds > 0.0 && !stop_.load() && !quit_)
-    return refused("graphics: {}", physics_->absence());
+  if (const auto why = unmeasured()) return refused("graphics: {}", *why);
   Json result = figures();
   if (logs_)
     if (auto done = logs_->finish(); !done) return tl::unexpected(done.error());
@@ -168,33 +168,12 @@ Expected<GraphicsDevices> GraphicsProcess::open_devices() {
   return GraphicsDevices::open(setup);
 }
 
-// Who is there, and what is played?
-Expected<scene::SceneDescription> GraphicsProcess::await_scene(transport::StateLink& link) const {
-  const std::string& address = place_.endpoint.address;
-  const auto start = clock_.now();
-  while (!link.description()) {
-    link.poll();
-    if (stop_.load()) return refused("graphics: stopped before the physics server answered");
-    if (to_seconds(clock_.now() - start) > kPatienceS) {
-      if (link.refusal())
-        return refused("graphics: the physics server at {} refuses: {}", address,
-                       excerpt(*link.refusal(), 200));
-      if (const auto trouble = link.trouble())
-        return refused("graphics: the physics server at {} turns us away: {}", address, *trouble);
-      return refused(
-          "graphics: no physics server answers at {} after {:.0f} s; start `palpate physics` first", address,
-          kPatienceS);
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
-  return *link.description();
-}
-
 Expected<void> GraphicsProcess::meet_physics_server() {
   auto link = transport::connect_states(place_.endpoint, clock_, "graphics", place_.identity);
   if (!link) return tl::unexpected(link.error());
-  auto scene = await_scene(**link);
+  auto scene = await_scene(**link, place_.endpoint.address, clock_, stop_);
   if (!scene) return tl::unexpected(scene.error());
+  if (auto same = same_places(options_.rig, *scene, place_.endpoint.address); !same) return same;
   if (options_.applications.find(scene->application) == nullptr)
     kLog.info("application '{}' is not part of this program: its bodies are shown as plain shapes",
               excerpt(scene->application));
@@ -205,6 +184,7 @@ Expected<void> GraphicsProcess::meet_physics_server() {
   side_ = std::move(*side);
   side_->server().set_log(kLog);
   side_->server().set_clock(clock_);
+  side_->server().set_drawn(physics::scene_from_rig(options_.rig, *scene));
   if (options_.applications.find(scene->application) != nullptr) {
     auto record = options_.applications.make_record(side_->scene());
     if (!record) return tl::unexpected(record.error());
@@ -277,6 +257,15 @@ bool GraphicsProcess::goes_on() const {
   if (stop_.load() || quit_) return false;
   return options_.seconds <= 0.0 || to_seconds(clock_.now() - begun_) < options_.seconds ||
          (ui() && ui()->attended());
+}
+
+// Why a run that was to be measured was none; nothing: it was one, or somebody has ended it.
+std::optional<std::string> GraphicsProcess::unmeasured() const {
+  if (options_.seconds <= 0.0 || stop_.load() || quit_) return std::nullopt;
+  if (!physics_->there()) return physics_->absence();
+  for (const auto& condition : side_->server().conditions())
+    if (condition.code == device::HealthCode::other_scene) return condition.words;
+  return std::nullopt;
 }
 
 // A millisecond's rhythm: often enough for arrival times, cheap enough to leave the core to others.

@@ -31,7 +31,9 @@ inline constexpr std::array<std::pair<HealthCode, wire::HealthCode>, device::kHe
      {HealthCode::arm_uncalibrated, wire::HEALTH_CODE_ARM_UNCALIBRATED},
      {HealthCode::arm_forces_off, wire::HEALTH_CODE_ARM_FORCES_OFF},
      {HealthCode::laboratory_silent, wire::HEALTH_CODE_LABORATORY_SILENT},
-     {HealthCode::physics_server_gone, wire::HEALTH_CODE_PHYSICS_SERVER_GONE}}};
+     {HealthCode::physics_server_gone, wire::HEALTH_CODE_PHYSICS_SERVER_GONE},
+     {HealthCode::other_scene, wire::HEALTH_CODE_OTHER_SCENE},
+     {HealthCode::other_rig, wire::HEALTH_CODE_OTHER_RIG}}};
 
 inline constexpr std::array<std::pair<Severity, wire::HealthSeverity>, 3> kWireSeverities{
     {{Severity::notice, wire::HEALTH_SEVERITY_NOTICE},

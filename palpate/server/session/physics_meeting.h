@@ -1,0 +1,26 @@
+// A graphics server's first meeting with a physics server: who is there, what is played, and is it the same place?
+#pragma once
+
+#include <atomic>
+#include <string>
+
+#include "palpate/core/expected.h"
+#include "palpate/rig/rig.h"
+#include "palpate/scene/application.h"
+#include "palpate/time/real_time.h"
+#include "palpate/transport/state_link.h"
+
+namespace palpate::server::session {
+
+// Waits until the physics server at `address` has said what it plays; refused, in words, where it does not within ten
+// seconds, or `stop` becomes true.
+Expected<scene::SceneDescription> await_scene(transport::StateLink& link, const std::string& address,
+                                              const MonotonicClock<GraphicsClock>& clock,
+                                              const std::atomic<bool>& stop);
+
+// Refused where a surface lies so far from where `rig` has it that forces and pictures would be in different places
+// (SurfaceComparison::elsewhere()). What differs less is a condition while it lasts (GraphicsServer::set_drawn).
+Expected<void> same_places(const rig::Rig& rig, const scene::SceneDescription& scene,
+                           const std::string& address);
+
+}  // namespace palpate::server::session
