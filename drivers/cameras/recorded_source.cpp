@@ -211,6 +211,8 @@ Expected<std::vector<RecordedImage>> read_stamps(const std::filesystem::path& fo
   if (!time) return tl::unexpected(time.error());
   if (auto sane = table->require_within({*time}, kLatestS); !sane) return tl::unexpected(sane.error());
   const auto frame = table->find("frame");
+  if (frame)
+    if (auto fine = table->require_numbers({*frame}); !fine) return tl::unexpected(fine.error());
   if (table->rows.empty()) return refused("{}: names no image", file.string());
   std::vector<RecordedImage> images;
   for (std::size_t row = 0; row < table->rows.size(); ++row) {

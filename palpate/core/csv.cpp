@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "palpate/core/file.h"
+#include "palpate/core/file_form.h"
 #include "palpate/core/text.h"
 
 namespace palpate::inline core {
@@ -41,15 +42,6 @@ bool split(std::string_view line, std::vector<std::string_view>& cells) {
   return false;
 }
 
-bool looks_binary(std::string_view content) {
-  const auto head = content.substr(0, 4096);
-  const auto odd = std::count_if(head.begin(), head.end(), [](char c) {
-    const auto u = static_cast<unsigned char>(c);
-    return u < 9 || (u > 13 && u < 32) || u == 127;
-  });
-  return odd > 0;
-}
-
 // What a text column may hold: messages, reports and rig files will quote it.
 constexpr std::size_t kLongestName = 120;
 
@@ -69,25 +61,39 @@ bool take_header(CsvTable& table, const std::vector<std::string_view>& cells, co
   if (std::all_of(cells.begin(), cells.end(), [](auto cell) { return number(cell).has_value(); }))
     return false;
   table.header.assign(cells.begin(), cells.end());
+  table.no_number.resize(cells.size());
   for (std::size_t i = 0; i < cells.size(); ++i)
     for (const auto& name : options.text_columns)
       if (name == "*" || name == table.header[i]) may_be_text[i] = true;
   return true;
 }
 
-// A cell that is no finite number: a name where its column may hold names, else the reason why not.
-Expected<double> take_word(const CsvTable& table, int line, std::size_t column, std::string_view cell,
-                           bool may_be_text) {
-  const auto place = [&] { return fmt::format("{}:{}: {}", table.source, line, column_name(table, column)); };
+tl::unexpected<Error> complaint(const CsvTable& table, int line, std::size_t column, std::string_view cell,
+                                std::string_view expectation) {
+  return wrong_use("{}:{}: {} is '{}'{}", table.source, line, column_name(table, column), shown(cell),
+                   expectation);
+}
+
+tl::unexpected<Error> is_no_number(const CsvTable& table, int line, std::size_t column,
+                                   std::string_view cell) {
+  return complaint(
+      table, line, column, cell,
+      number(cell) ? "; finite numbers are expected, remove or repair the row" : ", a number is expected");
+}
+
+// A cell that is no finite number: text where its column may hold text, else noted for who asks for the column.
+// Without a header nobody asks by name, and every column counts.
+Expected<void> take_word(CsvTable& table, int line, std::size_t column, std::string_view cell,
+                         bool may_be_text) {
   if (may_be_text) {
-    if (is_name(cell)) return std::numeric_limits<double>::quiet_NaN();
-    return wrong_use("{} is '{}'; a name of at most {} bytes without control characters is expected", place(),
-                     shown(cell), kLongestName);
+    if (is_name(cell)) return {};
+    return complaint(
+        table, line, column, cell,
+        fmt::format("; a name of at most {} bytes without control characters is expected", kLongestName));
   }
-  if (number(cell))
-    return wrong_use("{} is '{}'; finite numbers are expected, remove or repair the row", place(),
-                     shown(cell));
-  return wrong_use("{} is '{}', a number is expected", place(), shown(cell));
+  if (table.header.empty()) return is_no_number(table, line, column, cell);
+  if (!table.no_number[column]) table.no_number[column] = table.rows.size();
+  return {};
 }
 
 Expected<void> take_row(CsvTable& table, int line, const std::vector<std::string_view>& cells,
@@ -104,9 +110,8 @@ Expected<void> take_row(CsvTable& table, int line, const std::vector<std::string
     if (const auto value = number(cells[i]); value && std::isfinite(*value)) {
       row[i] = *value;
     } else {
-      const auto word = take_word(table, line, i, cells[i], may_be_text[i]);
-      if (!word) return tl::unexpected(word.error());
-      row[i] = *word;
+      row[i] = std::numeric_limits<double>::quiet_NaN();
+      if (auto taken = take_word(table, line, i, cells[i], may_be_text[i]); !taken) return taken;
     }
   }
   table.rows.push_back(std::move(row));
@@ -124,7 +129,10 @@ std::optional<std::size_t> CsvTable::find(std::string_view column) const {
 }
 
 Expected<std::size_t> CsvTable::require(std::string_view column) const {
-  if (const auto at = find(column)) return *at;
+  if (const auto at = find(column)) {
+    if (const auto fine = require_numbers({*at}); !fine) return tl::unexpected(fine.error());
+    return *at;
+  }
   if (header.empty())
     return wrong_use("{}: column '{}' is needed, but the file has no header line", source, column);
   std::string names;
@@ -133,7 +141,15 @@ Expected<std::size_t> CsvTable::require(std::string_view column) const {
   return wrong_use("{}: column '{}' is missing; the header reads {}", source, column, names);
 }
 
+Expected<void> CsvTable::require_numbers(const std::vector<std::size_t>& at) const {
+  for (const auto column : at)
+    if (const auto row = column < no_number.size() ? no_number[column] : std::nullopt)
+      return is_no_number(*this, line[*row], column, text[*row][column]);
+  return {};
+}
+
 Expected<void> CsvTable::require_within(const std::vector<std::size_t>& at, double limit) const {
+  if (auto fine = require_numbers(at); !fine) return fine;
   for (std::size_t i = 0; i < rows.size(); ++i)
     for (const auto column : at)
       if (std::abs(rows[i][column]) > limit)
@@ -145,10 +161,8 @@ Expected<void> CsvTable::require_within(const std::vector<std::size_t>& at, doub
 Expected<CsvTable> parse_csv(std::string_view content, std::string source, const CsvOptions& options) {
   CsvTable table;
   table.source = std::move(source);
-  if (looks_binary(content))
-    return wrong_use("{}: is not a text file; a CSV table is expected", table.source);
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";  // what spreadsheets put before UTF-8
-  if (content.starts_with(kByteOrderMark)) content.remove_prefix(kByteOrderMark.size());
+  content = without_byte_order_mark(content);
+  if (const auto fine = may_be_table(content, table.source); !fine) return tl::unexpected(fine.error());
   std::vector<std::string_view> cells;
   std::vector<bool> may_be_text;  // of each column; empty before the first line
   int line_number = 0;

@@ -2,8 +2,11 @@
 //
 // Lines starting with '#' and blank lines are skipped. A first line in which any cell is not a number is the
 // header. Cells of columns named in `text_columns` may be names: at most 120 bytes, no control characters.
-// NaN and infinity are refused: no device of ours reports them, and they poison every least-squares sum. So
-// are tables that would take more memory and time than a table of measurements is worth.
+// A column nobody asks for may hold anything (the frame's name in a log, a tracker's state): a cell that is no
+// number is a complaint where its column is asked for by require(), require_numbers() or require_within().
+// NaN and infinity are no numbers: no device of ours reports them, and they poison every least-squares sum.
+// Refused are tables that would take more memory and time than a table of measurements is worth, and files
+// that are no tables with commas at all (file_form.h).
 #pragma once
 
 #include <cstddef>
@@ -24,19 +27,24 @@ inline constexpr std::size_t kMostTableCells = 40'000'000;  // 56 bytes of memor
 struct CsvTable {
   std::string source;                          // for messages: the file's name
   std::vector<std::string> header;             // empty where the file has none
-  std::vector<std::vector<double>> rows;       // numbers; a text cell reads as NaN here
+  std::vector<std::vector<double>> rows;       // numbers; what is no finite number reads as NaN here
   std::vector<std::vector<std::string>> text;  // the same cells as written, trimmed
   std::vector<int> line;                       // line number of each row
+  // Of each column that may hold no text: the first row whose cell is no finite number.
+  std::vector<std::optional<std::size_t>> no_number;
 
   std::size_t columns() const {
     return header.empty() ? (rows.empty() ? 0 : rows.front().size()) : header.size();
   }
   std::optional<std::size_t> find(std::string_view column) const;
   bool has(std::string_view column) const { return find(column).has_value(); }
-  // The column's position, or wrong use naming the columns there are.
+  // The column's position; wrong use naming the columns there are, or a cell that is no number.
   Expected<std::size_t> require(std::string_view column) const;
-  // Wrong use with line and column where a number of these columns is larger than `limit`, either sign:
-  // finite, but its square may not be, and no device reports it.
+  // Wrong use with line and column where a cell of these columns is no finite number. Who has a position from
+  // find() asks this before it reads numbers there; columns that may be text pass.
+  Expected<void> require_numbers(const std::vector<std::size_t>& at) const;
+  // The same, and where a number is larger than `limit`, either sign: finite, but its square may not be, and
+  // no device reports it.
   Expected<void> require_within(const std::vector<std::size_t>& at, double limit) const;
 };
 

@@ -123,6 +123,7 @@ Expected<void> write_in_place(const fs::path& path, std::string_view content) {
 }  // namespace
 
 Expected<std::string> read_file(const fs::path& path, std::size_t most) {
+  if (path == "-") return wrong_use("-: standard input is not read; name a file");
   struct stat before {};
   struct stat after {};
   // Looked at before it is opened, for opening alone does something to some devices, and again afterwards,

@@ -71,6 +71,10 @@ TEST(File, OnlyPlainFilesAreRead) {
   EXPECT_FALSE(is_there(circle));
 }
 
+TEST(File, StandardInputIsNotRead) {
+  EXPECT_EQ(read_or_refusal("-"), "-: standard input is not read; name a file");
+}
+
 TEST(File, TheSizeIsLookedAtBeforeAnythingIsRead) {
   const ScratchFolder scratch;
   const auto path = scratch / "sparse";

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "palpate/core/file.h"
+#include "palpate/core/file_form.h"
 #include "palpate/core/internal/toml_check.h"
 #include "palpate/core/nearest.h"
 #include "palpate/core/text.h"
@@ -329,6 +330,8 @@ Expected<TomlTable> parse_toml(std::string_view content, std::string source) {
   try {
     document->root = toml::parse(content, document->source);
   } catch (const toml::parse_error& error) {
+    if (const auto form = form_of(content); form != FileForm::unknown && !is_toml(form))
+      return wrong_use("{}: {}; a TOML file is expected", document->source, words_of(form));
     return wrong_use("{}:{}: is not valid TOML ({}); repair the line", document->source,
                      error.source().begin.line, excerpt(error.description(), kLongestMessage));
   }

@@ -101,6 +101,11 @@ Expected<void> check_ranges(const CsvTable& table, const SampleColumns& columns)
       fine = within({places->begin(), places->end()}, kMillimetresPerMetre * kFarthestPlace);
   if (fine && columns.tip_m) fine = within({columns.tip_m->begin(), columns.tip_m->end()}, kFarthestPlace);
   if (fine) fine = within(columns.covariance, kFarthestPlace * kFarthestPlace / columns.covariance_scale);
+  if (fine && columns.systematic) fine = table.require_numbers({*columns.systematic});
+  if (fine && columns.marker) {
+    const auto& m = *columns.marker;
+    fine = table.require_numbers({m.x, m.y, m.z, m.qw, m.qx, m.qy, m.qz});
+  }
   return fine;
 }
 

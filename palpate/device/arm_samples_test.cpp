@@ -80,6 +80,33 @@ TEST(ArmSamples, BadFilesAreRefused) {
             std::string::npos);
 }
 
+TEST(ArmSamples, OnlyColumnsThatAreReadMustHoldNumbers) {
+  const auto complaint = [](const std::string& content) {
+    const auto samples = from_text(content, read_arm_samples);
+    return samples ? "none" : samples.error().message;
+  };
+  const std::string head = "joint_1_deg,x_mm,y_mm,z_mm,operator,time_s\n";
+  const auto file = from_text(head + "1,2,3,4,me,0\n", read_arm_samples);
+  ASSERT_TRUE(file.has_value()) << file.error().message;
+  EXPECT_NE(complaint(head + "1,2,x,4,me,0\n").find("y_mm is 'x', a number is expected"), std::string::npos);
+  EXPECT_NE(complaint(head + "1,2,3,4,me,\n").find("time_s is '', a number is expected"), std::string::npos);
+  const std::string marker =
+      "joint_1_deg,marker_x_mm,marker_y_mm,marker_z_mm,marker_qw,marker_qx,marker_qy,marker_qz,systematic_"
+      "mm\n";
+  EXPECT_NE(complaint(marker + "1,2,3,4,1,0,0,?,0\n").find("marker_qz is '?', a number is expected"),
+            std::string::npos);
+  EXPECT_NE(complaint(marker + "1,2,3,4,1,0,0,0,much\n").find("systematic_mm is 'much', a number"),
+            std::string::npos);
+}
+
+TEST(PointFile, OtherColumnsMayHoldText) {
+  const auto file = from_text("id,x_mm,y_mm,z_mm,ow,label,desc\nMarkups_1,1,2,3,,F-1,\n", read_points);
+  ASSERT_TRUE(file.has_value()) << file.error().message;
+  EXPECT_EQ(file->labels[0], "F-1");
+  EXPECT_FALSE(from_text("x_mm,y_mm,z_mm,frame\n1,b,3,w\n", read_points).has_value());
+  EXPECT_FALSE(from_text("x_mm,y_mm,z_mm,weight\n1,2,3,heavy\n", read_points).has_value());
+}
+
 TEST(PointFile, LabelsUnitsAndWeightsAreRead) {
   const auto file = from_text("landmark,x_m,y_m,z_m,weight\nnose,1,2,3,0.5\nchin,4,5,6,1\n", read_points);
   ASSERT_TRUE(file.has_value()) << file.error().message;

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <cmath>
 
 #include "palpate/core/file.h"
+#include "palpate/core/file_form.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/device/transform_sequence.h"
@@ -97,18 +99,21 @@ Expected<void> read_with_header(PoseFile& file) {
   const CsvTable& table = file.table;
   auto columns = find_pose_columns(table, "");
   if (!columns) columns = find_pose_columns(table, "marker_");
-  std::vector<std::size_t> matrix;
+  std::vector<std::size_t> numbers;
   if (!columns) {
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 4; ++c)
-        if (const auto at = table.find(fmt::format("m{}{}", r, c))) matrix.push_back(*at);
-    if (matrix.size() != 12) {
+        if (const auto at = table.find(fmt::format("m{}{}", r, c))) numbers.push_back(*at);
+    if (numbers.size() != 12) {
       const auto x = table.require("x_mm");
       if (!x) return wrong_use("{} (poses are x_mm,y_mm,z_mm,qw,qx,qy,qz or m00 ... m23)", x.error().message);
       return wrong_use("{}: the header has x_mm but not all of y_mm,z_mm,qw,qx,qy,qz, which are needed too",
                        table.source);
     }
   }
+  if (columns)
+    numbers = {columns->x, columns->y, columns->z, columns->qw, columns->qx, columns->qy, columns->qz};
+  if (const auto fine = table.require_numbers(numbers); !fine) return tl::unexpected(fine.error());
   const auto time = table.find("time_s");
   file.has_time = time.has_value();
   if (time)
@@ -120,7 +125,7 @@ Expected<void> read_with_header(PoseFile& file) {
       pose = pose_from_row(table, i, *columns);
     } else {
       double m[12];
-      for (std::size_t j = 0; j < 12; ++j) m[j] = table.rows[i][matrix[j]];
+      for (std::size_t j = 0; j < 12; ++j) m[j] = table.rows[i][numbers[j]];
       pose = pose_from_matrix(m, kMetresPerMm, fmt::format("{}:{}", table.source, table.line[i]));
     }
     if (!pose) return tl::unexpected(pose.error());
@@ -185,6 +190,16 @@ Expected<std::array<double, 16>> matrix_from_text(std::string_view text, const s
   return numbers;
 }
 
+// A folder's file that is no matrix: a table is read when it is named itself.
+tl::unexpected<Error> no_matrix(const fs::path& folder, const fs::path& name, std::string_view content,
+                                const Error& error) {
+  const bool begins_with_a_name =
+      !content.empty() && std::isalpha(static_cast<unsigned char>(content.front())) != 0;
+  if (form_of(content) != FileForm::commas || !begins_with_a_name) return tl::unexpected(error);
+  return wrong_use("{}: holds a table, {}; text files of one 4x4 matrix each are expected, name the table",
+                   folder.string(), name.filename().string());
+}
+
 Expected<PoseFile> read_folder(const fs::path& folder) {
   std::vector<fs::path> names;
   std::error_code ignored;
@@ -205,7 +220,7 @@ Expected<PoseFile> read_folder(const fs::path& folder) {
     if (!content) return tl::unexpected(content.error());
     all += *content;
     auto pose = parse_matrix(*content, name.string());
-    if (!pose) return tl::unexpected(pose.error());
+    if (!pose) return no_matrix(folder, name, *content, pose.error());
     pose->time_s = static_cast<double>(file.poses.size());
     file.poses.push_back(*pose);
   }
@@ -213,10 +228,29 @@ Expected<PoseFile> read_folder(const fs::path& folder) {
   return file;
 }
 
+// What is said of numbers with blanks between them tells what the cells of a row would mean.
+Expected<void> may_be_poses(std::string_view content, const std::string& source) {
+  if (form_of(content) != FileForm::blanks) return may_be_table(content, source);
+  return wrong_use(
+      "{}: {}; commas are expected. Without header 8 cells a row are t,x,y,z,qx,qy,qz,qw in s and m, "
+      "12 or 16 a matrix in mm; matrices of 4 lines belong into a folder, a file each",
+      source, words_of(FileForm::blanks));
+}
+
+// Numbers, whatever stands between them; else what other programs write is named for what it is.
+bool is_of_numbers(FileForm form) {
+  constexpr std::array kForms = {FileForm::unknown,       FileForm::binary, FileForm::commas,
+                                 FileForm::blanks,        FileForm::tabs,   FileForm::semicolons,
+                                 FileForm::decimal_commas};
+  return std::find(kForms.begin(), kForms.end(), form) != kForms.end();
+}
+
 }  // namespace
 
 Expected<StampedPose> parse_matrix(std::string_view content, const std::string& source) {
   const auto numbers = matrix_from_text(content, source);
+  if (const auto form = form_of(content); !numbers && !is_of_numbers(form))
+    return wrong_use("{}: {}; the 16 numbers of a 4x4 matrix are expected", source, words_of(form));
   if (!numbers) return tl::unexpected(numbers.error());
   return pose_from_matrix(numbers->data(), kMetresPerMm, source);
 }
@@ -243,6 +277,7 @@ Expected<PoseFile> parse_poses(std::string_view content, std::string source, con
     file.poses = std::move(*poses);
     file.has_time = true;
   } else {
+    if (const auto fine = may_be_poses(content, source); !fine) return tl::unexpected(fine.error());
     if (!options.transform.empty())
       return wrong_use("{}: a transform name ({}) needs a transform sequence (.igs.mha)", source,
                        options.transform);

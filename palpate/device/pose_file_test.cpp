@@ -156,6 +156,37 @@ TEST_F(PoseFileTest, BadFilesAreRefusedWithTheirPlace) {
   EXPECT_FALSE(read_poses(folder).has_value()) << "the folder holds bad.csv";
 }
 
+// A log's frame, a tracker's state, a number that was missing: nobody reads them.
+TEST_F(PoseFileTest, OtherColumnsMayHoldText) {
+  const std::string head = "frame_id,time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,State,error\n";
+  const auto file =
+      read_poses(put("more.csv", head + "world,0,1,2,3,1,0,0,0,OK,nan\nworld,1,1,2,4,1,0,0,0,Missing,\n"));
+  ASSERT_TRUE(file.has_value()) << file.error().message;
+  ASSERT_EQ(file->poses.size(), 2u);
+  EXPECT_DOUBLE_EQ(file->poses[1].translation.z(), 0.004);
+  EXPECT_EQ(file->table.text[1][9], "Missing");
+  for (const char* row : {"w,0,,2,3,1,0,0,0,OK,0", "w,0,1,2,3,1,0,0,-,OK,0", "w,later,1,2,3,1,0,0,0,OK,0"})
+    EXPECT_NE(complaint(head + row + "\n").find(", a number is expected"), std::string::npos) << row;
+  std::string matrix = "name_of_it,m00,m01,m02,m03,m10,m11,m12,m13,m20,m21,m22,m23\nx,1,0,0,0,0,1,0,0,0,0,1,";
+  EXPECT_EQ(complaint(matrix + "5\n"), "none");
+  EXPECT_NE(complaint(matrix + "y\n").find("m23 is 'y', a number is expected"), std::string::npos);
+}
+
+TEST_F(PoseFileTest, FilesOfOtherProgramsAreNamed) {
+  const auto says = [&](const std::string& content, const std::string& words,
+                        const PoseFileOptions& options = {}) {
+    EXPECT_NE(complaint(content, options).find(words), std::string::npos) << complaint(content, options);
+  };
+  says("# t x y z qx qy qz qw\n0.1 1 2 3 0 0 0 1\n0.2 1 2 3 0 0 0 1\n",
+       "bad.csv: is separated by blanks; commas are expected. Without header 8 cells a row are t,x,y,z,qx");
+  says(matrix_text(" "), "is separated by blanks");
+  says("0,1;1,5;2;3;0;0;0;1\n", "has decimal commas");
+  says("NRRD0004\ntype: unsigned char\n", "is an NRRD file, which is not read", {.transform = "AToB"});
+  says("#Insight Transform File V1.0\nTransform: X\nParameters: 1 0 0\n", "is a transform of ITK");
+  says("Frame,Q0,Qx,Qy,Qz,Tx,Ty,Tz,Error\n1,1,0,0,0,5,6,7,0.1\n", "is an export of NDI's programs");
+  says("rig_version = 1\n", "is a rig file");
+}
+
 TEST_F(PoseFileTest, BrokenSequencesAreRefusedWithTheirPlace) {
   const std::string head = "ObjectType = Image\nNDims = 3\n",
                     pose = "Seq_Frame7_AToBTransform = 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n";
@@ -184,6 +215,17 @@ TEST_F(PoseFileTest, AFolderOfMatricesNamesTheFileThatIsNone) {
     return file ? "none" : file.error().message;
   };
   EXPECT_EQ(complaint_about(matrix_text("; ")), "none");
+  EXPECT_EQ(complaint_about(matrix_text(",")), "none");
+  EXPECT_EQ(complaint_about("1,0,0,5;0,1,0,6;0,0,1,7;0,0,0,1"), "none");
+  EXPECT_EQ(complaint_about(matrix_text("\t")), "none");
+  EXPECT_EQ(complaint_about("time_s,x_mm\n0,1\n"),
+            (folder / "poses").string() +
+                ": holds a table, 2.txt; text files of one 4x4 matrix each are expected, name the table");
+  EXPECT_EQ(
+      complaint_about("#Insight Transform File V1.0\nTransform: X\n"),
+      (folder / "poses/2.txt").string() +
+          ": is a transform of ITK or 3D Slicer (.tfm, .txt), which is not read; the 16 numbers of a 4x4 "
+          "matrix are expected");
   EXPECT_NE(complaint_about("1 0 0").find("2.txt: holds 3 numbers; the 16 of a 4x4 matrix are expected"),
             std::string::npos);
   EXPECT_NE(complaint_about("1 0 0 +\n0").find("2.txt: '+' is not a finite number"), std::string::npos);

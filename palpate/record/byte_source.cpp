@@ -50,6 +50,7 @@ tl::unexpected<Error> cannot_open(const std::filesystem::path& path, int error) 
 }  // namespace
 
 Expected<std::unique_ptr<ByteSource>> open_source(const std::filesystem::path& path) {
+  if (path == "-") return wrong_use("-: standard input is not read; name a file");
   struct stat info {};
   const auto plain = [&] { return S_ISREG(info.st_mode); };
   // Looked at before it is opened, for opening alone does something to some devices, and again afterwards.

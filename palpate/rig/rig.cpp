@@ -228,7 +228,7 @@ Landmark landmark_of(const TomlTable& table) {
 
 Expected<Rig> parse_rig(std::string_view content, const std::string& source) {
   const auto file = parse_toml(content, source);
-  if (!file) return tl::unexpected(file.error());
+  if (!file) return tl::unexpected(file_of_another_form(content, source).value_or(file.error()));
   if (auto fine = is_no_world_file(*file, source); !fine) return tl::unexpected(fine.error());
   Rig rig;
   if (const auto version = file->integer("rig_version", {1, kRigVersion});
@@ -273,7 +273,7 @@ Expected<Rig> parse_rig(std::string_view content, const std::string& source) {
 }
 
 Expected<Rig> read_rig(const std::filesystem::path& path) {
-  if (!is_there(path))
+  if (path != "-" && !is_there(path))
     return wrong_use(
         "{}: no such file; a rig file is expected: `palpate demo` writes palpate-report/rig.toml, `palpate "
         "rig webcam` one of a desk, `palpate rig new` an empty one",

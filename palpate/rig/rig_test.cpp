@@ -442,5 +442,23 @@ TEST(Rig, ComplainsOfLightObjectsAndEncodingsByName) {
   EXPECT_NE(complaint(camera).find("encoding"), std::string::npos);
 }
 
+TEST(RigFile, WhatIsNoRigIsNamed) {
+  const auto refusal = [](std::string_view content) {
+    const auto rig = parse_rig(content, "a.toml");
+    return rig ? "none" : rig.error().message;
+  };
+  for (const auto& [content, words] :
+       {std::pair("time_s,x_mm\n0,1\n", "a.toml: is a table of cells with commas; a rig file is expected: "),
+        std::pair("0,1,2\n", "a.toml: is a table of cells with commas; a rig file is expected: "),
+        std::pair("{\"rig\": 1}\n", "a.toml: is JSON; a rig file is expected: "),
+        std::pair("x;y\n1;2\n", "a.toml: is separated by semicolons; a rig file is expected: ")}) {
+    EXPECT_EQ(refusal(content).find(words), 0u) << refusal(content);
+    EXPECT_NE(refusal(content).find("palpate rig new FILE"), std::string::npos) << refusal(content);
+  }
+  EXPECT_EQ(refusal("rig_version = 1\nname = a, b\n").find("a.toml:2: is not valid TOML"), 0u)
+      << refusal("rig_version = 1\nname = a, b\n");
+  EXPECT_EQ(read_rig("-").error().message, "-: standard input is not read; name a file");
+}
+
 }  // namespace
 }  // namespace palpate::rig

@@ -24,6 +24,21 @@ TABLES = {
 }
 
 
+# What other programs write, and what is said of it.
+FOREIGN = {
+    "blanks": ("# t x y z qx qy qz qw\n0.1 1 2 3 0 0 0 1\n0.2 1 2 3 0 0 0 1\n", "is separated by blanks"),
+    "tabs": ("time_s\tx_mm\n0\t1\n", "is separated by tabs"),
+    "semicolons": ("time_s;x_mm\n0;1\n", "is separated by semicolons"),
+    "decimal commas": ("time_s;x_mm\n0,5;1\n", "has decimal commas"),
+    "json": ('[{"x": 1}]\n', "is JSON"),
+    "nrrd": ("NRRD0004\ntype: unsigned char\n", "is an NRRD file"),
+    "fcsv": ("# Markups fiducial file version = 4.11\nF_1,1,2,3,0,0,0,1,1,1,0,F-1,,\n", "is a list of markups of 3D Slicer"),
+    "itk": ("#Insight Transform File V1.0\n#Transform 0\nParameters: 1 0 0\n", "is a transform of ITK"),
+    "ndi": ("Tools,Port 1: 8700340,Frame,State,Q0\n1,,17,OK,1\n", "is an export of NDI's programs"),
+    "rig": ("rig_version = 1\n", "is a rig file"),
+}
+
+
 class BadTables(ProgramTest):
     def setUp(self):
         super().setUp()
@@ -75,6 +90,31 @@ class BadTables(ProgramTest):
     def test_a_quaternion_of_no_length_is_no_rotation(self):
         self.write("bad.csv", POSES + "0,1,2,3,1,0,0,0\n1,1,2,3,0,0,0,0\n")
         self.refuses(["calibrate", "pivot", "--poses", "bad.csv"], 2, "bad.csv:3: ", "quaternion")
+
+    def test_files_of_other_programs_are_named(self):
+        for kind, (content, words) in FOREIGN.items():
+            with self.subTest(kind):
+                self.refuses_in_all(lambda header, row: content, "bad.csv: ", words, only=["pivot --poses", "points --from"])
+        self.refuses_in_all(lambda header, row: FOREIGN["semicolons"][0], "is separated by semicolons")
+
+    def test_a_column_nobody_asks_for_may_hold_text(self):
+        named = "".join(f"{line},{'frame_id' if at == 0 else 'world'}\n" for at, line in enumerate(("x_mm,y_mm,z_mm", "0,0,0", "9,0,0", "0,9,1")))
+        self.write("named.csv", named)
+        self.runs("calibrate", "points", "--from", "named.csv", "--to", "named.csv")
+
+    def test_a_table_is_no_rig(self):
+        self.refuses(["rig", "check", "poses.csv"], 2, "poses.csv: is a table of cells with commas; a rig file is expected")
+
+    def test_a_folder_of_tables_is_no_folder_of_matrices(self):
+        os.mkdir(self.path("pivot"))
+        self.write("pivot/pivot.csv", POSES + "0,1,2,3,1,0,0,0\n")
+        self.refuses(["calibrate", "pivot", "--poses", "pivot"], 2, "pivot: holds a table, pivot.csv", "name the table")
+
+    def test_standard_input_is_not_read(self):
+        for command in (["calibrate", "pivot", "--poses", "-"], ["calibrate", "points", "--from", "points.csv", "--to", "-"],
+                        ["calibrate", "pivot", "--poses", "poses.csv", "--rig", "-"], ["rig", "check", "-"],
+                        ["recording", "info", "-"]):
+            self.refuses(command, 2, "-: standard input is not read; name a file")
 
     def test_one_bad_flight_in_a_folder_is_named(self):
         os.mkdir(self.path("flights"))

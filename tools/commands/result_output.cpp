@@ -41,7 +41,7 @@ void add_result_options(CLI::App& command, ResultOptions& options) {
 Expected<rig::Rig> start_rig(const ResultOptions& options) {
   if (options.rig.empty()) return rig::Rig{};
   auto rig = rig::read_rig(options.rig);
-  if (!rig && !is_there(options.rig))
+  if (!rig && options.rig != "-" && !is_there(options.rig))
     return wrong_use("{}: no such file; palpate rig new {} makes one", options.rig, options.rig);
   return rig;
 }
