@@ -150,13 +150,13 @@ std::vector<MissingPart> missing_parts(const Rig& rig) {
   need(rig.tip_marker_leds.size() >= 3, "tip_marker", "write its leds_mm into the file");
   need(rig.camera_marker_leds.size() >= 3, "camera_marker", "write its leds_mm into the file");
   need(rig.pointer_leds.size() >= 3, "pointer", "write its leds_mm into the file");
-  need(rig.pointer_pivot.has_value(), "pointer_pivot", "palpate calibrate pivot");
+  need(rig.pointer_pivot.has_value(), "pointer_pivot", "palpate calibrate pivot --marker pointer");
   need(rig.tip_pivot.has_value(), "tip_pivot", "palpate calibrate pivot");
   need(rig.arm.has_value(), "arm", "palpate calibrate arm");
   need(rig.camera.has_value(), "camera", "palpate calibrate camera");
   need(rig.hand_eye.has_value(), "hand_eye", "palpate calibrate hand-eye");
-  need(rig.surface("table") != nullptr, "surface 'table'", "palpate calibrate surface");
-  need(rig.surface("wall") != nullptr, "surface 'wall'", "palpate calibrate surface");
+  need(rig.surface("table") != nullptr, "surface 'table'", "palpate calibrate surface --name table");
+  need(rig.surface("wall") != nullptr, "surface 'wall'", "palpate calibrate surface --name wall");
   need(rig.landmarks.size() >= 3, "landmarks", "palpate calibrate landmarks, or all");
   return missing;
 }

@@ -127,6 +127,7 @@ class BadSettings(ProgramTest):
         self.refuses([], 2, "'palpate' expects a command; one of calibrate, demo, apps")
         self.refuses(["rig"], 2, "'rig' expects a command; one of new, ")
         self.refuses(["demo", "--quick", "golf"], 2, "golf: 'demo' takes no such word; leave it out")
+        self.refuses(["calibrate", "camera", "--images", "good.toml", "good.toml", "--board", "9x6"], 2, "takes no such word; a pattern of files is written in quotes")
 
     def test_what_is_written_as_png_is_called_png(self):
         for name in ("x.jpg", "x", "x.png.txt"):
@@ -142,6 +143,18 @@ class BadSettings(ProgramTest):
         self.refuses(["demo", "--seed", "1.5"], 2, "--seed '1.5': a whole number from 0 on is expected, such as 1")
         self.refuses(["demo", "--seconds", "soon"], 2, "--seconds 'soon': a number is expected, such as 1.5")
         self.refuses(["demo", "--seconds", "nan"], 2, "--seconds")
+        self.refuses(["physics", "--rig", "good.toml", "--haptic-hz", "500"], 2, "--haptic-hz: '500'; 1000 to 4000 is expected")
+        self.refuses(["study", "points", "--runs", "0"], 2, "--runs: '0'; 1 to 1000000 is expected")
+        self.refuses(["tracker", "replay", self.poses, "--speed", "-1"], 2, "--speed: '-1'; ")
+
+    def test_a_word_that_is_none_of_the_choices_is_answered_with_them(self):
+        self.refuses(["world", "sample", "pivto", "--out", "x"], 2, "'pivto'; one of ", "did you mean pivot?")
+        self.refuses(["calibrate", "pivot", "--poses", self.poses, "--method", "magic"], 2, "'magic'; one of algebraic, sphere, robust is expected")
+
+    def test_help_is_a_command_as_well(self):
+        self.assertEqual(self.runs("help").out, self.runs("--help").out)
+        self.assertEqual(self.runs("help", "calibrate", "arm").out, self.runs("calibrate", "arm", "--help").out)
+        self.assertIn("1000 to 4000", self.runs("help", "physics").out)
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@
 #include "palpate/core/units.h"
 #include "palpate/vision/board_page.h"
 #include "palpate/vision/charuco.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 
 namespace palpate::tools::commands {
@@ -71,7 +72,7 @@ void add_board(CLI::App& program) {
   command
       ->add_option("--square-mm", options->square_mm,
                    "Side of a square; 0 = as large as the paper holds, in half millimetres")
-      ->check(CLI::NonNegativeNumber)
+      ->check(at_least_zero())
       ->default_val(0.0);
   command
       ->add_option("--dictionary", options->dictionary,

@@ -4,6 +4,7 @@
 
 #include "palpate/core/units.h"
 #include "palpate/vision/charuco.h"
+#include "tools/commands/checks.h"
 
 namespace palpate::tools::commands {
 namespace {
@@ -114,7 +115,7 @@ void add_board_options(CLI::App& command, BoardOptions& options) {
       .add_option("--corner-window-px", options.corner_window_px,
                   "Half the window in which a corner is refined; 0 = fitted to each view, better where "
                   "squares are small")
-      ->check(CLI::Range(0, 50))
+      ->check(between(0, 50))
       ->capture_default_str();
 }
 

@@ -9,6 +9,7 @@
 #include "palpate/server/graphics/frame_renderer.h"
 #include "palpate/sim/camera_renderer.h"
 #include "tools/commands/calibrate_live.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/device_recording.h"
 #include "tools/commands/guests.h"
@@ -51,10 +52,10 @@ Expected<void> calibrate_simulated(const CalibrateAllOptions& options, const sim
   world.set_renderer(
       [&renderer](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) { renderer.render(view, rgb); });
   Progress progress({{"calibrating", 25.0}});
+  progress.begin(0);
   calibration::session::SessionHooks hooks;
   calibration::session::GuidanceState guidance;
   hooks.progress = [&progress](std::size_t step, std::size_t steps, const std::string& name) {
-    progress.begin(0);
     progress.say(name);
     progress.update(static_cast<double>(step) / static_cast<double>(steps));
   };
@@ -102,7 +103,7 @@ void add_calibrate_all(CLI::App& calibrate) {
       ->add_option(
           "--poses", options->poses,
           "In how many poses the stylus is held for the arm, and as many again that judge the result")
-      ->check(CLI::Range(15, 1000))
+      ->check(between(15, 1000))
       ->capture_default_str();
   add_device_options(*command, options->devices);
   add_record_options(*command, options->devices.record);

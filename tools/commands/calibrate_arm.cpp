@@ -8,6 +8,7 @@
 #include "palpate/device/arm_kinematics.h"
 #include "palpate/device/repeats.h"
 #include "tools/commands/arm_result.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/table_source.h"
 
@@ -325,7 +326,7 @@ void add_calibrate_arm(CLI::App& calibrate) {
       ->type_name("FILE");
   command->add_option("--arm", options->arm, "phantom-premium-1.5, or a TOML file")->type_name("MODEL");
   command->add_option("--method", options->method, "joint, or one of the 2006 paper's")
-      ->check(CLI::IsMember({"joint", "eq7", "alternating", "one-pass"}))
+      ->check(one_of({"joint", "eq7", "alternating", "one-pass"}))
       ->capture_default_str();
   command
       ->add_option("--free", options->free,

@@ -8,6 +8,7 @@
 #include "palpate/device/point_file.h"
 #include "palpate/device/pose_file.h"
 #include "palpate/device/transform_sequence.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/result_output.h"
 #include "tools/commands/table_source.h"
@@ -179,7 +180,7 @@ void add_calibrate_delay(CLI::App& calibrate) {
   command
       ->add_option("--longest-s", options->longest_s,
                    "Look for delays of at most this, either sign; for motions that repeat themselves")
-      ->check(CLI::PositiveNumber)
+      ->check(above_zero())
       ->type_name("S");
   add_result_options(*command, options->result);
   const auto tables = std::make_shared<TableSource>();

@@ -1,5 +1,6 @@
 #include <memory>
 
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/force_check.h"
 
@@ -18,10 +19,10 @@ void add_calibrate_forces(CLI::App& calibrate) {
       ->type_name("FILE");
   add_force_options(*command, *options);
   command->add_option("--poses", options->poses, "In how many poses the tip is pushed")
-      ->check(CLI::Range(1, 5))
+      ->check(between(1, 5))
       ->capture_default_str();
   command->add_option("--patience-s", options->patience_s, "How long to wait for stylus and key")
-      ->check(CLI::Range(1.0, 3600.0))
+      ->check(between(1.0, 3600.0))
       ->capture_default_str();
   command->add_flag("--arm-at-reset", options->at_reset,
                     "The arm is in its reset position now: set its encoders' zero there if it is lost");

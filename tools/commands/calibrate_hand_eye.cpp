@@ -6,6 +6,7 @@
 #include "palpate/core/file.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/hand_eye_arguments.h"
 #include "tools/commands/hand_eye_output.h"
@@ -136,7 +137,7 @@ void add_calibrate_hand_eye(CLI::App& calibrate) {
             fmt::format("With --corners or --images: the tracker's error, a {} per axis; told by the "
                         "residuals where it is not given",
                         what))
-        ->check(CLI::PositiveNumber);
+        ->check(above_zero());
   auto* estimate = command->add_flag("--estimate-delay", options->estimate_delay,
                                      "Find the offset of the two streams' clocks");
   command->add_option("--delay-s", options->delay_s, "A known offset: hand time = eye time + this")

@@ -8,6 +8,7 @@
 #include "palpate/core/units.h"
 #include "palpate/device/point_file.h"
 #include "palpate/device/repeats.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/result_output.h"
 #include "tools/commands/table_source.h"
@@ -114,14 +115,14 @@ void add_calibrate_landmarks(CLI::App& calibrate) {
           "--touch-sd-mm", options->touch_mm,
           "How far a hand misses per axis, what the tracker adds by chance included (default: as the rig's "
           "surfaces tell of it)")
-      ->check(CLI::Range(0.001, 10.0));
+      ->check(between(0.001, 10.0));
   command
       ->add_option("--tracker-sd-mm", options->tracker_mm,
                    "The tracker's error per axis that touches of one place share")
-      ->check(CLI::Range(0.0, 10.0))
+      ->check(between(0.0, 10.0))
       ->capture_default_str();
   command->add_option("--diameter-mm", options->diameter_mm, "Of the dots")
-      ->check(CLI::Range(0.1, 1000.0))
+      ->check(between(0.1, 1000.0))
       ->capture_default_str();
   add_result_options(*command, options->result);
   const auto tables = std::make_shared<TableSource>();

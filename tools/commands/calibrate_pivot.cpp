@@ -9,6 +9,7 @@
 #include "palpate/device/arm_samples.h"
 #include "palpate/device/pose_file.h"
 #include "palpate/device/repeats.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/result_output.h"
 #include "tools/commands/table_source.h"
@@ -265,7 +266,7 @@ void add_calibrate_pivot(CLI::App& calibrate) {
   command->add_option("--transform", options->transform, "Which transform of an .igs.mha sequence")
       ->type_name("AToB");
   command->add_option("--method", options->method, "How the tip is found")
-      ->check(CLI::IsMember({"algebraic", "sphere", "robust"}))
+      ->check(one_of({"algebraic", "sphere", "robust"}))
       ->capture_default_str();
   command
       ->add_option(
@@ -285,7 +286,7 @@ void add_calibrate_pivot(CLI::App& calibrate) {
                    "Arm model for --with-arm (default: the rig's, else phantom-premium-1.5)")
       ->type_name("MODEL");
   command->add_option("--marker", options->marker, "Whose tip it is, for --rig and --out")
-      ->check(CLI::IsMember({"tip", "pointer"}))
+      ->check(one_of({"tip", "pointer"}))
       ->capture_default_str();
   add_result_options(*command, options->result);
   const auto tables = std::make_shared<TableSource>();

@@ -12,6 +12,7 @@
 #include "palpate/render/picture_file.h"
 #include "palpate/time/clock.h"
 #include "tools/commands/camera_options.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
 
@@ -130,10 +131,10 @@ void add_camera(CLI::App& program) {
       ->required()
       ->type_name("FOLDER");
   take->add_option("--seconds", arguments->seconds, "Stop after this many seconds; 0 = at Ctrl-C")
-      ->check(CLI::NonNegativeNumber)
+      ->check(at_least_zero())
       ->default_val(10.0);
   take->add_option("--every-s", arguments->every_s, "Time between pictures that are kept; 0 = all")
-      ->check(CLI::NonNegativeNumber)
+      ->check(at_least_zero())
       ->default_val(0.0);
   take->add_option("--size-px", arguments->size, "Set the camera to this size")->type_name("640x480");
   add_camera_options(*take, arguments->options);

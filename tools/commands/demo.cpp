@@ -6,6 +6,7 @@
 
 #include "palpate/desktop/window.h"
 #include "palpate/headset/headset.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/guests.h"
 #include "tools/commands/record_options.h"
@@ -28,7 +29,7 @@ void add_play_options(CLI::App& command, DemoArguments& options) {
   add_application_option(command, options.demo.application);
   command.add_option("--seconds", options.demo.seconds, "Length of the play in lock-step")
       ->default_val(30.0)
-      ->check(CLI::Range(1.0, 3600.0));
+      ->check(between(1.0, 3600.0));
   command
       .add_option("--seed", options.demo.seed,
                   "Draws the laboratory's imperfections, noise, serves and player")

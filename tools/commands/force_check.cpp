@@ -20,6 +20,7 @@
 #include "palpate/time/clock.h"
 #include "palpate/time/real_time.h"
 #include "palpate/time/standstill.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
 #include "tools/commands/result_output.h"
@@ -304,16 +305,16 @@ void add_force_options(CLI::App& command, ForceArguments& options) {
       .add_option(
           "--weight-g", options.weight_g,
           "A known weight that the arm lifts at the end, g: tells the size; without it the peak stays at 1 N")
-      ->check(CLI::Range(5.0, 90.0));
+      ->check(between(5.0, 90.0));
   command
       .add_option("--dead-man", options.dead_man,
                   "From then on forces only while this button of the stylus is held, counted from 1")
-      ->check(CLI::Range(1, 32));
+      ->check(between(1, 32));
   command
       .add_option(
           "--key-button", options.key_button,
           "The key to be held during the check is this button of the stylus, not the terminal's space bar")
-      ->check(CLI::Range(1, 32));
+      ->check(between(1, 32));
   command.add_flag("--yes-held", options.yes_held,
                    "Count the key as held throughout: for scripts, not for people");
 }

@@ -10,6 +10,7 @@
 #include "palpate/server/session/graphics_process.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
 #include "tools/commands/camera_options.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
 #include "tools/commands/guests.h"
@@ -112,7 +113,7 @@ void add_picture_options(CLI::App& command, GraphicsOptions& options) {
           "--headset-distance-m", options.headset_distance,
           "Where shifts of the head are corrected: at this distance from the camera, instead of that of the "
           "stylus' tip")
-      ->check(CLI::Range(0.1, 100.0))
+      ->check(between(0.1, 100.0))
       ->needs(headset);
   command.add_flag("--clock-strip", options.process.timecode,
                    "Measure the delay from light to light: show the clock strip on the simulated display, or "
@@ -130,10 +131,10 @@ void add_run_options(CLI::App& command, GraphicsOptions& options) {
   command
       .add_option("--seconds", options.process.seconds,
                   "Stop after this many seconds; 0 = at Ctrl-C or when the window is closed")
-      ->check(CLI::NonNegativeNumber)
+      ->check(at_least_zero())
       ->default_val(0.0);
   command.add_option("--out", options.process.out,
-                     "Folder for realtime_frames.csv and realtime_sync.csv, in place at the end");
+                     "Folder for what was measured frame by frame (realtime_*.csv), in place at the end");
   add_record_options(command, options.record);
   command.add_option("--json", options.json,
                      "Write exchange and clock figures here at the end; - = standard output");
@@ -144,15 +145,15 @@ void add_delay_options(CLI::App& command, GraphicsOptions& options) {
       .add_option("--picture-time", options.picture_time,
                   "registered: virtual things as they were when the image was taken; predicted: as they "
                   "will be when the picture is seen. As the world file says where none is named")
-      ->check(CLI::IsMember({"registered", "predicted"}));
+      ->check(one_of({"registered", "predicted"}));
   command
       .add_option("--scan-out-ms", options.scan_out_ms,
                   "From the end of drawing until the display shows the picture's middle")
-      ->check(CLI::Range(0.0, 1000.0));
+      ->check(between(0.0, 1000.0));
   command
       .add_option("--extra-picture-delay-ms", options.extra_delay_ms,
                   "Hold every image back by so much, on purpose: for experiments")
-      ->check(CLI::Range(0.0, 1000.0));
+      ->check(between(0.0, 1000.0));
   command
       .add_option("--disguise-offset-s", options.process.disguise_offset_s,
                   "Show this machine's clock with an offset, to try the clock synchronisation")

@@ -6,6 +6,7 @@
 #include "palpate/scene/mesh_asset.h"
 #include "palpate/server/physics/physics_process.h"
 #include "palpate/sim/config/world_scene.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
 #include "tools/commands/guests.h"
@@ -53,9 +54,9 @@ void add_game_options(CLI::App& command, PhysicsOptions& options) {
           "--serve-pause-s", options.process.run.pause_s,
           "For people: this pause between serves, and rallies that last as long as the ball comes back; "
           "without, serves follow each other as the scripted player likes them")
-      ->check(CLI::Range(0.0, 3600.0));
+      ->check(between(0.0, 3600.0));
   command.add_option("--seconds", options.process.seconds, "Stop after this many seconds; 0 = at Ctrl-C")
-      ->check(CLI::NonNegativeNumber)
+      ->check(at_least_zero())
       ->default_val(0.0);
 }
 
@@ -63,13 +64,13 @@ void add_loop_options(CLI::App& command, PhysicsOptions& options) {
   command
       .add_option("--extra-force-delay-ms", options.extra_force_delay_ms,
                   "Give every force so much later, on purpose: for experiments")
-      ->check(CLI::Range(0.0, 200.0));
+      ->check(between(0.0, 200.0));
   command.add_option("--physics-hz", options.process.physics_hz, "Rate of the physics loop")
       ->default_val(1000.0)
-      ->check(CLI::Range(1000.0, 20000.0));
+      ->check(between(1000.0, 20000.0));
   command.add_option("--haptic-hz", options.process.haptic_hz, "Rate of the haptic loop")
       ->default_val(1000.0)
-      ->check(CLI::Range(1000.0, 4000.0));
+      ->check(between(1000.0, 4000.0));
   command.add_option(
       "--out", options.process.out,
       "Folder for realtime_loops.csv and realtime_jitter.csv, there when the server has ended, and for "

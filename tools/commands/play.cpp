@@ -8,6 +8,7 @@
 #include "palpate/core/json.h"
 #include "palpate/desktop/window.h"
 #include "tools/commands/camera_options.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
 #include "tools/commands/guests.h"
@@ -104,10 +105,10 @@ void add_play(CLI::App& program) {
       ->add_option("--seconds", options->play.graphics.seconds,
                    "Stop after this many seconds if nobody has touched mouse or keys; 0 = when the window is "
                    "closed")
-      ->check(CLI::NonNegativeNumber)
+      ->check(at_least_zero())
       ->default_val(0.0);
   command->add_option("--out", options->play.graphics.out,
-                      "Folder for realtime_frames.csv and realtime_sync.csv");
+                      "Folder for what was measured frame by frame (realtime_*.csv)");
   add_record_options(*command, options->record);
   command->add_option("--json", options->json, "Write its figures here at the end; - = standard output");
   on(command, [options] { return play(*options); });

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 
 #include "palpate/core/child_report.h"
 #include "palpate/core/log.h"
@@ -84,8 +85,13 @@ std::vector<std::string> commands_of(const CLI::App& command) {
 
 // No command where one is expected, or a word too many.
 std::string no_command(const CLI::App& command, const std::string& word) {
-  if (command.get_require_subcommand_min() == 0)
-    return fmt::format("{}: '{}' takes no such word; leave it out", excerpt(word), words_of(command));
+  if (command.get_require_subcommand_min() == 0) {
+    std::error_code failed;
+    // The shell makes many words of a pattern: the first of them is the option's, the others nobody's.
+    const bool file = std::filesystem::exists(word, failed);
+    return fmt::format("{}: '{}' takes no such word; {}", excerpt(word), words_of(command),
+                       file ? "a pattern of files is written in quotes, such as '*.jpg'" : "leave it out");
+  }
   const auto known = commands_of(command);
   if (const auto meant = nearest(word, known); !meant.empty())
     return fmt::format("{}: no such command; did you mean '{}'?", excerpt(word), meant);
@@ -171,6 +177,10 @@ int run_program(int argc, char** argv, const std::function<void(plugin::Guests&)
     if (!done) {
       tell_error(done.error().message);
       return done.error().exit_code();
+    }
+    if (!words.empty() && words.front() == "help") {  // `palpate help calibrate arm`
+      words.erase(words.begin());
+      words.emplace_back("--help");
     }
     CLI::App program("palpate - high-precision augmented-reality haptics", "palpate");
     program.require_subcommand(1);

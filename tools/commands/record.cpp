@@ -8,6 +8,7 @@
 #include "palpate/core/text.h"
 #include "palpate/server/session/side_recording.h"
 #include "tools/commands/camera_options.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
 #include "tools/commands/record_options.h"
@@ -67,7 +68,7 @@ void add_record(CLI::App& program) {
   command->add_option("--out", options->record.file, "New file (MCAP)")->required()->type_name("FILE");
   add_server_options(*command, options->side.server);
   command->add_option("--rate-hz", options->side.rate_hz, "Of the states")
-      ->check(CLI::Range(1, 1000))
+      ->check(between(1, 1000))
       ->capture_default_str();
   command->add_option("--tracker", options->tracker, "A tracker: " + drivers().tracker_forms())
       ->type_name("URI");
@@ -77,7 +78,7 @@ void add_record(CLI::App& program) {
   add_camera_options(*command, options->camera_options);
   add_picture_option(*command, options->record);
   command->add_option("--seconds", options->side.seconds, "Stop after this many seconds; 0 = at Ctrl-C")
-      ->check(CLI::NonNegativeNumber)
+      ->check(at_least_zero())
       ->default_val(0.0);
   command->add_option("--json", options->json, "Write the figures here at the end; - = standard output");
   on(command, [options] { return record_session(*options); });

@@ -1,6 +1,7 @@
 #include "tools/commands/record_options.h"
 
 #include "palpate/render/picture_file.h"
+#include "tools/commands/checks.h"
 
 namespace palpate::tools::commands {
 
@@ -8,7 +9,7 @@ void add_picture_option(CLI::App& command, RecordOptions& options) {
   command
       .add_option("--pictures", options.pictures,
                   "The camera's pictures in the recording: none, jpeg or lossless. They may show people")
-      ->check(CLI::IsMember({"none", "jpeg", "lossless"}))
+      ->check(one_of({"none", "jpeg", "lossless"}))
       ->capture_default_str();
 }
 

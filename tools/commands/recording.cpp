@@ -21,6 +21,7 @@
 #include "palpate/record/session/export_tables.h"
 #include "palpate/record/session/recorded_tables.h"
 #include "palpate/rig/rig.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
 
@@ -232,9 +233,9 @@ Expected<void> export_parts(const RecordingArguments& options) {
 
 void add_part_options(CLI::App& command, record::Cut& cut) {
   command.add_option("--from", cut.from_s, "Seconds after the recording's first message")
-      ->check(CLI::NonNegativeNumber);
+      ->check(at_least_zero());
   command.add_option("--to", cut.to_s, "Seconds after the recording's first message; default: its end")
-      ->check(CLI::NonNegativeNumber);
+      ->check(at_least_zero());
   command.add_option("--topic", cut.topics, "This topic, as often as there are some; default: all")
       ->allow_extra_args(false);
 }
@@ -254,7 +255,7 @@ void add_export(CLI::App& recording, const std::shared_ptr<RecordingArguments>& 
                    "and Slicer")
       ->type_name("FILE");
   command->add_option("--igs-camera", options->camera, "... which camera")
-      ->check(CLI::IsMember({"left", "right"}))
+      ->check(one_of({"left", "right"}))
       ->capture_default_str();
   command
       ->add_option("--igs-name", options->names,

@@ -8,6 +8,7 @@
 #include "palpate/core/text.h"
 #include "palpate/server/physics/recording_show.h"
 #include "palpate/server/physics/reexecution.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/guests.h"
 
@@ -73,10 +74,10 @@ void add_replay(CLI::App& program) {
   command->add_option("--mesh", options->mesh,
                       "The scene's mesh file, where it lies elsewhere than it did (--verify)");
   command->add_option("--from", options->show.from_s, "Begin so many seconds into it")
-      ->check(CLI::NonNegativeNumber);
-  command->add_option("--to", options->show.to_s, "End so many seconds into it")->check(CLI::PositiveNumber);
+      ->check(at_least_zero());
+  command->add_option("--to", options->show.to_s, "End so many seconds into it")->check(above_zero());
   command->add_option("--speed", options->show.speed, "So many times as fast")
-      ->check(CLI::Range(0.01, 100.0))
+      ->check(between(0.01, 100.0))
       ->capture_default_str();
   command->add_flag("--loop", options->show.loop, "Again and again, until Ctrl-C");
   command->add_option("--listen", options->listen,

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "palpate/core/file.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/source_names.h"
 
@@ -13,7 +14,7 @@ void add_camera_option(CLI::App& command, std::string& camera) {
   command
       .add_option("--camera", camera,
                   "Of two cameras on one marker, the one this is: its place in the rig file")
-      ->check(CLI::IsMember({"left", "right"}))
+      ->check(one_of({"left", "right"}))
       ->capture_default_str();
 }
 

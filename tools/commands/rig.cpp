@@ -7,6 +7,7 @@
 
 #include "palpate/core/file.h"
 #include "palpate/core/units.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/result_output.h"
 
@@ -65,8 +66,14 @@ Expected<void> make_new(const RigArguments& options) {
 
 std::string origin(const rig::Provenance& from, const char* unit = "mm") {
   if (from.date.empty() && from.method.empty()) return "no provenance";
-  return fmt::format("{}, {}, residual {:.4f} {}, data {}", from.date.empty() ? "no date" : from.date,
-                     from.method.empty() ? "?" : from.method, from.rms_mm, unit,
+  // A simulated session begins at the epoch, so that the same seed gives the same file. One touch of each dot
+  // leaves no residual.
+  const std::string date = from.date.empty()               ? "no date"
+                           : from.date.starts_with("1970") ? "simulated"
+                                                           : from.date;
+  const std::string residual =
+      from.rms_mm > 0.0 ? fmt::format("residual {:.4f} {}", from.rms_mm, unit) : "no residual";
+  return fmt::format("{}, {}, {}, data {}", date, from.method.empty() ? "?" : from.method, residual,
                      from.data_hash.empty() ? "?" : from.data_hash);
 }
 
@@ -307,7 +314,7 @@ void add_rig(CLI::App& program) {
       ->expected(3, device::kMostJoints)
       ->type_name("PSI1,PSI2,PSI3[,...]");
   checked->add_option("--rest-tolerance-deg", options->rest_tolerance_deg, "How well the arm is put to rest")
-      ->check(CLI::NonNegativeNumber)
+      ->check(at_least_zero())
       ->capture_default_str();
   on(checked, [options] { return check(*options); });
 }

@@ -7,6 +7,7 @@
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/rig/rig.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 
 namespace palpate::tools::commands {
@@ -66,7 +67,7 @@ void add_rig_webcam(CLI::App& rig) {
   command
       ->add_option("--square-mm", options->square_mm,
                    "Side of a square as measured on the print; 0 = as it was drawn")
-      ->check(CLI::NonNegativeNumber)
+      ->check(at_least_zero())
       ->default_val(0.0);
   command->add_option("--table-mm", options->table, "Of the desk that is played on, width x length")
       ->type_name("750x1000")

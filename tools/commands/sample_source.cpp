@@ -15,6 +15,7 @@
 #include "palpate/record/session/recorded_streams.h"
 #include "palpate/record/session/session_recording.h"
 #include "palpate/time/clock.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
 
@@ -257,7 +258,7 @@ void add_sample_options(CLI::App& command, SampleArguments& options, const Sampl
     command.add_option("--camera", options.camera, "The camera: " + drivers().camera_forms())
         ->type_name("URI");
     command.add_option("--which-camera", options.which_camera, "Of a recording: which of its cameras")
-        ->check(CLI::IsMember({"left", "right"}))
+        ->check(one_of({"left", "right"}))
         ->capture_default_str();
     add_camera_options(command, options.camera_options);
   }
@@ -267,14 +268,14 @@ void add_sample_options(CLI::App& command, SampleArguments& options, const Sampl
       ->type_name("FILE");
   command
       .add_option("--from", options.span.from_s, "Of the recording: from so many seconds after its beginning")
-      ->check(CLI::NonNegativeNumber)
+      ->check(at_least_zero())
       ->type_name("S");
   command
       .add_option("--to", options.span.to_s, "Of the recording: until so many seconds after its beginning")
-      ->check(CLI::PositiveNumber)
+      ->check(above_zero())
       ->type_name("S");
   command.add_option("--seconds", options.seconds, "Of devices: stop after this many seconds; 0 = at Ctrl-C")
-      ->check(CLI::NonNegativeNumber)
+      ->check(at_least_zero())
       ->default_val(0.0);
   add_record_options(command, options.record);
   command.add_option("--rig", options.rig, "A rig file: tips, lens and nominal arm are read there")
@@ -289,7 +290,7 @@ void add_still_options(CLI::App& command, session::HoldSettings& settings) {
     command
         .add_option_function<double>(
             name, [&target, per_unit](const double& value) { target = value * per_unit; }, help)
-        ->check(CLI::PositiveNumber)
+        ->check(above_zero())
         ->default_str(fmt::format("{:g}", target / per_unit));
   };
   scaled("--still-mm", settings.still.place, 1e-3,

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <string_view>
 #include <thread>
 
 #include "palpate/core/json.h"
@@ -10,13 +12,23 @@
 #include "palpate/core/text.h"
 #include "palpate/transport/messages.h"
 #include "palpate/transport/zmq_engine.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/server_options.h"
 
 namespace palpate::tools::commands {
 namespace {
 
-constexpr double kAnswerWithin = 5.0;  // s
+constexpr double kAnswerWithin = 5.0;      // s
+constexpr double kSocketMadeWithin = 1.0;  // s; a server that is only just starting makes it meanwhile
+
+// Whether a server of this machine can answer there at all: it makes a socket in the file system.
+bool has_socket(const std::string& address) {
+  constexpr std::string_view kLocal = "ipc://";
+  std::error_code failed;
+  return !address.starts_with(kLocal) || address.starts_with("ipc://@") ||
+         std::filesystem::exists(address.substr(kLocal.size()), failed);
+}
 
 struct StatusArguments {
   transport::ServerName server;
@@ -63,7 +75,7 @@ std::string status_text(const transport::ServerStatus& status, const std::string
     lines.push_back(fmt::format("\n{} loop  {:.1f} Hz, {} ticks, {} overruns, {} missed",
                                 excerpt(loop.name, 64), loop.rate_hz, loop.ticks, loop.overruns,
                                 loop.missed));
-    lines.push_back(fmt::format("  late  median {}, p99 {}, max {}; at work p99 {}",
+    lines.push_back(fmt::format("  late  median {}, p99 {}, max {}; at work p99 {} (bars: logarithmic)",
                                 duration_text(loop.late_p50_us), duration_text(loop.late_p99_us),
                                 duration_text(loop.late_max_us), duration_text(loop.busy_p99_us)));
     if (loop.forces) lines.push_back(fmt::format("  forces {}", excerpt(loop.forces_text(), 150)));
@@ -163,7 +175,8 @@ Expected<void> show_status(const StatusArguments& options) {
     (*link)->poll();
     const auto now = clock.now();
     if ((*link)->peer_alive()) heard = now;
-    if (now - heard > seconds(kAnswerWithin)) {
+    const bool in_vain = now - begun > seconds(kSocketMadeWithin) && !has_socket(endpoint.address);
+    if (in_vain || now - heard > seconds(kAnswerWithin)) {
       const auto trouble = (*link)->trouble();
       if (trouble)
         return refused("status: the physics server at {} turns us away: {}", endpoint.address, *trouble);
@@ -222,7 +235,7 @@ void add_status(CLI::App& program) {
                     "As an operator: forces that were switched off for good come back, ramped, where their "
                     "reason has gone; the application's counters begin anew. Print one view and end");
   command->add_option("--interval-s", options->interval_s, "Time between two views")
-      ->check(CLI::Range(0.1, 60.0))
+      ->check(between(0.1, 60.0))
       ->capture_default_str();
   command->add_option("--json", options->json, "Write one view as JSON to FILE (- = standard output) and end")
       ->type_name("FILE");

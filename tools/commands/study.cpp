@@ -6,6 +6,7 @@
 #include "palpate/core/progress.h"
 #include "palpate/evaluation/studies/study.h"
 #include "palpate/sim/config/world_file.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/guests.h"
 
@@ -36,7 +37,7 @@ Expected<void> run_study(const std::string& name, Options options) {
   Json json;
   for (const auto& result : *results) {
     json[result.name] = result.values;
-    for (const auto& line : result.lines) print_line(line, stderr);
+    for (const auto& line : result.lines) print_line(line);
   }
   if (!options.out.empty())
     notice(fmt::format("written to {}; open {}/report.html", options.out, options.out));
@@ -53,14 +54,14 @@ void add_study(CLI::App& program) {
     auto* command = study->add_subcommand(name, what);
     auto options = std::make_shared<Options>();
     command->add_option("--runs", options->study.runs, "Repeats, 1000 in the paper")
-        ->check(CLI::Range(1, 1000000))
+        ->check(between(1, 1000000))
         ->capture_default_str();
     command->add_option("--seed", options->study.seed, "Seed; the same one gives the same figures")
         ->capture_default_str();
     command
         ->add_option("--threads", options->study.repeats.threads,
                      "Threads, 0 for all cores; changes no figure")
-        ->check(CLI::Range(0, 1024))
+        ->check(between(0, 1024))
         ->capture_default_str();
     command->add_option("--world", options->world, "World file; the reference world without one");
     command->add_option("--out", options->out,

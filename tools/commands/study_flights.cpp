@@ -3,6 +3,7 @@
 
 #include "palpate/core/progress.h"
 #include "palpate/evaluation/studies/flights_study.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/study_results.h"
 
@@ -44,7 +45,7 @@ void add_study_flights(CLI::App& study) {
       ->required();
   flights
       ->add_option("--threads", options->study.repeats.threads, "Threads, 0 for all cores; changes no figure")
-      ->check(CLI::Range(0, 1024))
+      ->check(between(0, 1024))
       ->capture_default_str();
   flights->add_option(
       "--out", options->results.out,

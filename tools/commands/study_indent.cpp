@@ -9,6 +9,7 @@
 #include "palpate/core/progress.h"
 #include "palpate/core/units.h"
 #include "palpate/physics/deformable/quick_indentation.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 
 namespace palpate::tools::commands {
@@ -88,10 +89,10 @@ void add_study_indent(CLI::App& study) {
   indent->add_option("--inclusion-ratio", options->inclusion_ratio, "Its stiffness over the block's")
       ->capture_default_str();
   indent->add_option("--model", options->model, "Small strains (linear) or neo-Hookean")
-      ->check(CLI::IsMember({"linear", "neo-hookean"}))
+      ->check(one_of({"linear", "neo-hookean"}))
       ->capture_default_str();
   indent->add_option("--method", options->method, "Finite elements (full) or the haptic loop's law (tick)")
-      ->check(CLI::IsMember({"full", "tick"}))
+      ->check(one_of({"full", "tick"}))
       ->capture_default_str();
   indent->add_option("--friction", options->friction, "Coulomb's coefficient between tip and block")
       ->capture_default_str();

@@ -13,6 +13,7 @@
 
 #include "palpate/core/progress.h"
 #include "palpate/evaluation/report/page.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/guests.h"
 #include "tools/commands/study_results.h"
@@ -133,7 +134,7 @@ void add_one(CLI::App& study, const std::string& application, const scene::Appli
     auto& said = options->said[field.name()];
     auto* option =
         command->add_option(option_name(field), said, field.help)->default_str(initial_text(field));
-    if (field.kind == SettingKind::choice) option->check(CLI::IsMember(field.choices));
+    if (field.kind == SettingKind::choice) option->check(one_of(field.choices));
   }
   command->add_option("--seed", options->seed, "Seed; the same one gives the same figures")
       ->capture_default_str();

@@ -3,6 +3,7 @@
 
 #include "palpate/core/progress.h"
 #include "palpate/evaluation/studies/psychometric_study.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/study_results.h"
 
@@ -47,14 +48,14 @@ void add_study_psychometric(CLI::App& study) {
       command
           ->add_option("--guess", options->study.task.guess,
                        "Share of positive answers by guessing: 0.5 for one of two places, 0 for yes or no")
-          ->check(CLI::Range(0.0, 0.9))
+          ->check(between(0.0, 0.9))
           ->capture_default_str();
   command
       ->add_flag("--comparison", options->comparison,
                  "Which of two is larger: from 0 to 1, with lapses at both ends; gives the Weber fraction")
       ->excludes(guess);
   command->add_option("--most-lapse", options->study.task.most_lapse, "Bound of the lapse rate; 0 for none")
-      ->check(CLI::Range(0.0, 0.2))
+      ->check(between(0.0, 0.2))
       ->capture_default_str();
   command->add_option("--stimulus", columns.stimulus, "Its column")
       ->capture_default_str()
@@ -67,7 +68,7 @@ void add_study_psychometric(CLI::App& study) {
       ->delimiter(',')
       ->type_name("COLUMN,...");
   command->add_option("--repeats", options->study.bootstrap.repeats, "Of the bootstrap")
-      ->check(CLI::Range(100, 100000))
+      ->check(between(100, 100000))
       ->capture_default_str();
   command->add_option("--seed", options->study.bootstrap.seed, "Seed; the same one gives the same figures")
       ->capture_default_str();

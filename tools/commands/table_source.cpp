@@ -6,6 +6,7 @@
 #include "palpate/core/file.h"
 #include "palpate/core/text.h"
 #include "palpate/record/session/recorded_streams.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/source_names.h"
 
 namespace palpate::tools::commands {
@@ -26,10 +27,10 @@ void TableSource::add_options(CLI::App& command, bool with_times) {
       ->type_name("FILE");
   if (!with_times) return;
   command.add_option("--from", span_.from_s, "Of the recording: from so many seconds after its beginning")
-      ->check(CLI::NonNegativeNumber)
+      ->check(at_least_zero())
       ->type_name("S");
   command.add_option("--to", span_.to_s, "Of the recording: until so many seconds after its beginning")
-      ->check(CLI::PositiveNumber)
+      ->check(above_zero())
       ->type_name("S");
 }
 

@@ -16,6 +16,7 @@
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/time/clock.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 
 namespace palpate::tools::commands {
@@ -309,7 +310,7 @@ void add_tracker_listen(CLI::App& tracker) {
   command->add_option("--tool", options->tool,
                       "The tool to record, as the server names it; default: the first heard");
   command->add_option("--seconds", options->seconds, "Stop after this many seconds; 0 = at Ctrl-C")
-      ->check(CLI::NonNegativeNumber)
+      ->check(at_least_zero())
       ->default_val(0.0);
   command->add_option("--out", options->out, "Write the tool's poses here as CSV (- = standard output)")
       ->type_name("FILE");
@@ -334,13 +335,13 @@ void add_tracker_replay(CLI::App& tracker) {
   command->add_flag("--insecure", options->insecure,
                     "Serve beyond this machine: the protocol protects nothing");
   command->add_option("--speed", options->speed, "Times as fast as recorded")
-      ->check(CLI::Range(0.001, 1000.0))
+      ->check(between(0.001, 1000.0))
       ->default_val(1.0);
   command->add_flag("--loop", options->loop, "Begin again at the end");
   command
       ->add_option("--seconds", options->seconds,
                    "Stop after this many seconds; 0 = at the recording's end, or Ctrl-C")
-      ->check(CLI::NonNegativeNumber)
+      ->check(at_least_zero())
       ->default_val(0.0);
   command->add_option("--json", options->json, "Write the counts here; - = standard output")
       ->type_name("FILE");

@@ -7,6 +7,7 @@
 #include "palpate/evaluation/world_sample.h"
 #include "palpate/sim/camera_renderer.h"
 #include "palpate/sim/world_process.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/guests.h"
 #include "tools/commands/settings_options.h"
@@ -104,9 +105,7 @@ Expected<void> run_laboratory(const WorldOptions& options) {
 void add_sample(CLI::App& world, const std::shared_ptr<WorldOptions>& options) {
   auto* sample =
       world.add_subcommand("sample", "Write what the devices would have recorded, and the truth beside it");
-  sample->add_option("kind", options->kind, "What is recorded")
-      ->required()
-      ->check(CLI::IsMember(kind_names()));
+  sample->add_option("kind", options->kind, "What is recorded")->required()->check(one_of(kind_names()));
   sample->add_option("--world", options->file, "World file; the reference world where none is named");
   sample->add_option("--seed", options->seed, "Draws everything called sd, and all noise")
       ->capture_default_str();
@@ -114,7 +113,7 @@ void add_sample(CLI::App& world, const std::shared_ptr<WorldOptions>& options) {
       ->add_option("--points", options->points,
                    "Poses, images or touches (default: pivot and pointer 400, arm 140, hand-eye 600, camera "
                    "15, surface 4, landmarks one each)")
-      ->check(CLI::Range(1, 100000));
+      ->check(between(1, 100000));
   sample->add_flag("--continuous", options->continuous, "arm: record while the stylus moves freely");
   sample->add_flag("--guided", options->guided,
                    "arm: show the person where the next pose helps the calibration most");
@@ -138,7 +137,7 @@ void add_run(CLI::App& world, const std::shared_ptr<WorldOptions>& options) {
       "writes them");
   run->add_option("--seconds", options->seconds,
                   "Stop by itself after this time (default: run until stopped)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(at_least_zero());
   run->add_option(
       "--exposures", options->exposures,
       "CSV file to write at the end: when each image was taken, on the machine's monotonic clock, and where "

@@ -21,8 +21,9 @@ constexpr std::uint64_t kLeastOpenFiles = 64, kEnoughOpenFiles = 256;
 constexpr std::int64_t kFarOffUs = 1'000'000;
 constexpr std::uint64_t kCoarseTimerNs = 1000;
 constexpr const char* kLimits =
-    "install share/palpate/limits.d/palpate.conf into /etc/security/limits.d, join group realtime, log in "
-    "anew";
+    "as root: groupadd --system realtime; usermod --append --groups realtime USER; copy "
+    "limits.d/palpate.conf "
+    "(in share/ of the sources, share/palpate/ of an installation) to /etc/security/limits.d; log in anew";
 
 std::string bytes_text(std::uint64_t bytes) {
   if (bytes >= 10ull << 30) return fmt::format("{} GiB", bytes >> 30);
