@@ -1,5 +1,7 @@
 #include "applications/pingpong/pingpong.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -13,10 +15,27 @@ constexpr double kBehindWall_m = 0.10;    // over the wall
 constexpr double kBelow_m = 0.12;         // below the table
 constexpr double kLongestFlight_s = 3.0;  // from serve or wall: whatever happens, then comes the next serve
 
-std::vector<physics::BallState> serves(const scene::SceneDescription& scene, const GameSettings& game,
-                                       const BallWorld& world, const Settings& settings) {
-  Random random(settings.seed, "pingpong/serve");
-  return make_serves(scene, game, world, settings.serve, kServesPrepared, random);
+std::array<std::vector<physics::BallState>, kLevels> prepared_serves(const scene::SceneDescription& scene,
+                                                                     const GameSettings& game,
+                                                                     const BallWorld& world,
+                                                                     const Settings& settings) {
+  std::array<std::vector<physics::BallState>, kLevels> serves;
+  if (game.match.serves == 0) {
+    Random random(settings.seed, "pingpong/serve");
+    serves.front() = make_serves(scene, game, world, settings.serve, kServesPrepared, random);
+    return serves;
+  }
+  for (int level = 1; level <= kLevels; ++level) {
+    Random random(settings.seed, fmt::format("pingpong/serve/{}", level));
+    const LevelServes wanted = serves_of_level(level);
+    GameSettings of_level = game;
+    of_level.serve_speed = wanted.speed;
+    ServeSettings aimed = settings.serve;
+    aimed.aim_sd = wanted.aim_sd;
+    serves[static_cast<std::size_t>(level - 1)] =
+        make_serves(scene, of_level, world, aimed, kServesPrepared, random);
+  }
+  return serves;
 }
 
 }  // namespace
@@ -26,7 +45,8 @@ PingPong::PingPong(const scene::SceneDescription& scene, const Settings& setting
       game_(game_settings(scene)),
       settings_(settings),
       world_(scene, game_),
-      serves_(serves(scene, game_, world_, settings)) {
+      match_(game_.match),
+      serves_(prepared_serves(scene, game_, world_, settings)) {
   const auto& c = find_surface(scene, "table").corners;
   const Vector3 right = (c[1] - c[0]).normalized();
   up_ = (c[1] - c[0]).cross(c[3] - c[0]).normalized();
@@ -37,6 +57,8 @@ PingPong::PingPong(const scene::SceneDescription& scene, const Settings& setting
 
 void PingPong::reset() {
   counters_.fill(0);
+  match_ = Match(game_.match);
+  if (match_.has_end()) next_serve_ = 0;
   started_ = -1.0;
 }
 
@@ -83,6 +105,7 @@ void PingPong::step(Instant<PhysicsClock> now, Duration dt, const scene::TipStat
     body.set_v(bat.velocity);
     body.set_w(bat.angular_velocity);
   }
+  tell_match();
   state.counters = counters_;
   const Vector3 force = flies ? world_.contact_force() : Vector3::Zero();
   state.impact.force = {force.x(), force.y(), force.z()};
@@ -98,13 +121,20 @@ void PingPong::schedule(double now, double dt) {
     next_time_ = started_ + settings_.first_serve_s;
     set_phase(Phase::waiting);
   }
+  if (match_.over()) {
+    if (!serve_now_ && now < next_time_) return;
+    match_.begin_next();
+    next_serve_ = 0;
+    next_time_ = now + settings_.pause_s + settings_.ready_s;
+    serve_now_ = false;
+  }
   if (serve_now_) {
     serve_now_ = false;
     if (phase() == Phase::incoming || phase() == Phase::outgoing) end(now, false);
     next_time_ = now;
   }
   if (phase() == Phase::waiting && now >= next_time_ - settings_.ready_s) {
-    world_.place({serves_[next_serve_].position, Vector3::Zero(), Vector3::Zero()});
+    world_.place({serves()[next_serve_].position, Vector3::Zero(), Vector3::Zero()});
     ++ball_jumps_;
     set_phase(Phase::ready);
   }
@@ -112,8 +142,9 @@ void PingPong::schedule(double now, double dt) {
 }
 
 void PingPong::throw_ball(double now) {
-  world_.place(serves_[next_serve_]);
-  next_serve_ = (next_serve_ + 1) % serves_.size();
+  world_.place(serves()[next_serve_]);
+  next_serve_ = (next_serve_ + 1) % serves().size();
+  match_.serve();
   ++ball_jumps_;
   ++count(kServes);
   count(kRally) = 0;
@@ -134,6 +165,7 @@ void PingPong::judge(const CollisionEvent& touch, double now) {
       ++count(kWallBounces);
       if (phase() != Phase::outgoing) break;
       if (++count(kRally) == 1) ++count(kReturned);
+      match_.bring_back(count(kRally) == 1);
       count(kLongest) = std::max(count(kLongest), count(kRally));
       bounces_since_hit_ = 0;
       off_wall_at_ = now;
@@ -176,7 +208,18 @@ void PingPong::end(double now, bool missed) {
   if (missed && count(kRally) == 0) ++count(kMisses);
   set_phase(Phase::waiting);
   ++ball_jumps_;
-  next_time_ = now + settings_.pause_s + settings_.ready_s;
+  match_.end_serve();
+  next_time_ = now + (match_.over() ? settings_.over_s : settings_.pause_s + settings_.ready_s);
+}
+
+void PingPong::tell_match() {
+  if (!match_.has_end()) return;
+  count(kMatchServes) = match_.serves();
+  count(kMatchReturned) = match_.returned();
+  count(kPoints) = match_.points();
+  count(kBest) = match_.best();
+  const int next = std::min(match_.level() + (match_.won() ? 1 : 0), kLevels);
+  count(kLevel) = match_.over() ? -next : match_.level();
 }
 
 void PingPong::feel(const CollisionEvent& touch, Instant<PhysicsClock> start) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "applications/pingpong/ball_world.h"
+#include "applications/pingpong/match.h"
 #include "applications/pingpong/serve.h"
 #include "palpate/scene/application.h"
 
@@ -29,6 +30,11 @@ enum Counter : std::size_t {
   kWallBounces,
   kSecondContacts,  // surfaces met while the bat's contact lasted
   kPhase,           // a Phase
+  kMatchServes,     // of the match; 0 where it has no end, as all below
+  kMatchReturned,
+  kPoints,
+  kBest,   // points of a match since the start
+  kLevel,  // negative: the match is over, and the next one has that level
 };
 
 enum class Phase : std::int32_t {
@@ -44,6 +50,7 @@ struct Settings {
   double first_serve_s = 0.4;
   double ready_s = 0.15;  // the ball is shown that long before a serve
   double pause_s = 0.02;  // without a ball, between two serves
+  double over_s = 10.0;   // after a match the next one begins by itself
   // A rally goes on only while the mean time between serves stays below this (0 = for ever), with this much
   // credit; what the game has saved is spent on rallies worth the name, not on one return here and there.
   double pace_s = 1.27;
@@ -64,6 +71,7 @@ class PingPong : public scene::Application {
 
  private:
   void schedule(double now, double dt);
+  void tell_match();
   void begin() override { serve_now_ = true; }
   void reset() override;
   void throw_ball(double now);
@@ -79,7 +87,12 @@ class PingPong : public scene::Application {
   GameSettings game_;
   Settings settings_;
   BallWorld world_;
-  std::vector<physics::BallState> serves_;
+  Match match_;
+  // Of each level; of a match without an end only the first, as it is set.
+  std::array<std::vector<physics::BallState>, kLevels> serves_;
+  const std::vector<physics::BallState>& serves() const {
+    return serves_[match_.has_end() ? static_cast<std::size_t>(match_.level() - 1) : 0];
+  }
   Vector3 up_, near_, edge_;  // table axes and the middle of its near edge
   double depth_ = 0.0;        // of the table, m
   std::size_t next_serve_ = 0;

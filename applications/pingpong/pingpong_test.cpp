@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "applications/pingpong/looks.h"
 #include "applications/pingpong/scene_for_tests.h"
 #include "applications/pingpong/scene_view.h"
@@ -204,6 +207,63 @@ TEST(PingPong, AServeSpeedThatCannotReachThePlayerIsRefused) {
   EXPECT_THROW(PingPong{scene}, std::runtime_error);
 }
 
+TEST(PingPong, AMatchIsOverAfterItsServesAndTheNextBeginsOnWishOrByItself) {
+  Settings settings;
+  settings.over_s = 4.0;
+  Session session(settings, with(scene_for_tests(), "match.serves", 2.0));
+  const auto& c = session.state.counters;
+  const auto run_until_over = [&] {
+    for (int i = 0; i < 20000 && c[kLevel] >= 0; ++i) session.step();
+    return c[kLevel] < 0;
+  };
+  ASSERT_TRUE(run_until_over());
+  EXPECT_EQ(c[kLevel], -1) << "nothing was returned: the same level";
+  EXPECT_EQ(c[kMatchServes], 2);
+  session.run(3.9);
+  EXPECT_EQ(c[kServes], 2);
+  EXPECT_EQ(session.state.bodies[kBall].visible, 0u);
+  session.run(0.5);
+  EXPECT_EQ(c[kLevel], 1);
+  EXPECT_EQ(c[kMatchServes], 1);
+  ASSERT_TRUE(run_until_over());
+  session.game.control(scene::Control::begin);
+  session.run(0.3);
+  EXPECT_EQ(c[kServes], 5);
+  EXPECT_EQ(c[kMatchServes], 1);
+  session.game.control(scene::Control::reset);
+  session.step();
+  EXPECT_EQ(c[kMatchServes], 0);
+}
+
+TEST(PingPong, AReturnInAMatchIsWorthItsLevel) {
+  const auto scene = with(with(scene_for_tests(), "match.serves", 3.0), "match.level", 2.0);
+  Session session({}, scene);
+  meet_a_serve(session);
+  const auto& c = session.state.counters;
+  ASSERT_EQ(c[kHits], 1);
+  session.tip.X_world_tip.translation = {0.1, 3.0, 1.8};
+  for (int i = 0; i < 3000 && c[kReturned] == 0; ++i) session.step();
+  ASSERT_EQ(c[kReturned], 1);
+  EXPECT_EQ(c[kMatchReturned], 1);
+  EXPECT_EQ(c[kPoints], 2);
+  const PingPongView scene_view(scene);
+  EXPECT_EQ(scene_view.captions(session.state),
+            (std::vector<std::string>{"2 points", "serve 1 of 3, 1 returned", "level 2"}));
+}
+
+TEST(PingPongView, TellsAMatchsEnd) {
+  const PingPongView scene_view(with(scene_for_tests(), "match.serves", 20.0));
+  scene::SceneState state;
+  state.counters[kLevel] = -3;
+  state.counters[kPoints] = 34;
+  state.counters[kMatchServes] = 20;
+  state.counters[kMatchReturned] = 15;
+  state.counters[kBest] = 36;
+  EXPECT_EQ(scene_view.captions(state),
+            (std::vector<std::string>{"match over: 34 points", "15 of 20 returned, best match 36 points",
+                                      "level 3 next"}));
+}
+
 TEST(PingPongView, DrawsWhatIsVisibleWhereItIs) {
   const PingPongView scene_view(scene_for_tests());
   scene::SceneState state;
@@ -221,6 +281,49 @@ TEST(PingPongView, DrawsWhatIsVisibleWhereItIs) {
   state.counters[kLongest] = 4;
   const std::vector<std::string> score{"serves returned 1 of 2", "returns in a row 3", "most in a row 4"};
   EXPECT_EQ(scene_view.captions(state), score);
+}
+
+// Of the blade's middle, as seen along the bat's normal.
+double covered_share(const std::vector<scene::DrawItem>& items, double radius) {
+  int covered = 0, looked = 0;
+  for (double x = -radius; x <= radius; x += 0.0021)
+    for (double z = -radius; z <= radius; z += 0.0023) {
+      if (x * x + z * z > radius * radius) continue;
+      ++looked;
+      const auto covers = [&](const scene::TriangleMesh& mesh, const std::array<std::uint32_t, 3>& t) {
+        int left = 0;
+        for (int i = 0; i < 3; ++i) {
+          const Vector3 &a = mesh.vertices[t[static_cast<std::size_t>(i)]],
+                        &b = mesh.vertices[t[static_cast<std::size_t>((i + 1) % 3)]];
+          left += (b.x() - a.x()) * (z - a.z()) - (b.z() - a.z()) * (x - a.x()) > 0.0 ? 1 : -1;
+        }
+        return std::abs(left) == 3;
+      };
+      covered += std::any_of(items.begin(), items.end(), [&](const scene::DrawItem& item) {
+        return std::any_of(item.mesh->triangles.begin(), item.mesh->triangles.end(),
+                           [&](const auto& t) { return covers(*item.mesh, t); });
+      });
+    }
+  return static_cast<double>(covered) / looked;
+}
+
+TEST(PingPongView, TheBallIsSeenThroughABatWithStrings) {
+  PingPongView scene_view(scene_for_tests());
+  scene::SceneState state;
+  state.body_count = 2;
+  state.bodies[kBall].visible = 0;
+  EXPECT_GT(covered_share(scene_view.draw(state), 0.055), 0.99);
+  scene_view.set_look(scene_view.look_at_window());
+  const auto strung = scene_view.draw(state);
+  EXPECT_LT(covered_share(strung, 0.055), 0.25);
+  EXPECT_GT(covered_share(strung, 0.055), 0.05);
+  // As large as the blade.
+  double widest = 0.0;
+  for (const auto& item : strung)
+    for (const auto& v : item.mesh->vertices) widest = std::max(widest, std::hypot(v.x(), v.z()));
+  EXPECT_NEAR(widest, GameSettings{}.bat_radius, 1e-3);
+  scene_view.set_look(0);
+  EXPECT_GT(covered_share(scene_view.draw(state), 0.055), 0.99);
 }
 
 TEST(PingPongView, TheHandleEndsAtTheTip) {

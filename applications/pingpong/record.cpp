@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cstdlib>
+
 #include "applications/pingpong/pingpong.h"
 #include "applications/pingpong/report.h"
 #include "applications/pingpong/settings.h"
@@ -67,11 +69,16 @@ scene::Highlight GameRecord::highlight(const scene::ShownPicture& picture) const
 
 Json GameRecord::summary() const {
   const auto& counters = newest_.counters;
-  return {{"rally",
-           {{"serves", counters[kServes]},
-            {"returned", counters[kReturned]},
-            {"longest", counters[kLongest]},
-            {"hits", counters[kHits]}}}};
+  Json summary = {{"rally",
+                   {{"serves", counters[kServes]},
+                    {"returned", counters[kReturned]},
+                    {"longest", counters[kLongest]},
+                    {"hits", counters[kHits]}}}};
+  if (counters[kLevel] != 0)
+    summary["match"] = {{"serves", counters[kMatchServes]},    {"returned", counters[kMatchReturned]},
+                        {"points", counters[kPoints]},         {"best", counters[kBest]},
+                        {"level", std::abs(counters[kLevel])}, {"over", counters[kLevel] < 0}};
+  return summary;
 }
 
 std::vector<scene::ClosingLine> GameRecord::closing_lines(const Json& summary) const {

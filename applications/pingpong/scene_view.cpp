@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "applications/pingpong/ball_world.h"
 #include "applications/pingpong/looks.h"
@@ -20,6 +22,33 @@ scene::TriangleMesh half_blade(const GameSettings& game, double side) {
   return mesh;
 }
 
+constexpr double kRimRadius_m = 0.004, kStringRadius_m = 0.0006, kStringsApart_m = 0.015;
+
+// Both in the blade's plane, in the Bat frame.
+scene::TriangleMesh rim_of(const GameSettings& game) {
+  constexpr int kParts = 36;
+  const auto at = [&](int i) -> Vector3 {
+    const double angle = 2.0 * std::numbers::pi * i / kParts;
+    return (game.bat_radius - kRimRadius_m) * Vector3(std::cos(angle), 0.0, std::sin(angle));
+  };
+  scene::TriangleMesh mesh;
+  for (int i = 0; i < kParts; ++i)
+    scene::append(mesh, scene::cylinder_mesh(at(i), at(i + 1), kRimRadius_m, 8));
+  return mesh;
+}
+
+scene::TriangleMesh strings_of(const GameSettings& game) {
+  const double within = game.bat_radius - kRimRadius_m;
+  const int each_side = static_cast<int>((within - kRimRadius_m) / kStringsApart_m);
+  scene::TriangleMesh mesh;
+  for (int i = -each_side; i <= each_side; ++i) {
+    const double x = i * kStringsApart_m, z = std::sqrt(within * within - x * x);
+    scene::append(mesh, scene::cylinder_mesh({x, 0.0, -z}, {x, 0.0, z}, kStringRadius_m, 6));
+    scene::append(mesh, scene::cylinder_mesh({-z, 0.0, x}, {z, 0.0, x}, kStringRadius_m, 6));
+  }
+  return mesh;
+}
+
 }  // namespace
 
 PingPongView::PingPongView(const scene::SceneDescription& scene)
@@ -27,7 +56,9 @@ PingPongView::PingPongView(const scene::SceneDescription& scene)
       game_(game_settings(scene)),
       ball_(scene::sphere_mesh(game_.ball_radius)),
       front_(half_blade(game_, 1.0)),
-      back_(half_blade(game_, -1.0)) {
+      back_(half_blade(game_, -1.0)),
+      rim_(rim_of(game_)),
+      strings_(strings_of(game_)) {
   // From the stylus tip to a little inside the blade; the tip is where the bat's offset leads back to.
   constexpr double kHandleRadius = 0.011, kInside = 0.010;
   const Vector3 tip = -scene.carried_offset;
@@ -44,8 +75,9 @@ std::vector<scene::DrawItem> PingPongView::draw(const scene::SceneState& state) 
     items.push_back({&ball_, kBallLook, ball.q(), ball.p(), true, game_.ball_radius});
   const auto& bat = state.bodies[kBat];
   if (state.body_count > kBat && bat.visible != 0) {
-    items.push_back({&front_, kFrontLook, bat.q(), bat.p(), true});
-    items.push_back({&back_, kBackLook, bat.q(), bat.p(), true});
+    items.push_back({strung_ ? &rim_ : &front_, kFrontLook, bat.q(), bat.p(), true});
+    items.push_back(strung_ ? scene::DrawItem{&strings_, kStringLook, bat.q(), bat.p(), true}
+                            : scene::DrawItem{&back_, kBackLook, bat.q(), bat.p(), true});
     if (!handle_.triangles.empty()) items.push_back({&handle_, kHandleLook, bat.q(), bat.p(), true});
   }
   return items;
@@ -103,6 +135,17 @@ scene::SceneState PingPongView::predict(const scene::SceneState& state, Duration
 
 std::vector<std::string> PingPongView::captions(const scene::SceneState& state) const {
   const auto& c = state.counters;
+  if (c[kLevel] < 0)
+    return {
+        fmt::format("match over: {} points", c[kPoints]),
+        fmt::format("{} of {} returned, best match {} points", c[kMatchReturned], c[kMatchServes], c[kBest]),
+        fmt::format("level {} next", -c[kLevel])};
+  if (c[kLevel] > 0)
+    return {
+        fmt::format("{} points", c[kPoints]),
+        fmt::format("serve {} of {}, {} returned", c[kMatchServes], game_.match.serves, c[kMatchReturned]),
+        fmt::format("level {}{}", c[kLevel],
+                    c[kBest] > 0 ? fmt::format(", best match {} points", c[kBest]) : "")};
   return {fmt::format("serves returned {} of {}", c[kReturned], c[kServes]),
           fmt::format("returns in a row {}", c[kRally]), fmt::format("most in a row {}", c[kLongest])};
 }

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
+
+#include "applications/pingpong/match.h"
 
 namespace palpate::applications::pingpong {
 namespace {
@@ -34,7 +37,11 @@ std::vector<scene::SettingField> fields() {
                     "Speed of the slowest and the fastest serve"),
       choice_field("ball", "physics", "full", {"full", "paper"}, "Air, spin and friction, or gravity alone"),
       choice_field("ball", "contact", "non-sticky", {"non-sticky", "paper", "hunt-crossley"},
-                   "The spring of the bat")};
+                   "The spring of the bat"),
+      number_field("match", "serves", 0.0, {0.0, 1000.0},
+                   "After so many a match is over; 0: it has no end and one level, serve_speed_m_s"),
+      number_field("match", "level", 1.0, {1.0, kLevels},
+                   "That a match begins with; one that is won leads to the next")};
 }
 
 std::vector<scene::SettingComplaint> relations(const scene::SettingValues& values) {
@@ -50,6 +57,9 @@ std::vector<scene::SettingComplaint> relations(const scene::SettingValues& value
     complaints.push_back(
         {"ball", "mass_kg",
          fmt::format("is {}, the bat's {}; a ball lighter than the bat is expected", ball, bat)});
+  for (const char* key : {"serves", "level"})
+    if (const double value = values.number(fmt::format("match.{}", key)); value != std::floor(value))
+      complaints.push_back({"match", key, fmt::format("is {}, a whole number is expected", value)});
   if (speed[0] > speed[1]) complaints.push_back({"ball", "serve_speed_m_s", "[low, high] with low <= high"});
   return complaints;
 }
@@ -79,6 +89,8 @@ GameSettings game_settings(const scene::SettingValues& values) {
   game.flight = values.text("ball.physics") == "paper" ? Flight::paper : Flight::full;
   game.contact_model = contact_model_of(values.text("ball.contact"));
   game.serve_speed = values.range("ball.serve_speed_m_s");
+  game.match.serves = static_cast<int>(values.number("match.serves"));
+  game.match.level = static_cast<int>(values.number("match.level"));
   return game;
 }
 
@@ -90,7 +102,12 @@ GameSettings game_settings(const scene::SceneDescription& scene) {
 
 void ease_for_a_person(scene::SettingValues& values) {
   constexpr double kFastestToBegin = 2.3;  // m/s
+  constexpr double kServesOfAMatch = 20.0;
   const auto serve = values.range("ball.serve_speed_m_s");
+  // A match has its own serves: who has set speeds wants those.
+  const scene::Setting& as_set = values.at("ball.serve_speed_m_s");
+  if (as_set.value == as_set.field.initial && values.number("match.serves") == 0.0)
+    values.set("match.serves", kServesOfAMatch);
   values.set("ball.serve_speed_m_s",
              std::vector<double>{serve[0], std::min(serve[1], std::max(kFastestToBegin, serve[0]))});
 }

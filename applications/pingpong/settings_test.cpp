@@ -27,6 +27,8 @@ TEST(PingPongSettings, WhatIsSetArrivesThroughTheScene) {
   values.set("ball.restitution_bat", 0.7);
   values.set("ball.contact_ms", 3.7);
   values.set("ball.serve_speed_m_s", std::vector<double>{1.0, 1.5});
+  values.set("match.serves", 12.0);
+  values.set("match.level", 3.0);
   values.set("ball.physics", "paper");
   values.set("ball.contact", "hunt-crossley");
   values.set("scene.bat_radius_m", 0.08);
@@ -48,7 +50,8 @@ TEST(PingPongSettings, WhatIsSetArrivesThroughTheScene) {
                               .contact_s = 3.7 * 1e-3,
                               .flight = Flight::paper,
                               .contact_model = scene::ContactModel::hunt_crossley,
-                              .serve_speed = {1.0, 1.5}};
+                              .serve_speed = {1.0, 1.5},
+                              .match = {12, 3}};
   EXPECT_EQ(game_settings(scene), expected);
 }
 
@@ -78,13 +81,25 @@ TEST(PingPongSettings, ABatIsHeavierThanTheBall) {
   EXPECT_NE(check(setting_schema(), values).error().message.find("0 (held fast)"), std::string::npos);
 }
 
+TEST(PingPongSettings, AMatchHasWholeNumbers) {
+  auto values = initial();
+  values.set("match.level", 2.5);
+  EXPECT_EQ(check(setting_schema(), values).error().message,
+            "match.level: is 2.5, a whole number is expected");
+  values.set("match.level", 6.0);
+  EXPECT_FALSE(check(setting_schema(), values));
+}
+
 TEST(PingPongSettings, APersonBeginsWithSlowServes) {
   auto values = initial();
   ease_for_a_person(values);
   EXPECT_EQ(values.range("ball.serve_speed_m_s"), (std::array{2.0, 2.3}));
+  EXPECT_EQ(game_settings(values).match, (MatchSettings{20, 1}));
+  values.set("match.serves", 0.0);
   values.set("ball.serve_speed_m_s", std::vector<double>{2.6, 3.0});  // asked for faster ones
   ease_for_a_person(values);
   EXPECT_EQ(values.range("ball.serve_speed_m_s"), (std::array{2.6, 2.6}));
+  EXPECT_EQ(game_settings(values).match.serves, 0) << "a match would have serves of its own";
 }
 
 TEST(PingPongSettings, ASceneOfAnotherReleaseIsRefusedInWords) {

@@ -120,14 +120,18 @@ TEST_F(LabChannel, CarriesEverySampleUnchanged) {
   const auto hand = LabHand::open(client);
   ASSERT_TRUE(hand.has_value());
   EXPECT_FALSE(server->take_hand_target().has_value());
-  const device::HandTarget target{Point<World>{v3()}, v3(), q()};
+  device::HandTarget target{Point<World>{v3()}, v3(), q(), true};
   (*hand)->move_to(target);
   const auto taken = server->take_hand_target();
   ASSERT_TRUE(taken.has_value());
   EXPECT_EQ(taken->tip.m, target.tip.m);
   EXPECT_EQ(taken->velocity, target.velocity);
   EXPECT_EQ(taken->R_world_tip.coeffs(), target.R_world_tip.coeffs());
+  EXPECT_TRUE(taken->head_still);
   EXPECT_FALSE(server->take_hand_target().has_value());  // taken is taken
+  target.head_still = false;
+  (*hand)->move_to(target);
+  EXPECT_FALSE(server->take_hand_target()->head_still);
 }
 
 TEST_F(LabChannel, ACameraGivesTheNewestImageOnceAndNoneThatIsTooLarge) {

@@ -205,11 +205,11 @@ std::optional<device::TrackerSample> unpack(const TrackerWire& wire) {
 }
 
 HandWire pack(const device::HandTarget& target) {
-  return {array(target.tip.m), array(target.velocity), array(target.R_world_tip)};
+  return {array(target.tip.m), array(target.velocity), array(target.R_world_tip), target.head_still ? 1 : 0};
 }
 std::optional<device::HandTarget> unpack(const HandWire& wire) {
   const device::HandTarget target{Point<World>{vector(wire.tip)}, vector(wire.velocity),
-                                  quaternion(wire.rotation)};
+                                  quaternion(wire.rotation), wire.head_still != 0};
   const bool sound =
       target.tip.m.allFinite() && target.velocity.allFinite() && target.R_world_tip.coeffs().allFinite();
   return sound ? std::optional(target) : std::nullopt;

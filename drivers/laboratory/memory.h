@@ -20,7 +20,7 @@
 namespace palpate::drivers::laboratory {
 
 inline constexpr std::uint64_t kMagic = 0x62616c2d70616c70;  // "plap-lab" as it lies in memory
-inline constexpr std::uint32_t kVersion = 7;
+inline constexpr std::uint32_t kVersion = 8;
 inline constexpr std::size_t kPeers = 16;
 inline constexpr std::uint32_t kImageSlots = 4;
 // After this long without a heartbeat a process is silent; it is gone when it has ended, or after this much
@@ -50,6 +50,7 @@ struct TrackerWire {
 struct HandWire {
   std::array<double, 3> tip{}, velocity{};
   std::array<double, 4> rotation{};  // w x y z
+  std::int64_t head_still = 0;
 };
 struct TimecodeWire {
   std::int64_t sent_ns = 0, code_ns = 0;  // sent: CLOCK_MONOTONIC

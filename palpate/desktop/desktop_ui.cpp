@@ -228,6 +228,7 @@ KeysInUse DesktopUi::keys_in_use() const {
           .program = options_.mouse && options_.scripted_player,
           .view = static_cast<bool>(options_.outside),
           .looks = static_cast<bool>(options_.next_look),
+          .head = options_.mouse && options_.simulated_head,
           .explores = explores_,
           .handling = handling_};
 }
@@ -245,6 +246,13 @@ void DesktopUi::program_or_person(Instant<GraphicsClock> now) {
   left_ = leader_->let_go(now);
   person_plays_ = false;
   moved_px_ = 0.0;
+}
+
+void DesktopUi::hold_head(Instant<GraphicsClock> now) {
+  if (!keys_in_use().head) return say("The head is your own here", now);
+  const bool still = leader_->turn_head_still();
+  if (!person_plays_) return say("The head moves while the program plays", now);
+  say(still ? "The head is kept still. K: it moves again" : "The head moves again. K: it is kept still", now);
 }
 
 bool DesktopUi::obey(Key key, Instant<GraphicsClock> now, transport::StateLink& link) {
@@ -270,6 +278,9 @@ bool DesktopUi::obey(Key key, Instant<GraphicsClock> now, transport::StateLink& 
                 ? fmt::format("The {} swings by itself. S: it only goes where you push it", handling_.held)
                 : fmt::format("The {} only goes where you push it. S: it swings by itself", handling_.held),
             now);
+      break;
+    case Key::head:
+      hold_head(now);
       break;
     case Key::full_screen:
       screen_->toggle_full_screen();

@@ -40,6 +40,7 @@ struct DesktopUiOptions {
   // A frame as it is seen from the side, and the eye it is seen with; none: it cannot be turned there.
   std::function<const render::OutsidePicture&(const server::graphics::FrameRecord&)> outside;
   render::Viewpoint outside_viewpoint;
+  bool simulated_head = false;  // moves with the hand's device, and can be held still
   // Draws in the next of several ways from now on, and says in which; none: there is one way alone.
   std::function<std::optional<std::string>()> next_look{};
 };
@@ -109,6 +110,7 @@ class DesktopUi {
             const DesktopUiOptions& options);
   bool obey(Key key, Instant<GraphicsClock> now, transport::StateLink& link);
   void program_or_person(Instant<GraphicsClock> now);
+  void hold_head(Instant<GraphicsClock> now);
   KeysInUse keys_in_use() const;
   void take_over(Instant<GraphicsClock> now);
   void take_picture(const server::graphics::FrameRecord& frame);

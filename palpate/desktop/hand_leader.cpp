@@ -69,6 +69,12 @@ void HandLeader::synchronised(const ClockModel<GraphicsClock, PhysicsClock>& phy
   physics_time_ = physics_time;
 }
 
+bool HandLeader::turn_head_still() {
+  const std::lock_guard lock(mutex_);
+  head_still_ = !head_still_;
+  return head_still_;
+}
+
 std::optional<bool> HandLeader::turn_help() {
   const std::lock_guard lock(mutex_);
   if (!assist_) return std::nullopt;
@@ -93,8 +99,14 @@ device::HandTarget HandLeader::step(Instant<GraphicsClock> now) {
   return led(now);
 }
 
-// Where the person leads the hand, or the stroke that helps them.
 device::HandTarget HandLeader::led(Instant<GraphicsClock> now) {
+  device::HandTarget target = led_by_hand_or_stroke(now);
+  target.head_still = head_still_;
+  return target;
+}
+
+// Where the person leads the hand, or the stroke that helps them.
+device::HandTarget HandLeader::led_by_hand_or_stroke(Instant<GraphicsClock> now) {
   const double t = now.seconds();
   const device::HandTarget target = hand_.act(t);
   if (!assist_ || !helped_ || !eye_ || !physics_time_) return target;

@@ -40,6 +40,8 @@ class HandLeader {
   void show(const scene::SceneState& state);
   void synchronised(const ClockModel<GraphicsClock, PhysicsClock>& physics_time);
 
+  // The simulated person's head, on or off; whether it is held still from now on.
+  bool turn_head_still();
   // On or off; whether it helps from now on. Nothing where there is none.
   std::optional<bool> turn_help();
   // From here on, until let_go(). Without a place: wherever the mouse has it.
@@ -52,12 +54,13 @@ class HandLeader {
 
  private:
   void run(device::HandDevice& device, MonotonicClock<GraphicsClock> clock);
-  device::HandTarget led(Instant<GraphicsClock> now);  // mutex_ held
+  device::HandTarget led(Instant<GraphicsClock> now);  // mutex_ held, as below
+  device::HandTarget led_by_hand_or_stroke(Instant<GraphicsClock> now);
 
   std::mutex mutex_;
   MouseHand hand_;
   std::unique_ptr<scene::InputAssist> assist_;
-  bool helped_ = true, leads_ = false, left_ = false, right_ = false;
+  bool head_still_ = false, helped_ = true, leads_ = false, left_ = false, right_ = false;
   std::optional<Vector3> eye_;  // World; none: it is not known where the picture stands
   std::optional<ClockModel<GraphicsClock, PhysicsClock>> physics_time_;
   std::atomic<bool> done_{false};

@@ -52,6 +52,20 @@ class StubbornAssist : public scene::InputAssist {
   std::vector<scene::Led>& asked_;
 };
 
+TEST(HandLeader, SaysWithEachTargetWhetherTheHeadIsHeldStill) {
+  std::vector<scene::Led> asked;
+  HandLeader leader(MouseHand(leaders_camera(), leaders_settings()), std::make_unique<StubbornAssist>(asked));
+  leader.look_through(leaders_camera(), kLeadersPose);
+  leader.synchronised({});
+  const auto now = Instant<GraphicsClock>::from_seconds(1.0);
+  EXPECT_FALSE(leader.step(now).head_still);
+  EXPECT_TRUE(leader.turn_head_still());
+  EXPECT_TRUE(leader.step(now).head_still) << "in a stroke, too";
+  EXPECT_EQ(asked.size(), 2u);
+  EXPECT_FALSE(leader.turn_head_still());
+  EXPECT_FALSE(leader.step(now).head_still);
+}
+
 TEST(HandLeader, GoesOnWhileTheOneWhoDrawsStandsStill) {
   RecordingHand device;
   const MonotonicClock<GraphicsClock> clock;

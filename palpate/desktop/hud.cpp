@@ -42,6 +42,7 @@ std::vector<KeyHelp> key_help(const KeysInUse& uses) {
   add(uses.program, "A", fmt::format("let the program {}, take the {} back", plays, held));
   add(uses.strokes, "S", "strokes by themselves, or only by pushing");
   add(uses.looks, "L", "draw it in another way");
+  add(uses.head, "K", "keep the head still, move it again");
   add(uses.view, "V", "see it from the side, see it with your own eyes");
   add(true, "F11", "full screen");
   add(true, "?", "this list");
@@ -145,7 +146,6 @@ const std::vector<Panel>& Hud::lay_out(const HudContent& content, Size framebuff
       lines.push_back(lines.empty() ? Text{line, size * 3 / 2, kWhite} : Text{line, size, kGrey});
     return box_of(lines, kGround, size / 2);
   });
-  put(kScore, edge, edge);
 
   std::vector<std::string> figures;
   if (content.pictures_per_s) figures.push_back(fmt::format("{:.0f} pictures/s", *content.pictures_per_s));
@@ -167,6 +167,8 @@ const std::vector<Panel>& Hud::lay_out(const HudContent& content, Size framebuff
                             content.force_n < kGone * content.last_force_n);
   renew(kForce, signature, [&] { return force_bar(content, small); });
   put(kForce, edge, framebuffer.height - high(kForce) - edge);
+  // Above the force, at the lower edge: what moves comes from above.
+  put(kScore, edge, panels_[kForce].y - high(kScore) - (high(kForce) > 0 ? edge : 0));
 
   const int hint_width = framebuffer.width - wide(kForce) - 4 * edge;
   renew(kHint, content.hint.empty() ? "" : fmt::format("{} {} {}", sized, hint_width, content.hint), [&] {

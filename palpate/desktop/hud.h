@@ -20,6 +20,7 @@ namespace palpate::desktop {
 struct KeysInUse {
   bool mouse = true, strokes = true, program = true, view = true;
   bool looks = false;     // there are several ways to draw it
+  bool head = false;      // it is a simulated one, and can be held still
   bool explores = false;  // the mouse leads the tip over a surface and presses it
   scene::Handling handling;
 };

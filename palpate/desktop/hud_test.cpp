@@ -64,6 +64,8 @@ TEST_P(HudSizes, LaysScoreAndFiguresAndForceSideBySide) {
            q.y + q.canvas.height <= p.y;
   };
   EXPECT_TRUE(apart(Hud::kScore, Hud::kFigures));
+  EXPECT_TRUE(apart(Hud::kScore, Hud::kForce));
+  EXPECT_TRUE(apart(Hud::kScore, Hud::kHint));
   EXPECT_TRUE(apart(Hud::kScore, Hud::kWarnings));
   EXPECT_TRUE(apart(Hud::kFigures, Hud::kWarnings));
   EXPECT_TRUE(apart(Hud::kForce, Hud::kHint));
@@ -161,6 +163,8 @@ TEST(KeyHelp, ListsOnlyKeysThatDoSomething) {
             "Mouse Wheel, Up, Down Left, right button Space P R S V F11 ? Q, Esc ");
   EXPECT_EQ(keys({.mouse = false, .strokes = false, .program = false, .view = false, .handling = kRacket}),
             "Space P R F11 ? Q, Esc ");
+  EXPECT_EQ(keys({.program = false, .head = true, .handling = kRacket}),
+            "Mouse Wheel, Up, Down Left, right button Space P R S K V F11 ? Q, Esc ");
   EXPECT_EQ(keys({.strokes = false}), "Mouse Wheel, Up, Down Left, right button P R A V F11 ? Q, Esc ");
 }
 

@@ -213,6 +213,9 @@ struct Window::Impl {
       case 'l':
       case 'L':
         return input.keys.push_back(Key::look);
+      case 'k':
+      case 'K':
+        return input.keys.push_back(Key::head);
       case 'v':
       case 'V':
         return input.keys.push_back(Key::view);

@@ -31,6 +31,7 @@ enum class Key {
   strokes,
   view,
   look,
+  head,
   full_screen,
   help,
   quit,

@@ -151,6 +151,7 @@ struct HandTarget {
   Point<World> tip;
   Vector3 velocity = Vector3::Zero();  // m/s
   Quaternion R_world_tip = Quaternion::Identity();
+  bool head_still = false;  // the simulated person keeps the head still meanwhile
 };
 
 class HandDevice {

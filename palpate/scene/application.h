@@ -126,6 +126,8 @@ class SceneView {
   // Ways in which it can be drawn, as a person calls them, the usual one first; empty: there is one.
   virtual std::vector<std::string> looks() const { return {}; }
   virtual void set_look(std::size_t /*which*/) {}
+  // The one of these that suits a person at a window, who has one eye and no depth to go by.
+  virtual std::size_t look_at_window() const { return 0; }
   // The state carried on by `ahead`, for a picture of the near future. Bodies move on steadily; an
   // application whose bodies fall or meet others says so itself, and never guesses beyond a contact.
   virtual SceneState predict(const SceneState& state, Duration ahead) const {

@@ -31,13 +31,37 @@ void HeadMotion::change(bool around, double t) {
   changed_ = t;
 }
 
+double HeadMotion::OwnTime::rate(double t) const {
+  return rate_before + (rate_after - rate_before) * std::clamp((t - since) / kRest, 0.0, 1.0);
+}
+
+double HeadMotion::OwnTime::at(double t) const {
+  const double slowing = std::clamp(t - since, 0.0, kRest);
+  return then + 0.5 * (rate_before + rate(t)) * slowing + rate_after * (t - since - slowing);
+}
+
+void HeadMotion::hold_still(bool still, double t) {
+  const double rate = still ? 0.0 : 1.0;
+  if ((own_time_ ? own_time_->rate_after : 1.0) == rate) return;
+  const OwnTime next{t, own_time(t), own_time_ ? own_time_->rate(t) : 1.0, rate};
+  own_time_before_ = own_time_;
+  own_time_ = next;
+}
+
+// Moments just gone by may lie before the last change.
+double HeadMotion::own_time(double t) const {
+  if (own_time_ && t >= own_time_->since) return own_time_->at(t);
+  return own_time_before_ ? own_time_before_->at(t) : t;
+}
+
 double HeadMotion::share_around(double t) const {
   const double s = std::clamp((t - changed_) / kChange, 0.0, 1.0);
   const double smooth = s * s * s * (10.0 - 15.0 * s + 6.0 * s * s);
   return share_at_change_ + ((around_ ? 1.0 : 0.0) - share_at_change_) * smooth;
 }
 
-Pose<World, CameraOptical> HeadMotion::in_use(double t) const {
+Pose<World, CameraOptical> HeadMotion::in_use(double true_time) const {
+  const double t = own_time(true_time);
   const auto straight = looking(eye_, look_at_);
   const Vector3 ahead = straight.rotation * Vector3::UnitZ();
   const Quaternion turn(Eigen::AngleAxisd(turn_ * wave(turn_hz_, t), Vector3::UnitY()));

@@ -258,7 +258,8 @@ std::vector<std::string> arm_summary(const ArmFindings& found, const Json& json)
   std::string unseen;
   for (const auto& name : found.estimate.unobservable) unseen += (unseen.empty() ? "" : ", ") + name;
   if (!unseen.empty())
-    lines.push_back("hardly seen by these data, mean nothing by themselves (held by the prior alone): " + unseen);
+    lines.push_back("hardly seen by these data, mean nothing by themselves (held by the prior alone): " +
+                    unseen);
   for (const auto& warning : found.warnings) lines.push_back("warning: " + warning);
   return lines;
 }

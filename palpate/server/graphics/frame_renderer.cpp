@@ -18,7 +18,7 @@ constexpr int kLostForGood = 3;
 // images.
 constexpr int kLookForOther = 2, kLookAgain = 90;
 
-constexpr double kOutline = 0.0025;  // m, radius
+constexpr double kOutline = 0.0025;       // m, radius
 constexpr double kRehearsedAbove = 0.05;  // m, over the table: whatever casts a shadow casts one
 const Vector3 kRehearsedFrom(0.0, 0.4, 0.4);
 
@@ -197,6 +197,11 @@ std::optional<std::string> FrameRenderer::next_look() {
   look_ = (look_ + 1) % looks.size();
   scene_view_->set_look(look_);
   return looks[look_];
+}
+
+void FrameRenderer::draw_for_window() {
+  look_ = scene_view_->look_at_window();
+  scene_view_->set_look(look_);
 }
 
 bool FrameRenderer::lost() const { return rig_.board && lost_ >= kLostForGood; }

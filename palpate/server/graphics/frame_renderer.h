@@ -63,6 +63,8 @@ class FrameRenderer : public FramePipeline {
   }
   // Draws in the next of the view's ways from now on; its name. None where there is one way alone.
   std::optional<std::string> next_look();
+  // In the way that suits a person at a window.
+  void draw_for_window();
   bool has_looks() const { return scene_view_->looks().size() > 1; }
   // A drawn frame as seen from the side (outside_view.h), of the size of the camera's picture; drawn once for
   // each frame, when it is first asked for. Valid until the next frame is asked for.

@@ -167,8 +167,8 @@ TEST(FrameRenderer, ARehearsalDrawsEverythingAndLeavesNothing) {
     std::vector<std::string> stages;
     rehearsed.watch_stages([&](const char* stage) { stages.emplace_back(stage); });
     rehearsed.rehearse();
-    EXPECT_EQ(stages, (std::vector<std::string>{"scene", "shadows", "background", "upload", "layer", "over", "read",
-                                                "captions"}));
+    EXPECT_EQ(stages, (std::vector<std::string>{"scene", "shadows", "background", "upload", "layer", "over",
+                                                "read", "captions"}));
     FrameRecord after = frame_at(kBall), alone = frame_at(kBall);
     rehearsed.draw(kEven, nullptr, after);
     fresh.draw(kEven, nullptr, alone);

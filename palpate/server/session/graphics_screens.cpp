@@ -28,6 +28,7 @@ Expected<void> GraphicsScreens::open_windows(const transport::ServerPlace& place
   const auto from_outside = [this](const graphics::FrameRecord& frame) -> const render::OutsidePicture& {
     return side_.renderer()->outside(frame);
   };
+  if (options_.mouse) side_.renderer()->draw_for_window();
   std::function<std::optional<std::string>()> next_look;
   if (side_.renderer()->has_looks()) next_look = [this] { return side_.renderer()->next_look(); };
   auto opened =
@@ -39,6 +40,7 @@ Expected<void> GraphicsScreens::open_windows(const transport::ServerPlace& place
                                 .two_eyes = side_.devices().right_camera() != nullptr,
                                 .outside = from_outside,
                                 .outside_viewpoint = side_.renderer()->outside_viewpoint(),
+                                .simulated_head = side_.devices().live_camera() == nullptr,
                                 .next_look = next_look});
   if (!opened) return tl::unexpected(opened.error());
   ui_ = std::move(*opened);

@@ -268,6 +268,7 @@ void SimPerson::play(const device::HandTarget& target, double t) {
     head_.look(t);
     playing_ = true;
   }
+  head_.hold_still(target.head_still, t);
   played_ = target;
   played_at_ = t;
 }
