@@ -31,6 +31,9 @@ Expected<void> play(PlayArguments& options) {
   options.play.graphics.applications = known_applications();
   auto chosen = world_of("", options.play.graphics.applications);
   if (!chosen) return tl::unexpected(chosen.error());
+  // What the person sets counts more.
+  const auto* played = options.play.graphics.applications.find(options.play.application);
+  if (played != nullptr && played->ease_for_a_person) played->ease_for_a_person(chosen->settings);
   if (auto fine = apply(options.settings, options.play.graphics.applications, options.play.application,
                         chosen->settings);
       !fine)
