@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "applications/pingpong/ball_world.h"
 #include "applications/pingpong/looks.h"
@@ -24,19 +23,7 @@ scene::TriangleMesh half_blade(const GameSettings& game, double side) {
 
 constexpr double kRimRadius_m = 0.004, kStringRadius_m = 0.0006, kStringsApart_m = 0.015;
 
-// Both in the blade's plane, in the Bat frame.
-scene::TriangleMesh rim_of(const GameSettings& game) {
-  constexpr int kParts = 36;
-  const auto at = [&](int i) -> Vector3 {
-    const double angle = 2.0 * std::numbers::pi * i / kParts;
-    return (game.bat_radius - kRimRadius_m) * Vector3(std::cos(angle), 0.0, std::sin(angle));
-  };
-  scene::TriangleMesh mesh;
-  for (int i = 0; i < kParts; ++i)
-    scene::append(mesh, scene::cylinder_mesh(at(i), at(i + 1), kRimRadius_m, 8));
-  return mesh;
-}
-
+// In the blade's plane, in the Bat frame.
 scene::TriangleMesh strings_of(const GameSettings& game) {
   const double within = game.bat_radius - kRimRadius_m;
   const int each_side = static_cast<int>((within - kRimRadius_m) / kStringsApart_m);
@@ -57,7 +44,7 @@ PingPongView::PingPongView(const scene::SceneDescription& scene)
       ball_(scene::sphere_mesh(game_.ball_radius)),
       front_(half_blade(game_, 1.0)),
       back_(half_blade(game_, -1.0)),
-      rim_(rim_of(game_)),
+      rim_(scene::ring_mesh(game_.bat_radius - kRimRadius_m, kRimRadius_m)),
       strings_(strings_of(game_)) {
   // From the stylus tip to a little inside the blade; the tip is where the bat's offset leads back to.
   constexpr double kHandleRadius = 0.011, kInside = 0.010;

@@ -1,5 +1,9 @@
-// What touch looks like: the organ, the tip where it rests on it, the stylus, and the force. Graphics thread.
+// What touch looks like: the organ, the tip where it rests on it, the stylus; where it touches, a ring on the surface
+// and a line along the force on the hand, both larger the larger the force. The real arm's end hides the tip, but not
+// these. Graphics thread.
 #pragma once
+
+#include <array>
 
 #include "applications/touch/organ.h"
 #include "palpate/scene/application.h"
@@ -13,10 +17,13 @@ class TouchView : public scene::SceneView {
   std::vector<std::string> captions(const scene::SceneState& state) const override;
 
  private:
+  static constexpr std::size_t kForces = 16;  // steps of the force that is drawn
+  void add_contact(const scene::SceneState& state, std::vector<scene::DrawItem>& items) const;
   TouchView(const scene::SceneDescription& scene, const scene::TriangleMesh& touched);
   scene::TriangleMesh organ_, tip_, plinth_;
   Pose<World, Organ> X_world_rest_;
   scene::TriangleMesh stylus_;
+  std::array<scene::TriangleMesh, kForces> rings_, lines_;  // axis y, from the contact on
 };
 
 }  // namespace palpate::applications::touch

@@ -337,9 +337,25 @@ TEST(TouchView, DrawsTheTipOnTheSurfaceWhereTheHandIsBeneath) {
   EXPECT_EQ(scene_view.draw(bench.state).size(), 4u) << "surface, plinth, tip, stylus";
   bench.go_to(bench.top - Vector3(0, 0.002, 0), 0.2);
   const auto items = scene_view.draw(bench.state);
-  ASSERT_EQ(items.size(), 4u);
+  ASSERT_EQ(items.size(), 6u) << "and ring and line of the contact";
   EXPECT_EQ(items[2].look, kTouchingTipLook);
   EXPECT_GT(items[2].position.y(), bench.at().y() + 0.003);
+  // They begin where it touches and stand along the force, farther out the stronger it is.
+  const auto reach = [](const scene::DrawItem& item) {
+    double farthest = 0.0;
+    for (const auto& v : item.mesh->vertices) farthest = std::max(farthest, v.norm());
+    return farthest;
+  };
+  const Vector3 force(bench.state.continuous.force.data());
+  for (std::size_t i : {4u, 5u}) {
+    EXPECT_LT((items[i].position - Vector3(bench.state.continuous.point.data())).norm(), 1e-12);
+    EXPECT_LT((items[i].rotation * Vector3::UnitY() - force.normalized()).norm(), 1e-9);
+  }
+  scene::SceneState stronger = bench.state;
+  for (double& component : stronger.continuous.force) component *= 1.6;
+  const auto larger = scene_view.draw(stronger);
+  EXPECT_GT(reach(larger[4]), reach(items[4]));
+  EXPECT_GT(reach(larger[5]), reach(items[5]));
   EXPECT_EQ(scene_view.captions(bench.state).size(), 2u);
 }
 

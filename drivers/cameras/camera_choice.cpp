@@ -25,9 +25,11 @@ Expected<Choice> parse_choice(std::string_view text) {
 }
 
 Expected<void> check_settings(const Choice& choice, const CameraSettings& settings) {
-  if ((choice.kind == Kind::images || choice.kind == Kind::video) &&
-      (settings.rate_hz != 0.0 || settings.exposure_s || settings.gain || !settings.pixel_format.empty() ||
-       settings.stamp_at || settings.readout_s != 0.0))
+  const bool recorded = choice.kind == Kind::images || choice.kind == Kind::video;
+  if (settings.loop && !recorded)
+    return wrong_use("a camera has no end to begin again at; leave --camera-loop to images: and video:");
+  if (recorded && (settings.rate_hz != 0.0 || settings.exposure_s || settings.gain ||
+                   !settings.pixel_format.empty() || settings.stamp_at || settings.readout_s != 0.0))
     return wrong_use(
         "a recording has no exposure, gain, rate, format or stamp to set; leave those options out");
   if (settings.exposure_s && !(*settings.exposure_s >= 1e-6 && *settings.exposure_s <= 10.0))
@@ -51,11 +53,11 @@ std::unique_ptr<FrameSource> make_source(const Choice& choice, const CameraSetti
     case Kind::v4l2:
       return make_v4l2_source(choice.which, settings);
     case Kind::images:
-      return make_folder_source(choice.which);
+      return make_folder_source(choice.which, settings.loop);
     case Kind::video:
       break;
   }
-  return make_video_source(choice.which);
+  return make_video_source(choice.which, settings.loop);
 }
 
 Expected<std::unique_ptr<LiveCamera>> open_camera(const CameraRequest& request) {

@@ -39,12 +39,12 @@ cv::Mat read_picture(const std::filesystem::path& file) {
 // What folder and video have in common: the pace.
 class Recording : public FrameSource {
  public:
-  explicit Recording(std::string name) : name_(std::move(name)) {}
+  Recording(std::string name, bool loop) : name_(std::move(name)), loop_(loop) {}
   const std::string& name() const override { return name_; }
 
   Outcome wait(Duration longest) override {
     if (!ready_) {
-      ready_ = next();
+      ready_ = next_or_first();
       if (!ready_) return {Outcome::Kind::ended, {}, {}};
     }
     if (!begun_ns_) begun_ns_ = player_ns(), first_ns_ = ready_->frame.mid_exposure_ns;
@@ -64,16 +64,48 @@ class Recording : public FrameSource {
     return outcome;
   }
 
-  void close() override { ready_.reset(), begun_ns_.reset(); }
+  void close() override {
+    ready_.reset(), begun_ns_.reset(), before_.reset();
+    later_ns_ = 0, more_ = 0;
+  }
   bool keeps_its_own_pace() const override { return true; }
 
  protected:
   // The next frame's time and number, its picture left in coming_; nothing at the end.
   virtual std::optional<Outcome> next() = 0;
+  // The first one is the next again; false where it cannot be had.
+  virtual bool rewind() = 0;
   cv::Mat coming_;
 
  private:
+  static constexpr std::int64_t kLoneIntervalNs = 33'333'333;  // where there is one picture alone
+
+  std::optional<Outcome> next_or_first() {
+    auto outcome = next();
+    if (!outcome && loop_ && before_ && rewind()) {
+      outcome = next();
+      if (!outcome) return std::nullopt;
+      later_ns_ = before_->mid_exposure_ns + interval_ns_ - outcome->frame.mid_exposure_ns;
+      more_ = before_->number + 1 - outcome->frame.number;
+    }
+    if (!outcome) return std::nullopt;
+    outcome->frame.mid_exposure_ns += later_ns_;
+    outcome->frame.number += more_;
+    if (before_ && outcome->frame.mid_exposure_ns > before_->mid_exposure_ns)
+      interval_ns_ = outcome->frame.mid_exposure_ns - before_->mid_exposure_ns;
+    before_ = Before{outcome->frame.mid_exposure_ns, outcome->frame.number};
+    return outcome;
+  }
+
+  struct Before {
+    std::int64_t mid_exposure_ns = 0;
+    std::uint64_t number = 0;
+  };
   std::string name_;
+  bool loop_;
+  std::optional<Before> before_;
+  std::int64_t interval_ns_ = kLoneIntervalNs, later_ns_ = 0;
+  std::uint64_t more_ = 0;
   std::optional<Outcome> ready_;
   cv::Mat shown_;
   std::optional<std::int64_t> begun_ns_;
@@ -82,8 +114,8 @@ class Recording : public FrameSource {
 
 class FolderSource : public Recording {
  public:
-  explicit FolderSource(std::filesystem::path folder)
-      : Recording("images:" + folder.string()), folder_(std::move(folder)) {}
+  FolderSource(std::filesystem::path folder, bool loop)
+      : Recording("images:" + folder.string(), loop), folder_(std::move(folder)) {}
 
   Expected<CameraFacts> try_open() override {
     auto images = read_stamps(folder_);
@@ -113,6 +145,10 @@ class FolderSource : public Recording {
   }
 
  private:
+  bool rewind() override {
+    at_ = 0;
+    return true;
+  }
   std::optional<Outcome> next() override {
     if (at_ == images_.size()) return std::nullopt;
     const auto& image = images_[at_++];
@@ -135,8 +171,8 @@ class FolderSource : public Recording {
 
 class VideoSource : public Recording {
  public:
-  explicit VideoSource(std::filesystem::path file)
-      : Recording("video:" + file.string()), file_(std::move(file)) {}
+  VideoSource(std::filesystem::path file, bool loop)
+      : Recording("video:" + file.string(), loop), file_(std::move(file)) {}
 
   Expected<CameraFacts> try_open() override {
     std::error_code ignored;
@@ -168,6 +204,11 @@ class VideoSource : public Recording {
   }
 
  private:
+  bool rewind() override {
+    video_.release();
+    number_ = 0, last_ns_ = -1;
+    return video_.open(file_.string(), cv::CAP_FFMPEG);
+  }
   std::optional<Outcome> next() override {
     cv::Mat picture;
     if (!video_.read(picture) || picture.empty()) return std::nullopt;
@@ -244,10 +285,10 @@ Expected<std::vector<RecordedImage>> read_stamps(const std::filesystem::path& fo
   return images;
 }
 
-std::unique_ptr<FrameSource> make_folder_source(std::filesystem::path folder) {
+std::unique_ptr<FrameSource> make_folder_source(std::filesystem::path folder, bool loop) {
   return std::make_unique<FolderSource>(std::move(folder));
 }
-std::unique_ptr<FrameSource> make_video_source(std::filesystem::path file) {
+std::unique_ptr<FrameSource> make_video_source(std::filesystem::path file, bool loop) {
   return std::make_unique<VideoSource>(std::move(file));
 }
 

@@ -1,7 +1,8 @@
 // Recordings as a camera: a folder of images with a table of their times, or a video.
 //
 // Each picture comes when as much time has passed since the first one as between their stamps, so that the
-// rest runs at the pace of the recording. Stamps are the recording's own, taken as mid-exposure.
+// rest runs at the pace of the recording. Stamps are the recording's own, taken as mid-exposure. With `loop` the first
+// picture follows the last one, as long after it as that after the one before it; stamps and numbers go on rising.
 //
 // A folder is one of palpate/device/recorded_images.h. A video has the times of its
 // container. Refused at opening: no table, no image, times that do not rise, an image that is not there. Said
@@ -20,8 +21,8 @@ namespace palpate::drivers::cameras {
 
 using device::kStampsFile;
 
-std::unique_ptr<FrameSource> make_folder_source(std::filesystem::path folder);
-std::unique_ptr<FrameSource> make_video_source(std::filesystem::path file);
+std::unique_ptr<FrameSource> make_folder_source(std::filesystem::path folder, bool loop = false);
+std::unique_ptr<FrameSource> make_video_source(std::filesystem::path file, bool loop = false);
 
 struct RecordedImage {
   std::filesystem::path file;

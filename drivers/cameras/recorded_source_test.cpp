@@ -72,6 +72,42 @@ TEST_F(Recorded, ImagesComeInOrderWithTheirOwnStampsAndCounts) {
   EXPECT_EQ(source->wait(std::chrono::seconds(1)).kind, Outcome::Kind::ended);
 }
 
+TEST_F(Recorded, LoopedItBeginsAgainWithStampsAndNumbersThatGoOn) {
+  image("a.png", 16, 8, 50), image("b.png", 16, 8, 51);
+  stamps("image,time_s,frame\na.png,5.00,7\nb.png,5.02,9\n");
+  const auto source = make_folder_source(folder_.path(), true);
+  ASSERT_TRUE(source->open());
+  std::vector<int> values;
+  std::vector<std::uint64_t> numbers;
+  std::vector<std::int64_t> times;
+  for (int i = 0; i < 5;) {
+    const auto outcome = source->wait(std::chrono::seconds(1));
+    if (outcome.kind == Outcome::Kind::nothing) continue;
+    ASSERT_EQ(outcome.kind, Outcome::Kind::frame);
+    values.push_back(outcome.frame.picture.bytes[0]);
+    numbers.push_back(outcome.frame.number);
+    times.push_back(outcome.frame.mid_exposure_ns);
+    ++i;
+  }
+  EXPECT_EQ(values, (std::vector<int>{50, 51, 50, 51, 50}));
+  EXPECT_EQ(numbers, (std::vector<std::uint64_t>{7, 9, 10, 12, 13}));
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(times[i], 5'000'000'000 + static_cast<int>(i) * 20'000'000);
+}
+
+TEST_F(Recorded, ALoneImageLoopedComesAsOftenAsAFilm) {
+  image("a.png", 16, 8, 50);
+  stamps("image,time_s\na.png,1\n");
+  const auto source = make_folder_source(folder_.path(), true);
+  ASSERT_TRUE(source->open());
+  std::vector<std::int64_t> times;
+  while (times.size() < 3) {
+    const auto outcome = source->wait(std::chrono::seconds(1));
+    if (outcome.kind == Outcome::Kind::frame) times.push_back(outcome.frame.mid_exposure_ns);
+  }
+  EXPECT_EQ(times[1] - times[0], 33'333'333);
+  EXPECT_EQ(times[2] - times[1], 33'333'333);
+}
+
 TEST_F(Recorded, ALongPauseBetweenTwoImagesDoesNotBeginItAnew) {
   image("a.png", 16, 8, 1), image("b.png", 16, 8, 2);
   const double pause_s = 0.3 + to_seconds(std::max(LiveCamera::kOpenAnew, LiveCamera::kFirstPicture));
@@ -157,6 +193,16 @@ TEST_F(Recorded, AVideoHasTheTimesOfItsContainer) {
     ++i;
   }
   EXPECT_EQ(source->wait(std::chrono::seconds(1)).kind, Outcome::Kind::ended);
+  const auto looped = make_video_source(file, true);
+  ASSERT_TRUE(looped->open());
+  for (int i = 0; i < 8;) {
+    const auto outcome = looped->wait(std::chrono::seconds(1));
+    if (outcome.kind == Outcome::Kind::nothing) continue;
+    ASSERT_EQ(outcome.kind, Outcome::Kind::frame) << outcome.words;
+    EXPECT_EQ(outcome.frame.mid_exposure_ns, i * 20'000'000) << i;
+    EXPECT_NEAR(outcome.frame.picture.bytes[3000], 40 * (i % 6), 3);
+    ++i;
+  }
   std::ofstream(folder_ / "text.mp4") << "no film";
   EXPECT_NE(make_video_source(folder_ / "text.mp4")->open().error().message.find("cannot be read as a video"),
             std::string::npos);

@@ -344,6 +344,7 @@ void DesktopUi::look(Instant<GraphicsClock> now, transport::StateLink& link,
     link.ask_status();
   }
   Standing c;
+  c.felt = !options_.mouse;
   for (const auto& condition : conditions) c.devices.push_back(condition.words);
   if (headset_trouble_) c.devices.push_back(*headset_trouble_);
   const auto silence = link.since_last_word();

@@ -11,7 +11,9 @@ constexpr double kGone_s = 0.25;  // without its cause a warning stands so long,
 using device::ForceFault;
 using device::ForceState;
 
-std::string forces_words(const device::ForceCondition& forces, const std::string& culprit) {
+std::string forces_words(const device::ForceCondition& forces, const std::string& culprit, bool felt) {
+  if (forces.fault == ForceFault::overspeed && !felt)
+    return "Too fast: the force rests until the hand has been calm for half a second";
   if (forces.fault == ForceFault::overspeed)
     return "The hand was too fast and forces are off: they come back when it has been calm for half a second";
   if (forces.fault == ForceFault::arm_unchecked)
@@ -56,7 +58,7 @@ void Warnings::look(double now, const Standing& c) {
              weak = c.forces && c.forces->state == ForceState::degraded;
   // A loop that stood still for a tick heals before anybody could read of it.
   judge(Trouble::forces, now, !physics && (off || weak), off ? 0.0 : kBlip_s,
-        off || weak ? forces_words(*c.forces, c.culprit) : std::string());
+        off || weak ? forces_words(*c.forces, c.culprit, c.felt) : std::string());
   judge(Trouble::refusal, now, !c.refusal.empty(), 0.0,
         fmt::format("The physics server refuses: {}", c.refusal));
 }

@@ -45,6 +45,12 @@ std::vector<Case> cases() {
        "off: they come back"},
       {Trouble::forces,
        [](Standing& c, double) {
+         c.forces = ForceCondition{ForceState::safe, ForceFault::overspeed};
+         c.felt = false;
+       },
+       "Too fast: the force rests"},
+      {Trouble::forces,
+       [](Standing& c, double) {
          c.forces = ForceCondition{ForceState::safe, ForceFault::arm_unchecked};
        },
        "off: nobody has checked"},

@@ -62,7 +62,26 @@ GLFWmonitor* screen_of(GLFWwindow* window) {
   return screen_at(x + width / 2, y + height / 2);
 }
 
-// In the middle of another screen, or in the lower right corner of the one there is.
+// Side by side on the one screen there is; where they do not fit, the one that is looked at by others shrinks to what
+// is left, but not below a quarter of the screen's width.
+void place_side_by_side(GLFWwindow* window, GLFWwindow* first, GLFWmonitor* screen) {
+  int x = 0, y = 0, width = 0, height = 0, wide = 0, high = 0, first_x = 0, first_y = 0, first_wide = 0,
+      first_high = 0;
+  glfwGetMonitorWorkarea(screen, &x, &y, &width, &height);
+  glfwGetWindowSize(window, &wide, &high);
+  glfwGetWindowSize(first, &first_wide, &first_high);
+  glfwGetWindowPos(first, &first_x, &first_y);
+  const int left = std::max(width - first_wide, width / 4);
+  if (wide > left) {
+    high = high * left / wide;
+    wide = left;
+    glfwSetWindowSize(window, wide, high);
+  }
+  glfwSetWindowPos(first, x, std::max(first_y, y));
+  glfwSetWindowPos(window, x + width - wide, y + std::max(0, height - high));
+}
+
+// In the middle of another screen, or beside the first one; that one keeps the keys.
 void place_beside(GLFWwindow* window, GLFWwindow* first) {
   int count = 0;
   GLFWmonitor** screens = glfwGetMonitors(&count);
@@ -71,11 +90,11 @@ void place_beside(GLFWwindow* window, GLFWwindow* first) {
   for (int i = 0; i < count; ++i)
     if (screens[i] != taken) free = screens[i];
   if (free == nullptr) return;
+  if (free == taken) return place_side_by_side(window, first, free);
   int x = 0, y = 0, width = 0, height = 0, wide = 0, high = 0;
   glfwGetMonitorWorkarea(free, &x, &y, &width, &height);
   glfwGetWindowSize(window, &wide, &high);
-  const int part = free == taken ? 1 : 2;
-  glfwSetWindowPos(window, x + std::max(0, (width - wide) / part), y + std::max(0, (height - high) / part));
+  glfwSetWindowPos(window, x + std::max(0, (width - wide) / 2), y + std::max(0, (height - high) / 2));
 }
 
 Expected<GLFWwindow*> make_window(const std::string& title, Size size, bool visible) {
@@ -269,6 +288,7 @@ Expected<std::unique_ptr<Window>> Window::open(const std::string& title, Size si
     place_beside(window, beside->impl_->window);
     glfwSetWindowAttrib(window, GLFW_FOCUS_ON_SHOW, GLFW_FALSE);
     glfwShowWindow(window);
+    glfwFocusWindow(beside->impl_->window);
     return std::unique_ptr<Window>(new Window(std::move(impl)));
   }
   if (GLFWcursor* cross = glfwCreateStandardCursor(GLFW_CROSSHAIR_CURSOR)) glfwSetCursor(window, cross);

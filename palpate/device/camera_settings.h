@@ -26,6 +26,7 @@ struct CameraSettings {
   std::optional<StampAt> stamp_at;
   double readout_s = 0.0;  // time in which the rows are read out
   bool rolling = false;    // shutter
+  bool loop = false;       // a recording begins again at its end
 };
 
 }  // namespace palpate::device

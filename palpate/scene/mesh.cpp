@@ -85,6 +85,17 @@ TriangleMesh cylinder_mesh(const Vector3& a, const Vector3& b, double radius, in
   return prism(a, b, radius * u, radius * v, segments);
 }
 
+TriangleMesh ring_mesh(double radius, double wire_radius, int segments) {
+  if (segments < 3) throw std::invalid_argument("mesh: a ring needs 3 segments");
+  const auto at = [&](int i) -> Vector3 {
+    const double angle = 2.0 * std::numbers::pi * (i % segments) / segments;
+    return radius * Vector3(std::cos(angle), 0.0, std::sin(angle));
+  };
+  TriangleMesh mesh;
+  for (int i = 0; i < segments; ++i) append(mesh, cylinder_mesh(at(i), at(i + 1), wire_radius, 8));
+  return mesh;
+}
+
 TriangleMesh box_mesh(const Vector3& low, const Vector3& high) {
   TriangleMesh mesh;
   for (int i = 0; i < 8; ++i) {  // bit 0 = x, 1 = y, 2 = z

@@ -59,6 +59,10 @@ TriangleMesh sphere_mesh(double radius, int rings = 24, int segments = 48);
 // Closed cylinder from a to b.
 TriangleMesh cylinder_mesh(const Vector3& a, const Vector3& b, double radius, int segments = 20);
 
+// A ring of a round wire in the x-z plane, centred at the origin, axis y; `radius`: of the wire's middle. `segments`
+// straight, closed pieces.
+TriangleMesh ring_mesh(double radius, double wire_radius, int segments = 36);
+
 // Axis-aligned box.
 TriangleMesh box_mesh(const Vector3& low, const Vector3& high);
 

@@ -76,6 +76,7 @@ class Window(LaboratoryTest):
         self.window = self.desktop.window("Palpate")
         self.desktop.resize(self.window, *size)
         self.sees(lambda: self.look().share((0, 0, *size), black) < 0.2, "the window shows the camera's picture")
+        self.desktop.press("l")  # from strings to a blade, which fills the places that are looked at
 
     def look(self):
         return self.desktop.picture(self.window)
@@ -110,6 +111,11 @@ class Window(LaboratoryTest):
             self.sees(lambda: self.bat_is_at(*place), f"the bat goes to {place[0]}")
             other = there if place == here else here
             self.assertFalse(self.bat_is_at(other[0], other[1]))
+        # Strings, as it had at first: the table is seen through them.
+        self.desktop.press("l")
+        self.sees(lambda: self.look().share((here[0] - 30, here[1] - 20, 60, 40), blue) > 0.5, "the bat has strings")
+        self.desktop.press("l")
+        self.sees(lambda: self.bat_is_at(*here), "the bat has a blade again")
         # `A` gives the bat back to the program, which goes on from there without frightening the arm; and takes it again.
         self.desktop.press("a")
         self.sees(lambda: not self.bat_is_at(*here), "the program has the bat")

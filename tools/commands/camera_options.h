@@ -13,7 +13,7 @@ namespace palpate::tools::commands {
 struct CameraOptions {
   double exposure_ms = 0.0, gain = 0.0, rate_hz = 0.0, readout_ms = 0.0;
   std::string format, stamp;
-  bool rolling = false;
+  bool rolling = false, loop = false;
   CLI::Option *has_exposure = nullptr, *has_gain = nullptr;
 };
 
@@ -35,6 +35,7 @@ inline void add_camera_options(CLI::App& command, CameraOptions& options) {
   command.add_option("--camera-readout-ms", options.readout_ms, "Time in which its rows are read out")
       ->default_val(0.0);
   command.add_flag("--camera-rolling", options.rolling, "It has a rolling shutter");
+  command.add_flag("--camera-loop", options.loop, "images: and video: begin again at their end");
 }
 
 // Wrong use: a text that names no real camera, settings out of range.
@@ -50,6 +51,7 @@ inline Expected<device::CameraRequest> camera_request(const device::DriverRegist
   settings.rate_hz = options.rate_hz;
   settings.readout_s = options.readout_ms * 1e-3;
   settings.rolling = options.rolling;
+  settings.loop = options.loop;
   settings.pixel_format = options.format;
   if (options.stamp == "exposure-start")
     settings.stamp_at = device::StampAt::exposure_start;
