@@ -34,6 +34,7 @@ TouchView::TouchView(const scene::SceneDescription& scene) : TouchView(scene, to
 
 TouchView::TouchView(const scene::SceneDescription& scene, const scene::TriangleMesh& touched)
     : organ_(drawn_mesh(scene)),
+      look_(surface_look(surface_settings(scene).colour)),
       tip_(scene::sphere_mesh(Settings{}.tip_radius)),
       plinth_(plinth_under(scene, touched)),
       X_world_rest_(resting_place(scene, touched)),
@@ -61,7 +62,7 @@ std::vector<scene::DrawItem> TouchView::draw(const scene::SceneState& state) con
   std::vector<scene::DrawItem> items;
   if (state.body_count <= kProxy) return items;
   const auto& organ = state.bodies[kOrgan];
-  items.push_back({&organ_, kOrganLook, organ.q(), organ.p(), true});
+  items.push_back({&organ_, look_, organ.q(), organ.p(), true});
   if (!plinth_.triangles.empty())
     items.push_back({&plinth_, kWoodLook, X_world_rest_.rotation, X_world_rest_.translation, true});
   const auto& tip = state.bodies[kProxy];

@@ -20,7 +20,9 @@ class TouchView : public scene::SceneView {
   static constexpr std::size_t kForces = 16;  // steps of the force that is drawn
   void add_contact(const scene::SceneState& state, std::vector<scene::DrawItem>& items) const;
   TouchView(const scene::SceneDescription& scene, const scene::TriangleMesh& touched);
-  scene::TriangleMesh organ_, tip_, plinth_;
+  scene::TriangleMesh organ_;
+  scene::Look look_;
+  scene::TriangleMesh tip_, plinth_;
   Pose<World, Organ> X_world_rest_;
   scene::TriangleMesh stylus_;
   std::array<scene::TriangleMesh, kForces> rings_, lines_;  // axis y, from the contact on

@@ -1,14 +1,24 @@
 #include "applications/touch/settings.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <array>
 #include <stdexcept>
 
+#include "applications/touch/looks.h"
 #include "applications/touch/touch.h"
 
 namespace palpate::applications::touch {
 namespace {
 
 constexpr NumberRange kFrictions{0.0, 2.0};
+
+std::vector<std::string> colour_names() {
+  std::vector<std::string> names;
+  for (const auto& colour : kColours) names.emplace_back(colour.name);
+  return names;
+}
 
 std::vector<scene::SettingField> fields() {
   // There the reference arm reaches all round.
@@ -19,7 +29,9 @@ std::vector<scene::SettingField> fields() {
         scene::number_field("touch", "damping_n_s_m", 2.0, {0.0, kMostDamping}, "Along the normal"),
         scene::number_field("touch", "static_friction", 0.4, kFrictions,
                             "Sideways over normal force, until it slides"),
-        scene::number_field("touch", "friction", 0.3, kFrictions, "While it slides")})
+        scene::number_field("touch", "friction", 0.3, kFrictions, "While it slides"),
+        scene::choice_field("touch", "colour", std::string(kColours.front().name), colour_names(),
+                            "Of the surface in the picture")})
     all.push_back(field);
   return all;
 }
@@ -63,6 +75,14 @@ std::vector<scene::ApplicationOption> options() {
                  .help = "plain, bone or soft-tissue; the settings of [touch] hold the numbers",
                  .choices = {"plain", "bone", "soft-tissue"},
                  .apply = set_material});
+  all.push_back(
+      {.name = "--colour",
+       .help = "Of the surface in the picture: " + fmt::format("{}", fmt::join(colour_names(), ", ")),
+       .choices = colour_names(),
+       .apply = [](const std::string& name, scene::SettingValues& values) -> Expected<void> {
+         values.set("touch.colour", name);
+         return {};
+       }});
   return all;
 }
 
@@ -72,6 +92,7 @@ SurfaceSettings surface_settings(const scene::SettingValues& values) {
   surface.damping = values.number("touch.damping_n_s_m");
   surface.static_friction = values.number("touch.static_friction");
   surface.friction = values.number("touch.friction");
+  surface.colour = values.text("touch.colour");
   return surface;
 }
 

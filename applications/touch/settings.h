@@ -16,7 +16,8 @@ struct SurfaceSettings : scene::ChosenMesh {  // without one: the organ that is 
   double stiffness = 600.0;                   // N/m, along all directions
   double damping = 2.0;                       // N s/m, along the normal
   double static_friction = 0.4,
-         friction = 0.3;  // tangential over normal force: until it slides, while it does
+         friction = 0.3;       // tangential over normal force: until it slides, while it does
+  std::string colour = "red";  // one of looks.h
 };
 
 const scene::SettingSchema& setting_schema();
@@ -24,7 +25,7 @@ SurfaceSettings surface_settings(const scene::SettingValues& values);
 // Of a scene that comes from anywhere. Throws std::invalid_argument where its payload is not as the schema
 // has it; scene::from_payload() says so beforehand.
 SurfaceSettings surface_settings(const scene::SceneDescription& scene);
-// --mesh, --unit and --material.
+// --mesh, --unit, --turn-deg, --material and --colour.
 std::vector<scene::ApplicationOption> options();
 // Fills what the scene says of touch: the bare stylus, the bodies, the mesh to be read, the payload.
 void describe(const scene::SettingValues& values, scene::SceneDescription& scene);

@@ -70,10 +70,20 @@ TEST(TouchSettings, OptionsOfTheCommandLineGoOverTheValues) {
   const auto unit_alone = say("--unit", "m");
   ASSERT_FALSE(unit_alone);
   EXPECT_EQ(unit_alone.error().message, "--unit m: no mesh is named; say which with --mesh FILE");
+  EXPECT_EQ(say("--turn-deg", "-90,0,0").error().message,
+            "--turn-deg -90,0,0: no mesh is named; say which with --mesh FILE");
   ASSERT_TRUE(say("--mesh", "liver.stl"));
   EXPECT_EQ(values.text("touch.mesh"), (std::filesystem::current_path() / "liver.stl").string());
   ASSERT_TRUE(say("--unit", "m"));
   EXPECT_EQ(values.text("touch.unit"), "m");
+  ASSERT_TRUE(say("--turn-deg", "-90,0,12.5"));
+  EXPECT_EQ(values.at("touch.turn_deg").value, scene::SettingValue(std::vector<double>{-90.0, 0.0, 12.5}));
+  for (const std::string wrong : {"", "1,2", "1,2,3,4", "1,2,x", "1,,3", "1,2,3 ", "nan,0,0", "0,0,361"})
+    EXPECT_FALSE(say("--turn-deg", wrong)) << wrong;
+  ASSERT_TRUE(say("--colour", "bone"));
+  scene::SceneDescription scene;
+  describe(values, scene);
+  EXPECT_EQ(surface_settings(scene).colour, "bone");
   for (const std::string material : {"plain", "bone", "soft-tissue"}) {
     ASSERT_TRUE(say("--material", material));
     EXPECT_TRUE(check(setting_schema(), values)) << material;

@@ -329,6 +329,18 @@ TEST(TouchView, DrawsWhatIsFeltToAFractionOfAMillimetre) {
   EXPECT_LT(worst, 1.5e-4) << "m, across the surface";
 }
 
+TEST(TouchView, TheSurfaceHasTheColourThatIsSet) {
+  Bench bench;
+  bench.step();
+  for (const auto& [name, look] : kColours) {
+    scene::SceneDescription scene = table_for_tests();
+    auto values = scene::from_payload(setting_schema(), scene.settings).value();
+    values.set("touch.colour", std::string(name));
+    describe(values, scene);
+    EXPECT_EQ(TouchView(scene).draw(bench.state)[0].look, look) << name;
+  }
+}
+
 TEST(TouchView, DrawsTheTipOnTheSurfaceWhereTheHandIsBeneath) {
   Bench bench;
   bench.step();

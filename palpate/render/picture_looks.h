@@ -17,7 +17,7 @@ inline constexpr scene::Look kFurnitureLook{{0.10f, 0.10f, 0.105f}, 0.01f, 0.05f
 // Real things in a view from outside: level surfaces, upright ones, the arm, registered bodies.
 inline constexpr scene::Look kLevelLook{{0.13f, 0.20f, 0.30f}, 0.0f, 0.0f, 0.0f};
 inline constexpr scene::Look kUprightLook{{0.42f, 0.42f, 0.40f}, 0.0f, 0.0f, 0.0f};
-inline constexpr scene::Look kArmLook{{0.055f, 0.055f, 0.060f}, 0.02f, 0.10f, 0.06f};
+inline constexpr scene::Look kArmLook{{0.17f, 0.175f, 0.19f}, 0.02f, 0.10f, 0.06f};
 inline constexpr scene::Look kBodyLook{{0.55f, 0.50f, 0.45f}, 0.01f, 0.05f, 0.02f};
 
 }  // namespace palpate::render

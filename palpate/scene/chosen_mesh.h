@@ -1,5 +1,5 @@
 // A mesh that people may choose instead of an application's own, and where it stands: the settings mesh, unit, scale,
-// turn_deg and shift_mm of the application's section, its options --mesh and --unit, and what the scene says of it.
+// turn_deg and shift_mm of the application's section, its options --mesh, --unit and --turn-deg, and what the scene says of it.
 //
 // Values; SI. Any thread. Errors: std::out_of_range for values of a schema without these settings.
 #pragma once
@@ -24,7 +24,7 @@ struct ChosenMesh {
 // `help`: of the file; `shift_mm`: where it stands at first; `on`: what lifts it from the table.
 std::vector<SettingField> mesh_fields(const std::string& section, const std::string& help,
                                       const Vector3& shift_mm, const std::string& on);
-// --mesh and --unit, the first with this help.
+// --mesh, --unit and --turn-deg, the first with this help.
 std::vector<ApplicationOption> mesh_options(const std::string& section, const std::string& help);
 ChosenMesh chosen_mesh(const SettingValues& values, const std::string& section);
 // The mesh to be read, if one is named; nothing else of the scene.
