@@ -16,6 +16,7 @@
 #include "palpate/core/text.h"
 #include "tools/commands/command.h"
 #include "tools/commands/guests.h"
+#include "tools/commands/help_page.h"
 #include "tools/commands/program.h"
 #include "tools/commands/program_options.h"
 
@@ -187,6 +188,7 @@ int run_program(int argc, char** argv, const std::function<void(plugin::Guests&)
     program.set_version_flag("--version", PALPATE_VERSION);
     describe_program_options(program);
     add_commands(program);
+    describe_help(program);
     return run_command(program, std::move(words));
   } catch (const std::exception& error) {
     tell_error(error.what());
