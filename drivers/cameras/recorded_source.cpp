@@ -286,10 +286,10 @@ Expected<std::vector<RecordedImage>> read_stamps(const std::filesystem::path& fo
 }
 
 std::unique_ptr<FrameSource> make_folder_source(std::filesystem::path folder, bool loop) {
-  return std::make_unique<FolderSource>(std::move(folder));
+  return std::make_unique<FolderSource>(std::move(folder), loop);
 }
 std::unique_ptr<FrameSource> make_video_source(std::filesystem::path file, bool loop) {
-  return std::make_unique<VideoSource>(std::move(file));
+  return std::make_unique<VideoSource>(std::move(file), loop);
 }
 
 }  // namespace palpate::drivers::cameras
