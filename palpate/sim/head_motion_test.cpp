@@ -7,7 +7,7 @@ namespace palpate::sim {
 namespace {
 
 HeadMotion reference_head() {
-  config::WorldFile world;
+  config::WorldFile world = config::reference_world();
   world.head.turn_peak = 0.5;
   return {world, Vector3(0.3, 0.0, 0.3)};
 }
