@@ -28,24 +28,24 @@ class Servers(LaboratoryTest):
         graphics.send(signal.SIGINT)
         self.says_no(graphics.ends(), 1, "stopped before the physics server answered")
 
-    def rig_with_table(self, change):
+    def rig_with_table(self, name, change):
         """A copy of the rig whose table lies elsewhere: `change` of its first corner, or of its name, as the file has them."""
         text = self.read("rig.toml").decode()
         table = next(part for part in text.split("[[surface]]") if 'name = "table"' in part)
-        return self.write("other.toml", text.replace(table, change(table)))
+        return self.write(name, text.replace(table, change(table)))
 
     def rig_moved_by(self, mm):
         def moved(table):
             corner = re.search(r"corner_mm = \[([^\]]*)\]", table)
             x, y, z = (float(number) for number in corner.group(1).split(","))
             return table.replace(corner.group(0), f"corner_mm = [{x + mm}, {y}, {z}]")
-        return self.rig_with_table(moved)
+        return self.rig_with_table(f"moved_by_{mm}.toml", moved)
 
     def test_graphics_with_another_rig_than_physics_is_refused_or_warned(self):
         self.start_world()
         self.start_physics()
         self.says_no(self.run_program("graphics", "--rig", self.rig_moved_by(300)), 1, "has another rig", "'table' lies 300 mm from where it lies here", "both servers need the same rig file")
-        for rig, words in ((self.rig_moved_by(5), "'table' lies 5 mm"), (self.rig_with_table(lambda table: table.replace('"table"', '"desk"')), "'desk' is missing there, 'table' is missing here")):
+        for rig, words in ((self.rig_moved_by(5), "'table' lies 5 mm"), (self.rig_with_table("desk.toml", lambda table: table.replace('"table"', '"desk"')), "'desk' is missing there, 'table' is missing here")):
             graphics = self.start("graphics", "--rig", rig)
             self.assertTrue(graphics.says(READY["graphics"]), graphics.lines())
             self.assertTrue(graphics.says(words + " from where it lies here; both servers need the same rig file" if "mm" in words else words), graphics.lines())

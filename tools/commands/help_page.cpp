@@ -73,6 +73,10 @@ class HelpPage : public CLI::Formatter {
     return row(make_option_name(option, positional) + make_option_opts(option), make_option_desc(option));
   }
 
+  std::string make_description(const CLI::App* command) const override {
+    return broken(command->get_description(), 0) + '\n';
+  }
+
   std::string make_subcommand(const CLI::App* command) const override {
     return row(command->get_display_name(), command->get_description());
   }
@@ -86,29 +90,37 @@ class HelpPage : public CLI::Formatter {
     if (kind == "FLOAT" || kind == "INT" || kind == "UINT")
       return expected.empty() ? "NUMBER" : "NUMBER " + expected;
     if (kind != "TEXT") return type;
-    if (!expected.empty()) return expected;
+    if (!expected.empty()) return CLI::detail::find_and_replace(expected, ", ", "|");
     for (const auto& name : option.get_lnames())
       for (const Named& known : kTakes)
         if (name == known.name) return std::string(known.takes);
     return "WORD";
   }
 
-  // What stands left, and its words beside it or, where that is too long, below, broken between words.
+  // What stands left, and its words beside it or, where that is too long, below.
   static std::string row(const std::string& left, const std::string& words) {
-    std::string page = "  " + left;
-    std::string line(page.size() + 2 > kColumn ? 0 : kColumn - page.size(), ' ');
-    if (line.empty() && !words.empty()) page += '\n', line.assign(kColumn, ' ');
+    const std::string name = "  " + left, column(kColumn, ' ');
+    const std::string begun = name.size() + 2 > kColumn ? name + (words.empty() ? "" : '\n' + column)
+                                                        : name + column.substr(name.size());
+    return begun + broken(words, kColumn) + '\n';
+  }
+
+  // Between words, so that a line that begins with `indent` blanks fits.
+  static std::string broken(const std::string& words, std::size_t indent) {
     std::istringstream stream(words);
-    std::size_t at = kColumn;
+    std::string lines;
+    std::size_t at = indent;
     for (std::string word; stream >> word;) {
-      if (at > kColumn && at + 1 + word.size() > kWidth) {
-        line += '\n' + std::string(kColumn, ' ');
-        at = kColumn;
+      const bool first = at == indent;
+      if (!first && at + 1 + word.size() > kWidth) {
+        lines += '\n' + std::string(indent, ' ') + word;
+        at = indent + word.size();
+        continue;
       }
-      line += (at > kColumn ? " " : "") + word;
-      at += (at > kColumn ? 1 : 0) + word.size();
+      lines += (first ? "" : " ") + word;
+      at += (first ? 0 : 1) + word.size();
     }
-    return page + line + '\n';
+    return lines;
   }
 };
 
