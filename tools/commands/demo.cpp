@@ -6,6 +6,7 @@
 
 #include "palpate/desktop/window.h"
 #include "palpate/headset/headset.h"
+#include "tools/commands/build_info.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/guests.h"
@@ -149,6 +150,7 @@ Expected<void> show_demo(DemoArguments& options) {
   demo.record = options.record.file;
   if (options.record.pictures != "none") demo.recorded_pictures = options.record.pictures;
   demo.command = command_line(options);
+  demo.build = build_info();
   std::error_code ignored;
   demo.program = std::filesystem::read_symlink("/proc/self/exe", ignored);
   const bool display = std::getenv("DISPLAY") != nullptr && *std::getenv("DISPLAY") != '\0';

@@ -18,6 +18,7 @@
 #include "tools/demo/demo_raw.h"
 #include "tools/demo/demo_report.h"
 #include "tools/demo/demo_summary.h"
+#include "tools/demo/provenance.h"
 #include "tools/demo/realtime_run.h"
 #include "tools/demo/snapshot_selector.h"
 
@@ -117,6 +118,7 @@ class Demo {
   const scene::ApplicationSpec& application_;
   scene::SceneDescription scene_;  // without surfaces until the rig is calibrated
   std::filesystem::path raw_, rig_path_, world_path_;
+  Provenance provenance_;
   Progress progress_;
   sim::CameraRenderer renderer_;  // outlives the world, which holds on to it
   sim::Simulator world_;
@@ -141,6 +143,7 @@ Demo::Demo(const DemoOptions& options, scene::SceneDescription settings,
       raw_(options.out / "raw"),
       rig_path_(options.out / "rig.toml"),
       world_path_(options.out / "world.toml"),
+      provenance_(options.build),
       progress_(phases()),
       world_(options.world, options.seed),
       rig_(evaluation::blank_rig(options.world)) {
@@ -312,6 +315,7 @@ Expected<DemoResult> Demo::write_report() {
   if (!summary) return tl::unexpected(summary.error());
   (*summary)["pictures"] = captions_;
   if (realtime_) (*summary)["realtime"] = *realtime_;
+  (*summary)["made"] = provenance_.told(realtime_.value_or(Json()));
   if (auto done = write_json(options_.out / "summary.json", *summary); !done)
     return tl::unexpected(done.error());
   if (auto done = write_demo_report(options_.out, options_.applications); !done)

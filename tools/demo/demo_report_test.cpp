@@ -173,6 +173,22 @@ TEST_F(DemoReport, JudgesADisparityUnderTheBodysName) {
   EXPECT_EQ(disparities[0]["verdict"], "falls short");
 }
 
+TEST_F(DemoReport, TellsWhatMadeItsFiguresAndOnWhatMachine) {
+  Json told = summary();
+  told["made"] = {{"version", "0.1.0"}, {"commit", "3d8d93f1"}, {"compiler", "Clang 14"}, {"options", "Release"},
+                  {"date", "2026-11-28T16:00:00Z"}, {"processor", "of a test"}, {"cores", 2},
+                  {"kernel", "Linux 6.1"}, {"load_before", 0.4}, {"renderer", "llvmpipe"},
+                  {"scheduling", "SCHED_FIFO priority 80"}};
+  write("summary.json", told.dump());
+  for (const char* words : {"palpate 0.1.0, commit 3d8d93f1", "Clang 14 (Release)", "2026-11-28T16:00:00Z",
+                            "of a test, 2 cores", "Linux 6.1", "llvmpipe", "SCHED_FIFO priority 80", "0.40 when"})
+    EXPECT_NE(page().find(words), std::string::npos) << words;
+  told["made"]["commit"] = nullptr;
+  told["made"]["load_before"] = nullptr;
+  write("summary.json", told.dump());
+  EXPECT_NE(page().find("commit not known"), std::string::npos);
+}
+
 TEST_F(DemoReport, RefusesAMissingOrBrokenSummaryAndABrokenTable) {
   EXPECT_EQ(write_demo_report(folder_ / "nowhere", kApplications).error().exit_code(), 2);
   write("raw/frames.csv", "a,b\n1\n");

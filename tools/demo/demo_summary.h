@@ -34,7 +34,7 @@ struct DemoOutcome {
   const scene::PlayRecord& record;
 };
 
-// Everything but "pictures" and "realtime". Refused where the application's part has a key that is the system's.
+// Everything but "pictures", "realtime" and "made". Refused where the application's part has a key that is the system's.
 Expected<Json> demo_summary(const DemoOutcome& outcome);
 
 // The five plain lines a demo ends with. `of_the_play`: the application's.
