@@ -103,6 +103,7 @@ Expected<void> choose_world(DemoArguments& options) {
 }
 
 constexpr double kMostQuickPictures = 110.0;
+constexpr double kToFindTheMouse_s = 10.0;  // a person reads what the window says first
 
 void choose_length(DemoArguments& options) {
   auto& demo = options.demo;
@@ -157,6 +158,7 @@ Expected<void> show_demo(DemoArguments& options) {
   if (display && !options.headless && !options.two_hosts) {
     const auto possible = desktop::Window::possible();
     demo.window = possible.has_value();
+    if (demo.window) demo.realtime_s = std::max(demo.realtime_s, kToFindTheMouse_s);
     if (!possible) notice(possible.error().message + "; the demo goes on without");
   }
   const auto done = demo::run_demo(demo);

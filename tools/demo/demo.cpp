@@ -315,6 +315,8 @@ Expected<DemoResult> Demo::write_report() {
   if (!summary) return tl::unexpected(summary.error());
   (*summary)["pictures"] = captions_;
   if (realtime_) (*summary)["realtime"] = *realtime_;
+  for (const auto& line : own_game(*summary, *record_))
+    (*summary)["realtime"]["own_game"].push_back(line.text);
   (*summary)["made"] = provenance_.told(realtime_.value_or(Json()));
   if (auto done = write_json(options_.out / "summary.json", *summary); !done)
     return tl::unexpected(done.error());

@@ -189,6 +189,16 @@ TEST_F(DemoReport, TellsWhatMadeItsFiguresAndOnWhatMachine) {
   EXPECT_NE(page().find("commit not known"), std::string::npos);
 }
 
+TEST_F(DemoReport, HasACardOfThePersonsOwnGame) {
+  EXPECT_EQ(page().find("Your own game"), std::string::npos);
+  Json told = summary();
+  told["realtime"]["own_game"] = {"6 of 12 serves returned"};
+  write("summary.json", told.dump());
+  const std::string html = page();
+  EXPECT_NE(html.find("Your own game"), std::string::npos);
+  EXPECT_NE(html.find("6 of 12 serves returned"), std::string::npos);
+}
+
 TEST_F(DemoReport, RefusesAMissingOrBrokenSummaryAndABrokenTable) {
   EXPECT_EQ(write_demo_report(folder_ / "nowhere", kApplications).error().exit_code(), 2);
   write("raw/frames.csv", "a,b\n1\n");

@@ -35,7 +35,7 @@ class PageNames : public PlayFolderTest {
         "renderer": "llvmpipe", "scheduling": "SCHED_FIFO priority 80"},
       "realtime": {"overlay": {"world_px_rms": 0.1, "tip_px_rms_in_time": 0.2, "tip_px_rms_late": 3},
         "force": {"lost_impulse_rel": 0.001, "machine_stalls": 2, "longest_machine_stall_ms": 7.5,
-                  "outages_in_machine_stalls": 1, "trips_in_machine_stalls": 0}, "headset": {"frames": 272, "with_picture": 257, "rate_hz": 90, "losses": 0, "age_ms": {"median": 90}}, "predicted": {"tip": {"shown": {"rms_mm": 0.6}, "registered": {"rms_mm": 9}}}, "photon_to_photon": {"median_ms": 60, "p99_ms": 70, "instrument_error_ms": 0.5},
+                  "outages_in_machine_stalls": 1, "trips_in_machine_stalls": 0}, "own_game": ["6 of 12 serves returned"], "headset": {"frames": 272, "with_picture": 257, "rate_hz": 90, "losses": 0, "age_ms": {"median": 90}}, "predicted": {"tip": {"shown": {"rms_mm": 0.6}, "registered": {"rms_mm": 9}}}, "photon_to_photon": {"median_ms": 60, "p99_ms": 70, "instrument_error_ms": 0.5},
         "haptic": {"ticks": 9991, "missed_in_a_row": 5}}})"));
     all["application"] = application;
     if (application == "another") all.erase("command");
