@@ -109,15 +109,27 @@ TEST_F(DemoReport, ShowsVideoAndPicturesWithTheirCaptions) {
     EXPECT_NE(html.find(carried), std::string::npos) << carried;
 }
 
-TEST_F(DemoReport, ShowsThePictureFromTheSideAfterThreeOthers) {
-  for (const std::string name : {"01", "02", "03", "04", "05", "outside"})
+// Early in a play nothing has been scored yet: what is late shows more, events first, the view from the side last.
+TEST_F(DemoReport, ShowsTheLastEventFirstAndNoPictureTwice) {
+  const auto shown = [this] {
+    std::string names;
+    const Json rows = report()["pictures"];
+    for (const auto& row : rows)
+      for (const auto& picture : row) names += fs::path(picture["file"].get<std::string>()).stem().string() + ' ';
+    return names;
+  };
+  for (const std::string name : {"01-hit", "02-play", "03-hit", "04-play", "05-play", "06-play", "outside"})
     write("pictures/" + name + ".png", name);
-  std::vector<std::string> shown;
-  const Json rows = report()["pictures"];
-  for (const auto& row : rows)
-    for (const auto& picture : row) shown.push_back(picture["file"]);
-  EXPECT_EQ(shown, (std::vector<std::string>{"pictures/01.png", "pictures/02.png", "pictures/03.png",
-                                             "pictures/outside.png"}));
+  EXPECT_EQ(report()["poster"], nullptr) << "without a film";
+  EXPECT_EQ(shown(), "03-hit 05-play 06-play outside ");
+  write("video.mp4", "film");
+  EXPECT_EQ(report()["poster"], "pictures/03-hit.png");
+  EXPECT_EQ(shown(), "01-hit 05-play 06-play outside ");
+  fs::remove(folder_ / "pictures/01-hit.png");
+  fs::remove(folder_ / "pictures/03-hit.png");
+  fs::remove(folder_ / "pictures/outside.png");
+  EXPECT_EQ(report()["poster"], "pictures/06-play.png");
+  EXPECT_EQ(shown(), "02-play 04-play 05-play ");
 }
 
 TEST_F(DemoReport, HasTheApplicationsWordsFiguresSectionsAndTables) {
@@ -187,6 +199,16 @@ TEST_F(DemoReport, TellsWhatMadeItsFiguresAndOnWhatMachine) {
   told["made"]["load_before"] = nullptr;
   write("summary.json", told.dump());
   EXPECT_NE(page().find("commit not known"), std::string::npos);
+}
+
+TEST_F(DemoReport, JudgesTheOverlayInRealTimeAsInLockStepAndSaysWhereTheMachineWasTooBusy) {
+  const auto with = [](double px, int without_tracker) -> Json {
+    return {{"realtime", {{"overlay", {{"world_px_rms", px}, {"frames", 270}, {"late", 3}, {"pose_from", {{"none", without_tracker}}}}}}}};
+  };
+  EXPECT_EQ(verdict("realtime_world_overlay", with(0.1, 0)), "holds");
+  EXPECT_EQ(page().find("too busy"), std::string::npos);
+  EXPECT_EQ(verdict("realtime_world_overlay", with(13.3, 2)), "falls short");
+  EXPECT_NE(page().find("Of 270 pictures 2 were drawn before"), std::string::npos);
 }
 
 TEST_F(DemoReport, HasACardOfThePersonsOwnGame) {
