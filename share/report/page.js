@@ -93,7 +93,7 @@
   function layout(plot) {
     const l = {
       font: { family: getComputedStyle(document.body).fontFamily, size: 12.5, color: css('ink') },
-      margin: { l: 50, r: 16, t: 34, b: 50 }, paper_bgcolor: 'rgba(0,0,0,0)', plot_bgcolor: 'rgba(0,0,0,0)', bargap: plot.sideways ? 0.35 : 0.06,
+      margin: { l: 50, r: plot.sideways ? 40 : 16, t: 34, b: 50 }, paper_bgcolor: 'rgba(0,0,0,0)', plot_bgcolor: 'rgba(0,0,0,0)', bargap: plot.sideways ? 0.35 : 0.06,
       legend: { orientation: 'h', x: 0, y: plot.levels.some((v) => v.upright) ? 1.07 : 1.01, yanchor: 'bottom', font: { size: 12 } }, dragmode: touch ? false : 'zoom', hovermode: 'closest',
       xaxis: axis(plot.x, plot.logx, plot.xrange, plot.series.flatMap((s) => s.x)),
       yaxis: axis(plot.y, plot.logy, plot.yrange, plot.series.flatMap((s) => s.y)), shapes: [], annotations: [],
@@ -151,6 +151,8 @@
       low[k] = step * Math.floor(low[k] / step);
       high[k] = step * Math.ceil(high[k] / step);
     }
+    const ends = [0, 1, 2].map((k) => `${'xyz'[k]} from ${written(low[k])} to ${written(high[k])}`).join(', ');
+    canvas.setAttribute('aria-label', `${canvas.getAttribute('aria-label')}; ${ends} ${data.unit}`);
     const middle = low.map((v, k) => (v + high[k]) / 2);
     const half = high.map((v, k) => Math.max(1e-9, (v - low[k]) / 2));
     const radius = Math.hypot(...half);
@@ -200,7 +202,7 @@
       // As large as the box allows at this tilt, whichever way it is turned.
       const wide = Math.hypot(half[order[0]], half[order[2]]);
       const tall = Math.cos(tilt) * half[order[1]] + Math.abs(Math.sin(tilt)) * wide;
-      const scale = Math.min((0.5 * width - 46) / wide, (0.5 * height - 36) / tall);
+      const scale = Math.min((0.5 * width - 58) / wide, (0.5 * height - 36) / tall);
       const see = (p) => {
         const [r, u, f] = order.map((k) => p[k] - middle[k]);
         const x = Math.cos(turn) * r - Math.sin(turn) * f, d = Math.sin(turn) * r + Math.cos(turn) * f;

@@ -266,7 +266,7 @@ TEST_F(DemoReport, IsDrawnByABrowserWithoutANetwork) {
                   " --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --host-resolver-rules='MAP "
                   "* ~NOTFOUND' "
                   "--user-data-dir='{0}/profile' "
-                  "--virtual-time-budget=20000 --dump-dom 'file://{0}/report.html' 2> /dev/null",
+                  "--virtual-time-budget=20000 --enable-logging=stderr --dump-dom 'file://{0}/report.html' 2>&1",
                   folder_.string());
   std::FILE* pipe = ::popen(command.c_str(), "r");
   ASSERT_NE(pipe, nullptr);
@@ -278,6 +278,9 @@ TEST_F(DemoReport, IsDrawnByABrowserWithoutANetwork) {
   // page.js counts what it has drawn: 10 plots and 2 clouds; an error in drawing would leave the mark out.
   EXPECT_NE(dom.find("data-drawn=\"12\""), std::string::npos);
   EXPECT_NE(dom.find("class=\"main-svg\""), std::string::npos);
+  EXPECT_EQ(dom.find(":CONSOLE"), std::string::npos) << "neither an error nor plotly's complaint of margins";
+  // The pivot's points reach to 92, 119 and 92 mm: the box around them ends at round numbers.
+  EXPECT_NE(dom.find("x from -100 to 100, y from 70 to 120, z from -100 to 100 mm"), std::string::npos);
 }
 #endif
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tools/demo/play_folder_for_tests.h"
 #include "tools/demo/swing_for_tests.h"
 
@@ -31,6 +33,18 @@ TEST_F(RawFiles, AreListedInTheirOrderWithTheApplicationsAmongThemAndTheUnknownL
   EXPECT_EQ(names, (std::vector<std::string>{"pivot.csv", "truth.json", "haptics.csv", "swing.csv", "realtime_sync.csv",
                                              "trip_4.csv", "own.csv"}));
   EXPECT_EQ(files(nullptr).back()["file"], "swing.csv") << "of an application that is not known";
+}
+
+// Files that few demos write, too; tests/program/raw_files.py looks at the columns of those that one has written.
+TEST(RawFilesPage, DescribesEachFile) {
+  const std::string page = read_file(PALPATE_DATA_DIR "/../docs/raw-files.md").value_or("");
+  for (const auto& [file, holds] : raw_files()) {
+    EXPECT_FALSE(holds.empty()) << file;
+    const std::string name = file.starts_with("trip_") ? "trip_N.csv" : file;
+    const auto told = page.find("\n### " + name + '\n'), first = page.find("\n### " + name + ", "),
+               after = page.find(", " + name);
+    EXPECT_NE(std::min({told, first, after}), std::string::npos) << file;
+  }
 }
 
 }  // namespace
