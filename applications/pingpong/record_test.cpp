@@ -104,7 +104,8 @@ TEST(GameRecord, SaysAtTheEndWhatARallyCounts) {
   EXPECT_EQ(lines[0].text,
             "1 of 2 serves returned to the wall, longest rally 4 returns in a row, peak force 4.7 N");
   summary["match"] = {{"points", 12}, {"level", 2}};
-  EXPECT_TRUE(GameRecord({}).closing_lines(summary)[0].text.ends_with("peak force 4.7 N; 12 points, level 2"));
+  EXPECT_TRUE(
+      GameRecord({}).closing_lines(summary)[0].text.ends_with("peak force 4.7 N; 12 points, level 2"));
 }
 
 TEST(GameRecord, AnExampleShowsTheBallOnTheTableAndTheBatAtTheStylus) {

@@ -399,7 +399,8 @@ std::string DesktopUi::hint(double t) const {
   if (since(said_at_) < kHintStands_s && !said_.empty()) return said_;
   if (options_.mouse && !person_plays_) {
     const double left = end_ && !attended_ ? -since(end_) : 0.0;  // s
-    const std::string who = left > 0.0 ? fmt::format("The program plays, {:.0f} s more", std::ceil(left)) : "The program plays";
+    const std::string who =
+        left > 0.0 ? fmt::format("The program plays, {:.0f} s more", std::ceil(left)) : "The program plays";
     return who + ". Move the mouse to take the " + handling_.held;
   }
   const bool fresh = since(taken_over_) < kHintStands_s || since(begun_) < kHintStands_s;

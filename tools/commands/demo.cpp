@@ -40,7 +40,8 @@ void add_play_options(CLI::App& command, DemoArguments& options) {
   command.add_option("--out", options.demo.out, "Folder for report, summary, pictures, video and raw data")
       ->default_val("./palpate-report");
   command.add_flag("--quick", options.demo.quick,
-                   "A shorter play, under 30 s on an idle machine; too short to judge the share of returned "
+                   "A shorter play, under 30 s on an idle machine without a window; too short to judge the "
+                   "share of returned "
                    "serves");
 }
 

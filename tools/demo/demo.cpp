@@ -247,7 +247,8 @@ Expected<void> Demo::play_in_real_time() {
 }
 
 Expected<void> Demo::play_in_lockstep() {
-  begin(options_.window ? kSecondPlay : kFirstPlay, fmt::format("plays {:g} s in lock-step", options_.seconds));
+  begin(options_.window ? kSecondPlay : kFirstPlay,
+        fmt::format("plays {:g} s in lock-step", options_.seconds));
   auto scene_view = options_.applications.make_view(scene_);
   if (!scene_view) return tl::unexpected(scene_view.error());
   server::graphics::FrameRenderer pictures(rig_, scene_, std::move(*scene_view),

@@ -115,7 +115,8 @@ TEST_F(DemoReport, ShowsTheLastEventFirstAndNoPictureTwice) {
     std::string names;
     const Json rows = report()["pictures"];
     for (const auto& row : rows)
-      for (const auto& picture : row) names += fs::path(picture["file"].get<std::string>()).stem().string() + ' ';
+      for (const auto& picture : row)
+        names += fs::path(picture["file"].get<std::string>()).stem().string() + ' ';
     return names;
   };
   for (const std::string name : {"01-hit", "02-play", "03-hit", "04-play", "05-play", "06-play", "outside"})
@@ -187,13 +188,21 @@ TEST_F(DemoReport, JudgesADisparityUnderTheBodysName) {
 
 TEST_F(DemoReport, TellsWhatMadeItsFiguresAndOnWhatMachine) {
   Json told = summary();
-  told["made"] = {{"version", "0.1.0"}, {"commit", "3d8d93f1"}, {"compiler", "Clang 14"}, {"options", "Release"},
-                  {"date", "2026-11-28T16:00:00Z"}, {"processor", "of a test"}, {"cores", 2},
-                  {"kernel", "Linux 6.1"}, {"load_before", 0.4}, {"renderer", "llvmpipe"},
+  told["made"] = {{"version", "0.1.0"},
+                  {"commit", "3d8d93f1"},
+                  {"compiler", "Clang 14"},
+                  {"options", "Release"},
+                  {"date", "2026-11-28T16:00:00Z"},
+                  {"processor", "of a test"},
+                  {"cores", 2},
+                  {"kernel", "Linux 6.1"},
+                  {"load_before", 0.4},
+                  {"renderer", "llvmpipe"},
                   {"scheduling", "SCHED_FIFO priority 80"}};
   write("summary.json", told.dump());
-  for (const char* words : {"palpate 0.1.0, commit 3d8d93f1", "Clang 14 (Release)", "2026-11-28T16:00:00Z",
-                            "of a test, 2 cores", "Linux 6.1", "llvmpipe", "SCHED_FIFO priority 80", "0.40 when"})
+  for (const char* words :
+       {"palpate 0.1.0, commit 3d8d93f1", "Clang 14 (Release)", "2026-11-28T16:00:00Z", "of a test, 2 cores",
+        "Linux 6.1", "llvmpipe", "SCHED_FIFO priority 80", "0.40 when"})
     EXPECT_NE(page().find(words), std::string::npos) << words;
   told["made"]["commit"] = nullptr;
   told["made"]["load_before"] = nullptr;
@@ -203,7 +212,12 @@ TEST_F(DemoReport, TellsWhatMadeItsFiguresAndOnWhatMachine) {
 
 TEST_F(DemoReport, JudgesTheOverlayInRealTimeAsInLockStepAndSaysWhereTheMachineWasTooBusy) {
   const auto with = [](double px, int without_tracker) -> Json {
-    return {{"realtime", {{"overlay", {{"world_px_rms", px}, {"frames", 270}, {"late", 3}, {"pose_from", {{"none", without_tracker}}}}}}}};
+    return {{"realtime",
+             {{"overlay",
+               {{"world_px_rms", px},
+                {"frames", 270},
+                {"late", 3},
+                {"pose_from", {{"none", without_tracker}}}}}}}};
   };
   EXPECT_EQ(verdict("realtime_world_overlay", with(0.1, 0)), "holds");
   EXPECT_EQ(page().find("too busy"), std::string::npos);
@@ -261,13 +275,13 @@ TEST_F(DemoReport, IsDrawnByABrowserWithoutANetwork) {
   write_raw();
   write_network();
   page();
-  const std::string command =
-      fmt::format(PALPATE_CHROMIUM
-                  " --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --host-resolver-rules='MAP "
-                  "* ~NOTFOUND' "
-                  "--user-data-dir='{0}/profile' "
-                  "--virtual-time-budget=20000 --enable-logging=stderr --dump-dom 'file://{0}/report.html' 2>&1",
-                  folder_.string());
+  const std::string command = fmt::format(
+      PALPATE_CHROMIUM
+      " --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --host-resolver-rules='MAP "
+      "* ~NOTFOUND' "
+      "--user-data-dir='{0}/profile' "
+      "--virtual-time-budget=20000 --enable-logging=stderr --dump-dom 'file://{0}/report.html' 2>&1",
+      folder_.string());
   std::FILE* pipe = ::popen(command.c_str(), "r");
   ASSERT_NE(pipe, nullptr);
   std::string dom;

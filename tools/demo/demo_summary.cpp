@@ -194,7 +194,8 @@ Expected<Json> demo_summary(const DemoOutcome& outcome) {
   rest["player"] = player_json(options.world);
   const Json of_the_play = record.summary();
   for (const auto& [key, part] : of_the_play.items()) {
-    if (summary.contains(key) || rest.contains(key) || key == "pictures" || key == "realtime" || key == "made")
+    if (summary.contains(key) || rest.contains(key) || key == "pictures" || key == "realtime" ||
+        key == "made")
       return refused("{}: its summary has the key '{}', which is the system's", scene.application, key);
     summary[key] = part;
   }

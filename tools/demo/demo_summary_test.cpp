@@ -79,7 +79,8 @@ TEST(OwnGame, IsToldByWhatThePersonPlayedAndNotByThePlayInLockStep) {
 
 TEST(ClosingLines, HaveThePersonsGameBeforeTheProgramsAndSayWhoseIsWhose) {
   Json summary = summary_of_a_run();
-  summary["realtime"] = Json::parse(R"({"own_game": ["3 passes"], "exchange": {"round_trip_us": {"median": 100}, "late": 0, "frames": 90},
+  summary["realtime"] = Json::parse(
+      R"({"own_game": ["3 passes"], "exchange": {"round_trip_us": {"median": 100}, "late": 0, "frames": 90},
     "sync": {"offset_error_us_p99": 10}, "haptic": {"rate_hz": 1000, "overruns": 0}})");
   const auto lines = closing_lines(summary, {{"swing", "24 passes"}}, "out");
   ASSERT_GE(lines.size(), 3u);

@@ -38,7 +38,8 @@ std::vector<scene::PlayTable> all_files() {
       {"realtime_sync.csv", "clock difference, estimated and true"},
       {"realtime_jitter.csv", "how often ticks of haptic and physics loop began how late"},
       {"realtime_loops.csv", "clients and loops of the physics server, fifty times a second"},
-      {"realtime_trips.csv", "when forces were taken from the hand, why, for how long, and the impulse it did not get"},
+      {"realtime_trips.csv",
+       "when forces were taken from the hand, why, for how long, and the impulse it did not get"},
       {"realtime_photons.csv", "the delay from light to light, picture by picture, and the truth beside it"},
       {"realtime_predictions.csv",
        "predicted pictures: how far each thing was shown from where it was when the light left"},
@@ -61,8 +62,7 @@ Json files_of(const figures::PlayFolder& play, const scene::ApplicationSpec* app
   std::vector<scene::PlayTable> files = raw_files();
   const auto real_time = std::find_if(files.begin(), files.end(),
                                       [](const auto& one) { return one.file.starts_with("realtime_"); });
-  if (application != nullptr)
-    files.insert(real_time, application->tables.begin(), application->tables.end());
+  if (application != nullptr) files.insert(real_time, application->tables.begin(), application->tables.end());
   const auto known = [&files](std::string_view name) {
     return std::any_of(files.begin(), files.end(), [&](const auto& one) { return one.file == name; });
   };
@@ -75,7 +75,8 @@ Json files_of(const figures::PlayFolder& play, const scene::ApplicationSpec* app
     if (!known(name)) files.push_back({name, ""});
   Json there = Json::array();
   for (const auto& [name, holds] : files)
-    if (play.has("raw/" + name)) there.push_back({{"file", name}, {"table_rows", rows_of(name)}, {"holds", holds}});
+    if (play.has("raw/" + name))
+      there.push_back({{"file", name}, {"table_rows", rows_of(name)}, {"holds", holds}});
   return there;
 }
 

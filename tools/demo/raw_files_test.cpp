@@ -20,7 +20,8 @@ class RawFiles : public PlayFolderTest {
 };
 
 TEST_F(RawFiles, AreListedInTheirOrderWithTheApplicationsAmongThemAndTheUnknownLast) {
-  for (const char* name : {"own.csv", "realtime_sync.csv", "swing.csv", "pivot.csv", "haptics.csv", "trip_4.csv"})
+  for (const char* name :
+       {"own.csv", "realtime_sync.csv", "swing.csv", "pivot.csv", "haptics.csv", "trip_4.csv"})
     write(std::string("raw/") + name, "time_s\n1\n2\n");
   write("raw/truth.json", "{}");
   const auto swing = swing_for_tests();
@@ -30,8 +31,8 @@ TEST_F(RawFiles, AreListedInTheirOrderWithTheApplicationsAmongThemAndTheUnknownL
     EXPECT_EQ(file["table_rows"], names.back() == "truth.json" ? Json() : Json(2)) << names.back();
     EXPECT_EQ(file["holds"] == "", names.back() == "own.csv") << names.back();
   }
-  EXPECT_EQ(names, (std::vector<std::string>{"pivot.csv", "truth.json", "haptics.csv", "swing.csv", "realtime_sync.csv",
-                                             "trip_4.csv", "own.csv"}));
+  EXPECT_EQ(names, (std::vector<std::string>{"pivot.csv", "truth.json", "haptics.csv", "swing.csv",
+                                             "realtime_sync.csv", "trip_4.csv", "own.csv"}));
   EXPECT_EQ(files(nullptr).back()["file"], "swing.csv") << "of an application that is not known";
 }
 
