@@ -28,8 +28,8 @@ TEST(Machine, SaysWhatItIs) {
 }
 
 TEST(BuildInfo, SaysWhereTheCommitIsNotKnown) {
-  EXPECT_EQ(text_of({"0.1.0", "3d8d93f1-dirty", "GNU 12.2.0", "None, -O2 -g1"}),
-            "0.1.0 (3d8d93f1-dirty, GNU 12.2.0, None, -O2 -g1)");
+  EXPECT_EQ(text_of({"0.1.0", "3d8d93f1-dirty", "GNU 12.2.0", "-O2 -g1"}),
+            "0.1.0 (3d8d93f1-dirty, GNU 12.2.0, -O2 -g1)");
   EXPECT_EQ(text_of({"0.1.0", "", "Clang 14.0.6", "Release"}),
             "0.1.0 (commit not known, Clang 14.0.6, Release)");
 }

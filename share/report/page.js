@@ -99,8 +99,9 @@
       yaxis: axis(plot.y, plot.logy, plot.yrange, plot.series.flatMap((s) => s.y)), shapes: [], annotations: [],
       hoverlabel: { bgcolor: css('paper'), bordercolor: css('line'), font: { color: css('ink') } },
     };
-    // Room for what stands to the left is found by itself, and nothing else moves: margins that chase each other draw a plot
+    // Room for what stands beside each axis is found by itself, on that side alone: margins that chase each other draw a plot
     // again and again.
+    l.xaxis.automargin = 'bottom';
     l.yaxis.automargin = 'left';
     if (plot.zero) l.yaxis.rangemode = 'tozero';
     if (plot.equal) Object.assign(l.yaxis, { scaleanchor: 'x', scaleratio: 1 });
