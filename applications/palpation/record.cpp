@@ -101,7 +101,7 @@ Json PalpationRecord::summary() const {
 std::vector<scene::ClosingLine> PalpationRecord::closing_lines(const Json& summary) const {
   const auto& p = summary["palpation"];
   const std::string level = p.contains("level") ? fmt::format(" at level {}", p["level"].get<int>()) : "";
-  if (!over_)
+  if (!p["over"].get<bool>())
     return {{"palpation", fmt::format("the search{} was not over after {:.1f} s, {} places marked", level,
                                       p["seconds"].get<double>(), p["marks"].get<int>())}};
   return {{"palpation",

@@ -83,11 +83,13 @@ Json GameRecord::summary() const {
 
 std::vector<scene::ClosingLine> GameRecord::closing_lines(const Json& summary) const {
   const auto& rally = summary["rally"];
-  return {
-      {"rally", fmt::format("{} of {} serves returned to the wall, longest rally {} returns in a row, peak "
-                            "force {:.1f} N",
-                            rally["returned"].get<int>(), rally["serves"].get<int>(),
-                            rally["longest"].get<int>(), summary["force"]["peak_n"].get<double>())}};
+  std::string text = fmt::format(
+      "{} of {} serves returned to the wall, longest rally {} returns in a row, peak force {:.1f} N",
+      rally["returned"].get<int>(), rally["serves"].get<int>(), rally["longest"].get<int>(),
+      summary["force"]["peak_n"].get<double>());
+  if (const auto match = summary.find("match"); match != summary.end())
+    text += fmt::format("; {} points, level {}", (*match)["points"].get<int>(), (*match)["level"].get<int>());
+  return {{"rally", text}};
 }
 
 scene::SceneState example_state(const scene::SceneDescription& scene, const Pose<World, Tip>& X_world_tip) {

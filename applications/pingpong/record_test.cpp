@@ -96,13 +96,16 @@ TEST(GameRecord, CountsAsTheLastStateDoes) {
 }
 
 TEST(GameRecord, SaysAtTheEndWhatARallyCounts) {
-  const Json summary =
+  Json summary =
       Json::parse(R"({"rally": {"serves": 2, "returned": 1, "longest": 4}, "force": {"peak_n": 4.73}})");
   const auto lines = GameRecord({}).closing_lines(summary);
   ASSERT_EQ(lines.size(), 1u);
   EXPECT_EQ(lines[0].about, "rally");
   EXPECT_EQ(lines[0].text,
             "1 of 2 serves returned to the wall, longest rally 4 returns in a row, peak force 4.7 N");
+  summary["match"] = {{"points", 12}, {"level", 2}};
+  EXPECT_TRUE(
+      GameRecord({}).closing_lines(summary)[0].text.ends_with("peak force 4.7 N; 12 points, level 2"));
 }
 
 TEST(GameRecord, AnExampleShowsTheBallOnTheTableAndTheBatAtTheStylus) {

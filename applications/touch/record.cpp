@@ -87,10 +87,11 @@ std::vector<std::string> TouchRecord::tables() const {
 
 std::vector<scene::ClosingLine> TouchRecord::closing_lines(const Json& summary) const {
   const auto& touch = summary["touch"];
-  return {{"touch", fmt::format("{} times, {:.1f} of {:.1f} s on the surface, {} slips, peak force {:.1f} N",
-                                touch["touches"].get<int>(), touch["contact_s"].get<double>(),
-                                touch["of_s"].get<double>(), touch["slips"].get<int>(),
-                                summary["force"]["peak_n"].get<double>())}};
+  return {
+      {"touch",
+       fmt::format("touched {} times, {:.1f} of {:.1f} s on the surface, {} slips, peak force {:.1f} N",
+                   touch["touches"].get<int>(), touch["contact_s"].get<double>(), touch["of_s"].get<double>(),
+                   touch["slips"].get<int>(), summary["force"]["peak_n"].get<double>())}};
 }
 
 void add_record(scene::ApplicationSpec& spec) {

@@ -87,7 +87,7 @@ TEST(TouchRecord, SaysAtTheEndHowTheSurfaceWasTouched) {
   const auto lines = TouchRecord().closing_lines(summary);
   ASSERT_EQ(lines.size(), 1u);
   EXPECT_EQ(lines[0].about, "touch");
-  EXPECT_EQ(lines[0].text, "3 times, 8.4 of 12.0 s on the surface, 177 slips, peak force 5.9 N");
+  EXPECT_EQ(lines[0].text, "touched 3 times, 8.4 of 12.0 s on the surface, 177 slips, peak force 5.9 N");
 }
 
 }  // namespace

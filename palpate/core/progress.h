@@ -29,6 +29,8 @@ class Progress {
   // Removes the bar; later calls draw nothing.
   void finish();
 
+  // False where no bar is drawn: a long command then says otherwise what it does.
+  bool on_terminal() const { return on_terminal_; }
   // Share of the whole that is done.
   double share() const;
 

@@ -22,6 +22,7 @@ constexpr double kTakeOver_px = 12.0;      // a mouse that moved that far is mea
 constexpr double kHintStands_s = 6.0;
 constexpr std::int64_t kSameBeat_ns = 5'000'000;  // two clocks read one after the other tell of one word
 constexpr double kRefusalStands_s = 3.0;
+constexpr double kFirstWord_s = 3.0;  // while everything begins, an answer may take so long
 constexpr Size kFirstSize{960, 720}, kFirstSizeOfTwo{1280, 480};
 
 const scene::SceneSurface* surface_of(const scene::SceneDescription& scene, std::string_view name) {
@@ -90,7 +91,8 @@ DesktopUi::DesktopUi(const scene::SceneDescription& scene, const scene::Handling
       full_force_n_(haptics::force_limits_of(rig.arm->model).peak_n),
       physics_silence_(seconds(Warnings::kPhysicsSilent_s).count()),
       picture_{rig.camera->model.width, rig.camera->model.height},
-      person_plays_(options.mouse && !options.scripted_player) {
+      person_plays_(options.mouse && !options.scripted_player),
+      own_game_(person_plays_) {
   if (rig.right_camera) right_camera_ = rig.right_camera->model;
 }
 
@@ -186,6 +188,7 @@ void DesktopUi::take_picture(const server::graphics::FrameRecord& frame) {
   }
   picture_ = size;
   screen_->take_picture(rgb, picture_, eyes_);
+  pictured_ = true;
 }
 
 // Which camera's picture the pointer is over, and where that stands.
@@ -322,6 +325,10 @@ bool DesktopUi::act(Instant<GraphicsClock> now, transport::StateLink& link,
     attended_ = true;
     take_over(now);
   }
+  if (person_plays_ && !std::exchange(own_game_, true)) {
+    link.send_control(scene::Control::reset);  // what the program has scored is not theirs
+    own_game_begins_ = true;
+  }
   if (input.pointer) {
     const Box box = letterbox(picture_, screen_->framebuffer());
     const device::Pixel pixel = picture_pixel(box, picture_, *input.pointer);
@@ -347,11 +354,7 @@ void DesktopUi::look(Instant<GraphicsClock> now, transport::StateLink& link,
   c.felt = !options_.mouse;
   for (const auto& condition : conditions) c.devices.push_back(condition.words);
   if (headset_trouble_) c.devices.push_back(*headset_trouble_);
-  const auto silence = link.since_last_word();
-  const auto beat = silence ? (now - *silence).ns() : begun_->ns();
-  if (std::abs(beat - physics_beat_ns_) > kSameBeat_ns) physics_beat_ns_ = beat;
-  if (physics_silence_.gone(now.ns(), physics_beat_ns_))
-    c.since_physics_s = 1e-9 * static_cast<double>(now.ns() - physics_beat_ns_);
+  c.since_physics_s = physics_silence_s(now, link);
   if (recent_.size() >= 5) {
     const auto late =
         std::count_if(recent_.begin(), recent_.end(), [](const auto& one) { return one.second; });
@@ -378,13 +381,29 @@ void DesktopUi::look(Instant<GraphicsClock> now, transport::StateLink& link,
   force_.last(forces_off_ ? 0.0 : hits_->lasting_force());
 }
 
+// Since the physics server's last word, where it is too long ago; else 0.
+double DesktopUi::physics_silence_s(Instant<GraphicsClock> now, const transport::StateLink& link) {
+  const auto silence = link.since_last_word();
+  const auto beat = silence ? (now - *silence).ns() : begun_->ns();
+  if (std::abs(beat - physics_beat_ns_) > kSameBeat_ns) physics_beat_ns_ = beat;
+  const bool gone = physics_silence_.gone(now.ns(), physics_beat_ns_);
+  const bool heard = physics_beat_ns_ > begun_->ns() + kSameBeat_ns;  // while this window is open
+  if (!gone || (!heard && to_seconds(now - *begun_) < kFirstWord_s)) return 0.0;
+  return 1e-9 * static_cast<double>(now.ns() - physics_beat_ns_);
+}
+
 std::string DesktopUi::hint(double t) const {
   const auto since = [t](const std::optional<Instant<GraphicsClock>>& moment) {
     return moment ? t - to_seconds(moment->since_epoch) : 1e9;
   };
+  if (!pictured_) return "Waiting for the first picture";
   if (since(said_at_) < kHintStands_s && !said_.empty()) return said_;
-  if (options_.mouse && !person_plays_)
-    return "The program plays. Move the mouse to take the " + handling_.held;
+  if (options_.mouse && !person_plays_) {
+    const double left = end_ && !attended_ ? -since(end_) : 0.0;  // s
+    const std::string who =
+        left > 0.0 ? fmt::format("The program plays, {:.0f} s more", std::ceil(left)) : "The program plays";
+    return who + ". Move the mouse to take the " + handling_.held;
+  }
   const bool fresh = since(taken_over_) < kHintStands_s || since(begun_) < kHintStands_s;
   if (!fresh) return "";
   return std::string(options_.mouse ? "You play. ? lists the keys" : "? lists the keys") +

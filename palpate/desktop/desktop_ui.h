@@ -99,6 +99,10 @@ class DesktopUi {
   std::optional<device::HandTarget> take_left() { return std::exchange(left_, {}); }
   // Somebody is there: a key has been pressed or the mouse moved.
   bool attended() const { return attended_; }
+  // The person has just taken the stylus from the program for the first time, once: their own game begins at zero.
+  bool take_own_game() { return std::exchange(own_game_begins_, false); }
+  // Where nobody comes, the session ends then, which a person should know; none: it goes on.
+  void set_end(std::optional<Instant<GraphicsClock>> end) { end_ = end; }
   // What the person should know from the start, a line for the log; empty: nothing.
   const std::string& notice() const { return notice_; }
   // For the process' figures.
@@ -116,6 +120,7 @@ class DesktopUi {
   void take_picture(const server::graphics::FrameRecord& frame);
   void look(Instant<GraphicsClock> now, transport::StateLink& link,
             const std::vector<server::graphics::Condition>& conditions);
+  double physics_silence_s(Instant<GraphicsClock> now, const transport::StateLink& link);
   void aim();
   void draw(Instant<GraphicsClock> now);
   std::string hint(double t) const;
@@ -136,7 +141,7 @@ class DesktopUi {
   std::string notice_;
   std::optional<std::string> headset_trouble_;
 
-  std::optional<Instant<GraphicsClock>> begun_, drawn_, status_asked_, taken_over_, said_at_;
+  std::optional<Instant<GraphicsClock>> begun_, drawn_, status_asked_, taken_over_, said_at_, end_;
   std::string said_;  // what has changed and cannot be seen at once
   std::optional<device::HandTarget> left_;
   HudContent content_;
@@ -153,6 +158,8 @@ class DesktopUi {
   std::optional<Instant<GraphicsClock>> refused_at_;
   double moved_px_ = 0.0;
   bool person_plays_ = false, attended_ = false, paused_ = false, helped_ = false, explores_ = false;
+  bool pictured_ = false;  // a picture has come
+  bool own_game_ = false, own_game_begins_ = false;
 };
 
 }  // namespace palpate::desktop

@@ -176,6 +176,60 @@ TEST_F(Actions, TheMouseTakesTheHandFromTheProgramOnceItHasMovedFarAndAKeyGivesI
   EXPECT_TRUE(ui_->person_plays()) << "a button is meant";
 }
 
+// What the program has scored is not the person's.
+TEST_F(Actions, TheGameBeginsAtZeroWhenAPersonTakesItFromTheProgramForTheFirstTime) {
+  open({.mouse = true, .scripted_player = true});
+  EXPECT_TRUE(wishes().empty());
+  EXPECT_FALSE(ui_->take_own_game());
+  handed_.input.moved = 20.0;
+  EXPECT_EQ(wishes(), (std::vector{Control::reset}));
+  EXPECT_TRUE(ui_->take_own_game());
+  EXPECT_FALSE(ui_->take_own_game()) << "once";
+  press(Key::program_plays);
+  press(Key::program_plays);
+  EXPECT_TRUE(ui_->person_plays());
+  EXPECT_FALSE(ui_->take_own_game()) << "it is theirs already";
+  EXPECT_TRUE(wishes().empty());
+  open({.mouse = true});
+  handed_.input.moved = 20.0;
+  EXPECT_TRUE(wishes().empty()) << "nobody has played before";
+  EXPECT_FALSE(ui_->take_own_game());
+}
+
+TEST_F(Actions, WhoDoesNotPlayYetReadsHowLongTheProgramGoesOn) {
+  open({.mouse = true, .scripted_player = true});
+  act();
+  ui_->set_end(now() + seconds(10.0));
+  act(100);
+  EXPECT_EQ(ui_->content().hint, "Waiting for the first picture");
+  ui_->show(frame(), {}, now());
+  EXPECT_EQ(ui_->content().hint, "The program plays, 10 s more. Move the mouse to take the bat");
+  act(4000);
+  EXPECT_EQ(ui_->content().hint, "The program plays, 6 s more. Move the mouse to take the bat");
+  ui_->set_end(std::nullopt);
+  act(100);
+  EXPECT_EQ(ui_->content().hint, "The program plays. Move the mouse to take the bat");
+  handed_.input.moved = 20.0;
+  act(100);
+  EXPECT_EQ(ui_->content().hint.find("The program"), std::string::npos) << ui_->content().hint;
+}
+
+// On a busy machine the first answer takes a while; a server that is not there is told of all the same.
+TEST_F(Actions, ThePhysicsServerIsMissedOnlyOnceItHasHadTimeToAnswer) {
+  service_.reset();
+  open({});
+  act(2900);
+  EXPECT_TRUE(ui_->content().warnings.empty());
+  act(400);
+  EXPECT_EQ(ui_->content().warnings.size(), 1u);
+  service_ = std::move(*exchange_.serve());
+  act(3000);
+  EXPECT_TRUE(ui_->content().warnings.empty());
+  service_.reset();
+  act(600);
+  EXPECT_EQ(ui_->content().warnings.size(), 1u) << "from its first word on it is missed at once";
+}
+
 TEST_F(Actions, TheKeyTakesTheHandAsWellAndAWheelToo) {
   open({.mouse = true, .scripted_player = true});
   press(Key::program_plays);

@@ -60,7 +60,8 @@ class PlayRecord {
   virtual std::vector<std::string> tables() const { return {}; }
   // Keys of summary.json, each a part of its own.
   virtual Json summary() const { return Json::object(); }
-  // `summary`: all of summary.json.
+  // `summary`: all of summary.json. They tell what stands there alone: of a person's own game, which another record has
+  // seen, it is asked with that game's keys in place of the play's.
   virtual std::vector<ClosingLine> closing_lines(const Json& /*summary*/) const { return {}; }
 };
 

@@ -83,7 +83,7 @@
   function axis(label, log, range, values) {
     const a = {
       title: { text: log ? `${label} (log scale)` : label, font: { size: 13, color: css('soft') }, standoff: 8 }, gridcolor: css('line'), zerolinecolor: css('line'),
-      linecolor: css('muted'), tickfont: { color: css('soft') }, automargin: true,
+      linecolor: css('muted'), tickfont: { color: css('soft') },
     };
     if (log) Object.assign(a, logTicks(range || values));
     if (range) a.range = log ? range.map(Math.log10) : range;
@@ -93,12 +93,16 @@
   function layout(plot) {
     const l = {
       font: { family: getComputedStyle(document.body).fontFamily, size: 12.5, color: css('ink') },
-      margin: { l: 50, r: 16, t: 34, b: 44 }, paper_bgcolor: 'rgba(0,0,0,0)', plot_bgcolor: 'rgba(0,0,0,0)', bargap: plot.sideways ? 0.35 : 0.06,
+      margin: { l: 50, r: plot.sideways ? 40 : 16, t: 34, b: 50 }, paper_bgcolor: 'rgba(0,0,0,0)', plot_bgcolor: 'rgba(0,0,0,0)', bargap: plot.sideways ? 0.35 : 0.06,
       legend: { orientation: 'h', x: 0, y: plot.levels.some((v) => v.upright) ? 1.07 : 1.01, yanchor: 'bottom', font: { size: 12 } }, dragmode: touch ? false : 'zoom', hovermode: 'closest',
       xaxis: axis(plot.x, plot.logx, plot.xrange, plot.series.flatMap((s) => s.x)),
       yaxis: axis(plot.y, plot.logy, plot.yrange, plot.series.flatMap((s) => s.y)), shapes: [], annotations: [],
       hoverlabel: { bgcolor: css('paper'), bordercolor: css('line'), font: { color: css('ink') } },
     };
+    // Room for what stands beside each axis is found by itself, on that side alone: margins that chase each other draw a plot
+    // again and again.
+    l.xaxis.automargin = 'bottom';
+    l.yaxis.automargin = 'left';
     if (plot.zero) l.yaxis.rangemode = 'tozero';
     if (plot.equal) Object.assign(l.yaxis, { scaleanchor: 'x', scaleratio: 1 });
     if (plot.flipx) l.xaxis.autorange = 'reversed';
@@ -123,6 +127,13 @@
     return l;
   }
 
+  // 1, 2 or 5 times a power of ten, of which some five make up the range.
+  function roundStep(range) {
+    const power = 10 ** Math.floor(Math.log10(Math.max(range, 1e-9) / 3));
+    return power * [1, 2, 5, 10].find((m) => m * power >= range / 8);
+  }
+  const written = (v) => String(Number(v.toPrecision(10)));
+
   function cloud(figure) {
     const canvas = placed(figure, 'canvas', 380);
     const data = {
@@ -133,14 +144,55 @@
     };
     const all = [];
     for (const g of data.groups) for (let i = 0; i < g.p.length; i += 3) if (g.p[i] !== null) all.push(g.p.slice(i, i + 3));
+    // The box around everything ends at round numbers, which can be written at its ends.
     const low = [0, 1, 2].map((k) => Math.min(...all.map((p) => p[k])));
     const high = [0, 1, 2].map((k) => Math.max(...all.map((p) => p[k])));
+    for (let k = 0; k < 3; k++) {
+      const step = roundStep(high[k] - low[k]);
+      low[k] = step * Math.floor(low[k] / step);
+      high[k] = step * Math.ceil(high[k] / step);
+    }
+    const ends = [0, 1, 2].map((k) => `${'xyz'[k]} from ${written(low[k])} to ${written(high[k])}`).join(', ');
+    canvas.setAttribute('aria-label', `${canvas.getAttribute('aria-label')}; ${ends} ${data.unit}`);
     const middle = low.map((v, k) => (v + high[k]) / 2);
     const half = high.map((v, k) => Math.max(1e-9, (v - low[k]) / 2));
     const radius = Math.hypot(...half);
     // Axes in right-handed order with `up` second: right, up, towards the reader.
     const order = [(data.up + 2) % 3, data.up, (data.up + 1) % 3];
     let turn = (data.turn * Math.PI) / 180, tilt = (data.tilt * Math.PI) / 180;
+
+    // The box, and along one outer edge for each axis its name and where it ends: what is written stands outside of the box.
+    function drawBox(pen, see, [x, y]) {
+      pen.strokeStyle = css('line');
+      pen.fillStyle = css('soft');
+      pen.lineWidth = 1;
+      pen.font = `12px ${getComputedStyle(document.body).fontFamily}`;
+      pen.textBaseline = 'middle';
+      for (let a = 0; a < 3; a++) {
+        const b = (a + 1) % 3, c = (a + 2) % 3, edges = [];
+        for (const s of [low[b], high[b]]) for (const t of [low[c], high[c]]) {
+          const p = [], q = [];
+          p[a] = low[a]; q[a] = high[a]; p[b] = q[b] = s; p[c] = q[c] = t;
+          const [x0, y0] = see(p), [x1, y1] = see(q);
+          pen.beginPath(); pen.moveTo(x0, y0); pen.lineTo(x1, y1); pen.stroke();
+          edges.push([x0, y0, x1, y1]);
+        }
+        // Across the axis, to the left for the upright one and down for the others.
+        const [x0, y0, x1, y1] = edges[0], long = Math.hypot(x1 - x0, y1 - y0);
+        if (long < 40) continue;  // it points at the reader
+        let out = [(y1 - y0) / long, (x0 - x1) / long];
+        if (a === data.up ? out[0] > 0 : out[1] < 0) out = out.map((v) => -v);
+        const far = (e) => out[0] * ((e[0] + e[2]) / 2 - x) + out[1] * ((e[1] + e[3]) / 2 - y);
+        const edge = edges.reduce((best, e) => (far(e) > far(best) ? e : best));
+        pen.textAlign = Math.abs(out[0]) < 0.35 ? 'center' : out[0] < 0 ? 'right' : 'left';
+        const write = (text, share) => pen.fillText(text, edge[0] + share * (edge[2] - edge[0]) + 12 * out[0], edge[1] + share * (edge[3] - edge[1]) + 12 * out[1]);
+        write(written(low[a]), 0.06);  // a little inside the ends: two axes meet in a corner
+        write(`${'xyz'[a]}, ${data.unit}`, 0.5);
+        write(written(high[a]), 0.94);
+      }
+      pen.textAlign = 'left';
+      pen.textBaseline = 'alphabetic';
+    }
 
     function draw() {
       const width = canvas.clientWidth, height = canvas.clientHeight, dense = window.devicePixelRatio || 1;
@@ -151,37 +203,22 @@
       // As large as the box allows at this tilt, whichever way it is turned.
       const wide = Math.hypot(half[order[0]], half[order[2]]);
       const tall = Math.cos(tilt) * half[order[1]] + Math.abs(Math.sin(tilt)) * wide;
-      const scale = Math.min((0.47 * width) / wide, (0.5 * height - 30) / tall);
+      const scale = Math.min((0.5 * width - 58) / wide, (0.5 * height - 36) / tall);
       const see = (p) => {
         const [r, u, f] = order.map((k) => p[k] - middle[k]);
         const x = Math.cos(turn) * r - Math.sin(turn) * f, d = Math.sin(turn) * r + Math.cos(turn) * f;
         return [width / 2 + scale * x, height / 2 - scale * (Math.cos(tilt) * u - Math.sin(tilt) * d), Math.sin(tilt) * u + Math.cos(tilt) * d];
       };
-      pen.strokeStyle = css('line');
-      pen.lineWidth = 1;
-      for (let a = 0; a < 3; a++) for (const s of [0, 1]) for (const t of [0, 1]) {  // the box around everything
-        const p = [0, 0, 0], q = [0, 0, 0], b = (a + 1) % 3, c = (a + 2) % 3;
-        p[a] = low[a]; q[a] = high[a]; p[b] = q[b] = s ? high[b] : low[b]; p[c] = q[c] = t ? high[c] : low[c];
-        const [x0, y0] = see(p), [x1, y1] = see(q);
-        pen.beginPath(); pen.moveTo(x0, y0); pen.lineTo(x1, y1); pen.stroke();
-        if (!s && !t) {
-          pen.fillStyle = css('soft');
-          pen.font = `12px ${getComputedStyle(document.body).fontFamily}`;
-          const digits = Math.max(0, Math.ceil(2 - Math.log10(high[a] - low[a] || 1)));
-          const written = (v) => String(Number(v.toFixed(digits)));
-          pen.textAlign = 'center';
-          pen.fillText(`${'xyz'[a]}, ${data.unit}`, (x0 + x1) / 2 + 4, (y0 + y1) / 2 + 14);
-          // A little inside the ends: three axes meet in one corner.
-          pen.fillText(written(low[a]), x0 + 0.12 * (x1 - x0), y0 + 0.12 * (y1 - y0) + 14);
-          pen.fillText(written(high[a]), x1 - 0.06 * (x1 - x0), y1 - 0.06 * (y1 - y0) + 14);
-          pen.textAlign = 'left';
-        }
-      }
+      drawBox(pen, see, [width / 2, height / 2]);
       const dots = [];
-      for (const g of data.groups) {
+      // Ours over all others, which are paler beside it.
+      const groups = [...data.groups].sort((g, h) => (g.tone === 'ours') - (h.tone === 'ours'));
+      for (const g of groups) {
         const colour = css(g.tone);
         if (g.joined) {
           pen.strokeStyle = colour;
+          pen.globalAlpha = g.tone === 'ours' || groups.length === 1 ? 1 : 0.6;
+          pen.lineCap = 'round';
           pen.lineWidth = g.size;
           pen.beginPath();
           let up = true;
@@ -192,6 +229,7 @@
             up = false;
           }
           pen.stroke();
+          pen.globalAlpha = 1;
         } else for (let i = 0; i < g.p.length; i += 3) if (g.p[i] !== null) dots.push([...see(g.p.slice(i, i + 3)), g.size, colour]);
       }
       dots.sort((a, b) => a[2] - b[2]);

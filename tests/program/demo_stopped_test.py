@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
-"""A demo stopped at different stages: it ends soon, says so, and leaves only whole files and no process. One that is quick and long at once."""
+"""A demo stopped at different stages: it ends soon, says so, and leaves only whole files and no process. One that is quick and long at once, to
+its end."""
 import json
 import os
 import signal
 import unittest
 
-from program import PROGRAM, ProgramTest, wait_until
+import raw_files
+from program import PROGRAM, ProgramTest, wait_until, without_phases
 
 
 class DemoStopped(ProgramTest):
@@ -29,7 +31,7 @@ class DemoStopped(ProgramTest):
         return found
 
     def stopped(self, demo):
-        self.says_no(demo.ends(), 1, "demo: stopped before its end", "report", "start it again")
+        self.says_no(without_phases(demo.ends()), 1, "demo: stopped before its end", "report", "start it again")
         names = set(self.files())
         self.assertFalse({"report/summary.json", "report/report.html"} & names)
         for name in names:
@@ -60,10 +62,29 @@ class DemoStopped(ProgramTest):
         place = os.path.join(self.meeting, "palpate")
         self.assertEqual([name for name in os.listdir(place) if not name.endswith(".lock")], [])
 
-    def test_who_names_the_length_of_a_quick_demo_gets_every_picture(self):
-        """Those that an application makes long by itself draw 160; players see by them, and play worse."""
-        self.runs("demo", "--headless", "--quick", "--seconds", "8", "--out", "report")
-        self.assertGreater(json.loads(self.read("report", "summary.json"))["exchange"]["frames"], 8 * 30 - 3)
+    def test_a_whole_one_says_what_it_does_what_made_it_and_what_each_of_its_files_holds(self):
+        os.makedirs(self.path("report", "raw"))
+        for name in ("frames_right.csv", "headset_head.csv", "mine.txt"):
+            self.write(os.path.join("report", "raw", name), "time_s\n1\n")
+        done = self.runs("demo", "--headless", "--quick", "--seconds", "8", "--out", "report")
+        # What an earlier one has left is gone, what is not a demo's stays.
+        self.assertFalse({"frames_right.csv", "headset_head.csv"} & set(os.listdir(self.path("report", "raw"))))
+        os.remove(self.path("report", "raw", "mine.txt"))
+        raw_files.check(self, self.path("report"))
+        # Without a terminal it says what it does.
+        phases = [line.removeprefix("palpate: demo: ") for line in done.lines if line.startswith("palpate: demo: ")]
+        self.assertEqual(phases, ["calibrates everything", "plays 8 s in lock-step", "plays 3 s in real time", "writes the report"])
+        summary = json.loads(self.read("report", "summary.json"))
+        # Quick ones that an application makes long by itself draw 160; players see by them, and play worse.
+        self.assertGreater(summary["exchange"]["frames"], 8 * 30 - 3)
+        self.assertIn(f"palpate {summary['made']['version']} (", self.runs("--version").out)
+        self.assertEqual(summary["made"]["cores"], len(os.sched_getaffinity(0)))
+        self.assertIsNotNone(summary["made"]["renderer"])
+
+    def test_the_files_of_other_applications_are_described_as_well(self):
+        for application in ("touch", "palpation"):
+            self.runs("demo", "--headless", "--quick", "--seconds", "1", "--app", application, "--out", application)
+            raw_files.check(self, self.path(application))
 
 
 if __name__ == "__main__":

@@ -51,6 +51,11 @@ class Doctor(LaboratoryTest):
     def key(self, folder):
         return json.loads(self.runs("keys", "show", "--keys", folder, "--json", "-").out)["public_key"]
 
+    def test_the_version_names_commit_and_compiler(self):
+        said = self.runs("--version").out.strip()
+        self.assertRegex(said, r"^palpate \d+\.\d+\.\d+ \(([0-9a-f]{7,}(-dirty)?|commit not known), (Clang|GNU) [\d.]+.*\)$")
+        self.assertIn(said.removeprefix("palpate "), self.about(self.look(), "libraries", "palpate")["value"])
+
     def test_every_area_has_its_lines_and_nothing_is_left_behind(self):
         found = self.look()
         areas = {finding["area"] for finding in found}

@@ -49,6 +49,13 @@ class Done:
         return f"exit {self.code}\nstandard output: {self.out}\nstandard error: {self.err}"
 
 
+def without_phases(done):
+    """A demo's end, without the lines that say what it does: into a file or a pipe no bar is drawn."""
+    phases = ("calibrates everything", "plays ", "writes the report")
+    lines = [line for line in done.lines if not line.startswith(tuple(f"palpate: demo: {phase}" for phase in phases))]
+    return Done(done.code, done.out, "".join(line + "\n" for line in lines))
+
+
 class Running:
     """A command in the background. Its output goes to files, so that no full pipe can stop it."""
 

@@ -11,6 +11,7 @@ import threading
 import unittest
 import zlib
 
+import raw_files
 from program import PROGRAM, ProgramTest, wait_until
 
 CLONE_NEWNET = 0x40000000
@@ -154,6 +155,7 @@ class TwoHosts(ProgramTest):
         self.assertAlmostEqual(told["answers_after_s"], answers - plugged, places=6)
         self.assertEqual(told["cut"]["late"], sum(not answered for t, answered in frames if pulled <= t < plugged))
         self.assertIn(b"a cable pulled", self.read("report", "report.html"))
+        raw_files.check(self, self.path("report"))
 
         self.assertGreater(len(sent), 20000)
         self.assertIn(b"CURVE", sent)  # named in the first, plain bytes of every connection: the tap does see

@@ -6,6 +6,7 @@
 
 #include "palpate/desktop/window.h"
 #include "palpate/headset/headset.h"
+#include "tools/commands/build_info.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/guests.h"
@@ -39,7 +40,8 @@ void add_play_options(CLI::App& command, DemoArguments& options) {
   command.add_option("--out", options.demo.out, "Folder for report, summary, pictures, video and raw data")
       ->default_val("./palpate-report");
   command.add_flag("--quick", options.demo.quick,
-                   "A shorter play, under 30 s on an idle machine; too short to judge the share of returned "
+                   "A shorter play, under 30 s on an idle machine without a window; too short to judge the "
+                   "share of returned "
                    "serves");
 }
 
@@ -102,6 +104,7 @@ Expected<void> choose_world(DemoArguments& options) {
 }
 
 constexpr double kMostQuickPictures = 110.0;
+constexpr double kToFindTheMouse_s = 10.0;  // a person reads what the window says first
 
 void choose_length(DemoArguments& options) {
   auto& demo = options.demo;
@@ -149,12 +152,14 @@ Expected<void> show_demo(DemoArguments& options) {
   demo.record = options.record.file;
   if (options.record.pictures != "none") demo.recorded_pictures = options.record.pictures;
   demo.command = command_line(options);
+  demo.build = build_info();
   std::error_code ignored;
   demo.program = std::filesystem::read_symlink("/proc/self/exe", ignored);
   const bool display = std::getenv("DISPLAY") != nullptr && *std::getenv("DISPLAY") != '\0';
   if (display && !options.headless && !options.two_hosts) {
     const auto possible = desktop::Window::possible();
     demo.window = possible.has_value();
+    if (demo.window) demo.realtime_s = std::max(demo.realtime_s, kToFindTheMouse_s);
     if (!possible) notice(possible.error().message + "; the demo goes on without");
   }
   const auto done = demo::run_demo(demo);

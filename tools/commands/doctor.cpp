@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "palpate/core/json.h"
+#include "tools/commands/build_info.h"
 #include "tools/commands/command.h"
 #include "tools/commands/guests.h"
 #include "tools/doctor/doctor_evaluate.h"
@@ -52,7 +53,7 @@ void add_doctor(CLI::App& program) {
   command->add_option("--camera", options->look.camera,
                       "A real camera as palpate graphics --camera names it: open it, wait for a picture");
   on(command, [options]() -> Expected<void> {
-    options->look.version = PALPATE_VERSION;
+    options->look.version = text_of(build_info());
     options->look.plugins = plugins();
     const auto facts = doctor::gather_facts(options->look);
     if (!facts) return tl::unexpected(facts.error());

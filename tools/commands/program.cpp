@@ -14,6 +14,7 @@
 #include "palpate/core/log.h"
 #include "palpate/core/nearest.h"
 #include "palpate/core/text.h"
+#include "tools/commands/build_info.h"
 #include "tools/commands/command.h"
 #include "tools/commands/guests.h"
 #include "tools/commands/help_page.h"
@@ -173,7 +174,7 @@ int run_program(int argc, char** argv, const std::function<void(plugin::Guests&)
     const auto options = take_program_options(words);
     auto done = open_log(options.value_or(ProgramOptions{}));
     if (done && !options) done = tl::unexpected(options.error());
-    if (done) Log().debug("version {}, process {}: palpate {}", PALPATE_VERSION, ::getpid(), typed);
+    if (done) Log().debug("version {}, process {}: palpate {}", text_of(build_info()), ::getpid(), typed);
     if (done) done = gather_guests(add_guests, options->plugins);
     if (!done) {
       tell_error(done.error().message);
@@ -185,7 +186,7 @@ int run_program(int argc, char** argv, const std::function<void(plugin::Guests&)
     }
     CLI::App program("palpate - high-precision augmented-reality haptics", "palpate");
     program.require_subcommand(1);
-    program.set_version_flag("--version", PALPATE_VERSION);
+    program.set_version_flag("--version", "palpate " + text_of(build_info()));
     describe_program_options(program);
     add_commands(program);
     describe_help(program);

@@ -18,6 +18,8 @@
 #include "tools/demo/demo_raw.h"
 #include "tools/demo/demo_report.h"
 #include "tools/demo/demo_summary.h"
+#include "tools/demo/provenance.h"
+#include "tools/demo/raw_files.h"
 #include "tools/demo/realtime_run.h"
 #include "tools/demo/snapshot_selector.h"
 
@@ -67,10 +69,7 @@ Expected<void> prepare_folder(const DemoOptions& options) {
   std::error_code ignored;
   for (const auto* old : {"summary.json", "report.html", "video.mp4"})
     std::filesystem::remove(options.out / old, ignored);
-  for (const auto* old :
-       {"realtime_network.csv", "realtime_photons.csv", "realtime_predictions.csv", "realtime_truth.csv",
-        "realtime_poses.csv", "frames_right.csv", "truth_frames_right.csv", "lens_right.csv"})
-    std::filesystem::remove(options.out / "raw" / old, ignored);
+  for (const auto& old : raw_files()) std::filesystem::remove(options.out / "raw" / old.file, ignored);
   for (const auto& application : options.applications.specs())
     for (const auto& table : application.tables)
       std::filesystem::remove(options.out / "raw" / table.file, ignored);
@@ -106,6 +105,7 @@ class Demo {
   enum Phase : std::size_t { kCalibrating, kFirstPlay, kSecondPlay, kWriting };
 
   std::vector<Progress::Phase> phases() const;
+  void begin(Phase phase, const std::string& what);
   void go_on(double share) {
     go_on_unless_stopped();
     progress_.update(share);
@@ -117,6 +117,7 @@ class Demo {
   const scene::ApplicationSpec& application_;
   scene::SceneDescription scene_;  // without surfaces until the rig is calibrated
   std::filesystem::path raw_, rig_path_, world_path_;
+  Provenance provenance_;
   Progress progress_;
   sim::CameraRenderer renderer_;  // outlives the world, which holds on to it
   sim::Simulator world_;
@@ -141,6 +142,7 @@ Demo::Demo(const DemoOptions& options, scene::SceneDescription settings,
       raw_(options.out / "raw"),
       rig_path_(options.out / "rig.toml"),
       world_path_(options.out / "world.toml"),
+      provenance_(options.build),
       progress_(phases()),
       world_(options.world, options.seed),
       rig_(evaluation::blank_rig(options.world)) {
@@ -157,6 +159,12 @@ std::vector<Progress::Phase> Demo::phases() const {
   return phases;
 }
 
+// A log or a pipe, which no bar is drawn into, has a line of each phase.
+void Demo::begin(Phase phase, const std::string& what) {
+  progress_.begin(phase);
+  if (!progress_.on_terminal()) Log("demo").write(LogLevel::info, what);
+}
+
 sim::RenderView Demo::camera_renderer() {
   return [this](const sim::TrueView& view, std::vector<std::uint8_t>& rgb) {
     go_on_unless_stopped();
@@ -165,7 +173,7 @@ sim::RenderView Demo::camera_renderer() {
 }
 
 Expected<void> Demo::calibrate() {
-  progress_.begin(kCalibrating);
+  begin(kCalibrating, "calibrates everything");
   calibration::session::SessionHooks hooks;
   hooks.progress = [this](std::size_t step, std::size_t steps, const std::string&) {
     go_on(static_cast<double>(step) / static_cast<double>(steps));
@@ -203,7 +211,8 @@ Expected<void> Demo::compare_methods() {
 // As three processes.
 Expected<void> Demo::play_in_real_time() {
   if (options_.program.empty() || options_.realtime_s <= 0.0) return {};
-  progress_.begin(options_.window ? kFirstPlay : kSecondPlay);
+  begin(options_.window ? kFirstPlay : kSecondPlay,
+        fmt::format("plays {:g} s in real time", options_.realtime_s));
   RealtimeRunOptions run;
   run.program = options_.program;
   run.rig = rig_path_;
@@ -238,7 +247,8 @@ Expected<void> Demo::play_in_real_time() {
 }
 
 Expected<void> Demo::play_in_lockstep() {
-  progress_.begin(options_.window ? kSecondPlay : kFirstPlay);
+  begin(options_.window ? kSecondPlay : kFirstPlay,
+        fmt::format("plays {:g} s in lock-step", options_.seconds));
   auto scene_view = options_.applications.make_view(scene_);
   if (!scene_view) return tl::unexpected(scene_view.error());
   server::graphics::FrameRenderer pictures(rig_, scene_, std::move(*scene_view),
@@ -306,12 +316,15 @@ Expected<void> Demo::write_raw() {
 }
 
 Expected<DemoResult> Demo::write_report() {
-  progress_.begin(kWriting);
+  begin(kWriting, "writes the report");
   auto summary = demo_summary({options_, world_.truth(), rig_, *recordings_, methods_, with_true_tip_, play_,
                                overlay_, stereo_, points_.size(), scene_, *record_});
   if (!summary) return tl::unexpected(summary.error());
   (*summary)["pictures"] = captions_;
   if (realtime_) (*summary)["realtime"] = *realtime_;
+  for (const auto& line : own_game(*summary, *record_))
+    (*summary)["realtime"]["own_game"].push_back(line.text);
+  (*summary)["made"] = provenance_.told(realtime_.value_or(Json()));
   if (auto done = write_json(options_.out / "summary.json", *summary); !done)
     return tl::unexpected(done.error());
   if (auto done = write_demo_report(options_.out, options_.applications); !done)

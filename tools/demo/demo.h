@@ -6,7 +6,7 @@
 // as it does without a window.
 //
 // Writes summary.json, report.html, rig.toml, video.mp4, pictures/ and raw/ into the folder. Everything
-// outside summary.json's "realtime" is the same to the bit for the same world, seed and options.
+// outside summary.json's "realtime" and "made" is the same to the bit for the same world, seed and options.
 #pragma once
 
 #include <cstdint>
@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "palpate/core/build_info.h"
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/desktop/spectator_window.h"
@@ -38,6 +39,7 @@ struct DemoOptions {
   std::filesystem::path out = "palpate-report";
   std::filesystem::path program;  // this executable, for the real-time run; empty leaves that run out
   std::string command;            // as typed, for the report
+  BuildInfo build;                // of this program, for the report
   bool quick = false;
   std::optional<render::Quality> quality;  // of the pictures; none: by what is missed, in lock-step medium
   std::optional<desktop::MonitorView> monitor;  // beside the window, for those who look on

@@ -5,6 +5,7 @@
 
 #include "palpate/core/toml.h"
 #include "palpate/figures/limits.h"
+#include "tools/demo/raw_files.h"
 #include "tools/demo/report_data.h"
 
 namespace palpate::tools::demo {
@@ -13,14 +14,29 @@ namespace {
 
 using evaluation::report::PageTemplates, figures::PlayFolder;
 
-// The picture a film shows before it plays: an event (a hit, a touch), where there is one.
+constexpr const char* kOutside = "pictures/outside.png";
+
+// Of the player's own view, in the order of time.
+std::vector<std::string> seen_pictures(const PlayFolder& play) {
+  std::vector<std::string> names = play.pictures("pictures");
+  std::erase(names, kOutside);
+  return names;
+}
+
+// "03-hit.png" does, "02-play.png" does not.
+bool shows_event(const std::string& name) {
+  return name.find('-') != std::string::npos && name.find("-play") == std::string::npos;
+}
+
+// The picture a film shows before it plays: the last event (a hit, a touch) that there is one of. Before the first ones
+// nothing has been scored or felt yet.
 Json poster_of(const PlayFolder& play) {
   if (play.has("poster.png")) return "poster.png";
   if (!play.has("video.mp4")) return nullptr;
-  const auto pictures = play.pictures("pictures");
-  for (const auto& name : pictures)
-    if (name.find('-') != std::string::npos && name.find("-play") == std::string::npos) return name;
-  return pictures.empty() ? Json() : Json(pictures.front());
+  const auto names = seen_pictures(play);
+  const auto event = std::find_if(names.rbegin(), names.rend(), shows_event);
+  if (event != names.rend()) return *event;
+  return names.empty() ? Json() : Json(names.back());
 }
 
 // Width over height as a PNG's first chunk states them; of what is no PNG, a camera's 4 : 3.
@@ -36,15 +52,20 @@ double shape_of(std::string_view png) {
   return width > 0.0 && height > 0.0 ? width / height : 4.0 / 3.0;
 }
 
-// Two in a row. The one from the side is always among them, the last.
-Json pictures_of(const PlayFolder& play) {
+// Two in a row: the last event that the film does not show already, then the last of the others, then the one from the
+// side.
+Json pictures_of(const PlayFolder& play, const Json& poster) {
   constexpr std::size_t kMost = 4;  // more would make the page heavy, not clearer
-  std::vector<std::string> names = play.pictures("pictures");
-  const auto outside = std::stable_partition(names.begin(), names.end(),
-                                             [](const auto& name) { return name != "pictures/outside.png"; });
-  const auto seen = static_cast<std::size_t>(outside - names.begin());
-  if (seen < names.size() && seen >= kMost) names.erase(names.begin() + kMost - 1, outside);
-  names.resize(std::min(names.size(), kMost));
+  std::vector<std::string> names = seen_pictures(play);
+  if (poster.is_string()) std::erase(names, poster.get<std::string>());
+  const auto event = std::find_if(names.rbegin(), names.rend(), shows_event);
+  if (event != names.rend()) std::rotate(names.begin(), event.base() - 1, event.base());
+  const bool outside = play.has(kOutside);
+  const std::size_t most = outside ? kMost - 1 : kMost, first = event != names.rend() ? 1 : 0;
+  if (names.size() > most)
+    names.erase(names.begin() + static_cast<std::ptrdiff_t>(first),
+                names.end() - static_cast<std::ptrdiff_t>(most - first));
+  if (outside) names.emplace_back(kOutside);
   Json rows = Json::array();
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::string file = fs::path(names[i]).filename().string();
@@ -123,7 +144,6 @@ Json sums_of(const PlayFolder& play) {
   const auto known = [&](const char* path) { return play.number(path).has_value(); };
   sums["smaller_calibrations"] = known("pivot/error_to_truth_mm") || known("hand_eye/error_to_truth_mm") ||
                                  known("hand_eye/rotation_error_deg") || known("camera/rms_px");
-  sums["tables"] = !rows_of(play).empty();
   sums["overlay"] = known("registration/world_px_rms") || known("registration/tip_px_rms");
   return sums;
 }
@@ -162,6 +182,9 @@ Expected<Json> demo_report(const fs::path& folder, const scene::ApplicationRegis
     if (!verdict) return verdict;
     one.update(verdict->value("disparity", Json::object()));
   }
+  const Json poster = poster_of(*play);
+  Json files = files_of(*play, spec), sums = sums_of(*play);
+  sums["files"] = !files.empty();
   Json data = calibration_data(*play);
   data.update(play_data(*play));
   data.update(realtime_data(*play));
@@ -169,14 +192,15 @@ Expected<Json> demo_report(const fs::path& folder, const scene::ApplicationRegis
               {"kind", "demo"},
               {"summary", play->summary()},
               {"judged", *judged},
-              {"sums", sums_of(*play)},
+              {"sums", sums},
               {"disparities", disparities},
               {"application", *application},
               {"video", play->has("video.mp4") ? Json("video.mp4") : Json()},
-              {"poster", poster_of(*play)},
-              {"pictures", pictures_of(*play)},
+              {"poster", poster},
+              {"pictures", pictures_of(*play, poster)},
               {"data", data},
               {"network", network_data(*play)},
+              {"files", files},
               {"rows", rows_of(*play)}};
 }
 

@@ -109,15 +109,28 @@ TEST_F(DemoReport, ShowsVideoAndPicturesWithTheirCaptions) {
     EXPECT_NE(html.find(carried), std::string::npos) << carried;
 }
 
-TEST_F(DemoReport, ShowsThePictureFromTheSideAfterThreeOthers) {
-  for (const std::string name : {"01", "02", "03", "04", "05", "outside"})
+// Early in a play nothing has been scored yet: what is late shows more, events first, the view from the side last.
+TEST_F(DemoReport, ShowsTheLastEventFirstAndNoPictureTwice) {
+  const auto shown = [this] {
+    std::string names;
+    const Json rows = report()["pictures"];
+    for (const auto& row : rows)
+      for (const auto& picture : row)
+        names += fs::path(picture["file"].get<std::string>()).stem().string() + ' ';
+    return names;
+  };
+  for (const std::string name : {"01-hit", "02-play", "03-hit", "04-play", "05-play", "06-play", "outside"})
     write("pictures/" + name + ".png", name);
-  std::vector<std::string> shown;
-  const Json rows = report()["pictures"];
-  for (const auto& row : rows)
-    for (const auto& picture : row) shown.push_back(picture["file"]);
-  EXPECT_EQ(shown, (std::vector<std::string>{"pictures/01.png", "pictures/02.png", "pictures/03.png",
-                                             "pictures/outside.png"}));
+  EXPECT_EQ(report()["poster"], nullptr) << "without a film";
+  EXPECT_EQ(shown(), "03-hit 05-play 06-play outside ");
+  write("video.mp4", "film");
+  EXPECT_EQ(report()["poster"], "pictures/03-hit.png");
+  EXPECT_EQ(shown(), "01-hit 05-play 06-play outside ");
+  fs::remove(folder_ / "pictures/01-hit.png");
+  fs::remove(folder_ / "pictures/03-hit.png");
+  fs::remove(folder_ / "pictures/outside.png");
+  EXPECT_EQ(report()["poster"], "pictures/06-play.png");
+  EXPECT_EQ(shown(), "02-play 04-play 05-play ");
 }
 
 TEST_F(DemoReport, HasTheApplicationsWordsFiguresSectionsAndTables) {
@@ -159,8 +172,10 @@ TEST_F(DemoReport, OfAnApplicationWithoutAPartIsPlain) {
     EXPECT_NE(html.find("<h2 id=\"forces\">"), std::string::npos);
     EXPECT_EQ(html.find("To and fro."), std::string::npos);
   }
-  EXPECT_EQ(of_unknown.find("raw/swing.csv"), std::string::npos);
-  EXPECT_NE(of_silent.find("raw/swing.csv"), std::string::npos);
+  // Each file of the folder is named; what it holds, the application alone knows.
+  EXPECT_NE(of_unknown.find("raw/swing.csv"), std::string::npos);
+  EXPECT_EQ(of_unknown.find("the weight, picture by picture"), std::string::npos);
+  EXPECT_NE(of_silent.find("the weight, picture by picture"), std::string::npos);
 }
 
 TEST_F(DemoReport, JudgesADisparityUnderTheBodysName) {
@@ -171,6 +186,55 @@ TEST_F(DemoReport, JudgesADisparityUnderTheBodysName) {
   ASSERT_EQ(disparities.size(), 1u);
   EXPECT_EQ(disparities[0]["body"], "weight");
   EXPECT_EQ(disparities[0]["verdict"], "falls short");
+}
+
+TEST_F(DemoReport, TellsWhatMadeItsFiguresAndOnWhatMachine) {
+  Json told = summary();
+  told["made"] = {{"version", "0.1.0"},
+                  {"commit", "3d8d93f1"},
+                  {"compiler", "Clang 14"},
+                  {"options", "Release"},
+                  {"date", "2026-11-28T16:00:00Z"},
+                  {"processor", "of a test"},
+                  {"cores", 2},
+                  {"kernel", "Linux 6.1"},
+                  {"load_before", 0.4},
+                  {"renderer", "llvmpipe"},
+                  {"scheduling", "SCHED_FIFO priority 80"}};
+  write("summary.json", told.dump());
+  for (const char* words :
+       {"palpate 0.1.0, commit 3d8d93f1", "Clang 14 (Release)", "2026-11-28T16:00:00Z", "of a test, 2 cores",
+        "Linux 6.1", "llvmpipe", "SCHED_FIFO priority 80", "0.40 when"})
+    EXPECT_NE(page().find(words), std::string::npos) << words;
+  told["made"]["commit"] = nullptr;
+  told["made"]["load_before"] = nullptr;
+  write("summary.json", told.dump());
+  EXPECT_NE(page().find("commit not known"), std::string::npos);
+}
+
+TEST_F(DemoReport, JudgesTheOverlayInRealTimeAsInLockStepAndSaysWhereTheMachineWasTooBusy) {
+  const auto with = [](double px, int without_tracker) -> Json {
+    return {{"realtime",
+             {{"overlay",
+               {{"world_px_rms", px},
+                {"frames", 270},
+                {"late", 3},
+                {"pose_from", {{"none", without_tracker}}}}}}}};
+  };
+  EXPECT_EQ(verdict("realtime_world_overlay", with(0.1, 0)), "holds");
+  EXPECT_EQ(page().find("too busy"), std::string::npos);
+  EXPECT_EQ(verdict("realtime_world_overlay", with(13.3, 2)), "falls short");
+  EXPECT_NE(page().find("Of 270 pictures 2 were drawn before"), std::string::npos);
+}
+
+TEST_F(DemoReport, HasACardOfThePersonsOwnGame) {
+  EXPECT_EQ(page().find("Your own game"), std::string::npos);
+  Json told = summary();
+  told["realtime"]["own_game"] = {"6 of 12 serves returned"};
+  write("summary.json", told.dump());
+  const std::string html = page();
+  EXPECT_NE(html.find("Your own game"), std::string::npos);
+  EXPECT_NE(html.find("6 of 12 serves returned"), std::string::npos);
 }
 
 TEST_F(DemoReport, RefusesAMissingOrBrokenSummaryAndABrokenTable) {
@@ -213,13 +277,13 @@ TEST_F(DemoReport, IsDrawnByABrowserWithoutANetwork) {
   write_raw();
   write_network();
   page();
-  const std::string command =
-      fmt::format(PALPATE_CHROMIUM
-                  " --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --host-resolver-rules='MAP "
-                  "* ~NOTFOUND' "
-                  "--user-data-dir='{0}/profile' "
-                  "--virtual-time-budget=20000 --dump-dom 'file://{0}/report.html' 2> /dev/null",
-                  folder_.string());
+  const std::string command = fmt::format(
+      PALPATE_CHROMIUM
+      " --headless --no-sandbox --disable-gpu --disable-dev-shm-usage --host-resolver-rules='MAP "
+      "* ~NOTFOUND' "
+      "--user-data-dir='{0}/profile' "
+      "--virtual-time-budget=20000 --enable-logging=stderr --dump-dom 'file://{0}/report.html' 2>&1",
+      folder_.string());
   std::FILE* pipe = ::popen(command.c_str(), "r");
   ASSERT_NE(pipe, nullptr);
   std::string dom;
@@ -230,6 +294,9 @@ TEST_F(DemoReport, IsDrawnByABrowserWithoutANetwork) {
   // page.js counts what it has drawn: 10 plots and 2 clouds; an error in drawing would leave the mark out.
   EXPECT_NE(dom.find("data-drawn=\"12\""), std::string::npos);
   EXPECT_NE(dom.find("class=\"main-svg\""), std::string::npos);
+  EXPECT_EQ(dom.find(":CONSOLE"), std::string::npos) << "neither an error nor plotly's complaint of margins";
+  // The pivot's points reach to 92, 119 and 92 mm: the box around them ends at round numbers.
+  EXPECT_NE(dom.find("x from -100 to 100, y from 70 to 120, z from -100 to 100 mm"), std::string::npos);
 }
 #endif
 

@@ -194,12 +194,22 @@ Expected<Json> demo_summary(const DemoOutcome& outcome) {
   rest["player"] = player_json(options.world);
   const Json of_the_play = record.summary();
   for (const auto& [key, part] : of_the_play.items()) {
-    if (summary.contains(key) || rest.contains(key) || key == "pictures" || key == "realtime")
+    if (summary.contains(key) || rest.contains(key) || key == "pictures" || key == "realtime" ||
+        key == "made")
       return refused("{}: its summary has the key '{}', which is the system's", scene.application, key);
     summary[key] = part;
   }
   summary.update(rest);
   return summary;
+}
+
+std::vector<scene::ClosingLine> own_game(const Json& summary, const scene::PlayRecord& record) {
+  const Json realtime = summary.value("realtime", Json::object());
+  if (!realtime.contains("play") || !realtime.value("/window/played_by_mouse"_json_pointer, false)) return {};
+  Json of_the_person = summary;
+  of_the_person.update(realtime["play"]);
+  of_the_person["force"] = realtime["force"];
+  return record.closing_lines(of_the_person);
 }
 
 std::vector<std::string> closing_lines(const Json& summary,
@@ -246,7 +256,11 @@ std::vector<std::string> closing_lines(const Json& summary,
                     network["encrypted"].get<bool>() ? "encrypted" : "not encrypted",
                     network["cut_for_s"].get<double>(), after("gone_after_s"), after("replies_after_s")));
   }
-  for (const auto& line : of_the_play) lines.push_back(fmt::format("{:<9} {}", line.about + ":", line.text));
+  const Json own = summary.value("/realtime/own_game"_json_pointer, Json::array());
+  for (const auto& text : own) lines.push_back("you:      " + text.get<std::string>());
+  for (const auto& line : of_the_play)
+    lines.push_back(own.empty() ? fmt::format("{:<9} {}", line.about + ":", line.text)
+                                : fmt::format("program:  {}, in lock-step", line.text));
   if (of_the_play.empty())  // an application that says nothing of a play: what the hand felt at least
     lines.push_back(fmt::format("force:    {:.2f} N at most, of the {:g} N that the arm may give",
                                 number("force", "peak_n"), number("force", "limit_n")));

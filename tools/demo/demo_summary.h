@@ -34,10 +34,14 @@ struct DemoOutcome {
   const scene::PlayRecord& record;
 };
 
-// Everything but "pictures" and "realtime". Refused where the application's part has a key that is the system's.
+// Everything but "pictures", "realtime" and "made". Refused where the application's part has a key that is the system's.
 Expected<Json> demo_summary(const DemoOutcome& outcome);
 
-// The five plain lines a demo ends with. `of_the_play`: the application's.
+// The game of a person who took the mouse in the real-time run, in the application's words; empty where nobody did.
+std::vector<scene::ClosingLine> own_game(const Json& summary, const scene::PlayRecord& record);
+
+// The plain lines a demo ends with. `of_the_play`: the application's, of the play in lock-step. A person's own game, in
+// summary.json's "realtime/own_game", comes before it.
 std::vector<std::string> closing_lines(const Json& summary,
                                        const std::vector<scene::ClosingLine>& of_the_play,
                                        const std::filesystem::path& out);

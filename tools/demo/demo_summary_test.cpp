@@ -55,6 +55,39 @@ TEST(ClosingLines, TellTheForceWhereTheApplicationSaysNothing) {
   EXPECT_EQ(told({}).numbers["force"], (std::vector{4.73, 8.5}));
 }
 
+// Says what a summary holds.
+class Counted : public scene::PlayRecord {
+  std::vector<scene::ClosingLine> closing_lines(const Json& summary) const override {
+    return {{"swing", fmt::format("{} passes, {} N", summary["swing"]["passes"].get<int>(),
+                                  summary["force"]["peak_n"].get<double>())}};
+  }
+};
+
+TEST(OwnGame, IsToldByWhatThePersonPlayedAndNotByThePlayInLockStep) {
+  Json summary = summary_of_a_run();
+  summary["swing"] = {{"passes", 24}};
+  EXPECT_TRUE(own_game(summary, Counted()).empty());
+  summary["realtime"] = {{"play", {{"swing", {{"passes", 3}}}}}, {"force", {{"peak_n", 1.5}}}};
+  EXPECT_TRUE(own_game(summary, Counted()).empty()) << "a run without a window";
+  summary["realtime"]["window"] = {{"played_by_mouse", false}};
+  EXPECT_TRUE(own_game(summary, Counted()).empty());
+  summary["realtime"]["window"] = {{"played_by_mouse", true}};
+  const auto lines = own_game(summary, Counted());
+  ASSERT_EQ(lines.size(), 1u);
+  EXPECT_EQ(lines[0].text, "3 passes, 1.5 N");
+}
+
+TEST(ClosingLines, HaveThePersonsGameBeforeTheProgramsAndSayWhoseIsWhose) {
+  Json summary = summary_of_a_run();
+  summary["realtime"] = Json::parse(
+      R"({"own_game": ["3 passes"], "exchange": {"round_trip_us": {"median": 100}, "late": 0, "frames": 90},
+    "sync": {"offset_error_us_p99": 10}, "haptic": {"rate_hz": 1000, "overruns": 0}})");
+  const auto lines = closing_lines(summary, {{"swing", "24 passes"}}, "out");
+  ASSERT_GE(lines.size(), 3u);
+  EXPECT_EQ(lines[lines.size() - 3], "you:      3 passes");
+  EXPECT_EQ(lines[lines.size() - 2], "program:  24 passes, in lock-step");
+}
+
 TEST(Tables, AreWrittenUnderTheNamesThatWereAnnounced) {
   const ScratchFolder folder;
   const auto spec = swing_for_tests();

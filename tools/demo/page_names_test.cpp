@@ -30,9 +30,12 @@ class PageNames : public PlayFolderTest {
       "touch": {"contact_s": 11.5, "of_s": 30.0, "touches": 4, "slips": 17, "force_n": {"mean": 1.4},
         "depth_mm": {"mean": 1, "max": 2}, "friction": {"median": 0.3}, "unsettled": 2},
       "force": {"peak_limited_ticks": 1},
-      "realtime": {"overlay": {"world_px_rms": 0.1, "tip_px_rms_in_time": 0.2, "tip_px_rms_late": 3},
+      "made": {"version": "0.1.0", "commit": "3d8d93f1", "compiler": "Clang 14", "options": "Release", "date": "2026-11-28T16:00:00Z",
+        "processor": "of a test", "cores": 2, "kernel": "Linux 6.1", "system": "Debian", "load_before": 0.4, "load_after": 2.1,
+        "renderer": "llvmpipe", "scheduling": "SCHED_FIFO priority 80"},
+      "realtime": {"overlay": {"frames": 270, "late": 3, "pose_from": {"none": 2}, "world_px_rms": 0.1, "tip_px_rms_in_time": 0.2, "tip_px_rms_late": 3},
         "force": {"lost_impulse_rel": 0.001, "machine_stalls": 2, "longest_machine_stall_ms": 7.5,
-                  "outages_in_machine_stalls": 1, "trips_in_machine_stalls": 0}, "headset": {"frames": 272, "with_picture": 257, "rate_hz": 90, "losses": 0, "age_ms": {"median": 90}}, "predicted": {"tip": {"shown": {"rms_mm": 0.6}, "registered": {"rms_mm": 9}}}, "photon_to_photon": {"median_ms": 60, "p99_ms": 70, "instrument_error_ms": 0.5},
+                  "outages_in_machine_stalls": 1, "trips_in_machine_stalls": 0}, "own_game": ["6 of 12 serves returned"], "headset": {"frames": 272, "with_picture": 257, "rate_hz": 90, "losses": 0, "age_ms": {"median": 90}}, "predicted": {"tip": {"shown": {"rms_mm": 0.6}, "registered": {"rms_mm": 9}}}, "photon_to_photon": {"median_ms": 60, "p99_ms": 70, "instrument_error_ms": 0.5},
         "haptic": {"ticks": 9991, "missed_in_a_row": 5}}})"));
     all["application"] = application;
     if (application == "another") all.erase("command");
@@ -41,9 +44,6 @@ class PageNames : public PlayFolderTest {
     write("summary.json", all.dump());
     write("video.mp4", "film");
     write("pictures/a.png", "picture");
-    for (const char* name : {"arm_calibration", "corners", "hand", "eye", "truth_frames", "check_points",
-                             "realtime_truth", "realtime_network", "realtime_predictions"})
-      write(fmt::format("raw/{}.csv", name), "a\n1\n");
     write("raw/ball.csv", "time_s,x_m,y_m,z_m\n0,0,1,2\n");
     write(
         "raw/touch.csv",

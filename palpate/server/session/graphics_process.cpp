@@ -49,6 +49,7 @@ class GraphicsProcess {
   Expected<void> open();
   Expected<GraphicsDevices> open_devices();
   Expected<void> meet_physics_server();
+  Expected<void> begin_record();
   Expected<void> open_screens();
   Expected<void> open_latency_probe();
   Expected<void> open_logs();
@@ -109,6 +110,7 @@ Expected<Json> GraphicsProcess::run() {
   if (ui() && options_.mouse) ui()->lead(*side_->devices().hand(), clock_);
   if (!options_.trace.empty()) begin_trace();
   begun_ = next_ = draw_at_ = clock_.now();
+  if (ui() && options_.seconds > 0.0) ui()->set_end(begun_ + seconds(options_.seconds));
   while (goes_on())
     if (auto done = tick(); !done) return tl::unexpected(done.error());
   // Figures of a measured run without its server would be figures of something else.
@@ -185,11 +187,7 @@ Expected<void> GraphicsProcess::meet_physics_server() {
   side_->server().set_log(kLog);
   side_->server().set_clock(clock_);
   side_->server().set_drawn(physics::scene_from_rig(options_.rig, *scene));
-  if (options_.applications.find(scene->application) != nullptr) {
-    auto record = options_.applications.make_record(side_->scene());
-    if (!record) return tl::unexpected(record.error());
-    played_ = std::move(*record);
-  }
+  if (auto begun = begin_record(); !begun) return begun;
   devices_.reset();
   if (auto* pictures = side_->renderer()) {
     pictures->set_captions(!options_.window && !options_.headset);
@@ -198,6 +196,15 @@ Expected<void> GraphicsProcess::meet_physics_server() {
   if (feed_)
     side_->server().set_marker_tap(
         [this](device::MarkerId marker, const device::MarkerPose& pose) { feed_->marker(marker, pose); });
+  return {};
+}
+
+// Of the play from now on, where the application is part of this program.
+Expected<void> GraphicsProcess::begin_record() {
+  if (options_.applications.find(side_->scene().application) == nullptr) return {};
+  auto record = options_.applications.make_record(side_->scene());
+  if (!record) return tl::unexpected(record.error());
+  played_ = std::move(*record);
   return {};
 }
 
@@ -295,6 +302,8 @@ Expected<void> GraphicsProcess::tick() {
   // Also while no images come: then above all it is asked what is wrong.
   if (!told_ || clock_.now() - *told_ >= transport::StateLink::kHelloEvery) tell_figures();
   quit_ = !screens_->act();
+  if (ui() && ui()->take_own_game())
+    if (auto begun = begin_record(); !begun) return begun;
   shown_timecode();
   screens_->act_for_others();
   take_turns_with_a_person();
