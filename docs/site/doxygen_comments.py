@@ -3,7 +3,7 @@
 
 The comment on top documents the file. A block of comment lines documents the declaration below it, a comment at the end
 of a line the declaration that begins on that line. What stands in function bodies, or before an empty line, stays a plain
-comment. Every line keeps its number.
+comment. Lines keep their numbers, but for a moment after a list.
 """
 import re
 import sys
@@ -25,12 +25,14 @@ def prose(words):
 
 
 def written(block):
-    """Comment lines as documentation. A formula, further in than the text, is shown as it is."""
-    lines = []
+    """Comment lines as documentation. A formula, further in than the text, is shown as it is; text after a list is no part of it."""
+    lines, formula, item = [], False, False
     for i, line in enumerate(block):
         indent, words = COMMENT_LINE.fullmatch(line).groups()
-        formula = words.startswith("   ") and (i == 0 or shown_as_is or not COMMENT_LINE.fullmatch(block[i - 1])[2].strip())
-        shown_as_is = formula
+        formula = words.startswith("   ") and (i == 0 or formula or not COMMENT_LINE.fullmatch(block[i - 1])[2].strip())
+        if item and re.match(r" ?[^ -]", words):
+            lines.append(f"{indent}///")
+        item = bool(re.match(r" +- ", words)) or (item and words.startswith("  "))
         lines.append(f"{indent}///    {words}" if formula else f"{indent}///{prose(words)}")
     return lines
 
@@ -63,7 +65,11 @@ class Scopes:
 
 def filtered(text):
     lines, block, scopes, column = [], [], Scopes(), None
+    moved = 0  # lines that were added
     for line in text.split("\n"):
+        if moved and not line and not block:
+            moved -= 1
+            continue
         if found := COMMENT_LINE.fullmatch(line):
             if len(found[1]) == column:  # goes on below the end of a line
                 lines.append(f"{found[1]}///< {prose(found[2].strip())}")
@@ -72,11 +78,12 @@ def filtered(text):
             continue
         if block and not lines and line == "#pragma once":
             lines += written(block) + ["/// \\file"]
-            block = []
+            moved, block = len(lines) - len(block) - 1, []
             continue
         documents = scopes.all_hold_declarations() and not NO_DECLARATION.match(line)
-        lines += written(block) if documents else block
-        block = []
+        comments = written(block) if documents else block
+        lines += comments
+        moved, block = moved + len(comments) - len(block), []
         begins_here = documents and not scopes.declaration.strip()
         comment = next((token for token in TOKEN.finditer(line) if token[0].startswith("//")), None)
         code = line[:comment.start()].rstrip() if comment else line

@@ -120,7 +120,8 @@ def on_files(files, config):
 
 
 def on_post_build(config):
-    """Finds pages, not program text; and finds them without a web server, which a browser keeps from reading JSON."""
+    """The search finds pages, not program text, and needs no web server: a browser reads no JSON from a file."""
+    (pathlib.Path(config.site_dir) / "404.html").unlink()  # its links lead to the root of a server
     folder = pathlib.Path(config.site_dir) / "search"
     index = json.loads((folder / "search_index.json").read_text(encoding="utf-8"))
     index["docs"] = [entry for entry in index["docs"] if not entry["location"].startswith("files/")]
