@@ -27,10 +27,11 @@ def tracked():
     return set(listed.split("\0"))
 
 
-def reference_pages():
-    """Header -> its page, as Doxygen's tag file tells."""
-    files = xml.etree.ElementTree.parse(WORK / "cpp.tag").iterfind("compound[@kind='file']")
-    return {(file.findtext("path") + file.findtext("name")): "cpp/" + file.findtext("filename") for file in files}
+def reference_pages(*kinds):
+    """Header or class -> its page, as Doxygen's tag file tells."""
+    found = xml.etree.ElementTree.parse(WORK / "cpp.tag").iterfind("compound")
+    return {(entry.findtext("path") or "").removeprefix(f"{ROOT}/") + entry.findtext("name"): "cpp/" + entry.findtext("filename")
+            for entry in found if entry.get("kind") in kinds}
 
 
 class Site:
@@ -44,7 +45,7 @@ class Site:
                 self.pages[name] = name.removeprefix("docs/")
             elif re.fullmatch(r"examples/\w+/README\.md", name):
                 self.pages[name] = posixpath.dirname(name) + ".md"
-        self.pages.update(reference_pages())
+        self.pages.update(reference_pages("file"))
         self.made = {}  # site's file -> Markdown
 
     def sources(self):
@@ -120,11 +121,12 @@ def on_files(files, config):
 
 
 def on_post_build(config):
-    """The search finds pages, not program text, and needs no web server: a browser reads no JSON from a file."""
+    """The search finds pages, headers and classes, but no program text. It needs no web server: a browser reads no JSON from a file."""
     (pathlib.Path(config.site_dir) / "404.html").unlink()  # its links lead to the root of a server
     folder = pathlib.Path(config.site_dir) / "search"
     index = json.loads((folder / "search_index.json").read_text(encoding="utf-8"))
     index["docs"] = [entry for entry in index["docs"] if not entry["location"].startswith("files/")]
+    index["docs"] += [{"location": page, "title": name, "text": ""} for name, page in reference_pages("file", "class", "struct").items()]
     text = json.dumps(index, ensure_ascii=False, separators=(",", ":"))
     (folder / "search_index.json").write_text(text, encoding="utf-8")
     (folder / "search_index.js").write_text(f"window.__search = {{index: Promise.resolve({text})}};", encoding="utf-8")
