@@ -3,7 +3,7 @@
 
 The comment on top documents the file. A block of comment lines documents the declaration below it, a comment at the end
 of a line the declaration that begins on that line. What stands in function bodies, or before an empty line, stays a plain
-comment. Lines keep their numbers, but for a moment after a list.
+comment. Lines keep their numbers, but for a moment after a list or before a formula.
 """
 import re
 import sys
@@ -26,14 +26,16 @@ def prose(words):
 
 def written(block):
     """Comment lines as documentation. A formula, further in than the text, is shown as it is; text after a list is no part of it."""
-    lines, formula, item = [], False, False
-    for i, line in enumerate(block):
+    lines, formula, item, before = [], False, False, ""
+    for line in block:
         indent, words = COMMENT_LINE.fullmatch(line).groups()
-        formula = words.startswith("   ") and (i == 0 or formula or not COMMENT_LINE.fullmatch(block[i - 1])[2].strip())
-        if item and re.match(r" ?[^ -]", words):
+        was_item, was_formula = item, formula
+        item = bool(re.match(r" +(- |[0-9]+\. )", words)) or (item and words.startswith("  "))
+        formula = words.startswith("   ") and not item
+        if before.strip() and ((was_item and not item) or (formula and not was_formula)):
             lines.append(f"{indent}///")
-        item = bool(re.match(r" +- ", words)) or (item and words.startswith("  "))
         lines.append(f"{indent}///    {words}" if formula else f"{indent}///{prose(words)}")
+        before = words
     return lines
 
 
@@ -97,5 +99,6 @@ def filtered(text):
     return "\n".join(lines + block)
 
 
-with open(sys.argv[1], encoding="utf-8") as file:
-    print(filtered(file.read()), end="")
+if __name__ == "__main__":
+    with open(sys.argv[1], encoding="utf-8") as file:
+        print(filtered(file.read()), end="")
