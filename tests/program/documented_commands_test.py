@@ -120,13 +120,18 @@ class Run(ProgramTest):
         os.symlink(os.path.join(documents.ROOT, "data"), self.path("data"))
 
     def samples(self):
-        """samples/, rig.toml, my.rig.toml: what a person has after the first hour."""
-        calibrate(self.runs)
-        for kind in ("pivot", "pointer", "landmarks"):
-            self.runs("world", "sample", kind, "--out", "samples")
-        self.runs("calibrate", "pivot", "--poses", "samples/pivot.csv", "--rig", "rig.toml")
-        self.runs("calibrate", "pivot", "--marker", "pointer", "--poses", "samples/pointer.csv", "--rig", "rig.toml")
-        self.runs("calibrate", "landmarks", "--points", "samples/landmarks.csv", "--rig", "rig.toml")
+        """samples/ and rig.toml: what a person has after the first hour; made once."""
+        if Run._files is None:
+            calibrate(self.runs)
+            for kind in ("pivot", "pointer", "landmarks"):
+                self.runs("world", "sample", kind, "--out", "samples")
+            self.runs("calibrate", "pivot", "--poses", "samples/pivot.csv", "--rig", "rig.toml")
+            self.runs("calibrate", "pivot", "--marker", "pointer", "--poses", "samples/pointer.csv", "--rig", "rig.toml")
+            self.runs("calibrate", "landmarks", "--points", "samples/landmarks.csv", "--rig", "rig.toml")
+            Run._files = {name: self.read(name) for name in ("rig.toml", *(f"samples/{name}" for name in os.listdir(self.path("samples"))))}
+        os.makedirs(self.path("samples"), exist_ok=True)
+        for name, content in Run._files.items():
+            self.write(name, content)
 
     def put(self, **names):
         """`put(stylus="pivot")`: stylus.csv is the sample pivot.csv."""
