@@ -79,7 +79,7 @@ struct WorldFile {
   } arm;
 
   // An arm whose motors are wired wrongly on purpose, which the reference does not name: for the check of forces.
-  struct {
+  struct ArmFaults {
     int mirrored_axis = 0;                              // of ArmBase: 1 x, 2 y, 3 z; 0: none
     std::array<int, 2> exchanged_joints{};              // 1 to 3; 0 0: none
     std::array<double, 3> torque_gains{1.0, 1.0, 1.0};  // of the joints' motors; 0: without power
@@ -90,7 +90,7 @@ struct WorldFile {
 
   // What has been moved since the rig was calibrated, which the reference does not name: for palpate verify.
   // Drawn truths are changed by it (truth.h). Rotation vectors in rad.
-  struct {
+  struct Knock {
     Vector3 camera = Vector3::Zero(), camera_turn = Vector3::Zero();  // in its marker, CameraMarker axes
     Vector3 base = Vector3::Zero(), base_turn = Vector3::Zero();    // the arm's, about its origin, World axes
     Vector3 table = Vector3::Zero(), table_turn = Vector3::Zero();  // with wall, landmarks and board; World
