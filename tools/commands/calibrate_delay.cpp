@@ -2,7 +2,7 @@
 #include <cmath>
 #include <memory>
 
-#include "palpate/calibration/motion_delay.h"
+#include "palpate/calibration/findings/delay.h"
 #include "palpate/core/file.h"
 #include "palpate/core/text.h"
 #include "palpate/device/point_file.h"
@@ -122,25 +122,9 @@ Result result_of(const DelayArguments& options, const calibration::MotionDelay& 
     if (recording.without_number > 0)
       warnings.push_back(fmt::format("{}: {} without a number left out", recording.motion.name,
                                      counted(recording.without_number, "row")));
-  Result result;
-  Json& json = result.json;
-  json["delay_s"] = found.delay_s;
-  json["delay_std_s"] = found.delay_std_s;
-  json["correlation"] = found.correlation;
-  json["warnings"] = warnings;
-  json["overlap_s"] = found.overlap_s;
-  json["samples"] = found.samples;
-  json["noise_memory_s"] = found.noise_memory_s;
-  json["std_grown_by"] = found.std_grown_by;
-  json["other_delays"] = Json::array();
-  for (const auto& other : found.others)
-    json["other_delays"].push_back({{"delay_s", other.delay_s}, {"correlation", other.correlation}});
-  json["std"] = {{"delay_s", found.delay_std_s}};
-  json["covariance"] =
-      json_covariance({"delay_s"}, Eigen::MatrixXd::Constant(1, 1, found.delay_std_s * found.delay_std_s),
-                      Eigen::VectorXd::Ones(1));
-  json["data"] = {{"from", {{"file", options.from}, {"kind", from.kind}, {"hash", from.hash}}},
-                  {"to", {{"file", options.to}, {"kind", to.kind}, {"hash", to.hash}}}};
+  Result result{calibration::findings::delay_json(found, warnings), {}, {}};
+  result.json["data"] = {{"from", {{"file", options.from}, {"kind", from.kind}, {"hash", from.hash}}},
+                         {"to", {{"file", options.to}, {"kind", to.kind}, {"hash", to.hash}}}};
   result.summary = {fmt::format("delay        {:.5f} +- {:.5f} s (to time = from time + delay)",
                                 found.delay_s, found.delay_std_s),
                     fmt::format("correlation  {:.5f} over {:.1f} s, {}", found.correlation, found.overlap_s,

@@ -1,8 +1,7 @@
-#include <algorithm>
 #include <memory>
 #include <tuple>
 
-#include "palpate/calibration/hand_eye.h"
+#include "palpate/calibration/findings/hand_eye.h"
 #include "palpate/core/file.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
@@ -16,38 +15,7 @@
 namespace palpate::tools::commands {
 namespace {
 
-Json to_json(const HandEyeArguments& options, const Estimate<calibration::HandEyeSolution>& fit,
-             const std::string& hash) {
-  const auto& s = fit.value;
-  Json json = hand_eye_json(s);
-  json["warnings"] = s.warnings;
-  json["board_in_world"] = {{"translation_mm", json_list(s.X_world_board.translation, kMm)},
-                            {"rotation_qwxyz", json_quaternion(s.X_world_board.rotation)}};
-  json["eye_poses"] = s.pairs;
-  json["inliers"] = std::count(fit.inlier.begin(), fit.inlier.end(), true);
-  json["rotation_range_deg"] = degrees_from_radians(s.rotation_range);
-  json["second_axis_spread_deg"] = degrees_from_radians(s.second_axis_spread);
-  json["correlation_time_s"] = s.correlation_time_s;
-  json["std_grown_by"] = s.grown_by;
-  json["error_length_mm"] = kMm * s.error_length;
-  json["method_scatter_mm"] = kMm * s.method_scatter;
-  json["condition"] = fit.condition;
-  json["std"] = hand_eye_std_json(fit);
-  std::vector<std::string> names;
-  Eigen::VectorXd scales(13);
-  for (const char* part : {"camera", "board"}) {
-    for (const char* axis : {"x", "y", "z"})
-      scales[static_cast<Eigen::Index>(names.size())] = kDegreesPerRadian,
-      names.push_back(fmt::format("{}_turn_{}_deg", part, axis));
-    for (const char* axis : {"x", "y", "z"})
-      scales[static_cast<Eigen::Index>(names.size())] = kMm,
-      names.push_back(fmt::format("{}_{}_mm", part, axis));
-  }
-  scales[12] = 1.0, names.emplace_back("delay_s");
-  json["covariance"] = json_covariance(names, fit.covariance, scales);
-  json["data"] = {{"hand", options.hand}, {"eye", options.eye}, {"hash", hash}};
-  return json;
-}
+namespace findings = calibration::findings;
 
 Expected<void> run_hand_eye_poses(const HandEyeArguments& options) {
   if (const auto rig = start_rig(options.result); !rig) return tl::unexpected(rig.error());
@@ -66,7 +34,7 @@ Expected<void> run_hand_eye_poses(const HandEyeArguments& options) {
     if (hand.poses.size() != eye.poses.size())
       return wrong_use("{}: has {}, {} has {}; without times they belong together one by one", options.hand,
                        counted(hand.poses.size(), "pose"), options.eye, eye.poses.size());
-    how.max_hand_gap_s = 1.5;
+    how.max_hand_gap_s = findings::kRowByRow;
   }
   const auto fit = calibration::calibrate_hand_eye(hand.poses, eye.poses, how);
   if (!fit)
@@ -75,7 +43,8 @@ Expected<void> run_hand_eye_poses(const HandEyeArguments& options) {
 
   const auto& s = fit->value;
   const auto sd = standard_deviations(fit->covariance);
-  Result result{to_json(options, *fit, pair->hash), {}, {}};
+  Result result{findings::hand_eye_json(*fit), {}, {}};
+  result.json["data"] = {{"hand", options.hand}, {"eye", options.eye}, {"hash", pair->hash}};
   result.summary.push_back(fmt::format("camera in marker  {} mm  +- {}",
                                        shown(s.X_marker_camera.translation, kMm),
                                        shown(sd.segment<3>(3), kMm)));

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "palpate/calibration/hand_eye.h"
+#include "palpate/calibration/findings/hand_eye.h"
 #include "palpate/core/units.h"
 #include "tools/commands/command.h"
 #include "tools/commands/hand_eye_output.h"
@@ -20,13 +20,13 @@ struct HeadsetArguments {
 Json headset_json(const HeadsetArguments& options, const Estimate<calibration::HandEyeSolution>& fit,
                   const std::string& hash) {
   const auto& s = fit.value;
-  Json json = hand_eye_json(s);
+  Json json = calibration::findings::hand_eye_place_json(s);
   json["world_in_headset_room"] = {{"translation_mm", json_list(s.X_world_board.translation, kMm)},
                                    {"rotation_qwxyz", json_quaternion(s.X_world_board.rotation)}};
   json["camera_poses"] = s.pairs;
   json["rotation_range_deg"] = degrees_from_radians(s.rotation_range);
   json["warnings"] = s.warnings;
-  json["std"] = hand_eye_std_json(fit);
+  json["std"] = calibration::findings::hand_eye_std_json(fit);
   json["data"] = {{"head", options.head}, {"camera", options.camera}, {"hash", hash}};
   return json;
 }

@@ -1,13 +1,10 @@
-#include <algorithm>
 #include <memory>
 #include <optional>
-#include <set>
 
-#include "palpate/calibration/touched_landmarks.h"
+#include "palpate/calibration/findings/landmarks.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/device/point_file.h"
-#include "palpate/device/repeats.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/result_output.h"
@@ -16,8 +13,7 @@
 namespace palpate::tools::commands {
 namespace {
 
-constexpr double kStatedFreedoms = 1e6;  // who states it knows it
-constexpr double kOffSurface = 0.010;    // m; a dot further from every surface lies on none of them
+namespace findings = calibration::findings;
 
 struct LandmarksArguments {
   ResultOptions result;
@@ -26,40 +22,6 @@ struct LandmarksArguments {
   double tracker_mm = 0.1;
   double diameter_mm = mm_from_metres(calibration::LandmarkTouchOptions{}.diameter);
 };
-
-Json landmarks_json(const Estimate<calibration::TouchedLandmarks>& estimate, const device::PointFile& file) {
-  const calibration::TouchedLandmarks& found = estimate.value;
-  const auto sd = standard_deviations(estimate.covariance);
-  Json json;
-  json["landmarks"] = Json::array();
-  json["warnings"] = Json::array();
-  Json all = Json::array();
-  std::vector<std::string> names;
-  for (std::size_t k = 0; k < found.landmarks.size(); ++k) {
-    const auto& landmark = found.landmarks[k];
-    const Vector3 std_k = sd.segment<3>(3 * static_cast<Eigen::Index>(k));
-    all.push_back(json_list(std_k, kMm));
-    json["landmarks"].push_back({{"label", found.labels[k]},
-                                 {"place_mm", json_list(landmark.place.m, kMm)},
-                                 {"std_mm", json_list(std_k, kMm)},
-                                 {"normal", json_list(landmark.normal)},
-                                 {"surface", found.surface[k]},
-                                 {"off_surface_mm", kMm * found.distance[k]},
-                                 {"touches", found.touches[k]}});
-    for (const char* axis : {"x", "y", "z"}) names.push_back(fmt::format("{}_{}_mm", found.labels[k], axis));
-    if (found.distance[k] > kOffSurface)
-      json["warnings"].push_back(
-          fmt::format("landmark '{}' lies {:.1f} mm off the nearest surface ({}): its normal is only a guess",
-                      excerpt(found.labels[k]), kMm * found.distance[k], found.surface[k]));
-  }
-  json["touch_sd_mm"] = kMm * found.touch.sd;
-  json["touch_freedoms"] = found.touch.freedoms;
-  json["rms_mm"] = kMm * rms_per_component(estimate.residuals);
-  json["std"] = {{"place_mm", all}};
-  json["covariance"] = json_covariance(names, estimate.covariance, Eigen::VectorXd::Constant(sd.size(), kMm));
-  json["data"] = Json{{"file", file.source}, {"hash", file.hash}};
-  return json;
-}
 
 Expected<void> run_landmarks(const LandmarksArguments& options) {
   const auto rig = start_rig(options.result);
@@ -70,23 +32,17 @@ Expected<void> run_landmarks(const LandmarksArguments& options) {
   if (!file) return tl::unexpected(file.error());
   std::vector<calibration::LandmarkTouch> touches;
   const double tracker = metres_from_mm(options.tracker_mm);
-  std::set<std::pair<std::string, device::Reading>> known;
-  std::size_t repeats = 0;
-  for (std::size_t i = 0; i < file->points.size(); ++i) {
-    const auto label = file->labels.empty() ? std::to_string(i + 1) : file->labels[i];
-    if (known.insert({label, device::Reading().add(file->points[i])}).second)
-      touches.push_back({label, file->points[i], tracker * tracker * Matrix3::Identity()});
-    else
-      ++repeats;
-  }
+  for (std::size_t i = 0; i < file->points.size(); ++i)
+    touches.push_back({file->labels.empty() ? std::to_string(i + 1) : file->labels[i], file->points[i],
+                       tracker * tracker * Matrix3::Identity()});
   rig::TouchNoise hand = calibration::noise::touch_noise_of(rig->surfaces);
-  if (options.touch_mm) hand = {metres_from_mm(*options.touch_mm), kStatedFreedoms};
-  const auto estimate = calibration::landmarks_from_touches(
-      touches, rig->surfaces, {.touch = hand, .diameter = metres_from_mm(options.diameter_mm)});
-  if (!estimate) return refused("{}: {}", file->source, estimate.error().message);
-  Result result{landmarks_json(*estimate, *file), {}, {}};
-  if (repeats > 0) result.json["warnings"].push_back(device::repeats_warning(repeats));
-  const auto& found = estimate->value;
+  if (options.touch_mm) hand = {metres_from_mm(*options.touch_mm), findings::kStatedFreedoms};
+  const auto fit = findings::find_landmarks(std::move(touches), rig->surfaces,
+                                            {.touch = hand, .diameter = metres_from_mm(options.diameter_mm)});
+  if (!fit) return refused("{}: {}", file->source, fit.error().message);
+  Result result{fit->json, {}, {}};
+  result.json["data"] = Json{{"file", file->source}, {"hash", file->hash}};
+  const auto& found = fit->estimate.value;
   for (std::size_t k = 0; k < found.landmarks.size(); ++k)
     result.summary.push_back(fmt::format(
         "{:<12} {} mm  +- {}, on the {}", excerpt(found.labels[k]), shown(found.landmarks[k].place.m, kMm),

@@ -12,7 +12,7 @@
 #include "palpate/core/expected.h"
 #include "palpate/core/json.h"
 #include "palpate/core/units.h"
-#include "palpate/math/so3.h"
+#include "palpate/math/json_values.h"
 #include "palpate/rig/rig.h"
 
 namespace palpate::tools::commands {
@@ -42,15 +42,6 @@ Expected<rig::Rig> start_rig(const ResultOptions& options);
 // Prints the summary (to standard error where standard output carries the JSON) and writes every file asked
 // for.
 Expected<void> write_result(const ResultOptions& options, const Result& result);
-
-// Vectors and matrices as JSON lists, each entry multiplied by `scale`.
-Json json_list(const Eigen::Ref<const Eigen::VectorXd>& vector, double scale = 1.0);
-Json json_rows(const Eigen::Ref<const Eigen::MatrixXd>& matrix, double scale = 1.0);
-Json json_quaternion(const Quaternion& rotation);  // w, x, y, z with w >= 0
-// {"order": names, "matrix": rows}; entry (i, j) is scaled by scales i and j. A name carries its unit.
-Json json_covariance(const std::vector<std::string>& names, const Eigen::MatrixXd& covariance,
-                     const Eigen::VectorXd& scales);
-Eigen::VectorXd standard_deviations(const Eigen::MatrixXd& covariance);
 
 // "12.345 6.789 -3.000", to 4 digits after the point, for summaries.
 std::string shown(const Eigen::Ref<const Eigen::VectorXd>& vector, double scale = 1.0);

@@ -1,0 +1,273 @@
+#include "palpate/calibration/findings/arm.h"
+
+#include <algorithm>
+#include <sstream>
+
+#include "palpate/calibration/arm_motion.h"
+#include "palpate/calibration/findings/arm_json.h"
+#include "palpate/core/text.h"
+#include "palpate/device/repeats.h"
+
+namespace palpate::calibration::findings {
+namespace {
+
+constexpr double kPoorGimbal = 1.0;  // deg
+
+// What is estimated: of the arm, and whether the gimbal is beside it.
+struct FreeList {
+  ArmFree arm;
+  bool gimbal = false;
+};
+
+Expected<FreeList> parse_free(const std::string& list) {
+  FreeList all{{.gains = false, .offsets = false, .lengths = false, .tip = false}, false};
+  ArmFree& free = all.arm;
+  std::istringstream stream(list);
+  for (std::string name; std::getline(stream, name, ',');) {
+    if (name == "gains")
+      free.gains = true;
+    else if (name == "offsets")
+      free.offsets = true;
+    else if (name == "lengths")
+      free.lengths = true;
+    else if (name == "tip")
+      free.tip = true;
+    else if (name == "dh")
+      free.dh = true;
+    else if (name == "gimbal")
+      all.gimbal = true;
+    else if (name == "quadratic")
+      free.quadratic = true;
+    else if (name == "hysteresis")
+      free.hysteresis = true;
+    else if (name == "delay")
+      free.delay = true;
+    else
+      return wrong_use(
+          "--free {}: unknown; a list of gains, offsets, lengths, tip, gimbal, quadratic, hysteresis, delay, "
+          "dh is expected, or auto",
+          name);
+  }
+  return all;
+}
+
+// A sample is the same if every device read the same; when does not matter.
+device::Reading reading_of_sample(const device::ArmObservation& sample) {
+  device::Reading reading;
+  reading.add(sample.joints).add_if(sample.gimbal);
+  if (sample.marker) reading.add(sample.marker->rotation.coeffs()).add(sample.marker->translation);
+  if (sample.tip) reading.add(sample.tip->m);
+  return reading;
+}
+
+// Errors on samples that the calibration has not seen.
+struct Unseen {
+  std::string from;
+  std::vector<Vector3> errors, uncorrected;
+  std::size_t seen = 0;  // of the samples to test by, those that the calibration has seen after all
+};
+
+// The samples, and what is asked of them.
+struct Work {
+  ArmTask task;
+  std::size_t repeats = 0;
+  bool markers = false, has_gimbal = false, wants_gimbal = false;
+  ArmOptions how;
+  std::optional<ArmChoice> choice;
+
+  const device::ArmModel& model() const { return task.nominal; }
+  const std::vector<device::ArmObservation>& samples() const { return task.samples.observations; }
+  const std::string& source() const { return task.samples.source; }
+  bool joint() const { return how.method == ArmMethod::joint; }
+  Error of_the_samples(const Error& error) const { return {error.kind, source() + ": " + error.message}; }
+};
+
+Expected<Unseen> judge_by_test(const Work& work, const ArmSolution& arm, const ArmSolution& uncorrected) {
+  const device::ArmSampleFile& test = *work.task.test;
+  for (const auto& sample : test.observations) {
+    if (sample.joints.size() != work.model().joint_count())
+      return wrong_use("{}: has {} joint columns, the arm {} has {} joints", test.source,
+                       sample.joints.size(), work.model().name, work.model().joint_count());
+    if (arm.tip_known && !sample.marker && !sample.tip)
+      return wrong_use("{}: has no measured tips", test.source);
+  }
+  auto both = work.samples(), own = test.observations;
+  device::drop_repeats(own, reading_of_sample);
+  both.insert(both.end(), own.begin(), own.end());
+  return Unseen{test.source, arm_errors(arm, test.observations), arm_errors(uncorrected, test.observations),
+                device::drop_repeats(both, reading_of_sample)};
+}
+
+// What `asked` names to be estimated.
+Expected<void> set_free(const std::string& asked, Work& work) {
+  ArmFree& free = work.how.free;
+  if (asked.empty()) {
+    free.lengths = work.model().kind == device::ArmModel::Kind::phantom;
+    free.tip = work.markers && work.joint();
+    free.delay = work.joint() && taken_in_motion(work.samples());
+    return {};
+  }
+  if (asked == "auto") {
+    free.tip = work.markers && work.joint();
+    if (!work.joint())
+      return wrong_use("--free auto: chooses for the joint method, not for {}", name_of(work.how.method));
+    auto chosen = choose_free(work.samples(), work.model(), work.how);
+    if (!chosen) return refused("{}: {}", work.source(), chosen.error().message);
+    free = chosen->free;
+    work.choice = std::move(*chosen);
+    return {};
+  }
+  const auto list = parse_free(asked);
+  if (!list) return tl::unexpected(list.error());
+  free = list->arm;
+  work.wants_gimbal = list->gimbal;
+  if (work.wants_gimbal && !work.has_gimbal)
+    return wrong_use(
+        "--free gimbal: needs gimbal angles (gimbal_1_deg ...) and marker poses of a PHANToM in every row "
+        "of {}",
+        work.source());
+  if (free.tip && !work.markers)
+    return wrong_use("--free tip: needs marker poses (marker_x_mm ... marker_qz), {} has none",
+                     work.source());
+  return {};
+}
+
+Expected<Work> work_of(ArmTask task) {
+  Work work{.task = std::move(task), .how = {}, .choice = {}};
+  work.repeats = device::drop_repeats(work.task.samples.observations, reading_of_sample);
+  const auto all = [&](const auto& has) {
+    return std::all_of(work.samples().begin(), work.samples().end(), has);
+  };
+  work.markers = all([](const auto& s) { return s.marker.has_value(); });
+  work.has_gimbal = work.markers && work.model().kind == device::ArmModel::Kind::phantom &&
+                    all([](const auto& s) { return s.gimbal.has_value(); });
+  work.wants_gimbal = work.has_gimbal;
+  work.how.method = work.task.method;
+  work.how.tip = work.task.tip;
+  if (auto done = set_free(work.task.free, work); !done) return tl::unexpected(done.error());
+  if ((work.how.free.quadratic || work.how.free.hysteresis) && work.task.for_rig)
+    return wrong_use(
+        "--free {}: a rig file holds gains and offsets, no quadratic or hysteresis terms; leave them out, or "
+        "use --json without --rig and --out",
+        free_text(work.how.free));
+  return work;
+}
+
+// Refused where half of the samples lie so far off that they are not this arm's.
+Expected<void> check_misfit(const Work& work, const ArmMisfit& misfit) {
+  constexpr double kNoArm = 0.12;
+  if (!work.joint() || misfit.share() <= kNoArm) return {};
+  return refused(
+      "{}: arm: half of the samples lie more than {:.1f} mm off the best fit, in a motion of {:.0f} mm: this "
+      "is not a {}; check the units, the order of the joints and that rows hold one moment each",
+      work.source(), mm_from_metres(misfit.error), mm_from_metres(misfit.spread), work.model().name);
+}
+
+Expected<std::optional<Estimate<GimbalSolution>>> fit_gimbal(const Work& work,
+                                                             const Estimate<ArmSolution>& estimate) {
+  if (!work.wants_gimbal) return std::nullopt;
+  auto fitted = calibrate_gimbal(with_delay_removed(work.samples(), estimate.value.delay_s), estimate);
+  if (!fitted) return tl::unexpected(work.of_the_samples(fitted.error()));
+  return std::optional(std::move(*fitted));
+}
+
+// By the test samples, or by folds of the samples.
+Expected<Unseen> judge(const Work& work, const ArmSolution& arm) {
+  const auto uncorrected = uncorrected_arm(work.samples(), work.model(), work.how);
+  if (!uncorrected) return tl::unexpected(uncorrected.error());
+  if (work.task.test) return judge_by_test(work, arm, uncorrected->value);
+  auto held = held_out_by_folds(work.samples(), work.model(), work.how, work.task.seed, kFolds);
+  if (!held)
+    return tl::unexpected(Error{
+        held.error().kind,
+        fmt::format("{}: {} (a fifth of the samples is held out to judge by; --test FILE judges by others)",
+                    work.source(), held.error().message)});
+  return Unseen{fmt::format("{} folds of the samples", kFolds), std::move(held->errors),
+                arm_errors(uncorrected->value, work.samples()), 0};
+}
+
+// What a person should know of the result.
+std::vector<std::string> warnings_of(const Work& work, const ArmFindings& found, const Unseen& unseen,
+                                     const ArmMisfit& misfit) {
+  constexpr double kPoor = 0.03;  // misfit as a share of the motion
+  const ArmSolution& arm = found.estimate.value;
+  std::vector<std::string> warnings;
+  if (work.repeats > 0) warnings.push_back(device::repeats_warning(work.repeats));
+  if (unseen.seen > 0)
+    warnings.push_back(
+        fmt::format("{} of {} stand among the samples too, so they test nothing; record others for --test",
+                    counted(unseen.seen, "row"), unseen.from));
+  if (found.gimbal)
+    if (const double off = degrees_from_radians(rms_per_component(
+            gimbal_errors(with_delay_removed(work.samples(), arm.delay_s), arm, found.gimbal->value)));
+        off > kPoorGimbal)
+      warnings.push_back(fmt::format(
+          "the gimbal's angles leave the stylus {:.1f} deg rms off its marker: check their unit, their "
+          "order and that of the joints",
+          off));
+  if (!work.joint() && work.how.free.tip)
+    warnings.push_back(
+        fmt::format("method {} takes the tip as given; it was not estimated", name_of(found.method)));
+  if (!work.joint() && arm.tip_known && !work.how.tip)
+    warnings.push_back("no tip was given (--tip-mm): it was found with the arm's nominal kinematics");
+  if (work.joint() && misfit.share() > kPoor)
+    warnings.push_back(fmt::format(
+        "half of the samples lie more than {:.1f} mm off the best fit: free more, or check units, joint "
+        "order and that rows hold one moment each",
+        mm_from_metres(misfit.error)));
+  if (found.estimate.termination == Termination::iteration_limit)
+    warnings.push_back("the solution had not settled at the iteration limit");
+  if (work.joint() && !work.how.free.delay && taken_in_motion(work.samples()))
+    warnings.push_back(
+        "the samples were taken in motion: any delay between encoders and tracker went into the errors; free "
+        "it (--free ...,delay)");
+  return warnings;
+}
+
+}  // namespace
+
+const char* name_of(ArmMethod method) {
+  switch (method) {
+    case ArmMethod::one_pass:
+      return "one-pass";
+    case ArmMethod::alternating:
+      return "alternating";
+    case ArmMethod::eq7:
+      return "eq7";
+    case ArmMethod::joint:
+      break;
+  }
+  return "joint";
+}
+
+Expected<ArmFindings> find_arm(ArmTask task) {
+  auto work = work_of(std::move(task));
+  if (!work) return tl::unexpected(work.error());
+  auto estimate = calibrate_arm(work->samples(), work->model(), work->how);
+  if (!estimate) return tl::unexpected(work->of_the_samples(estimate.error()));
+  const auto misfit = arm_misfit(estimate->value, work->samples());
+  if (auto fine = check_misfit(*work, misfit); !fine) return tl::unexpected(fine.error());
+  auto gimbal = fit_gimbal(*work, *estimate);
+  if (!gimbal) return tl::unexpected(gimbal.error());
+  auto unseen = judge(*work, estimate->value);
+  if (!unseen) return tl::unexpected(unseen.error());
+  const auto regions = held_out_by_region(work->samples(), work->model(), work->how);
+  ArmFindings found{.method = work->how.method,
+                    .free = free_text(work->how.free) + (*gimbal ? ",gimbal" : ""),
+                    .nominal = work->model(),
+                    .samples = work->task.samples,
+                    .estimate = std::move(*estimate),
+                    .gimbal = std::move(*gimbal),
+                    .unseen = unseen->errors,
+                    .unseen_uncorrected = unseen->uncorrected,
+                    .unseen_from = unseen->from,
+                    .regions = regions ? regions->means : std::vector<double>{},
+                    .choice = work->choice,
+                    .warnings = {},
+                    .json = {}};
+  found.warnings = warnings_of(*work, found, *unseen, misfit);
+  found.json = arm_json(found);
+  return found;
+}
+
+}  // namespace palpate::calibration::findings

@@ -1,0 +1,59 @@
+#include "palpate/vision/camera_findings.h"
+
+#include "palpate/core/text.h"
+#include "palpate/device/repeats.h"
+#include "palpate/math/json_values.h"
+
+namespace palpate::vision {
+namespace {
+
+const std::vector<std::string> kLensNames = {"fx_px", "fy_px", "cx_px", "cy_px", "k1",
+                                             "k2",    "p1",    "p2",    "k3"};
+
+Json lens_json(const BoardViews& views, const Estimate<CameraSolution>& fit,
+               const std::vector<std::string>& warnings) {
+  const auto& s = fit.value;
+  const auto std_all = standard_deviations(fit.covariance);
+  Json json;
+  json["rms_px"] = s.rms_px;
+  json["fx"] = s.model.fx, json["fy"] = s.model.fy, json["cx"] = s.model.cx, json["cy"] = s.model.cy;
+  json["distortion"] = s.model.distortion;
+  json["width_px"] = s.model.width, json["height_px"] = s.model.height;
+  json["outlier_views"] = s.outlier_views();
+  json["views"] = Json::array();
+  for (const auto& view : s.views)
+    json["views"].push_back(
+        {{"name", view.name}, {"rms_px", view.rms_px}, {"outlier", view.outlier}, {"used", view.used}});
+  json["board_not_found"] = views.not_found;
+  json["condition"] = fit.condition;
+  json["std"] = {{"fx", std_all[0]},
+                 {"fy", std_all[1]},
+                 {"cx", std_all[2]},
+                 {"cy", std_all[3]},
+                 {"distortion", json_list(std_all.tail<5>())}};
+  json["covariance"] = json_covariance(kLensNames, fit.covariance, Eigen::VectorXd::Ones(9));
+  json["warnings"] = warnings;
+  return json;
+}
+
+}  // namespace
+
+Expected<CameraFindings> find_camera(BoardViews views, const CameraOptions& options,
+                                     std::vector<std::string> warnings) {
+  const auto repeats = device::drop_repeats(views.views, [](const BoardView& view) {
+    device::Reading reading;
+    for (const auto& corner : view.image) reading.add(corner);
+    return reading;
+  });
+  if (repeats > 0)
+    warnings.push_back(counted(repeats, "view") + (repeats == 1 ? " shows" : " show") +
+                       " the corners of an earlier one to the last digit (the same photograph twice?); each "
+                       "counts once");
+  auto fit = calibrate_camera(views.views, views.width, views.height, options);
+  if (!fit) return tl::unexpected(fit.error());
+  warnings.insert(warnings.end(), fit->value.warnings.begin(), fit->value.warnings.end());
+  Json json = lens_json(views, *fit, warnings);
+  return CameraFindings{std::move(*fit), std::move(warnings), std::move(json)};
+}
+
+}  // namespace palpate::vision

@@ -1,0 +1,41 @@
+#!/usr/bin/env python3
+"""The examples of docs/guides/python.md and of examples/python run as they stand."""
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).parents[2]
+BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+SHOWN = re.compile(r"^#> ?(.*)$", re.MULTILINE)
+
+
+class Guide(unittest.TestCase):
+    def run_python(self, *arguments, **how):
+        done = subprocess.run([sys.executable, *arguments], capture_output=True, text=True, check=False,
+                              env={**os.environ, "MPLBACKEND": "Agg"}, **how)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def test_the_guide_says_what_comes_out(self):
+        """Its blocks one after the other, in the project's folder; lines "#> ..." are what a block prints."""
+        text = (ROOT / "docs" / "guides" / "python.md").read_text(encoding="utf-8")
+        blocks = BLOCK.findall(text)
+        self.assertGreater(len(blocks), 3)
+        printed = self.run_python("-c", "\n".join(blocks), cwd=ROOT)
+        self.assertEqual(printed.splitlines(), [line for block in blocks for line in SHOWN.findall(block)])
+
+    def test_examples(self):
+        examples = sorted((ROOT / "examples" / "python").glob("*.py"))
+        self.assertGreaterEqual(len(examples), 2)
+        for example in examples:
+            with self.subTest(example.name), tempfile.TemporaryDirectory() as folder:
+                printed = self.run_python(str(example), "--out", str(pathlib.Path(folder) / "plot.png"))
+                self.assertIn("+-", printed)
+
+
+if __name__ == "__main__":
+    unittest.main()
