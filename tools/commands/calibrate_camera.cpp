@@ -1,4 +1,7 @@
+#include <algorithm>
+#include <limits>
 #include <memory>
+#include <utility>
 
 #include "palpate/core/units.h"
 #include "palpate/device/repeats.h"
@@ -21,6 +24,17 @@ struct CameraArguments {
 const std::vector<std::string> kLensNames = {"fx_px", "fy_px", "cx_px", "cy_px", "k1",
                                              "k2",    "p1",    "p2",    "k3"};
 
+// How far the board's first corner was from the camera, nearest and farthest view: what another unit of the squares
+// changes, and nothing else does.
+std::pair<double, double> board_distances(const vision::CameraSolution& lens) {
+  std::pair<double, double> range{std::numeric_limits<double>::infinity(), 0.0};
+  for (const auto& view : lens.views) {
+    const double distance = view.X_camera_board.translation.norm();
+    range = {std::min(range.first, distance), std::max(range.second, distance)};
+  }
+  return range;
+}
+
 Json to_json(const vision::BoardViews& views, const Estimate<vision::CameraSolution>& fit,
              const std::vector<std::string>& warnings) {
   const auto& s = fit.value;
@@ -30,6 +44,8 @@ Json to_json(const vision::BoardViews& views, const Estimate<vision::CameraSolut
   json["fx"] = s.model.fx, json["fy"] = s.model.fy, json["cx"] = s.model.cx, json["cy"] = s.model.cy;
   json["distortion"] = s.model.distortion;
   json["width_px"] = s.model.width, json["height_px"] = s.model.height;
+  const auto distances = board_distances(s);
+  json["board_distance_mm"] = {kMm * distances.first, kMm * distances.second};
   json["outlier_views"] = s.outlier_views();
   json["views"] = Json::array();
   for (const auto& view : s.views)
@@ -81,6 +97,8 @@ Expected<void> run_camera(const CameraArguments& options) {
                   shown(Eigen::Map<const Eigen::VectorXd>(s.model.distortion.data(), 5))));
   result.summary.push_back(
       fmt::format("residual       {:.4f} px rms over {} views", s.rms_px, s.views.size()));
+  const auto [nearest, farthest] = board_distances(s);
+  result.summary.push_back(fmt::format("board          {:.3f} to {:.3f} m away", nearest, farthest));
   for (const auto& warning : warnings) result.summary.push_back("warning: " + warning);
   result.store = [&](rig::Rig& rig) {
     auto& camera = options.camera == "right" ? rig.right_camera : rig.camera;
