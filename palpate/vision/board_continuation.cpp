@@ -1,15 +1,20 @@
 #include "palpate/vision/board_continuation.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 namespace palpate::vision {
 namespace {
 
 constexpr int kFewestSquares = 4;      // seen of a line of squares: fewer look alike by chance
 constexpr double kLeastContrast = 20;  // grey levels between neighbours of the outermost line
-constexpr double kSameColour = 0.25;   // of that contrast, about the middle: neither black nor white
+constexpr double kLikeInside = 0.3;    // of that contrast: what is between neighbours further out
+// Lines outside the outermost corners: beyond the edge of a board that ends there, and still within squares that its
+// maker has cut in half.
+constexpr double kBeyond = 1.25;
 
 struct GreyImage {
   std::span<const std::uint8_t> grey;
@@ -54,25 +59,39 @@ struct Side {
   }
 };
 
+// Two kinds of squares in a line, every other one of a kind; of those in the picture.
+struct Line {
+  std::array<double, 2> mean{};
+  std::array<int, 2> count{};
+  std::vector<std::pair<int, double>> squares;  // which, and its grey
+
+  Line(const GreyImage& image, const Side& side, double out) {
+    for (int k = 0; k + 1 < side.length(); ++k)
+      if (const auto grey = image.at(side.middle(out, k))) {
+        squares.emplace_back(k, *grey);
+        const auto kind = static_cast<std::size_t>(k % 2);
+        mean[kind] += *grey, ++count[kind];
+      }
+    for (std::size_t kind : {0u, 1u}) mean[kind] /= std::max(1, count[kind]);
+  }
+  bool both() const { return count[0] > 0 && count[1] > 0; }
+  double difference() const { return mean[0] - mean[1]; }
+  bool alternates() const {
+    const double middle = 0.5 * (mean[0] + mean[1]), sign = difference() > 0.0 ? 1.0 : -1.0;
+    return std::all_of(squares.begin(), squares.end(), [&](const auto& square) {
+      return sign * (square.second - middle) * (square.first % 2 == 0 ? 1.0 : -1.0) > 0.0;
+    });
+  }
+};
+
 // Whether the squares beyond those at this side are coloured as a chessboard's are.
 bool continues(const GreyImage& image, const Side& side) {
-  double mean[2] = {0.0, 0.0};
-  int count[2] = {0, 0};
-  for (int k = 0; k + 1 < side.length(); ++k)
-    if (const auto grey = image.at(side.middle(0.5, k))) mean[k % 2] += *grey, ++count[k % 2];
-  if (count[0] == 0 || count[1] == 0) return false;
-  mean[0] /= count[0], mean[1] /= count[1];
-  const double contrast = std::abs(mean[0] - mean[1]), between = 0.5 * (mean[0] + mean[1]);
-  if (contrast < kLeastContrast) return false;
-  int seen = 0;
-  for (int k = 0; k + 1 < side.length(); ++k) {
-    const auto grey = image.at(side.middle(1.5, k));
-    if (!grey) continue;
-    const double towards_neighbour = (*grey - between) * (mean[(k + 1) % 2] > between ? 1.0 : -1.0);
-    if (towards_neighbour < kSameColour * contrast) return false;
-    ++seen;
-  }
-  return seen >= std::min(kFewestSquares, side.length() - 1) && seen >= 2;
+  const Line outermost(image, side, 0.5), beyond(image, side, kBeyond);
+  if (!outermost.both() || !beyond.both()) return false;
+  if (static_cast<int>(beyond.squares.size()) < std::min(kFewestSquares, side.length() - 1)) return false;
+  const double contrast = std::abs(outermost.difference());
+  const double opposite = outermost.difference() > 0.0 ? -beyond.difference() : beyond.difference();
+  return contrast > kLeastContrast && opposite > kLikeInside * contrast && beyond.alternates();
 }
 
 }  // namespace
