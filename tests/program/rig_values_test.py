@@ -94,7 +94,7 @@ class RigValues(ProgramTest):
 
     def test_a_new_rigs_lengths_are_those_of_the_maker(self):
         self.runs("rig", "new", "rig.toml")
-        self.assertIn("lengths_mm = [209.55, 169.545]", self.read("rig.toml").decode())
+        self.assertIn("lengths_mm = [209.55, 209.55]", self.read("rig.toml").decode())
 
     def test_dots_touched_once_have_no_residual(self):
         for kind in ("surface", "landmarks"):
@@ -109,7 +109,8 @@ class RigValues(ProgramTest):
     def test_a_desks_rig_without_its_arm_names_what_starts_it(self):
         self.runs("board", "--out", "board.pdf")
         self.runs("rig", "webcam", "desk.rig.toml", "--board", "board.toml")
-        self.refuses(["physics", "--rig", "desk.rig.toml"], 1, "palpate play --rig desk.rig.toml", "palpate world run --arm-only")
+        self.says_no(self.run_program("physics", "--rig", "desk.rig.toml"), 1, "palpate play --rig desk.rig.toml",
+                     "palpate world run --arm-only")
 
     def test_the_distance_of_the_board_tells_another_unit(self):
         self.runs("world", "sample", "camera", "--out", "camera")
