@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "drivers/laboratory/channel.h"
+#include "drivers/laboratory/memory.h"
 
 namespace palpate::drivers::laboratory {
 namespace {
@@ -119,6 +120,12 @@ void add_to(device::DriverRegistry& registry) {
   driver.display = opener<OpenedLabDisplay, LabDisplay, device::DisplayOpener>(
       clients, [](const Client& client) { return LabDisplay::open(client); });
   registry.add(std::move(driver));
+}
+
+bool is_there(const std::string& name) {
+  const auto file = file_of(name, {});
+  std::error_code code;
+  return file && std::filesystem::exists(*file, code);
 }
 
 }  // namespace palpate::drivers::laboratory

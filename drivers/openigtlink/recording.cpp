@@ -7,6 +7,16 @@
 #include "palpate/device/transform_sequence.h"
 
 namespace palpate::drivers::openigtlink {
+namespace {
+
+// Samples of an arm's calibration hold a marker's pose in each row, too, but one from here and one from there: no
+// tool moved so. Joint readings beside a pose of its own (a pivot that an arm held) are of a tool that did.
+bool is_arm_samples(const CsvTable& table) {
+  const bool joints = table.find("joint_1_deg") || table.find("joint_1_rad") || table.find("joint_1");
+  return joints && !device::find_pose_columns(table, "") && device::find_pose_columns(table, "marker_");
+}
+
+}  // namespace
 
 Expected<std::vector<RecordedPose>> read_recording(const std::filesystem::path& path,
                                                    const std::vector<std::string>& transforms) {
@@ -22,6 +32,12 @@ Expected<std::vector<RecordedPose>> read_recording(const std::filesystem::path& 
   for (const auto& name : names) {
     const auto file = device::parse_poses(*content, path.string(), {.transform = sequence ? name : ""});
     if (!file) return tl::unexpected(file.error());
+    if (is_arm_samples(file->table))
+      return wrong_use(
+          "{}: holds samples of an arm, joint readings beside places of its marker (palpate calibrate arm "
+          "--samples); "
+          "a recording of a tool's poses is expected",
+          path.string());
     if (!file->has_time) return wrong_use("{}: has no times; a column time_s is expected", path.string());
     for (const auto& pose : file->poses)
       recorded.push_back({pose.time_s, name, {pose.rotation, pose.translation}});

@@ -48,6 +48,23 @@ TEST(Recording, TablesAreOneToolAndNeedTimes) {
   EXPECT_FALSE(read_recording(folder / "timeless.csv").has_value());
 }
 
+TEST(Recording, SamplesOfAnArmAreNoToolsMotion) {
+  const ScratchFolder folder;
+  const auto read = [&](const std::string& content) {
+    EXPECT_TRUE(write_file(folder / "table.csv", content).has_value());
+    return read_recording(folder / "table.csv");
+  };
+  const std::string joints = "time_s,joint_1_deg,joint_2_deg,joint_3_deg,";
+  const auto arm = read(joints +
+                        "marker_x_mm,marker_y_mm,marker_z_mm,marker_qw,marker_qx,marker_qy,marker_qz\n"
+                        "1,10,20,30,1,2,3,1,0,0,0\n");
+  ASSERT_FALSE(arm.has_value());
+  EXPECT_NE(arm.error().message.find("samples of an arm"), std::string::npos) << arm.error().message;
+  // A pivot that an arm held is a motion of its own, with joint readings beside it.
+  const auto pivot = read(joints + "x_mm,y_mm,z_mm,qw,qx,qy,qz\n1,10,20,30,1,2,3,1,0,0,0\n");
+  EXPECT_TRUE(pivot.has_value()) << pivot.error().message;
+}
+
 TEST(Replay, PosesComeWhenTheyAreDueWithTheStampsOfTheRecording) {
   Replay replay(at_times({10.0, 10.5, 11.0}), 2.0);
   EXPECT_EQ(replay.take(0.0)->time_s, 10.0);

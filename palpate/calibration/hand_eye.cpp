@@ -6,6 +6,7 @@
 #include "palpate/calibration/internal/hand_eye_covariance.h"
 #include "palpate/calibration/internal/hand_eye_motion.h"
 #include "palpate/calibration/internal/hand_eye_problem.h"
+#include "palpate/calibration/internal/hand_eye_roles.h"
 #include "palpate/calibration/internal/hand_eye_start.h"
 #include "palpate/calibration/internal/motion_correlation.h"
 #include "palpate/calibration/noise/robust_scale.h"
@@ -26,6 +27,11 @@ constexpr double kPlaceKnown = 0.010, kPlaceUnknown = 0.3;  // m, standard devia
 constexpr double kMethodsAgree = 0.010;                     // m
 constexpr double kFarCamera = 10.0, kNearCamera = 0.001;    // m, from its marker
 constexpr double kShortTake = 5.0;                          // s
+// A delay that was not asked for is told of from so many of its deviations on, and from so much on.
+constexpr double kSureDelay = 5.0, kDelayMatters = 0.001;  // s
+// Further off it has to fit clearly better as well, by residuals 10 % smaller each in rotation and translation: of
+// many delays one fits well by chance.
+constexpr double kNearDelay = 0.2, kClearlyBetter = 0.2;  // s; log
 
 // How far the closed forms lie from each other at most, m, over the poses that fit.
 double scatter_of_methods(const std::vector<HandAt>& hand, const std::vector<device::StampedPose>& eye,
@@ -41,14 +47,6 @@ double scatter_of_methods(const std::vector<HandAt>& hand, const std::vector<dev
   return most;
 }
 
-// The share of eye poses that would have the board's origin behind the camera.
-double share_behind(const std::vector<device::StampedPose>& eye) {
-  const auto behind = std::count_if(eye.begin(), eye.end(), [](const device::StampedPose& X_board_camera) {
-    return (X_board_camera.rotation.conjugate() * -X_board_camera.translation).z() < 0.0;
-  });
-  return static_cast<double>(behind) / static_cast<double>(std::max<std::size_t>(1, eye.size()));
-}
-
 // Where the camera would sit further away than any mount reaches.
 std::string unit_hint(const HandEyeSolution& s) {
   const double distance = s.X_marker_camera.translation.norm();
@@ -58,14 +56,8 @@ std::string unit_hint(const HandEyeSolution& s) {
 }
 
 void add_warnings(HandEyeSolution& s, const HandEyeNormal& covariance, const HandEyeMotion& motion,
-                  double inlier_share, double behind, double eye_seconds,
-                  const std::vector<HandEyeStart>& starts) {
+                  double inlier_share, double eye_seconds, const std::vector<HandEyeStart>& starts) {
   auto& w = s.warnings;
-  if (behind > 0.9)
-    w.push_back(
-        fmt::format("the board would be behind the camera in {:.0f} % of the eye poses: are hand and eye "
-                    "exchanged, or the eye's poses those of the board in the camera?",
-                    100.0 * behind));
   if (eye_seconds < kShortTake)
     w.push_back(
         fmt::format("{:.1f} s of eye poses are little to find a delay by: another stretch of the hand's "
@@ -142,6 +134,31 @@ Expected<std::vector<HandEyeStart>> find_starts(const std::vector<device::Stampe
   std::stable_sort(starts.begin(), starts.end(),
                    [](const auto& a, const auto& b) { return a.quality < b.quality; });
   return starts;
+}
+
+// Like HandEyeStart::quality.
+double log_of_residuals(const HandEyeSolution& s) {
+  return std::log(s.rotation_residual_median + 1e-12) + std::log(s.translation_residual_median + 1e-12);
+}
+
+// What is said where the streams fit better at another delay than the one that was used as it is.
+std::string doubt_of_delay(const HandEyeSolution& used, const std::vector<device::StampedPose>& hand,
+                           const std::vector<device::StampedPose>& eye, const HandEyeOptions& options) {
+  if (options.estimate_delay || !options.doubt_delay) return "";
+  HandEyeOptions free = options;
+  free.estimate_delay = true;
+  const auto found = calibrate_hand_eye(hand, eye, free);
+  if (!found) return "";
+  const HandEyeSolution& other = found->value;
+  const double off = std::abs(other.delay_s - used.delay_s);
+  if (off < std::max(kDelayMatters, kSureDelay * other.delay_std_s)) return "";
+  const double better = log_of_residuals(used) - log_of_residuals(other);
+  if (better < (off > kNearDelay ? kClearlyBetter : 0.0)) return "";
+  return fmt::format(
+      "the clocks seem to differ: with a delay of {:.4f} +- {:.4f} s in place of {:.4f} s the residuals are "
+      "{:.3f} deg and {:.3f} mm; use --estimate-delay",
+      other.delay_s, other.delay_std_s, used.delay_s, degrees_from_radians(other.rotation_residual_median),
+      mm_from_metres(other.translation_residual_median));
 }
 
 void solve_in_turns(HandEyeProblem& problem, HandEyeState& x, Estimate<HandEyeSolution>& result) {
@@ -240,11 +257,14 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::Stamp
         1e3 * place, result.condition, unit_hint(s).empty() ? "turn more, and about all axes" : unit_hint(s));
 
   const double good = judge_residuals(problem, x, result);
+  if (auto doubt = doubt_of_roles(hand, eye); !doubt.empty()) s.warnings.push_back(std::move(doubt));
+  if (auto doubt = doubt_of_delay(s, hand, eye, options); !doubt.empty())
+    s.warnings.push_back(std::move(doubt));
   const auto now = enclosed(problem.hand, problem.eye, x.delay, options.max_hand_gap_s, eye);
   s.method_scatter = scatter_of_methods(now, eye, result.inlier);
   if (stray > 0)
     s.warnings.push_back(counted(stray, "pose") + " left out: the time lies far beyond that of all others");
-  add_warnings(s, covariance, motion, good, share_behind(eye),
+  add_warnings(s, covariance, motion, good,
                options.estimate_delay ? eye.back().time_s - eye.front().time_s : kShortTake, *starts);
   return result;
 }

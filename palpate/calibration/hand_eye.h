@@ -24,6 +24,9 @@ struct HandEyeOptions {
   bool estimate_delay = false;
   double delay_s = 0.0;         // used as it is where it is not estimated
   double max_hand_gap_s = 0.1;  // an eye pose is used where hand poses this close together enclose it
+  // Whether a delay that is not estimated is compared with what an estimate would give, and warned of where that fits
+  // clearly better. Needs true times, and as long as a solve with the delay.
+  bool doubt_delay = true;
 };
 
 struct HandEyeSolution {

@@ -39,7 +39,9 @@ std::optional<Eigen::Vector2d> CameraModel::undistort(const Eigen::Vector2d& tar
   for (int i = 0; i < 30; ++i) {
     Eigen::Matrix2d J;
     const Eigen::Vector2d residual = distorted(distortion, n, &J) - target;
-    if (residual.norm() < 1e-13) return J.determinant() > 0 ? std::optional(n) : std::nullopt;
+    // J is symmetric. Where both its eigenvalues are negative the model has carried the point through the centre.
+    if (residual.norm() < 1e-13)
+      return J.determinant() > 0 && J.trace() > 0 ? std::optional(n) : std::nullopt;
     if (std::abs(J.determinant()) < 1e-9) return std::nullopt;
     n -= J.inverse() * residual;
     if (!(n.norm() < 10.0)) return std::nullopt;

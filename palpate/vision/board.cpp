@@ -17,6 +17,7 @@
 #include "palpate/core/file.h"
 #include "palpate/core/picture_size.h"
 #include "palpate/core/text.h"
+#include "palpate/vision/board_continuation.h"
 
 namespace palpate::vision {
 namespace {
@@ -114,13 +115,22 @@ std::vector<std::uint8_t> grey_from_rgb(std::span<const std::uint8_t> rgb) {
 }
 
 Expected<BoardViews> read_board_images(const std::string& pattern, const BoardShape& shape, int half_window) {
-  return read_views_of_images(pattern,
-                              [&shape, half_window](std::span<const std::uint8_t> grey, int width, int height,
-                                                    const std::string& name) -> std::optional<BoardView> {
-                                auto corners = find_board_corners(grey, width, height, shape, half_window);
-                                if (!corners) return std::nullopt;
-                                return BoardView{name, board_points(shape), std::move(*corners)};
-                              });
+  int goes_on = 0;
+  BoardShape seen = shape;
+  auto views =
+      read_views_of_images(pattern,
+                           [&](std::span<const std::uint8_t> grey, int width, int height,
+                               const std::string& name) -> std::optional<BoardView> {
+                             auto corners = find_board_corners(grey, width, height, shape, half_window);
+                             if (!corners) return std::nullopt;
+                             const auto more = board_continuation(grey, width, height, shape, *corners);
+                             goes_on += more.columns + more.rows > 0 ? 1 : 0;
+                             seen.columns = std::max(seen.columns, shape.columns + more.columns);
+                             seen.rows = std::max(seen.rows, shape.rows + more.rows);
+                             return BoardView{name, board_points(shape), std::move(*corners)};
+                           });
+  if (views) views->goes_on = goes_on, views->seen_shape = seen;
+  return views;
 }
 
 Expected<BoardViews> read_views_of_images(const std::string& pattern, const FindBoard& find) {

@@ -44,7 +44,11 @@ struct BoardViews {
   std::vector<BoardView> views;
   int width = 0, height = 0;           // of the images, px; 0 where the source does not tell
   std::vector<std::string> not_found;  // images without a complete board
-  std::string data_hash;               // of the files
+  // Images of a chessboard in which squares go on beyond the corners (board_continuation.h), and a size that holds
+  // what was seen of it.
+  int goes_on = 0;
+  BoardShape seen_shape{};
+  std::string data_hash;  // of the files
 };
 
 // All inner corners of the board in a grey image (row 0 on top, no gaps between rows), in the board's order,

@@ -8,6 +8,7 @@
 #include "palpate/core/statistics.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
+#include "palpate/device/lens_fold.h"
 #include "palpate/math/linear_algebra.h"
 #include "palpate/math/pose_step.h"
 
@@ -94,16 +95,6 @@ Eigen::Matrix<double, device::kLensParameters, device::kLensParameters> lens_inf
     information -= B * solve_symmetric_columns(A, B.transpose());
   }
   return information;
-}
-
-// Does the lens keep its order out to the image's corners? A polynomial beyond the corners it was fitted to
-// may fold.
-bool folds_inside(const device::CameraModel& camera) {
-  for (const device::Pixel& corner :
-       {device::Pixel(0, 0), device::Pixel(camera.width - 1, 0), device::Pixel(0, camera.height - 1),
-        device::Pixel(camera.width - 1, camera.height - 1)})
-    if (!camera.undistort_pixel(corner)) return true;
-  return false;
 }
 
 // Largest angle between the normals of two boards, rad.
@@ -272,7 +263,7 @@ void add_warnings(double f_std, CameraSolution& solution) {
   if (solution.rms_px > 1.0)
     solution.warnings.push_back(fmt::format(
         "rms {:.2f} px is large; 0.1 to 0.5 px is usual, check board and focus", solution.rms_px));
-  if (folds_inside(solution.model))
+  if (device::folds_inside(solution.model))
     solution.warnings.emplace_back(
         "the lens model folds before the image's corners; add views that reach into the corners");
 }

@@ -1,6 +1,10 @@
 #include "palpate/vision/camera_findings.h"
 
+#include <algorithm>
+#include <limits>
+
 #include "palpate/core/text.h"
+#include "palpate/core/units.h"
 #include "palpate/device/repeats.h"
 #include "palpate/math/json_values.h"
 
@@ -19,6 +23,8 @@ Json lens_json(const BoardViews& views, const Estimate<CameraSolution>& fit,
   json["fx"] = s.model.fx, json["fy"] = s.model.fy, json["cx"] = s.model.cx, json["cy"] = s.model.cy;
   json["distortion"] = s.model.distortion;
   json["width_px"] = s.model.width, json["height_px"] = s.model.height;
+  const auto [nearest, farthest] = board_distances(s);
+  json["board_distance_mm"] = {kMm * nearest, kMm * farthest};
   json["outlier_views"] = s.outlier_views();
   json["views"] = Json::array();
   for (const auto& view : s.views)
@@ -37,6 +43,15 @@ Json lens_json(const BoardViews& views, const Estimate<CameraSolution>& fit,
 }
 
 }  // namespace
+
+std::pair<double, double> board_distances(const CameraSolution& lens) {
+  std::pair<double, double> range{std::numeric_limits<double>::infinity(), 0.0};
+  for (const auto& view : lens.views) {
+    const double distance = view.X_camera_board.translation.norm();
+    range = {std::min(range.first, distance), std::max(range.second, distance)};
+  }
+  return range;
+}
 
 Expected<CameraFindings> find_camera(BoardViews views, const CameraOptions& options,
                                      std::vector<std::string> warnings) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "palpate/core/json.h"
@@ -15,6 +16,10 @@ struct CameraFindings {
   std::vector<std::string> warnings;
   Json json;
 };
+
+// How far the board's first corner was from the camera, m, nearest and farthest view: what another unit of the squares
+// changes, and nothing else does.
+std::pair<double, double> board_distances(const CameraSolution& lens);
 
 // `warnings`: what was to be said of the views already. A view that repeats an earlier one is left out.
 Expected<CameraFindings> find_camera(BoardViews views, const CameraOptions& options = {},

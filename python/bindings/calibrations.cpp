@@ -68,7 +68,10 @@ py::dict hand_eye(const Doubles& hand_positions, const Doubles& hand_quaternions
                   const MaybeDoubles& hand_time, const Doubles& eye_positions, const Doubles& eye_quaternions,
                   const MaybeDoubles& eye_time, bool estimate_delay, double delay_s) {
   calibration::HandEyeOptions how{.estimate_delay = estimate_delay, .delay_s = delay_s};
-  if (!hand_time) how.max_hand_gap_s = findings::kRowByRow;
+  if (!hand_time) {
+    how.max_hand_gap_s = findings::kRowByRow;
+    how.doubt_delay = false;
+  }
   auto hand = poses_of(hand_positions, hand_quaternions, hand_time);
   auto eye = poses_of(eye_positions, eye_quaternions, eye_time);
   const auto fit = value_or_raise(

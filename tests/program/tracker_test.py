@@ -126,6 +126,22 @@ class Recording(TrackerTest):
         self.ends_at_ctrl_c(replay)
 
 
+    def test_a_tool_that_is_not_heard_is_told_while_there_is_time(self):
+        replay, port = self.replay("--loop")
+        listen = self.start("tracker", "listen", f"127.0.0.1:{port}", "--tool", "StylusToReference", "--out", "x.csv")
+        self.assertTrue(listen.says("warning: no tool 'StylusToReference' so far, but ReferenceToTracker, StylusToTracker"))
+        self.assertFalse(listen.ended())
+        listen.send(signal.SIGINT)
+        self.assertEqual(listen.ends().code, 1)
+        heard = self.start("tracker", "listen", f"127.0.0.1:{port}", "--tool", "StylusToTracker", "--seconds", "2", "--out", "y.csv")
+        self.assertNotIn("so far", heard.ends().err)
+        self.ends_at_ctrl_c(replay)
+
+    def test_samples_of_an_arm_are_no_tool(self):
+        self.runs("world", "sample", "arm", "--points", "20", "--out", "arm")
+        self.refuses(["tracker", "replay", "arm/arm.csv"], 2, "arm.csv", "samples of an arm", "calibrate arm --samples")
+
+
 class ProgramsOfOthers(TrackerTest):
     """Debian's examples of the OpenIGTLink library, which nobody of this project wrote."""
 

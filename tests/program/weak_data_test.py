@@ -190,6 +190,27 @@ class WeakData(ProgramTest):
         self.write("corners.csv", POINTS + "0,0,0\n750,0,0\n790,1000,0\n0,1000,0\n")
         self.warned("touched wrongly", "calibrate", "surface", "--points", "corners.csv")
 
+    def test_hand_and_eye_exchanged_and_a_delay_nobody_asked_for_are_told(self):
+        for seed in (1, 2, 3):
+            self.runs("world", "sample", "hand-eye", "--seed", seed, "--out", "sim")
+            hand, eye = "sim/hand.csv", "sim/eye.csv"
+            command = ["calibrate", "hand-eye"]
+            right = self.runs(*command, "--hand", hand, "--eye", eye, "--estimate-delay")
+            self.assertNotIn("warning", right.out)
+            self.warned("hand and eye seem to be exchanged", *command, "--hand", eye, "--eye", hand, "--estimate-delay")
+            self.warned("in place of 0.0000 s", *command, "--hand", hand, "--eye", eye)
+            known = json.loads(self.read("sim/truth.json"))["delay_s"]
+            self.assertNotIn("warning", self.runs(*command, "--hand", hand, "--eye", eye, "--delay-s", known).out)
+
+    def test_a_board_of_more_corners_than_told_and_squares_in_metres_are_told(self):
+        images = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "data", "opencv_chessboard_left", "left0*.jpg")
+        command = ["calibrate", "camera", "--images", images, "--square-mm"]
+        right = self.runs(*command, "25", "--board", "9x6")
+        self.assertNotIn("goes on", right.out)
+        self.assertNotIn("metres", right.out)
+        self.warned("the chessboard goes on beyond --board 8x6", *command, "25", "--board", "8x6")
+        self.warned("--square-mm 0.025 looks like metres", *command, "0.025", "--board", "9x6")
+
     def test_points_far_off_and_lists_of_two_sizes_are_told(self):
         place = [(97 * i % 500, 61 * i % 300, 37 * i % 200) for i in range(50)]
         self.write("from.csv", POINTS + "".join(f"{x},{y},{z}\n" for x, y, z in place))

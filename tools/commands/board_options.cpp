@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/vision/charuco.h"
 #include "tools/commands/checks.h"
@@ -45,6 +46,23 @@ bool usual_size(vision::BoardViews& views) {
 
 }  // namespace
 
+void doubt_board(const BoardOptions& options, std::size_t pictures, int goes_on,
+                 const vision::BoardShape& seen, std::vector<std::string>& warnings) {
+  constexpr double kSmallest = 1.0;  // mm; squares of 5 to 200 mm would be 0.005 to 0.2 in metres
+  if (is_charuco(options)) return;
+  // By chance next to no picture looks so (board_continuation_test.cpp).
+  if (goes_on > 0 && 3 * static_cast<std::size_t>(goes_on) >= pictures)
+    warnings.push_back(
+        fmt::format("the chessboard goes on beyond --board {} in {} of {}: count its inner corners again, "
+                    "{}x{} or more are "
+                    "expected",
+                    options.board, goes_on, counted(pictures, "picture"), seen.columns, seen.rows));
+  if (options.square_mm < kSmallest)
+    warnings.push_back(fmt::format(
+        "--square-mm {:g} looks like metres: millimetres are expected, {:g} for a square of {:g} m",
+        options.square_mm, 1e3 * options.square_mm, options.square_mm));
+}
+
 bool is_charuco(const BoardOptions& options) { return options.board.ends_with(".toml"); }
 
 std::string source_of(const BoardOptions& options) {
@@ -65,6 +83,7 @@ Expected<vision::BoardViews> read_board_views(const BoardOptions& options, const
   if (views->views.empty())
     return refused("{}: no complete board of {} inner corners was found; check --board", source_of(options),
                    options.board);
+  doubt_board(options, views->views.size(), views->goes_on, views->seen_shape, warnings);
   return views;
 }
 

@@ -27,6 +27,11 @@ std::string source_of(const BoardOptions& options);
 Expected<vision::BoardViews> read_board_views(const BoardOptions& options, const std::string& command,
                                               std::vector<std::string>& warnings);
 
+// Warns of a chessboard that goes on, in `goes_on` of the pictures it was found in, beyond the corners told, up to
+// `seen` at least, and of squares that look like metres: the fit itself is as good as with the right ones.
+void doubt_board(const BoardOptions& options, std::size_t pictures, int goes_on,
+                 const vision::BoardShape& seen, std::vector<std::string>& warnings);
+
 // The size of the images, as the views or --size-px tell it, else the smallest usual one; corners outside are wrong
 // use.
 Expected<void> set_size(const BoardOptions& options, vision::BoardViews& views,

@@ -41,6 +41,8 @@ Expected<void> run_camera(const CameraArguments& options) {
                   shown(Eigen::Map<const Eigen::VectorXd>(s.model.distortion.data(), 5))));
   result.summary.push_back(
       fmt::format("residual       {:.4f} px rms over {} views", s.rms_px, s.views.size()));
+  const auto [nearest, farthest] = vision::board_distances(s);
+  result.summary.push_back(fmt::format("board          {:.3f} to {:.3f} m away", nearest, farthest));
   for (const auto& warning : found->warnings) result.summary.push_back("warning: " + warning);
   result.store = [&](rig::Rig& rig) {
     auto& camera = options.camera == "right" ? rig.right_camera : rig.camera;

@@ -35,6 +35,7 @@ Expected<void> run_hand_eye_poses(const HandEyeArguments& options) {
       return wrong_use("{}: has {}, {} has {}; without times they belong together one by one", options.hand,
                        counted(hand.poses.size(), "pose"), options.eye, eye.poses.size());
     how.max_hand_gap_s = findings::kRowByRow;
+    how.doubt_delay = false;
   }
   const auto fit = calibration::calibrate_hand_eye(hand.poses, eye.poses, how);
   if (!fit)

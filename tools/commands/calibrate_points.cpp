@@ -1,11 +1,14 @@
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <set>
 
 #include "palpate/calibration/findings/points.h"
+#include "palpate/core/file.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/device/point_file.h"
+#include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/result_output.h"
 #include "tools/commands/table_source.h"
@@ -18,6 +21,7 @@ namespace findings = calibration::findings;
 struct PointsArguments {
   ResultOptions result;
   std::string from, to;
+  std::string object, mesh, mesh_unit = "mm";
 };
 
 bool unique_labels(const device::PointFile& file) {
@@ -48,7 +52,54 @@ Expected<findings::PointPairs> pair_up(const device::PointFile& from, const devi
   return pairs;
 }
 
+rig::RealObject* find_object(rig::Rig& rig, const std::string& name) {
+  const auto at = std::find_if(rig.objects.begin(), rig.objects.end(),
+                               [&](const auto& object) { return object.name == name; });
+  return at == rig.objects.end() ? nullptr : &*at;
+}
+
+// The real body whose pose the result is, as the rig has it or --mesh makes it; without a name where none is meant.
+// What is wrong with it is told before anything is computed.
+Expected<rig::RealObject> body_of(const PointsArguments& options) {
+  const std::string& written = options.result.rig.empty() ? options.result.out : options.result.rig;
+  if (options.object.empty()) {
+    if (!written.empty())
+      return wrong_use(
+          "--rig and --out: name the real body that these points belong to with --object; what has no place "
+          "in a rig "
+          "is written by --json");
+    if (!options.mesh.empty()) return wrong_use("--mesh: goes with --object, whose shape it is");
+    return rig::RealObject{};
+  }
+  if (written.empty())
+    return wrong_use("--object {}: needs --rig, the rig file that the body is in", options.object);
+  auto rig = start_rig(options.result);
+  if (!rig) return tl::unexpected(rig.error());
+  rig::RealObject body;
+  if (const auto* known = find_object(*rig, options.object)) body = *known;
+  body.name = options.object;
+  if (!options.mesh.empty()) {
+    body.mesh = options.mesh;
+    body.metres_per_unit = options.mesh_unit == "m" ? 1.0 : 1.0 / kMm;
+    if (!is_there(std::filesystem::path(written).parent_path() / body.mesh))
+      return wrong_use("--mesh {}: no such file, as seen from the folder of {}", options.mesh, written);
+  }
+  if (!body.mesh.empty()) return body;
+  return wrong_use(
+      "--object {}: {} has no [[object]] of that name; --mesh FILE, beside the rig file, makes one",
+      excerpt(options.object), written);
+}
+
+void store_body(rig::Rig& rig, const rig::RealObject& body) {
+  if (auto* there = find_object(rig, body.name))
+    *there = body;
+  else
+    rig.objects.push_back(body);
+}
+
 Expected<void> run_points(const PointsArguments& options) {
+  auto body = body_of(options);
+  if (!body) return tl::unexpected(body.error());
   const auto from = device::read_points(options.from);
   if (!from) return tl::unexpected(from.error());
   const auto to = device::read_points(options.to);
@@ -75,6 +126,9 @@ Expected<void> run_points(const PointsArguments& options) {
                   json["fre_rms_mm"].get<double>(), json["points"].get<std::size_t>())};
   for (const auto& warning : json["warnings"])
     result.summary.push_back("warning: " + warning.get<std::string>());
+  body->rotation = rotation;
+  body->position = fit.translation;
+  if (!body->name.empty()) result.store = [&](rig::Rig& rig) { store_body(rig, *body); };
   return write_result(options.result, result);
 }
 
@@ -86,6 +140,20 @@ void add_calibrate_points(CLI::App& calibrate) {
       calibrate.add_subcommand("points", "The rotation and translation between two lists of points");
   command->add_option("--from", options->from, "Points A, CSV")->type_name("A.csv");
   command->add_option("--to", options->to, "Points B, CSV; B = R A + t")->type_name("B.csv");
+  command
+      ->add_option(
+          "--object", options->object,
+          "The real body that A are points of, in its mesh's frame, and B the same touched in World: its "
+          "[[object]] in --rig gets this pose")
+      ->type_name("NAME");
+  command
+      ->add_option(
+          "--mesh", options->mesh,
+          "Its shape, as seen from the rig file's folder: STL, OBJ or PLY; where the rig has it not yet")
+      ->type_name("FILE");
+  command->add_option("--mesh-unit", options->mesh_unit, "Of the numbers in that file")
+      ->check(one_of({"mm", "m"}))
+      ->capture_default_str();
   add_result_options(*command, options->result);
   const auto tables = std::make_shared<TableSource>();
   tables->add("--from", options->from, "points_a");

@@ -22,6 +22,17 @@ device::DriverRegistry built_in_drivers() {
   return registry;
 }
 
+Expected<void> laboratory_of_desk(const rig::Rig& rig, const std::string& file,
+                                  const std::string& laboratory) {
+  const bool desk = rig.arm && rig.arm->model.name == rig::kMouseArm;
+  if (!desk || drivers::laboratory::is_there(laboratory)) return {};
+  return refused(
+      "laboratory '{}' is not there, and {} is a desk's rig: `palpate play --rig {}` starts all that a desk "
+      "needs, "
+      "`palpate world run --arm-only` its arm alone",
+      laboratory, file, file);
+}
+
 record::session::DecodeJpeg jpeg_decoder() {
 #ifndef PALPATE_PHYSICS_ALONE
   return [](std::string_view bytes, device::CameraImage& image) {

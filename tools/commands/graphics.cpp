@@ -294,6 +294,8 @@ Expected<void> run_graphics(GraphicsOptions& options) {
   auto rig = rig::read_rig(options.rig);
   if (!rig) return tl::unexpected(rig.error());
   if (auto fine = check_rig(options, *rig); !fine) return fine;
+  if (options.process.mouse || options.process.player)  // who move the laboratory's arm
+    if (auto there = laboratory_of_desk(*rig, options.rig, options.lab); !there) return there;
   if (auto chosen = choose_eyes(options, *rig); !chosen) return chosen;
   options.process.rig_text = read_file(options.rig).value_or("");
   options.process.rig = *rig;

@@ -111,7 +111,10 @@ Expected<void> serve_physics(PhysicsOptions& options, bool delay_said) {
   process.rig = *rig;
   process.rig_text = read_file(options.rig).value_or("");
   process.drivers = drivers();
-  if (process.arm.uri == "lab") process.arm.uri += ":" + options.lab;
+  if (process.arm.uri == "lab") {
+    if (auto there = laboratory_of_desk(*rig, options.rig, options.lab); !there) return there;
+    process.arm.uri += ":" + options.lab;
+  }
   if (auto chosen = choose_scene(options, delay_said); !chosen) return chosen;
   if (!process.out.empty())
     if (auto made = make_folder(process.out); !made) return made;

@@ -2,11 +2,14 @@
 
 #include <fmt/ranges.h>
 
+#include <cmath>
 #include <cstdio>
 #include <memory>
 
 #include "palpate/core/file.h"
 #include "palpate/core/units.h"
+#include "palpate/rig/doubtful_values.h"
+#include "palpate/scene/mesh_file.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/result_output.h"
@@ -35,6 +38,10 @@ rig::Rig nominal_rig() {
   rig.camera_marker_leds =
       leds({{70, 0, 0}, {35, 61, 10}, {-35, 61, 0}, {-70, 0, 10}, {-35, -61, 0}, {35, -61, 10}});
   rig.pointer_leds = leds({{0, 0, 0}, {50, 0, 0}, {0, 50, 0}, {50, 60, 10}});
+  // As they are once the file has been read: the last bit of a constant in metres is not that of millimetres made
+  // metres, and 209.55 would be written 209.54999999999998.
+  for (double* length : {&rig.nominal_arm.lengths.l1, &rig.nominal_arm.lengths.l2})
+    *length = std::round(1e6 * *length) / 1e3 * (1.0 / kMm);
   return rig;
 }
 
@@ -177,6 +184,22 @@ void show_verification(const rig::VerificationRecord& last) {
          fmt::format("{:.3f} ({:.3f} to {:.3f}), promised below {:.3f}", f.error, f.low, f.high, f.promised));
 }
 
+// Values that cannot be right, and bodies whose shape cannot be read: graphics would refuse those.
+std::vector<rig::DoubtfulValue> doubts_of(const rig::Rig& rig) {
+  auto doubts = rig::doubtful_values(rig);
+  for (const auto& object : rig.objects)
+    if (const auto mesh = scene::read_mesh(rig.folder / object.mesh, object.metres_per_unit); !mesh)
+      doubts.push_back({fmt::format("object '{}'", object.name), mesh.error().message});
+  return doubts;
+}
+
+std::string parts_of(const std::vector<rig::DoubtfulValue>& doubts) {
+  std::vector<std::string> names;
+  for (const auto& doubt : doubts)
+    if (names.empty() || names.back() != doubt.part) names.push_back(doubt.part);
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
 Expected<void> show(const RigArguments& options) {
   const auto rig = rig::read_rig(options.file);
   if (!rig) return tl::unexpected(rig.error());
@@ -236,6 +259,7 @@ Expected<void> show(const RigArguments& options) {
   if (!rig->verifications.empty()) show_verification(rig->verifications.back());
   for (const auto& missing : rig::missing_parts(*rig))
     line("missing", fmt::format("{}: {}", missing.part, missing.remedy));
+  for (const auto& doubt : doubts_of(*rig)) line("doubtful", fmt::format("{}: {}", doubt.part, doubt.what));
   return {};
 }
 
@@ -274,20 +298,24 @@ Expected<void> check(const RigArguments& options) {
     if (const auto rest = check_rest(options, *rig); !rest) return rest;
   if (rig->arm && rig->arm->model.name != rig::kMouseArm) show_forces(*rig);
   const auto missing = rig::missing_parts(*rig);
-  if (missing.empty()) {
-    line("complete", options.file);
-    return {};
-  }
+  const auto doubts = doubts_of(*rig);
   std::string names;
   for (const auto& part : missing) {
     line("missing", fmt::format("{}: {}", part.part, part.remedy));
     names += (names.empty() ? "" : ", ") + part.part;
   }
-  return refused(
-      "{}: is valid but not complete, it lacks {}; calibrate these with --rig {}, or all in one session: "
-      "palpate "
-      "calibrate all --arm URI --tracker URI --camera URI --rig {}",
-      options.file, names, options.file, options.file);
+  for (const auto& doubt : doubts) line("doubtful", fmt::format("{}: {}", doubt.part, doubt.what));
+  if (!missing.empty())
+    return refused(
+        "{}: is valid but not complete, it lacks {}{}; calibrate these with --rig {}, or all in one session: "
+        "palpate calibrate all --arm URI --tracker URI --camera URI --rig {}",
+        options.file, names, doubts.empty() ? "" : ", and cannot be right in " + parts_of(doubts),
+        options.file, options.file);
+  if (!doubts.empty())
+    return refused("{}: is complete, but cannot be right in {}; repair what is called doubtful above",
+                   options.file, parts_of(doubts));
+  line("complete", options.file);
+  return {};
 }
 
 }  // namespace
@@ -306,7 +334,7 @@ void add_rig(CLI::App& program) {
   add_rig_webcam(*rig);
   on(create, [options] { return make_new(*options); });
   on(with_file("show", "Print a rig for a person"), [options] { return show(*options); });
-  auto* checked = with_file("check", "Validate a rig and say what is missing");
+  auto* checked = with_file("check", "Validate a rig and say what is missing or cannot be right");
   checked
       ->add_option("--rest-readings", options->rest_readings_deg,
                    "Encoder readings at rest, deg: has the encoder reset changed?")

@@ -13,6 +13,7 @@
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/device/charuco_board.h"
+#include "palpate/vision/board_continuation.h"
 #include "palpate/vision/camera.h"
 #include "palpate/vision/charuco.h"
 #include "tools/commands/board_options.h"
@@ -102,11 +103,21 @@ Expected<TimedViews> views_of_camera(const BoardSampling& options, TakenSamples&
   if (!find) return tl::unexpected(find.error());
   TimedViews timed;
   std::vector<Instant<CameraClock>> stamps;
+  const auto shape = vision::board_shape(options.board.board, 1.0);  // none of a ChArUco board
+  int goes_on = 0;
+  vision::BoardShape seen{0, 0, 1.0};
   SampleNeeds needs{.camera = true};
   needs.picture = [&](const device::CameraImage& image) {
     ++timed.pictures;
     auto view = (*find)(image);
     if (!view) return;
+    if (shape) {
+      const auto more = vision::board_continuation(vision::grey_from_rgb(image.rgb), image.width,
+                                                   image.height, *shape, view->image);
+      goes_on += more.columns + more.rows > 0 ? 1 : 0;
+      seen.columns = std::max(seen.columns, shape->columns + more.columns);
+      seen.rows = std::max(seen.rows, shape->rows + more.rows);
+    }
     view->name = fmt::format("image_{}", image.frame);
     timed.views.push_back(std::move(*view));
     stamps.push_back(image.mid_exposure);
@@ -119,6 +130,7 @@ Expected<TimedViews> views_of_camera(const BoardSampling& options, TakenSamples&
   if (timed.views.empty())
     return refused("{}: the board {} was in none of {}; all of it has to be in view, in good light",
                    taken.source, options.board.board, counted(timed.pictures, "picture"));
+  doubt_board(options.board, timed.views.size(), goes_on, seen, taken.warnings);
   for (const auto& stamp : stamps) timed.time_s.emplace_back(taken.streams.host_time(stamp));
   return timed;
 }

@@ -163,6 +163,33 @@ Json json_of(const std::map<std::string, HeardTool>& tools,
   return json;
 }
 
+// Says once that the tool asked for is not among those that are heard, while there is time to ask for another.
+class MissingTool {
+ public:
+  explicit MissingTool(std::string tool) : tool_(std::move(tool)), told_(tool_.empty()) {}
+
+  void look(const std::map<std::string, HeardTool>& tools, double now_s,
+            const std::function<void(const std::string&)>& tell) {
+    if (told_ || tools.empty()) return;
+    if (tools.contains(tool_)) {
+      told_ = true;
+      return;
+    }
+    if (first_s_ < 0.0) first_s_ = now_s;
+    if (now_s - first_s_ < kPatience) return;
+    told_ = true;
+    tell(fmt::format("warning: no tool '{}' so far, but {}; is one of them meant (--tool)?", excerpt(tool_),
+                     names_of(tools)));
+  }
+
+ private:
+  // A server sends its tools one after another, the slowest that are of use ten times a second.
+  static constexpr double kPatience = 1.0;
+  std::string tool_;
+  bool told_;
+  double first_s_ = -1.0;
+};
+
 Expected<void> listen_to_tracker(const ListenArguments& options) {
   const auto address = drivers::openigtlink::parse_server(options.address);
   if (!address) return tl::unexpected(address.error());
@@ -181,6 +208,7 @@ Expected<void> listen_to_tracker(const ListenArguments& options) {
   LiveLine live;
   const std::int64_t start = MonotonicClock<TrackerClock>::monotonic_ns();
   LinkNews link;
+  MissingTool missing(options.tool);
   for (;;) {
     const bool last_look =
         stop || recorder.full() || (options.seconds > 0.0 && since(start) >= options.seconds);
@@ -201,6 +229,10 @@ Expected<void> listen_to_tracker(const ListenArguments& options) {
       ++(sample.seen ? tool.poses : tool.unseen);
       if (!options.out.empty()) recorder.add(sample);
     }
+    missing.look(tools, since(start), [&](const std::string& what) {
+      live.end();
+      notice(what);
+    });
     live.show(tools, since(start));
     if (last_look) break;
     sleep_ms(20);

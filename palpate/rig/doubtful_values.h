@@ -1,0 +1,21 @@
+// Values of a rig that can be read and cannot be right: a slip in a file written by hand, or a calibration that data of
+// too few places carried beyond them.
+//
+// Judged is the lens alone, by what a pinhole with five coefficients holds for. A place that is some millimetres off
+// looks like any other: `palpate verify` finds those. Pure function.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "palpate/rig/rig.h"
+
+namespace palpate::rig {
+
+struct DoubtfulValue {
+  std::string part;  // "camera", as missing_parts names it
+  std::string what;  // what cannot be right, and what to do
+};
+std::vector<DoubtfulValue> doubtful_values(const Rig& rig);
+
+}  // namespace palpate::rig

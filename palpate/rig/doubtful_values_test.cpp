@@ -1,0 +1,57 @@
+#include "palpate/rig/doubtful_values.h"
+
+#include <gtest/gtest.h>
+
+namespace palpate::rig {
+namespace {
+
+// What is said of a rig with this lens, each part's words in one.
+std::string said_of(const device::CameraModel& lens) {
+  Rig rig;
+  rig.camera = CameraCalibration{lens, {}, {}, {}};
+  std::string said;
+  for (const auto& doubt : doubtful_values(rig)) said += doubt.part + ": " + doubt.what + "\n";
+  return said;
+}
+
+TEST(DoubtfulValues, AUsualLensIsNotDoubted) {
+  device::CameraModel lens;
+  EXPECT_EQ(said_of(lens), "");
+  lens.distortion = {-0.28, 0.09, 0.001, -0.0005, 0.0};
+  EXPECT_EQ(said_of(lens), "");
+  EXPECT_TRUE(doubtful_values(Rig{}).empty());
+}
+
+TEST(DoubtfulValues, EachSlipIsNamed) {
+  device::CameraModel lens;
+  lens.width = 64;
+  EXPECT_NE(said_of(lens).find("(319.5, 239.5) lies outside its picture of 64 x 480 px"), std::string::npos);
+  lens = {};
+  lens.cy = 640.0;
+  EXPECT_NE(said_of(lens).find("lies outside"), std::string::npos);
+  lens = {};
+  lens.fx = lens.fy = 56.0;
+  EXPECT_NE(said_of(lens).find("it would see 160 x 154 deg"), std::string::npos) << said_of(lens);
+  lens = {};
+  lens.fx = lens.fy = 5600.0;
+  EXPECT_NE(said_of(lens).find("it would see 7 x 5 deg"), std::string::npos) << said_of(lens);
+  lens = {};
+  lens.fy = 280.0;
+  EXPECT_NE(said_of(lens).find("factor of 2.00"), std::string::npos);
+  lens = {};
+  lens.distortion = {-0.9, 0.0, 0.0, 0.0, 0.0};
+  EXPECT_NE(said_of(lens).find("turns back on itself"), std::string::npos) << said_of(lens);
+}
+
+TEST(DoubtfulValues, TheSecondCameraIsJudgedByItself) {
+  Rig rig;
+  rig.camera = CameraCalibration{};
+  rig.right_camera = CameraCalibration{};
+  rig.right_camera->model.cx = -50.0;
+  const auto doubts = doubtful_values(rig);
+  ASSERT_EQ(doubts.size(), 1u);
+  EXPECT_EQ(doubts.front().part, "right_camera");
+}
+
+}  // namespace
+}  // namespace palpate::rig
