@@ -24,7 +24,7 @@ Json lens_json(const BoardViews& views, const Estimate<CameraSolution>& fit,
   json["distortion"] = s.model.distortion;
   json["width_px"] = s.model.width, json["height_px"] = s.model.height;
   const auto [nearest, farthest] = board_distances(s);
-  json["board_distance_mm"] = {kMm * nearest, kMm * farthest};
+  json["board_distance_mm"] = {kMillimetresPerMetre * nearest, kMillimetresPerMetre * farthest};
   json["outlier_views"] = s.outlier_views();
   json["views"] = Json::array();
   for (const auto& view : s.views)
