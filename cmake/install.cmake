@@ -122,3 +122,19 @@ function(palpate_install)
   install(FILES ${PROJECT_BINARY_DIR}/palpateConfig.cmake ${PROJECT_BINARY_DIR}/palpateConfigVersion.cmake
     ${PROJECT_SOURCE_DIR}/cmake/guests.cmake DESTINATION ${PALPATE_PACKAGE_FOLDER} COMPONENT library)
 endfunction()
+
+# What people read: licence, changelog, how to cite, documentation and examples, as they lie in the tree, so that the
+# links between them lead somewhere; manual pages and completion, which the program writes itself when it is installed.
+function(palpate_install_texts)
+  install(FILES LICENSE CITATION.cff CHANGELOG.md README.md CONTRIBUTING.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT documentation)
+  install(DIRECTORY docs examples DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT documentation)
+  set(written ${PROJECT_BINARY_DIR}/manual)
+  install(CODE "
+    file(REMOVE_RECURSE ${written})
+    file(MAKE_DIRECTORY ${written})
+    execute_process(COMMAND $<TARGET_FILE:palpate> man --out ${written}/man1 COMMAND_ERROR_IS_FATAL ANY)
+    execute_process(COMMAND $<TARGET_FILE:palpate> completion bash OUTPUT_FILE ${written}/palpate COMMAND_ERROR_IS_FATAL ANY)
+    file(INSTALL ${written}/man1 DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_MANDIR}\")
+    file(INSTALL ${written}/palpate DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/bash-completion/completions\")"
+    COMPONENT program)
+endfunction()

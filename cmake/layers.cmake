@@ -38,7 +38,7 @@ set(PALPATE_LAYER_10 desktop)
 set(PALPATE_LAYER_11 evaluation)
 set(PALPATE_LAYER_12 server/session evaluation/report)
 set(PALPATE_LAYER_13 sim/lockstep evaluation/studies)
-set(PALPATE_LAYER_14 tools/demo tools/doctor)
+set(PALPATE_LAYER_14 tools/demo tools/doctor tools/manual)
 set(PALPATE_LAYER_15 tools/commands)
 set(PALPATE_LAYER_16 tools/program)
 set(PALPATE_LAYER_COUNT 17)
@@ -62,7 +62,8 @@ set(PALPATE_TESTS_AS_THE_PROGRAM plugin math device experiment calibration calib
 # of GoogleTest a regular expression each; all programs are in tests/CMakeLists.txt.
 set(PALPATE_LONG_PROGRAMS soak live_poses two_hosts forces_check palpation_by_mouse clocks calibrate_live three_doors trips session_window descriptors
   invariance weak_data world_values recorded_sessions recordings attacked_loops)
-set(PALPATE_QUICK_PROGRAMS servers status touch log chain_arm forces tracker plugins report examples documented_commands hostile_peers
+set(PALPATE_QUICK_PROGRAMS servers status touch log chain_arm forces tracker plugins report examples documented_commands manual kept
+  hostile_peers
   physics_alone no_application)
 set(PALPATE_LONG_TESTS "Statistics\\." "TenMillionTicks" "FullSolution\\.")
 set(PALPATE_SLOW_TESTS "^FewDescriptors\\." "^PreparedOrgan\\.Tick" "^Indentation\\.(ShallowPresses|TheTablesOf)" "^TipContact\\.(DrawnAside|WhatCannotSlip)"
@@ -73,7 +74,7 @@ set(PALPATE_SLOW_TESTS "^FewDescriptors\\." "^PreparedOrgan\\.Tick" "^Indentatio
 # PALPATE_PARTS=physics: the physics server alone, without code of tracker, camera and graphics, and without the
 # libraries these need (OpenCV, OpenGL, EGL). A module that is not listed here cannot be linked there.
 set(PALPATE_PHYSICS_PARTS core math time figures experiment device record record/session scene rig physics physics/deformable physics/tissue physics/organ transport sim/config haptics drivers/laboratory drivers/openhaptics
-  ${PALPATE_APPLICATIONS} server/physics plugin tools/commands tools/program)
+  ${PALPATE_APPLICATIONS} server/physics plugin tools/manual tools/commands tools/program)
 
 set(PALPATE_ALL_MODULES "")
 set(PALPATE_WHOLE_MODULES "")  # targets that a program holds whole for the plug-ins it loads (cmake/guests.cmake)

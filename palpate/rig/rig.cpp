@@ -231,7 +231,7 @@ Expected<Rig> parse_rig(std::string_view content, const std::string& source) {
   if (!file) return tl::unexpected(file_of_another_form(content, source).value_or(file.error()));
   if (auto fine = is_no_world_file(*file, source); !fine) return tl::unexpected(fine.error());
   Rig rig;
-  if (const auto version = file->integer("rig_version", {1, kRigVersion});
+  if (const auto version = file->integer("rig_version", {1, 1'000'000});
       version != kRigVersion && file->has("rig_version"))
     file->complain("rig_version", fmt::format("is {}, this program reads {}", version, kRigVersion));
   rig.name = file->text_or("name", rig.name);

@@ -38,6 +38,7 @@ void add_commands(CLI::App& program) {
   add_sample(program);
   add_verify(program);
   add_doctor(program);
+  add_manual(program);
 }
 
 }  // namespace palpate::tools::commands

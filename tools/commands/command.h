@@ -64,6 +64,7 @@ void add_keys(CLI::App& program);
 void add_status(CLI::App& program);
 void add_verify(CLI::App& program);
 void add_doctor(CLI::App& program);
+void add_manual(CLI::App& program);
 void add_tracker(CLI::App& program);
 void add_camera(CLI::App& program);
 void add_picture(CLI::App& program);

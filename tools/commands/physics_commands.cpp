@@ -10,6 +10,7 @@ void add_commands(CLI::App& program) {
   add_status(program);
   add_recording(program);
   add_replay(program);
+  add_manual(program);
 }
 
 }  // namespace palpate::tools::commands
