@@ -68,10 +68,16 @@ class Files(unittest.TestCase):
         self.run_program("world", "sample", "hand-eye", "--seed", "5", "--out", "eye")
         hand, eye = self.folder / "eye" / "hand.csv", self.folder / "eye" / "eye.csv"
         self.run_program("calibrate", "hand-eye", "--hand", hand, "--eye", eye, "--estimate-delay", "--rig", "rig.toml")
+        self.run_program("world", "sample", "surface", "--seed", "5", "--out", "desk")
+        self.run_program("calibrate", "surface", "--points", "desk/surface.csv", "--rig", "rig.toml")
         rig = palpate.Rig.load(self.folder / "rig.toml")
         self.assertIn("arm", rig.parts)
         fixed = rig.transform("TipMarker", "Tip")
         np.testing.assert_allclose(rig.transform("Tip", "TipMarker") @ fixed, np.eye(4), atol=1e-12)
+        (surface,) = rig.surfaces
+        base, table = rig.transform("World", "ArmBase"), rig.transform("World", surface.name)
+        np.testing.assert_array_equal(table, surface.pose)
+        np.testing.assert_allclose(rig.transform("ArmBase", surface.name), np.linalg.inv(base) @ table, atol=1e-12)
         camera = palpate.calibrate_hand_eye(palpate.read_poses(hand), palpate.read_poses(eye), estimate_delay=True)
         np.testing.assert_allclose(rig.transform("CameraMarker", "CameraOptical"), camera.camera_in_marker, atol=1e-10)
         # The stylus that the readings give carries the marker to where the tracker saw it.
