@@ -79,7 +79,8 @@ std::string no_option(const CLI::App& command, const std::string& word) {
 
 std::vector<std::string> commands_of(const CLI::App& command) {
   std::vector<std::string> names;
-  for (const auto* other : command.get_subcommands([](const CLI::App* one) { return !one->get_group().empty(); }))
+  for (const auto* other :
+       command.get_subcommands([](const CLI::App* one) { return !one->get_group().empty(); }))
     names.push_back(other->get_name());
   return names;
 }
