@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "tools/commands/build_info.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/manual/completion.h"
@@ -22,13 +23,13 @@ Expected<void> tell_manual(const CLI::App& program, const ManualArguments& argum
   if (!arguments.out.empty()) {
     std::error_code failed;
     std::filesystem::create_directories(arguments.out, failed);  // what fails here, writing says in words
-    return manual::write_manual_pages(all, PALPATE_VERSION, arguments.out);
+    return manual::write_manual_pages(all, build_info().version, arguments.out);
   }
   const auto* command = manual::find(all, arguments.words);
   if (command == nullptr)
     return wrong_use("'{}': no such command; `palpate --help` lists them",
                      excerpt(manual::joined(arguments.words, " ")));
-  fmt::print("{}", manual::manual_page(*command, PALPATE_VERSION));
+  fmt::print("{}", manual::manual_page(*command, build_info().version));
   return {};
 }
 
