@@ -152,6 +152,14 @@ class Run(ProgramTest):
         os.makedirs(self.path(folder), exist_ok=True)
         subprocess.run([os.environ["BOARD_FILM"], "views", "board.toml", folder, "12"], check=True, cwd=self.folder)
 
+    def mesh(self, file):
+        """A solid with four corners as STL, mm; where they are."""
+        corners = [(0, 0, 0), (80, 0, 0), (0, 80, 0), (0, 0, 80)]
+        faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+        facets = ("facet normal 0 0 0\nouter loop\n" + "".join("vertex {} {} {}\n".format(*corners[i]) for i in face) + "endloop\nendfacet\n" for face in faces)
+        self.write(file, "solid made\n" + "".join(facets) + "endsolid made\n")
+        return corners
+
     def run_block(self, block):
         """As it is written, one after the other; servers run until the block's end."""
         running = []
@@ -205,6 +213,9 @@ class Run(ProgramTest):
         self.put(stylus="pivot", arm="arm", marker="hand", board="eye", board_right="eye", pointer="pointer", table="surface",
                  wall="wall", dots="landmarks")
         self.views("board/*.png", "right*.png")
+        head = self.mesh("head.stl")
+        for file, moved in (("head_in_its_mesh.csv", 0), ("head_touched.csv", 300)):
+            self.write(file, "x_mm,y_mm,z_mm\n" + "".join(f"{x + moved},{y},{z}\n" for x, y, z in head))
         self.run_document("docs/guide.md")
 
     def test_cameras(self):
@@ -232,10 +243,7 @@ class Run(ProgramTest):
 
     def test_touch(self):
         self.samples()
-        corners = [(0, 0, 0), (80, 0, 0), (0, 80, 0), (0, 0, 80)]
-        faces = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
-        facets = ("facet normal 0 0 0\nouter loop\n" + "".join("vertex {} {} {}\n".format(*corners[i]) for i in face) + "endloop\nendfacet\n" for face in faces)
-        self.write("liver.stl", "solid liver\n" + "".join(facets) + "endsolid liver\n")
+        self.mesh("liver.stl")
         self.run_document("docs/guides/touch.md")
 
     def test_webcam(self):
