@@ -13,7 +13,7 @@
 namespace palpate::tools::commands {
 namespace {
 
-constexpr std::size_t kColumn = 32, kWidth = 118;  // of the words beside an option; of a line
+constexpr std::size_t kWordsAt = 32, kLineEnds = 118;  // of the words beside an option; of a line
 
 struct Named {
   std::string_view name, takes;
@@ -99,10 +99,10 @@ class HelpPage : public CLI::Formatter {
 
   // What stands left, and its words beside it or, where that is too long, below.
   static std::string row(const std::string& left, const std::string& words) {
-    const std::string name = "  " + left, column(kColumn, ' ');
-    const std::string begun = name.size() + 2 > kColumn ? name + (words.empty() ? "" : '\n' + column)
-                                                        : name + column.substr(name.size());
-    return begun + broken(words, kColumn) + '\n';
+    const std::string name = "  " + left, column(kWordsAt, ' ');
+    const std::string begun = name.size() + 2 > kWordsAt ? name + (words.empty() ? "" : '\n' + column)
+                                                         : name + column.substr(name.size());
+    return begun + broken(words, kWordsAt) + '\n';
   }
 
   // Between words, so that a line that begins with `indent` blanks fits.
@@ -112,7 +112,7 @@ class HelpPage : public CLI::Formatter {
     std::size_t at = indent;
     for (std::string word; stream >> word;) {
       const bool first = at == indent;
-      if (!first && at + 1 + word.size() > kWidth) {
+      if (!first && at + 1 + word.size() > kLineEnds) {
         lines += '\n' + std::string(indent, ' ') + word;
         at = indent + word.size();
         continue;
