@@ -45,6 +45,26 @@ std::vector<Outcome> play(FrameSource& source) {
   return outcomes;
 }
 
+struct Frames {
+  std::vector<int> values;  // of the first byte
+  std::vector<std::uint64_t> numbers;
+  std::vector<std::int64_t> times;
+};
+
+// Fewer where something else than a frame comes.
+Frames first_frames(FrameSource& source, std::size_t count) {
+  Frames frames;
+  while (frames.values.size() < count) {
+    const auto outcome = source.wait(std::chrono::seconds(1));
+    if (outcome.kind == Outcome::Kind::nothing) continue;
+    if (outcome.kind != Outcome::Kind::frame) break;
+    frames.values.push_back(outcome.frame.picture.bytes[0]);
+    frames.numbers.push_back(outcome.frame.number);
+    frames.times.push_back(outcome.frame.mid_exposure_ns);
+  }
+  return frames;
+}
+
 TEST_F(Recorded, ImagesComeInOrderWithTheirOwnStampsAndCounts) {
   for (const char* name : {"a.png", "b.png", "c.png"}) image(name, 16, 8, 50 + name[0] - 'a');
   stamps(
@@ -53,20 +73,10 @@ TEST_F(Recorded, ImagesComeInOrderWithTheirOwnStampsAndCounts) {
   const auto facts = source->open();
   ASSERT_TRUE(facts) << facts.error().message;
   EXPECT_EQ(facts->width, 16);
-  std::vector<int> values;
-  std::vector<std::uint64_t> numbers;
-  std::vector<std::int64_t> times;
-  for (int i = 0; i < 3;) {
-    const auto outcome = source->wait(std::chrono::seconds(1));
-    if (outcome.kind == Outcome::Kind::nothing) continue;
-    ASSERT_EQ(outcome.kind, Outcome::Kind::frame);
-    values.push_back(outcome.frame.picture.bytes[0]);
-    numbers.push_back(outcome.frame.number);
-    times.push_back(outcome.frame.mid_exposure_ns);
-    ++i;
-  }
+  const auto [values, numbers, times] = first_frames(*source, 3);
   EXPECT_EQ(values, (std::vector<int>{50, 51, 52}));
   EXPECT_EQ(numbers, (std::vector<std::uint64_t>{7, 8, 10}));
+  ASSERT_EQ(times.size(), 3u);
   // A double holds such a time to 0.24 us.
   EXPECT_NEAR(static_cast<double>(times[2] - times[0]), 30e6, 500);
   EXPECT_EQ(source->wait(std::chrono::seconds(1)).kind, Outcome::Kind::ended);
@@ -77,20 +87,10 @@ TEST_F(Recorded, LoopedItBeginsAgainWithStampsAndNumbersThatGoOn) {
   stamps("image,time_s,frame\na.png,5.00,7\nb.png,5.02,9\n");
   const auto source = make_folder_source(folder_.path(), true);
   ASSERT_TRUE(source->open());
-  std::vector<int> values;
-  std::vector<std::uint64_t> numbers;
-  std::vector<std::int64_t> times;
-  for (int i = 0; i < 5;) {
-    const auto outcome = source->wait(std::chrono::seconds(1));
-    if (outcome.kind == Outcome::Kind::nothing) continue;
-    ASSERT_EQ(outcome.kind, Outcome::Kind::frame);
-    values.push_back(outcome.frame.picture.bytes[0]);
-    numbers.push_back(outcome.frame.number);
-    times.push_back(outcome.frame.mid_exposure_ns);
-    ++i;
-  }
+  const auto [values, numbers, times] = first_frames(*source, 5);
   EXPECT_EQ(values, (std::vector<int>{50, 51, 50, 51, 50}));
   EXPECT_EQ(numbers, (std::vector<std::uint64_t>{7, 9, 10, 12, 13}));
+  ASSERT_EQ(times.size(), 5u);
   for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(times[i], 5'000'000'000 + static_cast<int>(i) * 20'000'000);
 }
 
