@@ -56,23 +56,46 @@ struct Search {
   double seconds = 0.0, hardest = 0.0;
 };
 
-// The trainee of a scene plays an application, which need not be that scene's, until the search is over.
+// The trainee of a scene plays an application, which need not be that scene's, search after search.
+class SearchingHand {
+ public:
+  SearchingHand(PalpationApplication& application, const scene::SceneDescription& scene, std::uint64_t seed)
+      : application_(application),
+        trainee_(scene, reach_, SoftHand::player_settings(seed)),
+        hand_(application, reach_.home()) {}
+
+  void step() {
+    if (ticks_++ % 33 == 0) trainee_.show(hand_.state, hand_.now() + seconds(0.05));
+    hand_.follow(trainee_.act(hand_.now()));
+  }
+
+  // Until the search is over.
+  Search search() {
+    Search result;
+    for (int i = 0; i < 80'000 && application_.trial().phase() != TrialPhase::shown; ++i) {
+      step();
+      result.hardest = std::max(result.hardest, hand_.force.norm());
+    }
+    go_to(hand_, hand_.x, 0.01);
+    result.found = hand_.state.counters[kFound];
+    result.marks = hand_.state.counters[kMarks];
+    result.seconds = 1e-3 * hand_.state.counters[kSearchMs];
+    return result;
+  }
+
+  int trial() const { return hand_.state.counters[kTrial]; }
+
+ private:
+  PalpationApplication& application_;
+  const scene::Reach reach_ = SoftHand::reach();
+  Trainee trainee_;
+  SoftHand hand_;
+  int ticks_ = 0;
+};
+
 inline Search search(PalpationApplication& application, const scene::SceneDescription& scene,
                      std::uint64_t seed) {
-  const scene::Reach reach = SoftHand::reach();
-  Trainee trainee(scene, reach, SoftHand::player_settings(seed));
-  SoftHand hand(application, reach.home());
-  Search result;
-  for (int i = 0; i < 80'000 && application.trial().phase() != TrialPhase::shown; ++i) {
-    if (i % 33 == 0) trainee.show(hand.state, hand.now() + seconds(0.05));
-    hand.follow(trainee.act(hand.now()));
-    result.hardest = std::max(result.hardest, hand.force.norm());
-  }
-  go_to(hand, hand.x, 0.01);
-  result.found = hand.state.counters[kFound];
-  result.marks = hand.state.counters[kMarks];
-  result.seconds = 1e-3 * hand.state.counters[kSearchMs];
-  return result;
+  return SearchingHand(application, scene, seed).search();
 }
 
 }  // namespace palpate::applications::palpation

@@ -5,7 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <memory>
+#include <thread>
 
 #include "applications/palpation/hand_for_tests.h"
 #include "applications/palpation/organ_for_tests.h"
@@ -118,6 +120,25 @@ TEST(Trainee, FeelsTheNoduleMarksItAndPutsTheStylusAway) {
     EXPECT_LT(s.seconds, 45.0);
     EXPECT_LT(s.hardest, 3.0);
   }
+}
+
+TEST(Trainee, SearchesAgainInTheNextTrialAndAfterAReset) {
+  PalpationApplication application(easy_scene(), {.seed = 3}, cache_for_tests());
+  SearchingHand hand(application, easy_scene(), 1);
+  EXPECT_EQ(hand.search().found, 1);
+  application.control(scene::Control::begin);
+  for (int i = 0; i < 6000 && hand.trial() == 1; ++i) {  // it is being prepared
+    hand.step();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  ASSERT_EQ(hand.trial(), 2);
+  EXPECT_EQ(hand.search().found, 1) << "another nodule, elsewhere";
+  application.control(scene::Control::reset);
+  hand.step();
+  const Search again = hand.search();
+  EXPECT_EQ(hand.trial(), 2);
+  EXPECT_EQ(again.found, 1);
+  EXPECT_GT(again.seconds, 1.0);
 }
 
 TEST(Trainee, WithoutItsSenseItMarksByLot) {

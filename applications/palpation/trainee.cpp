@@ -51,13 +51,44 @@ Trainee::Trainee(const scene::SceneDescription& scene, const scene::Reach& reach
       top_(highest_of(surface_)),
       weber_(weber_of(palpation_.trainee)),
       observer_({.weber_fraction = weber_, .lapse_rate = 0.0}, settings.seed),
-      map_(places_in_reach(scene), palpation_.trainee.spacing, experiment::noise_of_weber_fraction(weber_),
-           PressMap::Trend::quadratic),
-      tries_(map_.places().size(), 0),
+      grid_(places_in_reach(scene)),
+      map_(empty_map()),
       hand_(settings.hand, settings.max_acceleration, reach.home()) {
-  for (std::size_t i = map_.places().size(); i-- > 0;) queue_.push_back(i);
+  plan_grid();
   path_ = scene::Quintic({reach_.home(), Vector3::Zero(), Vector3::Zero()},
                          {reach_.home(), Vector3::Zero(), Vector3::Zero()}, kLeastTravel_s);
+}
+
+PressMap Trainee::empty_map() const {
+  return {grid_, palpation_.trainee.spacing, experiment::noise_of_weber_fraction(weber_),
+          PressMap::Trend::quadratic};
+}
+
+void Trainee::plan_grid() {
+  queue_.clear();
+  for (std::size_t i = grid_.size(); i-- > 0;) queue_.push_back(i);
+  tries_.assign(grid_.size(), 0);
+}
+
+// Whether other nodules are hidden now than those it has searched for: of another trial, or put back by a reset.
+bool Trainee::begins_again(const scene::SceneState& state) {
+  const bool ready = state.counters[kPhase] == static_cast<std::int32_t>(TrialPhase::ready);
+  const bool again = trial_ > 0 && (state.counters[kTrial] != trial_ || (ready && searched_));
+  trial_ = state.counters[kTrial];
+  searched_ = !ready;
+  return again;
+}
+
+// How deep its hand must aim is of its arm: that it keeps.
+void Trainee::forget() {
+  map_ = empty_map();
+  plan_grid();
+  presses_.clear();
+  to_mark_.clear();
+  rounds_ = 0;
+  marking_ = decided_ = false;
+  if (doing_ == Doing::pressing || doing_ == Doing::holding) go(last_, over(here_, kHover_m), kUp_s);
+  doing_ = Doing::coming;
 }
 
 std::optional<Trainee::Spot> Trainee::spot_at(const PlanPlace& place) const {
@@ -126,6 +157,7 @@ void Trainee::learn(const Press& press) {
 
 void Trainee::notice(const scene::SceneState& state) {
   if (state.body_count <= kTip) return;
+  if (begins_again(state)) forget();
   marks_ = state.counters[kMarks];
   const double t = state.time.seconds();
   searching_since_ = t - 1e-3 * state.counters[kSearchMs];

@@ -1,5 +1,6 @@
 // The scripted trainee of palpation (palpate/scene/player.h): presses place after place of a grid to one depth, compares
 // what it feels, presses where a nodule is likeliest by then, marks where it believes one to be, and puts the stylus away.
+// When the next trial begins, it searches again.
 //
 // It feels through the commanded force alone, as late as everything it is shown, and remembers it with the noise of a
 // Weber fraction (experiment/observer.h): all of its imprecision is in there, as in the thresholds published, so that the
@@ -49,6 +50,10 @@ class Trainee : public scene::Player {
   };
 
   std::vector<PlanPlace> places_in_reach(const scene::SceneDescription& scene) const;
+  PressMap empty_map() const;
+  void plan_grid();
+  bool begins_again(const scene::SceneState& state);
+  void forget();
   std::optional<Spot> spot_at(const PlanPlace& place) const;
   bool can_press(const PlanPlace& place) const;
   Vector3 over(const Spot& spot, double height) const;  // World; below 0: pressed
@@ -73,6 +78,7 @@ class Trainee : public scene::Player {
   double top_ = 0.0;  // m
   double weber_;
   experiment::Observer observer_;
+  std::vector<PlanPlace> grid_;
   PressMap map_;
   std::deque<Shown> waiting_;
   std::deque<Press> presses_;
@@ -81,6 +87,8 @@ class Trainee : public scene::Player {
   std::vector<int> tries_;  // of each place, in vain
   int rounds_ = 0;          // of closer looks, begun
   bool marking_ = false, decided_ = false;
+  std::int32_t trial_ = 0;  // as shown; 0: nothing has been
+  bool searched_ = false;   // as shown, in that trial
   Spot here_;
   Doing doing_ = Doing::coming;
   double shown_ = -1.0, apart_ = 0.0;          // s, the newest picture, and how long after the one before
