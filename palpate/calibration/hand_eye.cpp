@@ -94,11 +94,12 @@ void add_warnings(HandEyeSolution& s, const HandEyeNormal& covariance, const Han
                     "marker; record longer, turn more",
                     1e3 * worst, along.x(), along.y(), along.z()));
   }
+  // Metres apart, one of them has no answer at all, and its number means nothing.
   if (s.method_scatter > std::max(kMethodsAgree, 3.0 * worst))
     w.push_back(fmt::format(
-        "closed-form methods differ by {:.0f} mm on these poses: the motion hardly shows the camera's place, "
+        "closed-form methods differ by {} on these poses: the motion hardly shows the camera's place, "
         "or the poses carry errors that no method allows for",
-        1e3 * s.method_scatter));
+        s.method_scatter > 1.0 ? "more than a metre" : fmt::format("{:.0f} mm", 1e3 * s.method_scatter)));
   if (inlier_share < 0.7)
     w.push_back(
         fmt::format("{:.0f} % of the poses do not fit the rest; look for blunders of the board detection",

@@ -194,7 +194,8 @@ void DesktopUi::take_picture(const server::graphics::FrameRecord& frame) {
 // Which camera's picture the pointer is over, and where that stands.
 void DesktopUi::aim() {
   if (from_outside_)
-    leader_->look_through(options_.outside_viewpoint.camera, options_.outside_viewpoint.X_world_camera);
+    leader_->look_through(options_.onlooker->viewpoint().camera,
+                          options_.onlooker->viewpoint().X_world_camera);
   else if (frame_.pose_source == server::graphics::PoseSource::none)
     return;
   else if (over_right_ && frame_.right && right_camera_)

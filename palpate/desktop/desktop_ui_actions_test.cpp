@@ -52,11 +52,9 @@ class HandedScreen : public Screen {
 class Actions : public ::testing::Test {
  protected:
   void open(DesktopUiOptions options) {
-    const scene::ApplicationRegistry applications{applications::pingpong::specification()};
-    const auto scene = server::physics::scene_from_rig(
-        rig_, *sim::config::scene_of(world_.file(), applications, "pingpong"));
-    auto ui = DesktopUi::open_on(std::make_unique<HandedScreen>(handed_), nullptr, applications, scene, rig_,
-                                 world_.file(), {*transport::default_endpoint(), std::nullopt}, options);
+    auto ui =
+        DesktopUi::open_on(std::make_unique<HandedScreen>(handed_), nullptr, applications_, scene_, rig_,
+                           world_.file(), {*transport::default_endpoint(), std::nullopt}, options);
     ASSERT_TRUE(ui) << ui.error().message;
     ui_ = std::move(*ui);
   }
@@ -95,6 +93,9 @@ class Actions : public ::testing::Test {
   OwnRunDirectory run_directory_;
   sim::Simulator world_{sim::config::reference_world(), 3};
   const rig::Rig rig_ = sim::truth_rig(world_);
+  const scene::ApplicationRegistry applications_{applications::pingpong::specification()};
+  const scene::SceneDescription scene_ =
+      server::physics::scene_from_rig(rig_, *sim::config::scene_of(world_.file(), applications_, "pingpong"));
   transport::testing::InProcessRig exchange_;
   std::unique_ptr<transport::StateService> service_ = std::move(*exchange_.serve());
   std::unique_ptr<transport::StateLink> link_ = exchange_.connect();
@@ -230,6 +231,21 @@ TEST_F(Actions, ThePhysicsServerIsMissedOnlyOnceItHasHadTimeToAnswer) {
   EXPECT_EQ(ui_->content().warnings.size(), 1u) << "from its first word on it is missed at once";
 }
 
+// Whose hand is on a mouse has felt nothing go.
+TEST_F(Actions, ThatForcesRestIsToldInOtherWordsToWhoHasNoneInTheHand) {
+  transport::LoopStatus loop;
+  loop.forces = device::ForceCondition{device::ForceState::safe, device::ForceFault::overspeed};
+  exchange_.status.loops = {loop};
+  for (const auto& [mouse, words] :
+       {std::pair{true, "the force rests"}, std::pair{false, "forces are off"}}) {
+    open({.mouse = mouse});
+    act(1500);
+    ASSERT_EQ(ui_->content().warnings.size(), 1u) << words;
+    EXPECT_NE(ui_->content().warnings.front().find(words), std::string::npos)
+        << ui_->content().warnings.front();
+  }
+}
+
 TEST_F(Actions, TheKeyTakesTheHandAsWellAndAWheelToo) {
   open({.mouse = true, .scripted_player = true});
   press(Key::program_plays);
@@ -266,7 +282,8 @@ TEST_F(Actions, TheViewTurnsToTheSideAndBackWhereThereIsOne) {
     ++asked;
     return outside;
   };
-  options.outside_viewpoint.camera = rig_.camera->model;
+  const render::Onlooker onlooker(scene_.surfaces, rig_.camera->model.width, rig_.camera->model.height);
+  options.onlooker = &onlooker;
   open(options);
   ui_->show(frame(100), {}, now());
   press(Key::view);

@@ -1,6 +1,8 @@
 #include "palpate/desktop/spectator_window.h"
 
+#include <algorithm>
 #include <array>
+#include <utility>
 
 #include "palpate/core/text.h"
 
@@ -8,7 +10,8 @@ namespace palpate::desktop {
 namespace {
 
 constexpr Size kMonitorSize{640, 480};
-constexpr double kStale_s = 0.25;  // without frames: warnings change all the same
+constexpr double kRadPerHeight = 3.0;  // that a drag over the window's height walks
+constexpr double kStale_s = 0.25;      // without frames: warnings change all the same
 
 }  // namespace
 
@@ -23,8 +26,9 @@ std::string_view monitor_view_word(MonitorView view) {
 }
 
 Expected<std::unique_ptr<SpectatorWindow>> SpectatorWindow::open(MonitorView view, const Window& player,
-                                                                 Outside outside) {
-  std::unique_ptr<SpectatorWindow> spectator(new SpectatorWindow(view, std::move(outside)));
+                                                                 Outside outside,
+                                                                 render::Onlooker& onlooker) {
+  std::unique_ptr<SpectatorWindow> spectator(new SpectatorWindow(view, std::move(outside), onlooker));
   auto opened = Window::open("Palpate monitor", kMonitorSize, &player);
   if (!opened) return tl::unexpected(opened.error());
   spectator->window_ = std::move(*opened);
@@ -60,11 +64,31 @@ void SpectatorWindow::draw(const HudContent& content) {
   theirs.warnings = content.warnings;
   theirs.paused = content.paused;
   theirs.full_force_n = 0.0;
+  if (view_ == MonitorView::outside && !walked_)
+    theirs.hint = "Drag to walk round, turn the wheel to come nearer";
   window_->draw(theirs);
 }
 
+void SpectatorWindow::walk(const Input& input) {
+  const auto before = std::exchange(dragged_, input.left ? input.pointer : std::nullopt);
+  if (view_ != MonitorView::outside) return;
+  if (before && dragged_) {
+    // What is seen follows the pointer, so that the onlooker goes the other way.
+    const Eigen::Vector2d by =
+        kRadPerHeight * (*dragged_ - *before) / std::max(1, window_->framebuffer().height);
+    onlooker_.walk(-by.x(), by.y());
+    walked_ |= by.norm() > 0.0;
+  }
+  if (input.wheel != 0.0) {
+    onlooker_.approach(input.wheel);
+    walked_ = true;
+  }
+}
+
 bool SpectatorWindow::act(const HudContent& content, Instant<GraphicsClock> now) {
-  for (const auto key : window_->poll().keys) {
+  const Input input = window_->poll();
+  walk(input);
+  for (const auto key : input.keys) {
     if (key == Key::quit) return false;
     if (key == Key::full_screen) window_->toggle_full_screen();
     if (key == Key::view) view_ = view_ == MonitorView::copy ? MonitorView::outside : MonitorView::copy;

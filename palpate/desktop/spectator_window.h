@@ -2,7 +2,7 @@
 //
 // Drawn after the player's own picture has been shown, in the time that is left (spectator_pace.h). Its keys:
 // v turns it from one view to the other, F11 fills the screen, q and Esc close it; the play goes on without
-// it. Main thread alone, as all windows.
+// it. From the side, dragging walks round the play and the wheel comes nearer. Main thread alone, as all windows.
 #pragma once
 
 #include <functional>
@@ -38,7 +38,7 @@ class SpectatorWindow {
 
   // `player`: the player's window. Refused where no second one can be had.
   static Expected<std::unique_ptr<SpectatorWindow>> open(MonitorView view, const Window& player,
-                                                         Outside outside);
+                                                         Outside outside, render::Onlooker& onlooker);
 
   // The player's picture of this frame has just been shown. `eye_width`: of one eye's picture, px.
   void show(const Sight& sight, int eye_width, const Clock<GraphicsClock>& clock);
@@ -49,11 +49,16 @@ class SpectatorWindow {
   Json figures() const;
 
  private:
-  SpectatorWindow(MonitorView view, Outside outside) : view_(view), outside_(std::move(outside)) {}
+  SpectatorWindow(MonitorView view, Outside outside, render::Onlooker& onlooker)
+      : view_(view), outside_(std::move(outside)), onlooker_(onlooker) {}
   void draw(const HudContent& content);
+  void walk(const Input& input);
 
   MonitorView view_;
   Outside outside_;
+  render::Onlooker& onlooker_;
+  bool walked_ = false;                     // somebody knows how it is done
+  std::optional<Eigen::Vector2d> dragged_;  // to here, in the framebuffer
   std::unique_ptr<Window> window_;
   SpectatorPace pace_;
   server::graphics::Quantiles took_;

@@ -1,6 +1,8 @@
 #include "palpate/render/outside_view.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include "palpate/render/picture_looks.h"
@@ -13,6 +15,10 @@ const Vector3 kOnlookerStands{-2.45, 0.90, 1.50}, kOnlookerLooks{0.05, 0.0, 0.50
 // Focal length over the picture's height and at most over its width: from the floor to the player's head is
 // 36 degrees, from wall to head 46.
 constexpr double kFocalOfHeight = 1.55, kFocalOfWidth = 1.16;
+
+constexpr double kLowest = 0.03, kHighest = 1.48;   // rad above the table
+constexpr double kFarthest = 1.5, kNearest = 0.15;  // of the way at first, of the farthest
+constexpr double kNotch = 0.9;                      // of the way that is left
 
 constexpr double kSightRadius = 0.0035;  // of the pyramid's edges
 constexpr double kMarkHeight = 0.035;    // above its base
@@ -144,6 +150,38 @@ Viewpoint onlooker(const std::array<Vector3, 4>& table, int width, int height) {
   camera.fx = camera.fy = std::min(kFocalOfHeight * height, kFocalOfWidth * width);
   camera.cx = 0.5 * (width - 1), camera.cy = 0.5 * (height - 1);
   return {nullptr, camera, {Quaternion(R), eye}};
+}
+
+Onlooker::Onlooker(const std::vector<scene::SceneSurface>& surfaces, int width, int height)
+    : viewpoint_(onlooker(surfaces, width, height)) {
+  const TableFrame t = frame_of(table_of(surfaces).corners);
+  target_ = t.at(t.length * kOnlookerLooks);
+  back_ = t.back, right_ = t.right, up_ = t.up;
+  const Vector3 from = viewpoint_.X_world_camera.translation - target_;
+  way_ = from.norm();
+  farthest_ = kFarthest * way_;
+  turned_ = std::atan2(from.dot(right_), from.dot(back_));
+  raised_ = std::asin(from.dot(up_) / way_);
+}
+
+void Onlooker::walk(double right, double up) {
+  turned_ = std::remainder(turned_ + right, 2.0 * std::numbers::pi);
+  raised_ = std::clamp(raised_ + up, kLowest, kHighest);
+  look();
+}
+
+void Onlooker::approach(double notches) {
+  way_ = std::clamp(way_ * std::pow(kNotch, notches), kNearest * farthest_, farthest_);
+  look();
+}
+
+void Onlooker::look() {
+  const Vector3 level = std::sin(turned_) * right_ + std::cos(turned_) * back_;
+  const Vector3 from = std::cos(raised_) * level + std::sin(raised_) * up_;
+  const Vector3 z = -from, x = z.cross(up_).normalized();
+  Matrix3 R;
+  R << x, z.cross(x), z;
+  viewpoint_.X_world_camera = {Quaternion(R), target_ + way_ * from};
 }
 
 const scene::SceneSurface& table_of(const std::vector<scene::SceneSurface>& surfaces) {

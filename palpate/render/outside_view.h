@@ -30,6 +30,25 @@ const scene::SceneSurface& table_of(const std::vector<scene::SceneSurface>& surf
 // The same for a scene's table.
 Viewpoint onlooker(const std::vector<scene::SceneSurface>& surfaces, int width, int height);
 
+// Somebody who stands there at first and walks round the play, looking at its middle.
+class Onlooker {
+ public:
+  explicit Onlooker(const std::vector<scene::SceneSurface>& surfaces, int width, int height);
+
+  const Viewpoint& viewpoint() const { return viewpoint_; }
+  // By so many rad to their right and upwards; never lower than the table, nor quite above it.
+  void walk(double right, double up);
+  // Nearer by so many notches of a wheel, or farther.
+  void approach(double notches);
+
+ private:
+  void look();
+
+  Viewpoint viewpoint_;
+  Vector3 target_, back_, right_, up_;      // World; directions are the table's
+  double farthest_, way_, turned_, raised_;  // m, m, rad, rad
+};
+
 // A small camera with the pyramid that it sees: apex in its centre, edges through the corners of its picture
 // (undistorted, as it is drawn), with a mark above the upper side.
 // On a head with two cameras there are two of them, and two pyramids.

@@ -1,6 +1,8 @@
 // The rig that `palpate rig webcam` writes.
 #include "palpate/rig/rig.h"
 
+#include <cmath>
+
 namespace palpate::rig {
 namespace {
 
@@ -24,12 +26,16 @@ SurfaceCalibration rectangle(const std::string& name, const Vector3& corner, con
 
 }  // namespace
 
+double as_filed(double length) { return 1e-3 * (std::round(1e6 * length) / 1e3); }
+
 Rig desk_rig(const device::CharucoBoard& board, double width, double length) {
   Rig rig;
   rig.name = "desk";
+  rig.nominal_arm.lengths = {as_filed(rig.nominal_arm.lengths.l1), as_filed(rig.nominal_arm.lengths.l2)};
   rig.arm.emplace();
   rig.arm->model.name = kMouseArm;
-  rig.arm->X_world_base = {Quaternion::Identity(), kArmBase};
+  rig.arm->model.lengths = rig.nominal_arm.lengths;
+  rig.arm->X_world_base = {Quaternion::Identity(), kArmBase.unaryExpr(&as_filed)};
   rig.arm->from.method = "none: it is computed";
   const Vector3 across(width, 0.0, 0.0), away(0.0, 0.0, -length), up(0.0, kWallHeight, 0.0);
   const Vector3 near_left(-0.5 * width, kTableTop, kNearEdge);

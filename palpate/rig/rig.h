@@ -190,6 +190,10 @@ ForceCalibration force_calibration_of(const Rig& rig, const std::string& identit
 // in words that go after "since they were checked"; empty: it holds. Needs rig.forces.
 std::string void_reason(const Rig& rig, const std::string& identity);
 
+// `length`, m, as it is once a rig's file has been read, where it stands in mm to a whole micrometre. A constant
+// in metres can differ from that by its last bit, and 209.55 would be written as 209.54999999999998.
+double as_filed(double length);
+
 // A rig for a desk and a webcam: the board lies on the table, near the edge that faces the camera; where the
 // board lies, the table is, and at its far end stands a wall that only the picture shows. World as the
 // reference laboratory has it, so that the arm which the mouse moves reaches the table's near half. `width`

@@ -56,6 +56,43 @@ TEST(Onlooker, StandsBesideTheTableWhereverThatStandsAndHoweverLargeItIs) {
     EXPECT_LT((seen_by(eye, table[i]) - seen_by(other, there[i])).norm(), 1e-9);
 }
 
+TEST(Onlooker, WalksRoundThePlayAndComesNearerLookingAtItsMiddle) {
+  const std::vector<scene::SceneSurface> surfaces{{"table", config::reference_world().scene.table}};
+  const render::Viewpoint home = render::onlooker(surfaces, 640, 480);
+  render::Onlooker walking(surfaces, 640, 480);
+  const auto stands = [&] { return walking.viewpoint().X_world_camera.translation; };
+  EXPECT_EQ(stands(), home.X_world_camera.translation);
+  walking.walk(0.0, 0.0);
+  EXPECT_LT((stands() - home.X_world_camera.translation).norm(), 1e-12) << "nobody has walked";
+  // Where home looks, at the height of the table.
+  const Vector3 ahead = home.X_world_camera.rotation * Vector3::UnitZ();
+  const double top = surfaces[0].corners[0].y();
+  const Vector3 middle =
+      home.X_world_camera.translation + (top - home.X_world_camera.translation.y()) / ahead.y() * ahead;
+  const double way = (home.X_world_camera.translation - middle).norm();
+  walking.walk(0.7, 0.3);
+  EXPECT_NEAR((stands() - middle).norm(), way, 1e-9);
+  EXPECT_LT((seen_by(walking.viewpoint(), middle) - seen_by(home, middle)).norm(), 1e-6);
+  const Vector3 moved =
+      home.X_world_camera.rotation.conjugate() * (stands() - home.X_world_camera.translation);
+  EXPECT_GT(moved.x(), 0.5) << "to their right";
+  EXPECT_LT(moved.y(), -0.2) << "and up";
+  walking.approach(3.0);
+  EXPECT_NEAR((stands() - middle).norm(), way * std::pow(0.9, 3), 1e-9);
+  walking.walk(-0.7, -0.3);
+  walking.approach(-3.0);
+  EXPECT_LT((stands() - home.X_world_camera.translation).norm(), 1e-9) << "and back";
+  walking.walk(0.0, 9.0);
+  EXPECT_GT(stands().y() - top, 0.99 * way) << "nearly above";
+  EXPECT_TRUE(walking.viewpoint().X_world_camera.rotation.coeffs().allFinite());
+  walking.walk(0.0, -9.0);
+  EXPECT_GT(stands().y(), top) << "not below the table";
+  walking.approach(100.0);
+  EXPECT_GT((stands() - middle).norm(), 0.2);
+  walking.approach(-100.0);
+  EXPECT_LT((stands() - middle).norm(), 2.0 * way);
+}
+
 TEST(Onlooker, LooksAtASceneSTableAndRefusesOneWithoutAnything) {
   const auto file = config::reference_world();
   const std::vector<scene::SceneSurface> surfaces{{"wall", file.scene.wall}, {"table", file.scene.table}};

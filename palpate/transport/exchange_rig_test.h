@@ -75,7 +75,7 @@ class InProcessRig : public ExchangeRig {
             [](Instant<TrueTime> t) { return Instant<PhysicsClock>{t.since_epoch + seconds(100.0)}; },
             [](Instant<TrueTime> t) { return Instant<GraphicsClock>{t.since_epoch + seconds(7.0)}; }) {}
   Expected<std::unique_ptr<StateService>> serve(scene::SceneDescription scene = table_scene()) override {
-    return network.serve(state_at, std::move(scene), shape_at);
+    return network.serve(state_at, std::move(scene), shape_at, [this] { return status; });
   }
   std::unique_ptr<StateLink> connect(std::string name = "graphics") override {
     return network.connect(std::move(name));
@@ -83,6 +83,7 @@ class InProcessRig : public ExchangeRig {
   void wait_a_little() override { network.advance_to(network.now() + std::chrono::milliseconds(1)); }
 
   InProcessNetwork network;
+  ServerStatus status;  // what the physics server says of itself
 };
 
 }  // namespace palpate::transport::testing

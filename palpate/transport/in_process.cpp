@@ -116,11 +116,13 @@ class InProcessNetwork::Wire : public LinkWire {
 
 class InProcessNetwork::Service : public StateService {
  public:
-  Service(std::shared_ptr<Net> net, StateSource source, scene::SceneDescription scene, ShapeSource shape)
+  Service(std::shared_ptr<Net> net, StateSource source, scene::SceneDescription scene, ShapeSource shape,
+          StatusSource status)
       : net_(std::move(net)), core_(std::move(source), std::move(scene), ++net_->session, [n = net_.get()] {
           return n->physics_time(n->now);
         }) {
     core_.set_shape_source(std::move(shape));
+    core_.set_status_source(std::move(status));
     net_->server = &core_;
   }
   ~Service() override { net_->server = nullptr; }
@@ -147,9 +149,10 @@ InProcessNetwork::InProcessNetwork(ChannelModel model, std::uint64_t seed, Physi
 
 Expected<std::unique_ptr<StateService>> InProcessNetwork::serve(StateSource source,
                                                                 scene::SceneDescription scene,
-                                                                ShapeSource shape) {
+                                                                ShapeSource shape, StatusSource status) {
   if (net_->server != nullptr) return refused("in-process network: a physics server is running here already");
-  return std::make_unique<Service>(net_, std::move(source), std::move(scene), std::move(shape));
+  return std::make_unique<Service>(net_, std::move(source), std::move(scene), std::move(shape),
+                                   std::move(status));
 }
 
 std::unique_ptr<StateLink> InProcessNetwork::connect(std::string name, Role role) {

@@ -38,7 +38,7 @@ class InProcessNetwork {
 
   // Starts a physics server; refused while another one lives, as an address in use.
   Expected<std::unique_ptr<StateService>> serve(StateSource source, scene::SceneDescription scene,
-                                                ShapeSource shape = {});
+                                                ShapeSource shape = {}, StatusSource status = {});
   // A new graphics server's link; the physics server need not be there.
   std::unique_ptr<StateLink> connect(std::string name = "graphics", Role role = Role::operator_);
 

@@ -16,11 +16,14 @@ Path = Union[str, "PathLike[str]"]
 
 
 class Points(NamedTuple):
-    """A list of points."""
+    """A list of points, which goes wherever points go."""
 
     points: Floats  # (N, 3), m
     labels: Optional[list[str]]
     weights: Optional[Floats]
+
+    def __array__(self, dtype: npt.DTypeLike = None) -> Floats:
+        return np.array(self.points, dtype=dtype)
 
 
 def read_points(path: Path) -> Points:

@@ -49,6 +49,15 @@ class Headset(LaboratoryTest):
         lines = self.stop_in_order(graphics, physics, world)[0]
         self.assertTrue(any("the runtime does not return; it is left to itself" in line for line in lines), lines)
 
+    def test_the_demo_shows_its_real_time_part_in_a_headset_and_reports_it(self):
+        done = self.runs("demo", "--quick", "--headless", "--headset", "--out", "report")
+        told = json.loads(self.read("report", "summary.json"))["realtime"]["headset"]
+        self.assertEqual(told["device"], "test headset")
+        self.assertGreater(told["pictures_shown"], 0, done.err)
+        self.assertIn(b"Headset, frames with a picture", self.read("report", "report.html"))
+        for name in ("headset_head.csv", "headset_camera.csv"):
+            self.assertGreater(len(self.read("report", "raw", name).splitlines()), 10, name)
+
     def test_without_a_runtime_it_is_refused_at_once(self):
         self.environment["XR_RUNTIME_JSON"] = self.path("none.json")
         self.says_no(self.run_program("graphics", "--rig", self.rig, "--headset"), 1, "headset: no OpenXR runtime is there", "XR_RUNTIME_JSON")

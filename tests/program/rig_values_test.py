@@ -95,6 +95,11 @@ class RigValues(ProgramTest):
     def test_a_new_rigs_lengths_are_those_of_the_maker(self):
         self.runs("rig", "new", "rig.toml")
         self.assertIn("lengths_mm = [209.55, 209.55]", self.read("rig.toml").decode())
+        self.runs("board", "--out", "board.pdf")
+        self.runs("rig", "webcam", "desk.toml", "--board", "board.toml")
+        desk = self.read("desk.toml").decode()
+        self.assertEqual(desk.count("lengths_mm = [209.55, 209.55]"), 2)
+        self.assertIn("translation_mm = [100.0, -1400.0, 1750.0]", desk)
 
     def test_dots_touched_once_have_no_residual(self):
         for kind in ("surface", "landmarks"):

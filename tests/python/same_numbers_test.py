@@ -126,7 +126,7 @@ class SameNumbers(unittest.TestCase):
         self.assertEqual(json.dumps(given), json.dumps(expected.get("surfaces", [expected])))
         dots = self.simulated("landmarks") / "landmarks.csv"
         read = palpate.read_points(dots)
-        result = palpate.calibrate_landmarks(read.points, palpate.Rig.load(rig).surfaces, labels=read.labels)
+        result = palpate.calibrate_landmarks(read, palpate.Rig.load(rig).surfaces, labels=read.labels)
         self.same(result, "landmarks", "--points", dots, "--rig", rig)
 
     def test_fields_are_the_json_in_si(self):

@@ -38,10 +38,8 @@ rig::Rig nominal_rig() {
   rig.camera_marker_leds =
       leds({{70, 0, 0}, {35, 61, 10}, {-35, 61, 0}, {-70, 0, 10}, {-35, -61, 0}, {35, -61, 10}});
   rig.pointer_leds = leds({{0, 0, 0}, {50, 0, 0}, {0, 50, 0}, {50, 60, 10}});
-  // As they are once the file has been read: the last bit of a constant in metres is not that of millimetres made
-  // metres, and 209.55 would be written 209.54999999999998.
   for (double* length : {&rig.nominal_arm.lengths.l1, &rig.nominal_arm.lengths.l2})
-    *length = std::round(1e6 * *length) / 1e3 * (1.0 / kMm);
+    *length = rig::as_filed(*length);
   return rig;
 }
 

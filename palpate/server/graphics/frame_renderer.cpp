@@ -47,7 +47,7 @@ FrameRenderer::FrameRenderer(const rig::Rig& rig, const scene::SceneDescription&
     : left_{with_corners(rig), vision::overlay_knowledge(with_corners(rig))},
       scene_(scene),
       scene_view_(std::move(scene_view)),
-      outside_viewpoint_(render::onlooker(scene.surfaces, rig.camera->model.width, rig.camera->model.height)),
+      onlooker_(scene.surfaces, rig.camera->model.width, rig.camera->model.height),
       players_camera_(
           rig::has_two_eyes(rig)
               ? render::PlayersCamera(rig.camera->model, rig.right_camera->model, rig::right_in_left(rig))
@@ -247,9 +247,10 @@ const render::OutsidePicture& FrameRenderer::outside(const FrameRecord& record) 
   render::RealScene real = real_things(record);
   if (furniture_) real.backdrop = furniture_->items();
   outside_.frame = record.number;
-  outside_.width = outside_viewpoint_.camera.width;
-  outside_.height = outside_viewpoint_.camera.height;
-  compositor_->draw({&outside_viewpoint_, 1}, items, real, outside_.rgb);
+  const render::Viewpoint& eye = onlooker_.viewpoint();
+  outside_.width = eye.camera.width;
+  outside_.height = eye.camera.height;
+  compositor_->draw({&eye, 1}, items, real, outside_.rgb);
   return outside_;
 }
 

@@ -69,8 +69,8 @@ class FrameRenderer : public FramePipeline {
   // A drawn frame as seen from the side (outside_view.h), of the size of the camera's picture; drawn once for
   // each frame, when it is first asked for. Valid until the next frame is asked for.
   const render::OutsidePicture& outside(const FrameRecord& record);
-  // The eye it is seen with.
-  const render::Viewpoint& outside_viewpoint() const { return outside_viewpoint_; }
+  // Who sees it so; when they walk, it is seen from there in the next frame.
+  render::Onlooker& onlooker() { return onlooker_; }
 
  private:
   // What belongs to one camera.
@@ -96,7 +96,7 @@ class FrameRenderer : public FramePipeline {
   std::array<std::unique_ptr<render::Compositor>, 3> compositors_;  // of each quality, once it was drawn with
   render::Compositor* compositor_ = nullptr;                        // the one in use
   std::function<void(const char*)> watcher_;
-  render::Viewpoint outside_viewpoint_;
+  render::Onlooker onlooker_;
   render::PlayersCamera players_camera_;
   std::optional<render::Furniture> furniture_;  // of a table in a room; what a desk stands on nobody knows
   render::OutsidePicture outside_;

@@ -39,14 +39,14 @@ Expected<void> GraphicsScreens::open_windows(const transport::ServerPlace& place
                                 .biocular = options_.biocular,
                                 .two_eyes = side_.devices().right_camera() != nullptr,
                                 .outside = from_outside,
-                                .outside_viewpoint = side_.renderer()->outside_viewpoint(),
+                                .onlooker = &side_.renderer()->onlooker(),
                                 .simulated_head = side_.devices().live_camera() == nullptr,
                                 .next_look = next_look});
   if (!opened) return tl::unexpected(opened.error());
   ui_ = std::move(*opened);
   if (!ui_->notice().empty()) kScreensLog.write(LogLevel::info, ui_->notice());
   if (!options_.monitor) return {};
-  auto monitor = desktop::SpectatorWindow::open(*options_.monitor, ui_->window(), from_outside);
+  auto monitor = desktop::SpectatorWindow::open(*options_.monitor, ui_->window(), from_outside, side_.renderer()->onlooker());
   if (!monitor) return tl::unexpected(monitor.error());
   monitor_ = std::move(*monitor);
   return {};
