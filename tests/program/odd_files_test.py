@@ -91,7 +91,7 @@ class OddFiles(ProgramTest):
         odd = {
             "[" + deep + "]\n": "odd.toml:1: has a key of more than 33 parts", "x = 1\n" + deep + " = 1\n": "odd.toml:2: ", "x = {" + deep + " = 1}\n": "odd.toml:1: ",
             "x = " + "[" * 100000 + "\n": "odd.toml:1: has more than 32 brackets", "x = " + "{a=" * 100000 + "\n": "odd.toml:1: ",
-            "".join(f"[[a{i}]]\n[[a{i}]]\n" for i in range(100000)): "more than 20000 tables", "a = 1\n\0": "odd.toml:2: holds a zero byte",
+            "".join(f"[[a{i}]]\n[[a{i}]]\n" for i in range(100000)): "more than 20000 tables",
             "# nothing but words\n" * 250000: "at most 4000000",
         }
         for reader in ("rig", "world", "arm model", "settings"):
@@ -99,6 +99,9 @@ class OddFiles(ProgramTest):
                 with self.subTest(reader=reader, content=content[:20]):
                     self.write("odd.toml", content)
                     self.assertIn(words, self.answer(reader, "odd.toml"))
+        self.write("odd.toml", "a = 1\n\0")
+        self.assertIn("odd.toml:2: holds a zero byte", self.answer("settings", "odd.toml"))
+        self.assertIn("odd.toml: is not a text file; a rig file is expected", self.answer("rig", "odd.toml"))
 
     def test_a_board_is_settings_too(self):
         self.write("odd.toml", "[" + ".".join("a" * 60000) + "]\n")
