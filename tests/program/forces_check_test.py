@@ -30,7 +30,7 @@ class ForcesCheck(StandInArmTest):
         self.assertEqual((result["verdict"], result["peak_n"], result["poses"]), ("agreed", 1.0, 5))
         shown = self.runs("rig", "show", self.rig).out
         self.assertIn("checked on openhaptics Simulated PHANToM 0042", shown)
-        deviations = " ".join(f"{sd:.4f}" for sd in result["joint_gains_std"])
+        deviations = " ".join(f"{sd:.2f}" for sd in result["joint_gains_std"])
         self.assertRegex(shown, rf"joint gains .*  \+- {deviations}\n")
         physics = self.start_physics("--arm", "openhaptics")
         self.assertTrue(physics.says("only while button 1"), physics.lines())
