@@ -16,9 +16,9 @@ const Vector3 kOnlookerStands{-2.45, 0.90, 1.50}, kOnlookerLooks{0.05, 0.0, 0.50
 // 36 degrees, from wall to head 46.
 constexpr double kFocalOfHeight = 1.55, kFocalOfWidth = 1.16;
 
-constexpr double kLowest = 0.03, kHighest = 1.48;   // rad above the table
-constexpr double kFarthest = 1.5, kNearest = 0.15;  // of the way at first, of the farthest
-constexpr double kNotch = 0.9;                      // of the way that is left
+constexpr double kOnlookerLowest = 0.03, kOnlookerHighest = 1.48;   // rad above the table
+constexpr double kOnlookerFarthest = 1.5, kOnlookerNearest = 0.15;  // of the way at first, of the farthest
+constexpr double kOnlookerNotch = 0.9;                              // of the way that is left
 
 constexpr double kSightRadius = 0.0035;  // of the pyramid's edges
 constexpr double kMarkHeight = 0.035;    // above its base
@@ -159,19 +159,19 @@ Onlooker::Onlooker(const std::vector<scene::SceneSurface>& surfaces, int width, 
   back_ = t.back, right_ = t.right, up_ = t.up;
   const Vector3 from = viewpoint_.X_world_camera.translation - target_;
   way_ = from.norm();
-  farthest_ = kFarthest * way_;
+  farthest_ = kOnlookerFarthest * way_;
   turned_ = std::atan2(from.dot(right_), from.dot(back_));
   raised_ = std::asin(from.dot(up_) / way_);
 }
 
 void Onlooker::walk(double right, double up) {
   turned_ = std::remainder(turned_ + right, 2.0 * std::numbers::pi);
-  raised_ = std::clamp(raised_ + up, kLowest, kHighest);
+  raised_ = std::clamp(raised_ + up, kOnlookerLowest, kOnlookerHighest);
   look();
 }
 
 void Onlooker::approach(double notches) {
-  way_ = std::clamp(way_ * std::pow(kNotch, notches), kNearest * farthest_, farthest_);
+  way_ = std::clamp(way_ * std::pow(kOnlookerNotch, notches), kOnlookerNearest * farthest_, farthest_);
   look();
 }
 
