@@ -46,7 +46,8 @@ Expected<void> GraphicsScreens::open_windows(const transport::ServerPlace& place
   ui_ = std::move(*opened);
   if (!ui_->notice().empty()) kScreensLog.write(LogLevel::info, ui_->notice());
   if (!options_.monitor) return {};
-  auto monitor = desktop::SpectatorWindow::open(*options_.monitor, ui_->window(), from_outside, side_.renderer()->onlooker());
+  auto monitor = desktop::SpectatorWindow::open(*options_.monitor, ui_->window(), from_outside,
+                                                side_.renderer()->onlooker());
   if (!monitor) return tl::unexpected(monitor.error());
   monitor_ = std::move(*monitor);
   return {};
