@@ -53,6 +53,7 @@ class ReadLoop {
 // What was read is what the history was given, from the first read on; returns how many at the end are still to come.
 std::size_t expect_read(const ReadLoop& loop) {
   EXPECT_FALSE(loop.read.empty());
+  if (loop.read.empty()) return loop.pushed.size();
   const auto begin = std::find_if(loop.pushed.begin(), loop.pushed.end(),
                                   [&](const SceneState& step) { return step.tick == loop.read[0].tick; });
   const auto ahead = static_cast<std::size_t>(loop.pushed.end() - begin);
