@@ -116,7 +116,8 @@ class Module:
 
     def bases(self, cls):
         """Classes of the same file whose attributes are its own, too; the hidden ones."""
-        return [self.named[base.id] for base in cls.bases if isinstance(base, ast.Name) and base.id in self.named and base.id.startswith("_")]
+        names = [base.id for base in cls.bases if isinstance(base, ast.Name) and base.id.startswith("_")]
+        return [self.named[name] for name in names if name in self.named]
 
     def class_text(self, cls):
         init = next((node for node in cls.body if isinstance(node, ast.FunctionDef) and node.name == "__init__"), None)
@@ -128,13 +129,14 @@ class Module:
         rows = [(name, kind, words) for name, (kind, words) in self.attributes(cls).items()]
         methods = []
         for node in (node for one in (*self.bases(cls), cls) for node in one.body if isinstance(node, ast.FunctionDef)):
-            if node.name.startswith("_") and node.name not in ("__call__", "__next__", "__getitem__") or not ast.get_docstring(node):
+            words = ast.get_docstring(node)
+            if not words or node.name.startswith("_") and node.name not in ("__call__", "__next__", "__getitem__"):
                 continue
             if "property" in decorators(node):
-                rows.append((node.name, type_text(node.returns), prose(" ".join(ast.get_docstring(node).split()))))
+                rows.append((node.name, type_text(node.returns), prose(" ".join(words.split()))))
             else:
-                methods += [f"#### {cls.name}.{node.name}".replace("__", r"\_\_"), signature(node.name, node, of_class="staticmethod" not in decorators(node)),
-                            documentation(ast.get_docstring(node), arguments_of(node))]
+                methods += [f"#### {cls.name}.{node.name}".replace("__", r"\_\_"),
+                            signature(node.name, node, of_class="staticmethod" not in decorators(node)), documentation(words, arguments_of(node))]
         if rows:
             parts.append("\n".join(["| | | |", "|---|---|---|", *(table_row(*row) for row in rows)]))
         return "\n\n".join(part for part in (*parts, *methods) if part)

@@ -28,8 +28,9 @@ def main() -> None:
             x, y, z = block.positions[-1, CARRIED]
             strongest = np.linalg.norm(block.force, axis=1).max()
             gap = f", {block.missed} missed" if block.missed else ""
-            print(f"{block.time[-1] - blocks[0].time[0]:6.2f} s  at ({x:+.3f} {y:+.3f} {z:+.3f}) m  up to {strongest:5.2f} N  {len(block)} steps{gap}")
-            if block.time[-1] - blocks[0].time[0] >= options.seconds:
+            passed = block.time[-1] - blocks[0].time[0]
+            print(f"{passed:6.2f} s  at ({x:+.3f} {y:+.3f} {z:+.3f}) m  up to {strongest:5.2f} N  {len(block)} steps{gap}")
+            if passed >= options.seconds:
                 break
     if options.out:
         draw(blocks, options.out)

@@ -9,7 +9,7 @@ constexpr Duration kStep = std::chrono::milliseconds(1);
 // A loop that stood for longer is not looked for step by step.
 constexpr Duration kLongestWalk = std::chrono::seconds(10);
 constexpr std::size_t kMostHeld = 4096;  // answers, should one before them not come
-constexpr std::int64_t kParts = 16;  // in which an interval is narrowed down at once
+constexpr std::int64_t kParts = 16;      // in which an interval is narrowed down at once
 // A step that began late is off the grid, and those after it on it again; after so many the grid lies elsewhere.
 constexpr int kMostOffGrid = 3;
 

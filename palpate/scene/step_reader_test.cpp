@@ -22,7 +22,8 @@ class ReadLoop {
   void pass() {
     now_ += Duration(1'000'000);
     SceneState step;
-    step.time = chance(late_share) ? now_ + Duration(1 + static_cast<std::int64_t>(random_() % 999'998)) : now_;
+    step.time =
+        chance(late_share) ? now_ + Duration(1 + static_cast<std::int64_t>(random_() % 999'998)) : now_;
     step.tick = ++tick_;
     step.body_count = 1;
     step.bodies[0].position = {std::sin(now_.seconds()), 0.0, 0.1};

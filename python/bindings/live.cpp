@@ -36,7 +36,8 @@ class Columns {
 
   template <typename T, typename Of>
   void number(const char* name, Of&& of) {
-    fill<T>(name, {rows()}, [&](const scene::SceneState& state, T*& to) { *to++ = static_cast<T>(of(state)); });
+    fill<T>(name, {rows()},
+            [&](const scene::SceneState& state, T*& to) { *to++ = static_cast<T>(of(state)); });
   }
   template <typename T, typename Of>
   void list(const char* name, Of&& of) {
@@ -141,8 +142,7 @@ py::object state(LiveClient& client, std::optional<std::int64_t> time_ns, double
 
 py::object next_block(LiveClient& client, StepQueue& steps, double span_s, double patience_s) {
   std::optional<StepBlock> block;
-  waited(client, patience_s,
-         [&] { return (block = client.take_steps(steps, seconds(span_s))).has_value(); });
+  waited(client, patience_s, [&] { return (block = client.take_steps(steps, seconds(span_s))).has_value(); });
   if (!block) return py::none();
   return py::make_tuple(columns_of(block->steps), block->restarted);
 }
@@ -164,7 +164,8 @@ py::object facts_of(const LiveClient& client) {
   fields["alive"] = facts.alive;
   fields["trouble"] = facts.trouble;
   fields["session"] = facts.session;
-  fields["role"] = facts.role ? py::object(py::str(std::string(transport::role_name(*facts.role)))) : py::none();
+  fields["role"] =
+      facts.role ? py::object(py::str(std::string(transport::role_name(*facts.role)))) : py::none();
   if (!facts.scene) return fields;
   const scene::SceneDescription& scene = *facts.scene;
   fields["application"] = scene.application;
@@ -174,8 +175,7 @@ py::object facts_of(const LiveClient& client) {
   py::list bodies, surfaces;
   for (const auto& body : scene.bodies) bodies.append(py::make_tuple(body.name, body.mass));
   for (const auto& surface : scene.surfaces)
-    surfaces.append(py::make_tuple(
-        surface.name, rows_of({surface.corners.begin(), surface.corners.end()})));
+    surfaces.append(py::make_tuple(surface.name, rows_of({surface.corners.begin(), surface.corners.end()})));
   fields["bodies"] = bodies;
   fields["surfaces"] = surfaces;
   return fields;
@@ -245,17 +245,17 @@ PYBIND11_MODULE(_live, module) {
       .def("closed", &LiveClient::closed, free)
       .def("facts", &facts_of)
       .def("clock", &clock_of)
-      .def("wait_for_scene", [](LiveClient& client, double patience_s) {
-        return waited(client, patience_s, [&] { return client.facts().scene.has_value(); });
-      })
+      .def("wait_for_scene",
+           [](LiveClient& client, double patience_s) {
+             return waited(client, patience_s, [&] { return client.facts().scene.has_value(); });
+           })
       .def("state", &state)
       .def("control", &control)
       .def("begin_steps", &LiveClient::begin_steps, free)
       .def("next_block", &next_block)
       .def("end_steps", &LiveClient::end_steps, free)
-      .def("begin_watch", [](LiveClient& client, int rate_hz) {
-        return value_or_raise(client.begin_watch(rate_hz));
-      })
+      .def("begin_watch",
+           [](LiveClient& client, int rate_hz) { return value_or_raise(client.begin_watch(rate_hz)); })
       .def("next_watched", &next_watched)
       .def("end_watch", &LiveClient::end_watch, free);
 }

@@ -138,7 +138,7 @@ class LiveClient {
   transport::ServerPlace place_;
   MonotonicClock<GraphicsClock> clock_;
   mutable std::mutex mutex_;
-  std::condition_variable come_, due_;  // for those who wait; for the thread
+  std::condition_variable come_, due_;          // for those who wait; for the thread
   std::unique_ptr<transport::StateLink> link_;  // null: closed
   ClockSync<GraphicsClock, PhysicsClock> sync_;
   std::optional<Instant<GraphicsClock>> synced_;

@@ -235,7 +235,8 @@ class Client:
         arguments.one_of(wish, "wish", CONTROLS)
         allowed = [role for role in ROLES if self._may(role, wish)]
         if self.role not in allowed:
-            raise Refused(f"{wish!r}: this client has the role {self.role}, and {' or '.join(allowed)} is needed; {self._how_it_may(allowed)}")
+            raise Refused(f"{wish!r}: this client has the role {self.role}, and {' or '.join(allowed)} is needed; "
+                          f"{self._how_it_may(allowed)}")
         with self._control:
             became = self._core.control(wish)
         if became == "closed":
@@ -291,7 +292,7 @@ class States(Iterator[StateBlock]):
         self._client, self._core, self._every = client, core, every
         self._steps = core.begin_steps()
         self._last: Optional[int] = None
-        self.missed = 0  # steps, so far
+        self.missed: int = 0  # steps, so far
         weakref.finalize(self, core.end_steps, self._steps)
 
     def __next__(self) -> StateBlock:
@@ -300,9 +301,10 @@ class States(Iterator[StateBlock]):
         if told is None:
             if self._core.closed():
                 raise StopIteration
-            raise self._client._silent() if not self._client.alive else Refused(
-                f"the server at {self._client.address} answers, but its world has not moved for {self._client._patience:g} s; "
-                f"`palpate status` says whether it has an arm", "timed_out")
+            if not self._core.facts()["alive"]:
+                raise self._client._silent()
+            raise Refused(f"the server at {self._client.address} answers, but its world has not moved for {self._client._patience:g} s; "
+                          f"`palpate status` says whether it has an arm", "timed_out")
         columns, restarted = told
         ticks = columns["tick"]
         first, last = int(ticks[0]), int(ticks[-1])
@@ -338,5 +340,6 @@ class Watch(Iterator[State]):
             return State(fields)
         if self._core.closed():
             raise StopIteration
-        refusal = self._watch.refusal()
-        raise Refused(f"the server at {self._client.address} sends no states: {refusal}", "exhausted") if refusal else self._client._silent()
+        if refusal := self._watch.refusal():
+            raise Refused(f"the server at {self._client.address} sends no states: {refusal}", "exhausted")
+        raise self._client._silent()

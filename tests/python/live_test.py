@@ -168,7 +168,8 @@ class Live(LiveTest):
             for wish in ("begin", "pause", "resume", "reset"):
                 operator.control(wish)
             graphics.control("begin")
-            for client, wish, needed in ((graphics, "pause", "operator"), (observer, "begin", "graphics"), (observer, "reset", "operator")):
+            for client, wish, needed in ((graphics, "pause", "operator"), (observer, "begin", "graphics"),
+                                         (observer, "reset", "operator")):
                 self.refuses([repr(wish), f"the role {client.role}", f"make it with role='{needed}'"], client.control, wish)
             self.refuses(["wish is 'serve'", "begin, reset, pause, resume"], observer.control, "serve", kind=ValueError)
             told = json.loads(self.runs("status", "--json", "-").out)
