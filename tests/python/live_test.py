@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+import types
 
 import numpy as np
 
@@ -51,6 +52,38 @@ class LiveTest(LaboratoryTest):
             self.runs("keys", "new", "--force", "--keys", folder)
             if not (key := json.loads(self.runs("keys", "show", "--json", "-", "--keys", folder).out)["public_key"]).startswith("-"):
                 return key
+
+
+class Told:
+    """Blocks of these ticks, in place of a server's."""
+
+    def __init__(self, *blocks):
+        self.blocks = list(blocks)
+
+    def begin_steps(self):
+        return None
+
+    def end_steps(self, steps):
+        pass
+
+    def closed(self):
+        return not self.blocks
+
+    def next_block(self, _steps, _every, _patience):
+        if not self.blocks:
+            return None
+        ticks, restarted = self.blocks.pop(0)
+        return {"tick": np.array(ticks, dtype=np.uint64), "time_ns": np.array(ticks, dtype=np.int64)}, restarted
+
+
+class Gaps(unittest.TestCase):
+    def test_what_is_missed_is_counted_where_it_is(self):
+        core = Told(([7, 8, 9], False), ([10, 12, 13, 20], False), ([24], False), ([3, 4, 6], True), ([7], False))
+        states = palpate.States(types.SimpleNamespace(_patience=1.0), core, 0.1)
+        blocks = list(states)
+        self.assertEqual([block.missed for block in blocks], [0, 1 + 6, 3, 1, 0])
+        self.assertEqual([block.restarted for block in blocks], [False, False, False, True, False])
+        self.assertEqual(states.missed, 11)
 
 
 class Live(LiveTest):
