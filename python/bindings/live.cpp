@@ -9,16 +9,20 @@ namespace {
 
 constexpr Duration kSignalsEvery = std::chrono::milliseconds(50);
 
-// Waits until `done()`, as long as it may, without Python's lock; False: the time is over. Ctrl-C ends it.
+// Waits until `done()`, as long as it may, without Python's lock; False: the time is over. Ctrl-C ends it. It looks when the
+// client's thread has done something, or every `pause`.
 template <typename Done>
-bool waited(LiveClient& client, double patience_s, const Done& done) {
+bool waited(LiveClient& client, double patience_s, const Done& done, Duration pause = {}) {
   const auto until = client.now() + seconds(patience_s);
   for (;;) {
     const bool come = unlocked([&] {
       const auto turn = std::min(until, client.now() + kSignalsEvery);
       while (!client.closed() && client.now() < turn) {
         if (done()) return true;
-        client.wait(turn - client.now());
+        if (pause > Duration(0))
+          std::this_thread::sleep_for(pause);
+        else
+          client.wait(turn - client.now());
       }
       return done();
     });
@@ -149,11 +153,8 @@ py::object next_block(LiveClient& client, StepQueue& steps, double span_s, doubl
 
 py::object next_watched(LiveClient& client, LiveWatch& watch, double pause_s, double patience_s) {
   std::optional<transport::StateReply> reply;
-  waited(client, patience_s, [&] {
-    if ((reply = watch.take())) return true;
-    std::this_thread::sleep_for(seconds(pause_s));
-    return false;
-  });
+  waited(
+      client, patience_s, [&] { return (reply = watch.take()).has_value(); }, seconds(pause_s));
   if (!reply) return py::none();
   return state_fields(reply->answer, false);
 }

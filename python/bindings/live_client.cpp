@@ -92,9 +92,7 @@ void LiveClient::keep_clock(Instant<GraphicsClock> now) {
 
 void LiveClient::wait(Duration patience) {
   std::unique_lock lock(mutex_);
-  if (!link_) return;
-  due_.notify_all();
-  come_.wait_for(lock, patience);
+  if (link_) come_.wait_for(lock, patience);
 }
 
 ServerFacts LiveClient::facts() const {
