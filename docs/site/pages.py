@@ -2,16 +2,20 @@
 
 README.md is the first page; change log, contributing and the examples' READMEs are pages. A link to a public header leads
 to its page of the C++ reference, one to another text file to a page that shows it, one to a folder of docs/ to a page that
-lists it. Words that link to what the site has not stay as words.
+lists it, to the Python package to its reference. Words that link to what the site has not stay as words.
 """
 import json
 import pathlib
 import posixpath
 import re
 import subprocess
+import sys
 import xml.etree.ElementTree
 
 from mkdocs.structure.files import File
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import python_reference  # noqa: E402
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 WORK = ROOT / "build" / "site-work"  # scripts/docs has put the C++ reference there
@@ -46,7 +50,7 @@ class Site:
             elif re.fullmatch(r"examples/\w+/README\.md", name):
                 self.pages[name] = posixpath.dirname(name) + ".md"
         self.pages.update(reference_pages("file"))
-        self.made = {}  # site's file -> Markdown
+        self.made = {"python-reference.md": python_reference.page()}  # site's file -> Markdown
 
     def sources(self):
         """Pages of the tree that are Markdown, with their places in the site."""
@@ -58,6 +62,8 @@ class Site:
             return name.removeprefix("docs/") + "/index.md"
         if name == "palpate":
             return "cpp/index.html"
+        if name == "python/palpate":
+            return "python-reference.md"
         if name + "/README.md" in self.pages:
             return self.pages[name + "/README.md"]
         if name not in self.pages and name in self.tree:

@@ -198,6 +198,7 @@ TEST_P(Exchange, AWishIsCarriedOutOnceAndInOrder) {
   EXPECT_TRUE(link->send_control(scene::Control::begin));
   EXPECT_TRUE(link->send_control(scene::Control::pause));
   EXPECT_TRUE(link->send_control(scene::Control::resume));
+  EXPECT_EQ(link->controls_waiting(), 3u);
   std::vector<scene::Control> taken;
   rig->until({link.get()}, [&] {
     while (auto control = (*server)->take_control()) taken.push_back(*control);
@@ -209,6 +210,8 @@ TEST_P(Exchange, AWishIsCarriedOutOnceAndInOrder) {
     rig->wait_a_little();
   }
   EXPECT_FALSE((*server)->take_control().has_value());
+  EXPECT_EQ(link->controls_waiting(), 0u);
+  EXPECT_EQ(link->controls_dropped(), 0u);
 }
 
 TEST_P(Exchange, AClockExchangeBringsFourStampsInOrder) {

@@ -105,6 +105,8 @@ class StateLink {
   // Hands a person's wish to the physics server, once, as soon as it answers; false when 16 are already
   // waiting.
   bool send_control(scene::Control control);
+  // Of these, how many have not been answered; controls_dropped() counts those that were not carried out.
+  std::size_t controls_waiting() const { return pending_.size(); }
 
   // How the exchange looks from here; told with every hello.
   // What has gone wrong or right meanwhile is not kept for the next sign of life.

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
-"""mypy --strict finds nothing in the package and in the examples, and something where an argument is of the wrong type."""
+"""mypy --strict finds nothing in the package and in the examples, and something where an argument is of the wrong type; the
+stubs of the extension modules say what these have."""
 import os
 import pathlib
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -33,6 +35,13 @@ class Typing(unittest.TestCase):
             done = self.checked(wrong)
         self.assertIn('Argument "method"', done.stdout)
         self.assertIn("Incompatible types in assignment", done.stdout)
+
+    def test_the_stubs_are_what_is_there(self):
+        allowed = pathlib.Path(__file__).with_name("stubtest_allowlist.txt")
+        with tempfile.TemporaryDirectory() as cache:
+            done = subprocess.run([sys.executable, "-m", "mypy.stubtest", "palpate", "--concise", "--allowlist", str(allowed)],
+                                  capture_output=True, text=True, check=False, env={**os.environ, "MYPYPATH": str(ROOT / "python")}, cwd=cache)
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
 
 
 if __name__ == "__main__":
