@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "palpate/calibration/session/stream_tables.h"
 #include "palpate/core/csv.h"
 #include "palpate/core/file.h"
 #include "palpate/core/json.h"
 #include "palpate/core/text.h"
+#include "palpate/device/marker_names.h"
 #include "palpate/record/byte_source.h"
 #include "palpate/record/mcap_reader.h"
 #include "palpate/record/recording_copy.h"
@@ -167,7 +167,7 @@ Expected<std::pair<device::MarkerId, std::string>> named_body(const std::string&
   if (name.empty() || !std::all_of(name.begin(), name.end(), plain) || name[0] < 'A' || name[0] > 'Z')
     return wrong_use("--igs-name {}: MARKER=Name is expected, Name of letters and digits and a capital first",
                      excerpt(text));
-  if (const auto known = calibration::session::marker_named(marker)) return std::pair(*known, name);
+  if (const auto known = device::marker_named(marker)) return std::pair(*known, name);
   return wrong_use("--igs-name {}: tip_marker, camera_marker or pointer is expected before '='",
                    excerpt(text));
 }

@@ -8,6 +8,7 @@
 #include "palpate/calibration/session/stream_tables.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
+#include "palpate/device/marker_names.h"
 #include "tools/commands/command.h"
 #include "tools/commands/sample_kinds.h"
 #include "tools/commands/sample_source.h"
@@ -194,7 +195,7 @@ Expected<void> sample_tool_tables(const SampledKind& options) {
   if (wanted.empty())
     for (const auto marker :
          {device::MarkerId::tip_marker, device::MarkerId::camera_marker, device::MarkerId::pointer})
-      if (const std::string name = session::name_of_marker(marker);
+      if (const std::string name = device::name_of_marker(marker);
           name != options.reference && !session::seen_poses(taken->streams.marker_poses(marker)).empty())
         wanted.emplace_back(marker, name + ".csv");
   if (wanted.empty()) return refused("{}: no marker was seen", taken->source);
@@ -205,7 +206,7 @@ Expected<void> sample_tool_tables(const SampledKind& options) {
     if (!poses) return tl::unexpected(poses.error());
     const auto seen = session::seen_poses(*poses);
     tables.push_back({file, session::marker_csv(seen), seen.size()});
-    counts[session::name_of_marker(marker)] = marker_counts(*taken, marker);
+    counts[device::name_of_marker(marker)] = marker_counts(*taken, marker);
   }
   if (!options.reference.empty()) counts["reference"] = options.reference;
   return write_samples(options.source, "tools", *taken, tables, counts, "");

@@ -12,6 +12,7 @@
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
+#include "palpate/device/marker_names.h"
 #include "palpate/record/session/recorded_streams.h"
 #include "palpate/record/session/session_recording.h"
 #include "palpate/time/clock.h"
@@ -132,7 +133,7 @@ class SampleCounts {
     std::string text = fmt::format("{:.1f} s", elapsed_s);
     if (arm_ > 0) text += fmt::format("  arm {}", arm_);
     for (const auto& [marker, counts] : markers_)
-      text += fmt::format("  {} {} seen, {} hidden", session::name_of_marker(marker), counts.first,
+      text += fmt::format("  {} {} seen, {} hidden", device::name_of_marker(marker), counts.first,
                           counts.second);
     return text;
   }
@@ -333,7 +334,7 @@ Expected<rig::Rig> rig_of_samples(const SampleArguments& options) {
 }
 
 Expected<device::MarkerId> sampled_marker(const std::string& name) {
-  const auto marker = session::marker_named(name);
+  const auto marker = device::marker_named(name);
   if (!marker)
     return wrong_use(
         "marker '{}': tip_marker, camera_marker or pointer is expected (--tracker-tool says what the "
@@ -346,7 +347,7 @@ Expected<std::vector<device::TrackedPose>> sampled_poses(const TakenSamples& tak
                                                          const std::string& reference) {
   auto poses = taken.streams.marker_poses(marker);
   if (session::seen_poses(poses).empty())
-    return refused("{}: {} was never seen{}", taken.source, session::name_of_marker(marker),
+    return refused("{}: {} was never seen{}", taken.source, device::name_of_marker(marker),
                    poses.empty()
                        ? "; the tracker said nothing of it (--tracker-tool says what it is called)"
                        : fmt::format(" in {}; turn it towards the tracker", counted(poses.size(), "frame")));
@@ -357,7 +358,7 @@ Expected<std::vector<device::TrackedPose>> sampled_poses(const TakenSamples& tak
   auto relative = session::in_reference(poses, taken.streams.marker_poses(*body));
   if (session::seen_poses(relative).empty())
     return refused("{}: {} and its reference {} were never seen together", taken.source,
-                   session::name_of_marker(marker), reference);
+                   device::name_of_marker(marker), reference);
   return relative;
 }
 

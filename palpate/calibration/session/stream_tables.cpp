@@ -4,14 +4,12 @@
 
 #include "palpate/calibration/pivot_rests.h"
 #include "palpate/calibration/session/sample_csv.h"
+#include "palpate/device/marker_names.h"
 
 namespace palpate::calibration::session {
 namespace {
 
 constexpr std::size_t kFewestHolds = 10;  // fewer say nothing of an arm
-
-constexpr device::MarkerId kMarkers[] = {device::MarkerId::tip_marker, device::MarkerId::camera_marker,
-                                         device::MarkerId::pointer};
 
 std::optional<device::MarkerId> marker_of_table(const std::string& name) {
   if (name == "pivot") return device::MarkerId::tip_marker;
@@ -73,26 +71,8 @@ Expected<std::string> table_from_streams(const device::DeviceStreams& streams, c
   if (!marker) return refused("a table '{}' is not made of raw streams", name);
   const bool with_arm = name == "pivot" && !streams.arm_readings().empty();
   const auto poses = with_arm ? streams.poses(*marker) : seen_poses(streams.marker_poses(*marker));
-  if (poses.empty()) return refused("no pose of {} is there", name_of_marker(*marker));
+  if (poses.empty()) return refused("no pose of {} is there", device::name_of_marker(*marker));
   return pivot_csv(poses, with_arm);
-}
-
-std::optional<device::MarkerId> marker_named(const std::string& name) {
-  for (const auto marker : kMarkers)
-    if (name_of_marker(marker) == name) return marker;
-  return std::nullopt;
-}
-
-std::string name_of_marker(device::MarkerId marker) {
-  switch (marker) {
-    case device::MarkerId::tip_marker:
-      return "tip_marker";
-    case device::MarkerId::camera_marker:
-      return "camera_marker";
-    case device::MarkerId::pointer:
-      break;
-  }
-  return "pointer";
 }
 
 }  // namespace palpate::calibration::session

@@ -27,8 +27,4 @@ Expected<std::vector<int>> pivot_segments(const std::vector<TrackedPose>& poses)
 Expected<std::string> table_from_streams(const device::DeviceStreams& streams, const std::string& name,
                                          const Vector3& tip = Vector3::Zero());
 
-// "tip_marker", "camera_marker", "pointer"; nothing for another name.
-std::optional<device::MarkerId> marker_named(const std::string& name);
-std::string name_of_marker(device::MarkerId marker);
-
 }  // namespace palpate::calibration::session

@@ -109,12 +109,5 @@ TEST(StreamTables, TheRestsOfARealRecordingAreThoseThatWereMarked) {
     EXPECT_LT((a->value.segments[k].pivot - b->value.segments[k].pivot).norm(), 0.25e-3) << k;
 }
 
-TEST(StreamTables, MarkersHaveOneNameEach) {
-  for (const auto marker :
-       {device::MarkerId::tip_marker, device::MarkerId::camera_marker, device::MarkerId::pointer})
-    EXPECT_EQ(marker_named(name_of_marker(marker)), marker);
-  EXPECT_FALSE(marker_named("stylus"));
-}
-
 }  // namespace
 }  // namespace palpate::calibration::session
