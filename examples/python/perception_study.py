@@ -15,7 +15,8 @@ import numpy.typing as npt
 
 import palpate
 
-STANDARD = 400.0  # N/m
+STANDARD = 120.0  # N/m: soft tissue
+DEPTH_UM = 5  # of the counters of touch: how far the tip is below the surface
 JUDGED = 0.2  # s, from the beginning of each touch
 OBSERVER = 0.14  # Weber fraction
 CONDITIONS = """
@@ -27,7 +28,7 @@ method = "constant-stimuli"
 practice = 4
 
 [constant]
-levels = [0.5, 0.65, 0.8, 0.95, 1.1, 1.3, 1.6, 2.0]
+levels = [0.5, 0.7, 0.9, 1.1, 1.4, 1.8, 2.3, 2.9]
 repeats = 20
 
 [[factor]]
@@ -38,15 +39,16 @@ levels = [0, 40]
 
 def felt_stiffness(seed: int, ratio: float, force_delay_ms: float) -> dict[str, float]:
     """N/m, of a surface as the hand meets it: the motors' force over the depth of the tip, where a touch has just begun."""
-    result = palpate.lockstep("touch", seed=seed, seconds=6.0, settings={"touch.stiffness_n_m": STANDARD * ratio},
+    result = palpate.lockstep("touch", seed=seed, seconds=5.0, settings={"touch.stiffness_n_m": STANDARD * ratio},
                               force_delay=1e-3 * force_delay_ms)
     assert result.states is not None and result.forces is not None
-    time = result.states.log_time_ns / 1e9
-    depth = np.linalg.norm(np.asarray(result.states["bodies.1.position_m"]) - np.asarray(result.states["bodies.2.position_m"]), axis=1)
-    force = np.linalg.norm(np.asarray(result.forces["commanded_n"]), axis=1)
-    force = np.interp(time, result.forces.log_time_ns / 1e9, force)
-    begins = time[0] + np.array([event["time_s"] for event in result.events if event["event"] == "touch-begins"])
-    judged = np.any((time[:, None] >= begins) & (time[:, None] < begins + JUDGED), axis=1) & np.asarray(result.states["touching"], dtype=bool)
+    time, depth = result.states.time, 1e-6 * np.asarray(result.states["counters"])[:, DEPTH_UM]
+    force = np.interp(time, result.forces.time, np.linalg.norm(np.asarray(result.forces["commanded_n"]), axis=1))
+    judged = np.zeros(len(time), dtype=bool)
+    for event in result.events:
+        if event["event"] == "touch-begins" and event["time_s"] > 0.5:  # the first one is where the hand happened to be
+            judged |= (time >= event["time_s"]) & (time < event["time_s"] + JUDGED)
+    judged &= np.asarray(result.states["touching"], dtype=bool)
     return {"felt_n_m": float(np.sum(force[judged] * depth[judged]) / np.sum(depth[judged] ** 2))}
 
 

@@ -35,7 +35,7 @@ experiment::Exclusion exclusion_of(const std::string& name) {
   return static_cast<experiment::Exclusion>(std::find(names.begin(), names.end(), name) - names.begin());
 }
 
-// A run with all that was answered, and the file that has it, too.
+// A run with all that was answered, and the file that has it, too, until it is finished.
 class Run {
  public:
   Run(const Conditions& conditions, std::uint64_t seed) : run_(conditions, seed) {}
@@ -52,6 +52,7 @@ class Run {
     records_.push_back(record);
     if (file_)
       if (auto done = file_->append(record); !done) throw Failure{done.error()};
+    if (run_.state() == experiment::RunState::finished) file_.reset();
     return record.positive;
   }
 

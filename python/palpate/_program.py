@@ -10,6 +10,7 @@ import os
 import pathlib
 import shutil
 import subprocess
+import tempfile
 from typing import Any, Sequence
 
 from ._refused import Refused, refusal, wrong_use
@@ -32,28 +33,34 @@ def program() -> str:
 
 
 def run(arguments: Sequence[str]) -> Any:
-    """What the program writes with `--json -`. Raises what it refuses: Refused, ValueError or FileNotFoundError, in its words."""
-    reads, writes = os.pipe()
-    try:
-        with open(reads, encoding="utf-8", errors="replace") as reports:
-            try:
-                process = subprocess.Popen([program(), *arguments, "--json", "-"], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                                           stderr=subprocess.PIPE, pass_fds=(writes,), env={**os.environ, "PALPATE_REPORT_FD": str(writes)})
-            finally:
-                os.close(writes)
-            with _ended(process):
-                out, err = process.communicate()
-                told = _error(reports.read())
-    except OSError as error:
-        raise FileNotFoundError(f"{program()}: cannot be started ({error.strerror})") from None
-    if process.returncode == 0:
-        return json.loads(out)
-    words = told or err.decode("utf-8", "replace").strip() or "it said nothing"
-    if process.returncode == 1:
+    """What the program writes with --json. Raises what it refuses: Refused, ValueError or FileNotFoundError, in its words."""
+    with tempfile.TemporaryDirectory(prefix="palpate-") as folder:
+        figures = pathlib.Path(folder) / "figures.json"
+        code, words = _ran([program(), *arguments, f"--json={figures}"])
+        if code == 0:
+            return json.loads(figures.read_text(encoding="utf-8"))
+    if code == 1:
         raise refusal(words, "unspecified")
-    if process.returncode == 2:
+    if code == 2:
         raise wrong_use(words, "not_found" if "no such file" in words.lower() else "unspecified")
-    raise Refused(f"the program palpate ended with {process.returncode}: {words}")
+    raise Refused(f"the program palpate ended with {code}: {words}")
+
+
+def _ran(command: Sequence[str]) -> tuple[int, str]:
+    """The exit code, and what was wrong."""
+    reads, writes = os.pipe()
+    with open(reads, encoding="utf-8", errors="replace") as reports:
+        try:
+            process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                                       pass_fds=(writes,), env={**os.environ, "PALPATE_REPORT_FD": str(writes)})
+        except OSError as error:
+            raise FileNotFoundError(f"{command[0]}: cannot be started ({error.strerror})") from None
+        finally:
+            os.close(writes)
+        with _ended(process):
+            err = process.communicate()[1]
+            told = _error(reports.read())
+    return process.returncode, told or err.decode("utf-8", "replace").strip() or "it said nothing"
 
 
 @contextlib.contextmanager
