@@ -1,5 +1,7 @@
 """Do calibrations know how wrong they are? Simulated ones by the thousand: how often the stated 95 % region holds the truth.
 
+With few poses the size of the noise is itself an estimate, and the region, which is a chi-square's, holds a little less.
+
     python3 examples/python/coverage_sweep.py [--runs 200] [--workers N] [--table coverage.csv] [--out plot.png]
 """
 import argparse
