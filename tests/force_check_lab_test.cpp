@@ -3,7 +3,7 @@
 
 #include "palpate/calibration/forces/force_session.h"
 #include "palpate/sim/simulator.h"
-#include "palpate/sim/truth_rig_for_tests.h"
+#include "palpate/sim/truth_rig.h"
 
 namespace palpate {
 namespace {

@@ -22,7 +22,7 @@
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/simulator.h"
-#include "palpate/sim/truth_rig_for_tests.h"
+#include "palpate/sim/truth_rig.h"
 #include "tests/scratch_folder.h"
 
 namespace palpate {

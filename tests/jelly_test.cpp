@@ -13,7 +13,7 @@
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/camera_renderer.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
-#include "palpate/sim/truth_rig_for_tests.h"
+#include "palpate/sim/truth_rig.h"
 #include "tests/allocation_count.h"
 
 namespace palpate {

@@ -8,7 +8,7 @@
 #include "palpate/desktop/desktop_ui.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/config/world_scene.h"
-#include "palpate/sim/truth_rig_for_tests.h"
+#include "palpate/sim/truth_rig.h"
 #include "palpate/transport/exchange_rig_test.h"
 #include "palpate/transport/local_endpoint.h"
 #include "tests/own_run_directory.h"

@@ -112,12 +112,23 @@ py::array predicted_stds(const Estimate<calibration::ArmSolution>& estimate, con
   return numbers_array(deviations);
 }
 
+// Row by row, of the predicted tip.
+py::array predicted_covariances(const Estimate<calibration::ArmSolution>& estimate, const Doubles& joints) {
+  py::array_t<double> covariances({joints.shape(0), py::ssize_t{3}, py::ssize_t{3}});
+  for (py::ssize_t i = 0; i < joints.shape(0); ++i)
+    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(covariances.mutable_data(i, 0, 0)) =
+        calibration::predicted_covariance(
+            estimate, Eigen::Map<const Eigen::VectorXd>(joints.data(i, 0), joints.shape(1)));
+  return read_only(covariances);
+}
+
 }  // namespace
 
 void add_arm(py::module_& module) {
   py::class_<Estimate<calibration::ArmSolution>>(module, "ArmPredictor")
       .def("tips", &predicted_tips)
-      .def("stds", &predicted_stds);
+      .def("stds", &predicted_stds)
+      .def("covariances", &predicted_covariances);
   module.def("arm", &arm);
 }
 

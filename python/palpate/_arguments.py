@@ -148,3 +148,25 @@ def path_text(value: Any, name: str = "path") -> str:
 def read_only(array: npt.NDArray[Any]) -> npt.NDArray[Any]:
     array.flags.writeable = False
     return array
+
+
+def seed_number(value: Any, name: str = "seed") -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not 0 <= int(value) < 10**19:
+        raise ValueError(f"{name} is {value!r}; a whole number from 0 on, of at most 19 digits, is expected")
+    return int(value)
+
+
+def whole_number(value: Any, name: str, low: int, high: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise TypeError(f"{name} is {value!r}; a whole number from {low} to {high} is expected")
+    if not low <= int(value) <= high:
+        raise ValueError(f"{name} is {value}; {low} to {high} is expected")
+    return int(value)
+
+
+def above_zero(value: Any, name: str) -> Floats:
+    """A list of numbers above 0, in any unit: stimuli, quantities that are compared."""
+    array = shaped(value, name, ("N",), "above 0")
+    if np.min(array) <= 0.0:
+        raise ValueError(f"{name} goes down to {np.min(array):g}; numbers above 0 are expected")
+    return array

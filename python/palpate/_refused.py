@@ -11,6 +11,14 @@ _CALLED_HERE = (
     ("--with-arm", "subtract_motion=True"),
     ("--test", "test="),
     ("--tip-mm", "tip="),
+    ("--app ", "application="),
+    ("--extra-force-delay-ms", "force_delay, in ms,"),
+    ("--extra-picture-delay-ms", "picture_delay, in ms,"),
+    ("--player-delay-ms", "player_delay, in ms,"),
+    ("--network-delay-ms", "network_delay, in ms,"),
+    ("--network-jitter-ms", "network_jitter, in ms,"),
+    ("--network-loss", "network_loss"),
+    ("--seconds", "seconds"),
 )
 
 

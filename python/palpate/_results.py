@@ -144,6 +144,12 @@ class ArmResult(Result):
         predicted: Floats = self._predictor.stds(angles(joints, "joints", len(self.gains)))
         return predicted
 
+    def tip_covariances(self, joints: npt.ArrayLike) -> Floats:
+        """The same as covariances, (N, 3, 3), m^2, in the world's axes."""
+        from ._arguments import angles
+        predicted: Floats = self._predictor.covariances(angles(joints, "joints", len(self.gains)))
+        return predicted
+
     def _lines(self) -> list[str]:
         errors = np.linalg.norm(self.unseen_errors, axis=1)
         return [f"gains     {_short(self.gains, 1.0, 5)}",

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The examples of docs/guides/python.md and of examples/python run as they stand; those of a running session: live_guide_test.py."""
+"""The examples of the guides to Python and of examples/python run as they stand; those of a running session: live_guide_test.py."""
 import os
 import pathlib
 import re
@@ -26,16 +26,18 @@ class Guide(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stderr)
         return done.stdout
 
-    def test_the_guide_says_what_comes_out(self):
+    def test_the_guides_say_what_comes_out(self):
         """Its blocks one after the other, in the project's folder; lines "#> ..." are what a block prints."""
-        text = LIVE_CHAPTER.sub("", (ROOT / "docs" / "guides" / "python.md").read_text(encoding="utf-8"))
-        blocks = BLOCK.findall(text)
-        self.assertGreater(len(blocks), 3)
-        printed = self.run_python("-c", "\n".join(blocks), cwd=ROOT)
-        self.assertEqual(printed.splitlines(), [line for block in blocks for line in SHOWN.findall(block)])
+        for guide in ("python", "python-experiments"):
+            with self.subTest(guide):
+                text = LIVE_CHAPTER.sub("", (ROOT / "docs" / "guides" / f"{guide}.md").read_text(encoding="utf-8"))
+                blocks = BLOCK.findall(text)
+                self.assertGreater(len(blocks), 3)
+                printed = self.run_python("-c", "\n".join(blocks), cwd=ROOT)
+                self.assertEqual(printed.splitlines(), [line for block in blocks for line in SHOWN.findall(block)])
 
     def test_examples(self):
-        self.assertGreaterEqual(len(examples(live=False)), 2)
+        self.assertGreaterEqual(len(examples(live=False)), 4)
         for example in examples(live=False):
             with self.subTest(example.name), tempfile.TemporaryDirectory() as folder:
                 printed = self.run_python(str(example), "--out", str(pathlib.Path(folder) / "plot.png"))

@@ -18,6 +18,7 @@ void add_commands(CLI::App& program) {
   add_calibrate_delay(*calibrate);
   add_calibrate_all(*calibrate);
   add_demo(program);
+  add_lockstep(program);
   add_apps(program);
   add_world(program);
   add_rig(program);

@@ -69,6 +69,7 @@ void add_tracker(CLI::App& program);
 void add_camera(CLI::App& program);
 void add_picture(CLI::App& program);
 void add_board(CLI::App& program);
+void add_lockstep(CLI::App& program);
 void add_play(CLI::App& program);
 void add_record(CLI::App& program);
 void add_recording(CLI::App& program);

@@ -31,9 +31,11 @@ constexpr std::array<Named, 21> kTakes{
 struct Example {
   std::string_view command, line, does;
 };
-constexpr std::array<Example, 17> kExamples{
+constexpr std::array<Example, 18> kExamples{
     {{"demo", "demo --quick --headless --out first",
       "everything once, without a window; then open first/report.html"},
+     {"lockstep", "lockstep --app touch --seed 3 --record play.mcap --json play.json",
+      "figures of a play, and its states"},
      {"play", "play --rig desk.rig.toml --camera v4l2", "ping-pong over the board on your desk"},
      {"physics", "physics --rig palpate-report/rig.toml --app touch", "beside `palpate world run`"},
      {"graphics", "graphics --rig palpate-report/rig.toml --window --mouse", "beside those two"},

@@ -13,6 +13,7 @@
 
 #include "palpate/core/progress.h"
 #include "palpate/evaluation/report/page.h"
+#include "palpate/scene/setting_text.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/guests.h"
@@ -44,30 +45,12 @@ std::string initial_text(const SettingField& field) {
   return fmt::format("{}", fmt::join(std::get<std::vector<double>>(field.initial), ","));
 }
 
-Expected<scene::SettingValue> value_of(const SettingField& field, const std::string& said) {
-  if (field.kind != SettingKind::number && field.kind != SettingKind::numbers)
-    return scene::SettingValue(said);
-  std::vector<double> numbers;
-  for (const auto& part : CLI::detail::split(said, ',')) {
-    double number = 0.0;
-    if (!CLI::detail::lexical_cast(part, number))
-      return wrong_use("{} {}: {} is expected", option_name(field), excerpt(said),
-                       field.kind == SettingKind::number ? "a number" : "numbers with commas between them");
-    numbers.push_back(number);
-  }
-  scene::SettingValue value(numbers);
-  if (!scene::fits(field, value))
-    return wrong_use("{} {}: {} numbers are expected", option_name(field), excerpt(said),
-                     std::get<std::vector<double>>(field.initial).size());
-  return value;
-}
-
 Expected<scene::SettingValues> settings_of(const ApplicationStudyCommand& command) {
   scene::SettingValues values(command.study.settings);
   for (const auto& field : command.study.settings.fields) {
     const std::string& said = command.said.at(field.name());
     if (said.empty()) continue;
-    auto value = value_of(field, said);
+    auto value = scene::value_of_text(field, said, option_name(field));
     if (!value) return tl::unexpected(value.error());
     values.set(field.name(), std::move(*value));
   }

@@ -13,7 +13,7 @@
 #include "palpate/scene/shown_tip.h"
 #include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/simulator.h"
-#include "palpate/sim/truth_rig_for_tests.h"
+#include "palpate/sim/truth_rig.h"
 
 namespace palpate::server::session {
 namespace {

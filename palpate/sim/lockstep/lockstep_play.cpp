@@ -7,6 +7,7 @@
 #include "palpate/scene/shown_tip.h"
 #include "palpate/server/session/ticked_session.h"
 #include "palpate/sim/device_faults.h"
+#include "palpate/sim/lockstep/internal/play_recording.h"
 #include "palpate/sim/lockstep/internal/watched_devices.h"
 #include "palpate/sim/simulated_display.h"
 
@@ -20,6 +21,7 @@ constexpr double kImpactBefore = 0.010, kImpactAfter = 0.040;
 constexpr double kOpenBefore = 0.1;
 
 constexpr Duration kTick = std::chrono::milliseconds(1);
+constexpr Duration kLook = std::chrono::milliseconds(5);  // at what is to be recorded
 
 // The simulator's devices go by this name in the play's session.
 constexpr const char* kSimulator = "simulator";
@@ -42,7 +44,7 @@ class LockstepPlay {
         tracker_(world.tracker(), [this](auto& samples) { faults_.disturb(since_, samples); }) {}
 
   Expected<void> open();
-  LockstepResult play(const std::function<void(double)>& progress);
+  Expected<LockstepResult> play(const std::function<void(double)>& progress);
 
  private:
   using Frame = server::graphics::FrameRecord;
@@ -52,6 +54,7 @@ class LockstepPlay {
   server::session::SessionSetup setup();
   Expected<void> open_session();
   void open_display();
+  Expected<void> begin_counting();
   void tick_physics(Instant<TrueTime> t);
   void show_timecode(Instant<TrueTime> t);
   void take_frame(Instant<TrueTime> t, const Frame& frame);
@@ -59,7 +62,7 @@ class LockstepPlay {
   void measure_delay(Instant<TrueTime> t, const Frame& frame);
   void keep_frame(Instant<TrueTime> t, const Frame& frame, evaluation::PlayedFrame played);
   void keep_haptics();
-  LockstepResult finish();
+  Expected<LockstepResult> finish();
 
   server::physics::PhysicsServer& physics() { return session_->physics().server(); }
   server::graphics::GraphicsServer& graphics() { return session_->graphics().server(); }
@@ -76,6 +79,7 @@ class LockstepPlay {
   Disturbed<device::TrackerDevice> tracker_;
   std::optional<Disturbed<device::CameraDevice>> right_camera_;
   std::unique_ptr<server::session::TickedSession> session_;
+  std::unique_ptr<PlayRecording> recording_;  // null: nothing is recorded
   std::optional<SimulatedDisplay> display_;
   std::optional<evaluation::LatencyMeter> meter_;
 
@@ -167,11 +171,13 @@ void LockstepPlay::open_display() {
                                              .readout = seconds(config::readout_s(world_.file()))});
 }
 
-LockstepResult LockstepPlay::play(const std::function<void(double)>& progress) {
+Expected<LockstepResult> LockstepPlay::play(const std::function<void(double)>& progress) {
   start_ = world_.now();
   for (Instant<TrueTime> t = start_ + kTick; to_seconds(t - start_) <= total_s(); t += kTick) {
     since_ = to_seconds(t - start_);
     world_.advance_to(t);
+    if (counted() && !before_play_)
+      if (auto begun = begin_counting(); !begun) return tl::unexpected(begun.error());
     tick_physics(t);
     if (meter_) show_timecode(t);
     camera_.close(since_ < options_.warm_up_s - kOpenBefore);
@@ -185,12 +191,21 @@ LockstepResult LockstepPlay::play(const std::function<void(double)>& progress) {
   return finish();
 }
 
-void LockstepPlay::tick_physics(Instant<TrueTime> t) {
-  if (counted() && !before_play_) {
-    before_play_ = physics().haptic().statistics();
-    physics().control(scene::Control::resume);
+// The warm-up is over.
+Expected<void> LockstepPlay::begin_counting() {
+  before_play_ = physics().haptic().statistics();
+  if (!options_.record.empty()) {
+    auto begun = PlayRecording::begin(options_.record, session_->physics(), rig_);
+    if (!begun) return tl::unexpected(begun.error());
+    recording_ = std::move(*begun);
   }
+  physics().control(scene::Control::resume);
+  return {};
+}
+
+void LockstepPlay::tick_physics(Instant<TrueTime> t) {
   session_->tick_physics(t);
+  if (recording_ && (t - start_).count() % kLook.count() == 0) recording_->look();
   if (counted() && options_.watch) options_.watch(physics().newest());
   if (physics().impact().number == last_impact_) return;
   last_impact_ = physics().impact().number;
@@ -275,7 +290,9 @@ void LockstepPlay::keep_haptics() {
   }
 }
 
-LockstepResult LockstepPlay::finish() {
+Expected<LockstepResult> LockstepPlay::finish() {
+  if (recording_)
+    if (auto ended = recording_->end(); !ended) return tl::unexpected(ended.error());
   const haptics::HapticStatistics before = before_play_.value_or(haptics::HapticStatistics{});
   result_.haptic = physics().haptic().statistics();
   result_.haptic.ticks -= before.ticks;

@@ -6,6 +6,7 @@
 // frame by frame, for the report; no part of it flows back.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <vector>
@@ -53,6 +54,8 @@ struct LockstepOptions {
   std::function<void(const scene::SceneState&)> watch;  // each state of the physics loop that counts
   // Where given, frames go here and nothing of them is kept, nor of the haptic loop: a play of any length.
   std::function<void(const LockstepFrame&)> pass_on;
+  // A new file for all ticks and states that count (docs/recording.md); empty: nothing is recorded.
+  std::filesystem::path record;
 };
 
 // The parts that need pixels. Without them the play runs blind: the tracker's pose alone, nothing drawn.
@@ -85,7 +88,8 @@ struct LockstepResult {
 // What a world file says of them.
 server::graphics::GraphicsSettings graphics_settings(const config::WorldFile& world);
 
-// Plays on from wherever the world stands. Refused where the rig lacks what a part needs.
+// Plays on from wherever the world stands. Refused where the rig lacks what a part needs, and where its recording cannot be
+// written.
 Expected<LockstepResult> play_in_lockstep(Simulator& world, const rig::Rig& rig,
                                           const scene::SceneDescription& scene,
                                           const LockstepOptions& options, const LockstepPictures& pictures,

@@ -8,7 +8,7 @@
 #include "palpate/core/statistics.h"
 #include "palpate/scene/shown_tip.h"
 #include "palpate/server/physics/physics_server.h"
-#include "palpate/sim/truth_rig_for_tests.h"
+#include "palpate/sim/truth_rig.h"
 
 namespace palpate::sim::lockstep {
 namespace {

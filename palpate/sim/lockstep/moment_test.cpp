@@ -13,7 +13,7 @@
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
-#include "palpate/sim/truth_rig_for_tests.h"
+#include "palpate/sim/truth_rig.h"
 
 namespace palpate::sim::lockstep {
 namespace {

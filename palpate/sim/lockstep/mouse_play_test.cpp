@@ -15,7 +15,7 @@
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/head_motion.h"
-#include "palpate/sim/truth_rig_for_tests.h"
+#include "palpate/sim/truth_rig.h"
 
 namespace palpate::sim::lockstep {
 namespace {

@@ -1,4 +1,4 @@
-// A rig whose calibrations are the truth: for tests of what comes after calibration.
+// A rig whose calibrations are the truth: for whoever wants what comes after calibration, and nothing of its errors.
 #pragma once
 
 #include "palpate/rig/rig.h"
