@@ -40,7 +40,7 @@ struct DesktopUiOptions {
   // A frame as it is seen from the side, and the eye it is seen with; none: it cannot be turned there.
   std::function<const render::OutsidePicture&(const server::graphics::FrameRecord&)> outside;
   const render::Onlooker* onlooker = nullptr;  // who sees it so; needed where `outside` is there
-  bool simulated_head = false;  // moves with the hand's device, and can be held still
+  bool simulated_head = false;                 // moves with the hand's device, and can be held still
   // Draws in the next of several ways from now on, and says in which; none: there is one way alone.
   std::function<std::optional<std::string>()> next_look{};
 };

@@ -45,7 +45,7 @@ class Onlooker {
   void look();
 
   Viewpoint viewpoint_;
-  Vector3 target_, back_, right_, up_;      // World; directions are the table's
+  Vector3 target_, back_, right_, up_;       // World; directions are the table's
   double farthest_, way_, turned_, raised_;  // m, m, rad, rad
 };
 

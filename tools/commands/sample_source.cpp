@@ -133,8 +133,8 @@ class SampleCounts {
     std::string text = fmt::format("{:.1f} s", elapsed_s);
     if (arm_ > 0) text += fmt::format("  arm {}", arm_);
     for (const auto& [marker, counts] : markers_)
-      text += fmt::format("  {} {} seen, {} hidden", device::name_of_marker(marker), counts.first,
-                          counts.second);
+      text +=
+          fmt::format("  {} {} seen, {} hidden", device::name_of_marker(marker), counts.first, counts.second);
     return text;
   }
 
