@@ -95,6 +95,8 @@ def draw(fits: dict[str, palpate.PsychometricFit], out: str) -> None:
         axis.plot(fit.stimuli, fit.positives / fit.trials, "o", color=line.get_color())
         axis.axvline(fit.threshold, color=line.get_color(), linewidth=0.8)
     axis.set(xscale="log", xlabel="stiffness over the standard's", ylabel="taken for the stiffer one")
+    axis.set_xticks(list(fit.stimuli), labels=[f"{ratio:g}" for ratio in fit.stimuli])
+    axis.minorticks_off()
     axis.legend()
     figure.savefig(out, dpi=120)
 
