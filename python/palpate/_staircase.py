@@ -47,6 +47,8 @@ class StaircaseRule:
 
 
 class StaircaseThreshold(NamedTuple):
+    """Where a staircase has come to rest: the mean of its reversals."""
+
     stimulus: float
     log_sd: float  # scatter of the reversals' logarithms; they depend on each other, so it is no error of the mean
     reversals: int
