@@ -1,4 +1,4 @@
-// Whether an arm may be given forces at all, and how strong: the gate that every composition has to pass.
+// Whether an arm may be given forces at all, and how strong; every composition asks.
 //
 // A permit is had in one way only: from what the driver says of its arm and what the rig holds. A computed arm has one.
 // Any other needs the rig's check of its forces (`palpate calibrate forces`), done on this very arm with this model and

@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
 """Tables of numbers that are missing, malformed or hold what is no number, given to every command that reads one."""
+import json
 import os
 import unittest
 
 from program import ProgramTest
 
+FLIGHTS = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "data", "flights")
 POSES = "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n"
 POINTS = "x_mm,y_mm,z_mm\n"
 # Option under test: file name, command (FILE stands for the bad one), header, a good row.
@@ -123,6 +125,13 @@ class BadTables(ProgramTest):
         self.write("flights/one.csv", "t_s,x_m,y_m,z_m\n0,0,0,1\n0.1,0,nan,1\n")
         self.refuses(study, 2, "one.csv:3: ", "nan")
         self.refuses(["study", "flights", "--data", "nowhere"], 2, "nowhere")
+
+    def test_standard_output_is_the_figures_alone_where_they_go_there(self):
+        for study in (["study", "points", "--runs", "1"], ["study", "flights", "--data", FLIGHTS]):
+            asked = self.runs(*study, "--json", "-")
+            json.loads(asked.out)
+            self.assertNotEqual(asked.err, "", "the lines for a person")
+            self.assertEqual(self.runs(*study).out, asked.err)
 
     def test_images_that_are_none_are_named(self):
         self.refuses(["calibrate", "camera", "--images", "left*.jpg"], 2, "left*.jpg")

@@ -29,6 +29,9 @@ inline void print_line(const std::string& line, std::FILE* stream = stdout) {
   std::fflush(stream);  // whoever reads it through a pipe or a file reads it now
 }
 
+// Where an answer's lines for a person go: not to standard output where that is to have the JSON.
+inline std::FILE* lines_beside(const std::string& json) { return json == "-" ? stderr : stdout; }
+
 // What a person should know beside the answer: a line of the log, and with it on standard error.
 inline void notice(const std::string& line) { Log().write(LogLevel::info, line); }
 

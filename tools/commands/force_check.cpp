@@ -195,7 +195,7 @@ Expected<void> tell(const ForceArguments& options, const rig::Rig& rig, const de
                        ? ""
                        : fmt::format("{}: ", calibration::name_of(check->verdict)),
                    trouble);
-  std::FILE* const stream = options.json == "-" ? stderr : stdout;
+  std::FILE* const stream = lines_beside(options.json);
   fmt::print(stream, "forces of {} go where they are commanded; gains of the joints {} (+- {})\n",
              one_line(facts.identity), shown(check->joint_gains),
              shown(standard_deviations(check->covariance)));

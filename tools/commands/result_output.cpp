@@ -101,7 +101,7 @@ Expected<void> write_result(const ResultOptions& options, const Result& result) 
     result.store(*rig);
     if (const auto done = rig::write_rig(options.rig, *rig); !done) return done;
   }
-  std::FILE* const stream = options.json == "-" ? stderr : stdout;
+  std::FILE* const stream = lines_beside(options.json);
   for (const auto& line : result.summary) print_line(with_sources_named(line), stream);
   return {};
 }

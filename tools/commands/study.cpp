@@ -37,7 +37,7 @@ Expected<void> run_study(const std::string& name, Options options) {
   Json json;
   for (const auto& result : *results) {
     json[result.name] = result.values;
-    for (const auto& line : result.lines) print_line(line);
+    for (const auto& line : result.lines) print_line(line, lines_beside(options.json));
   }
   if (!options.out.empty())
     notice(fmt::format("written to {}; open {}/report.html", options.out, options.out));

@@ -15,7 +15,7 @@ Expected<void> give_results(std::string_view kind, const evaluation::studies::St
     if (!wanted.quiet) notice(fmt::format("written to {}; open {}/report.html", wanted.out, wanted.out));
   }
   if (!wanted.quiet)
-    for (const auto& line : result.lines) print_line(line);
+    for (const auto& line : result.lines) print_line(line, lines_beside(wanted.json));
   if (!wanted.json.empty()) return write_json(wanted.json, result.values);
   return {};
 }
