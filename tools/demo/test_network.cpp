@@ -112,7 +112,7 @@ Expected<void> TestNetwork::look(double before_s) {
 }
 
 Expected<TestNetwork::Cut> TestNetwork::cut() const {
-  if (plugged_ns_ == 0) return refused("two hosts: the leg ended before its cable was plugged in again");
+  if (plugged_ns_ == 0) return refused("two hosts: the run ended before its cable was plugged in again");
   return Cut{pulled_ns_, plugged_ns_};
 }
 
