@@ -143,7 +143,7 @@ void stack_residuals(const std::vector<WeighedSample>& samples, const ArmSolutio
     const Matrix3 W = (rows == Rows::whitened ? 1.0 : std::sqrt(sample.weight)) * sample.whitening;
     stack.r.segment<3>(at_row) =
         W * residual_with(at, *sample.observation, *motion, parameters, derive ? &row : nullptr, scratch);
-    if (derive) stack.J.middleRows<3>(at_row) = W.lazyProduct(row);  // too small for the blocked product
+    if (derive && P > 0) stack.J.middleRows<3>(at_row) = W.lazyProduct(row);  // too small for the blocked product
   }
 }
 
