@@ -131,7 +131,8 @@ std::vector<std::string> transform_names(std::string_view content) {
 
 Expected<std::vector<StampedPose>> parse_transform_sequence(std::string_view content,
                                                             const std::string& source,
-                                                            const std::string& transform) {
+                                                            const std::string& transform,
+                                                            std::size_t* left_out) {
   std::map<int, Frame> frames;
   std::set<std::string> names;
   int line_number = 0;
@@ -201,6 +202,7 @@ Expected<std::vector<StampedPose>> parse_transform_sequence(std::string_view con
     pose.time_s = frame.time_s;
     poses.push_back(pose);
   }
+  if (left_out != nullptr) *left_out = frames.size() - poses.size();
   if (poses.empty())
     return refused("{}: no frame has all transforms of {} with status OK; record with both tools in sight",
                    source, excerpt(name_wanted));

@@ -20,9 +20,10 @@ bool is_transform_sequence(std::string_view content);
 // Names of the transforms there are ("StylusToTracker"), each once, in alphabetical order.
 std::vector<std::string> transform_names(std::string_view content);
 
-// `transform` may be empty where the file has only one.
+// `transform` may be empty where the file has only one. `left_out` becomes the number of frames that are not among the poses.
 Expected<std::vector<StampedPose>> parse_transform_sequence(std::string_view content,
                                                             const std::string& source,
-                                                            const std::string& transform);
+                                                            const std::string& transform,
+                                                            std::size_t* left_out = nullptr);
 
 }  // namespace palpate::device

@@ -1,0 +1,52 @@
+// XML: OpenCV's FileStorage. The only place that knows tinyxml2, which expands no entities of a file's own.
+#include <tinyxml2.h>
+
+#include "palpate/core/text.h"
+#include "palpate/formats/internal/forms.h"
+#include "palpate/formats/internal/lens_keys.h"
+#include "palpate/formats/internal/text_table.h"
+
+namespace palpate::formats {
+namespace {
+
+std::optional<std::vector<double>> numbers_in(const tinyxml2::XMLElement* element) {
+  if (element == nullptr) return std::nullopt;
+  const auto* data = element->FirstChildElement("data");
+  const char* text = (data != nullptr ? data : element)->GetText();
+  if (text == nullptr) return std::nullopt;
+  std::string on_one_line(text);
+  for (char& c : on_one_line)
+    if (c == '\n' || c == '\r') c = ' ';
+  std::vector<double> numbers;
+  for (const auto cell : cells_of(on_one_line, ' ', 10'000)) {
+    const auto number = number_of(cell);
+    if (!number) return std::nullopt;
+    numbers.push_back(*number);
+  }
+  if (numbers.empty()) return std::nullopt;
+  return numbers;
+}
+
+}  // namespace
+
+bool is_xml(std::string_view content) { return trimmed(content.substr(0, 4096)).starts_with('<'); }
+
+Expected<Content> read_xml(const Source& source) {
+  if (source.content.size() > kMostBytesOfAFew)
+    return wrong_use("{}: is XML of more than {} bytes; a lens is expected", source.name, kMostBytesOfAFew);
+  tinyxml2::XMLDocument document;
+  if (document.Parse(source.content.data(), source.content.size()) != tinyxml2::XML_SUCCESS)
+    return wrong_use("{}:{}: is no sound XML", source.name, document.ErrorLineNum());
+  const auto* root = document.FirstChildElement("opencv_storage");
+  const NumbersAt numbers_at = [root](const std::string& key) {
+    return root == nullptr ? std::nullopt : numbers_in(root->FirstChildElement(key.c_str()));
+  };
+  if (!has_lens(numbers_at))
+    return wrong_use("{}: is XML or a web page of a kind that is not known here; a lens of OpenCV (opencv_storage) is expected",
+                     source.name);
+  const auto lens = lens_of(numbers_at, "", source.name);
+  if (!lens) return tl::unexpected(lens.error());
+  return Content{"a lens of OpenCV (XML)", "px, k1 k2 p1 p2 k3", *lens};
+}
+
+}  // namespace palpate::formats

@@ -1,0 +1,122 @@
+// YAML: OpenCV's FileStorage, ROS' camera_info, easy_handeye. The only place that knows yaml-cpp.
+//
+// OpenCV's first line, "%YAML:1.0", is no directive of YAML 1.2, and is left out. easy_handeye: the camera's base in the
+// effector where `eye_on_hand` is true, else in the robot's base; m.
+#include <yaml-cpp/yaml.h>
+
+#include <cmath>
+
+#include "palpate/core/text.h"
+#include "palpate/core/units.h"
+#include "palpate/formats/internal/forms.h"
+#include "palpate/formats/internal/lens_keys.h"
+#include "palpate/formats/internal/text_table.h"
+#include "palpate/math/so3.h"
+
+namespace palpate::formats {
+namespace {
+
+constexpr std::size_t kMostNumbers = 10'000;
+
+std::optional<double> number_at(const YAML::Node& node) {
+  if (!node.IsDefined() || !node.IsScalar()) return std::nullopt;
+  return number_of(node.Scalar());
+}
+
+void take_numbers(const YAML::Node& node, std::vector<double>& numbers, bool& sound, int depth = 0) {
+  if (depth > 3 || numbers.size() > kMostNumbers) {
+    sound = false;
+  } else if (node.IsSequence()) {
+    for (const auto& part : node) take_numbers(part, numbers, sound, depth + 1);
+  } else if (const auto number = number_at(node)) {
+    numbers.push_back(*number);
+  } else {
+    sound = false;
+  }
+}
+
+// Of a list, of lists in a list, of {rows, cols, data}, or of one number.
+std::optional<std::vector<double>> numbers_in(const YAML::Node& node) {
+  if (!node.IsDefined()) return std::nullopt;
+  std::vector<double> numbers;
+  bool sound = true;
+  take_numbers(node.IsMap() ? node["data"] : node, numbers, sound);
+  if (!sound || numbers.empty()) return std::nullopt;
+  return numbers;
+}
+
+Expected<Content> hand_eye(const YAML::Node& node, bool on_hand, const std::string& source) {
+  std::array<double, 7> v{};
+  const char* const keys[] = {"qw", "qx", "qy", "qz", "x", "y", "z"};
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    const auto number = number_at(node[keys[i]]);
+    if (!number) return wrong_use("{}: transformation.{} is no number", source, keys[i]);
+    v[i] = *number;
+  }
+  const Quaternion q(v[0], v[1], v[2], v[3]);
+  if (!(std::abs(q.norm() - 1.0) < 0.02))
+    return wrong_use("{}: the quaternion has length {:.4g}, a rotation (length 1) is expected", source, q.norm());
+  Transform transform;
+  transform.matrix.topLeftCorner<3, 3>() = q.normalized().toRotationMatrix();
+  transform.matrix.topRightCorner<3, 1>() = Vector3(v[4], v[5], v[6]);
+  if (!(Vector3(v[4], v[5], v[6]).cwiseAbs().maxCoeff() <= kFarthestPlace))
+    return wrong_use("{}: the translation is too large; metres are expected", source);
+  return Content{"a result of easy_handeye",
+                 on_hand ? "the camera in the effector, m" : "the camera in the robot's base, m", transform};
+}
+
+Expected<Content> content_of(const YAML::Node& root, const std::string& source, std::string_view content) {
+  if (root.IsMap() && root["transformation"].IsDefined() && root["transformation"].IsMap()) {
+    const auto parameters = root["parameters"];
+    const auto where = parameters.IsDefined() && parameters.IsMap() ? parameters["eye_on_hand"] : root["eye_on_hand"];
+    return hand_eye(root["transformation"], where.IsDefined() && where.IsScalar() && where.Scalar() == "true", source);
+  }
+  const NumbersAt numbers_at = [&root](const std::string& key) -> std::optional<std::vector<double>> {
+    if (!root.IsMap()) return std::nullopt;
+    return numbers_in(root[key]);
+  };
+  if (!has_lens(numbers_at))
+    return wrong_use(
+        "{}: is YAML of a kind that is not known here; a lens (camera_matrix), or a transformation of easy_handeye, is expected",
+        source);
+  const bool ros = root["distortion_model"].IsDefined() || root["camera_name"].IsDefined();
+  const std::string model = root["distortion_model"].IsDefined() && root["distortion_model"].IsScalar()
+                                ? root["distortion_model"].Scalar()
+                                : std::string();
+  const auto lens = lens_of(numbers_at, model, source);
+  if (!lens) return tl::unexpected(lens.error());
+  return Content{ros                                                   ? "a camera_info of ROS"
+                 : content.starts_with("%YAML:1.0") ? "a lens of OpenCV (YAML)"
+                                                    : "a lens in YAML",
+                 "px, k1 k2 p1 p2 k3", *lens};
+}
+
+}  // namespace
+
+bool is_yaml(std::string_view content) {
+  if (content.starts_with("%YAML")) return true;
+  while (const auto raw = next_line(content)) {
+    const auto line = trimmed(*raw);
+    if (line.empty() || line.front() == '#' || line == "---") continue;
+    const auto colon = line.find(':');
+    if (colon == std::string_view::npos || colon == 0) return false;
+    if (colon + 1 < line.size() && line[colon + 1] != ' ') return false;
+    return line.find_first_of("{[,;\t=") >= colon;
+  }
+  return false;
+}
+
+Expected<Content> read_yaml(const Source& source) {
+  std::string_view content = source.content;
+  if (content.size() > kMostBytesOfAFew)
+    return wrong_use("{}: is YAML of more than {} bytes; a lens or a transform is expected", source.name,
+                     kMostBytesOfAFew);
+  if (content.starts_with("%YAML")) next_line(content);
+  try {
+    return content_of(YAML::Load(std::string(content)), source.name, source.content);
+  } catch (const YAML::Exception& error) {
+    return wrong_use("{}:{}: is no sound YAML ({})", source.name, error.mark.line + 1, excerpt(error.msg, 120));
+  }
+}
+
+}  // namespace palpate::formats

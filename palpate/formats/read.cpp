@@ -1,0 +1,68 @@
+#include "palpate/formats/read.h"
+
+#include "palpate/core/file.h"
+#include "palpate/core/file_form.h"
+#include "palpate/formats/internal/forms.h"
+
+namespace palpate::formats {
+namespace {
+
+struct Form {
+  std::string_view name;
+  bool (*is)(std::string_view);
+  Expected<Content> (*read)(const Source&);
+};
+
+// The first that says yes.
+constexpr Form kForms[] = {
+    {"npy", is_numpy, read_numpy},
+    {"tfm", is_itk_transform, read_itk_transform},
+    {"fcsv", is_fiducials, read_fiducials},
+    {"sequence", is_sequence, read_sequence},
+    {"mrk-json", is_markups, read_markups},
+    {"json", is_lens_json, read_lens_json},
+    {"xml", is_xml, read_xml},
+    {"numbers", is_rows_of_numbers, read_rows_of_numbers},  // TUM, KITTI, matrices, points
+    {"table", is_table, read_table},
+    {"yaml", is_yaml, read_yaml},
+};
+
+// Of a kind that can be named, and not read at all.
+Expected<void> may_be_read(const Source& source) {
+  if (source.content.starts_with("MATLAB 5.0 MAT-file"))
+    return wrong_use("{}: is a file of MATLAB (.mat), which is not read; save -ascii, or writematrix, makes a text of it",
+                     source.name);
+  if (source.content.starts_with("\x89HDF"))
+    return wrong_use("{}: is an HDF5 file (.h5, .mat of version 7.3), which is not read; save it as text", source.name);
+  const auto words = words_of(form_of(source.content));
+  if (words.empty()) return {};
+  return wrong_use("{}: {}; poses, points, a lens or a transform are expected (docs/files-of-others.md)", source.name, words);
+}
+
+}  // namespace
+
+std::vector<std::string> form_names() {
+  std::vector<std::string> names;
+  for (const auto& form : kForms) names.emplace_back(form.name);
+  return names;
+}
+
+Expected<Content> parse(std::string_view content, const std::string& name, const ReadOptions& options) {
+  const Source source{without_byte_order_mark(content), name, options};
+  if (source.content.empty()) return wrong_use("{}: is empty", name);
+  for (const auto& form : kForms)
+    if (options.form.empty() ? form.is(source.content) : form.name == options.form) return form.read(source);
+  if (!options.form.empty())
+    return wrong_use("'{}' is no form that is read; there are {}", options.form, fmt::join(form_names(), ", "));
+  if (auto known = may_be_read(source); !known) return tl::unexpected(known.error());
+  return wrong_use(
+      "{}: is of no form that is known here; poses, points, a lens or a transform are expected (docs/files-of-others.md)", name);
+}
+
+Expected<Content> read(const std::filesystem::path& path, const ReadOptions& options) {
+  const auto content = read_file(path);
+  if (!content) return tl::unexpected(content.error());
+  return parse(*content, path.string(), options);
+}
+
+}  // namespace palpate::formats
