@@ -22,8 +22,8 @@ constexpr Form kForms[] = {
     {"mrk-json", is_markups, read_markups},
     {"json", is_lens_json, read_lens_json},
     {"xml", is_xml, read_xml},
-    {"numbers", is_rows_of_numbers, read_rows_of_numbers},  // TUM, KITTI, matrices, points
     {"table", is_table, read_table},
+    {"numbers", is_rows_of_numbers, read_rows_of_numbers},  // TUM, KITTI, matrices, points
     {"yaml", is_yaml, read_yaml},
 };
 

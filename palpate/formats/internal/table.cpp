@@ -56,7 +56,7 @@ bool says_seen(std::string_view state) {
 
 // Rz Ry Rx, degrees: R = Rz Ry Rx.
 void turn_angles(PoseNumbers& n) {
-  if (!n[3] || !n[4] || !n[5]) return;
+  if (!is_whole(n)) return;
   const auto rad = [](double degrees) { return degrees / kDegreesPerRadian; };
   const Quaternion q(Eigen::AngleAxisd(rad(*n[3]), Vector3::UnitZ()) * Eigen::AngleAxisd(rad(*n[4]), Vector3::UnitY()) *
                      Eigen::AngleAxisd(rad(*n[5]), Vector3::UnitX()));

@@ -113,8 +113,10 @@ bool take_ros(const Names& plain, TableHeader& header) {
       header.time = {TimeForm::seconds_and_nanoseconds, {*at, *rest}};
       return true;
     }
-  if (const auto at = with_end("header.stamp"))
-    header.time = {TimeForm::nanoseconds, {*at}};
+  if (const auto at = find(plain, "__time"))  // PlotJuggler's
+    header.time = {TimeForm::seconds, {*at}};
+  else if (const auto stamp = with_end("header.stamp"))
+    header.time = {TimeForm::nanoseconds, {*stamp}};
   else if (const auto other = first_of(names, {"time", "rosbagtimestamp", "timestamp", "stamp"}))
     header.time = {TimeForm::nanoseconds, {*other}};
   return true;
@@ -183,7 +185,7 @@ bool take_ndi(const std::vector<std::string_view>& written, const Names& names, 
 
 // x y z and a quaternion in seven columns, their names with one ending for each body ("Xa, Ya, Za, qoa, qxa, qya, qza").
 bool take_seven(const Names& names, TableHeader& header) {
-  bool ndi = false;
+  bool ndi = false, of_tum = false;
   for (std::size_t i = 0; i + 7 <= names.size(); ++i) {
     if (!names[i].starts_with("x") && !names[i].starts_with("tx")) continue;
     const std::string t = names[i].starts_with("t") ? "t" : "";
@@ -196,6 +198,7 @@ bool take_seven(const Names& names, TableHeader& header) {
       ndi |= is(3, "qo");
     } else if (is(3, "qx") && is(4, "qy") && is(5, "qz") && is(6, "qw")) {
       body.at = {i, i + 1, i + 2, i + 6, i + 3, i + 4, i + 5};
+      of_tum |= t == "t" && ending.empty();
     } else {
       continue;
     }
@@ -204,10 +207,11 @@ bool take_seven(const Names& names, TableHeader& header) {
     i += 6;
   }
   if (header.bodies.empty()) return false;
-  header.form = ndi ? "an export of NDI's combined API" : "a table of poses without a unit";
-  header.told = "x y z and a quaternion";
-  if (ndi)
-    for (auto& body : header.bodies) body.metres_per_unit = 1e-3;
+  header.form = ndi      ? "an export of NDI's combined API"
+                : of_tum ? "a TUM trajectory"
+                         : "a table of poses without a unit";
+  header.told = ndi ? "x y z and qo qx qy qz, mm" : of_tum ? "tx ty tz qx qy qz qw, s and m" : "x y z and a quaternion";
+  for (auto& body : header.bodies) body.metres_per_unit = ndi ? 1e-3 : of_tum ? 1.0 : 0.0;
   if (const auto day = find_all<4>(names, "", {"hour", "minutes", "seconds", "ms"}))
     header.time = {TimeForm::time_of_day, *day};
   return true;
