@@ -21,7 +21,7 @@ if(PALPATE_PYTHON AND PALPATE_LIBRARY AND NOT PALPATE_SANITIZE AND NOT PALPATE_P
   else()
     list(GET told 1 PALPATE_PYTHON_SUFFIX)
     set(PALPATE_PYTHON_INCLUDES ${PYBIND11_INCLUDE} ${include})
-    set(PALPATE_PYTHON_MODULES core math time figures experiment device rig calibration/noise calibration calibration/findings
+    set(PALPATE_PYTHON_MODULES core math time figures experiment device rig formats calibration/noise calibration calibration/findings
       vision record scene transport)
     # Debian's Python looks there below /usr, a prefix of one's own needs PYTHONPATH.
     set(PALPATE_PYTHON_FOLDER lib/python3/dist-packages CACHE STRING "Where the Python package is installed, below the prefix")

@@ -95,8 +95,34 @@ Expected<void> read_segments(PoseFile& file, const std::string& column) {
   return {};
 }
 
+// Rows in which none of these columns holds a finite number are taken out; how many there were.
+std::size_t leave_out_rows_without(const std::vector<std::size_t>& columns, CsvTable& table) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < table.rows.size(); ++i) {
+    if (std::all_of(columns.begin(), columns.end(),
+                    [&](std::size_t at) { return std::isnan(table.rows[i][at]); }))
+      continue;
+    if (kept != i) {
+      table.rows[kept] = std::move(table.rows[i]);
+      table.text[kept] = std::move(table.text[i]);
+      table.line[kept] = table.line[i];
+    }
+    ++kept;
+  }
+  const std::size_t left_out = table.rows.size() - kept;
+  if (left_out == 0) return 0;
+  table.rows.resize(kept), table.text.resize(kept), table.line.resize(kept);
+  for (std::size_t column = 0; column < table.no_number.size(); ++column) {
+    if (!table.no_number[column]) continue;
+    table.no_number[column].reset();
+    for (std::size_t i = 0; i < kept && !table.no_number[column]; ++i)
+      if (std::isnan(table.rows[i][column])) table.no_number[column] = i;
+  }
+  return left_out;
+}
+
 Expected<void> read_with_header(PoseFile& file) {
-  const CsvTable& table = file.table;
+  CsvTable& table = file.table;
   auto columns = find_pose_columns(table, "");
   if (!columns) columns = find_pose_columns(table, "marker_");
   std::vector<std::size_t> numbers;
@@ -113,6 +139,9 @@ Expected<void> read_with_header(PoseFile& file) {
   }
   if (columns)
     numbers = {columns->x, columns->y, columns->z, columns->qw, columns->qx, columns->qy, columns->qz};
+  file.left_out = leave_out_rows_without(numbers, table);
+  if (table.rows.empty() && file.left_out > 0)
+    return wrong_use("{}: the body is seen in none of {}", table.source, counted(file.left_out, "row"));
   if (const auto fine = table.require_numbers(numbers); !fine) return tl::unexpected(fine.error());
   const auto time = table.find("time_s");
   file.has_time = time.has_value();
@@ -270,7 +299,7 @@ Expected<PoseFile> read_poses(const fs::path& path, const PoseFileOptions& optio
 Expected<PoseFile> parse_poses(std::string_view content, std::string source, const PoseFileOptions& options) {
   PoseFile file;
   if (is_transform_sequence(content)) {
-    auto poses = parse_transform_sequence(content, source, options.transform);
+    auto poses = parse_transform_sequence(content, source, options.transform, &file.left_out);
     if (!poses) return tl::unexpected(poses.error());
     if (!options.segment_column.empty())
       return wrong_use("{}: a transform sequence has no column '{}'", source, options.segment_column);

@@ -9,6 +9,7 @@
 //    once; 12 or 16 columns: row-major matrices in mm;
 //  - PLUS / 3D Slicer sequences (.igs.mha): mm; frames whose status is not OK are left out;
 //  - a folder of text files (.txt, .csv, .dat), one row-major 4x4 matrix in mm each, in name order.
+// Rows in which no cell of the pose is a number are left out: the body was hidden.
 // The pose maps coordinates of the tracked body to the frame it is reported in. Errors: wrong use, with file
 // and line.
 #pragma once
@@ -41,6 +42,7 @@ struct PoseFile {
   bool has_time = false;
   std::vector<StampedPose> poses;
   std::vector<std::string> segments;  // labels, in order of appearance
+  std::size_t left_out = 0;           // rows and frames in which the body was hidden
   CsvTable table;  // all columns as read, row i belongs to pose i; empty for the other forms
 };
 

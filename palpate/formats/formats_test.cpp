@@ -45,20 +45,31 @@ TEST(Formats, OnePoseInEveryFormThatTablesHave) {
       {"tabs", "12.5\t0.1\t-0.2\t0.3\t0.5\t-0.5\t0.5\t0.5\r\n"},
       {"decimal commas", "time_s;x_mm;y_mm;z_mm;qw;qx;qy;qz\n12,5;100;-200;300;0,5;0,5;-0,5;0,5\n"},
       {"blanks and names", "time_s x_m y_m z_m qw qx qy qz\n12.5 0.1 -0.2 0.3 0.5 0.5 -0.5 0.5\n"},
-      {"rostopic echo", "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.pose.position.x,field.pose.position.y,"
-                        "field.pose.position.z,field.pose.orientation.x,field.pose.orientation.y,field.pose.orientation.z,"
-                        "field.pose.orientation.w\n13000000000,1,12500000000,world,0.1,-0.2,0.3,0.5,-0.5,0.5,0.5\n"},
-      {"a stamp in two", "time, .header.stamp.secs, .header.stamp.nsecs, .pose.pose.position.x, .pose.pose.position.y, "
-                         ".pose.pose.position.z, .pose.covariance, .pose.pose.orientation.x, .pose.pose.orientation.y, "
-                         ".pose.pose.orientation.z, .pose.pose.orientation.w\n1, 12, 500000000, 0.1, -0.2, 0.3, \"(0.0, 1.0)\", 0.5, -0.5, 0.5, "
-                         "0.5\n"},
-      {"PlotJuggler", "__time,/pose/pose/position/x,/pose/pose/position/y,/pose/pose/position/z,/pose/pose/orientation/x,"
-                      "/pose/pose/orientation/y,/pose/pose/orientation/z,/pose/pose/orientation/w\n"
-                      "12.5,0.1,-0.2,0.3,0.5,-0.5,0.5,0.5\n"},
-      {"EuRoC", "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [], v_RS_R_x [m s^-1]\n"
-                "12500000000,0.1,-0.2,0.3,0.5,0.5,-0.5,0.5,9\n"},
-      {"NDI", "Time,Tool,Frame,State,Q0,Qx,Qy,Qz,Tx,Ty,Tz,Error\n12.5,x,7,OK,0.5,0.5,-0.5,0.5,100,-200,300,0.1\n"},
-      {"combined API", "Test Date:\nSample:,Hour,Minutes,Seconds,ms,Xa,Ya,Za,qoa,qxa,qya,qza\n1,0,0,12,500,100,-200,300,0.5,0.5,-0.5,0.5,\n"},
+      {"rostopic echo",
+       "%time,field.header.seq,field.header.stamp,field.header.frame_id,field.pose.position.x,field.pose."
+       "position.y,"
+       "field.pose.position.z,field.pose.orientation.x,field.pose.orientation.y,field.pose.orientation.z,"
+       "field.pose.orientation.w\n13000000000,1,12500000000,world,0.1,-0.2,0.3,0.5,-0.5,0.5,0.5\n"},
+      {"a stamp in two",
+       "time, .header.stamp.secs, .header.stamp.nsecs, .pose.pose.position.x, .pose.pose.position.y, "
+       ".pose.pose.position.z, .pose.covariance, .pose.pose.orientation.x, .pose.pose.orientation.y, "
+       ".pose.pose.orientation.z, .pose.pose.orientation.w\n1, 12, 500000000, 0.1, -0.2, 0.3, \"(0.0, "
+       "1.0)\", 0.5, -0.5, 0.5, "
+       "0.5\n"},
+      {"PlotJuggler",
+       "__time,/pose/pose/position/x,/pose/pose/position/y,/pose/pose/position/z,/pose/pose/orientation/x,"
+       "/pose/pose/orientation/y,/pose/pose/orientation/z,/pose/pose/orientation/w\n"
+       "12.5,0.1,-0.2,0.3,0.5,-0.5,0.5,0.5\n"},
+      {"EuRoC",
+       "#timestamp, p_RS_R_x [m], p_RS_R_y [m], p_RS_R_z [m], q_RS_w [], q_RS_x [], q_RS_y [], q_RS_z [], "
+       "v_RS_R_x [m s^-1]\n"
+       "12500000000,0.1,-0.2,0.3,0.5,0.5,-0.5,0.5,9\n"},
+      {"NDI",
+       "Time,Tool,Frame,State,Q0,Qx,Qy,Qz,Tx,Ty,Tz,Error\n12.5,x,7,OK,0.5,0.5,-0.5,0.5,100,-200,300,0.1\n"},
+      {"combined API",
+       "Test "
+       "Date:\nSample:,Hour,Minutes,Seconds,ms,Xa,Ya,Za,qoa,qxa,qya,qza\n1,0,0,12,500,100,-200,300,0.5,0.5,-"
+       "0.5,0.5,\n"},
   };
   for (const auto& [name, content] : tables) {
     SCOPED_TRACE(name);
@@ -80,12 +91,19 @@ TEST(Formats, AnglesOfNdiAreTurnsAboutZThenYThenX) {
 
 TEST(Formats, RowsInWhichTheBodyWasHiddenAreLeftOutAndCounted) {
   const std::string header = "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,State\n", seen = "0,1,2,3,1,0,0,0,OK\n";
-  EXPECT_EQ(read_as<Poses>(header + seen + "1,,,,,,,,MISSING\n2,nan,nan,nan,nan,nan,nan,nan,x\n3,0,0,0,0,0,0,0,x\n").left_out, 3u);
-  EXPECT_TRUE(holds(refusal(header + seen + "1,1,2,nan,1,0,0,0,OK\n"), "file:3: a part of the pose is missing"));
-  EXPECT_TRUE(holds(refusal(header + seen + "1,1,2,north,1,0,0,0,OK\n"), "file:3: 'north' is no finite number"));
+  EXPECT_EQ(
+      read_as<Poses>(header + seen + "1,,,,,,,,MISSING\n2,nan,nan,nan,nan,nan,nan,nan,x\n3,0,0,0,0,0,0,0,x\n")
+          .left_out,
+      3u);
+  EXPECT_TRUE(
+      holds(refusal(header + seen + "1,1,2,nan,1,0,0,0,OK\n"), "file:3: a part of the pose is missing"));
+  EXPECT_TRUE(
+      holds(refusal(header + seen + "1,1,2,north,1,0,0,0,OK\n"), "file:3: 'north' is no finite number"));
   const std::string tool = "Frame,State,Q0,Qx,Qy,Qz,Tx,Ty,Tz\n";
-  const auto poses = read_as<Poses>(tool + "1,OK,1,0,0,0,1,2,3\n2,Tool Missing,1,0,0,0,1,2,3\n"
-                                           "3,OK,-3.697314E28,-3.697314E28,-3.697314E28,-3.697314E28,-3.697314E28,-3.697314E28,-3.697314E28\n");
+  const auto poses = read_as<Poses>(
+      tool +
+      "1,OK,1,0,0,0,1,2,3\n2,Tool Missing,1,0,0,0,1,2,3\n"
+      "3,OK,-3.697314E28,-3.697314E28,-3.697314E28,-3.697314E28,-3.697314E28,-3.697314E28,-3.697314E28\n");
   EXPECT_EQ(poses.poses.size(), 1u);
   EXPECT_EQ(poses.left_out, 2u);
   EXPECT_FALSE(poses.has_time) << "a frame's number is no time";
@@ -94,12 +112,17 @@ TEST(Formats, RowsInWhichTheBodyWasHiddenAreLeftOutAndCounted) {
 }
 
 TEST(Formats, OfSeveralToolsSideBySideOneHasToBeNamed) {
-  const std::string two = "Wav Time\tleft\tFrame\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\tright\tFrame\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\n"
-                          "1.5\tleft\t1\tOK\t1\t0\t0\t0\t1\t2\t3\tright\t1\tOK\t1\t0\t0\t0\t4\t5\t6\n";
-  EXPECT_TRUE(holds(refusal(two), "2 tools side by side (left, right); name one: --tool NAME"));
+  const std::string two =
+      "Wav "
+      "Time\tleft\tFrame\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\tright\tFrame\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz"
+      "\n"
+      "1.5\tleft\t1\tOK\t1\t0\t0\t0\t1\t2\t3\tright\t1\tOK\t1\t0\t0\t0\t4\t5\t6\n";
+  EXPECT_TRUE(
+      holds(refusal(two), "2 tools side by side (left, right); name one (palpate convert --tool NAME)"));
   ReadOptions options;
   options.tool = "right";
-  EXPECT_LT((read_as<Poses>(two, options).poses.at(0).translation - Vector3(0.004, 0.005, 0.006)).norm(), 1e-12);
+  EXPECT_LT((read_as<Poses>(two, options).poses.at(0).translation - Vector3(0.004, 0.005, 0.006)).norm(),
+            1e-12);
   options.tool = "middle";
   EXPECT_TRUE(holds(refusal(two, options), "without a tool 'middle'; there are left, right"));
 }
@@ -109,19 +132,25 @@ TEST(Formats, AUnitThatNobodySaysIsAskedFor) {
   ReadOptions mm;
   mm.metres_per_unit = 1e-3;
   for (const std::string& content : {matrix, std::string("x,y,z,qw,qx,qy,qz\n10,20,30,1,0,0,0\n")}) {
-    EXPECT_TRUE(holds(refusal(content), "--unit mm or --unit m"));
-    EXPECT_LT((read_as<Poses>(content, mm).poses.at(0).translation - Vector3(0.01, 0.02, 0.03)).norm(), 1e-12);
+    EXPECT_TRUE(holds(refusal(content), "palpate convert --unit mm, or m"));
+    EXPECT_LT((read_as<Poses>(content, mm).poses.at(0).translation - Vector3(0.01, 0.02, 0.03)).norm(),
+              1e-12);
   }
-  EXPECT_LT((read_as<Poses>("1 0 0 10 0 1 0 20 0 0 1 30\n").poses.at(0).translation - Vector3(10, 20, 30)).norm(), 1e-12)
+  EXPECT_LT(
+      (read_as<Poses>("1 0 0 10 0 1 0 20 0 0 1 30\n").poses.at(0).translation - Vector3(10, 20, 30)).norm(),
+      1e-12)
       << "KITTI: m";
   const std::string blocks = "1 0 0 10\n0 1 0 20\n0 0 1 30\n0 0 0 1\n";
-  EXPECT_LT((read_as<Transform>(blocks).matrix.topRightCorner<3, 1>() - Vector3(0.01, 0.02, 0.03)).norm(), 1e-12);
+  EXPECT_LT((read_as<Transform>(blocks).matrix.topRightCorner<3, 1>() - Vector3(0.01, 0.02, 0.03)).norm(),
+            1e-12);
   EXPECT_EQ(read_as<Poses>(blocks + "\n" + blocks).poses.size(), 2u);
 }
 
 TEST(Formats, PointsOfSlicerAreLps) {
-  const std::string fcsv = "# Markups fiducial file version = 4.11\n# CoordinateSystem = SYSTEM\n# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,"
-                           "lock,label,desc,associatedNodeID\n1,10,20,30,0,0,0,1,1,1,0,\"F, 1\",,\n";
+  const std::string fcsv =
+      "# Markups fiducial file version = 4.11\n# CoordinateSystem = SYSTEM\n# columns = "
+      "id,x,y,z,ow,ox,oy,oz,vis,sel,"
+      "lock,label,desc,associatedNodeID\n1,10,20,30,0,0,0,1,1,1,0,\"F, 1\",,\n";
   const auto with = [&](const std::string& system) {
     std::string text = fcsv;
     return text.replace(text.find("SYSTEM"), 6, system);
@@ -132,21 +161,25 @@ TEST(Formats, PointsOfSlicerAreLps) {
     EXPECT_EQ(points.labels.at(0), "F, 1");
   }
   for (const char* system : {"RAS", "0"})
-    EXPECT_LT((read_as<Points>(with(system)).places.at(0) - Vector3(-0.01, -0.02, 0.03)).norm(), 1e-12) << system;
+    EXPECT_LT((read_as<Points>(with(system)).places.at(0) - Vector3(-0.01, -0.02, 0.03)).norm(), 1e-12)
+        << system;
   EXPECT_TRUE(holds(refusal(with("IJK")), "the coordinate system is 'IJK'"));
   const std::string json = R"({"markups": [{"type": "Fiducial", "coordinateSystem": "RAS", "controlPoints": [
       {"label": "A", "position": [10, 20, 30]}, {"label": "never placed", "position": [0, 0, 0], "positionStatus": "undefined"}]}]})";
   const auto points = read_as<Points>(json);
   ASSERT_EQ(points.places.size(), 1u);
   EXPECT_LT((points.places[0] - Vector3(-0.01, -0.02, 0.03)).norm(), 1e-12);
-  EXPECT_TRUE(holds(refusal(R"({"markups": [{"controlPoints": [{"label": "A", "position": [1, 2]}]}]})"), "'A' is no list of three"));
-  EXPECT_TRUE(holds(refusal("{\"markups\": " + std::string(5000, '[') + std::string(5000, ']') + "}"), "nested too deep"));
+  EXPECT_TRUE(holds(refusal(R"({"markups": [{"controlPoints": [{"label": "A", "position": [1, 2]}]}]})"),
+                    "'A' is no list of three"));
+  EXPECT_TRUE(holds(refusal("{\"markups\": " + std::string(5000, '[') + std::string(5000, ']') + "}"),
+                    "nested too deep"));
 }
 
 TEST(Formats, TransformsOfItkAreAsItStoresThem) {
-  const auto tfm = [](const std::string& kind, const std::string& parameters, const std::string& fixed = "0 0 0") {
-    return "#Insight Transform File V1.0\n#Transform 0\nTransform: " + kind + "_double_3_3\nParameters: " + parameters +
-           "\nFixedParameters: " + fixed + "\n";
+  const auto tfm = [](const std::string& kind, const std::string& parameters,
+                      const std::string& fixed = "0 0 0") {
+    return "#Insight Transform File V1.0\n#Transform 0\nTransform: " + kind +
+           "_double_3_3\nParameters: " + parameters + "\nFixedParameters: " + fixed + "\n";
   };
   Eigen::Matrix4d expected = Eigen::Matrix4d::Identity();
   expected.topLeftCorner<3, 3>() = Eigen::AngleAxisd(M_PI / 2, Vector3::UnitZ()).toRotationMatrix();
@@ -160,22 +193,29 @@ TEST(Formats, TransformsOfItkAreAsItStoresThem) {
         {"Similarity3DTransform", "0 0 " + h + " 1 2 3 1"},
         {"QuaternionRigidTransform", "0 0 " + h + " " + h + " 1 2 3"}})
     EXPECT_LT((read_as<Transform>(tfm(kind, parameters, "10 20 30")).matrix - expected).norm(), 1e-9) << kind;
-  const Matrix3 zxy = read_as<Transform>(tfm("Euler3DTransform", "0.1 0.2 0.3 0 0 0")).matrix.topLeftCorner<3, 3>();
+  const Matrix3 zxy =
+      read_as<Transform>(tfm("Euler3DTransform", "0.1 0.2 0.3 0 0 0")).matrix.topLeftCorner<3, 3>();
   const Matrix3 X = Eigen::AngleAxisd(0.1, Vector3::UnitX()).toRotationMatrix(),
                 Y = Eigen::AngleAxisd(0.2, Vector3::UnitY()).toRotationMatrix(),
                 Z = Eigen::AngleAxisd(0.3, Vector3::UnitZ()).toRotationMatrix();
   EXPECT_LT((zxy - Z * X * Y).norm(), 1e-12);
-  const Matrix3 zyx = read_as<Transform>(tfm("Euler3DTransform", "0.1 0.2 0.3 0 0 0", "0 0 0 1")).matrix.topLeftCorner<3, 3>();
+  const Matrix3 zyx = read_as<Transform>(tfm("Euler3DTransform", "0.1 0.2 0.3 0 0 0", "0 0 0 1"))
+                          .matrix.topLeftCorner<3, 3>();
   EXPECT_LT((zyx - Z * Y * X).norm(), 1e-12);
   EXPECT_TRUE(holds(refusal(tfm("BSplineTransform", "1 2 3")), "bends space"));
   EXPECT_TRUE(holds(refusal(tfm("AffineTransform", "1 2 3")), "with 3 parameters"));
-  EXPECT_TRUE(holds(refusal(tfm("AffineTransform", "0 -1 0 1 0 0 0 0 1 1 2 nan")), "'nan' is no finite number"));
-  EXPECT_TRUE(holds(refusal(tfm("IdentityTransform", "") + "Transform: IdentityTransform_double_3_3\n"), "holds 2 transforms"));
+  EXPECT_TRUE(
+      holds(refusal(tfm("AffineTransform", "0 -1 0 1 0 0 0 0 1 1 2 nan")), "'nan' is no finite number"));
+  EXPECT_TRUE(holds(refusal(tfm("IdentityTransform", "") + "Transform: IdentityTransform_double_3_3\n"),
+                    "holds 2 transforms"));
 }
 
-constexpr const char* kLens = "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   "
-                              "dt: d\n   data: [ 500., 0., 320., 0., 510., 240., 0., 0., 1. ]\ndistortion_coefficients: !!opencv-matrix\n   "
-                              "rows: 1\n   cols: N\n   dt: d\n   data: [ K ]\n";
+constexpr const char* kLens =
+    "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   "
+    "cols: 3\n   "
+    "dt: d\n   data: [ 500., 0., 320., 0., 510., 240., 0., 0., 1. ]\ndistortion_coefficients: "
+    "!!opencv-matrix\n   "
+    "rows: 1\n   cols: N\n   dt: d\n   data: [ K ]\n";
 
 std::string lens_with(const std::string& coefficients) {
   std::string text = kLens;
@@ -192,8 +232,10 @@ TEST(Formats, ALensOfFiveCoefficientsIsReadAndOneOfMoreIsNamed) {
   EXPECT_EQ(lens.size, (std::array{640, 480}));
   EXPECT_EQ(read_as<Lens>(lens_with("0.1, -0.2, 0.001, 0.002")).distortion[4], 0.0);
   EXPECT_EQ(read_as<Lens>(lens_with("0.1, -0.2, 0.001, 0.002, 0, 0, 0, 0")).distortion[1], -0.2);
-  EXPECT_TRUE(holds(refusal(lens_with("0.1, -0.2, 0.001, 0.002, 0, 1, 0, 0")), "6 distortion coefficients, of a rational lens"));
-  EXPECT_TRUE(holds(refusal("camera_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, 1]}\ndistortion_model: equidistant\n"
+  EXPECT_TRUE(holds(refusal(lens_with("0.1, -0.2, 0.001, 0.002, 0, 1, 0, 0")),
+                    "6 distortion coefficients, of a rational lens"));
+  EXPECT_TRUE(holds(refusal("camera_matrix: {rows: 3, cols: 3, data: [1, 0, 0, 0, 1, 0, 0, 0, "
+                            "1]}\ndistortion_model: equidistant\n"
                             "distortion_coefficients: {data: [1, 2, 3, 4]}\n"),
                     "fisheye"));
   EXPECT_TRUE(holds(refusal("camera_matrix: {data: [1, 0, 0, 0, 1, 0, 0, 0]}\n"), "no camera matrix of 3x3"));
@@ -203,15 +245,18 @@ TEST(Formats, ALensOfFiveCoefficientsIsReadAndOneOfMoreIsNamed) {
 
 TEST(Formats, TheCameraInTheEffectorOfEasyHandeye) {
   const auto transform = read_as<Transform>(
-      "parameters:\n  eye_on_hand: true\ntransformation:\n  qw: 0.5\n  qx: 0.5\n  qy: -0.5\n  qz: 0.5\n  x: 0.1\n  y: -0.2\n  z: 0.3\n");
+      "parameters:\n  eye_on_hand: true\ntransformation:\n  qw: 0.5\n  qx: 0.5\n  qy: -0.5\n  qz: 0.5\n  x: "
+      "0.1\n  y: -0.2\n  z: 0.3\n");
   EXPECT_LT((transform.matrix.topRightCorner<3, 1>() - kPlace).norm(), 1e-12);
   EXPECT_LT((transform.matrix.topLeftCorner<3, 3>() - kTurn.toRotationMatrix()).norm(), 1e-12);
-  EXPECT_TRUE(holds(refusal("transformation:\n  qw: 2\n  qx: 0\n  qy: 0\n  qz: 0\n  x: 0\n  y: 0\n  z: 0\n"), "length 2"));
+  EXPECT_TRUE(holds(refusal("transformation:\n  qw: 2\n  qx: 0\n  qy: 0\n  qz: 0\n  x: 0\n  y: 0\n  z: 0\n"),
+                    "length 2"));
 }
 
 // As numpy.lib.format describes it.
 std::string npy(const std::string& shape, bool columns_first, const std::vector<double>& values) {
-  std::string header = "{'descr': '<f8', 'fortran_order': " + std::string(columns_first ? "True" : "False") + ", 'shape': (" + shape + "), }";
+  std::string header = "{'descr': '<f8', 'fortran_order': " + std::string(columns_first ? "True" : "False") +
+                       ", 'shape': (" + shape + "), }";
   header.resize((10 + header.size() + 64) / 64 * 64 - 11, ' ');
   header += '\n';
   std::string text("\x93NUMPY\x01\x00", 8);
@@ -248,7 +293,8 @@ TEST(Formats, WhatIsWrittenIsReadBackTheSame) {
   const Points points{{kPlace, -kPlace}, {"a", "b, c"}};
   int written = 0;
   for (const auto& form : written_forms())
-    for (const Content& content : {Content{"", "", poses}, Content{"", "", points}, Content{"", "", lens}, Content{"", "", transform}}) {
+    for (const Content& content : {Content{"", "", poses}, Content{"", "", points}, Content{"", "", lens},
+                                   Content{"", "", transform}}) {
       SCOPED_TRACE(form.name);
       const auto text = text_of(content, form);
       if (!text) {

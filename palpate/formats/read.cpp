@@ -3,6 +3,8 @@
 #include "palpate/core/file.h"
 #include "palpate/core/file_form.h"
 #include "palpate/formats/internal/forms.h"
+#include "palpate/formats/internal/text_table.h"
+#include "palpate/formats/tables.h"
 
 namespace palpate::formats {
 namespace {
@@ -30,13 +32,16 @@ constexpr Form kForms[] = {
 // Of a kind that can be named, and not read at all.
 Expected<void> may_be_read(const Source& source) {
   if (source.content.starts_with("MATLAB 5.0 MAT-file"))
-    return wrong_use("{}: is a file of MATLAB (.mat), which is not read; save -ascii, or writematrix, makes a text of it",
-                     source.name);
+    return wrong_use(
+        "{}: is a file of MATLAB (.mat), which is not read; save -ascii, or writematrix, makes a text of it",
+        source.name);
   if (source.content.starts_with("\x89HDF"))
-    return wrong_use("{}: is an HDF5 file (.h5, .mat of version 7.3), which is not read; save it as text", source.name);
+    return wrong_use("{}: is an HDF5 file (.h5, .mat of version 7.3), which is not read; save it as text",
+                     source.name);
   const auto words = words_of(form_of(source.content));
   if (words.empty()) return {};
-  return wrong_use("{}: {}; poses, points, a lens or a transform are expected (docs/files-of-others.md)", source.name, words);
+  return wrong_use("{}: {}; poses, points, a lens or a transform are expected (docs/files-of-others.md)",
+                   source.name, words);
 }
 
 }  // namespace
@@ -47,16 +52,30 @@ std::vector<std::string> form_names() {
   return names;
 }
 
+bool is_of_others(std::string_view content) {
+  content = without_byte_order_mark(content);
+  for (const auto& form : kForms) {
+    if (!form.is(content)) continue;
+    if (form.name == "table") return !is_own_table(content);
+    if (form.name == "numbers") return separation_of(content).separator != ',';
+    return form.name != "sequence";
+  }
+  return false;
+}
+
 Expected<Content> parse(std::string_view content, const std::string& name, const ReadOptions& options) {
   const Source source{without_byte_order_mark(content), name, options};
   if (source.content.empty()) return wrong_use("{}: is empty", name);
   for (const auto& form : kForms)
     if (options.form.empty() ? form.is(source.content) : form.name == options.form) return form.read(source);
   if (!options.form.empty())
-    return wrong_use("'{}' is no form that is read; there are {}", options.form, fmt::join(form_names(), ", "));
+    return wrong_use("'{}' is no form that is read; there are {}", options.form,
+                     fmt::join(form_names(), ", "));
   if (auto known = may_be_read(source); !known) return tl::unexpected(known.error());
   return wrong_use(
-      "{}: is of no form that is known here; poses, points, a lens or a transform are expected (docs/files-of-others.md)", name);
+      "{}: is of no form that is known here; poses, points, a lens or a transform are expected "
+      "(docs/files-of-others.md)",
+      name);
 }
 
 Expected<Content> read(const std::filesystem::path& path, const ReadOptions& options) {

@@ -16,8 +16,8 @@
 namespace palpate::formats {
 
 struct ReadOptions {
-  std::string form;            // one of form_names(); empty: found by itself
-  std::string tool;            // which body, where a file holds several side by side; a sequence's transform AToB
+  std::string form;  // one of form_names(); empty: found by itself
+  std::string tool;  // which body, where a file holds several side by side; a sequence's transform AToB
   double metres_per_unit = 0;  // of a file that does not say; 0: unknown
 };
 

@@ -81,7 +81,8 @@ Expected<std::string> euroc(const Content& content) {
       "#timestamp [ns],p_RS_R_x [m],p_RS_R_y [m],p_RS_R_z [m],q_RS_w [],q_RS_x [],q_RS_y [],q_RS_z []\n";
   for (const auto& pose : poses->poses) {
     const auto& [t, q] = std::tie(pose.translation, pose.rotation);
-    text += fmt::format("{}", std::llround(1e9 * std::min(std::abs(pose.time_s), 9e9)) * (pose.time_s < 0 ? -1 : 1));
+    text += fmt::format(
+        "{}", std::llround(1e9 * std::min(std::abs(pose.time_s), 9e9)) * (pose.time_s < 0 ? -1 : 1));
     for (const double value : {t.x(), t.y(), t.z(), q.w(), q.x(), q.y(), q.z()}) text += ',' + digits(value);
     text += '\n';
   }
@@ -104,7 +105,10 @@ Expected<std::string> markups(const Content& content) {
        "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/Markups/Resources/Schema/"
        "markups-schema-v1.0.3.json#"},
       {"markups",
-       {{{"type", "Fiducial"}, {"coordinateSystem", "LPS"}, {"coordinateUnits", "mm"}, {"controlPoints", list}}}}};
+       {{{"type", "Fiducial"},
+         {"coordinateSystem", "LPS"},
+         {"coordinateUnits", "mm"},
+         {"controlPoints", list}}}}};
   return escaped_json(json.dump(2, ' ', false, Json::error_handler_t::replace)) + "\n";
 }
 
@@ -129,22 +133,29 @@ Expected<std::string> opencv(const Content& content) {
   const auto* lens = std::get_if<Lens>(&content.value);
   if (lens == nullptr) return no_place_for(content, "opencv", "a lens");
   std::string text = "%YAML:1.0\n---\n";
-  if (lens->size) text += fmt::format("image_width: {}\nimage_height: {}\n", (*lens->size)[0], (*lens->size)[1]);
-  text += fmt::format("camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ {} ]\n", matrix_of(*lens));
-  text += fmt::format("distortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: 5\n   dt: d\n   data: [ {} ]\n",
-                      list_of(*lens));
+  if (lens->size)
+    text += fmt::format("image_width: {}\nimage_height: {}\n", (*lens->size)[0], (*lens->size)[1]);
+  text += fmt::format("camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [ {} ]\n",
+                      matrix_of(*lens));
+  text += fmt::format(
+      "distortion_coefficients: !!opencv-matrix\n   rows: 1\n   cols: 5\n   dt: d\n   data: [ {} ]\n",
+      list_of(*lens));
   return text;
 }
 
 Expected<std::string> camera_info(const Content& content) {
   const auto* lens = std::get_if<Lens>(&content.value);
-  if (lens == nullptr || !lens->size) return no_place_for(content, "camera-info", "a lens and the picture's size");
+  if (lens == nullptr || !lens->size)
+    return no_place_for(content, "camera-info", "a lens and the picture's size");
   return fmt::format(
-      "image_width: {}\nimage_height: {}\ncamera_name: camera\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: [{}]\n"
+      "image_width: {}\nimage_height: {}\ncamera_name: camera\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: "
+      "[{}]\n"
       "distortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [{}]\n"
       "rectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]\n"
-      "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [{}, 0.0, {}, 0.0, 0.0, {}, {}, 0.0, 0.0, 0.0, 1.0, 0.0]\n",
-      (*lens->size)[0], (*lens->size)[1], matrix_of(*lens), list_of(*lens), lens->fx, lens->cx, lens->fy, lens->cy);
+      "projection_matrix:\n  rows: 3\n  cols: 4\n  data: [{}, 0.0, {}, 0.0, 0.0, {}, {}, 0.0, 0.0, 0.0, 1.0, "
+      "0.0]\n",
+      (*lens->size)[0], (*lens->size)[1], matrix_of(*lens), list_of(*lens), lens->fx, lens->cx, lens->fy,
+      lens->cy);
 }
 
 Expected<std::string> matrix_text(const Content& content) {
@@ -153,7 +164,8 @@ Expected<std::string> matrix_text(const Content& content) {
   Eigen::Matrix4d m = transform->matrix;
   m.topRightCorner<3, 1>() *= kMillimetresPerMetre;
   std::string text;
-  for (Eigen::Index r = 0; r < 4; ++r) text += fmt::format("{} {} {} {}\n", m(r, 0), m(r, 1), m(r, 2), length(m(r, 3)));
+  for (Eigen::Index r = 0; r < 4; ++r)
+    text += fmt::format("{} {} {} {}\n", m(r, 0), m(r, 1), m(r, 2), length(m(r, 3)));
   return text;
 }
 
@@ -166,7 +178,8 @@ Expected<std::string> itk(const Content& content) {
     for (Eigen::Index c = 0; c < 3; ++c) numbers += digits(m(r, c)) + ' ';
   const Vector3 mm = kMillimetresPerMetre * m.topRightCorner<3, 1>();
   return fmt::format(
-      "#Insight Transform File V1.0\n#Transform 0\nTransform: AffineTransform_double_3_3\nParameters: {}{} {} {}\n"
+      "#Insight Transform File V1.0\n#Transform 0\nTransform: AffineTransform_double_3_3\nParameters: {}{} "
+      "{} {}\n"
       "FixedParameters: 0 0 0\n",
       numbers, length(mm.x()), length(mm.y()), length(mm.z()));
 }
@@ -208,11 +221,13 @@ Expected<WrittenForm> written_form(const std::filesystem::path& path, const std:
   std::string known;
   for (const auto& form : written_forms()) {
     known += (known.empty() ? "" : ", ") + (wanted.empty() ? form.ending : form.name);
-    const bool fits = wanted.empty() ? !form.ending.empty() && name.ends_with(form.ending) : form.name == wanted;
+    const bool fits =
+        wanted.empty() ? !form.ending.empty() && name.ends_with(form.ending) : form.name == wanted;
     if (fits && (found == nullptr || form.ending.size() > found->ending.size())) found = &form;
   }
   if (found != nullptr) return *found;
-  if (!wanted.empty()) return wrong_use("'{}' is no form that is written; there are {}", excerpt(wanted), known);
+  if (!wanted.empty())
+    return wrong_use("'{}' is no form that is written; there are {}", excerpt(wanted), known);
   return wrong_use("{}: its ending says no form; {} are written, --to FORM names one", path.string(), known);
 }
 

@@ -1,6 +1,6 @@
 #include "palpate/device/arm_kinematics.h"
 #include "palpate/device/arm_samples.h"
-#include "palpate/device/point_file.h"
+#include "palpate/formats/tables.h"
 #include "palpate/rig/rig.h"
 #include "python/bindings/conversions.h"
 #include "python/bindings/known_surface.h"
@@ -38,8 +38,9 @@ py::array join_matrices(const Doubles& positions, const Doubles& quaternions) {
 }
 
 py::dict read_poses(const std::string& path, const std::string& transform, const std::string& segments) {
-  const auto file = value_or_raise(unlocked(
-      [&] { return device::read_poses(path, {.transform = transform, .segment_column = segments}); }));
+  const auto table = value_or_raise(unlocked(
+      [&] { return formats::read_poses(path, {.transform = transform, .segment_column = segments}); }));
+  const auto& file = table.file;
   std::vector<double> time_s;
   std::vector<Vector3> places;
   std::vector<Quaternion> rotations;
@@ -62,7 +63,8 @@ py::dict read_poses(const std::string& path, const std::string& transform, const
 }
 
 py::dict read_points(const std::string& path) {
-  const auto file = value_or_raise(device::read_points(path));
+  const auto table = value_or_raise(formats::read_points(path));
+  const auto& file = table.file;
   py::dict fields;
   fields["points"] = rows_of(file.points);
   fields["labels"] = file.labels.empty() ? py::object(py::none()) : py::cast(file.labels);

@@ -119,9 +119,11 @@ def poses_from_quaternions(positions: npt.ArrayLike, quaternions: npt.ArrayLike,
 
 
 def read_poses(path: Union[str, PathLike[str]], *, transform: str = "", segments: str = "") -> Poses:
-    """Poses of a file as the command line reads them: CSV in several forms, .igs.mha, a folder of matrices.
+    """Poses of a file as the command line reads them: CSV in several forms, .igs.mha, a folder of matrices, files of others
+    (TUM, EuRoC, ROS, NDI and more). Rows in which the body was hidden are left out.
 
-    transform: which of an .igs.mha sequence, "StylusToReference". segments: the column that numbers the pivots.
+    transform: which of an .igs.mha sequence, "StylusToReference", or of several tools side by side. segments: the column that
+    numbers the pivots.
     """
     fields = _core.read_poses(arguments.path_text(path), transform, segments)
     return Poses._of(fields["positions"], fields["quaternions"], fields["time"], fields["segments"])

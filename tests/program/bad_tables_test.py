@@ -28,13 +28,12 @@ TABLES = {
 
 # What other programs write, and what is said of it.
 FOREIGN = {
-    "blanks": ("# t x y z qx qy qz qw\n0.1 1 2 3 0 0 0 1\n0.2 1 2 3 0 0 0 1\n", "is separated by blanks"),
     "tabs": ("time_s\tx_mm\n0\t1\n", "is separated by tabs"),
     "semicolons": ("time_s;x_mm\n0;1\n", "is separated by semicolons"),
     "decimal commas": ("time_s;x_mm\n0,5;1\n", "has decimal commas"),
     "json": ('[{"x": 1}]\n', "is JSON"),
     "nrrd": ("NRRD0004\ntype: unsigned char\n", "is an NRRD file"),
-    "fcsv": ("# Markups fiducial file version = 4.11\nF_1,1,2,3,0,0,0,1,1,1,0,F-1,,\n", "is a list of markups of 3D Slicer"),
+    "fcsv": ("# Markups fiducial file version = 4.11\nF_1,1,2,north,0,0,0,1,1,1,0,F-1,,\n", "markups of 3D Slicer (.fcsv)"),
     "itk": ("#Insight Transform File V1.0\n#Transform 0\nParameters: 1 0 0\n", "is a transform of ITK"),
     "ndi": ("Tools,Port 1: 8700340,Frame,State,Q0\n1,,17,OK,1\n", "is an export of NDI's programs"),
     "rig": ("rig_version = 1\n", "is a rig file"),
@@ -96,7 +95,7 @@ class BadTables(ProgramTest):
     def test_files_of_other_programs_are_named(self):
         for kind, (content, words) in FOREIGN.items():
             with self.subTest(kind):
-                self.refuses_in_all(lambda header, row: content, "bad.csv: ", words, only=["pivot --poses", "points --from"])
+                self.refuses_in_all(lambda header, row: content, "bad.csv:", words, only=["pivot --poses", "points --from"])
         self.refuses_in_all(lambda header, row: FOREIGN["semicolons"][0], "is separated by semicolons")
 
     def test_a_column_nobody_asks_for_may_hold_text(self):

@@ -8,8 +8,10 @@
 #include "palpate/device/point_file.h"
 #include "palpate/device/pose_file.h"
 #include "palpate/device/transform_sequence.h"
+#include "palpate/formats/tables.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
+#include "tools/commands/files_of_others.h"
 #include "tools/commands/result_output.h"
 #include "tools/commands/table_source.h"
 
@@ -102,6 +104,7 @@ Expected<Recording> read_recording(const std::string& path, const std::string& c
     return pose_recording(path, device::parse_poses(*content, path));
   }
   if (!column.empty()) return column_recording(path, *content, column);
+  if (formats::is_of_others(*content)) return pose_recording(path, read_poses(path));
   const auto table = any_table(path, *content);
   if (!table) return tl::unexpected(table.error());
   const bool places = table->has("x_mm") || table->has("x_m");

@@ -7,6 +7,7 @@
 #include "palpate/device/point_file.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
+#include "tools/commands/files_of_others.h"
 #include "tools/commands/result_output.h"
 #include "tools/commands/table_source.h"
 
@@ -28,7 +29,7 @@ Expected<void> run_landmarks(const LandmarksArguments& options) {
   if (!rig) return tl::unexpected(rig.error());
   if (options.result.rig.empty())
     return wrong_use("--rig is required: its surfaces say how the landmarks are turned");
-  const auto file = device::read_points(options.points);
+  const auto file = read_points(options.points);
   if (!file) return tl::unexpected(file.error());
   std::vector<calibration::LandmarkTouch> touches;
   const double tracker = metres_from_mm(options.tracker_mm);

@@ -8,6 +8,7 @@
 #include "palpate/device/pose_file.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
+#include "tools/commands/files_of_others.h"
 #include "tools/commands/result_output.h"
 #include "tools/commands/table_source.h"
 
@@ -82,8 +83,8 @@ Expected<void> run_pivot(const PivotArguments& options) {
   const auto rig = start_rig(options.result);
   if (!rig) return tl::unexpected(rig.error());
   const bool find = options.segments == kFindThem;
-  auto file = device::read_poses(
-      options.poses, {.transform = options.transform, .segment_column = find ? "" : options.segments});
+  auto file = read_poses(options.poses,
+                         {.transform = options.transform, .segment_column = find ? "" : options.segments});
   if (!file) return tl::unexpected(file.error());
   std::vector<calibration::PivotPose> poses;
   for (const auto& pose : file->poses)

@@ -10,6 +10,7 @@
 #include "palpate/device/point_file.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
+#include "tools/commands/files_of_others.h"
 #include "tools/commands/result_output.h"
 #include "tools/commands/table_source.h"
 
@@ -100,9 +101,9 @@ void store_body(rig::Rig& rig, const rig::RealObject& body) {
 Expected<void> run_points(const PointsArguments& options) {
   auto body = body_of(options);
   if (!body) return tl::unexpected(body.error());
-  const auto from = device::read_points(options.from);
+  const auto from = read_points(options.from);
   if (!from) return tl::unexpected(from.error());
-  const auto to = device::read_points(options.to);
+  const auto to = read_points(options.to);
   if (!to) return tl::unexpected(to.error());
   auto pairs = pair_up(*from, *to);
   if (!pairs) return tl::unexpected(pairs.error());

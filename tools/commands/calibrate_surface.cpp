@@ -4,6 +4,7 @@
 #include "palpate/calibration/findings/surface.h"
 #include "palpate/device/point_file.h"
 #include "tools/commands/command.h"
+#include "tools/commands/files_of_others.h"
 #include "tools/commands/result_output.h"
 #include "tools/commands/table_source.h"
 
@@ -63,7 +64,7 @@ Expected<std::vector<calibration::SurfaceTouches>> group(const device::PointFile
 Expected<void> run_surface(const SurfaceArguments& options) {
   const auto rig_before = start_rig(options.result);
   if (!rig_before) return tl::unexpected(rig_before.error());
-  const auto file = device::read_points(options.points);
+  const auto file = read_points(options.points);
   if (!file) return tl::unexpected(file.error());
   auto surfaces = group(*file, options.name.empty() ? "surface" : options.name);
   if (!surfaces) return tl::unexpected(surfaces.error());

@@ -22,8 +22,9 @@ struct ConvertArguments {
 std::string counts_of(const formats::Content& content) {
   if (const auto* poses = std::get_if<formats::Poses>(&content.value))
     return counted(poses->poses.size(), "pose") +
-           (poses->left_out > 0 ? fmt::format(", {} left out in which the body was hidden", counted(poses->left_out, "row"))
-                                : "") +
+           (poses->left_out > 0
+                ? fmt::format(", {} left out in which the body was hidden", counted(poses->left_out, "row"))
+                : "") +
            (poses->has_time ? "" : ", without times");
   if (const auto* points = std::get_if<formats::Points>(&content.value))
     return counted(points->places.size(), "point");
@@ -50,17 +51,25 @@ Expected<void> convert(ConvertArguments& options) {
 
 void add_convert(CLI::App& program) {
   auto options = std::make_shared<ConvertArguments>();
-  auto* command = program.add_subcommand(
-      "convert", "Read a file of another program: poses, points, a lens or a transform; write it as one of ours, or of others");
-  command->add_option("in", options->in, "File to read; its form is found by what is in it")->required()->type_name("IN");
-  command->add_option("out", options->out, "New file; its ending says the form")->required()->type_name("OUT");
-  command->add_option("--from", options->read.form, "Form of the file to read, where it cannot be found by itself")
+  auto* command = program.add_subcommand("convert",
+                                         "Read a file of another program: poses, points, a lens or a "
+                                         "transform; write it as one of ours, or of others");
+  command->add_option("in", options->in, "File to read; its form is found by what is in it")
+      ->required()
+      ->type_name("IN");
+  command->add_option("out", options->out, "New file; its ending says the form")
+      ->required()
+      ->type_name("OUT");
+  command
+      ->add_option("--from", options->read.form,
+                   "Form of the file to read, where it cannot be found by itself")
       ->check(one_of(formats::form_names()));
   std::vector<std::string> names;
   for (const auto& form : formats::written_forms()) names.push_back(form.name);
   command->add_option("--to", options->to, "Form of the new file, whatever its ending")->check(one_of(names));
-  command->add_option("--tool,--transform", options->read.tool,
-                      "Which body, where a file holds several; of a sequence a transform AToB")
+  command
+      ->add_option("--tool,--transform", options->read.tool,
+                   "Which body, where a file holds several; of a sequence a transform AToB")
       ->type_name("NAME");
   command->add_option("--unit", options->unit, "Unit of lengths, where a file does not say it")
       ->check(one_of({"mm", "m"}));

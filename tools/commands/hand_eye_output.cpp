@@ -3,14 +3,15 @@
 #include <utility>
 
 #include "palpate/core/file.h"
+#include "tools/commands/files_of_others.h"
 
 namespace palpate::tools::commands {
 
 Expected<PosePair> read_pose_pair(const std::string& hand, const std::string& eye,
                                   const std::string& expected) {
-  auto first = device::read_poses(hand);
+  auto first = read_poses(hand);
   if (!first) return tl::unexpected(first.error());
-  auto second = device::read_poses(eye);
+  auto second = read_poses(eye);
   if (!second) return tl::unexpected(second.error());
   if (first->hash == second->hash)
     return wrong_use("{}: holds the same as {}; {} are expected", eye, hand, expected);

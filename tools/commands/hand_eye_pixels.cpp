@@ -9,6 +9,7 @@
 #include "palpate/device/pose_file.h"
 #include "palpate/vision/camera.h"
 #include "palpate/vision/pixel_hand_eye.h"
+#include "tools/commands/files_of_others.h"
 #include "tools/commands/hand_eye_arguments.h"
 #include "tools/commands/lens_file.h"
 
@@ -215,7 +216,7 @@ void store(rig::Rig& rig, const HandEyeArguments& options, const Estimate<vision
 Expected<void> run_hand_eye_pixels(const HandEyeArguments& options) {
   const auto rig = start_rig(options.result);
   if (!rig) return tl::unexpected(rig.error());
-  const auto hand = device::read_poses(options.hand);
+  const auto hand = read_poses(options.hand);
   if (!hand) return tl::unexpected(hand.error());
   std::vector<std::string> warnings;
   auto views = read_board_views(options.board, "calibrate hand-eye", warnings);

@@ -47,6 +47,7 @@ Expected<Content> read_rows_of_numbers(const Source& source);
 
 // Rows with a header: ROS, EuRoC, NDI, and tables of ours whatever separates their cells.
 bool is_table(std::string_view content);
+bool is_own_table(std::string_view content);  // with commas, and the columns of this program's tables
 Expected<Content> read_table(const Source& source);
 
 }  // namespace palpate::formats

@@ -17,7 +17,7 @@ namespace {
 using Numbers = std::vector<double>;
 
 struct Entry {
-  std::string kind;  // "AffineTransform"
+  std::string kind;        // "AffineTransform"
   std::string numbers_of;  // "double_3_3"
   Numbers parameters, fixed;
 };
@@ -59,7 +59,8 @@ Expected<std::vector<Entry>> entries_of(const Source& source) {
 
 Matrix3 matrix_of(const Numbers& p) {
   Matrix3 A;
-  for (std::size_t i = 0; i < 9; ++i) A(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3)) = p[i];
+  for (std::size_t i = 0; i < 9; ++i)
+    A(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3)) = p[i];
   return A;
 }
 
@@ -121,8 +122,8 @@ Expected<Content> read_itk_transform(const Source& source) {
   // A grid of displacements is named before its thousands of numbers are read.
   for (const std::string_view grid : {"BSpline", "DisplacementField", "ThinPlate", "Spline"})
     if (source.content.substr(0, 1000).find(grid) != std::string_view::npos)
-      return wrong_use("{}: is {} of kind {}, which bends space; a rigid or affine one is expected", source.name,
-                       form, grid);
+      return wrong_use("{}: is {} of kind {}, which bends space; a rigid or affine one is expected",
+                       source.name, form, grid);
   const auto entries = entries_of(source);
   if (!entries) return tl::unexpected(entries.error());
   if (entries->size() != 1)
@@ -135,7 +136,8 @@ Expected<Content> read_itk_transform(const Source& source) {
   const auto mapping = mapping_of(entry);
   if (!mapping)
     return wrong_use(
-        "{}: is {}, of kind {} with {}, which is not read; a rigid or affine one is expected, harden it into a linear one",
+        "{}: is {}, of kind {} with {}, which is not read; a rigid or affine one is expected, harden it into "
+        "a linear one",
         source.name, form, excerpt(entry.kind), counted(entry.parameters.size(), "parameter"));
   const Vector3 centre = entry.fixed.size() >= 3 ? vector_at(entry.fixed, 0) : Vector3::Zero();
   Transform transform;

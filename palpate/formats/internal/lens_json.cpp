@@ -20,14 +20,17 @@ Expected<Content> read_lens_json(const Source& source) {
     value = json[key].get<double>();
     return std::isfinite(value);
   };
-  for (const auto& [key, value] : {std::pair{"fx", &lens.fx}, {"fy", &lens.fy}, {"cx", &lens.cx}, {"cy", &lens.cy}})
+  for (const auto& [key, value] :
+       {std::pair{"fx", &lens.fx}, {"fy", &lens.fy}, {"cx", &lens.cx}, {"cy", &lens.cy}})
     if (json.is_discarded() || !number(key, *value))
-      return wrong_use("{}: no number '{}'; what calibrate camera --json writes is expected", source.name, key);
+      return wrong_use("{}: no number '{}'; what calibrate camera --json writes is expected", source.name,
+                       key);
   if (json.contains("distortion") && json["distortion"].is_array() && json["distortion"].size() == 5)
     for (std::size_t i = 0; i < 5; ++i)
       if (json["distortion"][i].is_number()) lens.distortion[i] = json["distortion"][i].get<double>();
   double width = 0.0, height = 0.0;
-  if (number("width_px", width) && number("height_px", height) && width >= 1 && height >= 1 && width < 1e6 && height < 1e6)
+  if (number("width_px", width) && number("height_px", height) && width >= 1 && height >= 1 && width < 1e6 &&
+      height < 1e6)
     lens.size = {static_cast<int>(width), static_cast<int>(height)};
   if (!(lens.fx > 0.0) || !(lens.fy > 0.0))
     return wrong_use("{}: focal lengths above 0 are expected", source.name);

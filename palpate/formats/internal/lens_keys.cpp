@@ -8,9 +8,17 @@
 namespace palpate::formats {
 namespace {
 
-constexpr std::array kMatrixKeys = {"camera_matrix",   "Camera_Matrix",    "cameraMatrix", "CameraMatrix",
-                                    "intrinsic_matrix", "camera_intrinsics", "intrinsics",   "K",
-                                    "M1",               "mtx",               "cameraMatrix1"};
+constexpr std::array kMatrixKeys = {"camera_matrix",
+                                    "Camera_Matrix",
+                                    "cameraMatrix",
+                                    "CameraMatrix",
+                                    "intrinsic_matrix",
+                                    "camera_intrinsics",
+                                    "intrinsics",
+                                    "K",
+                                    "M1",
+                                    "mtx",
+                                    "cameraMatrix1"};
 constexpr std::array kDistortionKeys = {"distortion_coefficients",
                                         "Distortion_Coefficients",
                                         "distortionCoefficients",
@@ -25,11 +33,12 @@ constexpr std::array kDistortionKeys = {"distortion_coefficients",
 constexpr std::array kWidthKeys = {"image_width", "image_Width", "imageWidth", "width", "img_width"};
 constexpr std::array kHeightKeys = {"image_height", "image_Height", "imageHeight", "height", "img_height"};
 constexpr std::array kSizeKeys = {"image_size", "imageSize", "img_size", "resolution", "size"};
-constexpr double kLargest = 1e6;  // px, of a focal length or a size
+constexpr double kLargest = 1e6;   // px, of a focal length or a size
 constexpr double kNoMore = 1e-12;  // a coefficient that does nothing
 
 template <std::size_t N>
-std::optional<std::vector<double>> first_of(const NumbersAt& numbers_at, const std::array<const char*, N>& keys) {
+std::optional<std::vector<double>> first_of(const NumbersAt& numbers_at,
+                                            const std::array<const char*, N>& keys) {
   for (const char* key : keys)
     if (auto numbers = numbers_at(key)) return numbers;
   return std::nullopt;
@@ -47,15 +56,16 @@ std::optional<std::array<int, 2>> size_of(const NumbersAt& numbers_at) {
   return std::array{static_cast<int>(w), static_cast<int>(h)};
 }
 
-Expected<void> take_distortion(std::vector<double> numbers, const std::string& model, const std::string& source,
-                               Lens& lens) {
+Expected<void> take_distortion(std::vector<double> numbers, const std::string& model,
+                               const std::string& source, Lens& lens) {
   if (model == "equidistant" || model == "fisheye" || model == "kannala_brandt4" || model == "KannalaBrandt")
-    return wrong_use("{}: is the lens of a fisheye camera ({}); k1 k2 p1 p2 k3 (plumb_bob) are expected", source,
-                     model);
+    return wrong_use("{}: is the lens of a fisheye camera ({}); k1 k2 p1 p2 k3 (plumb_bob) are expected",
+                     source, model);
   while (numbers.size() > 5 && std::abs(numbers.back()) < kNoMore) numbers.pop_back();
   if (numbers.size() > 5)
     return wrong_use(
-        "{}: has {} distortion coefficients, of a rational lens; k1 k2 p1 p2 k3 are expected, calibrate without the rational "
+        "{}: has {} distortion coefficients, of a rational lens; k1 k2 p1 p2 k3 are expected, calibrate "
+        "without the rational "
         "model",
         source, numbers.size());
   if (!numbers.empty() && numbers.size() < 4)
@@ -81,18 +91,23 @@ Expected<Lens> lens_of(const NumbersAt& numbers_at, const std::string& model, co
   } else {
     const auto& k = *K;
     lens.fx = k[0], lens.fy = k[4], lens.cx = k[2], lens.cy = k[5];
-    if (std::abs(k[3]) > 1e-9 || std::abs(k[6]) > 1e-9 || std::abs(k[7]) > 1e-9 || std::abs(k[8] - 1.0) > 1e-9)
-      return wrong_use("{}: its camera matrix is none: 0 0 1 are expected in the last row, 0 below fx", source);
+    if (std::abs(k[3]) > 1e-9 || std::abs(k[6]) > 1e-9 || std::abs(k[7]) > 1e-9 ||
+        std::abs(k[8] - 1.0) > 1e-9)
+      return wrong_use("{}: its camera matrix is none: 0 0 1 are expected in the last row, 0 below fx",
+                       source);
     if (std::abs(k[1]) > 1e-6 * k[0])
-      return wrong_use("{}: its camera matrix has a skew of {:g} px; a camera without is expected", source, k[1]);
+      return wrong_use("{}: its camera matrix has a skew of {:g} px; a camera without is expected", source,
+                       k[1]);
   }
   const auto is_length = [](double f) { return f > 0.0 && f < kLargest; };
-  if (!is_length(lens.fx) || !is_length(lens.fy) || !(std::abs(lens.cx) < kLargest) || !(std::abs(lens.cy) < kLargest))
+  if (!is_length(lens.fx) || !is_length(lens.fy) || !(std::abs(lens.cx) < kLargest) ||
+      !(std::abs(lens.cy) < kLargest))
     return wrong_use("{}: focal lengths are {:g} and {:g} px; numbers above 0 are expected", source, lens.fx,
                      lens.fy);
   lens.size = size_of(numbers_at);
   if (const auto distortion = first_of(numbers_at, kDistortionKeys))
-    if (auto taken = take_distortion(*distortion, model, source, lens); !taken) return tl::unexpected(taken.error());
+    if (auto taken = take_distortion(*distortion, model, source, lens); !taken)
+      return tl::unexpected(taken.error());
   return lens;
 }
 

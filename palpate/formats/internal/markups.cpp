@@ -40,10 +40,14 @@ bool nested_too_deep(std::string_view text) {
   int depth = 0;
   bool quoted = false;
   for (std::size_t i = 0; i < text.size(); ++i) {
-    if (quoted && text[i] == '\\') ++i;
-    else if (text[i] == '"') quoted = !quoted;
-    else if (!quoted && (text[i] == '{' || text[i] == '[')) ++depth;
-    else if (!quoted && (text[i] == '}' || text[i] == ']')) --depth;
+    if (quoted && text[i] == '\\')
+      ++i;
+    else if (text[i] == '"')
+      quoted = !quoted;
+    else if (!quoted && (text[i] == '{' || text[i] == '['))
+      ++depth;
+    else if (!quoted && (text[i] == '}' || text[i] == ']'))
+      --depth;
     if (depth > 64) return true;
   }
   return false;
@@ -61,8 +65,9 @@ Expected<void> take_points(const Json& node, const std::string& source, Points& 
                      excerpt(node["coordinateUnits"].dump()));
   for (const auto& point : node["controlPoints"]) {
     if (!point.is_object()) return wrong_use("{}: a control point is no object", source);
-    const auto label = point.contains("label") && point["label"].is_string() ? point["label"].get<std::string>()
-                                                                               : std::string();
+    const auto label = point.contains("label") && point["label"].is_string()
+                           ? point["label"].get<std::string>()
+                           : std::string();
     // Slicer keeps points that were never put anywhere.
     if (point.contains("positionStatus") && point["positionStatus"] != "defined") continue;
     const auto position = point.find("position");
@@ -70,7 +75,8 @@ Expected<void> take_points(const Json& node, const std::string& source, Points& 
         !std::all_of(position->begin(), position->end(), [](const Json& n) { return n.is_number(); }))
       return wrong_use("{}: the position of control point '{}' is no list of three numbers", source,
                        excerpt(label));
-    const Vector3 mm((*position)[0].get<double>(), (*position)[1].get<double>(), (*position)[2].get<double>());
+    const Vector3 mm((*position)[0].get<double>(), (*position)[1].get<double>(),
+                     (*position)[2].get<double>());
     auto place = place_of(ras ? mirrored(mm) : mm, fmt::format("{}: '{}'", source, excerpt(label)));
     if (!place) return tl::unexpected(place.error());
     points.places.push_back(*place);
@@ -107,7 +113,8 @@ std::string_view said_in(std::string_view line) {
 }  // namespace
 
 bool is_markups(std::string_view content) {
-  return trimmed(content.substr(0, 4096)).starts_with('{') && content.find("\"markups\"") != std::string_view::npos;
+  return trimmed(content.substr(0, 4096)).starts_with('{') &&
+         content.find("\"markups\"") != std::string_view::npos;
 }
 
 Expected<Content> read_markups(const Source& source) {
@@ -123,15 +130,18 @@ Expected<Content> read_markups(const Source& source) {
   for (const auto& node : json["markups"]) {
     if (!node.is_object() || !node.contains("controlPoints") || !node["controlPoints"].is_array()) continue;
     if (++nodes > 1)
-      return wrong_use("{}: holds several lists of points; {} with one of them are expected", source.name, form);
-    if (auto taken = take_points(node, source.name, points, ras); !taken) return tl::unexpected(taken.error());
+      return wrong_use("{}: holds several lists of points; {} with one of them are expected", source.name,
+                       form);
+    if (auto taken = take_points(node, source.name, points, ras); !taken)
+      return tl::unexpected(taken.error());
   }
   if (points.places.empty()) return wrong_use("{}: {} without a point that was placed", source.name, form);
   return Content{form, ras ? kToldRas : kToldLps, points};
 }
 
 bool is_fiducials(std::string_view content) {
-  return content.substr(0, 200).find("Markups fiducial file") != std::string_view::npos && content.starts_with('#');
+  return content.substr(0, 200).find("Markups fiducial file") != std::string_view::npos &&
+         content.starts_with('#');
 }
 
 Expected<Content> read_fiducials(const Source& source) {
@@ -159,7 +169,8 @@ Expected<Content> read_fiducials(const Source& source) {
     const auto cells = cells_of(line, ',', 100);
     const std::size_t last = std::max({columns.x, columns.y, columns.z});
     std::array<std::optional<double>, 3> mm;
-    if (cells.size() > last) mm = {number_of(cells[columns.x]), number_of(cells[columns.y]), number_of(cells[columns.z])};
+    if (cells.size() > last)
+      mm = {number_of(cells[columns.x]), number_of(cells[columns.y]), number_of(cells[columns.z])};
     if (!mm[0] || !mm[1] || !mm[2])
       return wrong_use("{}: no x, y, z in the columns that the header of {} names", where, form);
     const Vector3 at(*mm[0], *mm[1], *mm[2]);

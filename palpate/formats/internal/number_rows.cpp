@@ -20,7 +20,8 @@ using Row = std::vector<double>;
 // The width of all rows; 0 where they differ.
 std::size_t width_of(const NumberRows& table) {
   const std::size_t width = table.rows.empty() ? 0 : table.rows.front().size();
-  return std::all_of(table.rows.begin(), table.rows.end(), [&](const Row& row) { return row.size() == width; })
+  return std::all_of(table.rows.begin(), table.rows.end(),
+                     [&](const Row& row) { return row.size() == width; })
              ? width
              : 0;
 }
@@ -38,8 +39,9 @@ Expected<Content> trajectory_of_tum(const Source& source, const NumberRows& tabl
       continue;
     }
     if (!is_whole(numbers))
-      return wrong_use("{}: a part of the pose is missing; all of it, or nothing where the body was hidden, is expected",
-                       place(source, table.line[i]));
+      return wrong_use(
+          "{}: a part of the pose is missing; all of it, or nothing where the body was hidden, is expected",
+          place(source, table.line[i]));
     auto pose = pose_of(numbers, 1.0, place(source, table.line[i]));
     if (!pose) return tl::unexpected(pose.error());
     if (!(std::abs(v[0]) <= kLatestTime))
@@ -77,7 +79,8 @@ Expected<Content> blocks(const Source& source, const NumberRows& table) {
   const std::string unit = scale == 1.0 ? "m" : "mm";
   for (std::size_t i = 3; i < table.rows.size(); i += 4)
     if (!is_last_row(table.rows[i]))
-      return wrong_use("{}: 0 0 0 1 are expected in the last line of a 4x4 matrix", place(source, table.line[i]));
+      return wrong_use("{}: 0 0 0 1 are expected in the last line of a 4x4 matrix",
+                       place(source, table.line[i]));
   if (table.rows.size() == 4) {
     Transform transform;
     for (Eigen::Index r = 0; r < 4; ++r)
@@ -99,12 +102,12 @@ Expected<Content> blocks(const Source& source, const NumberRows& table) {
 // Who wrote these is not told by the numbers, and with it their unit is not.
 Expected<Content> matrices_of_a_row(const Source& source, const NumberRows& table, std::size_t width) {
   const double scale = source.options.metres_per_unit;
-  if (scale > 0)
-    return matrices(source, table, scale, "matrices, one a row", scale == 1.0 ? "m" : "mm");
+  if (scale > 0) return matrices(source, table, scale, "matrices, one a row", scale == 1.0 ? "m" : "mm");
   if (width == 12 && separation_of(source.content).separator == ' ')
     return matrices(source, table, 1.0, "a KITTI trajectory", "rows of 3x4 matrices, m");
-  return wrong_use("{}: has rows of {} numbers, which are matrices; say their unit: --unit mm or --unit m",
-                   source.name, width);
+  return wrong_use(
+      "{}: has rows of {} numbers, which are matrices; say their unit: palpate convert --unit mm, or m",
+      source.name, width);
 }
 
 }  // namespace
@@ -119,8 +122,7 @@ bool is_rows_of_numbers(std::string_view content) {
     if (line.empty() || line.front() == '#' || line.front() == '%') continue;
     ++looked;
     const auto cells = cells_of(line, separation.separator, 64);
-    if (cells.size() < 3 ||
-        !std::all_of(cells.begin(), cells.end(), [&](std::string_view cell) {
+    if (cells.size() < 3 || !std::all_of(cells.begin(), cells.end(), [&](std::string_view cell) {
           return is_missing(cell) || number_of(cell, separation.decimal_commas).has_value();
         }))
       return false;
@@ -137,15 +139,17 @@ Expected<Content> read_rows_of_numbers(const Source& source) {
   if (width == 4 && table->rows.size() % 4 == 0) return blocks(source, *table);
   if (width == 3) {
     if (!(source.options.metres_per_unit > 0))
-      return wrong_use("{}: has rows of 3 numbers, which are points; say their unit: --unit mm or --unit m",
-                       source.name);
+      return wrong_use(
+          "{}: has rows of 3 numbers, which are points; say their unit: palpate convert --unit mm, or m",
+          source.name);
     Points points;
     for (const Row& v : table->rows)
       points.places.push_back(source.options.metres_per_unit * Vector3(v[0], v[1], v[2]));
     return Content{"points, one a row", source.options.metres_per_unit == 1.0 ? "m" : "mm", points};
   }
   return wrong_use(
-      "{}: has no header and {}; 8 numbers a row (t x y z qx qy qz qw, s and m), 12 or 16 (a matrix), 3 (a point) or 4 lines of 4 "
+      "{}: has no header and {}; 8 numbers a row (t x y z qx qy qz qw, s and m), 12 or 16 (a matrix), 3 (a "
+      "point) or 4 lines of 4 "
       "are expected",
       source.name, width == 0 ? "rows of different lengths" : fmt::format("rows of {} numbers", width));
 }

@@ -69,7 +69,9 @@ void turn_order(Array& array) {
 
 Expected<Array> array_in(const Source& source) {
   const auto content = source.content;
-  const auto bad = [&](std::string_view why) { return wrong_use("{}: is an array of NumPy (.npy) {}", source.name, why); };
+  const auto bad = [&](std::string_view why) {
+    return wrong_use("{}: is an array of NumPy (.npy) {}", source.name, why);
+  };
   if (content.size() < 12) return bad("that was cut off");
   const bool old = content[6] == 1;
   std::size_t length = 0;
@@ -81,17 +83,20 @@ Expected<Array> array_in(const Source& source) {
   const auto type = behind(header, "'descr':");
   Array array;
   const auto shape = shape_in(header);
-  if (!shape || shape->empty() || shape->size() > 3) return bad("of a shape that is not read; (3, 3), (4, 4), (N, 4, 4) or (N, 3) are");
+  if (!shape || shape->empty() || shape->size() > 3)
+    return bad("of a shape that is not read; (3, 3), (4, 4), (N, 4, 4) or (N, 3) are");
   array.shape = *shape;
   std::size_t count = 1;
   for (const std::size_t size : array.shape) {
-    if (size == 0 || size > kMostValues || count > kMostValues / size) return bad("that is empty or too large");
+    if (size == 0 || size > kMostValues || count > kMostValues / size)
+      return bad("that is empty or too large");
     count *= size;
   }
   const bool doubles = type.starts_with("'<f8'"), floats = type.starts_with("'<f4'");
   if (!doubles && !floats) return bad("whose values are no floating-point numbers; save it as float64");
   const auto data = content.substr(begin + length);
-  if (data.size() != count * (doubles ? 8 : 4)) return bad("that was cut off, or holds more than its header says");
+  if (data.size() != count * (doubles ? 8 : 4))
+    return bad("that was cut off, or holds more than its header says");
   array.values.resize(count);
   if (doubles)
     take_values<double>(data, array.values);
@@ -105,7 +110,9 @@ Expected<Array> array_in(const Source& source) {
 
 Expected<double> unit_of_array(const Source& source) {
   if (source.options.metres_per_unit > 0) return source.options.metres_per_unit;
-  return wrong_use("{}: is an array of NumPy (.npy), which says no unit; say it: --unit mm or --unit m", source.name);
+  return wrong_use(
+      "{}: is an array of NumPy (.npy), which says no unit; say it: palpate convert --unit mm, or m",
+      source.name);
 }
 
 }  // namespace
@@ -138,7 +145,8 @@ Expected<Content> read_numpy(const Source& source) {
   if (shape.size() == 3 && shape[1] == 4 && shape[2] == 4) {
     Poses poses;
     for (std::size_t i = 0; i < shape[0]; ++i) {
-      auto pose = device::pose_from_matrix(v.data() + 16 * i, *scale, fmt::format("{}: matrix {}", source.name, i));
+      auto pose =
+          device::pose_from_matrix(v.data() + 16 * i, *scale, fmt::format("{}: matrix {}", source.name, i));
       if (!pose) return tl::unexpected(pose.error());
       pose->time_s = static_cast<double>(i);
       poses.poses.push_back(*pose);
@@ -151,7 +159,8 @@ Expected<Content> read_numpy(const Source& source) {
       points.places.push_back(*scale * Vector3(v[3 * i], v[3 * i + 1], v[3 * i + 2]));
     return Content{form, unit, points};
   }
-  return wrong_use("{}: is {} of a shape that is not read; (3, 3), (4, 4), (N, 4, 4) or (N, 3) are", source.name, form);
+  return wrong_use("{}: is {} of a shape that is not read; (3, 3), (4, 4), (N, 4, 4) or (N, 3) are",
+                   source.name, form);
 }
 
 }  // namespace palpate::formats

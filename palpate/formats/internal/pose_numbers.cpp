@@ -22,7 +22,8 @@ bool is_hidden(const PoseNumbers& n) {
 
 bool is_whole(const PoseNumbers& n) { return std::all_of(n.begin(), n.end(), is_measured); }
 
-Expected<device::StampedPose> pose_of(const PoseNumbers& n, double metres_per_unit, const std::string& where) {
+Expected<device::StampedPose> pose_of(const PoseNumbers& n, double metres_per_unit,
+                                      const std::string& where) {
   const double length = std::sqrt(*n[3] * *n[3] + *n[4] * *n[4] + *n[5] * *n[5] + *n[6] * *n[6]);
   if (!(std::abs(length - 1.0) <= 0.02))
     return wrong_use(
@@ -33,8 +34,8 @@ Expected<device::StampedPose> pose_of(const PoseNumbers& n, double metres_per_un
   pose.translation = metres_per_unit * Vector3(*n[0], *n[1], *n[2]);
   const double largest = pose.translation.cwiseAbs().maxCoeff();
   if (!(largest <= kFarthestPlace))
-    return wrong_use("{}: is {:.3g} m away, at most {:g} m is expected; check the unit or remove the row", where,
-                     largest, kFarthestPlace);
+    return wrong_use("{}: is {:.3g} m away, at most {:g} m is expected; check the unit or remove the row",
+                     where, largest, kFarthestPlace);
   return pose;
 }
 

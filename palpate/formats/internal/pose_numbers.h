@@ -18,6 +18,7 @@ bool is_hidden(const PoseNumbers& numbers);
 // Every one is.
 bool is_whole(const PoseNumbers& numbers);
 // Wrong use where the quaternion's length is not 1 within 2 %, and where the place is out of all reach.
-Expected<device::StampedPose> pose_of(const PoseNumbers& numbers, double metres_per_unit, const std::string& where);
+Expected<device::StampedPose> pose_of(const PoseNumbers& numbers, double metres_per_unit,
+                                      const std::string& where);
 
 }  // namespace palpate::formats

@@ -12,11 +12,13 @@ bool is_sequence(std::string_view content) { return device::is_transform_sequenc
 Expected<Content> read_sequence(const Source& source) {
   Poses poses;
   poses.has_time = true;
-  auto read = device::parse_transform_sequence(source.content, source.name, source.options.tool, &poses.left_out);
+  auto read =
+      device::parse_transform_sequence(source.content, source.name, source.options.tool, &poses.left_out);
   if (!read) return tl::unexpected(read.error());
   poses.poses = std::move(*read);
   const auto names = device::transform_names(source.content);
-  const std::string name = source.options.tool.empty() && names.size() == 1 ? names.front() : source.options.tool;
+  const std::string name =
+      source.options.tool.empty() && names.size() == 1 ? names.front() : source.options.tool;
   return Content{"a sequence of PLUS or 3D Slicer, " + excerpt(name, 60), "s and mm", poses};
 }
 

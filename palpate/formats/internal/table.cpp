@@ -58,7 +58,8 @@ bool says_seen(std::string_view state) {
 void turn_angles(PoseNumbers& n) {
   if (!is_whole(n)) return;
   const auto rad = [](double degrees) { return degrees / kDegreesPerRadian; };
-  const Quaternion q(Eigen::AngleAxisd(rad(*n[3]), Vector3::UnitZ()) * Eigen::AngleAxisd(rad(*n[4]), Vector3::UnitY()) *
+  const Quaternion q(Eigen::AngleAxisd(rad(*n[3]), Vector3::UnitZ()) *
+                     Eigen::AngleAxisd(rad(*n[4]), Vector3::UnitY()) *
                      Eigen::AngleAxisd(rad(*n[5]), Vector3::UnitX()));
   n[3] = q.w(), n[4] = q.x(), n[5] = q.y(), n[6] = q.z();
 }
@@ -78,8 +79,8 @@ Expected<BodyColumns> chosen_body(const Source& source, const TableHeader& heade
     return wrong_use("{}: is {} without a tool '{}'; there are {}", source.name, header.form,
                      excerpt(source.options.tool), names);
   if (bodies.size() == 1) return bodies.front();
-  return wrong_use("{}: is {} of {} tools side by side ({}); name one: --tool NAME", source.name, header.form,
-                   bodies.size(), names);
+  return wrong_use("{}: is {} of {} tools side by side ({}); name one (palpate convert --tool NAME)",
+                   source.name, header.form, bodies.size(), names);
 }
 
 std::optional<double> time_of(const TimeColumns& time, const Cells& cells, bool decimal_commas) {
@@ -107,7 +108,8 @@ std::optional<double> time_of(const TimeColumns& time, const Cells& cells, bool 
 
 // Hands each row's cells over, with its place for messages, until one is refused.
 template <typename Take>
-Expected<void> for_each_row(const Source& source, const FoundHeader& found, char separator, const Take& take) {
+Expected<void> for_each_row(const Source& source, const FoundHeader& found, char separator,
+                            const Take& take) {
   std::string_view content = found.rows;
   std::size_t rows = 0;
   for (int line = found.line + 1;; ++line) {
@@ -116,8 +118,10 @@ Expected<void> for_each_row(const Source& source, const FoundHeader& found, char
     const auto text = trimmed(*raw);
     if (text.empty() || text.front() == '#') continue;
     if (++rows > kMostTableRows)
-      return wrong_use("{}:{}: a table of at most {} rows is expected; split it", source.name, line, kMostTableRows);
-    if (auto taken = take(cells_of(text, separator, kMostTableColumns), fmt::format("{}:{}", source.name, line));
+      return wrong_use("{}:{}: a table of at most {} rows is expected; split it", source.name, line,
+                       kMostTableRows);
+    if (auto taken =
+            take(cells_of(text, separator, kMostTableColumns), fmt::format("{}:{}", source.name, line));
         !taken)
       return taken;
   }
@@ -126,7 +130,7 @@ Expected<void> for_each_row(const Source& source, const FoundHeader& found, char
 Expected<double> unit_of(const Source& source, const TableHeader& header, double known) {
   const double scale = known > 0 ? known : source.options.metres_per_unit;
   if (scale > 0) return scale;
-  return wrong_use("{}: is {}; say it: --unit mm or --unit m", source.name, header.form);
+  return wrong_use("{}: is {}; say it: palpate convert --unit mm, or m", source.name, header.form);
 }
 
 Expected<Content> read_bodies(const Source& source, const FoundHeader& found, Separation separation) {
@@ -138,39 +142,47 @@ Expected<Content> read_bodies(const Source& source, const FoundHeader& found, Se
   Poses poses;
   poses.has_time = time.form != TimeForm::none;
   std::size_t row = 0;
-  auto read = for_each_row(source, found, separation.separator, [&](const Cells& cells, const std::string& where) -> Expected<void> {
-    PoseNumbers numbers;
-    for (std::size_t k = 0; k < numbers.size(); ++k)
-      numbers[k] = number_of(cell_at(cells, body->at[k]), separation.decimal_commas);
-    const auto number = row++;
-    if (body->state && !says_seen(cell_at(cells, *body->state))) {
-      ++poses.left_out;
-      return {};
-    }
-    for (std::size_t k = 0; k < numbers.size(); ++k)
-      if (const auto cell = cell_at(cells, body->at[k]); !numbers[k] && !is_missing(cell) && same_letters(cell) != "missing")
-        return wrong_use("{}: '{}' is no finite number; {} is expected", where, excerpt(cell, 24), found.header.told);
-    if (body->euler_degrees) turn_angles(numbers);
-    if (is_hidden(numbers)) {
-      ++poses.left_out;
-      return {};
-    }
-    if (!is_whole(numbers))
-      return wrong_use("{}: a part of the pose is missing; all of it, or nothing where the body was hidden, is expected", where);
-    auto pose = pose_of(numbers, *scale, where);
-    if (!pose) return tl::unexpected(pose.error());
-    const auto stamp = poses.has_time ? time_of(time, cells, separation.decimal_commas) : std::nullopt;
-    if (poses.has_time && !(stamp && std::abs(*stamp) <= kLatestTime))
-      return wrong_use("{}: the time is no number of seconds", where);
-    pose->time_s = stamp.value_or(static_cast<double>(number));
-    poses.poses.push_back(*pose);
-    return {};
-  });
+  auto read = for_each_row(
+      source, found, separation.separator,
+      [&](const Cells& cells, const std::string& where) -> Expected<void> {
+        PoseNumbers numbers;
+        for (std::size_t k = 0; k < numbers.size(); ++k)
+          numbers[k] = number_of(cell_at(cells, body->at[k]), separation.decimal_commas);
+        const auto number = row++;
+        if (body->state && !says_seen(cell_at(cells, *body->state))) {
+          ++poses.left_out;
+          return {};
+        }
+        for (std::size_t k = 0; k < numbers.size(); ++k)
+          if (const auto cell = cell_at(cells, body->at[k]);
+              !numbers[k] && !is_missing(cell) && same_letters(cell) != "missing")
+            return wrong_use("{}: '{}' is no finite number; {} is expected", where, excerpt(cell, 24),
+                             found.header.told);
+        if (body->euler_degrees) turn_angles(numbers);
+        if (is_hidden(numbers)) {
+          ++poses.left_out;
+          return {};
+        }
+        if (!is_whole(numbers))
+          return wrong_use(
+              "{}: a part of the pose is missing; all of it, or nothing where the body was hidden, is "
+              "expected",
+              where);
+        auto pose = pose_of(numbers, *scale, where);
+        if (!pose) return tl::unexpected(pose.error());
+        const auto stamp = poses.has_time ? time_of(time, cells, separation.decimal_commas) : std::nullopt;
+        if (poses.has_time && !(stamp && std::abs(*stamp) <= kLatestTime))
+          return wrong_use("{}: the time is no number of seconds", where);
+        pose->time_s = stamp.value_or(static_cast<double>(number));
+        poses.poses.push_back(*pose);
+        return {};
+      });
   if (!read) return tl::unexpected(read.error());
   if (poses.poses.empty())
     return wrong_use("{}: is {} in which {} is seen in none of {}", source.name, found.header.form,
                      body->name.empty() ? "the tool" : excerpt(body->name), counted(poses.left_out, "row"));
-  return Content{found.header.form + (body->name.empty() ? "" : ", " + excerpt(body->name, 60)), found.header.told, poses};
+  return Content{found.header.form + (body->name.empty() ? "" : ", " + excerpt(body->name, 60)),
+                 found.header.told, poses};
 }
 
 Expected<Content> read_places(const Source& source, const FoundHeader& found, Separation separation) {
@@ -178,19 +190,22 @@ Expected<Content> read_places(const Source& source, const FoundHeader& found, Se
   const auto scale = unit_of(source, found.header, columns.metres_per_unit);
   if (!scale) return tl::unexpected(scale.error());
   Points points;
-  auto read = for_each_row(source, found, separation.separator, [&](const Cells& cells, const std::string& where) -> Expected<void> {
-    Vector3 place;
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto number = number_of(cell_at(cells, columns.at[k]), separation.decimal_commas);
-      if (!number || !(std::abs(*number * *scale) <= kFarthestPlace))
-        return wrong_use("{}: '{}' is no place within {:g} m", where, excerpt(cell_at(cells, columns.at[k]), 24),
-                         kFarthestPlace);
-      place(static_cast<Eigen::Index>(k)) = *scale * *number;
-    }
-    points.places.push_back(place);
-    if (columns.label) points.labels.emplace_back(excerpt(cell_at(cells, *columns.label), 120));
-    return {};
-  });
+  auto read = for_each_row(source, found, separation.separator,
+                           [&](const Cells& cells, const std::string& where) -> Expected<void> {
+                             Vector3 place;
+                             for (std::size_t k = 0; k < 3; ++k) {
+                               const auto number =
+                                   number_of(cell_at(cells, columns.at[k]), separation.decimal_commas);
+                               if (!number || !(std::abs(*number * *scale) <= kFarthestPlace))
+                                 return wrong_use("{}: '{}' is no place within {:g} m", where,
+                                                  excerpt(cell_at(cells, columns.at[k]), 24), kFarthestPlace);
+                               place(static_cast<Eigen::Index>(k)) = *scale * *number;
+                             }
+                             points.places.push_back(place);
+                             if (columns.label)
+                               points.labels.emplace_back(excerpt(cell_at(cells, *columns.label), 120));
+                             return {};
+                           });
   if (!read) return tl::unexpected(read.error());
   if (points.places.empty()) return wrong_use("{}: is {} without a row", source.name, found.header.form);
   return Content{found.header.form, found.header.told, points};
@@ -202,12 +217,19 @@ bool is_table(std::string_view content) {
   return find_header(content, separation_of(content).separator).has_value();
 }
 
+bool is_own_table(std::string_view content) {
+  const char separator = separation_of(content).separator;
+  const auto found = find_header(content, separator);
+  return found && found->header.own && separator == ',';
+}
+
 Expected<Content> read_table(const Source& source) {
   const Separation separation = separation_of(source.content);
   const auto found = find_header(source.content, separation.separator);
   if (!found)
-    return wrong_use("{}: no line of names is known here: those of a pose's columns, or of a point's, are expected",
-                     source.name);
+    return wrong_use(
+        "{}: no line of names is known here: those of a pose's columns, or of a point's, are expected",
+        source.name);
   if (!found->header.bodies.empty()) return read_bodies(source, *found, separation);
   return read_places(source, *found, separation);
 }

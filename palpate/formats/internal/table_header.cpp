@@ -46,17 +46,21 @@ bool take_own(const Names& names, TableHeader& header) {
     const std::string u = unit;
     const std::string x = "x" + u, y = "y" + u, z = "z" + u;
     for (const char* prefix : {"", "marker_"})
-      if (const auto at = find_all<7>(names, prefix, {x.c_str(), y.c_str(), z.c_str(), "qw", "qx", "qy", "qz"})) {
+      if (const auto at =
+              find_all<7>(names, prefix, {x.c_str(), y.c_str(), z.c_str(), "qw", "qx", "qy", "qz"})) {
         BodyColumns body;
         body.at = *at;
         body.metres_per_unit = scale;
         header.bodies.push_back(body);
+        header.own = true;
         header.form = "a table of poses";
         header.told = "x y z in " + u.substr(1);
         return true;
       }
     if (const auto at = find_all<3>(names, "", {x.c_str(), y.c_str(), z.c_str()})) {
-      header.points = PointColumns{*at, first_of(names, {"label", "name", "landmark", "point", "corner", "id"}), scale};
+      header.points =
+          PointColumns{*at, first_of(names, {"label", "name", "landmark", "point", "corner", "id"}), scale};
+      header.own = true;
       header.form = "a table of points";
       header.told = u.substr(1);
       return true;
@@ -148,8 +152,10 @@ bool take_euroc(const Names& names, TableHeader& header) {
 
 // Names of NDI's columns that are no tool's.
 bool is_word_of_ndi(const std::string& name) {
-  constexpr std::array kWords = {"frame", "frame#", "face",  "face#",    "state",   "transformstatus", "error",  "markers",
-                                 "#markers", "tools", "#tools", "toolinfo", "wav time", "time", "portstatus", "porthandle"};
+  constexpr std::array kWords = {"frame",           "frame#",   "face",     "face#",    "state",
+                                 "transformstatus", "error",    "markers",  "#markers", "tools",
+                                 "#tools",          "toolinfo", "wav time", "time",     "portstatus",
+                                 "porthandle"};
   return std::find(kWords.begin(), kWords.end(), name) != kWords.end();
 }
 
@@ -157,10 +163,11 @@ bool is_word_of_ndi(const std::string& name) {
 bool take_ndi(const std::vector<std::string_view>& written, const Names& names, TableHeader& header) {
   std::size_t begin = 0;  // of the block
   for (std::size_t i = 0; i + 6 <= names.size(); ++i) {
-    const bool turned = i + 7 <= names.size() && names[i] == "q0" && names[i + 1] == "qx" && names[i + 2] == "qy" &&
-                        names[i + 3] == "qz" && names[i + 4] == "tx" && names[i + 5] == "ty" && names[i + 6] == "tz";
-    const bool angles = names[i] == "rz" && names[i + 1] == "ry" && names[i + 2] == "rx" && names[i + 3] == "tx" &&
-                        names[i + 4] == "ty" && names[i + 5] == "tz";
+    const bool turned = i + 7 <= names.size() && names[i] == "q0" && names[i + 1] == "qx" &&
+                        names[i + 2] == "qy" && names[i + 3] == "qz" && names[i + 4] == "tx" &&
+                        names[i + 5] == "ty" && names[i + 6] == "tz";
+    const bool angles = names[i] == "rz" && names[i + 1] == "ry" && names[i + 2] == "rx" &&
+                        names[i + 3] == "tx" && names[i + 4] == "ty" && names[i + 5] == "tz";
     if (!turned && !angles) continue;
     BodyColumns body;
     const std::size_t t = i + (turned ? 4 : 3);
@@ -191,7 +198,9 @@ bool take_seven(const Names& names, TableHeader& header) {
     const std::string t = names[i].starts_with("t") ? "t" : "";
     const auto ending = names[i].substr(t.size() + 1);
     if (names[i + 1] != t + "y" + ending || names[i + 2] != t + "z" + ending) continue;
-    const auto is = [&](std::size_t k, std::string_view name) { return names[i + k] == std::string(name) + ending; };
+    const auto is = [&](std::size_t k, std::string_view name) {
+      return names[i + k] == std::string(name) + ending;
+    };
     BodyColumns body;
     body.at = {i, i + 1, i + 2, i + 3, i + 4, i + 5, i + 6};
     if ((is(3, "qo") || is(3, "q0") || is(3, "qw")) && is(4, "qx") && is(5, "qy") && is(6, "qz")) {
@@ -210,7 +219,9 @@ bool take_seven(const Names& names, TableHeader& header) {
   header.form = ndi      ? "an export of NDI's combined API"
                 : of_tum ? "a TUM trajectory"
                          : "a table of poses without a unit";
-  header.told = ndi ? "x y z and qo qx qy qz, mm" : of_tum ? "tx ty tz qx qy qz qw, s and m" : "x y z and a quaternion";
+  header.told = ndi      ? "x y z and qo qx qy qz, mm"
+                : of_tum ? "tx ty tz qx qy qz qw, s and m"
+                         : "x y z and a quaternion";
   for (auto& body : header.bodies) body.metres_per_unit = ndi ? 1e-3 : of_tum ? 1.0 : 0.0;
   if (const auto day = find_all<4>(names, "", {"hour", "minutes", "seconds", "ms"}))
     header.time = {TimeForm::time_of_day, *day};

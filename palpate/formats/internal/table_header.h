@@ -10,11 +10,11 @@
 namespace palpate::formats {
 
 struct BodyColumns {
-  std::string name;                   // empty: the table says none
-  std::array<std::size_t, 7> at{};    // x y z, qw qx qy qz
-  std::optional<std::size_t> state;   // a word; what is not OK was not seen
-  bool euler_degrees = false;         // at[3..5] are Rz Ry Rx, degrees, as NDI's programs have them
-  double metres_per_unit = 0.0;       // 0: nobody says
+  std::string name;                  // empty: the table says none
+  std::array<std::size_t, 7> at{};   // x y z, qw qx qy qz
+  std::optional<std::size_t> state;  // a word; what is not OK was not seen
+  bool euler_degrees = false;        // at[3..5] are Rz Ry Rx, degrees, as NDI's programs have them
+  double metres_per_unit = 0.0;      // 0: nobody says
 };
 
 struct PointColumns {
@@ -32,6 +32,7 @@ struct TimeColumns {
 
 struct TableHeader {
   std::string form, told;
+  bool own = false;  // columns of this program's tables
   std::vector<BodyColumns> bodies;
   std::optional<PointColumns> points;  // where there is no body
   TimeColumns time;

@@ -42,8 +42,10 @@ Expected<Content> read_xml(const Source& source) {
     return root == nullptr ? std::nullopt : numbers_in(root->FirstChildElement(key.c_str()));
   };
   if (!has_lens(numbers_at))
-    return wrong_use("{}: is XML or a web page of a kind that is not known here; a lens of OpenCV (opencv_storage) is expected",
-                     source.name);
+    return wrong_use(
+        "{}: is XML or a web page of a kind that is not known here; a lens of OpenCV (opencv_storage) is "
+        "expected",
+        source.name);
   const auto lens = lens_of(numbers_at, "", source.name);
   if (!lens) return tl::unexpected(lens.error());
   return Content{"a lens of OpenCV (XML)", "px, k1 k2 p1 p2 k3", *lens};

@@ -55,7 +55,8 @@ Expected<Content> hand_eye(const YAML::Node& node, bool on_hand, const std::stri
   }
   const Quaternion q(v[0], v[1], v[2], v[3]);
   if (!(std::abs(q.norm() - 1.0) < 0.02))
-    return wrong_use("{}: the quaternion has length {:.4g}, a rotation (length 1) is expected", source, q.norm());
+    return wrong_use("{}: the quaternion has length {:.4g}, a rotation (length 1) is expected", source,
+                     q.norm());
   Transform transform;
   transform.matrix.topLeftCorner<3, 3>() = q.normalized().toRotationMatrix();
   transform.matrix.topRightCorner<3, 1>() = Vector3(v[4], v[5], v[6]);
@@ -68,8 +69,10 @@ Expected<Content> hand_eye(const YAML::Node& node, bool on_hand, const std::stri
 Expected<Content> content_of(const YAML::Node& root, const std::string& source, std::string_view content) {
   if (root.IsMap() && root["transformation"].IsDefined() && root["transformation"].IsMap()) {
     const auto parameters = root["parameters"];
-    const auto where = parameters.IsDefined() && parameters.IsMap() ? parameters["eye_on_hand"] : root["eye_on_hand"];
-    return hand_eye(root["transformation"], where.IsDefined() && where.IsScalar() && where.Scalar() == "true", source);
+    const auto where =
+        parameters.IsDefined() && parameters.IsMap() ? parameters["eye_on_hand"] : root["eye_on_hand"];
+    return hand_eye(root["transformation"], where.IsDefined() && where.IsScalar() && where.Scalar() == "true",
+                    source);
   }
   const NumbersAt numbers_at = [&root](const std::string& key) -> std::optional<std::vector<double>> {
     if (!root.IsMap()) return std::nullopt;
@@ -77,7 +80,8 @@ Expected<Content> content_of(const YAML::Node& root, const std::string& source, 
   };
   if (!has_lens(numbers_at))
     return wrong_use(
-        "{}: is YAML of a kind that is not known here; a lens (camera_matrix), or a transformation of easy_handeye, is expected",
+        "{}: is YAML of a kind that is not known here; a lens (camera_matrix), or a transformation of "
+        "easy_handeye, is expected",
         source);
   const bool ros = root["distortion_model"].IsDefined() || root["camera_name"].IsDefined();
   const std::string model = root["distortion_model"].IsDefined() && root["distortion_model"].IsScalar()
@@ -85,7 +89,7 @@ Expected<Content> content_of(const YAML::Node& root, const std::string& source, 
                                 : std::string();
   const auto lens = lens_of(numbers_at, model, source);
   if (!lens) return tl::unexpected(lens.error());
-  return Content{ros                                                   ? "a camera_info of ROS"
+  return Content{ros                                ? "a camera_info of ROS"
                  : content.starts_with("%YAML:1.0") ? "a lens of OpenCV (YAML)"
                                                     : "a lens in YAML",
                  "px, k1 k2 p1 p2 k3", *lens};
@@ -115,7 +119,8 @@ Expected<Content> read_yaml(const Source& source) {
   try {
     return content_of(YAML::Load(std::string(content)), source.name, source.content);
   } catch (const YAML::Exception& error) {
-    return wrong_use("{}:{}: is no sound YAML ({})", source.name, error.mark.line + 1, excerpt(error.msg, 120));
+    return wrong_use("{}:{}: is no sound YAML ({})", source.name, error.mark.line + 1,
+                     excerpt(error.msg, 120));
   }
 }
 
