@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import os
+import random
 import unittest
 
 from program import ProgramTest
@@ -16,6 +17,13 @@ def turned(point):
     """By 90 degrees about z, and moved."""
     x, y, z = point
     return (-y + 5.0, x - 7.0, z + 11.0)
+
+
+def rotated(q, v):
+    w, u = q[0], q[1:]
+    cross = lambda a, b: [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    twice = [2.0 * part for part in cross(u, v)]
+    return [p + w * a + b for p, a, b in zip(v, twice, cross(u, twice))]
 
 
 class Convert(ProgramTest):
@@ -65,12 +73,17 @@ class Convert(ProgramTest):
         self.assertEqual(float(self.rows_of("out.csv")[0]["x_mm"]), 4.0)
 
     def test_a_pivot_of_a_trajectory_is_that_of_the_table(self):
-        with open(PIVOTS, encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))[:150]
-        columns = ["x_mm", "y_mm", "z_mm"]
-        table = "x_mm,y_mm,z_mm,qw,qx,qy,qz\n" + "".join(",".join(row[k] for k in columns + ["qw", "qx", "qy", "qz"]) + "\n" for row in rows)
+        draw = random.Random(3)
+        rows = []
+        for _ in range(60):
+            q = [1.0] + [draw.uniform(-0.3, 0.3) for _ in range(3)]
+            length = math.sqrt(sum(part * part for part in q))
+            q = [part / length for part in q]
+            turned_tip = rotated(q, (12.0, -20.0, 150.0))
+            rows.append([pivot - part + draw.gauss(0.0, 0.1) for pivot, part in zip((100.0, 50.0, -30.0), turned_tip)] + q)
+        table = "x_mm,y_mm,z_mm,qw,qx,qy,qz\n" + "".join(",".join(map(repr, row)) + "\n" for row in rows)
         self.write("table.csv", table)
-        self.write("take.tum", "".join(" ".join([str(i)] + [repr(1e-3 * float(row[k])) for k in columns] + [row[k] for k in ("qx", "qy", "qz", "qw")]) + "\n"
+        self.write("take.tum", "".join(" ".join(map(repr, [0.1 * i] + [1e-3 * mm for mm in row[:3]] + row[4:] + row[3:4])) + "\n"
                                        for i, row in enumerate(rows)))
         self.write("take.tsv", table.replace(",", "\t"))
         found = {}
@@ -78,9 +91,19 @@ class Convert(ProgramTest):
             done = self.runs("calibrate", "pivot", "--poses", name, "--json", "-")
             found[name] = json.loads(done.out)
             self.assertEqual("TUM" in done.err, name == "take.tum")
+        self.assertLess(math.dist(found["table.csv"]["tip_mm"], (12.0, -20.0, 150.0)), 0.3)
         for name in ("take.tum", "take.tsv"):
             self.assertLess(math.dist(found[name]["tip_mm"], found["table.csv"]["tip_mm"]), 1e-9)
-            self.assertEqual(found[name]["poses"], 150)
+            self.assertEqual(found[name]["poses"], 60)
+
+    def test_a_pivot_of_matrices_is_that_of_the_table(self):
+        with open(PIVOTS, encoding="utf-8") as file:
+            rows = [row for row in csv.DictReader(file) if row["landmark"] == "1"]
+        names = [f"m{r}{c}" for r in range(3) for c in range(4)]
+        self.write("table.csv", ",".join(names) + "\n" + "".join(",".join(row[name] for name in names) + "\n" for row in rows))
+        self.write("blocks.txt", "".join("".join(" ".join(row[f"m{r}{c}"] for c in range(4)) + "\n" for r in range(3)) + "0 0 0 1\n" for row in rows))
+        tips = [json.loads(self.runs("calibrate", "pivot", "--poses", name, "--json", "-").out)["tip_mm"] for name in ("table.csv", "blocks.txt")]
+        self.assertEqual(tips[0], tips[1])
 
     def test_a_plan_of_slicer_is_brought_to_the_desk(self):
         markups = {"markups": [{"type": "Fiducial", "coordinateSystem": "RAS",
