@@ -6,7 +6,8 @@ const std::vector<NamedTarget>& all_targets() {
   static const std::vector<NamedTarget> targets = {
       {"arm_models", arm_models}, {"arm_samples", arm_samples},
       {"conditions", conditions}, {"corners", corners},
-      {"endpoints", endpoints},   {"flights", flights},
+      {"endpoints", endpoints},   {"files_of_others", files_of_others},
+      {"flights", flights},
       {"hand_eye", hand_eye},     {"keys", keys},
       {"matrices", matrices},     {"meshes", meshes},
       {"messages", messages},     {"openigtlink", openigtlink},

@@ -20,6 +20,7 @@ Refusals arm_samples(std::string_view file);
 Refusals conditions(std::string_view file);
 Refusals corners(std::string_view file);
 Refusals endpoints(std::string_view file);
+Refusals files_of_others(std::string_view file);
 Refusals flights(std::string_view file);
 Refusals hand_eye(std::string_view file);
 Refusals keys(std::string_view file);

@@ -143,7 +143,11 @@ Expected<void> read_with_header(PoseFile& file) {
   if (table.rows.empty() && file.left_out > 0)
     return wrong_use("{}: the body is seen in none of {}", table.source, counted(file.left_out, "row"));
   if (const auto fine = table.require_numbers(numbers); !fine) return tl::unexpected(fine.error());
-  const auto time = table.find("time_s");
+  // Poses that were made of a file without times have the column, and nothing in it.
+  auto time = table.find("time_s");
+  if (time && std::all_of(table.text.begin(), table.text.end(),
+                          [&](const auto& cells) { return cells[*time].empty(); }))
+    time.reset();
   file.has_time = time.has_value();
   if (time)
     if (const auto fine = table.require_within({*time}, kLatestTime); !fine)

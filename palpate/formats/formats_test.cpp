@@ -118,7 +118,8 @@ TEST(Formats, OfSeveralToolsSideBySideOneHasToBeNamed) {
       "\n"
       "1.5\tleft\t1\tOK\t1\t0\t0\t0\t1\t2\t3\tright\t1\tOK\t1\t0\t0\t0\t4\t5\t6\n";
   EXPECT_TRUE(
-      holds(refusal(two), "2 tools side by side (left, right); name one (palpate convert --tool NAME)"));
+      holds(refusal(two),
+            "2 tools side by side (left, right); one of them is needed: palpate convert --tool NAME"));
   ReadOptions options;
   options.tool = "right";
   EXPECT_LT((read_as<Poses>(two, options).poses.at(0).translation - Vector3(0.004, 0.005, 0.006)).norm(),

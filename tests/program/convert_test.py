@@ -65,6 +65,8 @@ class Convert(ProgramTest):
         self.write("two.tsv", "Time\tleft\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\tright\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\n"
                               "1\tl\tOK\t1\t0\t0\t0\t1\t2\t3\tr\tOK\t1\t0\t0\t0\t4\t5\t6\n")
         self.refuses(["convert", "two.tsv", "out.csv"], 2, "two.tsv: is an export of NDI's programs of 2 tools side by side (left, right)", "--tool")
+        self.write("p.csv", "x,y,z\n1,2,3\n")
+        self.refuses(["convert", "p.csv", "out.csv"], 2, "p.csv: is a table of points without a unit; a unit is needed: palpate convert --unit mm, or m")
         self.refuses(["convert", "two.tsv", "out.json", "--tool", "left"], 2, "poses cannot be written as json, which holds a lens")
         self.refuses(["convert", "two.tsv", "out.dat"], 2, "out.dat: its ending says no form", ".csv")
         self.refuses(["convert", "nowhere.txt", "out.csv"], 2, "nowhere.txt: no such file")
@@ -104,6 +106,8 @@ class Convert(ProgramTest):
         self.write("blocks.txt", "".join("".join(" ".join(row[f"m{r}{c}"] for c in range(4)) + "\n" for r in range(3)) + "0 0 0 1\n" for row in rows))
         tips = [json.loads(self.runs("calibrate", "pivot", "--poses", name, "--json", "-").out)["tip_mm"] for name in ("table.csv", "blocks.txt")]
         self.assertEqual(tips[0], tips[1])
+        self.runs("convert", "blocks.txt", "again.csv")
+        self.assertLess(math.dist(json.loads(self.runs("calibrate", "pivot", "--poses", "again.csv", "--json", "-").out)["tip_mm"], tips[0]), 1e-9)
 
     def test_a_plan_of_slicer_is_brought_to_the_desk(self):
         markups = {"markups": [{"type": "Fiducial", "coordinateSystem": "RAS",

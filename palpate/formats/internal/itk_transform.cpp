@@ -8,6 +8,7 @@
 
 #include "palpate/core/text.h"
 #include "palpate/formats/internal/forms.h"
+#include "palpate/formats/internal/pose_numbers.h"
 #include "palpate/formats/internal/text_table.h"
 #include "palpate/math/so3.h"
 
@@ -143,9 +144,9 @@ Expected<Content> read_itk_transform(const Source& source) {
   Transform transform;
   transform.matrix.topLeftCorner<3, 3>() = mapping->A;
   transform.matrix.topRightCorner<3, 1>() = 1e-3 * (mapping->t + centre - mapping->A * centre);
-  if (!transform.matrix.allFinite())
-    return wrong_use("{}: is {} whose numbers are too large", source.name, form);
-  return Content{form, "as ITK stores it: from the fixed to the moving image, LPS, mm", transform};
+  const auto sound = transform_of(transform.matrix, source.name);
+  if (!sound) return tl::unexpected(sound.error());
+  return Content{form, "as ITK stores it: from the fixed to the moving image, LPS, mm", *sound};
 }
 
 }  // namespace palpate::formats

@@ -8,8 +8,8 @@
 
 #include "palpate/core/json.h"
 #include "palpate/core/text.h"
-#include "palpate/core/units.h"
 #include "palpate/formats/internal/forms.h"
+#include "palpate/formats/internal/pose_numbers.h"
 #include "palpate/formats/internal/text_table.h"
 
 namespace palpate::formats {
@@ -25,13 +25,6 @@ Expected<bool> is_ras(std::string_view system, const std::string& where) {
   if (system == "RAS" || system == "0") return true;
   if (system == "LPS" || system == "1") return false;
   return wrong_use("{}: the coordinate system is '{}'; LPS or RAS is expected", where, excerpt(system));
-}
-
-Expected<Vector3> place_of(const Vector3& mm, const std::string& where) {
-  const Vector3 place = 1e-3 * mm;
-  if (place.cwiseAbs().maxCoeff() <= kFarthestPlace) return place;
-  return wrong_use("{}: is {:.3g} m away, at most {:g} m is expected", where, place.cwiseAbs().maxCoeff(),
-                   kFarthestPlace);
 }
 
 // The nodes of the file that hold control points. A parser of our own bounds would be one more; nesting beyond what any
@@ -77,7 +70,7 @@ Expected<void> take_points(const Json& node, const std::string& source, Points& 
                        excerpt(label));
     const Vector3 mm((*position)[0].get<double>(), (*position)[1].get<double>(),
                      (*position)[2].get<double>());
-    auto place = place_of(ras ? mirrored(mm) : mm, fmt::format("{}: '{}'", source, excerpt(label)));
+    auto place = place_of(1e-3 * (ras ? mirrored(mm) : mm), fmt::format("{}: '{}'", source, excerpt(label)));
     if (!place) return tl::unexpected(place.error());
     points.places.push_back(*place);
     points.labels.push_back(label);
@@ -174,7 +167,7 @@ Expected<Content> read_fiducials(const Source& source) {
     if (!mm[0] || !mm[1] || !mm[2])
       return wrong_use("{}: no x, y, z in the columns that the header of {} names", where, form);
     const Vector3 at(*mm[0], *mm[1], *mm[2]);
-    auto place = place_of(ras ? mirrored(at) : at, where);
+    auto place = place_of(1e-3 * (ras ? mirrored(at) : at), where);
     if (!place) return tl::unexpected(place.error());
     points.places.push_back(*place);
     points.labels.emplace_back(cells.size() > columns.label ? cells[columns.label] : std::string_view());

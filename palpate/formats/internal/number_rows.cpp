@@ -87,7 +87,9 @@ Expected<Content> blocks(const Source& source, const NumberRows& table) {
       for (Eigen::Index c = 0; c < 4; ++c)
         transform.matrix(r, c) = table.rows[static_cast<std::size_t>(r)][static_cast<std::size_t>(c)];
     transform.matrix.topRightCorner<3, 1>() *= scale;
-    return Content{"a 4x4 matrix", unit, transform};
+    const auto sound = transform_of(transform.matrix, source.name);
+    if (!sound) return tl::unexpected(sound.error());
+    return Content{"a 4x4 matrix", unit, *sound};
   }
   NumberRows whole;
   for (std::size_t i = 0; i < table.rows.size(); i += 4) {
@@ -106,7 +108,7 @@ Expected<Content> matrices_of_a_row(const Source& source, const NumberRows& tabl
   if (width == 12 && separation_of(source.content).separator == ' ')
     return matrices(source, table, 1.0, "a KITTI trajectory", "rows of 3x4 matrices, m");
   return wrong_use(
-      "{}: has rows of {} numbers, which are matrices; say their unit: palpate convert --unit mm, or m",
+      "{}: has rows of {} numbers, which are matrices; their unit is needed: palpate convert --unit mm, or m",
       source.name, width);
 }
 
@@ -140,11 +142,17 @@ Expected<Content> read_rows_of_numbers(const Source& source) {
   if (width == 3) {
     if (!(source.options.metres_per_unit > 0))
       return wrong_use(
-          "{}: has rows of 3 numbers, which are points; say their unit: palpate convert --unit mm, or m",
+          "{}: has rows of 3 numbers, which are points; their unit is needed: palpate convert --unit mm, or "
+          "m",
           source.name);
     Points points;
-    for (const Row& v : table->rows)
-      points.places.push_back(source.options.metres_per_unit * Vector3(v[0], v[1], v[2]));
+    for (std::size_t i = 0; i < table->rows.size(); ++i) {
+      const Row& v = table->rows[i];
+      const auto at =
+          place_of(source.options.metres_per_unit * Vector3(v[0], v[1], v[2]), place(source, table->line[i]));
+      if (!at) return tl::unexpected(at.error());
+      points.places.push_back(*at);
+    }
     return Content{"points, one a row", source.options.metres_per_unit == 1.0 ? "m" : "mm", points};
   }
   return wrong_use(

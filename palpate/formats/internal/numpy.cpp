@@ -7,6 +7,7 @@
 #include "palpate/core/text.h"
 #include "palpate/formats/internal/forms.h"
 #include "palpate/formats/internal/lens_keys.h"
+#include "palpate/formats/internal/pose_numbers.h"
 #include "palpate/formats/internal/text_table.h"
 
 namespace palpate::formats {
@@ -111,7 +112,8 @@ Expected<Array> array_in(const Source& source) {
 Expected<double> unit_of_array(const Source& source) {
   if (source.options.metres_per_unit > 0) return source.options.metres_per_unit;
   return wrong_use(
-      "{}: is an array of NumPy (.npy), which says no unit; say it: palpate convert --unit mm, or m",
+      "{}: is an array of NumPy (.npy), which says no unit; a unit is needed: palpate convert --unit mm, or "
+      "m",
       source.name);
 }
 
@@ -140,7 +142,9 @@ Expected<Content> read_numpy(const Source& source) {
     Transform transform;
     transform.matrix = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(v.data());
     transform.matrix.topRightCorner<3, 1>() *= *scale;
-    return Content{form, unit, transform};
+    const auto sound = transform_of(transform.matrix, source.name);
+    if (!sound) return tl::unexpected(sound.error());
+    return Content{form, unit, *sound};
   }
   if (shape.size() == 3 && shape[1] == 4 && shape[2] == 4) {
     Poses poses;
@@ -155,8 +159,12 @@ Expected<Content> read_numpy(const Source& source) {
   }
   if (shape.size() == 2 && shape[1] == 3) {
     Points points;
-    for (std::size_t i = 0; i < shape[0]; ++i)
-      points.places.push_back(*scale * Vector3(v[3 * i], v[3 * i + 1], v[3 * i + 2]));
+    for (std::size_t i = 0; i < shape[0]; ++i) {
+      const auto at = place_of(*scale * Vector3(v[3 * i], v[3 * i + 1], v[3 * i + 2]),
+                               fmt::format("{}: row {}", source.name, i));
+      if (!at) return tl::unexpected(at.error());
+      points.places.push_back(*at);
+    }
     return Content{form, unit, points};
   }
   return wrong_use("{}: is {} of a shape that is not read; (3, 3), (4, 4), (N, 4, 4) or (N, 3) are",

@@ -39,4 +39,23 @@ Expected<device::StampedPose> pose_of(const PoseNumbers& n, double metres_per_un
   return pose;
 }
 
+Expected<Transform> transform_of(const Eigen::Matrix4d& matrix, const std::string& where) {
+  constexpr double kLargestScale = 1e6;
+  // A comparison that NaN does not pass.
+  const auto within = [](const auto& numbers, double limit) {
+    return (numbers.array().abs() <= limit).all();
+  };
+  if (within(matrix.topLeftCorner<3, 3>(), kLargestScale) &&
+      within(matrix.topRightCorner<3, 1>(), kFarthestPlace))
+    return Transform{matrix};
+  return wrong_use("{}: a number is missing, or so large that this is no transform; check the unit", where);
+}
+
+Expected<Vector3> place_of(const Vector3& place, const std::string& where) {
+  if ((place.array().abs() <= kFarthestPlace).all()) return place;
+  return wrong_use(
+      "{}: a number is missing, or the place more than {:g} m away; check the unit or remove the row", where,
+      kFarthestPlace);
+}
+
 }  // namespace palpate::formats

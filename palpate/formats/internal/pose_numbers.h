@@ -7,6 +7,7 @@
 
 #include "palpate/core/expected.h"
 #include "palpate/device/pose_file.h"
+#include "palpate/formats/content.h"
 
 namespace palpate::formats {
 
@@ -20,5 +21,10 @@ bool is_whole(const PoseNumbers& numbers);
 // Wrong use where the quaternion's length is not 1 within 2 %, and where the place is out of all reach.
 Expected<device::StampedPose> pose_of(const PoseNumbers& numbers, double metres_per_unit,
                                       const std::string& where);
+
+// Wrong use where a number is missing, or larger than any of a transform between things of this world.
+Expected<Transform> transform_of(const Eigen::Matrix4d& matrix, const std::string& where);
+// The same of a place, m.
+Expected<Vector3> place_of(const Vector3& place, const std::string& where);
 
 }  // namespace palpate::formats

@@ -79,8 +79,9 @@ Expected<BodyColumns> chosen_body(const Source& source, const TableHeader& heade
     return wrong_use("{}: is {} without a tool '{}'; there are {}", source.name, header.form,
                      excerpt(source.options.tool), names);
   if (bodies.size() == 1) return bodies.front();
-  return wrong_use("{}: is {} of {} tools side by side ({}); name one (palpate convert --tool NAME)",
-                   source.name, header.form, bodies.size(), names);
+  return wrong_use(
+      "{}: is {} of {} tools side by side ({}); one of them is needed: palpate convert --tool NAME",
+      source.name, header.form, bodies.size(), names);
 }
 
 std::optional<double> time_of(const TimeColumns& time, const Cells& cells, bool decimal_commas) {
@@ -130,7 +131,7 @@ Expected<void> for_each_row(const Source& source, const FoundHeader& found, char
 Expected<double> unit_of(const Source& source, const TableHeader& header, double known) {
   const double scale = known > 0 ? known : source.options.metres_per_unit;
   if (scale > 0) return scale;
-  return wrong_use("{}: is {}; say it: palpate convert --unit mm, or m", source.name, header.form);
+  return wrong_use("{}: is {}; a unit is needed: palpate convert --unit mm, or m", source.name, header.form);
 }
 
 Expected<Content> read_bodies(const Source& source, const FoundHeader& found, Separation separation) {
@@ -170,6 +171,8 @@ Expected<Content> read_bodies(const Source& source, const FoundHeader& found, Se
               where);
         auto pose = pose_of(numbers, *scale, where);
         if (!pose) return tl::unexpected(pose.error());
+        if (poses.poses.empty() && poses.has_time && is_missing(cell_at(cells, time.at[0])))
+          poses.has_time = false;
         const auto stamp = poses.has_time ? time_of(time, cells, separation.decimal_commas) : std::nullopt;
         if (poses.has_time && !(stamp && std::abs(*stamp) <= kLatestTime))
           return wrong_use("{}: the time is no number of seconds", where);

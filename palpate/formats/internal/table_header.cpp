@@ -228,6 +228,16 @@ bool take_seven(const Names& names, TableHeader& header) {
   return true;
 }
 
+// "x,y,z" alone: points in nobody knows what.
+bool take_points(const Names& names, TableHeader& header) {
+  const auto at = find_all<3>(names, "", {"x", "y", "z"});
+  if (!at) return false;
+  header.points = PointColumns{*at, first_of(names, {"label", "name", "landmark", "point", "id"}), 0.0};
+  header.form = "a table of points without a unit";
+  header.told = "x y z";
+  return true;
+}
+
 void find_time(const Names& names, TableHeader& header) {
   if (header.time.form != TimeForm::none) return;
   if (const auto s = first_of(names, {"time_s", "t_s", "time", "timestamp", "t", "timestamp_s"}))
@@ -247,7 +257,8 @@ std::optional<TableHeader> understand_header(const std::vector<std::string_view>
   }
   TableHeader header;
   const bool known = take_own(names, header) || take_ros(names, header) || take_euroc(names, header) ||
-                     take_ndi(written, names, header) || take_seven(names, header);
+                     take_ndi(written, names, header) || take_seven(names, header) ||
+                     take_points(names, header);
   if (!known) return std::nullopt;
   find_time(names, header);
   return header;
