@@ -194,7 +194,7 @@ py::object clock_of(LiveClient& client, double patience_s) {
   fields["drift"] = 1e-6 * facts.model.drift_ppm();
   fields["uncertainty"] = to_seconds(facts.model.uncertainty(now));
   fields["round_trip"] = facts.lowest_round_trip_s;
-  return std::move(fields);
+  return fields;
 }
 
 std::optional<scene::Control> control_named(const std::string& name) {

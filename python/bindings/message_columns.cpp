@@ -35,7 +35,7 @@ enum Type {
 // Goes through the fields of a message.
 class WireReader {
  public:
-  explicit WireReader(std::string_view bytes) : rest_(bytes) {}
+  explicit WireReader(std::string_view message) : rest_(message) {}
 
   std::uint32_t number = 0;
   int wire_type = 0;

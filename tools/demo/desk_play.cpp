@@ -134,7 +134,7 @@ Expected<Json> play_at_desk(const DeskPlayOptions& options) {
     return refused("play: the physics server ended (exit {}): {}", *physics->wait({}),
                    physics->why_it_ended());
   physics->ask_to_stop();
-  physics->wait(std::chrono::seconds(5));
+  physics->wait(std::chrono::seconds(30));  // an application may be preparing what comes next
   world->ask_to_stop();
   world->wait(std::chrono::seconds(5));
   if (figures)

@@ -204,6 +204,12 @@ Expected<void> RealtimeRun::start_physics() {
   auto started = start_server(TwoHosts::kPhysicsHost, physics_arguments(session_), "physics");
   if (!started) return tl::unexpected(started.error());
   physics_.emplace(std::move(*started));
+  // An application may have to get ready first, for half a minute and more; graphics would not wait for so long.
+  while (!physics_->reports().ready()) {
+    if (progress_) progress_(0.0);
+    if (auto runs = still_runs(*physics_, "physics server"); !runs) return runs;
+    std::this_thread::sleep_for(milliseconds(10));
+  }
   return {};
 }
 
@@ -235,8 +241,10 @@ Expected<void> RealtimeRun::watch() {
 
 Expected<void> RealtimeRun::stop() {
   physics_->ask_to_stop();
-  const auto code = physics_->wait(std::chrono::seconds(5));
-  if (!code) return refused("real-time run: the physics server did not end within 5 s");
+  // An application may be preparing what comes next, and ends when it has.
+  constexpr std::chrono::seconds kPatience{30};
+  const auto code = physics_->wait(kPatience);
+  if (!code) return refused("real-time run: the physics server did not end within {} s", kPatience.count());
   if (*code != 0) return still_runs(*physics_, "physics server");
   laboratory_->ask_to_stop();
   laboratory_->wait(std::chrono::seconds(5));

@@ -143,7 +143,7 @@ void stack_residuals(const std::vector<WeighedSample>& samples, const ArmSolutio
     const Matrix3 W = (rows == Rows::whitened ? 1.0 : std::sqrt(sample.weight)) * sample.whitening;
     stack.r.segment<3>(at_row) =
         W * residual_with(at, *sample.observation, *motion, parameters, derive ? &row : nullptr, scratch);
-    if (derive && P > 0) stack.J.middleRows<3>(at_row) = W.lazyProduct(row);  // too small for the blocked product
+    if (derive) stack.J.middleRows<3>(at_row) = W.lazyProduct(row);  // too small for the blocked product
   }
 }
 
@@ -213,6 +213,7 @@ void predicted_tip_derivatives(const ArmSolution& at, const ArmMotion& motion,
 ArmFit solve_arm(const std::vector<WeighedSample>& samples, const ArmSolution& start,
                  const std::vector<ArmParameter>& parameters, const ArmSolution& nominal, double prior_scale,
                  int most_iterations, double tolerance) {
+  if (parameters.empty()) return {start, weighted_cost(samples, start), 0, true};
   const auto P = static_cast<Eigen::Index>(parameters.size());
   Stack stack;
   Scratch scratch;
