@@ -95,6 +95,7 @@ TEST(Formats, RowsInWhichTheBodyWasHiddenAreLeftOutAndCounted) {
       read_as<Poses>(header + seen + "1,,,,,,,,MISSING\n2,nan,nan,nan,nan,nan,nan,nan,x\n3,0,0,0,0,0,0,0,x\n")
           .left_out,
       3u);
+  EXPECT_TRUE(holds(refusal(header + seen + "1,1,2,3,0,0,0,0,OK\n"), "the quaternion has length 0"));
   EXPECT_TRUE(
       holds(refusal(header + seen + "1,1,2,nan,1,0,0,0,OK\n"), "file:3: a part of the pose is missing"));
   EXPECT_TRUE(

@@ -17,7 +17,7 @@ bool is_measured(const std::optional<double>& number) { return number && std::ab
 
 bool is_hidden(const PoseNumbers& n) {
   return std::none_of(n.begin(), n.end(), is_measured) ||
-         std::all_of(n.begin() + 3, n.end(), [](const auto& one) { return one && *one == 0.0; });
+         std::all_of(n.begin(), n.end(), [](const auto& one) { return one && *one == 0.0; });
 }
 
 bool is_whole(const PoseNumbers& n) { return std::all_of(n.begin(), n.end(), is_measured); }

@@ -14,7 +14,7 @@ namespace palpate::formats {
 // x y z, qw qx qy qz
 using PoseNumbers = std::array<std::optional<double>, 7>;
 
-// None is a finite number of a size that a tracker measures, or all of the rotation are 0: the body was hidden.
+// None is a finite number of a size that a tracker measures, or all are 0: the body was hidden.
 bool is_hidden(const PoseNumbers& numbers);
 // Every one is.
 bool is_whole(const PoseNumbers& numbers);
