@@ -2,6 +2,7 @@
 
 #include "palpate/core/file.h"
 #include "palpate/core/file_form.h"
+#include "palpate/core/text.h"
 #include "palpate/formats/internal/forms.h"
 #include "palpate/formats/internal/text_table.h"
 #include "palpate/formats/tables.h"
@@ -44,6 +45,15 @@ Expected<void> may_be_read(const Source& source) {
                    source.name, words);
 }
 
+// A series in which the body is seen nowhere is of no use to anybody.
+Expected<Content> with_poses(Expected<Content> read, const std::string& name) {
+  if (!read) return read;
+  const auto* poses = std::get_if<Poses>(&read->value);
+  if (poses == nullptr || !poses->poses.empty()) return read;
+  return wrong_use("{}: is {} in which the body is seen in none of {}; poses are expected", name, read->form,
+                   counted(poses->left_out, "row"));
+}
+
 }  // namespace
 
 std::vector<std::string> form_names() {
@@ -67,7 +77,8 @@ Expected<Content> parse(std::string_view content, const std::string& name, const
   const Source source{without_byte_order_mark(content), name, options};
   if (source.content.empty()) return wrong_use("{}: is empty", name);
   for (const auto& form : kForms)
-    if (options.form.empty() ? form.is(source.content) : form.name == options.form) return form.read(source);
+    if (options.form.empty() ? form.is(source.content) : form.name == options.form)
+      return with_poses(form.read(source), name);
   if (!options.form.empty())
     return wrong_use("'{}' is no form that is read; there are {}", options.form,
                      fmt::join(form_names(), ", "));

@@ -181,9 +181,6 @@ Expected<Content> read_bodies(const Source& source, const FoundHeader& found, Se
         return {};
       });
   if (!read) return tl::unexpected(read.error());
-  if (poses.poses.empty())
-    return wrong_use("{}: is {} in which {} is seen in none of {}", source.name, found.header.form,
-                     body->name.empty() ? "the tool" : excerpt(body->name), counted(poses.left_out, "row"));
   return Content{found.header.form + (body->name.empty() ? "" : ", " + excerpt(body->name, 60)),
                  found.header.told, poses};
 }
