@@ -292,7 +292,7 @@ TEST(Formats, WhatIsWrittenIsReadBackTheSame) {
   Transform transform;
   transform.matrix.topLeftCorner<3, 3>() = kTurn.toRotationMatrix();
   transform.matrix.topRightCorner<3, 1>() = kPlace;
-  const Points points{{kPlace, -kPlace}, {"a", "b, c"}};
+  const Points points{{kPlace, -kPlace}, {"a", "b; c, d"}};
   int written = 0;
   for (const auto& form : written_forms())
     for (const Content& content : {Content{"", "", poses}, Content{"", "", points}, Content{"", "", lens},

@@ -27,7 +27,7 @@ tl::unexpected<Error> no_place_for(const Content& content, std::string_view form
 // A cell of CSV: on one line, quoted where it holds what separates cells.
 std::string cell(const std::string& label) {
   const std::string text = one_line(label);
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  if (text.find_first_of(",;\t\"\n") == std::string::npos) return text;
   std::string quoted = "\"";
   for (const char c : text) quoted += c == '"' ? std::string("'") : std::string(1, c);
   return quoted + '"';

@@ -16,14 +16,13 @@ constexpr int kLinesLookedAt = 20;
 
 bool is_comment(std::string_view line) { return line.empty() || line.front() == '#' || line.front() == '%'; }
 
-std::size_t count_outside_quotes(std::string_view line, char wanted) {
-  std::size_t count = 0;
+bool has_outside_quotes(std::string_view line, char wanted) {
   bool quoted = false;
   for (const char c : line) {
     if (c == '"') quoted = !quoted;
-    count += !quoted && c == wanted ? 1 : 0;
+    if (!quoted && c == wanted) return true;
   }
-  return count;
+  return false;
 }
 
 std::string_view without_quotes(std::string_view cell) {
@@ -50,20 +49,21 @@ std::optional<std::string_view> next_line(std::string_view& content) {
   return line;
 }
 
+// What most lines hold separates them: a label may hold a semicolon, and a number a comma.
 Separation separation_of(std::string_view content) {
-  std::size_t commas = 0, semicolons = 0, tabs = 0;
+  std::size_t commas = 0, semicolons = 0, tabs = 0;  // lines with some
   int looked = 0;
   while (looked < kLinesLookedAt) {
     const auto line = next_line(content);
     if (!line) break;
     if (trimmed(*line).empty()) continue;
     ++looked;
-    commas += count_outside_quotes(*line, ',');
-    semicolons += count_outside_quotes(*line, ';');
-    tabs += count_outside_quotes(*line, '\t');
+    commas += has_outside_quotes(*line, ',') ? 1 : 0;
+    semicolons += has_outside_quotes(*line, ';') ? 1 : 0;
+    tabs += has_outside_quotes(*line, '\t') ? 1 : 0;
   }
-  if (semicolons > 0) return {';', commas > 0};
-  if (tabs > 0) return {'\t', commas > 0};
+  if (semicolons > 0 && semicolons >= tabs && semicolons >= commas) return {';', commas > 0};
+  if (tabs > 0 && tabs >= commas) return {'\t', commas > 0};
   return {commas > 0 ? ',' : ' ', false};
 }
 

@@ -15,7 +15,7 @@ struct Separation {
   bool decimal_commas = false;
 };
 
-// Which separates the cells of these lines; judged by the first that hold some.
+// Which separates the cells of these lines; judged by the first twenty.
 Separation separation_of(std::string_view content);
 
 // The cells of one line, without quotes and outer blanks; commas within quotes do not separate. At most `most` of them.
