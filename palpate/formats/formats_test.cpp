@@ -177,6 +177,12 @@ TEST(Formats, PointsOfSlicerAreLps) {
                     "nested too deep"));
 }
 
+TEST(Formats, ASemicolonInALabelSeparatesNothing) {
+  const auto points = read_as<Points>("x_mm,y_mm,z_mm,label\n1,2,3,a;b\n4,5,6,c\n");
+  ASSERT_EQ(points.places.size(), 2u);
+  EXPECT_EQ(points.labels, (std::vector<std::string>{"a;b", "c"}));
+}
+
 TEST(Formats, TransformsOfItkAreAsItStoresThem) {
   const auto tfm = [](const std::string& kind, const std::string& parameters,
                       const std::string& fixed = "0 0 0") {
