@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "palpate/calibration/internal/hand_eye_covariance.h"
+#include "palpate/calibration/internal/hand_eye_misreading.h"
 #include "palpate/calibration/internal/hand_eye_motion.h"
 #include "palpate/calibration/internal/hand_eye_problem.h"
 #include "palpate/calibration/internal/hand_eye_roles.h"
@@ -137,6 +138,21 @@ Expected<std::vector<HandEyeStart>> find_starts(const std::vector<device::Stampe
   return starts;
 }
 
+// Refused where the streams are not what they are said to be and more motion would not help; else the starts.
+Expected<std::vector<HandEyeStart>> find_sound_starts(const std::vector<device::StampedPose>& hand,
+                                                      const std::vector<device::StampedPose>& eye,
+                                                      const HandEyeOptions& options) {
+  auto starts = find_starts(hand, eye, options);
+  if (const auto round = find_starts(hand, device::inverted(eye), options); round) {
+    const auto doubt = doubt_of_direction(starts ? starts->front() : HandEyeStart{}, round->front());
+    if (!doubt.empty()) return refused("{}", doubt);
+  }
+  if (!starts || !(starts->front().quality < 1e300)) return starts;
+  const auto doubt = doubt_of_unit(length_ratio(hand, eye, starts->front().state, options.max_hand_gap_s));
+  if (!doubt.empty()) return refused("{}", doubt);
+  return starts;
+}
+
 // Like HandEyeStart::quality.
 double log_of_residuals(const HandEyeSolution& s) {
   return std::log(s.rotation_residual_median + 1e-12) + std::log(s.translation_residual_median + 1e-12);
@@ -212,7 +228,7 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::Stamp
         "hand-eye: {} hand and {} eye poses at different times, at least {} each are needed; record more",
         hand.size(), eye.size(), least);
 
-  const auto starts = find_starts(hand, eye, options);
+  const auto starts = find_sound_starts(hand, eye, options);
   if (!starts) return tl::unexpected(starts.error());
   HandEyeState x = starts->front().state;
 

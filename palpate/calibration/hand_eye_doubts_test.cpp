@@ -106,5 +106,63 @@ TEST(HandEyeDoubts, ARealRecordingsRolesAreNamedWhereTheyAreExchanged) {
   EXPECT_EQ(warned(calibrate_hand_eye(hand, eye, {.estimate_delay = true}), "exchanged"), "");
 }
 
+std::string refusal(const std::vector<device::StampedPose>& hand, const std::vector<device::StampedPose>& eye,
+                    bool estimate_delay) {
+  const auto fit = calibrate_hand_eye(hand, eye, {.estimate_delay = estimate_delay});
+  return fit ? "" : fit.error().message;
+}
+
+TEST(HandEyeDoubts, PosesTurnedRoundAreNamed) {
+  for (const bool estimate : {false, true}) {
+    TwoStreams lab = noisy();
+    lab.delay = estimate ? 0.4 : 0.0;
+    Random random(4, "doubts");
+    const auto hand = lab.hand(random), eye = lab.eye(random);
+    EXPECT_EQ(refusal(hand, eye, estimate), "");
+    EXPECT_NE(refusal(hand, device::inverted(eye), estimate).find("the board's in the camera"),
+              std::string::npos)
+        << refusal(hand, device::inverted(eye), estimate);
+    EXPECT_NE(refusal(device::inverted(hand), eye, estimate).find("the tracker's in the marker"),
+              std::string::npos)
+        << refusal(device::inverted(hand), eye, estimate);
+  }
+}
+
+TEST(HandEyeDoubts, PosesOfARealRecordingTurnedRoundAreNamed) {
+  const auto hand = ethz("vicon_prime_sense.csv"), eye = ethz("W_camera_rgb_image_raw.csv");
+  EXPECT_NE(refusal(hand, device::inverted(eye), true).find("the board's in the camera"), std::string::npos);
+  EXPECT_NE(refusal(device::inverted(hand), eye, true).find("the tracker's in the marker"),
+            std::string::npos);
+}
+
+TEST(HandEyeDoubts, LengthsInAnotherUnitAreToldByHowMuch) {
+  for (const double times : {0.001, 0.01, 0.0254, 10.0, 1000.0}) {
+    TwoStreams lab = noisy();
+    Random random(5, "doubts");
+    const auto hand = lab.hand(random);
+    auto eye = lab.eye(random);
+    for (auto& pose : eye) pose.translation *= times;
+    const auto told = refusal(hand, eye, false);
+    constexpr std::string_view kBefore = "the eye's places fit ";
+    const auto at = told.find(kBefore);
+    ASSERT_NE(at, std::string::npos) << times << ": " << told;
+    EXPECT_NEAR(std::stod(told.substr(at + kBefore.size())) * times, 1.0, 0.05) << told;
+  }
+}
+
+// A board printed at 104 % is no other unit, and few poses turned about one axis tell nothing of it.
+TEST(HandEyeDoubts, NoUnitIsDoubtedForALargerBoardOrPoorMotion) {
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    TwoStreams lab = noisy();
+    if (seed > 5)
+      lab.turn = [](double t) { return Vector3(0.02 * std::sin(t), 0.4 * std::sin(1.3 * t), 0.0); };
+    Random random(seed, "doubts");
+    const auto hand = lab.hand(random);
+    auto eye = lab.eye(random);
+    for (auto& pose : eye) pose.translation *= 1.04;
+    EXPECT_EQ(refusal(hand, eye, false).find("times as long"), std::string::npos);
+  }
+}
+
 }  // namespace
 }  // namespace palpate::calibration

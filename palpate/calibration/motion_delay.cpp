@@ -229,6 +229,12 @@ Expected<MotionDelay> estimate_motion_delay(const Motion& from_motion, const Mot
   const bool many = !search.peaks.empty() && search.peaks.front().score >= search.chance_score;
   const bool rhythm = !many && !fits.empty() && !stands_out(fits, search.independent_s, shorter_s);
   const bool by_chance = rhythm && !in_step(fits, options.longest_s, shorter_s);
+  if (by_chance && fits.front().fit.correlation >= kRhythmCorrelation)
+    return refused(
+        "delay: the motion is a rhythm of a few strokes, and any two of one period fit: {}; record a motion "
+        "without "
+        "a rhythm, or limit the delay (--longest-s, longest_s) to less than half of a stroke",
+        named(fits));
   if (fits.empty() || by_chance || fits.front().fit.correlation < kLeastCorrelation)
     return refused(
         "delay: no common time span is found: at no delay do {} and {} move together better than chance "
@@ -242,7 +248,7 @@ Expected<MotionDelay> estimate_motion_delay(const Motion& from_motion, const Mot
   if (as_good.size() > 1)
     return refused(
         "delay: the motion repeats itself, several delays fit about equally well: {}; record a motion "
-        "without a rhythm, or limit the delay",
+        "without a rhythm, or limit the delay (--longest-s, longest_s)",
         named(as_good));
   MotionDelay answer;
   answer.delay_s = best.delay_s;

@@ -57,6 +57,14 @@ Expected<StampedPose> pose_from_numbers(const Vector3& translation, double w, do
 
 }  // namespace
 
+std::vector<StampedPose> inverted(std::vector<StampedPose> poses) {
+  for (auto& pose : poses) {
+    pose.rotation = pose.rotation.conjugate();
+    pose.translation = -(pose.rotation * pose.translation);
+  }
+  return poses;
+}
+
 Expected<StampedPose> pose_from_row(const CsvTable& table, std::size_t row, const PoseColumns& c) {
   const auto& v = table.rows[row];
   return pose_from_numbers(c.metres_per_unit * Vector3(v[c.x], v[c.y], v[c.z]), v[c.qw], v[c.qx], v[c.qy],

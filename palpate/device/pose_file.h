@@ -37,6 +37,9 @@ struct StampedPose {
   }
 };
 
+// Each pose turned round: that of the frame it is reported in, in the body. Times and segments as they were.
+std::vector<StampedPose> inverted(std::vector<StampedPose> poses);
+
 struct PoseFile {
   std::string source, hash;  // file name; content_hash of what was read
   bool has_time = false;

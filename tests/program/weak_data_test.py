@@ -53,6 +53,7 @@ class WeakData(ProgramTest):
         self.write("two.csv", POINTS + "0,0,0\n1,0,0\n")
         self.write("three.csv", POINTS + "0,0,0\n1,0,0\n0,1,0\n")
         self.refuses(["calibrate", "points", "--from", "two.csv", "--to", "two.csv"], 1, "2 points", "at least 3")
+        self.warned("holds the same as", "calibrate", "points", "--from", "three.csv", "--to", "three.csv")
         self.refuses(["calibrate", "points", "--from", "two.csv", "--to", "three.csv"], 2, "two.csv", "three.csv", "same length")
 
     def test_a_surface_of_two_corners_or_of_corners_on_a_line(self):
@@ -93,6 +94,7 @@ class WeakData(ProgramTest):
         columns = ["--from-column", "u_px", "--to-column", "u_px"]
         swings = ["calibrate", "delay", "--json", "result.json", "--from", "swing.csv", "--to", "swing_late.csv", *columns]
         self.refuses(swings, 1, "repeats itself", "1.08")
+        self.refuses(swings, 1, "--longest-s")
         self.runs(*swings, "--longest-s", "0.4")
         table("other.csv", "time_s,u_px", 0.3, lambda t: f"{sum(math.sin(rate * t + 5 * rate) for rate in (0.9, 2.3, 3.7, 5.1))}")
         self.refuses([*command[:-1], "other.csv", *columns], 1, "no common time span", "0.300 to 20.280 s")
@@ -115,8 +117,17 @@ class WeakData(ProgramTest):
             with self.subTest(name):
                 self.write("odd.csv", "\n".join([columns, *map(",".join, table)]) + "\n")
                 self.refuses(command, 1, "odd.csv", "off the best fit", "check the units")
+        metres = [[str(float(cell) / 1000) if name.startswith("marker_") and name.endswith("_mm") else cell
+                   for name, cell in zip(header.split(","), row)] for row in cells]
+        radians = [[str(math.radians(float(cell))) if name.endswith("_deg") else cell for name, cell in zip(header.split(","), row)] for row in cells]
+        for name, table in {"numbers in metres": metres, "numbers in radians": radians}.items():
+            with self.subTest(name):
+                self.write("odd.csv", "\n".join([header, *map(",".join, table)]) + "\n")
+                self.refuses(command, 1, "odd.csv: arm: ", "check the units")
         self.write("odd.csv", "\n".join([header, *rows]) + "\n")
-        self.runs(*command)
+        self.assertNotIn("is it a", self.runs(*command).out)
+        self.write("longer.toml", 'type = "phantom"\nlengths_mm = [260, 260]\n')
+        self.warned("is it a longer", *command[:-3], "longer.toml")
 
     def test_rows_that_stand_there_twice_count_once_and_are_told(self):
         for kind, options in {"pivot": ["--poses"], "arm": ["--arm", "phantom-premium-1.5", "--samples"], "surface": ["--points"]}.items():
@@ -189,6 +200,32 @@ class WeakData(ProgramTest):
         self.warned("little to find a delay by", "calibrate", "hand-eye", "--hand", "hand-eye/hand.csv", "--eye", "short.csv", "--estimate-delay")
         self.write("corners.csv", POINTS + "0,0,0\n750,0,0\n790,1000,0\n0,1000,0\n")
         self.warned("touched wrongly", "calibrate", "surface", "--points", "corners.csv")
+
+    def test_eye_poses_turned_round_or_in_metres_are_refused(self):
+        self.runs("world", "sample", "hand-eye", "--out", "sim")
+        self.runs("convert", "sim/eye.csv", "round.csv", "--invert")
+        header, *rows = self.read("sim", "eye.csv").decode().splitlines()
+        names = header.split(",")
+        metres = [",".join(str(float(cell) / 1000) if name.endswith("_mm") else cell for name, cell in zip(names, row.split(","))) for row in rows]
+        self.write("metres.csv", "\n".join([header, *metres]) + "\n")
+        command = ["calibrate", "hand-eye", "--hand", "sim/hand.csv", "--json", "result.json"]
+        for delay in ([], ["--estimate-delay"]):
+            self.refuses([*command, *delay, "--eye", "round.csv"], 1, "round.csv", "the board's in the camera", "palpate convert --invert")
+            self.refuses([*command, *delay, "--eye", "metres.csv"], 1, "metres.csv", "1e+03 times as long", "check the headers")
+
+    def test_a_tip_known_worse_than_the_rigs_is_told(self):
+        self.runs("rig", "new", "rig.toml")
+        self.runs("world", "sample", "pivot", "--out", "sim")
+        good = self.runs("calibrate", "pivot", "--poses", "sim/pivot.csv", "--rig", "rig.toml")
+        self.assertNotIn("it holds this one now", good.out)
+        self.assertNotIn("swing it further", good.out)
+        wobble = [(10 * math.sin(7 * i), 10 * math.cos(5 * i), 5 * math.sin(3 * i)) for i in range(40)]
+        few = poses([(math.cos(0.1), math.sin(0.1) * math.sin(i), math.sin(0.1) * math.cos(i), 0) for i in range(40)]).splitlines()
+        rows = [",".join([c[0], *(str(float(a) + b) for a, b in zip(c[1:4], w)), *c[4:]]) for c, w in zip((r.split(",") for r in few[1:]), wobble)]
+        self.write("poor.csv", "\n".join([few[0], *rows]) + "\n")
+        poor = self.runs("calibrate", "pivot", "--poses", "poor.csv", "--rig", "rig.toml")
+        self.assertIn("swing it further", poor.out)
+        self.assertIn("the rig file knew this tip to 0.", poor.out)
 
     def test_hand_and_eye_exchanged_and_a_delay_nobody_asked_for_are_told(self):
         for seed in (1, 2, 3):

@@ -57,10 +57,12 @@ std::vector<std::string> arm_summary(const calibration::findings::ArmFindings& f
   const Json& json = found.json;
   const calibration::ArmSolution& arm = found.estimate.value;
   std::vector<std::string> lines = {
-      fmt::format("uncorrected  {:.4f} mm mean", json["uncorrected_test_mean_mm"].get<double>()),
-      fmt::format("{:<11}  {:.4f} mm mean on unseen samples ({:.4f} on its own), largest {:.4f}; unseen: {}",
+      fmt::format("uncorrected  mean error {:.4f} mm, the arm as its maker describes it",
+                  json["uncorrected_test_mean_mm"].get<double>()),
+      fmt::format("{:<11}  mean error {:.4f} mm, largest {:.4f}, on samples that it has not seen ({}); "
+                  "{:.4f} on its own",
                   calibration::findings::name_of(found.method), json["test_mean_mm"].get<double>(),
-                  json["train_mean_mm"].get<double>(), json["test_max_mm"].get<double>(), found.unseen_from),
+                  json["test_max_mm"].get<double>(), found.unseen_from, json["train_mean_mm"].get<double>()),
       fmt::format("gains        {}", shown(arm.gain)),
       fmt::format("offsets      {} deg", shown(arm.offset, kDegreesPerRadian))};
   if (arm.tip_known)

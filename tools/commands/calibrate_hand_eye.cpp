@@ -18,7 +18,8 @@ namespace {
 namespace findings = calibration::findings;
 
 Expected<void> run_hand_eye_poses(const HandEyeArguments& options) {
-  if (const auto rig = start_rig(options.result); !rig) return tl::unexpected(rig.error());
+  const auto rig = start_rig(options.result);
+  if (!rig) return tl::unexpected(rig.error());
   const auto pair =
       read_pose_pair(options.hand, options.eye,
                      "the marker's poses in the tracker (--hand) and the camera's at the board (--eye)");
@@ -59,7 +60,14 @@ Expected<void> run_hand_eye_poses(const HandEyeArguments& options) {
   result.summary.push_back(fmt::format("residual          median {:.3f} deg, {:.3f} mm over {} eye poses",
                                        degrees_from_radians(s.rotation_residual_median),
                                        kMm * s.translation_residual_median, s.pairs));
-  for (const auto& warning : s.warnings) result.summary.push_back("warning: " + warning);
+  if (const auto& before = options.camera == "right" ? rig->right_hand_eye : rig->hand_eye; before)
+    if (auto worse =
+            warning_of_worse("this camera's place", before->X_marker_camera.translation,
+                             before->covariance.bottomRightCorner<3, 3>(), fit->covariance.block<3, 3>(3, 3));
+        !worse.empty())
+      result.json["warnings"].push_back(worse);
+  for (const auto& warning : result.json["warnings"])
+    result.summary.push_back("warning: " + warning.get<std::string>());
   result.store = [&](rig::Rig& rig) {
     const rig::Provenance from{rig::utc_now(), pair->hash, "joint", kMm * s.translation_rms};
     auto& hand_eye = options.camera == "right" ? rig.right_hand_eye : rig.hand_eye;
@@ -94,10 +102,10 @@ void add_calibrate_hand_eye(CLI::App& calibrate) {
   command->add_option("--stamps", options->stamps, "When each image was taken, a CSV table image,time_s")
       ->type_name("FILE");
   command
-      ->add_option(
-          "--lens", options->lens,
-          "With --corners or --images: the lens, a rig file or a result of calibrate camera; found too "
-          "where neither this nor the rig has it")
+      ->add_option("--lens", options->lens,
+                   "With --corners or --images: the lens, a rig file, a result of calibrate camera or a lens "
+                   "of another program; found too "
+                   "where neither this nor the rig has it")
       ->type_name("FILE");
   for (const auto& [name, value, what] : {std::tuple{"--tracker-sd-mm", &options->tracker_sd_mm, "shift"},
                                           {"--tracker-sd-deg", &options->tracker_sd_deg, "turn"}})

@@ -122,6 +122,11 @@ Expected<void> run_pivot(const PivotArguments& options) {
       fmt::format("residual       {:.4f} mm rms per component, {} of {} poses, turning by {:.1f} deg",
                   result.json["rms_mm"].get<double>(), result.json["inliers"].get<int>(),
                   result.json["poses"].get<int>(), degrees_from_radians(estimate.value.rotation_range)));
+  if (const auto& before = options.marker == "pointer" ? rig->pointer_pivot : rig->tip_pivot; before)
+    if (auto worse = warning_of_worse("this tip", before->tip_in_marker, before->covariance,
+                                      estimate.covariance.topLeftCorner<3, 3>());
+        !worse.empty())
+      result.json["warnings"].push_back(worse);
   for (const auto& warning : result.json["warnings"])
     result.summary.push_back("warning: " + warning.get<std::string>());
   result.store = [&](rig::Rig& target) {

@@ -119,6 +119,9 @@ Expected<void> run_points(const PointsArguments& options) {
   Json& json = result.json;
   json["data"] = Json{{"from", {{"file", from->source}, {"hash", from->hash}}},
                       {"to", {{"file", to->source}, {"hash", to->hash}}}};
+  if (from->hash == to->hash)
+    json["warnings"].push_back(fmt::format("{} holds the same as {}: the same points in two frames are meant",
+                                           options.to, options.from));
   result.summary = {
       fmt::format("translation  {} mm  +- {}", shown(fit.translation, kMm), shown(std_all.tail<3>(), kMm)),
       fmt::format("rotation     {:.4f} deg about {}", degrees_from_radians(so3_log(rotation).norm()),

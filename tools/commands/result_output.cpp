@@ -1,5 +1,7 @@
 #include "tools/commands/result_output.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 
@@ -104,6 +106,20 @@ Expected<void> write_result(const ResultOptions& options, const Result& result) 
   std::FILE* const stream = lines_beside(options.json);
   for (const auto& line : result.summary) print_line(with_sources_named(line), stream);
   return {};
+}
+
+std::string warning_of_worse(const std::string& what, const Vector3& before, const Matrix3& known_before,
+                             const Matrix3& known_now) {
+  constexpr double kMultiple = 3.0, kMatters = 2e-4;  // m
+  const auto largest = [](const Matrix3& covariance) {
+    return std::sqrt(std::max(0.0, covariance.diagonal().maxCoeff()));
+  };
+  const double was = largest(known_before), is = largest(known_now);
+  if (!(was > 0.0) || !(is > kMatters) || is < kMultiple * was) return "";
+  return fmt::format(
+      "the rig file knew {} to {:.3f} mm, {} mm; it holds this one now, known to {:.3f} mm: check which is "
+      "wanted",
+      what, kMm * was, shown(before, kMm), kMm * is);
 }
 
 std::string shown(const Eigen::Ref<const Eigen::VectorXd>& vector, double scale) {

@@ -43,6 +43,11 @@ Expected<rig::Rig> start_rig(const ResultOptions& options);
 // for.
 Expected<void> write_result(const ResultOptions& options, const Result& result);
 
+// What is said where a place in the rig file is replaced by one that is known worse by a multiple: with the place of before,
+// so that nothing is lost. Standard deviations in m, as covariances of a place; empty where there is nothing to say.
+std::string warning_of_worse(const std::string& what, const Vector3& before, const Matrix3& known_before,
+                             const Matrix3& known_now);
+
 // "12.345 6.789 -3.000", to 4 digits after the point, for summaries.
 std::string shown(const Eigen::Ref<const Eigen::VectorXd>& vector, double scale = 1.0);
 

@@ -1,11 +1,13 @@
 #include "palpate/calibration/findings/arm.h"
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
 #include "palpate/calibration/arm_motion.h"
 #include "palpate/calibration/findings/arm_json.h"
 #include "palpate/core/text.h"
+#include "palpate/device/arm_kinematics.h"
 #include "palpate/device/repeats.h"
 
 namespace palpate::calibration::findings {
@@ -163,6 +165,55 @@ Expected<void> check_misfit(const Work& work, const ArmMisfit& misfit) {
       work.source(), mm_from_metres(misfit.error), mm_from_metres(misfit.spread), work.model().name);
 }
 
+// How far places lie from their middle, rms, m.
+double spread_of(const std::vector<Vector3>& places) {
+  Vector3 middle = Vector3::Zero();
+  for (const auto& place : places) middle += place / static_cast<double>(places.size());
+  double sum = 0.0;
+  for (const auto& place : places) sum += (place - middle).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(places.size()));
+}
+
+// Refused where the tracker saw another size of motion than the readings tell: a free tip or lengths can absorb that. A
+// marker may move further than its tip, which may even rest, but not by so much less.
+Expected<void> check_size_of_motion(const Work& work) {
+  constexpr double kLeast = 0.2, kMostOfTips = 5.0;
+  std::vector<Vector3> seen, told;
+  bool tips = true;
+  for (const auto& sample : work.samples()) {
+    tips = tips && sample.tip;
+    seen.push_back(sample.tip ? sample.tip->m : sample.marker->translation);
+    told.push_back(device::arm_tip(work.model(), sample.joints).m);
+  }
+  const double by_tracker = spread_of(seen), by_readings = spread_of(told);
+  if (by_tracker > kLeast * by_readings && (!tips || by_tracker < kMostOfTips * by_readings)) return {};
+  return refused(
+      "{}: arm: the measured places lie {:.3g} mm rms about their middle, where the readings of a {} say "
+      "{:.3g} mm; check "
+      "the units in the header (_mm or _m, _deg or _rad) and the arm (--arm)",
+      work.source(), mm_from_metres(by_tracker), work.model().name, mm_from_metres(by_readings));
+}
+
+// What tells that the samples are another arm's: its own differs by millimetres and percent.
+void add_doubts_of_arm(const Work& work, const ArmSolution& arm, std::vector<std::string>& warnings) {
+  constexpr double kOwn = 0.1;
+  std::string odd;
+  const auto compare = [&](const std::string& name, double found, double nominal, const char* unit) {
+    if (std::abs(found - nominal) <= kOwn * std::abs(nominal)) return;
+    odd += fmt::format("{}{} comes out at {:.4g}{} in place of {:.4g}{}", odd.empty() ? "" : ", ", name,
+                       found, unit, nominal, unit);
+  };
+  if (arm.model.kind == device::ArmModel::Kind::phantom) {
+    const device::PhantomLengths &found = arm.model.lengths, &nominal = work.model().lengths;
+    compare("length 1", mm_from_metres(found.l1), mm_from_metres(nominal.l1), " mm");
+    compare("length 2", mm_from_metres(found.l2), mm_from_metres(nominal.l2), " mm");
+  }
+  for (Eigen::Index i = 0; i < arm.gain.size(); ++i)
+    compare(fmt::format("gain {}", i + 1), arm.gain[i], 1.0, "");
+  if (odd.empty()) return;
+  warnings.push_back(fmt::format("{}: is it a {} (--arm), and are the units right?", odd, work.model().name));
+}
+
 Expected<std::optional<Estimate<GimbalSolution>>> fit_gimbal(const Work& work,
                                                              const Estimate<ArmSolution>& estimate) {
   if (!work.wants_gimbal) return std::nullopt;
@@ -215,6 +266,7 @@ std::vector<std::string> warnings_of(const Work& work, const ArmFindings& found,
         "half of the samples lie more than {:.1f} mm off the best fit: free more, or check units, joint "
         "order and that rows hold one moment each",
         mm_from_metres(misfit.error)));
+  add_doubts_of_arm(work, arm, warnings);
   if (found.estimate.termination == Termination::iteration_limit)
     warnings.push_back("the solution had not settled at the iteration limit");
   if (work.joint() && !work.how.free.delay && taken_in_motion(work.samples()))
@@ -247,6 +299,7 @@ Expected<ArmFindings> find_arm(ArmTask task) {
   if (!estimate) return tl::unexpected(work->of_the_samples(estimate.error()));
   const auto misfit = arm_misfit(estimate->value, work->samples());
   if (auto fine = check_misfit(*work, misfit); !fine) return tl::unexpected(fine.error());
+  if (auto fine = check_size_of_motion(*work); !fine) return tl::unexpected(fine.error());
   auto gimbal = fit_gimbal(*work, *estimate);
   if (!gimbal) return tl::unexpected(gimbal.error());
   auto unseen = judge(*work, estimate->value);

@@ -4,6 +4,7 @@
 
 #include "palpate/calibration/pivot_rests.h"
 #include "palpate/device/repeats.h"
+#include "palpate/math/linear_algebra.h"
 
 namespace palpate::calibration::findings {
 namespace {
@@ -14,6 +15,8 @@ constexpr double kRestlessTip = 0.004;  // m, rms
 constexpr double kNearTip = 0.001;  // m; nearer, metres stand where millimetres are said
 
 constexpr double kShiftThatMatters = 0.0001;  // m
+
+constexpr double kPoorlyKnown = 0.002;  // m, standard deviation: twenty times what a tip has to be known to
 
 // A pose is the same if marker, tip and segment are; when it was read does not matter.
 device::Reading reading_of_pose(const PivotPose& pose) {
@@ -98,7 +101,22 @@ Json segment_json(const PivotSegment& segment, const std::string& label, const V
   return entry;
 }
 
-std::vector<std::string> warnings_of(const PivotSolution& solution, double rms_3d, std::size_t repeats) {
+// The direction in which the tip is known worst, where that is poorly.
+std::string warning_of_poor_tip(const Matrix3& covariance) {
+  if (!covariance.allFinite()) return "";
+  const auto axes = symmetric_eigen(covariance);
+  const double worst = std::sqrt(std::max(0.0, axes.values[2]));
+  if (worst <= kPoorlyKnown) return "";
+  const Vector3 along = axes.vectors.col(2);
+  return fmt::format(
+      "the tip is known to {:.1f} mm only along ({:.2f}, {:.2f}, {:.2f}) of its marker; swing it further, in "
+      "two directions, "
+      "and leave out poses in which it did not rest (--segments auto)",
+      mm_from_metres(worst), along.x(), along.y(), along.z());
+}
+
+std::vector<std::string> warnings_of(const PivotSolution& solution, const Matrix3& covariance, double rms_3d,
+                                     std::size_t repeats) {
   std::vector<std::string> warnings;
   if (repeats > 0) warnings.push_back(device::repeats_warning(repeats));
   if (solution.tip.norm() < kNearTip)
@@ -109,6 +127,7 @@ std::vector<std::string> warnings_of(const PivotSolution& solution, double rms_3
     warnings.push_back(
         "the poses agree badly: the tip did not rest, or the file holds several pivots (--segments COLUMN, "
         "or auto)");
+  if (auto poor = warning_of_poor_tip(covariance); !poor.empty()) warnings.push_back(std::move(poor));
   if (solution.tip_shift && solution.tip_shift->norm() > kShiftThatMatters)
     warnings.push_back(
         fmt::format("the arm's readings show that the tip moved by {:.2f} mm rms, which puts it {:.2f} mm "
@@ -148,7 +167,7 @@ Json to_json(const PivotTask& task, const Estimate<PivotSolution>& estimate, std
   json["std"] = Json{{"tip_mm", json_list(std_all.head<3>(), kMm)}};
   json["covariance"] =
       json_covariance(names, estimate.covariance, Eigen::VectorXd::Constant(std_all.size(), kMm));
-  json["warnings"] = warnings_of(solution, fit.rms_3d, repeats);
+  json["warnings"] = warnings_of(solution, estimate.covariance.topLeftCorner<3, 3>(), fit.rms_3d, repeats);
   add_times(task.poses, json["segments"]);
   return json;
 }
