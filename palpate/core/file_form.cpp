@@ -27,8 +27,8 @@ constexpr std::array kWords = {
     Words{FileForm::json, "is JSON",
           "a table is expected, save it as CSV: a line of names, then rows of numbers"},
     Words{FileForm::xml, "is XML or a web page", "the data themselves are expected, as CSV"},
-    Words{FileForm::nrrd, "is an NRRD file, which is not read",
-          "record with PLUS into .igs.mha, or give the numbers as CSV"},
+    Words{FileForm::nrrd, "is an NRRD file",
+          "a table is expected; a sequence of transforms goes where poses are asked for"},
     Words{FileForm::metaimage, "is a MetaImage file (.mha)",
           "a table is expected; a sequence of transforms goes where poses are asked for"},
     Words{

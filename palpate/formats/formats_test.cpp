@@ -315,7 +315,7 @@ TEST(Formats, WhatIsWrittenIsReadBackTheSame) {
       ASSERT_EQ(again->value.index(), content.value.index());
       if (const auto* read = std::get_if<Poses>(&again->value)) {
         ASSERT_EQ(read->poses.size(), 1u);
-        EXPECT_NEAR(read->poses[0].time_s, poses.poses[0].time_s, 3e-7);
+        if (form.name != "kitti") EXPECT_NEAR(read->poses[0].time_s, poses.poses[0].time_s, 3e-7);
         EXPECT_LT((read->poses[0].translation - kPlace).norm(), 1e-15);
         EXPECT_LT(read->poses[0].rotation.angularDistance(kTurn), 1e-15);
       } else if (const auto* places = std::get_if<Points>(&again->value)) {
@@ -330,7 +330,7 @@ TEST(Formats, WhatIsWrittenIsReadBackTheSame) {
         EXPECT_LT((std::get<Transform>(again->value).matrix - transform.matrix).norm(), 1e-15);
       }
     }
-  EXPECT_EQ(written, 10) << "csv holds two kinds";
+  EXPECT_EQ(written, 12) << "csv holds two kinds";
 }
 
 TEST(Formats, TheEndingSaysTheFormUnlessSomebodyDoes) {
@@ -348,6 +348,65 @@ TEST(Formats, WhatIsNotReadIsNamed) {
                                        {"1 2 3 4 5\n1 2 3 4 5\n", "rows of 5 numbers"},
                                        {"hello\nworld\n", "no form that is known"}})
     EXPECT_TRUE(holds(refusal(content), words)) << content << ": " << refusal(content);
+}
+
+// Frame 1 has lost its tool; behind the head stand bytes of a picture.
+TEST(Formats, ASequenceInNrrdIsReadAsOneInMetaImage) {
+  const std::string
+      matrix = "1 0 0 10 0 1 0 -20 0 0 1 30 0 0 0 1",
+      nrrd =
+          "NRRD0004\n# a comment\ntype: unsigned char\ndimension: 3\nkinds: domain domain list\n"
+          "Seq_Frame0000_Timestamp:=1.5\nSeq_Frame0000_ProbeToTrackerTransform:=" +
+          matrix +
+          "\nSeq_Frame0000_ProbeToTrackerTransformStatus:=OK\nSeq_Frame0001_Timestamp:=2.5\n"
+          "Seq_Frame0001_ProbeToTrackerTransform:=" +
+          matrix +
+          "\nSeq_Frame0001_ProbeToTrackerTransformStatus:=INVALID\n\nSeq_Frame0002_ProbeToTrackerTransform:="
+          "no";
+  const auto poses = read_as<Poses>(nrrd);
+  ASSERT_EQ(poses.poses.size(), 1u);
+  EXPECT_EQ(poses.left_out, 1u);
+  EXPECT_EQ(poses.poses[0].time_s, 1.5);
+  EXPECT_LT((poses.poses[0].translation - Vector3(0.01, -0.02, 0.03)).norm(), 1e-15);
+  EXPECT_TRUE(
+      holds(refusal("NRRD0004\ntype: short\ndimension: 3\n\npixels"), "without a sequence of transforms"));
+  auto broken = nrrd;
+  broken.replace(broken.find("10 0 1"), 2, "x");
+  EXPECT_TRUE(holds(refusal(broken), "file:7: ProbeToTrackerTransform is no matrix")) << refusal(broken);
+}
+
+TEST(Formats, AResultOfEasyHandeye2) {
+  const std::string text =
+      "parameters:\n  name: arm\n  calibration_type: eye_in_hand\n  robot_base_frame: base_link\ntransform:\n"
+      "  translation:\n    x: 0.1\n    y: -0.2\n    z: 0.3\n  rotation:\n    x: 0.5\n    y: -0.5\n    z: "
+      "0.5\n    w: 0.5\n";
+  const auto transform = read_as<Transform>(text);
+  EXPECT_LT((transform.matrix.topRightCorner<3, 1>() - kPlace).norm(), 1e-15);
+  EXPECT_LT((Matrix3(transform.matrix.topLeftCorner<3, 3>()) - kTurn.toRotationMatrix()).norm(), 1e-12);
+  EXPECT_EQ(parse(text, "file")->told, "the camera in the effector, m");
+  std::string lame = text;
+  lame.replace(lame.find("w: 0.5"), 6, "w: 0.9");
+  EXPECT_TRUE(holds(refusal(lame), "length"));
+}
+
+TEST(Formats, ACameraOfKalibrsChain) {
+  const std::string one =
+      "cam0:\n  camera_model: pinhole\n  distortion_coeffs: [-0.28, 0.07, 0.0002, 1.76e-05]\n"
+      "  distortion_model: radtan\n  intrinsics: [458.6, 457.3, 367.2, 248.4]\n  resolution: [752, 480]\n"
+      "  rostopic: /cam0/image_raw\n";
+  const auto lens = read_as<Lens>(one);
+  EXPECT_EQ(lens.fx, 458.6);
+  EXPECT_EQ(lens.cy, 248.4);
+  EXPECT_EQ(lens.distortion, (std::array{-0.28, 0.07, 0.0002, 1.76e-05, 0.0}));
+  EXPECT_EQ(lens.size, (std::array{752, 480}));
+  std::string two = one + one;
+  two.replace(two.rfind("cam0:"), 5, "cam1:");
+  two.replace(two.rfind("458.6"), 5, "500.5");
+  EXPECT_TRUE(holds(refusal(two), "cam0, cam1"));
+  EXPECT_EQ(read_as<Lens>(two, {.tool = "cam1"}).fx, 500.5);
+  std::string fisheye = one;
+  fisheye.replace(fisheye.find("radtan"), 6, "equidistant");
+  EXPECT_TRUE(holds(refusal(fisheye), "equidistant"));
 }
 
 }  // namespace

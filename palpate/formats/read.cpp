@@ -22,6 +22,7 @@ constexpr Form kForms[] = {
     {"tfm", is_itk_transform, read_itk_transform},
     {"fcsv", is_fiducials, read_fiducials},
     {"sequence", is_sequence, read_sequence},
+    {"nrrd", is_nrrd_sequence, read_nrrd_sequence},
     {"mrk-json", is_markups, read_markups},
     {"json", is_lens_json, read_lens_json},
     {"xml", is_xml, read_xml},
@@ -40,6 +41,9 @@ Expected<void> may_be_read(const Source& source) {
     return wrong_use("{}: is an HDF5 file (.h5, .mat of version 7.3), which is not read; save it as text",
                      source.name);
   const auto words = words_of(form_of(source.content));
+  if (source.content.starts_with("NRRD000"))
+    return wrong_use("{}: is an NRRD file without a sequence of transforms in its head, which is expected",
+                     source.name);
   if (words.empty()) return {};
   return wrong_use("{}: {}; poses, points, a lens or a transform are expected (docs/files-of-others.md)",
                    source.name, words);

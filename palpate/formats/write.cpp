@@ -75,6 +75,19 @@ Expected<std::string> tum(const Content& content) {
   return text;
 }
 
+Expected<std::string> kitti(const Content& content) {
+  const auto* poses = std::get_if<Poses>(&content.value);
+  if (poses == nullptr) return no_place_for(content, "kitti", "poses");
+  std::string text;
+  for (const auto& pose : poses->poses) {
+    const Matrix3 R = pose.rotation.toRotationMatrix();
+    for (Eigen::Index r = 0; r < 3; ++r)
+      text +=
+          fmt::format("{} {} {} {}{}", R(r, 0), R(r, 1), R(r, 2), pose.translation[r], r < 2 ? " " : "\n");
+  }
+  return text;
+}
+
 Expected<std::string> euroc(const Content& content) {
   const auto* poses = std::get_if<Poses>(&content.value);
   if (poses == nullptr || !poses->has_time) return no_place_for(content, "euroc", "poses with times");
@@ -185,6 +198,25 @@ Expected<std::string> itk(const Content& content) {
       numbers, length(mm.x()), length(mm.y()), length(mm.z()));
 }
 
+// A camera on what the tracker follows, as easy_handeye's files are read by its own programs.
+Expected<std::string> easy_handeye(const Content& content) {
+  const auto* transform = std::get_if<Transform>(&content.value);
+  if (transform == nullptr) return no_place_for(content, "easy-handeye", "a transform");
+  const Matrix3 R = transform->matrix.topLeftCorner<3, 3>();
+  constexpr double kRotation = 1e-6;
+  if ((R.transpose() * R - Matrix3::Identity()).norm() > kRotation || R.determinant() < 0.0)
+    return wrong_use(
+        "a transform that scales or shears cannot be written as easy-handeye; a rigid one is needed");
+  const Quaternion q(R);
+  const Vector3 t = transform->matrix.topRightCorner<3, 1>();
+  return fmt::format(
+      "parameters:\n  eye_on_hand: true\n  robot_base_frame: world\n  robot_effector_frame: camera_marker\n"
+      "  tracking_base_frame: camera_optical\ntransformation:\n  x: {}\n  y: {}\n  z: {}\n  qx: {}\n  qy: "
+      "{}\n  qz: {}\n"
+      "  qw: {}\n",
+      t.x(), t.y(), t.z(), q.x(), q.y(), q.z(), q.w());
+}
+
 struct Writer {
   WrittenForm form;
   Expected<std::string> (*text)(const Content&);
@@ -194,6 +226,7 @@ const std::vector<Writer>& writers() {
   static const std::vector<Writer> kWriters = {
       {{"csv", ".csv", "a table of poses or points of this program, mm"}, csv},
       {{"tum", ".tum", "t x y z qx qy qz qw, s and m"}, tum},
+      {{"kitti", "", "3x4 matrices row by row, m, without times"}, kitti},
       {{"euroc", "", "a trajectory of EuRoC, ns and m"}, euroc},
       {{"mrk-json", ".mrk.json", "markups of 3D Slicer, LPS, mm"}, markups},
       {{"json", ".json", "a lens of this program, px"}, lens_json},
@@ -201,6 +234,7 @@ const std::vector<Writer>& writers() {
       {{"camera-info", ".yaml", "a camera_info of ROS, px"}, camera_info},
       {{"matrix", ".txt", "a 4x4 matrix, mm"}, matrix_text},
       {{"tfm", ".tfm", "a transform of ITK as it is stored, LPS, mm"}, itk},
+      {{"easy-handeye", "", "a calibration of easy_handeye (YAML), eye on hand, m"}, easy_handeye},
   };
   return kWriters;
 }

@@ -21,6 +21,9 @@ Json lens_json(const BoardViews& views, const Estimate<CameraSolution>& fit,
   Json json;
   json["rms_px"] = s.rms_px;
   json["fx"] = s.model.fx, json["fy"] = s.model.fy, json["cx"] = s.model.cx, json["cy"] = s.model.cy;
+  // The same under the rig file's names.
+  json["fx_px"] = s.model.fx, json["fy_px"] = s.model.fy, json["cx_px"] = s.model.cx,
+  json["cy_px"] = s.model.cy;
   json["distortion"] = s.model.distortion;
   json["width_px"] = s.model.width, json["height_px"] = s.model.height;
   const auto [nearest, farthest] = board_distances(s);

@@ -61,6 +61,20 @@ class Convert(ProgramTest):
         self.runs("convert", "p.fcsv", "p.csv")
         self.assertEqual(self.read("p.csv"), b"x_mm,y_mm,z_mm,label\n-10,-20,30,F-1\n")
 
+    def test_the_board_in_the_camera_becomes_the_camera_in_the_board(self):
+        half = math.sqrt(0.5)
+        self.write("eye.csv", f"time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz\n1.5,10,20,300,{half},0,0,{half}\n")
+        self.assertIn("turned round", self.runs("convert", "eye.csv", "board.csv", "--invert").err)
+        row = {key: float(value) for key, value in self.rows_of("board.csv")[0].items()}
+        for key, value in {"time_s": 1.5, "x_mm": -20, "y_mm": 10, "z_mm": -300, "qw": half, "qx": 0, "qz": -half}.items():
+            self.assertAlmostEqual(row[key], value, 9)
+        self.write("t.txt", "0 -1 0 1\n1 0 0 2\n0 0 2 3\n0 0 0 1\n")
+        self.runs("convert", "t.txt", "back.txt", "--invert")
+        self.assertEqual([[float(x) for x in line.split()] for line in self.read("back.txt").decode().splitlines()],
+                         [[0, 1, 0, -2], [-1, 0, 0, 1], [0, 0, 0.5, -1.5], [0, 0, 0, 1]])
+        self.write("p.csv", "x_mm,y_mm,z_mm\n1,2,3\n")
+        self.refuses(["convert", "p.csv", "out.csv", "--invert"], 2, "p.csv: is ", "--invert needs poses or a transform")
+
     def test_what_cannot_be_is_refused_and_nothing_written(self):
         self.write("two.tsv", "Time\tleft\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\tright\tState\tQ0\tQx\tQy\tQz\tTx\tTy\tTz\n"
                               "1\tl\tOK\t1\t0\t0\t0\t1\t2\t3\tr\tOK\t1\t0\t0\t0\t4\t5\t6\n")

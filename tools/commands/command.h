@@ -75,6 +75,7 @@ void add_board(CLI::App& program);
 void add_lockstep(CLI::App& program);
 void add_play(CLI::App& program);
 void add_convert(CLI::App& program);
+void add_export(CLI::App& program);
 void add_record(CLI::App& program);
 void add_recording(CLI::App& program);
 void add_replay(CLI::App& program);

@@ -5,6 +5,7 @@
 
 #include "palpate/core/file.h"
 #include "palpate/core/text.h"
+#include "palpate/device/pose_file.h"
 #include "palpate/formats/read.h"
 #include "palpate/formats/write.h"
 #include "tools/commands/checks.h"
@@ -16,6 +17,7 @@ namespace {
 struct ConvertArguments {
   formats::ReadOptions read;
   std::string in, out, to, unit;
+  bool invert = false;
 };
 
 // "107 poses", and what was left out of them.
@@ -33,17 +35,35 @@ std::string counts_of(const formats::Content& content) {
   return "a transform";
 }
 
+// B in A becomes A in B.
+Expected<void> invert(formats::Content& content, const std::string& source) {
+  if (auto* poses = std::get_if<formats::Poses>(&content.value))
+    poses->poses = device::inverted(std::move(poses->poses));
+  else if (auto* transform = std::get_if<formats::Transform>(&content.value))
+    transform->matrix = Eigen::Matrix4d(transform->matrix.inverse());
+  else
+    return wrong_use("{}: is {}; --invert needs poses or a transform", source, content.form);
+  if (const auto* transform = std::get_if<formats::Transform>(&content.value);
+      transform && !transform->matrix.allFinite())
+    return wrong_use("{}: is a transform without an inverse; check its numbers", source);
+  return {};
+}
+
 Expected<void> convert(ConvertArguments& options) {
   if (!options.unit.empty()) options.read.metres_per_unit = options.unit == "mm" ? 1e-3 : 1.0;
   const auto form = formats::written_form(options.out, options.to);
   if (!form) return tl::unexpected(form.error());
-  const auto content = formats::read(options.in, options.read);
+  auto content = formats::read(options.in, options.read);
   if (!content) return tl::unexpected(content.error());
+  if (options.invert)
+    if (auto done = invert(*content, options.in); !done) return done;
   const auto text = formats::text_of(*content, *form);
   if (!text) return wrong_use("{}: {}", options.in, text.error().message);
   if (auto written = write_file(options.out, *text); !written) return written;
   print_line(fmt::format("{}: {} ({})", options.in, content->form, content->told), stderr);
-  print_line(fmt::format("{}: {}; {}", options.out, form->told, counts_of(*content)), stderr);
+  print_line(fmt::format("{}: {}; {}{}", options.out, form->told, counts_of(*content),
+                         options.invert ? "; turned round" : ""),
+             stderr);
   return {};
 }
 
@@ -71,6 +91,9 @@ void add_convert(CLI::App& program) {
       ->add_option("--tool,--transform", options->read.tool,
                    "Which body, where a file holds several; of a sequence a transform AToB")
       ->type_name("NAME");
+  command->add_flag(
+      "--invert", options->invert,
+      "Turn every pose or the transform round: the board in the camera becomes the camera in the board");
   command->add_option("--unit", options->unit, "Unit of lengths, where a file does not say it")
       ->check(one_of({"mm", "m"}));
   on(command, [options] { return convert(*options); });

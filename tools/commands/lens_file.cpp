@@ -1,31 +1,28 @@
 #include "tools/commands/lens_file.h"
 
-#include <algorithm>
-
 #include "palpate/core/file.h"
-#include "palpate/core/json.h"
+#include "palpate/core/file_form.h"
+#include "palpate/formats/read.h"
 
 namespace palpate::tools::commands {
 namespace {
 
-Expected<device::CameraModel> lens_from_json(const std::string& file, const std::string& content) {
-  const auto json = Json::parse(content, nullptr, false);
-  const auto number = [&](const char* key) { return json.contains(key) && json[key].is_number(); };
-  for (const char* key : {"fx", "fy", "cx", "cy", "width_px", "height_px"})
-    if (json.is_discarded() || !json.is_object() || !number(key))
-      return wrong_use("{}: no number '{}'; a rig file, or what calibrate camera --json writes, is expected",
-                       file, key);
-  device::CameraModel lens;
-  lens.width = json["width_px"].get<int>(), lens.height = json["height_px"].get<int>();
-  lens.fx = json["fx"].get<double>(), lens.fy = json["fy"].get<double>();
-  lens.cx = json["cx"].get<double>(), lens.cy = json["cy"].get<double>();
-  const auto list = json.value("distortion", Json::array());
-  if (!list.is_array() || list.size() != lens.distortion.size() ||
-      !std::all_of(list.begin(), list.end(), [](const Json& k) { return k.is_number(); }) ||
-      !(lens.fx > 0.0) || !(lens.fy > 0.0))
-    return wrong_use("{}: 'distortion' k1 k2 p1 p2 k3 and focal lengths above 0 are expected", file);
-  for (std::size_t i = 0; i < lens.distortion.size(); ++i) lens.distortion[i] = list[i].get<double>();
-  return lens;
+// Of whatever program.
+Expected<std::optional<device::CameraModel>> lens_of_others(const std::string& file,
+                                                            const std::string& content) {
+  const auto read = formats::parse(content, file);
+  if (!read) return tl::unexpected(read.error());
+  const auto* lens = std::get_if<formats::Lens>(&read->value);
+  if (lens == nullptr)
+    return wrong_use(
+        "{}: is {}; a lens is expected: a rig file, what calibrate camera --json writes, or a lens of "
+        "another program",
+        file, read->form);
+  if (!lens->size)
+    return wrong_use("{}: is {} without the picture's size, which is needed: add its width and height", file,
+                     read->form);
+  return device::CameraModel{(*lens->size)[0], (*lens->size)[1], lens->fx,        lens->fy,
+                             lens->cx,         lens->cy,         lens->distortion};
 }
 
 std::optional<device::CameraModel> lens_of(const rig::Rig& rig, const std::string& camera) {
@@ -41,12 +38,7 @@ Expected<std::optional<device::CameraModel>> given_lens(const std::string& file,
   if (file.empty()) return lens_of(rig, camera);
   const auto content = read_file(file);
   if (!content) return tl::unexpected(content.error());
-  if (const auto first = content->find_first_not_of(" \t\r\n");
-      first != std::string::npos && (*content)[first] == '{') {
-    const auto lens = lens_from_json(file, *content);
-    if (!lens) return tl::unexpected(lens.error());
-    return std::optional(*lens);
-  }
+  if (!is_toml(form_of(*content))) return lens_of_others(file, *content);
   const auto other = rig::read_rig(file);
   if (!other) return tl::unexpected(other.error());
   const auto lens = lens_of(*other, camera);

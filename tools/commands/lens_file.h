@@ -1,6 +1,7 @@
-// A camera's lens as a person names it: --lens FILE, a rig file or what `calibrate camera --json` writes, else the rig at hand.
+// A camera's lens as a person names it: --lens FILE, a rig file, what `calibrate camera --json` writes or a lens of another
+// program (palpate/formats), else the rig at hand.
 //
-// Errors: wrong use: a file that is neither, or has no lens of that camera.
+// Errors: wrong use: a file that is none of these, or has no lens of that camera, or not the picture's size.
 #pragma once
 
 #include <optional>

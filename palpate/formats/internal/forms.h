@@ -40,6 +40,8 @@ Expected<Content> read_numpy(const Source& source);
 
 bool is_sequence(std::string_view content);  // .igs.mha, .seq.mha
 Expected<Content> read_sequence(const Source& source);
+bool is_nrrd_sequence(std::string_view content);  // .seq.nrrd, .nhdr
+Expected<Content> read_nrrd_sequence(const Source& source);
 
 // Rows of numbers without a header: TUM, KITTI, 4x4.
 bool is_rows_of_numbers(std::string_view content);

@@ -1,5 +1,6 @@
-// YAML: OpenCV's FileStorage, ROS' camera_info, easy_handeye. The only place that knows yaml-cpp.
+// YAML: OpenCV's FileStorage, ROS' camera_info, Kalibr's chain of cameras, easy_handeye. The only place that knows yaml-cpp.
 //
+// easy_handeye2 writes `transform:` with `rotation` and `translation`, and `calibration_type: eye_in_hand` or eye_on_base.
 // OpenCV's first line, "%YAML:1.0", is no directive of YAML 1.2, and is left out. easy_handeye: the camera's base in the
 // effector where `eye_on_hand` is true, else in the robot's base; m.
 #include <yaml-cpp/yaml.h>
@@ -45,14 +46,25 @@ std::optional<std::vector<double>> numbers_in(const YAML::Node& node) {
   return numbers;
 }
 
-Expected<Content> hand_eye(const YAML::Node& node, bool on_hand, const std::string& source) {
+// qw qx qy qz x y z under `keys`, the first four in `turn`.
+Expected<std::array<double, 7>> seven_numbers(const YAML::Node& turn, const YAML::Node& shift,
+                                              const std::string& within,
+                                              const std::array<const char*, 7>& keys,
+                                              const std::string& source) {
   std::array<double, 7> v{};
-  const char* const keys[] = {"qw", "qx", "qy", "qz", "x", "y", "z"};
   for (std::size_t i = 0; i < v.size(); ++i) {
-    const auto number = number_at(node[keys[i]]);
-    if (!number) return wrong_use("{}: transformation.{} is no number", source, keys[i]);
+    const auto& node = i < 4 ? turn : shift;
+    const auto number = node.IsDefined() && node.IsMap() ? number_at(node[keys[i]]) : std::nullopt;
+    if (!number) return wrong_use("{}: {}.{} is no number", source, within, keys[i]);
     v[i] = *number;
   }
+  return v;
+}
+
+Expected<Content> hand_eye(const Expected<std::array<double, 7>>& read, bool on_hand,
+                           const std::string& source) {
+  if (!read) return tl::unexpected(read.error());
+  const auto& v = *read;
   const Quaternion q(v[0], v[1], v[2], v[3]);
   if (!(std::abs(q.norm() - 1.0) < 0.02))
     return wrong_use("{}: the quaternion has length {:.4g}, a rotation (length 1) is expected", source,
@@ -66,13 +78,57 @@ Expected<Content> hand_eye(const YAML::Node& node, bool on_hand, const std::stri
                  on_hand ? "the camera in the effector, m" : "the camera in the robot's base, m", transform};
 }
 
-Expected<Content> content_of(const YAML::Node& root, const std::string& source, std::string_view content) {
+// cam0, cam1, ... of Kalibr; the one that is named, or the only one.
+Expected<Content> camera_of_chain(const YAML::Node& root, const std::string& wanted,
+                                  const std::string& source) {
+  std::string names, name = wanted;
+  std::size_t count = 0;
+  for (const auto& entry : root)
+    if (entry.first.IsScalar() && entry.first.Scalar().starts_with("cam") && entry.second.IsMap()) {
+      names += (names.empty() ? "" : ", ") + excerpt(entry.first.Scalar(), 20);
+      if (++count == 1 && wanted.empty()) name = entry.first.Scalar();
+    }
+  if (wanted.empty() && count > 1)
+    return wrong_use("{}: is a chain of {} cameras of Kalibr ({}); name one with --tool", source, count,
+                     names);
+  const auto camera = root[name];
+  if (!camera.IsDefined() || !camera.IsMap())
+    return wrong_use("{}: has no camera '{}'; it has {}", source, excerpt(name), names);
+  const auto word = [&](const char* key) {
+    return camera[key].IsDefined() && camera[key].IsScalar() ? camera[key].Scalar() : std::string();
+  };
+  if (word("camera_model") != "pinhole")
+    return wrong_use("{}: {} is a camera '{}' of Kalibr; a pinhole with radtan is expected", source,
+                     excerpt(name), excerpt(word("camera_model")));
+  if (const auto model = word("distortion_model"); model != "radtan" && model != "none")
+    return wrong_use("{}: {} has the lens '{}' of Kalibr; radtan (k1 k2 p1 p2) is expected", source,
+                     excerpt(name), excerpt(model));
+  const auto lens = lens_of([&](const std::string& key) { return numbers_in(camera[key]); }, "", source);
+  if (!lens) return tl::unexpected(lens.error());
+  return Content{"a camera of Kalibr, " + excerpt(name, 20), "px, k1 k2 p1 p2", *lens};
+}
+
+Expected<Content> content_of(const YAML::Node& root, const Source& from) {
+  const std::string& source = from.name;
+  const std::string_view content = from.content;
+  if (root.IsMap() && root["cam0"].IsDefined() && root["cam0"].IsMap())
+    return camera_of_chain(root, from.options.tool, source);
   if (root.IsMap() && root["transformation"].IsDefined() && root["transformation"].IsMap()) {
     const auto parameters = root["parameters"];
     const auto where =
         parameters.IsDefined() && parameters.IsMap() ? parameters["eye_on_hand"] : root["eye_on_hand"];
-    return hand_eye(root["transformation"], where.IsDefined() && where.IsScalar() && where.Scalar() == "true",
-                    source);
+    const auto node = root["transformation"];
+    return hand_eye(
+        seven_numbers(node, node, "transformation", {"qw", "qx", "qy", "qz", "x", "y", "z"}, source),
+        where.IsDefined() && where.IsScalar() && where.Scalar() == "true", source);
+  }
+  if (root.IsMap() && root["transform"].IsDefined() && root["transform"].IsMap()) {  // easy_handeye2
+    const auto node = root["transform"], parameters = root["parameters"];
+    const auto type =
+        parameters.IsDefined() && parameters.IsMap() ? parameters["calibration_type"] : YAML::Node();
+    return hand_eye(seven_numbers(node["rotation"], node["translation"], "transform",
+                                  {"w", "x", "y", "z", "x", "y", "z"}, source),
+                    type.IsDefined() && type.IsScalar() && type.Scalar() == "eye_in_hand", source);
   }
   const NumbersAt numbers_at = [&root](const std::string& key) -> std::optional<std::vector<double>> {
     if (!root.IsMap()) return std::nullopt;
@@ -117,7 +173,7 @@ Expected<Content> read_yaml(const Source& source) {
                      kMostBytesOfAFew);
   if (content.starts_with("%YAML")) next_line(content);
   try {
-    return content_of(YAML::Load(std::string(content)), source.name, source.content);
+    return content_of(YAML::Load(std::string(content)), source);
   } catch (const YAML::Exception& error) {
     return wrong_use("{}:{}: is no sound YAML ({})", source.name, error.mark.line + 1,
                      excerpt(error.msg, 120));
