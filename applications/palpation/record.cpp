@@ -18,6 +18,7 @@ PalpationRecord::PalpationRecord(const scene::SceneDescription& scene)
 
 void PalpationRecord::add_state(const scene::SceneState& state) {
   last_ = state;
+  created_nj_ = std::max(created_nj_, state.counters[kCreatedNj]);
   if (state.counters[kNoduleSeed] > 0 && !(over_ && shown_.counters[kTrial] == state.counters[kTrial])) {
     over_ = true;
     shown_ = state;
@@ -80,6 +81,7 @@ Json PalpationRecord::summary() const {
   const auto known = [&](Json value) { return over_ ? value : Json(nullptr); };
   const auto nodules = static_cast<int>(revealed_.of(judged()).size());
   Json told{{"over", over_},
+            {"trial", c[kTrial]},
             {"nodules", known(nodules)},
             {"found", known(c[kFound])},
             {"missed", known(nodules - c[kFound])},
@@ -88,24 +90,25 @@ Json PalpationRecord::summary() const {
             {"position_error_mm_median", c[kErrorUm] >= 0 ? Json(1e-3 * c[kErrorUm]) : Json(nullptr)},
             {"seconds", 1e-3 * c[kSearchMs]},
             {"path_m", 1e-3 * c[kPathMm]},
-            {"presses", last_.counters[kTouches]},
+            {"presses", c[kTouches]},
             {"force_p95_n", force.empty() ? Json(nullptr) : Json(force.quantile(0.95))},
             {"force_max_n", force.empty() ? Json(nullptr) : Json(force.quantile(1.0))},
             {"hard_presses", c[kHardPresses]},
             {"depth_mm_max", mm_from_metres(deepest)},
-            {"energy_created_j", 1e-9 * last_.counters[kCreatedNj]}};
+            {"energy_created_j", 1e-9 * created_nj_}};
   if (const auto level = level_told(settings_, judged())) told["level"] = *level;
   return {{"palpation", std::move(told)}};
 }
 
 std::vector<scene::ClosingLine> PalpationRecord::closing_lines(const Json& summary) const {
   const auto& p = summary["palpation"];
+  const std::string trial = p["trial"].get<int>() > 1 ? fmt::format("trial {}: ", p["trial"].get<int>()) : "";
   const std::string level = p.contains("level") ? fmt::format(" at level {}", p["level"].get<int>()) : "";
   if (!p["over"].get<bool>())
-    return {{"palpation", fmt::format("the search{} was not over after {:.1f} s, {} places marked", level,
-                                      p["seconds"].get<double>(), p["marks"].get<int>())}};
+    return {{"palpation", fmt::format("{}the search{} was not over after {:.1f} s, {} places marked", trial,
+                                      level, p["seconds"].get<double>(), p["marks"].get<int>())}};
   return {{"palpation",
-           fmt::format("found {} of {} nodules{}, {} false alarms, in {:.1f} s with {} presses",
+           fmt::format("{}found {} of {} nodules{}, {} false alarms, in {:.1f} s with {} presses", trial,
                        p["found"].get<int>(), p["nodules"].get<int>(), level, p["false_alarms"].get<int>(),
                        p["seconds"].get<double>(), p["presses"].get<int>())}};
 }

@@ -24,7 +24,7 @@ class PalpationRecord : public scene::PlayRecord {
   // In sight: the tip is inside the picture.
   scene::Highlight highlight(const scene::ShownPicture& picture) const override;
   std::vector<std::string> tables() const override;
-  // "palpation": by staircase level, over, nodules, found, missed, marks, false_alarms, position_error_mm_median, seconds, path_m, presses,
+  // "palpation": by staircase level, over, trial, nodules, found, missed, marks, false_alarms, position_error_mm_median, seconds, path_m, presses,
   // force_p95_n, force_max_n, hard_presses, depth_mm_max, energy_created_j. Of the search that was over last, else of
   // the one that was going on, whose nodules nobody has been told: null.
   Json summary() const override;
@@ -41,6 +41,7 @@ class PalpationRecord : public scene::PlayRecord {
   mutable RevealedNodules revealed_;
   std::vector<Row> rows_;
   bool over_ = false;
+  std::int32_t created_nj_ = 0;  // the most of any trial
   scene::SceneState shown_, last_;
 };
 

@@ -177,12 +177,8 @@ std::vector<scene::DrawItem> PalpationView::draw(const scene::SceneState& state)
 std::vector<std::string> PalpationView::captions(const scene::SceneState& state) const {
   const auto& c = state.counters;
   const double force = 1e-3 * c[kForceMn], hard = settings_.rules.hard_n;
-  constexpr int kBar = 20;
-  const int full = std::clamp(static_cast<int>(std::lround(kBar * force / hard)), 0, kBar);
   std::vector<std::string> lines;
-  lines.push_back(
-      fmt::format("force {:.2f} N [{}{}]{}", force, std::string(static_cast<std::size_t>(full), '|'),
-                  std::string(static_cast<std::size_t>(kBar - full), '.'), force > hard ? " too hard" : ""));
+  lines.push_back(fmt::format("force {:.2f} N{}", force, force > hard ? ": too hard" : ""));
   if (way_ == Way::stress && !is_shown(state))
     lines.push_back(fmt::format("yellow: stress of {:.0f} kPa (von Mises); here {:.1f} at most",
                                 1e-3 * OrganTint::kFullStress, 1e-3 * most_stress_));
@@ -192,17 +188,23 @@ std::vector<std::string> PalpationView::captions(const scene::SceneState& state)
     const auto nodules = static_cast<std::int32_t>(revealed_.of(state).size());
     lines.push_back(fmt::format("found {} of {}   missed {}   false alarms {}{}", c[kFound], nodules,
                                 nodules - c[kFound], c[kFalseAlarms], level));
-    if (c[kErrorUm] >= 0) lines.push_back(fmt::format("{:.1f} mm beside", 1e-3 * c[kErrorUm]));
+    if (c[kErrorUm] >= 0)
+      lines.push_back(fmt::format("marked {:.1f} mm beside the middle (median)", 1e-3 * c[kErrorUm]));
+    lines.emplace_back(settings_.rules.pause_s > 0.0 ? "the next trial begins by itself; Space: at once"
+                                                     : "Space: the next trial");
     return lines;
   }
   if (c[kPhase] == static_cast<std::int32_t>(TrialPhase::ready)) {
     lines.push_back(fmt::format("trial {}: find what is hard inside{}", c[kTrial], level));
+    lines.emplace_back("touch the organ to begin");
     return lines;
   }
   lines.push_back(fmt::format("{:.0f} of {:.0f} s   marks {}   too hard {}{}", 1e-3 * c[kSearchMs],
                               settings_.rules.seconds, c[kMarks], c[kHardPresses], level));
   if (c[kDwellPermille] > 300)
     lines.push_back(fmt::format("hold still to mark: {} %", c[kDwellPermille] / 10));
+  else if (c[kMarks] > 0)
+    lines.emplace_back("all found? put the stylus away");
   return lines;
 }
 

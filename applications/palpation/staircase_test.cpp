@@ -123,6 +123,13 @@ TEST(PalpationByStaircase, WhoIsToldTheStateDrawsTheSameNodulesAndTellsTheLevel)
   EXPECT_EQ(summary["palpation"]["level"], 8);
   EXPECT_NE(record.closing_lines(summary)[0].text.find("found 1 of 1 nodules at level 8,"),
             std::string::npos);
+  EXPECT_NE(captions_of(scene, hand.state).find("Space: the next trial"), std::string::npos);
+  // What a trial that has just begun counts is not this one's.
+  auto next = hand.state;
+  next.counters[kTrial] += 1, next.counters[kNoduleSeed] = -9, next.counters[kTouches] += 70;
+  record.add_state(next);
+  EXPECT_EQ(record.summary()["palpation"]["presses"], summary["palpation"]["presses"]);
+  EXPECT_EQ(record.summary()["palpation"]["trial"], summary["palpation"]["trial"]);
   // A reset lets the same be searched again, by somebody who has seen where the nodules are: it counts once.
   application.control(scene::Control::reset);
   search_at(hand, elsewhere(application, pressed_mesh(scene)));

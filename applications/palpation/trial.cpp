@@ -72,7 +72,8 @@ void Trial::step(double dt, const TipOnOrgan& tip) {
     return;
   }
   if (phase_ == TrialPhase::ready) {
-    if (!touches) return;
+    lifted_ = lifted_ || !touches;
+    if (!touches || !lifted_) return;
     phase_ = TrialPhase::searching;
   }
   searched_ += dt;

@@ -1,6 +1,8 @@
 // One search for nodules after the other: when it begins and ends, where the trainee has marked, what it took.
 //
-//   ready -- first touch --> searching -- time over, put away, or asked --> shown -- asked, or a pause --> ready
+//   ready -- a new touch --> searching -- time over, put away, or asked --> shown -- asked, or a pause --> ready
+// A tip that rests on the organ from before has to be lifted first: what it touched belongs to the trial before, or to
+// another hand that has been relieved.
 // A place is marked by pressing there and holding still for TrialRules::dwell_s, or by asking while the tip touches; a
 // mark beside one that is there takes that back. A search ends when it is asked for away from the organ, when the tip has
 // been put away (kAway_m above the organ, for kAway_s), or when its time is over. Frame Body, SI. One thread; nothing
@@ -58,6 +60,7 @@ class Trial {
   std::span<const HiddenNodule> nodules_;
   TrialPhase phase_ = TrialPhase::ready;
   bool next_wanted_ = false;
+  bool lifted_ = false;  // since it was prepared
   TipOnOrgan now_;
   std::array<Vector3, kMostMarks> marks_{};
   std::size_t mark_count_ = 0;

@@ -21,6 +21,7 @@ struct TrialBench {
     trial.prepare(nodules);
     tip.seen = true;
     lift(0.0, 0.0);
+    trial.step(kMs, tip);
   }
   void lift(double x, double z, double height = 0.02) {
     tip.tip = {x, 0.05 + height, z};
@@ -53,6 +54,23 @@ TEST(Trial, BeginsWithTheFirstTouchAndEndsWhenTheStylusIsPutAway) {
   EXPECT_EQ(bench.trial.score().found, 1);
   EXPECT_NEAR(bench.trial.score().median_error(), 0.003, 1e-12);
   EXPECT_NEAR(bench.trial.searched_s(), 1.5 + Trial::kAway_s, 2 * kMs);
+}
+
+// A person who takes the arm over while the program presses would else see the search end with the first lift.
+TEST(Trial, ATipThatRestsOnTheOrganFromBeforeBeginsNothing) {
+  TrialBench bench;
+  bench.press(0.003, 0.0);
+  bench.go_on(0.5);
+  ASSERT_EQ(bench.trial.phase(), TrialPhase::searching);
+  bench.trial.prepare(bench.nodules);
+  bench.go_on(2.0);
+  EXPECT_EQ(bench.trial.phase(), TrialPhase::ready);
+  bench.lift(0.0, 0.0, Trial::kAway_m + 0.01);
+  bench.go_on(2.0);
+  EXPECT_EQ(bench.trial.phase(), TrialPhase::ready);
+  bench.press(0.003, 0.0);
+  bench.go_on(kMs);
+  EXPECT_EQ(bench.trial.phase(), TrialPhase::searching);
 }
 
 TEST(Trial, IsOverWhenItsTimeIs) {
