@@ -132,7 +132,8 @@ def on_post_build(config):
     folder = pathlib.Path(config.site_dir) / "search"
     index = json.loads((folder / "search_index.json").read_text(encoding="utf-8"))
     index["docs"] = [entry for entry in index["docs"] if not entry["location"].startswith("files/")]
-    index["docs"] += [{"location": page, "title": name, "text": ""} for name, page in reference_pages("file", "class", "struct").items()]
+    # A word of a guide's title is rarely meant as a class: pages come first.
+    index["docs"] += [{"location": page, "title": name, "text": "", "boost": 0.2} for name, page in reference_pages("file", "class", "struct").items()]
     text = json.dumps(index, ensure_ascii=False, separators=(",", ":"))
     (folder / "search_index.json").write_text(text, encoding="utf-8")
     (folder / "search_index.js").write_text(f"window.__search = {{index: Promise.resolve({text})}};", encoding="utf-8")

@@ -40,7 +40,7 @@ Json judge(const TomlTable& table, const Json& figures) {
   const auto limit = limit_in(table, figures);
   Json result{
       {"figure", figure}, {"unit", unit}, {"value", nullptr}, {"limit", nullptr}, {"verdict", nullptr}};
-  if (limit) result["limit"] = limit->at;
+  if (limit) result["limit"] = limit->at, result["bound"] = limit->at_most ? "at most" : "at least";
   const auto value = number_in(figures, figure), whole = of.empty() ? 1.0 : number_in(figures, of);
   if (!value || !whole) {
     if (needed_by.empty() || find_in(figures, needed_by) == nullptr) return nullptr;

@@ -20,7 +20,7 @@
 namespace palpate::figures {
 
 // Of each judgement whose figure is known, under its name: {"figure", "unit", "value", "limit", "verdict"}, verdict
-// "holds" or "falls short"; limit and verdict null where there are none. `figures` is nested JSON, of which "a/b" is
+// "holds" or "falls short"; limit and verdict null where there are none; with a limit "bound", "at most" or "at least". `figures` is nested JSON, of which "a/b" is
 // a path. Pure. Errors: wrong use for a file that is none, naming `source` and the key.
 Expected<Json> judged(const Json& figures, std::string_view limits_toml, std::string source);
 

@@ -28,8 +28,10 @@ TEST(Limits, AVerdictFlipsWhereAFigureCrossesItsLimit) {
 TEST(Limits, SayWhatWasJudgedInWhichUnit) {
   const Json it =
       judge(R"({"a": {"b_mm": 0.5}})", "[it]\nfigure = \"a/b_mm\"\nunit = \"mm\"\nat_most = 1")["it"];
-  EXPECT_EQ(it, Json::parse(
-                    R"({"figure": "a/b_mm", "unit": "mm", "value": 0.5, "limit": 1.0, "verdict": "holds"})"));
+  EXPECT_EQ(
+      it,
+      Json::parse(
+          R"({"figure": "a/b_mm", "unit": "mm", "value": 0.5, "limit": 1.0, "verdict": "holds", "bound": "at most"})"));
 }
 
 TEST(Limits, AFigureThatIsNotKnownIsLeftOutUnlessItIsNeeded) {

@@ -124,7 +124,7 @@ class BadSettings(ProgramTest):
                 done = self.run_program(*far)
                 self.says_no(done, 2, "no such", "; see --help")
                 self.assertNotIn("did you mean", done.err)
-        self.refuses([], 2, "'palpate' expects a command; one of calibrate, demo, apps")
+        self.refuses([], 2, "'palpate' expects a command; one of calibrate, demo, ")
         self.refuses(["rig"], 2, "'rig' expects a command; one of new, ")
         self.refuses(["demo", "--quick", "golf"], 2, "golf: 'demo' takes no such word; leave it out")
         self.refuses(["calibrate", "camera", "--images", "good.toml", "good.toml", "--board", "9x6"], 2, "takes no such word; a pattern of files is written in quotes")

@@ -46,6 +46,7 @@ class Status(LaboratoryTest):
             self.assertIn(words, view)
         self.assertRegex(view, r"clock -(5\.0|4\.9)\d+ s \+- ")
         self.assertNotIn("\x1b", view)
+        self.assertEqual(self.runs("status").out.count(" at ipc://"), 1, "into a pipe goes one view")
         self.assertEqual(self.stop_in_order(graphics, physics, world), [[], [], []])
         # What it told meanwhile, beside its own log of each frame: a moment's count is that of some moment of the log.
         rows = list(csv.DictReader(self.read("logs", "realtime_frames.csv").decode().splitlines()))

@@ -20,8 +20,11 @@ Expected<void> write_again(const ReportCommand& options) {
   evaluation::report::PageTemplates templates;
   if (!options.templates.empty())
     if (auto read = templates.add_folder(options.templates); !read) return read;
-  if (is_there(options.folder / "summary.json"))
-    return demo::write_demo_report(options.folder, known_applications(), std::move(templates));
+  if (is_there(options.folder / "summary.json")) {
+    const auto report = demo::write_demo_report(options.folder, known_applications(), std::move(templates));
+    if (!report) return tl::unexpected(report.error());
+    return {};
+  }
   const auto written = read_file(options.folder / "report.json");
   if (!written)
     return wrong_use(

@@ -36,7 +36,10 @@ std::string default_application(const scene::ApplicationRegistry& applications) 
 CLI::Option* add_application_option(CLI::App& command, std::string& application) {
   return command
       .add_option("--app", application, "Application to run; `palpate apps` lists the ones there are")
-      ->default_val(default_application(known_applications()));
+      ->default_val(default_application(known_applications()))
+      ->type_name(known_applications().specs().empty()
+                      ? "NAME"
+                      : fmt::format("{}", fmt::join(known_applications().names(), "|")));
 }
 
 Expected<void> check_application(const scene::ApplicationRegistry& applications, const std::string& name) {

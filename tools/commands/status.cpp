@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <string_view>
 #include <thread>
 
@@ -34,7 +35,7 @@ struct StatusArguments {
   transport::ServerName server;
   std::string json;
   bool once = false, reset = false;
-  double interval_s = 0.2;
+  std::optional<double> interval_s;  // a view after the other, wherever they go
 };
 
 std::string duration_text(double us) {
@@ -162,8 +163,11 @@ Expected<void> show_status(const StatusArguments& options) {
   auto link = transport::connect_states(endpoint, clock, "status", place->identity);
   if (!link) return tl::unexpected(link.error());
 
-  const bool live = !options.once && !options.reset && options.json.empty();
+  constexpr double kInterval = 0.2;  // s
   const bool terminal = isatty(STDOUT_FILENO) != 0;
+  // Into a pipe or a file goes one view, unless an interval is asked for: who waits for the end would wait for ever.
+  const bool live =
+      !options.once && !options.reset && options.json.empty() && (terminal || options.interval_s);
   const auto begun = clock.now();
   auto heard = begun, told = begun;  // anything, and a status
   std::optional<Instant<GraphicsClock>> asked;
@@ -195,7 +199,8 @@ Expected<void> show_status(const StatusArguments& options) {
           endpoint.address, kAnswerWithin, refusal ? "; it refuses: " : "",
           refusal ? excerpt(*refusal, 200) : "");
     }
-    if ((!asked || now - *asked >= seconds(options.interval_s)) && (*link)->ask_status()) asked = now;
+    if ((!asked || now - *asked >= seconds(options.interval_s.value_or(kInterval))) && (*link)->ask_status())
+      asked = now;
     const bool may_say =
         !options.reset || (*link)->role();  // what we may do comes with the answer to our hello
     if (may_say && (*link)->status() && (shown == nullptr || (*link)->status()->uptime_s != last.uptime_s)) {
@@ -226,17 +231,19 @@ Expected<void> show_status(const StatusArguments& options) {
 }  // namespace
 
 void add_status(CLI::App& program) {
-  auto* command =
-      program.add_subcommand("status", "How a running system is doing: loops, clients, exchange; live");
+  auto* command = program.add_subcommand(
+      "status", "How a running system is doing: loops, clients, exchange; live on a terminal");
   auto options = std::make_shared<StatusArguments>();
   add_server_options(*command, options->server);
-  command->add_flag("--once", options->once, "Print one view and end");
+  command->add_flag("--once", options->once,
+                    "Print one view and end, as into a pipe or file without --interval-s");
   command->add_flag("--reset", options->reset,
                     "As an operator: forces that were switched off for good come back, ramped, where their "
                     "reason has gone; the application's counters begin anew. Print one view and end");
-  command->add_option("--interval-s", options->interval_s, "Time between two views")
-      ->check(between(0.1, 60.0))
-      ->capture_default_str();
+  command
+      ->add_option("--interval-s", options->interval_s,
+                   "Time between two views, wherever they go (on a terminal: 0.2)")
+      ->check(between(0.1, 60.0));
   command->add_option("--json", options->json, "Write one view as JSON to FILE (- = standard output) and end")
       ->type_name("FILE");
   on(command, [options] { return show_status(*options); });

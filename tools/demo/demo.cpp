@@ -67,6 +67,9 @@ Expected<void> prepare_folder(const DemoOptions& options) {
   for (const auto& folder : {options.out, options.out / "raw", options.out / "pictures"})
     if (auto made = make_folder(folder); !made) return made;
   std::error_code ignored;
+  if (std::filesystem::exists(options.out / "summary.json", ignored))
+    fmt::print(stderr, "demo: the report in {} is replaced; --out names another folder\n",
+               options.out.string());
   for (const auto* old : {"summary.json", "report.html", "video.mp4"})
     std::filesystem::remove(options.out / old, ignored);
   for (const auto& old : raw_files()) std::filesystem::remove(options.out / "raw" / old.file, ignored);
@@ -327,10 +330,11 @@ Expected<DemoResult> Demo::write_report() {
   (*summary)["made"] = provenance_.told(realtime_.value_or(Json()));
   if (auto done = write_json(options_.out / "summary.json", *summary); !done)
     return tl::unexpected(done.error());
-  if (auto done = write_demo_report(options_.out, options_.applications); !done)
-    return tl::unexpected(done.error());
+  const auto report = write_demo_report(options_.out, options_.applications);
+  if (!report) return tl::unexpected(report.error());
   progress_.finish();
-  return DemoResult{*summary, closing_lines(*summary, record_->closing_lines(*summary), options_.out)};
+  return DemoResult{*summary, closing_lines(*summary, record_->closing_lines(*summary), (*report)["verdicts"],
+                                            options_.out)};
 }
 
 Expected<DemoResult> demo(const DemoOptions& options) {

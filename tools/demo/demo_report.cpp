@@ -160,6 +160,30 @@ Json disparities_of(const PlayFolder& play) {
   return list;
 }
 
+// Of what is judged: how many hold, and each that does not, for those who read no further.
+Json verdicts_of(const Json& judged, const Json& disparities) {
+  Json verdicts{{"holding", 0}, {"short", Json::array()}};
+  const auto count = [&](const Json& one) {
+    if (one.value("verdict", Json()) == "holds") verdicts["holding"] = verdicts["holding"].get<int>() + 1;
+    if (one.value("verdict", Json()) == "falls short") verdicts["short"].push_back(one);
+  };
+  for (const auto& [name, one] : judged.items()) count(one);
+  for (auto one : disparities) {
+    one["figure"] = fmt::format("registration/disparity/{}_px_rms", one["body"].get<std::string>());
+    count(one);
+  }
+  verdicts["some_fall_short"] = !verdicts["short"].empty();
+  verdicts["all_hold"] = verdicts["short"].empty() && verdicts["holding"] != 0;
+  for (auto& one : verdicts["short"])
+    one["words"] = one["value"].is_null()
+                       ? fmt::format("{} is missing", one["figure"].get<std::string>())
+                       : fmt::format("{} {:.4g}{} ({} {:.4g} is wanted)", one["figure"].get<std::string>(),
+                                     one["value"].get<double>(),
+                                     one["unit"] == "" ? "" : " " + one["unit"].get<std::string>(),
+                                     one["bound"].get<std::string>(), one["limit"].get<double>());
+  return verdicts;
+}
+
 }  // namespace
 
 Expected<Json> demo_report(const fs::path& folder, const scene::ApplicationRegistry& applications,
@@ -192,6 +216,7 @@ Expected<Json> demo_report(const fs::path& folder, const scene::ApplicationRegis
               {"kind", "demo"},
               {"summary", play->summary()},
               {"judged", *judged},
+              {"verdicts", verdicts_of(*judged, disparities)},
               {"sums", sums},
               {"disparities", disparities},
               {"application", *application},
@@ -204,11 +229,13 @@ Expected<Json> demo_report(const fs::path& folder, const scene::ApplicationRegis
               {"rows", rows_of(*play)}};
 }
 
-Expected<void> write_demo_report(const fs::path& folder, const scene::ApplicationRegistry& applications,
+Expected<Json> write_demo_report(const fs::path& folder, const scene::ApplicationRegistry& applications,
                                  PageTemplates templates) {
   const auto report = demo_report(folder, applications, templates);
   if (!report) return tl::unexpected(report.error());
-  return evaluation::report::write_report(*report, templates, folder);
+  if (auto done = evaluation::report::write_report(*report, templates, folder); !done)
+    return tl::unexpected(done.error());
+  return report;
 }
 
 }  // namespace palpate::tools::demo

@@ -41,8 +41,8 @@ Expected<Json> demo_report(const std::filesystem::path& folder,
                            const scene::ApplicationRegistry& applications,
                            evaluation::report::PageTemplates& templates);
 
-// folder/report.json and folder/report.html.
-Expected<void> write_demo_report(const std::filesystem::path& folder,
+// folder/report.json, which is returned, and folder/report.html.
+Expected<Json> write_demo_report(const std::filesystem::path& folder,
                                  const scene::ApplicationRegistry& applications,
                                  evaluation::report::PageTemplates templates = {});
 

@@ -176,7 +176,7 @@ std::vector<scene::ClosingLine> own_game(const Json& summary, const scene::PlayR
 
 std::vector<std::string> closing_lines(const Json& summary,
                                        const std::vector<scene::ClosingLine>& of_the_play,
-                                       const std::filesystem::path& out) {
+                                       const Json& verdicts, const std::filesystem::path& out) {
   const auto number = [&summary](const char* part, const char* key) {
     return summary[part][key].get<double>();
   };
@@ -226,6 +226,8 @@ std::vector<std::string> closing_lines(const Json& summary,
   if (of_the_play.empty())  // an application that says nothing of a play: what the hand felt at least
     lines.push_back(fmt::format("force:    {:.2f} N at most, of the {:g} N that the arm may give",
                                 number("force", "peak_n"), number("force", "limit_n")));
+  for (const auto& one : verdicts.value("short", Json::array()))
+    lines.push_back("falls short: " + one["words"].get<std::string>());
   lines.push_back(fmt::format("report:   {}", (out / "report.html").string()));
   return lines;
 }

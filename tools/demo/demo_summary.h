@@ -41,9 +41,9 @@ Expected<Json> demo_summary(const DemoOutcome& outcome);
 std::vector<scene::ClosingLine> own_game(const Json& summary, const scene::PlayRecord& record);
 
 // The plain lines a demo ends with. `of_the_play`: the application's, of the play in lock-step. A person's own game, in
-// summary.json's "realtime/own_game", comes before it.
+// summary.json's "realtime/own_game", comes before it. `verdicts`: the report's of that name; what falls short is told.
 std::vector<std::string> closing_lines(const Json& summary,
                                        const std::vector<scene::ClosingLine>& of_the_play,
-                                       const std::filesystem::path& out);
+                                       const Json& verdicts, const std::filesystem::path& out);
 
 }  // namespace palpate::tools::demo

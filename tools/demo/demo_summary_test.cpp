@@ -27,10 +27,10 @@ struct Told {
   std::vector<std::string> labels;
   std::map<std::string, std::vector<double>> numbers;
 };
-Told told(const std::vector<scene::ClosingLine>& of_the_application) {
+Told told(const std::vector<scene::ClosingLine>& of_the_application, const Json& verdicts = Json::object()) {
   static const std::regex number(R"((^|[ (])([0-9]+(\.[0-9]+)?))");
   Told all;
-  for (const std::string& line : closing_lines(summary_of_a_run(), of_the_application, "out")) {
+  for (const std::string& line : closing_lines(summary_of_a_run(), of_the_application, verdicts, "out")) {
     const auto& label = all.labels.emplace_back(line.substr(0, line.find(':')));
     for (auto at = std::sregex_iterator(line.begin(), line.end(), number); at != std::sregex_iterator(); ++at)
       all.numbers[label].push_back(std::stod((*at)[2]));
@@ -49,6 +49,13 @@ TEST(ClosingLines, HaveTheApplicationsBeforeTheReports) {
             (std::vector<std::string>{"swing", "report"}));
   EXPECT_EQ(lines.numbers.at("swing"), (std::vector{3.0}));
   EXPECT_FALSE(lines.numbers.contains("force"));
+}
+
+TEST(ClosingLines, TellWhatFallsShortBeforeTheReport) {
+  const auto lines =
+      told({}, Json::parse(R"({"holding": 3, "short": [{"words": "a/b_px 0.41 px, too much"}]})"));
+  EXPECT_EQ(*(lines.labels.end() - 2), "falls short");
+  EXPECT_EQ(lines.labels.back(), "report");
 }
 
 TEST(ClosingLines, TellTheForceWhereTheApplicationSaysNothing) {
@@ -82,7 +89,7 @@ TEST(ClosingLines, HaveThePersonsGameBeforeTheProgramsAndSayWhoseIsWhose) {
   summary["realtime"] = Json::parse(
       R"({"own_game": ["3 passes"], "exchange": {"round_trip_us": {"median": 100}, "late": 0, "frames": 90},
     "sync": {"offset_error_us_p99": 10}, "haptic": {"rate_hz": 1000, "overruns": 0}})");
-  const auto lines = closing_lines(summary, {{"swing", "24 passes"}}, "out");
+  const auto lines = closing_lines(summary, {{"swing", "24 passes"}}, Json::object(), "out");
   ASSERT_GE(lines.size(), 3u);
   EXPECT_EQ(lines[lines.size() - 3], "you:      3 passes");
   EXPECT_EQ(lines[lines.size() - 2], "program:  24 passes, in lock-step");

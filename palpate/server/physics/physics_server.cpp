@@ -71,7 +71,7 @@ std::string PhysicsServer::trouble() const {
 
 std::string PhysicsServer::culprit() const {
   const haptics::Guest guest = haptic_.condition().culprit;
-  const bool ours = guest == haptics::Guest::application || guest == haptics::Guest::contact_law;
+  const bool ours = failed() || guest == haptics::Guest::application || guest == haptics::Guest::contact_law;
   constexpr std::size_t kMost = 64;  // of a status
   return ours ? application_name_.substr(0, kMost) : std::string();
 }
