@@ -219,7 +219,7 @@ class WeakData(ProgramTest):
         good = self.runs("calibrate", "pivot", "--poses", "sim/pivot.csv", "--rig", "rig.toml")
         self.assertNotIn("it holds this one now", good.out)
         self.assertNotIn("swing it further", good.out)
-        wobble = [(10 * math.sin(7 * i), 10 * math.cos(5 * i), 5 * math.sin(3 * i)) for i in range(40)]
+        wobble = [(7 * math.sin(7 * i), 7 * math.cos(5 * i), 4 * math.sin(3 * i)) for i in range(40)]
         few = poses([(math.cos(0.1), math.sin(0.1) * math.sin(i), math.sin(0.1) * math.cos(i), 0) for i in range(40)]).splitlines()
         rows = [",".join([c[0], *(str(float(a) + b) for a, b in zip(c[1:4], w)), *c[4:]]) for c, w in zip((r.split(",") for r in few[1:]), wobble)]
         self.write("poor.csv", "\n".join([few[0], *rows]) + "\n")
