@@ -181,7 +181,7 @@ TEST_F(PoseFileTest, FilesOfOtherProgramsAreNamed) {
        "bad.csv: is separated by blanks; commas are expected. Without header 8 cells a row are t,x,y,z,qx");
   says(matrix_text(" "), "is separated by blanks");
   says("0,1;1,5;2;3;0;0;0;1\n", "has decimal commas");
-  says("NRRD0004\ntype: unsigned char\n", "is an NRRD file, which is not read", {.transform = "AToB"});
+  says("NRRD0004\ntype: unsigned char\n", "is an NRRD file", {.transform = "AToB"});
   says("#Insight Transform File V1.0\nTransform: X\nParameters: 1 0 0\n", "is a transform of ITK");
   says("Frame,Q0,Qx,Qy,Qz,Tx,Ty,Tz,Error\n1,1,0,0,0,5,6,7,0.1\n", "is an export of NDI's programs");
   says("rig_version = 1\n", "is a rig file");
