@@ -25,6 +25,7 @@ const std::vector<NamedTarget>& all_targets() {
       {"session_messages", session_messages},
       {"surfaces", surfaces},
       {"trials", trials},
+      {"vrpn_messages", vrpn_messages},
       {"worlds", worlds},
   };
   return targets;

@@ -3,9 +3,9 @@
 
 #include <filesystem>
 
+#include "drivers/network/marker_tracker.h"
+#include "drivers/network/recording.h"
 #include "drivers/openigtlink/loopback_for_tests.h"
-#include "drivers/openigtlink/recording.h"
-#include "drivers/openigtlink/tracker_device.h"
 #include "palpate/calibration/pivot.h"
 #include "palpate/device/pose_file.h"
 
@@ -20,8 +20,8 @@ TEST(TrackerAndPivot, ARecordingComesThroughWithTheSamePivot) {
   const auto folder = std::filesystem::path(PALPATE_DATA_DIR) / "plus_eight_landmark_pivots";
   const auto table = device::read_poses(folder / "stylus_to_reference.csv", {.segment_column = "landmark"});
   ASSERT_TRUE(table.has_value()) << table.error().message;
-  auto recording = read_recording(folder / "EightLandmarkPointsTrackedForPhantomRegistration.igs.mha",
-                                  {"StylusToReference"});
+  auto recording = network::read_recording(
+      folder / "EightLandmarkPointsTrackedForPhantomRegistration.igs.mha", {"StylusToReference"});
   ASSERT_TRUE(recording.has_value()) << recording.error().message;
   ASSERT_EQ(recording->size(), table->poses.size());
   std::vector<calibration::PivotPose> offline;
@@ -29,16 +29,16 @@ TEST(TrackerAndPivot, ARecordingComesThroughWithTheSamePivot) {
     offline.push_back({(*recording)[i].pose.rotation, (*recording)[i].pose.translation,
                        table->poses[i].segment, std::nullopt});
 
-  const auto publisher = publisher_at();
-  OpenIgtlinkTracker tracker(client_of(publisher->address()),
-                             {.markers = {{"StylusToReference", device::MarkerId::tip_marker}}});
-  ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 1; }));
-  Replay replay(std::move(*recording));
+  const auto server = server_at();
+  network::MarkerTracker tracker(client_of(server->address()),
+                                 {.markers = {{"StylusToReference", device::MarkerId::tip_marker}}});
+  ASSERT_TRUE(comes_true([&] { return server->state().clients == 1; }));
+  network::Replay replay(std::move(*recording));
   while (const auto due = replay.next_due()) {  // as fast as the queues can be relied on to lose nothing
     const auto pose = replay.take(*due);
-    ASSERT_TRUE(publisher->publish(pose->tool, Stamp::from_seconds(pose->time_s), pose->pose).has_value());
-    if (publisher->state().published % 500 == 0) {
-      ASSERT_TRUE(publisher->drain(std::chrono::minutes(2)));
+    ASSERT_TRUE(server->publish(pose->tool, Stamp::from_seconds(pose->time_s), pose->pose).has_value());
+    if (server->state().published % 500 == 0) {
+      ASSERT_TRUE(server->drain(std::chrono::minutes(2)));
     }
   }
   ASSERT_TRUE(comes_true([&] { return tracker.state().samples == table->poses.size(); }));

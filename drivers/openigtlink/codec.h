@@ -19,13 +19,12 @@
 #include <variant>
 #include <vector>
 
+#include "drivers/network/tool_sample.h"
 #include "palpate/core/expected.h"
-#include "palpate/math/so3.h"
 #include "palpate/time/instant.h"
 
 namespace palpate::drivers::openigtlink {
 
-inline constexpr std::uint16_t kDefaultPort = 18944;
 inline constexpr std::size_t kHeaderBytes = 58;
 inline constexpr std::size_t kNameBytes = 20;           // of devices and tools; longer names are cut
 inline constexpr std::size_t kMostBodyBytes = 1 << 20;  // 1 MiB: TDATA of 14 979 tools
@@ -46,10 +45,7 @@ struct Header {
   std::uint64_t crc = 0;  // of the body
 };
 
-struct RigidPose {
-  Quaternion rotation = Quaternion::Identity();
-  Vector3 translation = Vector3::Zero();  // m
-};
+using network::RigidPose;
 
 struct Transform {
   RigidPose pose;

@@ -7,11 +7,11 @@
 #include <chrono>
 #include <thread>
 
-#include "drivers/openigtlink/internal/socket.h"
+#include "drivers/network/marker_tracker.h"
+#include "drivers/network/recording.h"
+#include "drivers/network/socket.h"
 #include "drivers/openigtlink/loopback_for_tests.h"
 #include "drivers/openigtlink/message_stream.h"
-#include "drivers/openigtlink/recording.h"
-#include "drivers/openigtlink/tracker_device.h"
 
 namespace palpate::drivers::openigtlink {
 namespace {
@@ -21,11 +21,11 @@ using Stamp = Instant<TrackerClock>;
 RigidPose somewhere(int i) { return {so3_exp(Vector3(0.1, 0.01 * i, 0.2)), Vector3(0.1 * i, -0.2, 1.0)}; }
 
 // A plain socket, for peers that misbehave.
-FileDescriptor connect_to(const Address& address, int buffer = 0) {
-  FileDescriptor socket = begin_connect(resolve(address)->front());
+FileDescriptor connect_to(const network::Address& address, int buffer = 0) {
+  FileDescriptor socket = network::begin_connect(network::resolve(address)->front());
   pollfd item{socket.get(), POLLOUT, 0};
   EXPECT_EQ(::poll(&item, 1, 60'000), 1);
-  EXPECT_TRUE(connected(socket));
+  EXPECT_TRUE(network::connected(socket));
   if (buffer > 0) {
     EXPECT_EQ(::setsockopt(socket.get(), SOL_SOCKET, SO_RCVBUF, &buffer, sizeof buffer), 0);
   }
@@ -37,21 +37,20 @@ void send_all(const FileDescriptor& socket, const std::string& bytes) {
             static_cast<ssize_t>(bytes.size()));
 }
 
-FileDescriptor accept_one(const Listening& server) {
+FileDescriptor accept_one(const network::Listening& server) {
   pollfd item{server.socket.get(), POLLIN, 0};
   EXPECT_EQ(::poll(&item, 1, 60'000), 1);
-  return accept_from(server.socket);
+  return network::accept_from(server.socket);
 }
 
 TEST(Loopback, EveryClientGetsEveryPose) {
-  const auto publisher = publisher_at();
-  ASSERT_NE(publisher, nullptr);
-  std::vector<std::unique_ptr<TrackerClient>> clients;
-  for (int i = 0; i < 3; ++i) clients.push_back(client_of(publisher->address()));
-  ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 3; }));
+  const auto server = server_at();
+  ASSERT_NE(server, nullptr);
+  std::vector<std::unique_ptr<network::PoseClient>> clients;
+  for (int i = 0; i < 3; ++i) clients.push_back(client_of(server->address()));
+  ASSERT_TRUE(comes_true([&] { return server->state().clients == 3; }));
   for (int i = 0; i < 20; ++i)
-    ASSERT_TRUE(
-        publisher->publish("StylusToTracker", Stamp::from_seconds(1.0 + i), somewhere(i)).has_value());
+    ASSERT_TRUE(server->publish("StylusToTracker", Stamp::from_seconds(1.0 + i), somewhere(i)).has_value());
   for (const auto& client : clients) {
     ASSERT_TRUE(comes_true([&] { return client->state().samples == 20; }));
     const auto samples = client->poll();
@@ -64,17 +63,17 @@ TEST(Loopback, EveryClientGetsEveryPose) {
       EXPECT_LT((sample.pose.translation - somewhere(i).translation).norm(), 1e-6);  // float32
     }
     EXPECT_TRUE(client->poll().empty());
-    EXPECT_EQ(client->state().bad_crc + client->state().refused + client->state().lost, 0u);
+    EXPECT_EQ(client->state().messages.damaged + client->state().messages.refused + client->state().lost, 0u);
   }
-  EXPECT_TRUE(publisher->drain(std::chrono::minutes(2)));
-  EXPECT_EQ(publisher->state().sent, 60u);
+  EXPECT_TRUE(server->drain(std::chrono::minutes(2)));
+  EXPECT_EQ(server->state().sent, 60u);
 }
 
 TEST(Loopback, WithoutAStampOfTheServerTheArrivalCounts) {
-  const auto publisher = publisher_at();
-  const auto client = client_of(publisher->address());
-  ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 1; }));
-  for (int i = 0; i < 2; ++i) ASSERT_TRUE(publisher->publish("a", std::nullopt, somewhere(0)).has_value());
+  const auto server = server_at();
+  const auto client = client_of(server->address());
+  ASSERT_TRUE(comes_true([&] { return server->state().clients == 1; }));
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE(server->publish("a", std::nullopt, somewhere(0)).has_value());
   ASSERT_TRUE(comes_true([&] { return client->state().samples == 2; })) << "unstamped ones are never repeats";
   for (const auto& sample : client->poll()) {
     EXPECT_FALSE(sample.server_time);
@@ -83,47 +82,47 @@ TEST(Loopback, WithoutAStampOfTheServerTheArrivalCounts) {
 }
 
 TEST(Loopback, APoseSentAgainIsNoNewMeasurement) {
-  const auto publisher = publisher_at();
-  const auto client = client_of(publisher->address());
-  ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 1; }));
+  const auto server = server_at();
+  const auto client = client_of(server->address());
+  ASSERT_TRUE(comes_true([&] { return server->state().clients == 1; }));
   for (const int i : {1, 1, 1, 2})
-    ASSERT_TRUE(publisher->publish("a", Stamp::from_seconds(i), somewhere(i)).has_value());
+    ASSERT_TRUE(server->publish("a", Stamp::from_seconds(i), somewhere(i)).has_value());
   ASSERT_TRUE(comes_true([&] { return client->state().samples == 2; }));
   EXPECT_EQ(client->state().repeats, 2u);
 }
 
 TEST(Loopback, TheClientComesBackByItself) {
-  auto publisher = publisher_at();
-  const Address address = publisher->address();
+  auto server = server_at();
+  const network::Address address = server->address();
   const auto client = client_of(address);
-  ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 1 && client->state().connected; }));
-  publisher.reset();
+  ASSERT_TRUE(comes_true([&] { return server->state().clients == 1 && client->state().connected; }));
+  server.reset();
   ASSERT_TRUE(comes_true([&] { return !client->state().connected; }));
   EXPECT_NE(client->state().trouble, "");
-  publisher = publisher_at(address.port);
-  ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 1; }));
-  ASSERT_TRUE(publisher->publish("a", {}, somewhere(1)).has_value());
+  server = server_at(address.port);
+  ASSERT_TRUE(comes_true([&] { return server->state().clients == 1; }));
+  ASSERT_TRUE(server->publish("a", {}, somewhere(1)).has_value());
   ASSERT_TRUE(comes_true([&] { return client->state().samples == 1; }));
   EXPECT_EQ(client->state().connections, 2u);
 }
 
 TEST(Loopback, AStalledClientHoldsUpNobody) {
-  const auto publisher = publisher_at(0, {.most_waiting = 64, .stalled_after = Duration(0)});
-  const auto stalled = connect_to(publisher->address());
-  const auto client = client_of(publisher->address());
-  ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 2; }));
+  const auto server = server_at(0, {.of_any = {.most_waiting = 64, .stalled_after = Duration(0)}});
+  const auto stalled = connect_to(server->address());
+  const auto client = client_of(server->address());
+  ASSERT_TRUE(comes_true([&] { return server->state().clients == 2; }));
   // Until the stalled one's queue overflows; what buffers of the kernel take before that is the system's
   // choice.
   int sent = 0;
-  while (publisher->state().dropped == 0 && sent < 1'000'000) {
+  while (server->state().dropped == 0 && sent < 1'000'000) {
     for (int i = 0; i < 32; ++i)
-      ASSERT_TRUE(publisher->publish("a", Stamp::from_seconds(++sent), somewhere(i)).has_value());
+      ASSERT_TRUE(server->publish("a", Stamp::from_seconds(++sent), somewhere(i)).has_value());
     ASSERT_TRUE(comes_true([&] {
       const auto samples = client->poll();
       return client->state().samples >= static_cast<std::uint64_t>(sent);
     })) << "the other client gets all";
   }
-  EXPECT_GT(publisher->state().dropped, 0u);
+  EXPECT_GT(server->state().dropped, 0u);
   // The stalled one wakes up and finds whole messages, the newest among them.
   MessageStream stream;
   std::optional<Stamp> newest;
@@ -140,16 +139,16 @@ TEST(Loopback, AStalledClientHoldsUpNobody) {
 }
 
 TEST(Loopback, AClientThatTakesNothingForLongIsDisconnected) {
-  const auto publisher =
-      publisher_at(0, {.most_waiting = 64, .stalled_after = std::chrono::milliseconds(50)});
-  const auto stalled = connect_to(publisher->address());
-  const auto client = client_of(publisher->address());
-  ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 2; }));
+  const auto server =
+      server_at(0, {.of_any = {.most_waiting = 64, .stalled_after = std::chrono::milliseconds(50)}});
+  const auto stalled = connect_to(server->address());
+  const auto client = client_of(server->address());
+  ASSERT_TRUE(comes_true([&] { return server->state().clients == 2; }));
   int sent = 0;
   EXPECT_TRUE(comes_true([&] {
     for (int i = 0; i < 100; ++i)
-      EXPECT_TRUE(publisher->publish("a", Stamp::from_seconds(++sent), somewhere(i)).has_value());
-    return publisher->state().stalled >= 1;
+      EXPECT_TRUE(server->publish("a", Stamp::from_seconds(++sent), somewhere(i)).has_value());
+    return server->state().stalled >= 1;
   }));
   pollfd item{stalled.get(), 0, 0};
   EXPECT_EQ(::poll(&item, 1, 60'000), 1) << "its end is told at once";
@@ -158,39 +157,39 @@ TEST(Loopback, AClientThatTakesNothingForLongIsDisconnected) {
 // All places are taken by clients that never read: what they leave lying is in the system's buffers, and the
 // queues here may stay empty.
 TEST(Loopback, ClientsThatNeverReadKeepNoPlaces) {
-  const auto publisher = publisher_at();
+  const auto server = server_at();
   std::vector<FileDescriptor> silent;
-  for (std::size_t i = 0; i < PublisherOptions{}.most_clients; ++i) {
-    silent.push_back(connect_to(publisher->address(), 2048));
-    ASSERT_TRUE(comes_true([&] { return publisher->state().clients == silent.size(); }));
+  for (std::size_t i = 0; i < network::PoseServerOptions{}.most_clients; ++i) {
+    silent.push_back(connect_to(server->address(), 2048));
+    ASSERT_TRUE(comes_true([&] { return server->state().clients == silent.size(); }));
   }
-  const auto client = client_of(publisher->address());  // comes again where it is turned away
+  const auto client = client_of(server->address());  // comes again where it is turned away
   const auto begun = std::chrono::steady_clock::now();
   int sent = 0;
   EXPECT_TRUE(comes_true([&] {
     for (int i = 0; i < 10; ++i)
-      EXPECT_TRUE(publisher->publish("a", Stamp::from_seconds(++sent), somewhere(i)).has_value());
+      EXPECT_TRUE(server->publish("a", Stamp::from_seconds(++sent), somewhere(i)).has_value());
     client->poll();
     return client->state().samples > 0;
   }));
   EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(60));
-  EXPECT_EQ(publisher->state().stalled, silent.size());
-  EXPECT_GE(publisher->state().turned_away, 1u);
+  EXPECT_EQ(server->state().stalled, silent.size());
+  EXPECT_GE(server->state().turned_away, 1u);
 }
 
 TEST(Loopback, AClientThatHasNothingToReadKeepsItsPlace) {
-  const auto publisher = publisher_at(0, {.stalled_after = std::chrono::milliseconds(20)});
-  const auto idle = connect_to(publisher->address());
-  const auto client = client_of(publisher->address());
-  ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 2; }));
+  const auto server = server_at(0, {.of_any = {.stalled_after = std::chrono::milliseconds(20)}});
+  const auto idle = connect_to(server->address());
+  const auto client = client_of(server->address());
+  ASSERT_TRUE(comes_true([&] { return server->state().clients == 2; }));
   int looks = 0;
   EXPECT_TRUE(comes_true([&] { return ++looks == 30; }));  // of 10 ms
-  EXPECT_EQ(publisher->state().clients, 2u);
+  EXPECT_EQ(server->state().clients, 2u);
 }
 
 // A client that reads everything, and publishes poses of tools a and b until something has come of it.
 struct Asker {
-  PosePublisher& publisher;
+  network::PoseServer& server;
   FileDescriptor socket;
   MessageStream stream;
   int sent = 0, transforms = 0, other = 0;
@@ -215,8 +214,8 @@ struct Asker {
   bool until(const std::function<bool()>& condition) {
     return comes_true([&] {
       ++sent;
-      EXPECT_TRUE(publisher.publish("a", Stamp::from_seconds(sent), somewhere(1)).has_value());
-      EXPECT_TRUE(publisher.publish("b", Stamp::from_seconds(sent + 0.5), somewhere(2)).has_value());
+      EXPECT_TRUE(server.publish("a", Stamp::from_seconds(sent), somewhere(1)).has_value());
+      EXPECT_TRUE(server.publish("b", Stamp::from_seconds(sent + 0.5), somewhere(2)).has_value());
       read();
       return condition();
     });
@@ -224,8 +223,8 @@ struct Asker {
 };
 
 TEST(Loopback, TrackingDataComesToWhoAsksForItAndTransformsAgainWhenItHasEnough) {
-  const auto publisher = publisher_at(0, {.tracking_data = true});
-  Asker asker{.publisher = *publisher, .socket = connect_to(publisher->address())};
+  const auto server = server_at(0, {.tracking_data = true});
+  Asker asker{.server = *server, .socket = connect_to(server->address())};
   ASSERT_TRUE(asker.until([&] { return asker.transforms > 0; }));
   EXPECT_TRUE(asker.data.empty());
   send_all(asker.socket, *encode({"", {}, StartTracking{0, ""}}));
@@ -246,8 +245,8 @@ TEST(Loopback, TrackingDataComesToWhoAsksForItAndTransformsAgainWhenItHasEnough)
 }
 
 TEST(Loopback, TrackingDataKeepsTheIntervalThatWasAskedFor) {
-  const auto publisher = publisher_at(0, {.tracking_data = true});
-  Asker asker{.publisher = *publisher, .socket = connect_to(publisher->address())};
+  const auto server = server_at(0, {.tracking_data = true});
+  Asker asker{.server = *server, .socket = connect_to(server->address())};
   const auto begun = std::chrono::steady_clock::now();
   send_all(asker.socket, *encode({"", {}, StartTracking{60, ""}}));
   ASSERT_TRUE(asker.until([&] { return asker.data.size() >= 6; }));
@@ -255,43 +254,43 @@ TEST(Loopback, TrackingDataKeepsTheIntervalThatWasAskedFor) {
 }
 
 TEST(Loopback, WhoDoesNotServeTrackingDataSendsTransformsToAll) {
-  const auto publisher = publisher_at();
-  Asker asker{.publisher = *publisher, .socket = connect_to(publisher->address())};
+  const auto server = server_at();
+  Asker asker{.server = *server, .socket = connect_to(server->address())};
   send_all(asker.socket, *encode({"", {}, StartTracking{0, ""}}));
   ASSERT_TRUE(asker.until([&] { return asker.transforms > 20; }));
   EXPECT_TRUE(asker.data.empty());
 }
 
 TEST(Loopback, AClientThatSpeaksSomethingElseIsThrownOut) {
-  const auto publisher = publisher_at();
-  const auto client = client_of(publisher->address());
-  const auto browser = connect_to(publisher->address());
-  ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 2; }));
+  const auto server = server_at();
+  const auto client = client_of(server->address());
+  const auto browser = connect_to(server->address());
+  ASSERT_TRUE(comes_true([&] { return server->state().clients == 2; }));
   send_all(browser, "GET / HTTP/1.1\r\nHost: localhost\r\nAccept: text/html,application/xhtml+xml\r\n\r\n");
-  ASSERT_TRUE(comes_true([&] { return publisher->state().thrown_out == 1; }));
-  EXPECT_EQ(publisher->state().clients, 1u);
-  ASSERT_TRUE(publisher->publish("a", {}, somewhere(1)).has_value());
+  ASSERT_TRUE(comes_true([&] { return server->state().thrown_out == 1; }));
+  EXPECT_EQ(server->state().clients, 1u);
+  ASSERT_TRUE(server->publish("a", {}, somewhere(1)).has_value());
   EXPECT_TRUE(comes_true([&] { return client->state().samples == 1; }));
 }
 
 TEST(Loopback, ClientsBeyondTheBoundAreTurnedAway) {
-  const auto publisher = publisher_at(0, {.most_clients = 2});
-  const auto a = connect_to(publisher->address()), b = connect_to(publisher->address());
-  ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 2; }));
-  const auto c = connect_to(publisher->address());
-  EXPECT_TRUE(comes_true([&] { return publisher->state().turned_away == 1; }));
-  EXPECT_EQ(publisher->state().clients, 2u);
+  const auto server = server_at(0, {.of_any = {.most_clients = 2}});
+  const auto a = connect_to(server->address()), b = connect_to(server->address());
+  ASSERT_TRUE(comes_true([&] { return server->state().clients == 2; }));
+  const auto c = connect_to(server->address());
+  EXPECT_TRUE(comes_true([&] { return server->state().turned_away == 1; }));
+  EXPECT_EQ(server->state().clients, 2u);
 }
 
 TEST(Loopback, TwoServersDoNotShareAnAddress) {
-  const auto publisher = publisher_at();
-  const auto second = PosePublisher::listen(publisher->address());
+  const auto server = server_at();
+  const auto second = listen(server->address());
   ASSERT_FALSE(second.has_value());
   EXPECT_NE(second.error().message.find("choose another port"), std::string::npos);
 }
 
 TEST(Loopback, AServerThatTalksNonsenseIsLeftAndTriedAgain) {
-  auto server = listen_at({"127.0.0.1", 0});
+  auto server = network::listen_at({"127.0.0.1", 0});
   ASSERT_TRUE(server.has_value());
   const auto client = client_of(server->address);
   const auto first = accept_one(*server);
@@ -306,13 +305,13 @@ TEST(Loopback, AServerThatTalksNonsenseIsLeftAndTriedAgain) {
   damaged.back() = 'x';
   send_all(again, damaged + *encode({"b", {}, Transform{}}));
   ASSERT_TRUE(comes_true([&] { return client->state().samples == 1; }));
-  EXPECT_EQ(client->state().bad_crc, 1u);
+  EXPECT_EQ(client->state().messages.damaged, 1u);
   EXPECT_EQ(client->poll().front().tool, "b");
 }
 
 TEST(Loopback, AServerThatWantsAStartRequestGetsOne) {
   for (const auto start : {StartRequest::when_silent, StartRequest::at_once}) {
-    auto server = listen_at({"127.0.0.1", 0});
+    auto server = network::listen_at({"127.0.0.1", 0});
     ASSERT_TRUE(server.has_value());
     auto client = client_of(server->address, {.start = start, .period_ms = 20});
     const auto socket = accept_one(*server);
@@ -344,26 +343,26 @@ TEST(Loopback, AServerThatWantsAStartRequestGetsOne) {
 }
 
 TEST(Loopback, EndlessNewNamesAreBounded) {
-  const auto publisher = publisher_at();
-  const auto client = client_of(publisher->address());
-  ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 1; }));
-  for (std::size_t i = 0; i < TrackerClient::kMostTools + 5; ++i)
-    ASSERT_TRUE(publisher->publish(fmt::format("tool {}", i), {}, somewhere(0)).has_value());
+  const auto server = server_at();
+  const auto client = client_of(server->address());
+  ASSERT_TRUE(comes_true([&] { return server->state().clients == 1; }));
+  for (std::size_t i = 0; i < network::PoseClient::kMostTools + 5; ++i)
+    ASSERT_TRUE(server->publish(fmt::format("tool {}", i), {}, somewhere(0)).has_value());
   ASSERT_TRUE(comes_true([&] { return client->state().too_many == 5; }));
-  EXPECT_EQ(client->state().samples, TrackerClient::kMostTools);
+  EXPECT_EQ(client->state().samples, network::PoseClient::kMostTools);
 }
 
 TEST(Loopback, ToolsBecomeMarkersInWorld) {
-  const auto publisher = publisher_at();
-  TrackerMapping mapping{
+  const auto server = server_at();
+  network::TrackerMapping mapping{
       .markers = {{"Stylus", device::MarkerId::pointer}, {"Head", device::MarkerId::camera_marker}},
       .X_world_server = {so3_exp(Vector3(0, 0, 1)), Vector3(1, 2, 3)},
       .translation_sd = 0.001};
-  OpenIgtlinkTracker tracker(client_of(publisher->address()), mapping);
+  network::MarkerTracker tracker(client_of(server->address()), mapping);
   device::TrackerDevice& device = tracker;
-  ASSERT_TRUE(comes_true([&] { return publisher->state().clients == 1; }));
+  ASSERT_TRUE(comes_true([&] { return server->state().clients == 1; }));
   for (const char* tool : {"Other", "Head", "Stylus"})
-    ASSERT_TRUE(publisher->publish(tool, Stamp::from_seconds(7), somewhere(2)).has_value());
+    ASSERT_TRUE(server->publish(tool, Stamp::from_seconds(7), somewhere(2)).has_value());
   ASSERT_TRUE(comes_true([&] { return tracker.state().samples == 3; }));
   std::this_thread::sleep_for(std::chrono::milliseconds(30));
   const auto samples = device.poll();

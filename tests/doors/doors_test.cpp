@@ -10,7 +10,7 @@
 
 #include "drivers/cameras/camera_choice.h"
 #include "drivers/openhaptics/arm.h"
-#include "drivers/openigtlink/live_tracker.h"
+#include "drivers/openigtlink/driver.h"
 #include "palpate/time/clock.h"
 #include "tests/doors/arm_door.h"
 #include "tests/doors/camera_door.h"
@@ -101,13 +101,13 @@ TEST_F(DoorTest, TheTrackersPosesComeThroughEqualWithItsOwnStamps) {
       server_->publish_tracker(tracked(n, marker));
   });
   open([this](const auto& laboratory, auto ready) { return serve_tracker(laboratory, kPort, stop_, ready); });
-  const auto named =
-      drivers::openigtlink::parse_live_tracker("igtl://127.0.0.1:" + std::to_string(kPort), {});
-  auto tracker = drivers::openigtlink::open_live_tracker(*named);
+  device::DriverRegistry drivers;
+  drivers::openigtlink::add_to(drivers);
+  auto tracker = drivers.open(device::TrackerRequest{"igtl://127.0.0.1:" + std::to_string(kPort), {}});
   ASSERT_TRUE(tracker.has_value());
   std::vector<device::TrackerSample> heard;
   comes_true([&] {
-    for (const auto& sample : (*tracker)->poll()) heard.push_back(sample);
+    for (const auto& sample : (*tracker)->device().poll()) heard.push_back(sample);
     return heard.size() >= 300;
   });
   std::map<device::MarkerId, std::int64_t> last;

@@ -1,6 +1,6 @@
 #include "tests/doors/tracker_door.h"
 
-#include "drivers/openigtlink/pose_publisher.h"
+#include "drivers/openigtlink/protocol.h"
 #include "palpate/device/live_name.h"
 #include "palpate/time/clock.h"
 #include "palpate/time/real_time.h"
@@ -22,8 +22,8 @@ constexpr Duration kOwnStart = std::chrono::seconds(1000);
 
 Expected<void> serve_tracker(const std::shared_ptr<drivers::laboratory::LabClient>& laboratory,
                              std::uint16_t port, const std::atomic<bool>& stop, void (*ready)()) {
-  auto publisher = drivers::openigtlink::PosePublisher::listen({"127.0.0.1", port});
-  if (!publisher) return tl::unexpected(publisher.error());
+  auto server = drivers::openigtlink::listen({"127.0.0.1", port});
+  if (!server) return tl::unexpected(server.error());
   drivers::laboratory::LabTracker tracker(laboratory);
   MonotonicClock<TrueTime> clock;
   Release<device::TrackerSample> release(kTrackerTakes);
@@ -35,9 +35,8 @@ Expected<void> serve_tracker(const std::shared_ptr<drivers::laboratory::LabClien
     for (const auto& sample : polled)
       if (sample.seen) release.add(clock.now() - sample.waited, sample);
     while (const auto sample = release.take(clock.now())) {
-      auto sent = (*publisher)
-                      ->publish(device::live_name(sample->marker), sample->stamp + kOwnStart,
-                                {sample->rotation, sample->translation});
+      auto sent = (*server)->publish(device::live_name(sample->marker), sample->stamp + kOwnStart,
+                                     {sample->rotation, sample->translation});
       if (!sent) return sent;
     }
   }

@@ -5,6 +5,7 @@
 #ifndef PALPATE_PHYSICS_ALONE
 #include "drivers/cameras/driver.h"
 #include "drivers/openigtlink/driver.h"
+#include "drivers/vrpn/driver.h"
 #include "palpate/render/picture_file.h"
 #endif
 
@@ -17,6 +18,7 @@ device::DriverRegistry built_in_drivers() {
 #ifndef PALPATE_PHYSICS_ALONE
   drivers::cameras::add_to(registry);
   drivers::openigtlink::add_to(registry);
+  drivers::vrpn::add_to(registry);
 #endif
   record::session::add_to(registry, jpeg_decoder());
   return registry;

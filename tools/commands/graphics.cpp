@@ -1,7 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
+#include <tuple>
 
+#include "drivers/openigtlink/protocol.h"
+#include "drivers/vrpn/protocol.h"
 #include "palpate/core/child_report.h"
 #include "palpate/core/file.h"
 #include "palpate/core/json.h"
@@ -22,17 +26,36 @@ namespace palpate::tools::commands {
 namespace {
 
 struct GraphicsOptions {
-  std::string rig = "rig.toml", world, json, tracker, publish, camera = "lab", right_camera, quality = "auto",
+  std::string rig = "rig.toml", world, json, tracker, camera = "lab", right_camera, quality = "auto",
               hand = "none", lab = "lab";
   CameraOptions camera_options;
   RecordOptions record;
   std::vector<std::string> tools;
   std::string picture_time, monitor;
   double headset_distance = 0.0, scan_out_ms = 0.0, extra_delay_ms = 0.0;
-  bool igtl_insecure = false, publish_said = false, scan_out_said = false, extra_delay_said = false,
+  // One of each protocol: where its poses are served, an empty text: at its own port.
+  std::optional<std::string> igtl_publish, vrpn_publish;
+  bool igtl_insecure = false, vrpn_insecure = false, scan_out_said = false, extra_delay_said = false,
        headset_distance_said = false;
   server::session::GraphicsProcessOptions process;
 };
+
+// --igtl-publish and --igtl-insecure, of whichever protocol.
+void add_publishing(CLI::App& command, const std::string& word, const char* by, std::uint16_t port,
+                    std::optional<std::string>& place, bool& insecure) {
+  command
+      .add_option(
+          "--" + word + "-publish",
+          [&place](const CLI::results_t& said) {
+            place = said.empty() ? std::string() : said.front();
+            return true;
+          },
+          fmt::format("Serve live poses over {} at [HOST:]PORT; {} where none is said", by, port))
+      ->type_name("ADDRESS")
+      ->expected(0, 1);
+  command.add_flag("--" + word + "-insecure", insecure,
+                   "Serve poses beyond this machine: the protocol protects nothing");
+}
 
 void add_device_options(CLI::App& command, GraphicsOptions& options) {
   command.add_option("--rig", options.rig, "Calibrated rig file")->capture_default_str();
@@ -53,7 +76,8 @@ void add_device_options(CLI::App& command, GraphicsOptions& options) {
   add_camera_options(command, options.camera_options);
   command
       .add_option("--tracker", options.tracker,
-                  "igtl://HOST:PORT: the tracker of an OpenIGTLink server instead of the laboratory's")
+                  "igtl://HOST:PORT or vrpn://HOST:PORT: the tracker of an OpenIGTLink or VRPN server "
+                  "instead of the laboratory's")
       ->type_name("ADDRESS");
   command
       .add_option("--tracker-tool", options.tools,
@@ -63,13 +87,10 @@ void add_device_options(CLI::App& command, GraphicsOptions& options) {
       ->type_name("MARKER=NAME")
       ->expected(1)
       ->take_all();
-  command
-      .add_option("--igtl-publish", options.publish,
-                  "Serve live poses over OpenIGTLink at [HOST:]PORT, for 3D Slicer; 18944 where none is said")
-      ->type_name("ADDRESS")
-      ->expected(0, 1);
-  command.add_flag("--igtl-insecure", options.igtl_insecure,
-                   "Serve poses beyond this machine: the protocol protects nothing");
+  add_publishing(command, "igtl", "OpenIGTLink, for 3D Slicer", drivers::openigtlink::kProtocol.default_port,
+                 options.igtl_publish, options.igtl_insecure);
+  add_publishing(command, "vrpn", "VRPN", drivers::vrpn::kProtocol.default_port, options.vrpn_publish,
+                 options.vrpn_insecure);
 }
 
 void add_picture_options(CLI::App& command, GraphicsOptions& options) {
@@ -163,12 +184,21 @@ void add_delay_options(CLI::App& command, GraphicsOptions& options) {
 }
 
 Expected<void> choose_tracker(GraphicsOptions& options) {
-  if (options.publish_said) {
-    const std::string where =
-        options.publish.empty() ? std::to_string(drivers::openigtlink::kDefaultPort) : options.publish;
-    const auto address = drivers::openigtlink::parse_listen(where, options.igtl_insecure, "--igtl-insecure");
+  using By = server::graphics::PublishAt::By;
+  for (const auto& [by, protocol, place, insecure, flag] :
+       {std::tuple{By::openigtlink, drivers::openigtlink::kProtocol, &options.igtl_publish,
+                   options.igtl_insecure, "--igtl-insecure"},
+        {By::vrpn, drivers::vrpn::kProtocol, &options.vrpn_publish, options.vrpn_insecure,
+         "--vrpn-insecure"}}) {
+    if (!*place) continue;
+    const std::string where = (*place)->empty() ? std::to_string(protocol.default_port) : **place;
+    const auto address = drivers::network::parse_listen(where, protocol, insecure, flag);
     if (!address) return tl::unexpected(address.error());
-    options.process.publish = *address;
+    options.process.publish.push_back({by, *address});
+    if (insecure)
+      notice(fmt::format(
+          "warning: poses over {} are neither encrypted nor guarded: anyone who reaches them sees them",
+          protocol.name));
   }
   if (!options.tracker.empty()) {
     if (!drivers().names_tracker(options.tracker, device::Offer::real))
@@ -177,7 +207,9 @@ Expected<void> choose_tracker(GraphicsOptions& options) {
     options.process.tracker = device::TrackerRequest{options.tracker, options.tools};
     if (auto fine = drivers().check(*options.process.tracker); !fine) return fine;
   } else if (!options.tools.empty()) {
-    return wrong_use("--tracker-tool names tools of the server at --tracker igtl://HOST:PORT; say which");
+    return wrong_use(
+        "--tracker-tool names tools of the server at --tracker igtl://HOST:PORT or vrpn://HOST:PORT; say "
+        "which");
   }
   return {};
 }
@@ -310,10 +342,6 @@ Expected<void> run_graphics(GraphicsOptions& options) {
   if (!options.process.out.empty())  // now, not after an hour of play
     if (auto made = make_folder(options.process.out); !made) return made;
   options.process.ready = tell_parent_ready;
-  if (options.igtl_insecure && options.process.publish)
-    notice(
-        "warning: poses over OpenIGTLink are neither encrypted nor guarded: anyone who reaches them sees "
-        "them");
   auto result = server::session::run_graphics_process(options.process);
   if (!result) return tl::unexpected(result.error());
   tell_parent_result(*result);
@@ -337,7 +365,6 @@ void add_graphics(CLI::App& program) {
   add_run_options(*command, *options);
   add_delay_options(*command, *options);
   on(command, [options, command] {
-    options->publish_said = command->count("--igtl-publish") > 0;
     options->scan_out_said = command->count("--scan-out-ms") > 0;
     options->headset_distance_said = command->count("--headset-distance-m") > 0;
     options->extra_delay_said = command->count("--extra-picture-delay-ms") > 0;

@@ -7,9 +7,9 @@
 #include <set>
 #include <thread>
 
-#include "drivers/openigtlink/pose_publisher.h"
-#include "drivers/openigtlink/recording.h"
-#include "drivers/openigtlink/tracker_client.h"
+#include "drivers/network/recording.h"
+#include "drivers/openigtlink/protocol.h"
+#include "drivers/vrpn/protocol.h"
 #include "palpate/core/csv.h"
 #include "palpate/core/json.h"
 #include "palpate/core/stop_signal.h"
@@ -53,11 +53,11 @@ class PoseRecorder {
   explicit PoseRecorder(std::string tool) : tool_(std::move(tool)) {}
 
   // Without a name, the first tool that is seen.
-  void add(const drivers::openigtlink::ToolSample& sample) {
+  void add(const drivers::network::ToolSample& sample) {
     if (tool_.empty()) tool_ = sample.tool;
     if (sample.tool != tool_ || !sample.seen || full()) return;
-    if (rows_ == 0) server_time_ = sample.server_time;
-    if (sample.server_time != server_time_) {
+    if (rows_ == 0) publishertime_ = sample.publishertime;
+    if (sample.publishertime != publishertime_) {
       ++other_clock_;
       return;
     }
@@ -79,7 +79,7 @@ class PoseRecorder {
 
  private:
   std::string tool_;
-  bool server_time_ = false;
+  bool publishertime_ = false;
   std::size_t rows_ = 0;
   std::uint64_t other_clock_ = 0;
   CsvWriter csv_{{"time_s", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"}};
@@ -88,8 +88,7 @@ class PoseRecorder {
 // What is new about the connection, also where it came and went between two looks.
 class LinkNews {
  public:
-  void look(const drivers::openigtlink::TrackerClientState& state,
-            const std::function<void(const char*)>& tell) {
+  void look(const drivers::network::PoseClientState& state, const std::function<void(const char*)>& tell) {
     if (state.connections != connections_) {
       if (connected_) tell(kGone);
       tell("connected");
@@ -136,19 +135,36 @@ std::string names_of(const std::map<std::string, HeardTool>& tools) {
   return excerpt(names, 160);
 }
 
-Expected<void> nothing_heard(const std::string& where,
-                             const drivers::openigtlink::TrackerClientState& state) {
-  if (state.connections == 0)
-    return refused(
-        "{}: nobody answers there; an OpenIGTLink server is expected, start it or check the address", where);
-  if (!state.trouble.empty())
-    return refused("{}: no pose came: {}; an OpenIGTLink server that sends TRANSFORM or TDATA is expected",
-                   where, excerpt(state.trouble, 200));
-  return refused("{}: connected, but no pose came; check that the server sends TRANSFORM or TDATA", where);
+// A protocol that poses come by, and what a server of it has to send.
+struct Wire {
+  drivers::network::Protocol protocol;
+  const char* sends;
+};
+constexpr Wire kOpenIgtlink{drivers::openigtlink::kProtocol, "TRANSFORM or TDATA"},
+    kVrpn{drivers::vrpn::kProtocol, "poses of a tracker"};
+
+// "vrpn://HOST" or "igtl://HOST"; without a scheme OpenIGTLink. Takes the scheme off.
+const Wire& wire_of(std::string& address) {
+  for (const Wire* wire : {&kVrpn, &kOpenIgtlink})
+    if (address.starts_with(wire->protocol.scheme)) {
+      address.erase(0, std::string_view(wire->protocol.scheme).size());
+      return *wire;
+    }
+  return kOpenIgtlink;
 }
 
-Json json_of(const std::map<std::string, HeardTool>& tools,
-             const drivers::openigtlink::TrackerClientState& state) {
+Expected<void> nothing_heard(const std::string& where, const Wire& wire,
+                             const drivers::network::PoseClientState& state) {
+  if (state.connections == 0)
+    return refused("{}: nobody answers there; {} is expected, start it or check the address", where,
+                   wire.protocol.server);
+  if (!state.trouble.empty())
+    return refused("{}: no pose came: {}; {} that sends {} is expected", where, excerpt(state.trouble, 200),
+                   wire.protocol.server, wire.sends);
+  return refused("{}: connected, but no pose came; check that the server sends {}", where, wire.sends);
+}
+
+Json json_of(const std::map<std::string, HeardTool>& tools, const drivers::network::PoseClientState& state) {
   Json json;
   json["tools"] = Json::array();
   for (const auto& [name, tool] : tools)
@@ -157,9 +173,9 @@ Json json_of(const std::map<std::string, HeardTool>& tools,
   json["connections"] = state.connections;
   json["lost"] = state.lost;
   json["repeats"] = state.repeats;
-  json["bad_crc"] = state.bad_crc;
-  json["refused"] = state.refused;
-  json["skipped"] = state.skipped;
+  json["bad_crc"] = state.messages.damaged;
+  json["refused"] = state.messages.refused;
+  json["skipped"] = state.messages.skipped;
   return json;
 }
 
@@ -191,14 +207,16 @@ class MissingTool {
 };
 
 Expected<void> listen_to_tracker(const ListenArguments& options) {
-  const auto address = drivers::openigtlink::parse_server(options.address);
+  std::string server = options.address;
+  const Wire& wire = wire_of(server);
+  const auto address = drivers::network::parse_server(server, wire.protocol);
   if (!address) return tl::unexpected(address.error());
   const std::filesystem::path folder = std::filesystem::path(options.out).parent_path();
   std::error_code code;
   if (!folder.empty() && !std::filesystem::is_directory(folder, code))
     return wrong_use("{}: no such folder; make it first", excerpt(folder.string(), 160));
   const auto& stop = stop_requested();
-  auto client = drivers::openigtlink::TrackerClient::connect(*address);
+  auto client = &wire == &kVrpn ? drivers::vrpn::connect(*address) : drivers::openigtlink::connect(*address);
   if (!client) return tl::unexpected(client.error());
   const std::string where = address->text();
   notice(fmt::format("listening to {}{}", where, options.seconds > 0.0 ? "" : "; Ctrl-C ends"));
@@ -223,7 +241,7 @@ Expected<void> listen_to_tracker(const ListenArguments& options) {
         tool.first_ns = sample.arrived_ns;
         live.end();
         notice(fmt::format("tool {}{}", sample.tool,
-                           sample.server_time ? "" : " (without time stamps: time of arrival)"));
+                           sample.publishertime ? "" : " (without time stamps: time of arrival)"));
       }
       tool.last_ns = sample.arrived_ns;
       ++(sample.seen ? tool.poses : tool.unseen);
@@ -240,7 +258,7 @@ Expected<void> listen_to_tracker(const ListenArguments& options) {
   live.end();
 
   const auto state = (*client)->state();
-  if (tools.empty()) return nothing_heard(where, state);
+  if (tools.empty()) return nothing_heard(where, wire, state);
   if (!options.tool.empty() && !tools.contains(options.tool))
     return refused("{}: no tool '{}' was heard; there were {}; use --tool with one of them", where,
                    excerpt(options.tool), names_of(tools));
@@ -258,8 +276,8 @@ Expected<void> listen_to_tracker(const ListenArguments& options) {
     if (recorder.full())
       notice(fmt::format("warning: ended after {} poses, the most one file holds", kMostRecorded));
   }
-  for (const auto& [number, what] :
-       {std::pair{state.bad_crc, "damaged on the way"}, std::pair{state.refused, "made no sense"}})
+  for (const auto& [number, what] : {std::pair{state.messages.damaged, "damaged on the way"},
+                                     std::pair{state.messages.refused, "made no sense"}})
     if (number > 0)
       notice(
           fmt::format("warning: {} {}: {}", counted(number, "message"), what, excerpt(state.trouble, 200)));
@@ -279,12 +297,15 @@ struct TrackReplay {
 };
 
 Expected<void> replay_recording(const TrackReplay& options) {
-  const auto address = drivers::openigtlink::parse_listen(options.listen, options.insecure);
+  std::string place = options.listen;
+  const Wire& wire = wire_of(place);
+  if (place.empty()) place = std::to_string(wire.protocol.default_port);
+  const auto address = drivers::network::parse_listen(place, wire.protocol, options.insecure);
   if (!address) return tl::unexpected(address.error());
-  auto recording = drivers::openigtlink::read_recording(options.file, options.transforms);
+  auto recording = drivers::network::read_recording(options.file, options.transforms);
   if (!recording) return tl::unexpected(recording.error());
   const auto& stop = stop_requested();
-  auto publisher = drivers::openigtlink::PosePublisher::listen(*address);
+  auto publisher = &wire == &kVrpn ? drivers::vrpn::listen(*address) : drivers::openigtlink::listen(*address);
   if (!publisher) return tl::unexpected(publisher.error());
   if (options.insecure)
     notice(fmt::format("warning: {} is neither encrypted nor guarded: anyone who reaches it sees the poses",
@@ -298,7 +319,7 @@ Expected<void> replay_recording(const TrackReplay& options) {
   const std::int64_t opened = MonotonicClock<TrackerClock>::monotonic_ns();
   const auto over = [&] { return stop || (options.seconds > 0.0 && since(opened) >= options.seconds); };
   while ((*publisher)->state().clients == 0 && !over()) sleep_ms(20);
-  drivers::openigtlink::Replay replay(std::move(*recording), options.speed, options.loop);
+  drivers::network::Replay replay(std::move(*recording), options.speed, options.loop);
   const std::int64_t start = MonotonicClock<TrackerClock>::monotonic_ns();
   std::size_t clients = 0;
   while (!over()) {
@@ -332,12 +353,14 @@ Expected<void> replay_recording(const TrackReplay& options) {
 }
 
 void add_tracker_listen(CLI::App& tracker) {
-  auto* command =
-      tracker.add_subcommand("listen", "Listen to an OpenIGTLink server: which tools, how often; record one");
+  auto* command = tracker.add_subcommand(
+      "listen", "Listen to an OpenIGTLink or VRPN server: which tools, how often; record one");
   auto options = std::make_shared<ListenArguments>();
   command
-      ->add_option("SERVER", options->address,
-                   "HOST:PORT of the server; the port is 18944 where none is said")
+      ->add_option(
+          "SERVER", options->address,
+          "HOST[:PORT] of an OpenIGTLink server, or vrpn://HOST[:PORT]; the port is 18944, or 3883, where "
+          "none is said")
       ->required();
   command->add_option("--tool", options->tool,
                       "The tool to record, as the server names it; default: the first heard");
@@ -352,7 +375,8 @@ void add_tracker_listen(CLI::App& tracker) {
 }
 
 void add_tracker_replay(CLI::App& tracker) {
-  auto* command = tracker.add_subcommand("replay", "Serve a recording as a live OpenIGTLink tracker");
+  auto* command =
+      tracker.add_subcommand("replay", "Serve a recording as a live tracker, over OpenIGTLink or VRPN");
   auto options = std::make_shared<TrackReplay>();
   command->add_option("FILE", options->file, "Sequence (.igs.mha) or other file of poses with times")
       ->required();
@@ -363,7 +387,8 @@ void add_tracker_replay(CLI::App& tracker) {
       ->type_name("AToB")
       ->expected(1)
       ->take_all();
-  command->add_option("--listen", options->listen, "[HOST:]PORT to serve at")->default_val("18944");
+  command->add_option("--listen", options->listen, "[HOST:]PORT to serve at; vrpn://[[HOST:]PORT]: over VRPN")
+      ->default_val("18944");
   command->add_flag("--insecure", options->insecure,
                     "Serve beyond this machine: the protocol protects nothing");
   command->add_option("--speed", options->speed, "Times as fast as recorded")
@@ -384,7 +409,7 @@ void add_tracker_replay(CLI::App& tracker) {
 
 void add_tracker(CLI::App& program) {
   auto* tracker = program.add_subcommand(
-      "tracker", "Optical trackers over OpenIGTLink: listen, or play a recording as one");
+      "tracker", "Trackers over OpenIGTLink and VRPN: listen, or play a recording as one");
   tracker->require_subcommand(1);
   add_tracker_listen(*tracker);
   add_tracker_replay(*tracker);

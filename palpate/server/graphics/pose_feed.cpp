@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "drivers/openigtlink/protocol.h"
+#include "drivers/vrpn/protocol.h"
 #include "palpate/device/live_name.h"
 #include "palpate/scene/shown_tip.h"
 
@@ -36,11 +38,30 @@ std::vector<LivePose> live_poses(const FrameRecord& frame, const scene::SceneDes
   return poses;
 }
 
-Expected<PoseFeed> PoseFeed::open(const drivers::openigtlink::Address& address, Duration tracker_after_arm) {
-  auto publisher = drivers::openigtlink::PosePublisher::listen(
-      address, {.most_waiting = kMostWaitingPoses, .tracking_data = true});
-  if (!publisher) return tl::unexpected(publisher.error());
-  return PoseFeed(std::move(*publisher), tracker_after_arm);
+const char* name_of(PublishAt::By by) {
+  return by == PublishAt::By::vrpn ? drivers::vrpn::kProtocol.name : drivers::openigtlink::kProtocol.name;
+}
+
+Expected<PoseFeed> PoseFeed::open(const std::vector<PublishAt>& places, Duration tracker_after_arm) {
+  const drivers::network::PoseServerOptions options{.most_waiting = kMostWaitingPoses};
+  std::vector<Place> opened;
+  for (const auto& place : places) {
+    auto server =
+        place.by == PublishAt::By::vrpn
+            ? drivers::vrpn::listen(place.address, options)
+            : drivers::openigtlink::listen(place.address, {.of_any = options, .tracking_data = true});
+    if (!server) return tl::unexpected(server.error());
+    opened.push_back({place.by, std::move(*server)});
+  }
+  return PoseFeed(std::move(opened), tracker_after_arm);
+}
+
+std::string PoseFeed::places() const {
+  std::string all;
+  for (const auto& place : places_)
+    all +=
+        fmt::format("{}{} at {}", all.empty() ? "" : ", ", name_of(place.by), place.server->address().text());
+  return all;
 }
 
 void PoseFeed::marker(device::MarkerId marker, const device::MarkerPose& pose) {
@@ -54,13 +75,24 @@ void PoseFeed::frame(const FrameRecord& frame, const scene::SceneDescription& sc
 
 void PoseFeed::send(const LivePose& pose) {
   // Refused only where the protocol has no such number: a pose or time that means nothing is not sent.
-  static_cast<void>(publisher_->publish(pose.name, Instant<TrackerClock>{pose.time.since_epoch}, pose.pose));
+  for (const auto& place : places_)
+    static_cast<void>(
+        place.server->publish(pose.name, Instant<TrackerClock>{pose.time.since_epoch}, pose.pose));
 }
 
 Json PoseFeed::figures() const {
-  const auto state = publisher_->state();
-  return {{"published", state.published}, {"sent", state.sent},       {"dropped", state.dropped},
-          {"clients", state.accepted},    {"stalled", state.stalled}, {"thrown_out", state.thrown_out}};
+  drivers::network::PoseServerState sum;
+  for (const auto& place : places_) {
+    const auto state = place.server->state();
+    sum.published += state.published;
+    sum.sent += state.sent;
+    sum.dropped += state.dropped;
+    sum.accepted += state.accepted;
+    sum.stalled += state.stalled;
+    sum.thrown_out += state.thrown_out;
+  }
+  return {{"published", sum.published}, {"sent", sum.sent},       {"dropped", sum.dropped},
+          {"clients", sum.accepted},    {"stalled", sum.stalled}, {"thrown_out", sum.thrown_out}};
 }
 
 }  // namespace palpate::server::graphics

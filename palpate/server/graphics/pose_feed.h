@@ -1,4 +1,4 @@
-// The live system's poses for others, 3D Slicer say, over OpenIGTLink: what the picture shows and where the
+// The live system's poses for others, over OpenIGTLink (3D Slicer) or VRPN: what the picture shows and where the
 // tracker sees its markers.
 //
 // Names are AToWorld: a pose maps coordinates of A to World, the tracker's frame (docs/conventions.md).
@@ -12,17 +12,25 @@
 #include <string>
 #include <vector>
 
-#include "drivers/openigtlink/pose_publisher.h"
+#include "drivers/network/pose_server.h"
 #include "palpate/core/json.h"
 #include "palpate/scene/application.h"
 #include "palpate/server/graphics/graphics_server.h"
 
 namespace palpate::server::graphics {
 
+// Where poses are served, and how.
+struct PublishAt {
+  enum class By { openigtlink, vrpn };
+  By by = By::openigtlink;
+  drivers::network::Address address;
+};
+const char* name_of(PublishAt::By by);  // "OpenIGTLink"
+
 struct LivePose {
   std::string name;
   Instant<GraphicsClock> time;
-  drivers::openigtlink::RigidPose pose;
+  drivers::network::RigidPose pose;
 };
 
 // Of a frame that was drawn.
@@ -33,19 +41,23 @@ std::vector<LivePose> live_poses(const FrameRecord& frame, const scene::SceneDes
 class PoseFeed {
  public:
   // Refused where somebody listens there already.
-  static Expected<PoseFeed> open(const drivers::openigtlink::Address& address,
+  static Expected<PoseFeed> open(const std::vector<PublishAt>& places,
                                  Duration tracker_after_arm = Duration(0));
   void marker(device::MarkerId marker, const device::MarkerPose& pose);
   void frame(const FrameRecord& frame, const scene::SceneDescription& scene,
              const ClockModel<GraphicsClock, PhysicsClock>& sync);
-  const drivers::openigtlink::Address& address() const { return publisher_->address(); }
-  Json figures() const;
+  std::string places() const;  // for a person: "OpenIGTLink at 127.0.0.1:18944"
+  Json figures() const;        // counts of all places together
 
  private:
-  PoseFeed(std::unique_ptr<drivers::openigtlink::PosePublisher> publisher, Duration tracker_after_arm)
-      : publisher_(std::move(publisher)), tracker_after_arm_(tracker_after_arm) {}
+  struct Place {
+    PublishAt::By by;
+    std::unique_ptr<drivers::network::PoseServer> server;
+  };
+  PoseFeed(std::vector<Place> places, Duration tracker_after_arm)
+      : places_(std::move(places)), tracker_after_arm_(tracker_after_arm) {}
   void send(const LivePose& pose);
-  std::unique_ptr<drivers::openigtlink::PosePublisher> publisher_;
+  std::vector<Place> places_;
   Duration tracker_after_arm_;
 };
 

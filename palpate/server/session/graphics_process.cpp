@@ -148,9 +148,9 @@ Expected<void> GraphicsProcess::open() {
   auto devices = open_devices();
   if (!devices) return tl::unexpected(devices.error());
   devices_.emplace(std::move(*devices));
-  if (!options_.publish) return {};
+  if (options_.publish.empty()) return {};
   auto feed = graphics::PoseFeed::open(
-      *options_.publish, seconds(options_.rig.delays.value_or(rig::DelayCalibration{}).tracker_after_arm_s));
+      options_.publish, seconds(options_.rig.delays.value_or(rig::DelayCalibration{}).tracker_after_arm_s));
   if (!feed) return tl::unexpected(feed.error());
   feed_ = std::move(*feed);
   return {};
@@ -250,7 +250,7 @@ void GraphicsProcess::introduce() const {
     kLog.warning("warning: {} is neither encrypted nor guarded", endpoint.address);
   kLog.info("shows {} of the physics server at {}", side_->scene().application, endpoint.address);
   if (options_.ready) options_.ready();
-  if (feed_) kLog.info("publishes poses over OpenIGTLink at {}", feed_->address().text());
+  if (feed_) kLog.info("publishes poses over {}", feed_->places());
   if (const auto& arm = options_.rig.arm; arm && arm->model.kind == device::ArmModel::Kind::dh)
     kLog.info("arm {}: the shape of its links is not known, they hide nothing in the picture",
               arm->model.name);

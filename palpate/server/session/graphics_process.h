@@ -21,7 +21,7 @@ namespace palpate::server::session {
 
 struct GraphicsProcessOptions : GraphicsSetup {
   transport::ServerName server;
-  std::optional<drivers::openigtlink::Address> publish;  // poses for 3D Slicer and others (pose_feed.h)
+  std::vector<graphics::PublishAt> publish;  // poses for 3D Slicer and others
   std::filesystem::path mesh;  // what touch shows, where it lies elsewhere than on the server's machine
   bool window = false;         // on this machine's display, with sound
   std::optional<desktop::MonitorView> monitor;  // a second window, for those who look on; with `window`

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "applications/pingpong/specification.h"
+#include "drivers/openigtlink/codec.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/sim/config/world_scene.h"
 #include "palpate/sim/lockstep/lockstep_play.h"
@@ -11,8 +12,8 @@
 namespace palpate::sim::lockstep {
 namespace {
 
-const drivers::openigtlink::RigidPose* pose_named(const std::vector<server::graphics::LivePose>& poses,
-                                                  const std::string& name) {
+const drivers::network::RigidPose* pose_named(const std::vector<server::graphics::LivePose>& poses,
+                                              const std::string& name) {
   for (const auto& pose : poses)
     if (pose.name == name) return &pose.pose;
   return nullptr;
