@@ -12,7 +12,7 @@ namespace {
 
 namespace vrpn = drivers::vrpn;
 
-struct HeardBytes {
+struct HeardVrpn {
   vrpn::MessageStream stream;
   std::vector<std::string> messages, refusals;
   bool alive = true;
@@ -46,7 +46,7 @@ struct HeardBytes {
 }  // namespace
 
 Refusals vrpn_messages(std::string_view file) {
-  HeardBytes whole, pieces;
+  HeardVrpn whole, pieces;
   whole.take(file);
   for (std::size_t at = 0, size = 1; at < file.size(); at += size, size = size % 97 + 1)
     pieces.take(file.substr(at, size));

@@ -23,7 +23,7 @@ using Bytes = network::SendQueue::Bytes;
 
 enum Type : std::int32_t { pose_type, ping_type, pong_type };
 constexpr const char* kTypes[] = {kPoseType, kPingType, kPongType};
-constexpr std::size_t kMostTools = 1024, kMostNames = 4096;
+constexpr std::size_t kMostTools = 1024, kMostOfClient = 4096;
 
 Instant<TrackerClock> now() {
   return Instant<TrackerClock>{Duration(MonotonicClock<TrackerClock>::monotonic_ns())};
@@ -97,7 +97,7 @@ class Client : public network::ServedClient {
   void hear(const Message& message, const Push& push) {
     if (message.type == kSenderDescription || message.type == kTypeDescription) {
       auto& names = message.type == kSenderDescription ? its_devices_ : its_types_;
-      if (auto name = decode_name(message.payload); name && names.size() < kMostNames)
+      if (auto name = decode_name(message.payload); name && names.size() < kMostOfClient)
         names[message.sender] = std::move(*name);
       return;
     }

@@ -56,8 +56,8 @@ class PoseRecorder {
   void add(const drivers::network::ToolSample& sample) {
     if (tool_.empty()) tool_ = sample.tool;
     if (sample.tool != tool_ || !sample.seen || full()) return;
-    if (rows_ == 0) publishertime_ = sample.publishertime;
-    if (sample.publishertime != publishertime_) {
+    if (rows_ == 0) server_time_ = sample.server_time;
+    if (sample.server_time != server_time_) {
       ++other_clock_;
       return;
     }
@@ -79,7 +79,7 @@ class PoseRecorder {
 
  private:
   std::string tool_;
-  bool publishertime_ = false;
+  bool server_time_ = false;
   std::size_t rows_ = 0;
   std::uint64_t other_clock_ = 0;
   CsvWriter csv_{{"time_s", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"}};
@@ -241,7 +241,7 @@ Expected<void> listen_to_tracker(const ListenArguments& options) {
         tool.first_ns = sample.arrived_ns;
         live.end();
         notice(fmt::format("tool {}{}", sample.tool,
-                           sample.publishertime ? "" : " (without time stamps: time of arrival)"));
+                           sample.server_time ? "" : " (without time stamps: time of arrival)"));
       }
       tool.last_ns = sample.arrived_ns;
       ++(sample.seen ? tool.poses : tool.unseen);
