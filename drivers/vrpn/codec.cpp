@@ -57,7 +57,7 @@ Expected<void> check_cookie(std::string_view bytes) {
   if (bytes.substr(0, 6) == kMagic.substr(0, 6))
     return refused("VRPN of another version ('{}'); version 07 is expected",
                    excerpt(bytes.substr(0, kMagic.size()), 40));
-  return refused("not VRPN: it begins with '{}'", excerpt(bytes.substr(0, kMagic.size()), 40));
+  return refused("not VRPN: it begins with '{}'; its version is expected", excerpt(bytes.substr(0, kMagic.size()), 40));
 }
 
 Expected<Header> decode_header(std::string_view bytes) {
@@ -103,8 +103,8 @@ Expected<TrackerPose> decode_pose(std::string_view payload) {
   const double x = double_at(payload, 32), y = double_at(payload, 40), z = double_at(payload, 48),
                w = double_at(payload, 56);
   const Quaternion q(w, x, y, z);
-  if (!(pose.pose.translation.cwiseAbs().maxCoeff() <= kFarthest))
-    return refused("a pose that is no place within {} m", kFarthest);
+  if (!pose.pose.translation.allFinite() || pose.pose.translation.cwiseAbs().maxCoeff() > kFarthest)
+    return refused("a pose that is no place; three numbers within {} m are expected", kFarthest);
   if (!(std::abs(q.norm() - 1.0) <= kUnitWithin))
     return refused("a pose whose quaternion has length {:.3g}; 1 is expected", q.norm());
   pose.pose.rotation = q.normalized();

@@ -76,19 +76,20 @@ class Client : public network::ServedClient {
   }
 
   bool take(std::string_view bytes, const Push& push) override {
-    const bool before = stream_.greeted();
-    const bool fine = stream_.take(bytes, [&](Message&& message) { hear(message, push); });
-    if (!before && stream_.greeted()) {
-      for (std::int32_t i = 0; i < static_cast<std::int32_t>(std::size(kTypes)); ++i)
-        push(introduction(kTypeDescription, i, kTypes[i]));
+    const bool fine = stream_.take(bytes, [&](Message&& message) {
       introduce(push);
-    }
+      hear(message, push);
+    });
+    if (stream_.greeted()) introduce(push);
     return fine;
   }
 
  private:
-  // Devices that have come since.
+  // The types, and devices that have come since.
   void introduce(const Push& push) {
+    for (; types_introduced_ < std::size(kTypes); ++types_introduced_)
+      push(introduction(kTypeDescription, static_cast<std::int32_t>(types_introduced_),
+                        kTypes[types_introduced_]));
     for (const auto& name : devices_.names_from(introduced_))
       push(introduction(kSenderDescription, static_cast<std::int32_t>(introduced_++), name));
   }
@@ -111,7 +112,7 @@ class Client : public network::ServedClient {
 
   const Devices& devices_;
   MessageStream stream_;
-  std::size_t introduced_ = 0;                                   // devices
+  std::size_t introduced_ = 0, types_introduced_ = 0;  // devices, types
   std::map<std::int32_t, std::string> its_devices_, its_types_;  // by the client's numbers
 };
 
