@@ -56,13 +56,14 @@ TEST(InputTrace, SaysWhereThereWasNoRoom) {
 struct Exchange {
   struct Loop {
     std::vector<std::vector<std::uint64_t>> learned;
-    std::vector<int> got;
+    std::vector<std::uint32_t> got;  // wraps round
   };
-  TripleBuffer<int> there, back;
+  TripleBuffer<std::uint32_t> there, back;
   Loop first, second;
 
-  static void turn(TripleBuffer<int>& from, TripleBuffer<int>& to, Loop& loop, int i) {
-    int value = -1;
+  static void turn(TripleBuffer<std::uint32_t>& from, TripleBuffer<std::uint32_t>& to, Loop& loop,
+                   std::uint32_t i) {
+    std::uint32_t value = 7;
     from.read(value);
     loop.got.push_back(value);
     to.write(3 * value + i);
@@ -70,10 +71,11 @@ struct Exchange {
 };
 
 TEST(InputTrace, TwoThreadsMeetAgainAsTheyHadMet) {
-  constexpr int kTurns = 20000;
+  constexpr std::uint32_t kTurns = 20000;
   Exchange then;
-  const auto write = [](TripleBuffer<int>& from, TripleBuffer<int>& to, Exchange::Loop& loop) {
-    for (int i = 0; i < kTurns; ++i) {
+  const auto write = [](TripleBuffer<std::uint32_t>& from, TripleBuffer<std::uint32_t>& to,
+                        Exchange::Loop& loop) {
+    for (std::uint32_t i = 0; i < kTurns; ++i) {
       InputTrace trace;
       trace.write();
       const InputTrace::Scope scope(&trace);
@@ -87,11 +89,11 @@ TEST(InputTrace, TwoThreadsMeetAgainAsTheyHadMet) {
   }
   Exchange now;
   InputPlayback playback(2);
-  const auto play = [&](TripleBuffer<int>& from, TripleBuffer<int>& to, Exchange::Loop& loop,
-                        const Exchange::Loop& before) {
-    for (int i = 0; i < kTurns; ++i) {
+  const auto play = [&](TripleBuffer<std::uint32_t>& from, TripleBuffer<std::uint32_t>& to,
+                        Exchange::Loop& loop, const Exchange::Loop& before) {
+    for (std::uint32_t i = 0; i < kTurns; ++i) {
       InputTrace trace;
-      trace.play(before.learned[static_cast<std::size_t>(i)], playback);
+      trace.play(before.learned[i], playback);
       const InputTrace::Scope scope(&trace);
       Exchange::turn(from, to, loop, i);
     }

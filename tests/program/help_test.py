@@ -41,6 +41,12 @@ class Help(ProgramTest):
         self.assertEqual(self.runs("help", "calibrate", "arm").out, self.runs("calibrate", "arm", "--help").out)
         self.assertEqual(self.runs("help").out, self.runs("--help").out)
 
+    def test_help_of_what_there_is_not_is_an_error(self):
+        for asked in (["help", "calibrat"], ["calibrat", "--help"], ["calibrat", "-h"]):
+            self.refuses(asked, 2, "calibrat: no such command; did you mean 'calibrate'?")
+        self.refuses(["help", "calibrate", "pivto"], 2, "pivto: no such command; did you mean 'pivot'?")
+        self.assertIn("--samples", self.runs("calibrate", "arm", "--samples", "no.csv", "--help").out)
+
 
 if __name__ == "__main__":
     unittest.main()

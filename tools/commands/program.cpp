@@ -111,6 +111,21 @@ std::string unknown_word(const CLI::App& command) {
   return "";
 }
 
+// A word before --help that is no command; empty: help is asked for of what there is, or not asked for.
+std::string unknown_before_help(const CLI::App& program, const std::vector<std::string>& words) {
+  if (std::find(words.begin(), words.end(), "--help") == words.end() &&
+      std::find(words.begin(), words.end(), "-h") == words.end())
+    return "";
+  const CLI::App* command = &program;
+  for (const auto& word : words) {
+    if (word.starts_with('-') || command->get_require_subcommand_min() == 0) return "";
+    const auto next = command->get_subcommands([&](const CLI::App* one) { return one->get_name() == word; });
+    if (next.empty()) return no_command(*command, word);
+    command = next.front();
+  }
+  return "";
+}
+
 // Which command lacks the one that is to follow it; empty: none does.
 std::string missing_command(const CLI::App& command) {
   if (const auto next = command.get_subcommands(); !next.empty()) return missing_command(*next.front());
@@ -137,6 +152,10 @@ int after_printing() {
 
 // Parses and runs the command that was chosen.
 int run_command(CLI::App& program, std::vector<std::string> words) {
+  if (const auto unknown = unknown_before_help(program, words); !unknown.empty()) {
+    tell_error(unknown);
+    return 2;
+  }
   std::reverse(words.begin(), words.end());  // as CLI11 takes them
   try {
     program.parse(std::move(words));
