@@ -46,7 +46,8 @@ Expected<Estimate<ArmSolution>> calibrate_arm(const std::vector<device::ArmObser
 Expected<Estimate<ArmSolution>> uncorrected_arm(const std::vector<device::ArmObservation>& samples,
                                                 const device::ArmModel& model, const ArmOptions& options) {
   ArmOptions plain = options;
-  plain.free = {.gains = false, .offsets = false, .lengths = false, .tip = options.free.tip};
+  plain.free = {
+      .gains = false, .offsets = false, .lengths = false, .tip = options.free.tip, .correction = false};
   const auto setting = prepare_arm(samples, model, plain);
   if (!setting) return tl::unexpected(setting.error());
   Estimate<ArmSolution> estimate;

@@ -1,6 +1,7 @@
 // Calibration of a haptic arm against the tracker: joint correction theta = gain * psi + offset, the arm's
 // place in the world, and whatever else is asked to be free (lengths or Denavit-Hartenberg rows, the tip in
-// its marker, quadratic joint terms, hysteresis, the tracker's delay).
+// its marker, quadratic joint terms, hysteresis, the tracker's delay). Of a Cartesian arm, which states its place,
+// there are no joints to correct: the smooth correction of that place is fitted, and its place in the world.
 //
 // Frames: World (tracker), ArmBase, TipMarker. SI and radians. Pure functions, deterministic, safe from any
 // thread. Methods (Bianchi, Knoerlein, Szekely, Harders 2006, section 4.3; phi = gains, offsets, lengths):
@@ -11,8 +12,8 @@
 //  samples'
 //    covariances where given; outliers by Huber, then Tukey weights, scale from the median. A wide prior
 //    about the nominal values (gains 0.1, offsets 1 rad, quadratic terms 0.1 per rad, hysteresis 20 mrad,
-//    delay 0.2 s, lengths 20 mm, twists 10 deg, tip 100 mm, tool 500 mm; one sigma) keeps directions still
-//    that the data do not see; these are named in Estimate::unobservable.
+//    delay 0.2 s, lengths 20 mm, twists 10 deg, tip 100 mm, tool 500 mm, terms of a place's correction 5 mm;
+//    one sigma) keeps directions still that the data do not see; these are named in Estimate::unobservable.
 // The paper's methods take the tip as given (ArmOptions::tip, or the samples' measured points).
 // A PHANToM's first offset trades exactly with a turn of the base: `joint` holds it at 0, all methods name
 // it. Covariance (joint only) in the order of ArmSolution::parameters. Refused: fewer samples than parameters
@@ -33,9 +34,10 @@ enum class ArmMethod { one_pass, alternating, eq7, joint };
 
 struct ArmFree {
   bool gains = true, offsets = true;
-  bool lengths = true;  // l1, l2; of a Denavit-Hartenberg arm its a and d
-  bool tip = true;      // in the marker; only `joint`, only with marker poses
-  bool dh = false;      // every number of the rows, a, d, alpha and the joint offsets, and the gains
+  bool lengths = true;     // l1, l2; of a Denavit-Hartenberg arm its a and d
+  bool tip = true;         // in the marker; only `joint`, only with marker poses
+  bool dh = false;         // every number of the rows, a, d, alpha and the joint offsets, and the gains
+  bool correction = true;  // of the places that a Cartesian arm states; only `joint`
   // `joint` alone knows these:
   bool quadratic = false;   // theta = gain psi + quadratic psi^2 + offset
   bool hysteresis = false;  // + hysteresis * direction of the last motion; needs times

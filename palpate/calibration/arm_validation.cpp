@@ -62,10 +62,18 @@ struct Term {
   const char* name;
   bool ArmFree::*on;
 };
-constexpr Term kTerms[]{{"gains", &ArmFree::gains},         {"offsets", &ArmFree::offsets},
-                        {"lengths", &ArmFree::lengths},     {"tip", &ArmFree::tip},
-                        {"quadratic", &ArmFree::quadratic}, {"hysteresis", &ArmFree::hysteresis},
-                        {"delay", &ArmFree::delay},         {"dh", &ArmFree::dh}};
+constexpr Term kTerms[]{{"gains", &ArmFree::gains},          {"offsets", &ArmFree::offsets},
+                        {"lengths", &ArmFree::lengths},      {"tip", &ArmFree::tip},
+                        {"quadratic", &ArmFree::quadratic},  {"hysteresis", &ArmFree::hysteresis},
+                        {"delay", &ArmFree::delay},          {"dh", &ArmFree::dh},
+                        {"correction", &ArmFree::correction}};
+
+// Whether an arm of this kind has what the term frees.
+bool has_term(const device::ArmModel& model, bool ArmFree::*term) {
+  const bool of_every_arm = term == &ArmFree::tip || term == &ArmFree::delay;
+  const bool cartesian = model.kind == device::ArmModel::Kind::cartesian;
+  return of_every_arm || cartesian == (term == &ArmFree::correction);
+}
 
 }  // namespace
 
@@ -111,10 +119,10 @@ ArmMisfit arm_misfit(const ArmSolution& arm, const std::vector<device::ArmObserv
   return {median(errors), median(distances)};
 }
 
-std::string free_text(const ArmFree& free) {
+std::string free_text(const ArmFree& free, const device::ArmModel& model) {
   std::string text;
   for (const auto& term : kTerms)
-    if (free.*term.on) text += (text.empty() ? "" : ",") + std::string(term.name);
+    if (free.*term.on && has_term(model, term.on)) text += (text.empty() ? "" : ",") + std::string(term.name);
   return text;
 }
 
@@ -123,18 +131,24 @@ Expected<ArmChoice> choose_free(const std::vector<device::ArmObservation>& sampl
   const bool dh = model.kind == device::ArmModel::Kind::dh;
   std::vector<Term> candidates;
   if (taken_in_motion(samples)) candidates.push_back({"delay", &ArmFree::delay});
-  candidates.push_back(dh ? Term{"dh", &ArmFree::dh} : Term{"lengths", &ArmFree::lengths});
-  candidates.push_back({"quadratic", &ArmFree::quadratic});
-  if (all_have_times(samples)) candidates.push_back({"hysteresis", &ArmFree::hysteresis});
+  const auto add = [&](const Term& term) {
+    if (has_term(model, term.on)) candidates.push_back(term);
+  };
+  add(dh ? Term{"dh", &ArmFree::dh} : Term{"lengths", &ArmFree::lengths});
+  add({"correction", &ArmFree::correction});
+  add({"quadratic", &ArmFree::quadratic});
+  if (all_have_times(samples)) add({"hysteresis", &ArmFree::hysteresis});
 
   ArmChoice choice;
-  choice.free = {.gains = true, .offsets = true, .lengths = false, .tip = options.free.tip};
+  choice.free = {
+      .gains = true, .offsets = true, .lengths = false, .tip = options.free.tip, .correction = false};
   ArmOptions how = options;
   how.free = choice.free;
   auto best = held_out_by_region(samples, model, how);
   if (!best) return tl::unexpected(best.error());
-  choice.tried.emplace_back(free_text(choice.free), best->mean);
-  choice.why = fmt::format("{} {:.4f} mm in regions not seen", free_text(choice.free), 1e3 * best->mean);
+  choice.tried.emplace_back(free_text(choice.free, model), best->mean);
+  choice.why =
+      fmt::format("{} {:.4f} mm in regions not seen", free_text(choice.free, model), 1e3 * best->mean);
   while (!candidates.empty()) {
     std::size_t winner = candidates.size();
     HeldOut won = *best;
@@ -143,7 +157,7 @@ Expected<ArmChoice> choose_free(const std::vector<device::ArmObservation>& sampl
       how.free.*candidates[k].on = true;
       const auto held = held_out_by_region(samples, model, how);
       if (!held) continue;  // too few samples for so many unknowns
-      choice.tried.emplace_back(free_text(how.free), held->mean);
+      choice.tried.emplace_back(free_text(how.free, model), held->mean);
       std::size_t better = 0;
       for (std::size_t i = 0; i < held->means.size(); ++i) better += held->means[i] < best->means[i];
       if (held->mean < std::min(kWorthFreeing * best->mean, won.mean) && 2 * better > held->means.size()) {

@@ -39,7 +39,7 @@ struct ArmMisfit {
 ArmMisfit arm_misfit(const ArmSolution& arm, const std::vector<device::ArmObservation>& samples);
 
 // "gains,offsets,tip".
-std::string free_text(const ArmFree& free);
+std::string free_text(const ArmFree& free, const device::ArmModel& model);
 
 struct ArmChoice {
   ArmFree free;

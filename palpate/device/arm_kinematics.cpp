@@ -12,6 +12,8 @@ namespace {
 
 // Of a Premium in the middle of its range |det J| is 0.013 m^3; its links together are 0.42 m long.
 constexpr double kLeastOfPhantom = 1e-4;  // m^3
+// What is corrected moves with what is stated, nearly one to one: a half lies far beyond any real arm.
+constexpr double kLeastOfCartesian = 0.5;
 constexpr double kLeastShare =
     kLeastOfPhantom / (0.4191 * 0.4191 * 0.4191);  // of the cube of the links' length
 
@@ -32,6 +34,36 @@ class PhantomKinematics final : public ArmKinematics {
 
  private:
   PhantomLengths lengths_;
+};
+
+// The stylus' turn by its gimbal: about y, then x, then z.
+Quaternion gimbal_turn(const Vector3& gimbal) {
+  return Quaternion(Eigen::AngleAxisd(gimbal[0], Vector3::UnitY()) *
+                    Eigen::AngleAxisd(gimbal[1], Vector3::UnitX()) *
+                    Eigen::AngleAxisd(gimbal[2], Vector3::UnitZ()));
+}
+
+class CartesianKinematics final : public ArmKinematics {
+ public:
+  explicit CartesianKinematics(const ArmModel& model)
+      : places_(model.places), correction_(model.correction) {}
+  int joint_count() const override { return 3; }
+  Pose<ArmBase, Tip> pose(const JointVector& theta, const Vector3& gimbal) const override {
+    const Vector3 stated = theta.head<3>();
+    return {gimbal_turn(gimbal), stated + correction_.at(stated)};
+  }
+  TipJacobian jacobian(const JointVector& theta) const override {
+    return Matrix3::Identity() + correction_.slope(Vector3(theta.head<3>()));
+  }
+  PoseAndJacobian pose_and_jacobian(const JointVector& theta, const Vector3& gimbal) const override {
+    return {pose(theta, gimbal), jacobian(theta)};
+  }
+  JointRange range(int joint) const override { return places_[static_cast<std::size_t>(joint)]; }
+  double least_manipulability() const override { return kLeastOfCartesian; }
+
+ private:
+  std::array<JointRange, 3> places_;
+  PlaceCorrection correction_;
 };
 
 class DhKinematics final : public ArmKinematics {
@@ -79,10 +111,7 @@ class DhKinematics final : public ArmKinematics {
   using OfJoints = std::array<Vector3, kMostJoints>;
 
   Pose<ArmBase, Tip> pose_after(const Walk& walk, const Vector3& gimbal) const {
-    const Quaternion stylus(Eigen::AngleAxisd(gimbal[0], Vector3::UnitY()) *
-                            Eigen::AngleAxisd(gimbal[1], Vector3::UnitX()) *
-                            Eigen::AngleAxisd(gimbal[2], Vector3::UnitZ()));
-    return {Quaternion(walk.R) * tool_turn_ * stylus, walk.p + walk.R * tool_};
+    return {Quaternion(walk.R) * tool_turn_ * gimbal_turn(gimbal), walk.p + walk.R * tool_};
   }
 
   // Notes each joint's axis and a point of it.
@@ -136,8 +165,7 @@ double manipulability(const TipJacobian& J) {
 }
 
 Expected<void> check_runnable(const ArmModel& model) {
-  if (model.kind == ArmModel::Kind::phantom ||
-      (model.joint_count() >= 3 && model.joint_count() <= kMostJoints))
+  if (model.kind != ArmModel::Kind::dh || (model.joint_count() >= 3 && model.joint_count() <= kMostJoints))
     return {};
   return wrong_use(
       "arm {}: has {} joints; 3 to {} are expected, as fewer reach no volume and more are not carried",
@@ -147,6 +175,7 @@ Expected<void> check_runnable(const ArmModel& model) {
 std::unique_ptr<const ArmKinematics> make_kinematics(const ArmModel& model) {
   if (const auto fine = check_runnable(model); !fine) throw std::invalid_argument(fine.error().message);
   if (model.kind == ArmModel::Kind::phantom) return std::make_unique<PhantomKinematics>(model.lengths);
+  if (model.kind == ArmModel::Kind::cartesian) return std::make_unique<CartesianKinematics>(model);
   return std::make_unique<DhKinematics>(model);
 }
 

@@ -35,6 +35,7 @@ class ArmKinematics {
   virtual JointRange range(int joint) const = 0;
   // m^3. Where manipulability() is no larger, the arm counts as folded or stretched: in some direction its
   // motors have hardly any force.
+  // Of a Cartesian arm without a unit.
   virtual double least_manipulability() const = 0;
 };
 

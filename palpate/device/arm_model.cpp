@@ -24,9 +24,16 @@ Matrix3 rot_z(double angle) { return Eigen::AngleAxisd(angle, Vector3::UnitZ()).
 
 }  // namespace
 
+ReadingUnit reading_unit(const ArmModel& model) {
+  if (model.kind == ArmModel::Kind::cartesian) return {"mm", kMillimetresPerMetre};
+  return {"deg", kDegreesPerRadian};
+}
+
 Point<ArmBase> arm_tip(const ArmModel& model, const Eigen::VectorXd& theta) {
   check_joints(model, theta);
   if (model.kind == ArmModel::Kind::phantom) return phantom_tip(theta, model.lengths);
+  if (model.kind == ArmModel::Kind::cartesian)
+    return {theta.head<3>() + model.correction.at(Vector3(theta.head<3>()))};
   Vector3 point = model.tool;
   for (std::size_t j = model.joints.size(); j-- > 0;) {
     const DhJoint& row = model.joints[j];
@@ -50,6 +57,12 @@ Point<ArmBase> arm_tip(const ArmModel& model, const Eigen::VectorXd& theta, ArmJ
         -s1 * reach, -c1 * l1 * s2, c1 * l2 * c3;
     jacobian.lengths << s1 * c2, s1 * s3, s2, 1.0 - c3, -1.0 + c1 * c2, c1 * s3;
     return {Vector3(s1 * reach, l2 - l2 * c3 + l1 * s2, -l1 + c1 * reach)};
+  }
+  if (model.kind == ArmModel::Kind::cartesian) {
+    const Vector3 stated = theta.head<3>();
+    jacobian.theta = Matrix3::Identity() + model.correction.slope(stated);
+    jacobian.correction = model.correction.basis(stated);
+    return {stated + jacobian.correction * model.correction.terms};
   }
   const auto n = static_cast<Eigen::Index>(model.joints.size());
   jacobian.theta.resize(3, n);
@@ -95,9 +108,12 @@ Expected<ArmModel> parse_arm_model(std::string_view content, std::string source)
   if (!file) return tl::unexpected(file.error());
   ArmModel model;
   model.name = file->text_or("name", std::filesystem::path(source).stem().string());
-  if (file->choice("type", {"dh", "phantom"}) == "phantom") {
+  const auto type = file->choice("type", {"dh", "phantom", "cartesian"});
+  if (type == "phantom") {
     const auto lengths = file->numbers<2>("lengths_mm", kPositive);
     model.lengths = {metres_from_mm(lengths[0]), metres_from_mm(lengths[1])};
+  } else if (type == "cartesian") {
+    read_cartesian(*file, model);
   } else {
     read_dh_chain(*file, model);
   }

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "palpate/core/units.h"
 
 namespace palpate::device {
@@ -51,6 +53,39 @@ void read_dh_chain(const TomlTable& table, ArmModel& model) {
   const auto tool = table.numbers_or<3>("tool_mm", {0.0, 0.0, 0.0}, kLengthMm);
   for (int i = 0; i < 3; ++i) model.tool[i] = metres_from_mm(tool[static_cast<std::size_t>(i)]);
   model.tool_turn = tool_turn_of(table);
+}
+
+void read_cartesian(const TomlTable& table, ArmModel& model) {
+  constexpr NumberRange kTermMm{-1000.0, 1000.0};
+  model.kind = ArmModel::Kind::cartesian;
+  Vector3 low = Vector3::Zero(), high = Vector3::Zero();
+  const auto rows = table.rows("range_mm", 2, 3, kLengthMm);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const auto axis = static_cast<Eigen::Index>(i);
+    low[axis] = metres_from_mm(rows[i][0]), high[axis] = metres_from_mm(rows[i][1]);
+    model.places[i] = {low[axis], high[axis]};
+    if (!(low[axis] < high[axis]))
+      table.complain("range_mm", fmt::format("is {:g} to {:g} along {}, the lower end first is expected",
+                                             rows[i][0], rows[i][1], "xyz"[i]));
+  }
+  model.correction.centre = 0.5 * (low + high);
+  model.correction.reach = std::max(1e-3, 0.5 * (high - low).maxCoeff());
+  model.correction.terms.setZero();
+  if (!table.has("correction_mm")) return table.expect("correction_mm");
+  const auto terms = table.numbers<PlaceCorrection::kTerms>("correction_mm", kTermMm);
+  for (int k = 0; k < PlaceCorrection::kTerms; ++k)
+    model.correction.terms[k] = metres_from_mm(terms[static_cast<std::size_t>(k)]);
+}
+
+std::string cartesian_text(const ArmModel& model) {
+  std::string ranges, terms;
+  for (const auto& [low, high] : model.places)
+    ranges += (ranges.empty() ? "" : ", ") + list({mm_from_metres(low), mm_from_metres(high)});
+  std::string text = fmt::format("type = \"cartesian\"\nrange_mm = [{}]\n", ranges);
+  if (model.correction.terms.isZero(0.0)) return text;
+  for (const double term : model.correction.terms)
+    terms += (terms.empty() ? "" : ", ") + toml_number(mm_from_metres(term));
+  return text + fmt::format("correction_mm = [{}]\n", terms);
 }
 
 std::string tool_text(const ArmModel& model) {

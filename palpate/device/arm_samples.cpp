@@ -39,9 +39,20 @@ Vector3 triple(const std::vector<double>& row, const Triple& at, double scale) {
   return scale * Vector3(row[at[0]], row[at[1]], row[at[2]]);
 }
 
+// arm_x_mm, arm_y_mm, arm_z_mm (or _m): metres per unit in place of radians.
+AngleColumns find_stated_place(const CsvTable& table) {
+  for (const auto& [suffix, scale] : {std::pair{"_mm", 1e-3}, std::pair{"_m", 1.0}}) {
+    const auto x = table.find(std::string("arm_x") + suffix), y = table.find(std::string("arm_y") + suffix),
+               z = table.find(std::string("arm_z") + suffix);
+    if (x && y && z) return {{*x, *y, *z}, scale};
+  }
+  return {};
+}
+
 // Where in a table the parts of a sample stand; what has no place is not there.
 struct SampleColumns {
   AngleColumns joints, gimbal;
+  bool places = false;                       // the "joints" are a place, and their unit a length
   std::optional<Triple> target, difference;  // both or neither are used
   std::optional<Triple> tip_mm, tip_m;
   std::optional<std::size_t> time, systematic;
@@ -70,6 +81,10 @@ Expected<SampleColumns> find_columns(const CsvTable& table) {
   columns.target = find_triple(table, "_t");
   columns.difference = find_triple(table, "_dif");
   columns.joints = find_angles(table, "joint", columns.target_form());
+  if (columns.joints.at.empty()) {
+    columns.joints = find_stated_place(table);
+    columns.places = !columns.joints.at.empty();
+  }
   if (columns.joints.at.empty()) return tl::unexpected(table.require("joint_1_deg").error());
   columns.gimbal = find_angles(table, "gimbal", false);
   if (!columns.gimbal.at.empty() && columns.gimbal.at.size() != 3)
@@ -93,7 +108,8 @@ Expected<void> check_ranges(const CsvTable& table, const SampleColumns& columns)
   const auto within = [&](const std::vector<std::size_t>& at, double limit) {
     return table.require_within(at, limit);
   };
-  Expected<void> fine = within(columns.joints.at, kLargestAngle / columns.joints.radians_per_unit);
+  Expected<void> fine = within(
+      columns.joints.at, (columns.places ? kFarthestPlace : kLargestAngle) / columns.joints.radians_per_unit);
   if (fine) fine = within(columns.gimbal.at, kLargestAngle / columns.gimbal.radians_per_unit);
   if (fine && columns.time) fine = within({*columns.time}, kLatestTime);
   for (const auto& places : {columns.target, columns.difference, columns.tip_mm})
@@ -173,7 +189,7 @@ Expected<ArmSampleFile> parse_arm_samples(std::string_view content, std::string 
   const auto columns = find_columns(*parsed);
   if (!columns) return tl::unexpected(columns.error());
   if (auto fine = check_ranges(*parsed, *columns); !fine) return tl::unexpected(fine.error());
-  ArmSampleFile file{parsed->source, content_hash(content), {}};
+  ArmSampleFile file{parsed->source, content_hash(content), columns->places, {}};
   for (std::size_t i = 0; i < parsed->rows.size(); ++i) {
     auto sample = sample_from_row(*parsed, i, *columns);
     if (!sample) return tl::unexpected(sample.error());

@@ -1,6 +1,7 @@
 // What was recorded to calibrate an arm: encoder readings with the tip's measured place or its marker's pose.
 //
-// CSV, recognised by its header: `joint_1_deg` ... (or `_rad`), optional `gimbal_1_deg` ..., optional
+// CSV, recognised by its header: `joint_1_deg` ... (or `_rad`; of a Cartesian arm `arm_x_mm`, `arm_y_mm`,
+// `arm_z_mm`, or `_m`, the place it states), optional `gimbal_1_deg` ..., optional
 // `time_s`, then `x_mm,y_mm,z_mm` (measured tip) and/or `marker_x_mm,...,marker_qw,...` (marker pose),
 // optional `cov_xx_mm2, cov_xy_mm2, cov_xz_mm2, cov_yy_mm2, cov_yz_mm2, cov_zz_mm2` of the measured tip,
 // optional `systematic_mm`: the 3-D rms of the tracker's systematic error in it. Also
@@ -21,7 +22,7 @@
 namespace palpate::device {
 
 struct ArmObservation {
-  Eigen::VectorXd joints;         // psi, encoder readings as angles, rad, uncorrected
+  Eigen::VectorXd joints;         // psi, encoder readings as angles, rad, uncorrected; of a Cartesian arm m
   std::optional<Vector3> gimbal;  // rad, uncorrected
   std::optional<double> time_s;
   std::optional<Pose<World, TipMarker>> marker;
@@ -33,6 +34,7 @@ struct ArmObservation {
 
 struct ArmSampleFile {
   std::string source, hash;
+  bool places = false;  // a Cartesian arm's
   std::vector<ArmObservation> observations;
 };
 

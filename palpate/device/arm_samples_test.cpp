@@ -49,6 +49,22 @@ TEST(ArmSamples, MeasuredTipsAndRadiansAreRead) {
   EXPECT_DOUBLE_EQ(file->observations[0].tip.value().m.z(), 0.003);
 }
 
+TEST(ArmSamples, APlaceThatTheArmStatesStandsInForItsJoints) {
+  const auto file = from_text("arm_x_mm,arm_y_mm,arm_z_mm,x_mm,y_mm,z_mm\n10,-20,30,1,2,3\n", read_arm_samples);
+  ASSERT_TRUE(file.has_value()) << file.error().message;
+  EXPECT_TRUE(file->places);
+  EXPECT_LT((file->observations[0].joints - Vector3(0.01, -0.02, 0.03)).norm(), 1e-17);
+  EXPECT_EQ(file->observations[0].tip->m, Vector3(0.001, 0.002, 0.003));
+  EXPECT_EQ(from_text("arm_x_m,arm_y_m,arm_z_m,x_m,y_m,z_m\n1,2,3,1,2,3\n", read_arm_samples)
+                ->observations[0]
+                .joints[2],
+            3.0);
+  EXPECT_FALSE(from_text("arm_x_mm,arm_y_mm,x_mm,y_mm,z_mm\n10,-20,1,2,3\n", read_arm_samples));
+  EXPECT_FALSE(from_text("arm_x_m,arm_y_m,arm_z_m,x_m,y_m,z_m\n1e9,2,3,1,2,3\n", read_arm_samples));
+  EXPECT_FALSE(from_text("joint_1_deg,joint_2_deg,joint_3_deg,x_m,y_m,z_m\n1,2,3,1,2,3\n", read_arm_samples)
+                   ->places);
+}
+
 TEST(ArmSamples, TargetAndDifferenceMakeTheMeasuredPlace) {
   const auto file = read_arm_samples(fs::path(PALPATE_DATA_DIR) /
                                      "ur5_laser_tracker/3D_UR5_uncalibrated_random_cleaned.csv");

@@ -64,6 +64,30 @@ TEST(ArmForce, TheDevicesOwnTorquesPushTheTrueTipWithTheWantedForce) {
   EXPECT_GT(possible, 1800);
 }
 
+// A Cartesian arm takes a force as its own idea of its place has it: it does the same work there as the wanted one at
+// the true tip.
+TEST(ArmForce, ACartesianArmDoesTheWorkOfTheWantedForce) {
+  Random random(5, "arm_force/cartesian");
+  device::ArmModel real;
+  real.kind = device::ArmModel::Kind::cartesian;
+  real.correction.centre = {0.0, 0.0, 0.17};
+  for (double& term : real.correction.terms) term = random.normal(0.004);
+  device::ArmModel nominal = real;
+  nominal.correction.terms.setZero();
+  const auto known = device::make_kinematics(real), own = device::make_kinematics(nominal);
+  for (int i = 0; i < 100; ++i) {
+    const Vector3 stated = Vector3(0.0, 0.0, 0.17) + normal3(random, 0.04), wanted = normal3(random, 3.0),
+                  way = normal3(random, 1.0);
+    const auto device = DeviceForce::at(stated, *own, known->jacobian(stated), *known);
+    ASSERT_TRUE(device.has_value());
+    constexpr double kH = 1e-6;
+    const Vector3 true_way =
+        (device::arm_tip(real, stated + kH * way).m - device::arm_tip(real, stated - kH * way).m) /
+        (2.0 * kH);
+    EXPECT_NEAR((device->M * wanted).dot(way), wanted.dot(true_way), 1e-8);
+  }
+}
+
 TEST(ArmForce, TheGainIsTheLargestInAnyDirection) {
   Random random(3, "arm_force/gain");
   for (int i = 0; i < 20; ++i) {

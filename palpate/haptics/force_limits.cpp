@@ -25,6 +25,9 @@ ForceLimits force_limits_of(const device::ArmModel& arm) {
   ForceLimits limits = force_limits_of(std::string_view(arm.name));
   if (arm.kind == device::ArmModel::Kind::phantom) return limits;
   limits.joint_range = ForceLimits::any_range();
+  if (arm.kind == device::ArmModel::Kind::cartesian)
+    for (std::size_t i = 0; i < arm.places.size(); ++i)
+      limits.joint_range[i] = {arm.places[i].low, arm.places[i].high};
   for (std::size_t j = 0; j < arm.joints.size() && j < limits.joint_range.size(); ++j)
     limits.joint_range[j] = {arm.joints[j].range.low, arm.joints[j].range.high};
   return limits;

@@ -25,7 +25,8 @@ struct ForceLimits {
   double stale_s = 0.005;          // no fresh input, reading or tick for this long: fade
   double max_backlog_s = 0.100;    // what is left of an impact's impulse this long after it ended is given up
   double most_damping_n_s_m = 2.0;  // that the passivity observer may inject; 0 switches it off
-  // Corrected joint angles within which forces are rendered: the arm's stated range and a little more.
+  // Corrected joint angles, rad, or stated places of a Cartesian arm, m, within which forces are rendered: the
+  // arm's stated range and a little more.
   std::array<std::array<double, 2>, device::kMostJoints> joint_range = premium_range();
 
   static constexpr std::array<std::array<double, 2>, device::kMostJoints> any_range() {
@@ -46,7 +47,7 @@ struct ForceLimits {
 // Of the arm model a rig names; a mouse moves a computed Premium 1.5. A model nobody has told us about gets
 // the weakest limits of the table.
 ForceLimits force_limits_of(std::string_view arm_model);
-// The same with the joints' ranges where the arm is a chain: those that its rows state.
+// The same with the joints' ranges where the arm is a chain, those that its rows state, or a Cartesian arm.
 ForceLimits force_limits_of(const device::ArmModel& arm);
 
 // Those that a device states itself where they are lower.

@@ -18,7 +18,7 @@ namespace palpate::rig {
 inline constexpr double kUnweighedPeak = 1.0;
 
 // What an arm's kinematics are made of, in one order: of a PHANToM its two lengths; of a chain a, d, alpha and
-// theta_offset of each joint and the tool point. m, rad.
+// theta_offset of each joint and the tool point; of a Cartesian arm its range and its correction. m, rad.
 struct ModelNumbers {
   Eigen::VectorXd lengths, angles;
 };
@@ -29,6 +29,7 @@ struct ForceCalibration {
   std::string model;                  // of the arm calibration then, its name
   ModelNumbers model_numbers;         // and its kinematics
   ModelNumbers nominal_numbers;       // the maker's, by which commanded forces become torques
+  bool states_place = false;          // a Cartesian arm: its readings and offsets are m
   device::JointVector rest_readings;  // the zero then: as the arm calibration's
   device::JointVector joint_offsets;
   device::JointVector reading_gains;  // of the arm calibration then

@@ -109,11 +109,18 @@ device::JointVector joints_of(const TomlTable& table, std::string_view key, Eige
   return list;
 }
 
-// Of [nominal_arm] or [arm]: a PHANToM's lengths, or a chain (type = "dh").
+// Of [nominal_arm] or [arm]: a PHANToM's lengths, a chain (type = "dh") or a Cartesian arm.
 device::ArmModel arm_model_of(const TomlTable& table, std::string_view name_key) {
   device::ArmModel model;
   table.expect("type");
-  if (table.has("type") && table.choice("type", {"dh", "phantom"}) == "dh") {
+  const std::string type =
+      table.has("type") ? table.choice("type", {"dh", "phantom", "cartesian"}) : "phantom";
+  if (type == "cartesian") {
+    model.name = table.text(name_key);
+    device::read_cartesian(table, model);
+    return model;
+  }
+  if (type == "dh") {
     model.name = table.text(name_key);
     device::read_dh_chain(table, model);
     if (table.has("lengths_mm"))
@@ -134,8 +141,12 @@ std::optional<ArmCalibration> arm_of(const TomlTable& table) {
   arm.model = arm_model_of(table, "model");
   arm.model.name = name;
   const Eigen::Index joints = arm.model.joint_count();
-  arm.correction.gain = joints_of(table, "gains", joints, 1.0, kGain);
-  arm.correction.offset = joints_of(table, "offsets_deg", joints, 1.0 / kDegreesPerRadian, kAngleDeg);
+  const bool cartesian = arm.model.kind == device::ArmModel::Kind::cartesian;
+  arm.correction = device::JointCorrection::none(joints);
+  if (!cartesian) {
+    arm.correction.gain = joints_of(table, "gains", joints, 1.0, kGain);
+    arm.correction.offset = joints_of(table, "offsets_deg", joints, 1.0 / kDegreesPerRadian, kAngleDeg);
+  }
   const auto base = table.table("base");
   arm.X_world_base = {rotation_of(base, "rotation_qwxyz"), vector_of(base, "translation_mm", kMm, kPlaceMm)};
   arm.tip_in_marker = vector_of(table, "tip_mm", kMm, kPlaceMm);
@@ -143,7 +154,9 @@ std::optional<ArmCalibration> arm_of(const TomlTable& table) {
   arm.gimbal_gain = vector_of(table, "gimbal_gains", 1.0, kGain);
   arm.gimbal_offset = vector_of(table, "gimbal_offsets_deg", 1.0 / kDegreesPerRadian, kAngleDeg);
   arm.covariance = optional_covariance_of(table, "covariance_si", covariance_order(arm.model).size());
-  arm.rest_readings = joints_of(table, "rest_readings_deg", joints, 1.0 / kDegreesPerRadian, kAngleDeg);
+  arm.rest_readings = cartesian
+                          ? joints_of(table, "rest_readings_mm", joints, kMm, kPlaceMm)
+                          : joints_of(table, "rest_readings_deg", joints, 1.0 / kDegreesPerRadian, kAngleDeg);
   arm.held_out_mean = kMm * table.number_or("held_out_mean_mm", 0.0, kNotNegative);
   arm.from = provenance_of(table);
   return arm;
@@ -243,8 +256,10 @@ Expected<Rig> parse_rig(std::string_view content, const std::string& source) {
   rig.tip_pivot = pivot_of(file->table("tip_pivot"));
   rig.pointer_pivot = pivot_of(file->table("pointer_pivot"));
   rig.arm = arm_of(file->table("arm"));
-  if (rig.arm && !nominal.exists() && rig.arm->model.kind == device::ArmModel::Kind::dh)
+  if (rig.arm && !nominal.exists() && rig.arm->model.kind != device::ArmModel::Kind::phantom) {
     rig.nominal_arm = rig.arm->model;
+    rig.nominal_arm.correction.terms.setZero();
+  }
   if (rig.arm && rig.arm->model.joint_count() != rig.nominal_arm.joint_count())
     file->complain("arm", fmt::format("has {} joints, nominal_arm has {}; the same arm is expected",
                                       rig.arm->model.joint_count(), rig.nominal_arm.joint_count()));

@@ -41,8 +41,8 @@ struct ArmCalibration {
   Vector3 gimbal_gain = Vector3::Ones();
   Vector3 gimbal_offset = Vector3::Zero();
   // In the order of covariance_order(): gains and offsets of all joints, base rotation 3 (rad), base
-  // translation 3 (m), tip 3 (m), of a chain its tool 3 (m); 15 x 15 of a PHANToM, zero where fixed, empty
-  // where unknown.
+  // translation 3 (m), tip 3 (m), of a chain its tool 3 (m), of a Cartesian arm its correction 24 (m); 15 x 15
+  // of a PHANToM, zero where fixed, empty where unknown.
   Eigen::MatrixXd covariance;
   // Encoder readings with the arm in its rest (reset) position at calibration: a later start whose rest
   // readings differ has lost its encoder zero.
@@ -171,12 +171,16 @@ Pose<World, CameraOptical> right_eye_pose(const Rig& rig, const Pose<World, Came
 // The rig as it would be with the right camera alone, in the left one's place; needs has_two_eyes.
 Rig right_eye_rig(const Rig& rig);
 
-// By how much the arm's rest readings differ from those at calibration, rad. The encoders count from wherever
+// By how much the arm's rest readings differ from those at calibration, rad (of a Cartesian arm m). The encoders count from wherever
 // the arm stood when it was switched on: a change means that the zero, and with it the calibration, has
 // moved.
 device::JointVector rest_change(const ArmCalibration& arm, const device::JointVector& rest_readings);
 // A hand puts an arm back into its rest position to a few tenths of a degree.
-inline constexpr double kRestTolerance = 0.0087;  // rad, half a degree
+inline constexpr double kRestTolerance = 0.0087;       // rad, half a degree
+inline constexpr double kRestPlaceTolerance = 0.0009;  // m, of a Cartesian arm: half a degree at a decimetre
+inline double rest_tolerance(const device::ArmModel& model) {
+  return model.kind == device::ArmModel::Kind::cartesian ? kRestPlaceTolerance : kRestTolerance;
+}
 // Gains of an arm calibrated anew differ by less: half a degree at a radian.
 inline constexpr double kGainTolerance = 0.0087;
 // A length of an arm's model may change so much when it is calibrated anew: a hundredth of a link.

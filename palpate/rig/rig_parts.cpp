@@ -54,6 +54,8 @@ std::vector<std::string> covariance_order(const device::ArmModel& model) {
   axes("base_translation_");
   axes("tip_");
   if (model.kind == device::ArmModel::Kind::dh) axes("tool_");
+  if (model.kind == device::ArmModel::Kind::cartesian)
+    for (const auto& name : device::PlaceCorrection::names()) order.push_back(name);
   return order;
 }
 
@@ -65,6 +67,15 @@ ModelNumbers numbers_of(const device::ArmModel& model) {
   ModelNumbers numbers;
   if (model.kind == device::ArmModel::Kind::phantom) {
     numbers.lengths = Eigen::Vector2d(model.lengths.l1, model.lengths.l2);
+    return numbers;
+  }
+  if (model.kind == device::ArmModel::Kind::cartesian) {
+    numbers.lengths.resize(6 + device::PlaceCorrection::kTerms);
+    for (Eigen::Index i = 0; i < 3; ++i) {
+      const auto& [low, high] = model.places[static_cast<std::size_t>(i)];
+      numbers.lengths.segment<2>(2 * i) << low, high;
+    }
+    numbers.lengths.tail<device::PlaceCorrection::kTerms>() = model.correction.terms;
     return numbers;
   }
   const auto n = static_cast<Eigen::Index>(model.joints.size());
@@ -98,6 +109,7 @@ ForceCalibration force_calibration_of(const Rig& rig, const std::string& identit
   part.model = rig.arm->model.name;
   part.model_numbers = numbers_of(rig.arm->model);
   part.nominal_numbers = numbers_of(rig.nominal_arm);
+  part.states_place = rig.arm->model.kind == device::ArmModel::Kind::cartesian;
   part.rest_readings = rig.arm->rest_readings;
   part.joint_offsets = rig.arm->correction.offset;
   part.reading_gains = rig.arm->correction.gain;
@@ -116,15 +128,17 @@ std::string void_reason(const Rig& rig, const std::string& identity) {
     return fmt::format("the arm's model has changed: {} has other lengths or angles", forces.model);
   if (!same(numbers_of(rig.nominal_arm), forces.nominal_numbers))
     return "the arm's nominal model has changed: it has other lengths or angles";
-  const auto moved = [](const device::JointVector& now, const device::JointVector& then,
-                        const char* what) -> std::string {
+  const auto unit = device::reading_unit(rig.arm->model);
+  const double tolerance = rest_tolerance(rig.arm->model);
+  const auto moved = [&](const device::JointVector& now, const device::JointVector& then,
+                         const char* what) -> std::string {
     if (now.size() != then.size())
       return fmt::format("the arm's model has changed: it has {} joints, and had {}", now.size(),
                          then.size());
     Eigen::Index joint = 0;
-    if ((now - then).cwiseAbs().maxCoeff(&joint) <= kRestTolerance) return "";
-    return fmt::format("the arm's zero has changed: {} joint {} is {:.3f} deg, and was {:.3f}", what,
-                       joint + 1, degrees_from_radians(now[joint]), degrees_from_radians(then[joint]));
+    if ((now - then).cwiseAbs().maxCoeff(&joint) <= tolerance) return "";
+    return fmt::format("the arm's zero has changed: {} joint {} is {:.3f} {}, and was {:.3f}", what,
+                       joint + 1, unit.per_si * now[joint], unit.name, unit.per_si * then[joint]);
   };
   if (auto text = moved(rig.arm->rest_readings, forces.rest_readings, "the rest reading of"); !text.empty())
     return text;

@@ -61,13 +61,14 @@ void write_arm_model(Writer& w, const device::ArmModel& model) {
           number_list(Eigen::Vector2d(model.lengths.l1, model.lengths.l2), kMillimetresPerMetre));
     return;
   }
+  if (model.kind == device::ArmModel::Kind::cartesian) return w.lines(device::cartesian_text(model));
   w.text("type", "dh");
   w.lines(device::tool_text(model));
 }
 
 void write_nominal_arm(Writer& w, const device::ArmModel& model) {
   w.section("nominal_arm");
-  if (model.kind == device::ArmModel::Kind::dh) w.text("name", model.name);
+  if (model.kind != device::ArmModel::Kind::phantom) w.text("name", model.name);
   write_arm_model(w, model);
   w.lines(device::dh_joints_text(model, "nominal_arm.joint"));
 }
@@ -76,19 +77,26 @@ void write_arm(Writer& w, const ArmCalibration& arm) {
   w.section("arm");
   w.text("model", arm.model.name);
   write_arm_model(w, arm.model);
-  w.put("gains", number_list(arm.correction.gain));
-  w.put("offsets_deg", number_list(arm.correction.offset, kDegreesPerRadian));
+  const bool cartesian = arm.model.kind == device::ArmModel::Kind::cartesian;
+  if (!cartesian) {
+    w.put("gains", number_list(arm.correction.gain));
+    w.put("offsets_deg", number_list(arm.correction.offset, kDegreesPerRadian));
+  }
   w.put("tip_mm", number_list(arm.tip_in_marker, kMillimetresPerMetre));
   w.put("marker_in_tip_qwxyz", number_list(arm.R_tip_marker));
   w.put("gimbal_gains", number_list(arm.gimbal_gain));
   w.put("gimbal_offsets_deg", number_list(arm.gimbal_offset, kDegreesPerRadian));
-  w.comment("Encoder readings with the arm at rest: a start that reads otherwise has lost its zero.");
-  w.put("rest_readings_deg", number_list(arm.rest_readings, kDegreesPerRadian));
+  w.comment("Readings with the arm at rest: a start that reads otherwise has lost its zero.");
+  const auto unit = device::reading_unit(arm.model);
+  w.put(fmt::format("rest_readings_{}", unit.name), number_list(arm.rest_readings, unit.per_si));
   w.number("held_out_mean_mm", arm.held_out_mean, kMillimetresPerMetre);
   w.provenance(arm.from);
   w.comment(fmt::format(
       "Order: gains {0}, offsets {0} (rad), base rotation 3 (rad), base translation 3 (m), tip 3 (m){1}.",
-      arm.model.joint_count(), arm.model.kind == device::ArmModel::Kind::dh ? ", tool 3 (m)" : ""));
+      arm.model.joint_count(),
+      arm.model.kind == device::ArmModel::Kind::dh ? ", tool 3 (m)"
+      : cartesian                                  ? ", correction 24 (m)"
+                                                   : ""));
   w.covariance("covariance_si", arm.covariance);
   w.section("arm.base");
   w.put("rotation_qwxyz", number_list(arm.X_world_base.rotation));

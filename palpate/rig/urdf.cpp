@@ -82,6 +82,14 @@ class Description {
         joint, range.known() ? "revolute" : "continuous", parent, child, origin(place, R), axis.x(), axis.y(),
         axis.z(), limit, rest);
   }
+  void slide(const std::string& joint, const std::string& parent, const std::string& child,
+             const Vector3& axis, const device::JointRange& range) {
+    text_ += fmt::format(
+        "  <joint name=\"{}\" type=\"prismatic\"><parent link=\"{}\"/><child link=\"{}\"/><axis xyz=\"{:g} "
+        "{:g} "
+        "{:g}\"/><limit lower=\"{}\" upper=\"{}\" effort=\"0\" velocity=\"0\"/></joint>\n",
+        joint, parent, child, axis.x(), axis.y(), axis.z(), range.low, range.high);
+  }
   void comment(const std::string& words) {
     std::string safe = words;
     for (auto at = safe.find("--"); at != safe.npos; at = safe.find("--")) safe.replace(at, 2, "- ");
@@ -136,7 +144,18 @@ std::string add_chain(Description& urdf, const std::string& base, const device::
   return add_gimbal(urdf, last, place + R * model.tool, R * model.tool_turn.toRotationMatrix());
 }
 
-std::string listed(const device::JointVector& values, double scale) {
+std::string add_cartesian(Description& urdf, const std::string& base, const device::ArmModel& model) {
+  std::string last = base;
+  for (int i = 0; i < 3; ++i) {
+    const std::string link = urdf.add_link(fmt::format("link_{}", i + 1));
+    urdf.slide(fmt::format("joint_{}", i + 1), last, link, Vector3::Unit(i),
+               model.places[static_cast<std::size_t>(i)]);
+    last = link;
+  }
+  return add_gimbal(urdf, last, Vector3::Zero(), Matrix3::Identity());
+}
+
+std::string listed(const Eigen::Ref<const Eigen::VectorXd>& values, double scale) {
   std::string text;
   for (Eigen::Index i = 0; i < values.size(); ++i)
     text += fmt::format("{}{}", i > 0 ? ", " : "", scale * values[i]);
@@ -144,17 +163,29 @@ std::string listed(const device::JointVector& values, double scale) {
 }
 
 void add_arm(Description& urdf, const std::string& world, const ArmCalibration& arm) {
-  urdf.comment(fmt::format(
-      "Angles are corrected ones, gain * reading + offset: gains {}; offsets {} deg. Of the gimbal: {}, {}, "
-      "{}; {}, {}, {} deg.",
-      listed(arm.correction.gain, 1.0), listed(arm.correction.offset, kDegreesPerRadian), arm.gimbal_gain[0],
-      arm.gimbal_gain[1], arm.gimbal_gain[2], kDegreesPerRadian * arm.gimbal_offset[0],
-      kDegreesPerRadian * arm.gimbal_offset[1], kDegreesPerRadian * arm.gimbal_offset[2]));
+  const bool cartesian = arm.model.kind == device::ArmModel::Kind::cartesian;
+  if (cartesian)
+    urdf.comment(
+        fmt::format("Places are corrected ones, mm at the strains and bends of docs/theory/arm.md: {}. Of "
+                    "the gimbal: {}, {}, "
+                    "{}; {}, {}, {} deg.",
+                    listed(arm.model.correction.terms, kMillimetresPerMetre), arm.gimbal_gain[0],
+                    arm.gimbal_gain[1], arm.gimbal_gain[2], kDegreesPerRadian * arm.gimbal_offset[0],
+                    kDegreesPerRadian * arm.gimbal_offset[1], kDegreesPerRadian * arm.gimbal_offset[2]));
+  else
+    urdf.comment(fmt::format(
+        "Angles are corrected ones, gain * reading + offset: gains {}; offsets {} deg. Of the gimbal: {}, "
+        "{}, "
+        "{}; {}, {}, {} deg.",
+        listed(arm.correction.gain, 1.0), listed(arm.correction.offset, kDegreesPerRadian),
+        arm.gimbal_gain[0], arm.gimbal_gain[1], arm.gimbal_gain[2], kDegreesPerRadian * arm.gimbal_offset[0],
+        kDegreesPerRadian * arm.gimbal_offset[1], kDegreesPerRadian * arm.gimbal_offset[2]));
   const std::string base = urdf.add_link("arm_base");
   urdf.fix(world, base, arm.X_world_base.translation, arm.X_world_base.matrix());
   const std::string tip = arm.model.kind == device::ArmModel::Kind::phantom
                               ? add_phantom(urdf, base, arm.model.lengths)
-                              : add_chain(urdf, base, arm.model);
+                          : cartesian ? add_cartesian(urdf, base, arm.model)
+                                      : add_chain(urdf, base, arm.model);
   const std::string marker = urdf.add_link("tip_marker");
   const Matrix3 turn = arm.R_tip_marker.toRotationMatrix();
   urdf.fix(tip, marker, -(turn * arm.tip_in_marker), turn);

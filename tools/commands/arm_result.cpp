@@ -29,12 +29,12 @@ Eigen::MatrixXd rig_covariance(const Estimate<calibration::ArmSolution>& estimat
 
 void put_into(rig::Rig& rig, const calibration::findings::ArmFindings& found, rig::Provenance from) {
   const calibration::ArmSolution& arm = found.estimate.value;
-  const bool chain = arm.model.kind == device::ArmModel::Kind::dh;
+  const bool phantom = arm.model.kind == device::ArmModel::Kind::phantom;
   const bool same_arm = rig.arm && rig.arm->model.kind == arm.model.kind &&
                         rig.arm->model.joint_count() == arm.model.joint_count();
   rig::ArmCalibration result = same_arm ? *rig.arm : rig::ArmCalibration{};
   if (!same_arm) result.rest_readings = device::JointVector::filled(arm.model.joint_count(), 0.0);
-  if (chain || rig.nominal_arm.kind != arm.model.kind) rig.nominal_arm = found.nominal;
+  if (!phantom || rig.nominal_arm.kind != arm.model.kind) rig.nominal_arm = found.nominal;
   result.model = arm.model;
   result.correction = {arm.gain, arm.offset};
   result.X_world_base = arm.X_world_base;
@@ -62,9 +62,15 @@ std::vector<std::string> arm_summary(const calibration::findings::ArmFindings& f
       fmt::format("{:<11}  mean error {:.4f} mm, largest {:.4f}, on samples that it has not seen ({}); "
                   "{:.4f} on its own",
                   calibration::findings::name_of(found.method), json["test_mean_mm"].get<double>(),
-                  json["test_max_mm"].get<double>(), found.unseen_from, json["train_mean_mm"].get<double>()),
-      fmt::format("gains        {}", shown(arm.gain)),
-      fmt::format("offsets      {} deg", shown(arm.offset, kDegreesPerRadian))};
+                  json["test_max_mm"].get<double>(), found.unseen_from, json["train_mean_mm"].get<double>())};
+  if (arm.model.kind == device::ArmModel::Kind::cartesian) {
+    lines.push_back(fmt::format("correction   {:.3f} mm rms over the samples, {:.3f} at most",
+                                json["correction_rms_mm"].get<double>(),
+                                json["correction_max_mm"].get<double>()));
+  } else {
+    lines.push_back(fmt::format("gains        {}", shown(arm.gain)));
+    lines.push_back(fmt::format("offsets      {} deg", shown(arm.offset, kDegreesPerRadian)));
+  }
   if (arm.tip_known)
     lines.push_back(fmt::format("tip          {} mm in its marker", shown(arm.tip_in_marker, kMm)));
   if (found.gimbal) {

@@ -92,7 +92,7 @@ void add_calibrate_arm(CLI::App& calibrate) {
       ->add_option("--test", options->test,
                    "Samples to judge the result by; without, five folds of the samples")
       ->type_name("FILE");
-  command->add_option("--arm", options->arm, "phantom-premium-1.5, or a TOML file")->type_name("MODEL");
+  command->add_option("--arm", options->arm, "phantom-premium-1.5, or a TOML file: a chain, or an arm that states its place")->type_name("MODEL");
   command->add_option("--method", options->method, "joint, or one of the 2006 paper's")
       ->check(one_of({"joint", "eq7", "alternating", "one-pass"}))
       ->capture_default_str();

@@ -87,6 +87,7 @@ std::string arm_toml(const rig::Rig& rig) {
   if (model.kind == device::ArmModel::Kind::phantom)
     return fmt::format("type = \"phantom\"\nlengths_mm = [{}, {}]\n", kMm * model.lengths.l1,
                        kMm * model.lengths.l2);
+  if (model.kind == device::ArmModel::Kind::cartesian) return device::cartesian_text(model);
   return "type = \"dh\"\n" + device::tool_text(model) + device::dh_joints_text(model, "joint");
 }
 

@@ -19,8 +19,8 @@ namespace {
 
 struct RigArguments {
   std::string file;
-  std::vector<double> rest_readings_deg;
-  double rest_tolerance_deg = degrees_from_radians(rig::kRestTolerance);
+  std::vector<double> rest_readings;     // deg, or mm of a Cartesian arm
+  std::optional<double> rest_tolerance;  // the same; none: a hand's
   bool force = false;
 };
 
@@ -116,20 +116,35 @@ void show_chain(const rig::ArmCalibration& arm) {
   line("  stylus on it, deg", shown(so3_log(arm.model.tool_turn), kDegreesPerRadian));
 }
 
+void show_cartesian(const rig::ArmCalibration& arm) {
+  std::string ranges;
+  for (const auto& [low, high] : arm.model.places)
+    ranges += fmt::format("{}{:.1f} to {:.1f}", ranges.empty() ? "" : ", ", kMm * low, kMm * high);
+  line("  range x, y, z, mm", ranges);
+  const auto& terms = arm.model.correction.terms;
+  line("  correction, mm", fmt::format("strains {}; bends up to {:.3f}", shown(terms.head<6>(), kMm),
+                                       kMm * terms.tail<18>().cwiseAbs().maxCoeff()));
+}
+
 void show_arm(const rig::ArmCalibration& arm) {
   const auto& C = arm.covariance;
   const Eigen::Index n = arm.model.joint_count();
   line("arm", fmt::format("{}  ({})", arm.model.name, origin(arm.from)));
-  line("  gains", with_sd(arm.correction.gain, C, 0, 1.0));
-  line("  offsets, deg", with_sd(arm.correction.offset, C, n, kDegreesPerRadian));
-  if (arm.model.kind == device::ArmModel::Kind::phantom)
-    line("  lengths, mm", lengths_text(arm.model));
-  else
-    show_chain(arm);
+  if (arm.model.kind == device::ArmModel::Kind::cartesian) {
+    show_cartesian(arm);
+  } else {
+    line("  gains", with_sd(arm.correction.gain, C, 0, 1.0));
+    line("  offsets, deg", with_sd(arm.correction.offset, C, n, kDegreesPerRadian));
+    if (arm.model.kind == device::ArmModel::Kind::phantom)
+      line("  lengths, mm", lengths_text(arm.model));
+    else
+      show_chain(arm);
+  }
   line("  base in world, mm", with_sd(arm.X_world_base.translation, C, 2 * n + 3, kMm));
   line("  base turn, deg", with_sd(so3_log(arm.X_world_base.rotation), C, 2 * n, kDegreesPerRadian));
   line("  tip in marker, mm", with_sd(arm.tip_in_marker, C, 2 * n + 6, kMm));
-  line("  rest readings, deg", shown(arm.rest_readings, kDegreesPerRadian));
+  const auto unit = device::reading_unit(arm.model);
+  line(fmt::format("  rest readings, {}", unit.name).c_str(), shown(arm.rest_readings, unit.per_si));
   line("  held-out error, mm", fmt::format("{:.4f}", kMm * arm.held_out_mean));
 }
 
@@ -204,6 +219,8 @@ Expected<void> show(const RigArguments& options) {
   line("rig", rig->name);
   if (rig->nominal_arm.kind == device::ArmModel::Kind::phantom)
     line("nominal lengths, mm", lengths_text(rig->nominal_arm));
+  else if (rig->nominal_arm.kind == device::ArmModel::Kind::cartesian)
+    line("nominal arm", fmt::format("{}, which states its place", rig->nominal_arm.name));
   else
     line("nominal arm",
          fmt::format("{}, a chain of {} joints", rig->nominal_arm.name, rig->nominal_arm.joint_count()));
@@ -266,33 +283,34 @@ Expected<void> check_rest(const RigArguments& options, const rig::Rig& rig) {
     return refused(
         "{}: holds no arm calibration whose rest readings could be compared; palpate calibrate arm",
         options.file);
-  const auto& degrees = options.rest_readings_deg;
-  if (static_cast<Eigen::Index>(degrees.size()) != rig.arm->rest_readings.size())
-    return wrong_use("--rest-readings: {} readings are given, the arm {} has {} joints", degrees.size(),
+  const auto& given = options.rest_readings;
+  const auto unit = device::reading_unit(rig.arm->model);
+  const double tolerance = options.rest_tolerance.value_or(unit.per_si * rig::rest_tolerance(rig.arm->model));
+  if (static_cast<Eigen::Index>(given.size()) != rig.arm->rest_readings.size())
+    return wrong_use("--rest-readings: {} readings are given, the arm {} has {} joints", given.size(),
                      rig.arm->model.name, rig.arm->rest_readings.size());
   device::JointVector now = rig.arm->rest_readings;
-  for (Eigen::Index j = 0; j < now.size(); ++j)
-    now[j] = degrees[static_cast<std::size_t>(j)] / kDegreesPerRadian;
+  for (Eigen::Index j = 0; j < now.size(); ++j) now[j] = given[static_cast<std::size_t>(j)] / unit.per_si;
   const device::JointVector change = rig::rest_change(*rig.arm, now);
   Eigen::Index joint = 0;
-  if (degrees_from_radians(change.cwiseAbs().maxCoeff(&joint)) <= options.rest_tolerance_deg) {
-    line("encoder reset", fmt::format("unchanged since {} (within {:.3f} deg)",
-                                      rig.arm->from.date.empty() ? "calibration" : rig.arm->from.date,
-                                      options.rest_tolerance_deg));
+  if (unit.per_si * change.cwiseAbs().maxCoeff(&joint) <= tolerance) {
+    line("encoder reset",
+         fmt::format("unchanged since {} (within {:.3f} {})",
+                     rig.arm->from.date.empty() ? "calibration" : rig.arm->from.date, tolerance, unit.name));
     return {};
   }
   return refused(
-      "{}: the encoder reset has changed since calibration: at rest joint {} reads {:.3f} deg, {:.3f} then, "
+      "{}: the encoder reset has changed since calibration: at rest joint {} reads {:.3f} {}, {:.3f} then, "
       "{:.3f} allowed; put the arm into "
       "its rest position and reset it again, or calibrate anew",
-      options.file, joint + 1, degrees_from_radians(now[joint]),
-      degrees_from_radians(rig.arm->rest_readings[joint]), options.rest_tolerance_deg);
+      options.file, joint + 1, unit.per_si * now[joint], unit.name,
+      unit.per_si * rig.arm->rest_readings[joint], tolerance);
 }
 
 Expected<void> check(const RigArguments& options) {
   const auto rig = rig::read_rig(options.file);
   if (!rig) return tl::unexpected(rig.error());
-  if (!options.rest_readings_deg.empty())
+  if (!options.rest_readings.empty())
     if (const auto rest = check_rest(options, *rig); !rest) return rest;
   if (rig->arm && rig->arm->model.name != rig::kMouseArm) show_forces(*rig);
   const auto missing = rig::missing_parts(*rig);
@@ -334,14 +352,16 @@ void add_rig(CLI::App& program) {
   on(with_file("show", "Print a rig for a person"), [options] { return show(*options); });
   auto* checked = with_file("check", "Validate a rig and say what is missing or cannot be right");
   checked
-      ->add_option("--rest-readings", options->rest_readings_deg,
-                   "Encoder readings at rest, deg: has the encoder reset changed?")
+      ->add_option("--rest-readings", options->rest_readings,
+                   "Encoder readings at rest, deg (of a Cartesian arm mm): has the encoder reset changed?")
       ->delimiter(',')
       ->expected(3, device::kMostJoints)
       ->type_name("PSI1,PSI2,PSI3[,...]");
-  checked->add_option("--rest-tolerance-deg", options->rest_tolerance_deg, "How well the arm is put to rest")
-      ->check(at_least_zero())
-      ->capture_default_str();
+  checked
+      ->add_option(
+          "--rest-tolerance-deg", options->rest_tolerance,
+          "How well the arm is put to rest, half a degree where it is not told; of a Cartesian arm mm")
+      ->check(at_least_zero());
   on(checked, [options] { return check(*options); });
 }
 

@@ -22,7 +22,8 @@ struct FreeList {
 };
 
 Expected<FreeList> parse_free(const std::string& list) {
-  FreeList all{{.gains = false, .offsets = false, .lengths = false, .tip = false}, false};
+  FreeList all{{.gains = false, .offsets = false, .lengths = false, .tip = false, .correction = false},
+               false};
   ArmFree& free = all.arm;
   std::istringstream stream(list);
   for (std::string name; std::getline(stream, name, ',');) {
@@ -36,6 +37,8 @@ Expected<FreeList> parse_free(const std::string& list) {
       free.tip = true;
     else if (name == "dh")
       free.dh = true;
+    else if (name == "correction")
+      free.correction = true;
     else if (name == "gimbal")
       all.gimbal = true;
     else if (name == "quadratic")
@@ -47,10 +50,24 @@ Expected<FreeList> parse_free(const std::string& list) {
     else
       return wrong_use(
           "--free {}: unknown; a list of gains, offsets, lengths, tip, gimbal, quadratic, hysteresis, delay, "
-          "dh is expected, or auto",
+          "dh, of a Cartesian arm correction, tip and delay, is expected, or auto",
           name);
   }
   return all;
+}
+
+// Refused: what an arm of this kind does not have.
+Expected<void> check_terms(const std::string& asked, const ArmFree& free, const device::ArmModel& model) {
+  const bool of_joints =
+      free.gains || free.offsets || free.lengths || free.dh || free.quadratic || free.hysteresis;
+  if (model.kind == device::ArmModel::Kind::cartesian && of_joints)
+    return wrong_use("--free {}: {} states its place, not its joints; correction, tip or delay is expected",
+                     asked, model.name);
+  if (model.kind != device::ArmModel::Kind::cartesian && free.correction)
+    return wrong_use(
+        "--free {}: correction is a Cartesian arm's; {} has joints, whose gains and offsets are expected",
+        asked, model.name);
+  return {};
 }
 
 // A sample is the same if every device read the same; when does not matter.
@@ -122,6 +139,7 @@ Expected<void> set_free(const std::string& asked, Work& work) {
   const auto list = parse_free(asked);
   if (!list) return tl::unexpected(list.error());
   free = list->arm;
+  if (auto fine = check_terms(asked, free, work.model()); !fine) return fine;
   work.wants_gimbal = list->gimbal;
   if (work.wants_gimbal && !work.has_gimbal)
     return wrong_use(
@@ -134,7 +152,20 @@ Expected<void> set_free(const std::string& asked, Work& work) {
   return {};
 }
 
+// Refused: joints where the arm states places, or the other way round.
+Expected<void> check_readings(const device::ArmSampleFile& samples, const device::ArmModel& model) {
+  const bool cartesian = model.kind == device::ArmModel::Kind::cartesian;
+  if (samples.places == cartesian) return {};
+  return wrong_use("{}: holds {}, but {} states its {}; {} is expected, or another --arm", samples.source,
+                   samples.places ? "places of a Cartesian arm" : "joint readings", model.name,
+                   cartesian ? "place" : "joints",
+                   cartesian ? "arm_x_mm,arm_y_mm,arm_z_mm" : "joint_1_deg ...");
+}
+
 Expected<Work> work_of(ArmTask task) {
+  if (auto fine = check_readings(task.samples, task.nominal); !fine) return tl::unexpected(fine.error());
+  if (task.test)
+    if (auto fine = check_readings(*task.test, task.nominal); !fine) return tl::unexpected(fine.error());
   Work work{.task = std::move(task), .how = {}, .choice = {}};
   work.repeats = device::drop_repeats(work.task.samples.observations, reading_of_sample);
   const auto all = [&](const auto& has) {
@@ -151,7 +182,7 @@ Expected<Work> work_of(ArmTask task) {
     return wrong_use(
         "--free {}: a rig file holds gains and offsets, no quadratic or hysteresis terms; leave them out, or "
         "use --json without --rig and --out",
-        free_text(work.how.free));
+        free_text(work.how.free, work.model()));
   return work;
 }
 
@@ -306,7 +337,7 @@ Expected<ArmFindings> find_arm(ArmTask task) {
   if (!unseen) return tl::unexpected(unseen.error());
   const auto regions = held_out_by_region(work->samples(), work->model(), work->how);
   ArmFindings found{.method = work->how.method,
-                    .free = free_text(work->how.free) + (*gimbal ? ",gimbal" : ""),
+                    .free = free_text(work->how.free, work->model()) + (*gimbal ? ",gimbal" : ""),
                     .nominal = work->model(),
                     .samples = work->task.samples,
                     .estimate = std::move(*estimate),

@@ -1,6 +1,7 @@
 #include "palpate/calibration/findings/arm_json.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "palpate/calibration/arm_motion.h"
 #include "palpate/calibration/arm_prediction.h"
@@ -59,6 +60,8 @@ Json std_json(const Estimate<ArmSolution>& estimate) {
   group("d_mm", numbered("d", n));
   group("alpha_deg", numbered("alpha", n));
   group("tool_mm", axes("tool"));
+  const auto& terms = device::PlaceCorrection::names();
+  group("correction_mm", {terms.begin(), terms.end()});
   group("tip_mm", axes("tip"));
   group("base_rotation_deg", axes("base_rotation"));
   group("base_translation_mm", axes("base_translation"));
@@ -66,13 +69,18 @@ Json std_json(const Estimate<ArmSolution>& estimate) {
 }
 
 void put_arm(Json& json, const ArmSolution& arm) {
-  json["gains"] = json_list(arm.gain);
-  json["offsets_deg"] = json_list(arm.offset, kDegreesPerRadian);
+  const bool cartesian = arm.model.kind == device::ArmModel::Kind::cartesian;
+  if (!cartesian) {
+    json["gains"] = json_list(arm.gain);
+    json["offsets_deg"] = json_list(arm.offset, kDegreesPerRadian);
+  }
   if (arm.quadratic.size() > 0) json["quadratic_per_rad"] = json_list(arm.quadratic);
   if (arm.hysteresis.size() > 0) json["hysteresis_deg"] = json_list(arm.hysteresis, kDegreesPerRadian);
   json["delay_s"] = arm.delay_s;
   if (arm.model.kind == device::ArmModel::Kind::phantom) {
     json["lengths_mm"] = Json::array({kMm * arm.model.lengths.l1, kMm * arm.model.lengths.l2});
+  } else if (cartesian) {
+    json["correction_mm"] = json_list(arm.model.correction.terms, kMm);
   } else {
     json["joints"] = Json::array();
     for (const auto& row : arm.model.joints)
@@ -85,6 +93,18 @@ void put_arm(Json& json, const ArmSolution& arm) {
   json["tip_mm"] = arm.tip_known ? json_list(arm.tip_in_marker, kMm) : Json();
   json["base"] = Json{{"translation_mm", json_list(arm.X_world_base.translation, kMm)},
                       {"rotation_qwxyz", json_quaternion(arm.X_world_base.rotation)}};
+}
+
+// By how much the places that a Cartesian arm stated are corrected.
+void put_correction(Json& json, const ArmSolution& arm, const std::vector<device::ArmObservation>& samples) {
+  double square = 0.0, most = 0.0;
+  for (const auto& sample : samples) {
+    const double size = arm.model.correction.at(Vector3(sample.joints.head<3>())).norm();
+    square += size * size / static_cast<double>(samples.size());
+    most = std::max(most, size);
+  }
+  json["correction_rms_mm"] = kMm * std::sqrt(square);
+  json["correction_max_mm"] = kMm * most;
 }
 
 void put_gimbal(Json& json, const Estimate<GimbalSolution>& gimbal, const std::vector<Vector3>& errors) {
@@ -135,6 +155,7 @@ Json arm_json(const ArmFindings& found) {
   json["test_from"] = found.unseen_from;
   put_arm(json, arm);
   const auto& observations = found.samples.observations;
+  if (arm.model.kind == device::ArmModel::Kind::cartesian) put_correction(json, arm, observations);
   if (gimbal)
     put_gimbal(json, *gimbal,
                gimbal_errors(with_delay_removed(observations, arm.delay_s), arm, gimbal->value));

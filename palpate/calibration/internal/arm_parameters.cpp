@@ -33,6 +33,8 @@ double& number_of(ArmSolution& arm, const ArmParameter& parameter) {
       return arm.model.tool[i];
     case Part::tip:
       return arm.tip_in_marker[i];
+    case Part::correction:
+      return arm.model.correction.terms[i];
     default:
       return arm.X_world_base.translation[i];
   }
@@ -54,7 +56,8 @@ std::vector<ArmParameter> list_parameters(const device::ArmModel& model, const A
     for (Eigen::Index i = 0; i < 3; ++i)
       list.push_back({part, i, fmt::format("{}_{}", name, "xyz"[i]), size});
   };
-  const bool dh = model.kind == device::ArmModel::Kind::dh;
+  const bool dh = model.kind == device::ArmModel::Kind::dh,
+             cartesian = model.kind == device::ArmModel::Kind::cartesian;
   if (freedom.base) {
     per_axis(Part::base_rotation, "base_rotation", 1.0);
     per_axis(Part::base_translation, "base_translation", 1.0);
@@ -64,7 +67,7 @@ std::vector<ArmParameter> list_parameters(const device::ArmModel& model, const A
   if (freedom.quadratic) per_joint(Part::quadratic, "quadratic", 0.1);
   if (freedom.hysteresis) per_joint(Part::hysteresis, "hysteresis", 0.02);
   if (freedom.delay) list.push_back({Part::delay, 0, "delay", 0.2});
-  if (freedom.lengths && !dh) {
+  if (freedom.lengths && !dh && !cartesian) {
     list.push_back({Part::length, 0, "length_1", 0.02});
     list.push_back({Part::length, 1, "length_2", 0.02});
   }
@@ -75,6 +78,10 @@ std::vector<ArmParameter> list_parameters(const device::ArmModel& model, const A
   if (freedom.alpha) per_joint(Part::alpha, "alpha", 0.175);
   if (freedom.tool) per_axis(Part::tool, "tool", 0.5);
   if (freedom.tip) per_axis(Part::tip, "tip", 0.1);
+  if (freedom.correction && cartesian)
+    for (Eigen::Index k = 0; k < device::PlaceCorrection::kTerms; ++k)
+      list.push_back(
+          {Part::correction, k, device::PlaceCorrection::names()[static_cast<std::size_t>(k)], 0.005});
   return list;
 }
 
@@ -90,7 +97,8 @@ std::vector<ArmParameter> parameters_named(const device::ArmModel& model,
                                            .lengths = true,
                                            .alpha = true,
                                            .tool = model.kind == device::ArmModel::Kind::dh,
-                                           .tip = true});
+                                           .tip = true,
+                                           .correction = true});
   std::vector<ArmParameter> list;
   for (const auto& name : names)
     for (const auto& parameter : all)

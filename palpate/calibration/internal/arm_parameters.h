@@ -14,7 +14,8 @@ namespace palpate::calibration {
 
 struct ArmFreedom {
   bool base = true, gains = false, offsets = false, first_offset = true, quadratic = false,
-       hysteresis = false, delay = false, lengths = false, alpha = false, tool = false, tip = false;
+       hysteresis = false, delay = false, lengths = false, alpha = false, tool = false, tip = false,
+       correction = false;
 };
 
 // One free number of the solution.
@@ -32,7 +33,8 @@ struct ArmParameter {
     d,
     alpha,
     tool,
-    tip
+    tip,
+    correction
   };
   Part part;
   Eigen::Index index;

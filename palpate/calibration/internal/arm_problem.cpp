@@ -94,6 +94,9 @@ Vector3 turned_tip(const ArmSolution& at, const ArmMotion& motion,
       case Part::tool:
         column = R * D.tool.col(i);
         break;
+      case Part::correction:
+        column = R * D.correction.col(i);
+        break;
       case Part::tip:
         column.setZero();
         break;

@@ -34,6 +34,11 @@ Expected<void> check_arm_samples(const std::vector<device::ArmObservation>& samp
         "arm: the delay shows in motion only, and most samples are more than {:.0f} ms apart; record while "
         "the stylus moves, at 20 Hz or faster",
         1e3 * kMotionGap);
+  if (model.kind == device::ArmModel::Kind::cartesian && options.method != ArmMethod::joint)
+    return wrong_use(
+        "arm: {} states its place, not its joints; the methods of the paper correct joints, use the joint "
+        "method",
+        model.name);
   if (options.free.dh && model.kind != device::ArmModel::Kind::dh)
     return wrong_use("arm: {} has no Denavit-Hartenberg rows to free; use lengths", model.name);
   return {};
@@ -145,6 +150,11 @@ ArmFreedom freedom_of(const ArmOptions& options, const device::ArmModel& model) 
   const bool joint = options.method == ArmMethod::joint;
   const bool dh = model.kind == device::ArmModel::Kind::dh;
   freedom.base = true;
+  if (model.kind == device::ArmModel::Kind::cartesian) {
+    freedom.correction = options.free.correction;
+    freedom.delay = joint && options.free.delay;
+    return freedom;
+  }
   freedom.gains = options.free.gains || options.free.dh;
   freedom.offsets = options.free.offsets || options.free.dh;
   freedom.lengths = options.free.lengths || options.free.dh;

@@ -9,7 +9,6 @@ namespace {
 constexpr double kErrorStep = 1e-2;         // of a deviation, for derivatives
 constexpr double kArmUnstated = 3e-5;       // m: encoder steps and what else an arm's model leaves, per axis
 constexpr double kLeastOfVariance = 1e-12;  // of the largest variance: devices without noise stay invertible
-const double kRestSd = rig::kRestTolerance / 3.0;  // rad: a hand puts the arm to rest within the tolerance
 
 // W with W'W = C^-1.
 Eigen::MatrixXd whitener_of(const Eigen::MatrixXd& C) {
@@ -49,8 +48,10 @@ RigMisfit::RigMisfit(const rig::Rig& rig, const RigObservations& observed, const
   const auto begin = [this](Rows& rows) { rows.first = rows_; };
   const auto end = [this](Rows& rows) { rows.count = rows_ - rows.first; };
   begin(rest_);
+  const double rest_sd =
+      rig::rest_tolerance(rig.arm->model) / 3.0;  // a hand puts the arm to rest within the tolerance
   if (observed.rest)
-    add(kRestSd * kRestSd * Eigen::MatrixXd::Identity(observed.rest->size(), observed.rest->size()));
+    add(rest_sd * rest_sd * Eigen::MatrixXd::Identity(observed.rest->size(), observed.rest->size()));
   end(rest_), begin(held_);
   for (const auto& held : observed.held) add(held_covariance(held, options));
   end(held_), begin(touched_);

@@ -147,6 +147,8 @@ RigState with_errors(const RigState& at, const Eigen::VectorXd& errors) {
   turn_and_shift(state.X_world_base, e.take(6));
   state.tip += e.take(3);
   if (state.model.kind == device::ArmModel::Kind::dh) state.model.tool += e.take(3);
+  if (state.model.kind == device::ArmModel::Kind::cartesian)
+    state.model.correction.terms += e.take(device::PlaceCorrection::kTerms);
   state.pointer_tip += e.take(3);
   for (auto& surface : state.surfaces) {
     turn_and_shift(surface.X_world_rectangle, e.take(6));
@@ -176,7 +178,9 @@ Eigen::VectorXd change_sizes(Change change, const RigState& state) {
     case Change::lens:
       return Vector3(kUsualFocus, kUsualPrincipalPx, kUsualPrincipalPx);
     case Change::encoder_zero:
-      return Eigen::VectorXd::Constant(state.zero.size(), kUsualTurn);
+      return Eigen::VectorXd::Constant(
+          state.zero.size(),
+          state.model.kind == device::ArmModel::Kind::cartesian ? kUsualShift : kUsualTurn);
     case Change::stylus_marker:
     case Change::pointer:
       return Vector3::Constant(kUsualShift);

@@ -28,8 +28,10 @@ device::JointVector joints_of(const TomlTable& table, std::string_view key, Numb
   return vector_of(numbers);
 }
 
-device::JointVector angles_of(const TomlTable& table, std::string_view key) {
-  return joints_of(table, key, kTurnDeg) / kDegreesPerRadian;
+// Of this name and a unit: angles, or what a Cartesian arm states.
+device::JointVector readings_of(const TomlTable& table, const std::string& name, bool places) {
+  if (places) return joints_of(table, name + "_mm", kModelLengthMm) / kMillimetresPerMetre;
+  return joints_of(table, name + "_deg", kTurnDeg) / kDegreesPerRadian;
 }
 
 }  // namespace
@@ -48,8 +50,9 @@ std::optional<ForceCalibration> forces_of(const TomlTable& table) {
       vector_of(table.numbers("nominal_lengths_mm", 0, kModelLengthMm)) / kMillimetresPerMetre;
   forces.nominal_numbers.angles =
       vector_of(table.numbers("nominal_angles_deg", 0, kTurnDeg)) / kDegreesPerRadian;
-  forces.rest_readings = angles_of(table, "rest_readings_deg");
-  forces.joint_offsets = angles_of(table, "offsets_deg");
+  forces.states_place = table.has("rest_readings_mm");
+  forces.rest_readings = readings_of(table, "rest_readings", forces.states_place);
+  forces.joint_offsets = readings_of(table, "offsets", forces.states_place);
   forces.reading_gains = joints_of(table, "gains", kReadingGain);
   const auto map = table.rows("map", 3, 3, kForceShare);
   for (std::size_t i = 0; i < map.size(); ++i)
@@ -106,8 +109,14 @@ std::string forces_text(const std::optional<ForceCalibration>& part) {
   put("model_angles_deg", number_list(forces.model_numbers.angles, kDegreesPerRadian));
   put("nominal_lengths_mm", number_list(forces.nominal_numbers.lengths, kMillimetresPerMetre));
   put("nominal_angles_deg", number_list(forces.nominal_numbers.angles, kDegreesPerRadian));
-  put("rest_readings_deg", number_list(forces.rest_readings, kDegreesPerRadian));
-  put("offsets_deg", number_list(forces.joint_offsets, kDegreesPerRadian));
+  const auto put_readings = [&](const std::string& name, const device::JointVector& readings) {
+    if (forces.states_place)
+      put(name + "_mm", number_list(readings, kMillimetresPerMetre));
+    else
+      put(name + "_deg", number_list(readings, kDegreesPerRadian));
+  };
+  put_readings("rest_readings", forces.rest_readings);
+  put_readings("offsets", forces.joint_offsets);
   put("gains", number_list(forces.reading_gains));
   text +=
       "# Felt over commanded force, ArmBase axes, of size 1; torque over commanded torque, joint by joint.\n";
