@@ -127,7 +127,8 @@ TEST(Trainee, SearchesAgainInTheNextTrialAndAfterAReset) {
   SearchingHand hand(application, easy_scene(), 1);
   EXPECT_EQ(hand.search().found, 1);
   application.control(scene::Control::begin);
-  for (int i = 0; i < 6000 && hand.trial() == 1; ++i) {  // it is being prepared
+  constexpr int kPatience = 60000;  // steps: the next organ is prepared in a thread of its own
+  for (int i = 0; i < kPatience && hand.trial() == 1; ++i) {
     hand.step();
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }

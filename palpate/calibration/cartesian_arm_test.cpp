@@ -82,8 +82,8 @@ struct Delta {
 const Vector3 kMiddle(0.0, 0.0, 0.17);
 
 // A delta arm that states by its maker's lengths where it is, a marker on its handle, and a tracker.
-struct Laboratory {
-  explicit Laboratory(std::uint64_t seed)
+struct DeltaLaboratory {
+  explicit DeltaLaboratory(std::uint64_t seed)
       : random(seed, "cartesian arm test"), built(Delta::as_built(random)) {
     model.kind = device::ArmModel::Kind::cartesian;
     model.name = "delta";
@@ -143,7 +143,7 @@ struct Laboratory {
 TEST(CartesianCalibration, ADeltaArmThatIsNotAsMadeIsKnownToTenthsOfAMillimetre) {
   double before = 0.0, after = 0.0, worst = 0.0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    Laboratory lab(seed);
+    DeltaLaboratory lab(seed);
     const auto samples = lab.record(120, 5e-5);
     const auto as_made = uncorrected_arm(samples, lab.model);
     const auto estimate = calibrate_arm(samples, lab.model);
@@ -161,7 +161,7 @@ TEST(CartesianCalibration, ADeltaArmThatIsNotAsMadeIsKnownToTenthsOfAMillimetre)
 }
 
 TEST(CartesianCalibration, MeasuredTipsDoInPlaceOfMarkers) {
-  Laboratory lab(20);
+  DeltaLaboratory lab(20);
   const auto estimate = calibrate_arm(lab.record(120, 5e-5, false), lab.model);
   ASSERT_TRUE(estimate.has_value()) << estimate.error().message;
   EXPECT_EQ(estimate->value.parameters.size(), 30u);
@@ -169,7 +169,7 @@ TEST(CartesianCalibration, MeasuredTipsDoInPlaceOfMarkers) {
 }
 
 TEST(CartesianCalibration, AGrossErrorIsLeftOut) {
-  Laboratory lab(21);
+  DeltaLaboratory lab(21);
   auto samples = lab.record(120, 5e-5);
   samples[7].joints[1] += 0.02;
   samples[31].marker->translation.x() += 0.05;
@@ -182,7 +182,7 @@ TEST(CartesianCalibration, AGrossErrorIsLeftOut) {
 
 // Regions that were not seen tell whether the correction is worth having.
 TEST(CartesianCalibration, TheCorrectionIsChosenWhereItHelps) {
-  Laboratory lab(22);
+  DeltaLaboratory lab(22);
   const auto samples = lab.record(160, 5e-5);
   const auto choice = choose_free(samples, lab.model, {});
   ASSERT_TRUE(choice.has_value()) << choice.error().message;
@@ -195,7 +195,7 @@ TEST(CartesianCalibration, TheCorrectionIsChosenWhereItHelps) {
 }
 
 TEST(CartesianCalibration, WhatCannotBeKnownIsRefusedOrNamed) {
-  Laboratory lab(23);
+  DeltaLaboratory lab(23);
   const auto few = calibrate_arm(lab.record(9, 5e-5), lab.model);
   ASSERT_FALSE(few.has_value());
   EXPECT_NE(few.error().message.find("9 samples for 33 unknowns"), std::string::npos) << few.error().message;
@@ -214,10 +214,10 @@ TEST(CartesianCalibration, WhatCannotBeKnownIsRefusedOrNamed) {
 
 // The truth is such a polynomial, the noise is known: squared errors in units of the covariance.
 TEST(CartesianCalibrationStatistics, ErrorsAgreeWithTheCovariance) {
-  constexpr int kArms = 150;
+  constexpr int kDeltas = 150;
   double sum = 0.0;
-  for (std::uint64_t seed = 0; seed < kArms; ++seed) {
-    Laboratory lab(300 + seed);
+  for (std::uint64_t seed = 0; seed < kDeltas; ++seed) {
+    DeltaLaboratory lab(300 + seed);
     ArmSolution truth;
     truth.model = lab.model;
     for (double& term : truth.model.correction.terms) term = lab.random.normal(5e-4);
@@ -234,11 +234,11 @@ TEST(CartesianCalibrationStatistics, ErrorsAgreeWithTheCovariance) {
     }
     const auto estimate = calibrate_arm(samples, lab.model);
     ASSERT_TRUE(estimate.has_value()) << estimate.error().message;
-    const Vector3 place = kMiddle + 0.05 * Vector3::Unit(static_cast<Eigen::Index>(seed % 3));
-    const Vector3 error = predict_tip(estimate->value, place).m - predict_tip(truth, place).m;
-    sum += tests::normalised_square(Eigen::VectorXd(error), predicted_covariance(*estimate, place));
+    const Vector3 at = kMiddle + 0.05 * Vector3::Unit(static_cast<Eigen::Index>(seed % 3));
+    const Vector3 error = predict_tip(estimate->value, at).m - predict_tip(truth, at).m;
+    sum += tests::normalised_square(Eigen::VectorXd(error), predicted_covariance(*estimate, at));
   }
-  EXPECT_TRUE(tests::is_chi_square(sum, 3 * kArms)) << sum / (3 * kArms);
+  EXPECT_TRUE(tests::is_chi_square(sum, 3 * kDeltas)) << sum / (3 * kDeltas);
 }
 
 }  // namespace

@@ -92,14 +92,18 @@ void add_calibrate_arm(CLI::App& calibrate) {
       ->add_option("--test", options->test,
                    "Samples to judge the result by; without, five folds of the samples")
       ->type_name("FILE");
-  command->add_option("--arm", options->arm, "phantom-premium-1.5, or a TOML file: a chain, or an arm that states its place")->type_name("MODEL");
+  command
+      ->add_option("--arm", options->arm,
+                   "phantom-premium-1.5, or a TOML file: a chain, or an arm that states its place")
+      ->type_name("MODEL");
   command->add_option("--method", options->method, "joint, or one of the 2006 paper's")
       ->check(one_of({"joint", "eq7", "alternating", "one-pass"}))
       ->capture_default_str();
   command
-      ->add_option("--free", options->free,
-                   "What is estimated: of gains,offsets,lengths,tip,gimbal,quadratic,hysteresis,delay,dh; or "
-                   "auto: what lowers the error in regions not seen")
+      ->add_option(
+          "--free", options->free,
+          "What is estimated: of gains,offsets,lengths,tip,gimbal,quadratic,hysteresis,delay,dh, of an arm "
+          "that states its place of correction,tip,delay; or auto: what lowers the error in regions not seen")
       ->type_name("LIST");
   command->add_option("--tip-mm", options->tip_mm, "The tip in its marker, from a pivot calibration")
       ->delimiter(',')
