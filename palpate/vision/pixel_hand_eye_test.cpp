@@ -59,7 +59,7 @@ HandAndViews still(int count, Random& random, const MarkerErrors& errors = {}, d
 HandAndViews moving(int count, double delay, Random& random, const MarkerErrors& errors = {}) {
   HandAndViews recording;
   const BoardShape shape;
-  const auto middle = 0.5 * shape.corner(shape.corners() - 1);
+  const Vector3 middle = 0.5 * shape.corner(shape.corners() - 1);
   const auto at = [&](double t) {
     const Quaternion R = so3_exp({0.5 * std::sin(1.1 * t), 0.5 * std::cos(0.9 * t), 0.4 * std::sin(0.7 * t)});
     const Vector3 place(0.04 * std::sin(1.3 * t), 0.03 * std::cos(1.7 * t), 0.5 + 0.05 * std::sin(0.5 * t));
