@@ -146,7 +146,7 @@ class CartesianArm(ProgramTest):
             self.assertAlmostEqual(a, b, delta=1e-9)
         self.assertEqual(self.runs("export", "rig.toml", "--as", "urdf").out.count('type="prismatic"'), 3)
         self.runs("calibrate", "arm", "--samples", "samples.csv", "--rig", "rig.toml")
-        self.assertIn("unchanged", self.runs("rig", "check", "rig.toml", "--rest-readings", "0.5,0.2,0").out)
+        self.assertIn("unchanged", self.run_program("rig", "check", "rig.toml", "--rest-readings", "0.5,0.2,0").out)
         self.refuses(["rig", "check", "rig.toml", "--rest-readings", "0.5,0.2,4"], 1, "joint 3 reads 4.000 mm, 0.000 then")
 
     def test_what_does_not_fit_is_refused(self):
@@ -157,7 +157,7 @@ class CartesianArm(ProgramTest):
         self.refuses(["calibrate", "arm", "--samples", "samples.csv", "--arm", "phantom-premium-1.5"], 2, "holds places of a Cartesian arm")
         self.refuses(["calibrate", "arm", "--samples", "samples.csv", *with_arm, "--free", "gains"], 2, "correction, tip or delay is expected")
         self.refuses(["calibrate", "arm", "--samples", "samples.csv", *with_arm, "--method", "eq7"], 2, "use the joint method")
-        self.write("metres.csv", self.read("samples.csv").replace("arm_x_mm,arm_y_mm,arm_z_mm", "arm_x_m,arm_y_m,arm_z_m"))
+        self.write("metres.csv", self.read("samples.csv").replace(b"arm_x_mm,arm_y_mm,arm_z_mm", b"arm_x_m,arm_y_m,arm_z_m"))
         self.refuses(["calibrate", "arm", "--samples", "metres.csv", *with_arm], 1, "check")
         self.write("broken.toml", ARM.replace("[125, 215]", "[215, 125]"))
         self.refuses(["calibrate", "arm", "--samples", "samples.csv", "--arm", "broken.toml"], 2, "broken.toml:3: range_mm", "lower end first")
