@@ -26,6 +26,7 @@ const std::vector<NamedTarget>& all_targets() {
       {"surfaces", surfaces},
       {"trials", trials},
       {"vrpn_messages", vrpn_messages},
+      {"haply_states", haply_states},
       {"worlds", worlds},
   };
   return targets;

@@ -37,6 +37,7 @@ Refusals session_messages(std::string_view file);
 Refusals surfaces(std::string_view file);
 Refusals trials(std::string_view file);
 Refusals vrpn_messages(std::string_view file);
+Refusals haply_states(std::string_view file);
 Refusals worlds(std::string_view file);
 
 struct NamedTarget {

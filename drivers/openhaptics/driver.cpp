@@ -52,8 +52,12 @@ class OpenedOpenHapticsArm : public device::OpenedArm {
 
 Expected<std::unique_ptr<device::OpenedArm>> open_arm(const device::ArmRequest& request) {
   if (request.nominal.kind != device::ArmModel::Kind::phantom)
-    return refused("{}: has the kinematics of a PHANToM, the rig's arm {} is a chain of {} joints",
-                   request.uri, request.nominal.name, request.nominal.joint_count());
+    return refused(
+        "{}: has the kinematics of a PHANToM, the rig's arm {} is {}; a rig of this arm is expected",
+        request.uri, request.nominal.name,
+        request.nominal.kind == device::ArmModel::Kind::dh
+            ? fmt::format("a chain of {} joints", request.nominal.joint_count())
+            : std::string("one that states its place"));
   ArmSettings settings;
   settings.name = device_asked_for(request.uri).value_or("");
   settings.lengths = request.nominal.lengths;

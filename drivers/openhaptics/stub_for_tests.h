@@ -12,21 +12,13 @@
 
 #include "drivers/openhaptics/arm.h"
 #include "stub/hd_stub.h"
+#include "tests/comes_true.h"
 
 namespace palpate::drivers::openhaptics {
 
 inline const char* const kStub = HD_STUB_DIR "/whole/libHD.so";
 
-// A busy machine, or a sanitizer, may take long over what ought to take milliseconds.
-template <typename Condition>
-bool comes_true(Condition condition) {
-  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-  while (!condition()) {
-    if (std::chrono::steady_clock::now() > until) return false;
-    std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  return true;
-}
+using tests::comes_true;
 
 // Whether the line has all of these words, and is one line.
 inline bool says(const std::string& line, std::initializer_list<const char*> words) {

@@ -3,12 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include "drivers/network/patience_for_tests.h"
 #include "drivers/openigtlink/protocol.h"
+#include "tests/comes_true.h"
 
 namespace palpate::drivers::openigtlink {
 
-using network::comes_true;
+using tests::comes_true;
 
 inline std::unique_ptr<network::PoseServer> server_at(std::uint16_t port = 0,
                                                       const ServerOptions& options = {}) {

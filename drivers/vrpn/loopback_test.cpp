@@ -5,15 +5,15 @@
 #include <poll.h>
 #include <sys/socket.h>
 
-#include "drivers/network/patience_for_tests.h"
 #include "drivers/network/socket.h"
 #include "drivers/vrpn/message_stream.h"
 #include "drivers/vrpn/protocol.h"
+#include "tests/comes_true.h"
 
 namespace palpate::drivers::vrpn {
 namespace {
 
-using network::comes_true;
+using tests::comes_true;
 using Stamp = Instant<TrackerClock>;
 
 network::RigidPose somewhere(int i) {

@@ -1,5 +1,6 @@
 #include "tools/commands/drivers.h"
 
+#include "drivers/haply/driver.h"
 #include "drivers/laboratory/driver.h"
 #include "drivers/openhaptics/driver.h"
 #ifndef PALPATE_PHYSICS_ALONE
@@ -15,6 +16,7 @@ device::DriverRegistry built_in_drivers() {
   device::DriverRegistry registry;
   drivers::laboratory::add_to(registry);
   drivers::openhaptics::add_to(registry);
+  drivers::haply::add_to(registry);
 #ifndef PALPATE_PHYSICS_ALONE
   drivers::cameras::add_to(registry);
   drivers::openigtlink::add_to(registry);

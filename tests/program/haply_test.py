@@ -1,0 +1,137 @@
+#!/usr/bin/env python3
+"""An arm of Haply's, by a service written from its public description: what the physics server makes of it."""
+import json
+import re
+import signal
+import unittest
+
+from haply_service import Service
+from laboratory import LaboratoryTest
+from program import wait_until
+
+# An arm that stands with its axes along those of the room: the place it states is the place in the room.
+ARM = """[nominal_arm]
+name = "delta"
+type = "cartesian"
+range_mm = [[-2000, 2000], [-2000, 2000], [-2000, 2000]]
+
+[arm]
+model = "delta"
+type = "cartesian"
+range_mm = [[-2000, 2000], [-2000, 2000], [-2000, 2000]]
+tip_mm = [0, 0, -118]
+marker_in_tip_qwxyz = [1, 0, 0, 0]
+gimbal_gains = [1, 1, 1]
+gimbal_offsets_deg = [0, 0, 0]
+rest_readings_mm = [0, 0, 0]
+
+[arm.base]
+rotation_qwxyz = [1, 0, 0, 0]
+translation_mm = [0, 0, 0]
+"""
+CHECKED = """
+[forces]
+arm = "haply inverse3 049D"
+model = "delta"
+model_lengths_mm = [-2000, 2000, -2000, 2000, -2000, 2000, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]
+model_angles_deg = []
+nominal_lengths_mm = [-2000, 2000, -2000, 2000, -2000, 2000, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0]
+nominal_angles_deg = []
+gains = [1, 1, 1]
+rest_readings_mm = [0, 0, 0]
+offsets_mm = [0, 0, 0]
+map = [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
+joint_gains = [1, 1, 1]
+peak_n = 1.0
+"""
+
+
+class Haply(LaboratoryTest):
+    def setUp(self):
+        super().setUp()
+        text = self.read("rig.toml").decode()
+        # All tables but those of the laboratory's arm.
+        parts = re.split(r"(?m)^(?=\[)", text)
+        kept = [part for part in parts if not part.startswith(("[arm", "[nominal_arm"))]
+        self.text = "".join(kept) + "\n" + ARM
+        self.write("rig.toml", self.text)
+        self.service = Service()
+        self.addCleanup(self.service.close)
+        self.uri = f"haply:@127.0.0.1:{self.service.port}"
+
+    def condition(self):
+        return json.loads(self.runs("status", "--json", "-").out)["loops"][0]["condition"]
+
+    def stop(self, physics):
+        physics.send(signal.SIGTERM)
+        done = physics.ends()
+        self.assertEqual(done.code, 0, done)
+
+    def table(self):
+        """The middle of the table, and the way up from it, in metres."""
+        import tomllib
+        for surface in tomllib.loads(self.text)["surface"]:
+            if surface["name"] == "table":
+                w, x, y, z = surface["rotation_qwxyz"]
+                across = ((1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)),
+                          (2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)),
+                          (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)))
+                middle = [c + 0.5 * (surface["width_mm"] * a + surface["height_mm"] * b)
+                          for c, a, b in zip(surface["corner_mm"], across[0], across[1])]
+                return [1e-3 * m for m in middle], across[2]
+        raise AssertionError("no table")
+
+    def test_an_arm_that_nobody_has_checked_is_given_none_and_its_loss_is_told(self):
+        physics = self.start_physics("--arm", self.uri, "--app", "touch", "--json", "physics.json")
+        self.assertTrue(physics.says("forces stay off: nobody has seen"), physics.lines())
+        self.assertTrue(any("Inverse3 049D" in line for line in physics.lines()), physics.lines())
+        middle, _ = self.table()
+        self.service.move(middle)
+        before = self.service.newest()[1]
+        wait_until(lambda: self.service.newest()[1] > before + 300, "the exchange goes on")
+        self.service.present = False
+        wait_until(lambda: any("the arm 049D has gone" in line for line in physics.lines()), "it is told")
+        self.service.present = True
+        wait_until(lambda: any("works again" in line for line in physics.lines()), "it comes back")
+        self.stop(physics)
+        self.assertTrue(all(force == (0, 0, 0) for force in self.service.forces))
+        figures = json.loads(self.read("physics.json"))["arm"]
+        self.assertEqual((figures["driver"], figures["id"]), ("haply", "049D"))
+        self.assertEqual(figures["config"]["filters"]["force_gate"]["gain"], 0.3)
+        self.assertGreater(figures["exchanges"], 300)
+        self.assertGreater(figures["round_trip_us"], 0)
+
+    def test_a_checked_one_is_pushed_out_of_what_it_touches_and_never_too_hard(self):
+        self.write("rig.toml", self.text + CHECKED)
+        self.assertIn("checked on haply inverse3 049D", self.runs("rig", "show", self.rig).out)
+        middle, up = self.table()
+        self.service.move([m + 0.30 * u for m, u in zip(middle, up)])
+        physics = self.start_physics("--arm", self.uri, "--app", "touch")
+        self.assertTrue(physics.says("forces stay below 1 N"), physics.lines())
+        wait_until(lambda: self.condition() in ("ready", "running"), "forces are allowed")
+        # Down through the pad, slowly enough for the guard, until something pushes back.
+        height = 0.30
+
+        def pushed():
+            nonlocal height
+            height = max(-0.01, height - 0.0005)
+            self.service.move([m + height * u for m, u in zip(middle, up)])
+            return sum(f * u for f, u in zip(self.service.newest()[0], up)) > 0.2
+        wait_until(pushed, "the pad pushes back")
+        self.stop(physics)
+        sizes = [sum(f * f for f in force) ** 0.5 for force in self.service.forces]
+        self.assertLessEqual(max(sizes), 1.0 + 1e-6)
+        wait_until(lambda: self.service.newest()[0] == (0, 0, 0), "nothing is left of it")
+
+    def test_what_is_not_there_is_refused_in_words(self):
+        physics = ["physics", "--rig", self.rig, "--seconds", "1", "--arm"]
+        self.says_no(self.run_program(*physics, "haply:0000@127.0.0.1:%d" % self.service.port), 1, "has no Inverse3 0000", "plug the arm in")
+        self.service.basis = "XZY"
+        self.says_no(self.run_program(*physics, self.uri), 1, "keeps the axes XZY", "end other programs")
+        self.service.close()
+        self.says_no(self.run_program(*physics, self.uri), 1, "check that the service runs")
+        self.says_no(self.run_program(*physics, "haply:"), 2, "--arm", "haply or haply:ID[@HOST:PORT]")
+
+
+if __name__ == "__main__":
+    unittest.main()
