@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """An arm of Haply's, by a service written from its public description: what the physics server makes of it."""
 import json
+import math
 import re
 import signal
+import tomllib
 import unittest
 
 from haply_service import Service
@@ -68,18 +70,18 @@ class Haply(LaboratoryTest):
         self.assertEqual(done.code, 0, done)
 
     def table(self):
-        """The middle of the table, and the way up from it, in metres."""
-        import tomllib
-        for surface in tomllib.loads(self.text)["surface"]:
-            if surface["name"] == "table":
-                w, x, y, z = surface["rotation_qwxyz"]
-                across = ((1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)),
-                          (2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)),
-                          (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)))
-                middle = [c + 0.5 * (surface["width_mm"] * a + surface["height_mm"] * b)
-                          for c, a, b in zip(surface["corner_mm"], across[0], across[1])]
-                return [1e-3 * m for m in middle], across[2]
-        raise AssertionError("no table")
+        """A place over the middle of what `touch` has on the table (80 mm to the right, 70 mm from the near edge), and the way up; metres."""
+        table, = (surface for surface in tomllib.loads(self.text)["surface"] if surface["name"] == "table")
+        w, x, y, z = table["rotation_qwxyz"]
+        axes = ((1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)),
+                (2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)))
+        up = (2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y))
+        sides = (table["width_mm"], table["height_mm"])
+        near, right = (0, 1) if abs(axes[0][2]) > abs(axes[1][2]) else (1, 0)  # the person sits along z of the room
+        place = [c + 0.5 * (sides[0] * a + sides[1] * b) for c, a, b in zip(table["corner_mm"], *axes)]
+        along = math.copysign(0.5 * sides[near] - 70.0, axes[near][2])
+        across = math.copysign(80.0, axes[right][0])
+        return [1e-3 * (p + along * n + across * r) for p, n, r in zip(place, axes[near], axes[right])], up
 
     def test_an_arm_that_nobody_has_checked_is_given_none_and_its_loss_is_told(self):
         physics = self.start_physics("--arm", self.uri, "--app", "touch", "--json", "physics.json")
