@@ -45,11 +45,15 @@ std::optional<Vector3> vector(const Json& json, const char* key, double most) {
   return v.cwiseAbs().maxCoeff() <= most ? std::optional(v) : std::nullopt;
 }
 
+// What is left out is as in the identity.
 std::optional<Quaternion> rotation(const Json& json, const char* key) {
   const Json* found = part(json, key);
-  if (found == nullptr) return std::nullopt;
-  const auto w = number(*found, "w"), x = number(*found, "x"), y = number(*found, "y"),
-             z = number(*found, "z");
+  if (found == nullptr || !found->is_object()) return std::nullopt;
+  const auto or_identity = [&](const char* name, double identity) {
+    return part(*found, name) == nullptr ? std::optional(identity) : number(*found, name);
+  };
+  const auto w = or_identity("w", 1.0), x = or_identity("x", 0.0), y = or_identity("y", 0.0),
+             z = or_identity("z", 0.0);
   if (!w || !x || !y || !z) return std::nullopt;
   const Quaternion q(*w, *x, *y, *z);
   constexpr double kUnitWithin = 0.05;

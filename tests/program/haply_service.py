@@ -91,7 +91,8 @@ class Service:
             for arm in message.get("inverse3", []):
                 if "basis" in message.get("session", {}).get("configure", {}):
                     assert message["session"]["configure"]["basis"] == {"permutation": "XYZ"}
-                vector = arm["commands"]["set_cursor_force"]["vector"]
+                command = arm["commands"]["set_cursor_force"]
+                vector = command.get("vector", command.get("values"))  # as 3.5 and as 3.1 has it
                 self.force = (vector["x"], vector["y"], vector["z"])
                 self.forces.append(self.force)
         return "force_render_full_state" in message.get("session", {})
@@ -103,7 +104,8 @@ class Service:
                    "status": {"calibrated": True, "power_supply": True}}
             if whole:
                 arm["config"] = {"type": "inverse3", "basis": {"permutation": self.basis}, "filters": {"force_gate": {"gain": 0.3}}}
-            state = {"session_id": 1, "inverse3": [arm] if self.present else []}
+            grip = {"device_id": "61576", "state": {"orientation": {"w": 0.5, "x": 0.5, "y": 0.5, "z": 0.5}, "buttons": {"a": False, "b": True, "c": False}}}
+            state = {"session_id": 1, "inverse3": [arm] if self.present else [], "wireless_verse_grip": [grip]}
         data = json.dumps(state).encode()
         size = bytes([len(data)]) if len(data) < 126 else b"\x7e" + struct.pack(">H", len(data))
         self.client.sendall(b"\x81" + size + data)
