@@ -57,7 +57,8 @@ Expected<void> check_cookie(std::string_view bytes) {
   if (bytes.substr(0, 6) == kMagic.substr(0, 6))
     return refused("VRPN of another version ('{}'); version 07 is expected",
                    excerpt(bytes.substr(0, kMagic.size()), 40));
-  return refused("not VRPN: it begins with '{}'; its version is expected", excerpt(bytes.substr(0, kMagic.size()), 40));
+  return refused("not VRPN: it begins with '{}'; its version is expected",
+                 excerpt(bytes.substr(0, kMagic.size()), 40));
 }
 
 Expected<Header> decode_header(std::string_view bytes) {

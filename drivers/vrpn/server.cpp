@@ -112,7 +112,7 @@ class Client : public network::ServedClient {
 
   const Devices& devices_;
   MessageStream stream_;
-  std::size_t introduced_ = 0, types_introduced_ = 0;  // devices, types
+  std::size_t introduced_ = 0, types_introduced_ = 0;            // devices, types
   std::map<std::int32_t, std::string> its_devices_, its_types_;  // by the client's numbers
 };
 

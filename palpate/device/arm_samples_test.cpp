@@ -50,7 +50,8 @@ TEST(ArmSamples, MeasuredTipsAndRadiansAreRead) {
 }
 
 TEST(ArmSamples, APlaceThatTheArmStatesStandsInForItsJoints) {
-  const auto file = from_text("arm_x_mm,arm_y_mm,arm_z_mm,x_mm,y_mm,z_mm\n10,-20,30,1,2,3\n", read_arm_samples);
+  const auto file =
+      from_text("arm_x_mm,arm_y_mm,arm_z_mm,x_mm,y_mm,z_mm\n10,-20,30,1,2,3\n", read_arm_samples);
   ASSERT_TRUE(file.has_value()) << file.error().message;
   EXPECT_TRUE(file->places);
   EXPECT_LT((file->observations[0].joints - Vector3(0.01, -0.02, 0.03)).norm(), 1e-17);
@@ -61,8 +62,8 @@ TEST(ArmSamples, APlaceThatTheArmStatesStandsInForItsJoints) {
             3.0);
   EXPECT_FALSE(from_text("arm_x_mm,arm_y_mm,x_mm,y_mm,z_mm\n10,-20,1,2,3\n", read_arm_samples));
   EXPECT_FALSE(from_text("arm_x_m,arm_y_m,arm_z_m,x_m,y_m,z_m\n1e9,2,3,1,2,3\n", read_arm_samples));
-  EXPECT_FALSE(from_text("joint_1_deg,joint_2_deg,joint_3_deg,x_m,y_m,z_m\n1,2,3,1,2,3\n", read_arm_samples)
-                   ->places);
+  EXPECT_FALSE(
+      from_text("joint_1_deg,joint_2_deg,joint_3_deg,x_m,y_m,z_m\n1,2,3,1,2,3\n", read_arm_samples)->places);
 }
 
 TEST(ArmSamples, TargetAndDifferenceMakeTheMeasuredPlace) {

@@ -110,7 +110,8 @@ Expected<void> set_size(const BoardOptions& options, vision::BoardViews& views,
     for (const auto& u : view.image)
       if (u.x() < -0.5 || u.y() < -0.5 || u.x() > views.width - 0.5 || u.y() > views.height - 0.5)
         return wrong_use(
-            "{}: view '{}': the corner at {:.1f}, {:.1f} px lies outside the image of {}x{} px, which ends at "
+            "{}: view '{}': the corner at {:.1f}, {:.1f} px lies outside the image of {}x{} px, which ends "
+            "at "
             "{:.1f}, {:.1f} (the first pixel's centre is 0, 0); correct it, or check --size-px",
             source_of(options), view.name, u.x(), u.y(), views.width, views.height, views.width - 0.5,
             views.height - 0.5);
