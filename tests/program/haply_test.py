@@ -2,14 +2,19 @@
 """An arm of Haply's, by a service written from its public description: what the physics server makes of it."""
 import json
 import math
+import random
 import re
 import signal
+import socket
+import threading
+import time
 import tomllib
 import unittest
 
 from haply_service import Service
 from laboratory import LaboratoryTest
-from program import wait_until
+from program import free_port, wait_until
+from vrpn_words import COOKIE, POSE, named, posed
 
 # An arm that stands with its axes along those of the room: the place it states is the place in the room.
 ARM = """[nominal_arm]
@@ -124,6 +129,58 @@ class Haply(LaboratoryTest):
         sizes = [sum(f * f for f in force) ** 0.5 for force in self.service.forces]
         self.assertLessEqual(max(sizes), 1.0 + 1e-6)
         wait_until(lambda: self.service.newest()[0] == (0, 0, 0), "nothing is left of it")
+
+    def test_it_is_calibrated_with_a_tracker_of_others_from_the_first_sample_to_the_rig(self):
+        """A hand holds the arm in forty poses before a tracker that speaks VRPN: from a new rig to one that puts the tip where it is."""
+        draw = random.Random(7)
+        strain = 0.01  # the arm believes itself a hundredth larger along x
+
+        def stated(p):
+            return (p[0] / (1 + strain), p[1], p[2])
+        base = (0.1, -0.2, 0.3)
+        poses = [tuple(draw.uniform(-0.06, 0.06) for _ in range(3)) for _ in range(40)]
+        port, done = free_port(), threading.Event()
+        self.write("arm.toml", 'name = "delta"\ntype = "cartesian"\nrange_mm = [[-70, 70], [-70, 70], [-70, 70]]\n')
+        self.runs("rig", "new", "delta.rig.toml", "--arm", "arm.toml")
+        sample = self.start("sample", "arm", "--arm", self.uri, "--tracker", f"vrpn://127.0.0.1:{port}", "--tracker-tool", "tip_marker=Stylus",
+                            "--rig", "delta.rig.toml", "--still-s", "0.2", "--out", "samples")
+
+        def hold():
+            """The marker sits on the tip, and turns with every pose."""
+            with socket.create_server(("127.0.0.1", port)) as server:
+                server.settimeout(60)
+                peer, _ = server.accept()
+                peer.sendall(COOKIE + named(-2, 0, POSE) + named(-1, 0, "Stylus"))
+                for pose in poses:
+                    self.service.move(stated(pose))
+                    turn = [draw.uniform(-0.4, 0.4) for _ in range(3)]
+                    size = math.hypot(*turn)
+                    turned = (*(math.sin(size / 2) / size * t for t in turn), math.cos(size / 2))
+                    until = time.monotonic() + 0.5
+                    while time.monotonic() < until:
+                        seen = [b + p + draw.gauss(0, 2e-5) for b, p in zip(base, pose)]
+                        peer.sendall(posed(0, 0, time.monotonic_ns() // 1000, 0, seen, turned))
+                        time.sleep(0.005)
+                done.set()
+                peer.close()
+        hand = threading.Thread(target=hold)
+        hand.start()
+        wait_until(done.is_set, "all poses are held")
+        sample.send(signal.SIGINT)
+        ended = sample.ends()
+        self.assertEqual(ended.code, 0, ended)
+        hand.join()
+        header = self.read("samples", "arm.csv").decode().splitlines()[0]
+        self.assertTrue(header.startswith("arm_x_mm,arm_y_mm,arm_z_mm,"), header)
+        self.runs("calibrate", "arm", "--samples", "samples/arm.csv", "--rig", "delta.rig.toml", "--json", "arm.json")
+        figures = json.loads(self.read("arm.json"))
+        self.assertEqual(figures["arm"], "delta")
+        self.assertGreaterEqual(figures["samples"], 30)
+        self.assertLess(figures["test_mean_mm"], 0.1)
+        arm = tomllib.loads(self.read("delta.rig.toml").decode())["arm"]
+        self.assertAlmostEqual(arm["correction_mm"][0], 70 * strain, delta=0.1)  # strain_xx, at the range's end
+        for found, true in zip(arm["base"]["translation_mm"], base):
+            self.assertAlmostEqual(found, 1000 * true, delta=0.2)
 
     def test_what_is_not_there_is_refused_in_words(self):
         physics = ["physics", "--rig", self.rig, "--seconds", "1", "--arm"]

@@ -8,6 +8,7 @@
 
 #include "palpate/core/file.h"
 #include "palpate/core/units.h"
+#include "palpate/device/arm_kinematics.h"
 #include "palpate/rig/doubtful_values.h"
 #include "palpate/scene/mesh_file.h"
 #include "tools/commands/checks.h"
@@ -22,6 +23,7 @@ struct RigArguments {
   std::vector<double> rest_readings;     // deg, or mm of a Cartesian arm
   std::optional<double> rest_tolerance;  // the same; none: a hand's
   bool force = false;
+  std::string arm;  // of a new one: a model's name or file; empty: a PHANToM
 };
 
 // A rig before any calibration: makers' link lengths, and markers of the sizes the simulated laboratory uses,
@@ -51,6 +53,13 @@ std::string hundredths(const Eigen::VectorXd& values) {
 void line(const char* name, const std::string& text) { print_line(fmt::format("{:<22} {}", name, text)); }
 
 Expected<void> make_new(const RigArguments& options) {
+  rig::Rig rig = nominal_rig();
+  if (!options.arm.empty()) {
+    auto model = device::read_arm_model(options.arm);
+    if (!model) return tl::unexpected(model.error());
+    if (auto fine = device::check_runnable(*model); !fine) return fine;
+    rig.nominal_arm = std::move(*model);
+  }
   if (!options.force && options.file != "-" && is_there(options.file))
     return wrong_use("{}: exists already; choose another name, or --force to replace it", options.file);
   const std::string head =
@@ -61,8 +70,7 @@ Expected<void> make_new(const RigArguments& options) {
       "palpate "
       "calibrate all --rig FILE\n"
       "# `palpate rig check FILE` says what is still missing.\n";
-  if (const auto written = write_file(options.file, head + rig::rig_text(nominal_rig())); !written)
-    return written;
+  if (const auto written = write_file(options.file, head + rig::rig_text(rig)); !written) return written;
   if (options.file == "-") return {};
   line("new", options.file);
   line("next", "palpate calibrate all --arm URI --tracker URI --camera URI --rig " + options.file);
@@ -347,6 +355,10 @@ void add_rig(CLI::App& program) {
   };
   auto* create = with_file("new", "Write a commented template with nominal values");
   create->add_flag("--force", options->force, "Replace an existing file");
+  create
+      ->add_option("--arm", options->arm,
+                   "The maker's arm, as `calibrate arm` knows it: phantom-premium-1.5, or a TOML file")
+      ->type_name("MODEL");
   add_rig_webcam(*rig);
   on(create, [options] { return make_new(*options); });
   on(with_file("show", "Print a rig for a person"), [options] { return show(*options); });

@@ -65,11 +65,12 @@ Expected<void> sample_arm_table(const SampledKind& options) {
               {"continuous", options.continuous},
               {"arm_readings", taken->streams.arm().size()},
               {"tip_marker", marker_counts(*taken, marker)}};
-  return write_samples(options.source, "arm", *taken,
-                       {{"arm.csv", session::arm_csv(poses, tip.value_or(Vector3::Zero())), poses.size()}},
-                       counts,
-                       fmt::format("palpate calibrate arm --samples {}/arm.csv --arm MODEL --rig FILE",
-                                   one_line(options.source.out)));
+  return write_samples(
+      options.source, "arm", *taken,
+      {{"arm.csv", session::arm_csv(poses, tip.value_or(Vector3::Zero()), rig->nominal_arm), poses.size()}},
+      counts,
+      fmt::format("palpate calibrate arm --samples {}/arm.csv --arm MODEL --rig FILE",
+                  one_line(options.source.out)));
 }
 
 // A label for each, NAME_1, NAME_2 ...
@@ -134,6 +135,8 @@ Expected<void> sample_touch_table(const SampledKind& options) {
 Expected<void> sample_pivot_table(const SampledKind& options) {
   const auto marker = sampled_marker(options.marker);
   if (!marker) return tl::unexpected(marker.error());
+  const auto rig = rig_of_samples(options.source);
+  if (!rig) return tl::unexpected(rig.error());
   SampleNeeds needs{.arm = false, .tracker = true};
   auto taken = take_samples(options.source, needs);
   if (!taken) return tl::unexpected(taken.error());
@@ -160,11 +163,12 @@ Expected<void> sample_pivot_table(const SampledKind& options) {
          {"from_s", poses[static_cast<std::size_t>(first - numbers.begin())].time_s},
          {"to_s", poses[static_cast<std::size_t>(numbers.rend() - last) - 1].time_s}});
   }
-  return write_samples(options.source, "pivot", *taken,
-                       {{"pivot.csv", session::pivot_csv(poses, with_arm, numbers), poses.size()}}, counts,
-                       fmt::format("palpate calibrate pivot --poses {}/pivot.csv{}{} --rig FILE",
-                                   one_line(options.source.out), rests > 0 ? " --segments segment" : "",
-                                   *marker == device::MarkerId::pointer ? " --marker pointer" : ""));
+  return write_samples(
+      options.source, "pivot", *taken,
+      {{"pivot.csv", session::pivot_csv(poses, with_arm, numbers, rig->nominal_arm), poses.size()}}, counts,
+      fmt::format("palpate calibrate pivot --poses {}/pivot.csv{}{} --rig FILE", one_line(options.source.out),
+                  rests > 0 ? " --segments segment" : "",
+                  *marker == device::MarkerId::pointer ? " --marker pointer" : ""));
 }
 
 // "pointer=a.csv": a marker and its file in the folder; "pointer" alone: pointer.csv.

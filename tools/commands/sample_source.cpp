@@ -19,6 +19,7 @@
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
+#include "tools/commands/table_source.h"
 
 namespace palpate::tools::commands {
 namespace {
@@ -329,8 +330,10 @@ Expected<TakenSamples> take_samples(const SampleArguments& options, const Sample
 }
 
 Expected<rig::Rig> rig_of_samples(const SampleArguments& options) {
-  if (options.rig.empty()) return rig::Rig{};
-  return rig::read_rig(options.rig);
+  if (!options.rig.empty()) return rig::read_rig(options.rig);
+  rig::Rig rig;
+  if (!options.recording.empty()) rig.nominal_arm = recorded_arm(options.recording);
+  return rig;
 }
 
 Expected<device::MarkerId> sampled_marker(const std::string& name) {

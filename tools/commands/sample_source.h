@@ -56,7 +56,7 @@ struct TakenSamples {
 
 Expected<TakenSamples> take_samples(const SampleArguments& options, const SampleNeeds& needs);
 
-// The rig of --rig, an empty one without.
+// The rig of --rig; without, an empty one whose arm is that of the recording's rig.
 Expected<rig::Rig> rig_of_samples(const SampleArguments& options);
 
 // A marker by its name, wrong use for others.

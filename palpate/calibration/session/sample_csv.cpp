@@ -19,11 +19,18 @@ void append(std::vector<double>& row, const Quaternion& q) {
 }
 
 const std::vector<std::string> kPoseColumns{"time_s", "x_mm", "y_mm", "z_mm", "qw", "qx", "qy", "qz"};
-const std::vector<std::string> kArmColumns{"joint_1_deg",  "joint_2_deg",  "joint_3_deg",
-                                           "gimbal_1_deg", "gimbal_2_deg", "gimbal_3_deg"};
 
-void append_arm(std::vector<double>& row, const TrackedPose& pose) {
-  append(row, pose.joints, kDegreesPerRadian);
+std::vector<std::string> arm_columns(const device::ArmModel& model) {
+  const bool place = model.kind == device::ArmModel::Kind::cartesian;
+  std::vector<std::string> columns =
+      place ? std::vector<std::string>{"arm_x_mm", "arm_y_mm", "arm_z_mm"}
+            : std::vector<std::string>{"joint_1_deg", "joint_2_deg", "joint_3_deg"};
+  columns.insert(columns.end(), {"gimbal_1_deg", "gimbal_2_deg", "gimbal_3_deg"});
+  return columns;
+}
+
+void append_arm(std::vector<double>& row, const TrackedPose& pose, const device::ArmModel& model) {
+  append(row, pose.joints, device::reading_unit(model).per_si);
   append(row, pose.gimbal, kDegreesPerRadian);
 }
 
@@ -46,15 +53,16 @@ constexpr double kMm2 = kMillimetresPerMetre * kMillimetresPerMetre;
 
 }  // namespace
 
-std::string pivot_csv(const std::vector<TrackedPose>& poses, bool with_arm,
-                      const std::vector<int>& segments) {
+std::string pivot_csv(const std::vector<TrackedPose>& poses, bool with_arm, const std::vector<int>& segments,
+                      const device::ArmModel& model) {
   auto columns = kPoseColumns;
-  if (with_arm) columns.insert(columns.end(), kArmColumns.begin(), kArmColumns.end());
+  const auto of_arm = arm_columns(model);
+  if (with_arm) columns.insert(columns.end(), of_arm.begin(), of_arm.end());
   if (!segments.empty()) columns.emplace_back("segment");
   CsvWriter csv(columns);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     auto row = pose_row(poses[i]);
-    if (with_arm) append_arm(row, poses[i]);
+    if (with_arm) append_arm(row, poses[i], model);
     if (!segments.empty()) row.push_back(segments.at(i));
     csv.row(row);
   }
@@ -122,15 +130,16 @@ std::string sights_csv(const std::vector<BoardSight>& sights) {
   return csv.content();
 }
 
-std::string arm_csv(const std::vector<TrackedPose>& poses, const Vector3& tip) {
-  auto columns = kArmColumns;
+std::string arm_csv(const std::vector<TrackedPose>& poses, const Vector3& tip,
+                    const device::ArmModel& model) {
+  auto columns = arm_columns(model);
   columns.insert(columns.end(), {"time_s", "marker_x_mm", "marker_y_mm", "marker_z_mm", "marker_qw",
                                  "marker_qx", "marker_qy", "marker_qz", "cov_xx_mm2", "cov_xy_mm2",
                                  "cov_xz_mm2", "cov_yy_mm2", "cov_yz_mm2", "cov_zz_mm2", "systematic_mm"});
   CsvWriter csv(columns);
   for (const auto& pose : poses) {
     std::vector<double> row;
-    append_arm(row, pose);
+    append_arm(row, pose, model);
     row.push_back(pose.time_s);
     append(row, pose.marker.translation, kMillimetresPerMetre);
     append(row, pose.marker.rotation);

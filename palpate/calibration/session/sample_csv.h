@@ -8,19 +8,22 @@
 #include "palpate/calibration/session/calibration_session.h"
 #include "palpate/calibration/session/holds.h"
 #include "palpate/calibration/session/procedures.h"
+#include "palpate/device/arm_model.h"
 
 namespace palpate::calibration::session {
 
 // time_s, marker pose, and the arm's readings beside it where `with_arm`. `segments`: for each pose the number of the rest it belongs
-// to, 0 for none, in a column `segment`; empty: no such column.
+// to, 0 for none, in a column `segment`; empty: no such column. `model`: of the arm, whose readings are degrees of its joints or, where
+// it states its place, mm.
 std::string pivot_csv(const std::vector<TrackedPose>& poses, bool with_arm,
-                      const std::vector<int>& segments = {});
+                      const std::vector<int>& segments = {}, const device::ArmModel& model = {});
 // time_s, marker pose, and the upper triangle of its covariance: noise, rotation (rx, ry, rz, rad) then translation, as of
 // TrackerSample, and the systematic part of the translation (sys_*).
 std::string marker_csv(const std::vector<TrackedPose>& poses);
-// Joint and gimbal readings, marker pose, and the covariance of the measured tip, which lies at `tip` in the
+// The arm's readings as for pivot_csv(), marker pose, and the covariance of the measured tip, which lies at `tip` in the
 // marker as far as anybody knows.
-std::string arm_csv(const std::vector<TrackedPose>& poses, const Vector3& tip);
+std::string arm_csv(const std::vector<TrackedPose>& poses, const Vector3& tip,
+                    const device::ArmModel& model = {});
 // label, x_mm, y_mm, z_mm
 std::string points_csv(const std::vector<TouchedPoint>& touches);
 

@@ -18,14 +18,15 @@ std::optional<device::MarkerId> marker_of_table(const std::string& name) {
   return std::nullopt;
 }
 
-Expected<std::string> arm_table(const device::DeviceStreams& streams, const Vector3& tip) {
+Expected<std::string> arm_table(const device::DeviceStreams& streams, const Vector3& tip,
+                                const device::ArmModel& model) {
   auto poses = still_arm_poses(streams);
   if (poses.size() < kFewestHolds) poses = streams.poses(device::MarkerId::tip_marker);
   if (poses.empty())
     return refused("there are {} arm readings and {} poses of the tip marker, none of both at one time",
                    streams.arm().size(),
                    seen_poses(streams.marker_poses(device::MarkerId::tip_marker)).size());
-  return arm_csv(poses, tip);
+  return arm_csv(poses, tip, model);
 }
 
 }  // namespace
@@ -65,14 +66,14 @@ Expected<std::vector<int>> pivot_segments(const std::vector<TrackedPose>& poses)
 }
 
 Expected<std::string> table_from_streams(const device::DeviceStreams& streams, const std::string& name,
-                                         const Vector3& tip) {
-  if (name == "arm") return arm_table(streams, tip);
+                                         const Vector3& tip, const device::ArmModel& model) {
+  if (name == "arm") return arm_table(streams, tip, model);
   const auto marker = marker_of_table(name);
   if (!marker) return refused("a table '{}' is not made of raw streams", name);
   const bool with_arm = name == "pivot" && !streams.arm_readings().empty();
   const auto poses = with_arm ? streams.poses(*marker) : seen_poses(streams.marker_poses(*marker));
   if (poses.empty()) return refused("no pose of {} is there", device::name_of_marker(*marker));
-  return pivot_csv(poses, with_arm);
+  return pivot_csv(poses, with_arm, {}, model);
 }
 
 }  // namespace palpate::calibration::session

@@ -23,8 +23,9 @@ std::vector<TrackedPose> still_arm_poses(const device::DeviceStreams& streams,
 Expected<std::vector<int>> pivot_segments(const std::vector<TrackedPose>& poses);
 
 // `name`: pivot, pointer_pivot, hand: the seen poses of tip marker, pointer and camera marker, with the arm's readings for pivot where
-// there are some. arm: the still poses where there are at least ten, else every pose; `tip` as of arm_csv().
+// there are some. arm: the still poses where there are at least ten, else every pose; `tip` and `model` as of arm_csv().
 Expected<std::string> table_from_streams(const device::DeviceStreams& streams, const std::string& name,
-                                         const Vector3& tip = Vector3::Zero());
+                                         const Vector3& tip = Vector3::Zero(),
+                                         const device::ArmModel& model = {});
 
 }  // namespace palpate::calibration::session

@@ -8,6 +8,7 @@
 #include "palpate/calibration/pivot.h"
 #include "palpate/core/csv.h"
 #include "palpate/core/random.h"
+#include "palpate/device/arm_samples.h"
 #include "palpate/device/pose_file.h"
 
 namespace palpate::calibration::session {
@@ -55,6 +56,23 @@ TEST(StreamTables, AnArmsRowIsTheMeanOfAPoseHeldStill) {
   const auto moving = table_from_streams(held(3), "arm");
   ASSERT_TRUE(moving);
   EXPECT_GT(parse_csv(*moving, "arm")->rows.size(), 300u);
+}
+
+// Readings of an arm that states its place are a place, in the table as on the wire.
+TEST(StreamTables, AnArmThatStatesItsPlaceHasMillimetresInItsColumns) {
+  device::ArmModel model;
+  model.kind = device::ArmModel::Kind::cartesian;
+  const auto text = table_from_streams(held(12), "arm", Vector3::Zero(), model);
+  ASSERT_TRUE(text) << text.error().message;
+  EXPECT_TRUE(text->starts_with("arm_x_mm,arm_y_mm,arm_z_mm,gimbal_1_deg,")) << text->substr(0, 80);
+  const auto samples = device::parse_arm_samples(*text, "arm.csv");
+  ASSERT_TRUE(samples) << samples.error().message;
+  EXPECT_TRUE(samples->places);
+  EXPECT_NEAR(samples->observations[3].joints[0], 0.05 * 4, 0.02e-3);
+  const auto pivot = table_from_streams(held(12), "pivot", Vector3::Zero(), model);
+  ASSERT_TRUE(pivot) << pivot.error().message;
+  EXPECT_NE(pivot->find(",arm_x_mm,"), std::string::npos);
+  EXPECT_EQ(pivot->find("joint_1"), std::string::npos);
 }
 
 TEST(StreamTables, WhatIsNotThereIsRefused) {

@@ -15,10 +15,11 @@ namespace {
 
 class TableCollector : public ScanHandler {
  public:
+  // `name`: of the attachment.
   explicit TableCollector(std::string name) : name_(std::move(name)) {}
 
   Expected<void> attachment(const Attachment& attachment) override {
-    if (attachment.name == table_attachment(name_)) table_ = attachment.data;
+    if (attachment.name == name_) table_ = attachment.data;
     if (attachment.name.starts_with("tables/"))
       there_ += (there_.empty() ? "" : ", ") + excerpt(attachment.name.substr(7), 40);
     return {};
@@ -65,7 +66,7 @@ Expected<std::optional<std::string>> looked_up(const std::filesystem::path& reco
                                                std::string& there) {
   auto source = open_source(recording);
   if (!source) return tl::unexpected(source.error());
-  TableCollector collector(name);
+  TableCollector collector(table_attachment(name));
   if (const auto scanned = scan(**source, {}, collector); !scanned) return tl::unexpected(scanned.error());
   there = collector.there();
   if (!collector.table() || span.all()) return collector.table();
@@ -77,6 +78,15 @@ Expected<std::optional<std::string>> looked_up(const std::filesystem::path& reco
 }  // namespace
 
 std::string table_attachment(const std::string& name) { return "tables/" + name + ".csv"; }
+
+Expected<std::optional<std::string>> find_attachment(const std::filesystem::path& recording,
+                                                     const std::string& name) {
+  auto source = open_source(recording);
+  if (!source) return tl::unexpected(source.error());
+  TableCollector collector(name);
+  if (const auto scanned = scan(**source, {}, collector); !scanned) return tl::unexpected(scanned.error());
+  return collector.table();
+}
 
 Expected<std::string> table_of(const std::filesystem::path& recording, const std::string& name,
                                const TimeSpan& span) {

@@ -22,6 +22,10 @@ struct TimeSpan {
   bool all() const { return from_s <= 0.0 && to_s == std::numeric_limits<double>::infinity(); }
 };
 
+// What was attached to it under this name, such as "rig.toml"; nothing where it has none.
+Expected<std::optional<std::string>> find_attachment(const std::filesystem::path& recording,
+                                                     const std::string& name);
+
 // `name`: arm, pivot, pointer_pivot, hand, eye ...
 Expected<std::string> table_of(const std::filesystem::path& recording, const std::string& name,
                                const TimeSpan& span = {});
