@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "palpate/core/text.h"
+#include "palpate/device/arm_kinematics.h"
 #include "palpate/time/real_time.h"
 
 namespace palpate::drivers::haply {
@@ -20,13 +21,6 @@ constexpr double kMeanShare = 1e-3;    // of the newest round trip in their mean
 
 Vector3 vector(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 std::array<double, 3> list(const Vector3& v) { return {v.x(), v.y(), v.z()}; }
-
-// As ArmKinematics has them: about y, then x, then z.
-Vector3 gimbal_of(const Quaternion& q) {
-  const Matrix3 R = q.toRotationMatrix();
-  return {std::atan2(R(0, 2), R(2, 2)), std::asin(std::clamp(-R(1, 2), -1.0, 1.0)),
-          std::atan2(R(1, 0), R(1, 1))};
-}
 
 const ArmState* find(const ServiceState& state, const std::string& id) {
   for (const auto& arm : state.arms)
@@ -159,7 +153,7 @@ void HaplyArm::Connection::take(const ServiceState& state, std::int64_t stamp_ns
   wire.stamp_ns = stamp_ns;
   wire.place = list(arm.place);
   if (!state.grips.empty()) {
-    wire.gimbal = list(gimbal_of(state.grips.front().orientation));
+    wire.gimbal = list(device::gimbal_angles(state.grips.front().orientation));
     wire.buttons = state.grips.front().buttons;
   }
   wire.tells_held = arm.force ? 1 : 0;

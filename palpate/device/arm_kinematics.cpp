@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
@@ -35,13 +36,6 @@ class PhantomKinematics final : public ArmKinematics {
  private:
   PhantomLengths lengths_;
 };
-
-// The stylus' turn by its gimbal: about y, then x, then z.
-Quaternion gimbal_turn(const Vector3& gimbal) {
-  return Quaternion(Eigen::AngleAxisd(gimbal[0], Vector3::UnitY()) *
-                    Eigen::AngleAxisd(gimbal[1], Vector3::UnitX()) *
-                    Eigen::AngleAxisd(gimbal[2], Vector3::UnitZ()));
-}
 
 class CartesianKinematics final : public ArmKinematics {
  public:
@@ -157,6 +151,18 @@ class DhKinematics final : public ArmKinematics {
 };
 
 }  // namespace
+
+Quaternion gimbal_turn(const Vector3& gimbal) {
+  return Quaternion(Eigen::AngleAxisd(gimbal[0], Vector3::UnitY()) *
+                    Eigen::AngleAxisd(gimbal[1], Vector3::UnitX()) *
+                    Eigen::AngleAxisd(gimbal[2], Vector3::UnitZ()));
+}
+
+Vector3 gimbal_angles(const Quaternion& turn) {
+  const Matrix3 R = turn.toRotationMatrix();
+  return {std::atan2(R(0, 2), R(2, 2)), std::asin(std::clamp(-R(1, 2), -1.0, 1.0)),
+          std::atan2(R(1, 0), R(1, 1))};
+}
 
 double manipulability(const TipJacobian& J) {
   if (J.cols() == 3) return std::abs(Matrix3(J).determinant());

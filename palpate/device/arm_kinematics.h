@@ -39,6 +39,10 @@ class ArmKinematics {
   virtual double least_manipulability() const = 0;
 };
 
+// The stylus' turn by its gimbal's angles: about y, then x, then z; and the angles of a turn.
+Quaternion gimbal_turn(const Vector3& gimbal);
+Vector3 gimbal_angles(const Quaternion& turn);
+
 // sqrt(det(J J^T)), the volume of the tip's motions for joint motions of norm 1 (Yoshikawa 1985,
 // "Manipulability of robotic mechanisms"); of three joints |det J|.
 double manipulability(const TipJacobian& J);

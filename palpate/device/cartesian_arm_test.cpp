@@ -109,6 +109,15 @@ TEST(CartesianArm, ItsTipIsTheCorrectedPlaceAndItsJacobianFollows) {
   }
 }
 
+TEST(CartesianArm, AnglesOfATurnAreThoseThatMadeIt) {
+  Random random(6, "cartesian arm/gimbal");
+  for (int n = 0; n < 100; ++n) {
+    const Vector3 gimbal(random.uniform(-3.0, 3.0), random.uniform(-1.5, 1.5), random.uniform(-3.0, 3.0));
+    EXPECT_LT((gimbal_angles(gimbal_turn(gimbal)) - gimbal).norm(), 1e-12);
+  }
+  EXPECT_TRUE(gimbal_angles(gimbal_turn({0.3, 1.5707963267948966, 0.2})).allFinite()) << "upright";
+}
+
 Expected<ArmModel> parsed(const std::string& text) { return parse_arm_model(text, "arm.toml"); }
 
 TEST(CartesianArm, ItsFileComesBack) {

@@ -34,12 +34,14 @@ Expected<Files> sample_pivot(Simulator& world, const SampleRequest& request) {
   options.holding = [&] { held = world.true_state().X_world_tip.translation; };
   const auto poses = calibration::session::record_pivot(laboratory_of(world), options);
   if (!poses) return tl::unexpected(poses.error());
-  return Files{{{"pivot.csv", calibration::session::pivot_csv(*poses, true)}},
-               sim::pivot_truth_json(world.truth(), held)};
+  return Files{
+      {{"pivot.csv", calibration::session::pivot_csv(*poses, true, {}, sim::makers_arm(world.file()))}},
+      sim::pivot_truth_json(world.truth(), held)};
 }
 
 Expected<Files> sample_arm(Simulator& world, const SampleRequest& request) {
   const double delay = world.file().tracker.latency_s;
+  const device::ArmModel maker = sim::makers_arm(world.file());
   // The covariance is that of the tip as the maker of the stylus states it; this world's own tip is not known
   // yet.
   const Vector3 stated_tip = world.file().tip_marker.tip;
@@ -55,7 +57,7 @@ Expected<Files> sample_arm(Simulator& world, const SampleRequest& request) {
     if (request.guided) recording = guide.recording(recording.points);
     const auto poses = calibration::session::record_arm(laboratory_of(world), recording);
     if (!poses) return tl::unexpected(poses.error());
-    return Files{{{"arm.csv", calibration::session::arm_csv(*poses, stated_tip)}},
+    return Files{{{"arm.csv", calibration::session::arm_csv(*poses, stated_tip, maker)}},
                  sim::arm_truth_json(world.truth(), delay)};
   }
   const int points = request.points > 0 ? request.points : 2000;
@@ -64,7 +66,7 @@ Expected<Files> sample_arm(Simulator& world, const SampleRequest& request) {
   if (!moving) return tl::unexpected(moving.error());
   auto poses = moving->marker;
   if (static_cast<int>(poses.size()) > points) poses.resize(static_cast<std::size_t>(points));
-  return Files{{{"arm.csv", calibration::session::arm_csv(poses, stated_tip)}},
+  return Files{{{"arm.csv", calibration::session::arm_csv(poses, stated_tip, maker)}},
                sim::arm_truth_json(world.truth(), delay)};
 }
 

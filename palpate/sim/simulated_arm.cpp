@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "palpate/core/units.h"
+#include "palpate/device/arm_kinematics.h"
 
 namespace palpate::sim {
 namespace {
@@ -30,6 +31,7 @@ SimulatedArm::SimulatedArm(const config::WorldFile& world, const Truth& truth)
       nominal_{world.arm.lengths[0], world.arm.lengths[1]},
       joints_(truth.joints),
       gimbal_(truth.gimbal),
+      delta_(truth.delta),
       X_world_base_(truth.X_world_base),
       X_base_world_(truth.X_world_base.inverse()),
       range_(world.arm.joint_range),
@@ -75,6 +77,7 @@ Vector3 SimulatedArm::theta_of(const State& state) const {
 }
 
 Vector3 SimulatedArm::gimbal_of(const State& state, const Vector3& theta) const {
+  if (delta_) return device::gimbal_angles(X_base_world_.rotation * state.orientation);
   return device::phantom_gimbal(theta, X_base_world_.rotation * state.orientation);
 }
 
@@ -85,6 +88,12 @@ Vector3 SimulatedArm::joint_readings(const Vector3& theta) const {
   Vector3 psi = joints_.undo(felt);
   for (auto& angle : psi) angle = quantised(angle, joint_quantum_);
   return psi;
+}
+
+Vector3 SimulatedArm::readings(const State& state, const Vector3& theta) const {
+  if (!delta_) return joint_readings(theta);
+  const Vector3 place = (X_base_world_ * Point<World>{state.tip}).m;
+  return made_.place(delta_->readings(place, joint_quantum_), place);
 }
 
 Vector3 SimulatedArm::gimbal_readings(const Vector3& gimbal) const {
@@ -137,10 +146,9 @@ void SimulatedArm::update_joints() {
   // readings as angles); those torques act through the true geometry.
   motor_force_.setZero();
   if (commanded_ != Vector3::Zero()) {
-    const Matrix3 own = device::phantom_jacobian(joint_readings(theta_), nominal_);
-    const Vector3 torque = faulty_ ? miswired(own.transpose() * axis_signs_.cwiseProduct(commanded_))
-                                   : Vector3(own.transpose() * commanded_);
-    Vector3 real = device::phantom_jacobian(theta_, lengths_).transpose().partialPivLu().solve(torque);
+    const Vector3 torque =
+        faulty_ ? miswired(torques(axis_signs_.cwiseProduct(commanded_))) : torques(commanded_);
+    Vector3 real = true_jacobian().transpose().partialPivLu().solve(torque);
     const double size = real.norm();
     if (!real.allFinite()) real.setZero();
     if (size > 2.0 * max_force_)
@@ -156,6 +164,17 @@ void SimulatedArm::update_joints() {
     const Vector3 held = (X_world_base_ * device::phantom_tip(inside, lengths_)).m;
     stop_force_ = kStopStiffness * (held - state_.tip) - 8.0 * state_.velocity;
   }
+}
+
+Vector3 SimulatedArm::torques(const Vector3& force) const {
+  const Matrix3 own = delta_ ? made_.jacobian(readings(state_, theta_))
+                             : device::phantom_jacobian(joint_readings(theta_), nominal_);
+  return own.transpose() * force;
+}
+
+Matrix3 SimulatedArm::true_jacobian() const {
+  if (!delta_) return device::phantom_jacobian(theta_, lengths_);
+  return delta_->jacobian((X_base_world_ * Point<World>{state_.tip}).m);
 }
 
 // What the motors of an arm that is wired wrongly on purpose make of the wanted torques.

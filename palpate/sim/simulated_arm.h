@@ -1,5 +1,8 @@
 // The simulated haptic arm: a PHANToM with encoders, motors and a stylus that a hand may hold.
 //
+// Or, in a world whose arm is a delta, one of the same reach that states its tip's place: the hand moves it alike, and
+// what it states and pushes goes through the delta's geometry (delta_arm.h).
+//
 // What it shows to the outside is what the real one shows: quantised readings through unknown gains and
 // offsets, and a motor force that passes through the device's own idea of its geometry. Inside, World frame
 // and SI. Dynamics: a point mass at the tip (apparent mass of the arm plus the hand's), since the PHANToM is
@@ -52,6 +55,8 @@ class SimulatedArm {
   Vector3 gimbal_of(const State& state, const Vector3& theta) const;
   // Encoder readings of a state: hysteresis as left by the motion so far, quantised.
   Vector3 joint_readings(const Vector3& theta) const;
+  // What the device says of a state: these, or the place that a delta states, m, ArmBase.
+  Vector3 readings(const State& state, const Vector3& theta) const;
   Vector3 gimbal_readings(const Vector3& gimbal) const;
 
   Vector3 motor_force() const { return motor_force_; }  // what the motors really push with, N, World
@@ -62,6 +67,8 @@ class SimulatedArm {
 
  private:
   void update_joints();
+  Vector3 torques(const Vector3& force) const;  // as the device makes them, by its own kinematics
+  Matrix3 true_jacobian() const;
   Vector3 miswired(const Vector3& torque) const;
   Vector3 clamped(const Vector3& theta) const;
   // Places beyond so large a share of the stretched arm (or within the folded one): on its edge, in line with the shoulder.
@@ -69,6 +76,8 @@ class SimulatedArm {
 
   device::PhantomLengths lengths_, nominal_;
   device::JointCorrection joints_, gimbal_;
+  std::optional<DeltaArm> delta_;  // as it was built
+  DeltaArm made_;                  // as its maker describes it
   Pose<World, ArmBase> X_world_base_;
   Pose<ArmBase, World> X_base_world_;
   std::array<config::Range, 3> range_;

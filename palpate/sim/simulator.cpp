@@ -180,7 +180,7 @@ struct Simulator::Parts : device::ArmDevice, device::TrackerDevice, device::Hand
     const auto state = arm_state(time);
     const Vector3 theta = simulated_arm.theta_of(state);
     return {.stamp = arm_clock.at(time),
-            .joints = simulated_arm.joint_readings(theta),
+            .joints = simulated_arm.readings(state, theta),
             .gimbal = simulated_arm.gimbal_readings(simulated_arm.gimbal_of(state, theta)),
             .held = simulated_arm.held()};
   }

@@ -112,6 +112,8 @@ Truth draw_truth(const config::WorldFile& world, std::uint64_t seed) {
   truth.joints.offset = normals(seed, "truth/arm-offsets", world.arm.offset_sd);
   truth.gimbal.gain = Vector3::Ones() + normals(seed, "truth/gimbal-gains", world.arm.gimbal_gain_sd);
   truth.gimbal.offset = normals(seed, "truth/gimbal-offsets", world.arm.gimbal_offset_sd);
+  if (world.states_place())
+    truth.delta = DeltaArm::built({world.delta.length_sd, world.delta.azimuth_sd, world.delta.zero_sd}, seed);
   truth.X_world_base = {turned(rotation_from_xyz(world.arm.rotation), world.knock.base_turn),
                         world.arm.translation + world.knock.base};
 
@@ -138,6 +140,18 @@ Truth draw_truth(const config::WorldFile& world, std::uint64_t seed) {
   truth.X_world_board = {Quaternion(R),
                          place - R * Vector3(0.100, 0.0625, 0.0)};  // its middle stands at `place`
   return truth;
+}
+
+device::ArmModel makers_arm(const config::WorldFile& world) {
+  device::ArmModel model;
+  model.lengths = {world.arm.lengths[0], world.arm.lengths[1]};
+  if (!world.states_place()) return model;
+  model.kind = device::ArmModel::Kind::cartesian;
+  model.name = world.arm.model;
+  model.places = {{{-0.3, 0.3}, {-0.15, 0.35}, {-0.3, 0.3}}};
+  model.correction.centre = {0.0, 0.1, 0.0};
+  model.correction.reach = 0.3;
+  return model;
 }
 
 ArmTruth arm_with_first_offset_zero(const Truth& truth) {

@@ -6,12 +6,15 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
+#include "palpate/device/arm_model.h"
 #include "palpate/device/camera_model.h"
 #include "palpate/device/phantom.h"
 #include "palpate/math/pose.h"
 #include "palpate/sim/config/world_file.h"
+#include "palpate/sim/delta_arm.h"
 #include "palpate/sim/true_view.h"
 
 namespace palpate::sim {
@@ -19,6 +22,7 @@ namespace palpate::sim {
 struct Truth {
   device::PhantomLengths lengths;
   device::JointCorrection joints, gimbal;  // theta = gain * psi + offset
+  std::optional<DeltaArm> delta;           // the arm that states its place, as it was built
   Pose<World, ArmBase> X_world_base;
   Pose<Tip, TipMarker> X_tip_marker;
   Vector3 tip_in_marker = Vector3::Zero();
@@ -36,6 +40,9 @@ struct Truth {
 };
 
 Truth draw_truth(const config::WorldFile& world, std::uint64_t seed);
+
+// The arm as its maker describes it.
+device::ArmModel makers_arm(const config::WorldFile& world);
 
 // The way in which the bodies are built; the file has no key for these.
 // LEDs shine along this direction of their body: away from the tip for stylus and pointer; on the head tilted

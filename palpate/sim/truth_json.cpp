@@ -26,6 +26,15 @@ Json arm_truth_json(const Truth& truth, double tracker_delay_s) {
   json["gimbal_offsets_deg"] = deg(arm.gimbal.offset);
   json["marker_on_stylus_qwxyz"] = wxyz(truth.X_tip_marker.rotation);
   json["delay_s"] = tracker_delay_s;
+  if (truth.delta) {
+    json["chains"] = Json::array();
+    for (const auto& chain : truth.delta->chains())
+      json["chains"].push_back({{"azimuth_deg", degrees_from_radians(chain.azimuth)},
+                                {"offset_mm", mm_from_metres(chain.offset)},
+                                {"upper_mm", mm_from_metres(chain.upper)},
+                                {"lower_mm", mm_from_metres(chain.lower)},
+                                {"zero_deg", degrees_from_radians(chain.zero)}});
+  }
   return json;
 }
 

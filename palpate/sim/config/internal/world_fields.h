@@ -71,7 +71,7 @@ void visit_tracker(V& v, W& w) {
 template <typename V, typename W>
 void visit_arm_and_hand(V& v, W& w) {
   v.section("arm");
-  v.choice("model", w.arm.model, {"phantom-premium-1.5"});
+  v.choice("model", w.arm.model, {"phantom-premium-1.5", "delta"});
   v.numbers("lengths_mm", w.arm.lengths, kMm, kPositive);
   v.number("length_sd_mm", w.arm.length_sd, kMm, kNotNegative);
   v.number("gain_sd", w.arm.gain_sd, kSi, {0.0, 0.2});
@@ -91,6 +91,13 @@ void visit_arm_and_hand(V& v, W& w) {
   v.number("max_stiffness_n_m", w.arm.max_stiffness, kSi, kPositive);
   v.number("max_speed_m_s", w.arm.max_speed, kSi, kPositive);
   v.integer("force_dof", w.arm.force_dof, {3.0, 3.0});
+
+  if (v.takes(w.states_place())) {
+    v.section("delta");
+    v.number("length_sd_mm", w.delta.length_sd, kMm, kNotNegative);
+    v.number("azimuth_sd_deg", w.delta.azimuth_sd, kDeg, {0.0, 10.0});
+    v.number("zero_sd_deg", w.delta.zero_sd, kDeg, {0.0, 10.0});
+  }
 
   if (v.takes(w.arm_faults.any())) {  // a world without them is written without their section
     v.section("arm_faults");
