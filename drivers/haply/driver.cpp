@@ -15,6 +15,7 @@ class OpenedHaplyArm : public device::OpenedArm {
   device::ArmFacts facts() const override {
     device::ArmFacts facts;
     facts.identity = fmt::format("haply inverse3 {}", arm_->id());
+    facts.states_place = true;
     return facts;
   }
   // A real arm is worth waiting for: it never ends the server.

@@ -82,7 +82,8 @@ Expected<std::unique_ptr<LabServer>> LabServer::open(const std::string& name, co
           file->string());
     return refused("{}: cannot lock: {}", lock_file, reason_of(reason));
   }
-  auto mapping = create(*file, Layout{settings.cameras, settings.width, settings.height});
+  auto mapping =
+      create(*file, Layout{settings.cameras, settings.width, settings.height, settings.states_place});
   if (!mapping) return tl::unexpected(mapping.error());
   return std::unique_ptr<LabServer>(
       new LabServer(std::make_unique<Mapping>(std::move(*mapping)), *file, std::move(lock)));
@@ -236,6 +237,7 @@ Expected<void> LabClient::check() {
 }
 
 int LabClient::cameras() const noexcept { return mapping_->layout().cameras; }
+bool LabClient::states_place() const noexcept { return mapping_->layout().states_place; }
 const Mapping& LabClient::mapping() const noexcept { return *mapping_; }
 
 LabArm::LabArm(std::shared_ptr<LabClient> client) : client_(std::move(client)), memory_(client_->memory()) {}

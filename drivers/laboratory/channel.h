@@ -30,6 +30,7 @@ struct LabMemory;
 struct LabSettings {
   int cameras = 1;  // 1 or 2
   int width = 640, height = 480;
+  bool states_place = false;     // the arm: its readings are a place
   std::filesystem::path folder;  // empty: run_directory()
 };
 
@@ -101,6 +102,7 @@ class LabClient {
   Expected<void> check();                  // the same, with the reason
   bool silent() const { return silent_; }  // at the last look: stands still
   int cameras() const noexcept;
+  bool states_place() const noexcept;  // the arm
   LabMemory* memory() const noexcept { return memory_; }
   const Mapping& mapping() const noexcept;
   std::uint32_t peer() const noexcept { return peer_; }

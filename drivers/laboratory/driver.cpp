@@ -56,7 +56,11 @@ class OpenedLabArm : public OpenedLab<device::OpenedArm, device::ArmDevice, LabA
         fmt::format("laboratory '{}' goes on", client_->name())};
   }
   device::ArmFacts facts() const override {
-    return {.simulated = true, .identity = "lab", .peak_n = {}, .continuous_n = {}};
+    return {.simulated = true,
+            .identity = "lab",
+            .states_place = client_->states_place(),
+            .peak_n = {},
+            .continuous_n = {}};
   }
 };
 

@@ -111,6 +111,7 @@ Expected<Mapping> create(const std::filesystem::path& file, const Layout& layout
   memory->cameras = layout.cameras;
   memory->width = layout.width;
   memory->height = layout.height;
+  memory->states_place = layout.states_place ? 1 : 0;
   memory->server_pid = static_cast<std::int32_t>(getpid());
   if (rename(draft.c_str(), file.c_str()) != 0) {
     const int reason = errno;
@@ -137,7 +138,7 @@ Expected<Mapping> attach(const std::string& name, const std::filesystem::path& f
   if (address == MAP_FAILED)
     return refused("laboratory '{}': cannot map {}: {}", name, file.string(), reason_of(errno));
   const auto& m = *static_cast<const LabMemory*>(address);
-  const Layout layout{m.cameras, m.width, m.height};
+  const Layout layout{m.cameras, m.width, m.height, m.states_place != 0};
   Mapping mapping(address, size, layout);
   const bool sane = m.magic == kMagic && layout.cameras >= 1 && layout.cameras <= 2 && layout.width > 0 &&
                     layout.width <= 8192 && layout.height > 0 && layout.height <= 8192;

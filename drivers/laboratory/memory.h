@@ -20,7 +20,7 @@
 namespace palpate::drivers::laboratory {
 
 inline constexpr std::uint64_t kMagic = 0x62616c2d70616c70;  // "plap-lab" as it lies in memory
-inline constexpr std::uint32_t kVersion = 8;
+inline constexpr std::uint32_t kVersion = 9;
 inline constexpr std::size_t kPeers = 16;
 inline constexpr std::uint32_t kImageSlots = 4;
 // After this long without a heartbeat a process is silent; it is gone when it has ended, or after this much
@@ -74,6 +74,7 @@ struct LabMemory {
   std::uint64_t total_size = 0;   // of the file
   std::int32_t cameras = 0, width = 0, height = 0;
   std::int32_t server_pid = 0;
+  std::int64_t states_place = 0;  // whether the arm's readings are a place, m
 
   std::atomic<std::int64_t> beat_ns{0};
   std::atomic<std::uint32_t> closed{0};
@@ -113,6 +114,7 @@ class ImageSlots {
 
 struct Layout {
   int cameras = 0, width = 0, height = 0;  // px; as read and checked once
+  bool states_place = false;
 };
 std::size_t total_size(const Layout& layout);
 

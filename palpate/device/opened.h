@@ -36,6 +36,8 @@ struct ArmFacts {
   std::string identity{};
   // How many its samples have.
   int joints = 3;
+  // They are the place of its tip, m, in place of joints (ArmModel::Kind::cartesian).
+  bool states_place = false;
   // N at the tip, as the device states them; none: it states nothing.
   std::optional<double> peak_n{}, continuous_n{};
 };

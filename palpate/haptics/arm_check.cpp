@@ -9,6 +9,13 @@ Expected<void> check_arm(const rig::Rig& rig, device::OpenedArm& arm, const std:
         "arm {}: the device has {} joints, the rig's arm {} has {}; name the device that this rig was "
         "calibrated with, or calibrate this one (palpate calibrate arm)",
         uri, arm.facts().joints, model.name, model.joint_count());
+  const bool cartesian = model.kind == device::ArmModel::Kind::cartesian;
+  if (arm.facts().states_place != cartesian)
+    return refused(
+        "arm {}: the device states {}, the rig's arm {} is known by {}; name the device that this rig was "
+        "calibrated with, or calibrate this one (palpate calibrate arm)",
+        uri, arm.facts().states_place ? "its place" : "its joints", model.name,
+        cartesian ? "its place" : "its joints");
   device::JointMotors* motors = arm.device().motors();
   if (motors == nullptr) return {};
   const device::JointVector limits = motors->limits();

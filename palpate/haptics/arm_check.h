@@ -1,6 +1,6 @@
 // Whether an arm that a driver has opened is one that a rig's calibration can be about.
 //
-// Refused in words: another number of joints, motors' limits that are none.
+// Refused in words: another number of joints, joints in place of a place, motors' limits that are none.
 #pragma once
 
 #include <string>

@@ -230,6 +230,7 @@ Expected<WorldProcessReport> run_world(const config::WorldFile& file, const Worl
   settings.width = file.camera.size[0];
   settings.height = file.camera.size[1];
   settings.cameras = file.camera.count;
+  settings.states_place = file.states_place();
   settings.folder = options.folder;
   auto opened = drivers::laboratory::LabServer::open(options.name, settings);
   if (!opened) return tl::unexpected(opened.error());

@@ -13,13 +13,13 @@
 #include "palpate/core/text.h"
 #include "palpate/core/units.h"
 #include "palpate/device/marker_names.h"
+#include "palpate/record/session/recorded_arm.h"
 #include "palpate/record/session/recorded_streams.h"
 #include "palpate/record/session/session_recording.h"
 #include "palpate/time/clock.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
 #include "tools/commands/drivers.h"
-#include "tools/commands/table_source.h"
 
 namespace palpate::tools::commands {
 namespace {
@@ -332,7 +332,8 @@ Expected<TakenSamples> take_samples(const SampleArguments& options, const Sample
 Expected<rig::Rig> rig_of_samples(const SampleArguments& options) {
   if (!options.rig.empty()) return rig::read_rig(options.rig);
   rig::Rig rig;
-  if (!options.recording.empty()) rig.nominal_arm = recorded_arm(options.recording);
+  if (!options.recording.empty())
+    rig.nominal_arm = record::session::recorded_arm(options.recording).value_or(rig.nominal_arm);
   return rig;
 }
 

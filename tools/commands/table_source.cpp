@@ -5,9 +5,8 @@
 #include "palpate/calibration/session/stream_tables.h"
 #include "palpate/core/file.h"
 #include "palpate/core/text.h"
+#include "palpate/record/session/recorded_arm.h"
 #include "palpate/record/session/recorded_streams.h"
-#include "palpate/record/session/recorded_tables.h"
-#include "palpate/rig/rig.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/source_names.h"
 
@@ -50,13 +49,6 @@ Expected<void> TableSource::supply() {
   return {};
 }
 
-device::ArmModel recorded_arm(const std::filesystem::path& recording) {
-  const auto text = record::session::find_attachment(recording, "rig.toml");
-  if (!text || !*text) return {};
-  const auto rig = rig::parse_rig(**text, "rig.toml");
-  return rig ? rig->nominal_arm : device::ArmModel{};
-}
-
 // The table that the recording holds, else what its raw streams make of it.
 Expected<std::string> TableSource::text_of(const std::string& name) const {
   auto held = record::session::find_table(recording_, name, span_);
@@ -64,8 +56,9 @@ Expected<std::string> TableSource::text_of(const std::string& name) const {
   if (*held) return **held;
   const auto raw = record::session::read_streams(recording_, {.span = span_, .camera = {}});
   if (!raw) return tl::unexpected(raw.error());
-  auto made =
-      calibration::session::table_from_streams(raw->streams, name, Vector3::Zero(), recorded_arm(recording_));
+  auto made = calibration::session::table_from_streams(
+      raw->streams, name, Vector3::Zero(),
+      record::session::recorded_arm(recording_).value_or(device::ArmModel{}));
   if (!made) {
     const auto refusal = record::session::table_of(recording_, name, span_);
     if (refusal || raw->arm + raw->tracker == 0) return refusal;

@@ -9,15 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "palpate/device/arm_model.h"
 #include "palpate/record/session/recorded_tables.h"
 #include "tools/commands/command.h"
 #include "tools/commands/source_names.h"
 
 namespace palpate::tools::commands {
-
-// The maker's arm of the rig that a recording holds; a PHANToM where it holds none.
-device::ArmModel recorded_arm(const std::filesystem::path& recording);
 
 class TableSource {
  public:

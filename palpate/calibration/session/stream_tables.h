@@ -9,6 +9,7 @@
 
 #include "palpate/calibration/session/holds.h"
 #include "palpate/core/expected.h"
+#include "palpate/device/arm_model.h"
 
 namespace palpate::calibration::session {
 

@@ -8,6 +8,7 @@
 #include "palpate/core/text.h"
 #include "palpate/record/message_feed.h"
 #include "palpate/record/session/device_messages.h"
+#include "palpate/record/session/recorded_arm.h"
 #include "palpate/record/session/tick_messages.h"
 #include "palpate/time/clock.h"
 
@@ -52,12 +53,13 @@ class PacedStream {
 
 class ReplayedArm : public device::OpenedArm, public device::ArmDevice {
  public:
-  explicit ReplayedArm(std::unique_ptr<PacedStream> stream, std::string file)
-      : stream_(std::move(stream)), file_(std::move(file)) {}
+  ReplayedArm(std::unique_ptr<PacedStream> stream, std::string file, bool states_place)
+      : stream_(std::move(stream)), file_(std::move(file)), states_place_(states_place) {}
   device::ArmDevice& device() override { return *this; }
   device::ArmFacts facts() const override {
     device::ArmFacts facts;
     facts.identity = "recording:" + file_;
+    facts.states_place = states_place_;
     return facts;
   }
   std::string description() const override { return "the arm of the recording " + file_; }
@@ -75,6 +77,7 @@ class ReplayedArm : public device::OpenedArm, public device::ArmDevice {
  private:
   std::unique_ptr<PacedStream> stream_;
   std::string file_;
+  bool states_place_;
   device::ArmSample sample_;
 };
 
@@ -180,7 +183,9 @@ void add_to(device::DriverRegistry& registry, DecodeJpeg decode) {
         const auto place = place_of(request.uri);
         auto stream = PacedStream::open(place.file, {"/arm/sample"}, "an arm");
         if (!stream) return tl::unexpected(stream.error());
-        return std::make_unique<ReplayedArm>(std::move(*stream), place.file);
+        const auto recorded = recorded_arm(place.file).value_or(request.nominal);
+        return std::make_unique<ReplayedArm>(std::move(*stream), place.file,
+                                             recorded.kind == device::ArmModel::Kind::cartesian);
       });
   driver.tracker = opener<device::TrackerOpener>(
       "recording:FILE",

@@ -62,8 +62,18 @@ Expected<Json> figures_of(const SessionRequest& request, const Simulator& world,
 Expected<SessionOutcome> run_session(const SessionRequest& request) {
   const auto described = config::scene_of(request.world, request.applications, request.application);
   if (!described) return tl::unexpected(described.error());
+  if (!request.rig && request.world.states_place())
+    return wrong_use(
+        "the laboratory's arm states its place, and no rig is without its errors; a rig that was calibrated "
+        "with "
+        "it is expected (--rig FILE)");
   Simulator world(request.world, request.seed);
   const rig::Rig rig = request.rig ? *request.rig : truth_rig(world);
+  const bool cartesian = rig.arm && rig.arm->model.kind == device::ArmModel::Kind::cartesian;
+  if (cartesian != request.world.states_place())
+    return wrong_use("the rig's arm {} {}, the laboratory's {}; a rig of this laboratory's arm is expected",
+                     rig.arm ? rig.arm->model.name : "", cartesian ? "states its place" : "has joints",
+                     request.world.states_place() ? "states its place" : "has joints");
   const auto scene = server::physics::scene_from_rig(rig, *described);
   const auto record = request.applications.make_record(scene);
   if (!record) return tl::unexpected(record.error());
