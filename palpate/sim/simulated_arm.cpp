@@ -77,7 +77,6 @@ Vector3 SimulatedArm::theta_of(const State& state) const {
 }
 
 Vector3 SimulatedArm::gimbal_of(const State& state, const Vector3& theta) const {
-  if (delta_) return device::gimbal_angles(X_base_world_.rotation * state.orientation);
   return device::phantom_gimbal(theta, X_base_world_.rotation * state.orientation);
 }
 
@@ -94,6 +93,11 @@ Vector3 SimulatedArm::readings(const State& state, const Vector3& theta) const {
   if (!delta_) return joint_readings(theta);
   const Vector3 place = (X_base_world_ * Point<World>{state.tip}).m;
   return made_.place(delta_->readings(place, joint_quantum_), place);
+}
+
+Vector3 SimulatedArm::gimbal_readings(const State& state, const Vector3& theta) const {
+  return gimbal_readings(delta_ ? device::gimbal_angles(X_base_world_.rotation * state.orientation)
+                                : gimbal_of(state, theta));
 }
 
 Vector3 SimulatedArm::gimbal_readings(const Vector3& gimbal) const {

@@ -58,6 +58,8 @@ class SimulatedArm {
   // What the device says of a state: these, or the place that a delta states, m, ArmBase.
   Vector3 readings(const State& state, const Vector3& theta) const;
   Vector3 gimbal_readings(const Vector3& gimbal) const;
+  // What the device says of a state; a delta's handle tells its turn in ArmBase.
+  Vector3 gimbal_readings(const State& state, const Vector3& theta) const;
 
   Vector3 motor_force() const { return motor_force_; }  // what the motors really push with, N, World
   // The reachable pose nearest in joint angles; targets of a person or a player pass through it.

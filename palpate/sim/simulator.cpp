@@ -181,7 +181,7 @@ struct Simulator::Parts : device::ArmDevice, device::TrackerDevice, device::Hand
     const Vector3 theta = simulated_arm.theta_of(state);
     return {.stamp = arm_clock.at(time),
             .joints = simulated_arm.readings(state, theta),
-            .gimbal = simulated_arm.gimbal_readings(simulated_arm.gimbal_of(state, theta)),
+            .gimbal = simulated_arm.gimbal_readings(state, theta),
             .held = simulated_arm.held()};
   }
   void command(const Vector3& force) override { simulated_arm.command(force); }

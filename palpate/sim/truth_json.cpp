@@ -20,8 +20,9 @@ Json arm_truth_json(const Truth& truth, double tracker_delay_s) {
   json["offsets_deg"] = deg(arm.joints.offset);
   json["lengths_mm"] = {mm_from_metres(arm.lengths.l1), mm_from_metres(arm.lengths.l2)};
   json["tip_mm"] = mm_json(truth.tip_in_marker);
-  json["base"] = {{"translation_mm", mm_json(arm.X_world_base.translation)},
-                  {"rotation_qwxyz", wxyz(arm.X_world_base.rotation)}};
+  // A delta's base turns with nothing else.
+  const auto& base = truth.delta ? truth.X_world_base : arm.X_world_base;
+  json["base"] = {{"translation_mm", mm_json(base.translation)}, {"rotation_qwxyz", wxyz(base.rotation)}};
   json["gimbal_gains"] = list(arm.gimbal.gain);
   json["gimbal_offsets_deg"] = deg(arm.gimbal.offset);
   json["marker_on_stylus_qwxyz"] = wxyz(truth.X_tip_marker.rotation);

@@ -1,0 +1,84 @@
+#!/usr/bin/env python3
+"""A laboratory whose arm is a delta, which states its place: sampled, calibrated, judged by the laboratory's truth, and played on."""
+import json
+import math
+import random
+import re
+import tomllib
+import unittest
+
+from delta import place, readings, tip, turned
+from laboratory import LaboratoryTest
+
+WORLD = '[arm]\nmodel = "delta"\ngimbal_gain_sd = 0.0\ngimbal_offset_sd_deg = 0.0\n'
+ARM = 'name = "delta"\ntype = "cartesian"\nrange_mm = [[-300, 300], [-150, 350], [-300, 300]]\n'
+HEIGHT = 850.0
+MADE = [(2 * math.pi * i / 3, 120.0, 350.0, 800.0, 0.0) for i in range(3)]
+
+
+def to_chains(p):
+    return p[0], p[2], HEIGHT - p[1]
+
+
+def from_chains(p):
+    return p[0], HEIGHT - p[2], p[1]
+
+
+class DeltaWorld(LaboratoryTest):
+    def setUp(self):
+        super().setUp()
+        self.write("world.toml", WORLD)
+        self.write("delta.toml", ARM)
+
+    def calibrated(self, seed):
+        """A rig with an arm that was calibrated on this seed's laboratory, and its truth."""
+        self.runs("world", "sample", "arm", "--world", "world.toml", "--seed", str(seed), "--out", f"samples{seed}")
+        header = self.read(f"samples{seed}", "arm.csv").decode().splitlines()[0]
+        self.assertTrue(header.startswith("arm_x_mm,arm_y_mm,arm_z_mm,"), header)
+        self.runs("rig", "new", f"delta{seed}.rig.toml", "--arm", "delta.toml")
+        self.runs("calibrate", "arm", "--samples", f"samples{seed}/arm.csv", "--rig", f"delta{seed}.rig.toml", "--json", "arm.json")
+        text = self.read(f"delta{seed}.rig.toml").decode()
+        return text, json.loads(self.read(f"samples{seed}", "truth.json"))
+
+    def test_the_tip_is_known_to_two_tenths_of_a_millimetre(self):
+        draw = random.Random(3)
+        means = []
+        for seed in (1, 2, 3, 4):
+            text, truth = self.calibrated(seed)
+            arm = tomllib.loads(text)["arm"]
+            built = [tuple(f * chain[key] for f, key in zip((math.pi / 180, 1, 1, 1, math.pi / 180), ("azimuth_deg", "offset_mm", "upper_mm", "lower_mm", "zero_deg")))
+                     for chain in truth["chains"]]
+            errors, uncorrected = [], []
+            for _ in range(300):
+                p = [draw.uniform(-150, 150), draw.uniform(0, 250), draw.uniform(-100, 100)]
+                stated = from_chains(place(MADE, readings(built, to_chains(p))))
+                true = [a + b for a, b in zip(turned(truth["base"]["rotation_qwxyz"], p), truth["base"]["translation_mm"])]
+                errors.append(math.dist(tip(arm, stated), true))
+                uncorrected.append(math.dist(stated, p))
+            means.append(sum(errors) / len(errors))
+            self.assertGreater(sum(uncorrected) / len(uncorrected), 3 * means[-1], "there was something to correct")
+        self.assertLess(max(means), 0.2, means)
+
+    def test_it_is_played_on_with_forces_through_the_same_guard(self):
+        text, _ = self.calibrated(1)
+        arm = [part for part in re.split(r"(?m)^(?=\[)", text) if part.startswith(("[arm", "[nominal_arm"))]
+        others = [part for part in re.split(r"(?m)^(?=\[)", self.read("rig.toml").decode()) if not part.startswith(("[arm", "[nominal_arm"))]
+        self.write("play.rig.toml", "".join(others) + "".join(arm))
+        for app in ("touch", "pingpong"):
+            self.runs("lockstep", "--world", "world.toml", "--rig", "play.rig.toml", "--app", app, "--seconds", "20", "--quiet", "--json", "delta.json")
+            self.runs("lockstep", "--rig", "rig.toml", "--app", app, "--seconds", "20", "--quiet", "--json", "phantom.json")
+            delta, phantom = json.loads(self.read("delta.json")), json.loads(self.read("phantom.json"))
+            print(app, delta["force"], phantom["force"], sep="\n")
+        self.refuses(["lockstep", "--world", "world.toml", "--seconds", "1"], 2, "--rig FILE")
+        self.refuses(["lockstep", "--world", "world.toml", "--rig", "rig.toml", "--seconds", "1"], 2, "a rig of this laboratory's arm is expected")
+
+    def test_a_rig_of_the_other_kind_is_refused_in_real_time(self):
+        world = self.start_world("--world", "world.toml", "--arm-only")
+        done = self.run_program("physics", "--rig", "rig.toml", "--seconds", "1")
+        self.says_no(done, 1, "the device states its place", "is known by its joints")
+        world.send(2)
+        world.ends()
+
+
+if __name__ == "__main__":
+    unittest.main()
