@@ -251,7 +251,7 @@ void GraphicsProcess::introduce() const {
   kLog.info("shows {} of the physics server at {}", side_->scene().application, endpoint.address);
   if (options_.ready) options_.ready();
   if (feed_) kLog.info("publishes poses over {}", feed_->places());
-  if (const auto& arm = options_.rig.arm; arm && arm->model.kind == device::ArmModel::Kind::dh)
+  if (const auto& arm = options_.rig.arm; arm && arm->model.kind != device::ArmModel::Kind::phantom)
     kLog.info("arm {}: the shape of its links is not known, they hide nothing in the picture",
               arm->model.name);
   if (const auto* camera = side_->devices().live_camera())
