@@ -30,8 +30,8 @@ struct LabMemory;
 struct LabSettings {
   int cameras = 1;  // 1 or 2
   int width = 640, height = 480;
-  bool states_place = false;     // the arm: its readings are a place
   std::filesystem::path folder;  // empty: run_directory()
+  bool states_place = false;     // the arm: its readings are a place
 };
 
 // --- the process that owns the laboratory
