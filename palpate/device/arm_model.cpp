@@ -93,11 +93,24 @@ Point<ArmBase> arm_tip(const ArmModel& model, const Eigen::VectorXd& theta, ArmJ
   return {behind.front()};
 }
 
+ArmModel laboratory_delta() {
+  ArmModel model;
+  model.kind = ArmModel::Kind::cartesian;
+  model.name = kLaboratoryDelta;
+  model.places = {{{-0.3, 0.3}, {-0.15, 0.35}, {-0.3, 0.3}}};
+  model.correction.centre = {0.0, 0.1, 0.0};
+  model.correction.reach = 0.3;
+  return model;
+}
+
 Expected<ArmModel> read_arm_model(const std::string& name_or_file) {
   if (name_or_file == ArmModel{}.name) return ArmModel{};
+  if (name_or_file == kLaboratoryDelta) return laboratory_delta();
   if (!is_there(name_or_file))
-    return wrong_use("arm model {}: neither a known arm (phantom-premium-1.5) nor a file; check the path",
-                     name_or_file);
+    return wrong_use(
+        "arm model {}: neither a known arm (phantom-premium-1.5, laboratory-delta) nor a file; check the "
+        "path",
+        name_or_file);
   const auto content = read_file(name_or_file, kMostSettingsBytes);
   if (!content) return tl::unexpected(content.error());
   return parse_arm_model(*content, name_or_file);

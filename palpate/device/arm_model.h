@@ -68,7 +68,11 @@ struct ArmJacobian {
 Point<ArmBase> arm_tip(const ArmModel& model, const Eigen::VectorXd& theta);
 Point<ArmBase> arm_tip(const ArmModel& model, const Eigen::VectorXd& theta, ArmJacobian& jacobian);
 
-// "phantom-premium-1.5", or a TOML file: type = "dh" with one [[joint]] per joint (a_mm, alpha_deg, d_mm,
+// The arm that states its place of the simulated laboratory (palpate/sim/delta_arm.h), as its maker has it.
+inline constexpr std::string_view kLaboratoryDelta = "laboratory-delta";
+ArmModel laboratory_delta();
+
+// "phantom-premium-1.5", "laboratory-delta", or a TOML file: type = "dh" with one [[joint]] per joint (a_mm, alpha_deg, d_mm,
 // theta_offset_deg, optional range_deg) and optional tool_mm and tool_qwxyz; type = "phantom" with
 // lengths_mm; or type = "cartesian" with range_mm, lowest and highest along x, y and z.
 Expected<ArmModel> read_arm_model(const std::string& name_or_file);

@@ -13,7 +13,9 @@ namespace palpate::haptics {
 
 ForceLimits force_limits_of(std::string_view arm_model) {
   ForceLimits limits;
-  if (arm_model == "phantom-premium-1.5" || arm_model == rig::kMouseArm) return limits;
+  if (arm_model == "phantom-premium-1.5" || arm_model == device::kLaboratoryDelta ||
+      arm_model == rig::kMouseArm)
+    return limits;
   // The Omni / Touch class, the weakest in common use: 3.3 N, 0.88 N continuous, software limit of 1.2 m/s.
   limits.peak_n = 3.3;
   limits.continuous_n = 0.88;

@@ -44,7 +44,7 @@ struct ForceLimits {
   }
 };
 
-// Of the arm model a rig names; a mouse moves a computed Premium 1.5. A model nobody has told us about gets
+// Of the arm model a rig names; a mouse moves a computed Premium 1.5, and the laboratory's delta has the same motors. A model nobody has told us about gets
 // the weakest limits of the table.
 ForceLimits force_limits_of(std::string_view arm_model);
 // The same with the joints' ranges where the arm is a chain, those that its rows state, or a Cartesian arm.

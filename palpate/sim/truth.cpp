@@ -143,14 +143,9 @@ Truth draw_truth(const config::WorldFile& world, std::uint64_t seed) {
 }
 
 device::ArmModel makers_arm(const config::WorldFile& world) {
+  if (world.states_place()) return device::laboratory_delta();
   device::ArmModel model;
   model.lengths = {world.arm.lengths[0], world.arm.lengths[1]};
-  if (!world.states_place()) return model;
-  model.kind = device::ArmModel::Kind::cartesian;
-  model.name = world.arm.model;
-  model.places = {{{-0.3, 0.3}, {-0.15, 0.35}, {-0.3, 0.3}}};
-  model.correction.centre = {0.0, 0.1, 0.0};
-  model.correction.reach = 0.3;
   return model;
 }
 

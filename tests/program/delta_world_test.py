@@ -10,8 +10,7 @@ import unittest
 from delta import place, readings, tip, turned
 from laboratory import LaboratoryTest
 
-WORLD = '[arm]\nmodel = "delta"\ngimbal_gain_sd = 0.0\ngimbal_offset_sd_deg = 0.0\n'
-ARM = 'name = "delta"\ntype = "cartesian"\nrange_mm = [[-300, 300], [-150, 350], [-300, 300]]\n'
+WORLD = '[arm]\nmodel = "laboratory-delta"\ngimbal_gain_sd = 0.0\ngimbal_offset_sd_deg = 0.0\n'
 HEIGHT = 850.0
 MADE = [(2 * math.pi * i / 3, 120.0, 350.0, 800.0, 0.0) for i in range(3)]
 
@@ -28,14 +27,13 @@ class DeltaWorld(LaboratoryTest):
     def setUp(self):
         super().setUp()
         self.write("world.toml", WORLD)
-        self.write("delta.toml", ARM)
 
     def calibrated(self, seed):
         """A rig with an arm that was calibrated on this seed's laboratory, and its truth."""
         self.runs("world", "sample", "arm", "--world", "world.toml", "--seed", str(seed), "--out", f"samples{seed}")
         header = self.read(f"samples{seed}", "arm.csv").decode().splitlines()[0]
         self.assertTrue(header.startswith("arm_x_mm,arm_y_mm,arm_z_mm,"), header)
-        self.runs("rig", "new", f"delta{seed}.rig.toml", "--arm", "delta.toml")
+        self.runs("rig", "new", f"delta{seed}.rig.toml", "--arm", "laboratory-delta")
         self.runs("calibrate", "arm", "--samples", f"samples{seed}/arm.csv", "--rig", f"delta{seed}.rig.toml", "--json", "arm.json")
         text = self.read(f"delta{seed}.rig.toml").decode()
         return text, json.loads(self.read(f"samples{seed}", "truth.json"))
@@ -67,8 +65,13 @@ class DeltaWorld(LaboratoryTest):
         for app in ("touch", "pingpong"):
             self.runs("lockstep", "--world", "world.toml", "--rig", "play.rig.toml", "--app", app, "--seconds", "20", "--quiet", "--json", "delta.json")
             self.runs("lockstep", "--rig", "rig.toml", "--app", app, "--seconds", "20", "--quiet", "--json", "phantom.json")
-            delta, phantom = json.loads(self.read("delta.json")), json.loads(self.read("phantom.json"))
-            print(app, delta["force"], phantom["force"], sep="\n")
+            delta, phantom = (json.loads(self.read(name))["force"] for name in ("delta.json", "phantom.json"))
+            self.assertEqual((delta["fault_ticks"], delta["rejected_blows"], delta["missed_blows"]), (0, 0, 0), app)
+            self.assertLessEqual(delta["peak_n"], delta["limit_n"])
+            self.assertLess(delta["lost_impulse_rel"], 1e-9)
+            # As hard as with the other arm: a hand is a hand.
+            self.assertAlmostEqual(delta["peak_n"], phantom["peak_n"], delta=0.5 * phantom["peak_n"])
+            self.assertAlmostEqual(delta["blows"], phantom["blows"], delta=3)
         self.refuses(["lockstep", "--world", "world.toml", "--seconds", "1"], 2, "--rig FILE")
         self.refuses(["lockstep", "--world", "world.toml", "--rig", "rig.toml", "--seconds", "1"], 2, "a rig of this laboratory's arm is expected")
 

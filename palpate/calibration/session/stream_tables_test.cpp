@@ -8,7 +8,6 @@
 #include "palpate/calibration/pivot.h"
 #include "palpate/core/csv.h"
 #include "palpate/core/random.h"
-#include "palpate/device/arm_samples.h"
 #include "palpate/device/pose_file.h"
 
 namespace palpate::calibration::session {
@@ -65,10 +64,9 @@ TEST(StreamTables, AnArmThatStatesItsPlaceHasMillimetresInItsColumns) {
   const auto text = table_from_streams(held(12), "arm", Vector3::Zero(), model);
   ASSERT_TRUE(text) << text.error().message;
   EXPECT_TRUE(text->starts_with("arm_x_mm,arm_y_mm,arm_z_mm,gimbal_1_deg,")) << text->substr(0, 80);
-  const auto samples = device::parse_arm_samples(*text, "arm.csv");
-  ASSERT_TRUE(samples) << samples.error().message;
-  EXPECT_TRUE(samples->places);
-  EXPECT_NEAR(samples->observations[3].joints[0], 0.05 * 4, 0.02e-3);
+  const auto table = parse_csv(*text, "arm");
+  ASSERT_TRUE(table) << table.error().message;
+  EXPECT_NEAR(table->rows[3][*table->find("arm_x_mm")], 50.0 * 4, 0.02) << "mm of the metres that it stated";
   const auto pivot = table_from_streams(held(12), "pivot", Vector3::Zero(), model);
   ASSERT_TRUE(pivot) << pivot.error().message;
   EXPECT_NE(pivot->find(",arm_x_mm,"), std::string::npos);

@@ -78,13 +78,13 @@ struct WorldFile {
     int force_dof = 3;
   } arm;
 
-  // Of an arm that states its place (arm.model = "delta"): how far it is from its maker's drawing, one sigma. The
+  // Of an arm that states its place (arm.model = "laboratory-delta"): how far it is from its maker's drawing, one sigma. The
   // reference does not name it.
   struct Delta {
     double length_sd = 3e-4, azimuth_sd = 0.005, zero_sd = 0.008;  // m, rad, rad
   } delta;
   bool states_place() const { return arm.model == kDelta; }
-  static constexpr const char* kDelta = "delta";
+  static constexpr const char* kDelta = "laboratory-delta";
 
   // An arm whose motors are wired wrongly on purpose, which the reference does not name: for the check of forces.
   struct ArmFaults {

@@ -71,7 +71,7 @@ void visit_tracker(V& v, W& w) {
 template <typename V, typename W>
 void visit_arm_and_hand(V& v, W& w) {
   v.section("arm");
-  v.choice("model", w.arm.model, {"phantom-premium-1.5", "delta"});
+  v.choice("model", w.arm.model, {"phantom-premium-1.5", "laboratory-delta"});
   v.numbers("lengths_mm", w.arm.lengths, kMm, kPositive);
   v.number("length_sd_mm", w.arm.length_sd, kMm, kNotNegative);
   v.number("gain_sd", w.arm.gain_sd, kSi, {0.0, 0.2});
