@@ -117,17 +117,18 @@ void LockstepPlay::disturb_cameras() {
 
 device::DriverRegistry LockstepPlay::devices() {
   device::DriverRegistry drivers;
-  drivers.add(device::borrowed_devices(kSimulator, {.arm = &world_.arm(),
-                                                    .arm_facts = {.simulated = true,
-                                                                  .identity = kSimulator,
-                                                                  .states_place = world_.file().states_place(),
-                                                                  .peak_n = {},
-                                                                  .continuous_n = {}},
-                                                    .tracker = &tracker_,
-                                                    .camera = &camera_,
-                                                    .right_camera = right_camera_ ? &*right_camera_ : nullptr,
-                                                    .hand = &world_.hand(),
-                                                    .simulated = true}));
+  drivers.add(
+      device::borrowed_devices(kSimulator, {.arm = &world_.arm(),
+                                            .arm_facts = {.simulated = true,
+                                                          .identity = kSimulator,
+                                                          .states_place = world_.file().states_place(),
+                                                          .peak_n = {},
+                                                          .continuous_n = {}},
+                                            .tracker = &tracker_,
+                                            .camera = &camera_,
+                                            .right_camera = right_camera_ ? &*right_camera_ : nullptr,
+                                            .hand = &world_.hand(),
+                                            .simulated = true}));
   return drivers;
 }
 
