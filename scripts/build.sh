@@ -25,12 +25,13 @@ build_jobs() {
   echo $((cores < memory ? cores : memory))
 }
 
-# build_preset PRESET [TARGET ...]
+# build_preset PRESET [TARGET ...]; PALPATE_CXX_FLAGS: instead of the preset's (CMake takes the preset's again wherever
+# they are not given).
 build_preset() {
   local preset=$1
   shift
   local log=build/$preset-configure.log
   mkdir -p build
-  cmake --preset "$preset" > "$log" 2>&1 || { cat "$log" >&2; return 1; }
+  cmake --preset "$preset" ${PALPATE_CXX_FLAGS:+"-DCMAKE_CXX_FLAGS=$PALPATE_CXX_FLAGS"} > "$log" 2>&1 || { cat "$log" >&2; return 1; }
   cmake --build --preset "$preset" --parallel "$(build_jobs "$preset")" ${1:+--target "$@"}
 }
