@@ -38,7 +38,7 @@ set(PALPATE_LAYER_10 desktop)
 set(PALPATE_LAYER_11 evaluation)
 set(PALPATE_LAYER_12 server/session evaluation/report)
 set(PALPATE_LAYER_13 sim/lockstep evaluation/studies)
-set(PALPATE_LAYER_14 tools/demo tools/doctor tools/manual)
+set(PALPATE_LAYER_14 tools/console tools/demo tools/doctor tools/manual)
 set(PALPATE_LAYER_15 tools/commands)
 set(PALPATE_LAYER_16 tools/program)
 set(PALPATE_LAYER_COUNT 17)
@@ -62,7 +62,7 @@ set(PALPATE_TESTS_AS_THE_PROGRAM plugin math device experiment calibration calib
 # of GoogleTest a regular expression each; all programs are in tests/CMakeLists.txt.
 set(PALPATE_LONG_PROGRAMS soak live_poses two_hosts forces_check palpation_by_mouse clocks calibrate_live three_doors trips session_window descriptors
   invariance weak_data world_values recorded_sessions recordings attacked_loops)
-set(PALPATE_QUICK_PROGRAMS servers status touch log chain_arm cartesian_arm forces tracker vrpn plugins report examples documented_commands manual kept convert export
+set(PALPATE_QUICK_PROGRAMS servers status console touch log chain_arm cartesian_arm forces tracker vrpn plugins report examples documented_commands manual kept convert export
   foreign_files
   hostile_peers
   physics_alone no_application)

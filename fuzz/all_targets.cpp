@@ -25,6 +25,7 @@ const std::vector<NamedTarget>& all_targets() {
       {"session_messages", session_messages},
       {"surfaces", surfaces},
       {"trials", trials},
+      {"viewers", viewers},
       {"vrpn_messages", vrpn_messages},
       {"haply_states", haply_states},
       {"worlds", worlds},

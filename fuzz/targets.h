@@ -36,6 +36,7 @@ Refusals sequences(std::string_view file);
 Refusals session_messages(std::string_view file);
 Refusals surfaces(std::string_view file);
 Refusals trials(std::string_view file);
+Refusals viewers(std::string_view file);
 Refusals vrpn_messages(std::string_view file);
 Refusals haply_states(std::string_view file);
 Refusals worlds(std::string_view file);

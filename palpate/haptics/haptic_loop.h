@@ -140,6 +140,7 @@ class HapticLoop {
 
   // Any thread: whether the arm may have forces at all; it does not change.
   const ForcePermit& permit() const { return settings_.permit; }
+  const ForceLimits& limits() const { return settings_.limits; }  // the same
 
   // Any thread, also while a tick hangs, and a signal handler: the arm lets go; the next tick that comes begins
   // with no force and follows the rule for every return of force.

@@ -113,6 +113,9 @@ void put(wire::LoopStatus* out, const LoopStatus& loop) {
   out->set_force_state(to_wire(kWireForceStates, loop.forces->state));
   out->set_force_fault(to_wire(kWireForceFaults, loop.forces->fault));
   out->set_culprit(one_line(loop.culprit));
+  out->set_peak_n(loop.peak_n);
+  out->set_continuous_n(loop.continuous_n);
+  out->set_trips(loop.trips);
 }
 
 void put(wire::ToPhysics& out, const Hello& message) {
@@ -166,10 +169,7 @@ void put(wire::ToGraphics& out, const ControlReply& message) {
   out.mutable_control_reply()->set_number(message.number);
   out.mutable_control_reply()->set_refusal(excerpt(message.refusal, kMaxReasonBytes - 3));
 }
-void put(wire::ToGraphics& out, const StatusReply& message) {
-  wire::StatusReply* to = out.mutable_status_reply();
-  const ServerStatus& status = message.status;
-  to->set_number(message.number);
+void put(wire::StatusReply* to, const ServerStatus& status) {
   to->set_uptime_s(status.uptime_s);
   to->set_application(one_line(status.application));
   for (const LoopStatus& loop : status.loops) put(to->add_loops(), loop);
@@ -186,6 +186,14 @@ void put(wire::ToGraphics& out, const StatusReply& message) {
   to->set_turned_away(status.rejected_connections);
   to->set_unsent(status.unsent);
   to->set_published(status.published);
+  if (!status.recording) return;
+  to->mutable_recording()->set_seconds(status.recording->seconds);
+  to->mutable_recording()->set_dropped(status.recording->dropped);
+  to->mutable_recording()->set_ended(status.recording->ended);
+}
+void put(wire::ToGraphics& out, const StatusReply& message) {
+  out.mutable_status_reply()->set_number(message.number);
+  put(out.mutable_status_reply(), message.status);
 }
 void put(wire::ToGraphics& out, const Refusal& message) {
   out.mutable_refusal()->set_reason(excerpt(message.reason, kMaxReasonBytes - 3));
@@ -213,6 +221,7 @@ std::string encode_part(const Part& part) {
 std::string encode(const ClientMessage& message) { return encode_as<wire::ToPhysics>(message); }
 std::string encode(const ServerMessage& message) { return encode_as<wire::ToGraphics>(message); }
 std::string encode(const scene::SceneState& state) { return encode_part<wire::WorldState>(state); }
+std::string encode(const ServerStatus& status) { return encode_part<wire::StatusReply>(status); }
 std::string encode(const scene::SceneDescription& scene) {
   return encode_part<wire::SceneDescription>(scene);
 }

@@ -109,8 +109,10 @@ Expected<ClientMessage> decode_client_message(std::string_view bytes);
 Expected<ServerMessage> decode_server_message(std::string_view bytes,
                                               std::span<const std::string_view> shape = {});
 
-// What stands in messages by itself, as recordings keep it: a WorldState, a SceneDescription of palpate.proto.
+// What stands in messages by itself, as recordings keep it and viewers get it: a WorldState, a SceneDescription, a
+// StatusReply of palpate.proto.
 std::string encode(const scene::SceneState& state);
+std::string encode(const ServerStatus& status);
 std::string encode(const scene::SceneDescription& scene);
 Expected<scene::SceneState> decode_state(std::string_view bytes);
 Expected<scene::SceneDescription> decode_scene(std::string_view bytes);

@@ -179,6 +179,7 @@ Role read_role(Check& check, int role) {
   return check.good() ? static_cast<Role>(role - 1) : Role::observer;
 }
 
+constexpr double kMaxForceN = 1e4;
 constexpr double kMaxTimeS = 1e-9 * static_cast<double>(kMaxTimeNs);
 
 ClientCondition read(Check& check, const wire::DeviceCondition& in) {
@@ -229,7 +230,10 @@ LoopStatus read(Check& check, const wire::LoopStatus& in) {
                   .busy_p99_us = check.finite(in.busy_p99_us(), "busy_p99_us"),
                   .late_octaves = {},
                   .forces = read_forces(check, in),
-                  .culprit = check.text(in.culprit(), kMaxNameBytes, "culprit")};
+                  .culprit = check.text(in.culprit(), kMaxNameBytes, "culprit"),
+                  .peak_n = check.within(in.peak_n(), 0.0, kMaxForceN, "peak_n"),
+                  .continuous_n = check.within(in.continuous_n(), 0.0, kMaxForceN, "continuous_n"),
+                  .trips = in.trips()};
   if (check.good()) loop.late_octaves.assign(in.late_octaves().begin(), in.late_octaves().end());
   return loop;
 }
@@ -254,6 +258,10 @@ StatusReply read(Check& check, const wire::StatusReply& in) {
   status.rejected_connections = in.turned_away();
   status.unsent = in.unsent();
   status.published = in.published();
+  if (in.has_recording())
+    status.recording =
+        RecordingStatus{check.within(in.recording().seconds(), 0.0, kMaxTimeS, "recording seconds"),
+                        in.recording().dropped(), in.recording().ended()};
   return reply;
 }
 

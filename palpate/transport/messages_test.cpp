@@ -88,6 +88,9 @@ TEST(Messages, AStatusComesBackWholeAndIsBounded) {
   reply.status.loops[0].forces =
       device::ForceCondition{device::ForceState::safe, device::ForceFault::overspeed};
   reply.status.loops[0].culprit = "marbles";
+  reply.status.loops[0].peak_n = 8.5, reply.status.loops[0].continuous_n = 1.4,
+  reply.status.loops[0].trips = 9;
+  reply.status.recording = RecordingStatus{12.0, 8, true};
   reply.status.clients.push_back({"screen",
                                   Role::graphics,
                                   {100,
@@ -108,6 +111,13 @@ TEST(Messages, AStatusComesBackWholeAndIsBounded) {
   ASSERT_EQ(got.loops.size(), 1u);
   EXPECT_EQ(got.loops[0].late_octaves, reply.status.loops[0].late_octaves);
   EXPECT_EQ(got.loops[0].late_max_us, 3.5);
+  EXPECT_EQ(got.loops[0].peak_n, 8.5);
+  EXPECT_EQ(got.loops[0].continuous_n, 1.4);
+  EXPECT_EQ(got.loops[0].trips, 9u);
+  ASSERT_TRUE(got.recording);
+  EXPECT_EQ(got.recording->seconds, 12.0);
+  EXPECT_EQ(got.recording->dropped, 8u);
+  EXPECT_TRUE(got.recording->ended);
   EXPECT_EQ(got.loops[0].forces, reply.status.loops[0].forces);
   EXPECT_EQ(got.loops[0].forces_text(), "safe: overspeed (marbles)");
   ASSERT_EQ(got.clients.size(), 1u);

@@ -55,6 +55,8 @@ struct LoopStatus {
   std::vector<std::uint64_t> late_octaves;       // ticks less than 16 ns late, 32 ns, 64 ns, ...
   std::optional<device::ForceCondition> forces;  // where the loop gives any
   std::string culprit;                           // the application that has brought it about; empty: none
+  double peak_n = 0.0, continuous_n = 0.0;  // what is given at most, and as root mean square; 0: not said
+  std::uint64_t trips = 0;                  // outages of the forces so far
 
   // For people: "running", "safe: overspeed"; empty where the loop gives no forces.
   std::string forces_text() const {
@@ -69,6 +71,13 @@ struct ClientStatus {
   ClientFigures figures;
 };
 
+// The physics server's own.
+struct RecordingStatus {
+  double seconds = 0.0;
+  std::uint64_t dropped = 0;  // messages so far
+  bool ended = false;         // by an error of the disk
+};
+
 struct ServerStatus {
   double uptime_s = 0.0;
   std::string application;
@@ -76,6 +85,7 @@ struct ServerStatus {
   std::vector<ClientStatus> clients;  // heard within the last second
   std::uint64_t requests = 0, syncs = 0, controls = 0, rejected = 0, rejected_connections = 0, unsent = 0,
                 published = 0;
+  std::optional<RecordingStatus> recording{};
 };
 
 // Gives uptime and loops; the service adds the rest. Called on the network thread, must not wait.

@@ -28,6 +28,7 @@ void add_commands(CLI::App& program) {
   add_graphics(program);
   add_keys(program);
   add_status(program);
+  add_console(program);
   add_picture(program);
   add_tracker(program);
   add_camera(program);

@@ -65,6 +65,7 @@ void add_demo(CLI::App& program);
 void add_apps(CLI::App& program);
 void add_keys(CLI::App& program);
 void add_status(CLI::App& program);
+void add_console(CLI::App& program);
 void add_verify(CLI::App& program);
 void add_doctor(CLI::App& program);
 void add_manual(CLI::App& program);

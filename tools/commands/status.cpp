@@ -12,6 +12,7 @@
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
 #include "palpate/transport/messages.h"
+#include "palpate/transport/status_json.h"
 #include "palpate/transport/zmq_engine.h"
 #include "tools/commands/checks.h"
 #include "tools/commands/command.h"
@@ -80,6 +81,9 @@ std::string status_text(const transport::ServerStatus& status, const std::string
                                 duration_text(loop.late_p50_us), duration_text(loop.late_p99_us),
                                 duration_text(loop.late_max_us), duration_text(loop.busy_p99_us)));
     if (loop.forces) lines.push_back(fmt::format("  forces {}", excerpt(loop.forces_text(), 150)));
+    if (loop.peak_n > 0.0)
+      lines.push_back(fmt::format("  limits {:.1f} N, {:.1f} N for long; {} so far", loop.peak_n,
+                                  loop.continuous_n, counted(loop.trips, "outage")));
     for (auto& bar : histogram(loop)) lines.push_back(std::move(bar));
   }
   lines.push_back(fmt::format("\n{}", counted(status.clients.size(), "client")));
@@ -98,60 +102,15 @@ std::string status_text(const transport::ServerStatus& status, const std::string
   }
   lines.push_back(fmt::format("\n{} states answered, {} published, {} clock exchanges, {} wishes",
                               status.requests, status.published, status.syncs, status.controls));
+  if (const auto& r = status.recording)
+    lines.push_back(fmt::format("recording {:.0f} s, {} dropped{}", r->seconds,
+                                counted(r->dropped, "message"),
+                                r->ended ? ": ended by an error of the disk" : ""));
   lines.push_back(fmt::format("{} messages refused, {} knocks turned away, {} answers not taken",
                               status.rejected, status.rejected_connections, status.unsent));
   std::string text;
   for (const auto& line : lines) text += line + '\n';
   return text;
-}
-
-Json status_json(const transport::ServerStatus& status) {
-  Json json{{"uptime_s", status.uptime_s},
-            {"application", status.application},
-            {"loops", Json::array()},
-            {"clients", Json::array()}};
-  for (const auto& loop : status.loops)
-    json["loops"].push_back(
-        {{"name", loop.name},
-         {"rate_hz", loop.rate_hz},
-         {"ticks", loop.ticks},
-         {"overruns", loop.overruns},
-         {"missed", loop.missed},
-         {"late_us", {{"p50", loop.late_p50_us}, {"p99", loop.late_p99_us}, {"max", loop.late_max_us}}},
-         {"busy_us", {{"p99", loop.busy_p99_us}}},
-         {"late_octaves_from_16_ns", loop.late_octaves},
-         {"condition", loop.forces_text()},
-         {"forces", loop.forces ? Json{{"state", device::name_of(loop.forces->state)},
-                                       {"fault", device::name_of(loop.forces->fault)},
-                                       {"culprit", loop.culprit}}
-                                : Json()}});
-  for (const auto& client : status.clients) {
-    const auto& f = client.figures;
-    Json words = Json::array(), health = Json::array();
-    for (const auto& condition : f.conditions) {
-      words.push_back(condition.words);
-      health.push_back({{"code", device::name_of(condition.code)},
-                        {"severity", device::name_of(device::severity_of(condition.code))},
-                        {"age_s", condition.age_s}});
-    }
-    json["clients"].push_back(
-        {{"name", client.name},
-         {"role", transport::role_name(client.role)},
-         {"frames", f.frames},
-         {"late", f.late},
-         {"lost", f.lost},
-         {"rate_hz", f.rate_hz},
-         {"round_trip_us", {{"median", f.round_trip_median_us}, {"p99", f.round_trip_p99_us}}},
-         {"clock_offset_s", f.clock_offset_s},
-         {"clock_uncertainty_us", f.clock_uncertainty_us},
-         {"conditions", std::move(words)},
-         {"health", std::move(health)}});
-  }
-  json["service"] = {{"requests", status.requests}, {"published", status.published},
-                     {"syncs", status.syncs},       {"controls", status.controls},
-                     {"rejected", status.rejected}, {"turned_away", status.rejected_connections},
-                     {"unsent", status.unsent}};
-  return json;
 }
 
 Expected<void> show_status(const StatusArguments& options) {
@@ -216,7 +175,7 @@ Expected<void> show_status(const StatusArguments& options) {
         (*link)->send_control(scene::Control::reset);
       }
       if (controls_before && last.controls == *controls_before) continue;  // not taken yet
-      if (!options.json.empty()) return write_json(options.json, status_json(last));
+      if (!options.json.empty()) return write_json(options.json, transport::status_json(last));
       // On a terminal each view takes the place of the one before.
       fmt::print("{}{}", live && terminal ? "\x1b[H\x1b[2J" : "", status_text(last, endpoint.address));
       if (live && !terminal) fmt::print("\n");

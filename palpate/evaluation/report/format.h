@@ -27,6 +27,4 @@ std::string formatted(const Json& value, std::string_view format, const std::fil
 // JSON of numbers, rounded; not a number is null. `relative`: 4 significant digits each instead.
 std::string json_numbers(const std::vector<double>& values, bool relative = false);
 
-std::string base64(std::string_view bytes);
-
 }  // namespace palpate::evaluation::report

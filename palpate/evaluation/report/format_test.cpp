@@ -61,15 +61,6 @@ TEST(Format, CarriesFilesOfTheFolderAlone) {
   EXPECT_EQ(formatted((folder / "secret.png").string(), "data", folder / "page"), "");
 }
 
-TEST(Base64, MatchesTheExamplesOfRfc4648) {
-  EXPECT_EQ(base64(""), "");
-  EXPECT_EQ(base64("f"), "Zg==");
-  EXPECT_EQ(base64("fo"), "Zm8=");
-  EXPECT_EQ(base64("foo"), "Zm9v");
-  EXPECT_EQ(base64("foobar"), "Zm9vYmFy");
-  EXPECT_EQ(base64("\xff\xfe\xfd"), "//79");
-}
-
 TEST(JsonNumbers, RoundsToATenThousandthOfTheSpan) {
   std::vector<double> values;
   for (int i = 0; i <= 100; ++i) values.push_back(12.0 + std::sin(i) * 0.37);

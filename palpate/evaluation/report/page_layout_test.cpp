@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "palpate/core/base64.h"
 #include "palpate/core/file.h"
 #include "palpate/evaluation/report/format.h"
 #include "palpate/evaluation/report/page.h"

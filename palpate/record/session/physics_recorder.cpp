@@ -8,6 +8,7 @@
 #include "palpate/record/session/internal/message_parts.h"
 #include "palpate/record/session/internal/viewer_messages.h"
 #include "palpate/record/session/tick_messages.h"
+#include "palpate/record/session/viewer_feed.h"
 #include "palpate/transport/messages.h"
 #include "palpate/transport/wire_numbers.h"
 
@@ -168,25 +169,15 @@ void PhysicsRecorder::show(const RecordedHapticTick& recorded) {
   if (time >= next_scene_) show_scene(time);
 }
 
-// Again and again: who begins to look in the middle has missed the first.
 void PhysicsRecorder::show_scene(std::uint64_t log_time) {
   next_scene_ = log_time + kSceneEvery;
-  foxglove::SceneUpdate update;
-  for (const auto& surface : scene_.surfaces) add_surface(update, log_time, surface);
-  add_tip(update, log_time, "Tip");
-  for (const auto& body : scene_.bodies)
-    if (!body.name.empty()) add_body(update, log_time, body.name);
-  shown_scene_.write(log_time, log_time, update.SerializeAsString());
+  shown_scene_.write(log_time, log_time, encode_scene(scene_, log_time));
 }
 
 void PhysicsRecorder::show_bodies(const scene::SceneState& state, std::uint64_t log_time) {
   next_bodies_ = std::max(next_bodies_ + kShowEvery, log_time);
-  foxglove::FrameTransforms frames;
-  const auto bodies = std::min(static_cast<std::size_t>(state.body_count), scene_.bodies.size());
-  for (std::size_t i = 0; i < bodies; ++i)
-    if (!scene_.bodies[i].name.empty() && state.bodies[i].visible != 0)
-      add_frame(frames, log_time, "World", scene_.bodies[i].name, state.bodies[i].p(), state.bodies[i].q());
-  if (frames.transforms_size() > 0) tf_.write(log_time, log_time, frames.SerializeAsString());
+  if (const auto bodies = encode_bodies(scene_, state, log_time); !bodies.empty())
+    tf_.write(log_time, log_time, bodies);
 }
 
 }  // namespace palpate::record::session

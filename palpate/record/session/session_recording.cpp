@@ -9,8 +9,8 @@
 
 #include "palpate/core/log.h"
 #include "palpate/core/text.h"
-#include "palpate/record/session/internal/schemas.h"
-#include "palpate/record/session/internal/viewer_messages.h"
+#include "palpate/record/session/message_schemas.h"
+#include "palpate/record/session/viewer_feed.h"
 #include "palpate/time/clock.h"
 
 namespace palpate::record::session {
@@ -118,6 +118,13 @@ RecordStream& SessionRecording::stream(const std::string& topic, const std::stri
   RecordStream& added = writer_->add(schema_of(message), Channel{topic, "protobuf", 0, {}});
   streams_[topic] = &added;
   return added;
+}
+
+std::uint64_t SessionRecording::dropped() const {
+  const std::lock_guard lock(mutex_);
+  std::uint64_t sum = 0;
+  for (const auto& [topic, stream] : streams_) sum += stream->dropped();
+  return sum;
 }
 
 Expected<void> SessionRecording::attach(std::string name, std::string media_type, std::string data) {

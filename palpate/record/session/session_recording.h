@@ -54,6 +54,7 @@ class SessionRecording {
 
   const std::filesystem::path& file() const { return file_; }
   bool ended() const { return writer_->ended(); }  // an error has ended it
+  std::uint64_t dropped() const;                   // messages of all its streams so far
   // Once: everything is in the file when it returns. What it holds, and what was dropped, as JSON for figures and a person.
   Json close();
   // The same for who ends a session: the log is told what the file holds; refused where the disk has refused.
@@ -66,7 +67,7 @@ class SessionRecording {
   std::filesystem::path file_;
   std::int64_t to_utc_ns_;
   struct LogTap;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::shared_ptr<LogTap> log_tap_;  // null: the log is not recorded
   std::map<std::string, RecordStream*> streams_;
   std::unique_ptr<SessionWriter> writer_;

@@ -34,13 +34,17 @@ void PhysicsLoops::stop() {
   say_crashes(nullptr, nullptr);  // nothing touches the arm any more that could let go of it
 }
 
-void PhysicsLoops::write_status(double up_s) {
+void PhysicsLoops::write_status(double up_s, const std::optional<transport::RecordingStatus>& recording) {
   transport::LoopStatus force_loop = transport::loop_status("haptic", haptic_, up_s);
   const haptics::HapticCondition condition = side_.server().haptic().condition();
   force_loop.forces = device::ForceCondition{condition.state, condition.fault};
   force_loop.culprit = side_.server().culprit();
+  force_loop.peak_n = side_.server().haptic().limits().peak_n;
+  force_loop.continuous_n = side_.server().haptic().limits().continuous_n;
+  force_loop.trips = condition.trips;
   side_.board().write({.uptime_s = up_s,
-                       .loops = {std::move(force_loop), transport::loop_status("physics", physics_, up_s)}});
+                       .loops = {std::move(force_loop), transport::loop_status("physics", physics_, up_s)},
+                       .recording = recording});
 }
 
 }  // namespace palpate::server::physics

@@ -4,6 +4,8 @@
 // Made, looked at and stopped by one ordinary thread; stopped at the latest by its end.
 #pragma once
 
+#include <optional>
+
 #include "palpate/server/physics/loop_watchdog.h"
 #include "palpate/server/physics/machine_stalls.h"
 #include "palpate/server/physics/physics_side.h"
@@ -29,7 +31,7 @@ class PhysicsLoops {
   void stop();
 
   // Writes down for whoever asks how they are doing, `up_s` after their start.
-  void write_status(double up_s);
+  void write_status(double up_s, const std::optional<transport::RecordingStatus>& recording = {});
 
   const PeriodicLoop<PhysicsClock>& haptic() const { return haptic_; }
   const PeriodicLoop<PhysicsClock>& physics() const { return physics_; }

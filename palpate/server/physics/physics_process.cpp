@@ -101,6 +101,7 @@ class PhysicsProcess {
   void start_loops();
   void tell_what_load_can_do() const;
   Expected<void> watch();
+  std::optional<transport::RecordingStatus> recording_status() const;
   void record_loops();
   void watch_guests();
   void let_guests_return();
@@ -239,7 +240,7 @@ void PhysicsProcess::tell_what_load_can_do() const {
 // Until its time is over or somebody asks for the end; refused where the arm has gone for good.
 Expected<void> PhysicsProcess::watch() {
   for (int look = 0; !stop_.load() && (options_.seconds <= 0.0 || up_s() < options_.seconds); ++look) {
-    if (look % 10 == 0) loops_->write_status(up_s());
+    if (look % 10 == 0) loops_->write_status(up_s(), recording_status());
     if (recorder_ && look % 50 == 0) record_loops();
     watch_guests();
     if (log_)
@@ -250,6 +251,11 @@ Expected<void> PhysicsProcess::watch() {
     arm_health_.follow(side_->arm().health(), clock_.now());
   }
   return {};
+}
+
+std::optional<transport::RecordingStatus> PhysicsProcess::recording_status() const {
+  if (!recording_) return std::nullopt;
+  return transport::RecordingStatus{up_s(), recording_->dropped(), recording_->ended()};
 }
 
 void PhysicsProcess::record_loops() {

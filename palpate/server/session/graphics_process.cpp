@@ -7,6 +7,7 @@
 
 #include "palpate/core/file.h"
 #include "palpate/core/log.h"
+#include "palpate/core/run_directory.h"
 #include "palpate/core/stop_signal.h"
 #include "palpate/core/text.h"
 #include "palpate/evaluation/latency_probe.h"
@@ -16,12 +17,14 @@
 #include "palpate/server/graphics/graphics_figures.h"
 #include "palpate/server/graphics/pose_feed.h"
 #include "palpate/server/graphics/server_watch.h"
+#include "palpate/server/graphics/shown_frame.h"
 #include "palpate/server/physics/physics_server.h"
 #include "palpate/server/session/frame_recorder.h"
 #include "palpate/server/session/graphics_screens.h"
 #include "palpate/server/session/graphics_side.h"
 #include "palpate/server/session/physics_meeting.h"
 #include "palpate/time/real_time.h"
+#include "palpate/transport/shown_picture.h"
 #include "palpate/transport/zmq_engine.h"
 
 namespace palpate::server::session {
@@ -78,6 +81,7 @@ class GraphicsProcess {
   std::shared_ptr<render::Context> drawing_;  // kept for those who draw
   transport::ServerPlace place_;
   std::optional<graphics::PoseFeed> feed_;
+  std::optional<transport::ShownPictureWriter> console_;  // none: there is no folder for it
   const MonotonicClock<GraphicsClock> clock_;
   std::unique_ptr<record::session::SessionRecording>
       recording_;  // null: nothing is recorded; its devices go first
@@ -148,6 +152,7 @@ Expected<void> GraphicsProcess::open() {
   auto devices = open_devices();
   if (!devices) return tl::unexpected(devices.error());
   devices_.emplace(std::move(*devices));
+  if (const auto folder = run_directory()) console_.emplace(*folder);
   if (options_.publish.empty()) return {};
   auto feed = graphics::PoseFeed::open(
       options_.publish, seconds(options_.rig.delays.value_or(rig::DelayCalibration{}).tracker_after_arm_s));
@@ -335,6 +340,8 @@ void GraphicsProcess::show_frame() {
   trace_stage("timecode");
   trace_frame(frame, presented);
   screens_->show_to_others(frame);
+  if (!frame.rgb.empty() && console_ && console_->due())
+    console_->write(graphics::shown_picture(frame), frame.rgb);
 }
 
 void GraphicsProcess::begin_trace() {

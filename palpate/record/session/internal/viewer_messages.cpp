@@ -36,29 +36,6 @@ void add_sphere(foxglove::SceneUpdate& update, std::uint64_t time, const std::st
 
 }  // namespace
 
-std::string encode_log(LogLevel level, const std::string& text, std::uint64_t time) {
-  foxglove::Log out;
-  set_time(*out.mutable_timestamp(), time);
-  switch (level) {
-    case LogLevel::debug:
-      out.set_level(foxglove::Log::DEBUG);
-      break;
-    case LogLevel::info:
-      out.set_level(foxglove::Log::INFO);
-      break;
-    case LogLevel::warning:
-      out.set_level(foxglove::Log::WARNING);
-      break;
-    case LogLevel::error:
-      out.set_level(foxglove::Log::ERROR);
-      break;
-  }
-  const auto colon = text.find(": ");
-  out.set_name(colon == std::string::npos ? "" : text.substr(0, colon));
-  out.set_message(text);
-  return out.SerializeAsString();
-}
-
 void set_time(google::protobuf::Timestamp& to, std::uint64_t time) {
   to.set_seconds(static_cast<std::int64_t>(time / 1'000'000'000));
   to.set_nanos(static_cast<std::int32_t>(time % 1'000'000'000));

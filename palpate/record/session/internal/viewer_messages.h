@@ -6,7 +6,6 @@
 #include <string>
 
 #include "foxglove.pb.h"
-#include "palpate/core/log.h"
 #include "palpate/math/so3.h"
 #include "palpate/scene/application.h"
 
@@ -20,9 +19,6 @@ void add_surface(foxglove::SceneUpdate& update, std::uint64_t time,
 // Small spheres that move with the frame of that name.
 void add_tip(foxglove::SceneUpdate& update, std::uint64_t time, const std::string& frame);
 void add_body(foxglove::SceneUpdate& update, std::uint64_t time, const std::string& frame);
-
-// A line of the log; what stands before its first ": " is the part it comes from.
-std::string encode_log(LogLevel level, const std::string& text, std::uint64_t time);
 
 void set_time(google::protobuf::Timestamp& to, std::uint64_t time);
 

@@ -1,5 +1,5 @@
 // The schema of a protobuf message as it stands in a recording: its name and a FileDescriptorSet with all that it imports, so
-// that a reader who has never heard of it can read it. Pure. Private to the module.
+// that a reader who has never heard of it can read it. Any thread.
 #pragma once
 
 #include <string>

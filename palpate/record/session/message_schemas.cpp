@@ -1,4 +1,4 @@
-#include "palpate/record/session/internal/schemas.h"
+#include "palpate/record/session/message_schemas.h"
 
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/descriptor.pb.h>
