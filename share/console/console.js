@@ -6,12 +6,7 @@ import { showClients, showEvents, showLights, showLoops } from './panels.js';
 const by = (id) => document.getElementById(id);
 const token = new URLSearchParams(location.hash.slice(1)).get('token') || '';
 const plot = new ForcePlot(by('force-plot'));
-let world = null;
-try {
-  world = new WorldView(by('scene'));
-} catch (error) {
-  by('scene').textContent = 'This browser has no WebGL: the world is not shown.';
-}
+const world = new WorldView(by('scene'));
 
 let socket = null, lastHeard = 0, toShow = null, viewers = 0;
 
@@ -43,7 +38,7 @@ function hear(message) {
   } else if (message.op === 'scene') {
     by('application').textContent = message.application;
     document.title = message.application + ': Palpate console';
-    if (world) world.setScene(message);
+    world.setScene(message);
   } else if (message.op === 'status') {
     showStatus(message);
   } else if (message.op === 'refusal') {
@@ -96,7 +91,7 @@ function draw() {
   if (performance.now() - lastHeard > 2000 && socket && socket.readyState === WebSocket.OPEN)
     setConnection('nothing heard for ' + ((performance.now() - lastHeard) / 1000).toFixed(0) + ' s', true);
   plot.draw();
-  if (world) world.draw(toShow);
+  world.draw(toShow);
   if (!toShow) return;
   const f = toShow.force[toShow.force.length - 1];
   by('force-now').textContent = Math.hypot(f[0], f[1], f[2]).toFixed(2) + ' N';

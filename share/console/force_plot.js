@@ -1,5 +1,5 @@
 // The force on the hand over the last ten seconds, beside what the arm may give.
-const kSeconds = 10;
+const kSeconds = 10, kEvery = 30;  // s; ms from one drawing to the next
 
 const ink = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -10,6 +10,7 @@ export class ForcePlot {
     this.norms = [];
     this.limits = null;
     this.changed = false;
+    this.drawn = 0;
     const axis = { stroke: ink('--soft'), grid: { stroke: ink('--line'), width: 1 }, ticks: { stroke: ink('--line') } };
     this.plot = new uPlot({
       ...this.size(),
@@ -32,21 +33,22 @@ export class ForcePlot {
 
   add(message) {
     const end = Number(BigInt(message.t_ns) / 1000n) / 1e6;
-    for (let i = 0; i < message.force.length; ++i) {
-      const t = end + message.dt_ms[i] / 1e3;
-      // Another server's clock has begun anew, or stepped.
-      if (this.times.length && t < this.times[this.times.length - 1]) this.times.length = this.norms.length = 0;
-      const [x, y, z] = message.force[i];
-      this.times.push(t);
-      this.norms.push(Math.hypot(x, y, z));
-    }
+    // Of those that come together the largest: a blow of a millisecond is seen, and there is no more to draw than is seen.
+    const norms = message.force.map(([x, y, z]) => Math.hypot(x, y, z));
+    const largest = norms.indexOf(Math.max(...norms));
+    const t = end + message.dt_ms[largest] / 1e3;
+    // Another server's clock has begun anew, or stepped.
+    if (this.times.length && t < this.times[this.times.length - 1]) this.times.length = this.norms.length = 0;
+    this.times.push(t);
+    this.norms.push(norms[largest]);
     const first = this.times.findIndex((t) => t >= end - kSeconds);
     if (first > 0) { this.times.splice(0, first); this.norms.splice(0, first); }
     this.changed = true;
   }
 
   draw() {
-    if (!this.changed || !this.times.length) return;
+    if (!this.changed || !this.times.length || performance.now() - this.drawn < kEvery) return;
+    this.drawn = performance.now();
     this.changed = false;
     const newest = this.times[this.times.length - 1];
     const limit = this.limits ? this.limits.continuous : null;

@@ -169,7 +169,7 @@ class Strangers(ConsoleTest):
             if name.endswith(".js"):
                 self.assertTrue(headers["content-type"].startswith("text/javascript"), name)
                 to_see |= set(re.findall(r"^import .* from '\./([^']+)'", content.decode(), re.M))
-        self.assertLessEqual({"console.js", "world_view.js", "three-console.min.js", "uPlot.iife.min.js", "console.css"}, seen)
+        self.assertLessEqual({"console.js", "world_view.js", "uPlot.iife.min.js", "console.css"}, seen)
         self.assertEqual(get(port, "/../../etc/passwd")[0], 404)
         self.ends_in_order(console)
 
@@ -334,8 +334,9 @@ class Browser(ConsoleTest):
                 self.assertTrue(browser.waits_for(f"document.documentElement.scrollWidth <= {width}"), f"at {width} px nothing is beyond the page")
                 browser.picture(self.path(f"console_{width}.png"))
             # What is drawn is no empty frame: where the world and the plot are, pixels differ.
-            self.assertGreater(browser.value("world_pixels = (() => { const c = document.querySelector('#force-plot canvas'); "
-                                             "return new Set(new Uint32Array(c.getContext('2d').getImageData(0, 0, c.width, c.height).data.buffer)).size; })()"), 10)
+            for canvas in ("#force-plot canvas", "#scene canvas"):
+                self.assertGreater(browser.value(f"(() => {{ const c = document.querySelector('{canvas}'); return new Set(new Uint32Array("
+                                                 "c.getContext('2d').getImageData(0, 0, c.width, c.height).data.buffer)).size; })()"), 10, canvas)
         self.assertEqual(browser.told, [])
         if (kept := os.environ.get("CONSOLE_PICTURES")):
             for width in (1400, 400):
