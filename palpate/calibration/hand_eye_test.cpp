@@ -357,6 +357,18 @@ TEST(HandEye, RefusesStreamsOfDifferentRecordings) {
   EXPECT_TRUE(!fit || !fit->value.warnings.empty());
 }
 
+TEST(HandEye, RefusesWhatHasNothingToDoWithEachOtherOnOneClockToo) {
+  TwoStreams lab, other;
+  lab.delay = other.delay = 0.0;
+  other.turn = [](double t) {
+    return Vector3(0.5 * std::sin(1.7 * t), 0.6 * std::cos(2.3 * t), 0.5 * std::sin(0.9 * t + 1.0));
+  };
+  Random random(13, "hand-eye");
+  const auto fit = calibrate_hand_eye(other.hand(random), lab.eye(random), {});
+  ASSERT_FALSE(fit);
+  EXPECT_NE(fit.error().message.find("are of the same take"), std::string::npos) << fit.error().message;
+}
+
 TEST(HandEye, RealRecordingAgreesWithAnIndependentFit) {
   const auto fit = calibrate_hand_eye(ethz("vicon_prime_sense.csv"), ethz("W_camera_rgb_image_raw.csv"),
                                       {.estimate_delay = true});

@@ -305,6 +305,10 @@ bool DesktopUi::obey(Key key, Instant<GraphicsClock> now, transport::StateLink& 
     case Key::nearer:
       leader_->roll(-1.0);
       break;
+    case Key::escape:  // what stands over the picture first
+      if (!content_.help) return false;
+      content_.help.reset();
+      break;
     case Key::quit:
       return false;
   }
@@ -362,12 +366,14 @@ void DesktopUi::look(Instant<GraphicsClock> now, transport::StateLink& link,
     c.late_share = static_cast<double>(late) / static_cast<double>(recent_.size());
   }
   c.state_old = frame_.have_state && frame_.answer == AnswerKind::too_old;
-  if (const auto& status = link.status())
+  if (const auto& status = link.status()) {
+    c.failure = excerpt(status->failure, 160);
     for (const auto& loop : status->loops)
       if (loop.forces) {
         c.forces = loop.forces;
         c.culprit = loop.culprit;
       }
+  }
   if (link.refusal() != refusal_seen_) {
     refusal_seen_ = link.refusal();
     refused_at_ = now;
@@ -376,7 +382,7 @@ void DesktopUi::look(Instant<GraphicsClock> now, transport::StateLink& link,
     c.refusal = excerpt(*refusal_seen_, 120);
   warnings_.look(t, c);
   // What an impact asks for is felt by nobody while forces are off.
-  forces_off_ = c.forces && c.forces->state == device::ForceState::safe;
+  forces_off_ = !c.failure.empty() || (c.forces && c.forces->state == device::ForceState::safe);
   const double asked = hits_->take_force();
   if (!forces_off_) force_.feel(t, asked);
   force_.last(forces_off_ ? 0.0 : hits_->lasting_force());

@@ -143,6 +143,15 @@ TEST_F(Actions, SeveralKeysAreObeyedInTheirOrderAndNoneAfterQuit) {
   EXPECT_EQ(all, (std::vector{Control::begin, Control::pause}));
 }
 
+TEST_F(Actions, EscapeClosesTheListOfKeysBeforeItQuits) {
+  open({.mouse = true});
+  press(Key::help);
+  ASSERT_TRUE(ui_->content().help);
+  EXPECT_TRUE(press(Key::escape));
+  EXPECT_FALSE(ui_->content().help);
+  EXPECT_FALSE(press(Key::escape));
+}
+
 TEST_F(Actions, HelpListsTheKeysThatDoSomethingHere) {
   open({.mouse = true});
   EXPECT_FALSE(ui_->content().help);

@@ -45,7 +45,7 @@ std::vector<KeyHelp> key_help(const KeysInUse& uses) {
   add(uses.head, "K", "keep the head still, move it again");
   add(uses.view, "V", "see it from the side, see it with your own eyes");
   add(true, "F11", "full screen");
-  add(true, "?", "this list");
+  add(true, "?", "close this list");
   add(true, "Q, Esc", "quit");
   return list;
 }

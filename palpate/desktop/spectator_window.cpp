@@ -89,7 +89,7 @@ bool SpectatorWindow::act(const HudContent& content, Instant<GraphicsClock> now)
   const Input input = window_->poll();
   walk(input);
   for (const auto key : input.keys) {
-    if (key == Key::quit) return false;
+    if (key == Key::quit || key == Key::escape) return false;
     if (key == Key::full_screen) window_->toggle_full_screen();
     if (key == Key::view) view_ = view_ == MonitorView::copy ? MonitorView::outside : MonitorView::copy;
   }

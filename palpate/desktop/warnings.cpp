@@ -54,11 +54,14 @@ void Warnings::look(double now, const Standing& c) {
                     100.0 * c.late_share));
   judge(Trouble::old, now, !physics && c.state_old, kBlip_s,
         "The physics server no longer has the states of these pictures: the camera is too slow");
-  const bool off = c.forces && c.forces->state == ForceState::safe,
+  const bool failed = !c.failure.empty();
+  const bool off = failed || (c.forces && c.forces->state == ForceState::safe),
              weak = c.forces && c.forces->state == ForceState::degraded;
   // A loop that stood still for a tick heals before anybody could read of it.
   judge(Trouble::forces, now, !physics && (off || weak), off ? 0.0 : kBlip_s,
-        off || weak ? forces_words(*c.forces, c.culprit, c.felt) : std::string());
+        failed        ? "Forces are off: " + c.failure
+        : off || weak ? forces_words(*c.forces, c.culprit, c.felt)
+                      : std::string());
   judge(Trouble::refusal, now, !c.refusal.empty(), 0.0,
         fmt::format("The physics server refuses: {}", c.refusal));
 }

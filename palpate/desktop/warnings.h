@@ -24,7 +24,8 @@ struct Standing {
   bool state_old = false;                        // the history no longer held what was asked for
   std::optional<device::ForceCondition> forces;  // of the haptic loop; none: not known
   std::string culprit;                           // the application that has brought it about; empty: none
-  bool felt = true;                              // by somebody's hand; a mouse has no force
+  std::string failure;  // what has become of the application, for good; empty: nothing
+  bool felt = true;     // by somebody's hand; a mouse has no force
   std::string refusal;  // why the physics server does not do as it is asked; empty: it does
 };
 

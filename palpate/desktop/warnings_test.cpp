@@ -75,6 +75,13 @@ std::vector<Case> cases() {
          c.culprit = "cube";
        },
        "off (contact law failed, cube): R"},
+      {Trouble::forces,
+       [](Standing& c, double) {
+         c.forces = ForceCondition{ForceState::degraded, ForceFault::stale_input};
+         c.culprit = "cube";
+         c.failure = "the application 'cube' threw: it broke";
+       },
+       "off: the application 'cube' threw: it broke"},
       {Trouble::refusal, [](Standing& c, double) { c.refusal = "observers may not serve"; }, "may not serve"},
   };
 }

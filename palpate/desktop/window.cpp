@@ -204,7 +204,7 @@ struct Window::Impl {
     if (action == GLFW_REPEAT) return;
     if ((key == GLFW_KEY_ENTER && (mods & GLFW_MOD_ALT) == 0) || key == GLFW_KEY_KP_ENTER)
       input.typed += '\n';
-    if (key == GLFW_KEY_ESCAPE) input.keys.push_back(Key::quit);
+    if (key == GLFW_KEY_ESCAPE) input.keys.push_back(Key::escape);
     if (key == GLFW_KEY_F11 || (key == GLFW_KEY_ENTER && (mods & GLFW_MOD_ALT) != 0))
       input.keys.push_back(Key::full_screen);
     if (key == GLFW_KEY_F1) input.keys.push_back(Key::help);

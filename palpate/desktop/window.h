@@ -34,6 +34,7 @@ enum class Key {
   head,
   full_screen,
   help,
+  escape,  // closes what stands over the picture, or quits
   quit,
   farther,
   nearer

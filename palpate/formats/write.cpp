@@ -253,17 +253,20 @@ const std::vector<WrittenForm>& written_forms() {
 Expected<WrittenForm> written_form(const std::filesystem::path& path, const std::string& wanted) {
   const std::string name = path.filename().string();
   const WrittenForm* found = nullptr;
-  std::string known;
+  std::string names, endings;
   for (const auto& form : written_forms()) {
-    known += (known.empty() ? "" : ", ") + (wanted.empty() ? form.ending : form.name);
+    names += (names.empty() ? "" : ", ") + form.name;
+    if (!form.ending.empty() && endings.find(form.ending) == std::string::npos)
+      endings += (endings.empty() ? "" : ", ") + form.ending;
     const bool fits =
         wanted.empty() ? !form.ending.empty() && name.ends_with(form.ending) : form.name == wanted;
     if (fits && (found == nullptr || form.ending.size() > found->ending.size())) found = &form;
   }
   if (found != nullptr) return *found;
   if (!wanted.empty())
-    return wrong_use("'{}' is no form that is written; there are {}", excerpt(wanted), known);
-  return wrong_use("{}: its ending says no form; {} are written, --to FORM names one", path.string(), known);
+    return wrong_use("'{}' is no form that is written; there are {}", excerpt(wanted), names);
+  return wrong_use("{}: its ending says no form; expected {}, or --to with one of {}", path.string(), endings,
+                   names);
 }
 
 Expected<std::string> text_of(const Content& content, const WrittenForm& form) {

@@ -172,6 +172,7 @@ void put(wire::ToGraphics& out, const ControlReply& message) {
 void put(wire::StatusReply* to, const ServerStatus& status) {
   to->set_uptime_s(status.uptime_s);
   to->set_application(one_line(status.application));
+  to->set_failure(excerpt(status.failure, kMaxReasonBytes - 3));
   for (const LoopStatus& loop : status.loops) put(to->add_loops(), loop);
   for (const ClientStatus& client : status.clients) {
     wire::ClientStatus* one = to->add_clients();

@@ -244,6 +244,7 @@ StatusReply read(Check& check, const wire::StatusReply& in) {
   ServerStatus& status = reply.status;
   status.uptime_s = check.finite(in.uptime_s(), "uptime_s");
   status.application = check.text(in.application(), kMaxNameBytes, "application");
+  status.failure = check.text(in.failure(), kMaxReasonBytes, "failure");
   check.count(in.loops_size(), kMaxLoops, "loops");
   check.count(in.clients_size(), kMaxClientsTold, "clients");
   if (!check.good()) return reply;

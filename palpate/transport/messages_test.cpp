@@ -83,6 +83,7 @@ TEST(Messages, AStatusComesBackWholeAndIsBounded) {
   StatusReply reply{7, {}};
   reply.status.uptime_s = 12.5;
   reply.status.application = "marbles";
+  reply.status.failure = "the application 'marbles' threw: lost them";
   reply.status.loops.push_back(
       {"haptic", 999.5, 1000, 3, 4, 1.5, 2.5, 3.5, 4.5, std::vector<std::uint64_t>{0, 5, 7}});
   reply.status.loops[0].forces =
@@ -114,6 +115,7 @@ TEST(Messages, AStatusComesBackWholeAndIsBounded) {
   EXPECT_EQ(got.loops[0].peak_n, 8.5);
   EXPECT_EQ(got.loops[0].continuous_n, 1.4);
   EXPECT_EQ(got.loops[0].trips, 9u);
+  EXPECT_EQ(got.failure, reply.status.failure);
   ASSERT_TRUE(got.recording);
   EXPECT_EQ(got.recording->seconds, 12.0);
   EXPECT_EQ(got.recording->dropped, 8u);

@@ -81,6 +81,7 @@ struct RecordingStatus {
 struct ServerStatus {
   double uptime_s = 0.0;
   std::string application;
+  std::string failure{};  // what it threw, and what has become of it; empty: nothing
   std::vector<LoopStatus> loops;
   std::vector<ClientStatus> clients;  // heard within the last second
   std::uint64_t requests = 0, syncs = 0, controls = 0, rejected = 0, rejected_connections = 0, unsent = 0,

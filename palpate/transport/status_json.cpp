@@ -5,6 +5,7 @@ namespace palpate::transport {
 Json status_json(const ServerStatus& status) {
   Json json{{"uptime_s", status.uptime_s},
             {"application", status.application},
+            {"failure", status.failure.empty() ? Json() : Json(status.failure)},
             {"loops", Json::array()},
             {"clients", Json::array()}};
   for (const auto& loop : status.loops)

@@ -80,6 +80,9 @@ class Convert(ProgramTest):
                               "1\tl\tOK\t1\t0\t0\t0\t1\t2\t3\tr\tOK\t1\t0\t0\t0\t4\t5\t6\n")
         self.refuses(["convert", "two.tsv", "out.csv"], 2, "two.tsv: is an export of NDI's programs of 2 tools side by side (left, right)", "--tool")
         self.write("p.csv", "x,y,z\n1,2,3\n")
+        self.write("t.tum", "0 1 2 3 0 0 0 1\n0.1 1 2 3 0 0 0 1\n0.2 1 2 4 0 0 0 1\n")
+        self.refuses(["convert", "t.tum", "out.csv", "--unit", "mm"], 2, "which has a unit of its own", "leave --unit out")
+        self.refuses(["convert", "t.tum", "out.odd"], 2, "its ending says no form; expected .csv, ", "--to with one of ")
         self.refuses(["convert", "p.csv", "out.csv"], 2, "p.csv: is a table of points without a unit; a unit is needed: palpate convert --unit mm, or m")
         self.refuses(["convert", "two.tsv", "out.json", "--tool", "left"], 2, "poses cannot be written as json, which holds a lens")
         self.refuses(["convert", "two.tsv", "out.dat"], 2, "out.dat: its ending says no form", ".csv")
@@ -111,6 +114,11 @@ class Convert(ProgramTest):
         for name in ("take.tum", "take.tsv"):
             self.assertLess(math.dist(found[name]["tip_mm"], found["table.csv"]["tip_mm"]), 1e-9)
             self.assertEqual(found[name]["poses"], 60)
+        self.assertEqual(found["table.csv"]["warnings"], [])
+        # The tracker stands a metre and a half away: turned round, that is where the tip would be.
+        self.write("far.csv", "x_mm,y_mm,z_mm,qw,qx,qy,qz\n" + "".join(",".join(map(repr, [row[0] + 1400.0, *row[1:]])) + "\n" for row in rows))
+        self.runs("convert", "far.csv", "turned.csv", "--invert")
+        self.assertIn("Turn them round", " ".join(json.loads(self.runs("calibrate", "pivot", "--poses", "turned.csv", "--json", "-").out)["warnings"]))
 
     def test_a_pivot_of_matrices_is_that_of_the_table(self):
         with open(PIVOTS, encoding="utf-8") as file:

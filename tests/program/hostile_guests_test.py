@@ -2,11 +2,13 @@
 """Guests that misbehave, loaded as plug-ins by the real physics server beside a simulated laboratory: the force goes within its
 limits, who did it is named, and the server goes on or ends in words. A driver of the same plug-in writes down what the arm is
 commanded (tests/hostile/hostile_guests.cpp)."""
+import json
 import os
 import struct
 import unittest
 
 from laboratory import LaboratoryTest, READY
+from program import wait_until
 
 GUESTS = os.environ["HOSTILE_GUESTS"]
 COMMANDED, LET_GO, WRONG = 0, 1, 2
@@ -45,12 +47,12 @@ class HostileGuests(LaboratoryTest):
     def test_each_loses_its_force_and_is_named_and_the_server_goes_on_or_ends_in_words(self):
         self.start_world()
         law, application = "the contact law of '{}'", "the application '{}'"
-        for name, words, code in (("sleeper", law, 0), ("nan", law, 0), ("kilonewton", law, 0), ("thrower", application + " threw: no more levels", 0),
+        for name, words, code in (("sleeper", law, 0), ("nan", law, 0), ("kilonewton", law, 0), ("thrower", application + " threw: no more levels", 1),
                                   ("hanger", law + " does not come back; the server ends", 1),
                                   ("staller", application + " does not come back; the server ends", 1),
                                   ("crasher", "crashed: " + law, -11)):
             with self.subTest(name):
-                rows, done = self.plays(name, words.format(name), ends=code != 0)
+                rows, done = self.plays(name, words.format(name), ends=code != 0 and name != "thrower")
                 self.assertEqual(done.code, code, done)
                 self.fades(rows)
 
@@ -89,6 +91,20 @@ class HostileGuests(LaboratoryTest):
                 self.assertTrue(any(kind == LET_GO for _, _, kind in rows[at:]), "the arm was let go")
                 self.assertFalse(any(force > 0.0 for _, force, _ in rows[at:]), "and not commanded again")
         self.assertEqual(self.read("rig.toml"), before)
+
+    def test_what_became_of_one_that_threw_is_told_wherever_somebody_looks(self):
+        self.start_world()
+        self.environment["PALPATE_HOSTILE_LOG"] = self.path("told.log")
+        physics = self.start("physics", "--plugin", GUESTS, "--rig", self.rig, "--app", "thrower", "--arm", "listened:", "--json", "figures.json")
+        self.assertTrue(physics.says("threw: no more levels"), physics.lines())
+        wait_until(lambda: "forces off: the application 'thrower' threw: no more levels" in self.runs("status", "--once").out, "the status tells it")
+        self.assertIn("threw: no more levels", json.loads(self.runs("status", "--json", "-").out)["failure"])
+        physics.send(15)
+        self.assertEqual(physics.ends().code, 1)
+        self.assertIn("threw: no more levels", json.loads(self.read("figures.json"))["application_failure"])
+
+    def test_a_demo_of_one_without_a_player_is_refused_at_once(self):
+        self.refuses(["--plugin", GUESTS, "demo", "--app", "thrower", "--headless"], 2, "has no scripted player")
 
     def test_one_that_throws_while_it_is_made_is_refused_by_name(self):
         self.says_no(self.run_program("physics", "--plugin", GUESTS, "--rig", self.rig, "--app", "stillborn"), 1,

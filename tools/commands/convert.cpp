@@ -35,6 +35,21 @@ std::string counts_of(const formats::Content& content) {
   return "a transform";
 }
 
+// Who names a unit and is not heard has lengths a thousand times too large.
+Expected<void> check_unit_counts(const ConvertArguments& options, const formats::Content& content,
+                                 const formats::WrittenForm& form) {
+  if (options.unit.empty()) return {};
+  auto other = options.read;
+  other.metres_per_unit = options.read.metres_per_unit == 1.0 ? 1e-3 : 1.0;
+  const auto again = formats::read(options.in, other);
+  if (!again) return {};
+  const auto with = formats::text_of(content, form), without = formats::text_of(*again, form);
+  if (!with || !without || *with != *without) return {};
+  return wrong_use(
+      "--unit {}: {} is {}, which has a unit of its own ({}); leave --unit out, or check the form (--from)",
+      options.unit, options.in, content.form, content.told);
+}
+
 // B in A becomes A in B.
 Expected<void> invert(formats::Content& content, const std::string& source) {
   if (auto* poses = std::get_if<formats::Poses>(&content.value))
@@ -55,6 +70,7 @@ Expected<void> convert(ConvertArguments& options) {
   if (!form) return tl::unexpected(form.error());
   auto content = formats::read(options.in, options.read);
   if (!content) return tl::unexpected(content.error());
+  if (auto counts = check_unit_counts(options, *content, *form); !counts) return counts;
   if (options.invert)
     if (auto done = invert(*content, options.in); !done) return done;
   const auto text = formats::text_of(*content, *form);

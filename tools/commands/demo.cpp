@@ -144,6 +144,11 @@ Expected<void> show_demo(DemoArguments& options) {
   auto& demo = options.demo;
   demo.applications = known_applications();
   if (auto known = check_application(demo.applications, demo.application); !known) return known;
+  if (const auto* spec = demo.applications.find(demo.application); !spec->make_player)
+    return wrong_use(
+        "--app {}: has no scripted player (make_player in its specification), which the demo needs; play it "
+        "yourself: palpate physics, and palpate graphics --window --mouse",
+        demo.application);
   if (auto chosen = choose_pictures(options); !chosen) return chosen;
   if (auto chosen = choose_world(options); !chosen) return chosen;
   choose_length(options);

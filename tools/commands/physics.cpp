@@ -122,14 +122,21 @@ Expected<void> serve_physics(PhysicsOptions& options, bool delay_said) {
   auto result = server::physics::run_physics_process(process);
   if (!result) return tl::unexpected(result.error());
   tell_parent_result(*result);
-  if (!options.json.empty()) return write_json(options.json, *result);
+  // Its figures are those of what it did until then.
+  const Json& failure = (*result)["application_failure"];
+  const auto outcome =
+      failure.is_null() ? Expected<void>() : refused("physics: {}", failure.get<std::string>());
+  if (!options.json.empty()) {
+    if (auto done = write_json(options.json, *result); !done) return done;
+    return outcome;
+  }
   fmt::print(
       "haptic loop {:.0f} Hz, {} ticks left out, the latest of the others {:.0f} us late; {} states "
       "answered\n",
       (*result)["haptic"]["rate_hz"].get<double>(), (*result)["haptic"]["missed"].get<std::uint64_t>(),
       (*result)["haptic"]["jitter_us"]["max"].get<double>(),
       (*result)["service"]["requests"].get<std::uint64_t>());
-  return {};
+  return outcome;
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "palpate/core/nearest.h"
 #include "palpate/core/text.h"
 #include "palpate/scene/settings_file.h"
 #include "tools/commands/guests.h"
@@ -47,8 +48,14 @@ Expected<void> check_application(const scene::ApplicationRegistry& applications,
     return wrong_use(
         "--app {}: this program has no application; build one into it (cmake/layers.cmake lists them)",
         excerpt(name));
-  if (applications.find(name) == nullptr)
-    return wrong_use("--app {}: not known; `palpate apps` lists the applications there are", excerpt(name));
+  if (applications.find(name) == nullptr) {
+    const auto meant = nearest(name, applications.names());
+    return meant.empty() ? wrong_use(
+                               "--app {}: not known; `palpate apps` lists the applications there are, "
+                               "--plugin FILE adds one",
+                               excerpt(name))
+                         : wrong_use("--app {}: not known; did you mean {}?", excerpt(name), meant);
+  }
   return {};
 }
 

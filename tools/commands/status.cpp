@@ -80,7 +80,10 @@ std::string status_text(const transport::ServerStatus& status, const std::string
     lines.push_back(fmt::format("  late  median {}, p99 {}, max {}; at work p99 {} (bars: logarithmic)",
                                 duration_text(loop.late_p50_us), duration_text(loop.late_p99_us),
                                 duration_text(loop.late_max_us), duration_text(loop.busy_p99_us)));
-    if (loop.forces) lines.push_back(fmt::format("  forces {}", excerpt(loop.forces_text(), 150)));
+    if (loop.forces && !status.failure.empty())
+      lines.push_back(fmt::format("  forces off: {}", excerpt(status.failure, transport::kMaxReasonBytes)));
+    else if (loop.forces)
+      lines.push_back(fmt::format("  forces {}", excerpt(loop.forces_text(), 150)));
     if (loop.peak_n > 0.0)
       lines.push_back(fmt::format("  limits {:.1f} N, {:.1f} N for long; {} so far", loop.peak_n,
                                   loop.continuous_n, counted(loop.trips, "outage")));

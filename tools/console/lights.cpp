@@ -106,7 +106,8 @@ Light arm_light(const transport::LoopStatus& loop, const transport::ServerStatus
   return light;
 }
 
-Light forces_light(const transport::LoopStatus& loop) {
+Light forces_light(const transport::LoopStatus& loop, const transport::ServerStatus& status) {
+  if (!status.failure.empty()) return {"forces", Level::fault, "off: " + excerpt(status.failure, 300)};
   const std::string words = excerpt(loop.forces_text(), 150);
   switch (loop.forces->state) {
     case ForceState::ready:
@@ -191,7 +192,7 @@ std::vector<Light> lights_of(const SystemView& view) {
   }
   const auto* loop = force_loop(*view.status);
   lights.push_back(loop ? arm_light(*loop, *view.status) : Light{"arm", Level::off, "there is none"});
-  lights.push_back(loop ? forces_light(*loop) : Light{"forces", Level::off, "there are none"});
+  lights.push_back(loop ? forces_light(*loop, *view.status) : Light{"forces", Level::off, "there are none"});
   lights.push_back(device_light("tracker", Part::tracker, *view.status));
   lights.push_back(device_light("camera", Part::camera, *view.status));
   lights.push_back(clocks_light(*view.status));

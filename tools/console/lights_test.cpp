@@ -81,6 +81,14 @@ TEST(Lights, TellTheArmFromItsForces) {
   EXPECT_EQ(lights(view).at("arm").level, Level::notice);
 }
 
+TEST(Lights, SayThatTheApplicationHasFailed) {
+  auto view = running();
+  view.status->loops = {force_loop(ForceState::degraded, ForceFault::stale_input)};
+  view.status->failure = "the application 'tether' threw: it broke";
+  EXPECT_EQ(lights(view).at("forces").level, Level::fault);
+  EXPECT_EQ(lights(view).at("forces").words, "off: the application 'tether' threw: it broke");
+}
+
 // Whatever can be wrong with a device shows in one light, as bad as it is.
 TEST(Lights, EachConditionShowsInOne) {
   const std::map<HealthCode, std::string> expected{{HealthCode::camera_silent, "camera"},

@@ -245,6 +245,8 @@ Expected<void> RealtimeRun::stop() {
   constexpr std::chrono::seconds kPatience{30};
   const auto code = physics_->wait(kPatience);
   if (!code) return refused("real-time run: the physics server did not end within {} s", kPatience.count());
+  if (const auto& told = physics_->reports().result(); told && (*told)["application_failure"].is_string())
+    return refused("real-time run: {}", (*told)["application_failure"].get<std::string>());
   if (*code != 0) return still_runs(*physics_, "physics server");
   laboratory_->ask_to_stop();
   laboratory_->wait(std::chrono::seconds(5));

@@ -12,6 +12,7 @@ namespace {
 // A held tip wanders by 1-2 mm; beyond this it did not rest.
 constexpr double kRestlessTip = 0.004;  // m, rms
 
+constexpr double kFarTip = 0.6;     // m; farther, no stylus reaches: the poses may be turned round
 constexpr double kNearTip = 0.001;  // m; nearer, metres stand where millimetres are said
 
 constexpr double kShiftThatMatters = 0.0001;  // m
@@ -123,6 +124,12 @@ std::vector<std::string> warnings_of(const PivotSolution& solution, const Matrix
     warnings.push_back(fmt::format(
         "the tip lies only {:.4f} mm from its marker's origin: check the unit in the header (_mm or _m)",
         kMm * solution.tip.norm()));
+  if (solution.tip.norm() > kFarTip)
+    warnings.push_back(
+        fmt::format("the tip lies {:.0f} mm from its marker's origin: are these the poses of the tracker in "
+                    "the marker? Turn them "
+                    "round (palpate convert --invert), and check the unit (_mm or _m)",
+                    kMm * solution.tip.norm()));
   if (rms_3d > kRestlessTip)
     warnings.push_back(
         "the poses agree badly: the tip did not rest, or the file holds several pivots (--segments COLUMN, "

@@ -1,7 +1,10 @@
 #include "palpate/server/graphics/frame_renderer.h"
 
+#include <fmt/format.h>
+
 #include <stdexcept>
 
+#include "palpate/core/text.h"
 #include "palpate/math/looking.h"
 #include "palpate/render/picture_file.h"
 #include "palpate/render/picture_looks.h"
@@ -184,11 +187,14 @@ render::RealScene FrameRenderer::real_things(const FrameRecord& record) const {
   return real;
 }
 
-std::vector<scene::DrawItem> FrameRenderer::virtual_things(const FrameRecord& record) const {
+std::vector<scene::DrawItem> FrameRenderer::virtual_things(const FrameRecord& record) const try {
   scene_view_->set_shape(record.shape);
   auto items = scene_view_->draw(record.state);
   scene::deform(items, record.shape);
   return items;
+} catch (const std::exception& thrown) {
+  throw std::runtime_error(
+      fmt::format("the view of '{}' threw: {}", excerpt(scene_.application), one_line(thrown.what())));
 }
 
 std::optional<std::string> FrameRenderer::next_look() {

@@ -43,6 +43,7 @@ void PhysicsLoops::write_status(double up_s, const std::optional<transport::Reco
   force_loop.continuous_n = side_.server().haptic().limits().continuous_n;
   force_loop.trips = condition.trips;
   side_.board().write({.uptime_s = up_s,
+                       .failure = side_.server().trouble(),
                        .loops = {std::move(force_loop), transport::loop_status("physics", physics_, up_s)},
                        .recording = recording});
 }

@@ -154,6 +154,8 @@ Expected<Json> PhysicsProcess::run() {
                        {"turned_away", counters.rejected_connections},
                        {"unsent", counters.unsent}};
   result["force"] = force_figures();
+  const std::string failure = side_->server().trouble();
+  result["application_failure"] = failure.empty() ? Json() : Json(failure);
   if (Json figures = side_->arm().figures(); !figures.is_null()) result["arm"] = std::move(figures);
   if (auto done = finish_logs(jitter); !done) return tl::unexpected(done.error());
   if (!watched) return tl::unexpected(watched.error());

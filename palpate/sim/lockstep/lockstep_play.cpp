@@ -183,6 +183,8 @@ Expected<LockstepResult> LockstepPlay::play(const std::function<void(double)>& p
     if (counted() && !before_play_)
       if (auto begun = begin_counting(); !begun) return tl::unexpected(begun.error());
     tick_physics(t);
+    if (auto failure = physics().trouble(); !failure.empty())
+      return refused("{:.3f} s after its beginning the play ended: {}", since_, failure);
     if (meter_) show_timecode(t);
     camera_.close(since_ < options_.warm_up_s - kOpenBefore);
     const Frame* frame = session_->tick_graphics(t);

@@ -3,6 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
+#include <optional>
+#include <stdexcept>
+
 #include "applications/pingpong/pingpong.h"
 #include "applications/pingpong/specification.h"
 #include "palpate/core/statistics.h"
@@ -25,6 +29,42 @@ LockstepResult play(double play_seconds, const LockstepOptions& base = {}, std::
   auto result = play_in_lockstep(world, rig, scene, options, {}, {});
   EXPECT_TRUE(result.has_value()) << result.error().message;
   return *result;
+}
+
+// Throws a second after the play has begun.
+class Thrower final : public scene::Application {
+ public:
+  void step(Instant<PhysicsClock> now, Duration, const scene::TipState&, scene::SceneState&) override {
+    if (!began_) began_ = now;
+    if (to_seconds(now - *began_) >= 1.0) throw std::runtime_error("the net fell off");
+  }
+  const scene::ImpactEvent& impact() const override { return none_; }
+
+ private:
+  void begin() override {}
+  void reset() override {}
+  std::optional<Instant<PhysicsClock>> began_;
+  scene::ImpactEvent none_;
+};
+
+TEST(LockstepPlay, EndsInWordsWhereTheApplicationThrows) {
+  Simulator world(config::reference_world(), 3);
+  const rig::Rig rig = truth_rig(world);
+  auto spec = applications::pingpong::specification();
+  spec.make_physics = [](const scene::SceneDescription&, const scene::RunSettings&) {
+    return std::make_unique<Thrower>();
+  };
+  LockstepOptions options;
+  options.applications = {spec};
+  options.seconds = 2.0;
+  const auto scene = server::physics::scene_from_rig(
+      rig, *sim::config::scene_of(world.file(), options.applications, "pingpong"));
+  const auto result = play_in_lockstep(world, rig, scene, options, {}, {});
+  ASSERT_FALSE(result);
+  EXPECT_NE(result.error().message.find("the application 'pingpong' threw: the net fell off"),
+            std::string::npos)
+      << result.error().message;
+  EXPECT_NE(result.error().message.find("1.0"), std::string::npos) << result.error().message;  // when
 }
 
 TEST(LockstepPlay, ThePlayerReturnsMostServesAndForcesStayWithinTheArmsLimits) {
