@@ -19,8 +19,9 @@
 namespace palpate::calibration {
 namespace {
 
-// Turns need no unit and no place: half of them this far off, the two have not seen the same motion.
-constexpr double kUnrelated = 0.15;  // rad
+// Turns need no unit and no place: half of them this far off, and no delay that mends it, the two have not seen the same
+// motion.
+constexpr double kUnrelated = 0.35;  // rad
 // Below this turn about a second axis not even the sign of the answer means anything: refused. Good is what
 // is asked for by warnings.
 const double kLeastSpread = radians_from_degrees(0.3), kGoodSpread = radians_from_degrees(6.0);
@@ -276,15 +277,15 @@ Expected<Estimate<HandEyeSolution>> calibrate_hand_eye(std::vector<device::Stamp
         1e3 * place, result.condition, unit_hint(s).empty() ? "turn more, and about all axes" : unit_hint(s));
 
   const double good = judge_residuals(problem, x, result);
-  if (s.rotation_residual_median > kUnrelated)
+  if (auto doubt = doubt_of_roles(hand, eye); !doubt.empty()) s.warnings.push_back(std::move(doubt));
+  if (auto doubt = doubt_of_delay(s, hand, eye, options); !doubt.empty())
+    s.warnings.push_back(std::move(doubt));
+  else if (s.rotation_residual_median > kUnrelated)
     return refused(
         "hand-eye: no place of the camera suits both recordings (median residual {:.0f} deg, {:.0f} mm); "
         "check that hand "
         "and eye are of the same take and on the same clock (--estimate-delay)",
         degrees_from_radians(s.rotation_residual_median), 1e3 * s.translation_residual_median);
-  if (auto doubt = doubt_of_roles(hand, eye); !doubt.empty()) s.warnings.push_back(std::move(doubt));
-  if (auto doubt = doubt_of_delay(s, hand, eye, options); !doubt.empty())
-    s.warnings.push_back(std::move(doubt));
   const auto now = enclosed(problem.hand, problem.eye, x.delay, options.max_hand_gap_s, eye);
   s.method_scatter = scatter_of_methods(now, eye, result.inlier);
   if (stray > 0)

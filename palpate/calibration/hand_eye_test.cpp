@@ -361,7 +361,7 @@ TEST(HandEye, RefusesWhatHasNothingToDoWithEachOtherOnOneClockToo) {
   TwoStreams lab, other;
   lab.delay = other.delay = 0.0;
   other.turn = [](double t) {
-    return Vector3(0.5 * std::sin(1.7 * t), 0.6 * std::cos(2.3 * t), 0.5 * std::sin(0.9 * t + 1.0));
+    return Vector3(1.1 * std::sin(1.7 * t), 1.2 * std::cos(2.3 * t), 1.1 * std::sin(0.9 * t + 1.0));
   };
   Random random(13, "hand-eye");
   const auto fit = calibrate_hand_eye(other.hand(random), lab.eye(random), {});
