@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <map>
 #include <optional>
 
+#include "drivers/network/address.h"
 #include "palpate/core/log.h"
 #include "palpate/core/run_directory.h"
 #include "palpate/core/statistics.h"
@@ -17,6 +17,7 @@
 #include "palpate/record/session/viewer_feed.h"
 #include "palpate/render/picture_file.h"
 #include "palpate/time/clock.h"
+#include "palpate/time/utc.h"
 #include "palpate/transport/messages.h"
 #include "palpate/transport/shown_picture.h"
 #include "palpate/transport/state_watch.h"
@@ -149,19 +150,14 @@ Expected<void> Console::open() {
   }
   if (options_.pictures)
     if (const auto folder = run_directory()) pictures_.emplace(*folder);
-  to_utc_ns_ = std::chrono::duration_cast<std::chrono::nanoseconds>(
-                   std::chrono::system_clock::now().time_since_epoch())
-                   .count() -
-               MonotonicClock<PhysicsClock>::monotonic_ns();
+  to_utc_ns_ = palpate::utc_ns() - MonotonicClock<PhysicsClock>::monotonic_ns();
   if (beyond)
     kLog.warning(
         "warning: what the console shows goes over the network as it is: whoever can listen there sees it, "
         "and the token; an SSH tunnel to this machine is safer (docs/console.md)");
   const bool all = how.address == "0.0.0.0" || how.address == "::";
-  const std::string host = all                                          ? "localhost"
-                           : how.address.find(':') == std::string::npos ? how.address
-                                                                        : "[" + how.address + "]";
-  const std::string place = fmt::format("{}:{}/", host, web_->port());
+  const std::string place =
+      drivers::network::Address{all ? "localhost" : how.address, web_->port()}.text() + "/";
   kLog.info("the console is at http://{}{}", place, token_.empty() ? "" : "#token=" + token_);
   kLog.info("for Lichtblick and Foxglove: ws://{}{}", place, ask_all_ ? "?token=" + token_ : "");
   if (options_.ready) options_.ready();
@@ -236,7 +232,6 @@ void Console::send_status() {
 }
 
 void Console::send_to_page(web::WebPeer& peer, Page& page) {
-  // News are lost with a message that is: the page is told the number of each, and shows the gap.
   std::vector<Event> news;
   for (const auto& event : events_.events())
     if (event.number > page.events_told) news.push_back(event);
@@ -247,7 +242,11 @@ void Console::send_to_page(web::WebPeer& peer, Page& page) {
                             .controls = options_.controls};
   if (!news.empty()) page.events_told = news.back().number;
   const auto text = std::make_shared<const std::string>(status_message(session_->view(), news, figures));
-  peer.offer(text, false);
+  // The next status takes this one's place, but nothing takes that of news.
+  if (news.empty())
+    peer.offer(text, false);
+  else
+    peer.send(text);
 }
 
 void Console::send_scene() {

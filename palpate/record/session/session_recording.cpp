@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <sys/utsname.h>
 
-#include <chrono>
 #include <thread>
 #include <utility>
 
@@ -12,17 +11,12 @@
 #include "palpate/record/session/message_schemas.h"
 #include "palpate/record/session/viewer_feed.h"
 #include "palpate/time/clock.h"
+#include "palpate/time/utc.h"
 
 namespace palpate::record::session {
 namespace {
 
 constexpr Log kRecordingLog("recording");
-
-std::int64_t utc_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 void tell_disk(const std::string& name, DiskState state, std::uint64_t dropped) {
   switch (state) {
