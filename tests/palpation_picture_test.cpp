@@ -148,7 +148,9 @@ TEST(PalpationPicture, SurfaceIsPalerWhereItIsPressedAndStressedThereMost) {
   for (std::size_t i = 0; i < now->shares.size(); ++i) {
     const Vector3 at = Eigen::Map<const Eigen::Vector3f>(&organ.shape->values[6 * i]).cast<double>();
     const double off = (at - organ.touched).norm();
-    if (off < 0.004) EXPECT_LT(now->shares[i], -0.6f) << off;
+    if (off < 0.004) {
+      EXPECT_LT(now->shares[i], -0.6f) << off;
+    }
     if (off > 0.030) {
       EXPECT_EQ(now->shares[i], rest->shares[i]) << off;
       EXPECT_LT(stressed->shares[i], 0.5f) << off;

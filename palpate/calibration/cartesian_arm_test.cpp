@@ -209,7 +209,9 @@ TEST(CartesianCalibration, WhatCannotBeKnownIsRefusedOrNamed) {
     if (std::abs(sample.joints[2] - kMiddle.z()) < 0.003) in_plane.push_back(sample);
   ASSERT_GT(in_plane.size(), 11u);
   const auto estimate = calibrate_arm(in_plane, lab.model);
-  if (estimate) EXPECT_FALSE(estimate->unobservable.empty());
+  if (estimate) {
+    EXPECT_FALSE(estimate->unobservable.empty());
+  }
 }
 
 // The truth is such a polynomial, the noise is known: squared errors in units of the covariance.

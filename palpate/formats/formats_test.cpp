@@ -315,7 +315,9 @@ TEST(Formats, WhatIsWrittenIsReadBackTheSame) {
       ASSERT_EQ(again->value.index(), content.value.index());
       if (const auto* read = std::get_if<Poses>(&again->value)) {
         ASSERT_EQ(read->poses.size(), 1u);
-        if (form.name != "kitti") EXPECT_NEAR(read->poses[0].time_s, poses.poses[0].time_s, 3e-7);
+        if (form.name != "kitti") {
+          EXPECT_NEAR(read->poses[0].time_s, poses.poses[0].time_s, 3e-7);
+        }
         EXPECT_LT((read->poses[0].translation - kPlace).norm(), 1e-15);
         EXPECT_LT(read->poses[0].rotation.angularDistance(kTurn), 1e-15);
       } else if (const auto* places = std::get_if<Points>(&again->value)) {

@@ -68,15 +68,15 @@ Expected<void> run_hand_eye_poses(const HandEyeArguments& options) {
       result.json["warnings"].push_back(worse);
   for (const auto& warning : result.json["warnings"])
     result.summary.push_back("warning: " + warning.get<std::string>());
-  result.store = [&](rig::Rig& rig) {
+  result.store = [&](rig::Rig& target) {
     const rig::Provenance from{rig::utc_now(), pair->hash, "joint", kMm * s.translation_rms};
-    auto& hand_eye = options.camera == "right" ? rig.right_hand_eye : rig.hand_eye;
+    auto& hand_eye = options.camera == "right" ? target.right_hand_eye : target.hand_eye;
     hand_eye = rig::HandEyeCalibration{s.X_marker_camera, fit->covariance.topLeftCorner<6, 6>(), from};
     if (!options.estimate_delay || options.camera == "right") return;  // both take their images together
-    if (!rig.delays) rig.delays.emplace();
-    rig.delays->camera_after_tracker_s = -s.delay_s;
-    rig.delays->camera_std_s = s.delay_std_s;
-    rig.delays->from = from;
+    if (!target.delays) target.delays.emplace();
+    target.delays->camera_after_tracker_s = -s.delay_s;
+    target.delays->camera_std_s = s.delay_std_s;
+    target.delays->from = from;
   };
   return write_result(options.result, result);
 }

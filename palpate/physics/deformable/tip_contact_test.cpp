@@ -160,7 +160,9 @@ TEST(TipContact, FrictionMakesAPressStifferAndBounded) {
     const auto points = solve_indentation(it);
     ASSERT_TRUE(points) << points.error().message;
     EXPECT_GT((*points)[0].force, 1.0005 * before) << friction;
-    if (before > 0.0) EXPECT_LT((*points)[0].force, 1.03 * before) << friction;
+    if (before > 0.0) {
+      EXPECT_LT((*points)[0].force, 1.03 * before) << friction;
+    }
     before = (*points)[0].force;
   }
 }

@@ -84,7 +84,9 @@ TEST(RecordedShape, AReaderInTheMiddleBeginsAtTheNextWholeOne) {
     const auto taken = late.decode(bytes);
     ASSERT_TRUE(taken) << taken.error().message;
     if (!*taken) ++in_vain;
-    if (*taken) ASSERT_TRUE(same(late.shape().values, surface.shape().values)) << i;
+    if (*taken) {
+      ASSERT_TRUE(same(late.shape().values, surface.shape().values)) << i;
+    }
   }
   EXPECT_EQ(in_vain, 142) << "until 5 s are over";
 }
