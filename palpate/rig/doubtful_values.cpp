@@ -7,6 +7,7 @@
 
 #include "palpate/core/units.h"
 #include "palpate/device/lens_fold.h"
+#include "palpate/math/place_text.h"
 
 namespace palpate::rig {
 namespace {
@@ -43,10 +44,35 @@ void judge_lens(const std::string& part, const device::CameraModel& lens, std::v
         "picture's corners");
 }
 
+constexpr double kSameTip = 0.005;  // m; pivot and arm find one tip to a fraction of this
+
+void judge_tips(const Rig& rig, std::vector<DoubtfulValue>& found) {
+  const auto judge = [&](const char* part, const std::optional<PivotCalibration>& pivot) {
+    if (pivot && pivot->tip_in_marker.norm() > kStylusReach)
+      found.push_back({part, fmt::format("its tip at {} is {:.0f} mm from its marker, more than a stylus "
+                                         "reaches; check the unit and the direction of the poses, and "
+                                         "calibrate it again",
+                                         place_text_mm(pivot->tip_in_marker),
+                                         mm_from_metres(pivot->tip_in_marker.norm()))});
+  };
+  judge("tip_pivot", rig.tip_pivot);
+  judge("pointer_pivot", rig.pointer_pivot);
+  // An arm calibrated by measured tips has none of its own.
+  if (!rig.arm || !rig.tip_pivot || rig.arm->tip_in_marker.isZero()) return;
+  const double apart = (rig.arm->tip_in_marker - rig.tip_pivot->tip_in_marker).norm();
+  if (apart > kSameTip)
+    found.push_back(
+        {"arm", fmt::format("its tip at {} in the marker lies {:.1f} mm from that of tip_pivot "
+                            "at {}; calibrate pivot and arm again, with one stylus and one marker",
+                            place_text_mm(rig.arm->tip_in_marker), mm_from_metres(apart),
+                            place_text_mm(rig.tip_pivot->tip_in_marker))});
+}
+
 }  // namespace
 
 std::vector<DoubtfulValue> doubtful_values(const Rig& rig) {
   std::vector<DoubtfulValue> found;
+  judge_tips(rig, found);
   if (rig.camera) judge_lens("camera", rig.camera->model, found);
   if (rig.right_camera) judge_lens("right_camera", rig.right_camera->model, found);
   return found;

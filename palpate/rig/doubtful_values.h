@@ -1,8 +1,9 @@
 // Values of a rig that can be read and cannot be right: a slip in a file written by hand, or a calibration that data of
 // too few places carried beyond them.
 //
-// Judged is the lens alone, by what a pinhole with five coefficients holds for. A place that is some millimetres off
-// looks like any other: `palpate verify` finds those. Pure function.
+// Judged are the lens, by what a pinhole with five coefficients holds for, and the tip in its marker, by a stylus's
+// reach and by what pivot and arm each say of it. A place that is some millimetres off looks like any other: `palpate
+// verify` finds those. Pure function.
 #pragma once
 
 #include <string>
@@ -11,6 +12,9 @@
 #include "palpate/rig/rig.h"
 
 namespace palpate::rig {
+
+// No stylus reaches farther from its marker.
+inline constexpr double kStylusReach = 0.6;  // m
 
 struct DoubtfulValue {
   std::string part;  // "camera", as missing_parts names it

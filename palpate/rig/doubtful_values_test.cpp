@@ -53,5 +53,32 @@ TEST(DoubtfulValues, TheSecondCameraIsJudgedByItself) {
   EXPECT_EQ(doubts.front().part, "right_camera");
 }
 
+TEST(DoubtfulValues, ATipThatPivotAndArmPutElsewhereIsNamed) {
+  Rig rig;
+  rig.tip_pivot = PivotCalibration{};
+  rig.tip_pivot->tip_in_marker = Vector3(0.0, 0.01, -0.12);
+  rig.arm = ArmCalibration{};
+  EXPECT_TRUE(doubtful_values(rig).empty()) << "an arm without a tip of its own";
+  rig.arm->tip_in_marker = Vector3(0.0, 0.01, -0.117);
+  EXPECT_TRUE(doubtful_values(rig).empty());
+  rig.arm->tip_in_marker = Vector3(0.0, 0.01, -0.108);
+  const auto apart = doubtful_values(rig);
+  ASSERT_EQ(apart.size(), 1u);
+  EXPECT_EQ(apart.front().part, "arm");
+  EXPECT_NE(apart.front().what.find("lies 12.0 mm from"), std::string::npos) << apart.front().what;
+}
+
+TEST(DoubtfulValues, ATipOutOfAStylusReachIsNamed) {
+  Rig rig;
+  rig.pointer_pivot = PivotCalibration{};
+  rig.pointer_pivot->tip_in_marker = Vector3(0.0, 0.0, 0.59);
+  EXPECT_TRUE(doubtful_values(rig).empty());
+  rig.pointer_pivot->tip_in_marker = Vector3(0.0, 0.0, 0.75);
+  const auto far = doubtful_values(rig);
+  ASSERT_EQ(far.size(), 1u);
+  EXPECT_EQ(far.front().part, "pointer_pivot");
+  EXPECT_NE(far.front().what.find("is 750 mm from its marker"), std::string::npos) << far.front().what;
+}
+
 }  // namespace
 }  // namespace palpate::rig

@@ -129,6 +129,17 @@ class WeakData(ProgramTest):
         self.write("longer.toml", 'type = "phantom"\nlengths_mm = [260, 260]\n')
         self.warned("is it a longer", *command[:-3], "longer.toml")
 
+    def test_a_tip_that_the_arms_samples_contradict(self):
+        self.runs("world", "sample", "arm", "--points", "70", "--out", "sim")
+        command = ["calibrate", "arm", "--samples", "sim/arm.csv", "--arm", "phantom-premium-1.5"]
+        self.runs(*command, "--json", "found.json")
+        true = json.loads(self.read("found.json"))["tip_mm"]
+        near = self.runs(*command, "--tip-mm", ",".join(str(value + 1) for value in true)).out
+        self.assertNotIn("from the given one", near)
+        self.warned("mm from the given one", *command, "--tip-mm", ",".join(str(value + 20) for value in true))
+        self.refuses([*command, "--tip-mm", "500,-700,900", "--json", "result.json"], 1, "the given tip", "contradict it",
+                     "(500.0, -700.0, 900.0) mm")
+
     def test_rows_that_stand_there_twice_count_once_and_are_told(self):
         for kind, options in {"pivot": ["--poses"], "arm": ["--arm", "phantom-premium-1.5", "--samples"], "surface": ["--points"]}.items():
             with self.subTest(kind):

@@ -9,11 +9,14 @@
 #include "palpate/core/text.h"
 #include "palpate/device/arm_kinematics.h"
 #include "palpate/device/repeats.h"
+#include "palpate/math/place_text.h"
 
 namespace palpate::calibration::findings {
 namespace {
 
 constexpr double kPoorGimbal = 1.0;  // deg
+constexpr double kPoorFit = 0.03;    // misfit as a share of the motion
+constexpr double kOtherTip = 0.005;  // m; no slip of the hand moves a tip in its marker so far
 
 // What is estimated: of the arm, and whether the gimbal is beside it.
 struct FreeList {
@@ -186,10 +189,36 @@ Expected<Work> work_of(ArmTask task) {
   return work;
 }
 
-// Refused where half of the samples lie so far off that they are not this arm's.
-Expected<void> check_misfit(const Work& work, const ArmMisfit& misfit) {
+// Where the samples themselves put the tip, if with that one in place of the given they fit.
+std::optional<Vector3> tip_of_samples(const Work& work) {
+  if (!work.how.tip || !work.markers) return std::nullopt;
+  ArmOptions how = work.how;
+  how.tip.reset();
+  how.free.tip = true;
+  const auto estimate = calibrate_arm(work.samples(), work.model(), how);
+  if (!estimate || arm_misfit(estimate->value, work.samples()).share() > kPoorFit) return std::nullopt;
+  return estimate->value.tip_in_marker;
+}
+
+Expected<void> refuse_given_tip(const Work& work, const Vector3& own) {
+  return refused(
+      "{}: arm: the given tip (--tip-mm, or tip_pivot of the rig) is at {} in its marker; these samples "
+      "contradict it, and fit with one at {}; check that tip, or repeat palpate calibrate pivot",
+      work.source(), place_text_mm(*work.how.tip), place_text_mm(own));
+}
+
+// Refused where half of the samples lie so far off that they are not this arm's, or the given tip is not theirs.
+Expected<void> check_misfit(const Work& work, const ArmSolution& arm, const ArmMisfit& misfit) {
   constexpr double kNoArm = 0.12;
-  if (!work.joint() || misfit.share() <= kNoArm) return {};
+  // From so far a start the solve may also end in an arm that is turned inside out.
+  constexpr double kNotTheirs = 0.05;  // m
+  if (!work.joint()) return {};
+  const bool astray = misfit.share() > kNoArm;
+  const bool far =
+      work.how.free.tip && work.how.tip && (arm.tip_in_marker - *work.how.tip).norm() > kNotTheirs;
+  if (astray || far)
+    if (const auto own = tip_of_samples(work)) return refuse_given_tip(work, *own);
+  if (!astray) return {};
   return refused(
       "{}: arm: half of the samples lie more than {:.1f} mm off the best fit, in a motion of {:.0f} mm: this "
       "is not a {}; check the units, the order of the joints and that rows hold one moment each",
@@ -271,7 +300,6 @@ Expected<Unseen> judge(const Work& work, const ArmSolution& arm) {
 // What a person should know of the result.
 std::vector<std::string> warnings_of(const Work& work, const ArmFindings& found, const Unseen& unseen,
                                      const ArmMisfit& misfit) {
-  constexpr double kPoor = 0.03;  // misfit as a share of the motion
   const ArmSolution& arm = found.estimate.value;
   std::vector<std::string> warnings;
   if (work.repeats > 0) warnings.push_back(device::repeats_warning(work.repeats));
@@ -292,11 +320,17 @@ std::vector<std::string> warnings_of(const Work& work, const ArmFindings& found,
         fmt::format("method {} takes the tip as given; it was not estimated", name_of(found.method)));
   if (!work.joint() && arm.tip_known && !work.how.tip)
     warnings.push_back("no tip was given (--tip-mm): it was found with the arm's nominal kinematics");
-  if (work.joint() && misfit.share() > kPoor)
+  if (work.joint() && misfit.share() > kPoorFit)
     warnings.push_back(fmt::format(
         "half of the samples lie more than {:.1f} mm off the best fit: free more, or check units, joint "
         "order and that rows hold one moment each",
         mm_from_metres(misfit.error)));
+  if (work.joint() && work.how.free.tip && work.how.tip)
+    if (const double off = (arm.tip_in_marker - *work.how.tip).norm(); off > kOtherTip)
+      warnings.push_back(fmt::format(
+          "the tip comes out {:.1f} mm from the given one, which is at {} in its marker: check that one "
+          "(palpate calibrate pivot), or whether the marker was moved since",
+          mm_from_metres(off), place_text_mm(*work.how.tip)));
   add_doubts_of_arm(work, arm, warnings);
   if (found.estimate.termination == Termination::iteration_limit)
     warnings.push_back("the solution had not settled at the iteration limit");
@@ -329,7 +363,7 @@ Expected<ArmFindings> find_arm(ArmTask task) {
   auto estimate = calibrate_arm(work->samples(), work->model(), work->how);
   if (!estimate) return tl::unexpected(work->of_the_samples(estimate.error()));
   const auto misfit = arm_misfit(estimate->value, work->samples());
-  if (auto fine = check_misfit(*work, misfit); !fine) return tl::unexpected(fine.error());
+  if (auto fine = check_misfit(*work, estimate->value, misfit); !fine) return tl::unexpected(fine.error());
   if (auto fine = check_size_of_motion(*work); !fine) return tl::unexpected(fine.error());
   auto gimbal = fit_gimbal(*work, *estimate);
   if (!gimbal) return tl::unexpected(gimbal.error());

@@ -8,8 +8,6 @@
 namespace palpate::calibration::findings {
 namespace {
 
-constexpr double kOffSurface = 0.010;  // m; a dot further from every surface lies on none of them
-
 Json to_json(const Estimate<TouchedLandmarks>& estimate, std::size_t repeats) {
   const TouchedLandmarks& found = estimate.value;
   const auto sd = standard_deviations(estimate.covariance);

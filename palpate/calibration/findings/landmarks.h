@@ -10,6 +10,8 @@ namespace palpate::calibration::findings {
 
 inline constexpr double kStatedFreedoms = 1e6;  // of TouchNoise: who states how far a hand misses knows it
 
+inline constexpr double kOffSurface = 0.010;  // m; a dot further from every surface lies on none of them
+
 struct LandmarkFindings {
   Estimate<TouchedLandmarks> estimate;
   Json json;

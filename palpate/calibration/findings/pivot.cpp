@@ -5,6 +5,7 @@
 #include "palpate/calibration/pivot_rests.h"
 #include "palpate/device/repeats.h"
 #include "palpate/math/linear_algebra.h"
+#include "palpate/rig/doubtful_values.h"
 
 namespace palpate::calibration::findings {
 namespace {
@@ -12,7 +13,6 @@ namespace {
 // A held tip wanders by 1-2 mm; beyond this it did not rest.
 constexpr double kRestlessTip = 0.004;  // m, rms
 
-constexpr double kFarTip = 0.6;     // m; farther, no stylus reaches: the poses may be turned round
 constexpr double kNearTip = 0.001;  // m; nearer, metres stand where millimetres are said
 
 constexpr double kShiftThatMatters = 0.0001;  // m
@@ -124,7 +124,7 @@ std::vector<std::string> warnings_of(const PivotSolution& solution, const Matrix
     warnings.push_back(fmt::format(
         "the tip lies only {:.4f} mm from its marker's origin: check the unit in the header (_mm or _m)",
         kMm * solution.tip.norm()));
-  if (solution.tip.norm() > kFarTip)
+  if (solution.tip.norm() > rig::kStylusReach)
     warnings.push_back(
         fmt::format("the tip lies {:.0f} mm from its marker's origin: are these the poses of the tracker in "
                     "the marker? Turn them "

@@ -6,7 +6,7 @@
 #include <cctype>
 #include <cmath>
 
-#include "palpate/core/units.h"
+#include "palpate/math/place_text.h"
 
 namespace palpate::calibration::session {
 namespace {
@@ -52,12 +52,11 @@ std::string instruction(const device::Request& request) {
     case Gesture::next_pose:
       return request.target
                  ? fmt::format(
-                       "Bring the stylus' tip to the place that is shown, ({:.0f}, {:.0f}, {:.0f}) mm in "
-                       "World, and hold it still, its "
+                       "Bring the stylus' tip to the place that is shown, {} in World, and hold it still, "
+                       "its "
                        "marker towards the tracker; it counts by itself. s: another place; Enter: take it "
                        "where it is.",
-                       mm_from_metres(request.target->tip.m.x()), mm_from_metres(request.target->tip.m.y()),
-                       mm_from_metres(request.target->tip.m.z()))
+                       place_text_mm(request.target->tip.m, 0))
                  : std::string(
                        "Hold the stylus still in a pose unlike those before, anywhere in its reach, its "
                        "marker "

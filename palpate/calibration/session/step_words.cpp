@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "palpate/core/units.h"
+#include "palpate/math/place_text.h"
 
 namespace palpate::calibration::session {
 namespace {
@@ -16,11 +17,9 @@ double deviation_mm(const Matrix3& covariance) { return mm_from_metres(std::sqrt
 }  // namespace
 
 std::string words_of_pivot(const rig::PivotCalibration& pivot) {
-  const Vector3& tip = pivot.tip_in_marker;
-  return fmt::format(
-      "the tip is at ({:.2f}, {:.2f}, {:.2f}) mm in its marker, sd {:.2f} mm; residual {:.2f} mm",
-      mm_from_metres(tip.x()), mm_from_metres(tip.y()), mm_from_metres(tip.z()),
-      deviation_mm(pivot.covariance), pivot.from.rms_mm);
+  return fmt::format("the tip is at {} in its marker, sd {:.2f} mm; residual {:.2f} mm",
+                     place_text_mm(pivot.tip_in_marker, 2), deviation_mm(pivot.covariance),
+                     pivot.from.rms_mm);
 }
 
 std::string words_of_surfaces(const rig::Rig& rig) {

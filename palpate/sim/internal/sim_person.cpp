@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "palpate/device/held_places.h"
+#include "palpate/math/place_text.h"
 #include "palpate/sim/internal/wave.h"
 #include "palpate/sim/pose_sampling.h"
 
@@ -112,9 +113,8 @@ Expected<void> SimPerson::begin_shown_pose(const device::PoseTarget& target) {
   Vector3 theta;
   if ((tip - target.tip.m - miss).norm() > kFarOut ||
       !device::phantom_inverse(X_base_world_ * Point<World>{tip}, truth_.lengths, theta))
-    return refused(ErrorCode::out_of_reach,
-                   "next pose: ({:.0f}, {:.0f}, {:.0f}) mm is out of the arm's reach; show a nearer place",
-                   1e3 * target.tip.m.x(), 1e3 * target.tip.m.y(), 1e3 * target.tip.m.z());
+    return refused(ErrorCode::out_of_reach, "next pose: {} is out of the arm's reach; show a nearer place",
+                   place_text_mm(target.tip.m, 0));
   const Quaternion marker = so3_exp(turn) * target.R_world_marker.normalized();
   Vector3 gimbal = device::phantom_gimbal(
       theta, X_base_world_.rotation * marker * truth_.X_tip_marker.rotation.conjugate());
