@@ -34,7 +34,7 @@ enum class HealthCode : std::uint8_t {
   laboratory_silent,    // the simulated laboratory stands still
   physics_server_gone,  // it no longer answers
   other_scene,          // it plays something else than the pictures are made for: they show none of it
-  other_rig             // it has surfaces elsewhere than we: forces and pictures are not in one place
+  other_rig  // it has surfaces or the arm elsewhere than we: forces and pictures are not in one place
 };
 inline constexpr std::size_t kHealthCodes = 20;
 

@@ -51,6 +51,10 @@ struct ArmCalibration {
   Provenance from;
 };
 
+// Where this calibration puts the tip with all readings zero and with each in turn at 0.5 rad (a place's: 0.1 m): two
+// rigs that say the same of their arm agree in all of them.
+std::vector<Point<World>> tips_of_arm(const ArmCalibration& arm);
+
 // The rows of ArmCalibration::covariance, as the calibration names what it estimates: "gain_1", "tip_x".
 std::vector<std::string> covariance_order(const device::ArmModel& model);
 

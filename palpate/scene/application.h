@@ -60,6 +60,9 @@ struct SceneDescription {
   std::optional<MeshAsset> mesh;
   Payload settings;                // the application's own (palpate/scene/setting_schema.h)
   std::size_t shape_vertices = 0;  // of the surface that deforms; 0: there is none
+  // Where the rig puts the arm's tip at a few readings (rig::tips_of_arm), m, World; empty: it has no arm.
+  std::vector<Vector3> arm_tips;
+  static constexpr std::size_t kMostArmTips = 9;
 };
 
 // An impact the hand must feel: starts at `start`, lasts `duration`; impulse along `direction` (on the hand,

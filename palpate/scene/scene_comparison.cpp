@@ -32,11 +32,11 @@ bool same_mesh(const std::optional<MeshAsset>& a, const std::optional<MeshAsset>
   return a->hash == b->hash && std::abs(a->metres_per_unit - b->metres_per_unit) <= kSameNumber;
 }
 
-// Where the surface has gone: as far as its farthest corner. What is no number lies nowhere.
-double distance(const SceneSurface& a, const SceneSurface& b) {
+// Between places of the same number, of two lists of one length. What is no number lies nowhere.
+double largest_distance(std::span<const Vector3> a, std::span<const Vector3> b) {
   double largest = 0.0;
-  for (std::size_t i = 0; i < a.corners.size(); ++i) {
-    const double apart = (a.corners[i] - b.corners[i]).norm();
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const double apart = (a[i] - b[i]).norm();
     largest = std::max(largest, std::isfinite(apart) ? apart : std::numeric_limits<double>::infinity());
   }
   return largest;
@@ -69,25 +69,32 @@ std::optional<std::string> other_than_drawn(const SceneDescription& drawn, const
   return fmt::format("{} with {}", excerpt(played.application, 40), fmt::join(with, ", "));
 }
 
-SurfaceComparison compare_surfaces(std::span<const SceneSurface> here, std::span<const SceneSurface> there) {
-  SurfaceComparison result;
-  for (const auto& ours : here) {
-    const auto theirs = std::ranges::find(there, ours.name, &SceneSurface::name);
-    if (theirs == there.end()) {
+RigComparison compare_rigs(const SceneDescription& here, const SceneDescription& there) {
+  RigComparison result;
+  for (const auto& ours : here.surfaces) {
+    const auto theirs = std::ranges::find(there.surfaces, ours.name, &SceneSurface::name);
+    if (theirs == there.surfaces.end()) {
       result.only_here.push_back(ours.name);
-    } else if (const double apart = distance(ours, *theirs); apart > result.largest) {
+    } else if (const double apart = largest_distance(ours.corners, theirs->corners); apart > result.largest) {
       result.largest = apart;
       result.farthest = ours.name;
     }
   }
-  for (const auto& theirs : there)
-    if (std::ranges::find(here, theirs.name, &SceneSurface::name) == here.end())
+  for (const auto& theirs : there.surfaces)
+    if (std::ranges::find(here.surfaces, theirs.name, &SceneSurface::name) == here.surfaces.end())
       result.only_there.push_back(theirs.name);
+  if (here.arm_tips.empty() || there.arm_tips.empty()) return result;
+  result.other_arm = here.arm_tips.size() != there.arm_tips.size();
+  if (!result.other_arm) result.arm = largest_distance(here.arm_tips, there.arm_tips);
   return result;
 }
 
-std::string SurfaceComparison::words() const {
+std::string RigComparison::words() const {
   std::vector<std::string> parts;
+  if (other_arm) parts.emplace_back("its arm has another number of joints");
+  if (arm > kSame)
+    parts.push_back(
+        fmt::format("equal readings of the arm put the tip {:.0f} mm from where they do here", arm * 1e3));
   if (largest > kSame)
     parts.push_back(fmt::format("{} lies {:.0f} mm from where it lies here", said(farthest), largest * 1e3));
   if (!only_here.empty()) parts.push_back(listed(only_here) + " there");

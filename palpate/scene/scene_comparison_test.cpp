@@ -70,13 +70,19 @@ TEST(SceneComparison, WhatElsePicturesAreMadeOfIsSaid) {
   EXPECT_EQ(other_than_drawn(bare, game()), "game with a mesh");
 }
 
-TEST(SurfaceComparison, TwoMillimetresAreTheSamePlaceAndTwoCentimetresAreNot) {
-  const std::vector<SceneSurface> here{rectangle("table"), rectangle("wall")};
+SceneDescription with(std::vector<SceneSurface> surfaces) {
+  SceneDescription scene;
+  scene.surfaces = std::move(surfaces);
+  return scene;
+}
+
+TEST(RigComparison, TwoMillimetresAreTheSamePlaceAndTwoCentimetresAreNot) {
+  const SceneDescription here = with({rectangle("table"), rectangle("wall")});
   const auto moved = [&](double by) {
     auto there = here;
-    there[1].corners[2].y() += by;
-    std::swap(there[0], there[1]);  // in whatever order
-    return compare_surfaces(here, there);
+    there.surfaces[1].corners[2].y() += by;
+    std::swap(there.surfaces[0], there.surfaces[1]);  // in whatever order
+    return compare_rigs(here, there);
   };
   EXPECT_TRUE(moved(0.0019).agree());
   EXPECT_EQ(moved(0.0019).words(), "");
@@ -89,17 +95,38 @@ TEST(SurfaceComparison, TwoMillimetresAreTheSamePlaceAndTwoCentimetresAreNot) {
   EXPECT_TRUE(moved(std::numeric_limits<double>::quiet_NaN()).elsewhere());
 }
 
-TEST(SurfaceComparison, TheFarthestIsNamedAndTheMissingOnBothSides) {
-  const std::vector<SceneSurface> here{rectangle("table"), rectangle("wall"), rectangle("door")},
-      there{rectangle("wall", 0.3), rectangle("table", 0.1), rectangle("sill")};
-  const auto compared = compare_surfaces(here, there);
+TEST(RigComparison, TheFarthestIsNamedAndTheMissingOnBothSides) {
+  const SceneDescription here = with({rectangle("table"), rectangle("wall"), rectangle("door")}),
+                         there = with({rectangle("wall", 0.3), rectangle("table", 0.1), rectangle("sill")});
+  const auto compared = compare_rigs(here, there);
   EXPECT_EQ(compared.words(),
             "'wall' lies 300 mm from where it lies here, 'door' is missing there, 'sill' is missing here");
-  EXPECT_FALSE(compare_surfaces(here, {}).agree());
-  EXPECT_FALSE(compare_surfaces(here, {}).elsewhere()) << "nothing lies in another place";
-  EXPECT_FALSE(compare_surfaces({}, there).agree());
-  const std::vector<SceneSurface> many(6, rectangle("x"));
-  EXPECT_EQ(compare_surfaces(many, {}).words(), "'x', 'x', 'x', 'x', 2 more are missing there");
+  EXPECT_FALSE(compare_rigs(here, {}).agree());
+  EXPECT_FALSE(compare_rigs(here, {}).elsewhere()) << "nothing lies in another place";
+  EXPECT_FALSE(compare_rigs({}, there).agree());
+  const SceneDescription many = with(std::vector<SceneSurface>(6, rectangle("x")));
+  EXPECT_EQ(compare_rigs(many, {}).words(), "'x', 'x', 'x', 'x', 2 more are missing there");
+}
+
+TEST(RigComparison, AnArmThatPutsTheTipElsewhereIsSaid) {
+  SceneDescription here;
+  here.arm_tips = {{0.0, 0.1, 0.2}, {0.0, 0.2, 0.2}, {0.1, 0.1, 0.2}, {0.0, 0.1, 0.3}};
+  SceneDescription there = here;
+  EXPECT_TRUE(compare_rigs(here, there).agree());
+  there.arm_tips[2].z() += 0.0019;
+  EXPECT_TRUE(compare_rigs(here, there).agree());
+  there.arm_tips[2].z() += 0.005;
+  EXPECT_FALSE(compare_rigs(here, there).agree());
+  EXPECT_FALSE(compare_rigs(here, there).elsewhere());
+  EXPECT_EQ(compare_rigs(here, there).words(),
+            "equal readings of the arm put the tip 7 mm from where they do here");
+  there.arm_tips[2].z() += 0.02;
+  EXPECT_TRUE(compare_rigs(here, there).elsewhere());
+  there.arm_tips.pop_back();
+  EXPECT_TRUE(compare_rigs(here, there).elsewhere());
+  EXPECT_EQ(compare_rigs(here, there).words(), "its arm has another number of joints");
+  there.arm_tips.clear();
+  EXPECT_TRUE(compare_rigs(here, there).agree()) << "a server of before does not say";
 }
 
 }  // namespace

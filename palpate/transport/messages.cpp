@@ -56,6 +56,8 @@ void put(wire::SceneDescription* out, const scene::SceneDescription& scene) {
       for (double x : plain(corner)) to->add_corners_m(x);
     }
   }
+  for (const Vector3& tip : scene.arm_tips)
+    for (double x : plain(tip)) out->add_arm_tips_m(x);
   put(out->mutable_gravity_m_per_s2(), plain(scene.gravity));
   put(out->mutable_carried_offset_m(), plain(scene.carried_offset));
   for (const scene::BodyDescription& body : scene.bodies) {

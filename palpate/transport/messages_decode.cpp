@@ -159,6 +159,13 @@ scene::SceneDescription read(Check& check, const wire::SceneDescription& in) {
   check.count(in.surfaces_size(), kMaxSurfaces, "surfaces");
   if (!check.good()) return scene;
   for (const wire::SceneSurface& surface : in.surfaces()) scene.surfaces.push_back(read(check, surface));
+  check.count(in.arm_tips_m_size(), 3 * scene::SceneDescription::kMostArmTips, "arm_tips_m");
+  check.require(in.arm_tips_m_size() % 3 == 0, "arm_tips_m", "three numbers a place");
+  if (!check.good()) return scene;
+  for (int i = 0; i < in.arm_tips_m_size(); i += 3)
+    scene.arm_tips.emplace_back(check.finite(in.arm_tips_m(i), "arm_tips_m"),
+                                check.finite(in.arm_tips_m(i + 1), "arm_tips_m"),
+                                check.finite(in.arm_tips_m(i + 2), "arm_tips_m"));
   scene.gravity = check.vector(in.gravity_m_per_s2(), "gravity_m_per_s2");
   scene.carried_offset = check.vector(in.carried_offset_m(), "carried_offset_m");
   check.count(in.bodies_size(), scene::SceneState::kBodies, "body descriptions");

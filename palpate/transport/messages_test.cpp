@@ -178,6 +178,7 @@ TEST(Messages, EveryConditionOfTheForcesTravelsByItsNumber) {
 TEST(Messages, ASceneComesBackWhole) {
   scene::SceneDescription scene = testing::table_scene("touch");
   scene.gravity = {0.1, 0.2, -9.7};
+  scene.arm_tips = {{0.1, 0.2, 0.3}, {-0.4, 0.5, 0.6}};
   scene.carried_offset = {1, 2, 3};
   scene.bodies = {{"Liver", 0.0}, {"Needle", 0.031}};
   scene.mesh = scene::MeshAsset{"/meshes/liver.stl", "fnv1a64:0123456789abcdef", 0.01, nullptr};
@@ -191,6 +192,7 @@ TEST(Messages, ASceneComesBackWhole) {
   EXPECT_EQ(welcome.scene->surfaces[0].name, "table");
   EXPECT_EQ(welcome.scene->surfaces[0].corners, scene.surfaces[0].corners);
   EXPECT_EQ(welcome.scene->gravity, scene.gravity);
+  EXPECT_EQ(welcome.scene->arm_tips, scene.arm_tips);
   EXPECT_EQ(welcome.scene->carried_offset, scene.carried_offset);
   ASSERT_EQ(welcome.scene->bodies.size(), 2u);
   EXPECT_EQ(welcome.scene->bodies[1].name, "Needle");

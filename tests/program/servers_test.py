@@ -41,6 +41,12 @@ class Servers(LaboratoryTest):
             return table.replace(corner.group(0), f"corner_mm = [{x + mm}, {y}, {z}]")
         return self.rig_with_table(f"moved_by_{mm}.toml", moved)
 
+    def rig_of_arm_longer_by(self, mm):
+        """A copy of the rig whose arm, as calibrated, has a longer first link: by sin(0.5 rad) of it the tip is elsewhere."""
+        before, part, after = self.read("rig.toml").decode().partition("\n[arm]\n")
+        first, second = (float(number) for number in re.search(r"lengths_mm = \[([^\]]*)\]", after).group(1).split(","))
+        return self.write(f"longer_by_{mm}.toml", before + part + re.sub(r"lengths_mm = \[[^\]]*\]", f"lengths_mm = [{first + mm}, {second}]", after, count=1))
+
     def test_graphics_with_another_rig_than_physics_is_refused_or_warned(self):
         self.start_world()
         self.start_physics()
@@ -50,6 +56,10 @@ class Servers(LaboratoryTest):
             self.assertTrue(graphics.says(READY["graphics"]), graphics.lines())
             self.assertTrue(graphics.says(words + " from where it lies here; both servers need the same rig file" if "mm" in words else words), graphics.lines())
             self.stop_in_order(graphics)
+        self.says_no(self.run_program("graphics", "--rig", self.rig_of_arm_longer_by(60)), 1, "has another rig", "put the tip 29 mm from where they do here")
+        graphics = self.start("graphics", "--rig", self.rig_of_arm_longer_by(6))
+        self.assertTrue(graphics.says("equal readings of the arm put the tip 3 mm from where they do here; both servers need the same rig file"), graphics.lines())
+        self.stop_in_order(graphics)
         graphics = self.start_graphics()
         self.assertEqual(self.stop_in_order(graphics), [[]])
 

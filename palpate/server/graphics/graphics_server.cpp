@@ -170,7 +170,7 @@ void GraphicsServer::meet(const scene::SceneDescription& played, Instant<Graphic
   const auto other = scene::other_than_drawn(*drawn_, played);
   if (other_scene_ || other) last_answer_.reset(), state_before_.reset();
   other_scene_ = other.has_value();
-  const auto places = scene::compare_surfaces(drawn_->surfaces, played.surfaces);
+  const auto places = scene::compare_rigs(*drawn_, played);
   std::optional<std::string> scene_words, rig_words;
   if (other)
     scene_words = fmt::format("the physics server now plays {}; start `palpate graphics` again", *other);

@@ -146,6 +146,9 @@ scene::SceneDescription scene_from_rig(const rig::Rig& rig, scene::SceneDescript
     for (int i = 0; i < 4; ++i) s.corners[static_cast<std::size_t>(i)] = surface.corner(i).m;
     described.surfaces.push_back(s);
   }
+  described.arm_tips.clear();
+  if (rig.arm)
+    for (const auto& tip : rig::tips_of_arm(*rig.arm)) described.arm_tips.push_back(tip.m);
   return described;
 }
 

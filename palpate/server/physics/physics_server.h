@@ -135,7 +135,7 @@ void PhysicsServer::run_application(Call&& call) {
   }
 }
 
-// What both servers have to know about the scene: the rig's surfaces, and everything else as the application
+// What both servers have to know about the scene: the rig's surfaces and arm, and everything else as the application
 // described it.
 scene::SceneDescription scene_from_rig(const rig::Rig& rig, scene::SceneDescription described);
 

@@ -38,8 +38,7 @@ Expected<scene::SceneDescription> await_scene(transport::StateLink& link, const 
 
 Expected<void> same_places(const rig::Rig& rig, const scene::SceneDescription& scene,
                            const std::string& address) {
-  const auto ours = physics::scene_from_rig(rig, {}).surfaces;
-  const auto compared = scene::compare_surfaces(ours, scene.surfaces);
+  const auto compared = scene::compare_rigs(physics::scene_from_rig(rig, {}), scene);
   if (!compared.elsewhere()) return {};
   return refused(
       "graphics: the physics server at {} has another rig: {}; forces and pictures would be in different "

@@ -19,7 +19,7 @@ Expected<scene::SceneDescription> await_scene(transport::StateLink& link, const 
                                               const std::atomic<bool>& stop);
 
 // Refused where a surface lies so far from where `rig` has it that forces and pictures would be in different places
-// (SurfaceComparison::elsewhere()). What differs less is a condition while it lasts (GraphicsServer::set_drawn).
+// (RigComparison::elsewhere()). What differs less is a condition while it lasts (GraphicsServer::set_drawn).
 Expected<void> same_places(const rig::Rig& rig, const scene::SceneDescription& scene,
                            const std::string& address);
 
