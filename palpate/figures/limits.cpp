@@ -34,12 +34,13 @@ std::optional<Limit> limit_in(const TomlTable& table, const Json& figures) {
 }
 
 Json judge(const TomlTable& table, const Json& figures) {
-  const std::string figure = table.text("figure"), unit = table.text_or("unit", ""),
-                    of = table.text_or("of", ""), needed_by = table.text_or("needed_by", "");
+  const std::string figure = table.text("figure"), label = table.text_or("label", figure),
+                    unit = table.text_or("unit", ""), of = table.text_or("of", ""),
+                    needed_by = table.text_or("needed_by", "");
   const double of_at_least = table.number_or("of_at_least", 0.0);
   const auto limit = limit_in(table, figures);
-  Json result{
-      {"figure", figure}, {"unit", unit}, {"value", nullptr}, {"limit", nullptr}, {"verdict", nullptr}};
+  Json result{{"figure", figure}, {"label", label},   {"unit", unit},
+              {"value", nullptr}, {"limit", nullptr}, {"verdict", nullptr}};
   if (limit) result["limit"] = limit->at, result["bound"] = limit->at_most ? "at most" : "at least";
   const auto value = number_in(figures, figure), whole = of.empty() ? 1.0 : number_in(figures, of);
   if (!value || !whole) {

@@ -2,6 +2,7 @@
 //
 //   [returned]
 //   figure = "rally/returned"     # where its value stands in the figures; required
+//   label = "Serves returned"     # what it is, in words; else the path stands for it
 //   unit = ""                     # of value and limit, for who shows them
 //   of = "rally/serves"           # judged is its share of this figure
 //   of_at_least = 20              # with less of that there is no verdict
@@ -19,7 +20,7 @@
 
 namespace palpate::figures {
 
-// Of each judgement whose figure is known, under its name: {"figure", "unit", "value", "limit", "verdict"}, verdict
+// Of each judgement whose figure is known, under its name: {"figure", "unit", "label", "value", "limit", "verdict"}, verdict
 // "holds" or "falls short"; limit and verdict null where there are none; with a limit "bound", "at most" or "at least". `figures` is nested JSON, of which "a/b" is
 // a path. Pure. Errors: wrong use for a file that is none, naming `source` and the key.
 Expected<Json> judged(const Json& figures, std::string_view limits_toml, std::string source);

@@ -31,7 +31,12 @@ TEST(Limits, SayWhatWasJudgedInWhichUnit) {
   EXPECT_EQ(
       it,
       Json::parse(
-          R"({"figure": "a/b_mm", "unit": "mm", "value": 0.5, "limit": 1.0, "verdict": "holds", "bound": "at most"})"));
+          R"({"figure": "a/b_mm", "label": "a/b_mm", "unit": "mm", "value": 0.5, "limit": 1.0, "verdict": "holds", "bound": "at most"})"));
+}
+
+TEST(Limits, ALabelSaysInWordsWhatAFigureIs) {
+  EXPECT_EQ(judge(R"({"a": 1})", "[it]\nlabel = \"How much\"\nfigure = \"a\"\nat_most = 1")["it"]["label"],
+            "How much");
 }
 
 TEST(Limits, AFigureThatIsNotKnownIsLeftOutUnlessItIsNeeded) {

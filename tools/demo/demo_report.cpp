@@ -169,15 +169,19 @@ Json verdicts_of(const Json& judged, const Json& disparities) {
   };
   for (const auto& [name, one] : judged.items()) count(one);
   for (auto one : disparities) {
+    one["label"] = fmt::format("{}, {}", one["label"].get<std::string>(), one["body"].get<std::string>());
     one["figure"] = fmt::format("registration/disparity/{}_px_rms", one["body"].get<std::string>());
     count(one);
   }
   verdicts["some_fall_short"] = !verdicts["short"].empty();
   verdicts["all_hold"] = verdicts["short"].empty() && verdicts["holding"] != 0;
+  verdicts["of_machine"] = std::ranges::any_of(verdicts["short"], [](const Json& one) {
+    return one["figure"].get<std::string>().starts_with("realtime/");
+  });
   for (auto& one : verdicts["short"])
     one["words"] = one["value"].is_null()
-                       ? fmt::format("{} is missing", one["figure"].get<std::string>())
-                       : fmt::format("{} {:.4g}{} ({} {:.4g} is wanted)", one["figure"].get<std::string>(),
+                       ? fmt::format("{} is missing", one["label"].get<std::string>())
+                       : fmt::format("{}: {:.4g}{} ({} {:.4g} is wanted)", one["label"].get<std::string>(),
                                      one["value"].get<double>(),
                                      one["unit"] == "" ? "" : " " + one["unit"].get<std::string>(),
                                      one["bound"].get<std::string>(), one["limit"].get<double>());
@@ -226,6 +230,7 @@ Expected<Json> demo_report(const fs::path& folder, const scene::ApplicationRegis
               {"data", data},
               {"network", network_data(*play)},
               {"files", files},
+              {"beside", files_beside(*play)},
               {"rows", rows_of(*play)}};
 }
 

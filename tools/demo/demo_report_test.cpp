@@ -206,6 +206,12 @@ TEST_F(DemoReport, TellsWhatMadeItsFiguresAndOnWhatMachine) {
        {"palpate 0.1.0, commit 3d8d93f1", "Clang 14 (Release)", "2026-11-28T16:00:00Z", "of a test, 2 cores",
         "Linux 6.1", "llvmpipe", "SCHED_FIFO priority 80", "0.40 when"})
     EXPECT_NE(page().find(words), std::string::npos) << words;
+  EXPECT_EQ(page().find("belong to the machine"), std::string::npos) << "nothing of real time falls short";
+  told["realtime"]["haptic"]["rate_hz"] = 812.5;
+  write("summary.json", told.dump());
+  for (const char* words : {"<li>Real time: rate of the haptic loop: 812.5 Hz (at least 990 is wanted)</li>",
+                            "2 cores, with a load of 0.4 when"})
+    EXPECT_NE(page().find(words), std::string::npos) << words;
   told["made"]["commit"] = nullptr;
   told["made"]["load_before"] = nullptr;
   write("summary.json", told.dump());

@@ -80,4 +80,19 @@ Json files_of(const figures::PlayFolder& play, const scene::ApplicationSpec* app
   return there;
 }
 
+Json files_beside(const figures::PlayFolder& play) {
+  const std::vector<scene::PlayTable> files{
+      {"rig.toml", "what the calibrations found; the servers take it with `--rig rig.toml`"},
+      {"world.toml", "the simulated laboratory, with everything that was true"},
+      {"summary.json", "every figure of this page and more, and what made them"},
+      {"report.json", "what this page is made of, curves and verdicts too"},
+      {"video.mp4", "the play as the player saw it"}};
+  Json there = Json::array();
+  for (const auto& [file, holds] : files)
+    if (play.has(file) || file == "report.json") there.push_back({{"file", file}, {"holds", holds}});
+  if (!play.pictures("pictures").empty())
+    there.push_back({{"file", "pictures/"}, {"holds", "the play's pictures, in full size"}});
+  return there;
+}
+
 }  // namespace palpate::tools::demo

@@ -1,4 +1,4 @@
-// The files that a demo leaves in raw/, beside the application's own tables. docs/raw-files.md tells their columns.
+// The files that a demo leaves in its folder, those in raw/ beside the application's own tables. docs/raw-files.md tells their columns.
 #pragma once
 
 #include <vector>
@@ -16,5 +16,8 @@ const std::vector<scene::PlayTable>& raw_files();
 // before those of the real-time run; what nobody has announced comes last, without words. `application`: null where it is
 // not known.
 Json files_of(const figures::PlayFolder& play, const scene::ApplicationSpec* application);
+
+// What else the folder holds beside the page: file, holds.
+Json files_beside(const figures::PlayFolder& play);
 
 }  // namespace palpate::tools::demo

@@ -36,6 +36,22 @@ TEST_F(RawFiles, AreListedInTheirOrderWithTheApplicationsAmongThemAndTheUnknownL
   EXPECT_EQ(files(nullptr).back()["file"], "swing.csv") << "of an application that is not known";
 }
 
+TEST_F(RawFiles, OfTheFolderBesideThePageAreThoseThatAreThere) {
+  const auto names = [&] {
+    std::vector<std::string> list;
+    for (const auto& file : files_beside(*figures::PlayFolder::read(folder_))) {
+      list.push_back(file["file"]);
+      EXPECT_NE(file["holds"], "") << list.back();
+    }
+    return list;
+  };
+  write("summary.json", "{}");
+  EXPECT_EQ(names(), (std::vector<std::string>{"summary.json", "report.json"}));
+  for (const char* file : {"rig.toml", "world.toml", "video.mp4", "pictures/01-play.png"}) write(file, "x");
+  EXPECT_EQ(names(), (std::vector<std::string>{"rig.toml", "world.toml", "summary.json", "report.json",
+                                               "video.mp4", "pictures/"}));
+}
+
 // Files that few demos write, too; tests/program/raw_files.py looks at the columns of those that one has written.
 TEST(RawFilesPage, DescribesEachFile) {
   const std::string page = read_file(PALPATE_DATA_DIR "/../docs/raw-files.md").value_or("");
