@@ -19,7 +19,8 @@ inline constexpr scene::Look kPressingTipLook{{0.85f, 0.62f, 0.04f}, 0.010f, 0.1
 inline constexpr scene::Look kHardTipLook{{0.80f, 0.02f, 0.02f}, 0.010f, 0.10f, 0.10f};
 inline constexpr scene::Look kMarkLook{{0.05f, 0.25f, 0.80f}, 0.010f, 0.10f, 0.10f};
 inline constexpr scene::Look kRightMarkLook{{0.05f, 0.60f, 0.10f}, 0.010f, 0.10f, 0.10f};
-inline constexpr scene::Look kFalseMarkLook{{0.75f, 0.02f, 0.02f}, 0.010f, 0.10f, 0.10f};
+// Not red, which the flesh around it is.
+inline constexpr scene::Look kFalseMarkLook{{0.80f, 0.02f, 0.60f}, 0.010f, 0.10f, 0.10f};
 inline constexpr scene::Look kNoduleLook{{0.80f, 0.72f, 0.50f}, 0.020f, 0.10f, 0.10f};
 inline constexpr scene::Look kMissedNoduleLook{{0.85f, 0.38f, 0.05f}, 0.020f, 0.10f, 0.10f};
 

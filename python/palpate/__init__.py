@@ -12,6 +12,12 @@ running sessions, sessions in the simulated laboratory, experiments and sweeps.
 
 Metres, seconds, radians; a pose is a 4 x 4 matrix. `palpate.Refused` says that data cannot carry an answer.
 """
+import importlib.util as _util
+
+if _util.find_spec(f"{__name__}._core") is None:
+    raise ImportError(f"palpate: {__path__[0]} is without its compiled part: remove it from PYTHONPATH and sys.path where it is "
+                      "the source tree, and build or install the package (docs/guides/python.md, Install)")
+
 from ._calibrate import (absolute_orientation, calibrate_arm, calibrate_camera, calibrate_delay, calibrate_hand_eye,
                          calibrate_landmarks, calibrate_pivot, calibrate_surface, calibrate_surfaces)
 from ._client import Body, Client, SceneSurface, ServerClock, States, Watch

@@ -3,6 +3,7 @@
 import os
 import pathlib
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -28,6 +29,13 @@ class Files(unittest.TestCase):
 
     def run_program(self, *arguments):
         subprocess.run([PROGRAM, *map(str, arguments)], check=True, capture_output=True, cwd=self.folder)
+
+    def test_the_sources_alone_say_what_is_missing(self):
+        sources = DATA.parent / "python"
+        done = subprocess.run([sys.executable, "-c", "import palpate"], env={**os.environ, "PYTHONPATH": str(sources)}, capture_output=True,
+                              text=True, cwd=self.folder)
+        self.assertIn(f"ImportError: palpate: {sources}/palpate is without its compiled part", done.stderr)
+        self.assertIn("docs/guides/python.md", done.stderr)
 
     def test_poses_in_millimetres_and_as_matrices(self):
         csv = self.write("a.csv", "time_s,x_mm,y_mm,z_mm,qw,qx,qy,qz,place\n0.5,10,20,30,0.8,0,0.6,0,a\n1.5,-1,2,3,1,0,0,0,\n")
